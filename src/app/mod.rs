@@ -1,0 +1,4 @@
+//! The window: the only place that owns threads and egui.
+
+pub mod state;
+mod undo;

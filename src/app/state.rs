@@ -1,0 +1,228 @@
+//! What the window knows: plain values that panels read and edit. Nothing here starts work.
+
+use std::path::PathBuf;
+use std::sync::Arc;
+use std::time::Instant;
+
+use serde::{Deserialize, Serialize};
+
+use crate::accel::Accel;
+use crate::bvh::BuildSettings;
+use crate::camera::Camera;
+use crate::overlay::{NodeTable, OverlaySettings, Selection};
+use crate::render::{Frame, RenderSettings};
+use crate::scene::{Scene, SceneSource};
+
+/// What the user wants to see. Panels edit it; `reconcile` makes the rest follow.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Wanted {
+    /// The model.
+    pub source: SceneSource,
+    /// How its tree is built.
+    pub build: BuildSettings,
+    /// Threads for building and tracing; 0 for all.
+    pub threads: usize,
+    /// From where it is seen.
+    pub camera: Camera,
+    /// What the picture shows.
+    pub render: RenderSettings,
+    /// Which containers lie over it.
+    pub overlay: OverlaySettings,
+}
+
+/// What is on the screen. Tree and picture are swapped as a unit, so that image, lines and numbers never disagree.
+#[derive(Clone)]
+pub struct Presented {
+    /// The tree, with its scene and report.
+    pub accel: Arc<Accel>,
+    /// Its nodes for the overlay.
+    pub table: Arc<NodeTable>,
+    /// A picture traced through exactly this tree.
+    pub frame: Arc<Frame>,
+    /// Unique for each picture.
+    pub frame_id: u64,
+    /// The thread count that was asked for when the tree was built.
+    pub threads: usize,
+}
+
+/// A running job, for the job strip.
+#[derive(Debug, Clone, PartialEq)]
+pub struct JobStatus {
+    /// "Loading bunny.obj", "Building", "Tracing".
+    pub label: String,
+    /// Finished share, 0 to 1.
+    pub progress: f32,
+    /// When it was asked for.
+    pub since: Instant,
+}
+
+/// What runs at the moment.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Jobs {
+    /// A model is being read.
+    pub load: Option<JobStatus>,
+    /// A tree is being built.
+    pub build: Option<JobStatus>,
+    /// A picture is being traced.
+    pub render: Option<JobStatus>,
+}
+
+/// How serious a message is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Severity {
+    /// Good to know; goes away by itself.
+    Info,
+    /// Something was skipped or limited.
+    Warning,
+    /// Something failed; stays until closed, can be copied.
+    Error,
+}
+
+/// Something that the user is told.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Message {
+    /// How serious it is.
+    pub severity: Severity,
+    /// What happened, where, why and what to do.
+    pub text: String,
+    /// When it came up.
+    pub since: Instant,
+}
+
+/// The pixel under the cursor.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Hover {
+    /// Column in the wanted picture.
+    pub x_px: u32,
+    /// Row in the wanted picture.
+    pub y_px: u32,
+    /// The triangle under it.
+    pub primitive: Option<u32>,
+    /// Distance along the ray.
+    pub distance: f32,
+    /// The value that the colour stands for, in modes that have one.
+    pub value: Option<f32>,
+}
+
+/// Which colours the window has.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Theme {
+    /// Light on dark.
+    Dark,
+    /// Dark on light.
+    Light,
+    /// As the desktop has it.
+    System,
+}
+
+/// How the camera is moved.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Navigation {
+    /// Around the target.
+    Orbit,
+    /// WASD, Q and E through the scene.
+    Fly,
+}
+
+/// What is kept between runs beside [`Wanted`].
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(default)]
+pub struct Preferences {
+    /// Colours of the window.
+    pub theme: Theme,
+    /// How the camera is moved.
+    pub navigation: Navigation,
+    /// The traced picture is shown under the containers (key N).
+    pub show_geometry: bool,
+    /// Containers are shown (key B).
+    pub show_containers: bool,
+    /// The left panel is open.
+    pub left_open: bool,
+    /// The right panel is open.
+    pub right_open: bool,
+    /// Files opened lately, newest first.
+    pub recent: Vec<PathBuf>,
+    /// The line of help over the first scene has been seen.
+    pub greeted: bool,
+}
+
+impl Default for Preferences {
+    fn default() -> Self {
+        Self {
+            theme: Theme::Dark,
+            navigation: Navigation::Orbit,
+            show_geometry: true,
+            show_containers: true,
+            left_open: true,
+            right_open: true,
+            recent: Vec::new(),
+            greeted: false,
+        }
+    }
+}
+
+/// Something that must be done outside of plain values; carried out by the app after the panels have been drawn.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Request {
+    /// Open this model.
+    Open(SceneSource),
+    /// Ask for a file with the desktop's dialog.
+    OpenDialog,
+    /// Read the present model again.
+    Reload,
+    /// Stop what runs (Esc, the ✕ of the job strip).
+    CancelJobs,
+    /// Save the viewport as a PNG in the current folder (F12); the message says where.
+    Screenshot,
+    /// Copy this text.
+    Copy(String),
+    /// End the program.
+    Quit,
+}
+
+/// Everything that the window knows.
+pub struct AppState {
+    /// What the user wants.
+    pub wanted: Wanted,
+    /// What is on the screen; `None` until the first picture.
+    pub presented: Option<Presented>,
+    /// The newest loaded scene, perhaps not yet presented.
+    pub scene: Option<Arc<Scene>>,
+    /// What runs.
+    pub jobs: Jobs,
+    /// Nodes that stand out.
+    pub selection: Selection,
+    /// The selected triangle and the path of nodes from the root to its leaf.
+    pub picked: Option<(u32, Vec<u32>)>,
+    /// What is under the cursor.
+    pub hover: Option<Hover>,
+    /// What the user was told and has not closed.
+    pub messages: Vec<Message>,
+    /// Kept between runs.
+    pub preferences: Preferences,
+    /// To be carried out after this UI frame.
+    pub requests: Vec<Request>,
+    /// The command palette is open, with what was typed.
+    pub palette: Option<String>,
+    /// The list of shortcuts is open.
+    pub shortcuts_open: bool,
+    /// The start page with samples and recent files is open.
+    pub start_page_open: bool,
+    /// Earlier and later settings, for undo.
+    pub undo: super::undo::UndoStack,
+    /// Containers drawn and wanted in the last frame.
+    pub overlay_counts: (usize, usize),
+    /// Median trace speed of the last second in Mray/s.
+    pub mrays_per_s: f64,
+    /// Name of the GPU adapter, and whether it is a software one.
+    pub adapter: (String, bool),
+    /// Size of the viewport in pixels.
+    pub viewport_px: [u32; 2],
+}
+
+impl AppState {
+    /// Tells the user something.
+    pub fn tell(&mut self, severity: Severity, text: impl Into<String>) {
+        self.messages.push(Message { severity, text: text.into(), since: Instant::now() });
+    }
+}

@@ -1,0 +1,14 @@
+//! Bounding volume hierarchies over triangles: containers, the agglomerative builder and those to compare with, statistics,
+//! validation and traversal. Knows no files, scenes, cameras or pixels.
+
+pub mod builders;
+pub mod container;
+pub mod node;
+pub mod settings;
+pub mod stats;
+pub mod traverse;
+pub mod validate;
+
+pub use container::{Container, ContainerKind};
+pub use node::{AnyTree, Node, Tree};
+pub use settings::{BuildSettings, BuilderKind, Preset};

@@ -1,0 +1,149 @@
+//! What a tree is built with.
+
+use serde::{Deserialize, Serialize};
+
+use super::ContainerKind;
+
+/// How the tree is built.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum BuilderKind {
+    /// Approximate agglomerative clustering (Gu et al., HPG 2013).
+    Aac,
+    /// Median split by Morton code (Lauterbach et al., 2009): "LBVH".
+    Lbvh,
+    /// Top-down splits by the surface area heuristic over bins (Wald, 2007). Boxes only.
+    BinnedSah,
+    /// Exact agglomerative clustering (Walter et al., 2008): always the globally closest pair. Small scenes only.
+    Exact,
+    /// No hierarchy: every ray tests every triangle.
+    None,
+}
+
+impl BuilderKind {
+    /// Every builder, in the order in which menus list them.
+    pub const ALL: [Self; 5] = [Self::Aac, Self::Lbvh, Self::BinnedSah, Self::Exact, Self::None];
+
+    /// The name on the command line and in JSON.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Aac => "aac",
+            Self::Lbvh => "lbvh",
+            Self::BinnedSah => "binned-sah",
+            Self::Exact => "exact",
+            Self::None => "none",
+        }
+    }
+
+    /// The name in the window.
+    pub const fn label(self) -> &'static str {
+        match self {
+            Self::Aac => "AAC",
+            Self::Lbvh => "LBVH (Morton)",
+            Self::BinnedSah => "Binned SAH",
+            Self::Exact => "Exact agglomerative",
+            Self::None => "No BVH",
+        }
+    }
+}
+
+/// Everything that decides which tree is built. Equal settings and triangles give the identical tree, node for node,
+/// whatever the number of threads.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct BuildSettings {
+    /// Which algorithm.
+    pub builder: BuilderKind,
+    /// Boxes or spheres around the primitives.
+    pub container: ContainerKind,
+    /// δ, the traversal stopping threshold in primitives: fewer than δ are clustered, not split. 2 to 64; larger is
+    /// slower to build and gives a better tree. AAC only.
+    pub threshold: u32,
+    /// ε of the reduction function f(x) = ½·δ^(½+ε)·x^(½−ε). 0 to 0.5; smaller keeps more clusters, slower and better. AAC only.
+    pub epsilon: f32,
+}
+
+/// Named settings of the agglomerative builder.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Preset {
+    /// Threshold 6, ε 0.2: the paper's fast setting.
+    Fast,
+    /// Threshold 12, ε 0.1: the paper's good setting.
+    Hq,
+    /// Threshold 4, ε 0.2: Gu et al.'s AAC-Fast.
+    AacFast,
+    /// Threshold 20, ε 0.1: Gu et al.'s AAC-HQ.
+    AacHq,
+}
+
+impl Preset {
+    /// Every preset, in the order in which they are offered.
+    pub const ALL: [Self; 4] = [Self::Fast, Self::Hq, Self::AacFast, Self::AacHq];
+
+    /// Threshold and ε.
+    pub const fn parameters(self) -> (u32, f32) {
+        match self {
+            Self::Fast => (6, 0.2),
+            Self::Hq => (12, 0.1),
+            Self::AacFast => (4, 0.2),
+            Self::AacHq => (20, 0.1),
+        }
+    }
+
+    /// The name on the command line.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Fast => "fast",
+            Self::Hq => "hq",
+            Self::AacFast => "aac-fast",
+            Self::AacHq => "aac-hq",
+        }
+    }
+
+    /// The name in the window.
+    pub const fn label(self) -> &'static str {
+        match self {
+            Self::Fast => "Fast",
+            Self::Hq => "HQ",
+            Self::AacFast => "AAC-Fast",
+            Self::AacHq => "AAC-HQ",
+        }
+    }
+}
+
+impl BuildSettings {
+    /// Smallest threshold that can be set.
+    pub const MIN_THRESHOLD: u32 = 2;
+    /// Largest threshold that can be set.
+    pub const MAX_THRESHOLD: u32 = 64;
+    /// Largest ε that can be set.
+    pub const MAX_EPSILON: f32 = 0.5;
+    /// Exact agglomerative clustering takes quadratic time: it refuses more primitives than this.
+    pub const MAX_EXACT_PRIMITIVES: usize = 20_000;
+
+    /// AAC with a preset's parameters.
+    pub const fn preset(preset: Preset, container: ContainerKind) -> Self {
+        let (threshold, epsilon) = preset.parameters();
+        Self { builder: BuilderKind::Aac, container, threshold, epsilon }
+    }
+
+    /// Why these settings cannot build `primitive_count` triangles; `None` where they can.
+    pub fn refusal(&self, primitive_count: usize) -> Option<String> {
+        match self.builder {
+            BuilderKind::BinnedSah if self.container == ContainerKind::Sphere => {
+                Some("the binned SAH builder makes boxes only: choose the box container".to_owned())
+            }
+            BuilderKind::Exact if primitive_count > Self::MAX_EXACT_PRIMITIVES => Some(format!(
+                "exact clustering takes quadratic time: it builds at most {} triangles, this scene has {primitive_count}",
+                Self::MAX_EXACT_PRIMITIVES
+            )),
+            _ => None,
+        }
+    }
+}
+
+impl Default for BuildSettings {
+    fn default() -> Self {
+        Self::preset(Preset::Fast, ContainerKind::Aabb)
+    }
+}

@@ -1,0 +1,56 @@
+//! Stopping work that nobody waits for, and telling how far it is. Every long computation takes a [`CancelToken`] and
+//! asks it at coarse check points.
+
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
+
+/// Work was stopped because its token was cancelled. Not a failure: nobody wanted the result any more.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
+#[error("cancelled")]
+pub struct Cancelled;
+
+/// Shared between the one who works and the one who may stop it. Clones refer to the same work.
+#[derive(Debug, Clone, Default)]
+pub struct CancelToken {
+    shared: Arc<Shared>,
+}
+
+#[derive(Debug, Default)]
+struct Shared {
+    cancelled: AtomicBool,
+    /// Progress in units of 1/10000.
+    progress: AtomicU32,
+}
+
+impl CancelToken {
+    /// A token that nobody has cancelled yet.
+    pub fn new() -> Self {
+        Self::default()
+    }
+
+    /// Asks the work to stop at its next check point.
+    pub fn cancel(&self) {
+        self.shared.cancelled.store(true, Ordering::Relaxed);
+    }
+
+    /// Whether the work should stop.
+    pub fn is_cancelled(&self) -> bool {
+        self.shared.cancelled.load(Ordering::Relaxed)
+    }
+
+    /// `Err(Cancelled)` once cancelled: for use with `?` at check points.
+    pub fn check(&self) -> Result<(), Cancelled> {
+        if self.is_cancelled() { Err(Cancelled) } else { Ok(()) }
+    }
+
+    /// Reports the finished share of the work, 0 to 1.
+    pub fn set_progress(&self, fraction: f32) {
+        let parts = (fraction.clamp(0.0, 1.0) * 10_000.0) as u32;
+        self.shared.progress.store(parts, Ordering::Relaxed);
+    }
+
+    /// The finished share of the work as last reported, 0 to 1.
+    pub fn progress(&self) -> f32 {
+        self.shared.progress.load(Ordering::Relaxed) as f32 / 10_000.0
+    }
+}

@@ -1,0 +1,71 @@
+//! Which containers are drawn, and how.
+
+use serde::{Deserialize, Serialize};
+
+/// What the colour of a container means.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum ColorBy {
+    /// Its depth in the tree.
+    Depth,
+    /// Its surface area over the root's, logarithmic.
+    Size,
+    /// How much it overlaps with its sibling, as a share of its own area.
+    Overlap,
+    /// How many primitives it holds, logarithmic.
+    Primitives,
+}
+
+impl ColorBy {
+    /// All meanings, in the order of menus.
+    pub const ALL: [Self; 4] = [Self::Depth, Self::Size, Self::Overlap, Self::Primitives];
+
+    /// The name in the window; its lower case on the command line.
+    pub const fn label(self) -> &'static str {
+        match self {
+            Self::Depth => "Depth",
+            Self::Size => "Size",
+            Self::Overlap => "Overlap",
+            Self::Primitives => "Primitives",
+        }
+    }
+}
+
+/// Which containers are drawn, and how.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct OverlaySettings {
+    /// Boxes are drawn.
+    pub show_boxes: bool,
+    /// Spheres are drawn.
+    pub show_spheres: bool,
+    /// First and last depth drawn, root 0; clamped to the tree.
+    pub depth: [u32; 2],
+    /// Of the chosen depths only leaves are drawn.
+    pub leaves_only: bool,
+    /// All levels above the first chosen depth are drawn too.
+    pub parents: bool,
+    /// What colours mean.
+    pub color_by: ColorBy,
+    /// Opacity of lines behind the surface, 0 to 1.
+    pub hidden_alpha: f32,
+    /// Width of lines in points.
+    pub line_width: f32,
+    /// At most this many containers are drawn of each kind: the largest.
+    pub budget: u32,
+}
+
+impl Default for OverlaySettings {
+    fn default() -> Self {
+        Self {
+            show_boxes: true,
+            show_spheres: false,
+            depth: [4, 6],
+            leaves_only: false,
+            parents: false,
+            color_by: ColorBy::Depth,
+            hidden_alpha: 0.15,
+            line_width: 1.25,
+            budget: 4_000,
+        }
+    }
+}

@@ -1,0 +1,121 @@
+//! What a picture shows.
+
+use serde::{Deserialize, Serialize};
+
+use super::ColorMap;
+use crate::bvh::traverse::Traversal;
+
+/// What a pixel's colour means.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Shading {
+    /// Light, materials and textures.
+    Lit,
+    /// The surface's direction.
+    Normals,
+    /// Distance along the view direction.
+    Depth,
+    /// How open the surface is to its surroundings.
+    AmbientOcclusion,
+    /// The colour of the container, at the chosen depth, that holds the surface.
+    Clusters,
+    /// Tests that the pixel's ray cost.
+    Heat(HeatKind),
+}
+
+/// Which tests a heat map counts.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum HeatKind {
+    /// Container tests.
+    Containers,
+    /// Primitive tests.
+    Primitives,
+    /// Both together.
+    Both,
+}
+
+/// Where the light of lit shading comes from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Light {
+    /// From the observer; no shadows.
+    Headlight,
+    /// From a fixed direction high above, with shadow rays.
+    Sun,
+}
+
+/// Everything beside scene, tree, camera and size that decides a picture.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct RenderSettings {
+    /// What a pixel's colour means.
+    pub shading: Shading,
+    /// Where light comes from in lit shading.
+    pub light: Light,
+    /// The depth of the containers that cluster colours show; leaves higher up keep their own colour.
+    pub cluster_depth: u32,
+    /// How rays visit nodes wherever tests are counted.
+    pub traversal: Traversal,
+    /// The counts at the two ends of the heat map; `None` fits the range to the picture.
+    pub heat_range: Option<[f32; 2]>,
+    /// Colours of depth and heat maps.
+    pub color_map: ColorMap,
+    /// Antialiasing samples a pixel once everything rests.
+    pub samples: u32,
+}
+
+impl Default for RenderSettings {
+    fn default() -> Self {
+        Self {
+            shading: Shading::Lit,
+            light: Light::Sun,
+            cluster_depth: 6,
+            traversal: Traversal::Ordered,
+            heat_range: None,
+            color_map: ColorMap::Inferno,
+            samples: 16,
+        }
+    }
+}
+
+impl Shading {
+    /// Every mode, in the order of menus.
+    pub const ALL: [Self; 8] = [
+        Self::Lit,
+        Self::Normals,
+        Self::Depth,
+        Self::AmbientOcclusion,
+        Self::Clusters,
+        Self::Heat(HeatKind::Both),
+        Self::Heat(HeatKind::Containers),
+        Self::Heat(HeatKind::Primitives),
+    ];
+
+    /// The name on the command line.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Lit => "lit",
+            Self::Normals => "normals",
+            Self::Depth => "depth",
+            Self::AmbientOcclusion => "ao",
+            Self::Clusters => "clusters",
+            Self::Heat(HeatKind::Both) => "heat",
+            Self::Heat(HeatKind::Containers) => "heat-containers",
+            Self::Heat(HeatKind::Primitives) => "heat-primitives",
+        }
+    }
+
+    /// The name in the window.
+    pub const fn label(self) -> &'static str {
+        match self {
+            Self::Lit => "Lit",
+            Self::Normals => "Normals",
+            Self::Depth => "Depth",
+            Self::AmbientOcclusion => "Ambient occlusion",
+            Self::Clusters => "Cluster colours",
+            Self::Heat(HeatKind::Both) => "Heat: all tests",
+            Self::Heat(HeatKind::Containers) => "Heat: container tests",
+            Self::Heat(HeatKind::Primitives) => "Heat: triangle tests",
+        }
+    }
+}

@@ -1,0 +1,54 @@
+//! Scenes that need no file.
+
+/// A scene made in code.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct BuiltinScene {
+    /// As in `builtin:NAME`.
+    pub name: &'static str,
+    /// For menus.
+    pub label: &'static str,
+    /// One line that says what it shows.
+    pub description: &'static str,
+    /// What the size parameter means and its smallest, default and largest value; `None` where there is none.
+    pub size: Option<(&'static str, u32, u32, u32)>,
+}
+
+/// Every built-in scene, in the order in which menus list them.
+pub const BUILTIN_SCENES: [BuiltinScene; 6] = [
+    BuiltinScene {
+        name: "teapot",
+        label: "Utah teapot",
+        description: "Newell's 32 bicubic patches, 1975",
+        size: Some(("segments along each patch edge", 1, 10, 200)),
+    },
+    BuiltinScene {
+        name: "cornell",
+        label: "Cornell box",
+        description: "Two boxes in a room with coloured walls",
+        size: None,
+    },
+    BuiltinScene {
+        name: "sphereflake",
+        label: "Sphere flake",
+        description: "Spheres on spheres on spheres",
+        size: Some(("levels", 0, 3, 5)),
+    },
+    BuiltinScene {
+        name: "terrain",
+        label: "Terrain",
+        description: "A fractal height field of any size",
+        size: Some(("triangles", 2, 200_000, 10_000_000)),
+    },
+    BuiltinScene {
+        name: "slivers",
+        label: "Soup of slivers",
+        description: "Long thin triangles in all directions: the classic bad case",
+        size: Some(("triangles", 1, 20_000, 2_000_000)),
+    },
+    BuiltinScene {
+        name: "clusters",
+        label: "Clustered spheres",
+        description: "Dense groups far apart: hard for a regular grid",
+        size: Some(("spheres", 1, 240, 20_000)),
+    },
+];
