@@ -1,0 +1,48 @@
+# Two commands set everything up on a fresh Debian or Ubuntu machine that has Rust:
+#   make run    opens the viewer on the built-in teapot (without a display: writes teapot.png)
+#   make test   checks everything that continuous integration checks
+# Both first install the system packages that are missing. Everything else is plain cargo.
+
+SHELL := /bin/bash
+
+# What the window and the overlay load at run time (nothing is needed to compile beyond a C linker).
+RUN_PACKAGES := mesa-vulkan-drivers libx11-6 libx11-xcb1 libxcursor1 libxi6 libxkbcommon-x11-0
+# What the tests of the real window need on top.
+TEST_PACKAGES := $(RUN_PACKAGES) xvfb xdotool x11-apps python3-xlib
+
+.PHONY: run test format lint unit docs headless deps-run deps-test
+
+run: deps-run
+	cargo build --release
+	@if [ -n "$$DISPLAY$$WAYLAND_DISPLAY" ]; then \
+		cargo run --release -- $(MODEL); \
+	else \
+		echo "There is no display here: drawing the built-in scene with its containers into teapot.png instead."; \
+		cargo run --release -- render builtin:teapot --overlay box --depth 4..6 --size 1280x800 -o teapot.png; \
+	fi
+
+test: deps-test format lint unit headless docs
+
+format:
+	cargo fmt --check
+
+# In debug and in release, because code under debug_assertions differs. The release check builds nothing.
+lint:
+	cargo clippy --all-targets -- -D warnings
+	cargo clippy --release --all-targets -- -D warnings
+
+unit:
+	cargo test --no-fail-fast
+
+# The program for servers, without window and overlay.
+headless:
+	cargo clippy --no-default-features --all-targets -- -D warnings
+
+docs:
+	RUSTDOCFLAGS="-D warnings" cargo doc --no-deps
+
+deps-run:
+	@bash tests/install_packages.sh $(RUN_PACKAGES)
+
+deps-test:
+	@bash tests/install_packages.sh $(TEST_PACKAGES)
