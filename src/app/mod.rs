@@ -1,4 +1,10 @@
 //! The window: the only place that owns threads and egui.
 
 pub mod state;
-mod undo;
+
+pub mod orbit;
+pub mod undo;
+
+pub mod commands;
+pub mod panels;
+pub mod theme;

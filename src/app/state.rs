@@ -4,11 +4,13 @@ use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::Instant;
 
+use glam::Vec3;
 use serde::{Deserialize, Serialize};
 
 use crate::accel::Accel;
 use crate::bvh::BuildSettings;
 use crate::camera::Camera;
+use crate::geometry::Aabb;
 use crate::overlay::{NodeTable, OverlaySettings, Selection};
 use crate::render::{Frame, RenderSettings};
 use crate::scene::{Scene, SceneSource};
@@ -218,9 +220,70 @@ pub struct AppState {
     pub adapter: (String, bool),
     /// Size of the viewport in pixels.
     pub viewport_px: [u32; 2],
+    /// The graphics driver failed: picture and containers are no longer drawn by it.
+    pub overlay_failed: bool,
+}
+
+impl Wanted {
+    /// The built-in teapot with default settings.
+    pub fn new(source: SceneSource) -> Self {
+        Self {
+            source,
+            build: BuildSettings::default(),
+            threads: 0,
+            camera: Camera::framing(&Aabb { min: Vec3::NEG_ONE, max: Vec3::ONE }, Vec3::Y),
+            render: RenderSettings::default(),
+            overlay: OverlaySettings::default(),
+        }
+    }
 }
 
 impl AppState {
+    /// A window in which nothing has been loaded yet.
+    pub fn new(wanted: Wanted, preferences: Preferences) -> Self {
+        Self {
+            wanted,
+            presented: None,
+            scene: None,
+            jobs: Jobs::default(),
+            selection: Selection::default(),
+            picked: None,
+            hover: None,
+            messages: Vec::new(),
+            preferences,
+            requests: Vec::new(),
+            palette: None,
+            shortcuts_open: false,
+            start_page_open: false,
+            undo: super::undo::UndoStack::default(),
+            overlay_counts: (0, 0),
+            mrays_per_s: 0.0,
+            adapter: (String::new(), false),
+            viewport_px: [0, 0],
+            overlay_failed: false,
+        }
+    }
+
+    /// Goes back one step of settings.
+    pub fn undo(&mut self) -> bool {
+        self.undo.undo(&mut self.wanted)
+    }
+
+    /// Goes forward again.
+    pub fn redo(&mut self) -> bool {
+        self.undo.redo(&mut self.wanted)
+    }
+
+    /// The scene's up axis; y where nothing is loaded.
+    pub fn up(&self) -> Vec3 {
+        self.presented.as_ref().map_or(Vec3::Y, |presented| presented.accel.scene.up)
+    }
+
+    /// The box around the presented scene.
+    pub fn bounds(&self) -> Option<Aabb> {
+        self.presented.as_ref().map(|presented| presented.accel.scene.bounds)
+    }
+
     /// Tells the user something.
     pub fn tell(&mut self, severity: Severity, text: impl Into<String>) {
         self.messages.push(Message { severity, text: text.into(), since: Instant::now() });

@@ -1,9 +1,74 @@
-//! Undo of settings: a stack of [`Wanted`] values.
+//! Undo of settings: a stack of [`Wanted`] values. Camera moves are not undone, and neither is opening a model.
 
 use super::state::Wanted;
+
+/// Older settings are forgotten beyond this many steps.
+const MAX_STEPS: usize = 200;
 
 /// Earlier and later settings.
 #[derive(Debug, Clone, Default)]
 pub struct UndoStack {
-    _past: Vec<Wanted>,
+    past: Vec<Wanted>,
+    future: Vec<Wanted>,
+    /// The settings as last seen at rest.
+    settled: Option<Wanted>,
+}
+
+impl UndoStack {
+    /// Looks at the settings once a UI frame. While `dragging`, changes belong to one step.
+    pub fn observe(&mut self, wanted: &Wanted, dragging: bool) {
+        let Some(settled) = &mut self.settled else {
+            self.settled = Some(wanted.clone());
+            return;
+        };
+        if dragging {
+            return;
+        }
+        if !same_settings(settled, wanted) {
+            self.past.push(std::mem::replace(settled, wanted.clone()));
+            if self.past.len() > MAX_STEPS {
+                self.past.remove(0);
+            }
+            self.future.clear();
+        }
+    }
+
+    /// Goes back one step, if there is one.
+    pub fn undo(&mut self, wanted: &mut Wanted) -> bool {
+        let Some(earlier) = self.past.pop() else { return false };
+        self.future.push(wanted.clone());
+        self.apply(&earlier, wanted);
+        true
+    }
+
+    /// Goes forward again, if there was an undo and nothing has changed since.
+    pub fn redo(&mut self, wanted: &mut Wanted) -> bool {
+        let Some(later) = self.future.pop() else { return false };
+        self.past.push(wanted.clone());
+        self.apply(&later, wanted);
+        true
+    }
+
+    /// Whether there is something to undo.
+    pub fn can_undo(&self) -> bool {
+        !self.past.is_empty()
+    }
+
+    /// Whether there is something to redo.
+    pub fn can_redo(&self) -> bool {
+        !self.future.is_empty()
+    }
+
+    fn apply(&mut self, from: &Wanted, to: &mut Wanted) {
+        to.build = from.build;
+        to.threads = from.threads;
+        to.render = from.render;
+        to.overlay = from.overlay;
+        self.settled = Some(to.clone());
+    }
+}
+
+/// Whether two values differ in nothing that undo restores.
+fn same_settings(a: &Wanted, b: &Wanted) -> bool {
+    a.build == b.build && a.threads == b.threads && a.render == b.render && a.overlay == b.overlay
 }
