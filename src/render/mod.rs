@@ -1,12 +1,33 @@
 //! Pictures: tiles of rays through an [`Accel`](crate::accel::Accel), shaded into a [`Frame`]. Knows no egui and no wgpu.
 
-mod frame;
 mod settings;
+
+mod frame;
+
 mod tiles;
+
+mod view;
+
+mod surface;
+
+mod sampling;
+
+mod shade;
+
+mod lit;
+
+mod ambient_occlusion;
+
+pub mod clusters;
+
+pub mod primary;
 
 pub mod color_map;
 
+mod srgb;
+
 pub use color_map::ColorMap;
 pub use frame::{Frame, FrameStats};
+pub use primary::{PrimaryTrace, TestSummary, count_tests, trace_primary};
 pub use settings::{HeatKind, Light, RenderSettings, Shading};
 pub use tiles::{RenderError, RenderRequest, render};

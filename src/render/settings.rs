@@ -60,7 +60,7 @@ pub struct RenderSettings {
     pub heat_range: Option<[f32; 2]>,
     /// Colours of depth and heat maps.
     pub color_map: ColorMap,
-    /// Antialiasing samples a pixel once everything rests.
+    /// Antialiasing samples a pixel once everything rests; see [`RenderSettings::wanted_samples`].
     pub samples: u32,
 }
 
@@ -78,7 +78,20 @@ impl Default for RenderSettings {
     }
 }
 
+impl RenderSettings {
+    /// Samples a pixel that a picture at full resolution gets: `samples`, at least 1, but always 1 where a pixel's colour
+    /// stands for exactly one value.
+    pub fn wanted_samples(&self) -> u32 {
+        if self.shading.has_values() { 1 } else { self.samples.max(1) }
+    }
+}
+
 impl Shading {
+    /// Whether colours stand for numbers: [`Frame::values`](super::Frame::values) is filled, and a legend makes sense.
+    pub const fn has_values(self) -> bool {
+        matches!(self, Self::Depth | Self::Heat(_))
+    }
+
     /// Every mode, in the order of menus.
     pub const ALL: [Self; 8] = [
         Self::Lit,

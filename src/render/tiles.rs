@@ -1,11 +1,29 @@
 //! The picture in tiles: the unit of work and of cancelling.
 
 use std::sync::Arc;
+use std::sync::atomic::{AtomicU32, Ordering};
+use std::time::Instant;
 
-use super::{Frame, RenderSettings};
+use glam::Vec3;
+use rayon::prelude::*;
+
+use super::clusters::Clusters;
+use super::lit::Lit;
+use super::sampling::{SampleId, subpixel};
+use super::shade::{AmbientOcclusion, Depth, Heat, Normals, Shade};
+use super::srgb::Encoder;
+use super::view::View;
+use super::{Frame, FrameStats, RenderSettings, Shading};
 use crate::accel::Accel;
+use crate::bvh::Container;
+use crate::bvh::traverse::TestCounts;
 use crate::camera::Camera;
 use crate::cancel::{CancelToken, Cancelled};
+use crate::with_tree;
+
+/// Edge of a tile in traced pixels: some thousand tiles for a window, each well below a millisecond.
+pub(super) const TILE: u32 = 16;
+const TILE_AREA: usize = (TILE * TILE) as usize;
 
 /// One picture that is wanted.
 #[derive(Debug, Clone)]
@@ -27,13 +45,242 @@ pub struct RenderRequest {
 /// Why there is no picture.
 pub type RenderError = Cancelled;
 
+/// The traced pixels of a request and how they lie in tiles.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Grid {
+    pub(super) width: u32,
+    pub(super) height: u32,
+    pub(super) coarseness: u32,
+    tiles_x: u32,
+    pub(super) tile_count: u32,
+}
+
+impl Grid {
+    pub(super) fn new(request: &RenderRequest) -> Self {
+        let coarseness = request.coarseness.max(1);
+        let (width, height) =
+            (request.width_px.max(1).div_ceil(coarseness), request.height_px.max(1).div_ceil(coarseness));
+        let tiles_x = width.div_ceil(TILE);
+        Self { width, height, coarseness, tiles_x, tile_count: tiles_x * height.div_ceil(TILE) }
+    }
+
+    /// Calls `visit(x, y, index)` for each pixel of a tile, `index` counting from 0 within the tile's square.
+    pub(super) fn for_each_pixel(&self, tile: u32, mut visit: impl FnMut(u32, u32, usize)) {
+        let (left, top) = (tile % self.tiles_x * TILE, tile / self.tiles_x * TILE);
+        for y in top..(top + TILE).min(self.height) {
+            for x in left..(left + TILE).min(self.width) {
+                visit(x, y, ((y - top) * TILE + (x - left)) as usize);
+            }
+        }
+    }
+
+    /// Where pixel (x, y) lies among the pixels of all tiles, each tile a square of its own.
+    fn index(&self, x: u32, y: u32) -> usize {
+        let tile = (y / TILE * self.tiles_x + x / TILE) as usize;
+        tile * TILE_AREA + (y % TILE * TILE + x % TILE) as usize
+    }
+
+    /// A point of traced pixel (x, y), given from 0 to 1 on both axes, in wanted pixels.
+    pub(super) fn point(&self, x: u32, y: u32, within: glam::Vec2) -> glam::Vec2 {
+        (glam::Vec2::new(x as f32, y as f32) + within) * self.coarseness as f32
+    }
+}
+
+/// What a traced pixel gathers.
+#[derive(Debug, Clone, Copy)]
+struct Pixel {
+    /// Sum of the samples' linear colours.
+    sum: Vec3,
+    depth: f32,
+    distance: f32,
+    primitive: u32,
+    value: f32,
+}
+
+/// What a pass counts; whole numbers, so that the order of adding does not matter.
+#[derive(Debug, Clone, Copy, Default)]
+struct PassCounts {
+    hits: u64,
+    nan_samples: u64,
+    tests: TestCounts,
+}
+
+impl PassCounts {
+    fn plus(self, other: Self) -> Self {
+        Self {
+            hits: self.hits + other.hits,
+            nan_samples: self.nan_samples + other.nan_samples,
+            tests: TestCounts {
+                containers: self.tests.containers + other.tests.containers,
+                primitives: self.tests.primitives + other.tests.primitives,
+            },
+        }
+    }
+}
+
 /// Traces a picture in the calling thread's rayon pool: one sample a pixel through its centre, then, at full resolution,
-/// `settings.samples` in all. `deliver` gets the frame after the first pass and after each further power of two of samples;
-/// the last one is returned. Equal requests give equal pictures for any number of threads.
+/// [`RenderSettings::wanted_samples`] in all. `deliver` gets the frame after the first pass and after each further power of
+/// two of samples; the last one is returned. Equal requests give equal pictures for any number of threads.
+///
+/// Depth, distance, triangle and value of a pixel are those of its centre; further samples change colours only. A sample
+/// that is not a number is counted and black.
 pub fn render(
-    _request: &RenderRequest,
-    _token: &CancelToken,
-    _deliver: &(dyn Fn(Frame) + Sync),
+    request: &RenderRequest,
+    token: &CancelToken,
+    deliver: &(dyn Fn(Frame) + Sync),
 ) -> Result<Frame, RenderError> {
-    todo!("render")
+    let accel = &*request.accel;
+    with_tree!(&accel.tree, tree => {
+        let camera = request.camera.for_size(request.width_px, request.height_px);
+        let view = View::new(&accel.scene, tree, &accel.leaf_triangles, camera, request.height_px.max(1));
+        // The variant is chosen here, outside of all loops.
+        match request.settings.shading {
+            Shading::Lit => {
+                let lit = Lit::new(request.settings.light, accel.scene.up);
+                passes(&view, &lit, request, token, deliver)
+            }
+            Shading::Normals => passes(&view, &Normals, request, token, deliver),
+            Shading::Depth => passes(&view, &Depth, request, token, deliver),
+            Shading::AmbientOcclusion => passes(&view, &AmbientOcclusion, request, token, deliver),
+            Shading::Clusters => {
+                let clusters = Clusters::new(tree, request.settings.cluster_depth, token)?;
+                passes(&view, &clusters, request, token, deliver)
+            }
+            Shading::Heat(kind) => passes(&view, &Heat(kind), request, token, deliver),
+        }
+    })
+}
+
+/// One pass after the other over all tiles.
+fn passes<C: Container, S: Shade<C>>(
+    view: &View<C>,
+    shade: &S,
+    request: &RenderRequest,
+    token: &CancelToken,
+    deliver: &(dyn Fn(Frame) + Sync),
+) -> Result<Frame, RenderError> {
+    let grid = Grid::new(request);
+    let samples = if grid.coarseness > 1 { 1 } else { request.settings.wanted_samples() };
+    let blank =
+        Pixel { sum: Vec3::ZERO, depth: Frame::NO_HIT, distance: f32::INFINITY, primitive: u32::MAX, value: 0.0 };
+    let mut pixels = vec![blank; grid.tile_count as usize * TILE_AREA];
+    let tiles_done = AtomicU32::new(0);
+    let tiles_in_all = (grid.tile_count * samples) as f32;
+    let mut nan_samples = 0;
+    let mut sample = 0;
+    loop {
+        let start = Instant::now();
+        let counts = pixels
+            .par_chunks_mut(TILE_AREA)
+            .enumerate()
+            .map(|(tile, pixels)| {
+                token.check()?;
+                let counts = trace_tile(view, shade, request, &grid, tile as u32, sample, pixels);
+                token.set_progress((tiles_done.fetch_add(1, Ordering::Relaxed) + 1) as f32 / tiles_in_all);
+                Ok(counts)
+            })
+            .try_reduce(PassCounts::default, |a, b| Ok(a.plus(b)))?;
+        let trace_time = start.elapsed();
+        nan_samples += counts.nan_samples;
+        sample += 1;
+        if sample.is_power_of_two() || sample == samples {
+            let rays = u64::from(grid.width) * u64::from(grid.height);
+            let per_ray = |count: u64| S::COUNTS.then(|| (count as f64 / rays as f64) as f32);
+            let stats = FrameStats {
+                primary_rays: rays,
+                hits: counts.hits,
+                trace_time,
+                container_tests_per_ray: per_ray(counts.tests.containers),
+                primitive_tests_per_ray: per_ray(counts.tests.primitives),
+                nan_samples,
+            };
+            let frame = assemble(request, &grid, &pixels, sample, stats);
+            if sample == samples {
+                return Ok(frame);
+            }
+            token.check()?;
+            deliver(frame);
+        }
+    }
+}
+
+/// Adds sample number `sample` to each pixel of a tile.
+fn trace_tile<C: Container, S: Shade<C>>(
+    view: &View<C>,
+    shade: &S,
+    request: &RenderRequest,
+    grid: &Grid,
+    tile: u32,
+    sample: u32,
+    pixels: &mut [Pixel],
+) -> PassCounts {
+    let mut counts = PassCounts::default();
+    let within = subpixel(sample);
+    let ortho_offset = view.camera.ortho_offset();
+    grid.for_each_pixel(tile, |x, y, index| {
+        let pixel = &mut pixels[index];
+        let point = grid.point(x, y, within);
+        let ray = view.camera.ray(point.x, point.y);
+        let mut tests = TestCounts::default();
+        let hit = if S::COUNTS {
+            view.closest_solid(&ray, request.settings.traversal, &mut tests)
+        } else {
+            view.closest(&ray)
+        };
+        let shaded = match &hit {
+            Some(hit) => shade.hit(view, &ray, hit, tests, SampleId { x, y, sample }),
+            None => shade.miss(view.background(point.y), tests),
+        };
+        if shaded.color.is_finite() {
+            pixel.sum += shaded.color;
+        } else {
+            counts.nan_samples += 1;
+        }
+        counts.hits += u64::from(hit.is_some());
+        counts.tests.containers += tests.containers;
+        counts.tests.primitives += tests.primitives;
+        if sample == 0 {
+            pixel.value = shaded.value;
+            if let Some(hit) = hit {
+                pixel.depth = view.camera.view_depth(&ray, hit.t);
+                pixel.distance = hit.t - ortho_offset;
+                pixel.primitive = hit.primitive_index;
+            }
+        }
+    });
+    counts
+}
+
+/// The pixels of all tiles as a frame, row by row.
+fn assemble(request: &RenderRequest, grid: &Grid, pixels: &[Pixel], samples: u32, stats: FrameStats) -> Frame {
+    let settings = request.settings;
+    let in_rows = || {
+        let grid = *grid;
+        (0..grid.width as usize * grid.height as usize)
+            .into_par_iter()
+            .with_min_len(1 << 14)
+            .map(move |index| &pixels[grid.index(index as u32 % grid.width, index as u32 / grid.width)])
+    };
+    let (scale, encoder) = (1.0 / samples as f32, Encoder::new());
+    let mut frame = Frame {
+        width_px: grid.width,
+        height_px: grid.height,
+        coarseness: grid.coarseness,
+        rgba: in_rows().map(|pixel| encoder.rgba(pixel.sum * scale)).collect(),
+        depth: in_rows().map(|pixel| pixel.depth).collect(),
+        distance: in_rows().map(|pixel| pixel.distance).collect(),
+        primitive: in_rows().map(|pixel| pixel.primitive).collect(),
+        values: Vec::new(),
+        value_range: [0.0, 1.0],
+        samples,
+        camera: request.camera,
+        settings,
+        stats,
+    };
+    if settings.shading.has_values() {
+        frame.values = in_rows().map(|pixel| pixel.value).collect();
+        let range = if matches!(settings.shading, Shading::Heat(_)) { settings.heat_range } else { None };
+        frame.recolor(range, settings.color_map);
+    }
+    frame
 }

@@ -1,0 +1,84 @@
+//! Cluster colours: each surface in the colour of the container that holds it at a chosen depth.
+
+use glam::Vec3;
+
+use super::sampling::SampleId;
+use super::shade::{Shade, Shaded};
+use super::surface;
+use super::view::View;
+use crate::bvh::traverse::TestCounts;
+use crate::bvh::{Container, Tree};
+use crate::cancel::{CancelToken, Cancelled};
+use crate::geometry::{Hit, Ray};
+
+/// Nodes between two looks at the token.
+const CHECK_EVERY: usize = 1 << 16;
+
+/// For each primitive the node that holds it at `depth`, or its leaf where that lies higher.
+pub fn cluster_of_primitives<C: Container>(
+    tree: &Tree<C>,
+    depth: u32,
+    token: &CancelToken,
+) -> Result<Vec<u32>, Cancelled> {
+    let mut of_primitive = vec![0; tree.primitive_indices.len()];
+    // Parents come before their children: one walk from the front hands depth and cluster down.
+    let mut of_node = vec![(0_u32, 0_u32); tree.nodes.len()];
+    for (index, node) in tree.nodes.iter().enumerate() {
+        if index % CHECK_EVERY == 0 {
+            token.check()?;
+        }
+        let (own_depth, cluster) = of_node[index];
+        if node.is_leaf() {
+            for &primitive in &tree.primitive_indices[node.first as usize..(node.first + node.count) as usize] {
+                of_primitive[primitive as usize] = cluster;
+            }
+        } else {
+            for child in [node.first, node.first + 1] {
+                of_node[child as usize] = (own_depth + 1, if own_depth < depth { child } else { cluster });
+            }
+        }
+    }
+    Ok(of_primitive)
+}
+
+/// The linear colour of a cluster: hues a golden angle apart, all of the same lightness, so that siblings differ most.
+pub fn cluster_color(node_index: u32) -> Vec3 {
+    // 1/φ of a turn: neighbours in number are never neighbours in hue.
+    let turns = (f64::from(node_index) * 0.618_033_988_749_894_9).fract() as f32;
+    let (sin, cos) = (turns * std::f32::consts::TAU).sin_cos();
+    // Three lightnesses tell equal hues apart.
+    let lightness = 0.66 + 0.06 * (node_index % 3) as f32;
+    oklab(lightness, 0.13 * cos, 0.13 * sin)
+}
+
+/// Oklab to linear sRGB (Björn Ottosson, *A perceptual color space for image processing*, 2020), clamped to what is visible.
+fn oklab(lightness: f32, a: f32, b: f32) -> Vec3 {
+    let l = (lightness + 0.396_337_78 * a + 0.215_803_76 * b).powi(3);
+    let m = (lightness - 0.105_561_346 * a - 0.063_854_17 * b).powi(3);
+    let s = (lightness - 0.089_484_18 * a - 1.291_485_5 * b).powi(3);
+    Vec3::new(
+        4.076_741_7 * l - 3.307_711_6 * m + 0.230_969_93 * s,
+        -1.268_438 * l + 2.609_757_4 * m - 0.341_319_4 * s,
+        -0.004_196_086 * l - 0.703_418_6 * m + 1.707_614_7 * s,
+    )
+    .clamp(Vec3::ZERO, Vec3::ONE)
+}
+
+/// Shades by cluster, a little by a headlight, so that the shape still shows.
+pub(super) struct Clusters {
+    of_primitive: Vec<u32>,
+}
+
+impl Clusters {
+    pub(super) fn new<C: Container>(tree: &Tree<C>, depth: u32, token: &CancelToken) -> Result<Self, Cancelled> {
+        Ok(Self { of_primitive: cluster_of_primitives(tree, depth, token)? })
+    }
+}
+
+impl<C: Container> Shade<C> for Clusters {
+    fn hit(&self, view: &View<C>, ray: &Ray, hit: &Hit, _tests: TestCounts, _id: SampleId) -> Shaded {
+        let facing = surface::orientation(view.scene, ray, hit).smooth.dot(-ray.direction).max(0.0);
+        let color = cluster_color(self.of_primitive[hit.primitive_index as usize]);
+        Shaded { color: color * (0.35 + 0.65 * facing), value: 0.0 }
+    }
+}

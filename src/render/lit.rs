@@ -1,0 +1,103 @@
+//! Lit shading: soft light from a sky, a key light, and contact shadows once the picture rests.
+
+use glam::Vec3;
+
+use super::Light;
+use super::ambient_occlusion::openness;
+use super::sampling::SampleId;
+use super::shade::{Shade, Shaded};
+use super::surface;
+use super::view::View;
+use crate::bvh::Container;
+use crate::bvh::traverse::TestCounts;
+use crate::geometry::{Hit, Ray};
+
+/// Linear light from straight above and from straight below; in between it goes over smoothly.
+const SKY: Vec3 = Vec3::new(0.50, 0.55, 0.62);
+const GROUND: Vec3 = Vec3::new(0.26, 0.23, 0.20);
+/// Linear light of the sun on a surface that faces it.
+const SUN: Vec3 = Vec3::new(1.25, 1.17, 1.02);
+/// Linear light of the headlight on a surface that faces the observer.
+const HEADLIGHT: Vec3 = Vec3::new(0.85, 0.84, 0.82);
+/// Contact shadows reach this share of the scene's diagonal.
+const CONTACT_RADIUS: f32 = 0.08;
+/// Sky light that reaches even a fully enclosed corner, for light that bounces.
+const BOUNCE: f32 = 0.3;
+/// Up to here tone mapping changes nothing; above it rolls off towards white.
+const SHOULDER: f32 = 0.6;
+
+/// Light, materials and textures.
+pub(super) struct Lit {
+    light: Light,
+    up: Vec3,
+    /// Towards the sun.
+    sun: Vec3,
+}
+
+impl Lit {
+    /// The lights of a scene in which `up` is up.
+    pub(super) fn new(light: Light, up: Vec3) -> Self {
+        // Seen from the default camera the sun stands high in front on the left.
+        let side = if up.y.abs() > 0.5 { Vec3::Z } else { Vec3::NEG_Y };
+        let right = up.cross(side).normalize_or(Vec3::X);
+        Self { light, up, sun: (up * 1.0 + side * 0.55 - right * 0.45).normalize() }
+    }
+}
+
+impl<C: Container> Shade<C> for Lit {
+    fn hit(&self, view: &View<C>, ray: &Ray, hit: &Hit, _tests: TestCounts, id: SampleId) -> Shaded {
+        let scene = view.scene;
+        let material = scene.material(hit.primitive_index);
+        let base_color = surface::base_color(scene, material, hit);
+        if material.unlit {
+            return Shaded { color: base_color + material.emissive, value: 0.0 };
+        }
+        let orientation = surface::orientation(scene, ray, hit);
+        let position = surface::position(scene, hit);
+        let normal = orientation.smooth;
+
+        let mut sky = GROUND.lerp(SKY, 0.5 + 0.5 * normal.dot(self.up));
+        // The first pass stays clean and fast; each further one adds a ray of contact shadow.
+        if id.sample > 0 {
+            let open = openness(view, position, &orientation, view.diagonal * CONTACT_RADIUS, 1, id);
+            sky *= BOUNCE + (1.0 - BOUNCE) * open;
+        }
+        let key = match self.light {
+            Light::Headlight => HEADLIGHT * normal.dot(-ray.direction).max(0.0),
+            Light::Sun => {
+                let facing = normal.dot(self.sun);
+                // The flat triangle decides about its own shadow, or smooth surfaces would show their triangles.
+                let lit = facing > 0.0
+                    && orientation.geometric.dot(self.sun) > 0.0
+                    && !view.is_blocked(&view.ray_from(position, orientation.geometric, self.sun, f32::INFINITY));
+                if lit { SUN * facing } else { Vec3::ZERO }
+            }
+        };
+        Shaded { color: tone_map(base_color * (sky + key) + material.emissive), value: 0.0 }
+    }
+}
+
+/// Leaves dark and middle tones alone and brings everything brighter smoothly below 1.
+fn tone_map(color: Vec3) -> Vec3 {
+    color.map(|x| if x <= SHOULDER { x } else { 1.0 - (1.0 - SHOULDER) * ((SHOULDER - x) / (1.0 - SHOULDER)).exp() })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn tone_mapping_keeps_mid_greys_order_and_range() {
+        assert_eq!(tone_map(Vec3::new(0.0, 0.18, 0.5)), Vec3::new(0.0, 0.18, 0.5));
+        let steps: Vec<f32> = (0..100).map(|i| tone_map(Vec3::splat(i as f32 * 0.03)).x).collect();
+        assert!(steps.windows(2).all(|pair| pair[0] < pair[1] && pair[1] < 1.0));
+        assert!(tone_map(Vec3::NAN).x.is_nan());
+    }
+
+    #[test]
+    fn the_sun_stands_above_in_every_up_axis() {
+        for up in [Vec3::Y, Vec3::Z, Vec3::X] {
+            assert!(Lit::new(Light::Sun, up).sun.dot(up) > 0.5);
+        }
+    }
+}

@@ -1,0 +1,110 @@
+//! Primary rays alone: the pass that is timed and counted. No shading, holes in textures are solid.
+
+use std::time::{Duration, Instant};
+
+use glam::Vec2;
+use rayon::prelude::*;
+
+use super::RenderRequest;
+use super::tiles::Grid;
+use crate::bvh::Container;
+use crate::bvh::Tree;
+use crate::bvh::traverse::{NoProbe, Probe, TestCounts, Traversal, closest_hit};
+use crate::cancel::{CancelToken, Cancelled};
+use crate::with_tree;
+
+/// Tests of the rays through all pixel centres.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct TestSummary {
+    /// Rays: one a pixel.
+    pub rays: u64,
+    /// Rays that hit something.
+    pub hits: u64,
+    /// Container tests a ray.
+    pub container_tests_per_ray: f32,
+    /// Primitive tests a ray.
+    pub primitive_tests_per_ray: f32,
+    /// Wall-clock time, counting included.
+    pub trace_time: Duration,
+}
+
+impl TestSummary {
+    /// Container and primitive tests a ray together: the paper's "average intersection tests".
+    pub fn tests_per_ray(&self) -> f32 {
+        self.container_tests_per_ray + self.primitive_tests_per_ray
+    }
+}
+
+/// The time of the rays through all pixel centres.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct PrimaryTrace {
+    /// Rays: one a pixel.
+    pub rays: u64,
+    /// Rays that hit something.
+    pub hits: u64,
+    /// Wall-clock time of tracing.
+    pub trace_time: Duration,
+}
+
+impl PrimaryTrace {
+    /// Millions of rays a second.
+    pub fn mrays_per_s(&self) -> f64 {
+        let seconds = self.trace_time.as_secs_f64();
+        if seconds > 0.0 { self.rays as f64 / seconds / 1e6 } else { 0.0 }
+    }
+}
+
+/// Counts the tests of the primary rays in the order of `request.settings.traversal`, in the calling thread's rayon pool.
+pub fn count_tests(request: &RenderRequest, token: &CancelToken) -> Result<TestSummary, Cancelled> {
+    let start = Instant::now();
+    let (rays, hits, tests) = with_tree!(&request.accel.tree, tree =>
+        trace::<_, TestCounts>(tree, request, request.settings.traversal, token)?);
+    let per_ray = |sum: u64| (sum as f64 / rays as f64) as f32;
+    Ok(TestSummary {
+        rays,
+        hits,
+        container_tests_per_ray: per_ray(tests.iter().map(|counts| counts.containers).sum()),
+        primitive_tests_per_ray: per_ray(tests.iter().map(|counts| counts.primitives).sum()),
+        trace_time: start.elapsed(),
+    })
+}
+
+/// Traces the primary rays to their nearest hits and does nothing else, in the calling thread's rayon pool.
+pub fn trace_primary(
+    request: &RenderRequest,
+    traversal: Traversal,
+    token: &CancelToken,
+) -> Result<PrimaryTrace, Cancelled> {
+    let start = Instant::now();
+    let (rays, hits, _) =
+        with_tree!(&request.accel.tree, tree => trace::<_, NoProbe>(tree, request, traversal, token)?);
+    Ok(PrimaryTrace { rays, hits, trace_time: start.elapsed() })
+}
+
+/// Rays, hits and each tile's probe.
+fn trace<C: Container, P: Probe + Default + Send>(
+    tree: &Tree<C>,
+    request: &RenderRequest,
+    traversal: Traversal,
+    token: &CancelToken,
+) -> Result<(u64, u64, Vec<P>), Cancelled> {
+    let grid = Grid::new(request);
+    let camera = request.camera.for_size(request.width_px, request.height_px);
+    let tiles: Vec<(u64, P)> = (0..grid.tile_count)
+        .into_par_iter()
+        .map(|tile| {
+            token.check()?;
+            let (mut hits, mut probe) = (0, P::default());
+            grid.for_each_pixel(tile, |x, y, _| {
+                let point = grid.point(x, y, Vec2::splat(0.5));
+                let ray = camera.ray(point.x, point.y);
+                let hit = closest_hit(tree, &request.accel.leaf_triangles, &ray, traversal, &mut probe);
+                hits += u64::from(hit.is_some());
+            });
+            Ok((hits, probe))
+        })
+        .collect::<Result<_, Cancelled>>()?;
+    let hits = tiles.iter().map(|(hits, _)| hits).sum();
+    let rays = u64::from(grid.width) * u64::from(grid.height);
+    Ok((rays, hits, tiles.into_iter().map(|(_, probe)| probe).collect()))
+}

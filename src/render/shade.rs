@@ -1,0 +1,104 @@
+//! From a hit to a colour: one shader a mode, chosen once for a whole picture.
+
+use glam::Vec3;
+
+use super::ambient_occlusion::{self, openness};
+use super::sampling::SampleId;
+use super::view::View;
+use super::{HeatKind, srgb, surface};
+use crate::bvh::Container;
+use crate::bvh::traverse::TestCounts;
+use crate::geometry::{Hit, Ray};
+
+/// What a sample gives to its pixel.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Shaded {
+    /// Linear RGB; unused where the mode colours its values.
+    pub(super) color: Vec3,
+    /// The number that the colour stands for, in modes that have one.
+    pub(super) value: f32,
+}
+
+impl Shaded {
+    fn color(color: Vec3) -> Self {
+        Self { color, value: 0.0 }
+    }
+}
+
+/// A shading mode.
+pub(super) trait Shade<C: Container>: Sync {
+    /// Whether tests are counted while the primary rays are traced.
+    const COUNTS: bool = false;
+
+    /// The sample of a ray that hit something.
+    fn hit(&self, view: &View<C>, ray: &Ray, hit: &Hit, tests: TestCounts, id: SampleId) -> Shaded;
+
+    /// The sample of a ray that hit nothing; `background` is what lies there.
+    fn miss(&self, background: Vec3, _tests: TestCounts) -> Shaded {
+        Shaded::color(background)
+    }
+}
+
+/// The surface's direction in world space as a colour: x, y, z from -1..1 to red, green, blue.
+pub(super) struct Normals;
+
+impl<C: Container> Shade<C> for Normals {
+    fn hit(&self, view: &View<C>, ray: &Ray, hit: &Hit, _tests: TestCounts, _id: SampleId) -> Shaded {
+        let normal = surface::orientation(view.scene, ray, hit).smooth;
+        // The usual colours of normal maps are sRGB numbers.
+        Shaded::color((normal * 0.5 + 0.5).map(srgb::decode))
+    }
+}
+
+/// View depth as a value.
+pub(super) struct Depth;
+
+impl<C: Container> Shade<C> for Depth {
+    fn hit(&self, view: &View<C>, ray: &Ray, hit: &Hit, _tests: TestCounts, _id: SampleId) -> Shaded {
+        Shaded { color: Vec3::ZERO, value: view.camera.view_depth(ray, hit.t) }
+    }
+
+    fn miss(&self, _background: Vec3, _tests: TestCounts) -> Shaded {
+        Shaded { color: Vec3::ZERO, value: super::Frame::NO_HIT }
+    }
+}
+
+/// How open the surface is, as a grey.
+pub(super) struct AmbientOcclusion;
+
+impl<C: Container> Shade<C> for AmbientOcclusion {
+    fn hit(&self, view: &View<C>, ray: &Ray, hit: &Hit, _tests: TestCounts, id: SampleId) -> Shaded {
+        let position = surface::position(view.scene, hit);
+        let orientation = surface::orientation(view.scene, ray, hit);
+        let radius = view.diagonal * ambient_occlusion::RADIUS;
+        let open = openness(view, position, &orientation, radius, ambient_occlusion::RAYS, id);
+        // An sRGB number: half open looks half bright.
+        Shaded::color(Vec3::splat(srgb::decode(0.05 + 0.9 * open)))
+    }
+}
+
+/// Tests of the pixel's ray as a value.
+pub(super) struct Heat(pub(super) HeatKind);
+
+impl Heat {
+    fn value(&self, tests: TestCounts) -> Shaded {
+        let value = match self.0 {
+            HeatKind::Containers => tests.containers,
+            HeatKind::Primitives => tests.primitives,
+            HeatKind::Both => tests.containers + tests.primitives,
+        };
+        Shaded { color: Vec3::ZERO, value: value as f32 }
+    }
+}
+
+impl<C: Container> Shade<C> for Heat {
+    const COUNTS: bool = true;
+
+    fn hit(&self, _view: &View<C>, _ray: &Ray, _hit: &Hit, tests: TestCounts, _id: SampleId) -> Shaded {
+        self.value(tests)
+    }
+
+    fn miss(&self, _background: Vec3, tests: TestCounts) -> Shaded {
+        self.value(tests)
+    }
+}

@@ -1,0 +1,60 @@
+//! Between linear light and sRGB (IEC 61966-2-1).
+
+use std::sync::LazyLock;
+
+use glam::Vec3;
+
+/// Steps of the encoding table: fine enough to be at most one byte off at the dark end.
+const STEPS: usize = 1 << 14;
+
+static ENCODE: LazyLock<Vec<u8>> =
+    LazyLock::new(|| (0..=STEPS).map(|step| (encode_exact(step as f32 / STEPS as f32) * 255.0 + 0.5) as u8).collect());
+
+/// One linear component, 0 to 1, as a number between 0 and 1 in sRGB.
+fn encode_exact(linear: f32) -> f32 {
+    if linear <= 0.003_130_8 { linear * 12.92 } else { 1.055 * linear.powf(1.0 / 2.4) - 0.055 }
+}
+
+/// One sRGB component, 0 to 1, as linear light.
+pub(super) fn decode(encoded: f32) -> f32 {
+    if encoded <= 0.040_45 { encoded / 12.92 } else { ((encoded + 0.055) / 1.055).powf(2.4) }
+}
+
+/// Linear light as opaque sRGB bytes, clamped to what bytes can show; NaN is black.
+#[derive(Clone, Copy)]
+pub(super) struct Encoder {
+    table: &'static [u8],
+}
+
+impl Encoder {
+    pub(super) fn new() -> Self {
+        Self { table: &ENCODE }
+    }
+
+    pub(super) fn rgba(self, linear: Vec3) -> [u8; 4] {
+        // `as` saturates and turns NaN into 0.
+        let byte = |x: f32| self.table[((x * STEPS as f32 + 0.5) as usize).min(STEPS)];
+        [byte(linear.x), byte(linear.y), byte(linear.z), 255]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_byte_survives_the_way_there_and_back() {
+        let encoder = Encoder::new();
+        for byte in 0..=255_u8 {
+            let linear = decode(f32::from(byte) / 255.0);
+            assert_eq!(encoder.rgba(Vec3::splat(linear))[0], byte);
+        }
+    }
+
+    #[test]
+    fn what_bytes_cannot_show_is_clamped() {
+        let encoder = Encoder::new();
+        assert_eq!(encoder.rgba(Vec3::new(-1.0, 2.0, f32::NAN)), [0, 255, 0, 255]);
+        assert_eq!(encoder.rgba(Vec3::INFINITY), [255; 4]);
+    }
+}
