@@ -179,6 +179,11 @@ impl CameraFrame {
         &self.camera
     }
 
+    /// Half the width and height of the image plane: at distance 1 in perspective, in world units in orthographic.
+    pub fn half_extent(&self) -> Vec2 {
+        self.half
+    }
+
     /// Unit axes of the picture in world space: right, up, forward.
     pub fn axes(&self) -> (Vec3, Vec3, Vec3) {
         (self.right, self.up, self.forward)

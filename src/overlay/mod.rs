@@ -5,12 +5,22 @@ mod instances;
 #[cfg(feature = "gui")]
 mod offscreen;
 #[cfg(feature = "gui")]
+mod picture;
+#[cfg(feature = "gui")]
 mod pipeline;
+mod ramp;
 mod settings;
+mod table;
+#[cfg(feature = "gui")]
+mod uniforms;
 
-pub use instances::{NodeTable, OverlayNode, Selection, Shown};
+pub use instances::{OverlayNode, Role, highlighted};
 #[cfg(feature = "gui")]
 pub use offscreen::{OffscreenError, draw_offscreen};
 #[cfg(feature = "gui")]
 pub use pipeline::{DrawInput, OverlayPipeline, PictureInput};
+pub use ramp::{Legend, legend, ramp};
 pub use settings::{ColorBy, OverlaySettings};
+pub use table::{NodeTable, Selection, Shown};
+#[cfg(feature = "gui")]
+pub use uniforms::View;

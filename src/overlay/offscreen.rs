@@ -1,6 +1,8 @@
 //! The same overlay without a window.
 
-use super::DrawInput;
+use eframe::wgpu;
+
+use super::{DrawInput, OverlayPipeline};
 
 /// Why nothing could be drawn.
 #[derive(Debug, thiserror::Error)]
@@ -13,7 +15,123 @@ pub enum OffscreenError {
     Device(String),
 }
 
-/// Draws picture and overlay into a new picture of the picture's size, sRGB bytes row by row.
-pub fn draw_offscreen(_input: &DrawInput<'_>) -> Result<Vec<[u8; 4]>, OffscreenError> {
-    todo!("overlay")
+/// Draws picture and overlay into a new picture of the picture's size, sRGB bytes row by row. Of `viewport_px` nothing is
+/// used: the viewport is the whole picture.
+pub fn draw_offscreen(input: &DrawInput<'_>) -> Result<Vec<[u8; 4]>, OffscreenError> {
+    let (device, queue) = pollster::block_on(open_device())?;
+    let (width, height) = (input.picture.width_px, input.picture.height_px);
+    let limit = device.limits().max_texture_dimension_2d;
+    if width == 0 || height == 0 || width > limit || height > limit {
+        return Err(OffscreenError::Device(format!(
+            "the picture is {width}×{height} pixels; this driver draws 1 to {limit} pixels a side"
+        )));
+    }
+    // Errors outside the scopes would panic otherwise.
+    device.on_uncaptured_error(std::sync::Arc::new(|error| log::error!("overlay: {error}")));
+    let scopes = [wgpu::ErrorFilter::Internal, wgpu::ErrorFilter::OutOfMemory, wgpu::ErrorFilter::Validation]
+        .map(|filter| device.push_error_scope(filter));
+    let drawn = draw(&device, &queue, input);
+    for scope in scopes.into_iter().rev() {
+        if let Some(error) = pollster::block_on(scope.pop()) {
+            return Err(OffscreenError::Device(error.to_string()));
+        }
+    }
+    drawn
+}
+
+/// Any adapter will do, a software one too.
+async fn open_device() -> Result<(wgpu::Device, wgpu::Queue), OffscreenError> {
+    let instance = wgpu::Instance::new(wgpu::InstanceDescriptor::new_without_display_handle_from_env());
+    let adapter = instance.request_adapter(&wgpu::RequestAdapterOptions::default()).await.map_err(|error| {
+        log::info!("no adapter: {error}");
+        OffscreenError::NoAdapter(
+            "drawing containers needs a Vulkan or OpenGL driver, and none was found. On Debian and Ubuntu: apt install \
+             mesa-vulkan-drivers (software, works on every machine). Rendering without the overlay needs no driver."
+                .to_owned(),
+        )
+    })?;
+    let descriptor =
+        wgpu::DeviceDescriptor { label: Some("overlay"), required_limits: adapter.limits(), ..Default::default() };
+    adapter.request_device(&descriptor).await.map_err(|error| OffscreenError::Device(error.to_string()))
+}
+
+fn draw(device: &wgpu::Device, queue: &wgpu::Queue, input: &DrawInput<'_>) -> Result<Vec<[u8; 4]>, OffscreenError> {
+    let (width, height) = (input.picture.width_px, input.picture.height_px);
+    let size = wgpu::Extent3d { width, height, depth_or_array_layers: 1 };
+    let format = wgpu::TextureFormat::Rgba8Unorm;
+    let target = device.create_texture(&wgpu::TextureDescriptor {
+        label: Some("overlay target"),
+        size,
+        mip_level_count: 1,
+        sample_count: 1,
+        dimension: wgpu::TextureDimension::D2,
+        format,
+        usage: wgpu::TextureUsages::RENDER_ATTACHMENT | wgpu::TextureUsages::COPY_SRC,
+        view_formats: &[],
+    });
+    // Copies into a buffer want rows of a multiple of 256 bytes.
+    let row_bytes = (width * 4).next_multiple_of(wgpu::COPY_BYTES_PER_ROW_ALIGNMENT);
+    let buffer_bytes = u64::from(row_bytes) * u64::from(height);
+    if buffer_bytes > device.limits().max_buffer_size {
+        return Err(OffscreenError::Device(format!(
+            "{width}×{height} pixels are more than this driver reads back at once"
+        )));
+    }
+    let readback = device.create_buffer(&wgpu::BufferDescriptor {
+        label: Some("overlay readback"),
+        size: buffer_bytes,
+        usage: wgpu::BufferUsages::COPY_DST | wgpu::BufferUsages::MAP_READ,
+        mapped_at_creation: false,
+    });
+
+    let mut pipeline = OverlayPipeline::new(device, format);
+    let input = DrawInput { viewport_px: [0, 0, width, height], ..*input };
+    pipeline.prepare(device, queue, &input);
+    let mut encoder = device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+    let view = target.create_view(&wgpu::TextureViewDescriptor::default());
+    let pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
+        label: Some("overlay"),
+        color_attachments: &[Some(wgpu::RenderPassColorAttachment {
+            view: &view,
+            depth_slice: None,
+            resolve_target: None,
+            ops: wgpu::Operations { load: wgpu::LoadOp::Clear(wgpu::Color::BLACK), store: wgpu::StoreOp::Store },
+        })],
+        ..Default::default()
+    });
+    let mut pass = pass.forget_lifetime();
+    pipeline.paint(&mut pass);
+    drop(pass);
+    encoder.copy_texture_to_buffer(
+        target.as_image_copy(),
+        wgpu::TexelCopyBufferInfo {
+            buffer: &readback,
+            layout: wgpu::TexelCopyBufferLayout { offset: 0, bytes_per_row: Some(row_bytes), rows_per_image: None },
+        },
+        size,
+    );
+    queue.submit([encoder.finish()]);
+    read(device, &readback, row_bytes, width)
+}
+
+/// Waits for the copy and takes the padding off its rows.
+fn read(
+    device: &wgpu::Device,
+    readback: &wgpu::Buffer,
+    row_bytes: u32,
+    width: u32,
+) -> Result<Vec<[u8; 4]>, OffscreenError> {
+    let failed = |error: &dyn std::fmt::Display| OffscreenError::Device(error.to_string());
+    let (sender, receiver) = std::sync::mpsc::channel();
+    readback.map_async(wgpu::MapMode::Read, .., move |result| {
+        // The receiver is gone only if polling failed, which is reported there.
+        let _ = sender.send(result);
+    });
+    device.poll(wgpu::PollType::wait_indefinitely()).map_err(|error| failed(&error))?;
+    receiver.recv().map_err(|error| failed(&error))?.map_err(|error| failed(&error))?;
+    let mapped = readback.get_mapped_range(..).map_err(|error| failed(&error))?;
+    Ok(mapped
+        .chunks_exact(row_bytes as usize)
+        .flat_map(|row| bytemuck::cast_slice::<u8, [u8; 4]>(&row[..width as usize * 4]).iter().copied())
+        .collect())
 }

@@ -1,10 +1,15 @@
-//! The wgpu pass: the traced picture as a textured rectangle, and the lines over it, straight into the caller's pass.
+//! The wgpu pass: the traced picture over the viewport, and the lines over it, straight into the caller's pass.
 
+use std::ops::Range;
 use std::sync::Arc;
 
 use eframe::wgpu;
 
-use super::{NodeTable, OverlaySettings, Selection};
+use super::instances::highlighted;
+use super::picture::PictureTextures;
+use super::uniforms::View;
+use super::{NodeTable, OverlayNode, OverlaySettings, Selection};
+use crate::bvh::ContainerKind;
 use crate::camera::Camera;
 
 /// The traced picture, as plain slices so that this module need not know who made it.
@@ -40,23 +45,341 @@ pub struct DrawInput<'a> {
     pub pixels_per_point: f32,
 }
 
+/// WGSL of the picture's pass.
+pub const PICTURE_WGSL: &str =
+    concat!(include_str!("../../shaders/common.wgsl"), include_str!("../../shaders/picture.wgsl"));
+/// WGSL of the boxes' pass.
+pub const BOX_WGSL: &str = concat!(
+    include_str!("../../shaders/common.wgsl"),
+    include_str!("../../shaders/line.wgsl"),
+    include_str!("../../shaders/box.wgsl")
+);
+/// WGSL of the spheres' pass.
+pub const SPHERE_WGSL: &str = concat!(
+    include_str!("../../shaders/common.wgsl"),
+    include_str!("../../shaders/line.wgsl"),
+    include_str!("../../shaders/sphere.wgsl")
+);
+
+/// Each piece of line is a quad of four vertices, drawn as two triangles.
+const QUAD: [u16; 6] = [0, 1, 2, 2, 1, 3];
+/// Pieces of line in one instance at most: an outline and three great circles.
+const MAX_PIECES: u32 = 4 * 64;
+const BOX_EDGES: u32 = 12;
+
+/// What the uploaded instances were made from.
+#[derive(PartialEq)]
+struct Key {
+    table: u64,
+    settings: OverlaySettings,
+    selection: Selection,
+}
+
 /// All GPU objects of the overlay; lives in egui's callback resources or in an offscreen renderer.
-pub struct OverlayPipeline {}
+pub struct OverlayPipeline {
+    /// Off: a neutral background in place of the picture, and no line is hidden. On at first.
+    pub show_picture: bool,
+    linear_target: bool,
+    layout: wgpu::BindGroupLayout,
+    bind_group: wgpu::BindGroup,
+    picture_pipeline: wgpu::RenderPipeline,
+    box_pipeline: wgpu::RenderPipeline,
+    sphere_pipeline: wgpu::RenderPipeline,
+    uniforms: wgpu::Buffer,
+    quads: wgpu::Buffer,
+    sampler: wgpu::Sampler,
+    picture: PictureTextures,
+    instances: Option<wgpu::Buffer>,
+    key: Option<Key>,
+    /// Instances that the settings chose, then those that stand out.
+    shown: Range<u32>,
+    marked: Range<u32>,
+    wanted: usize,
+    /// Which kinds are drawn of the shown and of those that stand out: boxes, spheres.
+    shown_kinds: [bool; 2],
+    marked_kinds: [bool; 2],
+    /// Circles of each shown sphere: its outline alone, or with three great circles.
+    shown_circles: u32,
+    circle_segments: u32,
+}
 
 impl OverlayPipeline {
     /// Makes the pipelines for targets of `format`.
-    pub fn new(_device: &wgpu::Device, _format: wgpu::TextureFormat) -> Self {
-        todo!("overlay")
+    pub fn new(device: &wgpu::Device, format: wgpu::TextureFormat) -> Self {
+        let layout = bind_group_layout(device);
+        let pipelines = Pipelines::new(device, format, &layout);
+        let uniforms = device.create_buffer(&wgpu::BufferDescriptor {
+            label: Some("overlay view"),
+            size: size_of::<View>() as u64,
+            usage: wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST,
+            mapped_at_creation: false,
+        });
+        let indices: Vec<u16> =
+            (0..MAX_PIECES as u16).flat_map(|piece| QUAD.map(|corner| piece * 4 + corner)).collect();
+        let quads = device.create_buffer(&wgpu::BufferDescriptor {
+            label: Some("overlay quads"),
+            size: size_of_val(&indices[..]) as u64,
+            usage: wgpu::BufferUsages::INDEX | wgpu::BufferUsages::COPY_DST,
+            mapped_at_creation: true,
+        });
+        if let Ok(mut mapped) = quads.get_mapped_range_mut(..) {
+            mapped.copy_from_slice(bytemuck::cast_slice(&indices));
+        }
+        quads.unmap();
+        let sampler = device.create_sampler(&wgpu::SamplerDescriptor {
+            label: Some("overlay picture"),
+            mag_filter: wgpu::FilterMode::Linear,
+            min_filter: wgpu::FilterMode::Linear,
+            ..Default::default()
+        });
+        let picture = PictureTextures::placeholder(device);
+        let bind_group = bind_group(device, &layout, &uniforms, &picture, &sampler);
+        Self {
+            show_picture: true,
+            linear_target: format.is_srgb(),
+            layout,
+            bind_group,
+            picture_pipeline: pipelines.picture,
+            box_pipeline: pipelines.boxes,
+            sphere_pipeline: pipelines.spheres,
+            uniforms,
+            quads,
+            sampler,
+            picture,
+            instances: None,
+            key: None,
+            shown: 0..0,
+            marked: 0..0,
+            wanted: 0,
+            shown_kinds: [false; 2],
+            marked_kinds: [false; 2],
+            shown_circles: 4,
+            circle_segments: 64,
+        }
     }
 
-    /// Uploads what changed since the last draw: the picture by its id, the nodes by the table's, the list of shown nodes
-    /// and the uniforms. Returns how many containers are drawn and how many were wanted.
-    pub fn prepare(&mut self, _device: &wgpu::Device, _queue: &wgpu::Queue, _input: &DrawInput<'_>) -> (usize, usize) {
-        todo!("overlay")
+    /// Uploads what changed since the last draw: the picture by its id, the shown nodes when table, settings or selection
+    /// changed, and the uniforms. Returns how many containers are drawn and how many were wanted.
+    pub fn prepare(&mut self, device: &wgpu::Device, queue: &wgpu::Queue, input: &DrawInput<'_>) -> (usize, usize) {
+        if self.picture.upload(device, queue, &input.picture) {
+            self.bind_group = bind_group(device, &self.layout, &self.uniforms, &self.picture, &self.sampler);
+        }
+        match input.table {
+            Some(table) => self.upload_instances(device, queue, table, input),
+            None => {
+                (self.shown, self.marked, self.wanted, self.key) = (0..0, 0..0, 0, None);
+            }
+        }
+        let view = View::new(input, self.picture.size, self.circle_segments, self.linear_target, self.show_picture);
+        queue.write_buffer(&self.uniforms, 0, bytemuck::bytes_of(&view));
+        let kinds = self.shown_kinds.iter().filter(|&&drawn| drawn).count();
+        (self.shown.len() * kinds, self.wanted * kinds)
     }
 
     /// Draws into the caller's pass, whose viewport is set to the rectangle given to `prepare`.
-    pub fn paint(&self, _pass: &mut wgpu::RenderPass<'static>) {
-        todo!("overlay")
+    pub fn paint(&self, pass: &mut wgpu::RenderPass<'static>) {
+        pass.set_bind_group(0, &self.bind_group, &[]);
+        pass.set_pipeline(&self.picture_pipeline);
+        pass.draw(0..3, 0..1);
+        let Some(instances) = &self.instances else { return };
+        pass.set_vertex_buffer(0, instances.slice(..));
+        pass.set_index_buffer(self.quads.slice(..), wgpu::IndexFormat::Uint16);
+        let lists = [(&self.shown, self.shown_kinds, self.shown_circles), (&self.marked, self.marked_kinds, 4)];
+        for (range, [boxes, spheres], circles) in lists {
+            let pieces = [
+                (boxes, &self.box_pipeline, BOX_EDGES),
+                (spheres, &self.sphere_pipeline, circles * self.circle_segments),
+            ];
+            for (drawn, pipeline, pieces) in pieces {
+                if drawn && !range.is_empty() {
+                    pass.set_pipeline(pipeline);
+                    pass.draw_indexed(0..pieces * QUAD.len() as u32, 0, range.clone());
+                }
+            }
+        }
+    }
+
+    fn upload_instances(
+        &mut self,
+        device: &wgpu::Device,
+        queue: &wgpu::Queue,
+        table: &NodeTable,
+        input: &DrawInput<'_>,
+    ) {
+        // What only the uniforms know of may change without a new list.
+        let settings = OverlaySettings { hidden_alpha: 0.0, line_width: 1.0, ..input.settings };
+        let key = Key { table: table.id, settings, selection: input.selection.clone() };
+        if self.key.as_ref() == Some(&key) {
+            return;
+        }
+        self.shown_kinds = [settings.show_boxes, settings.show_spheres];
+        self.marked_kinds = match (self.shown_kinds, table.container_kind()) {
+            ([false, false], ContainerKind::Aabb) => [true, false],
+            ([false, false], ContainerKind::Sphere) => [false, true],
+            (kinds, _) => kinds,
+        };
+        let [show_boxes, show_spheres] = self.marked_kinds;
+        let settings = OverlaySettings { show_boxes, show_spheres, ..settings };
+
+        let mut shown = table.shown(&settings, input.selection);
+        if self.shown_kinds == [false, false] {
+            shown = super::Shown { nodes: Vec::new(), wanted: 0 };
+        }
+        let marked = highlighted(table, input.selection);
+        let size = size_of::<OverlayNode>();
+        let fitting = (device.limits().max_buffer_size as usize / size).saturating_sub(marked.len());
+        if shown.nodes.len() > fitting {
+            // Those of a budget are in the order of their size already.
+            shown = table.shown(&OverlaySettings { budget: fitting as u32, ..settings }, input.selection);
+        }
+        let mut nodes = table.instances(&shown.nodes, &settings);
+        for &(node, role) in &marked {
+            let mut instance = table.instance(node, &settings);
+            instance.flags |= (role as u32) << 8;
+            nodes.push(instance);
+        }
+        self.shown = 0..shown.nodes.len() as u32;
+        self.marked = self.shown.end..nodes.len() as u32;
+        self.wanted = shown.wanted;
+        // Many spheres as full globes are neither readable nor quick.
+        (self.shown_circles, self.circle_segments) = match self.shown.len() {
+            0..=64 => (4, 64),
+            65..=512 => (4, 48),
+            _ => (1, 32),
+        };
+        let bytes: &[u8] = bytemuck::cast_slice(&nodes);
+        if !bytes.is_empty() {
+            let held = self.instances.as_ref().filter(|buffer| buffer.size() >= bytes.len() as u64);
+            let buffer = held.cloned().unwrap_or_else(|| {
+                device.create_buffer(&wgpu::BufferDescriptor {
+                    label: Some("overlay instances"),
+                    size: bytes.len() as u64,
+                    usage: wgpu::BufferUsages::VERTEX | wgpu::BufferUsages::COPY_DST,
+                    mapped_at_creation: false,
+                })
+            });
+            queue.write_buffer(&buffer, 0, bytes);
+            self.instances = Some(buffer);
+        }
+        self.key = Some(key);
+    }
+}
+
+/// Group 0, shared by all drawables.
+fn bind_group_layout(device: &wgpu::Device) -> wgpu::BindGroupLayout {
+    let texture = |binding, filterable| wgpu::BindGroupLayoutEntry {
+        binding,
+        visibility: wgpu::ShaderStages::FRAGMENT,
+        ty: wgpu::BindingType::Texture {
+            sample_type: wgpu::TextureSampleType::Float { filterable },
+            view_dimension: wgpu::TextureViewDimension::D2,
+            multisampled: false,
+        },
+        count: None,
+    };
+    device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
+        label: Some("overlay"),
+        entries: &[
+            wgpu::BindGroupLayoutEntry {
+                binding: 0,
+                visibility: wgpu::ShaderStages::VERTEX_FRAGMENT,
+                ty: wgpu::BindingType::Buffer {
+                    ty: wgpu::BufferBindingType::Uniform,
+                    has_dynamic_offset: false,
+                    min_binding_size: None,
+                },
+                count: None,
+            },
+            texture(1, false),
+            texture(2, true),
+            wgpu::BindGroupLayoutEntry {
+                binding: 3,
+                visibility: wgpu::ShaderStages::FRAGMENT,
+                ty: wgpu::BindingType::Sampler(wgpu::SamplerBindingType::Filtering),
+                count: None,
+            },
+        ],
+    })
+}
+
+fn bind_group(
+    device: &wgpu::Device,
+    layout: &wgpu::BindGroupLayout,
+    uniforms: &wgpu::Buffer,
+    picture: &PictureTextures,
+    sampler: &wgpu::Sampler,
+) -> wgpu::BindGroup {
+    let [depth, color] = [&picture.depth, &picture.color].map(|texture| texture.create_view(&Default::default()));
+    device.create_bind_group(&wgpu::BindGroupDescriptor {
+        label: Some("overlay"),
+        layout,
+        entries: &[
+            wgpu::BindGroupEntry { binding: 0, resource: uniforms.as_entire_binding() },
+            wgpu::BindGroupEntry { binding: 1, resource: wgpu::BindingResource::TextureView(&depth) },
+            wgpu::BindGroupEntry { binding: 2, resource: wgpu::BindingResource::TextureView(&color) },
+            wgpu::BindGroupEntry { binding: 3, resource: wgpu::BindingResource::Sampler(sampler) },
+        ],
+    })
+}
+
+/// The three drawables.
+struct Pipelines {
+    picture: wgpu::RenderPipeline,
+    boxes: wgpu::RenderPipeline,
+    spheres: wgpu::RenderPipeline,
+}
+
+impl Pipelines {
+    fn new(device: &wgpu::Device, format: wgpu::TextureFormat, group: &wgpu::BindGroupLayout) -> Self {
+        let layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
+            label: Some("overlay"),
+            bind_group_layouts: &[Some(group)],
+            immediate_size: 0,
+        });
+        // As `OverlayNode` lies in memory and as `Node` in line.wgsl numbers it.
+        let attributes = wgpu::vertex_attr_array![
+            0 => Float32x3, 1 => Uint32, 2 => Float32x3, 3 => Uint32, 4 => Float32x4,
+            5 => Uint32, 6 => Uint32, 7 => Float32, 8 => Float32
+        ];
+        let nodes = wgpu::VertexBufferLayout {
+            array_stride: size_of::<OverlayNode>() as u64,
+            step_mode: wgpu::VertexStepMode::Instance,
+            attributes: &attributes,
+        };
+        let pipeline =
+            |label, source: &str, vertex, fragment, blend, buffers: &[Option<wgpu::VertexBufferLayout<'_>>]| {
+                let module = device.create_shader_module(wgpu::ShaderModuleDescriptor {
+                    label: Some(label),
+                    source: wgpu::ShaderSource::Wgsl(source.into()),
+                });
+                device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
+                    label: Some(label),
+                    layout: Some(&layout),
+                    vertex: wgpu::VertexState {
+                        module: &module,
+                        entry_point: Some(vertex),
+                        compilation_options: Default::default(),
+                        buffers,
+                    },
+                    primitive: wgpu::PrimitiveState::default(),
+                    depth_stencil: None,
+                    multisample: wgpu::MultisampleState::default(),
+                    fragment: Some(wgpu::FragmentState {
+                        module: &module,
+                        entry_point: Some(fragment),
+                        compilation_options: Default::default(),
+                        targets: &[Some(wgpu::ColorTargetState { format, blend, write_mask: wgpu::ColorWrites::ALL })],
+                    }),
+                    multiview_mask: None,
+                    cache: None,
+                })
+            };
+        let over = Some(wgpu::BlendState::PREMULTIPLIED_ALPHA_BLENDING);
+        let nodes = &[Some(nodes)];
+        Self {
+            picture: pipeline("overlay picture", PICTURE_WGSL, "vs_picture", "fs_picture", None, &[]),
+            boxes: pipeline("overlay boxes", BOX_WGSL, "vs_box", "fs_line", over, nodes),
+            spheres: pipeline("overlay spheres", SPHERE_WGSL, "vs_sphere", "fs_line", over, nodes),
+        }
     }
 }

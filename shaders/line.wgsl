@@ -1,0 +1,175 @@
+// Lines of constant width in pixels, with a soft edge and faint behind the traced surface. Joined in front of the drawables
+// that are made of lines.
+
+@group(0) @binding(1) var traced_depth: texture_2d<f32>;
+
+// Lines are cut this far outside the picture, in half pictures from its middle, so that pixel coordinates stay small.
+const GUARD: f32 = 2.5;
+
+// Roles, bits 8 to 10 of an instance's flags; as in `instances.rs`.
+const ROLE_SELECTED: u32 = 1u;
+const ROLE_FIRST_CHILD: u32 = 2u;
+const ROLE_SECOND_CHILD: u32 = 3u;
+const ROLE_HOVERED: u32 = 4u;
+
+// A node, as `OverlayNode` lays it out.
+struct Node {
+    @location(0) box_min: vec3f,
+    @location(1) depth: u32,
+    @location(2) box_max: vec3f,
+    @location(3) primitives: u32,
+    @location(4) sphere: vec4f,
+    @location(5) node: u32,
+    @location(6) flags: u32,
+    @location(7) area_share: f32,
+    @location(8) overlap: f32,
+}
+
+struct LineVertex {
+    @builtin(position) position: vec4f,
+    // Linear view depth, not clip.w: they differ in orthographic views.
+    @location(0) depth: f32,
+    // Distance from the middle of the line in pixels, times clip.w; divided again below, which makes it linear on screen.
+    @location(1) offset_w: f32,
+    @location(2) w: f32,
+    // Colour, and opacity behind the surface.
+    @location(3) @interpolate(flat) color: vec4f,
+    @location(4) @interpolate(flat) half_width: f32,
+}
+
+// World space to right, up, depth from the eye. The difference comes first: it keeps precision far from the origin.
+fn to_view(point: vec3f) -> vec3f {
+    let d = point - view.eye;
+    return vec3f(dot(d, view.right), dot(d, view.up), dot(d, view.forward));
+}
+
+// View space to clip x, y, w.
+fn to_clip(point: vec3f) -> vec3f {
+    return vec3f(point.xy / view.tangent, mix(1.0, point.z, view.perspective));
+}
+
+fn to_screen(clip: vec3f) -> vec2f {
+    return clip.xy / clip.z * 0.5 * view.viewport.zw;
+}
+
+fn direction_between(a: vec2f, b: vec2f, otherwise: vec2f) -> vec2f {
+    let d = b - a;
+    let length = length(d);
+    if length < 1e-4 {
+        return otherwise;
+    }
+    return d / length;
+}
+
+// Where along a line the value that runs from `a` to `b` is positive: a part of 0 to 1, cut out of `range`.
+fn cut(range: vec2f, a: f32, b: f32) -> vec2f {
+    if a < 0.0 && b < 0.0 {
+        return vec2f(1.0, 0.0);
+    }
+    if a < 0.0 {
+        return vec2f(max(range.x, a / (a - b)), range.y);
+    }
+    if b < 0.0 {
+        return vec2f(range.x, min(range.y, a / (a - b)));
+    }
+    return range;
+}
+
+fn nowhere() -> LineVertex {
+    var out: LineVertex;
+    out.position = vec4f(0.0, 0.0, -2.0, 1.0);
+    return out;
+}
+
+// The piece of line from `a` to `b` in view space. `before` and `after` are its neighbours on a curve, or `a` and `b` again at
+// free ends, which then get square caps. `corner`: bit 0 which end, bit 1 which side.
+fn line_vertex(before: vec3f, a: vec3f, b: vec3f, after: vec3f, corner: u32, curve: bool, node: Node) -> LineVertex {
+    let clip_a = to_clip(a);
+    let clip_b = to_clip(b);
+    var range = vec2f(0.0, 1.0);
+    range = cut(range, clip_a.z - view.near, clip_b.z - view.near);
+    range = cut(range, GUARD * clip_a.z - clip_a.x, GUARD * clip_b.z - clip_b.x);
+    range = cut(range, GUARD * clip_a.z + clip_a.x, GUARD * clip_b.z + clip_b.x);
+    range = cut(range, GUARD * clip_a.z - clip_a.y, GUARD * clip_b.z - clip_b.y);
+    range = cut(range, GUARD * clip_a.z + clip_a.y, GUARD * clip_b.z + clip_b.y);
+    if range.x >= range.y {
+        return nowhere();
+    }
+    let screen_a = to_screen(mix(clip_a, clip_b, range.x));
+    let screen_b = to_screen(mix(clip_a, clip_b, range.y));
+    let along = direction_between(screen_a, screen_b, vec2f(1.0, 0.0));
+
+    let at_end = (corner & 1u) != 0u;
+    let side = select(-1.0, 1.0, (corner & 2u) != 0u);
+    let clip = mix(clip_a, clip_b, select(range.x, range.y, at_end));
+    let role = (node.flags >> 8u) & 7u;
+    let half_width = view.half_width_px * width_of(role);
+    let reach = half_width + 1.0;
+
+    // On a curve neighbours share their ends' direction, so that pieces meet without gap or overlap.
+    var tangent = along;
+    let whole = range.x == 0.0 && range.y == 1.0;
+    let neighbour = to_clip(select(before, after, at_end));
+    if curve && whole && neighbour.z > view.near {
+        let beyond = to_screen(neighbour);
+        tangent = select(direction_between(beyond, screen_b, along), direction_between(screen_a, beyond, along), at_end);
+    }
+    let cap = select(half_width, 0.0, curve) * select(-1.0, 1.0, at_end);
+    let offset = vec2f(-tangent.y, tangent.x) * side * reach + along * cap;
+    let screen = select(screen_a, screen_b, at_end) + offset;
+
+    var out: LineVertex;
+    out.position = vec4f(screen * 2.0 / view.viewport.zw * clip.z, 0.5 * clip.z, clip.z);
+    out.depth = mix(a.z, b.z, select(range.x, range.y, at_end));
+    out.offset_w = side * reach * clip.z;
+    out.w = clip.z;
+    out.half_width = half_width;
+    out.color = color_of(node, role);
+    return out;
+}
+
+fn width_of(role: u32) -> f32 {
+    switch role {
+        case ROLE_SELECTED: { return 2.0; }
+        case ROLE_FIRST_CHILD, ROLE_SECOND_CHILD, ROLE_HOVERED: { return 1.5; }
+        default: { return 1.0; }
+    }
+}
+
+fn color_of(node: Node, role: u32) -> vec4f {
+    let marked_alpha = max(view.hidden_alpha, 0.4);
+    switch role {
+        case ROLE_SELECTED: { return vec4f(1.0, 0.706, 0.329, marked_alpha); }
+        case ROLE_FIRST_CHILD: { return vec4f(1.0, 0.851, 0.631, marked_alpha); }
+        case ROLE_SECOND_CHILD: { return vec4f(0.906, 0.510, 0.310, marked_alpha); }
+        case ROLE_HOVERED: { return vec4f(1.0, 1.0, 1.0, marked_alpha); }
+        default: {}
+    }
+    var value: f32;
+    switch view.color_by {
+        case 0u: { value = f32(node.depth); }
+        case 1u: { value = log2(max(node.area_share, 1e-12)); }
+        case 2u: { value = node.overlap; }
+        default: { value = log2(f32(max(node.primitives, 1u))); }
+    }
+    let t = clamp((value - view.scale_low) / (view.scale_high - view.scale_low), 0.0, 1.0) * 15.0;
+    let stop = min(u32(t), 14u);
+    return vec4f(mix(view.ramp[stop].rgb, view.ramp[stop + 1u].rgb, t - f32(stop)), view.hidden_alpha);
+}
+
+@fragment
+fn fs_line(in: LineVertex) -> @location(0) vec4f {
+    // `position` is in pixels of the attachment, not of the viewport.
+    let uv = (in.position.xy - view.viewport.xy) / view.viewport.zw;
+    let size = vec2i(textureDimensions(traced_depth));
+    let texel = clamp(vec2i(floor(uv * vec2f(size))), vec2i(0), size - 1);
+    let surface = textureLoad(traced_depth, texel, 0).r;
+    // The slack keeps tight containers from flickering on the surfaces that they touch.
+    let slack = max(abs(surface) * 1e-3, view.depth_slack);
+    let visible = view.show_picture == 0u || in.depth <= surface + slack;
+
+    let distance = abs(in.offset_w / in.w);
+    let coverage = clamp(in.half_width + 0.5 - distance, 0.0, min(1.0, 2.0 * in.half_width));
+    let alpha = coverage * select(in.color.a, 1.0, visible);
+    return vec4f(to_target(in.color.rgb) * alpha, alpha);
+}

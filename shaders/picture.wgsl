@@ -1,0 +1,24 @@
+// The traced picture over the whole viewport.
+
+@group(0) @binding(2) var picture: texture_2d<f32>;
+@group(0) @binding(3) var smooth_sampler: sampler;
+
+@vertex
+fn vs_picture(@builtin(vertex_index) index: u32) -> @builtin(position) vec4f {
+    // One triangle that covers the viewport: (-1,-1), (3,-1), (-1,3).
+    let corner = vec2f(f32((index << 1u) & 2u), f32(index & 2u));
+    return vec4f(corner * 2.0 - 1.0, 0.5, 1.0);
+}
+
+@fragment
+fn fs_picture(@builtin(position) position: vec4f) -> @location(0) vec4f {
+    if view.show_picture == 0u {
+        return vec4f(to_target(view.background.rgb), 1.0);
+    }
+    let pixel = position.xy - view.viewport.xy;
+    // Same size: the very bytes. Coarse: smooth.
+    if all(view.picture_size == view.viewport.zw) {
+        return vec4f(to_target(textureLoad(picture, vec2i(pixel), 0).rgb), 1.0);
+    }
+    return vec4f(to_target(textureSampleLevel(picture, smooth_sampler, pixel / view.viewport.zw, 0.0).rgb), 1.0);
+}

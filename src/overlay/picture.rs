@@ -1,0 +1,88 @@
+//! The traced picture and its depth as textures.
+
+use eframe::wgpu;
+
+use super::PictureInput;
+
+/// Colour and depth of the picture uploaded last.
+pub struct PictureTextures {
+    /// Of the picture, to tell whether it has been uploaded; `None` for the placeholder.
+    pub id: Option<u64>,
+    /// Width and height in texels.
+    pub size: [u32; 2],
+    /// sRGB bytes, not decoded.
+    pub color: wgpu::Texture,
+    /// Linear view depth.
+    pub depth: wgpu::Texture,
+}
+
+impl PictureTextures {
+    /// Textures of `size` with undefined content.
+    fn sized(device: &wgpu::Device, size: [u32; 2]) -> Self {
+        let texture = |label, format| {
+            device.create_texture(&wgpu::TextureDescriptor {
+                label: Some(label),
+                size: wgpu::Extent3d { width: size[0], height: size[1], depth_or_array_layers: 1 },
+                mip_level_count: 1,
+                sample_count: 1,
+                dimension: wgpu::TextureDimension::D2,
+                format,
+                usage: wgpu::TextureUsages::TEXTURE_BINDING | wgpu::TextureUsages::COPY_DST,
+                view_formats: &[],
+            })
+        };
+        Self {
+            id: None,
+            size,
+            color: texture("overlay picture", wgpu::TextureFormat::Rgba8Unorm),
+            depth: texture("overlay depth", wgpu::TextureFormat::R32Float),
+        }
+    }
+
+    /// One black texel, for the time before the first picture; zeroed by wgpu.
+    pub fn placeholder(device: &wgpu::Device) -> Self {
+        Self::sized(device, [1, 1])
+    }
+
+    /// Uploads `picture` unless it is there already. Returns whether the textures are new objects. A picture without
+    /// pixels leaves the old one; one beyond the device's limits is thinned out to fit.
+    pub fn upload(&mut self, device: &wgpu::Device, queue: &wgpu::Queue, picture: &PictureInput<'_>) -> bool {
+        let [width, height] = [picture.width_px as usize, picture.height_px as usize];
+        let whole = width > 0 && picture.rgba.len() == width * height && picture.depth.len() == width * height;
+        if self.id == Some(picture.id) || !whole || height == 0 {
+            return false;
+        }
+        let limit = device.limits().max_texture_dimension_2d.max(1) as usize;
+        let step = width.max(height).div_ceil(limit);
+        let size = [width.div_ceil(step) as u32, height.div_ceil(step) as u32];
+        let renewed = size != self.size;
+        if renewed {
+            *self = Self::sized(device, size);
+        }
+        if step == 1 {
+            write(queue, &self.color, size, bytemuck::cast_slice(picture.rgba));
+            write(queue, &self.depth, size, bytemuck::cast_slice(picture.depth));
+        } else {
+            log::warn!(
+                "a picture of {width}×{height} exceeds the driver's limit of {limit}; every {step}th pixel is shown"
+            );
+            let kept = || (0..height).step_by(step).flat_map(|y| (0..width).step_by(step).map(move |x| y * width + x));
+            let rgba: Vec<[u8; 4]> = kept().map(|index| picture.rgba[index]).collect();
+            let depth: Vec<f32> = kept().map(|index| picture.depth[index]).collect();
+            write(queue, &self.color, size, bytemuck::cast_slice(&rgba));
+            write(queue, &self.depth, size, bytemuck::cast_slice(&depth));
+        }
+        self.id = Some(picture.id);
+        renewed
+    }
+}
+
+/// Fills a texture of four bytes a texel.
+fn write(queue: &wgpu::Queue, texture: &wgpu::Texture, size: [u32; 2], bytes: &[u8]) {
+    queue.write_texture(
+        texture.as_image_copy(),
+        bytes,
+        wgpu::TexelCopyBufferLayout { offset: 0, bytes_per_row: Some(size[0] * 4), rows_per_image: None },
+        wgpu::Extent3d { width: size[0], height: size[1], depth_or_array_layers: 1 },
+    );
+}

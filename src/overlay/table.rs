@@ -1,0 +1,304 @@
+//! What the overlay knows of one tree: who stands at which depth, and on demand everything it draws of a node.
+
+use std::collections::HashSet;
+use std::ops::Range;
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::{Arc, OnceLock};
+
+use rayon::prelude::*;
+
+use super::{OverlayNode, OverlaySettings};
+use crate::accel::Accel;
+use crate::bvh::{AnyTree, Container, ContainerKind, Node, Tree};
+use crate::geometry::{Aabb, Sphere, Triangle};
+use crate::with_tree;
+
+/// Every node of one tree by depth. Making it is part of every rebuild, so it holds indices only; containers of the kind that
+/// the tree is not made of, and primitive counts, are computed when first asked for.
+#[derive(Debug)]
+pub struct NodeTable {
+    /// All nodes of the tree: the root, then depth 1, and so on; within a depth in the tree's order.
+    pub by_depth: Vec<u32>,
+    /// For each depth its run in `by_depth`.
+    pub depth_ranges: Vec<Range<u32>>,
+    /// For each node of the tree its parent; the root's is itself.
+    pub parents: Vec<u32>,
+    /// For each node of the tree its depth.
+    pub depths: Vec<u32>,
+    /// Unique for each table, to tell whether it has been uploaded.
+    pub id: u64,
+    accel: Arc<Accel>,
+    boxes: OnceLock<Vec<Aabb>>,
+    spheres: OnceLock<Vec<Sphere>>,
+    primitives: OnceLock<Vec<u32>>,
+}
+
+/// Nodes that stand out.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct Selection {
+    /// The selected node of the tree, drawn thick and warm with its children in two tints.
+    pub selected: Option<u32>,
+    /// The hovered node, drawn white.
+    pub hovered: Option<u32>,
+    /// Nodes that are not drawn.
+    pub hidden: HashSet<u32>,
+}
+
+/// What is drawn of a table.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Shown {
+    /// Nodes of the tree, at most `budget` of them.
+    pub nodes: Vec<u32>,
+    /// How many the chosen depths and filters hold; more than `nodes` where the budget cut them.
+    pub wanted: usize,
+}
+
+impl NodeTable {
+    /// Lists the nodes of `accel`'s tree.
+    pub fn new(accel: &Arc<Accel>) -> Self {
+        static NEXT_ID: AtomicU64 = AtomicU64::new(1);
+        let (parents, depths) = with_tree!(&accel.tree, tree => parents_and_depths(tree));
+        let (by_depth, depth_ranges) = group_by_depth(&depths);
+        Self {
+            by_depth,
+            depth_ranges,
+            parents,
+            depths,
+            id: NEXT_ID.fetch_add(1, Ordering::Relaxed),
+            accel: Arc::clone(accel),
+            boxes: OnceLock::new(),
+            spheres: OnceLock::new(),
+            primitives: OnceLock::new(),
+        }
+    }
+
+    /// Number of nodes.
+    pub fn len(&self) -> usize {
+        self.by_depth.len()
+    }
+
+    /// Whether the tree has no nodes.
+    pub fn is_empty(&self) -> bool {
+        self.by_depth.is_empty()
+    }
+
+    /// Depth of the deepest node; 0 for an empty tree.
+    pub fn max_depth(&self) -> u32 {
+        self.depth_ranges.len().saturating_sub(1) as u32
+    }
+
+    /// Which container the tree is made of.
+    pub fn container_kind(&self) -> ContainerKind {
+        self.accel.tree.container_kind()
+    }
+
+    /// Whether `node` holds primitives rather than nodes.
+    pub fn is_leaf(&self, node: u32) -> bool {
+        with_tree!(&self.accel.tree, tree => tree.nodes[node as usize].is_leaf())
+    }
+
+    /// The two children; `None` for a leaf.
+    pub fn children(&self, node: u32) -> Option<[u32; 2]> {
+        with_tree!(&self.accel.tree, tree => {
+            let node = &tree.nodes[node as usize];
+            (!node.is_leaf()).then_some([node.first, node.first + 1])
+        })
+    }
+
+    /// Number of primitives below `node`.
+    pub fn primitives(&self, node: u32) -> u32 {
+        self.primitives.get_or_init(|| with_tree!(&self.accel.tree, tree => primitive_counts(tree)))[node as usize]
+    }
+
+    /// The box around `node`: the tree's own, or for a tree of spheres exactly around the triangles below.
+    pub fn node_box(&self, node: u32) -> Aabb {
+        match &self.accel.tree {
+            AnyTree::Aabb(tree) => tree.nodes[node as usize].container,
+            AnyTree::Sphere(tree) => {
+                self.boxes.get_or_init(|| containers(tree, &self.accel.leaf_triangles))[node as usize]
+            }
+        }
+    }
+
+    /// The sphere around `node`: the tree's own, or for a tree of boxes merged bottom-up from the triangles' spheres.
+    pub fn node_sphere(&self, node: u32) -> Sphere {
+        match &self.accel.tree {
+            AnyTree::Sphere(tree) => tree.nodes[node as usize].container,
+            AnyTree::Aabb(tree) => {
+                self.spheres.get_or_init(|| containers(tree, &self.accel.leaf_triangles))[node as usize]
+            }
+        }
+    }
+
+    /// Surface area of `node`'s own container over the root's, 0 to 1.
+    pub fn area_share(&self, node: u32) -> f32 {
+        with_tree!(&self.accel.tree, tree => share(area(tree, node), area(tree, 0)))
+    }
+
+    /// Overlap of `node`'s own container with its sibling's, as a share of its own area, 0 to 1; 0 for the root.
+    pub fn overlap(&self, node: u32) -> f32 {
+        let Some(siblings) = self.children(self.parents[node as usize]).filter(|_| node != 0) else { return 0.0 };
+        let sibling = if siblings[0] == node { siblings[1] } else { siblings[0] };
+        with_tree!(&self.accel.tree, tree => {
+            let [own, other] = [node, sibling].map(|node| &tree.nodes[node as usize].container);
+            share(own.overlap(other), own.relative_area())
+        })
+    }
+
+    /// `node` as the shaders read it. A container of the kind that the tree is not made of, and the number of primitives, are
+    /// zero unless `settings` show them: they cost a pass over the tree.
+    pub fn instance(&self, node: u32, settings: &OverlaySettings) -> OverlayNode {
+        let own = self.container_kind();
+        let nothing = Aabb { min: glam::Vec3::ZERO, max: glam::Vec3::ZERO };
+        let bounds = if settings.show_boxes || own == ContainerKind::Aabb { self.node_box(node) } else { nothing };
+        let sphere = if settings.show_spheres || own == ContainerKind::Sphere {
+            self.node_sphere(node)
+        } else {
+            Sphere { center: glam::Vec3::ZERO, radius: 0.0 }
+        };
+        OverlayNode {
+            box_min: bounds.min.to_array(),
+            depth: self.depths[node as usize],
+            box_max: bounds.max.to_array(),
+            primitives: if settings.color_by == super::ColorBy::Primitives { self.primitives(node) } else { 0 },
+            sphere_center: sphere.center.to_array(),
+            sphere_radius: sphere.radius,
+            node,
+            flags: u32::from(self.is_leaf(node)),
+            area_share: self.area_share(node),
+            overlap: self.overlap(node),
+        }
+    }
+
+    /// [`NodeTable::instance`] of each of `nodes`, in parallel.
+    pub fn instances(&self, nodes: &[u32], settings: &OverlaySettings) -> Vec<OverlayNode> {
+        nodes.par_iter().with_min_len(1_024).map(|&node| self.instance(node, settings)).collect()
+    }
+
+    /// What `settings` choose, with hidden nodes left out; where the budget cuts, the largest, in the order of their area.
+    /// The selected and hovered node are not part of it: they are drawn on their own.
+    pub fn shown(&self, settings: &OverlaySettings, selection: &Selection) -> Shown {
+        if self.is_empty() {
+            return Shown { nodes: Vec::new(), wanted: 0 };
+        }
+        let deepest = self.max_depth();
+        let first = settings.depth[0].min(settings.depth[1]).min(deepest);
+        let last = settings.depth[0].max(settings.depth[1]).min(deepest);
+        // Depths are neighbours in the list, so a range of depths is one run.
+        let start = if settings.parents { 0 } else { self.depth_ranges[first as usize].start };
+        let run = &self.by_depth[start as usize..self.depth_ranges[last as usize].end as usize];
+        let budget = settings.budget as usize;
+        let filtered: Vec<u32>;
+        let chosen = if settings.leaves_only || !selection.hidden.is_empty() {
+            let kept = |&&node: &&u32| {
+                // "Leaves only" is about the chosen depths: the levels above them have other work.
+                let leaf = !settings.leaves_only || self.depths[node as usize] < first || self.is_leaf(node);
+                leaf && !selection.hidden.contains(&node)
+            };
+            filtered = run.par_iter().with_min_len(4_096).filter(kept).copied().collect();
+            &filtered[..]
+        } else {
+            run
+        };
+        let wanted = chosen.len();
+        let nodes = if wanted > budget { self.largest(chosen, budget) } else { chosen.to_vec() };
+        Shown { nodes, wanted }
+    }
+
+    /// The `budget` largest of `nodes`, largest first, equal ones in the tree's order.
+    fn largest(&self, nodes: &[u32], budget: usize) -> Vec<u32> {
+        if budget == 0 {
+            return Vec::new();
+        }
+        // Areas are not negative, so their bits order like the numbers do.
+        let mut keys: Vec<u64> = with_tree!(&self.accel.tree, tree => {
+            nodes
+                .par_iter()
+                .with_min_len(4_096)
+                .map(|&node| u64::from(area(tree, node).to_bits()) << 32 | u64::from(!node))
+                .collect()
+        });
+        if budget < keys.len() {
+            keys.select_nth_unstable_by(budget, |a, b| b.cmp(a));
+            keys.truncate(budget);
+        }
+        keys.par_sort_unstable_by(|a, b| b.cmp(a));
+        keys.into_iter().map(|key| !(key as u32)).collect()
+    }
+}
+
+fn area<C: Container>(tree: &Tree<C>, node: u32) -> f32 {
+    tree.nodes[node as usize].container.relative_area().max(0.0)
+}
+
+/// `part / whole` between 0 and 1; 1 where the whole has no area.
+fn share(part: f32, whole: f32) -> f32 {
+    if whole > 0.0 { (part / whole).clamp(0.0, 1.0) } else { 1.0 }
+}
+
+/// One pass from the root on, as parents come before their children.
+fn parents_and_depths<C>(tree: &Tree<C>) -> (Vec<u32>, Vec<u32>) {
+    let mut parents = vec![0; tree.nodes.len()];
+    let mut depths = vec![0; tree.nodes.len()];
+    for (index, node) in tree.nodes.iter().enumerate().filter(|(_, node)| !node.is_leaf()) {
+        let children = node.first as usize..node.first as usize + 2;
+        let depth = depths[index] + 1;
+        parents[children.clone()].fill(index as u32);
+        depths[children].fill(depth);
+    }
+    (parents, depths)
+}
+
+/// A counting sort: all nodes depth by depth, and each depth's run.
+fn group_by_depth(depths: &[u32]) -> (Vec<u32>, Vec<Range<u32>>) {
+    let mut counts: Vec<u32> = Vec::new();
+    for &depth in depths {
+        if counts.len() <= depth as usize {
+            counts.resize(depth as usize + 1, 0);
+        }
+        counts[depth as usize] += 1;
+    }
+    let mut end = 0;
+    let ranges: Vec<Range<u32>> = counts
+        .iter()
+        .map(|count| {
+            let start = end;
+            end += count;
+            start..end
+        })
+        .collect();
+    let mut next: Vec<u32> = ranges.iter().map(|range| range.start).collect();
+    let mut by_depth = vec![0; depths.len()];
+    for (node, &depth) in depths.iter().enumerate() {
+        by_depth[next[depth as usize] as usize] = node as u32;
+        next[depth as usize] += 1;
+    }
+    (by_depth, ranges)
+}
+
+/// One pass towards the root, as children come after their parents.
+fn primitive_counts<C>(tree: &Tree<C>) -> Vec<u32> {
+    let mut counts: Vec<u32> = tree.nodes.iter().map(|node| node.count).collect();
+    for (index, node) in tree.nodes.iter().enumerate().rev().filter(|(_, node)| !node.is_leaf()) {
+        counts[index] = counts[node.first as usize] + counts[node.first as usize + 1];
+    }
+    counts
+}
+
+/// Containers of kind `C` for the nodes of a tree of another kind: leaves around their triangles, then bottom-up.
+fn containers<K: Container, C: Container>(tree: &Tree<K>, leaf_triangles: &[Triangle]) -> Vec<C> {
+    let of_leaf = |node: &Node<K>| {
+        let triangles = &leaf_triangles[node.first as usize..(node.first + node.count) as usize];
+        triangles.iter().fold(C::EMPTY, |all, triangle| all.union(&C::of_triangle(triangle)))
+    };
+    let mut all: Vec<C> = tree
+        .nodes
+        .par_iter()
+        .with_min_len(4_096)
+        .map(|node| if node.is_leaf() { of_leaf(node) } else { C::EMPTY })
+        .collect();
+    for (index, node) in tree.nodes.iter().enumerate().rev().filter(|(_, node)| !node.is_leaf()) {
+        all[index] = all[node.first as usize].union(&all[node.first as usize + 1]);
+    }
+    all
+}

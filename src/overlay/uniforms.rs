@@ -1,0 +1,87 @@
+//! The camera and the scale as the shaders read them.
+
+use super::ColorBy;
+use super::pipeline::DrawInput;
+use super::ramp::{scale, shader_ramp};
+use crate::camera::Projection;
+
+/// Mirrors `View` of `common.wgsl`, field for field.
+#[derive(Debug, Clone, Copy, bytemuck::Pod, bytemuck::Zeroable)]
+#[repr(C)]
+#[expect(missing_docs, reason = "each field is explained in common.wgsl")]
+pub struct View {
+    pub eye: [f32; 3],
+    pub perspective: f32,
+    pub right: [f32; 3],
+    pub near: f32,
+    pub up: [f32; 3],
+    pub depth_slack: f32,
+    pub forward: [f32; 3],
+    pub half_width_px: f32,
+    pub tangent: [f32; 2],
+    pub picture_size: [f32; 2],
+    pub viewport: [f32; 4],
+    pub hidden_alpha: f32,
+    pub scale_low: f32,
+    pub scale_high: f32,
+    pub color_by: u32,
+    pub circle_segments: u32,
+    pub linear_target: u32,
+    pub show_picture: u32,
+    pub padding: u32,
+    pub background: [f32; 4],
+    pub ramp: [[f32; 4]; 16],
+}
+
+/// The neutral grey behind the lines where the picture is off, sRGB.
+const BACKGROUND: [f32; 4] = [0.105, 0.11, 0.12, 1.0];
+
+impl View {
+    /// For one draw; `picture_size` is that of the uploaded texture.
+    pub fn new(
+        input: &DrawInput<'_>,
+        picture_size: [u32; 2],
+        circle_segments: u32,
+        linear_target: bool,
+        show_picture: bool,
+    ) -> Self {
+        let [x, y, width, height] = input.viewport_px;
+        let frame = input.camera.for_size(width, height);
+        let (right, up, forward) = frame.axes();
+        let perspective = input.camera.projection == Projection::Perspective;
+        let distance = input.camera.distance();
+        let [scale_low, scale_high] = input.table.map_or([0.0, 1.0], |table| scale(&input.settings, table));
+        let color_by = match input.settings.color_by {
+            ColorBy::Depth => 0,
+            ColorBy::Size => 1,
+            ColorBy::Overlap => 2,
+            ColorBy::Primitives => 3,
+        };
+        let line_width = if input.settings.line_width.is_finite() { input.settings.line_width } else { 1.25 };
+        let points = if input.pixels_per_point.is_finite() { input.pixels_per_point } else { 1.0 };
+        Self {
+            eye: input.camera.eye.to_array(),
+            perspective: f32::from(u8::from(perspective)),
+            right: right.to_array(),
+            near: if perspective { (distance * 1e-4).max(1e-9) } else { 0.0 },
+            up: up.to_array(),
+            // An orthographic depth may be near zero, so its slack cannot be relative to it alone.
+            depth_slack: if perspective { 0.0 } else { distance * 1e-3 },
+            forward: forward.to_array(),
+            half_width_px: (line_width * points * 0.5).clamp(0.05, 64.0),
+            tangent: frame.half_extent().to_array(),
+            picture_size: picture_size.map(|size| size as f32),
+            viewport: [x as f32, y as f32, width.max(1) as f32, height.max(1) as f32],
+            hidden_alpha: input.settings.hidden_alpha.clamp(0.0, 1.0),
+            scale_low,
+            scale_high,
+            color_by,
+            circle_segments,
+            linear_target: u32::from(linear_target),
+            show_picture: u32::from(show_picture),
+            padding: 0,
+            background: BACKGROUND,
+            ramp: shader_ramp(),
+        }
+    }
+}
