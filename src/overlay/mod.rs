@@ -18,7 +18,7 @@ pub use instances::{OverlayNode, Role, highlighted};
 #[cfg(feature = "gui")]
 pub use offscreen::{OffscreenError, draw_offscreen};
 #[cfg(feature = "gui")]
-pub use pipeline::{DrawInput, OverlayPipeline, PictureInput};
+pub use pipeline::{DrawInput, OverlayPipeline, PictureInput, SHADERS};
 pub use ramp::{Legend, legend, ramp};
 pub use settings::{ColorBy, OverlaySettings};
 pub use table::{NodeTable, Selection, Shown};

@@ -45,21 +45,20 @@ pub struct DrawInput<'a> {
     pub pixels_per_point: f32,
 }
 
-/// WGSL of the picture's pass.
-pub const PICTURE_WGSL: &str =
-    concat!(include_str!("../../shaders/common.wgsl"), include_str!("../../shaders/picture.wgsl"));
-/// WGSL of the boxes' pass.
-pub const BOX_WGSL: &str = concat!(
-    include_str!("../../shaders/common.wgsl"),
-    include_str!("../../shaders/line.wgsl"),
-    include_str!("../../shaders/box.wgsl")
-);
-/// WGSL of the spheres' pass.
-pub const SPHERE_WGSL: &str = concat!(
-    include_str!("../../shaders/common.wgsl"),
-    include_str!("../../shaders/line.wgsl"),
-    include_str!("../../shaders/sphere.wgsl")
-);
+/// The WGSL of each drawable, as handed to the driver: picture, boxes, spheres.
+pub const SHADERS: [&str; 3] = [
+    concat!(include_str!("../../shaders/common.wgsl"), include_str!("../../shaders/picture.wgsl")),
+    concat!(
+        include_str!("../../shaders/common.wgsl"),
+        include_str!("../../shaders/line.wgsl"),
+        include_str!("../../shaders/box.wgsl")
+    ),
+    concat!(
+        include_str!("../../shaders/common.wgsl"),
+        include_str!("../../shaders/line.wgsl"),
+        include_str!("../../shaders/sphere.wgsl")
+    ),
+];
 
 /// Each piece of line is a quad of four vertices, drawn as two triangles.
 const QUAD: [u16; 6] = [0, 1, 2, 2, 1, 3];
@@ -377,9 +376,9 @@ impl Pipelines {
         let over = Some(wgpu::BlendState::PREMULTIPLIED_ALPHA_BLENDING);
         let nodes = &[Some(nodes)];
         Self {
-            picture: pipeline("overlay picture", PICTURE_WGSL, "vs_picture", "fs_picture", None, &[]),
-            boxes: pipeline("overlay boxes", BOX_WGSL, "vs_box", "fs_line", over, nodes),
-            spheres: pipeline("overlay spheres", SPHERE_WGSL, "vs_sphere", "fs_line", over, nodes),
+            picture: pipeline("overlay picture", SHADERS[0], "vs_picture", "fs_picture", None, &[]),
+            boxes: pipeline("overlay boxes", SHADERS[1], "vs_box", "fs_line", over, nodes),
+            spheres: pipeline("overlay spheres", SHADERS[2], "vs_sphere", "fs_line", over, nodes),
         }
     }
 }
