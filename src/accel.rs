@@ -4,7 +4,8 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use crate::bvh::builders::{BuildError, StageTimes, build};
-use crate::bvh::stats::{TreeStats, end_point_overlap, tree_stats};
+use crate::bvh::overlap::end_point_overlap;
+use crate::bvh::stats::{TreeStats, tree_stats};
 use crate::bvh::traverse::{self, NoProbe, Probe, Traversal};
 use crate::bvh::{AnyTree, BuildSettings};
 use crate::cancel::CancelToken;

@@ -2,7 +2,8 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::geometry::{Aabb, Ray, Sphere, Triangle};
+pub use crate::geometry::PreparedRay;
+use crate::geometry::{Aabb, Sphere, Triangle};
 
 /// Which container a tree is made of.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
@@ -36,32 +37,6 @@ impl ContainerKind {
     }
 }
 
-/// A ray with what its container tests need, computed once.
-#[derive(Debug, Clone, Copy)]
-pub struct PreparedRay {
-    /// The ray itself.
-    pub ray: Ray,
-    /// 1 / direction, per axis; ±infinity where the direction is zero.
-    pub inverse_direction: glam::Vec3,
-    /// direction · direction.
-    pub direction_squared: f32,
-    /// 1 / (direction · direction).
-    pub inverse_direction_squared: f32,
-}
-
-impl PreparedRay {
-    /// Prepares `ray`.
-    pub fn new(ray: Ray) -> Self {
-        let direction_squared = ray.direction.length_squared();
-        Self {
-            ray,
-            inverse_direction: ray.direction.recip(),
-            direction_squared,
-            inverse_direction_squared: direction_squared.recip(),
-        }
-    }
-}
-
 /// A bounding volume. Both kinds go through the same builder, traversal and statistics.
 pub trait Container: Copy + Send + Sync + PartialEq + std::fmt::Debug + 'static {
     /// Which kind this is.
@@ -77,6 +52,11 @@ pub trait Container: Copy + Send + Sync + PartialEq + std::fmt::Debug + 'static 
     fn relative_area(&self) -> f32;
     /// Where a ray enters, at least `t_min`; `None` where it misses or enters beyond `t_max`. Never misses because of NaN.
     fn entry(&self, ray: &PreparedRay, t_min: f32, t_max: f32) -> Option<f32>;
+    /// [`Container::entry`] of two siblings at once; infinity where it is `None`.
+    #[inline(always)]
+    fn entry_pair(pair: [&Self; 2], ray: &PreparedRay, t_min: f32, t_max: f32) -> [f32; 2] {
+        pair.map(|container| container.entry(ray, t_min, t_max).unwrap_or(f32::INFINITY))
+    }
     /// The smallest box around it.
     fn bounds(&self) -> Aabb;
     /// Whether `point` lies inside, within `slack` in world units.
@@ -112,13 +92,12 @@ impl Container for Aabb {
 
     #[inline]
     fn entry(&self, ray: &PreparedRay, t_min: f32, t_max: f32) -> Option<f32> {
-        let t0 = (self.min - ray.ray.origin) * ray.inverse_direction;
-        let t1 = (self.max - ray.ray.origin) * ray.inverse_direction;
-        // f32::min and max drop a NaN (0·∞ on a slab's plane) in favour of the other operand.
-        let near = t0.x.min(t1.x).max(t0.y.min(t1.y)).max(t0.z.min(t1.z)).max(t_min);
-        // Rounded up by 2 ulp so that a ray along a shared face is never lost (Ize, 2013).
-        let far = t0.x.max(t1.x).min(t0.y.max(t1.y)).min(t0.z.max(t1.z)) * 1.000_000_3;
-        (near <= far.min(t_max)).then_some(near)
+        Aabb::entry(self, ray, t_min, t_max)
+    }
+
+    #[inline(always)]
+    fn entry_pair(pair: [&Self; 2], ray: &PreparedRay, t_min: f32, t_max: f32) -> [f32; 2] {
+        Aabb::entry_pair(pair, ray, t_min, t_max)
     }
 
     fn bounds(&self) -> Aabb {
@@ -221,6 +200,7 @@ mod tests {
     use glam::Vec3;
 
     use super::*;
+    use crate::geometry::Ray;
 
     /// A fixed sequence of numbers between -1 and 1.
     fn numbers() -> impl FnMut() -> f32 {

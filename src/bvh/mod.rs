@@ -4,6 +4,7 @@
 pub mod builders;
 pub mod container;
 pub mod node;
+pub mod overlap;
 pub mod settings;
 pub mod stats;
 pub mod traverse;

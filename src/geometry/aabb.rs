@@ -3,7 +3,7 @@
 use glam::Vec3;
 
 /// An axis-aligned box. Empty when `min` exceeds `max` on any axis.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
 #[repr(C)]
 pub struct Aabb {
     /// The corner with the smallest coordinates.

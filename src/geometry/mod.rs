@@ -1,11 +1,15 @@
 //! Shapes and rays, one idea a file. Knows nothing of trees, scenes or pixels.
 
 mod aabb;
+mod intersect;
+mod prepared_ray;
 mod ray;
 mod sphere;
 mod triangle;
 
 pub use aabb::Aabb;
+pub use intersect::TriangleHit;
+pub use prepared_ray::PreparedRay;
 pub use ray::{Hit, Ray};
 pub use sphere::Sphere;
 pub use triangle::Triangle;

@@ -1,0 +1,75 @@
+//! A ray with everything that its many tests share, computed once.
+
+use glam::{Vec3, Vec4};
+
+use super::Ray;
+
+/// A ray with what its container and triangle tests need, computed once.
+#[derive(Debug, Clone, Copy)]
+pub struct PreparedRay {
+    /// The ray itself. A negative `t_min` counts as 0; a ray that cannot hit anything (see [`PreparedRay::can_hit`])
+    /// has an empty interval.
+    pub ray: Ray,
+    /// 1 / direction, per axis. Always finite: where the direction is zero, the largest number of its sign, so that no
+    /// slab test ever computes 0·∞.
+    pub inverse_direction: Vec3,
+    /// direction · direction.
+    pub direction_squared: f32,
+    /// 1 / (direction · direction).
+    pub inverse_direction_squared: f32,
+    /// The rows of the matrix that turns the ray into the z axis (Woop, Benthin, Wald: *Watertight Ray/Triangle
+    /// Intersection*, JCGT 2013, section 3): a shear along the longest axis of the direction. Each row has a one, a
+    /// factor and a zero, so that a dot product with it rounds as the paper's permuted form does.
+    pub shear: [Vec3; 3],
+    /// Origin of the slab test of two boxes at once: (x, x, y, y).
+    pub(crate) origin_xy: Vec4,
+    /// (z, z, z, z).
+    pub(crate) origin_z: Vec4,
+    /// Inverse direction: (x, x, y, y).
+    pub(crate) inverse_xy: Vec4,
+    /// (z, z, z, z).
+    pub(crate) inverse_z: Vec4,
+}
+
+impl PreparedRay {
+    /// Prepares `ray`. A direction of zero, NaN or infinite length, an origin that is not finite and an interval that is
+    /// empty or NaN all give a ray that misses everything.
+    pub fn new(ray: Ray) -> Self {
+        let mut ray = Ray { t_min: ray.t_min.max(0.0), ..ray };
+        let direction_squared = ray.direction.length_squared();
+        // NaN fails each comparison.
+        let usable = direction_squared.is_normal() && ray.origin.is_finite() && ray.t_min <= ray.t_max;
+        if !usable {
+            ray.t_min = 0.0;
+            ray.t_max = f32::NEG_INFINITY;
+        }
+        let d = ray.direction;
+        let inverse_direction = d.recip().clamp(Vec3::splat(f32::MIN), Vec3::splat(f32::MAX));
+        let size = d.abs();
+        let shear = if size.x >= size.y && size.x >= size.z {
+            [Vec3::new(-d.y / d.x, 1.0, 0.0), Vec3::new(-d.z / d.x, 0.0, 1.0), Vec3::new(1.0 / d.x, 0.0, 0.0)]
+        } else if size.y >= size.z {
+            [Vec3::new(0.0, -d.z / d.y, 1.0), Vec3::new(1.0, -d.x / d.y, 0.0), Vec3::new(0.0, 1.0 / d.y, 0.0)]
+        } else {
+            [Vec3::new(1.0, 0.0, -d.x / d.z), Vec3::new(0.0, 1.0, -d.y / d.z), Vec3::new(0.0, 0.0, 1.0 / d.z)]
+        };
+        let (o, i) = (ray.origin, inverse_direction);
+        Self {
+            ray,
+            inverse_direction,
+            direction_squared,
+            inverse_direction_squared: direction_squared.recip(),
+            shear,
+            origin_xy: Vec4::new(o.x, o.x, o.y, o.y),
+            origin_z: Vec4::splat(o.z),
+            inverse_xy: Vec4::new(i.x, i.x, i.y, i.y),
+            inverse_z: Vec4::splat(i.z),
+        }
+    }
+
+    /// Whether it can hit anything: direction and origin are finite, the direction's square neither 0 nor too small for a
+    /// normal number, and `t_min <= t_max`.
+    pub fn can_hit(&self) -> bool {
+        self.ray.t_min <= self.ray.t_max
+    }
+}
