@@ -1,6 +1,8 @@
 //! Diffuse materials and textures.
 
-use glam::{Vec2, Vec3};
+use std::sync::LazyLock;
+
+use glam::{Vec2, Vec3, Vec4};
 
 /// How a surface reflects light.
 #[derive(Debug, Clone, PartialEq)]
@@ -61,7 +63,59 @@ pub struct Texture {
 
 impl Texture {
     /// The bilinear colour at `uv` (v down): linear RGB and alpha.
-    pub fn sample(&self, _uv: Vec2) -> glam::Vec4 {
-        todo!("scene")
+    pub fn sample(&self, uv: Vec2) -> Vec4 {
+        if self.texels.is_empty() {
+            return Vec4::ONE;
+        }
+        let uv = self.uv_transform.transform_point2(uv);
+        // Coordinates that are not numbers read the corner.
+        let uv = if uv.is_finite() { uv } else { Vec2::ZERO };
+        let (x, fx) = split(uv.x, self.width, self.wrap[0]);
+        let (y, fy) = split(uv.y, self.height, self.wrap[1]);
+        let row = |y: u32| self.texel(x[0], y).lerp(self.texel(x[1], y), fx);
+        row(y[0]).lerp(row(y[1]), fy)
     }
+
+    /// One texel in linear light.
+    fn texel(&self, x: u32, y: u32) -> Vec4 {
+        let index = y as usize * self.width as usize + x as usize;
+        let [r, g, b, a] = self.texels.get(index).copied().unwrap_or([255; 4]);
+        let linear = &*SRGB_TO_LINEAR;
+        Vec4::new(linear[r as usize], linear[g as usize], linear[b as usize], f32::from(a) / 255.0)
+    }
+}
+
+/// Linear light of each sRGB byte (IEC 61966-2-1).
+static SRGB_TO_LINEAR: LazyLock<[f32; 256]> = LazyLock::new(|| {
+    std::array::from_fn(|byte| {
+        let encoded = byte as f32 / 255.0;
+        if encoded <= 0.04045 { encoded / 12.92 } else { ((encoded + 0.055) / 1.055).powf(2.4) }
+    })
+});
+
+/// The two texels beside a coordinate and the share of the second.
+fn split(coordinate: f32, size: u32, wrap: WrapMode) -> ([u32; 2], f32) {
+    // Whole turns are taken off first, so that far coordinates keep their precision.
+    let coordinate = match wrap {
+        WrapMode::Repeat => coordinate - coordinate.floor(),
+        WrapMode::MirroredRepeat => coordinate.rem_euclid(2.0),
+        WrapMode::ClampToEdge => coordinate.clamp(0.0, 1.0),
+    };
+    let place = coordinate * size as f32 - 0.5;
+    let floor = place.floor();
+    let first = floor as i64;
+    ([wrap_index(first, size, wrap), wrap_index(first + 1, size, wrap)], place - floor)
+}
+
+fn wrap_index(index: i64, size: u32, wrap: WrapMode) -> u32 {
+    let n = i64::from(size.max(1));
+    let index = match wrap {
+        WrapMode::Repeat => index.rem_euclid(n),
+        WrapMode::MirroredRepeat => {
+            let index = index.rem_euclid(2 * n);
+            if index < n { index } else { 2 * n - 1 - index }
+        }
+        WrapMode::ClampToEdge => index.clamp(0, n - 1),
+    };
+    index as u32
 }

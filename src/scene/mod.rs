@@ -1,9 +1,11 @@
 //! Triangles with their looks, and where they come from: files (one format a module) and built-in scenes.
 
+mod assemble;
 mod builtin;
 mod error;
 mod load;
 mod material;
+mod read;
 
 use std::path::{Path, PathBuf};
 

@@ -1,5 +1,13 @@
 //! Scenes that need no file.
 
+mod teapot;
+
+use glam::Vec3;
+
+use super::assemble::Assembly;
+use super::{LoadError, Scene, SceneSource};
+use crate::cancel::CancelToken;
+
 /// A scene made in code.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct BuiltinScene {
@@ -52,3 +60,30 @@ pub const BUILTIN_SCENES: [BuiltinScene; 6] = [
         size: Some(("spheres", 1, 240, 20_000)),
     },
 ];
+
+/// Makes a built-in scene; a size out of range is brought into it.
+pub(super) fn build(
+    name: &str,
+    size: Option<u32>,
+    source: &SceneSource,
+    token: &CancelToken,
+) -> Result<Scene, LoadError> {
+    let known = BUILTIN_SCENES.iter().find(|scene| scene.name == name);
+    let size =
+        known.and_then(|scene| scene.size).map_or(0, |(_, min, default, max)| size.unwrap_or(default).clamp(min, max));
+    let mut assembly = Assembly::new();
+    match name {
+        "teapot" => teapot::build(size, &mut assembly, token)?,
+        _ => {
+            let names: Vec<_> = BUILTIN_SCENES.iter().map(|scene| scene.name).collect();
+            return Err(LoadError::Unusable {
+                path: source.to_string().into(),
+                place: super::Place::File,
+                message: format!("there is no such built-in scene; there are: {}", names.join(", ")),
+            });
+        }
+    }
+    token.check()?;
+    token.set_progress(1.0);
+    assembly.finish(source, Vec3::Y)
+}

@@ -1,0 +1,179 @@
+//! Collects triangles and their looks into a scene: what every format and every built-in scene has in common.
+
+use glam::{Vec2, Vec3};
+
+use super::{Attributes, LoadError, Material, Place, Scene, SceneSource, Texture, Warnings};
+use crate::geometry::{Aabb, Triangle};
+
+/// Coordinates farther out than this make distances overflow, so such triangles are skipped.
+const MAX_COORDINATE: f32 = 1e18;
+
+/// Triangle counts are kept in 32 bits; leaves and nodes need a few values beyond.
+const MAX_TRIANGLES: usize = (u32::MAX - 16) as usize;
+
+/// A scene in the making.
+pub(super) struct Assembly {
+    triangles: Vec<Triangle>,
+    /// Empty until the first triangle with attributes; vertex 0 is one without any.
+    corners: Vec<[u32; 3]>,
+    vertex_count: usize,
+    normals: Vec<Vec3>,
+    uvs: Vec<Vec2>,
+    colors: Vec<Vec3>,
+    material_indices: Vec<u32>,
+    /// May stay empty: clay then.
+    pub(super) materials: Vec<Material>,
+    /// What materials refer to.
+    pub(super) textures: Vec<Texture>,
+    /// Meshes, objects or solids met so far.
+    pub(super) mesh_count: usize,
+    /// What was skipped so far.
+    pub(super) warnings: Warnings,
+    /// Points in the file, for the message about a file without triangles.
+    pub(super) point_count: u64,
+}
+
+/// Attributes of a run of vertices; each list is empty or has one entry a vertex.
+#[derive(Default)]
+pub(super) struct VertexLists {
+    pub(super) normals: Vec<Vec3>,
+    pub(super) uvs: Vec<Vec2>,
+    pub(super) colors: Vec<Vec3>,
+}
+
+impl Assembly {
+    pub(super) fn new() -> Self {
+        Self {
+            triangles: Vec::new(),
+            corners: Vec::new(),
+            vertex_count: 1,
+            normals: Vec::new(),
+            uvs: Vec::new(),
+            colors: Vec::new(),
+            material_indices: Vec::new(),
+            materials: Vec::new(),
+            textures: Vec::new(),
+            mesh_count: 0,
+            warnings: Warnings::default(),
+            point_count: 0,
+        }
+    }
+
+    /// Triangles so far.
+    pub(super) fn len(&self) -> usize {
+        self.triangles.len()
+    }
+
+    /// Makes room for so many more triangles.
+    pub(super) fn reserve(&mut self, count: usize) {
+        self.triangles.reserve(count);
+    }
+
+    /// Appends the attributes of `count` vertices and returns the index of the first; `None` where there are no
+    /// attributes, or more vertices than 32 bits count.
+    pub(super) fn add_vertices(&mut self, count: usize, lists: VertexLists) -> Option<u32> {
+        if lists.normals.is_empty() && lists.uvs.is_empty() && lists.colors.is_empty() {
+            return None;
+        }
+        let first = self.vertex_count;
+        let end = first.checked_add(count).filter(|&end| end <= u32::MAX as usize)?;
+        append(&mut self.normals, first, end, lists.normals, Vec3::ZERO);
+        append(&mut self.uvs, first, end, lists.uvs, Vec2::ZERO);
+        append(&mut self.colors, first, end, lists.colors, Vec3::ONE);
+        self.vertex_count = end;
+        u32::try_from(first).ok()
+    }
+
+    /// Appends a triangle unless it cannot be traced; says whether it was kept. `corners` are vertices from
+    /// [`Assembly::add_vertices`], `None` for a triangle without attributes.
+    pub(super) fn push(
+        &mut self,
+        triangle: Triangle,
+        corners: Option<[u32; 3]>,
+        material: u32,
+        place: impl FnOnce() -> Place,
+    ) -> bool {
+        if !triangle.is_finite() {
+            self.warnings.add("triangles with coordinates that are not numbers skipped", place);
+            return false;
+        }
+        let bounds = triangle.bounds();
+        if bounds.max.max(-bounds.min).max_element() > MAX_COORDINATE {
+            self.warnings.add("triangles with coordinates beyond 1e18 skipped", place);
+            return false;
+        }
+        let index = self.triangles.len();
+        if let Some(corners) = corners {
+            self.corners.resize(index, [0; 3]);
+            self.corners.push(corners);
+        }
+        if material != 0 && self.material_indices.len() < index {
+            self.material_indices.resize(index, 0);
+        }
+        if material != 0 || !self.material_indices.is_empty() {
+            self.material_indices.push(material);
+        }
+        self.triangles.push(triangle);
+        true
+    }
+
+    /// The scene, or why there is none.
+    pub(super) fn finish(mut self, source: &SceneSource, up: Vec3) -> Result<Scene, LoadError> {
+        let unusable = |message: String| LoadError::Unusable {
+            path: source.path().map_or_else(|| source.to_string().into(), std::path::Path::to_path_buf),
+            place: Place::File,
+            message,
+        };
+        if self.triangles.is_empty() {
+            let skipped: Vec<_> = self.warnings.entries.iter().map(ToString::to_string).collect();
+            let skipped = if skipped.is_empty() { String::new() } else { format!(" ({})", skipped.join("; ")) };
+            return Err(unusable(match self.point_count {
+                0 => format!("contains no triangles{skipped}"),
+                points => format!("contains {points} points and no triangles{skipped}"),
+            }));
+        }
+        if self.triangles.len() > MAX_TRIANGLES {
+            return Err(unusable(format!("contains more than {MAX_TRIANGLES} triangles, the most there may be")));
+        }
+        let bounds = self.triangles.iter().fold(Aabb::EMPTY, |bounds, triangle| bounds.union(&triangle.bounds()));
+        let attributes = (!self.corners.is_empty()).then(|| {
+            self.corners.resize(self.triangles.len(), [0; 3]);
+            let end = self.vertex_count;
+            pad(&mut self.normals, end, Vec3::ZERO);
+            pad(&mut self.uvs, end, Vec2::ZERO);
+            pad(&mut self.colors, end, Vec3::ONE);
+            Attributes { corners: self.corners, normals: self.normals, uvs: self.uvs, colors: self.colors }
+        });
+        if self.materials.is_empty() {
+            self.materials.push(Material::clay());
+        }
+        Ok(Scene {
+            source: source.clone(),
+            triangles: self.triangles,
+            bounds,
+            up,
+            attributes,
+            material_indices: self.material_indices,
+            materials: self.materials,
+            textures: self.textures,
+            mesh_count: self.mesh_count.max(1),
+            warnings: self.warnings,
+        })
+    }
+}
+
+/// Appends a list that may be empty to one that may lag behind.
+fn append<T: Copy>(all: &mut Vec<T>, first: usize, end: usize, list: Vec<T>, default: T) {
+    if !list.is_empty() {
+        all.resize(first, default);
+        all.extend(list);
+        all.resize(end, default);
+    }
+}
+
+/// Fills up a list unless it is empty, which stays as it is.
+fn pad<T: Copy>(all: &mut Vec<T>, end: usize, default: T) {
+    if !all.is_empty() {
+        all.resize(end, default);
+    }
+}

@@ -1,0 +1,135 @@
+//! Reading files from outside: regular ones only, in portions, with progress and cancelling.
+
+use std::fs::{File, OpenOptions};
+use std::io::Read;
+use std::path::Path;
+
+use super::{LoadError, Place};
+use crate::cancel::CancelToken;
+
+/// The part of the progress that reading the model file takes.
+pub(super) const READ_SHARE: f32 = 0.2;
+
+/// Read between two looks at the token.
+const PORTION: usize = 1 << 22;
+
+/// An error about a file as a whole.
+pub(super) fn unusable(path: &Path, message: impl Into<String>) -> LoadError {
+    LoadError::Unusable { path: path.to_path_buf(), place: Place::File, message: message.into() }
+}
+
+/// The whole model file; never empty.
+pub(super) fn read_model(path: &Path, token: &CancelToken) -> Result<Vec<u8>, LoadError> {
+    let bytes = read_file(path, Some(READ_SHARE), token)?;
+    if bytes.is_empty() {
+        return Err(unusable(path, "the file is empty"));
+    }
+    Ok(bytes)
+}
+
+/// A whole file. Its length is taken when it is opened: an endless or growing file ends there.
+pub(super) fn read_file(path: &Path, progress: Option<f32>, token: &CancelToken) -> Result<Vec<u8>, LoadError> {
+    let mut file = open_regular(path)?;
+    let length = file.metadata().map_err(|error| unusable(path, format!("cannot be read: {error}")))?.len();
+    let size = usize::try_from(length).map_err(|_| unusable(path, "is larger than this machine's memory"))?;
+    let mut bytes = Vec::new();
+    bytes
+        .try_reserve_exact(size)
+        .map_err(|_| unusable(path, format!("needs {length} bytes of memory, more than there is")))?;
+    while bytes.len() < size {
+        token.check()?;
+        let start = bytes.len();
+        let portion = PORTION.min(size - start);
+        let got = (&mut file).take(portion as u64).read_to_end(&mut bytes).map_err(|error| LoadError::Unusable {
+            path: path.to_path_buf(),
+            place: Place::Byte(start as u64),
+            message: format!("reading failed: {error}"),
+        })?;
+        if got == 0 {
+            return Err(unusable(
+                path,
+                format!("changed while being read: {start} bytes instead of {size}; open it again"),
+            ));
+        }
+        if let Some(share) = progress {
+            token.set_progress(share * bytes.len() as f32 / size as f32);
+        }
+    }
+    Ok(bytes)
+}
+
+/// Opens a file without ever waiting for one that is a pipe or a device.
+fn open_regular(path: &Path) -> Result<File, LoadError> {
+    let metadata = std::fs::metadata(path).map_err(|error| explain(path, &error))?;
+    if metadata.is_dir() {
+        return Err(unusable(path, format!("is a folder{}", loadable_files(path))));
+    }
+    if !metadata.is_file() {
+        return Err(unusable(path, "is not a regular file but a pipe, socket or device"));
+    }
+    let mut open = OpenOptions::new();
+    open.read(true);
+    let file = open.open(path).map_err(|error| explain(path, &error))?;
+    match file.metadata() {
+        Ok(metadata) if metadata.is_file() => Ok(file),
+        _ => Err(unusable(path, "is not a regular file")),
+    }
+}
+
+fn explain(path: &Path, error: &std::io::Error) -> LoadError {
+    match error.kind() {
+        std::io::ErrorKind::NotFound => unusable(path, format!("no such file{}", similar_files(path))),
+        std::io::ErrorKind::PermissionDenied => unusable(path, "may not be read by this user; change its permissions"),
+        _ => unusable(path, format!("cannot be opened: {error}")),
+    }
+}
+
+/// Names in a folder, sorted; a few thousand at most.
+fn names_in(folder: &Path) -> Vec<String> {
+    let folder = if folder.as_os_str().is_empty() { Path::new(".") } else { folder };
+    let entries = std::fs::read_dir(folder).into_iter().flatten().flatten().take(10_000);
+    let mut names: Vec<_> = entries.map(|entry| entry.file_name().to_string_lossy().into_owned()).collect();
+    names.sort();
+    names
+}
+
+fn is_model(name: &str) -> bool {
+    let extension = name.rsplit('.').next().unwrap_or_default().to_ascii_lowercase();
+    ["obj", "gltf", "glb", "ply", "stl"].contains(&extension.as_str())
+}
+
+fn loadable_files(folder: &Path) -> String {
+    let names: Vec<_> = names_in(folder).into_iter().filter(|name| is_model(name)).take(5).collect();
+    if names.is_empty() { " without any model".to_owned() } else { format!("; it holds {}", names.join(", ")) }
+}
+
+/// What the user may have meant.
+fn similar_files(path: &Path) -> String {
+    let Some(wanted) = path.file_name().map(|name| name.to_string_lossy().to_lowercase()) else {
+        return String::new();
+    };
+    let folder = path.parent().unwrap_or(Path::new(""));
+    let mut scored: Vec<_> = names_in(folder)
+        .into_iter()
+        .map(|name| (edit_distance(&wanted, &name.to_lowercase()), name))
+        .filter(|(distance, name)| *distance <= wanted.chars().count().min(name.chars().count()) / 3 + 1)
+        .collect();
+    scored.sort();
+    let names: Vec<_> = scored.into_iter().take(3).map(|(_, name)| format!("'{name}'")).collect();
+    if names.is_empty() { String::new() } else { format!("; did you mean {}?", names.join(" or ")) }
+}
+
+/// Insertions, deletions and changes that turn one name into the other (Levenshtein).
+fn edit_distance(a: &str, b: &str) -> usize {
+    let b: Vec<char> = b.chars().collect();
+    let mut row: Vec<usize> = (0..=b.len()).collect();
+    for (i, x) in a.chars().enumerate() {
+        let mut diagonal = std::mem::replace(&mut row[0], i + 1);
+        for (j, y) in b.iter().enumerate() {
+            let change = diagonal + usize::from(x != *y);
+            diagonal = row[j + 1];
+            row[j + 1] = change.min(row[j] + 1).min(row[j + 1] + 1);
+        }
+    }
+    row[b.len()]
+}
