@@ -1,0 +1,216 @@
+//! Texts of flags into values. Each error says what was expected; clap adds the flag and the text.
+
+use glam::Vec3;
+
+use crate::bvh::BuildSettings;
+use crate::headless::OverlayKinds;
+use crate::scene::SceneSource;
+
+/// Largest width or height of a picture in pixels.
+pub const MAX_SIDE: u32 = 16_384;
+/// Most threads that can be asked for.
+pub const MAX_THREADS: usize = 1024;
+/// Most antialiasing samples a pixel.
+pub const MAX_SAMPLES: u32 = 1024;
+/// Most repetitions of one measurement.
+pub const MAX_REPEAT: usize = 1000;
+
+/// A list of whole numbers, for `--threshold` of a sweep.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Numbers(pub Vec<u32>);
+
+/// A list of ε.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Epsilons(pub Vec<f32>);
+
+/// A whole number between `low` and `high`.
+pub fn whole<T>(text: &str, low: T, high: T) -> Result<T, String>
+where
+    T: std::str::FromStr + PartialOrd + std::fmt::Display,
+{
+    match text.parse::<T>() {
+        Ok(value) if low <= value && value <= high => Ok(value),
+        _ => Err(format!("a whole number from {low} to {high} is expected")),
+    }
+}
+
+/// A decimal number between `low` and `high`.
+pub fn decimal(text: &str, low: f32, high: f32) -> Result<f32, String> {
+    match text.parse::<f32>() {
+        Ok(value) if low <= value && value <= high => Ok(value),
+        _ => Err(format!("a number from {low} to {high} is expected")),
+    }
+}
+
+pub fn threshold(text: &str) -> Result<u32, String> {
+    whole(text, BuildSettings::MIN_THRESHOLD, BuildSettings::MAX_THRESHOLD)
+}
+
+/// `6`, `2,4,8` or `2..=32` (both ends included; `2..32` leaves the last out, as in Rust).
+pub fn thresholds(text: &str) -> Result<Numbers, String> {
+    if let Some((first, last)) = text.split_once("..") {
+        let (last, inclusive) = last.strip_prefix('=').map_or((last, false), |last| (last, true));
+        let (first, last) = (threshold(first)?, threshold(last)?);
+        let values: Vec<u32> = if inclusive { (first..=last).collect() } else { (first..last).collect() };
+        if values.is_empty() {
+            return Err("the range is empty: write it as SMALLEST..=LARGEST".to_owned());
+        }
+        return Ok(Numbers(values));
+    }
+    let mut values = text.split(',').map(threshold).collect::<Result<Vec<_>, _>>()?;
+    values.sort_unstable();
+    values.dedup();
+    Ok(Numbers(values))
+}
+
+pub fn epsilon(text: &str) -> Result<f32, String> {
+    decimal(text, 0.0, BuildSettings::MAX_EPSILON)
+}
+
+/// `0.1` or `0.1,0.2`.
+pub fn epsilons(text: &str) -> Result<Epsilons, String> {
+    text.split(',').map(epsilon).collect::<Result<Vec<_>, _>>().map(Epsilons)
+}
+
+pub fn threads(text: &str) -> Result<usize, String> {
+    whole(text, 1, MAX_THREADS)
+}
+
+pub fn repeat(text: &str) -> Result<usize, String> {
+    whole(text, 1, MAX_REPEAT)
+}
+
+pub fn samples(text: &str) -> Result<u32, String> {
+    whole(text, 1, MAX_SAMPLES)
+}
+
+/// Degrees to radians.
+pub fn fov(text: &str) -> Result<f32, String> {
+    decimal(text, 1.0, 170.0).map_err(|_| "degrees from 1 to 170 are expected".to_owned()).map(f32::to_radians)
+}
+
+/// `WxH` in pixels.
+pub fn size(text: &str) -> Result<[u32; 2], String> {
+    let parts = text.split_once(['x', 'X']).and_then(|(width, height)| {
+        let side = |text| whole::<u32>(text, 1, MAX_SIDE).ok();
+        Some([side(width)?, side(height)?])
+    });
+    parts.ok_or_else(|| format!("WIDTHxHEIGHT in pixels, each from 1 to {MAX_SIDE}, is expected, as in 1280x720"))
+}
+
+/// `X,Y,Z`.
+pub fn vector(text: &str) -> Result<Vec3, String> {
+    let expected = || "three finite numbers X,Y,Z are expected, as in 0,1.5,-2".to_owned();
+    let parts: Vec<f32> = text.split(',').map(|part| part.trim().parse()).collect::<Result<_, _>>().map_err(|_| expected())?;
+    match parts[..] {
+        [x, y, z] if Vec3::new(x, y, z).is_finite() => Ok(Vec3::new(x, y, z)),
+        _ => Err(expected()),
+    }
+}
+
+/// A direction `X,Y,Z`.
+pub fn direction(text: &str) -> Result<Vec3, String> {
+    let value = vector(text)?;
+    value.try_normalize().ok_or_else(|| "the direction 0,0,0 points nowhere".to_owned())
+}
+
+/// `N`, or `A..B` with both ends shown.
+pub fn depths(text: &str) -> Result<[u32; 2], String> {
+    let expected = || "a tree level, or the first and the last one as A..B (root 0), is expected".to_owned();
+    let level = |text: &str| text.parse::<u32>().map_err(|_| expected());
+    let (first, last) = match text.split_once("..") {
+        Some((first, last)) => (level(first)?, level(last.strip_prefix('=').unwrap_or(last))?),
+        None => (level(text)?, level(text)?),
+    };
+    if first > last { Err(format!("the first level {first} lies below the last, {last}")) } else { Ok([first, last]) }
+}
+
+/// `A..B`: counts at the two ends of the heat map.
+pub fn heat_range(text: &str) -> Result<[f32; 2], String> {
+    let expected = || "two counts A..B with 0 <= A < B are expected, as in 0..80".to_owned();
+    let (low, high) = text.split_once("..").ok_or_else(expected)?;
+    match (low.parse::<f32>(), high.parse::<f32>()) {
+        (Ok(low), Ok(high)) if 0.0 <= low && low < high && high.is_finite() => Ok([low, high]),
+        _ => Err(expected()),
+    }
+}
+
+/// `I/N`: the I-th of N shares, counted from 1.
+pub fn shard(text: &str) -> Result<(usize, usize), String> {
+    let expected = || "I/N with 1 <= I <= N is expected, as in 2/8".to_owned();
+    let (index, count) = text.split_once('/').ok_or_else(expected)?;
+    match (index.parse::<usize>(), count.parse::<usize>()) {
+        (Ok(index), Ok(count)) if 1 <= index && index <= count && count <= 1_000_000 => Ok((index, count)),
+        _ => Err(expected()),
+    }
+}
+
+/// One of `names`, chosen by `name_of`.
+pub fn named<T: Copy>(text: &str, all: &[T], name_of: impl Fn(T) -> String) -> Result<T, String> {
+    all.iter().copied().find(|&value| name_of(value) == text).ok_or_else(|| {
+        let names: Vec<String> = all.iter().map(|&value| name_of(value)).collect();
+        format!("one of {} is expected", names.join(", "))
+    })
+}
+
+/// `box`, `sphere` or `both`.
+pub fn overlay_kinds(text: &str) -> Result<OverlayKinds, String> {
+    named(text, &OverlayKinds::ALL, |kind| kind.name().to_owned())
+}
+
+/// Model arguments may be any bytes that a file name may be.
+#[derive(Debug, Clone)]
+pub struct ModelParser;
+
+impl clap::builder::TypedValueParser for ModelParser {
+    type Value = SceneSource;
+
+    fn parse_ref(
+        &self,
+        command: &clap::Command,
+        _arg: Option<&clap::Arg>,
+        value: &std::ffi::OsStr,
+    ) -> Result<Self::Value, clap::Error> {
+        SceneSource::parse(value).map_err(|message| {
+            clap::Error::raw(clap::error::ErrorKind::ValueValidation, format!("{message}\n")).with_cmd(command)
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used, reason = "a failure here is a failed test")]
+
+    use super::*;
+
+    #[test]
+    fn ranges_read_as_in_rust() {
+        assert_eq!(thresholds("2..=5").unwrap().0, [2, 3, 4, 5]);
+        assert_eq!(thresholds("2..5").unwrap().0, [2, 3, 4]);
+        assert_eq!(thresholds("8,2,8").unwrap().0, [2, 8]);
+        for bad in ["", "1", "65", "5..=2", "2..", "a..b", "2..=1e9"] {
+            assert!(thresholds(bad).is_err(), "{bad}");
+        }
+    }
+
+    #[test]
+    fn nasty_numbers_are_refused() {
+        for bad in ["0x5", "NaN", "", "1x", "x1", "1x1x1", "-1x5", "99999x1"] {
+            assert!(size(bad).is_err(), "{bad}");
+        }
+        assert_eq!(size("640x480").unwrap(), [640, 480]);
+        for bad in ["nan", "inf", "-0.1", "0.6", ""] {
+            assert!(epsilon(bad).is_err(), "{bad}");
+        }
+        for bad in ["1,2", "1,2,NaN", "1,2,inf", "a,b,c", "1,2,3,4"] {
+            assert!(vector(bad).is_err(), "{bad}");
+        }
+        assert!(direction("0,0,0").is_err());
+        for bad in ["0/2", "3/2", "1", "a/b", "1/0"] {
+            assert!(shard(bad).is_err(), "{bad}");
+        }
+        assert_eq!(depths("3..5").unwrap(), [3, 5]);
+        assert!(depths("5..3").is_err());
+        assert!(heat_range("5..5").is_err());
+    }
+}

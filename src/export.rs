@@ -1,0 +1,119 @@
+//! Files that are written whole or not at all: into a temporary file beside the target, flushed, then renamed.
+
+use std::io::{BufWriter, Write};
+use std::path::{Path, PathBuf};
+
+/// Why a file cannot be written.
+#[derive(Debug, thiserror::Error)]
+#[error("{}: {reason}", path.display())]
+pub struct ExportError {
+    /// The file.
+    pub path: PathBuf,
+    /// What is in the way, in words.
+    pub reason: String,
+}
+
+impl ExportError {
+    /// An error about `path`.
+    pub fn new(path: &Path, reason: impl Into<String>) -> Self {
+        Self { path: path.to_owned(), reason: reason.into() }
+    }
+}
+
+/// Whether `path` could be written, before any work is done for it: its folder exists and takes files, it is not itself a
+/// folder or a device.
+pub fn check_target(path: &Path) -> Result<(), ExportError> {
+    let Some(name) = path.file_name() else {
+        return Err(ExportError::new(path, "this is not a file name"));
+    };
+    if path.is_dir() {
+        return Err(ExportError::new(path, format!("is a folder; name a file in it: {}", path.join("out").display())));
+    }
+    if path.exists() && !path.is_file() {
+        return Err(ExportError::new(path, "is not a regular file; it will not be replaced"));
+    }
+    let folder = folder_of(path);
+    if !folder.is_dir() {
+        return Err(ExportError::new(path, format!("the folder '{}' does not exist; create it first", folder.display())));
+    }
+    temporary(folder, name)
+        .map(drop)
+        .map_err(|error| ExportError::new(path, format!("the folder '{}' takes no files: {error}", folder.display())))
+}
+
+/// Writes `path` through `fill`. On any failure an old file of that name stays as it was.
+pub fn write_file(
+    path: &Path,
+    fill: impl FnOnce(&mut dyn Write) -> Result<(), String>,
+) -> Result<(), ExportError> {
+    check_target(path)?;
+    let failed = |error: std::io::Error| ExportError::new(path, format!("cannot be written: {error}"));
+    let name = path.file_name().unwrap_or_default();
+    let file = temporary(folder_of(path), name).map_err(failed)?;
+    {
+        let mut writer = BufWriter::new(file.as_file());
+        fill(&mut writer).map_err(|reason| ExportError::new(path, reason))?;
+        writer.flush().map_err(failed)?;
+    }
+    file.as_file().sync_all().map_err(failed)?;
+    file.persist(path).map_err(|error| failed(error.error))?;
+    Ok(())
+}
+
+/// Writes `bytes` into `path`, whole or not at all.
+pub fn write_bytes(path: &Path, bytes: &[u8]) -> Result<(), ExportError> {
+    write_file(path, |writer| writer.write_all(bytes).map_err(|error| format!("cannot be written: {error}")))
+}
+
+/// The folder that holds `path`.
+fn folder_of(path: &Path) -> &Path {
+    match path.parent() {
+        Some(folder) if !folder.as_os_str().is_empty() => folder,
+        _ => Path::new("."),
+    }
+}
+
+/// A file that goes away unless it is renamed, with the permissions of any new file.
+fn temporary(folder: &Path, name: &std::ffi::OsStr) -> std::io::Result<tempfile::NamedTempFile> {
+    let mut prefix = std::ffi::OsString::from(".");
+    prefix.push(name);
+    let mut builder = tempfile::Builder::new();
+    builder.prefix(&prefix).suffix(".part");
+    #[cfg(unix)]
+    {
+        use std::os::unix::fs::PermissionsExt as _;
+        // The process's umask takes its share from this, as with any file.
+        builder.permissions(std::fs::Permissions::from_mode(0o666));
+    }
+    builder.tempfile_in(folder)
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used, reason = "a failure here is a failed test")]
+
+    use super::*;
+
+    #[test]
+    fn a_failed_write_leaves_the_old_file_and_nothing_else() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.txt");
+        write_bytes(&path, b"old").unwrap();
+        let error = write_file(&path, |writer| {
+            writer.write_all(b"new").unwrap();
+            Err("disk on fire".to_owned())
+        })
+        .unwrap_err();
+        assert!(error.to_string().contains("disk on fire"), "{error}");
+        assert_eq!(std::fs::read(&path).unwrap(), b"old");
+        assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 1);
+    }
+
+    #[test]
+    fn unusable_targets_are_found_before_the_work() {
+        let folder = tempfile::tempdir().unwrap();
+        assert!(check_target(folder.path()).unwrap_err().reason.contains("is a folder"));
+        assert!(check_target(&folder.path().join("no/file")).unwrap_err().reason.contains("does not exist"));
+        assert!(check_target(&folder.path().join("file")).is_ok());
+    }
+}

@@ -1,0 +1,113 @@
+//! From what was said about the camera to a camera.
+
+use glam::{Mat3, Vec3};
+
+use crate::camera::{Camera, Projection};
+use crate::scene::Scene;
+
+/// A view of the whole model.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum View {
+    /// [`Camera::framing`]: the window's as well.
+    #[default]
+    Default,
+    /// Looking at the side that faces +z in a y-up scene, −y in a z-up one.
+    Front,
+    /// The other side.
+    Back,
+    /// From the observer's left of the front view.
+    Left,
+    /// From the observer's right of the front view.
+    Right,
+    /// From above.
+    Top,
+    /// From below.
+    Bottom,
+}
+
+impl View {
+    /// Every view.
+    pub const ALL: [Self; 7] =
+        [Self::Default, Self::Front, Self::Back, Self::Left, Self::Right, Self::Top, Self::Bottom];
+
+    /// The name on the command line.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Default => "default",
+            Self::Front => "front",
+            Self::Back => "back",
+            Self::Left => "left",
+            Self::Right => "right",
+            Self::Top => "top",
+            Self::Bottom => "bottom",
+        }
+    }
+
+    /// The camera that shows all of `scene` from this side.
+    pub fn camera(self, scene: &Scene) -> Camera {
+        let mut camera = Camera::framing(&scene.bounds, scene.up);
+        let up = scene.up;
+        let front = if up.y.abs() > 0.5 { Vec3::Z } else { Vec3::NEG_Y };
+        let right = up.cross(front).normalize_or(Vec3::X);
+        let [x, y, z] = match self {
+            Self::Default => return camera,
+            Self::Front => [0.0, 0.0, 1.0],
+            Self::Back => [0.0, 0.0, -1.0],
+            Self::Left => [-1.0, 0.0, 0.0],
+            Self::Right => [1.0, 0.0, 0.0],
+            Self::Top => [0.0, 1.0, 0.0],
+            Self::Bottom => [0.0, -1.0, 0.0],
+        };
+        let toward_eye = Mat3::from_cols(right, up, front) * Vec3::new(x, y, z);
+        // Seen from above or below, the front side is at the bottom or top of the picture.
+        if y != 0.0 {
+            camera.up = front * -y;
+        }
+        camera.eye = camera.target + toward_eye;
+        camera.frame(&scene.bounds);
+        camera
+    }
+}
+
+/// A view and what replaces parts of it.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct CameraChoice {
+    /// Where to start from.
+    pub view: View,
+    /// Where the observer is instead, in world units.
+    pub eye: Option<Vec3>,
+    /// The middle of the picture instead.
+    pub target: Option<Vec3>,
+    /// Up instead; unit length.
+    pub up: Option<Vec3>,
+    /// Vertical opening angle in radians instead. Without `eye` the model still fills the picture.
+    pub fov_y: Option<f32>,
+    /// Parallel rays.
+    pub orthographic: bool,
+}
+
+impl CameraChoice {
+    /// The camera for `scene`.
+    pub fn camera(&self, scene: &Scene) -> Camera {
+        let mut camera = self.view.camera(scene);
+        if let Some(fov_y) = self.fov_y {
+            camera.fov_y = fov_y;
+            camera.frame(&scene.bounds);
+        }
+        if let Some(up) = self.up {
+            camera.up = up;
+        }
+        if self.orthographic {
+            camera.projection = Projection::Orthographic;
+        }
+        if let Some(target) = self.target {
+            // A target alone moves the whole camera, so that the direction of the view stays.
+            camera.eye += target - camera.target;
+            camera.target = target;
+        }
+        if let Some(eye) = self.eye {
+            camera.eye = eye;
+        }
+        camera
+    }
+}

@@ -1,0 +1,166 @@
+//! What every command gets, and how it may end.
+
+use std::io::{IsTerminal as _, Write};
+use std::sync::Arc;
+use std::time::Duration;
+
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+
+use crate::bvh::builders::BuildError;
+use crate::cancel::{CancelToken, Cancelled};
+use crate::export::ExportError;
+use crate::scene::{LoadError, LoadOptions, Scene, SceneSource, load};
+
+/// A command's end without its result.
+#[derive(Debug, thiserror::Error)]
+pub enum Failure {
+    /// Something cannot be used or done; the text says what, where and why. Exit code 1.
+    #[error("{0}")]
+    Failed(String),
+    /// Flags that do not fit together, known only now. Exit code 2.
+    #[error("{0}")]
+    Usage(String),
+    /// Stopped by the user. Exit code 130.
+    #[error("interrupted")]
+    Interrupted,
+    /// Whoever read the results has gone. Silent.
+    #[error("the reader of the output has gone")]
+    BrokenPipe,
+}
+
+impl From<Cancelled> for Failure {
+    fn from(_: Cancelled) -> Self {
+        Self::Interrupted
+    }
+}
+
+impl From<BuildError> for Failure {
+    fn from(error: BuildError) -> Self {
+        match error {
+            BuildError::Cancelled(_) => Self::Interrupted,
+            BuildError::Refused(text) => Self::Failed(text),
+        }
+    }
+}
+
+impl From<LoadError> for Failure {
+    fn from(error: LoadError) -> Self {
+        match error {
+            LoadError::Cancelled(_) => Self::Interrupted,
+            error @ LoadError::Unusable { .. } => Self::Failed(error.to_string()),
+        }
+    }
+}
+
+impl From<ExportError> for Failure {
+    fn from(error: ExportError) -> Self {
+        Self::Failed(error.to_string())
+    }
+}
+
+impl From<std::io::Error> for Failure {
+    fn from(error: std::io::Error) -> Self {
+        if error.kind() == std::io::ErrorKind::BrokenPipe {
+            Self::BrokenPipe
+        } else {
+            Self::Failed(format!("the results cannot be printed: {error}"))
+        }
+    }
+}
+
+/// A command's end with its result.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Finished {
+    /// A file was loaded with warnings: exit code 3 under `--strict`.
+    pub warned: bool,
+}
+
+/// What every command gets.
+pub struct Context<'a> {
+    /// Cancelled by Ctrl-C.
+    pub token: CancelToken,
+    /// Where results go.
+    pub out: &'a mut (dyn Write + Send),
+    /// Threads for building and tracing; `None` for all.
+    pub threads: Option<usize>,
+    /// What loading may do.
+    pub load: LoadOptions,
+}
+
+impl Context<'_> {
+    /// Loads `source` with a bar on stderr where that is a terminal; prints its warnings to stderr.
+    pub fn load(&self, source: &SceneSource) -> Result<Arc<Scene>, Failure> {
+        let progress = Progress::new(&format!("Loading {}", source.label()), &self.token);
+        let scene = load(source, &self.load, &self.token)?;
+        progress.finish();
+        for warning in &scene.warnings.entries {
+            eprintln!("bvhscope: {source}: {warning}");
+        }
+        Ok(Arc::new(scene))
+    }
+
+    /// A pool of the asked-for threads.
+    pub fn pool(&self) -> Result<rayon::ThreadPool, Failure> {
+        crate::lab::pool(self.threads.unwrap_or(0)).map_err(Failure::Failed)
+    }
+}
+
+/// A bar that follows a token's progress from a thread of its own; nothing where stderr is no terminal.
+pub struct Progress {
+    bar: Option<ProgressBar>,
+    follower: Option<(std::sync::mpsc::Sender<()>, std::thread::JoinHandle<()>)>,
+}
+
+impl Progress {
+    /// Starts to follow `token` under `label`.
+    pub fn new(label: &str, token: &CancelToken) -> Self {
+        token.set_progress(0.0);
+        if !std::io::stderr().is_terminal() {
+            return Self { bar: None, follower: None };
+        }
+        let bar = ProgressBar::with_draw_target(Some(1000), ProgressDrawTarget::stderr());
+        if let Ok(style) = ProgressStyle::with_template("{msg:32!} {bar:30} {percent:>3} %  {elapsed}") {
+            bar.set_style(style);
+        }
+        bar.set_message(label.to_owned());
+        let (stop, stopped) = std::sync::mpsc::channel();
+        let (theirs, token) = (bar.clone(), token.clone());
+        let follower = std::thread::Builder::new().name("progress".to_owned()).spawn(move || {
+            while let Err(std::sync::mpsc::RecvTimeoutError::Timeout) = stopped.recv_timeout(Duration::from_millis(50)) {
+                theirs.set_position((token.progress() * 1000.0) as u64);
+            }
+        });
+        Self { bar: Some(bar), follower: follower.ok().map(|thread| (stop, thread)) }
+    }
+
+    /// What is being done now.
+    pub fn say(&self, label: &str) {
+        if let Some(bar) = &self.bar {
+            bar.set_message(label.to_owned());
+        }
+    }
+
+    /// Prints through `print` without tearing the bar.
+    pub fn suspend<T>(&self, print: impl FnOnce() -> T) -> T {
+        match &self.bar {
+            Some(bar) => bar.suspend(print),
+            None => print(),
+        }
+    }
+
+    /// Takes the bar away.
+    pub fn finish(self) {}
+}
+
+impl Drop for Progress {
+    fn drop(&mut self) {
+        if let Some((stop, thread)) = self.follower.take() {
+            drop(stop);
+            // Nothing to do about a bar that fell over.
+            let _ = thread.join();
+        }
+        if let Some(bar) = &self.bar {
+            bar.finish_and_clear();
+        }
+    }
+}
