@@ -34,7 +34,10 @@ pub fn check_target(path: &Path) -> Result<(), ExportError> {
     }
     let folder = folder_of(path);
     if !folder.is_dir() {
-        return Err(ExportError::new(path, format!("the folder '{}' does not exist; create it first", folder.display())));
+        return Err(ExportError::new(
+            path,
+            format!("the folder '{}' does not exist; create it first", folder.display()),
+        ));
     }
     temporary(folder, name)
         .map(drop)
@@ -42,10 +45,7 @@ pub fn check_target(path: &Path) -> Result<(), ExportError> {
 }
 
 /// Writes `path` through `fill`. On any failure an old file of that name stays as it was.
-pub fn write_file(
-    path: &Path,
-    fill: impl FnOnce(&mut dyn Write) -> Result<(), String>,
-) -> Result<(), ExportError> {
+pub fn write_file(path: &Path, fill: impl FnOnce(&mut dyn Write) -> Result<(), String>) -> Result<(), ExportError> {
     check_target(path)?;
     let failed = |error: std::io::Error| ExportError::new(path, format!("cannot be written: {error}"));
     let name = path.file_name().unwrap_or_default();

@@ -26,6 +26,8 @@ pub mod cancel;
 
 pub mod camera;
 
+pub mod view;
+
 pub mod scene;
 
 pub mod bvh;
@@ -36,7 +38,15 @@ pub mod render;
 
 pub mod overlay;
 
+pub mod lab;
+
+pub mod export;
+
 pub mod worker;
 
 #[cfg(feature = "gui")]
 pub mod app;
+
+pub mod headless;
+
+pub mod cli;

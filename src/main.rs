@@ -1,3 +1,7 @@
-//! The program.
+//! The program: see [`bvhscope::cli`].
 
-fn main() {}
+use std::process::ExitCode;
+
+fn main() -> ExitCode {
+    bvhscope::cli::main()
+}

@@ -8,3 +8,6 @@ pub mod undo;
 pub mod commands;
 pub mod panels;
 pub mod theme;
+
+mod options;
+pub use options::StartOptions;

@@ -8,10 +8,11 @@ use glam::Vec3;
 use super::values::{self, Epsilons, ModelParser, Numbers};
 use crate::bvh::traverse::Traversal;
 use crate::bvh::{BuilderKind, ContainerKind, Preset};
-use crate::headless::{OverlayKinds, View};
+use crate::headless::OverlayKinds;
 use crate::overlay::ColorBy;
 use crate::render::{ColorMap, Light, Shading};
 use crate::scene::SceneSource;
+use crate::view::View;
 
 /// Looks into bounding volume hierarchies made by agglomerative clustering.
 #[derive(Debug, Parser)]

@@ -101,7 +101,8 @@ pub fn size(text: &str) -> Result<[u32; 2], String> {
 /// `X,Y,Z`.
 pub fn vector(text: &str) -> Result<Vec3, String> {
     let expected = || "three finite numbers X,Y,Z are expected, as in 0,1.5,-2".to_owned();
-    let parts: Vec<f32> = text.split(',').map(|part| part.trim().parse()).collect::<Result<_, _>>().map_err(|_| expected())?;
+    let parts: Vec<f32> =
+        text.split(',').map(|part| part.trim().parse()).collect::<Result<_, _>>().map_err(|_| expected())?;
     match parts[..] {
         [x, y, z] if Vec3::new(x, y, z).is_finite() => Ok(Vec3::new(x, y, z)),
         _ => Err(expected()),

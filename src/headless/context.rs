@@ -126,7 +126,8 @@ impl Progress {
         let (stop, stopped) = std::sync::mpsc::channel();
         let (theirs, token) = (bar.clone(), token.clone());
         let follower = std::thread::Builder::new().name("progress".to_owned()).spawn(move || {
-            while let Err(std::sync::mpsc::RecvTimeoutError::Timeout) = stopped.recv_timeout(Duration::from_millis(50)) {
+            while let Err(std::sync::mpsc::RecvTimeoutError::Timeout) = stopped.recv_timeout(Duration::from_millis(50))
+            {
                 theirs.set_position((token.progress() * 1000.0) as u64);
             }
         });

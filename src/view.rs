@@ -1,9 +1,9 @@
-//! From what was said about the camera to a camera.
+//! Named views of a model, and the camera that a user describes in parts. The same on the command line and in the window.
 
 use glam::{Mat3, Vec3};
 
 use crate::camera::{Camera, Projection};
-use crate::scene::Scene;
+use crate::geometry::Aabb;
 
 /// A view of the whole model.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -43,10 +43,9 @@ impl View {
         }
     }
 
-    /// The camera that shows all of `scene` from this side.
-    pub fn camera(self, scene: &Scene) -> Camera {
-        let mut camera = Camera::framing(&scene.bounds, scene.up);
-        let up = scene.up;
+    /// The camera that shows all of `bounds` from this side; `up` is the scene's.
+    pub fn camera(self, bounds: &Aabb, up: Vec3) -> Camera {
+        let mut camera = Camera::framing(bounds, up);
         let front = if up.y.abs() > 0.5 { Vec3::Z } else { Vec3::NEG_Y };
         let right = up.cross(front).normalize_or(Vec3::X);
         let [x, y, z] = match self {
@@ -64,7 +63,7 @@ impl View {
             camera.up = front * -y;
         }
         camera.eye = camera.target + toward_eye;
-        camera.frame(&scene.bounds);
+        camera.frame(bounds);
         camera
     }
 }
@@ -87,12 +86,12 @@ pub struct CameraChoice {
 }
 
 impl CameraChoice {
-    /// The camera for `scene`.
-    pub fn camera(&self, scene: &Scene) -> Camera {
-        let mut camera = self.view.camera(scene);
+    /// The camera for a scene with these bounds and this up.
+    pub fn camera(&self, bounds: &Aabb, up: Vec3) -> Camera {
+        let mut camera = self.view.camera(bounds, up);
         if let Some(fov_y) = self.fov_y {
             camera.fov_y = fov_y;
-            camera.frame(&scene.bounds);
+            camera.frame(bounds);
         }
         if let Some(up) = self.up {
             camera.up = up;

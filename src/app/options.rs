@@ -1,0 +1,26 @@
+//! What the window starts with when the command line asks for something.
+
+use crate::bvh::BuildSettings;
+use crate::overlay::OverlaySettings;
+use crate::render::RenderSettings;
+use crate::scene::{LoadOptions, SceneSource};
+use crate::view::CameraChoice;
+
+/// What was asked for; what was not is `None` and stays as the last run left it.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct StartOptions {
+    /// The model; `None` for the built-in teapot.
+    pub source: Option<SceneSource>,
+    /// How its tree is built.
+    pub build: Option<BuildSettings>,
+    /// Threads for building and tracing; `None` for all.
+    pub threads: Option<usize>,
+    /// From where the model is seen once it is loaded: `choice.camera(&scene.bounds, scene.up)`.
+    pub camera: Option<CameraChoice>,
+    /// What the picture shows.
+    pub render: Option<RenderSettings>,
+    /// The containers over it.
+    pub overlay: Option<OverlaySettings>,
+    /// What loading may do.
+    pub load: LoadOptions,
+}

@@ -1,0 +1,120 @@
+//! The command line: flags into resolved settings. The only place that knows flags.
+
+mod args;
+mod resolve;
+mod values;
+
+use std::io::Write;
+use std::process::ExitCode;
+
+use clap::{CommandFactory as _, Parser as _};
+
+use crate::cancel::CancelToken;
+use crate::headless::{Context, Failure, Finished, RenderJob};
+use crate::scene::LoadOptions;
+use args::{Cli, CommandArgs, LoadArgs};
+
+/// Reads the program's arguments, does what they say, and returns the exit code: 0 done, 1 failed, 2 wrong usage, 3 done
+/// with warnings under `--strict`, 130 interrupted.
+pub fn main() -> ExitCode {
+    let cli = match Cli::try_parse() {
+        Ok(cli) => cli,
+        Err(error) => {
+            // A reader that has gone is no reason to complain.
+            let _ = error.print();
+            return ExitCode::from(u8::try_from(error.exit_code()).unwrap_or(2));
+        }
+    };
+    let token = CancelToken::new();
+    let strict = strict(&cli);
+    let result = match cli.command {
+        None => run_viewer(cli.viewer),
+        Some(command) => {
+            let theirs = token.clone();
+            // The first Ctrl-C asks for an end at the next check point, the second ends at once.
+            let handler = ctrlc::set_handler(move || {
+                if theirs.is_cancelled() {
+                    std::process::exit(130);
+                }
+                theirs.cancel();
+            });
+            if let Err(error) = handler {
+                log::warn!("Ctrl-C will end the program at once: {error}");
+            }
+            run_command(command, token)
+        }
+    };
+    finish(result, strict)
+}
+
+/// Prints how it ended and gives the exit code for it.
+fn finish(result: Result<Finished, Failure>, strict: bool) -> ExitCode {
+    match result {
+        Ok(Finished { warned: true }) if strict => {
+            eprintln!("bvhscope: done, with warnings (--strict)");
+            ExitCode::from(3)
+        }
+        Ok(_) | Err(Failure::BrokenPipe) => ExitCode::SUCCESS,
+        Err(Failure::Usage(text)) => {
+            let _ = Cli::command().error(clap::error::ErrorKind::ValueValidation, text).print();
+            ExitCode::from(2)
+        }
+        Err(failure @ Failure::Interrupted) => {
+            eprintln!("bvhscope: {failure}");
+            ExitCode::from(130)
+        }
+        Err(failure @ Failure::Failed(_)) => {
+            eprintln!("bvhscope: {failure}");
+            ExitCode::FAILURE
+        }
+    }
+}
+
+fn strict(cli: &Cli) -> bool {
+    load_args(cli).is_some_and(|load| load.strict)
+}
+
+fn load_args(cli: &Cli) -> Option<&LoadArgs> {
+    Some(match &cli.command {
+        None => &cli.viewer.load,
+        Some(CommandArgs::Render(args)) => &args.load,
+        Some(CommandArgs::Info(args)) => &args.load,
+        Some(CommandArgs::Bench(args)) => &args.measure.load,
+        Some(CommandArgs::Sweep(args)) => &args.measure.load,
+        Some(CommandArgs::Scaling(args)) => &args.measure.load,
+        Some(CommandArgs::Compare(args)) => &args.measure.load,
+        Some(CommandArgs::Plot(_)) => return None,
+    })
+}
+
+fn run_command(command: CommandArgs, token: CancelToken) -> Result<Finished, Failure> {
+    let mut out = std::io::BufWriter::new(std::io::stdout());
+    let mut context = Context { token, out: &mut out, threads: None, load: LoadOptions::default() };
+    let result = match command {
+        CommandArgs::Render(args) => {
+            context.threads = args.build.threads;
+            context.load = resolve::load(&args.load);
+            let job: RenderJob = resolve::render(args);
+            crate::headless::render::run(&job, &mut context)
+        }
+        _ => Err(Failure::Failed("not there yet".to_owned())),
+    };
+    let flushed = out.flush();
+    let finished = result?;
+    flushed?;
+    Ok(finished)
+}
+
+#[cfg(feature = "gui")]
+fn run_viewer(args: args::ViewerArgs) -> Result<Finished, Failure> {
+    let options = resolve::viewer(args);
+    Err(Failure::Failed(format!("the window is not there yet: {options:?}")))
+}
+
+#[cfg(not(feature = "gui"))]
+fn run_viewer(_: args::ViewerArgs) -> Result<Finished, Failure> {
+    Err(Failure::Failed(
+        "this program was built without its window (feature 'gui'): use a command such as 'render' or 'bench', see --help"
+            .to_owned(),
+    ))
+}

@@ -1,0 +1,130 @@
+//! Flags into the settings that the rest of the program knows.
+
+#[cfg(feature = "gui")]
+use super::args::ViewerArgs;
+use super::args::{BuildArgs, CameraArgs, LoadArgs, OverlayArgs, PictureArgs, RenderArgs};
+#[cfg(feature = "gui")]
+use crate::app::StartOptions;
+use crate::bvh::{BuildSettings, BuilderKind, ContainerKind, Preset};
+use crate::headless::{OverlayKinds, RenderJob};
+use crate::overlay::OverlaySettings;
+use crate::render::RenderSettings;
+use crate::scene::{LoadOptions, SceneSource};
+use crate::view::CameraChoice;
+
+#[cfg(feature = "gui")]
+pub fn viewer(args: ViewerArgs) -> StartOptions {
+    let camera = camera(&args.camera);
+    StartOptions {
+        source: args.model,
+        threads: args.build.threads,
+        build: given(&args.build).then(|| build(&args.build)),
+        camera: (camera != CameraChoice::default()).then_some(camera),
+        render: changed(picture(&args.picture), RenderSettings::default()),
+        overlay: overlay(&args.overlay)
+            .or_else(|| changed(overlay_settings(&args.overlay, OverlayKinds::Box), OverlaySettings::default())),
+        load: load(&args.load),
+    }
+}
+
+pub fn render(args: RenderArgs) -> RenderJob {
+    RenderJob {
+        source: args.model.unwrap_or_else(SceneSource::default_builtin),
+        build: build(&args.build),
+        camera: camera(&args.camera),
+        settings: picture(&args.picture),
+        overlay: overlay(&args.overlay),
+        size: args.size,
+        output: args.output,
+        depth_image: args.depth_image,
+        json: args.json,
+    }
+}
+
+pub fn load(args: &LoadArgs) -> LoadOptions {
+    LoadOptions { allow_outside: args.allow_outside }
+}
+
+/// The preset, or the default, with what was said on top.
+pub fn build(args: &BuildArgs) -> BuildSettings {
+    build_settings(
+        args.builder,
+        args.preset,
+        args.threshold,
+        args.epsilon,
+        args.container.unwrap_or(ContainerKind::Aabb),
+    )
+}
+
+pub fn build_settings(
+    builder: Option<BuilderKind>,
+    preset: Option<Preset>,
+    threshold: Option<u32>,
+    epsilon: Option<f32>,
+    container: ContainerKind,
+) -> BuildSettings {
+    let base = BuildSettings::preset(preset.unwrap_or(Preset::Fast), container);
+    BuildSettings {
+        builder: builder.unwrap_or(base.builder),
+        container,
+        threshold: threshold.unwrap_or(base.threshold),
+        epsilon: epsilon.unwrap_or(base.epsilon),
+    }
+}
+
+pub fn camera(args: &CameraArgs) -> CameraChoice {
+    CameraChoice {
+        view: args.camera,
+        eye: args.eye,
+        target: args.target,
+        up: args.up,
+        fov_y: args.fov,
+        orthographic: args.orthographic,
+    }
+}
+
+#[cfg(feature = "gui")]
+fn given(args: &BuildArgs) -> bool {
+    args.builder.is_some()
+        || args.container.is_some()
+        || args.threshold.is_some()
+        || args.epsilon.is_some()
+        || args.preset.is_some()
+}
+
+fn picture(args: &PictureArgs) -> RenderSettings {
+    let base = RenderSettings::default();
+    RenderSettings {
+        shading: args.shading.unwrap_or(base.shading),
+        light: args.light.unwrap_or(base.light),
+        cluster_depth: args.cluster_depth.unwrap_or(base.cluster_depth),
+        traversal: args.traversal.unwrap_or(base.traversal),
+        heat_range: args.heat_range.or(base.heat_range),
+        color_map: args.color_map.unwrap_or(base.color_map),
+        samples: args.samples.unwrap_or(base.samples),
+    }
+}
+
+/// The overlay that `--overlay` asks for; `None` without it.
+fn overlay(args: &OverlayArgs) -> Option<OverlaySettings> {
+    args.overlay.map(|kinds| overlay_settings(args, kinds))
+}
+
+fn overlay_settings(args: &OverlayArgs, kinds: OverlayKinds) -> OverlaySettings {
+    let base = OverlaySettings::default();
+    OverlaySettings {
+        show_boxes: kinds != OverlayKinds::Sphere,
+        show_spheres: kinds != OverlayKinds::Box,
+        depth: args.depth.unwrap_or(base.depth),
+        leaves_only: args.leaves,
+        parents: args.parents,
+        color_by: args.color_by.unwrap_or(base.color_by),
+        ..base
+    }
+}
+
+#[cfg(feature = "gui")]
+/// `value` where it is not the default.
+fn changed<T: PartialEq>(value: T, default: T) -> Option<T> {
+    (value != default).then_some(value)
+}

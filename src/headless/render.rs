@@ -1,0 +1,235 @@
+//! `render`: one frame into a PNG, with or without overlay; its hit distances into an EXR.
+
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use image::ImageEncoder as _;
+use serde::Serialize;
+
+use super::context::Progress;
+use super::{Context, Failure, Finished};
+use crate::accel::Accel;
+use crate::bvh::BuildSettings;
+use crate::export::{ExportError, check_target, write_file};
+use crate::overlay::OverlaySettings;
+use crate::render::{Frame, RenderRequest, RenderSettings};
+use crate::scene::SceneSource;
+use crate::view::CameraChoice;
+
+/// Which containers are laid over the picture.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum OverlayKinds {
+    /// Boxes.
+    Box,
+    /// Spheres.
+    Sphere,
+    /// Both.
+    Both,
+}
+
+impl OverlayKinds {
+    /// All choices.
+    pub const ALL: [Self; 3] = [Self::Box, Self::Sphere, Self::Both];
+
+    /// The name on the command line.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Box => "box",
+            Self::Sphere => "sphere",
+            Self::Both => "both",
+        }
+    }
+}
+
+/// One picture that is wanted.
+#[derive(Debug, Clone)]
+pub struct RenderJob {
+    /// The model.
+    pub source: SceneSource,
+    /// Its tree.
+    pub build: BuildSettings,
+    /// From where.
+    pub camera: CameraChoice,
+    /// How.
+    pub settings: RenderSettings,
+    /// The containers over it; `None` for the picture alone.
+    pub overlay: Option<OverlaySettings>,
+    /// Width and height in pixels.
+    pub size: [u32; 2],
+    /// The PNG.
+    pub output: Option<PathBuf>,
+    /// The EXR of hit distances.
+    pub depth_image: Option<PathBuf>,
+    /// Print what was measured.
+    pub json: bool,
+}
+
+/// What `--json` prints.
+#[derive(Debug, Serialize)]
+struct Rendered<'a> {
+    command: &'static str,
+    model: String,
+    triangles: usize,
+    builder: &'static str,
+    container: &'static str,
+    threshold: u32,
+    epsilon: f32,
+    threads: usize,
+    build_ms: f64,
+    trace_ms: f64,
+    rays: u64,
+    hits: u64,
+    mrays_per_s: f64,
+    container_tests_per_ray: Option<f32>,
+    primitive_tests_per_ray: Option<f32>,
+    width_px: u32,
+    height_px: u32,
+    samples: u32,
+    output: Option<&'a Path>,
+    warnings: Vec<String>,
+}
+
+/// Renders, writes, prints.
+pub fn run(job: &RenderJob, context: &mut Context<'_>) -> Result<Finished, Failure> {
+    for (path, extension) in [(&job.output, "png"), (&job.depth_image, "exr")] {
+        let Some(path) = path else { continue };
+        if !path.extension().is_some_and(|found| found.eq_ignore_ascii_case(extension)) {
+            return Err(Failure::Usage(format!(
+                "{}: the file must end in .{extension}: no other format is written here",
+                path.display()
+            )));
+        }
+        if job.source.path().is_some_and(|model| same_file(model, path)) {
+            return Err(Failure::Failed(format!("{}: this is the model itself", path.display())));
+        }
+        check_target(path)?;
+    }
+    if job.overlay.is_some() && !cfg!(feature = "gui") {
+        return Err(Failure::Failed(
+            "--overlay needs the feature 'gui', which this program was built without: leave --overlay out".to_owned(),
+        ));
+    }
+    let scene = context.load(&job.source)?;
+    let [width_px, height_px] = job.size;
+    let (accel, frame) = context.pool()?.install(|| {
+        let progress = Progress::new("Building", &context.token);
+        let accel = Arc::new(Accel::build(&scene, &job.build, &context.token)?);
+        progress.say("Tracing");
+        let request = RenderRequest {
+            accel: Arc::clone(&accel),
+            camera: job.camera.camera(&scene.bounds, scene.up),
+            settings: job.settings,
+            width_px,
+            height_px,
+            coarseness: 1,
+        };
+        let frame = crate::render::render(&request, &context.token, &|_| ())?;
+        progress.finish();
+        Ok::<_, Failure>((accel, frame))
+    })?;
+    let picture = match &job.overlay {
+        Some(overlay) => draw_overlay(&accel, &frame, overlay)?,
+        None => frame.rgba.clone(),
+    };
+    context.token.check()?;
+    if let Some(path) = &job.output {
+        write_png(path, width_px, height_px, &picture)?;
+    }
+    if let Some(path) = &job.depth_image {
+        write_distances(path, &frame)?;
+    }
+    if job.json {
+        let line = summary(job, &accel, &frame);
+        let text = serde_json::to_string(&line).map_err(|error| Failure::Failed(error.to_string()))?;
+        writeln!(context.out, "{text}")?;
+    }
+    Ok(Finished { warned: !scene.warnings.is_empty() })
+}
+
+fn summary<'a>(job: &'a RenderJob, accel: &Accel, frame: &Frame) -> Rendered<'a> {
+    Rendered {
+        command: "render",
+        model: job.source.to_string(),
+        triangles: accel.scene.triangles.len(),
+        builder: job.build.builder.name(),
+        container: job.build.container.name(),
+        threshold: job.build.threshold,
+        epsilon: job.build.epsilon,
+        threads: accel.report.threads,
+        build_ms: crate::lab::millis(accel.report.build_time),
+        trace_ms: crate::lab::millis(frame.stats.trace_time),
+        rays: frame.stats.primary_rays,
+        hits: frame.stats.hits,
+        mrays_per_s: frame.mrays_per_s(),
+        container_tests_per_ray: frame.stats.container_tests_per_ray,
+        primitive_tests_per_ray: frame.stats.primitive_tests_per_ray,
+        width_px: frame.width_px,
+        height_px: frame.height_px,
+        samples: frame.samples,
+        output: job.output.as_deref(),
+        warnings: accel.scene.warnings.entries.iter().map(ToString::to_string).collect(),
+    }
+}
+
+/// Whether both names lead to one existing file.
+fn same_file(a: &Path, b: &Path) -> bool {
+    matches!((a.canonicalize(), b.canonicalize()), (Ok(a), Ok(b)) if a == b)
+}
+
+/// Picture and containers together, drawn by the window's own pass.
+#[cfg(feature = "gui")]
+fn draw_overlay(accel: &Arc<Accel>, frame: &Frame, settings: &OverlaySettings) -> Result<Vec<[u8; 4]>, Failure> {
+    use crate::overlay::{DrawInput, NodeTable, PictureInput, Selection, draw_offscreen};
+    let table = Arc::new(NodeTable::new(accel));
+    let picture = PictureInput {
+        id: 1,
+        width_px: frame.width_px,
+        height_px: frame.height_px,
+        rgba: &frame.rgba,
+        depth: &frame.depth,
+    };
+    let shown = table.shown(settings, &Selection::default());
+    if shown.wanted > shown.nodes.len() {
+        eprintln!(
+            "bvhscope: the chosen levels hold {} containers; the largest {} are drawn",
+            shown.wanted,
+            shown.nodes.len()
+        );
+    }
+    draw_offscreen(&DrawInput {
+        picture,
+        camera: frame.camera,
+        table: Some(&table),
+        settings: *settings,
+        selection: &Selection::default(),
+        viewport_px: [0, 0, frame.width_px, frame.height_px],
+        pixels_per_point: 1.0,
+    })
+    .map_err(|error| Failure::Failed(format!("{error}\nwithout --overlay the picture needs no graphics driver")))
+}
+
+#[cfg(not(feature = "gui"))]
+fn draw_overlay(_: &Arc<Accel>, frame: &Frame, _: &OverlaySettings) -> Result<Vec<[u8; 4]>, Failure> {
+    Ok(frame.rgba.clone())
+}
+
+/// Writes sRGB bytes as a PNG.
+pub fn write_png(path: &Path, width_px: u32, height_px: u32, rgba: &[[u8; 4]]) -> Result<(), ExportError> {
+    write_file(path, |writer| {
+        image::codecs::png::PngEncoder::new(writer)
+            .write_image(bytemuck::cast_slice(rgba), width_px, height_px, image::ExtendedColorType::Rgba8)
+            .map_err(|error| format!("cannot be written: {error}"))
+    })
+}
+
+/// Writes hit distances as an EXR with the distance in red, green and blue; infinity where nothing was hit.
+pub fn write_distances(path: &Path, frame: &Frame) -> Result<(), ExportError> {
+    let pixels: Vec<f32> = frame.distance.iter().flat_map(|&t| [t, t, t]).collect();
+    let picture = image::Rgb32FImage::from_raw(frame.width_px, frame.height_px, pixels)
+        .ok_or_else(|| ExportError::new(path, "the picture has no distances"))?;
+    let mut bytes = std::io::Cursor::new(Vec::new());
+    picture
+        .write_to(&mut bytes, image::ImageFormat::OpenExr)
+        .map_err(|error| ExportError::new(path, format!("cannot be encoded: {error}")))?;
+    crate::export::write_bytes(path, bytes.get_ref())
+}

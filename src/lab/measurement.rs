@@ -1,0 +1,94 @@
+//! One measured tree: the row of every table, the point of every plot, the object of every JSON line.
+
+use std::collections::BTreeMap;
+use std::time::Duration;
+
+use serde::{Deserialize, Serialize};
+
+use crate::bvh::ContainerKind;
+
+/// One measured tree. The field names are the JSON names.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Measurement {
+    /// The job that it belongs to: "bench", "sweep", "scaling" or "compare".
+    pub command: String,
+    /// The model as it was given.
+    pub model: String,
+    /// Triangles of the model.
+    pub triangles: usize,
+    /// Name of the builder.
+    pub builder: String,
+    /// Name of the preset, where the settings came from one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub preset: Option<String>,
+    /// Boxes or spheres.
+    pub container: ContainerKind,
+    /// δ.
+    pub threshold: u32,
+    /// ε.
+    pub epsilon: f32,
+    /// "ordered" or "paper".
+    pub traversal: String,
+    /// Threads of building and tracing.
+    pub threads: usize,
+    /// Width of the traced picture in pixels.
+    pub width_px: u32,
+    /// Height of the traced picture in pixels.
+    pub height_px: u32,
+    /// Repetitions behind each median.
+    pub repeat: usize,
+    /// Median wall-clock time of a build.
+    pub build_ms: f64,
+    /// Fastest and slowest build.
+    pub build_ms_spread: [f64; 2],
+    /// Median time of each stage.
+    pub build_stages_ms: BTreeMap<String, f64>,
+    /// Median wall-clock time of tracing the primary rays, without shading.
+    pub trace_ms: f64,
+    /// Fastest and slowest trace.
+    pub trace_ms_spread: [f64; 2],
+    /// Primary rays: one through the centre of each pixel.
+    pub rays: u64,
+    /// Rays that hit something.
+    pub hits: u64,
+    /// Millions of primary rays a second, from `trace_ms`.
+    pub mrays_per_s: f64,
+    /// Container and primitive tests a ray together.
+    pub tests_per_ray: f64,
+    /// Container tests a ray.
+    pub container_tests_per_ray: f64,
+    /// Primitive tests a ray.
+    pub primitive_tests_per_ray: f64,
+    /// SAH cost.
+    pub sah_cost: f64,
+    /// End-point overlap.
+    pub epo: f64,
+    /// Nodes, leaves included.
+    pub nodes: usize,
+    /// Nodes that hold primitives.
+    pub leaves: usize,
+    /// Depth of the deepest node, root 0.
+    pub max_depth: u32,
+    /// Bytes of tree and leaf-ordered triangles, for each triangle.
+    pub bytes_per_triangle: f64,
+    /// Scaling: build time with one thread over this one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub speedup: Option<f64>,
+    /// Scaling: trace time with one thread over this one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub trace_speedup: Option<f64>,
+}
+
+/// Milliseconds of a duration.
+pub fn millis(duration: Duration) -> f64 {
+    duration.as_secs_f64() * 1e3
+}
+
+/// A rayon pool of `threads` threads, 0 for all; the text of the error is for users.
+pub fn pool(threads: usize) -> Result<rayon::ThreadPool, String> {
+    rayon::ThreadPoolBuilder::new()
+        .num_threads(threads)
+        .thread_name(|index| format!("bvhscope-{index}"))
+        .build()
+        .map_err(|error| format!("{threads} threads cannot be started ({error}): ask for fewer with --threads"))
+}
