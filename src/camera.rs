@@ -189,3 +189,133 @@ impl CameraFrame {
         (self.right, self.up, self.forward)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const SIZES: [(u32, u32); 4] = [(1280, 800), (1003, 612), (1920, 1080), (640, 1000)];
+
+    fn cameras() -> Vec<Camera> {
+        let bounds = Aabb { min: Vec3::new(-1.0, -2.0, 3.0), max: Vec3::new(4.0, 1.0, 5.0) };
+        let far_away = Aabb { min: Vec3::splat(20.0), max: Vec3::splat(23.0) };
+        let mut cameras = Vec::new();
+        for up in [Vec3::Y, Vec3::Z] {
+            for bounds in [bounds, far_away] {
+                for projection in [Projection::Perspective, Projection::Orthographic] {
+                    cameras.push(Camera { projection, ..Camera::framing(&bounds, up) });
+                }
+            }
+        }
+        cameras
+    }
+
+    /// Where a world point lies on the picture, in pixels.
+    fn project(frame: &CameraFrame, point: Vec3, (width, height): (u32, u32)) -> Vec2 {
+        let clip = frame.clip_from_world() * point.extend(1.0);
+        let ndc = Vec2::new(clip.x, clip.y) / clip.w;
+        Vec2::new((ndc.x * 0.5 + 0.5) * width as f32, (0.5 - ndc.y * 0.5) * height as f32)
+    }
+
+    #[test]
+    fn rays_and_matrix_agree_within_a_hundredth_of_a_pixel() {
+        for camera in cameras() {
+            for size in SIZES {
+                let frame = camera.for_size(size.0, size.1);
+                for (x, y) in [(0.1, 0.2), (0.5, 0.5), (0.93, 0.04), (0.3, 0.99)] {
+                    let pixel = Vec2::new(size.0 as f32 * x, size.1 as f32 * y);
+                    let ray = frame.ray(pixel.x, pixel.y);
+                    for depth in [0.5, 1.0, 1.7] {
+                        let t = frame.ortho_offset() + camera.distance() * depth;
+                        let error = (project(&frame, ray.at(t), size) - pixel).length();
+                        assert!(error < 0.01, "{camera:?} {size:?} {pixel} {depth}: {error} px");
+                    }
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn clip_w_is_the_view_depth_in_perspective() {
+        for camera in cameras() {
+            let frame = camera.for_size(800, 600);
+            let ray = frame.ray(211.0, 97.0);
+            let t = frame.ortho_offset() + camera.distance();
+            let depth = frame.view_depth(&ray, t);
+            let clip = frame.clip_from_world() * ray.at(t).extend(1.0);
+            let in_view = frame.view_from_world() * ray.at(t).extend(1.0);
+            assert!((in_view.z + depth).abs() < 1e-3 * depth);
+            match camera.projection {
+                Projection::Perspective => assert!((clip.w - depth).abs() < 1e-4 * depth),
+                Projection::Orthographic => assert!((depth - camera.distance()).abs() < 1e-4 * depth && clip.w == 1.0),
+            }
+        }
+    }
+
+    #[test]
+    fn depth_in_clip_space_is_reversed_and_within_zero_and_one() {
+        for camera in cameras() {
+            let frame = camera.for_size(800, 600);
+            let ray = frame.ray(400.0, 300.0);
+            let z: Vec<f32> = [0.5, 1.0, 4.0, 40.0]
+                .map(|depth| {
+                    let point = ray.at(frame.ortho_offset() + camera.distance() * depth);
+                    let clip = frame.clip_from_world() * point.extend(1.0);
+                    clip.z / clip.w
+                })
+                .to_vec();
+            assert!(z.windows(2).all(|pair| pair[0] > pair[1]), "{z:?}");
+            assert!(z.iter().all(|z| (0.0..=1.0).contains(z)), "{z:?}");
+        }
+    }
+
+    #[test]
+    fn rays_have_unit_length_and_axes_are_a_right_handed_picture() {
+        for camera in cameras() {
+            let frame = camera.for_size(640, 480);
+            let (right, up, forward) = frame.axes();
+            assert!((right.cross(up) + forward).length() < 1e-5);
+            assert!(up.dot(camera.up) > 0.0);
+            let corner = frame.ray(0.0, 0.0);
+            assert!((corner.direction.length() - 1.0).abs() < 1e-5);
+            let from_middle =
+                corner.at(frame.ortho_offset() + 1.0) - frame.ray(320.0, 240.0).at(frame.ortho_offset() + 1.0);
+            assert!(from_middle.dot(right) < 0.0 && from_middle.dot(up) > 0.0, "the first pixel is the upper left one");
+        }
+    }
+
+    #[test]
+    fn framing_shows_the_whole_box() {
+        let bounds = Aabb { min: Vec3::new(-1.0, -2.0, 3.0), max: Vec3::new(4.0, 1.0, 5.0) };
+        for up in [Vec3::Y, Vec3::Z] {
+            let size = (800, 600);
+            let frame = Camera::framing(&bounds, up).for_size(size.0, size.1);
+            for corner in 0..8 {
+                let pick = |axis: usize| if corner >> axis & 1 == 0 { bounds.min[axis] } else { bounds.max[axis] };
+                let pixel = project(&frame, Vec3::new(pick(0), pick(1), pick(2)), size);
+                assert!(pixel.x > 0.0 && pixel.y > 0.0 && pixel.x < 800.0 && pixel.y < 600.0, "{pixel}");
+            }
+        }
+    }
+
+    #[test]
+    fn degenerate_cameras_stay_finite() {
+        let flat = Aabb { min: Vec3::ONE, max: Vec3::ONE };
+        for bounds in [Aabb::EMPTY, flat, Aabb { min: Vec3::NEG_INFINITY, max: Vec3::INFINITY }] {
+            let mut camera = Camera::framing(&bounds, Vec3::Y);
+            for (fov_y, up) in
+                [(0.0, Vec3::Y), (std::f32::consts::PI, Vec3::Y), (1.0, camera.forward()), (1.0, Vec3::ZERO)]
+            {
+                for projection in [Projection::Perspective, Projection::Orthographic] {
+                    (camera.fov_y, camera.up, camera.projection) = (fov_y, up, projection);
+                    let frame = camera.for_size(0, 0);
+                    assert!(frame.clip_from_world().is_finite(), "{camera:?}");
+                    let ray = frame.ray(0.3, 0.7);
+                    assert!(ray.origin.is_finite() && (ray.direction.length() - 1.0).abs() < 1e-4, "{camera:?}");
+                }
+            }
+        }
+        let nowhere = Camera { eye: Vec3::ONE, target: Vec3::ONE, ..Camera::framing(&flat, Vec3::Y) };
+        assert!(nowhere.for_size(10, 10).clip_from_world().is_finite());
+    }
+}

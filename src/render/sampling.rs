@@ -38,7 +38,7 @@ impl SampleId {
     }
 }
 
-/// Mixes two numbers into 32 bits (the finaliser of MurmurHash3, public domain).
+/// Mixes two numbers into 32 bits (the finaliser of `MurmurHash3`, public domain).
 fn hash(x: u32, y: u32) -> u32 {
     let mut h = x.wrapping_mul(0x9e37_79b9) ^ y.wrapping_mul(0x85eb_ca6b).rotate_left(13);
     h ^= h >> 16;
