@@ -82,3 +82,41 @@ impl<C: Container> Shade<C> for Clusters {
         Shaded { color: color * (0.35 + 0.65 * facing), value: 0.0 }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::bvh::Node;
+    use crate::geometry::Aabb;
+
+    /// A root with a leaf and an interior node, which has two leaves; primitives in no particular order.
+    fn tree() -> Tree<Aabb> {
+        let node = |first, count| Node { container: Aabb::EMPTY, first, count };
+        Tree {
+            nodes: vec![node(1, 0), node(0, 2), node(3, 0), node(2, 1), node(3, 1)],
+            primitive_indices: vec![3, 0, 1, 2],
+            max_depth: 2,
+        }
+    }
+
+    #[test]
+    fn each_primitive_gets_its_ancestor_at_the_depth_or_its_leaf_above() {
+        let token = CancelToken::new();
+        let at = |depth| cluster_of_primitives(&tree(), depth, &token).unwrap_or_default();
+        assert_eq!(at(0), [0, 0, 0, 0]);
+        assert_eq!(at(1), [1, 2, 2, 1]);
+        assert_eq!(at(2), [1, 3, 4, 1]);
+        assert_eq!(at(u32::MAX), at(2));
+        token.cancel();
+        assert_eq!(cluster_of_primitives(&tree(), 0, &token), Err(Cancelled));
+    }
+
+    #[test]
+    fn neighbors_in_number_differ_in_color() {
+        for index in 0..200 {
+            let color = cluster_color(index);
+            assert!(color.min_element() >= 0.0 && color.max_element() <= 1.0);
+            assert!((color - cluster_color(index + 1)).length() > 0.15, "{index}");
+        }
+    }
+}

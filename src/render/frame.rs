@@ -2,11 +2,7 @@
 
 use std::time::Duration;
 
-use rayon::prelude::*;
-
-use super::srgb::Encoder;
-use super::view::background;
-use super::{ColorMap, RenderSettings, Shading};
+use super::RenderSettings;
 use crate::camera::Camera;
 
 /// A picture with what was measured while making it.
@@ -73,82 +69,4 @@ impl Frame {
         let y = (y_px / self.coarseness).min(self.height_px - 1);
         (y * self.width_px + x) as usize
     }
-
-    /// The range that fits the values. Heat maps: 0 to the 99.5th percentile, so that a few extreme pixels do not darken
-    /// all others, and at least to 1. Depth: nearest to farthest hit. `[0, 1]` where there are no values.
-    pub fn fitted_range(&self) -> [f32; 2] {
-        if self.values.is_empty() {
-            return [0.0, 1.0];
-        }
-        if matches!(self.settings.shading, Shading::Heat(_)) {
-            let mut sorted = self.values.clone();
-            let rank = ((sorted.len() - 1) as f64 * 0.995).round() as usize;
-            let (_, value, _) = sorted.select_nth_unstable_by(rank, f32::total_cmp);
-            return [0.0, value.max(1.0)];
-        }
-        let hits = self.values.iter().copied().filter(|&value| value < Self::NO_HIT);
-        let [low, high] = hits.fold([f32::INFINITY, f32::NEG_INFINITY], |[low, high], x| [low.min(x), high.max(x)]);
-        if low < high { [low, high] } else { [low.min(1e30), low.min(1e30) + 1.0] }
-    }
-
-    /// Colours the values anew without tracing anything; `None` fits the range. Does nothing where there are no values.
-    pub fn recolor(&mut self, range: Option<[f32; 2]>, map: ColorMap) {
-        if self.values.is_empty() {
-            return;
-        }
-        let [low, high] = range.unwrap_or_else(|| self.fitted_range());
-        self.value_range = [low, high];
-        self.settings.color_map = map;
-        if matches!(self.settings.shading, Shading::Heat(_)) {
-            self.settings.heat_range = range;
-        }
-        let table: Vec<[u8; 4]> = (0..=TABLE_STEPS)
-            .map(|step| {
-                let [r, g, b] = map.srgb(step as f32 / TABLE_STEPS as f32);
-                [r, g, b, 255]
-            })
-            .collect();
-        let scale = TABLE_STEPS as f32 / (high - low).max(f32::MIN_POSITIVE);
-        let (encoder, width, height) = (Encoder::new(), self.width_px as usize, self.height_px as f32);
-        let (values, settings) = (&self.values, &self.settings);
-        self.rgba.par_chunks_mut(width).zip(values.par_chunks(width)).enumerate().for_each(|(y, (rgba, values))| {
-            // Nothing has no depth: there the picture keeps its background.
-            let behind = encoder.rgba(background((y as f32 + 0.5) / height));
-            let keeps_background = settings.shading == Shading::Depth;
-            for (pixel, &value) in rgba.iter_mut().zip(values) {
-                *pixel = if keeps_background && value >= Self::NO_HIT {
-                    behind
-                } else {
-                    table[(((value - low) * scale + 0.5) as usize).min(TABLE_STEPS)]
-                };
-            }
-        });
-    }
-
-    /// How often values fall into each of `bins` equal parts of 0 to the largest value (heat maps) or of the fitted range
-    /// (depth); pixels without hit count in heat maps only. Empty for no values or no bins.
-    pub fn histogram(&self, bins: usize) -> Vec<u32> {
-        if self.values.is_empty() || bins == 0 {
-            return Vec::new();
-        }
-        let [low, high] = self.histogram_range();
-        let mut counts = vec![0; bins];
-        for &value in self.values.iter().filter(|&&value| value < Self::NO_HIT) {
-            let bin = ((value - low) / (high - low) * bins as f32) as usize;
-            counts[bin.min(bins - 1)] += 1;
-        }
-        counts
-    }
-
-    /// The values at the two ends of [`Frame::histogram`].
-    pub fn histogram_range(&self) -> [f32; 2] {
-        if matches!(self.settings.shading, Shading::Heat(_)) {
-            [0.0, self.values.iter().copied().fold(1.0, f32::max)]
-        } else {
-            self.fitted_range()
-        }
-    }
 }
-
-/// Colours in the table that values are looked up in.
-const TABLE_STEPS: usize = 1023;

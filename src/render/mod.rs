@@ -4,7 +4,11 @@ mod settings;
 
 mod frame;
 
+mod values;
+
 mod tiles;
+
+mod grid;
 
 mod view;
 

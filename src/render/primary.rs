@@ -6,7 +6,7 @@ use glam::Vec2;
 use rayon::prelude::*;
 
 use super::RenderRequest;
-use super::tiles::Grid;
+use super::grid::Grid;
 use crate::bvh::Container;
 use crate::bvh::Tree;
 use crate::bvh::traverse::{NoProbe, Probe, TestCounts, Traversal, closest_hit};

@@ -8,6 +8,7 @@ use glam::Vec3;
 use rayon::prelude::*;
 
 use super::clusters::Clusters;
+use super::grid::{Grid, TILE_AREA};
 use super::lit::Lit;
 use super::sampling::{SampleId, subpixel};
 use super::shade::{AmbientOcclusion, Depth, Heat, Normals, Shade};
@@ -20,10 +21,6 @@ use crate::bvh::traverse::TestCounts;
 use crate::camera::Camera;
 use crate::cancel::{CancelToken, Cancelled};
 use crate::with_tree;
-
-/// Edge of a tile in traced pixels: some thousand tiles for a window, each well below a millisecond.
-pub(super) const TILE: u32 = 16;
-const TILE_AREA: usize = (TILE * TILE) as usize;
 
 /// One picture that is wanted.
 #[derive(Debug, Clone)]
@@ -44,47 +41,6 @@ pub struct RenderRequest {
 
 /// Why there is no picture.
 pub type RenderError = Cancelled;
-
-/// The traced pixels of a request and how they lie in tiles.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Grid {
-    pub(super) width: u32,
-    pub(super) height: u32,
-    pub(super) coarseness: u32,
-    tiles_x: u32,
-    pub(super) tile_count: u32,
-}
-
-impl Grid {
-    pub(super) fn new(request: &RenderRequest) -> Self {
-        let coarseness = request.coarseness.max(1);
-        let (width, height) =
-            (request.width_px.max(1).div_ceil(coarseness), request.height_px.max(1).div_ceil(coarseness));
-        let tiles_x = width.div_ceil(TILE);
-        Self { width, height, coarseness, tiles_x, tile_count: tiles_x * height.div_ceil(TILE) }
-    }
-
-    /// Calls `visit(x, y, index)` for each pixel of a tile, `index` counting from 0 within the tile's square.
-    pub(super) fn for_each_pixel(&self, tile: u32, mut visit: impl FnMut(u32, u32, usize)) {
-        let (left, top) = (tile % self.tiles_x * TILE, tile / self.tiles_x * TILE);
-        for y in top..(top + TILE).min(self.height) {
-            for x in left..(left + TILE).min(self.width) {
-                visit(x, y, ((y - top) * TILE + (x - left)) as usize);
-            }
-        }
-    }
-
-    /// Where pixel (x, y) lies among the pixels of all tiles, each tile a square of its own.
-    fn index(&self, x: u32, y: u32) -> usize {
-        let tile = (y / TILE * self.tiles_x + x / TILE) as usize;
-        tile * TILE_AREA + (y % TILE * TILE + x % TILE) as usize
-    }
-
-    /// A point of traced pixel (x, y), given from 0 to 1 on both axes, in wanted pixels.
-    pub(super) fn point(&self, x: u32, y: u32, within: glam::Vec2) -> glam::Vec2 {
-        (glam::Vec2::new(x as f32, y as f32) + within) * self.coarseness as f32
-    }
-}
 
 /// What a traced pixel gathers.
 #[derive(Debug, Clone, Copy)]

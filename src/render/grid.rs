@@ -1,0 +1,80 @@
+//! How the traced pixels of a picture lie in tiles.
+
+use glam::Vec2;
+
+use super::RenderRequest;
+
+/// Edge of a tile in traced pixels: some thousand tiles for a window, each well below a millisecond.
+const TILE: u32 = 16;
+/// Pixels that a tile has room for; those at the right and lower edge of the picture use fewer.
+pub(super) const TILE_AREA: usize = (TILE * TILE) as usize;
+
+/// The traced pixels of a request and how they lie in tiles.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Grid {
+    pub(super) width: u32,
+    pub(super) height: u32,
+    pub(super) coarseness: u32,
+    tiles_x: u32,
+    pub(super) tile_count: u32,
+}
+
+impl Grid {
+    pub(super) fn new(request: &RenderRequest) -> Self {
+        Self::of_size(request.width_px, request.height_px, request.coarseness)
+    }
+
+    /// For a picture of this size in wanted pixels; zeros count as ones.
+    fn of_size(width_px: u32, height_px: u32, coarseness: u32) -> Self {
+        let coarseness = coarseness.max(1);
+        let (width, height) = (width_px.max(1).div_ceil(coarseness), height_px.max(1).div_ceil(coarseness));
+        let tiles_x = width.div_ceil(TILE);
+        Self { width, height, coarseness, tiles_x, tile_count: tiles_x * height.div_ceil(TILE) }
+    }
+
+    /// Calls `visit(x, y, index)` for each pixel of a tile, `index` counting from 0 within the tile's square.
+    pub(super) fn for_each_pixel(&self, tile: u32, mut visit: impl FnMut(u32, u32, usize)) {
+        let (left, top) = (tile % self.tiles_x * TILE, tile / self.tiles_x * TILE);
+        for y in top..(top + TILE).min(self.height) {
+            for x in left..(left + TILE).min(self.width) {
+                visit(x, y, ((y - top) * TILE + (x - left)) as usize);
+            }
+        }
+    }
+
+    /// Where pixel (x, y) lies among the pixels of all tiles, each tile a square of its own.
+    pub(super) fn index(&self, x: u32, y: u32) -> usize {
+        let tile = (y / TILE * self.tiles_x + x / TILE) as usize;
+        tile * TILE_AREA + (y % TILE * TILE + x % TILE) as usize
+    }
+
+    /// A point of traced pixel (x, y), given from 0 to 1 on both axes, in wanted pixels.
+    pub(super) fn point(&self, x: u32, y: u32, within: Vec2) -> Vec2 {
+        (Vec2::new(x as f32, y as f32) + within) * self.coarseness as f32
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_pixel_is_visited_once_at_its_own_place() {
+        for (width, height, coarseness) in [(1, 1, 1), (16, 16, 1), (100, 33, 1), (100, 33, 7), (5, 400, 3)] {
+            let grid = Grid::of_size(width, height, coarseness);
+            let mut seen = vec![false; grid.tile_count as usize * TILE_AREA];
+            let mut pixels = 0;
+            for tile in 0..grid.tile_count {
+                grid.for_each_pixel(tile, |x, y, index| {
+                    assert!(x < grid.width && y < grid.height);
+                    let index = tile as usize * TILE_AREA + index;
+                    assert_eq!(index, grid.index(x, y));
+                    assert!(!seen[index]);
+                    seen[index] = true;
+                    pixels += 1;
+                });
+            }
+            assert_eq!(pixels, width.div_ceil(coarseness) * height.div_ceil(coarseness));
+        }
+    }
+}
