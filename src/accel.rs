@@ -1,13 +1,18 @@
 //! What rays are traced against: a tree with its triangles in leaf order, the inputs that it was made from and its report.
 
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 use std::time::Duration;
 
+use rayon::prelude::*;
+
 use crate::bvh::builders::{BuildError, StageTimes, build};
+use crate::bvh::details::{NodeDetails, node_details};
+use crate::bvh::lineage::{Lineage, path_to_primitive};
 use crate::bvh::overlap::end_point_overlap;
 use crate::bvh::stats::{TreeStats, tree_stats};
 use crate::bvh::traverse::{self, NoProbe, Probe, Traversal};
 use crate::bvh::{AnyTree, BuildSettings};
+
 use crate::cancel::CancelToken;
 use crate::geometry::{Hit, Ray, Triangle};
 use crate::scene::Scene;
@@ -29,6 +34,9 @@ pub struct Accel {
     pub leaf_triangles: Vec<Triangle>,
     /// Where the time went and what came out.
     pub report: BuildReport,
+    /// What nobody needs for the first picture, made when someone asks.
+    epo: OnceLock<f32>,
+    lineage: OnceLock<Lineage>,
 }
 
 /// How a build went.
@@ -42,8 +50,6 @@ pub struct BuildReport {
     pub threads: usize,
     /// Counts and costs.
     pub stats: TreeStats,
-    /// End-point overlap, estimated from a sample on large scenes.
-    pub epo: f32,
     /// Bytes of nodes and of primitive indices.
     pub tree_bytes: usize,
     /// Bytes of the triangles in leaf order.
@@ -61,20 +67,25 @@ impl Accel {
         }
         token.check()?;
         let leaf_triangles: Vec<Triangle> =
-            tree.primitive_indices().iter().map(|&index| scene.triangles[index as usize]).collect();
+            tree.primitive_indices().par_iter().map(|&index| scene.triangles[index as usize]).collect();
         let stats = tree_stats(&tree);
-        token.check()?;
-        let epo = end_point_overlap(&tree, &scene.triangles, EPO_SAMPLES);
         let report = BuildReport {
             build_time: stages.total(),
             stages,
             threads: rayon::current_num_threads(),
             stats,
-            epo,
             tree_bytes: with_tree!(&tree, tree => size_of_val(&tree.nodes[..]) + size_of_val(&tree.primitive_indices[..])),
             triangle_bytes: size_of_val(&leaf_triangles[..]),
         };
-        Ok(Self { scene: Arc::clone(scene), settings: *settings, tree, leaf_triangles, report })
+        Ok(Self {
+            scene: Arc::clone(scene),
+            settings: *settings,
+            tree,
+            leaf_triangles,
+            report,
+            epo: OnceLock::new(),
+            lineage: OnceLock::new(),
+        })
     }
 
     /// The nearest hit. Where many rays are traced, match on [`Accel::tree`] once outside the loop instead.
@@ -95,21 +106,28 @@ impl Accel {
     /// The leaf that holds the triangle `primitive_index` and the path to it: node indices from the root to the leaf.
     /// Empty where there is no such triangle.
     pub fn path_to(&self, primitive_index: u32) -> Vec<u32> {
-        let Some(position) = self.tree.primitive_indices().iter().position(|&index| index == primitive_index) else {
-            return Vec::new();
-        };
-        with_tree!(&self.tree, tree => {
-            let leaf = tree.nodes.iter().position(|node| {
-                node.is_leaf() && (node.first as usize..(node.first + node.count) as usize).contains(&position)
-            });
-            let Some(leaf) = leaf else { return Vec::new() };
-            let parents = tree.parents();
-            let mut path = vec![leaf as u32];
-            while let Some(&node) = path.last() && node != 0 {
-                path.push(parents[node as usize]);
-            }
-            path.reverse();
-            path
-        })
+        let Some(triangle) = self.scene.triangles.get(primitive_index as usize) else { return Vec::new() };
+        with_tree!(&self.tree, tree => path_to_primitive(tree, triangle, primitive_index))
+    }
+
+    /// End-point overlap, estimated from a sample on large scenes. Takes some tens of milliseconds on a million triangles
+    /// when asked for the first time; see [`Accel::known_epo`] for a UI thread.
+    pub fn epo(&self) -> f32 {
+        *self.epo.get_or_init(|| end_point_overlap(&self.tree, &self.scene.triangles, EPO_SAMPLES))
+    }
+
+    /// End-point overlap where [`Accel::epo`] has computed it already.
+    pub fn known_epo(&self) -> Option<f32> {
+        self.epo.get().copied()
+    }
+
+    /// Parents and primitive counts of all nodes. Reads the whole tree when asked for the first time.
+    pub fn lineage(&self) -> &Lineage {
+        self.lineage.get_or_init(|| with_tree!(&self.tree, tree => Lineage::new(tree)))
+    }
+
+    /// What there is to say about a node; `None` where there is no such node.
+    pub fn node_details(&self, node: u32) -> Option<NodeDetails> {
+        with_tree!(&self.tree, tree => node_details(tree, self.lineage(), self.report.stats.sah_cost, node))
     }
 }

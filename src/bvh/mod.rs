@@ -3,6 +3,8 @@
 
 pub mod builders;
 pub mod container;
+pub mod details;
+pub mod lineage;
 pub mod node;
 pub mod overlap;
 pub mod settings;

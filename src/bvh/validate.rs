@@ -27,13 +27,7 @@ fn validate_tree<C: Container>(tree: &Tree<C>, triangles: &[Triangle]) -> Result
             Err(format!("no nodes for {} primitives, depth {}", triangles.len(), tree.max_depth))
         };
     }
-    let slack = match C::KIND {
-        ContainerKind::Aabb => 0.0,
-        ContainerKind::Sphere => {
-            let bounds = nodes[0].container.bounds();
-            SPHERE_SLACK * bounds.extent().max_element().max(bounds.min.abs().max(bounds.max.abs()).max_element())
-        }
-    };
+    let slack = containment_slack(tree);
     let mut primitive_seen = vec![false; triangles.len()];
     let mut slot_seen = vec![false; indices.len()];
     let mut node_seen = vec![false; nodes.len()];
@@ -102,4 +96,15 @@ fn validate_tree<C: Container>(tree: &Tree<C>, triangles: &[Triangle]) -> Result
         return Err(format!("the deepest node has depth {deepest}, the tree says {}", tree.max_depth));
     }
     Ok(())
+}
+
+/// How far, in world units, a container may stick out of its parent's, or a corner out of its leaf's.
+pub(super) fn containment_slack<C: Container>(tree: &Tree<C>) -> f32 {
+    match (C::KIND, tree.nodes.first()) {
+        (ContainerKind::Aabb, _) | (_, None) => 0.0,
+        (ContainerKind::Sphere, Some(root)) => {
+            let bounds = root.container.bounds();
+            SPHERE_SLACK * bounds.extent().max_element().max(bounds.min.abs().max(bounds.max.abs()).max_element())
+        }
+    }
 }
