@@ -1,10 +1,16 @@
 //! Every way to build a tree, behind one function.
 
+mod binned_sah;
+mod exact;
+mod lbvh;
+mod none;
+
 use std::time::Duration;
 
-use super::{AnyTree, BuildSettings};
+use super::cluster::Clustered;
+use super::{AnyTree, BuildSettings, BuilderKind, ContainerKind, Tree, aac};
 use crate::cancel::{CancelToken, Cancelled};
-use crate::geometry::Triangle;
+use crate::geometry::{Aabb, Sphere, Triangle};
 
 /// How long each stage of a build took, in the order of work.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -31,12 +37,85 @@ pub enum BuildError {
     Refused(String),
 }
 
+/// Most primitives in a tree: twice as many nodes must have 32-bit numbers.
+const MAX_PRIMITIVES: usize = 1 << 31;
+
 /// Builds a tree over `triangles` (all coordinates finite) in the calling thread's rayon pool. Reports progress through
 /// `token`. No triangles give a tree without nodes.
 pub fn build(
-    _triangles: &[Triangle],
-    _settings: &BuildSettings,
-    _token: &CancelToken,
+    triangles: &[Triangle],
+    settings: &BuildSettings,
+    token: &CancelToken,
 ) -> Result<(AnyTree, StageTimes), BuildError> {
-    todo!("bvh")
+    if let Some(refusal) = settings.refusal(triangles.len()) {
+        return Err(BuildError::Refused(refusal));
+    }
+    if triangles.len() >= MAX_PRIMITIVES {
+        return Err(BuildError::Refused(format!(
+            "a tree holds at most {MAX_PRIMITIVES} triangles, this scene has {}",
+            triangles.len()
+        )));
+    }
+    match settings.container {
+        ContainerKind::Aabb => build_scaled::<Aabb>(triangles, settings, token),
+        ContainerKind::Sphere => build_scaled::<Sphere>(triangles, settings, token),
+    }
+}
+
+/// Coordinates beyond which areas leave the range of `f32`.
+const LARGEST_COORDINATE: f32 = 1e15;
+/// Size of a scene below which the areas of its triangles vanish.
+const SMALLEST_EXTENT: f32 = 1e-10;
+
+/// Builds over coordinates scaled by a power of two where the areas of the given ones would overflow or vanish.
+fn build_scaled<C: Clustered>(
+    triangles: &[Triangle],
+    settings: &BuildSettings,
+    token: &CancelToken,
+) -> Result<(AnyTree, StageTimes), BuildError> {
+    let mut times = StageTimes::default();
+    if triangles.is_empty() {
+        let tree = Tree::<C> { nodes: Vec::new(), primitive_indices: Vec::new(), max_depth: 0 };
+        return Ok((C::into_any(tree), times));
+    }
+    let largest = aac::largest_coordinate(triangles, token)?;
+    if (SMALLEST_EXTENT..=LARGEST_COORDINATE).contains(&largest) || largest == 0.0 {
+        let tree = build_kind::<C>(triangles, settings, token, &mut times)?;
+        return Ok((C::into_any(tree), times));
+    }
+    // Scaling by a power of two is exact, and so is the shape of the tree; the containers come from the original.
+    let scale = (-largest.log2()).floor().clamp(-126.0, 126.0).exp2();
+    let scaled: Vec<Triangle> =
+        triangles.iter().map(|t| Triangle { a: t.a * scale, b: t.b * scale, c: t.c * scale }).collect();
+    let mut tree = build_kind::<C>(&scaled, settings, token, &mut times)?;
+    for at in (0..tree.nodes.len()).rev() {
+        let node = tree.nodes[at];
+        let first = node.first as usize;
+        tree.nodes[at].container = if node.is_leaf() {
+            tree.primitive_indices[first..first + node.count as usize]
+                .iter()
+                .map(|&primitive| C::of_triangle(&triangles[primitive as usize]))
+                .fold(C::EMPTY, |all, one| all.union(&one))
+        } else {
+            tree.nodes[first].container.union(&tree.nodes[first + 1].container)
+        };
+    }
+    Ok((C::into_any(tree), times))
+}
+
+/// Builds with the chosen algorithm.
+fn build_kind<C: Clustered>(
+    triangles: &[Triangle],
+    settings: &BuildSettings,
+    token: &CancelToken,
+    times: &mut StageTimes,
+) -> Result<Tree<C>, Cancelled> {
+    token.check()?;
+    match settings.builder {
+        BuilderKind::Aac => aac::build_bvh(triangles, settings, token, times),
+        BuilderKind::Lbvh => lbvh::build(triangles, token, times),
+        BuilderKind::BinnedSah => binned_sah::build(triangles, token, times),
+        BuilderKind::Exact => exact::build(triangles, token, times),
+        BuilderKind::None => none::build(triangles, token, times),
+    }
 }
