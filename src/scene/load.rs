@@ -2,7 +2,11 @@
 
 use std::path::Path;
 
-use super::{LoadError, Scene, SceneSource, builtin};
+use glam::Vec3;
+
+use super::assemble::Assembly;
+use super::read::{read_model, unusable};
+use super::{LoadError, Scene, SceneSource, builtin, obj};
 use crate::cancel::CancelToken;
 
 /// What the user allows a load to do.
@@ -25,10 +29,62 @@ pub fn load(source: &SceneSource, options: &LoadOptions, token: &CancelToken) ->
 fn load_file(
     path: &Path,
     source: &SceneSource,
-    _options: &LoadOptions,
+    options: &LoadOptions,
     token: &CancelToken,
 ) -> Result<Scene, LoadError> {
-    let _bytes = super::read::read_model(path, token)?;
-    let _ = source;
-    Err(LoadError::Unusable { path: path.to_path_buf(), place: super::Place::File, message: "not yet".to_owned() })
+    let bytes = read_model(path, token)?;
+    let mut assembly = Assembly::new();
+    let up = match detect(path, &bytes) {
+        Some(Format::Obj) => obj::load(path, &bytes, options, &mut assembly, token).map(|()| Vec3::Y),
+        _ => Err(unusable(path, "is neither OBJ, glTF, GLB, PLY nor STL")),
+    }?;
+    drop(bytes);
+    token.check()?;
+    token.set_progress(1.0);
+    assembly.finish(source, up)
+}
+
+/// File formats.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Format {
+    Obj,
+    Gltf,
+    Ply,
+    Stl,
+}
+
+/// By content first; by extension where the content could be anything.
+fn detect(path: &Path, bytes: &[u8]) -> Option<Format> {
+    if bytes.starts_with(b"glTF") {
+        return Some(Format::Gltf);
+    }
+    if bytes.starts_with(b"ply\n") || bytes.starts_with(b"ply\r") {
+        return Some(Format::Ply);
+    }
+    if stl_size(bytes) == Some(bytes.len() as u64) {
+        return Some(Format::Stl);
+    }
+    let text = bytes.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(bytes).trim_ascii_start();
+    if text.starts_with(b"{") {
+        return Some(Format::Gltf);
+    }
+    let extension = path.extension().map(|extension| extension.to_string_lossy().to_ascii_lowercase());
+    match extension.as_deref() {
+        Some("obj") => Some(Format::Obj),
+        Some("gltf" | "glb") => Some(Format::Gltf),
+        Some("ply") => Some(Format::Ply),
+        Some("stl") => Some(Format::Stl),
+        _ if text.get(..5).is_some_and(|start| start.eq_ignore_ascii_case(b"solid")) => Some(Format::Stl),
+        _ => {
+            let start = &bytes[..bytes.len().min(4096)];
+            let statement = |line: &[u8]| [&b"v "[..], b"o ", b"g ", b"mtllib "].iter().any(|k| line.starts_with(k));
+            start.split(|&byte| byte == b'\n').any(statement).then_some(Format::Obj)
+        }
+    }
+}
+
+/// The length that a binary STL file with this header has.
+fn stl_size(bytes: &[u8]) -> Option<u64> {
+    let count = bytes.get(80..84)?.try_into().ok().map(u32::from_le_bytes)?;
+    Some(84 + 50 * u64::from(count))
 }

@@ -119,3 +119,12 @@ fn wrap_index(index: i64, size: u32, wrap: WrapMode) -> u32 {
     };
     index as u32
 }
+
+/// A colour in sRGB as linear light.
+pub(super) fn linear_from_srgb(color: Vec3) -> Vec3 {
+    let channel = |encoded: f32| {
+        let encoded = if encoded.is_finite() { encoded.clamp(0.0, 1.0) } else { 1.0 };
+        if encoded <= 0.04045 { encoded / 12.92 } else { ((encoded + 0.055) / 1.055).powf(2.4) }
+    };
+    Vec3::new(channel(color.x), channel(color.y), channel(color.z))
+}

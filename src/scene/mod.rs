@@ -3,8 +3,10 @@
 mod assemble;
 mod builtin;
 mod error;
+mod images;
 mod load;
 mod material;
+mod obj;
 mod read;
 
 use std::path::{Path, PathBuf};

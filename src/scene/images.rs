@@ -1,0 +1,172 @@
+//! Files beside the model: found safely, and images decoded within limits, each once.
+
+use std::collections::HashMap;
+use std::path::{Component, Path, PathBuf};
+
+use glam::Affine2;
+
+use super::read::read_file;
+use super::{LoadOptions, Place, Texture, Warnings, WrapMode};
+use crate::cancel::CancelToken;
+
+/// The largest width or height of an image.
+const MAX_SIDE: u32 = 16_384;
+/// Bytes that one image may take, and all together.
+const MAX_IMAGE: u64 = 256 << 20;
+const MAX_TOTAL: u64 = 1 << 30;
+
+/// The textures of one model.
+pub(super) struct Images<'a> {
+    folder: PathBuf,
+    options: LoadOptions,
+    token: &'a CancelToken,
+    textures: Vec<Texture>,
+    known: HashMap<(PathBuf, [bool; 2]), Option<u32>>,
+    total: u64,
+    warnings: Warnings,
+}
+
+impl<'a> Images<'a> {
+    pub(super) fn new(model: &Path, options: &LoadOptions, token: &'a CancelToken) -> Self {
+        let folder = model.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
+        Self {
+            folder: folder.to_path_buf(),
+            options: options.clone(),
+            token,
+            textures: Vec::new(),
+            known: HashMap::new(),
+            total: 0,
+            warnings: Warnings::default(),
+        }
+    }
+
+    /// The textures made; what went wrong goes to `warnings`.
+    pub(super) fn into_textures(self, warnings: &mut Warnings) -> Vec<Texture> {
+        warnings.entries.extend(self.warnings.entries);
+        self.textures
+    }
+
+    /// The bytes of a file named by the model.
+    pub(super) fn read_beside(&self, name: &str) -> Result<Vec<u8>, String> {
+        let path = self.find(name)?;
+        read_file(&path, None, self.token).map_err(|error| error.to_string())
+    }
+
+    /// The texture in an image file named by the model; `None`, with a warning, where it cannot be used.
+    pub(super) fn texture_beside(&mut self, name: &str, wrap: [WrapMode; 2]) -> Option<u32> {
+        let key = (PathBuf::from(name), wrap.map(|wrap| wrap == WrapMode::Repeat));
+        if let Some(known) = self.known.get(&key) {
+            return *known;
+        }
+        let texture = match self.read_beside(name) {
+            Ok(bytes) => self.texture(&bytes, wrap, name),
+            Err(reason) => {
+                self.warn(name, &reason);
+                None
+            }
+        };
+        self.known.insert(key, texture);
+        texture
+    }
+
+    /// The texture in the bytes of an image file.
+    pub(super) fn texture(&mut self, bytes: &[u8], wrap: [WrapMode; 2], name: &str) -> Option<u32> {
+        if self.token.is_cancelled() {
+            return None;
+        }
+        match decode(bytes, MAX_TOTAL.saturating_sub(self.total)) {
+            Ok((width, height, texels)) => {
+                self.total += texels.len() as u64 * 4;
+                self.textures.push(Texture { width, height, texels, wrap, uv_transform: Affine2::IDENTITY });
+                u32::try_from(self.textures.len() - 1).ok()
+            }
+            Err(reason) => {
+                self.warn(name, &reason);
+                None
+            }
+        }
+    }
+
+    /// The same picture placed differently.
+    pub(super) fn variant(&mut self, texture: u32, wrap: [WrapMode; 2], uv_transform: Affine2) -> Option<u32> {
+        let original = self.textures.get(texture as usize)?;
+        if original.wrap == wrap && original.uv_transform == uv_transform {
+            return Some(texture);
+        }
+        self.total += original.texels.len() as u64 * 4;
+        if self.total > MAX_TOTAL {
+            self.warn("a texture", "all textures together are too large");
+            return None;
+        }
+        let variant = Texture { wrap, uv_transform, ..original.clone() };
+        self.textures.push(variant);
+        u32::try_from(self.textures.len() - 1).ok()
+    }
+
+    pub(super) fn warn(&mut self, name: &str, reason: &str) {
+        self.warnings.add(&format!("image '{name}' not used: {reason}"), || Place::File);
+    }
+
+    /// Where a file named by the model is: inside its folder, with any case and either slash.
+    fn find(&self, name: &str) -> Result<PathBuf, String> {
+        if name.contains("://") && !name.starts_with("file:") {
+            return Err("not fetched: this program never uses the network".to_owned());
+        }
+        if name.contains('\0') || name.is_empty() {
+            return Err("that is not a file name".to_owned());
+        }
+        let name = name.replace('\\', "/");
+        let relative = Path::new(&name);
+        let direct = self.folder.join(relative);
+        let path = if direct.exists() { direct } else { self.find_any_case(relative).unwrap_or(direct) };
+        let path = path.canonicalize().map_err(|_| "there is no such file".to_owned())?;
+        let folder = self.folder.canonicalize().map_err(|error| error.to_string())?;
+        if self.options.allow_outside || path.starts_with(folder) {
+            Ok(path)
+        } else {
+            Err("it lies outside the model's folder, which must be allowed first".to_owned())
+        }
+    }
+
+    fn find_any_case(&self, relative: &Path) -> Option<PathBuf> {
+        let mut path = self.folder.clone();
+        for component in relative.components() {
+            let Component::Normal(wanted) = component else {
+                if component == Component::CurDir {
+                    continue;
+                }
+                return None;
+            };
+            let exact = path.join(wanted);
+            path = if exact.exists() {
+                exact
+            } else {
+                let wanted = wanted.to_string_lossy().to_lowercase();
+                let mut entries = std::fs::read_dir(&path).ok()?.flatten();
+                entries.find(|entry| entry.file_name().to_string_lossy().to_lowercase() == wanted)?.path()
+            };
+        }
+        Some(path)
+    }
+}
+
+/// Width, height and texels in sRGB.
+fn decode(bytes: &[u8], budget: u64) -> Result<(u32, u32, Vec<[u8; 4]>), String> {
+    let mut reader = image::ImageReader::new(std::io::Cursor::new(bytes))
+        .with_guessed_format()
+        .map_err(|error| error.to_string())?;
+    let mut limits = image::Limits::default();
+    limits.max_image_width = Some(MAX_SIDE);
+    limits.max_image_height = Some(MAX_SIDE);
+    limits.max_alloc = Some(MAX_IMAGE.min(budget));
+    reader.limits(limits);
+    let picture = reader.decode().map_err(|error| error.to_string())?.into_rgba8();
+    let (width, height) = picture.dimensions();
+    if width == 0 || height == 0 {
+        return Err("it has no pixels".to_owned());
+    }
+    if u64::from(width) * u64::from(height) * 4 > budget {
+        return Err("all textures together are too large".to_owned());
+    }
+    Ok((width, height, picture.into_raw().as_chunks().0.to_vec()))
+}

@@ -1,0 +1,326 @@
+//! What stands between an OBJ file and tobj: it checks every statement, knows its line, and hands on a plain form that
+//! tobj reads without refusing, panicking or inventing triangles.
+
+use std::collections::HashSet;
+use std::io::{BufRead, Error, Read, Write};
+
+use crate::cancel::CancelToken;
+use crate::scene::read::READ_SHARE;
+use crate::scene::{Place, Warnings};
+
+/// A line longer than this is no OBJ statement.
+const MAX_LINE: usize = 1 << 20;
+/// Handed on at a time.
+const PORTION: usize = 1 << 16;
+/// tobj works off a group in one go, so groups are kept short enough for cancelling.
+const FACES_PER_GROUP: u32 = 20_000;
+
+/// Which indices the corners of a face have beside positions.
+type Kind = (bool, bool);
+
+/// The cleaned text, made while it is read.
+pub(super) struct Clean<'a> {
+    data: &'a [u8],
+    at: usize,
+    out: Vec<u8>,
+    out_at: usize,
+    token: &'a CancelToken,
+    colored: bool,
+    positions: u64,
+    texcoords: u64,
+    normals: u64,
+    /// Positions, counted from 1, that no triangle may use.
+    bad_positions: HashSet<u64>,
+    corners: Vec<[u64; 3]>,
+    kind: Kind,
+    faces_in_group: u32,
+    object_open: bool,
+    /// The line last read, from 1.
+    pub(super) line: u64,
+    /// Objects and groups with faces.
+    pub(super) mesh_count: usize,
+    pub(super) warnings: Warnings,
+    /// Why reading stopped, where a line is at fault.
+    pub(super) fault: Option<String>,
+}
+
+impl<'a> Clean<'a> {
+    pub(super) fn new(data: &'a [u8], token: &'a CancelToken) -> Self {
+        let data = data.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(data);
+        Self {
+            data,
+            at: 0,
+            out: Vec::with_capacity(PORTION + 1024),
+            out_at: 0,
+            token,
+            colored: has_colors(data, token),
+            positions: 0,
+            texcoords: 0,
+            normals: 0,
+            bad_positions: HashSet::new(),
+            corners: Vec::new(),
+            kind: (false, false),
+            faces_in_group: 0,
+            object_open: true,
+            line: 0,
+            mesh_count: 0,
+            warnings: Warnings::default(),
+            fault: None,
+        }
+    }
+
+    /// Points in the file so far.
+    pub(super) fn positions(&self) -> u64 {
+        self.positions
+    }
+
+    /// The next physical line without its end.
+    fn physical_line(&mut self) -> Option<&'a [u8]> {
+        let rest = self.data.get(self.at..).filter(|rest| !rest.is_empty())?;
+        let end = rest.iter().position(|&byte| byte == b'\n' || byte == b'\r').unwrap_or(rest.len());
+        let ending = if rest[end..].starts_with(b"\r\n") { 2 } else { 1 };
+        self.at += end + ending;
+        self.line += 1;
+        Some(&rest[..end])
+    }
+
+    /// One statement, continued lines joined.
+    fn statement(&mut self) -> Result<bool, String> {
+        let Some(line) = self.physical_line() else { return Ok(false) };
+        let joined;
+        let mut line = line;
+        if line.trim_ascii_end().last() == Some(&b'\\') && line.trim_ascii_start().first() != Some(&b'#') {
+            let mut whole = Vec::new();
+            loop {
+                let part = line.trim_ascii_end();
+                let (part, more) = part.strip_suffix(b"\\").map_or((part, false), |part| (part, true));
+                whole.extend_from_slice(part);
+                whole.push(b' ');
+                check_length(&whole)?;
+                match if more { self.physical_line() } else { None } {
+                    Some(next) => line = next,
+                    None => break,
+                }
+            }
+            joined = whole;
+            line = &joined;
+        }
+        check_length(line)?;
+        self.clean(line)?;
+        Ok(true)
+    }
+
+    fn clean(&mut self, line: &[u8]) -> Result<(), String> {
+        let line = line.trim_ascii();
+        let end = line.iter().position(u8::is_ascii_whitespace).unwrap_or(line.len());
+        let (keyword, rest) = line.split_at(end);
+        match keyword {
+            b"v" => self.position(rest),
+            b"vt" => {
+                self.texcoords += 1;
+                self.numbers(b"vt", rest, 1, 2)
+            }
+            b"vn" => {
+                self.normals += 1;
+                self.numbers(b"vn", rest, 3, 3)
+            }
+            b"f" | b"fo" => {
+                self.face(rest);
+                Ok(())
+            }
+            b"o" | b"g" => {
+                self.object_open = true;
+                Ok(())
+            }
+            b"usemtl" | b"mtllib" => {
+                let name = String::from_utf8_lossy(rest);
+                if !name.trim().is_empty() {
+                    self.out.extend_from_slice(keyword);
+                    self.out.push(b' ');
+                    self.out.extend_from_slice(name.trim().as_bytes());
+                    self.out.push(b'\n');
+                }
+                Ok(())
+            }
+            b"l" | b"p" => {
+                let line = self.line;
+                self.warnings.add("lines and points not shown", || Place::Line(line));
+                Ok(())
+            }
+            _ => Ok(()),
+        }
+    }
+
+    fn position(&mut self, rest: &[u8]) -> Result<(), String> {
+        self.positions += 1;
+        let mut values = [0.0_f32; 6];
+        let mut count = 0;
+        self.out.extend_from_slice(b"v");
+        for word in words(rest).take(6) {
+            values[count] = number(word)?;
+            count += 1;
+            if count <= 3 {
+                self.out.push(b' ');
+                self.out.extend_from_slice(word);
+            }
+        }
+        if count < 3 {
+            return Err(format!("a vertex needs 3 coordinates, but there are {count}"));
+        }
+        if self.colored {
+            let [.., r, g, b] = if count == 6 { values } else { [1.0; 6] };
+            // Writing to memory cannot fail.
+            let _ = write!(self.out, " {r} {g} {b}");
+        }
+        self.out.push(b'\n');
+        if !values[..3].iter().all(|value| value.abs() <= 1e18) {
+            self.bad_positions.insert(self.positions);
+        }
+        Ok(())
+    }
+
+    fn numbers(&mut self, keyword: &[u8], rest: &[u8], least: usize, most: usize) -> Result<(), String> {
+        self.out.extend_from_slice(keyword);
+        let mut count = 0;
+        for word in words(rest).take(most) {
+            number(word)?;
+            self.out.push(b' ');
+            self.out.extend_from_slice(word);
+            count += 1;
+        }
+        if count < least {
+            return Err(format!("{least} numbers are expected, but there are {count}"));
+        }
+        for _ in count..most {
+            self.out.extend_from_slice(b" 0");
+        }
+        self.out.push(b'\n');
+        Ok(())
+    }
+
+    fn face(&mut self, rest: &[u8]) {
+        let line = self.line;
+        let mut corners = std::mem::take(&mut self.corners);
+        corners.clear();
+        let mut kind = (true, true);
+        let mut fault = None;
+        for word in words(rest) {
+            let mut parts = word.split(|&byte| byte == b'/');
+            let mut index = |count| parts.next().and_then(|part| resolve(part, count));
+            let (position, texcoord, normal) = (index(self.positions), index(self.texcoords), index(self.normals));
+            let Some(position) = position else {
+                fault = Some("faces with a vertex that does not exist (yet) skipped");
+                break;
+            };
+            if self.bad_positions.contains(&position) {
+                fault = Some("faces with coordinates that are not numbers or beyond 1e18 skipped");
+            }
+            kind = (kind.0 && texcoord.is_some(), kind.1 && normal.is_some());
+            corners.push([position, texcoord.unwrap_or(0), normal.unwrap_or(0)]);
+        }
+        if fault.is_none() && corners.len() < 3 {
+            fault = Some("faces with fewer than 3 corners skipped");
+        }
+        if let Some(fault) = fault {
+            self.warnings.add(fault, || Place::Line(line));
+        } else {
+            if kind != self.kind || self.faces_in_group >= FACES_PER_GROUP {
+                self.end_group();
+                self.kind = kind;
+            }
+            self.mesh_count += usize::from(std::mem::take(&mut self.object_open));
+            self.faces_in_group += corners.len() as u32 - 2;
+            self.out.push(b'f');
+            for [position, texcoord, normal] in &corners {
+                let _ = match kind {
+                    (false, false) => write!(self.out, " {position}"),
+                    (true, false) => write!(self.out, " {position}/{texcoord}"),
+                    (false, true) => write!(self.out, " {position}//{normal}"),
+                    (true, true) => write!(self.out, " {position}/{texcoord}/{normal}"),
+                };
+            }
+            self.out.push(b'\n');
+        }
+        self.corners = corners;
+    }
+
+    fn end_group(&mut self) {
+        if self.faces_in_group > 0 {
+            self.out.extend_from_slice(b"g\n");
+            self.faces_in_group = 0;
+        }
+    }
+
+    fn refill(&mut self) -> std::io::Result<()> {
+        self.out.clear();
+        self.out_at = 0;
+        while self.out.len() < PORTION {
+            match self.statement() {
+                Ok(true) => {}
+                Ok(false) => break,
+                Err(fault) => {
+                    self.fault = Some(fault);
+                    return Err(Error::other("unreadable line"));
+                }
+            }
+            if self.line.is_multiple_of(4096) {
+                self.token.check().map_err(Error::other)?;
+            }
+        }
+        let share = self.at as f32 / self.data.len().max(1) as f32;
+        self.token.set_progress(READ_SHARE + (0.95 - READ_SHARE) * share);
+        self.token.check().map_err(Error::other)
+    }
+}
+
+impl Read for Clean<'_> {
+    fn read(&mut self, buffer: &mut [u8]) -> std::io::Result<usize> {
+        let count = self.fill_buf()?.read(buffer)?;
+        self.consume(count);
+        Ok(count)
+    }
+}
+
+impl BufRead for Clean<'_> {
+    fn fill_buf(&mut self) -> std::io::Result<&[u8]> {
+        if self.out_at >= self.out.len() {
+            self.refill()?;
+        }
+        Ok(&self.out[self.out_at..])
+    }
+
+    fn consume(&mut self, amount: usize) {
+        self.out_at = (self.out_at + amount).min(self.out.len());
+    }
+}
+
+/// Whether any vertex has a colour: then tobj needs one for each.
+fn has_colors(data: &[u8], token: &CancelToken) -> bool {
+    data.split(|&byte| byte == b'\n' || byte == b'\r').enumerate().any(|(k, line)| {
+        let stop = k % 65_536 == 0 && token.is_cancelled();
+        stop || line.starts_with(b"v ") && words(line).count() >= 7
+    })
+}
+
+fn words(line: &[u8]) -> impl Iterator<Item = &[u8]> {
+    line.split(u8::is_ascii_whitespace).filter(|word| !word.is_empty())
+}
+
+fn check_length(line: &[u8]) -> Result<(), String> {
+    if line.len() > MAX_LINE { Err(format!("the line is longer than {MAX_LINE} bytes")) } else { Ok(()) }
+}
+
+fn number(word: &[u8]) -> Result<f32, String> {
+    let parsed = std::str::from_utf8(word).ok().and_then(|word| word.parse().ok());
+    parsed.ok_or_else(|| {
+        let word: String = String::from_utf8_lossy(word).chars().take(40).collect();
+        format!("'{}' is not a number", word.escape_debug())
+    })
+}
+
+/// An index from 1, or from the end where negative; `None` where there is none or nothing there.
+fn resolve(part: &[u8], count: u64) -> Option<u64> {
+    let index: i64 = std::str::from_utf8(part).ok()?.parse().ok()?;
+    let index = if index < 0 { count.checked_add_signed(index)?.checked_add(1)? } else { index.cast_unsigned() };
+    (1..=count).contains(&index).then_some(index)
+}

@@ -1,0 +1,94 @@
+//! Wavefront OBJ through tobj, behind a checking reader; materials by a loader of our own.
+
+mod clean;
+mod mtl;
+
+use std::cell::RefCell;
+use std::path::Path;
+
+use glam::{Vec2, Vec3};
+
+use super::assemble::{Assembly, VertexLists};
+use super::images::Images;
+use super::material::linear_from_srgb;
+use super::read::unusable;
+use super::{LoadError, LoadOptions, Material, Place};
+use crate::cancel::CancelToken;
+use crate::geometry::Triangle;
+
+/// Reads an OBJ file that is in memory.
+pub(super) fn load(
+    path: &Path,
+    bytes: &[u8],
+    options: &LoadOptions,
+    assembly: &mut Assembly,
+    token: &CancelToken,
+) -> Result<(), LoadError> {
+    if bytes.starts_with(b"\xFF\xFE") || bytes.starts_with(b"\xFE\xFF") {
+        return Err(unusable(path, "is UTF-16 text; save it as UTF-8"));
+    }
+    let images = RefCell::new(Images::new(path, options, token));
+    let materials = RefCell::new((Vec::new(), super::Warnings::default()));
+    let mut reader = clean::Clean::new(bytes, token);
+    let settings = tobj::LoadOptions { single_index: true, triangulate: true, ..tobj::LoadOptions::default() };
+    let result = tobj::load_obj_buf(&mut reader, &settings, |name| {
+        let (all, warnings) = &mut *materials.borrow_mut();
+        let found = mtl::load(&name.to_string_lossy(), &mut images.borrow_mut(), warnings);
+        let names = found.iter().map(|m| tobj::Material { name: m.name.clone(), ..tobj::Material::default() });
+        let names: Vec<_> = names.collect();
+        let map = names.iter().enumerate().map(|(k, material)| (material.name.clone(), k)).collect();
+        all.extend(found);
+        Ok((names, map))
+    });
+    token.check()?;
+    let at_line = |message| LoadError::Unusable { path: path.to_path_buf(), place: Place::Line(reader.line), message };
+    let models = match (result, &reader.fault) {
+        (_, Some(fault)) => return Err(at_line(fault.clone())),
+        (Err(error), None) => return Err(at_line(format!("cannot be understood: {error}"))),
+        (Ok((models, _)), None) => models,
+    };
+    let (materials, warnings) = materials.into_inner();
+    assembly.mesh_count = reader.mesh_count;
+    assembly.point_count = reader.positions();
+    assembly.warnings = reader.warnings;
+    assembly.warnings.entries.extend(warnings.entries);
+    assembly.textures = images.into_inner().into_textures(&mut assembly.warnings);
+    assembly.materials = materials;
+    let default_material = assembly.materials.len() as u32;
+    if models.iter().any(|model| model.mesh.material_id.is_none()) {
+        assembly.materials.push(Material::clay());
+    }
+    for model in models {
+        token.check()?;
+        let mesh = model.mesh;
+        let material = mesh.material_id.map_or(default_material, |index| index as u32);
+        add_mesh(&mesh, material, assembly);
+    }
+    Ok(())
+}
+
+fn add_mesh(mesh: &tobj::Mesh, material: u32, assembly: &mut Assembly) {
+    let positions: Vec<Vec3> = mesh.positions.as_chunks().0.iter().copied().map(Vec3::from_array).collect();
+    // The checking reader keeps faces with and without an attribute apart, so a list is whole or empty.
+    let whole = |count: usize| count == positions.len();
+    let vectors = |flat: &[f32]| -> Vec<Vec3> { flat.as_chunks().0.iter().copied().map(Vec3::from_array).collect() };
+    let mut lists = VertexLists::default();
+    if whole(mesh.normals.len() / 3) {
+        lists.normals = vectors(&mesh.normals).into_iter().map(Vec3::normalize_or_zero).collect();
+    }
+    if whole(mesh.texcoords.len() / 2) {
+        lists.uvs = mesh.texcoords.as_chunks().0.iter().map(|&[u, v]| Vec2::new(u, 1.0 - v)).collect();
+    }
+    if whole(mesh.vertex_color.len() / 3) {
+        lists.colors = vectors(&mesh.vertex_color).into_iter().map(linear_from_srgb).collect();
+    }
+    let first = assembly.add_vertices(positions.len(), lists);
+    assembly.reserve(mesh.indices.len() / 3);
+    for corners in mesh.indices.as_chunks::<3>().0 {
+        let corner = |k: usize| positions.get(corners[k] as usize).copied();
+        if let (Some(a), Some(b), Some(c)) = (corner(0), corner(1), corner(2)) {
+            let corners = first.map(|first| corners.map(|corner| first + corner));
+            assembly.push(Triangle { a, b, c }, corners, material, || Place::File);
+        }
+    }
+}

@@ -1,0 +1,87 @@
+//! Material libraries of OBJ files: colours, diffuse textures and holes. Never fails: what is missing is a warning.
+
+use glam::Vec3;
+
+use crate::scene::images::Images;
+use crate::scene::{Material, Place, Warnings, WrapMode};
+
+/// The materials of a library, in file order.
+pub(super) fn load(name: &str, images: &mut Images, warnings: &mut Warnings) -> Vec<Material> {
+    let bytes = match images.read_beside(name) {
+        Ok(bytes) => bytes,
+        Err(reason) => {
+            // Several libraries may stand in one statement.
+            let names: Vec<_> = name.split_whitespace().collect();
+            if names.len() > 1 {
+                return names.into_iter().flat_map(|name| load(name, images, warnings)).collect();
+            }
+            warnings.add(&format!("material library '{name}' not used: {reason}"), || Place::File);
+            return Vec::new();
+        }
+    };
+    let text = String::from_utf8_lossy(&bytes);
+    let mut materials: Vec<Material> = Vec::new();
+    for line in text.trim_start_matches('\u{feff}').lines() {
+        let line = line.trim();
+        let (keyword, rest) = line.split_once(char::is_whitespace).unwrap_or((line, ""));
+        let rest = rest.trim();
+        if keyword == "newmtl" {
+            materials.push(Material { name: rest.to_owned(), base_color: Vec3::splat(0.6), ..Material::clay() });
+            continue;
+        }
+        let Some(material) = materials.last_mut() else { continue };
+        match keyword.to_ascii_lowercase().as_str() {
+            "kd" => match color(rest) {
+                Some(color) => material.base_color = color,
+                None => warnings.add(&format!("colours in '{name}' not understood"), || Place::File),
+            },
+            "ke" => material.emissive = color(rest).unwrap_or(Vec3::ZERO),
+            "map_kd" => {
+                material.base_color_texture = images.texture_beside(file_name(rest), [WrapMode::Repeat; 2]);
+                if material.base_color_texture.is_some() && material.base_color == Vec3::ZERO {
+                    material.base_color = Vec3::ONE;
+                }
+            }
+            "map_d" => material.alpha_cutoff = 0.5,
+            _ => {}
+        }
+    }
+    for material in &mut materials {
+        if material.base_color_texture.is_none() {
+            material.alpha_cutoff = 0.0;
+        }
+    }
+    materials
+}
+
+/// One number for grey, or three.
+fn color(text: &str) -> Option<Vec3> {
+    let numbers: Result<Vec<f32>, _> = text.split_whitespace().take(3).map(str::parse).collect();
+    let color = match numbers.ok()?[..] {
+        [grey] => Vec3::splat(grey),
+        [r, g, b] => Vec3::new(r, g, b),
+        _ => return None,
+    };
+    color.is_finite().then(|| color.max(Vec3::ZERO))
+}
+
+/// What is left of a texture statement after its options.
+fn file_name(mut rest: &str) -> &str {
+    while rest.starts_with('-') {
+        let (option, mut after) = rest.split_once(char::is_whitespace).unwrap_or((rest, ""));
+        let (least, most) = match option {
+            "-mm" => (2, 2),
+            "-o" | "-s" | "-t" => (1, 3),
+            _ => (1, 1),
+        };
+        for k in 0..most {
+            let (word, next) = after.trim_start().split_once(char::is_whitespace).unwrap_or((after.trim(), ""));
+            if k >= least && word.parse::<f32>().is_err() {
+                break;
+            }
+            after = next;
+        }
+        rest = after.trim_start();
+    }
+    rest.trim()
+}

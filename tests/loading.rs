@@ -1,0 +1,154 @@
+//! Every real model of the manifest loads with the triangles and bounds that an independent reader found; small files
+//! made here test one feature or fault each.
+
+#![allow(clippy::unwrap_used, reason = "a test stops at the first surprise")]
+
+use std::path::{Path, PathBuf};
+
+use bvhscope::cancel::CancelToken;
+use bvhscope::scene::{LoadError, LoadOptions, Scene, SceneSource, load};
+
+fn load_path(path: &Path) -> Result<Scene, LoadError> {
+    load(&SceneSource::File(path.to_path_buf()), &LoadOptions::default(), &CancelToken::new())
+}
+
+/// Writes a file into a fresh folder and loads it.
+fn load_bytes(name: &str, bytes: &[u8]) -> Result<Scene, LoadError> {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join(name);
+    std::fs::write(&path, bytes).unwrap();
+    load_path(&path)
+}
+
+fn models() -> Option<PathBuf> {
+    let folder = std::env::var_os("BVHSCOPE_MODELS").map_or_else(|| PathBuf::from("../shared/models"), PathBuf::from);
+    if folder.join("MANIFEST.md").is_file() {
+        return Some(folder);
+    }
+    println!("skipped: no models in {}", folder.display());
+    None
+}
+
+/// File, triangles, bounds of each row of the manifest.
+fn manifest(folder: &Path) -> Vec<(String, usize, [f32; 6])> {
+    let text = std::fs::read_to_string(folder.join("MANIFEST.md")).unwrap();
+    let rows = text.lines().filter_map(|line| {
+        let cells: Vec<_> = line.split('|').map(str::trim).collect();
+        let triangles = cells.get(2)?.replace(',', "").parse().ok()?;
+        let numbers: Vec<f32> = cells.get(4)?.split_whitespace().filter_map(|word| word.parse().ok()).collect();
+        Some((cells[1].to_owned(), triangles, numbers.try_into().ok()?))
+    });
+    rows.collect()
+}
+
+/// Whether a model is too large for a build without optimisation.
+fn too_large(path: &Path) -> bool {
+    cfg!(debug_assertions) && std::fs::metadata(path).is_ok_and(|metadata| metadata.len() > 30_000_000)
+}
+
+fn check_manifest(extensions: &[&str]) {
+    let Some(folder) = models() else { return };
+    let mut checked = 0;
+    for (file, triangles, bounds) in manifest(&folder) {
+        let path = folder.join(&file);
+        if !extensions.iter().any(|extension| file.ends_with(extension)) {
+            continue;
+        }
+        if !path.exists() || too_large(&path) {
+            println!("skipped: {file}");
+            continue;
+        }
+        let started = std::time::Instant::now();
+        let result = load_path(&path);
+        println!("{file}: {:.0} ms", started.elapsed().as_secs_f64() * 1e3);
+        if ["Draco", "meshopt", "Meshopt"].iter().any(|word| file.contains(word)) {
+            let message = result.unwrap_err().to_string();
+            assert!(message.contains("gltf-transform"), "{file}: {message}");
+            continue;
+        }
+        let scene = result.unwrap();
+        assert_eq!(scene.triangles.len(), triangles, "{file}");
+        let found = [scene.bounds.min.to_array(), scene.bounds.max.to_array()].concat();
+        let size = scene.bounds.extent().max_element();
+        for (found, expected) in found.iter().zip(bounds) {
+            // The manifest gives five digits.
+            let slack = 1e-4 * expected.abs() + 1e-5 * size;
+            assert!((found - expected).abs() <= slack, "{file}: {:?} instead of {bounds:?}", scene.bounds);
+        }
+        checked += 1;
+    }
+    assert!(checked > 0, "no {extensions:?} in the manifest");
+}
+
+#[test]
+fn obj_models_match_the_manifest() {
+    check_manifest(&[".obj"]);
+}
+
+#[test]
+fn obj_traps_do_not_stop_loading() {
+    let text = b"\xEF\xBB\xBFmtllib /dev/zero\nmtllib missing.mtl\n# caf\xE9\r\nv 0 0 0\rv 1 0 0 0.5\nv 1 1 0 1 0 0\nv 0 1 0\n\
+        v nan 0 0\nusemtl\tred\nl 1 2 3\np 1\nf 1 2 \\\n 3 4\nf 1 2 9\nf 0 1 2\nf 1 2\nf -4 -3 -5\nf 1 2 5\nf 1 2 3";
+    let scene = load_bytes("traps.obj", text).unwrap();
+    assert_eq!(scene.triangles.len(), 4, "{:?}", scene.warnings);
+    let colors = &scene.attributes.as_ref().unwrap().colors;
+    assert!(colors.contains(&glam::Vec3::X) && colors.contains(&glam::Vec3::ONE));
+    let warned = |what: &str| scene.warnings.entries.iter().find(|entry| entry.what.contains(what)).unwrap().count;
+    assert_eq!(warned("does not exist"), 2);
+    assert_eq!(warned("lines and points"), 2);
+    assert_eq!(warned("not numbers"), 1);
+    assert_eq!(warned("fewer than 3"), 1);
+    assert_eq!(warned("missing.mtl"), 1);
+    assert_eq!(warned("/dev/zero"), 1);
+}
+
+#[test]
+fn obj_faults_name_their_line() {
+    let message = load_bytes("a.obj", b"v 0 0 0\nv 0 x1 0\n").unwrap_err().to_string();
+    assert!(message.ends_with("a.obj:2: 'x1' is not a number"), "{message}");
+    let message = load_bytes("a.obj", b"v 0 0 0\nv 0 1 0\n").unwrap_err().to_string();
+    assert!(message.contains("contains 2 points and no triangles"), "{message}");
+    let message = load_bytes("a.obj", b"\xFF\xFEv\0").unwrap_err().to_string();
+    assert!(message.contains("UTF-16"), "{message}");
+}
+
+#[test]
+fn materials_and_textures_stand_beside_the_model() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = |name: &str| folder.path().join(name);
+    std::fs::create_dir(at("tex")).unwrap();
+    image::RgbaImage::from_pixel(2, 2, image::Rgba([255, 0, 0, 255])).save(at("tex/Red.PNG")).unwrap();
+    std::fs::write(at("m.mtl"), "newmtl a\nKd 0.5\nnewmtl b\nKd 1 1 1\nmap_Kd -s 1 1 1 TEX\\red.png\n").unwrap();
+    let text = "mtllib m.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nusemtl a\nf 1 2 3\nusemtl b\nf 1/1 2/1 3/1\nusemtl c\nf 1 2 3";
+    std::fs::write(at("m.obj"), text).unwrap();
+    let scene = load_path(&at("m.obj")).unwrap();
+    assert_eq!(scene.material(0).base_color, glam::Vec3::splat(0.5));
+    assert_eq!(scene.material(2).name, "", "{:?}", scene.materials);
+    let texture = &scene.textures[scene.material(1).base_color_texture.unwrap() as usize];
+    assert_eq!(texture.sample(glam::Vec2::splat(0.3)), glam::Vec4::new(1.0, 0.0, 0.0, 1.0));
+}
+
+#[test]
+fn unusable_files_say_why() {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("bunny.obj"), "v 0 0 0").unwrap();
+    let message = load_path(&folder.path().join("buny.obj")).unwrap_err().to_string();
+    assert!(message.contains("no such file; did you mean 'bunny.obj'?"), "{message}");
+    let message = load_path(folder.path()).unwrap_err().to_string();
+    assert!(message.contains("is a folder; it holds bunny.obj"), "{message}");
+    let message = load_bytes("a.obj", b"").unwrap_err().to_string();
+    assert!(message.contains("empty"), "{message}");
+    if cfg!(unix) {
+        let message = load_path(Path::new("/dev/zero")).unwrap_err().to_string();
+        assert!(message.contains("not a regular file"), "{message}");
+    }
+}
+
+#[test]
+fn a_cancelled_load_stops() {
+    let token = CancelToken::new();
+    token.cancel();
+    let source = SceneSource::default_builtin();
+    let result = load(&source, &LoadOptions::default(), &token);
+    assert!(matches!(result, Err(LoadError::Cancelled(_))));
+}
