@@ -86,6 +86,71 @@ fn obj_models_match_the_manifest() {
 }
 
 #[test]
+fn ply_and_stl_models_match_the_manifest() {
+    check_manifest(&[".ply", ".stl"]);
+}
+
+#[test]
+fn stl_of_every_kind_loads() {
+    let facet = |x: &str| {
+        format!("FACET NORMAL 0 0 0\nOUTER LOOP\nVERTEX 0 0 0\nVERTEX {x} 0 0\nVERTEX 0 1 0\nENDLOOP\nENDFACET\n")
+    };
+    let text = format!("SOLID a\n{}ENDSOLID\nsolid b\n{}{}", facet("1"), facet("2"), facet("nan"));
+    let scene = load_bytes("a.stl", text.as_bytes()).unwrap();
+    assert_eq!((scene.triangles.len(), scene.mesh_count, scene.warnings.entries.len()), (2, 2, 1));
+    let mut binary = b"solid but binary".to_vec();
+    binary.resize(80, 0);
+    binary.extend(2_u32.to_le_bytes());
+    for x in [0.0_f32, 3.0] {
+        let values = [0.0, 0.0, 0.0, x, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0];
+        binary.extend(values.iter().flat_map(|value: &f32| value.to_le_bytes()));
+        binary.extend([0, 0]);
+    }
+    assert_eq!(load_bytes("no-extension", &binary).unwrap().triangles.len(), 2);
+    binary.truncate(140);
+    let scene = load_bytes("short.stl", &binary[..134]);
+    assert!(scene.is_ok() || scene.is_err_and(|error| !error.to_string().is_empty()));
+}
+
+#[test]
+fn ply_of_every_kind_loads() {
+    let text = "ply\r\nformat ascii 1.0\r\nelement face 2\r\nproperty list uchar int vertex_indices\r\nelement vertex 4\r\n\
+        property uchar red\r\nproperty uchar green\r\nproperty uchar blue\r\nproperty double z\r\nproperty float y\r\n\
+        property float x\r\nend_header\r\n4 0 1 2 3\r\n3 0 1 9\r\n255 0 0 0 0 0\r\n255 0 0 0 0 1\r\n255 0 0 0 1 1\r\n0 0 0 0 1 0";
+    let scene = load_bytes("a.ply", text.as_bytes()).unwrap();
+    assert_eq!((scene.triangles.len(), scene.warnings.entries.len()), (2, 1));
+    assert!(scene.attributes.unwrap().colors.contains(&glam::Vec3::X));
+    let mut big =
+        b"ply\nformat binary_big_endian 1.0\nelement vertex 4\nproperty float x\nproperty float y\nproperty float z\n\
+        element tristrips 1\nproperty list int int vertex_indices\nend_header\n"
+            .to_vec();
+    for value in [0.0_f32, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 1.0, 1.0, 0.0] {
+        big.extend(value.to_be_bytes());
+    }
+    for value in [8, 0, 1, 2, 3, -1, 0, 1, 3] {
+        big.extend(i32::to_be_bytes(value));
+    }
+    assert_eq!(load_bytes("big.ply", &big).unwrap().triangles.len(), 3);
+    for length in 0..big.len() {
+        assert!(load_bytes("cut.ply", &big[..length]).is_err());
+    }
+}
+
+#[test]
+fn ply_counts_are_not_trusted() {
+    for element in ["vertex 18446744073709551615", "nothing 4000000000"] {
+        let text = format!(
+            "ply\nformat ascii 1.0\nelement {element}\nproperty float x\nproperty float y\nproperty float z\nend_header\n"
+        );
+        let message = load_bytes("a.ply", text.as_bytes()).unwrap_err().to_string();
+        assert!(message.contains("are declared"), "{message}");
+    }
+    let points = b"ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float y\nproperty float z\nend_header\n0 0 0\n";
+    let message = load_bytes("a.ply", points).unwrap_err().to_string();
+    assert!(message.contains("contains 1 points and no triangles"), "{message}");
+}
+
+#[test]
 fn obj_traps_do_not_stop_loading() {
     let text = b"\xEF\xBB\xBFmtllib /dev/zero\nmtllib missing.mtl\n# caf\xE9\r\nv 0 0 0\rv 1 0 0 0.5\nv 1 1 0 1 0 0\nv 0 1 0\n\
         v nan 0 0\nusemtl\tred\nl 1 2 3\np 1\nf 1 2 \\\n 3 4\nf 1 2 9\nf 0 1 2\nf 1 2\nf -4 -3 -5\nf 1 2 5\nf 1 2 3";

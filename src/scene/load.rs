@@ -6,7 +6,7 @@ use glam::Vec3;
 
 use super::assemble::Assembly;
 use super::read::{read_model, unusable};
-use super::{LoadError, Scene, SceneSource, builtin, obj};
+use super::{LoadError, Scene, SceneSource, builtin, obj, ply, stl};
 use crate::cancel::CancelToken;
 
 /// What the user allows a load to do.
@@ -36,6 +36,9 @@ fn load_file(
     let mut assembly = Assembly::new();
     let up = match detect(path, &bytes) {
         Some(Format::Obj) => obj::load(path, &bytes, options, &mut assembly, token).map(|()| Vec3::Y),
+        Some(Format::Ply) => ply::load(path, &bytes, &mut assembly, token).map(|()| Vec3::Y),
+        // Drawing programs for machine parts, where most STL files come from, have z up.
+        Some(Format::Stl) => stl::load(path, &bytes, &mut assembly, token).map(|()| Vec3::Z),
         _ => Err(unusable(path, "is neither OBJ, glTF, GLB, PLY nor STL")),
     }?;
     drop(bytes);
@@ -61,7 +64,7 @@ fn detect(path: &Path, bytes: &[u8]) -> Option<Format> {
     if bytes.starts_with(b"ply\n") || bytes.starts_with(b"ply\r") {
         return Some(Format::Ply);
     }
-    if stl_size(bytes) == Some(bytes.len() as u64) {
+    if stl::binary_size(bytes) == Some(bytes.len() as u64) {
         return Some(Format::Stl);
     }
     let text = bytes.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(bytes).trim_ascii_start();
@@ -81,10 +84,4 @@ fn detect(path: &Path, bytes: &[u8]) -> Option<Format> {
             start.split(|&byte| byte == b'\n').any(statement).then_some(Format::Obj)
         }
     }
-}
-
-/// The length that a binary STL file with this header has.
-fn stl_size(bytes: &[u8]) -> Option<u64> {
-    let count = bytes.get(80..84)?.try_into().ok().map(u32::from_le_bytes)?;
-    Some(84 + 50 * u64::from(count))
 }

@@ -7,7 +7,9 @@ mod images;
 mod load;
 mod material;
 mod obj;
+mod ply;
 mod read;
+mod stl;
 
 use std::path::{Path, PathBuf};
 

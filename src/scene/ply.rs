@@ -1,0 +1,344 @@
+//! PLY, text and binary of both byte orders. Read here instead of through ply-rs-bw, which keeps every element as a map of
+//! names (seconds and gigabytes for a million triangles) and trusts the counts of the header.
+
+use std::path::Path;
+
+use glam::Vec3;
+
+use super::assemble::{Assembly, VertexLists};
+use super::material::linear_from_srgb;
+use super::read::READ_SHARE;
+use super::{LoadError, Place};
+use crate::cancel::CancelToken;
+use crate::geometry::Triangle;
+
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Encoding {
+    Text,
+    Little,
+    Big,
+}
+
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Number {
+    I8,
+    U8,
+    I16,
+    U16,
+    I32,
+    U32,
+    F32,
+    F64,
+}
+
+struct Property {
+    name: String,
+    /// The type of the count, for lists.
+    list: Option<Number>,
+    number: Number,
+}
+
+struct Element {
+    name: String,
+    count: u64,
+    properties: Vec<Property>,
+}
+
+/// Reads a PLY file that is in memory.
+pub(super) fn load(path: &Path, bytes: &[u8], assembly: &mut Assembly, token: &CancelToken) -> Result<(), LoadError> {
+    let mut source = Source { path, bytes, at: 0, line: 1, encoding: Encoding::Text };
+    let elements = source.header()?;
+    let mut vertices = Vec::new();
+    let mut lists = VertexLists::default();
+    let mut faces = Faces::default();
+    for element in &elements {
+        let left = (bytes.len() - source.at) as u64;
+        if element.count > left || element.properties.is_empty() && element.count > 0 {
+            return Err(source.fault(format!(
+                "{} elements '{}' are declared, but only {left} bytes follow",
+                element.count, element.name
+            )));
+        }
+        match element.name.as_str() {
+            "vertex" => source.vertices(element, &mut vertices, &mut lists, token)?,
+            "face" | "tristrips" => source.faces(element, &mut faces, token)?,
+            _ => source.skip(element, token)?,
+        }
+    }
+    assembly.point_count = vertices.len() as u64;
+    assembly.mesh_count = 1;
+    let first = assembly.add_vertices(vertices.len(), lists);
+    assembly.reserve(faces.corners.len());
+    for (index, &corners) in faces.corners.iter().enumerate() {
+        if index % 65_536 == 0 {
+            token.check()?;
+        }
+        let corner = |k: usize| vertices.get(corners[k] as usize).copied();
+        if let (Some(a), Some(b), Some(c)) = (corner(0), corner(1), corner(2)) {
+            let attributes = first.map(|first| corners.map(|corner| first + corner));
+            assembly.push(Triangle { a, b, c }, attributes, 0, || Place::Json(format!("face {index}")));
+        } else {
+            assembly
+                .warnings
+                .add("triangles with a vertex that does not exist skipped", || Place::Json(format!("face {index}")));
+        }
+    }
+    if faces.too_few > 0 {
+        assembly.warnings.add("faces with fewer than 3 corners skipped", || Place::File);
+        if let Some(entry) = assembly.warnings.entries.last_mut() {
+            entry.count = faces.too_few;
+        }
+    }
+    Ok(())
+}
+
+#[derive(Default)]
+struct Faces {
+    corners: Vec<[u32; 3]>,
+    too_few: u64,
+}
+
+struct Source<'a> {
+    path: &'a Path,
+    bytes: &'a [u8],
+    at: usize,
+    line: u64,
+    encoding: Encoding,
+}
+
+impl<'a> Source<'a> {
+    fn fault(&self, message: impl Into<String>) -> LoadError {
+        let place = match self.encoding {
+            Encoding::Text => Place::Line(self.line),
+            _ => Place::Byte(self.at as u64),
+        };
+        LoadError::Unusable { path: self.path.to_path_buf(), place, message: message.into() }
+    }
+
+    fn header(&mut self) -> Result<Vec<Element>, LoadError> {
+        let mut elements: Vec<Element> = Vec::new();
+        let mut encoding = None;
+        loop {
+            let rest = &self.bytes[self.at.min(self.bytes.len())..];
+            let Some(end) = rest.iter().take(1 << 16).position(|&byte| byte == b'\n' || byte == b'\r') else {
+                return Err(self.fault("the header has no 'end_header'"));
+            };
+            let line = String::from_utf8_lossy(&rest[..end]).into_owned();
+            self.at += end + if rest[end..].starts_with(b"\r\n") { 2 } else { 1 };
+            let words: Vec<&str> = line.split_ascii_whitespace().collect();
+            match words[..] {
+                ["format", name, ..] => {
+                    encoding = Some(match name {
+                        "ascii" => Encoding::Text,
+                        "binary_little_endian" => Encoding::Little,
+                        "binary_big_endian" => Encoding::Big,
+                        _ => return Err(self.fault(format!("the format '{name}' is unknown"))),
+                    });
+                }
+                ["element", name, count] => {
+                    let count = count.parse().map_err(|_| self.fault(format!("'{count}' is not a count")))?;
+                    elements.push(Element { name: name.to_owned(), count, properties: Vec::new() });
+                }
+                ["property", ref rest @ ..] => {
+                    let property = match *rest {
+                        ["list", count, number, name] => number_type(count)
+                            .zip(number_type(number))
+                            .map(|(count, number)| Property { name: name.to_owned(), list: Some(count), number }),
+                        [number, name] => {
+                            number_type(number).map(|number| Property { name: name.to_owned(), list: None, number })
+                        }
+                        _ => None,
+                    };
+                    let Some((property, element)) = property.zip(elements.last_mut()) else {
+                        return Err(self.fault(format!("'{}' is not understood", line.trim())));
+                    };
+                    element.properties.push(property);
+                }
+                ["end_header"] => break,
+                _ => {}
+            }
+            self.line += 1;
+        }
+        self.line += 1;
+        self.encoding = encoding.ok_or_else(|| self.fault("the header names no format"))?;
+        Ok(elements)
+    }
+
+    /// The next number. Whole numbers up to 32 bits and floats fit without loss.
+    fn number(&mut self, number: Number) -> Result<f64, LoadError> {
+        if self.encoding == Encoding::Text {
+            return self.text_number();
+        }
+        let big = self.encoding == Encoding::Big;
+        macro_rules! read {
+            ($type:ty) => {{
+                let part = self.bytes.get(self.at..).and_then(|rest| rest.first_chunk::<{ size_of::<$type>() }>());
+                let Some(&part) = part else { return Err(self.fault("the file ends too early")) };
+                self.at += part.len();
+                f64::from(if big { <$type>::from_be_bytes(part) } else { <$type>::from_le_bytes(part) })
+            }};
+        }
+        Ok(match number {
+            Number::I8 => read!(i8),
+            Number::U8 => read!(u8),
+            Number::I16 => read!(i16),
+            Number::U16 => read!(u16),
+            Number::I32 => read!(i32),
+            Number::U32 => read!(u32),
+            Number::F32 => read!(f32),
+            Number::F64 => read!(f64),
+        })
+    }
+
+    fn text_number(&mut self) -> Result<f64, LoadError> {
+        while let Some(byte) = self.bytes.get(self.at).filter(|byte| byte.is_ascii_whitespace()) {
+            self.line += u64::from(*byte == b'\n');
+            self.at += 1;
+        }
+        let rest = &self.bytes[self.at..];
+        let end = rest.iter().position(u8::is_ascii_whitespace).unwrap_or(rest.len());
+        if end == 0 {
+            return Err(self.fault("the file ends too early"));
+        }
+        let word = &rest[..end];
+        let parsed = std::str::from_utf8(word).ok().and_then(|word| word.parse().ok());
+        let Some(value) = parsed else {
+            let word: String = String::from_utf8_lossy(word).chars().take(40).collect();
+            return Err(self.fault(format!("'{}' is not a number", word.escape_debug())));
+        };
+        self.at += end;
+        Ok(value)
+    }
+
+    fn list_length(&mut self, number: Number) -> Result<u64, LoadError> {
+        let length = self.number(number)?;
+        let left = (self.bytes.len() - self.at) as f64;
+        if length >= 0.0 && length <= left && length.fract() == 0.0 {
+            Ok(length as u64)
+        } else {
+            Err(self.fault(format!("a list of {length} entries does not fit into the {left} bytes that follow")))
+        }
+    }
+
+    fn pause(&self, index: u64, token: &CancelToken) -> Result<(), LoadError> {
+        if index.is_multiple_of(16_384) {
+            token.check()?;
+            token.set_progress(READ_SHARE + (0.95 - READ_SHARE) * self.at as f32 / self.bytes.len() as f32);
+        }
+        Ok(())
+    }
+
+    fn skip_property(&mut self, property: &Property) -> Result<(), LoadError> {
+        let length = property.list.map_or(Ok(1), |count| self.list_length(count))?;
+        for _ in 0..length {
+            self.number(property.number)?;
+        }
+        Ok(())
+    }
+
+    fn skip(&mut self, element: &Element, token: &CancelToken) -> Result<(), LoadError> {
+        for index in 0..element.count {
+            self.pause(index, token)?;
+            element.properties.iter().try_for_each(|property| self.skip_property(property))?;
+        }
+        Ok(())
+    }
+
+    fn vertices(
+        &mut self,
+        element: &Element,
+        vertices: &mut Vec<Vec3>,
+        lists: &mut VertexLists,
+        token: &CancelToken,
+    ) -> Result<(), LoadError> {
+        const NAMES: [[&str; 3]; 3] = [["x", "y", "z"], ["nx", "ny", "nz"], ["red", "green", "blue"]];
+        let scalar = |name: &str| element.properties.iter().find(|p| p.name == name && p.list.is_none());
+        for name in NAMES[0] {
+            if scalar(name).is_none() {
+                return Err(self.fault(format!("element vertex has no property {name}")));
+            }
+        }
+        let [_, has_normals, has_colors] = NAMES.map(|names| names.iter().all(|name| scalar(name).is_some()));
+        let slots: Vec<Option<usize>> = element
+            .properties
+            .iter()
+            .map(|p| NAMES.iter().flatten().position(|name| *name == p.name && p.list.is_none()))
+            .collect();
+        let color_scale = match scalar("red").map(|property| property.number) {
+            Some(Number::U8) => 1.0 / 255.0,
+            Some(Number::U16) => 1.0 / 65_535.0,
+            _ => 1.0,
+        };
+        for index in 0..element.count {
+            self.pause(index, token)?;
+            let mut values = [0.0; 9];
+            for (property, slot) in element.properties.iter().zip(&slots) {
+                match slot {
+                    Some(slot) => values[*slot] = self.number(property.number)? as f32,
+                    None => self.skip_property(property)?,
+                }
+            }
+            let [x, y, z, nx, ny, nz, r, g, b] = values;
+            vertices.push(Vec3::new(x, y, z));
+            if has_normals {
+                lists.normals.push(Vec3::new(nx, ny, nz).normalize_or_zero());
+            }
+            if has_colors {
+                lists.colors.push(linear_from_srgb(Vec3::new(r, g, b) * color_scale));
+            }
+        }
+        Ok(())
+    }
+
+    fn faces(&mut self, element: &Element, faces: &mut Faces, token: &CancelToken) -> Result<(), LoadError> {
+        let strips = element.name == "tristrips";
+        let mut polygon: Vec<u32> = Vec::new();
+        for index in 0..element.count {
+            self.pause(index, token)?;
+            for property in &element.properties {
+                let is_corners = matches!(property.name.as_str(), "vertex_indices" | "vertex_index");
+                let Some(count) = property.list.filter(|_| is_corners) else {
+                    self.skip_property(property)?;
+                    continue;
+                };
+                let length = self.list_length(count)?;
+                polygon.clear();
+                for k in 0..length {
+                    self.pause(k + 1, token)?;
+                    // Negative numbers end a strip; elsewhere they are out of range as any other too large one.
+                    let corner = self.number(property.number)?;
+                    polygon.push(if (0.0..4_294_967_295.0).contains(&corner) { corner as u32 } else { u32::MAX });
+                }
+                if strips {
+                    for strip in polygon.split(|&corner| corner == u32::MAX) {
+                        for (k, window) in strip.windows(3).enumerate() {
+                            let [a, b, c] = [window[0], window[1], window[2]];
+                            if a != b && b != c && c != a {
+                                faces.corners.push(if k % 2 == 0 { [a, b, c] } else { [b, a, c] });
+                            }
+                        }
+                    }
+                } else if polygon.len() < 3 {
+                    faces.too_few += 1;
+                } else {
+                    faces.corners.extend(polygon[1..].windows(2).map(|pair| [polygon[0], pair[0], pair[1]]));
+                }
+            }
+        }
+        Ok(())
+    }
+}
+
+fn number_type(name: &str) -> Option<Number> {
+    Some(match name {
+        "char" | "int8" => Number::I8,
+        "uchar" | "uint8" => Number::U8,
+        "short" | "int16" => Number::I16,
+        "ushort" | "uint16" => Number::U16,
+        "int" | "int32" => Number::I32,
+        "uint" | "uint32" => Number::U32,
+        "float" | "float32" => Number::F32,
+        "double" | "float64" => Number::F64,
+        _ => return None,
+    })
+}

@@ -1,0 +1,100 @@
+//! STL, binary and text. Read here instead of through stl_io, which takes NaN, refuses upper case and stops after the
+//! first of several solids. Normals in the file are ignored: they often are wrong, and never smooth.
+
+use std::path::Path;
+
+use glam::Vec3;
+
+use super::assemble::Assembly;
+use super::read::READ_SHARE;
+use super::{LoadError, Place};
+use crate::cancel::CancelToken;
+use crate::geometry::Triangle;
+
+/// Bytes of a triangle in the binary form.
+const RECORD: usize = 50;
+const HEADER: usize = 84;
+
+/// The length that a binary file with this header has.
+pub(super) fn binary_size(bytes: &[u8]) -> Option<u64> {
+    let count: [u8; 4] = bytes.get(80..HEADER)?.try_into().ok()?;
+    Some(HEADER as u64 + RECORD as u64 * u64::from(u32::from_le_bytes(count)))
+}
+
+/// Reads an STL file that is in memory.
+pub(super) fn load(path: &Path, bytes: &[u8], assembly: &mut Assembly, token: &CancelToken) -> Result<(), LoadError> {
+    let solid = bytes.trim_ascii_start().get(..5).is_some_and(|start| start.eq_ignore_ascii_case(b"solid"));
+    if solid && binary_size(bytes) != Some(bytes.len() as u64) {
+        return load_text(path, bytes, assembly, token);
+    }
+    let Some(expected) = binary_size(bytes) else {
+        return Err(LoadError::Unusable {
+            path: path.to_path_buf(),
+            place: Place::Byte(bytes.len() as u64),
+            message: format!("the file ends in the header of {HEADER} bytes"),
+        });
+    };
+    let declared = (expected - HEADER as u64) / RECORD as u64;
+    let (records, _) = bytes.get(HEADER..).unwrap_or_default().as_chunks::<RECORD>();
+    if declared > records.len() as u64 {
+        let message = format!("triangles of {declared} declared missing at the end");
+        let end = bytes.len() as u64;
+        assembly.warnings.add(&message, || Place::Byte(end));
+        if let Some(entry) = assembly.warnings.entries.last_mut() {
+            entry.count = declared - records.len() as u64;
+        }
+    }
+    assembly.mesh_count = 1;
+    let records = &records[..records.len().min(usize::try_from(declared).unwrap_or(usize::MAX))];
+    assembly.reserve(records.len());
+    for (index, record) in records.iter().enumerate() {
+        if index % 65_536 == 0 {
+            token.check()?;
+            token.set_progress(READ_SHARE + (1.0 - READ_SHARE) * index as f32 / records.len() as f32);
+        }
+        let (words, _) = record.as_chunks::<4>();
+        let number = |k: usize| f32::from_le_bytes(words[k]);
+        let corner = |k: usize| Vec3::new(number(3 * k), number(3 * k + 1), number(3 * k + 2));
+        let triangle = Triangle { a: corner(1), b: corner(2), c: corner(3) };
+        assembly.push(triangle, None, 0, || Place::Byte((HEADER + RECORD * index) as u64));
+    }
+    Ok(())
+}
+
+fn load_text(path: &Path, bytes: &[u8], assembly: &mut Assembly, token: &CancelToken) -> Result<(), LoadError> {
+    let mut corners = Vec::with_capacity(3);
+    let mut done = 0;
+    for (index, line) in bytes.split(|&byte| byte == b'\n').enumerate() {
+        if index % 16_384 == 0 {
+            token.check()?;
+            token.set_progress(READ_SHARE + (1.0 - READ_SHARE) * done as f32 / bytes.len() as f32);
+        }
+        done += line.len() + 1;
+        let number = index as u64 + 1;
+        let mut words = line.split(u8::is_ascii_whitespace).filter(|word| !word.is_empty());
+        let keyword = words.next().unwrap_or_default();
+        if keyword.eq_ignore_ascii_case(b"solid") {
+            assembly.mesh_count += 1;
+        } else if keyword.eq_ignore_ascii_case(b"vertex") {
+            let mut coordinate = || -> Option<f32> { std::str::from_utf8(words.next()?).ok()?.parse().ok() };
+            let (Some(x), Some(y), Some(z)) = (coordinate(), coordinate(), coordinate()) else {
+                return Err(LoadError::Unusable {
+                    path: path.to_path_buf(),
+                    place: Place::Line(number),
+                    message: "'vertex' needs 3 numbers".to_owned(),
+                });
+            };
+            corners.push(Vec3::new(x, y, z));
+        } else if keyword.eq_ignore_ascii_case(b"endfacet") || keyword.eq_ignore_ascii_case(b"endloop") {
+            match corners[..] {
+                [] => {}
+                [a, b, c] => {
+                    assembly.push(Triangle { a, b, c }, None, 0, || Place::Line(number));
+                }
+                _ => assembly.warnings.add("facets without exactly 3 corners skipped", || Place::Line(number)),
+            }
+            corners.clear();
+        }
+    }
+    Ok(())
+}
