@@ -45,11 +45,11 @@ impl Aabb {
     /// Kay and Kajiya's slabs, 1986. A ray in the plane of a face touches the box.
     #[inline]
     pub fn entry(&self, ray: &PreparedRay, t_min: f32, t_max: f32) -> Option<f32> {
-        let t0 = (self.min - ray.ray.origin) * ray.inverse_direction;
-        let t1 = (self.max - ray.ray.origin) * ray.inverse_direction;
+        let t0 = (self.min - ray.origin_low) * ray.inverse_direction;
+        let t1 = (self.max - ray.origin_high) * ray.inverse_direction;
         let near = max(max(min(t0.x, t1.x), min(t0.y, t1.y)), max(min(t0.z, t1.z), t_min));
         let far = min(min(max(t0.x, t1.x), max(t0.y, t1.y)), max(t0.z, t1.z)) * FAR_SLACK;
-        // An empty box turned inside out must stay a miss.
+        // An empty box, turned inside out, stays a miss.
         (near <= min(far, t_max) && self.min.x <= self.max.x).then_some(near)
     }
 
@@ -64,8 +64,8 @@ impl Aabb {
         let low_xy = Vec4::new(a0.x, b0.x, a0.y, b0.y);
         let high_xy = Vec4::new(a1.y, b1.y, a1.z, b1.z);
         let low_high_z = Vec4::new(a1.x, b1.x, a1.w, b1.w);
-        let t0 = (low_xy - ray.origin_xy) * ray.inverse_xy;
-        let t1 = (high_xy - ray.origin_xy) * ray.inverse_xy;
+        let t0 = (low_xy - ray.origin_low_xy) * ray.inverse_xy;
+        let t1 = (high_xy - ray.origin_high_xy) * ray.inverse_xy;
         let tz = (low_high_z - ray.origin_z) * ray.inverse_z;
         let tz_swapped = tz.zwxy();
         let near_xy = t0.min(t1);

@@ -4,15 +4,24 @@ use glam::{Vec3, Vec4};
 
 use super::Ray;
 
+/// How far, in world units, a ray that is parallel to a slab is moved between its planes where the origin is zero. Times the
+/// largest number it is still farther than any hit.
+const PARALLEL_PAD: f32 = 1e-14;
+
 /// A ray with what its container and triangle tests need, computed once.
 #[derive(Debug, Clone, Copy)]
 pub struct PreparedRay {
     /// The ray itself. A negative `t_min` counts as 0; a ray that cannot hit anything (see [`PreparedRay::can_hit`])
     /// has an empty interval.
     pub ray: Ray,
-    /// 1 / direction, per axis. Always finite: where the direction is zero, the largest number of its sign, so that no
-    /// slab test ever computes 0·∞.
+    /// 1 / direction, per axis. Always finite: the largest number where the direction is zero, so that no slab test ever
+    /// computes 0·∞.
     pub inverse_direction: Vec3,
+    /// The origin as the slabs' lower planes see it: a little higher on axes where the direction is zero, so that a ray in the
+    /// very plane of a face lies between the planes. Elsewhere the origin.
+    pub origin_low: Vec3,
+    /// The origin as the slabs' upper planes see it: a little lower on axes where the direction is zero.
+    pub origin_high: Vec3,
     /// direction · direction.
     pub direction_squared: f32,
     /// 1 / (direction · direction).
@@ -21,9 +30,11 @@ pub struct PreparedRay {
     /// Intersection*, JCGT 2013, section 3): a shear along the longest axis of the direction. Each row has a one, a
     /// factor and a zero, so that a dot product with it rounds as the paper's permuted form does.
     pub shear: [Vec3; 3],
-    /// Origin of the slab test of two boxes at once: (x, x, y, y).
-    pub(crate) origin_xy: Vec4,
-    /// (z, z, z, z).
+    /// The low origin for two boxes at once: (x, x, y, y).
+    pub(crate) origin_low_xy: Vec4,
+    /// The high origin for two boxes at once: (x, x, y, y).
+    pub(crate) origin_high_xy: Vec4,
+    /// (low z, low z, high z, high z).
     pub(crate) origin_z: Vec4,
     /// Inverse direction: (x, x, y, y).
     pub(crate) inverse_xy: Vec4,
@@ -44,7 +55,11 @@ impl PreparedRay {
             ray.t_max = f32::NEG_INFINITY;
         }
         let d = ray.direction;
-        let inverse_direction = d.recip().clamp(Vec3::splat(f32::MIN), Vec3::splat(f32::MAX));
+        let reciprocal = d.recip();
+        let parallel = !reciprocal.is_finite_mask();
+        let inverse_direction = Vec3::select(parallel, Vec3::MAX, reciprocal);
+        let pad = Vec3::select(parallel, ray.origin.abs() * (2.0 * f32::EPSILON) + PARALLEL_PAD, Vec3::ZERO);
+        let (origin_low, origin_high) = (ray.origin + pad, ray.origin - pad);
         let size = d.abs();
         let shear = if size.x >= size.y && size.x >= size.z {
             [Vec3::new(-d.y / d.x, 1.0, 0.0), Vec3::new(-d.z / d.x, 0.0, 1.0), Vec3::new(1.0 / d.x, 0.0, 0.0)]
@@ -53,15 +68,18 @@ impl PreparedRay {
         } else {
             [Vec3::new(1.0, 0.0, -d.x / d.z), Vec3::new(0.0, 1.0, -d.y / d.z), Vec3::new(0.0, 0.0, 1.0 / d.z)]
         };
-        let (o, i) = (ray.origin, inverse_direction);
+        let (l, h, i) = (origin_low, origin_high, inverse_direction);
         Self {
             ray,
             inverse_direction,
+            origin_low,
+            origin_high,
             direction_squared,
             inverse_direction_squared: direction_squared.recip(),
             shear,
-            origin_xy: Vec4::new(o.x, o.x, o.y, o.y),
-            origin_z: Vec4::splat(o.z),
+            origin_low_xy: Vec4::new(l.x, l.x, l.y, l.y),
+            origin_high_xy: Vec4::new(h.x, h.x, h.y, h.y),
+            origin_z: Vec4::new(l.z, l.z, h.z, h.z),
             inverse_xy: Vec4::new(i.x, i.x, i.y, i.y),
             inverse_z: Vec4::splat(i.z),
         }

@@ -1,0 +1,207 @@
+//! Every builder, container and traversal against a plain linear scan over all triangles.
+
+mod trees;
+
+use bvhscope::bvh::builders::build;
+use bvhscope::bvh::traverse::{NoProbe, Traversal, any_hit, closest_hit};
+use bvhscope::bvh::validate::validate;
+use bvhscope::bvh::{AnyTree, BuildSettings, BuilderKind, Container, ContainerKind};
+use bvhscope::cancel::CancelToken;
+use bvhscope::geometry::{Aabb, Hit, PreparedRay, Ray, Sphere, Triangle};
+use bvhscope::with_tree;
+use glam::Vec3;
+use proptest::prelude::*;
+
+/// The nearest hit; equal distances go to the lower index.
+fn scan(triangles: &[Triangle], ray: &Ray) -> Option<Hit> {
+    let prepared = PreparedRay::new(*ray);
+    let mut nearest: Option<Hit> = None;
+    for (index, triangle) in triangles.iter().enumerate() {
+        if let Some(hit) = triangle.intersect(&prepared, prepared.ray.t_max)
+            && nearest.is_none_or(|nearest| hit.t < nearest.t)
+        {
+            nearest = Some(Hit { t: hit.t, primitive_index: index as u32, u: hit.u, v: hit.v });
+        }
+    }
+    nearest
+}
+
+/// Requires the very same hits from `tree` as from a scan.
+fn check(name: &str, triangles: &[Triangle], tree: &AnyTree, rays: &[Ray], expected: &[Option<Hit>]) {
+    validate(tree, triangles).unwrap_or_else(|broken| panic!("{name}: {broken}"));
+    with_tree!(tree, tree => {
+        let leaf_triangles: Vec<_> = tree.primitive_indices.iter().map(|&i| triangles[i as usize]).collect();
+        for (ray, expected) in rays.iter().zip(expected) {
+            for traversal in [Traversal::Ordered, Traversal::Paper] {
+                let hit = closest_hit(tree, &leaf_triangles, ray, traversal, &mut NoProbe);
+                assert_eq!(hit, *expected, "{name}, {traversal:?}, {ray:?}");
+            }
+            assert_eq!(any_hit(tree, &leaf_triangles, ray), expected.is_some(), "{name}, any hit, {ray:?}");
+        }
+    });
+}
+
+fn check_hand_made<C: Container>(name: &str, triangles: &[Triangle], rays: &[Ray], expected: &[Option<Hit>]) {
+    for leaf_size in [1, 5] {
+        let tree = trees::halved::<C>(triangles, leaf_size);
+        check(&format!("{name}, {:?} halved to {leaf_size}", C::KIND), triangles, &tree, rays, expected);
+    }
+    if triangles.len() > 1 {
+        check(&format!("{name}, {:?} chain", C::KIND), triangles, &trees::chain::<C>(triangles), rays, expected);
+    }
+}
+
+#[test]
+fn hand_made_trees_find_what_a_scan_finds() {
+    for (seed, (name, triangles)) in trees::nasty_scenes().into_iter().enumerate() {
+        let rays = trees::rays(&triangles, 160, seed as u64);
+        let expected: Vec<_> = rays.iter().map(|ray| scan(&triangles, ray)).collect();
+        check_hand_made::<Aabb>(name, &triangles, &rays, &expected);
+        check_hand_made::<Sphere>(name, &triangles, &rays, &expected);
+    }
+}
+
+#[test]
+fn every_builder_finds_what_a_scan_finds() {
+    for (seed, (name, triangles)) in trees::nasty_scenes().into_iter().enumerate() {
+        let rays = trees::rays(&triangles, 160, 100 + seed as u64);
+        let expected: Vec<_> = rays.iter().map(|ray| scan(&triangles, ray)).collect();
+        for builder in BuilderKind::ALL {
+            for container in ContainerKind::ALL {
+                for (threshold, epsilon) in [(2, 0.0), (6, 0.2), (20, 0.1), (64, 0.5)] {
+                    let settings = BuildSettings { builder, container, threshold, epsilon };
+                    if settings.refusal(triangles.len()).is_some() || builder != BuilderKind::Aac && threshold != 6 {
+                        continue;
+                    }
+                    let (tree, _) = build(&triangles, &settings, &CancelToken::new()).expect("nothing to refuse");
+                    check(&format!("{name}, {settings:?}"), &triangles, &tree, &rays, &expected);
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn rays_at_triangles_do_hit() {
+    // Guards the comparisons above against a scan that never finds anything.
+    let expected = [("small triangles", 0.4), ("flat grid", 0.3), ("room of grids", 0.7), ("closed ball", 0.7)];
+    for (name, least) in expected {
+        let (_, triangles) = trees::nasty_scenes().into_iter().find(|(n, _)| *n == name).expect("a known scene");
+        let rays = trees::rays(&triangles, 400, 7);
+        let hits = rays.iter().filter(|ray| scan(&triangles, ray).is_some()).count();
+        assert!(hits as f32 >= least * rays.len() as f32, "{name}: {hits} of {} rays hit", rays.len());
+    }
+}
+
+#[test]
+fn no_ray_slips_into_a_closed_ball() {
+    // From inside, far from the origin, exactly at corners and edges too.
+    for center in [Vec3::ZERO, Vec3::new(1000.0, -2000.0, 3000.0), Vec3::splat(1e5)] {
+        let triangles = trees::ball(center, 10.0, 24);
+        let tree = trees::halved::<Aabb>(&triangles, 2);
+        let mut random = trees::Random(11);
+        with_tree!(&tree, tree => {
+            let leaf_triangles: Vec<_> = tree.primitive_indices.iter().map(|&i| triangles[i as usize]).collect();
+            for i in 0..20_000 {
+                let target = &triangles[random.below(triangles.len())];
+                let origin = center + random.vector();
+                let point = match i % 4 {
+                    0 => target.a,
+                    1 => (target.a + target.b) * 0.5,
+                    2 => target.b + (target.c - target.b) * random.signed().abs(),
+                    _ => origin + random.vector(),
+                };
+                let ray = Ray::new(origin, (point - origin).normalize_or(Vec3::X));
+                let hit = closest_hit(tree, &leaf_triangles, &ray, Traversal::Ordered, &mut NoProbe);
+                assert!(hit.is_some(), "{ray:?} slips through the ball around {center}");
+            }
+        });
+    }
+}
+
+#[test]
+fn rays_along_slab_planes_hit_the_grid() {
+    // Every whole coordinate is a face of some box.
+    let triangles = trees::grid(8, 2, 0.0);
+    for (tree, kind) in
+        [(trees::halved::<Aabb>(&triangles, 1), "box"), (trees::halved::<Sphere>(&triangles, 1), "sphere")]
+    {
+        with_tree!(&tree, tree => {
+            let leaf_triangles: Vec<_> = tree.primitive_indices.iter().map(|&i| triangles[i as usize]).collect();
+            for x in 0..=8 {
+                for y in 0..=8 {
+                    for direction in [Vec3::Z, Vec3::NEG_Z, Vec3::new(-0.0, 0.0, 1.0), Vec3::new(0.0, -0.0, -1.0)] {
+                        let ray = Ray::new(Vec3::new(x as f32, y as f32, 0.0) - direction * 3.0, direction);
+                        let hit = closest_hit(tree, &leaf_triangles, &ray, Traversal::Ordered, &mut NoProbe);
+                        assert_eq!(hit.map(|hit| hit.t), Some(3.0), "{kind}, {ray:?}");
+                        assert!(any_hit(tree, &leaf_triangles, &ray), "{kind}, {ray:?}");
+                    }
+                }
+            }
+        });
+    }
+}
+
+#[test]
+fn a_chain_deeper_than_any_fixed_stack_is_traced() {
+    let triangles: Vec<_> = (0..10_000)
+        .map(|i| {
+            let a = Vec3::new(i as f32, 0.0, 0.0);
+            Triangle { a, b: a + Vec3::Y, c: a + Vec3::Z }
+        })
+        .collect();
+    let tree = trees::chain::<Aabb>(&triangles);
+    assert_eq!(tree.max_depth(), 9_999);
+    with_tree!(&tree, tree => {
+        for (origin, direction, expected) in [
+            (Vec3::new(-1.0, 0.25, 0.25), Vec3::X, Some(0)),
+            (Vec3::new(20_000.0, 0.25, 0.25), Vec3::NEG_X, Some(9_999)),
+            (Vec3::new(5_000.5, 0.25, 0.25), Vec3::X, Some(5_001)),
+            (Vec3::new(-1.0, 2.0, 0.25), Vec3::X, None),
+        ] {
+            for traversal in [Traversal::Ordered, Traversal::Paper] {
+                let hit = closest_hit(tree, &triangles, &Ray::new(origin, direction), traversal, &mut NoProbe);
+                assert_eq!(hit.map(|hit| hit.primitive_index), expected, "{traversal:?} from {origin}");
+            }
+        }
+    });
+}
+
+#[test]
+fn an_empty_tree_is_missed() {
+    let tree = trees::halved::<Aabb>(&[], 1);
+    with_tree!(&tree, tree => {
+        let ray = Ray::new(Vec3::ZERO, Vec3::X);
+        assert_eq!(closest_hit(tree, &[], &ray, Traversal::Ordered, &mut NoProbe), None);
+        assert!(!any_hit(tree, &[], &ray));
+    });
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 48, failure_persistence: None, rng_seed: proptest::test_runner::RngSeed::Fixed(1), ..ProptestConfig::default() })]
+
+    #[test]
+    fn random_coordinates_of_any_size(
+        coordinates in prop::collection::vec(prop::array::uniform9(-1.0_f32..1.0), 1..40),
+        exponent in -40_i32..40,
+        offset in prop::array::uniform3(-100.0_f32..100.0),
+        snap in any::<bool>(),
+        seed in any::<u64>(),
+    ) {
+        let scale = 2.0_f32.powi(exponent);
+        let place = |x: &[f32]| {
+            let point = Vec3::new(x[0], x[1], x[2]);
+            // Whole numbers make shared corners, edges and planes.
+            let point = if snap { (point * 3.0).round() } else { point };
+            (point + Vec3::from(offset).round()) * scale
+        };
+        let triangles: Vec<_> = coordinates
+            .iter()
+            .map(|x| Triangle { a: place(&x[0..3]), b: place(&x[3..6]), c: place(&x[6..9]) })
+            .collect();
+        let rays = trees::rays(&triangles, 40, seed);
+        let expected: Vec<_> = rays.iter().map(|ray| scan(&triangles, ray)).collect();
+        check_hand_made::<Aabb>("random", &triangles, &rays, &expected);
+        check_hand_made::<Sphere>("random", &triangles, &rays, &expected);
+    }
+}
