@@ -8,13 +8,15 @@ const MAY_IMPORT: &[(&str, &[&str])] = &[
     ("geometry", &[]),
     ("cancel", &[]),
     ("worker", &["cancel"]),
+    ("export", &["cancel"]),
     ("camera", &["geometry"]),
+    ("view", &["geometry", "camera"]),
     ("scene", &["geometry", "cancel"]),
     ("bvh", &["geometry", "cancel"]),
     ("accel", &["geometry", "cancel", "scene", "bvh"]),
     ("render", &["geometry", "cancel", "camera", "scene", "bvh", "accel"]),
     ("overlay", &["geometry", "cancel", "camera", "scene", "bvh", "accel"]),
-    ("lab", &["geometry", "cancel", "camera", "scene", "bvh", "accel", "render"]),
+    ("lab", &["geometry", "cancel", "export", "camera", "view", "scene", "bvh", "accel", "render"]),
 ];
 
 /// What the upper rooms may import: everything below them.
