@@ -45,8 +45,8 @@ impl<Q: Send + 'static, R: Send + 'static> Worker<Q, R> {
     /// function that it is given. `wake` is called after each result, from the worker's thread.
     pub fn new(
         name: &str,
-        wake: impl Fn() + Send + 'static,
-        work: impl Fn(Q, &CancelToken, &dyn Fn(R)) -> Option<R> + Send + 'static,
+        wake: impl Fn() + Send + Sync + 'static,
+        work: impl Fn(Q, &CancelToken, &(dyn Fn(R) + Sync)) -> Option<R> + Send + 'static,
     ) -> std::io::Result<Self> {
         let shared = Arc::new(Shared {
             slots: Mutex::new(Slots { inbox: None, running: None, outbox: None, closed: false }),

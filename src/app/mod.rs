@@ -1,8 +1,25 @@
 //! The window: the only place that owns threads and egui.
+//!
+//! Panels edit the plain values of [`state`]; [`reconcile`] compares them once a UI frame with what is shown and asks the
+//! workers for what is stale. Nothing here blocks the UI thread.
 
 pub mod state;
 
+mod arrivals;
+mod jobs;
+mod pace;
+mod recent;
+pub mod reconcile;
+
+mod controls;
+mod fly;
 pub mod orbit;
+pub mod picking;
+mod viewport;
+
+mod requests;
+mod screenshot;
+mod storage;
 pub mod undo;
 
 pub mod commands;
@@ -10,4 +27,200 @@ pub mod panels;
 pub mod theme;
 
 mod options;
+mod run;
+
+use std::sync::{Arc, Mutex, PoisonError};
+use std::time::{Duration, Instant};
+
+use eframe::{egui, wgpu};
+
+use crate::overlay::OverlayPipeline;
+use crate::scene::SceneSource;
+use reconcile::Rails;
+use requests::Errands;
+use state::{AppState, Severity, Wanted};
+use viewport::Viewport;
+
 pub use options::StartOptions;
+pub use run::{AppError, run};
+
+/// Longest time that [`App::run_until_idle`] waits.
+const IDLE_TIMEOUT: Duration = Duration::from_secs(120);
+
+/// The program with its window.
+pub struct App {
+    /// What the window knows.
+    pub state: AppState,
+    rails: Rails,
+    errands: Errands,
+    viewport: Viewport,
+    has_pipeline: bool,
+    /// What the graphics driver complained about.
+    device_error: Arc<Mutex<Option<String>>>,
+    title: String,
+    /// Each UI frame waits until everything is fresh: for tests.
+    waits: bool,
+}
+
+impl App {
+    /// The app of a real window.
+    pub fn new(context: &eframe::CreationContext<'_>, options: StartOptions) -> std::io::Result<Self> {
+        let restored = storage::restore(context.storage);
+        let source = options.source.unwrap_or_else(SceneSource::default_builtin);
+        // The last camera belongs to the last model.
+        let same_model = restored.wanted.as_ref().is_some_and(|wanted| wanted.source == source);
+        let mut wanted = restored.wanted.unwrap_or_else(|| Wanted::new(source.clone()));
+        wanted.source = source;
+        wanted.build = options.build.unwrap_or(wanted.build);
+        wanted.threads = options.threads.unwrap_or(wanted.threads);
+        wanted.render = options.render.unwrap_or(wanted.render);
+        wanted.overlay = options.overlay.unwrap_or(wanted.overlay);
+        let mut state = AppState::new(wanted, restored.preferences.unwrap_or_default());
+        if let Some(complaint) = restored.complaint {
+            eprintln!("warning: {complaint}");
+            state.tell(Severity::Warning, complaint);
+        }
+        let mut app = Self::with_state(context, state)?;
+        app.rails.load_options = options.load;
+        app.rails.keep_camera = same_model;
+        app.rails.camera_choice = options.camera;
+        Ok(app)
+    }
+
+    /// An app for tests: no settings of earlier runs, and with `waits` each UI frame waits until everything is fresh, so
+    /// that each run sees the same.
+    pub fn new_for_test(context: &eframe::CreationContext<'_>, wanted: Wanted, waits: bool) -> std::io::Result<Self> {
+        let mut app = Self::with_state(context, AppState::new(wanted, state::Preferences::default()))?;
+        app.waits = waits;
+        app.rails.at_rest = waits;
+        Ok(app)
+    }
+
+    fn with_state(context: &eframe::CreationContext<'_>, mut state: AppState) -> std::io::Result<Self> {
+        let ctx = context.egui_ctx.clone();
+        theme::apply(&ctx, &state.preferences);
+        let device_error = Arc::new(Mutex::new(None));
+        if let Some(render_state) = &context.wgpu_render_state {
+            let info = render_state.adapter.get_info();
+            state.adapter = (info.name, info.device_type == wgpu::DeviceType::Cpu);
+            let (place, wake) = (Arc::clone(&device_error), ctx.clone());
+            render_state.device.on_uncaptured_error(Arc::new(move |error: wgpu::Error| {
+                *place.lock().unwrap_or_else(PoisonError::into_inner) = Some(error.to_string());
+                wake.request_repaint();
+            }));
+            let pipeline = OverlayPipeline::new(&render_state.device, render_state.target_format);
+            render_state.renderer.write().callback_resources.insert(pipeline);
+        }
+        let wake = move || ctx.request_repaint();
+        Ok(Self {
+            state,
+            rails: Rails::new(wake.clone())?,
+            errands: Errands::new(Arc::new(wake)),
+            viewport: Viewport::default(),
+            has_pipeline: context.wgpu_render_state.is_some(),
+            device_error,
+            title: String::new(),
+            waits: false,
+        })
+    }
+
+    /// Waits until everything is fresh: whatever is wanted is loaded, built and traced to its end, or was refused. Returns
+    /// whether that came about in time. For tests and scripts; a window never waits.
+    pub fn run_until_idle(&mut self) -> bool {
+        let start = Instant::now();
+        loop {
+            self.rails.poll(&mut self.state, Instant::now());
+            self.rails.reconcile(&mut self.state, Instant::now());
+            if !self.rails.is_busy() {
+                return true;
+            }
+            if start.elapsed() > IDLE_TIMEOUT {
+                return false;
+            }
+            std::thread::sleep(Duration::from_millis(1));
+        }
+    }
+
+    /// Whether a model, a tree or a picture is on its way.
+    pub fn is_busy(&self) -> bool {
+        self.rails.is_busy()
+    }
+
+    fn tell_device_error(&mut self) {
+        let error = self.device_error.lock().unwrap_or_else(PoisonError::into_inner).take();
+        let Some(error) = error else { return };
+        eprintln!("error: the graphics driver failed: {error}");
+        if !self.state.overlay_failed {
+            self.state.overlay_failed = true;
+            self.state.tell(
+                Severity::Error,
+                format!("The graphics driver failed, so containers are no longer drawn: {error}. Update the driver or start with fewer containers"),
+            );
+        }
+    }
+
+    fn update_title(&mut self, ctx: &egui::Context) {
+        let shown = self.state.presented.as_ref().map(|presented| presented.accel.scene.source.label());
+        let title = shown.map_or_else(|| "bvhscope".to_owned(), |label| format!("{label} – bvhscope"));
+        if title != self.title {
+            ctx.send_viewport_cmd(egui::ViewportCommand::Title(title.clone()));
+            self.title = title;
+        }
+    }
+
+    /// Asks for what is stale and makes sure that somebody looks again.
+    fn reconcile(&mut self, ctx: &egui::Context) {
+        if self.waits {
+            let before = self.state.presented.as_ref().map(|presented| presented.frame_id);
+            self.run_until_idle();
+            if before != self.state.presented.as_ref().map(|presented| presented.frame_id) {
+                ctx.request_repaint();
+            }
+        } else if let Some(after) = self.rails.reconcile(&mut self.state, Instant::now()) {
+            ctx.request_repaint_after(after);
+        }
+    }
+}
+
+impl eframe::App for App {
+    fn logic(&mut self, ctx: &egui::Context, _frame: &mut eframe::Frame) {
+        self.tell_device_error();
+        self.errands.poll(&mut self.rails, &mut self.state);
+        self.rails.poll(&mut self.state, Instant::now());
+        self.update_title(ctx);
+    }
+
+    fn ui(&mut self, ui: &mut egui::Ui, _frame: &mut eframe::Frame) {
+        let ctx = ui.ctx().clone();
+        let state = &mut self.state;
+        theme::apply(&ctx, &state.preferences);
+        commands::handle_shortcuts(&ctx, state);
+        panels::top(ui, state);
+        panels::bottom(ui, state);
+        if state.preferences.left_open {
+            panels::left(ui, state);
+        }
+        if state.preferences.right_open {
+            panels::right(ui, state);
+        }
+        egui::CentralPanel::no_frame().show(ui, |ui| {
+            let rect = self.viewport.show(ui, self.has_pipeline, state);
+            panels::over_viewport(ui, rect, state);
+        });
+        panels::windows(&ctx, state);
+
+        requests::take_dropped_files(&ctx, &mut self.rails, state);
+        self.errands.carry_out(&ctx, &mut self.rails, state);
+        let dragging = ctx.input(|input| input.pointer.any_down());
+        state.undo.observe(&state.wanted, dragging);
+        self.reconcile(&ctx);
+    }
+
+    fn save(&mut self, storage: &mut dyn eframe::Storage) {
+        storage::keep(storage, &self.state.wanted, &self.state.preferences);
+    }
+
+    fn persist_egui_memory(&self) -> bool {
+        false
+    }
+}

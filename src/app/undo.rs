@@ -33,6 +33,11 @@ impl UndoStack {
         }
     }
 
+    /// Takes the present settings as the ones to start from: what changed by itself is no step.
+    pub fn settle(&mut self, wanted: &Wanted) {
+        self.settled = Some(wanted.clone());
+    }
+
     /// Goes back one step, if there is one.
     pub fn undo(&mut self, wanted: &mut Wanted) -> bool {
         let Some(earlier) = self.past.pop() else { return false };
@@ -71,4 +76,42 @@ impl UndoStack {
 /// Whether two values differ in nothing that undo restores.
 fn same_settings(a: &Wanted, b: &Wanted) -> bool {
     a.build == b.build && a.threads == b.threads && a.render == b.render && a.overlay == b.overlay
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::SceneSource;
+
+    #[test]
+    fn one_drag_is_one_step() {
+        let mut wanted = Wanted::new(SceneSource::default_builtin());
+        let before = wanted.clone();
+        let mut undo = UndoStack::default();
+        undo.observe(&wanted, false);
+        for threshold in 7..20 {
+            wanted.build.threshold = threshold;
+            undo.observe(&wanted, true);
+        }
+        undo.observe(&wanted, false);
+        assert!(undo.undo(&mut wanted));
+        assert_eq!(wanted, before);
+        assert!(!undo.can_undo());
+        assert!(undo.redo(&mut wanted));
+        assert_eq!(wanted.build.threshold, 19);
+        assert!(!undo.can_redo());
+    }
+
+    #[test]
+    fn a_change_after_undo_forgets_the_future() {
+        let mut wanted = Wanted::new(SceneSource::default_builtin());
+        let mut undo = UndoStack::default();
+        undo.observe(&wanted, false);
+        wanted.threads = 3;
+        undo.observe(&wanted, false);
+        assert!(undo.undo(&mut wanted));
+        wanted.threads = 4;
+        undo.observe(&wanted, false);
+        assert!(!undo.can_redo());
+    }
 }

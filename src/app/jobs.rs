@@ -1,0 +1,201 @@
+//! What the three worker threads do: from a request to a product that remembers what it was made from.
+
+use std::cell::RefCell;
+use std::sync::Arc;
+
+use rayon::{ThreadPool, ThreadPoolBuilder};
+
+use crate::accel::Accel;
+use crate::bvh::BuildSettings;
+use crate::bvh::builders::BuildError;
+use crate::camera::Camera;
+use crate::cancel::CancelToken;
+use crate::overlay::NodeTable;
+use crate::render::{Frame, RenderRequest, RenderSettings, render};
+use crate::scene::{LoadError, LoadOptions, Scene, SceneSource, load};
+use crate::worker::Worker;
+
+/// Which model is asked for: the source and how often it was read again.
+pub type LoadKey = (SceneSource, u64);
+
+/// Read a model.
+pub struct LoadJob {
+    /// Which.
+    pub key: LoadKey,
+    /// What it may read.
+    pub options: LoadOptions,
+}
+
+/// A model was read or was unusable.
+pub struct Loaded {
+    /// What was asked for.
+    pub key: LoadKey,
+    /// What came of it.
+    pub result: Result<Arc<Scene>, LoadError>,
+}
+
+/// What a tree was made from.
+#[derive(Clone)]
+pub struct BuildKey {
+    /// The scene, compared by identity.
+    pub scene: Arc<Scene>,
+    /// How it is built.
+    pub settings: BuildSettings,
+    /// With how many threads; 0 for all.
+    pub threads: usize,
+}
+
+impl PartialEq for BuildKey {
+    fn eq(&self, other: &Self) -> bool {
+        Arc::ptr_eq(&self.scene, &other.scene) && self.settings == other.settings && self.threads == other.threads
+    }
+}
+
+/// A tree with everything that the window derives from it once.
+#[derive(Clone)]
+pub struct BuiltTree {
+    /// The tree.
+    pub accel: Arc<Accel>,
+    /// Its nodes for the overlay.
+    pub table: Arc<NodeTable>,
+    /// The thread count that was asked for.
+    pub threads: usize,
+}
+
+/// A tree was built or refused.
+pub struct Built {
+    /// What was asked for.
+    pub key: BuildKey,
+    /// What came of it.
+    pub result: Result<BuiltTree, BuildError>,
+}
+
+/// What a picture was made from.
+#[derive(Clone)]
+pub struct RenderKey {
+    /// The tree, compared by identity.
+    pub accel: Arc<Accel>,
+    /// From where.
+    pub camera: Camera,
+    /// How.
+    pub settings: RenderSettings,
+    /// Width and height in pixels.
+    pub size_px: [u32; 2],
+}
+
+impl PartialEq for RenderKey {
+    fn eq(&self, other: &Self) -> bool {
+        Arc::ptr_eq(&self.accel, &other.accel)
+            && self.camera == other.camera
+            && self.settings == other.settings
+            && self.size_px == other.size_px
+    }
+}
+
+/// Trace a picture, coarsest pass first.
+pub struct RenderJob {
+    /// What is seen.
+    pub key: RenderKey,
+    /// The passes: how many pixels share a ray, along each side.
+    pub passes: Vec<u32>,
+    /// With how many threads; 0 for all.
+    pub threads: usize,
+}
+
+/// A picture on the way or finished.
+pub struct Rendered {
+    /// What was asked for.
+    pub key: RenderKey,
+    /// The picture.
+    pub frame: Arc<Frame>,
+    /// Nothing more comes of this job.
+    pub last: bool,
+}
+
+/// A pool of the wanted number of threads, kept until another number is wanted.
+#[derive(Default)]
+struct Pool {
+    current: RefCell<Option<(usize, Arc<ThreadPool>)>>,
+}
+
+impl Pool {
+    /// Runs `work` in a pool of `threads` threads (0 for all); in rayon's own pool where the system refuses more threads.
+    fn run<R: Send>(&self, name: &'static str, threads: usize, work: impl FnOnce() -> R + Send) -> R {
+        let mut current = self.current.borrow_mut();
+        if current.as_ref().is_none_or(|(count, _)| *count != threads) {
+            let built =
+                ThreadPoolBuilder::new().num_threads(threads).thread_name(move |i| format!("{name} {i}")).build();
+            *current = built.ok().map(|pool| (threads, Arc::new(pool)));
+        }
+        let pool = current.as_ref().map(|(_, pool)| Arc::clone(pool));
+        drop(current);
+        match pool {
+            Some(pool) => pool.install(work),
+            None => work(),
+        }
+    }
+}
+
+/// The thread that reads models.
+pub fn load_worker(wake: impl Fn() + Send + Sync + 'static) -> std::io::Result<Worker<LoadJob, Loaded>> {
+    Worker::new("load", wake, |job: LoadJob, token: &CancelToken, _| match load(&job.key.0, &job.options, token) {
+        Err(LoadError::Cancelled(_)) => None,
+        result => Some(Loaded { key: job.key, result: result.map(Arc::new) }),
+    })
+}
+
+/// The thread that builds trees and what is derived from them.
+pub fn build_worker(wake: impl Fn() + Send + Sync + 'static) -> std::io::Result<Worker<BuildKey, Built>> {
+    let pool = Pool::default();
+    Worker::new("build", wake, move |key: BuildKey, token: &CancelToken, deliver: &(dyn Fn(Built) + Sync)| {
+        let threads = key.threads;
+        let result = pool.run("build", key.threads, || {
+            let accel = Arc::new(Accel::build(&key.scene, &key.settings, token)?);
+            token.check()?;
+            let table = Arc::new(NodeTable::new(&accel));
+            Ok(BuiltTree { accel, table, threads: key.threads })
+        });
+        match result {
+            Err(BuildError::Cancelled(_)) => {}
+            Err(refused) => deliver(Built { key, result: Err(refused) }),
+            Ok(tree) => {
+                let accel = Arc::clone(&tree.accel);
+                deliver(Built { key, result: Ok(tree) });
+                // What only panels and clicks ask for is computed while the first picture is traced.
+                pool.run("build", threads, || {
+                    accel.lineage();
+                    if !token.is_cancelled() {
+                        accel.epo();
+                    }
+                });
+            }
+        }
+        None
+    })
+}
+
+/// The thread that traces pictures.
+pub fn render_worker(wake: impl Fn() + Send + Sync + 'static) -> std::io::Result<Worker<RenderJob, Rendered>> {
+    let pool = Pool::default();
+    Worker::new("render", wake, move |job: RenderJob, token: &CancelToken, deliver: &(dyn Fn(Rendered) + Sync)| {
+        let RenderJob { key, passes, threads } = job;
+        let part = |frame: Frame, last: bool| Rendered { key: key.clone(), frame: Arc::new(frame), last };
+        let mut newest = None;
+        for coarseness in passes {
+            if let Some(frame) = newest.take() {
+                deliver(part(frame, false));
+            }
+            let request = RenderRequest {
+                accel: Arc::clone(&key.accel),
+                camera: key.camera,
+                settings: key.settings,
+                width_px: key.size_px[0],
+                height_px: key.size_px[1],
+                coarseness,
+            };
+            let frame = pool.run("render", threads, || render(&request, token, &|frame| deliver(part(frame, false))));
+            newest = Some(frame.ok()?);
+        }
+        newest.map(|frame| part(frame, true))
+    })
+}

@@ -1,0 +1,42 @@
+//! Files opened lately.
+
+use std::path::PathBuf;
+
+use crate::scene::SceneSource;
+
+/// The list holds no more.
+const MAX_RECENT: usize = 10;
+
+/// Puts a file at the head of the list; built-in scenes are not listed.
+pub fn remember(recent: &mut Vec<PathBuf>, source: &SceneSource) {
+    let Some(path) = source.path() else { return };
+    // The list outlives the folder that the program was started in.
+    let path = std::path::absolute(path).unwrap_or_else(|_| path.to_owned());
+    recent.retain(|known| *known != path);
+    recent.insert(0, path);
+    recent.truncate(MAX_RECENT);
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn newest_file_comes_first_and_only_once() {
+        let mut recent = Vec::new();
+        for name in ["/a.obj", "/b.obj", "/a.obj"] {
+            remember(&mut recent, &SceneSource::File(name.into()));
+        }
+        remember(&mut recent, &SceneSource::default_builtin());
+        assert_eq!(recent, [PathBuf::from("/a.obj"), PathBuf::from("/b.obj")]);
+    }
+
+    #[test]
+    fn list_is_bounded() {
+        let mut recent = Vec::new();
+        for i in 0..30 {
+            remember(&mut recent, &SceneSource::File(format!("/{i}.obj").into()));
+        }
+        assert_eq!(recent.len(), MAX_RECENT);
+    }
+}

@@ -1,0 +1,324 @@
+//! Three rails: load, build, render. Once a UI frame what is wanted is compared with what is shown and what is on its way,
+//! and the first stale product of each rail is asked for. Staleness is a comparison, not a flag.
+
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+use super::jobs::{
+    BuildKey, Built, BuiltTree, LoadJob, LoadKey, Loaded, RenderJob, RenderKey, Rendered, build_worker, load_worker,
+    render_worker,
+};
+use super::pace::Pace;
+use super::state::{AppState, JobStatus, Presented, Severity, Wanted};
+use crate::bvh::BuildSettings;
+use crate::camera::Camera;
+use crate::cancel::CancelToken;
+use crate::scene::LoadOptions;
+use crate::view::CameraChoice;
+use crate::worker::Worker;
+
+/// Nothing has changed for this long: everything rests, and the picture is refined.
+const REST: Duration = Duration::from_millis(160);
+
+/// Work that was asked for and has not come back.
+pub(super) struct InFlight<K> {
+    pub key: K,
+    pub token: CancelToken,
+    pub since: Instant,
+    /// A single coarse pass: soon over, so that it is better awaited than cancelled.
+    pub brief: bool,
+}
+
+/// What the screen shows, and how good it is.
+pub(super) struct Shown {
+    pub key: RenderKey,
+    pub complete: bool,
+}
+
+/// The workers, and what the app remembers about their products.
+pub struct Rails {
+    pub(super) load: Worker<LoadJob, Loaded>,
+    pub(super) build: Worker<BuildKey, Built>,
+    pub(super) render: Worker<RenderJob, Rendered>,
+    pub(super) loading: Option<InFlight<LoadKey>>,
+    pub(super) building: Option<InFlight<BuildKey>>,
+    pub(super) rendering: Option<InFlight<RenderKey>>,
+    /// The key of the newest loaded scene.
+    pub(super) loaded: Option<LoadKey>,
+    /// How often the user asked to read the model again.
+    pub(super) generation: u64,
+    /// Files outside a model's folder may be read.
+    pub load_options: LoadOptions,
+    /// Not asked for again until something else is wanted: they failed or were cancelled.
+    pub(super) refused_load: Option<LoadKey>,
+    pub(super) refused_render: Option<RenderKey>,
+    /// A tree without a picture yet.
+    pub(super) pending: Option<BuiltTree>,
+    /// The camera of a scene that is not presented yet.
+    pub(super) next_camera: Option<Camera>,
+    /// The next scene keeps the camera if that still sees it.
+    pub keep_camera: bool,
+    /// The camera that the command line asks for, for the first scene.
+    pub camera_choice: Option<CameraChoice>,
+    pub(super) shown: Option<Shown>,
+    pub(super) pace: Pace,
+    pub(super) frames: u64,
+    watched: Option<Wanted>,
+    changed_at: Option<Instant>,
+    /// Nothing ever counts as moving: each picture is traced to its end, so that tests see the same each time.
+    pub at_rest: bool,
+}
+
+impl Rails {
+    /// Starts the workers; `wake` is called from their threads whenever there is news.
+    pub fn new(wake: impl Fn() + Send + Sync + Clone + 'static) -> std::io::Result<Self> {
+        Ok(Self {
+            load: load_worker(wake.clone())?,
+            build: build_worker(wake.clone())?,
+            render: render_worker(wake)?,
+            loading: None,
+            building: None,
+            rendering: None,
+            loaded: None,
+            generation: 0,
+            load_options: LoadOptions::default(),
+            refused_load: None,
+            refused_render: None,
+            pending: None,
+            next_camera: None,
+            keep_camera: false,
+            camera_choice: None,
+            shown: None,
+            pace: Pace::default(),
+            frames: 0,
+            watched: None,
+            changed_at: None,
+            at_rest: false,
+        })
+    }
+
+    /// Asks for whatever is stale. Returns after what time to look again although nothing arrives.
+    pub fn reconcile(&mut self, state: &mut AppState, now: Instant) -> Option<Duration> {
+        let moving = self.watch(&state.wanted, now);
+        self.ask_for_scene(state, now);
+        self.ask_for_tree(state, moving, now);
+        self.ask_for_picture(state, moving, now);
+        self.tell_jobs(state);
+        if moving {
+            Some(REST)
+        } else if self.is_busy() {
+            // The progress bars move.
+            Some(Duration::from_millis(100))
+        } else {
+            None
+        }
+    }
+
+    /// Whether anything is on its way.
+    pub fn is_busy(&self) -> bool {
+        self.loading.is_some() || self.building.is_some() || self.rendering.is_some()
+    }
+
+    /// Reads the model again although it has the same name.
+    pub fn reload(&mut self) {
+        self.generation += 1;
+        self.refused_load = None;
+    }
+
+    /// What failed or was cancelled may be asked for again.
+    pub(super) fn allow_again(&mut self) {
+        self.refused_load = None;
+        self.refused_render = None;
+    }
+
+    /// Stops everything that runs; the settings return to what is shown.
+    pub fn cancel(&mut self, state: &mut AppState) {
+        if let Some(job) = self.loading.take() {
+            self.load.cancel();
+            self.refused_load = Some(job.key);
+            self.revert_source(state);
+            state.tell(Severity::Info, "Loading cancelled");
+        }
+        if self.building.take().is_some() {
+            self.build.cancel();
+            self.revert_build(state);
+            state.tell(Severity::Info, "Building cancelled: the tree on the screen stays");
+        }
+        if let Some(job) = self.rendering.take() {
+            self.render.cancel();
+            self.refused_render = Some(job.key);
+        }
+    }
+
+    /// The wanted model becomes the one that is shown. With nothing shown the wish stays, but is not tried again.
+    pub(super) fn revert_source(&mut self, state: &mut AppState) {
+        if let Some(scene) = &state.scene {
+            state.wanted.source = scene.source.clone();
+            self.generation = self.loaded.as_ref().map_or(self.generation, |(_, generation)| *generation);
+        }
+    }
+
+    /// The wanted tree becomes the one that is shown; where the shown one belongs to another scene, the default one.
+    pub(super) fn revert_build(&mut self, state: &mut AppState) {
+        match (&state.presented, &state.scene) {
+            (Some(presented), Some(scene)) if Arc::ptr_eq(&presented.accel.scene, scene) => {
+                state.wanted.build = presented.accel.settings;
+                state.wanted.threads = presented.threads;
+            }
+            (Some(presented), _) => {
+                // The new scene is given up with its tree.
+                let scene = Arc::clone(&presented.accel.scene);
+                state.wanted.source = scene.source.clone();
+                state.wanted.build = presented.accel.settings;
+                state.wanted.threads = presented.threads;
+                self.loaded = Some((scene.source.clone(), self.generation));
+                self.next_camera = None;
+                self.pending = None;
+                state.scene = Some(scene);
+            }
+            (None, _) => self.refused_load.clone_from(&self.loaded),
+        }
+    }
+
+    /// Whether something that decides the picture changed a moment ago.
+    fn watch(&mut self, wanted: &Wanted, now: Instant) -> bool {
+        let same = self.watched.as_ref().is_some_and(|seen| {
+            seen.camera == wanted.camera && seen.build == wanted.build && seen.render == wanted.render
+        });
+        if !same {
+            if self.watched.is_some() {
+                self.changed_at = Some(now);
+            }
+            self.watched = Some(wanted.clone());
+        }
+        !self.at_rest && self.changed_at.is_some_and(|then| now.duration_since(then) < REST)
+    }
+
+    fn ask_for_scene(&mut self, state: &mut AppState, now: Instant) {
+        let key = (state.wanted.source.clone(), self.generation);
+        if self.loaded.as_ref() == Some(&key) {
+            if self.loading.take().is_some() {
+                self.load.cancel();
+            }
+            return;
+        }
+        let on_its_way = self.loading.as_ref().is_some_and(|job| job.key == key);
+        if on_its_way || self.refused_load.as_ref() == Some(&key) {
+            return;
+        }
+        let token = self.load.request(LoadJob { key: key.clone(), options: self.load_options.clone() });
+        self.loading = Some(InFlight { key, token, since: now, brief: false });
+    }
+
+    fn ask_for_tree(&mut self, state: &mut AppState, moving: bool, now: Instant) {
+        let Some(scene) = state.scene.clone() else { return };
+        if state.presented.is_none() && self.pending.is_none() && self.refused_load.is_some() && self.loading.is_none()
+        {
+            // The very first build was cancelled.
+            if self.refused_load == self.loaded {
+                return;
+            }
+        }
+        let key = BuildKey { scene, settings: state.wanted.build, threads: state.wanted.threads };
+        if self.has_tree(state, &key) {
+            if self.building.take().is_some() {
+                self.build.cancel();
+            }
+            return;
+        }
+        if let Some(job) = &self.building {
+            let same_scene = Arc::ptr_eq(&job.key.scene, &key.scene);
+            // While the slider moves, a started build may finish: otherwise no tree would ever be shown.
+            if job.key == key || (moving && same_scene) {
+                return;
+            }
+        }
+        if let Some(why) = key.settings.refusal(key.scene.triangles.len()) {
+            self.refuse_tree(state, &why);
+            return;
+        }
+        let token = self.build.request(key.clone());
+        self.building = Some(InFlight { key, token, since: now, brief: false });
+    }
+
+    /// Whether the newest tree is the wanted one.
+    fn has_tree(&self, state: &AppState, key: &BuildKey) -> bool {
+        let newest = match (&self.pending, &state.presented) {
+            (Some(pending), _) => Some((&pending.accel, pending.threads)),
+            (None, Some(presented)) => Some((&presented.accel, presented.threads)),
+            (None, None) => None,
+        };
+        newest.is_some_and(|(accel, threads)| {
+            *key == BuildKey { scene: Arc::clone(&accel.scene), settings: accel.settings, threads }
+        })
+    }
+
+    /// Says why a tree cannot be built. A scene on the screen keeps its tree; a new scene gets the default one.
+    pub(super) fn refuse_tree(&mut self, state: &mut AppState, why: &str) {
+        let shown = state.presented.as_ref().zip(state.scene.as_ref());
+        if shown.is_some_and(|(presented, scene)| Arc::ptr_eq(&presented.accel.scene, scene)) {
+            state.tell(Severity::Warning, format!("This tree cannot be built: {why}. The present tree stays"));
+            self.revert_build(state);
+        } else {
+            state.tell(Severity::Warning, format!("This tree cannot be built: {why}. AAC builds it instead"));
+            state.wanted.build = BuildSettings { container: state.wanted.build.container, ..BuildSettings::default() };
+        }
+    }
+
+    fn ask_for_picture(&mut self, state: &mut AppState, moving: bool, now: Instant) {
+        let accel = match (&self.pending, &state.presented) {
+            (Some(pending), _) => Arc::clone(&pending.accel),
+            (None, Some(presented)) => Arc::clone(&presented.accel),
+            (None, None) => return,
+        };
+        if state.viewport_px.contains(&0) {
+            return;
+        }
+        let camera = self.next_camera.filter(|_| self.pending.is_some()).unwrap_or(state.wanted.camera);
+        let key = RenderKey { accel, camera, settings: state.wanted.render, size_px: state.viewport_px };
+        let coarseness = if self.at_rest { 1 } else { self.pace.coarseness(key.size_px) };
+        let shown = self.shown.as_ref().filter(|shown| shown.key == key);
+        if shown.is_some_and(|shown| shown.complete || moving) || self.refused_render.as_ref() == Some(&key) {
+            return;
+        }
+        if let Some(job) = &self.rendering
+            && (job.key == key || job.brief)
+        {
+            return;
+        }
+        let passes = match shown {
+            _ if moving => vec![coarseness],
+            None if coarseness > 1 => vec![coarseness, 1],
+            _ => vec![1],
+        };
+        let mut job_key = key.clone();
+        if moving {
+            job_key.settings.samples = 1;
+        }
+        let brief = moving;
+        let token = self.render.request(RenderJob { key: job_key, passes, threads: state.wanted.threads });
+        self.refused_render = None;
+        self.rendering = Some(InFlight { key, token, since: now, brief });
+    }
+
+    /// Fills in the job strip.
+    fn tell_jobs(&self, state: &mut AppState) {
+        let status = |label: String, token: &CancelToken, since| JobStatus { label, progress: token.progress(), since };
+        state.jobs.load =
+            self.loading.as_ref().map(|job| status(format!("Loading {}", job.key.0.label()), &job.token, job.since));
+        state.jobs.build = self.building.as_ref().map(|job| status("Building".to_owned(), &job.token, job.since));
+        state.jobs.render = self.rendering.as_ref().map(|job| status("Tracing".to_owned(), &job.token, job.since));
+    }
+
+    /// The tree and picture that are on the screen, as the panels see them.
+    pub(super) fn present(&mut self, tree: BuiltTree, rendered: &Rendered, state: &mut AppState) {
+        self.frames += 1;
+        state.presented = Some(Presented {
+            accel: tree.accel,
+            table: tree.table,
+            frame: Arc::clone(&rendered.frame),
+            frame_id: self.frames,
+            threads: tree.threads,
+        });
+    }
+}
