@@ -108,7 +108,7 @@ fn run_command(command: CommandArgs, token: CancelToken) -> Result<Finished, Fai
 #[cfg(feature = "gui")]
 fn run_viewer(args: args::ViewerArgs) -> Result<Finished, Failure> {
     let options = resolve::viewer(args);
-    Err(Failure::Failed(format!("the window is not there yet: {options:?}")))
+    crate::app::run(options).map(|()| Finished::default()).map_err(|error| Failure::Failed(error.to_string()))
 }
 
 #[cfg(not(feature = "gui"))]
