@@ -12,7 +12,8 @@ struct View {
     forward: vec3f,
     half_width_px: f32,
     tangent: vec2f,
-    picture_size: vec2f,
+    // What the picture covers, in pixels of the viewport: a little more than all of it where pixels are coarse.
+    covered: vec2f,
     // Origin and size in pixels of the attachment.
     viewport: vec4f,
     hidden_alpha: f32,

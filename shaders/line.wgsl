@@ -160,7 +160,7 @@ fn color_of(node: Node, role: u32) -> vec4f {
 @fragment
 fn fs_line(in: LineVertex) -> @location(0) vec4f {
     // `position` is in pixels of the attachment, not of the viewport.
-    let uv = (in.position.xy - view.viewport.xy) / view.viewport.zw;
+    let uv = (in.position.xy - view.viewport.xy) / view.covered;
     let size = vec2i(textureDimensions(traced_depth));
     let texel = clamp(vec2i(floor(uv * vec2f(size))), vec2i(0), size - 1);
     let surface = textureLoad(traced_depth, texel, 0).r;

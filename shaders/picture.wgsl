@@ -17,8 +17,8 @@ fn fs_picture(@builtin(position) position: vec4f) -> @location(0) vec4f {
     }
     let pixel = position.xy - view.viewport.xy;
     // Same size: the very bytes. Coarse: smooth.
-    if all(view.picture_size == view.viewport.zw) {
+    if all(vec2f(textureDimensions(picture)) == view.viewport.zw) {
         return vec4f(to_target(textureLoad(picture, vec2i(pixel), 0).rgb), 1.0);
     }
-    return vec4f(to_target(textureSampleLevel(picture, smooth_sampler, pixel / view.viewport.zw, 0.0).rgb), 1.0);
+    return vec4f(to_target(textureSampleLevel(picture, smooth_sampler, pixel / view.covered, 0.0).rgb), 1.0);
 }

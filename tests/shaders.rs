@@ -49,7 +49,7 @@ fn the_view_is_laid_out_as_in_rust() {
     assert_eq!(offset("depth_slack"), offset_of!(View, depth_slack));
     assert_eq!(offset("half_width_px"), offset_of!(View, half_width_px));
     assert_eq!(offset("tangent"), offset_of!(View, tangent));
-    assert_eq!(offset("picture_size"), offset_of!(View, picture_size));
+    assert_eq!(offset("covered"), offset_of!(View, covered));
     assert_eq!(offset("viewport"), offset_of!(View, viewport));
     assert_eq!(offset("hidden_alpha"), offset_of!(View, hidden_alpha));
     assert_eq!(offset("color_by"), offset_of!(View, color_by));

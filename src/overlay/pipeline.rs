@@ -169,7 +169,7 @@ impl OverlayPipeline {
                 (self.shown, self.marked, self.wanted, self.key) = (0..0, 0..0, 0, None);
             }
         }
-        let view = View::new(input, self.picture.size, self.circle_segments, self.linear_target, self.show_picture);
+        let view = View::new(input, self.circle_segments, self.linear_target, self.show_picture);
         queue.write_buffer(&self.uniforms, 0, bytemuck::bytes_of(&view));
         let kinds = self.shown_kinds.iter().filter(|&&drawn| drawn).count();
         (self.shown.len() * kinds, self.wanted * kinds)
@@ -308,7 +308,8 @@ fn bind_group(
     picture: &PictureTextures,
     sampler: &wgpu::Sampler,
 ) -> wgpu::BindGroup {
-    let [depth, color] = [&picture.depth, &picture.color].map(|texture| texture.create_view(&Default::default()));
+    let [depth, color] =
+        [&picture.depth, &picture.color].map(|texture| texture.create_view(&wgpu::TextureViewDescriptor::default()));
     device.create_bind_group(&wgpu::BindGroupDescriptor {
         label: Some("overlay"),
         layout,
@@ -357,7 +358,7 @@ impl Pipelines {
                     vertex: wgpu::VertexState {
                         module: &module,
                         entry_point: Some(vertex),
-                        compilation_options: Default::default(),
+                        compilation_options: wgpu::PipelineCompilationOptions::default(),
                         buffers,
                     },
                     primitive: wgpu::PrimitiveState::default(),
@@ -366,7 +367,7 @@ impl Pipelines {
                     fragment: Some(wgpu::FragmentState {
                         module: &module,
                         entry_point: Some(fragment),
-                        compilation_options: Default::default(),
+                        compilation_options: wgpu::PipelineCompilationOptions::default(),
                         targets: &[Some(wgpu::ColorTargetState { format, blend, write_mask: wgpu::ColorWrites::ALL })],
                     }),
                     multiview_mask: None,

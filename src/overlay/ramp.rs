@@ -91,7 +91,7 @@ pub fn legend(settings: &OverlaySettings, table: &NodeTable) -> Legend {
         ColorBy::Depth => {
             let [first, last] = depths(settings, table);
             // At most six numbers, evenly spread.
-            let step = ((last - first) / 5).max(1) as usize;
+            let step = (last - first).div_ceil(5).max(1) as usize;
             let mut stops: Vec<_> =
                 (first..=last).step_by(step).map(|depth| (at(depth as f32), depth.to_string())).collect();
             if let Some((place, _)) = stops.last()

@@ -33,6 +33,7 @@ impl ColorBy {
 
 /// Which containers are drawn, and how.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[expect(clippy::struct_excessive_bools, reason = "each is a check box of its own")]
 pub struct OverlaySettings {
     /// Boxes are drawn.
     pub show_boxes: bool,

@@ -19,7 +19,7 @@ pub struct View {
     pub forward: [f32; 3],
     pub half_width_px: f32,
     pub tangent: [f32; 2],
-    pub picture_size: [f32; 2],
+    pub covered: [f32; 2],
     pub viewport: [f32; 4],
     pub hidden_alpha: f32,
     pub scale_low: f32,
@@ -37,14 +37,8 @@ pub struct View {
 const BACKGROUND: [f32; 4] = [0.105, 0.11, 0.12, 1.0];
 
 impl View {
-    /// For one draw; `picture_size` is that of the uploaded texture.
-    pub fn new(
-        input: &DrawInput<'_>,
-        picture_size: [u32; 2],
-        circle_segments: u32,
-        linear_target: bool,
-        show_picture: bool,
-    ) -> Self {
+    /// For one draw.
+    pub fn new(input: &DrawInput<'_>, circle_segments: u32, linear_target: bool, show_picture: bool) -> Self {
         let [x, y, width, height] = input.viewport_px;
         let frame = input.camera.for_size(width, height);
         let (right, up, forward) = frame.axes();
@@ -70,7 +64,7 @@ impl View {
             forward: forward.to_array(),
             half_width_px: (line_width * points * 0.5).clamp(0.05, 64.0),
             tangent: frame.half_extent().to_array(),
-            picture_size: picture_size.map(|size| size as f32),
+            covered: covered([width, height], [input.picture.width_px, input.picture.height_px]),
             viewport: [x as f32, y as f32, width.max(1) as f32, height.max(1) as f32],
             hidden_alpha: input.settings.hidden_alpha.clamp(0.0, 1.0),
             scale_low,
@@ -83,5 +77,32 @@ impl View {
             background: BACKGROUND,
             ramp: shader_ramp(),
         }
+    }
+}
+
+/// How many pixels of the viewport the picture covers. A coarse picture has one pixel for each square of `coarseness`, begun
+/// ones too, so it may reach beyond; a picture made for another viewport is stretched.
+fn covered(viewport: [u32; 2], picture: [u32; 2]) -> [f32; 2] {
+    let [width, height] = viewport.map(|size| size.max(1));
+    let coarseness = width.div_ceil(picture[0].max(1)).max(height.div_ceil(picture[1].max(1)));
+    let coarse = [width.div_ceil(coarseness), height.div_ceil(coarseness)] == picture;
+    if coarse { picture.map(|size| (size * coarseness) as f32) } else { [width as f32, height as f32] }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::covered;
+
+    #[test]
+    fn a_coarse_picture_covers_whole_squares() {
+        assert_eq!(covered([640, 480], [640, 480]), [640.0, 480.0]);
+        assert_eq!(covered([641, 480], [81, 60]), [648.0, 480.0]);
+        assert_eq!(covered([1000, 999], [250, 250]), [1000.0, 1000.0]);
+    }
+
+    #[test]
+    fn a_picture_of_another_shape_is_stretched() {
+        assert_eq!(covered([640, 480], [500, 480]), [640.0, 480.0]);
+        assert_eq!(covered([640, 480], [0, 0]), [640.0, 480.0]);
     }
 }
