@@ -3,4 +3,23 @@
 
 mod measurement;
 
+mod measure;
+
+mod bench;
+mod compare;
+mod scaling;
+mod sweep;
+
+pub mod paper;
+
+pub mod doctor;
+
+pub mod plot;
+pub mod table;
+
+pub use bench::bench;
+pub use compare::{compare, compared_setups};
+pub use measure::{LabError, Setup, Subject, TraceView, measure};
 pub use measurement::{Measurement, millis, pool};
+pub use scaling::scaling;
+pub use sweep::{SweepPlan, SweepPoint, sweep};

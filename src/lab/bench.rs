@@ -1,0 +1,94 @@
+//! The paper's tables 1 and 2: containers compared on one scene.
+
+use std::sync::Arc;
+
+use rayon::prelude::*;
+
+use super::measure::{LabError, Setup, Subject, TraceView, measure};
+use super::measurement::{Measurement, millis, pool};
+use crate::accel::Accel;
+use crate::bvh::traverse::{TestCounts, Traversal};
+use crate::bvh::{BuildSettings, BuilderKind, ContainerKind};
+use crate::cancel::{CancelToken, Cancelled};
+
+/// Primitive tests that a run without BVH may take: about a second on one core.
+const NO_BVH_TESTS: u64 = 200_000_000;
+
+/// One row a container, measured in turn; with `no_bvh` one more that tests every triangle on an even sample of the
+/// pixels, whose number is its `rays`.
+pub fn bench(
+    subject: &Subject,
+    setups: &[Setup],
+    view: &TraceView,
+    no_bvh: bool,
+    token: &CancelToken,
+    row: &mut dyn FnMut(Measurement),
+) -> Result<(), LabError> {
+    for measured in measure("bench", subject, setups, view, token)? {
+        row(measured);
+    }
+    if no_bvh {
+        let threads = setups.first().map_or(0, |setup| setup.threads);
+        row(every_triangle(subject, view, threads, token)?);
+    }
+    Ok(())
+}
+
+/// Tests every triangle with every `n`-th ray, `n` chosen for [`NO_BVH_TESTS`].
+fn every_triangle(
+    subject: &Subject,
+    view: &TraceView,
+    threads: usize,
+    token: &CancelToken,
+) -> Result<Measurement, LabError> {
+    let triangles = subject.scene.triangles.len() as u64;
+    let pixels = u64::from(view.size[0]) * u64::from(view.size[1]);
+    let rays = (NO_BVH_TESTS / triangles.max(1)).clamp(1, pixels);
+    let build = BuildSettings {
+        builder: BuilderKind::None,
+        ..BuildSettings::preset(crate::bvh::Preset::Fast, ContainerKind::Aabb)
+    };
+    // The row's other fields are those of a single, tiny picture; only the rays differ.
+    let single = TraceView { size: [1, 1], repeat: 1, ..*view };
+    let mut rows = measure("bench", subject, &[Setup { build, preset: None, threads }], &single, token)?;
+    let mut row = rows.remove(0);
+    let pool = pool(threads).map_err(LabError::Refused)?;
+    let accel = Arc::new(pool.install(|| Accel::build(&subject.scene, &build, token))?);
+    let camera = view.camera.for_size(view.size[0], view.size[1]);
+    let start = std::time::Instant::now();
+    let (hits, tests) = pool.install(|| {
+        (0..rays)
+            .into_par_iter()
+            .map(|index| {
+                token.check()?;
+                let pixel = index * pixels / rays;
+                let (x, y) = (pixel % u64::from(view.size[0]), pixel / u64::from(view.size[0]));
+                let ray = camera.ray(x as f32 + 0.5, y as f32 + 0.5);
+                let mut counts = TestCounts::default();
+                let hit = accel.closest_hit_with(&ray, Traversal::Ordered, &mut counts);
+                Ok::<_, Cancelled>((u64::from(hit.is_some()), counts))
+            })
+            .try_reduce(
+                || (0, TestCounts::default()),
+                |(hits, a), (more, b)| {
+                    let counts = TestCounts {
+                        containers: a.containers + b.containers,
+                        primitives: a.primitives + b.primitives,
+                    };
+                    Ok((hits + more, counts))
+                },
+            )
+    })?;
+    let trace_ms = millis(start.elapsed());
+    row.width_px = view.size[0];
+    row.height_px = view.size[1];
+    row.trace_ms = trace_ms;
+    row.trace_ms_spread = [trace_ms; 2];
+    row.rays = rays;
+    row.hits = hits;
+    row.mrays_per_s = if trace_ms > 0.0 { rays as f64 / trace_ms / 1e3 } else { 0.0 };
+    row.container_tests_per_ray = tests.containers as f64 / rays as f64;
+    row.primitive_tests_per_ray = tests.primitives as f64 / rays as f64;
+    row.tests_per_ray = row.container_tests_per_ray + row.primitive_tests_per_ray;
+    Ok(row)
+}

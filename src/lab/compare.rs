@@ -1,0 +1,37 @@
+//! The builders side by side.
+
+use super::measure::{LabError, Setup, Subject, TraceView, measure};
+use super::measurement::Measurement;
+use crate::bvh::{BuildSettings, BuilderKind, ContainerKind, Preset};
+use crate::cancel::CancelToken;
+
+/// Every builder that can build `primitive_count` triangles into these containers: AAC by preset, then the others.
+pub fn compared_setups(containers: &[ContainerKind], primitive_count: usize, threads: usize) -> Vec<Setup> {
+    let mut setups = Vec::new();
+    for &container in containers {
+        for preset in Preset::ALL {
+            setups.push(Setup { build: BuildSettings::preset(preset, container), preset: Some(preset), threads });
+        }
+        for builder in [BuilderKind::Lbvh, BuilderKind::BinnedSah, BuilderKind::Exact] {
+            let build = BuildSettings { builder, ..BuildSettings::preset(Preset::Fast, container) };
+            if build.refusal(primitive_count).is_none() {
+                setups.push(Setup { build, preset: None, threads });
+            }
+        }
+    }
+    setups
+}
+
+/// One row a builder, measured in turn.
+pub fn compare(
+    subject: &Subject,
+    containers: &[ContainerKind],
+    threads: usize,
+    view: &TraceView,
+    token: &CancelToken,
+    row: &mut dyn FnMut(Measurement),
+) -> Result<(), LabError> {
+    let setups = compared_setups(containers, subject.scene.triangles.len(), threads);
+    measure("compare", subject, &setups, view, token)?.into_iter().for_each(row);
+    Ok(())
+}

@@ -1,0 +1,31 @@
+//! The paper's figure 11: the speed-up of building and tracing over the number of threads.
+
+use super::measure::{LabError, Setup, Subject, TraceView, measure};
+use super::measurement::Measurement;
+use crate::cancel::CancelToken;
+
+/// One row for each number of threads from 1 to `max_threads`, with the speed-up over one thread. `setup.threads` is
+/// ignored. The thread counts are measured in turn, so rows come when all are done.
+pub fn scaling(
+    subject: &Subject,
+    setup: &Setup,
+    max_threads: usize,
+    view: &TraceView,
+    token: &CancelToken,
+    row: &mut dyn FnMut(Measurement),
+) -> Result<(), LabError> {
+    let setups: Vec<Setup> = (1..=max_threads.max(1)).map(|threads| Setup { threads, ..*setup }).collect();
+    let mut rows = measure("scaling", subject, &setups, view, token)?;
+    let (build_ms, trace_ms) = (rows[0].build_ms, rows[0].trace_ms);
+    for measured in &mut rows {
+        measured.speedup = ratio(build_ms, measured.build_ms);
+        measured.trace_speedup = ratio(trace_ms, measured.trace_ms);
+    }
+    rows.into_iter().for_each(row);
+    Ok(())
+}
+
+/// `a / b`, where that is a number.
+fn ratio(a: f64, b: f64) -> Option<f64> {
+    Some(a / b).filter(|ratio| ratio.is_finite())
+}
