@@ -9,10 +9,13 @@ use std::process::ExitCode;
 
 use clap::{CommandFactory as _, Parser as _};
 
+use crate::bvh::ContainerKind;
 use crate::cancel::CancelToken;
+use crate::headless::jobs::Job;
+use crate::headless::plot::PlotJob;
 use crate::headless::{Context, Failure, Finished, RenderJob};
 use crate::scene::LoadOptions;
-use args::{Cli, CommandArgs, LoadArgs};
+use args::{Cli, CommandArgs, LoadArgs, MeasureArgs};
 
 /// Reads the program's arguments, does what they say, and returns the exit code: 0 done, 1 failed, 2 wrong usage, 3 done
 /// with warnings under `--strict`, 130 interrupted.
@@ -97,12 +100,40 @@ fn run_command(command: CommandArgs, token: CancelToken) -> Result<Finished, Fai
             let job: RenderJob = resolve::render(args);
             crate::headless::render::run(&job, &mut context)
         }
-        _ => Err(Failure::Failed("not there yet".to_owned())),
+        CommandArgs::Info(args) => {
+            context.threads = args.build.threads;
+            context.load = resolve::load(&args.load);
+            crate::headless::info::run(&resolve::info(args), &mut context)
+        }
+        CommandArgs::Plot(args) => {
+            let job = PlotJob { files: args.files, output: args.output };
+            crate::headless::plot::run(&job, &mut context)
+        }
+        CommandArgs::Bench(args) => {
+            let setups = resolve::setups(&args.tree, &args.measure, &ContainerKind::ALL);
+            measure(Job::Bench(setups, args.no_bvh), args.measure, &mut context)
+        }
+        CommandArgs::Scaling(args) => {
+            let setups = resolve::setups(&args.tree, &args.measure, &[ContainerKind::Aabb]);
+            let most = args.measure.threads.unwrap_or_else(rayon::current_num_threads);
+            measure(Job::Scaling(setups, most), args.measure, &mut context)
+        }
+        CommandArgs::Sweep(args) => measure(Job::Sweep(resolve::sweep(&args)), args.measure, &mut context),
+        CommandArgs::Compare(args) => {
+            let threads = args.measure.threads.unwrap_or(0);
+            measure(Job::Compare(args.container.0, threads), args.measure, &mut context)
+        }
     };
     let flushed = out.flush();
     let finished = result?;
     flushed?;
     Ok(finished)
+}
+
+fn measure(job: Job, args: MeasureArgs, context: &mut Context<'_>) -> Result<Finished, Failure> {
+    context.threads = args.threads;
+    context.load = resolve::load(&args.load);
+    crate::headless::jobs::run(&resolve::measure(job, args), context)
 }
 
 #[cfg(feature = "gui")]

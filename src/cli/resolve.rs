@@ -2,11 +2,17 @@
 
 #[cfg(feature = "gui")]
 use super::args::ViewerArgs;
-use super::args::{BuildArgs, CameraArgs, LoadArgs, OverlayArgs, PictureArgs, RenderArgs};
+use super::args::{
+    BuildArgs, CameraArgs, InfoArgs, LoadArgs, MeasureArgs, OneTreeArgs, OverlayArgs, PictureArgs, RenderArgs,
+    SweepArgs,
+};
 #[cfg(feature = "gui")]
 use crate::app::StartOptions;
 use crate::bvh::{BuildSettings, BuilderKind, ContainerKind, Preset};
+use crate::headless::info::InfoJob;
+use crate::headless::jobs::{Job, MeasureJob, Output};
 use crate::headless::{OverlayKinds, RenderJob};
+use crate::lab::{Setup, SweepPlan};
 use crate::overlay::OverlaySettings;
 use crate::render::RenderSettings;
 use crate::scene::{LoadOptions, SceneSource};
@@ -38,6 +44,50 @@ pub fn render(args: RenderArgs) -> RenderJob {
         output: args.output,
         depth_image: args.depth_image,
         json: args.json,
+    }
+}
+
+pub fn info(args: InfoArgs) -> InfoJob {
+    InfoJob {
+        source: args.model.unwrap_or_else(SceneSource::default_builtin),
+        build: build(&args.build),
+        json: args.json,
+    }
+}
+
+/// One setup a container: those that were asked for, or `containers`.
+pub fn setups(tree: &OneTreeArgs, measure: &MeasureArgs, containers: &[ContainerKind]) -> Vec<Setup> {
+    let containers = tree.container.as_ref().map_or(containers, |asked| &asked.0);
+    // Numbers of its own make it another tree than the preset's.
+    let preset = tree.preset.filter(|_| tree.threshold.is_none() && tree.epsilon.is_none());
+    let setup = |&container| Setup {
+        build: build_settings(tree.builder, tree.preset, tree.threshold, tree.epsilon, container),
+        preset,
+        threads: measure.threads.unwrap_or(0),
+    };
+    containers.iter().map(setup).collect()
+}
+
+pub fn sweep(args: &SweepArgs) -> SweepPlan {
+    SweepPlan {
+        thresholds: args.threshold.0.clone(),
+        epsilons: args.epsilon.0.clone(),
+        containers: args.container.0.clone(),
+        threads: args.measure.threads.unwrap_or(0),
+        shard: args.shard.unwrap_or((1, 1)),
+    }
+}
+
+pub fn measure(job: Job, args: MeasureArgs) -> MeasureJob {
+    let sources = if args.models.is_empty() { vec![SceneSource::default_builtin()] } else { args.models };
+    MeasureJob {
+        sources,
+        job,
+        camera: camera(&args.camera),
+        size: args.size,
+        traversal: args.traversal,
+        repeat: args.repeat,
+        output: Output { json: args.json, csv: args.csv, plot: args.plot },
     }
 }
 

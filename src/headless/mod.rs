@@ -2,7 +2,13 @@
 //! and return how they ended. Know no flags.
 
 mod context;
+
 pub mod render;
+
+pub mod info;
+
+pub mod jobs;
+pub mod plot;
 
 pub use context::{Context, Failure, Finished};
 pub use render::{OverlayKinds, RenderJob};

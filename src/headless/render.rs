@@ -104,6 +104,9 @@ pub fn run(job: &RenderJob, context: &mut Context<'_>) -> Result<Finished, Failu
         }
         check_target(path)?;
     }
+    if let Some(text) = job.build.refusal(0) {
+        return Err(Failure::Usage(text));
+    }
     if job.overlay.is_some() && !cfg!(feature = "gui") {
         return Err(Failure::Failed(
             "--overlay needs the feature 'gui', which this program was built without: leave --overlay out".to_owned(),

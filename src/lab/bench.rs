@@ -71,10 +71,8 @@ fn every_triangle(
             .try_reduce(
                 || (0, TestCounts::default()),
                 |(hits, a), (more, b)| {
-                    let counts = TestCounts {
-                        containers: a.containers + b.containers,
-                        primitives: a.primitives + b.primitives,
-                    };
+                    let counts =
+                        TestCounts { containers: a.containers + b.containers, primitives: a.primitives + b.primitives };
                     Ok((hits + more, counts))
                 },
             )

@@ -83,7 +83,8 @@ pub fn measure(
     view: &TraceView,
     token: &CancelToken,
 ) -> Result<Vec<Measurement>, LabError> {
-    let pools = setups.iter().map(|setup| pool(setup.threads)).collect::<Result<Vec<_>, _>>().map_err(LabError::Refused)?;
+    let pools =
+        setups.iter().map(|setup| pool(setup.threads)).collect::<Result<Vec<_>, _>>().map_err(LabError::Refused)?;
     let mut times: Vec<Times> = setups.iter().map(|_| Times::default()).collect();
     let mut accels: Vec<Arc<Accel>> = Vec::with_capacity(setups.len());
     // The first build of each is kept for tracing and gives the statistics.
@@ -138,7 +139,7 @@ pub fn measure(
             container_tests_per_ray: f64::from(tests.container_tests_per_ray),
             primitive_tests_per_ray: f64::from(tests.primitive_tests_per_ray),
             sah_cost: f64::from(stats.sah_cost),
-            epo: f64::from(accel.report.epo),
+            epo: f64::from(pool.install(|| accel.epo())),
             nodes: stats.nodes,
             leaves: stats.leaves,
             max_depth: stats.max_depth,

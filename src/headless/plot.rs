@@ -1,0 +1,64 @@
+//! `plot`: pictures from the JSON lines of the measuring commands, from any number of files.
+
+use std::io::{BufRead, BufReader, Read};
+use std::path::{Path, PathBuf};
+
+use super::{Context, Failure, Finished};
+use crate::export::{check_target, write_bytes};
+use crate::lab::Measurement;
+use crate::lab::plot::{PlotFormat, draw, panels};
+
+/// Longest line that is read, in bytes: a row has about a thousand.
+const MAX_LINE: u64 = 1 << 20;
+
+/// Files in, a picture out.
+#[derive(Debug, Clone, PartialEq)]
+pub struct PlotJob {
+    /// JSON lines; `-` is standard input.
+    pub files: Vec<PathBuf>,
+    /// The picture.
+    pub output: PathBuf,
+}
+
+/// Reads, draws, writes.
+pub fn run(job: &PlotJob, context: &mut Context<'_>) -> Result<Finished, Failure> {
+    let format = PlotFormat::of(&job.output).map_err(Failure::Usage)?;
+    check_target(&job.output)?;
+    let mut rows = Vec::new();
+    for path in &job.files {
+        context.token.check()?;
+        if path.as_os_str() == "-" {
+            read_rows(Path::new("standard input"), std::io::stdin().lock(), &mut rows)?;
+        } else {
+            let file =
+                std::fs::File::open(path).map_err(|error| Failure::Failed(format!("{}: {error}", path.display())))?;
+            read_rows(path, file, &mut rows)?;
+        }
+    }
+    let picture = panels(&rows).and_then(|panels| draw(&panels, format)).map_err(Failure::Failed)?;
+    write_bytes(&job.output, &picture)?;
+    Ok(Finished::default())
+}
+
+/// Appends the rows of one file; blank lines are skipped.
+fn read_rows(path: &Path, file: impl Read, rows: &mut Vec<Measurement>) -> Result<(), Failure> {
+    let mut reader = BufReader::new(file);
+    let mut line = String::new();
+    for number in 1.. {
+        line.clear();
+        let at = |reason: &str| Failure::Failed(format!("{}:{number}: {reason}", path.display()));
+        let read = (&mut reader).take(MAX_LINE).read_line(&mut line).map_err(|error| at(&error.to_string()))?;
+        if read == 0 {
+            break;
+        }
+        if read as u64 == MAX_LINE {
+            return Err(at("this line is too long to be a row"));
+        }
+        if !line.trim().is_empty() {
+            let row = serde_json::from_str(&line)
+                .map_err(|error| at(&format!("not a row of bench, sweep, scaling or compare: {error}")))?;
+            rows.push(row);
+        }
+    }
+    Ok(())
+}

@@ -1,0 +1,151 @@
+//! What is sick about a scene or its tree, in sentences.
+
+use std::collections::HashSet;
+
+use serde::Serialize;
+
+use crate::accel::Accel;
+use crate::geometry::Triangle;
+use crate::scene::Scene;
+
+/// Longest edge over the height on it: beyond this a triangle is a sliver.
+const SLIVER_ASPECT: f32 = 100.0;
+
+/// One thing that makes tracing slow or a picture wrong.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Finding {
+    /// Its kind: "deep-tree", "duplicates", "degenerate", "slivers", "huge-triangles", "large-leaf", "overlap".
+    pub kind: &'static str,
+    /// How many triangles, nodes or levels.
+    pub count: usize,
+    /// What it is, what it costs, and what helps.
+    pub text: String,
+}
+
+/// Looks at the triangles alone.
+pub fn examine_scene(scene: &Scene) -> Vec<Finding> {
+    let triangles = &scene.triangles;
+    let total = triangles.len();
+    let mut findings = Vec::new();
+    let mut add = |kind, count: usize, text: String| {
+        if count > 0 {
+            findings.push(Finding { kind, count, text });
+        }
+    };
+    let duplicates = count_duplicates(triangles);
+    add(
+        "duplicates",
+        duplicates,
+        format!("{duplicates} of {total} triangles lie exactly on another one: each is tested for nothing"),
+    );
+    let degenerate = triangles.iter().filter(|triangle| triangle.scaled_normal().length_squared() == 0.0).count();
+    add("degenerate", degenerate, format!("{degenerate} of {total} triangles have no area: no ray ever hits them"));
+    let slivers = triangles.iter().filter(|triangle| is_sliver(triangle)).count();
+    // A few slivers are in every model; a twentieth of it shapes the tree.
+    if slivers * 20 >= total {
+        add(
+            "slivers",
+            slivers,
+            format!(
+                "{slivers} of {total} triangles are more than {SLIVER_ASPECT} times as long as high: their containers are \
+                 mostly empty and overlap; remeshing or splitting them helps"
+            ),
+        );
+    }
+    let half_diagonal = scene.bounds.extent().length() * 0.5;
+    let huge = triangles.iter().filter(|triangle| triangle.bounds().extent().length() > half_diagonal).count();
+    if total > 1000 {
+        add(
+            "huge-triangles",
+            huge,
+            format!(
+                "{huge} of {total} triangles are more than half as large as the whole scene: every container above them is \
+                 as large, and most rays test them"
+            ),
+        );
+    }
+    findings
+}
+
+/// Looks at the tree: its depth, leaves and end-point overlap `epo`.
+pub fn examine_tree(accel: &Accel, epo: f32) -> Vec<Finding> {
+    let stats = &accel.report.stats;
+    let mut findings = Vec::new();
+    let balanced = (stats.leaves.max(1) as f32).log2().ceil() as u32;
+    if stats.max_depth > 2 * balanced + 16 {
+        findings.push(Finding {
+            kind: "deep-tree",
+            count: stats.max_depth as usize,
+            text: format!(
+                "the tree is {} levels deep where {balanced} would hold its leaves: some branches are nearly lists",
+                stats.max_depth
+            ),
+        });
+    }
+    if stats.max_leaf_size > 64 && stats.leaves > 1 {
+        findings.push(Finding {
+            kind: "large-leaf",
+            count: stats.max_leaf_size as usize,
+            text: format!("a leaf holds {} triangles: each ray that reaches it tests them all", stats.max_leaf_size),
+        });
+    }
+    if epo > 2.0 {
+        findings.push(Finding {
+            kind: "overlap",
+            count: 1,
+            text: format!(
+                "end-point overlap is {epo:.2}: much of the surface lies inside containers that do not hold it; a higher \
+                 threshold or box containers help"
+            ),
+        });
+    }
+    findings
+}
+
+/// Triangles whose three corners, in any order, are those of an earlier one.
+fn count_duplicates(triangles: &[Triangle]) -> usize {
+    let mut seen = HashSet::with_capacity(triangles.len());
+    triangles
+        .iter()
+        .filter(|triangle| {
+            // Adding zero makes −0 and 0 the same bits.
+            let mut corners =
+                [triangle.a, triangle.b, triangle.c].map(|corner| corner.to_array().map(|x| (x + 0.0).to_bits()));
+            corners.sort_unstable();
+            !seen.insert(corners)
+        })
+        .count()
+}
+
+/// Whether the longest edge is much longer than the height on it; triangles without area are counted elsewhere.
+fn is_sliver(triangle: &Triangle) -> bool {
+    let edges = [triangle.b - triangle.a, triangle.c - triangle.b, triangle.a - triangle.c];
+    let longest_squared = edges.iter().map(|edge| edge.length_squared()).fold(0.0, f32::max);
+    let doubled_area = triangle.scaled_normal().length();
+    // Height on the longest edge = doubled area over that edge.
+    doubled_area > 0.0 && longest_squared > SLIVER_ASPECT * doubled_area
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::Vec3;
+
+    use super::*;
+
+    #[test]
+    fn duplicates_are_found_in_any_corner_order() {
+        let a = Triangle { a: Vec3::ZERO, b: Vec3::X, c: Vec3::Y };
+        let b = Triangle { a: Vec3::Y, b: Vec3::new(-0.0, 0.0, 0.0), c: Vec3::X };
+        let c = Triangle { a: Vec3::ZERO, b: Vec3::X, c: Vec3::Z };
+        assert_eq!(count_duplicates(&[a, b, c, a]), 2);
+        assert_eq!(count_duplicates(&[a, c]), 0);
+    }
+
+    #[test]
+    fn slivers_are_long_and_low() {
+        let thin = Triangle { a: Vec3::ZERO, b: Vec3::X, c: Vec3::new(0.5, 0.001, 0.0) };
+        let good = Triangle { a: Vec3::ZERO, b: Vec3::X, c: Vec3::Y };
+        assert!(is_sliver(&thin));
+        assert!(!is_sliver(&good));
+    }
+}
