@@ -89,7 +89,8 @@ pub fn examine_tree(accel: &Accel, epo: f32) -> Vec<Finding> {
             text: format!("a leaf holds {} triangles: each ray that reaches it tests them all", stats.max_leaf_size),
         });
     }
-    if epo > 2.0 {
+    // The overlap is in the unit of the SAH cost: near it, rays do as much for nothing as for something.
+    if epo > 0.75 * stats.sah_cost {
         findings.push(Finding {
             kind: "overlap",
             count: 1,
