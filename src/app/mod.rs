@@ -23,6 +23,7 @@ mod storage;
 pub mod undo;
 
 pub mod commands;
+pub mod format;
 pub mod panels;
 pub mod theme;
 

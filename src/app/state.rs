@@ -222,6 +222,8 @@ pub struct AppState {
     pub viewport_px: [u32; 2],
     /// The graphics driver failed: picture and containers are no longer drawn by it.
     pub overlay_failed: bool,
+    /// The up axis chosen by hand, and the model that it was chosen for.
+    pub chosen_up: Option<(SceneSource, Vec3)>,
 }
 
 impl Wanted {
@@ -261,6 +263,7 @@ impl AppState {
             adapter: (String::new(), false),
             viewport_px: [0, 0],
             overlay_failed: false,
+            chosen_up: None,
         }
     }
 
@@ -274,9 +277,13 @@ impl AppState {
         self.undo.redo(&mut self.wanted)
     }
 
-    /// The scene's up axis; y where nothing is loaded.
+    /// The scene's up axis or the one chosen for it by hand; y where nothing is loaded.
     pub fn up(&self) -> Vec3 {
-        self.presented.as_ref().map_or(Vec3::Y, |presented| presented.accel.scene.up)
+        let Some(presented) = &self.presented else { return Vec3::Y };
+        match &self.chosen_up {
+            Some((source, up)) if *source == presented.accel.scene.source => *up,
+            _ => presented.accel.scene.up,
+        }
     }
 
     /// The box around the presented scene.

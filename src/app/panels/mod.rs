@@ -1,23 +1,96 @@
-//! What stands around the viewport and over it.
+//! What stands around the viewport and over it. Panels read and edit [`AppState`] and never start work.
 
-use eframe::egui;
+mod containers;
+mod depth_bar;
+mod effects;
+mod gizmo;
+mod histogram;
+mod job_strip;
+mod legend;
+mod menu;
+mod messages;
+pub mod palette;
+mod picture;
+mod pointer;
+mod selection;
+mod shortcuts;
+mod start_page;
+mod statistics;
+mod tree;
+mod widgets;
+
+use eframe::egui::{self, Frame, Margin, Panel, ScrollArea, Ui};
 
 use super::state::AppState;
 
+/// Width of the side panels at first start in points.
+const SIDE_WIDTH: f32 = 260.0;
+
 /// The menu bar.
-pub fn top(_ui: &mut egui::Ui, _state: &mut AppState) {}
+pub fn top(ui: &mut Ui, state: &mut AppState) {
+    let frame = panel_frame(ui, Margin::symmetric(8, 4));
+    Panel::top("menu bar").frame(frame).show(ui, |ui| menu::show(ui, state));
+}
 
 /// Scene, statistics, selection.
-pub fn left(_ui: &mut egui::Ui, _state: &mut AppState) {}
+pub fn left(ui: &mut Ui, state: &mut AppState) {
+    let mut open = state.preferences.left_open;
+    let panel = Panel::left("left panel").default_size(SIDE_WIDTH - 12.0).size_range(200.0..=400.0);
+    panel.frame(panel_frame(ui, Margin::ZERO)).show_collapsible(ui, &mut open, |ui| {
+        scroll(ui, "left scroll", |ui| {
+            statistics::show(ui, state);
+            selection::show(ui, state);
+        });
+    });
+    state.preferences.left_open = open;
+}
 
 /// Tree, containers, picture.
-pub fn right(_ui: &mut egui::Ui, _state: &mut AppState) {}
+pub fn right(ui: &mut Ui, state: &mut AppState) {
+    let mut open = state.preferences.right_open;
+    let panel = Panel::right("right panel").default_size(SIDE_WIDTH + 16.0).size_range(240.0..=420.0);
+    panel.frame(panel_frame(ui, Margin::ZERO)).show_collapsible(ui, &mut open, |ui| {
+        scroll(ui, "right scroll", |ui| {
+            tree::show(ui, state);
+            containers::show(ui, state);
+            picture::show(ui, state);
+        });
+    });
+    state.preferences.right_open = open;
+}
 
 /// Depth bar and job strip.
-pub fn bottom(_ui: &mut egui::Ui, _state: &mut AppState) {}
+pub fn bottom(ui: &mut Ui, state: &mut AppState) {
+    let frame = panel_frame(ui, Margin::symmetric(12, 4));
+    Panel::bottom("job strip").frame(frame).show(ui, |ui| job_strip::show(ui, state));
+    let frame = panel_frame(ui, Margin::symmetric(12, 4));
+    Panel::bottom("depth bar").frame(frame).show(ui, |ui| depth_bar::show(ui, state));
+}
 
 /// Legend, gizmo, messages, help and the hovered value, over the viewport's rectangle.
-pub fn over_viewport(_ui: &mut egui::Ui, _rect: egui::Rect, _state: &mut AppState) {}
+pub fn over_viewport(ui: &mut Ui, rect: egui::Rect, state: &mut AppState) {
+    legend::show(ui, rect, state);
+    gizmo::show(ui, rect, state);
+    pointer::show(ui, rect, state);
+    messages::show(ui, rect, state);
+}
 
 /// Command palette, shortcuts, start page.
-pub fn windows(_ctx: &egui::Context, _state: &mut AppState) {}
+pub fn windows(ctx: &egui::Context, state: &mut AppState) {
+    start_page::show(ctx, state);
+    shortcuts::show(ctx, state);
+    palette::show(ctx, state);
+}
+
+fn panel_frame(ui: &Ui, margin: Margin) -> Frame {
+    Frame::new().fill(ui.visuals().panel_fill).inner_margin(margin)
+}
+
+/// A side panel's content: scrolls where the window is too low.
+fn scroll(ui: &mut Ui, id: &str, content: impl FnOnce(&mut Ui)) {
+    ScrollArea::vertical()
+        .id_salt(id)
+        .auto_shrink(false)
+        .content_margin(Margin { left: 12, right: 12, top: 0, bottom: 8 })
+        .show(ui, content);
+}

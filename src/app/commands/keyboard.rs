@@ -1,0 +1,65 @@
+//! Keys into actions.
+
+use eframe::egui::{self, Event, Key, Modifiers};
+
+use super::{Action, entries};
+use crate::app::state::AppState;
+
+/// Carries out what was asked for by keys. A focused text field keeps its keys; the palette, while open, keeps all but
+/// Ctrl+P and Esc.
+pub fn handle_shortcuts(ctx: &egui::Context, state: &mut AppState) {
+    let typing = ctx.text_edit_focused() || (state.palette.is_some() && ctx.egui_wants_keyboard_input());
+    let mut actions = Vec::new();
+    ctx.input_mut(|input| {
+        input.events.retain(|event| {
+            let Event::Key { key, pressed: true, modifiers, repeat, .. } = event else { return true };
+            let Some(action) = action_of(*key, *modifiers) else { return true };
+            let opens_lists = matches!(action, Action::Palette | Action::Shortcuts) && *key != Key::Questionmark;
+            let closes = action == Action::Cancel && windows_open(state);
+            if (typing || state.palette.is_some()) && !opens_lists && !closes {
+                return true;
+            }
+            if !repeat || repeats(action) {
+                actions.push(action);
+            }
+            false
+        });
+    });
+    for action in actions {
+        if action.is_enabled(state) || action == Action::Cancel {
+            action.perform(state);
+        }
+    }
+}
+
+/// The action of a key with exactly these modifiers.
+fn action_of(key: Key, modifiers: Modifiers) -> Option<Action> {
+    let matches = |wanted: &egui::KeyboardShortcut| {
+        let shift_is_part_of_key = matches!(key, Key::Questionmark | Key::Plus);
+        let shift = shift_is_part_of_key || wanted.modifiers.shift == modifiers.shift;
+        wanted.logical_key == key
+            && shift
+            && wanted.modifiers.alt == modifiers.alt
+            && wanted.modifiers.command == (modifiers.command || modifiers.ctrl)
+    };
+    entries().iter().find(|entry| entry.shortcuts.iter().any(matches)).map(|entry| entry.action)
+}
+
+/// Whether holding the key down repeats the action.
+fn repeats(action: Action) -> bool {
+    matches!(
+        action,
+        Action::RaiseThreshold
+            | Action::LowerThreshold
+            | Action::Deeper
+            | Action::Shallower
+            | Action::SelectParent
+            | Action::SelectChild
+            | Action::Undo
+            | Action::Redo
+    )
+}
+
+fn windows_open(state: &AppState) -> bool {
+    state.palette.is_some() || state.shortcuts_open || state.start_page_open
+}

@@ -1,0 +1,197 @@
+//! What actions do: edits of plain values, and requests for everything else.
+
+use glam::Vec3;
+
+use super::{Action, ViewDirection, report, walk};
+use crate::app::orbit;
+use crate::app::state::{AppState, Navigation, Request, Severity};
+use crate::bvh::{BuildSettings, BuilderKind};
+use crate::camera::Projection;
+use crate::overlay::OverlaySettings;
+use crate::render::{RenderSettings, Shading};
+use crate::scene::{BUILTIN_SCENES, SceneSource};
+
+impl Action {
+    /// Does it.
+    pub fn perform(self, state: &mut AppState) {
+        match self {
+            Self::Open => state.requests.push(Request::OpenDialog),
+            Self::OpenRecent(index) => {
+                if let Some(path) = state.preferences.recent.get(index) {
+                    state.requests.push(Request::Open(SceneSource::File(path.clone())));
+                }
+            }
+            Self::OpenBuiltin(index) => {
+                if let Some(scene) = BUILTIN_SCENES.get(index) {
+                    let source = SceneSource::Builtin { name: scene.name.to_owned(), size: None };
+                    state.requests.push(Request::Open(source));
+                }
+            }
+            Self::Reload => state.requests.push(Request::Reload),
+            Self::Screenshot => state.requests.push(Request::Screenshot),
+            Self::StartPage => state.start_page_open = !state.start_page_open,
+            Self::CopyCommandLine => copy(state, report::command_line(state), "The command line"),
+            Self::CopyStatistics => {
+                if let Some(text) = report::statistics_text(state) {
+                    copy(state, text, "All numbers");
+                }
+            }
+            Self::Quit => state.requests.push(Request::Quit),
+            Self::View(direction) => look(state, direction),
+            Self::ToggleOrthographic => {
+                let projection = &mut state.wanted.camera.projection;
+                *projection = match projection {
+                    Projection::Perspective => Projection::Orthographic,
+                    Projection::Orthographic => Projection::Perspective,
+                };
+            }
+            Self::ToggleUpAxis => toggle_up(state),
+            Self::ToggleFly => {
+                let navigation = &mut state.preferences.navigation;
+                *navigation = match navigation {
+                    Navigation::Orbit => Navigation::Fly,
+                    Navigation::Fly => Navigation::Orbit,
+                };
+            }
+            Self::ResetView => {
+                if let Some(bounds) = state.bounds() {
+                    let up = state.up();
+                    orbit::reset(&mut state.wanted.camera, &bounds, up);
+                }
+            }
+            Self::FrameSelection => frame_selection(state),
+            Self::ToggleContainers => flip(&mut state.preferences.show_containers),
+            Self::ToggleGeometry => flip(&mut state.preferences.show_geometry),
+            Self::FitHeatRange => fit_heat_range(state),
+            Self::Shade(shading) => state.wanted.render.shading = shading,
+            Self::ToggleLeftPanel => flip(&mut state.preferences.left_open),
+            Self::ToggleRightPanel => flip(&mut state.preferences.right_open),
+            Self::Theme(theme) => state.preferences.theme = theme,
+            Self::Preset(preset) => {
+                state.wanted.build = BuildSettings::preset(preset, state.wanted.build.container);
+            }
+            Self::Builder(builder) => state.wanted.build.builder = builder,
+            Self::Container(container) => state.wanted.build.container = container,
+            Self::RaiseThreshold => step_threshold(state, 1),
+            Self::LowerThreshold => step_threshold(state, -1),
+            Self::Deeper => step_depth(state, 1),
+            Self::Shallower => step_depth(state, -1),
+            Self::ToggleLeavesOnly => flip(&mut state.wanted.overlay.leaves_only),
+            Self::ToggleParents => flip(&mut state.wanted.overlay.parents),
+            Self::SelectParent | Self::SelectChild | Self::SelectSibling => {
+                if let Some(node) = walk::target(self, state) {
+                    state.selection.selected = Some(node);
+                }
+            }
+            Self::HideSelected => state.selection.hidden.extend(state.selection.selected),
+            Self::ShowAll => state.selection.hidden.clear(),
+            Self::ResetSettings => {
+                state.wanted.build = BuildSettings::default();
+                state.wanted.threads = 0;
+                state.wanted.render = RenderSettings::default();
+                state.wanted.overlay = OverlaySettings::default();
+            }
+            Self::Cancel => cancel(state),
+            Self::Undo => {
+                state.undo();
+            }
+            Self::Redo => {
+                state.redo();
+            }
+            Self::Palette => state.palette = if state.palette.is_some() { None } else { Some(String::new()) },
+            Self::Shortcuts => flip(&mut state.shortcuts_open),
+        }
+    }
+}
+
+fn flip(value: &mut bool) {
+    *value = !*value;
+}
+
+/// Copies `text` and says so.
+fn copy(state: &mut AppState, text: String, what: &str) {
+    state.requests.push(Request::Copy(text));
+    state.tell(Severity::Info, format!("{what} copied"));
+}
+
+/// Closes what is open, else stops what runs, else clears the selection. Refinement of the picture is stopped last: it
+/// runs after every change.
+fn cancel(state: &mut AppState) {
+    if state.palette.take().is_some() {
+        return;
+    }
+    if state.shortcuts_open || state.start_page_open {
+        state.shortcuts_open = false;
+        state.start_page_open = false;
+    } else if state.jobs.load.is_some() || state.jobs.build.is_some() {
+        state.requests.push(Request::CancelJobs);
+    } else if state.selection.selected.is_some() || state.picked.is_some() {
+        state.selection.selected = None;
+        state.picked = None;
+    } else if state.jobs.render.is_some() {
+        state.requests.push(Request::CancelJobs);
+    }
+}
+
+/// The direction from the target to the eye for a view key.
+fn look(state: &mut AppState, direction: ViewDirection) {
+    let up = state.up();
+    let (front, right) = orbit::front_and_right(up);
+    let axis = match direction {
+        ViewDirection::Front => front,
+        ViewDirection::Back => -front,
+        ViewDirection::Right => right,
+        ViewDirection::Left => -right,
+        ViewDirection::Top => up,
+        ViewDirection::Bottom => -up,
+    };
+    orbit::view_along(&mut state.wanted.camera, axis, up);
+}
+
+/// Swaps y and z as up axis and turns the camera with it, so that front stays front.
+fn toggle_up(state: &mut AppState) {
+    let Some(source) = state.presented.as_ref().map(|shown| shown.accel.scene.source.clone()) else { return };
+    let old = state.up();
+    let new = if old.y.abs() > 0.5 { Vec3::Z } else { Vec3::Y };
+    let turn = glam::Quat::from_rotation_arc(old, new);
+    let camera = &mut state.wanted.camera;
+    camera.eye = camera.target + turn * (camera.eye - camera.target);
+    camera.up = (turn * camera.up).normalize_or(new);
+    state.chosen_up = Some((source, new));
+}
+
+fn frame_selection(state: &mut AppState) {
+    let selected = state.selection.selected.and_then(|node| {
+        let shown = state.presented.as_ref()?;
+        ((node as usize) < shown.table.len()).then(|| shown.table.node_box(node))
+    });
+    if let Some(bounds) = selected.or_else(|| state.bounds()) {
+        orbit::frame_all(&mut state.wanted.camera, &bounds);
+    }
+}
+
+/// Fixes the range that fits the presented picture.
+fn fit_heat_range(state: &mut AppState) {
+    let Some(shown) = &state.presented else { return };
+    if matches!(state.wanted.render.shading, Shading::Heat(_)) && !shown.frame.values.is_empty() {
+        state.wanted.render.heat_range = Some(shown.frame.fitted_range());
+    }
+}
+
+/// One step of the threshold. The keys belong to the agglomerative builder.
+fn step_threshold(state: &mut AppState, step: i32) {
+    let build = &mut state.wanted.build;
+    build.builder = BuilderKind::Aac;
+    build.threshold =
+        build.threshold.saturating_add_signed(step).clamp(BuildSettings::MIN_THRESHOLD, BuildSettings::MAX_THRESHOLD);
+}
+
+/// Moves the shown range of depths, keeping its length, within the tree.
+fn step_depth(state: &mut AppState, step: i32) {
+    let max_depth = state.presented.as_ref().map_or(64, |shown| shown.accel.tree.max_depth());
+    let [from, to] = state.wanted.overlay.depth.map(|depth| depth.min(max_depth));
+    let fits = if step > 0 { to < max_depth } else { from > 0 };
+    if fits {
+        state.wanted.overlay.depth = [from.saturating_add_signed(step), to.saturating_add_signed(step)];
+    }
+}

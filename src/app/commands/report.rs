@@ -1,0 +1,115 @@
+//! The present state as text: the command line that repeats it, and all numbers.
+
+use std::fmt::Write as _;
+
+use crate::app::format;
+use crate::app::state::{AppState, Wanted};
+use crate::bvh::stats::{INTERSECTION_COST, TRAVERSAL_COST};
+use crate::bvh::traverse::Traversal;
+use crate::camera::Projection;
+use crate::render::Light;
+
+/// The command that makes the picture on the screen without a window.
+pub fn command_line(state: &AppState) -> String {
+    let Wanted { source, build, threads, camera, render, overlay } = &state.wanted;
+    let vector = |v: glam::Vec3| format!("{},{},{}", v.x, v.y, v.z);
+    let mut line = format!("bvhscope render {} -o bvhscope.png", quote(&source.to_string()));
+    let mut flag = |name: &str, value: String| {
+        let _ = write!(line, " {name} {value}");
+    };
+    flag("--builder", build.builder.name().to_owned());
+    flag("--container", build.container.name().to_owned());
+    flag("--threshold", build.threshold.to_string());
+    flag("--epsilon", build.epsilon.to_string());
+    if *threads > 0 {
+        flag("--threads", threads.to_string());
+    }
+    let [width, height] = state.viewport_px;
+    if width > 0 && height > 0 {
+        flag("--size", format!("{width}x{height}"));
+    }
+    flag("--eye", vector(camera.eye));
+    flag("--target", vector(camera.target));
+    flag("--up", vector(camera.up));
+    flag("--fov", format::significant(f64::from(camera.fov_y.to_degrees())));
+    flag("--shading", render.shading.name().to_owned());
+    if render.traversal == Traversal::Paper {
+        flag("--traversal", "paper".to_owned());
+    }
+    if render.light == Light::Headlight {
+        flag("--light", "headlight".to_owned());
+    }
+    if state.preferences.show_containers {
+        let kind = match (overlay.show_boxes, overlay.show_spheres) {
+            (true, true) => "both",
+            (true, false) => "box",
+            (false, true) => "sphere",
+            (false, false) => "",
+        };
+        if !kind.is_empty() {
+            flag("--overlay", kind.to_owned());
+            flag("--depth", format!("{}..{}", overlay.depth[0], overlay.depth[1]));
+        }
+    }
+    if camera.projection == Projection::Orthographic {
+        line.push_str(" --orthographic");
+    }
+    line
+}
+
+/// A shell word.
+fn quote(text: &str) -> String {
+    let plain = |c: char| c.is_ascii_alphanumeric() || "/._-:+".contains(c);
+    if !text.is_empty() && text.chars().all(plain) {
+        text.to_owned()
+    } else {
+        format!("'{}'", text.replace('\'', r"'\''"))
+    }
+}
+
+/// Every number on the screen, one a line; `None` before the first picture.
+pub fn statistics_text(state: &AppState) -> Option<String> {
+    let shown = state.presented.as_ref()?;
+    let (scene, report, frame) = (&shown.accel.scene, &shown.accel.report, &shown.frame);
+    let (stats, settings) = (&report.stats, &shown.accel.settings);
+    let mut text = String::new();
+    let mut line = |name: &str, value: String| {
+        let _ = writeln!(text, "{name}\t{value}");
+    };
+    let number = |value: f32| format::significant(f64::from(value));
+    line("Model", scene.source.to_string());
+    line("Triangles", format::count(scene.triangles.len() as u64));
+    line("Builder", settings.builder.label().to_owned());
+    line("Container", settings.container.label().to_owned());
+    line("Threshold", settings.threshold.to_string());
+    line("Reduction ε", settings.epsilon.to_string());
+    line("Threads", report.threads.to_string());
+    line("Build time", format::duration(report.build_time));
+    for (stage, time) in &report.stages.stages {
+        line(&format!("Build: {stage}"), format::duration(*time));
+    }
+    line("SAH cost", format!("{} (container {TRAVERSAL_COST}, triangle {INTERSECTION_COST})", number(stats.sah_cost)));
+    if let Some(epo) = shown.accel.known_epo() {
+        line("End-point overlap", number(epo));
+    }
+    line("Nodes", format::count(stats.nodes as u64));
+    line("Leaves", format::count(stats.leaves as u64));
+    line("Depth", stats.max_depth.to_string());
+    line(
+        "Leaf size",
+        format!("{} to {}, mean {}", stats.min_leaf_size, stats.max_leaf_size, number(stats.mean_leaf_size)),
+    );
+    line("Tree memory", format::bytes(report.tree_bytes));
+    line("Triangle memory", format::bytes(report.triangle_bytes));
+    line("Trace time", format::duration(frame.stats.trace_time));
+    line("Primary rays", format::count(frame.stats.primary_rays));
+    line("Hits", format::count(frame.stats.hits));
+    line("Mray/s", format::significant(state.mrays_per_s));
+    if let Some(tests) = frame.stats.container_tests_per_ray {
+        line("Container tests per ray", number(tests));
+    }
+    if let Some(tests) = frame.stats.primitive_tests_per_ray {
+        line("Primitive tests per ray", number(tests));
+    }
+    Some(text)
+}

@@ -1,0 +1,37 @@
+//! Steps from node to node of the tree.
+
+use super::Action;
+use crate::app::state::AppState;
+use crate::overlay::NodeTable;
+
+/// The other child of the same parent; `None` for the root.
+fn sibling(table: &NodeTable, node: u32) -> Option<u32> {
+    let [first, second] = table.children(parent(table, node)?)?;
+    Some(if node == first { second } else { first })
+}
+
+/// The node above; `None` for the root.
+fn parent(table: &NodeTable, node: u32) -> Option<u32> {
+    table.parents.get(node as usize).copied().filter(|&parent| parent != node)
+}
+
+/// Where a walking action leads from the selected node.
+pub(super) fn target(action: Action, state: &AppState) -> Option<u32> {
+    let table = &state.presented.as_ref()?.table;
+    let Some(node) = state.selection.selected.filter(|&node| (node as usize) < table.len()) else {
+        return (action == Action::SelectChild && !table.is_empty()).then_some(0);
+    };
+    match action {
+        Action::SelectParent => parent(table, node),
+        Action::SelectChild => {
+            // Back down the way that the walk came up, where the picked triangle lies below.
+            let picked = state.picked.as_ref().and_then(|(_, path)| {
+                let here = path.iter().position(|&step| step == node)?;
+                path.get(here + 1).copied()
+            });
+            picked.or_else(|| table.children(node).map(|[first, _]| first))
+        }
+        Action::SelectSibling => sibling(table, node),
+        _ => None,
+    }
+}

@@ -1,0 +1,160 @@
+//! Numbers as people read them: one helper for each kind of value.
+
+use std::time::Duration;
+
+/// `1234567` as `1,234,567`.
+pub fn count(value: u64) -> String {
+    let digits = value.to_string();
+    let mut text = String::with_capacity(digits.len() + digits.len() / 3);
+    for (index, digit) in digits.chars().enumerate() {
+        if index > 0 && (digits.len() - index).is_multiple_of(3) {
+            text.push(',');
+        }
+        text.push(digit);
+    }
+    text
+}
+
+/// Three significant digits without an exponent: `0.0123`, `1.23`, `12.3`, `123`, `1,234`. Zero is `0`.
+pub fn significant(value: f64) -> String {
+    if !value.is_finite() {
+        return "–".to_owned();
+    }
+    let magnitude = value.abs();
+    if magnitude == 0.0 {
+        "0".to_owned()
+    } else if magnitude >= 99.95 {
+        let text = count(magnitude.round() as u64);
+        if value < 0.0 { format!("−{text}") } else { text }
+    } else {
+        let decimals = (2 - magnitude.log10().floor() as i32).clamp(1, 6) as usize;
+        let text = format!("{magnitude:.decimals$}");
+        if value < 0.0 { format!("−{text}") } else { text }
+    }
+}
+
+/// A duration with its unit: `850 µs`, `12.3 ms`, `1.24 s`, `3 min 20 s`.
+pub fn duration(value: Duration) -> String {
+    let (number, unit) = duration_parts(value);
+    format!("{number} {unit}")
+}
+
+/// A duration as number and unit, for aligned columns.
+pub fn duration_parts(value: Duration) -> (String, &'static str) {
+    let seconds = value.as_secs_f64();
+    if seconds >= 100.0 {
+        let whole = seconds.round() as u64;
+        (format!("{} min {}", whole / 60, whole % 60), "s")
+    } else if seconds >= 0.999_5 {
+        (significant(seconds), "s")
+    } else if seconds >= 0.000_999_5 || seconds == 0.0 {
+        (significant(seconds * 1e3), "ms")
+    } else {
+        (significant(seconds * 1e6), "µs")
+    }
+}
+
+/// Bytes with a binary unit: `812 B`, `12.3 KiB`, `1.20 GiB`.
+pub fn bytes(value: usize) -> String {
+    let (number, unit) = bytes_parts(value);
+    format!("{number} {unit}")
+}
+
+/// Bytes as number and unit, for aligned columns.
+pub fn bytes_parts(value: usize) -> (String, &'static str) {
+    const UNITS: [&str; 5] = ["B", "KiB", "MiB", "GiB", "TiB"];
+    let mut number = value as f64;
+    let mut unit = 0;
+    while number >= 1023.5 && unit + 1 < UNITS.len() {
+        number /= 1024.0;
+        unit += 1;
+    }
+    let text = if unit == 0 { value.to_string() } else { significant(number) };
+    (text, UNITS[unit])
+}
+
+/// A share between 0 and 1 as a percentage: `0.04 %`, `12.3 %`.
+pub fn percent(share: f64) -> String {
+    format!("{} %", significant(share * 100.0))
+}
+
+/// The change from `before` to `after` as a signed percentage: `−4 %`, `+0.3 %`.
+pub fn change(before: f64, after: f64) -> String {
+    if before == 0.0 || !before.is_finite() || !after.is_finite() {
+        return String::new();
+    }
+    let percent = (after - before) / before.abs() * 100.0;
+    let sign = if percent < 0.0 { '−' } else { '+' };
+    let magnitude = percent.abs();
+    if magnitude >= 9.95 { format!("{sign}{magnitude:.0} %") } else { format!("{sign}{magnitude:.1} %") }
+}
+
+/// At most `max_chars` characters, the middle left out: `conference_ro…final.obj` keeps what tells names apart.
+pub fn elide_middle(text: &str, max_chars: usize) -> String {
+    let length = text.chars().count();
+    if length <= max_chars || max_chars < 3 {
+        return text.to_owned();
+    }
+    let tail = (max_chars - 1) / 2;
+    let head = max_chars - 1 - tail;
+    let start: String = text.chars().take(head).collect();
+    let end: String = text.chars().skip(length - tail).collect();
+    format!("{start}…{end}")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn counts_have_thousands_separators() {
+        assert_eq!(count(0), "0");
+        assert_eq!(count(999), "999");
+        assert_eq!(count(1_000), "1,000");
+        assert_eq!(count(69_451), "69,451");
+        assert_eq!(count(1_234_567), "1,234,567");
+    }
+
+    #[test]
+    fn numbers_keep_three_significant_digits() {
+        let cases = [(0.0, "0"), (0.0123, "0.0123"), (1.234, "1.23"), (12.34, "12.3"), (99.96, "100")];
+        for (value, text) in cases {
+            assert_eq!(significant(value), text);
+        }
+        assert_eq!(significant(12_345.6), "12,346");
+        assert_eq!(significant(-1.5), "−1.50");
+        assert_eq!(significant(f64::NAN), "–");
+    }
+
+    #[test]
+    fn durations_choose_their_unit() {
+        assert_eq!(duration(Duration::from_micros(12_340)), "12.3 ms");
+        assert_eq!(duration(Duration::from_micros(850)), "850 µs");
+        assert_eq!(duration(Duration::from_millis(1_240)), "1.24 s");
+        assert_eq!(duration(Duration::from_secs(200)), "3 min 20 s");
+        assert_eq!(duration(Duration::ZERO), "0 ms");
+    }
+
+    #[test]
+    fn bytes_have_binary_units() {
+        assert_eq!(bytes(812), "812 B");
+        assert_eq!(bytes(12_595), "12.3 KiB");
+        assert_eq!(bytes(1 << 20), "1.00 MiB");
+    }
+
+    #[test]
+    fn changes_are_signed() {
+        assert_eq!(change(36.1, 34.6), "−4.2 %");
+        assert_eq!(change(2.0, 3.0), "+50 %");
+        assert_eq!(change(0.0, 3.0), "");
+        assert_eq!(percent(0.123), "12.3 %");
+    }
+
+    #[test]
+    fn long_names_lose_their_middle() {
+        assert_eq!(elide_middle("short.obj", 20), "short.obj");
+        let elided = elide_middle("conference_room_final.obj", 15);
+        assert_eq!(elided.chars().count(), 15);
+        assert!(elided.starts_with("confere") && elided.ends_with("al.obj"), "{elided}");
+    }
+}

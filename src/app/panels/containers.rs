@@ -1,0 +1,90 @@
+//! Which containers lie over the picture, and how.
+
+use eframe::egui::{self, Ui};
+
+use super::widgets::{Header, SliderSpec, check, combo, row, section, slider};
+use crate::app::state::AppState;
+use crate::app::{format, theme};
+use crate::overlay::{ColorBy, OverlaySettings};
+
+pub(super) fn show(ui: &mut Ui, state: &mut AppState) {
+    let header = Header { reset: Some("Bring the look of the containers back; depths stay"), ..Header::default() };
+    let reset = section(ui, "CONTAINERS", header, |ui| {
+        let overlay = &mut state.wanted.overlay;
+        row(ui, "Show", "Boxes or spheres, also of the kind that the tree is not made of (B hides both)", |ui| {
+            ui.horizontal(|ui| {
+                check(ui, &mut overlay.show_boxes, "Boxes", "Draw the boxes around nodes");
+                check(ui, &mut overlay.show_spheres, "Spheres", "Draw the spheres around nodes");
+            })
+            .response
+        });
+        row(ui, "Of these", "Which nodes of the chosen depths are drawn", |ui| {
+            ui.horizontal(|ui| {
+                check(ui, &mut overlay.leaves_only, "Leaves only", "Of the chosen depths draw leaves alone");
+                check(ui, &mut overlay.parents, "Parents", "Draw all levels above the chosen depths too");
+            })
+            .response
+        });
+        let choices = ColorBy::ALL.map(|choice| (choice, choice.label()));
+        let tip = "What the colour of a container means; the legend has the numbers";
+        combo(ui, "Colour by", tip, &mut overlay.color_by, &choices, |_| None);
+        looks(ui, overlay);
+        let shown = state.preferences.show_containers && (overlay.show_boxes || overlay.show_spheres);
+        let (drawn, wanted) = state.overlay_counts;
+        let color = theme::palette(ui);
+        let (text, color) = if !shown {
+            ("Containers are off (B)".to_owned(), color.dim)
+        } else if wanted > drawn {
+            let drawn = format::count(drawn as u64);
+            (format!("{drawn} of {} shown: the largest", format::count(wanted as u64)), color.warning)
+        } else if wanted == 0 && state.presented.is_some() {
+            ("No containers at this depth".to_owned(), color.dim)
+        } else {
+            return;
+        };
+        ui.add(egui::Label::new(egui::RichText::new(text).color(color)).wrap());
+    });
+    if reset {
+        state.wanted.overlay = OverlaySettings { depth: state.wanted.overlay.depth, ..OverlaySettings::default() };
+    }
+}
+
+fn looks(ui: &mut Ui, overlay: &mut OverlaySettings) {
+    let defaults = OverlaySettings::default();
+    let mut hidden = f64::from(overlay.hidden_alpha);
+    let spec = SliderSpec {
+        label: "Hidden lines",
+        tip: "How strong lines behind the surface are. 0 hides them, 1 draws them like those in front",
+        range: 0.0..=1.0,
+        default: f64::from(defaults.hidden_alpha),
+        logarithmic: false,
+        decimals: 2,
+    };
+    if slider(ui, &mut hidden, &spec) {
+        overlay.hidden_alpha = hidden as f32;
+    }
+    let mut width = f64::from(overlay.line_width);
+    let spec = SliderSpec {
+        label: "Line width",
+        tip: "Width of the lines in points, the same at any zoom",
+        range: 0.5..=4.0,
+        default: f64::from(defaults.line_width),
+        logarithmic: false,
+        decimals: 2,
+    };
+    if slider(ui, &mut width, &spec) {
+        overlay.line_width = width as f32;
+    }
+    let mut budget = f64::from(overlay.budget);
+    let spec = SliderSpec {
+        label: "At most",
+        tip: "Containers drawn of each kind; where the depths hold more, the largest are shown. More is slower",
+        range: 100.0..=100_000.0,
+        default: f64::from(defaults.budget),
+        logarithmic: true,
+        decimals: 0,
+    };
+    if slider(ui, &mut budget, &spec) {
+        overlay.budget = budget as u32;
+    }
+}

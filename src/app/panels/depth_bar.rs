@@ -1,0 +1,207 @@
+//! The depth bar: nodes of each level as bars, on which a range of depths is dragged.
+
+use eframe::egui::{
+    self, Align, Align2, CornerRadius, CursorIcon, DragValue, FontId, Key, Layout, Rect, Response, Role, Sense, Ui,
+    WidgetInfo, accesskit, pos2, vec2,
+};
+
+use crate::app::state::AppState;
+use crate::app::{format, theme};
+
+/// Height of the bars in points.
+const HEIGHT: f32 = 44.0;
+
+pub(super) fn show(ui: &mut Ui, state: &mut AppState) {
+    let palette = theme::palette(ui);
+    let Some(shown) = state.presented.clone() else {
+        ui.allocate_ui(vec2(ui.available_width(), HEIGHT), |ui| {
+            ui.centered_and_justified(|ui| ui.label(egui::RichText::new("No tree yet").color(palette.dim)));
+        });
+        return;
+    };
+    let counts = &shown.accel.report.stats.nodes_per_depth;
+    let max_depth = shown.accel.tree.max_depth();
+    let [from, to] = state.wanted.overlay.depth.map(|depth| depth.min(max_depth));
+    ui.horizontal(|ui| {
+        ui.set_height(HEIGHT);
+        ui.label(egui::RichText::new("depth").color(palette.dim));
+        number(ui, state, max_depth, 0, "From depth");
+        ui.label(egui::RichText::new("…").color(palette.dim));
+        number(ui, state, max_depth, 1, "To depth");
+        ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
+            let text = summary(state, counts, [from, to]);
+            ui.allocate_ui_with_layout(vec2(236.0, HEIGHT), Layout::right_to_left(Align::Center), |ui| {
+                ui.add(egui::Label::new(text).truncate());
+            });
+            let size = vec2(ui.available_width(), HEIGHT);
+            let (rect, response) = ui.allocate_exact_size(size, Sense::click_and_drag());
+            bars(ui, state, counts, rect, &response);
+        });
+    });
+}
+
+/// One end of the range as a number.
+fn number(ui: &mut Ui, state: &mut AppState, max_depth: u32, end: usize, name: &str) {
+    let depth = &mut state.wanted.overlay.depth;
+    let mut value = depth[end].min(max_depth);
+    let response =
+        ui.add_sized(vec2(36.0, theme::ROW_HEIGHT), DragValue::new(&mut value).range(0..=max_depth).speed(0.1));
+    let current = f64::from(value);
+    response.widget_info(|| {
+        let mut info = WidgetInfo::drag_value(ui.is_enabled(), current);
+        info.label = Some(name.to_owned());
+        info
+    });
+    if response.changed() {
+        depth[end] = value;
+        // The other end gives way.
+        if depth[0] > depth[1] {
+            depth[1 - end] = value;
+        }
+    }
+    response.on_hover_text("First and last depth whose containers are drawn; the root is 0 (+ and -)");
+}
+
+/// "shown: 4 … 7 · 240 containers".
+fn summary(state: &AppState, counts: &[u32], [from, to]: [u32; 2]) -> String {
+    let range = if from == to { from.to_string() } else { format!("{from} … {to}") };
+    let overlay = &state.wanted.overlay;
+    if !state.preferences.show_containers || !(overlay.show_boxes || overlay.show_spheres) {
+        return format!("depth {range} · containers off");
+    }
+    let in_range: u64 = counts.iter().take(to as usize + 1).skip(from as usize).map(|&count| u64::from(count)).sum();
+    let (drawn, wanted) = state.overlay_counts;
+    let text = if drawn < wanted {
+        format!("{} of {}", format::count(drawn as u64), format::count(wanted as u64))
+    } else if overlay.leaves_only || overlay.parents || !state.selection.hidden.is_empty() {
+        format::count(drawn as u64)
+    } else {
+        format::count(in_range)
+    };
+    let noun = if text == "1" { "container" } else { "containers" };
+    format!("shown: {range} · {text} {noun}")
+}
+
+/// The bars with the chosen range; drags, clicks and arrow keys move it.
+fn bars(ui: &mut Ui, state: &mut AppState, counts: &[u32], rect: Rect, response: &Response) {
+    let palette = theme::palette(ui);
+    let max_depth = counts.len().saturating_sub(1) as u32;
+    let before = state.wanted.overlay.depth.map(|depth| depth.min(max_depth));
+    let plot = Rect::from_min_max(rect.min + vec2(16.0, 4.0), rect.max - vec2(20.0, 4.0));
+    let step = plot.width() / counts.len().max(1) as f32;
+    let depth_at = |x: f32| (((x - plot.left()) / step).floor().max(0.0) as u32).min(max_depth);
+    drag(ui, state, response, before, depth_at);
+    keys(ui, state, response, max_depth);
+
+    let [from, to] = state.wanted.overlay.depth.map(|depth| depth.min(max_depth));
+    let text = format!("Depth range {from} to {to} of {max_depth}");
+    response.widget_info(|| WidgetInfo::labeled(Role::Group, ui.is_enabled(), "Depth range"));
+    ui.ctx().accesskit_node_builder(response.id, |node| {
+        node.set_role(accesskit::Role::Group);
+        node.set_description(text.clone());
+    });
+    let painter = ui.painter();
+    let chosen = Rect::from_min_max(
+        pos2(plot.left() + from as f32 * step, rect.top()),
+        pos2(plot.left() + (to + 1) as f32 * step, rect.bottom()),
+    );
+    let hot = response.hovered() || response.dragged() || response.has_focus();
+    let fill = palette.accent.gamma_multiply(if hot { 0.26 } else { 0.18 });
+    painter.rect_filled(chosen, CornerRadius::same(4), fill);
+    let most = counts.iter().copied().max().unwrap_or(1);
+    let gap = if step > 6.0 { 2.0 } else { 0.5 };
+    for (depth, &count) in counts.iter().enumerate() {
+        let share = (1.0 + count as f32).ln() / (1.0 + most as f32).ln();
+        let left = plot.left() + depth as f32 * step;
+        let bar = Rect::from_min_max(
+            pos2(left + gap * 0.5, plot.bottom() - (share * plot.height()).max(1.0)),
+            pos2(left + step - gap * 0.5, plot.bottom()),
+        );
+        let inside = (from..=to).contains(&(depth as u32));
+        let color = if inside { palette.accent } else { palette.rail };
+        painter.rect_filled(bar, CornerRadius::same(1), color);
+    }
+    let font = FontId::proportional(theme::HEADING_SIZE);
+    painter.text(pos2(rect.left() + 4.0, plot.bottom()), Align2::LEFT_BOTTOM, "0", font.clone(), palette.dim);
+    painter.text(pos2(rect.right(), plot.bottom()), Align2::RIGHT_BOTTOM, max_depth.to_string(), font, palette.dim);
+    let hovered = response.hover_pos().map(|pointer| depth_at(pointer.x));
+    let tip = match hovered {
+        Some(depth) => format!(
+            "Depth {depth}: {} nodes\nDrag to choose a range, drag its ends to change it, Shift+drag moves it; double click shows all",
+            format::count(u64::from(counts.get(depth as usize).copied().unwrap_or(0)))
+        ),
+        None => String::new(),
+    };
+    response.clone().on_hover_cursor(CursorIcon::ResizeHorizontal).on_hover_text_at_pointer(tip);
+}
+
+/// What a drag does was decided where it began.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Grip {
+    /// A new range from this depth.
+    New(u32),
+    /// The range as it was moves, grabbed at this depth.
+    Move(u32, [u32; 2]),
+}
+
+fn drag(ui: &Ui, state: &mut AppState, response: &Response, [from, to]: [u32; 2], depth_at: impl Fn(f32) -> u32) {
+    let id = response.id.with("grip");
+    if response.double_clicked() {
+        state.wanted.overlay.depth = [0, depth_at(f32::INFINITY)];
+        return;
+    }
+    let Some(pointer) = response.interact_pointer_pos() else { return };
+    let here = depth_at(pointer.x);
+    if response.drag_started() || response.clicked() {
+        let origin = ui.input(|input| input.pointer.press_origin()).map_or(here, |origin| depth_at(origin.x));
+        let grip = if ui.input(|input| input.modifiers.shift) {
+            Grip::Move(origin, [from, to])
+        } else if origin == from && from != to && !response.clicked() {
+            Grip::New(to)
+        } else if origin == to && from != to && !response.clicked() {
+            Grip::New(from)
+        } else {
+            Grip::New(origin)
+        };
+        ui.data_mut(|data| data.insert_temp(id, GripState(grip)));
+    }
+    if !(response.dragged() || response.clicked()) {
+        return;
+    }
+    let Some(GripState(grip)) = ui.data(|data| data.get_temp(id)) else { return };
+    state.wanted.overlay.depth = match grip {
+        Grip::New(start) => [start.min(here), start.max(here)],
+        Grip::Move(start, [first, last]) => {
+            let length = last - first;
+            let max_depth = depth_at(f32::INFINITY);
+            let first = (i64::from(first) + i64::from(here) - i64::from(start)).clamp(0, i64::from(max_depth - length));
+            [first as u32, first as u32 + length]
+        }
+    };
+}
+
+#[derive(Debug, Clone, Copy)]
+struct GripState(Grip);
+
+/// With focus: arrows move the range, Shift+arrows its end.
+fn keys(ui: &Ui, state: &mut AppState, response: &Response, max_depth: u32) {
+    if !response.has_focus() {
+        return;
+    }
+    let filter = egui::EventFilter { horizontal_arrows: true, ..egui::EventFilter::default() };
+    ui.memory_mut(|memory| memory.set_focus_lock_filter(response.id, filter));
+    let (step, grow) = ui.input(|input| {
+        let step = i32::from(input.key_pressed(Key::ArrowRight)) - i32::from(input.key_pressed(Key::ArrowLeft));
+        (step, input.modifiers.shift)
+    });
+    let [from, to] = state.wanted.overlay.depth.map(|depth| depth.min(max_depth));
+    if step == 0 {
+        return;
+    }
+    let end = to.saturating_add_signed(step).min(max_depth);
+    if grow {
+        state.wanted.overlay.depth = [from, end.max(from)];
+    } else if end != to && !(step < 0 && from == 0) {
+        state.wanted.overlay.depth = [from.saturating_add_signed(step), end];
+    }
+}

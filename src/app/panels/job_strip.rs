@@ -1,0 +1,86 @@
+//! The line at the bottom: what the picture is made of, and what runs.
+
+use eframe::egui::{self, Align, CornerRadius, Layout, Rect, Role, Sense, Ui, WidgetInfo, vec2};
+
+use super::widgets::icon_button;
+use crate::app::state::{AppState, JobStatus, Request};
+use crate::app::{format, theme};
+
+pub(super) fn show(ui: &mut Ui, state: &mut AppState) {
+    let palette = theme::palette(ui);
+    ui.horizontal(|ui| {
+        ui.set_height(theme::ROW_HEIGHT);
+        ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
+            running(ui, state);
+            ui.with_layout(Layout::left_to_right(Align::Center), |ui| {
+                let text = egui::RichText::new(facts(state)).color(palette.dim);
+                let label = ui.add(egui::Label::new(text).truncate());
+                if state.adapter.1 {
+                    label.on_hover_text(format!(
+                        "Containers are drawn by the software adapter {}; a graphics driver is much faster",
+                        state.adapter.0
+                    ));
+                } else if !state.adapter.0.is_empty() {
+                    label.on_hover_text(format!("Containers are drawn by {}", state.adapter.0));
+                }
+            });
+        });
+    });
+}
+
+/// "1003×612 · pass 3 of 16 · 24.1 Mray/s · 2 threads".
+fn facts(state: &AppState) -> String {
+    let mut parts = Vec::new();
+    if let Some(shown) = &state.presented {
+        let frame = &shown.frame;
+        parts.push(format!("{}×{}", frame.width_px, frame.height_px));
+        if frame.coarseness > 1 {
+            parts.push(format!("coarse 1:{}", frame.coarseness));
+        } else {
+            parts.push(format!("pass {} of {}", frame.samples, frame.settings.samples.max(frame.samples)));
+        }
+        parts.push(format!("{} Mray/s", format::significant(state.mrays_per_s)));
+        let threads = shown.accel.report.threads;
+        parts.push(format!("{threads} {}", if threads == 1 { "thread" } else { "threads" }));
+    }
+    if state.overlay_failed {
+        parts.push("graphics driver failed: no containers".to_owned());
+    } else if state.adapter.1 {
+        parts.push("software rendering".to_owned());
+    }
+    parts.join(" · ")
+}
+
+/// The job that the user waits for: label, bar and a button that stops it.
+fn running(ui: &mut Ui, state: &mut AppState) {
+    let jobs = &state.jobs;
+    let Some(job) = jobs.load.as_ref().or(jobs.build.as_ref()).or(jobs.render.as_ref()).cloned() else { return };
+    // What is done within a blink is not worth a word.
+    let waiting = job.since.elapsed().as_secs_f32();
+    if jobs.load.is_none() && waiting < 0.2 {
+        ui.ctx().request_repaint_after_secs(0.2 - waiting + 0.01);
+        return;
+    }
+    let (rect, _) = ui.allocate_exact_size(vec2(theme::ROW_HEIGHT, theme::ROW_HEIGHT), Sense::hover());
+    if icon_button(ui, rect, "✖", "Cancel").on_hover_text("Stop it and keep what is shown (Esc)").clicked() {
+        state.requests.push(Request::CancelJobs);
+    }
+    progress(ui, &job);
+}
+
+fn progress(ui: &mut Ui, job: &JobStatus) {
+    let palette = theme::palette(ui);
+    let share = job.progress.clamp(0.0, 1.0);
+    let percent = format!("{:.0} %", share * 100.0);
+    let (rect, response) = ui.allocate_exact_size(vec2(120.0, 6.0), Sense::hover());
+    response.widget_info(|| {
+        let mut info = WidgetInfo::labeled(Role::ProgressIndicator, true, &job.label);
+        info.current_text_value = Some(percent.clone());
+        info.value = Some(f64::from(share));
+        info
+    });
+    ui.painter().rect_filled(rect, CornerRadius::same(3), palette.rail);
+    let filled = Rect::from_min_size(rect.min, vec2((rect.width() * share).max(6.0), rect.height()));
+    ui.painter().rect_filled(filled, CornerRadius::same(3), palette.accent);
+    ui.label(egui::RichText::new(format::elide_middle(&format!("{} {percent}", job.label), 44)).color(palette.text));
+}

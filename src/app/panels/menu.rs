@@ -1,0 +1,94 @@
+//! The menu bar, made from the list of actions, with the model's name and the way into the palette.
+
+use eframe::egui::{self, Align, Button, Layout, Popup, RichText, Role, Ui, WidgetInfo};
+
+use crate::app::commands::{Action, Category, Entry, entries_for};
+use crate::app::state::AppState;
+use crate::app::{format, theme};
+
+pub(super) fn show(ui: &mut Ui, state: &mut AppState) {
+    let entries = entries_for(state);
+    let palette = theme::palette(ui);
+    egui::MenuBar::new().ui(ui, |ui| {
+        for category in Category::ALL {
+            ui.menu_button(category.label(), |ui| menu(ui, state, category, &entries));
+        }
+        let menus_end = ui.cursor().left();
+        let commands = ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
+            let button = Button::new(RichText::new("commands").color(palette.dim))
+                .shortcut_text("Ctrl+P")
+                .frame_when_inactive(false);
+            let response = ui.add(button).on_hover_text("Find and run any command by typing (Ctrl+P)");
+            response.widget_info(|| WidgetInfo::labeled(Role::Button, true, "Commands"));
+            if response.clicked() {
+                Action::Palette.perform(state);
+            }
+            response.rect.left()
+        });
+        title(ui, state, menus_end + 16.0, commands.inner - 16.0);
+    });
+}
+
+/// One menu. Groups are separated by lines; recent files and built-in scenes have menus of their own.
+fn menu(ui: &mut Ui, state: &mut AppState, category: Category, entries: &[Entry]) {
+    ui.set_min_width(220.0);
+    let mut group = None;
+    for entry in entries.iter().filter(|entry| entry.category == category) {
+        let nested = matches!(entry.action, Action::OpenBuiltin(_) | Action::OpenRecent(_));
+        if nested {
+            continue;
+        }
+        if group.is_some_and(|group| group != entry.group) {
+            ui.separator();
+        }
+        group = Some(entry.group);
+        item(ui, state, entry, &entry.label);
+        if entry.action == Action::StartPage {
+            submenu(ui, state, "Open built-in", entries, |action| matches!(action, Action::OpenBuiltin(_)));
+            if !state.preferences.recent.is_empty() {
+                submenu(ui, state, "Open recent", entries, |action| matches!(action, Action::OpenRecent(_)));
+            }
+        }
+    }
+}
+
+fn submenu(ui: &mut Ui, state: &mut AppState, name: &str, entries: &[Entry], belongs: impl Fn(Action) -> bool) {
+    ui.menu_button(name, |ui| {
+        ui.set_min_width(180.0);
+        for entry in entries.iter().filter(|entry| belongs(entry.action)) {
+            let label = entry.label.strip_prefix("Open ").unwrap_or(&entry.label);
+            item(ui, state, entry, &format::elide_middle(label, 40));
+        }
+    });
+}
+
+fn item(ui: &mut Ui, state: &mut AppState, entry: &Entry, label: &str) {
+    let on = entry.action.is_on(state);
+    let button = Button::selectable(on == Some(true), label).shortcut_text(entry.first_key());
+    let response = ui.add_enabled(entry.action.is_enabled(state), button).on_hover_text(&entry.description);
+    response.widget_info(|| match on {
+        Some(on) => WidgetInfo::selected(Role::MenuItemCheckBox, ui.is_enabled(), on, label),
+        None => WidgetInfo::labeled(Role::MenuItem, ui.is_enabled(), label),
+    });
+    if response.clicked() {
+        entry.action.perform(state);
+        Popup::close_all(ui.ctx());
+    }
+}
+
+/// The model's name and size in the middle of the bar, as far as there is room.
+fn title(ui: &Ui, state: &AppState, left: f32, right: f32) {
+    let source = state.scene.as_ref().map_or(&state.wanted.source, |scene| &scene.source);
+    let mut text = format::elide_middle(&source.label(), 48);
+    if let Some(scene) = &state.scene {
+        text = format!("{text} · {} triangles", format::count(scene.triangles.len() as u64));
+    }
+    let font = egui::TextStyle::Body.resolve(ui.style());
+    let galley = ui.painter().layout_no_wrap(text, font, theme::palette(ui).dim);
+    let bar = ui.ctx().content_rect();
+    let x = (bar.center().x - galley.size().x * 0.5).max(left);
+    if x + galley.size().x <= right {
+        let y = ui.max_rect().center().y - galley.size().y * 0.5;
+        ui.painter().galley(egui::pos2(x, y), galley, theme::palette(ui).dim);
+    }
+}

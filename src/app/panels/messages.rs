@@ -1,0 +1,141 @@
+//! What the user is told: notes that fade, warnings and errors that stay until closed; and the line of help at first start.
+
+use eframe::egui::{
+    self, Align, Align2, Area, Color32, CornerRadius, Frame, Layout, Margin, Order, Rect, Stroke, Ui, vec2,
+};
+
+use super::widgets::icon_button;
+use crate::app::state::{AppState, Message, Request, Severity};
+use crate::app::theme;
+
+/// How long a note stays in seconds.
+const NOTE_SECS: f32 = 4.0;
+/// How long it takes to fade at the end in seconds.
+const FADE_SECS: f32 = 0.4;
+/// At most this many are shown at once; the newest.
+const SHOWN: usize = 4;
+
+const HELP: &str = "Drag to orbit, wheel to zoom. Drag the threshold on the right to rebuild the tree, the bar below to choose depths. F1 lists all keys.";
+
+pub(super) fn show(ui: &Ui, rect: Rect, state: &mut AppState) {
+    state.messages.retain(|message| message.severity != Severity::Info || age(message) < NOTE_SECS);
+    if !state.preferences.greeted && state.presented.is_some() && !state.start_page_open {
+        greeting(ui, rect, state);
+    }
+    if state.messages.is_empty() {
+        return;
+    }
+    let mut closed = None;
+    let mut copied = None;
+    // Above the gizmo, which keeps the corner.
+    let corner = rect.right_bottom() - vec2(12.0, 108.0);
+    Area::new(egui::Id::unique("messages"))
+        .order(Order::Foreground)
+        .pivot(Align2::RIGHT_BOTTOM)
+        .fixed_pos(corner)
+        .constrain_to(rect)
+        .accessible_name("Messages")
+        .show(ui.ctx(), |ui| {
+            ui.set_width(320.0_f32.min(rect.width() - 24.0));
+            let skipped = state.messages.len().saturating_sub(SHOWN);
+            for (index, message) in state.messages.iter().enumerate().skip(skipped) {
+                match toast(ui, index, message) {
+                    Some(Pressed::Close) => closed = Some(index),
+                    Some(Pressed::Copy) => copied = Some(message.text.clone()),
+                    None => {}
+                }
+            }
+        });
+    if let Some(text) = copied {
+        state.requests.push(Request::Copy(text));
+    }
+    if let Some(index) = closed {
+        state.messages.remove(index);
+    }
+}
+
+fn age(message: &Message) -> f32 {
+    message.since.elapsed().as_secs_f32()
+}
+
+enum Pressed {
+    Close,
+    Copy,
+}
+
+fn toast(ui: &mut Ui, index: usize, message: &Message) -> Option<Pressed> {
+    let palette = theme::palette(ui);
+    let (mark, color) = match message.severity {
+        Severity::Info => ("Note", palette.accent),
+        Severity::Warning => ("Warning", palette.warning),
+        Severity::Error => ("Error", palette.error),
+    };
+    if message.severity == Severity::Info {
+        let left = NOTE_SECS - age(message);
+        ui.set_opacity((left / FADE_SECS).clamp(0.0, 1.0));
+        ui.ctx().request_repaint_after_secs(if left > FADE_SECS { left - FADE_SECS } else { 0.03 });
+    } else {
+        ui.set_opacity(1.0);
+    }
+    let frame = Frame::new()
+        .fill(ui.visuals().window_fill)
+        .stroke(Stroke::new(1.0, ui.visuals().window_stroke.color))
+        .corner_radius(CornerRadius::same(6))
+        .inner_margin(Margin { left: 12, right: 8, top: 6, bottom: 6 });
+    let mut pressed = None;
+    let shown = frame.show(ui, |ui| {
+        ui.with_layout(Layout::right_to_left(Align::Min), |ui| {
+            for (glyph, name, tip, what) in [
+                ("✖", "Close message", "Close", Pressed::Close),
+                ("📋", "Copy message", "Copy this text", Pressed::Copy),
+            ] {
+                let (rect, _) = ui.allocate_exact_size(vec2(20.0, 20.0), egui::Sense::hover());
+                let response = ui.push_id(index, |ui| icon_button(ui, rect, glyph, name)).inner;
+                if response.on_hover_text(tip).clicked() {
+                    pressed = Some(what);
+                }
+            }
+            ui.with_layout(Layout::top_down(Align::Min), |ui| {
+                if message.severity != Severity::Info {
+                    ui.label(egui::RichText::new(mark).color(color).small());
+                }
+                ui.add(egui::Label::new(&message.text).wrap().selectable(true));
+            });
+        });
+    });
+    let stripe =
+        Rect::from_min_size(shown.response.rect.min + vec2(0.0, 4.0), vec2(3.0, shown.response.rect.height() - 8.0));
+    ui.painter().rect_filled(stripe, CornerRadius::same(1), color);
+    ui.add_space(4.0);
+    pressed
+}
+
+/// The line of help over the first scene; goes with its button or with the first change of the view.
+fn greeting(ui: &Ui, rect: Rect, state: &mut AppState) {
+    let width = 560.0_f32.min(rect.width() - 48.0);
+    Area::new(egui::Id::unique("greeting"))
+        .order(Order::Middle)
+        .pivot(Align2::CENTER_TOP)
+        .fixed_pos(rect.center_top() + vec2(0.0, 44.0))
+        .constrain_to(rect)
+        .accessible_name("First steps")
+        .show(ui.ctx(), |ui| {
+            let palette = theme::palette(ui);
+            let frame = Frame::new()
+                .fill(palette.veil)
+                .corner_radius(CornerRadius::same(6))
+                .inner_margin(Margin::symmetric(12, 8));
+            frame.show(ui, |ui| {
+                ui.set_width(width);
+                ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
+                    let button = egui::Button::new(egui::RichText::new("Got it").color(Color32::WHITE))
+                        .fill(ui.visuals().selection.bg_fill);
+                    let button = if ui.visuals().dark_mode { button } else { egui::Button::new("Got it") };
+                    if ui.add(button).on_hover_text("Do not show this line again").clicked() {
+                        state.preferences.greeted = true;
+                    }
+                    ui.with_layout(Layout::top_down(Align::Min), |ui| ui.add(egui::Label::new(HELP).wrap()));
+                });
+            });
+        });
+}

@@ -1,0 +1,126 @@
+//! The command palette: every action, found by typing.
+
+use eframe::egui::{
+    self, Align2, Area, Button, Frame, Id, Key, Modifiers, Order, RichText, ScrollArea, TextEdit, vec2,
+};
+
+use crate::app::commands::{Entry, entries_for};
+use crate::app::state::AppState;
+use crate::app::theme;
+
+/// Width of the palette in points.
+const WIDTH: f32 = 520.0;
+
+/// How well `text` answers `query`: the letters of the query in their order, best where they begin words or follow each
+/// other. `None` where a letter is missing.
+pub fn fuzzy_score(query: &str, text: &str) -> Option<i32> {
+    let text: Vec<char> = text.to_lowercase().chars().collect();
+    let mut score = 0;
+    let mut from = 0;
+    let mut last = None;
+    for letter in query.to_lowercase().chars().filter(|letter| !letter.is_whitespace()) {
+        let rest = text.iter().enumerate().skip(from).filter(|(_, other)| **other == letter);
+        // Following the letter before is best, the beginning of a word next.
+        let (at, points) = rest
+            .map(|(at, _)| {
+                let follows = last.is_some_and(|last: usize| at == last + 1);
+                let begins = at == 0 || !text[at - 1].is_alphanumeric();
+                (
+                    at,
+                    if follows {
+                        8
+                    } else if begins {
+                        6
+                    } else {
+                        0
+                    } - (at - from).min(5) as i32,
+                )
+            })
+            .max_by_key(|&(at, points)| (points, std::cmp::Reverse(at)))?;
+        score += points;
+        last = Some(at);
+        from = at + 1;
+    }
+    Some(score - text.len() as i32 / 8)
+}
+
+/// The entries that answer `query`, the best first; all of them in their own order for an empty one.
+pub fn filter(entries: Vec<Entry>, query: &str) -> Vec<Entry> {
+    let mut found: Vec<(i32, Entry)> =
+        entries.into_iter().filter_map(|entry| Some((fuzzy_score(query, &entry.label)?, entry))).collect();
+    if !query.trim().is_empty() {
+        found.sort_by_key(|(score, _)| std::cmp::Reverse(*score));
+    }
+    found.into_iter().map(|(_, entry)| entry).collect()
+}
+
+pub(super) fn show(ctx: &egui::Context, state: &mut AppState) {
+    let chosen_id = Id::unique("palette chosen");
+    let Some(mut query) = state.palette.clone() else {
+        ctx.data_mut(|data| data.remove::<usize>(chosen_id));
+        return;
+    };
+    let found = filter(entries_for(state), &query);
+    let known: Option<usize> = ctx.data(|data| data.get_temp(chosen_id));
+    let mut chosen = known.unwrap_or(0);
+    let (up, down, enter) = ctx.input_mut(|input| {
+        (
+            input.count_and_consume_key(Modifiers::NONE, Key::ArrowUp),
+            input.count_and_consume_key(Modifiers::NONE, Key::ArrowDown),
+            input.consume_key(Modifiers::NONE, Key::Enter),
+        )
+    });
+    chosen = (chosen + down).saturating_sub(up).min(found.len().saturating_sub(1));
+    let moved = up + down > 0;
+    let mut run = if enter { found.get(chosen).map(|entry| entry.action) } else { None };
+    let screen = ctx.content_rect();
+    let width = WIDTH.min(screen.width() - 32.0);
+    let area = Area::new(Id::unique("palette"))
+        .order(Order::Foreground)
+        .anchor(Align2::CENTER_TOP, vec2(0.0, 48.0))
+        .accessible_name("Command palette");
+    let response = area.show(ctx, |ui| {
+        Frame::popup(ui.style()).inner_margin(8).show(ui, |ui| {
+            ui.set_width(width);
+            let field = TextEdit::singleline(&mut query).hint_text("Type a command").desired_width(f32::INFINITY);
+            let field = ui.add(field);
+            field.widget_info(|| {
+                let mut info = egui::WidgetInfo::text_edit(true, &query, &query, "Type a command");
+                info.label = Some("Command".to_owned());
+                info
+            });
+            if known.is_none() {
+                field.request_focus();
+            }
+            if field.changed() {
+                chosen = 0;
+            }
+            ui.add_space(4.0);
+            let height = (screen.height() - 180.0).clamp(80.0, 360.0);
+            ScrollArea::vertical().max_height(height).auto_shrink([false, true]).show(ui, |ui| {
+                if found.is_empty() {
+                    ui.label(RichText::new("No such command").color(theme::palette(ui).dim));
+                }
+                for (index, entry) in found.iter().enumerate() {
+                    let button = Button::selectable(index == chosen, &entry.label)
+                        .shortcut_text(entry.first_key())
+                        .min_size(vec2(ui.available_width(), 24.0));
+                    let response =
+                        ui.add_enabled(entry.action.is_enabled(state), button).on_hover_text(&entry.description);
+                    if index == chosen && moved {
+                        response.scroll_to_me(None);
+                    }
+                    if response.clicked() {
+                        run = Some(entry.action);
+                    }
+                }
+            });
+        });
+    });
+    let outside = known.is_some() && response.response.clicked_elsewhere();
+    ctx.data_mut(|data| data.insert_temp(chosen_id, chosen));
+    state.palette = if run.is_some() || outside { None } else { Some(query) };
+    if let Some(action) = run.filter(|action| action.is_enabled(state)) {
+        action.perform(state);
+    }
+}

@@ -1,0 +1,83 @@
+//! What the picture shows.
+
+use eframe::egui::Ui;
+
+use super::histogram;
+use super::widgets::{Header, SliderSpec, combo, section, slider};
+use crate::app::state::AppState;
+use crate::bvh::traverse::Traversal;
+use crate::render::{ColorMap, Light, RenderSettings, Shading};
+
+pub(super) fn show(ui: &mut Ui, state: &mut AppState) {
+    let header = Header { reset: Some("Bring the picture's settings back"), ..Header::default() };
+    let reset = section(ui, "PICTURE", header, |ui| {
+        let render = &mut state.wanted.render;
+        let shadings = Shading::ALL.map(|shading| (shading, shading.label()));
+        let tip = "What the colour of a pixel means (Alt+1 to Alt+8)";
+        combo(ui, "Shading", tip, &mut render.shading, &shadings, |_| None);
+        let heat = matches!(render.shading, Shading::Heat(_));
+        if render.shading == Shading::Lit {
+            let lights = [(Light::Sun, "Sun"), (Light::Headlight, "Headlight")];
+            let tip = "Sun: from high above, with shadows. Headlight: from the observer, without";
+            combo(ui, "Light", tip, &mut render.light, &lights, |_| None);
+        }
+        if render.shading == Shading::Clusters {
+            cluster_depth(ui, state);
+        }
+        let render = &mut state.wanted.render;
+        if heat {
+            let orders = [(Traversal::Ordered, "Ordered"), (Traversal::Paper, "Paper")];
+            let tip = "How rays visit nodes while tests are counted. Ordered: near child first, culled by distance. Paper: neither, as printed";
+            combo(ui, "Traversal", tip, &mut render.traversal, &orders, |_| None);
+        }
+        if heat || render.shading == Shading::Depth {
+            let maps = ColorMap::ALL.map(|map| (map, map.label()));
+            combo(
+                ui,
+                "Colour map",
+                "Colours from the smallest to the largest value",
+                &mut render.color_map,
+                &maps,
+                |_| None,
+            );
+        }
+        if heat {
+            histogram::show(ui, state);
+        }
+        samples(ui, state);
+    });
+    if reset {
+        state.wanted.render = RenderSettings::default();
+    }
+}
+
+fn cluster_depth(ui: &mut Ui, state: &mut AppState) {
+    let max_depth = state.presented.as_ref().map_or(32, |shown| shown.accel.tree.max_depth()).max(1);
+    let mut value = f64::from(state.wanted.render.cluster_depth.min(max_depth));
+    let spec = SliderSpec {
+        label: "Cluster depth",
+        tip: "The depth of the containers whose colours surfaces take. Deeper: smaller patches",
+        range: 0.0..=f64::from(max_depth),
+        default: f64::from(RenderSettings::default().cluster_depth.min(max_depth)),
+        logarithmic: false,
+        decimals: 0,
+    };
+    if slider(ui, &mut value, &spec) {
+        state.wanted.render.cluster_depth = value as u32;
+    }
+}
+
+fn samples(ui: &mut Ui, state: &mut AppState) {
+    let mut value = f64::from(state.wanted.render.samples);
+    let spec = SliderSpec {
+        label: "Samples",
+        tip: "Rays a pixel once everything rests. More: smoother edges and shadows, later",
+        range: 1.0..=256.0,
+        default: f64::from(RenderSettings::default().samples),
+        logarithmic: true,
+        decimals: 0,
+    };
+    if slider(ui, &mut value, &spec) {
+        state.wanted.render.samples = value as u32;
+    }
+}

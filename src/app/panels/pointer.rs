@@ -1,0 +1,42 @@
+//! The value under the pointer.
+
+use eframe::egui::{CornerRadius, FontId, Pos2, Rect, Ui, pos2, vec2};
+
+use crate::app::state::AppState;
+use crate::app::{format, theme};
+use crate::render::Shading;
+
+pub(super) fn show(ui: &Ui, rect: Rect, state: &AppState) {
+    let Some(hover) = state.hover else { return };
+    let shading = state.presented.as_ref().map(|shown| shown.frame.settings.shading);
+    let mut facts = Vec::new();
+    if let (Some(value), Some(Shading::Heat(_))) = (hover.value, shading) {
+        let pointer = ui.ctx().pointer_latest_pos().filter(|pointer| rect.contains(*pointer));
+        let text = format!("{} tests", format::count(value.max(0.0).round() as u64));
+        match pointer {
+            Some(pointer) => note(ui, rect, pointer + vec2(16.0, 16.0), &text),
+            None => facts.push(text),
+        }
+    }
+    match hover.primitive {
+        Some(triangle) => {
+            facts.push(format!("triangle {}", format::count(u64::from(triangle))));
+            facts.push(format!("distance {}", format::significant(f64::from(hover.distance))));
+        }
+        None => facts.push("background".to_owned()),
+    }
+    facts.push(format!("pixel {}, {}", hover.x_px, hover.y_px));
+    note(ui, rect, rect.min + vec2(12.0, 12.0), &facts.join(" · "));
+}
+
+/// A line of text on a veil, moved so that it stays inside `rect`.
+fn note(ui: &Ui, rect: Rect, at: Pos2, text: &str) {
+    let palette = theme::palette(ui);
+    let galley = ui.painter().layout_no_wrap(text.to_owned(), FontId::proportional(theme::HEADING_SIZE), palette.text);
+    let size = galley.size() + vec2(16.0, 8.0);
+    let left = at.x.min(rect.right() - size.x - 4.0).max(rect.left() + 4.0);
+    let top = at.y.min(rect.bottom() - size.y - 4.0).max(rect.top() + 4.0);
+    let back = Rect::from_min_size(pos2(left, top), size);
+    ui.painter().rect_filled(back, CornerRadius::same(6), palette.veil);
+    ui.painter().galley(back.min + vec2(8.0, 4.0), galley, palette.text);
+}

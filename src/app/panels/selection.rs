@@ -1,0 +1,112 @@
+//! The selected triangle and node.
+
+use eframe::egui::{self, Ui};
+
+use super::widgets::{Header, Statistic, section, statistic};
+use crate::app::commands::{Action, entries};
+use crate::app::format;
+use crate::app::state::{AppState, Presented};
+use crate::bvh::ContainerKind;
+use crate::bvh::stats::{INTERSECTION_COST, TRAVERSAL_COST};
+
+pub(super) fn show(ui: &mut Ui, state: &mut AppState) {
+    let Some(shown) = state.presented.clone() else { return };
+    section(ui, "SELECTION", Header::default(), |ui| {
+        if let Some((triangle, _)) = &state.picked {
+            let triangle = format::count(u64::from(*triangle));
+            statistic(ui, state, &Statistic::new("Triangle", triangle).tip("Its number in the file, from 0"));
+        }
+        match state.selection.selected.filter(|&node| (node as usize) < shown.table.len()) {
+            Some(node) => node_rows(ui, state, &shown, node),
+            None => {
+                let color = crate::app::theme::palette(ui).dim;
+                let text = "Click the model to select a triangle with its leaf, or Alt+Down for the root";
+                ui.add(egui::Label::new(egui::RichText::new(text).color(color)).wrap());
+            }
+        }
+        buttons(ui, state);
+        let hidden = state.selection.hidden.len();
+        if hidden > 0 {
+            statistic(
+                ui,
+                state,
+                &Statistic::new("Hidden nodes", format::count(hidden as u64)).tip("J shows them again"),
+            );
+        }
+    });
+}
+
+fn node_rows(ui: &mut Ui, state: &mut AppState, shown: &Presented, node: u32) {
+    let table = &shown.table;
+    let leaf = table.is_leaf(node);
+    let kind = if leaf { "leaf" } else { "interior" };
+    let text = format!("{} · {kind}", format::count(u64::from(node)));
+    statistic(ui, state, &Statistic::new("Node", text).tip("Its index in the tree"));
+    let depth = table.depths.get(node as usize).copied().unwrap_or(0);
+    statistic(ui, state, &Statistic::new("Depth", depth.to_string()).tip("Steps from the root, which is 0"));
+    let primitives = table.primitives(node);
+    let tip = "Triangles below this node";
+    statistic(ui, state, &Statistic::new("Triangles", format::count(u64::from(primitives))).tip(tip));
+    match table.container_kind() {
+        ContainerKind::Aabb => {
+            let extent = table.node_box(node).extent();
+            let size = [extent.x, extent.y, extent.z].map(|side| format::significant(f64::from(side))).join(" × ");
+            statistic(ui, state, &Statistic::new("Box", size).tip("Sides of its box, in the file's unit"));
+        }
+        ContainerKind::Sphere => {
+            let radius = format::significant(f64::from(table.node_sphere(node).radius));
+            statistic(ui, state, &Statistic::new("Radius", radius).tip("Radius of its sphere, in the file's unit"));
+        }
+    }
+    let area = f64::from(table.area_share(node));
+    let tip = "Surface area over the root's: how likely a ray that meets the root meets it";
+    statistic(ui, state, &Statistic::new("Area share", format::percent(area)).tip(tip));
+    // What the node itself adds to the SAH cost of the tree.
+    let cost = if leaf { INTERSECTION_COST * primitives as f32 } else { TRAVERSAL_COST };
+    let sah = shown.accel.report.stats.sah_cost;
+    if sah > 0.0 {
+        let share = area * f64::from(cost) / f64::from(sah);
+        let tip = "What this node alone adds to the SAH cost of the tree";
+        statistic(ui, state, &Statistic::new("SAH share", format::percent(share)).tip(tip));
+    }
+    if node != 0 {
+        let overlap = format::percent(f64::from(table.overlap(node)));
+        let tip = "Overlap with its sibling, as a share of its own area: rays there must visit both";
+        statistic(ui, state, &Statistic::new("Overlap", overlap).tip(tip));
+    }
+}
+
+fn buttons(ui: &mut Ui, state: &mut AppState) {
+    let second = state.presented.as_ref().zip(state.selection.selected).and_then(|(shown, node)| {
+        let in_tree = (node as usize) < shown.table.len();
+        in_tree.then(|| shown.table.children(node)).flatten().map(|[_, second]| second)
+    });
+    ui.horizontal_wrapped(|ui| {
+        ui.spacing_mut().item_spacing.x = 4.0;
+        for (action, label) in
+            [(Action::SelectParent, "Parent"), (Action::SelectSibling, "Sibling"), (Action::SelectChild, "Child 1")]
+        {
+            button(ui, state, action, label);
+        }
+        let child = ui.add_enabled(second.is_some(), egui::Button::new("Child 2"));
+        if child.on_hover_text("Walk down to the second child").clicked() {
+            state.selection.selected = second;
+        }
+        for (action, label) in
+            [(Action::HideSelected, "Hide"), (Action::ShowAll, "Show all"), (Action::FrameSelection, "Frame")]
+        {
+            button(ui, state, action, label);
+        }
+    });
+}
+
+fn button(ui: &mut Ui, state: &mut AppState, action: Action, label: &str) {
+    let response = ui.add_enabled(action.is_enabled(state), egui::Button::new(label));
+    let tip = entries()
+        .iter()
+        .find(|entry| entry.action == action)
+        .map_or_else(String::new, |entry| format!("{} ({})", entry.description, entry.first_key()));
+    if response.on_hover_text(tip).clicked() {
+        action.perform(state);
+    }
+}

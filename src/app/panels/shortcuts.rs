@@ -1,0 +1,63 @@
+//! All keys and mouse gestures in one list.
+
+use eframe::egui::{self, Align2, Grid, RichText, ScrollArea, Ui, Window, vec2};
+
+use crate::app::commands::{Category, entries};
+use crate::app::state::AppState;
+use crate::app::theme;
+
+/// What the mouse does over the viewport.
+const GESTURES: [(&str, &str); 10] = [
+    ("Left drag", "Orbit around the target"),
+    ("Wheel", "Zoom to the point under the pointer"),
+    ("Right drag, middle drag, Shift+left drag", "Pan"),
+    ("Click", "Select the triangle, its leaf and the path to the root"),
+    ("Double click", "Focus on the point; on the background reset the view"),
+    ("W A S D, Q E", "Fly, in fly mode; Shift is faster"),
+    ("Drop a file", "Open it; the camera stays if it still sees the model"),
+    ("Drag on the depth bar", "Choose depths; Shift moves the range, double click shows all"),
+    ("Double click on a slider", "Back to its default"),
+    ("Click on a number", "Copy it"),
+];
+
+pub(super) fn show(ctx: &egui::Context, state: &mut AppState) {
+    if !state.shortcuts_open {
+        return;
+    }
+    let screen = ctx.content_rect();
+    let size = vec2(640.0_f32.min(screen.width() - 48.0), 520.0_f32.min(screen.height() - 96.0));
+    Window::new("Keys and mouse")
+        .open(&mut state.shortcuts_open)
+        .anchor(Align2::CENTER_CENTER, vec2(0.0, 0.0))
+        .fixed_size(size)
+        .collapsible(false)
+        .resizable(false)
+        .show(ctx, |ui| {
+            ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
+                heading(ui, "MOUSE");
+                table(ui, "mouse", GESTURES.iter().map(|(keys, what)| ((*keys).to_owned(), *what)));
+                for category in Category::ALL {
+                    heading(ui, &category.label().to_uppercase());
+                    let rows =
+                        entries().iter().filter(|entry| entry.category == category && !entry.shortcuts.is_empty());
+                    table(ui, category.label(), rows.map(|entry| (entry.keys(), entry.label.as_str())));
+                }
+            });
+        });
+}
+
+fn heading(ui: &mut Ui, text: &str) {
+    ui.add_space(8.0);
+    ui.label(RichText::new(text).heading().color(theme::palette(ui).dim));
+    ui.add_space(4.0);
+}
+
+fn table<'a>(ui: &mut Ui, id: &str, rows: impl Iterator<Item = (String, &'a str)>) {
+    Grid::new(id).num_columns(2).spacing(vec2(16.0, 4.0)).min_col_width(200.0).show(ui, |ui| {
+        for (keys, what) in rows {
+            ui.label(RichText::new(keys).strong());
+            ui.label(what);
+            ui.end_row();
+        }
+    });
+}

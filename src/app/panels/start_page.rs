@@ -1,0 +1,80 @@
+//! Samples, recent files and the way to an own model.
+
+use eframe::egui::{self, Align2, Button, RichText, ScrollArea, Ui, Window, vec2};
+
+use crate::app::commands::Action;
+use crate::app::state::AppState;
+use crate::app::{format, theme};
+use crate::scene::BUILTIN_SCENES;
+
+pub(super) fn show(ctx: &egui::Context, state: &mut AppState) {
+    if !state.start_page_open {
+        return;
+    }
+    let screen = ctx.content_rect();
+    let width = 560.0_f32.min(screen.width() - 48.0);
+    let mut open = true;
+    let mut chosen = None;
+    Window::new("Open a model")
+        .open(&mut open)
+        .anchor(Align2::CENTER_CENTER, vec2(0.0, 0.0))
+        .fixed_size(vec2(width, 400.0_f32.min(screen.height() - 96.0)))
+        .collapsible(false)
+        .resizable(false)
+        .show(ctx, |ui| {
+            ScrollArea::vertical().auto_shrink([false, true]).show(ui, |ui| content(ui, state, &mut chosen));
+        });
+    state.start_page_open = open;
+    if let Some(action) = chosen {
+        state.start_page_open = false;
+        Action::perform(action, state);
+    }
+}
+
+fn content(ui: &mut Ui, state: &AppState, chosen: &mut Option<Action>) {
+    let dim = theme::palette(ui).dim;
+    ui.horizontal_wrapped(|ui| {
+        if ui.button("Open a file…").on_hover_text("OBJ, glTF, GLB, PLY or STL (Ctrl+O)").clicked() {
+            *chosen = Some(Action::Open);
+        }
+        ui.label(RichText::new("or drop an OBJ, glTF, GLB, PLY or STL file on the window").color(dim));
+    });
+    heading(ui, "BUILT IN");
+    for (index, scene) in BUILTIN_SCENES.iter().enumerate() {
+        entry(ui, scene.label, scene.description, Action::OpenBuiltin(index), chosen);
+    }
+    if state.preferences.recent.is_empty() {
+        return;
+    }
+    heading(ui, "RECENT");
+    for (index, path) in state.preferences.recent.iter().enumerate() {
+        let name = path.file_name().unwrap_or(path.as_os_str()).to_string_lossy();
+        let folder = path.parent().map_or_else(String::new, |folder| folder.display().to_string());
+        entry(
+            ui,
+            &format::elide_middle(&name, 32),
+            &format::elide_middle(&folder, 44),
+            Action::OpenRecent(index),
+            chosen,
+        );
+    }
+}
+
+fn heading(ui: &mut Ui, text: &str) {
+    ui.add_space(12.0);
+    ui.label(RichText::new(text).heading().color(theme::palette(ui).dim));
+    ui.add_space(4.0);
+}
+
+/// A name to click, with what it is beside it.
+fn entry(ui: &mut Ui, name: &str, detail: &str, action: Action, chosen: &mut Option<Action>) {
+    let text = RichText::new(detail).color(theme::palette(ui).dim);
+    let button = Button::new((name, egui::Atom::grow(), text))
+        .min_size(vec2(ui.available_width(), 24.0))
+        .frame_when_inactive(false);
+    let response = ui.add(button);
+    response.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Button, true, name));
+    if response.clicked() {
+        *chosen = Some(action);
+    }
+}

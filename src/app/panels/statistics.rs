@@ -1,0 +1,200 @@
+//! Scene, build, tree and trace in numbers.
+
+use std::time::Duration;
+
+use eframe::egui::{self, CornerRadius, Rect, Role, Sense, Ui, WidgetInfo, pos2, vec2};
+
+use super::effects::Effects;
+use super::widgets::{Header, Statistic, section, statistic};
+use crate::accel::BuildReport;
+use crate::app::state::{AppState, Presented};
+use crate::app::{format, theme};
+use crate::bvh::stats::{INTERSECTION_COST, TRAVERSAL_COST};
+use crate::scene::Scene;
+
+pub(super) fn show(ui: &mut Ui, state: &mut AppState) {
+    let scene = state.scene.clone();
+    section(ui, "SCENE", Header::default(), |ui| match &scene {
+        Some(scene) => scene_rows(ui, state, scene),
+        None => nothing_yet(ui, "No model loaded yet"),
+    });
+    let Some(shown) = state.presented.clone() else {
+        section(ui, "BUILD", Header::default(), |ui| nothing_yet(ui, "No tree built yet"));
+        return;
+    };
+    let model = shown.accel.scene.source.to_string();
+    let mut effects = Effects::load(ui, &model);
+    let summary = format::duration(shown.accel.report.build_time);
+    section(ui, "BUILD", Header { summary: &summary, ..Header::default() }, |ui| {
+        build_rows(ui, state, &shown, &mut effects);
+    });
+    section(ui, "TREE", Header::default(), |ui| tree_rows(ui, state, &shown, &mut effects));
+    section(ui, "TRACE", Header::default(), |ui| trace_rows(ui, state, &shown, &mut effects));
+    effects.store(ui);
+}
+
+fn nothing_yet(ui: &mut Ui, text: &str) {
+    let color = theme::palette(ui).dim;
+    ui.label(egui::RichText::new(text).color(color));
+}
+
+fn scene_rows(ui: &mut Ui, state: &mut AppState, scene: &Scene) {
+    let name = scene.source.label();
+    let shown = format::elide_middle(&name, (ui.available_width() / 7.0) as usize);
+    ui.add(egui::Label::new(egui::RichText::new(shown).strong()).truncate()).on_hover_text(scene.source.to_string());
+    let extent = scene.bounds.extent();
+    let size = [extent.x, extent.y, extent.z].map(|side| format::significant(f64::from(side))).join(" × ");
+    statistic(ui, state, &Statistic::new("Triangles", format::count(scene.triangles.len() as u64)));
+    statistic(ui, state, &Statistic::new("Size", size).tip("Sides of the box around everything, in the file's unit"));
+    if scene.mesh_count > 1 {
+        statistic(ui, state, &Statistic::new("Meshes", format::count(scene.mesh_count as u64)));
+    }
+    statistic(ui, state, &Statistic::new("Materials", format::count(scene.materials.len() as u64)));
+    if !scene.textures.is_empty() {
+        statistic(ui, state, &Statistic::new("Textures", format::count(scene.textures.len() as u64)));
+    }
+    let (number, unit) = format::bytes_parts(scene.bytes());
+    statistic(
+        ui,
+        state,
+        &Statistic::new("Memory", number).unit(unit).tip("Triangles, attributes and textures as loaded"),
+    );
+    let warnings = &scene.warnings.entries;
+    if !warnings.is_empty() {
+        let plural = if warnings.len() == 1 { "warning" } else { "warnings" };
+        let title = egui::RichText::new(format!("{} {plural}", warnings.len())).color(ui.visuals().warn_fg_color);
+        egui::CollapsingHeader::new(title).id_salt("warnings").show(ui, |ui| {
+            for warning in warnings {
+                ui.add(egui::Label::new(warning.to_string()).wrap());
+            }
+        });
+    }
+}
+
+fn build_rows(ui: &mut Ui, state: &mut AppState, shown: &Presented, effects: &mut Effects) {
+    let report = &shown.accel.report;
+    let total = report.build_time.as_secs_f64();
+    let before = effects.observe(ui, "build", total);
+    let (number, unit) = format::duration_parts(report.build_time);
+    let tip = "Wall-clock time of the build: the sum of its stages";
+    let mut row = Statistic::new("Build time", number).unit(unit).tip(tip);
+    if let Some(before) = before {
+        row = row.change(format::duration(Duration::from_secs_f64(before)), format::change(before, total));
+    }
+    statistic(ui, state, &row);
+    let longest = report.stages.stages.iter().map(|(_, time)| *time).max().unwrap_or_default();
+    for (name, time) in &report.stages.stages {
+        stage_row(ui, name, *time, time.as_secs_f64() / longest.as_secs_f64().max(1e-12));
+    }
+    let rate = shown.accel.scene.triangles.len() as f64 / total.max(1e-9) / 1e6;
+    let tip = "Triangles built in a second, in millions";
+    statistic(ui, state, &Statistic::new("Speed", format::significant(rate)).unit("Mtri/s").tip(tip));
+    statistic(ui, state, &Statistic::new("Threads", report.threads.to_string()).tip("Threads that built the tree"));
+}
+
+/// A stage's name, a bar for its share and its time.
+fn stage_row(ui: &mut Ui, name: &str, time: Duration, share: f64) {
+    let palette = theme::palette(ui);
+    let (rect, response) = ui.allocate_exact_size(vec2(ui.available_width(), 16.0), Sense::hover());
+    let text = format::duration(time);
+    response.widget_info(|| WidgetInfo::labeled(Role::Label, true, format!("Stage {name} {text}")));
+    let font = egui::TextStyle::Body.resolve(ui.style());
+    let painter = ui.painter();
+    painter.text(pos2(rect.left() + 8.0, rect.center().y), egui::Align2::LEFT_CENTER, name, font.clone(), palette.dim);
+    let bar = Rect::from_min_max(
+        pos2(rect.left() + 64.0, rect.center().y - 2.0),
+        pos2(rect.right() - 68.0, rect.center().y + 2.0),
+    );
+    if bar.width() > 8.0 {
+        painter.rect_filled(bar, CornerRadius::same(2), palette.rail);
+        let filled = Rect::from_min_size(bar.min, vec2((bar.width() * share as f32).max(1.0), bar.height()));
+        painter.rect_filled(filled, CornerRadius::same(2), palette.accent);
+    }
+    super::widgets::value_text(ui, rect, &text);
+    response.on_hover_text("Time of this stage of the build");
+}
+
+fn tree_rows(ui: &mut Ui, state: &mut AppState, shown: &Presented, effects: &mut Effects) {
+    let report: &BuildReport = &shown.accel.report;
+    let stats = &report.stats;
+    let significant = |value: f32| format::significant(f64::from(value));
+    let mut moving = |ui: &mut Ui, state: &mut AppState, name: &'static str, value: f64, tip: String| {
+        let text = |value: f64| {
+            if value.fract() == 0.0 && value >= 0.0 { format::count(value as u64) } else { format::significant(value) }
+        };
+        let mut row = Statistic::new(name, text(value)).tip(tip);
+        if let Some(before) = effects.observe(ui, name, value) {
+            row = row.change(text(before), format::change(before, value));
+        }
+        statistic(ui, state, &row);
+    };
+    let sah_tip = format!(
+        "Expected cost of a ray by the surface area heuristic: container test {TRAVERSAL_COST}, triangle test {INTERSECTION_COST}, over the root's area. Lower is better"
+    );
+    let epo_tip = "End-point overlap (Aila et al. 2013): surface inside nodes that do not hold it. Lower is better";
+    moving(ui, state, "SAH cost", f64::from((stats.sah_cost * 100.0).round() / 100.0), sah_tip);
+    match shown.accel.known_epo() {
+        Some(epo) => moving(ui, state, "EPO", f64::from(epo), epo_tip.to_owned()),
+        None => statistic(ui, state, &Statistic::new("EPO", "…".to_owned()).tip(epo_tip)),
+    }
+    moving(ui, state, "Nodes", stats.nodes as f64, "Interior nodes and leaves".to_owned());
+    moving(ui, state, "Leaves", stats.leaves as f64, "Nodes that hold triangles".to_owned());
+    let depth_tip =
+        format!("Depth of the deepest node, root 0; leaves lie at {} on average", significant(stats.mean_leaf_depth));
+    moving(ui, state, "Depth", f64::from(stats.max_depth), depth_tip);
+    let leaf = format!("{} / {} / {}", stats.min_leaf_size, significant(stats.mean_leaf_size), stats.max_leaf_size);
+    statistic(ui, state, &Statistic::new("Leaf size", leaf).tip("Triangles in a leaf: smallest, mean, largest"));
+    let triangles = shown.accel.scene.triangles.len().max(1);
+    let overlay_bytes = size_of_val(&shown.table.by_depth[..])
+        + size_of_val(&shown.table.parents[..])
+        + size_of_val(&shown.table.depths[..]);
+    for (name, bytes, tip) in [
+        ("Tree memory", report.tree_bytes, "Nodes and triangle indices"),
+        ("Leaf triangles", report.triangle_bytes, "Triangles in leaf order"),
+        ("Overlay", overlay_bytes, "Who stands at which depth, for the overlay"),
+    ] {
+        let (number, unit) = format::bytes_parts(bytes);
+        let each = format::significant(bytes as f64 / triangles as f64);
+        let tip = format!("{tip}: {each} bytes a triangle");
+        statistic(ui, state, &Statistic::new(name, number).unit(unit).tip(tip));
+    }
+    let each = format::significant((report.tree_bytes + report.triangle_bytes) as f64 / triangles as f64);
+    let tip = "Tree and triangles together, for each triangle";
+    statistic(ui, state, &Statistic::new("Per triangle", each).unit("B").tip(tip));
+}
+
+fn trace_rows(ui: &mut Ui, state: &mut AppState, shown: &Presented, effects: &mut Effects) {
+    let stats = &shown.frame.stats;
+    let (number, unit) = format::duration_parts(stats.trace_time);
+    statistic(
+        ui,
+        state,
+        &Statistic::new("Trace time", number).unit(unit).tip("Wall-clock time of the newest pass, shading included"),
+    );
+    let tip = "Primary rays a second, in millions: the median of the last second";
+    let speed = format::significant(state.mrays_per_s);
+    statistic(ui, state, &Statistic::new("Speed", speed).unit("Mray/s").tip(tip));
+    let share = stats.hits as f64 / stats.primary_rays.max(1) as f64;
+    let hits = format::percent(share);
+    let tip =
+        format!("{} of {} primary rays hit something", format::count(stats.hits), format::count(stats.primary_rays));
+    statistic(ui, state, &Statistic::new("Hits", hits).tip(tip));
+    let (containers, primitives) = (stats.container_tests_per_ray, stats.primitive_tests_per_ray);
+    let total = containers.zip(primitives).map(|(containers, primitives)| containers + primitives);
+    for (name, tests, tip) in [
+        ("Tests per ray", total, "Container and triangle tests of a primary ray, on average"),
+        ("Container tests", containers, "Containers tested by a primary ray, on average"),
+        ("Triangle tests", primitives, "Triangles tested by a primary ray, on average"),
+    ] {
+        let mut row = match tests {
+            Some(tests) => Statistic::new(name, format::significant(f64::from(tests))).tip(tip),
+            None => Statistic::new(name, "–".to_owned()).tip(format!("{tip}. Counted while a heat map is shown")),
+        };
+        if let Some(tests) = tests
+            && let Some(before) = effects.observe(ui, name, f64::from((tests * 100.0).round() / 100.0))
+        {
+            row = row.change(format::significant(before), format::change(before, f64::from(tests)));
+        }
+        statistic(ui, state, &row);
+    }
+}

@@ -1,0 +1,123 @@
+//! How the tree is built.
+
+use eframe::egui::Ui;
+
+use super::widgets::{Header, SliderSpec, chip, combo, row, section, slider};
+use crate::app::commands::{Action, is_preset};
+use crate::app::state::AppState;
+use crate::bvh::{BuildSettings, BuilderKind, ContainerKind, Preset};
+
+pub(super) fn show(ui: &mut Ui, state: &mut AppState) {
+    let tip = "Bring builder, container, threshold, ε and threads back";
+    let header = Header { name: "Tree settings", reset: Some(tip), ..Header::default() };
+    let reset = section(ui, "TREE", header, |ui| {
+        let triangles = state.scene.as_ref().map_or(0, |scene| scene.triangles.len());
+        builder(ui, state, triangles);
+        container(ui, state, triangles);
+        let aac = state.wanted.build.builder == BuilderKind::Aac;
+        ui.add_enabled_ui(aac, |ui| {
+            threshold(ui, state);
+            presets(ui, state);
+            epsilon(ui, state);
+        });
+        threads(ui, state);
+    });
+    if reset {
+        state.wanted.build = BuildSettings::default();
+        state.wanted.threads = 0;
+    }
+}
+
+fn builder(ui: &mut Ui, state: &mut AppState, triangles: usize) {
+    let build = state.wanted.build;
+    let tip = "The algorithm that makes the tree. Compare SAH cost and tests per ray after a change";
+    let choices = BuilderKind::ALL.map(|kind| (kind, kind.label()));
+    combo(ui, "Builder", tip, &mut state.wanted.build.builder, &choices, |builder| {
+        BuildSettings { builder, ..build }.refusal(triangles)
+    });
+}
+
+fn container(ui: &mut Ui, state: &mut AppState, triangles: usize) {
+    let build = state.wanted.build;
+    let tip = "What stands around the triangles. Boxes are tighter: faster to build and fewer tests per ray";
+    row(ui, "Container", tip, |ui| {
+        ui.horizontal(|ui| {
+            for kind in ContainerKind::ALL {
+                let refusal = BuildSettings { container: kind, ..build }.refusal(triangles);
+                let radio = eframe::egui::RadioButton::new(build.container == kind, kind.label());
+                let response = ui.add_enabled(refusal.is_none(), radio);
+                let response = match refusal {
+                    Some(reason) => response.on_disabled_hover_text(reason),
+                    None => response,
+                };
+                if response.clicked() {
+                    state.wanted.build.container = kind;
+                }
+            }
+        })
+        .response
+    });
+}
+
+fn threshold(ui: &mut Ui, state: &mut AppState) {
+    let mut value = f64::from(state.wanted.build.threshold);
+    let spec = SliderSpec {
+        label: "Threshold",
+        tip: "Groups of fewer triangles are clustered rather than split (δ). Higher: slower build, fewer tests per ray. 6 fast, 12 good ([ and ])",
+        range: f64::from(BuildSettings::MIN_THRESHOLD)..=f64::from(BuildSettings::MAX_THRESHOLD),
+        default: f64::from(BuildSettings::default().threshold),
+        logarithmic: true,
+        decimals: 0,
+    };
+    if slider(ui, &mut value, &spec) {
+        state.wanted.build.threshold = value as u32;
+    }
+}
+
+fn presets(ui: &mut Ui, state: &mut AppState) {
+    ui.horizontal_wrapped(|ui| {
+        ui.spacing_mut().item_spacing.x = 4.0;
+        for preset in Preset::ALL {
+            let (threshold, epsilon) = preset.parameters();
+            let source = match preset {
+                Preset::Fast | Preset::Hq => "Mahmuda, Yuniarti, Nurul K.",
+                Preset::AacFast | Preset::AacHq => "Gu et al. 2013",
+            };
+            let tip = format!("Threshold {threshold}, ε {epsilon} ({source})");
+            if chip(ui, preset.label(), is_preset(state, preset), &tip) {
+                Action::Preset(preset).perform(state);
+            }
+        }
+    });
+}
+
+fn epsilon(ui: &mut Ui, state: &mut AppState) {
+    let mut value = f64::from(state.wanted.build.epsilon);
+    let spec = SliderSpec {
+        label: "Reduction ε",
+        tip: "How strongly clusters are reduced on the way up. Smaller: more clusters kept, slower build, better tree",
+        range: 0.0..=f64::from(BuildSettings::MAX_EPSILON),
+        default: f64::from(BuildSettings::default().epsilon),
+        logarithmic: false,
+        decimals: 2,
+    };
+    if slider(ui, &mut value, &spec) {
+        state.wanted.build.epsilon = value as f32;
+    }
+}
+
+fn threads(ui: &mut Ui, state: &mut AppState) {
+    let most = std::thread::available_parallelism().map_or(1, std::num::NonZero::get).max(2);
+    let mut value = state.wanted.threads as f64;
+    let spec = SliderSpec {
+        label: "Threads",
+        tip: "Threads that build and trace; 0 takes all. The tree is the same for any number",
+        range: 0.0..=most as f64,
+        default: 0.0,
+        logarithmic: false,
+        decimals: 0,
+    };
+    if slider(ui, &mut value, &spec) {
+        state.wanted.threads = value as usize;
+    }
+}
