@@ -51,7 +51,7 @@ pub const DEFAULT_FOV_Y: f32 = std::f32::consts::FRAC_PI_4;
 impl Camera {
     /// The documented default camera of a model, the same in the window and on the command line: perspective, 45° high,
     /// looking at the middle of `bounds` from the direction (0.5, 0.35, 1) of a y-up world (turned accordingly for
-    /// another `up`), far enough for the bounding sphere to fit into the height of the picture.
+    /// another `up`), far enough for the box to fill 90 % of a square picture ([`Camera::frame`]).
     pub fn framing(bounds: &Aabb, up: Vec3) -> Self {
         let mut camera =
             Self { eye: Vec3::Z, target: Vec3::ZERO, up, fov_y: DEFAULT_FOV_Y, projection: Projection::Perspective };
@@ -62,16 +62,23 @@ impl Camera {
         camera
     }
 
-    /// Moves along the view direction so that `bounds` fills the picture. Keeps the direction; an empty or flat box gives
-    /// a finite camera all the same.
+    /// Moves along the view direction so that `bounds` fills 90 % of a square picture; a wider one has room at its sides.
+    /// Keeps the direction; an empty or flat box gives a finite camera all the same.
     pub fn frame(&mut self, bounds: &Aabb) {
-        let (center, radius) = if bounds.is_empty() || !(bounds.extent().is_finite()) {
-            (Vec3::ZERO, 1.0)
-        } else {
-            (bounds.center(), (bounds.extent().length() * 0.5).max(1e-6))
-        };
+        let usable = !bounds.is_empty() && bounds.extent().is_finite();
+        let (center, half_extent) =
+            if usable { (bounds.center(), bounds.extent() * 0.5) } else { (Vec3::ZERO, Vec3::ONE) };
         let backward = (self.eye - self.target).normalize_or(Vec3::Z);
-        let distance = radius / (self.fov_y.clamp(0.01, 3.0) * 0.5).sin();
+        let right = self.up.cross(backward).try_normalize().unwrap_or_else(|| backward.any_orthonormal_vector());
+        let up = backward.cross(right);
+        let tan = (self.fov_y.clamp(0.01, 3.0) * 0.5).tan() * 0.9;
+        // Each corner must lie inside the four planes through the eye: |x| and |y| at most tan · depth.
+        let distance = (0..8).fold(1e-6_f32, |distance, corner| {
+            let sign = |bit: u32| if corner >> bit & 1 == 0 { -1.0 } else { 1.0 };
+            let corner = half_extent * Vec3::new(sign(0), sign(1), sign(2));
+            let widest = corner.dot(right).abs().max(corner.dot(up).abs());
+            distance.max(corner.dot(backward) + widest / tan)
+        });
         self.target = center;
         self.eye = center + backward * distance;
     }

@@ -143,6 +143,9 @@ impl Rails {
         }
         let coarseness = rendered.frame.coarseness;
         let complete = rendered.last && coarseness == 1 && rendered.key.settings == key.settings;
+        if coarseness == 1 {
+            log::info!("picture at full resolution, {} samples a pixel", rendered.frame.samples);
+        }
         self.shown = Some(Shown { key, complete });
     }
 
@@ -155,6 +158,12 @@ impl Rails {
         state.selection.hidden.clear();
         let max_depth = tree.accel.tree.max_depth();
         let same_scene = old_scene.is_some_and(|scene| Arc::ptr_eq(&scene, &tree.accel.scene));
+        log::info!(
+            "presented {} · {} triangles · {} nodes",
+            tree.accel.scene.source.label(),
+            tree.accel.scene.triangles.len(),
+            tree.accel.tree.node_count()
+        );
         self.present(tree, rendered, state);
         if same_scene {
             // The selected triangle is still there; its leaf is another one.
