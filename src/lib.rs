@@ -17,6 +17,7 @@
 #![allow(clippy::module_name_repetitions, reason = "types are imported by name, without their module")]
 #![allow(clippy::missing_errors_doc, reason = "error types say themselves when they occur")]
 #![allow(clippy::missing_panics_doc, reason = "panics are bugs; the ones left guard invariants")]
+#![allow(clippy::inline_always, reason = "probes and kernels must vanish into their loops, also where these are large")]
 #![allow(clippy::float_cmp, reason = "bounds and keys are compared exactly on purpose")]
 #![allow(clippy::too_many_lines, reason = "a file's length is watched, not a function's")]
 

@@ -132,7 +132,7 @@ impl Clip for Aabb {
         if Aabb::contains(self, bounds, 0.0) {
             return f64::from(triangle.scaled_normal().length()) * 0.5;
         }
-        let corners = [triangle.a, triangle.b, triangle.c].map(|corner| corner.as_dvec3());
+        let corners = [triangle.a, triangle.b, triangle.c].map(glam::Vec3::as_dvec3);
         let (min, max) = (self.min.as_dvec3(), self.max.as_dvec3());
         // Each of the six planes adds at most one corner to a convex polygon.
         let mut polygon = [glam::DVec3::ZERO; 9];
@@ -175,7 +175,7 @@ impl Clip for Sphere {
         if radius <= 0.0 || nearest.distance_squared(center) >= radius * radius {
             return 0.0;
         }
-        let [a, b, c] = [triangle.a, triangle.b, triangle.c].map(|corner| corner.as_dvec3());
+        let [a, b, c] = [triangle.a, triangle.b, triangle.c].map(glam::Vec3::as_dvec3);
         let Some(normal) = (b - a).cross(c - a).try_normalize() else { return 0.0 };
         let height = (center - a).dot(normal);
         let disc_squared = radius * radius - height * height;

@@ -32,7 +32,7 @@ pub struct TreeStats {
     /// Number of leaves of each size; index 0 is unused.
     pub leaf_size_histogram: Vec<u32>,
     /// SAH cost: Σ interior area·[`TRAVERSAL_COST`] + Σ leaf area·primitives·[`INTERSECTION_COST`], over the root's area
-    /// (Goldsmith and Salmon 1987; MacDonald and Booth 1990). 0 where the root has no area.
+    /// (Goldsmith and Salmon: *Automatic Creation of Object Hierarchies*, 1987). 0 where the root has no area.
     pub sah_cost: f32,
 }
 
