@@ -24,6 +24,10 @@ const FORK_ABOVE: usize = 8192;
 const BATCH: usize = 8192;
 /// Most primitives that may share the leading 30 bits of their codes before the remaining 33 are sorted as well.
 const MAX_COARSE_GROUP: usize = 32;
+/// Bits of a code below its leading 30.
+const FINE_BITS: u32 = 33;
+/// Size of a group from which its fine codes are radix sorted.
+const RADIX_SORT_ABOVE: usize = 4096;
 /// Bit at which the code starts in a key; below it stands the primitive's index, or nothing where codes are fine.
 const COARSE_CODE_SHIFT: u32 = 32;
 
@@ -87,7 +91,16 @@ pub fn morton_order<C: Clustered>(
             .map(|key| (grid.code(containers[*key as u32 as usize].middle()), *key as u32))
             .collect();
         drop(keys);
-        radix_sort(&mut fine, 0, 63, |item| item.0);
+        // The groups stand in the right order already: each one is sorted by itself.
+        fine.par_chunk_by_mut(|a, b| a.0 >> FINE_BITS == b.0 >> FINE_BITS).for_each(|group| {
+            if group.len() > RADIX_SORT_ABOVE {
+                let mut sorted = group.to_vec();
+                radix_sort(&mut sorted, 0, FINE_BITS, |item| item.0);
+                group.copy_from_slice(&sorted);
+            } else {
+                group.sort_by_key(|item| item.0);
+            }
+        });
         let order = fine.par_iter().with_min_len(BATCH).map(|item| item.1).collect();
         let codes = fine.par_iter().with_min_len(BATCH).map(|item| item.0).collect();
         MortonOrder { containers, order, codes, code_mask: u64::MAX }

@@ -6,6 +6,10 @@
 //! when their old distance has become the smallest of all: merging never brings anything closer, so the old distance is
 //! a lower bound until then.
 
+#![allow(clippy::inline_always, reason = "SIMD kernels must land in the caller that enables the instructions")]
+#![allow(clippy::needless_range_loop, reason = "several arrays are indexed by the same field")]
+#![allow(clippy::too_many_arguments, reason = "a struct for one call would hide what the papers' step takes")]
+
 use fearless_simd::{Select, Simd, SimdBase, SimdFloat, SimdMask, f32x8, u32x8};
 
 use super::{Container, Node};

@@ -21,7 +21,7 @@ impl Sphere {
     /// The smallest sphere around `triangle`: that of its longest edge where it is right or obtuse, of its circumscribed
     /// circle where it is acute.
     pub fn around_triangle(triangle: &Triangle) -> Self {
-        let [a, b, c] = [triangle.a, triangle.b, triangle.c].map(|corner| corner.as_dvec3());
+        let [a, b, c] = [triangle.a, triangle.b, triangle.c].map(Vec3::as_dvec3);
         let (ab, bc, ca) = ((b - a).length_squared(), (c - b).length_squared(), (a - c).length_squared());
         let longest = ab.max(bc).max(ca);
         let center = if 2.0 * longest >= ab + bc + ca {
