@@ -20,6 +20,8 @@ const COLORS: [RGBColor; 7] = [
     RGBColor(0, 0, 0),
 ];
 const FONT: &str = "plot";
+/// Height of a line of the legend in pixels.
+const LEGEND_LINE: i32 = 28;
 
 /// One line of a panel.
 #[derive(Debug, Clone, PartialEq)]
@@ -204,7 +206,7 @@ fn category_panels(
 pub fn draw(panels: &[Panel], format: PlotFormat) -> Result<Vec<u8>, String> {
     // Registering again is harmless; the font is part of the program, so it cannot be unreadable.
     let _ = plotters::style::register_font(FONT, FontStyle::Normal, epaint_default_fonts::UBUNTU_LIGHT);
-    let (width, height) = (PANEL.0, PANEL.1 * panels.len().max(1) as u32);
+    let (width, height) = (PANEL.0, PANEL.1 * panels.len().max(1) as u32 + legend_height(panels));
     match format {
         PlotFormat::Svg => {
             let mut text = String::new();
@@ -227,10 +229,56 @@ pub fn draw(panels: &[Panel], format: PlotFormat) -> Result<Vec<u8>, String> {
 
 fn draw_on<B: DrawingBackend>(area: &DrawingArea<B, Shift>, panels: &[Panel]) -> Result<(), String> {
     area.fill(&WHITE).map_err(|error| error.to_string())?;
-    for (part, panel) in area.split_evenly((panels.len().max(1), 1)).iter().zip(panels) {
+    let (legend, below) = area.split_vertically(legend_height(panels));
+    draw_legend(&legend, panels).map_err(|error| error.to_string())?;
+    for (part, panel) in below.split_evenly((panels.len().max(1), 1)).iter().zip(panels) {
         draw_panel(part, panel).map_err(|error| error.to_string())?;
     }
     area.present().map_err(|error| error.to_string())
+}
+
+/// Where each entry of the legend stands, from left to right and then down: x, y and curve. All panels have the same
+/// curves, so one legend above them serves all and hides no point.
+fn legend_places(panels: &[Panel]) -> Vec<(i32, i32, &Curve)> {
+    let (mut x, mut y) = (100, 26);
+    let mut places = Vec::new();
+    for curve in panels.first().map_or(&[][..], |panel| &panel.curves) {
+        let width = 60 + curve.name.chars().count() as i32 * 11;
+        if x > 100 && x + width > PANEL.0 as i32 {
+            (x, y) = (100, y + LEGEND_LINE);
+        }
+        places.push((x, y, curve));
+        x += width;
+    }
+    places
+}
+
+fn legend_height(panels: &[Panel]) -> u32 {
+    legend_places(panels).last().map_or(0, |place| (place.1 + LEGEND_LINE) as u32)
+}
+
+fn draw_legend<B: DrawingBackend>(
+    area: &DrawingArea<B, Shift>,
+    panels: &[Panel],
+) -> Result<(), DrawingAreaErrorKind<B::ErrorType>> {
+    use plotters::style::text_anchor::{HPos, Pos, VPos};
+    let style = (FONT, 20).into_font().color(&BLACK).pos(Pos::new(HPos::Left, VPos::Center));
+    let joined = panels.first().is_some_and(|panel| panel.categories.is_empty());
+    let mut next = 0;
+    for (x, y, curve) in legend_places(panels) {
+        if curve.reference {
+            area.draw(&PathElement::new([(x, y), (x + 26, y)], BLACK.mix(0.45).stroke_width(1)))?;
+        } else {
+            let color = COLORS[next % COLORS.len()];
+            if joined {
+                area.draw(&PathElement::new([(x, y), (x + 26, y)], color.stroke_width(2)))?;
+            }
+            area.draw(&marker((x + 13, y), next % 3, color))?;
+            next += 1;
+        }
+        area.draw(&Text::new(curve.name.clone(), (x + 34, y), &style))?;
+    }
+    Ok(())
 }
 
 fn draw_panel<B: DrawingBackend>(
@@ -277,10 +325,7 @@ fn draw_panel<B: DrawingBackend>(
     for curve in &panel.curves {
         if curve.reference {
             let style = BLACK.mix(0.45).stroke_width(1);
-            chart
-                .draw_series(LineSeries::new(curve.points.iter().copied(), style))?
-                .label(&curve.name)
-                .legend(move |(x, y)| PathElement::new([(x, y), (x + 26, y)], style));
+            chart.draw_series(LineSeries::new(curve.points.iter().copied(), style))?;
             continue;
         }
         let (color, shape) = (COLORS[next % COLORS.len()], next % 3);
@@ -289,24 +334,9 @@ fn draw_panel<B: DrawingBackend>(
         if !named {
             chart.draw_series(LineSeries::new(curve.points.iter().copied(), color.stroke_width(2)))?;
         }
-        chart
-            .draw_series(curve.points.iter().map(|&point| EmptyElement::at(point) + marker((0, 0), shape, color)))?
-            .label(&curve.name)
-            .legend(move |(x, y)| {
-                EmptyElement::at((x, y))
-                    + PathElement::new([(0, 0), (if named { 0 } else { 26 }, 0)], color.stroke_width(2))
-                    + marker((13, 0), shape, color)
-            });
+        chart.draw_series(curve.points.iter().map(|&point| EmptyElement::at(point) + marker((0, 0), shape, color)))?;
     }
-    chart
-        .configure_series_labels()
-        .position(SeriesLabelPosition::UpperRight)
-        .legend_area_size(34)
-        .margin(8)
-        .background_style(WHITE.mix(0.85))
-        .border_style(BLACK.mix(0.3))
-        .label_font((FONT, 20).into_font().color(&BLACK))
-        .draw()
+    Ok(())
 }
 
 /// A disc, a square or a diamond.
