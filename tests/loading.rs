@@ -91,6 +91,11 @@ fn ply_and_stl_models_match_the_manifest() {
 }
 
 #[test]
+fn gltf_models_match_the_manifest() {
+    check_manifest(&[".gltf", ".glb"]);
+}
+
+#[test]
 fn stl_of_every_kind_loads() {
     let facet = |x: &str| {
         format!("FACET NORMAL 0 0 0\nOUTER LOOP\nVERTEX 0 0 0\nVERTEX {x} 0 0\nVERTEX 0 1 0\nENDLOOP\nENDFACET\n")

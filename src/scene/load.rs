@@ -6,7 +6,7 @@ use glam::Vec3;
 
 use super::assemble::Assembly;
 use super::read::{read_model, unusable};
-use super::{LoadError, Scene, SceneSource, builtin, obj, ply, stl};
+use super::{LoadError, Scene, SceneSource, builtin, gltf, obj, ply, stl};
 use crate::cancel::CancelToken;
 
 /// What the user allows a load to do.
@@ -36,10 +36,11 @@ fn load_file(
     let mut assembly = Assembly::new();
     let up = match detect(path, &bytes) {
         Some(Format::Obj) => obj::load(path, &bytes, options, &mut assembly, token).map(|()| Vec3::Y),
+        Some(Format::Gltf) => gltf::load(path, &bytes, options, &mut assembly, token).map(|()| Vec3::Y),
         Some(Format::Ply) => ply::load(path, &bytes, &mut assembly, token).map(|()| Vec3::Y),
         // Drawing programs for machine parts, where most STL files come from, have z up.
         Some(Format::Stl) => stl::load(path, &bytes, &mut assembly, token).map(|()| Vec3::Z),
-        _ => Err(unusable(path, "is neither OBJ, glTF, GLB, PLY nor STL")),
+        None => Err(unusable(path, "is neither OBJ, glTF, GLB, PLY nor STL")),
     }?;
     drop(bytes);
     token.check()?;

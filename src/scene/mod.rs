@@ -3,6 +3,7 @@
 mod assemble;
 mod builtin;
 mod error;
+mod gltf;
 mod images;
 mod load;
 mod material;

@@ -1,6 +1,9 @@
 //! Scenes that need no file.
 
+mod classics;
+mod shapes;
 mod teapot;
+mod terrain;
 
 use glam::Vec3;
 
@@ -74,6 +77,11 @@ pub(super) fn build(
     let mut assembly = Assembly::new();
     match name {
         "teapot" => teapot::build(size, &mut assembly, token)?,
+        "cornell" => classics::cornell(&mut assembly),
+        "sphereflake" => classics::flake(size, &mut assembly, token)?,
+        "terrain" => terrain::build(size, &mut assembly, token)?,
+        "slivers" => classics::slivers(size, &mut assembly, token)?,
+        "clusters" => classics::clusters(size, &mut assembly, token)?,
         _ => {
             let names: Vec<_> = BUILTIN_SCENES.iter().map(|scene| scene.name).collect();
             return Err(LoadError::Unusable {

@@ -1,0 +1,226 @@
+//! glTF 2.0 and GLB. The JSON is walked as it is and every reference checked: the gltf crate's own reader refuses files
+//! that others open and panics on damaged ones.
+
+mod accessor;
+mod container;
+mod material;
+mod primitive;
+
+use std::collections::HashMap;
+use std::path::Path;
+use std::rc::Rc;
+
+use glam::{Mat3, Mat4, Quat, Vec3};
+use serde_json::Value;
+
+use self::container::{Document, number};
+use self::primitive::Primitive;
+use super::assemble::{Assembly, VertexLists};
+use super::images::Images;
+use super::read::{READ_SHARE, unusable};
+use super::{LoadError, LoadOptions, Place};
+use crate::cancel::CancelToken;
+use crate::geometry::Triangle;
+
+/// More copies than this of anything are a mistake or an attack.
+const MAX_TRIANGLES: usize = 1 << 28;
+
+/// Reads a glTF or GLB file that is in memory.
+pub(super) fn load(
+    path: &Path,
+    bytes: &[u8],
+    options: &LoadOptions,
+    assembly: &mut Assembly,
+    token: &CancelToken,
+) -> Result<(), LoadError> {
+    let mut images = Images::new(path, options, token);
+    let document = Document::parse(path, bytes, &images)?;
+    check_extensions(path, &document.json)?;
+    token.check()?;
+    let (materials, uv_sets) = material::read_all(&document, &mut images);
+    token.check()?;
+    assembly.materials = materials;
+    assembly.textures = images.into_textures(&mut assembly.warnings);
+    assembly.mesh_count = document.json["meshes"].as_array().map_or(0, Vec::len);
+    let nodes = document.json["nodes"].as_array().map(Vec::as_slice).unwrap_or_default();
+    let mut visited = vec![false; nodes.len()];
+    let mut stack: Vec<(usize, Mat4)> = roots(&document.json, nodes).into_iter().map(|n| (n, Mat4::IDENTITY)).collect();
+    let mut meshes: HashMap<usize, Rc<Vec<Primitive>>> = HashMap::new();
+    let mut done = 0;
+    while let Some((index, parent)) = stack.pop() {
+        token.check()?;
+        token.set_progress(READ_SHARE + (1.0 - READ_SHARE) * done as f32 / nodes.len() as f32);
+        done += 1;
+        let place = || Place::Json(format!("nodes[{index}]"));
+        let Some(node) = nodes.get(index) else {
+            assembly.warnings.add("nodes that do not exist left out", place);
+            continue;
+        };
+        if std::mem::replace(&mut visited[index], true) {
+            let message = "has two parents or is its own ancestor".to_owned();
+            return Err(LoadError::Unusable { path: path.to_path_buf(), place: place(), message });
+        }
+        let transform = parent * local_transform(node);
+        if !transform.is_finite() {
+            assembly.warnings.add("nodes placed by numbers that are not finite left out", place);
+            continue;
+        }
+        let children = node["children"].as_array().map(Vec::as_slice).unwrap_or_default();
+        let children = children.iter().rev().filter_map(|child| usize::try_from(child.as_u64()?).ok());
+        stack.extend(children.map(|child| (child, transform)));
+        let Some(mesh) = number(node, "mesh") else { continue };
+        let primitives = if let Some(known) = meshes.get(&mesh) {
+            Rc::clone(known)
+        } else {
+            let read = Rc::new(read_mesh(mesh, &document, &uv_sets, assembly));
+            meshes.insert(mesh, Rc::clone(&read));
+            read
+        };
+        for instance in instances(node, &document, assembly, index) {
+            token.check()?;
+            for primitive in &*primitives {
+                if assembly.len() + primitive.triangles.len() > MAX_TRIANGLES {
+                    return Err(unusable(path, format!("contains more than {MAX_TRIANGLES} triangles")));
+                }
+                place_primitive(primitive, transform * instance, assembly, index);
+            }
+        }
+    }
+    Ok(())
+}
+
+/// Extensions that the file cannot do without must be among those understood here.
+fn check_extensions(path: &Path, json: &Value) -> Result<(), LoadError> {
+    const UNDERSTOOD: [&str; 4] =
+        ["KHR_mesh_quantization", "KHR_texture_transform", "EXT_mesh_gpu_instancing", "KHR_lights_punctual"];
+    let required = json["extensionsRequired"].as_array().map(Vec::as_slice).unwrap_or_default();
+    for name in required.iter().filter_map(Value::as_str) {
+        if !UNDERSTOOD.contains(&name) && !name.starts_with("KHR_materials_") {
+            let message = format!(
+                "the extension {name} is required but not supported; convert the file with \
+                 'gltf-transform optimize --compress false --texture-compress false IN OUT'"
+            );
+            let place = Place::Json("extensionsRequired".to_owned());
+            return Err(LoadError::Unusable { path: path.to_path_buf(), place, message });
+        }
+    }
+    Ok(())
+}
+
+/// The nodes of the shown scene; without scenes, those that are nobody's child.
+fn roots(json: &Value, nodes: &[Value]) -> Vec<usize> {
+    let indices = |list: &Value| -> Vec<usize> {
+        let list = list.as_array().map(Vec::as_slice).unwrap_or_default();
+        list.iter().filter_map(|index| usize::try_from(index.as_u64()?).ok()).collect()
+    };
+    if let Some(scene) = json["scenes"].get(number(json, "scene").unwrap_or(0)) {
+        return indices(&scene["nodes"]).into_iter().rev().collect();
+    }
+    let mut root = vec![true; nodes.len()];
+    for child in nodes.iter().flat_map(|node| indices(&node["children"])) {
+        if let Some(root) = root.get_mut(child) {
+            *root = false;
+        }
+    }
+    (0..nodes.len()).rev().filter(|&index| root[index]).collect()
+}
+
+/// Numbers of a JSON list, where there are exactly so many.
+fn numbers<const N: usize>(json: &Value) -> Option<[f32; N]> {
+    let list = json.as_array().filter(|list| list.len() == N)?;
+    let mut all = [0.0; N];
+    for (slot, value) in all.iter_mut().zip(list) {
+        *slot = value.as_f64()? as f32;
+    }
+    Some(all)
+}
+
+fn local_transform(node: &Value) -> Mat4 {
+    if let Some(matrix) = numbers::<16>(&node["matrix"]) {
+        return Mat4::from_cols_array(&matrix);
+    }
+    let rotation = numbers(&node["rotation"]).map_or(Quat::IDENTITY, rotation);
+    let scale = numbers(&node["scale"]).map_or(Vec3::ONE, Vec3::from_array);
+    let translation = numbers(&node["translation"]).map_or(Vec3::ZERO, Vec3::from_array);
+    Mat4::from_scale_rotation_translation(scale, rotation, translation)
+}
+
+fn rotation(numbers: [f32; 4]) -> Quat {
+    let quaternion = Quat::from_array(numbers);
+    let length = quaternion.length();
+    if length > 0.0 && length.is_finite() { quaternion / length } else { Quat::IDENTITY }
+}
+
+fn read_mesh(index: usize, document: &Document, uv_sets: &[usize], assembly: &mut Assembly) -> Vec<Primitive> {
+    let list = document.json["meshes"].get(index).and_then(|mesh| mesh["primitives"].as_array());
+    let mut primitives = Vec::new();
+    for (k, json) in list.map(Vec::as_slice).unwrap_or_default().iter().enumerate() {
+        let place = || Place::Json(format!("meshes[{index}].primitives[{k}]"));
+        match primitive::read(json, document, uv_sets) {
+            Ok(Some(primitive)) => {
+                for _ in 0..primitive.out_of_range {
+                    assembly.warnings.add("triangles with a vertex that does not exist skipped", place);
+                }
+                assembly.point_count += primitive.positions.len() as u64;
+                primitives.push(primitive);
+            }
+            Ok(None) => assembly.warnings.add("primitives of points or lines not shown", place),
+            Err(reason) => assembly.warnings.add(&format!("primitives left out: {reason}"), place),
+        }
+    }
+    primitives
+}
+
+/// The copies that EXT_mesh_gpu_instancing asks for; else just one.
+fn instances(node: &Value, document: &Document, assembly: &mut Assembly, index: usize) -> Vec<Mat4> {
+    let attributes = &node["extensions"]["EXT_mesh_gpu_instancing"]["attributes"];
+    if !attributes.is_object() {
+        return vec![Mat4::IDENTITY];
+    }
+    let read = |name: &str, width: usize| {
+        let elements = accessor::read(document, number(attributes, name)?);
+        elements.ok().filter(|elements| elements.width == width)
+    };
+    let vectors = |name: &str| read(name, 3).map(|elements| primitive::vectors(&elements)).unwrap_or_default();
+    let (translations, scales) = (vectors("TRANSLATION"), vectors("SCALE"));
+    let rotations = read("ROTATION", 4).map(|elements| elements.floats()).unwrap_or_default();
+    let rotations = rotations.as_chunks::<4>().0;
+    let count = translations.len().max(scales.len()).max(rotations.len());
+    if count == 0 {
+        assembly.warnings.add("instances left out", || Place::Json(format!("nodes[{index}]")));
+    }
+    let instance = |k: usize| {
+        Mat4::from_scale_rotation_translation(
+            scales.get(k).copied().unwrap_or(Vec3::ONE),
+            rotations.get(k).copied().map_or(Quat::IDENTITY, rotation),
+            translations.get(k).copied().unwrap_or(Vec3::ZERO),
+        )
+    };
+    (0..count).map(instance).collect()
+}
+
+/// Appends a primitive where a node puts it.
+fn place_primitive(primitive: &Primitive, transform: Mat4, assembly: &mut Assembly, node: usize) {
+    let linear = Mat3::from_mat4(transform);
+    // A mirroring transform turns triangles inside out; swapping corners turns them back.
+    let mirrored = linear.determinant() < 0.0;
+    // The inverse transpose up to a factor, without dividing: it exists for flat transforms as well.
+    let sign = if mirrored { -1.0 } else { 1.0 };
+    let [x, y, z] = [linear.x_axis, linear.y_axis, linear.z_axis];
+    let cofactors = Mat3::from_cols(y.cross(z), z.cross(x), x.cross(y)) * sign;
+    let positions: Vec<Vec3> = primitive.positions.iter().map(|&point| transform.transform_point3(point)).collect();
+    let lists = VertexLists {
+        normals: primitive.normals.iter().map(|&normal| (cofactors * normal).normalize_or_zero()).collect(),
+        uvs: primitive.uvs.clone(),
+        colors: primitive.colors.clone(),
+    };
+    let first = assembly.add_vertices(positions.len(), lists);
+    assembly.reserve(primitive.triangles.len());
+    for &[a, b, c] in &primitive.triangles {
+        let corners = if mirrored { [a, c, b] } else { [a, b, c] };
+        let [a, b, c] = corners.map(|corner| positions[corner as usize]);
+        let corners = first.map(|first| corners.map(|corner| first + corner));
+        let material = primitive.material as u32;
+        assembly.push(Triangle { a, b, c }, corners, material, || Place::Json(format!("nodes[{node}]")));
+    }
+}

@@ -1,0 +1,51 @@
+//! Every built-in scene: its size, that it is sound, and that it is the same each time.
+
+use bvhscope::cancel::CancelToken;
+use bvhscope::geometry::Aabb;
+use bvhscope::scene::{BUILTIN_SCENES, LoadOptions, Scene, SceneSource, load};
+
+fn builtin(name: &str, size: Option<u32>) -> Scene {
+    let source = SceneSource::Builtin { name: name.to_owned(), size };
+    load(&source, &LoadOptions::default(), &CancelToken::new()).expect("a built-in scene")
+}
+
+#[test]
+fn every_scene_is_sound_and_the_same_each_time() {
+    for scene in BUILTIN_SCENES {
+        let made = builtin(scene.name, None);
+        let again = builtin(scene.name, None);
+        assert!(made.triangles == again.triangles, "{}", scene.name);
+        assert!(made.warnings.is_empty(), "{}: {:?}", scene.name, made.warnings);
+        let around = made.triangles.iter().fold(Aabb::EMPTY, |bounds, triangle| bounds.union(&triangle.bounds()));
+        assert_eq!(made.bounds, around, "{}", scene.name);
+        for &material in &made.material_indices {
+            assert!((material as usize) < made.materials.len(), "{}", scene.name);
+        }
+        if let Some(attributes) = &made.attributes {
+            assert_eq!(attributes.corners.len(), made.triangles.len(), "{}", scene.name);
+            for (triangle, corners) in made.triangles.iter().zip(&attributes.corners) {
+                let normal: glam::Vec3 = corners.iter().map(|&corner| attributes.normals[corner as usize]).sum();
+                let facing = normal.dot(triangle.scaled_normal());
+                assert!(facing > -1e-6 || scene.name == "teapot", "{}: {facing}", scene.name);
+            }
+        }
+    }
+}
+
+#[test]
+fn sizes_are_what_they_promise() {
+    assert_eq!(builtin("teapot", None).triangles.len(), 6320);
+    assert_eq!(builtin("teapot", Some(1)).triangles.len(), 56);
+    assert_eq!(builtin("cornell", None).triangles.len(), 36);
+    assert_eq!(builtin("slivers", Some(17)).triangles.len(), 17);
+    assert_eq!(builtin("terrain", Some(2)).triangles.len(), 2);
+    assert_eq!(builtin("terrain", Some(200_000)).triangles.len(), 199_712);
+    assert_eq!(builtin("clusters", Some(3)).mesh_count, 3);
+    assert_eq!(builtin("sphereflake", Some(2)).mesh_count, 91);
+}
+
+#[test]
+fn sizes_out_of_range_are_brought_into_it() {
+    assert_eq!(builtin("teapot", Some(0)).triangles.len(), 56);
+    assert_eq!(builtin("terrain", Some(0)).triangles.len(), 2);
+}
