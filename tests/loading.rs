@@ -70,10 +70,15 @@ fn check_manifest(extensions: &[&str]) {
         assert_eq!(scene.triangles.len(), triangles, "{file}");
         let found = [scene.bounds.min.to_array(), scene.bounds.max.to_array()].concat();
         let size = scene.bounds.extent().max_element();
-        for (found, expected) in found.iter().zip(bounds) {
+        // The manifest boxes turned glTF meshes by the corners of their own boxes: its bounds may be wider, never narrower.
+        let turned = file.contains("gltf/") || file.ends_with(".glb");
+        for (axis, (found, expected)) in found.iter().zip(bounds).enumerate() {
             // The manifest gives five digits.
             let slack = 1e-4 * expected.abs() + 1e-5 * size;
-            assert!((found - expected).abs() <= slack, "{file}: {:?} instead of {bounds:?}", scene.bounds);
+            let inside = if axis < 3 { expected - found } else { found - expected };
+            assert!(inside <= slack, "{file}: {:?} reaches beyond {bounds:?}", scene.bounds);
+            let allowed = if turned { 0.25 * size } else { slack };
+            assert!(inside >= -allowed, "{file}: {:?} instead of {bounds:?}", scene.bounds);
         }
         checked += 1;
     }
@@ -113,8 +118,9 @@ fn stl_of_every_kind_loads() {
     }
     assert_eq!(load_bytes("no-extension", &binary).unwrap().triangles.len(), 2);
     binary.truncate(140);
-    let scene = load_bytes("short.stl", &binary[..134]);
-    assert!(scene.is_ok() || scene.is_err_and(|error| !error.to_string().is_empty()));
+    // One whole facet of the two that the header declares is there.
+    let scene = load_bytes("short.stl", &binary[..134]).unwrap();
+    assert_eq!((scene.triangles.len(), scene.warnings.is_empty()), (1, false));
 }
 
 #[test]

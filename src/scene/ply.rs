@@ -1,5 +1,5 @@
 //! PLY, text and binary of both byte orders. Read here instead of through ply-rs-bw, which keeps every element as a map of
-//! names (seconds and gigabytes for a million triangles) and trusts the counts of the header.
+//! names and aborts on a declared count of elements without properties.
 
 use std::path::Path;
 
