@@ -178,3 +178,52 @@ fn overlay_settings(args: &OverlayArgs, kinds: OverlayKinds) -> OverlaySettings 
 fn changed<T: PartialEq>(value: T, default: T) -> Option<T> {
     (value != default).then_some(value)
 }
+
+#[cfg(all(test, feature = "gui"))]
+mod tests {
+    #![allow(clippy::unwrap_used, reason = "a failure here is a failed test")]
+
+    use clap::Parser as _;
+
+    use super::super::args::{Cli, CommandArgs};
+    use super::*;
+    use crate::app::commands::command_line;
+    use crate::app::state::{AppState, Preferences, Wanted};
+    use crate::bvh::traverse::Traversal;
+    use crate::camera::Projection;
+    use crate::overlay::ColorBy;
+    use crate::render::{ColorMap, HeatKind, Light, Shading};
+
+    #[test]
+    fn the_command_line_that_the_window_copies_means_the_same() {
+        let mut wanted = Wanted::new(SceneSource::default_builtin());
+        wanted.build = BuildSettings { container: ContainerKind::Sphere, threshold: 9, ..wanted.build };
+        wanted.threads = 2;
+        wanted.camera.projection = Projection::Orthographic;
+        wanted.camera.eye.x = -1.25e-3;
+        wanted.render = RenderSettings {
+            shading: Shading::Heat(HeatKind::Primitives),
+            light: Light::Headlight,
+            traversal: Traversal::Paper,
+            heat_range: Some([1.0, 80.5]),
+            color_map: ColorMap::Turbo,
+            samples: 3,
+            ..wanted.render
+        };
+        wanted.overlay.leaves_only = true;
+        wanted.overlay.parents = true;
+        wanted.overlay.show_spheres = true;
+        wanted.overlay.color_by = ColorBy::Size;
+        let mut state = AppState::new(wanted.clone(), Preferences::default());
+        state.viewport_px = [800, 500];
+        let line = command_line(&state);
+        let cli = Cli::try_parse_from(line.split(' ')).unwrap_or_else(|error| panic!("{line}\n{error}"));
+        let Some(CommandArgs::Render(args)) = cli.command else { panic!("{line} does not render") };
+        assert_eq!(args.build.threads, Some(2));
+        let job = render(args);
+        assert_eq!((job.source, job.build, job.settings), (wanted.source, wanted.build, wanted.render), "{line}");
+        assert_eq!((job.overlay, job.size), (Some(wanted.overlay), [800, 500]), "{line}");
+        assert_eq!((job.camera.eye, job.camera.target), (Some(wanted.camera.eye), Some(wanted.camera.target)));
+        assert!(job.camera.orthographic && (job.camera.fov_y.unwrap() - wanted.camera.fov_y).abs() < 1e-4);
+    }
+}

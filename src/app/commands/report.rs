@@ -7,7 +7,7 @@ use crate::app::state::{AppState, Wanted};
 use crate::bvh::stats::{INTERSECTION_COST, TRAVERSAL_COST};
 use crate::bvh::traverse::Traversal;
 use crate::camera::Projection;
-use crate::render::Light;
+use crate::render::{Light, Shading};
 
 /// The command that makes the picture on the screen without a window.
 pub fn command_line(state: &AppState) -> String {
@@ -31,8 +31,17 @@ pub fn command_line(state: &AppState) -> String {
     flag("--eye", vector(camera.eye));
     flag("--target", vector(camera.target));
     flag("--up", vector(camera.up));
-    flag("--fov", format::significant(f64::from(camera.fov_y.to_degrees())));
+    // Turning degrees into radians and back leaves dust behind the comma.
+    flag("--fov", ((camera.fov_y.to_degrees() * 1e3).round() / 1e3).to_string());
     flag("--shading", render.shading.name().to_owned());
+    flag("--samples", render.samples.to_string());
+    flag("--color-map", render.color_map.label().to_lowercase());
+    if render.shading == Shading::Clusters {
+        flag("--cluster-depth", render.cluster_depth.to_string());
+    }
+    if let Some([low, high]) = render.heat_range {
+        flag("--heat-range", format!("{low}..{high}"));
+    }
     if render.traversal == Traversal::Paper {
         flag("--traversal", "paper".to_owned());
     }
@@ -49,6 +58,12 @@ pub fn command_line(state: &AppState) -> String {
         if !kind.is_empty() {
             flag("--overlay", kind.to_owned());
             flag("--depth", format!("{}..{}", overlay.depth[0], overlay.depth[1]));
+            flag("--color-by", overlay.color_by.label().to_lowercase());
+            for (on, name) in [(overlay.leaves_only, " --leaves"), (overlay.parents, " --parents")] {
+                if on {
+                    line.push_str(name);
+                }
+            }
         }
     }
     if camera.projection == Projection::Orthographic {

@@ -59,6 +59,7 @@ fn looks(ui: &mut Ui, overlay: &mut OverlaySettings) {
         default: f64::from(defaults.hidden_alpha),
         logarithmic: false,
         decimals: 2,
+        zero: "",
     };
     if slider(ui, &mut hidden, &spec) {
         overlay.hidden_alpha = hidden as f32;
@@ -71,6 +72,7 @@ fn looks(ui: &mut Ui, overlay: &mut OverlaySettings) {
         default: f64::from(defaults.line_width),
         logarithmic: false,
         decimals: 2,
+        zero: "",
     };
     if slider(ui, &mut width, &spec) {
         overlay.line_width = width as f32;
@@ -83,6 +85,7 @@ fn looks(ui: &mut Ui, overlay: &mut OverlaySettings) {
         default: f64::from(defaults.budget),
         logarithmic: true,
         decimals: 0,
+        zero: "",
     };
     if slider(ui, &mut budget, &spec) {
         overlay.budget = budget as u32;

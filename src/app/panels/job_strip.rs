@@ -2,6 +2,7 @@
 
 use eframe::egui::{self, Align, CornerRadius, Layout, Rect, Role, Sense, Ui, WidgetInfo, vec2};
 
+use super::icons::Icon;
 use super::widgets::icon_button;
 use crate::app::state::{AppState, JobStatus, Request};
 use crate::app::{format, theme};
@@ -62,7 +63,7 @@ fn running(ui: &mut Ui, state: &mut AppState) {
         return;
     }
     let (rect, _) = ui.allocate_exact_size(vec2(theme::ROW_HEIGHT, theme::ROW_HEIGHT), Sense::hover());
-    if icon_button(ui, rect, "✖", "Cancel").on_hover_text("Stop it and keep what is shown (Esc)").clicked() {
+    if icon_button(ui, rect, Icon::Close, "Cancel").on_hover_text("Stop it and keep what is shown (Esc)").clicked() {
         state.requests.push(Request::CancelJobs);
     }
     progress(ui, &job);

@@ -4,6 +4,7 @@ use eframe::egui::{
     self, Align, Align2, Area, Color32, CornerRadius, Frame, Layout, Margin, Order, Rect, Stroke, Ui, vec2,
 };
 
+use super::icons::Icon;
 use super::widgets::icon_button;
 use crate::app::state::{AppState, Message, Request, Severity};
 use crate::app::theme;
@@ -85,12 +86,12 @@ fn toast(ui: &mut Ui, index: usize, message: &Message) -> Option<Pressed> {
     let mut pressed = None;
     let shown = frame.show(ui, |ui| {
         ui.with_layout(Layout::right_to_left(Align::Min), |ui| {
-            for (glyph, name, tip, what) in [
-                ("✖", "Close message", "Close", Pressed::Close),
-                ("📋", "Copy message", "Copy this text", Pressed::Copy),
+            for (icon, name, tip, what) in [
+                (Icon::Close, "Close message", "Close", Pressed::Close),
+                (Icon::Copy, "Copy message", "Copy this text", Pressed::Copy),
             ] {
                 let (rect, _) = ui.allocate_exact_size(vec2(20.0, 20.0), egui::Sense::hover());
-                let response = ui.push_id(index, |ui| icon_button(ui, rect, glyph, name)).inner;
+                let response = ui.push_id(index, |ui| icon_button(ui, rect, icon, name)).inner;
                 if response.on_hover_text(tip).clicked() {
                     pressed = Some(what);
                 }

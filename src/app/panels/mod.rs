@@ -5,6 +5,7 @@ mod depth_bar;
 mod effects;
 mod gizmo;
 mod histogram;
+mod icons;
 mod job_strip;
 mod legend;
 mod menu;

@@ -61,6 +61,7 @@ fn cluster_depth(ui: &mut Ui, state: &mut AppState) {
         default: f64::from(RenderSettings::default().cluster_depth.min(max_depth)),
         logarithmic: false,
         decimals: 0,
+        zero: "",
     };
     if slider(ui, &mut value, &spec) {
         state.wanted.render.cluster_depth = value as u32;
@@ -76,6 +77,7 @@ fn samples(ui: &mut Ui, state: &mut AppState) {
         default: f64::from(RenderSettings::default().samples),
         logarithmic: true,
         decimals: 0,
+        zero: "",
     };
     if slider(ui, &mut value, &spec) {
         state.wanted.render.samples = value as u32;

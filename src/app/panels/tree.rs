@@ -68,6 +68,7 @@ fn threshold(ui: &mut Ui, state: &mut AppState) {
         default: f64::from(BuildSettings::default().threshold),
         logarithmic: true,
         decimals: 0,
+        zero: "",
     };
     if slider(ui, &mut value, &spec) {
         state.wanted.build.threshold = value as u32;
@@ -100,6 +101,7 @@ fn epsilon(ui: &mut Ui, state: &mut AppState) {
         default: f64::from(BuildSettings::default().epsilon),
         logarithmic: false,
         decimals: 2,
+        zero: "",
     };
     if slider(ui, &mut value, &spec) {
         state.wanted.build.epsilon = value as f32;
@@ -116,6 +118,7 @@ fn threads(ui: &mut Ui, state: &mut AppState) {
         default: 0.0,
         logarithmic: false,
         decimals: 0,
+        zero: "all",
     };
     if slider(ui, &mut value, &spec) {
         state.wanted.threads = value as usize;

@@ -3,10 +3,10 @@
 use std::ops::RangeInclusive;
 
 use eframe::egui::{
-    self, Align, Align2, CornerRadius, FontId, Rect, Response, Role, Sense, Stroke, TextStyle, Ui, WidgetInfo, pos2,
-    vec2,
+    self, Align, Align2, CornerRadius, Rect, Response, Role, Sense, Stroke, TextStyle, Ui, WidgetInfo, pos2, vec2,
 };
 
+use super::icons::Icon;
 use crate::app::state::{AppState, Request, Severity};
 use crate::app::theme::{self, ROW_HEIGHT};
 
@@ -51,7 +51,7 @@ pub(super) fn section(ui: &mut Ui, title: &str, header: Header<'_>, body: impl F
     if let Some(tip) = header.reset {
         let button = Rect::from_min_max(pos2(right - ROW_HEIGHT, rect.top()), rect.max);
         let name = format!("Reset {}", name.to_lowercase());
-        reset_pressed = icon_button(ui, button, "⟲", &name).on_hover_text(tip).clicked();
+        reset_pressed = icon_button(ui, button, Icon::Reset, &name).on_hover_text(tip).clicked();
         right -= ROW_HEIGHT + 4.0;
     }
     if !header.summary.is_empty() {
@@ -75,17 +75,18 @@ fn sentence_case(title: &str) -> String {
         .map_or_else(String::new, |first| first.to_uppercase().chain(chars.flat_map(char::to_lowercase)).collect())
 }
 
-/// A button that is only a glyph, without a frame until the pointer is over it.
-pub(super) fn icon_button(ui: &mut Ui, rect: Rect, glyph: &str, name: &str) -> Response {
+/// A button that is only an icon, without a frame until the pointer is over it.
+pub(super) fn icon_button(ui: &mut Ui, rect: Rect, icon: Icon, name: &str) -> Response {
     let palette = theme::palette(ui);
     let response = ui.interact(rect, ui.scope_id().with(("icon", name)), Sense::click());
     response.widget_info(|| WidgetInfo::labeled(Role::Button, ui.is_enabled(), name));
     let hot = response.hovered() || response.has_focus();
+    let behind = if hot { ui.visuals().widgets.hovered.weak_bg_fill } else { ui.visuals().panel_fill };
     if hot {
-        ui.painter().rect_filled(rect.shrink(2.0), CornerRadius::same(4), ui.visuals().widgets.hovered.weak_bg_fill);
+        ui.painter().rect_filled(rect.shrink(2.0), CornerRadius::same(4), behind);
     }
     let color = if hot { ui.visuals().strong_text_color() } else { palette.dim };
-    ui.painter().text(rect.center(), Align2::CENTER_CENTER, glyph, FontId::proportional(13.0), color);
+    icon.paint(ui.painter(), rect.center(), color, behind);
     response
 }
 
@@ -119,6 +120,8 @@ pub(super) struct SliderSpec<'a> {
     pub(super) logarithmic: bool,
     /// Digits after the point; 0 for whole numbers.
     pub(super) decimals: usize,
+    /// A word for 0; empty where 0 is just a number.
+    pub(super) zero: &'a str,
 }
 
 /// A labelled slider with its number. Double click resets it. Returns whether the value changed.
@@ -128,11 +131,13 @@ pub(super) fn slider(ui: &mut Ui, value: &mut f64, spec: &SliderSpec<'_>) -> boo
         let width = (ui.available_width() - NUMBER_WIDTH - ui.spacing().item_spacing.x).max(40.0);
         ui.spacing_mut().slider_width = width;
         let step = if spec.decimals == 0 { 1.0 } else { 0.1f64.powi(spec.decimals as i32) };
+        // Over many orders of magnitude a key moves the handle by a point, else the value by its last digit.
+        let wide = spec.logarithmic && spec.range.end() - spec.range.start() > 1000.0;
         let rail = ui.add(
             egui::Slider::new(value, spec.range.clone())
                 .logarithmic(spec.logarithmic)
                 .show_value(false)
-                .step_by(if spec.logarithmic { 0.0 } else { step }),
+                .step_by(if wide { 0.0 } else { step }),
         );
         let current = *value;
         rail.widget_info(|| WidgetInfo::slider(ui.is_enabled(), current, spec.label));
@@ -142,10 +147,14 @@ pub(super) fn slider(ui: &mut Ui, value: &mut f64, spec: &SliderSpec<'_>) -> boo
         {
             *value = spec.default;
         }
-        let number = ui.add_sized(
-            vec2(NUMBER_WIDTH, ROW_HEIGHT),
-            egui::DragValue::new(value).range(spec.range.clone()).speed(step * 0.25).fixed_decimals(spec.decimals),
-        );
+        let mut drag =
+            egui::DragValue::new(value).range(spec.range.clone()).speed(step * 0.25).fixed_decimals(spec.decimals);
+        if !spec.zero.is_empty() {
+            drag = drag
+                .custom_formatter(|number, _| if number == 0.0 { spec.zero.to_owned() } else { format!("{number:.0}") })
+                .custom_parser(|text| if text.trim() == spec.zero { Some(0.0) } else { text.trim().parse().ok() });
+        }
+        let number = ui.add_sized(vec2(NUMBER_WIDTH, ROW_HEIGHT), drag);
         number.widget_info(|| {
             let mut info = WidgetInfo::drag_value(ui.is_enabled(), current);
             info.label = Some(format!("{} value", spec.label));
@@ -269,9 +278,8 @@ pub(super) fn statistic(ui: &mut Ui, state: &mut AppState, row: &Statistic<'_>) 
         value_text_in(ui, rect, &value, palette.accent);
         let width = text_width(ui, &value);
         value_rect.max.x -= width + 4.0;
-        let text = format!("{before} →");
         let room = value_rect.width() - text_width(ui, row.name) - 8.0;
-        let with_percent = format!("{percent}  {text}");
+        let with_percent = format!("was {before} · {percent}");
         let text = if text_width(ui, &with_percent) <= room { with_percent } else { percent.clone() };
         value_text_in(ui, value_rect, &text, palette.dim);
     });

@@ -1,0 +1,58 @@
+//! Small pictures on buttons, painted as lines: no installed font has to hold them.
+
+use std::f32::consts::{FRAC_PI_2, TAU};
+
+use eframe::egui::epaint::PathStroke;
+use eframe::egui::{Color32, CornerRadius, Painter, Pos2, Rect, Shape, Stroke, StrokeKind, Vec2, vec2};
+
+/// What a button without text shows.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Icon {
+    /// Back to the default: an arrow that goes round.
+    Reset,
+    /// Close or stop: a cross.
+    Close,
+    /// Copy: two sheets.
+    Copy,
+}
+
+impl Icon {
+    /// Paints it around `center`, about 10 points wide; `behind` is what the front sheet hides the other with.
+    pub(super) fn paint(self, painter: &Painter, center: Pos2, color: Color32, behind: Color32) {
+        let stroke = Stroke::new(1.4, color);
+        match self {
+            Self::Reset => reset(painter, center, stroke),
+            Self::Close => {
+                for side in [-1.0, 1.0] {
+                    let half = vec2(3.5, 3.5 * side);
+                    painter.line_segment([center - half, center + half], stroke);
+                }
+            }
+            Self::Copy => {
+                for (offset, fill) in [(vec2(1.5, -1.5), Color32::TRANSPARENT), (vec2(-1.5, 1.5), behind)] {
+                    let sheet = Rect::from_center_size(center + offset, vec2(6.0, 7.0));
+                    let stroke = Stroke::new(1.2, color);
+                    painter.rect(sheet, CornerRadius::same(1), fill, stroke, StrokeKind::Middle);
+                }
+            }
+        }
+    }
+}
+
+/// Three quarters of a circle against the clock, with a head at its end.
+fn reset(painter: &Painter, center: Pos2, stroke: Stroke) {
+    const RADIUS: f32 = 4.2;
+    const STEPS: u16 = 20;
+    let (from, to) = (-0.1 * TAU, -0.85 * TAU);
+    let at = |angle: f32| center + RADIUS * Vec2::angled(angle);
+    let points = (0..=STEPS).map(|step| at(from + (to - from) * f32::from(step) / f32::from(STEPS))).collect();
+    painter.add(Shape::line(points, PathStroke::new(stroke.width, stroke.color)));
+    let along = Vec2::angled(to - FRAC_PI_2);
+    let out = Vec2::angled(to);
+    let tip = at(to) + 3.2 * along;
+    painter.add(Shape::convex_polygon(
+        vec![tip, at(to) - 2.8 * out - 0.4 * along, at(to) + 2.8 * out - 0.4 * along],
+        stroke.color,
+        Stroke::NONE,
+    ));
+}

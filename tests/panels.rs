@@ -1,0 +1,301 @@
+//! The panels without a window: found by their names, moved, and looked at for what they change.
+
+#![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
+#![cfg(feature = "gui")]
+
+use std::collections::HashSet;
+use std::path::PathBuf;
+use std::sync::Arc;
+
+use bvhscope::accel::Accel;
+use bvhscope::app::commands::{self, Action, shortcut_text};
+use bvhscope::app::panels::palette;
+use bvhscope::app::state::{AppState, Preferences, Presented, Request, Severity, Wanted};
+use bvhscope::app::{panels, theme};
+use bvhscope::bvh::{BuildSettings, BuilderKind, ContainerKind, Preset};
+use bvhscope::camera::Camera;
+use bvhscope::cancel::CancelToken;
+use bvhscope::geometry::{Aabb, Triangle};
+use bvhscope::overlay::NodeTable;
+use bvhscope::render::{HeatKind, RenderRequest, Shading, render};
+use bvhscope::scene::{Material, Scene, SceneSource, Warnings};
+use eframe::egui::accesskit::Role;
+use eframe::egui::{self, Key, Modifiers, vec2};
+use egui_kittest::Harness;
+use egui_kittest::kittest::{NodeT as _, Queryable as _};
+use glam::Vec3;
+
+/// A bumpy sheet of 2·n² triangles.
+fn sheet(n: u32) -> Scene {
+    let height = |x: u32, y: u32| ((x * x + 3 * y) % 7) as f32 * 0.05;
+    let point = |x: u32, y: u32| Vec3::new(x as f32 / n as f32 - 0.5, height(x, y), y as f32 / n as f32 - 0.5);
+    let mut triangles = Vec::new();
+    for y in 0..n {
+        for x in 0..n {
+            let [a, b, c, d] = [point(x, y), point(x + 1, y), point(x, y + 1), point(x + 1, y + 1)];
+            triangles.push(Triangle { a, b, c });
+            triangles.push(Triangle { a: b, b: d, c });
+        }
+    }
+    let bounds = triangles.iter().fold(Aabb::EMPTY, |bounds, triangle| bounds.union(&triangle.bounds()));
+    let mut warnings = Warnings::default();
+    warnings.add("triangles with NaN coordinates skipped", || bvhscope::scene::Place::Line(12));
+    Scene {
+        source: SceneSource::File(PathBuf::from("a_sheet_with_quite_a_long_name_for_a_panel.obj")),
+        triangles,
+        bounds,
+        up: Vec3::Y,
+        attributes: None,
+        material_indices: Vec::new(),
+        materials: vec![Material::clay()],
+        textures: Vec::new(),
+        mesh_count: 3,
+        warnings,
+    }
+}
+
+/// A window that shows the sheet, with a real tree and a real picture.
+fn state(shading: Shading) -> AppState {
+    let scene = Arc::new(sheet(24));
+    let mut wanted = Wanted::new(scene.source.clone());
+    wanted.camera = Camera::framing(&scene.bounds, Vec3::Y);
+    wanted.render.shading = shading;
+    wanted.render.samples = 1;
+    let mut state = AppState::new(wanted, Preferences { greeted: true, ..Preferences::default() });
+    present(&mut state, &scene);
+    state
+}
+
+/// Builds and traces what is wanted and shows it.
+fn present(state: &mut AppState, scene: &Arc<Scene>) {
+    let token = CancelToken::new();
+    let accel = Arc::new(Accel::build(scene, &state.wanted.build, &token).unwrap());
+    let request = RenderRequest {
+        accel: Arc::clone(&accel),
+        camera: state.wanted.camera,
+        settings: state.wanted.render,
+        width_px: 96,
+        height_px: 64,
+        coarseness: 1,
+    };
+    let frame = Arc::new(render(&request, &token, &|_| {}).unwrap());
+    let table = Arc::new(NodeTable::new(&accel));
+    let frame_id = state.presented.as_ref().map_or(1, |shown| shown.frame_id + 1);
+    state.presented = Some(Presented { accel, table, frame, frame_id, threads: 0 });
+    state.scene = Some(Arc::clone(scene));
+    state.viewport_px = [800, 500];
+    state.mrays_per_s = 24.1;
+}
+
+fn draw(ui: &mut egui::Ui, state: &mut AppState) {
+    let ctx = ui.ctx().clone();
+    theme::apply(&ctx, &state.preferences);
+    commands::handle_shortcuts(&ctx, state);
+    panels::top(ui, state);
+    panels::bottom(ui, state);
+    panels::left(ui, state);
+    panels::right(ui, state);
+    egui::CentralPanel::no_frame().show(ui, |ui| {
+        let rect = ui.max_rect();
+        ui.painter().rect_filled(rect, 0.0, egui::Color32::from_gray(0x30));
+        panels::over_viewport(ui, rect, state);
+    });
+    panels::windows(&ctx, state);
+}
+
+fn harness(state: AppState) -> Harness<'static, AppState> {
+    sized(state, 1280.0, 720.0, 1.0)
+}
+
+fn sized(state: AppState, width: f32, height: f32, scale: f32) -> Harness<'static, AppState> {
+    let mut harness = Harness::builder()
+        .with_size(vec2(width, height))
+        .with_pixels_per_point(scale)
+        .with_max_steps(40)
+        .build_ui_state(draw, state);
+    harness.run_steps(4);
+    harness
+}
+
+/// Clicks the one widget of this name.
+fn press(harness: &mut Harness<'static, AppState>, name: &str) {
+    harness.get_by_label(name).click();
+    harness.run_steps(3);
+}
+
+#[test]
+fn presets_set_threshold_and_epsilon() {
+    let mut h = harness(state(Shading::Lit));
+    for preset in Preset::ALL.into_iter().rev() {
+        press(&mut h, preset.label());
+        let build = h.state().wanted.build;
+        assert_eq!((build.threshold, build.epsilon), preset.parameters(), "{}", preset.label());
+    }
+}
+
+#[test]
+fn an_arrow_key_moves_the_focused_threshold() {
+    let mut h = harness(state(Shading::Lit));
+    let before = h.state().wanted.build.threshold;
+    h.get_by_role_and_label(Role::Slider, "Threshold").focus();
+    h.run_steps(2);
+    h.key_press(Key::ArrowRight);
+    h.run_steps(3);
+    let after = h.state().wanted.build.threshold;
+    assert!(after > before, "{before} became {after}");
+    h.key_press(Key::ArrowLeft);
+    h.run_steps(3);
+    assert_eq!(h.state().wanted.build.threshold, before);
+}
+
+#[test]
+fn reset_brings_the_tree_settings_back() {
+    let mut s = state(Shading::Lit);
+    s.wanted.build.threshold = 40;
+    s.wanted.build.container = ContainerKind::Sphere;
+    s.wanted.threads = 1;
+    let mut h = harness(s);
+    press(&mut h, "Reset tree settings");
+    assert_eq!(h.state().wanted.build, BuildSettings::default());
+    assert_eq!(h.state().wanted.threads, 0);
+}
+
+#[test]
+fn the_radio_chooses_the_container() {
+    let mut h = harness(state(Shading::Lit));
+    for kind in [ContainerKind::Sphere, ContainerKind::Aabb] {
+        h.get_by_role_and_label(Role::RadioButton, kind.label()).click();
+        h.run_steps(3);
+        assert_eq!(h.state().wanted.build.container, kind);
+    }
+}
+
+#[test]
+fn what_cannot_be_built_is_greyed() {
+    let mut s = state(Shading::Lit);
+    s.wanted.build.container = ContainerKind::Sphere;
+    let refused = BuildSettings { builder: BuilderKind::BinnedSah, ..s.wanted.build };
+    assert!(refused.refusal(100).is_some());
+    let mut h = harness(s);
+    h.get_by_role_and_label(Role::ComboBox, "Builder").click();
+    h.run_steps(4);
+    assert!(h.get_by_label(BuilderKind::BinnedSah.label()).accesskit_node().is_disabled());
+    assert!(!h.get_by_label(BuilderKind::Lbvh.label()).accesskit_node().is_disabled());
+    press(&mut h, BuilderKind::Lbvh.label());
+    assert_eq!(h.state().wanted.build.builder, BuilderKind::Lbvh);
+}
+
+#[test]
+fn the_list_of_shadings_chooses_one() {
+    let mut h = harness(state(Shading::Lit));
+    h.get_by_role_and_label(Role::ComboBox, "Shading").click();
+    h.run_steps(4);
+    press(&mut h, Shading::Clusters.label());
+    assert_eq!(h.state().wanted.render.shading, Shading::Clusters);
+    assert!(h.query_by_role_and_label(Role::Slider, "Cluster depth").is_some());
+}
+
+#[test]
+fn arrow_keys_move_the_depth_range() {
+    let mut h = harness(state(Shading::Lit));
+    let before = h.state().wanted.overlay.depth;
+    h.get_by_label("Depth range").focus();
+    h.run_steps(2);
+    h.key_press(Key::ArrowRight);
+    h.run_steps(3);
+    assert_ne!(h.state().wanted.overlay.depth, before);
+    let [from, to] = h.state().wanted.overlay.depth;
+    assert!(from <= to);
+}
+
+#[test]
+fn a_key_switches_containers() {
+    let mut h = harness(state(Shading::Lit));
+    assert!(h.state().preferences.show_containers);
+    h.key_press(Key::B);
+    h.run_steps(2);
+    assert!(!h.state().preferences.show_containers);
+}
+
+#[test]
+fn the_palette_finds_and_performs() {
+    let mut h = harness(state(Shading::Lit));
+    h.key_press_modifiers(Modifiers::COMMAND, Key::P);
+    h.run_steps(4);
+    assert_eq!(h.state().palette.as_deref(), Some(""));
+    h.get_by_label("Command").type_text("leaves");
+    h.run_steps(4);
+    assert_eq!(h.state().palette.as_deref(), Some("leaves"));
+    h.key_press(Key::Enter);
+    h.run_steps(4);
+    assert_eq!(h.state().palette, None);
+    assert!(h.state().wanted.overlay.leaves_only);
+}
+
+#[test]
+fn the_palette_ranks_beginnings_of_words_first() {
+    let found = palette::filter(commands::entries().to_vec(), "orth");
+    assert_eq!(found[0].action, Action::ToggleOrthographic);
+    assert!(palette::filter(commands::entries().to_vec(), "zzzzqq").is_empty());
+}
+
+#[test]
+fn every_action_is_named_and_no_key_means_two() {
+    let mut keys = HashSet::new();
+    let mut labels = HashSet::new();
+    for entry in commands::entries() {
+        assert!(!entry.label.is_empty() && !entry.description.is_empty(), "{:?}", entry.action);
+        assert!(labels.insert(&entry.label), "{} stands for two actions", entry.label);
+        for key in &entry.shortcuts {
+            assert!(keys.insert(shortcut_text(key)), "{} means two actions", shortcut_text(key));
+        }
+    }
+    assert!(keys.len() > 20);
+}
+
+#[test]
+fn messages_are_copied_and_closed_by_name() {
+    let mut s = state(Shading::Lit);
+    s.tell(Severity::Error, "broken.obj:12: not a face");
+    let mut h = harness(s);
+    press(&mut h, "Copy message");
+    assert_eq!(h.state().requests, [Request::Copy("broken.obj:12: not a face".to_owned())]);
+    press(&mut h, "Close message");
+    assert!(h.state().messages.is_empty());
+}
+
+#[test]
+fn every_widget_has_a_name() {
+    let mut s = state(Shading::Heat(HeatKind::Both));
+    s.selection.selected = Some(5);
+    s.picked = Some((17, vec![0, 1, 5]));
+    s.preferences.greeted = false;
+    s.tell(Severity::Error, "broken.obj:12: not a face");
+    let h = harness(s);
+    let mut seen = 0;
+    for node in h.root().children_recursive() {
+        let node = node.accesskit_node();
+        let acts = [
+            Role::Button,
+            Role::CheckBox,
+            Role::RadioButton,
+            Role::Slider,
+            Role::SpinButton,
+            Role::ComboBox,
+            Role::TextInput,
+        ];
+        if acts.contains(&node.role()) {
+            seen += 1;
+            let name = node.label().or_else(|| node.value()).unwrap_or_default();
+            assert!(!name.trim().is_empty(), "{:?} at {:?} has no name", node.role(), node.bounding_box());
+        }
+    }
+    assert!(seen > 30, "{seen} widgets");
+}
+
+#[test]
+fn zero_threads_read_as_all() {
+    let h = harness(state(Shading::Lit));
+    let number = h.get_by_label("Threads value");
+    assert_eq!(number.accesskit_node().value().as_deref(), Some("all"));
+}
