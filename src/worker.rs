@@ -151,3 +151,133 @@ fn panic_message(payload: &(dyn std::any::Any + Send)) -> String {
         .or_else(|| payload.downcast_ref::<String>().cloned())
         .unwrap_or_else(|| "a worker failed without saying why".to_owned())
 }
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used, reason = "a test fails by panicking")]
+mod tests {
+    use std::sync::atomic::{AtomicUsize, Ordering};
+    use std::sync::mpsc;
+    use std::time::Duration;
+
+    use super::*;
+
+    /// Waits for a result; half a minute is far beyond what a loaded machine needs.
+    fn wait<Q: Send + 'static, R: Send + 'static>(worker: &Worker<Q, R>) -> Outcome<R> {
+        for _ in 0..30_000 {
+            if let Some(outcome) = worker.take() {
+                return outcome;
+            }
+            std::thread::sleep(Duration::from_millis(1));
+        }
+        unreachable!("the worker never answered");
+    }
+
+    #[test]
+    fn newest_of_two_hundred_requests_wins() {
+        let started = Arc::new(AtomicUsize::new(0));
+        let count = Arc::clone(&started);
+        let worker = Worker::new(
+            "test",
+            || {},
+            move |request: usize, token: &CancelToken, _: &(dyn Fn(usize) + Sync)| {
+                count.fetch_add(1, Ordering::Relaxed);
+                while request < 199 && !token.is_cancelled() {
+                    std::thread::yield_now();
+                }
+                (!token.is_cancelled()).then_some(request)
+            },
+        )
+        .unwrap();
+        for request in 0..200 {
+            worker.request(request);
+        }
+        assert!(matches!(wait(&worker), Outcome::Done(199)));
+        assert!(worker.take().is_none());
+        assert!(started.load(Ordering::Relaxed) <= 200);
+    }
+
+    #[test]
+    fn cancelled_job_never_comes_out() {
+        let (started, is_started) = mpsc::channel();
+        let worker = Worker::new(
+            "test",
+            || {},
+            move |wait_for_cancel: bool, token: &CancelToken, _: &(dyn Fn(u8) + Sync)| {
+                started.send(()).unwrap();
+                while wait_for_cancel && !token.is_cancelled() {
+                    std::thread::yield_now();
+                }
+                Some(7)
+            },
+        )
+        .unwrap();
+        worker.request(true);
+        is_started.recv().unwrap();
+        assert!(worker.is_busy());
+        worker.cancel();
+        assert!(!worker.is_busy());
+        worker.request(false);
+        assert!(matches!(wait(&worker), Outcome::Done(7)));
+        assert!(worker.take().is_none(), "the cancelled job's result was dropped");
+    }
+
+    #[test]
+    fn a_panic_is_reported_and_the_worker_lives_on() {
+        let worker = Worker::new(
+            "test",
+            || {},
+            |fails: bool, _: &CancelToken, _: &(dyn Fn(u8) + Sync)| {
+                assert!(!fails, "on purpose");
+                Some(1)
+            },
+        )
+        .unwrap();
+        worker.request(true);
+        let Outcome::Panicked(text) = wait(&worker) else { unreachable!("the job panics") };
+        assert!(text.contains("on purpose"), "{text}");
+        worker.request(false);
+        assert!(matches!(wait(&worker), Outcome::Done(1)));
+    }
+
+    #[test]
+    fn dropping_a_running_worker_cancels_it() {
+        let (started, is_started) = mpsc::channel();
+        let (ended, is_ended) = mpsc::channel();
+        let worker = Worker::new(
+            "test",
+            || {},
+            move |(): (), token: &CancelToken, _: &(dyn Fn(()) + Sync)| {
+                started.send(()).unwrap();
+                while !token.is_cancelled() {
+                    std::thread::yield_now();
+                }
+                ended.send(()).unwrap();
+                None
+            },
+        )
+        .unwrap();
+        worker.request(());
+        is_started.recv().unwrap();
+        drop(worker);
+        assert!(is_ended.try_recv().is_ok(), "drop waits until the job has stopped");
+    }
+
+    #[test]
+    fn parts_arrive_before_the_whole() {
+        let (taken, go_on) = mpsc::channel::<()>();
+        let worker = Worker::new(
+            "test",
+            || {},
+            move |(): (), _: &CancelToken, deliver: &(dyn Fn(u8) + Sync)| {
+                deliver(1);
+                go_on.recv().unwrap();
+                Some(2)
+            },
+        )
+        .unwrap();
+        worker.request(());
+        assert!(matches!(wait(&worker), Outcome::Done(1)));
+        taken.send(()).unwrap();
+        assert!(matches!(wait(&worker), Outcome::Done(2)));
+    }
+}
