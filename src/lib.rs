@@ -18,6 +18,9 @@
 #![allow(clippy::missing_errors_doc, reason = "error types say themselves when they occur")]
 #![allow(clippy::missing_panics_doc, reason = "panics are bugs; the ones left guard invariants")]
 #![allow(clippy::inline_always, reason = "probes and kernels must vanish into their loops, also where these are large")]
+#![allow(clippy::doc_markdown, reason = "names of formats and programs are words, not code")]
+#![allow(clippy::needless_pass_by_value, reason = "small values that are handed over read better without a reference")]
+#![allow(clippy::struct_excessive_bools, reason = "preferences are switches")]
 #![allow(clippy::float_cmp, reason = "bounds and keys are compared exactly on purpose")]
 #![allow(clippy::too_many_lines, reason = "a file's length is watched, not a function's")]
 

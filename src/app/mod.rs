@@ -46,7 +46,7 @@ pub use options::StartOptions;
 pub use run::{AppError, run};
 
 /// Longest time that [`App::run_until_idle`] waits.
-const IDLE_TIMEOUT: Duration = Duration::from_secs(120);
+const IDLE_TIMEOUT: Duration = Duration::from_mins(2);
 
 /// The program with its window.
 pub struct App {

@@ -103,8 +103,7 @@ pub fn show_all(state: &mut AppState) {
 /// Brings the selected node into full view; the whole model where nothing is selected.
 pub fn frame_selection(state: &mut AppState) {
     let Some(presented) = &state.presented else { return };
-    let bounds =
-        state.selection.selected.map(|node| presented.table.node_box(node)).unwrap_or(presented.accel.scene.bounds);
+    let bounds = state.selection.selected.map_or(presented.accel.scene.bounds, |node| presented.table.node_box(node));
     orbit::frame_all(&mut state.wanted.camera, &bounds);
 }
 

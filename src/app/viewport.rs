@@ -99,7 +99,7 @@ impl Viewport {
         state.viewport_px = [width, height];
 
         controls::handle(ui, &response, state);
-        self.hover(&response, scale, state);
+        Self::hover(&response, scale, state);
         self.count(state);
 
         if let Some(presented) = &state.presented {
@@ -125,7 +125,7 @@ impl Viewport {
     }
 
     /// What lies under the cursor.
-    fn hover(&self, response: &egui::Response, scale: f32, state: &mut AppState) {
+    fn hover(response: &egui::Response, scale: f32, state: &mut AppState) {
         state.hover = None;
         let hovered = state.selection.hovered.take();
         let (Some(at), Some(presented)) = (response.hover_pos(), &state.presented) else { return };

@@ -28,6 +28,9 @@ pub fn main() -> ExitCode {
             return ExitCode::from(u8::try_from(error.exit_code()).unwrap_or(2));
         }
     };
+    // `RUST_LOG=bvhscope=info` tells what the window does; drivers are only heard when they fail.
+    env_logger::Builder::from_env(env_logger::Env::default().default_filter_or("warn,wgpu_hal=error,winit=error"))
+        .init();
     let token = CancelToken::new();
     let strict = strict(&cli);
     let result = match cli.command {

@@ -92,7 +92,7 @@ impl Context<'_> {
     pub fn load(&self, source: &SceneSource) -> Result<Arc<Scene>, Failure> {
         let progress = Progress::new(&format!("Loading {}", source.label()), &self.token);
         let scene = load(source, &self.load, &self.token)?;
-        progress.finish();
+        drop(progress);
         for warning in &scene.warnings.entries {
             eprintln!("bvhscope: {source}: {warning}");
         }
@@ -140,9 +140,6 @@ impl Progress {
             bar.set_message(label.to_owned());
         }
     }
-
-    /// Takes the bar away.
-    pub fn finish(self) {}
 }
 
 impl Drop for Progress {

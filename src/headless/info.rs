@@ -72,7 +72,7 @@ pub fn run(job: &InfoJob, context: &mut Context<'_>) -> Result<Finished, Failure
         let epo = accel.epo();
         Ok::<_, Failure>((accel, epo))
     })?;
-    progress.finish();
+    drop(progress);
     let mut findings = examine_scene(&scene);
     findings.extend(examine_tree(&accel, epo));
     let report = &accel.report;

@@ -127,7 +127,7 @@ pub fn run(job: &RenderJob, context: &mut Context<'_>) -> Result<Finished, Failu
             coarseness: 1,
         };
         let frame = crate::render::render(&request, &context.token, &|_| ())?;
-        progress.finish();
+        drop(progress);
         Ok::<_, Failure>((accel, frame))
     })?;
     let picture = match &job.overlay {

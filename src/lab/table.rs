@@ -217,8 +217,7 @@ fn pairs_table(
 
 /// What the trees look like, and the row without any.
 fn quality_table(rows: &[Measurement]) -> Table {
-    let mut table = list_table("bench", rows);
-    table.title = "The trees".to_owned();
+    let mut table = Table { title: "The trees".to_owned(), ..list_table("bench", rows) };
     for row in rows.iter().filter(|row| row.builder == "none") {
         let pixels = u64::from(row.width_px) * u64::from(row.height_px);
         table.notes.push(format!(

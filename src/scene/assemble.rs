@@ -76,7 +76,7 @@ impl Assembly {
             return None;
         }
         let first = self.vertex_count;
-        let end = first.checked_add(count).filter(|&end| end <= u32::MAX as usize)?;
+        let end = first.checked_add(count).filter(|&end| u32::try_from(end).is_ok())?;
         append(&mut self.normals, first, end, lists.normals, Vec3::ZERO);
         append(&mut self.uvs, first, end, lists.uvs, Vec2::ZERO);
         append(&mut self.colors, first, end, lists.colors, Vec3::ONE);

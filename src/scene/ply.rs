@@ -106,7 +106,7 @@ struct Source<'a> {
     encoding: Encoding,
 }
 
-impl<'a> Source<'a> {
+impl Source<'_> {
     fn fault(&self, message: impl Into<String>) -> LoadError {
         let place = match self.encoding {
             Encoding::Text => Place::Line(self.line),

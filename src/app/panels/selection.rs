@@ -16,13 +16,12 @@ pub(super) fn show(ui: &mut Ui, state: &mut AppState) {
             let triangle = format::count(u64::from(*triangle));
             statistic(ui, state, &Statistic::new("Triangle", triangle).tip("Its number in the file, from 0"));
         }
-        match state.selection.selected.filter(|&node| (node as usize) < shown.table.len()) {
-            Some(node) => node_rows(ui, state, &shown, node),
-            None => {
-                let color = crate::app::theme::palette(ui).dim;
-                let text = "Click the model to select a triangle with its leaf, or Alt+Down for the root";
-                ui.add(egui::Label::new(egui::RichText::new(text).color(color)).wrap());
-            }
+        if let Some(node) = state.selection.selected.filter(|&node| (node as usize) < shown.table.len()) {
+            node_rows(ui, state, &shown, node);
+        } else {
+            let color = crate::app::theme::palette(ui).dim;
+            let text = "Click the model to select a triangle with its leaf, or Alt+Down for the root";
+            ui.add(egui::Label::new(egui::RichText::new(text).color(color)).wrap());
         }
         buttons(ui, state);
         let hidden = state.selection.hidden.len();
