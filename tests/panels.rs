@@ -10,7 +10,7 @@ use std::sync::Arc;
 use bvhscope::accel::Accel;
 use bvhscope::app::commands::{self, Action, shortcut_text};
 use bvhscope::app::panels::palette;
-use bvhscope::app::state::{AppState, Preferences, Presented, Request, Severity, Wanted};
+use bvhscope::app::state::{AppState, Preferences, Presented, Request, Severity, Theme, Wanted};
 use bvhscope::app::{panels, theme};
 use bvhscope::bvh::{BuildSettings, BuilderKind, ContainerKind, Preset};
 use bvhscope::camera::Camera;
@@ -298,4 +298,26 @@ fn zero_threads_read_as_all() {
     let h = harness(state(Shading::Lit));
     let number = h.get_by_label("Threads value");
     assert_eq!(number.accesskit_node().value().as_deref(), Some("all"));
+}
+
+/// Signs that no font holds end the harness, so every text of these windows has its glyphs.
+#[test]
+fn every_window_fits_the_smallest_screen() {
+    let mut s = state(Shading::Heat(HeatKind::Both));
+    s.preferences.theme = Theme::Light;
+    s.preferences.recent = vec![PathBuf::from("models/conference.obj")];
+    s.start_page_open = true;
+    let mut h = sized(s, 1024.0, 640.0, 2.0);
+    let screen = h.ctx.content_rect();
+    for label in ["Open a file…", "conference.obj", "Depth range", "Reset tree settings", "File"] {
+        assert!(screen.contains_rect(h.get_by_label(label).rect()), "{label} lies outside");
+    }
+    h.state_mut().start_page_open = false;
+    h.state_mut().shortcuts_open = true;
+    h.run_steps(3);
+    assert!(screen.contains_rect(h.get_by_label("Zoom to the point under the pointer").rect()));
+    h.state_mut().shortcuts_open = false;
+    h.state_mut().palette = Some("pre".to_owned());
+    h.run_steps(3);
+    assert!(screen.contains_rect(h.get_by_label("Command").rect()));
 }

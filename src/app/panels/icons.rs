@@ -43,15 +43,15 @@ impl Icon {
 fn reset(painter: &Painter, center: Pos2, stroke: Stroke) {
     const RADIUS: f32 = 4.2;
     const STEPS: u16 = 20;
-    let (from, to) = (-0.1 * TAU, -0.85 * TAU);
+    let (from, to) = (0.38 * TAU, -0.36 * TAU);
     let at = |angle: f32| center + RADIUS * Vec2::angled(angle);
     let points = (0..=STEPS).map(|step| at(from + (to - from) * f32::from(step) / f32::from(STEPS))).collect();
     painter.add(Shape::line(points, PathStroke::new(stroke.width, stroke.color)));
     let along = Vec2::angled(to - FRAC_PI_2);
     let out = Vec2::angled(to);
-    let tip = at(to) + 3.2 * along;
+    let tip = at(to) + 3.8 * along;
     painter.add(Shape::convex_polygon(
-        vec![tip, at(to) - 2.8 * out - 0.4 * along, at(to) + 2.8 * out - 0.4 * along],
+        vec![tip, at(to) - 3.0 * out - 0.6 * along, at(to) + 3.0 * out - 0.6 * along],
         stroke.color,
         Stroke::NONE,
     ));

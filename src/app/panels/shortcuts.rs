@@ -53,7 +53,7 @@ fn heading(ui: &mut Ui, text: &str) {
 }
 
 fn table<'a>(ui: &mut Ui, id: &str, rows: impl Iterator<Item = (String, &'a str)>) {
-    Grid::new(id).num_columns(2).spacing(vec2(16.0, 4.0)).min_col_width(200.0).show(ui, |ui| {
+    Grid::new(id).num_columns(2).spacing(vec2(16.0, 4.0)).min_col_width(228.0).show(ui, |ui| {
         for (keys, what) in rows {
             ui.label(RichText::new(keys).strong());
             ui.label(what);
