@@ -27,28 +27,38 @@ def send(name, data):
     d.flush()
 
 
+def answer(seconds, until):
+    """Answers requests for the list of URIs; gives the message named `until`, or None when time is up."""
+    deadline = time.time() + seconds
+    while time.time() < deadline:
+        while d.pending_events():
+            e = d.next_event()
+            if e.type == X.SelectionRequest:
+                e.requestor.change_property(e.property, uri_list, 8, uri.encode())
+                e.requestor.send_event(
+                    event.SelectionNotify(
+                        time=e.time, requestor=e.requestor, selection=e.selection, target=e.target, property=e.property
+                    )
+                )
+                d.flush()
+            elif e.type == X.ClientMessage and e.client_type == atom(until):
+                return e
+        time.sleep(0.01)
+    return None
+
+
 geometry = target.get_geometry()
 corner = target.translate_coords(screen.root, 0, 0)
 x, y = -corner.x + geometry.width // 2, -corner.y + geometry.height // 2
 send("XdndEnter", [source.id, 5 << 24, uri_list, 0, 0])
 for _ in range(3):
     send("XdndPosition", [source.id, 0, (x << 16) | y, X.CurrentTime, atom("XdndActionCopy")])
-    time.sleep(0.05)
+    if answer(20, "XdndStatus") is None:
+        sys.exit("the window did not answer the hovering file within 20 seconds")
+    answer(0.3, "XdndStatus")
 send("XdndDrop", [source.id, 0, X.CurrentTime, 0, 0])
-
-deadline = time.time() + 20
-while time.time() < deadline:
-    while d.pending_events():
-        e = d.next_event()
-        if e.type == X.SelectionRequest:
-            e.requestor.change_property(e.property, uri_list, 8, uri.encode())
-            e.requestor.send_event(
-                event.SelectionNotify(
-                    time=e.time, requestor=e.requestor, selection=e.selection, target=e.target, property=e.property
-                )
-            )
-            d.flush()
-        elif e.type == X.ClientMessage and e.client_type == atom("XdndFinished"):
-            sys.exit(0)
-    time.sleep(0.02)
-sys.exit("the window did not finish the drop within 20 seconds")
+finished = answer(20, "XdndFinished")
+if finished is None:
+    sys.exit("the window did not finish the drop within 20 seconds")
+if not finished.data[1][1] & 1:
+    sys.exit("the window refused the file")
