@@ -212,8 +212,8 @@ fn draw_overlay(accel: &Arc<Accel>, frame: &Frame, settings: &OverlaySettings) -
 }
 
 #[cfg(not(feature = "gui"))]
-fn draw_overlay(_: &Arc<Accel>, frame: &Frame, _: &OverlaySettings) -> Result<Vec<[u8; 4]>, Failure> {
-    Ok(frame.rgba.clone())
+fn draw_overlay(_: &Arc<Accel>, _: &Frame, _: &OverlaySettings) -> Result<Vec<[u8; 4]>, Failure> {
+    Err(Failure::Failed("this program was built without the feature `gui`, which draws the overlay".to_owned()))
 }
 
 /// Writes sRGB bytes as a PNG.

@@ -53,6 +53,7 @@ pub fn ramp(position: f32) -> [u8; 3] {
 }
 
 /// The ramp at the 16 places between which the shader blends, sRGB between 0 and 1.
+#[cfg(feature = "gui")]
 pub fn shader_ramp() -> [[f32; 4]; 16] {
     std::array::from_fn(|stop| {
         let [r, g, b] = ramp(stop as f32 / 15.0).map(|channel| f32::from(channel) / 255.0);
