@@ -10,6 +10,7 @@ use rayon::prelude::*;
 use super::clusters::Clusters;
 use super::grid::{Grid, TILE_AREA};
 use super::lit::Lit;
+use super::primary::{TestSummary, count_tests};
 use super::sampling::{SampleId, subpixel};
 use super::shade::{AmbientOcclusion, Depth, Heat, Normals, Shade};
 use super::srgb::Encoder;
@@ -76,7 +77,7 @@ impl PassCounts {
 
 /// Traces a picture in the calling thread's rayon pool: one sample a pixel through its centre, then, at full resolution,
 /// [`RenderSettings::wanted_samples`] in all. `deliver` gets the frame after the first pass and after each further power of
-/// two of samples; the last one is returned. Equal requests give equal pictures for any number of threads.
+/// two of samples; the last one is returned. Modes that do not count tests get them from a pass of their own after the first. Equal requests give equal pictures for any number of threads.
 ///
 /// Depth, distance, triangle and value of a pixel are those of its centre; further samples change colours only. A sample
 /// that is not a number is counted and black.
@@ -124,6 +125,7 @@ fn passes<C: Container, S: Shade<C>>(
     let tiles_in_all = (grid.tile_count * samples) as f32;
     let mut nan_samples = 0;
     let mut sample = 0;
+    let mut at_rest: Option<TestSummary> = None;
     loop {
         let start = Instant::now();
         let counts = pixels
@@ -142,12 +144,15 @@ fn passes<C: Container, S: Shade<C>>(
         if sample.is_power_of_two() || sample == samples {
             let rays = u64::from(grid.width) * u64::from(grid.height);
             let per_ray = |count: u64| S::COUNTS.then(|| (count as f64 / rays as f64) as f32);
+            let rested = at_rest.as_ref();
             let stats = FrameStats {
                 primary_rays: rays,
                 hits: counts.hits,
                 trace_time,
-                container_tests_per_ray: per_ray(counts.tests.containers),
-                primitive_tests_per_ray: per_ray(counts.tests.primitives),
+                container_tests_per_ray: per_ray(counts.tests.containers)
+                    .or(rested.map(|summary| summary.container_tests_per_ray)),
+                primitive_tests_per_ray: per_ray(counts.tests.primitives)
+                    .or(rested.map(|summary| summary.primitive_tests_per_ray)),
                 nan_samples,
             };
             let frame = assemble(request, &grid, &pixels, sample, stats);
@@ -156,6 +161,10 @@ fn passes<C: Container, S: Shade<C>>(
             }
             token.check()?;
             deliver(frame);
+            if !S::COUNTS && at_rest.is_none() {
+                // The first picture must not wait for counting; those that follow bring the counts along.
+                at_rest = Some(count_tests(request, token)?);
+            }
         }
     }
 }
