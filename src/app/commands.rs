@@ -197,9 +197,8 @@ pub fn shortcut_text(shortcut: &KeyboardShortcut) -> String {
         Key::ArrowLeft => "Left",
         Key::ArrowRight => "Right",
         Key::Escape => "Esc",
-        Key::Plus => "+",
-        Key::Equals => "=",
-        Key::Minus => "-",
+        Key::Period => ".",
+        Key::Comma => ",",
         key => key.name(),
     };
     text + key

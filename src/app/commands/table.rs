@@ -185,14 +185,8 @@ fn tree(list: &mut List) {
         "A faster build and a worse tree",
         &[(NONE, Key::OpenBracket)],
     );
-    list.add(
-        place(3),
-        Action::Deeper,
-        "Deeper",
-        "Show containers one level further down",
-        &[(NONE, Key::Plus), (NONE, Key::Equals)],
-    );
-    list.add(place(3), Action::Shallower, "Shallower", "Show containers one level further up", &[(NONE, Key::Minus)]);
+    list.add(place(3), Action::Deeper, "Deeper", "Show containers one level further down", &[(NONE, Key::Period)]);
+    list.add(place(3), Action::Shallower, "Shallower", "Show containers one level further up", &[(NONE, Key::Comma)]);
     list.add(place(3), Action::ToggleLeavesOnly, "Leaves only", "Of the chosen depths draw leaves alone", &[]);
     list.add(place(3), Action::ToggleParents, "Parents", "Draw all levels above the chosen depths too", &[]);
     list.add(place(4), Action::SelectParent, "Select parent", "Walk up from the selected node", &[(ALT, Key::ArrowUp)]);
