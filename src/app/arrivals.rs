@@ -1,11 +1,11 @@
 //! What the workers have finished: taken once a UI frame, and shown where it is still of use.
 
 use std::sync::Arc;
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 use super::jobs::{Built, BuiltTree, Loaded, Rendered};
 use super::picking;
-use super::reconcile::{Rails, Shown};
+use super::reconcile::{Rails, Shown, drop_elsewhere};
 use super::state::{AppState, Severity};
 use super::{orbit, recent};
 use crate::bvh::builders::BuildError;
@@ -88,7 +88,7 @@ impl Rails {
                 self.keep_camera = false;
                 self.loaded = Some(loaded.key);
                 self.pending = None;
-                state.scene = Some(scene);
+                drop_elsewhere(state.scene.replace(scene));
             }
             Err(error) => {
                 eprintln!("error: {error}");
@@ -110,7 +110,7 @@ impl Rails {
             Ok(tree) => {
                 let newest = state.scene.as_ref().is_some_and(|scene| Arc::ptr_eq(scene, &built.key.scene));
                 if newest {
-                    self.pending = Some(tree);
+                    drop_elsewhere(self.pending.replace(tree));
                 }
             }
             Err(BuildError::Refused(why)) => self.refuse_tree(state, &why),
@@ -130,7 +130,7 @@ impl Rails {
         let is_pending = self.pending.as_ref().is_some_and(|tree| Arc::ptr_eq(&tree.accel, &rendered.key.accel));
         if is_pending {
             if let Some(tree) = self.pending.take() {
-                self.swap_tree(tree, rendered, state);
+                self.swap_tree(tree, rendered, state, now);
             }
         } else if let Some(presented) = &mut state.presented
             && Arc::ptr_eq(&presented.accel, &rendered.key.accel)
@@ -146,11 +146,11 @@ impl Rails {
         if coarseness == 1 {
             log::info!("picture at full resolution, {} samples a pixel", rendered.frame.samples);
         }
-        self.shown = Some(Shown { key, complete });
+        drop_elsewhere(self.shown.replace(Shown { key, complete }));
     }
 
     /// Tree, lines, picture and numbers change together.
-    fn swap_tree(&mut self, tree: BuiltTree, rendered: &Rendered, state: &mut AppState) {
+    fn swap_tree(&mut self, tree: BuiltTree, rendered: &Rendered, state: &mut AppState, now: Instant) {
         let old_scene = state.presented.as_ref().map(|presented| Arc::clone(&presented.accel.scene));
         let picked = state.picked.take().map(|(primitive, _)| primitive);
         state.hover = None;
@@ -158,11 +158,13 @@ impl Rails {
         state.selection.hidden.clear();
         let max_depth = tree.accel.tree.max_depth();
         let same_scene = old_scene.is_some_and(|scene| Arc::ptr_eq(&scene, &tree.accel.scene));
+        let waited = self.tree_wanted_at.take().map_or(Duration::ZERO, |since| now.duration_since(since));
         log::info!(
-            "presented {} · {} triangles · {} nodes",
+            "presented {} · {} triangles · {} nodes · {} ms after it was wanted",
             tree.accel.scene.source.label(),
             tree.accel.scene.triangles.len(),
-            tree.accel.tree.node_count()
+            tree.accel.tree.node_count(),
+            waited.as_millis()
         );
         self.present(tree, rendered, state);
         if same_scene {

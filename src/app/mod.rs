@@ -59,6 +59,7 @@ pub struct App {
     /// What the graphics driver complained about.
     device_error: Arc<Mutex<Option<String>>>,
     title: String,
+    frame_started: Instant,
     /// Each UI frame waits until everything is fresh: for tests.
     waits: bool,
 }
@@ -121,6 +122,7 @@ impl App {
             has_pipeline: context.wgpu_render_state.is_some(),
             device_error,
             title: String::new(),
+            frame_started: Instant::now(),
             waits: false,
         })
     }
@@ -185,6 +187,7 @@ impl App {
 
 impl eframe::App for App {
     fn logic(&mut self, ctx: &egui::Context, _frame: &mut eframe::Frame) {
+        self.frame_started = Instant::now();
         self.tell_device_error();
         self.errands.poll(&mut self.rails, &mut self.state);
         self.rails.poll(&mut self.state, Instant::now());
@@ -215,6 +218,7 @@ impl eframe::App for App {
         let dragging = ctx.input(|input| input.pointer.any_down());
         state.undo.observe(&state.wanted, dragging);
         self.reconcile(&ctx);
+        log::trace!("UI frame of {:.1} ms", self.frame_started.elapsed().as_secs_f64() * 1e3);
     }
 
     fn save(&mut self, storage: &mut dyn eframe::Storage) {

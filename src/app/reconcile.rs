@@ -54,6 +54,8 @@ pub struct Rails {
     pub(super) refused_render: Option<RenderKey>,
     /// A tree without a picture yet.
     pub(super) pending: Option<BuiltTree>,
+    /// Since when the tree on the screen is not the wanted one.
+    pub(super) tree_wanted_at: Option<Instant>,
     /// The camera of a scene that is not presented yet.
     pub(super) next_camera: Option<Camera>,
     /// The next scene keeps the camera if that still sees it.
@@ -85,6 +87,7 @@ impl Rails {
             refused_load: None,
             refused_render: None,
             pending: None,
+            tree_wanted_at: None,
             next_camera: None,
             keep_camera: false,
             camera_choice: None,
@@ -237,6 +240,7 @@ impl Rails {
             self.refuse_tree(state, &why);
             return;
         }
+        self.tree_wanted_at.get_or_insert(now);
         let token = self.build.request(key.clone());
         self.building = Some(InFlight { key, token, since: now, brief: false });
     }
@@ -313,12 +317,18 @@ impl Rails {
     /// The tree and picture that are on the screen, as the panels see them.
     pub(super) fn present(&mut self, tree: BuiltTree, rendered: &Rendered, state: &mut AppState) {
         self.frames += 1;
-        state.presented = Some(Presented {
+        let old = state.presented.replace(Presented {
             accel: tree.accel,
             table: tree.table,
             frame: Arc::clone(&rendered.frame),
             frame_id: self.frames,
             threads: tree.threads,
         });
+        drop_elsewhere(old);
     }
+}
+
+/// Drops `value` on another thread: giving back the hundreds of megabytes of a tree takes longer than a UI frame may.
+pub(super) fn drop_elsewhere(value: impl Send + 'static) {
+    rayon::spawn(move || drop(value));
 }

@@ -1,6 +1,6 @@
 //! The wgpu pass: the traced picture over the viewport, and the lines over it, straight into the caller's pass.
 
-use std::ops::Range;
+use std::collections::HashSet;
 use std::sync::Arc;
 
 use eframe::wgpu;
@@ -71,7 +71,7 @@ const BOX_EDGES: u32 = 12;
 struct Key {
     table: u64,
     settings: OverlaySettings,
-    selection: Selection,
+    hidden: HashSet<u32>,
 }
 
 /// All GPU objects of the overlay; lives in egui's callback resources or in an offscreen renderer.
@@ -88,12 +88,12 @@ pub struct OverlayPipeline {
     quads: wgpu::Buffer,
     sampler: wgpu::Sampler,
     picture: PictureTextures,
-    instances: Option<wgpu::Buffer>,
     key: Option<Key>,
-    /// Instances that the settings chose, then those that stand out.
-    shown: Range<u32>,
-    marked: Range<u32>,
+    /// Nodes that the settings chose, and how many they hold beyond the budget.
+    shown: Instances,
     wanted: usize,
+    /// Nodes that stand out: apart, because they change with each movement of the pointer.
+    marked: Instances,
     /// Which kinds are drawn of the shown and of those that stand out: boxes, spheres.
     shown_kinds: [bool; 2],
     marked_kinds: [bool; 2],
@@ -145,11 +145,10 @@ impl OverlayPipeline {
             quads,
             sampler,
             picture,
-            instances: None,
             key: None,
-            shown: 0..0,
-            marked: 0..0,
+            shown: Instances::default(),
             wanted: 0,
+            marked: Instances::default(),
             shown_kinds: [false; 2],
             marked_kinds: [false; 2],
             shown_circles: 4,
@@ -166,13 +165,13 @@ impl OverlayPipeline {
         match input.table {
             Some(table) => self.upload_instances(device, queue, table, input),
             None => {
-                (self.shown, self.marked, self.wanted, self.key) = (0..0, 0..0, 0, None);
+                (self.shown.count, self.marked.count, self.wanted, self.key) = (0, 0, 0, None);
             }
         }
         let view = View::new(input, self.circle_segments, self.linear_target, self.show_picture);
         queue.write_buffer(&self.uniforms, 0, bytemuck::bytes_of(&view));
         let kinds = self.shown_kinds.iter().filter(|&&drawn| drawn).count();
-        (self.shown.len() * kinds, self.wanted * kinds)
+        (self.shown.count as usize * kinds, self.wanted * kinds)
     }
 
     /// Draws into the caller's pass, whose viewport is set to the rectangle given to `prepare`.
@@ -180,19 +179,19 @@ impl OverlayPipeline {
         pass.set_bind_group(0, &self.bind_group, &[]);
         pass.set_pipeline(&self.picture_pipeline);
         pass.draw(0..3, 0..1);
-        let Some(instances) = &self.instances else { return };
-        pass.set_vertex_buffer(0, instances.slice(..));
         pass.set_index_buffer(self.quads.slice(..), wgpu::IndexFormat::Uint16);
         let lists = [(&self.shown, self.shown_kinds, self.shown_circles), (&self.marked, self.marked_kinds, 4)];
-        for (range, [boxes, spheres], circles) in lists {
+        for (instances, [boxes, spheres], circles) in lists {
+            let Some(buffer) = instances.buffer.as_ref().filter(|_| instances.count > 0) else { continue };
+            pass.set_vertex_buffer(0, buffer.slice(..));
             let pieces = [
                 (boxes, &self.box_pipeline, BOX_EDGES),
                 (spheres, &self.sphere_pipeline, circles * self.circle_segments),
             ];
             for (drawn, pipeline, pieces) in pieces {
-                if drawn && !range.is_empty() {
+                if drawn {
                     pass.set_pipeline(pipeline);
-                    pass.draw_indexed(0..pieces * QUAD.len() as u32, 0, range.clone());
+                    pass.draw_indexed(0..pieces * QUAD.len() as u32, 0, 0..instances.count);
                 }
             }
         }
@@ -205,62 +204,74 @@ impl OverlayPipeline {
         table: &NodeTable,
         input: &DrawInput<'_>,
     ) {
-        // What only the uniforms know of may change without a new list.
-        let settings = OverlaySettings { hidden_alpha: 0.0, line_width: 1.0, ..input.settings };
-        let key = Key { table: table.id, settings, selection: input.selection.clone() };
-        if self.key.as_ref() == Some(&key) {
-            return;
-        }
-        self.shown_kinds = [settings.show_boxes, settings.show_spheres];
+        self.shown_kinds = [input.settings.show_boxes, input.settings.show_spheres];
         self.marked_kinds = match (self.shown_kinds, table.container_kind()) {
             ([false, false], ContainerKind::Aabb) => [true, false],
             ([false, false], ContainerKind::Sphere) => [false, true],
             (kinds, _) => kinds,
         };
         let [show_boxes, show_spheres] = self.marked_kinds;
-        let settings = OverlaySettings { show_boxes, show_spheres, ..settings };
-
-        let mut shown = table.shown(&settings, input.selection);
+        // What only the uniforms know of may change without a new list.
+        let settings =
+            OverlaySettings { hidden_alpha: 0.0, line_width: 1.0, show_boxes, show_spheres, ..input.settings };
+        let marked: Vec<OverlayNode> = highlighted(table, input.selection)
+            .into_iter()
+            .map(|(node, role)| {
+                let mut instance = table.instance(node, &settings);
+                instance.flags |= (role as u32) << 8;
+                instance
+            })
+            .collect();
+        self.marked.upload(device, queue, &marked);
         if self.shown_kinds == [false, false] {
-            shown = super::Shown { nodes: Vec::new(), wanted: 0 };
+            (self.shown.count, self.wanted, self.key) = (0, 0, None);
+            return;
         }
-        let marked = highlighted(table, input.selection);
-        let size = size_of::<OverlayNode>();
-        let fitting = (device.limits().max_buffer_size as usize / size).saturating_sub(marked.len());
-        if shown.nodes.len() > fitting {
-            // Those of a budget are in the order of their size already.
-            shown = table.shown(&OverlaySettings { budget: fitting as u32, ..settings }, input.selection);
+
+        let key = Key { table: table.id, settings, hidden: input.selection.hidden.clone() };
+        if self.key.as_ref() == Some(&key) {
+            return;
         }
-        let mut nodes = table.instances(&shown.nodes, &settings);
-        for &(node, role) in &marked {
-            let mut instance = table.instance(node, &settings);
-            instance.flags |= (role as u32) << 8;
-            nodes.push(instance);
-        }
-        self.shown = 0..shown.nodes.len() as u32;
-        self.marked = self.shown.end..nodes.len() as u32;
+        let fitting = device.limits().max_buffer_size as usize / size_of::<OverlayNode>();
+        let budget = settings.budget.min(u32::try_from(fitting).unwrap_or(u32::MAX));
+        let shown = table.shown(&OverlaySettings { budget, ..settings }, input.selection);
+        self.shown.upload(device, queue, &table.instances(&shown.nodes, &settings));
         self.wanted = shown.wanted;
         // Many spheres as full globes are neither readable nor quick.
-        (self.shown_circles, self.circle_segments) = match self.shown.len() {
+        (self.shown_circles, self.circle_segments) = match self.shown.count {
             0..=64 => (4, 64),
             65..=512 => (4, 48),
             _ => (1, 32),
         };
-        let bytes: &[u8] = bytemuck::cast_slice(&nodes);
-        if !bytes.is_empty() {
-            let held = self.instances.as_ref().filter(|buffer| buffer.size() >= bytes.len() as u64);
-            let buffer = held.cloned().unwrap_or_else(|| {
-                device.create_buffer(&wgpu::BufferDescriptor {
-                    label: Some("overlay instances"),
-                    size: bytes.len() as u64,
-                    usage: wgpu::BufferUsages::VERTEX | wgpu::BufferUsages::COPY_DST,
-                    mapped_at_creation: false,
-                })
-            });
-            queue.write_buffer(&buffer, 0, bytes);
-            self.instances = Some(buffer);
-        }
         self.key = Some(key);
+    }
+}
+
+/// Nodes in a vertex buffer that grows with need.
+#[derive(Default)]
+struct Instances {
+    buffer: Option<wgpu::Buffer>,
+    count: u32,
+}
+
+impl Instances {
+    fn upload(&mut self, device: &wgpu::Device, queue: &wgpu::Queue, nodes: &[OverlayNode]) {
+        self.count = nodes.len() as u32;
+        let bytes: &[u8] = bytemuck::cast_slice(nodes);
+        if bytes.is_empty() {
+            return;
+        }
+        let held = self.buffer.take().filter(|buffer| buffer.size() >= bytes.len() as u64);
+        let buffer = held.unwrap_or_else(|| {
+            device.create_buffer(&wgpu::BufferDescriptor {
+                label: Some("overlay instances"),
+                size: bytes.len() as u64,
+                usage: wgpu::BufferUsages::VERTEX | wgpu::BufferUsages::COPY_DST,
+                mapped_at_creation: false,
+            })
+        });
+        queue.write_buffer(&buffer, 0, bytes);
+        self.buffer = Some(buffer);
     }
 }
 

@@ -59,7 +59,7 @@ fn number(ui: &mut Ui, state: &mut AppState, max_depth: u32, end: usize, name: &
             depth[1 - end] = value;
         }
     }
-    response.on_hover_text("First and last depth whose containers are drawn; the root is 0 (+ and -)");
+    response.on_hover_text("First and last depth whose containers are drawn; the root is 0 (keys , and .)");
 }
 
 /// "shown: 4 … 7 · 240 containers".
