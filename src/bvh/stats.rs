@@ -1,8 +1,11 @@
 //! Statistics of a finished tree.
 
+use std::collections::VecDeque;
+
+use rayon::prelude::*;
 use serde::Serialize;
 
-use super::{AnyTree, Container, Tree};
+use super::{AnyTree, Container, Node, Tree};
 use crate::with_tree;
 
 /// Cost of testing one container, in the unit of [`INTERSECTION_COST`].
@@ -41,44 +44,105 @@ pub fn tree_stats(tree: &AnyTree) -> TreeStats {
     with_tree!(tree, tree => stats_of(tree))
 }
 
-fn stats_of<C: Container>(tree: &Tree<C>) -> TreeStats {
-    let Some(root) = tree.nodes.first() else { return TreeStats::default() };
-    let mut depths = vec![0_u32; tree.nodes.len()];
-    let mut nodes_per_depth = vec![0_u32; tree.max_depth as usize + 1];
-    let mut leaf_size_histogram = vec![0_u32; 2];
-    let (mut interior_area, mut leaf_area, mut leaf_depth_sum) = (0.0_f64, 0.0_f64, 0_u64);
-    // Parents come first, so that one pass knows each node's depth.
-    for (index, node) in tree.nodes.iter().enumerate() {
-        let depth = depths[index];
-        nodes_per_depth[depth as usize] += 1;
+/// Nodes that are looked at one after the other before the rest is shared out: enough subtrees for many threads.
+const TOP_NODES: usize = 1024;
+
+/// What is added up over nodes.
+struct Sums {
+    interior_area: f64,
+    leaf_area: f64,
+    leaf_depth: u64,
+    nodes_per_depth: Vec<u32>,
+    leaf_sizes: Vec<u32>,
+}
+
+impl Sums {
+    fn new(max_depth: u32) -> Self {
+        let nodes_per_depth = vec![0; max_depth as usize + 1];
+        Self { interior_area: 0.0, leaf_area: 0.0, leaf_depth: 0, nodes_per_depth, leaf_sizes: vec![0; 2] }
+    }
+
+    fn add<C: Container>(&mut self, node: &Node<C>, depth: u32) {
+        self.nodes_per_depth[depth as usize] += 1;
         let area = f64::from(node.container.relative_area());
         if node.is_leaf() {
             let size = node.count as usize;
-            if size >= leaf_size_histogram.len() {
-                leaf_size_histogram.resize(size + 1, 0);
+            if size >= self.leaf_sizes.len() {
+                self.leaf_sizes.resize(size + 1, 0);
             }
-            leaf_size_histogram[size] += 1;
-            leaf_area += area * f64::from(node.count);
-            leaf_depth_sum += u64::from(depth);
+            self.leaf_sizes[size] += 1;
+            self.leaf_area += area * f64::from(node.count);
+            self.leaf_depth += u64::from(depth);
         } else {
-            let first = node.first as usize;
-            depths[first..first + 2].fill(depth + 1);
-            interior_area += area;
+            self.interior_area += area;
         }
     }
-    let leaves: usize = leaf_size_histogram.iter().map(|&count| count as usize).sum();
+
+    /// Everything below `top`, which is `depth` deep, itself included.
+    fn add_subtree<C: Container>(&mut self, tree: &Tree<C>, (top, depth): (u32, u32)) {
+        let mut open = vec![(top, depth)];
+        while let Some((mut index, mut depth)) = open.pop() {
+            loop {
+                let node = &tree.nodes[index as usize];
+                self.add(node, depth);
+                if node.is_leaf() {
+                    break;
+                }
+                (index, depth) = (node.first, depth + 1);
+                open.push((index + 1, depth));
+            }
+        }
+    }
+
+    fn plus(mut self, other: &Self) -> Self {
+        fn add(sums: &mut Vec<u32>, others: &[u32]) {
+            sums.resize(sums.len().max(others.len()), 0);
+            sums.iter_mut().zip(others).for_each(|(sum, other)| *sum += other);
+        }
+        self.interior_area += other.interior_area;
+        self.leaf_area += other.leaf_area;
+        self.leaf_depth += other.leaf_depth;
+        add(&mut self.nodes_per_depth, &other.nodes_per_depth);
+        add(&mut self.leaf_sizes, &other.leaf_sizes);
+        self
+    }
+}
+
+fn stats_of<C: Container>(tree: &Tree<C>) -> TreeStats {
+    let Some(root) = tree.nodes.first() else { return TreeStats::default() };
+    let mut top = Sums::new(tree.max_depth);
+    let mut subtrees = VecDeque::from([(0, 0)]);
+    for _ in 0..TOP_NODES {
+        let Some((index, depth)) = subtrees.pop_front() else { break };
+        let node = &tree.nodes[index as usize];
+        top.add(node, depth);
+        if !node.is_leaf() {
+            subtrees.extend([(node.first, depth + 1), (node.first + 1, depth + 1)]);
+        }
+    }
+    let parts: Vec<Sums> = Vec::from(subtrees)
+        .into_par_iter()
+        .map(|subtree| {
+            let mut sums = Sums::new(tree.max_depth);
+            sums.add_subtree(tree, subtree);
+            sums
+        })
+        .collect();
+    // One after the other, so that the sums do not depend on the number of threads.
+    let sums = parts.iter().fold(top, Sums::plus);
+    let leaves: usize = sums.leaf_sizes.iter().map(|&count| count as usize).sum();
     let root_area = f64::from(root.container.relative_area());
-    let cost = interior_area * f64::from(TRAVERSAL_COST) + leaf_area * f64::from(INTERSECTION_COST);
+    let cost = sums.interior_area * f64::from(TRAVERSAL_COST) + sums.leaf_area * f64::from(INTERSECTION_COST);
     TreeStats {
         nodes: tree.nodes.len(),
         leaves,
         max_depth: tree.max_depth,
-        mean_leaf_depth: (leaf_depth_sum as f64 / leaves.max(1) as f64) as f32,
-        min_leaf_size: leaf_size_histogram.iter().position(|&count| count > 0).unwrap_or(0) as u32,
+        mean_leaf_depth: (sums.leaf_depth as f64 / leaves.max(1) as f64) as f32,
+        min_leaf_size: sums.leaf_sizes.iter().position(|&count| count > 0).unwrap_or(0) as u32,
         mean_leaf_size: (tree.primitive_indices.len() as f64 / leaves.max(1) as f64) as f32,
-        max_leaf_size: leaf_size_histogram.len() as u32 - 1,
-        nodes_per_depth,
-        leaf_size_histogram,
+        max_leaf_size: sums.leaf_sizes.len() as u32 - 1,
+        nodes_per_depth: sums.nodes_per_depth,
+        leaf_size_histogram: sums.leaf_sizes,
         sah_cost: share(cost, root_area) as f32,
     }
 }
