@@ -116,6 +116,7 @@ impl Camera {
 impl CameraFrame {
     /// The ray through the point (x, y) of the picture in pixels, y down; a pixel's centre is at +0.5. Its direction has
     /// unit length.
+    #[inline]
     pub fn ray(&self, x_px: f32, y_px: f32) -> Ray {
         let across = self.right * ((x_px / self.width_px * 2.0 - 1.0) * self.half.x);
         let along = self.up * ((1.0 - y_px / self.height_px * 2.0) * self.half.y);

@@ -5,19 +5,20 @@ mod trees;
 use bvhscope::bvh::builders::build;
 use bvhscope::bvh::traverse::{NoProbe, Traversal, any_hit, closest_hit};
 use bvhscope::bvh::validate::validate;
-use bvhscope::bvh::{AnyTree, BuildSettings, BuilderKind, Container, ContainerKind};
+use bvhscope::bvh::wide::{AnyWideTree, collapse};
+use bvhscope::bvh::{AnyTree, BuildSettings, BuilderKind, Container, ContainerKind, Preset, SimdLevel};
 use bvhscope::cancel::CancelToken;
-use bvhscope::geometry::{Aabb, Hit, PreparedRay, Ray, Sphere, Triangle};
+use bvhscope::geometry::{Aabb, Hit, PreparedRay, Ray, Shear, Sphere, Triangle};
 use bvhscope::with_tree;
 use glam::Vec3;
 use proptest::prelude::*;
 
 /// The nearest hit; equal distances go to the lower index.
 fn scan(triangles: &[Triangle], ray: &Ray) -> Option<Hit> {
-    let prepared = PreparedRay::new(*ray);
+    let (prepared, shear) = (PreparedRay::new(*ray), Shear::new(ray.direction));
     let mut nearest: Option<Hit> = None;
     for (index, triangle) in triangles.iter().enumerate() {
-        if let Some(hit) = triangle.intersect(&prepared, prepared.ray.t_max)
+        if let Some(hit) = triangle.intersect(&prepared, &shear, prepared.ray.t_max)
             && nearest.is_none_or(|nearest| hit.t < nearest.t)
         {
             nearest = Some(Hit { t: hit.t, primitive_index: index as u32, u: hit.u, v: hit.v });
@@ -39,6 +40,96 @@ fn check(name: &str, triangles: &[Triangle], tree: &AnyTree, rays: &[Ray], expec
             assert_eq!(any_hit(tree, &leaf_triangles, ray), expected.is_some(), "{name}, any hit, {ray:?}");
         }
     });
+    check_wide(name, triangles, tree, rays, expected);
+}
+
+/// Every level of vector instructions that this machine has.
+fn levels() -> impl Iterator<Item = SimdLevel> {
+    SimdLevel::ALL.into_iter().filter(|level| level.is_available())
+}
+
+/// The same from the wide tree, on every level: ray by ray and all together.
+fn check_wide(name: &str, triangles: &[Triangle], tree: &AnyTree, rays: &[Ray], expected: &[Option<Hit>]) {
+    let wide: AnyWideTree = with_tree!(tree, tree => {
+        let leaf_triangles: Vec<_> = tree.primitive_indices.iter().map(|&i| triangles[i as usize]).collect();
+        collapse(tree, &leaf_triangles).into()
+    });
+    for simd in levels() {
+        for (ray, expected) in rays.iter().zip(expected) {
+            assert_eq!(wide.closest_hit(simd.level(), ray), *expected, "{name}, wide, {simd:?}, {ray:?}");
+            assert_eq!(wide.any_hit(simd.level(), ray), expected.is_some(), "{name}, wide, any hit, {simd:?}, {ray:?}");
+        }
+        let mut hits = vec![None; rays.len()];
+        wide.closest_hits(simd.level(), rays, &mut hits);
+        for (index, (hit, expected)) in hits.iter().zip(expected).enumerate() {
+            assert_eq!(hit, expected, "{name}, together, {simd:?}, {:?}", rays[index]);
+        }
+    }
+}
+
+/// Rays from one point that differ little, as a camera's tile has them.
+fn bundle(from: Vec3, to: Vec3, spread: f32, count: usize) -> Vec<Ray> {
+    let forward = (to - from).normalize_or(Vec3::X);
+    let (right, up) = forward.any_orthonormal_pair();
+    let edge = (count as f32).sqrt();
+    (0..count)
+        .map(|index| {
+            let (x, y) = ((index as f32 % edge) / edge - 0.5, (index as f32 / edge).floor() / edge - 0.5);
+            Ray::new(from, (forward + (right * x + up * y) * spread).normalize_or(forward))
+        })
+        .collect()
+}
+
+#[test]
+fn bundles_of_rays_find_what_a_scan_finds() {
+    let mut random = trees::Random(5);
+    for (name, triangles) in trees::nasty_scenes() {
+        let bounds = Aabb::around(triangles.iter().flat_map(|triangle| [triangle.a, triangle.b, triangle.c]));
+        if !(bounds.extent().is_finite() && bounds.extent().length().is_finite()) {
+            continue;
+        }
+        let trees = [trees::halved::<Aabb>(&triangles, 1), trees::halved::<Sphere>(&triangles, 3)];
+        // Wide and narrow bundles, full and not, and one along an axis, whose rays disagree in their signs.
+        for (spread, count) in [(0.02, 256), (0.3, 131), (0.3, 7), (2.0, 300)] {
+            let target = triangles.get(random.below(triangles.len().max(1))).map_or(Vec3::ZERO, |triangle| triangle.a);
+            let from = target + random.vector() * bounds.extent().length().max(1e-3);
+            for from in [from, target + Vec3::Z * bounds.extent().length().max(1e-3)] {
+                let rays = bundle(from, target, spread, count);
+                let expected: Vec<_> = rays.iter().map(|ray| scan(&triangles, ray)).collect();
+                for tree in &trees {
+                    check_wide(&format!("{name}, bundle of {count}"), &triangles, tree, &rays, &expected);
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn a_wide_tree_holds_every_triangle_once_within_its_bytes() {
+    let triangles = trees::ball(Vec3::ONE, 2.0, 64);
+    for builder in [BuilderKind::Aac, BuilderKind::BinnedSah, BuilderKind::None] {
+        let settings = BuildSettings { builder, ..BuildSettings::preset(Preset::Fast, ContainerKind::Aabb) };
+        let (tree, _) = build(&triangles, &settings, &CancelToken::new()).expect("nothing to refuse");
+        let AnyTree::Aabb(tree) = tree else { panic!("spheres instead of boxes") };
+        let leaf_triangles: Vec<_> = tree.primitive_indices.iter().map(|&i| triangles[i as usize]).collect();
+        let wide = collapse(&tree, &leaf_triangles);
+        let mut seen: Vec<u32> = wide
+            .blocks
+            .iter()
+            .flat_map(|block| {
+                let mut indices = [0, 1, 2, 3].map(|lane| block.primitive_index(lane)).to_vec();
+                for (lane, &index) in indices.iter().enumerate() {
+                    assert_eq!(block.triangle(lane), triangles[index as usize]);
+                }
+                indices.dedup();
+                indices
+            })
+            .collect();
+        seen.sort_unstable();
+        assert!(seen.iter().copied().eq(0..triangles.len() as u32), "{builder:?}");
+        let bytes = (wide.node_bytes() + wide.block_bytes()) / triangles.len();
+        assert!(bytes <= 100, "{builder:?}: {bytes} bytes a triangle");
+    }
 }
 
 fn check_hand_made<C: Container>(name: &str, triangles: &[Triangle], rays: &[Ray], expected: &[Option<Hit>]) {

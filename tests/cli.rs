@@ -36,7 +36,7 @@ fn every_command_has_help_with_examples_and_the_program_a_version() {
 
 #[test]
 fn wrong_flags_name_flag_value_and_range() {
-    let cases: [(&[&str], &[&str]); 22] = [
+    let cases: [(&[&str], &[&str]); 24] = [
         (&["bench", "--treshold", "3"], &["--treshold", "--threshold"]),
         (&["bench", "--threshold", "1"], &["--threshold", "'1'", "2 to 64"]),
         (&["bench", "--threshold", "65"], &["'65'", "2 to 64"]),
@@ -49,6 +49,8 @@ fn wrong_flags_name_flag_value_and_range() {
         (&["bench", "--repeat", "0"], &["--repeat", "1 to 1000"]),
         (&["bench", "--size", "0x5"], &["--size", "0x5", "1 to 16384"]),
         (&["bench", "--traversal", "random"], &["--traversal", "random", "ordered, paper"]),
+        (&["bench", "--simd", "mmx"], &["--simd", "mmx", "one of"]),
+        (&["render", "-o", "x.png", "--simd", "mmx"], &["--simd", "mmx", "one of"]),
         (&["bench", "--container", "cone"], &["--container", "cone", "box, sphere, both"]),
         (&["bench", "--builder", "none"], &["--builder", "none", "aac"]),
         (&["bench", "--preset", "best"], &["--preset", "best", "aac-hq"]),

@@ -3,9 +3,11 @@
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on should stop")]
 
 use bvhscope::bvh::builders::build;
+use bvhscope::bvh::wide::{AnyWideTree, collapse};
 use bvhscope::bvh::{AnyTree, BuildSettings, BuilderKind, ContainerKind};
 use bvhscope::cancel::CancelToken;
 use bvhscope::geometry::Triangle;
+use bvhscope::with_tree;
 use glam::Vec3;
 
 /// A bumpy sheet of `2 · side²` triangles, in no helpful order, every tenth one twice.
@@ -32,6 +34,14 @@ fn build_with_threads(triangles: &[Triangle], settings: &BuildSettings, threads:
     pool.install(|| build(triangles, settings, &CancelToken::new())).unwrap().0
 }
 
+fn widen_with_threads(triangles: &[Triangle], tree: &AnyTree, threads: usize) -> AnyWideTree {
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+    with_tree!(tree, tree => {
+        let leaf_triangles: Vec<_> = tree.primitive_indices.iter().map(|&i| triangles[i as usize]).collect();
+        pool.install(|| collapse(tree, &leaf_triangles).into())
+    })
+}
+
 #[test]
 fn trees_do_not_depend_on_the_number_of_threads() {
     let triangles = sheet(120);
@@ -45,6 +55,8 @@ fn trees_do_not_depend_on_the_number_of_threads() {
             for threads in [2, 3, 7] {
                 let many = build_with_threads(&triangles, &settings, threads);
                 assert!(one == many, "{} {}: {threads} threads make another tree", builder.name(), container.name());
+                let equal = widen_with_threads(&triangles, &one, 1) == widen_with_threads(&triangles, &many, threads);
+                assert!(equal, "{} {}: {threads} threads make another wide tree", builder.name(), container.name());
             }
         }
     }

@@ -6,7 +6,7 @@ use std::ffi::OsStr;
 use std::sync::Arc;
 
 use bvhscope::bvh::traverse::Traversal;
-use bvhscope::bvh::{BuildSettings, ContainerKind, Preset};
+use bvhscope::bvh::{BuildSettings, ContainerKind, Preset, SimdLevel};
 use bvhscope::camera::Camera;
 use bvhscope::cancel::CancelToken;
 use bvhscope::lab::{
@@ -23,7 +23,13 @@ fn subject(name: &str) -> Subject {
 }
 
 fn view(subject: &Subject, traversal: Traversal) -> TraceView {
-    TraceView { camera: Camera::framing(&subject.scene.bounds, subject.scene.up), size: [40, 30], traversal, repeat: 2 }
+    TraceView {
+        camera: Camera::framing(&subject.scene.bounds, subject.scene.up),
+        size: [40, 30],
+        traversal,
+        simd: SimdLevel::best(),
+        repeat: 2,
+    }
 }
 
 fn both() -> Vec<Setup> {

@@ -1,9 +1,10 @@
 //! What stands around primitives: boxes or spheres, behind one trait. ("Bounding volume" in the literature.)
 
+use fearless_simd::Simd;
 use serde::{Deserialize, Serialize};
 
-pub use crate::geometry::PreparedRay;
 use crate::geometry::{Aabb, Sphere, Triangle};
+pub use crate::geometry::{PairEntry, PreparedRay};
 
 /// Which container a tree is made of.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
@@ -52,10 +53,12 @@ pub trait Container: Copy + Send + Sync + PartialEq + std::fmt::Debug + 'static 
     fn relative_area(&self) -> f32;
     /// Where a ray enters, at least `t_min`; `None` where it misses or enters beyond `t_max`. Never misses because of NaN.
     fn entry(&self, ray: &PreparedRay, t_min: f32, t_max: f32) -> Option<f32>;
-    /// [`Container::entry`] of two siblings at once; infinity where it is `None`.
+    /// [`Container::entry`] of two siblings at once, neither of them empty.
     #[inline(always)]
-    fn entry_pair(pair: [&Self; 2], ray: &PreparedRay, t_min: f32, t_max: f32) -> [f32; 2] {
-        pair.map(|container| container.entry(ray, t_min, t_max).unwrap_or(f32::INFINITY))
+    fn entry_pair<S: Simd>(_: S, pair: [&Self; 2], ray: &PreparedRay, t_min: f32, t_max: f32) -> PairEntry {
+        let [a, b] = [pair[0].entry(ray, t_min, t_max), pair[1].entry(ray, t_min, t_max)];
+        let hits = u32::from(a.is_some()) | u32::from(b.is_some()) << 1;
+        PairEntry { entry: [a.unwrap_or(f32::INFINITY), b.unwrap_or(f32::INFINITY)], hits }
     }
     /// The smallest box around it.
     fn bounds(&self) -> Aabb;
@@ -96,8 +99,8 @@ impl Container for Aabb {
     }
 
     #[inline(always)]
-    fn entry_pair(pair: [&Self; 2], ray: &PreparedRay, t_min: f32, t_max: f32) -> [f32; 2] {
-        Aabb::entry_pair(pair, ray, t_min, t_max)
+    fn entry_pair<S: Simd>(simd: S, pair: [&Self; 2], ray: &PreparedRay, t_min: f32, t_max: f32) -> PairEntry {
+        Aabb::entry_pair(simd, pair, ray, t_min, t_max)
     }
 
     fn bounds(&self) -> Aabb {
@@ -122,9 +125,9 @@ impl Container for Aabb {
 }
 
 /// Relative error allowed for in a ray's test against a sphere: about seven roundings.
-const SPHERE_ENTRY_ERROR: f32 = 4e-7;
+pub(super) const SPHERE_ENTRY_ERROR: f32 = 4e-7;
 /// Radii whose square is no longer a normal number.
-const SPHERE_TINY_RADIUS: f32 = 1e-18;
+pub(super) const SPHERE_TINY_RADIUS: f32 = 1e-18;
 
 impl Container for Sphere {
     const KIND: ContainerKind = ContainerKind::Sphere;
@@ -144,7 +147,7 @@ impl Container for Sphere {
         if self.is_empty() { 0.0 } else { self.radius * self.radius }
     }
 
-    #[inline]
+    #[inline(always)]
     fn entry(&self, ray: &PreparedRay, t_min: f32, t_max: f32) -> Option<f32> {
         if self.is_empty() {
             return None;

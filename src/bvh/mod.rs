@@ -13,10 +13,13 @@ pub mod node;
 pub mod overlap;
 mod radix_sort;
 pub mod settings;
+pub mod simd;
 pub mod stats;
 pub mod traverse;
 pub mod validate;
+pub mod wide;
 
 pub use container::{Container, ContainerKind};
 pub use node::{AnyTree, Node, Tree};
 pub use settings::{BuildSettings, BuilderKind, Preset};
+pub use simd::SimdLevel;

@@ -2,10 +2,11 @@
 
 use std::ops::{ControlFlow, Range};
 
+use fearless_simd::{Level, Simd, dispatch};
 use serde::{Deserialize, Serialize};
 
 use super::{Container, Tree};
-use crate::geometry::{Hit, PreparedRay, Ray, Triangle};
+use crate::geometry::{Hit, PreparedRay, Ray, Shear, Triangle, TriangleHit};
 
 /// The order in which a ray visits nodes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
@@ -57,7 +58,7 @@ impl Probe for TestCounts {
 }
 
 /// The nearest hit of `ray` with the triangles of `tree`, given in leaf order. The result does not depend on `traversal`;
-/// equal distances go to the lower primitive index.
+/// equal distances go to the lower primitive index. Where many rays are traced, see [`closest_hit_with`].
 #[inline]
 pub fn closest_hit<C: Container, P: Probe>(
     tree: &Tree<C>,
@@ -66,22 +67,51 @@ pub fn closest_hit<C: Container, P: Probe>(
     traversal: Traversal,
     probe: &mut P,
 ) -> Option<Hit> {
+    with_stack(
+        tree.max_depth,
+        |stack| dispatch!(Level::baseline(), simd => closest_hit_with(simd, tree, leaf_triangles, ray, traversal, stack, probe)),
+    )
+}
+
+/// [`closest_hit`] in the SIMD level of the caller, who keeps the stack from ray to ray.
+#[inline(always)]
+pub fn closest_hit_with<S: Simd, C: Container, P: Probe>(
+    simd: S,
+    tree: &Tree<C>,
+    leaf_triangles: &[Triangle],
+    ray: &Ray,
+    traversal: Traversal,
+    stack: &mut [Waiting],
+    probe: &mut P,
+) -> Option<Hit> {
     let ray = PreparedRay::new(*ray);
     let mut nearest = Nearest::new(ray.ray.t_max);
-    with_stack(tree.max_depth, |stack| match traversal {
-        Traversal::Ordered => {
-            walk::<C, P, true>(tree, &ray, stack, ray.ray.t_max, probe, |range, probe| {
-                nearest.test(tree, leaf_triangles, range, &ray, probe);
+    match traversal {
+        Traversal::Ordered => walk::<S, C, P, true>(
+            simd,
+            tree,
+            &ray,
+            stack,
+            probe,
+            #[inline(always)]
+            |range, shear, probe| {
+                nearest.test(tree, leaf_triangles, range, &ray, shear, probe);
                 ControlFlow::Continue(nearest.t)
-            });
-        }
-        Traversal::Paper => {
-            walk::<C, P, false>(tree, &ray, stack, ray.ray.t_max, probe, |range, probe| {
-                nearest.test(tree, leaf_triangles, range, &ray, probe);
+            },
+        ),
+        Traversal::Paper => walk::<S, C, P, false>(
+            simd,
+            tree,
+            &ray,
+            stack,
+            probe,
+            #[inline(always)]
+            |range, shear, probe| {
+                nearest.test(tree, leaf_triangles, range, &ray, shear, probe);
                 ControlFlow::Continue(ray.ray.t_max)
-            });
-        }
-    });
+            },
+        ),
+    }
     nearest.hit()
 }
 
@@ -102,22 +132,23 @@ pub fn any_hit_with<C: Container, P: Probe>(
     let ray = PreparedRay::new(*ray);
     let mut found = false;
     with_stack(tree.max_depth, |stack| {
-        walk::<C, P, true>(tree, &ray, stack, ray.ray.t_max, probe, |range, probe| {
+        let leaf = |range: Range<usize>, shear: &Shear, probe: &mut P| {
             for triangle in &leaf_triangles[range] {
                 probe.primitive_test();
-                if triangle.intersect(&ray, ray.ray.t_max).is_some() {
+                if triangle.intersect(&ray, shear, ray.ray.t_max).is_some() {
                     found = true;
                     return ControlFlow::Break(());
                 }
             }
             ControlFlow::Continue(ray.ray.t_max)
-        });
+        };
+        dispatch!(Level::baseline(), simd => walk::<_, C, P, true>(simd, tree, &ray, stack, probe, leaf));
     });
     found
 }
 
 /// The nearest hit so far.
-struct Nearest {
+pub(super) struct Nearest {
     t: f32,
     u: f32,
     v: f32,
@@ -126,8 +157,23 @@ struct Nearest {
 
 impl Nearest {
     /// No hit yet. The largest index stands for none: it loses every tie.
-    fn new(t_max: f32) -> Self {
+    #[inline(always)]
+    pub(super) fn new(t_max: f32) -> Self {
         Self { t: t_max, u: 0.0, v: 0.0, primitive_index: u32::MAX }
+    }
+
+    /// How far to look.
+    #[inline(always)]
+    pub(super) fn t(&self) -> f32 {
+        self.t
+    }
+
+    /// Takes a hit that is no farther than [`Nearest::t`]; equal distances go to the lower primitive index.
+    #[inline(always)]
+    pub(super) fn offer(&mut self, hit: TriangleHit, primitive_index: u32) {
+        if hit.t < self.t || hit.t == self.t && primitive_index < self.primitive_index {
+            *self = Self { t: hit.t, u: hit.u, v: hit.v, primitive_index };
+        }
     }
 
     #[inline(always)]
@@ -137,32 +183,31 @@ impl Nearest {
         leaf_triangles: &[Triangle],
         range: Range<usize>,
         ray: &PreparedRay,
+        shear: &Shear,
         probe: &mut P,
     ) {
         for (offset, triangle) in leaf_triangles[range.clone()].iter().enumerate() {
             probe.primitive_test();
-            if let Some(hit) = triangle.intersect(ray, self.t) {
-                let primitive_index = tree.primitive_indices[range.start + offset];
-                if hit.t < self.t || primitive_index < self.primitive_index {
-                    *self = Self { t: hit.t, u: hit.u, v: hit.v, primitive_index };
-                }
+            if let Some(hit) = triangle.intersect(ray, shear, self.t) {
+                self.offer(hit, tree.primitive_indices[range.start + offset]);
             }
         }
     }
 
-    fn hit(&self) -> Option<Hit> {
-        (self.primitive_index != u32::MAX).then_some(Hit {
-            t: self.t,
-            primitive_index: self.primitive_index,
-            u: self.u,
-            v: self.v,
-        })
+    #[inline(always)]
+    pub(super) fn found(&self) -> bool {
+        self.primitive_index != u32::MAX
+    }
+
+    #[inline(always)]
+    pub(super) fn hit(&self) -> Option<Hit> {
+        self.found().then_some(Hit { t: self.t, primitive_index: self.primitive_index, u: self.u, v: self.v })
     }
 }
 
 /// A node that waits, with the distance at which the ray enters it.
 #[derive(Debug, Clone, Copy)]
-struct Waiting {
+pub struct Waiting {
     node: u32,
     entry: f32,
 }
@@ -171,36 +216,30 @@ impl Waiting {
     const NONE: Self = Self { node: 0, entry: 0.0 };
 }
 
-/// Trees up to this depth keep their stack off the heap.
-const SMALL_STACK: usize = 64;
-
-/// Calls `run` with a stack for a tree of this depth: at most one sibling waits on each level.
-#[inline(always)]
-fn with_stack(max_depth: u32, run: impl FnOnce(&mut [Waiting])) {
-    if max_depth as usize <= SMALL_STACK {
-        run(&mut [Waiting::NONE; SMALL_STACK]);
-    } else {
-        run(&mut vec![Waiting::NONE; max_depth as usize]);
-    }
+/// Room for the nodes that wait while a ray goes down a tree whose deepest node has this depth: at most one sibling on
+/// each level. Kept from ray to ray, it need not be cleared for each.
+pub fn new_stack(max_depth: u32) -> Vec<Waiting> {
+    vec![Waiting::NONE; max_depth as usize]
 }
 
 /// Visits the leaves that `ray` reaches. `leaf` tests the primitives of a range and returns how far to look from then
 /// on. `ORDERED`: the near child first, skipping what begins beyond that distance; else in the order of the
 /// nodes.
 #[inline(always)]
-fn walk<C: Container, P: Probe, const ORDERED: bool>(
+fn walk<S: Simd, C: Container, P: Probe, const ORDERED: bool>(
+    simd: S,
     tree: &Tree<C>,
     ray: &PreparedRay,
     stack: &mut [Waiting],
-    mut t_max: f32,
     probe: &mut P,
-    mut leaf: impl FnMut(Range<usize>, &mut P) -> ControlFlow<(), f32>,
+    mut leaf: impl FnMut(Range<usize>, &Shear, &mut P) -> ControlFlow<(), f32>,
 ) {
-    let Some(root) = tree.nodes.first() else { return };
+    let nodes = &tree.nodes[..];
+    let Some(root) = nodes.first() else { return };
     if !ray.can_hit() {
         return;
     }
-    let t_min = ray.ray.t_min;
+    let (t_min, mut t_max) = (ray.ray.t_min, ray.ray.t_max);
     // A lone leaf has nothing to be skipped by: its primitives are tested directly.
     if !root.is_leaf() {
         probe.container_test();
@@ -208,42 +247,44 @@ fn walk<C: Container, P: Probe, const ORDERED: bool>(
             return;
         }
     }
+    let mut shear = None;
     let mut node = root;
     let mut top = 0;
     loop {
         if node.is_leaf() {
             let first = node.first as usize;
-            match leaf(first..first + node.count as usize, probe) {
+            let shear = shear.get_or_insert_with(|| Shear::new(ray.ray.direction));
+            match leaf(first..first + node.count as usize, shear, probe) {
                 ControlFlow::Break(()) => return,
                 ControlFlow::Continue(reach) => t_max = reach,
             }
         } else {
             let first = node.first as usize;
-            let [left, right] = &tree.nodes[first..first + 2] else { return };
+            let [left, right] = &nodes[first..first + 2] else { return };
             probe.container_test();
             probe.container_test();
-            let [left_entry, right_entry] = C::entry_pair([&left.container, &right.container], ray, t_min, t_max);
-            match (left_entry < f32::INFINITY, right_entry < f32::INFINITY) {
-                (true, true) => {
-                    let swap = ORDERED && right_entry < left_entry;
+            let pair = C::entry_pair(simd, [&left.container, &right.container], ray, t_min, t_max);
+            match pair.hits {
+                0 => {}
+                1 => {
+                    node = left;
+                    continue;
+                }
+                2 => {
+                    node = right;
+                    continue;
+                }
+                _ => {
+                    let swap = ORDERED && pair.entry[1] < pair.entry[0];
                     stack[top] = if swap {
-                        Waiting { node: first as u32, entry: left_entry }
+                        Waiting { node: first as u32, entry: pair.entry[0] }
                     } else {
-                        Waiting { node: first as u32 + 1, entry: right_entry }
+                        Waiting { node: first as u32 + 1, entry: pair.entry[1] }
                     };
                     top += 1;
                     node = if swap { right } else { left };
                     continue;
                 }
-                (true, false) => {
-                    node = left;
-                    continue;
-                }
-                (false, true) => {
-                    node = right;
-                    continue;
-                }
-                (false, false) => {}
             }
         }
         // Back to the last node that waits and still matters.
@@ -254,8 +295,21 @@ fn walk<C: Container, P: Probe, const ORDERED: bool>(
             top -= 1;
             let waiting = stack[top];
             if !ORDERED || waiting.entry <= t_max {
-                break &tree.nodes[waiting.node as usize];
+                break &nodes[waiting.node as usize];
             }
         };
+    }
+}
+
+/// Trees up to this depth keep the stack of a single ray off the heap.
+const SMALL_STACK: usize = 64;
+
+/// Calls `run` with a stack for a tree of this depth.
+#[inline(always)]
+fn with_stack<R>(max_depth: u32, run: impl FnOnce(&mut [Waiting]) -> R) -> R {
+    if max_depth as usize <= SMALL_STACK {
+        run(&mut [Waiting::NONE; SMALL_STACK])
+    } else {
+        run(&mut vec![Waiting::NONE; max_depth as usize])
     }
 }

@@ -7,7 +7,7 @@ use glam::Vec3;
 
 use super::values::{self, Epsilons, ModelParser, Numbers};
 use crate::bvh::traverse::Traversal;
-use crate::bvh::{BuilderKind, ContainerKind, Preset};
+use crate::bvh::{BuilderKind, ContainerKind, Preset, SimdLevel};
 use crate::headless::OverlayKinds;
 use crate::overlay::ColorBy;
 use crate::render::{ColorMap, Light, Shading};
@@ -191,6 +191,9 @@ pub struct PictureArgs {
     /// Tree level that cluster colours show [default: 6]
     #[arg(long, value_name = "LEVEL", value_parser = |text: &str| values::whole::<u32>(text, 0, 1_000_000))]
     pub cluster_depth: Option<u32>,
+    /// Vector instructions: sse2, sse4, avx2, avx512 or neon, where this machine has them [default: the best]
+    #[arg(long, value_name = "LEVEL", value_parser = values::simd)]
+    pub simd: Option<SimdLevel>,
     /// Antialiasing samples a pixel, 1 to 1024 [default: 16]
     #[arg(long, value_name = "N", value_parser = values::samples)]
     pub samples: Option<u32>,
@@ -234,6 +237,9 @@ pub struct MeasureArgs {
     /// Threads for building and tracing, 1 to 1024 [default: all]
     #[arg(long, value_name = "N", value_parser = values::threads)]
     pub threads: Option<usize>,
+    /// Vector instructions for tracing: sse2, sse4, avx2, avx512 or neon, where this machine has them [default: the best]
+    #[arg(long, value_name = "LEVEL", value_parser = values::simd)]
+    pub simd: Option<SimdLevel>,
     /// Print one JSON object a line instead of the table
     #[arg(long)]
     pub json: bool,

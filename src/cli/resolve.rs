@@ -86,6 +86,7 @@ pub fn measure(job: Job, args: MeasureArgs) -> MeasureJob {
         camera: camera(&args.camera),
         size: args.size,
         traversal: args.traversal,
+        simd: args.simd.unwrap_or_default(),
         repeat: args.repeat,
         output: Output { json: args.json, csv: args.csv, plot: args.plot },
     }
@@ -151,6 +152,7 @@ fn picture(args: &PictureArgs) -> RenderSettings {
         traversal: args.traversal.unwrap_or(base.traversal),
         heat_range: args.heat_range.or(base.heat_range),
         color_map: args.color_map.unwrap_or(base.color_map),
+        simd: args.simd.unwrap_or(base.simd),
         samples: args.samples.unwrap_or(base.samples),
     }
 }

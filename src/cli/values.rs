@@ -2,7 +2,7 @@
 
 use glam::Vec3;
 
-use crate::bvh::BuildSettings;
+use crate::bvh::{BuildSettings, SimdLevel};
 use crate::headless::OverlayKinds;
 use crate::scene::SceneSource;
 
@@ -152,6 +152,12 @@ pub fn named<T: Copy>(text: &str, all: &[T], name_of: impl Fn(T) -> String) -> R
         let names: Vec<String> = all.iter().map(|&value| name_of(value)).collect();
         format!("one of {} is expected", names.join(", "))
     })
+}
+
+/// A level of vector instructions that this machine has.
+pub fn simd(text: &str) -> Result<SimdLevel, String> {
+    let available: Vec<SimdLevel> = SimdLevel::ALL.into_iter().filter(|level| level.is_available()).collect();
+    named(text, &available, |level| level.name().to_owned())
 }
 
 /// `box`, `sphere` or `both`.

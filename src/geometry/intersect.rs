@@ -4,18 +4,19 @@
 //! monotone (rounding never lets a ray enter an outer box later than an inner one), and a triangle counts as hit
 //! only where its own box is, no nearer than that box. So no tree of boxes can lose a hit that a linear scan finds.
 
-use glam::{Vec3, Vec3A, Vec4, Vec4Swizzles};
+use fearless_simd::{Simd, SimdBase, SimdMask, f32x4};
+use glam::{Vec3, Vec3A};
 
-use super::{Aabb, PreparedRay, Triangle};
+use super::{Aabb, PreparedRay, Shear, Triangle};
 
 /// Widens each box by this factor of the distance, 16 ulp: more than the rounding of slab and triangle test together
 /// (about 6 ulp each), so that a ray along a shared face is never lost (Ize: *Robust BVH Ray Traversal*, JCGT 2013).
-const FAR_SLACK: f32 = 1.0 + 16.0 * f32::EPSILON;
+pub(crate) const FAR_SLACK: f32 = 1.0 + 16.0 * f32::EPSILON;
 
 /// Edge functions smaller than this are computed again in double precision: they may be zero only by rounding.
-const EDGE_MIN: f32 = 1e-30;
+pub(crate) const EDGE_MIN: f32 = 1e-30;
 /// Edge functions larger than this are computed again in double precision: they may have overflowed.
-const EDGE_MAX: f32 = 1e37;
+pub(crate) const EDGE_MAX: f32 = 1e37;
 
 /// Where a ray meets a triangle.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -26,6 +27,15 @@ pub struct TriangleHit {
     pub u: f32,
     /// Weight of the third corner.
     pub v: f32,
+}
+
+/// Where a ray enters two containers.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct PairEntry {
+    /// Distance, at least `t_min`; means something only where the container is hit.
+    pub entry: [f32; 2],
+    /// Bit 0: the first is hit; bit 1: the second is.
+    pub hits: u32,
 }
 
 /// One minimum instruction; unlike `f32::min` it need not look for NaN, which cannot occur here.
@@ -53,41 +63,42 @@ impl Aabb {
         (near <= min(far, t_max) && self.min.x <= self.max.x).then_some(near)
     }
 
-    /// [`Aabb::entry`] of two boxes at once, with the same results; infinity for a miss.
+    /// [`Aabb::entry`] of two boxes that are not empty, with the same results.
     #[inline(always)]
-    pub fn entry_pair(pair: [&Self; 2], ray: &PreparedRay, t_min: f32, t_max: f32) -> [f32; 2] {
+    pub fn entry_pair<S: Simd>(simd: S, pair: [&Self; 2], ray: &PreparedRay, t_min: f32, t_max: f32) -> PairEntry {
+        let load = |array: &[f32; 4]| f32x4::load_array_ref(simd, array);
         let [a, b] = pair.map(bytemuck::cast_ref::<Aabb, [f32; 6]>);
         // Two loads a box: (min.x, min.y, min.z, max.x) and (min.z, max.x, max.y, max.z).
-        let (a0, b0) = (Vec4::new(a[0], a[1], a[2], a[3]), Vec4::new(b[0], b[1], b[2], b[3]));
-        let (a1, b1) = (Vec4::new(a[2], a[3], a[4], a[5]), Vec4::new(b[2], b[3], b[4], b[5]));
-        // Lanes: both boxes' x, then both boxes' y; z has both minima, then both maxima.
-        let low_xy = Vec4::new(a0.x, b0.x, a0.y, b0.y);
-        let high_xy = Vec4::new(a1.y, b1.y, a1.z, b1.z);
-        let low_high_z = Vec4::new(a1.x, b1.x, a1.w, b1.w);
-        let t0 = (low_xy - ray.origin_low_xy) * ray.inverse_xy;
-        let t1 = (high_xy - ray.origin_high_xy) * ray.inverse_xy;
-        let tz = (low_high_z - ray.origin_z) * ray.inverse_z;
-        let tz_swapped = tz.zwxy();
-        let near_xy = t0.min(t1);
-        let far_xy = t0.max(t1);
-        let near = near_xy.max(near_xy.zwxy()).max(tz.min(tz_swapped)).max(Vec4::splat(t_min));
-        let far = far_xy.min(far_xy.zwxy()).min(tz.max(tz_swapped)) * FAR_SLACK;
-        let hit = near.cmple(far.min(Vec4::splat(t_max))) & low_xy.cmple(high_xy);
-        let entry = Vec4::select(hit, near, Vec4::INFINITY);
-        [entry.x, entry.y]
+        let (a0, b0) = (load(&[a[0], a[1], a[2], a[3]]), load(&[b[0], b[1], b[2], b[3]]));
+        let (a1, b1) = (load(&[a[2], a[3], a[4], a[5]]), load(&[b[2], b[3], b[4], b[5]]));
+        // Lanes, of both boxes in turn: lower x and y; lower z and upper x; upper y and z.
+        let planes = [a0.zip_low(b0), a1.zip_low(b1), a1.zip_high(b1)];
+        let t = |part: usize| (planes[part] - load(&ray.pair_origins[part])) * load(&ray.pair_inverses[part]);
+        let (t0, t1, t2) = (t(0), t(1), t(2));
+        // Only the first two lanes of what follows count.
+        let swapped = |lanes: f32x4<S>| lanes.slide::<2>(lanes);
+        let upper_xy = t1.slide::<2>(t2);
+        let (near_xy, far_xy) = (t0.min(upper_xy), t0.max(upper_xy));
+        let (lower_z, upper_z) = (t1, swapped(t2));
+        let near_z = lower_z.min(upper_z).max(f32x4::splat(simd, t_min));
+        let near = near_xy.max(swapped(near_xy)).max(near_z);
+        let far = far_xy.min(swapped(far_xy)).min(lower_z.max(upper_z)) * FAR_SLACK;
+        let hit = near.simd_le(far) & near.simd_le(f32x4::splat(simd, t_max));
+        let near = near.to_array();
+        PairEntry { entry: [near[0], near[1]], hits: hit.to_bitmask() as u32 & 3 }
     }
 }
 
 impl Triangle {
-    /// Where a ray meets the triangle between `ray.t_min` and `t_max`, from either side.
+    /// Where a ray, whose `shear` it is, meets the triangle between `ray.t_min` and `t_max`, from either side.
     ///
     /// Watertight: neighbours compute the exact same sign for a shared edge, and a zero belongs to both, so no ray slips
     /// through a closed mesh (Woop, Benthin, Wald: *Watertight Ray/Triangle Intersection*, JCGT 2013). Holds for
     /// coordinates up to 1e18.
     #[inline(always)]
-    pub fn intersect(&self, ray: &PreparedRay, t_max: f32) -> Option<TriangleHit> {
+    pub fn intersect(&self, ray: &PreparedRay, shear: &Shear, t_max: f32) -> Option<TriangleHit> {
         let o = ray.ray.origin;
-        let [row_x, row_y, row_z] = ray.shear;
+        let [row_x, row_y, row_z] = shear.rows;
         // Corners relative to the origin, one vector an axis.
         let x = Vec3A::new(self.a.x, self.b.x, self.c.x) - Vec3A::splat(o.x);
         let y = Vec3A::new(self.a.y, self.b.y, self.c.y) - Vec3A::splat(o.y);
@@ -112,9 +123,15 @@ impl Triangle {
         if !(t >= ray.ray.t_min && t <= t_max) {
             return None;
         }
-        // Rounding may put the hit before the triangle's own box: see the head of this file.
+        self.hit_in_box(ray, TriangleHit { t, u, v }, t_max)
+    }
+
+    /// `hit` where the triangle's own box is entered up to `t_max`, no nearer than that: rounding may put it before the box.
+    /// See the head of this file.
+    #[inline(always)]
+    pub(crate) fn hit_in_box(&self, ray: &PreparedRay, hit: TriangleHit, t_max: f32) -> Option<TriangleHit> {
         let entry = self.bounds().entry(ray, ray.ray.t_min, t_max)?;
-        Some(TriangleHit { t: max(t, entry), u, v })
+        Some(TriangleHit { t: max(hit.t, entry), ..hit })
     }
 }
 

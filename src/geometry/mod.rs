@@ -8,8 +8,9 @@ mod sphere;
 mod triangle;
 
 pub use aabb::Aabb;
-pub use intersect::TriangleHit;
-pub use prepared_ray::PreparedRay;
+pub(crate) use intersect::{EDGE_MAX, EDGE_MIN, FAR_SLACK};
+pub use intersect::{PairEntry, TriangleHit};
+pub use prepared_ray::{PreparedRay, Shear};
 pub use ray::{Hit, Ray};
 pub use sphere::Sphere;
 pub use triangle::Triangle;

@@ -1,6 +1,6 @@
 //! A ray with everything that its many tests share, computed once.
 
-use glam::{Vec3, Vec4};
+use glam::Vec3;
 
 use super::Ray;
 
@@ -22,29 +22,19 @@ pub struct PreparedRay {
     pub origin_low: Vec3,
     /// The origin as the slabs' upper planes see it: a little lower on axes where the direction is zero.
     pub origin_high: Vec3,
-    /// direction · direction.
-    pub direction_squared: f32,
     /// 1 / (direction · direction).
     pub inverse_direction_squared: f32,
-    /// The rows of the matrix that turns the ray into the z axis (Woop, Benthin, Wald: *Watertight Ray/Triangle
-    /// Intersection*, JCGT 2013, section 3): a shear along the longest axis of the direction. Each row has a one, a
-    /// factor and a zero, so that a dot product with it rounds as the paper's permuted form does.
-    pub shear: [Vec3; 3],
-    /// The low origin for two boxes at once: (x, x, y, y).
-    pub(crate) origin_low_xy: Vec4,
-    /// The high origin for two boxes at once: (x, x, y, y).
-    pub(crate) origin_high_xy: Vec4,
-    /// (low z, low z, high z, high z).
-    pub(crate) origin_z: Vec4,
-    /// Inverse direction: (x, x, y, y).
-    pub(crate) inverse_xy: Vec4,
-    /// (z, z, z, z).
-    pub(crate) inverse_z: Vec4,
+    /// Origins as [`Aabb::entry_pair`](super::Aabb::entry_pair) wants them, for two boxes at once: low (x, x, y, y), low and
+    /// high (z, z, x, x), high (y, y, z, z).
+    pub(crate) pair_origins: [[f32; 4]; 3],
+    /// The inverse direction in the same order.
+    pub(crate) pair_inverses: [[f32; 4]; 3],
 }
 
 impl PreparedRay {
     /// Prepares `ray`. A direction of zero, NaN or infinite length, an origin that is not finite and an interval that is
     /// empty or NaN all give a ray that misses everything.
+    #[inline]
     pub fn new(ray: Ray) -> Self {
         let mut ray = Ray { t_min: ray.t_min.max(0.0), ..ray };
         let direction_squared = ray.direction.length_squared();
@@ -60,28 +50,15 @@ impl PreparedRay {
         let inverse_direction = Vec3::select(parallel, Vec3::MAX, reciprocal);
         let pad = Vec3::select(parallel, ray.origin.abs() * (2.0 * f32::EPSILON) + PARALLEL_PAD, Vec3::ZERO);
         let (origin_low, origin_high) = (ray.origin + pad, ray.origin - pad);
-        let size = d.abs();
-        let shear = if size.x >= size.y && size.x >= size.z {
-            [Vec3::new(-d.y / d.x, 1.0, 0.0), Vec3::new(-d.z / d.x, 0.0, 1.0), Vec3::new(1.0 / d.x, 0.0, 0.0)]
-        } else if size.y >= size.z {
-            [Vec3::new(0.0, -d.z / d.y, 1.0), Vec3::new(1.0, -d.x / d.y, 0.0), Vec3::new(0.0, 1.0 / d.y, 0.0)]
-        } else {
-            [Vec3::new(1.0, 0.0, -d.x / d.z), Vec3::new(0.0, 1.0, -d.y / d.z), Vec3::new(0.0, 0.0, 1.0 / d.z)]
-        };
         let (l, h, i) = (origin_low, origin_high, inverse_direction);
         Self {
             ray,
             inverse_direction,
             origin_low,
             origin_high,
-            direction_squared,
             inverse_direction_squared: direction_squared.recip(),
-            shear,
-            origin_low_xy: Vec4::new(l.x, l.x, l.y, l.y),
-            origin_high_xy: Vec4::new(h.x, h.x, h.y, h.y),
-            origin_z: Vec4::new(l.z, l.z, h.z, h.z),
-            inverse_xy: Vec4::new(i.x, i.x, i.y, i.y),
-            inverse_z: Vec4::splat(i.z),
+            pair_origins: [[l.x, l.x, l.y, l.y], [l.z, l.z, h.x, h.x], [h.y, h.y, h.z, h.z]],
+            pair_inverses: [[i.x, i.x, i.y, i.y], [i.z, i.z, i.x, i.x], [i.y, i.y, i.z, i.z]],
         }
     }
 
@@ -89,5 +66,30 @@ impl PreparedRay {
     /// normal number, and `t_min <= t_max`.
     pub fn can_hit(&self) -> bool {
         self.ray.t_min <= self.ray.t_max
+    }
+}
+
+/// The matrix that turns a ray into the z axis (Woop, Benthin, Wald: *Watertight Ray/Triangle Intersection*, JCGT 2013,
+/// section 3): a shear along the longest axis of the direction. Apart from [`PreparedRay`] because most rays that miss
+/// never need it.
+#[derive(Debug, Clone, Copy)]
+pub struct Shear {
+    /// Each row has a one, a factor and a zero, so that a dot product with it rounds as the paper's permuted form does.
+    pub rows: [Vec3; 3],
+}
+
+impl Shear {
+    /// The shear of rays in direction `d`.
+    #[inline]
+    pub fn new(d: Vec3) -> Self {
+        let size = d.abs();
+        let rows = if size.x >= size.y && size.x >= size.z {
+            [Vec3::new(-d.y / d.x, 1.0, 0.0), Vec3::new(-d.z / d.x, 0.0, 1.0), Vec3::new(1.0 / d.x, 0.0, 0.0)]
+        } else if size.y >= size.z {
+            [Vec3::new(0.0, -d.z / d.y, 1.0), Vec3::new(1.0, -d.x / d.y, 0.0), Vec3::new(0.0, 1.0 / d.y, 0.0)]
+        } else {
+            [Vec3::new(1.0, 0.0, -d.x / d.z), Vec3::new(0.0, 1.0, -d.y / d.z), Vec3::new(0.0, 0.0, 1.0 / d.z)]
+        };
+        Self { rows }
     }
 }

@@ -55,6 +55,9 @@ struct Info {
     leaf_size: [f32; 3],
     tree_bytes: usize,
     triangle_bytes: usize,
+    wide_node_bytes: usize,
+    wide_triangle_bytes: usize,
+    collapse_ms: f64,
     bytes_per_triangle: f64,
     warnings: Vec<String>,
     findings: Vec<Finding>,
@@ -109,6 +112,9 @@ pub fn run(job: &InfoJob, context: &mut Context<'_>) -> Result<Finished, Failure
         leaf_size: [stats.min_leaf_size as f32, stats.mean_leaf_size, stats.max_leaf_size as f32],
         tree_bytes: report.tree_bytes,
         triangle_bytes: report.triangle_bytes,
+        wide_node_bytes: report.wide_node_bytes,
+        wide_triangle_bytes: report.wide_triangle_bytes,
+        collapse_ms: report.collapse_time.as_secs_f64() * 1e3,
         bytes_per_triangle: (report.tree_bytes + report.triangle_bytes) as f64 / triangles.max(1) as f64,
         warnings: scene.warnings.entries.iter().map(ToString::to_string).collect(),
         findings,
@@ -166,6 +172,18 @@ fn print_text(info: &Info, builder: BuilderKind, out: &mut dyn std::io::Write) -
             megabytes(info.tree_bytes),
             megabytes(info.triangle_bytes),
             info.bytes_per_triangle
+        ),
+    )?;
+    let wide_bytes = info.wide_node_bytes + info.wide_triangle_bytes;
+    line(
+        out,
+        "wide tree",
+        format!(
+            "{} nodes, {} triangles, {:.0} bytes a triangle, made in {} ms",
+            megabytes(info.wide_node_bytes),
+            megabytes(info.wide_triangle_bytes),
+            wide_bytes as f64 / info.triangles.max(1) as f64,
+            number(info.collapse_ms)
         ),
     )?;
     if !info.warnings.is_empty() {

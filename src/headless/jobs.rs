@@ -4,8 +4,8 @@ use std::path::PathBuf;
 
 use super::context::RowProgress;
 use super::{Context, Failure, Finished};
-use crate::bvh::ContainerKind;
 use crate::bvh::traverse::Traversal;
+use crate::bvh::{ContainerKind, SimdLevel};
 use crate::export::{check_target, write_bytes, write_file};
 use crate::lab::plot::{PlotFormat, draw, panels};
 use crate::lab::table::tables;
@@ -51,6 +51,8 @@ pub struct MeasureJob {
     pub size: [u32; 2],
     /// How rays visit nodes.
     pub traversal: Traversal,
+    /// Vector instructions that rays are traced with.
+    pub simd: SimdLevel,
     /// Repetitions.
     pub repeat: usize,
     /// Where the rows go.
@@ -141,6 +143,7 @@ fn measure_model(
         camera: job.camera.camera(&scene.bounds, scene.up),
         size: job.size,
         traversal: job.traversal,
+        simd: job.simd,
         repeat: job.repeat,
     };
     let subject = Subject { model: source.to_string(), scene };

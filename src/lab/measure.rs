@@ -8,7 +8,7 @@ use super::measurement::{Measurement, millis, pool};
 use crate::accel::Accel;
 use crate::bvh::builders::{BuildError, StageTimes, build};
 use crate::bvh::traverse::Traversal;
-use crate::bvh::{BuildSettings, Preset};
+use crate::bvh::{BuildSettings, Preset, SimdLevel};
 use crate::camera::Camera;
 use crate::cancel::{CancelToken, Cancelled};
 use crate::render::{RenderRequest, RenderSettings, count_tests, trace_primary};
@@ -63,6 +63,8 @@ pub struct TraceView {
     pub size: [u32; 2],
     /// How rays visit nodes, timed and counted alike.
     pub traversal: Traversal,
+    /// Vector instructions that rays are traced with.
+    pub simd: SimdLevel,
     /// Repetitions of each measurement, at least 1.
     pub repeat: usize,
 }
@@ -163,7 +165,7 @@ fn request(accel: &Arc<Accel>, view: &TraceView) -> RenderRequest {
     RenderRequest {
         accel: Arc::clone(accel),
         camera: view.camera,
-        settings: RenderSettings { traversal: view.traversal, ..RenderSettings::default() },
+        settings: RenderSettings { traversal: view.traversal, simd: view.simd, ..RenderSettings::default() },
         width_px: view.size[0],
         height_px: view.size[1],
         coarseness: 1,

@@ -32,12 +32,19 @@ impl Grid {
         Self { width, height, coarseness, tiles_x, tile_count: tiles_x * height.div_ceil(TILE) }
     }
 
-    /// Calls `visit(x, y, index)` for each pixel of a tile, `index` counting from 0 within the tile's square.
+    /// Calls `visit(x, y, index)` for each pixel of a tile, `index` counting from 0 within the tile's square. In Z order, so
+    /// that neighbours follow each other.
+    #[inline(always)]
     pub(super) fn for_each_pixel(&self, tile: u32, mut visit: impl FnMut(u32, u32, usize)) {
         let (left, top) = (tile % self.tiles_x * TILE, tile / self.tiles_x * TILE);
-        for y in top..(top + TILE).min(self.height) {
-            for x in left..(left + TILE).min(self.width) {
-                visit(x, y, ((y - top) * TILE + (x - left)) as usize);
+        for place in 0..TILE * TILE {
+            // Even bits of the place in Z order are x, odd ones y.
+            let bit = |from: u32, to: u32| (place >> from & 1) << to;
+            let across = bit(0, 0) | bit(2, 1) | bit(4, 2) | bit(6, 3);
+            let down = bit(1, 0) | bit(3, 1) | bit(5, 2) | bit(7, 3);
+            let (x, y) = (left + across, top + down);
+            if x < self.width && y < self.height {
+                visit(x, y, (down * TILE + across) as usize);
             }
         }
     }
@@ -49,6 +56,7 @@ impl Grid {
     }
 
     /// A point of traced pixel (x, y), given from 0 to 1 on both axes, in wanted pixels.
+    #[inline(always)]
     pub(super) fn point(&self, x: u32, y: u32, within: Vec2) -> Vec2 {
         (Vec2::new(x as f32, y as f32) + within) * self.coarseness as f32
     }

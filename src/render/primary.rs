@@ -2,6 +2,7 @@
 
 use std::time::{Duration, Instant};
 
+use fearless_simd::dispatch;
 use glam::Vec2;
 use rayon::prelude::*;
 
@@ -9,7 +10,7 @@ use super::RenderRequest;
 use super::grid::Grid;
 use crate::bvh::Container;
 use crate::bvh::Tree;
-use crate::bvh::traverse::{NoProbe, Probe, TestCounts, Traversal, closest_hit};
+use crate::bvh::traverse::{NoProbe, Probe, TestCounts, Traversal, closest_hit_with, new_stack};
 use crate::cancel::{CancelToken, Cancelled};
 use crate::with_tree;
 
@@ -90,17 +91,24 @@ fn trace<C: Container, P: Probe + Default + Send>(
 ) -> Result<(u64, u64, Vec<P>), Cancelled> {
     let grid = Grid::new(request);
     let camera = request.camera.for_size(request.width_px, request.height_px);
+    let triangles = &request.accel.leaf_triangles[..];
+    let level = request.settings.simd.level_of_plain_loops();
     let tiles: Vec<(u64, P)> = (0..grid.tile_count)
         .into_par_iter()
         .map(|tile| {
             token.check()?;
+            let mut stack = new_stack(tree.max_depth);
             let (mut hits, mut probe) = (0, P::default());
-            grid.for_each_pixel(tile, |x, y, _| {
-                let point = grid.point(x, y, Vec2::splat(0.5));
-                let ray = camera.ray(point.x, point.y);
-                let hit = closest_hit(tree, &request.accel.leaf_triangles, &ray, traversal, &mut probe);
-                hits += u64::from(hit.is_some());
-            });
+            dispatch!(level, simd => grid.for_each_pixel(
+                tile,
+                #[inline(always)]
+                |x, y, _| {
+                    let point = grid.point(x, y, Vec2::splat(0.5));
+                    let ray = camera.ray(point.x, point.y);
+                    let hit = closest_hit_with(simd, tree, triangles, &ray, traversal, &mut stack, &mut probe);
+                    hits += u64::from(hit.is_some());
+                },
+            ));
             Ok((hits, probe))
         })
         .collect::<Result<_, Cancelled>>()?;

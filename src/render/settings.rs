@@ -3,6 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::ColorMap;
+use crate::bvh::SimdLevel;
 use crate::bvh::traverse::Traversal;
 
 /// What a pixel's colour means.
@@ -33,6 +34,8 @@ pub enum HeatKind {
     Primitives,
     /// Both together.
     Both,
+    /// Steps through the wide tree: nodes visited and blocks of triangles tested.
+    Steps,
 }
 
 /// Where the light of lit shading comes from.
@@ -60,6 +63,9 @@ pub struct RenderSettings {
     pub heat_range: Option<[f32; 2]>,
     /// Colours of depth and heat maps.
     pub color_map: ColorMap,
+    /// Vector instructions that rays are traced with; changes nothing but the speed.
+    #[serde(skip)]
+    pub simd: SimdLevel,
     /// Antialiasing samples a pixel once everything rests; see [`RenderSettings::wanted_samples`].
     pub samples: u32,
 }
@@ -73,6 +79,7 @@ impl Default for RenderSettings {
             traversal: Traversal::Ordered,
             heat_range: None,
             color_map: ColorMap::Inferno,
+            simd: SimdLevel::best(),
             samples: 16,
         }
     }
@@ -93,7 +100,7 @@ impl Shading {
     }
 
     /// Every mode, in the order of menus.
-    pub const ALL: [Self; 8] = [
+    pub const ALL: [Self; 9] = [
         Self::Lit,
         Self::Normals,
         Self::Depth,
@@ -102,6 +109,7 @@ impl Shading {
         Self::Heat(HeatKind::Both),
         Self::Heat(HeatKind::Containers),
         Self::Heat(HeatKind::Primitives),
+        Self::Heat(HeatKind::Steps),
     ];
 
     /// The name on the command line.
@@ -115,6 +123,7 @@ impl Shading {
             Self::Heat(HeatKind::Both) => "heat",
             Self::Heat(HeatKind::Containers) => "heat-containers",
             Self::Heat(HeatKind::Primitives) => "heat-primitives",
+            Self::Heat(HeatKind::Steps) => "heat-steps",
         }
     }
 
@@ -129,6 +138,7 @@ impl Shading {
             Self::Heat(HeatKind::Both) => "Heat: all tests",
             Self::Heat(HeatKind::Containers) => "Heat: container tests",
             Self::Heat(HeatKind::Primitives) => "Heat: triangle tests",
+            Self::Heat(HeatKind::Steps) => "Heat: wide tree steps",
         }
     }
 }

@@ -30,6 +30,11 @@ pub(super) trait Shade<C: Container>: Sync {
     /// Whether tests are counted while the primary rays are traced.
     const COUNTS: bool = false;
 
+    /// Where tests are counted, whether in the wide tree instead of the binary one.
+    fn counts_steps(&self) -> bool {
+        false
+    }
+
     /// The sample of a ray that hit something.
     fn hit(&self, view: &View<C>, ray: &Ray, hit: &Hit, tests: TestCounts, id: SampleId) -> Shaded;
 
@@ -85,7 +90,7 @@ impl Heat {
         let value = match self.0 {
             HeatKind::Containers => tests.containers,
             HeatKind::Primitives => tests.primitives,
-            HeatKind::Both => tests.containers + tests.primitives,
+            HeatKind::Both | HeatKind::Steps => tests.containers + tests.primitives,
         };
         Shaded { color: Vec3::ZERO, value: value as f32 }
     }
@@ -93,6 +98,10 @@ impl Heat {
 
 impl<C: Container> Shade<C> for Heat {
     const COUNTS: bool = true;
+
+    fn counts_steps(&self) -> bool {
+        self.0 == HeatKind::Steps
+    }
 
     fn hit(&self, _view: &View<C>, _ray: &Ray, _hit: &Hit, tests: TestCounts, _id: SampleId) -> Shaded {
         self.value(tests)

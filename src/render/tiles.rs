@@ -4,6 +4,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicU32, Ordering};
 use std::time::Instant;
 
+use arrayvec::ArrayVec;
 use glam::Vec3;
 use rayon::prelude::*;
 
@@ -21,6 +22,7 @@ use crate::bvh::Container;
 use crate::bvh::traverse::TestCounts;
 use crate::camera::Camera;
 use crate::cancel::{CancelToken, Cancelled};
+use crate::geometry::{Hit, Ray};
 use crate::with_tree;
 
 /// One picture that is wanted.
@@ -89,7 +91,7 @@ pub fn render(
     let accel = &*request.accel;
     with_tree!(&accel.tree, tree => {
         let camera = request.camera.for_size(request.width_px, request.height_px);
-        let view = View::new(&accel.scene, tree, &accel.leaf_triangles, camera, request.height_px.max(1));
+        let view = View::new(accel, tree, camera, request.height_px.max(1), request.settings.simd);
         // The variant is chosen here, outside of all loops.
         match request.settings.shading {
             Shading::Lit => {
@@ -143,7 +145,8 @@ fn passes<C: Container, S: Shade<C>>(
         sample += 1;
         if sample.is_power_of_two() || sample == samples {
             let rays = u64::from(grid.width) * u64::from(grid.height);
-            let per_ray = |count: u64| S::COUNTS.then(|| (count as f64 / rays as f64) as f32);
+            let tests_counted = S::COUNTS && !shade.counts_steps();
+            let per_ray = |count: u64| tests_counted.then(|| (count as f64 / rays as f64) as f32);
             let rested = at_rest.as_ref();
             let stats = FrameStats {
                 primary_rays: rays,
@@ -182,16 +185,13 @@ fn trace_tile<C: Container, S: Shade<C>>(
     let mut counts = PassCounts::default();
     let within = subpixel(sample);
     let ortho_offset = view.camera.ortho_offset();
-    grid.for_each_pixel(tile, |x, y, index| {
+    let ray = |x: u32, y: u32| {
+        let point = grid.point(x, y, within);
+        view.camera.ray(point.x, point.y)
+    };
+    let mut finish = |[x, y]: [u32; 2], index: usize, ray: Ray, hit: Option<Hit>, tests: TestCounts| {
         let pixel = &mut pixels[index];
         let point = grid.point(x, y, within);
-        let ray = view.camera.ray(point.x, point.y);
-        let mut tests = TestCounts::default();
-        let hit = if S::COUNTS {
-            view.closest_solid(&ray, request.settings.traversal, &mut tests)
-        } else {
-            view.closest(&ray)
-        };
         let shaded = match &hit {
             Some(hit) => shade.hit(view, &ray, hit, tests, SampleId { x, y, sample }),
             None => shade.miss(view.background(point.y), tests),
@@ -212,7 +212,29 @@ fn trace_tile<C: Container, S: Shade<C>>(
                 pixel.primitive = hit.primitive_index;
             }
         }
-    });
+    };
+    if S::COUNTS {
+        grid.for_each_pixel(tile, |x, y, index| {
+            let (ray, mut tests) = (ray(x, y), TestCounts::default());
+            let hit = if shade.counts_steps() {
+                view.closest_in_steps(&ray, &mut tests)
+            } else {
+                view.closest_solid(&ray, request.settings.traversal, &mut tests)
+            };
+            finish([x, y], index, ray, hit, tests);
+        });
+    } else {
+        let (mut rays, mut places) = (ArrayVec::<_, TILE_AREA>::new(), ArrayVec::<_, TILE_AREA>::new());
+        grid.for_each_pixel(tile, |x, y, index| {
+            rays.push(ray(x, y));
+            places.push(([x, y], index));
+        });
+        let mut hits = [None; TILE_AREA];
+        view.closest_of_tile(&rays, &mut hits);
+        for (((pixel, index), ray), hit) in places.into_iter().zip(rays).zip(hits) {
+            finish(pixel, index, ray, hit, TestCounts::default());
+        }
+    }
     counts
 }
 

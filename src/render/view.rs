@@ -2,8 +2,12 @@
 
 use glam::Vec3;
 
-use crate::bvh::traverse::{NoProbe, Probe, Traversal, any_hit, closest_hit};
-use crate::bvh::{Container, Tree};
+use fearless_simd::Level;
+
+use crate::accel::Accel;
+use crate::bvh::traverse::{Probe, Traversal, closest_hit};
+use crate::bvh::wide::AnyWideTree;
+use crate::bvh::{Container, SimdLevel, Tree};
 use crate::camera::CameraFrame;
 use crate::geometry::{Hit, Ray, Triangle};
 use crate::scene::{Material, Scene};
@@ -19,7 +23,9 @@ const BACKGROUND: [Vec3; 2] = [Vec3::new(0.052, 0.055, 0.062), Vec3::new(0.016, 
 /// What shaders look at.
 pub(super) struct View<'a, C> {
     pub(super) tree: &'a Tree<C>,
-    pub(super) leaf_triangles: &'a [Triangle],
+    leaf_triangles: &'a [Triangle],
+    wide: &'a AnyWideTree,
+    level: Level,
     pub(super) scene: &'a Scene,
     pub(super) camera: CameraFrame,
     /// Height of the picture in wanted pixels.
@@ -32,15 +38,18 @@ pub(super) struct View<'a, C> {
 
 impl<'a, C: Container> View<'a, C> {
     pub(super) fn new(
-        scene: &'a Scene,
+        accel: &'a Accel,
         tree: &'a Tree<C>,
-        leaf_triangles: &'a [Triangle],
         camera: CameraFrame,
         height_px: u32,
+        simd: SimdLevel,
     ) -> Self {
+        let scene = &*accel.scene;
         Self {
             tree,
-            leaf_triangles,
+            leaf_triangles: &accel.leaf_triangles,
+            wide: &accel.wide,
+            level: simd.level(),
             scene,
             camera,
             height_px: height_px as f32,
@@ -51,18 +60,33 @@ impl<'a, C: Container> View<'a, C> {
 
     /// The nearest hit that is not in a hole of its material.
     pub(super) fn closest(&self, ray: &Ray) -> Option<Hit> {
-        let hit = self.closest_solid(ray, Traversal::Ordered, &mut NoProbe)?;
+        let hit = self.wide.closest_hit(self.level, ray)?;
         if self.has_holes { self.beyond_holes(ray, hit) } else { Some(hit) }
     }
 
-    /// The nearest hit, taking holes for solid: the ray whose tests are counted.
+    /// [`View::closest`] of each ray of a tile.
+    pub(super) fn closest_of_tile(&self, rays: &[Ray], hits: &mut [Option<Hit>]) {
+        self.wide.closest_hits(self.level, rays, hits);
+        if self.has_holes {
+            for (ray, hit) in rays.iter().zip(hits) {
+                *hit = hit.and_then(|hit| self.beyond_holes(ray, hit));
+            }
+        }
+    }
+
+    /// The nearest hit through the wide tree, taking holes for solid: the ray whose steps are counted.
+    pub(super) fn closest_in_steps<P: Probe>(&self, ray: &Ray, probe: &mut P) -> Option<Hit> {
+        self.wide.closest_hit_with(self.level, ray, probe)
+    }
+
+    /// The nearest hit through the binary tree, taking holes for solid: the ray whose tests are counted.
     pub(super) fn closest_solid<P: Probe>(&self, ray: &Ray, traversal: Traversal, probe: &mut P) -> Option<Hit> {
         closest_hit(self.tree, self.leaf_triangles, ray, traversal, probe)
     }
 
     /// Whether something solid lies on `ray`.
     pub(super) fn is_blocked(&self, ray: &Ray) -> bool {
-        if self.has_holes { self.closest(ray).is_some() } else { any_hit(self.tree, self.leaf_triangles, ray) }
+        if self.has_holes { self.closest(ray).is_some() } else { self.wide.any_hit(self.level, ray) }
     }
 
     #[cold]
@@ -75,7 +99,7 @@ impl<'a, C: Container> View<'a, C> {
             }
             // The same ray finds the same t for the same triangle, so one step further excludes it.
             rest.t_min = hit.t.next_up();
-            hit = self.closest_solid(&rest, Traversal::Ordered, &mut NoProbe)?;
+            hit = self.wide.closest_hit(self.level, &rest)?;
         }
         Some(hit)
     }

@@ -4,6 +4,7 @@ use std::fmt::Write as _;
 
 use crate::app::format;
 use crate::app::state::{AppState, Wanted};
+use crate::bvh::SimdLevel;
 use crate::bvh::stats::{INTERSECTION_COST, TRAVERSAL_COST};
 use crate::bvh::traverse::Traversal;
 use crate::camera::Projection;
@@ -44,6 +45,9 @@ pub fn command_line(state: &AppState) -> String {
     }
     if render.traversal == Traversal::Paper {
         flag("--traversal", "paper".to_owned());
+    }
+    if render.simd != SimdLevel::best() {
+        flag("--simd", render.simd.name().to_owned());
     }
     if render.light == Light::Headlight {
         flag("--light", "headlight".to_owned());
@@ -116,6 +120,8 @@ pub fn statistics_text(state: &AppState) -> Option<String> {
     );
     line("Tree memory", format::bytes(report.tree_bytes));
     line("Triangle memory", format::bytes(report.triangle_bytes));
+    line("Wide tree memory", format::bytes(report.wide_node_bytes));
+    line("Wide triangle memory", format::bytes(report.wide_triangle_bytes));
     line("Trace time", format::duration(frame.stats.trace_time));
     line("Primary rays", format::count(frame.stats.primary_rays));
     line("Hits", format::count(frame.stats.hits));

@@ -136,7 +136,7 @@ fn view(list: &mut List) {
         "Spread the colours of the heat map over the counts of this picture; the range then stays",
         &[(NONE, Key::C)],
     );
-    let digits = [Key::Num1, Key::Num2, Key::Num3, Key::Num4, Key::Num5, Key::Num6, Key::Num7, Key::Num8];
+    let digits = [Key::Num1, Key::Num2, Key::Num3, Key::Num4, Key::Num5, Key::Num6, Key::Num7, Key::Num8, Key::Num9];
     for (shading, key) in Shading::ALL.into_iter().zip(digits) {
         let label = format!("Shading: {}", shading.label());
         list.add(place(3), Action::Shade(shading), &label, shading_description(shading), &[(ALT, key)]);
@@ -254,6 +254,9 @@ pub(in crate::app) fn shading_description(shading: Shading) -> &'static str {
         Shading::Heat(HeatKind::Both) => "Container and triangle tests that each pixel cost",
         Shading::Heat(HeatKind::Containers) => "Container tests that each pixel cost",
         Shading::Heat(HeatKind::Primitives) => "Triangle tests that each pixel cost",
+        Shading::Heat(HeatKind::Steps) => {
+            "Nodes and blocks of the eight-wide tree, which makes the pictures, that each pixel cost"
+        }
     }
 }
 

@@ -61,6 +61,7 @@ fn picture_ramp(state: &AppState) -> Option<Ramp> {
         Shading::Heat(HeatKind::Both) => "Picture: tests a pixel",
         Shading::Heat(HeatKind::Containers) => "Picture: container tests a pixel",
         Shading::Heat(HeatKind::Primitives) => "Picture: triangle tests a pixel",
+        Shading::Heat(HeatKind::Steps) => "Picture: wide tree steps a pixel",
         Shading::Depth => "Picture: depth",
         _ => return None,
     };

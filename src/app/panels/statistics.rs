@@ -151,6 +151,8 @@ fn tree_rows(ui: &mut Ui, state: &mut AppState, shown: &Presented, effects: &mut
     for (name, bytes, tip) in [
         ("Tree memory", report.tree_bytes, "Nodes and triangle indices"),
         ("Leaf triangles", report.triangle_bytes, "Triangles in leaf order"),
+        ("Wide tree", report.wide_node_bytes, "Nodes with eight children each, which pictures are traced through"),
+        ("Wide triangles", report.wide_triangle_bytes, "Triangles in blocks of four"),
         ("Overlay", overlay_bytes, "Who stands at which depth, for the overlay"),
     ] {
         let (number, unit) = format::bytes_parts(bytes);

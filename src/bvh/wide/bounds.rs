@@ -1,0 +1,164 @@
+//! The containers of eight children side by side, tested with the same roundings as one.
+
+use std::fmt::Debug;
+
+use bytemuck::{Pod, Zeroable};
+use fearless_simd::{Select, Simd, SimdBase, SimdFloat, SimdMask, f32x8};
+
+use super::{WIDTH, WideTree};
+use crate::bvh::Container;
+use crate::bvh::container::{SPHERE_ENTRY_ERROR, SPHERE_TINY_RADIUS};
+use crate::geometry::{Aabb, FAR_SLACK, PreparedRay, Sphere};
+
+/// A container that wide trees are made of.
+pub trait WideContainer: Container {
+    /// Eight of them, lane by lane.
+    type Bounds: Copy + Send + Sync + PartialEq + Debug + 'static;
+    /// Eight that nothing enters.
+    const NOTHING: Self::Bounds;
+    /// What a ray's tests share.
+    type Prepared<S: Simd>;
+
+    /// Puts `self` into a lane.
+    fn store(&self, bounds: &mut Self::Bounds, lane: usize);
+    /// Prepares a ray for [`WideContainer::entries`].
+    fn prepare<S: Simd>(simd: S, ray: &PreparedRay) -> Self::Prepared<S>;
+    /// One bit for each lane that the ray enters up to `t_max`, and where; see [`Container::entry`].
+    fn entries<S: Simd>(simd: S, bounds: &Self::Bounds, ray: &Self::Prepared<S>, t_max: f32) -> (u32, [f32; WIDTH]);
+    /// The boxes, where they are some: packets know no other container.
+    fn as_boxes(tree: &WideTree<Self>) -> Option<&WideTree<Aabb>>;
+}
+
+/// Eight boxes: for each axis the lower planes and the upper ones.
+#[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
+#[repr(C)]
+pub struct Boxes(pub(super) [[[f32; WIDTH]; 2]; 3]);
+
+/// A ray against eight boxes. Which planes are near follows from the signs of the direction, so that nothing is compared.
+pub struct BoxRay<S: Simd> {
+    /// For each axis 0 where the lower plane is near, 1 where the upper one is.
+    near: [usize; 3],
+    near_origin: [f32x8<S>; 3],
+    far_origin: [f32x8<S>; 3],
+    inverse: [f32x8<S>; 3],
+    t_min: f32x8<S>,
+}
+
+impl WideContainer for Aabb {
+    type Bounds = Boxes;
+    const NOTHING: Boxes = Boxes([[[f32::INFINITY; WIDTH], [f32::NEG_INFINITY; WIDTH]]; 3]);
+    type Prepared<S: Simd> = BoxRay<S>;
+
+    fn store(&self, bounds: &mut Boxes, lane: usize) {
+        for axis in 0..3 {
+            bounds.0[axis][0][lane] = self.min[axis];
+            bounds.0[axis][1][lane] = self.max[axis];
+        }
+    }
+
+    #[inline(always)]
+    fn prepare<S: Simd>(simd: S, ray: &PreparedRay) -> BoxRay<S> {
+        let splat = |value: f32| f32x8::splat(simd, value);
+        let near = [0, 1, 2].map(|axis| usize::from(ray.inverse_direction[axis] < 0.0));
+        let origins = [ray.origin_low, ray.origin_high];
+        BoxRay {
+            near,
+            near_origin: [0, 1, 2].map(|axis| splat(origins[near[axis]][axis])),
+            far_origin: [0, 1, 2].map(|axis| splat(origins[1 - near[axis]][axis])),
+            inverse: [0, 1, 2].map(|axis| splat(ray.inverse_direction[axis])),
+            t_min: splat(ray.ray.t_min),
+        }
+    }
+
+    #[inline(always)]
+    fn entries<S: Simd>(simd: S, bounds: &Boxes, ray: &BoxRay<S>, t_max: f32) -> (u32, [f32; WIDTH]) {
+        let near = |axis: usize| {
+            let planes = f32x8::load_array_ref(simd, &bounds.0[axis][ray.near[axis] & 1]);
+            (planes - ray.near_origin[axis]) * ray.inverse[axis]
+        };
+        let far = |axis: usize| {
+            let planes = f32x8::load_array_ref(simd, &bounds.0[axis][(ray.near[axis] & 1) ^ 1]);
+            (planes - ray.far_origin[axis]) * ray.inverse[axis]
+        };
+        let entry = near(0).max(near(1)).max(near(2).max(ray.t_min));
+        let exit = far(0).min(far(1)).min(far(2)) * FAR_SLACK;
+        let hit = entry.simd_le(exit) & entry.simd_le(f32x8::splat(simd, t_max));
+        (hit.to_bitmask() as u32, entry.to_array())
+    }
+
+    #[inline(always)]
+    fn as_boxes(tree: &WideTree<Self>) -> Option<&WideTree<Aabb>> {
+        Some(tree)
+    }
+}
+
+/// Eight spheres.
+#[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
+#[repr(C)]
+pub struct Spheres {
+    center: [[f32; WIDTH]; 3],
+    /// Negative where there is none.
+    radius: [f32; WIDTH],
+}
+
+/// A ray against eight spheres.
+pub struct SphereRay<S: Simd> {
+    origin: [f32x8<S>; 3],
+    direction: [f32x8<S>; 3],
+    inverse_direction_squared: f32x8<S>,
+    t_min: f32x8<S>,
+}
+
+impl WideContainer for Sphere {
+    type Bounds = Spheres;
+    const NOTHING: Spheres = Spheres { center: [[0.0; WIDTH]; 3], radius: [-1.0; WIDTH] };
+    type Prepared<S: Simd> = SphereRay<S>;
+
+    fn store(&self, bounds: &mut Spheres, lane: usize) {
+        for axis in 0..3 {
+            bounds.center[axis][lane] = self.center[axis];
+        }
+        bounds.radius[lane] = self.radius;
+    }
+
+    #[inline(always)]
+    fn prepare<S: Simd>(simd: S, ray: &PreparedRay) -> SphereRay<S> {
+        let splat = |value: f32| f32x8::splat(simd, value);
+        SphereRay {
+            origin: ray.ray.origin.to_array().map(splat),
+            direction: ray.ray.direction.to_array().map(splat),
+            inverse_direction_squared: splat(ray.inverse_direction_squared),
+            t_min: splat(ray.ray.t_min),
+        }
+    }
+
+    /// Step by step what [`Container::entry`] does.
+    #[inline(always)]
+    fn entries<S: Simd>(simd: S, bounds: &Spheres, ray: &SphereRay<S>, t_max: f32) -> (u32, [f32; WIDTH]) {
+        let splat = |value: f32| f32x8::splat(simd, value);
+        let zero = splat(0.0);
+        let radius = f32x8::load_array_ref(simd, &bounds.radius);
+        let to = [0, 1, 2].map(|axis| f32x8::load_array_ref(simd, &bounds.center[axis]) - ray.origin[axis]);
+        let dot = |a: &[f32x8<S>; 3], b: &[f32x8<S>; 3]| a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+        let middle = dot(&to, &ray.direction) * ray.inverse_direction_squared;
+        let nearest = [0, 1, 2].map(|axis| to[axis] - ray.direction[axis] * middle);
+        let reach = radius + (to[0].abs() + to[1].abs() + to[2].abs() + radius) * SPHERE_ENTRY_ERROR;
+        let inside = reach * reach - dot(&nearest, &nearest);
+        let tiny = reach * ray.inverse_direction_squared.sqrt();
+        let half_chord = (inside * ray.inverse_direction_squared).sqrt();
+        let half_chord = reach.simd_lt(splat(SPHERE_TINY_RADIUS)).select(tiny, half_chord);
+        let error = (middle.abs() + half_chord) * SPHERE_ENTRY_ERROR;
+        let near = middle - half_chord - error;
+        let far = middle + half_chord + error;
+        // Negated comparisons: a NaN counts as a hit.
+        let missed = inside.simd_lt(zero) | far.simd_lt(ray.t_min) | near.simd_gt(splat(t_max)) | radius.simd_lt(zero);
+        // NaN fails the comparison, which leaves t_min.
+        let entry = near.simd_gt(ray.t_min).select(near, ray.t_min);
+        ((!missed).to_bitmask() as u32, entry.to_array())
+    }
+
+    #[inline(always)]
+    fn as_boxes(_: &WideTree<Self>) -> Option<&WideTree<Aabb>> {
+        None
+    }
+}

@@ -1,0 +1,407 @@
+//! Tiles of coherent rays from one point, such as a camera's: nodes and triangles are fetched once for all of them.
+//!
+//! Each visit tests a node's eight children against the interval of all directions first, which most children fail or pass
+//! as a whole, and only then those that are unclear against the groups of eight rays that reached the node (after Wald,
+//! Boulos, Shirley: *Ray Tracing Deformable Scenes Using Dynamic Bounding Volume Hierarchies*, 2007). The roundings are
+//! those of single rays, and so are the hits.
+
+use fearless_simd::{Level, Select, Simd, SimdBase, SimdMask, f32x8, mask32x8, u32x8};
+use glam::Vec3;
+
+use super::block::{BLOCK, permuted_axes};
+use super::stack::{Stack, Waiting};
+use super::{TriangleBlock, WIDTH, WideContainer, WideNode, WideTree, single};
+use crate::bvh::traverse::NoProbe;
+use crate::geometry::{Aabb, EDGE_MAX, EDGE_MIN, FAR_SLACK, Hit, PreparedRay, Ray, Shear};
+
+/// Rays that one packet takes.
+pub const MAX_RAYS: usize = 256;
+/// Rays that are tested side by side.
+const GROUP: usize = 8;
+const GROUPS: usize = MAX_RAYS / GROUP;
+/// Stands for no triangle: loses every tie.
+const NONE: u32 = u32::MAX;
+
+/// The nearest hits of `rays`, exactly those that each ray finds alone, into the first elements of `hits`.
+///
+/// Fast where the rays come from one point in similar directions, and neighbours stand together in eights; right for all.
+///
+/// # Panics
+///
+/// Where `hits` is shorter than `rays`.
+pub fn closest_hits<C: WideContainer>(level: Level, tree: &WideTree<C>, rays: &[Ray], hits: &mut [Option<Hit>]) {
+    assert!(hits.len() >= rays.len(), "{} hits for {} rays", hits.len(), rays.len());
+    for (rays, hits) in rays.chunks(MAX_RAYS).zip(hits.chunks_mut(MAX_RAYS)) {
+        fearless_simd::dispatch!(level, simd => closest_hits_of(simd, tree, rays, hits));
+    }
+}
+
+#[inline(always)]
+fn closest_hits_of<S: Simd, C: WideContainer>(simd: S, tree: &WideTree<C>, rays: &[Ray], hits: &mut [Option<Hit>]) {
+    let packet = C::as_boxes(tree).and_then(|boxes| Some((boxes, Packet::new(simd, rays)?)));
+    if let Some((boxes, mut packet)) = packet {
+        packet.trace(simd, boxes, rays);
+        for (index, hit) in hits[..rays.len()].iter_mut().enumerate() {
+            *hit = packet.found.hit(index);
+        }
+    } else {
+        for (hit, ray) in hits.iter_mut().zip(rays) {
+            *hit = single::closest_hit(simd, tree, ray, &mut NoProbe);
+        }
+    }
+}
+
+/// What the rays have found so far, group by group.
+struct Found {
+    t: [[f32; GROUP]; GROUPS],
+    u: [[f32; GROUP]; GROUPS],
+    v: [[f32; GROUP]; GROUPS],
+    primitive: [[u32; GROUP]; GROUPS],
+    /// The largest `t` of each group.
+    limit: [f32; GROUPS],
+}
+
+impl Found {
+    fn hit(&self, index: usize) -> Option<Hit> {
+        let (group, lane) = (index / GROUP, index % GROUP);
+        let primitive_index = self.primitive[group][lane];
+        (primitive_index != NONE).then(|| Hit {
+            t: self.t[group][lane],
+            primitive_index,
+            u: self.u[group][lane],
+            v: self.v[group][lane],
+        })
+    }
+}
+
+/// Rays from one point whose directions agree in all signs and in their longest axis.
+struct Packet {
+    origin: [f32; 3],
+    t_min: f32,
+    /// For each axis 0 where the lower planes are near, 1 where the upper ones are.
+    near: [usize; 3],
+    /// The axes of the shear, the longest last.
+    axes: [usize; 3],
+    /// Smallest and largest inverse direction on each axis.
+    range: [[f32; 2]; 3],
+    /// One bit for each group with rays.
+    all_groups: u32,
+    inverse: [[[f32; GROUP]; 3]; GROUPS],
+    /// The factors of [`Shear`]'s rows.
+    factors: [[[f32; GROUP]; 3]; GROUPS],
+    found: Found,
+}
+
+/// How a node's children stand to a packet as a whole.
+struct Interval {
+    /// One bit for each child that some ray may enter.
+    some: u32,
+    /// One bit for each child that all rays enter if nothing is nearer.
+    all: u32,
+    /// No ray enters earlier.
+    entry: [f32; WIDTH],
+    /// From the origin to each child's near and far plane on each axis.
+    near: [[f32; WIDTH]; 3],
+    far: [[f32; WIDTH]; 3],
+}
+
+impl Packet {
+    /// Prepares rays; `None` where they are not alike enough.
+    #[inline(always)]
+    fn new<S: Simd>(simd: S, rays: &[Ray]) -> Option<Self> {
+        let first = rays.first()?;
+        let near = [0, 1, 2].map(|axis| usize::from(first.direction[axis] < 0.0));
+        let axes = permuted_axes(first.direction);
+        let t_min = first.t_min.max(0.0);
+        if !first.origin.is_finite() {
+            return None;
+        }
+        let groups = rays.len().div_ceil(GROUP);
+        let mut packet = Self {
+            origin: first.origin.to_array(),
+            t_min,
+            near,
+            axes,
+            range: [[f32::INFINITY, f32::NEG_INFINITY]; 3],
+            all_groups: u32::MAX >> (GROUPS - groups),
+            inverse: [[[0.0; GROUP]; 3]; GROUPS],
+            factors: [[[0.0; GROUP]; 3]; GROUPS],
+            found: Found {
+                t: [[0.0; GROUP]; GROUPS],
+                u: [[0.0; GROUP]; GROUPS],
+                v: [[0.0; GROUP]; GROUPS],
+                primitive: [[NONE; GROUP]; GROUPS],
+                limit: [0.0; GROUPS],
+            },
+        };
+        let zero = f32x8::splat(simd, 0.0);
+        let one = f32x8::splat(simd, 1.0);
+        let mut lowest = [f32x8::splat(simd, f32::INFINITY); 3];
+        let mut highest = [f32x8::splat(simd, f32::NEG_INFINITY); 3];
+        for group in 0..groups {
+            let mut directions = [[0.0; GROUP]; 3];
+            let mut t_max = [0.0; GROUP];
+            let mut alike = true;
+            for lane in 0..GROUP {
+                // The last ray fills the lanes that follow.
+                let ray = rays[(group * GROUP + lane).min(rays.len() - 1)];
+                for (values, value) in directions.iter_mut().zip(ray.direction.to_array()) {
+                    values[lane] = value;
+                }
+                t_max[lane] = ray.t_max;
+                alike &= ray.origin == first.origin && ray.t_min.max(0.0) == t_min && ray.t_max >= t_min;
+            }
+            let d = [0, 1, 2].map(|axis| f32x8::load_array_ref(simd, &directions[axis]));
+            let inverse = d.map(|d| one / d);
+            let along = d[axes[2]];
+            let longest = along.abs();
+            // The first of equal axes is the longest one.
+            let is_longest = |axis: usize| {
+                let other = d[axis].abs();
+                if axis < axes[2] { longest.simd_gt(other) } else { longest.simd_ge(other) }
+            };
+            let squared = d[0] * d[0] + d[1] * d[1] + d[2] * d[2];
+            let mut good = is_longest(axes[0])
+                & is_longest(axes[1])
+                & squared.simd_ge(f32x8::splat(simd, f32::MIN_POSITIVE))
+                & squared.simd_le(f32x8::splat(simd, f32::MAX));
+            for axis in 0..3 {
+                // The same sign as the first, not zero, and not so small that its inverse overflows.
+                let same = if near[axis] == 1 { d[axis].simd_lt(zero) } else { d[axis].simd_gt(zero) };
+                good = good & same & inverse[axis].abs().simd_le(f32x8::splat(simd, f32::MAX));
+                lowest[axis] = lowest[axis].min(inverse[axis]);
+                highest[axis] = highest[axis].max(inverse[axis]);
+                packet.inverse[group][axis] = inverse[axis].to_array();
+            }
+            if !alike || !good.all_true() {
+                return None;
+            }
+            let factors = [(zero - d[axes[0]]) / along, (zero - d[axes[1]]) / along, inverse[axes[2]]];
+            packet.factors[group] = factors.map(SimdBase::to_array);
+            packet.found.t[group] = t_max;
+            packet.found.limit[group] = f32x8::load_array_ref(simd, &t_max).reduce_max();
+        }
+        packet.range = [0, 1, 2].map(|axis| [lowest[axis].reduce_min(), highest[axis].reduce_max()]);
+        Some(packet)
+    }
+
+    #[inline(always)]
+    fn trace<S: Simd>(&mut self, simd: S, tree: &WideTree<Aabb>, rays: &[Ray]) {
+        let Some(root) = tree.root else { return };
+        let mut stack = Stack::default();
+        stack.push(Waiting { entry: self.t_min, child: root, groups: self.all_groups });
+        while let Some(Waiting { entry, child, groups }) = stack.pop() {
+            // Groups whose rays have all found something nearer are done.
+            let (mut active, mut reach) = (0, f32::NEG_INFINITY);
+            for group in bits(groups) {
+                let limit = self.found.limit[group % GROUPS];
+                if limit >= entry {
+                    active |= 1 << group;
+                    reach = if limit > reach { limit } else { reach };
+                }
+            }
+            if active == 0 {
+                continue;
+            }
+            if child.is_leaf() {
+                for block in &tree.blocks[child.index()..] {
+                    self.test_block(simd, block, active, rays);
+                    if block.is_last() {
+                        break;
+                    }
+                }
+                continue;
+            }
+            let node = &tree.nodes[child.index()];
+            let interval = self.interval(simd, node, reach);
+            let mark = stack.mark();
+            for lane in bits(interval.some) {
+                let lane = lane % WIDTH;
+                let groups = if interval.all >> lane & 1 != 0 {
+                    active
+                } else {
+                    self.groups_that_enter(simd, &interval, lane, active)
+                };
+                if groups != 0 {
+                    stack.push(Waiting { entry: interval.entry[lane], child: node.children[lane], groups });
+                    stack.sort_last(mark);
+                }
+            }
+        }
+    }
+
+    /// Tests a node's children against all directions at once. Exact bounds of what the single rays compute, because rounding
+    /// is monotone.
+    #[inline(always)]
+    fn interval<S: Simd>(&self, simd: S, node: &WideNode<super::bounds::Boxes>, reach: f32) -> Interval {
+        let splat = |value: f32| f32x8::splat(simd, value);
+        let distance = |axis: usize, side: usize| {
+            f32x8::load_array_ref(simd, &node.bounds.0[axis][side & 1]) - splat(self.origin[axis])
+        };
+        let near = [0, 1, 2].map(|axis| distance(axis, self.near[axis]));
+        let far = [0, 1, 2].map(|axis| distance(axis, self.near[axis] ^ 1));
+        let lowest = |axis: usize, distance: f32x8<S>| {
+            (distance * splat(self.range[axis][0])).min(distance * splat(self.range[axis][1]))
+        };
+        let highest = |axis: usize, distance: f32x8<S>| {
+            (distance * splat(self.range[axis][0])).max(distance * splat(self.range[axis][1]))
+        };
+        let entry = lowest(0, near[0]).max(lowest(1, near[1])).max(lowest(2, near[2]).max(splat(self.t_min)));
+        let exit = highest(0, far[0]).min(highest(1, far[1])).min(highest(2, far[2])) * FAR_SLACK;
+        let some = entry.simd_le(exit) & entry.simd_le(splat(reach));
+        let latest_entry = highest(0, near[0]).max(highest(1, near[1])).max(highest(2, near[2]).max(splat(self.t_min)));
+        let earliest_exit = lowest(0, far[0]).min(lowest(1, far[1])).min(lowest(2, far[2])) * FAR_SLACK;
+        let all = latest_entry.simd_le(earliest_exit);
+        Interval {
+            some: some.to_bitmask() as u32,
+            all: all.to_bitmask() as u32,
+            entry: entry.to_array(),
+            near: near.map(SimdBase::to_array),
+            far: far.map(SimdBase::to_array),
+        }
+    }
+
+    /// Those of the `active` groups of which some ray enters the child in a lane.
+    #[inline(always)]
+    fn groups_that_enter<S: Simd>(&self, simd: S, interval: &Interval, lane: usize, active: u32) -> u32 {
+        let splat = |value: f32| f32x8::splat(simd, value);
+        let near = [0, 1, 2].map(|axis| splat(interval.near[axis][lane % WIDTH]));
+        let far = [0, 1, 2].map(|axis| splat(interval.far[axis][lane % WIDTH]));
+        let t_min = splat(self.t_min);
+        let mut entering = 0;
+        for group in bits(active) {
+            let inverse = &self.inverse[group % GROUPS];
+            let inverse = [0, 1, 2].map(|axis| f32x8::load_array_ref(simd, &inverse[axis]));
+            let entry = (near[0] * inverse[0]).max(near[1] * inverse[1]).max((near[2] * inverse[2]).max(t_min));
+            let exit = (far[0] * inverse[0]).min(far[1] * inverse[1]).min(far[2] * inverse[2]) * FAR_SLACK;
+            let t = f32x8::load_array_ref(simd, &self.found.t[group % GROUPS]);
+            let enters = entry.simd_le(exit) & entry.simd_le(t);
+            entering |= u32::from(enters.any_true()) << group;
+        }
+        entering
+    }
+
+    /// Tests the triangles of a block against the `active` groups.
+    #[inline(always)]
+    fn test_block<S: Simd>(&mut self, simd: S, block: &TriangleBlock, active: u32, rays: &[Ray]) {
+        let splat = |value: f32| f32x8::splat(simd, value);
+        for lane in 0..BLOCK {
+            let primitive = block.primitive_index(lane);
+            // Repeated triangles fill the last block of a leaf.
+            if lane > 0 && primitive == block.primitive_index(lane - 1) {
+                break;
+            }
+            let relative = |corner: usize, part: usize| {
+                let axis = self.axes[part];
+                splat(block.corners[corner][axis][lane] - self.origin[axis])
+            };
+            let corners = [0, 1, 2].map(|corner| [relative(corner, 0), relative(corner, 1), relative(corner, 2)]);
+            for group in bits(active) {
+                let group = group % GROUPS;
+                let factors = &self.factors[group];
+                let factors = [0, 1, 2].map(|part| f32x8::load_array_ref(simd, &factors[part]));
+                let x = corners.map(|[x, _, z]| z * factors[0] + x);
+                let y = corners.map(|[_, y, z]| z * factors[1] + y);
+                let weights = [x[1] * y[2] - x[2] * y[1], x[2] * y[0] - x[0] * y[2], x[0] * y[1] - x[1] * y[0]];
+                let least = weights[0].min(weights[1]).min(weights[2]);
+                let most = weights[0].max(weights[1]).max(weights[2]);
+                let candidates = !(least.simd_lt(splat(0.0)) & most.simd_gt(splat(0.0)));
+                if candidates.any_true() {
+                    let depth = corners.map(|[_, _, z]| z * factors[2]);
+                    self.take(simd, block, lane, group, weights, depth, candidates.to_bitmask() as u32, rays);
+                }
+            }
+        }
+    }
+
+    /// Takes the hits of a triangle with a group's rays, of which only the `candidates` can be some.
+    #[inline(always)]
+    #[allow(clippy::too_many_arguments, reason = "the second half of `test_block`, cut where it gets rare")]
+    fn take<S: Simd>(
+        &mut self,
+        simd: S,
+        block: &TriangleBlock,
+        lane: usize,
+        group: usize,
+        weights: [f32x8<S>; 3],
+        depth: [f32x8<S>; 3],
+        candidates: u32,
+        rays: &[Ray],
+    ) {
+        let splat = |value: f32| f32x8::splat(simd, value);
+        let size = weights.map(SimdBase::abs);
+        let exact = size[0].min(size[1]).min(size[2]).simd_gt(splat(EDGE_MIN))
+            & size[0].max(size[1]).max(size[2]).simd_lt(splat(EDGE_MAX));
+        let scale = splat(1.0) / (weights[0] + weights[1] + weights[2]);
+        let shares = weights.map(|weight| weight * scale);
+        let t = shares[0] * depth[0] + shares[1] * depth[1] + shares[2] * depth[2];
+        let best = f32x8::load_array_ref(simd, &self.found.t[group]);
+        let t_min = splat(self.t_min);
+        let within = exact & t.simd_ge(t_min) & t.simd_le(best);
+        let unclear = candidates & !(exact.to_bitmask() as u32);
+        if candidates & within.to_bitmask() as u32 != 0 {
+            let triangle = block.triangle(lane);
+            let bounds = triangle.bounds();
+            let planes = [bounds.min, bounds.max];
+            let origin = Vec3::from_array(self.origin);
+            let distance = |axis: usize, side: usize| splat(planes[side & 1][axis] - origin[axis]);
+            let inverse = &self.inverse[group];
+            let inverse = [0, 1, 2].map(|axis| f32x8::load_array_ref(simd, &inverse[axis]));
+            let near = [0, 1, 2].map(|axis| distance(axis, self.near[axis]) * inverse[axis]);
+            let far = [0, 1, 2].map(|axis| distance(axis, self.near[axis] ^ 1) * inverse[axis]);
+            let entry = near[0].max(near[1]).max(near[2].max(t_min));
+            let exit = far[0].min(far[1]).min(far[2]) * FAR_SLACK;
+            let t = t.max(entry);
+            let primitive = u32x8::splat(simd, block.primitive_index(lane));
+            let best_primitive = u32x8::load_array_ref(simd, &self.found.primitive[group]);
+            let nearer = t.simd_lt(best) | (t.simd_eq(best) & primitive.simd_lt(best_primitive));
+            // A mask of lanes from the bits that remain after the sign test.
+            let allowed = mask32x8::from_bitmask(simd, u64::from(candidates));
+            let hit = allowed & within & entry.simd_le(exit) & entry.simd_le(best) & nearer;
+            if hit.any_true() {
+                let old = |values: &[f32; GROUP]| f32x8::load_array_ref(simd, values);
+                let new_t = hit.select(t, best);
+                self.found.u[group] = hit.select(shares[1], old(&self.found.u[group])).to_array();
+                self.found.v[group] = hit.select(shares[2], old(&self.found.v[group])).to_array();
+                self.found.primitive[group] = hit.select(primitive, best_primitive).to_array();
+                self.found.t[group] = new_t.to_array();
+                self.found.limit[group] = new_t.reduce_max();
+            }
+        }
+        if unclear != 0 {
+            self.take_unclear(block, lane, group, unclear, rays);
+        }
+    }
+
+    /// The rays that pass so near an edge that single precision cannot tell on which side.
+    #[cold]
+    fn take_unclear(&mut self, block: &TriangleBlock, lane: usize, group: usize, unclear: u32, rays: &[Ray]) {
+        let (triangle, primitive) = (block.triangle(lane), block.primitive_index(lane));
+        for ray_lane in bits(unclear) {
+            let ray = rays[(group * GROUP + ray_lane).min(rays.len() - 1)];
+            let best = self.found.t[group][ray_lane];
+            let hit = triangle.intersect(&PreparedRay::new(ray), &Shear::new(ray.direction), best);
+            if let Some(hit) = hit
+                && (hit.t < best || hit.t == best && primitive < self.found.primitive[group][ray_lane])
+            {
+                self.found.t[group][ray_lane] = hit.t;
+                self.found.u[group][ray_lane] = hit.u;
+                self.found.v[group][ray_lane] = hit.v;
+                self.found.primitive[group][ray_lane] = primitive;
+            }
+        }
+        self.found.limit[group] = self.found.t[group].into_iter().fold(f32::NEG_INFINITY, f32::max);
+    }
+}
+
+/// The numbers of the bits that are set, lowest first.
+#[inline(always)]
+fn bits(mut set: u32) -> impl Iterator<Item = usize> {
+    std::iter::from_fn(move || {
+        (set != 0).then(|| {
+            let bit = set.trailing_zeros() as usize;
+            set &= set - 1;
+            bit
+        })
+    })
+}

@@ -1,0 +1,104 @@
+//! One ray at a time through the wide tree.
+
+use fearless_simd::Simd;
+
+use super::block::BlockRay;
+use super::stack::{Stack, Waiting};
+use super::{WideContainer, WideTree};
+use crate::bvh::traverse::{Nearest, Probe};
+use crate::geometry::{Hit, PreparedRay, Ray};
+
+/// The nearest hit of `ray`: exactly what the binary tree gives. `probe` counts nodes as containers and blocks as
+/// primitives.
+#[inline(always)]
+pub fn closest_hit<S: Simd, C: WideContainer, P: Probe>(
+    simd: S,
+    tree: &WideTree<C>,
+    ray: &Ray,
+    probe: &mut P,
+) -> Option<Hit> {
+    let ray = PreparedRay::new(*ray);
+    let mut nearest = Nearest::new(ray.ray.t_max);
+    walk::<S, C, P, false>(simd, tree, &ray, &mut nearest, probe);
+    nearest.hit()
+}
+
+/// Whether anything lies on `ray` between its `t_min` and `t_max`.
+#[inline(always)]
+pub fn any_hit<S: Simd, C: WideContainer, P: Probe>(simd: S, tree: &WideTree<C>, ray: &Ray, probe: &mut P) -> bool {
+    let ray = PreparedRay::new(*ray);
+    let mut nearest = Nearest::new(ray.ray.t_max);
+    walk::<S, C, P, true>(simd, tree, &ray, &mut nearest, probe);
+    nearest.hit().is_some()
+}
+
+/// Narrows `nearest` down; with `ANY` only until it holds some hit.
+#[inline(always)]
+fn walk<S: Simd, C: WideContainer, P: Probe, const ANY: bool>(
+    simd: S,
+    tree: &WideTree<C>,
+    ray: &PreparedRay,
+    nearest: &mut Nearest,
+    probe: &mut P,
+) {
+    let Some(mut current) = tree.root else { return };
+    if !ray.can_hit() {
+        return;
+    }
+    let container_ray = C::prepare(simd, ray);
+    let block_ray = BlockRay::new(simd, &ray.ray);
+    let mut stack = Stack::default();
+    loop {
+        if current.is_leaf() {
+            for block in &tree.blocks[current.index()..] {
+                probe.primitive_test();
+                block_ray.test(
+                    simd,
+                    block,
+                    ray,
+                    nearest.t(),
+                    #[inline(always)]
+                    |hit, primitive_index| nearest.offer(hit, primitive_index),
+                );
+                if block.is_last() {
+                    break;
+                }
+            }
+            if ANY && nearest.found() {
+                return;
+            }
+        } else {
+            probe.container_test();
+            let node = &tree.nodes[current.index()];
+            let (mut hits, entries) = C::entries(simd, &node.bounds, &container_ray, nearest.t());
+            if hits != 0 {
+                let waiting = |lane: u32| {
+                    let lane = lane as usize % super::WIDTH;
+                    Waiting { entry: entries[lane], child: node.children[lane], groups: 0 }
+                };
+                let mut next = waiting(hits.trailing_zeros());
+                hits &= hits - 1;
+                let mark = stack.mark();
+                while hits != 0 {
+                    let mut other = waiting(hits.trailing_zeros());
+                    hits &= hits - 1;
+                    if !ANY && other.entry < next.entry {
+                        std::mem::swap(&mut other, &mut next);
+                    }
+                    stack.push(other);
+                    if !ANY {
+                        stack.sort_last(mark);
+                    }
+                }
+                current = next.child;
+                continue;
+            }
+        }
+        current = loop {
+            let Some(waiting) = stack.pop() else { return };
+            if waiting.entry <= nearest.t() {
+                break waiting.child;
+            }
+        };
+    }
+}
