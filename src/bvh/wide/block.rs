@@ -89,8 +89,8 @@ impl<S: Simd> BlockRay<S> {
         let factors = [-d[axes[0]] / along, -d[axes[1]] / along, 1.0 / along];
         Self {
             axes,
-            origin: axes.map(|axis| f32x4::splat(simd, ray.origin[axis])),
-            factors: factors.map(|factor| f32x4::splat(simd, factor)),
+            origin: each!(part => f32x4::splat(simd, ray.origin[axes[part]])),
+            factors: each!(part => f32x4::splat(simd, factors[part])),
         }
     }
 
@@ -104,12 +104,11 @@ impl<S: Simd> BlockRay<S> {
         t_max: f32,
         mut found: impl FnMut(TriangleHit, u32),
     ) {
-        let relative = |corner: usize, part: usize| {
+        let [x, y, z] = each!(part => each!(corner => {
             f32x4::load_array_ref(simd, &block.corners[corner][self.axes[part]]) - self.origin[part]
-        };
-        let z = [relative(0, 2), relative(1, 2), relative(2, 2)];
-        let x = [0, 1, 2].map(|corner| z[corner] * self.factors[0] + relative(corner, 0));
-        let y = [0, 1, 2].map(|corner| z[corner] * self.factors[1] + relative(corner, 1));
+        }));
+        let x = each!(corner => z[corner] * self.factors[0] + x[corner]);
+        let y = each!(corner => z[corner] * self.factors[1] + y[corner]);
         let weights = [x[1] * y[2] - x[2] * y[1], x[2] * y[0] - x[0] * y[2], x[0] * y[1] - x[1] * y[0]];
         let zero = f32x4::splat(simd, 0.0);
         let least = weights[0].min(weights[1]).min(weights[2]);
@@ -118,13 +117,13 @@ impl<S: Simd> BlockRay<S> {
         if !candidates.any_true() {
             return;
         }
-        let size = weights.map(SimdBase::abs);
+        let size = each!(corner => weights[corner].abs());
         let smallest = size[0].min(size[1]).min(size[2]);
         let largest = size[0].max(size[1]).max(size[2]);
         let exact = smallest.simd_gt(f32x4::splat(simd, EDGE_MIN)) & largest.simd_lt(f32x4::splat(simd, EDGE_MAX));
         let scale = f32x4::splat(simd, 1.0) / (weights[0] + weights[1] + weights[2]);
-        let shares = weights.map(|weight| weight * scale);
-        let depth = z.map(|z| z * self.factors[2]);
+        let shares = each!(corner => weights[corner] * scale);
+        let depth = each!(corner => z[corner] * self.factors[2]);
         let t = shares[0] * depth[0] + shares[1] * depth[1] + shares[2] * depth[2];
         let within = t.simd_ge(f32x4::splat(simd, ray.ray.t_min)) & t.simd_le(f32x4::splat(simd, t_max));
         let unclear = candidates & !exact;

@@ -13,7 +13,7 @@ use crate::geometry::{Aabb, FAR_SLACK, PreparedRay, Sphere};
 /// A container that wide trees are made of.
 pub trait WideContainer: Container {
     /// Eight of them, lane by lane.
-    type Bounds: Copy + Send + Sync + PartialEq + Debug + 'static;
+    type Bounds: Pod + Send + Sync + PartialEq + Debug;
     /// Eight that nothing enters.
     const NOTHING: Self::Bounds;
     /// What a ray's tests share.
@@ -58,30 +58,29 @@ impl WideContainer for Aabb {
 
     #[inline(always)]
     fn prepare<S: Simd>(simd: S, ray: &PreparedRay) -> BoxRay<S> {
-        let splat = |value: f32| f32x8::splat(simd, value);
-        let near = [0, 1, 2].map(|axis| usize::from(ray.inverse_direction[axis] < 0.0));
+        let near = each!(axis => usize::from(ray.inverse_direction[axis] < 0.0));
         let origins = [ray.origin_low, ray.origin_high];
         BoxRay {
             near,
-            near_origin: [0, 1, 2].map(|axis| splat(origins[near[axis]][axis])),
-            far_origin: [0, 1, 2].map(|axis| splat(origins[1 - near[axis]][axis])),
-            inverse: [0, 1, 2].map(|axis| splat(ray.inverse_direction[axis])),
-            t_min: splat(ray.ray.t_min),
+            near_origin: each!(axis => f32x8::splat(simd, origins[near[axis] & 1][axis])),
+            far_origin: each!(axis => f32x8::splat(simd, origins[near[axis] & 1 ^ 1][axis])),
+            inverse: each!(axis => f32x8::splat(simd, ray.inverse_direction[axis])),
+            t_min: f32x8::splat(simd, ray.ray.t_min),
         }
     }
 
     #[inline(always)]
     fn entries<S: Simd>(simd: S, bounds: &Boxes, ray: &BoxRay<S>, t_max: f32) -> (u32, [f32; WIDTH]) {
-        let near = |axis: usize| {
+        let near = each!(axis => {
             let planes = f32x8::load_array_ref(simd, &bounds.0[axis][ray.near[axis] & 1]);
             (planes - ray.near_origin[axis]) * ray.inverse[axis]
-        };
-        let far = |axis: usize| {
-            let planes = f32x8::load_array_ref(simd, &bounds.0[axis][(ray.near[axis] & 1) ^ 1]);
+        });
+        let far = each!(axis => {
+            let planes = f32x8::load_array_ref(simd, &bounds.0[axis][ray.near[axis] & 1 ^ 1]);
             (planes - ray.far_origin[axis]) * ray.inverse[axis]
-        };
-        let entry = near(0).max(near(1)).max(near(2).max(ray.t_min));
-        let exit = far(0).min(far(1)).min(far(2)) * FAR_SLACK;
+        });
+        let entry = near[0].max(near[1]).max(near[2].max(ray.t_min));
+        let exit = far[0].min(far[1]).min(far[2]) * FAR_SLACK;
         let hit = entry.simd_le(exit) & entry.simd_le(f32x8::splat(simd, t_max));
         (hit.to_bitmask() as u32, entry.to_array())
     }
@@ -123,35 +122,35 @@ impl WideContainer for Sphere {
 
     #[inline(always)]
     fn prepare<S: Simd>(simd: S, ray: &PreparedRay) -> SphereRay<S> {
-        let splat = |value: f32| f32x8::splat(simd, value);
         SphereRay {
-            origin: ray.ray.origin.to_array().map(splat),
-            direction: ray.ray.direction.to_array().map(splat),
-            inverse_direction_squared: splat(ray.inverse_direction_squared),
-            t_min: splat(ray.ray.t_min),
+            origin: each!(axis => f32x8::splat(simd, ray.ray.origin[axis])),
+            direction: each!(axis => f32x8::splat(simd, ray.ray.direction[axis])),
+            inverse_direction_squared: f32x8::splat(simd, ray.inverse_direction_squared),
+            t_min: f32x8::splat(simd, ray.ray.t_min),
         }
     }
 
     /// Step by step what [`Container::entry`] does.
     #[inline(always)]
     fn entries<S: Simd>(simd: S, bounds: &Spheres, ray: &SphereRay<S>, t_max: f32) -> (u32, [f32; WIDTH]) {
-        let splat = |value: f32| f32x8::splat(simd, value);
-        let zero = splat(0.0);
+        let zero = f32x8::splat(simd, 0.0);
         let radius = f32x8::load_array_ref(simd, &bounds.radius);
-        let to = [0, 1, 2].map(|axis| f32x8::load_array_ref(simd, &bounds.center[axis]) - ray.origin[axis]);
-        let dot = |a: &[f32x8<S>; 3], b: &[f32x8<S>; 3]| a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-        let middle = dot(&to, &ray.direction) * ray.inverse_direction_squared;
-        let nearest = [0, 1, 2].map(|axis| to[axis] - ray.direction[axis] * middle);
+        let to = each!(axis => f32x8::load_array_ref(simd, &bounds.center[axis]) - ray.origin[axis]);
+        let middle = dot(to, ray.direction) * ray.inverse_direction_squared;
+        let nearest = each!(axis => to[axis] - ray.direction[axis] * middle);
         let reach = radius + (to[0].abs() + to[1].abs() + to[2].abs() + radius) * SPHERE_ENTRY_ERROR;
-        let inside = reach * reach - dot(&nearest, &nearest);
+        let inside = reach * reach - dot(nearest, nearest);
         let tiny = reach * ray.inverse_direction_squared.sqrt();
         let half_chord = (inside * ray.inverse_direction_squared).sqrt();
-        let half_chord = reach.simd_lt(splat(SPHERE_TINY_RADIUS)).select(tiny, half_chord);
+        let half_chord = reach.simd_lt(f32x8::splat(simd, SPHERE_TINY_RADIUS)).select(tiny, half_chord);
         let error = (middle.abs() + half_chord) * SPHERE_ENTRY_ERROR;
         let near = middle - half_chord - error;
         let far = middle + half_chord + error;
         // Negated comparisons: a NaN counts as a hit.
-        let missed = inside.simd_lt(zero) | far.simd_lt(ray.t_min) | near.simd_gt(splat(t_max)) | radius.simd_lt(zero);
+        let missed = inside.simd_lt(zero)
+            | far.simd_lt(ray.t_min)
+            | near.simd_gt(f32x8::splat(simd, t_max))
+            | radius.simd_lt(zero);
         // NaN fails the comparison, which leaves t_min.
         let entry = near.simd_gt(ray.t_min).select(near, ray.t_min);
         ((!missed).to_bitmask() as u32, entry.to_array())
@@ -161,4 +160,9 @@ impl WideContainer for Sphere {
     fn as_boxes(_: &WideTree<Self>) -> Option<&WideTree<Aabb>> {
         None
     }
+}
+
+#[inline(always)]
+fn dot<S: Simd>(a: [f32x8<S>; 3], b: [f32x8<S>; 3]) -> f32x8<S> {
+    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }

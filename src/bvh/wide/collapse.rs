@@ -76,11 +76,12 @@ pub fn collapse<C: WideContainer>(tree: &Tree<C>, leaf_triangles: &[Triangle]) -
     }
     let root = if nodes.is_empty() { root_of(0) } else { Child::node(0) };
 
-    let blank = WideNode { bounds: C::NOTHING, children: [Child::node(0); WIDTH] };
-    nodes.resize(node_count, blank);
+    // Zeroed memory is first touched, and so handed out, by the tasks.
+    let top_nodes = nodes;
+    let mut nodes: Vec<WideNode<C::Bounds>> = bytemuck::zeroed_vec(node_count);
+    nodes[..top_nodes.len()].copy_from_slice(&top_nodes);
     let mut blocks: Vec<TriangleBlock> = bytemuck::zeroed_vec(block_count);
-    let top_count = node_count - parts.iter().map(|part| part.nodes.len()).sum::<usize>();
-    let (mut rest_nodes, mut rest_blocks) = (&mut nodes[top_count..], &mut blocks[..]);
+    let (mut rest_nodes, mut rest_blocks) = (&mut nodes[top_nodes.len()..], &mut blocks[..]);
     let mut work = Vec::with_capacity(parts.len());
     for (part, place) in parts.iter().zip(&places) {
         let (part_nodes, others) = rest_nodes.split_at_mut(part.nodes.len());
@@ -231,7 +232,12 @@ impl<'a, C: WideContainer> Builder<'a, C> {
     }
 
     fn part(&self) -> Part<C::Bounds> {
-        let mut part = Part { nodes: Vec::new(), blocks: Vec::new(), root: Some(Child::node(0)) };
+        let room = self.entries.len();
+        let mut part = Part {
+            nodes: Vec::with_capacity(room / 16),
+            blocks: Vec::with_capacity(room / 5),
+            root: Some(Child::node(0)),
+        };
         if self.entries[0].is_leaf {
             part.root = Some(self.leaf(0, &mut part.blocks));
             return part;

@@ -1,6 +1,27 @@
 //! The tree that pictures are traced with: up to eight children a node and four triangles a block, tested side by side. Made
 //! from the binary tree, whose hits it gives exactly.
 
+/// The three values of an expression in an axis, corner or part. A macro, because closures need not become part of the
+/// function around them and then lose its vector instructions.
+macro_rules! each {
+    ($part:ident => $value:expr) => {
+        [
+            {
+                let $part = 0_usize;
+                $value
+            },
+            {
+                let $part = 1_usize;
+                $value
+            },
+            {
+                let $part = 2_usize;
+                $value
+            },
+        ]
+    };
+}
+
 pub mod block;
 pub mod bounds;
 mod collapse;
@@ -53,7 +74,7 @@ impl Child {
 
 /// A node: the containers of its children, lane by lane, and where they are. Lanes without child hold a container that
 /// nothing enters.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Zeroable)]
 #[repr(C, align(32))]
 pub struct WideNode<B> {
     /// The children's containers.

@@ -110,7 +110,7 @@ impl Packet {
     #[inline(always)]
     fn new<S: Simd>(simd: S, rays: &[Ray]) -> Option<Self> {
         let first = rays.first()?;
-        let near = [0, 1, 2].map(|axis| usize::from(first.direction[axis] < 0.0));
+        let near = each!(axis => usize::from(first.direction[axis] < 0.0));
         let axes = permuted_axes(first.direction);
         let t_min = first.t_min.max(0.0);
         if !first.origin.is_finite() {
@@ -151,18 +151,18 @@ impl Packet {
                 t_max[lane] = ray.t_max;
                 alike &= ray.origin == first.origin && ray.t_min.max(0.0) == t_min && ray.t_max >= t_min;
             }
-            let d = [0, 1, 2].map(|axis| f32x8::load_array_ref(simd, &directions[axis]));
-            let inverse = d.map(|d| one / d);
+            let d = each!(axis => f32x8::load_array_ref(simd, &directions[axis]));
+            let inverse = each!(axis => one / d[axis]);
             let along = d[axes[2]];
             let longest = along.abs();
             // The first of equal axes is the longest one.
-            let is_longest = |axis: usize| {
+            let is_longest = each!(axis => {
                 let other = d[axis].abs();
                 if axis < axes[2] { longest.simd_gt(other) } else { longest.simd_ge(other) }
-            };
+            });
             let squared = d[0] * d[0] + d[1] * d[1] + d[2] * d[2];
-            let mut good = is_longest(axes[0])
-                & is_longest(axes[1])
+            let mut good = is_longest[axes[0]]
+                & is_longest[axes[1]]
                 & squared.simd_ge(f32x8::splat(simd, f32::MIN_POSITIVE))
                 & squared.simd_le(f32x8::splat(simd, f32::MAX));
             for axis in 0..3 {
@@ -177,11 +177,11 @@ impl Packet {
                 return None;
             }
             let factors = [(zero - d[axes[0]]) / along, (zero - d[axes[1]]) / along, inverse[axes[2]]];
-            packet.factors[group] = factors.map(SimdBase::to_array);
+            packet.factors[group] = each!(part => factors[part].to_array());
             packet.found.t[group] = t_max;
             packet.found.limit[group] = f32x8::load_array_ref(simd, &t_max).reduce_max();
         }
-        packet.range = [0, 1, 2].map(|axis| [lowest[axis].reduce_min(), highest[axis].reduce_max()]);
+        packet.range = each!(axis => [lowest[axis].reduce_min(), highest[axis].reduce_max()]);
         Some(packet)
     }
 
@@ -234,44 +234,46 @@ impl Packet {
     /// is monotone.
     #[inline(always)]
     fn interval<S: Simd>(&self, simd: S, node: &WideNode<super::bounds::Boxes>, reach: f32) -> Interval {
-        let splat = |value: f32| f32x8::splat(simd, value);
-        let distance = |axis: usize, side: usize| {
-            f32x8::load_array_ref(simd, &node.bounds.0[axis][side & 1]) - splat(self.origin[axis])
-        };
-        let near = [0, 1, 2].map(|axis| distance(axis, self.near[axis]));
-        let far = [0, 1, 2].map(|axis| distance(axis, self.near[axis] ^ 1));
-        let lowest = |axis: usize, distance: f32x8<S>| {
-            (distance * splat(self.range[axis][0])).min(distance * splat(self.range[axis][1]))
-        };
-        let highest = |axis: usize, distance: f32x8<S>| {
-            (distance * splat(self.range[axis][0])).max(distance * splat(self.range[axis][1]))
-        };
-        let entry = lowest(0, near[0]).max(lowest(1, near[1])).max(lowest(2, near[2]).max(splat(self.t_min)));
-        let exit = highest(0, far[0]).min(highest(1, far[1])).min(highest(2, far[2])) * FAR_SLACK;
-        let some = entry.simd_le(exit) & entry.simd_le(splat(reach));
-        let latest_entry = highest(0, near[0]).max(highest(1, near[1])).max(highest(2, near[2]).max(splat(self.t_min)));
-        let earliest_exit = lowest(0, far[0]).min(lowest(1, far[1])).min(lowest(2, far[2])) * FAR_SLACK;
+        let planes = &node.bounds.0;
+        let origin = each!(axis => f32x8::splat(simd, self.origin[axis]));
+        let near = each!(axis => f32x8::load_array_ref(simd, &planes[axis][self.near[axis] & 1]) - origin[axis]);
+        let far = each!(axis => f32x8::load_array_ref(simd, &planes[axis][self.near[axis] & 1 ^ 1]) - origin[axis]);
+        // Each distance times the smallest and times the largest inverse direction, in the order of their size.
+        let range = &self.range;
+        let near_t = each!(axis => {
+            let [a, b] = [near[axis] * range[axis][0], near[axis] * range[axis][1]];
+            [a.min(b), a.max(b)]
+        });
+        let far_t = each!(axis => {
+            let [a, b] = [far[axis] * range[axis][0], far[axis] * range[axis][1]];
+            [a.min(b), a.max(b)]
+        });
+        let t_min = f32x8::splat(simd, self.t_min);
+        let entry = near_t[0][0].max(near_t[1][0]).max(near_t[2][0].max(t_min));
+        let exit = far_t[0][1].min(far_t[1][1]).min(far_t[2][1]) * FAR_SLACK;
+        let some = entry.simd_le(exit) & entry.simd_le(f32x8::splat(simd, reach));
+        let latest_entry = near_t[0][1].max(near_t[1][1]).max(near_t[2][1].max(t_min));
+        let earliest_exit = far_t[0][0].min(far_t[1][0]).min(far_t[2][0]) * FAR_SLACK;
         let all = latest_entry.simd_le(earliest_exit);
         Interval {
             some: some.to_bitmask() as u32,
             all: all.to_bitmask() as u32,
             entry: entry.to_array(),
-            near: near.map(SimdBase::to_array),
-            far: far.map(SimdBase::to_array),
+            near: each!(axis => near[axis].to_array()),
+            far: each!(axis => far[axis].to_array()),
         }
     }
 
     /// Those of the `active` groups of which some ray enters the child in a lane.
     #[inline(always)]
     fn groups_that_enter<S: Simd>(&self, simd: S, interval: &Interval, lane: usize, active: u32) -> u32 {
-        let splat = |value: f32| f32x8::splat(simd, value);
-        let near = [0, 1, 2].map(|axis| splat(interval.near[axis][lane % WIDTH]));
-        let far = [0, 1, 2].map(|axis| splat(interval.far[axis][lane % WIDTH]));
-        let t_min = splat(self.t_min);
+        let near = each!(axis => f32x8::splat(simd, interval.near[axis][lane % WIDTH]));
+        let far = each!(axis => f32x8::splat(simd, interval.far[axis][lane % WIDTH]));
+        let t_min = f32x8::splat(simd, self.t_min);
         let mut entering = 0;
         for group in bits(active) {
             let inverse = &self.inverse[group % GROUPS];
-            let inverse = [0, 1, 2].map(|axis| f32x8::load_array_ref(simd, &inverse[axis]));
+            let inverse = each!(axis => f32x8::load_array_ref(simd, &inverse[axis]));
             let entry = (near[0] * inverse[0]).max(near[1] * inverse[1]).max((near[2] * inverse[2]).max(t_min));
             let exit = (far[0] * inverse[0]).min(far[1] * inverse[1]).min(far[2] * inverse[2]) * FAR_SLACK;
             let t = f32x8::load_array_ref(simd, &self.found.t[group % GROUPS]);
@@ -284,30 +286,28 @@ impl Packet {
     /// Tests the triangles of a block against the `active` groups.
     #[inline(always)]
     fn test_block<S: Simd>(&mut self, simd: S, block: &TriangleBlock, active: u32, rays: &[Ray]) {
-        let splat = |value: f32| f32x8::splat(simd, value);
         for lane in 0..BLOCK {
             let primitive = block.primitive_index(lane);
             // Repeated triangles fill the last block of a leaf.
             if lane > 0 && primitive == block.primitive_index(lane - 1) {
                 break;
             }
-            let relative = |corner: usize, part: usize| {
+            let [corner_x, corner_y, corner_z] = each!(part => each!(corner => {
                 let axis = self.axes[part];
-                splat(block.corners[corner][axis][lane] - self.origin[axis])
-            };
-            let corners = [0, 1, 2].map(|corner| [relative(corner, 0), relative(corner, 1), relative(corner, 2)]);
+                f32x8::splat(simd, block.corners[corner][axis][lane] - self.origin[axis])
+            }));
             for group in bits(active) {
                 let group = group % GROUPS;
                 let factors = &self.factors[group];
-                let factors = [0, 1, 2].map(|part| f32x8::load_array_ref(simd, &factors[part]));
-                let x = corners.map(|[x, _, z]| z * factors[0] + x);
-                let y = corners.map(|[_, y, z]| z * factors[1] + y);
+                let factors = each!(part => f32x8::load_array_ref(simd, &factors[part]));
+                let x = each!(corner => corner_z[corner] * factors[0] + corner_x[corner]);
+                let y = each!(corner => corner_z[corner] * factors[1] + corner_y[corner]);
                 let weights = [x[1] * y[2] - x[2] * y[1], x[2] * y[0] - x[0] * y[2], x[0] * y[1] - x[1] * y[0]];
                 let least = weights[0].min(weights[1]).min(weights[2]);
                 let most = weights[0].max(weights[1]).max(weights[2]);
-                let candidates = !(least.simd_lt(splat(0.0)) & most.simd_gt(splat(0.0)));
+                let candidates = !(least.simd_lt(f32x8::splat(simd, 0.0)) & most.simd_gt(f32x8::splat(simd, 0.0)));
                 if candidates.any_true() {
-                    let depth = corners.map(|[_, _, z]| z * factors[2]);
+                    let depth = each!(corner => corner_z[corner] * factors[2]);
                     self.take(simd, block, lane, group, weights, depth, candidates.to_bitmask() as u32, rays);
                 }
             }
@@ -328,15 +328,14 @@ impl Packet {
         candidates: u32,
         rays: &[Ray],
     ) {
-        let splat = |value: f32| f32x8::splat(simd, value);
-        let size = weights.map(SimdBase::abs);
-        let exact = size[0].min(size[1]).min(size[2]).simd_gt(splat(EDGE_MIN))
-            & size[0].max(size[1]).max(size[2]).simd_lt(splat(EDGE_MAX));
-        let scale = splat(1.0) / (weights[0] + weights[1] + weights[2]);
-        let shares = weights.map(|weight| weight * scale);
+        let size = each!(corner => weights[corner].abs());
+        let exact = size[0].min(size[1]).min(size[2]).simd_gt(f32x8::splat(simd, EDGE_MIN))
+            & size[0].max(size[1]).max(size[2]).simd_lt(f32x8::splat(simd, EDGE_MAX));
+        let scale = f32x8::splat(simd, 1.0) / (weights[0] + weights[1] + weights[2]);
+        let shares = each!(corner => weights[corner] * scale);
         let t = shares[0] * depth[0] + shares[1] * depth[1] + shares[2] * depth[2];
         let best = f32x8::load_array_ref(simd, &self.found.t[group]);
-        let t_min = splat(self.t_min);
+        let t_min = f32x8::splat(simd, self.t_min);
         let within = exact & t.simd_ge(t_min) & t.simd_le(best);
         let unclear = candidates & !(exact.to_bitmask() as u32);
         if candidates & within.to_bitmask() as u32 != 0 {
@@ -344,11 +343,14 @@ impl Packet {
             let bounds = triangle.bounds();
             let planes = [bounds.min, bounds.max];
             let origin = Vec3::from_array(self.origin);
-            let distance = |axis: usize, side: usize| splat(planes[side & 1][axis] - origin[axis]);
             let inverse = &self.inverse[group];
-            let inverse = [0, 1, 2].map(|axis| f32x8::load_array_ref(simd, &inverse[axis]));
-            let near = [0, 1, 2].map(|axis| distance(axis, self.near[axis]) * inverse[axis]);
-            let far = [0, 1, 2].map(|axis| distance(axis, self.near[axis] ^ 1) * inverse[axis]);
+            let inverse = each!(axis => f32x8::load_array_ref(simd, &inverse[axis]));
+            let near = each!(axis => {
+                f32x8::splat(simd, planes[self.near[axis] & 1][axis] - origin[axis]) * inverse[axis]
+            });
+            let far = each!(axis => {
+                f32x8::splat(simd, planes[self.near[axis] & 1 ^ 1][axis] - origin[axis]) * inverse[axis]
+            });
             let entry = near[0].max(near[1]).max(near[2].max(t_min));
             let exit = far[0].min(far[1]).min(far[2]) * FAR_SLACK;
             let t = t.max(entry);
@@ -359,10 +361,11 @@ impl Packet {
             let allowed = mask32x8::from_bitmask(simd, u64::from(candidates));
             let hit = allowed & within & entry.simd_le(exit) & entry.simd_le(best) & nearer;
             if hit.any_true() {
-                let old = |values: &[f32; GROUP]| f32x8::load_array_ref(simd, values);
                 let new_t = hit.select(t, best);
-                self.found.u[group] = hit.select(shares[1], old(&self.found.u[group])).to_array();
-                self.found.v[group] = hit.select(shares[2], old(&self.found.v[group])).to_array();
+                self.found.u[group] =
+                    hit.select(shares[1], f32x8::load_array_ref(simd, &self.found.u[group])).to_array();
+                self.found.v[group] =
+                    hit.select(shares[2], f32x8::load_array_ref(simd, &self.found.v[group])).to_array();
                 self.found.primitive[group] = hit.select(primitive, best_primitive).to_array();
                 self.found.t[group] = new_t.to_array();
                 self.found.limit[group] = new_t.reduce_max();
@@ -395,13 +398,20 @@ impl Packet {
 }
 
 /// The numbers of the bits that are set, lowest first.
+struct Bits(u32);
+
 #[inline(always)]
-fn bits(mut set: u32) -> impl Iterator<Item = usize> {
-    std::iter::from_fn(move || {
-        (set != 0).then(|| {
-            let bit = set.trailing_zeros() as usize;
-            set &= set - 1;
-            bit
-        })
-    })
+fn bits(set: u32) -> Bits {
+    Bits(set)
+}
+
+impl Iterator for Bits {
+    type Item = usize;
+
+    #[inline(always)]
+    fn next(&mut self) -> Option<usize> {
+        let bit = (self.0 != 0).then_some(self.0.trailing_zeros() as usize);
+        self.0 &= self.0.wrapping_sub(1);
+        bit
+    }
 }
