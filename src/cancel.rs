@@ -20,12 +20,21 @@ struct Shared {
     cancelled: AtomicBool,
     /// Progress in units of 1/10000.
     progress: AtomicU32,
+    /// How many looks cancel the token, and how many there were; no count is kept where none does.
+    cancelling_look: Option<u32>,
+    looks: AtomicU32,
 }
 
 impl CancelToken {
     /// A token that nobody has cancelled yet.
     pub fn new() -> Self {
         Self::default()
+    }
+
+    /// A token that is cancelled when it is looked at for the `look`th time, the first being 0: stops work at a chosen
+    /// check point, which a test can repeat.
+    pub fn cancelled_at_look(look: u32) -> Self {
+        Self { shared: Arc::new(Shared { cancelling_look: Some(look), ..Shared::default() }) }
     }
 
     /// Asks the work to stop at its next check point.
@@ -35,6 +44,11 @@ impl CancelToken {
 
     /// Whether the work should stop.
     pub fn is_cancelled(&self) -> bool {
+        if let Some(look) = self.shared.cancelling_look
+            && self.shared.looks.fetch_add(1, Ordering::Relaxed) >= look
+        {
+            self.cancel();
+        }
         self.shared.cancelled.load(Ordering::Relaxed)
     }
 

@@ -1,302 +1,208 @@
-//! Approximate agglomerative clustering: `build_bvh` and `build_tree`, the downward half (Gu, He, Fatahalian, Blelloch,
-//! *Efficient BVH Construction via Approximate Agglomerative Clustering*, HPG 2013).
+//! Approximate agglomerative clustering: `build_bvh` and the upper part of `build_tree`, which works in parallel (Gu, He,
+//! Fatahalian, Blelloch, *Efficient BVH Construction via Approximate Agglomerative Clustering*, HPG 2013).
+//!
+//! A range of x primitives always leaves [`Reduction::left_of`] x clusters, so that the number of merges in each range
+//! is known before any of them is made: every node is written once, straight to its place. The list of nodes holds the
+//! root, then the pairs merged in ranges above the tasks, then those of each task, and within each of these what is
+//! merged last comes first, which puts parents before their children.
 
 use std::ops::Range;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Instant;
 
-use fearless_simd::{Level, Simd, dispatch};
-use rayon::prelude::*;
+use fearless_simd::{Level, dispatch};
 
 use super::builders::StageTimes;
-use super::cluster::{Clustered, Clusters, Matches, Pair};
-use super::flatten::flatten;
-use super::morton::MortonGrid;
-use super::radix_sort::radix_sort;
+use super::cluster::{Cluster, Clustered, Clusters, Pairs, simd_level};
+use super::combine::{Scratch, combine_clusters};
+use super::leaf_order::{TaskTree, order_leaves};
+use super::morton_order::{Extent, MortonOrder, morton_order};
+use super::reduction::Reduction;
+use super::subtree::build_subtree;
 use super::{BuildSettings, Node, Tree};
 use crate::cancel::{CancelToken, Cancelled};
-use crate::geometry::{Aabb, Triangle};
+use crate::geometry::Triangle;
 
 /// Subtrees up to this size are built by one thread. Gu et al. fork down to single clusters; below some thousand
-/// primitives a fork costs more than it brings.
-const FORK_ABOVE: usize = 8192;
-/// Triangles to a task where each one is handled alone.
-const BATCH: usize = 8192;
-/// Most primitives that may share the leading 30 bits of their codes before the remaining 33 are sorted as well.
-const MAX_COARSE_GROUP: usize = 32;
-/// Bits of a code below its leading 30.
-const FINE_BITS: u32 = 33;
-/// Size of a group from which its fine codes are radix sorted.
-const RADIX_SORT_ABOVE: usize = 4096;
-/// Bit at which the code starts in a key; below it stands the primitive's index, or nothing where codes are fine.
-const COARSE_CODE_SHIFT: u32 = 32;
+/// primitives a fork costs more than it brings, and what a task writes should fit a core's second cache.
+const FORK_ABOVE: usize = 4096;
 
-/// Primitives along the Morton curve.
-pub struct MortonOrder<C> {
-    /// Container of each primitive, in the order of the input.
-    pub containers: Vec<C>,
-    /// Primitives as indices into the input, sorted by code.
-    pub order: Vec<u32>,
-    /// Code of each primitive in `order`.
-    pub codes: Vec<u64>,
-    /// Bits of `codes` that are part of the code.
-    pub code_mask: u64,
-}
-
-/// Morton codes of the containers' middles, sorted. Adds the stages "codes" and "sort".
-pub fn morton_order<C: Clustered>(
-    triangles: &[Triangle],
-    token: &CancelToken,
-    times: &mut StageTimes,
-) -> Result<MortonOrder<C>, Cancelled> {
-    token.check()?;
-    let start = Instant::now();
-    let mut containers = vec![C::EMPTY; triangles.len()];
-    let bounds = containers
-        .par_chunks_mut(BATCH)
-        .zip(triangles.par_chunks(BATCH))
-        .map(|(containers, triangles)| {
-            token.check()?;
-            let mut bounds = Aabb::EMPTY;
-            for (container, triangle) in containers.iter_mut().zip(triangles) {
-                *container = C::of_triangle(triangle);
-                let middle = container.middle();
-                bounds = Aabb { min: bounds.min.min(middle), max: bounds.max.max(middle) };
-            }
-            Ok(bounds)
-        })
-        .try_reduce(|| Aabb::EMPTY, |a, b| Ok(a.union(&b)))?;
-    let grid = MortonGrid::new(&bounds);
-    let mut keys: Vec<u64> = containers
-        .par_iter()
-        .enumerate()
-        .with_min_len(BATCH)
-        .map(|(index, container)| u64::from(grid.coarse_code(container.middle())) << COARSE_CODE_SHIFT | index as u64)
-        .collect();
-    times.stages.push(("codes", start.elapsed()));
-    token.check()?;
-
-    let start = Instant::now();
-    radix_sort(&mut keys, COARSE_CODE_SHIFT, COARSE_CODE_SHIFT + 30, |key| *key);
-    let coarse_code = |key: &u64| key >> COARSE_CODE_SHIFT;
-    let crowded = keys
-        .par_windows(MAX_COARSE_GROUP + 1)
-        .with_min_len(BATCH)
-        .any(|group| coarse_code(&group[0]) == coarse_code(&group[MAX_COARSE_GROUP]));
-    token.check()?;
-    let order = if crowded {
-        let mut fine: Vec<(u64, u32)> = keys
-            .par_iter()
-            .with_min_len(BATCH)
-            .map(|key| (grid.code(containers[*key as u32 as usize].middle()), *key as u32))
-            .collect();
-        drop(keys);
-        // The groups stand in the right order already: each one is sorted by itself.
-        fine.par_chunk_by_mut(|a, b| a.0 >> FINE_BITS == b.0 >> FINE_BITS).for_each(|group| {
-            if group.len() > RADIX_SORT_ABOVE {
-                let mut sorted = group.to_vec();
-                radix_sort(&mut sorted, 0, FINE_BITS, |item| item.0);
-                group.copy_from_slice(&sorted);
-            } else {
-                group.sort_by_key(|item| item.0);
-            }
-        });
-        let order = fine.par_iter().with_min_len(BATCH).map(|item| item.1).collect();
-        let codes = fine.par_iter().with_min_len(BATCH).map(|item| item.0).collect();
-        MortonOrder { containers, order, codes, code_mask: u64::MAX }
-    } else {
-        let order = keys.par_iter().with_min_len(BATCH).map(|key| *key as u32).collect();
-        MortonOrder { containers, order, codes: keys, code_mask: u64::MAX << COARSE_CODE_SHIFT }
-    };
-    times.stages.push(("sort", start.elapsed()));
-    token.check()?;
-    Ok(order)
-}
-
-impl<C> MortonOrder<C> {
-    /// Where `range` splits: at the first flip of the highest bit that is not the same for all, in the middle where
-    /// there is none.
-    #[inline]
-    pub fn split(&self, range: &Range<usize>) -> usize {
-        let codes = &self.codes[range.clone()];
-        let differing = (codes[0] ^ codes[codes.len() - 1]) & self.code_mask;
-        let Some(bit) = differing.checked_ilog2() else { return range.start + codes.len() / 2 };
-        range.start + codes.partition_point(|code| code >> bit & 1 == 0)
-    }
-}
-
-/// `build_bvh`: the tree of `triangles`, whose areas must not overflow.
+/// `build_bvh`: the tree of `triangles`, of which there is one at least and whose areas must not overflow.
 pub fn build_bvh<C: Clustered>(
     triangles: &[Triangle],
+    extent: &Extent,
     settings: &BuildSettings,
     token: &CancelToken,
     times: &mut StageTimes,
 ) -> Result<Tree<C>, Cancelled> {
-    let input = morton_order::<C>(triangles, token, times)?;
+    let input = morton_order::<C>(triangles, extent, token, times)?;
     let start = Instant::now();
+    let reduction = Reduction::new(settings.threshold, settings.epsilon);
     let count = triangles.len();
-    let empty = Node { container: C::EMPTY, first: 0, count: 0 };
-    let mut slots: Vec<Pair<C>> = vec![[empty; 2]; count];
+    let plan = Plan::new(&input, &reduction, 0..count);
     let builder = Builder {
+        triangles,
         input: &input,
-        reduction: Reduction::new(settings.threshold, settings.epsilon),
-        level: level(),
+        reduction: &reduction,
+        level: simd_level(),
         token,
         finished: AtomicUsize::new(0),
+        top_len: 1 + 2 * (reduction.left_of(count) - 1 + plan.top_pairs),
     };
-    let (mut clusters, matches) = builder.fork(0..count, &mut slots)?;
+
+    let mut nodes: Vec<Node<C>> = bytemuck::zeroed_vec(2 * count - 1);
+    let (top, below) = nodes.split_at_mut(builder.top_len);
+    let (root, top_pairs) = top.split_at_mut(1);
+    let (last_pairs, forks) = top_pairs.split_at_mut(2 * (reduction.left_of(count) - 1));
+    let place =
+        Place { top: forks, top_offset: 1 + last_pairs.len(), below, below_offset: builder.top_len, first_root: 0 };
+    let Branch { mut clusters, mut tasks } = builder.fork(&plan, place)?;
+    let mut pairs = Pairs::new(last_pairs, 1);
     dispatch!(builder.level, simd => {
-        clusters.combine_clusters::<C, _>(simd, 0, matches, 1, &mut slots, 0, token)
+        combine_clusters(simd, &mut clusters, &mut Scratch::default(), 0, 1, &mut pairs, token)
     })?;
-    let root = clusters.node::<C>(0);
+    root[0] = clusters.items[0].node();
     times.stages.push(("tree", start.elapsed()));
     token.check()?;
 
     let start = Instant::now();
-    let tree = flatten(root, &slots, &input.order);
+    let (primitive_indices, max_depth) = order_leaves(top, &mut tasks, count, token)?;
     times.stages.push(("flatten", start.elapsed()));
     token.set_progress(1.0);
-    Ok(tree)
+    Ok(Tree { nodes, primitive_indices, max_depth })
 }
 
 /// Exact agglomerative clustering of all `triangles` in one list, in the order of the input.
 pub fn cluster_all<C: Clustered>(triangles: &[Triangle], token: &CancelToken) -> Result<Tree<C>, Cancelled> {
-    let empty = Node { container: C::EMPTY, first: 0, count: 0 };
-    let mut slots: Vec<Pair<C>> = vec![[empty; 2]; triangles.len()];
     let mut clusters = Clusters::with_capacity(triangles.len());
-    for (position, triangle) in triangles.iter().enumerate() {
-        clusters.push(&C::of_triangle(triangle), position as u32);
+    for (primitive, triangle) in triangles.iter().enumerate() {
+        clusters.push::<C>(Cluster::of_primitive(&C::of_triangle(triangle), primitive as u32));
     }
-    dispatch!(level(), simd => {
-        clusters.combine_clusters::<C, _>(simd, 0, Matches::None, 1, &mut slots, 0, token)
+    let mut nodes: Vec<Node<C>> = bytemuck::zeroed_vec(2 * triangles.len() - 1);
+    let (root, others) = nodes.split_at_mut(1);
+    let mut pairs = Pairs::new(others, 1);
+    dispatch!(simd_level(), simd => {
+        combine_clusters(simd, &mut clusters, &mut Scratch::default(), 0, 1, &mut pairs, token)
     })?;
-    let order: Vec<u32> = (0..triangles.len() as u32).collect();
-    Ok(flatten(clusters.node::<C>(0), &slots, &order))
+    root[0] = clusters.items[0].node();
+    let (primitive_indices, max_depth) = order_leaves(&mut nodes, &mut [], triangles.len(), token)?;
+    Ok(Tree { nodes, primitive_indices, max_depth })
 }
 
-/// The largest absolute value of any coordinate.
-pub fn largest_coordinate(triangles: &[Triangle], token: &CancelToken) -> Result<f32, Cancelled> {
-    token.check()?;
-    let largest = |triangle: &Triangle| triangle.a.abs().max(triangle.b.abs()).max(triangle.c.abs()).max_element();
-    Ok(triangles.par_chunks(BATCH).map(|batch| batch.iter().map(largest).fold(0.0, f32::max)).reduce(|| 0.0, f32::max))
+/// How a range is divided among tasks.
+struct Plan {
+    range: Range<usize>,
+    /// Both sides; none for a task.
+    sides: Option<Box<[Self; 2]>>,
+    /// Number of merges above the tasks.
+    top_pairs: usize,
+    /// Number of clusters that the tasks leave.
+    roots: usize,
 }
 
-/// The widest instructions that the builder uses. Not AVX-512: rows are eight wide, and this compiler's vectoriser gives
-/// wrong results with it.
-fn level() -> Level {
-    let level = Level::new();
-    #[cfg(any(target_arch = "x86", target_arch = "x86_64"))]
-    if let Some(avx2) = level.as_avx2() {
-        return Level::Avx2(avx2);
-    }
-    level
-}
-
-/// f(x) = ½·δ^(½+ε)·x^(½−ε), rounded up: how many clusters are left of x primitives.
-struct Reduction {
-    /// δ.
-    threshold: usize,
-    /// f for small x.
-    table: Vec<u32>,
-    factor: f64,
-    exponent: f64,
-}
-
-impl Reduction {
-    fn new(threshold: u32, epsilon: f32) -> Self {
-        let threshold = threshold.max(2);
-        let (delta, epsilon) = (f64::from(threshold), f64::from(epsilon));
-        let mut reduction = Self {
-            threshold: threshold as usize,
-            table: Vec::new(),
-            factor: 0.5 * delta.powf(0.5 + epsilon),
-            exponent: 0.5 - epsilon,
-        };
-        reduction.table = (0..512).map(|x| reduction.formula(x)).collect();
-        reduction
-    }
-
-    fn formula(&self, x: usize) -> u32 {
-        // A hair less, so that whole numbers are not rounded up to the next.
-        (self.factor * (x as f64).powf(self.exponent) - 1e-9).ceil().max(1.0) as u32
-    }
-
-    #[inline]
-    fn of(&self, x: usize) -> usize {
-        self.table.get(x).copied().unwrap_or_else(|| self.formula(x)) as usize
+impl Plan {
+    fn new<C: Clustered>(input: &MortonOrder<C>, reduction: &Reduction, range: Range<usize>) -> Self {
+        let left = reduction.left_of(range.len());
+        if range.len() <= FORK_ABOVE {
+            return Self { range, sides: None, top_pairs: 0, roots: left };
+        }
+        let middle = input.split(&range);
+        let sides = [range.start..middle, middle..range.end].map(|side| Self::new(input, reduction, side));
+        let own_pairs = sides.iter().map(|side| reduction.left_of(side.range.len())).sum::<usize>() - left;
+        Self {
+            range,
+            top_pairs: own_pairs + sides[0].top_pairs + sides[1].top_pairs,
+            roots: sides[0].roots + sides[1].roots,
+            sides: Some(Box::new(sides)),
+        }
     }
 }
 
-struct Builder<'a, C> {
+/// Where the nodes of a range go.
+struct Place<'t, 'n, C> {
+    /// For the pairs above the tasks, and the number of the first of these nodes.
+    top: &'t mut [Node<C>],
+    top_offset: usize,
+    /// For the pairs of the tasks.
+    below: &'n mut [Node<C>],
+    below_offset: usize,
+    /// Number of clusters that the tasks before this range leave.
+    first_root: usize,
+}
+
+/// What is made of a range.
+struct Branch<'a, C> {
+    clusters: Clusters,
+    tasks: Vec<TaskTree<'a, C>>,
+}
+
+struct Builder<'a, C: Clustered> {
+    triangles: &'a [Triangle],
     input: &'a MortonOrder<C>,
-    reduction: Reduction,
+    reduction: &'a Reduction,
     level: Level,
     token: &'a CancelToken,
     finished: AtomicUsize,
+    /// Number of nodes before those of the tasks.
+    top_len: usize,
 }
 
 impl<C: Clustered> Builder<'_, C> {
-    /// `build_tree` for many primitives: both sides in parallel, each on a stack of its own.
-    fn fork(&self, range: Range<usize>, slots: &mut [Pair<C>]) -> Result<(Clusters, Matches), Cancelled> {
+    /// `build_tree` for many primitives: both sides in parallel.
+    fn fork<'n>(&self, plan: &Plan, place: Place<'_, 'n, C>) -> Result<Branch<'n, C>, Cancelled> {
         self.token.check()?;
-        let count = range.len();
-        if count <= FORK_ABOVE {
-            let mut clusters = Clusters::with_capacity(4 * self.reduction.of(count) + self.reduction.threshold);
-            let offset = range.start;
-            let matches = dispatch!(self.level, simd => self.build_tree(simd, range, &mut clusters, slots, offset))?;
-            let finished = self.finished.fetch_add(count, Ordering::Relaxed) + count;
-            self.token.set_progress(0.1 + 0.8 * finished as f32 / self.input.order.len() as f32);
-            return Ok((clusters, matches));
-        }
-        let offset = range.start;
-        let middle = self.input.split(&range);
-        let (left_slots, right_slots) = slots.split_at_mut(middle - offset);
-        let (left, right) =
-            rayon::join(|| self.fork(offset..middle, left_slots), || self.fork(middle..range.end, right_slots));
-        let ((mut clusters, left), (other, right)) = (left?, right?);
-        let matches = both(left, right, clusters.len());
-        clusters.append(&other);
-        let target = self.reduction.of(count);
-        let matches = dispatch!(self.level, simd => {
-            clusters.combine_clusters::<C, _>(simd, 0, matches, target, slots, offset, self.token)
-        })?;
-        Ok((clusters, matches))
-    }
-
-    /// `build_tree`: puts the clusters of the primitives `range` on the stack.
-    fn build_tree<S: Simd>(
-        &self,
-        simd: S,
-        range: Range<usize>,
-        clusters: &mut Clusters,
-        slots: &mut [Pair<C>],
-        slot_offset: usize,
-    ) -> Result<Matches, Cancelled> {
-        let base = clusters.len();
-        let count = range.len();
-        let matches = if count < self.reduction.threshold {
-            // Few enough: one cluster for each primitive.
-            for position in range {
-                let primitive = self.input.order[position] as usize;
-                clusters.push(&self.input.containers[primitive], position as u32);
-            }
-            Matches::None
-        } else {
-            let middle = self.input.split(&range);
-            let left = self.build_tree(simd, range.start..middle, clusters, slots, slot_offset)?;
-            let joint = clusters.len();
-            let right = self.build_tree(simd, middle..range.end, clusters, slots, slot_offset)?;
-            both(left, right, joint)
+        let Some(sides) = &plan.sides else { return self.task(plan.range.clone(), place) };
+        let left_of = |range: &Range<usize>| self.reduction.left_of(range.len());
+        let [left, right] = &**sides;
+        // This range's own pairs, then those of the left side, then those of the right.
+        let own = plan.top_pairs - left.top_pairs - right.top_pairs;
+        let (own_nodes, sides_top) = place.top.split_at_mut(2 * own);
+        let (left_top, right_top) = sides_top.split_at_mut(2 * left.top_pairs);
+        let left_below = left.range.len() - left_of(&left.range) - left.top_pairs;
+        let (left_nodes, right_nodes) = place.below.split_at_mut(2 * left_below);
+        let left_place = Place {
+            top_offset: place.top_offset + own_nodes.len(),
+            top: left_top,
+            below: left_nodes,
+            below_offset: place.below_offset,
+            first_root: place.first_root,
         };
-        let target = self.reduction.of(count.max(self.reduction.threshold));
-        simd.vectorize(
-            #[inline(always)]
-            || clusters.combine_clusters::<C, S>(simd, base, matches, target, slots, slot_offset, self.token),
-        )
+        let right_place = Place {
+            top_offset: left_place.top_offset + left_place.top.len(),
+            top: right_top,
+            below_offset: place.below_offset + left_place.below.len(),
+            below: right_nodes,
+            first_root: place.first_root + left.roots,
+        };
+        let (left, right) = rayon::join(|| self.fork(left, left_place), || self.fork(right, right_place));
+        let (Branch { mut clusters, mut tasks }, mut right) = (left?, right?);
+        clusters.append::<C>(&right.clusters, 0, right.clusters.len);
+        tasks.append(&mut right.tasks);
+        let mut pairs = Pairs::new(own_nodes, place.top_offset);
+        let target = left_of(&plan.range);
+        dispatch!(self.level, simd => {
+            combine_clusters(simd, &mut clusters, &mut Scratch::default(), 0, target, &mut pairs, self.token)
+        })?;
+        Ok(Branch { clusters, tasks })
     }
-}
 
-/// What is known about a list of two halves.
-fn both(left: Matches, right: Matches, joint: usize) -> Matches {
-    if left == Matches::All && right == Matches::All { Matches::Halves(joint) } else { Matches::None }
+    /// `build_tree` for the primitives `range`, by one thread.
+    fn task<'n>(&self, range: Range<usize>, place: Place<'_, 'n, C>) -> Result<Branch<'n, C>, Cancelled> {
+        let count = range.len();
+        let mut pairs = Pairs::new(&mut *place.below, place.below_offset);
+        let mut clusters = dispatch!(self.level, simd => {
+            build_subtree(simd, self.triangles, self.input, self.reduction, range, &mut pairs, self.token)
+        })?;
+        // From here on the clusters are numbers of this task's roots.
+        let mut roots = Vec::with_capacity(clusters.len);
+        for (cluster, number) in clusters.items[..clusters.len].iter_mut().zip(self.top_len + place.first_root..) {
+            roots.push(cluster.first);
+            if cluster.count > 1 {
+                cluster.first = number as u32;
+            }
+        }
+        let finished = self.finished.fetch_add(count, Ordering::Relaxed) + count;
+        self.token.set_progress(0.1 + 0.8 * finished as f32 / self.input.len() as f32);
+        Ok(Branch { clusters, tasks: vec![TaskTree { nodes: place.below, offset: place.below_offset, roots }] })
+    }
 }

@@ -2,8 +2,13 @@
 
 use rayon::prelude::*;
 
-use super::cluster::Pair;
 use super::{Container, Node, Tree};
+use crate::cancel::{CancelToken, Cancelled};
+
+/// Two nodes that were merged: the children of one interior node. While the tree is built a node's `count` is the number
+/// of primitives below it, and its `first` is the slot of its children or, below a single primitive, its position in
+/// the order of the leaves' making.
+pub type Pair<C> = [Node<C>; 2];
 
 /// Subtrees up to this many primitives are written by one task.
 const TASK_PRIMITIVES: usize = 8192;
@@ -56,10 +61,15 @@ impl<C: Container> Subtree<C> {
 
 /// The tree under `root`, whose descendants' pairs are in `slots` and whose primitives are `order`. Nothing here recurses:
 /// agglomerative trees can be deep.
-pub fn flatten<C: Container>(root: Node<C>, slots: &[Pair<C>], order: &[u32]) -> Tree<C> {
+pub fn flatten<C: Container>(
+    root: Node<C>,
+    slots: &[Pair<C>],
+    order: impl Fn(usize) -> u32 + Sync,
+    token: &CancelToken,
+) -> Result<Tree<C>, Cancelled> {
     let empty = Node { container: C::EMPTY, first: 0, count: 0 };
-    let mut nodes = vec![empty; 2 * order.len() - 1];
-    let mut primitive_indices = vec![0; order.len()];
+    let mut nodes = vec![empty; 2 * root.count as usize - 1];
+    let mut primitive_indices = vec![0; root.count as usize];
 
     // The top of the tree, one after the other, until what is left below is small enough for a task.
     let mut tasks = Vec::new();
@@ -87,17 +97,19 @@ pub fn flatten<C: Container>(root: Node<C>, slots: &[Pair<C>], order: &[u32]) ->
     }
     let max_depth = parts
         .into_par_iter()
-        .map(|(task, nodes, primitives)| write_subtree(task, slots, order, nodes, primitives))
-        .max()
-        .unwrap_or(0);
-    Tree { nodes, primitive_indices, max_depth }
+        .map(|(task, nodes, primitives)| {
+            token.check()?;
+            Ok(write_subtree(task, slots, &order, nodes, primitives))
+        })
+        .try_reduce(|| 0, |a, b| Ok(a.max(b)))?;
+    Ok(Tree { nodes, primitive_indices, max_depth })
 }
 
 /// Writes everything below `top` and returns the depth of the deepest node.
 fn write_subtree<C: Container>(
     top: Subtree<C>,
     slots: &[Pair<C>],
-    order: &[u32],
+    order: &impl Fn(usize) -> u32,
     nodes: &mut [Node<C>],
     primitives: &mut [u32],
 ) -> u32 {
@@ -106,7 +118,7 @@ fn write_subtree<C: Container>(
     while let Some(subtree) = open.pop() {
         max_depth = max_depth.max(subtree.depth);
         if subtree.node.count == 1 {
-            primitives[(subtree.first_primitive - top.first_primitive) as usize] = order[subtree.node.first as usize];
+            primitives[(subtree.first_primitive - top.first_primitive) as usize] = order(subtree.node.first as usize);
         } else {
             let children = subtree.children(slots);
             let at = (subtree.first_node - top.first_node) as usize;

@@ -5,14 +5,17 @@
 //! code = …x2 y2 z2 x1 y1 z1 x0 y0 z0
 //! ```
 
+#![allow(clippy::inline_always, reason = "SIMD kernels must land in the caller that enables the instructions")]
+
+use fearless_simd::{Bytes, Simd, SimdBase, SimdFloat, f32x4, i32x4, u32x4, u64x4};
 use glam::Vec3;
 
 use crate::geometry::Aabb;
 
-/// Bits of a code in each axis; three times as many in all.
-pub const BITS_PER_AXIS: u32 = 21;
-/// Bits in each axis of the leading part of a code that is sorted first.
-pub const COARSE_BITS_PER_AXIS: u32 = 10;
+/// Bits of a code in each axis.
+const BITS_PER_AXIS: u32 = 21;
+/// Bits of a code.
+pub const CODE_BITS: u32 = 3 * BITS_PER_AXIS;
 
 /// Maps points of a box to codes. The cells are cubes: the longest edge is cut into 2²¹ parts.
 #[derive(Debug, Clone, Copy)]
@@ -30,44 +33,59 @@ impl MortonGrid {
     }
 
     /// The code of `point`, 63 bits.
-    #[inline]
     pub fn code(&self, point: Vec3) -> u64 {
         let cell = ((point - self.origin) * self.cells_per_unit).clamp(Vec3::ZERO, Vec3::splat(MAX_CELL));
         spread(cell.x as u32) << 2 | spread(cell.y as u32) << 1 | spread(cell.z as u32)
     }
 
-    /// The leading 30 bits of the code of `point`.
-    #[inline]
-    pub fn coarse_code(&self, point: Vec3) -> u32 {
-        let cell = ((point - self.origin) * self.cells_per_unit).clamp(Vec3::ZERO, Vec3::splat(MAX_CELL));
-        let [x, y, z] =
-            [cell.x, cell.y, cell.z].map(|c| spread_coarse(c as u32 >> (BITS_PER_AXIS - COARSE_BITS_PER_AXIS)));
-        x << 2 | y << 1 | z
+    /// The codes of two points.
+    #[inline(always)]
+    pub fn codes<S: Simd>(&self, simd: S, points: [f32x4<S>; 2]) -> [u64; 2] {
+        let (first, second) = (self.cell(simd, points[0]), self.cell(simd, points[1]));
+        let (first, second) = simd.widen_u32x8(simd.combine_u32x4(first, second));
+        [join(simd, spread_all(first)), join(simd, spread_all(second))]
+    }
+
+    /// The cell that holds `point`.
+    #[inline(always)]
+    fn cell<S: Simd>(&self, simd: S, point: f32x4<S>) -> u32x4<S> {
+        let origin = f32x4::from_slice(simd, &[self.origin.x, self.origin.y, self.origin.z, 0.0]);
+        let cell = (point - origin) * self.cells_per_unit;
+        let inside = cell.max(f32x4::splat(simd, 0.0)).min(f32x4::splat(simd, MAX_CELL));
+        inside.to_int::<i32x4<S>>().bitcast()
     }
 }
 
 /// Largest cell number in an axis.
 const MAX_CELL: f32 = ((1 << BITS_PER_AXIS) - 1) as f32;
+/// By how much bits move up, and which are kept, on the way to two zero bits in front of each of the lowest 21.
+const SPREAD: [(u32, u64); 5] = [
+    (32, 0x001f_0000_0000_ffff),
+    (16, 0x001f_0000_ff00_00ff),
+    (8, 0x100f_00f0_0f00_f00f),
+    (4, 0x10c3_0c30_c30c_30c3),
+    (2, 0x1249_2492_4924_9249),
+];
 
 /// Two zero bits in front of each of the lowest 21 bits.
-#[inline]
 fn spread(bits: u32) -> u64 {
-    let mut x = u64::from(bits) & 0x001f_ffff;
-    x = (x | x << 32) & 0x001f_0000_0000_ffff;
-    x = (x | x << 16) & 0x001f_0000_ff00_00ff;
-    x = (x | x << 8) & 0x100f_00f0_0f00_f00f;
-    x = (x | x << 4) & 0x10c3_0c30_c30c_30c3;
-    (x | x << 2) & 0x1249_2492_4924_9249
+    SPREAD.iter().fold(u64::from(bits) & 0x001f_ffff, |x, (shift, mask)| (x | x << shift) & mask)
 }
 
-/// Two zero bits in front of each of the lowest 10 bits.
-#[inline]
-fn spread_coarse(bits: u32) -> u32 {
-    let mut x = bits & 0x3ff;
-    x = (x | x << 16) & 0x0300_00ff;
-    x = (x | x << 8) & 0x0300_f00f;
-    x = (x | x << 4) & 0x030c_30c3;
-    (x | x << 2) & 0x0924_9249
+/// Three spread numbers as one code.
+#[inline(always)]
+fn join<S: Simd>(simd: S, axes: u64x4<S>) -> u64 {
+    let [x, y, z, _] = <[u64; 4]>::from(axes << u64x4::from_slice(simd, &[2, 1, 0, 0]));
+    x | y | z
+}
+
+/// [`spread`] for four numbers of at most 21 bits.
+#[inline(always)]
+fn spread_all<S: Simd>(mut bits: u64x4<S>) -> u64x4<S> {
+    for (shift, mask) in SPREAD {
+        bits = (bits | bits << shift) & mask;
+    }
+    bits
 }
 
 #[cfg(test)]
@@ -85,15 +103,12 @@ mod tests {
             assert_eq!(grid.code(Vec3::Z * at), 1 << (3 * bit));
         }
         assert_eq!(grid.code(Vec3::splat(last)), (1 << 63) - 1, "the far corner stays inside");
-        for point in [Vec3::new(123.0, 99_999.0, 1e6), Vec3::splat(last), Vec3::new(2e6, 0.5, 77.0)] {
-            assert_eq!(u64::from(grid.coarse_code(point)), grid.code(point) >> 33);
-        }
     }
 
     #[test]
     fn a_box_without_extent_has_one_code() {
         let grid = MortonGrid::new(&Aabb { min: Vec3::ONE, max: Vec3::ONE });
         assert_eq!(grid.code(Vec3::ONE), 0);
-        assert_eq!(grid.coarse_code(Vec3::splat(7.0)), 0);
+        assert_eq!(grid.code(Vec3::splat(7.0)), 0);
     }
 }

@@ -7,7 +7,7 @@ use crate::geometry::{Aabb, Sphere};
 ///
 /// - leaf (`count > 0`): the primitives `first..first + count` of [`Tree::primitive_indices`];
 /// - interior (`count == 0`): the children are the nodes `first` and `first + 1`.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, bytemuck::Zeroable)]
 #[repr(C)]
 pub struct Node<C> {
     /// What stands around everything below.

@@ -1,64 +1,150 @@
-//! A parallel, stable radix sort, least significant digit first (Satish, Harris, Garland, *Designing Efficient Sorting
-//! Algorithms for Manycore GPUs*, 2009: histogram, prefix sum, scatter).
+//! A parallel radix sort of 64-bit keys. Large ranges are dealt into the buckets of their leading digit, each thread its
+//! chunk (Satish, Harris, Garland, *Designing Efficient Sorting Algorithms for Manycore GPUs*, 2009: histogram, prefix
+//! sum, scatter). What fits a core's second cache is sorted there, least significant digit first, by as many bits as tell
+//! most of its keys apart; the few that are left out of order are sorted by comparing.
 
 use std::slice::IterMut;
 
 use rayon::prelude::*;
 
-/// Bits of a digit: 1024 counters and write positions still fit a core's first cache.
-const DIGIT_BITS: u32 = 10;
-const BUCKETS: usize = 1 << DIGIT_BITS;
-/// Items below which a chunk of its own does not pay.
-const MIN_CHUNK: usize = 1 << 15;
+use crate::cancel::{CancelToken, Cancelled};
 
-/// Sorts `items` by the bits `low_bit..high_bit` of their keys. Equal keys keep their order, whatever the number of
-/// threads.
-pub fn radix_sort<T: Copy + Default + Send + Sync>(
-    items: &mut Vec<T>,
-    low_bit: u32,
-    high_bit: u32,
-    key: impl Fn(&T) -> u64 + Sync,
-) {
-    let chunk_len = items.len().div_ceil(rayon::current_num_threads()).max(MIN_CHUNK);
-    let mut scattered = vec![T::default(); items.len()];
-    for shift in (low_bit..high_bit).step_by(DIGIT_BITS as usize) {
-        let mask = (1_u64 << DIGIT_BITS.min(high_bit - shift)) - 1;
-        let digit = |item: &T| ((key(item) >> shift) & mask) as usize % BUCKETS;
-        // How often each digit occurs in each chunk.
-        let histograms: Vec<Vec<usize>> = items
-            .par_chunks(chunk_len)
-            .map(|chunk| {
-                let mut histogram = vec![0; BUCKETS];
-                for item in chunk {
-                    histogram[digit(item)] += 1;
-                }
-                histogram
-            })
-            .collect();
-        // One digit for all: nothing moves.
-        if (0..BUCKETS).any(|bucket| histograms.iter().map(|histogram| histogram[bucket]).sum::<usize>() == items.len())
-        {
-            continue;
+/// Bits of the digit by which large ranges are dealt out.
+const LEADING_DIGIT_BITS: u32 = 10;
+/// Most bits of a digit within the cache: 1024 write positions fit the first one.
+const MAX_DIGIT_BITS: u32 = 10;
+const DIGITS: usize = 1 << MAX_DIGIT_BITS;
+/// Largest range that is sorted within the cache: twice 256 KiB.
+const MAX_LOCAL: usize = 1 << 15;
+/// Up to this size, comparing is faster.
+const MAX_COMPARED: usize = 64;
+/// Keys below which a chunk of its own does not pay.
+const MIN_CHUNK: usize = 1 << 14;
+/// Sorts `keys`, which are below 2 to the power of `bits` and best all different. The result does not depend on the
+/// number of threads.
+pub fn radix_sort(keys: &mut [u64], bits: u32, token: &CancelToken) -> Result<(), Cancelled> {
+    if keys.len() <= MAX_COMPARED {
+        keys.sort_unstable();
+        return Ok(());
+    }
+    let mut scratch = vec![0; keys.len()];
+    sort_range(keys, &mut scratch, bits, false, token)
+}
+
+/// Sorts `keys` by their lowest `bits` bits, above which all are the same; the result goes to `scratch` if `to_scratch`.
+fn sort_range(
+    keys: &mut [u64],
+    scratch: &mut [u64],
+    bits: u32,
+    to_scratch: bool,
+    token: &CancelToken,
+) -> Result<(), Cancelled> {
+    token.check()?;
+    if keys.len() <= MAX_LOCAL || bits == 0 {
+        sort_local(keys, scratch, bits);
+        if to_scratch {
+            scratch.copy_from_slice(keys);
         }
-        // Cut the output: bucket by bucket, and within each one chunk by chunk, which keeps the sort stable.
-        let mut rest = &mut scattered[..];
-        let mut outputs: Vec<Vec<IterMut<T>>> = histograms.iter().map(|_| Vec::with_capacity(BUCKETS)).collect();
-        for bucket in 0..BUCKETS {
-            for (histogram, output) in histograms.iter().zip(&mut outputs) {
-                let (own, others) = rest.split_at_mut(histogram[bucket]);
-                output.push(own.iter_mut());
-                rest = others;
+        return Ok(());
+    }
+    let digit_bits = LEADING_DIGIT_BITS.min(bits);
+    let shift = bits - digit_bits;
+    let buckets = 1_usize << digit_bits;
+    let digit = |key: u64| (key >> shift) as usize & (buckets - 1);
+    // How often each digit occurs in each chunk.
+    let chunk_len = keys.len().div_ceil(rayon::current_num_threads()).max(MIN_CHUNK);
+    let histograms: Vec<Vec<usize>> = keys
+        .par_chunks(chunk_len)
+        .map(|chunk| {
+            let mut histogram = vec![0; buckets];
+            for &key in chunk {
+                histogram[digit(key)] += 1;
+            }
+            histogram
+        })
+        .collect();
+    let sizes: Vec<usize> =
+        (0..buckets).map(|bucket| histograms.iter().map(|histogram| histogram[bucket]).sum()).collect();
+    // One digit for all: nothing moves.
+    if sizes.contains(&keys.len()) {
+        return sort_range(keys, scratch, shift, to_scratch, token);
+    }
+    token.check()?;
+    // Cut the output: bucket by bucket, and within each one chunk by chunk.
+    let mut rest = &mut scratch[..];
+    let mut outputs: Vec<Vec<IterMut<u64>>> = histograms.iter().map(|_| Vec::with_capacity(buckets)).collect();
+    for bucket in 0..buckets {
+        for (histogram, output) in histograms.iter().zip(&mut outputs) {
+            let (own, others) = rest.split_at_mut(histogram[bucket]);
+            output.push(own.iter_mut());
+            rest = others;
+        }
+    }
+    // Each chunk writes its keys to its own parts of the buckets.
+    keys.par_chunks(chunk_len).zip(outputs).for_each(|(chunk, mut output)| {
+        for &key in chunk {
+            if let Some(place) = output[digit(key)].next() {
+                *place = key;
             }
         }
-        // Each chunk writes its items to its own parts of the buckets.
-        items.par_chunks(chunk_len).zip(outputs).for_each(|(chunk, mut output)| {
-            for item in chunk {
-                if let Some(place) = output[digit(item)].next() {
-                    *place = *item;
-                }
-            }
-        });
-        std::mem::swap(items, &mut scattered);
+    });
+    // Then each bucket by itself.
+    let (mut keys, mut scratch) = (keys, scratch);
+    let mut parts = Vec::with_capacity(buckets);
+    for size in sizes.into_iter().filter(|&size| size > 0) {
+        let (own_keys, own_scratch);
+        (own_keys, keys) = keys.split_at_mut(size);
+        (own_scratch, scratch) = scratch.split_at_mut(size);
+        parts.push((own_scratch, own_keys));
+    }
+    parts.into_par_iter().try_for_each(|(keys, scratch)| sort_range(keys, scratch, shift, !to_scratch, token))
+}
+
+/// [`sort_range`] by one thread, in place.
+fn sort_local(keys: &mut [u64], scratch: &mut [u64], bits: u32) {
+    if keys.len() <= MAX_COMPARED {
+        keys.sort_unstable();
+        return;
+    }
+    // Keys of a surface, which fills two dimensions of three, need half as many bits again to tell them apart.
+    let used_bits = (keys.len().ilog2() * 3 / 2 + 2).min(bits);
+    let passes = used_bits.div_ceil(MAX_DIGIT_BITS);
+    let digit_bits = used_bits.div_ceil(passes.max(1));
+    let low_bit = bits.saturating_sub(passes * digit_bits);
+    let (mut from, mut to) = (&mut *keys, &mut *scratch);
+    for pass in 0..passes {
+        let shift = low_bit + pass * digit_bits;
+        let mask = (1_u64 << digit_bits.min(bits.saturating_sub(shift))) - 1;
+        let digit = |key: u64| (key >> shift & mask) as usize % DIGITS;
+        let mut starts = [0_u32; DIGITS];
+        for &key in &*from {
+            starts[digit(key)] += 1;
+        }
+        let mut start = 0;
+        for count in &mut starts {
+            start += std::mem::replace(count, start);
+        }
+        for &key in &*from {
+            let place = &mut starts[digit(key)];
+            to[*place as usize] = key;
+            *place += 1;
+        }
+        std::mem::swap(&mut from, &mut to);
+    }
+    if passes % 2 == 1 {
+        keys.copy_from_slice(scratch);
+    }
+    // What is still out of order has the same bits from `low_bit` on.
+    let mut at = 1;
+    while at < keys.len() {
+        if keys[at - 1] > keys[at] {
+            let cell = keys[at] >> low_bit;
+            let start = keys[..at].iter().rposition(|key| key >> low_bit != cell).map_or(0, |before| before + 1);
+            let end = at + keys[at..].iter().position(|key| key >> low_bit != cell).unwrap_or(keys.len() - at);
+            keys[start..end].sort_unstable();
+            at = end;
+        }
+        at += 1;
     }
 }
 
@@ -67,36 +153,48 @@ mod tests {
     use super::*;
 
     /// Numbers without order, the same on each run.
-    fn keys(count: usize) -> Vec<(u64, u32)> {
+    fn keys(count: usize) -> Vec<u64> {
         let mut state = 0x9e37_79b9_7f4a_7c15_u64;
-        (0..count as u32)
-            .map(|index| {
-                state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-                (state >> 1, index)
-            })
-            .collect()
+        std::iter::repeat_with(|| {
+            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            state >> 1
+        })
+        .take(count)
+        .collect()
     }
 
-    #[test]
-    fn it_sorts_as_the_standard_library_does() {
-        for count in [0, 1, 2, 1000, 100_000] {
-            for bits in [63, 30, 7] {
-                let mut items: Vec<(u64, u32)> =
-                    keys(count).iter().map(|(key, index)| (key >> (63 - bits), *index)).collect();
-                let mut expected = items.clone();
-                expected.sort_by_key(|item| item.0);
-                radix_sort(&mut items, 0, bits, |item| item.0);
-                assert!(items == expected, "{count} items of {bits} bits");
-            }
+    fn check(keys: &[u64], bits: u32, name: &str) {
+        let mut expected = keys.to_vec();
+        expected.sort_unstable();
+        for threads in [1, 3] {
+            let Ok(pool) = rayon::ThreadPoolBuilder::new().num_threads(threads).build() else { panic!("no threads") };
+            let mut sorted = keys.to_vec();
+            assert!(pool.install(|| radix_sort(&mut sorted, bits, &CancelToken::new())).is_ok());
+            assert!(sorted == expected, "{name}, {bits} bits, {threads} threads");
         }
     }
 
     #[test]
-    fn only_the_chosen_bits_count_and_ties_keep_their_order() {
-        let mut items = keys(70_000);
-        let mut expected = items.clone();
-        expected.sort_by_key(|item| item.0 >> 20 & 0xff);
-        radix_sort(&mut items, 20, 28, |item| item.0);
-        assert!(items == expected, "the order differs");
+    fn it_sorts_as_the_standard_library_does() {
+        for count in [0, 1, 2, 64, 65, 1000, 32_768, 32_769, 200_000] {
+            for bits in [63, 30, 21, 16, 7, 1] {
+                let keys: Vec<u64> = keys(count).iter().map(|key| key >> (63 - bits)).collect();
+                check(&keys, bits, &format!("{count} keys"));
+            }
+        }
+        let largest: Vec<u64> = keys(1000).iter().map(|key| !key).collect();
+        check(&largest, 64, "keys with all bits");
+    }
+
+    #[test]
+    fn crowded_and_equal_keys_are_sorted_too() {
+        check(&vec![7; 100_000], 63, "all equal");
+        let mut outlier: Vec<u64> = keys(100_000).iter().map(|key| key >> 40).collect();
+        outlier.push(u64::MAX >> 1);
+        check(&outlier, 63, "one far away");
+        let two: Vec<u64> = keys(100_000).iter().map(|key| (key & 1) << 62 | key >> 50).collect();
+        check(&two, 63, "two crowds");
+        let descending: Vec<u64> = (0..100_000).rev().collect();
+        check(&descending, 63, "descending");
     }
 }

@@ -5,7 +5,7 @@ use glam::{DVec3, Vec3};
 use super::{Aabb, Triangle};
 
 /// A sphere. A negative radius marks the empty sphere.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
 #[repr(C)]
 pub struct Sphere {
     /// The middle.

@@ -6,8 +6,8 @@ use std::time::Instant;
 use glam::Vec3;
 
 use super::StageTimes;
-use crate::bvh::cluster::{Clustered, Pair};
-use crate::bvh::flatten::flatten;
+use crate::bvh::cluster::Clustered;
+use crate::bvh::flatten::{Pair, flatten};
 use crate::bvh::{Node, Tree};
 use crate::cancel::{CancelToken, Cancelled};
 use crate::geometry::{Aabb, Triangle};
@@ -16,6 +16,8 @@ use crate::geometry::{Aabb, Triangle};
 const BINS: usize = 16;
 /// Subtrees up to this size are built by one thread.
 const FORK_ABOVE: usize = 4096;
+/// Triangles between two looks at the token.
+const BATCH: usize = 1 << 16;
 /// Below this depth primitives are halved without looking for a better split, which bounds the recursion.
 const MAX_SPLIT_DEPTH: u32 = 96;
 
@@ -34,22 +36,21 @@ pub fn build<C: Clustered>(
     times: &mut StageTimes,
 ) -> Result<Tree<C>, Cancelled> {
     let start = Instant::now();
-    let mut items: Vec<Item<C>> = triangles
-        .iter()
-        .enumerate()
-        .map(|(index, triangle)| {
+    let mut items = Vec::with_capacity(triangles.len());
+    for batch in triangles.chunks(BATCH) {
+        token.check()?;
+        items.extend(batch.iter().zip(items.len() as u32..).map(|(triangle, index)| {
             let container = C::of_triangle(triangle);
-            Item { container, middle: container.middle(), index: index as u32 }
-        })
-        .collect();
+            Item { container, middle: container.middle(), index }
+        }));
+    }
     let empty = Node { container: C::EMPTY, first: 0, count: 0 };
     let mut slots: Vec<Pair<C>> = vec![[empty; 2]; items.len()];
     let root = split(&mut items, &mut slots, 0, 0, token)?;
     times.stages.push(("tree", start.elapsed()));
     token.check()?;
     let start = Instant::now();
-    let order: Vec<u32> = items.iter().map(|item| item.index).collect();
-    let tree = flatten(root, &slots, &order);
+    let tree = flatten(root, &slots, |position| items[position].index, token)?;
     times.stages.push(("flatten", start.elapsed()));
     token.set_progress(1.0);
     Ok(tree)
@@ -66,7 +67,7 @@ fn split<C: Clustered>(
     if let [item] = items {
         return Ok(Node { container: item.container, first: offset as u32, count: 1 });
     }
-    let middle = if depth < MAX_SPLIT_DEPTH { best_split(items) } else { items.len() / 2 };
+    let middle = if depth < MAX_SPLIT_DEPTH { best_split(items, token)? } else { items.len() / 2 };
     let forks = items.len() > FORK_ABOVE;
     let (left_items, right_items) = items.split_at_mut(middle);
     let (left_slots, right_slots) = slots.split_at_mut(middle);
@@ -92,7 +93,7 @@ fn split<C: Clustered>(
 }
 
 /// Reorders `items` so that the cheapest of all binned splits lies at the returned position.
-fn best_split<C: Clustered>(items: &mut [Item<C>]) -> usize {
+fn best_split<C: Clustered>(items: &mut [Item<C>], token: &CancelToken) -> Result<usize, Cancelled> {
     let bounds = items
         .iter()
         .fold(Aabb::EMPTY, |all, item| Aabb { min: all.min.min(item.middle), max: all.max.max(item.middle) });
@@ -103,11 +104,14 @@ fn best_split<C: Clustered>(items: &mut [Item<C>]) -> usize {
     };
     let mut counts = [[0_u32; BINS]; 3];
     let mut containers = [[C::EMPTY; BINS]; 3];
-    for item in items.iter() {
-        for axis in 0..3 {
-            let bin = bin_of(item, axis);
-            counts[axis][bin] += 1;
-            containers[axis][bin] = containers[axis][bin].union(&item.container);
+    for batch in items.chunks(BATCH) {
+        token.check()?;
+        for item in batch {
+            for axis in 0..3 {
+                let bin = bin_of(item, axis);
+                counts[axis][bin] += 1;
+                containers[axis][bin] = containers[axis][bin].union(&item.container);
+            }
         }
     }
     let mut best: Option<(f32, usize, usize)> = None;
@@ -131,7 +135,7 @@ fn best_split<C: Clustered>(items: &mut [Item<C>]) -> usize {
             }
         }
     }
-    let Some((_, axis, bin)) = best else { return items.len() / 2 };
+    let Some((_, axis, bin)) = best else { return Ok(items.len() / 2) };
     // Unstable, but the same on each run: swaps depend on the items only.
     let mut middle = 0;
     for at in 0..items.len() {
@@ -140,5 +144,6 @@ fn best_split<C: Clustered>(items: &mut [Item<C>]) -> usize {
             middle += 1;
         }
     }
-    middle
+    token.check()?;
+    Ok(middle)
 }

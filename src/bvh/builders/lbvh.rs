@@ -4,9 +4,9 @@ use std::ops::Range;
 use std::time::Instant;
 
 use super::StageTimes;
-use crate::bvh::aac::{MortonOrder, morton_order};
-use crate::bvh::cluster::{Clustered, Pair};
-use crate::bvh::flatten::flatten;
+use crate::bvh::cluster::Clustered;
+use crate::bvh::flatten::{Pair, flatten};
+use crate::bvh::morton_order::{Extent, MortonOrder, morton_order};
 use crate::bvh::{Node, Tree};
 use crate::cancel::{CancelToken, Cancelled};
 use crate::geometry::Triangle;
@@ -17,18 +17,19 @@ const FORK_ABOVE: usize = 8192;
 /// A tree of single primitives, split where the highest bit of their codes flips.
 pub fn build<C: Clustered>(
     triangles: &[Triangle],
+    extent: &Extent,
     token: &CancelToken,
     times: &mut StageTimes,
 ) -> Result<Tree<C>, Cancelled> {
-    let input = morton_order::<C>(triangles, token, times)?;
+    let input = morton_order::<C>(triangles, extent, token, times)?;
     let start = Instant::now();
     let empty = Node { container: C::EMPTY, first: 0, count: 0 };
     let mut slots: Vec<Pair<C>> = vec![[empty; 2]; triangles.len()];
-    let root = split(&input, 0..triangles.len(), &mut slots, 0, token)?;
+    let root = split(triangles, &input, 0..triangles.len(), &mut slots, 0, token)?;
     times.stages.push(("tree", start.elapsed()));
     token.check()?;
     let start = Instant::now();
-    let tree = flatten(root, &slots, &input.order);
+    let tree = flatten(root, &slots, |position| input.primitive(position), token)?;
     times.stages.push(("flatten", start.elapsed()));
     token.set_progress(1.0);
     Ok(tree)
@@ -37,6 +38,7 @@ pub fn build<C: Clustered>(
 /// The node over `range`; its pair goes to the slot of the last primitive of its first half. Recurses no deeper than a
 /// code has bits and a group of equal codes halves.
 fn split<C: Clustered>(
+    triangles: &[Triangle],
     input: &MortonOrder<C>,
     range: Range<usize>,
     slots: &mut [Pair<C>],
@@ -44,7 +46,7 @@ fn split<C: Clustered>(
     token: &CancelToken,
 ) -> Result<Node<C>, Cancelled> {
     if range.len() == 1 {
-        let container = input.containers[input.order[range.start] as usize];
+        let container = input.container(triangles, input.primitive(range.start));
         return Ok(Node { container, first: range.start as u32, count: 1 });
     }
     let middle = input.split(&range);
@@ -52,13 +54,13 @@ fn split<C: Clustered>(
     let (left, right) = if range.len() > FORK_ABOVE {
         token.check()?;
         rayon::join(
-            || split(input, range.start..middle, left_slots, offset, token),
-            || split(input, middle..range.end, right_slots, middle, token),
+            || split(triangles, input, range.start..middle, left_slots, offset, token),
+            || split(triangles, input, middle..range.end, right_slots, middle, token),
         )
     } else {
         (
-            split(input, range.start..middle, left_slots, offset, token),
-            split(input, middle..range.end, right_slots, middle, token),
+            split(triangles, input, range.start..middle, left_slots, offset, token),
+            split(triangles, input, middle..range.end, right_slots, middle, token),
         )
     };
     let (left, right) = (left?, right?);

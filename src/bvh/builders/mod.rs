@@ -8,6 +8,7 @@ mod none;
 use std::time::Duration;
 
 use super::cluster::Clustered;
+use super::morton_order::{Extent, extent};
 use super::{AnyTree, BuildSettings, BuilderKind, ContainerKind, Tree, aac};
 use crate::cancel::{CancelToken, Cancelled};
 use crate::geometry::{Aabb, Sphere, Triangle};
@@ -78,16 +79,17 @@ fn build_scaled<C: Clustered>(
         let tree = Tree::<C> { nodes: Vec::new(), primitive_indices: Vec::new(), max_depth: 0 };
         return Ok((C::into_any(tree), times));
     }
-    let largest = aac::largest_coordinate(triangles, token)?;
+    let extent = extent(triangles, token)?;
+    let largest = extent.largest;
     if (SMALLEST_EXTENT..=LARGEST_COORDINATE).contains(&largest) || largest == 0.0 {
-        let tree = build_kind::<C>(triangles, settings, token, &mut times)?;
+        let tree = build_kind::<C>(triangles, &extent, settings, token, &mut times)?;
         return Ok((C::into_any(tree), times));
     }
     // Scaling by a power of two is exact, and so is the shape of the tree; the containers come from the original.
     let scale = (-largest.log2()).floor().clamp(-126.0, 126.0).exp2();
     let scaled: Vec<Triangle> =
         triangles.iter().map(|t| Triangle { a: t.a * scale, b: t.b * scale, c: t.c * scale }).collect();
-    let mut tree = build_kind::<C>(&scaled, settings, token, &mut times)?;
+    let mut tree = build_kind::<C>(&scaled, &self::extent(&scaled, token)?, settings, token, &mut times)?;
     for at in (0..tree.nodes.len()).rev() {
         let node = tree.nodes[at];
         let first = node.first as usize;
@@ -106,14 +108,15 @@ fn build_scaled<C: Clustered>(
 /// Builds with the chosen algorithm.
 fn build_kind<C: Clustered>(
     triangles: &[Triangle],
+    extent: &Extent,
     settings: &BuildSettings,
     token: &CancelToken,
     times: &mut StageTimes,
 ) -> Result<Tree<C>, Cancelled> {
     token.check()?;
     match settings.builder {
-        BuilderKind::Aac => aac::build_bvh(triangles, settings, token, times),
-        BuilderKind::Lbvh => lbvh::build(triangles, token, times),
+        BuilderKind::Aac => aac::build_bvh(triangles, extent, settings, token, times),
+        BuilderKind::Lbvh => lbvh::build(triangles, extent, token, times),
         BuilderKind::BinnedSah => binned_sah::build(triangles, token, times),
         BuilderKind::Exact => exact::build(triangles, token, times),
         BuilderKind::None => none::build(triangles, token, times),
