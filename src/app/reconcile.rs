@@ -224,6 +224,9 @@ impl Rails {
         }
         let key = BuildKey { scene, settings: state.wanted.build, threads: state.wanted.threads };
         if self.has_tree(state, &key) {
+            if self.pending.is_none() {
+                self.tree_wanted_at = None;
+            }
             if self.building.take().is_some() {
                 self.build.cancel();
             }

@@ -69,7 +69,7 @@ pub(super) fn show(ui: &mut Ui, state: &mut AppState) {
         let number = |ui: &mut Ui, value: &mut f32, limits: std::ops::RangeInclusive<f32>, name: &'static str| {
             let current = f64::from(*value);
             let response = ui.add_sized(
-                vec2(44.0, theme::ROW_HEIGHT),
+                vec2(34.0, theme::ROW_HEIGHT),
                 egui::DragValue::new(value).range(limits).speed(0.5).max_decimals(0),
             );
             response.widget_info(|| {

@@ -60,7 +60,11 @@ pub(super) fn show(ctx: &egui::Context, state: &mut AppState) {
         ctx.data_mut(|data| data.remove::<usize>(chosen_id));
         return;
     };
-    let found = filter(entries_for(state), &query);
+    let mut found = filter(entries_for(state), &query);
+    if !query.trim().is_empty() {
+        // What Enter runs can be run.
+        found.sort_by_key(|entry| !entry.action.is_enabled(state));
+    }
     let known: Option<usize> = ctx.data(|data| data.get_temp(chosen_id));
     let mut chosen = known.unwrap_or(0);
     let (up, down, enter) = ctx.input_mut(|input| {
@@ -73,6 +77,7 @@ pub(super) fn show(ctx: &egui::Context, state: &mut AppState) {
     chosen = (chosen + down).saturating_sub(up).min(found.len().saturating_sub(1));
     let moved = up + down > 0;
     let mut run = if enter { found.get(chosen).map(|entry| entry.action) } else { None };
+    run = run.filter(|action| action.is_enabled(state));
     let screen = ctx.content_rect();
     let width = WIDTH.min(screen.width() - 32.0);
     let area = Area::new(Id::unique("palette"))
@@ -120,7 +125,7 @@ pub(super) fn show(ctx: &egui::Context, state: &mut AppState) {
     let outside = known.is_some() && response.response.clicked_elsewhere();
     ctx.data_mut(|data| data.insert_temp(chosen_id, chosen));
     state.palette = if run.is_some() || outside { None } else { Some(query) };
-    if let Some(action) = run.filter(|action| action.is_enabled(state)) {
+    if let Some(action) = run {
         action.perform(state);
     }
 }
