@@ -10,9 +10,18 @@ use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 pub struct Cancelled;
 
 /// Shared between the one who works and the one who may stop it. Clones refer to the same work.
-#[derive(Debug, Clone, Default)]
+#[derive(Debug, Clone)]
 pub struct CancelToken {
     shared: Arc<Shared>,
+    /// Where in the whole work the progress begins and how much of it there is: [`CancelToken::part`].
+    from: f32,
+    span: f32,
+}
+
+impl Default for CancelToken {
+    fn default() -> Self {
+        Self { shared: Arc::default(), from: 0.0, span: 1.0 }
+    }
 }
 
 #[derive(Debug, Default)]
@@ -57,14 +66,42 @@ impl CancelToken {
         if self.is_cancelled() { Err(Cancelled) } else { Ok(()) }
     }
 
-    /// Reports the finished share of the work, 0 to 1.
+    /// The same token for the `index`-th of `count` equal parts of the work: what is reported through it counts within
+    /// that part, and cancelling either cancels both.
+    #[must_use]
+    pub fn part(&self, index: usize, count: usize) -> Self {
+        let span = self.span / count.max(1) as f32;
+        Self { shared: Arc::clone(&self.shared), from: self.from + span * index as f32, span }
+    }
+
+    /// Reports the finished share of the work, or of this token's part of it, 0 to 1.
     pub fn set_progress(&self, fraction: f32) {
-        let parts = (fraction.clamp(0.0, 1.0) * 10_000.0) as u32;
+        let whole = self.from + self.span * fraction.clamp(0.0, 1.0);
+        let parts = (whole * 10_000.0).round() as u32;
         self.shared.progress.store(parts, Ordering::Relaxed);
     }
 
-    /// The finished share of the work as last reported, 0 to 1.
+    /// The finished share of the whole work as last reported, 0 to 1.
     pub fn progress(&self) -> f32 {
         self.shared.progress.load(Ordering::Relaxed) as f32 / 10_000.0
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn parts_of_parts_fill_the_whole() {
+        let whole = CancelToken::new();
+        let part = whole.part(1, 4).part(1, 2);
+        part.set_progress(0.0);
+        assert!((whole.progress() - 0.375).abs() < 1e-3);
+        part.set_progress(1.0);
+        assert!((whole.progress() - 0.5).abs() < 1e-3);
+        whole.part(3, 4).part(1, 2).set_progress(1.0);
+        assert!(whole.progress() >= 1.0);
+        part.cancel();
+        assert!(whole.is_cancelled());
     }
 }

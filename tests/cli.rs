@@ -36,7 +36,7 @@ fn every_command_has_help_with_examples_and_the_program_a_version() {
 
 #[test]
 fn wrong_flags_name_flag_value_and_range() {
-    let cases: [(&[&str], &[&str]); 24] = [
+    let cases: [(&[&str], &[&str]); 38] = [
         (&["bench", "--treshold", "3"], &["--treshold", "--threshold"]),
         (&["bench", "--threshold", "1"], &["--threshold", "'1'", "2 to 64"]),
         (&["bench", "--threshold", "65"], &["'65'", "2 to 64"]),
@@ -61,6 +61,20 @@ fn wrong_flags_name_flag_value_and_range() {
         (&["render", "-o", "x.jpg"], &["x.jpg", ".png"]),
         (&["render", "-o", "x.png", "builtin:nothing"], &["nothing", "teapot"]),
         (&["render"], &["--output"]),
+        (&["bench", "--repeat"], &["--repeat", "value"]),
+        (&["bench", "--csv"], &["--csv", "value"]),
+        (&["bench", "--camera", "inside"], &["--camera", "inside", "default, front"]),
+        (&["bench", "--eye", "1,2"], &["--eye", "1,2", "X,Y,Z"]),
+        (&["bench", "--target", "a,b,c"], &["--target", "X,Y,Z"]),
+        (&["bench", "--up", "0,0,0"], &["--up", "points nowhere"]),
+        (&["bench", "--fov", "180"], &["--fov", "1 to 170"]),
+        (&["sweep", "--no-bvh"], &["--no-bvh"]),
+        (&["sweep", "--container", "cone"], &["--container", "box, sphere, both"]),
+        (&["scaling", "--threads", "0"], &["--threads", "1 to 1024"]),
+        (&["scaling", "--builder", "binned-sah", "--container", "both"], &["binned SAH", "box"]),
+        (&["compare", "--threshold", "3"], &["--threshold"]),
+        (&["plot", "-o", "x.png"], &["FILES"]),
+        (&["plot", "rows.jsonl", "-o", "x.gif"], &["x.gif", ".png or .svg"]),
     ];
     for (args, parts) in cases {
         let (code, out, error) = run(args);
@@ -174,8 +188,15 @@ fn check_plot(path: &Path, command: &str) {
         assert!(text.starts_with("<svg") && text.trim_end().ends_with("</svg>"));
         let labels: &[&str] = match command {
             "scaling" => &["Threads", "Speed-up over one thread", "Parallel efficiency (%)"],
-            "sweep" => &["Threshold δ (primitives)", "Build time (ms)", "Trace time (ms)", "Tests per ray"],
-            _ => &["Build time (ms)", "Trace time (ms)", "Tests per ray"],
+            "sweep" => &[
+                "Threshold δ (primitives)",
+                "Relative to δ = ",
+                "Build time (ms)",
+                "Trace time (ms)",
+                "Tests per ray",
+                "SAH cost",
+            ],
+            _ => &["Build time (ms)", "Trace time (ms)", "Tests per ray", "SAH cost"],
         };
         for label in labels {
             assert!(text.contains(label), "{command}: '{label}' is missing");
@@ -192,9 +213,15 @@ fn tables_are_aligned_and_csv_has_the_json_names() {
     args.extend(["--repeat", "1", "--no-bvh", "--csv", csv.to_str().unwrap()]);
     let (code, out, error) = run(&args);
     assert_eq!(code, 0, "{error}");
-    for part in
-        ["Build and trace time", "Intersection tests per ray", "the paper's teapot", "box:sph", "without BVH", "B/tri"]
-    {
+    for part in [
+        "Build and trace time",
+        "Intersection tests per ray",
+        "Build time by stage",
+        "the paper's teapot",
+        "box:sph",
+        "without BVH",
+        "B/tri",
+    ] {
         assert!(out.contains(part), "'{part}' is missing in:\n{out}");
     }
     let mut reader = csv::Reader::from_path(&csv).unwrap();
@@ -230,4 +257,156 @@ fn info_tells_what_is_in_a_scene() {
     }
     let text = run(&["info", "builtin:teapot:2"]).1;
     assert!(text.contains("SAH cost") && text.contains("findings"), "{text}");
+}
+
+/// Rows as JSON objects; the command must have ended well.
+fn rows(args: &[&str]) -> Vec<serde_json::Value> {
+    let (code, out, error) = run(args);
+    assert_eq!(code, 0, "{args:?}: {error}");
+    out.lines().map(|line| serde_json::from_str(line).unwrap()).collect()
+}
+
+#[test]
+fn every_commands_rows_have_the_names_and_agree_on_hits() {
+    const NAMES: [&str; 23] = [
+        "model",
+        "triangles",
+        "builder",
+        "container",
+        "threshold",
+        "epsilon",
+        "threads",
+        "build_ms",
+        "build_stages_ms",
+        "trace_ms",
+        "rays",
+        "hits",
+        "mrays_per_s",
+        "tests_per_ray",
+        "container_tests_per_ray",
+        "primitive_tests_per_ray",
+        "sah_cost",
+        "epo",
+        "nodes",
+        "leaves",
+        "max_depth",
+        "bytes_per_triangle",
+        "repeat",
+    ];
+    let model = ["builtin:cornell", "--size", "24x16", "--repeat", "1", "--json"];
+    let cases: [(&str, &[&str], usize); 4] = [
+        ("bench", &["--no-bvh"], 3),
+        ("sweep", &["--threshold", "2..=4", "--container", "both", "--epsilon", "0.1,0.2"], 12),
+        ("scaling", &["--threads", "2", "--container", "both"], 4),
+        ("compare", &["--container", "both"], 13),
+    ];
+    for (command, extra, count) in cases {
+        let args: Vec<&str> = [command].iter().chain(&model).chain(extra).copied().collect();
+        let rows = rows(&args);
+        assert_eq!(rows.len(), count, "{command}");
+        for row in &rows {
+            for name in NAMES {
+                assert!(row.get(name).is_some(), "{command}: {name} is missing in {row}");
+            }
+            assert_eq!((&row["hits"], &row["rays"]), (&rows[0]["hits"], &rows[0]["rays"]), "{command}");
+            assert_eq!(row.get("speedup").is_some(), command == "scaling", "{command}");
+        }
+        if command == "bench" {
+            assert_eq!(rows[2]["tests_per_ray"].as_f64(), rows[2]["triangles"].as_f64());
+        }
+    }
+}
+
+#[test]
+fn shards_are_the_whole_and_are_drawn_together() {
+    let folder = tempfile::tempdir().unwrap();
+    let sweep = |shard: &str| -> Vec<String> {
+        let mut args = vec!["sweep"];
+        args.extend(SMALL);
+        args.extend(["builtin:cornell", "--threshold", "2..=6", "--container", "both", "--repeat", "1", "--json"]);
+        args.extend(["--shard", shard]);
+        let settled = |row: &serde_json::Value| {
+            // Times differ from run to run; nothing else may.
+            ["model", "container", "threshold", "epsilon", "tests_per_ray", "hits", "nodes", "sah_cost"]
+                .map(|name| row[name].to_string())
+                .join(" ")
+        };
+        let (code, out, error) = run(&args);
+        assert_eq!(code, 0, "{error}");
+        std::fs::write(folder.path().join(shard.replace('/', "of")), &out).unwrap();
+        out.lines().map(|line| settled(&serde_json::from_str(line).unwrap())).collect()
+    };
+    let mut whole = sweep("1/1");
+    let mut parts: Vec<String> = ["1/3", "2/3", "3/3"].iter().flat_map(|shard| sweep(shard)).collect();
+    whole.sort();
+    parts.sort();
+    assert_eq!((whole.len(), whole), (20, parts));
+    let file = |name: &str| folder.path().join(name).to_str().unwrap().to_owned();
+    let picture = file("all.svg");
+    let (code, _, error) = run(&["plot", &file("1of3"), &file("3of3"), &file("2of3"), "-o", &picture]);
+    assert_eq!(code, 0, "{error}");
+    check_plot(Path::new(&picture), "sweep");
+}
+
+/// Starts a sweep of thousands of points, interrupts it when `ready` is told that a row is done, and gives exit code and
+/// what was still printed.
+#[cfg(unix)]
+fn interrupt(extra: &[&str], ready: impl FnOnce(&mut std::process::Child)) -> (Option<i32>, String, String) {
+    use std::io::Read as _;
+    let epsilons: Vec<String> = (0..50).map(|hundredth| format!("0.{hundredth:02}")).collect();
+    let mut child = std::process::Command::new(env!("CARGO_BIN_EXE_bvhscope"))
+        .arg("sweep")
+        .args(SMALL)
+        .args(["--threshold", "2..=64", "--container", "both", "--epsilon", &epsilons.join(",")])
+        .args(extra)
+        .stdout(std::process::Stdio::piped())
+        .stderr(std::process::Stdio::piped())
+        .spawn()
+        .unwrap();
+    ready(&mut child);
+    let sent = std::process::Command::new("kill").args(["-INT", &child.id().to_string()]).status().unwrap();
+    assert!(sent.success());
+    let (mut out, mut error) = (String::new(), String::new());
+    // What is left of either is less than a pipe holds, or comes after the interruption.
+    child.stdout.as_mut().unwrap().read_to_string(&mut out).unwrap();
+    child.stderr.as_mut().unwrap().read_to_string(&mut error).unwrap();
+    (child.wait().unwrap().code(), out, error)
+}
+
+/// Reads up to the end of the first line, and not a byte more.
+#[cfg(unix)]
+fn first_line(stream: &mut impl std::io::Read) -> String {
+    let mut line = Vec::new();
+    let mut byte = [0];
+    while !line.ends_with(b"\n") && stream.read(&mut byte).unwrap() == 1 {
+        line.extend(byte);
+    }
+    String::from_utf8(line).unwrap()
+}
+
+#[test]
+#[cfg(unix)]
+fn an_interrupted_sweep_keeps_its_rows() {
+    let folder = tempfile::tempdir().unwrap();
+    let (csv, plot) = (folder.path().join("rows.csv"), folder.path().join("rows.svg"));
+    let mut first = String::new();
+    let files = ["--json", "--csv", csv.to_str().unwrap(), "--plot", plot.to_str().unwrap()];
+    let (code, out, error) = interrupt(&files, |child| first = first_line(child.stdout.as_mut().unwrap()));
+    assert_eq!(code, Some(130), "{error}");
+    assert!(error.contains("interrupted"), "{error}");
+    let out = first + &out;
+    let rows: Vec<serde_json::Value> = out.lines().map(|line| serde_json::from_str(line).unwrap()).collect();
+    assert!(!rows.is_empty() && rows.len() < 6300, "{} rows", rows.len());
+    assert_eq!(csv::Reader::from_path(&csv).unwrap().records().map(Result::unwrap).count(), rows.len());
+    assert!(std::fs::read_to_string(&plot).unwrap().contains("Build time (ms)"));
+}
+
+#[test]
+#[cfg(unix)]
+fn an_interrupted_table_is_printed_as_far_as_it_goes() {
+    let mut note = String::new();
+    let (code, out, error) = interrupt(&[], |child| note = first_line(child.stderr.as_mut().unwrap()));
+    assert_eq!(code, Some(130), "{error}");
+    assert!(note.contains("tests per ray"), "{note}");
+    assert!(out.starts_with("Sweep") && out.lines().count() > 4, "{out}");
 }

@@ -11,9 +11,9 @@ use clap::{CommandFactory as _, Parser as _};
 
 use crate::bvh::ContainerKind;
 use crate::cancel::CancelToken;
-use crate::headless::jobs::Job;
 use crate::headless::plot::PlotJob;
 use crate::headless::{Context, Failure, Finished, RenderJob};
+use crate::lab::Job;
 use crate::scene::LoadOptions;
 use args::{Cli, CommandArgs, LoadArgs, MeasureArgs};
 
@@ -114,17 +114,17 @@ fn run_command(command: CommandArgs, token: CancelToken) -> Result<Finished, Fai
         }
         CommandArgs::Bench(args) => {
             let setups = resolve::setups(&args.tree, &args.measure, &ContainerKind::ALL);
-            measure(Job::Bench(setups, args.no_bvh), args.measure, &mut context)
+            measure(Job::Bench { setups, no_bvh: args.no_bvh }, args.measure, &mut context)
         }
         CommandArgs::Scaling(args) => {
             let setups = resolve::setups(&args.tree, &args.measure, &[ContainerKind::Aabb]);
-            let most = args.measure.threads.unwrap_or_else(rayon::current_num_threads);
-            measure(Job::Scaling(setups, most), args.measure, &mut context)
+            let max_threads = args.measure.threads.unwrap_or_else(rayon::current_num_threads);
+            measure(Job::Scaling { setups, max_threads }, args.measure, &mut context)
         }
         CommandArgs::Sweep(args) => measure(Job::Sweep(resolve::sweep(&args)), args.measure, &mut context),
         CommandArgs::Compare(args) => {
             let threads = args.measure.threads.unwrap_or(0);
-            measure(Job::Compare(args.container.0, threads), args.measure, &mut context)
+            measure(Job::Compare { containers: args.container.0, threads }, args.measure, &mut context)
         }
     };
     let flushed = out.flush();

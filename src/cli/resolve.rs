@@ -10,9 +10,9 @@ use super::args::{
 use crate::app::StartOptions;
 use crate::bvh::{BuildSettings, BuilderKind, ContainerKind, Preset};
 use crate::headless::info::InfoJob;
-use crate::headless::jobs::{Job, MeasureJob, Output};
+use crate::headless::jobs::{MeasureJob, Output};
 use crate::headless::{OverlayKinds, RenderJob};
-use crate::lab::{Setup, SweepPlan};
+use crate::lab::{Job, Setup, SweepPlan};
 use crate::overlay::OverlaySettings;
 use crate::render::RenderSettings;
 use crate::scene::{LoadOptions, SceneSource};

@@ -140,47 +140,6 @@ impl Progress {
             bar.set_message(label.to_owned());
         }
     }
-}
-
-impl Drop for Progress {
-    fn drop(&mut self) {
-        if let Some((stop, thread)) = self.follower.take() {
-            drop(stop);
-            // Nothing to do about a bar that fell over.
-            let _ = thread.join();
-        }
-        if let Some(bar) = &self.bar {
-            bar.finish_and_clear();
-        }
-    }
-}
-
-/// A bar that counts finished steps; nothing where stderr is no terminal.
-pub struct RowProgress {
-    bar: Option<ProgressBar>,
-}
-
-impl RowProgress {
-    /// Starts with none of `steps` done.
-    pub fn new(label: &str, steps: usize) -> Self {
-        if !std::io::stderr().is_terminal() {
-            return Self { bar: None };
-        }
-        let bar = ProgressBar::with_draw_target(Some(steps as u64), ProgressDrawTarget::stderr());
-        if let Ok(style) = ProgressStyle::with_template("{spinner} {msg:40!} {bar:30} {pos}/{len}  {elapsed}") {
-            bar.set_style(style);
-        }
-        bar.set_message(label.to_owned());
-        bar.enable_steady_tick(Duration::from_millis(200));
-        Self { bar: Some(bar) }
-    }
-
-    /// One more is done.
-    pub fn advance(&self) {
-        if let Some(bar) = &self.bar {
-            bar.inc(1);
-        }
-    }
 
     /// Prints through `print` without tearing the bar.
     pub fn suspend<T>(&self, print: impl FnOnce() -> T) -> T {
@@ -191,8 +150,13 @@ impl RowProgress {
     }
 }
 
-impl Drop for RowProgress {
+impl Drop for Progress {
     fn drop(&mut self) {
+        if let Some((stop, thread)) = self.follower.take() {
+            drop(stop);
+            // Nothing to do about a bar that fell over.
+            let _ = thread.join();
+        }
         if let Some(bar) = &self.bar {
             bar.finish_and_clear();
         }

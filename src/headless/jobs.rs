@@ -2,15 +2,15 @@
 
 use std::path::PathBuf;
 
-use super::context::RowProgress;
+use super::context::Progress;
 use super::{Context, Failure, Finished};
 use crate::bvh::traverse::Traversal;
-use crate::bvh::{ContainerKind, SimdLevel};
+use crate::bvh::SimdLevel;
 use crate::export::{check_target, write_bytes, write_file};
 use crate::lab::plot::{PlotFormat, draw, panels};
-use crate::lab::table::tables;
-use crate::lab::{LabError, Measurement, Setup, Subject, SweepPlan, TraceView};
-use crate::lab::{bench, compare, scaling, sweep};
+use crate::lab::rows::write_csv;
+use crate::lab::table::{summary, tables};
+use crate::lab::{Job, LabError, Measurement, Subject, TraceView};
 use crate::scene::SceneSource;
 use crate::view::CameraChoice;
 
@@ -23,19 +23,6 @@ pub struct Output {
     pub csv: Option<PathBuf>,
     /// Also drawn into this picture.
     pub plot: Option<PathBuf>,
-}
-
-/// What is measured.
-#[derive(Debug, Clone)]
-pub enum Job {
-    /// These trees, in turn; with `true` every triangle as well.
-    Bench(Vec<Setup>, bool),
-    /// A range of thresholds.
-    Sweep(SweepPlan),
-    /// Each tree with 1 to so many threads.
-    Scaling(Vec<Setup>, usize),
-    /// Every builder with these containers and so many threads.
-    Compare(Vec<ContainerKind>, usize),
 }
 
 /// A measuring command.
@@ -59,27 +46,8 @@ pub struct MeasureJob {
     pub output: Output,
 }
 
-impl Job {
-    const fn command(&self) -> &'static str {
-        match self {
-            Self::Bench(..) => "bench",
-            Self::Sweep(..) => "sweep",
-            Self::Scaling(..) => "scaling",
-            Self::Compare(..) => "compare",
-        }
-    }
-
-    /// Settings that fit no scene at all.
-    fn refusal(&self) -> Option<String> {
-        match self {
-            Self::Bench(setups, _) | Self::Scaling(setups, _) => setups.iter().find_map(|setup| setup.build.refusal(0)),
-            Self::Sweep(_) | Self::Compare(..) => None,
-        }
-    }
-}
-
 /// Measures model after model. A model that cannot be used is reported, the others are measured all the same, and the
-/// command fails at the end. Interrupted, it prints what it has; files are written only when all is done.
+/// command fails at the end. Interrupted, it prints and writes the rows that it has.
 pub fn run(job: &MeasureJob, context: &mut Context<'_>) -> Result<Finished, Failure> {
     if let Some(text) = job.job.refusal() {
         return Err(Failure::Usage(text));
@@ -93,6 +61,7 @@ pub fn run(job: &MeasureJob, context: &mut Context<'_>) -> Result<Finished, Fail
     let mut rows = Vec::new();
     let mut finished = Finished::default();
     let mut unusable = 0;
+    let mut interrupted = false;
     for (index, source) in job.sources.iter().enumerate() {
         match measure_model(job, index, source, context, &mut rows) {
             Ok(warned) => finished.warned |= warned,
@@ -101,25 +70,34 @@ pub fn run(job: &MeasureJob, context: &mut Context<'_>) -> Result<Finished, Fail
                 unusable += 1;
             }
             Err(Failure::Interrupted) => {
-                print_tables(job, &rows, context)?;
-                return Err(Failure::Interrupted);
+                interrupted = true;
+                break;
             }
             Err(failure) => return Err(failure),
         }
     }
     print_tables(job, &rows, context)?;
-    if let Some(path) = &job.output.csv {
-        write_file(path, |writer| write_csv(&rows, writer))?;
-    }
-    if let Some(path) = job.output.plot.as_ref().filter(|_| !rows.is_empty()) {
-        let format = PlotFormat::of(path).map_err(Failure::Usage)?;
-        let picture = panels(&rows).and_then(|panels| draw(&panels, format)).map_err(Failure::Failed)?;
-        write_bytes(path, &picture)?;
+    write_files(&job.output, &rows, interrupted)?;
+    if interrupted {
+        return Err(Failure::Interrupted);
     }
     if unusable > 0 {
         return Err(Failure::Failed(format!("{unusable} of {} models could not be measured", job.sources.len())));
     }
     Ok(finished)
+}
+
+/// The CSV file and the plot; after an interruption only where there is anything to keep.
+fn write_files(output: &Output, rows: &[Measurement], interrupted: bool) -> Result<(), Failure> {
+    if let Some(path) = output.csv.as_ref().filter(|_| !(interrupted && rows.is_empty())) {
+        write_file(path, |writer| write_csv(rows, writer))?;
+    }
+    if let Some(path) = output.plot.as_ref().filter(|_| !rows.is_empty()) {
+        let format = PlotFormat::of(path).map_err(Failure::Usage)?;
+        let picture = panels(rows).and_then(|panels| draw(&panels, format)).map_err(Failure::Failed)?;
+        write_bytes(path, &picture)?;
+    }
+    Ok(())
 }
 
 /// All rows of one model; whether it was loaded with warnings.
@@ -130,12 +108,8 @@ fn measure_model(
     context: &mut Context<'_>,
     rows: &mut Vec<Measurement>,
 ) -> Result<bool, Failure> {
-    let points: Vec<_> = match &job.job {
-        // The shares are cut over all models, so that an empty one need not load anything.
-        Job::Sweep(plan) => plan.points(job.sources.len()).into_iter().filter(|point| point.model == index).collect(),
-        _ => Vec::new(),
-    };
-    if matches!(job.job, Job::Sweep(_)) && points.is_empty() {
+    // The shares of a sweep are cut over all models, so that an empty one need not load anything.
+    if !job.job.concerns(index, job.sources.len()) {
         return Ok(false);
     }
     let scene = context.load(source)?;
@@ -148,43 +122,27 @@ fn measure_model(
     };
     let subject = Subject { model: source.to_string(), scene };
     let token = context.token.clone();
-    let steps = match &job.job {
-        Job::Sweep(_) => points.len(),
-        Job::Scaling(setups, _) => setups.len(),
-        Job::Bench(..) | Job::Compare(..) => 1,
-    };
-    let progress = RowProgress::new(&format!("Measuring {}", source.label()), steps);
+    let progress = Progress::new(&format!("Measuring {}", source.label()), &token);
     let mut broken = None;
-    {
-        let json = job.output.json;
-        let out = &mut *context.out;
-        let mut row = |measured: Measurement| {
-            if json && broken.is_none() {
-                broken = progress.suspend(|| print_json(&measured, out)).err();
-            }
-            rows.push(measured);
-        };
-        let row: &mut dyn FnMut(Measurement) = &mut row;
-        match &job.job {
-            Job::Bench(setups, no_bvh) => bench(&subject, setups, &view, *no_bvh, &token, row)?,
-            Job::Compare(containers, threads) => compare(&subject, containers, *threads, &view, &token, row)?,
-            Job::Scaling(setups, most) => {
-                for setup in setups {
-                    scaling(&subject, setup, *most, &view, &token, row)?;
-                    progress.advance();
-                }
-            }
-            Job::Sweep(plan) => {
-                for point in points {
-                    sweep(&subject, plan, point, &view, &token, row)?;
-                    progress.advance();
-                }
+    let out = &mut *context.out;
+    let mut row = |measured: Measurement| {
+        // The rows of one model do not wait for the others: as lines for programs, as a note for people.
+        if !job.output.json {
+            progress.suspend(|| note(&measured));
+        } else if broken.is_none() {
+            broken = progress.suspend(|| print_json(&measured, out)).err();
+            if broken.is_some() {
+                // Nobody reads any more.
+                token.cancel();
             }
         }
-    }
+        rows.push(measured);
+    };
+    let outcome = job.job.run(&subject, (index, job.sources.len()), &view, &token, &mut row);
     if let Some(failure) = broken {
         return Err(failure);
     }
+    outcome?;
     Ok(!subject.scene.warnings.is_empty())
 }
 
@@ -205,6 +163,11 @@ fn print_json(row: &Measurement, out: &mut (dyn std::io::Write + Send)) -> Resul
     Ok(())
 }
 
+/// One line about a finished row on stderr: the table comes when all rows are there.
+fn note(row: &Measurement) {
+    eprintln!("bvhscope: {}", summary(row));
+}
+
 fn print_tables(job: &MeasureJob, rows: &[Measurement], context: &mut Context<'_>) -> Result<(), Failure> {
     if job.output.json || rows.is_empty() {
         return Ok(());
@@ -216,80 +179,4 @@ fn print_tables(job: &MeasureJob, rows: &[Measurement], context: &mut Context<'_
         write!(context.out, "{table}")?;
     }
     Ok(())
-}
-
-/// The rows with the JSON names as columns; stages and spreads are joined into one cell each.
-pub fn write_csv(rows: &[Measurement], writer: &mut dyn std::io::Write) -> Result<(), String> {
-    let failed = |error: csv::Error| format!("cannot be written: {error}");
-    let mut csv = csv::Writer::from_writer(writer);
-    let mut head: Option<Vec<String>> = None;
-    for row in rows {
-        let value = serde_json::to_value(row).map_err(|error| error.to_string())?;
-        let Some(fields) = value.as_object() else { continue };
-        if head.is_none() {
-            // Fields that this command never has would be empty columns.
-            let names: Vec<String> = COLUMNS
-                .iter()
-                .filter(|name| rows.iter().any(|row| column(row, name).is_some()))
-                .map(|name| (*name).to_owned())
-                .collect();
-            csv.write_record(&names).map_err(failed)?;
-            head = Some(names);
-        }
-        let names = head.as_deref().unwrap_or_default();
-        csv.write_record(names.iter().map(|name| fields.get(name).map(cell).unwrap_or_default())).map_err(failed)?;
-    }
-    csv.flush().map_err(|error| format!("cannot be written: {error}"))
-}
-
-/// Columns in the order of DESIGN's JSON names, then how it was measured.
-const COLUMNS: [&str; 31] = [
-    "command",
-    "model",
-    "triangles",
-    "builder",
-    "preset",
-    "container",
-    "threshold",
-    "epsilon",
-    "threads",
-    "build_ms",
-    "build_ms_spread",
-    "build_stages_ms",
-    "trace_ms",
-    "trace_ms_spread",
-    "rays",
-    "hits",
-    "mrays_per_s",
-    "tests_per_ray",
-    "container_tests_per_ray",
-    "primitive_tests_per_ray",
-    "sah_cost",
-    "epo",
-    "nodes",
-    "leaves",
-    "max_depth",
-    "bytes_per_triangle",
-    "speedup",
-    "trace_speedup",
-    "traversal",
-    "width_px",
-    "height_px",
-];
-
-fn column(row: &Measurement, name: &str) -> Option<serde_json::Value> {
-    serde_json::to_value(row).ok()?.as_object()?.get(name).cloned()
-}
-
-/// A JSON value as the text of a cell.
-fn cell(value: &serde_json::Value) -> String {
-    match value {
-        serde_json::Value::String(text) => text.clone(),
-        serde_json::Value::Array(items) => items.iter().map(cell).collect::<Vec<_>>().join(" "),
-        serde_json::Value::Object(fields) => {
-            fields.iter().map(|(name, value)| format!("{name}={}", cell(value))).collect::<Vec<_>>().join(" ")
-        }
-        serde_json::Value::Null => String::new(),
-        other => other.to_string(),
-    }
 }

@@ -24,12 +24,11 @@ pub fn bench(
     token: &CancelToken,
     row: &mut dyn FnMut(Measurement),
 ) -> Result<(), LabError> {
-    for measured in measure("bench", subject, setups, view, token)? {
-        row(measured);
-    }
+    let parts = if no_bvh { 2 } else { 1 };
+    measure("bench", subject, setups, view, &token.part(0, parts), row)?;
     if no_bvh {
         let threads = setups.first().map_or(0, |setup| setup.threads);
-        row(every_triangle(subject, view, threads, token)?);
+        row(every_triangle(subject, view, threads, &token.part(1, parts))?);
     }
     Ok(())
 }
@@ -50,8 +49,9 @@ fn every_triangle(
     };
     // The row's other fields are those of a single, tiny picture; only the rays differ.
     let single = TraceView { size: [1, 1], repeat: 1, ..*view };
-    let mut rows = measure("bench", subject, &[Setup { build, preset: None, threads }], &single, token)?;
-    let mut row = rows.remove(0);
+    let mut rows = Vec::new();
+    measure("bench", subject, &[Setup { build, preset: None, threads }], &single, token, &mut |row| rows.push(row))?;
+    let Some(mut row) = rows.pop() else { return Err(Cancelled.into()) };
     let pool = pool(threads).map_err(LabError::Refused)?;
     let accel = Arc::new(pool.install(|| Accel::build(&subject.scene, &build, token))?);
     let camera = view.camera.for_size(view.size[0], view.size[1]);

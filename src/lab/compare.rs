@@ -32,6 +32,5 @@ pub fn compare(
     row: &mut dyn FnMut(Measurement),
 ) -> Result<(), LabError> {
     let setups = compared_setups(containers, subject.scene.triangles.len(), threads);
-    measure("compare", subject, &setups, view, token)?.into_iter().for_each(row);
-    Ok(())
+    measure("compare", subject, &setups, view, token, row)
 }

@@ -5,13 +5,13 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use super::measurement::{Measurement, millis, pool};
-use crate::accel::Accel;
-use crate::bvh::builders::{BuildError, StageTimes, build};
+use crate::accel::{Accel, BuildReport};
+use crate::bvh::builders::{BuildError, StageTimes};
 use crate::bvh::traverse::Traversal;
 use crate::bvh::{BuildSettings, Preset, SimdLevel};
 use crate::camera::Camera;
 use crate::cancel::{CancelToken, Cancelled};
-use crate::render::{RenderRequest, RenderSettings, count_tests, trace_primary};
+use crate::render::{RenderRequest, RenderSettings, TestSummary, count_tests, trace_primary};
 use crate::scene::Scene;
 
 /// Why there are no more rows.
@@ -69,88 +69,130 @@ pub struct TraceView {
     pub repeat: usize,
 }
 
-/// Times of one tree over all repetitions.
+/// What is known of one setup so far.
 #[derive(Default)]
-struct Times {
+struct Trial {
     builds: Vec<StageTimes>,
     traces: Vec<f64>,
+    first: Option<First>,
 }
 
-/// Measures `setups` on one scene, interleaved: first all builds of a round, then the next round; the same for tracing. One
-/// row each, in the order of `setups`.
+/// What the first repetition finds out and all others would only repeat, the tree being the same.
+struct First {
+    threads: usize,
+    report: BuildReport,
+    epo: f32,
+    tests: TestSummary,
+}
+
+/// Measures `setups` on one scene, interleaved: each is built and traced once, then all again, until there are
+/// `view.repeat` repetitions. One row each, in the order of `setups`, comes when all are done. Cancelled, it gives a row
+/// of the repetitions that were done for each setup that has any, and then the error.
 pub fn measure(
     command: &str,
     subject: &Subject,
     setups: &[Setup],
     view: &TraceView,
     token: &CancelToken,
-) -> Result<Vec<Measurement>, LabError> {
+    row: &mut dyn FnMut(Measurement),
+) -> Result<(), LabError> {
+    let mut trials: Vec<Trial> = setups.iter().map(|_| Trial::default()).collect();
+    let outcome = repeat(subject, setups, view, token, &mut trials);
+    for (setup, trial) in setups.iter().zip(&trials) {
+        if let Some(first) = &trial.first {
+            row(measurement(command, subject, setup, view, trial, first));
+        }
+    }
+    outcome
+}
+
+fn repeat(
+    subject: &Subject,
+    setups: &[Setup],
+    view: &TraceView,
+    token: &CancelToken,
+    trials: &mut [Trial],
+) -> Result<(), LabError> {
     let pools =
         setups.iter().map(|setup| pool(setup.threads)).collect::<Result<Vec<_>, _>>().map_err(LabError::Refused)?;
-    let mut times: Vec<Times> = setups.iter().map(|_| Times::default()).collect();
-    let mut accels: Vec<Arc<Accel>> = Vec::with_capacity(setups.len());
-    // The first build of each is kept for tracing and gives the statistics.
-    for ((setup, pool), times) in setups.iter().zip(&pools).zip(&mut times) {
-        let accel = pool.install(|| Accel::build(&subject.scene, &setup.build, token))?;
-        times.builds.push(accel.report.stages.clone());
-        accels.push(Arc::new(accel));
-    }
-    for _ in 1..view.repeat {
-        for ((setup, pool), times) in setups.iter().zip(&pools).zip(&mut times) {
-            let (_, stages) = pool.install(|| build(&subject.scene.triangles, &setup.build, token))?;
-            times.builds.push(stages);
+    let rounds = view.repeat.max(1);
+    for round in 0..rounds {
+        for (index, ((setup, pool), trial)) in setups.iter().zip(&pools).zip(&mut *trials).enumerate() {
+            let token = token.part(round * setups.len() + index, rounds * setups.len());
+            pool.install(|| try_once(subject, setup, view, &token, trial))?;
         }
     }
-    for _ in 0..view.repeat.max(1) {
-        for ((accel, pool), times) in accels.iter().zip(&pools).zip(&mut times) {
-            let trace = pool.install(|| trace_primary(&request(accel, view), view.traversal, token))?;
-            times.traces.push(millis(trace.trace_time));
-        }
+    Ok(())
+}
+
+/// One repetition of one setup. Only a tree at a time is held, so that the largest scene that can be shown can be
+/// measured.
+fn try_once(
+    subject: &Subject,
+    setup: &Setup,
+    view: &TraceView,
+    token: &CancelToken,
+    trial: &mut Trial,
+) -> Result<(), LabError> {
+    let accel = Arc::new(Accel::build(&subject.scene, &setup.build, &token.part(0, 3))?);
+    let trace = trace_primary(&request(&accel, view), view.traversal, &token.part(1, 3))?;
+    if trial.first.is_none() {
+        let tests = count_tests(&request(&accel, view), &token.part(2, 3))?;
+        let threads = rayon::current_num_threads();
+        trial.first = Some(First { threads, report: accel.report.clone(), epo: accel.epo(), tests });
     }
-    let mut rows = Vec::with_capacity(setups.len());
-    for (((setup, pool), accel), times) in setups.iter().zip(&pools).zip(&accels).zip(&times) {
-        let tests = pool.install(|| count_tests(&request(accel, view), token))?;
-        let (build_ms, build_ms_spread) = median(times.builds.iter().map(|stages| millis(stages.total())));
-        let (trace_ms, trace_ms_spread) = median(times.traces.iter().copied());
-        let stats = &accel.report.stats;
-        let triangles = subject.scene.triangles.len();
-        let bytes = accel.report.tree_bytes + accel.report.triangle_bytes;
-        rows.push(Measurement {
-            command: command.to_owned(),
-            model: subject.model.clone(),
-            triangles,
-            builder: setup.build.builder.name().to_owned(),
-            preset: setup.preset.map(|preset| preset.name().to_owned()),
-            container: setup.build.container,
-            threshold: setup.build.threshold,
-            epsilon: setup.build.epsilon,
-            traversal: traversal_name(view.traversal).to_owned(),
-            threads: pool.current_num_threads(),
-            width_px: view.size[0],
-            height_px: view.size[1],
-            repeat: view.repeat,
-            build_ms,
-            build_ms_spread,
-            build_stages_ms: stage_medians(&times.builds),
-            trace_ms,
-            trace_ms_spread,
-            rays: tests.rays,
-            hits: tests.hits,
-            mrays_per_s: if trace_ms > 0.0 { tests.rays as f64 / trace_ms / 1e3 } else { 0.0 },
-            tests_per_ray: f64::from(tests.container_tests_per_ray) + f64::from(tests.primitive_tests_per_ray),
-            container_tests_per_ray: f64::from(tests.container_tests_per_ray),
-            primitive_tests_per_ray: f64::from(tests.primitive_tests_per_ray),
-            sah_cost: f64::from(stats.sah_cost),
-            epo: f64::from(pool.install(|| accel.epo())),
-            nodes: stats.nodes,
-            leaves: stats.leaves,
-            max_depth: stats.max_depth,
-            bytes_per_triangle: bytes as f64 / triangles.max(1) as f64,
-            speedup: None,
-            trace_speedup: None,
-        });
+    trial.builds.push(accel.report.stages.clone());
+    trial.traces.push(millis(trace.trace_time));
+    token.set_progress(1.0);
+    Ok(())
+}
+
+fn measurement(
+    command: &str,
+    subject: &Subject,
+    setup: &Setup,
+    view: &TraceView,
+    trial: &Trial,
+    first: &First,
+) -> Measurement {
+    let (build_ms, build_ms_spread) = median(trial.builds.iter().map(|stages| millis(stages.total())));
+    let (trace_ms, trace_ms_spread) = median(trial.traces.iter().copied());
+    let First { report, tests, .. } = first;
+    let triangles = subject.scene.triangles.len();
+    Measurement {
+        command: command.to_owned(),
+        model: subject.model.clone(),
+        triangles,
+        builder: setup.build.builder.name().to_owned(),
+        preset: setup.preset.map(|preset| preset.name().to_owned()),
+        container: setup.build.container,
+        threshold: setup.build.threshold,
+        epsilon: setup.build.epsilon,
+        traversal: traversal_name(view.traversal).to_owned(),
+        threads: first.threads,
+        width_px: view.size[0],
+        height_px: view.size[1],
+        repeat: trial.builds.len(),
+        build_ms,
+        build_ms_spread,
+        build_stages_ms: stage_medians(&trial.builds),
+        trace_ms,
+        trace_ms_spread,
+        rays: tests.rays,
+        hits: tests.hits,
+        mrays_per_s: if trace_ms > 0.0 { tests.rays as f64 / trace_ms / 1e3 } else { 0.0 },
+        tests_per_ray: f64::from(tests.container_tests_per_ray) + f64::from(tests.primitive_tests_per_ray),
+        container_tests_per_ray: f64::from(tests.container_tests_per_ray),
+        primitive_tests_per_ray: f64::from(tests.primitive_tests_per_ray),
+        sah_cost: f64::from(report.stats.sah_cost),
+        epo: f64::from(first.epo),
+        nodes: report.stats.nodes,
+        leaves: report.stats.leaves,
+        max_depth: report.stats.max_depth,
+        bytes_per_triangle: (report.tree_bytes + report.triangle_bytes) as f64 / triangles.max(1) as f64,
+        speedup: None,
+        trace_speedup: None,
     }
-    Ok(rows)
 }
 
 /// The name on the command line and in JSON.

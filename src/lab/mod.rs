@@ -10,15 +10,19 @@ mod compare;
 mod scaling;
 mod sweep;
 
+mod job;
+
 pub mod paper;
 
 pub mod doctor;
 
 pub mod plot;
+pub mod rows;
 pub mod table;
 
 pub use bench::bench;
 pub use compare::{compare, compared_setups};
+pub use job::Job;
 pub use measure::{LabError, Setup, Subject, TraceView, measure};
 pub use measurement::{Measurement, millis, pool};
 pub use scaling::scaling;

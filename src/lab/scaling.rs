@@ -15,14 +15,17 @@ pub fn scaling(
     row: &mut dyn FnMut(Measurement),
 ) -> Result<(), LabError> {
     let setups: Vec<Setup> = (1..=max_threads.max(1)).map(|threads| Setup { threads, ..*setup }).collect();
-    let mut rows = measure("scaling", subject, &setups, view, token)?;
-    let (build_ms, trace_ms) = (rows[0].build_ms, rows[0].trace_ms);
-    for measured in &mut rows {
-        measured.speedup = ratio(build_ms, measured.build_ms);
-        measured.trace_speedup = ratio(trace_ms, measured.trace_ms);
+    let mut rows = Vec::new();
+    let outcome = measure("scaling", subject, &setups, view, token, &mut |row| rows.push(row));
+    // One thread is measured first, so that whatever was done before an end has something to be compared with.
+    if let Some((build_ms, trace_ms)) = rows.first().map(|one| (one.build_ms, one.trace_ms)) {
+        for measured in &mut rows {
+            measured.speedup = ratio(build_ms, measured.build_ms);
+            measured.trace_speedup = ratio(trace_ms, measured.trace_ms);
+        }
     }
     rows.into_iter().for_each(row);
-    Ok(())
+    outcome
 }
 
 /// `a / b`, where that is a number.

@@ -71,6 +71,5 @@ pub fn sweep(
             threads: plan.threads,
         })
         .collect();
-    measure("sweep", subject, &setups, view, token)?.into_iter().for_each(row);
-    Ok(())
+    measure("sweep", subject, &setups, view, token, row)
 }
