@@ -65,6 +65,26 @@ pub fn write_bytes(path: &Path, bytes: &[u8]) -> Result<(), ExportError> {
     write_file(path, |writer| writer.write_all(bytes).map_err(|error| format!("cannot be written: {error}")))
 }
 
+/// Writes `bytes` into a new file of `folder`, `STEM-001.EXTENSION` or the next number that is free, and returns it.
+/// Characters that a file name cannot have everywhere become hyphens.
+pub fn write_new(folder: &Path, stem: &str, extension: &str, bytes: &[u8]) -> Result<PathBuf, ExportError> {
+    let stem: String = stem.chars().map(|c| if c.is_alphanumeric() || "-_.".contains(c) { c } else { '-' }).collect();
+    let failed = |error: std::io::Error| {
+        ExportError::new(folder, format!("cannot be written into: {error}. Start the program in a folder that can be"))
+    };
+    let mut file = temporary(folder, std::ffi::OsStr::new(&stem)).map_err(failed)?;
+    file.write_all(bytes).map_err(failed)?;
+    for number in 1..10_000_u32 {
+        let path = folder.join(format!("{stem}-{number:03}.{extension}"));
+        match file.persist_noclobber(&path) {
+            Ok(_) => return Ok(path),
+            Err(error) if error.error.kind() == std::io::ErrorKind::AlreadyExists => file = error.file,
+            Err(error) => return Err(failed(error.error)),
+        }
+    }
+    Err(ExportError::new(folder, format!("all 9,999 names {stem}-NNN.{extension} are taken")))
+}
+
 /// The folder that holds `path`.
 fn folder_of(path: &Path) -> &Path {
     match path.parent() {

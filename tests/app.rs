@@ -4,22 +4,34 @@
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
 use bvhscope::app::App;
+use bvhscope::app::commands::Action;
+use bvhscope::app::paper::{Experiment, RowFormat};
 use bvhscope::app::state::{Request, Severity, Wanted};
+use bvhscope::bvh::ContainerKind;
+use bvhscope::cancel::CancelToken;
+use bvhscope::lab::Subject;
+use bvhscope::lab::table::number;
 use bvhscope::scene::SceneSource;
 use eframe::egui;
 use egui_kittest::Harness;
+use egui_kittest::kittest::Queryable as _;
 
 /// The app on the built-in teapot, small and with one sample a pixel, so that a test takes little time.
 fn app() -> Harness<'static, App> {
+    let mut harness = app_that_waits(true);
+    settle(&mut harness);
+    harness
+}
+
+/// The same; where it does not wait, work goes on between the frames as in a real window.
+fn app_that_waits(waits: bool) -> Harness<'static, App> {
     let mut wanted = Wanted::new(SceneSource::Builtin { name: "teapot".to_owned(), size: Some(4) });
     wanted.render.samples = 1;
-    let mut harness = Harness::builder()
+    Harness::builder()
         .with_size(egui::vec2(1000.0, 640.0))
         .with_max_steps(40)
         .wgpu()
-        .build_eframe(|context| App::new_for_test(context, wanted, true).unwrap());
-    settle(&mut harness);
-    harness
+        .build_eframe(|context| App::new_for_test(context, wanted, waits).unwrap())
 }
 
 /// A few frames: what one frame changes, the next ones show.
@@ -116,4 +128,108 @@ fn a_picked_triangle_selects_the_path_to_its_leaf() {
     settle(&mut harness);
     let state = &harness.state().state;
     assert_eq!(state.picked.as_ref().map(|(primitive, _)| *primitive), Some(5), "it stays selected in a new tree");
+}
+
+/// Clicks the one widget of this name and waits for what comes of it.
+fn press(harness: &mut Harness<'static, App>, name: &str) {
+    harness.get_by_label(name).click();
+    settle(harness);
+}
+
+/// A small measurement.
+fn plan_little(harness: &mut Harness<'static, App>) {
+    let plan = &mut harness.state_mut().state.preferences.paper;
+    plan.side_px = 256;
+    plan.repeat = 1;
+    plan.thresholds = [4, 8];
+}
+
+#[test]
+fn the_paper_panel_shows_the_numbers_of_the_command_line() {
+    let mut harness = app();
+    plan_little(&mut harness);
+    harness.key_press(egui::Key::F6);
+    settle(&mut harness);
+    assert!(harness.state().state.preferences.paper_open);
+    press(&mut harness, "Measure");
+    let state = &harness.state().state;
+    let shown = state.paper.clone().unwrap();
+    assert!(shown.finished && shown.rows.len() == 2, "{} rows", shown.rows.len());
+    let scene = state.scene.clone().unwrap();
+    let plan = &state.preferences.paper;
+    let subject = Subject { model: scene.source.to_string(), scene: scene.clone() };
+    let view = plan.view(&scene, &state.wanted);
+    let mut rows = Vec::new();
+    let job = plan.job(&state.wanted);
+    job.run(&subject, (0, 1), &view, &CancelToken::new(), &mut |row| rows.push(row)).unwrap();
+    for (shown, row) in shown.rows.iter().zip(&rows) {
+        assert_eq!((&shown.model, shown.container, shown.hits), (&row.model, row.container, row.hits));
+        assert_eq!((shown.tests_per_ray, shown.sah_cost), (row.tests_per_ray, row.sah_cost));
+    }
+    for (name, row) in ["box", "sphere"].iter().zip(&rows) {
+        let cell = format!("all {name} {} tests/ray", number(row.tests_per_ray));
+        assert!(harness.query_by_label_contains(&cell).is_some(), "'{cell}' is not in the table");
+    }
+    for format in RowFormat::ALL {
+        assert!(Action::SaveRows(format).is_enabled(&harness.state().state));
+        assert!(!shown.file(format).unwrap().is_empty());
+    }
+    let json = String::from_utf8(shown.file(RowFormat::Json).unwrap()).unwrap();
+    assert_eq!(json.lines().count(), 2);
+    assert_eq!(shown.stem(), "teapot 4-bench");
+}
+
+#[test]
+fn a_click_on_a_point_of_a_curve_wants_its_threshold() {
+    let mut harness = app();
+    plan_little(&mut harness);
+    harness.state_mut().state.preferences.paper.containers = vec![ContainerKind::Aabb];
+    Action::Measure(Experiment::Thresholds).perform(&mut harness.state_mut().state);
+    settle(&mut harness);
+    settle(&mut harness);
+    assert_eq!(harness.state().state.paper.as_ref().unwrap().rows.len(), 5);
+    assert_eq!(harness.state().state.wanted.build.threshold, 6);
+    harness.get_by(|node| {
+        node.label().is_some_and(|label| label.starts_with("SAH cost") && label.contains("at threshold 8,"))
+    });
+    let point = harness.get_by(|node| {
+        node.label().is_some_and(|label| label.starts_with("Build time") && label.contains("at threshold 8,"))
+    });
+    point.click();
+    settle(&mut harness);
+    let state = &harness.state().state;
+    assert_eq!(state.wanted.build.threshold, 8);
+    assert_eq!(state.presented.as_ref().unwrap().accel.settings.threshold, 8);
+}
+
+#[test]
+fn measuring_is_cancelled_and_keeps_its_rows() {
+    let mut harness = app_that_waits(false);
+    let wait_for = |harness: &mut Harness<'static, App>, what: &dyn Fn(&App) -> bool| {
+        let start = std::time::Instant::now();
+        while !what(harness.state()) {
+            assert!(start.elapsed().as_secs() < 120, "it never came");
+            harness.step();
+            std::thread::sleep(std::time::Duration::from_millis(2));
+        }
+    };
+    wait_for(&mut harness, &|app| app.state.presented.is_some() && !app.is_busy());
+    plan_little(&mut harness);
+    // Thousands of trees: it cannot end by itself meanwhile.
+    let plan = &mut harness.state_mut().state.preferences.paper;
+    plan.thresholds = [2, 64];
+    plan.epsilons = vec![0.0, 0.1, 0.2, 0.3, 0.4];
+    plan.repeat = 20;
+    Action::Measure(Experiment::Thresholds).perform(&mut harness.state_mut().state);
+    wait_for(&mut harness, &|app| app.state.paper.as_ref().is_some_and(|result| !result.rows.is_empty()));
+    assert!(harness.state().state.jobs.lab.as_ref().is_some_and(|job| job.progress > 0.0));
+    harness.run_steps(2);
+    harness.get_by_label("Cancel measuring").click();
+    harness.run_steps(3);
+    wait_for(&mut harness, &|app| !app.is_busy());
+    let state = &harness.state().state;
+    let result = state.paper.as_ref().unwrap();
+    assert!(!result.finished && !result.rows.is_empty() && result.rows.len() < 630);
+    assert!(state.jobs.lab.is_none());
+    assert!(state.messages.iter().any(|message| message.text.starts_with("Measuring cancelled")));
 }

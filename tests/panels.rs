@@ -10,12 +10,14 @@ use std::sync::Arc;
 use bvhscope::accel::Accel;
 use bvhscope::app::commands::{self, Action, shortcut_text};
 use bvhscope::app::panels::palette;
+use bvhscope::app::paper::{Experiment, PaperResult};
 use bvhscope::app::state::{AppState, Preferences, Presented, Request, Severity, Theme, Wanted};
 use bvhscope::app::{panels, theme};
 use bvhscope::bvh::{BuildSettings, BuilderKind, ContainerKind, Preset};
 use bvhscope::camera::Camera;
 use bvhscope::cancel::CancelToken;
 use bvhscope::geometry::{Aabb, Triangle};
+use bvhscope::lab::{Subject, TraceView};
 use bvhscope::overlay::NodeTable;
 use bvhscope::render::{HeatKind, RenderRequest, Shading, render};
 use bvhscope::scene::{Material, Scene, SceneSource, Warnings};
@@ -121,6 +123,53 @@ fn sized(state: AppState, width: f32, height: f32, scale: f32) -> Harness<'stati
 fn press(harness: &mut Harness<'static, AppState>, name: &str) {
     harness.get_by_label(name).click();
     harness.run_steps(3);
+}
+
+/// Opens the paper panel with rows of the sheet.
+fn with_rows(state: &mut AppState, experiment: Experiment) {
+    let scene = state.scene.clone().unwrap();
+    let plan = &mut state.preferences.paper;
+    plan.choose(experiment);
+    (plan.thresholds, plan.repeat) = ([4, 8], 1);
+    let subject = Subject { model: scene.source.to_string(), scene: Arc::clone(&scene) };
+    let view = TraceView { size: [16, 16], ..plan.view(&scene, &state.wanted) };
+    let mut rows = Vec::new();
+    let job = plan.job(&state.wanted);
+    job.run(&subject, (0, 1), &view, &CancelToken::new(), &mut |row| rows.push(row)).unwrap();
+    state.preferences.paper_open = true;
+    state.paper = Some(PaperResult::new(experiment, scene, rows, true));
+}
+
+#[test]
+fn the_paper_panel_names_its_widgets_and_fits_the_smallest_screen() {
+    for experiment in Experiment::ALL {
+        let mut s = state(Shading::Lit);
+        with_rows(&mut s, experiment);
+        let h = sized(s, 1024.0, 640.0, 2.0);
+        let screen = h.ctx.content_rect();
+        for label in ["Measure", "Save SVG", "Close paper panel", "Measured repeat", "Depth range"] {
+            assert!(screen.contains_rect(h.get_by_label(label).rect()), "{label} lies outside");
+        }
+        let nameless = h.root().children_recursive().find(|node| {
+            let node = node.accesskit_node();
+            let acts = [Role::Button, Role::CheckBox, Role::SpinButton, Role::ComboBox].contains(&node.role());
+            acts && node.label().or_else(|| node.value()).unwrap_or_default().trim().is_empty()
+        });
+        assert!(nameless.is_none(), "{}: {:?}", experiment.label(), nameless.map(|node| node.rect()));
+    }
+}
+
+#[test]
+fn the_paper_panel_switches_between_tables_and_plots() {
+    let mut s = state(Shading::Lit);
+    with_rows(&mut s, Experiment::Thresholds);
+    let mut h = harness(s);
+    assert!(h.query_by_label("Plot of Tests per ray").is_some());
+    press(&mut h, "Tables");
+    assert!(h.query_by_label("Plot of Tests per ray").is_none());
+    assert_eq!(h.query_all_by_label_contains("δ 8").count(), 2, "a row for the box and one for the sphere");
+    press(&mut h, "Close paper panel");
+    assert!(!h.state().preferences.paper_open);
 }
 
 #[test]

@@ -8,6 +8,7 @@ mod walk;
 
 use eframe::egui::{Key, KeyboardShortcut, Modifiers};
 
+use super::paper::{Experiment, RowFormat};
 use super::state::{AppState, Theme};
 use crate::bvh::{BuilderKind, ContainerKind, Preset};
 use crate::render::Shading;
@@ -91,6 +92,12 @@ pub enum Action {
     HideSelected,
     /// Draw all nodes again.
     ShowAll,
+    /// The paper panel on or off.
+    TogglePaper,
+    /// Measure one of the paper's tables or figures.
+    Measure(Experiment),
+    /// Save what was measured.
+    SaveRows(RowFormat),
     /// All settings back to their defaults.
     ResetSettings,
     /// Stop the running job; else clear the selection.
@@ -131,13 +138,15 @@ pub enum Category {
     View,
     /// The tree and its nodes.
     Tree,
+    /// Measuring.
+    Lab,
     /// How to use the program.
     Help,
 }
 
 impl Category {
     /// All, in the order of the menu bar.
-    pub const ALL: [Self; 4] = [Self::File, Self::View, Self::Tree, Self::Help];
+    pub const ALL: [Self; 5] = [Self::File, Self::View, Self::Tree, Self::Lab, Self::Help];
 
     /// The name in the menu bar.
     pub const fn label(self) -> &'static str {
@@ -145,6 +154,7 @@ impl Category {
             Self::File => "File",
             Self::View => "View",
             Self::Tree => "Tree",
+            Self::Lab => "Lab",
             Self::Help => "Help",
         }
     }
@@ -219,6 +229,11 @@ impl Action {
             Self::Undo => state.undo.can_undo(),
             Self::Redo => state.undo.can_redo(),
             Self::Cancel => state.jobs != super::state::Jobs::default() || selected,
+            Self::Measure(_) => state.scene.is_some(),
+            Self::SaveRows(format) => state.paper.as_ref().is_some_and(|result| match format {
+                RowFormat::Csv | RowFormat::Json => !result.rows.is_empty(),
+                RowFormat::Png | RowFormat::Svg => !result.panels.is_empty(),
+            }),
             Self::OpenRecent(index) => index < state.preferences.recent.len(),
             Self::Builder(builder) => {
                 let wanted = crate::bvh::BuildSettings { builder, ..state.wanted.build };
@@ -242,6 +257,7 @@ impl Action {
             Self::ToggleGeometry => preferences.show_geometry,
             Self::ToggleLeftPanel => preferences.left_open,
             Self::ToggleRightPanel => preferences.right_open,
+            Self::TogglePaper => preferences.paper_open,
             Self::ToggleLeavesOnly => wanted.overlay.leaves_only,
             Self::ToggleParents => wanted.overlay.parents,
             Self::Shade(shading) => wanted.render.shading == shading,

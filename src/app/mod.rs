@@ -7,6 +7,7 @@ pub mod state;
 
 mod arrivals;
 mod jobs;
+mod laboratory;
 mod pace;
 mod recent;
 pub mod reconcile;
@@ -14,6 +15,7 @@ pub mod reconcile;
 mod controls;
 mod fly;
 pub mod orbit;
+pub mod paper;
 pub mod picking;
 mod viewport;
 
@@ -37,6 +39,7 @@ use eframe::{egui, wgpu};
 
 use crate::overlay::OverlayPipeline;
 use crate::scene::SceneSource;
+use laboratory::Laboratory;
 use reconcile::Rails;
 use requests::Errands;
 use state::{AppState, Severity, Wanted};
@@ -47,12 +50,15 @@ pub use run::{AppError, run};
 
 /// Longest time that [`App::run_until_idle`] waits.
 const IDLE_TIMEOUT: Duration = Duration::from_mins(2);
+/// How often the progress of a measurement is looked at.
+const PROGRESS: Duration = Duration::from_millis(100);
 
 /// The program with its window.
 pub struct App {
     /// What the window knows.
     pub state: AppState,
     rails: Rails,
+    laboratory: Laboratory,
     errands: Errands,
     viewport: Viewport,
     has_pipeline: bool,
@@ -117,6 +123,7 @@ impl App {
         Ok(Self {
             state,
             rails: Rails::new(wake.clone())?,
+            laboratory: Laboratory::new(wake.clone())?,
             errands: Errands::new(Arc::new(wake)),
             viewport: Viewport::default(),
             has_pipeline: context.wgpu_render_state.is_some(),
@@ -134,7 +141,8 @@ impl App {
         loop {
             self.rails.poll(&mut self.state, Instant::now());
             self.rails.reconcile(&mut self.state, Instant::now());
-            if !self.rails.is_busy() {
+            self.laboratory.poll(&mut self.state, !self.rails.is_busy());
+            if !self.is_busy() {
                 return true;
             }
             if start.elapsed() > IDLE_TIMEOUT {
@@ -144,9 +152,9 @@ impl App {
         }
     }
 
-    /// Whether a model, a tree or a picture is on its way.
+    /// Whether a model, a tree or a picture is on its way, or something is measured.
     pub fn is_busy(&self) -> bool {
-        self.rails.is_busy()
+        self.rails.is_busy() || self.laboratory.is_busy()
     }
 
     fn tell_device_error(&mut self) {
@@ -182,6 +190,9 @@ impl App {
         } else if let Some(after) = self.rails.reconcile(&mut self.state, Instant::now()) {
             ctx.request_repaint_after(after);
         }
+        if self.laboratory.is_busy() {
+            ctx.request_repaint_after(PROGRESS);
+        }
     }
 }
 
@@ -191,6 +202,7 @@ impl eframe::App for App {
         self.tell_device_error();
         self.errands.poll(&mut self.rails, &mut self.state);
         self.rails.poll(&mut self.state, Instant::now());
+        self.laboratory.poll(&mut self.state, !self.rails.is_busy());
         self.update_title(ctx);
     }
 
@@ -214,7 +226,7 @@ impl eframe::App for App {
         panels::windows(&ctx, state);
 
         requests::take_dropped_files(&ctx, &mut self.rails, state);
-        self.errands.carry_out(&ctx, &mut self.rails, state);
+        self.errands.carry_out(&ctx, &mut self.rails, &mut self.laboratory, state);
         let dragging = ctx.input(|input| input.pointer.any_down());
         state.undo.observe(&state.wanted, dragging);
         self.reconcile(&ctx);

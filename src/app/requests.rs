@@ -1,14 +1,17 @@
 //! Carrying out what plain values cannot: dialogs, screenshots, reloading, leaving.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::mpsc::{Receiver, Sender, channel};
 
 use eframe::egui;
 
+use super::laboratory::Laboratory;
+use super::paper::{PaperResult, RowFormat};
 use super::reconcile::Rails;
 use super::screenshot::{self, Shot};
 use super::state::{AppState, Request, Severity};
+use crate::export::write_new;
 use crate::scene::SceneSource;
 
 /// Extensions that the file dialog offers.
@@ -46,7 +49,13 @@ impl Errands {
     }
 
     /// Carries out what the panels asked for in this UI frame.
-    pub fn carry_out(&mut self, ctx: &egui::Context, rails: &mut Rails, state: &mut AppState) {
+    pub fn carry_out(
+        &mut self,
+        ctx: &egui::Context,
+        rails: &mut Rails,
+        laboratory: &mut Laboratory,
+        state: &mut AppState,
+    ) {
         for request in std::mem::take(&mut state.requests) {
             match request {
                 Request::Open(source) => open(source, rails, state),
@@ -56,6 +65,9 @@ impl Errands {
                     rails.reload();
                 }
                 Request::CancelJobs => rails.cancel(state),
+                Request::Measure => laboratory.measure(state),
+                Request::CancelMeasuring => laboratory.cancel(state),
+                Request::SaveRows(format) => self.save_rows(format, state),
                 Request::Screenshot => self.shoot(ctx, state),
                 Request::Copy(text) => ctx.copy_text(text),
                 Request::Quit => ctx.send_viewport_cmd(egui::ViewportCommand::Close),
@@ -100,6 +112,32 @@ impl Errands {
             state.tell(Severity::Error, format!("The screenshot could not be taken: {error}"));
         }
     }
+
+    /// Drawing a plot takes a moment, so it is done on a thread of its own.
+    fn save_rows(&self, format: RowFormat, state: &mut AppState) {
+        let Some(result) = state.paper.clone() else {
+            state.tell(Severity::Warning, "There are no rows to save yet");
+            return;
+        };
+        let (saved, wake) = (self.shots.0.clone(), Arc::clone(&self.wake));
+        let thread = std::thread::Builder::new().name("save rows".to_owned()).spawn(move || {
+            let folder = std::env::current_dir().unwrap_or_else(|_| PathBuf::from("."));
+            let outcome = save_rows_into(&folder, &result, format);
+            // The window may be gone by now: then nobody wants to know.
+            let _ =
+                saved.send(outcome.map(|path| (path, None)).map_err(|why| format!("The rows were not saved: {why}")));
+            wake();
+        });
+        if let Err(error) = thread {
+            state.tell(Severity::Error, format!("The rows could not be saved: {error}"));
+        }
+    }
+}
+
+/// Writes the rows into a new file of the current folder.
+fn save_rows_into(folder: &Path, result: &PaperResult, format: RowFormat) -> Result<PathBuf, String> {
+    let bytes = result.file(format)?;
+    write_new(folder, &result.stem(), format.extension(), &bytes).map_err(|error| error.to_string())
 }
 
 /// Opens a model; the same one again is read again.
@@ -126,7 +164,7 @@ pub fn take_dropped_files(ctx: &egui::Context, rails: &mut Rails, state: &mut Ap
     rails.keep_camera = true;
 }
 
-fn is_model(path: &std::path::Path) -> bool {
+fn is_model(path: &Path) -> bool {
     let extension = path.extension().and_then(|extension| extension.to_str()).map(str::to_lowercase);
     extension.is_some_and(|extension| MODEL_EXTENSIONS.contains(&extension.as_str()))
 }

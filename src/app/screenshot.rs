@@ -1,11 +1,11 @@
 //! The viewport as a PNG: picture and containers, without panels. Drawn and written off the UI thread.
 
-use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use super::state::{AppState, Presented};
 use super::viewport::picture_input;
+use crate::export::write_new;
 use crate::overlay::{DrawInput, OverlaySettings, PictureInput, Selection, draw_offscreen};
 use crate::render::Frame;
 
@@ -26,7 +26,7 @@ impl Shot {
         let label = presented.accel.scene.source.label();
         let stem = Path::new(&label).file_stem().map_or_else(|| label.clone(), |stem| stem.to_string_lossy().into());
         Some(Self {
-            name: stem.chars().map(|c| if c.is_alphanumeric() || "-_.".contains(c) { c } else { '-' }).collect(),
+            name: stem,
             presented,
             overlay: state.preferences.show_containers.then_some(state.wanted.overlay),
             selection: state.selection.clone(),
@@ -75,12 +75,7 @@ impl Shot {
 }
 
 fn write_png(folder: &Path, name: &str, size_px: [u32; 2], pixels: &[[u8; 4]]) -> Result<PathBuf, String> {
-    let failed = |error: &dyn std::fmt::Display| {
-        format!(
-            "the screenshot could not be written into {}: {error}. Start the program in a folder that can be written",
-            folder.display()
-        )
-    };
+    let failed = |error: &dyn std::fmt::Display| format!("the screenshot could not be written: {error}");
     let mut png = std::io::Cursor::new(Vec::new());
     image::write_buffer_with_format(
         &mut png,
@@ -91,17 +86,7 @@ fn write_png(folder: &Path, name: &str, size_px: [u32; 2], pixels: &[[u8; 4]]) -
         image::ImageFormat::Png,
     )
     .map_err(|error| failed(&error))?;
-    let mut file = tempfile::NamedTempFile::new_in(folder).map_err(|error| failed(&error))?;
-    file.write_all(png.get_ref()).map_err(|error| failed(&error))?;
-    for number in 1..10_000_u32 {
-        let path = folder.join(format!("{name}-{number:03}.png"));
-        match file.persist_noclobber(&path) {
-            Ok(_) => return Ok(path),
-            Err(error) if error.error.kind() == std::io::ErrorKind::AlreadyExists => file = error.file,
-            Err(error) => return Err(failed(&error.error)),
-        }
-    }
-    Err(failed(&"all 9,999 names are taken"))
+    write_new(folder, name, "png", png.get_ref()).map_err(|error| failed(&error))
 }
 
 /// A screenshot on its way: done by its own thread, the outcome comes through the channel.

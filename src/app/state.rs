@@ -7,6 +7,7 @@ use std::time::Instant;
 use glam::Vec3;
 use serde::{Deserialize, Serialize};
 
+use super::paper::{PaperPlan, PaperResult, RowFormat};
 use crate::accel::Accel;
 use crate::bvh::BuildSettings;
 use crate::camera::Camera;
@@ -67,6 +68,8 @@ pub struct Jobs {
     pub build: Option<JobStatus>,
     /// A picture is being traced.
     pub render: Option<JobStatus>,
+    /// The paper panel measures.
+    pub lab: Option<JobStatus>,
 }
 
 /// How serious a message is.
@@ -142,6 +145,10 @@ pub struct Preferences {
     pub left_open: bool,
     /// The right panel is open.
     pub right_open: bool,
+    /// The paper panel is open.
+    pub paper_open: bool,
+    /// What it measures.
+    pub paper: PaperPlan,
     /// Files opened lately, newest first.
     pub recent: Vec<PathBuf>,
     /// The line of help over the first scene has been seen.
@@ -157,6 +164,8 @@ impl Default for Preferences {
             show_containers: true,
             left_open: true,
             right_open: true,
+            paper_open: false,
+            paper: PaperPlan::default(),
             recent: Vec::new(),
             greeted: false,
         }
@@ -174,6 +183,12 @@ pub enum Request {
     Reload,
     /// Stop what runs (Esc, the ✕ of the job strip).
     CancelJobs,
+    /// Measure what the paper panel describes.
+    Measure,
+    /// Stop measuring; the rows that are there stay.
+    CancelMeasuring,
+    /// Save the measured rows in the current folder; the message says where.
+    SaveRows(RowFormat),
     /// Save the viewport as a PNG in the current folder (F12); the message says where.
     Screenshot,
     /// Copy this text.
@@ -192,6 +207,8 @@ pub struct AppState {
     pub scene: Option<Arc<Scene>>,
     /// What runs.
     pub jobs: Jobs,
+    /// What the paper panel has measured.
+    pub paper: Option<PaperResult>,
     /// Nodes that stand out.
     pub selection: Selection,
     /// The selected triangle and the path of nodes from the root to its leaf.
@@ -248,6 +265,7 @@ impl AppState {
             presented: None,
             scene: None,
             jobs: Jobs::default(),
+            paper: None,
             selection: Selection::default(),
             picked: None,
             hover: None,

@@ -66,7 +66,10 @@ fn parse(text: &str) -> Restored {
         return Restored { complaint: Some(String::new()), ..Restored::default() };
     };
     let wanted = serde_json::from_value::<Wanted>(parts.wanted).ok().map(within_limits);
-    let preferences = serde_json::from_value::<Preferences>(parts.preferences).ok();
+    let preferences = serde_json::from_value::<Preferences>(parts.preferences).ok().map(|mut preferences| {
+        preferences.paper.limit();
+        preferences
+    });
     let complaint = (wanted.is_none() || preferences.is_none()).then(String::new);
     Restored { wanted, preferences, complaint }
 }

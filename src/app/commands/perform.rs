@@ -85,6 +85,13 @@ impl Action {
             }
             Self::HideSelected => state.selection.hidden.extend(state.selection.selected),
             Self::ShowAll => state.selection.hidden.clear(),
+            Self::TogglePaper => flip(&mut state.preferences.paper_open),
+            Self::Measure(experiment) => {
+                state.preferences.paper.choose(experiment);
+                state.preferences.paper_open = true;
+                state.requests.push(Request::Measure);
+            }
+            Self::SaveRows(format) => state.requests.push(Request::SaveRows(format)),
             Self::ResetSettings => {
                 state.wanted.build = BuildSettings::default();
                 state.wanted.threads = 0;
@@ -125,6 +132,8 @@ fn cancel(state: &mut AppState) {
         state.start_page_open = false;
     } else if state.jobs.load.is_some() || state.jobs.build.is_some() {
         state.requests.push(Request::CancelJobs);
+    } else if state.jobs.lab.is_some() {
+        state.requests.push(Request::CancelMeasuring);
     } else if state.selection.selected.is_some() || state.picked.is_some() {
         state.selection.selected = None;
         state.picked = None;

@@ -5,6 +5,7 @@ use std::sync::LazyLock;
 use eframe::egui::{Key, KeyboardShortcut, Modifiers};
 
 use super::{Action, Category, Entry, ViewDirection};
+use crate::app::paper::{Experiment, RowFormat};
 use crate::app::state::{AppState, Theme};
 use crate::bvh::{BuilderKind, ContainerKind, Preset};
 use crate::render::Shading;
@@ -23,6 +24,7 @@ pub fn entries() -> &'static [Entry] {
         file(&mut list);
         view(&mut list);
         tree(&mut list);
+        lab(&mut list);
         help(&mut list);
         list.0
     });
@@ -228,6 +230,29 @@ fn tree(list: &mut List) {
         "Stop the running job; where none runs, clear the selection",
         &[(NONE, Key::Escape)],
     );
+}
+
+fn lab(list: &mut List) {
+    let place = |group| (Category::Lab, group);
+    list.add(
+        place(0),
+        Action::TogglePaper,
+        "Paper panel",
+        "Measure the paper's tables and figures on the open model",
+        &[(NONE, Key::F6)],
+    );
+    for experiment in Experiment::ALL {
+        let label = format!("Measure {}", experiment.label().to_lowercase());
+        list.add(place(1), Action::Measure(experiment), &label, experiment.description(), &[]);
+    }
+    for format in RowFormat::ALL {
+        let what = match format {
+            RowFormat::Csv | RowFormat::Json => "rows",
+            RowFormat::Png | RowFormat::Svg => "plot",
+        };
+        let label = format!("Save measured {what} as {}", format.label());
+        list.add(place(2), Action::SaveRows(format), &label, "Save a file in the current folder", &[]);
+    }
 }
 
 fn help(list: &mut List) {

@@ -55,7 +55,9 @@ fn facts(state: &AppState) -> String {
 /// The job that the user waits for: label, bar and a button that stops it.
 fn running(ui: &mut Ui, state: &mut AppState) {
     let jobs = &state.jobs;
-    let Some(job) = jobs.load.as_ref().or(jobs.build.as_ref()).or(jobs.render.as_ref()).cloned() else { return };
+    let stale = jobs.load.as_ref().or(jobs.build.as_ref());
+    let measuring = stale.is_none() && jobs.lab.is_some();
+    let Some(job) = stale.or(jobs.lab.as_ref()).or(jobs.render.as_ref()).cloned() else { return };
     // What is done within a blink is not worth a word.
     let waiting = job.since.elapsed().as_secs_f32();
     if jobs.load.is_none() && waiting < 0.2 {
@@ -64,7 +66,7 @@ fn running(ui: &mut Ui, state: &mut AppState) {
     }
     let (rect, _) = ui.allocate_exact_size(vec2(theme::ROW_HEIGHT, theme::ROW_HEIGHT), Sense::hover());
     if icon_button(ui, rect, Icon::Close, "Cancel").on_hover_text("Stop it and keep what is shown (Esc)").clicked() {
-        state.requests.push(Request::CancelJobs);
+        state.requests.push(if measuring { Request::CancelMeasuring } else { Request::CancelJobs });
     }
     progress(ui, &job);
 }

@@ -11,6 +11,7 @@ mod legend;
 mod menu;
 mod messages;
 pub mod palette;
+mod paper;
 mod picture;
 mod pointer;
 mod selection;
@@ -60,12 +61,13 @@ pub fn right(ui: &mut Ui, state: &mut AppState) {
     state.preferences.right_open = open;
 }
 
-/// Depth bar and job strip.
+/// Job strip, depth bar, and the paper panel above them.
 pub fn bottom(ui: &mut Ui, state: &mut AppState) {
     let frame = panel_frame(ui, Margin::symmetric(12, 4));
     Panel::bottom("job strip").frame(frame).show(ui, |ui| job_strip::show(ui, state));
     let frame = panel_frame(ui, Margin::symmetric(12, 4));
     Panel::bottom("depth bar").frame(frame).show(ui, |ui| depth_bar::show(ui, state));
+    paper::show(ui, state);
 }
 
 /// Legend, gizmo, messages, help and the hovered value, over the viewport's rectangle.

@@ -1,0 +1,92 @@
+//! The paper panel: its tables and figures for the open model, in a dock above the depth bar.
+
+mod controls;
+mod plots;
+mod tables;
+
+use std::sync::Arc;
+
+use eframe::egui::{self, Margin, Panel, RichText, ScrollArea, Ui};
+
+use super::panel_frame;
+use crate::app::paper::{Display, Experiment};
+use crate::app::state::AppState;
+use crate::app::{format, theme};
+
+/// Height at first start in points.
+const HEIGHT: f32 = 288.0;
+
+/// The dock, where it is open.
+pub(super) fn show(ui: &mut Ui, state: &mut AppState) {
+    let mut open = state.preferences.paper_open;
+    if !open {
+        return;
+    }
+    // The picture keeps a third of what is left.
+    let most = (ui.available_height() * 0.66).max(120.0);
+    let panel = Panel::bottom("paper panel").resizable(true).default_size(HEIGHT.min(most)).size_range(96.0..=most);
+    panel.frame(panel_frame(ui, Margin { left: 12, right: 12, top: 4, bottom: 4 })).show_collapsible(
+        ui,
+        &mut open,
+        |ui| {
+            ScrollArea::vertical().id_salt("paper scroll").auto_shrink(false).show(ui, |ui| {
+                controls::show(ui, state);
+                ui.add_space(4.0);
+                body(ui, state);
+            });
+        },
+    );
+    // A button in it may have closed it.
+    state.preferences.paper_open &= open;
+}
+
+fn body(ui: &mut Ui, state: &mut AppState) {
+    let Some(result) = state.paper.clone().filter(|result| !result.rows.is_empty()) else {
+        nothing_yet(ui, state);
+        return;
+    };
+    let palette = theme::palette(ui);
+    let same = state.scene.as_ref().is_some_and(|scene| Arc::ptr_eq(scene, &result.scene));
+    let mut remarks = Vec::new();
+    if result.experiment != state.preferences.paper.experiment {
+        remarks.push(format!("Shown: {}.", result.experiment.label()));
+    }
+    if !same {
+        remarks.push(format!("Measured on {}, not on the open model.", result.scene.source.label()));
+    }
+    if !result.finished && state.jobs.lab.is_none() {
+        remarks.push("Not finished: stopped before all rows were there.".to_owned());
+    }
+    if !remarks.is_empty() {
+        ui.label(RichText::new(remarks.join(" ")).color(palette.warning));
+    }
+    match state.preferences.paper.display {
+        Display::Plots if !result.panels.is_empty() => plots::show(ui, state, &result),
+        _ => tables::show(ui, state, &result),
+    }
+}
+
+/// What the button would do, or that it is being done.
+fn nothing_yet(ui: &mut Ui, state: &AppState) {
+    let palette = theme::palette(ui);
+    let plan = &state.preferences.paper;
+    let text = match (&state.jobs.lab, &state.scene) {
+        (Some(_), _) => "Measuring. The first rows come when all that they are compared with is done.".to_owned(),
+        (None, None) => "No model loaded yet".to_owned(),
+        (None, Some(scene)) => {
+            let settings = match plan.experiment {
+                Experiment::Tables | Experiment::Threads => {
+                    format!(" (threshold {}, ε {})", state.wanted.build.threshold, state.wanted.build.epsilon)
+                }
+                _ => String::new(),
+            };
+            format!(
+                "{}{settings}, on {} with {} triangles. Leave the picture at rest meanwhile.",
+                plan.experiment.description(),
+                format::elide_middle(&scene.source.label(), 48),
+                format::count(scene.triangles.len() as u64)
+            )
+        }
+    };
+    ui.add(egui::Label::new(RichText::new(text).color(palette.dim)).wrap());
+}

@@ -1,0 +1,219 @@
+//! The curves, with a button on each point that wants its tree.
+
+use std::sync::Arc;
+
+use eframe::egui::{
+    self, Color32, CursorIcon, Rangef, RichText, Role, ScrollArea, Sense, Stroke, Ui, WidgetInfo, pos2, vec2,
+};
+use egui_plot::{AxisHints, GridMark, Line, MarkerShape, Plot, PlotPoint, PlotPoints, PlotTransform, Points, VLine};
+
+use crate::app::paper::{PaperResult, want_row};
+use crate::app::state::AppState;
+use crate::app::{format, theme};
+use crate::lab::Measurement;
+use crate::lab::plot::{COLORS, Curve, Panel, Point};
+
+/// Smallest width of a plot in points.
+const WIDTH: f32 = 200.0;
+/// Width of a category's name in points.
+const CATEGORY: f32 = 84.0;
+/// Smallest height of a plot in points.
+const HEIGHT: f32 = 140.0;
+
+pub(super) fn show(ui: &mut Ui, state: &mut AppState, result: &PaperResult) {
+    legend(ui, &result.panels);
+    let height = (ui.available_height() - 14.0).max(HEIGHT);
+    let count = result.panels.len() as f32;
+    let gap = ui.spacing().item_spacing.x;
+    let share = (ui.available_width() - gap * (count - 1.0)) / count;
+    ScrollArea::horizontal().id_salt("paper plots").auto_shrink([false, true]).show(ui, |ui| {
+        ui.horizontal_top(|ui| {
+            for (index, panel) in result.panels.iter().enumerate() {
+                let size = vec2(share.max(WIDTH).max(panel.categories.len() as f32 * CATEGORY), height);
+                ui.allocate_ui(size, |ui| {
+                    ui.vertical(|ui| {
+                        heading(ui, panel);
+                        let rows = Arc::clone(&result.rows);
+                        plot(ui, state, (index, panel), &rows, vec2(size.x, (height - 24.0).max(96.0)));
+                    });
+                });
+            }
+        });
+    });
+}
+
+fn heading(ui: &mut Ui, panel: &Panel) {
+    let text = match &panel.relative_of {
+        Some(series) => format!("{} · {series}", panel.y_label),
+        None => panel.y_label.clone(),
+    };
+    ui.add(egui::Label::new(RichText::new(text).color(theme::palette(ui).text)).truncate());
+}
+
+/// Names of the curves: once for the plots that compare quantities, once for all others.
+fn legend(ui: &mut Ui, panels: &[Panel]) {
+    let palette = theme::palette(ui);
+    ui.horizontal_wrapped(|ui| {
+        let relative = panels.iter().find(|panel| panel.relative_of.is_some());
+        let absolute = panels.iter().find(|panel| panel.relative_of.is_none());
+        for panel in relative.into_iter().chain(absolute) {
+            for (index, curve) in panel.curves.iter().enumerate() {
+                let (rect, _) = ui.allocate_exact_size(vec2(16.0, theme::ROW_HEIGHT), Sense::hover());
+                let stroke = Stroke::new(2.0, color(ui, panel, index));
+                ui.painter().hline(rect.x_range(), rect.center().y, stroke);
+                if !curve.reference {
+                    ui.painter().circle_filled(rect.center(), 3.5, stroke.color);
+                }
+                ui.label(RichText::new(&curve.name).color(palette.dim));
+            }
+            ui.add_space(16.0);
+        }
+    });
+}
+
+/// The colour of a curve: those of the plots in files, where they can be seen on this background.
+fn color(ui: &Ui, panel: &Panel, curve: usize) -> Color32 {
+    let palette = theme::palette(ui);
+    if panel.curves[curve].reference {
+        return palette.dim;
+    }
+    let index = curve + if panel.relative_of.is_some() { 3 } else { 0 };
+    match COLORS[index % COLORS.len()] {
+        [0, 0, 0] => palette.text,
+        [r, g, b] => Color32::from_rgb(r, g, b),
+    }
+}
+
+fn plot(ui: &mut Ui, state: &mut AppState, (id, panel): (usize, &Panel), rows: &[Measurement], size: egui::Vec2) {
+    let points = || panel.curves.iter().flat_map(|curve| &curve.points);
+    let low = points().map(|point| point.x).fold(f64::INFINITY, f64::min);
+    let high = points().map(|point| point.x).fold(f64::NEG_INFINITY, f64::max);
+    let top = points().map(|point| point.y).fold(0.0, f64::max);
+    if low > high {
+        return;
+    }
+    let named = !panel.categories.is_empty();
+    let margin = if named { 0.5 } else { ((high - low) * 0.04).max(0.2) };
+    let categories = panel.categories.clone();
+    let x_text = move |mark: GridMark, _: &std::ops::RangeInclusive<f64>| {
+        let nearest = mark.value.round();
+        if (mark.value - nearest).abs() > 1e-6 || nearest < 0.0 {
+            String::new()
+        } else if named {
+            categories.get(nearest as usize).cloned().unwrap_or_default()
+        } else {
+            nearest.to_string()
+        }
+    };
+    let colors: Vec<Color32> = (0..panel.curves.len()).map(|curve| color(ui, panel, curve)).collect();
+    let now = (id, wanted_x(state, panel, rows));
+    let warm = theme::palette(ui).warm;
+    // Narrow plots have their numbers closer together than a whole window would.
+    let mut x_axis = AxisHints::new_x().formatter(x_text).label_spacing(Rangef::new(18.0, 28.0));
+    if !panel.x_label.is_empty() {
+        x_axis = x_axis.label(RichText::new(&panel.x_label).small());
+    }
+    let y_text = |mark: GridMark, _: &std::ops::RangeInclusive<f64>| format::significant(mark.value);
+    let y_axis = AxisHints::new_y().formatter(y_text).label_spacing(Rangef::new(12.0, 18.0)).min_thickness(36.0);
+    let mut plot = Plot::new(("paper plot", id))
+        .width(size.x)
+        .height(size.y)
+        .allow_drag(false)
+        .allow_zoom(false)
+        .allow_scroll(false)
+        .allow_boxed_zoom(false)
+        .allow_double_click_reset(false)
+        .allow_axis_zoom_drag(false)
+        .show_crosshair(false)
+        .label_formatter(|_| None)
+        .custom_x_axes(vec![x_axis])
+        .custom_y_axes(vec![y_axis])
+        .set_margin_fraction(vec2(0.0, 0.0));
+    if named {
+        plot = plot.x_grid_spacer(|input| {
+            let (from, to) = input.bounds;
+            (from.ceil() as i64..=to.floor() as i64).map(|at| GridMark { value: at as f64, step_size: 1.0 }).collect()
+        });
+    }
+    let curves = panel.curves.clone();
+    let shown = plot.show(ui, |plot| {
+        plot.set_plot_bounds_x(low - margin..=high + margin);
+        plot.set_plot_bounds_y(0.0..=if top > 0.0 { top * 1.12 } else { 1.0 });
+        if let (_, Some(x)) = now {
+            plot.vline(VLine::new("now", x).color(warm.gamma_multiply(0.7)).width(1.0).allow_hover(false));
+        }
+        for (curve, color) in curves.iter().zip(colors) {
+            draw(plot, curve, color, named);
+        }
+    });
+    shown.response.widget_info(|| WidgetInfo::labeled(Role::Image, true, format!("Plot of {}", panel.y_label)));
+    if let Some(row) = clicked(ui, panel, &shown.transform, id).and_then(|row| rows.get(row)) {
+        want_row(state, row);
+    }
+}
+
+/// Where the tree that is wanted now lies on the horizontal axis of a sweep.
+fn wanted_x(state: &AppState, panel: &Panel, rows: &[Measurement]) -> Option<f64> {
+    let sweep = rows.first().is_some_and(|row| row.command == "sweep");
+    (sweep && panel.categories.is_empty()).then(|| f64::from(state.wanted.build.threshold))
+}
+
+fn draw(plot: &mut egui_plot::PlotUi<'_>, curve: &Curve, color: Color32, named: bool) {
+    let places = || -> PlotPoints<'static> { curve.points.iter().map(|point| [point.x, point.y]).collect() };
+    if !named {
+        let width = if curve.reference { 1.0 } else { 1.5 };
+        plot.line(Line::new(curve.name.clone(), places()).color(color).width(width).allow_hover(false));
+    }
+    if curve.reference {
+        return;
+    }
+    for point in &curve.points {
+        if let Some([fastest, slowest]) = point.spread {
+            let whisker = vec![[point.x, fastest], [point.x, slowest]];
+            let faint = color.gamma_multiply(0.5);
+            plot.line(Line::new("", whisker).color(faint).width(1.0).allow_hover(false));
+        }
+    }
+    let markers = Points::new(curve.name.clone(), places()).color(color).radius(3.0).shape(MarkerShape::Circle);
+    plot.points(markers.allow_hover(false));
+}
+
+/// The row of the point that was clicked. Each point is a widget, so that it can be found by its name.
+fn clicked(ui: &Ui, panel: &Panel, transform: &PlotTransform, id: usize) -> Option<usize> {
+    let mut row = None;
+    for (index, curve) in panel.curves.iter().enumerate() {
+        // Neighbours share the room between them.
+        let step = curve.points.windows(2).map(|pair| pair[1].x - pair[0].x).filter(|step| *step > 0.0);
+        let step = step.fold(f64::INFINITY, f64::min) * transform.dpos_dvalue_x();
+        let width = (step as f32).clamp(4.0, 16.0);
+        for (place, point) in curve.points.iter().enumerate().filter(|(_, point)| point.row.is_some()) {
+            let at = transform.position_from_point(&PlotPoint::new(point.x, point.y));
+            let rect = egui::Rect::from_center_size(pos2(at.x, at.y), vec2(width, 16.0));
+            let response = ui.interact(rect, ui.scope_id().with(("point", id, index, place)), Sense::CLICK);
+            response.widget_info(|| WidgetInfo::labeled(Role::Button, true, spoken(panel, curve, point)));
+            if response.hovered() {
+                let stroke = Stroke::new(1.5, theme::palette(ui).text);
+                ui.painter().circle_stroke(at, 5.0, stroke);
+            }
+            let tip = format!("{}\nClick to build this tree", spoken(panel, curve, point));
+            if response.on_hover_cursor(CursorIcon::PointingHand).on_hover_text_at_pointer(tip).clicked() {
+                row = point.row;
+            }
+        }
+    }
+    row
+}
+
+/// "Tests per ray 11.2 at threshold 6, box".
+fn spoken(panel: &Panel, curve: &Curve, point: &Point) -> String {
+    let (name, unit) = panel.y_label.split_once(" (").unwrap_or((&panel.y_label, ""));
+    let unit = unit.trim_end_matches(')');
+    let value = format::significant(point.y);
+    let x = point.x.round() as usize;
+    let place = match panel.categories.get(x) {
+        Some(category) => format!("for {category}"),
+        None => format!("at {} {x}", panel.x_label.split([' ', '(']).next().unwrap_or_default().to_lowercase()),
+    };
+    let space = if unit.is_empty() || unit == "×" { "" } else { " " };
+    format!("{name} {value}{space}{unit} {place}, {}", curve.name)
+}
