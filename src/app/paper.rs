@@ -215,6 +215,7 @@ impl PaperPlan {
             size: [self.side_px; 2],
             traversal: self.traversal,
             repeat: self.repeat,
+            simd: wanted.render.simd,
         }
     }
 }
