@@ -43,7 +43,7 @@ impl CancelToken {
     /// A token that is cancelled when it is looked at for the `look`th time, the first being 0: stops work at a chosen
     /// check point, which a test can repeat.
     pub fn cancelled_at_look(look: u32) -> Self {
-        Self { shared: Arc::new(Shared { cancelling_look: Some(look), ..Shared::default() }) }
+        Self { shared: Arc::new(Shared { cancelling_look: Some(look), ..Shared::default() }), ..Self::default() }
     }
 
     /// Asks the work to stop at its next check point.

@@ -4,8 +4,8 @@ use std::path::PathBuf;
 
 use super::context::Progress;
 use super::{Context, Failure, Finished};
-use crate::bvh::traverse::Traversal;
 use crate::bvh::SimdLevel;
+use crate::bvh::traverse::Traversal;
 use crate::export::{check_target, write_bytes, write_file};
 use crate::lab::plot::{PlotFormat, draw, panels};
 use crate::lab::rows::write_csv;
