@@ -6,6 +6,7 @@ use std::time::{Duration, Instant};
 use fearless_simd::Level;
 use rayon::prelude::*;
 
+use crate::budget::Budget;
 use crate::bvh::builders::{BuildError, StageTimes, build};
 use crate::bvh::details::{NodeDetails, node_details};
 use crate::bvh::lineage::{Lineage, path_to_primitive};
@@ -21,6 +22,11 @@ use crate::with_tree;
 
 /// Triangles sampled for the end-point overlap of a large scene.
 const EPO_SAMPLES: usize = 2_000;
+
+/// Memory that a build and what is derived from its tree hold at once. The binary tree grew the peak of the process by 215 a
+/// triangle beyond the scene's own bytes, on terrains of 1 and 4 million triangles in boxes; the wide tree's nodes and blocks
+/// of triangles and the overlay's lists are the rest.
+const BUILD_BYTES_PER_TRIANGLE: u64 = 360;
 
 /// A built tree, ready to be traced.
 #[derive(Debug)]
@@ -68,6 +74,8 @@ pub struct BuildReport {
 impl Accel {
     /// Builds the tree of `scene` in the calling thread's rayon pool. In debug builds the result passes the validator.
     pub fn build(scene: &Arc<Scene>, settings: &BuildSettings, token: &CancelToken) -> Result<Self, BuildError> {
+        let bytes = scene.triangles.len() as u64 * BUILD_BYTES_PER_TRIANGLE;
+        Budget::of_process().check("the tree", bytes).map_err(|error| BuildError::Refused(error.to_string()))?;
         let (tree, stages) = build(&scene.triangles, settings, token)?;
         if cfg!(debug_assertions)
             && let Err(broken) = crate::bvh::validate::validate(&tree, &scene.triangles)

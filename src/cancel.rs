@@ -2,7 +2,7 @@
 //! asks it at coarse check points.
 
 use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU32, AtomicU64, Ordering};
 
 /// Work was stopped because its token was cancelled. Not a failure: nobody wanted the result any more.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
@@ -29,9 +29,19 @@ struct Shared {
     cancelled: AtomicBool,
     /// Progress in units of 1/10000.
     progress: AtomicU32,
-    /// How many looks cancel the token, and how many there were; no count is kept where none does.
-    cancelling_look: Option<u32>,
-    looks: AtomicU32,
+    watch: Option<Watch>,
+}
+
+/// Sees every look at a token.
+struct Watch {
+    looks: AtomicU64,
+    on_look: Box<dyn Fn(u64) -> bool + Send + Sync>,
+}
+
+impl std::fmt::Debug for Watch {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Watch").field("looks", &self.looks).finish_non_exhaustive()
+    }
 }
 
 impl CancelToken {
@@ -40,10 +50,11 @@ impl CancelToken {
         Self::default()
     }
 
-    /// A token that is cancelled when it is looked at for the `look`th time, the first being 0: stops work at a chosen
-    /// check point, which a test can repeat.
-    pub fn cancelled_at_look(look: u32) -> Self {
-        Self { shared: Arc::new(Shared { cancelling_look: Some(look), ..Shared::default() }), ..Self::default() }
+    /// A token whose every look calls `on_look` with its number, counted from 1, and that is cancelled once this returns
+    /// `true`: for tests of what happens at, or between, check points.
+    pub fn watched(on_look: impl Fn(u64) -> bool + Send + Sync + 'static) -> Self {
+        let watch = Some(Watch { looks: AtomicU64::new(0), on_look: Box::new(on_look) });
+        Self { shared: Arc::new(Shared { watch, ..Shared::default() }), ..Self::default() }
     }
 
     /// Asks the work to stop at its next check point.
@@ -53,8 +64,8 @@ impl CancelToken {
 
     /// Whether the work should stop.
     pub fn is_cancelled(&self) -> bool {
-        if let Some(look) = self.shared.cancelling_look
-            && self.shared.looks.fetch_add(1, Ordering::Relaxed) >= look
+        if let Some(watch) = &self.shared.watch
+            && (watch.on_look)(watch.looks.fetch_add(1, Ordering::Relaxed) + 1)
         {
             self.cancel();
         }

@@ -28,6 +28,8 @@ pub mod geometry;
 
 pub mod cancel;
 
+pub mod budget;
+
 pub mod camera;
 
 pub mod view;

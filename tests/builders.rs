@@ -307,7 +307,7 @@ fn a_build_cancelled_at_any_check_point_stops_and_the_next_one_is_right() {
             let (expected, _) = build(&triangles, &settings, &CancelToken::new()).unwrap();
             let mut look = 0;
             // Looks stand at the same places in each build, but for what stops of the other tasks once one is stopped.
-            while let Err(error) = build(&triangles, &settings, &CancelToken::cancelled_at_look(look)) {
+            while let Err(error) = build(&triangles, &settings, &CancelToken::watched(move |seen| seen > look)) {
                 assert!(matches!(error, BuildError::Cancelled(_)), "{settings:?}, look {look}: {error}");
                 look = look * 5 / 4 + 1;
             }
@@ -323,7 +323,7 @@ fn exact_clustering_stops_in_the_middle_of_equal_triangles() {
     let triangles = vec![soup(1)[0]; 3000];
     let settings = BuildSettings { builder: BuilderKind::Exact, ..BuildSettings::default() };
     // All are each other's best match: nearly all the time goes into few merges' searches.
-    let result = build(&triangles, &settings, &CancelToken::cancelled_at_look(2000));
+    let result = build(&triangles, &settings, &CancelToken::watched(|seen| seen > 2000));
     assert!(matches!(result, Err(BuildError::Cancelled(_))));
 }
 

@@ -7,16 +7,17 @@ use std::path::{Path, PathBuf};
 const MAY_IMPORT: &[(&str, &[&str])] = &[
     ("geometry", &[]),
     ("cancel", &[]),
+    ("budget", &[]),
     ("worker", &["cancel"]),
     ("export", &["cancel"]),
     ("camera", &["geometry"]),
     ("view", &["geometry", "camera"]),
-    ("scene", &["geometry", "cancel"]),
-    ("bvh", &["geometry", "cancel"]),
-    ("accel", &["geometry", "cancel", "scene", "bvh"]),
-    ("render", &["geometry", "cancel", "camera", "scene", "bvh", "accel"]),
-    ("overlay", &["geometry", "cancel", "camera", "scene", "bvh", "accel"]),
-    ("lab", &["geometry", "cancel", "export", "camera", "view", "scene", "bvh", "accel", "render"]),
+    ("scene", &["geometry", "cancel", "budget"]),
+    ("bvh", &["geometry", "cancel", "budget"]),
+    ("accel", &["geometry", "cancel", "budget", "scene", "bvh"]),
+    ("render", &["geometry", "cancel", "budget", "camera", "scene", "bvh", "accel"]),
+    ("overlay", &["geometry", "cancel", "budget", "camera", "scene", "bvh", "accel"]),
+    ("lab", &["geometry", "cancel", "budget", "export", "camera", "view", "scene", "bvh", "accel", "render"]),
 ];
 
 /// What the upper rooms may import: everything below them.

@@ -6,6 +6,7 @@ use clap::{Args, Parser, Subcommand};
 use glam::Vec3;
 
 use super::values::{self, Epsilons, ModelParser, Numbers};
+use crate::budget::MemoryLimit;
 use crate::bvh::traverse::Traversal;
 use crate::bvh::{BuilderKind, ContainerKind, Preset, SimdLevel};
 use crate::headless::OverlayKinds;
@@ -143,6 +144,9 @@ pub struct LoadArgs {
     /// Let a model read files outside of its own folder (materials, textures, buffers)
     #[arg(long)]
     pub allow_outside: bool,
+    /// Memory that the program may use, as 4GB, 500MB or 50% of what is available [default: 75%]
+    #[arg(long, value_name = "SIZE|PERCENT", value_parser = values::memory)]
+    pub memory_limit: Option<MemoryLimit>,
 }
 
 #[derive(Debug, Args)]

@@ -5,10 +5,12 @@ mod resolve;
 mod values;
 
 use std::io::Write;
+use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::process::ExitCode;
 
 use clap::{CommandFactory as _, Parser as _};
 
+use crate::budget::Budget;
 use crate::bvh::ContainerKind;
 use crate::cancel::CancelToken;
 use crate::headless::plot::PlotJob;
@@ -33,11 +35,14 @@ pub fn main() -> ExitCode {
         .init();
     let token = CancelToken::new();
     let strict = strict(&cli);
+    if let Some(limit) = load_args(&cli).and_then(|load| load.memory_limit) {
+        Budget::set_limit(limit);
+    }
     let result = match cli.command {
         None => run_viewer(cli.viewer),
         Some(command) => {
             let theirs = token.clone();
-            // The first Ctrl-C asks for an end at the next check point, the second ends at once.
+            // The first Ctrl-C, or request to terminate, asks for an end at the next check point, the second ends at once.
             let handler = ctrlc::set_handler(move || {
                 if theirs.is_cancelled() {
                     std::process::exit(130);
@@ -47,7 +52,12 @@ pub fn main() -> ExitCode {
             if let Err(error) = handler {
                 log::warn!("Ctrl-C will end the program at once: {error}");
             }
-            run_command(command, token)
+            // The last net under a mistake of ours: an exit code, not a crash.
+            catch_unwind(AssertUnwindSafe(|| run_command(command, token))).unwrap_or_else(|_| {
+                Err(Failure::Failed(
+                    "this is a mistake in bvhscope; please report it with the message above".to_owned(),
+                ))
+            })
         }
     };
     finish(result, strict)

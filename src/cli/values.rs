@@ -2,6 +2,7 @@
 
 use glam::Vec3;
 
+use crate::budget::MemoryLimit;
 use crate::bvh::{BuildSettings, SimdLevel};
 use crate::headless::OverlayKinds;
 use crate::scene::SceneSource;
@@ -96,6 +97,32 @@ pub fn size(text: &str) -> Result<[u32; 2], String> {
         Some([side(width)?, side(height)?])
     });
     parts.ok_or_else(|| format!("WIDTHxHEIGHT in pixels, each from 1 to {MAX_SIDE}, is expected, as in 1280x720"))
+}
+
+/// `4GB`, `500MB` or `50%`; units are powers of 1000, with an i (`4GiB`) of 1024.
+pub fn memory(text: &str) -> Result<MemoryLimit, String> {
+    let expected = || "a size from 16MB on, as in 4GB or 500MB, or a share from 1% to 100% is expected".to_owned();
+    let end = text.find(|c: char| !c.is_ascii_digit() && c != '.').unwrap_or(text.len());
+    let (number, unit) = text.split_at(end);
+    let number: f64 = number.parse().map_err(|_| expected())?;
+    let power = |base: f64, power: i32| Some(number * base.powi(power));
+    let bytes = match unit.trim().to_ascii_lowercase().as_str() {
+        "%" if (1.0..=100.0).contains(&number) => return Ok(MemoryLimit::Share(number / 100.0)),
+        "b" => Some(number),
+        "k" | "kb" => power(1000.0, 1),
+        "m" | "mb" => power(1000.0, 2),
+        "g" | "gb" => power(1000.0, 3),
+        "t" | "tb" => power(1000.0, 4),
+        "kib" => power(1024.0, 1),
+        "mib" => power(1024.0, 2),
+        "gib" => power(1024.0, 3),
+        "tib" => power(1024.0, 4),
+        _ => None,
+    };
+    bytes
+        .filter(|bytes| (16e6..1e18).contains(bytes))
+        .map(|bytes| MemoryLimit::Bytes(bytes as u64))
+        .ok_or_else(expected)
 }
 
 /// `X,Y,Z`.

@@ -91,7 +91,8 @@ impl Context<'_> {
     /// Loads `source` with a bar on stderr where that is a terminal; prints its warnings to stderr.
     pub fn load(&self, source: &SceneSource) -> Result<Arc<Scene>, Failure> {
         let progress = Progress::new(&format!("Loading {}", source.label()), &self.token);
-        let scene = load(source, &self.load, &self.token)?;
+        let (options, token) = (&self.load, &self.token);
+        let scene = self.pool()?.install(|| load(source, options, token))?;
         drop(progress);
         for warning in &scene.warnings.entries {
             eprintln!("bvhscope: {source}: {warning}");
@@ -99,10 +100,28 @@ impl Context<'_> {
         Ok(Arc::new(scene))
     }
 
-    /// A pool of the asked-for threads.
+    /// A pool of the asked-for threads; of fewer, with a word about it, where the system gives no more.
     pub fn pool(&self) -> Result<rayon::ThreadPool, Failure> {
-        crate::lab::pool(self.threads.unwrap_or(0)).map_err(Failure::Failed)
+        let wanted = self.threads.unwrap_or(0);
+        let refusal = match crate::lab::pool(wanted) {
+            Ok(pool) => return Ok(pool),
+            Err(refusal) => refusal,
+        };
+        let mut fewer = if wanted == 0 { available_threads() } else { wanted } / 2;
+        while fewer > 0 {
+            if let Ok(pool) = crate::lab::pool(fewer) {
+                eprintln!("bvhscope: {refusal}; working with {fewer} threads");
+                return Ok(pool);
+            }
+            fewer /= 2;
+        }
+        Err(Failure::Failed(refusal))
     }
+}
+
+/// Threads that the machine can run at once.
+fn available_threads() -> usize {
+    std::thread::available_parallelism().map_or(1, std::num::NonZero::get)
 }
 
 /// A bar that follows a token's progress from a thread of its own; nothing where stderr is no terminal.

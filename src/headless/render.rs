@@ -9,6 +9,7 @@ use serde::Serialize;
 use super::context::Progress;
 use super::{Context, Failure, Finished};
 use crate::accel::Accel;
+use crate::budget::Budget;
 use crate::bvh::BuildSettings;
 use crate::export::{ExportError, check_target, write_file};
 use crate::overlay::OverlaySettings;
@@ -112,6 +113,7 @@ pub fn run(job: &RenderJob, context: &mut Context<'_>) -> Result<Finished, Failu
             "--overlay needs the feature 'gui', which this program was built without: leave --overlay out".to_owned(),
         ));
     }
+    check_memory(job)?;
     let scene = context.load(&job.source)?;
     let [width_px, height_px] = job.size;
     let (accel, frame) = context.pool()?.install(|| {
@@ -147,6 +149,17 @@ pub fn run(job: &RenderJob, context: &mut Context<'_>) -> Result<Finished, Failu
         writeln!(context.out, "{text}")?;
     }
     Ok(Finished { warned: !scene.warnings.is_empty() })
+}
+
+/// Whether the picture can be held and written.
+fn check_memory(job: &RenderJob) -> Result<(), Failure> {
+    let [width, height] = job.size.map(u64::from);
+    // A pixel of the frame, its sum over samples, its copies for the overlay and for the encoders.
+    let bytes_a_pixel =
+        48 + if job.overlay.is_some() { 24 } else { 0 } + if job.depth_image.is_some() { 40 } else { 0 };
+    Budget::of_process()
+        .check(&format!("a picture of {width}x{height} pixels"), width * height * bytes_a_pixel)
+        .map_err(|error| Failure::Failed(error.to_string()))
 }
 
 fn summary<'a>(job: &'a RenderJob, accel: &Accel, frame: &Frame) -> Rendered<'a> {

@@ -1,8 +1,12 @@
 //! Collects triangles and their looks into a scene: what every format and every built-in scene has in common.
 
+use std::path::Path;
+
 use glam::{Vec2, Vec3};
 
+use super::read::unusable;
 use super::{Attributes, LoadError, Material, Place, Scene, SceneSource, Texture, Warnings};
+use crate::budget::{Budget, OverBudget};
 use crate::geometry::{Aabb, Triangle};
 
 /// Coordinates farther out than this make distances overflow, so such triangles are skipped.
@@ -10,6 +14,27 @@ const MAX_COORDINATE: f32 = 1e18;
 
 /// Triangle counts are kept in 32 bits; leaves and nodes need a few values beyond.
 const MAX_TRIANGLES: usize = (u32::MAX - 16) as usize;
+
+/// A triangle with the indices of its corners and its material.
+const BYTES_PER_TRIANGLE: u64 = (size_of::<Triangle>() + size_of::<[u32; 3]>() + size_of::<u32>()) as u64;
+
+/// There is no memory for the triangles.
+#[derive(Debug, thiserror::Error)]
+pub(super) enum NoRoom {
+    /// They would go beyond the budget.
+    #[error(transparent)]
+    OverBudget(#[from] OverBudget),
+    /// The system gives no more.
+    #[error("the system gives no more memory for triangles; take a smaller model")]
+    Refused,
+}
+
+impl NoRoom {
+    /// The same about a file.
+    pub(super) fn in_file(&self, path: &Path) -> LoadError {
+        unusable(path, self.to_string())
+    }
+}
 
 /// A scene in the making.
 pub(super) struct Assembly {
@@ -64,9 +89,13 @@ impl Assembly {
         self.triangles.len()
     }
 
-    /// Makes room for so many more triangles.
-    pub(super) fn reserve(&mut self, count: usize) {
-        self.triangles.reserve(count);
+    /// Makes room for so many more triangles, or says why there is none. The error names no file yet.
+    pub(super) fn reserve(&mut self, count: usize) -> Result<(), NoRoom> {
+        // Growing copies, so that old and new stand side by side.
+        let total = self.triangles.len().saturating_add(count) as u64;
+        Budget::of_process().check("the triangles", total.saturating_mul(BYTES_PER_TRIANGLE))?;
+        self.triangles.try_reserve(count).map_err(|_| NoRoom::Refused)?;
+        Ok(())
     }
 
     /// Appends the attributes of `count` vertices and returns the index of the first; `None` where there are no
@@ -119,11 +148,8 @@ impl Assembly {
 
     /// The scene, or why there is none.
     pub(super) fn finish(mut self, source: &SceneSource, up: Vec3) -> Result<Scene, LoadError> {
-        let unusable = |message: String| LoadError::Unusable {
-            path: source.path().map_or_else(|| source.to_string().into(), std::path::Path::to_path_buf),
-            place: Place::File,
-            message,
-        };
+        let path = source.path().map_or_else(|| source.to_string().into(), Path::to_path_buf);
+        let unusable = |message: String| unusable(&path, message);
         if self.triangles.is_empty() {
             let skipped: Vec<_> = self.warnings.entries.iter().map(ToString::to_string).collect();
             let skipped = if skipped.is_empty() { String::new() } else { format!(" ({})", skipped.join("; ")) };

@@ -4,9 +4,11 @@ use std::collections::HashMap;
 use std::path::{Component, Path, PathBuf};
 
 use glam::Affine2;
+use image::ImageDecoder as _;
 
 use super::read::read_file;
 use super::{LoadOptions, Place, Texture, Warnings, WrapMode};
+use crate::budget::{Budget, in_words};
 use crate::cancel::CancelToken;
 
 /// The largest width or height of an image.
@@ -124,7 +126,7 @@ impl<'a> Images<'a> {
         if self.options.allow_outside || path.starts_with(folder) {
             Ok(path)
         } else {
-            Err("it lies outside the model's folder, which must be allowed first".to_owned())
+            Err("it lies outside the model's folder; --allow-outside lets it be read".to_owned())
         }
     }
 
@@ -158,15 +160,22 @@ fn decode(bytes: &[u8], budget: u64) -> Result<(u32, u32, Vec<[u8; 4]>), String>
     let mut limits = image::Limits::default();
     limits.max_image_width = Some(MAX_SIDE);
     limits.max_image_height = Some(MAX_SIDE);
-    limits.max_alloc = Some(MAX_IMAGE.min(budget));
+    // The decoder's buffer, the picture as RGBA and the texels exist at the same time.
+    limits.max_alloc = Some(MAX_IMAGE.min(budget).min(Budget::of_process().left() / 3));
     reader.limits(limits);
-    let picture = reader.decode().map_err(|error| error.to_string())?.into_rgba8();
+    let decoder = reader.into_decoder().map_err(|error| error.to_string())?;
+    let (width, height) = decoder.dimensions();
+    let bytes = u64::from(width) * u64::from(height) * 4;
+    if bytes > MAX_IMAGE {
+        return Err(format!("{width}x{height} pixels are more than fit into {}", in_words(MAX_IMAGE)));
+    }
+    if bytes > budget {
+        return Err("all textures together are too large".to_owned());
+    }
+    let picture = image::DynamicImage::from_decoder(decoder).map_err(|error| error.to_string())?.into_rgba8();
     let (width, height) = picture.dimensions();
     if width == 0 || height == 0 {
         return Err("it has no pixels".to_owned());
-    }
-    if u64::from(width) * u64::from(height) * 4 > budget {
-        return Err("all textures together are too large".to_owned());
     }
     Ok((width, height, picture.into_raw().as_chunks().0.to_vec()))
 }

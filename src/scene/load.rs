@@ -33,19 +33,36 @@ fn load_file(
     token: &CancelToken,
 ) -> Result<Scene, LoadError> {
     let bytes = read_model(path, token)?;
-    let mut assembly = Assembly::new();
-    let up = match detect(path, &bytes) {
-        Some(Format::Obj) => obj::load(path, &bytes, options, &mut assembly, token).map(|()| Vec3::Y),
-        Some(Format::Gltf) => gltf::load(path, &bytes, options, &mut assembly, token).map(|()| Vec3::Y),
-        Some(Format::Ply) => ply::load(path, &bytes, &mut assembly, token).map(|()| Vec3::Y),
-        // Drawing programs for machine parts, where most STL files come from, have z up.
-        Some(Format::Stl) => stl::load(path, &bytes, &mut assembly, token).map(|()| Vec3::Z),
-        None => Err(unusable(path, "is neither OBJ, glTF, GLB, PLY nor STL")),
-    }?;
+    let (assembly, up) = read_bytes(path, &bytes, options, token)?;
     drop(bytes);
     token.check()?;
     token.set_progress(1.0);
     assembly.finish(source, up)
+}
+
+/// Loads a model whose bytes are in memory, as if they were in a file at `path`: its extension and folder count.
+pub fn load_bytes(path: &Path, bytes: &[u8], options: &LoadOptions, token: &CancelToken) -> Result<Scene, LoadError> {
+    let (assembly, up) = read_bytes(path, bytes, options, token)?;
+    assembly.finish(&SceneSource::File(path.to_path_buf()), up)
+}
+
+/// What is in a file, and which way is up in it.
+fn read_bytes(
+    path: &Path,
+    bytes: &[u8],
+    options: &LoadOptions,
+    token: &CancelToken,
+) -> Result<(Assembly, Vec3), LoadError> {
+    let mut assembly = Assembly::new();
+    let up = match detect(path, bytes) {
+        Some(Format::Obj) => obj::load(path, bytes, options, &mut assembly, token).map(|()| Vec3::Y),
+        Some(Format::Gltf) => gltf::load(path, bytes, options, &mut assembly, token).map(|()| Vec3::Y),
+        Some(Format::Ply) => ply::load(path, bytes, &mut assembly, token).map(|()| Vec3::Y),
+        // Drawing programs for machine parts, where most STL files come from, have z up.
+        Some(Format::Stl) => stl::load(path, bytes, &mut assembly, token).map(|()| Vec3::Z),
+        None => Err(unusable(path, "is neither OBJ, glTF, GLB, PLY nor STL")),
+    }?;
+    Ok((assembly, up))
 }
 
 /// File formats.

@@ -21,7 +21,7 @@ use crate::geometry::{Aabb, Triangle};
 
 pub use builtin::{BUILTIN_SCENES, BuiltinScene};
 pub use error::{LoadError, Place, Warning, Warnings};
-pub use load::{LoadOptions, load};
+pub use load::{LoadOptions, load, load_bytes};
 pub use material::{Material, Texture, WrapMode};
 
 /// Where a scene comes from: a file, or `builtin:NAME` with an optional size parameter, as in `builtin:terrain:1000000`.

@@ -5,6 +5,7 @@ use std::io::Read;
 use std::path::Path;
 
 use super::{LoadError, Place};
+use crate::budget::Budget;
 use crate::cancel::CancelToken;
 
 /// The part of the progress that reading the model file takes.
@@ -32,17 +33,32 @@ pub(super) fn read_file(path: &Path, progress: Option<f32>, token: &CancelToken)
     let mut file = open_regular(path)?;
     let length = file.metadata().map_err(|error| unusable(path, format!("cannot be read: {error}")))?.len();
     let size = usize::try_from(length).map_err(|_| unusable(path, "is larger than this machine's memory"))?;
+    Budget::of_process().check("the file", length).map_err(|error| unusable(path, error.to_string()))?;
     let mut bytes = Vec::new();
     bytes
         .try_reserve_exact(size)
         .map_err(|_| unusable(path, format!("needs {length} bytes of memory, more than there is")))?;
+    fill(&mut bytes, size, &mut file, path, progress, token)?;
+    Ok(bytes)
+}
+
+/// Reads `size` bytes.
+fn fill(
+    bytes: &mut Vec<u8>,
+    size: usize,
+    source: &mut impl Read,
+    path: &Path,
+    progress: Option<f32>,
+    token: &CancelToken,
+) -> Result<(), LoadError> {
     while bytes.len() < size {
         token.check()?;
         let start = bytes.len();
         let portion = PORTION.min(size - start);
-        let got = (&mut file).take(portion as u64).read_to_end(&mut bytes).map_err(|error| LoadError::Unusable {
+        let got = source.by_ref().take(portion as u64).read_to_end(bytes);
+        let got = got.map_err(|error| LoadError::Unusable {
             path: path.to_path_buf(),
-            place: Place::Byte(start as u64),
+            place: Place::Byte(bytes.len() as u64),
             message: format!("reading failed: {error}"),
         })?;
         if got == 0 {
@@ -55,7 +71,7 @@ pub(super) fn read_file(path: &Path, progress: Option<f32>, token: &CancelToken)
             token.set_progress(share * bytes.len() as f32 / size as f32);
         }
     }
-    Ok(bytes)
+    Ok(())
 }
 
 /// Opens a file without ever waiting for one that is a pipe or a device.
@@ -132,4 +148,47 @@ fn edit_distance(a: &str, b: &str) -> usize {
         }
     }
     row[b.len()]
+}
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used, reason = "a test fails by panicking")]
+mod tests {
+    use super::*;
+
+    /// Gives one byte at a time and fails after so many.
+    struct Failing(usize);
+
+    impl Read for Failing {
+        fn read(&mut self, buffer: &mut [u8]) -> std::io::Result<usize> {
+            self.0 = self.0.checked_sub(1).ok_or_else(|| std::io::Error::other("the disk is gone"))?;
+            buffer[0] = 7;
+            Ok(1)
+        }
+    }
+
+    #[test]
+    fn a_read_that_fails_is_placed() {
+        let mut bytes = Vec::new();
+        let path = Path::new("a.stl");
+        fill(&mut bytes, 100, &mut Failing(200), path, Some(1.0), &CancelToken::new()).unwrap();
+        assert_eq!(bytes, [7; 100]);
+        let error = fill(&mut Vec::new(), 100, &mut Failing(40), path, None, &CancelToken::new()).unwrap_err();
+        assert_eq!(error.to_string(), "a.stl: at byte 40: reading failed: the disk is gone");
+    }
+
+    #[test]
+    fn a_file_that_shrinks_while_it_is_read_is_noticed() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.stl");
+        std::fs::write(&path, vec![1; PORTION + 10]).unwrap();
+        let theirs = path.clone();
+        let token = CancelToken::watched(move |look| {
+            if look == 2 {
+                std::fs::write(&theirs, b"short").unwrap();
+            }
+            false
+        });
+        let message = read_file(&path, None, &token).unwrap_err().to_string();
+        assert!(message.contains("changed while being read"), "{message}");
+    }
 }

@@ -1,5 +1,6 @@
-//! STL, binary and text. Read here instead of through stl_io, which takes NaN, refuses upper case and stops after the
-//! first of several solids. Normals in the file are ignored: they often are wrong, and never smooth.
+//! STL, binary and text. Not through stl_io 0.11: its reader of text refuses upper case, a bare `solid`, Latin-1 names and any
+//! NaN without saying the line, and stops after the first of several solids. Guarding it means to rewrite every line first, and
+//! what it then does for binary files is to take 50 bytes apart. Normals in the file are ignored: they often are wrong, and never smooth.
 
 use std::path::Path;
 
@@ -46,7 +47,7 @@ pub(super) fn load(path: &Path, bytes: &[u8], assembly: &mut Assembly, token: &C
     }
     assembly.mesh_count = 1;
     let records = &records[..records.len().min(usize::try_from(declared).unwrap_or(usize::MAX))];
-    assembly.reserve(records.len());
+    assembly.reserve(records.len()).map_err(|error| error.in_file(path))?;
     for (index, record) in records.iter().enumerate() {
         if index % 65_536 == 0 {
             token.check()?;

@@ -85,7 +85,6 @@ pub(super) fn flake(levels: u32, assembly: &mut Assembly, token: &CancelToken) -
 pub(super) fn slivers(count: u32, assembly: &mut Assembly, token: &CancelToken) -> Result<(), Cancelled> {
     add_palette(assembly);
     let mut random = Random(1);
-    assembly.reserve(count as usize);
     for index in 0..count {
         if index % 16_384 == 0 {
             token.check()?;

@@ -5,9 +5,12 @@ mod shapes;
 mod teapot;
 mod terrain;
 
+use std::path::PathBuf;
+
 use glam::Vec3;
 
 use super::assemble::Assembly;
+use super::read::unusable;
 use super::{LoadError, Scene, SceneSource};
 use crate::cancel::CancelToken;
 
@@ -75,6 +78,8 @@ pub(super) fn build(
     let size =
         known.and_then(|scene| scene.size).map_or(0, |(_, min, default, max)| size.unwrap_or(default).clamp(min, max));
     let mut assembly = Assembly::new();
+    let path: PathBuf = source.to_string().into();
+    assembly.reserve(most_triangles(name, size)).map_err(|error| error.in_file(&path))?;
     match name {
         "teapot" => teapot::build(size, &mut assembly, token)?,
         "cornell" => classics::cornell(&mut assembly),
@@ -84,14 +89,23 @@ pub(super) fn build(
         "clusters" => classics::clusters(size, &mut assembly, token)?,
         _ => {
             let names: Vec<_> = BUILTIN_SCENES.iter().map(|scene| scene.name).collect();
-            return Err(LoadError::Unusable {
-                path: source.to_string().into(),
-                place: super::Place::File,
-                message: format!("there is no such built-in scene; there are: {}", names.join(", ")),
-            });
+            return Err(unusable(&path, format!("there is no such built-in scene; there are: {}", names.join(", "))));
         }
     }
     token.check()?;
     token.set_progress(1.0);
     assembly.finish(source, Vec3::Y)
+}
+
+/// As many triangles as a scene may have, for the memory that it needs.
+fn most_triangles(name: &str, size: u32) -> usize {
+    let size = size as usize;
+    match name {
+        "teapot" => 64 * size * size,
+        "terrain" | "slivers" => size,
+        "clusters" => 256 * size,
+        // 2,208 triangles in the middle, and from level to level at most five times as many.
+        "sphereflake" => 4096 * 5_usize.pow(size as u32),
+        _ => 0,
+    }
 }

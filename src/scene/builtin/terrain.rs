@@ -31,7 +31,6 @@ pub(super) fn build(triangles: u32, assembly: &mut Assembly, token: &CancelToken
         ..VertexLists::default()
     };
     let first = assembly.add_vertices(vertices.len(), lists);
-    assembly.reserve(2 * (cells * cells) as usize);
     for row in 0..cells {
         token.check()?;
         for column in 0..cells {

@@ -1,124 +1,155 @@
-//! Accessors: every component type, normalised or not, interleaved or not, sparse or not, with checked arithmetic.
+//! Accessors: every component type, normalised or not, interleaved or not, sparse or not. All that the crate's reader
+//! would panic on is checked here first, with checked arithmetic.
 
-use super::container::{Document, number};
+use gltf::accessor::{DataType, Dimensions, Item, Iter};
+use gltf::json::accessor::Accessor;
+use gltf::json::validation::Checked;
 
-/// Bytes that an accessor without a view may take.
-const MAX_BYTES: usize = 1 << 30;
+use super::container::{Document, entry};
+use crate::budget::Budget;
 
-/// Elements one after the other, as in the file.
+/// Elements one after the other.
 pub(super) struct Elements {
-    kind: usize,
     /// Numbers an element.
     pub(super) width: usize,
-    normalized: bool,
-    bytes: Vec<u8>,
+    /// Normalised integers are 0 to 1 or -1 to 1.
+    pub(super) numbers: Vec<f32>,
 }
 
-impl Elements {
-    /// Every number as a float; normalised integers become 0 to 1 or -1 to 1.
-    pub(super) fn floats(&self) -> Vec<f32> {
-        let bytes = &self.bytes;
-        let scale = |most: f32| if self.normalized { 1.0 / most } else { 1.0 };
-        match self.kind {
-            5120 => {
-                bytes.iter().map(|&b| (f32::from(b.cast_signed()) * scale(127.0)).max(-128.0 * scale(128.0))).collect()
-            }
-            5121 => bytes.iter().map(|&b| f32::from(b) * scale(255.0)).collect(),
-            5122 => bytes.as_chunks().0.iter().map(|&b| f32::from(i16::from_le_bytes(b)) * scale(32_767.0)).collect(),
-            5123 => bytes.as_chunks().0.iter().map(|&b| f32::from(u16::from_le_bytes(b)) * scale(65_535.0)).collect(),
-            5125 => bytes.as_chunks().0.iter().map(|&b| u32::from_le_bytes(b) as f32).collect(),
-            _ => bytes.as_chunks().0.iter().map(|&b| f32::from_le_bytes(b)).collect(),
-        }
-    }
-
-    /// Every number as an index; `None` where they are no indices.
-    pub(super) fn indices(&self) -> Option<Vec<u32>> {
-        let bytes = &self.bytes;
-        match self.kind {
-            _ if self.width != 1 => None,
-            5121 => Some(bytes.iter().map(|&b| u32::from(b)).collect()),
-            5123 => Some(bytes.as_chunks().0.iter().map(|&b| u32::from(u16::from_le_bytes(b))).collect()),
-            5125 => Some(bytes.as_chunks().0.iter().map(|&b| u32::from_le_bytes(b)).collect()),
-            _ => None,
-        }
-    }
+/// An accessor that can be read safely.
+struct Sound<'a> {
+    reader: gltf::Accessor<'a>,
+    kind: DataType,
+    width: usize,
+    count: usize,
+    /// Neither view nor sparse values: all zero, which the crate does not read.
+    blank: bool,
 }
 
-fn component_size(kind: usize) -> Option<usize> {
-    match kind {
-        5120 | 5121 => Some(1),
-        5122 | 5123 => Some(2),
-        5125 | 5126 => Some(4),
-        _ => None,
-    }
-}
-
-/// Reads an accessor.
+/// Reads an accessor as floats.
 pub(super) fn read(document: &Document, index: usize) -> Result<Elements, String> {
-    let accessor = document.entry("accessors", index)?;
+    let accessor = check(document, index)?;
+    let normalized = accessor.reader.normalized();
+    let share = |number: f32, most: f32| if normalized { (number / most).max(-1.0) } else { number };
+    let numbers = match accessor.kind {
+        _ if accessor.blank => vec![0.0; accessor.count * accessor.width],
+        DataType::I8 => components(document, &accessor, |number: i8| share(f32::from(number), 127.0)),
+        DataType::U8 => components(document, &accessor, |number: u8| share(f32::from(number), 255.0)),
+        DataType::I16 => components(document, &accessor, |number: i16| share(f32::from(number), 32_767.0)),
+        DataType::U16 => components(document, &accessor, |number: u16| share(f32::from(number), 65_535.0)),
+        DataType::U32 => components(document, &accessor, |number: u32| number as f32),
+        DataType::F32 => components(document, &accessor, |number: f32| number),
+    };
+    Ok(Elements { width: accessor.width, numbers })
+}
+
+/// Reads an accessor as vertex indices.
+pub(super) fn read_indices(document: &Document, index: usize) -> Result<Vec<u32>, String> {
+    let accessor = check(document, index)?;
+    match accessor.kind {
+        _ if accessor.width != 1 => Err(format!("accessors[{index}] holds vectors, no indices")),
+        DataType::U8 | DataType::U16 | DataType::U32 if accessor.blank => Ok(vec![0; accessor.count]),
+        DataType::U8 => Ok(components(document, &accessor, |number: u8| u32::from(number))),
+        DataType::U16 => Ok(components(document, &accessor, |number: u16| u32::from(number))),
+        DataType::U32 => Ok(components(document, &accessor, |number: u32| number)),
+        kind => Err(format!("accessors[{index}] holds numbers of type {kind:?}, no indices")),
+    }
+}
+
+/// Every number of a checked accessor.
+fn components<T: Item + Copy, N>(document: &Document, accessor: &Sound, convert: impl Fn(T) -> N) -> Vec<N> {
+    let bytes = |buffer: gltf::Buffer<'_>| document.buffers.get(buffer.index())?.as_deref().ok();
+    let reader = || accessor.reader.clone();
+    let mut numbers = Vec::with_capacity(accessor.count * accessor.width);
+    match accessor.width {
+        1 => numbers.extend(Iter::<T>::new(reader(), bytes).into_iter().flatten().map(convert)),
+        2 => numbers.extend(Iter::<[T; 2]>::new(reader(), bytes).into_iter().flatten().flatten().map(convert)),
+        3 => numbers.extend(Iter::<[T; 3]>::new(reader(), bytes).into_iter().flatten().flatten().map(convert)),
+        _ => numbers.extend(Iter::<[T; 4]>::new(reader(), bytes).into_iter().flatten().flatten().map(convert)),
+    }
+    numbers
+}
+
+/// Everything that reading relies on.
+fn check<'a>(document: &'a Document, index: usize) -> Result<Sound<'a>, String> {
     let place = |what: &str| format!("accessors[{index}] {what}");
-    let kind = number(accessor, "componentType").unwrap_or(0);
-    let size = component_size(kind).ok_or_else(|| place("has an unknown componentType"))?;
-    let width = match accessor["type"].as_str() {
-        Some("SCALAR") => 1,
-        Some("VEC2") => 2,
-        Some("VEC3") => 3,
-        Some("VEC4") => 4,
+    let accessor: &Accessor = entry(&document.root().accessors, "accessors", index)?;
+    let Checked::Valid(kind) = accessor.component_type else { return Err(place("has an unknown componentType")) };
+    let width = match accessor.type_ {
+        Checked::Valid(Dimensions::Scalar) => 1,
+        Checked::Valid(Dimensions::Vec2) => 2,
+        Checked::Valid(Dimensions::Vec3) => 3,
+        Checked::Valid(Dimensions::Vec4) => 4,
         _ => return Err(place("has a type that no attribute has")),
     };
-    let count = number(accessor, "count").ok_or_else(|| place("has no count"))?;
-    let size = size * width;
-    let total = count.checked_mul(size).ok_or_else(|| place("has a count too large"))?;
-    let mut bytes = match number(accessor, "bufferView") {
-        Some(view) => {
-            let stride = number(document.entry("bufferViews", view)?, "byteStride").unwrap_or(size);
-            let start = number(accessor, "byteOffset").unwrap_or(0);
-            strided(document.view(view)?, start, stride, size, count)
-                .map_err(|reason| place(&format!("{reason}, bufferViews[{view}]")))?
-        }
-        None if total <= MAX_BYTES => vec![0; total],
-        None => return Err(place("has a count too large")),
+    let size = kind.0.size() * width;
+    let count = match usize::try_from(accessor.count.0) {
+        Ok(0) => return Err(place("has no elements")),
+        Ok(count) => count,
+        Err(_) => return Err(place("has a count too large")),
     };
-    let sparse = &accessor["sparse"];
-    if sparse.is_object() {
-        let changes = number(sparse, "count").unwrap_or(0);
-        let part = |part: &str, size: usize| -> Result<Vec<u8>, String> {
-            let part = &sparse[part];
-            let view = number(part, "bufferView").ok_or_else(|| place("has a sparse part without data"))?;
-            strided(document.view(view)?, number(part, "byteOffset").unwrap_or(0), size, size, changes)
-                .map_err(|reason| place(&format!("(sparse) {reason}, bufferViews[{view}]")))
+    if let Some(view) = accessor.buffer_view {
+        let offset = accessor.byte_offset.unwrap_or_default().0;
+        span(document, view.value(), offset, size, count).map_err(|reason| place(&reason))?;
+    }
+    if let Some(sparse) = &accessor.sparse {
+        let sparse_place = |reason: String| place(&format!("(sparse) {reason}"));
+        let changes = match usize::try_from(sparse.count.0) {
+            Ok(changes) if (1..=count).contains(&changes) => changes,
+            _ => return Err(sparse_place(format!("changes {} of {count} elements", sparse.count.0))),
         };
-        let index_kind = number(&sparse["indices"], "componentType").unwrap_or(0);
-        let index_size = component_size(index_kind).ok_or_else(|| place("has unknown sparse indices"))?;
-        let indices = part("indices", index_size)?;
-        let indices = Elements { kind: index_kind, width: 1, normalized: false, bytes: indices }.indices();
-        let values = part("values", size)?;
-        for (target, value) in indices.ok_or_else(|| place("has wrong sparse indices"))?.iter().zip(values.chunks(size))
-        {
-            let start = (*target as usize).checked_mul(size);
-            let range = start.and_then(|start| bytes.get_mut(start..start.checked_add(size)?));
-            range.ok_or_else(|| place("has a sparse index out of range"))?.copy_from_slice(value);
+        let Checked::Valid(index_kind) = sparse.indices.component_type else {
+            return Err(sparse_place("has unknown indices".to_owned()));
+        };
+        let (values, index_size) = (&sparse.values, index_kind.0.size());
+        let view = sparse.indices.buffer_view.value();
+        let (bytes, stride) =
+            span(document, view, sparse.indices.byte_offset.0, index_size, changes).map_err(sparse_place)?;
+        span(document, values.buffer_view.value(), values.byte_offset.0, size, changes).map_err(sparse_place)?;
+        // Out of order, the crate would leave values out without a word.
+        let mut previous = None;
+        for place in bytes.chunks(stride) {
+            let mut word = [0; 4];
+            word[..index_size].copy_from_slice(&place[..index_size]);
+            let target = u32::from_le_bytes(word);
+            if target as usize >= count || previous.is_some_and(|previous| previous >= target) {
+                return Err(sparse_place(format!("has index {target}, which is out of order or of range")));
+            }
+            previous = Some(target);
         }
     }
-    Ok(Elements { kind, width, normalized: accessor["normalized"].as_bool().unwrap_or(false), bytes })
+    // Zeros without a view take no bytes of the file, so that only the budget stands against their count.
+    let bytes = count.checked_mul(width * size_of::<f32>()).ok_or_else(|| place("has a count too large"))?;
+    Budget::of_process()
+        .check("the vertices of one accessor", bytes as u64)
+        .map_err(|error| format!("accessors[{index}]: {error}"))?;
+    let blank = accessor.buffer_view.is_none() && accessor.sparse.is_none();
+    let reader = document.parsed.accessors().nth(index).ok_or_else(|| place("does not exist"))?;
+    Ok(Sound { reader, kind: kind.0, width, count, blank })
 }
 
-fn strided(bytes: &[u8], start: usize, stride: usize, size: usize, count: usize) -> Result<Vec<u8>, String> {
-    if count == 0 {
-        return Ok(Vec::new());
-    }
+/// The bytes of `count` elements of `size` bytes in a view, and their distance.
+fn span<'a>(
+    document: &'a Document,
+    view: usize,
+    offset: u64,
+    size: usize,
+    count: usize,
+) -> Result<(&'a [u8], usize), String> {
+    let bytes = document.view(view)?;
+    let stride = entry(&document.root().buffer_views, "bufferViews", view)?.byte_stride.map_or(0, |stride| stride.0);
+    let stride = if stride == 0 { size } else { stride };
     if stride < size {
-        return Err(format!("has elements of {size} bytes every {stride} bytes"));
+        return Err(format!("has elements of {size} bytes every {stride} bytes in bufferViews[{view}]"));
     }
-    let end = (count - 1).checked_mul(stride).and_then(|n| n.checked_add(size)).and_then(|n| n.checked_add(start));
-    let Some(source) = end.and_then(|end| bytes.get(start..end)) else {
-        return Err(format!(
-            "needs {count} elements of {size} bytes from {start}, but there are {} bytes",
+    let start = usize::try_from(offset).ok();
+    let length = (count - 1).checked_mul(stride).and_then(|length| length.checked_add(size));
+    let range = start.zip(length).and_then(|(start, length)| bytes.get(start..start.checked_add(length)?));
+    let range = range.ok_or_else(|| {
+        format!(
+            "needs {count} elements of {size} bytes every {stride} bytes from {offset}, bufferViews[{view}] has {} bytes",
             bytes.len()
-        ));
-    };
-    if stride == size {
-        return Ok(source.to_vec());
-    }
-    Ok(source.chunks(stride).flat_map(|element| &element[..size]).copied().collect())
+        )
+    })?;
+    Ok((range, stride))
 }

@@ -1,16 +1,19 @@
-//! The parts of a glTF file: its JSON, and the bytes that this refers to. No count or length is believed unchecked.
+//! The parts of a glTF file: its JSON, and the bytes that this refers to. No count, length or index is believed unchecked.
 
 use std::borrow::Cow;
 use std::path::Path;
 
-use serde_json::Value;
+use gltf::Glb;
+use gltf::binary::Error as GlbError;
+use gltf::json::Root;
 
+use crate::budget::Budget;
 use crate::scene::images::Images;
 use crate::scene::{LoadError, Place};
 
 /// A parsed file with its buffers; a buffer that cannot be read keeps the reason.
 pub(super) struct Document<'a> {
-    pub(super) json: Value,
+    pub(super) parsed: gltf::Document,
     pub(super) buffers: Vec<Result<Cow<'a, [u8]>, String>>,
 }
 
@@ -20,57 +23,59 @@ impl<'a> Document<'a> {
         let (text, binary) = if bytes.starts_with(b"glTF") {
             chunks(bytes).map_err(|(at, message)| fault(Place::Byte(at as u64), message))?
         } else {
-            (bytes.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(bytes), None)
+            (Cow::Borrowed(bytes.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(bytes)), None)
         };
-        let json: Value = serde_json::from_slice(text)
-            .map_err(|error| fault(Place::Line(error.line() as u64), format!("is not valid JSON: {error}")))?;
-        let list = json["buffers"].as_array().map(Vec::as_slice).unwrap_or_default();
-        let buffers = list
+        let root = Root::from_slice(&text)
+            .map_err(|error| fault(Place::Line(error.line() as u64), format!("is not glTF 2.0: {error}")))?;
+        let mut binary = binary;
+        let buffers = root
+            .buffers
             .iter()
             .enumerate()
-            .map(|(index, buffer)| match buffer["uri"].as_str() {
-                Some(uri) => read_uri(uri, images).map(Cow::Owned),
-                None if index == 0 => {
-                    binary.map(Cow::Borrowed).ok_or_else(|| "it has neither data nor a uri".to_owned())
-                }
+            .map(|(index, buffer)| match &buffer.uri {
+                Some(uri) if uri.starts_with("data:") => read_uri(uri, images).map(Cow::Owned),
+                Some(uri) => read_uri(uri, images).map(Cow::Owned).map_err(|reason| {
+                    let name: String = uri.chars().take(200).collect();
+                    format!("'{}': {reason}", name.escape_debug())
+                }),
+                None if index == 0 => binary.take().ok_or_else(|| "it has neither data nor a uri".to_owned()),
                 None => Err("it has no uri".to_owned()),
             })
             .collect();
-        Ok(Self { json, buffers })
+        Ok(Self { parsed: gltf::Document::from_json_without_validation(root), buffers })
     }
 
-    /// An entry of a top-level list.
-    pub(super) fn entry(&self, list: &str, index: usize) -> Result<&Value, String> {
-        self.json[list].get(index).ok_or_else(|| format!("{list}[{index}] does not exist"))
+    pub(super) fn root(&self) -> &Root {
+        self.parsed.as_json()
     }
 
     /// The bytes of a buffer view.
     pub(super) fn view(&self, index: usize) -> Result<&[u8], String> {
-        let view = self.entry("bufferViews", index)?;
-        let buffer = number(view, "buffer").ok_or_else(|| format!("bufferViews[{index}] names no buffer"))?;
+        let view = entry(&self.root().buffer_views, "bufferViews", index)?;
+        let buffer = view.buffer.value();
         let bytes = match self.buffers.get(buffer) {
             Some(Ok(bytes)) => bytes,
             Some(Err(reason)) => return Err(format!("buffers[{buffer}] cannot be used: {reason}")),
             None => return Err(format!("buffers[{buffer}] does not exist")),
         };
-        let start = number(view, "byteOffset").unwrap_or(0);
-        let length = number(view, "byteLength").unwrap_or(0);
-        let end = start.checked_add(length);
-        end.and_then(|end| bytes.get(start..end)).ok_or_else(|| {
+        let (start, length) = (view.byte_offset.unwrap_or_default().0, view.byte_length.0);
+        let end = start.checked_add(length).and_then(|end| usize::try_from(end).ok());
+        end.and_then(|end| bytes.get(usize::try_from(start).ok()?..end)).ok_or_else(|| {
             format!("bufferViews[{index}] needs {length} bytes from {start}, buffers[{buffer}] has {}", bytes.len())
         })
     }
 }
 
-/// A whole number that fits into memory.
-pub(super) fn number(value: &Value, key: &str) -> Option<usize> {
-    value[key].as_u64().and_then(|number| usize::try_from(number).ok())
+/// An entry of a top-level list.
+pub(super) fn entry<'a, T>(list: &'a [T], name: &str, index: usize) -> Result<&'a T, String> {
+    list.get(index).ok_or_else(|| format!("{name}[{index}] does not exist"))
 }
 
-/// JSON and binary chunk of a GLB file, or where it is wrong.
-#[expect(clippy::type_complexity, reason = "used once")]
-fn chunks(bytes: &[u8]) -> Result<(&[u8], Option<&[u8]>), (usize, String)> {
-    let word = |at: usize| -> Result<usize, (usize, String)> {
+type Chunks<'a> = (Cow<'a, [u8]>, Option<Cow<'a, [u8]>>);
+
+/// JSON and binary chunk of a GLB file, or where it is wrong. The crate subtracts from the declared length unchecked.
+fn chunks(bytes: &[u8]) -> Result<Chunks<'_>, (usize, String)> {
+    let word = |at: usize| {
         let part = bytes.get(at..).and_then(|rest| rest.first_chunk::<4>());
         part.map(|part| u32::from_le_bytes(*part) as usize).ok_or_else(|| (at, "the file ends too early".to_owned()))
     };
@@ -79,26 +84,33 @@ fn chunks(bytes: &[u8]) -> Result<(&[u8], Option<&[u8]>), (usize, String)> {
         return Err((4, format!("GLB version {version} is not supported, only 2; convert it with gltf-transform")));
     }
     let length = word(8)?;
-    if length < 20 || length > bytes.len() {
+    let Some(whole) = bytes.get(..length).filter(|whole| whole.len() >= 20) else {
         return Err((8, format!("the header declares {length} bytes, the file has {}", bytes.len())));
+    };
+    match Glb::from_slice(whole) {
+        Ok(glb) => Ok((glb.json, glb.bin)),
+        Err(gltf::Error::Binary(error)) => Err(explain(&error, word(12).unwrap_or(0))),
+        Err(error) => Err((12, error.to_string())),
     }
-    let (mut json, mut binary, mut at) = (None, None, 12);
-    while at + 8 <= length {
-        let (size, kind) = (word(at)?, word(at + 4)?);
-        let end = (at + 8).checked_add(size).filter(|&end| end <= length);
-        let Some(data) = end.and_then(|end| bytes.get(at + 8..end)) else {
-            return Err((at, format!("the chunk declares {size} bytes, {} follow", length - at - 8)));
-        };
-        match (kind, json.is_some()) {
-            (0x4E4F_534A, false) => json = Some(data),
-            (0x4E4F_534A, true) => return Err((at, "there is a second JSON chunk".to_owned())),
-            (_, false) => return Err((at, "the first chunk is not JSON".to_owned())),
-            (0x004E_4942, true) => binary = binary.or(Some(data)),
-            _ => {}
+}
+
+/// What is wrong with the chunks, and at which byte; the JSON chunk declares `json_length` bytes.
+fn explain(error: &GlbError, json_length: usize) -> (usize, String) {
+    let second = json_length.saturating_add(20);
+    match error {
+        GlbError::ChunkLength { ty: gltf::binary::ChunkType::Json, length, length_read } => {
+            (12, format!("the JSON chunk declares {length} bytes, {length_read} follow"))
         }
-        at += 8 + size;
+        GlbError::ChunkLength { length, length_read, .. } => {
+            (second, format!("the binary chunk declares {length} bytes, {length_read} follow"))
+        }
+        GlbError::ChunkType(gltf::binary::ChunkType::Bin) => (12, "the first chunk is not JSON".to_owned()),
+        GlbError::ChunkType(gltf::binary::ChunkType::Json) => (second, "there is a second JSON chunk".to_owned()),
+        GlbError::UnknownChunkType(name) => {
+            (12, format!("there is an unknown chunk '{}'", String::from_utf8_lossy(name).escape_debug()))
+        }
+        error => (12, format!("the chunks are damaged: {error}")),
     }
-    json.map(|json| (json, binary)).ok_or_else(|| (12, "there is no JSON chunk".to_owned()))
 }
 
 /// The bytes behind a `data:` URI or a file beside the model.
@@ -131,7 +143,9 @@ fn percent_decoded(text: &str) -> Result<String, String> {
 }
 
 fn base64(text: &str) -> Result<Vec<u8>, String> {
-    let mut bytes = Vec::with_capacity(text.len() / 4 * 3);
+    let size = text.len() / 4 * 3;
+    Budget::of_process().check("the bytes of a data URI", size as u64).map_err(|error| error.to_string())?;
+    let mut bytes = Vec::with_capacity(size);
     let (mut bits, mut count) = (0_u32, 0);
     for byte in text.bytes().filter(|byte| !byte.is_ascii_whitespace() && *byte != b'=') {
         let value = match byte {

@@ -1,5 +1,6 @@
-//! glTF 2.0 and GLB. The JSON is walked as it is and every reference checked: the gltf crate's own reader refuses files
-//! that others open and panics on damaged ones.
+//! glTF 2.0 and GLB through the gltf crate: its types for the JSON, its readers for chunks and accessors. Its validation
+//! refuses files that others open, so it is not asked; whatever its readers would panic on is checked here first. Its
+//! `import` feature, which reads any file that a model names, is off.
 
 mod accessor;
 mod container;
@@ -11,9 +12,11 @@ use std::path::Path;
 use std::rc::Rc;
 
 use glam::{Mat3, Mat4, Quat, Vec3};
+use gltf::json::Root;
+use gltf::json::scene::Node;
 use serde_json::Value;
 
-use self::container::{Document, number};
+use self::container::Document;
 use self::primitive::Primitive;
 use super::assemble::{Assembly, VertexLists};
 use super::images::Images;
@@ -35,16 +38,18 @@ pub(super) fn load(
 ) -> Result<(), LoadError> {
     let mut images = Images::new(path, options, token);
     let document = Document::parse(path, bytes, &images)?;
-    check_extensions(path, &document.json)?;
+    let root = document.root();
+    check_extensions(path, root)?;
+    warn_of_short_buffers(&document, assembly);
     token.check()?;
     let (materials, uv_sets) = material::read_all(&document, &mut images);
     token.check()?;
     assembly.materials = materials;
     assembly.textures = images.into_textures(&mut assembly.warnings);
-    assembly.mesh_count = document.json["meshes"].as_array().map_or(0, Vec::len);
-    let nodes = document.json["nodes"].as_array().map(Vec::as_slice).unwrap_or_default();
+    assembly.mesh_count = root.meshes.len();
+    let nodes = &root.nodes;
     let mut visited = vec![false; nodes.len()];
-    let mut stack: Vec<(usize, Mat4)> = roots(&document.json, nodes).into_iter().map(|n| (n, Mat4::IDENTITY)).collect();
+    let mut stack: Vec<(usize, Mat4)> = roots(root).into_iter().map(|n| (n, Mat4::IDENTITY)).collect();
     let mut meshes: HashMap<usize, Rc<Vec<Primitive>>> = HashMap::new();
     let mut done = 0;
     while let Some((index, parent)) = stack.pop() {
@@ -65,10 +70,9 @@ pub(super) fn load(
             assembly.warnings.add("nodes placed by numbers that are not finite left out", place);
             continue;
         }
-        let children = node["children"].as_array().map(Vec::as_slice).unwrap_or_default();
-        let children = children.iter().rev().filter_map(|child| usize::try_from(child.as_u64()?).ok());
-        stack.extend(children.map(|child| (child, transform)));
-        let Some(mesh) = number(node, "mesh") else { continue };
+        let children = node.children.as_deref().unwrap_or_default();
+        stack.extend(children.iter().rev().map(|child| (child.value(), transform)));
+        let Some(mesh) = node.mesh.map(|mesh| mesh.value()) else { continue };
         let primitives = if let Some(known) = meshes.get(&mesh) {
             Rc::clone(known)
         } else {
@@ -82,7 +86,7 @@ pub(super) fn load(
                 if assembly.len() + primitive.triangles.len() > MAX_TRIANGLES {
                     return Err(unusable(path, format!("contains more than {MAX_TRIANGLES} triangles")));
                 }
-                place_primitive(primitive, transform * instance, assembly, index);
+                place_primitive(primitive, transform * instance, path, assembly, index)?;
             }
         }
     }
@@ -90,12 +94,11 @@ pub(super) fn load(
 }
 
 /// Extensions that the file cannot do without must be among those understood here.
-fn check_extensions(path: &Path, json: &Value) -> Result<(), LoadError> {
+fn check_extensions(path: &Path, root: &Root) -> Result<(), LoadError> {
     const UNDERSTOOD: [&str; 4] =
         ["KHR_mesh_quantization", "KHR_texture_transform", "EXT_mesh_gpu_instancing", "KHR_lights_punctual"];
-    let required = json["extensionsRequired"].as_array().map(Vec::as_slice).unwrap_or_default();
-    for name in required.iter().filter_map(Value::as_str) {
-        if !UNDERSTOOD.contains(&name) && !name.starts_with("KHR_materials_") {
+    for name in &root.extensions_required {
+        if !UNDERSTOOD.contains(&name.as_str()) && !name.starts_with("KHR_materials_") {
             let message = format!(
                 "the extension {name} is required but not supported; convert the file with \
                  'gltf-transform optimize --compress false --texture-compress false IN OUT'"
@@ -107,41 +110,40 @@ fn check_extensions(path: &Path, json: &Value) -> Result<(), LoadError> {
     Ok(())
 }
 
-/// The nodes of the shown scene; without scenes, those that are nobody's child.
-fn roots(json: &Value, nodes: &[Value]) -> Vec<usize> {
-    let indices = |list: &Value| -> Vec<usize> {
-        let list = list.as_array().map(Vec::as_slice).unwrap_or_default();
-        list.iter().filter_map(|index| usize::try_from(index.as_u64()?).ok()).collect()
-    };
-    if let Some(scene) = json["scenes"].get(number(json, "scene").unwrap_or(0)) {
-        return indices(&scene["nodes"]).into_iter().rev().collect();
-    }
-    let mut root = vec![true; nodes.len()];
-    for child in nodes.iter().flat_map(|node| indices(&node["children"])) {
-        if let Some(root) = root.get_mut(child) {
-            *root = false;
+fn warn_of_short_buffers(document: &Document, assembly: &mut Assembly) {
+    for (index, (buffer, json)) in document.buffers.iter().zip(&document.root().buffers).enumerate() {
+        let declared = json.byte_length.0;
+        if let Ok(bytes) = buffer
+            && (bytes.len() as u64) < declared
+        {
+            let name = json.uri.as_ref().filter(|uri| !uri.starts_with("data:")).map_or("", String::as_str);
+            let what = format!("buffers shorter than declared: {} of {declared} bytes {name}", bytes.len());
+            assembly.warnings.add(what.trim_end(), || Place::Json(format!("buffers[{index}]")));
         }
     }
-    (0..nodes.len()).rev().filter(|&index| root[index]).collect()
 }
 
-/// Numbers of a JSON list, where there are exactly so many.
-fn numbers<const N: usize>(json: &Value) -> Option<[f32; N]> {
-    let list = json.as_array().filter(|list| list.len() == N)?;
-    let mut all = [0.0; N];
-    for (slot, value) in all.iter_mut().zip(list) {
-        *slot = value.as_f64()? as f32;
+/// The nodes of the shown scene; without scenes, those that are nobody's child.
+fn roots(root: &Root) -> Vec<usize> {
+    if let Some(scene) = root.scenes.get(root.scene.map_or(0, |scene| scene.value())) {
+        return scene.nodes.iter().rev().map(gltf::json::Index::value).collect();
     }
-    Some(all)
+    let mut is_root = vec![true; root.nodes.len()];
+    for child in root.nodes.iter().filter_map(|node| node.children.as_ref()).flatten() {
+        if let Some(is_root) = is_root.get_mut(child.value()) {
+            *is_root = false;
+        }
+    }
+    (0..is_root.len()).rev().filter(|&index| is_root[index]).collect()
 }
 
-fn local_transform(node: &Value) -> Mat4 {
-    if let Some(matrix) = numbers::<16>(&node["matrix"]) {
-        return Mat4::from_cols_array(&matrix);
+fn local_transform(node: &Node) -> Mat4 {
+    if let Some(matrix) = &node.matrix {
+        return Mat4::from_cols_array(matrix);
     }
-    let rotation = numbers(&node["rotation"]).map_or(Quat::IDENTITY, rotation);
-    let scale = numbers(&node["scale"]).map_or(Vec3::ONE, Vec3::from_array);
-    let translation = numbers(&node["translation"]).map_or(Vec3::ZERO, Vec3::from_array);
+    let rotation = node.rotation.map_or(Quat::IDENTITY, |quaternion| rotation(quaternion.0));
+    let scale = node.scale.map_or(Vec3::ONE, Vec3::from_array);
+    let translation = node.translation.map_or(Vec3::ZERO, Vec3::from_array);
     Mat4::from_scale_rotation_translation(scale, rotation, translation)
 }
 
@@ -151,10 +153,10 @@ fn rotation(numbers: [f32; 4]) -> Quat {
     if length > 0.0 && length.is_finite() { quaternion / length } else { Quat::IDENTITY }
 }
 
-fn read_mesh(index: usize, document: &Document, uv_sets: &[usize], assembly: &mut Assembly) -> Vec<Primitive> {
-    let list = document.json["meshes"].get(index).and_then(|mesh| mesh["primitives"].as_array());
+fn read_mesh(index: usize, document: &Document, uv_sets: &[u32], assembly: &mut Assembly) -> Vec<Primitive> {
+    let list = document.root().meshes.get(index).map(|mesh| mesh.primitives.as_slice());
     let mut primitives = Vec::new();
-    for (k, json) in list.map(Vec::as_slice).unwrap_or_default().iter().enumerate() {
+    for (k, json) in list.unwrap_or_default().iter().enumerate() {
         let place = || Place::Json(format!("meshes[{index}].primitives[{k}]"));
         match primitive::read(json, document, uv_sets) {
             Ok(Some(primitive)) => {
@@ -172,18 +174,19 @@ fn read_mesh(index: usize, document: &Document, uv_sets: &[usize], assembly: &mu
 }
 
 /// The copies that EXT_mesh_gpu_instancing asks for; else just one.
-fn instances(node: &Value, document: &Document, assembly: &mut Assembly, index: usize) -> Vec<Mat4> {
-    let attributes = &node["extensions"]["EXT_mesh_gpu_instancing"]["attributes"];
-    if !attributes.is_object() {
+fn instances(node: &Node, document: &Document, assembly: &mut Assembly, index: usize) -> Vec<Mat4> {
+    let extension = node.extensions.as_ref().and_then(|extensions| extensions.others.get("EXT_mesh_gpu_instancing"));
+    let Some(attributes) = extension.and_then(|extension| extension["attributes"].as_object()) else {
         return vec![Mat4::IDENTITY];
-    }
+    };
     let read = |name: &str, width: usize| {
-        let elements = accessor::read(document, number(attributes, name)?);
+        let accessor = attributes.get(name).and_then(Value::as_u64);
+        let elements = accessor::read(document, usize::try_from(accessor?).ok()?);
         elements.ok().filter(|elements| elements.width == width)
     };
     let vectors = |name: &str| read(name, 3).map(|elements| primitive::vectors(&elements)).unwrap_or_default();
     let (translations, scales) = (vectors("TRANSLATION"), vectors("SCALE"));
-    let rotations = read("ROTATION", 4).map(|elements| elements.floats()).unwrap_or_default();
+    let rotations = read("ROTATION", 4).map(|elements| elements.numbers).unwrap_or_default();
     let rotations = rotations.as_chunks::<4>().0;
     let count = translations.len().max(scales.len()).max(rotations.len());
     if count == 0 {
@@ -200,7 +203,13 @@ fn instances(node: &Value, document: &Document, assembly: &mut Assembly, index: 
 }
 
 /// Appends a primitive where a node puts it.
-fn place_primitive(primitive: &Primitive, transform: Mat4, assembly: &mut Assembly, node: usize) {
+fn place_primitive(
+    primitive: &Primitive,
+    transform: Mat4,
+    path: &Path,
+    assembly: &mut Assembly,
+    node: usize,
+) -> Result<(), LoadError> {
     let linear = Mat3::from_mat4(transform);
     // A mirroring transform turns triangles inside out; swapping corners turns them back.
     let mirrored = linear.determinant() < 0.0;
@@ -215,7 +224,7 @@ fn place_primitive(primitive: &Primitive, transform: Mat4, assembly: &mut Assemb
         colors: primitive.colors.clone(),
     };
     let first = assembly.add_vertices(positions.len(), lists);
-    assembly.reserve(primitive.triangles.len());
+    assembly.reserve(primitive.triangles.len()).map_err(|error| error.in_file(path))?;
     for &[a, b, c] in &primitive.triangles {
         let corners = if mirrored { [a, c, b] } else { [a, b, c] };
         let [a, b, c] = corners.map(|corner| positions[corner as usize]);
@@ -223,4 +232,5 @@ fn place_primitive(primitive: &Primitive, transform: Mat4, assembly: &mut Assemb
         let material = primitive.material as u32;
         assembly.push(Triangle { a, b, c }, corners, material, || Place::Json(format!("nodes[{node}]")));
     }
+    Ok(())
 }

@@ -1,10 +1,11 @@
 //! Meshes: their triangles and attributes before any node moves them.
 
 use glam::{Vec2, Vec3};
-use serde_json::Value;
+use gltf::json::mesh::{Mode, Primitive as JsonPrimitive, Semantic};
+use gltf::json::validation::Checked;
 
 use super::accessor::{self, Elements};
-use super::container::{Document, number};
+use super::container::Document;
 
 /// A decoded primitive.
 pub(super) struct Primitive {
@@ -21,30 +22,35 @@ pub(super) struct Primitive {
 }
 
 /// Decodes a primitive; `None` for points and lines, which have no surface.
-pub(super) fn read(json: &Value, document: &Document, uv_sets: &[usize]) -> Result<Option<Primitive>, String> {
-    let mode = number(json, "mode").unwrap_or(4);
-    if !(4..=6).contains(&mode) {
-        return Ok(None);
-    }
-    let attribute = |name: &str| -> Result<Option<Elements>, String> {
-        number(&json["attributes"], name).map(|index| accessor::read(document, index)).transpose()
+pub(super) fn read(json: &JsonPrimitive, document: &Document, uv_sets: &[u32]) -> Result<Option<Primitive>, String> {
+    let mode = match json.mode {
+        Checked::Valid(mode @ (Mode::Triangles | Mode::TriangleStrip | Mode::TriangleFan)) => mode,
+        Checked::Valid(_) => return Ok(None),
+        Checked::Invalid => return Err("its mode is unknown".to_owned()),
     };
-    let Some(elements) = attribute("POSITION")? else { return Err("it has no POSITION".to_owned()) };
+    let attribute = |semantic: Semantic| -> Result<Option<Elements>, String> {
+        let index = json.attributes.get(&Checked::Valid(semantic));
+        index.map(|index| accessor::read(document, index.value())).transpose()
+    };
+    let Some(elements) = attribute(Semantic::Positions)? else { return Err("it has no POSITION".to_owned()) };
     if elements.width != 3 {
         return Err("POSITION is not VEC3".to_owned());
     }
     let positions = vectors(&elements);
     let fallback = uv_sets.len() - 1;
-    let material = number(json, "material").filter(|&material| material < fallback).unwrap_or(fallback);
+    let material = json.material.map(|material| material.value()).filter(|&material| material < fallback);
+    let material = material.unwrap_or(fallback);
     // Looks that cannot be read are left out; the shape counts.
-    let optional = |name: &str, widths: &[usize]| {
-        attribute(name).ok().flatten().filter(|elements| widths.contains(&elements.width))
+    let optional = |semantic: Semantic, widths: &[usize]| {
+        attribute(semantic).ok().flatten().filter(|elements| widths.contains(&elements.width))
     };
-    let mut normals: Vec<Vec3> = optional("NORMAL", &[3]).map(|elements| vectors(&elements)).unwrap_or_default();
-    let mut uvs: Vec<Vec2> = optional(&format!("TEXCOORD_{}", uv_sets[material]), &[2])
-        .map(|elements| elements.floats().as_chunks().0.iter().copied().map(Vec2::from_array).collect())
+    let mut normals: Vec<Vec3> =
+        optional(Semantic::Normals, &[3]).map(|elements| vectors(&elements)).unwrap_or_default();
+    let mut uvs: Vec<Vec2> = optional(Semantic::TexCoords(uv_sets[material]), &[2])
+        .map(|elements| elements.numbers.as_chunks().0.iter().copied().map(Vec2::from_array).collect())
         .unwrap_or_default();
-    let mut colors: Vec<Vec3> = optional("COLOR_0", &[3, 4]).map(|elements| vectors(&elements)).unwrap_or_default();
+    let mut colors: Vec<Vec3> =
+        optional(Semantic::Colors(0), &[3, 4]).map(|elements| vectors(&elements)).unwrap_or_default();
     if normals.len() != positions.len() {
         normals.clear();
     }
@@ -54,23 +60,22 @@ pub(super) fn read(json: &Value, document: &Document, uv_sets: &[usize]) -> Resu
     if colors.len() != positions.len() {
         colors.clear();
     }
-    let indices: Vec<u32> = match number(json, "indices") {
-        Some(index) => {
-            accessor::read(document, index)?.indices().ok_or_else(|| format!("accessors[{index}] holds no indices"))?
-        }
+    let indices: Vec<u32> = match json.indices {
+        Some(index) => accessor::read_indices(document, index.value())?,
         None => (0..u32::try_from(positions.len()).map_err(|_| "it has too many vertices")?).collect(),
     };
-    let all: Vec<[u32; 3]> = match mode {
-        4 => indices.as_chunks().0.to_vec(),
-        5 => indices
+    let mut triangles: Vec<[u32; 3]> = match mode {
+        Mode::TriangleStrip => indices
             .windows(3)
             .enumerate()
             .map(|(k, w)| if k % 2 == 0 { [w[0], w[1], w[2]] } else { [w[1], w[0], w[2]] })
             .collect(),
-        _ => indices.get(1..).unwrap_or_default().windows(2).map(|w| [w[0], w[1], indices[0]]).collect(),
+        Mode::TriangleFan => {
+            indices.get(1..).unwrap_or_default().windows(2).map(|w| [w[0], w[1], indices[0]]).collect()
+        }
+        _ => indices.as_chunks().0.to_vec(),
     };
-    let before = all.len();
-    let mut triangles = all;
+    let before = triangles.len();
     triangles.retain(|corners| corners.iter().all(|&corner| (corner as usize) < positions.len()));
     let out_of_range = before - triangles.len();
     Ok(Some(Primitive { positions, normals, uvs, colors, triangles, material, out_of_range }))
@@ -78,5 +83,5 @@ pub(super) fn read(json: &Value, document: &Document, uv_sets: &[usize]) -> Resu
 
 /// The first three numbers of every element.
 pub(super) fn vectors(elements: &Elements) -> Vec<Vec3> {
-    elements.floats().chunks_exact(elements.width).map(|e| Vec3::new(e[0], e[1], e[2])).collect()
+    elements.numbers.chunks_exact(elements.width).map(|e| Vec3::new(e[0], e[1], e[2])).collect()
 }

@@ -62,12 +62,12 @@ pub(super) fn load(
         token.check()?;
         let mesh = model.mesh;
         let material = mesh.material_id.map_or(default_material, |index| index as u32);
-        add_mesh(&mesh, material, assembly);
+        add_mesh(&mesh, material, path, assembly)?;
     }
     Ok(())
 }
 
-fn add_mesh(mesh: &tobj::Mesh, material: u32, assembly: &mut Assembly) {
+fn add_mesh(mesh: &tobj::Mesh, material: u32, path: &Path, assembly: &mut Assembly) -> Result<(), LoadError> {
     let positions: Vec<Vec3> = mesh.positions.as_chunks().0.iter().copied().map(Vec3::from_array).collect();
     // The checking reader keeps faces with and without an attribute apart, so a list is whole or empty.
     let whole = |count: usize| count == positions.len();
@@ -83,7 +83,7 @@ fn add_mesh(mesh: &tobj::Mesh, material: u32, assembly: &mut Assembly) {
         lists.colors = vectors(&mesh.vertex_color).into_iter().map(linear_from_srgb).collect();
     }
     let first = assembly.add_vertices(positions.len(), lists);
-    assembly.reserve(mesh.indices.len() / 3);
+    assembly.reserve(mesh.indices.len() / 3).map_err(|error| error.in_file(path))?;
     for corners in mesh.indices.as_chunks::<3>().0 {
         let corner = |k: usize| positions.get(corners[k] as usize).copied();
         if let (Some(a), Some(b), Some(c)) = (corner(0), corner(1), corner(2)) {
@@ -91,4 +91,5 @@ fn add_mesh(mesh: &tobj::Mesh, material: u32, assembly: &mut Assembly) {
             assembly.push(Triangle { a, b, c }, corners, material, || Place::File);
         }
     }
+    Ok(())
 }

@@ -1,0 +1,183 @@
+//! What hostile bytes are thrown at: each function here takes any bytes and must come back. The seeded mutator of the tests
+//! and the fuzz targets call the same ones.
+
+#![allow(dead_code, reason = "each fuzz target uses one of these")]
+
+use std::path::Path;
+use std::sync::Arc;
+
+use bvhscope::accel::Accel;
+use bvhscope::bvh::traverse::{NoProbe, TestCounts, Traversal};
+use bvhscope::bvh::{BuildSettings, BuilderKind, ContainerKind};
+use bvhscope::cancel::CancelToken;
+use bvhscope::geometry::{Ray, Triangle};
+use bvhscope::scene::{LoadOptions, Scene, load_bytes};
+use glam::Vec3;
+
+/// A folder without anything that a model could name.
+const NOWHERE: &str = "/nonexistent-folder-of-hostile-models";
+
+fn load(name: &str, bytes: &[u8]) {
+    let path = Path::new(NOWHERE).join(name);
+    if let Ok(scene) = load_bytes(&path, bytes, &LoadOptions::default(), &CancelToken::new()) {
+        check(&scene);
+    }
+}
+
+/// What a scene promises.
+pub fn check(scene: &Scene) {
+    let count = scene.triangles.len();
+    assert!(count > 0 && !scene.materials.is_empty());
+    assert!(scene.triangles.iter().all(Triangle::is_finite));
+    assert!(scene.bounds.min.is_finite() && scene.bounds.max.is_finite());
+    assert!(scene.material_indices.is_empty() || scene.material_indices.len() == count);
+    assert!(scene.material_indices.iter().all(|&index| (index as usize) < scene.materials.len()));
+    if let Some(attributes) = &scene.attributes {
+        assert_eq!(attributes.corners.len(), count);
+        let vertices = attributes.corners.iter().flatten().map(|&corner| corner as usize + 1).max().unwrap_or(0);
+        for length in [attributes.normals.len(), attributes.uvs.len(), attributes.colors.len()] {
+            assert!(length == 0 || length >= vertices);
+        }
+    }
+    for material in &scene.materials {
+        assert!(material.base_color_texture.is_none_or(|texture| (texture as usize) < scene.textures.len()));
+    }
+    for texture in &scene.textures {
+        assert_eq!(texture.texels.len(), texture.width as usize * texture.height as usize);
+    }
+}
+
+/// An OBJ file.
+pub fn obj(bytes: &[u8]) {
+    load("a.obj", bytes);
+}
+
+/// A glTF or GLB file.
+pub fn gltf(bytes: &[u8]) {
+    load("a.gltf", bytes);
+}
+
+/// A PLY file.
+pub fn ply(bytes: &[u8]) {
+    load("a.ply", bytes);
+}
+
+/// An STL file.
+pub fn stl(bytes: &[u8]) {
+    load("a.stl", bytes);
+}
+
+/// A material library beside a sound OBJ file in `folder`.
+pub fn mtl(folder: &Path, bytes: &[u8]) {
+    let text = b"mtllib a.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nusemtl a\nf 1/1 2/1 3/1\nusemtl b\nf 1 2 3\n";
+    std::fs::write(folder.join("a.mtl"), bytes).expect("the folder takes files");
+    let scene = load_bytes(&folder.join("a.obj"), text, &LoadOptions::default(), &CancelToken::new());
+    check(&scene.expect("materials never keep a model from loading"));
+}
+
+/// Floats out of bytes, so that every pattern comes up.
+struct Floats<'a>(&'a [u8]);
+
+impl Floats<'_> {
+    fn next(&mut self) -> Option<f32> {
+        let (word, rest) = self.0.split_first_chunk::<4>()?;
+        self.0 = rest;
+        Some(f32::from_le_bytes(*word))
+    }
+
+    fn vector(&mut self) -> Option<Vec3> {
+        Some(Vec3::new(self.next()?, self.next()?, self.next()?))
+    }
+}
+
+/// The triangles that a scene would keep: finite, within the largest coordinate.
+fn triangles(floats: &mut Floats<'_>, most: usize) -> Vec<Triangle> {
+    let mut triangles = Vec::new();
+    while triangles.len() < most
+        && let (Some(a), Some(b), Some(c)) = (floats.vector(), floats.vector(), floats.vector())
+    {
+        if [a, b, c].iter().all(|corner| corner.is_finite() && corner.abs().max_element() <= 1e18) {
+            triangles.push(Triangle { a, b, c });
+        }
+    }
+    triangles
+}
+
+fn settings(choice: u8) -> BuildSettings {
+    let builder = BuilderKind::ALL[choice as usize % BuilderKind::ALL.len()];
+    let container = if choice & 64 == 0 { ContainerKind::Aabb } else { ContainerKind::Sphere };
+    let threshold = [2, 6, 12, 64][usize::from(choice >> 3) % 4];
+    BuildSettings { builder, container, threshold, ..BuildSettings::default() }
+}
+
+fn scene(triangles: Vec<Triangle>) -> Arc<Scene> {
+    let bounds = triangles.iter().fold(bvhscope::geometry::Aabb::EMPTY, |all, one| all.union(&one.bounds()));
+    Arc::new(Scene {
+        source: bvhscope::scene::SceneSource::default_builtin(),
+        triangles,
+        bounds,
+        up: Vec3::Y,
+        attributes: None,
+        material_indices: Vec::new(),
+        materials: vec![bvhscope::scene::Material::clay()],
+        textures: Vec::new(),
+        mesh_count: 1,
+        warnings: bvhscope::scene::Warnings::default(),
+    })
+}
+
+/// A tree of arbitrary triangles: whole, within its bounds, of bounded depth, with finite numbers. The first byte chooses
+/// the settings.
+pub fn builder(bytes: &[u8]) {
+    let Some((&choice, rest)) = bytes.split_first() else { return };
+    let triangles = triangles(&mut Floats(rest), 2000);
+    let settings = settings(choice);
+    if triangles.is_empty() || settings.refusal(triangles.len()).is_some() {
+        return;
+    }
+    let scene = scene(triangles);
+    // In builds with debug assertions this runs the validator as well.
+    let accel = Accel::build(&scene, &settings, &CancelToken::new()).expect("nothing to refuse");
+    bvhscope::bvh::validate::validate(&accel.tree, &scene.triangles).expect("a whole tree");
+    let stats = &accel.report.stats;
+    assert!(stats.sah_cost.is_finite() && stats.mean_leaf_depth.is_finite(), "{stats:?}");
+    assert!(accel.epo().is_finite());
+}
+
+/// Arbitrary rays through a tree of arbitrary triangles find what a scan finds.
+pub fn traversal(bytes: &[u8]) {
+    let Some((&choice, rest)) = bytes.split_first() else { return };
+    let mut floats = Floats(rest);
+    let triangles = triangles(&mut floats, 24);
+    let settings = settings(choice);
+    if triangles.is_empty() || settings.refusal(triangles.len()).is_some() {
+        return;
+    }
+    let scene = scene(triangles);
+    let accel = Accel::build(&scene, &settings, &CancelToken::new()).expect("nothing to refuse");
+    let whole = BuildSettings { builder: BuilderKind::None, ..settings };
+    let scan = Accel::build(&scene, &whole, &CancelToken::new()).expect("nothing to refuse");
+    let mut rays = Vec::new();
+    let target = &scene.triangles[0];
+    for corner in [target.a, target.b, (target.a + target.b + target.c) / 3.0] {
+        let eye = scene.bounds.max + scene.bounds.extent();
+        rays.push(Ray::new(eye, corner - eye));
+        rays.push(Ray::new(corner - Vec3::X * scene.bounds.extent().x, Vec3::X));
+    }
+    while let (Some(origin), Some(direction)) = (floats.vector(), floats.vector()) {
+        rays.push(Ray::new(origin, direction));
+    }
+    for ray in &rays {
+        let expected = scan.closest_hit_with(ray, Traversal::Paper, &mut NoProbe);
+        assert_eq!(accel.closest_hit(ray), expected, "{ray:?}, the wide tree, {settings:?}");
+        for traversal in [Traversal::Ordered, Traversal::Paper] {
+            let mut counts = TestCounts::default();
+            let hit = accel.closest_hit_with(ray, traversal, &mut counts);
+            let nodes = accel.tree.node_count() as u64;
+            assert!(counts.containers <= nodes && counts.primitives <= scene.triangles.len() as u64);
+            assert!(hit.is_none_or(|hit| hit.t.is_finite() && !hit.t.is_nan()), "{ray:?}: {hit:?}");
+            assert_eq!(hit, expected, "{ray:?}, {traversal:?}, {settings:?}");
+        }
+        assert_eq!(accel.any_hit(ray), expected.is_some(), "{ray:?}");
+    }
+}

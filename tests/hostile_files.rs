@@ -1,0 +1,334 @@
+//! The program as a child process, with little memory, on files and options that break programs: it ends by itself with
+//! code 0, 1 or 2, names what is wrong, and never panics.
+
+#![cfg(target_os = "linux")]
+#![allow(clippy::unwrap_used, reason = "a failure here is a failed test")]
+
+use std::os::unix::process::{CommandExt as _, ExitStatusExt as _};
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output, Stdio};
+use std::time::{Duration, Instant};
+
+/// Address space that the program gets, in kilobytes: code, threads' stacks and all allocations.
+const ADDRESS_SPACE_KB: u32 = 1_500_000;
+/// Far beyond what a loaded machine needs; a hang shows.
+const PATIENCE: Duration = Duration::from_secs(120);
+
+/// `limits` are `ulimit` options.
+fn run_with(limits: &str, prefix: &[&str], args: &[&str], cwd: &Path) -> Output {
+    let mut command = Command::new("sh");
+    command.arg("-c").arg(format!("{limits} exec \"$@\"")).arg("sh").args(prefix);
+    command.arg(env!("CARGO_BIN_EXE_bvhscope")).args(args).current_dir(cwd);
+    command.stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped());
+    let mut child = command.process_group(0).spawn().unwrap();
+    let give_up = Instant::now() + PATIENCE;
+    while child.try_wait().unwrap().is_none() {
+        if Instant::now() > give_up {
+            child.kill().unwrap();
+            panic!("{args:?} hangs");
+        }
+        std::thread::sleep(Duration::from_millis(5));
+    }
+    child.wait_with_output().unwrap()
+}
+
+/// Exit code and stderr of the program with little memory.
+fn run(args: &[&str]) -> (i32, String) {
+    finish(args, &run_with(&format!("ulimit -v {ADDRESS_SPACE_KB}; ulimit -c 0;"), &[], args, Path::new(".")))
+}
+
+fn finish(args: &[&str], output: &Output) -> (i32, String) {
+    let error = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert_eq!(output.status.signal(), None, "{args:?} was ended by a signal: {error}");
+    assert!(!error.contains("panicked") && !error.contains("RUST_BACKTRACE"), "{args:?}: {error}");
+    (output.status.code().unwrap(), error)
+}
+
+/// Loads and builds `path`; the error must name the file and hold `part`.
+fn refused(path: &Path, part: &str) {
+    let (code, error) = run(&["info", path.to_str().unwrap()]);
+    let name = path.file_name().unwrap().to_str().unwrap();
+    assert_eq!(code, 1, "{name}: {error}");
+    assert!(error.contains(name) && error.contains(part), "{name}: '{part}' is missing in: {error}");
+}
+
+/// Loads and builds `path`; stderr.
+fn accepted(path: &Path) -> String {
+    let (code, error) = run(&["info", path.to_str().unwrap()]);
+    assert_eq!(code, 0, "{}: {error}", path.display());
+    error
+}
+
+struct Folder(tempfile::TempDir);
+
+impl Folder {
+    fn new() -> Self {
+        Self(tempfile::tempdir().unwrap())
+    }
+
+    fn path(&self, name: &str) -> PathBuf {
+        self.0.path().join(name)
+    }
+
+    fn write(&self, name: &str, bytes: impl AsRef<[u8]>) -> PathBuf {
+        std::fs::write(self.path(name), bytes).unwrap();
+        self.path(name)
+    }
+
+    /// A file without content that claims to be so long.
+    fn sparse(&self, name: &str, start: &[u8], length: u64) -> PathBuf {
+        let path = self.write(name, start);
+        std::fs::OpenOptions::new().write(true).open(&path).unwrap().set_len(length).unwrap();
+        path
+    }
+}
+
+const TRIANGLE: &str = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
+
+#[test]
+fn what_is_no_regular_file_is_refused_without_waiting() {
+    let folder = Folder::new();
+    let pipe = folder.path("pipe.obj");
+    assert!(Command::new("mkfifo").arg(&pipe).status().unwrap().success());
+    refused(&pipe, "pipe, socket or device");
+    refused(Path::new("/dev/zero"), "pipe, socket or device");
+    let _socket = std::os::unix::net::UnixListener::bind(folder.path("socket.obj")).unwrap();
+    refused(&folder.path("socket.obj"), "pipe, socket or device");
+    std::os::unix::fs::symlink(folder.path("loop.obj"), folder.path("loop.obj")).unwrap();
+    refused(&folder.path("loop.obj"), "cannot be opened");
+    folder.write("model.ply", "");
+    refused(&folder.path(""), "is a folder; it holds model.ply");
+}
+
+#[test]
+fn files_of_others_are_named() {
+    let folder = Folder::new();
+    let model = folder.write("secret.obj", TRIANGLE);
+    std::fs::set_permissions(&model, std::os::unix::fs::PermissionsExt::from_mode(0o000)).unwrap();
+    if std::fs::read(&model).is_err() {
+        refused(&model, "may not be read by this user");
+        return;
+    }
+    // The administrator may read everything: be somebody else, who must be able to run the program at all.
+    let other = ["setpriv", "--reuid=65534", "--regid=65534", "--clear-groups"];
+    std::fs::set_permissions(folder.0.path(), std::os::unix::fs::PermissionsExt::from_mode(0o755)).unwrap();
+    if !run_with("", &other, &["--version"], Path::new("/")).status.success() {
+        println!("skipped: no other user can run the program here");
+        return;
+    }
+    let args = ["info", model.to_str().unwrap()];
+    let (code, error) = finish(&args, &run_with("", &other, &args, Path::new("/")));
+    assert!(code == 1 && error.contains("secret.obj: may not be read by this user"), "{error}");
+    // Nor may that user write here.
+    let picture = folder.path("out.png");
+    let args = ["render", "builtin:teapot:2", "-o", picture.to_str().unwrap()];
+    let (code, error) = finish(&args, &run_with("", &other, &args, Path::new("/")));
+    assert!(code == 1 && error.contains("takes no files"), "{error}");
+    assert!(!picture.exists());
+}
+
+#[test]
+fn names_of_every_kind_are_opened() {
+    use std::os::unix::ffi::OsStrExt as _;
+    let folder = Folder::new();
+    let long = format!("{}.obj", "n".repeat(250));
+    for name in [&b"with space.obj"[..], b"new\nline.obj", b"latin-\xE9.obj", b"-dash.obj", long.as_bytes()] {
+        let name = std::ffi::OsStr::from_bytes(name);
+        std::fs::write(folder.0.path().join(name), TRIANGLE).unwrap();
+        let output = Command::new(env!("CARGO_BIN_EXE_bvhscope"))
+            .args(["info", "--json", "--"])
+            .arg(name)
+            .current_dir(folder.0.path())
+            .output()
+            .unwrap();
+        assert!(output.status.success(), "{name:?}: {}", String::from_utf8_lossy(&output.stderr));
+    }
+    refused(&folder.path(&"n".repeat(300)), "cannot be opened");
+}
+
+#[test]
+fn lengths_and_counts_that_are_not_there_take_no_memory() {
+    let folder = Folder::new();
+    for name in ["big.obj", "big.ply", "big.stl", "big.glb"] {
+        refused(&folder.sparse(name, b"v 0 0 0\n", 5 << 30), "would need about 5.4 GB of memory");
+    }
+    let mut stl = vec![b' '; 80];
+    stl.extend(u32::MAX.to_le_bytes());
+    stl.extend([0; 50]);
+    let warning = accepted(&folder.write("count.stl", &stl));
+    assert!(warning.contains("4294967294 triangles of 4294967295 declared missing"), "{warning}");
+    let header = "ply\nformat binary_little_endian 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n";
+    let face = "element face 1\nproperty list uint int vertex_indices\nend_header\n";
+    let mut ply = format!("{header}{face}").into_bytes();
+    ply.extend([0; 36]);
+    ply.extend(u32::MAX.to_le_bytes());
+    refused(&folder.write("list.ply", &ply), "a list of 4294967295 entries does not fit");
+    let mut ply = format!("{header}{}", face.replace("uint int", "char int")).into_bytes();
+    ply.extend([0; 36]);
+    ply.push(0xFF);
+    refused(&folder.write("negative.ply", &ply), "a list of -1 entries");
+    refused(
+        &folder.write("empty-elements.ply", "ply\nformat ascii 1.0\nelement a 4000000000\nend_header\n"),
+        "are declared",
+    );
+    refused(&folder.write("long-line.obj", vec![b'v'; 64 << 20]), "longer than 1048576 bytes");
+    let glb = b"glTF\x02\0\0\0\xff\xff\xff\xff\xff\xff\xff\x7fJSON{}";
+    refused(&folder.write("header.glb", glb), "declares 4294967295 bytes");
+    let zeros = r#"{"asset":{"version":"2.0"},"nodes":[{"mesh":0}],"meshes":[{"primitives":[{"attributes":{"POSITION":0}}]}],
+        "accessors":[{"componentType":5126,"count":300000000,"type":"VEC3"}]}"#;
+    refused(&folder.write("zeros.gltf", zeros), "--memory-limit");
+    let groups = format!("{TRIANGLE}{}", "g a\no b\nf 1 2 3\n".repeat(100_000));
+    accepted(&folder.write("groups.obj", groups));
+}
+
+#[test]
+fn pictures_that_unpack_to_gigabytes_are_left_out() {
+    let folder = Folder::new();
+    let mut png = std::io::Cursor::new(Vec::new());
+    image::GrayImage::new(11_000, 11_000).write_to(&mut png, image::ImageFormat::Png).unwrap();
+    folder.write("bomb.png", png.get_ref());
+    let materials: String = (0..8).map(|k| format!("newmtl m{k}\nmap_Kd bomb.png\n")).collect();
+    folder.write("bomb.mtl", materials);
+    let warning = accepted(&folder.write("bomb.obj", format!("mtllib bomb.mtl\nusemtl m3\n{TRIANGLE}")));
+    assert!(warning.contains("image 'bomb.png' not used"), "{warning}");
+}
+
+#[test]
+fn the_memory_limit_is_kept() {
+    for (args, part) in [
+        (&["info", "builtin:terrain:10000000", "--memory-limit", "100MB"][..], "the triangles would need about"),
+        (&["info", "builtin:terrain:1000000", "--memory-limit", "300MB"], "the tree would need about"),
+        (
+            &["render", "-o", "a.png", "--size", "16384x16384", "--memory-limit", "1GB"],
+            "a picture of 16384x16384 pixels",
+        ),
+    ] {
+        let (code, error) = run(args);
+        assert!(code == 1 && error.contains(part) && error.contains("--memory-limit"), "{args:?}: {error}");
+    }
+    // Without a word from the user the system's own limit counts.
+    let (code, error) = run(&["info", "builtin:terrain:4000000"]);
+    assert!(code == 1 && error.contains("would need about"), "{error}");
+    for value in ["0", "4", "101%", "0%", "lots", "-1GB", "NaN%", "1e30GB"] {
+        let (code, error) = run(&["info", &format!("--memory-limit={value}")]);
+        assert!(code == 2 && error.contains("--memory-limit"), "{value}: {error}");
+    }
+    assert_eq!(run(&["info", "builtin:teapot:2", "--memory-limit", "50%"]).0, 0);
+}
+
+#[test]
+fn small_stacks_are_enough() {
+    let limits = "ulimit -s 512; export RUST_MIN_STACK=200000;";
+    for model in ["builtin:slivers:20000", "builtin:teapot:8"] {
+        let args = ["info", model];
+        let (code, error) = finish(&args, &run_with(limits, &[], &args, Path::new(".")));
+        assert_eq!(code, 0, "{model}: {error}");
+    }
+}
+
+#[test]
+fn targets_that_cannot_be_written_are_found_before_the_work() {
+    let folder = Folder::new();
+    let kept = folder.write("kept.png", "old");
+    let model = folder.write("model.obj", TRIANGLE);
+    for (target, part) in [
+        (folder.path(""), "is a folder"),
+        (PathBuf::from("/dev/full"), "not a regular file"),
+        (folder.path("missing/out.png"), "does not exist"),
+    ] {
+        let (code, error) = run(&["bench", "builtin:terrain:9000000", "--csv", target.to_str().unwrap()]);
+        assert!(code == 1 && error.contains(part), "{}: {error}", target.display());
+    }
+    // A disk that fills up: files may not grow beyond a few blocks, and the signal about it is ignored as on a full disk.
+    let target = kept.to_str().unwrap();
+    let args = ["render", "builtin:teapot:4", "--size", "400x400", "-o", target];
+    let limits = "ulimit -f 8; trap '' XFSZ;";
+    let (code, error) = finish(&args, &run_with(limits, &[], &args, Path::new(".")));
+    assert!(code == 1 && error.contains("kept.png: cannot be written"), "{error}");
+    assert_eq!(std::fs::read(&kept).unwrap(), b"old");
+    let (code, error) = run(&["render", model.to_str().unwrap(), "-o", model.to_str().unwrap()]);
+    assert!(code == 2 && error.contains("must end in .png"), "{error}");
+    let mut names: Vec<_> =
+        std::fs::read_dir(folder.0.path()).unwrap().map(|entry| entry.unwrap().file_name()).collect();
+    names.sort();
+    assert_eq!(names, ["kept.png", "model.obj"], "nothing is left behind");
+}
+
+/// Starts the program, waits a little, interrupts it.
+fn interrupted(args: &[&str], signal: &str, cwd: &Path) -> (Option<i32>, String) {
+    let mut child = Command::new(env!("CARGO_BIN_EXE_bvhscope"))
+        .args(args)
+        .current_dir(cwd)
+        .stdout(Stdio::null())
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
+    std::thread::sleep(Duration::from_millis(1500));
+    assert!(child.try_wait().unwrap().is_none(), "{args:?} ended before it could be interrupted");
+    assert!(Command::new("kill").arg(signal).arg(child.id().to_string()).status().unwrap().success());
+    let give_up = Instant::now() + PATIENCE;
+    while child.try_wait().unwrap().is_none() {
+        assert!(Instant::now() < give_up, "{args:?} goes on after {signal}");
+        std::thread::sleep(Duration::from_millis(5));
+    }
+    let output = child.wait_with_output().unwrap();
+    (output.status.code(), String::from_utf8_lossy(&output.stderr).into_owned())
+}
+
+#[test]
+fn interrupting_ends_with_130_and_leaves_nothing() {
+    let folder = Folder::new();
+    for signal in ["-INT", "-TERM"] {
+        let args = ["render", "builtin:terrain:40000", "--size", "2000x2000", "--samples", "1000", "-o", "out.png"];
+        let (code, error) = interrupted(&args, signal, folder.0.path());
+        assert_eq!(code, Some(130), "{signal}: {error}");
+        assert!(error.contains("interrupted"), "{error}");
+        assert_eq!(std::fs::read_dir(folder.0.path()).unwrap().count(), 0, "nothing is left behind");
+    }
+}
+
+#[test]
+fn a_reader_that_goes_away_is_no_error() {
+    let program = env!("CARGO_BIN_EXE_bvhscope");
+    let script = format!("{program} sweep builtin:teapot:2 --size 16x16 --repeat 1 --json | head -n 1");
+    let output = Command::new("sh").arg("-c").arg(script).output().unwrap();
+    assert!(output.stderr.is_empty(), "{}", String::from_utf8_lossy(&output.stderr));
+    assert_eq!(String::from_utf8_lossy(&output.stdout).lines().count(), 1);
+}
+
+#[cfg(feature = "gui")]
+#[test]
+fn without_a_display_or_a_driver_the_words_are_plain() {
+    let home = Folder::new();
+    let without = |args: &[&str], remove: &[&str], set: &[(&str, &str)]| {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_bvhscope"));
+        command.args(args).stdin(Stdio::null()).env("XDG_DATA_HOME", home.path(""));
+        remove.iter().for_each(|name| {
+            command.env_remove(name);
+        });
+        set.iter().for_each(|(name, value)| {
+            command.env(name, value);
+        });
+        finish(args, &command.output().unwrap())
+    };
+    let displays = ["DISPLAY", "WAYLAND_DISPLAY", "WAYLAND_SOCKET"];
+    let (code, error) = without(&["builtin:teapot"], &displays, &[]);
+    assert!(code == 1 && error.contains("no display") && error.contains("bvhscope render"), "{error}");
+    let (code, error) = without(&["builtin:teapot"], &displays[1..], &[("DISPLAY", ":77")]);
+    assert!(code == 1 && error.contains("no display") && error.contains("bvhscope render"), "{error}");
+    let folder = Folder::new();
+    let picture = folder.path("a.png");
+    let drivers = [
+        ("VK_DRIVER_FILES", "/dev/null"),
+        ("VK_ICD_FILENAMES", "/dev/null"),
+        ("LIBGL_DRIVERS_PATH", "/nonexistent"),
+        ("__EGL_VENDOR_LIBRARY_FILENAMES", "/dev/null"),
+    ];
+    let target = picture.to_str().unwrap();
+    let args = ["render", "builtin:teapot:2", "--size", "40x30", "-o", target, "--overlay", "box"];
+    let (code, error) = without(&args, &displays, &drivers);
+    assert!(code == 1 && error.contains("without --overlay the picture needs no graphics driver"), "{error}");
+    assert!(!picture.exists());
+    assert_eq!(without(&args[..6], &displays, &drivers).0, 0, "the picture itself needs no driver");
+    assert!(picture.exists());
+}
