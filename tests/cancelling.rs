@@ -9,7 +9,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 
 use bvhscope::accel::Accel;
 use bvhscope::bvh::builders::BuildError;
-use bvhscope::bvh::{BuildSettings, BuilderKind, ContainerKind};
+use bvhscope::bvh::{BuildSettings, BuilderKind, ContainerKind, SimdLevel};
 use bvhscope::camera::Camera;
 use bvhscope::cancel::CancelToken;
 use bvhscope::render::{RenderRequest, RenderSettings, Shading, render};
@@ -150,6 +150,7 @@ fn measuring_stops_at_every_look() {
         camera: Camera::framing(&scene.bounds, scene.up),
         size: [20, 20],
         traversal: bvhscope::bvh::traverse::Traversal::Ordered,
+        simd: SimdLevel::best(),
         repeat: 2,
     };
     let subject = Subject { model: "terrain".to_owned(), scene };

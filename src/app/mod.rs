@@ -12,6 +12,8 @@ mod pace;
 mod recent;
 pub mod reconcile;
 
+mod device;
+
 mod controls;
 mod fly;
 pub mod orbit;
@@ -31,14 +33,16 @@ pub mod theme;
 
 mod options;
 mod run;
+mod start;
 
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use eframe::{egui, wgpu};
 
 use crate::overlay::OverlayPipeline;
 use crate::scene::SceneSource;
+use device::Device;
 use laboratory::Laboratory;
 use reconcile::Rails;
 use requests::Errands;
@@ -47,6 +51,12 @@ use viewport::Viewport;
 
 pub use options::StartOptions;
 pub use run::{AppError, run};
+pub use start::{SettingsUse, ended_as_wanted};
+
+/// The smallest window in points.
+const MIN_SIZE: [f32; 2] = [640.0, 400.0];
+/// The window of a first start in points.
+const START_SIZE: [f32; 2] = [1280.0, 800.0];
 
 /// Longest time that [`App::run_until_idle`] waits.
 const IDLE_TIMEOUT: Duration = Duration::from_mins(2);
@@ -62,8 +72,7 @@ pub struct App {
     errands: Errands,
     viewport: Viewport,
     has_pipeline: bool,
-    /// What the graphics driver complained about.
-    device_error: Arc<Mutex<Option<String>>>,
+    device: Device,
     title: String,
     frame_started: Instant,
     /// Each UI frame waits until everything is fresh: for tests.
@@ -73,8 +82,9 @@ pub struct App {
 impl App {
     /// The app of a real window.
     pub fn new(context: &eframe::CreationContext<'_>, options: StartOptions) -> std::io::Result<Self> {
-        let restored = storage::restore(context.storage);
-        let source = options.source.unwrap_or_else(SceneSource::default_builtin);
+        let restored = storage::restore(context.storage, options.settings_file);
+        let last = || restored.wanted.as_ref().filter(|_| options.restore).map(|wanted| wanted.source.clone());
+        let source = options.source.or_else(last).unwrap_or_else(SceneSource::default_builtin);
         // The last camera belongs to the last model.
         let same_model = restored.wanted.as_ref().is_some_and(|wanted| wanted.source == source);
         let mut wanted = restored.wanted.unwrap_or_else(|| Wanted::new(source.clone()));
@@ -88,10 +98,15 @@ impl App {
             eprintln!("warning: {complaint}");
             state.tell(Severity::Warning, complaint);
         }
+        for notice in options.notices {
+            eprintln!("warning: {notice}");
+            state.tell(Severity::Warning, notice);
+        }
         let mut app = Self::with_state(context, state)?;
         app.rails.load_options = options.load;
         app.rails.keep_camera = same_model;
         app.rails.camera_choice = options.camera;
+        app.device.lose_on_purpose = options.lose_device;
         Ok(app)
     }
 
@@ -107,15 +122,11 @@ impl App {
     fn with_state(context: &eframe::CreationContext<'_>, mut state: AppState) -> std::io::Result<Self> {
         let ctx = context.egui_ctx.clone();
         theme::apply(&ctx, &state.preferences);
-        let device_error = Arc::new(Mutex::new(None));
+        let device = Device::default();
         if let Some(render_state) = &context.wgpu_render_state {
             let info = render_state.adapter.get_info();
             state.adapter = (info.name, info.device_type == wgpu::DeviceType::Cpu);
-            let (place, wake) = (Arc::clone(&device_error), ctx.clone());
-            render_state.device.on_uncaptured_error(Arc::new(move |error: wgpu::Error| {
-                *place.lock().unwrap_or_else(PoisonError::into_inner) = Some(error.to_string());
-                wake.request_repaint();
-            }));
+            device.watch(&render_state.device, &ctx);
             let pipeline = OverlayPipeline::new(&render_state.device, render_state.target_format);
             render_state.renderer.write().callback_resources.insert(pipeline);
         }
@@ -127,7 +138,7 @@ impl App {
             errands: Errands::new(Arc::new(wake)),
             viewport: Viewport::default(),
             has_pipeline: context.wgpu_render_state.is_some(),
-            device_error,
+            device,
             title: String::new(),
             frame_started: Instant::now(),
             waits: false,
@@ -158,8 +169,7 @@ impl App {
     }
 
     fn tell_device_error(&mut self) {
-        let error = self.device_error.lock().unwrap_or_else(PoisonError::into_inner).take();
-        let Some(error) = error else { return };
+        let Some(error) = self.device.take_error() else { return };
         eprintln!("error: the graphics driver failed: {error}");
         if !self.state.overlay_failed {
             self.state.overlay_failed = true;
@@ -196,10 +206,34 @@ impl App {
     }
 }
 
+/// A window of the last run may be restored too small to be used, where nobody enforces its smallest size.
+fn keep_usable_size(ctx: &egui::Context) {
+    let size = ctx.input(|input| input.viewport().inner_rect.map(|rect| rect.size()));
+    let too_small = size.is_some_and(|size| size.x < MIN_SIZE[0] * 0.5 || size.y < MIN_SIZE[1] * 0.5);
+    if too_small && ctx.cumulative_frame_nr() == 1 {
+        ctx.send_viewport_cmd(egui::ViewportCommand::InnerSize(egui::Vec2::from(START_SIZE)));
+    }
+}
+
 impl eframe::App for App {
-    fn logic(&mut self, ctx: &egui::Context, _frame: &mut eframe::Frame) {
+    fn logic(&mut self, ctx: &egui::Context, frame: &mut eframe::Frame) {
         self.frame_started = Instant::now();
+        if self.device.is_lost() {
+            // Nothing can be drawn any more: everything is kept, and `run` starts anew.
+            if let Some(storage) = frame.storage_mut() {
+                storage::keep(storage, &self.state.wanted, &self.state.preferences);
+                storage.flush();
+            }
+            ctx.send_viewport_cmd(egui::ViewportCommand::Close);
+            return;
+        }
+        if let Some(render_state) = frame.wgpu_render_state()
+            && self.state.presented.is_some()
+        {
+            self.device.lose_if_wanted(&render_state.device);
+        }
         self.tell_device_error();
+        keep_usable_size(ctx);
         self.errands.poll(&mut self.rails, &mut self.state);
         self.rails.poll(&mut self.state, Instant::now());
         self.laboratory.poll(&mut self.state, !self.rails.is_busy());

@@ -1,5 +1,8 @@
 //! What the window starts with when the command line asks for something.
 
+use std::path::PathBuf;
+
+use super::start::SettingsUse;
 use crate::bvh::BuildSettings;
 use crate::overlay::OverlaySettings;
 use crate::render::RenderSettings;
@@ -23,4 +26,14 @@ pub struct StartOptions {
     pub overlay: Option<OverlaySettings>,
     /// What loading may do.
     pub load: LoadOptions,
+    /// The file of the settings, for what is said about it.
+    pub settings_file: Option<PathBuf>,
+    /// Which settings are read and written.
+    pub settings: SettingsUse,
+    /// Go on with the model of the last run: after the graphics driver was lost.
+    pub restore: bool,
+    /// Lose the graphics driver after the first picture: for tests.
+    pub lose_device: bool,
+    /// What the user is told at once.
+    pub notices: Vec<String>,
 }

@@ -1,12 +1,17 @@
 //! Opening the window, and saying in plain words why there is none.
 
 use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
+use std::path::PathBuf;
+use std::process::Command;
+use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
 use eframe::egui_wgpu::{WgpuConfiguration, WgpuSetup, WgpuSetupCreateNew};
 use eframe::{egui, wgpu};
 
+use super::device::was_lost;
+use super::start::{Start, ended_as_wanted};
 use super::storage::APP_ID;
-use super::{App, StartOptions};
+use super::{App, MIN_SIZE, START_SIZE, StartOptions};
 
 /// Why the window could not be opened. The texts say what to do instead.
 #[derive(Debug, thiserror::Error)]
@@ -26,17 +31,41 @@ pub enum AppError {
     /// A library of the desktop is missing.
     #[error("{0} Install it (Debian and Ubuntu: libxkbcommon-x11-0), or use 'bvhscope render MODEL -o out.png'")]
     NoLibrary(String),
+    /// The driver ended, and again soon after the new start.
+    #[error(
+        "the graphics driver ended twice within 30 seconds, so the window is closed; the settings are kept. Update the \
+         driver, or use 'bvhscope render MODEL -o out.png', which needs none"
+    )]
+    DeviceLost,
     /// Anything else.
     #[error("the window could not be opened: {0}")]
     Other(String),
 }
 
 /// Opens the window and returns when it is closed.
-pub fn run(options: StartOptions) -> Result<(), AppError> {
-    let native = native_options();
+pub fn run(mut options: StartOptions) -> Result<(), AppError> {
+    let start = Start::prepare(options.settings);
+    if start.safe {
+        options = StartOptions { load: options.load, settings: options.settings, ..StartOptions::default() };
+    }
+    start.watch();
+    options.notices.clone_from(&start.notices);
+    options.settings_file.clone_from(&start.file);
+    let mut again = vec!["--restore"];
+    again.extend(options.load.allow_outside.then_some("--allow-outside"));
+    again.extend(options.settings.none.then_some("--no-config"));
+    let native = native_options(start.file.clone());
     let outcome = catch_unwind(AssertUnwindSafe(|| {
         eframe::run_native(APP_ID, native, Box::new(move |context| Ok(Box::new(App::new(context, options)?))))
     }));
+    if was_lost(outcome.is_err()) {
+        ended_as_wanted();
+        drop(start);
+        return start_again(&again);
+    }
+    if outcome.is_ok() {
+        ended_as_wanted();
+    }
     match outcome {
         Ok(Ok(())) => Ok(()),
         Ok(Err(error)) => Err(in_plain_words(error)),
@@ -48,6 +77,28 @@ pub fn run(options: StartOptions) -> Result<(), AppError> {
     }
 }
 
+/// A second loss within this time is no accident.
+const LOST_AGAIN: Duration = Duration::from_secs(30);
+/// Tells the new process when the old one started it, in seconds since 1970.
+const STARTED_AGAIN: &str = "BVHSCOPE_STARTED_AGAIN";
+
+/// Starts the program anew with the settings that were just kept: a lost device cannot be used again.
+fn start_again(arguments: &[&str]) -> Result<(), AppError> {
+    let now = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default().as_secs();
+    let before = std::env::var(STARTED_AGAIN).ok().and_then(|text| text.parse::<u64>().ok());
+    if before.is_some_and(|before| now.saturating_sub(before) < LOST_AGAIN.as_secs()) {
+        return Err(AppError::DeviceLost);
+    }
+    eprintln!("warning: the graphics driver ended; the window is opened again");
+    let failed = |error: std::io::Error| AppError::Other(format!("the program could not be started again: {error}"));
+    let mut command = Command::new(std::env::current_exe().map_err(failed)?);
+    command.args(arguments).env(STARTED_AGAIN, now.to_string());
+    #[cfg(unix)]
+    return Err(failed(std::os::unix::process::CommandExt::exec(&mut command)));
+    #[cfg(not(unix))]
+    command.spawn().map(drop).map_err(failed)
+}
+
 fn in_plain_words(error: eframe::Error) -> AppError {
     let text = error.to_string();
     match error {
@@ -57,12 +108,12 @@ fn in_plain_words(error: eframe::Error) -> AppError {
     }
 }
 
-fn native_options() -> eframe::NativeOptions {
+fn native_options(settings_file: Option<PathBuf>) -> eframe::NativeOptions {
     let viewport = egui::ViewportBuilder::default()
         .with_title("bvhscope")
         .with_app_id(APP_ID)
-        .with_inner_size([1280.0, 800.0])
-        .with_min_inner_size([640.0, 400.0])
+        .with_inner_size(START_SIZE)
+        .with_min_inner_size(MIN_SIZE)
         .with_drag_and_drop(true);
     eframe::NativeOptions {
         viewport: match eframe::icon_data::from_png_bytes(include_bytes!("../../assets/icon-256.png")) {
@@ -76,6 +127,7 @@ fn native_options() -> eframe::NativeOptions {
             }),
             ..WgpuConfiguration::default()
         },
+        persistence_path: settings_file,
         system_font_fallback: false,
         ..eframe::NativeOptions::default()
     }

@@ -29,9 +29,8 @@ pub struct Restored {
     pub complaint: Option<String>,
 }
 
-/// Reads the settings of the last run.
-pub fn restore(storage: Option<&dyn Storage>) -> Restored {
-    let file = eframe::storage_dir(APP_ID).map(|folder| folder.join("app.ron"));
+/// Reads the settings of the last run, which are in `file`.
+pub fn restore(storage: Option<&dyn Storage>, file: Option<PathBuf>) -> Restored {
     match storage.and_then(|storage| storage.get_string(KEY)) {
         Some(text) => {
             let mut restored = parse(&text);
@@ -131,7 +130,7 @@ mod tests {
         let preferences = Preferences { greeted: true, ..Preferences::default() };
         let mut storage = Memory::default();
         keep(&mut storage, &wanted, &preferences);
-        let restored = restore(Some(&storage));
+        let restored = restore(Some(&storage), None);
         assert_eq!(restored.wanted, Some(wanted));
         assert_eq!(restored.preferences, Some(preferences));
         assert_eq!(restored.complaint, None);

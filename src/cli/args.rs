@@ -76,6 +76,18 @@ pub struct ViewerArgs {
     pub picture: PictureArgs,
     #[command(flatten)]
     pub overlay: OverlayArgs,
+    /// Neither read nor write settings
+    #[arg(long, help_heading = "Settings")]
+    pub no_config: bool,
+    /// Begin with default settings; the old ones are kept aside
+    #[arg(long, help_heading = "Settings")]
+    pub reset_settings: bool,
+    /// Go on where the last run ended, after the graphics driver was lost
+    #[arg(long, hide = true)]
+    pub restore: bool,
+    /// Lose the graphics driver after the first picture
+    #[arg(long, hide = true)]
+    pub lose_device: bool,
 }
 
 #[derive(Debug, Args)]

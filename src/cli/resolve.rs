@@ -7,7 +7,7 @@ use super::args::{
     SweepArgs,
 };
 #[cfg(feature = "gui")]
-use crate::app::StartOptions;
+use crate::app::{SettingsUse, StartOptions};
 use crate::bvh::{BuildSettings, BuilderKind, ContainerKind, Preset};
 use crate::headless::info::InfoJob;
 use crate::headless::jobs::{MeasureJob, Output};
@@ -30,6 +30,10 @@ pub fn viewer(args: ViewerArgs) -> StartOptions {
         overlay: overlay(&args.overlay)
             .or_else(|| changed(overlay_settings(&args.overlay, OverlayKinds::Box), OverlaySettings::default())),
         load: load(&args.load),
+        settings: SettingsUse { none: args.no_config, reset: args.reset_settings },
+        restore: args.restore,
+        lose_device: args.lose_device,
+        ..StartOptions::default()
     }
 }
 

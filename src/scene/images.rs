@@ -165,7 +165,7 @@ fn decode(bytes: &[u8], budget: u64) -> Result<(u32, u32, Vec<[u8; 4]>), String>
     reader.limits(limits);
     let decoder = reader.into_decoder().map_err(|error| error.to_string())?;
     let (width, height) = decoder.dimensions();
-    let bytes = u64::from(width) * u64::from(height) * 4;
+    let bytes = decoder.total_bytes().max(u64::from(width) * u64::from(height) * 4);
     if bytes > MAX_IMAGE {
         return Err(format!("{width}x{height} pixels are more than fit into {}", in_words(MAX_IMAGE)));
     }

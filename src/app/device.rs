@@ -1,0 +1,64 @@
+//! The graphics driver's complaints, and its end.
+
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Mutex, PoisonError};
+
+use eframe::{egui, wgpu};
+
+/// The device of this process was lost while the window was open.
+static LOST: AtomicBool = AtomicBool::new(false);
+
+/// The driver said so, which it also does when the window is closed.
+static TOLD: AtomicBool = AtomicBool::new(false);
+
+/// Whether the window ended because the device was lost. A panic is put down to it where the driver told of a loss.
+pub(super) fn was_lost(panicked: bool) -> bool {
+    LOST.load(Ordering::Relaxed) || panicked && TOLD.load(Ordering::Relaxed)
+}
+
+/// What is known of the device.
+#[derive(Default)]
+pub(super) struct Device {
+    error: Arc<Mutex<Option<String>>>,
+    lost: Arc<AtomicBool>,
+    /// For tests.
+    pub lose_on_purpose: bool,
+}
+
+impl Device {
+    /// Listens to `device`; wakes the window when there is something to say.
+    pub fn watch(&self, device: &wgpu::Device, ctx: &egui::Context) {
+        let (place, wake) = (Arc::clone(&self.error), ctx.clone());
+        device.on_uncaptured_error(Arc::new(move |error: wgpu::Error| {
+            *place.lock().unwrap_or_else(PoisonError::into_inner) = Some(error.to_string());
+            wake.request_repaint();
+        }));
+        let (lost, wake) = (Arc::clone(&self.lost), ctx.clone());
+        device.set_device_lost_callback(move |_, _| {
+            lost.store(true, Ordering::Relaxed);
+            TOLD.store(true, Ordering::Relaxed);
+            wake.request_repaint();
+        });
+    }
+
+    /// The newest complaint, once.
+    pub fn take_error(&self) -> Option<String> {
+        self.error.lock().unwrap_or_else(PoisonError::into_inner).take()
+    }
+
+    /// Whether nothing can be drawn any more. Remembered for [`was_lost`].
+    pub fn is_lost(&self) -> bool {
+        let lost = self.lost.load(Ordering::Relaxed);
+        if lost {
+            LOST.store(true, Ordering::Relaxed);
+        }
+        lost
+    }
+
+    /// Does what a driver that crashes does, once, where a test asked for it.
+    pub fn lose_if_wanted(&mut self, device: &wgpu::Device) {
+        if std::mem::take(&mut self.lose_on_purpose) {
+            device.destroy();
+        }
+    }
+}
