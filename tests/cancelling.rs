@@ -155,8 +155,8 @@ fn measuring_stops_at_every_look() {
     };
     let subject = Subject { model: "terrain".to_owned(), scene };
     let setups = [Setup { build: BuildSettings::default(), preset: None, threads: 1 }];
-    at_every_look("measure", |token| match measure("bench", &subject, &setups, &view, token) {
-        Ok(_) => false,
+    at_every_look("measure", |token| match measure("bench", &subject, &setups, &view, token, &mut |_| ()) {
+        Ok(()) => false,
         Err(LabError::Cancelled(_)) => true,
         Err(error) => panic!("{error}"),
     });
