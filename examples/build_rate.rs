@@ -1,5 +1,5 @@
 //! How many million triangles a second the builders take: medians over repeated builds, by scene, container, preset and
-//! threads. `cargo run --release --example build_rate [FILE.obj…]` adds models to the generated scenes.
+//! threads. `cargo run --release --example build_rate [FILE…]` adds models to the generated scenes.
 
 use std::time::{Duration, Instant};
 
@@ -7,6 +7,7 @@ use bvhscope::bvh::builders::build;
 use bvhscope::bvh::{BuildSettings, ContainerKind, Preset};
 use bvhscope::cancel::CancelToken;
 use bvhscope::geometry::Triangle;
+use bvhscope::scene::{LoadOptions, SceneSource, load};
 use glam::Vec3;
 
 const REPEATS: usize = 9;
@@ -30,37 +31,11 @@ fn ball(count: usize) -> Vec<Triangle> {
     triangles
 }
 
-/// The triangles of an OBJ file, polygons as fans, nothing else.
-fn obj(path: &str) -> std::io::Result<Vec<Triangle>> {
-    let (mut points, mut triangles) = (Vec::new(), Vec::new());
-    for line in std::fs::read_to_string(path)?.lines() {
-        let mut words = line.split_whitespace();
-        match words.next() {
-            Some("v") => {
-                let numbers: Vec<f32> = words.filter_map(|word| word.parse().ok()).collect();
-                points.push(Vec3::from_slice(&numbers));
-            }
-            Some("f") => {
-                let corners: Vec<Vec3> = words
-                    .filter_map(|word| word.split('/').next()?.parse::<isize>().ok())
-                    .map(|index| points[(if index < 0 { index + points.len() as isize } else { index - 1 }) as usize])
-                    .collect();
-                triangles.extend(corners.windows(2).skip(1).map(|pair| Triangle {
-                    a: corners[0],
-                    b: pair[0],
-                    c: pair[1],
-                }));
-            }
-            _ => {}
-        }
-    }
-    Ok(triangles)
-}
-
-fn main() -> std::io::Result<()> {
+fn main() -> Result<(), Box<dyn std::error::Error>> {
     let mut scenes = vec![("ball".to_owned(), ball(70_000)), ("ball".to_owned(), ball(1_000_000))];
     for path in std::env::args().skip(1) {
-        scenes.push((path.clone(), obj(&path)?));
+        let scene = load(&SceneSource::parse(path.as_ref())?, &LoadOptions::default(), &CancelToken::new())?;
+        scenes.push((path, scene.triangles));
     }
     for (name, triangles) in &scenes {
         println!("{name}: {} triangles", triangles.len());

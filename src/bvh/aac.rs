@@ -25,7 +25,7 @@ use crate::geometry::Triangle;
 
 /// Subtrees up to this size are built by one thread. Gu et al. fork down to single clusters; below some thousand
 /// primitives a fork costs more than it brings, and what a task writes should fit a core's second cache.
-const FORK_ABOVE: usize = 4096;
+const FORK_ABOVE: usize = 8192;
 
 /// `build_bvh`: the tree of `triangles`, of which there is one at least and whose areas must not overflow.
 pub fn build_bvh<C: Clustered>(
@@ -76,7 +76,7 @@ pub fn build_bvh<C: Clustered>(
 pub fn cluster_all<C: Clustered>(triangles: &[Triangle], token: &CancelToken) -> Result<Tree<C>, Cancelled> {
     let mut clusters = Clusters::with_capacity(triangles.len());
     for (primitive, triangle) in triangles.iter().enumerate() {
-        clusters.push::<C>(Cluster::of_primitive(&C::of_triangle(triangle), primitive as u32));
+        clusters.push::<C>(Cluster::of_primitive(C::of_triangle(triangle).fields(), primitive as u32));
     }
     let mut nodes: Vec<Node<C>> = bytemuck::zeroed_vec(2 * triangles.len() - 1);
     let (root, others) = nodes.split_at_mut(1);

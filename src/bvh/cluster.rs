@@ -6,7 +6,7 @@
 use bytemuck::{Pod, Zeroable};
 use fearless_simd::{Level, Simd, SimdBase, SimdFloat, f32x4, f32x8};
 
-use super::{Container, Node};
+use super::{Container, Node, SimdLevel};
 use crate::geometry::{Aabb, Sphere, Triangle};
 
 /// Numbers that describe a container; a sphere leaves two unused.
@@ -24,6 +24,8 @@ pub trait Clustered: Container + Zeroable {
     fn keep_and_middle<S: Simd>(simd: S, triangle: &Triangle) -> (Self::Kept, f32x4<S>);
     /// The container of `triangle`, of which `kept` is left.
     fn restore(kept: &Self::Kept, triangle: &Triangle) -> Self;
+    /// The fields of [`Self::restore`].
+    fn restore_fields<S: Simd>(simd: S, kept: &Self::Kept, triangle: &Triangle) -> [f32; FIELDS];
     /// The numbers that describe it.
     fn fields(&self) -> [f32; FIELDS];
     /// The point that its Morton code is made of.
@@ -49,6 +51,12 @@ impl Clustered for Aabb {
     #[inline(always)]
     fn restore((): &(), triangle: &Triangle) -> Self {
         triangle.bounds()
+    }
+
+    #[inline(always)]
+    fn restore_fields<S: Simd>(simd: S, (): &(), triangle: &Triangle) -> [f32; FIELDS] {
+        let [min, max] = bounds(simd, triangle);
+        [min[0], min[1], min[2], max[0], max[1], max[2]]
     }
 
     #[inline(always)]
@@ -100,6 +108,11 @@ impl Clustered for Sphere {
     }
 
     #[inline(always)]
+    fn restore_fields<S: Simd>(_: S, [x, y, z, radius]: &[f32; 4], _: &Triangle) -> [f32; FIELDS] {
+        [*x, *y, *z, *radius, 0.0, 0.0]
+    }
+
+    #[inline(always)]
     fn fields(&self) -> [f32; FIELDS] {
         [self.center.x, self.center.y, self.center.z, self.radius, 0.0, 0.0]
     }
@@ -141,12 +154,7 @@ pub fn bounds<S: Simd>(simd: S, triangle: &Triangle) -> [f32x4<S>; 2] {
 /// The widest instructions that the builder uses. Not AVX-512: rows are eight wide, and this compiler's vectoriser gives
 /// wrong results with it.
 pub fn simd_level() -> Level {
-    let level = Level::new();
-    #[cfg(any(target_arch = "x86", target_arch = "x86_64"))]
-    if let Some(avx2) = level.as_avx2() {
-        return Level::Avx2(avx2);
-    }
-    level
+    SimdLevel::best().level_of_plain_loops()
 }
 
 /// A group of primitives: what becomes a node once it is merged.
@@ -162,10 +170,10 @@ pub struct Cluster {
 }
 
 impl Cluster {
-    /// A single primitive.
+    /// A single primitive in the container that `fields` describe.
     #[inline(always)]
-    pub fn of_primitive<C: Clustered>(container: &C, primitive: u32) -> Self {
-        Self { fields: container.fields(), first: primitive, count: 1 }
+    pub fn of_primitive(fields: [f32; FIELDS], primitive: u32) -> Self {
+        Self { fields, first: primitive, count: 1 }
     }
 
     /// The node that it becomes, still with its number of primitives.

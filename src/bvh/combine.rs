@@ -33,11 +33,89 @@ pub fn combine_clusters<C: Clustered, S: Simd>(
     if len <= target {
         return Ok(());
     }
-    // The nodes are the same whichever of these makes them.
+    // All make the same nodes, but where positions alone decide: a long list keeps a match that it has found, though
+    // an equally good one may have moved below it since.
     match len {
         0..=8 => combine_short::<C, S, 1, 8>(simd, list, base, target, pairs),
         9..=16 => combine_short::<C, S, 2, 16>(simd, list, base, target, pairs),
+        17..=32 => combine_short::<C, S, 4, 32>(simd, list, base, target, pairs),
         _ => return combine_long(simd, list, &mut scratch.matches, base, target, pairs, token),
     }
     Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use fearless_simd::dispatch;
+    use glam::Vec3;
+
+    use super::*;
+    use crate::bvh::cluster::Cluster;
+    use crate::bvh::{Node, SimdLevel};
+    use crate::geometry::{Aabb, Sphere};
+
+    /// Small containers at few places, so that many distances are equal. No two groups have equally many primitives:
+    /// positions never decide.
+    fn clusters<C: Clustered>(count: usize, seed: u32) -> Clusters {
+        let mut state = seed;
+        let mut number = |below: u32| {
+            state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+            (state >> 16) % below
+        };
+        let mut list = Clusters::with_capacity(count);
+        for first in 0..count as u32 {
+            let a = Vec3::new(number(4) as f32, number(3) as f32, number(2) as f32);
+            let b = a + Vec3::new(number(2) as f32, number(2) as f32, 0.5);
+            let container = C::of_triangle(&crate::geometry::Triangle { a, b, c: a });
+            list.push::<C>(Cluster { fields: container.fields(), first, count: 1 << (first * 11 % count as u32) });
+        }
+        list
+    }
+
+    /// The nodes that are written while `count` clusters merge to `target`, then those of the clusters that are left.
+    fn merged<C: Clustered>(level: SimdLevel, count: usize, target: usize, seed: u32, long: bool) -> Vec<Node<C>> {
+        let mut nodes: Vec<Node<C>> = bytemuck::zeroed_vec(2 * (count - target));
+        let mut list = clusters::<C>(count, seed);
+        let (mut pairs, mut scratch, token) = (Pairs::new(&mut nodes, 100), Scratch::default(), CancelToken::new());
+        let result = dispatch!(level.level_of_plain_loops(), simd => {
+            if long {
+                combine_long(simd, &mut list, &mut scratch.matches, 0, target, &mut pairs, &token)
+            } else {
+                combine_clusters(simd, &mut list, &mut scratch, 0, target, &mut pairs, &token)
+            }
+        });
+        assert!(result.is_ok());
+        assert_eq!(list.len, target);
+        for at in 0..target {
+            let fields: Vec<f32> = list.fields[..C::USED_FIELDS].iter().map(|field| field[at]).collect();
+            assert_eq!(list.items[at].fields[..C::USED_FIELDS], fields, "both forms of a cluster are the same");
+        }
+        nodes.extend(list.items[..target].iter().map(Cluster::node));
+        nodes
+    }
+
+    fn check<C: Clustered>() {
+        for count in (2..=31).filter(|count| count % 11 != 0) {
+            for seed in 0..20 {
+                let target = 1 + seed as usize % (count - 1);
+                let expected = merged::<C>(SimdLevel::Sse2, count, target, seed, true);
+                for level in SimdLevel::ALL.into_iter().filter(|level| level.is_available()) {
+                    for long in [false, true] {
+                        let nodes = merged::<C>(level, count, target, seed, long);
+                        assert!(nodes == expected, "{count} to {target}, seed {seed}, {}, long: {long}", level.name());
+                    }
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn short_and_long_lists_merge_the_same_boxes_at_every_level() {
+        check::<Aabb>();
+    }
+
+    #[test]
+    fn short_and_long_lists_merge_the_same_spheres_at_every_level() {
+        check::<Sphere>();
+    }
 }

@@ -90,7 +90,10 @@ fn spread_all<S: Simd>(mut bits: u64x4<S>) -> u64x4<S> {
 
 #[cfg(test)]
 mod tests {
+    use fearless_simd::dispatch;
+
     use super::*;
+    use crate::bvh::SimdLevel;
 
     #[test]
     fn bits_interleave_from_x_down_to_z() {
@@ -103,6 +106,22 @@ mod tests {
             assert_eq!(grid.code(Vec3::Z * at), 1 << (3 * bit));
         }
         assert_eq!(grid.code(Vec3::splat(last)), (1 << 63) - 1, "the far corner stays inside");
+    }
+
+    #[test]
+    fn vectors_give_the_same_codes_at_every_level() {
+        let grid = MortonGrid::new(&Aabb { min: Vec3::new(-3.0, 0.5, 2.0), max: Vec3::new(7.0, 4.0, 9.0) });
+        let points: Vec<Vec3> =
+            (0..2000).map(|i| Vec3::new(-3.3, 0.4, 1.9) + i as f32 * Vec3::new(0.0052, 0.0019, 0.0037)).collect();
+        for level in SimdLevel::ALL.into_iter().filter(|level| level.is_available()) {
+            for pair in points.chunks(2) {
+                let codes = dispatch!(level.level_of_plain_loops(), simd => {
+                    let lanes = |point: Vec3| f32x4::from_slice(simd, &[point.x, point.y, point.z, 123.0]);
+                    grid.codes(simd, [lanes(pair[0]), lanes(pair[1])])
+                });
+                assert_eq!(codes, [grid.code(pair[0]), grid.code(pair[1])], "{} {pair:?}", level.name());
+            }
+        }
     }
 
     #[test]

@@ -10,7 +10,7 @@ use glam::Vec3;
 use rayon::prelude::*;
 
 use super::builders::StageTimes;
-use super::cluster::{Clustered, bounds, simd_level};
+use super::cluster::{Cluster, Clustered, bounds, simd_level};
 use super::morton::{CODE_BITS, MortonGrid};
 use super::radix_sort::radix_sort;
 use crate::cancel::{CancelToken, Cancelled};
@@ -152,6 +152,14 @@ impl<C: Clustered> MortonOrder<C> {
     #[inline(always)]
     pub fn container(&self, triangles: &[Triangle], primitive: u32) -> C {
         C::restore(&self.kept[primitive as usize], &triangles[primitive as usize])
+    }
+
+    /// The primitive at `position` as a cluster.
+    #[inline(always)]
+    pub fn cluster<S: Simd>(&self, simd: S, triangles: &[Triangle], position: usize) -> Cluster {
+        let primitive = self.primitive(position);
+        let (kept, triangle) = (&self.kept[primitive as usize], &triangles[primitive as usize]);
+        Cluster::of_primitive(C::restore_fields(simd, kept, triangle), primitive)
     }
 
     /// Where `range` splits: at the first flip of the highest bit that is not the same for all, in the middle where

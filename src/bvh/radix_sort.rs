@@ -9,8 +9,10 @@ use rayon::prelude::*;
 
 use crate::cancel::{CancelToken, Cancelled};
 
-/// Bits of the digit by which large ranges are dealt out.
-const LEADING_DIGIT_BITS: u32 = 10;
+/// Most bits of the digit by which large ranges are dealt out.
+const MAX_LEADING_DIGIT_BITS: u32 = 10;
+/// Keys that a bucket should hold at least, were they spread evenly, as a power of two.
+const BUCKET_SIZE_BITS: u32 = 11;
 /// Most bits of a digit within the cache: 1024 write positions fit the first one.
 const MAX_DIGIT_BITS: u32 = 10;
 const DIGITS: usize = 1 << MAX_DIGIT_BITS;
@@ -47,7 +49,7 @@ fn sort_range(
         }
         return Ok(());
     }
-    let digit_bits = LEADING_DIGIT_BITS.min(bits);
+    let digit_bits = (keys.len().ilog2() - BUCKET_SIZE_BITS).min(MAX_LEADING_DIGIT_BITS).min(bits);
     let shift = bits - digit_bits;
     let buckets = 1_usize << digit_bits;
     let digit = |key: u64| (key >> shift) as usize & (buckets - 1);
@@ -112,16 +114,17 @@ fn sort_local(keys: &mut [u64], scratch: &mut [u64], bits: u32) {
     let digit_bits = used_bits.div_ceil(passes.max(1));
     let low_bit = bits.saturating_sub(passes * digit_bits);
     let (mut from, mut to) = (&mut *keys, &mut *scratch);
+    let mut starts = [0_u32; DIGITS];
     for pass in 0..passes {
         let shift = low_bit + pass * digit_bits;
         let mask = (1_u64 << digit_bits.min(bits.saturating_sub(shift))) - 1;
         let digit = |key: u64| (key >> shift & mask) as usize % DIGITS;
-        let mut starts = [0_u32; DIGITS];
+        starts[..1 << digit_bits].fill(0);
         for &key in &*from {
             starts[digit(key)] += 1;
         }
         let mut start = 0;
-        for count in &mut starts {
+        for count in &mut starts[..1 << digit_bits] {
             start += std::mem::replace(count, start);
         }
         for &key in &*from {

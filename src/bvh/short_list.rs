@@ -1,4 +1,4 @@
-//! `combine_clusters` for short lists, of which nearly all of a build consists: all distances at once, kept as a matrix
+//! `combine_clusters` for lists of up to 32, of which nearly all of a build consists: all distances at once, kept as a matrix
 //! in the first cache. A merge changes one row and one column of it; the smallest distance is that of the columns'
 //! minima, and where no two distances are equal their lanes tell the pair.
 

@@ -8,7 +8,7 @@ use std::ops::Range;
 
 use fearless_simd::Simd;
 
-use super::cluster::{Cluster, Clustered, Clusters, Pairs};
+use super::cluster::{Clustered, Clusters, Pairs};
 use super::combine::{Scratch, combine_clusters};
 use super::morton_order::MortonOrder;
 use super::reduction::Reduction;
@@ -48,10 +48,8 @@ pub fn build_subtree<C: Clustered, S: Simd>(
             Step::Build(range) => {
                 if range.len() <= FETCHED && range.start >= fetched_range.end {
                     token.check()?;
-                    fetched.len = 0;
-                    for position in range.clone() {
-                        let primitive = input.primitive(position);
-                        fetched.push::<C>(Cluster::of_primitive(&input.container(triangles, primitive), primitive));
+                    for (at, position) in range.clone().enumerate() {
+                        fetched.set::<C>(at, input.cluster(simd, triangles, position));
                     }
                     fetched_range = range.clone();
                 }
