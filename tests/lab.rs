@@ -5,6 +5,7 @@
 use std::ffi::OsStr;
 use std::sync::Arc;
 
+use bvhscope::accel::Accel;
 use bvhscope::bvh::traverse::Traversal;
 use bvhscope::bvh::{BuildSettings, ContainerKind, Preset, SimdLevel};
 use bvhscope::camera::Camera;
@@ -14,6 +15,7 @@ use bvhscope::lab::table::{number, tables};
 use bvhscope::lab::{
     Job, LabError, Measurement, Setup, Subject, SweepPlan, TraceView, bench, compare, measure, scaling, sweep,
 };
+use bvhscope::render::{RenderRequest, RenderSettings, trace_primary, trace_primary_wide};
 use bvhscope::scene::{LoadOptions, SceneSource, load};
 
 fn subject(name: &str) -> Subject {
@@ -31,6 +33,30 @@ fn view(subject: &Subject, traversal: Traversal) -> TraceView {
         traversal,
         simd: SimdLevel::best(),
         repeat: 2,
+    }
+}
+
+#[test]
+fn the_wide_tree_hits_what_the_binary_one_hits() {
+    for name in ["builtin:teapot:3", "builtin:terrain:3000"] {
+        let subject = subject(name);
+        for Setup { build, .. } in both() {
+            let accel = Arc::new(Accel::build(&subject.scene, &build, &CancelToken::new()).unwrap());
+            for simd in SimdLevel::ALL.into_iter().filter(|level| level.is_available()) {
+                let request = RenderRequest {
+                    accel: Arc::clone(&accel),
+                    camera: Camera::framing(&subject.scene.bounds, subject.scene.up),
+                    settings: RenderSettings { simd, ..RenderSettings::default() },
+                    width_px: 77,
+                    height_px: 50,
+                    coarseness: 1,
+                };
+                let binary = trace_primary(&request, Traversal::Ordered, &CancelToken::new()).unwrap();
+                let wide = trace_primary_wide(&request, &CancelToken::new()).unwrap();
+                assert!(binary.hits > 100 && binary.hits < binary.rays, "{name}, {simd:?}");
+                assert_eq!((wide.rays, wide.hits), (binary.rays, binary.hits), "{name}, {simd:?}");
+            }
+        }
     }
 }
 

@@ -82,6 +82,7 @@ fn every_triangle(
     row.height_px = view.size[1];
     row.trace_ms = trace_ms;
     row.trace_ms_spread = [trace_ms; 2];
+    (row.wide_trace_ms, row.wide_mrays_per_s) = (None, None);
     row.rays = rays;
     row.hits = hits;
     row.mrays_per_s = if trace_ms > 0.0 { rays as f64 / trace_ms / 1e3 } else { 0.0 };

@@ -11,7 +11,7 @@ use crate::bvh::traverse::Traversal;
 use crate::bvh::{BuildSettings, Preset, SimdLevel};
 use crate::camera::Camera;
 use crate::cancel::{CancelToken, Cancelled};
-use crate::render::{RenderRequest, RenderSettings, TestSummary, count_tests, trace_primary};
+use crate::render::{RenderRequest, RenderSettings, TestSummary, count_tests, trace_primary, trace_primary_wide};
 use crate::scene::Scene;
 
 /// Why there are no more rows.
@@ -74,6 +74,7 @@ pub struct TraceView {
 struct Trial {
     builds: Vec<StageTimes>,
     traces: Vec<f64>,
+    wide_traces: Vec<f64>,
     first: Option<First>,
 }
 
@@ -143,6 +144,8 @@ fn try_once(
     }
     trial.builds.push(accel.report.stages.clone());
     trial.traces.push(millis(trace.trace_time));
+    let trace = trace_primary_wide(&request(&accel, view), &token.part(2, 3))?;
+    trial.wide_traces.push(millis(trace.trace_time));
     token.set_progress(1.0);
     Ok(())
 }
@@ -157,7 +160,9 @@ fn measurement(
 ) -> Measurement {
     let (build_ms, build_ms_spread) = median(trial.builds.iter().map(|stages| millis(stages.total())));
     let (trace_ms, trace_ms_spread) = median(trial.traces.iter().copied());
+    let (wide_trace_ms, _) = median(trial.wide_traces.iter().copied());
     let First { report, tests, .. } = first;
+    let wide_bytes = report.wide_node_bytes + report.wide_triangle_bytes;
     let triangles = subject.scene.triangles.len();
     Measurement {
         command: command.to_owned(),
@@ -190,6 +195,10 @@ fn measurement(
         leaves: report.stats.leaves,
         max_depth: report.stats.max_depth,
         bytes_per_triangle: (report.tree_bytes + report.triangle_bytes) as f64 / triangles.max(1) as f64,
+        collapse_ms: Some(millis(report.collapse_time)),
+        wide_trace_ms: Some(wide_trace_ms),
+        wide_mrays_per_s: Some(if wide_trace_ms > 0.0 { tests.rays as f64 / wide_trace_ms / 1e3 } else { 0.0 }),
+        wide_bytes_per_triangle: Some(wide_bytes as f64 / triangles.max(1) as f64),
         speedup: None,
         trace_speedup: None,
     }

@@ -71,6 +71,18 @@ pub struct Measurement {
     pub max_depth: u32,
     /// Bytes of tree and leaf-ordered triangles, for each triangle.
     pub bytes_per_triangle: f64,
+    /// Making the wide tree out of the binary one, in milliseconds.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub collapse_ms: Option<f64>,
+    /// The same primary rays in packets through the wide tree, in milliseconds.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub wide_trace_ms: Option<f64>,
+    /// Millions of rays a second in packets through the wide tree.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub wide_mrays_per_s: Option<f64>,
+    /// Bytes of the wide tree and its triangles, for each triangle.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub wide_bytes_per_triangle: Option<f64>,
     /// Scaling: build time with one thread over this one.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub speedup: Option<f64>,

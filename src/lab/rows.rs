@@ -7,7 +7,7 @@ use serde_json::Value;
 use super::Measurement;
 
 /// Columns in the order of the design's JSON names, then how it was measured.
-const COLUMNS: [&str; 32] = [
+const COLUMNS: [&str; 36] = [
     "command",
     "model",
     "triangles",
@@ -34,6 +34,10 @@ const COLUMNS: [&str; 32] = [
     "leaves",
     "max_depth",
     "bytes_per_triangle",
+    "collapse_ms",
+    "wide_trace_ms",
+    "wide_mrays_per_s",
+    "wide_bytes_per_triangle",
     "speedup",
     "trace_speedup",
     "traversal",

@@ -32,6 +32,6 @@ mod srgb;
 
 pub use color_map::ColorMap;
 pub use frame::{Frame, FrameStats};
-pub use primary::{PrimaryTrace, TestSummary, count_tests, trace_primary};
+pub use primary::{PrimaryTrace, TestSummary, count_tests, trace_primary, trace_primary_wide};
 pub use settings::{HeatKind, Light, RenderSettings, Shading};
 pub use tiles::{RenderError, RenderRequest, render};

@@ -2,16 +2,18 @@
 
 use std::time::{Duration, Instant};
 
+use arrayvec::ArrayVec;
 use fearless_simd::dispatch;
 use glam::Vec2;
 use rayon::prelude::*;
 
 use super::RenderRequest;
-use super::grid::Grid;
+use super::grid::{Grid, TILE_AREA};
 use crate::bvh::Container;
 use crate::bvh::Tree;
 use crate::bvh::traverse::{NoProbe, Probe, TestCounts, Traversal, closest_hit_with, new_stack};
 use crate::cancel::{CancelToken, Cancelled};
+use crate::geometry::Ray;
 use crate::with_tree;
 
 /// Tests of the rays through all pixel centres.
@@ -79,6 +81,31 @@ pub fn trace_primary(
     let start = Instant::now();
     let (rays, hits, _) =
         with_tree!(&request.accel.tree, tree => trace::<_, NoProbe>(tree, request, traversal, token)?);
+    Ok(PrimaryTrace { rays, hits, trace_time: start.elapsed() })
+}
+
+/// Traces the primary rays as pictures do, through the wide tree in packets, and does nothing else, in the calling
+/// thread's rayon pool.
+pub fn trace_primary_wide(request: &RenderRequest, token: &CancelToken) -> Result<PrimaryTrace, Cancelled> {
+    let start = Instant::now();
+    let grid = Grid::new(request);
+    let camera = request.camera.for_size(request.width_px, request.height_px);
+    let level = request.settings.simd.level();
+    let hits = (0..grid.tile_count)
+        .into_par_iter()
+        .map(|tile| {
+            token.check()?;
+            let mut rays = ArrayVec::<Ray, TILE_AREA>::new();
+            grid.for_each_pixel(tile, |x, y, _| {
+                let point = grid.point(x, y, Vec2::splat(0.5));
+                rays.push(camera.ray(point.x, point.y));
+            });
+            let mut hits = [None; TILE_AREA];
+            request.accel.wide.closest_hits(level, &rays, &mut hits);
+            Ok(hits.iter().flatten().count() as u64)
+        })
+        .try_reduce(|| 0, |a, b| Ok(a + b))?;
+    let rays = u64::from(grid.width) * u64::from(grid.height);
     Ok(PrimaryTrace { rays, hits, trace_time: start.elapsed() })
 }
 
