@@ -1,6 +1,7 @@
 # Two commands set everything up on a fresh Debian or Ubuntu machine that has Rust:
 #   make run    opens the viewer on the built-in teapot (without a display: writes teapot.png)
 #   make test   checks everything that continuous integration checks
+# A third one measures: make peers, with flags as in PEERS="--scenes bunny,dragon --json".
 # Both first install the system packages that are missing. Everything else is plain cargo.
 
 SHELL := /bin/bash
@@ -10,7 +11,7 @@ RUN_PACKAGES := mesa-vulkan-drivers libx11-6 libx11-xcb1 libxcursor1 libxi6 libx
 # What the tests of the real window need on top.
 TEST_PACKAGES := $(RUN_PACKAGES) xvfb xdotool x11-apps python3-xlib
 
-.PHONY: run test format lint unit docs headless deps-run deps-test
+.PHONY: run test format lint unit docs headless peers deps-run deps-test deps-peers
 
 run: deps-run
 	cargo build --release
@@ -41,8 +42,15 @@ headless:
 docs:
 	RUSTDOCFLAGS="-D warnings" cargo doc --no-deps
 
+# This engine beside Embree and obvhs.
+peers: deps-peers
+	cargo run --release --no-default-features --features peers --bin peers -- $(PEERS)
+
 deps-run:
 	@bash tests/install_packages.sh $(RUN_PACKAGES)
 
 deps-test:
 	@bash tests/install_packages.sh $(TEST_PACKAGES)
+
+deps-peers:
+	@bash tests/install_packages.sh libembree-dev

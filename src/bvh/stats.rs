@@ -147,6 +147,33 @@ fn stats_of<C: Container>(tree: &Tree<C>) -> TreeStats {
     }
 }
 
+/// SAH cost of `tree` if each subtree were one leaf wherever that is cheaper: trees with and without large leaves compare
+/// by it. Same constants and normalisation as [`TreeStats::sah_cost`].
+pub fn collapsed_sah_cost(tree: &AnyTree) -> f64 {
+    with_tree!(tree, tree => collapsed_cost_of(tree))
+}
+
+/// [`collapsed_sah_cost`] of a tree of one kind.
+pub fn collapsed_cost_of<C: Container>(tree: &Tree<C>) -> f64 {
+    let Some(root) = tree.nodes.first() else { return 0.0 };
+    let mut counts = vec![0_u32; tree.nodes.len()];
+    let mut costs = vec![0.0_f64; tree.nodes.len()];
+    // Children come after their parents: backwards, they are done first.
+    for (index, node) in tree.nodes.iter().enumerate().rev() {
+        let area = f64::from(node.container.relative_area());
+        let (count, below) = if node.is_leaf() {
+            (node.count, f64::INFINITY)
+        } else {
+            let first = node.first as usize;
+            (counts[first] + counts[first + 1], costs[first] + costs[first + 1])
+        };
+        counts[index] = count;
+        costs[index] =
+            (area * f64::from(TRAVERSAL_COST) + below).min(area * f64::from(count) * f64::from(INTERSECTION_COST));
+    }
+    share(costs[0], f64::from(root.container.relative_area()))
+}
+
 /// `part / whole`; 0 where the whole is nothing, as in a scene of points.
 pub(crate) fn share(part: f64, whole: f64) -> f64 {
     if whole > 0.0 && part.is_finite() && whole.is_finite() { part / whole } else { 0.0 }

@@ -1,0 +1,165 @@
+//! This engine: its settings and every way to trace with it.
+
+use bvhscope::bvh::builders::build;
+use bvhscope::bvh::traverse::{NoProbe, Traversal, any_hit, closest_hit};
+use bvhscope::bvh::wide::{AnyWideTree, collapse};
+use bvhscope::bvh::{AnyTree, BuildSettings, ContainerKind, Preset, Tree};
+use bvhscope::cancel::CancelToken;
+use bvhscope::geometry::{Aabb, Hit, Ray, Triangle};
+use bvhscope::with_tree;
+use fearless_simd::Level;
+use rayon::prelude::*;
+
+use crate::peer::{Builder, Interface, Judged, OWN, Run, timed};
+use crate::rays::{Query, Tally, Workload};
+
+/// Settings that are measured, by name.
+pub fn settings() -> Vec<(String, BuildSettings)> {
+    let setting = |preset: Preset, container: ContainerKind| {
+        (format!("{} {}", container.name(), preset.name()), BuildSettings::preset(preset, container))
+    };
+    vec![
+        setting(Preset::Fast, ContainerKind::Aabb),
+        setting(Preset::Hq, ContainerKind::Aabb),
+        setting(Preset::Fast, ContainerKind::Sphere),
+    ]
+}
+
+/// Every build: the tree alone, and with everything that rays are traced through.
+pub fn builders<'a>(triangles: &'a [Triangle], threads: usize) -> Vec<Builder<'a>> {
+    let build_with = move |settings: BuildSettings, to_the_end: bool| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("threads can be started");
+        move || {
+            pool.install(|| {
+                timed(|| {
+                    let tree = tree(triangles, &settings);
+                    let wide = to_the_end.then(|| wide(&tree, &in_leaf_order(&tree, triangles)));
+                    (tree, wide)
+                })
+            })
+        }
+    };
+    let mut builders = Vec::new();
+    for (name, settings) in settings() {
+        if settings == BuildSettings::default() {
+            let build = Box::new(build_with(settings, true));
+            builders.push(Builder { engine: OWN, name: format!("{name} + wide tree"), threads, build });
+        }
+        builders.push(Builder { engine: OWN, name, threads, build: Box::new(build_with(settings, false)) });
+    }
+    builders
+}
+
+/// A tree of boxes, ready to be traced.
+pub struct Ready {
+    /// Name of its settings.
+    pub name: String,
+    /// The tree.
+    pub tree: Tree<Aabb>,
+    /// Its triangles in leaf order.
+    pub leaf_triangles: Vec<Triangle>,
+    /// The eight-wide tree.
+    pub wide: AnyWideTree,
+}
+
+/// The trees of boxes.
+pub fn ready(triangles: &[Triangle]) -> Vec<Ready> {
+    let boxes = settings().into_iter().filter(|(_, settings)| settings.container == ContainerKind::Aabb);
+    boxes
+        .filter_map(|(name, settings)| {
+            let tree = tree(triangles, &settings);
+            let leaf_triangles = in_leaf_order(&tree, triangles);
+            let wide = wide(&tree, &leaf_triangles);
+            match tree {
+                AnyTree::Aabb(tree) => Some(Ready { name, tree, leaf_triangles, wide }),
+                AnyTree::Sphere(_) => None,
+            }
+        })
+        .collect()
+}
+
+/// What is there to be judged.
+pub fn judged(ready: &Ready) -> Judged {
+    let bytes = ready.wide.node_bytes() + ready.wide.triangle_bytes();
+    Judged { engine: OWN, name: ready.name.clone(), tree: Some(ready.tree.clone()), bytes: Some(bytes) }
+}
+
+/// Every way to trace a tree.
+pub fn interfaces(ready: &Ready) -> Vec<Interface<'_>> {
+    let Ready { name, tree, leaf_triangles, wide } = ready;
+    let level = Level::new();
+    vec![
+        Interface {
+            engine: OWN,
+            name: format!("{name} binary"),
+            prepare: Box::new(move |work| {
+                Some(single(
+                    work,
+                    |ray| closest_hit(tree, leaf_triangles, ray, Traversal::Ordered, &mut NoProbe),
+                    |ray| any_hit(tree, leaf_triangles, ray),
+                ))
+            }),
+        },
+        Interface {
+            engine: OWN,
+            name: format!("{name} single"),
+            prepare: Box::new(move |work| {
+                Some(single(work, move |ray| wide.closest_hit(level, ray), move |ray| wide.any_hit(level, ray)))
+            }),
+        },
+        Interface {
+            engine: OWN,
+            name: format!("{name} packet"),
+            prepare: Box::new(move |work| match work.query {
+                Query::Closest => Some(Box::new(move || {
+                    let mut tally = Tally::default();
+                    let mut hits = [None; TILE];
+                    for rays in work.rays.chunks(TILE) {
+                        wide.closest_hits(level, rays, &mut hits);
+                        hits[..rays.len()].iter().for_each(|hit| tally.add(distance(*hit)));
+                    }
+                    tally
+                })),
+                Query::Any => None,
+            }),
+        },
+    ]
+}
+
+/// Rays handed over at a time: 16 × 16 pixels.
+const TILE: usize = 256;
+
+/// One ray after the other.
+fn single<'a>(
+    work: &'a Workload,
+    closest: impl Fn(&Ray) -> Option<Hit> + 'a,
+    any: impl Fn(&Ray) -> bool + 'a,
+) -> Run<'a> {
+    match work.query {
+        Query::Closest => Box::new(move || {
+            let mut tally = Tally::default();
+            work.rays.iter().for_each(|ray| tally.add(distance(closest(ray))));
+            tally
+        }),
+        Query::Any => Box::new(move || {
+            let hits = work.rays.iter().filter(|ray| any(ray)).count();
+            Tally { hits: hits as u64, distance: 0.0 }
+        }),
+    }
+}
+
+fn distance(hit: Option<Hit>) -> f32 {
+    hit.map_or(f32::INFINITY, |hit| hit.t)
+}
+
+fn tree(triangles: &[Triangle], settings: &BuildSettings) -> AnyTree {
+    build(triangles, settings, &CancelToken::new()).expect("nothing to refuse, nobody cancels").0
+}
+
+fn in_leaf_order(tree: &AnyTree, triangles: &[Triangle]) -> Vec<Triangle> {
+    tree.primitive_indices().par_iter().map(|&index| triangles[index as usize]).collect()
+}
+
+fn wide(tree: &AnyTree, leaf_triangles: &[Triangle]) -> AnyWideTree {
+    with_tree!(tree, tree => collapse(tree, leaf_triangles).into())
+}

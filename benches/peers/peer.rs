@@ -1,0 +1,61 @@
+//! What an engine brings to the benchmark.
+
+use std::time::{Duration, Instant};
+
+use bvhscope::bvh::Tree;
+use bvhscope::geometry::Aabb;
+
+use crate::rays::{Tally, Workload};
+
+/// Builds once and says how long it took.
+pub type Build<'a> = Box<dyn Fn() -> Duration + 'a>;
+/// Traces all rays of a workload once.
+pub type Run<'a> = Box<dyn FnMut() -> Tally + 'a>;
+/// A workload in the engine's own form; `None` where the interface has no such query.
+pub type Prepare<'a> = Box<dyn Fn(&'a Workload) -> Option<Run<'a>> + 'a>;
+
+/// A way to build, by name and number of threads.
+pub struct Builder<'a> {
+    /// The engine's name.
+    pub engine: &'static str,
+    /// Its setting.
+    pub name: String,
+    /// Threads that it uses.
+    pub threads: usize,
+    /// Builds the acceleration structure from the triangles.
+    pub build: Build<'a>,
+}
+
+/// A way to trace.
+pub struct Interface<'a> {
+    /// The engine's name.
+    pub engine: &'static str,
+    /// Its setting and the interface.
+    pub name: String,
+    /// Makes a run of a workload.
+    pub prepare: Prepare<'a>,
+}
+
+/// A tree that can be judged.
+pub struct Judged {
+    /// The engine's name.
+    pub engine: &'static str,
+    /// Its setting.
+    pub name: String,
+    /// The binary tree in this crate's form, where the engine shows it.
+    pub tree: Option<Tree<Aabb>>,
+    /// Bytes of tree and triangles, ready to be traced; `None` where they are not known.
+    pub bytes: Option<usize>,
+}
+
+/// The name of this engine.
+pub const OWN: &str = "bvhscope";
+
+/// How long `run` takes; its result is dropped afterwards.
+pub fn timed<T>(run: impl FnOnce() -> T) -> Duration {
+    let start = Instant::now();
+    let result = run();
+    let elapsed = start.elapsed();
+    drop(std::hint::black_box(result));
+    elapsed
+}

@@ -1,0 +1,69 @@
+//! What is measured: triangles, and where they are seen from.
+
+use std::ffi::OsStr;
+use std::path::{Path, PathBuf};
+
+use bvhscope::camera::Camera;
+use bvhscope::cancel::CancelToken;
+use bvhscope::geometry::{Aabb, Triangle};
+use bvhscope::scene::{LoadOptions, SceneSource, load};
+use glam::Vec3;
+
+/// Scenes that are measured unless others are named.
+pub const DEFAULT: [&str; 8] = ["bunny", "sponza", "conference", "car", "buddha", "dragon", "san-miguel", "terrain"];
+
+/// Name, source below the folder of models, and eye and target for scenes that are seen from inside.
+const SCENES: [(&str, &str, Option<[Vec3; 2]>); 8] = [
+    ("bunny", "bunny/bun_zipper.ply", None),
+    ("sponza", "sponza-crytek/sponza.obj", Some([Vec3::new(-1100.0, 250.0, 60.0), Vec3::new(1000.0, 300.0, -60.0)])),
+    (
+        "conference",
+        "conference/conference.obj",
+        Some([Vec3::new(1200.0, 350.0, 300.0), Vec3::new(200.0, 130.0, -300.0)]),
+    ),
+    ("car", "car/pontiac-gto67.glb", None),
+    ("buddha", "buddha/buddha.obj", None),
+    ("dragon", "dragon/dragon.ply", None),
+    ("san-miguel", "san-miguel/san-miguel-instanced.glb", Some([Vec3::new(28.3, 5.2, 1.2), Vec3::new(0.0, 2.8, 0.0)])),
+    ("terrain", "builtin:terrain:10000000", None),
+];
+
+/// A scene, seen from somewhere.
+pub struct Subject {
+    /// As it was asked for.
+    pub name: String,
+    /// Its triangles, without those that have no area.
+    pub triangles: Vec<Triangle>,
+    /// Around them.
+    pub bounds: Aabb,
+    /// Where it is seen from.
+    pub camera: Camera,
+}
+
+/// Where the models are: `given`, the folder that the environment names, or the default.
+pub fn model_folder(given: Option<PathBuf>) -> PathBuf {
+    let named = || std::env::var_os("BVHSCOPE_MODELS").map(PathBuf::from);
+    given.or_else(named).unwrap_or_else(|| PathBuf::from("../shared/models"))
+}
+
+impl Subject {
+    /// Loads a scene by its short name, its path or its built-in name.
+    pub fn load(name: &str, folder: &Path, token: &CancelToken) -> anyhow::Result<Self> {
+        let known = SCENES.iter().find(|scene| scene.0 == name);
+        let source = match known {
+            Some((_, source, _)) if source.starts_with("builtin:") => SceneSource::parse(OsStr::new(source)),
+            Some((_, source, _)) => Ok(SceneSource::File(folder.join(source))),
+            None => SceneSource::parse(OsStr::new(name)),
+        }
+        .map_err(anyhow::Error::msg)?;
+        let scene = load(&source, &LoadOptions::default(), token)?;
+        let triangles: Vec<Triangle> =
+            scene.triangles.into_iter().filter(|t| t.scaled_normal().length_squared() > 0.0).collect();
+        let bounds = triangles.iter().fold(Aabb::EMPTY, |all, triangle| all.union(&triangle.bounds()));
+        let mut camera = Camera::framing(&bounds, scene.up);
+        if let Some([eye, target]) = known.and_then(|scene| scene.2) {
+            (camera.eye, camera.target, camera.fov_y) = (eye, target, 60_f32.to_radians());
+        }
+        Ok(Self { name: name.to_owned(), triangles, bounds, camera })
+    }
+}
