@@ -2,11 +2,13 @@
 //! that a test of every triangle finds.
 
 #[path = "../benches/peers/engine.rs"]
+#[allow(dead_code, reason = "costs and bytes are the benchmark's")]
 mod engine;
 #[path = "../benches/peers/peer.rs"]
 #[allow(dead_code, reason = "times and bytes are the benchmark's")]
 mod peer;
 #[path = "../benches/peers/rays.rs"]
+#[allow(dead_code, reason = "how coherent rays are is the benchmark's")]
 mod rays;
 #[path = "../benches/peers/scenes.rs"]
 #[allow(dead_code, reason = "the models' names are the benchmark's")]

@@ -115,7 +115,8 @@ fn is_model(name: &str) -> bool {
 }
 
 fn loadable_files(folder: &Path) -> String {
-    let names: Vec<_> = names_in(folder).into_iter().filter(|name| is_model(name)).take(5).collect();
+    let usable = |name: &String| is_model(name) && folder.join(name).is_file();
+    let names: Vec<_> = names_in(folder).into_iter().filter(usable).take(5).collect();
     if names.is_empty() { " without any model".to_owned() } else { format!("; it holds {}", names.join(", ")) }
 }
 

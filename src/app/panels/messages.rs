@@ -113,7 +113,7 @@ fn toast(ui: &mut Ui, index: usize, message: &Message) -> Option<Pressed> {
 
 /// The line of help over the first scene; goes with its button or with the first change of the view.
 fn greeting(ui: &Ui, rect: Rect, state: &mut AppState) {
-    let width = 560.0_f32.min(rect.width() - 48.0);
+    let width = 560.0_f32.min(rect.width() - 48.0).max(0.0);
     Area::new(egui::Id::unique("greeting"))
         .order(Order::Middle)
         .pivot(Align2::CENTER_TOP)

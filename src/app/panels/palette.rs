@@ -79,7 +79,7 @@ pub(super) fn show(ctx: &egui::Context, state: &mut AppState) {
     let mut run = if enter { found.get(chosen).map(|entry| entry.action) } else { None };
     run = run.filter(|action| action.is_enabled(state));
     let screen = ctx.content_rect();
-    let width = WIDTH.min(screen.width() - 32.0);
+    let width = WIDTH.min(screen.width() - 32.0).max(0.0);
     let area = Area::new(Id::unique("palette"))
         .order(Order::Foreground)
         .anchor(Align2::CENTER_TOP, vec2(0.0, 48.0))

@@ -25,7 +25,7 @@ pub(super) fn show(ctx: &egui::Context, state: &mut AppState) {
         return;
     }
     let screen = ctx.content_rect();
-    let size = vec2(640.0_f32.min(screen.width() - 48.0), 520.0_f32.min(screen.height() - 96.0));
+    let size = vec2(640.0_f32.min(screen.width() - 48.0).max(0.0), 520.0_f32.min(screen.height() - 96.0).max(0.0));
     Window::new("Keys and mouse")
         .open(&mut state.shortcuts_open)
         .anchor(Align2::CENTER_CENTER, vec2(0.0, 0.0))

@@ -12,7 +12,7 @@ pub(super) fn show(ctx: &egui::Context, state: &mut AppState) {
         return;
     }
     let screen = ctx.content_rect();
-    let width = 560.0_f32.min(screen.width() - 48.0);
+    let width = 560.0_f32.min(screen.width() - 48.0).max(0.0);
     let mut open = true;
     let mut chosen = None;
     Window::new("Open a model")

@@ -116,16 +116,17 @@ fn explain(error: &GlbError, json_length: usize) -> (usize, String) {
 /// The bytes behind a `data:` URI or a file beside the model.
 pub(super) fn read_uri(uri: &str, images: &Images) -> Result<Vec<u8>, String> {
     let Some(data) = uri.strip_prefix("data:") else {
-        return images.read_beside(&percent_decoded(uri)?);
+        let name = String::from_utf8(percent_decoded(uri)?).map_err(|_| "the URI is not UTF-8".to_owned())?;
+        return images.read_beside(&name);
     };
     match data.split_once(',') {
         Some((kind, text)) if kind.ends_with(";base64") => base64(text),
-        Some((_, text)) => percent_decoded(text).map(String::into_bytes),
+        Some((_, text)) => percent_decoded(text),
         None => Err("the data URI has no comma".to_owned()),
     }
 }
 
-fn percent_decoded(text: &str) -> Result<String, String> {
+fn percent_decoded(text: &str) -> Result<Vec<u8>, String> {
     let wrong = || "the URI has a wrong % sequence".to_owned();
     let mut bytes = Vec::with_capacity(text.len());
     let mut rest = text.as_bytes();
@@ -139,7 +140,7 @@ fn percent_decoded(text: &str) -> Result<String, String> {
             bytes.push(byte);
         }
     }
-    String::from_utf8(bytes).map_err(|_| wrong())
+    Ok(bytes)
 }
 
 fn base64(text: &str) -> Result<Vec<u8>, String> {
