@@ -5,10 +5,12 @@
 
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Arc, mpsc};
+use std::time::Duration;
 
 use bvhscope::app::App;
 use bvhscope::app::state::{Request, Wanted};
 use bvhscope::cancel::CancelToken;
+use bvhscope::render::Frame;
 use bvhscope::scene::SceneSource;
 use bvhscope::worker::{Outcome, Worker};
 use eframe::egui;
@@ -31,11 +33,20 @@ fn app(source: SceneSource, width: f32, height: f32, scale: f32) -> Harness<'sta
         .build_eframe(|context| App::new_for_test(context, wanted, false).unwrap())
 }
 
+/// Until the picture is whole, which it is a moment after everything has come to rest.
 fn settle(harness: &mut Harness<'static, App>) {
-    harness.run_steps(3);
-    assert!(harness.state_mut().run_until_idle());
-    harness.run_steps(3);
-    assert!(harness.state_mut().run_until_idle());
+    for _ in 0..3_000 {
+        harness.run_steps(3);
+        assert!(harness.state_mut().run_until_idle());
+        let state = &harness.state().state;
+        let frame = state.presented.as_ref().map(|presented| &presented.frame);
+        let whole = |frame: &Arc<Frame>| [frame.width_px, frame.height_px] == state.viewport_px;
+        if state.viewport_px.contains(&0) || !harness.state().is_busy() && frame.is_some_and(whole) {
+            return;
+        }
+        std::thread::sleep(Duration::from_millis(10));
+    }
+    panic!("the picture is never whole");
 }
 
 #[test]

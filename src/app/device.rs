@@ -59,6 +59,8 @@ impl Device {
     pub fn lose_if_wanted(&mut self, device: &wgpu::Device) {
         if std::mem::take(&mut self.lose_on_purpose) {
             device.destroy();
+            // The callback is called when the device is next asked for news, which fails now.
+            let _ = device.poll(wgpu::PollType::Poll);
         }
     }
 }

@@ -218,6 +218,11 @@ fn keep_usable_size(ctx: &egui::Context) {
 impl eframe::App for App {
     fn logic(&mut self, ctx: &egui::Context, frame: &mut eframe::Frame) {
         self.frame_started = Instant::now();
+        if let Some(render_state) = frame.wgpu_render_state()
+            && self.state.presented.is_some()
+        {
+            self.device.lose_if_wanted(&render_state.device);
+        }
         if self.device.is_lost() {
             // Nothing can be drawn any more: everything is kept, and `run` starts anew.
             if let Some(storage) = frame.storage_mut() {
@@ -226,11 +231,6 @@ impl eframe::App for App {
             }
             ctx.send_viewport_cmd(egui::ViewportCommand::Close);
             return;
-        }
-        if let Some(render_state) = frame.wgpu_render_state()
-            && self.state.presented.is_some()
-        {
-            self.device.lose_if_wanted(&render_state.device);
         }
         self.tell_device_error();
         keep_usable_size(ctx);
