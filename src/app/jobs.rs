@@ -2,6 +2,7 @@
 
 use std::cell::RefCell;
 use std::sync::Arc;
+use std::time::{Duration, Instant};
 
 use rayon::{ThreadPool, ThreadPoolBuilder};
 
@@ -14,6 +15,9 @@ use crate::overlay::NodeTable;
 use crate::render::{Frame, RenderRequest, RenderSettings, render};
 use crate::scene::{LoadError, LoadOptions, Scene, SceneSource, load};
 use crate::worker::Worker;
+
+/// So long after a tree its first picture is on the screen.
+const FIRST_PICTURE: Duration = Duration::from_millis(150);
 
 /// Which model is asked for: the source and how often it was read again.
 pub type LoadKey = (SceneSource, u64);
@@ -161,13 +165,17 @@ pub fn build_worker(wake: impl Fn() + Send + Sync + 'static) -> std::io::Result<
             Ok(tree) => {
                 let accel = Arc::clone(&tree.accel);
                 deliver(Built { key, result: Ok(tree) });
-                // What only panels and clicks ask for is computed while the first picture is traced.
-                pool.run("build", threads, || {
-                    accel.lineage();
-                    if !token.is_cancelled() {
+                // What only panels and clicks ask for is computed once the first picture has had the cores.
+                let ready = Instant::now() + FIRST_PICTURE;
+                while Instant::now() < ready && !token.is_cancelled() {
+                    std::thread::sleep(Duration::from_millis(5));
+                }
+                if !token.is_cancelled() {
+                    pool.run("build", threads, || {
+                        accel.lineage();
                         accel.epo();
-                    }
-                });
+                    });
+                }
             }
         }
         None

@@ -20,6 +20,9 @@ use crate::worker::Worker;
 /// Nothing has changed for this long: everything rests, and the picture is refined.
 const REST: Duration = Duration::from_millis(160);
 
+/// Work that takes longer shows how far it is.
+const PROGRESS_AFTER: Duration = Duration::from_millis(400);
+
 /// Work that was asked for and has not come back.
 pub(super) struct InFlight<K> {
     pub key: K,
@@ -109,12 +112,21 @@ impl Rails {
         self.tell_jobs(state);
         if moving {
             Some(REST)
-        } else if self.is_busy() {
-            // The progress bars move.
-            Some(Duration::from_millis(100))
+        } else if let Some(oldest) = self.busy_since() {
+            // The progress bars move, but what is soon over gets none: drawing them costs time as well.
+            let age = now.saturating_duration_since(oldest);
+            Some(PROGRESS_AFTER.saturating_sub(age).max(Duration::from_millis(100)))
         } else {
             None
         }
+    }
+
+    /// When the oldest of what is on its way was asked for.
+    fn busy_since(&self) -> Option<Instant> {
+        let loading = self.loading.as_ref().map(|job| job.since);
+        let building = self.building.as_ref().map(|job| job.since);
+        let rendering = self.rendering.as_ref().map(|job| job.since);
+        [loading, building, rendering].into_iter().flatten().min()
     }
 
     /// Whether anything is on its way.
@@ -286,6 +298,13 @@ impl Rails {
         let coarseness = if self.at_rest { 1 } else { self.pace.coarseness(key.size_px) };
         let shown = self.shown.as_ref().filter(|shown| shown.key == key);
         if shown.is_some_and(|shown| shown.complete || moving) || self.refused_render.as_ref() == Some(&key) {
+            return;
+        }
+        if self.building.is_some() && self.pending.is_none() && shown.is_some() {
+            // The picture of the old tree is refined no further: the new one wants the cores.
+            if self.rendering.take_if(|job| !job.brief).is_some() {
+                self.render.cancel();
+            }
             return;
         }
         if let Some(job) = &self.rendering
