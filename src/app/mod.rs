@@ -31,6 +31,7 @@ pub mod format;
 pub mod panels;
 pub mod theme;
 
+mod interrupt;
 mod options;
 mod run;
 mod start;
@@ -49,6 +50,7 @@ use requests::Errands;
 use state::{AppState, Severity, Wanted};
 use viewport::Viewport;
 
+pub use interrupt::{interrupt, was_interrupted};
 pub use options::StartOptions;
 pub use run::{AppError, run};
 pub use start::{SettingsUse, ended_as_wanted};
@@ -82,6 +84,7 @@ pub struct App {
 impl App {
     /// The app of a real window.
     pub fn new(context: &eframe::CreationContext<'_>, options: StartOptions) -> std::io::Result<Self> {
+        interrupt::watch(&context.egui_ctx);
         let restored = storage::restore(context.storage, options.settings_file);
         let last = || restored.wanted.as_ref().filter(|_| options.restore).map(|wanted| wanted.source.clone());
         let source = options.source.or_else(last).unwrap_or_else(SceneSource::default_builtin);
@@ -218,6 +221,9 @@ fn keep_usable_size(ctx: &egui::Context) {
 impl eframe::App for App {
     fn logic(&mut self, ctx: &egui::Context, frame: &mut eframe::Frame) {
         self.frame_started = Instant::now();
+        if was_interrupted() {
+            ctx.send_viewport_cmd(egui::ViewportCommand::Close);
+        }
         if let Some(render_state) = frame.wgpu_render_state()
             && self.state.presented.is_some()
         {

@@ -154,12 +154,15 @@ fn run_viewer(args: args::ViewerArgs) -> Result<Finished, Failure> {
     let options = resolve::viewer(args);
     let handler = ctrlc::set_handler(|| {
         crate::app::ended_as_wanted();
-        std::process::exit(130);
+        if !crate::app::interrupt() {
+            std::process::exit(130);
+        }
     });
     if let Err(error) = handler {
         log::warn!("Ctrl-C may look like a crash to the next start: {error}");
     }
-    crate::app::run(options).map(|()| Finished::default()).map_err(|error| Failure::Failed(error.to_string()))
+    crate::app::run(options).map_err(|error| Failure::Failed(error.to_string()))?;
+    if crate::app::was_interrupted() { Err(Failure::Interrupted) } else { Ok(Finished::default()) }
 }
 
 #[cfg(not(feature = "gui"))]
