@@ -30,7 +30,6 @@ pub struct NodeTable {
     accel: Arc<Accel>,
     boxes: OnceLock<Vec<Aabb>>,
     spheres: OnceLock<Vec<Sphere>>,
-    primitives: OnceLock<Vec<u32>>,
 }
 
 /// Nodes that stand out.
@@ -68,7 +67,6 @@ impl NodeTable {
             accel: Arc::clone(accel),
             boxes: OnceLock::new(),
             spheres: OnceLock::new(),
-            primitives: OnceLock::new(),
         }
     }
 
@@ -107,7 +105,7 @@ impl NodeTable {
 
     /// Number of primitives below `node`.
     pub fn primitives(&self, node: u32) -> u32 {
-        self.primitives.get_or_init(|| with_tree!(&self.accel.tree, tree => primitive_counts(tree)))[node as usize]
+        self.accel.lineage().primitive_counts[node as usize]
     }
 
     /// The box around `node`: the tree's own, or for a tree of spheres exactly around the triangles below.
@@ -274,15 +272,6 @@ fn group_by_depth(depths: &[u32]) -> (Vec<u32>, Vec<Range<u32>>) {
         next[depth as usize] += 1;
     }
     (by_depth, ranges)
-}
-
-/// One pass towards the root, as children come after their parents.
-fn primitive_counts<C>(tree: &Tree<C>) -> Vec<u32> {
-    let mut counts: Vec<u32> = tree.nodes.iter().map(|node| node.count).collect();
-    for (index, node) in tree.nodes.iter().enumerate().rev().filter(|(_, node)| !node.is_leaf()) {
-        counts[index] = counts[node.first as usize] + counts[node.first as usize + 1];
-    }
-    counts
 }
 
 /// Containers of kind `C` for the nodes of a tree of another kind: leaves around their triangles, then bottom-up.
