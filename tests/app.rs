@@ -120,9 +120,9 @@ fn a_picked_triangle_selects_the_path_to_its_leaf() {
     let (primitive, path) = state.picked.clone().unwrap();
     assert_eq!((primitive, path[0]), (5, 0));
     assert_eq!(state.selection.selected, path.last().copied());
-    bvhscope::app::picking::select_parent(state);
+    Action::SelectParent.perform(state);
     assert_eq!(state.selection.selected, Some(path[path.len() - 2]));
-    bvhscope::app::picking::select_child(state);
+    Action::SelectChild.perform(state);
     assert_eq!(state.selection.selected, path.last().copied());
     state.wanted.build.threshold = 12;
     settle(&mut harness);

@@ -11,8 +11,8 @@ use bvhscope::camera::{Camera, Projection};
 use bvhscope::cancel::CancelToken;
 use bvhscope::geometry::{Aabb, Sphere, Triangle};
 use bvhscope::overlay::{
-    ColorBy, DrawInput, NodeTable, OffscreenError, OverlaySettings, PictureInput, Role, Selection, draw_offscreen,
-    highlighted, legend,
+    ColorBy, DrawInput, NodeTable, OffscreenError, OverlaySettings, PictureInput, Role, Selection, Shown,
+    draw_offscreen, highlighted, legend,
 };
 use bvhscope::scene::{Material, Scene, SceneSource, Warnings};
 use glam::Vec3;
@@ -82,7 +82,7 @@ fn cube_triangle() -> Vec<Triangle> {
 }
 
 fn table<C: Container>(triangles: Vec<Triangle>) -> Arc<NodeTable> {
-    Arc::new(NodeTable::new(&accel::<C>(triangles)))
+    Arc::new(NodeTable::new(&accel::<C>(triangles), &CancelToken::new()).unwrap())
 }
 
 fn settings(first: u32, last: u32) -> OverlaySettings {
@@ -90,42 +90,40 @@ fn settings(first: u32, last: u32) -> OverlaySettings {
 }
 
 #[test]
-fn nodes_are_listed_depth_by_depth() {
+fn families_are_found_from_any_member() {
     let table = table::<Aabb>(row(13));
-    assert_eq!(table.len(), 25);
-    assert_eq!(table.by_depth[0], 0);
-    assert_eq!(table.depth_ranges.first(), Some(&(0..1)));
-    assert_eq!(table.depth_ranges.last().unwrap().end as usize, table.len());
-    for (depth, range) in table.depth_ranges.iter().enumerate() {
-        for &node in &table.by_depth[range.start as usize..range.end as usize] {
-            assert_eq!(table.depths[node as usize] as usize, depth);
-            let parent = table.parents[node as usize];
-            assert!(node == 0 || table.children(parent).unwrap().contains(&node));
-        }
+    assert_eq!((table.parent(0), table.sibling(0), table.depth(0)), (None, None, 0));
+    assert_eq!((table.parent(25), table.sibling(25)), (None, None), "there are 25 nodes");
+    for node in 1..25 {
+        let parent = table.parent(node).unwrap();
+        let mut children = table.children(parent).unwrap();
+        assert!(children.contains(&node));
+        children.sort_unstable_by_key(|&child| child == node);
+        assert_eq!(children, [table.sibling(node).unwrap(), node]);
+        assert_eq!(table.depth(node), table.depth(parent) + 1);
     }
-    let mut all = table.by_depth.clone();
-    all.sort_unstable();
-    assert!(all.into_iter().eq(0..25), "each node once");
 }
 
 #[test]
 fn depths_beyond_the_tree_are_clamped() {
     let table = table::<Aabb>(row(8));
     let nothing = Selection::default();
-    assert_eq!(table.shown(&settings(1, 2), &nothing).nodes, table.by_depth[1..7]);
+    assert_eq!(table.shown(&settings(1, 2), &nothing).nodes, table.levels.nodes[1..7]);
     assert_eq!(table.shown(&settings(2, 1), &nothing), table.shown(&settings(1, 2), &nothing));
     assert_eq!(table.shown(&settings(90, 99), &nothing).wanted, 8, "the deepest level");
     let parents = OverlaySettings { parents: true, ..settings(2, 2) };
-    assert_eq!(table.shown(&parents, &nothing).nodes, table.by_depth[0..7]);
+    assert_eq!(table.shown(&parents, &nothing).nodes, table.levels.nodes[0..7]);
 }
 
 #[test]
 fn the_budget_takes_the_largest() {
     let table = table::<Aabb>(row(64));
     let nothing = Selection::default();
-    let all = table.shown(&settings(2, 5), &nothing).nodes;
+    let Shown { nodes: all, depths, .. } = table.shown(&settings(2, 5), &nothing);
+    assert!(all.iter().zip(&depths).all(|(&node, &depth)| table.depth(node) == depth));
     let cut = table.shown(&OverlaySettings { budget: 10, ..settings(2, 5) }, &nothing);
     assert_eq!((cut.nodes.len(), cut.wanted), (10, all.len()));
+    assert!(cut.nodes.iter().zip(&cut.depths).all(|(&node, &depth)| table.depth(node) == depth));
     assert!(cut.nodes.is_sorted_by(|&a, &b| table.area_share(a) >= table.area_share(b)));
     let smallest = table.area_share(*cut.nodes.last().unwrap());
     for node in all.into_iter().filter(|node| !cut.nodes.contains(node)) {
@@ -153,7 +151,7 @@ fn leaves_and_hidden_nodes_are_told_apart() {
 fn an_empty_tree_shows_nothing() {
     let mut empty = Arc::into_inner(accel::<Aabb>(row(1))).unwrap();
     empty.tree = Aabb::into_any(Tree { nodes: Vec::new(), primitive_indices: Vec::new(), max_depth: 0 });
-    let table = NodeTable::new(&Arc::new(empty));
+    let table = NodeTable::new(&Arc::new(empty), &CancelToken::new()).unwrap();
     assert!(table.is_empty());
     assert_eq!(table.max_depth(), 0);
     assert_eq!(table.shown(&settings(0, 9), &Selection::default()).wanted, 0);
@@ -187,10 +185,10 @@ fn the_other_container_holds_the_same_triangles() {
 fn an_instance_says_what_its_node_is() {
     let table = table::<Aabb>(row(8));
     let by_primitives = OverlaySettings { color_by: ColorBy::Primitives, show_spheres: true, ..settings(0, 9) };
-    let root = table.instance(0, &by_primitives);
+    let root = table.instance(0, 0, &by_primitives);
     assert_eq!((root.depth, root.primitives, root.flags, root.area_share, root.overlap), (0, 8, 0, 1.0, 0.0));
     assert!(root.sphere_radius > 7.0);
-    let leaf = table.instance(*table.by_depth.last().unwrap(), &by_primitives);
+    let leaf = table.instance(*table.levels.nodes.last().unwrap(), 3, &by_primitives);
     assert_eq!((leaf.depth, leaf.primitives, leaf.flags), (3, 1, 1));
     assert!(leaf.area_share > 0.0 && leaf.area_share < 0.1);
     let [left, right] = table.children(0).unwrap();

@@ -81,7 +81,7 @@ fn present(state: &mut AppState, scene: &Arc<Scene>) {
         coarseness: 1,
     };
     let frame = Arc::new(render(&request, &token, &|_| {}).unwrap());
-    let table = Arc::new(NodeTable::new(&accel));
+    let table = Arc::new(NodeTable::new(&accel, &token).unwrap());
     let frame_id = state.presented.as_ref().map_or(1, |shown| shown.frame_id + 1);
     state.presented = Some(Presented { accel, table, frame, frame_id, threads: 0 });
     state.scene = Some(Arc::clone(scene));

@@ -155,8 +155,7 @@ pub fn build_worker(wake: impl Fn() + Send + Sync + 'static) -> std::io::Result<
         let threads = key.threads;
         let result = pool.run("build", key.threads, || {
             let accel = Arc::new(Accel::build(&key.scene, &key.settings, token)?);
-            token.check()?;
-            let table = Arc::new(NodeTable::new(&accel));
+            let table = Arc::new(NodeTable::new(&accel, token)?);
             Ok(BuiltTree { accel, table, threads: key.threads })
         });
         match result {

@@ -9,6 +9,7 @@ pub mod container;
 pub mod details;
 mod flatten;
 mod leaf_order;
+pub mod levels;
 pub mod lineage;
 mod long_list;
 mod morton;

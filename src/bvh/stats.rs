@@ -1,11 +1,10 @@
 //! Statistics of a finished tree.
 
-use std::collections::VecDeque;
-
 use rayon::prelude::*;
 use serde::Serialize;
 
-use super::{AnyTree, Container, Node, Tree};
+use super::levels::{Place, top_and_subtrees, walk};
+use super::{AnyTree, Container, Tree};
 use crate::with_tree;
 
 /// Cost of testing one container, in the unit of [`INTERSECTION_COST`].
@@ -44,9 +43,6 @@ pub fn tree_stats(tree: &AnyTree) -> TreeStats {
     with_tree!(tree, tree => stats_of(tree))
 }
 
-/// Nodes that are looked at one after the other before the rest is shared out: enough subtrees for many threads.
-const TOP_NODES: usize = 1024;
-
 /// What is added up over nodes.
 struct Sums {
     interior_area: f64,
@@ -62,7 +58,8 @@ impl Sums {
         Self { interior_area: 0.0, leaf_area: 0.0, leaf_depth: 0, nodes_per_depth, leaf_sizes: vec![0; 2] }
     }
 
-    fn add<C: Container>(&mut self, node: &Node<C>, depth: u32) {
+    fn add<C: Container>(&mut self, tree: &Tree<C>, (index, depth): Place) {
+        let node = &tree.nodes[index as usize];
         self.nodes_per_depth[depth as usize] += 1;
         let area = f64::from(node.container.relative_area());
         if node.is_leaf() {
@@ -75,22 +72,6 @@ impl Sums {
             self.leaf_depth += u64::from(depth);
         } else {
             self.interior_area += area;
-        }
-    }
-
-    /// Everything below `top`, which is `depth` deep, itself included.
-    fn add_subtree<C: Container>(&mut self, tree: &Tree<C>, (top, depth): (u32, u32)) {
-        let mut open = vec![(top, depth)];
-        while let Some((mut index, mut depth)) = open.pop() {
-            loop {
-                let node = &tree.nodes[index as usize];
-                self.add(node, depth);
-                if node.is_leaf() {
-                    break;
-                }
-                (index, depth) = (node.first, depth + 1);
-                open.push((index + 1, depth));
-            }
         }
     }
 
@@ -110,26 +91,21 @@ impl Sums {
 
 fn stats_of<C: Container>(tree: &Tree<C>) -> TreeStats {
     let Some(root) = tree.nodes.first() else { return TreeStats::default() };
-    let mut top = Sums::new(tree.max_depth);
-    let mut subtrees = VecDeque::from([(0, 0)]);
-    for _ in 0..TOP_NODES {
-        let Some((index, depth)) = subtrees.pop_front() else { break };
-        let node = &tree.nodes[index as usize];
-        top.add(node, depth);
-        if !node.is_leaf() {
-            subtrees.extend([(node.first, depth + 1), (node.first + 1, depth + 1)]);
-        }
+    let (top, subtrees) = top_and_subtrees(tree);
+    let mut at_top = Sums::new(tree.max_depth);
+    for place in top {
+        at_top.add(tree, place);
     }
-    let parts: Vec<Sums> = Vec::from(subtrees)
+    let parts: Vec<Sums> = subtrees
         .into_par_iter()
         .map(|subtree| {
             let mut sums = Sums::new(tree.max_depth);
-            sums.add_subtree(tree, subtree);
+            walk(tree, subtree, |place| sums.add(tree, place));
             sums
         })
         .collect();
     // One after the other, so that the sums do not depend on the number of threads.
-    let sums = parts.iter().fold(top, Sums::plus);
+    let sums = parts.iter().fold(at_top, Sums::plus);
     let leaves: usize = sums.leaf_sizes.iter().map(|&count| count as usize).sum();
     let root_area = f64::from(root.container.relative_area());
     let cost = sums.interior_area * f64::from(TRAVERSAL_COST) + sums.leaf_area * f64::from(INTERSECTION_COST);

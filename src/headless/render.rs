@@ -11,6 +11,7 @@ use super::{Context, Failure, Finished};
 use crate::accel::Accel;
 use crate::budget::Budget;
 use crate::bvh::BuildSettings;
+use crate::cancel::CancelToken;
 use crate::export::{ExportError, check_target, write_file};
 use crate::overlay::OverlaySettings;
 use crate::render::{Frame, RenderRequest, RenderSettings};
@@ -133,7 +134,7 @@ pub fn run(job: &RenderJob, context: &mut Context<'_>) -> Result<Finished, Failu
         Ok::<_, Failure>((accel, frame))
     })?;
     let picture = match &job.overlay {
-        Some(overlay) => draw_overlay(&accel, &frame, overlay)?,
+        Some(overlay) => draw_overlay(&accel, &frame, overlay, &context.token)?,
         None => frame.rgba.clone(),
     };
     context.token.check()?;
@@ -194,9 +195,14 @@ fn same_file(a: &Path, b: &Path) -> bool {
 
 /// Picture and containers together, drawn by the window's own pass.
 #[cfg(feature = "gui")]
-fn draw_overlay(accel: &Arc<Accel>, frame: &Frame, settings: &OverlaySettings) -> Result<Vec<[u8; 4]>, Failure> {
+fn draw_overlay(
+    accel: &Arc<Accel>,
+    frame: &Frame,
+    settings: &OverlaySettings,
+    token: &CancelToken,
+) -> Result<Vec<[u8; 4]>, Failure> {
     use crate::overlay::{DrawInput, NodeTable, PictureInput, Selection, draw_offscreen};
-    let table = Arc::new(NodeTable::new(accel));
+    let table = Arc::new(NodeTable::new(accel, token)?);
     let picture = PictureInput {
         id: 1,
         width_px: frame.width_px,
@@ -225,7 +231,7 @@ fn draw_overlay(accel: &Arc<Accel>, frame: &Frame, settings: &OverlaySettings) -
 }
 
 #[cfg(not(feature = "gui"))]
-fn draw_overlay(_: &Arc<Accel>, _: &Frame, _: &OverlaySettings) -> Result<Vec<[u8; 4]>, Failure> {
+fn draw_overlay(_: &Arc<Accel>, _: &Frame, _: &OverlaySettings, _: &CancelToken) -> Result<Vec<[u8; 4]>, Failure> {
     Err(Failure::Failed("this program was built without the feature `gui`, which draws the overlay".to_owned()))
 }
 

@@ -217,7 +217,7 @@ impl OverlayPipeline {
         let marked: Vec<OverlayNode> = highlighted(table, input.selection)
             .into_iter()
             .map(|(node, role)| {
-                let mut instance = table.instance(node, &settings);
+                let mut instance = table.instance(node, table.depth(node), &settings);
                 instance.flags |= (role as u32) << 8;
                 instance
             })
@@ -235,7 +235,7 @@ impl OverlayPipeline {
         let fitting = device.limits().max_buffer_size as usize / size_of::<OverlayNode>();
         let budget = settings.budget.min(u32::try_from(fitting).unwrap_or(u32::MAX));
         let shown = table.shown(&OverlaySettings { budget, ..settings }, input.selection);
-        self.shown.upload(device, queue, &table.instances(&shown.nodes, &settings));
+        self.shown.upload(device, queue, &table.instances(&shown, &settings));
         self.wanted = shown.wanted;
         // Many spheres as full globes are neither readable nor quick.
         (self.shown_circles, self.circle_segments) = match self.shown.count {

@@ -1,7 +1,6 @@
 //! What the overlay knows of one tree: who stands at which depth, and on demand everything it draws of a node.
 
 use std::collections::HashSet;
-use std::ops::Range;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, OnceLock};
 
@@ -9,22 +8,18 @@ use rayon::prelude::*;
 
 use super::{OverlayNode, OverlaySettings};
 use crate::accel::Accel;
+use crate::bvh::levels::Levels;
 use crate::bvh::{AnyTree, Container, ContainerKind, Node, Tree};
+use crate::cancel::{CancelToken, Cancelled};
 use crate::geometry::{Aabb, Sphere, Triangle};
 use crate::with_tree;
 
 /// Every node of one tree by depth. Making it is part of every rebuild, so it holds indices only; containers of the kind that
-/// the tree is not made of, and primitive counts, are computed when first asked for.
+/// the tree is not made of, parents and primitive counts are computed when first asked for.
 #[derive(Debug)]
 pub struct NodeTable {
-    /// All nodes of the tree: the root, then depth 1, and so on; within a depth in the tree's order.
-    pub by_depth: Vec<u32>,
-    /// For each depth its run in `by_depth`.
-    pub depth_ranges: Vec<Range<u32>>,
-    /// For each node of the tree its parent; the root's is itself.
-    pub parents: Vec<u32>,
-    /// For each node of the tree its depth.
-    pub depths: Vec<u32>,
+    /// All nodes of the tree by depth.
+    pub levels: Levels,
     /// Unique for each table, to tell whether it has been uploaded.
     pub id: u64,
     accel: Arc<Accel>,
@@ -48,41 +43,38 @@ pub struct Selection {
 pub struct Shown {
     /// Nodes of the tree, at most `budget` of them.
     pub nodes: Vec<u32>,
+    /// The depth of each of them, root 0.
+    pub depths: Vec<u32>,
     /// How many the chosen depths and filters hold; more than `nodes` where the budget cut them.
     pub wanted: usize,
 }
 
 impl NodeTable {
     /// Lists the nodes of `accel`'s tree.
-    pub fn new(accel: &Arc<Accel>) -> Self {
+    pub fn new(accel: &Arc<Accel>, token: &CancelToken) -> Result<Self, Cancelled> {
         static NEXT_ID: AtomicU64 = AtomicU64::new(1);
-        let (parents, depths) = with_tree!(&accel.tree, tree => parents_and_depths(tree));
-        let (by_depth, depth_ranges) = group_by_depth(&depths);
-        Self {
-            by_depth,
-            depth_ranges,
-            parents,
-            depths,
+        Ok(Self {
+            levels: with_tree!(&accel.tree, tree => Levels::new(tree, token))?,
             id: NEXT_ID.fetch_add(1, Ordering::Relaxed),
             accel: Arc::clone(accel),
             boxes: OnceLock::new(),
             spheres: OnceLock::new(),
-        }
+        })
     }
 
     /// Number of nodes.
     pub fn len(&self) -> usize {
-        self.by_depth.len()
+        self.levels.nodes.len()
     }
 
     /// Whether the tree has no nodes.
     pub fn is_empty(&self) -> bool {
-        self.by_depth.is_empty()
+        self.levels.nodes.is_empty()
     }
 
     /// Depth of the deepest node; 0 for an empty tree.
     pub fn max_depth(&self) -> u32 {
-        self.depth_ranges.len().saturating_sub(1) as u32
+        self.levels.ranges.len().saturating_sub(1) as u32
     }
 
     /// Which container the tree is made of.
@@ -101,6 +93,22 @@ impl NodeTable {
             let node = &tree.nodes[node as usize];
             (!node.is_leaf()).then_some([node.first, node.first + 1])
         })
+    }
+
+    /// The node above; `None` for the root and where there is no such node.
+    pub fn parent(&self, node: u32) -> Option<u32> {
+        self.accel.lineage().parents.get(node as usize).copied().filter(|_| node != 0)
+    }
+
+    /// The other child of the same parent; `None` for the root and where there is no such node.
+    pub fn sibling(&self, node: u32) -> Option<u32> {
+        // The root is node 0 and all others are in pairs of neighbours: 1 and 2, 3 and 4, and so on.
+        (node > 0 && (node as usize) < self.len()).then(|| ((node - 1) ^ 1) + 1)
+    }
+
+    /// Depth of `node`, root 0.
+    pub fn depth(&self, node: u32) -> u32 {
+        self.accel.lineage().depth(node)
     }
 
     /// Number of primitives below `node`.
@@ -135,17 +143,16 @@ impl NodeTable {
 
     /// Overlap of `node`'s own container with its sibling's, as a share of its own area, 0 to 1; 0 for the root.
     pub fn overlap(&self, node: u32) -> f32 {
-        let Some(siblings) = self.children(self.parents[node as usize]).filter(|_| node != 0) else { return 0.0 };
-        let sibling = if siblings[0] == node { siblings[1] } else { siblings[0] };
+        let Some(sibling) = self.sibling(node) else { return 0.0 };
         with_tree!(&self.accel.tree, tree => {
             let [own, other] = [node, sibling].map(|node| &tree.nodes[node as usize].container);
             share(own.overlap(other), own.relative_area())
         })
     }
 
-    /// `node` as the shaders read it. A container of the kind that the tree is not made of, and the number of primitives, are
+    /// `node`, which is `depth` deep, as the shaders read it. A container of the kind that the tree is not made of, and the number of primitives, are
     /// zero unless `settings` show them: they cost a pass over the tree.
-    pub fn instance(&self, node: u32, settings: &OverlaySettings) -> OverlayNode {
+    pub fn instance(&self, node: u32, depth: u32, settings: &OverlaySettings) -> OverlayNode {
         let own = self.container_kind();
         let nothing = Aabb { min: glam::Vec3::ZERO, max: glam::Vec3::ZERO };
         let bounds = if settings.show_boxes || own == ContainerKind::Aabb { self.node_box(node) } else { nothing };
@@ -156,7 +163,7 @@ impl NodeTable {
         };
         OverlayNode {
             box_min: bounds.min.to_array(),
-            depth: self.depths[node as usize],
+            depth,
             box_max: bounds.max.to_array(),
             primitives: if settings.color_by == super::ColorBy::Primitives { self.primitives(node) } else { 0 },
             sphere_center: sphere.center.to_array(),
@@ -168,53 +175,57 @@ impl NodeTable {
         }
     }
 
-    /// [`NodeTable::instance`] of each of `nodes`, in parallel.
-    pub fn instances(&self, nodes: &[u32], settings: &OverlaySettings) -> Vec<OverlayNode> {
-        nodes.par_iter().with_min_len(1_024).map(|&node| self.instance(node, settings)).collect()
+    /// [`NodeTable::instance`] of each of the shown nodes, in parallel.
+    pub fn instances(&self, shown: &Shown, settings: &OverlaySettings) -> Vec<OverlayNode> {
+        let nodes = shown.nodes.par_iter().with_min_len(1_024).zip(&shown.depths);
+        nodes.map(|(&node, &depth)| self.instance(node, depth, settings)).collect()
     }
 
     /// What `settings` choose, with hidden nodes left out; where the budget cuts, the largest, in the order of their area.
     /// The selected and hovered node are not part of it: they are drawn on their own.
     pub fn shown(&self, settings: &OverlaySettings, selection: &Selection) -> Shown {
         if self.is_empty() {
-            return Shown { nodes: Vec::new(), wanted: 0 };
+            return Shown { nodes: Vec::new(), depths: Vec::new(), wanted: 0 };
         }
+        let Levels { nodes, ranges } = &self.levels;
         let deepest = self.max_depth();
         let first = settings.depth[0].min(settings.depth[1]).min(deepest);
         let last = settings.depth[0].max(settings.depth[1]).min(deepest);
-        // Depths are neighbours in the list, so a range of depths is one run.
-        let start = if settings.parents { 0 } else { self.depth_ranges[first as usize].start };
-        let run = &self.by_depth[start as usize..self.depth_ranges[last as usize].end as usize];
+        // Depths are neighbours in the list, so a range of depths is one run of places in it.
+        let start = ranges[if settings.parents { 0 } else { first as usize }].start;
+        let run = start..ranges[last as usize].end;
         let budget = settings.budget as usize;
-        let filtered: Vec<u32>;
-        let chosen = if settings.leaves_only || !selection.hidden.is_empty() {
-            let kept = |&&node: &&u32| {
+        let mut places: Vec<u32> = if settings.leaves_only || !selection.hidden.is_empty() {
+            let kept = |place: &u32| {
+                let node = nodes[*place as usize];
                 // "Leaves only" is about the chosen depths: the levels above them have other work.
-                let leaf = !settings.leaves_only || self.depths[node as usize] < first || self.is_leaf(node);
+                let leaf = !settings.leaves_only || *place < ranges[first as usize].start || self.is_leaf(node);
                 leaf && !selection.hidden.contains(&node)
             };
-            filtered = run.par_iter().with_min_len(4_096).filter(kept).copied().collect();
-            &filtered[..]
+            run.into_par_iter().with_min_len(4_096).filter(kept).collect()
         } else {
-            run
+            run.collect()
         };
-        let wanted = chosen.len();
-        let nodes = if wanted > budget { self.largest(chosen, budget) } else { chosen.to_vec() };
-        Shown { nodes, wanted }
+        let wanted = places.len();
+        if wanted > budget {
+            places = self.largest(&places, budget);
+        }
+        let depths = places.iter().map(|&place| ranges.partition_point(|range| range.end <= place) as u32).collect();
+        Shown { nodes: places.into_iter().map(|place| nodes[place as usize]).collect(), depths, wanted }
     }
 
-    /// The `budget` largest of `nodes`, largest first, equal ones in the tree's order.
-    fn largest(&self, nodes: &[u32], budget: usize) -> Vec<u32> {
+    /// The places of the `budget` largest among the nodes at `places`, largest first, equal ones in the order of the list.
+    fn largest(&self, places: &[u32], budget: usize) -> Vec<u32> {
         if budget == 0 {
             return Vec::new();
         }
         // Areas are not negative, so their bits order like the numbers do.
         let mut keys: Vec<u64> = with_tree!(&self.accel.tree, tree => {
-            nodes
-                .par_iter()
-                .with_min_len(4_096)
-                .map(|&node| u64::from(area(tree, node).to_bits()) << 32 | u64::from(!node))
-                .collect()
+            let key = |&place: &u32| {
+                let area = area(tree, self.levels.nodes[place as usize]);
+                u64::from(area.to_bits()) << 32 | u64::from(!place)
+            };
+            places.par_iter().with_min_len(4_096).map(key).collect()
         });
         if budget < keys.len() {
             keys.select_nth_unstable_by(budget, |a, b| b.cmp(a));
@@ -232,46 +243,6 @@ fn area<C: Container>(tree: &Tree<C>, node: u32) -> f32 {
 /// `part / whole` between 0 and 1; 1 where the whole has no area.
 fn share(part: f32, whole: f32) -> f32 {
     if whole > 0.0 { (part / whole).clamp(0.0, 1.0) } else { 1.0 }
-}
-
-/// One pass from the root on, as parents come before their children.
-fn parents_and_depths<C>(tree: &Tree<C>) -> (Vec<u32>, Vec<u32>) {
-    let mut parents = vec![0; tree.nodes.len()];
-    let mut depths = vec![0; tree.nodes.len()];
-    for (index, node) in tree.nodes.iter().enumerate().filter(|(_, node)| !node.is_leaf()) {
-        let children = node.first as usize..node.first as usize + 2;
-        let depth = depths[index] + 1;
-        parents[children.clone()].fill(index as u32);
-        depths[children].fill(depth);
-    }
-    (parents, depths)
-}
-
-/// A counting sort: all nodes depth by depth, and each depth's run.
-fn group_by_depth(depths: &[u32]) -> (Vec<u32>, Vec<Range<u32>>) {
-    let mut counts: Vec<u32> = Vec::new();
-    for &depth in depths {
-        if counts.len() <= depth as usize {
-            counts.resize(depth as usize + 1, 0);
-        }
-        counts[depth as usize] += 1;
-    }
-    let mut end = 0;
-    let ranges: Vec<Range<u32>> = counts
-        .iter()
-        .map(|count| {
-            let start = end;
-            end += count;
-            start..end
-        })
-        .collect();
-    let mut next: Vec<u32> = ranges.iter().map(|range| range.start).collect();
-    let mut by_depth = vec![0; depths.len()];
-    for (node, &depth) in depths.iter().enumerate() {
-        by_depth[next[depth as usize] as usize] = node as u32;
-        next[depth as usize] += 1;
-    }
-    (by_depth, ranges)
 }
 
 /// Containers of kind `C` for the nodes of a tree of another kind: leaves around their triangles, then bottom-up.

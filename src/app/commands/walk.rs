@@ -2,18 +2,6 @@
 
 use super::Action;
 use crate::app::state::AppState;
-use crate::overlay::NodeTable;
-
-/// The other child of the same parent; `None` for the root.
-fn sibling(table: &NodeTable, node: u32) -> Option<u32> {
-    let [first, second] = table.children(parent(table, node)?)?;
-    Some(if node == first { second } else { first })
-}
-
-/// The node above; `None` for the root.
-fn parent(table: &NodeTable, node: u32) -> Option<u32> {
-    table.parents.get(node as usize).copied().filter(|&parent| parent != node)
-}
 
 /// Where a walking action leads from the selected node.
 pub(super) fn target(action: Action, state: &AppState) -> Option<u32> {
@@ -22,7 +10,7 @@ pub(super) fn target(action: Action, state: &AppState) -> Option<u32> {
         return (action == Action::SelectChild && !table.is_empty()).then_some(0);
     };
     match action {
-        Action::SelectParent => parent(table, node),
+        Action::SelectParent => table.parent(node),
         Action::SelectChild => {
             // Back down the way that the walk came up, where the picked triangle lies below.
             let picked = state.picked.as_ref().and_then(|(_, path)| {
@@ -31,7 +19,7 @@ pub(super) fn target(action: Action, state: &AppState) -> Option<u32> {
             });
             picked.or_else(|| table.children(node).map(|[first, _]| first))
         }
-        Action::SelectSibling => sibling(table, node),
+        Action::SelectSibling => table.sibling(node),
         _ => None,
     }
 }

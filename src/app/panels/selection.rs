@@ -41,7 +41,7 @@ fn node_rows(ui: &mut Ui, state: &mut AppState, shown: &Presented, node: u32) {
     let kind = if leaf { "leaf" } else { "interior" };
     let text = format!("{} · {kind}", format::count(u64::from(node)));
     statistic(ui, state, &Statistic::new("Node", text).tip("Its index in the tree"));
-    let depth = table.depths.get(node as usize).copied().unwrap_or(0);
+    let depth = table.depth(node);
     statistic(ui, state, &Statistic::new("Depth", depth.to_string()).tip("Steps from the root, which is 0"));
     let primitives = table.primitives(node);
     let tip = "Triangles below this node";

@@ -145,9 +145,7 @@ fn tree_rows(ui: &mut Ui, state: &mut AppState, shown: &Presented, effects: &mut
     let leaf = format!("{} / {} / {}", stats.min_leaf_size, significant(stats.mean_leaf_size), stats.max_leaf_size);
     statistic(ui, state, &Statistic::new("Leaf size", leaf).tip("Triangles in a leaf: smallest, mean, largest"));
     let triangles = shown.accel.scene.triangles.len().max(1);
-    let overlay_bytes = size_of_val(&shown.table.by_depth[..])
-        + size_of_val(&shown.table.parents[..])
-        + size_of_val(&shown.table.depths[..]);
+    let overlay_bytes = size_of_val(&shown.table.levels.nodes[..]);
     for (name, bytes, tip) in [
         ("Tree memory", report.tree_bytes, "Nodes and triangle indices"),
         ("Leaf triangles", report.triangle_bytes, "Triangles in leaf order"),
