@@ -12,7 +12,7 @@ use rayon::prelude::*;
 use super::builders::StageTimes;
 use super::cluster::{Cluster, Clustered, bounds, simd_level};
 use super::morton::{CODE_BITS, MortonGrid};
-use super::radix_sort::radix_sort;
+use super::radix_sort::{radix_sort, radix_sort_with};
 use crate::cancel::{CancelToken, Cancelled};
 use crate::geometry::{Aabb, Triangle};
 
@@ -20,6 +20,7 @@ use crate::geometry::{Aabb, Triangle};
 const BATCH: usize = 8192;
 /// Most primitives that may have the same packed code before the rest of their codes is sorted as well.
 const MAX_CELL_PRIMITIVES: usize = 32;
+
 /// Primitives sorted by Morton code.
 pub struct MortonOrder<C: Clustered> {
     /// What is kept of each primitive's container, in the order of the input.
@@ -27,7 +28,9 @@ pub struct MortonOrder<C: Clustered> {
     /// The leading bits of each code and, in the lowest `index_bits`, the primitive's number; sorted.
     keys: Vec<u64>,
     index_bits: u32,
-    /// Whole codes of the primitives in crowded cells, by position; empty where no cell is crowded.
+    /// Lowest bits of each code that have no room in the keys.
+    code_shift: u32,
+    /// These bits for the primitives in crowded cells, by position; empty where no cell is crowded.
     crowded: Vec<u64>,
 }
 
@@ -108,7 +111,7 @@ pub fn morton_order<C: Clustered>(
     let start = Instant::now();
     radix_sort(&mut keys, u64::BITS.min(CODE_BITS + index_bits), token)?;
     token.check()?;
-    let mut order = MortonOrder { kept, keys, index_bits, crowded: Vec::new() };
+    let mut order = MortonOrder { kept, keys, index_bits, code_shift, crowded: Vec::new() };
     let crowded = order.crowded_cells();
     if !crowded.is_empty() {
         order.sort_crowded_cells(&crowded, triangles, &grid, token)?;
@@ -208,7 +211,7 @@ impl<C: Clustered> MortonOrder<C> {
         cells
     }
 
-    /// Sorts the primitives of the cells `crowded` by their whole codes.
+    /// Sorts the primitives of the cells `crowded` by the rest of their codes.
     fn sort_crowded_cells(
         &mut self,
         crowded: &[Range<usize>],
@@ -216,7 +219,8 @@ impl<C: Clustered> MortonOrder<C> {
         grid: &MortonGrid,
         token: &CancelToken,
     ) -> Result<(), Cancelled> {
-        let (kept, index_bits) = (&self.kept, self.index_bits);
+        let (kept, index_bits, code_shift) = (&self.kept, self.index_bits, self.code_shift);
+        let index_mask = !(u64::MAX << index_bits);
         self.crowded = vec![0; self.keys.len()];
         let (mut keys, mut codes, mut passed) = (&mut self.keys[..], &mut self.crowded[..], 0);
         let mut cells = Vec::with_capacity(crowded.len());
@@ -229,19 +233,17 @@ impl<C: Clustered> MortonOrder<C> {
         }
         cells.into_par_iter().try_for_each(|(keys, codes)| {
             token.check()?;
-            let whole_code = |key: &u64| {
-                let primitive = (key & !(u64::MAX << index_bits)) as usize;
-                (grid.code(C::restore(&kept[primitive], &triangles[primitive]).middle()), *key)
-            };
-            let mut items: Vec<(u64, u64)> = keys.par_iter().with_min_len(BATCH).map(whole_code).collect();
-            if items.len() > BATCH {
-                items.par_sort_unstable();
-            } else {
-                items.sort_unstable();
-            }
-            for ((key, code), item) in keys.iter_mut().zip(codes).zip(items) {
-                (*code, *key) = item;
-            }
+            let cell = keys[0] & !index_mask;
+            // The same primitives with the other end of their codes.
+            keys.par_iter_mut().with_min_len(BATCH).for_each(|key| {
+                let primitive = (*key & index_mask) as usize;
+                let code = grid.code(C::restore(&kept[primitive], &triangles[primitive]).middle());
+                *key = (code & !(u64::MAX << code_shift)) << index_bits | primitive as u64;
+            });
+            radix_sort_with(keys, codes, code_shift + index_bits, token)?;
+            keys.par_iter_mut().zip(codes).with_min_len(BATCH).for_each(|(key, code)| {
+                (*code, *key) = (*key >> index_bits, cell | *key & index_mask);
+            });
             Ok(())
         })
     }

@@ -29,8 +29,12 @@ pub fn radix_sort(keys: &mut [u64], bits: u32, token: &CancelToken) -> Result<()
         keys.sort_unstable();
         return Ok(());
     }
-    let mut scratch = vec![0; keys.len()];
-    sort_range(keys, &mut scratch, bits, false, token)
+    radix_sort_with(keys, &mut vec![0; keys.len()], bits, token)
+}
+
+/// [`radix_sort`] with a list of the same length to work in, which holds anything afterwards.
+pub fn radix_sort_with(keys: &mut [u64], scratch: &mut [u64], bits: u32, token: &CancelToken) -> Result<(), Cancelled> {
+    sort_range(keys, scratch, bits, false, token)
 }
 
 /// Sorts `keys` by their lowest `bits` bits, above which all are the same; the result goes to `scratch` if `to_scratch`.
