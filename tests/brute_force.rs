@@ -160,7 +160,7 @@ fn every_builder_finds_what_a_scan_finds() {
         for builder in BuilderKind::ALL {
             for container in ContainerKind::ALL {
                 for (threshold, epsilon) in [(2, 0.0), (6, 0.2), (20, 0.1), (64, 0.5)] {
-                    let settings = BuildSettings { builder, container, threshold, epsilon };
+                    let settings = BuildSettings { builder, container, threshold, epsilon, ..BuildSettings::default() };
                     if settings.refusal(triangles.len()).is_some() || builder != BuilderKind::Aac && threshold != 6 {
                         continue;
                     }

@@ -41,7 +41,7 @@ fn all_settings(count: usize) -> Vec<BuildSettings> {
             all.push(BuildSettings::preset(preset, container));
         }
         for (threshold, epsilon) in [(2, 0.0), (2, 0.5), (64, 0.0), (64, 0.5), (5, 0.37)] {
-            all.push(BuildSettings { builder: BuilderKind::Aac, container, threshold, epsilon });
+            all.push(BuildSettings { container, threshold, epsilon, ..BuildSettings::default() });
         }
     }
     all.retain(|settings| settings.refusal(count).is_none());

@@ -8,8 +8,8 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use bvhscope::accel::Accel;
-use bvhscope::bvh::builders::BuildError;
-use bvhscope::bvh::{BuildSettings, BuilderKind, ContainerKind, SimdLevel};
+use bvhscope::bvh::builders::{BuildError, build};
+use bvhscope::bvh::{BuildSettings, BuilderKind, ContainerKind, Preset, SimdLevel};
 use bvhscope::camera::Camera;
 use bvhscope::cancel::CancelToken;
 use bvhscope::render::{RenderRequest, RenderSettings, Shading, render};
@@ -122,6 +122,18 @@ fn building_stops_at_every_look() {
             });
         }
     }
+}
+
+#[test]
+fn optimizing_stops_at_every_look() {
+    let pool = one_thread();
+    let scene = terrain(40_000);
+    let settings = BuildSettings::preset(Preset::Best, ContainerKind::Aabb);
+    at_every_look("best", |token| match pool.install(|| build(&scene.triangles, &settings, token)) {
+        Ok(_) => false,
+        Err(BuildError::Cancelled(_)) => true,
+        Err(error) => panic!("{error}"),
+    });
 }
 
 #[test]

@@ -36,7 +36,7 @@ fn every_command_has_help_with_examples_and_the_program_a_version() {
 
 #[test]
 fn wrong_flags_name_flag_value_and_range() {
-    let cases: [(&[&str], &[&str]); 38] = [
+    let cases: [(&[&str], &[&str]); 42] = [
         (&["bench", "--treshold", "3"], &["--treshold", "--threshold"]),
         (&["bench", "--threshold", "1"], &["--threshold", "'1'", "2 to 64"]),
         (&["bench", "--threshold", "65"], &["'65'", "2 to 64"]),
@@ -53,7 +53,11 @@ fn wrong_flags_name_flag_value_and_range() {
         (&["render", "-o", "x.png", "--simd", "mmx"], &["--simd", "mmx", "one of"]),
         (&["bench", "--container", "cone"], &["--container", "cone", "box, sphere, both"]),
         (&["bench", "--builder", "none"], &["--builder", "none", "aac"]),
-        (&["bench", "--preset", "best"], &["--preset", "best", "aac-hq"]),
+        (&["bench", "--preset", "worst"], &["--preset", "worst", "aac-hq", "best"]),
+        (&["bench", "--optimize", "collapse,melt"], &["--optimize", "melt", "restructure, reinsert, collapse"]),
+        (&["bench", "--optimize", "all"], &["'restructure'", "boxes only", "--container box"]),
+        (&["info", "--container", "sphere", "--optimize", "reinsert"], &["'reinsert'", "boxes only"]),
+        (&["--container", "sphere", "--optimize", "reinsert,collapse"], &["'reinsert'", "boxes only"]),
         (&["bench", "--builder", "binned-sah"], &["binned SAH", "box"]),
         (&["bench", "--plot", "x.jpg"], &["x.jpg", ".png or .svg"]),
         (&["render", "-o", "x.png", "--fov", "0"], &["--fov", "1 to 170"]),
@@ -268,13 +272,14 @@ fn rows(args: &[&str]) -> Vec<serde_json::Value> {
 
 #[test]
 fn every_commands_rows_have_the_names_and_agree_on_hits() {
-    const NAMES: [&str; 23] = [
+    const NAMES: [&str; 24] = [
         "model",
         "triangles",
         "builder",
         "container",
         "threshold",
         "epsilon",
+        "optimize",
         "threads",
         "build_ms",
         "build_stages_ms",
@@ -298,7 +303,7 @@ fn every_commands_rows_have_the_names_and_agree_on_hits() {
         ("bench", &["--no-bvh"], 3),
         ("sweep", &["--threshold", "2..=4", "--container", "both", "--epsilon", "0.1,0.2"], 12),
         ("scaling", &["--threads", "2", "--container", "both"], 4),
-        ("compare", &["--container", "both"], 13),
+        ("compare", &["--container", "both"], 18),
     ];
     for (command, extra, count) in cases {
         let args: Vec<&str> = [command].iter().chain(&model).chain(extra).copied().collect();

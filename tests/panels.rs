@@ -13,7 +13,7 @@ use bvhscope::app::panels::palette;
 use bvhscope::app::paper::{Experiment, PaperResult};
 use bvhscope::app::state::{AppState, Preferences, Presented, Request, Severity, Theme, Wanted};
 use bvhscope::app::{panels, theme};
-use bvhscope::bvh::{BuildSettings, BuilderKind, ContainerKind, Preset};
+use bvhscope::bvh::{BuildSettings, BuilderKind, ContainerKind, Pass, Passes, Preset};
 use bvhscope::camera::Camera;
 use bvhscope::cancel::CancelToken;
 use bvhscope::geometry::{Aabb, Triangle};
@@ -180,6 +180,30 @@ fn presets_set_threshold_and_epsilon() {
         let build = h.state().wanted.build;
         assert_eq!((build.threshold, build.epsilon), preset.parameters(), "{}", preset.label());
     }
+}
+
+#[test]
+fn passes_are_checked_one_by_one_and_greyed_where_they_need_boxes() {
+    let mut h = harness(state(Shading::Lit));
+    press(&mut h, Preset::Best.label());
+    assert_eq!(h.state().wanted.build.optimize, Passes::ALL);
+    for pass in Pass::ALL {
+        h.get_by_role_and_label(Role::CheckBox, pass.label()).click();
+        h.run_steps(3);
+        assert_eq!(h.state().wanted.build.optimize, Passes::ALL.without(pass));
+        h.get_by_role_and_label(Role::CheckBox, pass.label()).click();
+        h.run_steps(3);
+        assert_eq!(h.state().wanted.build.optimize, Passes::ALL);
+    }
+    h.get_by_role_and_label(Role::RadioButton, ContainerKind::Sphere.label()).click();
+    h.run_steps(3);
+    for pass in Pass::ALL {
+        let disabled = h.get_by_role_and_label(Role::CheckBox, pass.label()).accesskit_node().is_disabled();
+        assert_eq!(disabled, pass.boxes_only(), "{}", pass.label());
+    }
+    assert_eq!(h.state().wanted.build.passes(), Passes::NONE.with(Pass::Collapse));
+    press(&mut h, Preset::Fast.label());
+    assert_eq!(h.state().wanted.build.optimize, Passes::NONE, "the paper's tree stays as it is");
 }
 
 #[test]

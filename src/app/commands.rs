@@ -270,9 +270,12 @@ impl Action {
     }
 }
 
-/// Whether threshold and ε are those of `preset`.
+/// Whether threshold, ε and passes are those of `preset`.
 pub fn is_preset(state: &AppState, preset: Preset) -> bool {
     let (threshold, epsilon) = preset.parameters();
     let build = &state.wanted.build;
-    build.builder == BuilderKind::Aac && build.threshold == threshold && (build.epsilon - epsilon).abs() < 1e-4
+    build.builder == BuilderKind::Aac
+        && build.threshold == threshold
+        && (build.epsilon - epsilon).abs() < 1e-4
+        && build.optimize == preset.passes()
 }

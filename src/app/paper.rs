@@ -276,8 +276,13 @@ impl PaperResult {
 /// Wants the tree of a measured row.
 pub fn want_row(state: &mut AppState, row: &Measurement) {
     let Some(builder) = BuilderKind::ALL.into_iter().find(|builder| builder.name() == row.builder) else { return };
-    state.wanted.build =
-        BuildSettings { builder, container: row.container, threshold: row.threshold, epsilon: row.epsilon };
+    state.wanted.build = BuildSettings {
+        builder,
+        container: row.container,
+        threshold: row.threshold,
+        epsilon: row.epsilon,
+        optimize: row.optimize,
+    };
     if row.command == "scaling" {
         state.wanted.threads = row.threads;
     }

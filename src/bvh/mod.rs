@@ -15,6 +15,7 @@ mod long_list;
 mod morton;
 mod morton_order;
 pub mod node;
+mod optimize;
 pub mod overlap;
 mod radix_sort;
 mod reduction;
@@ -29,5 +30,5 @@ pub mod wide;
 
 pub use container::{Container, ContainerKind};
 pub use node::{AnyTree, Node, Tree};
-pub use settings::{BuildSettings, BuilderKind, Preset};
+pub use settings::{BuildSettings, BuilderKind, Pass, Passes, Preset};
 pub use simd::SimdLevel;

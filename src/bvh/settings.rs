@@ -47,6 +47,100 @@ impl BuilderKind {
     }
 }
 
+/// A pass over the finished tree that makes it better. None of them ever raises its SAH cost.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Pass {
+    /// Treelets are built again from the top by the surface area heuristic and kept where they are cheaper. Boxes only.
+    Restructure,
+    /// Subtrees move to where they cost less (Meister and Bittner, 2018). Boxes only.
+    Reinsert,
+    /// Subtrees become leaves where that is cheaper.
+    Collapse,
+}
+
+impl Pass {
+    /// Every pass, in the order in which they run.
+    pub const ALL: [Self; 3] = [Self::Restructure, Self::Reinsert, Self::Collapse];
+
+    /// The name on the command line and in JSON.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Restructure => "restructure",
+            Self::Reinsert => "reinsert",
+            Self::Collapse => "collapse",
+        }
+    }
+
+    /// The name in the window.
+    pub const fn label(self) -> &'static str {
+        match self {
+            Self::Restructure => "Restructure",
+            Self::Reinsert => "Reinsert",
+            Self::Collapse => "Collapse",
+        }
+    }
+
+    /// Whether it is for boxes only: it needs unions that do not depend on the order of what is united.
+    pub const fn boxes_only(self) -> bool {
+        !matches!(self, Self::Collapse)
+    }
+}
+
+/// Which passes run over the finished tree. In JSON the list of their names.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default, Serialize, Deserialize)]
+#[serde(from = "Vec<Pass>", into = "Vec<Pass>")]
+pub struct Passes(u8);
+
+impl Passes {
+    /// No pass: the tree stays as the builder made it.
+    pub const NONE: Self = Self(0);
+    /// Every pass.
+    pub const ALL: Self = Self::NONE.with(Pass::Restructure).with(Pass::Reinsert).with(Pass::Collapse);
+
+    /// With `pass` on top.
+    #[must_use]
+    pub const fn with(self, pass: Pass) -> Self {
+        Self(self.0 | 1 << pass as u8)
+    }
+
+    /// Without `pass`.
+    #[must_use]
+    pub const fn without(self, pass: Pass) -> Self {
+        Self(self.0 & !(1 << pass as u8))
+    }
+
+    /// Whether `pass` runs.
+    pub const fn contains(self, pass: Pass) -> bool {
+        self.0 >> pass as u8 & 1 == 1
+    }
+
+    /// The passes that run, in their order.
+    pub fn iter(self) -> impl Iterator<Item = Pass> {
+        Pass::ALL.into_iter().filter(move |&pass| self.contains(pass))
+    }
+}
+
+impl From<Vec<Pass>> for Passes {
+    fn from(list: Vec<Pass>) -> Self {
+        list.into_iter().fold(Self::NONE, Self::with)
+    }
+}
+
+impl From<Passes> for Vec<Pass> {
+    fn from(passes: Passes) -> Self {
+        passes.iter().collect()
+    }
+}
+
+/// The names with commas between; "none" where there is none.
+impl std::fmt::Display for Passes {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let names: Vec<&str> = self.iter().map(Pass::name).collect();
+        f.write_str(if names.is_empty() { "none".to_owned() } else { names.join(",") }.as_str())
+    }
+}
+
 /// Everything that decides which tree is built. Equal settings and triangles give the identical tree, node for node,
 /// whatever the number of threads.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -60,6 +154,9 @@ pub struct BuildSettings {
     pub threshold: u32,
     /// ε of the reduction function f(x) = ½·δ^(½+ε)·x^(½−ε). 0 to 0.5; smaller keeps more clusters, slower and better. AAC only.
     pub epsilon: f32,
+    /// What is done to the finished tree; see [`BuildSettings::passes`].
+    #[serde(default)]
+    pub optimize: Passes,
 }
 
 /// Named settings of the agglomerative builder.
@@ -74,16 +171,18 @@ pub enum Preset {
     AacFast,
     /// Threshold 20, ε 0.1: Gu et al.'s AAC-HQ.
     AacHq,
+    /// The paper's fast setting and every pass over the finished tree.
+    Best,
 }
 
 impl Preset {
     /// Every preset, in the order in which they are offered.
-    pub const ALL: [Self; 4] = [Self::Fast, Self::Hq, Self::AacFast, Self::AacHq];
+    pub const ALL: [Self; 5] = [Self::Fast, Self::Hq, Self::AacFast, Self::AacHq, Self::Best];
 
     /// Threshold and ε.
     pub const fn parameters(self) -> (u32, f32) {
         match self {
-            Self::Fast => (6, 0.2),
+            Self::Fast | Self::Best => (6, 0.2),
             Self::Hq => (12, 0.1),
             Self::AacFast => (4, 0.2),
             Self::AacHq => (20, 0.1),
@@ -97,6 +196,7 @@ impl Preset {
             Self::Hq => "hq",
             Self::AacFast => "aac-fast",
             Self::AacHq => "aac-hq",
+            Self::Best => "best",
         }
     }
 
@@ -107,7 +207,13 @@ impl Preset {
             Self::Hq => "HQ",
             Self::AacFast => "AAC-Fast",
             Self::AacHq => "AAC-HQ",
+            Self::Best => "Best",
         }
+    }
+
+    /// What is done to the finished tree.
+    pub const fn passes(self) -> Passes {
+        if matches!(self, Self::Best) { Passes::ALL } else { Passes::NONE }
     }
 }
 
@@ -124,7 +230,7 @@ impl BuildSettings {
     /// AAC with a preset's parameters.
     pub const fn preset(preset: Preset, container: ContainerKind) -> Self {
         let (threshold, epsilon) = preset.parameters();
-        Self { builder: BuilderKind::Aac, container, threshold, epsilon }
+        Self { builder: BuilderKind::Aac, container, threshold, epsilon, optimize: preset.passes() }
     }
 
     /// Why these settings cannot build `primitive_count` triangles; `None` where they can.
@@ -139,6 +245,12 @@ impl BuildSettings {
             )),
             _ => None,
         }
+    }
+
+    /// The passes that run: of those in `optimize` the ones that the container allows.
+    pub fn passes(&self) -> Passes {
+        let runs = |pass: &Pass| self.container == ContainerKind::Aabb || !pass.boxes_only();
+        self.optimize.iter().filter(runs).fold(Passes::NONE, Passes::with)
     }
 }
 

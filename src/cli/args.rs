@@ -8,7 +8,7 @@ use glam::Vec3;
 use super::values::{self, Epsilons, ModelParser, Numbers};
 use crate::budget::MemoryLimit;
 use crate::bvh::traverse::Traversal;
-use crate::bvh::{BuilderKind, ContainerKind, Preset, SimdLevel};
+use crate::bvh::{BuilderKind, ContainerKind, Passes, Preset, SimdLevel};
 use crate::headless::OverlayKinds;
 use crate::overlay::ColorBy;
 use crate::render::{ColorMap, Light, Shading};
@@ -139,9 +139,12 @@ pub struct BuildArgs {
     /// AAC: exponent of the reduction function, 0 to 0.5 [default: 0.2]
     #[arg(long, value_name = "X", value_parser = values::epsilon)]
     pub epsilon: Option<f32>,
-    /// AAC: threshold and ε by name: fast (6, 0.2), hq (12, 0.1), aac-fast (4, 0.2), aac-hq (20, 0.1)
+    /// AAC: threshold and ε by name: fast (6, 0.2), hq (12, 0.1), aac-fast (4, 0.2), aac-hq (20, 0.1), best (6, 0.2 and all passes)
     #[arg(long, value_name = "NAME", value_parser = |text: &str| values::named(text, &Preset::ALL, |preset| preset.name().to_owned()))]
     pub preset: Option<Preset>,
+    /// Passes over the finished tree, with commas between: restructure and reinsert (boxes only), collapse; or all, none [default: none]
+    #[arg(long, value_name = "LIST", value_parser = values::passes)]
+    pub optimize: Option<Passes>,
     /// Threads for building and tracing, 1 to 1024 [default: all]
     #[arg(long, value_name = "N", value_parser = values::threads)]
     pub threads: Option<usize>,
@@ -307,9 +310,12 @@ pub struct OneTreeArgs {
     /// AAC: exponent of the reduction function, 0 to 0.5 [default: 0.2]
     #[arg(long, value_name = "X", value_parser = values::epsilon)]
     pub epsilon: Option<f32>,
-    /// AAC: threshold and ε by name: fast (6, 0.2), hq (12, 0.1), aac-fast (4, 0.2), aac-hq (20, 0.1)
+    /// AAC: threshold and ε by name: fast (6, 0.2), hq (12, 0.1), aac-fast (4, 0.2), aac-hq (20, 0.1), best (6, 0.2 and all passes)
     #[arg(long, value_name = "NAME", value_parser = |text: &str| values::named(text, &Preset::ALL, |preset| preset.name().to_owned()))]
     pub preset: Option<Preset>,
+    /// Passes over the finished tree, with commas between: restructure and reinsert (boxes only), collapse; or all, none [default: none]
+    #[arg(long, value_name = "LIST", value_parser = values::passes)]
+    pub optimize: Option<Passes>,
 }
 
 #[derive(Debug, Args)]

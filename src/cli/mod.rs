@@ -17,7 +17,7 @@ use crate::headless::plot::PlotJob;
 use crate::headless::{Context, Failure, Finished, RenderJob};
 use crate::lab::Job;
 use crate::scene::LoadOptions;
-use args::{Cli, CommandArgs, LoadArgs, MeasureArgs};
+use args::{BuildArgs, Cli, CommandArgs, LoadArgs, MeasureArgs, OneTreeArgs};
 
 /// Reads the program's arguments, does what they say, and returns the exit code: 0 done, 1 failed, 2 wrong usage, 3 done
 /// with warnings under `--strict`, 130 interrupted.
@@ -37,6 +37,9 @@ pub fn main() -> ExitCode {
     let strict = strict(&cli);
     if let Some(limit) = load_args(&cli).and_then(|load| load.memory_limit) {
         Budget::set_limit(limit);
+    }
+    if let Some(text) = refusal(&cli) {
+        return finish(Err(Failure::Usage(text)), strict);
     }
     let result = match cli.command {
         None => run_viewer(cli.viewer),
@@ -88,6 +91,22 @@ fn finish(result: Result<Finished, Failure>, strict: bool) -> ExitCode {
 
 fn strict(cli: &Cli) -> bool {
     load_args(cli).is_some_and(|load| load.strict)
+}
+
+/// Why what was asked for does not go together.
+fn refusal(cli: &Cli) -> Option<String> {
+    let one = |args: &BuildArgs| resolve::refusal(args.optimize, args.container.as_slice());
+    let several = |args: &OneTreeArgs, usual: &[ContainerKind]| {
+        resolve::refusal(args.optimize, args.container.as_ref().map_or(usual, |asked| &asked.0))
+    };
+    match &cli.command {
+        None => one(&cli.viewer.build),
+        Some(CommandArgs::Render(args)) => one(&args.build),
+        Some(CommandArgs::Info(args)) => one(&args.build),
+        Some(CommandArgs::Bench(args)) => several(&args.tree, &ContainerKind::ALL),
+        Some(CommandArgs::Scaling(args)) => several(&args.tree, &[ContainerKind::Aabb]),
+        Some(CommandArgs::Sweep(_) | CommandArgs::Compare(_) | CommandArgs::Plot(_)) => None,
+    }
 }
 
 fn load_args(cli: &Cli) -> Option<&LoadArgs> {

@@ -8,7 +8,7 @@ use super::args::{
 };
 #[cfg(feature = "gui")]
 use crate::app::{SettingsUse, StartOptions};
-use crate::bvh::{BuildSettings, BuilderKind, ContainerKind, Preset};
+use crate::bvh::{BuildSettings, BuilderKind, ContainerKind, Pass, Passes, Preset};
 use crate::headless::info::InfoJob;
 use crate::headless::jobs::{MeasureJob, Output};
 use crate::headless::{OverlayKinds, RenderJob};
@@ -63,9 +63,10 @@ pub fn info(args: InfoArgs) -> InfoJob {
 pub fn setups(tree: &OneTreeArgs, measure: &MeasureArgs, containers: &[ContainerKind]) -> Vec<Setup> {
     let containers = tree.container.as_ref().map_or(containers, |asked| &asked.0);
     // Numbers of its own make it another tree than the preset's.
-    let preset = tree.preset.filter(|_| tree.threshold.is_none() && tree.epsilon.is_none());
+    let own = tree.threshold.is_some() || tree.epsilon.is_some() || tree.optimize.is_some();
+    let preset = tree.preset.filter(|_| !own);
     let setup = |&container| Setup {
-        build: build_settings(tree.builder, tree.preset, tree.threshold, tree.epsilon, container),
+        build: build_settings(tree.builder, tree.preset, tree.threshold, tree.epsilon, tree.optimize, container),
         preset,
         threads: measure.threads.unwrap_or(0),
     };
@@ -107,8 +108,21 @@ pub fn build(args: &BuildArgs) -> BuildSettings {
         args.preset,
         args.threshold,
         args.epsilon,
+        args.optimize,
         args.container.unwrap_or(ContainerKind::Aabb),
     )
+}
+
+/// Why these passes cannot run over trees of these containers.
+pub fn refusal(optimize: Option<Passes>, containers: &[ContainerKind]) -> Option<String> {
+    let only_boxes = optimize?.iter().find(|pass| pass.boxes_only())?;
+    containers.contains(&ContainerKind::Sphere).then(|| {
+        format!(
+            "the pass '{}' works on boxes only: choose '--container box', or '--optimize {}' for spheres",
+            only_boxes.name(),
+            Pass::Collapse.name()
+        )
+    })
 }
 
 pub fn build_settings(
@@ -116,6 +130,7 @@ pub fn build_settings(
     preset: Option<Preset>,
     threshold: Option<u32>,
     epsilon: Option<f32>,
+    optimize: Option<Passes>,
     container: ContainerKind,
 ) -> BuildSettings {
     let base = BuildSettings::preset(preset.unwrap_or(Preset::Fast), container);
@@ -124,6 +139,7 @@ pub fn build_settings(
         container,
         threshold: threshold.unwrap_or(base.threshold),
         epsilon: epsilon.unwrap_or(base.epsilon),
+        optimize: optimize.unwrap_or(base.optimize),
     }
 }
 
@@ -145,6 +161,7 @@ fn given(args: &BuildArgs) -> bool {
         || args.threshold.is_some()
         || args.epsilon.is_some()
         || args.preset.is_some()
+        || args.optimize.is_some()
 }
 
 fn picture(args: &PictureArgs) -> RenderSettings {
@@ -195,6 +212,7 @@ mod tests {
     use super::*;
     use crate::app::commands::command_line;
     use crate::app::state::{AppState, Preferences, Wanted};
+    use crate::bvh::Pass;
     use crate::bvh::traverse::Traversal;
     use crate::camera::Projection;
     use crate::overlay::ColorBy;
@@ -204,6 +222,7 @@ mod tests {
     fn the_command_line_that_the_window_copies_means_the_same() {
         let mut wanted = Wanted::new(SceneSource::default_builtin());
         wanted.build = BuildSettings { container: ContainerKind::Sphere, threshold: 9, ..wanted.build };
+        wanted.build.optimize = Passes::NONE.with(Pass::Collapse).with(Pass::Reinsert);
         wanted.threads = 2;
         wanted.camera.projection = Projection::Orthographic;
         wanted.camera.eye.x = -1.25e-3;

@@ -3,7 +3,7 @@
 use glam::Vec3;
 
 use crate::budget::MemoryLimit;
-use crate::bvh::{BuildSettings, SimdLevel};
+use crate::bvh::{BuildSettings, Pass, Passes, SimdLevel};
 use crate::headless::OverlayKinds;
 use crate::scene::SceneSource;
 
@@ -45,6 +45,17 @@ pub fn decimal(text: &str, low: f32, high: f32) -> Result<f32, String> {
 
 pub fn threshold(text: &str) -> Result<u32, String> {
     whole(text, BuildSettings::MIN_THRESHOLD, BuildSettings::MAX_THRESHOLD)
+}
+
+/// Names of passes with commas between; `none` or `all`.
+pub fn passes(text: &str) -> Result<Passes, String> {
+    match text {
+        "none" => Ok(Passes::NONE),
+        "all" => Ok(Passes::ALL),
+        _ => text.split(',').try_fold(Passes::NONE, |passes, name| {
+            Ok(passes.with(named(name, &Pass::ALL, |pass| pass.name().to_owned())?))
+        }),
+    }
 }
 
 /// `6`, `2,4,8` or `2..=32` (both ends included; `2..32` leaves the last out, as in Rust).

@@ -6,7 +6,7 @@ use super::context::Progress;
 use super::{Context, Failure, Finished};
 use crate::accel::Accel;
 use crate::bvh::stats::{INTERSECTION_COST, TRAVERSAL_COST};
-use crate::bvh::{BuildSettings, BuilderKind};
+use crate::bvh::{BuildSettings, BuilderKind, Passes};
 use crate::lab::doctor::{Finding, examine_scene, examine_tree};
 use crate::lab::millis;
 use crate::lab::table::number;
@@ -43,6 +43,7 @@ struct Info {
     container: &'static str,
     threshold: u32,
     epsilon: f32,
+    optimize: Passes,
     threads: usize,
     build_ms: f64,
     build_stages_ms: std::collections::BTreeMap<&'static str, f64>,
@@ -100,6 +101,7 @@ pub fn run(job: &InfoJob, context: &mut Context<'_>) -> Result<Finished, Failure
         container: job.build.container.name(),
         threshold: job.build.threshold,
         epsilon: job.build.epsilon,
+        optimize: job.build.passes(),
         threads: report.threads,
         build_ms: millis(report.build_time),
         build_stages_ms: report.stages.stages.iter().map(|&(name, time)| (name, millis(time))).collect(),
@@ -148,6 +150,9 @@ fn print_text(info: &Info, builder: BuilderKind, out: &mut dyn std::io::Write) -
     writeln!(out, "tree: {}, {} containers", builder.label(), info.container)?;
     if builder == BuilderKind::Aac {
         line(out, "settings", format!("threshold {}, ε {}", info.threshold, info.epsilon))?;
+    }
+    if info.optimize != Passes::NONE {
+        line(out, "optimize", info.optimize.to_string())?;
     }
     let stages: Vec<String> = info.build_stages_ms.iter().map(|(name, ms)| format!("{name} {}", number(*ms))).collect();
     line(out, "build", format!("{} ms with {} threads ({})", number(info.build_ms), info.threads, stages.join(", ")))?;

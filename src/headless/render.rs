@@ -10,7 +10,7 @@ use super::context::Progress;
 use super::{Context, Failure, Finished};
 use crate::accel::Accel;
 use crate::budget::Budget;
-use crate::bvh::BuildSettings;
+use crate::bvh::{BuildSettings, Passes};
 use crate::cancel::CancelToken;
 use crate::export::{ExportError, check_target, write_file};
 use crate::overlay::OverlaySettings;
@@ -76,6 +76,7 @@ struct Rendered<'a> {
     container: &'static str,
     threshold: u32,
     epsilon: f32,
+    optimize: Passes,
     threads: usize,
     build_ms: f64,
     trace_ms: f64,
@@ -172,6 +173,7 @@ fn summary<'a>(job: &'a RenderJob, accel: &Accel, frame: &Frame) -> Rendered<'a>
         container: job.build.container.name(),
         threshold: job.build.threshold,
         epsilon: job.build.epsilon,
+        optimize: job.build.passes(),
         threads: accel.report.threads,
         build_ms: crate::lab::millis(accel.report.build_time),
         trace_ms: crate::lab::millis(frame.stats.trace_time),

@@ -2,15 +2,32 @@
 
 use super::measure::{LabError, Setup, Subject, TraceView, measure};
 use super::measurement::Measurement;
-use crate::bvh::{BuildSettings, BuilderKind, ContainerKind, Preset};
+use crate::bvh::{BuildSettings, BuilderKind, ContainerKind, Pass, Passes, Preset};
 use crate::cancel::CancelToken;
 
-/// Every builder that can build `primitive_count` triangles into these containers: AAC by preset, then the others.
+/// What is compared beside the preset Best, so that each pass shows what it brings: all of them with the leaves that collapse
+/// makes, which is what trees with and without large leaves compare by.
+const PASSES: [Passes; 3] = [
+    Passes::NONE.with(Pass::Collapse),
+    Passes::NONE.with(Pass::Restructure).with(Pass::Collapse),
+    Passes::NONE.with(Pass::Reinsert).with(Pass::Collapse),
+];
+
+/// Every builder that can build `primitive_count` triangles into these containers: AAC by preset and, in boxes, by pass, then the
+/// others.
 pub fn compared_setups(containers: &[ContainerKind], primitive_count: usize, threads: usize) -> Vec<Setup> {
     let mut setups = Vec::new();
     for &container in containers {
         for preset in Preset::ALL {
             setups.push(Setup { build: BuildSettings::preset(preset, container), preset: Some(preset), threads });
+        }
+        if container == ContainerKind::Aabb {
+            let base = BuildSettings::preset(Preset::Fast, container);
+            setups.extend(PASSES.map(|optimize| Setup {
+                build: BuildSettings { optimize, ..base },
+                preset: None,
+                threads,
+            }));
         }
         for builder in [BuilderKind::Lbvh, BuilderKind::BinnedSah, BuilderKind::Exact] {
             let build = BuildSettings { builder, ..BuildSettings::preset(Preset::Fast, container) };

@@ -173,6 +173,7 @@ fn measurement(
         container: setup.build.container,
         threshold: setup.build.threshold,
         epsilon: setup.build.epsilon,
+        optimize: setup.build.passes(),
         traversal: traversal_name(view.traversal).to_owned(),
         threads: first.threads,
         width_px: view.size[0],

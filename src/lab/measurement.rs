@@ -5,7 +5,7 @@ use std::time::Duration;
 
 use serde::{Deserialize, Serialize};
 
-use crate::bvh::ContainerKind;
+use crate::bvh::{ContainerKind, Passes};
 
 /// One measured tree. The field names are the JSON names.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -27,6 +27,9 @@ pub struct Measurement {
     pub threshold: u32,
     /// ε.
     pub epsilon: f32,
+    /// Passes over the finished tree.
+    #[serde(default)]
+    pub optimize: Passes,
     /// "ordered" or "paper".
     pub traversal: String,
     /// Threads of building and tracing.
@@ -89,6 +92,17 @@ pub struct Measurement {
     /// Scaling: trace time with one thread over this one.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub trace_speedup: Option<f64>,
+}
+
+impl Measurement {
+    /// What the tree was built with, in short: the preset, or builder and passes.
+    pub fn builder_name(&self) -> String {
+        match &self.preset {
+            Some(preset) => preset.clone(),
+            None if self.optimize == Passes::NONE => self.builder.clone(),
+            None => format!("{} + {}", self.builder, self.optimize),
+        }
+    }
 }
 
 /// Milliseconds of a duration.

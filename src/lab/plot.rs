@@ -97,11 +97,7 @@ pub fn panels(rows: &[Measurement]) -> Result<Vec<Panel>, String> {
         "sweep" => Ok(sweep_panels(rows)),
         "scaling" => Ok(scaling_panels(rows)),
         "bench" => Ok(category_panels(rows, name, |row| row.container.name().to_owned())),
-        "compare" => Ok(category_panels(
-            rows,
-            |row| row.preset.clone().unwrap_or_else(|| row.builder.clone()),
-            |row| series_name(row, rows),
-        )),
+        "compare" => Ok(category_panels(rows, Measurement::builder_name, |row| series_name(row, rows))),
         other => Err(format!("there is no plot of '{other}'")),
     }
 }

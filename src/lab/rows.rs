@@ -7,7 +7,7 @@ use serde_json::Value;
 use super::Measurement;
 
 /// Columns in the order of the design's JSON names, then how it was measured.
-const COLUMNS: [&str; 36] = [
+const COLUMNS: [&str; 37] = [
     "command",
     "model",
     "triangles",
@@ -16,6 +16,7 @@ const COLUMNS: [&str; 36] = [
     "container",
     "threshold",
     "epsilon",
+    "optimize",
     "threads",
     "build_ms",
     "build_ms_spread",

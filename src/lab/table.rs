@@ -6,6 +6,7 @@ mod pairs;
 use std::fmt;
 
 use super::Measurement;
+use crate::bvh::Passes;
 use crate::bvh::stats::{INTERSECTION_COST, TRAVERSAL_COST};
 
 /// A table with a title line, a head of one or two lines and notes below.
@@ -85,7 +86,10 @@ pub fn tables(command: &str, rows: &[Measurement]) -> Vec<Table> {
 /// One row in a sentence, for those who wait for the table.
 pub fn summary(row: &Measurement) -> String {
     let tree = match row.builder.as_str() {
-        "aac" => format!("{}, δ {}, ε {}", row.container.name(), row.threshold, row.epsilon),
+        "aac" => {
+            let passes = if row.optimize == Passes::NONE { String::new() } else { format!(", {}", row.optimize) };
+            format!("{}, δ {}, ε {}{passes}", row.container.name(), row.threshold, row.epsilon)
+        }
         "none" => "without BVH".to_owned(),
         builder => format!("{}, {builder}", row.container.name()),
     };

@@ -4,9 +4,9 @@ use std::fmt::Write as _;
 
 use crate::app::format;
 use crate::app::state::{AppState, Wanted};
-use crate::bvh::SimdLevel;
 use crate::bvh::stats::{INTERSECTION_COST, TRAVERSAL_COST};
 use crate::bvh::traverse::Traversal;
+use crate::bvh::{Passes, SimdLevel};
 use crate::camera::Projection;
 use crate::render::{Light, Shading};
 
@@ -22,6 +22,9 @@ pub fn command_line(state: &AppState) -> String {
     flag("--container", build.container.name().to_owned());
     flag("--threshold", build.threshold.to_string());
     flag("--epsilon", build.epsilon.to_string());
+    if build.passes() != Passes::NONE {
+        flag("--optimize", build.passes().to_string());
+    }
     if *threads > 0 {
         flag("--threads", threads.to_string());
     }
@@ -102,6 +105,7 @@ pub fn statistics_text(state: &AppState) -> Option<String> {
     line("Container", settings.container.label().to_owned());
     line("Threshold", settings.threshold.to_string());
     line("Reduction ε", settings.epsilon.to_string());
+    line("Optimize", settings.passes().to_string());
     line("Threads", report.threads.to_string());
     line("Build time", format::duration(report.build_time));
     for (stage, time) in &report.stages.stages {

@@ -7,7 +7,7 @@ use eframe::egui::{Key, KeyboardShortcut, Modifiers};
 use super::{Action, Category, Entry, ViewDirection};
 use crate::app::paper::{Experiment, RowFormat};
 use crate::app::state::{AppState, Theme};
-use crate::bvh::{BuilderKind, ContainerKind, Preset};
+use crate::bvh::{BuilderKind, ContainerKind, Passes, Preset};
 use crate::render::Shading;
 use crate::scene::BUILTIN_SCENES;
 
@@ -159,7 +159,9 @@ fn tree(list: &mut List) {
     for preset in Preset::ALL {
         let (threshold, epsilon) = preset.parameters();
         let label = format!("Preset: {}", preset.label());
-        list.add(place(0), Action::Preset(preset), &label, &format!("Threshold {threshold}, ε {epsilon}"), &[]);
+        let passes = if preset.passes() == Passes::NONE { "" } else { ", every pass over the finished tree" };
+        let description = format!("Threshold {threshold}, ε {epsilon}{passes}");
+        list.add(place(0), Action::Preset(preset), &label, &description, &[]);
     }
     for builder in BuilderKind::ALL {
         let label = format!("Builder: {}", builder.label());

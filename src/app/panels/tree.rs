@@ -1,14 +1,14 @@
 //! How the tree is built.
 
-use eframe::egui::Ui;
+use eframe::egui::{Checkbox, Ui};
 
 use super::widgets::{Header, SliderSpec, chip, combo, row, section, slider};
 use crate::app::commands::{Action, is_preset};
 use crate::app::state::AppState;
-use crate::bvh::{BuildSettings, BuilderKind, ContainerKind, Preset};
+use crate::bvh::{BuildSettings, BuilderKind, ContainerKind, Pass, Preset};
 
 pub(super) fn show(ui: &mut Ui, state: &mut AppState) {
-    let tip = "Bring builder, container, threshold, ε and threads back";
+    let tip = "Bring builder, container, threshold, ε, passes and threads back";
     let header = Header { name: "Tree settings", reset: Some(tip), ..Header::default() };
     let reset = section(ui, "TREE", header, |ui| {
         let triangles = state.scene.as_ref().map_or(0, |scene| scene.triangles.len());
@@ -20,6 +20,7 @@ pub(super) fn show(ui: &mut Ui, state: &mut AppState) {
             presets(ui, state);
             epsilon(ui, state);
         });
+        passes(ui, state);
         threads(ui, state);
     });
     if reset {
@@ -83,6 +84,7 @@ fn presets(ui: &mut Ui, state: &mut AppState) {
             let source = match preset {
                 Preset::Fast | Preset::Hq => "Mahmuda, Yuniarti, Nurul K.",
                 Preset::AacFast | Preset::AacHq => "Gu et al. 2013",
+                Preset::Best => "and every pass below",
             };
             let tip = format!("Threshold {threshold}, ε {epsilon} ({source})");
             if chip(ui, preset.label(), is_preset(state, preset), &tip) {
@@ -106,6 +108,33 @@ fn epsilon(ui: &mut Ui, state: &mut AppState) {
     if slider(ui, &mut value, &spec) {
         state.wanted.build.epsilon = value as f32;
     }
+}
+
+fn passes(ui: &mut Ui, state: &mut AppState) {
+    let tip = "Passes over the finished tree. Each takes time and lowers the SAH cost";
+    row(ui, "Optimize", tip, |ui| {
+        ui.vertical(|ui| {
+            for pass in Pass::ALL {
+                let build = &mut state.wanted.build;
+                let mut on = build.optimize.contains(pass);
+                let usable = build.container == ContainerKind::Aabb || !pass.boxes_only();
+                let tip = match pass {
+                    Pass::Restructure => {
+                        "Builds treelets again from the top by SAH and keeps what is cheaper. Helps scans most"
+                    }
+                    Pass::Reinsert => "Moves subtrees to where they cost less (Meister and Bittner 2018)",
+                    Pass::Collapse => "Makes leaves of several triangles where that is cheaper: fewer nodes",
+                };
+                let response = ui.add_enabled(usable, Checkbox::new(&mut on, pass.label()));
+                let response =
+                    response.on_hover_text(tip).on_disabled_hover_text("For boxes only: choose the box container");
+                if response.changed() {
+                    build.optimize = if on { build.optimize.with(pass) } else { build.optimize.without(pass) };
+                }
+            }
+        })
+        .response
+    });
 }
 
 fn threads(ui: &mut Ui, state: &mut AppState) {

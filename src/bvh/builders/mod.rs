@@ -9,6 +9,7 @@ use std::time::Duration;
 
 use super::cluster::Clustered;
 use super::morton_order::{Extent, extent};
+use super::optimize::optimize;
 use super::{AnyTree, BuildSettings, BuilderKind, ContainerKind, Tree, aac};
 use crate::cancel::{CancelToken, Cancelled};
 use crate::geometry::{Aabb, Sphere, Triangle};
@@ -16,7 +17,7 @@ use crate::geometry::{Aabb, Sphere, Triangle};
 /// How long each stage of a build took, in the order of work.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct StageTimes {
-    /// Name and duration: "codes", "sort", "tree", "flatten" for AAC.
+    /// Name and duration: "codes", "sort", "tree", "flatten" for AAC; then each pass over the finished tree by its name.
     pub stages: Vec<(&'static str, Duration)>,
 }
 
@@ -105,7 +106,7 @@ fn build_scaled<C: Clustered>(
     Ok((C::into_any(tree), times))
 }
 
-/// Builds with the chosen algorithm.
+/// Builds with the chosen algorithm and runs the chosen passes over the result.
 fn build_kind<C: Clustered>(
     triangles: &[Triangle],
     extent: &Extent,
@@ -114,11 +115,12 @@ fn build_kind<C: Clustered>(
     times: &mut StageTimes,
 ) -> Result<Tree<C>, Cancelled> {
     token.check()?;
-    match settings.builder {
+    let tree = match settings.builder {
         BuilderKind::Aac => aac::build_bvh(triangles, extent, settings, token, times),
         BuilderKind::Lbvh => lbvh::build(triangles, extent, token, times),
         BuilderKind::BinnedSah => binned_sah::build(triangles, token, times),
         BuilderKind::Exact => exact::build(triangles, token, times),
         BuilderKind::None => none::build(triangles, token, times),
-    }
+    }?;
+    optimize(tree, settings.passes(), token, times)
 }

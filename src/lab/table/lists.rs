@@ -35,7 +35,7 @@ pub(super) fn list_table(title: &str, rows: &[Measurement]) -> Table {
         let aac = row.builder == "aac";
         table.rows.push(vec![
             name_among(&row.model, &models),
-            row.preset.clone().unwrap_or_else(|| row.builder.clone()),
+            row.builder_name(),
             row.container.name().to_owned(),
             if aac { row.threshold.to_string() } else { "–".to_owned() },
             if aac { row.epsilon.to_string() } else { "–".to_owned() },

@@ -1,0 +1,155 @@
+//! The passes over the finished tree: they keep it valid, find the same hits, never cost more, and do not depend on threads.
+
+mod trees;
+
+use bvhscope::bvh::builders::build;
+use bvhscope::bvh::stats::{collapsed_sah_cost, tree_stats};
+use bvhscope::bvh::traverse::{NoProbe, Traversal, any_hit, closest_hit};
+use bvhscope::bvh::validate::validate;
+use bvhscope::bvh::{AnyTree, BuildSettings, BuilderKind, ContainerKind, Pass, Passes, Preset};
+use bvhscope::cancel::CancelToken;
+use bvhscope::geometry::{Hit, PreparedRay, Ray, Shear, Triangle};
+use bvhscope::with_tree;
+use glam::Vec3;
+
+/// Every choice of passes.
+fn choices() -> Vec<Passes> {
+    let chosen = |bits: usize| (0..Pass::ALL.len()).filter(move |at| bits >> at & 1 == 1).map(|at| Pass::ALL[at]);
+    (0..1 << Pass::ALL.len()).map(|bits| chosen(bits).fold(Passes::NONE, Passes::with)).collect()
+}
+
+fn built(triangles: &[Triangle], settings: &BuildSettings) -> AnyTree {
+    build(triangles, settings, &CancelToken::new()).expect("nothing to refuse").0
+}
+
+fn scan(triangles: &[Triangle], ray: &Ray) -> Option<Hit> {
+    let (prepared, shear) = (PreparedRay::new(*ray), Shear::new(ray.direction));
+    let mut nearest: Option<Hit> = None;
+    for (index, triangle) in triangles.iter().enumerate() {
+        if let Some(hit) = triangle.intersect(&prepared, &shear, prepared.ray.t_max)
+            && nearest.is_none_or(|nearest| hit.t < nearest.t)
+        {
+            nearest = Some(Hit { t: hit.t, primitive_index: index as u32, u: hit.u, v: hit.v });
+        }
+    }
+    nearest
+}
+
+/// Large walls and fine detail, many times the size of a task.
+fn building() -> Vec<Triangle> {
+    let mut triangles = trees::soup(9_000, 0.02, 1);
+    triangles.extend(trees::soup(300, 1.5, 2));
+    for at in 0..8 {
+        let center = Vec3::new((at % 2) as f32, (at / 2 % 2) as f32, (at / 4) as f32) * 1.2 - 0.6;
+        triangles.extend(trees::ball(center, 0.3, 24));
+    }
+    triangles
+}
+
+#[test]
+fn optimized_trees_are_valid_and_find_what_a_scan_finds() {
+    for (seed, (name, triangles)) in trees::nasty_scenes().into_iter().enumerate() {
+        let rays = trees::rays(&triangles, 80, seed as u64);
+        let expected: Vec<_> = rays.iter().map(|ray| scan(&triangles, ray)).collect();
+        for container in ContainerKind::ALL {
+            for builder in [BuilderKind::Aac, BuilderKind::Lbvh] {
+                for optimize in choices() {
+                    let settings = BuildSettings { builder, container, optimize, ..BuildSettings::default() };
+                    let tree = built(&triangles, &settings);
+                    assert_eq!(validate(&tree, &triangles), Ok(()), "{name}, {settings:?}");
+                    with_tree!(&tree, tree => {
+                        let leaf_triangles: Vec<_> =
+                            tree.primitive_indices.iter().map(|&i| triangles[i as usize]).collect();
+                        for (ray, expected) in rays.iter().zip(&expected) {
+                            let hit = closest_hit(tree, &leaf_triangles, ray, Traversal::Ordered, &mut NoProbe);
+                            assert_eq!(hit, *expected, "{name}, {settings:?}, {ray:?}");
+                            assert_eq!(any_hit(tree, &leaf_triangles, ray), expected.is_some(), "{name}, {settings:?}");
+                        }
+                    });
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn no_pass_raises_the_cost() {
+    let mut scenes = trees::nasty_scenes();
+    scenes.push(("building", building()));
+    for (name, triangles) in scenes {
+        for builder in [BuilderKind::Aac, BuilderKind::Lbvh] {
+            for container in ContainerKind::ALL {
+                let cost = |optimize| {
+                    let settings = BuildSettings { builder, container, optimize, ..BuildSettings::default() };
+                    let tree = built(&triangles, &settings);
+                    (f64::from(tree_stats(&tree).sah_cost), collapsed_sah_cost(&tree))
+                };
+                let plain = cost(Passes::NONE);
+                // Reinsertion knows nothing of leaves, restructuring counts with their collapse.
+                let slack = 1.0 + 1e-4;
+                let [restructured, reinserted, collapsed] = Pass::ALL.map(|pass| cost(Passes::NONE.with(pass)));
+                let all = format!(
+                    "{name}, {builder:?}, {container:?}: {plain:?} {restructured:?} {reinserted:?} {collapsed:?}"
+                );
+                assert!(restructured.1 <= plain.1 * slack, "{all}");
+                assert!(reinserted.0 <= plain.0 * slack, "{all}");
+                assert!(collapsed.0 <= plain.0 * slack && collapsed.0 >= plain.1 / slack, "{all}");
+            }
+        }
+    }
+}
+
+#[test]
+fn each_pass_lowers_the_cost_of_a_building() {
+    let triangles = building();
+    // Median splits leave most to be gained.
+    let settings = BuildSettings { builder: BuilderKind::Lbvh, ..BuildSettings::default() };
+    let cost = |optimize| tree_stats(&built(&triangles, &BuildSettings { optimize, ..settings })).sah_cost;
+    let plain = cost(Passes::NONE);
+    for pass in Pass::ALL {
+        let optimized = cost(Passes::NONE.with(pass));
+        assert!(optimized < plain, "{}: {optimized} of {plain}", pass.name());
+    }
+    assert!(cost(Passes::ALL) < plain);
+}
+
+#[test]
+fn optimized_trees_do_not_depend_on_the_number_of_threads() {
+    let triangles = building();
+    for optimize in choices() {
+        let settings = BuildSettings { optimize, ..BuildSettings::default() };
+        let with_threads = |threads| {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("threads");
+            pool.install(|| built(&triangles, &settings))
+        };
+        let one = with_threads(1);
+        for threads in [2, 5] {
+            assert!(one == with_threads(threads), "{optimize}: {threads} threads make another tree");
+        }
+    }
+}
+
+#[test]
+fn passes_have_stages_and_names() {
+    let triangles = trees::soup(500, 0.1, 3);
+    let settings = BuildSettings::preset(Preset::Best, ContainerKind::Aabb);
+    let (_, times) = build(&triangles, &settings, &CancelToken::new()).expect("nothing to refuse");
+    let stages: Vec<&str> = times.stages.iter().map(|stage| stage.0).collect();
+    assert_eq!(stages, ["codes", "sort", "tree", "flatten", "restructure", "reinsert", "collapse"]);
+    let json = serde_json::to_string(&settings).expect("plain values");
+    assert!(json.contains(r#""optimize":["restructure","reinsert","collapse"]"#), "{json}");
+    assert_eq!(serde_json::from_str::<BuildSettings>(&json).expect("what was written"), settings);
+    // Settings that were saved before there were passes.
+    let old = r#"{"builder":"aac","container":"box","threshold":6,"epsilon":0.2}"#;
+    assert_eq!(serde_json::from_str::<BuildSettings>(old).expect("still readable"), BuildSettings::default());
+}
+
+#[test]
+fn spheres_take_only_what_makes_sense() {
+    let settings = BuildSettings::preset(Preset::Best, ContainerKind::Sphere);
+    assert_eq!(settings.passes(), Passes::NONE.with(Pass::Collapse));
+    assert_eq!(BuildSettings::preset(Preset::Best, ContainerKind::Aabb).passes(), Passes::ALL);
+    for preset in [Preset::Fast, Preset::Hq, Preset::AacFast, Preset::AacHq] {
+        assert_eq!(preset.passes(), Passes::NONE, "the papers' settings stay as they are");
+    }
+}
