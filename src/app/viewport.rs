@@ -4,10 +4,10 @@ use std::sync::Arc;
 
 use eframe::egui_wgpu::{Callback, CallbackResources, CallbackTrait, ScreenDescriptor};
 use eframe::{egui, wgpu};
-use egui::{PaintCallbackInfo, Rect, Role, Sense, WidgetInfo};
+use egui::{Align2, FontId, PaintCallbackInfo, Rect, Role, Sense, WidgetInfo};
 
 use super::state::{AppState, Hover, Preferences};
-use super::{controls, picking};
+use super::{controls, picking, theme};
 use crate::camera::Camera;
 use crate::overlay::{DrawInput, NodeTable, OverlayPipeline, OverlaySettings, PictureInput, Selection};
 use crate::render::Frame;
@@ -120,6 +120,11 @@ impl Viewport {
                 let uv = Rect::from_min_max(egui::Pos2::ZERO, egui::pos2(1.0, 1.0));
                 ui.painter().image(texture, rect, uv, egui::Color32::WHITE);
             }
+        } else if let Some(job) = state.jobs.load.as_ref().or(state.jobs.build.as_ref()) {
+            // Nothing to look at yet: what is on its way, where eyes are.
+            let text = format!("{} {:.0} %", job.label, job.progress.clamp(0.0, 1.0) * 100.0);
+            let color = theme::palette(ui).dim;
+            ui.painter().text(rect.center(), Align2::CENTER_CENTER, text, FontId::proportional(16.0), color);
         }
         rect
     }
