@@ -39,10 +39,22 @@ pub fn draw_offscreen(input: &DrawInput<'_>) -> Result<Vec<[u8; 4]>, OffscreenEr
     drawn
 }
 
-/// Any adapter will do, a software one too.
+/// Any adapter will do, a software one too. OpenGL last: on a machine without a display the mere search for it prints errors.
+async fn find_adapter() -> Result<wgpu::Adapter, wgpu::RequestAdapterError> {
+    let with = |chosen: wgpu::Backends| {
+        let mut descriptor = wgpu::InstanceDescriptor::new_without_display_handle_from_env();
+        descriptor.backends &= chosen;
+        wgpu::Instance::new(descriptor)
+    };
+    let options = wgpu::RequestAdapterOptions::default();
+    match with(wgpu::Backends::PRIMARY).request_adapter(&options).await {
+        Ok(adapter) => Ok(adapter),
+        Err(_) => with(wgpu::Backends::all()).request_adapter(&options).await,
+    }
+}
+
 async fn open_device() -> Result<(wgpu::Device, wgpu::Queue), OffscreenError> {
-    let instance = wgpu::Instance::new(wgpu::InstanceDescriptor::new_without_display_handle_from_env());
-    let adapter = instance.request_adapter(&wgpu::RequestAdapterOptions::default()).await.map_err(|error| {
+    let adapter = find_adapter().await.map_err(|error| {
         log::info!("no adapter: {error}");
         OffscreenError::NoAdapter(
             "drawing containers needs a Vulkan or OpenGL driver, and none was found. On Debian and Ubuntu: apt install \
