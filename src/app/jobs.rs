@@ -153,9 +153,17 @@ pub fn build_worker(wake: impl Fn() + Send + Sync + 'static) -> std::io::Result<
     let pool = Pool::default();
     Worker::new("build", wake, move |key: BuildKey, token: &CancelToken, deliver: &(dyn Fn(Built) + Sync)| {
         let threads = key.threads;
+        let start = Instant::now();
         let result = pool.run("build", key.threads, || {
             let accel = Arc::new(Accel::build(&key.scene, &key.settings, token)?);
+            let traceable = start.elapsed();
             let table = Arc::new(NodeTable::new(&accel, token)?);
+            log::debug!(
+                "tree built in {:.1?}, collapsed in {:.1?}, traceable after {traceable:.1?}, listed after {:.1?}",
+                accel.report.build_time,
+                accel.report.collapse_time,
+                start.elapsed()
+            );
             Ok(BuiltTree { accel, table, threads: key.threads })
         });
         match result {
