@@ -150,6 +150,10 @@ struct Rays<const N: usize> {
     flags: [u32; N],
 }
 
+/// Which lanes of a packet count (-1), aligned as Embree wants it.
+#[repr(C, align(64))]
+struct Valid([c_int; 16]);
+
 #[derive(Clone, Copy)]
 #[repr(C, align(64))]
 struct Hits<const N: usize> {
@@ -532,7 +536,7 @@ fn packets<'a, const N: usize>(
     intersect: impl Fn(*const c_int, *mut Context, *mut RayHits<N>) + 'a,
     occluded: impl Fn(*const c_int, *mut Context, *mut Rays<N>) + 'a,
 ) -> Run<'a> {
-    const ALL: [c_int; 16] = [-1; 16];
+    static ALL: Valid = Valid([-1; 16]);
     let mut context = Context::new(work.coherent);
     let packets: Vec<Rays<N>> = work.rays.chunks(N).map(packet).collect();
     let no_hits = Hits {
@@ -548,7 +552,7 @@ fn packets<'a, const N: usize>(
             let mut tally = Tally::default();
             for &rays in &packets {
                 let mut rays = RayHits { rays, hits: no_hits };
-                intersect(ALL.as_ptr(), &raw mut context, &raw mut rays);
+                intersect(ALL.0.as_ptr(), &raw mut context, &raw mut rays);
                 for lane in 0..N {
                     let hit = rays.hits.geometry[lane] != INVALID;
                     tally.add(if hit { rays.rays.far[lane] } else { f32::INFINITY });
@@ -562,7 +566,7 @@ fn packets<'a, const N: usize>(
             let mut hits = 0;
             for &rays in &packets {
                 let mut rays = rays;
-                occluded(ALL.as_ptr(), &raw mut context, &raw mut rays);
+                occluded(ALL.0.as_ptr(), &raw mut context, &raw mut rays);
                 hits += rays.far.iter().filter(|&&far| is_occluded(far)).count() as u64;
             }
             Tally { hits: hits - unused, distance: 0.0 }
