@@ -71,7 +71,7 @@ fn measure(accel: &Accel, frame: &CameraFrame, size: u32, traversal: Traversal) 
         .map(|_| {
             let (time, _) = timed(|| {
                 with_tree!(&accel.tree, tree => trace(accel, frame, size, |accel, ray| {
-                    closest_hit(tree, &accel.leaf_triangles, ray, traversal, &mut NoProbe).is_some()
+                    closest_hit(tree, accel.leaf_triangles(), ray, traversal, &mut NoProbe).is_some()
                 }))
             });
             time.as_secs_f64()

@@ -37,13 +37,12 @@ pub struct Accel {
     pub settings: BuildSettings,
     /// The hierarchy.
     pub tree: AnyTree,
-    /// The triangles in leaf order, so that a leaf's range indexes them directly.
-    pub leaf_triangles: Vec<Triangle>,
     /// The same tree eight children wide, which pictures are traced through.
     pub wide: AnyWideTree,
     /// Where the time went and what came out.
     pub report: BuildReport,
     /// What nobody needs for the first picture, made when someone asks.
+    leaf_triangles: OnceLock<Vec<Triangle>>,
     epo: OnceLock<f32>,
     lineage: OnceLock<Lineage>,
 }
@@ -83,10 +82,8 @@ impl Accel {
             unreachable!("the builder made a broken tree: {broken}");
         }
         token.check()?;
-        let leaf_triangles: Vec<Triangle> =
-            tree.primitive_indices().par_iter().map(|&index| scene.triangles[index as usize]).collect();
         let start = Instant::now();
-        let wide: AnyWideTree = with_tree!(&tree, tree => collapse(tree, &leaf_triangles).into());
+        let wide: AnyWideTree = with_tree!(&tree, tree => collapse(tree, &scene.triangles).into());
         let collapse_time = start.elapsed();
         token.check()?;
         let stats = tree_stats(&tree);
@@ -96,7 +93,7 @@ impl Accel {
             threads: rayon::current_num_threads(),
             stats,
             tree_bytes: with_tree!(&tree, tree => size_of_val(&tree.nodes[..]) + size_of_val(&tree.primitive_indices[..])),
-            triangle_bytes: size_of_val(&leaf_triangles[..]),
+            triangle_bytes: scene.triangles.len() * size_of::<Triangle>(),
             collapse_time,
             wide_node_bytes: wide.node_bytes(),
             wide_triangle_bytes: wide.triangle_bytes(),
@@ -105,12 +102,24 @@ impl Accel {
             scene: Arc::clone(scene),
             settings: *settings,
             tree,
-            leaf_triangles,
             wide,
             report,
+            leaf_triangles: OnceLock::new(),
             epo: OnceLock::new(),
             lineage: OnceLock::new(),
         })
+    }
+
+    /// The triangles in leaf order, so that a leaf's range indexes them directly: what the binary tree is traced with. Copied
+    /// when asked for the first time.
+    pub fn leaf_triangles(&self) -> &[Triangle] {
+        if let Some(triangles) = self.leaf_triangles.get() {
+            return triangles;
+        }
+        // Not within the lock, which a thread that waits for the others here could want once more.
+        let indices = self.tree.primitive_indices();
+        let triangles = indices.par_iter().map(|&index| self.scene.triangles[index as usize]).collect();
+        self.leaf_triangles.get_or_init(|| triangles)
     }
 
     /// The nearest hit, through the wide tree with the best vector instructions of this machine. See [`Accel::wide`] for
@@ -127,7 +136,7 @@ impl Accel {
 
     /// The nearest hit through the binary tree in the chosen order, watched by `probe`: the same hit.
     pub fn closest_hit_with<P: Probe>(&self, ray: &Ray, traversal: Traversal, probe: &mut P) -> Option<Hit> {
-        with_tree!(&self.tree, tree => traverse::closest_hit(tree, &self.leaf_triangles, ray, traversal, probe))
+        with_tree!(&self.tree, tree => traverse::closest_hit(tree, self.leaf_triangles(), ray, traversal, probe))
     }
 
     /// Whether anything lies on `ray` between its `t_min` and `t_max`.

@@ -50,10 +50,7 @@ fn levels() -> impl Iterator<Item = SimdLevel> {
 
 /// The same from the wide tree, on every level: ray by ray and all together.
 fn check_wide(name: &str, triangles: &[Triangle], tree: &AnyTree, rays: &[Ray], expected: &[Option<Hit>]) {
-    let wide: AnyWideTree = with_tree!(tree, tree => {
-        let leaf_triangles: Vec<_> = tree.primitive_indices.iter().map(|&i| triangles[i as usize]).collect();
-        collapse(tree, &leaf_triangles).into()
-    });
+    let wide: AnyWideTree = with_tree!(tree, tree => collapse(tree, triangles).into());
     for simd in levels() {
         for (ray, expected) in rays.iter().zip(expected) {
             assert_eq!(wide.closest_hit(simd.level(), ray), *expected, "{name}, wide, {simd:?}, {ray:?}");
@@ -111,8 +108,7 @@ fn a_wide_tree_holds_every_triangle_once_within_its_bytes() {
         let settings = BuildSettings { builder, ..BuildSettings::preset(Preset::Fast, ContainerKind::Aabb) };
         let (tree, _) = build(&triangles, &settings, &CancelToken::new()).expect("nothing to refuse");
         let AnyTree::Aabb(tree) = tree else { panic!("spheres instead of boxes") };
-        let leaf_triangles: Vec<_> = tree.primitive_indices.iter().map(|&i| triangles[i as usize]).collect();
-        let wide = collapse(&tree, &leaf_triangles);
+        let wide = collapse(&tree, &triangles);
         let mut seen: Vec<u32> = wide
             .blocks
             .iter()

@@ -36,10 +36,7 @@ fn build_with_threads(triangles: &[Triangle], settings: &BuildSettings, threads:
 
 fn widen_with_threads(triangles: &[Triangle], tree: &AnyTree, threads: usize) -> AnyWideTree {
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-    with_tree!(tree, tree => {
-        let leaf_triangles: Vec<_> = tree.primitive_indices.iter().map(|&i| triangles[i as usize]).collect();
-        pool.install(|| collapse(tree, &leaf_triangles).into())
-    })
+    with_tree!(tree, tree => pool.install(|| collapse(tree, triangles).into()))
 }
 
 #[test]

@@ -48,7 +48,7 @@ fn accel<C: Container>(triangles: Vec<Triangle>) -> Arc<Accel> {
     let bounds = triangles.iter().fold(Aabb::EMPTY, |all, one| all.union(&one.bounds()));
     let scene = Scene {
         source: SceneSource::default_builtin(),
-        triangles: triangles.clone(),
+        triangles,
         bounds,
         up: Vec3::Y,
         attributes: None,
@@ -61,7 +61,7 @@ fn accel<C: Container>(triangles: Vec<Triangle>) -> Arc<Accel> {
     let settings = BuildSettings { container: C::KIND, ..BuildSettings::default() };
     let mut accel = Accel::build(&Arc::new(scene), &settings, &CancelToken::new()).unwrap();
     // A tree of known shape in place of the builder's.
-    (accel.tree, accel.leaf_triangles) = (tree, triangles);
+    accel.tree = tree;
     Arc::new(accel)
 }
 

@@ -33,7 +33,7 @@ pub fn builders<'a>(triangles: &'a [Triangle], threads: usize) -> Vec<Builder<'a
             pool.install(|| {
                 timed(|| {
                     let tree = tree(triangles, &settings);
-                    let wide = to_the_end.then(|| wide(&tree, &in_leaf_order(&tree, triangles)));
+                    let wide = to_the_end.then(|| wide(&tree, triangles));
                     (tree, wide)
                 })
             })
@@ -69,7 +69,7 @@ pub fn ready(triangles: &[Triangle]) -> Vec<Ready> {
         .filter_map(|(name, settings)| {
             let tree = tree(triangles, &settings);
             let leaf_triangles = in_leaf_order(&tree, triangles);
-            let wide = wide(&tree, &leaf_triangles);
+            let wide = wide(&tree, triangles);
             match tree {
                 AnyTree::Aabb(tree) => Some(Ready { name, tree, leaf_triangles, wide }),
                 AnyTree::Sphere(_) => None,
@@ -160,6 +160,6 @@ fn in_leaf_order(tree: &AnyTree, triangles: &[Triangle]) -> Vec<Triangle> {
     tree.primitive_indices().par_iter().map(|&index| triangles[index as usize]).collect()
 }
 
-fn wide(tree: &AnyTree, leaf_triangles: &[Triangle]) -> AnyWideTree {
-    with_tree!(tree, tree => collapse(tree, leaf_triangles).into())
+fn wide(tree: &AnyTree, triangles: &[Triangle]) -> AnyWideTree {
+    with_tree!(tree, tree => collapse(tree, triangles).into())
 }

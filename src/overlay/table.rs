@@ -121,7 +121,7 @@ impl NodeTable {
         match &self.accel.tree {
             AnyTree::Aabb(tree) => tree.nodes[node as usize].container,
             AnyTree::Sphere(tree) => {
-                self.boxes.get_or_init(|| containers(tree, &self.accel.leaf_triangles))[node as usize]
+                self.boxes.get_or_init(|| containers(tree, self.accel.leaf_triangles()))[node as usize]
             }
         }
     }
@@ -131,7 +131,7 @@ impl NodeTable {
         match &self.accel.tree {
             AnyTree::Sphere(tree) => tree.nodes[node as usize].container,
             AnyTree::Aabb(tree) => {
-                self.spheres.get_or_init(|| containers(tree, &self.accel.leaf_triangles))[node as usize]
+                self.spheres.get_or_init(|| containers(tree, self.accel.leaf_triangles()))[node as usize]
             }
         }
     }

@@ -59,6 +59,7 @@ impl PrimaryTrace {
 
 /// Counts the tests of the primary rays in the order of `request.settings.traversal`, in the calling thread's rayon pool.
 pub fn count_tests(request: &RenderRequest, token: &CancelToken) -> Result<TestSummary, Cancelled> {
+    request.accel.leaf_triangles();
     let start = Instant::now();
     let (rays, hits, tests) = with_tree!(&request.accel.tree, tree =>
         trace::<_, TestCounts>(tree, request, request.settings.traversal, token)?);
@@ -78,6 +79,7 @@ pub fn trace_primary(
     traversal: Traversal,
     token: &CancelToken,
 ) -> Result<PrimaryTrace, Cancelled> {
+    request.accel.leaf_triangles();
     let start = Instant::now();
     let (rays, hits, _) =
         with_tree!(&request.accel.tree, tree => trace::<_, NoProbe>(tree, request, traversal, token)?);
@@ -118,7 +120,7 @@ fn trace<C: Container, P: Probe + Default + Send>(
 ) -> Result<(u64, u64, Vec<P>), Cancelled> {
     let grid = Grid::new(request);
     let camera = request.camera.for_size(request.width_px, request.height_px);
-    let triangles = &request.accel.leaf_triangles[..];
+    let triangles = request.accel.leaf_triangles();
     let level = request.settings.simd.level_of_plain_loops();
     let tiles: Vec<(u64, P)> = (0..grid.tile_count)
         .into_par_iter()

@@ -119,6 +119,10 @@ fn passes<C: Container, S: Shade<C>>(
     deliver: &(dyn Fn(Frame) + Sync),
 ) -> Result<Frame, RenderError> {
     let grid = Grid::new(request);
+    if S::COUNTS {
+        // Once, rather than by every thread.
+        request.accel.leaf_triangles();
+    }
     let samples = if grid.coarseness > 1 { 1 } else { request.settings.wanted_samples() };
     let blank =
         Pixel { sum: Vec3::ZERO, depth: Frame::NO_HIT, distance: f32::INFINITY, primitive: u32::MAX, value: 0.0 };

@@ -9,7 +9,7 @@ use crate::bvh::traverse::{Probe, Traversal, closest_hit};
 use crate::bvh::wide::AnyWideTree;
 use crate::bvh::{Container, SimdLevel, Tree};
 use crate::camera::CameraFrame;
-use crate::geometry::{Hit, Ray, Triangle};
+use crate::geometry::{Hit, Ray};
 use crate::scene::{Material, Scene};
 
 use super::surface;
@@ -23,7 +23,7 @@ const BACKGROUND: [Vec3; 2] = [Vec3::new(0.052, 0.055, 0.062), Vec3::new(0.016, 
 /// What shaders look at.
 pub(super) struct View<'a, C> {
     pub(super) tree: &'a Tree<C>,
-    leaf_triangles: &'a [Triangle],
+    accel: &'a Accel,
     wide: &'a AnyWideTree,
     level: Level,
     pub(super) scene: &'a Scene,
@@ -47,7 +47,7 @@ impl<'a, C: Container> View<'a, C> {
         let scene = &*accel.scene;
         Self {
             tree,
-            leaf_triangles: &accel.leaf_triangles,
+            accel,
             wide: &accel.wide,
             level: simd.level(),
             scene,
@@ -81,7 +81,7 @@ impl<'a, C: Container> View<'a, C> {
 
     /// The nearest hit through the binary tree, taking holes for solid: the ray whose tests are counted.
     pub(super) fn closest_solid<P: Probe>(&self, ray: &Ray, traversal: Traversal, probe: &mut P) -> Option<Hit> {
-        closest_hit(self.tree, self.leaf_triangles, ray, traversal, probe)
+        closest_hit(self.tree, self.accel.leaf_triangles(), ray, traversal, probe)
     }
 
     /// Whether something solid lies on `ray`.

@@ -24,19 +24,25 @@ pub struct TriangleBlock {
 const LAST: u32 = 1 << 31;
 
 impl TriangleBlock {
-    pub(super) fn new(triangles: [&Triangle; BLOCK], indices: [u32; BLOCK], is_last: bool) -> Self {
-        let mut block = Self { corners: [[[0.0; BLOCK]; 3]; 3], indices };
-        for (lane, triangle) in triangles.into_iter().enumerate() {
-            for (corner, point) in [triangle.a, triangle.b, triangle.c].into_iter().enumerate() {
-                for axis in 0..3 {
-                    block.corners[corner][axis][lane] = point[axis];
-                }
-            }
+    /// A block of those of `triangles` that have the given indices, one to four.
+    #[inline]
+    pub(super) fn new(triangles: &[Triangle], indices: &[u32], is_last: bool) -> Self {
+        let last = indices.len() - 1;
+        let indices = [indices[0], indices[last.min(1)], indices[last.min(2)], indices[last]];
+        let of = |lane: usize| &triangles[indices[lane] as usize];
+        let (a, b, c, d) = (of(0), of(1), of(2), of(3));
+        let row = |corner: fn(&Triangle) -> Vec3, axis: usize| {
+            [corner(a)[axis], corner(b)[axis], corner(c)[axis], corner(d)[axis]]
+        };
+        let mark = if is_last { LAST } else { 0 };
+        Self {
+            corners: [
+                each!(axis => row(|triangle| triangle.a, axis)),
+                each!(axis => row(|triangle| triangle.b, axis)),
+                each!(axis => row(|triangle| triangle.c, axis)),
+            ],
+            indices: [indices[0] | mark, indices[1], indices[2], indices[3]],
         }
-        if is_last {
-            block.indices[0] |= LAST;
-        }
-        block
     }
 
     /// Whether its leaf ends with it.

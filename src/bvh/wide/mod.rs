@@ -25,7 +25,9 @@ macro_rules! each {
 pub mod block;
 pub mod bounds;
 mod collapse;
+mod opening;
 pub mod packet;
+mod prefetch;
 pub mod single;
 mod stack;
 
