@@ -13,7 +13,7 @@ use std::time::Instant;
 use fearless_simd::{Level, dispatch};
 
 use super::builders::StageTimes;
-use super::cluster::{Cluster, Clustered, Clusters, Pairs, simd_level};
+use super::cluster::{Cluster, Clustered, Clusters, LANES, Pairs, simd_level};
 use super::combine::{Scratch, combine_clusters};
 use super::leaf_order::{TaskTree, order_leaves};
 use super::morton_order::{Extent, MortonOrder, morton_order};
@@ -75,9 +75,14 @@ pub fn build_bvh<C: Clustered>(
 /// Exact agglomerative clustering of all `triangles` in one list, in the order of the input.
 pub fn cluster_all<C: Clustered>(triangles: &[Triangle], token: &CancelToken) -> Result<Tree<C>, Cancelled> {
     let mut clusters = Clusters::with_capacity(triangles.len());
-    for (primitive, triangle) in triangles.iter().enumerate() {
-        clusters.push::<C>(Cluster::of_primitive(C::of_triangle(triangle).fields(), primitive as u32));
-    }
+    dispatch!(simd_level(), simd => {
+        for (primitive, triangle) in triangles.iter().enumerate() {
+            // The very containers of the approximate builder, which makes eight at a time.
+            let (kept, _) = C::keep_and_middles(simd, &[*triangle; LANES]);
+            let fields = C::restore_fields(simd, &kept[0], triangle);
+            clusters.push::<C>(Cluster::of_primitive(fields, primitive as u32));
+        }
+    });
     let mut nodes: Vec<Node<C>> = bytemuck::zeroed_vec(2 * triangles.len() - 1);
     let (root, others) = nodes.split_at_mut(1);
     let mut pairs = Pairs::new(others, 1);

@@ -6,6 +6,7 @@
 use bytemuck::{Pod, Zeroable};
 use fearless_simd::{Level, Simd, SimdBase, SimdFloat, f32x4, f32x8};
 
+use super::triangle_spheres::spheres_around;
 use super::{Container, Node, SimdLevel};
 use crate::geometry::{Aabb, Sphere, Triangle};
 
@@ -20,8 +21,8 @@ pub trait Clustered: Container + Zeroable {
     const USED_FIELDS: usize;
     /// What is kept of a primitive's container between the stages of a build: nothing where making it again is cheap.
     type Kept: Copy + Default + Send + Sync;
-    /// The part that is kept of the container of `triangle`, and [`Self::middle`] in the first three lanes.
-    fn keep_and_middle<S: Simd>(simd: S, triangle: &Triangle) -> (Self::Kept, f32x4<S>);
+    /// The parts that are kept of the containers of `triangles`, and [`Self::middle`] of each in the first three lanes.
+    fn keep_and_middles<S: Simd>(simd: S, triangles: &[Triangle; LANES]) -> ([Self::Kept; LANES], [f32x4<S>; LANES]);
     /// The container of `triangle`, of which `kept` is left.
     fn restore(kept: &Self::Kept, triangle: &Triangle) -> Self;
     /// The fields of [`Self::restore`].
@@ -43,9 +44,13 @@ impl Clustered for Aabb {
     type Kept = ();
 
     #[inline(always)]
-    fn keep_and_middle<S: Simd>(simd: S, triangle: &Triangle) -> ((), f32x4<S>) {
-        let [min, max] = bounds(simd, triangle);
-        ((), (min + max) * 0.5)
+    fn keep_and_middles<S: Simd>(simd: S, triangles: &[Triangle; LANES]) -> ([(); LANES], [f32x4<S>; LANES]) {
+        let mut middles = [f32x4::splat(simd, 0.0); LANES];
+        for (middle, triangle) in middles.iter_mut().zip(triangles) {
+            let [min, max] = bounds(simd, triangle);
+            *middle = (min + max) * 0.5;
+        }
+        ([(); LANES], middles)
     }
 
     #[inline(always)]
@@ -96,10 +101,13 @@ impl Clustered for Sphere {
     type Kept = [f32; 4];
 
     #[inline(always)]
-    fn keep_and_middle<S: Simd>(simd: S, triangle: &Triangle) -> ([f32; 4], f32x4<S>) {
-        let Self { center, radius } = Self::around_triangle(triangle);
-        let kept = [center.x, center.y, center.z, radius];
-        (kept, f32x4::from_slice(simd, &kept))
+    fn keep_and_middles<S: Simd>(simd: S, triangles: &[Triangle; LANES]) -> ([[f32; 4]; LANES], [f32x4<S>; LANES]) {
+        let spheres = spheres_around(simd, triangles);
+        let mut middles = [f32x4::splat(simd, 0.0); LANES];
+        for (middle, sphere) in middles.iter_mut().zip(&spheres) {
+            *middle = f32x4::from_slice(simd, sphere);
+        }
+        (spheres, middles)
     }
 
     #[inline(always)]

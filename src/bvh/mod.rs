@@ -25,6 +25,7 @@ pub mod simd;
 pub mod stats;
 mod subtree;
 pub mod traverse;
+mod triangle_spheres;
 pub mod validate;
 pub mod wide;
 

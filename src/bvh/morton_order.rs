@@ -5,12 +5,13 @@
 use std::ops::Range;
 use std::time::Instant;
 
+use bytemuck::Zeroable;
 use fearless_simd::{Simd, SimdBase, dispatch, f32x4};
 use glam::Vec3;
 use rayon::prelude::*;
 
 use super::builders::StageTimes;
-use super::cluster::{Cluster, Clustered, bounds, simd_level};
+use super::cluster::{Cluster, Clustered, LANES, bounds, simd_level};
 use super::morton::{CODE_BITS, MortonGrid};
 use super::radix_sort::{radix_sort, radix_sort_with};
 use crate::cancel::{CancelToken, Cancelled};
@@ -130,12 +131,18 @@ fn codes_of_batch<C: Clustered, S: Simd>(
     kept: &mut [C::Kept],
     codes: &mut [u64],
 ) {
-    for ((triangles, kept), codes) in triangles.chunks(2).zip(kept.chunks_mut(2)).zip(codes.chunks_mut(2)) {
-        let mut middles = [f32x4::splat(simd, 0.0); 2];
-        for ((triangle, kept), middle) in triangles.iter().zip(kept).zip(&mut middles) {
-            (*kept, *middle) = C::keep_and_middle(simd, triangle);
+    let (blocks, rest) = triangles.as_chunks::<LANES>();
+    let mut last = [Triangle::zeroed(); LANES];
+    last[..rest.len()].copy_from_slice(rest);
+    let blocks = blocks.iter().chain((!rest.is_empty()).then_some(&last));
+    for ((triangles, kept), codes) in blocks.zip(kept.chunks_mut(LANES)).zip(codes.chunks_mut(LANES)) {
+        let (all_kept, middles) = C::keep_and_middles(simd, triangles);
+        kept.copy_from_slice(&all_kept[..kept.len()]);
+        let mut all_codes = [0; LANES];
+        for (codes, middles) in all_codes.chunks_exact_mut(2).zip(middles.chunks_exact(2)) {
+            codes.copy_from_slice(&grid.codes(simd, [middles[0], middles[1]]));
         }
-        codes.copy_from_slice(&grid.codes(simd, middles)[..codes.len()]);
+        codes.copy_from_slice(&all_codes[..codes.len()]);
     }
 }
 

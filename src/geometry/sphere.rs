@@ -53,14 +53,33 @@ impl Sphere {
         if small.is_empty() {
             return *large;
         }
-        let (large_center, small_center) = (large.center.as_dvec3(), small.center.as_dvec3());
-        let (large_radius, small_radius) = (f64::from(large.radius), f64::from(small.radius));
+        let offset = small.center - large.center;
+        let squared = offset.length_squared();
+        if !SAFE_SQUARES.contains(&squared) {
+            return large.union_of_any(small);
+        }
+        let distance = squared.sqrt();
+        if (distance + small.radius) * ROUND_UP <= large.radius {
+            return *large;
+        }
+        // The far ends of both lie on the line through the middles.
+        let radius = 0.5 * (distance + large.radius + small.radius);
+        let center = large.center + offset * ((radius - large.radius) / distance);
+        // From the rounded middle, so that rounding cannot leave one of them outside.
+        let [to_large, to_small] = [large, small].map(|part| (part.center - center).length() * ROUND_UP + part.radius);
+        Self { center, radius: to_large.max(to_small) * ROUND_UP }
+    }
+
+    /// [`Sphere::union`] where squares of distances leave the range of `f32`; `self` is not smaller than `small`.
+    #[cold]
+    fn union_of_any(&self, small: &Self) -> Self {
+        let (large_center, small_center) = (self.center.as_dvec3(), small.center.as_dvec3());
+        let (large_radius, small_radius) = (f64::from(self.radius), f64::from(small.radius));
         let offset: DVec3 = small_center - large_center;
         let distance = offset.length();
         if distance + small_radius <= large_radius {
-            return *large;
+            return *self;
         }
-        // The far ends of both lie on the line through the middles; here distance > 0.
         let radius = 0.5 * (distance + large_radius + small_radius);
         let center = (large_center + offset * ((radius - large_radius) / distance)).as_vec3();
         let exact = center.as_dvec3();
@@ -90,6 +109,11 @@ impl Sphere {
             || !self.is_empty() && distance + f64::from(other.radius) <= f64::from(self.radius) + f64::from(slack)
     }
 }
+
+/// Squared lengths whose roots are as exact as numbers of their size, also where a tenth of the length is squared again.
+const SAFE_SQUARES: std::ops::Range<f32> = 1e-16..1e30;
+/// More than a difference, its length, a sum and this product round by.
+const ROUND_UP: f32 = 1.0 + 3.0 * f32::EPSILON;
 
 /// The next larger `f32`, saturating at the largest finite one.
 #[inline]
