@@ -3,12 +3,12 @@
 use serde::Serialize;
 
 use super::context::Progress;
+use super::tree_numbers::TreeNumbers;
 use super::{Context, Failure, Finished};
 use crate::accel::Accel;
 use crate::bvh::stats::{INTERSECTION_COST, TRAVERSAL_COST};
 use crate::bvh::{BuildSettings, BuilderKind, Passes};
 use crate::lab::doctor::{Finding, examine_scene, examine_tree};
-use crate::lab::millis;
 use crate::lab::table::number;
 use crate::scene::SceneSource;
 
@@ -39,27 +39,8 @@ struct Info {
     bounds_max: [f32; 3],
     up: [f32; 3],
     scene_bytes: usize,
-    builder: &'static str,
-    container: &'static str,
-    threshold: u32,
-    epsilon: f32,
-    optimize: Passes,
-    threads: usize,
-    build_ms: f64,
-    build_stages_ms: std::collections::BTreeMap<&'static str, f64>,
-    sah_cost: f32,
-    epo: f32,
-    nodes: usize,
-    leaves: usize,
-    max_depth: u32,
-    mean_leaf_depth: f32,
-    leaf_size: [f32; 3],
-    tree_bytes: usize,
-    triangle_bytes: usize,
-    wide_node_bytes: usize,
-    wide_triangle_bytes: usize,
-    collapse_ms: f64,
-    bytes_per_triangle: f64,
+    #[serde(flatten)]
+    tree: TreeNumbers,
     warnings: Vec<String>,
     findings: Vec<Finding>,
 }
@@ -79,8 +60,6 @@ pub fn run(job: &InfoJob, context: &mut Context<'_>) -> Result<Finished, Failure
     drop(progress);
     let mut findings = examine_scene(&scene);
     findings.extend(examine_tree(&accel, epo));
-    let report = &accel.report;
-    let stats = &report.stats;
     let attributes = scene.attributes.as_ref();
     let triangles = scene.triangles.len();
     let info = Info {
@@ -97,27 +76,7 @@ pub fn run(job: &InfoJob, context: &mut Context<'_>) -> Result<Finished, Failure
         bounds_max: scene.bounds.max.to_array(),
         up: scene.up.to_array(),
         scene_bytes: scene.bytes(),
-        builder: job.build.builder.name(),
-        container: job.build.container.name(),
-        threshold: job.build.threshold,
-        epsilon: job.build.epsilon,
-        optimize: job.build.passes(),
-        threads: report.threads,
-        build_ms: millis(report.build_time),
-        build_stages_ms: report.stages.stages.iter().map(|&(name, time)| (name, millis(time))).collect(),
-        sah_cost: stats.sah_cost,
-        epo,
-        nodes: stats.nodes,
-        leaves: stats.leaves,
-        max_depth: stats.max_depth,
-        mean_leaf_depth: stats.mean_leaf_depth,
-        leaf_size: [stats.min_leaf_size as f32, stats.mean_leaf_size, stats.max_leaf_size as f32],
-        tree_bytes: report.tree_bytes,
-        triangle_bytes: report.triangle_bytes,
-        wide_node_bytes: report.wide_node_bytes,
-        wide_triangle_bytes: report.wide_triangle_bytes,
-        collapse_ms: report.collapse_time.as_secs_f64() * 1e3,
-        bytes_per_triangle: (report.tree_bytes + report.triangle_bytes) as f64 / triangles.max(1) as f64,
+        tree: TreeNumbers::new(&accel),
         warnings: scene.warnings.entries.iter().map(ToString::to_string).collect(),
         findings,
     };
@@ -147,48 +106,49 @@ fn print_text(info: &Info, builder: BuilderKind, out: &mut dyn std::io::Write) -
     line(out, "bounds", format!("{} to {}", vector(info.bounds_min), vector(info.bounds_max)))?;
     line(out, "up", vector(info.up))?;
     line(out, "memory", megabytes(info.scene_bytes))?;
-    writeln!(out, "tree: {}, {} containers", builder.label(), info.container)?;
+    let tree = &info.tree;
+    writeln!(out, "tree: {}, {} containers", builder.label(), tree.container)?;
     if builder == BuilderKind::Aac {
-        line(out, "settings", format!("threshold {}, ε {}", info.threshold, info.epsilon))?;
+        line(out, "settings", format!("threshold {}, ε {}", tree.threshold, tree.epsilon))?;
     }
-    if info.optimize != Passes::NONE {
-        line(out, "optimize", info.optimize.to_string())?;
+    if tree.optimize != Passes::NONE {
+        line(out, "optimize", tree.optimize.to_string())?;
     }
-    let stages: Vec<String> = info.build_stages_ms.iter().map(|(name, ms)| format!("{name} {}", number(*ms))).collect();
-    line(out, "build", format!("{} ms with {} threads ({})", number(info.build_ms), info.threads, stages.join(", ")))?;
-    line(out, "nodes", format!("{}, leaves {}", info.nodes, info.leaves))?;
-    line(out, "depth", format!("{}, mean over leaves {:.1}", info.max_depth, info.mean_leaf_depth))?;
-    let [least, mean, most] = info.leaf_size;
+    let stages: Vec<String> = tree.build_stages_ms.iter().map(|(name, ms)| format!("{name} {}", number(*ms))).collect();
+    line(out, "build", format!("{} ms with {} threads ({})", number(tree.build_ms), tree.threads, stages.join(", ")))?;
+    line(out, "nodes", format!("{}, leaves {}", tree.nodes, tree.leaves))?;
+    line(out, "depth", format!("{}, mean over leaves {:.1}", tree.max_depth, tree.mean_leaf_depth))?;
+    let [least, mean, most] = tree.leaf_size;
     line(out, "leaf size", format!("{least} to {most} triangles, mean {mean:.2}"))?;
     line(
         out,
         "SAH cost",
         format!(
             "{} (container test {TRAVERSAL_COST}, primitive test {INTERSECTION_COST})",
-            number(info.sah_cost.into())
+            number(tree.sah_cost.into())
         ),
     )?;
-    line(out, "EPO", number(info.epo.into()))?;
+    line(out, "EPO", number(tree.epo.into()))?;
     line(
         out,
         "memory",
         format!(
             "{} tree, {} triangles, {:.0} bytes a triangle",
-            megabytes(info.tree_bytes),
-            megabytes(info.triangle_bytes),
-            info.bytes_per_triangle
+            megabytes(tree.tree_bytes),
+            megabytes(tree.triangle_bytes),
+            tree.bytes_per_triangle
         ),
     )?;
-    let wide_bytes = info.wide_node_bytes + info.wide_triangle_bytes;
+    let wide_bytes = tree.wide_node_bytes + tree.wide_triangle_bytes;
     line(
         out,
         "wide tree",
         format!(
             "{} nodes, {} triangles, {:.0} bytes a triangle, made in {} ms",
-            megabytes(info.wide_node_bytes),
-            megabytes(info.wide_triangle_bytes),
+            megabytes(tree.wide_node_bytes),
+            megabytes(tree.wide_triangle_bytes),
             wide_bytes as f64 / info.triangles.max(1) as f64,
-            number(info.collapse_ms)
+            number(tree.collapse_ms)
         ),
     )?;
     if !info.warnings.is_empty() {

@@ -9,6 +9,7 @@ pub mod info;
 
 pub mod jobs;
 pub mod plot;
+mod tree_numbers;
 
 pub use context::{Context, Failure, Finished};
 pub use render::{OverlayKinds, RenderJob};

@@ -7,10 +7,11 @@ use image::ImageEncoder as _;
 use serde::Serialize;
 
 use super::context::Progress;
+use super::tree_numbers::TreeNumbers;
 use super::{Context, Failure, Finished};
 use crate::accel::Accel;
 use crate::budget::Budget;
-use crate::bvh::{BuildSettings, Passes};
+use crate::bvh::BuildSettings;
 use crate::cancel::CancelToken;
 use crate::export::{ExportError, check_target, write_file};
 use crate::overlay::OverlaySettings;
@@ -72,17 +73,13 @@ struct Rendered<'a> {
     command: &'static str,
     model: String,
     triangles: usize,
-    builder: &'static str,
-    container: &'static str,
-    threshold: u32,
-    epsilon: f32,
-    optimize: Passes,
-    threads: usize,
-    build_ms: f64,
+    #[serde(flatten)]
+    tree: TreeNumbers,
     trace_ms: f64,
     rays: u64,
     hits: u64,
     mrays_per_s: f64,
+    tests_per_ray: Option<f32>,
     container_tests_per_ray: Option<f32>,
     primitive_tests_per_ray: Option<f32>,
     width_px: u32,
@@ -169,17 +166,16 @@ fn summary<'a>(job: &'a RenderJob, accel: &Accel, frame: &Frame) -> Rendered<'a>
         command: "render",
         model: job.source.to_string(),
         triangles: accel.scene.triangles.len(),
-        builder: job.build.builder.name(),
-        container: job.build.container.name(),
-        threshold: job.build.threshold,
-        epsilon: job.build.epsilon,
-        optimize: job.build.passes(),
-        threads: accel.report.threads,
-        build_ms: crate::lab::millis(accel.report.build_time),
+        tree: TreeNumbers::new(accel),
         trace_ms: crate::lab::millis(frame.stats.trace_time),
         rays: frame.stats.primary_rays,
         hits: frame.stats.hits,
         mrays_per_s: frame.mrays_per_s(),
+        tests_per_ray: frame
+            .stats
+            .container_tests_per_ray
+            .zip(frame.stats.primitive_tests_per_ray)
+            .map(|(containers, primitives)| containers + primitives),
         container_tests_per_ray: frame.stats.container_tests_per_ray,
         primitive_tests_per_ray: frame.stats.primitive_tests_per_ray,
         width_px: frame.width_px,

@@ -111,6 +111,8 @@ pub fn statistics_text(state: &AppState) -> Option<String> {
     for (stage, time) in &report.stages.stages {
         line(&format!("Build: {stage}"), format::duration(*time));
     }
+    let rate = scene.triangles.len() as f64 / report.build_time.as_secs_f64().max(1e-9) / 1e6;
+    line("Mtri/s", format::significant(rate));
     line("SAH cost", format!("{} (container {TRAVERSAL_COST}, triangle {INTERSECTION_COST})", number(stats.sah_cost)));
     if let Some(epo) = shown.accel.known_epo() {
         line("End-point overlap", number(epo));
@@ -126,10 +128,18 @@ pub fn statistics_text(state: &AppState) -> Option<String> {
     line("Triangle memory", format::bytes(report.triangle_bytes));
     line("Wide tree memory", format::bytes(report.wide_node_bytes));
     line("Wide triangle memory", format::bytes(report.wide_triangle_bytes));
+    line("Overlay memory", format::bytes(size_of_val(&shown.table.levels.nodes[..])));
+    let bytes = report.tree_bytes + report.triangle_bytes + report.wide_node_bytes + report.wide_triangle_bytes;
+    line("Bytes per triangle", format::significant(bytes as f64 / scene.triangles.len().max(1) as f64));
     line("Trace time", format::duration(frame.stats.trace_time));
     line("Primary rays", format::count(frame.stats.primary_rays));
     line("Hits", format::count(frame.stats.hits));
     line("Mray/s", format::significant(state.mrays_per_s));
+    if let (Some(containers), Some(primitives)) =
+        (frame.stats.container_tests_per_ray, frame.stats.primitive_tests_per_ray)
+    {
+        line("Tests per ray", number(containers + primitives));
+    }
     if let Some(tests) = frame.stats.container_tests_per_ray {
         line("Container tests per ray", number(tests));
     }

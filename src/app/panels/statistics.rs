@@ -158,9 +158,12 @@ fn tree_rows(ui: &mut Ui, state: &mut AppState, shown: &Presented, effects: &mut
         let tip = format!("{tip}: {each} bytes a triangle");
         statistic(ui, state, &Statistic::new(name, number).unit(unit).tip(tip));
     }
-    let each = format::significant((report.tree_bytes + report.triangle_bytes) as f64 / triangles as f64);
-    let tip = "Tree and triangles together, for each triangle";
-    statistic(ui, state, &Statistic::new("Per triangle", each).unit("B").tip(tip));
+    let each = |bytes: usize| format::significant(bytes as f64 / triangles as f64);
+    let binary = report.tree_bytes + report.triangle_bytes;
+    let wide = report.wide_node_bytes + report.wide_triangle_bytes;
+    let tip =
+        format!("Both trees with their triangles, for each triangle: binary {}, wide {}", each(binary), each(wide));
+    statistic(ui, state, &Statistic::new("Per triangle", each(binary + wide)).unit("B").tip(tip));
 }
 
 fn trace_rows(ui: &mut Ui, state: &mut AppState, shown: &Presented, effects: &mut Effects) {

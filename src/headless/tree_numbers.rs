@@ -1,0 +1,79 @@
+//! What `info` and `render` say about a tree with `--json`: the same numbers as the window's panels.
+
+use std::collections::BTreeMap;
+
+use serde::Serialize;
+
+use crate::accel::Accel;
+use crate::bvh::Passes;
+use crate::bvh::stats::{INTERSECTION_COST, TRAVERSAL_COST};
+use crate::lab::millis;
+
+/// A tree in numbers. The field names are the JSON names.
+#[derive(Debug, Serialize)]
+pub struct TreeNumbers {
+    pub builder: &'static str,
+    pub container: &'static str,
+    pub threshold: u32,
+    pub epsilon: f32,
+    pub optimize: Passes,
+    pub threads: usize,
+    pub build_ms: f64,
+    pub build_stages_ms: BTreeMap<&'static str, f64>,
+    pub mtriangles_per_s: f64,
+    pub collapse_ms: f64,
+    pub sah_cost: f32,
+    pub traversal_cost: f32,
+    pub intersection_cost: f32,
+    pub epo: f32,
+    pub nodes: usize,
+    pub leaves: usize,
+    pub max_depth: u32,
+    pub mean_leaf_depth: f32,
+    /// Smallest, mean, largest.
+    pub leaf_size: [f32; 3],
+    pub tree_bytes: usize,
+    pub triangle_bytes: usize,
+    pub wide_node_bytes: usize,
+    pub wide_triangle_bytes: usize,
+    /// Binary tree and triangles.
+    pub bytes_per_triangle: f64,
+    /// Wide tree and its triangles.
+    pub wide_bytes_per_triangle: f64,
+}
+
+impl TreeNumbers {
+    /// Reads `accel`; computes its end-point overlap where nobody has asked for it yet.
+    pub fn new(accel: &Accel) -> Self {
+        let (settings, report) = (&accel.settings, &accel.report);
+        let stats = &report.stats;
+        let triangles = accel.scene.triangles.len().max(1) as f64;
+        Self {
+            builder: settings.builder.name(),
+            container: settings.container.name(),
+            threshold: settings.threshold,
+            epsilon: settings.epsilon,
+            optimize: settings.passes(),
+            threads: report.threads,
+            build_ms: millis(report.build_time),
+            build_stages_ms: report.stages.stages.iter().map(|&(name, time)| (name, millis(time))).collect(),
+            mtriangles_per_s: accel.scene.triangles.len() as f64 / report.build_time.as_secs_f64().max(1e-9) / 1e6,
+            collapse_ms: millis(report.collapse_time),
+            sah_cost: stats.sah_cost,
+            traversal_cost: TRAVERSAL_COST,
+            intersection_cost: INTERSECTION_COST,
+            epo: accel.epo(),
+            nodes: stats.nodes,
+            leaves: stats.leaves,
+            max_depth: stats.max_depth,
+            mean_leaf_depth: stats.mean_leaf_depth,
+            leaf_size: [stats.min_leaf_size as f32, stats.mean_leaf_size, stats.max_leaf_size as f32],
+            tree_bytes: report.tree_bytes,
+            triangle_bytes: report.triangle_bytes,
+            wide_node_bytes: report.wide_node_bytes,
+            wide_triangle_bytes: report.wide_triangle_bytes,
+            bytes_per_triangle: (report.tree_bytes + report.triangle_bytes) as f64 / triangles,
+            wide_bytes_per_triangle: (report.wide_node_bytes + report.wide_triangle_bytes) as f64 / triangles,
+        }
+    }
+}
