@@ -1,5 +1,6 @@
 //! Opening the window, and saying in plain words why there is none.
 
+use std::ffi::OsString;
 use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
 use std::path::PathBuf;
 use std::process::Command;
@@ -51,9 +52,7 @@ pub fn run(mut options: StartOptions) -> Result<(), AppError> {
     start.watch();
     options.notices.clone_from(&start.notices);
     options.settings_file.clone_from(&start.file);
-    let mut again = vec!["--restore"];
-    again.extend(options.load.allow_outside.then_some("--allow-outside"));
-    again.extend(options.settings.none.then_some("--no-config"));
+    let again = next_arguments(std::env::args_os().skip(1), !options.settings.none);
     let native = native_options(start.file.clone());
     let outcome = catch_unwind(AssertUnwindSafe(|| {
         eframe::run_native(APP_ID, native, Box::new(move |context| Ok(Box::new(App::new(context, options)?))))
@@ -82,8 +81,28 @@ const LOST_AGAIN: Duration = Duration::from_secs(30);
 /// Tells the new process when the old one started it, in seconds since 1970.
 const STARTED_AGAIN: &str = "BVHSCOPE_STARTED_AGAIN";
 
+/// What the next process is told where the driver ends this one, which was told `given`: to go on with the settings that
+/// were kept and what its files may use, or the same again where nothing is kept.
+fn next_arguments(given: impl Iterator<Item = OsString>, kept: bool) -> Vec<OsString> {
+    let mut given = given.filter(|argument| argument != "--lose-device");
+    if !kept {
+        return given.collect();
+    }
+    let mut next = vec![OsString::from("--restore")];
+    while let Some(argument) = given.next() {
+        let text = argument.to_string_lossy();
+        if text == "--allow-outside" || text.starts_with("--memory-limit=") {
+            next.push(argument);
+        } else if text == "--memory-limit" {
+            next.push(argument);
+            next.extend(given.next());
+        }
+    }
+    next
+}
+
 /// Starts the program anew with the settings that were just kept: a lost device cannot be used again.
-fn start_again(arguments: &[&str]) -> Result<(), AppError> {
+fn start_again(arguments: &[OsString]) -> Result<(), AppError> {
     let now = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default().as_secs();
     let before = std::env::var(STARTED_AGAIN).ok().and_then(|text| text.parse::<u64>().ok());
     if before.is_some_and(|before| now.saturating_sub(before) < LOST_AGAIN.as_secs()) {
@@ -139,5 +158,26 @@ fn device_descriptor(adapter: &wgpu::Adapter) -> wgpu::DeviceDescriptor<'static>
         label: Some("bvhscope"),
         required_limits: adapter.limits(),
         ..wgpu::DeviceDescriptor::default()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn next(given: &str, kept: bool) -> String {
+        let next = next_arguments(given.split(' ').map(OsString::from), kept);
+        next.iter().map(|argument| argument.to_string_lossy()).collect::<Vec<_>>().join(" ")
+    }
+
+    #[test]
+    fn the_next_process_keeps_what_is_not_in_the_settings() {
+        let given = "model.obj --shading depth --memory-limit 4GB --allow-outside --lose-device";
+        assert_eq!(next(given, true), "--restore --memory-limit 4GB --allow-outside");
+        assert_eq!(next("--memory-limit=50%", true), "--restore --memory-limit=50%");
+        assert_eq!(
+            next(&format!("{given} --no-config"), false),
+            "model.obj --shading depth --memory-limit 4GB --allow-outside --no-config"
+        );
     }
 }
