@@ -8,7 +8,6 @@ use rayon::prelude::*;
 
 use crate::budget::Budget;
 use crate::bvh::builders::{BuildError, StageTimes, build};
-use crate::bvh::details::{NodeDetails, node_details};
 use crate::bvh::lineage::{Lineage, path_to_primitive};
 use crate::bvh::overlap::end_point_overlap;
 use crate::bvh::stats::{TreeStats, tree_stats};
@@ -165,10 +164,5 @@ impl Accel {
     /// Parents and primitive counts of all nodes. Reads the whole tree when asked for the first time.
     pub fn lineage(&self) -> &Lineage {
         self.lineage.get_or_init(|| with_tree!(&self.tree, tree => Lineage::new(tree)))
-    }
-
-    /// What there is to say about a node; `None` where there is no such node.
-    pub fn node_details(&self, node: u32) -> Option<NodeDetails> {
-        with_tree!(&self.tree, tree => node_details(tree, self.lineage(), self.report.stats.sah_cost, node))
     }
 }

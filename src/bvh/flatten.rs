@@ -1,11 +1,12 @@
-//! From the pairs that merging left behind to the tree that rays are traced through: depth first, siblings together.
+//! From the pairs that the top-down builders leave behind to the tree that rays are traced through: depth first, siblings
+//! together. The agglomerative builder writes its nodes in place.
 
 use rayon::prelude::*;
 
 use super::{Container, Node, Tree};
 use crate::cancel::{CancelToken, Cancelled};
 
-/// Two nodes that were merged: the children of one interior node. While the tree is built a node's `count` is the number
+/// The children of one interior node. While the tree is built a node's `count` is the number
 /// of primitives below it, and its `first` is the slot of its children or, below a single primitive, its position in
 /// the order of the leaves' making.
 pub type Pair<C> = [Node<C>; 2];

@@ -6,7 +6,6 @@ pub mod builders;
 mod cluster;
 mod combine;
 pub mod container;
-pub mod details;
 mod flatten;
 mod leaf_order;
 pub mod levels;

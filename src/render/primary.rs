@@ -31,13 +31,6 @@ pub struct TestSummary {
     pub trace_time: Duration,
 }
 
-impl TestSummary {
-    /// Container and primitive tests a ray together: the paper's "average intersection tests".
-    pub fn tests_per_ray(&self) -> f32 {
-        self.container_tests_per_ray + self.primitive_tests_per_ray
-    }
-}
-
 /// The time of the rays through all pixel centres.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PrimaryTrace {
@@ -47,14 +40,6 @@ pub struct PrimaryTrace {
     pub hits: u64,
     /// Wall-clock time of tracing.
     pub trace_time: Duration,
-}
-
-impl PrimaryTrace {
-    /// Millions of rays a second.
-    pub fn mrays_per_s(&self) -> f64 {
-        let seconds = self.trace_time.as_secs_f64();
-        if seconds > 0.0 { self.rays as f64 / seconds / 1e6 } else { 0.0 }
-    }
 }
 
 /// Counts the tests of the primary rays in the order of `request.settings.traversal`, in the calling thread's rayon pool.

@@ -66,30 +66,6 @@ impl Frame {
             }
         });
     }
-
-    /// How often values fall into each of `bins` equal parts of 0 to the largest value (heat maps) or of the fitted range
-    /// (depth); pixels without hit count in heat maps only. Empty for no values or no bins.
-    pub fn histogram(&self, bins: usize) -> Vec<u32> {
-        if self.values.is_empty() || bins == 0 {
-            return Vec::new();
-        }
-        let [low, high] = self.histogram_range();
-        let mut counts = vec![0; bins];
-        for &value in self.values.iter().filter(|&&value| value < Self::NO_HIT) {
-            let bin = ((value - low) / (high - low) * bins as f32) as usize;
-            counts[bin.min(bins - 1)] += 1;
-        }
-        counts
-    }
-
-    /// The values at the two ends of [`Frame::histogram`].
-    pub fn histogram_range(&self) -> [f32; 2] {
-        if matches!(self.settings.shading, Shading::Heat(_)) {
-            [0.0, self.values.iter().copied().fold(1.0, f32::max)]
-        } else {
-            self.fitted_range()
-        }
-    }
 }
 
 #[cfg(test)]
@@ -126,8 +102,6 @@ mod tests {
         values.push(5000.0);
         let frame = frame(HEAT, values);
         assert_eq!(frame.fitted_range(), [0.0, 10.0]);
-        assert_eq!(frame.histogram_range(), [0.0, 5000.0]);
-        assert_eq!(frame.histogram(10), [999, 0, 0, 0, 0, 0, 0, 0, 0, 1]);
     }
 
     #[test]
@@ -145,7 +119,6 @@ mod tests {
         let mut frame = frame(Shading::Depth, vec![2.0, Frame::NO_HIT, 5.0]);
         frame.recolor(None, ColorMap::Inferno);
         assert_eq!(frame.value_range, [2.0, 5.0]);
-        assert_eq!(frame.histogram(3), [1, 0, 1]);
         assert_eq!(frame.rgba[1], Encoder::new().rgba(background(0.5)));
         assert_ne!(frame.rgba[0], frame.rgba[2]);
     }
@@ -170,6 +143,5 @@ mod tests {
         frame.rgba = vec![[1, 2, 3, 255]];
         frame.recolor(None, ColorMap::Turbo);
         assert_eq!(frame.rgba, [[1, 2, 3, 255]]);
-        assert!(frame.histogram(8).is_empty());
     }
 }
