@@ -234,3 +234,88 @@ fn a_cancelled_load_stops() {
     let result = load(&source, &LoadOptions::default(), &token);
     assert!(matches!(result, Err(LoadError::Cancelled(_))));
 }
+
+/// A glTF square of four corners, in the order of a strip, with a colour each: drawn as `mode`, with indices of
+/// `component_type`, under the node `node`.
+fn gltf_square(mode: u32, component_type: u32, indices: &[u32], node: &serde_json::Value) -> Scene {
+    let mut bytes: Vec<u8> = Vec::new();
+    for corner in [[0.0_f32, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [1.0, 1.0, 0.0]] {
+        bytes.extend(corner.iter().flat_map(|x| x.to_le_bytes()));
+    }
+    // RGBA in bytes, as many exporters write it.
+    bytes.extend([[255, 0, 0, 255], [0, 255, 0, 255], [0, 0, 255, 255], [255, 255, 255, 255_u8]].as_flattened());
+    let index_bytes = match component_type {
+        5121 => 1,
+        5123 => 2,
+        _ => 4,
+    };
+    bytes.extend(indices.iter().flat_map(|index| index.to_le_bytes()[..index_bytes].to_vec()));
+    let text: String = bytes.iter().map(|byte| format!("%{byte:02x}")).collect();
+    let document = serde_json::json!({
+        "asset": {"version": "2.0"},
+        "scenes": [{"nodes": [0]}],
+        "nodes": [node],
+        "meshes": [{"primitives": [{"attributes": {"POSITION": 0, "COLOR_0": 1}, "indices": 2, "mode": mode}]}],
+        "accessors": [
+            {"bufferView": 0, "componentType": 5126, "count": 4, "type": "VEC3"},
+            {"bufferView": 1, "componentType": 5121, "normalized": true, "count": 4, "type": "VEC4"},
+            {"bufferView": 2, "componentType": component_type, "count": indices.len(), "type": "SCALAR"}
+        ],
+        "bufferViews": [
+            {"buffer": 0, "byteLength": 48},
+            {"buffer": 0, "byteOffset": 48, "byteLength": 16},
+            {"buffer": 0, "byteOffset": 64, "byteLength": indices.len() * index_bytes}
+        ],
+        "buffers": [{"byteLength": bytes.len(), "uri": format!("data:application/octet-stream,{text}")}]
+    });
+    let scene = load_bytes("square.gltf", document.to_string().as_bytes()).unwrap();
+    assert!(scene.warnings.is_empty(), "{:?}", scene.warnings);
+    scene
+}
+
+/// Twice the area of each triangle, along z: positive where it turns to the left.
+fn turns(scene: &Scene) -> Vec<f32> {
+    scene.triangles.iter().map(|t| (t.b - t.a).cross(t.c - t.a).z).collect()
+}
+
+#[test]
+fn gltf_lists_strips_and_fans_with_every_index_type_are_the_same_square() {
+    let plain = serde_json::json!({"mesh": 0});
+    for component_type in [5121, 5123, 5125] {
+        for (mode, indices) in [(4, &[0, 1, 2, 2, 1, 3][..]), (5, &[0, 1, 2, 3]), (6, &[0, 1, 3, 2])] {
+            let scene = gltf_square(mode, component_type, indices, &plain);
+            assert_eq!(turns(&scene), [1.0, 1.0], "mode {mode}, component type {component_type}");
+            let attributes = scene.attributes.as_ref().unwrap();
+            for (triangle, corners) in scene.triangles.iter().zip(&attributes.corners) {
+                for (corner, vertex) in [triangle.a, triangle.b, triangle.c].into_iter().zip(corners) {
+                    let expected = match (corner.x > 0.5, corner.y > 0.5) {
+                        (false, false) => glam::Vec3::X,
+                        (true, false) => glam::Vec3::Y,
+                        (false, true) => glam::Vec3::Z,
+                        (true, true) => glam::Vec3::ONE,
+                    };
+                    assert_eq!(attributes.colors[*vertex as usize], expected, "at {corner}");
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn gltf_nodes_turn_scale_and_move_or_give_their_matrix() {
+    let half = std::f32::consts::FRAC_1_SQRT_2;
+    // A quarter turn about z takes (1, 1) to (-1, 1), then twice as large, then moved by 5 along x.
+    let parts = serde_json::json!({
+        "mesh": 0, "rotation": [0.0, 0.0, half, half], "scale": [2.0, 2.0, 2.0], "translation": [5.0, 0.0, 0.0]
+    });
+    let matrix = serde_json::json!({
+        "mesh": 0, "matrix": [0, 2, 0, 0, -2, 0, 0, 0, 0, 0, 2, 0, 5, 0, 0, 1]
+    });
+    for node in [parts, matrix] {
+        let scene = gltf_square(4, 5123, &[0, 1, 2, 2, 1, 3], &node);
+        let off = (scene.bounds.min - glam::Vec3::new(3.0, 0.0, 0.0)).length()
+            + (scene.bounds.max - glam::Vec3::new(5.0, 2.0, 0.0)).length();
+        assert!(off < 1e-5, "{node}: {:?}", scene.bounds);
+        assert!(turns(&scene).iter().all(|turn| (turn - 4.0).abs() < 1e-4), "{:?}", turns(&scene));
+    }
+}

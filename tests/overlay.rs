@@ -244,14 +244,14 @@ fn camera(distance: f32, projection: Projection) -> Camera {
     Camera { eye: Vec3::Z * distance, target: Vec3::ZERO, up: Vec3::Y, fov_y: 0.8, projection }
 }
 
-/// `None` where this machine has no driver.
+/// Needs a driver, a software one at least.
 fn draw(
     picture: &Flat,
     camera: Camera,
     table: Option<&Arc<NodeTable>>,
     settings: OverlaySettings,
     selection: &Selection,
-) -> Option<Vec<[u8; 4]>> {
+) -> Vec<[u8; 4]> {
     let input = DrawInput {
         picture: picture.input(),
         camera,
@@ -261,20 +261,14 @@ fn draw(
         viewport_px: [0, 0, picture.size[0], picture.size[1]],
         pixels_per_point: 1.0,
     };
-    let drawn = match draw_offscreen(&input) {
-        Err(OffscreenError::NoAdapter(what)) => {
-            println!("skipped: {what}");
-            return None;
-        }
-        drawn => drawn.unwrap(),
-    };
+    let drawn = draw_offscreen(&input).unwrap();
     if let Ok(folder) = std::env::var("BVHSCOPE_KEEP_PICTURES") {
         let name = std::thread::current().name().unwrap_or("drawn").to_owned();
         let bytes: Vec<u8> = drawn.iter().flatten().copied().collect();
         let image = image::RgbaImage::from_raw(picture.size[0], picture.size[1], bytes).unwrap();
         image.save(format!("{folder}/{name}.png")).unwrap();
     }
-    Some(drawn)
+    drawn
 }
 
 /// Colour added to black in column `x`: the profile of what crosses it.
@@ -291,9 +285,7 @@ fn a_picture_alone_comes_out_unchanged() {
         *pixel = [index as u8, (index / 7) as u8, (index / 93 * 5) as u8, 255];
     }
     let nothing = Selection::default();
-    let Some(drawn) = draw(&picture, camera(5.0, Projection::Perspective), None, settings(0, 9), &nothing) else {
-        return;
-    };
+    let drawn = draw(&picture, camera(5.0, Projection::Perspective), None, settings(0, 9), &nothing);
     assert!(drawn == picture.rgba);
 }
 
@@ -306,22 +298,22 @@ fn hidden_lines_are_faint() {
         let brightest = |depth: f32, hidden_alpha: f32| {
             let picture = Flat::new(size, [0, 0, 0, 255], depth);
             let settings = OverlaySettings { hidden_alpha, line_width: 2.0, ..settings(0, 0) };
-            let drawn = draw(&picture, camera(5.0, projection), Some(&table), settings, &nothing)?;
-            column(&drawn, size, 100).into_iter().max()
+            let drawn = draw(&picture, camera(5.0, projection), Some(&table), settings, &nothing);
+            column(&drawn, size, 100).into_iter().max().unwrap()
         };
-        let Some(visible) = brightest(FAR, 0.15) else { return };
+        let visible = brightest(FAR, 0.15);
         let expected = legend(&settings(0, 0), &table).color(0.0).into_iter().max().unwrap();
         assert!(visible.abs_diff(expected) <= 1, "{visible} in place of {expected}");
         // The cube reaches from depth 4 to 6.
-        assert_eq!(brightest(3.0, 0.0), Some(0));
-        let faint = brightest(3.0, 0.2).unwrap();
+        assert_eq!(brightest(3.0, 0.0), 0);
+        let faint = brightest(3.0, 0.2);
         let expected = f32::from(expected) * 0.2;
         // In orthographic views the back edge lies under the front edge: 1 - 0.8² = 0.36.
         let layers = if projection == Projection::Perspective { 1.0 } else { 1.8 };
         assert!((f32::from(faint) - expected * layers).abs() < 2.0, "{faint} in place of {}", expected * layers);
-        let half = brightest(5.0, 0.0).unwrap();
+        let half = brightest(5.0, 0.0);
         assert!(half.abs_diff(visible) <= 1, "the front of the cube stands before the surface");
-        assert!(brightest(4.0, 0.0).unwrap().abs_diff(visible) <= 1, "touching is not hidden");
+        assert!(brightest(4.0, 0.0).abs_diff(visible) <= 1, "touching is not hidden");
     }
 }
 
@@ -335,7 +327,7 @@ fn lines_keep_their_width_under_zoom() {
         for distance in [3.5, 6.0, 12.0] {
             let settings = OverlaySettings { line_width, ..settings(0, 0) };
             let camera = camera(distance, Projection::Perspective);
-            let Some(drawn) = draw(&picture, camera, Some(&table), settings, &nothing) else { return };
+            let drawn = draw(&picture, camera, Some(&table), settings, &nothing);
             let profile = column(&drawn, size, 150);
             let full = f32::from(legend(&settings, &table).color(0.0).into_iter().max().unwrap());
             // Front and back, top and bottom: four lines cross the middle.
@@ -358,7 +350,7 @@ fn the_outline_of_a_sphere_encloses_it() {
         let mut camera = camera(6.0, projection);
         camera.eye += center;
         camera.target += center;
-        let Some(drawn) = draw(&picture, camera, Some(&table), settings, &nothing) else { return };
+        let drawn = draw(&picture, camera, Some(&table), settings, &nothing);
         let reach = match projection {
             // The angle of the tangent, not of the great circle.
             Projection::Perspective => (radius / 6.0).asin().tan() / 0.4_f32.tan() * 200.0,
@@ -391,10 +383,10 @@ fn a_selected_node_is_drawn_though_nothing_else_is() {
     let selection = Selection { selected: Some(0), hidden: [0].into(), ..Selection::default() };
     let none = OverlaySettings { show_boxes: false, show_spheres: false, ..settings(0, 0) };
     let camera = camera(5.0, Projection::Perspective);
-    let Some(drawn) = draw(&picture, camera, Some(&table), none, &selection) else { return };
+    let drawn = draw(&picture, camera, Some(&table), none, &selection);
     let warm = drawn.iter().filter(|[r, g, b, _]| *r == 255 && g.abs_diff(180) < 3 && b.abs_diff(84) < 3).count();
     assert!(warm > 500, "{warm} warm pixels");
-    let Some(drawn) = draw(&picture, camera, Some(&table), none, &Selection::default()) else { return };
+    let drawn = draw(&picture, camera, Some(&table), none, &Selection::default());
     assert!(drawn == picture.rgba);
 }
 
@@ -409,7 +401,7 @@ fn an_observer_inside_sees_lines_without_streaks() {
         target: Vec3::new(60.0, 0.4, 0.2),
         ..camera(1.0, Projection::Perspective)
     };
-    let Some(drawn) = draw(&picture, inside, Some(&table), settings, &Selection::default()) else { return };
+    let drawn = draw(&picture, inside, Some(&table), settings, &Selection::default());
     let lit = drawn.iter().filter(|pixel| pixel[1] > 40).count();
     assert!(lit > 1_000 && lit < drawn.len() / 2, "{lit} of {} pixels", drawn.len());
 }
