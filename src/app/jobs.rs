@@ -1,4 +1,4 @@
-//! What the three worker threads do: from a request to a product that remembers what it was made from.
+//! What the worker threads for models, trees and pictures do: from a request to a product that remembers what it was made from.
 
 use std::cell::RefCell;
 use std::sync::Arc;
