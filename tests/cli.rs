@@ -54,7 +54,7 @@ fn wrong_flags_name_flag_value_and_range() {
         (&["bench", "--container", "cone"], &["--container", "cone", "box, sphere, both"]),
         (&["bench", "--builder", "none"], &["--builder", "none", "aac"]),
         (&["bench", "--preset", "worst"], &["--preset", "worst", "aac-hq", "best"]),
-        (&["bench", "--optimize", "collapse,melt"], &["--optimize", "melt", "restructure, reinsert, collapse"]),
+        (&["bench", "--optimize", "collapse,melt"], &["--optimize", "melt", "collapse, restructure, reinsert"]),
         (&["bench", "--optimize", "all"], &["'restructure'", "boxes only", "--container box"]),
         (&["info", "--container", "sphere", "--optimize", "reinsert"], &["'reinsert'", "boxes only"]),
         (&["--container", "sphere", "--optimize", "reinsert,collapse"], &["'reinsert'", "boxes only"]),

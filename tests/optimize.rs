@@ -79,21 +79,34 @@ fn no_pass_raises_the_cost() {
     for (name, triangles) in scenes {
         for builder in [BuilderKind::Aac, BuilderKind::Lbvh] {
             for container in ContainerKind::ALL {
-                let cost = |optimize| {
+                let built = |optimize| {
                     let settings = BuildSettings { builder, container, optimize, ..BuildSettings::default() };
-                    let tree = built(&triangles, &settings);
-                    (f64::from(tree_stats(&tree).sah_cost), collapsed_sah_cost(&tree))
+                    build(&triangles, &settings, &CancelToken::new()).expect("nothing to refuse")
                 };
-                let plain = cost(Passes::NONE);
-                // Reinsertion knows nothing of leaves, restructuring counts with their collapse.
-                let slack = 1.0 + 1e-4;
-                let [restructured, reinserted, collapsed] = Pass::ALL.map(|pass| cost(Passes::NONE.with(pass)));
-                let all = format!(
-                    "{name}, {builder:?}, {container:?}: {plain:?} {restructured:?} {reinserted:?} {collapsed:?}"
-                );
-                assert!(restructured.1 <= plain.1 * slack, "{all}");
-                assert!(reinserted.0 <= plain.0 * slack, "{all}");
-                assert!(collapsed.0 <= plain.0 * slack && collapsed.0 >= plain.1 / slack, "{all}");
+                let plain = built(Passes::NONE).0;
+                let plain_cost = f64::from(tree_stats(&plain).sah_cost);
+                for optimize in choices() {
+                    let (tree, times) = built(optimize);
+                    let cost = f64::from(tree_stats(&tree).sah_cost);
+                    let all =
+                        format!("{name}, {builder:?}, {container:?}, {optimize}: {plain_cost} to {cost}, {times:?}");
+                    assert!(cost <= plain_cost * 1.0001, "{all}");
+                    if optimize.contains(Pass::Collapse) {
+                        // Leaves of any size, which are not made, would be a little cheaper for triangles that coincide.
+                        assert!(cost <= collapsed_sah_cost(&plain) * 1.05, "{all}");
+                    }
+                    // What the passes say of themselves.
+                    for pair in times.costs.windows(2) {
+                        assert!(pair[1].1 <= pair[0].1 * 1.0001, "{all}");
+                    }
+                    // Areas of denormal numbers vanish in the tree; they are built scaled.
+                    if let (Some(first), Some(last)) = (times.costs.first(), times.costs.last())
+                        && plain_cost > 0.0
+                    {
+                        assert!((first.1 - plain_cost).abs() <= 1e-2 * plain_cost, "{all}");
+                        assert!((last.1 - cost).abs() <= 1e-2 * cost, "{all}");
+                    }
+                }
             }
         }
     }
@@ -135,9 +148,9 @@ fn passes_have_stages_and_names() {
     let settings = BuildSettings::preset(Preset::Best, ContainerKind::Aabb);
     let (_, times) = build(&triangles, &settings, &CancelToken::new()).expect("nothing to refuse");
     let stages: Vec<&str> = times.stages.iter().map(|stage| stage.0).collect();
-    assert_eq!(stages, ["codes", "sort", "tree", "flatten", "restructure", "reinsert", "collapse"]);
+    assert_eq!(stages, ["codes", "sort", "tree", "flatten", "collapse", "restructure", "reinsert", "layout"]);
     let json = serde_json::to_string(&settings).expect("plain values");
-    assert!(json.contains(r#""optimize":["restructure","reinsert","collapse"]"#), "{json}");
+    assert!(json.contains(r#""optimize":["collapse","restructure","reinsert"]"#), "{json}");
     assert_eq!(serde_json::from_str::<BuildSettings>(&json).expect("what was written"), settings);
     // Settings that were saved before there were passes.
     let old = r#"{"builder":"aac","container":"box","threshold":6,"epsilon":0.2}"#;

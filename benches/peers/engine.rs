@@ -21,6 +21,7 @@ pub fn settings() -> Vec<(String, BuildSettings)> {
     vec![
         setting(Preset::Fast, ContainerKind::Aabb),
         setting(Preset::Hq, ContainerKind::Aabb),
+        setting(Preset::Best, ContainerKind::Aabb),
         setting(Preset::Fast, ContainerKind::Sphere),
     ]
 }

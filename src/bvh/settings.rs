@@ -51,17 +51,17 @@ impl BuilderKind {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Pass {
+    /// Subtrees become leaves where that is cheaper (Goldsmith and Salmon, 1987).
+    Collapse,
     /// Treelets are built again from the top by the surface area heuristic and kept where they are cheaper. Boxes only.
     Restructure,
     /// Subtrees move to where they cost less (Meister and Bittner, 2018). Boxes only.
     Reinsert,
-    /// Subtrees become leaves where that is cheaper.
-    Collapse,
 }
 
 impl Pass {
     /// Every pass, in the order in which they run.
-    pub const ALL: [Self; 3] = [Self::Restructure, Self::Reinsert, Self::Collapse];
+    pub const ALL: [Self; 3] = [Self::Collapse, Self::Restructure, Self::Reinsert];
 
     /// The name on the command line and in JSON.
     pub const fn name(self) -> &'static str {
@@ -96,7 +96,7 @@ impl Passes {
     /// No pass: the tree stays as the builder made it.
     pub const NONE: Self = Self(0);
     /// Every pass.
-    pub const ALL: Self = Self::NONE.with(Pass::Restructure).with(Pass::Reinsert).with(Pass::Collapse);
+    pub const ALL: Self = Self::NONE.with(Pass::Collapse).with(Pass::Restructure).with(Pass::Reinsert);
 
     /// With `pass` on top.
     #[must_use]

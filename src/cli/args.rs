@@ -142,7 +142,7 @@ pub struct BuildArgs {
     /// AAC: threshold and ε by name: fast (6, 0.2), hq (12, 0.1), aac-fast (4, 0.2), aac-hq (20, 0.1), best (6, 0.2 and all passes)
     #[arg(long, value_name = "NAME", value_parser = |text: &str| values::named(text, &Preset::ALL, |preset| preset.name().to_owned()))]
     pub preset: Option<Preset>,
-    /// Passes over the finished tree, with commas between: restructure and reinsert (boxes only), collapse; or all, none [default: none]
+    /// Passes over the finished tree, with commas between: collapse, restructure and reinsert (boxes only); or all, none [default: none]
     #[arg(long, value_name = "LIST", value_parser = values::passes)]
     pub optimize: Option<Passes>,
     /// Threads for building and tracing, 1 to 1024 [default: all]
@@ -313,7 +313,7 @@ pub struct OneTreeArgs {
     /// AAC: threshold and ε by name: fast (6, 0.2), hq (12, 0.1), aac-fast (4, 0.2), aac-hq (20, 0.1), best (6, 0.2 and all passes)
     #[arg(long, value_name = "NAME", value_parser = |text: &str| values::named(text, &Preset::ALL, |preset| preset.name().to_owned()))]
     pub preset: Option<Preset>,
-    /// Passes over the finished tree, with commas between: restructure and reinsert (boxes only), collapse; or all, none [default: none]
+    /// Passes over the finished tree, with commas between: collapse, restructure and reinsert (boxes only); or all, none [default: none]
     #[arg(long, value_name = "LIST", value_parser = values::passes)]
     pub optimize: Option<Passes>,
 }

@@ -112,7 +112,9 @@ fn print_text(info: &Info, builder: BuilderKind, out: &mut dyn std::io::Write) -
         line(out, "settings", format!("threshold {}, ε {}", tree.threshold, tree.epsilon))?;
     }
     if tree.optimize != Passes::NONE {
-        line(out, "optimize", tree.optimize.to_string())?;
+        let cost = |name: &str| tree.optimize_sah_costs.get(name).map_or(String::new(), |&cost| number(cost));
+        let passes = tree.optimize.iter().map(|pass| format!(", {} to {}", pass.name(), cost(pass.name())));
+        line(out, "optimize", format!("SAH cost from {}{}", cost("tree"), passes.collect::<String>()))?;
     }
     let stages: Vec<String> = tree.build_stages_ms.iter().map(|(name, ms)| format!("{name} {}", number(*ms))).collect();
     line(out, "build", format!("{} ms with {} threads ({})", number(tree.build_ms), tree.threads, stages.join(", ")))?;

@@ -23,6 +23,8 @@ pub struct TreeNumbers {
     pub mtriangles_per_s: f64,
     pub collapse_ms: f64,
     pub sah_cost: f32,
+    /// Before the passes over the finished tree, under "tree", and after each.
+    pub optimize_sah_costs: BTreeMap<&'static str, f64>,
     pub traversal_cost: f32,
     pub intersection_cost: f32,
     pub epo: f32,
@@ -60,6 +62,7 @@ impl TreeNumbers {
             mtriangles_per_s: accel.scene.triangles.len() as f64 / report.build_time.as_secs_f64().max(1e-9) / 1e6,
             collapse_ms: millis(report.collapse_time),
             sah_cost: stats.sah_cost,
+            optimize_sah_costs: report.stages.costs.iter().copied().collect(),
             traversal_cost: TRAVERSAL_COST,
             intersection_cost: INTERSECTION_COST,
             epo: accel.epo(),

@@ -9,8 +9,8 @@ use crate::cancel::CancelToken;
 /// makes, which is what trees with and without large leaves compare by.
 const PASSES: [Passes; 3] = [
     Passes::NONE.with(Pass::Collapse),
-    Passes::NONE.with(Pass::Restructure).with(Pass::Collapse),
-    Passes::NONE.with(Pass::Reinsert).with(Pass::Collapse),
+    Passes::NONE.with(Pass::Collapse).with(Pass::Restructure),
+    Passes::NONE.with(Pass::Collapse).with(Pass::Reinsert),
 ];
 
 /// Every builder that can build `primitive_count` triangles into these containers: AAC by preset and, in boxes, by pass, then the

@@ -110,6 +110,10 @@ pub fn statistics_text(state: &AppState) -> Option<String> {
     line("Build time", format::duration(report.build_time));
     for (stage, time) in &report.stages.stages {
         line(&format!("Build: {stage}"), format::duration(*time));
+        if let Some([before, after]) = report.stages.cost_change(stage) {
+            let change = format!("{} to {}", format::significant(before), format::significant(after));
+            line(&format!("SAH cost: {stage}"), change);
+        }
     }
     let rate = scene.triangles.len() as f64 / report.build_time.as_secs_f64().max(1e-9) / 1e6;
     line("Mtri/s", format::significant(rate));

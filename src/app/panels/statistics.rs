@@ -84,7 +84,8 @@ fn build_rows(ui: &mut Ui, state: &mut AppState, shown: &Presented, effects: &mu
     statistic(ui, state, &row);
     let longest = report.stages.stages.iter().map(|(_, time)| *time).max().unwrap_or_default();
     for (name, time) in &report.stages.stages {
-        stage_row(ui, name, *time, time.as_secs_f64() / longest.as_secs_f64().max(1e-12));
+        let gain = report.stages.cost_change(name);
+        stage_row(ui, name, *time, time.as_secs_f64() / longest.as_secs_f64().max(1e-12), gain);
     }
     let rate = shown.accel.scene.triangles.len() as f64 / total.max(1e-9) / 1e6;
     let tip = "Triangles built in a second, in millions";
@@ -92,18 +93,21 @@ fn build_rows(ui: &mut Ui, state: &mut AppState, shown: &Presented, effects: &mu
     statistic(ui, state, &Statistic::new("Threads", report.threads.to_string()).tip("Threads that built the tree"));
 }
 
-/// A stage's name, a bar for its share and its time.
-fn stage_row(ui: &mut Ui, name: &str, time: Duration, share: f64) {
+/// A stage's name, a bar for its share, its time, and of a pass what it did to the SAH cost.
+fn stage_row(ui: &mut Ui, name: &str, time: Duration, share: f64, costs: Option<[f64; 2]>) {
     let palette = theme::palette(ui);
     let (rect, response) = ui.allocate_exact_size(vec2(ui.available_width(), 16.0), Sense::hover());
-    let text = format::duration(time);
+    let mut text = format::duration(time);
+    if let Some([before, after]) = costs {
+        text = format!("SAH {}, {text}", format::change(before, after));
+    }
     response.widget_info(|| WidgetInfo::labeled(Role::Label, true, format!("Stage {name} {text}")));
     let font = egui::TextStyle::Body.resolve(ui.style());
     let painter = ui.painter();
     painter.text(pos2(rect.left() + 8.0, rect.center().y), egui::Align2::LEFT_CENTER, name, font.clone(), palette.dim);
     let bar = Rect::from_min_max(
-        pos2(rect.left() + 64.0, rect.center().y - 2.0),
-        pos2(rect.right() - 68.0, rect.center().y + 2.0),
+        pos2(rect.left() + 76.0, rect.center().y - 2.0),
+        pos2(rect.right() - if costs.is_some() { 152.0 } else { 68.0 }, rect.center().y + 2.0),
     );
     if bar.width() > 8.0 {
         painter.rect_filled(bar, CornerRadius::same(2), palette.rail);
@@ -111,7 +115,14 @@ fn stage_row(ui: &mut Ui, name: &str, time: Duration, share: f64) {
         painter.rect_filled(filled, CornerRadius::same(2), palette.accent);
     }
     super::widgets::value_text(ui, rect, &text);
-    response.on_hover_text("Time of this stage of the build");
+    response.on_hover_text(match costs {
+        Some([before, after]) => format!(
+            "Time of this pass over the finished tree, and SAH cost before and after: {} and {}",
+            format::significant(before),
+            format::significant(after)
+        ),
+        None => "Time of this stage of the build".to_owned(),
+    });
 }
 
 fn tree_rows(ui: &mut Ui, state: &mut AppState, shown: &Presented, effects: &mut Effects) {

@@ -1,57 +1,80 @@
-//! Optional passes over a finished tree, each of which never raises its SAH cost: treelets built again from the top, subtrees
-//! moved to better places, leaves of several primitives. Works on the tree alone, whichever builder made it.
+//! Optional passes over a finished tree, none of which ever raises its SAH cost: leaves of several primitives, treelets built
+//! again from the top, subtrees moved to better places. Works on the tree alone, whichever builder made it.
+
+#![allow(clippy::inline_always, reason = "kernels and what they call for each node")]
 
 mod below;
-mod collapse;
-mod layout;
+mod compact;
+mod gather;
+mod item;
 mod reinsert;
 mod restructure;
-mod sweep;
+mod shares;
+mod small;
+mod split;
+mod topdown;
+mod weigh;
 
 use std::any::Any;
 use std::time::Instant;
 
+use compact::compact;
+use reinsert::reinsert;
+use restructure::restructure;
+use weigh::weigh;
+
+use super::Tree;
 use super::builders::StageTimes;
+use super::cluster::Clustered;
 use super::settings::{Pass, Passes};
-use super::{Container, Tree};
+use super::stats::share;
 use crate::cancel::{CancelToken, Cancelled};
 use crate::geometry::Aabb;
 
-/// Runs `passes` in the order of [`Pass::ALL`] and adds a stage for each. Those for boxes only leave a tree of spheres as it
-/// is. The same result on any number of threads.
-pub fn optimize<C: Container>(
+/// Runs `passes` in the order of [`Pass::ALL`] and adds a stage and a cost for each, and a stage for putting the nodes in order.
+/// Those for boxes only leave a tree of spheres as it is. The same result on any number of threads.
+pub fn optimize<C: Clustered>(
     mut tree: Tree<C>,
     passes: Passes,
     token: &CancelToken,
     times: &mut StageTimes,
 ) -> Result<Tree<C>, Cancelled> {
-    if tree.nodes.len() < 2 {
+    if tree.nodes.len() < 2 || passes == Passes::NONE {
         return Ok(tree);
     }
-    let mut moved = false;
+    let root_area = f64::from(tree.nodes[0].container.relative_area());
+    let primitives = tree.primitive_indices.len();
+    let collapses = passes.contains(Pass::Collapse);
+    let mut start = Instant::now();
+    let (weights, plain_cost) = weigh(&mut tree.nodes, collapses, token)?;
+    let mut cost = f64::from(weights[0].cost);
+    times.costs.push(("tree", share(plain_cost, root_area)));
+    let mut done = |pass: Pass, cost: f64| {
+        times.stages.push((pass.name(), start.elapsed()));
+        times.costs.push((pass.name(), share(cost, root_area)));
+        start = Instant::now();
+        token.check()
+    };
+    if collapses {
+        done(Pass::Collapse, cost)?;
+    }
     if let Some(boxes) = (&mut tree as &mut dyn Any).downcast_mut::<Tree<Aabb>>() {
         if passes.contains(Pass::Restructure) {
-            token.check()?;
-            let start = Instant::now();
-            restructure::restructure(&mut boxes.nodes, token)?;
-            times.stages.push((Pass::Restructure.name(), start.elapsed()));
-            moved = true;
+            cost -= f64::from(restructure(boxes, &weights, collapses, token)?);
+            done(Pass::Restructure, cost)?;
         }
+        drop(weights);
         if passes.contains(Pass::Reinsert) {
-            token.check()?;
-            let start = Instant::now();
-            reinsert::reinsert(&mut boxes.nodes, token)?;
-            times.stages.push((Pass::Reinsert.name(), start.elapsed()));
-            moved = true;
+            cost -= reinsert(&mut boxes.nodes, primitives, cost, token)?;
+            done(Pass::Reinsert, cost)?;
         }
     }
-    let collapses = passes.contains(Pass::Collapse);
-    if moved || collapses {
-        token.check()?;
-        let start = Instant::now();
-        let becomes_leaf = if collapses { collapse::cheaper_as_leaves(&tree.nodes) } else { Vec::new() };
-        tree = layout::depth_first(&tree, &becomes_leaf);
-        times.stages.push((if collapses { Pass::Collapse.name() } else { "layout" }, start.elapsed()));
+    let start = Instant::now();
+    let cost = compact(&mut tree, collapses, token)?;
+    times.stages.push(("layout", start.elapsed()));
+    // What moved may collapse further.
+    if let Some((_, last)) = times.costs.last_mut() {
+        *last = share(f64::from(cost), root_area);
     }
     Ok(tree)
 }

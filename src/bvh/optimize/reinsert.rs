@@ -3,19 +3,26 @@
 //! best first, each only where nothing it touches has changed in this round and the cost still falls. So the cost never
 //! rises, and the tree is the same on any number of threads.
 
+use std::collections::{HashSet, VecDeque};
+
+use glam::Vec3A;
 use rayon::prelude::*;
 
-use super::sweep::Bounds;
 use crate::bvh::Node;
+use crate::bvh::stats::TRAVERSAL_COST;
 use crate::cancel::{CancelToken, Cancelled};
 use crate::geometry::Aabb;
 
-/// Rounds of search and moves.
-const ROUNDS: u32 = 3;
-/// One in so many nodes is looked at in each round.
-const NODES_PER_CANDIDATE: usize = 50;
+/// Most rounds of search and moves: on architecture the sixth still gains a thousandth.
+const ROUNDS: u32 = 5;
+/// Share of the cost that a round must gain for another to follow.
+const MIN_GAIN: f64 = 1e-3;
+/// One subtree for so many primitives is looked at in each round: twice as many gain two thousandths more, in twice the time.
+const PRIMITIVES_PER_CANDIDATE: usize = 50;
 /// Candidates between two looks at the token.
 const BATCH: usize = 256;
+/// Nodes that one thread looks at before the rest is shared out.
+const TOP_NODES: usize = 256;
 /// No node.
 const NONE: u32 = u32::MAX;
 
@@ -29,14 +36,20 @@ struct Move {
     target: u32,
 }
 
-/// Moves subtrees to better places. `nodes` may stand in any order, siblings together, before and after.
-pub fn reinsert(nodes: &mut [Node<Aabb>], token: &CancelToken) -> Result<(), Cancelled> {
+/// Moves subtrees of a tree over so many primitives, with so much SAH cost, to better places. `nodes` may stand in any order,
+/// siblings together, before and after. Returns by how much the cost falls.
+pub fn reinsert(nodes: &mut [Node<Aabb>], primitives: usize, cost: f64, token: &CancelToken) -> Result<f64, Cancelled> {
     let mut links = Links::new(nodes);
-    // The round in which a node was last changed.
-    let mut changed = vec![0; links.nodes.len()];
+    // Nodes that were changed in this round.
+    let mut changed = HashSet::new();
     let mut undo = Vec::new();
-    for round in 1..=ROUNDS {
-        let candidates = links.candidates();
+    let mut total = 0.0;
+    for _ in 0..ROUNDS {
+        token.check()?;
+        changed.clear();
+        // Nodes of less than the average cost of a primitive are too small to matter.
+        let candidates =
+            links.candidates(primitives.div_ceil(PRIMITIVES_PER_CANDIDATE), (cost / primitives as f64) as f32);
         let found: Vec<Vec<Move>> = candidates
             .par_chunks(BATCH)
             .map(|batch| {
@@ -47,27 +60,59 @@ pub fn reinsert(nodes: &mut [Node<Aabb>], token: &CancelToken) -> Result<(), Can
             .collect::<Result<_, _>>()?;
         let mut moves: Vec<Move> = found.into_iter().flatten().collect();
         moves.sort_unstable_by(|a, b| b.gain.total_cmp(&a.gain).then(a.node.cmp(&b.node)));
+        let mut gain = 0.0;
         for Move { node, target, .. } in moves {
             let touched = [links.parent(node), node, sibling(node), target];
-            let settled = touched.iter().any(|&at| changed[at as usize] == round);
+            let settled = touched.iter().any(|at| changed.contains(at));
             // An earlier move may have brought one below the other.
             if settled || links.is_above(node, target) || links.is_above(target, node) {
                 continue;
             }
-            if links.make(node, target, &mut undo) {
-                for at in touched {
-                    changed[at as usize] = round;
-                }
+            if let Some(fall) = links.make(node, target, &mut undo) {
+                gain += fall * f64::from(TRAVERSAL_COST);
+                changed.extend(touched);
             }
         }
+        total += gain;
+        if gain < cost * MIN_GAIN {
+            break;
+        }
     }
-    Ok(())
+    Ok(total)
 }
 
 /// The other child of the parent: pairs begin at odd numbers.
 #[inline(always)]
 fn sibling(node: u32) -> u32 {
     ((node - 1) ^ 1) + 1
+}
+
+/// A box for arithmetic: four lanes a corner.
+#[derive(Debug, Clone, Copy)]
+struct Bounds {
+    min: Vec3A,
+    max: Vec3A,
+}
+
+impl Bounds {
+    const EMPTY: Self = Self { min: Vec3A::INFINITY, max: Vec3A::NEG_INFINITY };
+
+    #[inline(always)]
+    fn new(container: &Aabb) -> Self {
+        Self { min: container.min.into(), max: container.max.into() }
+    }
+
+    #[inline(always)]
+    fn union(&self, other: &Self) -> Self {
+        Self { min: self.min.min(other.min), max: self.max.max(other.max) }
+    }
+
+    /// Half of the surface area; must not be asked of an empty box.
+    #[inline(always)]
+    fn half_area(&self) -> f32 {
+        let d = self.max - self.min;
+        d.x * d.y + d.y * d.z + d.z * d.x
+    }
 }
 
 /// A tree whose parts can be moved about.
@@ -99,27 +144,56 @@ impl<'a> Links<'a> {
         Bounds::new(&self.nodes[node as usize].container)
     }
 
-    /// The nodes by which most is to be gained: those whose parents are large, and much larger than what they hold (Bittner, Hapala,
-    /// Havran, *Fast Insertion-Based Optimization of Bounding Volume Hierarchies*, 2013).
-    fn candidates(&self) -> Vec<u32> {
-        let score = |at: u32| {
-            let [own, other, parent] = [at, sibling(at), self.parent(at)].map(|at| self.bounds(at).half_area());
-            // Flat containers must not divide by zero.
-            parent * (parent / (own + other + 1e-6 * parent)) * (parent / (own.min(other) + 1e-3 * parent))
-        };
+    /// The `most` nodes by which most is to be gained: those whose parents are large, `least` in area at least, and much larger
+    /// than what they hold (Bittner, Hapala, Havran, *Fast Insertion-Based Optimization of Bounding Volume Hierarchies*, 2013).
+    fn candidates(&self, most: usize, least: f32) -> Vec<u32> {
         // The root's children have nowhere to go but below each other.
-        let nodes = (1..self.nodes.len() as u32).into_par_iter().with_min_len(BATCH);
-        let movable = |&at: &u32| self.parent(at) != 0 && self.bounds(self.parent(at)).half_area() > 0.0;
-        let scored = nodes.filter(movable).map(|at| (score(at), at));
-        let mut scored: Vec<(f32, u32)> = scored.collect();
-        let count = scored.len().div_ceil(NODES_PER_CANDIDATE);
-        if count > 0 {
-            scored.select_nth_unstable_by(count - 1, |a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
+        let root = &self.nodes[0];
+        let mut open = VecDeque::from(if root.is_leaf() { Vec::new() } else { vec![root.first, root.first + 1] });
+        let mut scored: Vec<(f32, u32)> = Vec::new();
+        // A few nodes at the top, then everything below them in parallel.
+        for _ in 0..TOP_NODES {
+            let Some(at) = open.pop_front() else { break };
+            open.extend(self.score(at, least, &mut scored).into_iter().flatten());
         }
-        let mut candidates: Vec<u32> = scored[..count].iter().map(|one| one.1).collect();
+        let parts = Vec::from(open).into_par_iter().map(|top| {
+            // Breadth first, so that loads do not wait for one another.
+            let (mut scored, mut open, mut next) = (Vec::new(), vec![top], 0);
+            while let Some(&at) = open.get(next) {
+                open.extend(self.score(at, least, &mut scored).into_iter().flatten());
+                next += 1;
+            }
+            scored
+        });
+        for part in parts.collect::<Vec<_>>() {
+            scored.extend(part);
+        }
+        if scored.len() > most {
+            scored.select_nth_unstable_by(most, |a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
+            scored.truncate(most);
+        }
+        let mut candidates: Vec<u32> = scored.iter().map(|one| one.1).collect();
         // Neighbours search the same nodes.
         candidates.sort_unstable();
         candidates
+    }
+
+    /// Adds the children of `at`, each with what is to be gained, where it is large enough. Returns them.
+    #[inline(always)]
+    fn score(&self, at: u32, least: f32, scored: &mut Vec<(f32, u32)>) -> Option<[u32; 2]> {
+        let node = &self.nodes[at as usize];
+        let area = self.bounds(at).half_area();
+        if node.is_leaf() || area < least {
+            return None;
+        }
+        let pair = [node.first, node.first + 1];
+        let [left, right] = pair.map(|child| self.bounds(child).half_area());
+        // Flat containers must not divide by zero.
+        let waste = area * (area / (left + right + 1e-6 * area)) * (area / (left.min(right) + 1e-3 * area));
+        if waste > 0.0 {
+            scored.extend(pair.map(|child| (waste, child)));
+        }
+        Some(pair)
     }
 
     /// Where `node` costs least, where that is less than now: branch and bound over the siblings of its ancestors and everything
@@ -176,9 +250,9 @@ impl<'a> Links<'a> {
     }
 
     /// Takes `node` out and joins it with `target`, which must be neither above nor below it nor its sibling: the sibling takes
-    /// the parent's place, and the pair that becomes free takes target and node. Undone where the summed area does not
-    /// fall. Whether it was done.
-    fn make(&mut self, node: u32, target: u32, undo: &mut Vec<(u32, Aabb)>) -> bool {
+    /// the parent's place, and the pair that becomes free takes target and node. Undone where the summed area does not fall.
+    /// By how much it fell.
+    fn make(&mut self, node: u32, target: u32, undo: &mut Vec<(u32, Aabb)>) -> Option<f64> {
         let parent = self.parent(node);
         let pair = node.min(sibling(node));
         let places = [parent, pair, pair + 1, target];
@@ -190,12 +264,12 @@ impl<'a> Links<'a> {
         self.set(pair + 1, moved);
         let joined = Node { container: partner.container.union(&moved.container), first: pair, count: 0 };
         self.set(target, joined);
-        let mut change = f64::from(joined.container.half_area()) - f64::from(before[0].container.half_area());
+        let mut fall = f64::from(before[0].container.half_area()) - f64::from(joined.container.half_area());
         undo.clear();
-        change += self.refit(self.parent(parent), undo);
-        change += self.refit(self.parent(target), undo);
-        if change < 0.0 {
-            return true;
+        fall -= self.refit(self.parent(parent), undo);
+        fall -= self.refit(self.parent(target), undo);
+        if fall > 0.0 {
+            return Some(fall);
         }
         for &(at, container) in undo.iter().rev() {
             self.nodes[at as usize].container = container;
@@ -203,7 +277,7 @@ impl<'a> Links<'a> {
         for (at, node) in places.into_iter().zip(before) {
             self.set(at, node);
         }
-        false
+        None
     }
 
     /// Fits the containers from `node` up, until nothing changes. By how much their areas grow.

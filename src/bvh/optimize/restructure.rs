@@ -1,105 +1,161 @@
 //! Restructuring: agglomerative clustering merges what is close, which on scans is worse than splitting from the top, on
-//! architecture far better. So treelets are built again by the surface area heuristic from the top, small ones first,
-//! then the whole tree, and each is kept only where it is cheaper.
+//! architecture far better. So a sample of treelets is built again from the top; where that pays on the whole, so is the
+//! tree, otherwise the treelets of those neighbourhoods where it pays, each kept only where it is cheaper.
 
 use rayon::prelude::*;
 
-use super::below::{Below, below, of};
-use super::sweep::{self, Cluster};
-use crate::bvh::{Container, Node};
+use super::below::joined_cost;
+use super::gather::{Leaves, node_of, treelet_roots};
+use super::item::{Item, NEW};
+use super::topdown::{Builder, TopDown};
+use super::weigh::Weight;
+use crate::bvh::simd::SimdLevel;
+use crate::bvh::{Node, Tree};
 use crate::cancel::{CancelToken, Cancelled};
 use crate::geometry::Aabb;
 
-/// Sizes in primitives of the treelets that are built again, one after the other; the whole tree comes last.
-const LEVELS: [u32; 2] = [4096, u32::MAX];
-/// Share of its cost by which a treelet must become cheaper: less is rounding.
-const MIN_GAIN: f32 = 1e-5;
+/// So many treelets are built to see whether it pays for their neighbours, where there are more.
+const SAMPLES: usize = 20;
+/// Least neighbours, one of which is built.
+const NEIGHBOURS: usize = 8;
+/// Share of their cost that all samples must gain for the whole tree to be built again. Scans gain 5 to 6 percent, architecture
+/// 0 to 3.
+const WHOLE_GAIN: f32 = 0.04;
+/// Share of its cost that a sample must gain for its neighbours to be built.
+const SAMPLE_GAIN: f32 = 0.03;
+/// Share of its cost that what is kept must gain: less is rounding.
+const KEPT_GAIN: f32 = 1e-5;
+/// Most nodes: links have a bit for other things.
+const MAX_NODES: usize = NEW as usize;
 
-/// Builds treelets of the tree again. `nodes` may stand in any order, siblings together, before and after.
-pub fn restructure(nodes: &mut [Node<Aabb>], token: &CancelToken) -> Result<(), Cancelled> {
-    let mut all = below(nodes);
-    for size in LEVELS {
-        // The largest subtrees of at most this size, and what is above them.
-        let (mut roots, mut above, mut open) = (Vec::new(), Vec::new(), vec![0_u32]);
-        while let Some(at) = open.pop() {
-            let node = &nodes[at as usize];
-            if all[at as usize].primitives <= size {
-                roots.push(at);
-            } else if !node.is_leaf() {
-                above.push(at);
-                open.extend([node.first + 1, node.first]);
-            }
-        }
-        let cheaper: Vec<Option<Treelet>> = roots
-            .par_iter()
-            .map(|&at| {
-                token.check()?;
-                Ok(Treelet::cheaper(nodes, &all, at))
-            })
-            .collect::<Result<_, _>>()?;
-        for treelet in cheaper.into_iter().flatten() {
-            treelet.write(nodes, &mut all);
-        }
-        for &at in above.iter().rev() {
-            all[at as usize] = of(nodes, &all, at as usize);
+/// Builds treelets of `tree`, whose nodes have `weights`, or all of it again. The nodes then stand in any order, siblings
+/// together. Returns by how much the SAH cost falls.
+pub fn restructure(
+    tree: &mut Tree<Aabb>,
+    weights: &[Weight],
+    collapses: bool,
+    token: &CancelToken,
+) -> Result<f32, Cancelled> {
+    if tree.nodes.len() > MAX_NODES {
+        return Ok(0.0);
+    }
+    let job = Job {
+        nodes: &tree.nodes,
+        weights,
+        builder: Builder { level: SimdLevel::best().level_of_plain_loops(), collapses, token },
+    };
+    let roots = treelet_roots(&tree.nodes, weights);
+    let neighbours = roots.len().div_ceil(SAMPLES).max(NEIGHBOURS);
+    let samples = roots.par_chunks(neighbours).map(|group| {
+        let root = group[group.len() / 2];
+        let old = weights[root as usize].cost;
+        Ok([old, job.treelet(root)?.map_or(old, |treelet| treelet.cost)])
+    });
+    let samples: Vec<[f32; 2]> = samples.collect::<Result<_, _>>()?;
+    let gains = |[old, new]: [f32; 2], share: f32| new < old * (1.0 - share);
+    let all = samples.iter().fold([0.0; 2], |sum, sample| [sum[0] + sample[0], sum[1] + sample[1]]);
+    if gains(all, WHOLE_GAIN)
+        && let Some(whole) = job.whole(&roots)?
+    {
+        let old = weights[0].cost;
+        if gains([old, whole.cost], KEPT_GAIN) {
+            write_whole(tree, &whole.tree);
+            return Ok(old - whole.cost);
         }
     }
-    Ok(())
+
+    let pays = |at: usize| gains(samples[at / neighbours], SAMPLE_GAIN);
+    let chosen: Vec<u32> = roots.iter().enumerate().filter(|&(at, _)| pays(at)).map(|(_, &root)| root).collect();
+    let built = chosen.par_iter().map(|&root| {
+        let treelet = job.treelet(root)?;
+        Ok(treelet.filter(|treelet| gains([weights[root as usize].cost, treelet.cost], KEPT_GAIN)))
+    });
+    let built: Vec<Option<Treelet>> = built.collect::<Result<_, _>>()?;
+    let mut gain = 0.0;
+    for (&root, treelet) in chosen.iter().zip(&built) {
+        if let Some(treelet) = treelet {
+            treelet.write(&mut tree.nodes, root);
+            gain += weights[root as usize].cost - treelet.cost;
+        }
+    }
+    Ok(gain)
 }
 
 /// A subtree that was built again.
 struct Treelet {
-    /// Where its root stands.
-    root: u32,
-    top: Cluster,
-    /// The parts of each new cluster.
-    slots: Vec<[Cluster; 2]>,
-    /// Where pairs of siblings stand.
-    pairs: Vec<u32>,
-    /// What the given clusters stand for.
-    given: Vec<(Node<Aabb>, Below)>,
+    tree: TopDown,
+    /// Where the pairs of siblings of the old one stand: as many as it needs.
+    places: Vec<u32>,
+    cost: f32,
 }
 
 impl Treelet {
-    /// The subtree under `root` built from the top; `None` where that is no cheaper.
-    fn cheaper(nodes: &[Node<Aabb>], all: &[Below], root: u32) -> Option<Self> {
-        let (mut clusters, mut given, mut pairs) = (Vec::new(), Vec::new(), Vec::new());
-        let mut open = vec![root];
-        while let Some(at) = open.pop() {
-            let (node, below) = (nodes[at as usize], all[at as usize]);
-            // What becomes one leaf needs no tree.
-            if node.is_leaf() || below.is_best_as_leaf(node.container.relative_area()) {
-                clusters.push(Cluster::given(&node.container, below, given.len() as u32));
-                given.push((node, below));
-            } else {
-                pairs.push(node.first);
-                open.extend([node.first + 1, node.first]);
+    /// Puts it in the place of the old one.
+    fn write(&self, nodes: &mut [Node<Aabb>], root: u32) {
+        nodes[root as usize].first = self.places[0];
+        for (pair, &first) in self.tree.pairs.iter().zip(&self.places) {
+            for (item, at) in pair.iter().zip(first as usize..) {
+                nodes[at] = node_of(item, |pair| self.places[pair as usize]);
             }
         }
-        let [first, _, _, ..] = clusters[..] else { return None };
-        let mut slots = vec![[first; 2]; pairs.len()];
-        let top = sweep::build(&mut clusters, &mut slots, 0, 0);
-        if top.below.cost >= all[root as usize].cost * (1.0 - MIN_GAIN) {
-            return None;
+    }
+}
+
+/// Pairs that one task writes.
+const CHUNK: usize = 4096;
+
+/// Puts a whole tree in the place of the old one, depth first.
+fn write_whole(tree: &mut Tree<Aabb>, new: &TopDown) {
+    tree.nodes[0].first = 1;
+    tree.nodes.truncate(1 + 2 * new.pairs.len());
+    tree.nodes[1..].par_chunks_mut(2 * CHUNK).zip(new.pairs.par_chunks(CHUNK)).for_each(|(nodes, pairs)| {
+        for (node, item) in nodes.iter_mut().zip(pairs.as_flattened()) {
+            *node = node_of(item, |pair| 1 + 2 * pair);
         }
-        pairs.sort_unstable();
-        Some(Self { root, top, slots, pairs, given })
+    });
+}
+
+struct Job<'a> {
+    nodes: &'a [Node<Aabb>],
+    weights: &'a [Weight],
+    builder: Builder<'a>,
+}
+
+impl Job<'_> {
+    /// The subtree under `root` built again; `None` where there is only one tree over its leaves.
+    fn treelet(&self, root: u32) -> Result<Option<Treelet>, Cancelled> {
+        let Leaves { mut items, places } = Leaves::below(self.nodes, root);
+        if items.len() < 3 {
+            return Ok(None);
+        }
+        let mut tree = TopDown::default();
+        let below = self.builder.build(&mut items, self.item(root), &mut tree)?;
+        Ok(Some(Treelet { tree, places, cost: self.cost(root, below) }))
     }
 
-    /// Puts it in the place of the old one.
-    fn write(&self, nodes: &mut [Node<Aabb>], all: &mut [Below]) {
-        let mut open = vec![(self.top, self.root)];
-        while let Some((cluster, at)) = open.pop() {
-            let link = cluster.link as usize;
-            let (node, below) = if cluster.new {
-                let first = self.pairs[link];
-                let [left, right] = self.slots[link];
-                open.extend([(right, first + 1), (left, first)]);
-                (Node { container: cluster.bounds.container(), first, count: 0 }, cluster.below)
-            } else {
-                self.given[link]
-            };
-            (nodes[at as usize], all[at as usize]) = (node, below);
+    /// The whole tree, which consists of the treelets under `roots` and what is above, built again.
+    fn whole(&self, roots: &[u32]) -> Result<Option<Treelet>, Cancelled> {
+        let parts: Vec<Leaves> = roots.par_iter().map(|&root| Leaves::below(self.nodes, root)).collect();
+        let mut items = Vec::with_capacity(parts.iter().map(|part| part.items.len()).sum());
+        for part in &parts {
+            items.extend_from_slice(&part.items);
         }
+        drop(parts);
+        if items.len() < 3 {
+            return Ok(None);
+        }
+        let mut tree = TopDown::default();
+        let below = self.builder.build(&mut items, self.item(0), &mut tree)?;
+        Ok(Some(Treelet { tree, places: Vec::new(), cost: self.cost(0, below) }))
+    }
+
+    fn item(&self, root: u32) -> Item {
+        Item::new(&self.nodes[root as usize].container, self.weights[root as usize].count, NEW)
+    }
+
+    /// SAH cost of `root` over children that cost `below`.
+    fn cost(&self, root: u32, below: f32) -> f32 {
+        let area = self.nodes[root as usize].container.half_area();
+        joined_cost(area, self.weights[root as usize].count, below, self.builder.collapses).0
     }
 }
