@@ -33,7 +33,8 @@ impl<C> Node<C> {
 pub struct Tree<C> {
     /// All nodes; a parent always comes before its children.
     pub nodes: Vec<Node<C>>,
-    /// Each primitive's index in the list that the tree was built from, in leaf order.
+    /// Each primitive's index in the list that the tree was built from, in leaf order: builders and passes put the leaves from
+    /// left to right, so that the primitives below any node are neighbours.
     pub primitive_indices: Vec<u32>,
     /// Depth of the deepest node; the root's is 0.
     pub max_depth: u32,

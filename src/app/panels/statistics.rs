@@ -106,7 +106,7 @@ fn stage_row(ui: &mut Ui, name: &str, time: Duration, share: f64, costs: Option<
     let painter = ui.painter();
     painter.text(pos2(rect.left() + 8.0, rect.center().y), egui::Align2::LEFT_CENTER, name, font.clone(), palette.dim);
     let bar = Rect::from_min_max(
-        pos2(rect.left() + 76.0, rect.center().y - 2.0),
+        pos2(rect.left() + 84.0, rect.center().y - 2.0),
         pos2(rect.right() - if costs.is_some() { 152.0 } else { 68.0 }, rect.center().y + 2.0),
     );
     if bar.width() > 8.0 {
