@@ -78,7 +78,9 @@ fn threshold(ui: &mut Ui, state: &mut AppState) {
 
 fn presets(ui: &mut Ui, state: &mut AppState) {
     ui.horizontal_wrapped(|ui| {
-        ui.spacing_mut().item_spacing.x = 4.0;
+        // All five in one row of the narrowest panel.
+        ui.spacing_mut().item_spacing.x = 3.0;
+        ui.spacing_mut().button_padding.x = 5.0;
         for preset in Preset::ALL {
             let (threshold, epsilon) = preset.parameters();
             let source = match preset {
