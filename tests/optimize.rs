@@ -142,6 +142,24 @@ fn optimized_trees_do_not_depend_on_the_number_of_threads() {
     }
 }
 
+/// Large enough for a whole tree from the top, the first splits of which are shared out.
+#[test]
+fn a_large_scan_is_built_again_by_any_number_of_threads() {
+    let triangles = trees::ball(Vec3::ZERO, 1.0, 280);
+    let settings = BuildSettings::preset(Preset::Best, ContainerKind::Aabb);
+    let with_threads = |threads| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("threads");
+        pool.install(|| build(&triangles, &settings, &CancelToken::new())).expect("nothing to refuse")
+    };
+    let (tree, times) = with_threads(1);
+    assert_eq!(validate(&tree, &triangles), Ok(()));
+    let [before, after] = times.cost_change(Pass::Restructure.name()).expect("it ran");
+    assert!(triangles.len() > 150_000 && after < 0.96 * before, "{} triangles, {before} to {after}", triangles.len());
+    for threads in [2, 5] {
+        assert!(tree == with_threads(threads).0, "{threads} threads make another tree");
+    }
+}
+
 #[test]
 fn passes_have_stages_and_names() {
     let triangles = trees::soup(500, 0.1, 3);

@@ -12,6 +12,7 @@ mod restructure;
 mod shares;
 mod small;
 mod split;
+mod split_large;
 mod topdown;
 mod weigh;
 

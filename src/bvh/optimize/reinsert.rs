@@ -16,7 +16,7 @@ use crate::geometry::Aabb;
 /// Most rounds of search and moves: on architecture the sixth still gains a thousandth.
 const ROUNDS: u32 = 5;
 /// Share of the cost that a round must gain for another to follow.
-const MIN_GAIN: f64 = 1e-3;
+const MIN_GAIN: f64 = 2e-3;
 /// One subtree for so many primitives is looked at in each round: twice as many gain two thousandths more, in twice the time.
 const PRIMITIVES_PER_CANDIDATE: usize = 50;
 /// Candidates between two looks at the token.

@@ -136,11 +136,14 @@ impl Job<'_> {
     /// The whole tree, which consists of the treelets under `roots` and what is above, built again.
     fn whole(&self, roots: &[u32]) -> Result<Option<Treelet>, Cancelled> {
         let parts: Vec<Leaves> = roots.par_iter().map(|&root| Leaves::below(self.nodes, root)).collect();
-        let mut items = Vec::with_capacity(parts.iter().map(|part| part.items.len()).sum());
-        for part in &parts {
-            items.extend_from_slice(&part.items);
+        let mut items: Vec<Item> = bytemuck::zeroed_vec(parts.iter().map(|part| part.items.len()).sum());
+        let (mut targets, mut rest) = (Vec::with_capacity(parts.len()), &mut items[..]);
+        for part in parts {
+            let own;
+            (own, rest) = rest.split_at_mut(part.items.len());
+            targets.push((own, part));
         }
-        drop(parts);
+        targets.into_par_iter().for_each(|(own, part)| own.copy_from_slice(&part.items));
         if items.len() < 3 {
             return Ok(None);
         }

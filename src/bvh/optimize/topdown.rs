@@ -8,6 +8,7 @@ use super::below::{joined_cost, leaf_cost};
 use super::item::{Item, NEW};
 use super::small::{SMALL, small_tree};
 use super::split::split;
+use super::split_large::{LARGE, split_large};
 use crate::cancel::{CancelToken, Cancelled};
 
 /// Up to this many items are built by one thread: twice their bytes fit the second cache.
@@ -67,7 +68,11 @@ impl Builder<'_> {
             dispatch!(self.level, simd => self.task(simd, Range { items, other, whole, pairs, below, offset, depth }));
             return Ok(());
         }
-        let (middle, mut pair) = dispatch!(self.level, simd => split(simd, items, other, &whole, depth));
+        let (middle, mut pair) = if count >= LARGE {
+            split_large(self.level, items, other, &whole, depth)
+        } else {
+            dispatch!(self.level, simd => split(simd, items, other, &whole, depth))
+        };
         let (items, items_right) = items.split_at_mut(middle);
         let (other, other_right) = other.split_at_mut(middle);
         let ([own_pair, pairs @ ..], [own_below, below @ ..]) = (pairs, below) else { return Ok(()) };
