@@ -21,6 +21,8 @@ const MIN_GAIN: f64 = 2e-3;
 const PRIMITIVES_PER_CANDIDATE: usize = 50;
 /// Candidates between two looks at the token.
 const BATCH: usize = 256;
+/// Nodes between two looks at the token where nothing else is done with them.
+const NODES_PER_LOOK: usize = 1 << 20;
 /// Nodes that one thread looks at before the rest is shared out.
 const TOP_NODES: usize = 256;
 /// No node.
@@ -39,7 +41,7 @@ struct Move {
 /// Moves subtrees of a tree over so many primitives, with so much SAH cost, to better places. `nodes` may stand in any order,
 /// siblings together, before and after. Returns by how much the cost falls.
 pub fn reinsert(nodes: &mut [Node<Aabb>], primitives: usize, cost: f64, token: &CancelToken) -> Result<f64, Cancelled> {
-    let mut links = Links::new(nodes);
+    let mut links = Links::new(nodes, token)?;
     // Nodes that were changed in this round.
     let mut changed = HashSet::new();
     let mut undo = Vec::new();
@@ -123,14 +125,17 @@ struct Links<'a> {
 }
 
 impl<'a> Links<'a> {
-    fn new(nodes: &'a mut [Node<Aabb>]) -> Self {
+    fn new(nodes: &'a mut [Node<Aabb>], token: &CancelToken) -> Result<Self, Cancelled> {
         let mut parents = vec![NONE; nodes.len() / 2];
-        for (at, node) in nodes.iter().enumerate() {
-            if !node.is_leaf() {
-                parents[node.first as usize / 2] = at as u32;
+        for (chunk, chunk_nodes) in nodes.chunks(NODES_PER_LOOK).enumerate() {
+            token.check()?;
+            for (at, node) in (chunk * NODES_PER_LOOK..).zip(chunk_nodes) {
+                if !node.is_leaf() {
+                    parents[node.first as usize / 2] = at as u32;
+                }
             }
         }
-        Self { nodes, parents }
+        Ok(Self { nodes, parents })
     }
 
     /// The parent; [`NONE`] of the root.
