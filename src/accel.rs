@@ -146,6 +146,11 @@ impl Accel {
         self.wide.any_hit(Level::new(), ray)
     }
 
+    /// Whether anything lies on each of `rays`, into the first elements of `blocked`: faster than ray by ray.
+    pub fn any_hits(&self, rays: &[Ray], blocked: &mut [bool]) {
+        self.wide.any_hits(Level::new(), rays, blocked);
+    }
+
     /// The leaf that holds the triangle `primitive_index` and the path to it: node indices from the root to the leaf.
     /// Empty where there is no such triangle.
     pub fn path_to(&self, primitive_index: u32) -> Vec<u32> {

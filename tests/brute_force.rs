@@ -58,8 +58,12 @@ fn check_wide(name: &str, triangles: &[Triangle], tree: &AnyTree, rays: &[Ray], 
         }
         let mut hits = vec![None; rays.len()];
         wide.closest_hits(simd.level(), rays, &mut hits);
-        for (index, (hit, expected)) in hits.iter().zip(expected).enumerate() {
-            assert_eq!(hit, expected, "{name}, together, {simd:?}, {:?}", rays[index]);
+        // Answers that must be overwritten.
+        let mut blocked = vec![true; rays.len()];
+        wide.any_hits(simd.level(), rays, &mut blocked);
+        for (index, expected) in expected.iter().enumerate() {
+            assert_eq!(hits[index], *expected, "{name}, together, {simd:?}, {:?}", rays[index]);
+            assert_eq!(blocked[index], expected.is_some(), "{name}, any hit together, {simd:?}, {:?}", rays[index]);
         }
     }
 }

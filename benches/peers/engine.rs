@@ -124,6 +124,22 @@ pub fn interfaces(ready: &Ready) -> Vec<Interface<'_>> {
                 Query::Any => None,
             }),
         },
+        Interface {
+            engine: OWN,
+            name: format!("{name} in flight"),
+            prepare: Box::new(move |work| match work.query {
+                Query::Closest => None,
+                Query::Any => Some(Box::new(move || {
+                    let mut hits = 0;
+                    let mut blocked = [false; 4 * TILE];
+                    for rays in work.rays.chunks(blocked.len()) {
+                        wide.any_hits(level, rays, &mut blocked);
+                        hits += blocked[..rays.len()].iter().filter(|&&blocked| blocked).count() as u64;
+                    }
+                    Tally { hits, distance: 0.0 }
+                })),
+            }),
+        },
     ]
 }
 

@@ -2,7 +2,6 @@
 
 use glam::Vec3;
 
-use super::sampling::SampleId;
 use super::shade::{Shade, Shaded};
 use super::surface;
 use super::view::View;
@@ -76,7 +75,7 @@ impl Clusters {
 }
 
 impl<C: Container> Shade<C> for Clusters {
-    fn hit(&self, view: &View<C>, ray: &Ray, hit: &Hit, _tests: TestCounts, _id: SampleId) -> Shaded {
+    fn hit(&self, view: &View<C>, ray: &Ray, hit: &Hit, _tests: TestCounts, _blocked: &[bool]) -> Shaded {
         let facing = surface::orientation(view.scene, ray, hit).smooth.dot(-ray.direction).max(0.0);
         let color = cluster_color(self.of_primitive[hit.primitive_index as usize]);
         Shaded { color: color * (0.35 + 0.65 * facing), value: 0.0 }

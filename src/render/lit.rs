@@ -3,10 +3,10 @@
 use glam::Vec3;
 
 use super::Light;
-use super::ambient_occlusion::openness;
+use super::ambient_occlusion::{around, openness};
 use super::sampling::SampleId;
 use super::shade::{Shade, Shaded};
-use super::surface;
+use super::surface::{self, Orientation};
 use super::view::View;
 use crate::bvh::Container;
 use crate::bvh::traverse::TestCounts;
@@ -44,8 +44,33 @@ impl Lit {
     }
 }
 
+impl Lit {
+    /// Whether the sun can shine on a surface. The flat triangle decides about its own shadow, or smooth surfaces would show
+    /// their triangles.
+    fn faces_sun(&self, orientation: &Orientation) -> bool {
+        orientation.smooth.dot(self.sun) > 0.0 && orientation.geometric.dot(self.sun) > 0.0
+    }
+}
+
 impl<C: Container> Shade<C> for Lit {
-    fn hit(&self, view: &View<C>, ray: &Ray, hit: &Hit, _tests: TestCounts, id: SampleId) -> Shaded {
+    /// A ray of contact shadow, then one to the sun.
+    fn occlusion_rays(&self, view: &View<C>, ray: &Ray, hit: &Hit, id: SampleId, rays: &mut Vec<Ray>) {
+        // The first pass stays clean and fast; each further one adds a ray of contact shadow.
+        let contact = id.sample > 0;
+        if !contact && self.light == Light::Headlight || view.scene.material(hit.primitive_index).unlit {
+            return;
+        }
+        let orientation = surface::orientation(view.scene, ray, hit);
+        let position = surface::position(view.scene, hit);
+        if contact {
+            rays.extend(around(view, position, &orientation, view.diagonal * CONTACT_RADIUS, 1, id));
+        }
+        if self.light == Light::Sun && self.faces_sun(&orientation) {
+            rays.push(view.ray_from(position, orientation.geometric, self.sun, f32::INFINITY));
+        }
+    }
+
+    fn hit(&self, view: &View<C>, ray: &Ray, hit: &Hit, _tests: TestCounts, blocked: &[bool]) -> Shaded {
         let scene = view.scene;
         let material = scene.material(hit.primitive_index);
         let base_color = surface::base_color(scene, material, hit);
@@ -53,24 +78,22 @@ impl<C: Container> Shade<C> for Lit {
             return Shaded { color: base_color + material.emissive, value: 0.0 };
         }
         let orientation = surface::orientation(scene, ray, hit);
-        let position = surface::position(scene, hit);
         let normal = orientation.smooth;
 
         let mut sky = GROUND.lerp(SKY, 0.5 + 0.5 * normal.dot(self.up));
-        // The first pass stays clean and fast; each further one adds a ray of contact shadow.
-        if id.sample > 0 {
-            let open = openness(view, position, &orientation, view.diagonal * CONTACT_RADIUS, 1, id);
-            sky *= BOUNCE + (1.0 - BOUNCE) * open;
+        let faces_sun = self.light == Light::Sun && self.faces_sun(&orientation);
+        let (contact, sun) = blocked.split_at(blocked.len() - usize::from(faces_sun));
+        if !contact.is_empty() {
+            sky *= BOUNCE + (1.0 - BOUNCE) * openness(contact);
         }
         let key = match self.light {
             Light::Headlight => HEADLIGHT * normal.dot(-ray.direction).max(0.0),
             Light::Sun => {
-                let facing = normal.dot(self.sun);
-                // The flat triangle decides about its own shadow, or smooth surfaces would show their triangles.
-                let lit = facing > 0.0
-                    && orientation.geometric.dot(self.sun) > 0.0
-                    && !view.is_blocked(&view.ray_from(position, orientation.geometric, self.sun, f32::INFINITY));
-                if lit { SUN * facing } else { Vec3::ZERO }
+                if sun == [false] {
+                    SUN * normal.dot(self.sun)
+                } else {
+                    Vec3::ZERO
+                }
             }
         };
         Shaded { color: tone_map(base_color * (sky + key) + material.emissive), value: 0.0 }

@@ -193,30 +193,31 @@ fn trace_tile<C: Container, S: Shade<C>>(
         let point = grid.point(x, y, within);
         view.camera.ray(point.x, point.y)
     };
-    let mut finish = |[x, y]: [u32; 2], index: usize, ray: Ray, hit: Option<Hit>, tests: TestCounts| {
-        let pixel = &mut pixels[index];
-        let point = grid.point(x, y, within);
-        let shaded = match &hit {
-            Some(hit) => shade.hit(view, &ray, hit, tests, SampleId { x, y, sample }),
-            None => shade.miss(view.background(point.y), tests),
-        };
-        if shaded.color.is_finite() {
-            pixel.sum += shaded.color;
-        } else {
-            counts.nan_samples += 1;
-        }
-        counts.hits += u64::from(hit.is_some());
-        counts.tests.containers += tests.containers;
-        counts.tests.primitives += tests.primitives;
-        if sample == 0 {
-            pixel.value = shaded.value;
-            if let Some(hit) = hit {
-                pixel.depth = view.camera.view_depth(&ray, hit.t);
-                pixel.distance = hit.t - ortho_offset;
-                pixel.primitive = hit.primitive_index;
+    let mut finish =
+        |[x, y]: [u32; 2], index: usize, ray: Ray, hit: Option<Hit>, tests: TestCounts, blocked: &[bool]| {
+            let pixel = &mut pixels[index];
+            let point = grid.point(x, y, within);
+            let shaded = match &hit {
+                Some(hit) => shade.hit(view, &ray, hit, tests, blocked),
+                None => shade.miss(view.background(point.y), tests),
+            };
+            if shaded.color.is_finite() {
+                pixel.sum += shaded.color;
+            } else {
+                counts.nan_samples += 1;
             }
-        }
-    };
+            counts.hits += u64::from(hit.is_some());
+            counts.tests.containers += tests.containers;
+            counts.tests.primitives += tests.primitives;
+            if sample == 0 {
+                pixel.value = shaded.value;
+                if let Some(hit) = hit {
+                    pixel.depth = view.camera.view_depth(&ray, hit.t);
+                    pixel.distance = hit.t - ortho_offset;
+                    pixel.primitive = hit.primitive_index;
+                }
+            }
+        };
     if S::COUNTS {
         grid.for_each_pixel(tile, |x, y, index| {
             let (ray, mut tests) = (ray(x, y), TestCounts::default());
@@ -225,7 +226,7 @@ fn trace_tile<C: Container, S: Shade<C>>(
             } else {
                 view.closest_solid(&ray, request.settings.traversal, &mut tests)
             };
-            finish([x, y], index, ray, hit, tests);
+            finish([x, y], index, ray, hit, tests, &[]);
         });
     } else {
         let (mut rays, mut places) = (ArrayVec::<_, TILE_AREA>::new(), ArrayVec::<_, TILE_AREA>::new());
@@ -235,8 +236,20 @@ fn trace_tile<C: Container, S: Shade<C>>(
         });
         let mut hits = [None; TILE_AREA];
         view.closest_of_tile(&rays, &mut hits);
-        for (((pixel, index), ray), hit) in places.into_iter().zip(rays).zip(hits) {
-            finish(pixel, index, ray, hit, TestCounts::default());
+        // The tile's rays towards light all together; each pixel's are behind those of the pixel before.
+        let (mut towards_light, mut ends) = (Vec::new(), ArrayVec::<usize, TILE_AREA>::new());
+        for ((&([x, y], _), ray), hit) in places.iter().zip(&rays).zip(&hits) {
+            if let Some(hit) = hit {
+                shade.occlusion_rays(view, ray, hit, SampleId { x, y, sample }, &mut towards_light);
+            }
+            ends.push(towards_light.len());
+        }
+        let mut blocked = vec![false; towards_light.len()];
+        view.are_blocked(&towards_light, &mut blocked);
+        let mut start = 0;
+        for ((((pixel, index), ray), hit), end) in places.into_iter().zip(rays).zip(hits).zip(ends) {
+            finish(pixel, index, ray, hit, TestCounts::default(), &blocked[start..end]);
+            start = end;
         }
     }
     counts

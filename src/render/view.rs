@@ -84,9 +84,15 @@ impl<'a, C: Container> View<'a, C> {
         closest_hit(self.tree, self.accel.leaf_triangles(), ray, traversal, probe)
     }
 
-    /// Whether something solid lies on `ray`.
-    pub(super) fn is_blocked(&self, ray: &Ray) -> bool {
-        if self.has_holes { self.closest(ray).is_some() } else { self.wide.any_hit(self.level, ray) }
+    /// Whether something solid lies on each ray, into the first elements of `blocked`.
+    pub(super) fn are_blocked(&self, rays: &[Ray], blocked: &mut [bool]) {
+        if self.has_holes {
+            for (blocked, ray) in blocked.iter_mut().zip(rays) {
+                *blocked = self.closest(ray).is_some();
+            }
+        } else {
+            self.wide.any_hits(self.level, rays, blocked);
+        }
     }
 
     #[cold]

@@ -71,7 +71,7 @@ pub fn collapse<C: WideContainer>(tree: &Tree<C>, triangles: &[Triangle]) -> Wid
                 let place = Place::find(&places, part, |place| place.block, index);
                 let plans = &parts[*part].blocks[index - place.block..];
                 if let Some(ahead) = plans.get(FETCHED_AHEAD) {
-                    ahead.slots().for_each(|slot| prefetch(&triangles[tree.primitive_indices[slot] as usize]));
+                    ahead.slots().for_each(|slot| prefetch(triangles, tree.primitive_indices[slot] as usize));
                 }
                 TriangleBlock::new(triangles, &tree.primitive_indices[plans[0].slots()], plans[0].is_last)
             },

@@ -25,6 +25,7 @@ macro_rules! each {
 pub mod block;
 pub mod bounds;
 mod collapse;
+mod in_flight;
 mod opening;
 pub mod packet;
 mod prefetch;
@@ -97,6 +98,16 @@ pub struct WideTree<C: WideContainer> {
 }
 
 impl<C: WideContainer> WideTree<C> {
+    /// Has a child fetched, which need not exist.
+    #[inline(always)]
+    fn prefetch(&self, child: Child) {
+        if child.is_leaf() {
+            prefetch::prefetch(&self.blocks, child.index());
+        } else {
+            prefetch::prefetch(&self.nodes, child.index());
+        }
+    }
+
     /// Bytes of nodes.
     pub fn node_bytes(&self) -> usize {
         size_of_val(&self.nodes[..])
@@ -156,7 +167,24 @@ impl AnyWideTree {
     /// Whether anything lies on `ray` between its `t_min` and `t_max`.
     #[inline]
     pub fn any_hit(&self, level: Level, ray: &Ray) -> bool {
-        with_wide_tree!(self, tree => dispatch!(level, simd => single::any_hit(simd, tree, ray, &mut NoProbe)))
+        self.any_hit_with(level, ray, &mut NoProbe)
+    }
+
+    /// [`AnyWideTree::any_hit`], watched by `probe`: nodes are counted as containers, blocks as primitives.
+    #[inline]
+    pub fn any_hit_with<P: Probe>(&self, level: Level, ray: &Ray, probe: &mut P) -> bool {
+        with_wide_tree!(self, tree => dispatch!(level, simd => single::any_hit(simd, tree, ray, probe)))
+    }
+
+    /// Whether anything lies on each of `rays`, into the first elements of `blocked`: faster than ray by ray, the more so the
+    /// larger the tree is.
+    ///
+    /// # Panics
+    ///
+    /// Where `blocked` is shorter than `rays`.
+    pub fn any_hits(&self, level: Level, rays: &[Ray], blocked: &mut [bool]) {
+        assert!(blocked.len() >= rays.len(), "{} answers for {} rays", blocked.len(), rays.len());
+        with_wide_tree!(self, tree => dispatch!(level, simd => in_flight::any_hits(simd, tree, rays, blocked)));
     }
 
     /// The nearest hits of `rays`, into the first elements of `hits`; see [`packet::closest_hits`].

@@ -121,7 +121,7 @@ impl Scratch {
     /// Lists the interior nodes below `root`, breadth first.
     fn gather<C: WideContainer>(&mut self, tree: &Tree<C>, root: u32) {
         let entry = |node: &Node<C>| {
-            prefetch(&tree.nodes[node.first as usize]);
+            prefetch(&tree.nodes, node.first as usize);
             let area = node.container.relative_area();
             Entry { children: node.first, entries: [LEAF; 2], area, cost: 0.0, first: 0, count: 0, is_leaf: false }
         };

@@ -223,6 +223,7 @@ impl Packet {
                     self.groups_that_enter(simd, &interval, lane, active)
                 };
                 if groups != 0 {
+                    tree.prefetch(node.children[lane]);
                     stack.push(Waiting { entry: interval.entry[lane], child: node.children[lane], groups });
                     stack.sort_last(mark);
                 }

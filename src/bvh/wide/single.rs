@@ -34,7 +34,7 @@ pub fn any_hit<S: Simd, C: WideContainer, P: Probe>(simd: S, tree: &WideTree<C>,
 
 /// Narrows `nearest` down; with `ANY` only until it holds some hit.
 #[inline(always)]
-fn walk<S: Simd, C: WideContainer, P: Probe, const ANY: bool>(
+pub(super) fn walk<S: Simd, C: WideContainer, P: Probe, const ANY: bool>(
     simd: S,
     tree: &WideTree<C>,
     ray: &PreparedRay,
@@ -85,6 +85,7 @@ fn walk<S: Simd, C: WideContainer, P: Probe, const ANY: bool>(
                     if !ANY && other.entry < next.entry {
                         std::mem::swap(&mut other, &mut next);
                     }
+                    tree.prefetch(other.child);
                     stack.push(other);
                     if !ANY {
                         stack.sort_last(mark);
