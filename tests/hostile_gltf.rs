@@ -117,6 +117,26 @@ fn counts_offsets_and_lengths_are_not_believed() {
 }
 
 #[test]
+fn base64_of_every_exporter_is_read() {
+    // The corners (0, 0, 0), (1, 0, 0), (0, 1, 0) and the indices 0, 1, 2, whose last two digits say how it is padded.
+    let plain = "AAAAAAAAAAAAAAAAAACAPwAAAAAAAAAAAAAAAAAAgD8AAAAAAAABAAIA";
+    let (lines, padded) = (plain.replace("AAAA", "AA\r\nAA"), format!("{plain}AA=="));
+    for text in [plain, &lines, &padded, &padded.replace('=', "")] {
+        let scene = load(&with("/buffers/0/uri", json!(format!("data:;base64,{text}")))).unwrap();
+        assert_eq!(scene.triangles[0].b, glam::Vec3::X, "{text}");
+    }
+    // 0xFF three times over is "////" or, where it has to stand in a URL, "____".
+    for ones in ["////", "____"] {
+        let uri = format!("data:;base64,{ones}{}", &plain[4..]);
+        assert!(load(&with("/buffers/0/uri", json!(uri))).is_ok(), "{ones}");
+    }
+    for (text, part) in [("A", "damaged"), ("AA=AAA", "damaged"), ("AAAA", "bufferViews[0] needs")] {
+        let message = refusal(&with("/buffers/0/uri", json!(format!("data:;base64,{text}"))));
+        assert!(message.contains(part), "{text}: {message}");
+    }
+}
+
+#[test]
 fn one_bad_primitive_does_not_take_the_others_along() {
     let mut document = triangle();
     let primitives = document.pointer_mut("/meshes/0/primitives").unwrap().as_array_mut().unwrap();

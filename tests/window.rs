@@ -3,28 +3,18 @@
 #![cfg(all(feature = "gui", target_os = "linux"))]
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
-use std::io::{BufRead, BufReader};
+mod desktop;
+
 use std::path::Path;
-use std::process::{Child, Command, Stdio};
-use std::sync::mpsc::{Receiver, channel};
-use std::sync::{Mutex, MutexGuard, PoisonError};
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
-/// Generous, because the machine may be loaded; nothing measures speed by it.
-const PATIENCE: Duration = Duration::from_secs(90);
+use desktop::{Desktop, Program};
 
-/// One window at a time: software rendering takes every core anyway.
-static ONE_AT_A_TIME: Mutex<()> = Mutex::new(());
-
-/// A virtual screen with the program on it.
-struct Desktop {
-    xvfb: Child,
-    app: Child,
-    display: String,
-    window: String,
-    log: Receiver<String>,
-    home: tempfile::TempDir,
-    _turn: MutexGuard<'static, ()>,
+/// The program in its window, at the top left of the screen.
+struct Window {
+    program: Program,
+    desktop: Desktop,
+    id: String,
 }
 
 /// A picture of the whole screen: width, height and pixels as 0xRRGGBB.
@@ -33,128 +23,42 @@ struct Screenshot {
     pixels: Vec<u32>,
 }
 
-impl Desktop {
-    fn start(arguments: &[&str]) -> Self {
-        let turn = ONE_AT_A_TIME.lock().unwrap_or_else(PoisonError::into_inner);
-        let mut xvfb = Command::new("Xvfb")
-            .args(["-displayfd", "1", "-screen", "0", "1280x800x24", "-nolisten", "tcp"])
-            .stdout(Stdio::piped())
-            .stderr(Stdio::null())
-            .spawn()
-            .expect("Xvfb is missing: `make test` installs it");
-        let mut number = String::new();
-        BufReader::new(xvfb.stdout.as_mut().unwrap()).read_line(&mut number).unwrap();
-        let display = format!(":{}", number.trim());
-        let home = tempfile::tempdir().unwrap();
-        let mut app = Command::new(env!("CARGO_BIN_EXE_bvhscope"))
-            .args(arguments)
-            .current_dir(home.path())
-            .env("DISPLAY", &display)
-            .env_remove("WAYLAND_DISPLAY")
-            .env("XDG_DATA_HOME", home.path())
-            .env("XDG_CONFIG_HOME", home.path())
-            .env("XDG_RUNTIME_DIR", home.path())
-            .env("WINIT_X11_SCALE_FACTOR", "1")
-            .env("RUST_LOG", "bvhscope=info")
-            .stderr(Stdio::piped())
-            .spawn()
-            .unwrap();
-        let stderr = app.stderr.take().unwrap();
-        let (sender, log) = channel();
-        std::thread::spawn(move || {
-            for line in BufReader::new(stderr).lines().map_while(Result::ok) {
-                eprintln!("  {line}");
-                if sender.send(line).is_err() {
-                    break;
-                }
-            }
-        });
-        let mut desktop = Self { xvfb, app, display, window: String::new(), log, home, _turn: turn };
-        desktop.window = desktop.find_window();
-        desktop.xdotool(&["windowmove", "--sync", &desktop.window.clone(), "0", "0"]);
-        desktop.xdotool(&["windowfocus", "--sync", &desktop.window.clone()]);
-        desktop
-    }
-
-    fn find_window(&mut self) -> String {
-        let give_up = Instant::now() + PATIENCE;
-        loop {
-            let pid = self.app.id().to_string();
-            let output = self.run("xdotool", &["search", "--onlyvisible", "--pid", &pid]);
-            if let Some(id) = output.lines().last() {
-                return id.to_owned();
-            }
-            if let Some(status) = self.app.try_wait().unwrap() {
-                panic!("the program ended before it had a window: {status}");
-            }
-            assert!(Instant::now() < give_up, "no window came up");
-            std::thread::sleep(Duration::from_millis(100));
-        }
-    }
-
-    fn run(&self, program: &str, arguments: &[&str]) -> String {
-        let output = Command::new(program).args(arguments).env("DISPLAY", &self.display).output().unwrap();
-        String::from_utf8_lossy(&output.stdout).into_owned()
-    }
-
-    fn xdotool(&self, arguments: &[&str]) {
-        let status = Command::new("xdotool").args(arguments).env("DISPLAY", &self.display).status().unwrap();
-        assert!(status.success(), "xdotool {arguments:?} failed");
-    }
-
-    /// Waits for a log line that holds `text` and gives it.
-    fn wait_for(&mut self, text: &str) -> String {
-        let give_up = Instant::now() + PATIENCE;
-        loop {
-            match self.log.recv_timeout(Duration::from_millis(200)) {
-                Ok(line) if line.contains(text) => return line,
-                Ok(_) => {}
-                Err(_) => {
-                    if let Some(status) = self.app.try_wait().unwrap() {
-                        panic!("the program ended ({status}) before it said '{text}'");
-                    }
-                }
-            }
-            assert!(Instant::now() < give_up, "the program never said '{text}'");
-        }
+impl Window {
+    fn open(arguments: &[&str]) -> Self {
+        let desktop = Desktop::new();
+        let mut program = desktop.start(arguments);
+        let id = desktop.find_window(&mut program);
+        desktop.xdotool(&["windowmove", "--sync", &id, "0", "0"]);
+        desktop.xdotool(&["windowfocus", "--sync", &id]);
+        Self { program, desktop, id }
     }
 
     /// Waits for the next picture at full resolution; antialiasing may go on.
     fn wait_for_rest(&mut self) {
-        self.wait_for("picture at full resolution");
+        self.program.wait_for("picture at full resolution");
         std::thread::sleep(Duration::from_millis(700));
-        while self.log.try_recv().is_ok() {}
+        self.program.said();
     }
 
     fn screenshot(&self) -> Screenshot {
-        let output = Command::new("xwd").args(["-root", "-silent"]).env("DISPLAY", &self.display).output().unwrap();
-        Screenshot::from_xwd(&output.stdout)
+        Screenshot::from_xwd(&self.desktop.run("xwd", &["-root", "-silent"]))
     }
 
     fn drag(&self, button: &str, from: [i32; 2], to: [i32; 2]) {
         let [x, y] = from.map(|v| v.to_string());
-        self.xdotool(&["mousemove", &x, &y, "mousedown", button]);
+        self.desktop.xdotool(&["mousemove", &x, &y, "mousedown", button]);
         for step in 1..=8 {
             let at = |axis: usize| (from[axis] + (to[axis] - from[axis]) * step / 8).to_string();
-            self.xdotool(&["mousemove", &at(0), &at(1)]);
+            self.desktop.xdotool(&["mousemove", &at(0), &at(1)]);
             std::thread::sleep(Duration::from_millis(20));
         }
-        self.xdotool(&["mouseup", button]);
+        self.desktop.xdotool(&["mouseup", button]);
     }
 
     /// Presses a key, with the focus where a click on the window would put it.
     fn key(&self, key: &str) {
-        self.xdotool(&["windowfocus", "--sync", &self.window]);
-        self.xdotool(&["key", key]);
-    }
-}
-
-impl Drop for Desktop {
-    fn drop(&mut self) {
-        let _ = self.app.kill();
-        let _ = self.app.wait();
-        let _ = self.xvfb.kill();
-        let _ = self.xvfb.wait();
+        self.desktop.xdotool(&["windowfocus", "--sync", &self.id]);
+        self.desktop.xdotool(&["key", key]);
     }
 }
 
@@ -199,51 +103,52 @@ const VIEWPORT: [usize; 4] = [420, 150, 860, 560];
 
 #[test]
 fn a_user_orbits_zooms_toggles_and_rebuilds() {
-    let mut desktop = Desktop::start(&["builtin:teapot:6"]);
-    desktop.wait_for_rest();
-    let start = desktop.screenshot();
+    let mut window = Window::open(&["builtin:teapot:6"]);
+    window.wait_for_rest();
+    let start = window.screenshot();
     assert!(start.colors(VIEWPORT) > 200, "a shaded picture has many colours, this has {}", start.colors(VIEWPORT));
 
-    desktop.drag("1", [640, 380], [760, 430]);
-    desktop.wait_for_rest();
-    let orbited = desktop.screenshot();
+    window.drag("1", [640, 380], [760, 430]);
+    window.wait_for_rest();
+    let orbited = window.screenshot();
     assert!(orbited.changed(&start, VIEWPORT) > 0.1, "a drag must turn the model");
 
-    desktop.xdotool(&["mousemove", "600", "330", "click", "4", "click", "4"]);
-    desktop.wait_for_rest();
-    let zoomed = desktop.screenshot();
+    window.desktop.xdotool(&["mousemove", "600", "330", "click", "4", "click", "4"]);
+    window.wait_for_rest();
+    let zoomed = window.screenshot();
     assert!(zoomed.changed(&orbited, VIEWPORT) > 0.05, "the wheel must zoom");
 
-    desktop.key("b");
+    window.key("b");
     std::thread::sleep(Duration::from_secs(1));
-    let bare = desktop.screenshot();
+    let bare = window.screenshot();
     let share = bare.changed(&zoomed, VIEWPORT);
     assert!(share > 0.005 && share < 0.6, "B must take the lines away and nothing else: {share} changed");
-    desktop.key("b");
+    window.key("b");
     std::thread::sleep(Duration::from_secs(1));
-    assert!(desktop.screenshot().changed(&zoomed, VIEWPORT) < 0.02, "B twice must restore the picture");
+    assert!(window.screenshot().changed(&zoomed, VIEWPORT) < 0.02, "B twice must restore the picture");
 }
 
 #[test]
 fn a_dropped_file_is_opened() {
-    let mut desktop = Desktop::start(&["builtin:cornell"]);
-    desktop.wait_for_rest();
-    let before = desktop.screenshot();
-    let model = desktop.home.path().join("two triangles.obj");
+    let mut window = Window::open(&["builtin:cornell"]);
+    window.wait_for_rest();
+    let before = window.screenshot();
+    let model = window.desktop.home().join("two triangles.obj");
     std::fs::write(&model, "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 2 3\nf 1 2 4\n").unwrap();
     let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/drop_file.py");
     // Debian's python has the module that Debian's package brings; another python in the PATH may not.
-    let status = Command::new("/usr/bin/python3")
+    let status = window
+        .desktop
+        .command("/usr/bin/python3")
         .arg(script)
-        .args([desktop.window.as_str(), model.to_str().unwrap()])
-        .env("DISPLAY", &desktop.display)
+        .args([window.id.as_str(), model.to_str().unwrap()])
         .status()
         .unwrap();
     assert!(status.success(), "the drop was not accepted");
-    let line = desktop.wait_for("presented two triangles.obj");
+    let line = window.program.wait_for("presented two triangles.obj");
     assert!(line.contains("2 triangles"), "{line}");
-    desktop.wait_for_rest();
-    assert!(desktop.screenshot().changed(&before, VIEWPORT) > 0.1, "the dropped model must be shown");
+    window.wait_for_rest();
+    assert!(window.screenshot().changed(&before, VIEWPORT) > 0.1, "the dropped model must be shown");
 }
 
 #[test]
@@ -251,24 +156,17 @@ fn an_unusable_file_keeps_the_window_and_says_why() {
     let home = tempfile::tempdir().unwrap();
     let broken = home.path().join("broken.obj");
     std::fs::write(&broken, "v 0 0 zero\nf 1 1 1\n").unwrap();
-    let mut desktop = Desktop::start(&[broken.to_str().unwrap()]);
-    let line = desktop.wait_for("broken.obj");
+    let mut window = Window::open(&[broken.to_str().unwrap()]);
+    let line = window.program.wait_for("broken.obj");
     assert!(!line.contains("panicked"), "{line}");
     std::thread::sleep(Duration::from_secs(1));
-    assert!(desktop.app.try_wait().unwrap().is_none(), "the window must stay open");
+    assert!(window.program.is_running(), "the window must stay open");
 }
 
 #[test]
 fn closing_the_window_ends_the_program() {
-    let mut desktop = Desktop::start(&["builtin:terrain:300000"]);
-    desktop.key("ctrl+q");
-    let give_up = Instant::now() + PATIENCE;
-    let status = loop {
-        if let Some(status) = desktop.app.try_wait().unwrap() {
-            break status;
-        }
-        assert!(Instant::now() < give_up, "the program is still running");
-        std::thread::sleep(Duration::from_millis(50));
-    };
+    let mut window = Window::open(&["builtin:terrain:300000"]);
+    window.key("ctrl+q");
+    let status = window.program.wait();
     assert!(status.success(), "it ended with {status}");
 }

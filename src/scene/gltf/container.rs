@@ -3,6 +3,8 @@
 use std::borrow::Cow;
 use std::path::Path;
 
+use base64::Engine as _;
+use base64::engine::{DecodePaddingMode, GeneralPurpose, GeneralPurposeConfig};
 use gltf::Glb;
 use gltf::binary::Error as GlbError;
 use gltf::json::Root;
@@ -143,26 +145,22 @@ fn percent_decoded(text: &str) -> Result<Vec<u8>, String> {
     Ok(bytes)
 }
 
+/// With and without padding, line breaks and the alphabet of URLs: exporters differ.
 fn base64(text: &str) -> Result<Vec<u8>, String> {
-    let size = text.len() / 4 * 3;
-    Budget::of_process().check("the bytes of a data URI", size as u64).map_err(|error| error.to_string())?;
-    let mut bytes = Vec::with_capacity(size);
-    let (mut bits, mut count) = (0_u32, 0);
-    for byte in text.bytes().filter(|byte| !byte.is_ascii_whitespace() && *byte != b'=') {
-        let value = match byte {
-            b'A'..=b'Z' => byte - b'A',
-            b'a'..=b'z' => byte - b'a' + 26,
-            b'0'..=b'9' => byte - b'0' + 52,
-            b'+' | b'-' => 62,
-            b'/' | b'_' => 63,
-            _ => return Err("the base64 data has a wrong character".to_owned()),
-        };
-        bits = bits << 6 | u32::from(value);
-        count += 6;
-        if count >= 8 {
-            count -= 8;
-            bytes.push((bits >> count) as u8);
-        }
-    }
-    Ok(bytes)
+    const ANY: GeneralPurpose = GeneralPurpose::new(
+        &base64::alphabet::STANDARD,
+        GeneralPurposeConfig::new()
+            .with_decode_padding_mode(DecodePaddingMode::Indifferent)
+            .with_decode_allow_trailing_bits(true),
+    );
+    // The text without line breaks and what it stands for are held at once.
+    let size = text.len() as u64 / 4 * 7;
+    Budget::of_process().check("the bytes of a data URI", size).map_err(|error| error.to_string())?;
+    let standard = |byte| match byte {
+        b'-' => b'+',
+        b'_' => b'/',
+        byte => byte,
+    };
+    let text: Vec<u8> = text.bytes().filter(|byte| !byte.is_ascii_whitespace()).map(standard).collect();
+    ANY.decode(text).map_err(|error| format!("the base64 data is damaged: {error}"))
 }

@@ -1,0 +1,177 @@
+//! A virtual screen, a home without settings, and the real program on it, as the tests of the window share them.
+
+#![allow(dead_code, reason = "each test file uses its part")]
+
+use std::io::{BufRead, BufReader};
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, ExitStatus, Stdio};
+use std::sync::mpsc::{Receiver, channel};
+use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::time::{Duration, Instant};
+
+/// Generous, because the machine may be loaded; nothing measures speed by it.
+pub const PATIENCE: Duration = Duration::from_secs(120);
+
+/// One window at a time: software rendering takes every core anyway.
+static ONE_AT_A_TIME: Mutex<()> = Mutex::new(());
+
+/// A virtual screen and a home without settings.
+pub struct Desktop {
+    xvfb: Child,
+    pub display: String,
+    home: tempfile::TempDir,
+    _turn: MutexGuard<'static, ()>,
+}
+
+/// The program at work there.
+pub struct Program {
+    pub child: Child,
+    log: Receiver<String>,
+}
+
+impl Desktop {
+    pub fn new() -> Self {
+        let turn = ONE_AT_A_TIME.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut xvfb = Command::new("Xvfb")
+            .args(["-displayfd", "1", "-screen", "0", "1280x800x24", "-nolisten", "tcp"])
+            .stdout(Stdio::piped())
+            .stderr(Stdio::null())
+            .spawn()
+            .expect("Xvfb is missing: `make test` installs it");
+        let mut number = String::new();
+        BufReader::new(xvfb.stdout.as_mut().unwrap()).read_line(&mut number).unwrap();
+        let display = format!(":{}", number.trim());
+        Self { xvfb, display, home: tempfile::tempdir().unwrap(), _turn: turn }
+    }
+
+    /// The program's working folder and home.
+    pub fn home(&self) -> &Path {
+        self.home.path()
+    }
+
+    /// Where the program keeps its settings.
+    pub fn settings(&self) -> PathBuf {
+        self.home().join("bvhscope/app.ron")
+    }
+
+    pub fn write_settings(&self, text: &str) {
+        std::fs::create_dir_all(self.settings().parent().unwrap()).unwrap();
+        std::fs::write(self.settings(), text).unwrap();
+    }
+
+    /// A program with this screen and home.
+    pub fn command(&self, program: impl AsRef<std::ffi::OsStr>) -> Command {
+        let mut command = Command::new(program);
+        command
+            .current_dir(self.home())
+            .env("DISPLAY", &self.display)
+            .env_remove("WAYLAND_DISPLAY")
+            .env("XDG_DATA_HOME", self.home())
+            .env("XDG_CONFIG_HOME", self.home())
+            .env("XDG_RUNTIME_DIR", self.home())
+            .env("WINIT_X11_SCALE_FACTOR", "1")
+            .env("RUST_LOG", "bvhscope=info");
+        command
+    }
+
+    pub fn start(&self, arguments: &[&str]) -> Program {
+        let mut command = self.command(env!("CARGO_BIN_EXE_bvhscope"));
+        let mut child = command.args(arguments).stderr(Stdio::piped()).spawn().unwrap();
+        let stderr = child.stderr.take().unwrap();
+        let (sender, log) = channel();
+        std::thread::spawn(move || {
+            for line in BufReader::new(stderr).lines().map_while(Result::ok) {
+                eprintln!("  {line}");
+                if sender.send(line).is_err() {
+                    break;
+                }
+            }
+        });
+        Program { child, log }
+    }
+
+    /// What `program` prints.
+    pub fn run(&self, program: &str, arguments: &[&str]) -> Vec<u8> {
+        self.command(program).args(arguments).output().unwrap().stdout
+    }
+
+    pub fn xdotool(&self, arguments: &[&str]) {
+        let status = self.command("xdotool").args(arguments).status().unwrap();
+        assert!(status.success(), "xdotool {arguments:?} failed");
+    }
+
+    /// The number of the program's window, once it is there.
+    pub fn find_window(&self, program: &mut Program) -> String {
+        let give_up = Instant::now() + PATIENCE;
+        let pid = program.child.id().to_string();
+        loop {
+            let output = self.run("xdotool", &["search", "--onlyvisible", "--pid", &pid]);
+            if let Some(id) = String::from_utf8_lossy(&output).lines().last() {
+                return id.to_owned();
+            }
+            if let Some(status) = program.child.try_wait().unwrap() {
+                panic!("the program ended before it had a window: {status}");
+            }
+            assert!(Instant::now() < give_up, "no window came up");
+            std::thread::sleep(Duration::from_millis(100));
+        }
+    }
+}
+
+impl Drop for Desktop {
+    fn drop(&mut self) {
+        let _ = self.xvfb.kill();
+        let _ = self.xvfb.wait();
+    }
+}
+
+impl Program {
+    /// Waits for a log line that holds `text` and gives it; none before it may tell of a panic, but for egui's renderer,
+    /// which panics where the device is lost; that is caught.
+    pub fn wait_for(&mut self, text: &str) -> String {
+        let give_up = Instant::now() + PATIENCE;
+        loop {
+            match self.log.recv_timeout(Duration::from_millis(200)) {
+                Ok(line) if line.contains(text) => return line,
+                Ok(line) => assert!(!line.contains("panicked") || line.contains("egui-wgpu"), "{line}"),
+                Err(_) => {
+                    let status = self.child.try_wait().unwrap();
+                    assert!(status.is_none(), "the program ended ({status:?}) before it said '{text}'");
+                }
+            }
+            assert!(Instant::now() < give_up, "the program never said '{text}'");
+        }
+    }
+
+    /// The log lines that have come since.
+    pub fn said(&self) -> Vec<String> {
+        self.log.try_iter().collect()
+    }
+
+    pub fn is_running(&mut self) -> bool {
+        self.child.try_wait().unwrap().is_none()
+    }
+
+    pub fn signal(&self, signal: &str) {
+        let status = Command::new("kill").args([signal, &self.child.id().to_string()]).status().unwrap();
+        assert!(status.success());
+    }
+
+    pub fn wait(&mut self) -> ExitStatus {
+        let give_up = Instant::now() + PATIENCE;
+        loop {
+            if let Some(status) = self.child.try_wait().unwrap() {
+                return status;
+            }
+            assert!(Instant::now() < give_up, "the program is still running");
+            std::thread::sleep(Duration::from_millis(20));
+        }
+    }
+}
+
+impl Drop for Program {
+    fn drop(&mut self) {
+        let _ = self.child.kill();
+        let _ = self.child.wait();
+    }
+}
