@@ -247,6 +247,18 @@ fn strict_turns_warnings_into_code_three() {
     assert!(error.contains("a.obj"), "{error}");
     assert_eq!(run(&["info", path, "--strict"]).0, 3);
     assert_eq!(run(&["info", "builtin:teapot:2", "--strict"]).0, 0);
+    // Programs that read rows see it as well, whichever command made them.
+    let picture = folder.path().join("a.png");
+    let render = ["render", path, "--size", "8x8", "-o", picture.to_str().unwrap(), "--json"];
+    let bench = ["bench", path, "--size", "8x8", "--repeat", "1", "--json"];
+    for args in [&["info", path, "--json"][..], &render, &bench] {
+        let (_, out, _) = run(args);
+        let row: serde_json::Value = serde_json::from_str(out.lines().next().unwrap()).unwrap();
+        let warning = row["warnings"][0].as_str().unwrap();
+        assert!(warning.starts_with("1 faces with a vertex") && warning.ends_with("(first at line 5)"), "{warning}");
+    }
+    let (code, _, _) = run(&["bench", path, "--size", "8x8", "--repeat", "1", "--strict"]);
+    assert_eq!(code, 3);
 }
 
 #[test]

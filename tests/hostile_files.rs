@@ -217,6 +217,49 @@ fn the_memory_limit_is_kept() {
 }
 
 #[test]
+fn what_a_file_becomes_is_asked_for_before_it_is_read() {
+    let folder = Folder::new();
+    // Some megabytes that become some dozen times as much, and a limit between the two.
+    let count = 400_000;
+    let vertices = "v 0 0 0\nv 1 0 0\nv 0 1 0\n";
+    let obj = folder.write("a.obj", format!("{vertices}{}", "f 1 2 3\n".repeat(2 * count)));
+    let header = |vertices: usize, faces: usize| {
+        format!(
+            "ply\nformat ascii 1.0\nelement vertex {vertices}\nproperty float x\nproperty float y\nproperty float z\n\
+             element face {faces}\nproperty list uchar int vertex_indices\nend_header\n"
+        )
+    };
+    let points = folder.write("points.ply", header(3 * count, 0) + &"0 0 0\n".repeat(3 * count));
+    let faces = folder.write("faces.ply", header(1, 2 * count) + "0 0 0\n" + &"3 0 0 0\n".repeat(2 * count));
+    let fan =
+        folder.write("fan.ply", header(1, 1).replace("uchar", "int") + "0 0 0\n2000000" + &" 0".repeat(2_000_000));
+    let facet = "vertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\nendloop\n";
+    let stl = folder.write("a.stl", format!("solid\n{}", facet.repeat(count)));
+    let json = folder
+        .write("a.gltf", format!("{{\"asset\":{{\"version\":\"2.0\"}},\"nodes\":[{}{{}}]}}", "{},".repeat(count)));
+    let text = "A".repeat(64 << 20);
+    let uri = folder.write(
+        "uri.gltf",
+        format!(
+            "{{\"asset\":{{\"version\":\"2.0\"}},\"buffers\":[{{\"byteLength\":9,\"uri\":\"data:;base64,{text}\"}}]}}"
+        ),
+    );
+    for (path, limit, part) in [
+        (obj, "60MB", "the vertices and faces would need"),
+        (points, "60MB", "the vertices would need"),
+        (faces, "60MB", "the faces would need"),
+        (fan, "60MB", "the faces would need"),
+        (stl, "50MB", "the triangles would need"),
+        (json, "200MB", "the JSON would need"),
+        (uri, "130MB", "the JSON would need"),
+    ] {
+        let (code, error) = run(&["info", path.to_str().unwrap(), "--memory-limit", limit]);
+        let name = path.file_name().unwrap().to_str().unwrap();
+        assert!(code == 1 && error.contains(name) && error.contains(part), "{name}: {error}");
+    }
+}
+
+#[test]
 fn small_stacks_are_enough() {
     let limits = "ulimit -s 512; export RUST_MIN_STACK=200000;";
     for model in ["builtin:slivers:20000", "builtin:teapot:8"] {

@@ -209,17 +209,31 @@ fn indices_beyond_the_vertices_are_skipped_and_counted() {
 
 #[test]
 fn loops_and_shared_nodes_are_refused_and_deep_chains_load() {
-    for (nodes, place) in [
-        (json!([{"children": [1]}, {"children": [0], "mesh": 0}]), "nodes[0]"),
-        (json!([{"children": [0], "mesh": 0}]), "nodes[0]"),
-        (json!([{"children": [1, 2]}, {"children": [3]}, {"children": [3]}, {"mesh": 0}]), "nodes[3]"),
+    for (nodes, part) in [
+        (json!([{"children": [1]}, {"children": [0], "mesh": 0}]), "nodes[0] → nodes[1] → nodes[0] is a loop"),
+        (json!([{"children": [0], "mesh": 0}]), "nodes[0] → nodes[0] is a loop"),
+        (
+            json!([{"children": [1, 2]}, {"children": [3]}, {"children": [3]}, {"mesh": 0}]),
+            "nodes[3] has two parents, nodes[1] and nodes[2]",
+        ),
+        (json!([{"children": [1, 1]}, {"mesh": 0}]), "nodes[1] is named twice by nodes[0]"),
     ] {
-        let message = refusal(&with("/nodes", nodes));
-        assert!(message.contains(place) && message.contains("two parents"), "{message}");
+        let mut document = with("/nodes", nodes);
+        for _ in 0..2 {
+            let message = refusal(&document).replace(": ", " ");
+            assert!(message.contains(part), "{part}: {message}");
+            // Without scenes the loop has to be found as well.
+            document.as_object_mut().unwrap().remove("scenes");
+        }
     }
+    let ring: Vec<_> = (1..=1000).map(|next| json!({"children": [next % 1000]})).collect();
+    let message = refusal(&with("/nodes", json!(ring)));
+    assert!(message.contains("nodes[3] → … → nodes[998] → nodes[999] → nodes[0] is a loop"), "{message}");
+    let message = refusal(&with("/scenes/0/nodes", json!([0, 0])));
+    assert!(message.contains("named twice by the scene"), "{message}");
     // Two references each, 28 levels: without the rule of one parent 2^28 paths.
     let diamonds: Vec<_> = (0..28).map(|level| json!({"children": [level + 1, level + 1]})).collect();
-    assert!(refusal(&with("/nodes", json!(diamonds))).contains("two parents"));
+    assert!(refusal(&with("/nodes", json!(diamonds))).contains("named twice"));
 
     let length = 200_000;
     let mut nodes: Vec<_> = (1..length).map(|child| json!({"children": [child]})).collect();

@@ -6,7 +6,7 @@
 mod desktop;
 
 use std::path::Path;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use desktop::{Desktop, Program};
 
@@ -33,11 +33,25 @@ impl Window {
         Self { program, desktop, id }
     }
 
-    /// Waits for the next picture at full resolution; antialiasing may go on.
-    fn wait_for_rest(&mut self) {
-        self.program.wait_for("picture at full resolution");
-        std::thread::sleep(Duration::from_millis(700));
-        self.program.said();
+    /// The screen after the last sample of a picture, when nothing more is drawn.
+    fn at_rest(&mut self) -> Screenshot {
+        self.program.wait_for(", 16 samples a pixel");
+        self.once(|_| true)
+    }
+
+    /// The screen once it shows what is expected and stays so.
+    fn once(&self, expected: impl Fn(&Screenshot) -> bool) -> Screenshot {
+        let give_up = Instant::now() + desktop::PATIENCE;
+        let mut before = self.screenshot();
+        loop {
+            std::thread::sleep(Duration::from_millis(700));
+            let screen = self.screenshot();
+            if expected(&screen) && screen.changed(&before, VIEWPORT) < 0.001 {
+                return screen;
+            }
+            assert!(Instant::now() < give_up, "the screen never shows what is expected");
+            before = screen;
+        }
     }
 
     fn screenshot(&self) -> Screenshot {
@@ -104,35 +118,30 @@ const VIEWPORT: [usize; 4] = [420, 150, 860, 560];
 #[test]
 fn a_user_orbits_zooms_toggles_and_rebuilds() {
     let mut window = Window::open(&["builtin:teapot:6"]);
-    window.wait_for_rest();
-    let start = window.screenshot();
+    let start = window.at_rest();
     assert!(start.colors(VIEWPORT) > 200, "a shaded picture has many colours, this has {}", start.colors(VIEWPORT));
 
+    // A drag turns the model, the wheel zooms.
     window.drag("1", [640, 380], [760, 430]);
-    window.wait_for_rest();
-    let orbited = window.screenshot();
-    assert!(orbited.changed(&start, VIEWPORT) > 0.1, "a drag must turn the model");
-
+    let orbited = window.at_rest();
+    assert!(orbited.changed(&start, VIEWPORT) > 0.1);
     window.desktop.xdotool(&["mousemove", "600", "330", "click", "4", "click", "4"]);
-    window.wait_for_rest();
-    let zoomed = window.screenshot();
-    assert!(zoomed.changed(&orbited, VIEWPORT) > 0.05, "the wheel must zoom");
+    let zoomed = window.at_rest();
+    assert!(zoomed.changed(&orbited, VIEWPORT) > 0.05);
 
+    // B takes the lines away and nothing else, and brings them back.
     window.key("b");
-    std::thread::sleep(Duration::from_secs(1));
-    let bare = window.screenshot();
+    let bare = window.once(|screen| screen.changed(&zoomed, VIEWPORT) > 0.005);
     let share = bare.changed(&zoomed, VIEWPORT);
-    assert!(share > 0.005 && share < 0.6, "B must take the lines away and nothing else: {share} changed");
+    assert!(share < 0.6, "{share} of the viewport changed");
     window.key("b");
-    std::thread::sleep(Duration::from_secs(1));
-    assert!(window.screenshot().changed(&zoomed, VIEWPORT) < 0.02, "B twice must restore the picture");
+    window.once(|screen| screen.changed(&zoomed, VIEWPORT) < 0.02);
 }
 
 #[test]
 fn a_dropped_file_is_opened() {
     let mut window = Window::open(&["builtin:cornell"]);
-    window.wait_for_rest();
-    let before = window.screenshot();
+    let before = window.at_rest();
     let model = window.desktop.home().join("two triangles.obj");
     std::fs::write(&model, "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 2 3\nf 1 2 4\n").unwrap();
     let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/drop_file.py");
@@ -147,8 +156,7 @@ fn a_dropped_file_is_opened() {
     assert!(status.success(), "the drop was not accepted");
     let line = window.program.wait_for("presented two triangles.obj");
     assert!(line.contains("2 triangles"), "{line}");
-    window.wait_for_rest();
-    assert!(window.screenshot().changed(&before, VIEWPORT) > 0.1, "the dropped model must be shown");
+    window.once(|screen| screen.changed(&before, VIEWPORT) > 0.1);
 }
 
 #[test]

@@ -77,3 +77,23 @@ fn a_run_without_settings_writes_none() {
     assert_eq!(program.wait().code(), Some(130));
     assert!(!desktop.settings().exists() && !Path::new(&desktop.home().join("bvhscope")).exists());
 }
+
+#[test]
+fn a_saved_file_is_read_again_once_and_a_deleted_one_leaves_the_scene() {
+    let desktop = Desktop::new();
+    let model = desktop.home().join("two.obj");
+    std::fs::write(&model, "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n").unwrap();
+    let mut program = desktop.start(&["two.obj"]);
+    assert!(program.wait_for("presented two.obj").contains("1 triangles"));
+    // As editors do: into another file, which takes the place of the first.
+    let fresh = desktop.home().join("fresh.tmp");
+    std::fs::write(&fresh, "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 1 1 0\nf 1 2 3\nf 3 2 4\n").unwrap();
+    std::fs::rename(&fresh, &model).unwrap();
+    assert!(program.wait_for("presented two.obj").contains("2 triangles"));
+    std::fs::remove_file(&model).unwrap();
+    program.wait_for("two.obj: Gone");
+    std::thread::sleep(std::time::Duration::from_secs(2));
+    assert!(program.is_running());
+    let said = program.said();
+    assert!(!said.iter().any(|line| line.contains("presented two.obj")), "read once, not again: {said:?}");
+}

@@ -87,6 +87,7 @@ impl Rails {
                 });
                 self.keep_camera = false;
                 self.loaded = Some(loaded.key);
+                self.read_file = loaded.file;
                 self.pending = None;
                 drop_elsewhere(state.scene.replace(scene));
             }

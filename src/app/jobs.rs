@@ -1,11 +1,13 @@
 //! What the worker threads for models, trees and pictures do: from a request to a product that remembers what it was made from.
 
 use std::cell::RefCell;
+use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use rayon::{ThreadPool, ThreadPoolBuilder};
 
+use super::file_watch::Stamp;
 use crate::accel::Accel;
 use crate::bvh::BuildSettings;
 use crate::bvh::builders::BuildError;
@@ -34,6 +36,8 @@ pub struct LoadJob {
 pub struct Loaded {
     /// What was asked for.
     pub key: LoadKey,
+    /// The file as it was before it was read, where it was one.
+    pub file: Option<(PathBuf, Stamp)>,
     /// What came of it.
     pub result: Result<Arc<Scene>, LoadError>,
 }
@@ -142,9 +146,12 @@ impl Pool {
 
 /// The thread that reads models.
 pub fn load_worker(wake: impl Fn() + Send + Sync + 'static) -> std::io::Result<Worker<LoadJob, Loaded>> {
-    Worker::new("load", wake, |job: LoadJob, token: &CancelToken, _| match load(&job.key.0, &job.options, token) {
-        Err(LoadError::Cancelled(_)) => None,
-        result => Some(Loaded { key: job.key, result: result.map(Arc::new) }),
+    Worker::new("load", wake, |job: LoadJob, token: &CancelToken, _| {
+        let file = job.key.0.path().and_then(|path| Some((path.to_owned(), Stamp::of(path)?)));
+        match load(&job.key.0, &job.options, token) {
+            Err(LoadError::Cancelled(_)) => None,
+            result => Some(Loaded { key: job.key, file, result: result.map(Arc::new) }),
+        }
     })
 }
 

@@ -15,6 +15,7 @@ pub mod reconcile;
 mod device;
 
 mod controls;
+mod file_watch;
 mod fly;
 pub mod orbit;
 pub mod paper;
@@ -44,10 +45,11 @@ use eframe::{egui, wgpu};
 use crate::overlay::OverlayPipeline;
 use crate::scene::SceneSource;
 use device::Device;
+use file_watch::{FileWatch, News};
 use laboratory::Laboratory;
 use reconcile::Rails;
 use requests::Errands;
-use state::{AppState, Severity, Wanted};
+use state::{AppState, Request, Severity, Wanted};
 use viewport::Viewport;
 
 pub use interrupt::{interrupt, was_interrupted};
@@ -72,6 +74,7 @@ pub struct App {
     rails: Rails,
     laboratory: Laboratory,
     errands: Errands,
+    file_watch: FileWatch,
     viewport: Viewport,
     has_pipeline: bool,
     device: Device,
@@ -138,6 +141,7 @@ impl App {
             state,
             rails: Rails::new(wake.clone())?,
             laboratory: Laboratory::new(wake.clone())?,
+            file_watch: FileWatch::new(wake.clone())?,
             errands: Errands::new(Arc::new(wake)),
             viewport: Viewport::default(),
             has_pipeline: context.wgpu_render_state.is_some(),
@@ -180,6 +184,28 @@ impl App {
                 Severity::Error,
                 format!("The graphics driver failed, so containers are no longer drawn: {error}. Update the driver or start with fewer containers"),
             );
+        }
+    }
+
+    /// A file that was saved is read again; of one that is gone the scene stays.
+    fn look_after_file(&mut self) {
+        if self.file_watch.follow(self.rails.read_file.as_ref()) {
+            self.state.file_gone = false;
+        }
+        for news in self.file_watch.news() {
+            let name = self.rails.read_file.as_ref().map_or(String::new(), |(path, _)| path.display().to_string());
+            log::info!("{name}: {news:?}");
+            self.state.file_gone = news == News::Gone;
+            match news {
+                News::Saved => {
+                    self.state.tell(Severity::Info, format!("{name} was saved: it is read again"));
+                    self.state.requests.push(Request::Reload);
+                }
+                News::Gone => {
+                    self.state.tell(Severity::Warning, format!("{name} is gone; what is shown stays"));
+                }
+                News::Back => {}
+            }
         }
     }
 
@@ -242,6 +268,7 @@ impl eframe::App for App {
         keep_usable_size(ctx);
         self.errands.poll(&mut self.rails, &mut self.state);
         self.rails.poll(&mut self.state, Instant::now());
+        self.look_after_file();
         self.laboratory.poll(&mut self.state, !self.rails.is_busy());
         self.update_title(ctx);
     }

@@ -1,9 +1,11 @@
 //! Three rails: load, build, render. Once a UI frame what is wanted is compared with what is shown and what is on its way,
 //! and the first stale product of each rail is asked for. Staleness is a comparison, not a flag.
 
+use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
+use super::file_watch::Stamp;
 use super::jobs::{
     BuildKey, Built, BuiltTree, LoadJob, LoadKey, Loaded, RenderJob, RenderKey, Rendered, build_worker, load_worker,
     render_worker,
@@ -48,6 +50,8 @@ pub struct Rails {
     pub(super) rendering: Option<InFlight<RenderKey>>,
     /// The key of the newest loaded scene.
     pub(super) loaded: Option<LoadKey>,
+    /// The file that was last read, as it was before.
+    pub(super) read_file: Option<(PathBuf, Stamp)>,
     /// How often the user asked to read the model again.
     pub(super) generation: u64,
     /// Files outside a model's folder may be read.
@@ -85,6 +89,7 @@ impl Rails {
             building: None,
             rendering: None,
             loaded: None,
+            read_file: None,
             generation: 0,
             load_options: LoadOptions::default(),
             refused_load: None,

@@ -239,6 +239,8 @@ pub struct AppState {
     pub viewport_px: [u32; 2],
     /// The graphics driver failed: picture and containers are no longer drawn by it.
     pub overlay_failed: bool,
+    /// The file of the scene is no longer there.
+    pub file_gone: bool,
     /// The up axis chosen by hand, and the model that it was chosen for.
     pub chosen_up: Option<(SceneSource, Vec3)>,
 }
@@ -281,6 +283,7 @@ impl AppState {
             adapter: (String::new(), false),
             viewport_px: [0, 0],
             overlay_failed: false,
+            file_gone: false,
             chosen_up: None,
         }
     }

@@ -1,9 +1,9 @@
 //! `render`: one frame into a PNG, with or without overlay; its hit distances into an EXR.
 
+use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use image::ImageEncoder as _;
 use serde::Serialize;
 
 use super::context::Progress;
@@ -137,10 +137,10 @@ pub fn run(job: &RenderJob, context: &mut Context<'_>) -> Result<Finished, Failu
     };
     context.token.check()?;
     if let Some(path) = &job.output {
-        write_png(path, width_px, height_px, &picture)?;
+        stop_or_fail(write_png(path, [width_px, height_px], &picture, &context.token), &context.token)?;
     }
     if let Some(path) = &job.depth_image {
-        write_distances(path, &frame)?;
+        stop_or_fail(write_distances(path, &frame, &context.token), &context.token)?;
     }
     if job.json {
         let line = summary(job, &accel, &frame);
@@ -153,9 +153,10 @@ pub fn run(job: &RenderJob, context: &mut Context<'_>) -> Result<Finished, Failu
 /// Whether the picture can be held and written.
 fn check_memory(job: &RenderJob) -> Result<(), Failure> {
     let [width, height] = job.size.map(u64::from);
-    // A pixel of the frame, its sum over samples, its copies for the overlay and for the encoders.
+    // A pixel of the frame, its sum over samples and the copy that is written; what the overlay draws into; the distances in
+    // three channels and as a file.
     let bytes_a_pixel =
-        48 + if job.overlay.is_some() { 24 } else { 0 } + if job.depth_image.is_some() { 40 } else { 0 };
+        52 + if job.overlay.is_some() { 24 } else { 0 } + if job.depth_image.is_some() { 40 } else { 0 };
     Budget::of_process()
         .check(&format!("a picture of {width}x{height} pixels"), width * height * bytes_a_pixel)
         .map_err(|error| Failure::Failed(error.to_string()))
@@ -233,23 +234,65 @@ fn draw_overlay(_: &Arc<Accel>, _: &Frame, _: &OverlaySettings, _: &CancelToken)
     Err(Failure::Failed("this program was built without the feature `gui`, which draws the overlay".to_owned()))
 }
 
-/// Writes sRGB bytes as a PNG.
-pub fn write_png(path: &Path, width_px: u32, height_px: u32, rgba: &[[u8; 4]]) -> Result<(), ExportError> {
-    write_file(path, |writer| {
-        image::codecs::png::PngEncoder::new(writer)
-            .write_image(bytemuck::cast_slice(rgba), width_px, height_px, image::ExtendedColorType::Rgba8)
-            .map_err(|error| format!("cannot be written: {error}"))
+/// What came of writing a file: one that was not written because nobody wants it any more is no failure.
+fn stop_or_fail(written: Result<(), ExportError>, token: &CancelToken) -> Result<(), Failure> {
+    written.or_else(|error| {
+        token.check()?;
+        Err(error.into())
     })
 }
 
-/// Writes hit distances as an EXR with the distance in red, green and blue; infinity where nothing was hit.
-pub fn write_distances(path: &Path, frame: &Frame) -> Result<(), ExportError> {
+/// Writes sRGB bytes as a PNG; cancelled, it fails.
+pub fn write_png(path: &Path, size_px: [u32; 2], rgba: &[[u8; 4]], token: &CancelToken) -> Result<(), ExportError> {
+    let encode = |writer: &mut dyn Write| -> Result<(), png::EncodingError> {
+        let mut encoder = png::Encoder::new(writer, size_px[0], size_px[1]);
+        encoder.set_color(png::ColorType::Rgba);
+        encoder.set_depth(png::BitDepth::Eight);
+        encoder.set_compression(png::Compression::Fast);
+        let mut header = encoder.write_header()?;
+        let mut stream = header.stream_writer_with_size(1 << 16)?;
+        for portion in rgba.chunks(1 << 16) {
+            token.check().map_err(std::io::Error::other)?;
+            stream.write_all(portion.as_flattened())?;
+        }
+        stream.finish()?;
+        header.finish()
+    };
+    write_file(path, |writer| encode(writer).map_err(|error| format!("cannot be written: {error}")))
+}
+
+/// Writes hit distances as an EXR with the distance in red, green and blue; infinity where nothing was hit. Cancelled, it
+/// fails.
+pub fn write_distances(path: &Path, frame: &Frame, token: &CancelToken) -> Result<(), ExportError> {
     let pixels: Vec<f32> = frame.distance.iter().flat_map(|&t| [t, t, t]).collect();
     let picture = image::Rgb32FImage::from_raw(frame.width_px, frame.height_px, pixels)
         .ok_or_else(|| ExportError::new(path, "the picture has no distances"))?;
-    let mut bytes = std::io::Cursor::new(Vec::new());
+    let mut bytes = Stoppable { bytes: std::io::Cursor::new(Vec::new()), token };
     picture
         .write_to(&mut bytes, image::ImageFormat::OpenExr)
         .map_err(|error| ExportError::new(path, format!("cannot be encoded: {error}")))?;
-    crate::export::write_bytes(path, bytes.get_ref())
+    crate::export::write_bytes(path, bytes.bytes.get_ref())
+}
+
+/// A file in memory that takes nothing more once its token is cancelled: the encoder hands over block after block.
+struct Stoppable<'a> {
+    bytes: std::io::Cursor<Vec<u8>>,
+    token: &'a CancelToken,
+}
+
+impl Write for Stoppable<'_> {
+    fn write(&mut self, buffer: &[u8]) -> std::io::Result<usize> {
+        self.token.check().map_err(std::io::Error::other)?;
+        self.bytes.write(buffer)
+    }
+
+    fn flush(&mut self) -> std::io::Result<()> {
+        Ok(())
+    }
+}
+
+impl std::io::Seek for Stoppable<'_> {
+    fn seek(&mut self, to: std::io::SeekFrom) -> std::io::Result<u64> {
+        self.bytes.seek(to)
+    }
 }

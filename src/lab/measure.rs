@@ -202,6 +202,7 @@ fn measurement(
         wide_bytes_per_triangle: Some(wide_bytes as f64 / triangles.max(1) as f64),
         speedup: None,
         trace_speedup: None,
+        warnings: subject.scene.warnings.entries.iter().map(ToString::to_string).collect(),
     }
 }
 

@@ -92,6 +92,9 @@ pub struct Measurement {
     /// Scaling: trace time with one thread over this one.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub trace_speedup: Option<f64>,
+    /// What was skipped or repaired while the model was loaded, in words.
+    #[serde(default)]
+    pub warnings: Vec<String>,
 }
 
 impl Measurement {

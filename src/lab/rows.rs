@@ -7,7 +7,7 @@ use serde_json::Value;
 use super::Measurement;
 
 /// Columns in the order of the design's JSON names, then how it was measured.
-const COLUMNS: [&str; 37] = [
+const COLUMNS: [&str; 38] = [
     "command",
     "model",
     "triangles",
@@ -45,6 +45,7 @@ const COLUMNS: [&str; 37] = [
     "width_px",
     "height_px",
     "repeat",
+    "warnings",
 ];
 
 /// One object a line, as the measuring commands print with `--json`.
@@ -79,6 +80,10 @@ fn failed(error: impl std::fmt::Display) -> String {
 fn cell(value: &Value) -> String {
     match value {
         Value::String(text) => text.clone(),
+        // Sentences need more between them than numbers.
+        Value::Array(items) if items.iter().any(Value::is_string) => {
+            items.iter().map(cell).collect::<Vec<_>>().join("; ")
+        }
         Value::Array(items) => items.iter().map(cell).collect::<Vec<_>>().join(" "),
         Value::Object(fields) => {
             fields.iter().map(|(name, value)| format!("{name}={}", cell(value))).collect::<Vec<_>>().join(" ")

@@ -16,7 +16,10 @@ const MAX_COORDINATE: f32 = 1e18;
 const MAX_TRIANGLES: usize = (u32::MAX - 16) as usize;
 
 /// A triangle with the indices of its corners and its material.
-const BYTES_PER_TRIANGLE: u64 = (size_of::<Triangle>() + size_of::<[u32; 3]>() + size_of::<u32>()) as u64;
+pub(super) const BYTES_PER_TRIANGLE: u64 = (size_of::<Triangle>() + size_of::<[u32; 3]>() + size_of::<u32>()) as u64;
+
+/// Position, normal, texture coordinates and colour of a vertex.
+pub(super) const BYTES_PER_VERTEX: u64 = (3 * size_of::<Vec3>() + size_of::<Vec2>()) as u64;
 
 /// There is no memory for the triangles.
 #[derive(Debug, thiserror::Error)]
@@ -34,6 +37,11 @@ impl NoRoom {
     pub(super) fn in_file(&self, path: &Path) -> LoadError {
         unusable(path, self.to_string())
     }
+}
+
+/// Whether there is room for `count` more vertices beside the lists that they come from.
+pub(super) fn check_vertices(count: usize) -> Result<(), NoRoom> {
+    Ok(Budget::of_process().check("the vertices", (count as u64).saturating_mul(2 * BYTES_PER_VERTEX))?)
 }
 
 /// A scene in the making.
@@ -91,6 +99,9 @@ impl Assembly {
 
     /// Makes room for so many more triangles, or says why there is none. The error names no file yet.
     pub(super) fn reserve(&mut self, count: usize) -> Result<(), NoRoom> {
+        if self.triangles.capacity() - self.triangles.len() >= count {
+            return Ok(());
+        }
         // Growing copies, so that old and new stand side by side.
         let total = self.triangles.len().saturating_add(count) as u64;
         Budget::of_process().check("the triangles", total.saturating_mul(BYTES_PER_TRIANGLE))?;

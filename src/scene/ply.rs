@@ -6,10 +6,11 @@ use std::path::Path;
 
 use glam::Vec3;
 
-use super::assemble::{Assembly, VertexLists};
+use super::assemble::{Assembly, BYTES_PER_TRIANGLE, BYTES_PER_VERTEX, VertexLists};
 use super::material::linear_from_srgb;
-use super::read::READ_SHARE;
+use super::read::{READ_SHARE, unusable};
 use super::{LoadError, Place};
+use crate::budget::Budget;
 use crate::cancel::CancelToken;
 use crate::geometry::Triangle;
 
@@ -45,6 +46,28 @@ struct Element {
     properties: Vec<Property>,
 }
 
+impl Element {
+    /// Bytes that one of these takes in the file at least.
+    fn least_bytes(&self, encoding: Encoding) -> u64 {
+        let least = |property: &Property| match encoding {
+            Encoding::Text => 2,
+            _ => property.list.unwrap_or(property.number).bytes(),
+        };
+        self.properties.iter().map(least).sum()
+    }
+}
+
+impl Number {
+    fn bytes(self) -> u64 {
+        match self {
+            Self::I8 | Self::U8 => 1,
+            Self::I16 | Self::U16 => 2,
+            Self::I32 | Self::U32 | Self::F32 => 4,
+            Self::F64 => 8,
+        }
+    }
+}
+
 /// Reads a PLY file that is in memory.
 pub(super) fn load(path: &Path, bytes: &[u8], assembly: &mut Assembly, token: &CancelToken) -> Result<(), LoadError> {
     let mut source = Source { path, bytes, at: 0, line: 1, encoding: Encoding::Text };
@@ -54,7 +77,9 @@ pub(super) fn load(path: &Path, bytes: &[u8], assembly: &mut Assembly, token: &C
     let mut faces = Faces::default();
     for element in &elements {
         let left = (bytes.len() - source.at) as u64;
-        if element.count > left || element.properties.is_empty() && element.count > 0 {
+        // The last word of a text need not have anything behind it.
+        let least = element.count.saturating_mul(element.least_bytes(source.encoding)).saturating_sub(1);
+        if least > left || element.properties.is_empty() && element.count > 0 {
             return Err(source.fault(format!(
                 "{} elements '{}' are declared, but only {left} bytes follow",
                 element.count, element.name
@@ -221,6 +246,10 @@ impl Source<'_> {
         }
     }
 
+    fn check_memory(&self, what: &str, bytes: u64) -> Result<(), LoadError> {
+        Budget::of_process().check(what, bytes).map_err(|error| unusable(self.path, error.to_string()))
+    }
+
     fn pause(&self, index: u64, token: &CancelToken) -> Result<(), LoadError> {
         if index.is_multiple_of(16_384) {
             token.check()?;
@@ -270,6 +299,7 @@ impl Source<'_> {
             Some(Number::U16) => 1.0 / 65_535.0,
             _ => 1.0,
         };
+        self.check_memory("the vertices", element.count.saturating_mul(BYTES_PER_VERTEX))?;
         for index in 0..element.count {
             self.pause(index, token)?;
             let mut values = [0.0; 9];
@@ -294,6 +324,10 @@ impl Source<'_> {
     fn faces(&mut self, element: &Element, faces: &mut Faces, token: &CancelToken) -> Result<(), LoadError> {
         let strips = element.name == "tristrips";
         let mut polygon: Vec<u32> = Vec::new();
+        // Those here and those of the scene; the list doubles as it grows.
+        let bytes = |triangles: u64| triangles.saturating_mul(2 * size_of::<[u32; 3]>() as u64 + BYTES_PER_TRIANGLE);
+        let mut checked = faces.corners.len() as u64 + element.count;
+        self.check_memory("the faces", bytes(checked))?;
         for index in 0..element.count {
             self.pause(index, token)?;
             for property in &element.properties {
@@ -304,6 +338,10 @@ impl Source<'_> {
                 };
                 let length = self.list_length(count)?;
                 polygon.clear();
+                if faces.corners.len() as u64 + length > checked {
+                    checked = 2 * (faces.corners.len() as u64 + length);
+                    self.check_memory("the faces", bytes(checked))?;
+                }
                 for k in 0..length {
                     self.pause(k + 1, token)?;
                     // Negative numbers end a strip; elsewhere they are out of range as any other too large one.

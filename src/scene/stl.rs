@@ -68,6 +68,8 @@ fn load_text(path: &Path, bytes: &[u8], assembly: &mut Assembly, token: &CancelT
     for (index, line) in bytes.split(|&byte| byte == b'\n').enumerate() {
         if index % 16_384 == 0 {
             token.check()?;
+            // Seven lines are a triangle; in an odd file two.
+            assembly.reserve(16_384 / 2).map_err(|error| error.in_file(path))?;
             token.set_progress(READ_SHARE + (1.0 - READ_SHARE) * done as f32 / bytes.len() as f32);
         }
         done += line.len() + 1;

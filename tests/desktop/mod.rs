@@ -10,7 +10,7 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
 /// Generous, because the machine may be loaded; nothing measures speed by it.
-pub const PATIENCE: Duration = Duration::from_secs(120);
+pub const PATIENCE: Duration = Duration::from_mins(5);
 
 /// One window at a time: software rendering takes every core anyway.
 static ONE_AT_A_TIME: Mutex<()> = Mutex::new(());

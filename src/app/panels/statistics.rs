@@ -42,6 +42,10 @@ fn scene_rows(ui: &mut Ui, state: &mut AppState, scene: &Scene) {
     let name = scene.source.label();
     let shown = format::elide_middle(&name, (ui.available_width() / 7.0) as usize);
     ui.add(egui::Label::new(egui::RichText::new(shown).strong()).truncate()).on_hover_text(scene.source.to_string());
+    if state.file_gone && scene.source.path().is_some() {
+        let text = egui::RichText::new("The file is gone").color(ui.visuals().warn_fg_color);
+        ui.label(text).on_hover_text("What is shown stays; it cannot be read again until the file is back");
+    }
     let extent = scene.bounds.extent();
     let size = [extent.x, extent.y, extent.z].map(|side| format::significant(f64::from(side))).join(" × ");
     statistic(ui, state, &Statistic::new("Triangles", format::count(scene.triangles.len() as u64)));

@@ -9,8 +9,9 @@ use gltf::Glb;
 use gltf::binary::Error as GlbError;
 use gltf::json::Root;
 
-use crate::budget::Budget;
+use crate::budget::{Budget, OverBudget};
 use crate::scene::images::Images;
+use crate::scene::read::unusable;
 use crate::scene::{LoadError, Place};
 
 /// A parsed file with its buffers; a buffer that cannot be read keeps the reason.
@@ -27,6 +28,7 @@ impl<'a> Document<'a> {
         } else {
             (Cow::Borrowed(bytes.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(bytes)), None)
         };
+        check_json(&text).map_err(|error| unusable(path, error.to_string()))?;
         let root = Root::from_slice(&text)
             .map_err(|error| fault(Place::Line(error.line() as u64), format!("is not glTF 2.0: {error}")))?;
         let mut binary = binary;
@@ -71,6 +73,21 @@ impl<'a> Document<'a> {
 /// An entry of a top-level list.
 pub(super) fn entry<'a, T>(list: &'a [T], name: &str, index: usize) -> Result<&'a T, String> {
     list.get(index).ok_or_else(|| format!("{name}[{index}] does not exist"))
+}
+
+/// Whether there is room for what a JSON text becomes: few bytes can stand for a large struct.
+fn check_json(text: &[u8]) -> Result<(), OverBudget> {
+    // The largest of the structs, a material or a node, in a list that doubles as it grows; beside it numbers in lists of
+    // unknown extensions, and names and URIs as they are.
+    const OBJECT: u64 = 1024;
+    const ENTRY: u64 = 2 * size_of::<serde_json::Value>() as u64;
+    let (mut objects, mut entries) = (0, 0);
+    for byte in text {
+        objects += u64::from(*byte == b'{');
+        entries += u64::from(*byte == b',');
+    }
+    let bytes = objects * OBJECT + entries * ENTRY + text.len() as u64;
+    Budget::of_process().check("the JSON", bytes)
 }
 
 type Chunks<'a> = (Cow<'a, [u8]>, Option<Cow<'a, [u8]>>);

@@ -18,7 +18,7 @@ use serde_json::Value;
 
 use self::container::Document;
 use self::primitive::Primitive;
-use super::assemble::{Assembly, VertexLists};
+use super::assemble::{Assembly, VertexLists, check_vertices};
 use super::images::Images;
 use super::read::{READ_SHARE, unusable};
 use super::{LoadError, LoadOptions, Place};
@@ -27,6 +27,9 @@ use crate::geometry::Triangle;
 
 /// More copies than this of anything are a mistake or an attack.
 const MAX_TRIANGLES: usize = 1 << 28;
+
+/// In the place of a parent: the node is named by the scene.
+const SCENE: usize = usize::MAX;
 
 /// Reads a glTF or GLB file that is in memory.
 pub(super) fn load(
@@ -48,11 +51,12 @@ pub(super) fn load(
     assembly.textures = images.into_textures(&mut assembly.warnings);
     assembly.mesh_count = root.meshes.len();
     let nodes = &root.nodes;
-    let mut visited = vec![false; nodes.len()];
-    let mut stack: Vec<(usize, Mat4)> = roots(root).into_iter().map(|n| (n, Mat4::IDENTITY)).collect();
+    // Of each visited node its parent.
+    let mut parents: Vec<Option<usize>> = vec![None; nodes.len()];
+    let mut stack: Vec<(usize, usize, Mat4)> = roots(root).into_iter().map(|n| (n, SCENE, Mat4::IDENTITY)).collect();
     let mut meshes: HashMap<usize, Rc<Vec<Primitive>>> = HashMap::new();
     let mut done = 0;
-    while let Some((index, parent)) = stack.pop() {
+    while let Some((index, parent, transform)) = stack.pop() {
         token.check()?;
         token.set_progress(READ_SHARE + (1.0 - READ_SHARE) * done as f32 / nodes.len() as f32);
         done += 1;
@@ -61,17 +65,18 @@ pub(super) fn load(
             assembly.warnings.add("nodes that do not exist left out", place);
             continue;
         };
-        if std::mem::replace(&mut visited[index], true) {
-            let message = "has two parents or is its own ancestor".to_owned();
+        if let Some(first) = parents[index] {
+            let message = shared(index, first, parent, &parents);
             return Err(LoadError::Unusable { path: path.to_path_buf(), place: place(), message });
         }
-        let transform = parent * local_transform(node);
+        parents[index] = Some(parent);
+        let transform = transform * local_transform(node);
         if !transform.is_finite() {
             assembly.warnings.add("nodes placed by numbers that are not finite left out", place);
             continue;
         }
         let children = node.children.as_deref().unwrap_or_default();
-        stack.extend(children.iter().rev().map(|child| (child.value(), transform)));
+        stack.extend(children.iter().rev().map(|child| (child.value(), index, transform)));
         let Some(mesh) = node.mesh.map(|mesh| mesh.value()) else { continue };
         let primitives = if let Some(known) = meshes.get(&mesh) {
             Rc::clone(known)
@@ -134,7 +139,37 @@ fn roots(root: &Root) -> Vec<usize> {
             *is_root = false;
         }
     }
-    (0..is_root.len()).rev().filter(|&index| is_root[index]).collect()
+    let roots: Vec<usize> = (0..is_root.len()).rev().filter(|&index| is_root[index]).collect();
+    // Where everybody is somebody's child there is a loop, which is found from any of its nodes.
+    if roots.is_empty() && !is_root.is_empty() { vec![0] } else { roots }
+}
+
+/// What is wrong with a node that was reached from `first` and then again from `second`.
+fn shared(index: usize, first: usize, second: usize, parents: &[Option<usize>]) -> String {
+    // From the second parent up: if that leads back to the node, it stands above itself.
+    let mut way = vec![index];
+    let mut at = second;
+    while at != index {
+        way.push(at);
+        let Some(above) = parents.get(at).copied().flatten() else {
+            let owner = |node| if node == SCENE { "the scene".to_owned() } else { format!("nodes[{node}]") };
+            return if first == second {
+                format!("is named twice by {}; name it once", owner(first))
+            } else {
+                format!("has two parents, {} and {}; copy it for one of them", owner(first), owner(second))
+            };
+        };
+        at = above;
+    }
+    way.push(index);
+    let names: Vec<String> = way.iter().rev().map(|node| format!("nodes[{node}]")).collect();
+    // Of a long way both ends tell enough.
+    let text = if names.len() <= 8 {
+        names.join(" → ")
+    } else {
+        format!("{} → … → {}", names[..4].join(" → "), names[names.len() - 3..].join(" → "))
+    };
+    format!("stands below itself: {text} is a loop")
 }
 
 fn local_transform(node: &Node) -> Mat4 {
@@ -217,6 +252,7 @@ fn place_primitive(
     let sign = if mirrored { -1.0 } else { 1.0 };
     let [x, y, z] = [linear.x_axis, linear.y_axis, linear.z_axis];
     let cofactors = Mat3::from_cols(y.cross(z), z.cross(x), x.cross(y)) * sign;
+    check_vertices(primitive.positions.len()).map_err(|error| error.in_file(path))?;
     let positions: Vec<Vec3> = primitive.positions.iter().map(|&point| transform.transform_point3(point)).collect();
     let lists = VertexLists {
         normals: primitive.normals.iter().map(|&normal| (cofactors * normal).normalize_or_zero()).collect(),

@@ -4,7 +4,9 @@
 use std::collections::HashSet;
 use std::io::{BufRead, Error, Read, Write};
 
+use crate::budget::Budget;
 use crate::cancel::CancelToken;
+use crate::scene::assemble::BYTES_PER_TRIANGLE;
 use crate::scene::read::READ_SHARE;
 use crate::scene::{Place, Warnings};
 
@@ -12,6 +14,8 @@ use crate::scene::{Place, Warnings};
 const MAX_LINE: usize = 1 << 20;
 /// Handed on at a time.
 const PORTION: usize = 1 << 16;
+/// Bytes of the file between two questions to the budget.
+const BYTES_BETWEEN_CHECKS: usize = 1 << 20;
 /// tobj works off a group in one go, so groups are kept short enough for cancelling.
 const FACES_PER_GROUP: u32 = 20_000;
 
@@ -34,6 +38,9 @@ pub(super) struct Clean<'a> {
     corners: Vec<[u64; 3]>,
     kind: Kind,
     faces_in_group: u32,
+    triangles: u64,
+    /// Where in the file the budget is asked again.
+    next_check: usize,
     object_open: bool,
     /// The line last read, from 1.
     pub(super) line: u64,
@@ -61,6 +68,8 @@ impl<'a> Clean<'a> {
             corners: Vec::new(),
             kind: (false, false),
             faces_in_group: 0,
+            triangles: 0,
+            next_check: BYTES_BETWEEN_CHECKS,
             object_open: true,
             line: 0,
             mesh_count: 0,
@@ -230,6 +239,7 @@ impl<'a> Clean<'a> {
             }
             self.mesh_count += usize::from(std::mem::take(&mut self.object_open));
             self.faces_in_group += corners.len() as u32 - 2;
+            self.triangles += corners.len() as u64 - 2;
             self.out.push(b'f');
             for [position, texcoord, normal] in &corners {
                 let _ = match kind {
@@ -251,11 +261,23 @@ impl<'a> Clean<'a> {
         }
     }
 
+    /// Whether there is room for as much again as tobj holds by now, whose lists double as they grow, and for the scene that
+    /// is made of it.
+    fn check_memory(&mut self) -> Result<(), String> {
+        if self.at < self.next_check {
+            return Ok(());
+        }
+        self.next_check = self.at + BYTES_BETWEEN_CHECKS;
+        let floats = self.positions * if self.colored { 6 } else { 3 } + self.texcoords * 2 + self.normals * 3;
+        let bytes = floats * size_of::<f32>() as u64 + self.triangles * (12 + BYTES_PER_TRIANGLE);
+        Budget::of_process().check("the vertices and faces", bytes).map_err(|error| error.to_string())
+    }
+
     fn refill(&mut self) -> std::io::Result<()> {
         self.out.clear();
         self.out_at = 0;
         while self.out.len() < PORTION {
-            match self.statement() {
+            match self.statement().and_then(|more| self.check_memory().map(|()| more)) {
                 Ok(true) => {}
                 Ok(false) => break,
                 Err(fault) => {
