@@ -12,6 +12,7 @@ use bvhscope::bvh::builders::{BuildError, build};
 use bvhscope::bvh::{BuildSettings, BuilderKind, ContainerKind, Preset, SimdLevel};
 use bvhscope::camera::Camera;
 use bvhscope::cancel::CancelToken;
+use bvhscope::headless::render::{write_distances, write_png};
 use bvhscope::render::{RenderRequest, RenderSettings, Shading, render};
 use bvhscope::scene::{LoadError, LoadOptions, Scene, SceneSource, load, load_bytes};
 
@@ -152,6 +153,38 @@ fn tracing_stops_at_every_look() {
         };
         at_every_look(shading.name(), |token| pool.install(|| render(&request, token, &|_| ())).is_err());
     }
+}
+
+#[test]
+fn writing_pictures_stops_at_every_look() {
+    let folder = tempfile::tempdir().unwrap();
+    let (png, exr) = (folder.path().join("a.png"), folder.path().join("a.exr"));
+    let size = [400, 300_u32];
+    let pixels: Vec<[u8; 4]> = (0..size[0] * size[1]).map(|k| k.wrapping_mul(2_654_435_769).to_le_bytes()).collect();
+    at_every_look("PNG", |token| {
+        let _ = std::fs::remove_file(&png);
+        let written = write_png(&png, size, &pixels, token);
+        assert_eq!(written.is_ok(), png.exists(), "whole or not at all");
+        written.is_err()
+    });
+    assert_eq!(image::open(&png).unwrap().to_rgba8().into_raw(), pixels.as_flattened());
+    let scene = terrain(2_000);
+    let request = RenderRequest {
+        accel: Arc::new(Accel::build(&scene, &BuildSettings::default(), &CancelToken::new()).unwrap()),
+        camera: Camera::framing(&scene.bounds, scene.up),
+        settings: RenderSettings { samples: 1, ..RenderSettings::default() },
+        width_px: 70,
+        height_px: 50,
+        coarseness: 1,
+    };
+    let frame = render(&request, &CancelToken::new(), &|_| ()).unwrap();
+    at_every_look("EXR", |token| {
+        let _ = std::fs::remove_file(&exr);
+        let written = write_distances(&exr, &frame, token);
+        assert_eq!(written.is_ok(), exr.exists(), "whole or not at all");
+        written.is_err()
+    });
+    assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 2, "no temporary file is left");
 }
 
 #[test]

@@ -2,11 +2,17 @@
 
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on should stop")]
 
+use std::sync::Arc;
+
+use bvhscope::accel::Accel;
 use bvhscope::bvh::builders::build;
 use bvhscope::bvh::wide::{AnyWideTree, collapse};
 use bvhscope::bvh::{AnyTree, BuildSettings, BuilderKind, ContainerKind};
+use bvhscope::camera::Camera;
 use bvhscope::cancel::CancelToken;
 use bvhscope::geometry::Triangle;
+use bvhscope::render::{RenderRequest, RenderSettings, Shading, render};
+use bvhscope::scene::{LoadOptions, SceneSource, load};
 use bvhscope::with_tree;
 use glam::Vec3;
 
@@ -83,4 +89,33 @@ fn the_tree_follows_the_triangles_not_the_pool_it_was_built_in_before() {
         build(&small, &settings, &CancelToken::new()).unwrap().0
     });
     assert!(fresh == after_another);
+}
+
+#[test]
+fn pictures_do_not_depend_on_the_number_of_threads() {
+    let source = SceneSource::Builtin { name: "terrain".to_owned(), size: Some(2_000) };
+    let scene = Arc::new(load(&source, &LoadOptions::default(), &CancelToken::new()).unwrap());
+    let picture = |threads: usize, shading: Shading| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        pool.install(|| {
+            let accel = Arc::new(Accel::build(&scene, &BuildSettings::default(), &CancelToken::new()).unwrap());
+            let request = RenderRequest {
+                accel,
+                camera: Camera::framing(&scene.bounds, scene.up),
+                settings: RenderSettings { shading, samples: 2, ..RenderSettings::default() },
+                width_px: 90,
+                height_px: 70,
+                coarseness: 1,
+            };
+            render(&request, &CancelToken::new(), &|_| ()).unwrap()
+        })
+    };
+    for shading in [Shading::Lit, Shading::AmbientOcclusion, Shading::Clusters] {
+        let one = picture(1, shading);
+        for threads in [2, 3, 7] {
+            let many = picture(threads, shading);
+            let same = one.rgba == many.rgba && one.distance == many.distance && one.primitive == many.primitive;
+            assert!(same, "{}: {threads} threads make another picture", shading.name());
+        }
+    }
 }

@@ -297,6 +297,31 @@ fn targets_that_cannot_be_written_are_found_before_the_work() {
     assert_eq!(names, ["kept.png", "model.obj"], "nothing is left behind");
 }
 
+/// A disk of its own that is nearly full; only the administrator may make one.
+#[test]
+fn a_full_disk_leaves_the_old_file() {
+    let folder = Folder::new();
+    let disk = folder.path("disk");
+    std::fs::create_dir(&disk).unwrap();
+    let mount = ["mount", "-t", "tmpfs", "-o", "size=32k", "tmpfs", disk.to_str().unwrap()];
+    // In a name space of its own the disk goes away with the shell.
+    let script = "\"$@\" && cd \"$DISK\" && printf old > kept.png && $PROGRAM render builtin:teapot:4 --size 400x400 -o kept.png; \
+        echo code $?; cat kept.png; echo; ls -A";
+    let output = Command::new("unshare")
+        .args(["--mount", "sh", "-c", script, "sh"])
+        .args(mount)
+        .env("DISK", &disk)
+        .env("PROGRAM", env!("CARGO_BIN_EXE_bvhscope"))
+        .output();
+    let Ok(output) = output else { return println!("skipped: no unshare here") };
+    let (out, error) = (String::from_utf8_lossy(&output.stdout), String::from_utf8_lossy(&output.stderr));
+    if error.contains("unshare") || error.contains("mount:") {
+        return println!("skipped: no disk can be mounted here: {error}");
+    }
+    assert_eq!(out, "code 1\nold\nkept.png\n", "{error}");
+    assert!(error.contains("kept.png: cannot be written"), "{error}");
+}
+
 /// Starts the program, waits a little, interrupts it.
 fn interrupted(args: &[&str], signal: &str, cwd: &Path) -> (Option<i32>, String) {
     let mut child = Command::new(env!("CARGO_BIN_EXE_bvhscope"))

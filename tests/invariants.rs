@@ -1,16 +1,24 @@
 //! What must hold for every tree: the validator accepts what builders make and rejects each kind of damage, tests are
 //! counted right, statistics are finite.
 
+#![allow(clippy::unwrap_used, reason = "a test stops at the first surprise")]
+
 mod trees;
 
+use std::sync::Arc;
+
+use bvhscope::accel::Accel;
 use bvhscope::bvh::builders::build;
 use bvhscope::bvh::overlap::end_point_overlap;
 use bvhscope::bvh::stats::tree_stats;
 use bvhscope::bvh::traverse::{NoProbe, Probe, TestCounts, Traversal, any_hit_with, closest_hit};
 use bvhscope::bvh::validate::validate;
 use bvhscope::bvh::{AnyTree, BuildSettings, BuilderKind, ContainerKind, Tree};
+use bvhscope::camera::Camera;
 use bvhscope::cancel::CancelToken;
 use bvhscope::geometry::{Aabb, Ray, Sphere, Triangle};
+use bvhscope::render::{RenderRequest, RenderSettings, render};
+use bvhscope::scene::{Material, Scene, SceneSource, Warnings};
 use bvhscope::with_tree;
 use glam::Vec3;
 
@@ -288,4 +296,40 @@ fn a_sample_estimates_the_overlap_of_all() {
     let exact = end_point_overlap(&tree, &triangles, usize::MAX);
     let estimate = end_point_overlap(&tree, &triangles, 600);
     assert!(exact > 0.0 && (estimate / exact - 1.0).abs() < 0.1, "{estimate} for {exact}");
+}
+
+#[test]
+fn samples_that_are_no_numbers_are_counted_and_black() {
+    let picture = |red: f32| {
+        let triangles = vec![
+            Triangle { a: Vec3::ZERO, b: Vec3::X, c: Vec3::Y },
+            Triangle { a: Vec3::X * 2.0, b: Vec3::X * 3.0, c: Vec3::new(2.0, 1.0, 0.0) },
+        ];
+        let bounds = triangles[0].bounds().union(&triangles[1].bounds());
+        let paint = |red: f32| Material { base_color: Vec3::new(red, 0.5, 0.5), unlit: true, ..Material::clay() };
+        let scene = Arc::new(Scene {
+            source: SceneSource::default_builtin(),
+            triangles,
+            bounds,
+            up: Vec3::Y,
+            attributes: None,
+            material_indices: vec![0, 1],
+            materials: vec![paint(0.5), paint(red)],
+            textures: Vec::new(),
+            mesh_count: 1,
+            warnings: Warnings::default(),
+        });
+        let accel = Arc::new(Accel::build(&scene, &BuildSettings::default(), &CancelToken::new()).unwrap());
+        let camera = Camera::framing(&bounds, Vec3::Y);
+        let settings = RenderSettings { samples: 1, ..RenderSettings::default() };
+        let request = RenderRequest { accel, camera, settings, width_px: 64, height_px: 48, coarseness: 1 };
+        render(&request, &CancelToken::new(), &|_| ()).unwrap()
+    };
+    let (sound, broken) = (picture(0.5), picture(f32::NAN));
+    let bad = broken.primitive.iter().filter(|&&primitive| primitive == 1).count() as u64;
+    assert!(bad > 10 && broken.stats.nan_samples == bad && sound.stats.nan_samples == 0);
+    for (index, &primitive) in broken.primitive.iter().enumerate() {
+        let expected = if primitive == 1 { [0, 0, 0, 255] } else { sound.rgba[index] };
+        assert_eq!(broken.rgba[index], expected, "pixel {index}");
+    }
 }

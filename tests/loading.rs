@@ -162,6 +162,9 @@ fn ply_counts_are_not_trusted() {
         let message = load_bytes("a.ply", text.as_bytes()).unwrap_err().to_string();
         assert!(message.contains("are declared"), "{message}");
     }
+    let flat = "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float y\nend_header\n0 0\n";
+    let message = load_bytes("a.ply", flat.as_bytes()).unwrap_err().to_string();
+    assert!(message.contains("element vertex has no property z"), "{message}");
     let points = b"ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float y\nproperty float z\nend_header\n0 0 0\n";
     let message = load_bytes("a.ply", points).unwrap_err().to_string();
     assert!(message.contains("contains 1 points and no triangles"), "{message}");
@@ -187,7 +190,11 @@ fn obj_traps_do_not_stop_loading() {
 #[test]
 fn obj_faults_name_their_line() {
     let message = load_bytes("a.obj", b"v 0 0 0\nv 0 x1 0\n").unwrap_err().to_string();
-    assert!(message.ends_with("a.obj:2: 'x1' is not a number"), "{message}");
+    assert!(message.ends_with("a.obj:2:5: 'x1' is not a number"), "{message}");
+    for word in ["0x10", "1,5", "--1"] {
+        let message = load_bytes("a.obj", format!("v 0 0 0\n  v\t0 {word} 0\n").as_bytes()).unwrap_err().to_string();
+        assert!(message.ends_with(&format!("a.obj:2:7: '{word}' is not a number")), "{message}");
+    }
     let message = load_bytes("a.obj", b"v 0 0 0\nv 0 1 0\n").unwrap_err().to_string();
     assert!(message.contains("contains 2 points and no triangles"), "{message}");
     let message = load_bytes("a.obj", b"\xFF\xFEv\0").unwrap_err().to_string();
@@ -317,5 +324,68 @@ fn gltf_nodes_turn_scale_and_move_or_give_their_matrix() {
             + (scene.bounds.max - glam::Vec3::new(5.0, 2.0, 0.0)).length();
         assert!(off < 1e-5, "{node}: {:?}", scene.bounds);
         assert!(turns(&scene).iter().all(|turn| (turn - 4.0).abs() < 1e-4), "{:?}", turns(&scene));
+    }
+}
+
+#[test]
+fn the_content_decides_what_a_file_is() {
+    let ply = "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n\
+        element face 1\nproperty list uchar int vertex_indices\nend_header\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n";
+    let obj = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
+    for (name, text, warned) in [
+        ("a.ply", ply, false),
+        ("no-extension", ply, false),
+        ("a.bak", ply, false),
+        ("a.OBJ", ply, true),
+        ("a.obj", obj, false),
+        ("a", obj, false),
+    ] {
+        let scene = load_bytes(name, text.as_bytes()).unwrap();
+        assert_eq!((scene.triangles.len(), scene.warnings.is_empty()), (1, !warned), "{name}: {:?}", scene.warnings);
+        if warned {
+            assert!(scene.warnings.entries[0].what.contains("PLY"), "{:?}", scene.warnings);
+        }
+    }
+    let message = load_bytes("a.txt", b"hello").unwrap_err().to_string();
+    assert!(message.contains("neither OBJ, glTF, GLB, PLY nor STL"), "{message}");
+}
+
+#[test]
+fn obj_of_every_kind_loads() {
+    let square = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\n";
+    let load = |rest: &str| load_bytes("a.obj", format!("{square}{rest}").as_bytes()).unwrap();
+    // Line ends of old machines, and bytes of none.
+    let text = format!("# a\0b\n{square}f 1 2 3\n").replace('\n', "\r");
+    assert_eq!(load_bytes("a.obj", text.as_bytes()).unwrap().triangles.len(), 1);
+    // Indices at and beyond every end.
+    for index in ["0", "5", "-5", "9223372036854775808", "-9223372036854775808", "18446744073709551616", "x", "1.0"] {
+        let scene = load(&format!("f 1 2 3\nf 1 2 {index}\n"));
+        assert_eq!((scene.triangles.len(), scene.warnings.entries.len()), (1, 1), "{index}");
+    }
+    // Corners in any number, and twice the same.
+    let corners: String = (0..100_000).map(|k| format!(" {}", 1 + k % 4)).collect();
+    let scene = load(&format!("f 1\nf 1 2\nf{corners}\nf 1 1 2\n"));
+    assert_eq!(scene.triangles.len(), 99_999, "{:?}", scene.warnings);
+    assert_eq!(scene.warnings.entries[0].count, 2);
+    // Attributes here and there.
+    let scene = load("vt 0 0\nvn 0 0 1\nf 1/1/1 2/1/1 3/1/1\nf 1 2 3\nf 1/1 2 3//1\nf 1//1 2//1 3//1\n");
+    let attributes = scene.attributes.as_ref().unwrap();
+    assert_eq!((scene.triangles.len(), attributes.corners.len()), (4, 4));
+    // A name with spaces is one library, else several; one outside the folder is none.
+    let folder = tempfile::tempdir().unwrap();
+    let inside = folder.path().join("inside");
+    std::fs::create_dir(&inside).unwrap();
+    for place in ["inside/my colours.mtl", "inside/b.mtl", "outside.mtl"] {
+        std::fs::write(folder.path().join(place), format!("newmtl {}\nKd 1 0 0\n", place.len())).unwrap();
+    }
+    for (libraries, material, warnings) in
+        [("my colours.mtl", 21, 0), ("missing.mtl b.mtl", 12, 1), ("../outside.mtl", 11, 1)]
+    {
+        let text = format!("mtllib {libraries}\n{square}usemtl {material}\nf 1 2 3\n");
+        std::fs::write(inside.join("a.obj"), text).unwrap();
+        let scene = load_path(&inside.join("a.obj")).unwrap();
+        let found = scene.material(0).base_color == glam::Vec3::X;
+        assert_eq!(found, !libraries.starts_with(".."), "{libraries}");
+        assert_eq!(scene.warnings.entries.len(), warnings, "{libraries}: {:?}", scene.warnings);
     }
 }

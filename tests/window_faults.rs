@@ -97,3 +97,22 @@ fn a_saved_file_is_read_again_once_and_a_deleted_one_leaves_the_scene() {
     let said = program.said();
     assert!(!said.iter().any(|line| line.contains("presented two.obj")), "read once, not again: {said:?}");
 }
+
+#[test]
+fn a_window_at_rest_does_nothing() {
+    let desktop = Desktop::new();
+    let mut program = desktop.start(&["builtin:teapot:2"]);
+    program.wait_for(", 16 samples a pixel");
+    // Processor time, which other work on the machine does not lengthen, in hundredths of a second.
+    let spent = || -> u64 {
+        let stat = std::fs::read_to_string(format!("/proc/{}/stat", program.child.id())).unwrap();
+        let fields: Vec<&str> = stat.rsplit_once(')').unwrap().1.split_whitespace().collect();
+        fields[11].parse::<u64>().unwrap() + fields[12].parse::<u64>().unwrap()
+    };
+    std::thread::sleep(std::time::Duration::from_secs(3));
+    let before = spent();
+    std::thread::sleep(std::time::Duration::from_secs(8));
+    let share = (spent() - before) as f64 / 800.0;
+    // Looking after the file and the driver's own threads take well below one hundredth; drawing on takes several.
+    assert!(share < 0.05, "{share} of a processor at rest");
+}

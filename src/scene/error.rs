@@ -11,6 +11,8 @@ pub enum Place {
     File,
     /// A line, counted from 1.
     Line(u64),
+    /// A line and a byte in it, both counted from 1.
+    Column(u64, u64),
     /// A byte offset.
     Byte(u64),
     /// A path into a JSON document, as in `accessors[3].count`.
@@ -35,12 +37,13 @@ pub enum LoadError {
     },
 }
 
-/// `file:line`, `file at byte N`, `file: json.path`, as terminals and editors understand it.
+/// `file:line`, `file:line:column`, `file at byte N`, `file: json.path`, as terminals and editors understand it.
 fn locate(path: &std::path::Path, place: &Place) -> String {
     let file = path.display();
     match place {
         Place::File => format!("{file}"),
         Place::Line(line) => format!("{file}:{line}"),
+        Place::Column(line, column) => format!("{file}:{line}:{column}"),
         Place::Byte(byte) => format!("{file}: at byte {byte}"),
         Place::Json(json) => format!("{file}: {json}"),
     }
@@ -86,6 +89,7 @@ impl std::fmt::Display for Warning {
         match &self.first {
             Place::File => Ok(()),
             Place::Line(line) => write!(f, " (first at line {line})"),
+            Place::Column(line, column) => write!(f, " (first at line {line}, column {column})"),
             Place::Byte(byte) => write!(f, " (first at byte {byte})"),
             Place::Json(json) => write!(f, " (first at {json})"),
         }

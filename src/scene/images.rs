@@ -179,3 +179,40 @@ fn decode(bytes: &[u8], budget: u64) -> Result<(u32, u32, Vec<[u8; 4]>), String>
     }
     Ok((width, height, picture.into_raw().as_chunks().0.to_vec()))
 }
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used, reason = "a test fails by panicking")]
+mod tests {
+    use super::*;
+
+    fn png(side: u32) -> Vec<u8> {
+        let mut bytes = std::io::Cursor::new(Vec::new());
+        image::RgbaImage::new(side, side).write_to(&mut bytes, image::ImageFormat::Png).unwrap();
+        bytes.into_inner()
+    }
+
+    #[test]
+    fn pictures_keep_to_their_budget() {
+        let picture = png(64);
+        assert!(decode(&picture, 1 << 20).is_ok());
+        let message = decode(&picture, 5_000).unwrap_err();
+        assert!(message.contains("all textures together") || message.contains("limit"), "{message}");
+        let mut wide = std::io::Cursor::new(Vec::new());
+        image::GrayImage::new(MAX_SIDE + 1, 1).write_to(&mut wide, image::ImageFormat::Png).unwrap();
+        let too_wide = decode(wide.get_ref(), 1 << 30).unwrap_err();
+        assert!(too_wide.contains("limit"), "{too_wide}");
+
+        // Eight of which only some fit: what does not is left out with a warning, and the others stay.
+        let token = CancelToken::new();
+        let mut images = Images::new(Path::new("a.gltf"), &LoadOptions::default(), &token);
+        images.total = MAX_TOTAL - 3 * 64 * 64 * 4;
+        let made: Vec<_> = (0..8).map(|_| images.texture(&picture, [WrapMode::Repeat; 2], "a")).collect();
+        assert_eq!(made.iter().flatten().count(), 3);
+        assert_eq!(images.texture(b"no picture at all", [WrapMode::Repeat; 2], "b"), None);
+        assert_eq!(images.texture(&picture[..picture.len() / 2], [WrapMode::Repeat; 2], "c"), None);
+        let mut warnings = Warnings::default();
+        assert_eq!(images.into_textures(&mut warnings).len(), 3);
+        let counts: Vec<u64> = warnings.entries.iter().map(|warning| warning.count).collect();
+        assert_eq!(counts, [5, 1, 1], "{warnings:?}");
+    }
+}

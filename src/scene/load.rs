@@ -6,7 +6,7 @@ use glam::Vec3;
 
 use super::assemble::Assembly;
 use super::read::{read_model, unusable};
-use super::{LoadError, Scene, SceneSource, builtin, gltf, obj, ply, stl};
+use super::{LoadError, Place, Scene, SceneSource, builtin, gltf, obj, ply, stl};
 use crate::cancel::CancelToken;
 
 /// What the user allows a load to do.
@@ -54,7 +54,14 @@ fn read_bytes(
     token: &CancelToken,
 ) -> Result<(Assembly, Vec3), LoadError> {
     let mut assembly = Assembly::new();
-    let up = match detect(path, bytes) {
+    let found = detect(path, bytes);
+    if let (Some(found), Some(named)) = (found, Format::by_name(path))
+        && found != named
+    {
+        let what = format!("name that says {}; it is read as {}, which its content is", named.label(), found.label());
+        assembly.warnings.add(&what, || Place::File);
+    }
+    let up = match found {
         Some(Format::Obj) => obj::load(path, bytes, options, &mut assembly, token).map(|()| Vec3::Y),
         Some(Format::Gltf) => gltf::load(path, bytes, options, &mut assembly, token).map(|()| Vec3::Y),
         Some(Format::Ply) => ply::load(path, bytes, &mut assembly, token).map(|()| Vec3::Y),
@@ -74,6 +81,28 @@ enum Format {
     Stl,
 }
 
+impl Format {
+    /// What the extension says.
+    fn by_name(path: &Path) -> Option<Self> {
+        match path.extension()?.to_string_lossy().to_ascii_lowercase().as_str() {
+            "obj" => Some(Self::Obj),
+            "gltf" | "glb" => Some(Self::Gltf),
+            "ply" => Some(Self::Ply),
+            "stl" => Some(Self::Stl),
+            _ => None,
+        }
+    }
+
+    const fn label(self) -> &'static str {
+        match self {
+            Self::Obj => "OBJ",
+            Self::Gltf => "glTF",
+            Self::Ply => "PLY",
+            Self::Stl => "STL",
+        }
+    }
+}
+
 /// By content first; by extension where the content could be anything.
 fn detect(path: &Path, bytes: &[u8]) -> Option<Format> {
     if bytes.starts_with(b"glTF") {
@@ -89,14 +118,10 @@ fn detect(path: &Path, bytes: &[u8]) -> Option<Format> {
     if text.starts_with(b"{") {
         return Some(Format::Gltf);
     }
-    let extension = path.extension().map(|extension| extension.to_string_lossy().to_ascii_lowercase());
-    match extension.as_deref() {
-        Some("obj") => Some(Format::Obj),
-        Some("gltf" | "glb") => Some(Format::Gltf),
-        Some("ply") => Some(Format::Ply),
-        Some("stl") => Some(Format::Stl),
-        _ if text.get(..5).is_some_and(|start| start.eq_ignore_ascii_case(b"solid")) => Some(Format::Stl),
-        _ => {
+    match Format::by_name(path) {
+        Some(format) => Some(format),
+        None if text.get(..5).is_some_and(|start| start.eq_ignore_ascii_case(b"solid")) => Some(Format::Stl),
+        None => {
             let start = &bytes[..bytes.len().min(4096)];
             let statement = |line: &[u8]| [&b"v "[..], b"o ", b"g ", b"mtllib "].iter().any(|k| line.starts_with(k));
             start.split(|&byte| byte == b'\n').any(statement).then_some(Format::Obj)

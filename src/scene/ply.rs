@@ -135,7 +135,10 @@ struct Source<'a> {
 impl Source<'_> {
     fn fault(&self, message: impl Into<String>) -> LoadError {
         let place = match self.encoding {
-            Encoding::Text => Place::Line(self.line),
+            Encoding::Text => {
+                let start = self.bytes[..self.at].iter().rposition(|&byte| byte == b'\n').map_or(0, |end| end + 1);
+                Place::Column(self.line, (self.at - start) as u64 + 1)
+            }
             _ => Place::Byte(self.at as u64),
         };
         LoadError::Unusable { path: self.path.to_path_buf(), place, message: message.into() }

@@ -85,6 +85,9 @@ fn open_regular(path: &Path) -> Result<File, LoadError> {
     }
     let mut open = OpenOptions::new();
     open.read(true);
+    // Should it have become a pipe meanwhile, opening does not wait for somebody to write into it.
+    #[cfg(unix)]
+    std::os::unix::fs::OpenOptionsExt::custom_flags(&mut open, libc::O_NONBLOCK);
     let file = open.open(path).map_err(|error| explain(path, &error))?;
     match file.metadata() {
         Ok(metadata) if metadata.is_file() => Ok(file),
@@ -154,6 +157,8 @@ fn edit_distance(a: &str, b: &str) -> usize {
 #[cfg(test)]
 #[allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 mod tests {
+    use std::io::Write as _;
+
     use super::*;
 
     /// Gives one byte at a time and fails after so many.
@@ -175,6 +180,20 @@ mod tests {
         assert_eq!(bytes, [7; 100]);
         let error = fill(&mut Vec::new(), 100, &mut Failing(40), path, None, &CancelToken::new()).unwrap_err();
         assert_eq!(error.to_string(), "a.stl: at byte 40: reading failed: the disk is gone");
+    }
+
+    #[test]
+    fn a_file_that_grows_ends_where_it_did() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.stl");
+        std::fs::write(&path, vec![1; PORTION + 10]).unwrap();
+        let theirs = path.clone();
+        let token = CancelToken::watched(move |_| {
+            OpenOptions::new().append(true).open(&theirs).unwrap().write_all(&[2; 1000]).unwrap();
+            false
+        });
+        let bytes = read_file(&path, None, &token).unwrap();
+        assert_eq!((bytes.len(), bytes.last()), (PORTION + 10, Some(&1)));
     }
 
     #[test]

@@ -61,16 +61,19 @@ pub fn build(
     if let Some(refusal) = settings.refusal(triangles.len()) {
         return Err(BuildError::Refused(refusal));
     }
-    if triangles.len() >= MAX_PRIMITIVES {
-        return Err(BuildError::Refused(format!(
-            "a tree holds at most {MAX_PRIMITIVES} triangles, this scene has {}",
-            triangles.len()
-        )));
+    if let Some(refusal) = too_many(triangles.len()) {
+        return Err(BuildError::Refused(refusal));
     }
     match settings.container {
         ContainerKind::Aabb => build_scaled::<Aabb>(triangles, settings, token),
         ContainerKind::Sphere => build_scaled::<Sphere>(triangles, settings, token),
     }
+}
+
+/// Why so many triangles cannot be numbered.
+fn too_many(count: usize) -> Option<String> {
+    (count >= MAX_PRIMITIVES)
+        .then(|| format!("a tree holds fewer than {MAX_PRIMITIVES} triangles, this scene has {count}; leave some out"))
 }
 
 /// Coordinates beyond which areas leave the range of `f32`.
@@ -132,4 +135,17 @@ fn build_kind<C: Clustered>(
         BuilderKind::None => none::build(triangles, token, times),
     }?;
     optimize(tree, settings.passes(), token, times)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn more_triangles_than_numbers_are_refused() {
+        assert!(too_many(MAX_PRIMITIVES).is_some_and(|text| text.contains("2147483648")));
+        // The most that are taken have nodes that 32 bits number.
+        assert_eq!(too_many(MAX_PRIMITIVES - 1), None);
+        assert!(u32::try_from(2 * (MAX_PRIMITIVES as u64 - 1) - 1).is_ok());
+    }
 }

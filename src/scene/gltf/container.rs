@@ -29,8 +29,9 @@ impl<'a> Document<'a> {
             (Cow::Borrowed(bytes.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(bytes)), None)
         };
         check_json(&text).map_err(|error| unusable(path, error.to_string()))?;
-        let root = Root::from_slice(&text)
-            .map_err(|error| fault(Place::Line(error.line() as u64), format!("is not glTF 2.0: {error}")))?;
+        let root = Root::from_slice(&text).map_err(|error| {
+            fault(Place::Column(error.line() as u64, error.column() as u64), format!("is not glTF 2.0: {error}"))
+        })?;
         let mut binary = binary;
         let buffers = root
             .buffers

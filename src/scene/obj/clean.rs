@@ -3,6 +3,7 @@
 
 use std::collections::HashSet;
 use std::io::{BufRead, Error, Read, Write};
+use std::ops::RangeInclusive;
 
 use crate::budget::Budget;
 use crate::cancel::CancelToken;
@@ -18,6 +19,18 @@ const PORTION: usize = 1 << 16;
 const BYTES_BETWEEN_CHECKS: usize = 1 << 20;
 /// tobj works off a group in one go, so groups are kept short enough for cancelling.
 const FACES_PER_GROUP: u32 = 20_000;
+
+/// What is wrong with a line, and the byte in it, from 0, where one word is at fault.
+struct Fault {
+    message: String,
+    column: Option<usize>,
+}
+
+impl From<String> for Fault {
+    fn from(message: String) -> Self {
+        Self { message, column: None }
+    }
+}
 
 /// Which indices the corners of a face have beside positions.
 type Kind = (bool, bool);
@@ -47,8 +60,8 @@ pub(super) struct Clean<'a> {
     /// Objects and groups with faces.
     pub(super) mesh_count: usize,
     pub(super) warnings: Warnings,
-    /// Why reading stopped, where a line is at fault.
-    pub(super) fault: Option<String>,
+    /// Why reading stopped, where the file is at fault, and where.
+    pub(super) fault: Option<(Place, String)>,
 }
 
 impl<'a> Clean<'a> {
@@ -94,9 +107,10 @@ impl<'a> Clean<'a> {
     }
 
     /// One statement, continued lines joined.
-    fn statement(&mut self) -> Result<bool, String> {
+    fn statement(&mut self) -> Result<bool, Fault> {
         let Some(line) = self.physical_line() else { return Ok(false) };
         let joined;
+        let mut is_joined = false;
         let mut line = line;
         if line.trim_ascii_end().last() == Some(&b'\\') && line.trim_ascii_start().first() != Some(&b'#') {
             let mut whole = Vec::new();
@@ -111,27 +125,29 @@ impl<'a> Clean<'a> {
                     None => break,
                 }
             }
-            joined = whole;
+            (joined, is_joined) = (whole, true);
             line = &joined;
         }
         check_length(line)?;
-        self.clean(line)?;
+        // In lines that were joined columns mean nothing.
+        self.clean(line).map_err(|fault| if is_joined { fault.message.into() } else { fault })?;
         Ok(true)
     }
 
-    fn clean(&mut self, line: &[u8]) -> Result<(), String> {
+    fn clean(&mut self, line: &[u8]) -> Result<(), Fault> {
+        let indent = line.len() - line.trim_ascii_start().len();
         let line = line.trim_ascii();
         let end = line.iter().position(u8::is_ascii_whitespace).unwrap_or(line.len());
         let (keyword, rest) = line.split_at(end);
         match keyword {
-            b"v" => self.position(rest),
+            b"v" => self.position(rest, indent + end),
             b"vt" => {
                 self.texcoords += 1;
-                self.numbers(b"vt", rest, 1, 2)
+                self.numbers(b"vt", rest, indent + end, 1..=2)
             }
             b"vn" => {
                 self.normals += 1;
-                self.numbers(b"vn", rest, 3, 3)
+                self.numbers(b"vn", rest, indent + end, 3..=3)
             }
             b"f" | b"fo" => {
                 self.face(rest);
@@ -160,13 +176,14 @@ impl<'a> Clean<'a> {
         }
     }
 
-    fn position(&mut self, rest: &[u8]) -> Result<(), String> {
+    /// A point; `start` is where the rest of the line begins in it.
+    fn position(&mut self, rest: &[u8], start: usize) -> Result<(), Fault> {
         self.positions += 1;
         let mut values = [0.0_f32; 6];
         let mut count = 0;
         self.out.extend_from_slice(b"v");
-        for word in words(rest).take(6) {
-            values[count] = number(word)?;
+        for (at, word) in words_at(rest).take(6) {
+            values[count] = number(word, start + at)?;
             count += 1;
             if count <= 3 {
                 self.out.push(b' ');
@@ -174,7 +191,7 @@ impl<'a> Clean<'a> {
             }
         }
         if count < 3 {
-            return Err(format!("a vertex needs 3 coordinates, but there are {count}"));
+            return Err(format!("a vertex needs 3 coordinates, but there are {count}").into());
         }
         if self.colored {
             let [.., r, g, b] = if count == 6 { values } else { [1.0; 6] };
@@ -188,17 +205,25 @@ impl<'a> Clean<'a> {
         Ok(())
     }
 
-    fn numbers(&mut self, keyword: &[u8], rest: &[u8], least: usize, most: usize) -> Result<(), String> {
+    /// A statement of so many numbers; `start` is where the rest of the line begins in it.
+    fn numbers(
+        &mut self,
+        keyword: &[u8],
+        rest: &[u8],
+        start: usize,
+        counts: RangeInclusive<usize>,
+    ) -> Result<(), Fault> {
+        let (least, most) = counts.into_inner();
         self.out.extend_from_slice(keyword);
         let mut count = 0;
-        for word in words(rest).take(most) {
-            number(word)?;
+        for (at, word) in words_at(rest).take(most) {
+            number(word, start + at)?;
             self.out.push(b' ');
             self.out.extend_from_slice(word);
             count += 1;
         }
         if count < least {
-            return Err(format!("{least} numbers are expected, but there are {count}"));
+            return Err(format!("{least} numbers are expected, but there are {count}").into());
         }
         for _ in count..most {
             self.out.extend_from_slice(b" 0");
@@ -277,11 +302,12 @@ impl<'a> Clean<'a> {
         self.out.clear();
         self.out_at = 0;
         while self.out.len() < PORTION {
-            match self.statement().and_then(|more| self.check_memory().map(|()| more)) {
+            match self.statement().and_then(|more| Ok(self.check_memory().map(|()| more)?)) {
                 Ok(true) => {}
                 Ok(false) => break,
-                Err(fault) => {
-                    self.fault = Some(fault);
+                Err(Fault { message, column }) => {
+                    let place = column.map_or(Place::Line(self.line), |at| Place::Column(self.line, at as u64 + 1));
+                    self.fault = Some((place, message));
                     return Err(Error::other("unreadable line"));
                 }
             }
@@ -328,15 +354,27 @@ fn words(line: &[u8]) -> impl Iterator<Item = &[u8]> {
     line.split(u8::is_ascii_whitespace).filter(|word| !word.is_empty())
 }
 
+/// The words with the bytes where they start.
+fn words_at(line: &[u8]) -> impl Iterator<Item = (usize, &[u8])> {
+    let mut next = 0;
+    let parts = line.split(u8::is_ascii_whitespace).map(move |word| {
+        let at = next;
+        next += word.len() + 1;
+        (at, word)
+    });
+    parts.filter(|(_, word)| !word.is_empty())
+}
+
 fn check_length(line: &[u8]) -> Result<(), String> {
     if line.len() > MAX_LINE { Err(format!("the line is longer than {MAX_LINE} bytes")) } else { Ok(()) }
 }
 
-fn number(word: &[u8]) -> Result<f32, String> {
+/// The number that a word stands for, which starts at the byte `at` of its line.
+fn number(word: &[u8], at: usize) -> Result<f32, Fault> {
     let parsed = std::str::from_utf8(word).ok().and_then(|word| word.parse().ok());
     parsed.ok_or_else(|| {
         let word: String = String::from_utf8_lossy(word).chars().take(40).collect();
-        format!("'{}' is not a number", word.escape_debug())
+        Fault { message: format!("'{}' is not a number", word.escape_debug()), column: Some(at) }
     })
 }
 

@@ -43,7 +43,10 @@ pub(super) fn load(
     token.check()?;
     let at_line = |message| LoadError::Unusable { path: path.to_path_buf(), place: Place::Line(reader.line), message };
     let models = match (result, &reader.fault) {
-        (_, Some(fault)) => return Err(at_line(fault.clone())),
+        (_, Some((place, message))) => {
+            let (path, place, message) = (path.to_path_buf(), place.clone(), message.clone());
+            return Err(LoadError::Unusable { path, place, message });
+        }
         (Err(error), None) => return Err(at_line(format!("cannot be understood: {error}"))),
         (Ok((models, _)), None) => models,
     };
