@@ -158,6 +158,17 @@ impl Accel {
         with_tree!(&self.tree, tree => path_to_primitive(tree, triangle, primitive_index))
     }
 
+    /// A triangle below `node`: the first one of the leaf that first children lead to; `None` where there is no such node.
+    pub fn triangle_below(&self, node: u32) -> Option<u32> {
+        with_tree!(&self.tree, tree => {
+            let mut node = tree.nodes.get(node as usize)?;
+            while !node.is_leaf() {
+                node = &tree.nodes[node.first as usize];
+            }
+            tree.primitive_indices.get(node.first as usize).copied()
+        })
+    }
+
     /// End-point overlap, estimated from a sample on large scenes. Takes some tens of milliseconds on a million triangles
     /// when asked for the first time; see [`Accel::known_epo`] for a UI thread.
     pub fn epo(&self) -> f32 {

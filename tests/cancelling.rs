@@ -150,6 +150,7 @@ fn tracing_stops_at_every_look() {
             width_px: 70,
             height_px: 50,
             coarseness: 1,
+            count_tests: true,
         };
         at_every_look(shading.name(), |token| pool.install(|| render(&request, token, &|_| ())).is_err());
     }
@@ -176,6 +177,7 @@ fn writing_pictures_stops_at_every_look() {
         width_px: 70,
         height_px: 50,
         coarseness: 1,
+        count_tests: true,
     };
     let frame = render(&request, &CancelToken::new(), &|_| ()).unwrap();
     at_every_look("EXR", |token| {

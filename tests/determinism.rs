@@ -106,6 +106,7 @@ fn pictures_do_not_depend_on_the_number_of_threads() {
                 width_px: 90,
                 height_px: 70,
                 coarseness: 1,
+                count_tests: true,
             };
             render(&request, &CancelToken::new(), &|_| ()).unwrap()
         })

@@ -322,7 +322,8 @@ fn samples_that_are_no_numbers_are_counted_and_black() {
         let accel = Arc::new(Accel::build(&scene, &BuildSettings::default(), &CancelToken::new()).unwrap());
         let camera = Camera::framing(&bounds, Vec3::Y);
         let settings = RenderSettings { samples: 1, ..RenderSettings::default() };
-        let request = RenderRequest { accel, camera, settings, width_px: 64, height_px: 48, coarseness: 1 };
+        let request =
+            RenderRequest { accel, camera, settings, width_px: 64, height_px: 48, coarseness: 1, count_tests: false };
         render(&request, &CancelToken::new(), &|_| ()).unwrap()
     };
     let (sound, broken) = (picture(0.5), picture(f32::NAN));

@@ -79,11 +79,13 @@ fn present(state: &mut AppState, scene: &Arc<Scene>) {
         width_px: 96,
         height_px: 64,
         coarseness: 1,
+        count_tests: true,
     };
     let frame = Arc::new(render(&request, &token, &|_| {}).unwrap());
     let table = Arc::new(NodeTable::new(&accel, &token).unwrap());
+    let tests_per_ray = frame.stats.tests_per_ray();
     let frame_id = state.presented.as_ref().map_or(1, |shown| shown.frame_id + 1);
-    state.presented = Some(Presented { accel, table, frame, frame_id, threads: 0 });
+    state.presented = Some(Presented { accel, table, frame, frame_id, tests_per_ray, threads: 0 });
     state.scene = Some(Arc::clone(scene));
     state.viewport_px = [800, 500];
     state.mrays_per_s = 24.1;

@@ -139,6 +139,8 @@ impl Rails {
             self.frames += 1;
             presented.frame = Arc::clone(&rendered.frame);
             presented.frame_id = self.frames;
+            // While something moves nothing is counted: the last counts of this tree stay.
+            presented.tests_per_ray = rendered.frame.stats.tests_per_ray().or(presented.tests_per_ray);
         } else {
             return;
         }
@@ -153,7 +155,7 @@ impl Rails {
     /// Tree, lines, picture and numbers change together.
     fn swap_tree(&mut self, tree: BuiltTree, rendered: &Rendered, state: &mut AppState, now: Instant) {
         let old_scene = state.presented.as_ref().map(|presented| Arc::clone(&presented.accel.scene));
-        let picked = state.picked.take().map(|(primitive, _)| primitive);
+        let selected = picking::selected(state);
         state.hover = None;
         state.selection.hovered = None;
         state.selection.hidden.clear();
@@ -169,8 +171,7 @@ impl Rails {
         );
         self.present(tree, rendered, state);
         if same_scene {
-            // The selected triangle is still there; its leaf is another one.
-            picking::pick(state, picked);
+            picking::select_again(state, selected);
             return;
         }
         picking::pick(state, None);

@@ -108,6 +108,8 @@ pub struct RenderJob {
     pub passes: Vec<u32>,
     /// With how many threads; 0 for all.
     pub threads: usize,
+    /// Tests a ray are counted once the picture has its full resolution.
+    pub count_tests: bool,
 }
 
 /// A picture on the way or finished.
@@ -200,7 +202,7 @@ pub fn build_worker(wake: impl Fn() + Send + Sync + 'static) -> std::io::Result<
 pub fn render_worker(wake: impl Fn() + Send + Sync + 'static) -> std::io::Result<Worker<RenderJob, Rendered>> {
     let pool = Pool::default();
     Worker::new("render", wake, move |job: RenderJob, token: &CancelToken, deliver: &(dyn Fn(Rendered) + Sync)| {
-        let RenderJob { key, passes, threads } = job;
+        let RenderJob { key, passes, threads, count_tests } = job;
         let part = |frame: Frame, last: bool| Rendered { key: key.clone(), frame: Arc::new(frame), last };
         let mut newest = None;
         for coarseness in passes {
@@ -214,6 +216,7 @@ pub fn render_worker(wake: impl Fn() + Send + Sync + 'static) -> std::io::Result
                 width_px: key.size_px[0],
                 height_px: key.size_px[1],
                 coarseness,
+                count_tests,
             };
             let frame = pool.run("render", threads, || render(&request, token, &|frame| deliver(part(frame, false))));
             newest = Some(frame.ok()?);

@@ -32,6 +32,44 @@ pub fn pick(state: &mut AppState, primitive: Option<u32>) {
     state.picked = (!path.is_empty()).then_some((primitive, path));
 }
 
+/// What is selected, in words that mean something in another tree of the same scene.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Selected {
+    /// The picked triangle.
+    picked: Option<u32>,
+    /// The selected node: a triangle below it and its depth, `None` for the leaf.
+    node: Option<(u32, Option<usize>)>,
+}
+
+/// What is selected now.
+pub(super) fn selected(state: &AppState) -> Selected {
+    let node = state.presented.as_ref().zip(state.selection.selected).and_then(|(shown, node)| {
+        let on_path = state.picked.as_ref().and_then(|(primitive, path)| {
+            let depth = path.iter().position(|&step| step == node)?;
+            Some((*primitive, (depth + 1 < path.len()).then_some(depth)))
+        });
+        on_path.or_else(|| {
+            let primitive = shown.accel.triangle_below(node)?;
+            let leaf = shown.table.is_leaf(node);
+            Some((primitive, (!leaf).then(|| shown.table.depth(node) as usize)))
+        })
+    });
+    Selected { picked: state.picked.as_ref().map(|(primitive, _)| *primitive), node }
+}
+
+/// Selects it in the tree that is presented now: the same triangle, and of the node that was selected what stands in its
+/// place: the leaf of its triangle, or that leaf's ancestor at the same depth, or the leaf where that lies higher.
+pub(super) fn select_again(state: &mut AppState, selected: Selected) {
+    pick(state, selected.picked);
+    let Some((primitive, depth)) = selected.node else {
+        state.selection.selected = None;
+        return;
+    };
+    let path = state.presented.as_ref().map_or_else(Vec::new, |shown| shown.accel.path_to(primitive));
+    let leaf = path.last().copied();
+    state.selection.selected = depth.and_then(|depth| path.get(depth).copied()).or(leaf);
+}
+
 /// The node drawn at the chosen depths that holds the triangle: the deepest one on its path.
 pub fn shown_node_of(state: &AppState, primitive: u32) -> Option<u32> {
     let presented = state.presented.as_ref()?;

@@ -327,7 +327,12 @@ impl Rails {
             job_key.settings.samples = 1;
         }
         let brief = moving;
-        let token = self.render.request(RenderJob { key: job_key, passes, threads: state.wanted.threads });
+        let token = self.render.request(RenderJob {
+            key: job_key,
+            passes,
+            threads: state.wanted.threads,
+            count_tests: !moving,
+        });
         self.refused_render = None;
         self.rendering = Some(InFlight { key, token, since: now, brief });
     }
@@ -349,6 +354,7 @@ impl Rails {
             table: tree.table,
             frame: Arc::clone(&rendered.frame),
             frame_id: self.frames,
+            tests_per_ray: rendered.frame.stats.tests_per_ray(),
             threads: tree.threads,
         });
         drop_elsewhere(old);

@@ -1,5 +1,6 @@
 //! What the window knows: plain values that panels read and edit. Nothing here starts work.
 
+use std::collections::VecDeque;
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::Instant;
@@ -44,6 +45,8 @@ pub struct Presented {
     pub frame: Arc<Frame>,
     /// Unique for each picture.
     pub frame_id: u64,
+    /// Container and primitive tests a primary ray, from the newest picture of this tree that counted them.
+    pub tests_per_ray: Option<[f32; 2]>,
     /// The thread count that was asked for when the tree was built.
     pub threads: usize,
 }
@@ -71,6 +74,9 @@ pub struct Jobs {
     /// The paper panel measures.
     pub lab: Option<JobStatus>,
 }
+
+/// So many messages are kept to be read again.
+const TOLD: usize = 200;
 
 /// How serious a message is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -217,6 +223,10 @@ pub struct AppState {
     pub hover: Option<Hover>,
     /// What the user was told and has not closed.
     pub messages: Vec<Message>,
+    /// Everything that the user was told lately, oldest first.
+    pub told: VecDeque<Message>,
+    /// The list of what was told is open.
+    pub messages_open: bool,
     /// Kept between runs.
     pub preferences: Preferences,
     /// To be carried out after this UI frame.
@@ -237,6 +247,8 @@ pub struct AppState {
     pub adapter: (String, bool),
     /// Size of the viewport in pixels.
     pub viewport_px: [u32; 2],
+    /// The keys of the viewport go there.
+    pub viewport_focused: bool,
     /// The graphics driver failed: picture and containers are no longer drawn by it.
     pub overlay_failed: bool,
     /// The file of the scene is no longer there.
@@ -272,6 +284,8 @@ impl AppState {
             picked: None,
             hover: None,
             messages: Vec::new(),
+            told: VecDeque::new(),
+            messages_open: false,
             preferences,
             requests: Vec::new(),
             palette: None,
@@ -282,6 +296,7 @@ impl AppState {
             mrays_per_s: 0.0,
             adapter: (String::new(), false),
             viewport_px: [0, 0],
+            viewport_focused: false,
             overlay_failed: false,
             file_gone: false,
             chosen_up: None,
@@ -314,6 +329,11 @@ impl AppState {
 
     /// Tells the user something.
     pub fn tell(&mut self, severity: Severity, text: impl Into<String>) {
-        self.messages.push(Message { severity, text: text.into(), since: Instant::now() });
+        let message = Message { severity, text: text.into(), since: Instant::now() };
+        if self.told.len() == TOLD {
+            self.told.pop_front();
+        }
+        self.told.push_back(message.clone());
+        self.messages.push(message);
     }
 }

@@ -126,6 +126,7 @@ pub fn run(job: &RenderJob, context: &mut Context<'_>) -> Result<Finished, Failu
             width_px,
             height_px,
             coarseness: 1,
+            count_tests: job.json,
         };
         let frame = crate::render::render(&request, &context.token, &|_| ())?;
         drop(progress);

@@ -222,6 +222,7 @@ fn request(accel: &Arc<Accel>, view: &TraceView) -> RenderRequest {
         width_px: view.size[0],
         height_px: view.size[1],
         coarseness: 1,
+        count_tests: false,
     }
 }
 

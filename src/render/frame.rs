@@ -53,6 +53,13 @@ pub struct FrameStats {
     pub nan_samples: u64,
 }
 
+impl FrameStats {
+    /// Container and primitive tests a primary ray; `None` where they were not counted.
+    pub fn tests_per_ray(&self) -> Option<[f32; 2]> {
+        Some([self.container_tests_per_ray?, self.primitive_tests_per_ray?])
+    }
+}
+
 impl Frame {
     /// View depth where nothing was hit.
     pub const NO_HIT: f32 = 1e30;

@@ -38,6 +38,18 @@ pub enum HeatKind {
     Steps,
 }
 
+impl HeatKind {
+    /// What is counted, in the plural, as the window says it.
+    pub const fn counted(self) -> &'static str {
+        match self {
+            Self::Containers => "container tests",
+            Self::Primitives => "triangle tests",
+            Self::Both => "tests",
+            Self::Steps => "wide tree steps",
+        }
+    }
+}
+
 /// Where the light of lit shading comes from.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]

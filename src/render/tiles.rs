@@ -40,6 +40,8 @@ pub struct RenderRequest {
     pub height_px: u32,
     /// 1 for full resolution; n traces one ray for n×n pixels.
     pub coarseness: u32,
+    /// Tests a ray are counted at full resolution, in a pass of their own where the picture itself does not count them.
+    pub count_tests: bool,
 }
 
 /// Why there is no picture.
@@ -79,7 +81,8 @@ impl PassCounts {
 
 /// Traces a picture in the calling thread's rayon pool: one sample a pixel through its centre, then, at full resolution,
 /// [`RenderSettings::wanted_samples`] in all. `deliver` gets the frame after the first pass and after each further power of
-/// two of samples; the last one is returned. Modes that do not count tests get them from a pass of their own after the first. Equal requests give equal pictures for any number of threads.
+/// two of samples; the last one is returned. Where [`RenderRequest::count_tests`] asks for it, frames after the first bring
+/// the tests of the primary rays along. Equal requests give equal pictures for any number of threads.
 ///
 /// Depth, distance, triangle and value of a pixel are those of its centre; further samples change colours only. A sample
 /// that is not a number is counted and black.
@@ -131,7 +134,8 @@ fn passes<C: Container, S: Shade<C>>(
     let tiles_in_all = (grid.tile_count * samples) as f32;
     let mut nan_samples = 0;
     let mut sample = 0;
-    let mut at_rest: Option<TestSummary> = None;
+    let counts_itself = S::COUNTS && !shade.counts_steps();
+    let mut counted: Option<TestSummary> = None;
     loop {
         let start = Instant::now();
         let counts = pixels
@@ -149,28 +153,31 @@ fn passes<C: Container, S: Shade<C>>(
         sample += 1;
         if sample.is_power_of_two() || sample == samples {
             let rays = u64::from(grid.width) * u64::from(grid.height);
-            let tests_counted = S::COUNTS && !shade.counts_steps();
-            let per_ray = |count: u64| tests_counted.then(|| (count as f64 / rays as f64) as f32);
-            let rested = at_rest.as_ref();
-            let stats = FrameStats {
-                primary_rays: rays,
-                hits: counts.hits,
-                trace_time,
-                container_tests_per_ray: per_ray(counts.tests.containers)
-                    .or(rested.map(|summary| summary.container_tests_per_ray)),
-                primitive_tests_per_ray: per_ray(counts.tests.primitives)
-                    .or(rested.map(|summary| summary.primitive_tests_per_ray)),
-                nan_samples,
+            let per_ray = |count: u64| counts_itself.then(|| (count as f64 / rays as f64) as f32);
+            let frame = |counted: Option<TestSummary>| {
+                let stats = FrameStats {
+                    primary_rays: rays,
+                    hits: counts.hits,
+                    trace_time,
+                    container_tests_per_ray: per_ray(counts.tests.containers)
+                        .or(counted.map(|summary| summary.container_tests_per_ray)),
+                    primitive_tests_per_ray: per_ray(counts.tests.primitives)
+                        .or(counted.map(|summary| summary.primitive_tests_per_ray)),
+                    nan_samples,
+                };
+                assemble(request, &grid, &pixels, sample, stats)
             };
-            let frame = assemble(request, &grid, &pixels, sample, stats);
-            if sample == samples {
-                return Ok(frame);
+            let to_count = request.count_tests && grid.coarseness == 1 && !counts_itself && counted.is_none();
+            if sample < samples || to_count {
+                token.check()?;
+                deliver(frame(counted));
             }
-            token.check()?;
-            deliver(frame);
-            if !S::COUNTS && at_rest.is_none() {
-                // The first picture must not wait for counting; those that follow bring the counts along.
-                at_rest = Some(count_tests(request, token)?);
+            if to_count {
+                // The first picture did not wait for this; those that follow bring the counts along.
+                counted = Some(count_tests(request, token)?);
+            }
+            if sample == samples {
+                return Ok(frame(counted));
             }
         }
     }

@@ -139,16 +139,10 @@ pub fn statistics_text(state: &AppState) -> Option<String> {
     line("Primary rays", format::count(frame.stats.primary_rays));
     line("Hits", format::count(frame.stats.hits));
     line("Mray/s", format::significant(state.mrays_per_s));
-    if let (Some(containers), Some(primitives)) =
-        (frame.stats.container_tests_per_ray, frame.stats.primitive_tests_per_ray)
-    {
+    if let Some([containers, primitives]) = shown.tests_per_ray {
         line("Tests per ray", number(containers + primitives));
-    }
-    if let Some(tests) = frame.stats.container_tests_per_ray {
-        line("Container tests per ray", number(tests));
-    }
-    if let Some(tests) = frame.stats.primitive_tests_per_ray {
-        line("Primitive tests per ray", number(tests));
+        line("Container tests per ray", number(containers));
+        line("Primitive tests per ray", number(primitives));
     }
     Some(text)
 }

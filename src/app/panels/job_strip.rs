@@ -38,7 +38,8 @@ fn facts(state: &AppState) -> String {
         if frame.coarseness > 1 {
             parts.push(format!("coarse 1:{}", frame.coarseness));
         } else {
-            parts.push(format!("pass {} of {}", frame.samples, frame.settings.samples.max(frame.samples)));
+            let wanted = frame.settings.wanted_samples();
+            parts.push(format!("pass {} of {}", frame.samples, wanted.max(frame.samples)));
         }
         parts.push(format!("{} Mray/s", format::significant(state.mrays_per_s)));
         let threads = shown.accel.report.threads;

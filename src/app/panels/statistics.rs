@@ -197,16 +197,20 @@ fn trace_rows(ui: &mut Ui, state: &mut AppState, shown: &Presented, effects: &mu
     let tip =
         format!("{} of {} primary rays hit something", format::count(stats.hits), format::count(stats.primary_rays));
     statistic(ui, state, &Statistic::new("Hits", hits).tip(tip));
-    let (containers, primitives) = (stats.container_tests_per_ray, stats.primitive_tests_per_ray);
-    let total = containers.zip(primitives).map(|(containers, primitives)| containers + primitives);
+    let tests = |of: fn([f32; 2]) -> f32| shown.tests_per_ray.map(of);
+    let (containers, primitives) = (tests(|[containers, _]| containers), tests(|[_, primitives]| primitives));
     for (name, tests, tip) in [
-        ("Tests per ray", total, "Container and triangle tests of a primary ray, on average"),
+        (
+            "Tests per ray",
+            tests(|[containers, primitives]| containers + primitives),
+            "Container and triangle tests of a primary ray, on average",
+        ),
         ("Container tests", containers, "Containers tested by a primary ray, on average"),
         ("Triangle tests", primitives, "Triangles tested by a primary ray, on average"),
     ] {
         let mut row = match tests {
             Some(tests) => Statistic::new(name, format::significant(f64::from(tests))).tip(tip),
-            None => Statistic::new(name, "–".to_owned()).tip(format!("{tip}. Counted while a heat map is shown")),
+            None => Statistic::new(name, "…".to_owned()).tip(format!("{tip}. Counted as soon as the picture rests")),
         };
         if let Some(tests) = tests
             && let Some(before) = effects.observe(ui, name, f64::from((tests * 100.0).round() / 100.0))
