@@ -5,6 +5,7 @@
 use std::path::Path;
 
 use assert_cmd::Command;
+use bvhscope::render::Shading;
 
 fn bvhscope() -> Command {
     Command::cargo_bin("bvhscope").unwrap()
@@ -31,12 +32,16 @@ fn every_command_has_help_with_examples_and_the_program_a_version() {
     }
     let (code, out, _) = run(&["--version"]);
     assert_eq!((code, out.trim()), (0, concat!("bvhscope ", env!("CARGO_PKG_VERSION"))));
-    assert!(run(&["--help"]).1.contains("Exit codes"));
+    let help = run(&["--help"]).1;
+    assert!(help.contains("Exit codes"));
+    for shading in Shading::ALL {
+        assert!(help.contains(shading.name()), "--help leaves {} out", shading.name());
+    }
 }
 
 #[test]
 fn wrong_flags_name_flag_value_and_range() {
-    let cases: [(&[&str], &[&str]); 42] = [
+    let cases: [(&[&str], &[&str]); 43] = [
         (&["bench", "--treshold", "3"], &["--treshold", "--threshold"]),
         (&["bench", "--threshold", "1"], &["--threshold", "'1'", "2 to 64"]),
         (&["bench", "--threshold", "65"], &["'65'", "2 to 64"]),
@@ -57,6 +62,7 @@ fn wrong_flags_name_flag_value_and_range() {
         (&["bench", "--optimize", "collapse,melt"], &["--optimize", "melt", "collapse, restructure, reinsert"]),
         (&["bench", "--optimize", "all"], &["'restructure'", "boxes only", "--container box"]),
         (&["info", "--container", "sphere", "--optimize", "reinsert"], &["'reinsert'", "boxes only"]),
+        (&["--strict"], &["--strict"]),
         (&["--container", "sphere", "--optimize", "reinsert,collapse"], &["'reinsert'", "boxes only"]),
         (&["bench", "--builder", "binned-sah"], &["binned SAH", "box"]),
         (&["bench", "--plot", "x.jpg"], &["x.jpg", ".png or .svg"]),
@@ -151,6 +157,8 @@ fn render_writes_picture_and_distances() {
     let depth = image::open(&depth).unwrap().to_rgb32f();
     let hits = depth.pixels().filter(|pixel| pixel.0[0].is_finite()).count();
     assert_eq!(Some(hits as u64), row["hits"].as_u64());
+    assert!(row["container_tests_per_ray"].as_f64().is_some_and(|tests| tests > 1.0), "{out}");
+    assert!(row["primitive_tests_per_ray"].as_f64().is_some_and(|tests| tests > 0.0), "{out}");
     assert!(hits > 100 && depth.pixels().any(|pixel| pixel.0[0] == f32::INFINITY));
 }
 

@@ -53,7 +53,7 @@ use state::{AppState, Request, Severity, Wanted};
 use viewport::Viewport;
 
 pub use interrupt::{interrupt, was_interrupted};
-pub use options::StartOptions;
+pub use options::{Asked, StartOptions};
 pub use run::{AppError, run};
 pub use start::{SettingsUse, ended_as_wanted};
 
@@ -95,11 +95,9 @@ impl App {
         let same_model = restored.wanted.as_ref().is_some_and(|wanted| wanted.source == source);
         let mut wanted = restored.wanted.unwrap_or_else(|| Wanted::new(source.clone()));
         wanted.source = source;
-        wanted.build = options.build.unwrap_or(wanted.build);
-        wanted.threads = options.threads.unwrap_or(wanted.threads);
-        wanted.render = options.render.unwrap_or(wanted.render);
-        wanted.overlay = options.overlay.unwrap_or(wanted.overlay);
-        let mut state = AppState::new(wanted, restored.preferences.unwrap_or_default());
+        let mut preferences = restored.preferences.unwrap_or_default();
+        options.asked.lay_over(&mut wanted, &mut preferences);
+        let mut state = AppState::new(wanted, preferences);
         if let Some(complaint) = restored.complaint {
             eprintln!("warning: {complaint}");
             state.tell(Severity::Warning, complaint);

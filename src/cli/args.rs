@@ -117,6 +117,8 @@ pub struct RenderArgs {
     #[command(flatten)]
     pub load: LoadArgs,
     #[command(flatten)]
+    pub strict: StrictArgs,
+    #[command(flatten)]
     pub camera: CameraArgs,
     #[command(flatten)]
     pub picture: PictureArgs,
@@ -153,15 +155,21 @@ pub struct BuildArgs {
 #[derive(Debug, Args)]
 #[command(next_help_heading = "Loading")]
 pub struct LoadArgs {
-    /// Exit with code 3 where a file was loaded with warnings
-    #[arg(long)]
-    pub strict: bool,
     /// Let a model read files outside of its own folder (materials, textures, buffers)
     #[arg(long)]
     pub allow_outside: bool,
     /// Memory that the program may use, as 4GB, 500MB or 50% of what is available [default: 75%]
     #[arg(long, value_name = "SIZE|PERCENT", value_parser = values::memory)]
     pub memory_limit: Option<MemoryLimit>,
+}
+
+/// What every command takes that ends by itself.
+#[derive(Debug, Args)]
+#[command(next_help_heading = "Loading")]
+pub struct StrictArgs {
+    /// Exit with code 3 where a file was loaded with warnings
+    #[arg(long)]
+    pub strict: bool,
 }
 
 #[derive(Debug, Args)]
@@ -191,7 +199,7 @@ pub struct CameraArgs {
 #[derive(Debug, Args)]
 #[command(next_help_heading = "Picture")]
 pub struct PictureArgs {
-    /// What colours mean: lit, normals, depth, ao, clusters, heat, heat-containers or heat-primitives [default: lit]
+    /// What colours mean: lit, normals, depth, ao, clusters, heat, heat-containers, heat-primitives or heat-steps [default: lit]
     #[arg(long, value_name = "NAME", value_parser = |text: &str| values::named(text, &Shading::ALL, |mode| mode.name().to_owned()))]
     pub shading: Option<Shading>,
     /// Light of the lit mode: sun (with shadows) or headlight [default: sun]
@@ -272,6 +280,8 @@ pub struct MeasureArgs {
     pub camera: CameraArgs,
     #[command(flatten)]
     pub load: LoadArgs,
+    #[command(flatten)]
+    pub strict: StrictArgs,
 }
 
 /// Containers of a measuring command.
@@ -406,4 +416,6 @@ pub struct InfoArgs {
     pub build: BuildArgs,
     #[command(flatten)]
     pub load: LoadArgs,
+    #[command(flatten)]
+    pub strict: StrictArgs,
 }

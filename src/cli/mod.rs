@@ -90,7 +90,16 @@ fn finish(result: Result<Finished, Failure>, strict: bool) -> ExitCode {
 }
 
 fn strict(cli: &Cli) -> bool {
-    load_args(cli).is_some_and(|load| load.strict)
+    match &cli.command {
+        // The viewer shows warnings, and does not end at them.
+        None | Some(CommandArgs::Plot(_)) => false,
+        Some(CommandArgs::Render(args)) => args.strict.strict,
+        Some(CommandArgs::Info(args)) => args.strict.strict,
+        Some(CommandArgs::Bench(args)) => args.measure.strict.strict,
+        Some(CommandArgs::Sweep(args)) => args.measure.strict.strict,
+        Some(CommandArgs::Scaling(args)) => args.measure.strict.strict,
+        Some(CommandArgs::Compare(args)) => args.measure.strict.strict,
+    }
 }
 
 /// Why what was asked for does not go together.

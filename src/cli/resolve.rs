@@ -7,7 +7,7 @@ use super::args::{
     SweepArgs,
 };
 #[cfg(feature = "gui")]
-use crate::app::{SettingsUse, StartOptions};
+use crate::app::{Asked, SettingsUse, StartOptions};
 use crate::bvh::{BuildSettings, BuilderKind, ContainerKind, Pass, Passes, Preset};
 use crate::headless::info::InfoJob;
 use crate::headless::jobs::{MeasureJob, Output};
@@ -23,12 +23,8 @@ pub fn viewer(args: ViewerArgs) -> StartOptions {
     let camera = camera(&args.camera);
     StartOptions {
         source: args.model,
-        threads: args.build.threads,
-        build: given(&args.build).then(|| build(&args.build)),
+        asked: asked(&args.build, &args.picture, &args.overlay),
         camera: (camera != CameraChoice::default()).then_some(camera),
-        render: changed(picture(&args.picture), RenderSettings::default()),
-        overlay: overlay(&args.overlay)
-            .or_else(|| changed(overlay_settings(&args.overlay, OverlayKinds::Box), OverlaySettings::default())),
         load: load(&args.load),
         settings: SettingsUse { none: args.no_config, reset: args.reset_settings },
         restore: args.restore,
@@ -154,14 +150,31 @@ pub fn camera(args: &CameraArgs) -> CameraChoice {
     }
 }
 
+/// Each flag for itself: the viewer lays them over the settings of its last run.
 #[cfg(feature = "gui")]
-fn given(args: &BuildArgs) -> bool {
-    args.builder.is_some()
-        || args.container.is_some()
-        || args.threshold.is_some()
-        || args.epsilon.is_some()
-        || args.preset.is_some()
-        || args.optimize.is_some()
+fn asked(build: &BuildArgs, picture: &PictureArgs, overlay: &OverlayArgs) -> Asked {
+    Asked {
+        preset: build.preset,
+        builder: build.builder,
+        container: build.container,
+        threshold: build.threshold,
+        epsilon: build.epsilon,
+        optimize: build.optimize,
+        threads: build.threads,
+        shading: picture.shading,
+        light: picture.light,
+        cluster_depth: picture.cluster_depth,
+        traversal: picture.traversal,
+        heat_range: picture.heat_range,
+        color_map: picture.color_map,
+        simd: picture.simd,
+        samples: picture.samples,
+        containers_shown: overlay.overlay.map(|kinds| [kinds != OverlayKinds::Sphere, kinds != OverlayKinds::Box]),
+        depth: overlay.depth,
+        leaves_only: overlay.leaves.then_some(true),
+        parents: overlay.parents.then_some(true),
+        color_by: overlay.color_by,
+    }
 }
 
 fn picture(args: &PictureArgs) -> RenderSettings {
@@ -180,12 +193,9 @@ fn picture(args: &PictureArgs) -> RenderSettings {
 
 /// The overlay that `--overlay` asks for; `None` without it.
 fn overlay(args: &OverlayArgs) -> Option<OverlaySettings> {
-    args.overlay.map(|kinds| overlay_settings(args, kinds))
-}
-
-fn overlay_settings(args: &OverlayArgs, kinds: OverlayKinds) -> OverlaySettings {
+    let kinds = args.overlay?;
     let base = OverlaySettings::default();
-    OverlaySettings {
+    Some(OverlaySettings {
         show_boxes: kinds != OverlayKinds::Sphere,
         show_spheres: kinds != OverlayKinds::Box,
         depth: args.depth.unwrap_or(base.depth),
@@ -193,13 +203,7 @@ fn overlay_settings(args: &OverlayArgs, kinds: OverlayKinds) -> OverlaySettings 
         parents: args.parents,
         color_by: args.color_by.unwrap_or(base.color_by),
         ..base
-    }
-}
-
-#[cfg(feature = "gui")]
-/// `value` where it is not the default.
-fn changed<T: PartialEq>(value: T, default: T) -> Option<T> {
-    (value != default).then_some(value)
+    })
 }
 
 #[cfg(all(test, feature = "gui"))]
@@ -252,5 +256,61 @@ mod tests {
         assert_eq!((job.overlay, job.size), (Some(wanted.overlay), [800, 500]), "{line}");
         assert_eq!((job.camera.eye, job.camera.target), (Some(wanted.camera.eye), Some(wanted.camera.target)));
         assert!(job.camera.orthographic && (job.camera.fov_y.unwrap() - wanted.camera.fov_y).abs() < 1e-4);
+    }
+    /// What is wanted where the program is started by `line` after a run that left `last`.
+    fn started(line: &str, last: &Wanted) -> (Wanted, Preferences) {
+        let cli = Cli::try_parse_from(line.split(' ')).unwrap();
+        let (mut wanted, mut preferences) =
+            (last.clone(), Preferences { show_containers: false, show_geometry: false, ..Preferences::default() });
+        viewer(cli.viewer).asked.lay_over(&mut wanted, &mut preferences);
+        (wanted, preferences)
+    }
+
+    #[test]
+    fn a_flag_wins_over_the_last_run_and_leaves_its_neighbours_alone() {
+        let mut last = Wanted::new(SceneSource::default_builtin());
+        last.build = BuildSettings { container: ContainerKind::Sphere, threshold: 30, epsilon: 0.4, ..last.build };
+        last.render = RenderSettings {
+            shading: Shading::Normals,
+            light: Light::Headlight,
+            samples: 4,
+            color_map: ColorMap::Turbo,
+            ..last.render
+        };
+        last.overlay.depth = [1, 2];
+        last.overlay.show_spheres = true;
+        last.overlay.leaves_only = true;
+        assert_eq!(started("bvhscope", &last).0, last, "nothing was asked for");
+
+        // Each of these is the default: it counts all the same.
+        let (wanted, preferences) = started("bvhscope --shading lit --samples 16", &last);
+        let render = RenderSettings { shading: Shading::Lit, samples: 16, ..last.render };
+        assert_eq!(wanted, Wanted { render, ..last.clone() });
+        assert!(preferences.show_geometry && !preferences.show_containers, "the picture that was asked for is seen");
+
+        let (wanted, _) = started("bvhscope --light sun --color-map inferno --depth 4..6 --container box", &last);
+        assert_eq!((wanted.render.light, wanted.render.color_map), (Light::Sun, ColorMap::Inferno));
+        assert_eq!(wanted.render.shading, last.render.shading);
+        assert_eq!((wanted.overlay.depth, wanted.overlay.leaves_only), ([4, 6], true));
+        assert_eq!(wanted.build, BuildSettings { container: ContainerKind::Aabb, ..last.build });
+
+        let (wanted, preferences) = started("bvhscope --overlay box", &last);
+        assert!(preferences.show_containers && wanted.overlay.show_boxes && !wanted.overlay.show_spheres);
+        assert_eq!(wanted.overlay.depth, last.overlay.depth);
+
+        let (wanted, _) = started("bvhscope --preset hq --threshold 20", &last);
+        let hq = BuildSettings::preset(Preset::Hq, ContainerKind::Sphere);
+        assert_eq!(wanted.build, BuildSettings { threshold: 20, ..hq });
+    }
+
+    #[test]
+    fn what_the_last_run_left_gives_way_where_it_does_not_go_together() {
+        let mut last = Wanted::new(SceneSource::default_builtin());
+        last.build = BuildSettings { builder: BuilderKind::BinnedSah, ..last.build };
+        let (spheres, _) = started("bvhscope --container sphere", &last);
+        assert_eq!((spheres.build.builder, spheres.build.container), (BuilderKind::Aac, ContainerKind::Sphere));
+        let (boxes, _) = started("bvhscope --builder binned-sah", &spheres);
+        assert_eq!((boxes.build.builder, boxes.build.container), (BuilderKind::BinnedSah, ContainerKind::Aabb));
+        assert_eq!(started("bvhscope --threshold 9", &last).0.build.builder, BuilderKind::Aac);
     }
 }
