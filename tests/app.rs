@@ -11,6 +11,7 @@ use bvhscope::bvh::ContainerKind;
 use bvhscope::cancel::CancelToken;
 use bvhscope::lab::Subject;
 use bvhscope::lab::table::number;
+use bvhscope::render::{RenderSettings, Shading};
 use bvhscope::scene::SceneSource;
 use eframe::egui;
 use egui_kittest::Harness;
@@ -41,6 +42,16 @@ fn settle(harness: &mut Harness<'static, App>) {
     harness.run_steps(2);
 }
 
+/// Lets an app that does not wait go on until `what` holds.
+fn wait_for(harness: &mut Harness<'static, App>, what: &dyn Fn(&App) -> bool) {
+    let start = std::time::Instant::now();
+    while !what(harness.state()) {
+        assert!(start.elapsed().as_secs() < 120, "it never came");
+        harness.step();
+        std::thread::sleep(std::time::Duration::from_millis(2));
+    }
+}
+
 #[test]
 fn starts_with_a_picture_of_the_wanted_model() {
     let harness = app();
@@ -66,6 +77,47 @@ fn a_new_threshold_gives_a_new_tree_and_its_picture() {
     assert!(after.frame_id > before.frame_id);
     assert_ne!(after.accel.report.stats.sah_cost, before.accel.report.stats.sah_cost);
     assert_eq!(after.frame.primitive, before.frame.primitive, "another tree shows the same model");
+}
+
+#[test]
+fn tests_per_ray_are_counted_in_every_mode() {
+    let mut harness = app();
+    let mut all = Vec::new();
+    for shading in Shading::ALL {
+        // One sample a pixel: there is no second pass that could bring the counts along.
+        harness.state_mut().state.wanted.render = RenderSettings { shading, samples: 1, ..RenderSettings::default() };
+        settle(&mut harness);
+        let shown = harness.state().state.presented.clone().unwrap();
+        assert_eq!(shown.frame.settings.shading, shading);
+        all.push(shown.tests_per_ray.unwrap_or_else(|| panic!("{} has no counts", shading.label())));
+    }
+    for [containers, primitives] in &all {
+        assert!(*containers > 1.0 && *primitives > 0.1);
+        assert!((containers - all[0][0]).abs() < 1e-3 && (primitives - all[0][1]).abs() < 1e-3, "{all:?}");
+    }
+}
+
+#[test]
+fn the_last_counts_stay_while_the_model_is_turned() {
+    let mut harness = app_that_waits(false);
+    wait_for(&mut harness, &|app| app.state.presented.is_some() && !app.is_busy());
+    let before = harness.state().state.presented.clone().unwrap();
+    let moving = |app: &App| {
+        let shown = app.state.presented.as_ref().unwrap();
+        shown.frame_id > before.frame_id && shown.frame.stats.tests_per_ray().is_none()
+    };
+    let start = std::time::Instant::now();
+    while !moving(harness.state()) {
+        assert!(start.elapsed().as_secs() < 120, "no picture of a moving model came");
+        harness.state_mut().state.wanted.camera.eye.x += 0.01;
+        harness.step();
+    }
+    let shown = harness.state().state.presented.clone().unwrap();
+    assert!(before.tests_per_ray.is_some());
+    assert_eq!(shown.tests_per_ray, before.tests_per_ray);
+    wait_for(&mut harness, &|app| !app.is_busy());
+    let counted = harness.state().state.presented.clone().unwrap();
+    assert_eq!(counted.tests_per_ray, counted.frame.stats.tests_per_ray(), "at rest they are counted anew");
 }
 
 #[test]
@@ -128,6 +180,44 @@ fn a_picked_triangle_selects_the_path_to_its_leaf() {
     settle(&mut harness);
     let state = &harness.state().state;
     assert_eq!(state.picked.as_ref().map(|(primitive, _)| *primitive), Some(5), "it stays selected in a new tree");
+}
+
+#[test]
+fn what_is_selected_keeps_its_place_in_a_new_tree() {
+    let mut harness = app();
+    let rebuilt = |harness: &mut Harness<'static, App>, threshold| {
+        harness.state_mut().state.wanted.build.threshold = threshold;
+        settle(harness);
+        let shown = harness.state().state.presented.clone().unwrap();
+        assert_eq!(shown.accel.settings.threshold, threshold);
+        (shown, harness.state().state.selection.selected)
+    };
+    // The root, chosen without a triangle.
+    Action::SelectChild.perform(&mut harness.state_mut().state);
+    assert_eq!(harness.state().state.selection.selected, Some(0));
+    assert_eq!(rebuilt(&mut harness, 9).1, Some(0), "the root stays selected");
+
+    // An interior node on the way to a picked triangle.
+    let state = &mut harness.state_mut().state;
+    bvhscope::app::picking::pick(state, Some(5));
+    let path = state.picked.clone().unwrap().1;
+    state.selection.selected = Some(path[2]);
+    let (shown, selected) = rebuilt(&mut harness, 14);
+    assert_eq!(selected, Some(shown.accel.path_to(5)[2]), "the depth stays");
+
+    // A node beside that way.
+    let sibling = shown.table.sibling(selected.unwrap()).unwrap();
+    harness.state_mut().state.selection.selected = Some(sibling);
+    let triangle = shown.accel.triangle_below(sibling).unwrap();
+    let (shown, selected) = rebuilt(&mut harness, 20);
+    let path = shown.accel.path_to(triangle);
+    assert_eq!(selected, Some(path[2.min(path.len() - 1)]));
+
+    // The leaf of the picked triangle.
+    let state = &mut harness.state_mut().state;
+    bvhscope::app::picking::pick(state, Some(5));
+    let (shown, selected) = rebuilt(&mut harness, 6);
+    assert_eq!(selected, shown.accel.path_to(5).last().copied());
 }
 
 /// Clicks the one widget of this name and waits for what comes of it.
@@ -205,14 +295,6 @@ fn a_click_on_a_point_of_a_curve_wants_its_threshold() {
 #[test]
 fn measuring_is_cancelled_and_keeps_its_rows() {
     let mut harness = app_that_waits(false);
-    let wait_for = |harness: &mut Harness<'static, App>, what: &dyn Fn(&App) -> bool| {
-        let start = std::time::Instant::now();
-        while !what(harness.state()) {
-            assert!(start.elapsed().as_secs() < 120, "it never came");
-            harness.step();
-            std::thread::sleep(std::time::Duration::from_millis(2));
-        }
-    };
     wait_for(&mut harness, &|app| app.state.presented.is_some() && !app.is_busy());
     plan_little(&mut harness);
     // Thousands of trees: it cannot end by itself meanwhile.

@@ -3,7 +3,7 @@
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
 #![cfg(feature = "gui")]
 
-use std::collections::HashSet;
+use std::collections::{BTreeSet, HashSet};
 use std::path::PathBuf;
 use std::sync::Arc;
 
@@ -11,7 +11,7 @@ use bvhscope::accel::Accel;
 use bvhscope::app::commands::{self, Action, shortcut_text};
 use bvhscope::app::panels::palette;
 use bvhscope::app::paper::{Experiment, PaperResult};
-use bvhscope::app::state::{AppState, Preferences, Presented, Request, Severity, Theme, Wanted};
+use bvhscope::app::state::{AppState, Hover, Preferences, Presented, Request, Severity, Theme, Wanted};
 use bvhscope::app::{panels, theme};
 use bvhscope::bvh::{BuildSettings, BuilderKind, ContainerKind, Pass, Passes, Preset};
 use bvhscope::camera::Camera;
@@ -271,6 +271,18 @@ fn the_list_of_shadings_chooses_one() {
 }
 
 #[test]
+fn the_job_strip_counts_the_passes_that_a_mode_takes() {
+    for (shading, text) in [(Shading::Heat(HeatKind::Both), "pass 1 of 1 "), (Shading::Lit, "pass 16 of 16 ")] {
+        let mut s = state(shading);
+        s.wanted.render.samples = 16;
+        let scene = s.scene.clone().unwrap();
+        present(&mut s, &scene);
+        let h = harness(s);
+        assert!(h.query_by_label_contains(text).is_some(), "{}: no '{text}'", shading.label());
+    }
+}
+
+#[test]
 fn arrow_keys_move_the_depth_range() {
     let mut h = harness(state(Shading::Lit));
     let before = h.state().wanted.overlay.depth;
@@ -326,6 +338,191 @@ fn every_action_is_named_and_no_key_means_two() {
         }
     }
     assert!(keys.len() > 20);
+}
+
+#[test]
+fn the_readme_lists_the_very_keys_of_the_actions() {
+    let readme = include_str!("../README.md");
+    let rows =
+        readme.split_once("| keys and mouse |").unwrap().1.lines().skip(1).take_while(|line| line.starts_with('|'));
+    let keys = rows.skip(1).filter_map(|row| row.split('|').nth(1));
+    let told: BTreeSet<&str> = keys.flat_map(|cell| cell.split('`').skip(1).step_by(2)).collect();
+    let actions = commands::entries().iter().flat_map(|entry| entry.shortcuts.iter().map(shortcut_text));
+    let actions: BTreeSet<String> = actions.collect();
+    assert_eq!(told, actions.iter().map(String::as_str).collect());
+}
+
+#[test]
+fn arrows_turn_the_camera_only_while_the_viewport_has_the_focus() {
+    let mut h = harness(state(Shading::Lit));
+    let eye = |h: &Harness<'static, AppState>| h.state().wanted.camera.eye;
+    let before = eye(&h);
+    h.key_press(Key::ArrowRight);
+    h.run_steps(2);
+    assert_eq!(eye(&h), before);
+    h.state_mut().viewport_focused = true;
+    h.key_press(Key::ArrowRight);
+    h.run_steps(2);
+    assert_ne!(eye(&h), before);
+    h.key_press(Key::ArrowLeft);
+    h.run_steps(2);
+    assert!(eye(&h).distance(before) < 1e-4);
+}
+
+#[test]
+fn a_key_zooms_to_the_hovered_point() {
+    let mut h = harness(state(Shading::Lit));
+    let target = h.state().wanted.camera.target;
+    h.key_press(Key::Plus);
+    h.run_steps(2);
+    assert_eq!(h.state().wanted.camera.target, target, "without a pointer it zooms to the target");
+    let hover = Hover { x_px: 200, y_px: 400, primitive: None, distance: f32::INFINITY, value: None };
+    h.state_mut().hover = Some(hover);
+    let distance = h.state().wanted.camera.distance();
+    h.key_press(Key::Plus);
+    h.run_steps(2);
+    let camera = h.state().wanted.camera;
+    assert!(camera.distance() < distance && camera.target.distance(target) > 1e-3);
+    h.key_press(Key::Minus);
+    h.run_steps(2);
+    assert!(h.state().wanted.camera.target.distance(target) < 1e-3, "the other key goes back");
+}
+
+#[test]
+fn threshold_keys_leave_other_builders_alone() {
+    let mut s = state(Shading::Lit);
+    s.wanted.build.builder = BuilderKind::Lbvh;
+    let build = s.wanted.build;
+    let mut h = harness(s);
+    h.key_press(Key::CloseBracket);
+    h.run_steps(2);
+    assert_eq!(h.state().wanted.build, build);
+    assert!(!Action::LowerThreshold.is_enabled(h.state()));
+    h.state_mut().wanted.build.builder = BuilderKind::Aac;
+    h.key_press(Key::CloseBracket);
+    h.run_steps(2);
+    assert_eq!(h.state().wanted.build.threshold, build.threshold + 1);
+}
+
+#[test]
+fn looking_at_a_number_does_not_change_it() {
+    let mut s = state(Shading::Lit);
+    // Finer than the slider's last digit, and beyond the ends of the sliders.
+    s.wanted.build.epsilon = 0.125;
+    s.wanted.render.samples = 1000;
+    s.wanted.threads = 700;
+    let wanted = s.wanted.clone();
+    let mut h = harness(s);
+    assert_eq!(h.state().wanted, wanted);
+    let shown = |h: &Harness<'static, AppState>, name: &str| h.get_by_label(name).accesskit_node().value();
+    assert_eq!(shown(&h, "Reduction ε value").as_deref(), Some("0.125"));
+    assert_eq!(shown(&h, "Threads value").as_deref(), Some("700"));
+    h.get_by_role_and_label(Role::Slider, "Reduction ε").focus();
+    h.run_steps(2);
+    h.key_press(Key::ArrowRight);
+    h.run_steps(3);
+    let epsilon = h.state().wanted.build.epsilon;
+    assert!((epsilon * 100.0 - (epsilon * 100.0).round()).abs() < 1e-3 && epsilon > 0.125, "{epsilon}");
+    assert_eq!(h.state().wanted.render, wanted.render);
+}
+
+#[test]
+fn the_panels_keep_their_width() {
+    let mut s = state(Shading::Heat(HeatKind::Both));
+    s.wanted.build.epsilon = 0.125;
+    s.wanted.render.samples = 1000;
+    s.wanted.threads = 1000;
+    let mut h = harness(s);
+    let before = h.get_by_role_and_label(Role::Slider, "Threshold").rect();
+    h.run_steps(10);
+    assert_eq!(h.get_by_role_and_label(Role::Slider, "Threshold").rect(), before);
+}
+
+#[test]
+fn a_double_click_resets_a_slider() {
+    let mut s = state(Shading::Lit);
+    s.wanted.build.threshold = 40;
+    let mut h = harness(s);
+    let pos = h.get_by_role_and_label(Role::Slider, "Threshold").rect().center();
+    h.hover_at(pos);
+    h.run_steps(2);
+    // In one frame: a frame of the harness lasts longer than a double click may.
+    for pressed in [true, false, true, false] {
+        let button = egui::PointerButton::Primary;
+        let event = egui::Event::PointerButton { pos, button, pressed, modifiers: Modifiers::NONE };
+        h.input_mut().events.push(event);
+    }
+    h.run_steps(3);
+    assert_eq!(h.state().wanted.build.threshold, BuildSettings::default().threshold);
+}
+
+#[test]
+fn the_mouse_drags_a_range_of_depths() {
+    let mut s = state(Shading::Lit);
+    s.wanted.overlay.depth = [0, 0];
+    let max_depth = s.presented.as_ref().unwrap().accel.tree.max_depth();
+    let mut h = harness(s);
+    let bar = h.get_by_label("Depth range").rect();
+    let at = |share: f32| egui::pos2(bar.left() + bar.width() * share, bar.center().y);
+    h.drag_at(at(0.4));
+    h.run_steps(2);
+    h.hover_at(at(0.6));
+    h.run_steps(2);
+    h.drop_at(at(0.6));
+    h.run_steps(2);
+    let [from, to] = h.state().wanted.overlay.depth;
+    assert!(from > 0 && from < to && to < max_depth, "{from} to {to} of {max_depth}");
+    assert!((from as f32 / max_depth as f32 - 0.4).abs() < 0.15 && (to as f32 / max_depth as f32 - 0.6).abs() < 0.15);
+}
+
+#[test]
+fn fit_fixes_the_heat_range_and_auto_frees_it() {
+    let mut h = harness(state(Shading::Heat(HeatKind::Both)));
+    assert_eq!(h.state().wanted.render.heat_range, None);
+    press(&mut h, "Fit");
+    let fitted = h.state().presented.as_ref().unwrap().frame.fitted_range();
+    assert_eq!(h.state().wanted.render.heat_range, Some(fitted));
+    press(&mut h, "Auto");
+    assert_eq!(h.state().wanted.render.heat_range, None);
+}
+
+#[test]
+fn every_shading_but_the_lit_one_has_a_legend() {
+    for shading in Shading::ALL {
+        let mut s = state(shading);
+        s.selection.selected = Some(0);
+        let h = harness(s);
+        let picture = h.query_by_label_contains("Legend. Picture: ");
+        assert_eq!(picture.is_some(), shading != Shading::Lit, "{}", shading.label());
+        assert!(h.query_by_label_contains("selected, children, hovered").is_some());
+    }
+}
+
+#[test]
+fn messages_can_be_read_again() {
+    let mut s = state(Shading::Lit);
+    s.tell(Severity::Error, "broken.obj:12: not a face");
+    let mut h = harness(s);
+    press(&mut h, "Close message");
+    assert!(h.query_by_label("broken.obj:12: not a face").is_none());
+    h.key_press(Key::F2);
+    h.run_steps(3);
+    assert!(h.query_by_label("broken.obj:12: not a face").is_some());
+    press(&mut h, "Copy all");
+    assert_eq!(h.state().requests, [Request::Copy("Error: broken.obj:12: not a face".to_owned())]);
+    h.key_press(Key::Escape);
+    h.run_steps(3);
+    assert!(!h.state().messages_open);
+}
+
+#[test]
+fn the_greeting_leads_to_the_start_page() {
+    let mut s = state(Shading::Lit);
+    s.preferences.greeted = false;
+    let mut h = harness(s);
+    press(&mut h, "Open a model…");
+    assert!(h.state().start_page_open && !h.state().preferences.greeted);
+    assert!(h.query_by_label("Open a file…").is_some());
 }
 
 #[test]

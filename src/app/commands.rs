@@ -15,6 +15,7 @@ use crate::render::Shading;
 
 pub use keyboard::handle_shortcuts;
 pub use report::{command_line, statistics_text};
+pub(in crate::app) use table::{builder_description, shading_description};
 pub use table::{entries, entries_for};
 
 /// Something that the user can ask for.
@@ -50,6 +51,12 @@ pub enum Action {
     ResetView,
     /// Fill the view with the selected node, or with the model.
     FrameSelection,
+    /// A step around the target.
+    Orbit(OrbitStep),
+    /// Nearer to the point under the pointer.
+    ZoomIn,
+    /// Away from the point under the pointer.
+    ZoomOut,
     /// Containers on or off.
     ToggleContainers,
     /// The traced picture on or off.
@@ -86,6 +93,8 @@ pub enum Action {
     SelectParent,
     /// Walk to the first child.
     SelectChild,
+    /// Walk to the second child.
+    SelectSecondChild,
     /// Walk to the sibling.
     SelectSibling,
     /// Do not draw the selected node.
@@ -110,6 +119,21 @@ pub enum Action {
     Palette,
     /// List all keys.
     Shortcuts,
+    /// List what the user was told.
+    Messages,
+}
+
+/// Where a key turns the camera to, around the target.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum OrbitStep {
+    /// To the model's left.
+    Left,
+    /// To its right.
+    Right,
+    /// Over its top.
+    Up,
+    /// Under it.
+    Down,
 }
 
 /// The axes that the camera can look along, seen from the model.
@@ -175,6 +199,8 @@ pub struct Entry {
     pub shortcuts: Vec<KeyboardShortcut>,
     /// Its group within the menu; a line stands between groups.
     pub group: u8,
+    /// Its keys belong to the viewport: elsewhere they move what has the focus.
+    pub in_viewport: bool,
 }
 
 impl Entry {
@@ -207,6 +233,9 @@ pub fn shortcut_text(shortcut: &KeyboardShortcut) -> String {
         Key::ArrowLeft => "Left",
         Key::ArrowRight => "Right",
         Key::Escape => "Esc",
+        Key::Plus => "+",
+        Key::Equals => "=",
+        Key::Minus => "-",
         Key::Period => ".",
         Key::Comma => ",",
         key => key.name(),
@@ -219,7 +248,11 @@ impl Action {
     pub fn is_enabled(self, state: &AppState) -> bool {
         let selected = state.selection.selected.is_some();
         match self {
-            Self::SelectParent | Self::SelectChild | Self::SelectSibling => walk::target(self, state).is_some(),
+            Self::SelectParent | Self::SelectChild | Self::SelectSecondChild | Self::SelectSibling => {
+                walk::target(self, state).is_some()
+            }
+            // The threshold is AAC's.
+            Self::RaiseThreshold | Self::LowerThreshold => state.wanted.build.builder == BuilderKind::Aac,
             Self::HideSelected => selected,
             Self::ShowAll => !state.selection.hidden.is_empty(),
             Self::FitHeatRange => state.presented.as_ref().is_some_and(|shown| !shown.frame.values.is_empty()),

@@ -1,16 +1,14 @@
-//! Mouse and keys of the viewport into camera moves and picks.
+//! The mouse over the viewport into camera moves and picks.
 
 use eframe::egui;
-use egui::{EventFilter, Key, PointerButton, Pos2, Rect, Response};
+use egui::{EventFilter, PointerButton, Pos2, Rect, Response};
 use glam::{Vec2, Vec3};
 
 use super::state::{AppState, Navigation};
 use super::{fly, orbit, picking, viewport};
 
-/// Radians for one arrow key press: 5 degrees.
-const ARROW_STEP: f32 = 5.0 * std::f32::consts::PI / 180.0;
-/// How much nearer one wheel line or + brings the model.
-const ZOOM_STEP: f32 = 1.15;
+/// How much nearer one wheel line or the key + brings the model.
+pub(super) const ZOOM_STEP: f32 = 1.15;
 /// Points of scrolling that count as one wheel line.
 const POINTS_PER_LINE: f32 = 40.0;
 
@@ -26,11 +24,9 @@ pub(super) fn handle(ui: &egui::Ui, response: &Response, state: &mut AppState) {
     drag(ui, response, state);
     wheel(ui, response, state);
     click(ui, response, state);
-    if response.has_focus() {
-        keys(ui, state);
-        if state.preferences.navigation == Navigation::Fly {
-            fly::handle(ui, state);
-        }
+    state.viewport_focused = response.has_focus();
+    if state.viewport_focused && state.preferences.navigation == Navigation::Fly {
+        fly::handle(ui, state);
     }
 }
 
@@ -68,7 +64,8 @@ fn wheel(ui: &egui::Ui, response: &Response, state: &mut AppState) {
     let (scroll, pinch) = ui.input(|input| (input.smooth_scroll_delta().y, input.zoom_delta()));
     let factor = ZOOM_STEP.powf(scroll / POINTS_PER_LINE) * pinch;
     if (factor - 1.0).abs() > 1e-5 {
-        let toward = point_under(at, ui, response, state);
+        let pixel = pixel_at(at, response.rect, ui.ctx().pixels_per_point(), state.viewport_px);
+        let toward = point_at(pixel, state);
         orbit::zoom(&mut state.wanted.camera, factor, toward);
     }
 }
@@ -92,33 +89,8 @@ fn click(ui: &egui::Ui, response: &Response, state: &mut AppState) {
     }
 }
 
-fn keys(ui: &egui::Ui, state: &mut AppState) {
-    let up = state.up();
-    let camera = &mut state.wanted.camera;
-    let pressed = |key| ui.input(|input| input.modifiers.is_none() && input.key_pressed(key));
-    let steps = [
-        (Key::ArrowLeft, ARROW_STEP, 0.0),
-        (Key::ArrowRight, -ARROW_STEP, 0.0),
-        (Key::ArrowUp, 0.0, ARROW_STEP),
-        (Key::ArrowDown, 0.0, -ARROW_STEP),
-    ];
-    for (key, right, over) in steps {
-        if pressed(key) {
-            orbit::orbit(camera, up, right, over);
-        }
-    }
-    let target = camera.target;
-    if ui.input(|input| input.key_pressed(Key::Plus) || input.key_pressed(Key::Equals)) {
-        orbit::zoom(camera, ZOOM_STEP, target);
-    }
-    if pressed(Key::Minus) {
-        orbit::zoom(camera, 1.0 / ZOOM_STEP, target);
-    }
-}
-
-/// The point of the surface under the cursor; beside the model the point as far away as the target.
-fn point_under(at: Pos2, ui: &egui::Ui, response: &Response, state: &AppState) -> Vec3 {
-    let [x, y] = pixel_at(at, response.rect, ui.ctx().pixels_per_point(), state.viewport_px);
+/// The point of the surface that a pixel shows; beside the model the point as far away as the target.
+pub(super) fn point_at([x, y]: [u32; 2], state: &AppState) -> Vec3 {
     if let Some(point) = state.presented.as_ref().and_then(|shown| picking::surface_point(&shown.frame, x, y)) {
         return point;
     }

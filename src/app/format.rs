@@ -54,6 +54,15 @@ pub fn duration_parts(value: Duration) -> (String, &'static str) {
     }
 }
 
+/// How long ago something was, roughly: `12 s`, `3 min`, `2 h`.
+pub fn age(value: Duration) -> String {
+    match value.as_secs() {
+        seconds @ 0..60 => format!("{seconds} s"),
+        seconds @ 60..3600 => format!("{} min", seconds / 60),
+        seconds => format!("{} h", seconds / 3600),
+    }
+}
+
 /// Bytes with a binary unit: `812 B`, `12.3 KiB`, `1.20 GiB`.
 pub fn bytes(value: usize) -> String {
     let (number, unit) = bytes_parts(value);

@@ -73,13 +73,13 @@ fn parse(text: &str) -> Restored {
     Restored { wanted, preferences, complaint }
 }
 
-/// Numbers that no slider can reach are brought back into its range.
+/// Numbers that neither a slider nor the command line can reach are brought back into their range.
 fn within_limits(mut wanted: Wanted) -> Wanted {
     let build = &mut wanted.build;
     build.threshold = build.threshold.clamp(BuildSettings::MIN_THRESHOLD, BuildSettings::MAX_THRESHOLD);
     build.epsilon = build.epsilon.clamp(0.0, BuildSettings::MAX_EPSILON);
-    wanted.threads = wanted.threads.min(256);
-    wanted.render.samples = wanted.render.samples.clamp(1, 256);
+    wanted.threads = wanted.threads.min(1024);
+    wanted.render.samples = wanted.render.samples.clamp(1, 1024);
     wanted.overlay.budget = wanted.overlay.budget.clamp(1, 1_000_000);
     wanted.overlay.line_width = wanted.overlay.line_width.clamp(0.25, 16.0);
     wanted.overlay.hidden_alpha = wanted.overlay.hidden_alpha.clamp(0.0, 1.0);

@@ -44,6 +44,20 @@ pub enum Role {
     Hovered = 4,
 }
 
+impl Role {
+    /// The colour of its lines as sRGB bytes, the same as in `line.wgsl`; `None` for [`Role::Shown`], whose colour stands
+    /// for a value.
+    pub const fn color(self) -> Option<[u8; 3]> {
+        match self {
+            Self::Shown => None,
+            Self::Selected => Some([255, 180, 84]),
+            Self::FirstChild => Some([255, 217, 161]),
+            Self::SecondChild => Some([231, 130, 79]),
+            Self::Hovered => Some([255, 255, 255]),
+        }
+    }
+}
+
 impl OverlayNode {
     /// Why it is drawn.
     pub fn role(&self) -> u32 {
@@ -69,4 +83,25 @@ pub fn highlighted(table: &NodeTable, selection: &Selection) -> Vec<(u32, Role)>
         marked.push((node, Role::Hovered));
     }
     marked
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Role;
+
+    #[test]
+    fn legend_and_shader_have_the_same_colors() {
+        let shader = include_str!("../../shaders/line.wgsl");
+        for (role, name) in [
+            (Role::Selected, "ROLE_SELECTED"),
+            (Role::FirstChild, "ROLE_FIRST_CHILD"),
+            (Role::SecondChild, "ROLE_SECOND_CHILD"),
+            (Role::Hovered, "ROLE_HOVERED"),
+        ] {
+            let [r, g, b] = role.color().unwrap_or_default().map(|channel| f32::from(channel) / 255.0);
+            let text = |value: f32| if value == 1.0 { "1.0".to_owned() } else { format!("{value:.3}") };
+            let line = format!("case {name}: {{ return vec4f({}, {}, {}, ", text(r), text(g), text(b));
+            assert!(shader.contains(&line), "'{line}' is not in the shader");
+        }
+    }
 }

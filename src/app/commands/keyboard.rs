@@ -2,7 +2,7 @@
 
 use eframe::egui::{self, Event, Key, Modifiers};
 
-use super::{Action, entries};
+use super::{Action, Entry, entries};
 use crate::app::state::AppState;
 
 /// Carries out what was asked for by keys. A focused text field keeps its keys; the palette, while open, keeps all but
@@ -13,7 +13,11 @@ pub fn handle_shortcuts(ctx: &egui::Context, state: &mut AppState) {
     ctx.input_mut(|input| {
         input.events.retain(|event| {
             let Event::Key { key, pressed: true, modifiers, repeat, .. } = event else { return true };
-            let Some(action) = action_of(*key, *modifiers) else { return true };
+            let Some(entry) = entry_of(*key, *modifiers) else { return true };
+            if entry.in_viewport && !state.viewport_focused {
+                return true;
+            }
+            let action = entry.action;
             let opens_lists = matches!(action, Action::Palette | Action::Shortcuts) && *key != Key::Questionmark;
             let closes = action == Action::Cancel && windows_open(state);
             if (typing || state.palette.is_some()) && !opens_lists && !closes {
@@ -32,8 +36,8 @@ pub fn handle_shortcuts(ctx: &egui::Context, state: &mut AppState) {
     }
 }
 
-/// The action of a key with exactly these modifiers.
-fn action_of(key: Key, modifiers: Modifiers) -> Option<Action> {
+/// The entry of a key with exactly these modifiers.
+fn entry_of(key: Key, modifiers: Modifiers) -> Option<&'static Entry> {
     let matches = |wanted: &egui::KeyboardShortcut| {
         let shift_is_part_of_key = matches!(key, Key::Questionmark | Key::Plus);
         let shift = shift_is_part_of_key || wanted.modifiers.shift == modifiers.shift;
@@ -42,7 +46,7 @@ fn action_of(key: Key, modifiers: Modifiers) -> Option<Action> {
             && wanted.modifiers.alt == modifiers.alt
             && wanted.modifiers.command == (modifiers.command || modifiers.ctrl)
     };
-    entries().iter().find(|entry| entry.shortcuts.iter().any(matches)).map(|entry| entry.action)
+    entries().iter().find(|entry| entry.shortcuts.iter().any(matches))
 }
 
 /// Whether holding the key down repeats the action.
@@ -55,11 +59,15 @@ fn repeats(action: Action) -> bool {
             | Action::Shallower
             | Action::SelectParent
             | Action::SelectChild
+            | Action::SelectSecondChild
+            | Action::Orbit(_)
+            | Action::ZoomIn
+            | Action::ZoomOut
             | Action::Undo
             | Action::Redo
     )
 }
 
 fn windows_open(state: &AppState) -> bool {
-    state.palette.is_some() || state.shortcuts_open || state.start_page_open
+    state.palette.is_some() || state.shortcuts_open || state.start_page_open || state.messages_open
 }

@@ -2,14 +2,18 @@
 
 use glam::Vec3;
 
-use super::{Action, ViewDirection, report, walk};
-use crate::app::orbit;
+use super::{Action, OrbitStep, ViewDirection, report, walk};
+use crate::app::controls::ZOOM_STEP;
 use crate::app::state::{AppState, Navigation, Request, Severity};
-use crate::bvh::{BuildSettings, BuilderKind};
+use crate::app::{controls, orbit};
+use crate::bvh::BuildSettings;
 use crate::camera::Projection;
 use crate::overlay::OverlaySettings;
 use crate::render::{RenderSettings, Shading};
 use crate::scene::{BUILTIN_SCENES, SceneSource};
+
+/// Radians for one press of an orbit key: 5 degrees.
+const ORBIT_STEP: f32 = 5.0 * std::f32::consts::PI / 180.0;
 
 impl Action {
     /// Does it.
@@ -60,6 +64,9 @@ impl Action {
                 }
             }
             Self::FrameSelection => frame_selection(state),
+            Self::Orbit(step) => orbit_step(state, step),
+            Self::ZoomIn => zoom(state, ZOOM_STEP),
+            Self::ZoomOut => zoom(state, 1.0 / ZOOM_STEP),
             Self::ToggleContainers => flip(&mut state.preferences.show_containers),
             Self::ToggleGeometry => flip(&mut state.preferences.show_geometry),
             Self::FitHeatRange => fit_heat_range(state),
@@ -78,7 +85,7 @@ impl Action {
             Self::Shallower => step_depth(state, -1),
             Self::ToggleLeavesOnly => flip(&mut state.wanted.overlay.leaves_only),
             Self::ToggleParents => flip(&mut state.wanted.overlay.parents),
-            Self::SelectParent | Self::SelectChild | Self::SelectSibling => {
+            Self::SelectParent | Self::SelectChild | Self::SelectSecondChild | Self::SelectSibling => {
                 if let Some(node) = walk::target(self, state) {
                     state.selection.selected = Some(node);
                 }
@@ -107,6 +114,7 @@ impl Action {
             }
             Self::Palette => state.palette = if state.palette.is_some() { None } else { Some(String::new()) },
             Self::Shortcuts => flip(&mut state.shortcuts_open),
+            Self::Messages => flip(&mut state.messages_open),
         }
     }
 }
@@ -127,9 +135,10 @@ fn cancel(state: &mut AppState) {
     if state.palette.take().is_some() {
         return;
     }
-    if state.shortcuts_open || state.start_page_open {
+    if state.shortcuts_open || state.start_page_open || state.messages_open {
         state.shortcuts_open = false;
         state.start_page_open = false;
+        state.messages_open = false;
     } else if state.jobs.load.is_some() || state.jobs.build.is_some() {
         state.requests.push(Request::CancelJobs);
     } else if state.jobs.lab.is_some() {
@@ -155,6 +164,25 @@ fn look(state: &mut AppState, direction: ViewDirection) {
         ViewDirection::Bottom => -up,
     };
     orbit::view_along(&mut state.wanted.camera, axis, up);
+}
+
+/// Turns the camera around the target.
+fn orbit_step(state: &mut AppState, step: OrbitStep) {
+    let (right, over) = match step {
+        OrbitStep::Left => (ORBIT_STEP, 0.0),
+        OrbitStep::Right => (-ORBIT_STEP, 0.0),
+        OrbitStep::Up => (0.0, ORBIT_STEP),
+        OrbitStep::Down => (0.0, -ORBIT_STEP),
+    };
+    let up = state.up();
+    orbit::orbit(&mut state.wanted.camera, up, right, over);
+}
+
+/// Brings the point under the pointer nearer by `factor`; where the pointer is elsewhere, the target.
+fn zoom(state: &mut AppState, factor: f32) {
+    let hovered = state.hover.map(|hover| controls::point_at([hover.x_px, hover.y_px], state));
+    let toward = hovered.unwrap_or(state.wanted.camera.target);
+    orbit::zoom(&mut state.wanted.camera, factor, toward);
 }
 
 /// Swaps y and z as up axis and turns the camera with it, so that front stays front.
@@ -187,10 +215,8 @@ fn fit_heat_range(state: &mut AppState) {
     }
 }
 
-/// One step of the threshold. The keys belong to the agglomerative builder.
 fn step_threshold(state: &mut AppState, step: i32) {
     let build = &mut state.wanted.build;
-    build.builder = BuilderKind::Aac;
     build.threshold =
         build.threshold.saturating_add_signed(step).clamp(BuildSettings::MIN_THRESHOLD, BuildSettings::MAX_THRESHOLD);
 }

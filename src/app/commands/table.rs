@@ -4,7 +4,7 @@ use std::sync::LazyLock;
 
 use eframe::egui::{Key, KeyboardShortcut, Modifiers};
 
-use super::{Action, Category, Entry, ViewDirection};
+use super::{Action, Category, Entry, OrbitStep, ViewDirection};
 use crate::app::paper::{Experiment, RowFormat};
 use crate::app::state::{AppState, Theme};
 use crate::bvh::{BuilderKind, ContainerKind, Passes, Preset};
@@ -40,6 +40,7 @@ pub fn entries_for(state: &AppState) -> Vec<Entry> {
         category: Category::File,
         shortcuts: Vec::new(),
         group: 2,
+        in_viewport: false,
     });
     entries().iter().cloned().chain(recent).collect()
 }
@@ -55,6 +56,7 @@ impl List {
             category: place.0,
             shortcuts: keys.iter().map(|&(modifiers, key)| KeyboardShortcut::new(modifiers, key)).collect(),
             group: place.1,
+            in_viewport: matches!(action, Action::Orbit(_)),
         });
     }
 }
@@ -129,6 +131,29 @@ fn view(list: &mut List) {
         "Fill the view with the selected node, or with the whole model",
         &[(NONE, Key::F)],
     );
+    for (step, label, key) in [
+        (OrbitStep::Left, "left", Key::ArrowLeft),
+        (OrbitStep::Right, "right", Key::ArrowRight),
+        (OrbitStep::Up, "up", Key::ArrowUp),
+        (OrbitStep::Down, "down", Key::ArrowDown),
+    ] {
+        let description = "Turn around the model by 5 degrees; the key works while the picture has the focus";
+        list.add(place(1), Action::Orbit(step), &format!("Orbit {label}"), description, &[(NONE, key)]);
+    }
+    list.add(
+        place(1),
+        Action::ZoomIn,
+        "Zoom in",
+        "Bring the point under the pointer nearer",
+        &[(NONE, Key::Plus), (NONE, Key::Equals)],
+    );
+    list.add(
+        place(1),
+        Action::ZoomOut,
+        "Zoom out",
+        "Move away from the point under the pointer",
+        &[(NONE, Key::Minus)],
+    );
     list.add(place(2), Action::ToggleContainers, "Containers", "Draw containers over the picture", &[(NONE, Key::B)]);
     list.add(place(2), Action::ToggleGeometry, "Geometry", "Show the traced picture", &[(NONE, Key::N)]);
     list.add(
@@ -179,14 +204,14 @@ fn tree(list: &mut List) {
         place(2),
         Action::RaiseThreshold,
         "Raise threshold",
-        "A slower build and a better tree",
+        "AAC: a slower build and a better tree",
         &[(NONE, Key::CloseBracket)],
     );
     list.add(
         place(2),
         Action::LowerThreshold,
         "Lower threshold",
-        "A faster build and a worse tree",
+        "AAC: a faster build and a worse tree",
         &[(NONE, Key::OpenBracket)],
     );
     list.add(place(3), Action::Deeper, "Deeper", "Show containers one level further down", &[(NONE, Key::Period)]);
@@ -200,6 +225,13 @@ fn tree(list: &mut List) {
         "Select child",
         "Walk down to the first child, or select the root where nothing is selected",
         &[(ALT, Key::ArrowDown)],
+    );
+    list.add(
+        place(4),
+        Action::SelectSecondChild,
+        "Select second child",
+        "Walk down to the second child",
+        &[(ALT.plus(Modifiers::SHIFT), Key::ArrowDown)],
     );
     list.add(
         place(4),
@@ -266,6 +298,13 @@ fn help(list: &mut List) {
         "Keys and mouse",
         "List every key and mouse gesture",
         &[(NONE, Key::F1), (NONE, Key::Questionmark)],
+    );
+    list.add(
+        place,
+        Action::Messages,
+        "Messages",
+        "List again what was said since the program started",
+        &[(NONE, Key::F2)],
     );
 }
 

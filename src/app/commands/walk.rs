@@ -19,6 +19,7 @@ pub(super) fn target(action: Action, state: &AppState) -> Option<u32> {
             });
             picked.or_else(|| table.children(node).map(|[first, _]| first))
         }
+        Action::SelectSecondChild => table.children(node).map(|[_, second]| second),
         Action::SelectSibling => table.sibling(node),
         _ => None,
     }

@@ -25,7 +25,15 @@ pub(super) fn show(ui: &mut Ui, state: &mut AppState) {
             })
             .response
         });
-        let choices = ColorBy::ALL.map(|choice| (choice, choice.label()));
+        let choices = ColorBy::ALL.map(|choice| {
+            let meaning = match choice {
+                ColorBy::Depth => "Steps from the root: what lies in what",
+                ColorBy::Size => "Surface area over the root's: how likely a ray meets it",
+                ColorBy::Overlap => "Share of its area inside its sibling: rays there must visit both",
+                ColorBy::Primitives => "Triangles below it: where the model is dense",
+            };
+            (choice, choice.label(), meaning)
+        });
         let tip = "What the colour of a container means; the legend has the numbers";
         combo(ui, "Colour by", tip, &mut overlay.color_by, &choices, |_| None);
         looks(ui, overlay);

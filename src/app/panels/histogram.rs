@@ -10,7 +10,7 @@ use super::widgets::{chip, row};
 use crate::app::commands::Action;
 use crate::app::state::AppState;
 use crate::app::{format, theme};
-use crate::render::Frame;
+use crate::render::{Frame, Shading};
 
 /// Bars of the histogram.
 const BINS: usize = 64;
@@ -34,6 +34,17 @@ impl Histogram {
             bins[((value / top * BINS as f32) as usize).min(BINS - 1)] += 1;
         }
         Self { frame_id, top, bins }
+    }
+
+    /// What a bar stands for, and what can be done here.
+    fn tip(&self, bin: usize, counted: &str) -> String {
+        let end = |bin: usize| format::count((bin as f32 / BINS as f32 * self.top).ceil() as u64);
+        format!(
+            "{} pixels of {} to {} {counted}\nDrag the ends of the range: counts below and above share the first and last colour",
+            format::count(u64::from(self.bins[bin])),
+            end(bin),
+            end(bin + 1),
+        )
     }
 
     /// The histogram of the presented picture, counted once a picture.
@@ -77,10 +88,11 @@ pub(super) fn show(ui: &mut Ui, state: &mut AppState) {
                 info.label = Some(name.to_owned());
                 info
             });
-            response.changed()
+            response
         };
-        changed |= number(ui, &mut low, 0.0..=high - 1.0, "Heat range from");
-        changed |= number(ui, &mut high, low + 1.0..=100_000.0, "Heat range to");
+        let numbers = number(ui, &mut low, 0.0..=high - 1.0, "Heat range from")
+            | number(ui, &mut high, low + 1.0..=100_000.0, "Heat range to");
+        changed |= numbers.changed();
         if chip(ui, "Fit", false, "Spread the colours over the counts of this picture; the range then stays (C)") {
             Action::FitHeatRange.perform(state);
         }
@@ -88,7 +100,7 @@ pub(super) fn show(ui: &mut Ui, state: &mut AppState) {
         if chip(ui, "Auto", auto, "Fit every picture anew") {
             state.wanted.render.heat_range = if auto { Some(range(state)) } else { None };
         }
-        ui.label("")
+        numbers
     });
     changed |= bars(ui, state, &histogram, &mut low, &mut high);
     if changed {
@@ -100,7 +112,11 @@ pub(super) fn show(ui: &mut Ui, state: &mut AppState) {
 fn bars(ui: &mut Ui, state: &AppState, histogram: &Histogram, low: &mut f32, high: &mut f32) -> bool {
     let palette = theme::palette(ui);
     let (rect, response) = ui.allocate_exact_size(vec2(ui.available_width(), HEIGHT), Sense::click_and_drag());
-    let summary = format!("Histogram of tests, 0 to {}", format::count(histogram.top as u64));
+    let counted = match state.wanted.render.shading {
+        Shading::Heat(kind) => kind.counted(),
+        _ => "tests",
+    };
+    let summary = format!("Histogram of {counted}, 0 to {}", format::count(histogram.top as u64));
     response.widget_info(|| WidgetInfo::labeled(Role::Image, ui.is_enabled(), &summary));
     ui.painter().rect_filled(rect, CornerRadius::same(4), ui.visuals().extreme_bg_color);
     let most = histogram.bins.iter().copied().max().unwrap_or(1).max(1) as f32;
@@ -129,6 +145,13 @@ fn bars(ui: &mut Ui, state: &AppState, histogram: &Histogram, low: &mut f32, hig
     let top = format::count(histogram.top as u64);
     ui.painter().text(pos2(plot.right(), below), egui::Align2::RIGHT_BOTTOM, top, font, palette.dim);
     let response = response.on_hover_cursor(CursorIcon::ResizeHorizontal);
+    let response = match response.hover_pos() {
+        Some(pointer) => {
+            let bin = (((pointer.x - plot.left()) / step).max(0.0) as usize).min(BINS - 1);
+            response.on_hover_text_at_pointer(histogram.tip(bin, counted))
+        }
+        None => response,
+    };
     let Some(pointer) = response.interact_pointer_pos().filter(|_| response.dragged()) else { return false };
     let value = ((pointer.x - plot.left()) / plot.width()).clamp(0.0, 1.0) * histogram.top;
     let value = value.round();

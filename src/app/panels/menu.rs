@@ -29,13 +29,13 @@ pub(super) fn show(ui: &mut Ui, state: &mut AppState) {
     });
 }
 
-/// One menu. Groups are separated by lines; recent files and built-in scenes have menus of their own.
+/// One menu. Groups are separated by lines; recent files, built-in scenes and steps of the camera have menus of their own.
 fn menu(ui: &mut Ui, state: &mut AppState, category: Category, entries: &[Entry]) {
     ui.set_min_width(220.0);
     let mut group = None;
     for entry in entries.iter().filter(|entry| entry.category == category) {
-        let nested = matches!(entry.action, Action::OpenBuiltin(_) | Action::OpenRecent(_));
-        if nested {
+        let step = |action| matches!(action, Action::Orbit(_) | Action::ZoomIn | Action::ZoomOut);
+        if matches!(entry.action, Action::OpenBuiltin(_) | Action::OpenRecent(_)) || step(entry.action) {
             continue;
         }
         if group.is_some_and(|group| group != entry.group) {
@@ -43,6 +43,9 @@ fn menu(ui: &mut Ui, state: &mut AppState, category: Category, entries: &[Entry]
         }
         group = Some(entry.group);
         item(ui, state, entry, &entry.label);
+        if entry.action == Action::FrameSelection {
+            submenu(ui, state, "Orbit and zoom", entries, step);
+        }
         if entry.action == Action::StartPage {
             submenu(ui, state, "Open built-in", entries, |action| matches!(action, Action::OpenBuiltin(_)));
             if !state.preferences.recent.is_empty() {

@@ -111,9 +111,9 @@ fn toast(ui: &mut Ui, index: usize, message: &Message) -> Option<Pressed> {
     pressed
 }
 
-/// The line of help over the first scene; goes with its button or with the first change of the view.
+/// The line of help over the first scene, with the way to other scenes; goes with its button.
 fn greeting(ui: &Ui, rect: Rect, state: &mut AppState) {
-    let width = 560.0_f32.min(rect.width() - 48.0).max(0.0);
+    let width = 600.0_f32.min(rect.width() - 48.0).max(0.0);
     Area::new(egui::Id::unique("greeting"))
         .order(Order::Middle)
         .pivot(Align2::CENTER_TOP)
@@ -134,6 +134,10 @@ fn greeting(ui: &Ui, rect: Rect, state: &mut AppState) {
                     let button = if ui.visuals().dark_mode { button } else { egui::Button::new("Got it") };
                     if ui.add(button).on_hover_text("Do not show this line again").clicked() {
                         state.preferences.greeted = true;
+                    }
+                    let tip = "Samples, recent files and the way to your own model (Ctrl+N)";
+                    if ui.button("Open a model…").on_hover_text(tip).clicked() {
+                        state.start_page_open = true;
                     }
                     ui.with_layout(Layout::top_down(Align::Min), |ui| ui.add(egui::Label::new(HELP).wrap()));
                 });

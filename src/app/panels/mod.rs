@@ -18,6 +18,7 @@ mod selection;
 mod shortcuts;
 mod start_page;
 mod statistics;
+mod told;
 mod tree;
 mod widgets;
 
@@ -78,10 +79,11 @@ pub fn over_viewport(ui: &mut Ui, rect: egui::Rect, state: &mut AppState) {
     messages::show(ui, rect, state);
 }
 
-/// Command palette, shortcuts, start page.
+/// Command palette, shortcuts, start page, what was said.
 pub fn windows(ctx: &egui::Context, state: &mut AppState) {
     start_page::show(ctx, state);
     shortcuts::show(ctx, state);
+    told::show(ctx, state);
     palette::show(ctx, state);
 }
 

@@ -4,6 +4,7 @@ use eframe::egui::Ui;
 
 use super::histogram;
 use super::widgets::{Header, SliderSpec, combo, section, slider};
+use crate::app::commands::shading_description;
 use crate::app::state::AppState;
 use crate::bvh::traverse::Traversal;
 use crate::render::{ColorMap, Light, RenderSettings, Shading};
@@ -12,13 +13,16 @@ pub(super) fn show(ui: &mut Ui, state: &mut AppState) {
     let header = Header { reset: Some("Bring the picture's settings back"), ..Header::default() };
     let reset = section(ui, "PICTURE", header, |ui| {
         let render = &mut state.wanted.render;
-        let shadings = Shading::ALL.map(|shading| (shading, shading.label()));
-        let tip = "What the colour of a pixel means (Alt+1 to Alt+8)";
-        combo(ui, "Shading", tip, &mut render.shading, &shadings, |_| None);
+        let shadings = Shading::ALL.map(|shading| (shading, shading.label(), shading_description(shading)));
+        let tip = format!("What the colour of a pixel means (Alt+1 to Alt+{})", shadings.len());
+        combo(ui, "Shading", &tip, &mut render.shading, &shadings, |_| None);
         let heat = matches!(render.shading, Shading::Heat(_));
         if render.shading == Shading::Lit {
-            let lights = [(Light::Sun, "Sun"), (Light::Headlight, "Headlight")];
-            let tip = "Sun: from high above, with shadows. Headlight: from the observer, without";
+            let lights = [
+                (Light::Sun, "Sun", "From high above, with shadows"),
+                (Light::Headlight, "Headlight", "From the observer, without shadows: faster"),
+            ];
+            let tip = "Where the light comes from";
             combo(ui, "Light", tip, &mut render.light, &lights, |_| None);
         }
         if render.shading == Shading::Clusters {
@@ -26,12 +30,22 @@ pub(super) fn show(ui: &mut Ui, state: &mut AppState) {
         }
         let render = &mut state.wanted.render;
         if heat {
-            let orders = [(Traversal::Ordered, "Ordered"), (Traversal::Paper, "Paper")];
-            let tip = "How rays visit nodes while tests are counted. Ordered: near child first, culled by distance. Paper: neither, as printed";
+            let orders = [
+                (Traversal::Ordered, "Ordered", "Near child first, culled by distance"),
+                (Traversal::Paper, "Paper", "Neither order nor culling, as printed: many more tests"),
+            ];
+            let tip = "How rays visit nodes while tests are counted";
             combo(ui, "Traversal", tip, &mut render.traversal, &orders, |_| None);
         }
         if heat || render.shading == Shading::Depth {
-            let maps = ColorMap::ALL.map(|map| (map, map.label()));
+            let maps = ColorMap::ALL.map(|map| {
+                let meaning = match map {
+                    ColorMap::Viridis => "Violet over green to yellow: even steps, also for the colour-blind",
+                    ColorMap::Inferno => "Black over red to pale yellow: even steps, darkest start",
+                    ColorMap::Turbo => "Blue over green to red: most differences to tell apart",
+                };
+                (map, map.label(), meaning)
+            });
             combo(
                 ui,
                 "Colour map",

@@ -10,9 +10,9 @@ pub(super) fn show(ui: &Ui, rect: Rect, state: &AppState) {
     let Some(hover) = state.hover else { return };
     let shading = state.presented.as_ref().map(|shown| shown.frame.settings.shading);
     let mut facts = Vec::new();
-    if let (Some(value), Some(Shading::Heat(_))) = (hover.value, shading) {
+    if let (Some(value), Some(Shading::Heat(kind))) = (hover.value, shading) {
         let pointer = ui.ctx().pointer_latest_pos().filter(|pointer| rect.contains(*pointer));
-        let text = format!("{} tests", format::count(value.max(0.0).round() as u64));
+        let text = format!("{} {}", format::count(value.max(0.0).round() as u64), kind.counted());
         match pointer {
             Some(pointer) => note(ui, rect, pointer + vec2(16.0, 16.0), &text),
             None => facts.push(text),

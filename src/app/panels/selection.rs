@@ -76,24 +76,17 @@ fn node_rows(ui: &mut Ui, state: &mut AppState, shown: &Presented, node: u32) {
 }
 
 fn buttons(ui: &mut Ui, state: &mut AppState) {
-    let second = state.presented.as_ref().zip(state.selection.selected).and_then(|(shown, node)| {
-        let in_tree = (node as usize) < shown.table.len();
-        in_tree.then(|| shown.table.children(node)).flatten().map(|[_, second]| second)
-    });
     ui.horizontal_wrapped(|ui| {
         ui.spacing_mut().item_spacing.x = 4.0;
-        for (action, label) in
-            [(Action::SelectParent, "Parent"), (Action::SelectSibling, "Sibling"), (Action::SelectChild, "Child 1")]
-        {
-            button(ui, state, action, label);
-        }
-        let child = ui.add_enabled(second.is_some(), egui::Button::new("Child 2"));
-        if child.on_hover_text("Walk down to the second child").clicked() {
-            state.selection.selected = second;
-        }
-        for (action, label) in
-            [(Action::HideSelected, "Hide"), (Action::ShowAll, "Show all"), (Action::FrameSelection, "Frame")]
-        {
+        for (action, label) in [
+            (Action::SelectParent, "Parent"),
+            (Action::SelectSibling, "Sibling"),
+            (Action::SelectChild, "Child 1"),
+            (Action::SelectSecondChild, "Child 2"),
+            (Action::HideSelected, "Hide"),
+            (Action::ShowAll, "Show all"),
+            (Action::FrameSelection, "Frame"),
+        ] {
             button(ui, state, action, label);
         }
     });

@@ -41,7 +41,8 @@ fn content(ui: &mut Ui, state: &AppState, chosen: &mut Option<Action>) {
     });
     heading(ui, "BUILT IN");
     for (index, scene) in BUILTIN_SCENES.iter().enumerate() {
-        entry(ui, scene.label, scene.description, Action::OpenBuiltin(index), chosen);
+        let tip = "Open it; the present scene stays until this one is built";
+        entry(ui, [scene.label, scene.description], tip, Action::OpenBuiltin(index), chosen);
     }
     if state.preferences.recent.is_empty() {
         return;
@@ -50,13 +51,9 @@ fn content(ui: &mut Ui, state: &AppState, chosen: &mut Option<Action>) {
     for (index, path) in state.preferences.recent.iter().enumerate() {
         let name = path.file_name().unwrap_or(path.as_os_str()).to_string_lossy();
         let folder = path.parent().map_or_else(String::new, |folder| folder.display().to_string());
-        entry(
-            ui,
-            &format::elide_middle(&name, 32),
-            &format::elide_middle(&folder, 44),
-            Action::OpenRecent(index),
-            chosen,
-        );
+        let texts = [format::elide_middle(&name, 32), format::elide_middle(&folder, 44)];
+        let tip = format!("Open {}; the present scene stays until this one is built", path.display());
+        entry(ui, texts.each_ref().map(String::as_str), &tip, Action::OpenRecent(index), chosen);
     }
 }
 
@@ -67,14 +64,14 @@ fn heading(ui: &mut Ui, text: &str) {
 }
 
 /// A name to click, with what it is beside it.
-fn entry(ui: &mut Ui, name: &str, detail: &str, action: Action, chosen: &mut Option<Action>) {
+fn entry(ui: &mut Ui, [name, detail]: [&str; 2], tip: &str, action: Action, chosen: &mut Option<Action>) {
     let text = RichText::new(detail).color(theme::palette(ui).dim);
     let button = Button::new((name, egui::Atom::grow(), text))
         .min_size(vec2(ui.available_width(), 24.0))
         .frame_when_inactive(false);
     let response = ui.add(button);
     response.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Button, true, name));
-    if response.clicked() {
+    if response.on_hover_text(tip).clicked() {
         *chosen = Some(action);
     }
 }

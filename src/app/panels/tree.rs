@@ -3,7 +3,7 @@
 use eframe::egui::{Checkbox, Ui};
 
 use super::widgets::{Header, SliderSpec, chip, combo, row, section, slider};
-use crate::app::commands::{Action, is_preset};
+use crate::app::commands::{Action, builder_description, is_preset};
 use crate::app::state::AppState;
 use crate::bvh::{BuildSettings, BuilderKind, ContainerKind, Pass, Preset};
 
@@ -32,7 +32,7 @@ pub(super) fn show(ui: &mut Ui, state: &mut AppState) {
 fn builder(ui: &mut Ui, state: &mut AppState, triangles: usize) {
     let build = state.wanted.build;
     let tip = "The algorithm that makes the tree. Compare SAH cost and tests per ray after a change";
-    let choices = BuilderKind::ALL.map(|kind| (kind, kind.label()));
+    let choices = BuilderKind::ALL.map(|kind| (kind, kind.label(), builder_description(kind)));
     combo(ui, "Builder", tip, &mut state.wanted.build.builder, &choices, |builder| {
         BuildSettings { builder, ..build }.refusal(triangles)
     });

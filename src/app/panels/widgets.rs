@@ -13,7 +13,10 @@ use crate::app::theme::{self, ROW_HEIGHT};
 /// Width of the labels on the left of controls in points.
 const LABEL_WIDTH: f32 = 84.0;
 /// Width of the number beside a slider in points.
-const NUMBER_WIDTH: f32 = 48.0;
+const NUMBER_WIDTH: f32 = 52.0;
+
+/// Digits that a typed number may have beyond those that a handle sets.
+const TYPED_DECIMALS: usize = 1;
 
 /// What a section's header holds beside its title.
 #[derive(Debug, Clone, Copy, Default)]
@@ -33,6 +36,7 @@ pub(super) fn section(ui: &mut Ui, title: &str, header: Header<'_>, body: impl F
     let mut state = egui::collapsing_header::CollapsingState::load_with_default_open(ui.ctx(), id, true);
     ui.add_space(4.0);
     let (rect, response) = ui.allocate_exact_size(vec2(ui.available_width(), ROW_HEIGHT), Sense::click());
+    let response = response.on_hover_text(if state.is_open() { "Fold this part away" } else { "Open this part" });
     if response.clicked() {
         state.toggle(ui);
     }
@@ -124,9 +128,11 @@ pub(super) struct SliderSpec<'a> {
     pub(super) zero: &'a str,
 }
 
-/// A labelled slider with its number. Double click resets it. Returns whether the value changed.
+/// A labelled slider with its number. Double click resets it. Returns whether the user changed the value; one that the
+/// command line or an earlier run chose stays as it is, also where no handle reaches it.
 pub(super) fn slider(ui: &mut Ui, value: &mut f64, spec: &SliderSpec<'_>) -> bool {
     let before = *value;
+    let mut touched = false;
     row(ui, spec.label, spec.tip, |ui| {
         let width = (ui.available_width() - NUMBER_WIDTH - ui.spacing().item_spacing.x).max(40.0);
         ui.spacing_mut().slider_width = width;
@@ -137,6 +143,7 @@ pub(super) fn slider(ui: &mut Ui, value: &mut f64, spec: &SliderSpec<'_>) -> boo
             egui::Slider::new(value, spec.range.clone())
                 .logarithmic(spec.logarithmic)
                 .show_value(false)
+                .clamping(egui::SliderClamping::Edits)
                 .step_by(if wide { 0.0 } else { step }),
         );
         let current = *value;
@@ -146,9 +153,16 @@ pub(super) fn slider(ui: &mut Ui, value: &mut f64, spec: &SliderSpec<'_>) -> boo
             && ui.input(|input| input.pointer.button_double_clicked(egui::PointerButton::Primary))
         {
             *value = spec.default;
+            touched = true;
         }
-        let mut drag =
-            egui::DragValue::new(value).range(spec.range.clone()).speed(step * 0.25).fixed_decimals(spec.decimals);
+        // As many digits as a value has that was typed.
+        let most = if spec.decimals == 0 { 0 } else { spec.decimals + TYPED_DECIMALS };
+        let shown = if is_round(*value, spec.decimals) { spec.decimals } else { most };
+        let mut drag = egui::DragValue::new(value)
+            .range(spec.range.clone())
+            .clamp_existing_to_range(false)
+            .speed(step * 0.25)
+            .fixed_decimals(shown);
         if !spec.zero.is_empty() {
             drag = drag
                 .custom_formatter(|number, _| if number == 0.0 { spec.zero.to_owned() } else { format!("{number:.0}") })
@@ -160,11 +174,24 @@ pub(super) fn slider(ui: &mut Ui, value: &mut f64, spec: &SliderSpec<'_>) -> boo
             info.label = Some(format!("{} value", spec.label));
             info
         });
+        let decimals = if number.changed() && !number.dragged() { most } else { spec.decimals };
+        if rail.changed() || number.changed() {
+            touched = true;
+            let scale = 10f64.powi(decimals as i32);
+            *value = (*value * scale).round() / scale;
+        }
         rail | number
     });
-    let scale = 10f64.powi(spec.decimals as i32);
-    *value = (*value * scale).round() / scale;
+    if !touched {
+        *value = before;
+    }
     *value != before
+}
+
+/// Whether `value` has no more digits after the point than these; single precision leaves dust behind them.
+fn is_round(value: f64, decimals: usize) -> bool {
+    let scaled = value * 10f64.powi(decimals as i32);
+    (scaled - scaled.round()).abs() < 1e-3
 }
 
 /// Marks a slider's default on its rail.
@@ -181,27 +208,27 @@ fn paint_tick(ui: &Ui, rail: Rect, spec: &SliderSpec<'_>) {
     ui.painter().vline(x, rail.bottom() - 3.0..=rail.bottom(), Stroke::new(1.0, color));
 }
 
-/// A drop-down list of values with their names.
+/// A drop-down list of values, each with its name and what to expect of it.
 pub(super) fn combo<T: Copy + PartialEq>(
     ui: &mut Ui,
     label: &str,
     tip: &str,
     value: &mut T,
-    choices: &[(T, &str)],
+    choices: &[(T, &str, &str)],
     refusal: impl Fn(T) -> Option<String>,
 ) -> bool {
     let before = *value;
     row(ui, label, tip, |ui| {
-        let selected = choices.iter().find(|(choice, _)| choice == value).map_or("", |(_, name)| name);
+        let selected = choices.iter().find(|(choice, ..)| choice == value).map_or("", |(_, name, _)| name);
         let response = egui::ComboBox::from_id_salt(label)
             .width(ui.available_width())
             .selected_text(selected)
             .truncate()
             .show_ui(ui, |ui| {
-                for &(choice, name) in choices {
+                for &(choice, name, meaning) in choices {
                     let refused = refusal(choice);
                     let button = egui::Button::selectable(*value == choice, name);
-                    let response = ui.add_enabled(refused.is_none() || *value == choice, button);
+                    let response = ui.add_enabled(refused.is_none() || *value == choice, button).on_hover_text(meaning);
                     let response = match refused {
                         Some(reason) => response.on_disabled_hover_text(reason),
                         None => response,

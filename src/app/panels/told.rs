@@ -1,0 +1,75 @@
+//! Everything that was said since the program started, newest first: what fades or was closed can be read again.
+
+use eframe::egui::{self, Align, Align2, Button, Label, Layout, RichText, ScrollArea, Ui, Window, vec2};
+
+use crate::app::state::{AppState, Message, Request, Severity};
+use crate::app::{format, theme};
+
+pub(super) fn show(ctx: &egui::Context, state: &mut AppState) {
+    if !state.messages_open {
+        return;
+    }
+    let screen = ctx.content_rect();
+    let size = vec2(560.0_f32.min(screen.width() - 48.0).max(0.0), 400.0_f32.min(screen.height() - 96.0).max(0.0));
+    let mut copied = None;
+    Window::new("Messages")
+        .open(&mut state.messages_open)
+        .anchor(Align2::CENTER_CENTER, vec2(0.0, 0.0))
+        .fixed_size(size)
+        .collapsible(false)
+        .resizable(false)
+        .show(ctx, |ui| {
+            if state.told.is_empty() {
+                ui.label(RichText::new("Nothing was said yet").color(theme::palette(ui).dim));
+                return;
+            }
+            let all = || state.told.iter().map(line).collect::<Vec<_>>().join("\n");
+            let tip = "Copy all of them as text, oldest first";
+            if ui.add(Button::new("Copy all")).on_hover_text(tip).clicked() {
+                copied = Some(all());
+            }
+            ui.separator();
+            ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
+                for message in state.told.iter().rev() {
+                    row(ui, message);
+                }
+            });
+        });
+    if let Some(text) = copied {
+        state.requests.push(Request::Copy(text));
+    }
+    // The ages go on.
+    ctx.request_repaint_after_secs(1.0);
+}
+
+const fn mark(severity: Severity) -> &'static str {
+    match severity {
+        Severity::Info => "Note",
+        Severity::Warning => "Warning",
+        Severity::Error => "Error",
+    }
+}
+
+fn line(message: &Message) -> String {
+    format!("{}: {}", mark(message.severity), message.text)
+}
+
+/// How long ago on the left, what was said on the right.
+fn row(ui: &mut Ui, message: &Message) {
+    let palette = theme::palette(ui);
+    let color = match message.severity {
+        Severity::Info => palette.dim,
+        Severity::Warning => palette.warning,
+        Severity::Error => palette.error,
+    };
+    ui.horizontal_top(|ui| {
+        let ago = format!("{} ago", format::age(message.since.elapsed()));
+        for (text, width, color) in [(ago.as_str(), 72.0, palette.dim), (mark(message.severity), 56.0, color)] {
+            ui.allocate_ui_with_layout(vec2(width, theme::ROW_HEIGHT), Layout::left_to_right(Align::Min), |ui| {
+                ui.set_min_width(width);
+                ui.label(RichText::new(text).color(color));
+            });
+        }
+        ui.add(Label::new(&message.text).wrap().selectable(true));
+    });
+}
