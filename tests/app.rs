@@ -115,9 +115,12 @@ fn the_last_counts_stay_while_the_model_is_turned() {
     let shown = harness.state().state.presented.clone().unwrap();
     assert!(before.tests_per_ray.is_some());
     assert_eq!(shown.tests_per_ray, before.tests_per_ray);
-    wait_for(&mut harness, &|app| !app.is_busy());
+    // At rest they are counted anew.
+    wait_for(&mut harness, &|app| {
+        app.state.presented.as_ref().is_some_and(|shown| shown.frame.stats.tests_per_ray().is_some())
+    });
     let counted = harness.state().state.presented.clone().unwrap();
-    assert_eq!(counted.tests_per_ray, counted.frame.stats.tests_per_ray(), "at rest they are counted anew");
+    assert_eq!(counted.tests_per_ray, counted.frame.stats.tests_per_ray());
 }
 
 #[test]
