@@ -23,7 +23,7 @@ use crate::worker::Worker;
 const REST: Duration = Duration::from_millis(160);
 
 /// Work that takes longer shows how far it is.
-const PROGRESS_AFTER: Duration = Duration::from_millis(400);
+pub(super) const PROGRESS_AFTER: Duration = Duration::from_millis(400);
 
 /// Work that was asked for and has not come back.
 pub(super) struct InFlight<K> {

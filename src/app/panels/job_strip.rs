@@ -4,6 +4,7 @@ use eframe::egui::{self, Align, CornerRadius, Layout, Rect, Role, Sense, Ui, Wid
 
 use super::icons::Icon;
 use super::widgets::icon_button;
+use crate::app::reconcile::PROGRESS_AFTER;
 use crate::app::state::{AppState, JobStatus, Request};
 use crate::app::{format, theme};
 
@@ -59,10 +60,8 @@ fn running(ui: &mut Ui, state: &mut AppState) {
     let stale = jobs.load.as_ref().or(jobs.build.as_ref());
     let measuring = stale.is_none() && jobs.lab.is_some();
     let Some(job) = stale.or(jobs.lab.as_ref()).or(jobs.render.as_ref()).cloned() else { return };
-    // What is done within a blink is not worth a word.
-    let waiting = job.since.elapsed().as_secs_f32();
-    if jobs.load.is_none() && waiting < 0.2 {
-        ui.ctx().request_repaint_after_secs(0.2 - waiting + 0.01);
+    // What is done within a blink is not worth a word, nor a frame that takes the cores from it.
+    if jobs.load.is_none() && job.since.elapsed() < PROGRESS_AFTER {
         return;
     }
     let (rect, _) = ui.allocate_exact_size(vec2(theme::ROW_HEIGHT, theme::ROW_HEIGHT), Sense::hover());
