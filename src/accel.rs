@@ -71,6 +71,27 @@ pub struct BuildReport {
     pub wide_triangle_bytes: usize,
 }
 
+impl BuildReport {
+    fn triangles(&self) -> usize {
+        self.triangle_bytes / size_of::<Triangle>()
+    }
+
+    /// Millions of triangles built in a second.
+    pub fn mtriangles_per_s(&self) -> f64 {
+        self.triangles() as f64 / self.build_time.as_secs_f64().max(1e-9) / 1e6
+    }
+
+    /// Bytes of the binary tree and of the triangles in leaf order, for each triangle.
+    pub fn bytes_per_triangle(&self) -> f64 {
+        (self.tree_bytes + self.triangle_bytes) as f64 / self.triangles().max(1) as f64
+    }
+
+    /// Bytes of the wide tree and its triangles, for each triangle.
+    pub fn wide_bytes_per_triangle(&self) -> f64 {
+        (self.wide_node_bytes + self.wide_triangle_bytes) as f64 / self.triangles().max(1) as f64
+    }
+}
+
 impl Accel {
     /// Builds the tree of `scene` in the calling thread's rayon pool. In debug builds the result passes the validator.
     pub fn build(scene: &Arc<Scene>, settings: &BuildSettings, token: &CancelToken) -> Result<Self, BuildError> {

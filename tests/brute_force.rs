@@ -8,24 +8,11 @@ use bvhscope::bvh::validate::validate;
 use bvhscope::bvh::wide::{AnyWideTree, collapse};
 use bvhscope::bvh::{AnyTree, BuildSettings, BuilderKind, Container, ContainerKind, Preset, SimdLevel};
 use bvhscope::cancel::CancelToken;
-use bvhscope::geometry::{Aabb, Hit, PreparedRay, Ray, Shear, Sphere, Triangle};
+use bvhscope::geometry::{Aabb, Hit, Ray, Sphere, Triangle};
 use bvhscope::with_tree;
 use glam::Vec3;
 use proptest::prelude::*;
-
-/// The nearest hit; equal distances go to the lower index.
-fn scan(triangles: &[Triangle], ray: &Ray) -> Option<Hit> {
-    let (prepared, shear) = (PreparedRay::new(*ray), Shear::new(ray.direction));
-    let mut nearest: Option<Hit> = None;
-    for (index, triangle) in triangles.iter().enumerate() {
-        if let Some(hit) = triangle.intersect(&prepared, &shear, prepared.ray.t_max)
-            && nearest.is_none_or(|nearest| hit.t < nearest.t)
-        {
-            nearest = Some(Hit { t: hit.t, primitive_index: index as u32, u: hit.u, v: hit.v });
-        }
-    }
-    nearest
-}
+use trees::scan;
 
 /// Requires the very same hits from `tree` as from a scan.
 fn check(name: &str, triangles: &[Triangle], tree: &AnyTree, rays: &[Ray], expected: &[Option<Hit>]) {

@@ -8,9 +8,10 @@ use bvhscope::bvh::traverse::{NoProbe, Traversal, any_hit, closest_hit};
 use bvhscope::bvh::validate::validate;
 use bvhscope::bvh::{AnyTree, BuildSettings, BuilderKind, ContainerKind, Pass, Passes, Preset};
 use bvhscope::cancel::CancelToken;
-use bvhscope::geometry::{Hit, PreparedRay, Ray, Shear, Triangle};
+use bvhscope::geometry::Triangle;
 use bvhscope::with_tree;
 use glam::Vec3;
+use trees::scan;
 
 /// Every choice of passes.
 fn choices() -> Vec<Passes> {
@@ -20,19 +21,6 @@ fn choices() -> Vec<Passes> {
 
 fn built(triangles: &[Triangle], settings: &BuildSettings) -> AnyTree {
     build(triangles, settings, &CancelToken::new()).expect("nothing to refuse").0
-}
-
-fn scan(triangles: &[Triangle], ray: &Ray) -> Option<Hit> {
-    let (prepared, shear) = (PreparedRay::new(*ray), Shear::new(ray.direction));
-    let mut nearest: Option<Hit> = None;
-    for (index, triangle) in triangles.iter().enumerate() {
-        if let Some(hit) = triangle.intersect(&prepared, &shear, prepared.ray.t_max)
-            && nearest.is_none_or(|nearest| hit.t < nearest.t)
-        {
-            nearest = Some(Hit { t: hit.t, primitive_index: index as u32, u: hit.u, v: hit.v });
-        }
-    }
-    nearest
 }
 
 /// Large walls and fine detail, many times the size of a task.

@@ -89,6 +89,17 @@ pub enum Severity {
     Error,
 }
 
+impl Severity {
+    /// The word in front of the text.
+    pub const fn label(self) -> &'static str {
+        match self {
+            Self::Info => "Note",
+            Self::Warning => "Warning",
+            Self::Error => "Error",
+        }
+    }
+}
+
 /// Something that the user is told.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Message {

@@ -226,7 +226,7 @@ mod tests {
     fn the_command_line_that_the_window_copies_means_the_same() {
         let mut wanted = Wanted::new(SceneSource::default_builtin());
         wanted.build = BuildSettings { container: ContainerKind::Sphere, threshold: 9, ..wanted.build };
-        wanted.build.optimize = Passes::NONE.with(Pass::Collapse);
+        wanted.build.optimize = Passes::NONE.with(Pass::Collapse).with(Pass::Reinsert);
         wanted.threads = 2;
         wanted.camera.projection = Projection::Orthographic;
         wanted.camera.eye.x = -1.25e-3;

@@ -141,7 +141,6 @@ fn print_text(info: &Info, builder: BuilderKind, out: &mut dyn std::io::Write) -
             tree.bytes_per_triangle
         ),
     )?;
-    let wide_bytes = tree.wide_node_bytes + tree.wide_triangle_bytes;
     line(
         out,
         "wide tree",
@@ -149,7 +148,7 @@ fn print_text(info: &Info, builder: BuilderKind, out: &mut dyn std::io::Write) -
             "{} nodes, {} triangles, {:.0} bytes a triangle, made in {} ms",
             megabytes(tree.wide_node_bytes),
             megabytes(tree.wide_triangle_bytes),
-            wide_bytes as f64 / info.triangles.max(1) as f64,
+            tree.wide_bytes_per_triangle,
             number(tree.collapse_ms)
         ),
     )?;

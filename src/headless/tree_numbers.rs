@@ -49,7 +49,6 @@ impl TreeNumbers {
     pub fn new(accel: &Accel) -> Self {
         let (settings, report) = (&accel.settings, &accel.report);
         let stats = &report.stats;
-        let triangles = accel.scene.triangles.len().max(1) as f64;
         Self {
             builder: settings.builder.name(),
             container: settings.container.name(),
@@ -59,7 +58,7 @@ impl TreeNumbers {
             threads: report.threads,
             build_ms: millis(report.build_time),
             build_stages_ms: report.stages.stages.iter().map(|&(name, time)| (name, millis(time))).collect(),
-            mtriangles_per_s: accel.scene.triangles.len() as f64 / report.build_time.as_secs_f64().max(1e-9) / 1e6,
+            mtriangles_per_s: report.mtriangles_per_s(),
             collapse_ms: millis(report.collapse_time),
             sah_cost: stats.sah_cost,
             optimize_sah_costs: report.stages.costs.iter().copied().collect(),
@@ -75,8 +74,8 @@ impl TreeNumbers {
             triangle_bytes: report.triangle_bytes,
             wide_node_bytes: report.wide_node_bytes,
             wide_triangle_bytes: report.wide_triangle_bytes,
-            bytes_per_triangle: (report.tree_bytes + report.triangle_bytes) as f64 / triangles,
-            wide_bytes_per_triangle: (report.wide_node_bytes + report.wide_triangle_bytes) as f64 / triangles,
+            bytes_per_triangle: report.bytes_per_triangle(),
+            wide_bytes_per_triangle: report.wide_bytes_per_triangle(),
         }
     }
 }

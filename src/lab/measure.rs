@@ -162,12 +162,10 @@ fn measurement(
     let (trace_ms, trace_ms_spread) = median(trial.traces.iter().copied());
     let (wide_trace_ms, _) = median(trial.wide_traces.iter().copied());
     let First { report, tests, .. } = first;
-    let wide_bytes = report.wide_node_bytes + report.wide_triangle_bytes;
-    let triangles = subject.scene.triangles.len();
     Measurement {
         command: command.to_owned(),
         model: subject.model.clone(),
-        triangles,
+        triangles: subject.scene.triangles.len(),
         builder: setup.build.builder.name().to_owned(),
         preset: setup.preset.map(|preset| preset.name().to_owned()),
         container: setup.build.container,
@@ -195,11 +193,11 @@ fn measurement(
         nodes: report.stats.nodes,
         leaves: report.stats.leaves,
         max_depth: report.stats.max_depth,
-        bytes_per_triangle: (report.tree_bytes + report.triangle_bytes) as f64 / triangles.max(1) as f64,
+        bytes_per_triangle: report.bytes_per_triangle(),
         collapse_ms: Some(millis(report.collapse_time)),
         wide_trace_ms: Some(wide_trace_ms),
         wide_mrays_per_s: Some(if wide_trace_ms > 0.0 { tests.rays as f64 / wide_trace_ms / 1e3 } else { 0.0 }),
-        wide_bytes_per_triangle: Some(wide_bytes as f64 / triangles.max(1) as f64),
+        wide_bytes_per_triangle: Some(report.wide_bytes_per_triangle()),
         speedup: None,
         trace_speedup: None,
         warnings: subject.scene.warnings.entries.iter().map(ToString::to_string).collect(),

@@ -3,7 +3,7 @@
 #![allow(dead_code, reason = "each test file uses its own part")]
 
 use bvhscope::bvh::{AnyTree, Container, Node, Tree};
-use bvhscope::geometry::{Ray, Triangle};
+use bvhscope::geometry::{Hit, PreparedRay, Ray, Shear, Triangle};
 use glam::Vec3;
 
 /// Numbers that repeat in every run (splitmix64).
@@ -220,4 +220,18 @@ pub fn rays(triangles: &[Triangle], count: usize, seed: u64) -> Vec<Ray> {
     rays.push(Ray { t_min: f32::NAN, ..Ray::new(center, Vec3::X) });
     rays.push(Ray { t_max: f32::NAN, ..Ray::new(center, Vec3::X) });
     rays
+}
+
+/// The nearest hit by testing every triangle; equal distances go to the lower index.
+pub fn scan(triangles: &[Triangle], ray: &Ray) -> Option<Hit> {
+    let (prepared, shear) = (PreparedRay::new(*ray), Shear::new(ray.direction));
+    let mut nearest: Option<Hit> = None;
+    for (index, triangle) in triangles.iter().enumerate() {
+        if let Some(hit) = triangle.intersect(&prepared, &shear, prepared.ray.t_max)
+            && nearest.is_none_or(|nearest| hit.t < nearest.t)
+        {
+            nearest = Some(Hit { t: hit.t, primitive_index: index as u32, u: hit.u, v: hit.v });
+        }
+    }
+    nearest
 }

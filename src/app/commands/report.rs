@@ -115,8 +115,7 @@ pub fn statistics_text(state: &AppState) -> Option<String> {
             line(&format!("SAH cost: {stage}"), change);
         }
     }
-    let rate = scene.triangles.len() as f64 / report.build_time.as_secs_f64().max(1e-9) / 1e6;
-    line("Mtri/s", format::significant(rate));
+    line("Mtri/s", format::significant(report.mtriangles_per_s()));
     line("SAH cost", format!("{} (container {TRAVERSAL_COST}, triangle {INTERSECTION_COST})", number(stats.sah_cost)));
     if let Some(epo) = shown.accel.known_epo() {
         line("End-point overlap", number(epo));
@@ -133,8 +132,8 @@ pub fn statistics_text(state: &AppState) -> Option<String> {
     line("Wide tree memory", format::bytes(report.wide_node_bytes));
     line("Wide triangle memory", format::bytes(report.wide_triangle_bytes));
     line("Overlay memory", format::bytes(size_of_val(&shown.table.levels.nodes[..])));
-    let bytes = report.tree_bytes + report.triangle_bytes + report.wide_node_bytes + report.wide_triangle_bytes;
-    line("Bytes per triangle", format::significant(bytes as f64 / scene.triangles.len().max(1) as f64));
+    let bytes = report.bytes_per_triangle() + report.wide_bytes_per_triangle();
+    line("Bytes per triangle", format::significant(bytes));
     line("Trace time", format::duration(frame.stats.trace_time));
     line("Primary rays", format::count(frame.stats.primary_rays));
     line("Hits", format::count(frame.stats.hits));

@@ -66,10 +66,11 @@ enum Pressed {
 
 fn toast(ui: &mut Ui, index: usize, message: &Message) -> Option<Pressed> {
     let palette = theme::palette(ui);
-    let (mark, color) = match message.severity {
-        Severity::Info => ("Note", palette.accent),
-        Severity::Warning => ("Warning", palette.warning),
-        Severity::Error => ("Error", palette.error),
+    let mark = message.severity.label();
+    let color = match message.severity {
+        Severity::Info => palette.accent,
+        Severity::Warning => palette.warning,
+        Severity::Error => palette.error,
     };
     if message.severity == Severity::Info {
         let left = NOTE_SECS - age(message);

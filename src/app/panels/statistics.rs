@@ -91,7 +91,7 @@ fn build_rows(ui: &mut Ui, state: &mut AppState, shown: &Presented, effects: &mu
         let gain = report.stages.cost_change(name);
         stage_row(ui, name, *time, time.as_secs_f64() / longest.as_secs_f64().max(1e-12), gain);
     }
-    let rate = shown.accel.scene.triangles.len() as f64 / total.max(1e-9) / 1e6;
+    let rate = report.mtriangles_per_s();
     let tip = "Triangles built in a second, in millions";
     statistic(ui, state, &Statistic::new("Speed", format::significant(rate)).unit("Mtri/s").tip(tip));
     statistic(ui, state, &Statistic::new("Threads", report.threads.to_string()).tip("Threads that built the tree"));
@@ -173,12 +173,10 @@ fn tree_rows(ui: &mut Ui, state: &mut AppState, shown: &Presented, effects: &mut
         let tip = format!("{tip}: {each} bytes a triangle");
         statistic(ui, state, &Statistic::new(name, number).unit(unit).tip(tip));
     }
-    let each = |bytes: usize| format::significant(bytes as f64 / triangles as f64);
-    let binary = report.tree_bytes + report.triangle_bytes;
-    let wide = report.wide_node_bytes + report.wide_triangle_bytes;
-    let tip =
-        format!("Both trees with their triangles, for each triangle: binary {}, wide {}", each(binary), each(wide));
-    statistic(ui, state, &Statistic::new("Per triangle", each(binary + wide)).unit("B").tip(tip));
+    let [binary, wide] = [report.bytes_per_triangle(), report.wide_bytes_per_triangle()];
+    let [all, binary, wide] = [binary + wide, binary, wide].map(format::significant);
+    let tip = format!("Both trees with their triangles, for each triangle: binary {binary}, wide {wide}");
+    statistic(ui, state, &Statistic::new("Per triangle", all).unit("B").tip(tip));
 }
 
 fn trace_rows(ui: &mut Ui, state: &mut AppState, shown: &Presented, effects: &mut Effects) {

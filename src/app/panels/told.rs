@@ -42,16 +42,8 @@ pub(super) fn show(ctx: &egui::Context, state: &mut AppState) {
     ctx.request_repaint_after_secs(1.0);
 }
 
-const fn mark(severity: Severity) -> &'static str {
-    match severity {
-        Severity::Info => "Note",
-        Severity::Warning => "Warning",
-        Severity::Error => "Error",
-    }
-}
-
 fn line(message: &Message) -> String {
-    format!("{}: {}", mark(message.severity), message.text)
+    format!("{}: {}", message.severity.label(), message.text)
 }
 
 /// How long ago on the left, what was said on the right.
@@ -64,7 +56,7 @@ fn row(ui: &mut Ui, message: &Message) {
     };
     ui.horizontal_top(|ui| {
         let ago = format!("{} ago", format::age(message.since.elapsed()));
-        for (text, width, color) in [(ago.as_str(), 72.0, palette.dim), (mark(message.severity), 56.0, color)] {
+        for (text, width, color) in [(ago.as_str(), 72.0, palette.dim), (message.severity.label(), 56.0, color)] {
             ui.allocate_ui_with_layout(vec2(width, theme::ROW_HEIGHT), Layout::left_to_right(Align::Min), |ui| {
                 ui.set_min_width(width);
                 ui.label(RichText::new(text).color(color));
