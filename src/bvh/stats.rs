@@ -3,8 +3,7 @@
 use rayon::prelude::*;
 use serde::Serialize;
 
-use super::levels::{Place, top_and_subtrees, walk};
-use super::{AnyTree, Container, Tree};
+use super::{AnyTree, Container, Node, Tree};
 use crate::with_tree;
 
 /// Cost of testing one container, in the unit of [`INTERSECTION_COST`].
@@ -43,7 +42,11 @@ pub fn tree_stats(tree: &AnyTree) -> TreeStats {
     with_tree!(tree, tree => stats_of(tree))
 }
 
+/// Nodes whose sums one task adds up; always the same, so that the sums do not depend on the number of threads.
+const SUMMED_AT_ONCE: usize = 1 << 14;
+
 /// What is added up over nodes.
+#[derive(Default)]
 struct Sums {
     interior_area: f64,
     leaf_area: f64,
@@ -53,59 +56,54 @@ struct Sums {
 }
 
 impl Sums {
-    fn new(max_depth: u32) -> Self {
-        let nodes_per_depth = vec![0; max_depth as usize + 1];
-        Self { interior_area: 0.0, leaf_area: 0.0, leaf_depth: 0, nodes_per_depth, leaf_sizes: vec![0; 2] }
-    }
-
-    fn add<C: Container>(&mut self, tree: &Tree<C>, (index, depth): Place) {
-        let node = &tree.nodes[index as usize];
-        self.nodes_per_depth[depth as usize] += 1;
-        let area = f64::from(node.container.relative_area());
-        if node.is_leaf() {
-            let size = node.count as usize;
-            if size >= self.leaf_sizes.len() {
-                self.leaf_sizes.resize(size + 1, 0);
+    fn of<C: Container>(nodes: &[Node<C>], depths: &[u32]) -> Self {
+        let mut sums = Self::default();
+        for (node, &depth) in nodes.iter().zip(depths) {
+            count(&mut sums.nodes_per_depth, depth, 1);
+            let area = f64::from(node.container.relative_area());
+            if node.is_leaf() {
+                count(&mut sums.leaf_sizes, node.count, 1);
+                sums.leaf_area += area * f64::from(node.count);
+                sums.leaf_depth += u64::from(depth);
+            } else {
+                sums.interior_area += area;
             }
-            self.leaf_sizes[size] += 1;
-            self.leaf_area += area * f64::from(node.count);
-            self.leaf_depth += u64::from(depth);
-        } else {
-            self.interior_area += area;
         }
+        sums
     }
 
     fn plus(mut self, other: &Self) -> Self {
-        fn add(sums: &mut Vec<u32>, others: &[u32]) {
-            sums.resize(sums.len().max(others.len()), 0);
-            sums.iter_mut().zip(others).for_each(|(sum, other)| *sum += other);
-        }
         self.interior_area += other.interior_area;
         self.leaf_area += other.leaf_area;
         self.leaf_depth += other.leaf_depth;
-        add(&mut self.nodes_per_depth, &other.nodes_per_depth);
-        add(&mut self.leaf_sizes, &other.leaf_sizes);
+        for (sums, others) in
+            [(&mut self.nodes_per_depth, &other.nodes_per_depth), (&mut self.leaf_sizes, &other.leaf_sizes)]
+        {
+            others.iter().zip(0..).for_each(|(&number, place)| count(sums, place, number));
+        }
         self
     }
 }
 
+/// Adds `number` in a place of a list, which grows as needed.
+fn count(list: &mut Vec<u32>, place: u32, number: u32) {
+    let place = place as usize;
+    if place >= list.len() {
+        list.resize(place + 1, 0);
+    }
+    list[place] += number;
+}
+
 fn stats_of<C: Container>(tree: &Tree<C>) -> TreeStats {
     let Some(root) = tree.nodes.first() else { return TreeStats::default() };
-    let (top, subtrees) = top_and_subtrees(tree);
-    let mut at_top = Sums::new(tree.max_depth);
-    for place in top {
-        at_top.add(tree, place);
-    }
-    let parts: Vec<Sums> = subtrees
-        .into_par_iter()
-        .map(|subtree| {
-            let mut sums = Sums::new(tree.max_depth);
-            walk(tree, subtree, |place| sums.add(tree, place));
-            sums
-        })
+    let depths = tree.depths();
+    let parts: Vec<Sums> = tree
+        .nodes
+        .par_chunks(SUMMED_AT_ONCE)
+        .zip(depths.par_chunks(SUMMED_AT_ONCE))
+        .map(|(nodes, depths)| Sums::of(nodes, depths))
         .collect();
-    // One after the other, so that the sums do not depend on the number of threads.
-    let sums = parts.iter().fold(at_top, Sums::plus);
+    let sums = parts.iter().fold(Sums::default(), Sums::plus);
     let leaves: usize = sums.leaf_sizes.iter().map(|&count| count as usize).sum();
     let root_area = f64::from(root.container.relative_area());
     let cost = sums.interior_area * f64::from(TRAVERSAL_COST) + sums.leaf_area * f64::from(INTERSECTION_COST);
