@@ -271,6 +271,11 @@ impl eframe::App for App {
         self.update_title(ctx);
     }
 
+    /// The panels' colour, so that they need not fill themselves: drawn in software, that is a large part of a frame.
+    fn clear_color(&self, visuals: &egui::Visuals) -> [f32; 4] {
+        visuals.panel_fill.to_normalized_gamma_f32()
+    }
+
     fn ui(&mut self, ui: &mut egui::Ui, _frame: &mut eframe::Frame) {
         let ctx = ui.ctx().clone();
         let state = &mut self.state;

@@ -31,7 +31,7 @@ const SIDE_WIDTH: f32 = 260.0;
 
 /// The menu bar.
 pub fn top(ui: &mut Ui, state: &mut AppState) {
-    let frame = panel_frame(ui, Margin::symmetric(8, 4));
+    let frame = panel_frame(Margin::symmetric(8, 4));
     Panel::top("menu bar").frame(frame).show(ui, |ui| menu::show(ui, state));
 }
 
@@ -39,7 +39,7 @@ pub fn top(ui: &mut Ui, state: &mut AppState) {
 pub fn left(ui: &mut Ui, state: &mut AppState) {
     let mut open = state.preferences.left_open;
     let panel = Panel::left("left panel").default_size(SIDE_WIDTH - 12.0).size_range(200.0..=400.0);
-    panel.frame(panel_frame(ui, Margin::ZERO)).show_collapsible(ui, &mut open, |ui| {
+    panel.frame(panel_frame(Margin::ZERO)).show_collapsible(ui, &mut open, |ui| {
         scroll(ui, "left scroll", |ui| {
             statistics::show(ui, state);
             selection::show(ui, state);
@@ -52,7 +52,7 @@ pub fn left(ui: &mut Ui, state: &mut AppState) {
 pub fn right(ui: &mut Ui, state: &mut AppState) {
     let mut open = state.preferences.right_open;
     let panel = Panel::right("right panel").default_size(SIDE_WIDTH + 16.0).size_range(240.0..=420.0);
-    panel.frame(panel_frame(ui, Margin::ZERO)).show_collapsible(ui, &mut open, |ui| {
+    panel.frame(panel_frame(Margin::ZERO)).show_collapsible(ui, &mut open, |ui| {
         scroll(ui, "right scroll", |ui| {
             tree::show(ui, state);
             containers::show(ui, state);
@@ -64,9 +64,9 @@ pub fn right(ui: &mut Ui, state: &mut AppState) {
 
 /// Job strip, depth bar, and the paper panel above them.
 pub fn bottom(ui: &mut Ui, state: &mut AppState) {
-    let frame = panel_frame(ui, Margin::symmetric(12, 4));
+    let frame = panel_frame(Margin::symmetric(12, 4));
     Panel::bottom("job strip").frame(frame).show(ui, |ui| job_strip::show(ui, state));
-    let frame = panel_frame(ui, Margin::symmetric(12, 4));
+    let frame = panel_frame(Margin::symmetric(12, 4));
     Panel::bottom("depth bar").frame(frame).show(ui, |ui| depth_bar::show(ui, state));
     paper::show(ui, state);
 }
@@ -87,8 +87,9 @@ pub fn windows(ctx: &egui::Context, state: &mut AppState) {
     palette::show(ctx, state);
 }
 
-fn panel_frame(ui: &Ui, margin: Margin) -> Frame {
-    Frame::new().fill(ui.visuals().panel_fill).inner_margin(margin)
+/// Without a fill: the window is cleared with the panels' colour.
+fn panel_frame(margin: Margin) -> Frame {
+    Frame::new().inner_margin(margin)
 }
 
 /// A side panel's content: scrolls where the window is too low.

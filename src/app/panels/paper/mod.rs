@@ -25,17 +25,13 @@ pub(super) fn show(ui: &mut Ui, state: &mut AppState) {
     // The picture keeps a third of what is left.
     let most = (ui.available_height() * 0.66).max(120.0);
     let panel = Panel::bottom("paper panel").resizable(true).default_size(HEIGHT.min(most)).size_range(96.0..=most);
-    panel.frame(panel_frame(ui, Margin { left: 12, right: 12, top: 4, bottom: 4 })).show_collapsible(
-        ui,
-        &mut open,
-        |ui| {
-            ScrollArea::vertical().id_salt("paper scroll").auto_shrink(false).show(ui, |ui| {
-                controls::show(ui, state);
-                ui.add_space(4.0);
-                body(ui, state);
-            });
-        },
-    );
+    panel.frame(panel_frame(Margin { left: 12, right: 12, top: 4, bottom: 4 })).show_collapsible(ui, &mut open, |ui| {
+        ScrollArea::vertical().id_salt("paper scroll").auto_shrink(false).show(ui, |ui| {
+            controls::show(ui, state);
+            ui.add_space(4.0);
+            body(ui, state);
+        });
+    });
     // A button in it may have closed it.
     state.preferences.paper_open &= open;
 }
