@@ -1,6 +1,6 @@
 //! What rays are traced against: a tree with its triangles in leaf order, the inputs that it was made from and its report.
 
-use std::sync::{Arc, OnceLock};
+use std::sync::{Arc, Mutex, OnceLock};
 use std::time::{Duration, Instant};
 
 use fearless_simd::Level;
@@ -14,7 +14,7 @@ use crate::bvh::stats::{TreeStats, tree_stats};
 use crate::bvh::traverse::{self, Probe, Traversal};
 use crate::bvh::wide::{AnyWideTree, collapse};
 use crate::bvh::{AnyTree, BuildSettings, Passes};
-use crate::cancel::CancelToken;
+use crate::cancel::{CancelToken, Cancelled};
 use crate::geometry::{Hit, Ray, Triangle};
 use crate::scene::Scene;
 use crate::with_tree;
@@ -29,6 +29,9 @@ pub const BUILD_BYTES_PER_TRIANGLE: u64 = 220;
 /// More that the passes over the finished tree hold: all of them raised the peak by 98 a triangle on the dragon.
 const OPTIMIZE_BYTES_PER_TRIANGLE: u64 = 100;
 
+/// Time between two looks whether another thread has made the wide tree.
+const WIDENING_LOOK: Duration = Duration::from_millis(1);
+
 /// A built tree, ready to be traced.
 #[derive(Debug)]
 pub struct Accel {
@@ -38,10 +41,11 @@ pub struct Accel {
     pub settings: BuildSettings,
     /// The hierarchy.
     pub tree: AnyTree,
-    /// The same tree eight children wide, which pictures are traced through.
-    pub wide: AnyWideTree,
     /// Where the time went and what came out.
     pub report: BuildReport,
+    wide: OnceLock<Wide>,
+    /// Held by who makes the wide tree in [`Accel::widen`].
+    widening: Mutex<()>,
     /// What nobody needs for the first picture, made when someone asks.
     leaf_triangles: OnceLock<Vec<Triangle>>,
     epo: OnceLock<f32>,
@@ -63,12 +67,30 @@ pub struct BuildReport {
     pub tree_bytes: usize,
     /// Bytes of the triangles in leaf order.
     pub triangle_bytes: usize,
-    /// Wall-clock time of making the wide tree; not part of the build time, which is the paper's.
+}
+
+/// The tree eight children wide, which pictures are traced through.
+#[derive(Debug)]
+pub struct Wide {
+    /// Its nodes and triangles.
+    pub tree: AnyWideTree,
+    /// Wall-clock time of making it; not part of the build time, which is the paper's.
     pub collapse_time: Duration,
-    /// Bytes of the wide tree's nodes.
-    pub wide_node_bytes: usize,
-    /// Bytes of the wide tree's triangles.
-    pub wide_triangle_bytes: usize,
+    triangles: usize,
+}
+
+impl Wide {
+    fn new(accel: &Accel, token: &CancelToken) -> Result<Self, Cancelled> {
+        let start = Instant::now();
+        let triangles = &accel.scene.triangles;
+        let tree = with_tree!(&accel.tree, tree => collapse(tree, triangles, token)?.into());
+        Ok(Self { tree, collapse_time: start.elapsed(), triangles: triangles.len() })
+    }
+
+    /// Bytes of nodes and triangles, for each triangle.
+    pub fn bytes_per_triangle(&self) -> f64 {
+        (self.tree.node_bytes() + self.tree.triangle_bytes()) as f64 / self.triangles.max(1) as f64
+    }
 }
 
 impl BuildReport {
@@ -85,16 +107,19 @@ impl BuildReport {
     pub fn bytes_per_triangle(&self) -> f64 {
         (self.tree_bytes + self.triangle_bytes) as f64 / self.triangles().max(1) as f64
     }
-
-    /// Bytes of the wide tree and its triangles, for each triangle.
-    pub fn wide_bytes_per_triangle(&self) -> f64 {
-        (self.wide_node_bytes + self.wide_triangle_bytes) as f64 / self.triangles().max(1) as f64
-    }
 }
 
 impl Accel {
-    /// Builds the tree of `scene` in the calling thread's rayon pool. In debug builds the result passes the validator.
+    /// Builds the tree of `scene` and the wide one in the calling thread's rayon pool. In debug builds the result passes the
+    /// validator.
     pub fn build(scene: &Arc<Scene>, settings: &BuildSettings, token: &CancelToken) -> Result<Self, BuildError> {
+        let accel = Self::build_binary(scene, settings, token)?;
+        accel.widen(token)?;
+        Ok(accel)
+    }
+
+    /// [`Accel::build`] without the wide tree, which then is made when it is asked for.
+    pub fn build_binary(scene: &Arc<Scene>, settings: &BuildSettings, token: &CancelToken) -> Result<Self, BuildError> {
         let passes = if settings.passes() == Passes::NONE { 0 } else { OPTIMIZE_BYTES_PER_TRIANGLE };
         let bytes = scene.triangles.len() as u64 * (BUILD_BYTES_PER_TRIANGLE + passes);
         Budget::of_process().check("the tree", bytes).map_err(|error| BuildError::Refused(error.to_string()))?;
@@ -105,10 +130,6 @@ impl Accel {
             unreachable!("the builder made a broken tree: {broken}");
         }
         token.check()?;
-        let start = Instant::now();
-        let wide: AnyWideTree = with_tree!(&tree, tree => collapse(tree, &scene.triangles).into());
-        let collapse_time = start.elapsed();
-        token.check()?;
         let stats = tree_stats(&tree);
         let report = BuildReport {
             build_time: stages.total(),
@@ -117,20 +138,52 @@ impl Accel {
             stats,
             tree_bytes: with_tree!(&tree, tree => size_of_val(&tree.nodes[..]) + size_of_val(&tree.primitive_indices[..])),
             triangle_bytes: scene.triangles.len() * size_of::<Triangle>(),
-            collapse_time,
-            wide_node_bytes: wide.node_bytes(),
-            wide_triangle_bytes: wide.triangle_bytes(),
         };
         Ok(Self {
             scene: Arc::clone(scene),
             settings: *settings,
             tree,
-            wide,
             report,
+            wide: OnceLock::new(),
+            widening: Mutex::new(()),
             leaf_triangles: OnceLock::new(),
             epo: OnceLock::new(),
             lineage: OnceLock::new(),
         })
+    }
+
+    /// The wide tree, made when asked for the first time. Threads that ask for a missing one at once each make it: better
+    /// call [`Accel::widen`] before.
+    pub fn wide(&self) -> &Wide {
+        if let Some(wide) = self.wide.get() {
+            return wide;
+        }
+        // Not within the lock, which a thread that waits for the others here could want once more.
+        match Wide::new(self, &CancelToken::new()) {
+            Ok(wide) => self.wide.get_or_init(|| wide),
+            Err(Cancelled { .. }) => unreachable!("nobody else has this token"),
+        }
+    }
+
+    /// The wide tree where it has been made.
+    pub fn known_wide(&self) -> Option<&Wide> {
+        self.wide.get()
+    }
+
+    /// Makes the wide tree in the calling thread's rayon pool unless it is there; waits where another pool is at it. Not for
+    /// parallel loops, whose threads could wait for themselves.
+    pub fn widen(&self, token: &CancelToken) -> Result<&Wide, Cancelled> {
+        loop {
+            if let Some(wide) = self.wide.get() {
+                return Ok(wide);
+            }
+            if let Ok(_maker) = self.widening.try_lock() {
+                let wide = Wide::new(self, token)?;
+                return Ok(self.wide.get_or_init(|| wide));
+            }
+            token.check()?;
+            std::thread::sleep(WIDENING_LOOK);
+        }
     }
 
     /// The triangles in leaf order, so that a leaf's range indexes them directly: what the binary tree is traced with. Copied
@@ -148,13 +201,13 @@ impl Accel {
     /// The nearest hit, through the wide tree with the best vector instructions of this machine. See [`Accel::wide`] for
     /// other levels.
     pub fn closest_hit(&self, ray: &Ray) -> Option<Hit> {
-        self.wide.closest_hit(Level::new(), ray)
+        self.wide().tree.closest_hit(Level::new(), ray)
     }
 
     /// The nearest hits of `rays`, into the first elements of `hits`. Fastest where the rays come from one point in similar
     /// directions and neighbours stand together in eights, such as a camera's tile of 16×16 rays in Z order.
     pub fn closest_hits(&self, rays: &[Ray], hits: &mut [Option<Hit>]) {
-        self.wide.closest_hits(Level::new(), rays, hits);
+        self.wide().tree.closest_hits(Level::new(), rays, hits);
     }
 
     /// The nearest hit through the binary tree in the chosen order, watched by `probe`: the same hit.
@@ -164,12 +217,12 @@ impl Accel {
 
     /// Whether anything lies on `ray` between its `t_min` and `t_max`.
     pub fn any_hit(&self, ray: &Ray) -> bool {
-        self.wide.any_hit(Level::new(), ray)
+        self.wide().tree.any_hit(Level::new(), ray)
     }
 
     /// Whether anything lies on each of `rays`, into the first elements of `blocked`: faster than ray by ray.
     pub fn any_hits(&self, rays: &[Ray], blocked: &mut [bool]) {
-        self.wide.any_hits(Level::new(), rays, blocked);
+        self.wide().tree.any_hits(Level::new(), rays, blocked);
     }
 
     /// The leaf that holds the triangle `primitive_index` and the path to it: node indices from the root to the leaf.

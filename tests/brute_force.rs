@@ -37,7 +37,8 @@ fn levels() -> impl Iterator<Item = SimdLevel> {
 
 /// The same from the wide tree, on every level: ray by ray and all together.
 fn check_wide(name: &str, triangles: &[Triangle], tree: &AnyTree, rays: &[Ray], expected: &[Option<Hit>]) {
-    let wide: AnyWideTree = with_tree!(tree, tree => collapse(tree, triangles).into());
+    let wide: AnyWideTree =
+        with_tree!(tree, tree => collapse(tree, triangles, &CancelToken::new()).expect("nobody cancels").into());
     for simd in levels() {
         for (ray, expected) in rays.iter().zip(expected) {
             assert_eq!(wide.closest_hit(simd.level(), ray), *expected, "{name}, wide, {simd:?}, {ray:?}");
@@ -99,7 +100,7 @@ fn a_wide_tree_holds_every_triangle_once_within_its_bytes() {
         let settings = BuildSettings { builder, ..BuildSettings::preset(Preset::Fast, ContainerKind::Aabb) };
         let (tree, _) = build(&triangles, &settings, &CancelToken::new()).expect("nothing to refuse");
         let AnyTree::Aabb(tree) = tree else { panic!("spheres instead of boxes") };
-        let wide = collapse(&tree, &triangles);
+        let wide = collapse(&tree, &triangles, &CancelToken::new()).expect("nobody cancels");
         let mut seen: Vec<u32> = wide
             .blocks
             .iter()
@@ -250,8 +251,8 @@ fn an_empty_tree_is_missed() {
     let tree = trees::halved::<Aabb>(&[], 1);
     with_tree!(&tree, tree => {
         let ray = Ray::new(Vec3::ZERO, Vec3::X);
-        assert_eq!(closest_hit(tree, &[], &ray, Traversal::Ordered, &mut NoProbe), None);
-        assert!(!any_hit(tree, &[], &ray));
+        assert_eq!(closest_hit(tree, &[][..], &ray, Traversal::Ordered, &mut NoProbe), None);
+        assert!(!any_hit(tree, &[][..], &ray));
     });
 }
 

@@ -11,7 +11,7 @@ use bvhscope::bvh::{AnyTree, BuildSettings, BuilderKind, ContainerKind};
 use bvhscope::camera::Camera;
 use bvhscope::cancel::CancelToken;
 use bvhscope::geometry::Triangle;
-use bvhscope::render::{RenderRequest, RenderSettings, Shading, render};
+use bvhscope::render::{HeatKind, Light, RenderRequest, RenderSettings, Shading, render};
 use bvhscope::scene::{LoadOptions, SceneSource, load};
 use bvhscope::with_tree;
 use glam::Vec3;
@@ -42,7 +42,7 @@ fn build_with_threads(triangles: &[Triangle], settings: &BuildSettings, threads:
 
 fn widen_with_threads(triangles: &[Triangle], tree: &AnyTree, threads: usize) -> AnyWideTree {
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-    with_tree!(tree, tree => pool.install(|| collapse(tree, triangles).into()))
+    with_tree!(tree, tree => pool.install(|| collapse(tree, triangles, &CancelToken::new()).unwrap().into()))
 }
 
 #[test]
@@ -117,6 +117,37 @@ fn pictures_do_not_depend_on_the_number_of_threads() {
             let many = picture(threads, shading);
             let same = one.rgba == many.rgba && one.distance == many.distance && one.primitive == many.primitive;
             assert!(same, "{}: {threads} threads make another picture", shading.name());
+        }
+    }
+}
+
+#[test]
+fn a_coarse_picture_does_not_depend_on_the_wide_tree() {
+    let source = SceneSource::Builtin { name: "terrain".to_owned(), size: Some(2_000) };
+    let scene = Arc::new(load(&source, &LoadOptions::default(), &CancelToken::new()).unwrap());
+    for container in ContainerKind::ALL {
+        for shading in Shading::ALL {
+            let light = Light::Sun;
+            let picture = |accel: Accel| {
+                let accel = Arc::new(accel);
+                let request = RenderRequest {
+                    accel: Arc::clone(&accel),
+                    camera: Camera::framing(&scene.bounds, scene.up),
+                    settings: RenderSettings { shading, light, ..RenderSettings::default() },
+                    width_px: 90,
+                    height_px: 70,
+                    coarseness: 3,
+                    count_tests: false,
+                };
+                (render(&request, &CancelToken::new(), &|_| ()).unwrap(), accel)
+            };
+            let settings = BuildSettings { container, ..BuildSettings::default() };
+            let (wide, _) = picture(Accel::build(&scene, &settings, &CancelToken::new()).unwrap());
+            let (binary, accel) = picture(Accel::build_binary(&scene, &settings, &CancelToken::new()).unwrap());
+            let same = wide.rgba == binary.rgba && wide.distance == binary.distance && wide.values == binary.values;
+            assert!(same, "{} {}: the wide tree makes another picture", shading.name(), container.name());
+            // Only what counts the wide tree's steps waits for it.
+            assert_eq!(accel.known_wide().is_some(), shading == Shading::Heat(HeatKind::Steps), "{}", shading.name());
         }
     }
 }

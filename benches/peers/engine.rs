@@ -88,6 +88,7 @@ pub fn judged(ready: &Ready) -> Judged {
 /// Every way to trace a tree.
 pub fn interfaces(ready: &Ready) -> Vec<Interface<'_>> {
     let Ready { name, tree, leaf_triangles, wide } = ready;
+    let leaf_triangles = &leaf_triangles[..];
     let level = Level::new();
     vec![
         Interface {
@@ -96,8 +97,8 @@ pub fn interfaces(ready: &Ready) -> Vec<Interface<'_>> {
             prepare: Box::new(move |work| {
                 Some(single(
                     work,
-                    |ray| closest_hit(tree, leaf_triangles, ray, Traversal::Ordered, &mut NoProbe),
-                    |ray| any_hit(tree, leaf_triangles, ray),
+                    move |ray| closest_hit(tree, leaf_triangles, ray, Traversal::Ordered, &mut NoProbe),
+                    move |ray| any_hit(tree, leaf_triangles, ray),
                 ))
             }),
         },
@@ -178,5 +179,5 @@ fn in_leaf_order(tree: &AnyTree, triangles: &[Triangle]) -> Vec<Triangle> {
 }
 
 fn wide(tree: &AnyTree, triangles: &[Triangle]) -> AnyWideTree {
-    with_tree!(tree, tree => collapse(tree, triangles).into())
+    with_tree!(tree, tree => collapse(tree, triangles, &CancelToken::new()).expect("nobody cancels").into())
 }

@@ -164,15 +164,10 @@ pub fn build_worker(wake: impl Fn() + Send + Sync + 'static) -> std::io::Result<
         let threads = key.threads;
         let start = Instant::now();
         let result = pool.run("build", key.threads, || {
-            let accel = Arc::new(Accel::build(&key.scene, &key.settings, token)?);
-            let traceable = start.elapsed();
+            // The first picture of a tree is coarse and traced through the binary one: it does not wait for the wide one.
+            let accel = Arc::new(Accel::build_binary(&key.scene, &key.settings, token)?);
             let table = Arc::new(NodeTable::new(&accel, token)?);
-            log::debug!(
-                "tree built in {:.1?}, collapsed in {:.1?}, traceable after {traceable:.1?}, listed after {:.1?}",
-                accel.report.build_time,
-                accel.report.collapse_time,
-                start.elapsed()
-            );
+            log::debug!("tree built in {:.1?}, listed after {:.1?}", accel.report.build_time, start.elapsed());
             Ok(BuiltTree { accel, table, threads: key.threads })
         });
         match result {
@@ -181,6 +176,8 @@ pub fn build_worker(wake: impl Fn() + Send + Sync + 'static) -> std::io::Result<
             Ok(tree) => {
                 let accel = Arc::clone(&tree.accel);
                 deliver(Built { key, result: Ok(tree) });
+                let Ok(wide) = pool.run("build", threads, || accel.widen(token)) else { return None };
+                log::debug!("collapsed in {:.1?}, after {:.1?}", wide.collapse_time, start.elapsed());
                 // What only panels and clicks ask for is computed once the first picture has had the cores.
                 let ready = Instant::now() + FIRST_PICTURE;
                 while Instant::now() < ready && !token.is_cancelled() {

@@ -22,6 +22,9 @@ use crate::worker::Worker;
 /// Nothing has changed for this long: everything rests, and the picture is refined.
 const REST: Duration = Duration::from_millis(160);
 
+/// Pixels along each side that share a ray, at least, while the wide tree is missing: few enough rays for the binary one.
+const BEFORE_WIDE: u32 = 3;
+
 /// Work that takes longer shows how far it is.
 pub(super) const PROGRESS_AFTER: Duration = Duration::from_millis(400);
 
@@ -300,7 +303,9 @@ impl Rails {
         }
         let camera = self.next_camera.filter(|_| self.pending.is_some()).unwrap_or(state.wanted.camera);
         let key = RenderKey { accel, camera, settings: state.wanted.render, size_px: state.viewport_px };
-        let coarseness = if self.at_rest { 1 } else { self.pace.coarseness(key.size_px) };
+        // The first picture of a tree is traced before the wide tree is there.
+        let coarsest = if key.accel.known_wide().is_none() { BEFORE_WIDE } else { 1 };
+        let coarseness = if self.at_rest { 1 } else { self.pace.coarseness(key.size_px).max(coarsest) };
         let shown = self.shown.as_ref().filter(|shown| shown.key == key);
         if shown.is_some_and(|shown| shown.complete || moving) || self.refused_render.as_ref() == Some(&key) {
             return;

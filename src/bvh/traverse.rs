@@ -57,12 +57,49 @@ impl Probe for TestCounts {
     }
 }
 
-/// The nearest hit of `ray` with the triangles of `tree`, given in leaf order. The result does not depend on `traversal`;
+/// Where the triangles of a tree's leaves are found.
+pub trait LeafTriangles: Copy {
+    /// The triangle in a slot of [`Tree::primitive_indices`].
+    fn in_slot(&self, slot: usize) -> &Triangle;
+}
+
+/// Triangles in leaf order: what many rays are traced with.
+impl LeafTriangles for &[Triangle] {
+    #[inline(always)]
+    fn in_slot(&self, slot: usize) -> &Triangle {
+        &self[slot]
+    }
+}
+
+impl LeafTriangles for &Vec<Triangle> {
+    #[inline(always)]
+    fn in_slot(&self, slot: usize) -> &Triangle {
+        &self[slot]
+    }
+}
+
+/// Triangles as the tree's builder got them: for so few rays that bringing them into leaf order takes longer.
+#[derive(Debug, Clone, Copy)]
+pub struct Unordered<'a> {
+    /// The list that the tree was built from.
+    pub triangles: &'a [Triangle],
+    /// The tree's [`Tree::primitive_indices`].
+    pub indices: &'a [u32],
+}
+
+impl LeafTriangles for Unordered<'_> {
+    #[inline(always)]
+    fn in_slot(&self, slot: usize) -> &Triangle {
+        &self.triangles[self.indices[slot] as usize]
+    }
+}
+
+/// The nearest hit of `ray` with the triangles of `tree`. The result does not depend on `traversal`;
 /// equal distances go to the lower primitive index. Where many rays are traced, see [`closest_hit_with`].
 #[inline]
 pub fn closest_hit<C: Container, P: Probe>(
     tree: &Tree<C>,
-    leaf_triangles: &[Triangle],
+    leaf_triangles: impl LeafTriangles,
     ray: &Ray,
     traversal: Traversal,
     probe: &mut P,
@@ -78,7 +115,7 @@ pub fn closest_hit<C: Container, P: Probe>(
 pub fn closest_hit_with<S: Simd, C: Container, P: Probe>(
     simd: S,
     tree: &Tree<C>,
-    leaf_triangles: &[Triangle],
+    leaf_triangles: impl LeafTriangles,
     ray: &Ray,
     traversal: Traversal,
     stack: &mut [Waiting],
@@ -117,7 +154,7 @@ pub fn closest_hit_with<S: Simd, C: Container, P: Probe>(
 
 /// Whether anything lies on `ray` between its `t_min` and `t_max`.
 #[inline]
-pub fn any_hit<C: Container>(tree: &Tree<C>, leaf_triangles: &[Triangle], ray: &Ray) -> bool {
+pub fn any_hit<C: Container>(tree: &Tree<C>, leaf_triangles: impl LeafTriangles, ray: &Ray) -> bool {
     any_hit_with(tree, leaf_triangles, ray, &mut NoProbe)
 }
 
@@ -125,7 +162,7 @@ pub fn any_hit<C: Container>(tree: &Tree<C>, leaf_triangles: &[Triangle], ray: &
 #[inline]
 pub fn any_hit_with<C: Container, P: Probe>(
     tree: &Tree<C>,
-    leaf_triangles: &[Triangle],
+    leaf_triangles: impl LeafTriangles,
     ray: &Ray,
     probe: &mut P,
 ) -> bool {
@@ -133,9 +170,9 @@ pub fn any_hit_with<C: Container, P: Probe>(
     let mut found = false;
     with_stack(tree.max_depth, |stack| {
         let leaf = |range: Range<usize>, shear: &Shear, probe: &mut P| {
-            for triangle in &leaf_triangles[range] {
+            for slot in range {
                 probe.primitive_test();
-                if triangle.intersect(&ray, shear, ray.ray.t_max).is_some() {
+                if leaf_triangles.in_slot(slot).intersect(&ray, shear, ray.ray.t_max).is_some() {
                     found = true;
                     return ControlFlow::Break(());
                 }
@@ -180,16 +217,16 @@ impl Nearest {
     fn test<C, P: Probe>(
         &mut self,
         tree: &Tree<C>,
-        leaf_triangles: &[Triangle],
+        leaf_triangles: impl LeafTriangles,
         range: Range<usize>,
         ray: &PreparedRay,
         shear: &Shear,
         probe: &mut P,
     ) {
-        for (offset, triangle) in leaf_triangles[range.clone()].iter().enumerate() {
+        for slot in range {
             probe.primitive_test();
-            if let Some(hit) = triangle.intersect(ray, shear, self.t) {
-                self.offer(hit, tree.primitive_indices[range.start + offset]);
+            if let Some(hit) = leaf_triangles.in_slot(slot).intersect(ray, shear, self.t) {
+                self.offer(hit, tree.primitive_indices[slot]);
             }
         }
     }

@@ -48,7 +48,7 @@ impl TreeNumbers {
     /// Reads `accel`; computes its end-point overlap where nobody has asked for it yet.
     pub fn new(accel: &Accel) -> Self {
         let (settings, report) = (&accel.settings, &accel.report);
-        let stats = &report.stats;
+        let (stats, wide) = (&report.stats, accel.wide());
         Self {
             builder: settings.builder.name(),
             container: settings.container.name(),
@@ -59,7 +59,7 @@ impl TreeNumbers {
             build_ms: millis(report.build_time),
             build_stages_ms: report.stages.stages.iter().map(|&(name, time)| (name, millis(time))).collect(),
             mtriangles_per_s: report.mtriangles_per_s(),
-            collapse_ms: millis(report.collapse_time),
+            collapse_ms: millis(wide.collapse_time),
             sah_cost: stats.sah_cost,
             optimize_sah_costs: report.stages.costs.iter().copied().collect(),
             traversal_cost: TRAVERSAL_COST,
@@ -72,10 +72,10 @@ impl TreeNumbers {
             leaf_size: [stats.min_leaf_size as f32, stats.mean_leaf_size, stats.max_leaf_size as f32],
             tree_bytes: report.tree_bytes,
             triangle_bytes: report.triangle_bytes,
-            wide_node_bytes: report.wide_node_bytes,
-            wide_triangle_bytes: report.wide_triangle_bytes,
+            wide_node_bytes: wide.tree.node_bytes(),
+            wide_triangle_bytes: wide.tree.triangle_bytes(),
             bytes_per_triangle: report.bytes_per_triangle(),
-            wide_bytes_per_triangle: report.wide_bytes_per_triangle(),
+            wide_bytes_per_triangle: wide.bytes_per_triangle(),
         }
     }
 }

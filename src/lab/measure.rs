@@ -74,6 +74,7 @@ pub struct TraceView {
 struct Trial {
     builds: Vec<StageTimes>,
     traces: Vec<f64>,
+    collapses: Vec<f64>,
     wide_traces: Vec<f64>,
     first: Option<First>,
 }
@@ -83,6 +84,7 @@ struct First {
     threads: usize,
     report: BuildReport,
     epo: f32,
+    wide_bytes_per_triangle: f64,
     tests: TestSummary,
 }
 
@@ -140,10 +142,17 @@ fn try_once(
     if trial.first.is_none() {
         let tests = count_tests(&request(&accel, view), &token.part(2, 3))?;
         let threads = rayon::current_num_threads();
-        trial.first = Some(First { threads, report: accel.report.clone(), epo: accel.epo(), tests });
+        trial.first = Some(First {
+            threads,
+            report: accel.report.clone(),
+            epo: accel.epo(),
+            wide_bytes_per_triangle: accel.wide().bytes_per_triangle(),
+            tests,
+        });
     }
     trial.builds.push(accel.report.stages.clone());
     trial.traces.push(millis(trace.trace_time));
+    trial.collapses.push(millis(accel.wide().collapse_time));
     let trace = trace_primary_wide(&request(&accel, view), &token.part(2, 3))?;
     trial.wide_traces.push(millis(trace.trace_time));
     token.set_progress(1.0);
@@ -160,6 +169,7 @@ fn measurement(
 ) -> Measurement {
     let (build_ms, build_ms_spread) = median(trial.builds.iter().map(|stages| millis(stages.total())));
     let (trace_ms, trace_ms_spread) = median(trial.traces.iter().copied());
+    let (collapse_ms, _) = median(trial.collapses.iter().copied());
     let (wide_trace_ms, _) = median(trial.wide_traces.iter().copied());
     let First { report, tests, .. } = first;
     Measurement {
@@ -194,10 +204,10 @@ fn measurement(
         leaves: report.stats.leaves,
         max_depth: report.stats.max_depth,
         bytes_per_triangle: report.bytes_per_triangle(),
-        collapse_ms: Some(millis(report.collapse_time)),
+        collapse_ms: Some(collapse_ms),
         wide_trace_ms: Some(wide_trace_ms),
         wide_mrays_per_s: Some(if wide_trace_ms > 0.0 { tests.rays as f64 / wide_trace_ms / 1e3 } else { 0.0 }),
-        wide_bytes_per_triangle: Some(report.wide_bytes_per_triangle()),
+        wide_bytes_per_triangle: Some(first.wide_bytes_per_triangle),
         speedup: None,
         trace_speedup: None,
         warnings: subject.scene.warnings.entries.iter().map(ToString::to_string).collect(),

@@ -74,6 +74,7 @@ pub fn trace_primary(
 /// Traces the primary rays as pictures do, through the wide tree in packets, and does nothing else, in the calling
 /// thread's rayon pool.
 pub fn trace_primary_wide(request: &RenderRequest, token: &CancelToken) -> Result<PrimaryTrace, Cancelled> {
+    let wide = &request.accel.widen(token)?.tree;
     let start = Instant::now();
     let grid = Grid::new(request);
     let camera = request.camera.for_size(request.width_px, request.height_px);
@@ -88,7 +89,7 @@ pub fn trace_primary_wide(request: &RenderRequest, token: &CancelToken) -> Resul
                 rays.push(camera.ray(point.x, point.y));
             });
             let mut hits = [None; TILE_AREA];
-            request.accel.wide.closest_hits(level, &rays, &mut hits);
+            wide.closest_hits(level, &rays, &mut hits);
             Ok(hits.iter().flatten().count() as u64)
         })
         .try_reduce(|| 0, |a, b| Ok(a + b))?;

@@ -16,7 +16,7 @@ use super::sampling::{SampleId, subpixel};
 use super::shade::{AmbientOcclusion, Depth, Heat, Normals, Shade};
 use super::srgb::Encoder;
 use super::view::View;
-use super::{Frame, FrameStats, RenderSettings, Shading};
+use super::{Frame, FrameStats, HeatKind, RenderSettings, Shading};
 use crate::accel::Accel;
 use crate::bvh::Container;
 use crate::bvh::traverse::TestCounts;
@@ -94,7 +94,12 @@ pub fn render(
     let accel = &*request.accel;
     with_tree!(&accel.tree, tree => {
         let camera = request.camera.for_size(request.width_px, request.height_px);
-        let view = View::new(accel, tree, camera, request.height_px.max(1), request.settings.simd);
+        // Where every ray counts, or counts are wanted, the tree that is meant.
+        let waits = request.coarseness <= 1 || request.settings.shading == Shading::Heat(HeatKind::Steps);
+        if waits {
+            accel.widen(token)?;
+        }
+        let view = View::new(accel, tree, camera, request.height_px.max(1), request.settings.simd, waits);
         // The variant is chosen here, outside of all loops.
         match request.settings.shading {
             Shading::Lit => {

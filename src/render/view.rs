@@ -5,7 +5,7 @@ use glam::Vec3;
 use fearless_simd::Level;
 
 use crate::accel::Accel;
-use crate::bvh::traverse::{Probe, Traversal, closest_hit};
+use crate::bvh::traverse::{NoProbe, Probe, Traversal, Unordered, any_hit, closest_hit};
 use crate::bvh::wide::AnyWideTree;
 use crate::bvh::{Container, SimdLevel, Tree};
 use crate::camera::CameraFrame;
@@ -20,11 +20,19 @@ const MAX_HOLES: u32 = 32;
 /// The background's linear grey at the upper and the lower edge of the picture.
 const BACKGROUND: [Vec3; 2] = [Vec3::new(0.052, 0.055, 0.062), Vec3::new(0.016, 0.017, 0.019)];
 
+/// What rays that nobody counts go through. Both give the same hits.
+enum Tracer<'a> {
+    /// The fast one.
+    Wide(&'a AnyWideTree),
+    /// For a first coarse picture that does not wait for the wide tree.
+    Binary(Unordered<'a>),
+}
+
 /// What shaders look at.
 pub(super) struct View<'a, C> {
     pub(super) tree: &'a Tree<C>,
     accel: &'a Accel,
-    wide: &'a AnyWideTree,
+    tracer: Tracer<'a>,
     level: Level,
     pub(super) scene: &'a Scene,
     pub(super) camera: CameraFrame,
@@ -37,18 +45,26 @@ pub(super) struct View<'a, C> {
 }
 
 impl<'a, C: Container> View<'a, C> {
+    /// `waits`: the wide tree is made where it is not there yet; otherwise the binary one serves.
     pub(super) fn new(
         accel: &'a Accel,
         tree: &'a Tree<C>,
         camera: CameraFrame,
         height_px: u32,
         simd: SimdLevel,
+        waits: bool,
     ) -> Self {
         let scene = &*accel.scene;
+        let tracer = match accel.known_wide() {
+            None if !waits => {
+                Tracer::Binary(Unordered { triangles: &scene.triangles, indices: &tree.primitive_indices })
+            }
+            _ => Tracer::Wide(&accel.wide().tree),
+        };
         Self {
             tree,
             accel,
-            wide: &accel.wide,
+            tracer,
             level: simd.level(),
             scene,
             camera,
@@ -60,13 +76,16 @@ impl<'a, C: Container> View<'a, C> {
 
     /// The nearest hit that is not in a hole of its material.
     pub(super) fn closest(&self, ray: &Ray) -> Option<Hit> {
-        let hit = self.wide.closest_hit(self.level, ray)?;
+        let hit = self.closest_or_hole(ray)?;
         if self.has_holes { self.beyond_holes(ray, hit) } else { Some(hit) }
     }
 
     /// [`View::closest`] of each ray of a tile.
     pub(super) fn closest_of_tile(&self, rays: &[Ray], hits: &mut [Option<Hit>]) {
-        self.wide.closest_hits(self.level, rays, hits);
+        match self.tracer {
+            Tracer::Wide(wide) => wide.closest_hits(self.level, rays, hits),
+            Tracer::Binary(_) => hits.iter_mut().zip(rays).for_each(|(hit, ray)| *hit = self.closest_or_hole(ray)),
+        }
         if self.has_holes {
             for (ray, hit) in rays.iter().zip(hits) {
                 *hit = hit.and_then(|hit| self.beyond_holes(ray, hit));
@@ -74,9 +93,17 @@ impl<'a, C: Container> View<'a, C> {
         }
     }
 
+    /// The nearest hit, taking holes for solid.
+    fn closest_or_hole(&self, ray: &Ray) -> Option<Hit> {
+        match self.tracer {
+            Tracer::Wide(wide) => wide.closest_hit(self.level, ray),
+            Tracer::Binary(triangles) => closest_hit(self.tree, triangles, ray, Traversal::Ordered, &mut NoProbe),
+        }
+    }
+
     /// The nearest hit through the wide tree, taking holes for solid: the ray whose steps are counted.
     pub(super) fn closest_in_steps<P: Probe>(&self, ray: &Ray, probe: &mut P) -> Option<Hit> {
-        self.wide.closest_hit_with(self.level, ray, probe)
+        self.accel.wide().tree.closest_hit_with(self.level, ray, probe)
     }
 
     /// The nearest hit through the binary tree, taking holes for solid: the ray whose tests are counted.
@@ -91,7 +118,15 @@ impl<'a, C: Container> View<'a, C> {
                 *blocked = self.closest(ray).is_some();
             }
         } else {
-            self.wide.any_hits(self.level, rays, blocked);
+            match self.tracer {
+                Tracer::Wide(wide) => wide.any_hits(self.level, rays, blocked),
+                Tracer::Binary(triangles) => {
+                    blocked
+                        .iter_mut()
+                        .zip(rays)
+                        .for_each(|(blocked, ray)| *blocked = any_hit(self.tree, triangles, ray));
+                }
+            }
         }
     }
 
@@ -105,7 +140,7 @@ impl<'a, C: Container> View<'a, C> {
             }
             // The same ray finds the same t for the same triangle, so one step further excludes it.
             rest.t_min = hit.t.next_up();
-            hit = self.wide.closest_hit(self.level, &rest)?;
+            hit = self.closest_or_hole(&rest)?;
         }
         Some(hit)
     }

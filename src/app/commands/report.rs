@@ -2,6 +2,7 @@
 
 use std::fmt::Write as _;
 
+use crate::accel::Wide;
 use crate::app::format;
 use crate::app::state::{AppState, Wanted};
 use crate::bvh::stats::{INTERSECTION_COST, TRAVERSAL_COST};
@@ -129,10 +130,13 @@ pub fn statistics_text(state: &AppState) -> Option<String> {
     );
     line("Tree memory", format::bytes(report.tree_bytes));
     line("Triangle memory", format::bytes(report.triangle_bytes));
-    line("Wide tree memory", format::bytes(report.wide_node_bytes));
-    line("Wide triangle memory", format::bytes(report.wide_triangle_bytes));
+    let wide = shown.accel.known_wide();
+    if let Some(wide) = wide {
+        line("Wide tree memory", format::bytes(wide.tree.node_bytes()));
+        line("Wide triangle memory", format::bytes(wide.tree.triangle_bytes()));
+    }
     line("Overlay memory", format::bytes(size_of_val(&shown.table.levels.nodes[..])));
-    let bytes = report.bytes_per_triangle() + report.wide_bytes_per_triangle();
+    let bytes = report.bytes_per_triangle() + wide.map_or(0.0, Wide::bytes_per_triangle);
     line("Bytes per triangle", format::significant(bytes));
     line("Trace time", format::duration(frame.stats.trace_time));
     line("Primary rays", format::count(frame.stats.primary_rays));

@@ -6,7 +6,7 @@ use eframe::egui::{self, CornerRadius, Rect, Role, Sense, Ui, WidgetInfo, pos2, 
 
 use super::effects::Effects;
 use super::widgets::{Header, Statistic, section, statistic};
-use crate::accel::BuildReport;
+use crate::accel::{BuildReport, Wide};
 use crate::app::state::{AppState, Presented};
 use crate::app::{format, theme};
 use crate::bvh::stats::{INTERSECTION_COST, TRAVERSAL_COST};
@@ -161,19 +161,28 @@ fn tree_rows(ui: &mut Ui, state: &mut AppState, shown: &Presented, effects: &mut
     statistic(ui, state, &Statistic::new("Leaf size", leaf).tip("Triangles in a leaf: smallest, mean, largest"));
     let triangles = shown.accel.scene.triangles.len().max(1);
     let overlay_bytes = size_of_val(&shown.table.levels.nodes[..]);
+    let wide = shown.accel.known_wide();
     for (name, bytes, tip) in [
-        ("Tree memory", report.tree_bytes, "Nodes and triangle indices"),
-        ("Leaf triangles", report.triangle_bytes, "Triangles in leaf order"),
-        ("Wide tree", report.wide_node_bytes, "Nodes with eight children each, which pictures are traced through"),
-        ("Wide triangles", report.wide_triangle_bytes, "Triangles in blocks of four"),
-        ("Overlay", overlay_bytes, "Who stands at which depth, for the overlay"),
+        ("Tree memory", Some(report.tree_bytes), "Nodes and triangle indices"),
+        ("Leaf triangles", Some(report.triangle_bytes), "Triangles in leaf order"),
+        (
+            "Wide tree",
+            wide.map(|wide| wide.tree.node_bytes()),
+            "Nodes with eight children each, which pictures are traced through",
+        ),
+        ("Wide triangles", wide.map(|wide| wide.tree.triangle_bytes()), "Triangles in blocks of four"),
+        ("Overlay", Some(overlay_bytes), "Who stands at which depth, for the overlay"),
     ] {
+        let Some(bytes) = bytes else {
+            statistic(ui, state, &Statistic::new(name, "…".to_owned()).tip(tip));
+            continue;
+        };
         let (number, unit) = format::bytes_parts(bytes);
         let each = format::significant(bytes as f64 / triangles as f64);
         let tip = format!("{tip}: {each} bytes a triangle");
         statistic(ui, state, &Statistic::new(name, number).unit(unit).tip(tip));
     }
-    let [binary, wide] = [report.bytes_per_triangle(), report.wide_bytes_per_triangle()];
+    let [binary, wide] = [report.bytes_per_triangle(), wide.map_or(0.0, Wide::bytes_per_triangle)];
     let [all, binary, wide] = [binary + wide, binary, wide].map(format::significant);
     let tip = format!("Both trees with their triangles, for each triangle: binary {binary}, wide {wide}");
     statistic(ui, state, &Statistic::new("Per triangle", all).unit("B").tip(tip));

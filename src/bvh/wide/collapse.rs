@@ -13,6 +13,7 @@ use super::opening::{Lane, NOT_OPENED, Part, Scratch, open_largest};
 use super::prefetch::prefetch;
 use super::{Child, TriangleBlock, WIDTH, WideContainer, WideNode, WideTree};
 use crate::bvh::{Node, Tree};
+use crate::cancel::{CancelToken, Cancelled};
 use crate::geometry::Triangle;
 
 /// Binary nodes that one task gets on average, and how many tasks there are at most.
@@ -25,13 +26,22 @@ const WRITTEN_AT_ONCE: usize = 256;
 const FETCHED_AHEAD: usize = 8;
 
 /// The wide tree of a binary one of `triangles`. Any number of threads gives the same tree.
-pub fn collapse<C: WideContainer>(tree: &Tree<C>, triangles: &[Triangle]) -> WideTree<C> {
+pub fn collapse<C: WideContainer>(
+    tree: &Tree<C>,
+    triangles: &[Triangle],
+    token: &CancelToken,
+) -> Result<WideTree<C>, Cancelled> {
     if tree.nodes.is_empty() {
-        return WideTree { root: None, nodes: Vec::new(), blocks: Vec::new() };
+        return Ok(WideTree { root: None, nodes: Vec::new(), blocks: Vec::new() });
     }
     let (top, tasks) = share_out(tree);
-    let parts: Vec<Part> =
-        tasks.par_iter().map_init(Scratch::default, |scratch, &root| scratch.part(tree, root)).collect();
+    let parts: Vec<Part> = tasks
+        .par_iter()
+        .map_init(Scratch::default, |scratch, &root| {
+            token.check()?;
+            Ok(scratch.part(tree, root))
+        })
+        .collect::<Result<_, Cancelled>>()?;
     let top = top_part(tree, &top, &tasks);
 
     // Each part's nodes and blocks follow those of the part before; the top's nodes stand first.
@@ -62,6 +72,7 @@ pub fn collapse<C: WideContainer>(tree: &Tree<C>, triangles: &[Triangle]) -> Wid
             },
         )
         .collect_into_vec(&mut nodes);
+    token.check()?;
     (0..block_count)
         .into_par_iter()
         .with_min_len(WRITTEN_AT_ONCE)
@@ -78,7 +89,8 @@ pub fn collapse<C: WideContainer>(tree: &Tree<C>, triangles: &[Triangle]) -> Wid
         )
         .collect_into_vec(&mut blocks);
     let root = if top.nodes.is_empty() { root_of(0) } else { Child::node(0) };
-    WideTree { root: Some(root), nodes, blocks }
+    token.check()?;
+    Ok(WideTree { root: Some(root), nodes, blocks })
 }
 
 /// Where a part's nodes and blocks begin.
