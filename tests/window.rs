@@ -59,14 +59,23 @@ impl Window {
     }
 
     fn drag(&self, button: &str, from: [i32; 2], to: [i32; 2]) {
-        let [x, y] = from.map(|v| v.to_string());
-        self.desktop.xdotool(&["mousemove", &x, &y, "mousedown", button]);
+        self.move_to(from);
+        self.desktop.xdotool(&["mousedown", button]);
+        self.glide(from, to);
+        self.desktop.xdotool(&["mouseup", button]);
+    }
+
+    fn move_to(&self, at: [i32; 2]) {
+        let [x, y] = at.map(|v| v.to_string());
+        self.desktop.xdotool(&["mousemove", &x, &y]);
+    }
+
+    /// Moves the pointer in small steps, as a hand does.
+    fn glide(&self, from: [i32; 2], to: [i32; 2]) {
         for step in 1..=8 {
-            let at = |axis: usize| (from[axis] + (to[axis] - from[axis]) * step / 8).to_string();
-            self.desktop.xdotool(&["mousemove", &at(0), &at(1)]);
+            self.move_to([0, 1].map(|axis| from[axis] + (to[axis] - from[axis]) * step / 8));
             std::thread::sleep(Duration::from_millis(20));
         }
-        self.desktop.xdotool(&["mouseup", button]);
     }
 
     /// Presses a key, with the focus where a click on the window would put it.
@@ -114,6 +123,12 @@ impl Screenshot {
 
 /// The middle of the viewport at 1280×800, clear of legend, gizmo and messages.
 const VIEWPORT: [usize; 4] = [420, 150, 860, 560];
+/// The threshold's handle at its default.
+const HANDLE_AT_6: [i32; 2] = [1143, 115];
+/// The number beside it.
+const THRESHOLD_NUMBER: [usize; 4] = [1217, 106, 1267, 125];
+/// The value of the SAH cost among the statistics.
+const SAH_COST: [usize; 4] = [150, 371, 230, 387];
 
 #[test]
 fn a_user_orbits_zooms_toggles_and_rebuilds() {
@@ -136,6 +151,33 @@ fn a_user_orbits_zooms_toggles_and_rebuilds() {
     assert!(share < 0.6, "{share} of the viewport changed");
     window.key("b");
     window.once(|screen| screen.changed(&zoomed, VIEWPORT) < 0.02);
+}
+
+#[test]
+fn the_dragged_threshold_changes_tree_lines_and_numbers_while_it_is_held() {
+    let mut window = Window::open(&["builtin:teapot:6"]);
+    window.at_rest();
+    window.move_to(HANDLE_AT_6);
+    let before = window.once(|_| true);
+    assert_eq!(before.changed(&window.screenshot(), SAH_COST), 0.0, "nothing moves by itself");
+
+    window.desktop.xdotool(&["mousedown", "1"]);
+    window.glide(HANDLE_AT_6, [HANDLE_AT_6[0] + 36, HANDLE_AT_6[1]]);
+    window.program.wait_for("presented teapot");
+    let held = window.once(|screen| screen.changed(&before, SAH_COST) > 0.01);
+    assert!(held.changed(&before, THRESHOLD_NUMBER) > 0.01, "the number beside the slider");
+    assert!(held.changed(&before, VIEWPORT) > 0.002, "the containers are those of another tree");
+    assert!(held.changed(&before, VIEWPORT) < 0.6, "the model is the same");
+    window.desktop.xdotool(&["mouseup", "1"]);
+    let released = window.once(|screen| screen.changed(&held, VIEWPORT) < 0.002);
+    assert_eq!(released.changed(&held, THRESHOLD_NUMBER), 0.0, "letting go changes nothing");
+
+    window.key("ctrl+q");
+    assert!(window.program.wait().success());
+    let kept = std::fs::read_to_string(window.desktop.settings()).unwrap();
+    let number = kept.split("threshold").nth(1).unwrap().trim_start_matches(['"', '\\', ':']);
+    let threshold: u32 = number[..number.find(|c: char| !c.is_ascii_digit()).unwrap()].parse().unwrap();
+    assert!((8..=64).contains(&threshold), "{threshold} is kept for the next run");
 }
 
 #[test]
