@@ -3,10 +3,14 @@
 #![cfg(feature = "gui")]
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
+use bvhscope::app::commands::command_line;
 use bvhscope::app::state::{Presented, Wanted};
 use bvhscope::app::{App, format, picking};
+use bvhscope::bvh::BuilderKind;
+use bvhscope::bvh::traverse::Traversal;
 use bvhscope::camera::Camera;
-use bvhscope::overlay::{DrawInput, PictureInput, draw_offscreen};
+use bvhscope::overlay::OverlaySettings;
+use bvhscope::render::{HeatKind, Shading};
 use bvhscope::scene::SceneSource;
 use eframe::egui::accesskit::Role;
 use eframe::egui::{self, Event, Key, Modifiers, PointerButton, Pos2, Rect, vec2};
@@ -178,6 +182,21 @@ fn a_click_picks_a_triangle_and_keys_walk_hide_and_show() {
 }
 
 #[test]
+fn esc_closes_an_open_list_before_it_clears_the_selection() {
+    let mut harness = app();
+    harness.state_mut().state.selection.selected = Some(0);
+    let listed = |harness: &Window| harness.query_by_label(BuilderKind::Exact.label()).is_some();
+    harness.get_by_role_and_label(Role::ComboBox, "Builder").click();
+    harness.run_steps(3);
+    assert!(listed(&harness), "the list is open");
+    press(&mut harness, Modifiers::NONE, Key::Escape);
+    assert!(!listed(&harness), "the list is closed");
+    assert_eq!(harness.state().state.selection.selected, Some(0));
+    press(&mut harness, Modifiers::NONE, Key::Escape);
+    assert_eq!(harness.state().state.selection.selected, None);
+}
+
+#[test]
 fn a_click_on_the_background_selects_nothing() {
     let mut harness = app();
     let middle = viewport(&harness).center();
@@ -274,39 +293,63 @@ fn a_double_click_focuses_and_on_the_background_resets() {
 
 /// The software driver of the tests draws the window and the picture without a window alike.
 #[test]
-fn the_window_shows_what_is_rendered_without_one() {
+fn the_copied_command_line_makes_the_picture_of_the_window() {
     let mut harness = app();
     let state = &mut harness.state_mut().state;
-    state.preferences.greeted = true;
-    state.wanted.overlay.depth = [2, 4];
-    state.wanted.overlay.show_spheres = true;
+    state.wanted.overlay = OverlaySettings {
+        depth: [2, 4],
+        show_spheres: true,
+        hidden_alpha: 0.6,
+        line_width: 2.0,
+        budget: 9,
+        ..state.wanted.overlay
+    };
+    state.wanted.render.samples = 3;
+    state.wanted.camera.eye.y += 0.7;
     state.selection.selected = Some(1);
+    state.selection.hidden.insert(5);
     settle(&mut harness);
+    compare_with_command_line(&mut harness);
+    // Lines alone, and the heat of a paper-like traversal without any.
+    harness.state_mut().state.preferences.show_geometry = false;
+    compare_with_command_line(&mut harness);
+    let state = &mut harness.state_mut().state;
+    state.preferences.show_geometry = true;
+    state.preferences.show_containers = false;
+    state.wanted.render.shading = Shading::Heat(HeatKind::Both);
+    state.wanted.render.traversal = Traversal::Paper;
+    settle(&mut harness);
+    compare_with_command_line(&mut harness);
+}
+
+/// Copies the command line, runs it, and compares its picture with that in the window.
+fn compare_with_command_line(harness: &mut Window) {
+    settle(harness);
     let window = harness.render().unwrap();
-    let (shown, state) = (presented(&harness), &harness.state().state);
-    let frame = &shown.frame;
-    let [width, height] = [frame.width_px, frame.height_px];
-    let expected = draw_offscreen(&DrawInput {
-        picture: PictureInput { id: 1, width_px: width, height_px: height, rgba: &frame.rgba, depth: &frame.depth },
-        camera: frame.camera,
-        table: Some(&shown.table),
-        settings: state.wanted.overlay,
-        selection: &state.selection,
-        viewport_px: [0, 0, width, height],
-        pixels_per_point: 1.0,
-    })
-    .unwrap();
-    let corner = viewport(&harness).min;
-    let (mut compared, mut different, mut lines) = (0, 0, 0);
+    let line = command_line(&harness.state().state);
+    let folder = tempfile::tempdir().unwrap();
+    let program = std::path::Path::new(env!("CARGO_BIN_EXE_bvhscope"));
+    let path = std::env::join_paths([program.parent().unwrap()]).unwrap();
+    let output = std::process::Command::new("/bin/sh")
+        .args(["-c", &line])
+        .current_dir(folder.path())
+        .env("PATH", path)
+        .output()
+        .unwrap();
+    assert!(output.status.success(), "{line}\n{}", String::from_utf8_lossy(&output.stderr));
+    let rendered = image::open(folder.path().join("bvhscope.png")).unwrap().to_rgba8();
+    let [width, height] = harness.state().state.viewport_px;
+    assert_eq!(rendered.dimensions(), (width, height));
+    let corner = viewport(harness).min;
+    let (mut compared, mut different, mut colors) = (0, 0, std::collections::HashSet::new());
     // Clear of the legend and the gizmo in the lower corners.
     for (y, x) in (0..height * 3 / 4).flat_map(|y| (0..width).map(move |x| (y, x))) {
-        let index = (y * width + x) as usize;
         let ours = window.get_pixel(corner.x as u32 + x, corner.y as u32 + y).0;
-        let far = |a: [u8; 4], b: [u8; 4]| (0..3).any(|channel| a[channel].abs_diff(b[channel]) > 3);
+        let theirs = rendered.get_pixel(x, y).0;
         compared += 1;
-        different += usize::from(far(ours, expected[index]));
-        lines += usize::from(far(expected[index], frame.rgba[index]));
+        different += usize::from((0..3).any(|channel| ours[channel].abs_diff(theirs[channel]) > 3));
+        colors.insert(theirs);
     }
-    assert!(lines > 1000, "only {lines} pixels of lines");
-    assert!(different * 1000 < compared, "{different} of {compared} pixels differ");
+    assert!(colors.len() > 50, "{line}\nonly {} colours", colors.len());
+    assert!(different * 1000 < compared, "{line}\n{different} of {compared} pixels differ");
 }

@@ -258,6 +258,7 @@ fn draw(
         table,
         settings,
         selection,
+        show_picture: true,
         viewport_px: [0, 0, picture.size[0], picture.size[1]],
         pixels_per_point: 1.0,
     };
@@ -416,6 +417,7 @@ fn a_picture_beyond_the_driver_is_an_error() {
         table: None,
         settings: settings(0, 0),
         selection: &nothing,
+        show_picture: true,
         viewport_px: [0, 0, 1, 1],
         pixels_per_point: 1.0,
     };

@@ -106,6 +106,7 @@ impl App {
             eprintln!("warning: {notice}");
             state.tell(Severity::Warning, notice);
         }
+        state.allow_outside = options.load.allow_outside;
         let mut app = Self::with_state(context, state)?;
         app.rails.load_options = options.load;
         app.rails.keep_camera = same_model;

@@ -77,6 +77,12 @@ pub struct Asked {
     pub parents: Option<bool>,
     /// What the colour of a container means.
     pub color_by: Option<ColorBy>,
+    /// Opacity of lines behind the surface.
+    pub hidden_alpha: Option<f32>,
+    /// Width of lines in points.
+    pub line_width: Option<f32>,
+    /// At most this many containers of each kind.
+    pub budget: Option<u32>,
 }
 
 impl Asked {
@@ -103,6 +109,9 @@ impl Asked {
         lay(self.leaves_only, &mut overlay.leaves_only);
         lay(self.parents, &mut overlay.parents);
         lay(self.color_by, &mut overlay.color_by);
+        lay(self.hidden_alpha, &mut overlay.hidden_alpha);
+        lay(self.line_width, &mut overlay.line_width);
+        lay(self.budget, &mut overlay.budget);
     }
 
     fn lay_over_build(&self, build: &mut BuildSettings) {

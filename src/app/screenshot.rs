@@ -6,8 +6,7 @@ use std::sync::Arc;
 use super::state::{AppState, Presented};
 use super::viewport::picture_input;
 use crate::export::write_new;
-use crate::overlay::{DrawInput, OverlaySettings, PictureInput, Selection, draw_offscreen};
-use crate::render::Frame;
+use crate::overlay::{DrawInput, OverlaySettings, Selection, draw_offscreen};
 
 /// What a screenshot shows, independent of what happens in the window meanwhile.
 pub struct Shot {
@@ -40,34 +39,21 @@ impl Shot {
     pub fn save(&self, folder: &Path) -> Result<(PathBuf, Option<String>), String> {
         let frame = &self.presented.frame;
         let table = self.overlay.is_some().then_some(&self.presented.table);
-        let blank;
-        let picture = if self.show_geometry {
-            picture_input(frame, self.presented.frame_id)
-        } else {
-            // Nothing but a neutral grey, infinitely far away, so that no line is hidden.
-            blank = (vec![[30, 31, 33, 255]; frame.rgba.len()], vec![Frame::NO_HIT; frame.rgba.len()]);
-            PictureInput {
-                id: u64::MAX,
-                width_px: frame.width_px,
-                height_px: frame.height_px,
-                rgba: &blank.0,
-                depth: &blank.1,
-            }
-        };
         let input = DrawInput {
-            picture,
+            picture: picture_input(frame, self.presented.frame_id),
             camera: frame.camera,
             table,
             settings: self.overlay.unwrap_or_default(),
             selection: &self.selection,
+            show_picture: self.show_geometry,
             viewport_px: [0, 0, frame.width_px, frame.height_px],
             pixels_per_point: self.pixels_per_point,
         };
-        let plain = picture.rgba.to_vec();
-        let (pixels, complaint) = match table.map(|_| draw_offscreen(&input)) {
+        let drawn = (table.is_some() || !self.show_geometry).then(|| draw_offscreen(&input));
+        let (pixels, complaint) = match drawn {
             Some(Ok(pixels)) => (pixels, None),
-            Some(Err(error)) => (plain, Some(format!("the containers are missing in it: {error}"))),
-            None => (plain, None),
+            Some(Err(error)) => (frame.rgba.clone(), Some(format!("the containers are missing in it: {error}"))),
+            None => (frame.rgba.clone(), None),
         };
         let path = write_png(folder, &self.name, [frame.width_px, frame.height_px], &pixels)?;
         Ok((path, complaint))

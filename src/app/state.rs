@@ -258,6 +258,10 @@ pub struct AppState {
     pub adapter: (String, bool),
     /// Size of the viewport in pixels.
     pub viewport_px: [u32; 2],
+    /// Pixels a point: the scale of the screen.
+    pub pixels_per_point: f32,
+    /// Models may read files outside of their folder.
+    pub allow_outside: bool,
     /// The keys of the viewport go there.
     pub viewport_focused: bool,
     /// The graphics driver failed: picture and containers are no longer drawn by it.
@@ -307,6 +311,8 @@ impl AppState {
             mrays_per_s: 0.0,
             adapter: (String::new(), false),
             viewport_px: [0, 0],
+            pixels_per_point: 1.0,
+            allow_outside: false,
             viewport_focused: false,
             overlay_failed: false,
             file_gone: false,

@@ -34,7 +34,6 @@ impl CallbackTrait for Draw {
     ) -> Vec<wgpu::CommandBuffer> {
         if let Some(pipeline) = resources.get_mut::<OverlayPipeline>() {
             let viewport_px = pixels(self.rect, screen.pixels_per_point, screen.size_in_pixels);
-            pipeline.show_picture = self.show_picture;
             let picture = picture_input(&self.frame, self.frame_id);
             pipeline.prepare(
                 device,
@@ -45,6 +44,7 @@ impl CallbackTrait for Draw {
                     table: self.table.as_ref(),
                     settings: self.settings,
                     selection: &self.selection,
+                    show_picture: self.show_picture,
                     viewport_px,
                     pixels_per_point: screen.pixels_per_point,
                 },
@@ -96,7 +96,7 @@ impl Viewport {
         let scale = ui.ctx().pixels_per_point();
         let screen = ui.ctx().viewport_rect().size() * scale;
         let [_, _, width, height] = pixels(rect, scale, [screen.x.round() as u32, screen.y.round() as u32]);
-        state.viewport_px = [width, height];
+        (state.viewport_px, state.pixels_per_point) = ([width, height], scale);
 
         controls::handle(ui, &response, state);
         Self::hover(&response, scale, state);

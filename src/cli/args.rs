@@ -9,8 +9,7 @@ use super::values::{self, Epsilons, ModelParser, Numbers};
 use crate::budget::MemoryLimit;
 use crate::bvh::traverse::Traversal;
 use crate::bvh::{BuilderKind, ContainerKind, Passes, Preset, SimdLevel};
-use crate::headless::OverlayKinds;
-use crate::overlay::ColorBy;
+use crate::overlay::{ColorBy, OverlayKinds};
 use crate::render::{ColorMap, Light, Shading};
 use crate::scene::SceneSource;
 use crate::view::View;
@@ -124,6 +123,8 @@ pub struct RenderArgs {
     pub picture: PictureArgs,
     #[command(flatten)]
     pub overlay: OverlayArgs,
+    #[command(flatten)]
+    pub nodes: NodeArgs,
 }
 
 #[derive(Debug, Args)]
@@ -229,7 +230,7 @@ pub struct PictureArgs {
 #[derive(Debug, Args)]
 #[command(next_help_heading = "Overlay")]
 pub struct OverlayArgs {
-    /// Lay containers over the picture: box, sphere or both
+    /// Lay containers over the picture: box, sphere, both, or none but the selected node's
     #[arg(long, value_name = "KIND", value_parser = values::overlay_kinds)]
     pub overlay: Option<OverlayKinds>,
     /// Tree levels that are drawn, root 0, both ends included [default: 4..6]
@@ -244,6 +245,30 @@ pub struct OverlayArgs {
     /// What the colour of a line means: depth, size, overlap or primitives [default: depth]
     #[arg(long, value_name = "NAME", value_parser = |text: &str| values::named(text, &ColorBy::ALL, |by| by.label().to_lowercase()))]
     pub color_by: Option<ColorBy>,
+    /// Strength of lines behind the surface, 0 to 1 [default: 0.15]
+    #[arg(long, value_name = "X", value_parser = |text: &str| values::decimal(text, 0.0, 1.0))]
+    pub hidden_lines: Option<f32>,
+    /// Width of the lines, 0.25 to 64 pixels; in the viewer points [default: 1.25]
+    #[arg(long, value_name = "PX", value_parser = |text: &str| values::decimal(text, 0.25, 64.0))]
+    pub line_width: Option<f32>,
+    /// Draw at most so many containers of each kind, the largest, 1 to 1000000 [default: 4000]
+    #[arg(long, value_name = "N", value_parser = |text: &str| values::whole::<u32>(text, 1, 1_000_000))]
+    pub at_most: Option<u32>,
+}
+
+/// Single nodes of the overlay, by the numbers that the window shows of a selected one.
+#[derive(Debug, Args)]
+#[command(next_help_heading = "Overlay")]
+pub struct NodeArgs {
+    /// Draw this node thick, and its children in its tints
+    #[arg(long, value_name = "NODE", requires = "overlay", value_parser = values::node)]
+    pub select: Option<u32>,
+    /// Do not draw these nodes, separated by commas
+    #[arg(long, value_name = "NODE,…", requires = "overlay", value_delimiter = ',', value_parser = values::node)]
+    pub hide: Vec<u32>,
+    /// A neutral background in place of the traced picture
+    #[arg(long, requires = "overlay")]
+    pub no_geometry: bool,
 }
 
 /// What every measuring command takes.

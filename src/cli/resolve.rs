@@ -9,11 +9,11 @@ use super::args::{
 #[cfg(feature = "gui")]
 use crate::app::{Asked, SettingsUse, StartOptions};
 use crate::bvh::{BuildSettings, BuilderKind, ContainerKind, Pass, Passes, Preset};
+use crate::headless::RenderJob;
 use crate::headless::info::InfoJob;
 use crate::headless::jobs::{MeasureJob, Output};
-use crate::headless::{OverlayKinds, RenderJob};
 use crate::lab::{Job, Setup, SweepPlan};
-use crate::overlay::OverlaySettings;
+use crate::overlay::{OverlayKinds, OverlaySettings, Selection};
 use crate::render::RenderSettings;
 use crate::scene::{LoadOptions, SceneSource};
 use crate::view::CameraChoice;
@@ -40,6 +40,12 @@ pub fn render(args: RenderArgs) -> RenderJob {
         camera: camera(&args.camera),
         settings: picture(&args.picture),
         overlay: overlay(&args.overlay),
+        selection: Selection {
+            selected: args.nodes.select,
+            hovered: None,
+            hidden: args.nodes.hide.into_iter().collect(),
+        },
+        geometry: !args.nodes.no_geometry,
         size: args.size,
         output: args.output,
         depth_image: args.depth_image,
@@ -169,11 +175,14 @@ fn asked(build: &BuildArgs, picture: &PictureArgs, overlay: &OverlayArgs) -> Ask
         color_map: picture.color_map,
         simd: picture.simd,
         samples: picture.samples,
-        containers_shown: overlay.overlay.map(|kinds| [kinds != OverlayKinds::Sphere, kinds != OverlayKinds::Box]),
+        containers_shown: overlay.overlay.map(OverlayKinds::shown),
         depth: overlay.depth,
         leaves_only: overlay.leaves.then_some(true),
         parents: overlay.parents.then_some(true),
         color_by: overlay.color_by,
+        hidden_alpha: overlay.hidden_lines,
+        line_width: overlay.line_width,
+        budget: overlay.at_most,
     }
 }
 
@@ -195,14 +204,17 @@ fn picture(args: &PictureArgs) -> RenderSettings {
 fn overlay(args: &OverlayArgs) -> Option<OverlaySettings> {
     let kinds = args.overlay?;
     let base = OverlaySettings::default();
+    let [show_boxes, show_spheres] = kinds.shown();
     Some(OverlaySettings {
-        show_boxes: kinds != OverlayKinds::Sphere,
-        show_spheres: kinds != OverlayKinds::Box,
+        show_boxes,
+        show_spheres,
         depth: args.depth.unwrap_or(base.depth),
         leaves_only: args.leaves,
         parents: args.parents,
         color_by: args.color_by.unwrap_or(base.color_by),
-        ..base
+        hidden_alpha: args.hidden_lines.unwrap_or(base.hidden_alpha),
+        line_width: args.line_width.unwrap_or(base.line_width),
+        budget: args.at_most.unwrap_or(base.budget),
     })
 }
 
@@ -243,20 +255,29 @@ mod tests {
         wanted.overlay.parents = true;
         wanted.overlay.show_spheres = true;
         wanted.overlay.color_by = ColorBy::Size;
+        wanted.overlay.hidden_alpha = 0.4;
+        wanted.overlay.line_width = 2.5;
+        wanted.overlay.budget = 123;
         let mut state = AppState::new(wanted.clone(), Preferences::default());
         state.viewport_px = [800, 500];
+        state.selection.selected = Some(7);
+        state.selection.hidden.extend([3, 8]);
+        state.preferences.show_geometry = false;
+        state.allow_outside = true;
         let line = command_line(&state);
         let cli = Cli::try_parse_from(line.split(' ')).unwrap_or_else(|error| panic!("{line}\n{error}"));
         let Some(CommandArgs::Render(args)) = cli.command else { panic!("{line} does not render") };
-        assert_eq!(args.build.threads, Some(2));
+        assert_eq!((args.build.threads, args.load.allow_outside), (Some(2), true));
         let job = render(args);
         // Spheres leave out what is for boxes.
         let built = BuildSettings { optimize: Passes::NONE.with(Pass::Collapse), ..wanted.build };
         assert_eq!((job.source, job.build, job.settings), (wanted.source, built, wanted.render), "{line}");
         assert_eq!((job.overlay, job.size), (Some(wanted.overlay), [800, 500]), "{line}");
+        assert_eq!((job.selection, job.geometry), (state.selection, false));
         assert_eq!((job.camera.eye, job.camera.target), (Some(wanted.camera.eye), Some(wanted.camera.target)));
         assert!(job.camera.orthographic && (job.camera.fov_y.unwrap() - wanted.camera.fov_y).abs() < 1e-4);
     }
+
     /// What is wanted where the program is started by `line` after a run that left `last`.
     fn started(line: &str, last: &Wanted) -> (Wanted, Preferences) {
         let cli = Cli::try_parse_from(line.split(' ')).unwrap();

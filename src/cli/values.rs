@@ -4,7 +4,7 @@ use glam::Vec3;
 
 use crate::budget::MemoryLimit;
 use crate::bvh::{BuildSettings, Pass, Passes, SimdLevel};
-use crate::headless::OverlayKinds;
+use crate::overlay::OverlayKinds;
 use crate::scene::SceneSource;
 
 /// Largest width or height of a picture in pixels.
@@ -172,6 +172,11 @@ pub fn heat_range(text: &str) -> Result<[f32; 2], String> {
         (Ok(low), Ok(high)) if 0.0 <= low && low < high && high.is_finite() => Ok([low, high]),
         _ => Err(expected()),
     }
+}
+
+/// The number of a node.
+pub fn node(text: &str) -> Result<u32, String> {
+    whole(text, 0, u32::MAX)
 }
 
 /// `I/N`: the I-th of N shares, counted from 1.

@@ -12,4 +12,4 @@ pub mod plot;
 mod tree_numbers;
 
 pub use context::{Context, Failure, Finished};
-pub use render::{OverlayKinds, RenderJob};
+pub use render::RenderJob;

@@ -14,35 +14,10 @@ use crate::budget::Budget;
 use crate::bvh::BuildSettings;
 use crate::cancel::CancelToken;
 use crate::export::{ExportError, check_target, write_file};
-use crate::overlay::OverlaySettings;
+use crate::overlay::{OverlaySettings, Selection};
 use crate::render::{Frame, RenderRequest, RenderSettings};
 use crate::scene::SceneSource;
 use crate::view::CameraChoice;
-
-/// Which containers are laid over the picture.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum OverlayKinds {
-    /// Boxes.
-    Box,
-    /// Spheres.
-    Sphere,
-    /// Both.
-    Both,
-}
-
-impl OverlayKinds {
-    /// All choices.
-    pub const ALL: [Self; 3] = [Self::Box, Self::Sphere, Self::Both];
-
-    /// The name on the command line.
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Box => "box",
-            Self::Sphere => "sphere",
-            Self::Both => "both",
-        }
-    }
-}
 
 /// One picture that is wanted.
 #[derive(Debug, Clone)]
@@ -57,6 +32,10 @@ pub struct RenderJob {
     pub settings: RenderSettings,
     /// The containers over it; `None` for the picture alone.
     pub overlay: Option<OverlaySettings>,
+    /// Nodes that stand out or are left out.
+    pub selection: Selection,
+    /// The traced picture is seen under the containers; else a neutral background.
+    pub geometry: bool,
     /// Width and height in pixels.
     pub size: [u32; 2],
     /// The PNG.
@@ -133,7 +112,7 @@ pub fn run(job: &RenderJob, context: &mut Context<'_>) -> Result<Finished, Failu
         Ok::<_, Failure>((accel, frame))
     })?;
     let picture = match &job.overlay {
-        Some(overlay) => draw_overlay(&accel, &frame, overlay, &context.token)?,
+        Some(overlay) => draw_overlay(&accel, &frame, job, overlay, &context.token)?,
         None => frame.rgba.clone(),
     };
     context.token.check()?;
@@ -198,11 +177,20 @@ fn same_file(a: &Path, b: &Path) -> bool {
 fn draw_overlay(
     accel: &Arc<Accel>,
     frame: &Frame,
+    job: &RenderJob,
     settings: &OverlaySettings,
     token: &CancelToken,
 ) -> Result<Vec<[u8; 4]>, Failure> {
-    use crate::overlay::{DrawInput, NodeTable, PictureInput, Selection, draw_offscreen};
+    use crate::overlay::{DrawInput, NodeTable, PictureInput, draw_offscreen};
     let table = Arc::new(NodeTable::new(accel, token)?);
+    let selection = &job.selection;
+    let missing = selection.selected.iter().chain(&selection.hidden).find(|&&node| node as usize >= table.len());
+    if let Some(node) = missing {
+        return Err(Failure::Failed(format!(
+            "there is no node {node}: this tree has {} nodes, counted from 0 as in the window's selection",
+            table.len()
+        )));
+    }
     let picture = PictureInput {
         id: 1,
         width_px: frame.width_px,
@@ -210,7 +198,7 @@ fn draw_overlay(
         rgba: &frame.rgba,
         depth: &frame.depth,
     };
-    let shown = table.shown(settings, &Selection::default());
+    let shown = table.shown(settings, selection);
     if shown.wanted > shown.nodes.len() {
         eprintln!(
             "bvhscope: the chosen levels hold {} containers; the largest {} are drawn",
@@ -223,7 +211,8 @@ fn draw_overlay(
         camera: frame.camera,
         table: Some(&table),
         settings: *settings,
-        selection: &Selection::default(),
+        selection,
+        show_picture: job.geometry,
         viewport_px: [0, 0, frame.width_px, frame.height_px],
         pixels_per_point: 1.0,
     })
@@ -231,7 +220,13 @@ fn draw_overlay(
 }
 
 #[cfg(not(feature = "gui"))]
-fn draw_overlay(_: &Arc<Accel>, _: &Frame, _: &OverlaySettings, _: &CancelToken) -> Result<Vec<[u8; 4]>, Failure> {
+fn draw_overlay(
+    _: &Arc<Accel>,
+    _: &Frame,
+    _: &RenderJob,
+    _: &OverlaySettings,
+    _: &CancelToken,
+) -> Result<Vec<[u8; 4]>, Failure> {
     Err(Failure::Failed("this program was built without the feature `gui`, which draws the overlay".to_owned()))
 }
 

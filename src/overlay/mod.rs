@@ -20,7 +20,7 @@ pub use offscreen::{OffscreenError, draw_offscreen};
 #[cfg(feature = "gui")]
 pub use pipeline::{DrawInput, OverlayPipeline, PictureInput, SHADERS};
 pub use ramp::{Legend, legend, ramp};
-pub use settings::{ColorBy, OverlaySettings};
+pub use settings::{ColorBy, OverlayKinds, OverlaySettings};
 pub use table::{NodeTable, Selection, Shown};
 #[cfg(feature = "gui")]
 pub use uniforms::View;

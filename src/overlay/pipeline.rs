@@ -39,6 +39,8 @@ pub struct DrawInput<'a> {
     pub settings: OverlaySettings,
     /// Nodes that stand out.
     pub selection: &'a Selection,
+    /// Off: a neutral background in place of the picture, and no line is hidden.
+    pub show_picture: bool,
     /// The rectangle of the viewport in the attachment: x, y, width, height in pixels.
     pub viewport_px: [u32; 4],
     /// Pixels a point, for line widths.
@@ -76,8 +78,6 @@ struct Key {
 
 /// All GPU objects of the overlay; lives in egui's callback resources or in an offscreen renderer.
 pub struct OverlayPipeline {
-    /// Off: a neutral background in place of the picture, and no line is hidden. On at first.
-    pub show_picture: bool,
     linear_target: bool,
     layout: wgpu::BindGroupLayout,
     bind_group: wgpu::BindGroup,
@@ -134,7 +134,6 @@ impl OverlayPipeline {
         let picture = PictureTextures::placeholder(device);
         let bind_group = bind_group(device, &layout, &uniforms, &picture, &sampler);
         Self {
-            show_picture: true,
             linear_target: format.is_srgb(),
             layout,
             bind_group,
@@ -168,7 +167,7 @@ impl OverlayPipeline {
                 (self.shown.count, self.marked.count, self.wanted, self.key) = (0, 0, 0, None);
             }
         }
-        let view = View::new(input, self.circle_segments, self.linear_target, self.show_picture);
+        let view = View::new(input, self.circle_segments, self.linear_target);
         queue.write_buffer(&self.uniforms, 0, bytemuck::bytes_of(&view));
         let kinds = self.shown_kinds.iter().filter(|&&drawn| drawn).count();
         (self.shown.count as usize * kinds, self.wanted * kinds)

@@ -31,6 +31,39 @@ impl ColorBy {
     }
 }
 
+/// Which kinds of containers are laid over the picture, as one choice.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum OverlayKinds {
+    /// Boxes.
+    Box,
+    /// Spheres.
+    Sphere,
+    /// Both.
+    Both,
+    /// Neither: of the nodes that stand out alone.
+    None,
+}
+
+impl OverlayKinds {
+    /// All choices.
+    pub const ALL: [Self; 4] = [Self::Box, Self::Sphere, Self::Both, Self::None];
+
+    /// The name on the command line.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Box => "box",
+            Self::Sphere => "sphere",
+            Self::Both => "both",
+            Self::None => "none",
+        }
+    }
+
+    /// Whether boxes and whether spheres are drawn.
+    pub const fn shown(self) -> [bool; 2] {
+        [matches!(self, Self::Box | Self::Both), matches!(self, Self::Sphere | Self::Both)]
+    }
+}
+
 /// Which containers are drawn, and how.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[expect(clippy::struct_excessive_bools, reason = "each is a check box of its own")]

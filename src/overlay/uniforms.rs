@@ -38,7 +38,7 @@ const BACKGROUND: [f32; 4] = [0.105, 0.11, 0.12, 1.0];
 
 impl View {
     /// For one draw.
-    pub fn new(input: &DrawInput<'_>, circle_segments: u32, linear_target: bool, show_picture: bool) -> Self {
+    pub fn new(input: &DrawInput<'_>, circle_segments: u32, linear_target: bool) -> Self {
         let [x, y, width, height] = input.viewport_px;
         let frame = input.camera.for_size(width, height);
         let (right, up, forward) = frame.axes();
@@ -72,7 +72,7 @@ impl View {
             color_by,
             circle_segments,
             linear_target: u32::from(linear_target),
-            show_picture: u32::from(show_picture),
+            show_picture: u32::from(input.show_picture),
             padding: 0,
             background: BACKGROUND,
             ramp: shader_ramp(),

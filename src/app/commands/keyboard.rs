@@ -9,6 +9,8 @@ use crate::app::state::AppState;
 /// Ctrl+P and Esc.
 pub fn handle_shortcuts(ctx: &egui::Context, state: &mut AppState) {
     let typing = ctx.text_edit_focused() || (state.palette.is_some() && ctx.egui_wants_keyboard_input());
+    // Esc closes an open list or menu and nothing else.
+    let list_open = egui::Popup::is_any_open(ctx);
     let mut actions = Vec::new();
     ctx.input_mut(|input| {
         input.events.retain(|event| {
@@ -18,6 +20,9 @@ pub fn handle_shortcuts(ctx: &egui::Context, state: &mut AppState) {
                 return true;
             }
             let action = entry.action;
+            if action == Action::Cancel && list_open {
+                return true;
+            }
             let opens_lists = matches!(action, Action::Palette | Action::Shortcuts) && *key != Key::Questionmark;
             let closes = action == Action::Cancel && windows_open(state);
             if (typing || state.palette.is_some()) && !opens_lists && !closes {

@@ -1,5 +1,6 @@
 //! The present state as text: the command line that repeats it, and all numbers.
 
+use std::collections::BTreeSet;
 use std::fmt::Write as _;
 
 use crate::accel::Wide;
@@ -9,11 +10,12 @@ use crate::bvh::stats::{INTERSECTION_COST, TRAVERSAL_COST};
 use crate::bvh::traverse::Traversal;
 use crate::bvh::{Passes, SimdLevel};
 use crate::camera::Projection;
+use crate::overlay::OverlayKinds;
 use crate::render::{Light, Shading};
 
 /// The command that makes the picture on the screen without a window.
 pub fn command_line(state: &AppState) -> String {
-    let Wanted { source, build, threads, camera, render, overlay } = &state.wanted;
+    let Wanted { source, build, threads, camera, render, overlay: _ } = &state.wanted;
     let vector = |v: glam::Vec3| format!("{},{},{}", v.x, v.y, v.z);
     let mut line = format!("bvhscope render {} -o bvhscope.png", quote(&source.to_string()));
     let mut flag = |name: &str, value: String| {
@@ -56,28 +58,58 @@ pub fn command_line(state: &AppState) -> String {
     if render.light == Light::Headlight {
         flag("--light", "headlight".to_owned());
     }
-    if state.preferences.show_containers {
-        let kind = match (overlay.show_boxes, overlay.show_spheres) {
-            (true, true) => "both",
-            (true, false) => "box",
-            (false, true) => "sphere",
-            (false, false) => "",
-        };
-        if !kind.is_empty() {
-            flag("--overlay", kind.to_owned());
-            flag("--depth", format!("{}..{}", overlay.depth[0], overlay.depth[1]));
-            flag("--color-by", overlay.color_by.label().to_lowercase());
-            for (on, name) in [(overlay.leaves_only, " --leaves"), (overlay.parents, " --parents")] {
-                if on {
-                    line.push_str(name);
-                }
-            }
+    if shows_containers(state) {
+        containers(state, &mut line);
+    }
+    let orthographic = camera.projection == Projection::Orthographic;
+    for (on, name) in [(orthographic, " --orthographic"), (state.allow_outside, " --allow-outside")] {
+        if on {
+            line.push_str(name);
         }
     }
-    if camera.projection == Projection::Orthographic {
-        line.push_str(" --orthographic");
-    }
     line
+}
+
+/// Whether the overlay changes anything about the picture.
+fn shows_containers(state: &AppState) -> bool {
+    let overlay = &state.wanted.overlay;
+    let any = overlay.show_boxes || overlay.show_spheres || state.selection.selected.is_some();
+    (any && state.preferences.show_containers) || !state.preferences.show_geometry
+}
+
+/// The flags of the overlay.
+fn containers(state: &AppState, line: &mut String) {
+    let overlay = &state.wanted.overlay;
+    let mut flag = |name: &str, value: String| {
+        let _ = write!(line, " {name} {value}");
+    };
+    let drawn = state.preferences.show_containers;
+    let kind = OverlayKinds::ALL.into_iter().find(|kind| kind.shown() == [overlay.show_boxes, overlay.show_spheres]);
+    flag("--overlay", kind.filter(|_| drawn).unwrap_or(OverlayKinds::None).name().to_owned());
+    if drawn {
+        flag("--depth", format!("{}..{}", overlay.depth[0], overlay.depth[1]));
+        flag("--color-by", overlay.color_by.label().to_lowercase());
+        flag("--hidden-lines", overlay.hidden_alpha.to_string());
+        flag("--line-width", (overlay.line_width * state.pixels_per_point).to_string());
+        flag("--at-most", overlay.budget.to_string());
+        if let Some(node) = state.selection.selected {
+            flag("--select", node.to_string());
+        }
+        if !state.selection.hidden.is_empty() {
+            let hidden: BTreeSet<u32> = state.selection.hidden.iter().copied().collect();
+            flag("--hide", hidden.iter().map(u32::to_string).collect::<Vec<_>>().join(","));
+        }
+    }
+    let switches = [
+        (overlay.leaves_only && drawn, " --leaves"),
+        (overlay.parents && drawn, " --parents"),
+        (!state.preferences.show_geometry, " --no-geometry"),
+    ];
+    for (on, name) in switches {
+        if on {
+            line.push_str(name);
+        }
+    }
 }
 
 /// A shell word.
