@@ -130,6 +130,12 @@ impl CameraFrame {
         }
     }
 
+    /// Width of a pixel at `view_depth`, in world units.
+    pub fn pixel_size(&self, view_depth: f32) -> f32 {
+        let depth = if self.camera.projection == Projection::Perspective { view_depth } else { 1.0 };
+        2.0 * self.half.y * depth / self.height_px
+    }
+
     /// How far behind the eye orthographic rays start, in world units; zero in perspective.
     pub fn ortho_offset(&self) -> f32 {
         match self.camera.projection {

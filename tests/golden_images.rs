@@ -117,6 +117,14 @@ fn normals() {
 }
 
 #[test]
+fn edges_of_the_mesh() {
+    for (name, shading) in [("lit-edges", Shading::Lit), ("heat-edges", Shading::Heat(HeatKind::Both))] {
+        let settings = RenderSettings { mesh_edges: true, ..settings(shading) };
+        check(name, &picture("builtin:teapot:1", ContainerKind::Aabb, settings, Projection::Perspective), &TREE);
+    }
+}
+
+#[test]
 fn depth() {
     check("depth", &teapot(Shading::Depth), &ONE_SAMPLE);
 }

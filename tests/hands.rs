@@ -305,6 +305,7 @@ fn the_copied_command_line_makes_the_picture_of_the_window() {
         ..state.wanted.overlay
     };
     state.wanted.render.samples = 3;
+    state.wanted.render.mesh_edges = true;
     state.wanted.camera.eye.y += 0.7;
     state.selection.selected = Some(1);
     state.selection.hidden.insert(5);

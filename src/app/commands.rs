@@ -61,6 +61,8 @@ pub enum Action {
     ToggleContainers,
     /// The traced picture on or off.
     ToggleGeometry,
+    /// The triangles' edges on or off.
+    ToggleMeshEdges,
     /// Fit the range of the heat map to the picture.
     FitHeatRange,
     /// Choose what a pixel's colour means.
@@ -288,6 +290,7 @@ impl Action {
             Self::ToggleFly => preferences.navigation == super::state::Navigation::Fly,
             Self::ToggleContainers => preferences.show_containers,
             Self::ToggleGeometry => preferences.show_geometry,
+            Self::ToggleMeshEdges => wanted.render.mesh_edges,
             Self::ToggleLeftPanel => preferences.left_open,
             Self::ToggleRightPanel => preferences.right_open,
             Self::TogglePaper => preferences.paper_open,

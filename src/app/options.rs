@@ -63,6 +63,8 @@ pub struct Asked {
     pub heat_range: Option<[f32; 2]>,
     /// Colours of depth and heat maps.
     pub color_map: Option<ColorMap>,
+    /// Edges of the triangles.
+    pub mesh_edges: Option<bool>,
     /// Vector instructions.
     pub simd: Option<SimdLevel>,
     /// Antialiasing samples a pixel.
@@ -97,9 +99,10 @@ impl Asked {
         lay(self.traversal, &mut render.traversal);
         lay(self.heat_range.map(Some), &mut render.heat_range);
         lay(self.color_map, &mut render.color_map);
+        lay(self.mesh_edges, &mut render.mesh_edges);
         lay(self.simd, &mut render.simd);
         lay(self.samples, &mut render.samples);
-        preferences.show_geometry |= self.shading.is_some();
+        preferences.show_geometry |= self.shading.is_some() || self.mesh_edges.is_some();
         let overlay = &mut wanted.overlay;
         if let Some([boxes, spheres]) = self.containers_shown {
             (overlay.show_boxes, overlay.show_spheres) = (boxes, spheres);

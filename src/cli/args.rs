@@ -219,6 +219,9 @@ pub struct PictureArgs {
     /// Tree level that cluster colours show [default: 6]
     #[arg(long, value_name = "LEVEL", value_parser = |text: &str| values::whole::<u32>(text, 0, 1_000_000))]
     pub cluster_depth: Option<u32>,
+    /// Draw the edges of the triangles over the picture
+    #[arg(long)]
+    pub mesh_edges: bool,
     /// Vector instructions: sse2, sse4, avx2, avx512 or neon, where this machine has them [default: the best]
     #[arg(long, value_name = "LEVEL", value_parser = values::simd)]
     pub simd: Option<SimdLevel>,

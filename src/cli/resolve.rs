@@ -173,6 +173,7 @@ fn asked(build: &BuildArgs, picture: &PictureArgs, overlay: &OverlayArgs) -> Ask
         traversal: picture.traversal,
         heat_range: picture.heat_range,
         color_map: picture.color_map,
+        mesh_edges: picture.mesh_edges.then_some(true),
         simd: picture.simd,
         samples: picture.samples,
         containers_shown: overlay.overlay.map(OverlayKinds::shown),
@@ -195,6 +196,7 @@ fn picture(args: &PictureArgs) -> RenderSettings {
         traversal: args.traversal.unwrap_or(base.traversal),
         heat_range: args.heat_range.or(base.heat_range),
         color_map: args.color_map.unwrap_or(base.color_map),
+        mesh_edges: args.mesh_edges,
         simd: args.simd.unwrap_or(base.simd),
         samples: args.samples.unwrap_or(base.samples),
     }
@@ -251,6 +253,7 @@ mod tests {
             samples: 3,
             ..wanted.render
         };
+        wanted.render.mesh_edges = true;
         wanted.overlay.leaves_only = true;
         wanted.overlay.parents = true;
         wanted.overlay.show_spheres = true;

@@ -18,6 +18,8 @@ mod sampling;
 
 mod shade;
 
+mod edges;
+
 mod lit;
 
 mod ambient_occlusion;

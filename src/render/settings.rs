@@ -75,6 +75,9 @@ pub struct RenderSettings {
     pub heat_range: Option<[f32; 2]>,
     /// Colours of depth and heat maps.
     pub color_map: ColorMap,
+    /// The edges of the triangles are drawn over their surface.
+    #[serde(default)]
+    pub mesh_edges: bool,
     /// Vector instructions that rays are traced with; changes nothing but the speed.
     #[serde(skip)]
     pub simd: SimdLevel,
@@ -91,6 +94,7 @@ impl Default for RenderSettings {
             traversal: Traversal::Ordered,
             heat_range: None,
             color_map: ColorMap::Inferno,
+            mesh_edges: false,
             simd: SimdLevel::best(),
             samples: 16,
         }

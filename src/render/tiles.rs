@@ -16,7 +16,7 @@ use super::sampling::{SampleId, subpixel};
 use super::shade::{AmbientOcclusion, Depth, Heat, Normals, Shade};
 use super::srgb::Encoder;
 use super::view::View;
-use super::{Frame, FrameStats, HeatKind, RenderSettings, Shading};
+use super::{Frame, FrameStats, HeatKind, RenderSettings, Shading, edges};
 use crate::accel::Accel;
 use crate::bvh::Container;
 use crate::bvh::traverse::TestCounts;
@@ -209,10 +209,18 @@ fn trace_tile<C: Container, S: Shade<C>>(
         |[x, y]: [u32; 2], index: usize, ray: Ray, hit: Option<Hit>, tests: TestCounts, blocked: &[bool]| {
             let pixel = &mut pixels[index];
             let point = grid.point(x, y, within);
-            let shaded = match &hit {
+            let mut shaded = match &hit {
                 Some(hit) => shade.hit(view, &ray, hit, tests, blocked),
                 None => shade.miss(view.background(point.y), tests),
             };
+            if let Some(hit) = hit.filter(|_| request.settings.mesh_edges) {
+                let triangle = &view.scene.triangles[hit.primitive_index as usize];
+                let pixel_size = view.camera.pixel_size(view.camera.view_depth(&ray, hit.t)) * grid.coarseness as f32;
+                let ink = edges::ink(triangle, &ray, &hit, pixel_size);
+                // Where values are coloured afterwards, the line waits in the unused colour.
+                let values = request.settings.shading.has_values();
+                shaded.color = if values { Vec3::splat(ink) } else { edges::over_surface(shaded.color, ink) };
+            }
             if shaded.color.is_finite() {
                 pixel.sum += shaded.color;
             } else {
@@ -297,6 +305,10 @@ fn assemble(request: &RenderRequest, grid: &Grid, pixels: &[Pixel], samples: u32
         frame.values = in_rows().map(|pixel| pixel.value).collect();
         let range = if matches!(settings.shading, Shading::Heat(_)) { settings.heat_range } else { None };
         frame.recolor(range, settings.color_map);
+        if settings.mesh_edges {
+            let lines = frame.rgba.par_iter_mut().zip(in_rows());
+            lines.for_each(|(color, pixel)| *color = edges::over_value(*color, pixel.sum.x));
+        }
     }
     frame
 }

@@ -69,6 +69,11 @@ impl Action {
             Self::ZoomOut => zoom(state, 1.0 / ZOOM_STEP),
             Self::ToggleContainers => flip(&mut state.preferences.show_containers),
             Self::ToggleGeometry => flip(&mut state.preferences.show_geometry),
+            Self::ToggleMeshEdges => {
+                flip(&mut state.wanted.render.mesh_edges);
+                // What it needs to be seen.
+                state.preferences.show_geometry |= state.wanted.render.mesh_edges;
+            }
             Self::FitHeatRange => fit_heat_range(state),
             Self::Shade(shading) => state.wanted.render.shading = shading,
             Self::ToggleLeftPanel => flip(&mut state.preferences.left_open),

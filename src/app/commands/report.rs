@@ -62,7 +62,12 @@ pub fn command_line(state: &AppState) -> String {
         containers(state, &mut line);
     }
     let orthographic = camera.projection == Projection::Orthographic;
-    for (on, name) in [(orthographic, " --orthographic"), (state.allow_outside, " --allow-outside")] {
+    let switches = [
+        (render.mesh_edges, " --mesh-edges"),
+        (orthographic, " --orthographic"),
+        (state.allow_outside, " --allow-outside"),
+    ];
+    for (on, name) in switches {
         if on {
             line.push_str(name);
         }

@@ -158,6 +158,13 @@ fn view(list: &mut List) {
     list.add(place(2), Action::ToggleGeometry, "Geometry", "Show the traced picture", &[(NONE, Key::N)]);
     list.add(
         place(2),
+        Action::ToggleMeshEdges,
+        "Mesh edges",
+        "Draw the edges of the triangles over the picture",
+        &[(NONE, Key::M)],
+    );
+    list.add(
+        place(2),
         Action::FitHeatRange,
         "Fit heat range",
         "Spread the colours of the heat map over the counts of this picture; the range then stays",

@@ -108,8 +108,9 @@ fn picture_legend(state: &AppState) -> Option<Legend> {
         return None;
     }
     let frame = &shown.frame;
+    let lines = frame.settings.mesh_edges.then_some(Part::Words("lines: edges of triangles, from 2 px on"));
     let (title, part) = match frame.settings.shading {
-        Shading::Lit => return None,
+        Shading::Lit => return lines.map(|lines| Legend { title: "Picture: mesh".to_owned(), parts: vec![lines] }),
         Shading::Normals => {
             let axes =
                 vec![(vec![[255, 128, 128]], "+x"), (vec![[128, 255, 128]], "+y"), (vec![[128, 128, 255]], "+z")];
@@ -127,7 +128,7 @@ fn picture_legend(state: &AppState) -> Option<Legend> {
         Shading::Heat(kind) => (format!("Picture: {} a pixel", kind.counted()), values_ramp(frame)),
         Shading::Depth => ("Picture: depth".to_owned(), values_ramp(frame)),
     };
-    Some(Legend { title, parts: vec![part] })
+    Some(Legend { title, parts: std::iter::once(part).chain(lines).collect() })
 }
 
 /// The colour map over the range of the picture's values.

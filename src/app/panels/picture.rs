@@ -3,7 +3,7 @@
 use eframe::egui::Ui;
 
 use super::histogram;
-use super::widgets::{Header, SliderSpec, combo, section, slider};
+use super::widgets::{Header, SliderSpec, combo, row, section, slider};
 use crate::app::commands::shading_description;
 use crate::app::state::AppState;
 use crate::bvh::traverse::Traversal;
@@ -58,6 +58,8 @@ pub(super) fn show(ui: &mut Ui, state: &mut AppState) {
         if heat {
             histogram::show(ui, state);
         }
+        let tip = "Draw the edges of triangles that are at least 2 pixels high: how fine the mesh is, and where long and thin (M)";
+        row(ui, "Mesh", tip, |ui| ui.checkbox(&mut state.wanted.render.mesh_edges, "Edges"));
         samples(ui, state);
     });
     if reset {
