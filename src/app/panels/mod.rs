@@ -2,6 +2,7 @@
 
 mod containers;
 mod depth_bar;
+mod dialog;
 mod effects;
 mod gizmo;
 mod histogram;

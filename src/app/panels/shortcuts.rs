@@ -1,7 +1,8 @@
 //! All keys and mouse gestures in one list.
 
-use eframe::egui::{self, Align2, Grid, RichText, ScrollArea, Ui, Window, vec2};
+use eframe::egui::{self, Grid, RichText, ScrollArea, Ui, vec2};
 
+use super::dialog;
 use crate::app::commands::{Category, entries};
 use crate::app::state::AppState;
 use crate::app::theme;
@@ -24,26 +25,17 @@ pub(super) fn show(ctx: &egui::Context, state: &mut AppState) {
     if !state.shortcuts_open {
         return;
     }
-    let screen = ctx.content_rect();
-    let size = vec2(640.0_f32.min(screen.width() - 48.0).max(0.0), 520.0_f32.min(screen.height() - 96.0).max(0.0));
-    Window::new("Keys and mouse")
-        .open(&mut state.shortcuts_open)
-        .anchor(Align2::CENTER_CENTER, vec2(0.0, 0.0))
-        .fixed_size(size)
-        .collapsible(false)
-        .resizable(false)
-        .show(ctx, |ui| {
-            ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
-                heading(ui, "MOUSE");
-                table(ui, "mouse", GESTURES.iter().map(|(keys, what)| ((*keys).to_owned(), *what)));
-                for category in Category::ALL {
-                    heading(ui, &category.label().to_uppercase());
-                    let rows =
-                        entries().iter().filter(|entry| entry.category == category && !entry.shortcuts.is_empty());
-                    table(ui, category.label(), rows.map(|entry| (entry.keys(), entry.label.as_str())));
-                }
-            });
+    dialog::show(ctx, "Keys and mouse", [640.0, 520.0], &mut state.shortcuts_open, |ui| {
+        ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
+            heading(ui, "MOUSE");
+            table(ui, "mouse", GESTURES.iter().map(|(keys, what)| ((*keys).to_owned(), *what)));
+            for category in Category::ALL {
+                heading(ui, &category.label().to_uppercase());
+                let rows = entries().iter().filter(|entry| entry.category == category && !entry.shortcuts.is_empty());
+                table(ui, category.label(), rows.map(|entry| (entry.keys(), entry.label.as_str())));
+            }
         });
+    });
 }
 
 fn heading(ui: &mut Ui, text: &str) {

@@ -1,7 +1,8 @@
 //! Samples, recent files and the way to an own model.
 
-use eframe::egui::{self, Align2, Button, RichText, ScrollArea, Ui, Window, vec2};
+use eframe::egui::{self, Button, RichText, ScrollArea, Ui, vec2};
 
+use super::dialog;
 use crate::app::commands::Action;
 use crate::app::state::AppState;
 use crate::app::{format, theme};
@@ -11,19 +12,11 @@ pub(super) fn show(ctx: &egui::Context, state: &mut AppState) {
     if !state.start_page_open {
         return;
     }
-    let screen = ctx.content_rect();
-    let width = 560.0_f32.min(screen.width() - 48.0).max(0.0);
     let mut open = true;
     let mut chosen = None;
-    Window::new("Open a model")
-        .open(&mut open)
-        .anchor(Align2::CENTER_CENTER, vec2(0.0, 0.0))
-        .fixed_size(vec2(width, 400.0_f32.min(screen.height() - 96.0)))
-        .collapsible(false)
-        .resizable(false)
-        .show(ctx, |ui| {
-            ScrollArea::vertical().auto_shrink([false, true]).show(ui, |ui| content(ui, state, &mut chosen));
-        });
+    dialog::show(ctx, "Open a model", [560.0, 400.0], &mut open, |ui| {
+        ScrollArea::vertical().auto_shrink([false, true]).show(ui, |ui| content(ui, state, &mut chosen));
+    });
     state.start_page_open = open;
     if let Some(action) = chosen {
         state.start_page_open = false;

@@ -1,7 +1,8 @@
 //! Everything that was said since the program started, newest first: what fades or was closed can be read again.
 
-use eframe::egui::{self, Align, Align2, Button, Label, Layout, RichText, ScrollArea, Ui, Window, vec2};
+use eframe::egui::{self, Align, Button, Label, Layout, RichText, ScrollArea, Ui, vec2};
 
+use super::dialog;
 use crate::app::state::{AppState, Message, Request, Severity};
 use crate::app::{format, theme};
 
@@ -9,32 +10,24 @@ pub(super) fn show(ctx: &egui::Context, state: &mut AppState) {
     if !state.messages_open {
         return;
     }
-    let screen = ctx.content_rect();
-    let size = vec2(560.0_f32.min(screen.width() - 48.0).max(0.0), 400.0_f32.min(screen.height() - 96.0).max(0.0));
     let mut copied = None;
-    Window::new("Messages")
-        .open(&mut state.messages_open)
-        .anchor(Align2::CENTER_CENTER, vec2(0.0, 0.0))
-        .fixed_size(size)
-        .collapsible(false)
-        .resizable(false)
-        .show(ctx, |ui| {
-            if state.told.is_empty() {
-                ui.label(RichText::new("Nothing was said yet").color(theme::palette(ui).dim));
-                return;
+    dialog::show(ctx, "Messages", [560.0, 400.0], &mut state.messages_open, |ui| {
+        if state.told.is_empty() {
+            ui.label(RichText::new("Nothing was said yet").color(theme::palette(ui).dim));
+            return;
+        }
+        let all = || state.told.iter().map(line).collect::<Vec<_>>().join("\n");
+        let tip = "Copy all of them as text, oldest first";
+        if ui.add(Button::new("Copy all")).on_hover_text(tip).clicked() {
+            copied = Some(all());
+        }
+        ui.separator();
+        ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
+            for message in state.told.iter().rev() {
+                row(ui, message);
             }
-            let all = || state.told.iter().map(line).collect::<Vec<_>>().join("\n");
-            let tip = "Copy all of them as text, oldest first";
-            if ui.add(Button::new("Copy all")).on_hover_text(tip).clicked() {
-                copied = Some(all());
-            }
-            ui.separator();
-            ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
-                for message in state.told.iter().rev() {
-                    row(ui, message);
-                }
-            });
         });
+    });
     if let Some(text) = copied {
         state.requests.push(Request::Copy(text));
     }
