@@ -269,6 +269,35 @@ fn strict_turns_warnings_into_code_three() {
     assert_eq!(code, 3);
 }
 
+/// What every command tells of a tree.
+const TREE_NAMES: [&str; 25] = [
+    "builder",
+    "container",
+    "threshold",
+    "epsilon",
+    "optimize",
+    "threads",
+    "build_ms",
+    "build_stages_ms",
+    "mtriangles_per_s",
+    "collapse_ms",
+    "sah_cost",
+    "traversal_cost",
+    "intersection_cost",
+    "epo",
+    "nodes",
+    "leaves",
+    "max_depth",
+    "mean_leaf_depth",
+    "leaf_size",
+    "tree_bytes",
+    "triangle_bytes",
+    "wide_node_bytes",
+    "wide_triangle_bytes",
+    "overlay_bytes",
+    "bytes_per_triangle",
+];
+
 #[test]
 fn info_tells_what_is_in_a_scene() {
     let (code, out, error) = run(&["info", "builtin:teapot:2", "--json"]);
@@ -278,6 +307,22 @@ fn info_tells_what_is_in_a_scene() {
         ["triangles", "nodes", "leaves", "max_depth", "sah_cost", "epo", "bytes_per_triangle", "findings", "warnings"]
     {
         assert!(info.get(name).is_some(), "{name}");
+    }
+    // Rows of the measuring commands and pictures tell as much of a tree.
+    let folder = tempfile::tempdir().unwrap();
+    let picture = folder.path().join("a.png");
+    let render = ["render", "builtin:teapot:2", "--size", "8x8", "-o", picture.to_str().unwrap(), "--json"];
+    let bench = ["bench", "builtin:teapot:2", "--container", "box", "--size", "8x8", "--repeat", "1", "--json"];
+    for args in [&render[..], &bench] {
+        let row = rows(args).remove(0);
+        for name in TREE_NAMES {
+            assert!(row.get(name).is_some_and(|value| !value.is_null()), "{args:?} lacks {name}");
+        }
+        // What does not depend on the moment is the same everywhere.
+        for name in TREE_NAMES.into_iter().filter(|name| !name.ends_with("_ms") && *name != "mtriangles_per_s") {
+            let same = |value: &serde_json::Value| value.as_f64().map(|number| number as f32);
+            assert_eq!(same(&row[name]), same(&info[name]), "{name}");
+        }
     }
     let text = run(&["info", "builtin:teapot:2"]).1;
     assert!(text.contains("SAH cost") && text.contains("findings"), "{text}");

@@ -15,6 +15,11 @@ pub struct Levels {
 }
 
 impl Levels {
+    /// Bytes of the list of a tree with so many nodes.
+    pub const fn bytes(nodes: usize) -> usize {
+        nodes * size_of::<u32>()
+    }
+
     /// Lists the nodes of `tree`.
     pub fn new<C: Container>(tree: &Tree<C>, token: &CancelToken) -> Result<Self, Cancelled> {
         token.check()?;

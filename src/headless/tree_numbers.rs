@@ -6,6 +6,7 @@ use serde::Serialize;
 
 use crate::accel::Accel;
 use crate::bvh::Passes;
+use crate::bvh::levels::Levels;
 use crate::bvh::stats::{INTERSECTION_COST, TRAVERSAL_COST};
 use crate::lab::millis;
 
@@ -38,6 +39,8 @@ pub struct TreeNumbers {
     pub triangle_bytes: usize,
     pub wide_node_bytes: usize,
     pub wide_triangle_bytes: usize,
+    /// Who stands at which depth, as the window and `--overlay` hold it.
+    pub overlay_bytes: usize,
     /// Binary tree and triangles.
     pub bytes_per_triangle: f64,
     /// Wide tree and its triangles.
@@ -74,6 +77,7 @@ impl TreeNumbers {
             triangle_bytes: report.triangle_bytes,
             wide_node_bytes: wide.tree.node_bytes(),
             wide_triangle_bytes: wide.tree.triangle_bytes(),
+            overlay_bytes: Levels::bytes(stats.nodes),
             bytes_per_triangle: report.bytes_per_triangle(),
             wide_bytes_per_triangle: wide.bytes_per_triangle(),
         }

@@ -7,6 +7,8 @@ use std::sync::Arc;
 use super::measurement::{Measurement, millis, pool};
 use crate::accel::{Accel, BuildReport};
 use crate::bvh::builders::{BuildError, StageTimes};
+use crate::bvh::levels::Levels;
+use crate::bvh::stats::{INTERSECTION_COST, TRAVERSAL_COST};
 use crate::bvh::traverse::Traversal;
 use crate::bvh::{BuildSettings, Preset, SimdLevel};
 use crate::camera::Camera;
@@ -84,6 +86,8 @@ struct First {
     threads: usize,
     report: BuildReport,
     epo: f32,
+    wide_node_bytes: usize,
+    wide_triangle_bytes: usize,
     wide_bytes_per_triangle: f64,
     tests: TestSummary,
 }
@@ -146,6 +150,8 @@ fn try_once(
             threads,
             report: accel.report.clone(),
             epo: accel.epo(),
+            wide_node_bytes: accel.wide().tree.node_bytes(),
+            wide_triangle_bytes: accel.wide().tree.triangle_bytes(),
             wide_bytes_per_triangle: accel.wide().bytes_per_triangle(),
             tests,
         });
@@ -172,6 +178,7 @@ fn measurement(
     let (collapse_ms, _) = median(trial.collapses.iter().copied());
     let (wide_trace_ms, _) = median(trial.wide_traces.iter().copied());
     let First { report, tests, .. } = first;
+    let stats = &report.stats;
     Measurement {
         command: command.to_owned(),
         model: subject.model.clone(),
@@ -190,6 +197,7 @@ fn measurement(
         build_ms,
         build_ms_spread,
         build_stages_ms: stage_medians(&trial.builds),
+        mtriangles_per_s: Some(subject.scene.triangles.len() as f64 / build_ms.max(1e-6) / 1e3),
         trace_ms,
         trace_ms_spread,
         rays: tests.rays,
@@ -198,15 +206,23 @@ fn measurement(
         tests_per_ray: f64::from(tests.container_tests_per_ray) + f64::from(tests.primitive_tests_per_ray),
         container_tests_per_ray: f64::from(tests.container_tests_per_ray),
         primitive_tests_per_ray: f64::from(tests.primitive_tests_per_ray),
-        sah_cost: f64::from(report.stats.sah_cost),
+        sah_cost: f64::from(stats.sah_cost),
+        traversal_cost: Some(TRAVERSAL_COST.into()),
+        intersection_cost: Some(INTERSECTION_COST.into()),
         epo: f64::from(first.epo),
-        nodes: report.stats.nodes,
-        leaves: report.stats.leaves,
-        max_depth: report.stats.max_depth,
+        nodes: stats.nodes,
+        leaves: stats.leaves,
+        max_depth: stats.max_depth,
+        mean_leaf_depth: Some(stats.mean_leaf_depth.into()),
+        leaf_size: Some([stats.min_leaf_size.into(), stats.mean_leaf_size.into(), stats.max_leaf_size.into()]),
+        tree_bytes: Some(report.tree_bytes),
+        triangle_bytes: Some(report.triangle_bytes),
         bytes_per_triangle: report.bytes_per_triangle(),
         collapse_ms: Some(collapse_ms),
         wide_trace_ms: Some(wide_trace_ms),
         wide_mrays_per_s: Some(if wide_trace_ms > 0.0 { tests.rays as f64 / wide_trace_ms / 1e3 } else { 0.0 }),
+        wide_node_bytes: Some(first.wide_node_bytes),
+        wide_triangle_bytes: Some(first.wide_triangle_bytes),
         wide_bytes_per_triangle: Some(first.wide_bytes_per_triangle),
         speedup: None,
         trace_speedup: None,

@@ -46,6 +46,9 @@ pub struct Measurement {
     pub build_ms_spread: [f64; 2],
     /// Median time of each stage.
     pub build_stages_ms: BTreeMap<String, f64>,
+    /// Millions of triangles built a second, from `build_ms`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub mtriangles_per_s: Option<f64>,
     /// Median wall-clock time of tracing the primary rays, without shading.
     pub trace_ms: f64,
     /// Fastest and slowest trace.
@@ -64,6 +67,12 @@ pub struct Measurement {
     pub primitive_tests_per_ray: f64,
     /// SAH cost.
     pub sah_cost: f64,
+    /// What the SAH cost takes for a container test.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub traversal_cost: Option<f64>,
+    /// What the SAH cost takes for a primitive test.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub intersection_cost: Option<f64>,
     /// End-point overlap.
     pub epo: f64,
     /// Nodes, leaves included.
@@ -72,6 +81,18 @@ pub struct Measurement {
     pub leaves: usize,
     /// Depth of the deepest node, root 0.
     pub max_depth: u32,
+    /// Depth of a leaf on average.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub mean_leaf_depth: Option<f64>,
+    /// Primitives in a leaf: smallest, mean, largest.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub leaf_size: Option<[f64; 3]>,
+    /// Bytes of nodes and primitive indices.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub tree_bytes: Option<usize>,
+    /// Bytes of the triangles in leaf order.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub triangle_bytes: Option<usize>,
     /// Bytes of tree and leaf-ordered triangles, for each triangle.
     pub bytes_per_triangle: f64,
     /// Making the wide tree out of the binary one, in milliseconds.
@@ -83,9 +104,18 @@ pub struct Measurement {
     /// Millions of rays a second in packets through the wide tree.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub wide_mrays_per_s: Option<f64>,
+    /// Bytes of the wide tree's nodes.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub wide_node_bytes: Option<usize>,
+    /// Bytes of the wide tree's triangles.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub wide_triangle_bytes: Option<usize>,
     /// Bytes of the wide tree and its triangles, for each triangle.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub wide_bytes_per_triangle: Option<f64>,
+    /// Bytes of the list that the window's overlay keeps.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub overlay_bytes: Option<usize>,
     /// Scaling: build time with one thread over this one.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub speedup: Option<f64>,

@@ -7,7 +7,7 @@ use serde_json::Value;
 use super::Measurement;
 
 /// Columns in the order of the design's JSON names, then how it was measured.
-const COLUMNS: [&str; 38] = [
+const COLUMNS: [&str; 48] = [
     "command",
     "model",
     "triangles",
@@ -21,6 +21,7 @@ const COLUMNS: [&str; 38] = [
     "build_ms",
     "build_ms_spread",
     "build_stages_ms",
+    "mtriangles_per_s",
     "trace_ms",
     "trace_ms_spread",
     "rays",
@@ -30,15 +31,24 @@ const COLUMNS: [&str; 38] = [
     "container_tests_per_ray",
     "primitive_tests_per_ray",
     "sah_cost",
+    "traversal_cost",
+    "intersection_cost",
     "epo",
     "nodes",
     "leaves",
     "max_depth",
+    "mean_leaf_depth",
+    "leaf_size",
+    "tree_bytes",
+    "triangle_bytes",
     "bytes_per_triangle",
     "collapse_ms",
     "wide_trace_ms",
     "wide_mrays_per_s",
+    "wide_node_bytes",
+    "wide_triangle_bytes",
     "wide_bytes_per_triangle",
+    "overlay_bytes",
     "speedup",
     "trace_speedup",
     "traversal",

@@ -6,6 +6,7 @@ use std::fmt::Write as _;
 use crate::accel::Wide;
 use crate::app::format;
 use crate::app::state::{AppState, Wanted};
+use crate::bvh::levels::Levels;
 use crate::bvh::stats::{INTERSECTION_COST, TRAVERSAL_COST};
 use crate::bvh::traverse::Traversal;
 use crate::bvh::{Passes, SimdLevel};
@@ -172,7 +173,7 @@ pub fn statistics_text(state: &AppState) -> Option<String> {
         line("Wide tree memory", format::bytes(wide.tree.node_bytes()));
         line("Wide triangle memory", format::bytes(wide.tree.triangle_bytes()));
     }
-    line("Overlay memory", format::bytes(size_of_val(&shown.table.levels.nodes[..])));
+    line("Overlay memory", format::bytes(Levels::bytes(stats.nodes)));
     let bytes = report.bytes_per_triangle() + wide.map_or(0.0, Wide::bytes_per_triangle);
     line("Bytes per triangle", format::significant(bytes));
     line("Trace time", format::duration(frame.stats.trace_time));

@@ -9,6 +9,7 @@ use super::widgets::{Header, Statistic, section, statistic};
 use crate::accel::{BuildReport, Wide};
 use crate::app::state::{AppState, Presented};
 use crate::app::{format, theme};
+use crate::bvh::levels::Levels;
 use crate::bvh::stats::{INTERSECTION_COST, TRAVERSAL_COST};
 use crate::scene::Scene;
 
@@ -160,7 +161,7 @@ fn tree_rows(ui: &mut Ui, state: &mut AppState, shown: &Presented, effects: &mut
     let leaf = format!("{} / {} / {}", stats.min_leaf_size, significant(stats.mean_leaf_size), stats.max_leaf_size);
     statistic(ui, state, &Statistic::new("Leaf size", leaf).tip("Triangles in a leaf: smallest, mean, largest"));
     let triangles = shown.accel.scene.triangles.len().max(1);
-    let overlay_bytes = size_of_val(&shown.table.levels.nodes[..]);
+    let overlay_bytes = Levels::bytes(stats.nodes);
     let wide = shown.accel.known_wide();
     for (name, bytes, tip) in [
         ("Tree memory", Some(report.tree_bytes), "Nodes and triangle indices"),
