@@ -26,7 +26,11 @@ fn app() -> Harness<'static, App> {
 
 /// The same; where it does not wait, work goes on between the frames as in a real window.
 fn app_that_waits(waits: bool) -> Harness<'static, App> {
-    let mut wanted = Wanted::new(SceneSource::Builtin { name: "teapot".to_owned(), size: Some(4) });
+    app_on(SceneSource::Builtin { name: "teapot".to_owned(), size: Some(4) }, waits)
+}
+
+fn app_on(source: SceneSource, waits: bool) -> Harness<'static, App> {
+    let mut wanted = Wanted::new(source);
     wanted.render.samples = 1;
     Harness::builder()
         .with_size(egui::vec2(1000.0, 640.0))
@@ -151,6 +155,23 @@ fn an_unusable_file_is_told_and_nothing_is_lost() {
     let told: Vec<_> = state.messages.iter().filter(|message| message.severity == Severity::Error).collect();
     assert_eq!(told.len(), 1, "{told:?}");
     assert!(told[0].text.contains("does-not-exist.obj"), "{}", told[0].text);
+}
+
+#[test]
+fn an_empty_window_says_what_to_do() {
+    let mut harness = app_on(SceneSource::Builtin { name: "terrain".to_owned(), size: Some(3_000_000) }, false);
+    wait_for(&mut harness, &|app| app.state.jobs.load.is_some() || app.state.jobs.build.is_some());
+    Action::Cancel.perform(&mut harness.state_mut().state);
+    wait_for(&mut harness, &|app| !app.is_busy());
+    harness.run_steps(3);
+    assert!(harness.state().state.presented.is_none(), "the very first model was given up");
+    assert!(harness.query_by_label_contains("Nothing to show. F5 tries again").is_some());
+    // And so it does.
+    harness.state_mut().state.wanted.source = SceneSource::Builtin { name: "teapot".to_owned(), size: Some(2) };
+    Action::Reload.perform(&mut harness.state_mut().state);
+    wait_for(&mut harness, &|app| app.state.presented.is_some());
+    harness.run_steps(2);
+    assert!(harness.query_by_label_contains("Nothing to show").is_none());
 }
 
 #[test]

@@ -3,98 +3,18 @@
 #![cfg(feature = "gui")]
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
+mod harness;
+
 use bvhscope::app::commands::command_line;
-use bvhscope::app::state::{Presented, Wanted};
-use bvhscope::app::{App, format, picking};
+use bvhscope::app::{format, picking};
 use bvhscope::bvh::BuilderKind;
 use bvhscope::bvh::traverse::Traversal;
-use bvhscope::camera::Camera;
 use bvhscope::overlay::OverlaySettings;
 use bvhscope::render::{HeatKind, Shading};
-use bvhscope::scene::SceneSource;
 use eframe::egui::accesskit::Role;
-use eframe::egui::{self, Event, Key, Modifiers, PointerButton, Pos2, Rect, vec2};
-use egui_kittest::Harness;
+use eframe::egui::{self, Event, Key, Modifiers, PointerButton, Pos2, vec2};
 use egui_kittest::kittest::{NodeT as _, Queryable as _};
-
-type Window = Harness<'static, App>;
-
-/// The app on the built-in teapot; each frame waits until everything is fresh.
-fn app() -> Window {
-    let mut wanted = Wanted::new(SceneSource::Builtin { name: "teapot".to_owned(), size: Some(2) });
-    wanted.render.samples = 1;
-    let mut harness = Harness::builder()
-        .with_size(vec2(1100.0, 760.0))
-        .with_max_steps(40)
-        .wgpu()
-        .build_eframe(|context| App::new_for_test(context, wanted, true).unwrap());
-    // The greeting would stand in the way of the mouse.
-    harness.state_mut().state.preferences.greeted = true;
-    settle(&mut harness);
-    harness
-}
-
-fn settle(harness: &mut Window) {
-    harness.run_steps(3);
-    assert!(harness.state_mut().run_until_idle());
-    harness.run_steps(2);
-}
-
-fn viewport(harness: &Window) -> Rect {
-    harness.get_by_label("Viewport").rect()
-}
-
-fn camera(harness: &Window) -> Camera {
-    harness.state().state.wanted.camera
-}
-
-fn presented(harness: &Window) -> Presented {
-    harness.state().state.presented.clone().unwrap()
-}
-
-fn button(pos: Pos2, button: PointerButton, pressed: bool) -> Event {
-    Event::PointerButton { pos, button, pressed, modifiers: Modifiers::NONE }
-}
-
-/// One frame with one event.
-fn send(harness: &mut Window, event: Event) {
-    harness.input_mut().events.push(event);
-    harness.run_steps(1);
-}
-
-/// Presses a button, moves step by step, and lets go.
-fn drag(harness: &mut Window, with: PointerButton, from: Pos2, steps: &[egui::Vec2]) {
-    send(harness, Event::PointerMoved(from));
-    send(harness, button(from, with, true));
-    let mut at = from;
-    for step in steps {
-        at += *step;
-        send(harness, Event::PointerMoved(at));
-    }
-    send(harness, button(at, with, false));
-    settle(harness);
-}
-
-/// Both clicks in one frame: a frame of the harness lasts longer than a double click may.
-fn double_click(harness: &mut Window, at: Pos2) {
-    harness.hover_at(at);
-    harness.run_steps(1);
-    for pressed in [true, false, true, false] {
-        harness.input_mut().events.push(button(at, PointerButton::Primary, pressed));
-    }
-    settle(harness);
-}
-
-fn press(harness: &mut Window, modifiers: Modifiers, key: Key) {
-    harness.key_press_modifiers(modifiers, key);
-    settle(harness);
-}
-
-/// The pixel of the picture at a point of the window, where a point is a pixel.
-fn pixel(harness: &Window, at: Pos2) -> [u32; 2] {
-    let inside = at - viewport(harness).min;
-    [inside.x as u32, inside.y as u32]
-}
+use harness::{Window, app, camera, double_click, drag, pixel, presented, press, settle, viewport};
 
 /// The statistic whose name is `name`, as it is displayed.
 fn displayed(harness: &Window, name: &str) -> String {

@@ -54,6 +54,18 @@ impl Window {
         }
     }
 
+    /// A file in the program's folder, once it is there: it appears as a whole.
+    fn file(&self, name: &str) -> Vec<u8> {
+        let give_up = Instant::now() + desktop::PATIENCE;
+        loop {
+            match std::fs::read(self.desktop.home().join(name)) {
+                Ok(bytes) => return bytes,
+                Err(_) if Instant::now() < give_up => std::thread::sleep(Duration::from_millis(50)),
+                Err(error) => panic!("{name}: {error}"),
+            }
+        }
+    }
+
     fn screenshot(&self) -> Screenshot {
         Screenshot::from_xwd(&self.desktop.run("xwd", &["-root", "-silent"]))
     }
@@ -123,6 +135,8 @@ impl Screenshot {
 
 /// The middle of the viewport at 1280×800, clear of legend, gizmo and messages.
 const VIEWPORT: [usize; 4] = [420, 150, 860, 560];
+/// Where the viewport begins there.
+const CORNER: [u32; 2] = [248, 29];
 /// The threshold's handle at its default.
 const HANDLE_AT_6: [i32; 2] = [1143, 115];
 /// The number beside it.
@@ -150,7 +164,20 @@ fn a_user_orbits_zooms_toggles_and_rebuilds() {
     let share = bare.changed(&zoomed, VIEWPORT);
     assert!(share < 0.6, "{share} of the viewport changed");
     window.key("b");
-    window.once(|screen| screen.changed(&zoomed, VIEWPORT) < 0.02);
+    let back = window.once(|screen| screen.changed(&zoomed, VIEWPORT) < 0.02);
+
+    // F12 writes what is seen.
+    window.key("F12");
+    let saved = window.file("teapot-6-001.png");
+    let saved = image::load_from_memory(&saved).unwrap().to_rgb8();
+    let [x0, y0, x1, y1] = VIEWPORT;
+    let pixel = |x: usize, y: usize| saved.get_pixel(x as u32 - CORNER[0], y as u32 - CORNER[1]).0;
+    let differs = |x: usize, y: usize| {
+        let [_, r, g, b] = back.pixels[y * back.width + x].to_be_bytes();
+        pixel(x, y).iter().zip([r, g, b]).any(|(a, b)| a.abs_diff(b) > 24)
+    };
+    let different = (y0..y1).flat_map(|y| (x0..x1).map(move |x| (x, y))).filter(|&(x, y)| differs(x, y)).count();
+    assert!(different * 100 < (x1 - x0) * (y1 - y0), "{different} pixels differ");
 }
 
 #[test]

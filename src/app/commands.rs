@@ -9,7 +9,7 @@ mod walk;
 use eframe::egui::{Key, KeyboardShortcut, Modifiers};
 
 use super::paper::{Experiment, RowFormat};
-use super::state::{AppState, Theme};
+use super::state::{AppState, Side, Theme};
 use crate::bvh::{BuilderKind, ContainerKind, Preset};
 use crate::render::Shading;
 
@@ -291,8 +291,8 @@ impl Action {
             Self::ToggleContainers => preferences.show_containers,
             Self::ToggleGeometry => preferences.show_geometry,
             Self::ToggleMeshEdges => wanted.render.mesh_edges,
-            Self::ToggleLeftPanel => preferences.left_open,
-            Self::ToggleRightPanel => preferences.right_open,
+            Self::ToggleLeftPanel => state.shows_panel(Side::Left),
+            Self::ToggleRightPanel => state.shows_panel(Side::Right),
             Self::TogglePaper => preferences.paper_open,
             Self::ToggleLeavesOnly => wanted.overlay.leaves_only,
             Self::ToggleParents => wanted.overlay.parents,

@@ -25,7 +25,9 @@ pub(super) fn handle(ui: &egui::Ui, response: &Response, state: &mut AppState) {
     wheel(ui, response, state);
     click(ui, response, state);
     state.viewport_focused = response.has_focus();
-    if state.viewport_focused && state.preferences.navigation == Navigation::Fly {
+    // Wherever the focus is: its letters have no other meaning but in a text.
+    let typing = ui.ctx().text_edit_focused() || state.palette.is_some();
+    if !typing && state.preferences.navigation == Navigation::Fly {
         fly::handle(ui, state);
     }
 }

@@ -284,12 +284,8 @@ impl eframe::App for App {
         commands::handle_shortcuts(&ctx, state);
         panels::top(ui, state);
         panels::bottom(ui, state);
-        if state.preferences.left_open {
-            panels::left(ui, state);
-        }
-        if state.preferences.right_open {
-            panels::right(ui, state);
-        }
+        panels::left(ui, state);
+        panels::right(ui, state);
         egui::CentralPanel::no_frame().show(ui, |ui| {
             let rect = self.viewport.show(ui, self.has_pipeline, state);
             panels::over_viewport(ui, rect, state);

@@ -165,7 +165,8 @@ impl Rails {
         if self.building.take().is_some() {
             self.build.cancel();
             self.revert_build(state);
-            state.tell(Severity::Info, "Building cancelled: the tree on the screen stays");
+            let stays = if state.presented.is_some() { ": the tree on the screen stays" } else { "" };
+            state.tell(Severity::Info, format!("Building cancelled{stays}"));
         }
         if let Some(job) = self.rendering.take() {
             self.render.cancel();

@@ -137,6 +137,15 @@ pub enum Theme {
     System,
 }
 
+/// A side panel.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Side {
+    /// Scene, statistics, selection.
+    Left,
+    /// Tree, containers, picture.
+    Right,
+}
+
 /// How the camera is moved.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Navigation {
@@ -256,6 +265,10 @@ pub struct AppState {
     pub mrays_per_s: f64,
     /// Name of the GPU adapter, and whether it is a software one.
     pub adapter: (String, bool),
+    /// The window has no room for both side panels.
+    pub narrow: bool,
+    /// The side panel that is shown where there is room for one only.
+    pub front: Side,
     /// Size of the viewport in pixels.
     pub viewport_px: [u32; 2],
     /// Pixels a point: the scale of the screen.
@@ -310,6 +323,8 @@ impl AppState {
             overlay_counts: (0, 0),
             mrays_per_s: 0.0,
             adapter: (String::new(), false),
+            narrow: false,
+            front: Side::Right,
             viewport_px: [0, 0],
             pixels_per_point: 1.0,
             allow_outside: false,
@@ -328,6 +343,25 @@ impl AppState {
     /// Goes forward again.
     pub fn redo(&mut self) -> bool {
         self.undo.redo(&mut self.wanted)
+    }
+
+    /// Whether a side panel is seen: it is open, and there is room for it.
+    pub fn shows_panel(&self, side: Side) -> bool {
+        let Preferences { left_open, right_open, .. } = self.preferences;
+        let open = if side == Side::Left { left_open } else { right_open };
+        open && (!(self.narrow && left_open && right_open) || self.front == side)
+    }
+
+    /// Opens or closes a side panel. In a narrow window the other one gives way, and does not come back by itself.
+    pub fn toggle_panel(&mut self, side: Side) {
+        let open = !self.shows_panel(side);
+        let Preferences { left_open, right_open, .. } = &mut self.preferences;
+        *(if side == Side::Left { &mut *left_open } else { &mut *right_open }) = open;
+        if open {
+            self.front = side;
+        } else if self.narrow {
+            (*left_open, *right_open) = (false, false);
+        }
     }
 
     /// The scene's up axis or the one chosen for it by hand; y where nothing is loaded.

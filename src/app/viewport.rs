@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use eframe::egui_wgpu::{Callback, CallbackResources, CallbackTrait, ScreenDescriptor};
 use eframe::{egui, wgpu};
-use egui::{Align2, FontId, PaintCallbackInfo, Rect, Role, Sense, WidgetInfo};
+use egui::{PaintCallbackInfo, Rect, Role, Sense, WidgetInfo};
 
 use super::state::{AppState, Hover, Preferences};
 use super::{controls, picking, theme};
@@ -72,6 +72,9 @@ fn pixels(rect: Rect, pixels_per_point: f32, screen_size_px: [u32; 2]) -> [u32; 
     [px.left_px.max(0) as u32, px.top_px.max(0) as u32, px.width_px.max(0) as u32, px.height_px.max(0) as u32]
 }
 
+/// What the viewport says where nothing was opened, or its loading or building was cancelled.
+const NOTHING: &str = "Nothing to show. F5 tries again, Ctrl+N shows samples and recent files, Ctrl+O opens a file";
+
 /// What the viewport remembers between frames.
 #[derive(Default)]
 pub struct Viewport {
@@ -120,11 +123,17 @@ impl Viewport {
                 let uv = Rect::from_min_max(egui::Pos2::ZERO, egui::pos2(1.0, 1.0));
                 ui.painter().image(texture, rect, uv, egui::Color32::WHITE);
             }
-        } else if let Some(job) = state.jobs.load.as_ref().or(state.jobs.build.as_ref()) {
-            // Nothing to look at yet: what is on its way, where eyes are.
-            let text = format!("{} {:.0} %", job.label, job.progress.clamp(0.0, 1.0) * 100.0);
-            let color = theme::palette(ui).dim;
-            ui.painter().text(rect.center(), Align2::CENTER_CENTER, text, FontId::proportional(16.0), color);
+        } else {
+            // Nothing to look at yet: what is on its way, or what to do, where eyes are.
+            let text = match state.jobs.load.as_ref().or(state.jobs.build.as_ref()) {
+                Some(job) => format!("{} {:.0} %", job.label, job.progress.clamp(0.0, 1.0) * 100.0),
+                None if state.jobs.render.is_some() => "Tracing".to_owned(),
+                // Whatever was given up was told; before that nothing was asked for yet.
+                None if state.told.is_empty() => String::new(),
+                None => NOTHING.to_owned(),
+            };
+            let text = egui::RichText::new(text).size(16.0).color(theme::palette(ui).dim);
+            ui.put(rect.shrink(24.0), egui::Label::new(text).wrap().selectable(false));
         }
         rect
     }

@@ -224,6 +224,7 @@ fn measurement(
         wide_node_bytes: Some(first.wide_node_bytes),
         wide_triangle_bytes: Some(first.wide_triangle_bytes),
         wide_bytes_per_triangle: Some(first.wide_bytes_per_triangle),
+        overlay_bytes: Some(Levels::bytes(stats.nodes)),
         speedup: None,
         trace_speedup: None,
         warnings: subject.scene.warnings.entries.iter().map(ToString::to_string).collect(),

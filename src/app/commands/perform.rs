@@ -4,7 +4,7 @@ use glam::Vec3;
 
 use super::{Action, OrbitStep, ViewDirection, report, walk};
 use crate::app::controls::ZOOM_STEP;
-use crate::app::state::{AppState, Navigation, Request, Severity};
+use crate::app::state::{AppState, Navigation, Request, Severity, Side};
 use crate::app::{controls, orbit};
 use crate::bvh::BuildSettings;
 use crate::camera::Projection;
@@ -76,8 +76,8 @@ impl Action {
             }
             Self::FitHeatRange => fit_heat_range(state),
             Self::Shade(shading) => state.wanted.render.shading = shading,
-            Self::ToggleLeftPanel => flip(&mut state.preferences.left_open),
-            Self::ToggleRightPanel => flip(&mut state.preferences.right_open),
+            Self::ToggleLeftPanel => state.toggle_panel(Side::Left),
+            Self::ToggleRightPanel => state.toggle_panel(Side::Right),
             Self::Theme(theme) => state.preferences.theme = theme,
             Self::Preset(preset) => {
                 state.wanted.build = BuildSettings::preset(preset, state.wanted.build.container);

@@ -5,6 +5,8 @@ use std::f32::consts::{FRAC_PI_2, TAU};
 use eframe::egui::epaint::PathStroke;
 use eframe::egui::{Color32, CornerRadius, Painter, Pos2, Rect, Shape, Stroke, StrokeKind, Vec2, vec2};
 
+use crate::app::state::Side;
+
 /// What a button without text shows.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Icon {
@@ -14,6 +16,8 @@ pub(super) enum Icon {
     Close,
     /// Copy: two sheets.
     Copy,
+    /// A side panel: a window with that side filled while the panel is shown.
+    Panel(Side, bool),
 }
 
 impl Icon {
@@ -22,6 +26,18 @@ impl Icon {
         let stroke = Stroke::new(1.4, color);
         match self {
             Self::Reset => reset(painter, center, stroke),
+            Self::Panel(side, shown) => {
+                let window = Rect::from_center_size(center, vec2(13.0, 11.0));
+                let split = if side == Side::Left { window.left() + 4.5 } else { window.right() - 4.5 };
+                let mut part = window;
+                *(if side == Side::Left { part.right_mut() } else { part.left_mut() }) = split;
+                if shown {
+                    painter.rect_filled(part, CornerRadius::same(1), color);
+                }
+                let stroke = Stroke::new(1.2, color);
+                painter.rect_stroke(window, CornerRadius::same(2), stroke, StrokeKind::Middle);
+                painter.vline(split, window.y_range(), stroke);
+            }
             Self::Close => {
                 for side in [-1.0, 1.0] {
                     let half = vec2(3.5, 3.5 * side);

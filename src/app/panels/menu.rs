@@ -1,9 +1,11 @@
 //! The menu bar, made from the list of actions, with the model's name and the way into the palette.
 
-use eframe::egui::{self, Align, Button, Layout, Popup, RichText, Role, Ui, WidgetInfo};
+use eframe::egui::{self, Align, Button, Layout, Popup, RichText, Role, Sense, Ui, WidgetInfo, vec2};
 
+use super::icons::Icon;
+use super::widgets::icon_button;
 use crate::app::commands::{Action, Category, Entry, entries_for};
-use crate::app::state::AppState;
+use crate::app::state::{AppState, Side};
 use crate::app::{format, theme};
 
 pub(super) fn show(ui: &mut Ui, state: &mut AppState) {
@@ -15,6 +17,18 @@ pub(super) fn show(ui: &mut Ui, state: &mut AppState) {
         }
         let menus_end = ui.cursor().left();
         let commands = ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
+            for (side, action, what) in [
+                (Side::Right, Action::ToggleRightPanel, "the settings (F4)"),
+                (Side::Left, Action::ToggleLeftPanel, "scene, statistics and selection (F3)"),
+            ] {
+                let shown = state.shows_panel(side);
+                let (rect, _) = ui.allocate_exact_size(vec2(20.0, 20.0), Sense::hover());
+                let verb = if shown { "Hide" } else { "Show" };
+                let response = icon_button(ui, rect, Icon::Panel(side, shown), &format!("{verb} {what}"));
+                if response.on_hover_text(format!("{verb} {what}")).clicked() {
+                    action.perform(state);
+                }
+            }
             let button = Button::new(RichText::new("commands").color(palette.dim))
                 .shortcut_text("Ctrl+P")
                 .frame_when_inactive(false);

@@ -25,20 +25,24 @@ mod widgets;
 
 use eframe::egui::{self, Frame, Margin, Panel, ScrollArea, Ui};
 
-use super::state::AppState;
+use super::state::{AppState, Side};
 
 /// Width of the side panels at first start in points.
 const SIDE_WIDTH: f32 = 260.0;
+/// In a window with less width than this in points both side panels would leave too little for the picture.
+const NARROW: f32 = 840.0;
 
 /// The menu bar.
 pub fn top(ui: &mut Ui, state: &mut AppState) {
+    state.narrow = ui.available_width() < NARROW;
     let frame = panel_frame(Margin::symmetric(8, 4));
     Panel::top("menu bar").frame(frame).show(ui, |ui| menu::show(ui, state));
 }
 
 /// Scene, statistics, selection.
 pub fn left(ui: &mut Ui, state: &mut AppState) {
-    let mut open = state.preferences.left_open;
+    let shown = state.shows_panel(Side::Left);
+    let mut open = shown;
     let panel = Panel::left("left panel").default_size(SIDE_WIDTH - 12.0).size_range(200.0..=400.0);
     panel.frame(panel_frame(Margin::ZERO)).show_collapsible(ui, &mut open, |ui| {
         scroll(ui, "left scroll", |ui| {
@@ -46,12 +50,15 @@ pub fn left(ui: &mut Ui, state: &mut AppState) {
             selection::show(ui, state);
         });
     });
-    state.preferences.left_open = open;
+    if open != shown {
+        state.toggle_panel(Side::Left);
+    }
 }
 
 /// Tree, containers, picture.
 pub fn right(ui: &mut Ui, state: &mut AppState) {
-    let mut open = state.preferences.right_open;
+    let shown = state.shows_panel(Side::Right);
+    let mut open = shown;
     let panel = Panel::right("right panel").default_size(SIDE_WIDTH + 16.0).size_range(240.0..=420.0);
     panel.frame(panel_frame(Margin::ZERO)).show_collapsible(ui, &mut open, |ui| {
         scroll(ui, "right scroll", |ui| {
@@ -60,7 +67,9 @@ pub fn right(ui: &mut Ui, state: &mut AppState) {
             picture::show(ui, state);
         });
     });
-    state.preferences.right_open = open;
+    if open != shown {
+        state.toggle_panel(Side::Right);
+    }
 }
 
 /// Job strip, depth bar, and the paper panel above them.

@@ -1,12 +1,16 @@
-//! The value under the pointer.
+//! The value under the pointer, and how the camera is flown.
 
 use eframe::egui::{CornerRadius, FontId, Pos2, Rect, Ui, pos2, vec2};
 
-use crate::app::state::AppState;
+use crate::app::state::{AppState, Navigation};
 use crate::app::{format, theme};
 use crate::render::Shading;
 
 pub(super) fn show(ui: &Ui, rect: Rect, state: &AppState) {
+    if state.preferences.navigation == Navigation::Fly {
+        // Under what is said of the pointer: the keys mean something else than usual.
+        note(ui, rect, rect.min + vec2(12.0, 40.0), "flying: W A S D, Q E, drag to look · Shift faster · V ends");
+    }
     let Some(hover) = state.hover else { return };
     let shading = state.presented.as_ref().map(|shown| shown.frame.settings.shading);
     let mut facts = Vec::new();

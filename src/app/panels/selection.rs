@@ -1,6 +1,6 @@
 //! The selected triangle and node.
 
-use eframe::egui::{self, Ui};
+use eframe::egui::{self, Id, Rect, Ui};
 
 use super::widgets::{Header, Statistic, section, statistic};
 use crate::app::commands::{Action, entries};
@@ -11,6 +11,7 @@ use crate::bvh::stats::{INTERSECTION_COST, TRAVERSAL_COST};
 
 pub(super) fn show(ui: &mut Ui, state: &mut AppState) {
     let Some(shown) = state.presented.clone() else { return };
+    let top = ui.cursor().min;
     section(ui, "SELECTION", Header::default(), |ui| {
         if let Some((triangle, _)) = &state.picked {
             let triangle = format::count(u64::from(*triangle));
@@ -33,6 +34,16 @@ pub(super) fn show(ui: &mut Ui, state: &mut AppState) {
             );
         }
     });
+    bring_into_view(ui, Rect::from_two_pos(top, ui.min_rect().max), state.selection.selected);
+}
+
+/// What was just selected is worth a look, also where the panel is longer than the window.
+fn bring_into_view(ui: &Ui, rect: Rect, selected: Option<u32>) {
+    let id = Id::unique("selection shown");
+    let before = ui.data_mut(|data| std::mem::replace(data.get_temp_mut_or_default::<Option<u32>>(id), selected));
+    if selected.is_some() && selected != before {
+        ui.scroll_to_rect(rect, None);
+    }
 }
 
 fn node_rows(ui: &mut Ui, state: &mut AppState, shown: &Presented, node: u32) {

@@ -1,0 +1,95 @@
+//! The whole app without a window, as the tests of hands and views share it.
+
+#![allow(dead_code, reason = "each test file uses its part")]
+
+use bvhscope::app::App;
+use bvhscope::app::state::{Presented, Wanted};
+use bvhscope::camera::Camera;
+use bvhscope::scene::SceneSource;
+use eframe::egui::{Event, Key, Modifiers, PointerButton, Pos2, Rect, Vec2, vec2};
+use egui_kittest::Harness;
+use egui_kittest::kittest::Queryable as _;
+
+pub type Window = Harness<'static, App>;
+
+/// The app on the built-in teapot; each frame waits until everything is fresh.
+pub fn app() -> Window {
+    app_of_size(vec2(1100.0, 760.0))
+}
+
+/// The same in a window of this size in points.
+pub fn app_of_size(size: Vec2) -> Window {
+    let mut wanted = Wanted::new(SceneSource::Builtin { name: "teapot".to_owned(), size: Some(2) });
+    wanted.render.samples = 1;
+    let mut harness = Harness::builder()
+        .with_size(size)
+        .with_max_steps(40)
+        .wgpu()
+        .build_eframe(|context| App::new_for_test(context, wanted, true).unwrap());
+    // The greeting would stand in the way of the mouse.
+    harness.state_mut().state.preferences.greeted = true;
+    settle(&mut harness);
+    harness
+}
+
+pub fn settle(harness: &mut Window) {
+    harness.run_steps(3);
+    assert!(harness.state_mut().run_until_idle());
+    harness.run_steps(2);
+}
+
+pub fn viewport(harness: &Window) -> Rect {
+    harness.get_by_label("Viewport").rect()
+}
+
+pub fn camera(harness: &Window) -> Camera {
+    harness.state().state.wanted.camera
+}
+
+pub fn presented(harness: &Window) -> Presented {
+    harness.state().state.presented.clone().unwrap()
+}
+
+pub fn button(pos: Pos2, button: PointerButton, pressed: bool) -> Event {
+    Event::PointerButton { pos, button, pressed, modifiers: Modifiers::NONE }
+}
+
+/// One frame with one event.
+pub fn send(harness: &mut Window, event: Event) {
+    harness.input_mut().events.push(event);
+    harness.run_steps(1);
+}
+
+/// Presses a button, moves step by step, and lets go.
+pub fn drag(harness: &mut Window, with: PointerButton, from: Pos2, steps: &[Vec2]) {
+    send(harness, Event::PointerMoved(from));
+    send(harness, button(from, with, true));
+    let mut at = from;
+    for step in steps {
+        at += *step;
+        send(harness, Event::PointerMoved(at));
+    }
+    send(harness, button(at, with, false));
+    settle(harness);
+}
+
+/// Both clicks in one frame: a frame of the harness lasts longer than a double click may.
+pub fn double_click(harness: &mut Window, at: Pos2) {
+    harness.hover_at(at);
+    harness.run_steps(1);
+    for pressed in [true, false, true, false] {
+        harness.input_mut().events.push(button(at, PointerButton::Primary, pressed));
+    }
+    settle(harness);
+}
+
+pub fn press(harness: &mut Window, modifiers: Modifiers, key: Key) {
+    harness.key_press_modifiers(modifiers, key);
+    settle(harness);
+}
+
+/// The pixel of the picture at a point of the window, where a point is a pixel.
+pub fn pixel(harness: &Window, at: Pos2) -> [u32; 2] {
+    let inside = at - viewport(harness).min;
+    [inside.x as u32, inside.y as u32]
+}
