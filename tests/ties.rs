@@ -1,9 +1,12 @@
 //! Ties, which turn agglomerative builders into list makers: equal triangles, equal centres, lines, planes, the ends of the
-//! range of floats. No tree becomes a list.
+//! range of floats. No tree becomes a list, and none takes much more work than one of random triangles.
 
 #![allow(clippy::unwrap_used, reason = "a test stops at the first surprise")]
 
 mod trees;
+
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
 
 use bvhscope::bvh::builders::build;
 use bvhscope::bvh::{BuildSettings, ContainerKind, Preset};
@@ -38,6 +41,38 @@ fn ties(random: &[Triangle]) -> Vec<(&'static str, Vec<Triangle>)> {
         ("one far outlier", outlier),
         ("two clusters", map(random, |i, corner| corner * 1e-3 + if i % 2 == 0 { 0.0 } else { 1e3 })),
     ]
+}
+
+/// How often the builder looks at its token: once before each search for another best match, of which the work of a list
+/// without end consists, and besides once for every some hundred primitives.
+fn looks(triangles: &[Triangle], settings: &BuildSettings) -> u64 {
+    let looks = Arc::new(AtomicU64::new(0));
+    let counted = Arc::clone(&looks);
+    let token = CancelToken::watched(move |_| {
+        counted.fetch_add(1, Ordering::Relaxed);
+        false
+    });
+    build(triangles, settings, &token).unwrap();
+    looks.load(Ordering::Relaxed)
+}
+
+#[test]
+fn ties_search_hardly_more_than_random_triangles() {
+    let random = trees::soup(COUNT, 0.01, 77);
+    let mut scenes = ties(&random);
+    scenes.push(("grid", trees::grid(100, 2, 0.0)));
+    scenes.push(("pairs", (0..COUNT).map(|i| random[i / 2]).collect()));
+    scenes.push(("hundreds", (0..COUNT).map(|i| random[i / 100]).collect()));
+    for container in ContainerKind::ALL {
+        let [fast, hq] = [Preset::Fast, Preset::Hq].map(|preset| BuildSettings::preset(preset, container));
+        for settings in [fast, hq, BuildSettings { threshold: BuildSettings::MAX_THRESHOLD, ..hq }] {
+            let usual = looks(&random, &settings);
+            for (name, triangles) in &scenes {
+                let looks = looks(triangles, &settings);
+                assert!(looks <= 3 * usual, "{name}, {settings:?}: {looks} looks, random triangles take {usual}");
+            }
+        }
+    }
 }
 
 #[test]

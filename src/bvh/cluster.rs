@@ -138,7 +138,7 @@ impl Clustered for Sphere {
     #[inline(always)]
     fn union_fields<S: Simd>(simd: S, first: &[f32; FIELDS], second: &[f32; FIELDS]) -> [f32x8<S>; FIELDS] {
         let union = Self::from_fields(*first).union(&Self::from_fields(*second)).fields();
-        union.map(|field| f32x8::splat(simd, field))
+        std::array::from_fn(|field| f32x8::splat(simd, union[field]))
     }
 
     #[inline(always)]
@@ -193,7 +193,7 @@ impl Cluster {
     /// Two clusters in one, whose nodes are `first` and the one behind.
     #[inline(always)]
     pub fn of_pair<C: Clustered>(pair: &[Self; 2], first: u32) -> Self {
-        let [a, b] = pair.map(|cluster| C::from_fields(cluster.fields));
+        let (a, b) = (C::from_fields(pair[0].fields), C::from_fields(pair[1].fields));
         Self { fields: a.union(&b).fields(), first, count: pair[0].count + pair[1].count }
     }
 }

@@ -1,7 +1,8 @@
 //! `combine_clusters` for lists of any length. Each cluster keeps its best match. After a merge only clusters whose match
-//! was one of the two search again, and only when their old distance has become the smallest of all: merging never brings
-//! anything closer, so the old distance is a lower bound until then. Nor does it bring anything as close with fewer
-//! primitives; only among matches that are equal in both may one have moved below the one that was found.
+//! was one of the two search again, and only when their old match would still beat the best pair that is known: merging
+//! never brings anything closer, nor as close with fewer primitives, so that the old match is a lower bound in both until
+//! then. That keeps ties cheap: of a list of equal clusters all have the same match, and only one or two search again after
+//! each merge. Only among matches that are equal in both may one have moved below the one that was found.
 
 #![allow(clippy::inline_always, reason = "SIMD kernels must land in the caller that enables the instructions")]
 
@@ -10,18 +11,22 @@ use fearless_simd::{Select, Simd, SimdBase, SimdMask, f32x8, u32x8};
 use super::cluster::{Cluster, Clustered, Clusters, LANES, Pairs, broadcast};
 use crate::cancel::{CancelToken, Cancelled};
 
-/// Marks a cluster whose best match has to be searched again; its distance is a lower bound.
+/// Marks a cluster whose best match has to be searched again; its distance and its count are lower bounds.
 const STALE: u32 = u32::MAX;
 /// Merges between two looks at the token.
 const MERGES_BETWEEN_CHECKS: usize = 64;
 
-/// The best matches of the clusters of a list.
+/// What is known of the clusters of a list, one after the other; whole rows, of which those behind the end have no distance.
 #[derive(Debug, Default)]
 pub struct Matches {
     /// Distance to the best match, or a lower bound where that is [`STALE`].
     distances: Vec<f32>,
     /// Position of the best match in the list, or [`STALE`].
     positions: Vec<u32>,
+    /// Number of primitives of the cluster itself.
+    own_counts: Vec<u32>,
+    /// That of its best match, or a lower bound for those at this distance.
+    match_counts: Vec<u32>,
 }
 
 /// Merges the closest pair of the clusters from `base` on until no more than `target` are left.
@@ -40,6 +45,11 @@ pub fn combine_long<C: Clustered, S: Simd>(
     matches.distances.resize(room, f32::INFINITY);
     matches.positions.clear();
     matches.positions.resize(room, STALE);
+    matches.own_counts.clear();
+    matches.own_counts.extend(list.items[base..list.len].iter().map(|cluster| cluster.count));
+    matches.own_counts.resize(room, 0);
+    matches.match_counts.clear();
+    matches.match_counts.resize(room, 0);
     let mut search = Search { list, matches, base };
     for at in 0..search.len() {
         if at % MERGES_BETWEEN_CHECKS == 0 {
@@ -75,6 +85,12 @@ impl Search<'_> {
         &self.list.items[self.base + at]
     }
 
+    /// Number of primitives of the cluster at `at` and its best match, or a lower bound.
+    #[inline(always)]
+    fn pair_count(&self, at: usize) -> u32 {
+        self.matches.own_counts[at] + self.matches.match_counts[at]
+    }
+
     /// Searches the best match of the cluster at `at`: the smallest distance, then the fewest primitives, then the lowest
     /// position.
     #[inline(always)]
@@ -95,16 +111,22 @@ impl Search<'_> {
                 continue;
             }
             let mut lanes = distances.simd_eq(f32x8::splat(simd, smallest)).to_bitmask() as u32 & valid;
-            while lanes != 0 {
+            if lanes.count_ones() > 1 {
+                let counts = u32x8::from_slice(simd, &self.matches.own_counts[chunk..chunk + LANES]);
+                let tied = <u32x8<S> as SimdBase<S>>::Mask::from_bitmask(simd, u64::from(lanes));
+                let counts = tied.select(counts, u32x8::splat(simd, u32::MAX));
+                lanes &= counts.simd_eq(u32x8::splat(simd, counts.reduce_min())).to_bitmask() as u32;
+            }
+            if lanes != 0 {
                 let position = chunk + lanes.trailing_zeros() as usize;
-                lanes &= lanes - 1;
-                let found = (smallest, self.item(position).count, position as u32);
+                let found = (smallest, self.matches.own_counts[position], position as u32);
                 if found < best {
                     best = found;
                 }
             }
         }
         self.matches.distances[at] = best.0;
+        self.matches.match_counts[at] = best.1;
         self.matches.positions[at] = best.2;
     }
 
@@ -121,30 +143,38 @@ impl Search<'_> {
                 smallest = smallest.min(f32x8::from_slice(simd, &self.matches.distances[chunk..chunk + LANES]));
             }
             let smallest = smallest.reduce_min();
-            let mut closest: Option<(u32, usize, usize)> = None;
+            // The fewest primitives of a pair at that distance, so far; and where one of its two is.
+            let mut fewest = u32::MAX;
+            let mut closest = 0;
             for chunk in (0..self.len()).step_by(LANES) {
                 let distances = f32x8::from_slice(simd, &self.matches.distances[chunk..chunk + LANES]);
-                let equal = distances.simd_eq(f32x8::splat(simd, smallest)).to_bitmask() as u32;
-                let mut lanes = equal & lanes_below(self.len() - chunk);
+                let equal = distances.simd_eq(f32x8::splat(simd, smallest));
+                if !equal.any_true() {
+                    continue;
+                }
+                let counts = u32x8::from_slice(simd, &self.matches.own_counts[chunk..chunk + LANES])
+                    + u32x8::from_slice(simd, &self.matches.match_counts[chunk..chunk + LANES]);
+                let fewer = equal & counts.simd_lt(u32x8::splat(simd, fewest));
+                let mut lanes = fewer.to_bitmask() as u32 & lanes_below(self.len() - chunk);
                 while lanes != 0 {
                     let at = chunk + lanes.trailing_zeros() as usize;
                     lanes &= lanes - 1;
+                    if self.pair_count(at) >= fewest {
+                        continue;
+                    }
                     if self.matches.positions[at] == STALE {
                         token.check()?;
                         self.find_best_match::<C, S>(simd, at);
-                        if self.matches.distances[at] > smallest {
+                        if self.matches.distances[at] > smallest || self.pair_count(at) >= fewest {
                             continue;
                         }
                     }
-                    let other = self.matches.positions[at] as usize;
-                    let found = (self.item(at).count + self.item(other).count, at.min(other), at.max(other));
-                    if closest.is_none_or(|closest| found < closest) {
-                        closest = Some(found);
-                    }
+                    (fewest, closest) = (self.pair_count(at), at);
                 }
             }
-            if let Some((_, low, high)) = closest {
-                return Ok((low, high));
+            if fewest < u32::MAX {
+                let other = self.matches.positions[closest] as usize;
+                return Ok((closest.min(other), closest.max(other)));
             }
         }
     }
@@ -160,10 +190,14 @@ impl Search<'_> {
         self.list.set::<C>(self.base + high, moved);
         self.list.set::<C>(self.base + low, union);
         self.list.len -= 1;
-        let Matches { distances, positions } = &mut *self.matches;
-        // Nothing is closer to the union than the two were to each other.
+        let Matches { distances, positions, own_counts, match_counts } = &mut *self.matches;
+        // Nothing is closer to the union than the two were to each other, nor as close with fewer primitives than either.
         positions[low] = STALE;
+        match_counts[low] = pair[0].count.max(pair[1].count);
+        own_counts[low] = union.count;
         positions[high] = positions[last];
+        match_counts[high] = match_counts[last];
+        own_counts[high] = own_counts[last];
         distances[high] = distances[last];
         distances[last] = f32::INFINITY;
         // Who had one of the two as its match has none now; who had the last one finds it at its new place.

@@ -115,8 +115,9 @@ const SAFE_SQUARES: std::ops::Range<f32> = 1e-16..1e30;
 /// More than a difference, its length, a sum and this product round by.
 const ROUND_UP: f32 = 1.0 + 3.0 * f32::EPSILON;
 
-/// The next larger `f32`, saturating at the largest finite one.
+/// The next larger `f32`, saturating at the largest finite one. A point stays one: the next would be denormal, and sums
+/// with those take many times as long.
 #[inline]
 fn round_up(radius: f64) -> f32 {
-    (radius as f32).next_up().min(f32::MAX)
+    if radius == 0.0 { 0.0 } else { (radius as f32).next_up().min(f32::MAX) }
 }

@@ -8,7 +8,7 @@ use std::sync::Arc;
 
 use bvhscope::accel::Accel;
 use bvhscope::bvh::traverse::{NoProbe, TestCounts, Traversal};
-use bvhscope::bvh::{BuildSettings, BuilderKind, ContainerKind};
+use bvhscope::bvh::{BuildSettings, BuilderKind, ContainerKind, Pass, Passes, SimdLevel};
 use bvhscope::cancel::CancelToken;
 use bvhscope::geometry::{Ray, Triangle};
 use bvhscope::scene::{LoadOptions, Scene, load_bytes};
@@ -107,7 +107,10 @@ fn settings(choice: u8) -> BuildSettings {
     let builder = BuilderKind::ALL[choice as usize % BuilderKind::ALL.len()];
     let container = if choice & 64 == 0 { ContainerKind::Aabb } else { ContainerKind::Sphere };
     let threshold = [2, 6, 12, 64][usize::from(choice >> 3) % 4];
-    BuildSettings { builder, container, threshold, ..BuildSettings::default() }
+    let moving = Passes::NONE.with(Pass::Restructure).with(Pass::Reinsert);
+    let optimize = [Passes::NONE, Passes::NONE.with(Pass::Collapse), moving, Passes::ALL]
+        [usize::from(choice >> 7) * 2 + usize::from(choice >> 5) % 2];
+    BuildSettings { builder, container, threshold, optimize, ..BuildSettings::default() }
 }
 
 fn scene(triangles: Vec<Triangle>) -> Arc<Scene> {
@@ -155,7 +158,7 @@ pub fn traversal(bytes: &[u8]) {
     }
     let scene = scene(triangles);
     let accel = Accel::build(&scene, &settings, &CancelToken::new()).expect("nothing to refuse");
-    let whole = BuildSettings { builder: BuilderKind::None, ..settings };
+    let whole = BuildSettings { builder: BuilderKind::None, optimize: Passes::NONE, ..settings };
     let scan = Accel::build(&scene, &whole, &CancelToken::new()).expect("nothing to refuse");
     let mut rays = Vec::new();
     let target = &scene.triangles[0];
@@ -167,8 +170,20 @@ pub fn traversal(bytes: &[u8]) {
     while let (Some(origin), Some(direction)) = (floats.vector(), floats.vector()) {
         rays.push(Ray::new(origin, direction));
     }
-    for ray in &rays {
-        let expected = scan.closest_hit_with(ray, Traversal::Paper, &mut NoProbe);
+    // From one point, as a camera's.
+    let eye = rays[0].origin;
+    rays.extend(scene.triangles.iter().flat_map(|t| [t.a, t.b]).map(|corner| Ray::new(eye, corner - eye)));
+    let expected: Vec<_> = rays.iter().map(|ray| scan.closest_hit_with(ray, Traversal::Paper, &mut NoProbe)).collect();
+    let blocked: Vec<bool> = expected.iter().map(Option::is_some).collect();
+    for level in SimdLevel::ALL.into_iter().filter(|level| level.is_available()) {
+        let mut hits = vec![None; rays.len()];
+        accel.wide().tree.closest_hits(level.level(), &rays, &mut hits);
+        assert_eq!(hits, expected, "{}, {settings:?}", level.name());
+        let mut any = vec![false; rays.len()];
+        accel.wide().tree.any_hits(level.level(), &rays, &mut any);
+        assert_eq!(any, blocked, "{}, {settings:?}", level.name());
+    }
+    for (ray, expected) in rays.iter().zip(expected) {
         assert_eq!(accel.closest_hit(ray), expected, "{ray:?}, the wide tree, {settings:?}");
         for traversal in [Traversal::Ordered, Traversal::Paper] {
             let mut counts = TestCounts::default();
