@@ -9,6 +9,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use bvhscope::bvh::builders::build;
+use bvhscope::bvh::depth_limit::depth_limit;
 use bvhscope::bvh::{BuildSettings, ContainerKind, Preset};
 use bvhscope::cancel::CancelToken;
 use bvhscope::geometry::Triangle;
@@ -77,15 +78,13 @@ fn ties_search_hardly_more_than_random_triangles() {
 
 #[test]
 fn no_ties_make_a_list() {
-    let limit = 2 * COUNT.ilog2() + 16;
+    let limit = depth_limit(COUNT);
+    assert_eq!(limit, 2 * 14 + 16);
     let random = trees::soup(COUNT, 0.01, 77);
     for (name, triangles) in ties(&random) {
         for container in ContainerKind::ALL {
             for preset in Preset::ALL {
                 let settings = BuildSettings::preset(preset, container);
-                // Containers within one another are no ties: the larger one takes the smaller ones in, one after the other
-                // in each list of clusters, and longer lists stand higher up. See `reliability.md`.
-                let limit = if name.starts_with("one centre") { COUNT as u32 / 20 } else { limit };
                 let (tree, _) = build(&triangles, &settings, &CancelToken::new()).unwrap();
                 assert!(tree.max_depth() <= limit, "{name}, {settings:?}: depth {} of {limit}", tree.max_depth());
             }

@@ -12,12 +12,12 @@ use std::time::Instant;
 
 use fearless_simd::{Level, dispatch};
 
-use super::builders::StageTimes;
 use super::cluster::{Cluster, Clustered, Clusters, LANES, Pairs, simd_level};
 use super::combine::{Scratch, combine_clusters};
 use super::leaf_order::{TaskTree, order_leaves};
 use super::morton_order::{Extent, MortonOrder, morton_order};
 use super::reduction::Reduction;
+use super::stage_times::StageTimes;
 use super::subtree::build_subtree;
 use super::{BuildSettings, Node, Tree};
 use crate::cancel::{CancelToken, Cancelled};

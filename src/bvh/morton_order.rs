@@ -10,10 +10,10 @@ use fearless_simd::{Simd, SimdBase, dispatch, f32x4};
 use glam::Vec3;
 use rayon::prelude::*;
 
-use super::builders::StageTimes;
 use super::cluster::{Cluster, Clustered, LANES, bounds, simd_level};
 use super::morton::{CODE_BITS, MortonGrid};
 use super::radix_sort::{radix_sort, radix_sort_with};
+use super::stage_times::StageTimes;
 use crate::cancel::{CancelToken, Cancelled};
 use crate::geometry::{Aabb, Triangle};
 

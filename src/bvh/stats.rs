@@ -94,7 +94,8 @@ fn count(list: &mut Vec<u32>, place: u32, number: u32) {
     list[place] += number;
 }
 
-fn stats_of<C: Container>(tree: &Tree<C>) -> TreeStats {
+/// [`tree_stats`] of a tree of one kind.
+pub(super) fn stats_of<C: Container>(tree: &Tree<C>) -> TreeStats {
     let Some(root) = tree.nodes.first() else { return TreeStats::default() };
     let depths = tree.depths();
     let parts: Vec<Sums> = tree

@@ -5,37 +5,15 @@ mod exact;
 mod lbvh;
 mod none;
 
-use std::time::Duration;
-
 use super::cluster::Clustered;
+use super::depth_limit::limit_depth;
 use super::morton_order::{Extent, extent};
 use super::optimize::optimize;
+pub use super::stage_times::StageTimes;
+use super::stats::stats_of;
 use super::{AnyTree, BuildSettings, BuilderKind, ContainerKind, Tree, aac};
 use crate::cancel::{CancelToken, Cancelled};
 use crate::geometry::{Aabb, Sphere, Triangle};
-
-/// How long each stage of a build took, in the order of work.
-#[derive(Debug, Clone, PartialEq, Default)]
-pub struct StageTimes {
-    /// Name and duration: "codes", "sort", "tree", "flatten" for AAC; then each pass over the finished tree by its name.
-    pub stages: Vec<(&'static str, Duration)>,
-    /// Where passes ran over the finished tree: its SAH cost as it was, under "tree", and after each pass, as in
-    /// [`super::stats::TreeStats::sah_cost`].
-    pub costs: Vec<(&'static str, f64)>,
-}
-
-impl StageTimes {
-    /// Sum of all stages.
-    pub fn total(&self) -> Duration {
-        self.stages.iter().map(|(_, duration)| *duration).sum()
-    }
-
-    /// SAH cost before and after the pass that the stage `name` is; `None` where it is none.
-    pub fn cost_change(&self, name: &str) -> Option<[f64; 2]> {
-        let after = self.costs.iter().skip(1).position(|&(pass, _)| pass == name)? + 1;
-        Some([self.costs[after - 1].1, self.costs[after].1])
-    }
-}
 
 /// Why there is no tree.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
@@ -134,7 +112,14 @@ fn build_kind<C: Clustered>(
         BuilderKind::Exact => exact::build(triangles, token, times),
         BuilderKind::None => none::build(triangles, token, times),
     }?;
-    optimize(tree, settings.passes(), token, times)
+    let mut tree = optimize(tree, settings.passes(), token, times)?;
+    if matches!(settings.builder, BuilderKind::Aac | BuilderKind::Exact)
+        && limit_depth(&mut tree, token)?
+        && let Some((_, cost)) = times.costs.last_mut()
+    {
+        *cost = f64::from(stats_of(&tree).sah_cost);
+    }
+    Ok(tree)
 }
 
 #[cfg(test)]

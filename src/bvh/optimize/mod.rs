@@ -25,9 +25,9 @@ use restructure::restructure;
 use weigh::weigh;
 
 use super::Tree;
-use super::builders::StageTimes;
 use super::cluster::Clustered;
 use super::settings::{Pass, Passes};
+use super::stage_times::StageTimes;
 use super::stats::share;
 use crate::cancel::{CancelToken, Cancelled};
 use crate::geometry::Aabb;
