@@ -18,16 +18,16 @@ const FADE_PX: [f32; 2] = [2.0, 7.0];
 pub(super) fn ink(triangle: &Triangle, ray: &Ray, hit: &Hit, pixel: f32) -> f32 {
     let corners = [triangle.a, triangle.b, triangle.c];
     let weights = [1.0 - hit.u - hit.v, hit.u, hit.v];
-    let at: Vec3 = corners[0] + (corners[1] - corners[0]) * hit.u + (corners[2] - corners[0]) * hit.v;
     let (mut nearest, mut height) = (f32::INFINITY, f32::INFINITY);
     for (opposite, weight) in weights.into_iter().enumerate() {
         let (from, to) = (corners[(opposite + 1) % 3], corners[(opposite + 2) % 3]);
-        // Between the ray's line and the edge's: as far as the eye sees them apart, however the triangle is tilted.
+        // Between the edge's line and one along the ray: as far as the eye sees them apart, however the triangle is tilted.
         let across = ray.direction.cross(to - from);
-        let distance = (from - at).dot(across).abs() / across.length() / pixel;
-        if distance.is_finite() {
-            nearest = nearest.min(distance);
-            height = height.min(distance / weight.max(1e-6));
+        let over_edge = (from - corners[opposite]).dot(across).abs() / across.length() / pixel;
+        if over_edge.is_finite() {
+            // The hit is as far from the edge as its weight of the corner opposite says.
+            nearest = nearest.min(over_edge * weight.max(0.0));
+            height = height.min(over_edge);
         }
     }
     let coverage = (HALF_WIDTH_PX + 0.5 - nearest).clamp(0.0, 1.0);
