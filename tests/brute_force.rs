@@ -6,7 +6,7 @@ use bvhscope::bvh::builders::build;
 use bvhscope::bvh::traverse::{NoProbe, Traversal, any_hit, closest_hit};
 use bvhscope::bvh::validate::validate;
 use bvhscope::bvh::wide::{AnyWideTree, collapse};
-use bvhscope::bvh::{AnyTree, BuildSettings, BuilderKind, Container, ContainerKind, Preset, SimdLevel};
+use bvhscope::bvh::{AnyTree, BuildSettings, BuilderKind, Container, ContainerKind, Curve, Preset, SimdLevel};
 use bvhscope::cancel::CancelToken;
 use bvhscope::geometry::{Aabb, Hit, Ray, Sphere, Triangle};
 use bvhscope::with_tree;
@@ -154,6 +154,11 @@ fn every_builder_finds_what_a_scan_finds() {
                     }
                     let (tree, _) = build(&triangles, &settings, &CancelToken::new()).expect("nothing to refuse");
                     check(&format!("{name}, {settings:?}"), &triangles, &tree, &rays, &expected);
+                    for curve in [Curve::Hilbert, Curve::Extended] {
+                        let settings = BuildSettings { curve, ..settings };
+                        let (tree, _) = build(&triangles, &settings, &CancelToken::new()).expect("nothing to refuse");
+                        check(&format!("{name}, {settings:?}"), &triangles, &tree, &rays, &expected);
+                    }
                 }
             }
         }

@@ -3,7 +3,7 @@
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on should stop")]
 
 use bvhscope::bvh::builders::{BuildError, build};
-use bvhscope::bvh::{AnyTree, BuildSettings, BuilderKind, Container, ContainerKind, Preset, Tree};
+use bvhscope::bvh::{AnyTree, BuildSettings, BuilderKind, Container, ContainerKind, Curve, Preset, Tree};
 use bvhscope::cancel::CancelToken;
 use bvhscope::geometry::Triangle;
 use bvhscope::with_tree;
@@ -39,6 +39,12 @@ fn all_settings(count: usize) -> Vec<BuildSettings> {
         }
         for preset in [Preset::Hq, Preset::AacFast, Preset::AacHq] {
             all.push(BuildSettings::preset(preset, container));
+        }
+        for (builder, curve) in [BuilderKind::Aac, BuilderKind::Lbvh]
+            .into_iter()
+            .flat_map(|b| [Curve::Hilbert, Curve::Extended].map(|c| (b, c)))
+        {
+            all.push(BuildSettings { builder, curve, ..BuildSettings::preset(Preset::Fast, container) });
         }
         for (threshold, epsilon) in [(2, 0.0), (2, 0.5), (64, 0.0), (64, 0.5), (5, 0.37)] {
             all.push(BuildSettings { container, threshold, epsilon, ..BuildSettings::default() });

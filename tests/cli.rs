@@ -270,11 +270,12 @@ fn strict_turns_warnings_into_code_three() {
 }
 
 /// What every command tells of a tree.
-const TREE_NAMES: [&str; 25] = [
+const TREE_NAMES: [&str; 26] = [
     "builder",
     "container",
     "threshold",
     "epsilon",
+    "curve",
     "optimize",
     "threads",
     "build_ms",
@@ -368,7 +369,7 @@ fn every_commands_rows_have_the_names_and_agree_on_hits() {
         ("bench", &["--no-bvh"], 3),
         ("sweep", &["--threshold", "2..=4", "--container", "both", "--epsilon", "0.1,0.2"], 12),
         ("scaling", &["--threads", "2", "--container", "both"], 4),
-        ("compare", &["--container", "both"], 18),
+        ("compare", &["--container", "both"], 22),
     ];
     for (command, extra, count) in cases {
         let args: Vec<&str> = [command].iter().chain(&model).chain(extra).copied().collect();

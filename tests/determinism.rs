@@ -7,7 +7,7 @@ use std::sync::Arc;
 use bvhscope::accel::Accel;
 use bvhscope::bvh::builders::build;
 use bvhscope::bvh::wide::{AnyWideTree, collapse};
-use bvhscope::bvh::{AnyTree, BuildSettings, BuilderKind, ContainerKind};
+use bvhscope::bvh::{AnyTree, BuildSettings, BuilderKind, ContainerKind, Curve};
 use bvhscope::camera::Camera;
 use bvhscope::cancel::CancelToken;
 use bvhscope::geometry::Triangle;
@@ -48,9 +48,10 @@ fn widen_with_threads(triangles: &[Triangle], tree: &AnyTree, threads: usize) ->
 #[test]
 fn trees_do_not_depend_on_the_number_of_threads() {
     let triangles = sheet(120);
-    for builder in [BuilderKind::Aac, BuilderKind::Lbvh, BuilderKind::BinnedSah] {
+    let others = [BuilderKind::Lbvh, BuilderKind::BinnedSah].map(|builder| (builder, Curve::Morton));
+    for (builder, curve) in Curve::ALL.into_iter().map(|curve| (BuilderKind::Aac, curve)).chain(others) {
         for container in ContainerKind::ALL {
-            let settings = BuildSettings { builder, container, ..BuildSettings::default() };
+            let settings = BuildSettings { builder, container, curve, ..BuildSettings::default() };
             if settings.refusal(triangles.len()).is_some() {
                 continue;
             }

@@ -10,7 +10,7 @@ use eframe::egui::{Key, KeyboardShortcut, Modifiers};
 
 use super::paper::{Experiment, RowFormat};
 use super::state::{AppState, Side, Theme};
-use crate::bvh::{BuilderKind, ContainerKind, Preset};
+use crate::bvh::{BuilderKind, ContainerKind, Curve, Preset};
 use crate::render::Shading;
 
 pub use keyboard::handle_shortcuts;
@@ -306,12 +306,13 @@ impl Action {
     }
 }
 
-/// Whether threshold, ε and passes are those of `preset`.
+/// Whether threshold, ε, curve and passes are those of `preset`.
 pub fn is_preset(state: &AppState, preset: Preset) -> bool {
     let (threshold, epsilon) = preset.parameters();
     let build = &state.wanted.build;
     build.builder == BuilderKind::Aac
         && build.threshold == threshold
         && (build.epsilon - epsilon).abs() < 1e-4
+        && build.curve == Curve::Morton
         && build.optimize == preset.passes()
 }

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use super::start::SettingsUse;
 use super::state::{Preferences, Wanted};
 use crate::bvh::traverse::Traversal;
-use crate::bvh::{BuildSettings, BuilderKind, ContainerKind, Passes, Preset, SimdLevel};
+use crate::bvh::{BuildSettings, BuilderKind, ContainerKind, Curve, Passes, Preset, SimdLevel};
 use crate::overlay::ColorBy;
 use crate::render::{ColorMap, Light, Shading};
 use crate::scene::{LoadOptions, SceneSource};
@@ -47,6 +47,8 @@ pub struct Asked {
     pub threshold: Option<u32>,
     /// AAC's ε.
     pub epsilon: Option<f32>,
+    /// Passes over the finished tree.
+    pub curve: Option<Curve>,
     /// Passes over the finished tree.
     pub optimize: Option<Passes>,
     /// Threads for building and tracing.
@@ -128,6 +130,7 @@ impl Asked {
         lay(self.builder, &mut build.builder);
         lay(self.threshold, &mut build.threshold);
         lay(self.epsilon, &mut build.epsilon);
+        lay(self.curve, &mut build.curve);
         lay(self.optimize, &mut build.optimize);
         // What was left by the last run gives way to what was asked for now.
         if build.refusal(0).is_some() {

@@ -281,6 +281,7 @@ pub fn want_row(state: &mut AppState, row: &Measurement) {
         container: row.container,
         threshold: row.threshold,
         epsilon: row.epsilon,
+        curve: row.curve,
         optimize: row.optimize,
     };
     if row.command == "scaling" {

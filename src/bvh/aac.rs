@@ -35,7 +35,7 @@ pub fn build_bvh<C: Clustered>(
     token: &CancelToken,
     times: &mut StageTimes,
 ) -> Result<Tree<C>, Cancelled> {
-    let input = morton_order::<C>(triangles, extent, token, times)?;
+    let input = morton_order::<C>(triangles, extent, settings.curve, token, times)?;
     let start = Instant::now();
     let reduction = Reduction::new(settings.threshold, settings.epsilon);
     let count = triangles.len();

@@ -6,6 +6,7 @@ pub mod builders;
 mod cluster;
 mod combine;
 pub mod container;
+mod curve;
 pub mod depth_limit;
 mod flatten;
 mod leaf_order;
@@ -32,5 +33,5 @@ pub mod wide;
 
 pub use container::{Container, ContainerKind};
 pub use node::{AnyTree, Node, Tree};
-pub use settings::{BuildSettings, BuilderKind, Pass, Passes, Preset};
+pub use settings::{BuildSettings, BuilderKind, Curve, Pass, Passes, Preset};
 pub use simd::SimdLevel;

@@ -13,7 +13,7 @@ use glam::Vec3;
 use crate::geometry::Aabb;
 
 /// Bits of a code in each axis.
-const BITS_PER_AXIS: u32 = 21;
+pub const BITS_PER_AXIS: u32 = 21;
 /// Bits of a code.
 pub const CODE_BITS: u32 = 3 * BITS_PER_AXIS;
 
@@ -34,21 +34,32 @@ impl MortonGrid {
 
     /// The code of `point`, 63 bits.
     pub fn code(&self, point: Vec3) -> u64 {
+        join_spread(self.cell(point))
+    }
+
+    /// The numbers of the cell that holds `point`.
+    #[inline]
+    pub fn cell(&self, point: Vec3) -> [u32; 3] {
         let cell = ((point - self.origin) * self.cells_per_unit).clamp(Vec3::ZERO, Vec3::splat(MAX_CELL));
-        spread(cell.x as u32) << 2 | spread(cell.y as u32) << 1 | spread(cell.z as u32)
+        [cell.x as u32, cell.y as u32, cell.z as u32]
+    }
+
+    /// How many cells `length` is long.
+    pub fn cells_across(&self, length: f32) -> f32 {
+        length * self.cells_per_unit
     }
 
     /// The codes of two points.
     #[inline(always)]
     pub fn codes<S: Simd>(&self, simd: S, points: [f32x4<S>; 2]) -> [u64; 2] {
-        let (first, second) = (self.cell(simd, points[0]), self.cell(simd, points[1]));
+        let (first, second) = (self.lanes(simd, points[0]), self.lanes(simd, points[1]));
         let (first, second) = simd.widen_u32x8(simd.combine_u32x4(first, second));
         [join(simd, spread_all(first)), join(simd, spread_all(second))]
     }
 
-    /// The cell that holds `point`.
+    /// [`Self::cell`] of a point in lanes.
     #[inline(always)]
-    fn cell<S: Simd>(&self, simd: S, point: f32x4<S>) -> u32x4<S> {
+    fn lanes<S: Simd>(&self, simd: S, point: f32x4<S>) -> u32x4<S> {
         let origin = f32x4::from_slice(simd, &[self.origin.x, self.origin.y, self.origin.z, 0.0]);
         let cell = (point - origin) * self.cells_per_unit;
         let inside = cell.max(f32x4::splat(simd, 0.0)).min(f32x4::splat(simd, MAX_CELL));
@@ -57,7 +68,7 @@ impl MortonGrid {
 }
 
 /// Largest cell number in an axis.
-const MAX_CELL: f32 = ((1 << BITS_PER_AXIS) - 1) as f32;
+pub const MAX_CELL: f32 = ((1 << BITS_PER_AXIS) - 1) as f32;
 /// By how much bits move up, and which are kept, on the way to two zero bits in front of each of the lowest 21.
 const SPREAD: [(u32, u64); 5] = [
     (32, 0x001f_0000_0000_ffff),
@@ -70,6 +81,12 @@ const SPREAD: [(u32, u64); 5] = [
 /// Two zero bits in front of each of the lowest 21 bits.
 fn spread(bits: u32) -> u64 {
     SPREAD.iter().fold(u64::from(bits) & 0x001f_ffff, |x, (shift, mask)| (x | x << shift) & mask)
+}
+
+/// The code of a cell.
+#[inline]
+pub fn join_spread([x, y, z]: [u32; 3]) -> u64 {
+    spread(x) << 2 | spread(y) << 1 | spread(z)
 }
 
 /// Three spread numbers as one code.

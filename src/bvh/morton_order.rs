@@ -1,4 +1,4 @@
-//! Primitives along the Morton curve: codes of the containers' middles, sorted, and where a range of them splits.
+//! Primitives along a curve, mostly Morton's: their codes, sorted, and where a range of them splits.
 
 #![allow(clippy::inline_always, reason = "SIMD kernels must land in the caller that enables the instructions")]
 
@@ -10,8 +10,10 @@ use fearless_simd::{Simd, SimdBase, dispatch, f32x4};
 use glam::Vec3;
 use rayon::prelude::*;
 
+use super::Curve;
 use super::cluster::{Cluster, Clustered, LANES, bounds, simd_level};
-use super::morton::{CODE_BITS, MortonGrid};
+use super::curve::CurveGrid;
+use super::morton::CODE_BITS;
 use super::radix_sort::{radix_sort, radix_sort_with};
 use super::stage_times::StageTimes;
 use crate::cancel::{CancelToken, Cancelled};
@@ -22,7 +24,7 @@ const BATCH: usize = 8192;
 /// Most primitives that may have the same packed code before the rest of their codes is sorted as well.
 const MAX_CELL_PRIMITIVES: usize = 32;
 
-/// Primitives sorted by Morton code.
+/// Primitives sorted by their codes.
 pub struct MortonOrder<C: Clustered> {
     /// What is kept of each primitive's container, in the order of the input.
     kept: Vec<C::Kept>,
@@ -78,16 +80,17 @@ fn extent_of_batch<S: Simd>(simd: S, batch: &[Triangle]) -> [Aabb; 2] {
     })
 }
 
-/// Morton codes of the containers' middles, sorted. Adds the stages "codes" and "sort".
+/// The codes of the containers' middles along `curve`, sorted. Adds the stages "codes" and "sort".
 pub fn morton_order<C: Clustered>(
     triangles: &[Triangle],
     extent: &Extent,
+    curve: Curve,
     token: &CancelToken,
     times: &mut StageTimes,
 ) -> Result<MortonOrder<C>, Cancelled> {
     token.check()?;
     let start = Instant::now();
-    let grid = MortonGrid::new(&extent.middles);
+    let grid = CurveGrid::new(&extent.middles, curve);
     let index_bits = usize::BITS - (triangles.len() - 1).leading_zeros();
     let code_shift = (CODE_BITS + index_bits).saturating_sub(u64::BITS);
     let mut kept = vec![C::Kept::default(); triangles.len()];
@@ -126,7 +129,7 @@ pub fn morton_order<C: Clustered>(
 #[inline(always)]
 fn codes_of_batch<C: Clustered, S: Simd>(
     simd: S,
-    grid: &MortonGrid,
+    grid: &CurveGrid,
     triangles: &[Triangle],
     kept: &mut [C::Kept],
     codes: &mut [u64],
@@ -138,11 +141,7 @@ fn codes_of_batch<C: Clustered, S: Simd>(
     for ((triangles, kept), codes) in blocks.zip(kept.chunks_mut(LANES)).zip(codes.chunks_mut(LANES)) {
         let (all_kept, middles) = C::keep_and_middles(simd, triangles);
         kept.copy_from_slice(&all_kept[..kept.len()]);
-        let mut all_codes = [0; LANES];
-        for (codes, middles) in all_codes.chunks_exact_mut(2).zip(middles.chunks_exact(2)) {
-            codes.copy_from_slice(&grid.codes(simd, [middles[0], middles[1]]));
-        }
-        codes.copy_from_slice(&all_codes[..codes.len()]);
+        codes.copy_from_slice(&grid.codes(simd, &middles, triangles)[..codes.len()]);
     }
 }
 
@@ -223,7 +222,7 @@ impl<C: Clustered> MortonOrder<C> {
         &mut self,
         crowded: &[Range<usize>],
         triangles: &[Triangle],
-        grid: &MortonGrid,
+        grid: &CurveGrid,
         token: &CancelToken,
     ) -> Result<(), Cancelled> {
         let (kept, index_bits, code_shift) = (&self.kept, self.index_bits, self.code_shift);
@@ -244,7 +243,8 @@ impl<C: Clustered> MortonOrder<C> {
             // The same primitives with the other end of their codes.
             keys.par_iter_mut().with_min_len(BATCH).for_each(|key| {
                 let primitive = (*key & index_mask) as usize;
-                let code = grid.code(C::restore(&kept[primitive], &triangles[primitive]).middle());
+                let triangle = &triangles[primitive];
+                let code = grid.code(C::restore(&kept[primitive], triangle).middle(), triangle);
                 *key = (code & !(u64::MAX << code_shift)) << index_bits | primitive as u64;
             });
             radix_sort_with(keys, codes, code_shift + index_bits, token)?;

@@ -47,6 +47,42 @@ impl BuilderKind {
     }
 }
 
+/// The line through space along which primitives are sorted before they are clustered.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Curve {
+    /// Morton's: the bits of the three axes in turn (1966). The paper's.
+    #[default]
+    Morton,
+    /// Hilbert's, on which neighbours always touch (1891).
+    Hilbert,
+    /// Morton's with the bits of the primitives' size as a fourth axis (Vinkler, Bittner, Havran, 2017).
+    Extended,
+}
+
+impl Curve {
+    /// Every curve, in the order in which menus list them.
+    pub const ALL: [Self; 3] = [Self::Morton, Self::Hilbert, Self::Extended];
+
+    /// The name on the command line and in JSON.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Morton => "morton",
+            Self::Hilbert => "hilbert",
+            Self::Extended => "extended",
+        }
+    }
+
+    /// The name in the window.
+    pub const fn label(self) -> &'static str {
+        match self {
+            Self::Morton => "Morton",
+            Self::Hilbert => "Hilbert",
+            Self::Extended => "Morton and size",
+        }
+    }
+}
+
 /// A pass over the finished tree that makes it better. None of them ever raises its SAH cost.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
@@ -154,6 +190,9 @@ pub struct BuildSettings {
     pub threshold: u32,
     /// ε of the reduction function f(x) = ½·δ^(½+ε)·x^(½−ε). 0 to 0.5; smaller keeps more clusters, slower and better. AAC only.
     pub epsilon: f32,
+    /// Along which line primitives are sorted. AAC and LBVH only.
+    #[serde(default)]
+    pub curve: Curve,
     /// What is done to the finished tree; see [`BuildSettings::passes`].
     #[serde(default)]
     pub optimize: Passes,
@@ -230,7 +269,14 @@ impl BuildSettings {
     /// AAC with a preset's parameters.
     pub const fn preset(preset: Preset, container: ContainerKind) -> Self {
         let (threshold, epsilon) = preset.parameters();
-        Self { builder: BuilderKind::Aac, container, threshold, epsilon, optimize: preset.passes() }
+        Self {
+            builder: BuilderKind::Aac,
+            container,
+            threshold,
+            epsilon,
+            curve: Curve::Morton,
+            optimize: preset.passes(),
+        }
     }
 
     /// Why these settings cannot build `primitive_count` triangles; `None` where they can.

@@ -8,7 +8,7 @@ use glam::Vec3;
 use super::values::{self, Epsilons, ModelParser, Numbers};
 use crate::budget::MemoryLimit;
 use crate::bvh::traverse::Traversal;
-use crate::bvh::{BuilderKind, ContainerKind, Passes, Preset, SimdLevel};
+use crate::bvh::{BuilderKind, ContainerKind, Curve, Passes, Preset, SimdLevel};
 use crate::overlay::{ColorBy, OverlayKinds};
 use crate::render::{ColorMap, Light, Shading};
 use crate::scene::SceneSource;
@@ -148,6 +148,9 @@ pub struct BuildArgs {
     /// Passes over the finished tree, with commas between: collapse, restructure and reinsert (boxes only); or all, none [default: none]
     #[arg(long, value_name = "LIST", value_parser = values::passes)]
     pub optimize: Option<Passes>,
+    /// AAC and LBVH: the curve along which triangles are sorted: morton, hilbert or extended (Morton and size) [default: morton]
+    #[arg(long, value_name = "NAME", value_parser = |text: &str| values::named(text, &Curve::ALL, |curve| curve.name().to_owned()))]
+    pub curve: Option<Curve>,
     /// Threads for building and tracing, 1 to 1024 [default: all]
     #[arg(long, value_name = "N", value_parser = values::threads)]
     pub threads: Option<usize>,
@@ -354,6 +357,9 @@ pub struct OneTreeArgs {
     /// Passes over the finished tree, with commas between: collapse, restructure and reinsert (boxes only); or all, none [default: none]
     #[arg(long, value_name = "LIST", value_parser = values::passes)]
     pub optimize: Option<Passes>,
+    /// AAC and LBVH: the curve along which triangles are sorted: morton, hilbert or extended (Morton and size) [default: morton]
+    #[arg(long, value_name = "NAME", value_parser = |text: &str| values::named(text, &Curve::ALL, |curve| curve.name().to_owned()))]
+    pub curve: Option<Curve>,
 }
 
 #[derive(Debug, Args)]

@@ -8,7 +8,7 @@ use super::args::{
 };
 #[cfg(feature = "gui")]
 use crate::app::{Asked, SettingsUse, StartOptions};
-use crate::bvh::{BuildSettings, BuilderKind, ContainerKind, Pass, Passes, Preset};
+use crate::bvh::{BuildSettings, BuilderKind, ContainerKind, Curve, Pass, Passes, Preset};
 use crate::headless::RenderJob;
 use crate::headless::info::InfoJob;
 use crate::headless::jobs::{MeasureJob, Output};
@@ -65,10 +65,18 @@ pub fn info(args: InfoArgs) -> InfoJob {
 pub fn setups(tree: &OneTreeArgs, measure: &MeasureArgs, containers: &[ContainerKind]) -> Vec<Setup> {
     let containers = tree.container.as_ref().map_or(containers, |asked| &asked.0);
     // Numbers of its own make it another tree than the preset's.
-    let own = tree.threshold.is_some() || tree.epsilon.is_some() || tree.optimize.is_some();
+    let own = tree.threshold.is_some() || tree.epsilon.is_some() || tree.optimize.is_some() || tree.curve.is_some();
     let preset = tree.preset.filter(|_| !own);
     let setup = |&container| Setup {
-        build: build_settings(tree.builder, tree.preset, tree.threshold, tree.epsilon, tree.optimize, container),
+        build: build_settings(
+            tree.builder,
+            tree.preset,
+            tree.threshold,
+            tree.epsilon,
+            tree.curve,
+            tree.optimize,
+            container,
+        ),
         preset,
         threads: measure.threads.unwrap_or(0),
     };
@@ -105,14 +113,8 @@ pub fn load(args: &LoadArgs) -> LoadOptions {
 
 /// The preset, or the default, with what was said on top.
 pub fn build(args: &BuildArgs) -> BuildSettings {
-    build_settings(
-        args.builder,
-        args.preset,
-        args.threshold,
-        args.epsilon,
-        args.optimize,
-        args.container.unwrap_or(ContainerKind::Aabb),
-    )
+    let container = args.container.unwrap_or(ContainerKind::Aabb);
+    build_settings(args.builder, args.preset, args.threshold, args.epsilon, args.curve, args.optimize, container)
 }
 
 /// Why these passes cannot run over trees of these containers.
@@ -132,6 +134,7 @@ pub fn build_settings(
     preset: Option<Preset>,
     threshold: Option<u32>,
     epsilon: Option<f32>,
+    curve: Option<Curve>,
     optimize: Option<Passes>,
     container: ContainerKind,
 ) -> BuildSettings {
@@ -141,6 +144,7 @@ pub fn build_settings(
         container,
         threshold: threshold.unwrap_or(base.threshold),
         epsilon: epsilon.unwrap_or(base.epsilon),
+        curve: curve.unwrap_or(base.curve),
         optimize: optimize.unwrap_or(base.optimize),
     }
 }
@@ -165,6 +169,7 @@ fn asked(build: &BuildArgs, picture: &PictureArgs, overlay: &OverlayArgs) -> Ask
         container: build.container,
         threshold: build.threshold,
         epsilon: build.epsilon,
+        curve: build.curve,
         optimize: build.optimize,
         threads: build.threads,
         shading: picture.shading,
@@ -239,7 +244,8 @@ mod tests {
     #[test]
     fn the_command_line_that_the_window_copies_means_the_same() {
         let mut wanted = Wanted::new(SceneSource::default_builtin());
-        wanted.build = BuildSettings { container: ContainerKind::Sphere, threshold: 9, ..wanted.build };
+        wanted.build =
+            BuildSettings { container: ContainerKind::Sphere, threshold: 9, curve: Curve::Hilbert, ..wanted.build };
         wanted.build.optimize = Passes::NONE.with(Pass::Collapse).with(Pass::Reinsert);
         wanted.threads = 2;
         wanted.camera.projection = Projection::Orthographic;

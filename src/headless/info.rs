@@ -7,7 +7,7 @@ use super::tree_numbers::TreeNumbers;
 use super::{Context, Failure, Finished};
 use crate::accel::Accel;
 use crate::bvh::stats::{INTERSECTION_COST, TRAVERSAL_COST};
-use crate::bvh::{BuildSettings, BuilderKind, Passes};
+use crate::bvh::{BuildSettings, BuilderKind, Curve, Passes};
 use crate::lab::doctor::{Finding, examine_scene, examine_tree};
 use crate::lab::table::number;
 use crate::scene::SceneSource;
@@ -110,6 +110,9 @@ fn print_text(info: &Info, builder: BuilderKind, out: &mut dyn std::io::Write) -
     writeln!(out, "tree: {}, {} containers", builder.label(), tree.container)?;
     if builder == BuilderKind::Aac {
         line(out, "settings", format!("threshold {}, ε {}", tree.threshold, tree.epsilon))?;
+    }
+    if tree.curve != Curve::Morton {
+        line(out, "curve", tree.curve.name().to_owned())?;
     }
     if tree.optimize != Passes::NONE {
         let cost = |name: &str| tree.optimize_sah_costs.get(name).map_or(String::new(), |&cost| number(cost));

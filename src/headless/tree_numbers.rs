@@ -5,9 +5,9 @@ use std::collections::BTreeMap;
 use serde::Serialize;
 
 use crate::accel::Accel;
-use crate::bvh::Passes;
 use crate::bvh::levels::Levels;
 use crate::bvh::stats::{INTERSECTION_COST, TRAVERSAL_COST};
+use crate::bvh::{Curve, Passes};
 use crate::lab::millis;
 
 /// A tree in numbers. The field names are the JSON names.
@@ -17,6 +17,7 @@ pub struct TreeNumbers {
     pub container: &'static str,
     pub threshold: u32,
     pub epsilon: f32,
+    pub curve: Curve,
     pub optimize: Passes,
     pub threads: usize,
     pub build_ms: f64,
@@ -57,6 +58,7 @@ impl TreeNumbers {
             container: settings.container.name(),
             threshold: settings.threshold,
             epsilon: settings.epsilon,
+            curve: settings.curve,
             optimize: settings.passes(),
             threads: report.threads,
             build_ms: millis(report.build_time),

@@ -2,7 +2,7 @@
 
 use super::measure::{LabError, Setup, Subject, TraceView, measure};
 use super::measurement::Measurement;
-use crate::bvh::{BuildSettings, BuilderKind, ContainerKind, Pass, Passes, Preset};
+use crate::bvh::{BuildSettings, BuilderKind, ContainerKind, Curve, Pass, Passes, Preset};
 use crate::cancel::CancelToken;
 
 /// What is compared beside the preset Best, so that each pass shows what it brings: all of them with the leaves that collapse
@@ -13,16 +13,21 @@ const PASSES: [Passes; 3] = [
     Passes::NONE.with(Pass::Collapse).with(Pass::Reinsert),
 ];
 
-/// Every builder that can build `primitive_count` triangles into these containers: AAC by preset and, in boxes, by pass, then the
-/// others.
+/// Every builder that can build `primitive_count` triangles into these containers: AAC by preset, by curve and, in boxes, by pass,
+/// then the others.
 pub fn compared_setups(containers: &[ContainerKind], primitive_count: usize, threads: usize) -> Vec<Setup> {
     let mut setups = Vec::new();
     for &container in containers {
         for preset in Preset::ALL {
             setups.push(Setup { build: BuildSettings::preset(preset, container), preset: Some(preset), threads });
         }
+        let base = BuildSettings::preset(Preset::Fast, container);
+        setups.extend([Curve::Hilbert, Curve::Extended].map(|curve| Setup {
+            build: BuildSettings { curve, ..base },
+            preset: None,
+            threads,
+        }));
         if container == ContainerKind::Aabb {
-            let base = BuildSettings::preset(Preset::Fast, container);
             setups.extend(PASSES.map(|optimize| Setup {
                 build: BuildSettings { optimize, ..base },
                 preset: None,
@@ -30,7 +35,7 @@ pub fn compared_setups(containers: &[ContainerKind], primitive_count: usize, thr
             }));
         }
         for builder in [BuilderKind::Lbvh, BuilderKind::BinnedSah, BuilderKind::Exact] {
-            let build = BuildSettings { builder, ..BuildSettings::preset(Preset::Fast, container) };
+            let build = BuildSettings { builder, ..base };
             if build.refusal(primitive_count).is_none() {
                 setups.push(Setup { build, preset: None, threads });
             }

@@ -188,6 +188,7 @@ fn measurement(
         container: setup.build.container,
         threshold: setup.build.threshold,
         epsilon: setup.build.epsilon,
+        curve: setup.build.curve,
         optimize: setup.build.passes(),
         traversal: traversal_name(view.traversal).to_owned(),
         threads: first.threads,

@@ -5,7 +5,7 @@ use std::time::Duration;
 
 use serde::{Deserialize, Serialize};
 
-use crate::bvh::{ContainerKind, Passes};
+use crate::bvh::{ContainerKind, Curve, Passes};
 
 /// One measured tree. The field names are the JSON names.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -27,6 +27,9 @@ pub struct Measurement {
     pub threshold: u32,
     /// ε.
     pub epsilon: f32,
+    /// Along which line the triangles were sorted.
+    #[serde(default)]
+    pub curve: Curve,
     /// Passes over the finished tree.
     #[serde(default)]
     pub optimize: Passes,
@@ -128,13 +131,19 @@ pub struct Measurement {
 }
 
 impl Measurement {
-    /// What the tree was built with, in short: the preset, or builder and passes.
+    /// What the tree was built with, in short: the preset, or builder, curve and passes.
     pub fn builder_name(&self) -> String {
-        match &self.preset {
-            Some(preset) => preset.clone(),
-            None if self.optimize == Passes::NONE => self.builder.clone(),
-            None => format!("{} + {}", self.builder, self.optimize),
+        if let Some(preset) = &self.preset {
+            return preset.clone();
         }
+        let mut parts = vec![self.builder.clone()];
+        if self.curve != Curve::Morton {
+            parts.push(self.curve.name().to_owned());
+        }
+        if self.optimize != Passes::NONE {
+            parts.push(self.optimize.to_string());
+        }
+        parts.join(" + ")
     }
 }
 

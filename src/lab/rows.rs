@@ -7,7 +7,7 @@ use serde_json::Value;
 use super::Measurement;
 
 /// Columns in the order of the design's JSON names, then how it was measured.
-const COLUMNS: [&str; 48] = [
+const COLUMNS: [&str; 49] = [
     "command",
     "model",
     "triangles",
@@ -16,6 +16,7 @@ const COLUMNS: [&str; 48] = [
     "container",
     "threshold",
     "epsilon",
+    "curve",
     "optimize",
     "threads",
     "build_ms",

@@ -2,7 +2,7 @@
 
 use super::measure::{LabError, Setup, Subject, TraceView, measure};
 use super::measurement::Measurement;
-use crate::bvh::{BuildSettings, BuilderKind, ContainerKind, Passes};
+use crate::bvh::{BuildSettings, BuilderKind, ContainerKind, Curve, Passes};
 use crate::cancel::CancelToken;
 
 /// Which trees a sweep measures on each model.
@@ -66,6 +66,7 @@ pub fn sweep(
                 container,
                 threshold: point.threshold,
                 epsilon: point.epsilon,
+                curve: Curve::Morton,
                 optimize: Passes::NONE,
             },
             preset: None,

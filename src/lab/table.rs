@@ -6,8 +6,8 @@ mod pairs;
 use std::fmt;
 
 use super::Measurement;
-use crate::bvh::Passes;
 use crate::bvh::stats::{INTERSECTION_COST, TRAVERSAL_COST};
+use crate::bvh::{Curve, Passes};
 
 /// A table with a title line, a head of one or two lines and notes below.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -87,8 +87,9 @@ pub fn tables(command: &str, rows: &[Measurement]) -> Vec<Table> {
 pub fn summary(row: &Measurement) -> String {
     let tree = match row.builder.as_str() {
         "aac" => {
+            let curve = if row.curve == Curve::Morton { String::new() } else { format!(", {}", row.curve.name()) };
             let passes = if row.optimize == Passes::NONE { String::new() } else { format!(", {}", row.optimize) };
-            format!("{}, δ {}, ε {}{passes}", row.container.name(), row.threshold, row.epsilon)
+            format!("{}, δ {}, ε {}{curve}{passes}", row.container.name(), row.threshold, row.epsilon)
         }
         "none" => "without BVH".to_owned(),
         builder => format!("{}, {builder}", row.container.name()),

@@ -8,7 +8,7 @@ use std::sync::Arc;
 
 use bvhscope::accel::Accel;
 use bvhscope::bvh::traverse::{NoProbe, TestCounts, Traversal};
-use bvhscope::bvh::{BuildSettings, BuilderKind, ContainerKind, Pass, Passes, SimdLevel};
+use bvhscope::bvh::{BuildSettings, BuilderKind, ContainerKind, Curve, Pass, Passes, SimdLevel};
 use bvhscope::cancel::CancelToken;
 use bvhscope::geometry::{Ray, Triangle};
 use bvhscope::scene::{LoadOptions, Scene, load_bytes};
@@ -110,7 +110,8 @@ fn settings(choice: u8) -> BuildSettings {
     let moving = Passes::NONE.with(Pass::Restructure).with(Pass::Reinsert);
     let optimize = [Passes::NONE, Passes::NONE.with(Pass::Collapse), moving, Passes::ALL]
         [usize::from(choice >> 7) * 2 + usize::from(choice >> 5) % 2];
-    BuildSettings { builder, container, threshold, optimize, ..BuildSettings::default() }
+    let curve = Curve::ALL[usize::from(choice) / 5 % Curve::ALL.len()];
+    BuildSettings { builder, container, threshold, curve, optimize, ..BuildSettings::default() }
 }
 
 fn scene(triangles: Vec<Triangle>) -> Arc<Scene> {

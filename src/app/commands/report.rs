@@ -9,7 +9,7 @@ use crate::app::state::{AppState, Wanted};
 use crate::bvh::levels::Levels;
 use crate::bvh::stats::{INTERSECTION_COST, TRAVERSAL_COST};
 use crate::bvh::traverse::Traversal;
-use crate::bvh::{Passes, SimdLevel};
+use crate::bvh::{Curve, Passes, SimdLevel};
 use crate::camera::Projection;
 use crate::overlay::OverlayKinds;
 use crate::render::{Light, Shading};
@@ -26,6 +26,9 @@ pub fn command_line(state: &AppState) -> String {
     flag("--container", build.container.name().to_owned());
     flag("--threshold", build.threshold.to_string());
     flag("--epsilon", build.epsilon.to_string());
+    if build.curve != Curve::Morton {
+        flag("--curve", build.curve.name().to_owned());
+    }
     if build.passes() != Passes::NONE {
         flag("--optimize", build.passes().to_string());
     }

@@ -5,10 +5,10 @@ use eframe::egui::{Checkbox, Ui};
 use super::widgets::{Header, SliderSpec, chip, combo, row, section, slider};
 use crate::app::commands::{Action, builder_description, is_preset};
 use crate::app::state::AppState;
-use crate::bvh::{BuildSettings, BuilderKind, ContainerKind, Pass, Preset};
+use crate::bvh::{BuildSettings, BuilderKind, ContainerKind, Curve, Pass, Preset};
 
 pub(super) fn show(ui: &mut Ui, state: &mut AppState) {
-    let tip = "Bring builder, container, threshold, ε, passes and threads back";
+    let tip = "Bring builder, container, threshold, ε, curve, passes and threads back";
     let header = Header { name: "Tree settings", reset: Some(tip), ..Header::default() };
     let reset = section(ui, "TREE", header, |ui| {
         let triangles = state.scene.as_ref().map_or(0, |scene| scene.triangles.len());
@@ -20,6 +20,8 @@ pub(super) fn show(ui: &mut Ui, state: &mut AppState) {
             presets(ui, state);
             epsilon(ui, state);
         });
+        let sorts = matches!(state.wanted.build.builder, BuilderKind::Aac | BuilderKind::Lbvh);
+        ui.add_enabled_ui(sorts, |ui| curve(ui, state));
         passes(ui, state);
         threads(ui, state);
     });
@@ -110,6 +112,19 @@ fn epsilon(ui: &mut Ui, state: &mut AppState) {
     if slider(ui, &mut value, &spec) {
         state.wanted.build.epsilon = value as f32;
     }
+}
+
+fn curve(ui: &mut Ui, state: &mut AppState) {
+    let tip = "The line through space along which triangles are sorted before they are clustered";
+    let choices = Curve::ALL.map(|curve| {
+        let meaning = match curve {
+            Curve::Morton => "The bits of x, y and z in turn: the paper's, and the fastest",
+            Curve::Hilbert => "Neighbours on it always touch. Helps spheres most",
+            Curve::Extended => "With the triangles' size as a fourth axis (Vinkler et al. 2017)",
+        };
+        (curve, curve.label(), meaning)
+    });
+    combo(ui, "Curve", tip, &mut state.wanted.build.curve, &choices, |_| None);
 }
 
 fn passes(ui: &mut Ui, state: &mut AppState) {

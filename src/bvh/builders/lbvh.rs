@@ -7,7 +7,7 @@ use super::StageTimes;
 use crate::bvh::cluster::Clustered;
 use crate::bvh::flatten::{Pair, flatten};
 use crate::bvh::morton_order::{Extent, MortonOrder, morton_order};
-use crate::bvh::{Node, Tree};
+use crate::bvh::{Curve, Node, Tree};
 use crate::cancel::{CancelToken, Cancelled};
 use crate::geometry::Triangle;
 
@@ -18,10 +18,11 @@ const FORK_ABOVE: usize = 8192;
 pub fn build<C: Clustered>(
     triangles: &[Triangle],
     extent: &Extent,
+    curve: Curve,
     token: &CancelToken,
     times: &mut StageTimes,
 ) -> Result<Tree<C>, Cancelled> {
-    let input = morton_order::<C>(triangles, extent, token, times)?;
+    let input = morton_order::<C>(triangles, extent, curve, token, times)?;
     let start = Instant::now();
     let empty = Node { container: C::EMPTY, first: 0, count: 0 };
     let mut slots: Vec<Pair<C>> = vec![[empty; 2]; triangles.len()];

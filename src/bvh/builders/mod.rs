@@ -107,7 +107,7 @@ fn build_kind<C: Clustered>(
     token.check()?;
     let tree = match settings.builder {
         BuilderKind::Aac => aac::build_bvh(triangles, extent, settings, token, times),
-        BuilderKind::Lbvh => lbvh::build(triangles, extent, token, times),
+        BuilderKind::Lbvh => lbvh::build(triangles, extent, settings.curve, token, times),
         BuilderKind::BinnedSah => binned_sah::build(triangles, token, times),
         BuilderKind::Exact => exact::build(triangles, token, times),
         BuilderKind::None => none::build(triangles, token, times),
