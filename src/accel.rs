@@ -9,8 +9,8 @@ use rayon::prelude::*;
 use crate::budget::Budget;
 use crate::bvh::builders::{BuildError, StageTimes, build};
 use crate::bvh::lineage::{Lineage, path_to_primitive};
-use crate::bvh::overlap::end_point_overlap;
-use crate::bvh::stats::{TreeStats, tree_stats};
+use crate::bvh::overlap::{end_point_overlap, end_point_overlap_unless};
+use crate::bvh::stats::{TreeStats, tree_stats_unless};
 use crate::bvh::traverse::{self, Probe, Traversal};
 use crate::bvh::wide::{AnyWideTree, collapse};
 use crate::bvh::{AnyTree, BuildSettings, Passes};
@@ -28,6 +28,9 @@ const EPO_SAMPLES: usize = 2_000;
 pub const BUILD_BYTES_PER_TRIANGLE: u64 = 220;
 /// More that the passes over the finished tree hold: all of them raised the peak by 98 a triangle on the dragon.
 const OPTIMIZE_BYTES_PER_TRIANGLE: u64 = 100;
+
+/// Triangles that are copied between two looks at the token.
+const COPIED_AT_ONCE: usize = 1 << 14;
 
 /// Time between two looks whether another thread has made the wide tree.
 const WIDENING_LOOK: Duration = Duration::from_millis(1);
@@ -130,7 +133,7 @@ impl Accel {
             unreachable!("the builder made a broken tree: {broken}");
         }
         token.check()?;
-        let stats = tree_stats(&tree);
+        let stats = tree_stats_unless(&tree, token)?;
         let report = BuildReport {
             build_time: stages.total(),
             stages,
@@ -192,10 +195,43 @@ impl Accel {
         if let Some(triangles) = self.leaf_triangles.get() {
             return triangles;
         }
+        match self.leaf_triangles_unless(&CancelToken::new()) {
+            Ok(triangles) => triangles,
+            Err(Cancelled { .. }) => unreachable!("nobody else has this token"),
+        }
+    }
+
+    /// [`Accel::leaf_triangles`], unless `token` is cancelled.
+    pub fn leaf_triangles_unless(&self, token: &CancelToken) -> Result<&[Triangle], Cancelled> {
+        if let Some(triangles) = self.leaf_triangles.get() {
+            return Ok(triangles);
+        }
         // Not within the lock, which a thread that waits for the others here could want once more.
         let indices = self.tree.primitive_indices();
-        let triangles = indices.par_iter().map(|&index| self.scene.triangles[index as usize]).collect();
-        self.leaf_triangles.get_or_init(|| triangles)
+        let mut triangles: Vec<Triangle> = bytemuck::zeroed_vec(indices.len());
+        triangles.par_chunks_mut(COPIED_AT_ONCE).zip(indices.par_chunks(COPIED_AT_ONCE)).try_for_each(
+            |(triangles, indices)| {
+                token.check()?;
+                for (triangle, &index) in triangles.iter_mut().zip(indices) {
+                    *triangle = self.scene.triangles[index as usize];
+                }
+                Ok(())
+            },
+        )?;
+        Ok(self.leaf_triangles.get_or_init(|| triangles))
+    }
+
+    /// Makes what [`Accel::lineage`] and [`Accel::epo`] tell, unless `token` is cancelled.
+    pub fn study(&self, token: &CancelToken) -> Result<(), Cancelled> {
+        if self.lineage.get().is_none() {
+            let lineage = with_tree!(&self.tree, tree => Lineage::new_unless(tree, token))?;
+            self.lineage.get_or_init(|| lineage);
+        }
+        if self.epo.get().is_none() {
+            let epo = end_point_overlap_unless(&self.tree, &self.scene.triangles, EPO_SAMPLES, token)?;
+            self.epo.get_or_init(|| epo);
+        }
+        Ok(())
     }
 
     /// The nearest hit, through the wide tree with the best vector instructions of this machine. See [`Accel::wide`] for

@@ -11,8 +11,9 @@ use bvhscope::accel::Accel;
 use bvhscope::bvh::builders::{BuildError, build};
 use bvhscope::bvh::{BuildSettings, BuilderKind, ContainerKind, Preset, SimdLevel};
 use bvhscope::camera::Camera;
-use bvhscope::cancel::CancelToken;
+use bvhscope::cancel::{CancelToken, Cancelled};
 use bvhscope::headless::render::{write_distances, write_png};
+use bvhscope::overlay::NodeTable;
 use bvhscope::render::{RenderRequest, RenderSettings, Shading, render};
 use bvhscope::scene::{LoadError, LoadOptions, Scene, SceneSource, load, load_bytes};
 
@@ -135,6 +136,27 @@ fn optimizing_stops_at_every_look() {
         Err(BuildError::Cancelled(_)) => true,
         Err(error) => panic!("{error}"),
     });
+}
+
+#[test]
+fn deriving_from_a_tree_stops_at_every_look() {
+    let pool = one_thread();
+    let scene = terrain(40_000);
+    let tree = || {
+        let built = Accel::build_binary(&scene, &BuildSettings::default(), &CancelToken::new());
+        Arc::new(pool.install(|| built).unwrap())
+    };
+    let is_cancelled = |work: &(dyn Fn(&Accel) -> Result<(), Cancelled> + Sync)| {
+        let accel = tree();
+        pool.install(|| work(&accel)).is_err()
+    };
+    at_every_look("the wide tree", |token| is_cancelled(&|accel| accel.widen(token).map(|_| ())));
+    at_every_look("the triangles in leaf order", |token| {
+        is_cancelled(&|accel| accel.leaf_triangles_unless(token).map(|_| ()))
+    });
+    at_every_look("lineage and overlap", |token| is_cancelled(&|accel| accel.study(token)));
+    let accel = tree();
+    at_every_look("the list of nodes", |token| NodeTable::new(&accel, token).is_err());
 }
 
 #[test]

@@ -184,10 +184,8 @@ pub fn build_worker(wake: impl Fn() + Send + Sync + 'static) -> std::io::Result<
                     std::thread::sleep(Duration::from_millis(5));
                 }
                 if !token.is_cancelled() {
-                    pool.run("build", threads, || {
-                        accel.lineage();
-                        accel.epo();
-                    });
+                    // Whoever cancels does without.
+                    let _ = pool.run("build", threads, || accel.study(token));
                 }
             }
         }

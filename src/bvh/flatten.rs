@@ -3,6 +3,7 @@
 
 use rayon::prelude::*;
 
+use super::cluster::Clustered;
 use super::{Container, Node, Tree};
 use crate::cancel::{CancelToken, Cancelled};
 
@@ -62,14 +63,14 @@ impl<C: Container> Subtree<C> {
 
 /// The tree under `root`, whose descendants' pairs are in `slots` and whose primitives are `order`. Nothing here recurses:
 /// agglomerative trees can be deep.
-pub fn flatten<C: Container>(
+pub fn flatten<C: Clustered>(
     root: Node<C>,
     slots: &[Pair<C>],
     order: impl Fn(usize) -> u32 + Sync,
     token: &CancelToken,
 ) -> Result<Tree<C>, Cancelled> {
-    let empty = Node { container: C::EMPTY, first: 0, count: 0 };
-    let mut nodes = vec![empty; 2 * root.count as usize - 1];
+    // Zeros, which the system gives only where they are written to: by the tasks, which can stop, and not before them.
+    let mut nodes: Vec<Node<C>> = bytemuck::zeroed_vec(2 * root.count as usize - 1);
     let mut primitive_indices = vec![0; root.count as usize];
 
     // The top of the tree, one after the other, until what is left below is small enough for a task.

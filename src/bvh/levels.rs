@@ -5,6 +5,9 @@ use std::ops::Range;
 use super::{Container, Tree};
 use crate::cancel::{CancelToken, Cancelled};
 
+/// Nodes between two looks at the token.
+const NODES_BETWEEN_CHECKS: usize = 1 << 18;
+
 /// All nodes of a tree depth by depth.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Levels {
@@ -23,8 +26,7 @@ impl Levels {
     /// Lists the nodes of `tree`.
     pub fn new<C: Container>(tree: &Tree<C>, token: &CancelToken) -> Result<Self, Cancelled> {
         token.check()?;
-        let depths = tree.depths();
-        token.check()?;
+        let depths = tree.depths_unless(token)?;
         let mut counts = vec![0; tree.max_depth as usize + 1];
         for &depth in &depths {
             counts[depth as usize] += 1;
@@ -38,6 +40,9 @@ impl Levels {
         let mut next: Vec<u32> = ranges.iter().map(|range| range.start).collect();
         let mut nodes = vec![0; depths.len()];
         for (index, &depth) in depths.iter().enumerate() {
+            if index.is_multiple_of(NODES_BETWEEN_CHECKS) {
+                token.check()?;
+            }
             let place = &mut next[depth as usize];
             nodes[*place as usize] = index as u32;
             *place += 1;

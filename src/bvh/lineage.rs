@@ -1,7 +1,11 @@
 //! A finished tree read from the bottom up: parents, what lies below a node, and the way to a primitive.
 
 use super::{Container, Tree};
+use crate::cancel::{CancelToken, Cancelled};
 use crate::geometry::Triangle;
+
+/// Nodes between two looks at the token.
+const NODES_BETWEEN_CHECKS: usize = 1 << 18;
 
 /// Who is whose parent, and how much lies below. Takes two passes over the tree: made once, when someone asks.
 #[derive(Debug, Clone, PartialEq)]
@@ -15,14 +19,24 @@ pub struct Lineage {
 impl Lineage {
     /// Reads `tree`.
     pub fn new<C: Container>(tree: &Tree<C>) -> Self {
+        Self::new_unless(tree, &CancelToken::new()).unwrap_or_else(|_| unreachable!("nobody cancels"))
+    }
+
+    /// Reads `tree`, unless `token` is cancelled.
+    pub fn new_unless<C: Container>(tree: &Tree<C>, token: &CancelToken) -> Result<Self, Cancelled> {
         let mut primitive_counts = vec![0; tree.nodes.len()];
         // Children come after their parents: backwards, they are counted first.
         for (index, node) in tree.nodes.iter().enumerate().rev() {
+            if index.is_multiple_of(NODES_BETWEEN_CHECKS) {
+                token.check()?;
+            }
             let first = node.first as usize;
             primitive_counts[index] =
                 if node.is_leaf() { node.count } else { primitive_counts[first] + primitive_counts[first + 1] };
         }
-        Self { parents: tree.parents(), primitive_counts }
+        let parents = tree.parents();
+        token.check()?;
+        Ok(Self { parents, primitive_counts })
     }
 
     /// Number of steps from the root to `node`.

@@ -1,7 +1,11 @@
 //! The binary tree as a flat list of nodes.
 
 use super::{Container, ContainerKind};
+use crate::cancel::{CancelToken, Cancelled};
 use crate::geometry::{Aabb, Sphere};
+
+/// Nodes between two looks at the token.
+const NODES_BETWEEN_CHECKS: usize = 1 << 18;
 
 /// A node. Its range depends on `count`:
 ///
@@ -63,14 +67,23 @@ macro_rules! with_tree {
 impl<C: Container> Tree<C> {
     /// Depth of each node, root 0, in the order of [`Tree::nodes`].
     pub fn depths(&self) -> Vec<u32> {
+        // Nobody else has this token.
+        self.depths_unless(&CancelToken::new()).unwrap_or_default()
+    }
+
+    /// [`Tree::depths`], unless `token` is cancelled.
+    pub fn depths_unless(&self, token: &CancelToken) -> Result<Vec<u32>, Cancelled> {
         let mut depths = vec![0; self.nodes.len()];
         for (index, node) in self.nodes.iter().enumerate() {
+            if index.is_multiple_of(NODES_BETWEEN_CHECKS) {
+                token.check()?;
+            }
             if !node.is_leaf() {
                 depths[node.first as usize] = depths[index] + 1;
                 depths[node.first as usize + 1] = depths[index] + 1;
             }
         }
-        depths
+        Ok(depths)
     }
 
     /// Each node's parent, in the order of [`Tree::nodes`]; the root's is itself.

@@ -4,8 +4,12 @@ use rayon::prelude::*;
 
 use super::stats::{INTERSECTION_COST, TRAVERSAL_COST};
 use super::{AnyTree, Container, Tree};
+use crate::cancel::{CancelToken, Cancelled};
 use crate::geometry::{Aabb, Sphere, Triangle};
 use crate::with_tree;
+
+/// Triangles between two looks at the token.
+const BATCH: usize = 1 << 14;
 
 /// End-point overlap (Aila, Karras, Laine: *On Quality Metrics of Bounding Volume Hierarchies*, HPG 2013, section 4): the
 /// cost of the surface of the scene that lies inside nodes that do not hold it, over the total surface. An interior node
@@ -14,7 +18,18 @@ use crate::with_tree;
 /// Exact for up to `max_samples` triangles. Beyond, estimated from that many triangles, evenly spread over the total
 /// surface. 0 for a tree without overlap and for a scene without surface.
 pub fn end_point_overlap(tree: &AnyTree, triangles: &[Triangle], max_samples: usize) -> f32 {
-    with_tree!(tree, tree => overlap_of(tree, triangles, max_samples))
+    // Nobody else has this token.
+    end_point_overlap_unless(tree, triangles, max_samples, &CancelToken::new()).unwrap_or(0.0)
+}
+
+/// [`end_point_overlap`], unless `token` is cancelled.
+pub fn end_point_overlap_unless(
+    tree: &AnyTree,
+    triangles: &[Triangle],
+    max_samples: usize,
+    token: &CancelToken,
+) -> Result<f32, Cancelled> {
+    with_tree!(tree, tree => overlap_of(tree, triangles, max_samples, token))
 }
 
 /// A sampled triangle: its slot in leaf order and how much of the surface it stands for.
@@ -23,24 +38,36 @@ struct Sample {
     weight: f64,
 }
 
-fn overlap_of<C: Clip>(tree: &Tree<C>, triangles: &[Triangle], max_samples: usize) -> f32 {
-    let areas: Vec<f64> = tree
-        .primitive_indices
-        .par_iter()
-        .map(|&index| f64::from(triangles[index as usize].scaled_normal().length()) * 0.5)
-        .collect();
+fn overlap_of<C: Clip>(
+    tree: &Tree<C>,
+    triangles: &[Triangle],
+    max_samples: usize,
+    token: &CancelToken,
+) -> Result<f32, Cancelled> {
+    let mut areas = vec![0.0; tree.primitive_indices.len()];
+    let batches = areas.par_chunks_mut(BATCH).zip(tree.primitive_indices.par_chunks(BATCH));
+    batches.try_for_each(|(areas, indices)| {
+        token.check()?;
+        for (area, &index) in areas.iter_mut().zip(indices) {
+            *area = f64::from(triangles[index as usize].scaled_normal().length()) * 0.5;
+        }
+        Ok(())
+    })?;
     let total: f64 = areas.iter().sum();
     if tree.nodes.is_empty() || tree.nodes[0].is_leaf() || !(total > 0.0 && total.is_finite()) {
-        return 0.0;
+        return Ok(0.0);
     }
     let samples = choose_samples(&areas, total, max_samples.max(1));
+    token.check()?;
     let parents = tree.parents();
+    token.check()?;
     let leaves = leaf_of_each(tree, &samples);
     // Collected before they are summed, so that the sum does not depend on the number of threads.
     let parts: Vec<f64> = samples
         .par_iter()
         .zip(&leaves)
         .map(|(sample, &leaf)| {
+            token.check()?;
             let slot = sample.slot as usize;
             let mut path = vec![leaf];
             while let Some(&node) = path.last()
@@ -50,11 +77,11 @@ fn overlap_of<C: Clip>(tree: &Tree<C>, triangles: &[Triangle], max_samples: usiz
             }
             path.reverse();
             let triangle = &triangles[tree.primitive_indices[slot] as usize];
-            sample.weight * foreign_cost(tree, triangle, &path) / areas[slot]
+            Ok(sample.weight * foreign_cost(tree, triangle, &path) / areas[slot])
         })
-        .collect();
+        .collect::<Result<_, Cancelled>>()?;
     let overlap = (parts.iter().sum::<f64>() / total) as f32;
-    if overlap.is_finite() { overlap } else { 0.0 }
+    Ok(if overlap.is_finite() { overlap } else { 0.0 })
 }
 
 /// Every triangle that has an area, or `max_samples` steps of equal area through all of them.

@@ -4,6 +4,7 @@ use rayon::prelude::*;
 use serde::Serialize;
 
 use super::{AnyTree, Container, Node, Tree};
+use crate::cancel::{CancelToken, Cancelled};
 use crate::with_tree;
 
 /// Cost of testing one container, in the unit of [`INTERSECTION_COST`].
@@ -39,7 +40,13 @@ pub struct TreeStats {
 
 /// Counts and costs of `tree`.
 pub fn tree_stats(tree: &AnyTree) -> TreeStats {
-    with_tree!(tree, tree => stats_of(tree))
+    // Nobody else has this token.
+    tree_stats_unless(tree, &CancelToken::new()).unwrap_or_default()
+}
+
+/// [`tree_stats`], unless `token` is cancelled.
+pub fn tree_stats_unless(tree: &AnyTree, token: &CancelToken) -> Result<TreeStats, Cancelled> {
+    with_tree!(tree, tree => stats_of(tree, token))
 }
 
 /// Nodes whose sums one task adds up; always the same, so that the sums do not depend on the number of threads.
@@ -95,20 +102,23 @@ fn count(list: &mut Vec<u32>, place: u32, number: u32) {
 }
 
 /// [`tree_stats`] of a tree of one kind.
-pub(super) fn stats_of<C: Container>(tree: &Tree<C>) -> TreeStats {
-    let Some(root) = tree.nodes.first() else { return TreeStats::default() };
-    let depths = tree.depths();
+pub(super) fn stats_of<C: Container>(tree: &Tree<C>, token: &CancelToken) -> Result<TreeStats, Cancelled> {
+    let Some(root) = tree.nodes.first() else { return Ok(TreeStats::default()) };
+    let depths = tree.depths_unless(token)?;
     let parts: Vec<Sums> = tree
         .nodes
         .par_chunks(SUMMED_AT_ONCE)
         .zip(depths.par_chunks(SUMMED_AT_ONCE))
-        .map(|(nodes, depths)| Sums::of(nodes, depths))
-        .collect();
+        .map(|(nodes, depths)| {
+            token.check()?;
+            Ok(Sums::of(nodes, depths))
+        })
+        .collect::<Result<_, Cancelled>>()?;
     let sums = parts.iter().fold(Sums::default(), Sums::plus);
     let leaves: usize = sums.leaf_sizes.iter().map(|&count| count as usize).sum();
     let root_area = f64::from(root.container.relative_area());
     let cost = sums.interior_area * f64::from(TRAVERSAL_COST) + sums.leaf_area * f64::from(INTERSECTION_COST);
-    TreeStats {
+    Ok(TreeStats {
         nodes: tree.nodes.len(),
         leaves,
         max_depth: tree.max_depth,
@@ -119,7 +129,7 @@ pub(super) fn stats_of<C: Container>(tree: &Tree<C>) -> TreeStats {
         nodes_per_depth: sums.nodes_per_depth,
         leaf_size_histogram: sums.leaf_sizes,
         sah_cost: share(cost, root_area) as f32,
-    }
+    })
 }
 
 /// SAH cost of `tree` if each subtree were one leaf wherever that is cheaper: trees with and without large leaves compare

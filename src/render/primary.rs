@@ -44,7 +44,7 @@ pub struct PrimaryTrace {
 
 /// Counts the tests of the primary rays in the order of `request.settings.traversal`, in the calling thread's rayon pool.
 pub fn count_tests(request: &RenderRequest, token: &CancelToken) -> Result<TestSummary, Cancelled> {
-    request.accel.leaf_triangles();
+    request.accel.leaf_triangles_unless(token)?;
     let start = Instant::now();
     let (rays, hits, tests) = with_tree!(&request.accel.tree, tree =>
         trace::<_, TestCounts>(tree, request, request.settings.traversal, token)?);
@@ -64,7 +64,7 @@ pub fn trace_primary(
     traversal: Traversal,
     token: &CancelToken,
 ) -> Result<PrimaryTrace, Cancelled> {
-    request.accel.leaf_triangles();
+    request.accel.leaf_triangles_unless(token)?;
     let start = Instant::now();
     let (rays, hits, _) =
         with_tree!(&request.accel.tree, tree => trace::<_, NoProbe>(tree, request, traversal, token)?);

@@ -129,7 +129,7 @@ fn passes<C: Container, S: Shade<C>>(
     let grid = Grid::new(request);
     if S::COUNTS {
         // Once, rather than by every thread.
-        request.accel.leaf_triangles();
+        request.accel.leaf_triangles_unless(token)?;
     }
     let samples = if grid.coarseness > 1 { 1 } else { request.settings.wanted_samples() };
     let blank =

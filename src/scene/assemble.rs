@@ -7,10 +7,14 @@ use glam::{Vec2, Vec3};
 use super::read::unusable;
 use super::{Attributes, LoadError, Material, Place, Scene, SceneSource, Texture, Warnings};
 use crate::budget::{Budget, OverBudget};
+use crate::cancel::CancelToken;
 use crate::geometry::{Aabb, Triangle};
 
 /// Coordinates farther out than this make distances overflow, so such triangles are skipped.
 const MAX_COORDINATE: f32 = 1e18;
+
+/// Triangles between two looks at the token.
+const MEASURED_AT_ONCE: usize = 1 << 18;
 
 /// Triangle counts are kept in 32 bits; leaves and nodes need a few values beyond.
 const MAX_TRIANGLES: usize = (u32::MAX - 16) as usize;
@@ -158,7 +162,7 @@ impl Assembly {
     }
 
     /// The scene, or why there is none.
-    pub(super) fn finish(mut self, source: &SceneSource, up: Vec3) -> Result<Scene, LoadError> {
+    pub(super) fn finish(mut self, source: &SceneSource, up: Vec3, token: &CancelToken) -> Result<Scene, LoadError> {
         let path = source.path().map_or_else(|| source.to_string().into(), Path::to_path_buf);
         let unusable = |message: String| unusable(&path, message);
         if self.triangles.is_empty() {
@@ -172,7 +176,11 @@ impl Assembly {
         if self.triangles.len() > MAX_TRIANGLES {
             return Err(unusable(format!("contains more than {MAX_TRIANGLES} triangles, the most there may be")));
         }
-        let bounds = self.triangles.iter().fold(Aabb::EMPTY, |bounds, triangle| bounds.union(&triangle.bounds()));
+        let mut bounds = Aabb::EMPTY;
+        for batch in self.triangles.chunks(MEASURED_AT_ONCE) {
+            token.check()?;
+            bounds = batch.iter().fold(bounds, |bounds, triangle| bounds.union(&triangle.bounds()));
+        }
         let attributes = (!self.corners.is_empty()).then(|| {
             self.corners.resize(self.triangles.len(), [0; 3]);
             let end = self.vertex_count;

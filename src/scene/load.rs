@@ -37,13 +37,13 @@ fn load_file(
     drop(bytes);
     token.check()?;
     token.set_progress(1.0);
-    assembly.finish(source, up)
+    assembly.finish(source, up, token)
 }
 
 /// Loads a model whose bytes are in memory, as if they were in a file at `path`: its extension and folder count.
 pub fn load_bytes(path: &Path, bytes: &[u8], options: &LoadOptions, token: &CancelToken) -> Result<Scene, LoadError> {
     let (assembly, up) = read_bytes(path, bytes, options, token)?;
-    assembly.finish(&SceneSource::File(path.to_path_buf()), up)
+    assembly.finish(&SceneSource::File(path.to_path_buf()), up, token)
 }
 
 /// What is in a file, and which way is up in it.

@@ -44,8 +44,7 @@ pub fn build<C: Clustered>(
             Item { container, middle: container.middle(), index }
         }));
     }
-    let empty = Node { container: C::EMPTY, first: 0, count: 0 };
-    let mut slots: Vec<Pair<C>> = vec![[empty; 2]; items.len()];
+    let mut slots: Vec<Pair<C>> = bytemuck::zeroed_vec(items.len());
     let root = split(&mut items, &mut slots, 0, 0, token)?;
     times.stages.push(("tree", start.elapsed()));
     token.check()?;

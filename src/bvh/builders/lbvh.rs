@@ -24,8 +24,7 @@ pub fn build<C: Clustered>(
 ) -> Result<Tree<C>, Cancelled> {
     let input = morton_order::<C>(triangles, extent, curve, token, times)?;
     let start = Instant::now();
-    let empty = Node { container: C::EMPTY, first: 0, count: 0 };
-    let mut slots: Vec<Pair<C>> = vec![[empty; 2]; triangles.len()];
+    let mut slots: Vec<Pair<C>> = bytemuck::zeroed_vec(triangles.len());
     let root = split(triangles, &input, 0..triangles.len(), &mut slots, 0, token)?;
     times.stages.push(("tree", start.elapsed()));
     token.check()?;

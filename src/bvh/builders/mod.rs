@@ -117,7 +117,7 @@ fn build_kind<C: Clustered>(
         && limit_depth(&mut tree, token)?
         && let Some((_, cost)) = times.costs.last_mut()
     {
-        *cost = f64::from(stats_of(&tree).sah_cost);
+        *cost = f64::from(stats_of(&tree, token)?.sah_cost);
     }
     Ok(tree)
 }

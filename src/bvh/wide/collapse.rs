@@ -20,6 +20,8 @@ use crate::geometry::Triangle;
 const TASK_NODES: usize = 4096;
 const MAX_TASKS: usize = 1024;
 
+/// Nodes or blocks that are written between two looks at the token.
+const WRITTEN_BETWEEN_CHECKS: usize = 1 << 16;
 /// Nodes or blocks that a thread writes at least before it looks for other work.
 const WRITTEN_AT_ONCE: usize = 256;
 /// Blocks between the one that is written and the one whose triangles are asked for.
@@ -56,41 +58,40 @@ pub fn collapse<C: WideContainer>(
     let root_of = |part: usize| places[part].moved(parts[part].root);
 
     // Written once, by all threads: getting new memory takes as long as filling it, and so they share that work too.
-    let (mut nodes, mut blocks) = (Vec::new(), Vec::new());
-    (0..node_count)
-        .into_par_iter()
-        .with_min_len(WRITTEN_AT_ONCE)
-        .map_init(
-            || 0,
-            |part, index| {
-                if index < top.nodes.len() {
-                    let moved = |child: Child| if child.is_leaf() { root_of(child.index()) } else { child };
-                    return wide_node(tree, &top.nodes[index], moved);
-                }
-                let place = Place::find(&places, part, |place| place.node, index);
-                wide_node(tree, &parts[*part].nodes[index - place.node], |child| place.moved(child))
-            },
-        )
-        .collect_into_vec(&mut nodes);
-    token.check()?;
-    (0..block_count)
-        .into_par_iter()
-        .with_min_len(WRITTEN_AT_ONCE)
-        .map_init(
-            || 0,
-            |part, index| {
-                let place = Place::find(&places, part, |place| place.block, index);
-                let plans = &parts[*part].blocks[index - place.block..];
-                if let Some(ahead) = plans.get(FETCHED_AHEAD) {
-                    ahead.slots().for_each(|slot| prefetch(triangles, tree.primitive_indices[slot] as usize));
-                }
-                TriangleBlock::new(triangles, &tree.primitive_indices[plans[0].slots()], plans[0].is_last)
-            },
-        )
-        .collect_into_vec(&mut blocks);
+    let nodes = written(node_count, token, |part, index| {
+        if index < top.nodes.len() {
+            let moved = |child: Child| if child.is_leaf() { root_of(child.index()) } else { child };
+            return wide_node(tree, &top.nodes[index], moved);
+        }
+        let place = Place::find(&places, part, |place| place.node, index);
+        wide_node(tree, &parts[*part].nodes[index - place.node], |child| place.moved(child))
+    })?;
+    let blocks = written(block_count, token, |part, index| {
+        let place = Place::find(&places, part, |place| place.block, index);
+        let plans = &parts[*part].blocks[index - place.block..];
+        if let Some(ahead) = plans.get(FETCHED_AHEAD) {
+            ahead.slots().for_each(|slot| prefetch(triangles, tree.primitive_indices[slot] as usize));
+        }
+        TriangleBlock::new(triangles, &tree.primitive_indices[plans[0].slots()], plans[0].is_last)
+    })?;
     let root = if top.nodes.is_empty() { root_of(0) } else { Child::node(0) };
     token.check()?;
     Ok(WideTree { root: Some(root), nodes, blocks })
+}
+
+/// A list of what `write` gives for 0 to `count`, written by all threads. `write` also gets a number of its own, 0 at first.
+fn written<T: Send>(
+    count: usize,
+    token: &CancelToken,
+    write: impl Fn(&mut usize, usize) -> T + Sync,
+) -> Result<Vec<T>, Cancelled> {
+    let mut list = Vec::with_capacity(count);
+    for start in (0..count).step_by(WRITTEN_BETWEEN_CHECKS) {
+        token.check()?;
+        let portion = start..count.min(start + WRITTEN_BETWEEN_CHECKS);
+        list.par_extend(portion.into_par_iter().with_min_len(WRITTEN_AT_ONCE).map_init(|| 0, &write));
+    }
+    Ok(list)
 }
 
 /// Where a part's nodes and blocks begin.

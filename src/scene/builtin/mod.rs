@@ -94,7 +94,7 @@ pub(super) fn build(
     }
     token.check()?;
     token.set_progress(1.0);
-    assembly.finish(source, Vec3::Y)
+    assembly.finish(source, Vec3::Y, token)
 }
 
 /// As many triangles as a scene may have, for the memory that it needs.

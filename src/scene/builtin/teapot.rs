@@ -159,7 +159,9 @@ mod tests {
     fn normals_point_the_way_the_triangles_wind() {
         let mut assembly = Assembly::new();
         build(8, &mut assembly, &CancelToken::new()).expect("not cancelled");
-        let scene = assembly.finish(&crate::scene::SceneSource::default_builtin(), Vec3::Y).expect("a teapot");
+        let scene = assembly
+            .finish(&crate::scene::SceneSource::default_builtin(), Vec3::Y, &CancelToken::new())
+            .expect("a teapot");
         let attributes = scene.attributes.expect("normals");
         let agree = scene
             .triangles
