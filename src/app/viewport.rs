@@ -78,8 +78,6 @@ const NOTHING: &str = "Nothing to show. F5 tries again, Ctrl+N shows samples and
 /// What the viewport remembers between frames.
 #[derive(Default)]
 pub struct Viewport {
-    /// Counts of the last overlay, kept until what decides them changes.
-    counted: Option<(u64, OverlaySettings, usize, (usize, usize))>,
     /// The picture as egui's own texture, for when the overlay's pipeline is out of order.
     fallback: Option<(u64, egui::TextureHandle)>,
     asked_for_focus: bool,
@@ -103,7 +101,7 @@ impl Viewport {
 
         controls::handle(ui, &response, state);
         Self::hover(&response, scale, state);
-        self.count(state);
+        count(state);
 
         if let Some(presented) = &state.presented {
             if has_pipeline && !state.overlay_failed {
@@ -161,26 +159,6 @@ impl Viewport {
         state.selection.hovered = primitive.and_then(|primitive| picking::shown_node_of(state, primitive));
     }
 
-    /// How many containers are drawn and how many the settings hold.
-    fn count(&mut self, state: &mut AppState) {
-        let Some(presented) = &state.presented else { return };
-        if !state.preferences.show_containers {
-            state.overlay_counts = (0, 0);
-            return;
-        }
-        let (id, settings, hidden) = (presented.table.id, state.wanted.overlay, state.selection.hidden.len());
-        let known = self.counted.filter(|known| known.0 == id && known.1 == settings && known.2 == hidden);
-        let counts = known.map_or_else(
-            || {
-                let shown = presented.table.shown(&settings, &state.selection);
-                (shown.nodes.len(), shown.wanted)
-            },
-            |known| known.3,
-        );
-        self.counted = Some((id, settings, hidden, counts));
-        state.overlay_counts = counts;
-    }
-
     fn fallback_texture(&mut self, ctx: &egui::Context, id: u64, frame: &Frame) -> egui::TextureId {
         if let Some((known, texture)) = &self.fallback
             && *known == id
@@ -194,6 +172,16 @@ impl Viewport {
         self.fallback = Some((id, texture));
         id_of_texture
     }
+}
+
+/// How many containers are drawn and how many the settings hold.
+fn count(state: &mut AppState) {
+    let Some(presented) = &state.presented else { return };
+    if !state.preferences.show_containers {
+        state.overlay_counts = (0, 0);
+        return;
+    }
+    state.overlay_counts = presented.table.count(&state.wanted.overlay, &state.selection);
 }
 
 /// The camera of the shown picture; the wanted one where there is none.

@@ -1,5 +1,9 @@
 //! The containers as lines over the picture: nodes into instances (pure), and the wgpu pass that draws them. Never
 //! imports `render`.
+//!
+//! Uploaded is what is drawn, when depths, filters or tree change, at most the budget; not every node once a tree: a tree of
+//! a million triangles would upload 139 MB, and while the threshold is dragged many trees a second would. Choosing what is
+//! drawn of such a tree takes up to 10 ms, its leaves at all depths 40.
 
 mod instances;
 #[cfg(feature = "gui")]
