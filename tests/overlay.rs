@@ -14,7 +14,7 @@ use bvhscope::overlay::{
     ColorBy, DrawInput, NodeTable, OffscreenError, OverlaySettings, PictureInput, Role, Selection, Shown,
     draw_offscreen, highlighted, legend,
 };
-use bvhscope::scene::{Material, Scene, SceneSource, Warnings};
+use bvhscope::scene::{LoadOptions, Material, Scene, SceneSource, Warnings, load};
 use glam::Vec3;
 
 const FAR: f32 = 1e30;
@@ -133,6 +133,56 @@ fn the_budget_takes_the_largest() {
     assert_eq!((none.nodes.len(), none.wanted), (0, 60));
 }
 
+/// Over every range of depths, with every filter, cut by budgets of all sizes: as from a sorted list of all nodes.
+#[test]
+fn what_is_shown_is_what_a_sorted_list_gives() {
+    let source = SceneSource::parse("builtin:terrain:700".as_ref()).unwrap();
+    let scene = Arc::new(load(&source, &LoadOptions::default(), &CancelToken::new()).unwrap());
+    let accel = Accel::build(&scene, &BuildSettings::default(), &CancelToken::new()).unwrap();
+    let table = NodeTable::new(&Arc::new(accel), &CancelToken::new()).unwrap();
+    let area = |node: u32| table.node_box(node).relative_area();
+    let deepest = table.max_depth();
+    assert!(deepest > 8 && table.len() > 1_000);
+    let some_hidden = Selection { hidden: (0..table.len() as u32).step_by(7).collect(), ..Selection::default() };
+    let mut cuts = 0;
+    for [first, last] in [[0, deepest], [0, 3], [5, 7], [deepest - 2, deepest], [6, 6]] {
+        for [leaves_only, parents] in [[false, false], [true, false], [false, true], [true, true]] {
+            for selection in [&Selection::default(), &some_hidden] {
+                let from = if parents { 0 } else { first };
+                let kept = |&node: &u32| {
+                    let depth = table.depth(node);
+                    (from..=last).contains(&depth)
+                        && (!leaves_only || depth < first || table.is_leaf(node))
+                        && !selection.hidden.contains(&node)
+                };
+                let mut sorted: Vec<u32> = (0..table.len() as u32).filter(kept).collect();
+                sorted.sort_by(|&a, &b| area(b).total_cmp(&area(a)));
+                for budget in [0, 1, 10, 60, 4_000] {
+                    let settings =
+                        OverlaySettings { depth: [first, last], leaves_only, parents, budget, ..settings(0, 0) };
+                    let shown = table.shown(&settings, selection);
+                    let drawn = sorted.len().min(budget as usize);
+                    assert_eq!(shown.wanted, sorted.len(), "{settings:?}");
+                    assert_eq!(table.count(&settings, selection), (drawn, sorted.len()), "{settings:?}");
+                    assert!(shown.nodes.iter().zip(&shown.depths).all(|(&node, &depth)| table.depth(node) == depth));
+                    if sorted.len() > drawn {
+                        // Of nodes with the same area any may be cut.
+                        let areas = |nodes: &[u32]| nodes.iter().map(|&node| area(node)).collect::<Vec<_>>();
+                        assert_eq!(areas(&shown.nodes), areas(&sorted[..drawn]), "{settings:?}");
+                        assert!(shown.nodes.iter().all(kept), "{settings:?}");
+                        cuts += 1;
+                    }
+                    let mut nodes = shown.nodes;
+                    nodes.sort_unstable();
+                    nodes.dedup();
+                    assert_eq!(nodes.len(), drawn, "{settings:?}");
+                }
+            }
+        }
+    }
+    assert!(cuts > 50, "the budget cut only {cuts} times");
+}
+
 #[test]
 fn leaves_and_hidden_nodes_are_told_apart() {
     let table = table::<Aabb>(row(13));
@@ -221,6 +271,12 @@ fn legends_ascend_within_the_ramp() {
     }
 }
 
+/// Of the colour that the legend gives to the first depth.
+fn brightest_channel(settings: &OverlaySettings, table: &NodeTable) -> u8 {
+    let legend = legend(settings, table);
+    legend.color(legend.stops[0].0).into_iter().max().unwrap()
+}
+
 /// A picture of one colour and one depth.
 struct Flat {
     size: [u32; 2],
@@ -303,7 +359,7 @@ fn hidden_lines_are_faint() {
             column(&drawn, size, 100).into_iter().max().unwrap()
         };
         let visible = brightest(FAR, 0.15);
-        let expected = legend(&settings(0, 0), &table).color(0.0).into_iter().max().unwrap();
+        let expected = brightest_channel(&settings(0, 0), &table);
         assert!(visible.abs_diff(expected) <= 1, "{visible} in place of {expected}");
         // The cube reaches from depth 4 to 6.
         assert_eq!(brightest(3.0, 0.0), 0);
@@ -330,7 +386,7 @@ fn lines_keep_their_width_under_zoom() {
             let camera = camera(distance, Projection::Perspective);
             let drawn = draw(&picture, camera, Some(&table), settings, &nothing);
             let profile = column(&drawn, size, 150);
-            let full = f32::from(legend(&settings, &table).color(0.0).into_iter().max().unwrap());
+            let full = f32::from(brightest_channel(&settings, &table));
             // Front and back, top and bottom: four lines cross the middle.
             let width = profile.iter().map(|value| f32::from(*value) / full).sum::<f32>() / 4.0;
             assert!((width - line_width).abs() < 0.1, "{width} px in place of {line_width} at distance {distance}");
@@ -369,7 +425,8 @@ fn the_outline_of_a_sphere_encloses_it() {
             let (sin, cos) = (step as f32).to_radians().sin_cos();
             let on = [-1.0, 0.0, 1.0].into_iter().any(|off| {
                 let (x, y) = (200.0 + cos * (reach + off), 200.0 + sin * (reach + off));
-                drawn[y as usize * 400 + x as usize][2] > 40
+                let [r, g, b, _] = drawn[y as usize * 400 + x as usize];
+                r.max(g).max(b) > 40
             });
             assert!(on, "a gap at {step}°");
         }

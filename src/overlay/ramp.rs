@@ -25,6 +25,9 @@ pub const VIRIDIS: [[u8; 3]; 16] = [
 /// The darkest quarter is left out: its lines would drown in a dark background.
 const DARKEST: f32 = 0.22;
 
+/// The place on the ramp of the only depth that is drawn.
+const SINGLE: f32 = 0.72;
+
 /// What the colours mean, for the window.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Legend {
@@ -66,8 +69,9 @@ pub fn shader_ramp() -> [[f32; 4]; 16] {
 pub fn scale(settings: &OverlaySettings, table: &NodeTable) -> [f32; 2] {
     match settings.color_by {
         ColorBy::Depth => {
-            let [first, last] = depths(settings, table);
-            [first as f32, last.max(first + 1) as f32]
+            let [first, last] = depths(settings, table).map(|depth| depth as f32);
+            // A single depth takes a colour that stands out from the background and from surfaces.
+            if first < last { [first, last] } else { [first - SINGLE, first - SINGLE + 1.0] }
         }
         ColorBy::Size => [-20.0, 0.0],
         ColorBy::Overlap => [0.0, 1.0],

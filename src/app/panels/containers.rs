@@ -40,8 +40,10 @@ pub(super) fn show(ui: &mut Ui, state: &mut AppState) {
         let shown = state.preferences.show_containers && (overlay.show_boxes || overlay.show_spheres);
         let (drawn, wanted) = state.overlay_counts;
         let color = theme::palette(ui);
-        let (text, color) = if !shown {
-            ("Containers are off (B)".to_owned(), color.dim)
+        let (text, color) = if !state.preferences.show_containers {
+            ("Containers are off: B shows them".to_owned(), color.dim)
+        } else if !shown {
+            ("Neither boxes nor spheres are chosen".to_owned(), color.dim)
         } else if wanted > drawn {
             let drawn = format::count(drawn as u64);
             (format!("{drawn} of {} shown: the largest", format::count(wanted as u64)), color.warning)

@@ -8,6 +8,8 @@ use eframe::egui::{
 use crate::app::state::AppState;
 use crate::app::{format, theme};
 
+/// Room for what is shown in words, in points: "shown: 12 … 39 · 100,000 of 2,175,431".
+const SUMMARY_WIDTH: f32 = 256.0;
 /// Height of the bars in points.
 const HEIGHT: f32 = 44.0;
 
@@ -30,9 +32,13 @@ pub(super) fn show(ui: &mut Ui, state: &mut AppState) {
         number(ui, state, max_depth, 1, "To depth");
         ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
             let text = summary(state, counts, [from, to]);
-            ui.allocate_ui_with_layout(vec2(236.0, HEIGHT), Layout::right_to_left(Align::Center), |ui| {
-                ui.add(egui::Label::new(text).truncate());
-            });
+            ui.allocate_ui_with_layout(
+                vec2(SUMMARY_WIDTH.min(ui.available_width() * 0.5), HEIGHT),
+                Layout::right_to_left(Align::Center),
+                |ui| {
+                    ui.add(egui::Label::new(text).truncate());
+                },
+            );
             let size = vec2(ui.available_width(), HEIGHT);
             let (rect, response) = ui.allocate_exact_size(size, Sense::click_and_drag());
             bars(ui, state, counts, rect, &response);
@@ -71,9 +77,10 @@ fn summary(state: &AppState, counts: &[u32], [from, to]: [u32; 2]) -> String {
     }
     let in_range: u64 = counts.iter().take(to as usize + 1).skip(from as usize).map(|&count| u64::from(count)).sum();
     let (drawn, wanted) = state.overlay_counts;
-    let text = if drawn < wanted {
-        format!("{} of {}", format::count(drawn as u64), format::count(wanted as u64))
-    } else if overlay.leaves_only || overlay.parents || !state.selection.hidden.is_empty() {
+    if drawn < wanted {
+        return format!("shown: {range} · {} of {}", format::count(drawn as u64), format::count(wanted as u64));
+    }
+    let text = if overlay.leaves_only || overlay.parents || !state.selection.hidden.is_empty() {
         format::count(drawn as u64)
     } else {
         format::count(in_range)

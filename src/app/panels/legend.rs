@@ -32,7 +32,7 @@ enum Part {
         color: Box<dyn Fn(f32) -> [u8; 3]>,
     },
     /// Single colours with their names.
-    Swatches(Vec<(Vec<[u8; 3]>, &'static str)>),
+    Swatches(Vec<(Vec<[u8; 3]>, String)>),
     /// Where every colour is as good as another.
     Words(&'static str),
 }
@@ -49,7 +49,7 @@ impl Part {
     fn text(&self) -> String {
         match self {
             Self::Ramp { stops, .. } => stops.iter().map(|(_, text)| text.as_str()).collect::<Vec<_>>().join(", "),
-            Self::Swatches(swatches) => swatches.iter().map(|(_, name)| *name).collect::<Vec<_>>().join(", "),
+            Self::Swatches(swatches) => swatches.iter().map(|(_, name)| name.as_str()).collect::<Vec<_>>().join(", "),
             Self::Words(words) => (*words).to_owned(),
         }
     }
@@ -86,13 +86,16 @@ fn overlay_legend(state: &AppState) -> Option<Legend> {
             (&[Role::Hovered], "hovered"),
         ];
     }
-    let swatches = marked.iter().map(|(roles, name)| (roles.iter().filter_map(|role| role.color()).collect(), *name));
+    let swatches =
+        marked.iter().map(|(roles, name)| (roles.iter().filter_map(|role| role.color()).collect(), (*name).to_owned()));
+    let colors = match &legend.stops[..] {
+        // A single depth has a single colour.
+        [(place, depth)] => Part::Swatches(vec![(vec![legend.color(*place)], format!("depth {depth}"))]),
+        _ => Part::Ramp { stops: legend.stops, color: Box::new(overlay::ramp) },
+    };
     Some(Legend {
         title: format!("Containers: {}", lower(legend.title)),
-        parts: vec![
-            Part::Ramp { stops: legend.stops, color: Box::new(overlay::ramp) },
-            Part::Swatches(swatches.collect()),
-        ],
+        parts: vec![colors, Part::Swatches(swatches.collect())],
     })
 }
 
@@ -112,9 +115,9 @@ fn picture_legend(state: &AppState) -> Option<Legend> {
     let (title, part) = match frame.settings.shading {
         Shading::Lit => return lines.map(|lines| Legend { title: "Picture: mesh".to_owned(), parts: vec![lines] }),
         Shading::Normals => {
-            let axes =
-                vec![(vec![[255, 128, 128]], "+x"), (vec![[128, 255, 128]], "+y"), (vec![[128, 128, 255]], "+z")];
-            ("Picture: the surface looks to".to_owned(), Part::Swatches(axes))
+            let axes = [("+x", [255, 128, 128]), ("+y", [128, 255, 128]), ("+z", [128, 128, 255])];
+            let swatches = axes.map(|(name, color)| (vec![color], name.to_owned()));
+            ("Picture: the surface looks to".to_owned(), Part::Swatches(swatches.to_vec()))
         }
         Shading::AmbientOcclusion => {
             let grey = |place: f32| [(255.0 * (0.05 + 0.9 * place)) as u8; 3];
@@ -176,7 +179,7 @@ fn paint(ui: &mut Ui, rect: Rect, legend: &Legend) {
     }
 }
 
-fn paint_swatches(painter: &Painter, place: Rect, swatches: &[(Vec<[u8; 3]>, &str)], dim: Color32) {
+fn paint_swatches(painter: &Painter, place: Rect, swatches: &[(Vec<[u8; 3]>, String)], dim: Color32) {
     let font = FontId::proportional(theme::HEADING_SIZE);
     let mut left = place.left();
     for (colors, name) in swatches {
@@ -185,7 +188,7 @@ fn paint_swatches(painter: &Painter, place: Rect, swatches: &[(Vec<[u8; 3]>, &st
             painter.rect_filled(swatch, CornerRadius::same(2), Color32::from_rgb(*r, *g, *b));
             left += 10.0;
         }
-        let text = painter.text(pos2(left + 2.0, place.center().y), Align2::LEFT_CENTER, *name, font.clone(), dim);
+        let text = painter.text(pos2(left + 2.0, place.center().y), Align2::LEFT_CENTER, name, font.clone(), dim);
         left = text.right() + 10.0;
     }
 }

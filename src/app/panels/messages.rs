@@ -6,7 +6,7 @@ use eframe::egui::{
 
 use super::icons::Icon;
 use super::widgets::icon_button;
-use crate::app::state::{AppState, Message, Request, Severity};
+use crate::app::state::{AppState, Message, Navigation, Request, Severity};
 use crate::app::theme;
 
 /// How long a note stays in seconds.
@@ -20,7 +20,8 @@ const HELP: &str = "Drag to orbit, wheel to zoom. Drag the threshold on the righ
 
 pub(super) fn show(ui: &Ui, rect: Rect, state: &mut AppState) {
     state.messages.retain(|message| message.severity != Severity::Info || age(message) < NOTE_SECS);
-    if !state.preferences.greeted && state.presented.is_some() && !state.start_page_open {
+    let flying = state.preferences.navigation == Navigation::Fly;
+    if !state.preferences.greeted && !flying && state.presented.is_some() && !state.start_page_open {
         greeting(ui, rect, state);
     }
     if state.messages.is_empty() {
@@ -129,19 +130,31 @@ fn greeting(ui: &Ui, rect: Rect, state: &mut AppState) {
                 .inner_margin(Margin::symmetric(12, 8));
             frame.show(ui, |ui| {
                 ui.set_width(width);
-                ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
-                    let button = egui::Button::new(egui::RichText::new("Got it").color(Color32::WHITE))
-                        .fill(ui.visuals().selection.bg_fill);
-                    let button = if ui.visuals().dark_mode { button } else { egui::Button::new("Got it") };
-                    if ui.add(button).on_hover_text("Do not show this line again").clicked() {
-                        state.preferences.greeted = true;
-                    }
-                    let tip = "Samples, recent files and the way to your own model (Ctrl+N)";
-                    if ui.button("Open a model…").on_hover_text(tip).clicked() {
-                        state.start_page_open = true;
-                    }
+                let text = |ui: &mut Ui| {
                     ui.with_layout(Layout::top_down(Align::Min), |ui| ui.add(egui::Label::new(HELP).wrap()));
-                });
+                };
+                if width < 440.0 {
+                    text(ui);
+                    ui.horizontal(|ui| greeting_buttons(ui, state));
+                } else {
+                    ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
+                        greeting_buttons(ui, state);
+                        text(ui);
+                    });
+                }
             });
         });
+}
+
+fn greeting_buttons(ui: &mut Ui, state: &mut AppState) {
+    let button =
+        egui::Button::new(egui::RichText::new("Got it").color(Color32::WHITE)).fill(ui.visuals().selection.bg_fill);
+    let button = if ui.visuals().dark_mode { button } else { egui::Button::new("Got it") };
+    if ui.add(button).on_hover_text("Do not show this line again").clicked() {
+        state.preferences.greeted = true;
+    }
+    let tip = "Samples, recent files and the way to your own model (Ctrl+N)";
+    if ui.button("Open a model…").on_hover_text(tip).clicked() {
+        state.start_page_open = true;
+    }
 }

@@ -1,6 +1,6 @@
 //! All keys and mouse gestures in one list.
 
-use eframe::egui::{self, Grid, RichText, ScrollArea, Ui, vec2};
+use eframe::egui::{self, Grid, Label, RichText, ScrollArea, Ui, vec2};
 
 use super::dialog;
 use crate::app::commands::{Category, entries};
@@ -20,6 +20,9 @@ const GESTURES: [(&str, &str); 10] = [
     ("Double click on a slider", "Back to its default"),
     ("Click on a number", "Copy it"),
 ];
+
+/// Width of the column of keys in points.
+const KEYS_WIDTH: f32 = 264.0;
 
 pub(super) fn show(ctx: &egui::Context, state: &mut AppState) {
     if !state.shortcuts_open {
@@ -45,10 +48,17 @@ fn heading(ui: &mut Ui, text: &str) {
 }
 
 fn table<'a>(ui: &mut Ui, id: &str, rows: impl Iterator<Item = (String, &'a str)>) {
-    Grid::new(id).num_columns(2).spacing(vec2(16.0, 4.0)).min_col_width(228.0).show(ui, |ui| {
+    // Long texts wrap rather than widen the window.
+    let keys_width = KEYS_WIDTH.min(ui.available_width() * 0.45);
+    let what_width = ui.available_width() - keys_width - 16.0;
+    Grid::new(id).num_columns(2).spacing(vec2(16.0, 4.0)).min_col_width(keys_width).show(ui, |ui| {
         for (keys, what) in rows {
-            ui.label(RichText::new(keys).strong());
-            ui.label(what);
+            for (text, width) in [(RichText::new(keys).strong(), keys_width), (RichText::new(what), what_width)] {
+                ui.vertical(|ui| {
+                    ui.set_max_width(width);
+                    ui.add(Label::new(text).wrap());
+                });
+            }
             ui.end_row();
         }
     });
