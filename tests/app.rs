@@ -7,7 +7,7 @@ use bvhscope::app::App;
 use bvhscope::app::commands::Action;
 use bvhscope::app::paper::{Experiment, RowFormat};
 use bvhscope::app::state::{Request, Severity, Wanted};
-use bvhscope::bvh::ContainerKind;
+use bvhscope::bvh::{BuilderKind, ContainerKind};
 use bvhscope::cancel::CancelToken;
 use bvhscope::lab::Subject;
 use bvhscope::lab::table::number;
@@ -160,8 +160,9 @@ fn an_unusable_file_is_told_and_nothing_is_lost() {
 #[test]
 fn an_empty_window_says_what_to_do() {
     let mut harness = app_on(SceneSource::Builtin { name: "terrain".to_owned(), size: Some(3_000_000) }, false);
-    wait_for(&mut harness, &|app| app.state.jobs.load.is_some() || app.state.jobs.build.is_some());
-    Action::Cancel.perform(&mut harness.state_mut().state);
+    wait_for(&mut harness, &|app| app.state.jobs.load.is_some());
+    harness.run_steps(2);
+    harness.get_by_label("Cancel").click();
     wait_for(&mut harness, &|app| !app.is_busy());
     harness.run_steps(3);
     assert!(harness.state().state.presented.is_none(), "the very first model was given up");
@@ -172,6 +173,67 @@ fn an_empty_window_says_what_to_do() {
     wait_for(&mut harness, &|app| app.state.presented.is_some());
     harness.run_steps(2);
     assert!(harness.query_by_label_contains("Nothing to show").is_none());
+}
+
+#[test]
+fn a_long_load_is_cancelled_by_its_button_and_the_scene_stays() {
+    let mut harness = app_that_waits(false);
+    wait_for(&mut harness, &|app| app.state.presented.is_some() && !app.is_busy());
+    let before = harness.state().state.presented.clone().unwrap();
+    let large = SceneSource::Builtin { name: "terrain".to_owned(), size: Some(10_000_000) };
+    harness.state_mut().state.requests.push(Request::Open(large));
+    wait_for(&mut harness, &|app| app.state.jobs.load.is_some());
+    harness.run_steps(2);
+    assert!(harness.query_by_label("Loading terrain 10000000").is_some(), "what runs has a bar");
+    harness.get_by_label("Cancel").click();
+    wait_for(&mut harness, &|app| !app.is_busy());
+    let state = &harness.state().state;
+    assert!(state.told.iter().any(|message| message.text == "Loading cancelled"), "{:?}", state.told);
+    assert_eq!(state.wanted.source, before.accel.scene.source);
+    assert!(std::sync::Arc::ptr_eq(&state.presented.as_ref().unwrap().accel, &before.accel));
+}
+
+#[test]
+fn f5_reads_the_file_again() {
+    let folder = tempfile::tempdir().unwrap();
+    let model = folder.path().join("model.obj");
+    let corners = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\n";
+    std::fs::write(&model, format!("{corners}f 1 2 3\n")).unwrap();
+    let mut harness = app_on(SceneSource::File(model.clone()), true);
+    settle(&mut harness);
+    let triangles =
+        |harness: &Harness<'static, App>| harness.state().state.presented.as_ref().unwrap().accel.scene.triangles.len();
+    assert_eq!(triangles(&harness), 1);
+    assert_eq!(harness.state().state.preferences.recent.first(), Some(&model));
+    std::fs::write(&model, format!("{corners}f 1 2 3\nf 1 2 4\n")).unwrap();
+    harness.key_press(egui::Key::F5);
+    settle(&mut harness);
+    assert_eq!(triangles(&harness), 2);
+    // From another scene back by the list of recent files.
+    Action::OpenBuiltin(0).perform(&mut harness.state_mut().state);
+    settle(&mut harness);
+    assert!(triangles(&harness) > 100);
+    harness.state_mut().state.start_page_open = true;
+    harness.run_steps(3);
+    press(&mut harness, "model.obj");
+    assert_eq!(triangles(&harness), 2);
+}
+
+#[test]
+fn every_builder_of_the_list_builds() {
+    let mut harness = app();
+    harness.state_mut().state.preferences.greeted = true;
+    for builder in BuilderKind::ALL {
+        harness.get_by_role_and_label(egui::accesskit::Role::ComboBox, "Builder").click();
+        harness.run_steps(4);
+        harness.get_by_role_and_label(egui::accesskit::Role::Button, builder.label()).click();
+        settle(&mut harness);
+        let state = &harness.state().state;
+        let shown = state.presented.as_ref().unwrap();
+        assert_eq!((shown.accel.settings.builder, state.wanted.build.builder), (builder, builder));
+        assert!(shown.frame.stats.hits > 0, "{}", builder.label());
+        assert!(state.messages.is_empty(), "{:?}", state.messages);
+    }
 }
 
 #[test]

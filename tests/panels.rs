@@ -487,6 +487,27 @@ fn fit_fixes_the_heat_range_and_auto_frees_it() {
 }
 
 #[test]
+fn the_mouse_drags_the_ends_of_the_heat_range() {
+    let mut h = sized(state(Shading::Heat(HeatKind::Both)), 1280.0, 900.0, 1.0);
+    let rect = h.get_by_label_contains("Histogram of tests").rect();
+    let drag = |h: &mut Harness<'static, AppState>, from: f32, to: f32| {
+        let at = |share: f32| egui::pos2(rect.left() + rect.width() * share, rect.center().y);
+        h.drag_at(at(from));
+        h.run_steps(2);
+        h.hover_at(at(to));
+        h.run_steps(2);
+        h.drop_at(at(to));
+        h.run_steps(2);
+        h.state().wanted.render.heat_range.expect("a dragged range is fixed")
+    };
+    let [low, high] = drag(&mut h, 0.9, 0.5);
+    let [same, lower] = drag(&mut h, 0.5, 0.4);
+    assert!(lower < high && same == low, "{low} to {high} became {same} to {lower}");
+    let [higher, same] = drag(&mut h, 0.02, 0.2);
+    assert!(higher > low && same == lower, "{low} to {lower} became {higher} to {same}");
+}
+
+#[test]
 fn every_shading_but_the_lit_one_has_a_legend() {
     for shading in Shading::ALL {
         let mut s = state(shading);
