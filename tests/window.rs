@@ -70,10 +70,14 @@ impl Window {
         Screenshot::from_xwd(&self.desktop.run("xwd", &["-root", "-silent"]))
     }
 
+    /// Drags in the viewport, and lets go once the picture has followed: on a loaded machine all of it may come within one
+    /// frame otherwise, and a button that is up again drags nothing.
     fn drag(&self, button: &str, from: [i32; 2], to: [i32; 2]) {
         self.move_to(from);
+        let before = self.once(|_| true);
         self.desktop.xdotool(&["mousedown", button]);
         self.glide(from, to);
+        self.once(|screen| screen.changed(&before, VIEWPORT) > 0.02);
         self.desktop.xdotool(&["mouseup", button]);
     }
 
@@ -191,8 +195,9 @@ fn the_dragged_threshold_changes_tree_lines_and_numbers_while_it_is_held() {
     window.desktop.xdotool(&["mousedown", "1"]);
     window.glide(HANDLE_AT_6, [HANDLE_AT_6[0] + 36, HANDLE_AT_6[1]]);
     window.program.wait_for("presented teapot");
-    let held = window.once(|screen| screen.changed(&before, SAH_COST) > 0.01);
-    assert!(held.changed(&before, THRESHOLD_NUMBER) > 0.01, "the number beside the slider");
+    // One digit may be all that changes.
+    let held = window.once(|screen| screen.changed(&before, SAH_COST) > 0.001);
+    assert!(held.changed(&before, THRESHOLD_NUMBER) > 0.001, "the number beside the slider");
     assert!(held.changed(&before, VIEWPORT) > 0.002, "the containers are those of another tree");
     assert!(held.changed(&before, VIEWPORT) < 0.6, "the model is the same");
     window.desktop.xdotool(&["mouseup", "1"]);
