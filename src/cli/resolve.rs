@@ -13,7 +13,7 @@ use crate::headless::RenderJob;
 use crate::headless::info::InfoJob;
 use crate::headless::jobs::{MeasureJob, Output};
 use crate::lab::{Job, Setup, SweepPlan};
-use crate::overlay::{OverlayKinds, OverlaySettings, Selection};
+use crate::overlay::{OverlaySettings, Selection};
 use crate::render::RenderSettings;
 use crate::scene::{LoadOptions, SceneSource};
 use crate::view::CameraChoice;
@@ -181,7 +181,7 @@ fn asked(build: &BuildArgs, picture: &PictureArgs, overlay: &OverlayArgs) -> Ask
         mesh_edges: picture.mesh_edges.then_some(true),
         simd: picture.simd,
         samples: picture.samples,
-        containers_shown: overlay.overlay.map(OverlayKinds::shown),
+        containers_shown: overlay.overlay.map(crate::overlay::OverlayKinds::shown),
         depth: overlay.depth,
         leaves_only: overlay.leaves.then_some(true),
         parents: overlay.parents.then_some(true),
