@@ -15,7 +15,7 @@ const FEW_BINS: usize = 8;
 /// Up to this many items are few.
 const FEW: usize = 64;
 /// Below this depth items are halved without looking for a better split, which bounds the depth.
-const MAX_SPLIT_DEPTH: u32 = 96;
+pub const MAX_SPLIT_DEPTH: u32 = 96;
 
 /// Moves `from`, whose box `whole` is, to `to`, which is as long, the left side to its start and the right one to its end.
 /// Returns the length of the left side and boxes of both without links.

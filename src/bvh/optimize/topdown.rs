@@ -7,7 +7,7 @@ use fearless_simd::{Level, Simd, dispatch};
 use super::below::{joined_cost, leaf_cost};
 use super::item::{Item, NEW};
 use super::small::{SMALL, small_tree};
-use super::split::split;
+use super::split::{MAX_SPLIT_DEPTH, split};
 use super::split_large::{LARGE, split_large};
 use crate::cancel::{CancelToken, Cancelled};
 
@@ -68,7 +68,7 @@ impl Builder<'_> {
             dispatch!(self.level, simd => self.task(simd, Range { items, other, whole, pairs, below, offset, depth }));
             return Ok(());
         }
-        let (middle, mut pair) = if count >= LARGE {
+        let (middle, mut pair) = if count >= LARGE && depth < MAX_SPLIT_DEPTH {
             split_large(self.level, items, other, &whole, depth)
         } else {
             dispatch!(self.level, simd => split(simd, items, other, &whole, depth))
