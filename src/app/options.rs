@@ -47,7 +47,7 @@ pub struct Asked {
     pub threshold: Option<u32>,
     /// AAC's ε.
     pub epsilon: Option<f32>,
-    /// Passes over the finished tree.
+    /// Along which line triangles are sorted.
     pub curve: Option<Curve>,
     /// Passes over the finished tree.
     pub optimize: Option<Passes>,

@@ -94,12 +94,11 @@ pub fn render(
     let accel = &*request.accel;
     with_tree!(&accel.tree, tree => {
         let camera = request.camera.for_size(request.width_px, request.height_px);
-        // Where every ray counts, or counts are wanted, the tree that is meant.
-        let waits = request.coarseness <= 1 || request.settings.shading == Shading::Heat(HeatKind::Steps);
-        if waits {
+        // Only a coarse picture does without the wide tree, unless it shows that tree's steps.
+        if request.coarseness <= 1 || request.settings.shading == Shading::Heat(HeatKind::Steps) {
             accel.widen(token)?;
         }
-        let view = View::new(accel, tree, camera, request.height_px.max(1), request.settings.simd, waits);
+        let view = View::new(accel, tree, camera, request.height_px.max(1), request.settings.simd);
         // The variant is chosen here, outside of all loops.
         match request.settings.shading {
             Shading::Lit => {

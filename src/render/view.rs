@@ -45,21 +45,18 @@ pub(super) struct View<'a, C> {
 }
 
 impl<'a, C: Container> View<'a, C> {
-    /// `waits`: the wide tree is made where it is not there yet; otherwise the binary one serves.
+    /// Rays go through the wide tree where it has been made, see [`Accel::widen`], and through the binary one where not.
     pub(super) fn new(
         accel: &'a Accel,
         tree: &'a Tree<C>,
         camera: CameraFrame,
         height_px: u32,
         simd: SimdLevel,
-        waits: bool,
     ) -> Self {
         let scene = &*accel.scene;
         let tracer = match accel.known_wide() {
-            None if !waits => {
-                Tracer::Binary(Unordered { triangles: &scene.triangles, indices: &tree.primitive_indices })
-            }
-            _ => Tracer::Wide(&accel.wide().tree),
+            Some(wide) => Tracer::Wide(&wide.tree),
+            None => Tracer::Binary(Unordered { triangles: &scene.triangles, indices: &tree.primitive_indices }),
         };
         Self {
             tree,
