@@ -59,22 +59,22 @@ impl Probe for TestCounts {
 
 /// Where the triangles of a tree's leaves are found.
 pub trait LeafTriangles: Copy {
-    /// The triangle in a slot of [`Tree::primitive_indices`].
-    fn in_slot(&self, slot: usize) -> &Triangle;
+    /// The triangles in a run of slots of [`Tree::primitive_indices`].
+    fn in_slots(&self, slots: Range<usize>) -> impl Iterator<Item = &Triangle>;
 }
 
 /// Triangles in leaf order: what many rays are traced with.
 impl LeafTriangles for &[Triangle] {
     #[inline(always)]
-    fn in_slot(&self, slot: usize) -> &Triangle {
-        &self[slot]
+    fn in_slots(&self, slots: Range<usize>) -> impl Iterator<Item = &Triangle> {
+        self[slots].iter()
     }
 }
 
 impl LeafTriangles for &Vec<Triangle> {
     #[inline(always)]
-    fn in_slot(&self, slot: usize) -> &Triangle {
-        &self[slot]
+    fn in_slots(&self, slots: Range<usize>) -> impl Iterator<Item = &Triangle> {
+        self[slots].iter()
     }
 }
 
@@ -89,8 +89,8 @@ pub struct Unordered<'a> {
 
 impl LeafTriangles for Unordered<'_> {
     #[inline(always)]
-    fn in_slot(&self, slot: usize) -> &Triangle {
-        &self.triangles[self.indices[slot] as usize]
+    fn in_slots(&self, slots: Range<usize>) -> impl Iterator<Item = &Triangle> {
+        self.indices[slots].iter().map(|&index| &self.triangles[index as usize])
     }
 }
 
@@ -170,9 +170,9 @@ pub fn any_hit_with<C: Container, P: Probe>(
     let mut found = false;
     with_stack(tree.max_depth, |stack| {
         let leaf = |range: Range<usize>, shear: &Shear, probe: &mut P| {
-            for slot in range {
+            for triangle in leaf_triangles.in_slots(range) {
                 probe.primitive_test();
-                if leaf_triangles.in_slot(slot).intersect(&ray, shear, ray.ray.t_max).is_some() {
+                if triangle.intersect(&ray, shear, ray.ray.t_max).is_some() {
                     found = true;
                     return ControlFlow::Break(());
                 }
@@ -223,10 +223,10 @@ impl Nearest {
         shear: &Shear,
         probe: &mut P,
     ) {
-        for slot in range {
+        for (offset, triangle) in leaf_triangles.in_slots(range.clone()).enumerate() {
             probe.primitive_test();
-            if let Some(hit) = leaf_triangles.in_slot(slot).intersect(ray, shear, self.t) {
-                self.offer(hit, tree.primitive_indices[slot]);
+            if let Some(hit) = triangle.intersect(ray, shear, self.t) {
+                self.offer(hit, tree.primitive_indices[range.start + offset]);
             }
         }
     }
