@@ -21,9 +21,8 @@ struct View {
     scale_high: f32,
     color_by: u32,
     circle_segments: u32,
-    linear_target: u32,
     show_picture: u32,
-    padding: u32,
+    padding: vec2u,
     background: vec4f,
     // sRGB, 0 to 1.
     ramp: array<vec4f, 16>,
@@ -31,8 +30,14 @@ struct View {
 
 @group(0) @binding(0) var<uniform> view: View;
 
+// Whether the target encodes what is stored in it. Known when a pipeline is made, so that no pixel pays for the other case:
+// drawn in software, the powers were most of a frame.
+override LINEAR_TARGET: bool = false;
+
 // sRGB-encoded colour into what the target stores: the bytes themselves, or their linear value where the target encodes.
 fn to_target(srgb: vec3f) -> vec3f {
-    let linear = select(pow((srgb + 0.055) / 1.055, vec3f(2.4)), srgb / 12.92, srgb <= vec3f(0.04045));
-    return select(srgb, linear, view.linear_target != 0u);
+    if LINEAR_TARGET {
+        return select(pow((srgb + 0.055) / 1.055, vec3f(2.4)), srgb / 12.92, srgb <= vec3f(0.04045));
+    }
+    return srgb;
 }

@@ -104,7 +104,8 @@ fn line_vertex(before: vec3f, a: vec3f, b: vec3f, after: vec3f, corner: u32, cur
     let clip = mix(clip_a, clip_b, select(range.x, range.y, at_end));
     let role = (node.flags >> 8u) & 7u;
     let half_width = view.half_width_px * width_of(role);
-    let reach = half_width + 1.0;
+    // As far as the soft edge goes.
+    let reach = half_width + 0.5;
 
     // On a curve neighbours share their ends' direction, so that pieces meet without gap or overlap.
     var tangent = along;

@@ -10,15 +10,18 @@ fn vs_picture(@builtin(vertex_index) index: u32) -> @builtin(position) vec4f {
     return vec4f(corner * 2.0 - 1.0, 0.5, 1.0);
 }
 
+// Whether the picture has fewer pixels than the viewport.
+override SMOOTH: bool = false;
+
 @fragment
 fn fs_picture(@builtin(position) position: vec4f) -> @location(0) vec4f {
-    if view.show_picture == 0u {
-        return vec4f(to_target(view.background.rgb), 1.0);
-    }
     let pixel = position.xy - view.viewport.xy;
-    // Same size: the very bytes. Coarse: smooth.
-    if all(vec2f(textureDimensions(picture)) == view.viewport.zw) {
-        return vec4f(to_target(textureLoad(picture, vec2i(pixel), 0).rgb), 1.0);
+    var color: vec3f;
+    if SMOOTH {
+        color = textureSampleLevel(picture, smooth_sampler, pixel / view.covered, 0.0).rgb;
+    } else {
+        // Same size: the very bytes.
+        color = textureLoad(picture, vec2i(pixel), 0).rgb;
     }
-    return vec4f(to_target(textureSampleLevel(picture, smooth_sampler, pixel / view.covered, 0.0).rgb), 1.0);
+    return vec4f(to_target(select(color, view.background.rgb, view.show_picture == 0u)), 1.0);
 }

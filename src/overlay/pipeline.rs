@@ -78,16 +78,18 @@ struct Key {
 
 /// All GPU objects of the overlay; lives in egui's callback resources or in an offscreen renderer.
 pub struct OverlayPipeline {
-    linear_target: bool,
     layout: wgpu::BindGroupLayout,
     bind_group: wgpu::BindGroup,
-    picture_pipeline: wgpu::RenderPipeline,
+    /// For pictures as large as the viewport, and for those with fewer pixels.
+    picture_pipelines: [wgpu::RenderPipeline; 2],
     box_pipeline: wgpu::RenderPipeline,
     sphere_pipeline: wgpu::RenderPipeline,
     uniforms: wgpu::Buffer,
     quads: wgpu::Buffer,
     sampler: wgpu::Sampler,
     picture: PictureTextures,
+    /// The picture has fewer pixels than the viewport.
+    smooth: bool,
     key: Option<Key>,
     /// Nodes that the settings chose, and how many they hold beyond the budget.
     shown: Instances,
@@ -134,10 +136,10 @@ impl OverlayPipeline {
         let picture = PictureTextures::placeholder(device);
         let bind_group = bind_group(device, &layout, &uniforms, &picture, &sampler);
         Self {
-            linear_target: format.is_srgb(),
             layout,
             bind_group,
-            picture_pipeline: pipelines.picture,
+            picture_pipelines: pipelines.pictures,
+            smooth: false,
             box_pipeline: pipelines.boxes,
             sphere_pipeline: pipelines.spheres,
             uniforms,
@@ -161,13 +163,14 @@ impl OverlayPipeline {
         if self.picture.upload(device, queue, &input.picture) {
             self.bind_group = bind_group(device, &self.layout, &self.uniforms, &self.picture, &self.sampler);
         }
+        self.smooth = self.picture.size != [input.viewport_px[2], input.viewport_px[3]];
         match input.table {
             Some(table) => self.upload_instances(device, queue, table, input),
             None => {
                 (self.shown.count, self.marked.count, self.wanted, self.key) = (0, 0, 0, None);
             }
         }
-        let view = View::new(input, self.circle_segments, self.linear_target);
+        let view = View::new(input, self.circle_segments);
         queue.write_buffer(&self.uniforms, 0, bytemuck::bytes_of(&view));
         let kinds = self.shown_kinds.iter().filter(|&&drawn| drawn).count();
         (self.shown.count as usize * kinds, self.wanted * kinds)
@@ -176,7 +179,7 @@ impl OverlayPipeline {
     /// Draws into the caller's pass, whose viewport is set to the rectangle given to `prepare`.
     pub fn paint(&self, pass: &mut wgpu::RenderPass<'static>) {
         pass.set_bind_group(0, &self.bind_group, &[]);
-        pass.set_pipeline(&self.picture_pipeline);
+        pass.set_pipeline(&self.picture_pipelines[usize::from(self.smooth)]);
         pass.draw(0..3, 0..1);
         pass.set_index_buffer(self.quads.slice(..), wgpu::IndexFormat::Uint16);
         let lists = [(&self.shown, self.shown_kinds, self.shown_circles), (&self.marked, self.marked_kinds, 4)];
@@ -332,9 +335,9 @@ fn bind_group(
     })
 }
 
-/// The three drawables.
+/// The three drawables, the picture twice: as large as the viewport, and with fewer pixels.
 struct Pipelines {
-    picture: wgpu::RenderPipeline,
+    pictures: [wgpu::RenderPipeline; 2],
     boxes: wgpu::RenderPipeline,
     spheres: wgpu::RenderPipeline,
 }
@@ -356,40 +359,49 @@ impl Pipelines {
             step_mode: wgpu::VertexStepMode::Instance,
             attributes: &attributes,
         };
-        let pipeline =
-            |label, source: &str, vertex, fragment, blend, buffers: &[Option<wgpu::VertexBufferLayout<'_>>]| {
-                let module = device.create_shader_module(wgpu::ShaderModuleDescriptor {
-                    label: Some(label),
-                    source: wgpu::ShaderSource::Wgsl(source.into()),
-                });
-                device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
-                    label: Some(label),
-                    layout: Some(&layout),
-                    vertex: wgpu::VertexState {
-                        module: &module,
-                        entry_point: Some(vertex),
-                        compilation_options: wgpu::PipelineCompilationOptions::default(),
-                        buffers,
-                    },
-                    primitive: wgpu::PrimitiveState::default(),
-                    depth_stencil: None,
-                    multisample: wgpu::MultisampleState::default(),
-                    fragment: Some(wgpu::FragmentState {
-                        module: &module,
-                        entry_point: Some(fragment),
-                        compilation_options: wgpu::PipelineCompilationOptions::default(),
-                        targets: &[Some(wgpu::ColorTargetState { format, blend, write_mask: wgpu::ColorWrites::ALL })],
-                    }),
-                    multiview_mask: None,
-                    cache: None,
-                })
-            };
+        let linear = ("LINEAR_TARGET", f64::from(u8::from(format.is_srgb())));
+        let pipeline = |label,
+                        source: &str,
+                        [vertex, fragment]: [&str; 2],
+                        constants: &[(&str, f64)],
+                        blend,
+                        buffers: &[Option<wgpu::VertexBufferLayout<'_>>]| {
+            let module = device.create_shader_module(wgpu::ShaderModuleDescriptor {
+                label: Some(label),
+                source: wgpu::ShaderSource::Wgsl(source.into()),
+            });
+            device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
+                label: Some(label),
+                layout: Some(&layout),
+                vertex: wgpu::VertexState {
+                    module: &module,
+                    entry_point: Some(vertex),
+                    compilation_options: wgpu::PipelineCompilationOptions::default(),
+                    buffers,
+                },
+                primitive: wgpu::PrimitiveState::default(),
+                depth_stencil: None,
+                multisample: wgpu::MultisampleState::default(),
+                fragment: Some(wgpu::FragmentState {
+                    module: &module,
+                    entry_point: Some(fragment),
+                    compilation_options: wgpu::PipelineCompilationOptions { constants, ..Default::default() },
+                    targets: &[Some(wgpu::ColorTargetState { format, blend, write_mask: wgpu::ColorWrites::ALL })],
+                }),
+                multiview_mask: None,
+                cache: None,
+            })
+        };
         let over = Some(wgpu::BlendState::PREMULTIPLIED_ALPHA_BLENDING);
         let nodes = &[Some(nodes)];
+        let picture = |smooth| {
+            let constants = [linear, ("SMOOTH", smooth)];
+            pipeline("overlay picture", SHADERS[0], ["vs_picture", "fs_picture"], &constants, None, &[])
+        };
         Self {
-            picture: pipeline("overlay picture", SHADERS[0], "vs_picture", "fs_picture", None, &[]),
-            boxes: pipeline("overlay boxes", SHADERS[1], "vs_box", "fs_line", over, nodes),
-            spheres: pipeline("overlay spheres", SHADERS[2], "vs_sphere", "fs_line", over, nodes),
+            pictures: [picture(0.0), picture(1.0)],
+            boxes: pipeline("overlay boxes", SHADERS[1], ["vs_box", "fs_line"], &[linear], over, nodes),
+            spheres: pipeline("overlay spheres", SHADERS[2], ["vs_sphere", "fs_line"], &[linear], over, nodes),
         }
     }
 }

@@ -26,9 +26,8 @@ pub struct View {
     pub scale_high: f32,
     pub color_by: u32,
     pub circle_segments: u32,
-    pub linear_target: u32,
     pub show_picture: u32,
-    pub padding: u32,
+    pub padding: [u32; 2],
     pub background: [f32; 4],
     pub ramp: [[f32; 4]; 16],
 }
@@ -38,7 +37,7 @@ const BACKGROUND: [f32; 4] = [0.105, 0.11, 0.12, 1.0];
 
 impl View {
     /// For one draw.
-    pub fn new(input: &DrawInput<'_>, circle_segments: u32, linear_target: bool) -> Self {
+    pub fn new(input: &DrawInput<'_>, circle_segments: u32) -> Self {
         let [x, y, width, height] = input.viewport_px;
         let frame = input.camera.for_size(width, height);
         let (right, up, forward) = frame.axes();
@@ -71,9 +70,8 @@ impl View {
             scale_high,
             color_by,
             circle_segments,
-            linear_target: u32::from(linear_target),
             show_picture: u32::from(input.show_picture),
-            padding: 0,
+            padding: [0; 2],
             background: BACKGROUND,
             ramp: shader_ramp(),
         }
