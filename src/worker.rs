@@ -18,6 +18,8 @@ pub enum Outcome<T> {
 struct Slots<Q, R> {
     inbox: Option<(Q, CancelToken)>,
     running: Option<CancelToken>,
+    /// What runs has given a result.
+    delivered: bool,
     outbox: Option<Outcome<R>>,
     closed: bool,
 }
@@ -49,7 +51,7 @@ impl<Q: Send + 'static, R: Send + 'static> Worker<Q, R> {
         work: impl Fn(Q, &CancelToken, &(dyn Fn(R) + Sync)) -> Option<R> + Send + 'static,
     ) -> std::io::Result<Self> {
         let shared = Arc::new(Shared {
-            slots: Mutex::new(Slots { inbox: None, running: None, outbox: None, closed: false }),
+            slots: Mutex::new(Slots { inbox: None, running: None, delivered: false, outbox: None, closed: false }),
             changed: Condvar::new(),
         });
         let theirs = Arc::clone(&shared);
@@ -59,6 +61,10 @@ impl<Q: Send + 'static, R: Send + 'static> Worker<Q, R> {
                     let mut slots = theirs.lock();
                     if !token.is_cancelled() {
                         slots.outbox = Some(outcome);
+                        slots.delivered = true;
+                        if slots.inbox.is_some() {
+                            token.cancel();
+                        }
                         drop(slots);
                         wake();
                     }
@@ -70,7 +76,10 @@ impl<Q: Send + 'static, R: Send + 'static> Worker<Q, R> {
                     Err(payload) => deliver(Outcome::Panicked(panic_message(payload.as_ref()))),
                 }
                 theirs.lock().running = None;
-                wake();
+                // Who cancelled it knows already.
+                if !token.is_cancelled() {
+                    wake();
+                }
             }
         })?;
         Ok(Self { shared, thread: Some(thread) })
@@ -84,6 +93,20 @@ impl<Q: Send + 'static, R: Send + 'static> Worker<Q, R> {
             running.cancel();
         }
         slots.outbox = None;
+        slots.inbox = Some((request, token.clone()));
+        drop(slots);
+        self.shared.changed.notify_all();
+        token
+    }
+
+    /// Asks for `request` once what runs has given a result, replacing what waits. Where what runs has given one already, it
+    /// is cancelled: the rest of it only adds to that result.
+    pub fn queue(&self, request: Q) -> CancelToken {
+        let token = CancelToken::new();
+        let mut slots = self.shared.lock();
+        if let Some(running) = slots.running.as_ref().filter(|_| slots.delivered) {
+            running.cancel();
+        }
         slots.inbox = Some((request, token.clone()));
         drop(slots);
         self.shared.changed.notify_all();
@@ -137,6 +160,7 @@ fn next_request<Q, R>(shared: &Shared<Q, R>) -> Option<(Q, CancelToken)> {
         }
         if let Some((request, token)) = slots.inbox.take() {
             slots.running = Some(token.clone());
+            slots.delivered = false;
             return Some((request, token));
         }
         slots = shared.changed.wait(slots).unwrap_or_else(PoisonError::into_inner);
@@ -237,6 +261,40 @@ mod tests {
         assert!(text.contains("on purpose"), "{text}");
         worker.request(false);
         assert!(matches!(wait(&worker), Outcome::Done(1)));
+    }
+
+    #[test]
+    fn what_is_queued_follows_the_first_result() {
+        let (started, is_started) = mpsc::channel();
+        let (taken, go_on) = mpsc::channel::<()>();
+        let worker = Worker::new(
+            "test",
+            || {},
+            move |request: u8, token: &CancelToken, deliver: &(dyn Fn(u8) + Sync)| {
+                started.send(()).unwrap();
+                go_on.recv().unwrap();
+                deliver(request);
+                // Refines what was delivered until something else is wanted.
+                while request < 3 && !token.is_cancelled() {
+                    std::thread::yield_now();
+                }
+                None
+            },
+        )
+        .unwrap();
+        worker.request(0);
+        is_started.recv().unwrap();
+        worker.queue(1);
+        worker.queue(2);
+        taken.send(()).unwrap();
+        assert!(matches!(wait(&worker), Outcome::Done(0)), "what ran was not cancelled before its result");
+        assert!(worker.is_busy());
+        taken.send(()).unwrap();
+        assert!(matches!(wait(&worker), Outcome::Done(2)), "the newest of those that wait comes next");
+        // Nothing waits, so it goes on until something does.
+        worker.queue(3);
+        taken.send(()).unwrap();
+        assert!(matches!(wait(&worker), Outcome::Done(3)));
     }
 
     #[test]

@@ -64,6 +64,32 @@ fn two_hundred_slider_changes_end_on_the_last_value() {
 }
 
 #[test]
+fn trees_are_shown_while_the_slider_moves() {
+    let mut harness = app(builtin("terrain", 60_000), 700.0, 500.0, 1.0);
+    settle(&mut harness);
+    let mut shown = vec![harness.state().state.presented.as_ref().unwrap().accel.settings.threshold];
+    let mut wanted = 2;
+    while shown.len() < 5 {
+        wanted = 2 + (wanted + 7) % 60;
+        harness.state_mut().state.wanted.build.threshold = wanted;
+        harness.step();
+        let presented = harness.state().state.presented.as_ref().unwrap();
+        let frame = &presented.frame;
+        assert_eq!(
+            [frame.width_px, frame.height_px],
+            [0, 1].map(|axis| { harness.state().state.viewport_px[axis].div_ceil(frame.coarseness) })
+        );
+        if shown.last() != Some(&presented.accel.settings.threshold) {
+            shown.push(presented.accel.settings.threshold);
+        }
+    }
+    settle(&mut harness);
+    let presented = harness.state().state.presented.clone().unwrap();
+    assert_eq!(presented.accel.settings.threshold, wanted);
+    assert_eq!(presented.frame.coarseness, 1, "and its picture is whole");
+}
+
+#[test]
 fn the_newest_of_several_models_is_shown_whole() {
     let mut harness = app(builtin("teapot", 3), 700.0, 500.0, 1.0);
     settle(&mut harness);

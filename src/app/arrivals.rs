@@ -42,18 +42,22 @@ impl Rails {
         if self.building.is_some() {
             match take(&self.build) {
                 Ok(None) => {}
-                Ok(Some(Outcome::Done(built))) => self.tree_arrived(built, state),
+                Ok(Some(Outcome::Done(built))) => {
+                    news = true;
+                    self.tree_arrived(built, state, now);
+                }
                 Ok(Some(Outcome::Panicked(text))) => {
-                    self.building = None;
+                    news = true;
+                    self.stop_building();
                     self.revert_build(state);
                     tell_bug(state, "Building", &text);
                 }
                 Err(()) => {
-                    self.building = None;
+                    news = true;
+                    self.stop_building();
                     self.revert_build(state);
                 }
             }
-            news |= self.building.is_none();
         }
         if self.rendering.is_some() {
             match take(&self.render) {
@@ -105,18 +109,38 @@ impl Rails {
         }
     }
 
-    fn tree_arrived(&mut self, built: Built, state: &mut AppState) {
-        self.building = None;
+    fn tree_arrived(&mut self, built: Built, state: &mut AppState, now: Instant) {
+        // What was queued may have come before anybody looked.
+        self.building = self.queued.take().filter(|job| job.key != built.key);
         match built.result {
             Ok(tree) => {
                 let newest = state.scene.as_ref().is_some_and(|scene| Arc::ptr_eq(scene, &built.key.scene));
-                if newest {
-                    drop_elsewhere(self.pending.replace(tree));
+                let fits = |rendered: &Rendered| {
+                    let (key, wanted) = (&rendered.key, &state.wanted);
+                    key.camera == wanted.camera && key.settings == wanted.render && key.size_px == state.viewport_px
+                };
+                match built.picture.filter(fits) {
+                    _ if !newest => {}
+                    Some(rendered) => self.tree_arrived_with_picture(tree, rendered, state, now),
+                    // The picture of the one before is on its way: it would never come if each tree replaced the last.
+                    None if self.pending.is_some() && self.is_moving(now) => drop_elsewhere(tree),
+                    None => drop_elsewhere(self.pending.replace(tree)),
                 }
             }
             Err(BuildError::Refused(why)) => self.refuse_tree(state, &why),
             Err(BuildError::Cancelled(_)) => {}
         }
+    }
+
+    /// The tree is shown at once, coarse as its first picture is.
+    fn tree_arrived_with_picture(&mut self, tree: BuiltTree, rendered: Rendered, state: &mut AppState, now: Instant) {
+        if self.rendering.take().is_some() {
+            self.render.cancel();
+        }
+        drop_elsewhere(self.pending.take());
+        self.pace.learn(&rendered.frame, now);
+        self.swap_tree(tree, &rendered, state, now);
+        drop_elsewhere(self.shown.replace(Shown { key: rendered.key, complete: false }));
     }
 
     fn picture_arrived(&mut self, rendered: &Rendered, state: &mut AppState, now: Instant) {
@@ -161,10 +185,13 @@ impl Rails {
         state.selection.hidden.clear();
         let max_depth = tree.accel.tree.max_depth();
         let same_scene = old_scene.is_some_and(|scene| Arc::ptr_eq(&scene, &tree.accel.scene));
-        let waited = self.tree_wanted_at.take().map_or(Duration::ZERO, |since| now.duration_since(since));
+        let next = self.building.as_ref().map(|job| job.since);
+        let waited =
+            std::mem::replace(&mut self.tree_wanted_at, next).map_or(Duration::ZERO, |since| now.duration_since(since));
         log::info!(
-            "presented {} · {} triangles · {} nodes · {} ms after it was wanted",
+            "presented {} · δ {} · {} triangles · {} nodes · {} ms after it was wanted",
             tree.accel.scene.source.label(),
+            tree.accel.settings.threshold,
             tree.accel.scene.triangles.len(),
             tree.accel.tree.node_count(),
             waited.as_millis()

@@ -12,14 +12,14 @@ use crate::accel::Accel;
 use crate::bvh::BuildSettings;
 use crate::bvh::builders::BuildError;
 use crate::camera::Camera;
-use crate::cancel::CancelToken;
+use crate::cancel::{CancelToken, Cancelled};
 use crate::overlay::NodeTable;
 use crate::render::{Frame, RenderRequest, RenderSettings, render};
 use crate::scene::{LoadError, LoadOptions, Scene, SceneSource, load};
 use crate::worker::Worker;
 
-/// So long after a tree its first picture is on the screen.
-const FIRST_PICTURE: Duration = Duration::from_millis(150);
+/// So long after a tree its first picture is on the screen, and a hand that rests is known to rest.
+const FIRST_PICTURE: Duration = Duration::from_millis(170);
 
 /// Which model is asked for: the source and how often it was read again.
 pub type LoadKey = (SceneSource, u64);
@@ -59,6 +59,29 @@ impl PartialEq for BuildKey {
     }
 }
 
+/// Build a tree, and trace its first picture, which is on the screen as soon as the tree is there.
+pub struct BuildJob {
+    /// What is built.
+    pub key: BuildKey,
+    /// From where it is seen first, if that is known.
+    pub view: Option<FirstView>,
+    /// Something else may be wanted by the time it is there: what only a resting picture needs waits.
+    pub moving: bool,
+}
+
+/// The coarse picture that a new tree is seen in first.
+#[derive(Clone, Copy)]
+pub struct FirstView {
+    /// From where.
+    pub camera: Camera,
+    /// How.
+    pub settings: RenderSettings,
+    /// Width and height in pixels.
+    pub size_px: [u32; 2],
+    /// How many pixels share a ray, along each side.
+    pub coarseness: u32,
+}
+
 /// A tree with everything that the window derives from it once.
 #[derive(Clone)]
 pub struct BuiltTree {
@@ -76,6 +99,8 @@ pub struct Built {
     pub key: BuildKey,
     /// What came of it.
     pub result: Result<BuiltTree, BuildError>,
+    /// Its first picture, if one was asked for.
+    pub picture: Option<Rendered>,
 }
 
 /// What a picture was made from.
@@ -158,31 +183,38 @@ pub fn load_worker(wake: impl Fn() + Send + Sync + 'static) -> std::io::Result<W
 }
 
 /// The thread that builds trees and what is derived from them.
-pub fn build_worker(wake: impl Fn() + Send + Sync + 'static) -> std::io::Result<Worker<BuildKey, Built>> {
+pub fn build_worker(wake: impl Fn() + Send + Sync + 'static) -> std::io::Result<Worker<BuildJob, Built>> {
     let pool = Pool::default();
-    Worker::new("build", wake, move |key: BuildKey, token: &CancelToken, deliver: &(dyn Fn(Built) + Sync)| {
-        let threads = key.threads;
-        let start = Instant::now();
-        let result = pool.run("build", key.threads, || {
+    Worker::new("build", wake, move |job: BuildJob, token: &CancelToken, deliver: &(dyn Fn(Built) + Sync)| {
+        let BuildJob { key, view, moving } = job;
+        let (threads, start) = (key.threads, Instant::now());
+        let result = pool.run("build", threads, || {
             // The first picture of a tree is coarse and traced through the binary one: it does not wait for the wide one.
             let accel = Arc::new(Accel::build_binary(&key.scene, &key.settings, token)?);
             let table = Arc::new(NodeTable::new(&accel, token)?);
-            log::debug!("tree built in {:.1?}, listed after {:.1?}", accel.report.build_time, start.elapsed());
-            Ok(BuiltTree { accel, table, threads: key.threads })
+            let listed = start.elapsed();
+            let picture = view.map(|view| first_picture(&accel, &view, token)).transpose()?;
+            log::debug!(
+                "δ {}: tree built in {:.1?}, listed after {listed:.1?}, traced after {:.1?}",
+                key.settings.threshold,
+                accel.report.build_time,
+                start.elapsed()
+            );
+            Ok((BuiltTree { accel, table, threads }, picture))
         });
         match result {
             Err(BuildError::Cancelled(_)) => {}
-            Err(refused) => deliver(Built { key, result: Err(refused) }),
-            Ok(tree) => {
+            Err(refused) => deliver(Built { key, result: Err(refused), picture: None }),
+            Ok((tree, picture)) => {
                 let accel = Arc::clone(&tree.accel);
-                deliver(Built { key, result: Ok(tree) });
+                deliver(Built { key, result: Ok(tree), picture });
+                if moving {
+                    pause(token);
+                }
                 let Ok(wide) = pool.run("build", threads, || accel.widen(token)) else { return None };
                 log::debug!("collapsed in {:.1?}, after {:.1?}", wide.collapse_time, start.elapsed());
-                // What only panels and clicks ask for is computed once the first picture has had the cores.
-                let ready = Instant::now() + FIRST_PICTURE;
-                while Instant::now() < ready && !token.is_cancelled() {
-                    std::thread::sleep(Duration::from_millis(5));
-                }
+                // What only panels and clicks ask for is computed once the picture has had the cores.
+                pause(token);
                 if !token.is_cancelled() {
                     // Whoever cancels does without.
                     let _ = pool.run("build", threads, || accel.study(token));
@@ -191,6 +223,30 @@ pub fn build_worker(wake: impl Fn() + Send + Sync + 'static) -> std::io::Result<
         }
         None
     })
+}
+
+/// Leaves the cores to pictures, or to what is wanted instead.
+fn pause(token: &CancelToken) {
+    let over = Instant::now() + FIRST_PICTURE;
+    while Instant::now() < over && !token.is_cancelled() {
+        std::thread::sleep(Duration::from_millis(5));
+    }
+}
+
+/// Traces `accel` as `view` says.
+fn first_picture(accel: &Arc<Accel>, view: &FirstView, token: &CancelToken) -> Result<Rendered, Cancelled> {
+    let FirstView { camera, settings, size_px, coarseness } = *view;
+    let request = RenderRequest {
+        accel: Arc::clone(accel),
+        camera,
+        settings,
+        width_px: size_px[0],
+        height_px: size_px[1],
+        coarseness,
+        count_tests: false,
+    };
+    let frame = Arc::new(render(&request, token, &|_| {})?);
+    Ok(Rendered { key: RenderKey { accel: Arc::clone(accel), camera, settings, size_px }, frame, last: false })
 }
 
 /// The thread that traces pictures.

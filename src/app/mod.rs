@@ -6,6 +6,7 @@
 pub mod state;
 
 mod arrivals;
+mod bell;
 mod jobs;
 mod laboratory;
 mod pace;
@@ -44,6 +45,7 @@ use eframe::{egui, wgpu};
 
 use crate::overlay::OverlayPipeline;
 use crate::scene::SceneSource;
+use bell::Bell;
 use device::Device;
 use file_watch::{FileWatch, News};
 use laboratory::Laboratory;
@@ -64,6 +66,9 @@ const START_SIZE: [f32; 2] = [1280.0, 800.0];
 
 /// Longest time that [`App::run_until_idle`] waits.
 const IDLE_TIMEOUT: Duration = Duration::from_mins(2);
+/// While the tree is rebuilt under a hand and the graphics are drawn by the cores that build, UI frames without a new tree
+/// are so far apart at least.
+const FRAME_WITHOUT_NEWS: Duration = Duration::from_millis(100);
 /// How often the progress of a measurement is looked at.
 const PROGRESS: Duration = Duration::from_millis(100);
 
@@ -80,6 +85,9 @@ pub struct App {
     device: Device,
     title: String,
     frame_started: Instant,
+    bell: Bell,
+    /// The graphics are drawn in software.
+    spares_frames: bool,
     /// Each UI frame waits until everything is fresh: for tests.
     waits: bool,
 }
@@ -112,6 +120,7 @@ impl App {
         app.rails.keep_camera = same_model;
         app.rails.camera_choice = options.camera;
         app.device.lose_on_purpose = options.lose_device;
+        app.spares_frames = app.state.adapter.1;
         Ok(app)
     }
 
@@ -135,7 +144,12 @@ impl App {
             let pipeline = OverlayPipeline::new(&render_state.device, render_state.target_format);
             render_state.renderer.write().callback_resources.insert(pipeline);
         }
-        let wake = move || ctx.request_repaint();
+        let bell = Bell::default();
+        let rung = bell.clone();
+        let wake = move || {
+            rung.ring();
+            ctx.request_repaint();
+        };
         Ok(Self {
             state,
             rails: Rails::new(wake.clone())?,
@@ -147,6 +161,8 @@ impl App {
             device,
             title: String::new(),
             frame_started: Instant::now(),
+            bell,
+            spares_frames: false,
             waits: false,
         })
     }
@@ -245,6 +261,10 @@ fn keep_usable_size(ctx: &egui::Context) {
 
 impl eframe::App for App {
     fn logic(&mut self, ctx: &egui::Context, frame: &mut eframe::Frame) {
+        // Each movement of the pointer asks for a frame, and software draws one in the time of half a tree.
+        let worthwhile = self.frame_started + FRAME_WITHOUT_NEWS;
+        let spared = self.spares_frames && self.rails.rebuilds_under_a_hand(Instant::now());
+        self.bell.wait(if spared { worthwhile } else { self.frame_started });
         self.frame_started = Instant::now();
         if was_interrupted() {
             ctx.send_viewport_cmd(egui::ViewportCommand::Close);

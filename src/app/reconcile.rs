@@ -7,8 +7,8 @@ use std::time::{Duration, Instant};
 
 use super::file_watch::Stamp;
 use super::jobs::{
-    BuildKey, Built, BuiltTree, LoadJob, LoadKey, Loaded, RenderJob, RenderKey, Rendered, build_worker, load_worker,
-    render_worker,
+    BuildJob, BuildKey, Built, BuiltTree, FirstView, LoadJob, LoadKey, Loaded, RenderJob, RenderKey, Rendered,
+    build_worker, load_worker, render_worker,
 };
 use super::pace::Pace;
 use super::state::{AppState, JobStatus, Presented, Severity, Wanted};
@@ -46,10 +46,12 @@ pub(super) struct Shown {
 /// The workers, and what the app remembers about their products.
 pub struct Rails {
     pub(super) load: Worker<LoadJob, Loaded>,
-    pub(super) build: Worker<BuildKey, Built>,
+    pub(super) build: Worker<BuildJob, Built>,
     pub(super) render: Worker<RenderJob, Rendered>,
     pub(super) loading: Option<InFlight<LoadKey>>,
     pub(super) building: Option<InFlight<BuildKey>>,
+    /// What is built after that.
+    pub(super) queued: Option<InFlight<BuildKey>>,
     pub(super) rendering: Option<InFlight<RenderKey>>,
     /// The key of the newest loaded scene.
     pub(super) loaded: Option<LoadKey>,
@@ -90,6 +92,7 @@ impl Rails {
             render: render_worker(wake)?,
             loading: None,
             building: None,
+            queued: None,
             rendering: None,
             loaded: None,
             read_file: None,
@@ -162,8 +165,7 @@ impl Rails {
             self.revert_source(state);
             state.tell(Severity::Info, "Loading cancelled");
         }
-        if self.building.take().is_some() {
-            self.build.cancel();
+        if self.stop_building() {
             self.revert_build(state);
             let stays = if state.presented.is_some() { ": the tree on the screen stays" } else { "" };
             state.tell(Severity::Info, format!("Building cancelled{stays}"));
@@ -215,7 +217,16 @@ impl Rails {
             }
             self.watched = Some(wanted.clone());
         }
+        self.is_moving(now)
+    }
+
+    pub(super) fn is_moving(&self, now: Instant) -> bool {
         !self.at_rest && self.changed_at.is_some_and(|then| now.duration_since(then) < REST)
+    }
+
+    /// Whether trees are built one after the other while a slider moves.
+    pub fn rebuilds_under_a_hand(&self, now: Instant) -> bool {
+        self.building.is_some() && self.is_moving(now)
     }
 
     fn ask_for_scene(&mut self, state: &mut AppState, now: Instant) {
@@ -248,25 +259,57 @@ impl Rails {
             if self.pending.is_none() {
                 self.tree_wanted_at = None;
             }
-            if self.building.take().is_some() {
-                self.build.cancel();
+            // A slider that passes over the tree on the screen goes on from there.
+            if !moving {
+                self.stop_building();
             }
             return;
         }
+        let refusal = key.settings.refusal(key.scene.triangles.len());
         if let Some(job) = &self.building {
             let same_scene = Arc::ptr_eq(&job.key.scene, &key.scene);
-            // While the slider moves, a started build may finish: otherwise no tree would ever be shown.
+            // While the slider moves, a started build may finish: otherwise no tree would ever be shown. The newest follows.
             if job.key == key || (moving && same_scene) {
+                let newest = self.queued.as_ref().unwrap_or(job);
+                if newest.key != key && refusal.is_none() {
+                    let token = self.build.queue(self.build_job(state, &key, moving));
+                    self.queued = Some(InFlight { key, token, since: now, brief: false });
+                }
                 return;
             }
         }
-        if let Some(why) = key.settings.refusal(key.scene.triangles.len()) {
+        if let Some(why) = refusal {
             self.refuse_tree(state, &why);
             return;
         }
         self.tree_wanted_at.get_or_insert(now);
-        let token = self.build.request(key.clone());
+        let token = self.build.request(self.build_job(state, &key, moving));
+        self.queued = None;
         self.building = Some(InFlight { key, token, since: now, brief: false });
+    }
+
+    /// Gives up what is built. Returns whether anything was.
+    pub(super) fn stop_building(&mut self) -> bool {
+        self.queued = None;
+        let builds = self.building.take().is_some();
+        if builds {
+            self.build.cancel();
+        }
+        builds
+    }
+
+    /// A tree of the scene on the screen comes with its first picture, so that no UI frame stands between the two.
+    fn build_job(&self, state: &AppState, key: &BuildKey, moving: bool) -> BuildJob {
+        let on_screen =
+            state.presented.as_ref().is_some_and(|presented| Arc::ptr_eq(&presented.accel.scene, &key.scene));
+        let size_px = state.viewport_px;
+        let view = (on_screen && !self.at_rest && !size_px.contains(&0)).then(|| FirstView {
+            camera: state.wanted.camera,
+            settings: state.wanted.render,
+            size_px,
+            coarseness: self.pace.coarseness(size_px).max(BEFORE_WIDE),
+        });
+        BuildJob { key: key.clone(), view, moving }
     }
 
     /// Whether the newest tree is the wanted one.
