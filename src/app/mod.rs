@@ -9,6 +9,7 @@ mod arrivals;
 mod bell;
 mod jobs;
 mod laboratory;
+mod other_containers;
 mod pace;
 mod recent;
 pub mod reconcile;
@@ -49,6 +50,7 @@ use bell::Bell;
 use device::Device;
 use file_watch::{FileWatch, News};
 use laboratory::Laboratory;
+use other_containers::OtherContainers;
 use reconcile::Rails;
 use requests::Errands;
 use state::{AppState, Request, Severity, Wanted};
@@ -78,6 +80,7 @@ pub struct App {
     pub state: AppState,
     rails: Rails,
     laboratory: Laboratory,
+    other_containers: OtherContainers,
     errands: Errands,
     file_watch: FileWatch,
     viewport: Viewport,
@@ -154,6 +157,7 @@ impl App {
             state,
             rails: Rails::new(wake.clone())?,
             laboratory: Laboratory::new(wake.clone())?,
+            other_containers: OtherContainers::new(wake.clone())?,
             file_watch: FileWatch::new(wake.clone())?,
             errands: Errands::new(Arc::new(wake)),
             viewport: Viewport::default(),
@@ -175,6 +179,7 @@ impl App {
             self.rails.poll(&mut self.state, Instant::now());
             self.rails.reconcile(&mut self.state, Instant::now());
             self.laboratory.poll(&mut self.state, !self.rails.is_busy());
+            self.other_containers.follow(&self.state);
             if !self.is_busy() {
                 return true;
             }
@@ -187,7 +192,7 @@ impl App {
 
     /// Whether a model, a tree or a picture is on its way, or something is measured.
     pub fn is_busy(&self) -> bool {
-        self.rails.is_busy() || self.laboratory.is_busy()
+        self.rails.is_busy() || self.laboratory.is_busy() || self.other_containers.is_busy()
     }
 
     fn tell_device_error(&mut self) {
@@ -289,6 +294,7 @@ impl eframe::App for App {
         self.rails.poll(&mut self.state, Instant::now());
         self.look_after_file();
         self.laboratory.poll(&mut self.state, !self.rails.is_busy());
+        self.other_containers.follow(&self.state);
         self.update_title(ctx);
     }
 

@@ -110,7 +110,7 @@ impl Viewport {
                     frame: Arc::clone(&presented.frame),
                     frame_id: presented.frame_id,
                     table: show_containers.then(|| Arc::clone(&presented.table)),
-                    settings: state.wanted.overlay,
+                    settings: presented.table.drawable(&state.wanted.overlay),
                     selection: state.selection.clone(),
                     rect,
                     show_picture: show_geometry,

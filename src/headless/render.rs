@@ -198,6 +198,9 @@ fn draw_overlay(
         rgba: &frame.rgba,
         depth: &frame.depth,
     };
+    if table.drawable(settings) != *settings {
+        table.complete(token)?;
+    }
     let shown = table.shown(settings, selection);
     if shown.wanted > shown.nodes.len() {
         eprintln!(

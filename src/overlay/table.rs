@@ -117,13 +117,39 @@ impl NodeTable {
         self.accel.lineage().primitive_counts[node as usize]
     }
 
+    /// Makes the containers of the kind that the tree is not made of, in the calling thread's rayon pool.
+    pub fn complete(&self, token: &CancelToken) -> Result<(), Cancelled> {
+        let triangles = &self.accel.scene.triangles;
+        match &self.accel.tree {
+            AnyTree::Aabb(tree) if self.spheres.get().is_none() => {
+                let spheres = containers(tree, triangles, token)?;
+                self.spheres.get_or_init(|| spheres);
+            }
+            AnyTree::Sphere(tree) if self.boxes.get().is_none() => {
+                let boxes = containers(tree, triangles, token)?;
+                self.boxes.get_or_init(|| boxes);
+            }
+            _ => {}
+        }
+        Ok(())
+    }
+
+    /// `settings` without the kind of containers that [`NodeTable::complete`] has not made yet.
+    pub fn drawable(&self, settings: &OverlaySettings) -> OverlaySettings {
+        let is_complete = self.spheres.get().is_some() || self.boxes.get().is_some();
+        let own = self.container_kind();
+        OverlaySettings {
+            show_boxes: settings.show_boxes && (is_complete || own == ContainerKind::Aabb),
+            show_spheres: settings.show_spheres && (is_complete || own == ContainerKind::Sphere),
+            ..*settings
+        }
+    }
+
     /// The box around `node`: the tree's own, or for a tree of spheres exactly around the triangles below.
     pub fn node_box(&self, node: u32) -> Aabb {
         match &self.accel.tree {
             AnyTree::Aabb(tree) => tree.nodes[node as usize].container,
-            AnyTree::Sphere(tree) => {
-                self.boxes.get_or_init(|| containers(tree, self.accel.leaf_triangles()))[node as usize]
-            }
+            AnyTree::Sphere(tree) => self.boxes.get_or_init(|| containers_at_once(tree, &self.accel))[node as usize],
         }
     }
 
@@ -131,10 +157,13 @@ impl NodeTable {
     pub fn node_sphere(&self, node: u32) -> Sphere {
         match &self.accel.tree {
             AnyTree::Sphere(tree) => tree.nodes[node as usize].container,
-            AnyTree::Aabb(tree) => {
-                self.spheres.get_or_init(|| containers(tree, self.accel.leaf_triangles()))[node as usize]
-            }
+            AnyTree::Aabb(tree) => self.spheres.get_or_init(|| containers_at_once(tree, &self.accel))[node as usize],
         }
+    }
+
+    /// A box around `node`'s own container; `None` where there is no such node.
+    pub fn bounds(&self, node: u32) -> Option<Aabb> {
+        with_tree!(&self.accel.tree, tree => tree.nodes.get(node as usize).map(|node| node.container.bounds()))
     }
 
     /// Surface area of `node`'s own container over the root's, 0 to 1.
@@ -286,6 +315,9 @@ impl NodeTable {
     }
 }
 
+/// Nodes between two looks at the token.
+const NODES_AT_ONCE: usize = 1 << 14;
+
 /// The budget is small beside what was chosen: one in so many nodes.
 const FEW: usize = 8;
 
@@ -303,20 +335,36 @@ fn share(part: f32, whole: f32) -> f32 {
     if whole > 0.0 { (part / whole).clamp(0.0, 1.0) } else { 1.0 }
 }
 
-/// Containers of kind `C` for the nodes of a tree of another kind: leaves around their triangles, then bottom-up.
-fn containers<K: Container, C: Container>(tree: &Tree<K>, leaf_triangles: &[Triangle]) -> Vec<C> {
+/// Containers of kind `C` for the nodes of a tree of another kind over `triangles`: leaves around theirs, then bottom-up.
+fn containers<K: Container, C: Container + bytemuck::Zeroable>(
+    tree: &Tree<K>,
+    triangles: &[Triangle],
+    token: &CancelToken,
+) -> Result<Vec<C>, Cancelled> {
     let of_leaf = |node: &Node<K>| {
-        let triangles = &leaf_triangles[node.first as usize..(node.first + node.count) as usize];
-        triangles.iter().fold(C::EMPTY, |all, triangle| all.union(&C::of_triangle(triangle)))
+        let own = &tree.primitive_indices[node.first as usize..(node.first + node.count) as usize];
+        own.iter().fold(C::EMPTY, |all, &index| all.union(&C::of_triangle(&triangles[index as usize])))
     };
-    let mut all: Vec<C> = tree
-        .nodes
-        .par_iter()
-        .with_min_len(4_096)
-        .map(|node| if node.is_leaf() { of_leaf(node) } else { C::EMPTY })
-        .collect();
-    for (index, node) in tree.nodes.iter().enumerate().rev().filter(|(_, node)| !node.is_leaf()) {
-        all[index] = all[node.first as usize].union(&all[node.first as usize + 1]);
+    let mut all: Vec<C> = bytemuck::zeroed_vec(tree.nodes.len());
+    all.par_chunks_mut(NODES_AT_ONCE).zip(tree.nodes.par_chunks(NODES_AT_ONCE)).try_for_each(|(all, nodes)| {
+        token.check()?;
+        for (container, node) in all.iter_mut().zip(nodes).filter(|(_, node)| node.is_leaf()) {
+            *container = of_leaf(node);
+        }
+        Ok(())
+    })?;
+    for (index, node) in tree.nodes.iter().enumerate().rev() {
+        if index.is_multiple_of(NODES_AT_ONCE) {
+            token.check()?;
+        }
+        if !node.is_leaf() {
+            all[index] = all[node.first as usize].union(&all[node.first as usize + 1]);
+        }
     }
-    all
+    Ok(all)
+}
+
+/// [`containers`], however long it takes.
+fn containers_at_once<K: Container, C: Container + bytemuck::Zeroable>(tree: &Tree<K>, accel: &Accel) -> Vec<C> {
+    containers(tree, &accel.scene.triangles, &CancelToken::new()).unwrap_or_else(|_| unreachable!("nobody cancels"))
 }

@@ -205,7 +205,7 @@ fn toggle_up(state: &mut AppState) {
 fn frame_selection(state: &mut AppState) {
     let selected = state.selection.selected.and_then(|node| {
         let shown = state.presented.as_ref()?;
-        ((node as usize) < shown.table.len()).then(|| shown.table.node_box(node))
+        shown.table.bounds(node)
     });
     if let Some(bounds) = selected.or_else(|| state.bounds()) {
         orbit::frame_all(&mut state.wanted.camera, &bounds);
