@@ -20,7 +20,7 @@ pub trait Clustered: Container + Zeroable {
     /// How many of the fields are used.
     const USED_FIELDS: usize;
     /// What is kept of a primitive's container between the stages of a build: nothing where making it again is cheap.
-    type Kept: Copy + Default + Send + Sync;
+    type Kept: Copy + bytemuck::Zeroable + Send + Sync;
     /// The parts that are kept of the containers of `triangles`, and [`Self::middle`] of each in the first three lanes.
     fn keep_and_middles<S: Simd>(simd: S, triangles: &[Triangle; LANES]) -> ([Self::Kept; LANES], [f32x4<S>; LANES]);
     /// The container of `triangle`, of which `kept` is left.

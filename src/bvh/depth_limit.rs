@@ -42,7 +42,7 @@ pub fn limit_depth<C: Container>(tree: &mut Tree<C>, token: &CancelToken) -> Res
 }
 
 /// What lies below a node.
-#[derive(Clone, Copy, Default)]
+#[derive(Clone, Copy, Default, bytemuck::Zeroable)]
 struct Below {
     /// Leaves.
     leaves: u32,
@@ -52,7 +52,7 @@ struct Below {
 
 /// [`Below`] for each node.
 fn measure<C: Container>(tree: &Tree<C>, token: &CancelToken) -> Result<Vec<Below>, Cancelled> {
-    let mut below = vec![Below::default(); tree.nodes.len()];
+    let mut below: Vec<Below> = bytemuck::zeroed_vec(tree.nodes.len());
     for (index, node) in tree.nodes.iter().enumerate().rev() {
         if index % NODES_BETWEEN_CHECKS == 0 {
             token.check()?;

@@ -6,7 +6,7 @@ use super::{Container, Tree};
 use crate::cancel::{CancelToken, Cancelled};
 
 /// Nodes between two looks at the token.
-const NODES_BETWEEN_CHECKS: usize = 1 << 18;
+const NODES_BETWEEN_CHECKS: usize = 1 << 16;
 
 /// All nodes of a tree depth by depth.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -28,8 +28,11 @@ impl Levels {
         token.check()?;
         let depths = tree.depths_unless(token)?;
         let mut counts = vec![0; tree.max_depth as usize + 1];
-        for &depth in &depths {
-            counts[depth as usize] += 1;
+        for depths in depths.chunks(NODES_BETWEEN_CHECKS) {
+            token.check()?;
+            for &depth in depths {
+                counts[depth as usize] += 1;
+            }
         }
         let mut end = 0;
         let run = |count: u32| {

@@ -5,7 +5,7 @@ use crate::cancel::{CancelToken, Cancelled};
 use crate::geometry::Triangle;
 
 /// Nodes between two looks at the token.
-const NODES_BETWEEN_CHECKS: usize = 1 << 18;
+const NODES_BETWEEN_CHECKS: usize = 1 << 16;
 
 /// Who is whose parent, and how much lies below. Takes two passes over the tree: made once, when someone asks.
 #[derive(Debug, Clone, PartialEq)]
@@ -34,9 +34,7 @@ impl Lineage {
             primitive_counts[index] =
                 if node.is_leaf() { node.count } else { primitive_counts[first] + primitive_counts[first + 1] };
         }
-        let parents = tree.parents();
-        token.check()?;
-        Ok(Self { parents, primitive_counts })
+        Ok(Self { parents: tree.parents_unless(token)?, primitive_counts })
     }
 
     /// Number of steps from the root to `node`.

@@ -93,7 +93,7 @@ pub fn morton_order<C: Clustered>(
     let grid = CurveGrid::new(&extent.middles, curve);
     let index_bits = usize::BITS - (triangles.len() - 1).leading_zeros();
     let code_shift = (CODE_BITS + index_bits).saturating_sub(u64::BITS);
-    let mut kept = vec![C::Kept::default(); triangles.len()];
+    let mut kept: Vec<C::Kept> = bytemuck::zeroed_vec(triangles.len());
     let mut keys = vec![0; triangles.len()];
     let level = simd_level();
     triangles

@@ -5,7 +5,7 @@ use crate::cancel::{CancelToken, Cancelled};
 use crate::geometry::{Aabb, Sphere};
 
 /// Nodes between two looks at the token.
-const NODES_BETWEEN_CHECKS: usize = 1 << 18;
+const NODES_BETWEEN_CHECKS: usize = 1 << 16;
 
 /// A node. Its range depends on `count`:
 ///
@@ -88,14 +88,23 @@ impl<C: Container> Tree<C> {
 
     /// Each node's parent, in the order of [`Tree::nodes`]; the root's is itself.
     pub fn parents(&self) -> Vec<u32> {
+        // Nobody else has this token.
+        self.parents_unless(&CancelToken::new()).unwrap_or_default()
+    }
+
+    /// [`Tree::parents`], unless `token` is cancelled.
+    pub fn parents_unless(&self, token: &CancelToken) -> Result<Vec<u32>, Cancelled> {
         let mut parents = vec![0; self.nodes.len()];
         for (index, node) in self.nodes.iter().enumerate() {
+            if index.is_multiple_of(NODES_BETWEEN_CHECKS) {
+                token.check()?;
+            }
             if !node.is_leaf() {
                 parents[node.first as usize] = index as u32;
                 parents[node.first as usize + 1] = index as u32;
             }
         }
-        parents
+        Ok(parents)
     }
 }
 

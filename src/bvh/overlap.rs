@@ -53,15 +53,17 @@ fn overlap_of<C: Clip>(
         }
         Ok(())
     })?;
-    let total: f64 = areas.iter().sum();
+    let mut total = 0.0;
+    for batch in areas.chunks(BATCH) {
+        token.check()?;
+        total = batch.iter().fold(total, |sum, area| sum + area);
+    }
     if tree.nodes.is_empty() || tree.nodes[0].is_leaf() || !(total > 0.0 && total.is_finite()) {
         return Ok(0.0);
     }
-    let samples = choose_samples(&areas, total, max_samples.max(1));
-    token.check()?;
-    let parents = tree.parents();
-    token.check()?;
-    let leaves = leaf_of_each(tree, &samples);
+    let samples = choose_samples(&areas, total, max_samples.max(1), token)?;
+    let parents = tree.parents_unless(token)?;
+    let leaves = leaf_of_each(tree, &samples, token)?;
     // Collected before they are summed, so that the sum does not depend on the number of threads.
     let parts: Vec<f64> = samples
         .par_iter()
@@ -85,16 +87,24 @@ fn overlap_of<C: Clip>(
 }
 
 /// Every triangle that has an area, or `max_samples` steps of equal area through all of them.
-fn choose_samples(areas: &[f64], total: f64, max_samples: usize) -> Vec<Sample> {
+fn choose_samples(
+    areas: &[f64],
+    total: f64,
+    max_samples: usize,
+    token: &CancelToken,
+) -> Result<Vec<Sample>, Cancelled> {
     if areas.len() <= max_samples {
         let with_area = areas.iter().enumerate().filter(|(_, area)| **area > 0.0);
-        return with_area.map(|(slot, &area)| Sample { slot: slot as u32, weight: area }).collect();
+        return Ok(with_area.map(|(slot, &area)| Sample { slot: slot as u32, weight: area }).collect());
     }
     let step = total / max_samples as f64;
     let mut samples = Vec::with_capacity(max_samples);
     let mut passed = 0.0;
     let mut next = step * 0.5;
     for (slot, &area) in areas.iter().enumerate() {
+        if slot.is_multiple_of(BATCH) {
+            token.check()?;
+        }
         passed += area;
         if passed > next {
             let steps = ((passed - next) / step).floor() + 1.0;
@@ -102,20 +112,23 @@ fn choose_samples(areas: &[f64], total: f64, max_samples: usize) -> Vec<Sample> 
             next += steps * step;
         }
     }
-    samples
+    Ok(samples)
 }
 
 /// The leaf of each sample, given by slot in rising order.
-fn leaf_of_each<C: Container>(tree: &Tree<C>, samples: &[Sample]) -> Vec<u32> {
+fn leaf_of_each<C: Container>(tree: &Tree<C>, samples: &[Sample], token: &CancelToken) -> Result<Vec<u32>, Cancelled> {
     let mut leaves = vec![0; samples.len()];
     for (index, node) in tree.nodes.iter().enumerate() {
+        if index.is_multiple_of(BATCH) {
+            token.check()?;
+        }
         if node.is_leaf() {
             let begin = samples.partition_point(|sample| sample.slot < node.first);
             let count = samples[begin..].iter().take_while(|sample| sample.slot < node.first + node.count).count();
             leaves[begin..begin + count].fill(index as u32);
         }
     }
-    leaves
+    Ok(leaves)
 }
 
 /// Σ cost · area of `triangle` inside the node, over the nodes that are not on its `path` from the root.

@@ -22,6 +22,9 @@ const MAX_LOCAL: usize = 1 << 15;
 const MAX_COMPARED: usize = 64;
 /// Keys below which a chunk of its own does not pay.
 const MIN_CHUNK: usize = 1 << 14;
+/// Keys between two looks at the token.
+const LOOKED_AT_ONCE: usize = 1 << 17;
+
 /// Sorts `keys`, which are below 2 to the power of `bits` and best all different. The result does not depend on the
 /// number of threads.
 pub fn radix_sort(keys: &mut [u64], bits: u32, token: &CancelToken) -> Result<(), Cancelled> {
@@ -63,12 +66,15 @@ fn sort_range(
         .par_chunks(chunk_len)
         .map(|chunk| {
             let mut histogram = vec![0; buckets];
-            for &key in chunk {
-                histogram[digit(key)] += 1;
+            for keys in chunk.chunks(LOOKED_AT_ONCE) {
+                token.check()?;
+                for &key in keys {
+                    histogram[digit(key)] += 1;
+                }
             }
-            histogram
+            Ok(histogram)
         })
-        .collect();
+        .collect::<Result<_, Cancelled>>()?;
     let sizes: Vec<usize> =
         (0..buckets).map(|bucket| histograms.iter().map(|histogram| histogram[bucket]).sum()).collect();
     // One digit for all: nothing moves.
@@ -87,13 +93,17 @@ fn sort_range(
         }
     }
     // Each chunk writes its keys to its own parts of the buckets.
-    keys.par_chunks(chunk_len).zip(outputs).for_each(|(chunk, mut output)| {
-        for &key in chunk {
-            if let Some(place) = output[digit(key)].next() {
-                *place = key;
+    keys.par_chunks(chunk_len).zip(outputs).try_for_each(|(chunk, mut output)| {
+        for keys in chunk.chunks(LOOKED_AT_ONCE) {
+            token.check()?;
+            for &key in keys {
+                if let Some(place) = output[digit(key)].next() {
+                    *place = key;
+                }
             }
         }
-    });
+        Ok(())
+    })?;
     // Then each bucket by itself.
     let (mut keys, mut scratch) = (keys, scratch);
     let mut parts = Vec::with_capacity(buckets);

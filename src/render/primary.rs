@@ -106,7 +106,7 @@ fn trace<C: Container, P: Probe + Default + Send>(
 ) -> Result<(u64, u64, Vec<P>), Cancelled> {
     let grid = Grid::new(request);
     let camera = request.camera.for_size(request.width_px, request.height_px);
-    let triangles = request.accel.leaf_triangles();
+    let triangles = request.accel.leaf_triangles_unless(token)?;
     let level = request.settings.simd.level_of_plain_loops();
     let tiles: Vec<(u64, P)> = (0..grid.tile_count)
         .into_par_iter()

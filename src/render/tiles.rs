@@ -47,8 +47,11 @@ pub struct RenderRequest {
 /// Why there is no picture.
 pub type RenderError = Cancelled;
 
+/// Pixels of a finished picture between two looks at the token.
+const ASSEMBLED_AT_ONCE: u32 = 1 << 14;
+
 /// What a traced pixel gathers.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, bytemuck::Zeroable)]
 struct Pixel {
     /// Sum of the samples' linear colours.
     sum: Vec3,
@@ -56,6 +59,12 @@ struct Pixel {
     distance: f32,
     primitive: u32,
     value: f32,
+}
+
+impl Pixel {
+    /// Before the first sample.
+    const BLANK: Self =
+        Self { sum: Vec3::ZERO, depth: Frame::NO_HIT, distance: f32::INFINITY, primitive: u32::MAX, value: 0.0 };
 }
 
 /// What a pass counts; whole numbers, so that the order of adding does not matter.
@@ -131,9 +140,8 @@ fn passes<C: Container, S: Shade<C>>(
         request.accel.leaf_triangles_unless(token)?;
     }
     let samples = if grid.coarseness > 1 { 1 } else { request.settings.wanted_samples() };
-    let blank =
-        Pixel { sum: Vec3::ZERO, depth: Frame::NO_HIT, distance: f32::INFINITY, primitive: u32::MAX, value: 0.0 };
-    let mut pixels = vec![blank; grid.tile_count as usize * TILE_AREA];
+    // Zeros, which the system gives only where they are written to: by the tiles, which can stop, and not before them.
+    let mut pixels: Vec<Pixel> = bytemuck::zeroed_vec(grid.tile_count as usize * TILE_AREA);
     let tiles_done = AtomicU32::new(0);
     let tiles_in_all = (grid.tile_count * samples) as f32;
     let mut nan_samples = 0;
@@ -169,19 +177,19 @@ fn passes<C: Container, S: Shade<C>>(
                         .or(counted.map(|summary| summary.primitive_tests_per_ray)),
                     nan_samples,
                 };
-                assemble(request, &grid, &pixels, sample, stats)
+                assemble(request, &grid, &pixels, sample, stats, token)
             };
             let to_count = request.count_tests && grid.coarseness == 1 && !counts_itself && counted.is_none();
             if sample < samples || to_count {
                 token.check()?;
-                deliver(frame(counted));
+                deliver(frame(counted)?);
             }
             if to_count {
                 // The first picture did not wait for this; those that follow bring the counts along.
                 counted = Some(count_tests(request, token)?);
             }
             if sample == samples {
-                return Ok(frame(counted));
+                return frame(counted);
             }
         }
     }
@@ -197,6 +205,9 @@ fn trace_tile<C: Container, S: Shade<C>>(
     sample: u32,
     pixels: &mut [Pixel],
 ) -> PassCounts {
+    if sample == 0 {
+        pixels.fill(Pixel::BLANK);
+    }
     let mut counts = PassCounts::default();
     let within = subpixel(sample);
     let ortho_offset = view.camera.ortho_offset();
@@ -275,24 +286,25 @@ fn trace_tile<C: Container, S: Shade<C>>(
 }
 
 /// The pixels of all tiles as a frame, row by row.
-fn assemble(request: &RenderRequest, grid: &Grid, pixels: &[Pixel], samples: u32, stats: FrameStats) -> Frame {
+fn assemble(
+    request: &RenderRequest,
+    grid: &Grid,
+    pixels: &[Pixel],
+    samples: u32,
+    stats: FrameStats,
+    token: &CancelToken,
+) -> Result<Frame, Cancelled> {
     let settings = request.settings;
-    let in_rows = || {
-        let grid = *grid;
-        (0..grid.width as usize * grid.height as usize)
-            .into_par_iter()
-            .with_min_len(1 << 14)
-            .map(move |index| &pixels[grid.index(index as u32 % grid.width, index as u32 / grid.width)])
-    };
+    let rows = Rows { grid, pixels, token };
     let (scale, encoder) = (1.0 / samples as f32, Encoder::new());
     let mut frame = Frame {
         width_px: grid.width,
         height_px: grid.height,
         coarseness: grid.coarseness,
-        rgba: in_rows().map(|pixel| encoder.rgba(pixel.sum * scale)).collect(),
-        depth: in_rows().map(|pixel| pixel.depth).collect(),
-        distance: in_rows().map(|pixel| pixel.distance).collect(),
-        primitive: in_rows().map(|pixel| pixel.primitive).collect(),
+        rgba: rows.list(|pixel| encoder.rgba(pixel.sum * scale))?,
+        depth: rows.list(|pixel| pixel.depth)?,
+        distance: rows.list(|pixel| pixel.distance)?,
+        primitive: rows.list(|pixel| pixel.primitive)?,
         values: Vec::new(),
         value_range: [0.0, 1.0],
         samples,
@@ -301,13 +313,44 @@ fn assemble(request: &RenderRequest, grid: &Grid, pixels: &[Pixel], samples: u32
         stats,
     };
     if settings.shading.has_values() {
-        frame.values = in_rows().map(|pixel| pixel.value).collect();
+        frame.values = rows.list(|pixel| pixel.value)?;
         let range = if matches!(settings.shading, Shading::Heat(_)) { settings.heat_range } else { None };
-        frame.recolor(range, settings.color_map);
+        frame.recolor(range, settings.color_map, token)?;
         if settings.mesh_edges {
-            let lines = frame.rgba.par_iter_mut().zip(in_rows());
-            lines.for_each(|(color, pixel)| *color = edges::over_value(*color, pixel.sum.x));
+            rows.for_each(&mut frame.rgba, |color, pixel| *color = edges::over_value(*color, pixel.sum.x))?;
         }
     }
-    frame
+    Ok(frame)
+}
+
+/// The pixels of all tiles, row by row.
+struct Rows<'a> {
+    grid: &'a Grid,
+    pixels: &'a [Pixel],
+    token: &'a CancelToken,
+}
+
+impl Rows<'_> {
+    /// What `of` makes of each pixel.
+    fn list<T: bytemuck::Zeroable + Send>(&self, of: impl Fn(&Pixel) -> T + Sync) -> Result<Vec<T>, Cancelled> {
+        let mut list = bytemuck::zeroed_vec(self.grid.width as usize * self.grid.height as usize);
+        self.for_each(&mut list, |place, pixel| *place = of(pixel))?;
+        Ok(list)
+    }
+
+    /// Calls `visit` with each place of a list of all pixels and its pixel.
+    fn for_each<T: Send>(&self, list: &mut [T], visit: impl Fn(&mut T, &Pixel) + Sync) -> Result<(), Cancelled> {
+        let rows = ASSEMBLED_AT_ONCE.div_ceil(self.grid.width);
+        let chunks = list.par_chunks_mut((rows * self.grid.width) as usize).enumerate();
+        chunks.try_for_each(|(chunk, list)| {
+            let first = chunk as u32 * rows;
+            self.token.check()?;
+            for (row, y) in list.chunks_mut(self.grid.width as usize).zip(first..) {
+                for (place, x) in row.iter_mut().zip(0..) {
+                    visit(place, &self.pixels[self.grid.index(x, y)]);
+                }
+            }
+            Ok(())
+        })
+    }
 }

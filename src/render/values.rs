@@ -5,40 +5,55 @@ use rayon::prelude::*;
 use super::srgb::Encoder;
 use super::view::background;
 use super::{ColorMap, Frame, Shading};
+use crate::cancel::{CancelToken, Cancelled};
 
 /// Colours in the table that values are looked up in.
 const TABLE_STEPS: usize = 1023;
+
+/// Values between two looks at the token.
+const LOOKED_AT_ONCE: usize = 1 << 16;
 
 impl Frame {
     /// The range that fits the values. Heat maps: 0 to the 99.5th percentile, so that a few extreme pixels do not darken
     /// all others, and at least to 1. Depth: nearest to farthest hit. `[0, 1]` where there are no values.
     pub fn fitted_range(&self) -> [f32; 2] {
+        // Nobody else has this token.
+        self.fitted_range_unless(&CancelToken::new()).unwrap_or([0.0, 1.0])
+    }
+
+    fn fitted_range_unless(&self, token: &CancelToken) -> Result<[f32; 2], Cancelled> {
         if self.values.is_empty() {
-            return [0.0, 1.0];
+            return Ok([0.0, 1.0]);
         }
         if matches!(self.settings.shading, Shading::Heat(_)) {
-            let mut sorted = self.values.clone();
-            let rank = ((sorted.len() - 1) as f64 * 0.995).round() as usize;
-            let (_, value, _) = sorted.select_nth_unstable_by(rank, f32::total_cmp);
-            return [0.0, value.max(1.0)];
+            let rank = ((self.values.len() - 1) as f64 * 0.995).round() as usize;
+            return Ok([0.0, nth_smallest(&self.values, rank, token)?.max(1.0)]);
         }
-        let hits = self.values.iter().copied().filter(|&value| value < Self::NO_HIT);
-        let [low, high] = hits.fold([f32::INFINITY, f32::NEG_INFINITY], |[low, high], x| [low.min(x), high.max(x)]);
-        if low < high {
+        let [mut low, mut high] = [f32::INFINITY, f32::NEG_INFINITY];
+        for values in self.values.chunks(LOOKED_AT_ONCE) {
+            token.check()?;
+            let hits = values.iter().filter(|&&value| value < Self::NO_HIT);
+            [low, high] = hits.fold([low, high], |[low, high], &x| [low.min(x), high.max(x)]);
+        }
+        Ok(if low < high {
             [low, high]
         } else if low.is_finite() {
             [low, low + low.abs().max(1e-6)]
         } else {
             [0.0, 1.0]
-        }
+        })
     }
 
     /// Colours the values anew without tracing anything; `None` fits the range. Does nothing where there are no values.
-    pub fn recolor(&mut self, range: Option<[f32; 2]>, map: ColorMap) {
+    /// Cancelled, it leaves some colours as they were.
+    pub fn recolor(&mut self, range: Option<[f32; 2]>, map: ColorMap, token: &CancelToken) -> Result<(), Cancelled> {
         if self.values.is_empty() {
-            return;
+            return Ok(());
         }
-        let [low, high] = range.unwrap_or_else(|| self.fitted_range());
+        let [low, high] = match range {
+            Some(range) => range,
+            None => self.fitted_range_unless(token)?,
+        };
         self.value_range = [low, high];
         self.settings.color_map = map;
         if matches!(self.settings.shading, Shading::Heat(_)) {
@@ -53,7 +68,8 @@ impl Frame {
         let scale = TABLE_STEPS as f32 / (high - low).max(f32::MIN_POSITIVE);
         let (encoder, width, height) = (Encoder::new(), self.width_px as usize, self.height_px as f32);
         let (values, settings) = (&self.values, &self.settings);
-        self.rgba.par_chunks_mut(width).zip(values.par_chunks(width)).enumerate().for_each(|(y, (rgba, values))| {
+        self.rgba.par_chunks_mut(width).zip(values.par_chunks(width)).enumerate().try_for_each(|(y, (rgba, values))| {
+            token.check()?;
             // Nothing has no depth: there the picture keeps its background.
             let behind = encoder.rgba(background((y as f32 + 0.5) / height));
             let keeps_background = settings.shading == Shading::Depth;
@@ -64,11 +80,43 @@ impl Frame {
                     table[(((value - low) * scale + 0.5) as usize).min(TABLE_STEPS)]
                 };
             }
-        });
+            Ok(())
+        })
     }
 }
 
+/// The value that would stand at `rank`, counted from 0, were `values` sorted by [`f32::total_cmp`]: found digit by digit.
+fn nth_smallest(values: &[f32], mut rank: usize, token: &CancelToken) -> Result<f32, Cancelled> {
+    const DIGIT_BITS: u32 = 16;
+    // Bits that order as the numbers do.
+    let bits = |value: f32| {
+        let bits = value.to_bits();
+        if bits >> 31 == 0 { bits | 1 << 31 } else { !bits }
+    };
+    let mut leading = 0;
+    for shift in [DIGIT_BITS, 0] {
+        let mut counts = vec![0_usize; 1 << DIGIT_BITS];
+        for values in values.chunks(LOOKED_AT_ONCE) {
+            token.check()?;
+            for &value in values {
+                let digits = bits(value) >> shift;
+                if shift > 0 || digits >> DIGIT_BITS == leading {
+                    counts[digits as usize % (1 << DIGIT_BITS)] += 1;
+                }
+            }
+        }
+        let mut digit = 0;
+        while rank >= counts[digit as usize] {
+            rank -= counts[digit as usize];
+            digit += 1;
+        }
+        leading = leading << DIGIT_BITS | digit;
+    }
+    Ok(f32::from_bits(if leading >> 31 == 1 { leading & !(1 << 31) } else { !leading }))
+}
+
 #[cfg(test)]
+#[allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 mod tests {
     use super::*;
     use crate::camera::Camera;
@@ -94,6 +142,18 @@ mod tests {
         }
     }
 
+    #[test]
+    fn ranks_are_those_of_the_sorted_values() {
+        let mut values: Vec<f32> = (0..3_000_u32).map(|k| f32::from_bits(k.wrapping_mul(0x9E37_79B9))).collect();
+        values.extend([0.0, -0.0, 1.0, 1.0, 1.5, f32::NAN, -f32::NAN, f32::INFINITY, f32::NEG_INFINITY]);
+        let mut sorted = values.clone();
+        sorted.sort_unstable_by(f32::total_cmp);
+        for (rank, expected) in sorted.iter().enumerate() {
+            let found = nth_smallest(&values, rank, &CancelToken::new()).unwrap();
+            assert_eq!(found.to_bits(), expected.to_bits(), "{rank}");
+        }
+    }
+
     const HEAT: Shading = Shading::Heat(HeatKind::Both);
 
     #[test]
@@ -107,7 +167,7 @@ mod tests {
     #[test]
     fn values_at_the_ends_of_the_range_get_the_ends_of_the_map() {
         let mut frame = frame(HEAT, vec![0.0, 10.0, 20.0, 40.0]);
-        frame.recolor(Some([10.0, 20.0]), ColorMap::Viridis);
+        frame.recolor(Some([10.0, 20.0]), ColorMap::Viridis, &CancelToken::new()).unwrap();
         let [low, high] = [0.0, 1.0].map(|end| ColorMap::Viridis.srgb(end));
         let colors: Vec<[u8; 3]> = frame.rgba.iter().map(|&[r, g, b, _]| [r, g, b]).collect();
         assert_eq!(colors, [low, low, high, high]);
@@ -117,7 +177,7 @@ mod tests {
     #[test]
     fn what_has_no_depth_keeps_the_background() {
         let mut frame = frame(Shading::Depth, vec![2.0, Frame::NO_HIT, 5.0]);
-        frame.recolor(None, ColorMap::Inferno);
+        frame.recolor(None, ColorMap::Inferno, &CancelToken::new()).unwrap();
         assert_eq!(frame.value_range, [2.0, 5.0]);
         assert_eq!(frame.rgba[1], Encoder::new().rgba(background(0.5)));
         assert_ne!(frame.rgba[0], frame.rgba[2]);
@@ -127,13 +187,13 @@ mod tests {
     fn degenerate_values_and_ranges_give_finite_ranges() {
         for values in [vec![Frame::NO_HIT], vec![3.0], vec![3.0, 3.0]] {
             let mut frame = frame(Shading::Depth, values);
-            frame.recolor(None, ColorMap::Turbo);
+            frame.recolor(None, ColorMap::Turbo, &CancelToken::new()).unwrap();
             let [low, high] = frame.value_range;
             assert!(low < high && high.is_finite(), "{low} {high}");
         }
         let mut upside_down = frame(HEAT, vec![0.0, 3.0]);
-        upside_down.recolor(Some([2.0, 2.0]), ColorMap::Turbo);
-        upside_down.recolor(Some([f32::NAN, f32::INFINITY]), ColorMap::Turbo);
+        upside_down.recolor(Some([2.0, 2.0]), ColorMap::Turbo, &CancelToken::new()).unwrap();
+        upside_down.recolor(Some([f32::NAN, f32::INFINITY]), ColorMap::Turbo, &CancelToken::new()).unwrap();
         assert!(upside_down.rgba.iter().all(|pixel| pixel[3] == 255));
     }
 
@@ -141,7 +201,7 @@ mod tests {
     fn pictures_without_values_stay_as_they_are() {
         let mut frame = frame(Shading::Lit, Vec::new());
         frame.rgba = vec![[1, 2, 3, 255]];
-        frame.recolor(None, ColorMap::Turbo);
+        frame.recolor(None, ColorMap::Turbo, &CancelToken::new()).unwrap();
         assert_eq!(frame.rgba, [[1, 2, 3, 255]]);
     }
 }

@@ -7,14 +7,14 @@ use glam::{Vec2, Vec3};
 use super::read::unusable;
 use super::{Attributes, LoadError, Material, Place, Scene, SceneSource, Texture, Warnings};
 use crate::budget::{Budget, OverBudget};
-use crate::cancel::CancelToken;
+use crate::cancel::{CancelToken, Cancelled};
 use crate::geometry::{Aabb, Triangle};
 
 /// Coordinates farther out than this make distances overflow, so such triangles are skipped.
 const MAX_COORDINATE: f32 = 1e18;
 
-/// Triangles between two looks at the token.
-const MEASURED_AT_ONCE: usize = 1 << 18;
+/// Triangles, vertices or numbers between two looks at the token.
+pub(super) const DONE_AT_ONCE: usize = 1 << 16;
 
 /// Triangle counts are kept in 32 bits; leaves and nodes need a few values beyond.
 const MAX_TRIANGLES: usize = (u32::MAX - 16) as usize;
@@ -115,17 +115,22 @@ impl Assembly {
 
     /// Appends the attributes of `count` vertices and returns the index of the first; `None` where there are no
     /// attributes, or more vertices than 32 bits count.
-    pub(super) fn add_vertices(&mut self, count: usize, lists: VertexLists) -> Option<u32> {
+    pub(super) fn add_vertices(
+        &mut self,
+        count: usize,
+        lists: &VertexLists,
+        token: &CancelToken,
+    ) -> Result<Option<u32>, Cancelled> {
         if lists.normals.is_empty() && lists.uvs.is_empty() && lists.colors.is_empty() {
-            return None;
+            return Ok(None);
         }
         let first = self.vertex_count;
-        let end = first.checked_add(count).filter(|&end| u32::try_from(end).is_ok())?;
-        append(&mut self.normals, first, end, lists.normals, Vec3::ZERO);
-        append(&mut self.uvs, first, end, lists.uvs, Vec2::ZERO);
-        append(&mut self.colors, first, end, lists.colors, Vec3::ONE);
+        let Some(end) = first.checked_add(count).filter(|&end| u32::try_from(end).is_ok()) else { return Ok(None) };
+        append(&mut self.normals, first, end, &lists.normals, Vec3::ZERO, token)?;
+        append(&mut self.uvs, first, end, &lists.uvs, Vec2::ZERO, token)?;
+        append(&mut self.colors, first, end, &lists.colors, Vec3::ONE, token)?;
         self.vertex_count = end;
-        u32::try_from(first).ok()
+        Ok(u32::try_from(first).ok())
     }
 
     /// Appends a triangle unless it cannot be traced; says whether it was kept. `corners` are vertices from
@@ -177,7 +182,7 @@ impl Assembly {
             return Err(unusable(format!("contains more than {MAX_TRIANGLES} triangles, the most there may be")));
         }
         let mut bounds = Aabb::EMPTY;
-        for batch in self.triangles.chunks(MEASURED_AT_ONCE) {
+        for batch in self.triangles.chunks(DONE_AT_ONCE) {
             token.check()?;
             bounds = batch.iter().fold(bounds, |bounds, triangle| bounds.union(&triangle.bounds()));
         }
@@ -208,11 +213,41 @@ impl Assembly {
 }
 
 /// Appends a list that may be empty to one that may lag behind.
-fn append<T: Copy>(all: &mut Vec<T>, first: usize, end: usize, list: Vec<T>, default: T) {
+fn append<T: Copy>(
+    all: &mut Vec<T>,
+    first: usize,
+    end: usize,
+    list: &[T],
+    default: T,
+    token: &CancelToken,
+) -> Result<(), Cancelled> {
     if !list.is_empty() {
         all.resize(first, default);
-        all.extend(list);
+        all.reserve(end - first);
+        for part in list.chunks(DONE_AT_ONCE) {
+            token.check()?;
+            all.extend_from_slice(part);
+        }
         all.resize(end, default);
+    }
+    Ok(())
+}
+
+/// A list of `items`, about `count` of them.
+pub(super) fn listed<T>(
+    count: usize,
+    items: impl IntoIterator<Item = T>,
+    token: &CancelToken,
+) -> Result<Vec<T>, Cancelled> {
+    let mut list = Vec::with_capacity(count);
+    let mut items = items.into_iter();
+    loop {
+        token.check()?;
+        let before = list.len();
+        list.extend(items.by_ref().take(DONE_AT_ONCE));
+        if list.len() == before {
+            return Ok(list);
+        }
     }
 }
 

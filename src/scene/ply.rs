@@ -93,7 +93,7 @@ pub(super) fn load(path: &Path, bytes: &[u8], assembly: &mut Assembly, token: &C
     }
     assembly.point_count = vertices.len() as u64;
     assembly.mesh_count = 1;
-    let first = assembly.add_vertices(vertices.len(), lists);
+    let first = assembly.add_vertices(vertices.len(), &lists, token)?;
     assembly.reserve(faces.corners.len()).map_err(|error| error.in_file(path))?;
     for (index, &corners) in faces.corners.iter().enumerate() {
         if index % 65_536 == 0 {

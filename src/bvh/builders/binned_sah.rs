@@ -93,9 +93,13 @@ fn split<C: Clustered>(
 
 /// Reorders `items` so that the cheapest of all binned splits lies at the returned position.
 fn best_split<C: Clustered>(items: &mut [Item<C>], token: &CancelToken) -> Result<usize, Cancelled> {
-    let bounds = items
-        .iter()
-        .fold(Aabb::EMPTY, |all, item| Aabb { min: all.min.min(item.middle), max: all.max.max(item.middle) });
+    let mut bounds = Aabb::EMPTY;
+    for batch in items.chunks(BATCH) {
+        token.check()?;
+        bounds = batch
+            .iter()
+            .fold(bounds, |all, item| Aabb { min: all.min.min(item.middle), max: all.max.max(item.middle) });
+    }
     let extent = bounds.extent();
     let bins_per_unit = Vec3::select(extent.cmpgt(Vec3::ZERO), Vec3::splat(BINS as f32 * 0.9999) / extent, Vec3::ZERO);
     let bin_of = |item: &Item<C>, axis: usize| {
@@ -137,12 +141,14 @@ fn best_split<C: Clustered>(items: &mut [Item<C>], token: &CancelToken) -> Resul
     let Some((_, axis, bin)) = best else { return Ok(items.len() / 2) };
     // Unstable, but the same on each run: swaps depend on the items only.
     let mut middle = 0;
-    for at in 0..items.len() {
-        if bin_of(&items[at], axis) < bin {
-            items.swap(at, middle);
-            middle += 1;
+    for start in (0..items.len()).step_by(BATCH) {
+        token.check()?;
+        for at in start..items.len().min(start + BATCH) {
+            if bin_of(&items[at], axis) < bin {
+                items.swap(at, middle);
+                middle += 1;
+            }
         }
     }
-    token.check()?;
     Ok(middle)
 }

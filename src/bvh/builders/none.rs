@@ -23,11 +23,13 @@ pub fn build<C: Container>(
         container = batch.iter().fold(container, |all, triangle| all.union(&C::of_triangle(triangle)));
     }
     let count = triangles.len() as u32;
-    let tree = Tree {
-        nodes: vec![Node { container, first: 0, count }],
-        primitive_indices: (0..count).collect(),
-        max_depth: 0,
-    };
+    let mut primitive_indices = Vec::with_capacity(triangles.len());
+    while primitive_indices.len() < triangles.len() {
+        token.check()?;
+        let from = primitive_indices.len() as u32;
+        primitive_indices.extend(from..count.min(from.saturating_add(BATCH as u32)));
+    }
+    let tree = Tree { nodes: vec![Node { container, first: 0, count }], primitive_indices, max_depth: 0 };
     times.stages.push(("tree", start.elapsed()));
     token.set_progress(1.0);
     Ok(tree)

@@ -59,7 +59,7 @@ pub fn restructure(
     {
         let old = weights[0].cost;
         if gains([old, whole.cost], KEPT_GAIN) {
-            write_whole(tree, &whole.tree);
+            write_whole(tree, &whole.tree, token)?;
             return Ok(old - whole.cost);
         }
     }
@@ -73,6 +73,7 @@ pub fn restructure(
     let built: Vec<Option<Treelet>> = built.collect::<Result<_, _>>()?;
     let mut gain = 0.0;
     for (&root, treelet) in chosen.iter().zip(&built) {
+        token.check()?;
         if let Some(treelet) = treelet {
             treelet.write(&mut tree.nodes, root);
             gain += weights[root as usize].cost - treelet.cost;
@@ -105,14 +106,16 @@ impl Treelet {
 const CHUNK: usize = 4096;
 
 /// Puts a whole tree in the place of the old one, depth first.
-fn write_whole(tree: &mut Tree<Aabb>, new: &TopDown) {
+fn write_whole(tree: &mut Tree<Aabb>, new: &TopDown, token: &CancelToken) -> Result<(), Cancelled> {
     tree.nodes[0].first = 1;
     tree.nodes.truncate(1 + 2 * new.pairs.len());
-    tree.nodes[1..].par_chunks_mut(2 * CHUNK).zip(new.pairs.par_chunks(CHUNK)).for_each(|(nodes, pairs)| {
+    tree.nodes[1..].par_chunks_mut(2 * CHUNK).zip(new.pairs.par_chunks(CHUNK)).try_for_each(|(nodes, pairs)| {
+        token.check()?;
         for (node, item) in nodes.iter_mut().zip(pairs.as_flattened()) {
             *node = node_of(item, |pair| 1 + 2 * pair);
         }
-    });
+        Ok(())
+    })
 }
 
 struct Job<'a> {
@@ -135,7 +138,12 @@ impl Job<'_> {
 
     /// The whole tree, which consists of the treelets under `roots` and what is above, built again.
     fn whole(&self, roots: &[u32]) -> Result<Option<Treelet>, Cancelled> {
-        let parts: Vec<Leaves> = roots.par_iter().map(|&root| Leaves::below(self.nodes, root)).collect();
+        let token = self.builder.token;
+        let parts = roots.par_iter().map(|&root| {
+            token.check()?;
+            Ok(Leaves::below(self.nodes, root))
+        });
+        let parts: Vec<Leaves> = parts.collect::<Result<_, _>>()?;
         let mut items: Vec<Item> = bytemuck::zeroed_vec(parts.iter().map(|part| part.items.len()).sum());
         let (mut targets, mut rest) = (Vec::with_capacity(parts.len()), &mut items[..]);
         for part in parts {
@@ -143,7 +151,11 @@ impl Job<'_> {
             (own, rest) = rest.split_at_mut(part.items.len());
             targets.push((own, part));
         }
-        targets.into_par_iter().for_each(|(own, part)| own.copy_from_slice(&part.items));
+        targets.into_par_iter().try_for_each(|(own, part)| {
+            token.check()?;
+            own.copy_from_slice(&part.items);
+            Ok(())
+        })?;
         if items.len() < 3 {
             return Ok(None);
         }

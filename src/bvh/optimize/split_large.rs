@@ -5,6 +5,7 @@ use rayon::prelude::*;
 
 use super::item::Item;
 use super::split::{BINS, Counts, Cut, Grid, cheapest_cut, count_in_bins, split};
+use crate::cancel::{CancelToken, Cancelled};
 
 /// From so many items on several threads are worth it.
 pub const LARGE: usize = 1 << 16;
@@ -18,15 +19,25 @@ struct Chunk {
 }
 
 /// As [`split`], but with the right side in the order of `from`. The same on any number of threads.
-pub fn split_large(level: Level, from: &[Item], to: &mut [Item], whole: &Item, depth: u32) -> (usize, [Item; 2]) {
+pub fn split_large(
+    level: Level,
+    from: &[Item],
+    to: &mut [Item],
+    whole: &Item,
+    depth: u32,
+    token: &CancelToken,
+) -> Result<(usize, [Item; 2]), Cancelled> {
     let grid = dispatch!(level, simd => {
         let (min, neg_max) = whole.bounds(simd).split();
         Grid::new::<_, BINS>(simd, [min + min, -(neg_max + neg_max)])
     });
-    let chunks: Vec<Chunk> =
-        from.par_chunks(CHUNK).map(|items| dispatch!(level, simd => counted(simd, items, &grid))).collect();
+    let chunks = from.par_chunks(CHUNK).map(|items| {
+        token.check()?;
+        Ok(dispatch!(level, simd => counted(simd, items, &grid)))
+    });
+    let chunks: Vec<Chunk> = chunks.collect::<Result<_, _>>()?;
     let Some((cut, sides)) = dispatch!(level, simd => cut_of(simd, &chunks, &grid)) else {
-        return dispatch!(level, simd => split(simd, from, to, whole, depth));
+        return Ok(dispatch!(level, simd => split(simd, from, to, whole, depth)));
     };
     let left_counts = chunks.iter().map(|chunk| cut.left_of(&chunk.counts));
     let middle = left_counts.clone().sum();
@@ -38,15 +49,17 @@ pub fn split_large(level: Level, from: &[Item], to: &mut [Item], whole: &Item, d
         (left, right) = (rest_left, rest_right);
         targets.push((items, own_left, own_right));
     }
-    targets.into_par_iter().for_each(|(items, left, right)| {
+    targets.into_par_iter().try_for_each(|(items, left, right)| {
+        token.check()?;
         let (mut left, mut right) = (left.iter_mut(), right.iter_mut());
         for item in items {
             if let Some(place) = if cut.is_left(item) { left.next() } else { right.next() } {
                 *place = *item;
             }
         }
-    });
-    (middle, sides)
+        Ok(())
+    })?;
+    Ok((middle, sides))
 }
 
 #[inline(always)]

@@ -69,7 +69,7 @@ impl Builder<'_> {
             return Ok(());
         }
         let (middle, mut pair) = if count >= LARGE && depth < MAX_SPLIT_DEPTH {
-            split_large(self.level, items, other, &whole, depth)
+            split_large(self.level, items, other, &whole, depth, self.token)?
         } else {
             dispatch!(self.level, simd => split(simd, items, other, &whole, depth))
         };

@@ -12,7 +12,7 @@ use crate::cancel::{CancelToken, Cancelled};
 const CHUNK: usize = 16_384;
 
 /// What is known of a node from what lies below.
-#[derive(Debug, Clone, Copy, Default)]
+#[derive(Debug, Clone, Copy, Default, bytemuck::Zeroable)]
 pub struct Weight {
     /// SAH cost, not normalised.
     pub cost: f32,
@@ -30,7 +30,7 @@ pub fn weigh<C: Container>(
     collapses: bool,
     token: &CancelToken,
 ) -> Result<(Vec<Weight>, f64), Cancelled> {
-    let mut weights = vec![Weight::default(); nodes.len()];
+    let mut weights: Vec<Weight> = bytemuck::zeroed_vec(nodes.len());
     // Each chunk by itself, backwards, which is fast as children are near their parents; some have theirs in later chunks.
     let chunks = nodes.par_chunks_mut(CHUNK).zip(weights.par_chunks_mut(CHUNK)).enumerate();
     let chunks = chunks.map(|(chunk, (nodes, weights))| {

@@ -60,10 +60,9 @@ pub(super) fn flake(levels: u32, assembly: &mut Assembly, token: &CancelToken) -
     add_palette(assembly);
     let mut stack = vec![(Vec3::ZERO, 1.0_f32, Vec3::Y, 0)];
     while let Some((center, radius, up, level)) = stack.pop() {
-        token.check()?;
         assembly.mesh_count += 1;
         let slices = [48, 32, 20, 12, 8, 6][level as usize % 6];
-        sphere(assembly, center, radius, slices, slices / 2, level);
+        sphere(assembly, center, radius, [slices, slices / 2], level, token)?;
         if level == levels {
             continue;
         }
@@ -106,13 +105,12 @@ pub(super) fn clusters(count: u32, assembly: &mut Assembly, token: &CancelToken)
     let groups: [Vec3; 8] = std::array::from_fn(|_| random.cube() * 20.0);
     for index in 0..count {
         if index % 64 == 0 {
-            token.check()?;
             token.set_progress(index as f32 / count as f32);
         }
         let group = groups[index as usize % groups.len()];
         let center = group + random.direction() * random.unit() * 1.5;
         let radius = 0.05 + 0.25 * random.unit() * random.unit();
-        sphere(assembly, center, radius, 16, 8, index % PALETTE.len() as u32);
+        sphere(assembly, center, radius, [16, 8], index % PALETTE.len() as u32, token)?;
     }
     assembly.mesh_count = count as usize;
     Ok(())

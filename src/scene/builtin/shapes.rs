@@ -2,6 +2,7 @@
 
 use glam::{Vec2, Vec3};
 
+use crate::cancel::{CancelToken, Cancelled};
 use crate::geometry::Triangle;
 use crate::scene::assemble::{Assembly, VertexLists};
 use crate::scene::{Material, Place};
@@ -48,7 +49,14 @@ pub(super) fn quad(assembly: &mut Assembly, corner: Vec3, u: Vec3, v: Vec3, mate
 }
 
 /// A sphere of `2 * slices * (stacks - 1)` triangles with smooth normals.
-pub(super) fn sphere(assembly: &mut Assembly, center: Vec3, radius: f32, slices: u32, stacks: u32, material: u32) {
+pub(super) fn sphere(
+    assembly: &mut Assembly,
+    center: Vec3,
+    radius: f32,
+    [slices, stacks]: [u32; 2],
+    material: u32,
+    token: &CancelToken,
+) -> Result<(), Cancelled> {
     let mut normals = Vec::new();
     for stack in 0..=stacks {
         let (height, y) = (std::f32::consts::PI * stack as f32 / stacks as f32).sin_cos();
@@ -58,7 +66,7 @@ pub(super) fn sphere(assembly: &mut Assembly, center: Vec3, radius: f32, slices:
         }
     }
     let lists = VertexLists { normals: normals.clone(), ..VertexLists::default() };
-    let first = assembly.add_vertices(normals.len(), lists);
+    let first = assembly.add_vertices(normals.len(), &lists, token)?;
     let mut add = |corners: [u32; 3]| {
         let [a, b, c] = corners.map(|k| center + radius * normals[k as usize]);
         assembly.push(Triangle { a, b, c }, first.map(|f| corners.map(|k| f + k)), material, || Place::File);
@@ -76,4 +84,5 @@ pub(super) fn sphere(assembly: &mut Assembly, center: Vec3, radius: f32, slices:
             }
         }
     }
+    Ok(())
 }

@@ -16,8 +16,7 @@ type Patch = [DVec3; 16];
 pub(super) fn build(segments: u32, assembly: &mut Assembly, token: &CancelToken) -> Result<(), Cancelled> {
     assembly.materials.push(Material { name: "clay".to_owned(), ..Material::clay() });
     for patch in patches() {
-        token.check()?;
-        add_patch(&patch, segments, assembly);
+        add_patch(&patch, segments, assembly, token)?;
     }
     Ok(())
 }
@@ -41,11 +40,12 @@ fn patches() -> Vec<Patch> {
     rows.iter().map(|row| std::array::from_fn(|k| points[row[k]])).collect()
 }
 
-fn add_patch(patch: &Patch, segments: u32, assembly: &mut Assembly) {
+fn add_patch(patch: &Patch, segments: u32, assembly: &mut Assembly, token: &CancelToken) -> Result<(), Cancelled> {
     let side = segments as usize + 1;
     let mut positions = Vec::with_capacity(side * side);
     let mut normals = Vec::with_capacity(side * side);
     for row in 0..=segments {
+        token.check()?;
         for column in 0..=segments {
             let u = share(column, segments);
             let v = share(row, segments);
@@ -54,7 +54,7 @@ fn add_patch(patch: &Patch, segments: u32, assembly: &mut Assembly) {
         }
     }
     let lists = VertexLists { normals, ..VertexLists::default() };
-    let Some(first) = assembly.add_vertices(positions.len(), lists) else { return };
+    let Some(first) = assembly.add_vertices(positions.len(), &lists, token)? else { return Ok(()) };
     let mut add = |corners: [usize; 3]| {
         let [a, b, c] = corners.map(|k| positions[k]);
         // Rows shrink to a point at the poles.
@@ -63,12 +63,14 @@ fn add_patch(patch: &Patch, segments: u32, assembly: &mut Assembly) {
         }
     };
     for row in 0..side - 1 {
+        token.check()?;
         for column in 0..side - 1 {
             let k = row * side + column;
             add([k, k + side + 1, k + side]);
             add([k, k + 1, k + side + 1]);
         }
     }
+    Ok(())
 }
 
 /// A parameter and what is left to 1, both divided exactly, so that an edge walked backwards gives the same points.

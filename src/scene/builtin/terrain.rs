@@ -7,7 +7,7 @@ use super::shapes::paint;
 use crate::cancel::{CancelToken, Cancelled};
 use crate::geometry::Triangle;
 use crate::scene::Place;
-use crate::scene::assemble::{Assembly, VertexLists};
+use crate::scene::assemble::{Assembly, VertexLists, listed};
 
 /// A square of side 2 with about, and at most, `triangles` triangles; at least 2.
 pub(super) fn build(triangles: u32, assembly: &mut Assembly, token: &CancelToken) -> Result<(), Cancelled> {
@@ -22,15 +22,14 @@ pub(super) fn build(triangles: u32, assembly: &mut Assembly, token: &CancelToken
             Ok((0..side).map(|column| vertex(column as f32 * step - 1.0, row as f32 * step - 1.0)).collect())
         })
         .collect::<Result<_, Cancelled>>()?;
-    let vertices: Vec<_> = rows.into_iter().flatten().collect();
-    token.check()?;
+    let vertices = listed((side * side) as usize, rows.into_iter().flatten(), token)?;
     token.set_progress(0.6);
     let lists = VertexLists {
-        normals: vertices.iter().map(|vertex| vertex.1).collect(),
-        colors: vertices.iter().map(|vertex| vertex.2).collect(),
+        normals: listed(vertices.len(), vertices.iter().map(|vertex| vertex.1), token)?,
+        colors: listed(vertices.len(), vertices.iter().map(|vertex| vertex.2), token)?,
         ..VertexLists::default()
     };
-    let first = assembly.add_vertices(vertices.len(), lists);
+    let first = assembly.add_vertices(vertices.len(), &lists, token)?;
     for row in 0..cells {
         token.check()?;
         for column in 0..cells {

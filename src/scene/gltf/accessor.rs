@@ -7,6 +7,34 @@ use gltf::json::validation::Checked;
 
 use super::container::{Document, entry};
 use crate::budget::Budget;
+use crate::cancel::{CancelToken, Cancelled};
+use crate::scene::assemble::listed;
+
+/// Why there is nothing to read.
+pub(super) enum Unread {
+    /// Nobody wants it any more.
+    Cancelled(Cancelled),
+    /// It cannot be read, for this reason.
+    Because(String),
+}
+
+impl From<Cancelled> for Unread {
+    fn from(cancelled: Cancelled) -> Self {
+        Self::Cancelled(cancelled)
+    }
+}
+
+impl From<String> for Unread {
+    fn from(reason: String) -> Self {
+        Self::Because(reason)
+    }
+}
+
+impl From<&str> for Unread {
+    fn from(reason: &str) -> Self {
+        Self::Because(reason.to_owned())
+    }
+}
 
 /// Elements one after the other.
 pub(super) struct Elements {
@@ -27,47 +55,51 @@ struct Sound<'a> {
 }
 
 /// Reads an accessor as floats.
-pub(super) fn read(document: &Document, index: usize) -> Result<Elements, String> {
+pub(super) fn read(document: &Document, index: usize, token: &CancelToken) -> Result<Elements, Unread> {
     let accessor = check(document, index)?;
     let normalized = accessor.reader.normalized();
     let share = |number: f32, most: f32| if normalized { (number / most).max(-1.0) } else { number };
     let numbers = match accessor.kind {
         _ if accessor.blank => vec![0.0; accessor.count * accessor.width],
-        DataType::I8 => components(document, &accessor, |number: i8| share(f32::from(number), 127.0)),
-        DataType::U8 => components(document, &accessor, |number: u8| share(f32::from(number), 255.0)),
-        DataType::I16 => components(document, &accessor, |number: i16| share(f32::from(number), 32_767.0)),
-        DataType::U16 => components(document, &accessor, |number: u16| share(f32::from(number), 65_535.0)),
-        DataType::U32 => components(document, &accessor, |number: u32| number as f32),
-        DataType::F32 => components(document, &accessor, |number: f32| number),
+        DataType::I8 => components(document, &accessor, |number: i8| share(f32::from(number), 127.0), token)?,
+        DataType::U8 => components(document, &accessor, |number: u8| share(f32::from(number), 255.0), token)?,
+        DataType::I16 => components(document, &accessor, |number: i16| share(f32::from(number), 32_767.0), token)?,
+        DataType::U16 => components(document, &accessor, |number: u16| share(f32::from(number), 65_535.0), token)?,
+        DataType::U32 => components(document, &accessor, |number: u32| number as f32, token)?,
+        DataType::F32 => components(document, &accessor, |number: f32| number, token)?,
     };
     Ok(Elements { width: accessor.width, numbers })
 }
 
 /// Reads an accessor as vertex indices.
-pub(super) fn read_indices(document: &Document, index: usize) -> Result<Vec<u32>, String> {
+pub(super) fn read_indices(document: &Document, index: usize, token: &CancelToken) -> Result<Vec<u32>, Unread> {
     let accessor = check(document, index)?;
     match accessor.kind {
-        _ if accessor.width != 1 => Err(format!("accessors[{index}] holds vectors, no indices")),
+        _ if accessor.width != 1 => Err(format!("accessors[{index}] holds vectors, no indices").into()),
         DataType::U8 | DataType::U16 | DataType::U32 if accessor.blank => Ok(vec![0; accessor.count]),
-        DataType::U8 => Ok(components(document, &accessor, |number: u8| u32::from(number))),
-        DataType::U16 => Ok(components(document, &accessor, |number: u16| u32::from(number))),
-        DataType::U32 => Ok(components(document, &accessor, |number: u32| number)),
-        kind => Err(format!("accessors[{index}] holds numbers of type {kind:?}, no indices")),
+        DataType::U8 => Ok(components(document, &accessor, |number: u8| u32::from(number), token)?),
+        DataType::U16 => Ok(components(document, &accessor, |number: u16| u32::from(number), token)?),
+        DataType::U32 => Ok(components(document, &accessor, |number: u32| number, token)?),
+        kind => Err(format!("accessors[{index}] holds numbers of type {kind:?}, no indices").into()),
     }
 }
 
 /// Every number of a checked accessor.
-fn components<T: Item + Copy, N>(document: &Document, accessor: &Sound, convert: impl Fn(T) -> N) -> Vec<N> {
+fn components<T: Item + Copy, N>(
+    document: &Document,
+    accessor: &Sound,
+    convert: impl Fn(T) -> N,
+    token: &CancelToken,
+) -> Result<Vec<N>, Cancelled> {
     let bytes = |buffer: gltf::Buffer<'_>| document.buffers.get(buffer.index())?.as_deref().ok();
     let reader = || accessor.reader.clone();
-    let mut numbers = Vec::with_capacity(accessor.count * accessor.width);
+    let count = accessor.count * accessor.width;
     match accessor.width {
-        1 => numbers.extend(Iter::<T>::new(reader(), bytes).into_iter().flatten().map(convert)),
-        2 => numbers.extend(Iter::<[T; 2]>::new(reader(), bytes).into_iter().flatten().flatten().map(convert)),
-        3 => numbers.extend(Iter::<[T; 3]>::new(reader(), bytes).into_iter().flatten().flatten().map(convert)),
-        _ => numbers.extend(Iter::<[T; 4]>::new(reader(), bytes).into_iter().flatten().flatten().map(convert)),
+        1 => listed(count, Iter::<T>::new(reader(), bytes).into_iter().flatten().map(convert), token),
+        2 => listed(count, Iter::<[T; 2]>::new(reader(), bytes).into_iter().flatten().flatten().map(convert), token),
+        3 => listed(count, Iter::<[T; 3]>::new(reader(), bytes).into_iter().flatten().flatten().map(convert), token),
+        _ => listed(count, Iter::<[T; 4]>::new(reader(), bytes).into_iter().flatten().flatten().map(convert), token),
     }
-    numbers
 }
 
 /// Everything that reading relies on.

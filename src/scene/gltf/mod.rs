@@ -16,13 +16,14 @@ use gltf::json::Root;
 use gltf::json::scene::Node;
 use serde_json::Value;
 
+use self::accessor::Unread;
 use self::container::Document;
 use self::primitive::Primitive;
-use super::assemble::{Assembly, VertexLists, check_vertices};
+use super::assemble::{Assembly, DONE_AT_ONCE, VertexLists, check_vertices, listed};
 use super::images::Images;
 use super::read::{READ_SHARE, unusable};
 use super::{LoadError, LoadOptions, Place};
-use crate::cancel::CancelToken;
+use crate::cancel::{CancelToken, Cancelled};
 use crate::geometry::Triangle;
 
 /// More copies than this of anything are a mistake or an attack.
@@ -81,17 +82,17 @@ pub(super) fn load(
         let primitives = if let Some(known) = meshes.get(&mesh) {
             Rc::clone(known)
         } else {
-            let read = Rc::new(read_mesh(mesh, &document, &uv_sets, assembly));
+            let read = Rc::new(read_mesh(mesh, &document, &uv_sets, assembly, token)?);
             meshes.insert(mesh, Rc::clone(&read));
             read
         };
-        for instance in instances(node, &document, assembly, index) {
+        for instance in instances(node, &document, assembly, index, token)? {
             token.check()?;
             for primitive in &*primitives {
                 if assembly.len() + primitive.triangles.len() > MAX_TRIANGLES {
                     return Err(unusable(path, format!("contains more than {MAX_TRIANGLES} triangles")));
                 }
-                place_primitive(primitive, transform * instance, path, assembly, index)?;
+                place_primitive(primitive, transform * instance, path, assembly, index, token)?;
             }
         }
     }
@@ -188,12 +189,18 @@ fn rotation(numbers: [f32; 4]) -> Quat {
     if length > 0.0 && length.is_finite() { quaternion / length } else { Quat::IDENTITY }
 }
 
-fn read_mesh(index: usize, document: &Document, uv_sets: &[u32], assembly: &mut Assembly) -> Vec<Primitive> {
+fn read_mesh(
+    index: usize,
+    document: &Document,
+    uv_sets: &[u32],
+    assembly: &mut Assembly,
+    token: &CancelToken,
+) -> Result<Vec<Primitive>, Cancelled> {
     let list = document.root().meshes.get(index).map(|mesh| mesh.primitives.as_slice());
     let mut primitives = Vec::new();
     for (k, json) in list.unwrap_or_default().iter().enumerate() {
         let place = || Place::Json(format!("meshes[{index}].primitives[{k}]"));
-        match primitive::read(json, document, uv_sets) {
+        match primitive::read(json, document, uv_sets, token) {
             Ok(Some(primitive)) => {
                 for _ in 0..primitive.out_of_range {
                     assembly.warnings.add("triangles with a vertex that does not exist skipped", place);
@@ -202,27 +209,40 @@ fn read_mesh(index: usize, document: &Document, uv_sets: &[u32], assembly: &mut 
                 primitives.push(primitive);
             }
             Ok(None) => assembly.warnings.add("primitives of points or lines not shown", place),
-            Err(reason) => assembly.warnings.add(&format!("primitives left out: {reason}"), place),
+            Err(Unread::Because(reason)) => {
+                assembly.warnings.add(&format!("primitives left out: {reason}"), place);
+            }
+            Err(Unread::Cancelled(cancelled)) => return Err(cancelled),
         }
     }
-    primitives
+    Ok(primitives)
 }
 
 /// The copies that EXT_mesh_gpu_instancing asks for; else just one.
-fn instances(node: &Node, document: &Document, assembly: &mut Assembly, index: usize) -> Vec<Mat4> {
+fn instances(
+    node: &Node,
+    document: &Document,
+    assembly: &mut Assembly,
+    index: usize,
+    token: &CancelToken,
+) -> Result<Vec<Mat4>, Cancelled> {
     let extension = node.extensions.as_ref().and_then(|extensions| extensions.others.get("EXT_mesh_gpu_instancing"));
     let Some(attributes) = extension.and_then(|extension| extension["attributes"].as_object()) else {
-        return vec![Mat4::IDENTITY];
+        return Ok(vec![Mat4::IDENTITY]);
     };
     let read = |name: &str, width: usize| {
         let accessor = attributes.get(name).and_then(Value::as_u64);
-        let elements = accessor::read(document, usize::try_from(accessor?).ok()?);
+        let elements = accessor::read(document, usize::try_from(accessor?).ok()?, token);
         elements.ok().filter(|elements| elements.width == width)
     };
-    let vectors = |name: &str| read(name, 3).map(|elements| primitive::vectors(&elements)).unwrap_or_default();
-    let (translations, scales) = (vectors("TRANSLATION"), vectors("SCALE"));
+    let vectors = |name: &str| match read(name, 3) {
+        Some(elements) => primitive::vectors(&elements, token),
+        None => Ok(Vec::new()),
+    };
+    let (translations, scales) = (vectors("TRANSLATION")?, vectors("SCALE")?);
     let rotations = read("ROTATION", 4).map(|elements| elements.numbers).unwrap_or_default();
     let rotations = rotations.as_chunks::<4>().0;
+    token.check()?;
     let count = translations.len().max(scales.len()).max(rotations.len());
     if count == 0 {
         assembly.warnings.add("instances left out", || Place::Json(format!("nodes[{index}]")));
@@ -234,7 +254,7 @@ fn instances(node: &Node, document: &Document, assembly: &mut Assembly, index: u
             translations.get(k).copied().unwrap_or(Vec3::ZERO),
         )
     };
-    (0..count).map(instance).collect()
+    listed(count, (0..count).map(instance), token)
 }
 
 /// Appends a primitive where a node puts it.
@@ -244,6 +264,7 @@ fn place_primitive(
     path: &Path,
     assembly: &mut Assembly,
     node: usize,
+    token: &CancelToken,
 ) -> Result<(), LoadError> {
     let linear = Mat3::from_mat4(transform);
     // A mirroring transform turns triangles inside out; swapping corners turns them back.
@@ -253,15 +274,19 @@ fn place_primitive(
     let [x, y, z] = [linear.x_axis, linear.y_axis, linear.z_axis];
     let cofactors = Mat3::from_cols(y.cross(z), z.cross(x), x.cross(y)) * sign;
     check_vertices(primitive.positions.len()).map_err(|error| error.in_file(path))?;
-    let positions: Vec<Vec3> = primitive.positions.iter().map(|&point| transform.transform_point3(point)).collect();
+    let moved = |points: &[Vec3], by: &dyn Fn(Vec3) -> Vec3| listed(points.len(), points.iter().map(|&p| by(p)), token);
+    let positions = moved(&primitive.positions, &|point| transform.transform_point3(point))?;
     let lists = VertexLists {
-        normals: primitive.normals.iter().map(|&normal| (cofactors * normal).normalize_or_zero()).collect(),
-        uvs: primitive.uvs.clone(),
-        colors: primitive.colors.clone(),
+        normals: moved(&primitive.normals, &|normal| (cofactors * normal).normalize_or_zero())?,
+        uvs: listed(primitive.uvs.len(), primitive.uvs.iter().copied(), token)?,
+        colors: listed(primitive.colors.len(), primitive.colors.iter().copied(), token)?,
     };
-    let first = assembly.add_vertices(positions.len(), lists);
+    let first = assembly.add_vertices(positions.len(), &lists, token)?;
     assembly.reserve(primitive.triangles.len()).map_err(|error| error.in_file(path))?;
-    for &[a, b, c] in &primitive.triangles {
+    for (at, &[a, b, c]) in primitive.triangles.iter().enumerate() {
+        if at.is_multiple_of(DONE_AT_ONCE) {
+            token.check()?;
+        }
         let corners = if mirrored { [a, c, b] } else { [a, b, c] };
         let [a, b, c] = corners.map(|corner| positions[corner as usize]);
         let corners = first.map(|first| corners.map(|corner| first + corner));

@@ -4,8 +4,10 @@ use glam::{Vec2, Vec3};
 use gltf::json::mesh::{Mode, Primitive as JsonPrimitive, Semantic};
 use gltf::json::validation::Checked;
 
-use super::accessor::{self, Elements};
+use super::accessor::{self, Elements, Unread};
 use super::container::Document;
+use crate::cancel::{CancelToken, Cancelled};
+use crate::scene::assemble::{DONE_AT_ONCE, listed};
 
 /// A decoded primitive.
 pub(super) struct Primitive {
@@ -22,35 +24,42 @@ pub(super) struct Primitive {
 }
 
 /// Decodes a primitive; `None` for points and lines, which have no surface.
-pub(super) fn read(json: &JsonPrimitive, document: &Document, uv_sets: &[u32]) -> Result<Option<Primitive>, String> {
+pub(super) fn read(
+    json: &JsonPrimitive,
+    document: &Document,
+    uv_sets: &[u32],
+    token: &CancelToken,
+) -> Result<Option<Primitive>, Unread> {
     let mode = match json.mode {
         Checked::Valid(mode @ (Mode::Triangles | Mode::TriangleStrip | Mode::TriangleFan)) => mode,
         Checked::Valid(_) => return Ok(None),
-        Checked::Invalid => return Err("its mode is unknown".to_owned()),
+        Checked::Invalid => return Err("its mode is unknown".into()),
     };
-    let attribute = |semantic: Semantic| -> Result<Option<Elements>, String> {
+    let attribute = |semantic: Semantic| -> Result<Option<Elements>, Unread> {
         let index = json.attributes.get(&Checked::Valid(semantic));
-        index.map(|index| accessor::read(document, index.value())).transpose()
+        index.map(|index| accessor::read(document, index.value(), token)).transpose()
     };
-    let Some(elements) = attribute(Semantic::Positions)? else { return Err("it has no POSITION".to_owned()) };
+    let Some(elements) = attribute(Semantic::Positions)? else { return Err("it has no POSITION".into()) };
     if elements.width != 3 {
-        return Err("POSITION is not VEC3".to_owned());
+        return Err("POSITION is not VEC3".into());
     }
-    let positions = vectors(&elements);
+    let positions = vectors(&elements, token)?;
     let fallback = uv_sets.len() - 1;
     let material = json.material.map(|material| material.value()).filter(|&material| material < fallback);
     let material = material.unwrap_or(fallback);
     // Looks that cannot be read are left out; the shape counts.
-    let optional = |semantic: Semantic, widths: &[usize]| {
-        attribute(semantic).ok().flatten().filter(|elements| widths.contains(&elements.width))
+    let optional = |semantic: Semantic, widths: &[usize]| -> Result<Elements, Cancelled> {
+        match attribute(semantic) {
+            Ok(Some(elements)) if widths.contains(&elements.width) => Ok(elements),
+            Err(Unread::Cancelled(cancelled)) => Err(cancelled),
+            _ => Ok(Elements { width: widths[0], numbers: Vec::new() }),
+        }
     };
-    let mut normals: Vec<Vec3> =
-        optional(Semantic::Normals, &[3]).map(|elements| vectors(&elements)).unwrap_or_default();
-    let mut uvs: Vec<Vec2> = optional(Semantic::TexCoords(uv_sets[material]), &[2])
-        .map(|elements| elements.numbers.as_chunks().0.iter().copied().map(Vec2::from_array).collect())
-        .unwrap_or_default();
-    let mut colors: Vec<Vec3> =
-        optional(Semantic::Colors(0), &[3, 4]).map(|elements| vectors(&elements)).unwrap_or_default();
+    let mut normals = vectors(&optional(Semantic::Normals, &[3])?, token)?;
+    let uvs = optional(Semantic::TexCoords(uv_sets[material]), &[2])?;
+    let uvs = uvs.numbers.as_chunks().0;
+    let mut uvs = listed(uvs.len(), uvs.iter().copied().map(Vec2::from_array), token)?;
+    let mut colors = vectors(&optional(Semantic::Colors(0), &[3, 4])?, token)?;
     if normals.len() != positions.len() {
         normals.clear();
     }
@@ -61,27 +70,34 @@ pub(super) fn read(json: &JsonPrimitive, document: &Document, uv_sets: &[u32]) -
         colors.clear();
     }
     let indices: Vec<u32> = match json.indices {
-        Some(index) => accessor::read_indices(document, index.value())?,
+        Some(index) => accessor::read_indices(document, index.value(), token)?,
         None => (0..u32::try_from(positions.len()).map_err(|_| "it has too many vertices")?).collect(),
     };
     let mut triangles: Vec<[u32; 3]> = match mode {
-        Mode::TriangleStrip => indices
-            .windows(3)
-            .enumerate()
-            .map(|(k, w)| if k % 2 == 0 { [w[0], w[1], w[2]] } else { [w[1], w[0], w[2]] })
-            .collect(),
-        Mode::TriangleFan => {
-            indices.get(1..).unwrap_or_default().windows(2).map(|w| [w[0], w[1], indices[0]]).collect()
+        Mode::TriangleStrip => {
+            let turned = |(k, w): (usize, &[u32])| if k % 2 == 0 { [w[0], w[1], w[2]] } else { [w[1], w[0], w[2]] };
+            listed(indices.len(), indices.windows(3).enumerate().map(turned), token)?
         }
-        _ => indices.as_chunks().0.to_vec(),
+        Mode::TriangleFan => {
+            let around = indices.get(1..).unwrap_or_default();
+            listed(indices.len(), around.windows(2).map(|w| [w[0], w[1], indices[0]]), token)?
+        }
+        _ => listed(indices.len() / 3, indices.as_chunks().0.iter().copied(), token)?,
     };
-    let before = triangles.len();
-    triangles.retain(|corners| corners.iter().all(|&corner| (corner as usize) < positions.len()));
-    let out_of_range = before - triangles.len();
+    let mut out_of_range = 0;
+    for part in triangles.chunks(DONE_AT_ONCE) {
+        token.check()?;
+        let exists = |corners: &[u32; 3]| corners.iter().all(|&corner| (corner as usize) < positions.len());
+        out_of_range += part.iter().filter(|corners| !exists(corners)).count();
+    }
+    if out_of_range > 0 {
+        triangles.retain(|corners| corners.iter().all(|&corner| (corner as usize) < positions.len()));
+    }
     Ok(Some(Primitive { positions, normals, uvs, colors, triangles, material, out_of_range }))
 }
 
 /// The first three numbers of every element.
-pub(super) fn vectors(elements: &Elements) -> Vec<Vec3> {
-    elements.numbers.chunks_exact(elements.width).map(|e| Vec3::new(e[0], e[1], e[2])).collect()
+pub(super) fn vectors(elements: &Elements, token: &CancelToken) -> Result<Vec<Vec3>, Cancelled> {
+    let all = elements.numbers.chunks_exact(elements.width);
+    listed(all.len(), all.map(|e| Vec3::new(e[0], e[1], e[2])), token)
 }

@@ -8,7 +8,7 @@ use std::path::Path;
 
 use glam::{Vec2, Vec3};
 
-use super::assemble::{Assembly, VertexLists};
+use super::assemble::{Assembly, DONE_AT_ONCE, VertexLists, listed};
 use super::images::Images;
 use super::material::linear_from_srgb;
 use super::read::unusable;
@@ -65,29 +65,41 @@ pub(super) fn load(
         token.check()?;
         let mesh = model.mesh;
         let material = mesh.material_id.map_or(default_material, |index| index as u32);
-        add_mesh(&mesh, material, path, assembly)?;
+        add_mesh(&mesh, material, path, assembly, token)?;
     }
     Ok(())
 }
 
-fn add_mesh(mesh: &tobj::Mesh, material: u32, path: &Path, assembly: &mut Assembly) -> Result<(), LoadError> {
-    let positions: Vec<Vec3> = mesh.positions.as_chunks().0.iter().copied().map(Vec3::from_array).collect();
+fn add_mesh(
+    mesh: &tobj::Mesh,
+    material: u32,
+    path: &Path,
+    assembly: &mut Assembly,
+    token: &CancelToken,
+) -> Result<(), LoadError> {
+    let vectors = |flat: &[f32], turned: &dyn Fn(Vec3) -> Vec3| {
+        listed(flat.len() / 3, flat.as_chunks().0.iter().map(|&v| turned(Vec3::from_array(v))), token)
+    };
+    let positions = vectors(&mesh.positions, &|point| point)?;
     // The checking reader keeps faces with and without an attribute apart, so a list is whole or empty.
     let whole = |count: usize| count == positions.len();
-    let vectors = |flat: &[f32]| -> Vec<Vec3> { flat.as_chunks().0.iter().copied().map(Vec3::from_array).collect() };
     let mut lists = VertexLists::default();
     if whole(mesh.normals.len() / 3) {
-        lists.normals = vectors(&mesh.normals).into_iter().map(Vec3::normalize_or_zero).collect();
+        lists.normals = vectors(&mesh.normals, &Vec3::normalize_or_zero)?;
     }
     if whole(mesh.texcoords.len() / 2) {
-        lists.uvs = mesh.texcoords.as_chunks().0.iter().map(|&[u, v]| Vec2::new(u, 1.0 - v)).collect();
+        let uvs = mesh.texcoords.as_chunks().0;
+        lists.uvs = listed(uvs.len(), uvs.iter().map(|&[u, v]| Vec2::new(u, 1.0 - v)), token)?;
     }
     if whole(mesh.vertex_color.len() / 3) {
-        lists.colors = vectors(&mesh.vertex_color).into_iter().map(linear_from_srgb).collect();
+        lists.colors = vectors(&mesh.vertex_color, &linear_from_srgb)?;
     }
-    let first = assembly.add_vertices(positions.len(), lists);
+    let first = assembly.add_vertices(positions.len(), &lists, token)?;
     assembly.reserve(mesh.indices.len() / 3).map_err(|error| error.in_file(path))?;
-    for corners in mesh.indices.as_chunks::<3>().0 {
+    for (at, corners) in mesh.indices.as_chunks::<3>().0.iter().enumerate() {
+        if at.is_multiple_of(DONE_AT_ONCE) {
+            token.check()?;
+        }
         let corner = |k: usize| positions.get(corners[k] as usize).copied();
         if let (Some(a), Some(b), Some(c)) = (corner(0), corner(1), corner(2)) {
             let corners = first.map(|first| corners.map(|corner| first + corner));
