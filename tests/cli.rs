@@ -41,7 +41,7 @@ fn every_command_has_help_with_examples_and_the_program_a_version() {
 
 #[test]
 fn wrong_flags_name_flag_value_and_range() {
-    let cases: [(&[&str], &[&str]); 43] = [
+    let cases: [(&[&str], &[&str]); 44] = [
         (&["bench", "--treshold", "3"], &["--treshold", "--threshold"]),
         (&["bench", "--threshold", "1"], &["--threshold", "'1'", "2 to 64"]),
         (&["bench", "--threshold", "65"], &["'65'", "2 to 64"]),
@@ -51,6 +51,7 @@ fn wrong_flags_name_flag_value_and_range() {
         (&["bench", "--epsilon", "NaN"], &["--epsilon", "NaN", "0 to 0.5"]),
         (&["bench", "--threads", "0"], &["--threads", "'0'", "1 to 1024"]),
         (&["bench", "--threads", "-1"], &["-1"]),
+        (&["render", "-o", "x.png", "--threads", "99999"], &["--threads", "'99999'", "1 to 1024"]),
         (&["bench", "--repeat", "0"], &["--repeat", "1 to 1000"]),
         (&["bench", "--size", "0x5"], &["--size", "0x5", "1 to 16384"]),
         (&["bench", "--traversal", "random"], &["--traversal", "random", "ordered, paper"]),

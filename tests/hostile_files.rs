@@ -269,6 +269,37 @@ fn small_stacks_are_enough() {
     }
 }
 
+/// The program under a user's limit of processes and threads, which does not bind the administrator.
+#[test]
+fn few_threads_or_none_are_enough() {
+    // A user of its own, as the limit is on all that a user runs.
+    let user = (61_000 + std::process::id() % 4_000).to_string();
+    let other = ["setpriv", "--reuid", &user, "--regid", &user, "--clear-groups", "bash", "-c"];
+    let limited = |most: usize, args: &[&str]| {
+        let script = format!("ulimit -u {most} && exec \"$@\"");
+        run_with("", &[&other[..], &[&script, "bash"]].concat(), args, Path::new("/"))
+    };
+    if !limited(64, &["--version"]).status.success() {
+        return println!("skipped: no other user can run the program here");
+    }
+    let mut alone = 0;
+    for most in 1..=12 {
+        let args = ["info", "builtin:teapot:4", "--threads", "8", "--json"];
+        let (code, error) = finish(&args, &limited(most, &args));
+        assert_eq!(code, 0, "{most}: {error}");
+        // The main thread, the one that waits for Ctrl-C, and eight.
+        if most < 10 {
+            assert!(error.contains("8 threads cannot be started") && error.contains("working with"), "{most}: {error}");
+        }
+        alone += usize::from(error.contains("working without"));
+        // What is measured is measured with as many as were asked for, or not at all.
+        let args = ["bench", "builtin:teapot:2", "--size", "16x16", "--repeat", "1", "--threads", "8"];
+        let (code, error) = finish(&args, &limited(most, &args));
+        assert!(code == 0 || code == 1 && error.contains("8 threads cannot be started"), "{most}: {error}");
+    }
+    assert!(alone > 0, "the limit was never felt");
+}
+
 #[test]
 fn targets_that_cannot_be_written_are_found_before_the_work() {
     let folder = Folder::new();

@@ -4,6 +4,7 @@ mod args;
 mod resolve;
 mod values;
 
+use std::cell::OnceCell;
 use std::io::Write;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::process::ExitCode;
@@ -133,7 +134,8 @@ fn load_args(cli: &Cli) -> Option<&LoadArgs> {
 
 fn run_command(command: CommandArgs, token: CancelToken) -> Result<Finished, Failure> {
     let mut out = std::io::BufWriter::new(std::io::stdout());
-    let mut context = Context { token, out: &mut out, threads: None, load: LoadOptions::default() };
+    let mut context =
+        Context { token, out: &mut out, threads: None, load: LoadOptions::default(), pool: OnceCell::new() };
     let result = match command {
         CommandArgs::Render(args) => {
             context.threads = args.build.threads;

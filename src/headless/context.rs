@@ -1,5 +1,6 @@
 //! What every command gets, and how it may end.
 
+use std::cell::OnceCell;
 use std::io::{IsTerminal as _, Write};
 use std::sync::Arc;
 use std::time::Duration;
@@ -85,6 +86,8 @@ pub struct Context<'a> {
     pub threads: Option<usize>,
     /// What loading may do.
     pub load: LoadOptions,
+    /// The threads once they have been started.
+    pub pool: OnceCell<rayon::ThreadPool>,
 }
 
 impl Context<'_> {
@@ -101,27 +104,35 @@ impl Context<'_> {
     }
 
     /// A pool of the asked-for threads; of fewer, with a word about it, where the system gives no more.
-    pub fn pool(&self) -> Result<rayon::ThreadPool, Failure> {
-        let wanted = self.threads.unwrap_or(0);
-        let refusal = match crate::lab::pool(wanted) {
-            Ok(pool) => return Ok(pool),
-            Err(refusal) => refusal,
-        };
-        let mut fewer = if wanted == 0 { available_threads() } else { wanted } / 2;
-        while fewer > 0 {
-            if let Ok(pool) = crate::lab::pool(fewer) {
-                eprintln!("bvhscope: {refusal}; working with {fewer} threads");
-                return Ok(pool);
-            }
-            fewer /= 2;
+    pub fn pool(&self) -> Result<&rayon::ThreadPool, Failure> {
+        if let Some(pool) = self.pool.get() {
+            return Ok(pool);
         }
-        Err(Failure::Failed(refusal))
+        let wanted = self.threads.unwrap_or(0);
+        let pool = match crate::lab::pool(wanted) {
+            Ok(pool) => pool,
+            Err(refusal) => fewer_threads(wanted, &refusal)?,
+        };
+        Ok(self.pool.get_or_init(|| pool))
     }
 }
 
-/// Threads that the machine can run at once.
-fn available_threads() -> usize {
-    std::thread::available_parallelism().map_or(1, std::num::NonZero::get)
+/// Fewer than the `wanted` threads (0 for all), which were refused; the calling thread alone where there is no other.
+fn fewer_threads(wanted: usize, refusal: &str) -> Result<rayon::ThreadPool, Failure> {
+    let mut fewer = if wanted == 0 { crate::lab::available_threads() } else { wanted } / 2;
+    while fewer > 0 {
+        // Those of the last try take a moment to end, and count until then.
+        std::thread::sleep(Duration::from_millis(20));
+        if let Ok(pool) = crate::lab::pool(fewer) {
+            eprintln!("bvhscope: {refusal}; working with {fewer}");
+            return Ok(pool);
+        }
+        fewer /= 2;
+    }
+    let alone = rayon::ThreadPoolBuilder::new().num_threads(1).use_current_thread().build();
+    let pool = alone.map_err(|error| Failure::Failed(format!("{refusal}; nor does it work without ({error})")))?;
+    eprintln!("bvhscope: {refusal}; working without");
+    Ok(pool)
 }
 
 /// A bar that follows a token's progress from a thread of its own; nothing where stderr is no terminal.

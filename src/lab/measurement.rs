@@ -154,9 +154,15 @@ pub fn millis(duration: Duration) -> f64 {
 
 /// A rayon pool of `threads` threads, 0 for all; the text of the error is for users.
 pub fn pool(threads: usize) -> Result<rayon::ThreadPool, String> {
+    let wanted = || if threads == 0 { available_threads() } else { threads };
     rayon::ThreadPoolBuilder::new()
         .num_threads(threads)
         .thread_name(|index| format!("bvhscope-{index}"))
         .build()
-        .map_err(|error| format!("{threads} threads cannot be started ({error}): ask for fewer with --threads"))
+        .map_err(|error| format!("{} threads cannot be started ({error}): ask for fewer with --threads", wanted()))
+}
+
+/// Threads that the machine can run at once.
+pub fn available_threads() -> usize {
+    std::thread::available_parallelism().map_or(1, std::num::NonZero::get)
 }

@@ -24,6 +24,6 @@ pub use bench::bench;
 pub use compare::{compare, compared_setups};
 pub use job::Job;
 pub use measure::{LabError, Setup, Subject, TraceView, measure};
-pub use measurement::{Measurement, millis, pool};
+pub use measurement::{Measurement, available_threads, millis, pool};
 pub use scaling::scaling;
 pub use sweep::{SweepPlan, SweepPoint, sweep};
