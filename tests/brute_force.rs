@@ -252,6 +252,37 @@ fn a_chain_deeper_than_any_fixed_stack_is_traced() {
 }
 
 #[test]
+fn many_rays_at_once_end_in_a_tree_deeper_than_their_stacks() {
+    let triangles: Vec<_> = (0..2_000)
+        .map(|i| {
+            let a = Vec3::new(i as f32, 0.0, 0.0);
+            Triangle { a, b: a + Vec3::Y, c: a + Vec3::Z }
+        })
+        .collect();
+    // Through all boxes: past every triangle, and through them.
+    let ray = |at: f32| Ray::new(Vec3::new(-1.0, at, at), Vec3::X);
+    let rays: Vec<_> = (0..100).map(|i| ray(if i % 3 == 0 { 0.25 } else { 0.75 })).collect();
+    let expected: Vec<_> = rays.iter().map(|ray| scan(&triangles, ray)).collect();
+    check_wide("chain", &triangles, &trees::chain::<Aabb>(&triangles), &rays, &expected);
+    check_wide("chain", &triangles, &trees::chain::<Sphere>(&triangles), &rays, &expected);
+}
+
+#[test]
+fn any_number_of_rays_can_be_asked_at_once() {
+    let triangles = trees::ball(Vec3::ONE, 2.0, 16);
+    let tree = trees::halved::<Aabb>(&triangles, 1);
+    let mut rays = trees::rays(&triangles, 300, 7);
+    // Some that can hit nothing, among the first and at the end.
+    for index in [0, 5, 64, 299] {
+        rays[index].direction = Vec3::ZERO;
+    }
+    let expected: Vec<_> = rays.iter().map(|ray| scan(&triangles, ray)).collect();
+    for count in [0, 1, 7, 8, 9, 31, 32, 33, 63, 65, 128, 300] {
+        check_wide(&format!("{count} rays"), &triangles, &tree, &rays[..count], &expected[..count]);
+    }
+}
+
+#[test]
 fn an_empty_tree_is_missed() {
     let tree = trees::halved::<Aabb>(&[], 1);
     with_tree!(&tree, tree => {

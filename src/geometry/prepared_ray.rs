@@ -6,7 +6,7 @@ use super::Ray;
 
 /// How far, in world units, a ray that is parallel to a slab is moved between its planes where the origin is zero. Times the
 /// largest number it is still farther than any hit.
-const PARALLEL_PAD: f32 = 1e-14;
+pub(crate) const PARALLEL_PAD: f32 = 1e-14;
 
 /// A ray with what its container and triangle tests need, computed once.
 #[derive(Debug, Clone, Copy)]

@@ -1,10 +1,11 @@
 //! Four triangles side by side, tested as [`Triangle::intersect`] tests one.
 
 use bytemuck::{Pod, Zeroable};
-use fearless_simd::{Simd, SimdBase, SimdMask, f32x4};
+use fearless_simd::{Simd, SimdBase, SimdMask, f32x4, mask32x4};
 use glam::Vec3;
 
-use crate::geometry::{EDGE_MAX, EDGE_MIN, PreparedRay, Ray, Shear, Triangle, TriangleHit};
+use super::packed::PackedRay;
+use crate::geometry::{EDGE_MAX, EDGE_MIN, FAR_SLACK, PreparedRay, Shear, Triangle, TriangleHit};
 
 /// Triangles of a block.
 pub const BLOCK: usize = 4;
@@ -69,17 +70,20 @@ impl TriangleBlock {
 #[inline(always)]
 pub(super) fn permuted_axes(d: Vec3) -> [usize; 3] {
     let size = d.abs();
-    if size.x >= size.y && size.x >= size.z {
-        [1, 2, 0]
-    } else if size.y >= size.z {
-        [2, 0, 1]
-    } else {
-        [0, 1, 2]
-    }
+    permuted_axes_of(size.x >= size.y.max(size.z), size.y >= size.z)
+}
+
+/// [`permuted_axes`] of a direction that is longest along x, and at least as long along y as along z. Looked up, because
+/// nobody could predict the branches.
+#[inline(always)]
+pub(super) fn permuted_axes_of(x_is_longest: bool, y_before_z: bool) -> [usize; 3] {
+    const AXES: [[usize; 3]; 4] = [[0, 1, 2], [2, 0, 1], [1, 2, 0], [1, 2, 0]];
+    AXES[usize::from(x_is_longest) << 1 | usize::from(y_before_z)]
 }
 
 /// What a single ray's tests against blocks share.
 pub(super) struct BlockRay<S: Simd> {
+    /// Where in a corner's numbers each axis begins.
     axes: [usize; 3],
     origin: [f32x4<S>; 3],
     /// The factors of [`Shear`]'s rows.
@@ -88,15 +92,11 @@ pub(super) struct BlockRay<S: Simd> {
 
 impl<S: Simd> BlockRay<S> {
     #[inline(always)]
-    pub(super) fn new(simd: S, ray: &Ray) -> Self {
-        let d = ray.direction;
-        let axes = permuted_axes(d);
-        let along = d[axes[2]];
-        let factors = [-d[axes[0]] / along, -d[axes[1]] / along, 1.0 / along];
+    pub(super) fn new(simd: S, ray: &PackedRay) -> Self {
         Self {
-            axes,
-            origin: each!(part => f32x4::splat(simd, ray.origin[axes[part]])),
-            factors: each!(part => f32x4::splat(simd, factors[part])),
+            axes: each!(part => ray.axes[part] as usize * BLOCK),
+            origin: each!(part => f32x4::splat(simd, ray.sheared_origin[part])),
+            factors: each!(part => f32x4::splat(simd, ray.factors[part])),
         }
     }
 
@@ -110,23 +110,8 @@ impl<S: Simd> BlockRay<S> {
         t_max: f32,
         mut found: impl FnMut(TriangleHit, u32),
     ) {
-        let [x, y, z] = each!(part => each!(corner => {
-            f32x4::load_array_ref(simd, &block.corners[corner][self.axes[part]]) - self.origin[part]
-        }));
-        let x = each!(corner => z[corner] * self.factors[0] + x[corner]);
-        let y = each!(corner => z[corner] * self.factors[1] + y[corner]);
-        let weights = [x[1] * y[2] - x[2] * y[1], x[2] * y[0] - x[0] * y[2], x[0] * y[1] - x[1] * y[0]];
-        let zero = f32x4::splat(simd, 0.0);
-        let least = weights[0].min(weights[1]).min(weights[2]);
-        let most = weights[0].max(weights[1]).max(weights[2]);
-        let candidates = !(least.simd_lt(zero) & most.simd_gt(zero));
-        if !candidates.any_true() {
-            return;
-        }
-        let size = each!(corner => weights[corner].abs());
-        let smallest = size[0].min(size[1]).min(size[2]);
-        let largest = size[0].max(size[1]).max(size[2]);
-        let exact = smallest.simd_gt(f32x4::splat(simd, EDGE_MIN)) & largest.simd_lt(f32x4::splat(simd, EDGE_MAX));
+        let Some(sides) = self.sides(simd, block) else { return };
+        let Sides { z, weights, candidates, exact } = sides;
         let scale = f32x4::splat(simd, 1.0) / (weights[0] + weights[1] + weights[2]);
         let shares = each!(corner => weights[corner] * scale);
         let depth = each!(corner => z[corner] * self.factors[2]);
@@ -153,4 +138,78 @@ impl<S: Simd> BlockRay<S> {
             }
         }
     }
+
+    /// One bit for each triangle of `block` that the ray meets within its interval, and one for each of which single precision
+    /// cannot tell.
+    #[inline(always)]
+    pub(super) fn meets(&self, simd: S, block: &TriangleBlock, ray: &PackedRay) -> [u32; 2] {
+        let splat = |value| f32x4::splat(simd, value);
+        let Some(sides) = self.sides(simd, block) else { return [0; 2] };
+        let Sides { z, weights, candidates, exact } = sides;
+        let scale = splat(1.0) / (weights[0] + weights[1] + weights[2]);
+        let depth = each!(corner => z[corner] * self.factors[2]);
+        let t = weights[0] * scale * depth[0] + weights[1] * scale * depth[1] + weights[2] * scale * depth[2];
+        let (t_min, t_max) = (splat(ray.t_min), splat(ray.t_max));
+        let within = t.simd_ge(t_min) & t.simd_le(t_max);
+        let hits = candidates & exact & within & enters(simd, block, ray);
+        let unclear = candidates & !exact;
+        [hits.to_bitmask() as u32, unclear.to_bitmask() as u32]
+    }
+
+    /// On which side of the triangles' edges the ray passes; `None` where it passes all of them.
+    #[inline(always)]
+    fn sides(&self, simd: S, block: &TriangleBlock) -> Option<Sides<S>> {
+        let splat = |value| f32x4::splat(simd, value);
+        let numbers: &[f32; 10 * BLOCK] = bytemuck::cast_ref(block);
+        let [x, y, z] = each!(part => each!(corner => {
+            let at = 3 * BLOCK * corner + (self.axes[part] & (3 * BLOCK));
+            f32x4::from_slice(simd, &numbers[at..][..BLOCK]) - self.origin[part]
+        }));
+        let x = each!(corner => z[corner] * self.factors[0] + x[corner]);
+        let y = each!(corner => z[corner] * self.factors[1] + y[corner]);
+        let weights = [x[1] * y[2] - x[2] * y[1], x[2] * y[0] - x[0] * y[2], x[0] * y[1] - x[1] * y[0]];
+        let least = weights[0].min(weights[1]).min(weights[2]);
+        let most = weights[0].max(weights[1]).max(weights[2]);
+        let candidates = !(least.simd_lt(splat(0.0)) & most.simd_gt(splat(0.0)));
+        if !candidates.any_true() {
+            return None;
+        }
+        let size = each!(corner => weights[corner].abs());
+        let smallest = size[0].min(size[1]).min(size[2]);
+        let largest = size[0].max(size[1]).max(size[2]);
+        let exact = smallest.simd_gt(splat(EDGE_MIN)) & largest.simd_lt(splat(EDGE_MAX));
+        Some(Sides { z, weights, candidates, exact })
+    }
+}
+
+/// What the first half of a block's test finds.
+struct Sides<S: Simd> {
+    /// The corners along the longest axis of the direction, seen from the origin.
+    z: [f32x4<S>; 3],
+    /// Twice the areas between the ray and each edge.
+    weights: [f32x4<S>; 3],
+    /// Triangles that the ray may pass through.
+    candidates: mask32x4<S>,
+    /// Triangles for which single precision can tell.
+    exact: mask32x4<S>,
+}
+
+/// The triangles of a block whose own box the ray enters within its interval: [`Triangle::hit_in_box`].
+#[inline(always)]
+fn enters<S: Simd>(simd: S, block: &TriangleBlock, ray: &PackedRay) -> mask32x4<S> {
+    let splat = |value| f32x4::splat(simd, value);
+    let corner = |corner: usize, axis: usize| f32x4::load_array_ref(simd, &block.corners[corner][axis]);
+    let low = each!(axis => {
+        let least = corner(0, axis).min(corner(1, axis)).min(corner(2, axis));
+        (least - splat(ray.origin_low[axis])) * splat(ray.inverse[axis])
+    });
+    let high = each!(axis => {
+        let most = corner(0, axis).max(corner(1, axis)).max(corner(2, axis));
+        (most - splat(ray.origin_high[axis])) * splat(ray.inverse[axis])
+    });
+    let near = each!(axis => low[axis].min(high[axis]));
+    let far = each!(axis => low[axis].max(high[axis]));
+    let entry = near[0].max(near[1]).max(near[2].max(splat(ray.t_min)));
+    let exit = far[0].min(far[1]).min(far[2]) * FAR_SLACK;
+    entry.simd_le(exit) & entry.simd_le(splat(ray.t_max))
 }

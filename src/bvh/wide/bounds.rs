@@ -5,12 +5,14 @@ use std::fmt::Debug;
 use bytemuck::{Pod, Zeroable};
 use fearless_simd::{Select, Simd, SimdBase, SimdFloat, SimdMask, f32x8};
 
+use super::packed::PackedRay;
 use super::{WIDTH, WideTree};
 use crate::bvh::Container;
 use crate::bvh::container::{SPHERE_ENTRY_ERROR, SPHERE_TINY_RADIUS};
-use crate::geometry::{Aabb, FAR_SLACK, PreparedRay, Sphere};
+use crate::geometry::{Aabb, FAR_SLACK, Sphere};
 
 /// A container that wide trees are made of.
+#[allow(private_interfaces, reason = "only the kernels of wide trees prepare rays")]
 pub trait WideContainer: Container {
     /// Eight of them, lane by lane.
     type Bounds: Pod + Send + Sync + PartialEq + Debug;
@@ -21,8 +23,8 @@ pub trait WideContainer: Container {
 
     /// Puts `self` into a lane.
     fn store(&self, bounds: &mut Self::Bounds, lane: usize);
-    /// Prepares a ray for [`WideContainer::entries`].
-    fn prepare<S: Simd>(simd: S, ray: &PreparedRay) -> Self::Prepared<S>;
+    /// Spreads a ray over the lanes for [`WideContainer::entries`].
+    fn prepare<S: Simd>(simd: S, ray: &PackedRay) -> Self::Prepared<S>;
     /// One bit for each lane that the ray enters up to `t_max`, and where; see [`Container::entry`].
     fn entries<S: Simd>(simd: S, bounds: &Self::Bounds, ray: &Self::Prepared<S>, t_max: f32) -> (u32, [f32; WIDTH]);
     /// The boxes, where they are some: packets know no other container.
@@ -36,7 +38,7 @@ pub struct Boxes(pub(super) [[[f32; WIDTH]; 2]; 3]);
 
 /// A ray against eight boxes. Which planes are near follows from the signs of the direction, so that nothing is compared.
 pub struct BoxRay<S: Simd> {
-    /// For each axis 0 where the lower plane is near, 1 where the upper one is.
+    /// For each axis 0 where the lower plane is near, [`WIDTH`] where the upper one is.
     near: [usize; 3],
     near_origin: [f32x8<S>; 3],
     far_origin: [f32x8<S>; 3],
@@ -44,6 +46,7 @@ pub struct BoxRay<S: Simd> {
     t_min: f32x8<S>,
 }
 
+#[allow(private_interfaces, reason = "only the kernels of wide trees prepare rays")]
 impl WideContainer for Aabb {
     type Bounds = Boxes;
     const NOTHING: Boxes = Boxes([[[f32::INFINITY; WIDTH], [f32::NEG_INFINITY; WIDTH]]; 3]);
@@ -57,28 +60,24 @@ impl WideContainer for Aabb {
     }
 
     #[inline(always)]
-    fn prepare<S: Simd>(simd: S, ray: &PreparedRay) -> BoxRay<S> {
-        let near = each!(axis => usize::from(ray.inverse_direction[axis] < 0.0));
-        let origins = [ray.origin_low, ray.origin_high];
+    fn prepare<S: Simd>(simd: S, ray: &PackedRay) -> BoxRay<S> {
+        // The lower plane is near wherever the two origins differ, on axes that the ray runs along at no speed.
         BoxRay {
-            near,
-            near_origin: each!(axis => f32x8::splat(simd, origins[near[axis] & 1][axis])),
-            far_origin: each!(axis => f32x8::splat(simd, origins[near[axis] & 1 ^ 1][axis])),
-            inverse: each!(axis => f32x8::splat(simd, ray.inverse_direction[axis])),
-            t_min: f32x8::splat(simd, ray.ray.t_min),
+            near: each!(axis => ray.near[axis] as usize),
+            near_origin: each!(axis => f32x8::splat(simd, ray.origin_low[axis])),
+            far_origin: each!(axis => f32x8::splat(simd, ray.origin_high[axis])),
+            inverse: each!(axis => f32x8::splat(simd, ray.inverse[axis])),
+            t_min: f32x8::splat(simd, ray.t_min),
         }
     }
 
     #[inline(always)]
     fn entries<S: Simd>(simd: S, bounds: &Boxes, ray: &BoxRay<S>, t_max: f32) -> (u32, [f32; WIDTH]) {
-        let near = each!(axis => {
-            let planes = f32x8::load_array_ref(simd, &bounds.0[axis][ray.near[axis] & 1]);
-            (planes - ray.near_origin[axis]) * ray.inverse[axis]
-        });
-        let far = each!(axis => {
-            let planes = f32x8::load_array_ref(simd, &bounds.0[axis][ray.near[axis] & 1 ^ 1]);
-            (planes - ray.far_origin[axis]) * ray.inverse[axis]
-        });
+        let numbers: &[f32; 6 * WIDTH] = bytemuck::cast_ref(&bounds.0);
+        let planes = |axis: usize, side: usize| f32x8::from_slice(simd, &numbers[2 * WIDTH * axis + side..][..WIDTH]);
+        let near = each!(axis => (planes(axis, ray.near[axis] & WIDTH) - ray.near_origin[axis]) * ray.inverse[axis]);
+        let far =
+            each!(axis => (planes(axis, ray.near[axis] & WIDTH ^ WIDTH) - ray.far_origin[axis]) * ray.inverse[axis]);
         let entry = near[0].max(near[1]).max(near[2].max(ray.t_min));
         let exit = far[0].min(far[1]).min(far[2]) * FAR_SLACK;
         let hit = entry.simd_le(exit) & entry.simd_le(f32x8::splat(simd, t_max));
@@ -108,6 +107,7 @@ pub struct SphereRay<S: Simd> {
     t_min: f32x8<S>,
 }
 
+#[allow(private_interfaces, reason = "only the kernels of wide trees prepare rays")]
 impl WideContainer for Sphere {
     type Bounds = Spheres;
     const NOTHING: Spheres = Spheres { center: [[0.0; WIDTH]; 3], radius: [-1.0; WIDTH] };
@@ -121,12 +121,12 @@ impl WideContainer for Sphere {
     }
 
     #[inline(always)]
-    fn prepare<S: Simd>(simd: S, ray: &PreparedRay) -> SphereRay<S> {
+    fn prepare<S: Simd>(simd: S, ray: &PackedRay) -> SphereRay<S> {
         SphereRay {
-            origin: each!(axis => f32x8::splat(simd, ray.ray.origin[axis])),
-            direction: each!(axis => f32x8::splat(simd, ray.ray.direction[axis])),
+            origin: each!(axis => f32x8::splat(simd, ray.origin[axis])),
+            direction: each!(axis => f32x8::splat(simd, ray.direction[axis])),
             inverse_direction_squared: f32x8::splat(simd, ray.inverse_direction_squared),
-            t_min: f32x8::splat(simd, ray.ray.t_min),
+            t_min: f32x8::splat(simd, ray.t_min),
         }
     }
 

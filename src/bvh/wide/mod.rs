@@ -27,6 +27,7 @@ pub mod bounds;
 mod collapse;
 mod in_flight;
 mod opening;
+mod packed;
 pub mod packet;
 mod prefetch;
 pub mod single;
@@ -106,6 +107,15 @@ impl<C: WideContainer> WideTree<C> {
         } else {
             prefetch::prefetch(&self.nodes, child.index());
         }
+    }
+
+    /// [`WideTree::prefetch`] without a branch.
+    #[inline(always)]
+    fn prefetch_any(&self, child: Child) {
+        let list = usize::from(child.is_leaf());
+        let address = [self.nodes.as_ptr().cast::<u8>(), self.blocks.as_ptr().cast()][list];
+        let size = [size_of::<WideNode<C::Bounds>>(), size_of::<TriangleBlock>()][list];
+        prefetch::prefetch_four_lines(address.wrapping_add(child.index() * size), size);
     }
 
     /// Bytes of nodes.

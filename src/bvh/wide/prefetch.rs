@@ -9,13 +9,28 @@ const LINE: usize = 64;
 /// word for it.
 #[inline(always)]
 pub(super) fn prefetch<T>(list: &[T], index: usize) {
-    #[cfg(target_arch = "x86_64")]
+    let address = list.as_ptr().wrapping_add(index).cast::<u8>();
     for offset in (0..size_of::<T>()).step_by(LINE) {
+        prefetch_line(address.wrapping_add(offset));
+    }
+}
+
+/// [`prefetch`] for what takes three or four lines, without a branch for which.
+#[inline(always)]
+pub(super) fn prefetch_four_lines(address: *const u8, bytes: usize) {
+    for offset in [0, LINE, 2 * LINE, bytes - LINE / 2] {
+        prefetch_line(address.wrapping_add(offset));
+    }
+}
+
+#[inline(always)]
+fn prefetch_line(address: *const u8) {
+    // SAFETY: a hint that reads nothing, for any address; every x86-64 has it.
+    #[cfg(target_arch = "x86_64")]
+    unsafe {
         use std::arch::x86_64::{_MM_HINT_T0, _mm_prefetch};
-        let at = list.as_ptr().wrapping_add(index).cast::<i8>().wrapping_add(offset);
-        // SAFETY: a hint that reads nothing, for any address; every x86-64 has it.
-        unsafe { _mm_prefetch::<_MM_HINT_T0>(at) };
+        _mm_prefetch::<_MM_HINT_T0>(address.cast());
     }
     #[cfg(not(target_arch = "x86_64"))]
-    let _ = (list, index);
+    let _ = address;
 }

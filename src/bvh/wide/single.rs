@@ -3,6 +3,7 @@
 use fearless_simd::Simd;
 
 use super::block::BlockRay;
+use super::packed::PackedRay;
 use super::stack::{Stack, Waiting};
 use super::{WideContainer, WideTree};
 use crate::bvh::traverse::{Nearest, Probe};
@@ -45,8 +46,9 @@ pub(super) fn walk<S: Simd, C: WideContainer, P: Probe, const ANY: bool>(
     if !ray.can_hit() {
         return;
     }
-    let container_ray = C::prepare(simd, ray);
-    let block_ray = BlockRay::new(simd, &ray.ray);
+    let packed = PackedRay::new(ray);
+    let container_ray = C::prepare(simd, &packed);
+    let block_ray = BlockRay::new(simd, &packed);
     let mut stack = Stack::default();
     loop {
         if current.is_leaf() {
@@ -82,7 +84,9 @@ pub(super) fn walk<S: Simd, C: WideContainer, P: Probe, const ANY: bool>(
                 while hits != 0 {
                     let mut other = waiting(hits.trailing_zeros());
                     hits &= hits - 1;
-                    if !ANY && other.entry < next.entry {
+                    // Farthest first where any hit will do: what a ray leaves is rarely in its way.
+                    let goes_first = if ANY { other.entry > next.entry } else { other.entry < next.entry };
+                    if goes_first {
                         std::mem::swap(&mut other, &mut next);
                     }
                     tree.prefetch(other.child);
