@@ -156,7 +156,7 @@ fn deriving_from_a_tree_stops_at_every_look() {
     });
     at_every_look("lineage and overlap", |token| is_cancelled(&|accel| accel.study(token)));
     let accel = tree();
-    at_every_look("the list of nodes", |token| NodeTable::new(&accel, token).is_err());
+    at_every_look("the list of nodes", |token| NodeTable::new(&accel).list(None, token).is_err());
 }
 
 #[test]

@@ -182,14 +182,14 @@ fn what_is_derived_from_a_tree() {
             growing.look_at(&name, [&accels[0], &accels[1]], Arc::clone, |accel, token| work(&accel, token));
         };
         look_at("statistics", &|accel, token| drop(tree_stats_unless(&accel.tree, token).unwrap()));
-        look_at("list of nodes", &|accel, token| drop(NodeTable::new(accel, token).unwrap()));
+        look_at("list of nodes", &|accel, token| NodeTable::new(accel).list(None, token).unwrap());
         look_at("lineage", &|accel, token| {
             with_tree!(&accel.tree, tree => drop(Lineage::new_unless(tree, token).unwrap()));
         });
         look_at("overlap", &|accel, token| {
             end_point_overlap_unless(&accel.tree, &accel.scene.triangles, 100, token).unwrap();
         });
-        let table = |accel: &Arc<Accel>| NodeTable::new(accel, &CancelToken::new()).unwrap();
+        let table = |accel: &Arc<Accel>| NodeTable::new(accel);
         let name = format!("containers of the other kind than {}", container.name());
         growing.look_at(&name, [&accels[0], &accels[1]], table, |table, token| {
             table.complete(token).unwrap();

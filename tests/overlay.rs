@@ -6,6 +6,7 @@
 use std::sync::Arc;
 
 use bvhscope::accel::Accel;
+use bvhscope::bvh::stats::tree_stats;
 use bvhscope::bvh::{BuildSettings, Container, ContainerKind, Node, Tree};
 use bvhscope::camera::{Camera, Projection};
 use bvhscope::cancel::CancelToken;
@@ -62,6 +63,7 @@ fn accel<C: Container>(triangles: Vec<Triangle>) -> Arc<Accel> {
     let mut accel = Accel::build(&Arc::new(scene), &settings, &CancelToken::new()).unwrap();
     // A tree of known shape in place of the builder's.
     accel.tree = tree;
+    accel.report.stats = tree_stats(&accel.tree);
     Arc::new(accel)
 }
 
@@ -82,7 +84,7 @@ fn cube_triangle() -> Vec<Triangle> {
 }
 
 fn table<C: Container>(triangles: Vec<Triangle>) -> Arc<NodeTable> {
-    Arc::new(NodeTable::new(&accel::<C>(triangles), &CancelToken::new()).unwrap())
+    Arc::new(NodeTable::new(&accel::<C>(triangles)))
 }
 
 fn settings(first: u32, last: u32) -> OverlaySettings {
@@ -108,11 +110,11 @@ fn families_are_found_from_any_member() {
 fn depths_beyond_the_tree_are_clamped() {
     let table = table::<Aabb>(row(8));
     let nothing = Selection::default();
-    assert_eq!(table.shown(&settings(1, 2), &nothing).nodes, table.levels.nodes[1..7]);
+    assert_eq!(table.shown(&settings(1, 2), &nothing).nodes, table.by_depth(7)[1..7]);
     assert_eq!(table.shown(&settings(2, 1), &nothing), table.shown(&settings(1, 2), &nothing));
     assert_eq!(table.shown(&settings(90, 99), &nothing).wanted, 8, "the deepest level");
     let parents = OverlaySettings { parents: true, ..settings(2, 2) };
-    assert_eq!(table.shown(&parents, &nothing).nodes, table.levels.nodes[0..7]);
+    assert_eq!(table.shown(&parents, &nothing).nodes, table.by_depth(7)[0..7]);
 }
 
 #[test]
@@ -139,7 +141,7 @@ fn what_is_shown_is_what_a_sorted_list_gives() {
     let source = SceneSource::parse("builtin:terrain:700".as_ref()).unwrap();
     let scene = Arc::new(load(&source, &LoadOptions::default(), &CancelToken::new()).unwrap());
     let accel = Accel::build(&scene, &BuildSettings::default(), &CancelToken::new()).unwrap();
-    let table = NodeTable::new(&Arc::new(accel), &CancelToken::new()).unwrap();
+    let table = NodeTable::new(&Arc::new(accel));
     let area = |node: u32| table.node_box(node).relative_area();
     let deepest = table.max_depth();
     assert!(deepest > 8 && table.len() > 1_000);
@@ -201,7 +203,8 @@ fn leaves_and_hidden_nodes_are_told_apart() {
 fn an_empty_tree_shows_nothing() {
     let mut empty = Arc::into_inner(accel::<Aabb>(row(1))).unwrap();
     empty.tree = Aabb::into_any(Tree { nodes: Vec::new(), primitive_indices: Vec::new(), max_depth: 0 });
-    let table = NodeTable::new(&Arc::new(empty), &CancelToken::new()).unwrap();
+    empty.report.stats = tree_stats(&empty.tree);
+    let table = NodeTable::new(&Arc::new(empty));
     assert!(table.is_empty());
     assert_eq!(table.max_depth(), 0);
     assert_eq!(table.shown(&settings(0, 9), &Selection::default()).wanted, 0);
@@ -238,7 +241,7 @@ fn an_instance_says_what_its_node_is() {
     let root = table.instance(0, 0, &by_primitives);
     assert_eq!((root.depth, root.primitives, root.flags, root.area_share, root.overlap), (0, 8, 0, 1.0, 0.0));
     assert!(root.sphere_radius > 7.0);
-    let leaf = table.instance(*table.levels.nodes.last().unwrap(), 3, &by_primitives);
+    let leaf = table.instance(*table.by_depth(table.len() as u32).last().unwrap(), 3, &by_primitives);
     assert_eq!((leaf.depth, leaf.primitives, leaf.flags), (3, 1, 1));
     assert!(leaf.area_share > 0.0 && leaf.area_share < 0.1);
     let [left, right] = table.children(0).unwrap();

@@ -82,7 +82,7 @@ fn present(state: &mut AppState, scene: &Arc<Scene>) {
         count_tests: true,
     };
     let frame = Arc::new(render(&request, &token, &|_| {}).unwrap());
-    let table = Arc::new(NodeTable::new(&accel, &token).unwrap());
+    let table = Arc::new(NodeTable::new(&accel));
     let tests_per_ray = frame.stats.tests_per_ray();
     let frame_id = state.presented.as_ref().map_or(1, |shown| shown.frame_id + 1);
     state.presented = Some(Presented { accel, table, frame, frame_id, tests_per_ray, threads: 0 });

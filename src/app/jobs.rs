@@ -13,7 +13,7 @@ use crate::bvh::BuildSettings;
 use crate::bvh::builders::BuildError;
 use crate::camera::Camera;
 use crate::cancel::{CancelToken, Cancelled};
-use crate::overlay::NodeTable;
+use crate::overlay::{NodeTable, OverlaySettings};
 use crate::render::{Frame, RenderRequest, RenderSettings, render};
 use crate::scene::{LoadError, LoadOptions, Scene, SceneSource, load};
 use crate::worker::Worker;
@@ -65,6 +65,8 @@ pub struct BuildJob {
     pub key: BuildKey,
     /// From where it is seen first, if that is known.
     pub view: Option<FirstView>,
+    /// The containers that are seen first, if any.
+    pub overlay: Option<OverlaySettings>,
     /// Something else may be wanted by the time it is there: what only a resting picture needs waits.
     pub moving: bool,
 }
@@ -186,12 +188,15 @@ pub fn load_worker(wake: impl Fn() + Send + Sync + 'static) -> std::io::Result<W
 pub fn build_worker(wake: impl Fn() + Send + Sync + 'static) -> std::io::Result<Worker<BuildJob, Built>> {
     let pool = Pool::default();
     Worker::new("build", wake, move |job: BuildJob, token: &CancelToken, deliver: &(dyn Fn(Built) + Sync)| {
-        let BuildJob { key, view, moving } = job;
+        let BuildJob { key, view, overlay, moving } = job;
         let (threads, start) = (key.threads, Instant::now());
         let result = pool.run("build", threads, || {
             // The first picture of a tree is coarse and traced through the binary one: it does not wait for the wide one.
             let accel = Arc::new(Accel::build_binary(&key.scene, &key.settings, token)?);
-            let table = Arc::new(NodeTable::new(&accel, token)?);
+            let table = Arc::new(NodeTable::new(&accel));
+            if let Some(overlay) = &overlay {
+                table.list(Some(overlay), token)?;
+            }
             let listed = start.elapsed();
             let picture = view.map(|view| first_picture(&accel, &view, token)).transpose()?;
             log::debug!(
@@ -206,7 +211,7 @@ pub fn build_worker(wake: impl Fn() + Send + Sync + 'static) -> std::io::Result<
             Err(BuildError::Cancelled(_)) => {}
             Err(refused) => deliver(Built { key, result: Err(refused), picture: None }),
             Ok((tree, picture)) => {
-                let accel = Arc::clone(&tree.accel);
+                let (accel, table) = (Arc::clone(&tree.accel), Arc::clone(&tree.table));
                 deliver(Built { key, result: Ok(tree), picture });
                 if moving {
                     pause(token);
@@ -217,7 +222,7 @@ pub fn build_worker(wake: impl Fn() + Send + Sync + 'static) -> std::io::Result<
                 pause(token);
                 if !token.is_cancelled() {
                     // Whoever cancels does without.
-                    let _ = pool.run("build", threads, || accel.study(token));
+                    let _ = pool.run("build", threads, || accel.study(token).and_then(|()| table.list(None, token)));
                 }
             }
         }

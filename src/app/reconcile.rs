@@ -309,7 +309,8 @@ impl Rails {
             size_px,
             coarseness: self.pace.coarseness(size_px).max(BEFORE_WIDE),
         });
-        BuildJob { key: key.clone(), view, moving }
+        let overlay = state.preferences.show_containers.then_some(state.wanted.overlay);
+        BuildJob { key: key.clone(), view, overlay, moving }
     }
 
     /// Whether the newest tree is the wanted one.

@@ -1,6 +1,7 @@
 //! All nodes of a tree depth by depth.
 
 use std::ops::Range;
+use std::sync::OnceLock;
 
 use super::{Container, Tree};
 use crate::cancel::{CancelToken, Cancelled};
@@ -8,39 +9,70 @@ use crate::cancel::{CancelToken, Cancelled};
 /// Nodes between two looks at the token.
 const NODES_BETWEEN_CHECKS: usize = 1 << 16;
 
-/// All nodes of a tree depth by depth.
-#[derive(Debug, Clone, PartialEq, Eq)]
+/// Nodes that are listed at once: whole depths of up to so many in all. Every rebuild lists them again, so they are few, and
+/// yet more than can be told apart on a screen.
+const LISTED_AT_ONCE: u32 = 1 << 14;
+
+/// The nodes of a tree depth by depth: the root, then depth 1, and so on, within a depth in the order of [`Tree::nodes`].
+/// The first depths are listed at once, the others when someone asks.
+#[derive(Debug)]
 pub struct Levels {
-    /// The root, then depth 1, and so on, within a depth in the order of [`Tree::nodes`].
-    pub nodes: Vec<u32>,
-    /// For each depth its run in `nodes`. Empty for an empty tree.
+    /// For each depth its run in the list. Empty for an empty tree.
     pub ranges: Vec<Range<u32>>,
+    first: Vec<u32>,
+    all: OnceLock<Vec<u32>>,
 }
 
 impl Levels {
-    /// Bytes of the list of a tree with so many nodes.
+    /// Bytes of the list of all nodes of a tree with so many.
     pub const fn bytes(nodes: usize) -> usize {
         nodes * size_of::<u32>()
     }
 
-    /// Lists the nodes of `tree`.
-    pub fn new<C: Container>(tree: &Tree<C>, token: &CancelToken) -> Result<Self, Cancelled> {
-        token.check()?;
-        let depths = tree.depths_unless(token)?;
-        let mut counts = vec![0; tree.max_depth as usize + 1];
-        for depths in depths.chunks(NODES_BETWEEN_CHECKS) {
-            token.check()?;
-            for &depth in depths {
-                counts[depth as usize] += 1;
-            }
-        }
+    /// Lists the first depths of `tree`, which has `nodes_per_depth`.
+    pub fn new<C: Container>(tree: &Tree<C>, nodes_per_depth: &[u32]) -> Self {
         let mut end = 0;
-        let run = |count: u32| {
+        let run = |&count: &u32| {
             end += count;
             end - count..end
         };
-        let ranges: Vec<Range<u32>> = counts.into_iter().filter(|&count| count > 0).map(run).collect();
-        let mut next: Vec<u32> = ranges.iter().map(|range| range.start).collect();
+        let ranges: Vec<Range<u32>> = nodes_per_depth.iter().map(run).collect();
+        let mut first = Vec::new();
+        let mut depth: Vec<u32> = (0..tree.nodes.len().min(1) as u32).collect();
+        for range in ranges.iter().take_while(|range| range.end <= LISTED_AT_ONCE) {
+            debug_assert_eq!(depth.len(), range.len());
+            let pairs = depth.iter().map(|&node| &tree.nodes[node as usize]).filter(|node| !node.is_leaf());
+            let mut next: Vec<u32> = pairs.flat_map(|node| [node.first, node.first + 1]).collect();
+            next.sort_unstable();
+            first.append(&mut depth);
+            depth = next;
+        }
+        Self { ranges, first, all: OnceLock::new() }
+    }
+
+    /// The first nodes of the list, `count` of them or more. Takes a pass over `tree`, whose levels these are, where many are
+    /// asked for the first time; see [`Levels::list`] for a UI thread.
+    pub fn first<C: Container>(&self, tree: &Tree<C>, count: u32) -> &[u32] {
+        if count as usize <= self.first.len() {
+            return &self.first;
+        }
+        // Nobody else has this token.
+        self.all.get_or_init(|| self.all_of(tree, &CancelToken::new()).unwrap_or_default())
+    }
+
+    /// Makes the first `count` nodes of the list known, unless `token` is cancelled.
+    pub fn list<C: Container>(&self, tree: &Tree<C>, count: u32, token: &CancelToken) -> Result<(), Cancelled> {
+        if count as usize > self.first.len() && self.all.get().is_none() {
+            let all = self.all_of(tree, token)?;
+            self.all.get_or_init(|| all);
+        }
+        Ok(())
+    }
+
+    fn all_of<C: Container>(&self, tree: &Tree<C>, token: &CancelToken) -> Result<Vec<u32>, Cancelled> {
+        token.check()?;
+        let depths = tree.depths_unless(token)?;
+        let mut next: Vec<u32> = self.ranges.iter().map(|range| range.start).collect();
         let mut nodes = vec![0; depths.len()];
         for (index, &depth) in depths.iter().enumerate() {
             if index.is_multiple_of(NODES_BETWEEN_CHECKS) {
@@ -51,7 +83,7 @@ impl Levels {
             *place += 1;
         }
         token.check()?;
-        Ok(Self { nodes, ranges })
+        Ok(nodes)
     }
 }
 
@@ -61,39 +93,72 @@ mod tests {
     use crate::bvh::Node;
     use crate::geometry::Aabb;
 
-    /// A chain with one leaf hanging off each node.
-    fn chain(interior: u32) -> Tree<Aabb> {
-        let node = |first, count| Node { container: Aabb::EMPTY, first, count };
-        let mut nodes = vec![node(1, 0)];
-        for step in 1..=interior {
-            nodes.push(node(step - 1, 1));
-            nodes.push(if step == interior { node(interior, 1) } else { node(2 * step + 1, 0) });
+    /// A chain of so many interior nodes, each with a leaf hanging off it, below a full tree of 2^`full` of them.
+    fn chains(full: u32, interior: u32) -> Tree<Aabb> {
+        let mut nodes = vec![Node { container: Aabb::EMPTY, first: 0, count: 1 }];
+        let mut ends = vec![0];
+        for step in 0..full + interior {
+            let mut next = Vec::new();
+            for end in ends {
+                let first = nodes.len() as u32;
+                nodes[end as usize] = Node { container: Aabb::EMPTY, first, count: 0 };
+                nodes.extend([Node { container: Aabb::EMPTY, first: 0, count: 1 }; 2]);
+                next.push(first + 1);
+                if step < full {
+                    next.push(first);
+                }
+            }
+            ends = next;
         }
-        Tree { nodes, primitive_indices: (0..=interior).collect(), max_depth: interior }
+        let leaves = nodes.iter().filter(|node| node.is_leaf()).count() as u32;
+        Tree { nodes, primitive_indices: (0..leaves).collect(), max_depth: full + interior }
+    }
+
+    fn per_depth(tree: &Tree<Aabb>) -> Vec<u32> {
+        let mut counts = vec![0; tree.max_depth as usize + 1];
+        tree.depths().iter().for_each(|&depth| counts[depth as usize] += 1);
+        counts
     }
 
     #[test]
     fn each_node_stands_at_its_depth() {
-        let tree = chain(3000);
-        let levels = Levels::new(&tree, &CancelToken::new()).unwrap_or_else(|_| unreachable!("nobody cancels"));
-        let depths = tree.depths();
-        for (depth, range) in levels.ranges.iter().enumerate() {
-            for &node in &levels.nodes[range.start as usize..range.end as usize] {
-                assert_eq!(depths[node as usize] as usize, depth);
+        // Deep, wide and both: less than is listed at once, and more.
+        for (full, interior) in [(0, 0), (0, 3_000), (12, 0), (14, 2), (3, 3_000)] {
+            let tree = chains(full, interior);
+            let levels = Levels::new(&tree, &per_depth(&tree));
+            let count = tree.nodes.len() as u32;
+            assert_eq!(levels.ranges.last().map(|range| range.end), Some(count));
+            let few = levels.first(&tree, 1).to_vec();
+            assert!(few.len() as u32 <= LISTED_AT_ONCE);
+            let all = levels.first(&tree, count);
+            assert_eq!(few, all[..few.len()], "the same list, however much of it is asked for");
+            let depths = tree.depths();
+            for (depth, range) in levels.ranges.iter().enumerate() {
+                let nodes = &all[range.start as usize..range.end as usize];
+                assert!(nodes.iter().all(|&node| depths[node as usize] as usize == depth));
+                assert!(nodes.is_sorted(), "within a depth in the order of the tree");
             }
+            let mut all = all.to_vec();
+            all.sort_unstable();
+            assert!(all.into_iter().eq(0..count), "each node once");
         }
-        let mut all = levels.nodes;
-        all.sort_unstable();
-        assert!(all.into_iter().eq(0..6001), "each node once");
-        assert_eq!(levels.ranges.len(), 3001);
     }
 
     #[test]
     fn an_empty_tree_has_no_depths() {
         let tree = Tree::<Aabb> { nodes: Vec::new(), primitive_indices: Vec::new(), max_depth: 0 };
-        assert_eq!(Levels::new(&tree, &CancelToken::new()), Ok(Levels { nodes: Vec::new(), ranges: Vec::new() }));
+        let levels = Levels::new(&tree, &[]);
+        assert!(levels.ranges.is_empty() && levels.first(&tree, 0).is_empty());
+    }
+
+    #[test]
+    fn a_cancelled_list_is_made_later() {
+        let tree = chains(14, 2);
+        let levels = Levels::new(&tree, &per_depth(&tree));
         let token = CancelToken::new();
         token.cancel();
-        assert_eq!(Levels::new(&chain(2), &token), Err(Cancelled));
+        assert_eq!(levels.list(&tree, tree.nodes.len() as u32, &token), Err(Cancelled));
+        assert_eq!(levels.list(&tree, 100, &token), Ok(()), "these are there");
+        assert_eq!(levels.first(&tree, tree.nodes.len() as u32).len(), tree.nodes.len());
     }
 }

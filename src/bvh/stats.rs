@@ -3,6 +3,7 @@
 use rayon::prelude::*;
 use serde::Serialize;
 
+use super::wide::prefetch::prefetch;
 use super::{AnyTree, Container, Node, Tree};
 use crate::cancel::{CancelToken, Cancelled};
 use crate::with_tree;
@@ -49,8 +50,14 @@ pub fn tree_stats_unless(tree: &AnyTree, token: &CancelToken) -> Result<TreeStat
     with_tree!(tree, tree => stats_of(tree, token))
 }
 
-/// Nodes whose sums one task adds up; always the same, so that the sums do not depend on the number of threads.
-const SUMMED_AT_ONCE: usize = 1 << 14;
+/// Subtrees below which threads share the work, at least, where the tree is wide enough, and how many one thread takes at once.
+/// Always the same, so that the sums do not depend on the number of threads.
+const SUBTREES: usize = 1 << 12;
+const SUBTREES_AT_ONCE: usize = 64;
+/// Pairs of siblings that are fetched before their turn: most of the time was waiting for them.
+const PAIRS_AHEAD: usize = 16;
+/// Pairs of siblings between two looks at the token.
+const PAIRS_BETWEEN_CHECKS: usize = 1 << 13;
 
 /// What is added up over nodes.
 #[derive(Default)]
@@ -59,24 +66,42 @@ struct Sums {
     leaf_area: f64,
     leaf_depth: u64,
     nodes_per_depth: Vec<u32>,
+    /// Interior nodes count as leaves of no primitives.
     leaf_sizes: Vec<u32>,
 }
 
 impl Sums {
-    fn of<C: Container>(nodes: &[Node<C>], depths: &[u32]) -> Self {
-        let mut sums = Self::default();
-        for (node, &depth) in nodes.iter().zip(depths) {
-            count(&mut sums.nodes_per_depth, depth, 1);
-            let area = f64::from(node.container.relative_area());
-            if node.is_leaf() {
-                count(&mut sums.leaf_sizes, node.count, 1);
-                sums.leaf_area += area * f64::from(node.count);
-                sums.leaf_depth += u64::from(depth);
-            } else {
-                sums.interior_area += area;
+    /// Adds the siblings that begin at each of `pairs`, all of them `depth` deep, and leaves where those below them begin.
+    fn add_depth<C: Container>(
+        &mut self,
+        nodes: &[Node<C>],
+        pairs: &mut Vec<u32>,
+        depth: u32,
+        token: &CancelToken,
+    ) -> Result<(), Cancelled> {
+        let mut below = vec![0; 2 * pairs.len()];
+        let mut interior = 0;
+        for pairs in pairs.chunks(PAIRS_BETWEEN_CHECKS) {
+            token.check()?;
+            for (&first, ahead) in pairs.iter().zip(pairs.iter().skip(PAIRS_AHEAD).chain(std::iter::repeat(&0))) {
+                prefetch(nodes, *ahead as usize);
+                for node in &nodes[first as usize..first as usize + 2] {
+                    // Without branches, which nobody could foretell: interior nodes hold no primitives.
+                    let is_interior = node.count == 0;
+                    let area = f64::from(node.container.relative_area());
+                    self.interior_area += if is_interior { area } else { 0.0 };
+                    self.leaf_area += area * f64::from(node.count);
+                    count(&mut self.leaf_sizes, node.count, 1);
+                    below[interior] = node.first;
+                    interior += usize::from(is_interior);
+                }
             }
         }
-        sums
+        self.leaf_depth += (2 * pairs.len() - interior) as u64 * u64::from(depth);
+        count(&mut self.nodes_per_depth, depth, 2 * pairs.len() as u32);
+        below.truncate(interior);
+        *pairs = below;
+        Ok(())
     }
 
     fn plus(mut self, other: &Self) -> Self {
@@ -104,19 +129,39 @@ fn count(list: &mut Vec<u32>, place: u32, number: u32) {
 /// [`tree_stats`] of a tree of one kind.
 pub(super) fn stats_of<C: Container>(tree: &Tree<C>, token: &CancelToken) -> Result<TreeStats, Cancelled> {
     let Some(root) = tree.nodes.first() else { return Ok(TreeStats::default()) };
-    let depths = tree.depths_unless(token)?;
-    let parts: Vec<Sums> = tree
-        .nodes
-        .par_chunks(SUMMED_AT_ONCE)
-        .zip(depths.par_chunks(SUMMED_AT_ONCE))
-        .map(|(nodes, depths)| {
-            token.check()?;
-            Ok(Sums::of(nodes, depths))
+    let mut sums = Sums::default();
+    count(&mut sums.nodes_per_depth, 0, 1);
+    let root_area = f64::from(root.container.relative_area());
+    let mut pairs = Vec::new();
+    if root.is_leaf() {
+        count(&mut sums.leaf_sizes, root.count, 1);
+        sums.leaf_area = root_area * f64::from(root.count);
+    } else {
+        sums.interior_area = root_area;
+        pairs.push(root.first);
+    }
+    // Depth by depth, by one thread until there is work for all: without a list of all depths, which only one could make.
+    let mut depth = 1;
+    while (1..SUBTREES).contains(&pairs.len()) {
+        sums.add_depth(&tree.nodes, &mut pairs, depth, token)?;
+        depth += 1;
+    }
+    let parts: Vec<Sums> = pairs
+        .par_chunks(SUBTREES_AT_ONCE)
+        .map(|pairs| {
+            let (mut sums, mut pairs) = (Sums::default(), pairs.to_vec());
+            for depth in depth.. {
+                if pairs.is_empty() {
+                    break;
+                }
+                sums.add_depth(&tree.nodes, &mut pairs, depth, token)?;
+            }
+            Ok(sums)
         })
         .collect::<Result<_, Cancelled>>()?;
-    let sums = parts.iter().fold(Sums::default(), Sums::plus);
+    let mut sums = parts.iter().fold(sums, Sums::plus);
+    sums.leaf_sizes[0] = 0;
     let leaves: usize = sums.leaf_sizes.iter().map(|&count| count as usize).sum();
-    let root_area = f64::from(root.container.relative_area());
     let cost = sums.interior_area * f64::from(TRAVERSAL_COST) + sums.leaf_area * f64::from(INTERSECTION_COST);
     Ok(TreeStats {
         nodes: tree.nodes.len(),

@@ -182,7 +182,8 @@ fn draw_overlay(
     token: &CancelToken,
 ) -> Result<Vec<[u8; 4]>, Failure> {
     use crate::overlay::{DrawInput, NodeTable, PictureInput, draw_offscreen};
-    let table = Arc::new(NodeTable::new(accel, token)?);
+    let table = Arc::new(NodeTable::new(accel));
+    table.list(Some(settings), token)?;
     let selection = &job.selection;
     let missing = selection.selected.iter().chain(&selection.hidden).find(|&&node| node as usize >= table.len());
     if let Some(node) = missing {

@@ -15,12 +15,13 @@ use crate::cancel::{CancelToken, Cancelled};
 use crate::geometry::{Aabb, Sphere, Triangle};
 use crate::with_tree;
 
-/// Every node of one tree by depth. Making it is part of every rebuild, so it holds indices only; containers of the kind that
-/// the tree is not made of, parents and primitive counts are computed when first asked for.
+/// Every node of one tree by depth. Making it is part of every rebuild, so it holds the indices of the first depths only; those of
+/// the others, containers of the kind that the tree is not made of, parents and primitive counts are computed when first
+/// asked for.
 #[derive(Debug)]
 pub struct NodeTable {
-    /// All nodes of the tree by depth.
-    pub levels: Levels,
+    /// The nodes of the tree by depth.
+    levels: Levels,
     /// Unique for each table, to tell whether it has been uploaded.
     pub id: u64,
     accel: Arc<Accel>,
@@ -51,26 +52,42 @@ pub struct Shown {
 }
 
 impl NodeTable {
-    /// Lists the nodes of `accel`'s tree.
-    pub fn new(accel: &Arc<Accel>, token: &CancelToken) -> Result<Self, Cancelled> {
+    /// Lists the first depths of `accel`'s tree.
+    pub fn new(accel: &Arc<Accel>) -> Self {
         static NEXT_ID: AtomicU64 = AtomicU64::new(1);
-        Ok(Self {
-            levels: with_tree!(&accel.tree, tree => Levels::new(tree, token))?,
+        Self {
+            levels: with_tree!(&accel.tree, tree => Levels::new(tree, &accel.report.stats.nodes_per_depth)),
             id: NEXT_ID.fetch_add(1, Ordering::Relaxed),
             accel: Arc::clone(accel),
             boxes: OnceLock::new(),
             spheres: OnceLock::new(),
-        })
+        }
+    }
+
+    /// Lists what [`NodeTable::shown`] takes for `settings`, or all nodes, unless `token` is cancelled.
+    pub fn list(&self, settings: Option<&OverlaySettings>, token: &CancelToken) -> Result<(), Cancelled> {
+        let all = self.levels.ranges.last().map_or(0, |range| range.end);
+        let count = settings.filter(|_| all > 0).map_or(all, |settings| {
+            let (_, [from, last]) = self.depths(settings);
+            let needed = if self.is_cut_from_the_top(settings, self.wanted(settings)) { from } else { last };
+            self.levels.ranges[needed as usize].end
+        });
+        with_tree!(&self.accel.tree, tree => self.levels.list(tree, count, token))
+    }
+
+    /// The first nodes of the list that goes depth by depth, `count` of them or more, within a depth in the order of the tree.
+    pub fn by_depth(&self, count: u32) -> &[u32] {
+        with_tree!(&self.accel.tree, tree => self.levels.first(tree, count))
     }
 
     /// Number of nodes.
     pub fn len(&self) -> usize {
-        self.levels.nodes.len()
+        self.accel.tree.node_count()
     }
 
     /// Whether the tree has no nodes.
     pub fn is_empty(&self) -> bool {
-        self.levels.nodes.is_empty()
+        self.len() == 0
     }
 
     /// Depth of the deepest node; 0 for an empty tree.
@@ -218,18 +235,32 @@ impl NodeTable {
             return (0, 0);
         }
         let (first, [from, last]) = self.depths(settings);
+        let hidden = selection.hidden.iter().filter(|&&node| {
+            let depth = if (node as usize) < self.len() { self.depth(node) } else { u32::MAX };
+            (from..=last).contains(&depth) && (!settings.leaves_only || depth < first || self.is_leaf(node))
+        });
+        let wanted = self.wanted(settings) - hidden.count();
+        (wanted.min(settings.budget as usize), wanted)
+    }
+
+    /// How many `settings` choose, hidden ones too.
+    fn wanted(&self, settings: &OverlaySettings) -> usize {
+        let (first, [from, last]) = self.depths(settings);
         let in_all = |depth: u32| self.levels.ranges.get(depth as usize).map_or(0, ExactSizeIterator::len);
         // Every interior node has two children one level down.
         let of_interest = |depth: u32| {
             let interior = if settings.leaves_only && depth >= first { in_all(depth + 1) / 2 } else { 0 };
             in_all(depth) - interior
         };
-        let hidden = selection.hidden.iter().filter(|&&node| {
-            let depth = if (node as usize) < self.len() { self.depth(node) } else { u32::MAX };
-            (from..=last).contains(&depth) && (!settings.leaves_only || depth < first || self.is_leaf(node))
-        });
-        let wanted = (from..=last).map(of_interest).sum::<usize>() - hidden.count();
-        (wanted.min(settings.budget as usize), wanted)
+        (from..=last).map(of_interest).sum()
+    }
+
+    /// Whether so few of the `wanted` nodes fit the budget that they are found by walking down from the first depth.
+    fn is_cut_from_the_top(&self, settings: &OverlaySettings, wanted: usize) -> bool {
+        let (_, [from, last]) = self.depths(settings);
+        let run = self.levels.ranges[last as usize].end - self.levels.ranges[from as usize].start;
+        let budget = settings.budget as usize;
+        wanted > budget && !settings.leaves_only && budget < run as usize / FEW
     }
 
     /// The first chosen depth, and the first and last depth that is drawn.
@@ -245,15 +276,16 @@ impl NodeTable {
             return Shown { nodes: Vec::new(), depths: Vec::new(), wanted: 0 };
         }
         let (_, wanted) = self.count(settings, selection);
-        let Levels { nodes, ranges } = &self.levels;
+        let ranges = &self.levels.ranges;
         let (first, [from, last]) = self.depths(settings);
         // Depths are neighbours in the list, so a range of depths is one run of places in it.
         let run = ranges[from as usize].start..ranges[last as usize].end;
         let budget = settings.budget as usize;
-        if wanted > budget && !settings.leaves_only && budget < run.len() / FEW {
+        if self.is_cut_from_the_top(settings, wanted) {
             let [nodes, depths] = self.largest_from_the_top([from, last], selection, budget);
             return Shown { nodes, depths, wanted };
         }
+        let nodes = self.by_depth(run.end);
         let chosen = ranges[first as usize].start;
         let kept = |place: &u32| {
             let node = nodes[*place as usize];
@@ -262,7 +294,7 @@ impl NodeTable {
             leaf && !selection.hidden.contains(&node)
         };
         let places = if wanted > budget {
-            self.largest(run, kept, budget)
+            self.largest(nodes, run, kept, budget)
         } else if settings.leaves_only || !selection.hidden.is_empty() {
             run.into_par_iter().with_min_len(4_096).filter(kept).collect()
         } else {
@@ -272,10 +304,16 @@ impl NodeTable {
         Shown { nodes: places.into_iter().map(|place| nodes[place as usize]).collect(), depths, wanted }
     }
 
-    /// The places of the `budget` largest among the kept nodes of `run`, largest first, equal ones in the order of the list.
-    fn largest(&self, run: Range<u32>, kept: impl Fn(&u32) -> bool + Send + Sync, budget: usize) -> Vec<u32> {
+    /// The places of the `budget` largest among the kept `nodes` of `run`, largest first, equal ones in the order of the list.
+    fn largest(
+        &self,
+        nodes: &[u32],
+        run: Range<u32>,
+        kept: impl Fn(&u32) -> bool + Send + Sync,
+        budget: usize,
+    ) -> Vec<u32> {
         let mut keys: Vec<u64> = with_tree!(&self.accel.tree, tree => {
-            let keyed = |place: u32| key(area(tree, self.levels.nodes[place as usize]), place);
+            let keyed = |place: u32| key(area(tree, nodes[place as usize]), place);
             run.into_par_iter().with_min_len(4_096).filter(kept).map(keyed).collect()
         });
         if budget > 0 && budget < keys.len() {
@@ -291,7 +329,7 @@ impl NodeTable {
     fn largest_from_the_top(&self, [from, last]: [u32; 2], selection: &Selection, budget: usize) -> [Vec<u32>; 2] {
         with_tree!(&self.accel.tree, tree => {
             let Range { start, end } = self.levels.ranges[from as usize].clone();
-            let top = &self.levels.nodes[start as usize..end as usize];
+            let top = &self.by_depth(end)[start as usize..end as usize];
             let top: Vec<_> = top.par_iter().with_min_len(4_096).map(|&node| (key(area(tree, node), node), from)).collect();
             let mut open = BinaryHeap::from(top);
             let (mut nodes, mut depths) = (Vec::with_capacity(budget), Vec::with_capacity(budget));

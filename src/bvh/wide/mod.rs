@@ -29,7 +29,7 @@ mod in_flight;
 mod opening;
 mod packed;
 pub mod packet;
-mod prefetch;
+pub(super) mod prefetch;
 pub mod single;
 mod stack;
 

@@ -8,7 +8,7 @@ const LINE: usize = 64;
 /// Has the cache fetch an element, which need not exist, while other work goes on; nothing where the machine's language has no
 /// word for it.
 #[inline(always)]
-pub(super) fn prefetch<T>(list: &[T], index: usize) {
+pub(in crate::bvh) fn prefetch<T>(list: &[T], index: usize) {
     let address = list.as_ptr().wrapping_add(index).cast::<u8>();
     for offset in (0..size_of::<T>()).step_by(LINE) {
         prefetch_line(address.wrapping_add(offset));
