@@ -136,6 +136,16 @@ pub struct BuildArgs {
     /// What the tree is made of: box or sphere [default: box]
     #[arg(long, value_name = "KIND", value_parser = |text: &str| values::named(text, &ContainerKind::ALL, |kind| kind.name().to_owned()))]
     pub container: Option<ContainerKind>,
+    #[command(flatten)]
+    pub shape: ShapeArgs,
+    /// Threads for building and tracing, 1 to 1024 [default: all]
+    #[arg(long, value_name = "N", value_parser = values::threads)]
+    pub threads: Option<usize>,
+}
+
+/// How a tree is built, whichever builders and containers a command offers.
+#[derive(Debug, Args)]
+pub struct ShapeArgs {
     /// AAC: fewer primitives than this are clustered, not split, 2 to 64 [default: 6]
     #[arg(long, value_name = "N", value_parser = values::threshold)]
     pub threshold: Option<u32>,
@@ -151,9 +161,6 @@ pub struct BuildArgs {
     /// AAC and LBVH: the curve along which triangles are sorted: morton, hilbert or extended (Morton and size) [default: morton]
     #[arg(long, value_name = "NAME", value_parser = |text: &str| values::named(text, &Curve::ALL, |curve| curve.name().to_owned()))]
     pub curve: Option<Curve>,
-    /// Threads for building and tracing, 1 to 1024 [default: all]
-    #[arg(long, value_name = "N", value_parser = values::threads)]
-    pub threads: Option<usize>,
 }
 
 #[derive(Debug, Args)]
@@ -345,21 +352,8 @@ pub struct OneTreeArgs {
     /// What the tree is made of: box, sphere or both [default: both for bench, box for scaling]
     #[arg(long, value_name = "KIND", value_parser = parse_containers)]
     pub container: Option<Containers>,
-    /// AAC: fewer primitives than this are clustered, not split, 2 to 64 [default: 6]
-    #[arg(long, value_name = "N", value_parser = values::threshold)]
-    pub threshold: Option<u32>,
-    /// AAC: exponent of the reduction function, 0 to 0.5 [default: 0.2]
-    #[arg(long, value_name = "X", value_parser = values::epsilon)]
-    pub epsilon: Option<f32>,
-    /// AAC: threshold and ε by name: fast (6, 0.2), hq (12, 0.1), aac-fast (4, 0.2), aac-hq (20, 0.1), best (6, 0.2 and all passes)
-    #[arg(long, value_name = "NAME", value_parser = |text: &str| values::named(text, &Preset::ALL, |preset| preset.name().to_owned()))]
-    pub preset: Option<Preset>,
-    /// Passes over the finished tree, with commas between: collapse, restructure and reinsert (boxes only); or all, none [default: none]
-    #[arg(long, value_name = "LIST", value_parser = values::passes)]
-    pub optimize: Option<Passes>,
-    /// AAC and LBVH: the curve along which triangles are sorted: morton, hilbert or extended (Morton and size) [default: morton]
-    #[arg(long, value_name = "NAME", value_parser = |text: &str| values::named(text, &Curve::ALL, |curve| curve.name().to_owned()))]
-    pub curve: Option<Curve>,
+    #[command(flatten)]
+    pub shape: ShapeArgs,
 }
 
 #[derive(Debug, Args)]

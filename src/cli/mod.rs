@@ -105,9 +105,9 @@ fn strict(cli: &Cli) -> bool {
 
 /// Why what was asked for does not go together.
 fn refusal(cli: &Cli) -> Option<String> {
-    let one = |args: &BuildArgs| resolve::refusal(args.optimize, args.container.as_slice());
+    let one = |args: &BuildArgs| resolve::refusal(args.shape.optimize, args.container.as_slice());
     let several = |args: &OneTreeArgs, usual: &[ContainerKind]| {
-        resolve::refusal(args.optimize, args.container.as_ref().map_or(usual, |asked| &asked.0))
+        resolve::refusal(args.shape.optimize, args.container.as_ref().map_or(usual, |asked| &asked.0))
     };
     match &cli.command {
         None => one(&cli.viewer.build),

@@ -4,11 +4,11 @@
 use super::args::ViewerArgs;
 use super::args::{
     BuildArgs, CameraArgs, InfoArgs, LoadArgs, MeasureArgs, OneTreeArgs, OverlayArgs, PictureArgs, RenderArgs,
-    SweepArgs,
+    ShapeArgs, SweepArgs,
 };
 #[cfg(feature = "gui")]
 use crate::app::{Asked, SettingsUse, StartOptions};
-use crate::bvh::{BuildSettings, BuilderKind, ContainerKind, Curve, Pass, Passes, Preset};
+use crate::bvh::{BuildSettings, BuilderKind, ContainerKind, Pass, Passes, Preset};
 use crate::headless::RenderJob;
 use crate::headless::info::InfoJob;
 use crate::headless::jobs::{MeasureJob, Output};
@@ -65,18 +65,11 @@ pub fn info(args: InfoArgs) -> InfoJob {
 pub fn setups(tree: &OneTreeArgs, measure: &MeasureArgs, containers: &[ContainerKind]) -> Vec<Setup> {
     let containers = tree.container.as_ref().map_or(containers, |asked| &asked.0);
     // Numbers of its own make it another tree than the preset's.
-    let own = tree.threshold.is_some() || tree.epsilon.is_some() || tree.optimize.is_some() || tree.curve.is_some();
-    let preset = tree.preset.filter(|_| !own);
+    let ShapeArgs { threshold, epsilon, preset, optimize, curve } = &tree.shape;
+    let own = threshold.is_some() || epsilon.is_some() || optimize.is_some() || curve.is_some();
+    let preset = preset.filter(|_| !own);
     let setup = |&container| Setup {
-        build: build_settings(
-            tree.builder,
-            tree.preset,
-            tree.threshold,
-            tree.epsilon,
-            tree.curve,
-            tree.optimize,
-            container,
-        ),
+        build: build_settings(tree.builder, container, &tree.shape),
         preset,
         threads: measure.threads.unwrap_or(0),
     };
@@ -114,7 +107,7 @@ pub fn load(args: &LoadArgs) -> LoadOptions {
 /// The preset, or the default, with what was said on top.
 pub fn build(args: &BuildArgs) -> BuildSettings {
     let container = args.container.unwrap_or(ContainerKind::Aabb);
-    build_settings(args.builder, args.preset, args.threshold, args.epsilon, args.curve, args.optimize, container)
+    build_settings(args.builder, container, &args.shape)
 }
 
 /// Why these passes cannot run over trees of these containers.
@@ -129,23 +122,15 @@ pub fn refusal(optimize: Option<Passes>, containers: &[ContainerKind]) -> Option
     })
 }
 
-pub fn build_settings(
-    builder: Option<BuilderKind>,
-    preset: Option<Preset>,
-    threshold: Option<u32>,
-    epsilon: Option<f32>,
-    curve: Option<Curve>,
-    optimize: Option<Passes>,
-    container: ContainerKind,
-) -> BuildSettings {
-    let base = BuildSettings::preset(preset.unwrap_or(Preset::Fast), container);
+fn build_settings(builder: Option<BuilderKind>, container: ContainerKind, shape: &ShapeArgs) -> BuildSettings {
+    let base = BuildSettings::preset(shape.preset.unwrap_or(Preset::Fast), container);
     BuildSettings {
         builder: builder.unwrap_or(base.builder),
         container,
-        threshold: threshold.unwrap_or(base.threshold),
-        epsilon: epsilon.unwrap_or(base.epsilon),
-        curve: curve.unwrap_or(base.curve),
-        optimize: optimize.unwrap_or(base.optimize),
+        threshold: shape.threshold.unwrap_or(base.threshold),
+        epsilon: shape.epsilon.unwrap_or(base.epsilon),
+        curve: shape.curve.unwrap_or(base.curve),
+        optimize: shape.optimize.unwrap_or(base.optimize),
     }
 }
 
@@ -164,13 +149,13 @@ pub fn camera(args: &CameraArgs) -> CameraChoice {
 #[cfg(feature = "gui")]
 fn asked(build: &BuildArgs, picture: &PictureArgs, overlay: &OverlayArgs) -> Asked {
     Asked {
-        preset: build.preset,
+        preset: build.shape.preset,
         builder: build.builder,
         container: build.container,
-        threshold: build.threshold,
-        epsilon: build.epsilon,
-        curve: build.curve,
-        optimize: build.optimize,
+        threshold: build.shape.threshold,
+        epsilon: build.shape.epsilon,
+        curve: build.shape.curve,
+        optimize: build.shape.optimize,
         threads: build.threads,
         shading: picture.shading,
         light: picture.light,
@@ -235,6 +220,7 @@ mod tests {
     use super::*;
     use crate::app::commands::command_line;
     use crate::app::state::{AppState, Preferences, Wanted};
+    use crate::bvh::Curve;
     use crate::bvh::Pass;
     use crate::bvh::traverse::Traversal;
     use crate::camera::Projection;
