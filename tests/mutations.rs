@@ -231,3 +231,23 @@ fn arbitrary_rays_through_arbitrary_trees() {
         hostile::traversal(&bytes);
     }
 }
+
+/// What fuzzing found, as [`hostile::traversal`] takes it: a sphere whose radius has a denormal square was not entered.
+const FOUND_IN_TRAVERSAL: [&str; 1] = [concat!(
+    "410005990a0a0f4f1ea3a30a1226029b0202029b029b029b9b02020202000000000000000202020b02020202020202020202",
+    "02020202020202020202ffffffffffffffffffffffffffffffffffffffffffffffffffffffffffffffffffffffffffffffff",
+    "ffffffffffffffffffffffffffffffffffffffffffffffffffffffffffffffffffffffffffffffffffffffffffffff02029b",
+    "9b9b9b9b9b9b9b9b9b9b9b9b9b9b9b9b9b9b9b9b9b9b9b9b9b9b9b9b9b9b9b9b9b9b9b9b9b9b9b9b9b020202020202020202",
+    "020202020202020202020202020202020202022ede8b27a3a327",
+)];
+
+#[test]
+fn what_fuzzing_found_in_trees_stays_mended() {
+    for found in FOUND_IN_TRAVERSAL {
+        let bytes: Vec<u8> = (0..found.len())
+            .step_by(2)
+            .map(|at| u8::from_str_radix(&found[at..at + 2], 16).expect("hexadecimal digits"))
+            .collect();
+        hostile::traversal(&bytes);
+    }
+}

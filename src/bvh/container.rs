@@ -126,6 +126,8 @@ impl Container for Aabb {
 
 /// Relative error allowed for in a ray's test against a sphere: about seven roundings.
 pub(super) const SPHERE_ENTRY_ERROR: f32 = 4e-7;
+/// Allowed for in the difference of two squares, which are exact to a share of themselves only where they are normal numbers.
+pub(super) const SPHERE_SQUARE_ERROR: f32 = f32::MIN_POSITIVE;
 /// Radii whose square is no longer a normal number.
 pub(super) const SPHERE_TINY_RADIUS: f32 = 1e-18;
 
@@ -158,7 +160,7 @@ impl Container for Sphere {
         let middle = to_center.dot(ray.ray.direction) * ray.inverse_direction_squared;
         let nearest = to_center - ray.ray.direction * middle;
         let radius = self.radius + SPHERE_ENTRY_ERROR * (to_center.abs().element_sum() + self.radius);
-        let inside = radius * radius - nearest.length_squared();
+        let inside = radius * radius - nearest.length_squared() + SPHERE_SQUARE_ERROR;
         // Negated comparisons: a NaN counts as a hit.
         if inside < 0.0 {
             return None;

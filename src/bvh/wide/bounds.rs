@@ -8,7 +8,7 @@ use fearless_simd::{Select, Simd, SimdBase, SimdFloat, SimdMask, f32x8};
 use super::packed::PackedRay;
 use super::{WIDTH, WideTree};
 use crate::bvh::Container;
-use crate::bvh::container::{SPHERE_ENTRY_ERROR, SPHERE_TINY_RADIUS};
+use crate::bvh::container::{SPHERE_ENTRY_ERROR, SPHERE_SQUARE_ERROR, SPHERE_TINY_RADIUS};
 use crate::geometry::{Aabb, FAR_SLACK, Sphere};
 
 /// A container that wide trees are made of.
@@ -139,7 +139,7 @@ impl WideContainer for Sphere {
         let middle = dot(to, ray.direction) * ray.inverse_direction_squared;
         let nearest = each!(axis => to[axis] - ray.direction[axis] * middle);
         let reach = radius + (to[0].abs() + to[1].abs() + to[2].abs() + radius) * SPHERE_ENTRY_ERROR;
-        let inside = reach * reach - dot(nearest, nearest);
+        let inside = reach * reach - dot(nearest, nearest) + SPHERE_SQUARE_ERROR;
         let tiny = reach * ray.inverse_direction_squared.sqrt();
         let half_chord = (inside * ray.inverse_direction_squared).sqrt();
         let half_chord = reach.simd_lt(f32x8::splat(simd, SPHERE_TINY_RADIUS)).select(tiny, half_chord);
