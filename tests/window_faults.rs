@@ -6,6 +6,7 @@
 mod desktop;
 
 use std::path::Path;
+use std::time::Instant;
 
 use desktop::Desktop;
 
@@ -66,6 +67,111 @@ fn a_lost_device_opens_the_window_again_with_what_was_shown() {
     program.wait_for("the window is opened again");
     program.wait_for("presented cornell");
     assert!(program.is_running());
+}
+
+#[test]
+fn what_the_driver_refuses_takes_only_the_lines_away() {
+    let desktop = Desktop::new();
+    std::fs::write(desktop.home().join("one.obj"), "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n").unwrap();
+    let mut program = desktop.start(&["one.obj", "--refuse-buffer"]);
+    program.wait_for("presented one.obj");
+    program.wait_for("error: the graphics driver failed");
+    // It goes on: another model is loaded, built and traced.
+    std::fs::write(desktop.home().join("one.obj"), "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\nf 3 2 1\n").unwrap();
+    assert!(program.wait_for("presented one.obj").contains("2 triangles"));
+    program.wait_for(", 16 samples a pixel");
+    assert!(program.is_running());
+    program.signal("-INT");
+    assert_eq!(program.wait().code(), Some(130));
+}
+
+/// Loading, building and tracing one after the other; the window is closed in the middle of each.
+#[test]
+fn a_window_closed_in_the_middle_ends_long_before_its_job() {
+    let desktop = Desktop::new();
+    let arguments = ["builtin:terrain:1500000", "--no-config"];
+    let start = Instant::now();
+    let mut program = desktop.start(&arguments);
+    program.wait_for("presented terrain");
+    let whole = start.elapsed();
+    drop(program);
+    for part in [0.2, 0.4, 0.6, 0.8, 0.95] {
+        let start = Instant::now();
+        let mut program = desktop.start(&arguments);
+        let id = desktop.find_window(&mut program);
+        std::thread::sleep(whole.mul_f64(part).saturating_sub(start.elapsed()));
+        desktop.xdotool(&["windowfocus", "--sync", &id]);
+        let closed = Instant::now();
+        desktop.xdotool(&["key", "ctrl+q"]);
+        assert!(program.wait().success());
+        let took = closed.elapsed();
+        println!("closed after {part} of {whole:.1?}: ended {took:.1?} later");
+        assert!(took < whole / 2, "closed after {part} of {whole:.1?}, it took {took:.1?} to end");
+    }
+    assert_eq!(std::fs::read_dir(desktop.home()).unwrap().count(), 0, "nothing is left");
+}
+
+#[test]
+fn a_window_closed_while_it_writes_leaves_whole_files() {
+    let desktop = Desktop::new();
+    for wait in [0, 30, 100, 300] {
+        let mut program = desktop.start(&["builtin:teapot:2", "--no-config"]);
+        let id = desktop.find_window(&mut program);
+        program.wait_for(", 16 samples a pixel");
+        desktop.xdotool(&["windowfocus", "--sync", &id]);
+        desktop.xdotool(&["key", "F12"]);
+        std::thread::sleep(std::time::Duration::from_millis(wait));
+        desktop.xdotool(&["key", "ctrl+q"]);
+        assert!(program.wait().success());
+        for entry in std::fs::read_dir(desktop.home()).unwrap() {
+            let path = entry.unwrap().path();
+            assert!(image::open(&path).is_ok(), "{} is not whole", path.display());
+            std::fs::remove_file(path).unwrap();
+        }
+    }
+}
+
+#[test]
+fn settings_that_can_neither_be_read_nor_written_do_not_matter() {
+    let desktop = Desktop::new();
+    let folder = desktop.settings().parent().unwrap().to_owned();
+    // A folder where the file should be, and a file where its folder should be.
+    std::fs::create_dir_all(desktop.settings()).unwrap();
+    for blocked in [true, false] {
+        let mut program = desktop.start(&["builtin:teapot:2"]);
+        program.wait_for("presented teapot");
+        program.signal("-INT");
+        assert_eq!(program.wait().code(), Some(130));
+        if blocked {
+            std::fs::remove_dir_all(&folder).unwrap();
+            std::fs::write(&folder, "in the way").unwrap();
+        }
+    }
+    assert_eq!(std::fs::read_to_string(&folder).unwrap(), "in the way");
+}
+
+#[test]
+fn two_instances_and_a_newer_version_leave_usable_settings() {
+    let desktop = Desktop::new();
+    let mut programs = [(); 2].map(|()| desktop.start(&["builtin:teapot:2"]));
+    for program in &mut programs {
+        program.wait_for("presented teapot");
+    }
+    // Both write as they end.
+    programs.iter().for_each(|program| program.signal("-INT"));
+    for program in &mut programs {
+        assert_eq!(program.wait().code(), Some(130));
+    }
+    // As a version would leave them that knows more.
+    let kept = std::fs::read_to_string(desktop.settings()).unwrap();
+    let newer = kept.replacen("\\\"preferences\\\":{", "\\\"preferences\\\":{\\\"newer\\\":[1],", 1);
+    assert_ne!(newer, kept, "{kept}");
+    desktop.write_settings(&newer);
+    let mut program = desktop.start(&["builtin:teapot:2"]);
+    program.wait_for("presented teapot");
+    program.signal("-INT");
+    program.wait();
+    assert!(!desktop.settings().with_extension("ron.bad").exists(), "nothing was damaged");
 }
 
 #[test]

@@ -23,6 +23,8 @@ pub(super) struct Device {
     lost: Arc<AtomicBool>,
     /// For tests.
     pub lose_on_purpose: bool,
+    /// For tests.
+    pub refuse_on_purpose: bool,
 }
 
 impl Device {
@@ -53,6 +55,18 @@ impl Device {
             LOST.store(true, Ordering::Relaxed);
         }
         lost
+    }
+
+    /// Asks for more than the driver can give, once, where a test asked for it.
+    pub fn refuse_if_wanted(&mut self, device: &wgpu::Device) {
+        if std::mem::take(&mut self.refuse_on_purpose) {
+            drop(device.create_buffer(&wgpu::BufferDescriptor {
+                label: Some("more than there is"),
+                size: device.limits().max_buffer_size.saturating_add(4),
+                usage: wgpu::BufferUsages::VERTEX,
+                mapped_at_creation: false,
+            }));
+        }
     }
 
     /// Does what a driver that crashes does, once, where a test asked for it.

@@ -123,6 +123,7 @@ impl App {
         app.rails.keep_camera = same_model;
         app.rails.camera_choice = options.camera;
         app.device.lose_on_purpose = options.lose_device;
+        app.device.refuse_on_purpose = options.refuse_buffer;
         app.spares_frames = app.state.adapter.1;
         Ok(app)
     }
@@ -278,6 +279,7 @@ impl eframe::App for App {
             && self.state.presented.is_some()
         {
             self.device.lose_if_wanted(&render_state.device);
+            self.device.refuse_if_wanted(&render_state.device);
         }
         if self.device.is_lost() {
             // Nothing can be drawn any more: everything is kept, and `run` starts anew.

@@ -30,6 +30,8 @@ pub struct StartOptions {
     pub restore: bool,
     /// Lose the graphics driver after the first picture: for tests.
     pub lose_device: bool,
+    /// For tests: the driver refuses a buffer once something is shown.
+    pub refuse_buffer: bool,
     /// What the user is told at once.
     pub notices: Vec<String>,
 }

@@ -84,7 +84,7 @@ const STARTED_AGAIN: &str = "BVHSCOPE_STARTED_AGAIN";
 /// What the next process is told where the driver ends this one, which was told `given`: to go on with the settings that
 /// were kept and what its files may use, or the same again where nothing is kept.
 fn next_arguments(given: impl Iterator<Item = OsString>, kept: bool) -> Vec<OsString> {
-    let mut given = given.filter(|argument| argument != "--lose-device");
+    let mut given = given.filter(|argument| argument != "--lose-device" && argument != "--refuse-buffer");
     if !kept {
         return given.collect();
     }

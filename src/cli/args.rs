@@ -87,6 +87,9 @@ pub struct ViewerArgs {
     /// Lose the graphics driver after the first picture
     #[arg(long, hide = true)]
     pub lose_device: bool,
+    /// For tests: the driver refuses a buffer once something is shown
+    #[arg(long, hide = true)]
+    pub refuse_buffer: bool,
 }
 
 #[derive(Debug, Args)]

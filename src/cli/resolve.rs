@@ -29,6 +29,7 @@ pub fn viewer(args: ViewerArgs) -> StartOptions {
         settings: SettingsUse { none: args.no_config, reset: args.reset_settings },
         restore: args.restore,
         lose_device: args.lose_device,
+        refuse_buffer: args.refuse_buffer,
         ..StartOptions::default()
     }
 }
