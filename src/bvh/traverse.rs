@@ -124,7 +124,7 @@ pub fn closest_hit_with<S: Simd, C: Container, P: Probe>(
     let ray = PreparedRay::new(*ray);
     let mut nearest = Nearest::new(ray.ray.t_max);
     match traversal {
-        Traversal::Ordered => walk::<S, C, P, true>(
+        Traversal::Ordered => walk::<S, C, P, true, false>(
             simd,
             tree,
             &ray,
@@ -136,7 +136,7 @@ pub fn closest_hit_with<S: Simd, C: Container, P: Probe>(
                 ControlFlow::Continue(nearest.t)
             },
         ),
-        Traversal::Paper => walk::<S, C, P, false>(
+        Traversal::Paper => walk::<S, C, P, false, false>(
             simd,
             tree,
             &ray,
@@ -152,7 +152,8 @@ pub fn closest_hit_with<S: Simd, C: Container, P: Probe>(
     nearest.hit()
 }
 
-/// Whether anything lies on `ray` between its `t_min` and `t_max`.
+/// Whether anything lies on `ray` between its `t_min` and `t_max`. Looks far away first: near its origin a ray passes what it
+/// left.
 #[inline]
 pub fn any_hit<C: Container>(tree: &Tree<C>, leaf_triangles: impl LeafTriangles, ray: &Ray) -> bool {
     any_hit_with(tree, leaf_triangles, ray, &mut NoProbe)
@@ -179,7 +180,7 @@ pub fn any_hit_with<C: Container, P: Probe>(
             }
             ControlFlow::Continue(ray.ray.t_max)
         };
-        dispatch!(Level::baseline(), simd => walk::<_, C, P, true>(simd, tree, &ray, stack, probe, leaf));
+        dispatch!(Level::baseline(), simd => walk::<_, C, P, true, true>(simd, tree, &ray, stack, probe, leaf));
     });
     found
 }
@@ -260,10 +261,10 @@ pub fn new_stack(max_depth: u32) -> Vec<Waiting> {
 }
 
 /// Visits the leaves that `ray` reaches. `leaf` tests the primitives of a range and returns how far to look from then
-/// on. `ORDERED`: the near child first, skipping what begins beyond that distance; else in the order of the
-/// nodes.
+/// on. `ORDERED`: the near child first, or with `FARTHEST_FIRST` the far one, skipping what begins beyond that distance;
+/// else in the order of the nodes.
 #[inline(always)]
-fn walk<S: Simd, C: Container, P: Probe, const ORDERED: bool>(
+fn walk<S: Simd, C: Container, P: Probe, const ORDERED: bool, const FARTHEST_FIRST: bool>(
     simd: S,
     tree: &Tree<C>,
     ray: &PreparedRay,
@@ -312,7 +313,9 @@ fn walk<S: Simd, C: Container, P: Probe, const ORDERED: bool>(
                     continue;
                 }
                 _ => {
-                    let swap = ORDERED && pair.entry[1] < pair.entry[0];
+                    let [left_entry, right_entry] = pair.entry;
+                    let right_first = if FARTHEST_FIRST { right_entry > left_entry } else { right_entry < left_entry };
+                    let swap = ORDERED && right_first;
                     stack[top] = if swap {
                         Waiting { node: first as u32, entry: pair.entry[0] }
                     } else {
