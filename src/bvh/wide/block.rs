@@ -100,7 +100,7 @@ impl<S: Simd> BlockRay<S> {
         }
     }
 
-    /// Offers each triangle of `block` that the ray meets up to `t_max()` to `found`, which returns whether to go on.
+    /// Offers each triangle of `block` that the ray meets up to `t_max` to `found`.
     #[inline(always)]
     pub(super) fn test(
         &self,
@@ -110,15 +110,9 @@ impl<S: Simd> BlockRay<S> {
         t_max: f32,
         mut found: impl FnMut(TriangleHit, u32),
     ) {
-        let Some(sides) = self.sides(simd, block) else { return };
-        let Sides { z, weights, candidates, exact } = sides;
-        let scale = f32x4::splat(simd, 1.0) / (weights[0] + weights[1] + weights[2]);
-        let shares = each!(corner => weights[corner] * scale);
-        let depth = each!(corner => z[corner] * self.factors[2]);
-        let t = shares[0] * depth[0] + shares[1] * depth[1] + shares[2] * depth[2];
-        let within = t.simd_ge(f32x4::splat(simd, ray.ray.t_min)) & t.simd_le(f32x4::splat(simd, t_max));
-        let unclear = candidates & !exact;
-        let mut hits = (candidates & (within | unclear)).to_bitmask() as u32;
+        let Some(meeting) = self.meeting(simd, block, ray.ray.t_min, t_max) else { return };
+        let Meeting { t, shares, certain, unclear } = meeting;
+        let mut hits = (certain | unclear).to_bitmask() as u32;
         if hits == 0 {
             return;
         }
@@ -143,22 +137,14 @@ impl<S: Simd> BlockRay<S> {
     /// cannot tell.
     #[inline(always)]
     pub(super) fn meets(&self, simd: S, block: &TriangleBlock, ray: &PackedRay) -> [u32; 2] {
-        let splat = |value| f32x4::splat(simd, value);
-        let Some(sides) = self.sides(simd, block) else { return [0; 2] };
-        let Sides { z, weights, candidates, exact } = sides;
-        let scale = splat(1.0) / (weights[0] + weights[1] + weights[2]);
-        let depth = each!(corner => z[corner] * self.factors[2]);
-        let t = weights[0] * scale * depth[0] + weights[1] * scale * depth[1] + weights[2] * scale * depth[2];
-        let (t_min, t_max) = (splat(ray.t_min), splat(ray.t_max));
-        let within = t.simd_ge(t_min) & t.simd_le(t_max);
-        let hits = candidates & exact & within & enters(simd, block, ray);
-        let unclear = candidates & !exact;
-        [hits.to_bitmask() as u32, unclear.to_bitmask() as u32]
+        let Some(meeting) = self.meeting(simd, block, ray.t_min, ray.t_max) else { return [0; 2] };
+        let hits = meeting.certain & enters(simd, block, ray);
+        [hits.to_bitmask() as u32, meeting.unclear.to_bitmask() as u32]
     }
 
-    /// On which side of the triangles' edges the ray passes; `None` where it passes all of them.
+    /// Where the ray meets the triangles' planes; `None` where it passes all triangles.
     #[inline(always)]
-    fn sides(&self, simd: S, block: &TriangleBlock) -> Option<Sides<S>> {
+    fn meeting(&self, simd: S, block: &TriangleBlock, t_min: f32, t_max: f32) -> Option<Meeting<S>> {
         let splat = |value| f32x4::splat(simd, value);
         let numbers: &[f32; 10 * BLOCK] = bytemuck::cast_ref(block);
         let [x, y, z] = each!(part => each!(corner => {
@@ -178,20 +164,25 @@ impl<S: Simd> BlockRay<S> {
         let smallest = size[0].min(size[1]).min(size[2]);
         let largest = size[0].max(size[1]).max(size[2]);
         let exact = smallest.simd_gt(splat(EDGE_MIN)) & largest.simd_lt(splat(EDGE_MAX));
-        Some(Sides { z, weights, candidates, exact })
+        let scale = splat(1.0) / (weights[0] + weights[1] + weights[2]);
+        let shares = each!(corner => weights[corner] * scale);
+        let depth = each!(corner => z[corner] * self.factors[2]);
+        let t = shares[0] * depth[0] + shares[1] * depth[1] + shares[2] * depth[2];
+        let within = t.simd_ge(splat(t_min)) & t.simd_le(splat(t_max));
+        Some(Meeting { t, shares, certain: candidates & exact & within, unclear: candidates & !exact })
     }
 }
 
-/// What the first half of a block's test finds.
-struct Sides<S: Simd> {
-    /// The corners along the longest axis of the direction, seen from the origin.
-    z: [f32x4<S>; 3],
-    /// Twice the areas between the ray and each edge.
-    weights: [f32x4<S>; 3],
-    /// Triangles that the ray may pass through.
-    candidates: mask32x4<S>,
-    /// Triangles for which single precision can tell.
-    exact: mask32x4<S>,
+/// Where a ray meets the triangles of a block.
+struct Meeting<S: Simd> {
+    /// Distance along the ray.
+    t: f32x4<S>,
+    /// Each corner's weight.
+    shares: [f32x4<S>; 3],
+    /// Triangles that are met within the interval.
+    certain: mask32x4<S>,
+    /// Triangles for which single precision cannot tell.
+    unclear: mask32x4<S>,
 }
 
 /// The triangles of a block whose own box the ray enters within its interval: [`Triangle::hit_in_box`].

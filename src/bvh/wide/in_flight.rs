@@ -250,7 +250,8 @@ impl<S: Simd, C: WideContainer> Flight<'_, S, C> {
             let index = self.next;
             let Some(ray) = self.rays.get(index) else { return };
             let lane = index % PACKED;
-            if lane == 0 {
+            // The first eight were packed at the start.
+            if lane == 0 && index > 0 {
                 self.packed = PackedRays::new(self.simd, &self.rays[index..]);
             }
             self.next += 1;
