@@ -18,8 +18,13 @@ use std::process::ExitCode;
 
 use bvhscope::cancel::CancelToken;
 use clap::Parser;
+use mimalloc::MiMalloc;
 
 use scenes::Subject;
+
+// As in the program that people run.
+#[global_allocator]
+static ALLOCATOR: MiMalloc = MiMalloc;
 
 /// Measures this engine beside its peers.
 #[derive(Debug, Parser)]
