@@ -1,15 +1,16 @@
 //! From the binary tree to the wide one.
 //!
-//! Bottom-up, each subtree becomes a leaf where that is cheaper by the surface area heuristic; top-down, each wide node takes
-//! a binary node and opens the largest of its children until it has eight (Wald, Benthin, Boulos: *Getting Rid of Packets*,
-//! 2008). The work is shared out by subtrees, the same ones for any number of threads: first each task decides what its part
-//! looks like, then, when the parts' places are known, all is written once.
+//! Bottom-up, each subtree learns what it costs at least by the surface area heuristic, as a leaf or under at most one, two, up
+//! to eight roots; top-down, each wide node takes the cheapest eight roots of its subtree (Ylitie, Karras, Laine: *Efficient
+//! Incoherent Ray Traversal on GPUs Through Compressed Wide BVHs*, 2017, section 3). The work is shared out by subtrees, the
+//! same ones for any number of threads: first each task decides what its part looks like, then, when the parts' places are
+//! known, all is written once.
 
 use std::collections::{HashMap, VecDeque};
 
 use rayon::prelude::*;
 
-use super::opening::{Lane, NOT_OPENED, Part, Scratch, open_largest};
+use super::opening::{Below, Ends, Lane, Leaves, Part, Scratch, TOO_MANY};
 use super::prefetch::prefetch;
 use super::{Child, TriangleBlock, WIDTH, WideContainer, WideNode, WideTree};
 use crate::bvh::{Node, Tree};
@@ -41,10 +42,10 @@ pub fn collapse<C: WideContainer>(
         .par_iter()
         .map_init(Scratch::default, |scratch, &root| {
             token.check()?;
-            Ok(scratch.part(tree, root))
+            Ok(scratch.part(tree, &Leaves, root))
         })
         .collect::<Result<_, Cancelled>>()?;
-    let top = top_part(tree, &top, &tasks);
+    let top = top_part(tree, &top, &tasks, &parts);
 
     // Each part's nodes and blocks follow those of the part before; the top's nodes stand first.
     let (mut node_count, mut block_count) = (top.nodes.len(), 0);
@@ -134,37 +135,32 @@ fn share_out<C: WideContainer>(tree: &Tree<C>) -> (Vec<u32>, Vec<u32>) {
 }
 
 /// What the wide nodes over the tasks' roots hold; the numbers of tasks stand where blocks would.
-fn top_part<C: WideContainer>(tree: &Tree<C>, top: &[u32], tasks: &[u32]) -> Part {
-    let mut part = Part::default();
+fn top_part<C: WideContainer>(tree: &Tree<C>, top: &[u32], tasks: &[u32], parts: &[Part]) -> Part {
     if top.is_empty() {
-        return part;
+        return Part::default();
     }
-    let task_of: HashMap<u32, usize> = tasks.iter().enumerate().map(|(task, &root)| (root, task)).collect();
-    let children_of = |index: u32| {
-        let first = tree.nodes[index as usize].first;
-        [first, first + 1].map(|child| {
-            let is_task = task_of.contains_key(&child);
-            (child, if is_task { NOT_OPENED } else { tree.nodes[child as usize].container.relative_area() })
-        })
-    };
-    let mut open = vec![(0_u32, None::<(usize, usize)>)];
-    while let Some((index, parent)) = open.pop() {
-        let at = part.nodes.len();
-        if let Some((node, lane)) = parent {
-            part.nodes[node][lane].child = Child::node(at);
-        }
-        let (opened, count) = open_largest(index, children_of);
-        let mut lanes = [Lane::NONE; WIDTH];
-        for (lane, &node) in opened[..count].iter().enumerate() {
-            let task = task_of.get(&node);
-            lanes[lane] = Lane { node, child: task.map_or(Child::node(0), |&task| Child::leaf(task)) };
-            if task.is_none() {
-                open.push((node, Some((at, lane))));
-            }
-        }
-        part.nodes.push(lanes);
+    let numbers = tasks.iter().enumerate().map(|(task, &root)| (root, task)).collect();
+    Scratch::default().part(tree, &Tasks { numbers, parts }, 0)
+}
+
+/// The tasks' roots, where the top ends.
+struct Tasks<'a> {
+    numbers: HashMap<u32, usize>,
+    parts: &'a [Part],
+}
+
+impl<C: WideContainer> Ends<C> for Tasks<'_> {
+    fn is_end(&self, _: &Tree<C>, node: u32) -> bool {
+        self.numbers.contains_key(&node)
     }
-    part
+
+    fn below(&self, _: &Tree<C>, node: u32) -> Below {
+        Below { costs: [self.parts[self.numbers[&node]].cost; WIDTH], first: 0, count: TOO_MANY }
+    }
+
+    fn child(&self, _: &Tree<C>, node: u32, _: &mut Part) -> Child {
+        Child::leaf(self.numbers[&node])
+    }
 }
 
 /// The wide node of these lanes, whose children are moved to where their parts are.

@@ -47,7 +47,7 @@ use crate::geometry::{Aabb, Hit, Ray, Sphere};
 pub const WIDTH: usize = 8;
 
 /// Where a child is: another node, or the first block of a leaf.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Pod, Zeroable)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Pod, Zeroable)]
 #[repr(transparent)]
 pub struct Child(u32);
 

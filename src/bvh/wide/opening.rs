@@ -1,12 +1,14 @@
 //! One task of the collapse: which binary nodes become leaves and which stand side by side in a wide node.
 
+use arrayvec::ArrayVec;
+
 use super::block::BLOCK;
 use super::prefetch::prefetch;
 use super::{Child, WIDTH, WideContainer};
 use crate::bvh::{Node, Tree};
 
-/// Cost of one binary node's part in a wide node, in the unit of testing a block.
-const NODE_COST: f32 = 0.4;
+/// Cost of visiting a wide node, in the unit of testing a block. Found by trial.
+const NODE_COST: f32 = 0.5;
 /// Primitives that a wide leaf holds at most, unless a binary leaf holds more.
 const MAX_LEAF: u32 = 16;
 
@@ -25,9 +27,11 @@ impl Lane {
 }
 
 /// What a part of the wide tree looks like, with indices of its own.
-#[derive(Debug)]
+#[derive(Debug, Default)]
 pub(super) struct Part {
     pub(super) root: Child,
+    /// Surface area times cost, summed over everything in it.
+    pub(super) cost: f32,
     /// The nodes, parents first; lanes without child at the end.
     pub(super) nodes: Vec<[Lane; WIDTH]>,
     /// The blocks, leaf by leaf.
@@ -51,12 +55,6 @@ impl BlockPlan {
     }
 }
 
-impl Default for Part {
-    fn default() -> Self {
-        Self { root: Child::node(0), nodes: Vec::new(), blocks: Vec::new() }
-    }
-}
-
 impl Part {
     fn leaf(&mut self, first: u32, count: u32) -> Child {
         let leaf = Child::leaf(self.blocks.len());
@@ -68,26 +66,61 @@ impl Part {
     }
 }
 
-/// An interior node of a task's subtree.
+/// Where the binary tree ends for a task.
+pub(super) trait Ends<C: WideContainer> {
+    /// Whether a node is an end.
+    fn is_end(&self, tree: &Tree<C>, node: u32) -> bool;
+    /// What lies below an end.
+    fn below(&self, tree: &Tree<C>, node: u32) -> Below;
+    /// What an end becomes.
+    fn child(&self, tree: &Tree<C>, node: u32, part: &mut Part) -> Child;
+}
+
+/// The leaves.
+pub(super) struct Leaves;
+
+impl<C: WideContainer> Ends<C> for Leaves {
+    fn is_end(&self, tree: &Tree<C>, node: u32) -> bool {
+        tree.nodes[node as usize].is_leaf()
+    }
+
+    fn below(&self, tree: &Tree<C>, node: u32) -> Below {
+        let Node { container, first, count } = &tree.nodes[node as usize];
+        Below { costs: [container.relative_area() * blocks_of(*count); WIDTH], first: *first, count: *count }
+    }
+
+    fn child(&self, tree: &Tree<C>, node: u32, part: &mut Part) -> Child {
+        let node = &tree.nodes[node as usize];
+        part.leaf(node.first, node.count)
+    }
+}
+
+/// What lies below a binary node.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Below {
+    /// Surface area times cost, summed over everything, at best with at most one, two, up to eight roots.
+    pub(super) costs: [f32; WIDTH],
+    /// Slot of the first primitive.
+    pub(super) first: u32,
+    /// Primitives; [`TOO_MANY`] where no leaf can hold them or they are not neighbours.
+    pub(super) count: u32,
+}
+
+/// A binary node of a task's subtree that is no end.
 #[derive(Debug, Clone, Copy)]
 struct Entry {
     /// The first of its two children in the tree.
     children: u32,
-    /// Where the children are in the list of entries; [`LEAF`] for a leaf of the binary tree.
+    /// Where the children are in the list of entries; [`END`] for an end.
     entries: [u32; 2],
     area: f32,
-    /// Surface area times cost, summed over everything below.
-    cost: f32,
-    /// Slot of the first primitive below.
-    first: u32,
-    /// Primitives below; [`TOO_MANY`] where no leaf can hold them or they are not neighbours.
-    count: u32,
+    below: Below,
     /// Whether it becomes a leaf.
     is_leaf: bool,
 }
 
-const LEAF: u32 = u32::MAX;
-const TOO_MANY: u32 = u32::MAX;
+const END: u32 = u32::MAX;
+pub(super) const TOO_MANY: u32 = u32::MAX;
 
 /// Memory that a thread keeps from task to task.
 #[derive(Debug, Default)]
@@ -99,41 +132,45 @@ pub(super) struct Scratch {
 
 impl Scratch {
     /// The part of the wide tree below a node.
-    pub(super) fn part<C: WideContainer>(&mut self, tree: &Tree<C>, root: u32) -> Part {
+    pub(super) fn part<C: WideContainer>(&mut self, tree: &Tree<C>, ends: &impl Ends<C>, root: u32) -> Part {
         let mut part = Part::default();
-        let node = &tree.nodes[root as usize];
-        if node.is_leaf() {
-            part.root = part.leaf(node.first, node.count);
+        if ends.is_end(tree, root) {
+            part.cost = ends.below(tree, root).costs[0];
+            part.root = ends.child(tree, root, &mut part);
             return part;
         }
-        self.gather(tree, root);
-        self.weigh(tree);
-        if self.entries[0].is_leaf {
-            part.root = part.leaf(self.entries[0].first, self.entries[0].count);
+        self.gather(tree, ends, root);
+        self.weigh(tree, ends);
+        let Entry { below, is_leaf, .. } = self.entries[0];
+        part.cost = below.costs[0];
+        if is_leaf {
+            part.root = part.leaf(below.first, below.count);
             return part;
         }
         part.nodes.reserve(self.entries.len() / 6);
         part.blocks.reserve(self.entries.len() / 2);
-        self.open(tree, &mut part);
+        self.open(tree, ends, &mut part);
         part
     }
 
-    /// Lists the interior nodes below `root`, breadth first.
-    fn gather<C: WideContainer>(&mut self, tree: &Tree<C>, root: u32) {
-        let entry = |node: &Node<C>| {
+    /// Lists the nodes from `root` to the ends, breadth first.
+    fn gather<C: WideContainer>(&mut self, tree: &Tree<C>, ends: &impl Ends<C>, root: u32) {
+        let entry = |index: u32| {
+            let node = &tree.nodes[index as usize];
             prefetch(&tree.nodes, node.first as usize);
+            let below = Below { costs: [0.0; WIDTH], first: 0, count: 0 };
             let area = node.container.relative_area();
-            Entry { children: node.first, entries: [LEAF; 2], area, cost: 0.0, first: 0, count: 0, is_leaf: false }
+            Entry { children: node.first, entries: [END; 2], area, below, is_leaf: false }
         };
         let entries = &mut self.entries;
         entries.clear();
-        entries.push(entry(&tree.nodes[root as usize]));
+        entries.push(entry(root));
         let mut at = 0;
         while at < entries.len() {
-            let first = entries[at].children as usize;
-            for (side, child) in tree.nodes[first..first + 2].iter().enumerate() {
-                if !child.is_leaf() {
-                    entries[at].entries[side] = entries.len() as u32;
+            for side in 0..2 {
+                let child = entries[at].children + side;
+                if !ends.is_end(tree, child) {
+                    entries[at].entries[side as usize] = entries.len() as u32;
                     entries.push(entry(child));
                 }
             }
@@ -141,41 +178,41 @@ impl Scratch {
         }
     }
 
-    /// Decides, bottom-up, what becomes a leaf.
-    fn weigh<C: WideContainer>(&mut self, tree: &Tree<C>) {
+    /// Finds, bottom-up, the least costs and what becomes a leaf.
+    fn weigh<C: WideContainer>(&mut self, tree: &Tree<C>, ends: &impl Ends<C>) {
         for at in (0..self.entries.len()).rev() {
             let Entry { children, entries, area, .. } = self.entries[at];
-            let below = |side: usize| {
-                if let Some(entry) = self.entries.get(entries[side] as usize) {
-                    return (entry.cost, entry.first, entry.count);
-                }
-                let node = &tree.nodes[children as usize + side];
-                (node.container.relative_area() * blocks_of(node.count), node.first, node.count)
+            let below = |side: usize| match self.entries.get(entries[side] as usize) {
+                Some(entry) => entry.below,
+                None => ends.below(tree, children + side as u32),
             };
             let (left, right) = (below(0), below(1));
-            let split = area * NODE_COST + left.0 + right.0;
-            let neighbours = left.2 <= MAX_LEAF && right.2 <= MAX_LEAF && left.1 + left.2 == right.1;
-            let count = if neighbours { left.2 + right.2 } else { TOO_MANY };
+            let neighbours =
+                left.count <= MAX_LEAF && right.count <= MAX_LEAF && left.first + left.count == right.first;
+            let count = if neighbours { left.count + right.count } else { TOO_MANY };
             let whole = if count <= MAX_LEAF { area * blocks_of(count) } else { f32::INFINITY };
+            // What fits into a block is hardly worth more than two.
+            let mut costs = if count <= BLOCK as u32 {
+                [left.costs[0] + right.costs[0]; WIDTH]
+            } else {
+                shared(&left.costs, &right.costs)
+            };
+            let split = area * NODE_COST + costs[WIDTH - 1];
+            let is_leaf = whole <= split;
+            let one = if is_leaf { whole } else { split };
+            costs[0] = one;
+            for cost in &mut costs {
+                *cost = least(*cost, one);
+            }
             let entry = &mut self.entries[at];
-            (entry.first, entry.count) = (left.1, count);
-            entry.is_leaf = whole <= split;
-            entry.cost = if entry.is_leaf { whole } else { split };
+            entry.below = Below { costs, first: left.first, count };
+            entry.is_leaf = is_leaf;
         }
     }
 
     /// Makes wide nodes, top-down: depth first, what lies below the first lane right after the node.
-    fn open<C: WideContainer>(&mut self, tree: &Tree<C>, part: &mut Part) {
-        let Self { entries, open } = self;
-        let children = |parent: Opened| {
-            let parent = &entries[parent.entry as usize];
-            let child = |side: u32| {
-                let child = Opened { node: parent.children + side, entry: parent.entries[side as usize] };
-                let interior = entries.get(child.entry as usize).filter(|entry| !entry.is_leaf);
-                (child, interior.map_or(NOT_OPENED, |entry| entry.area))
-            };
-            [child(0), child(1)]
-        };
+    fn open<C: WideContainer>(&mut self, tree: &Tree<C>, ends: &impl Ends<C>, part: &mut Part) {
+        let mut open = std::mem::take(&mut self.open);
         open.clear();
         open.push((0, None));
         while let Some((entry, parent)) = open.pop() {
@@ -183,12 +220,12 @@ impl Scratch {
             if let Some((node, lane)) = parent {
                 part.nodes[node][lane].child = Child::node(at);
             }
-            let (opened, count) = open_largest(Opened { node: 0, entry }, children);
+            let (opened, count) = self.opened(tree, ends, entry);
             let mut lanes = [Lane::NONE; WIDTH];
             for (lane, &Opened { node, entry }) in lanes.iter_mut().zip(&opened[..count]) {
-                let child = match entries.get(entry as usize) {
-                    None => part.leaf(tree.nodes[node as usize].first, tree.nodes[node as usize].count),
-                    Some(entry) if entry.is_leaf => part.leaf(entry.first, entry.count),
+                let child = match self.entries.get(entry as usize) {
+                    None => ends.child(tree, node, part),
+                    Some(entry) if entry.is_leaf => part.leaf(entry.below.first, entry.below.count),
                     Some(_) => Child::node(0),
                 };
                 *lane = Lane { node, child };
@@ -197,6 +234,37 @@ impl Scratch {
             let interior = (0..count).rev().filter(|&lane| !lanes[lane].child.is_leaf());
             open.extend(interior.map(|lane| (opened[lane].entry, Some((at, lane)))));
         }
+        self.open = open;
+    }
+
+    /// The children of the wide node that an entry becomes, and how many they are.
+    fn opened<C: WideContainer>(&self, tree: &Tree<C>, ends: &impl Ends<C>, entry: u32) -> ([Opened; WIDTH], usize) {
+        let mut lanes = [Opened::default(); WIDTH];
+        let mut count = 0;
+        // Nodes with the number of lanes that they may take, the next one last.
+        let mut waiting = ArrayVec::<(Opened, usize), WIDTH>::new();
+        waiting.push((Opened { node: 0, entry }, WIDTH));
+        while let Some((opened, roots)) = waiting.pop() {
+            let split = self.entries.get(opened.entry as usize).filter(|_| roots > 1).and_then(|entry| {
+                let child = |side: u32| Opened { node: entry.children + side, entry: entry.entries[side as usize] };
+                let costs = |child: Opened| match self.entries.get(child.entry as usize) {
+                    Some(entry) => entry.below.costs,
+                    None => ends.below(tree, child.node).costs,
+                };
+                let (left, right) = (child(0), child(1));
+                let (lanes_of_left, cost) = best_share(&costs(left), &costs(right), roots);
+                let is_root = count == 0 && waiting.is_empty();
+                (is_root || !entry.is_leaf && cost <= entry.below.costs[0]).then_some((left, right, lanes_of_left))
+            });
+            if let Some((left, right, lanes_of_left)) = split {
+                waiting.push((right, roots - lanes_of_left));
+                waiting.push((left, lanes_of_left));
+            } else {
+                lanes[count] = opened;
+                count += 1;
+            }
+        }
+        (lanes, count)
     }
 }
 
@@ -207,32 +275,32 @@ struct Opened {
     entry: u32,
 }
 
-/// The area of what stays closed.
-pub(super) const NOT_OPENED: f32 = -1.0;
-
-/// The children of a wide node: those of `root`, the largest opened as long as there is room. `children` gives both children
-/// of a binary node with their areas, [`NOT_OPENED`] where that is not allowed.
-#[inline]
-pub(super) fn open_largest<N: Copy + Default>(root: N, children: impl Fn(N) -> [(N, f32); 2]) -> ([N; WIDTH], usize) {
-    let mut lanes = [N::default(); WIDTH];
-    let mut areas = [NOT_OPENED; WIDTH];
-    let (mut count, mut lane) = (1, 0);
-    lanes[0] = root;
-    loop {
-        let [left, right] = children(lanes[lane]);
-        (lanes[lane], areas[lane]) = left;
-        (lanes[count], areas[count]) = right;
-        count += 1;
-        lane = 0;
-        for other in 1..count {
-            if areas[other] > areas[lane] {
-                lane = other;
-            }
-        }
-        if count == WIDTH || areas[lane] < 0.0 {
-            return (lanes, count);
+/// The least costs of two subtrees that share at most so many roots. At least two: infinite for one.
+fn shared(left: &[f32; WIDTH], right: &[f32; WIDTH]) -> [f32; WIDTH] {
+    let mut costs = [f32::INFINITY; WIDTH];
+    for (of_left, left) in left[..WIDTH - 1].iter().enumerate() {
+        for (cost, right) in costs[of_left + 1..].iter_mut().zip(right) {
+            *cost = least(*cost, left + right);
         }
     }
+    costs
+}
+
+/// How many of `roots`, two or more, the left one of two subtrees gets best, and the cost of that.
+fn best_share(left: &[f32; WIDTH], right: &[f32; WIDTH], roots: usize) -> (usize, f32) {
+    let mut best = (1, f32::INFINITY);
+    for of_left in 1..roots {
+        let cost = left[of_left - 1] + right[roots - of_left - 1];
+        if cost < best.1 {
+            best = (of_left, cost);
+        }
+    }
+    best
+}
+
+/// The smaller one, in one instruction.
+fn least(a: f32, b: f32) -> f32 {
+    if a < b { a } else { b }
 }
 
 /// Blocks of so many triangles, as a cost.
