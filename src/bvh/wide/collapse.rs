@@ -10,7 +10,7 @@ use std::collections::{HashMap, VecDeque};
 
 use rayon::prelude::*;
 
-use super::opening::{Below, Ends, Lane, Leaves, Part, Scratch, TOO_MANY};
+use super::opening::{Lane, Look, Part, Spot, Subtree, children_of};
 use super::prefetch::prefetch;
 use super::{Child, TriangleBlock, WIDTH, WideContainer, WideNode, WideTree};
 use crate::bvh::{Node, Tree};
@@ -38,14 +38,17 @@ pub fn collapse<C: WideContainer>(
         return Ok(WideTree { root: None, nodes: Vec::new(), blocks: Vec::new() });
     }
     let (top, tasks) = share_out(tree);
-    let parts: Vec<Part> = tasks
+    let subtrees: Vec<Subtree> = tasks
         .par_iter()
-        .map_init(Scratch::default, |scratch, &root| {
-            token.check()?;
-            Ok(scratch.part(tree, &Leaves, root))
-        })
+        .map(|&root| token.check().map(|()| Subtree::to_leaves(tree, root)))
         .collect::<Result<_, Cancelled>>()?;
-    let top = top_part(tree, &top, &tasks, &parts);
+    let (top, top_subtree) = Top::new(tree, &top, &tasks, &subtrees);
+    let parts: Vec<Part> = subtrees
+        .into_par_iter()
+        .chain(top_subtree.into_par_iter())
+        .zip(&top.starts)
+        .map(|(subtree, starts)| token.check().map(|()| subtree.open(tree, starts)))
+        .collect::<Result<_, Cancelled>>()?;
 
     // Each part's nodes and blocks follow those of the part before; the top's nodes stand first.
     let (mut node_count, mut block_count) = (top.nodes.len(), 0);
@@ -56,12 +59,15 @@ pub fn collapse<C: WideContainer>(
         block_count += part.blocks.len();
     }
     places.push(Place { node: node_count, block: block_count });
-    let root_of = |part: usize| places[part].moved(parts[part].root);
+    let start_at = |at: usize| {
+        let (part, start) = top.numbers[at];
+        places[part].moved(parts[part].roots[start])
+    };
 
     // Written once, by all threads: getting new memory takes as long as filling it, and so they share that work too.
     let nodes = written(node_count, token, |part, index| {
         if index < top.nodes.len() {
-            let moved = |child: Child| if child.is_leaf() { root_of(child.index()) } else { child };
+            let moved = |child: Child| if child.is_leaf() { start_at(child.index()) } else { child };
             return wide_node(tree, &top.nodes[index], moved);
         }
         let place = Place::find(&places, part, |place| place.node, index);
@@ -75,7 +81,7 @@ pub fn collapse<C: WideContainer>(
         }
         TriangleBlock::new(triangles, &tree.primitive_indices[plans[0].slots()], plans[0].is_last)
     })?;
-    let root = if top.nodes.is_empty() { root_of(0) } else { Child::node(0) };
+    let root = if top.nodes.is_empty() { start_at(0) } else { Child::node(0) };
     token.check()?;
     Ok(WideTree { root: Some(root), nodes, blocks })
 }
@@ -134,32 +140,76 @@ fn share_out<C: WideContainer>(tree: &Tree<C>) -> (Vec<u32>, Vec<u32>) {
     (top, tasks)
 }
 
-/// What the wide nodes over the tasks' roots hold; the numbers of tasks stand where blocks would.
-fn top_part<C: WideContainer>(tree: &Tree<C>, top: &[u32], tasks: &[u32], parts: &[Part]) -> Part {
-    if top.is_empty() {
-        return Part::default();
-    }
-    let numbers = tasks.iter().enumerate().map(|(task, &root)| (root, task)).collect();
-    Scratch::default().part(tree, &Tasks { numbers, parts }, 0)
+/// The wide nodes that hold nodes of the top, and where they go over into the tasks' subtrees.
+struct Top {
+    /// The numbers of starts stand where blocks would.
+    nodes: Vec<[Lane; WIDTH]>,
+    /// For each start the number of its task, and its place among that task's starts.
+    numbers: Vec<(usize, usize)>,
+    /// Each task's starts, then those of the top itself, which become leaves.
+    starts: Vec<Vec<Spot>>,
 }
 
-/// The tasks' roots, where the top ends.
-struct Tasks<'a> {
-    numbers: HashMap<u32, usize>,
-    parts: &'a [Part],
+/// A node of the top, or in a task's subtree.
+#[derive(Clone, Copy, Default)]
+struct Placed {
+    task: Option<usize>,
+    spot: Spot,
 }
 
-impl<C: WideContainer> Ends<C> for Tasks<'_> {
-    fn is_end(&self, _: &Tree<C>, node: u32) -> bool {
-        self.numbers.contains_key(&node)
+impl Top {
+    /// Also the top's own subtree.
+    fn new<C: WideContainer>(
+        tree: &Tree<C>,
+        top: &[u32],
+        tasks: &[u32],
+        subtrees: &[Subtree],
+    ) -> (Self, Option<Subtree>) {
+        let mut wide = Self { nodes: Vec::new(), numbers: Vec::new(), starts: vec![Vec::new(); tasks.len() + 1] };
+        if top.is_empty() {
+            wide.start(0, subtrees[0].start());
+            return (wide, None);
+        }
+        let task_of: HashMap<u32, usize> = tasks.iter().enumerate().map(|(task, &root)| (root, task)).collect();
+        let subtree = Subtree::new(tree, 0, |node| Some(subtrees[*task_of.get(&node)?].below(tree)));
+        let into_task = |spot: Spot| match task_of.get(&spot.node) {
+            Some(&task) if spot.is_end() => Placed { task: Some(task), spot: subtrees[task].start() },
+            _ => Placed { task: None, spot },
+        };
+        let look = |place: Placed| {
+            let subtree = place.task.map_or(&subtree, |task| &subtrees[task]);
+            let Look { costs, children } = subtree.look(tree, place.spot);
+            let children = children.map(|children| {
+                children.map(|spot| if place.task.is_none() { into_task(spot) } else { Placed { spot, ..place } })
+            });
+            Look { costs, children }
+        };
+        let mut open = vec![(into_task(subtree.start()), None::<(usize, usize)>)];
+        while let Some((place, parent)) = open.pop() {
+            let at = wide.nodes.len();
+            if let Some((node, lane)) = parent {
+                wide.nodes[node][lane].child = Child::node(at);
+            }
+            let (places, count) = children_of(place, look);
+            let mut lanes = [Lane::NONE; WIDTH];
+            for (lane, &Placed { task, spot }) in places[..count].iter().enumerate() {
+                let task = task.or(subtree.is_leaf(spot).then_some(tasks.len()));
+                let child = task.map(|task| Child::leaf(wide.start(task, spot)));
+                lanes[lane] = Lane { node: spot.node, child: child.unwrap_or_default() };
+                if task.is_none() {
+                    open.push((places[lane], Some((at, lane))));
+                }
+            }
+            wide.nodes.push(lanes);
+        }
+        (wide, Some(subtree))
     }
 
-    fn below(&self, _: &Tree<C>, node: u32) -> Below {
-        Below { costs: [self.parts[self.numbers[&node]].cost; WIDTH], first: 0, count: TOO_MANY }
-    }
-
-    fn child(&self, _: &Tree<C>, node: u32, _: &mut Part) -> Child {
-        Child::leaf(self.numbers[&node])
+    /// The number of a new start.
+    fn start(&mut self, task: usize, spot: Spot) -> usize {
+        self.numbers.push((task, self.starts[task].len()));
+        self.starts[task].push(spot);
+        self.numbers.len() - 1
     }
 }
 

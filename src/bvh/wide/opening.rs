@@ -29,9 +29,8 @@ impl Lane {
 /// What a part of the wide tree looks like, with indices of its own.
 #[derive(Debug, Default)]
 pub(super) struct Part {
-    pub(super) root: Child,
-    /// Surface area times cost, summed over everything in it.
-    pub(super) cost: f32,
+    /// What its starts became.
+    pub(super) roots: Vec<Child>,
     /// The nodes, parents first; lanes without child at the end.
     pub(super) nodes: Vec<[Lane; WIDTH]>,
     /// The blocks, leaf by leaf.
@@ -66,47 +65,27 @@ impl Part {
     }
 }
 
-/// Where the binary tree ends for a task.
-pub(super) trait Ends<C: WideContainer> {
-    /// Whether a node is an end.
-    fn is_end(&self, tree: &Tree<C>, node: u32) -> bool;
-    /// What lies below an end.
-    fn below(&self, tree: &Tree<C>, node: u32) -> Below;
-    /// What an end becomes.
-    fn child(&self, tree: &Tree<C>, node: u32, part: &mut Part) -> Child;
-}
-
-/// The leaves.
-pub(super) struct Leaves;
-
-impl<C: WideContainer> Ends<C> for Leaves {
-    fn is_end(&self, tree: &Tree<C>, node: u32) -> bool {
-        tree.nodes[node as usize].is_leaf()
-    }
-
-    fn below(&self, tree: &Tree<C>, node: u32) -> Below {
-        let Node { container, first, count } = &tree.nodes[node as usize];
-        Below { costs: [container.relative_area() * blocks_of(*count); WIDTH], first: *first, count: *count }
-    }
-
-    fn child(&self, tree: &Tree<C>, node: u32, part: &mut Part) -> Child {
-        let node = &tree.nodes[node as usize];
-        part.leaf(node.first, node.count)
-    }
-}
-
 /// What lies below a binary node.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Below {
     /// Surface area times cost, summed over everything, at best with at most one, two, up to eight roots.
-    pub(super) costs: [f32; WIDTH],
+    costs: [f32; WIDTH],
     /// Slot of the first primitive.
-    pub(super) first: u32,
+    first: u32,
     /// Primitives; [`TOO_MANY`] where no leaf can hold them or they are not neighbours.
-    pub(super) count: u32,
+    count: u32,
 }
 
-/// A binary node of a task's subtree that is no end.
+const TOO_MANY: u32 = u32::MAX;
+
+impl Below {
+    fn leaf<C: WideContainer>(node: &Node<C>) -> Self {
+        let cost = node.container.relative_area() * blocks_of(node.count);
+        Self { costs: [cost; WIDTH], first: node.first, count: node.count }
+    }
+}
+
+/// A binary node of a subtree that is no end.
 #[derive(Debug, Clone, Copy)]
 struct Entry {
     /// The first of its two children in the tree.
@@ -120,41 +99,46 @@ struct Entry {
 }
 
 const END: u32 = u32::MAX;
-pub(super) const TOO_MANY: u32 = u32::MAX;
 
-/// Memory that a thread keeps from task to task.
-#[derive(Debug, Default)]
-pub(super) struct Scratch {
+/// A part of the binary tree, from a root to its ends, with what its nodes cost.
+#[derive(Debug)]
+pub(super) struct Subtree {
+    root: u32,
+    /// The nodes that are no ends, breadth first; none where the root is one.
     entries: Vec<Entry>,
-    /// Entries that become wide nodes, with the node and lane that refer to them.
-    open: Vec<(u32, Option<(usize, usize)>)>,
 }
 
-impl Scratch {
-    /// The part of the wide tree below a node.
-    pub(super) fn part<C: WideContainer>(&mut self, tree: &Tree<C>, ends: &impl Ends<C>, root: u32) -> Part {
-        let mut part = Part::default();
-        if ends.is_end(tree, root) {
-            part.cost = ends.below(tree, root).costs[0];
-            part.root = ends.child(tree, root, &mut part);
-            return part;
+impl Subtree {
+    /// The nodes from `root` to the ends; `end` gives what lies below those.
+    pub(super) fn new<C: WideContainer>(tree: &Tree<C>, root: u32, end: impl Fn(u32) -> Option<Below>) -> Self {
+        let mut subtree = Self { root, entries: Vec::new() };
+        if end(root).is_none() {
+            subtree.entries.reserve(2048);
+            subtree.gather(tree, &end);
+            subtree.weigh(&end);
         }
-        self.gather(tree, ends, root);
-        self.weigh(tree, ends);
-        let Entry { below, is_leaf, .. } = self.entries[0];
-        part.cost = below.costs[0];
-        if is_leaf {
-            part.root = part.leaf(below.first, below.count);
-            return part;
-        }
-        part.nodes.reserve(self.entries.len() / 6);
-        part.blocks.reserve(self.entries.len() / 2);
-        self.open(tree, ends, &mut part);
-        part
+        subtree
     }
 
-    /// Lists the nodes from `root` to the ends, breadth first.
-    fn gather<C: WideContainer>(&mut self, tree: &Tree<C>, ends: &impl Ends<C>, root: u32) {
+    /// The nodes from `root` to the leaves.
+    pub(super) fn to_leaves<C: WideContainer>(tree: &Tree<C>, root: u32) -> Self {
+        Self::new(tree, root, |node| {
+            let node = &tree.nodes[node as usize];
+            node.is_leaf().then(|| Below::leaf(node))
+        })
+    }
+
+    /// What lies below its root, which may be a leaf.
+    pub(super) fn below<C: WideContainer>(&self, tree: &Tree<C>) -> Below {
+        self.entries.first().map_or_else(|| Below::leaf(&tree.nodes[self.root as usize]), |entry| entry.below)
+    }
+
+    /// Its root.
+    pub(super) fn start(&self) -> Spot {
+        Spot { node: self.root, entry: if self.entries.is_empty() { END } else { 0 } }
+    }
+
+    fn gather<C: WideContainer>(&mut self, tree: &Tree<C>, end: &impl Fn(u32) -> Option<Below>) {
         let entry = |index: u32| {
             let node = &tree.nodes[index as usize];
             prefetch(&tree.nodes, node.first as usize);
@@ -163,13 +147,12 @@ impl Scratch {
             Entry { children: node.first, entries: [END; 2], area, below, is_leaf: false }
         };
         let entries = &mut self.entries;
-        entries.clear();
-        entries.push(entry(root));
+        entries.push(entry(self.root));
         let mut at = 0;
         while at < entries.len() {
             for side in 0..2 {
                 let child = entries[at].children + side;
-                if !ends.is_end(tree, child) {
+                if end(child).is_none() {
                     entries[at].entries[side as usize] = entries.len() as u32;
                     entries.push(entry(child));
                 }
@@ -179,107 +162,158 @@ impl Scratch {
     }
 
     /// Finds, bottom-up, the least costs and what becomes a leaf.
-    fn weigh<C: WideContainer>(&mut self, tree: &Tree<C>, ends: &impl Ends<C>) {
+    fn weigh(&mut self, end: &impl Fn(u32) -> Option<Below>) {
         for at in (0..self.entries.len()).rev() {
             let Entry { children, entries, area, .. } = self.entries[at];
             let below = |side: usize| match self.entries.get(entries[side] as usize) {
                 Some(entry) => entry.below,
-                None => ends.below(tree, children + side as u32),
+                None => end(children + side as u32).unwrap_or(NOTHING),
             };
             let (left, right) = (below(0), below(1));
             let neighbours =
                 left.count <= MAX_LEAF && right.count <= MAX_LEAF && left.first + left.count == right.first;
             let count = if neighbours { left.count + right.count } else { TOO_MANY };
             let whole = if count <= MAX_LEAF { area * blocks_of(count) } else { f32::INFINITY };
-            // What fits into a block is hardly worth more than two.
-            let mut costs = if count <= BLOCK as u32 {
-                [left.costs[0] + right.costs[0]; WIDTH]
+            // No wide node costs less than this.
+            let bound = area * NODE_COST + left.costs[WIDTH - 1] + right.costs[WIDTH - 1];
+            let (costs, is_leaf) = if whole <= bound {
+                ([whole; WIDTH], true)
             } else {
-                shared(&left.costs, &right.costs)
+                let costs = shared(&left.costs, &right.costs);
+                let split = area * NODE_COST + costs[WIDTH - 1];
+                if whole <= split { ([whole; WIDTH], true) } else { (costs.map(|cost| least(cost, split)), false) }
             };
-            let split = area * NODE_COST + costs[WIDTH - 1];
-            let is_leaf = whole <= split;
-            let one = if is_leaf { whole } else { split };
-            costs[0] = one;
-            for cost in &mut costs {
-                *cost = least(*cost, one);
-            }
             let entry = &mut self.entries[at];
             entry.below = Below { costs, first: left.first, count };
             entry.is_leaf = is_leaf;
         }
     }
 
-    /// Makes wide nodes, top-down: depth first, what lies below the first lane right after the node.
-    fn open<C: WideContainer>(&mut self, tree: &Tree<C>, ends: &impl Ends<C>, part: &mut Part) {
-        let mut open = std::mem::take(&mut self.open);
-        open.clear();
-        open.push((0, None));
-        while let Some((entry, parent)) = open.pop() {
-            let at = part.nodes.len();
-            if let Some((node, lane)) = parent {
-                part.nodes[node][lane].child = Child::node(at);
+    /// Makes wide nodes of everything below `starts`, top-down: depth first, what lies below the first lane right after the
+    /// node.
+    pub(super) fn open<C: WideContainer>(&self, tree: &Tree<C>, starts: &[Spot]) -> Part {
+        let mut part = Part::default();
+        part.nodes.reserve(self.entries.len() / 6);
+        part.blocks.reserve(self.entries.len() / 2);
+        // Entries that become wide nodes, with the node and lane that refer to them.
+        let mut open: Vec<(Spot, Option<(usize, usize)>)> = Vec::new();
+        for &start in starts {
+            let root = self.child(tree, start, &mut part);
+            let root = root.unwrap_or_else(|| {
+                open.push((start, None));
+                Child::node(part.nodes.len())
+            });
+            part.roots.push(root);
+            while let Some((spot, parent)) = open.pop() {
+                let at = part.nodes.len();
+                if let Some((node, lane)) = parent {
+                    let lanes: &mut [Lane; WIDTH] = &mut part.nodes[node];
+                    lanes[lane].child = Child::node(at);
+                }
+                let (spots, count) = children_of(spot, |spot| self.look(tree, spot));
+                let mut lanes = [Lane::NONE; WIDTH];
+                for (lane, &spot) in lanes.iter_mut().zip(&spots[..count]) {
+                    let child = self.child(tree, spot, &mut part).unwrap_or(Child::node(0));
+                    *lane = Lane { node: spot.node, child };
+                }
+                part.nodes.push(lanes);
+                let interior = (0..count).rev().filter(|&lane| !lanes[lane].child.is_leaf());
+                open.extend(interior.map(|lane| (spots[lane], Some((at, lane)))));
             }
-            let (opened, count) = self.opened(tree, ends, entry);
-            let mut lanes = [Lane::NONE; WIDTH];
-            for (lane, &Opened { node, entry }) in lanes.iter_mut().zip(&opened[..count]) {
-                let child = match self.entries.get(entry as usize) {
-                    None => ends.child(tree, node, part),
-                    Some(entry) if entry.is_leaf => part.leaf(entry.below.first, entry.below.count),
-                    Some(_) => Child::node(0),
-                };
-                *lane = Lane { node, child };
-            }
-            part.nodes.push(lanes);
-            let interior = (0..count).rev().filter(|&lane| !lanes[lane].child.is_leaf());
-            open.extend(interior.map(|lane| (opened[lane].entry, Some((at, lane)))));
         }
-        self.open = open;
+        part
     }
 
-    /// The children of the wide node that an entry becomes, and how many they are.
-    fn opened<C: WideContainer>(&self, tree: &Tree<C>, ends: &impl Ends<C>, entry: u32) -> ([Opened; WIDTH], usize) {
-        let mut lanes = [Opened::default(); WIDTH];
-        let mut count = 0;
-        // Nodes with the number of lanes that they may take, the next one last.
-        let mut waiting = ArrayVec::<(Opened, usize), WIDTH>::new();
-        waiting.push((Opened { node: 0, entry }, WIDTH));
-        while let Some((opened, roots)) = waiting.pop() {
-            let split = self.entries.get(opened.entry as usize).filter(|_| roots > 1).and_then(|entry| {
-                let child = |side: u32| Opened { node: entry.children + side, entry: entry.entries[side as usize] };
-                let costs = |child: Opened| match self.entries.get(child.entry as usize) {
-                    Some(entry) => entry.below.costs,
-                    None => ends.below(tree, child.node).costs,
-                };
-                let (left, right) = (child(0), child(1));
-                let (lanes_of_left, cost) = best_share(&costs(left), &costs(right), roots);
-                let is_root = count == 0 && waiting.is_empty();
-                (is_root || !entry.is_leaf && cost <= entry.below.costs[0]).then_some((left, right, lanes_of_left))
-            });
-            if let Some((left, right, lanes_of_left)) = split {
-                waiting.push((right, roots - lanes_of_left));
-                waiting.push((left, lanes_of_left));
-            } else {
-                lanes[count] = opened;
-                count += 1;
+    /// The leaf that a spot becomes, if it does.
+    fn child<C: WideContainer>(&self, tree: &Tree<C>, spot: Spot, part: &mut Part) -> Option<Child> {
+        match self.entries.get(spot.entry as usize) {
+            None => {
+                let node = &tree.nodes[spot.node as usize];
+                Some(part.leaf(node.first, node.count))
+            }
+            Some(entry) => entry.is_leaf.then(|| part.leaf(entry.below.first, entry.below.count)),
+        }
+    }
+
+    /// Whether a spot becomes a leaf where it stays whole.
+    pub(super) fn is_leaf(&self, spot: Spot) -> bool {
+        self.entries.get(spot.entry as usize).is_none_or(|entry| entry.is_leaf)
+    }
+
+    /// What is known of a spot.
+    pub(super) fn look<C: WideContainer>(&self, tree: &Tree<C>, spot: Spot) -> Look<Spot> {
+        match self.entries.get(spot.entry as usize) {
+            None => Look { costs: Below::leaf(&tree.nodes[spot.node as usize]).costs, children: None },
+            Some(entry) => {
+                let child = |side: usize| Spot { node: entry.children + side as u32, entry: entry.entries[side] };
+                Look { costs: entry.below.costs, children: (!entry.is_leaf).then(|| [child(0), child(1)]) }
             }
         }
-        (lanes, count)
     }
 }
 
-/// A binary node in a wide one, and its entry.
+/// Stands where an end was promised.
+const NOTHING: Below = Below { costs: [0.0; WIDTH], first: 0, count: TOO_MANY };
+
+/// A binary node, and its entry in a subtree; [`END`] for an end.
 #[derive(Debug, Clone, Copy, Default)]
-struct Opened {
-    node: u32,
+pub(super) struct Spot {
+    pub(super) node: u32,
     entry: u32,
+}
+
+impl Spot {
+    /// Whether it is an end of its subtree.
+    pub(super) fn is_end(self) -> bool {
+        self.entry == END
+    }
+}
+
+/// What is known of a binary node that may become part of a wide one.
+pub(super) struct Look<N> {
+    pub(super) costs: [f32; WIDTH],
+    /// Unless it becomes a leaf.
+    pub(super) children: Option<[N; 2]>,
+}
+
+/// The children of the wide node that a binary one becomes, and how many they are.
+pub(super) fn children_of<N: Copy + Default>(root: N, look: impl Fn(N) -> Look<N>) -> ([N; WIDTH], usize) {
+    let mut lanes = [N::default(); WIDTH];
+    let mut count = 0;
+    // Nodes with the number of lanes that they may take, the next one last.
+    let mut waiting = ArrayVec::<(N, usize), WIDTH>::new();
+    waiting.push((root, WIDTH));
+    while let Some((node, roots)) = waiting.pop() {
+        let is_root = count == 0 && waiting.is_empty();
+        let split = if roots == 1 { None } else { split(&look(node), is_root, roots, &look) };
+        if let Some(([left, right], lanes_of_left)) = split {
+            waiting.push((right, roots - lanes_of_left));
+            waiting.push((left, lanes_of_left));
+        } else {
+            lanes[count] = node;
+            count += 1;
+        }
+    }
+    (lanes, count)
+}
+
+/// Both children of a node with how many of `roots` lanes the left one gets; `None` where it stays whole.
+fn split<N: Copy>(node: &Look<N>, is_root: bool, roots: usize, look: impl Fn(N) -> Look<N>) -> Option<([N; 2], usize)> {
+    let children = node.children?;
+    let [left, right] = [look(children[0]).costs, look(children[1]).costs];
+    let (lanes_of_left, cost) = best_share(&left, &right, roots);
+    (is_root || cost <= node.costs[0]).then_some((children, lanes_of_left))
 }
 
 /// The least costs of two subtrees that share at most so many roots. At least two: infinite for one.
 fn shared(left: &[f32; WIDTH], right: &[f32; WIDTH]) -> [f32; WIDTH] {
     let mut costs = [f32::INFINITY; WIDTH];
+    // The right one's costs from one root on, after as many infinite ones as there are lanes.
+    let mut shifted = [f32::INFINITY; 2 * WIDTH];
+    shifted[WIDTH..].copy_from_slice(right);
     for (of_left, left) in left[..WIDTH - 1].iter().enumerate() {
-        for (cost, right) in costs[of_left + 1..].iter_mut().zip(right) {
+        let right = &shifted[WIDTH - 1 - of_left..][..WIDTH];
+        for (cost, right) in costs.iter_mut().zip(right) {
             *cost = least(*cost, left + right);
         }
     }
