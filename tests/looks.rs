@@ -12,6 +12,7 @@ use bvhscope::bvh::builders::build;
 use bvhscope::bvh::lineage::Lineage;
 use bvhscope::bvh::overlap::end_point_overlap_unless;
 use bvhscope::bvh::stats::tree_stats_unless;
+use bvhscope::bvh::wide::collapse;
 use bvhscope::bvh::{BuildSettings, BuilderKind, ContainerKind, Preset};
 use bvhscope::camera::Camera;
 use bvhscope::cancel::CancelToken;
@@ -185,6 +186,10 @@ fn what_is_derived_from_a_tree() {
         look_at("list of nodes", &|accel, token| NodeTable::new(accel).list(None, token).unwrap());
         look_at("lineage", &|accel, token| {
             with_tree!(&accel.tree, tree => drop(Lineage::new_unless(tree, token).unwrap()));
+        });
+        look_at("wide tree", &|accel, token| {
+            let triangles = &accel.scene.triangles;
+            with_tree!(&accel.tree, tree => drop(collapse(tree, triangles, token).unwrap()));
         });
         look_at("overlap", &|accel, token| {
             end_point_overlap_unless(&accel.tree, &accel.scene.triangles, 100, token).unwrap();

@@ -21,8 +21,8 @@ use crate::geometry::Triangle;
 const TASK_NODES: usize = 4096;
 const MAX_TASKS: usize = 1024;
 
-/// Nodes or blocks that are written between two looks at the token.
-const WRITTEN_BETWEEN_CHECKS: usize = 1 << 16;
+/// Nodes or blocks that a thread writes between two looks at the token: 20 ms where the triangles lie far apart.
+const WRITTEN_BETWEEN_CHECKS: usize = 1 << 14;
 /// Nodes or blocks that a thread writes at least before it looks for other work.
 const WRITTEN_AT_ONCE: usize = 256;
 /// Blocks between the one that is written and the one whose triangles are asked for.
@@ -38,16 +38,14 @@ pub fn collapse<C: WideContainer>(
         return Ok(WideTree { root: None, nodes: Vec::new(), blocks: Vec::new() });
     }
     let (top, tasks) = share_out(tree);
-    let subtrees: Vec<Subtree> = tasks
-        .par_iter()
-        .map(|&root| token.check().map(|()| Subtree::to_leaves(tree, root)))
-        .collect::<Result<_, Cancelled>>()?;
-    let (top, top_subtree) = Top::new(tree, &top, &tasks, &subtrees);
+    let subtrees: Vec<Subtree> =
+        tasks.par_iter().map(|&root| Subtree::to_leaves(tree, root, token)).collect::<Result<_, Cancelled>>()?;
+    let (top, top_subtree) = Top::new(tree, &top, &tasks, &subtrees, token)?;
     let parts: Vec<Part> = subtrees
         .into_par_iter()
         .chain(top_subtree.into_par_iter())
         .zip(&top.starts)
-        .map(|(subtree, starts)| token.check().map(|()| subtree.open(tree, starts)))
+        .map(|(subtree, starts)| token.check().and_then(|()| subtree.open(tree, starts, token)))
         .collect::<Result<_, Cancelled>>()?;
 
     // Each part's nodes and blocks follow those of the part before; the top's nodes stand first.
@@ -93,9 +91,10 @@ fn written<T: Send>(
     write: impl Fn(&mut usize, usize) -> T + Sync,
 ) -> Result<Vec<T>, Cancelled> {
     let mut list = Vec::with_capacity(count);
-    for start in (0..count).step_by(WRITTEN_BETWEEN_CHECKS) {
+    let at_once = WRITTEN_BETWEEN_CHECKS * rayon::current_num_threads();
+    for start in (0..count).step_by(at_once) {
         token.check()?;
-        let portion = start..count.min(start + WRITTEN_BETWEEN_CHECKS);
+        let portion = start..count.min(start + at_once);
         list.par_extend(portion.into_par_iter().with_min_len(WRITTEN_AT_ONCE).map_init(|| 0, &write));
     }
     Ok(list)
@@ -164,14 +163,15 @@ impl Top {
         top: &[u32],
         tasks: &[u32],
         subtrees: &[Subtree],
-    ) -> (Self, Option<Subtree>) {
+        token: &CancelToken,
+    ) -> Result<(Self, Option<Subtree>), Cancelled> {
         let mut wide = Self { nodes: Vec::new(), numbers: Vec::new(), starts: vec![Vec::new(); tasks.len() + 1] };
         if top.is_empty() {
             wide.start(0, subtrees[0].start());
-            return (wide, None);
+            return Ok((wide, None));
         }
         let task_of: HashMap<u32, usize> = tasks.iter().enumerate().map(|(task, &root)| (root, task)).collect();
-        let subtree = Subtree::new(tree, 0, |node| Some(subtrees[*task_of.get(&node)?].below(tree)));
+        let subtree = Subtree::new(tree, 0, |node| Some(subtrees[*task_of.get(&node)?].below(tree)), token)?;
         let into_task = |spot: Spot| match task_of.get(&spot.node) {
             Some(&task) if spot.is_end() => Placed { task: Some(task), spot: subtrees[task].start() },
             _ => Placed { task: None, spot },
@@ -202,7 +202,7 @@ impl Top {
             }
             wide.nodes.push(lanes);
         }
-        (wide, Some(subtree))
+        Ok((wide, Some(subtree)))
     }
 
     /// The number of a new start.

@@ -6,11 +6,14 @@ use super::block::BLOCK;
 use super::prefetch::prefetch;
 use super::{Child, WIDTH, WideContainer};
 use crate::bvh::{Node, Tree};
+use crate::cancel::{CancelToken, Cancelled};
 
 /// Cost of visiting a wide node, in the unit of testing a block. Found by trial.
 const NODE_COST: f32 = 0.5;
 /// Primitives that a wide leaf holds at most, unless a binary leaf holds more.
 const MAX_LEAF: u32 = 16;
+/// Binary or wide nodes between two looks at the token.
+const BETWEEN_CHECKS: usize = 1 << 12;
 
 /// A lane of a wide node to be.
 #[derive(Debug, Clone, Copy)]
@@ -109,23 +112,35 @@ pub(super) struct Subtree {
 }
 
 impl Subtree {
-    /// The nodes from `root` to the ends; `end` gives what lies below those.
-    pub(super) fn new<C: WideContainer>(tree: &Tree<C>, root: u32, end: impl Fn(u32) -> Option<Below>) -> Self {
+    /// The nodes from `root` to the ends; `end` gives what lies below those. It may be most of the tree where one side of its
+    /// top is far smaller.
+    pub(super) fn new<C: WideContainer>(
+        tree: &Tree<C>,
+        root: u32,
+        end: impl Fn(u32) -> Option<Below>,
+        token: &CancelToken,
+    ) -> Result<Self, Cancelled> {
+        token.check()?;
         let mut subtree = Self { root, entries: Vec::new() };
         if end(root).is_none() {
             subtree.entries.reserve(2048);
-            subtree.gather(tree, &end);
-            subtree.weigh(&end);
+            subtree.gather(tree, &end, token)?;
+            subtree.weigh(&end, token)?;
         }
-        subtree
+        Ok(subtree)
     }
 
     /// The nodes from `root` to the leaves.
-    pub(super) fn to_leaves<C: WideContainer>(tree: &Tree<C>, root: u32) -> Self {
-        Self::new(tree, root, |node| {
+    pub(super) fn to_leaves<C: WideContainer>(
+        tree: &Tree<C>,
+        root: u32,
+        token: &CancelToken,
+    ) -> Result<Self, Cancelled> {
+        let end = |node: u32| {
             let node = &tree.nodes[node as usize];
             node.is_leaf().then(|| Below::leaf(node))
-        })
+        };
+        Self::new(tree, root, end, token)
     }
 
     /// What lies below its root, which may be a leaf.
@@ -138,7 +153,12 @@ impl Subtree {
         Spot { node: self.root, entry: if self.entries.is_empty() { END } else { 0 } }
     }
 
-    fn gather<C: WideContainer>(&mut self, tree: &Tree<C>, end: &impl Fn(u32) -> Option<Below>) {
+    fn gather<C: WideContainer>(
+        &mut self,
+        tree: &Tree<C>,
+        end: &impl Fn(u32) -> Option<Below>,
+        token: &CancelToken,
+    ) -> Result<(), Cancelled> {
         let entry = |index: u32| {
             let node = &tree.nodes[index as usize];
             prefetch(&tree.nodes, node.first as usize);
@@ -150,6 +170,9 @@ impl Subtree {
         entries.push(entry(self.root));
         let mut at = 0;
         while at < entries.len() {
+            if at.is_multiple_of(BETWEEN_CHECKS) {
+                token.check()?;
+            }
             for side in 0..2 {
                 let child = entries[at].children + side;
                 if end(child).is_none() {
@@ -159,11 +182,15 @@ impl Subtree {
             }
             at += 1;
         }
+        Ok(())
     }
 
     /// Finds, bottom-up, the least costs and what becomes a leaf.
-    fn weigh(&mut self, end: &impl Fn(u32) -> Option<Below>) {
+    fn weigh(&mut self, end: &impl Fn(u32) -> Option<Below>, token: &CancelToken) -> Result<(), Cancelled> {
         for at in (0..self.entries.len()).rev() {
+            if at.is_multiple_of(BETWEEN_CHECKS) {
+                token.check()?;
+            }
             let Entry { children, entries, area, .. } = self.entries[at];
             let below = |side: usize| match self.entries.get(entries[side] as usize) {
                 Some(entry) => entry.below,
@@ -187,11 +214,17 @@ impl Subtree {
             entry.below = Below { costs, first: left.first, count };
             entry.is_leaf = is_leaf;
         }
+        Ok(())
     }
 
     /// Makes wide nodes of everything below `starts`, top-down: depth first, what lies below the first lane right after the
     /// node.
-    pub(super) fn open<C: WideContainer>(&self, tree: &Tree<C>, starts: &[Spot]) -> Part {
+    pub(super) fn open<C: WideContainer>(
+        &self,
+        tree: &Tree<C>,
+        starts: &[Spot],
+        token: &CancelToken,
+    ) -> Result<Part, Cancelled> {
         let mut part = Part::default();
         part.nodes.reserve(self.entries.len() / 6);
         part.blocks.reserve(self.entries.len() / 2);
@@ -206,6 +239,9 @@ impl Subtree {
             part.roots.push(root);
             while let Some((spot, parent)) = open.pop() {
                 let at = part.nodes.len();
+                if at.is_multiple_of(BETWEEN_CHECKS) {
+                    token.check()?;
+                }
                 if let Some((node, lane)) = parent {
                     let lanes: &mut [Lane; WIDTH] = &mut part.nodes[node];
                     lanes[lane].child = Child::node(at);
@@ -221,7 +257,7 @@ impl Subtree {
                 open.extend(interior.map(|lane| (spots[lane], Some((at, lane)))));
             }
         }
-        part
+        Ok(part)
     }
 
     /// The leaf that a spot becomes, if it does.
