@@ -13,6 +13,7 @@ use bvhscope::bvh::depth_limit::depth_limit;
 use bvhscope::bvh::{BuildSettings, ContainerKind, Preset};
 use bvhscope::cancel::CancelToken;
 use bvhscope::geometry::Triangle;
+use bvhscope::with_tree;
 use glam::Vec3;
 
 const COUNT: usize = 20_000;
@@ -88,6 +89,28 @@ fn no_ties_make_a_list() {
                 let (tree, _) = build(&triangles, &settings, &CancelToken::new()).unwrap();
                 assert!(tree.max_depth() <= limit, "{name}, {settings:?}: depth {} of {limit}", tree.max_depth());
             }
+        }
+    }
+}
+
+/// Scaled down to the size of everything else, small triangles would have areas of a few bits.
+#[test]
+fn a_far_outlier_costs_the_others_no_precision() {
+    let random = trees::soup(COUNT, 0.01, 77);
+    for container in ContainerKind::ALL {
+        for preset in [Preset::Fast, Preset::Hq] {
+            let settings = BuildSettings::preset(preset, container);
+            // The first is built as it is, the others over scaled coordinates.
+            let shapes = [1e14, 1e16, 1e17].map(|distance| {
+                let mut triangles = random.clone();
+                triangles[7] = map(&random[7..8], |_, corner| corner + distance)[0];
+                let (tree, _) = build(&triangles, &settings, &CancelToken::new()).unwrap();
+                with_tree!(&tree, tree => {
+                    let links: Vec<_> = tree.nodes.iter().map(|node| (node.first, node.count)).collect();
+                    (links, tree.primitive_indices.clone())
+                })
+            });
+            assert!(shapes[1] == shapes[0] && shapes[2] == shapes[0], "{settings:?}");
         }
     }
 }
