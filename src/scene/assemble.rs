@@ -103,7 +103,7 @@ impl Assembly {
 
     /// Makes room for so many more triangles, or says why there is none. The error names no file yet.
     pub(super) fn reserve(&mut self, count: usize) -> Result<(), NoRoom> {
-        if self.triangles.capacity() - self.triangles.len() >= count {
+        if self.triangles.capacity().saturating_sub(self.triangles.len()) >= count {
             return Ok(());
         }
         // Growing copies, so that old and new stand side by side.
@@ -223,7 +223,7 @@ fn append<T: Copy>(
 ) -> Result<(), Cancelled> {
     if !list.is_empty() {
         all.resize(first, default);
-        all.reserve(end - first);
+        all.reserve(list.len());
         for part in list.chunks(DONE_AT_ONCE) {
             token.check()?;
             all.extend_from_slice(part);
@@ -231,6 +231,12 @@ fn append<T: Copy>(
         all.resize(end, default);
     }
     Ok(())
+}
+
+/// Corners counted from the vertex `first`, `None` where there are no attributes. [`Assembly::add_vertices`] has found that
+/// 32 bits count those that exist.
+pub(super) fn moved(corners: [u32; 3], first: Option<u32>) -> Option<[u32; 3]> {
+    first.map(|first| corners.map(|corner| first.saturating_add(corner)))
 }
 
 /// A list of `items`, about `count` of them.

@@ -60,6 +60,9 @@ pub struct Warning {
     pub first: Place,
 }
 
+/// More kinds than this nobody reads, and each warning is looked for among them.
+const MOST_KINDS: usize = 200;
+
 /// Everything that was skipped or repaired while loading one file.
 #[derive(Debug, Clone, Default, PartialEq, Eq, Serialize)]
 pub struct Warnings {
@@ -70,10 +73,28 @@ pub struct Warnings {
 impl Warnings {
     /// Counts one more of `what`; keeps the first place.
     pub fn add(&mut self, what: &str, place: impl FnOnce() -> Place) {
-        if let Some(entry) = self.entries.iter_mut().find(|entry| entry.what == what) {
-            entry.count += 1;
+        self.add_many(1, what, place);
+    }
+
+    /// Counts so many more of `what`, the first of them at `place`. Of a great many kinds the last ones are counted together.
+    pub fn add_many(&mut self, count: u64, what: &str, place: impl FnOnce() -> Place) {
+        if count == 0 {
+            return;
+        }
+        let is_full = self.entries.len() >= MOST_KINDS;
+        let found = self.entries.iter().position(|entry| entry.what == what).or(is_full.then_some(MOST_KINDS));
+        if let Some(entry) = found.and_then(|at| self.entries.get_mut(at)) {
+            entry.count = entry.count.saturating_add(count);
         } else {
-            self.entries.push(Warning { what: what.to_owned(), count: 1, first: place() });
+            let what = if is_full { "warnings of other kinds" } else { what };
+            self.entries.push(Warning { what: what.to_owned(), count, first: place() });
+        }
+    }
+
+    /// Appends what another part of the loading has counted.
+    pub fn append(&mut self, other: Self) {
+        for Warning { what, count, first } in other.entries {
+            self.add_many(count, &what, || first);
         }
     }
 
@@ -93,5 +114,30 @@ impl std::fmt::Display for Warning {
             Place::Byte(byte) => write!(f, " (first at byte {byte})"),
             Place::Json(json) => write!(f, " (first at {json})"),
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_great_many_kinds_of_warnings_stay_a_list_that_can_be_read() {
+        let mut warnings = Warnings::default();
+        for k in 0..10 * MOST_KINDS as u64 {
+            warnings.add_many(2, &format!("kind {k}"), || Place::Line(k));
+        }
+        warnings.add_many(0, "nothing", || Place::File);
+        warnings.add("kind 3", || Place::File);
+        let mut others = Warnings::default();
+        others.add("kind 5", || Place::File);
+        others.add("something new", || Place::File);
+        warnings.append(others);
+        assert_eq!(warnings.entries.len(), MOST_KINDS + 1);
+        assert_eq!(warnings.entries[3], Warning { what: "kind 3".to_owned(), count: 3, first: Place::Line(3) });
+        assert_eq!(warnings.entries[5].count, 3);
+        let last = warnings.entries[MOST_KINDS].clone();
+        assert_eq!(last.first, Place::Line(MOST_KINDS as u64));
+        assert_eq!(last.to_string(), "3601 warnings of other kinds (first at line 200)");
     }
 }

@@ -44,7 +44,7 @@ impl<'a> Images<'a> {
 
     /// The textures made; what went wrong goes to `warnings`.
     pub(super) fn into_textures(self, warnings: &mut Warnings) -> Vec<Texture> {
-        warnings.entries.extend(self.warnings.entries);
+        warnings.append(self.warnings);
         self.textures
     }
 
@@ -78,9 +78,7 @@ impl<'a> Images<'a> {
         }
         match decode(bytes, MAX_TOTAL.saturating_sub(self.total)) {
             Ok((width, height, texels)) => {
-                self.total += texels.len() as u64 * 4;
-                self.textures.push(Texture { width, height, texels, wrap, uv_transform: Affine2::IDENTITY });
-                u32::try_from(self.textures.len() - 1).ok()
+                self.add(Texture { width, height, texels, wrap, uv_transform: Affine2::IDENTITY })
             }
             Err(reason) => {
                 self.warn(name, &reason);
@@ -95,14 +93,19 @@ impl<'a> Images<'a> {
         if original.wrap == wrap && original.uv_transform == uv_transform {
             return Some(texture);
         }
-        self.total += original.texels.len() as u64 * 4;
-        if self.total > MAX_TOTAL {
+        if self.total.saturating_add(original.bytes()) > MAX_TOTAL {
             self.warn("a texture", "all textures together are too large");
             return None;
         }
         let variant = Texture { wrap, uv_transform, ..original.clone() };
-        self.textures.push(variant);
-        u32::try_from(self.textures.len() - 1).ok()
+        self.add(variant)
+    }
+
+    fn add(&mut self, texture: Texture) -> Option<u32> {
+        let index = u32::try_from(self.textures.len()).ok()?;
+        self.total = self.total.saturating_add(texture.bytes());
+        self.textures.push(texture);
+        Some(index)
     }
 
     pub(super) fn warn(&mut self, name: &str, reason: &str) {
@@ -165,7 +168,8 @@ fn decode(bytes: &[u8], budget: u64) -> Result<(u32, u32, Vec<[u8; 4]>), String>
     reader.limits(limits);
     let decoder = reader.into_decoder().map_err(|error| error.to_string())?;
     let (width, height) = decoder.dimensions();
-    let bytes = decoder.total_bytes().max(u64::from(width) * u64::from(height) * 4);
+    let texels = u64::from(width).saturating_mul(u64::from(height));
+    let bytes = decoder.total_bytes().max(texels.saturating_mul(4));
     if bytes > MAX_IMAGE {
         return Err(format!("{width}x{height} pixels are more than fit into {}", in_words(MAX_IMAGE)));
     }

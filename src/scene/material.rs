@@ -62,6 +62,11 @@ pub struct Texture {
 }
 
 impl Texture {
+    /// Bytes of its texels.
+    pub fn bytes(&self) -> u64 {
+        size_of_val(&self.texels[..]) as u64
+    }
+
     /// The bilinear colour at `uv` (v down): linear RGB and alpha.
     pub fn sample(&self, uv: Vec2) -> Vec4 {
         if self.texels.is_empty() {
@@ -78,7 +83,7 @@ impl Texture {
 
     /// One texel in linear light.
     fn texel(&self, x: u32, y: u32) -> Vec4 {
-        let index = y as usize * self.width as usize + x as usize;
+        let index = (y as usize).saturating_mul(self.width as usize).saturating_add(x as usize);
         let [r, g, b, a] = self.texels.get(index).copied().unwrap_or([255; 4]);
         let linear = &*SRGB_TO_LINEAR;
         Vec4::new(linear[r as usize], linear[g as usize], linear[b as usize], f32::from(a) / 255.0)
@@ -104,18 +109,17 @@ fn split(coordinate: f32, size: u32, wrap: WrapMode) -> ([u32; 2], f32) {
     let place = coordinate * size as f32 - 0.5;
     let floor = place.floor();
     let first = floor as i64;
-    ([wrap_index(first, size, wrap), wrap_index(first + 1, size, wrap)], place - floor)
+    ([first, first.saturating_add(1)].map(|index| wrap_index(index, size, wrap)), place - floor)
 }
 
 fn wrap_index(index: i64, size: u32, wrap: WrapMode) -> u32 {
-    let n = i64::from(size.max(1));
+    let (n, last) = (i64::from(size.max(1)), i64::from(size.saturating_sub(1)));
+    let within = index.rem_euclid(n);
+    let is_mirrored = index.div_euclid(n).rem_euclid(2) == 1;
     let index = match wrap {
-        WrapMode::Repeat => index.rem_euclid(n),
-        WrapMode::MirroredRepeat => {
-            let index = index.rem_euclid(2 * n);
-            if index < n { index } else { 2 * n - 1 - index }
-        }
-        WrapMode::ClampToEdge => index.clamp(0, n - 1),
+        WrapMode::MirroredRepeat if is_mirrored => last.saturating_sub(within),
+        WrapMode::Repeat | WrapMode::MirroredRepeat => within,
+        WrapMode::ClampToEdge => index.clamp(0, last),
     };
     index as u32
 }

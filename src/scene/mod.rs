@@ -1,6 +1,10 @@
 //! Triangles with their looks, and where they come from: files (one format a module) and built-in scenes.
 
+// Whatever a file says, no sum and no product of it wraps or panics.
+#![warn(clippy::arithmetic_side_effects)]
+
 mod assemble;
+#[allow(clippy::arithmetic_side_effects, reason = "reads no file; the sizes are held within the bounds of its table")]
 mod builtin;
 mod error;
 mod gltf;
@@ -143,13 +147,16 @@ impl Scene {
 
     /// Bytes of triangles, attributes and textures.
     pub fn bytes(&self) -> usize {
-        let attributes = self.attributes.as_ref().map_or(0, |a| {
-            size_of_val(&a.corners[..])
-                + size_of_val(&a.normals[..])
-                + size_of_val(&a.uvs[..])
-                + size_of_val(&a.colors[..])
+        let attributes = self.attributes.iter().flat_map(|a| {
+            [
+                size_of_val(&a.corners[..]),
+                size_of_val(&a.normals[..]),
+                size_of_val(&a.uvs[..]),
+                size_of_val(&a.colors[..]),
+            ]
         });
-        let textures: usize = self.textures.iter().map(|texture| texture.texels.len() * 4).sum();
-        size_of_val(&self.triangles[..]) + size_of_val(&self.material_indices[..]) + attributes + textures
+        let textures = self.textures.iter().map(|texture| texture.bytes() as usize);
+        let own = [size_of_val(&self.triangles[..]), size_of_val(&self.material_indices[..])];
+        own.into_iter().chain(attributes).chain(textures).sum()
     }
 }

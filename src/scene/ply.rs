@@ -6,7 +6,7 @@ use std::path::Path;
 
 use glam::Vec3;
 
-use super::assemble::{Assembly, BYTES_PER_TRIANGLE, BYTES_PER_VERTEX, VertexLists};
+use super::assemble::{Assembly, BYTES_PER_TRIANGLE, BYTES_PER_VERTEX, VertexLists, moved};
 use super::material::linear_from_srgb;
 use super::read::{READ_SHARE, unusable};
 use super::{LoadError, Place};
@@ -76,7 +76,7 @@ pub(super) fn load(path: &Path, bytes: &[u8], assembly: &mut Assembly, token: &C
     let mut lists = VertexLists::default();
     let mut faces = Faces::default();
     for element in &elements {
-        let left = (bytes.len() - source.at) as u64;
+        let left = source.rest().len() as u64;
         // The last word of a text need not have anything behind it.
         let least = element.count.saturating_mul(element.least_bytes(source.encoding)).saturating_sub(1);
         if least > left || element.properties.is_empty() && element.count > 0 {
@@ -101,7 +101,7 @@ pub(super) fn load(path: &Path, bytes: &[u8], assembly: &mut Assembly, token: &C
         }
         let corner = |k: usize| vertices.get(corners[k] as usize).copied();
         if let (Some(a), Some(b), Some(c)) = (corner(0), corner(1), corner(2)) {
-            let attributes = first.map(|first| corners.map(|corner| first + corner));
+            let attributes = moved(corners, first);
             assembly.push(Triangle { a, b, c }, attributes, 0, || Place::Json(format!("face {index}")));
         } else {
             assembly
@@ -109,12 +109,7 @@ pub(super) fn load(path: &Path, bytes: &[u8], assembly: &mut Assembly, token: &C
                 .add("triangles with a vertex that does not exist skipped", || Place::Json(format!("face {index}")));
         }
     }
-    if faces.too_few > 0 {
-        assembly.warnings.add("faces with fewer than 3 corners skipped", || Place::File);
-        if let Some(entry) = assembly.warnings.entries.last_mut() {
-            entry.count = faces.too_few;
-        }
-    }
+    assembly.warnings.add_many(faces.too_few, "faces with fewer than 3 corners skipped", || Place::File);
     Ok(())
 }
 
@@ -133,11 +128,21 @@ struct Source<'a> {
 }
 
 impl Source<'_> {
+    /// What is left to read.
+    fn rest(&self) -> &[u8] {
+        self.bytes.get(self.at..).unwrap_or_default()
+    }
+
+    /// Goes on behind so many bytes.
+    fn advance(&mut self, count: usize) {
+        self.at = self.at.saturating_add(count).min(self.bytes.len());
+    }
+
     fn fault(&self, message: impl Into<String>) -> LoadError {
         let place = match self.encoding {
             Encoding::Text => {
-                let start = self.bytes[..self.at].iter().rposition(|&byte| byte == b'\n').map_or(0, |end| end + 1);
-                Place::Column(self.line, (self.at - start) as u64 + 1)
+                let line = self.bytes[..self.at].rsplit(|&byte| byte == b'\n').next().unwrap_or_default();
+                Place::Column(self.line, (line.len() as u64).saturating_add(1))
             }
             _ => Place::Byte(self.at as u64),
         };
@@ -148,12 +153,13 @@ impl Source<'_> {
         let mut elements: Vec<Element> = Vec::new();
         let mut encoding = None;
         loop {
-            let rest = &self.bytes[self.at.min(self.bytes.len())..];
+            let rest = self.rest();
             let Some(end) = rest.iter().take(1 << 16).position(|&byte| byte == b'\n' || byte == b'\r') else {
                 return Err(self.fault("the header has no 'end_header'"));
             };
             let line = String::from_utf8_lossy(&rest[..end]).into_owned();
-            self.at += end + if rest[end..].starts_with(b"\r\n") { 2 } else { 1 };
+            let ending = if rest[end..].starts_with(b"\r\n") { 2 } else { 1 };
+            self.advance(end.saturating_add(ending));
             let words: Vec<&str> = line.split_ascii_whitespace().collect();
             match words[..] {
                 ["format", name, ..] => {
@@ -186,9 +192,9 @@ impl Source<'_> {
                 ["end_header"] => break,
                 _ => {}
             }
-            self.line += 1;
+            self.line = self.line.saturating_add(1);
         }
-        self.line += 1;
+        self.line = self.line.saturating_add(1);
         self.encoding = encoding.ok_or_else(|| self.fault("the header names no format"))?;
         Ok(elements)
     }
@@ -201,9 +207,9 @@ impl Source<'_> {
         let big = self.encoding == Encoding::Big;
         macro_rules! read {
             ($type:ty) => {{
-                let part = self.bytes.get(self.at..).and_then(|rest| rest.first_chunk::<{ size_of::<$type>() }>());
+                let part = self.rest().first_chunk::<{ size_of::<$type>() }>();
                 let Some(&part) = part else { return Err(self.fault("the file ends too early")) };
-                self.at += part.len();
+                self.advance(part.len());
                 f64::from(if big { <$type>::from_be_bytes(part) } else { <$type>::from_le_bytes(part) })
             }};
         }
@@ -220,11 +226,11 @@ impl Source<'_> {
     }
 
     fn text_number(&mut self) -> Result<f64, LoadError> {
-        while let Some(byte) = self.bytes.get(self.at).filter(|byte| byte.is_ascii_whitespace()) {
-            self.line += u64::from(*byte == b'\n');
-            self.at += 1;
+        while let Some(byte) = self.rest().first().filter(|byte| byte.is_ascii_whitespace()) {
+            self.line = self.line.saturating_add(u64::from(*byte == b'\n'));
+            self.advance(1);
         }
-        let rest = &self.bytes[self.at..];
+        let rest = self.rest();
         let end = rest.iter().position(u8::is_ascii_whitespace).unwrap_or(rest.len());
         if end == 0 {
             return Err(self.fault("the file ends too early"));
@@ -235,13 +241,13 @@ impl Source<'_> {
             let word: String = String::from_utf8_lossy(word).chars().take(40).collect();
             return Err(self.fault(format!("'{}' is not a number", word.escape_debug())));
         };
-        self.at += end;
+        self.advance(end);
         Ok(value)
     }
 
     fn list_length(&mut self, number: Number) -> Result<u64, LoadError> {
         let length = self.number(number)?;
-        let left = (self.bytes.len() - self.at) as f64;
+        let left = self.rest().len() as f64;
         if length >= 0.0 && length <= left && length.fract() == 0.0 {
             Ok(length as u64)
         } else {
@@ -325,11 +331,12 @@ impl Source<'_> {
     }
 
     fn faces(&mut self, element: &Element, faces: &mut Faces, token: &CancelToken) -> Result<(), LoadError> {
+        // Those here and those of the scene; the list doubles as it grows.
+        const BYTES_PER_FACE: u64 = 2 * size_of::<[u32; 3]>() as u64 + BYTES_PER_TRIANGLE;
         let strips = element.name == "tristrips";
         let mut polygon: Vec<u32> = Vec::new();
-        // Those here and those of the scene; the list doubles as it grows.
-        let bytes = |triangles: u64| triangles.saturating_mul(2 * size_of::<[u32; 3]>() as u64 + BYTES_PER_TRIANGLE);
-        let mut checked = faces.corners.len() as u64 + element.count;
+        let bytes = |triangles: u64| triangles.saturating_mul(BYTES_PER_FACE);
+        let mut checked = element.count.saturating_add(faces.corners.len() as u64);
         self.check_memory("the faces", bytes(checked))?;
         for index in 0..element.count {
             self.pause(index, token)?;
@@ -341,12 +348,13 @@ impl Source<'_> {
                 };
                 let length = self.list_length(count)?;
                 polygon.clear();
-                if faces.corners.len() as u64 + length > checked {
-                    checked = 2 * (faces.corners.len() as u64 + length);
+                let wanted = length.saturating_add(faces.corners.len() as u64);
+                if wanted > checked {
+                    checked = wanted.saturating_mul(2);
                     self.check_memory("the faces", bytes(checked))?;
                 }
-                for k in 0..length {
-                    self.pause(k + 1, token)?;
+                for k in 1..=length {
+                    self.pause(k, token)?;
                     // Negative numbers end a strip; elsewhere they are out of range as any other too large one.
                     let corner = self.number(property.number)?;
                     polygon.push(if (0.0..4_294_967_295.0).contains(&corner) { corner as u32 } else { u32::MAX });
@@ -361,7 +369,7 @@ impl Source<'_> {
                         }
                     }
                 } else if polygon.len() < 3 {
-                    faces.too_few += 1;
+                    faces.too_few = faces.too_few.saturating_add(1);
                 } else {
                     faces.corners.extend(polygon[1..].windows(2).map(|pair| [polygon[0], pair[0], pair[1]]));
                 }

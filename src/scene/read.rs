@@ -54,7 +54,7 @@ fn fill(
     while bytes.len() < size {
         token.check()?;
         let start = bytes.len();
-        let portion = PORTION.min(size - start);
+        let portion = PORTION.min(size.saturating_sub(start));
         let got = source.by_ref().take(portion as u64).read_to_end(bytes);
         let got = got.map_err(|error| LoadError::Unusable {
             path: path.to_path_buf(),
@@ -131,27 +131,12 @@ fn similar_files(path: &Path) -> String {
     let folder = path.parent().unwrap_or(Path::new(""));
     let mut scored: Vec<_> = names_in(folder)
         .into_iter()
-        .map(|name| (edit_distance(&wanted, &name.to_lowercase()), name))
-        .filter(|(distance, name)| *distance <= wanted.chars().count().min(name.chars().count()) / 3 + 1)
+        .map(|name| (strsim::levenshtein(&wanted, &name.to_lowercase()), name))
+        .filter(|(distance, name)| *distance <= (wanted.chars().count().min(name.chars().count()) / 3).max(1))
         .collect();
     scored.sort();
     let names: Vec<_> = scored.into_iter().take(3).map(|(_, name)| format!("'{name}'")).collect();
     if names.is_empty() { String::new() } else { format!("; did you mean {}?", names.join(" or ")) }
-}
-
-/// Insertions, deletions and changes that turn one name into the other (Levenshtein).
-fn edit_distance(a: &str, b: &str) -> usize {
-    let b: Vec<char> = b.chars().collect();
-    let mut row: Vec<usize> = (0..=b.len()).collect();
-    for (i, x) in a.chars().enumerate() {
-        let mut diagonal = std::mem::replace(&mut row[0], i + 1);
-        for (j, y) in b.iter().enumerate() {
-            let change = diagonal + usize::from(x != *y);
-            diagonal = row[j + 1];
-            row[j + 1] = change.min(row[j] + 1).min(row[j + 1] + 1);
-        }
-    }
-    row[b.len()]
 }
 
 #[cfg(test)]

@@ -16,10 +16,15 @@ use crate::geometry::Triangle;
 const RECORD: usize = 50;
 const HEADER: usize = 84;
 
+/// The triangles that a binary file with this header has.
+fn declared_count(bytes: &[u8]) -> Option<u64> {
+    let count: [u8; 4] = bytes.get(80..HEADER)?.try_into().ok()?;
+    Some(u64::from(u32::from_le_bytes(count)))
+}
+
 /// The length that a binary file with this header has.
 pub(super) fn binary_size(bytes: &[u8]) -> Option<u64> {
-    let count: [u8; 4] = bytes.get(80..HEADER)?.try_into().ok()?;
-    Some(HEADER as u64 + RECORD as u64 * u64::from(u32::from_le_bytes(count)))
+    declared_count(bytes)?.checked_mul(RECORD as u64)?.checked_add(HEADER as u64)
 }
 
 /// Reads an STL file that is in memory.
@@ -28,23 +33,17 @@ pub(super) fn load(path: &Path, bytes: &[u8], assembly: &mut Assembly, token: &C
     if solid && binary_size(bytes) != Some(bytes.len() as u64) {
         return load_text(path, bytes, assembly, token);
     }
-    let Some(expected) = binary_size(bytes) else {
+    let Some(declared) = declared_count(bytes) else {
         return Err(LoadError::Unusable {
             path: path.to_path_buf(),
             place: Place::Byte(bytes.len() as u64),
             message: format!("the file ends in the header of {HEADER} bytes"),
         });
     };
-    let declared = (expected - HEADER as u64) / RECORD as u64;
     let (records, _) = bytes.get(HEADER..).unwrap_or_default().as_chunks::<RECORD>();
-    if declared > records.len() as u64 {
-        let message = format!("triangles of {declared} declared missing at the end");
-        let end = bytes.len() as u64;
-        assembly.warnings.add(&message, || Place::Byte(end));
-        if let Some(entry) = assembly.warnings.entries.last_mut() {
-            entry.count = declared - records.len() as u64;
-        }
-    }
+    let missing = declared.saturating_sub(records.len() as u64);
+    let message = format!("triangles of {declared} declared missing at the end");
+    assembly.warnings.add_many(missing, &message, || Place::Byte(bytes.len() as u64));
     assembly.mesh_count = 1;
     let records = &records[..records.len().min(usize::try_from(declared).unwrap_or(usize::MAX))];
     assembly.reserve(records.len()).map_err(|error| error.in_file(path))?;
@@ -53,18 +52,21 @@ pub(super) fn load(path: &Path, bytes: &[u8], assembly: &mut Assembly, token: &C
             token.check()?;
             token.set_progress(READ_SHARE + (1.0 - READ_SHARE) * index as f32 / records.len() as f32);
         }
-        let (words, _) = record.as_chunks::<4>();
-        let number = |k: usize| f32::from_le_bytes(words[k]);
-        let corner = |k: usize| Vec3::new(number(3 * k), number(3 * k + 1), number(3 * k + 2));
+        // The normal, three corners, and two bytes that nobody uses.
+        let (vectors, _) = record.as_chunks::<12>();
+        let corner = |k: usize| {
+            Vec3::from_array(bytemuck::pod_read_unaligned::<[[u8; 4]; 3]>(&vectors[k]).map(f32::from_le_bytes))
+        };
         let triangle = Triangle { a: corner(1), b: corner(2), c: corner(3) };
-        assembly.push(triangle, None, 0, || Place::Byte((HEADER + RECORD * index) as u64));
+        let place = || Place::Byte(index.saturating_mul(RECORD).saturating_add(HEADER) as u64);
+        assembly.push(triangle, None, 0, place);
     }
     Ok(())
 }
 
 fn load_text(path: &Path, bytes: &[u8], assembly: &mut Assembly, token: &CancelToken) -> Result<(), LoadError> {
     let mut corners = Vec::with_capacity(3);
-    let mut done = 0;
+    let mut done = 0_usize;
     for (index, line) in bytes.split(|&byte| byte == b'\n').enumerate() {
         if index % 16_384 == 0 {
             token.check()?;
@@ -72,12 +74,12 @@ fn load_text(path: &Path, bytes: &[u8], assembly: &mut Assembly, token: &CancelT
             assembly.reserve(16_384 / 2).map_err(|error| error.in_file(path))?;
             token.set_progress(READ_SHARE + (1.0 - READ_SHARE) * done as f32 / bytes.len() as f32);
         }
-        done += line.len() + 1;
-        let number = index as u64 + 1;
+        done = done.saturating_add(line.len()).saturating_add(1);
+        let number = (index as u64).saturating_add(1);
         let mut words = line.split(u8::is_ascii_whitespace).filter(|word| !word.is_empty());
         let keyword = words.next().unwrap_or_default();
         if keyword.eq_ignore_ascii_case(b"solid") {
-            assembly.mesh_count += 1;
+            assembly.mesh_count = assembly.mesh_count.saturating_add(1);
         } else if keyword.eq_ignore_ascii_case(b"vertex") {
             let mut coordinate = || -> Option<f32> { std::str::from_utf8(words.next()?).ok()?.parse().ok() };
             let (Some(x), Some(y), Some(z)) = (coordinate(), coordinate(), coordinate()) else {

@@ -50,6 +50,8 @@ struct Sound<'a> {
     kind: DataType,
     width: usize,
     count: usize,
+    /// `count` times `width`.
+    numbers: usize,
     /// Neither view nor sparse values: all zero, which the crate does not read.
     blank: bool,
 }
@@ -60,7 +62,7 @@ pub(super) fn read(document: &Document, index: usize, token: &CancelToken) -> Re
     let normalized = accessor.reader.normalized();
     let share = |number: f32, most: f32| if normalized { (number / most).max(-1.0) } else { number };
     let numbers = match accessor.kind {
-        _ if accessor.blank => vec![0.0; accessor.count * accessor.width],
+        _ if accessor.blank => vec![0.0; accessor.numbers],
         DataType::I8 => components(document, &accessor, |number: i8| share(f32::from(number), 127.0), token)?,
         DataType::U8 => components(document, &accessor, |number: u8| share(f32::from(number), 255.0), token)?,
         DataType::I16 => components(document, &accessor, |number: i16| share(f32::from(number), 32_767.0), token)?,
@@ -93,7 +95,7 @@ fn components<T: Item + Copy, N>(
 ) -> Result<Vec<N>, Cancelled> {
     let bytes = |buffer: gltf::Buffer<'_>| document.buffers.get(buffer.index())?.as_deref().ok();
     let reader = || accessor.reader.clone();
-    let count = accessor.count * accessor.width;
+    let count = accessor.numbers;
     match accessor.width {
         1 => listed(count, Iter::<T>::new(reader(), bytes).into_iter().flatten().map(convert), token),
         2 => listed(count, Iter::<[T; 2]>::new(reader(), bytes).into_iter().flatten().flatten().map(convert), token),
@@ -114,7 +116,8 @@ fn check<'a>(document: &'a Document, index: usize) -> Result<Sound<'a>, String> 
         Checked::Valid(Dimensions::Vec4) => 4,
         _ => return Err(place("has a type that no attribute has")),
     };
-    let size = kind.0.size() * width;
+    // At most four numbers of four bytes.
+    let size = kind.0.size().saturating_mul(width);
     let count = match usize::try_from(accessor.count.0) {
         Ok(0) => return Err(place("has no elements")),
         Ok(count) => count,
@@ -151,13 +154,14 @@ fn check<'a>(document: &'a Document, index: usize) -> Result<Sound<'a>, String> 
         }
     }
     // Zeros without a view take no bytes of the file, so that only the budget stands against their count.
-    let bytes = count.checked_mul(width * size_of::<f32>()).ok_or_else(|| place("has a count too large"))?;
+    let numbers = count.checked_mul(width).ok_or_else(|| place("has a count too large"))?;
+    let bytes = (numbers as u64).saturating_mul(size_of::<f32>() as u64);
     Budget::of_process()
-        .check("the vertices of one accessor", bytes as u64)
+        .check("the vertices of one accessor", bytes)
         .map_err(|error| format!("accessors[{index}]: {error}"))?;
     let blank = accessor.buffer_view.is_none() && accessor.sparse.is_none();
     let reader = document.parsed.accessors().nth(index).ok_or_else(|| place("does not exist"))?;
-    Ok(Sound { reader, kind: kind.0, width, count, blank })
+    Ok(Sound { reader, kind: kind.0, width, count, numbers, blank })
 }
 
 /// The bytes of `count` elements of `size` bytes in a view, and their distance.
@@ -175,7 +179,7 @@ fn span<'a>(
         return Err(format!("has elements of {size} bytes every {stride} bytes in bufferViews[{view}]"));
     }
     let start = usize::try_from(offset).ok();
-    let length = (count - 1).checked_mul(stride).and_then(|length| length.checked_add(size));
+    let length = count.saturating_sub(1).checked_mul(stride).and_then(|length| length.checked_add(size));
     let range = start.zip(length).and_then(|(start, length)| bytes.get(start..start.checked_add(length)?));
     let range = range.ok_or_else(|| {
         format!(

@@ -82,13 +82,9 @@ fn check_json(text: &[u8]) -> Result<(), OverBudget> {
     // unknown extensions, and names and URIs as they are.
     const OBJECT: u64 = 1024;
     const ENTRY: u64 = 2 * size_of::<serde_json::Value>() as u64;
-    let (mut objects, mut entries) = (0, 0);
-    for byte in text {
-        objects += u64::from(*byte == b'{');
-        entries += u64::from(*byte == b',');
-    }
-    let bytes = objects * OBJECT + entries * ENTRY + text.len() as u64;
-    Budget::of_process().check("the JSON", bytes)
+    let count = |wanted: u8| text.split(|&byte| byte == wanted).count() as u64;
+    let bytes = count(b'{').saturating_mul(OBJECT).saturating_add(count(b',').saturating_mul(ENTRY));
+    Budget::of_process().check("the JSON", bytes.saturating_add(text.len() as u64))
 }
 
 type Chunks<'a> = (Cow<'a, [u8]>, Option<Cow<'a, [u8]>>);
@@ -172,7 +168,7 @@ fn base64(text: &str) -> Result<Vec<u8>, String> {
             .with_decode_allow_trailing_bits(true),
     );
     // The text without line breaks and what it stands for are held at once.
-    let size = text.len() as u64 / 4 * 7;
+    let size = (text.len() as u64 / 4).saturating_mul(7);
     Budget::of_process().check("the bytes of a data URI", size).map_err(|error| error.to_string())?;
     let standard = |byte| match byte {
         b'-' => b'+',

@@ -19,7 +19,7 @@ use serde_json::Value;
 use self::accessor::Unread;
 use self::container::Document;
 use self::primitive::Primitive;
-use super::assemble::{Assembly, DONE_AT_ONCE, VertexLists, check_vertices, listed};
+use super::assemble::{Assembly, DONE_AT_ONCE, VertexLists, check_vertices, listed, moved};
 use super::images::Images;
 use super::read::{READ_SHARE, unusable};
 use super::{LoadError, LoadOptions, Place};
@@ -56,11 +56,11 @@ pub(super) fn load(
     let mut parents: Vec<Option<usize>> = vec![None; nodes.len()];
     let mut stack: Vec<(usize, usize, Mat4)> = roots(root).into_iter().map(|n| (n, SCENE, Mat4::IDENTITY)).collect();
     let mut meshes: HashMap<usize, Rc<Vec<Primitive>>> = HashMap::new();
-    let mut done = 0;
+    let mut done = 0_usize;
     while let Some((index, parent, transform)) = stack.pop() {
         token.check()?;
         token.set_progress(READ_SHARE + (1.0 - READ_SHARE) * done as f32 / nodes.len() as f32);
-        done += 1;
+        done = done.saturating_add(1);
         let place = || Place::Json(format!("nodes[{index}]"));
         let Some(node) = nodes.get(index) else {
             assembly.warnings.add("nodes that do not exist left out", place);
@@ -89,7 +89,7 @@ pub(super) fn load(
         for instance in instances(node, &document, assembly, index, token)? {
             token.check()?;
             for primitive in &*primitives {
-                if assembly.len() + primitive.triangles.len() > MAX_TRIANGLES {
+                if assembly.len().saturating_add(primitive.triangles.len()) > MAX_TRIANGLES {
                     return Err(unusable(path, format!("contains more than {MAX_TRIANGLES} triangles")));
                 }
                 place_primitive(primitive, transform * instance, path, assembly, index, token)?;
@@ -168,7 +168,7 @@ fn shared(index: usize, first: usize, second: usize, parents: &[Option<usize>]) 
     let text = if names.len() <= 8 {
         names.join(" → ")
     } else {
-        format!("{} → … → {}", names[..4].join(" → "), names[names.len() - 3..].join(" → "))
+        format!("{} → … → {}", names[..4].join(" → "), names[names.len().saturating_sub(3)..].join(" → "))
     };
     format!("stands below itself: {text} is a loop")
 }
@@ -202,10 +202,9 @@ fn read_mesh(
         let place = || Place::Json(format!("meshes[{index}].primitives[{k}]"));
         match primitive::read(json, document, uv_sets, token) {
             Ok(Some(primitive)) => {
-                for _ in 0..primitive.out_of_range {
-                    assembly.warnings.add("triangles with a vertex that does not exist skipped", place);
-                }
-                assembly.point_count += primitive.positions.len() as u64;
+                let skipped = primitive.out_of_range as u64;
+                assembly.warnings.add_many(skipped, "triangles with a vertex that does not exist skipped", place);
+                assembly.point_count = assembly.point_count.saturating_add(primitive.positions.len() as u64);
                 primitives.push(primitive);
             }
             Ok(None) => assembly.warnings.add("primitives of points or lines not shown", place),
@@ -274,10 +273,11 @@ fn place_primitive(
     let [x, y, z] = [linear.x_axis, linear.y_axis, linear.z_axis];
     let cofactors = Mat3::from_cols(y.cross(z), z.cross(x), x.cross(y)) * sign;
     check_vertices(primitive.positions.len()).map_err(|error| error.in_file(path))?;
-    let moved = |points: &[Vec3], by: &dyn Fn(Vec3) -> Vec3| listed(points.len(), points.iter().map(|&p| by(p)), token);
-    let positions = moved(&primitive.positions, &|point| transform.transform_point3(point))?;
+    let turned =
+        |points: &[Vec3], by: &dyn Fn(Vec3) -> Vec3| listed(points.len(), points.iter().map(|&p| by(p)), token);
+    let positions = turned(&primitive.positions, &|point| transform.transform_point3(point))?;
     let lists = VertexLists {
-        normals: moved(&primitive.normals, &|normal| (cofactors * normal).normalize_or_zero())?,
+        normals: turned(&primitive.normals, &|normal| (cofactors * normal).normalize_or_zero())?,
         uvs: listed(primitive.uvs.len(), primitive.uvs.iter().copied(), token)?,
         colors: listed(primitive.colors.len(), primitive.colors.iter().copied(), token)?,
     };
@@ -289,7 +289,7 @@ fn place_primitive(
         }
         let corners = if mirrored { [a, c, b] } else { [a, b, c] };
         let [a, b, c] = corners.map(|corner| positions[corner as usize]);
-        let corners = first.map(|first| corners.map(|corner| first + corner));
+        let corners = moved(corners, first);
         let material = primitive.material as u32;
         assembly.push(Triangle { a, b, c }, corners, material, || Place::Json(format!("nodes[{node}]")));
     }

@@ -44,7 +44,8 @@ pub(super) fn read(
         return Err("POSITION is not VEC3".into());
     }
     let positions = vectors(&elements, token)?;
-    let fallback = uv_sets.len() - 1;
+    // The last one is that of primitives without any.
+    let fallback = uv_sets.len().saturating_sub(1);
     let material = json.material.map(|material| material.value()).filter(|&material| material < fallback);
     let material = material.unwrap_or(fallback);
     // Looks that cannot be read are left out; the shape counts.
@@ -84,11 +85,11 @@ pub(super) fn read(
         }
         _ => listed(indices.len() / 3, indices.as_chunks().0.iter().copied(), token)?,
     };
-    let mut out_of_range = 0;
+    let mut out_of_range = 0_usize;
     for part in triangles.chunks(DONE_AT_ONCE) {
         token.check()?;
         let exists = |corners: &[u32; 3]| corners.iter().all(|&corner| (corner as usize) < positions.len());
-        out_of_range += part.iter().filter(|corners| !exists(corners)).count();
+        out_of_range = out_of_range.saturating_add(part.iter().filter(|corners| !exists(corners)).count());
     }
     if out_of_range > 0 {
         triangles.retain(|corners| corners.iter().all(|&corner| (corner as usize) < positions.len()));

@@ -5,6 +5,8 @@ use std::collections::HashSet;
 use std::io::{BufRead, Error, Read, Write};
 use std::ops::RangeInclusive;
 
+use arrayvec::ArrayVec;
+
 use crate::budget::Budget;
 use crate::cancel::CancelToken;
 use crate::scene::assemble::BYTES_PER_TRIANGLE;
@@ -18,7 +20,7 @@ const PORTION: usize = 1 << 16;
 /// Bytes of the file between two questions to the budget.
 const BYTES_BETWEEN_CHECKS: usize = 1 << 20;
 /// tobj works off a group in one go, so groups are kept short enough for cancelling.
-const FACES_PER_GROUP: u32 = 20_000;
+const TRIANGLES_PER_GROUP: usize = 20_000;
 
 /// What is wrong with a line, and the byte in it, from 0, where one word is at fault.
 struct Fault {
@@ -50,7 +52,7 @@ pub(super) struct Clean<'a> {
     bad_positions: HashSet<u64>,
     corners: Vec<[u64; 3]>,
     kind: Kind,
-    faces_in_group: u32,
+    triangles_in_group: usize,
     triangles: u64,
     /// Where in the file the budget is asked again.
     next_check: usize,
@@ -80,7 +82,7 @@ impl<'a> Clean<'a> {
             bad_positions: HashSet::new(),
             corners: Vec::new(),
             kind: (false, false),
-            faces_in_group: 0,
+            triangles_in_group: 0,
             triangles: 0,
             next_check: BYTES_BETWEEN_CHECKS,
             object_open: true,
@@ -101,8 +103,8 @@ impl<'a> Clean<'a> {
         let rest = self.data.get(self.at..).filter(|rest| !rest.is_empty())?;
         let end = rest.iter().position(|&byte| byte == b'\n' || byte == b'\r').unwrap_or(rest.len());
         let ending = if rest[end..].starts_with(b"\r\n") { 2 } else { 1 };
-        self.at += end + ending;
-        self.line += 1;
+        self.at = self.at.saturating_add(end).saturating_add(ending);
+        self.line = self.line.saturating_add(1);
         Some(&rest[..end])
     }
 
@@ -135,19 +137,20 @@ impl<'a> Clean<'a> {
     }
 
     fn clean(&mut self, line: &[u8]) -> Result<(), Fault> {
-        let indent = line.len() - line.trim_ascii_start().len();
-        let line = line.trim_ascii();
-        let end = line.iter().position(u8::is_ascii_whitespace).unwrap_or(line.len());
-        let (keyword, rest) = line.split_at(end);
+        let statement = line.trim_ascii();
+        let end = statement.iter().position(u8::is_ascii_whitespace).unwrap_or(statement.len());
+        let (keyword, rest) = statement.split_at(end);
+        // Where the rest begins in the line.
+        let start = line.trim_ascii_end().len().saturating_sub(rest.len());
         match keyword {
-            b"v" => self.position(rest, indent + end),
+            b"v" => self.position(rest, start),
             b"vt" => {
-                self.texcoords += 1;
-                self.numbers(b"vt", rest, indent + end, 1..=2)
+                self.texcoords = self.texcoords.saturating_add(1);
+                self.numbers(b"vt", rest, start, 1..=2)
             }
             b"vn" => {
-                self.normals += 1;
-                self.numbers(b"vn", rest, indent + end, 3..=3)
+                self.normals = self.normals.saturating_add(1);
+                self.numbers(b"vn", rest, start, 3..=3)
             }
             b"f" | b"fo" => {
                 self.face(rest);
@@ -178,28 +181,28 @@ impl<'a> Clean<'a> {
 
     /// A point; `start` is where the rest of the line begins in it.
     fn position(&mut self, rest: &[u8], start: usize) -> Result<(), Fault> {
-        self.positions += 1;
-        let mut values = [0.0_f32; 6];
-        let mut count = 0;
+        self.positions = self.positions.saturating_add(1);
+        let mut values = ArrayVec::<f32, 6>::new();
         self.out.extend_from_slice(b"v");
         for (at, word) in words_at(rest).take(6) {
-            values[count] = number(word, start + at)?;
-            count += 1;
-            if count <= 3 {
+            values.push(number(word, start.saturating_add(at))?);
+            if values.len() <= 3 {
                 self.out.push(b' ');
                 self.out.extend_from_slice(word);
             }
         }
+        let count = values.len();
         if count < 3 {
             return Err(format!("a vertex needs 3 coordinates, but there are {count}").into());
         }
+        let is_usable = values.iter().take(3).all(|value| value.abs() <= 1e18);
         if self.colored {
-            let [.., r, g, b] = if count == 6 { values } else { [1.0; 6] };
+            let [.., r, g, b] = values.into_inner().unwrap_or([1.0; 6]);
             // Writing to memory cannot fail.
             let _ = write!(self.out, " {r} {g} {b}");
         }
         self.out.push(b'\n');
-        if !values[..3].iter().all(|value| value.abs() <= 1e18) {
+        if !is_usable {
             self.bad_positions.insert(self.positions);
         }
         Ok(())
@@ -215,12 +218,12 @@ impl<'a> Clean<'a> {
     ) -> Result<(), Fault> {
         let (least, most) = counts.into_inner();
         self.out.extend_from_slice(keyword);
-        let mut count = 0;
+        let mut count = 0_usize;
         for (at, word) in words_at(rest).take(most) {
-            number(word, start + at)?;
+            number(word, start.saturating_add(at))?;
             self.out.push(b' ');
             self.out.extend_from_slice(word);
-            count += 1;
+            count = count.saturating_add(1);
         }
         if count < least {
             return Err(format!("{least} numbers are expected, but there are {count}").into());
@@ -258,13 +261,15 @@ impl<'a> Clean<'a> {
         if let Some(fault) = fault {
             self.warnings.add(fault, || Place::Line(line));
         } else {
-            if kind != self.kind || self.faces_in_group >= FACES_PER_GROUP {
+            if kind != self.kind || self.triangles_in_group >= TRIANGLES_PER_GROUP {
                 self.end_group();
                 self.kind = kind;
             }
-            self.mesh_count += usize::from(std::mem::take(&mut self.object_open));
-            self.faces_in_group += corners.len() as u32 - 2;
-            self.triangles += corners.len() as u64 - 2;
+            let begins = std::mem::take(&mut self.object_open);
+            self.mesh_count = self.mesh_count.saturating_add(usize::from(begins));
+            let triangles = corners.len().saturating_sub(2);
+            self.triangles_in_group = self.triangles_in_group.saturating_add(triangles);
+            self.triangles = self.triangles.saturating_add(triangles as u64);
             self.out.push(b'f');
             for [position, texcoord, normal] in &corners {
                 let _ = match kind {
@@ -280,21 +285,30 @@ impl<'a> Clean<'a> {
     }
 
     fn end_group(&mut self) {
-        if self.faces_in_group > 0 {
+        if self.triangles_in_group > 0 {
             self.out.extend_from_slice(b"g\n");
-            self.faces_in_group = 0;
+            self.triangles_in_group = 0;
         }
     }
 
     /// Whether there is room for as much again as tobj holds by now, whose lists double as they grow, and for the scene that
     /// is made of it.
     fn check_memory(&mut self) -> Result<(), String> {
+        const FLOAT: u64 = size_of::<f32>() as u64;
+        const FACE: u64 = size_of::<[u32; 3]>() as u64 + BYTES_PER_TRIANGLE;
         if self.at < self.next_check {
             return Ok(());
         }
-        self.next_check = self.at + BYTES_BETWEEN_CHECKS;
-        let floats = self.positions * if self.colored { 6 } else { 3 } + self.texcoords * 2 + self.normals * 3;
-        let bytes = floats * size_of::<f32>() as u64 + self.triangles * (12 + BYTES_PER_TRIANGLE);
+        self.next_check = self.at.saturating_add(BYTES_BETWEEN_CHECKS);
+        let position = if self.colored { 6 * FLOAT } else { 3 * FLOAT };
+        let lists = [
+            (self.positions, position),
+            (self.texcoords, 2 * FLOAT),
+            (self.normals, 3 * FLOAT),
+            (self.triangles, FACE),
+        ];
+        let bytes = |sum: u64, (count, each): (u64, u64)| sum.saturating_add(count.saturating_mul(each));
+        let bytes = lists.into_iter().fold(0, bytes);
         Budget::of_process().check("the vertices and faces", bytes).map_err(|error| error.to_string())
     }
 
@@ -306,7 +320,8 @@ impl<'a> Clean<'a> {
                 Ok(true) => {}
                 Ok(false) => break,
                 Err(Fault { message, column }) => {
-                    let place = column.map_or(Place::Line(self.line), |at| Place::Column(self.line, at as u64 + 1));
+                    let place = column
+                        .map_or(Place::Line(self.line), |at| Place::Column(self.line, (at as u64).saturating_add(1)));
                     self.fault = Some((place, message));
                     return Err(Error::other("unreadable line"));
                 }
@@ -338,7 +353,7 @@ impl BufRead for Clean<'_> {
     }
 
     fn consume(&mut self, amount: usize) {
-        self.out_at = (self.out_at + amount).min(self.out.len());
+        self.out_at = self.out_at.saturating_add(amount).min(self.out.len());
     }
 }
 
@@ -356,10 +371,10 @@ fn words(line: &[u8]) -> impl Iterator<Item = &[u8]> {
 
 /// The words with the bytes where they start.
 fn words_at(line: &[u8]) -> impl Iterator<Item = (usize, &[u8])> {
-    let mut next = 0;
+    let mut next = 0_usize;
     let parts = line.split(u8::is_ascii_whitespace).map(move |word| {
         let at = next;
-        next += word.len() + 1;
+        next = next.saturating_add(word.len()).saturating_add(1);
         (at, word)
     });
     parts.filter(|(_, word)| !word.is_empty())

@@ -8,7 +8,7 @@ use std::path::Path;
 
 use glam::{Vec2, Vec3};
 
-use super::assemble::{Assembly, DONE_AT_ONCE, VertexLists, listed};
+use super::assemble::{Assembly, DONE_AT_ONCE, VertexLists, listed, moved};
 use super::images::Images;
 use super::material::linear_from_srgb;
 use super::read::unusable;
@@ -54,7 +54,7 @@ pub(super) fn load(
     assembly.mesh_count = reader.mesh_count;
     assembly.point_count = reader.positions();
     assembly.warnings = reader.warnings;
-    assembly.warnings.entries.extend(warnings.entries);
+    assembly.warnings.append(warnings);
     assembly.textures = images.into_inner().into_textures(&mut assembly.warnings);
     assembly.materials = materials;
     let default_material = assembly.materials.len() as u32;
@@ -102,8 +102,7 @@ fn add_mesh(
         }
         let corner = |k: usize| positions.get(corners[k] as usize).copied();
         if let (Some(a), Some(b), Some(c)) = (corner(0), corner(1), corner(2)) {
-            let corners = first.map(|first| corners.map(|corner| first + corner));
-            assembly.push(Triangle { a, b, c }, corners, material, || Place::File);
+            assembly.push(Triangle { a, b, c }, moved(*corners, first), material, || Place::File);
         }
     }
     Ok(())
