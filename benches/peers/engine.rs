@@ -111,7 +111,7 @@ pub fn interfaces(ready: &Ready) -> Vec<Interface<'_>> {
         },
         Interface {
             engine: OWN,
-            name: format!("{name} packet"),
+            name: format!("{name} many"),
             prepare: Box::new(move |work| match work.query {
                 Query::Closest => Some(Box::new(move || {
                     let mut tally = Tally::default();
@@ -122,14 +122,6 @@ pub fn interfaces(ready: &Ready) -> Vec<Interface<'_>> {
                     }
                     tally
                 })),
-                Query::Any => None,
-            }),
-        },
-        Interface {
-            engine: OWN,
-            name: format!("{name} in flight"),
-            prepare: Box::new(move |work| match work.query {
-                Query::Closest => None,
                 Query::Any => Some(Box::new(move || {
                     let mut hits = 0;
                     let mut blocked = [false; 4 * TILE];

@@ -186,6 +186,7 @@ pub fn any_hit_with<C: Container, P: Probe>(
 }
 
 /// The nearest hit so far.
+#[derive(Clone, Copy)]
 pub(super) struct Nearest {
     t: f32,
     u: f32,
@@ -194,6 +195,11 @@ pub(super) struct Nearest {
 }
 
 impl Nearest {
+    /// Nothing, and nothing will be.
+    pub(super) const NOTHING: Self = Self { t: 0.0, u: 0.0, v: 0.0, primitive_index: u32::MAX };
+    /// Some hit, where it does not matter which.
+    pub(super) const SOMETHING: Self = Self { primitive_index: 0, ..Self::NOTHING };
+
     /// No hit yet. The largest index stands for none: it loses every tie.
     #[inline(always)]
     pub(super) fn new(t_max: f32) -> Self {

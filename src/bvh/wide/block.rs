@@ -5,7 +5,8 @@ use fearless_simd::{Simd, SimdBase, SimdMask, f32x4, mask32x4};
 use glam::Vec3;
 
 use super::packed::PackedRay;
-use crate::geometry::{EDGE_MAX, EDGE_MIN, FAR_SLACK, PreparedRay, Shear, Triangle, TriangleHit};
+use crate::bvh::traverse::Nearest;
+use crate::geometry::{EDGE_MAX, EDGE_MIN, FAR_SLACK, PreparedRay, Ray, Shear, Triangle, TriangleHit};
 
 /// Triangles of a block.
 pub const BLOCK: usize = 4;
@@ -100,46 +101,43 @@ impl<S: Simd> BlockRay<S> {
         }
     }
 
-    /// Offers each triangle of `block` that the ray meets up to `t_max` to `found`.
+    /// Offers each triangle of `block` that the ray meets to `nearest`. `whole_ray` is what `ray` was made of.
     #[inline(always)]
-    pub(super) fn test(
-        &self,
-        simd: S,
-        block: &TriangleBlock,
-        ray: &PreparedRay,
-        t_max: f32,
-        mut found: impl FnMut(TriangleHit, u32),
-    ) {
-        let Some(meeting) = self.meeting(simd, block, ray.ray.t_min, t_max) else { return };
-        let Meeting { t, shares, certain, unclear } = meeting;
-        let mut hits = (certain | unclear).to_bitmask() as u32;
-        if hits == 0 {
-            return;
+    pub(super) fn test(&self, simd: S, block: &TriangleBlock, ray: &PackedRay, whole_ray: &Ray, nearest: &mut Nearest) {
+        let t_max = nearest.t();
+        let Some(meeting) = self.meeting(simd, block, ray.t_min, t_max) else { return };
+        let (entered, entry) = enters(simd, block, ray, t_max);
+        let mut hits = (meeting.certain & entered).to_bitmask() as u32;
+        let mut unclear = meeting.unclear.to_bitmask() as u32;
+        if hits != 0 {
+            let t = meeting.t.max(entry).to_array();
+            let [u, v] = [meeting.shares[1].to_array(), meeting.shares[2].to_array()];
+            while hits != 0 {
+                let lane = hits.trailing_zeros() as usize % BLOCK;
+                hits &= hits - 1;
+                nearest.offer(TriangleHit { t: t[lane], u: u[lane], v: v[lane] }, block.primitive_index(lane));
+            }
         }
-        let unclear = unclear.to_bitmask() as u32;
-        let (t, u, v) = (t.to_array(), shares[1].to_array(), shares[2].to_array());
-        while hits != 0 {
-            let lane = hits.trailing_zeros() as usize % BLOCK;
-            hits &= hits - 1;
-            let triangle = block.triangle(lane);
-            let hit = if unclear >> lane & 1 != 0 {
-                triangle.intersect(ray, &Shear::new(ray.ray.direction), t_max)
-            } else {
-                triangle.hit_in_box(ray, TriangleHit { t: t[lane], u: u[lane], v: v[lane] }, t_max)
-            };
-            if let Some(hit) = hit {
-                found(hit, block.primitive_index(lane));
+        while unclear != 0 {
+            let lane = unclear.trailing_zeros() as usize % BLOCK;
+            unclear &= unclear - 1;
+            if let Some(hit) = unclear_hit(block, lane, whole_ray, t_max) {
+                nearest.offer(hit, block.primitive_index(lane));
             }
         }
     }
 
-    /// One bit for each triangle of `block` that the ray meets within its interval, and one for each of which single precision
-    /// cannot tell.
+    /// Whether the ray meets any triangle of `block`. `whole_ray` is what `ray` was made of.
     #[inline(always)]
-    pub(super) fn meets(&self, simd: S, block: &TriangleBlock, ray: &PackedRay) -> [u32; 2] {
-        let Some(meeting) = self.meeting(simd, block, ray.t_min, ray.t_max) else { return [0; 2] };
-        let hits = meeting.certain & enters(simd, block, ray);
-        [hits.to_bitmask() as u32, meeting.unclear.to_bitmask() as u32]
+    pub(super) fn meets(&self, simd: S, block: &TriangleBlock, ray: &PackedRay, whole_ray: &Ray) -> bool {
+        let Some(meeting) = self.meeting(simd, block, ray.t_min, ray.t_max) else { return false };
+        if (meeting.certain & enters(simd, block, ray, ray.t_max).0).any_true() {
+            return true;
+        }
+        let unclear = meeting.unclear.to_bitmask() as u32;
+        unclear != 0
+            && (0..BLOCK)
+                .any(|lane| unclear >> lane & 1 != 0 && unclear_hit(block, lane, whole_ray, whole_ray.t_max).is_some())
     }
 
     /// Where the ray meets the triangles' planes; `None` where it passes all triangles.
@@ -185,9 +183,16 @@ struct Meeting<S: Simd> {
     unclear: mask32x4<S>,
 }
 
-/// The triangles of a block whose own box the ray enters within its interval: [`Triangle::hit_in_box`].
+/// Where the ray meets a triangle of `block` in double precision.
+#[cold]
+#[inline(never)]
+fn unclear_hit(block: &TriangleBlock, lane: usize, ray: &Ray, t_max: f32) -> Option<TriangleHit> {
+    block.triangle(lane).intersect(&PreparedRay::new(*ray), &Shear::new(ray.direction), t_max)
+}
+
+/// The triangles of a block whose own box the ray enters up to `t_max`, and where: [`Triangle::hit_in_box`].
 #[inline(always)]
-fn enters<S: Simd>(simd: S, block: &TriangleBlock, ray: &PackedRay) -> mask32x4<S> {
+fn enters<S: Simd>(simd: S, block: &TriangleBlock, ray: &PackedRay, t_max: f32) -> (mask32x4<S>, f32x4<S>) {
     let splat = |value| f32x4::splat(simd, value);
     let corner = |corner: usize, axis: usize| f32x4::load_array_ref(simd, &block.corners[corner][axis]);
     let low = each!(axis => {
@@ -202,5 +207,5 @@ fn enters<S: Simd>(simd: S, block: &TriangleBlock, ray: &PackedRay) -> mask32x4<
     let far = each!(axis => low[axis].max(high[axis]));
     let entry = near[0].max(near[1]).max(near[2].max(splat(ray.t_min)));
     let exit = far[0].min(far[1]).min(far[2]) * FAR_SLACK;
-    entry.simd_le(exit) & entry.simd_le(splat(ray.t_max))
+    (entry.simd_le(exit) & entry.simd_le(splat(t_max)), entry)
 }

@@ -3,7 +3,7 @@
 use std::fmt::Debug;
 
 use bytemuck::{Pod, Zeroable};
-use fearless_simd::{Select, Simd, SimdBase, SimdFloat, SimdMask, f32x8};
+use fearless_simd::{Select, Simd, SimdBase, SimdFloat, SimdMask, f32x8, mask32x8};
 
 use super::packed::PackedRay;
 use super::{WIDTH, WideTree};
@@ -25,8 +25,15 @@ pub trait WideContainer: Container {
     fn store(&self, bounds: &mut Self::Bounds, lane: usize);
     /// Spreads a ray over the lanes for [`WideContainer::entries`].
     fn prepare<S: Simd>(simd: S, ray: &PackedRay) -> Self::Prepared<S>;
-    /// One bit for each lane that the ray enters up to `t_max`, and where; see [`Container::entry`].
-    fn entries<S: Simd>(simd: S, bounds: &Self::Bounds, ray: &Self::Prepared<S>, t_max: f32) -> (u32, [f32; WIDTH]);
+    /// The lanes that the ray enters up to `t_max`, and where; see [`Container::entry`].
+    fn entered<S: Simd>(simd: S, bounds: &Self::Bounds, ray: &Self::Prepared<S>, t_max: f32)
+    -> (mask32x8<S>, f32x8<S>);
+    /// [`WideContainer::entered`], one bit for each lane.
+    #[inline(always)]
+    fn entries<S: Simd>(simd: S, bounds: &Self::Bounds, ray: &Self::Prepared<S>, t_max: f32) -> (u32, [f32; WIDTH]) {
+        let (entered, entry) = Self::entered(simd, bounds, ray, t_max);
+        (entered.to_bitmask() as u32, entry.to_array())
+    }
     /// The boxes, where they are some: packets know no other container.
     fn as_boxes(tree: &WideTree<Self>) -> Option<&WideTree<Aabb>>;
 }
@@ -72,7 +79,7 @@ impl WideContainer for Aabb {
     }
 
     #[inline(always)]
-    fn entries<S: Simd>(simd: S, bounds: &Boxes, ray: &BoxRay<S>, t_max: f32) -> (u32, [f32; WIDTH]) {
+    fn entered<S: Simd>(simd: S, bounds: &Boxes, ray: &BoxRay<S>, t_max: f32) -> (mask32x8<S>, f32x8<S>) {
         let numbers: &[f32; 6 * WIDTH] = bytemuck::cast_ref(&bounds.0);
         let planes = |axis: usize, side: usize| f32x8::from_slice(simd, &numbers[2 * WIDTH * axis + side..][..WIDTH]);
         let near = each!(axis => (planes(axis, ray.near[axis] & WIDTH) - ray.near_origin[axis]) * ray.inverse[axis]);
@@ -80,8 +87,7 @@ impl WideContainer for Aabb {
             each!(axis => (planes(axis, ray.near[axis] & WIDTH ^ WIDTH) - ray.far_origin[axis]) * ray.inverse[axis]);
         let entry = near[0].max(near[1]).max(near[2].max(ray.t_min));
         let exit = far[0].min(far[1]).min(far[2]) * FAR_SLACK;
-        let hit = entry.simd_le(exit) & entry.simd_le(f32x8::splat(simd, t_max));
-        (hit.to_bitmask() as u32, entry.to_array())
+        (entry.simd_le(exit) & entry.simd_le(f32x8::splat(simd, t_max)), entry)
     }
 
     #[inline(always)]
@@ -132,7 +138,7 @@ impl WideContainer for Sphere {
 
     /// Step by step what [`Container::entry`] does.
     #[inline(always)]
-    fn entries<S: Simd>(simd: S, bounds: &Spheres, ray: &SphereRay<S>, t_max: f32) -> (u32, [f32; WIDTH]) {
+    fn entered<S: Simd>(simd: S, bounds: &Spheres, ray: &SphereRay<S>, t_max: f32) -> (mask32x8<S>, f32x8<S>) {
         let zero = f32x8::splat(simd, 0.0);
         let radius = f32x8::load_array_ref(simd, &bounds.radius);
         let to = each!(axis => f32x8::load_array_ref(simd, &bounds.center[axis]) - ray.origin[axis]);
@@ -153,7 +159,7 @@ impl WideContainer for Sphere {
             | radius.simd_lt(zero);
         // NaN fails the comparison, which leaves t_min.
         let entry = near.simd_gt(ray.t_min).select(near, ray.t_min);
-        ((!missed).to_bitmask() as u32, entry.to_array())
+        (!missed, entry)
     }
 
     #[inline(always)]

@@ -25,13 +25,13 @@ macro_rules! each {
 pub mod block;
 pub mod bounds;
 mod collapse;
-mod in_flight;
 mod opening;
 mod packed;
 pub mod packet;
 pub(super) mod prefetch;
 pub mod single;
 mod stack;
+mod stream;
 
 use bytemuck::{Pod, Zeroable};
 use fearless_simd::{Level, dispatch};
@@ -54,6 +54,8 @@ pub struct Child(u32);
 impl Child {
     /// Marks leaves.
     const LEAF: u32 = 1 << 31;
+    /// The first node.
+    const ROOT: Self = Self(0);
 
     fn node(index: usize) -> Self {
         Self(index as u32)
@@ -194,7 +196,7 @@ impl AnyWideTree {
     /// Where `blocked` is shorter than `rays`.
     pub fn any_hits(&self, level: Level, rays: &[Ray], blocked: &mut [bool]) {
         assert!(blocked.len() >= rays.len(), "{} answers for {} rays", blocked.len(), rays.len());
-        with_wide_tree!(self, tree => dispatch!(level, simd => in_flight::any_hits(simd, tree, rays, blocked)));
+        with_wide_tree!(self, tree => dispatch!(level, simd => stream::any_hits(simd, tree, rays, blocked)));
     }
 
     /// The nearest hits of `rays`, into the first elements of `hits`; see [`packet::closest_hits`].

@@ -10,8 +10,7 @@ use glam::Vec3;
 
 use super::block::{BLOCK, permuted_axes};
 use super::stack::{Stack, Waiting};
-use super::{TriangleBlock, WIDTH, WideContainer, WideNode, WideTree, single};
-use crate::bvh::traverse::NoProbe;
+use super::{TriangleBlock, WIDTH, WideContainer, WideNode, WideTree, stream};
 use crate::geometry::{Aabb, EDGE_MAX, EDGE_MIN, FAR_SLACK, Hit, PreparedRay, Ray, Shear};
 
 /// Rays that one packet takes.
@@ -45,9 +44,7 @@ fn closest_hits_of<S: Simd, C: WideContainer>(simd: S, tree: &WideTree<C>, rays:
             *hit = packet.found.hit(index);
         }
     } else {
-        for (hit, ray) in hits.iter_mut().zip(rays) {
-            *hit = single::closest_hit(simd, tree, ray, &mut NoProbe);
-        }
+        stream::closest_hits(simd, tree, rays, hits);
     }
 }
 

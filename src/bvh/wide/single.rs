@@ -18,35 +18,30 @@ pub fn closest_hit<S: Simd, C: WideContainer, P: Probe>(
     ray: &Ray,
     probe: &mut P,
 ) -> Option<Hit> {
-    let ray = PreparedRay::new(*ray);
-    let mut nearest = Nearest::new(ray.ray.t_max);
-    walk::<S, C, P, false>(simd, tree, &ray, &mut nearest, probe);
-    nearest.hit()
+    nearest::<S, C, P, false>(simd, tree, ray, probe).hit()
 }
 
 /// Whether anything lies on `ray` between its `t_min` and `t_max`.
 #[inline(always)]
 pub fn any_hit<S: Simd, C: WideContainer, P: Probe>(simd: S, tree: &WideTree<C>, ray: &Ray, probe: &mut P) -> bool {
-    let ray = PreparedRay::new(*ray);
-    let mut nearest = Nearest::new(ray.ray.t_max);
-    walk::<S, C, P, true>(simd, tree, &ray, &mut nearest, probe);
-    nearest.hit().is_some()
+    nearest::<S, C, P, true>(simd, tree, ray, probe).found()
 }
 
-/// Narrows `nearest` down; with `ANY` only until it holds some hit.
+/// The nearest hit; with `ANY` the first one found.
 #[inline(always)]
-pub(super) fn walk<S: Simd, C: WideContainer, P: Probe, const ANY: bool>(
+pub(super) fn nearest<S: Simd, C: WideContainer, P: Probe, const ANY: bool>(
     simd: S,
     tree: &WideTree<C>,
-    ray: &PreparedRay,
-    nearest: &mut Nearest,
+    ray: &Ray,
     probe: &mut P,
-) {
-    let Some(mut current) = tree.root else { return };
-    if !ray.can_hit() {
-        return;
+) -> Nearest {
+    let mut nearest = Nearest::new(ray.t_max);
+    let Some(mut current) = tree.root else { return nearest };
+    let prepared = PreparedRay::new(*ray);
+    if !prepared.can_hit() {
+        return nearest;
     }
-    let packed = PackedRay::new(ray);
+    let packed = PackedRay::new(&prepared);
     let container_ray = C::prepare(simd, &packed);
     let block_ray = BlockRay::new(simd, &packed);
     let mut stack = Stack::default();
@@ -54,20 +49,13 @@ pub(super) fn walk<S: Simd, C: WideContainer, P: Probe, const ANY: bool>(
         if current.is_leaf() {
             for block in &tree.blocks[current.index()..] {
                 probe.primitive_test();
-                block_ray.test(
-                    simd,
-                    block,
-                    ray,
-                    nearest.t(),
-                    #[inline(always)]
-                    |hit, primitive_index| nearest.offer(hit, primitive_index),
-                );
+                block_ray.test(simd, block, &packed, ray, &mut nearest);
                 if block.is_last() {
                     break;
                 }
             }
             if ANY && nearest.found() {
-                return;
+                return nearest;
             }
         } else {
             probe.container_test();
@@ -100,7 +88,7 @@ pub(super) fn walk<S: Simd, C: WideContainer, P: Probe, const ANY: bool>(
             }
         }
         current = loop {
-            let Some(waiting) = stack.pop() else { return };
+            let Some(waiting) = stack.pop() else { return nearest };
             if waiting.entry <= nearest.t() {
                 break waiting.child;
             }
