@@ -27,6 +27,8 @@ pub struct Matches {
     own_counts: Vec<u32>,
     /// That of its best match, or a lower bound for those at this distance.
     match_counts: Vec<u32>,
+    /// Distances from one cluster to all, while its best match is searched.
+    row: Vec<f32>,
 }
 
 /// Merges the closest pair of the clusters from `base` on until no more than `target` are left.
@@ -50,6 +52,7 @@ pub fn combine_long<C: Clustered, S: Simd>(
     matches.own_counts.resize(room, 0);
     matches.match_counts.clear();
     matches.match_counts.resize(room, 0);
+    matches.row.resize(room, 0.0);
     let mut search = Search { list, matches, base };
     for at in 0..search.len() {
         if at % MERGES_BETWEEN_CHECKS == 0 {
@@ -96,38 +99,45 @@ impl Search<'_> {
     #[inline(always)]
     fn find_best_match<C: Clustered, S: Simd>(&mut self, simd: S, at: usize) {
         let own = broadcast::<C, S>(simd, self.item(at));
+        let len = self.len();
         let infinity = f32x8::splat(simd, f32::INFINITY);
-        let mut best = (f32::INFINITY, u32::MAX, STALE);
-        for chunk in (0..self.len()).step_by(LANES) {
-            let distances = C::distances(&own, &self.list.row::<C, S>(simd, self.base + chunk));
-            let mut valid = lanes_below(self.len() - chunk);
-            if at / LANES == chunk / LANES {
-                valid &= !(1 << (at - chunk));
-            }
-            let distances =
-                <f32x8<S> as SimdBase<S>>::Mask::from_bitmask(simd, u64::from(valid)).select(distances, infinity);
-            let smallest = distances.reduce_min();
-            if smallest > best.0 {
+        let (itself, end) = (u32x8::splat(simd, at as u32), u32x8::splat(simd, len as u32));
+        let rows = &mut self.matches.row.as_chunks_mut::<LANES>().0[..len.div_ceil(LANES)];
+        let mut smallest = infinity;
+        let mut lanes = u32x8::from_slice(simd, &[0, 1, 2, 3, 4, 5, 6, 7]);
+        for (chunk, row) in rows.iter_mut().enumerate() {
+            let distances = C::distances(&own, &self.list.row::<C, S>(simd, self.base + chunk * LANES));
+            // Neither itself nor what stands behind the end.
+            let distances = (lanes.simd_eq(itself) | lanes.simd_ge(end)).select(infinity, distances);
+            distances.store_slice(row);
+            smallest = smallest.min(distances);
+            lanes += u32x8::splat(simd, LANES as u32);
+        }
+        let smallest = smallest.reduce_min();
+        let mut best = (u32::MAX, STALE);
+        for (chunk, row) in rows.iter().enumerate() {
+            let equal = f32x8::from_slice(simd, row).simd_eq(f32x8::splat(simd, smallest));
+            let mut lanes = equal.to_bitmask() as u32;
+            if lanes == 0 {
                 continue;
             }
-            let mut lanes = distances.simd_eq(f32x8::splat(simd, smallest)).to_bitmask() as u32 & valid;
+            lanes &= lanes_below(len - chunk * LANES);
+            if at / LANES == chunk {
+                lanes &= !(1 << (at % LANES));
+            }
             if lanes.count_ones() > 1 {
-                let counts = u32x8::from_slice(simd, &self.matches.own_counts[chunk..chunk + LANES]);
+                let counts = u32x8::from_slice(simd, &self.matches.own_counts[chunk * LANES..(chunk + 1) * LANES]);
                 let tied = <u32x8<S> as SimdBase<S>>::Mask::from_bitmask(simd, u64::from(lanes));
                 let counts = tied.select(counts, u32x8::splat(simd, u32::MAX));
                 lanes &= counts.simd_eq(u32x8::splat(simd, counts.reduce_min())).to_bitmask() as u32;
             }
             if lanes != 0 {
-                let position = chunk + lanes.trailing_zeros() as usize;
-                let found = (smallest, self.matches.own_counts[position], position as u32);
-                if found < best {
-                    best = found;
-                }
+                let position = chunk * LANES + lanes.trailing_zeros() as usize;
+                best = best.min((self.matches.own_counts[position], position as u32));
             }
         }
-        self.matches.distances[at] = best.0;
-        self.matches.match_counts[at] = best.1;
-        self.matches.positions[at] = best.2;
+        self.matches.distances[at] = smallest;
+        (self.matches.match_counts[at], self.matches.positions[at]) = best;
     }
 
     /// The pair with the smallest distance, then the fewest primitives, then the lowest positions.
@@ -138,15 +148,16 @@ impl Search<'_> {
         token: &CancelToken,
     ) -> Result<(usize, usize), Cancelled> {
         loop {
+            let rows = self.len().div_ceil(LANES);
             let mut smallest = f32x8::splat(simd, f32::INFINITY);
-            for chunk in (0..self.len()).step_by(LANES) {
-                smallest = smallest.min(f32x8::from_slice(simd, &self.matches.distances[chunk..chunk + LANES]));
+            for row in &self.matches.distances.as_chunks::<LANES>().0[..rows] {
+                smallest = smallest.min(f32x8::from_slice(simd, row));
             }
             let smallest = smallest.reduce_min();
             // The fewest primitives of a pair at that distance, so far; and where one of its two is.
             let mut fewest = u32::MAX;
             let mut closest = 0;
-            for chunk in (0..self.len()).step_by(LANES) {
+            for chunk in (0..rows).map(|row| row * LANES) {
                 let distances = f32x8::from_slice(simd, &self.matches.distances[chunk..chunk + LANES]);
                 let equal = distances.simd_eq(f32x8::splat(simd, smallest));
                 if !equal.any_true() {
@@ -190,7 +201,7 @@ impl Search<'_> {
         self.list.set::<C>(self.base + high, moved);
         self.list.set::<C>(self.base + low, union);
         self.list.len -= 1;
-        let Matches { distances, positions, own_counts, match_counts } = &mut *self.matches;
+        let Matches { distances, positions, own_counts, match_counts, .. } = &mut *self.matches;
         // Nothing is closer to the union than the two were to each other, nor as close with fewer primitives than either.
         positions[low] = STALE;
         match_counts[low] = pair[0].count.max(pair[1].count);
