@@ -1,19 +1,20 @@
 //! What rays are traced against: a tree with its triangles in leaf order, the inputs that it was made from and its report.
 
-use std::sync::{Arc, Mutex, OnceLock};
+use std::sync::{Arc, Mutex, OnceLock, Weak};
 use std::time::{Duration, Instant};
 
 use fearless_simd::Level;
 use rayon::prelude::*;
 
 use crate::budget::Budget;
-use crate::bvh::builders::{BuildError, StageTimes, build};
+use crate::bvh::builders::{BuildError, StageTimes, build_again};
+use crate::bvh::leavings::{Heirs, Leavings};
 use crate::bvh::lineage::{Lineage, path_to_primitive};
 use crate::bvh::overlap::{end_point_overlap, end_point_overlap_unless};
 use crate::bvh::stats::{TreeStats, tree_stats_unless};
 use crate::bvh::traverse::{self, Probe, Traversal};
 use crate::bvh::wide::{AnyWideTree, collapse};
-use crate::bvh::{AnyTree, BuildSettings, Passes};
+use crate::bvh::{AnyTree, BuildSettings, Passes, Tree};
 use crate::cancel::{CancelToken, Cancelled};
 use crate::geometry::{Hit, Ray, Triangle};
 use crate::scene::Scene;
@@ -53,6 +54,16 @@ pub struct Accel {
     leaf_triangles: OnceLock<Vec<Triangle>>,
     epo: OnceLock<f32>,
     lineage: OnceLock<Lineage>,
+    /// Who gets the memory of the tree.
+    heirs: Heirs,
+}
+
+/// Builds that follow one another, as while a slider is dragged: each begins with what the one before left, as long as the scene
+/// stays the same. Holds up to 92 bytes a triangle in between.
+#[derive(Default)]
+pub struct Succession {
+    scene: Weak<Scene>,
+    leavings: Leavings,
 }
 
 /// How a build went.
@@ -96,6 +107,27 @@ impl Wide {
     }
 }
 
+impl Succession {
+    /// What earlier builds of `scene` left.
+    fn of(&mut self, scene: &Arc<Scene>) -> &mut Leavings {
+        if !std::ptr::eq(self.scene.as_ptr(), Arc::as_ptr(scene)) {
+            *self = Self { scene: Arc::downgrade(scene), leavings: Leavings::default() };
+        }
+        &mut self.leavings
+    }
+}
+
+/// The memory of the tree goes to who builds the next one.
+impl Drop for Accel {
+    fn drop(&mut self) {
+        let nothing = AnyTree::Aabb(Tree { nodes: Vec::new(), primitive_indices: Vec::new(), max_depth: 0 });
+        match std::mem::replace(&mut self.tree, nothing) {
+            AnyTree::Aabb(tree) => self.heirs.leave(tree),
+            AnyTree::Sphere(tree) => self.heirs.leave(tree),
+        }
+    }
+}
+
 impl BuildReport {
     fn triangles(&self) -> usize {
         self.triangle_bytes / size_of::<Triangle>()
@@ -123,17 +155,38 @@ impl Accel {
 
     /// [`Accel::build`] without the wide tree, which then is made when it is asked for.
     pub fn build_binary(scene: &Arc<Scene>, settings: &BuildSettings, token: &CancelToken) -> Result<Self, BuildError> {
+        Self::build_next(scene, settings, None, token)
+    }
+
+    /// [`Accel::build_binary`] as one of a succession of builds: the same tree, sooner.
+    pub fn build_next(
+        scene: &Arc<Scene>,
+        settings: &BuildSettings,
+        mut succession: Option<&mut Succession>,
+        token: &CancelToken,
+    ) -> Result<Self, BuildError> {
         let passes = if settings.passes() == Passes::NONE { 0 } else { OPTIMIZE_BYTES_PER_TRIANGLE };
         let bytes = scene.triangles.len() as u64 * (BUILD_BYTES_PER_TRIANGLE + passes);
-        Budget::of_process().check("the tree", bytes).map_err(|error| BuildError::Refused(error.to_string()))?;
-        let (tree, stages) = build(&scene.triangles, settings, token)?;
+        let mut room = Budget::of_process().check("the tree", bytes);
+        if let (Err(_), Some(succession)) = (&room, &mut succession) {
+            // What earlier builds left may be what is missing.
+            **succession = Succession::default();
+            room = Budget::of_process().check("the tree", bytes);
+        }
+        room.map_err(|error| BuildError::Refused(error.to_string()))?;
+        let mut leavings = succession.map(|succession| succession.of(scene));
+        let heirs = leavings.as_ref().map(|leavings| leavings.heirs()).unwrap_or_default();
+        let (tree, stages) = build_again(&scene.triangles, settings, leavings.as_deref_mut(), token)?;
         if cfg!(debug_assertions)
             && let Err(broken) = crate::bvh::validate::validate(&tree, &scene.triangles)
         {
             unreachable!("the builder made a broken tree: {broken}");
         }
         token.check()?;
-        let stats = tree_stats_unless(&tree, token)?;
+        let stats = match leavings.and_then(Leavings::take_stats) {
+            Some(stats) => stats,
+            None => tree_stats_unless(&tree, token)?,
+        };
         let report = BuildReport {
             build_time: stages.total(),
             stages,
@@ -152,6 +205,7 @@ impl Accel {
             leaf_triangles: OnceLock::new(),
             epo: OnceLock::new(),
             lineage: OnceLock::new(),
+            heirs,
         })
     }
 

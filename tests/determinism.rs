@@ -4,10 +4,11 @@
 
 use std::sync::Arc;
 
-use bvhscope::accel::Accel;
+use bvhscope::accel::{Accel, Succession};
 use bvhscope::bvh::builders::build;
+use bvhscope::bvh::stats::TreeStats;
 use bvhscope::bvh::wide::{AnyWideTree, collapse};
-use bvhscope::bvh::{AnyTree, BuildSettings, BuilderKind, ContainerKind, Curve};
+use bvhscope::bvh::{AnyTree, BuildSettings, BuilderKind, ContainerKind, Curve, Passes};
 use bvhscope::camera::Camera;
 use bvhscope::cancel::CancelToken;
 use bvhscope::geometry::Triangle;
@@ -64,6 +65,59 @@ fn trees_do_not_depend_on_the_number_of_threads() {
             }
         }
     }
+}
+
+#[test]
+fn what_a_build_leaves_changes_no_tree_after_it() {
+    let scene = |size| {
+        let source = SceneSource::Builtin { name: "terrain".to_owned(), size: Some(size) };
+        Arc::new(load(&source, &LoadOptions::default(), &CancelToken::new()).unwrap())
+    };
+    let scenes = [scene(20_000), scene(30_000)];
+    let plain = BuildSettings::default();
+    let steps = [
+        (0, plain),
+        (0, BuildSettings { threshold: 20, ..plain }),
+        (0, BuildSettings { curve: Curve::Hilbert, ..plain }),
+        (0, BuildSettings { container: ContainerKind::Sphere, curve: Curve::Hilbert, ..plain }),
+        (1, BuildSettings { container: ContainerKind::Sphere, curve: Curve::Hilbert, ..plain }),
+        (1, BuildSettings { container: ContainerKind::Sphere, curve: Curve::Hilbert, threshold: 3, ..plain }),
+        (0, BuildSettings { optimize: Passes::ALL, ..plain }),
+        (0, plain),
+        (0, BuildSettings { builder: BuilderKind::Lbvh, ..plain }),
+        (0, BuildSettings { threshold: 9, ..plain }),
+    ];
+    let mut succession = Succession::default();
+    for (step, (scene, settings)) in steps.into_iter().enumerate() {
+        for look in [3, 12] {
+            let token = CancelToken::watched(move |n| n >= look);
+            drop(Accel::build_next(&scenes[scene], &settings, Some(&mut succession), &token));
+        }
+        let token = CancelToken::new();
+        // Dropped at the end of each step, for the next one to write over.
+        let accel = Accel::build_next(&scenes[scene], &settings, Some(&mut succession), &token).unwrap();
+        let alone = Accel::build_binary(&scenes[scene], &settings, &token).unwrap();
+        assert!(accel.tree == alone.tree, "step {step}: {settings:?} makes another tree after others");
+        let [own, plain] = [&accel, &alone].map(|accel| TreeStats { sah_cost: 0.0, ..accel.report.stats.clone() });
+        assert_eq!(own, plain, "step {step}");
+        let [own, plain] = [&accel, &alone].map(|accel| accel.report.stats.sah_cost);
+        assert!((own - plain).abs() <= 1e-6 * plain, "step {step}: {own}, {plain}");
+        let stages = |accel: &Accel| accel.report.stages.stages.clone();
+        let names = |accel: &Accel| stages(accel).iter().map(|stage| stage.0).collect::<Vec<_>>();
+        assert_eq!(names(&accel), names(&alone), "step {step}");
+    }
+
+    // From the third build on nothing is sorted: to the nanosecond the time of an earlier one.
+    let mut succession = Succession::default();
+    let mut times = [3, 4, 5, 6].map(|threshold| {
+        let settings = BuildSettings { threshold, ..plain };
+        let accel = Accel::build_next(&scenes[0], &settings, Some(&mut succession), &CancelToken::new()).unwrap();
+        accel.report.stages.stages[..2].to_vec()
+    });
+    assert_eq!(times[2], times[3]);
+    assert!(times[..2].contains(&times[2]));
+    times.sort();
+    assert_eq!(times[0].iter().map(|stage| stage.0).collect::<Vec<_>>(), ["codes", "sort"]);
 }
 
 #[test]

@@ -8,7 +8,7 @@ use std::time::{Duration, Instant};
 use rayon::{ThreadPool, ThreadPoolBuilder};
 
 use super::file_watch::Stamp;
-use crate::accel::Accel;
+use crate::accel::{Accel, Succession};
 use crate::bvh::BuildSettings;
 use crate::bvh::builders::BuildError;
 use crate::camera::Camera;
@@ -186,13 +186,15 @@ pub fn load_worker(wake: impl Fn() + Send + Sync + 'static) -> std::io::Result<W
 
 /// The thread that builds trees and what is derived from them.
 pub fn build_worker(wake: impl Fn() + Send + Sync + 'static) -> std::io::Result<Worker<BuildJob, Built>> {
-    let pool = Pool::default();
+    let (pool, succession) = (Pool::default(), RefCell::new(Succession::default()));
     Worker::new("build", wake, move |job: BuildJob, token: &CancelToken, deliver: &(dyn Fn(Built) + Sync)| {
         let BuildJob { key, view, overlay, moving } = job;
         let (threads, start) = (key.threads, Instant::now());
+        let mut succession = succession.borrow_mut();
+        let succession: &mut Succession = &mut succession;
         let result = pool.run("build", threads, || {
             // The first picture of a tree is coarse and traced through the binary one: it does not wait for the wide one.
-            let accel = Arc::new(Accel::build_binary(&key.scene, &key.settings, token)?);
+            let accel = Arc::new(Accel::build_next(&key.scene, &key.settings, Some(&mut *succession), token)?);
             let table = Arc::new(NodeTable::new(&accel));
             if let Some(overlay) = &overlay {
                 table.list(Some(overlay), token)?;
@@ -221,6 +223,8 @@ pub fn build_worker(wake: impl Fn() + Send + Sync + 'static) -> std::io::Result<
                 // What only panels and clicks ask for is computed once the picture has had the cores.
                 pause(token);
                 if !token.is_cancelled() {
+                    // No other build follows at once.
+                    *succession = Succession::default();
                     // Whoever cancels does without.
                     let _ = pool.run("build", threads, || accel.study(token).and_then(|()| table.list(None, token)));
                 }

@@ -15,9 +15,11 @@ use fearless_simd::{Level, dispatch};
 use super::cluster::{Cluster, Clustered, Clusters, LANES, Pairs, simd_level};
 use super::combine::{Scratch, combine_clusters};
 use super::leaf_order::{TaskTree, order_leaves};
-use super::morton_order::{Extent, MortonOrder, morton_order};
+use super::leavings::{Leavings, Sorted, sorted};
+use super::morton_order::{Extent, MortonOrder};
 use super::reduction::Reduction;
 use super::stage_times::StageTimes;
+use super::stats::Sums;
 use super::subtree::build_subtree;
 use super::{BuildSettings, Node, Tree};
 use crate::cancel::{CancelToken, Cancelled};
@@ -32,17 +34,41 @@ pub fn build_bvh<C: Clustered>(
     triangles: &[Triangle],
     extent: &Extent,
     settings: &BuildSettings,
+    mut leavings: Option<&mut Leavings>,
     token: &CancelToken,
     times: &mut StageTimes,
 ) -> Result<Tree<C>, Cancelled> {
-    let input = morton_order::<C>(triangles, extent, settings.curve, token, times)?;
+    let input: Sorted<C> = sorted(triangles, extent, settings.curve, leavings.as_deref_mut(), token)?;
+    // As long as it took when it was done.
+    times.stages.extend(&input.stages);
+    let count = 2 * triangles.len() - 1;
+    let nodes = leavings.as_deref_mut().map_or_else(|| bytemuck::zeroed_vec(count), |leavings| leavings.nodes(count));
+    let mut sums = leavings.is_some().then(Sums::default);
+    let tree = build_sorted(triangles, &input.order, settings, nodes, sums.as_mut(), token, times);
+    if let Some(leavings) = leavings {
+        leavings.keep(input);
+        leavings.stats = sums.zip(tree.as_ref().ok()).map(|(sums, tree)| sums.into_stats(tree));
+    }
+    tree
+}
+
+/// `build_tree` and the last `combine_clusters`, over `nodes`, which are written anew and added to `sums`.
+fn build_sorted<C: Clustered>(
+    triangles: &[Triangle],
+    input: &MortonOrder<C>,
+    settings: &BuildSettings,
+    mut nodes: Vec<Node<C>>,
+    sums: Option<&mut Sums>,
+    token: &CancelToken,
+    times: &mut StageTimes,
+) -> Result<Tree<C>, Cancelled> {
     let start = Instant::now();
     let reduction = Reduction::new(settings.threshold, settings.epsilon);
     let count = triangles.len();
-    let plan = Plan::new(&input, &reduction, 0..count);
+    let plan = Plan::new(input, &reduction, 0..count);
     let builder = Builder {
         triangles,
-        input: &input,
+        input,
         reduction: &reduction,
         level: simd_level(),
         token,
@@ -50,7 +76,6 @@ pub fn build_bvh<C: Clustered>(
         top_len: 1 + 2 * (reduction.left_of(count) - 1 + plan.top_pairs),
     };
 
-    let mut nodes: Vec<Node<C>> = bytemuck::zeroed_vec(2 * count - 1);
     let (top, below) = nodes.split_at_mut(builder.top_len);
     let (root, top_pairs) = top.split_at_mut(1);
     let (last_pairs, forks) = top_pairs.split_at_mut(2 * (reduction.left_of(count) - 1));
@@ -66,7 +91,7 @@ pub fn build_bvh<C: Clustered>(
     token.check()?;
 
     let start = Instant::now();
-    let (primitive_indices, max_depth) = order_leaves(top, &mut tasks, count, token)?;
+    let (primitive_indices, max_depth) = order_leaves(top, &mut tasks, count, sums, token)?;
     times.stages.push(("flatten", start.elapsed()));
     token.set_progress(1.0);
     Ok(Tree { nodes, primitive_indices, max_depth })
@@ -90,7 +115,7 @@ pub fn cluster_all<C: Clustered>(triangles: &[Triangle], token: &CancelToken) ->
         combine_clusters(simd, &mut clusters, &mut Scratch::default(), 0, 1, &mut pairs, token)
     })?;
     root[0] = clusters.items[0].node();
-    let (primitive_indices, max_depth) = order_leaves(&mut nodes, &mut [], triangles.len(), token)?;
+    let (primitive_indices, max_depth) = order_leaves(&mut nodes, &mut [], triangles.len(), None, token)?;
     Ok(Tree { nodes, primitive_indices, max_depth })
 }
 

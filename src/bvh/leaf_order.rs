@@ -3,6 +3,7 @@
 
 use rayon::prelude::*;
 
+use super::stats::Sums;
 use super::{Container, Node};
 use crate::cancel::{CancelToken, Cancelled};
 
@@ -29,11 +30,12 @@ struct Branch<'a> {
 
 /// Numbers the leaves below `top`, the first nodes of the list, which refer to the tasks' clusters by numbers from
 /// `top.len()` on. All nodes have their number of primitives, `count` at the root, which interior ones lose here.
-/// Returns each leaf's primitive and the depth of the deepest leaf.
+/// Returns each leaf's primitive and the depth of the deepest leaf, and fills `sums`.
 pub fn order_leaves<C: Container>(
     top: &mut [Node<C>],
     tasks: &mut [TaskTree<C>],
     count: usize,
+    mut sums: Option<&mut Sums>,
     token: &CancelToken,
 ) -> Result<(Vec<u32>, u32), Cancelled> {
     let mut primitive_indices = vec![0; count];
@@ -47,6 +49,9 @@ pub fn order_leaves<C: Container>(
     while let Some((at, depth)) = open.pop() {
         let node = &mut top[at];
         max_depth = max_depth.max(depth);
+        if let Some(sums) = &mut sums {
+            sums.add_nodes(std::slice::from_ref(node), depth);
+        }
         if node.count > 1 && (node.first as usize) < top_len {
             let first = node.first as usize;
             node.count = 0;
@@ -76,9 +81,18 @@ pub fn order_leaves<C: Container>(
     }
     let below = parts.into_par_iter().map(|(task, branches)| {
         token.check()?;
-        Ok(order_task(task, branches))
+        if sums.is_none() {
+            return Ok((order_task::<C, false>(task, branches, &mut Sums::default()), None));
+        }
+        let mut own = Sums::default();
+        Ok((order_task::<C, true>(task, branches, &mut own), Some(own)))
     });
-    let max_depth = below.try_reduce(|| max_depth, |a, b| Ok(a.max(b)))?;
+    let below: Vec<(u32, Option<Sums>)> = below.collect::<Result<_, Cancelled>>()?;
+    let max_depth = below.iter().fold(max_depth, |deepest, (depth, _)| deepest.max(*depth));
+    if let Some(sums) = sums {
+        // In the order of the tasks, so that any number of threads gives the same.
+        *sums = below.iter().filter_map(|(_, own)| own.as_ref()).fold(std::mem::take(sums), Sums::plus);
+    }
     Ok((primitive_indices, max_depth))
 }
 
@@ -93,8 +107,8 @@ struct Place {
 }
 
 /// Numbers the leaves of `task`, whose clusters are `branches`, in one pass over its nodes as they lie in memory.
-/// Returns the depth of the deepest leaf.
-fn order_task<C: Container>(task: &mut TaskTree<C>, branches: &mut [Branch]) -> u32 {
+/// Returns the depth of the deepest leaf. Adds its nodes to `sums` where it shall.
+fn order_task<C: Container, const SUMS: bool>(task: &mut TaskTree<C>, branches: &mut [Branch], sums: &mut Sums) -> u32 {
     let pair_of = |node: u32| (node as usize - task.offset) / 2;
     let mut places = vec![Place::default(); task.nodes.len() / 2];
     let mut count = 0;
@@ -108,6 +122,9 @@ fn order_task<C: Container>(task: &mut TaskTree<C>, branches: &mut [Branch]) -> 
     for at in 0..places.len() {
         let Place { mut leaf, offset, depth } = places[at];
         max_depth = max_depth.max(depth);
+        if SUMS {
+            sums.add_nodes(&task.nodes[2 * at..2 * at + 2], depth);
+        }
         for node in &mut task.nodes[2 * at..2 * at + 2] {
             let count = node.count;
             if count == 1 {

@@ -10,6 +10,7 @@ mod curve;
 pub mod depth_limit;
 mod flatten;
 mod leaf_order;
+pub mod leavings;
 pub mod levels;
 pub mod lineage;
 mod long_list;

@@ -60,8 +60,8 @@ const PAIRS_AHEAD: usize = 16;
 const PAIRS_BETWEEN_CHECKS: usize = 1 << 13;
 
 /// What is added up over nodes.
-#[derive(Default)]
-struct Sums {
+#[derive(Debug, Default)]
+pub(super) struct Sums {
     interior_area: f64,
     leaf_area: f64,
     leaf_depth: u64,
@@ -104,7 +104,23 @@ impl Sums {
         Ok(())
     }
 
-    fn plus(mut self, other: &Self) -> Self {
+    /// Adds `nodes`, which are `depth` deep and know how many primitives are below them: leaves one, others more.
+    #[inline(always)]
+    pub(super) fn add_nodes<C: Container>(&mut self, nodes: &[Node<C>], depth: u32) {
+        let mut leaves = 0;
+        for node in nodes {
+            let area = f64::from(node.container.relative_area());
+            let is_leaf = node.count == 1;
+            self.leaf_area += if is_leaf { area } else { 0.0 };
+            self.interior_area += if is_leaf { 0.0 } else { area };
+            leaves += u32::from(is_leaf);
+        }
+        self.leaf_depth += u64::from(leaves * depth);
+        count(&mut self.nodes_per_depth, depth, nodes.len() as u32);
+        count(&mut self.leaf_sizes, 1, leaves);
+    }
+
+    pub(super) fn plus(mut self, other: &Self) -> Self {
         self.interior_area += other.interior_area;
         self.leaf_area += other.leaf_area;
         self.leaf_depth += other.leaf_depth;
@@ -159,22 +175,31 @@ pub(super) fn stats_of<C: Container>(tree: &Tree<C>, token: &CancelToken) -> Res
             Ok(sums)
         })
         .collect::<Result<_, Cancelled>>()?;
-    let mut sums = parts.iter().fold(sums, Sums::plus);
-    sums.leaf_sizes[0] = 0;
-    let leaves: usize = sums.leaf_sizes.iter().map(|&count| count as usize).sum();
-    let cost = sums.interior_area * f64::from(TRAVERSAL_COST) + sums.leaf_area * f64::from(INTERSECTION_COST);
-    Ok(TreeStats {
-        nodes: tree.nodes.len(),
-        leaves,
-        max_depth: tree.max_depth,
-        mean_leaf_depth: (sums.leaf_depth as f64 / leaves.max(1) as f64) as f32,
-        min_leaf_size: sums.leaf_sizes.iter().position(|&count| count > 0).unwrap_or(0) as u32,
-        mean_leaf_size: (tree.primitive_indices.len() as f64 / leaves.max(1) as f64) as f32,
-        max_leaf_size: sums.leaf_sizes.len() as u32 - 1,
-        nodes_per_depth: sums.nodes_per_depth,
-        leaf_size_histogram: sums.leaf_sizes,
-        sah_cost: share(cost, root_area) as f32,
-    })
+    Ok(parts.iter().fold(sums, Sums::plus).into_stats(tree))
+}
+
+impl Sums {
+    /// What they say about `tree`, over whose nodes they are.
+    pub(super) fn into_stats<C: Container>(mut self, tree: &Tree<C>) -> TreeStats {
+        let root_area = tree.nodes.first().map_or(0.0, |root| f64::from(root.container.relative_area()));
+        let sums = &mut self;
+        count(&mut sums.leaf_sizes, 0, 0);
+        sums.leaf_sizes[0] = 0;
+        let leaves: usize = sums.leaf_sizes.iter().map(|&count| count as usize).sum();
+        let cost = sums.interior_area * f64::from(TRAVERSAL_COST) + sums.leaf_area * f64::from(INTERSECTION_COST);
+        TreeStats {
+            nodes: tree.nodes.len(),
+            leaves,
+            max_depth: tree.max_depth,
+            mean_leaf_depth: (sums.leaf_depth as f64 / leaves.max(1) as f64) as f32,
+            min_leaf_size: sums.leaf_sizes.iter().position(|&count| count > 0).unwrap_or(0) as u32,
+            mean_leaf_size: (tree.primitive_indices.len() as f64 / leaves.max(1) as f64) as f32,
+            max_leaf_size: sums.leaf_sizes.len() as u32 - 1,
+            nodes_per_depth: self.nodes_per_depth,
+            leaf_size_histogram: self.leaf_sizes,
+            sah_cost: share(cost, root_area) as f32,
+        }
+    }
 }
 
 /// SAH cost of `tree` if each subtree were one leaf wherever that is cheaper: trees with and without large leaves compare

@@ -7,11 +7,12 @@ mod none;
 
 use super::cluster::Clustered;
 use super::depth_limit::limit_depth;
+use super::leavings::Leavings;
 use super::morton_order::{Extent, extent};
 use super::optimize::optimize;
 pub use super::stage_times::StageTimes;
 use super::stats::stats_of;
-use super::{AnyTree, BuildSettings, BuilderKind, Container, ContainerKind, Tree, aac};
+use super::{AnyTree, BuildSettings, BuilderKind, Container, ContainerKind, Passes, Tree, aac};
 use crate::cancel::{CancelToken, Cancelled};
 use crate::geometry::{Aabb, Sphere, Triangle};
 
@@ -36,6 +37,16 @@ pub fn build(
     settings: &BuildSettings,
     token: &CancelToken,
 ) -> Result<(AnyTree, StageTimes), BuildError> {
+    build_again(triangles, settings, None, token)
+}
+
+/// [`build`] with what earlier builds of the very same triangles left, for which it leaves something itself.
+pub fn build_again(
+    triangles: &[Triangle],
+    settings: &BuildSettings,
+    leavings: Option<&mut Leavings>,
+    token: &CancelToken,
+) -> Result<(AnyTree, StageTimes), BuildError> {
     if let Some(refusal) = settings.refusal(triangles.len()) {
         return Err(BuildError::Refused(refusal));
     }
@@ -43,8 +54,8 @@ pub fn build(
         return Err(BuildError::Refused(refusal));
     }
     match settings.container {
-        ContainerKind::Aabb => build_scaled::<Aabb>(triangles, settings, token),
-        ContainerKind::Sphere => build_scaled::<Sphere>(triangles, settings, token),
+        ContainerKind::Aabb => build_scaled::<Aabb>(triangles, settings, leavings, token),
+        ContainerKind::Sphere => build_scaled::<Sphere>(triangles, settings, leavings, token),
     }
 }
 
@@ -69,17 +80,24 @@ const BATCH: usize = 1 << 14;
 fn build_scaled<C: Clustered>(
     triangles: &[Triangle],
     settings: &BuildSettings,
+    mut leavings: Option<&mut Leavings>,
     token: &CancelToken,
 ) -> Result<(AnyTree, StageTimes), BuildError> {
     let mut times = StageTimes::default();
+    if let Some(leavings) = &mut leavings {
+        leavings.take_stats();
+    }
     if triangles.is_empty() {
         let tree = Tree::<C> { nodes: Vec::new(), primitive_indices: Vec::new(), max_depth: 0 };
         return Ok((C::into_any(tree), times));
     }
-    let extent = extent(triangles, token)?;
+    let extent = match &mut leavings {
+        Some(leavings) => leavings.extent(triangles, token)?,
+        None => extent(triangles, token)?,
+    };
     let largest = extent.largest;
     if (SMALLEST_EXTENT..=LARGEST_COORDINATE).contains(&largest) || largest == 0.0 {
-        let tree = build_kind::<C>(triangles, &extent, settings, token, &mut times)?;
+        let tree = build_kind::<C>(triangles, &extent, settings, leavings, token, &mut times)?;
         return Ok((C::into_any(tree), times));
     }
     // Scaling by a power of two is exact, and so is the shape of the tree; the containers come from the original.
@@ -89,7 +107,7 @@ fn build_scaled<C: Clustered>(
         token.check()?;
         scaled.extend(batch.iter().map(|t| Triangle { a: t.a * scale, b: t.b * scale, c: t.c * scale }));
     }
-    let mut tree = build_kind::<C>(&scaled, &self::extent(&scaled, token)?, settings, token, &mut times)?;
+    let mut tree = build_kind::<C>(&scaled, &self::extent(&scaled, token)?, settings, None, token, &mut times)?;
     for at in (0..tree.nodes.len()).rev() {
         if at.is_multiple_of(BATCH) {
             token.check()?;
@@ -124,22 +142,27 @@ fn build_kind<C: Clustered>(
     triangles: &[Triangle],
     extent: &Extent,
     settings: &BuildSettings,
+    mut leavings: Option<&mut Leavings>,
     token: &CancelToken,
     times: &mut StageTimes,
 ) -> Result<Tree<C>, Cancelled> {
     token.check()?;
     let tree = match settings.builder {
-        BuilderKind::Aac => aac::build_bvh(triangles, extent, settings, token, times),
+        BuilderKind::Aac => aac::build_bvh(triangles, extent, settings, leavings.as_deref_mut(), token, times),
         BuilderKind::Lbvh => lbvh::build(triangles, extent, settings.curve, token, times),
         BuilderKind::BinnedSah => binned_sah::build(triangles, token, times),
         BuilderKind::Exact => exact::build(triangles, token, times),
         BuilderKind::None => none::build(triangles, token, times),
     }?;
     let mut tree = optimize(tree, settings.passes(), token, times)?;
-    if matches!(settings.builder, BuilderKind::Aac | BuilderKind::Exact)
-        && limit_depth(&mut tree, token)?
-        && let Some((_, cost)) = times.costs.last_mut()
+    let limited = matches!(settings.builder, BuilderKind::Aac | BuilderKind::Exact) && limit_depth(&mut tree, token)?;
+    if let Some(leavings) = leavings
+        && (limited || settings.passes() != Passes::NONE)
     {
+        // They were another tree's.
+        leavings.take_stats();
+    }
+    if limited && let Some((_, cost)) = times.costs.last_mut() {
         *cost = f64::from(stats_of(&tree, token)?.sah_cost);
     }
     Ok(tree)
