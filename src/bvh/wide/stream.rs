@@ -283,8 +283,9 @@ impl Stream {
             self.entries[room].copy_from_slice(entries.compress(entered).as_slice());
             self.sort::<FARTHEST>(new.clone());
         }
-        for at in new.clone() {
-            tree.prefetch_any(self.children[at]);
+        // The next two; what waits longer is often not needed any more when its turn comes.
+        for ahead in 1..=2 {
+            tree.prefetch_any(self.children[new.end.saturating_sub(ahead)]);
         }
         self.top = new.end;
     }
