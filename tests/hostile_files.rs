@@ -172,6 +172,10 @@ fn lengths_and_counts_that_are_not_there_take_no_memory() {
         "are declared",
     );
     refused(&folder.write("long-line.obj", vec![b'v'; 64 << 20]), "longer than 1048576 bytes");
+    let lines = format!("ply\nformat ascii 1.0\n{}end_header\n", "comment\n".repeat(70_000));
+    refused(&folder.write("lines.ply", lines), "the header is longer than 65536 lines");
+    let word = format!("{}{}", header.replace("binary_little_endian", "ascii"), face) + &"1".repeat(5_000);
+    refused(&folder.write("word.ply", word), "a word is longer than 4096 bytes");
     let glb = b"glTF\x02\0\0\0\xff\xff\xff\xff\xff\xff\xff\x7fJSON{}";
     refused(&folder.write("header.glb", glb), "declares 4294967295 bytes");
     let zeros = r#"{"asset":{"version":"2.0"},"nodes":[{"mesh":0}],"meshes":[{"primitives":[{"attributes":{"POSITION":0}}]}],
@@ -191,6 +195,18 @@ fn pictures_that_unpack_to_gigabytes_are_left_out() {
     folder.write("bomb.mtl", materials);
     let warning = accepted(&folder.write("bomb.obj", format!("mtllib bomb.mtl\nusemtl m3\n{TRIANGLE}")));
     assert!(warning.contains("image 'bomb.png' not used"), "{warning}");
+}
+
+/// Each is a warning of its own, and each warning is looked for among all.
+#[test]
+fn thousands_of_missing_pictures_are_told_in_few_words() {
+    let folder = Folder::new();
+    let materials: String = (0..20_000).map(|k| format!("newmtl m{k}\nmap_Kd missing{k}.png\n")).collect();
+    folder.write("a.mtl", materials);
+    let warning = accepted(&folder.write("a.obj", format!("mtllib a.mtl\nusemtl m3\n{TRIANGLE}")));
+    assert!(warning.contains("image 'missing7.png' not used"), "{warning}");
+    assert!(warning.contains("19800 warnings of other kinds"), "{warning}");
+    assert!(warning.lines().count() < 300, "{} lines", warning.lines().count());
 }
 
 #[test]

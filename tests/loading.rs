@@ -112,7 +112,10 @@ fn stl_of_every_kind_loads() {
     };
     let text = format!("SOLID a\n{}ENDSOLID\nsolid b\n{}{}", facet("1"), facet("2"), facet("nan"));
     let scene = load_bytes("a.stl", text.as_bytes()).unwrap();
-    assert_eq!((scene.triangles.len(), scene.mesh_count, scene.warnings.entries.len()), (2, 2, 1));
+    // The triangle that is none, and the second solid, which does not end.
+    assert_eq!((scene.triangles.len(), scene.mesh_count, scene.warnings.entries.len()), (2, 2, 2));
+    let whole = load_bytes("a.stl", format!("{text}ENDSOLID\n").as_bytes()).unwrap();
+    assert_eq!(whole.warnings.entries.len(), 1);
     let mut binary = b"solid but binary".to_vec();
     binary.resize(80, 0);
     binary.extend(2_u32.to_le_bytes());

@@ -4,6 +4,8 @@
 mod hostile;
 mod trees;
 
+use bvhscope::cancel::CancelToken;
+use bvhscope::scene::LoadOptions;
 use trees::Random;
 
 /// Numbers that break sums and products.
@@ -93,6 +95,48 @@ fn le(numbers: &[f32]) -> Vec<u8> {
     numbers.iter().flat_map(|number| number.to_le_bytes()).collect()
 }
 
+/// Whether a file that was cut off gives a scene without a word.
+fn is_silent(name: &str, bytes: &[u8]) -> bool {
+    let path = std::path::Path::new("/nonexistent-folder-of-hostile-models").join(name);
+    let scene = bvhscope::scene::load_bytes(&path, bytes, &LoadOptions::default(), &CancelToken::new());
+    scene.is_ok_and(|scene| scene.warnings.is_empty())
+}
+
+/// Cut at every byte, files that say how long they are, or how they end, give an error or a warning. A text of lines does not:
+/// where it ends between two, or within its last number, it is a shorter one.
+#[test]
+fn files_that_are_cut_off_say_so() {
+    let [ply, little, big] = ply_seeds();
+    let [stl, binary] = stl_seeds();
+    // One solid: cut behind the first of two, it is a whole file.
+    let second = stl.windows(6).position(|word| word == b"SOLID\n").expect("there are two");
+    let stl = stl[second..].to_vec();
+    let [gltf, glb] = gltf_seeds();
+    for (name, bytes) in [
+        ("a.ply", ply),
+        ("a.ply", little),
+        ("a.ply", big),
+        ("a.stl", stl),
+        ("b.stl", binary),
+        ("a.gltf", gltf),
+        ("a.glb", glb),
+    ] {
+        assert!(
+            bvhscope::scene::load_bytes(
+                std::path::Path::new(name),
+                &bytes,
+                &LoadOptions::default(),
+                &CancelToken::new()
+            )
+            .is_ok(),
+            "{name}"
+        );
+        let end = bytes.trim_ascii_end().len();
+        let silent: Vec<usize> = (0..end).filter(|&length| is_silent(name, &bytes[..length])).collect();
+        assert!(silent.is_empty(), "{name} of {end} bytes, cut at {silent:?}");
+    }
+}
+
 #[test]
 fn damaged_obj_files() {
     let seeds = [
@@ -114,8 +158,8 @@ fn damaged_material_libraries() {
     attack(&seeds, 1500, |bytes| hostile::mtl(folder.path(), bytes));
 }
 
-#[test]
-fn damaged_gltf_files() {
+/// A text and a binary file.
+fn gltf_seeds() -> [Vec<u8>; 2] {
     let json = r#"{"asset":{"version":"2.0"},"scene":0,"scenes":[{"nodes":[0,1]}],"nodes":[{"mesh":0,"scale":[1,-1,2]},
         {"children":[2],"rotation":[0,0,0,1]},{"mesh":0,"matrix":[1,0,0,0,0,1,0,0,0,0,1,0,0,0,0,1]}],
         "meshes":[{"primitives":[{"attributes":{"POSITION":0,"NORMAL":0,"TEXCOORD_0":2,"COLOR_0":0},"indices":1,"material":0,"mode":4}]}],
@@ -140,11 +184,16 @@ fn damaged_gltf_files() {
     glb.extend(b"BIN\0");
     data.push(0);
     glb.extend(&data);
-    attack(&[text.into_bytes(), glb], 3000, hostile::gltf);
+    [text.into_bytes(), glb]
 }
 
 #[test]
-fn damaged_ply_files() {
+fn damaged_gltf_files() {
+    attack(&gltf_seeds(), 3000, hostile::gltf);
+}
+
+/// A text and binary files of both byte orders.
+fn ply_seeds() -> [Vec<u8>; 3] {
     let header = |format: &str| {
         format!(
             "ply\nformat {format} 1.0\ncomment c\nelement vertex 4\nproperty float x\nproperty double y\nproperty float z\n\
@@ -176,11 +225,16 @@ fn damaged_ply_files() {
         put!(8_i16);
         bytes
     };
-    attack(&[text.into_bytes(), binary(false), binary(true)], 3000, hostile::ply);
+    [text.into_bytes(), binary(false), binary(true)]
 }
 
 #[test]
-fn damaged_stl_files() {
+fn damaged_ply_files() {
+    attack(&ply_seeds(), 3000, hostile::ply);
+}
+
+/// A text and a binary file.
+fn stl_seeds() -> [Vec<u8>; 2] {
     let text = "solid a\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\nendloop\nendfacet\nendsolid a\n\
                 SOLID\nFACET NORMAL 0 0 0\nOUTER LOOP\nVERTEX 0 0 1\nVERTEX 1 0 .5\nVERTEX 0 1 1e3\nENDLOOP\nENDFACET\nENDSOLID\n";
     let mut binary = b"header".to_vec();
@@ -190,7 +244,12 @@ fn damaged_stl_files() {
         binary.extend(le(&[0.0, 0.0, 1.0, 0.0, 0.0, z, 1.0, 0.0, z, 0.0, 1.0, z]));
         binary.extend([0, 0]);
     }
-    attack(&[bytes(text), binary], 3000, hostile::stl);
+    [bytes(text), binary]
+}
+
+#[test]
+fn damaged_stl_files() {
+    attack(&stl_seeds(), 3000, hostile::stl);
 }
 
 /// Floats of every kind: ordinary, equal, huge, tiny, denormal, any bits.

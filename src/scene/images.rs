@@ -21,7 +21,8 @@ const MAX_TOTAL: u64 = 1 << 30;
 pub(super) struct Images<'a> {
     folder: PathBuf,
     options: LoadOptions,
-    token: &'a CancelToken,
+    /// Looked at by all who read what the model names.
+    pub(super) token: &'a CancelToken,
     textures: Vec<Texture>,
     known: HashMap<(PathBuf, [bool; 2]), Option<u32>>,
     total: u64,
@@ -56,12 +57,15 @@ impl<'a> Images<'a> {
 
     /// The texture in an image file named by the model; `None`, with a warning, where it cannot be used.
     pub(super) fn texture_beside(&mut self, name: &str, wrap: [WrapMode; 2]) -> Option<u32> {
+        if self.token.is_cancelled() {
+            return None;
+        }
         let key = (PathBuf::from(name), wrap.map(|wrap| wrap == WrapMode::Repeat));
         if let Some(known) = self.known.get(&key) {
             return *known;
         }
         let texture = match self.read_beside(name) {
-            Ok(bytes) => self.texture(&bytes, wrap, name),
+            Ok(bytes) => self.texture(bytes, wrap, name),
             Err(reason) => {
                 self.warn(name, &reason);
                 None
@@ -72,11 +76,11 @@ impl<'a> Images<'a> {
     }
 
     /// The texture in the bytes of an image file.
-    pub(super) fn texture(&mut self, bytes: &[u8], wrap: [WrapMode; 2], name: &str) -> Option<u32> {
+    pub(super) fn texture(&mut self, bytes: Vec<u8>, wrap: [WrapMode; 2], name: &str) -> Option<u32> {
         if self.token.is_cancelled() {
             return None;
         }
-        match decode(bytes, MAX_TOTAL.saturating_sub(self.total)) {
+        match decode_elsewhere(bytes, MAX_TOTAL.saturating_sub(self.total), self.token)? {
             Ok((width, height, texels)) => {
                 self.add(Texture { width, height, texels, wrap, uv_transform: Affine2::IDENTITY })
             }
@@ -156,7 +160,38 @@ impl<'a> Images<'a> {
 }
 
 /// Width, height and texels in sRGB.
-fn decode(bytes: &[u8], budget: u64) -> Result<(u32, u32, Vec<[u8; 4]>), String> {
+type Decoded = Result<(u32, u32, Vec<[u8; 4]>), String>;
+
+/// Smaller files are decoded where they are asked for: the best packed picture of this size has some ten megabytes.
+const SMALL_FILE: usize = 1 << 14;
+
+/// [`decode`] on a thread of its own, since it takes long and nothing can stop it; `None` once nobody wants it any more: then
+/// that thread gives the memory back.
+fn decode_elsewhere(bytes: Vec<u8>, budget: u64, token: &CancelToken) -> Option<Decoded> {
+    if bytes.len() < SMALL_FILE {
+        return Some(decode(&bytes, budget));
+    }
+    let bytes = std::sync::Arc::new(bytes);
+    let theirs = std::sync::Arc::clone(&bytes);
+    let (sender, receiver) = std::sync::mpsc::channel();
+    // Nobody may be there to take it.
+    let work = move || drop(sender.send(decode(&theirs, budget)));
+    if std::thread::Builder::new().name("picture".to_owned()).spawn(work).is_err() {
+        return Some(decode(&bytes, budget));
+    }
+    loop {
+        match receiver.recv_timeout(std::time::Duration::from_millis(10)) {
+            Ok(decoded) => return Some(decoded),
+            Err(std::sync::mpsc::RecvTimeoutError::Timeout) if token.is_cancelled() => return None,
+            Err(std::sync::mpsc::RecvTimeoutError::Timeout) => {}
+            Err(std::sync::mpsc::RecvTimeoutError::Disconnected) => {
+                return Some(Err("its decoder failed".to_owned()));
+            }
+        }
+    }
+}
+
+fn decode(bytes: &[u8], budget: u64) -> Decoded {
     let mut reader = image::ImageReader::new(std::io::Cursor::new(bytes))
         .with_guessed_format()
         .map_err(|error| error.to_string())?;
@@ -210,10 +245,10 @@ mod tests {
         let token = CancelToken::new();
         let mut images = Images::new(Path::new("a.gltf"), &LoadOptions::default(), &token);
         images.total = MAX_TOTAL - 3 * 64 * 64 * 4;
-        let made: Vec<_> = (0..8).map(|_| images.texture(&picture, [WrapMode::Repeat; 2], "a")).collect();
+        let made: Vec<_> = (0..8).map(|_| images.texture(picture.clone(), [WrapMode::Repeat; 2], "a")).collect();
         assert_eq!(made.iter().flatten().count(), 3);
-        assert_eq!(images.texture(b"no picture at all", [WrapMode::Repeat; 2], "b"), None);
-        assert_eq!(images.texture(&picture[..picture.len() / 2], [WrapMode::Repeat; 2], "c"), None);
+        assert_eq!(images.texture(b"no picture at all".to_vec(), [WrapMode::Repeat; 2], "b"), None);
+        assert_eq!(images.texture(picture[..picture.len() / 2].to_vec(), [WrapMode::Repeat; 2], "c"), None);
         let mut warnings = Warnings::default();
         assert_eq!(images.into_textures(&mut warnings).len(), 3);
         let counts: Vec<u64> = warnings.entries.iter().map(|warning| warning.count).collect();

@@ -5,7 +5,7 @@ use std::path::Path;
 use glam::Vec3;
 
 use super::assemble::Assembly;
-use super::read::{read_model, unusable};
+use super::read::{beginning, read_model, unusable};
 use super::{LoadError, Place, Scene, SceneSource, builtin, gltf, obj, ply, stl};
 use crate::cancel::CancelToken;
 
@@ -114,7 +114,7 @@ fn detect(path: &Path, bytes: &[u8]) -> Option<Format> {
     if stl::binary_size(bytes) == Some(bytes.len() as u64) {
         return Some(Format::Stl);
     }
-    let text = bytes.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(bytes).trim_ascii_start();
+    let text = beginning(bytes);
     if text.starts_with(b"{") {
         return Some(Format::Gltf);
     }

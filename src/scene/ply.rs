@@ -14,6 +14,13 @@ use crate::budget::Budget;
 use crate::cancel::CancelToken;
 use crate::geometry::Triangle;
 
+/// Headers of scans have some dozen lines.
+const MAX_HEADER_LINES: u64 = 1 << 16;
+/// Digits of a number at most.
+const MAX_WORD: usize = 1 << 12;
+/// Blanks between two looks at the token at most.
+const BYTES_BETWEEN_LOOKS: usize = 1 << 20;
+
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Encoding {
     Text,
@@ -70,7 +77,7 @@ impl Number {
 
 /// Reads a PLY file that is in memory.
 pub(super) fn load(path: &Path, bytes: &[u8], assembly: &mut Assembly, token: &CancelToken) -> Result<(), LoadError> {
-    let mut source = Source { path, bytes, at: 0, line: 1, encoding: Encoding::Text };
+    let mut source = Source { path, bytes, at: 0, line: 1, encoding: Encoding::Text, token };
     let elements = source.header()?;
     let mut vertices = Vec::new();
     let mut lists = VertexLists::default();
@@ -125,6 +132,7 @@ struct Source<'a> {
     at: usize,
     line: u64,
     encoding: Encoding,
+    token: &'a CancelToken,
 }
 
 impl Source<'_> {
@@ -160,6 +168,9 @@ impl Source<'_> {
             let line = String::from_utf8_lossy(&rest[..end]).into_owned();
             let ending = if rest[end..].starts_with(b"\r\n") { 2 } else { 1 };
             self.advance(end.saturating_add(ending));
+            if self.line > MAX_HEADER_LINES {
+                return Err(self.fault(format!("the header is longer than {MAX_HEADER_LINES} lines")));
+            }
             let words: Vec<&str> = line.split_ascii_whitespace().collect();
             match words[..] {
                 ["format", name, ..] => {
@@ -229,9 +240,17 @@ impl Source<'_> {
         while let Some(byte) = self.rest().first().filter(|byte| byte.is_ascii_whitespace()) {
             self.line = self.line.saturating_add(u64::from(*byte == b'\n'));
             self.advance(1);
+            if self.at.is_multiple_of(BYTES_BETWEEN_LOOKS) {
+                self.token.check()?;
+            }
         }
         let rest = self.rest();
-        let end = rest.iter().position(u8::is_ascii_whitespace).unwrap_or(rest.len());
+        // A number is short; a word without end is looked at no farther.
+        let start = rest.get(..MAX_WORD).unwrap_or(rest);
+        let end = start.iter().position(u8::is_ascii_whitespace).unwrap_or(start.len());
+        if end == MAX_WORD {
+            return Err(self.fault(format!("a word is longer than {MAX_WORD} bytes")));
+        }
         if end == 0 {
             return Err(self.fault("the file ends too early"));
         }
@@ -269,7 +288,10 @@ impl Source<'_> {
 
     fn skip_property(&mut self, property: &Property) -> Result<(), LoadError> {
         let length = property.list.map_or(Ok(1), |count| self.list_length(count))?;
-        for _ in 0..length {
+        for k in 1..=length {
+            if k.is_multiple_of(16_384) {
+                self.token.check()?;
+            }
             self.number(property.number)?;
         }
         Ok(())

@@ -14,6 +14,40 @@ pub(super) const READ_SHARE: f32 = 0.2;
 /// Read between two looks at the token.
 const PORTION: usize = 1 << 22;
 
+/// A longer line is none of a model.
+pub(super) const MAX_LINE: usize = 1 << 20;
+
+/// Blanks at the start of a file are looked through no farther than this.
+const BEGINNING: usize = 1 << 16;
+
+/// How a text begins, without a mark of its encoding and blanks.
+pub(super) fn beginning(bytes: &[u8]) -> &[u8] {
+    let bytes = bytes.get(..BEGINNING).unwrap_or(bytes);
+    bytes.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(bytes).trim_ascii_start()
+}
+
+/// The lines of a text without their ends. One beyond [`MAX_LINE`] is cut behind it: what goes on for gigabytes must not keep
+/// its reader from looking at the token.
+pub(super) fn lines(bytes: &[u8]) -> impl Iterator<Item = &[u8]> {
+    let mut rest = Some(bytes);
+    std::iter::from_fn(move || {
+        let all = rest.take()?;
+        let start = all.get(..=MAX_LINE).unwrap_or(all);
+        match start.iter().position(|&byte| byte == b'\n' || byte == b'\r') {
+            Some(end) => {
+                let (line, after) = all.split_at(end);
+                rest = Some(after.strip_prefix(b"\r\n").or_else(|| after.get(1..)).unwrap_or_default());
+                Some(line)
+            }
+            None if start.len() < all.len() => {
+                rest = all.get(start.len()..);
+                Some(start)
+            }
+            None => Some(all).filter(|last| !last.is_empty()),
+        }
+    })
+}
+
 /// An error about a file as a whole.
 pub(super) fn unusable(path: &Path, message: impl Into<String>) -> LoadError {
     LoadError::Unusable { path: path.to_path_buf(), place: Place::File, message: message.into() }

@@ -7,7 +7,7 @@ use std::path::Path;
 use glam::Vec3;
 
 use super::assemble::Assembly;
-use super::read::READ_SHARE;
+use super::read::{READ_SHARE, beginning, lines};
 use super::{LoadError, Place};
 use crate::cancel::CancelToken;
 use crate::geometry::Triangle;
@@ -15,6 +15,8 @@ use crate::geometry::Triangle;
 /// Bytes of a triangle in the binary form.
 const RECORD: usize = 50;
 const HEADER: usize = 84;
+/// Bytes of text between two looks at the token at most.
+const BYTES_BETWEEN_LOOKS: usize = 1 << 20;
 
 /// The triangles that a binary file with this header has.
 fn declared_count(bytes: &[u8]) -> Option<u64> {
@@ -29,7 +31,7 @@ pub(super) fn binary_size(bytes: &[u8]) -> Option<u64> {
 
 /// Reads an STL file that is in memory.
 pub(super) fn load(path: &Path, bytes: &[u8], assembly: &mut Assembly, token: &CancelToken) -> Result<(), LoadError> {
-    let solid = bytes.trim_ascii_start().get(..5).is_some_and(|start| start.eq_ignore_ascii_case(b"solid"));
+    let solid = beginning(bytes).get(..5).is_some_and(|start| start.eq_ignore_ascii_case(b"solid"));
     if solid && binary_size(bytes) != Some(bytes.len() as u64) {
         return load_text(path, bytes, assembly, token);
     }
@@ -66,10 +68,12 @@ pub(super) fn load(path: &Path, bytes: &[u8], assembly: &mut Assembly, token: &C
 
 fn load_text(path: &Path, bytes: &[u8], assembly: &mut Assembly, token: &CancelToken) -> Result<(), LoadError> {
     let mut corners = Vec::with_capacity(3);
-    let mut done = 0_usize;
-    for (index, line) in bytes.split(|&byte| byte == b'\n').enumerate() {
-        if index % 16_384 == 0 {
+    let mut is_open = false;
+    let (mut done, mut next_look) = (0_usize, 0);
+    for (index, line) in lines(bytes).enumerate() {
+        if index % 16_384 == 0 || done >= next_look {
             token.check()?;
+            next_look = done.saturating_add(BYTES_BETWEEN_LOOKS);
             // Seven lines are a triangle; in an odd file two.
             assembly.reserve(16_384 / 2).map_err(|error| error.in_file(path))?;
             token.set_progress(READ_SHARE + (1.0 - READ_SHARE) * done as f32 / bytes.len() as f32);
@@ -79,7 +83,10 @@ fn load_text(path: &Path, bytes: &[u8], assembly: &mut Assembly, token: &CancelT
         let mut words = line.split(u8::is_ascii_whitespace).filter(|word| !word.is_empty());
         let keyword = words.next().unwrap_or_default();
         if keyword.eq_ignore_ascii_case(b"solid") {
+            is_open = true;
             assembly.mesh_count = assembly.mesh_count.saturating_add(1);
+        } else if keyword.eq_ignore_ascii_case(b"endsolid") {
+            is_open = false;
         } else if keyword.eq_ignore_ascii_case(b"vertex") {
             let mut coordinate = || -> Option<f32> { std::str::from_utf8(words.next()?).ok()?.parse().ok() };
             let (Some(x), Some(y), Some(z)) = (coordinate(), coordinate(), coordinate()) else {
@@ -100,6 +107,9 @@ fn load_text(path: &Path, bytes: &[u8], assembly: &mut Assembly, token: &CancelT
             }
             corners.clear();
         }
+    }
+    if is_open {
+        assembly.warnings.add("solids without 'endsolid': the file may be cut off", || Place::Byte(bytes.len() as u64));
     }
     Ok(())
 }

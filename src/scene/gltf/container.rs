@@ -1,6 +1,7 @@
 //! The parts of a glTF file: its JSON, and the bytes that this refers to. No count, length or index is believed unchecked.
 
 use std::borrow::Cow;
+use std::io::{BufReader, Read};
 use std::path::Path;
 
 use base64::Engine as _;
@@ -10,6 +11,7 @@ use gltf::binary::Error as GlbError;
 use gltf::json::Root;
 
 use crate::budget::{Budget, OverBudget};
+use crate::cancel::{CancelToken, Cancelled};
 use crate::scene::images::Images;
 use crate::scene::read::unusable;
 use crate::scene::{LoadError, Place};
@@ -21,7 +23,7 @@ pub(super) struct Document<'a> {
 }
 
 impl<'a> Document<'a> {
-    pub(super) fn parse(path: &Path, bytes: &'a [u8], images: &Images) -> Result<Self, LoadError> {
+    pub(super) fn parse(path: &Path, bytes: &'a [u8], images: &Images, token: &CancelToken) -> Result<Self, LoadError> {
         let fault = |place, message: String| LoadError::Unusable { path: path.to_path_buf(), place, message };
         let (text, binary) = if bytes.starts_with(b"glTF") {
             chunks(bytes).map_err(|(at, message)| fault(Place::Byte(at as u64), message))?
@@ -29,15 +31,21 @@ impl<'a> Document<'a> {
             (Cow::Borrowed(bytes.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(bytes)), None)
         };
         check_json(&text).map_err(|error| unusable(path, error.to_string()))?;
-        let root = Root::from_slice(&text).map_err(|error| {
-            fault(Place::Column(error.line() as u64, error.column() as u64), format!("is not glTF 2.0: {error}"))
-        })?;
+        let root = Root::from_reader(BufReader::with_capacity(BETWEEN_LOOKS, Watched { rest: &text, token })).map_err(
+            |error| {
+                if token.is_cancelled() {
+                    return LoadError::Cancelled(Cancelled);
+                }
+                fault(Place::Column(error.line() as u64, error.column() as u64), format!("is not glTF 2.0: {error}"))
+            },
+        )?;
         let mut binary = binary;
         let buffers = root
             .buffers
             .iter()
             .enumerate()
             .map(|(index, buffer)| match &buffer.uri {
+                _ if token.is_cancelled() => Err(Cancelled.to_string()),
                 Some(uri) if uri.starts_with("data:") => read_uri(uri, images).map(Cow::Owned),
                 Some(uri) => read_uri(uri, images).map(Cow::Owned).map_err(|reason| {
                     let name: String = uri.chars().take(200).collect();
@@ -47,6 +55,7 @@ impl<'a> Document<'a> {
                 None => Err("it has no uri".to_owned()),
             })
             .collect();
+        token.check()?;
         Ok(Self { parsed: gltf::Document::from_json_without_validation(root), buffers })
     }
 
@@ -85,6 +94,22 @@ fn check_json(text: &[u8]) -> Result<(), OverBudget> {
     let count = |wanted: u8| text.split(|&byte| byte == wanted).count() as u64;
     let bytes = count(b'{').saturating_mul(OBJECT).saturating_add(count(b',').saturating_mul(ENTRY));
     Budget::of_process().check("the JSON", bytes.saturating_add(text.len() as u64))
+}
+
+/// Bytes between two looks at the token.
+const BETWEEN_LOOKS: usize = 1 << 18;
+
+/// A text that ends with an error once nobody wants it any more.
+struct Watched<'a> {
+    rest: &'a [u8],
+    token: &'a CancelToken,
+}
+
+impl Read for Watched<'_> {
+    fn read(&mut self, buffer: &mut [u8]) -> std::io::Result<usize> {
+        self.token.check().map_err(std::io::Error::other)?;
+        self.rest.read(buffer)
+    }
 }
 
 type Chunks<'a> = (Cow<'a, [u8]>, Option<Cow<'a, [u8]>>);
@@ -132,22 +157,26 @@ fn explain(error: &GlbError, json_length: usize) -> (usize, String) {
 /// The bytes behind a `data:` URI or a file beside the model.
 pub(super) fn read_uri(uri: &str, images: &Images) -> Result<Vec<u8>, String> {
     let Some(data) = uri.strip_prefix("data:") else {
-        let name = String::from_utf8(percent_decoded(uri)?).map_err(|_| "the URI is not UTF-8".to_owned())?;
+        let name =
+            String::from_utf8(percent_decoded(uri, images.token)?).map_err(|_| "the URI is not UTF-8".to_owned())?;
         return images.read_beside(&name);
     };
     match data.split_once(',') {
-        Some((kind, text)) if kind.ends_with(";base64") => base64(text),
-        Some((_, text)) => percent_decoded(text),
+        Some((kind, text)) if kind.ends_with(";base64") => base64(text, images.token),
+        Some((_, text)) => percent_decoded(text, images.token),
         None => Err("the data URI has no comma".to_owned()),
     }
 }
 
-fn percent_decoded(text: &str) -> Result<Vec<u8>, String> {
+fn percent_decoded(text: &str, token: &CancelToken) -> Result<Vec<u8>, String> {
     let wrong = || "the URI has a wrong % sequence".to_owned();
     let mut bytes = Vec::with_capacity(text.len());
     let mut rest = text.as_bytes();
     while let Some((&byte, after)) = rest.split_first() {
         rest = after;
+        if bytes.len().is_multiple_of(BETWEEN_LOOKS) {
+            token.check().map_err(|cancelled| cancelled.to_string())?;
+        }
         if byte == b'%' {
             let digits = rest.get(..2).and_then(|digits| std::str::from_utf8(digits).ok()).ok_or_else(wrong)?;
             bytes.push(u8::from_str_radix(digits, 16).map_err(|_| wrong())?);
@@ -160,7 +189,7 @@ fn percent_decoded(text: &str) -> Result<Vec<u8>, String> {
 }
 
 /// With and without padding, line breaks and the alphabet of URLs: exporters differ.
-fn base64(text: &str) -> Result<Vec<u8>, String> {
+fn base64(text: &str, token: &CancelToken) -> Result<Vec<u8>, String> {
     const ANY: GeneralPurpose = GeneralPurpose::new(
         &base64::alphabet::STANDARD,
         GeneralPurposeConfig::new()
@@ -175,6 +204,16 @@ fn base64(text: &str) -> Result<Vec<u8>, String> {
         b'_' => b'/',
         byte => byte,
     };
-    let text: Vec<u8> = text.bytes().filter(|byte| !byte.is_ascii_whitespace()).map(standard).collect();
-    ANY.decode(text).map_err(|error| format!("the base64 data is damaged: {error}"))
+    let mut digits = Vec::with_capacity(text.len());
+    for part in text.as_bytes().chunks(BETWEEN_LOOKS) {
+        token.check().map_err(|cancelled| cancelled.to_string())?;
+        digits.extend(part.iter().filter(|byte| !byte.is_ascii_whitespace()).map(|&byte| standard(byte)));
+    }
+    // Four digits are three bytes, so that each part stands for itself.
+    let mut bytes = Vec::with_capacity(digits.len().div_ceil(4).saturating_mul(3));
+    for part in digits.chunks(BETWEEN_LOOKS) {
+        token.check().map_err(|cancelled| cancelled.to_string())?;
+        ANY.decode_vec(part, &mut bytes).map_err(|error| format!("the base64 data is damaged: {error}"))?;
+    }
+    Ok(bytes)
 }

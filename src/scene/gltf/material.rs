@@ -15,6 +15,9 @@ pub(super) fn read_all(document: &Document, images: &mut Images) -> (Vec<Materia
     let mut pictures = vec![None; document.root().images.len()];
     let (mut materials, mut sets) = (Vec::new(), Vec::new());
     for json in &document.root().materials {
+        if images.token.is_cancelled() {
+            break;
+        }
         let (material, set) = read(json, document, images, &mut pictures);
         materials.push(material);
         sets.push(set);
@@ -71,7 +74,7 @@ fn read_texture(info: &Info, document: &Document, images: &mut Images, pictures:
             (None, None) => Err("it has neither data nor a uri".to_owned()),
         };
         match decoded {
-            Ok(bytes) => images.texture(&bytes, [WrapMode::Repeat; 2], &name),
+            Ok(bytes) => images.texture(bytes, [WrapMode::Repeat; 2], &name),
             Err(reason) => {
                 images.warn(&name, &reason);
                 None

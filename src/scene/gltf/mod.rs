@@ -41,7 +41,7 @@ pub(super) fn load(
     token: &CancelToken,
 ) -> Result<(), LoadError> {
     let mut images = Images::new(path, options, token);
-    let document = Document::parse(path, bytes, &images)?;
+    let document = Document::parse(path, bytes, &images, token)?;
     let root = document.root();
     check_extensions(path, root)?;
     warn_of_short_buffers(&document, assembly);

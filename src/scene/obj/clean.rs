@@ -10,11 +10,9 @@ use arrayvec::ArrayVec;
 use crate::budget::Budget;
 use crate::cancel::CancelToken;
 use crate::scene::assemble::BYTES_PER_TRIANGLE;
-use crate::scene::read::READ_SHARE;
+use crate::scene::read::{MAX_LINE, READ_SHARE, lines};
 use crate::scene::{Place, Warnings};
 
-/// A line longer than this is no OBJ statement.
-const MAX_LINE: usize = 1 << 20;
 /// Handed on at a time.
 const PORTION: usize = 1 << 16;
 /// Bytes of the file between two questions to the budget.
@@ -101,7 +99,9 @@ impl<'a> Clean<'a> {
     /// The next physical line without its end.
     fn physical_line(&mut self) -> Option<&'a [u8]> {
         let rest = self.data.get(self.at..).filter(|rest| !rest.is_empty())?;
-        let end = rest.iter().position(|&byte| byte == b'\n' || byte == b'\r').unwrap_or(rest.len());
+        // Of a line that is too long anyway no more is looked at.
+        let start = rest.get(..=MAX_LINE).unwrap_or(rest);
+        let end = start.iter().position(|&byte| byte == b'\n' || byte == b'\r').unwrap_or(start.len());
         let ending = if rest[end..].starts_with(b"\r\n") { 2 } else { 1 };
         self.at = self.at.saturating_add(end).saturating_add(ending);
         self.line = self.line.saturating_add(1);
@@ -293,6 +293,7 @@ impl<'a> Clean<'a> {
 
     /// Whether there is room for as much again as tobj holds by now, whose lists double as they grow, and for the scene that
     /// is made of it.
+    /// Also looks at the token: lines that mean nothing may go on for long.
     fn check_memory(&mut self) -> Result<(), String> {
         const FLOAT: u64 = size_of::<f32>() as u64;
         const FACE: u64 = size_of::<[u32; 3]>() as u64 + BYTES_PER_TRIANGLE;
@@ -300,6 +301,7 @@ impl<'a> Clean<'a> {
             return Ok(());
         }
         self.next_check = self.at.saturating_add(BYTES_BETWEEN_CHECKS);
+        self.token.check().map_err(|cancelled| cancelled.to_string())?;
         let position = if self.colored { 6 * FLOAT } else { 3 * FLOAT };
         let lists = [
             (self.positions, position),
@@ -359,8 +361,13 @@ impl BufRead for Clean<'_> {
 
 /// Whether any vertex has a colour: then tobj needs one for each.
 fn has_colors(data: &[u8], token: &CancelToken) -> bool {
-    data.split(|&byte| byte == b'\n' || byte == b'\r').enumerate().any(|(k, line)| {
-        let stop = k % 65_536 == 0 && token.is_cancelled();
+    let mut since_look = 0_usize;
+    lines(data).any(|line| {
+        since_look = since_look.saturating_add(line.len()).saturating_add(1);
+        let stop = since_look >= BYTES_BETWEEN_CHECKS && {
+            since_look = 0;
+            token.is_cancelled()
+        };
         stop || line.starts_with(b"v ") && words(line).count() >= 7
     })
 }

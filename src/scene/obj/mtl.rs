@@ -2,8 +2,15 @@
 
 use glam::Vec3;
 
+use crate::budget::Budget;
 use crate::scene::images::Images;
 use crate::scene::{Material, Place, Warnings, WrapMode};
+
+/// A material in a list that doubles as it grows, and in that of the scene.
+const BYTES_PER_MATERIAL: u64 = 4 * size_of::<Material>() as u64;
+
+/// More are a mistake or an attack.
+const MAX_MATERIALS: usize = 1 << 16;
 
 /// The materials of a library, in file order.
 pub(super) fn load(name: &str, images: &mut Images, warnings: &mut Warnings) -> Vec<Material> {
@@ -21,11 +28,28 @@ pub(super) fn load(name: &str, images: &mut Images, warnings: &mut Warnings) -> 
     };
     let text = String::from_utf8_lossy(&bytes);
     let mut materials: Vec<Material> = Vec::new();
-    for line in text.trim_start_matches('\u{feff}').lines() {
+    let mut next_look = 0;
+    for (number, line) in text.trim_start_matches('\u{feff}').lines().enumerate() {
+        // Each may be a material, which takes far more than its line.
+        if number == next_look {
+            if images.token.is_cancelled() {
+                break;
+            }
+            let bytes = (materials.len() as u64).saturating_mul(BYTES_PER_MATERIAL);
+            if let Err(error) = Budget::of_process().check("the materials", bytes) {
+                warnings.add(&format!("materials in '{name}' left out: {error}"), || Place::File);
+                break;
+            }
+            next_look = number.saturating_add(4096);
+        }
         let line = line.trim();
         let (keyword, rest) = line.split_once(char::is_whitespace).unwrap_or((line, ""));
         let rest = rest.trim();
         if keyword == "newmtl" {
+            if materials.len() >= MAX_MATERIALS {
+                warnings.add(&format!("materials in '{name}' beyond {MAX_MATERIALS} left out"), || Place::File);
+                break;
+            }
             materials.push(Material { name: rest.to_owned(), base_color: Vec3::splat(0.6), ..Material::clay() });
             continue;
         }
