@@ -10,7 +10,7 @@ use crate::budget::Budget;
 use crate::bvh::builders::{BuildError, StageTimes, build_again};
 use crate::bvh::leavings::{Heirs, Leavings};
 use crate::bvh::lineage::{Lineage, path_to_primitive};
-use crate::bvh::overlap::{end_point_overlap, end_point_overlap_unless};
+use crate::bvh::overlap::end_point_overlap_unless;
 use crate::bvh::stats::{TreeStats, tree_stats_unless};
 use crate::bvh::traverse::{self, Probe, Traversal};
 use crate::bvh::wide::{AnyWideTree, collapse};
@@ -277,13 +277,15 @@ impl Accel {
 
     /// Makes what [`Accel::lineage`] and [`Accel::epo`] tell, unless `token` is cancelled.
     pub fn study(&self, token: &CancelToken) -> Result<(), Cancelled> {
+        self.read_lineage(token)?;
+        self.epo(token).map(|_| ())
+    }
+
+    /// Makes what [`Accel::lineage`] tells, unless `token` is cancelled.
+    pub fn read_lineage(&self, token: &CancelToken) -> Result<(), Cancelled> {
         if self.lineage.get().is_none() {
             let lineage = with_tree!(&self.tree, tree => Lineage::new_unless(tree, token))?;
             self.lineage.get_or_init(|| lineage);
-        }
-        if self.epo.get().is_none() {
-            let epo = end_point_overlap_unless(&self.tree, &self.scene.triangles, EPO_SAMPLES, token)?;
-            self.epo.get_or_init(|| epo);
         }
         Ok(())
     }
@@ -333,10 +335,15 @@ impl Accel {
         })
     }
 
-    /// End-point overlap, estimated from a sample on large scenes. Takes some tens of milliseconds on a million triangles
-    /// when asked for the first time; see [`Accel::known_epo`] for a UI thread.
-    pub fn epo(&self) -> f32 {
-        *self.epo.get_or_init(|| end_point_overlap(&self.tree, &self.scene.triangles, EPO_SAMPLES))
+    /// End-point overlap, estimated from a sample on large scenes, unless `token` is cancelled. When asked for the first time, it
+    /// takes some tens of milliseconds on a million triangles, and minutes where all lie on one another; see
+    /// [`Accel::known_epo`] for a UI thread.
+    pub fn epo(&self, token: &CancelToken) -> Result<f32, Cancelled> {
+        if let Some(epo) = self.known_epo() {
+            return Ok(epo);
+        }
+        let epo = end_point_overlap_unless(&self.tree, &self.scene.triangles, EPO_SAMPLES, token)?;
+        Ok(*self.epo.get_or_init(|| epo))
     }
 
     /// End-point overlap where [`Accel::epo`] has computed it already.
@@ -344,7 +351,12 @@ impl Accel {
         self.epo.get().copied()
     }
 
-    /// Parents and primitive counts of all nodes. Reads the whole tree when asked for the first time.
+    /// Parents and primitive counts of all nodes where they have been read.
+    pub fn known_lineage(&self) -> Option<&Lineage> {
+        self.lineage.get()
+    }
+
+    /// Parents and primitive counts of all nodes. Reads the whole tree when asked for the first time: not for a UI frame.
     pub fn lineage(&self) -> &Lineage {
         self.lineage.get_or_init(|| with_tree!(&self.tree, tree => Lineage::new(tree)))
     }

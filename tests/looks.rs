@@ -201,6 +201,22 @@ fn what_is_derived_from_a_tree() {
             table
         });
     }
+    // Where all triangles are one, each sample of the overlap meets all nodes.
+    let settings = BuildSettings { builder: BuilderKind::Lbvh, ..BuildSettings::default() };
+    let stacks = scenes.each_ref().map(|scene| {
+        let triangles = vec![scene.triangles[0]; scene.triangles.len()];
+        let (tree, _) = build(&triangles, &settings, &CancelToken::new()).unwrap();
+        (tree, triangles)
+    });
+    growing.look_at(
+        "overlap of one triangle many times",
+        [&0, &1],
+        |&which: &usize| which,
+        |which, token| {
+            let (tree, triangles) = &stacks[which];
+            end_point_overlap_unless(tree, triangles, 10, token).unwrap()
+        },
+    );
     growing.none();
 }
 

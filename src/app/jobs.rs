@@ -13,6 +13,7 @@ use crate::bvh::BuildSettings;
 use crate::bvh::builders::BuildError;
 use crate::camera::Camera;
 use crate::cancel::{CancelToken, Cancelled};
+use crate::lab::available_threads;
 use crate::overlay::{NodeTable, OverlaySettings};
 use crate::render::{Frame, RenderRequest, RenderSettings, render};
 use crate::scene::{LoadError, LoadOptions, Scene, SceneSource, load};
@@ -151,18 +152,24 @@ pub struct Rendered {
 
 /// A pool of the wanted number of threads, kept until another number is wanted.
 #[derive(Default)]
-struct Pool {
+pub(super) struct Pool {
     current: RefCell<Option<(usize, Arc<ThreadPool>)>>,
 }
 
 impl Pool {
-    /// Runs `work` in a pool of `threads` threads (0 for all); in rayon's own pool where the system refuses more threads.
-    fn run<R: Send>(&self, name: &'static str, threads: usize, work: impl FnOnce() -> R + Send) -> R {
+    /// Runs `work` in a pool of `threads` threads (0 for all), or of as many as the system gives.
+    pub(super) fn run<R: Send>(&self, name: &'static str, threads: usize, work: impl FnOnce() -> R + Send) -> R {
         let mut current = self.current.borrow_mut();
         if current.as_ref().is_none_or(|(count, _)| *count != threads) {
-            let built =
-                ThreadPoolBuilder::new().num_threads(threads).thread_name(move |i| format!("{name} {i}")).build();
-            *current = built.ok().map(|pool| (threads, Arc::new(pool)));
+            let named = || ThreadPoolBuilder::new().thread_name(move |i| format!("{name} {i}"));
+            let built = match named().num_threads(threads).build() {
+                Ok(pool) => Some(pool),
+                Err(error) => fewer_threads(named, threads, &error),
+            };
+            // Where this thread itself has become a pool, it stays the only one.
+            if let Some(pool) = built {
+                *current = Some((threads, Arc::new(pool)));
+            }
         }
         let pool = current.as_ref().map(|(_, pool)| Arc::clone(pool));
         drop(current);
@@ -173,11 +180,29 @@ impl Pool {
     }
 }
 
+/// A pool of fewer threads than those `wanted`, which were refused; the calling thread alone where there is no other.
+fn fewer_threads(
+    named: impl Fn() -> ThreadPoolBuilder,
+    wanted: usize,
+    refusal: &rayon::ThreadPoolBuildError,
+) -> Option<ThreadPool> {
+    let wanted = if wanted == 0 { available_threads() } else { wanted };
+    let halves = std::iter::successors(Some(wanted / 2), |fewer| Some(fewer / 2)).take_while(|&fewer| fewer > 0);
+    let pool = halves
+        .map(|fewer| named().num_threads(fewer).build())
+        .find_map(Result::ok)
+        .or_else(|| named().num_threads(1).use_current_thread().build().ok());
+    let threads = pool.as_ref().map_or(1, ThreadPool::current_num_threads);
+    log::warn!("{wanted} threads cannot be started ({refusal}); working with {threads}");
+    pool
+}
+
 /// The thread that reads models.
 pub fn load_worker(wake: impl Fn() + Send + Sync + 'static) -> std::io::Result<Worker<LoadJob, Loaded>> {
-    Worker::new("load", wake, |job: LoadJob, token: &CancelToken, _| {
+    let pool = Pool::default();
+    Worker::new("load", wake, move |job: LoadJob, token: &CancelToken, _| {
         let file = job.key.0.path().and_then(|path| Some((path.to_owned(), Stamp::of(path)?)));
-        match load(&job.key.0, &job.options, token) {
+        match pool.run("load", 0, || load(&job.key.0, &job.options, token)) {
             Err(LoadError::Cancelled(_)) => None,
             result => Some(Loaded { key: job.key, file, result: result.map(Arc::new) }),
         }

@@ -180,7 +180,7 @@ impl App {
             self.rails.poll(&mut self.state, Instant::now());
             self.rails.reconcile(&mut self.state, Instant::now());
             self.laboratory.poll(&mut self.state, !self.rails.is_busy());
-            self.other_containers.follow(&self.state);
+            self.other_containers.follow(&self.state, !self.rails.is_busy());
             if !self.is_busy() {
                 return true;
             }
@@ -296,7 +296,7 @@ impl eframe::App for App {
         self.rails.poll(&mut self.state, Instant::now());
         self.look_after_file();
         self.laboratory.poll(&mut self.state, !self.rails.is_busy());
-        self.other_containers.follow(&self.state);
+        self.other_containers.follow(&self.state, !self.rails.is_busy());
         self.update_title(ctx);
     }
 

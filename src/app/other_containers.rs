@@ -1,36 +1,54 @@
-//! Containers of the kind that the tree is not made of: a pass over the whole tree, so made by a thread of their own once
-//! somebody wants to see them.
+//! What takes a pass over the whole tree and is not always wanted, so made by a thread of its own once somebody wants to see
+//! it: containers of the kind that the tree is not made of, the list of the deepest nodes, what lies below a node.
 
 use std::sync::Arc;
 
+use super::jobs::Pool;
 use super::state::AppState;
 use crate::cancel::CancelToken;
-use crate::overlay::NodeTable;
+use crate::overlay::{NodeTable, OverlaySettings};
 use crate::worker::Worker;
 
-/// The thread that makes them.
+/// What is made for a table: what is to be drawn, or what lies below its nodes.
+struct Job {
+    table: Arc<NodeTable>,
+    drawn: Option<OverlaySettings>,
+}
+
+/// The thread that makes it.
 pub(super) struct OtherContainers {
-    worker: Worker<Arc<NodeTable>, ()>,
-    /// The table that was last asked for.
-    asked: Option<u64>,
+    worker: Worker<Job, ()>,
+    /// What was last asked for: of which table, and what was to be drawn.
+    asked: Option<(u64, Option<OverlaySettings>)>,
 }
 
 impl OtherContainers {
     /// Starts the thread; `wake` is called from it when they are there.
     pub(super) fn new(wake: impl Fn() + Send + Sync + 'static) -> std::io::Result<Self> {
-        let worker = Worker::new("containers", wake, |table: Arc<NodeTable>, token: &CancelToken, _| {
-            table.complete(token).ok()
+        let pool = Pool::default();
+        let worker = Worker::new("containers", wake, move |job: Job, token: &CancelToken, _| {
+            let Job { table, drawn } = job;
+            let make = || match &drawn {
+                Some(settings) => table.prepare(settings, token),
+                None => table.study(token),
+            };
+            pool.run("containers", 0, make).ok()
         })?;
         Ok(Self { worker, asked: None })
     }
 
-    /// Asks for those of the tree on the screen where they are to be drawn.
-    pub(super) fn follow(&mut self, state: &AppState) {
-        let Some(presented) = state.presented.as_ref().filter(|_| state.preferences.show_containers) else { return };
-        let (table, wanted) = (&presented.table, &state.wanted.overlay);
-        if table.drawable(wanted) != *wanted && self.asked != Some(table.id) {
-            self.asked = Some(table.id);
-            self.worker.request(Arc::clone(table));
+    /// Asks for what is missing of the tree on the screen: what is to be drawn at once, what lies below the selected node
+    /// where the tree's builder, which reads that as its last, was called off: it has `idle` cores then.
+    pub(super) fn follow(&mut self, state: &AppState, idle: bool) {
+        let Some(presented) = state.presented.as_ref().filter(|_| !self.worker.is_busy()) else { return };
+        let (table, wanted) = (&presented.table, state.wanted.overlay);
+        let drawn = (state.preferences.show_containers && table.drawable(&wanted) != wanted).then_some(wanted);
+        let selected = state.selection.selected.filter(|&node| idle && (node as usize) < table.len());
+        let is_unknown = selected.is_some_and(|node| table.known_primitives(node).is_none());
+        let asked = Some((table.id, drawn));
+        if (drawn.is_some() || is_unknown) && self.asked != asked {
+            self.asked = asked;
+            self.worker.request(Job { table: Arc::clone(table), drawn });
         }
     }
 

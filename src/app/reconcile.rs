@@ -413,5 +413,6 @@ impl Rails {
 
 /// Drops `value` on another thread: giving back the hundreds of megabytes of a tree takes longer than a UI frame may.
 pub(super) fn drop_elsewhere(value: impl Send + 'static) {
-    rayon::spawn(move || drop(value));
+    // Where no thread can be started, the value is dropped here, along with the work that nobody takes.
+    let _ = std::thread::Builder::new().name("drop".to_owned()).spawn(move || drop(value));
 }

@@ -13,6 +13,7 @@ use super::device::was_lost;
 use super::start::{Start, ended_as_wanted};
 use super::storage::APP_ID;
 use super::{App, MIN_SIZE, START_SIZE, StartOptions};
+use crate::lab::available_threads;
 
 /// Why the window could not be opened. The texts say what to do instead.
 #[derive(Debug, thiserror::Error)]
@@ -32,6 +33,12 @@ pub enum AppError {
     /// A library of the desktop is missing.
     #[error("{0} Install it (Debian and Ubuntu: libxkbcommon-x11-0), or use 'bvhscope render MODEL -o out.png'")]
     NoLibrary(String),
+    /// The system gives the window's libraries no thread, which is a panic there.
+    #[error(
+        "a window needs more threads than the system gives ({0}). End other programs or raise the limit (ulimit -u), or use \
+         'bvhscope render MODEL -o out.png', which works without"
+    )]
+    NoThreads(String),
     /// The driver ended, and again soon after the new start.
     #[error(
         "the graphics driver ended twice within 30 seconds, so the window is closed; the settings are kept. Update the \
@@ -49,6 +56,7 @@ pub fn run(mut options: StartOptions) -> Result<(), AppError> {
     if start.safe {
         options = StartOptions { load: options.load, settings: options.settings, ..StartOptions::default() };
     }
+    start_pool();
     start.watch();
     options.notices.clone_from(&start.notices);
     options.settings_file.clone_from(&start.file);
@@ -68,11 +76,27 @@ pub fn run(mut options: StartOptions) -> Result<(), AppError> {
     match outcome {
         Ok(Ok(())) => Ok(()),
         Ok(Err(error)) => Err(in_plain_words(error)),
-        // The keyboard library is opened at run time, and its absence is a panic there.
+        // The keyboard library is opened at run time, and its absence is a panic there; so is a thread that cannot be started.
         Err(payload) => match payload.downcast_ref::<String>() {
             Some(text) if text.contains("could not be loaded") => Err(AppError::NoLibrary(text.clone())),
+            Some(text) if text.contains("failed to spawn thread") => Err(AppError::NoThreads(text.clone())),
             _ => resume_unwind(payload),
         },
+    }
+}
+
+/// Starts the threads that UI frames share their work with, while there are some to be had: asked for later, rayon would panic
+/// where the system gives none. In the end this thread works alone.
+fn start_pool() {
+    let named = || rayon::ThreadPoolBuilder::new().thread_name(|i| format!("frame {i}"));
+    let mut threads = available_threads();
+    while threads > 0 && named().num_threads(threads).build_global().is_err() {
+        threads /= 2;
+    }
+    if threads == 0
+        && let Err(error) = named().num_threads(1).use_current_thread().build_global()
+    {
+        log::warn!("frames have no threads to share their work with: {error}");
     }
 }
 

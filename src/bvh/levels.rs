@@ -60,6 +60,11 @@ impl Levels {
         self.all.get_or_init(|| self.all_of(tree, &CancelToken::new()).unwrap_or_default())
     }
 
+    /// How many nodes of the list are known.
+    pub fn listed(&self) -> u32 {
+        self.all.get().unwrap_or(&self.first).len() as u32
+    }
+
     /// Makes the first `count` nodes of the list known, unless `token` is cancelled.
     pub fn list<C: Container>(&self, tree: &Tree<C>, count: u32, token: &CancelToken) -> Result<(), Cancelled> {
         if count as usize > self.first.len() && self.all.get().is_none() {

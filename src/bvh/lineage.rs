@@ -49,11 +49,11 @@ impl Lineage {
 }
 
 /// The nodes from the root to the leaf that holds the primitive `primitive_index`, which is `triangle`; empty where there
-/// is none. Only looks into nodes whose containers reach around the triangle, which are few.
+/// is none. Only looks into nodes whose containers reach around the triangle, which are few, and at what their leaves hold.
 pub fn path_to_primitive<C: Container>(tree: &Tree<C>, triangle: &Triangle, primitive_index: u32) -> Vec<u32> {
-    let Some(slot) = tree.primitive_indices.iter().position(|&index| index == primitive_index) else {
+    if tree.nodes.is_empty() {
         return Vec::new();
-    };
+    }
     let slack = super::validate::containment_slack(tree);
     let corners = [triangle.a, triangle.b, triangle.c];
     let mut path: Vec<u32> = Vec::new();
@@ -64,7 +64,7 @@ pub fn path_to_primitive<C: Container>(tree: &Tree<C>, triangle: &Triangle, prim
         let node = &tree.nodes[index as usize];
         let first = node.first as usize;
         if node.is_leaf() {
-            if (first..first + node.count as usize).contains(&slot) {
+            if tree.primitive_indices[first..first + node.count as usize].contains(&primitive_index) {
                 return path;
             }
             continue;

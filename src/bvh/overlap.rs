@@ -79,7 +79,7 @@ fn overlap_of<C: Clip>(
             }
             path.reverse();
             let triangle = &triangles[tree.primitive_indices[slot] as usize];
-            Ok(sample.weight * foreign_cost(tree, triangle, &path) / areas[slot])
+            Ok(sample.weight * foreign_cost(tree, triangle, &path, token)? / areas[slot])
         })
         .collect::<Result<_, Cancelled>>()?;
     let overlap = (parts.iter().sum::<f64>() / total) as f32;
@@ -132,7 +132,12 @@ fn leaf_of_each<C: Container>(tree: &Tree<C>, samples: &[Sample], token: &Cancel
 }
 
 /// Σ cost · area of `triangle` inside the node, over the nodes that are not on its `path` from the root.
-fn foreign_cost<C: Clip>(tree: &Tree<C>, triangle: &Triangle, path: &[u32]) -> f64 {
+fn foreign_cost<C: Clip>(
+    tree: &Tree<C>,
+    triangle: &Triangle,
+    path: &[u32],
+    token: &CancelToken,
+) -> Result<f64, Cancelled> {
     let bounds = triangle.bounds();
     let mut sum = 0.0;
     // The path's siblings are the tops of everything foreign.
@@ -141,7 +146,13 @@ fn foreign_cost<C: Clip>(tree: &Tree<C>, triangle: &Triangle, path: &[u32]) -> f
         let first = tree.nodes[pair[0] as usize].first;
         waiting.push(if pair[1] == first { first + 1 } else { first });
     }
+    // Where all triangles lie on one another, these are all nodes.
+    let mut visited = 0_usize;
     while let Some(index) = waiting.pop() {
+        visited += 1;
+        if visited.is_multiple_of(BATCH) {
+            token.check()?;
+        }
         let node = &tree.nodes[index as usize];
         let area = node.container.clipped_area(triangle, &bounds);
         if area <= 0.0 {
@@ -154,7 +165,7 @@ fn foreign_cost<C: Clip>(tree: &Tree<C>, triangle: &Triangle, path: &[u32]) -> f
             waiting.extend([node.first, node.first + 1]);
         }
     }
-    sum
+    Ok(sum)
 }
 
 /// A container that can say how much of a triangle lies inside it.

@@ -54,7 +54,7 @@ pub fn run(job: &InfoJob, context: &mut Context<'_>) -> Result<Finished, Failure
     let progress = Progress::new("Building", &context.token);
     let (accel, epo) = context.pool()?.install(|| {
         let accel = Accel::build(&scene, &job.build, &context.token)?;
-        let epo = accel.epo();
+        let epo = accel.epo(&context.token)?;
         Ok::<_, Failure>((accel, epo))
     })?;
     drop(progress);
@@ -76,7 +76,7 @@ pub fn run(job: &InfoJob, context: &mut Context<'_>) -> Result<Finished, Failure
         bounds_max: scene.bounds.max.to_array(),
         up: scene.up.to_array(),
         scene_bytes: scene.bytes(),
-        tree: TreeNumbers::new(&accel),
+        tree: TreeNumbers::new(&accel, epo),
         warnings: scene.warnings.entries.iter().map(ToString::to_string).collect(),
         findings,
     };

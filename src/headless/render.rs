@@ -123,7 +123,8 @@ pub fn run(job: &RenderJob, context: &mut Context<'_>) -> Result<Finished, Failu
         stop_or_fail(write_distances(path, &frame, &context.token), &context.token)?;
     }
     if job.json {
-        let line = summary(job, &accel, &frame);
+        let epo = context.pool()?.install(|| accel.epo(&context.token))?;
+        let line = summary(job, &accel, epo, &frame);
         let text = serde_json::to_string(&line).map_err(|error| Failure::Failed(error.to_string()))?;
         writeln!(context.out, "{text}")?;
     }
@@ -142,12 +143,12 @@ fn check_memory(job: &RenderJob) -> Result<(), Failure> {
         .map_err(|error| Failure::Failed(error.to_string()))
 }
 
-fn summary<'a>(job: &'a RenderJob, accel: &Accel, frame: &Frame) -> Rendered<'a> {
+fn summary<'a>(job: &'a RenderJob, accel: &Accel, epo: f32, frame: &Frame) -> Rendered<'a> {
     Rendered {
         command: "render",
         model: job.source.to_string(),
         triangles: accel.scene.triangles.len(),
-        tree: TreeNumbers::new(accel),
+        tree: TreeNumbers::new(accel, epo),
         trace_ms: crate::lab::millis(frame.stats.trace_time),
         rays: frame.stats.primary_rays,
         hits: frame.stats.hits,

@@ -49,8 +49,8 @@ pub struct TreeNumbers {
 }
 
 impl TreeNumbers {
-    /// Reads `accel`; computes its end-point overlap where nobody has asked for it yet.
-    pub fn new(accel: &Accel) -> Self {
+    /// Reads `accel`, whose end-point overlap is `epo`.
+    pub fn new(accel: &Accel, epo: f32) -> Self {
         let (settings, report) = (&accel.settings, &accel.report);
         let (stats, wide) = (&report.stats, accel.wide());
         Self {
@@ -69,7 +69,7 @@ impl TreeNumbers {
             optimize_sah_costs: report.stages.costs.iter().copied().collect(),
             traversal_cost: TRAVERSAL_COST,
             intersection_cost: INTERSECTION_COST,
-            epo: accel.epo(),
+            epo,
             nodes: stats.nodes,
             leaves: stats.leaves,
             max_depth: stats.max_depth,

@@ -149,7 +149,7 @@ fn try_once(
         trial.first = Some(First {
             threads,
             report: accel.report.clone(),
-            epo: accel.epo(),
+            epo: accel.epo(token)?,
             wide_node_bytes: accel.wide().tree.node_bytes(),
             wide_triangle_bytes: accel.wide().tree.triangle_bytes(),
             wide_bytes_per_triangle: accel.wide().bytes_per_triangle(),

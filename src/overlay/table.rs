@@ -7,7 +7,7 @@ use std::sync::{Arc, OnceLock};
 
 use rayon::prelude::*;
 
-use super::{OverlayNode, OverlaySettings};
+use super::{ColorBy, OverlayNode, OverlaySettings};
 use crate::accel::Accel;
 use crate::bvh::levels::Levels;
 use crate::bvh::{AnyTree, Container, ContainerKind, Node, Tree};
@@ -67,12 +67,18 @@ impl NodeTable {
     /// Lists what [`NodeTable::shown`] takes for `settings`, or all nodes, unless `token` is cancelled.
     pub fn list(&self, settings: Option<&OverlaySettings>, token: &CancelToken) -> Result<(), Cancelled> {
         let all = self.levels.ranges.last().map_or(0, |range| range.end);
-        let count = settings.filter(|_| all > 0).map_or(all, |settings| {
-            let (_, [from, last]) = self.depths(settings);
-            let needed = if self.is_cut_from_the_top(settings, self.wanted(settings)) { from } else { last };
-            self.levels.ranges[needed as usize].end
-        });
+        let count = settings.map_or(all, |settings| self.needed(settings));
         with_tree!(&self.accel.tree, tree => self.levels.list(tree, count, token))
+    }
+
+    /// How many of the list's nodes [`NodeTable::shown`] takes for `settings`.
+    fn needed(&self, settings: &OverlaySettings) -> u32 {
+        if self.is_empty() {
+            return 0;
+        }
+        let (_, [from, last]) = self.depths(settings);
+        let depth = if self.is_cut_from_the_top(settings, self.wanted(settings)) { from } else { last };
+        self.levels.ranges[depth as usize].end
     }
 
     /// The first nodes of the list that goes depth by depth, `count` of them or more, within a depth in the order of the tree.
@@ -115,7 +121,13 @@ impl NodeTable {
 
     /// The node above; `None` for the root and where there is no such node.
     pub fn parent(&self, node: u32) -> Option<u32> {
-        self.accel.lineage().parents.get(node as usize).copied().filter(|_| node != 0)
+        if node == 0 || node as usize >= self.len() {
+            return None;
+        }
+        match self.accel.known_lineage() {
+            Some(lineage) => lineage.parents.get(node as usize).copied(),
+            None => self.path(node).iter().rev().nth(1).copied(),
+        }
     }
 
     /// The other child of the same parent; `None` for the root and where there is no such node.
@@ -126,12 +138,51 @@ impl NodeTable {
 
     /// Depth of `node`, root 0.
     pub fn depth(&self, node: u32) -> u32 {
-        self.accel.lineage().depth(node)
+        match self.accel.known_lineage() {
+            Some(lineage) => lineage.depth(node),
+            None => self.path(node).len().saturating_sub(1) as u32,
+        }
     }
 
-    /// Number of primitives below `node`.
+    /// The nodes from the root to `node`: down to one of the triangles below it, past `node`.
+    fn path(&self, node: u32) -> Vec<u32> {
+        let primitive = self.accel.triangle_below(node);
+        let mut path = primitive.map_or_else(Vec::new, |primitive| self.accel.path_to(primitive));
+        let end = path.iter().position(|&step| step == node).map_or(0, |at| at + 1);
+        path.truncate(end);
+        path
+    }
+
+    /// Number of primitives below `node`. Reads the whole tree when an interior node is asked for the first time.
     pub fn primitives(&self, node: u32) -> u32 {
-        self.accel.lineage().primitive_counts[node as usize]
+        self.known_primitives(node).unwrap_or_else(|| self.accel.lineage().primitive_counts[node as usize])
+    }
+
+    /// Number of primitives below `node` where that is known without reading the tree.
+    pub fn known_primitives(&self, node: u32) -> Option<u32> {
+        if node == 0 {
+            return Some(self.accel.tree.primitive_indices().len() as u32);
+        }
+        let own = with_tree!(&self.accel.tree, tree => tree.nodes[node as usize].count);
+        let counts = || Some(self.accel.known_lineage()?.primitive_counts[node as usize]);
+        if self.is_leaf(node) { Some(own) } else { counts() }
+    }
+
+    /// Makes everything that [`NodeTable::drawable`] leaves out of `settings`, in the calling thread's rayon pool.
+    pub fn prepare(&self, settings: &OverlaySettings, token: &CancelToken) -> Result<(), Cancelled> {
+        let [boxes, spheres] = [ContainerKind::Aabb, ContainerKind::Sphere].map(|kind| kind != self.container_kind());
+        if boxes && settings.show_boxes || spheres && settings.show_spheres {
+            self.complete(token)?;
+        }
+        if settings.color_by == ColorBy::Primitives {
+            self.accel.read_lineage(token)?;
+        }
+        self.list(Some(settings), token)
+    }
+
+    /// Makes known what lies below each node.
+    pub fn study(&self, token: &CancelToken) -> Result<(), Cancelled> {
+        self.accel.read_lineage(token)
     }
 
     /// Makes the containers of the kind that the tree is not made of, in the calling thread's rayon pool.
@@ -151,11 +202,18 @@ impl NodeTable {
         Ok(())
     }
 
-    /// `settings` without the kind of containers that [`NodeTable::complete`] has not made yet.
+    /// `settings` without what takes a pass over the tree that [`NodeTable::prepare`] has not made yet: containers of the kind that
+    /// the tree is not made of, numbers of primitives, depths below those that are listed.
     pub fn drawable(&self, settings: &OverlaySettings) -> OverlaySettings {
         let is_complete = self.spheres.get().is_some() || self.boxes.get().is_some();
         let own = self.container_kind();
+        let listed = self.levels.ranges.partition_point(|range| range.end <= self.levels.listed());
+        let deepest = listed.saturating_sub(1) as u32;
+        let is_listed = self.needed(settings) <= self.levels.listed();
+        let is_counted = settings.color_by != ColorBy::Primitives || self.accel.known_lineage().is_some();
         OverlaySettings {
+            depth: if is_listed { settings.depth } else { settings.depth.map(|depth| depth.min(deepest)) },
+            color_by: if is_counted { settings.color_by } else { ColorBy::Depth },
             show_boxes: settings.show_boxes && (is_complete || own == ContainerKind::Aabb),
             show_spheres: settings.show_spheres && (is_complete || own == ContainerKind::Sphere),
             ..*settings
@@ -212,7 +270,7 @@ impl NodeTable {
             box_min: bounds.min.to_array(),
             depth,
             box_max: bounds.max.to_array(),
-            primitives: if settings.color_by == super::ColorBy::Primitives { self.primitives(node) } else { 0 },
+            primitives: if settings.color_by == ColorBy::Primitives { self.primitives(node) } else { 0 },
             sphere_center: sphere.center.to_array(),
             sphere_radius: sphere.radius,
             node,

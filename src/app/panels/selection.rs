@@ -54,9 +54,10 @@ fn node_rows(ui: &mut Ui, state: &mut AppState, shown: &Presented, node: u32) {
     statistic(ui, state, &Statistic::new("Node", text).tip("Its index in the tree"));
     let depth = table.depth(node);
     statistic(ui, state, &Statistic::new("Depth", depth.to_string()).tip("Steps from the root, which is 0"));
-    let primitives = table.primitives(node);
+    let primitives = table.known_primitives(node);
     let tip = "Triangles below this node";
-    statistic(ui, state, &Statistic::new("Triangles", format::count(u64::from(primitives))).tip(tip));
+    let count = primitives.map_or_else(|| "…".to_owned(), |count| format::count(u64::from(count)));
+    statistic(ui, state, &Statistic::new("Triangles", count).tip(tip));
     match table.container_kind() {
         ContainerKind::Aabb => {
             let extent = table.node_box(node).extent();
@@ -72,7 +73,10 @@ fn node_rows(ui: &mut Ui, state: &mut AppState, shown: &Presented, node: u32) {
     let tip = "Surface area over the root's: how likely a ray that meets the root meets it";
     statistic(ui, state, &Statistic::new("Area share", format::percent(area)).tip(tip));
     // What the node itself adds to the SAH cost of the tree.
-    let cost = if leaf { INTERSECTION_COST * primitives as f32 } else { TRAVERSAL_COST };
+    let cost = match primitives {
+        Some(primitives) if leaf => INTERSECTION_COST * primitives as f32,
+        _ => TRAVERSAL_COST,
+    };
     let sah = shown.accel.report.stats.sah_cost;
     if sah > 0.0 {
         let share = area * f64::from(cost) / f64::from(sah);
