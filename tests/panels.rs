@@ -3,144 +3,19 @@
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
 #![cfg(feature = "gui")]
 
-use std::collections::{BTreeSet, HashSet};
-use std::path::PathBuf;
-use std::sync::Arc;
+mod panel;
 
-use bvhscope::accel::Accel;
-use bvhscope::app::commands::{self, Action, shortcut_text};
-use bvhscope::app::panels::palette;
-use bvhscope::app::paper::{Experiment, PaperResult};
-use bvhscope::app::state::{AppState, Hover, Preferences, Presented, Request, Severity, Theme, Wanted};
-use bvhscope::app::{panels, theme};
+use std::path::PathBuf;
+
+use bvhscope::app::paper::Experiment;
+use bvhscope::app::state::{AppState, Request, Severity, Theme};
 use bvhscope::bvh::{BuildSettings, BuilderKind, ContainerKind, Pass, Passes, Preset};
-use bvhscope::camera::Camera;
-use bvhscope::cancel::CancelToken;
-use bvhscope::geometry::{Aabb, Triangle};
-use bvhscope::lab::{Subject, TraceView};
-use bvhscope::overlay::NodeTable;
-use bvhscope::render::{HeatKind, RenderRequest, Shading, render};
-use bvhscope::scene::{Material, Scene, SceneSource, Warnings};
+use bvhscope::render::{HeatKind, Shading};
 use eframe::egui::accesskit::Role;
-use eframe::egui::{self, Key, Modifiers, vec2};
+use eframe::egui::{self, Key, Modifiers};
 use egui_kittest::Harness;
 use egui_kittest::kittest::{NodeT as _, Queryable as _};
-use glam::Vec3;
-
-/// A bumpy sheet of 2·n² triangles.
-fn sheet(n: u32) -> Scene {
-    let height = |x: u32, y: u32| ((x * x + 3 * y) % 7) as f32 * 0.05;
-    let point = |x: u32, y: u32| Vec3::new(x as f32 / n as f32 - 0.5, height(x, y), y as f32 / n as f32 - 0.5);
-    let mut triangles = Vec::new();
-    for y in 0..n {
-        for x in 0..n {
-            let [a, b, c, d] = [point(x, y), point(x + 1, y), point(x, y + 1), point(x + 1, y + 1)];
-            triangles.push(Triangle { a, b, c });
-            triangles.push(Triangle { a: b, b: d, c });
-        }
-    }
-    let bounds = triangles.iter().fold(Aabb::EMPTY, |bounds, triangle| bounds.union(&triangle.bounds()));
-    let mut warnings = Warnings::default();
-    warnings.add("triangles with NaN coordinates skipped", || bvhscope::scene::Place::Line(12));
-    Scene {
-        source: SceneSource::File(PathBuf::from("a_sheet_with_quite_a_long_name_for_a_panel.obj")),
-        triangles,
-        bounds,
-        up: Vec3::Y,
-        attributes: None,
-        material_indices: Vec::new(),
-        materials: vec![Material::clay()],
-        textures: Vec::new(),
-        mesh_count: 3,
-        warnings,
-    }
-}
-
-/// A window that shows the sheet, with a real tree and a real picture.
-fn state(shading: Shading) -> AppState {
-    let scene = Arc::new(sheet(24));
-    let mut wanted = Wanted::new(scene.source.clone());
-    wanted.camera = Camera::framing(&scene.bounds, Vec3::Y);
-    wanted.render.shading = shading;
-    wanted.render.samples = 1;
-    let mut state = AppState::new(wanted, Preferences { greeted: true, ..Preferences::default() });
-    present(&mut state, &scene);
-    state
-}
-
-/// Builds and traces what is wanted and shows it.
-fn present(state: &mut AppState, scene: &Arc<Scene>) {
-    let token = CancelToken::new();
-    let accel = Arc::new(Accel::build(scene, &state.wanted.build, &token).unwrap());
-    let request = RenderRequest {
-        accel: Arc::clone(&accel),
-        camera: state.wanted.camera,
-        settings: state.wanted.render,
-        width_px: 96,
-        height_px: 64,
-        coarseness: 1,
-        count_tests: true,
-    };
-    let frame = Arc::new(render(&request, &token, &|_| {}).unwrap());
-    let table = Arc::new(NodeTable::new(&accel));
-    let tests_per_ray = frame.stats.tests_per_ray();
-    let frame_id = state.presented.as_ref().map_or(1, |shown| shown.frame_id + 1);
-    state.presented = Some(Presented { accel, table, frame, frame_id, tests_per_ray, threads: 0 });
-    state.scene = Some(Arc::clone(scene));
-    state.viewport_px = [800, 500];
-    state.mrays_per_s = 24.1;
-}
-
-fn draw(ui: &mut egui::Ui, state: &mut AppState) {
-    let ctx = ui.ctx().clone();
-    theme::apply(&ctx, &state.preferences);
-    commands::handle_shortcuts(&ctx, state);
-    panels::top(ui, state);
-    panels::bottom(ui, state);
-    panels::left(ui, state);
-    panels::right(ui, state);
-    egui::CentralPanel::no_frame().show(ui, |ui| {
-        let rect = ui.max_rect();
-        ui.painter().rect_filled(rect, 0.0, egui::Color32::from_gray(0x30));
-        panels::over_viewport(ui, rect, state);
-    });
-    panels::windows(&ctx, state);
-}
-
-fn harness(state: AppState) -> Harness<'static, AppState> {
-    sized(state, 1280.0, 720.0, 1.0)
-}
-
-fn sized(state: AppState, width: f32, height: f32, scale: f32) -> Harness<'static, AppState> {
-    let mut harness = Harness::builder()
-        .with_size(vec2(width, height))
-        .with_pixels_per_point(scale)
-        .with_max_steps(40)
-        .build_ui_state(draw, state);
-    harness.run_steps(4);
-    harness
-}
-
-/// Clicks the one widget of this name.
-fn press(harness: &mut Harness<'static, AppState>, name: &str) {
-    harness.get_by_label(name).click();
-    harness.run_steps(3);
-}
-
-/// Opens the paper panel with rows of the sheet.
-fn with_rows(state: &mut AppState, experiment: Experiment) {
-    let scene = state.scene.clone().unwrap();
-    let plan = &mut state.preferences.paper;
-    plan.choose(experiment);
-    (plan.thresholds, plan.repeat) = ([4, 8], 1);
-    let subject = Subject { model: scene.source.to_string(), scene: Arc::clone(&scene) };
-    let view = TraceView { size: [16, 16], ..plan.view(&scene, &state.wanted) };
-    let mut rows = Vec::new();
-    let job = plan.job(&state.wanted);
-    job.run(&subject, (0, 1), &view, &CancelToken::new(), &mut |row| rows.push(row)).unwrap();
-    state.preferences.paper_open = true;
-    state.paper = Some(PaperResult::new(experiment, scene, rows, true));
-}
+use panel::{harness, present, press, sized, state, with_rows};
 
 #[test]
 fn the_paper_panel_names_its_widgets_and_fits_the_smallest_screen() {
@@ -283,6 +158,16 @@ fn the_job_strip_counts_the_passes_that_a_mode_takes() {
 }
 
 #[test]
+fn software_rendering_is_said_once() {
+    for (software, times) in [(true, 1), (false, 0)] {
+        let mut state = state(Shading::Lit);
+        state.adapter = ("llvmpipe".to_owned(), software);
+        let harness = harness(state);
+        assert_eq!(harness.query_all_by_label_contains("software rendering").count(), times);
+    }
+}
+
+#[test]
 fn arrow_keys_move_the_depth_range() {
     let mut h = harness(state(Shading::Lit));
     let before = h.state().wanted.overlay.depth;
@@ -293,115 +178,6 @@ fn arrow_keys_move_the_depth_range() {
     assert_ne!(h.state().wanted.overlay.depth, before);
     let [from, to] = h.state().wanted.overlay.depth;
     assert!(from <= to);
-}
-
-#[test]
-fn a_key_switches_containers() {
-    let mut h = harness(state(Shading::Lit));
-    assert!(h.state().preferences.show_containers);
-    h.key_press(Key::B);
-    h.run_steps(2);
-    assert!(!h.state().preferences.show_containers);
-}
-
-#[test]
-fn the_palette_finds_and_performs() {
-    let mut h = harness(state(Shading::Lit));
-    h.key_press_modifiers(Modifiers::COMMAND, Key::P);
-    h.run_steps(4);
-    assert_eq!(h.state().palette.as_deref(), Some(""));
-    h.get_by_label("Command").type_text("leaves");
-    h.run_steps(4);
-    assert_eq!(h.state().palette.as_deref(), Some("leaves"));
-    h.key_press(Key::Enter);
-    h.run_steps(4);
-    assert_eq!(h.state().palette, None);
-    assert!(h.state().wanted.overlay.leaves_only);
-}
-
-#[test]
-fn the_palette_ranks_beginnings_of_words_first() {
-    let found = palette::filter(commands::entries().to_vec(), "orth");
-    assert_eq!(found[0].action, Action::ToggleOrthographic);
-    assert!(palette::filter(commands::entries().to_vec(), "zzzzqq").is_empty());
-}
-
-#[test]
-fn every_action_is_named_and_no_key_means_two() {
-    let mut keys = HashSet::new();
-    let mut labels = HashSet::new();
-    for entry in commands::entries() {
-        assert!(!entry.label.is_empty() && !entry.description.is_empty(), "{:?}", entry.action);
-        assert!(labels.insert(&entry.label), "{} stands for two actions", entry.label);
-        for key in &entry.shortcuts {
-            assert!(keys.insert(shortcut_text(key)), "{} means two actions", shortcut_text(key));
-        }
-    }
-    assert!(keys.len() > 20);
-}
-
-#[test]
-fn the_readme_lists_the_very_keys_of_the_actions() {
-    let readme = include_str!("../README.md");
-    let rows =
-        readme.split_once("| keys and mouse |").unwrap().1.lines().skip(1).take_while(|line| line.starts_with('|'));
-    let keys = rows.skip(1).filter_map(|row| row.split('|').nth(1));
-    let told: BTreeSet<&str> = keys.flat_map(|cell| cell.split('`').skip(1).step_by(2)).collect();
-    let actions = commands::entries().iter().flat_map(|entry| entry.shortcuts.iter().map(shortcut_text));
-    let actions: BTreeSet<String> = actions.collect();
-    assert_eq!(told, actions.iter().map(String::as_str).collect());
-}
-
-#[test]
-fn arrows_turn_the_camera_only_while_the_viewport_has_the_focus() {
-    let mut h = harness(state(Shading::Lit));
-    let eye = |h: &Harness<'static, AppState>| h.state().wanted.camera.eye;
-    let before = eye(&h);
-    h.key_press(Key::ArrowRight);
-    h.run_steps(2);
-    assert_eq!(eye(&h), before);
-    h.state_mut().viewport_focused = true;
-    h.key_press(Key::ArrowRight);
-    h.run_steps(2);
-    assert_ne!(eye(&h), before);
-    h.key_press(Key::ArrowLeft);
-    h.run_steps(2);
-    assert!(eye(&h).distance(before) < 1e-4);
-}
-
-#[test]
-fn a_key_zooms_to_the_hovered_point() {
-    let mut h = harness(state(Shading::Lit));
-    let target = h.state().wanted.camera.target;
-    h.key_press(Key::Plus);
-    h.run_steps(2);
-    assert_eq!(h.state().wanted.camera.target, target, "without a pointer it zooms to the target");
-    let hover = Hover { x_px: 200, y_px: 400, primitive: None, distance: f32::INFINITY, value: None };
-    h.state_mut().hover = Some(hover);
-    let distance = h.state().wanted.camera.distance();
-    h.key_press(Key::Plus);
-    h.run_steps(2);
-    let camera = h.state().wanted.camera;
-    assert!(camera.distance() < distance && camera.target.distance(target) > 1e-3);
-    h.key_press(Key::Minus);
-    h.run_steps(2);
-    assert!(h.state().wanted.camera.target.distance(target) < 1e-3, "the other key goes back");
-}
-
-#[test]
-fn threshold_keys_leave_other_builders_alone() {
-    let mut s = state(Shading::Lit);
-    s.wanted.build.builder = BuilderKind::Lbvh;
-    let build = s.wanted.build;
-    let mut h = harness(s);
-    h.key_press(Key::CloseBracket);
-    h.run_steps(2);
-    assert_eq!(h.state().wanted.build, build);
-    assert!(!Action::LowerThreshold.is_enabled(h.state()));
-    h.state_mut().wanted.build.builder = BuilderKind::Aac;
-    h.key_press(Key::CloseBracket);
-    h.run_steps(2);
-    assert_eq!(h.state().wanted.build.threshold, build.threshold + 1);
 }
 
 #[test]

@@ -1,0 +1,207 @@
+//! The flags as they are typed. Nothing beyond this folder sees these types.
+
+mod measure;
+mod picture;
+
+use std::path::PathBuf;
+
+use clap::{Args, Parser, Subcommand};
+
+pub use measure::{BenchArgs, CompareArgs, MeasureArgs, OneTreeArgs, PlotArgs, ScalingArgs, SweepArgs};
+pub use picture::{CameraArgs, NodeArgs, OverlayArgs, PictureArgs};
+
+use super::values::{self, ModelParser};
+use crate::budget::MemoryLimit;
+use crate::bvh::{BuilderKind, ContainerKind, Curve, Passes, Preset};
+use crate::scene::SceneSource;
+
+/// Looks into bounding volume hierarchies made by agglomerative clustering.
+#[derive(Debug, Parser)]
+#[command(
+    name = "bvhscope",
+    version,
+    about = "Looks into bounding volume hierarchies made by agglomerative clustering",
+    long_about = "Opens a 3D model, ray traces it on the CPU through a bounding volume hierarchy (BVH) built by approximate \
+                  agglomerative clustering (AAC), and shows the tree. Without a command it opens the viewer.",
+    args_conflicts_with_subcommands = true,
+    after_help = "Examples:
+  bvhscope                                 the viewer with the built-in teapot
+  bvhscope bunny.obj --preset hq           the viewer with a model
+  bvhscope render bunny.obj -o bunny.png   a picture without a window
+  bvhscope bench bunny.obj                 box and sphere compared, as in the paper
+  bvhscope COMMAND --help                  the flags of a command
+
+MODEL is an OBJ, glTF, GLB, PLY or STL file, or builtin:NAME[:SIZE] with NAME one of
+teapot, cornell, sphereflake, terrain, slivers, clusters.
+
+Exit codes: 0 done, 1 failed, 2 wrong usage, 3 done with warnings under --strict, 130 interrupted."
+)]
+pub struct Cli {
+    #[command(subcommand)]
+    pub command: Option<CommandArgs>,
+    #[command(flatten)]
+    pub viewer: ViewerArgs,
+}
+
+#[derive(Debug, Subcommand)]
+pub enum CommandArgs {
+    /// Render one frame into a PNG without a window, with or without overlay
+    Render(RenderArgs),
+    /// Measure box and sphere: build, trace, tests per ray (the paper's tables 1 and 2)
+    Bench(BenchArgs),
+    /// Measure a range of thresholds (the paper's figures 9 and 10)
+    Sweep(SweepArgs),
+    /// Measure the speed-up over threads (the paper's figure 11)
+    Scaling(ScalingArgs),
+    /// Measure the builders side by side
+    Compare(CompareArgs),
+    /// Draw a plot from the JSON lines of bench, sweep, scaling or compare
+    Plot(PlotArgs),
+    /// Say what a model holds, what its tree looks like and what is sick about it
+    Info(InfoArgs),
+}
+
+#[derive(Debug, Args)]
+pub struct ViewerArgs {
+    /// The model: a file, or builtin:NAME[:SIZE]
+    #[arg(value_name = "MODEL", value_parser = ModelParser)]
+    pub model: Option<SceneSource>,
+    #[command(flatten)]
+    pub build: BuildArgs,
+    #[command(flatten)]
+    pub load: LoadArgs,
+    #[command(flatten)]
+    pub camera: CameraArgs,
+    #[command(flatten)]
+    pub picture: PictureArgs,
+    #[command(flatten)]
+    pub overlay: OverlayArgs,
+    /// Neither read nor write settings
+    #[arg(long, help_heading = "Settings")]
+    pub no_config: bool,
+    /// Begin with default settings; the old ones are kept aside
+    #[arg(long, help_heading = "Settings")]
+    pub reset_settings: bool,
+    /// Go on where the last run ended, after the graphics driver was lost
+    #[arg(long, hide = true)]
+    pub restore: bool,
+    /// Lose the graphics driver after the first picture
+    #[arg(long, hide = true)]
+    pub lose_device: bool,
+    /// For tests: the driver refuses a buffer once something is shown
+    #[arg(long, hide = true)]
+    pub refuse_buffer: bool,
+}
+
+#[derive(Debug, Args)]
+#[command(after_help = "Examples:
+  bvhscope render bunny.obj -o bunny.png --size 1920x1080 --samples 64
+  bvhscope render bunny.obj -o boxes.png --overlay box --depth 5..7 --camera front
+  bvhscope render bunny.obj -o heat.png --shading heat --heat-range 0..80
+  bvhscope render bunny.obj -o bunny.png --depth-image bunny.exr")]
+pub struct RenderArgs {
+    /// The model: a file, or builtin:NAME[:SIZE] [default: builtin:teapot]
+    #[arg(value_name = "MODEL", value_parser = ModelParser)]
+    pub model: Option<SceneSource>,
+    /// The PNG that is written
+    #[arg(short, long, value_name = "FILE.png", required_unless_present = "depth_image")]
+    pub output: Option<PathBuf>,
+    /// Also write each pixel's hit distance along its unit ray, infinity where nothing is hit
+    #[arg(long, value_name = "FILE.exr")]
+    pub depth_image: Option<PathBuf>,
+    /// Size of the picture in pixels
+    #[arg(long, value_name = "WxH", value_parser = values::size, default_value = "1280x720")]
+    pub size: [u32; 2],
+    /// Print what was measured as one JSON object
+    #[arg(long)]
+    pub json: bool,
+    #[command(flatten)]
+    pub build: BuildArgs,
+    #[command(flatten)]
+    pub load: LoadArgs,
+    #[command(flatten)]
+    pub strict: StrictArgs,
+    #[command(flatten)]
+    pub camera: CameraArgs,
+    #[command(flatten)]
+    pub picture: PictureArgs,
+    #[command(flatten)]
+    pub overlay: OverlayArgs,
+    #[command(flatten)]
+    pub nodes: NodeArgs,
+}
+
+#[derive(Debug, Args)]
+#[command(next_help_heading = "Tree")]
+pub struct BuildArgs {
+    /// The algorithm: aac, lbvh, binned-sah, exact or none [default: aac]
+    #[arg(long, value_name = "NAME", value_parser = |text: &str| values::named(text, &BuilderKind::ALL, |kind| kind.name().to_owned()))]
+    pub builder: Option<BuilderKind>,
+    /// What the tree is made of: box or sphere [default: box]
+    #[arg(long, value_name = "KIND", value_parser = |text: &str| values::named(text, &ContainerKind::ALL, |kind| kind.name().to_owned()))]
+    pub container: Option<ContainerKind>,
+    #[command(flatten)]
+    pub shape: ShapeArgs,
+    /// Threads for building and tracing, 1 to 1024 [default: all]
+    #[arg(long, value_name = "N", value_parser = values::threads)]
+    pub threads: Option<usize>,
+}
+
+/// How a tree is built, whichever builders and containers a command offers.
+#[derive(Debug, Args)]
+pub struct ShapeArgs {
+    /// AAC: fewer primitives than this are clustered, not split, 2 to 64 [default: 6]
+    #[arg(long, value_name = "N", value_parser = values::threshold)]
+    pub threshold: Option<u32>,
+    /// AAC: exponent of the reduction function, 0 to 0.5 [default: 0.2]
+    #[arg(long, value_name = "X", value_parser = values::epsilon)]
+    pub epsilon: Option<f32>,
+    /// AAC: threshold and ε by name: fast (6, 0.2), hq (12, 0.1), aac-fast (4, 0.2), aac-hq (20, 0.1), best (6, 0.2 and all passes)
+    #[arg(long, value_name = "NAME", value_parser = |text: &str| values::named(text, &Preset::ALL, |preset| preset.name().to_owned()))]
+    pub preset: Option<Preset>,
+    /// Passes over the finished tree, with commas between: collapse, restructure and reinsert (boxes only); or all, none [default: none]
+    #[arg(long, value_name = "LIST", value_parser = values::passes)]
+    pub optimize: Option<Passes>,
+    /// AAC and LBVH: the curve along which triangles are sorted: morton, hilbert or extended (Morton and size) [default: morton]
+    #[arg(long, value_name = "NAME", value_parser = |text: &str| values::named(text, &Curve::ALL, |curve| curve.name().to_owned()))]
+    pub curve: Option<Curve>,
+}
+
+#[derive(Debug, Args)]
+#[command(next_help_heading = "Loading")]
+pub struct LoadArgs {
+    /// Let a model read files outside of its own folder (materials, textures, buffers)
+    #[arg(long)]
+    pub allow_outside: bool,
+    /// Memory that the program may use, as 4GB, 500MB or 50% of what is available [default: 75%]
+    #[arg(long, value_name = "SIZE|PERCENT", value_parser = values::memory)]
+    pub memory_limit: Option<MemoryLimit>,
+}
+
+/// What every command takes that ends by itself.
+#[derive(Debug, Args)]
+#[command(next_help_heading = "Loading")]
+pub struct StrictArgs {
+    /// Exit with code 3 where a file was loaded with warnings
+    #[arg(long)]
+    pub strict: bool,
+}
+
+#[derive(Debug, Args)]
+#[command(after_help = "Examples:
+  bvhscope info bunny.obj
+  bvhscope info scene.glb --preset hq --json")]
+pub struct InfoArgs {
+    /// The model: a file, or builtin:NAME[:SIZE] [default: builtin:teapot]
+    #[arg(value_name = "MODEL", value_parser = ModelParser)]
+    pub model: Option<SceneSource>,
+    /// Print one JSON object instead of the text
+    #[arg(long)]
+    pub json: bool,
+    #[command(flatten)]
+    pub build: BuildArgs,
+    #[command(flatten)]
+    pub load: LoadArgs,
+    #[command(flatten)]
+    pub strict: StrictArgs,
+}

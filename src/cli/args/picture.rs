@@ -1,0 +1,112 @@
+//! What is seen: the camera, the picture, the containers over it.
+
+use clap::Args;
+use glam::Vec3;
+
+use crate::bvh::SimdLevel;
+use crate::bvh::traverse::Traversal;
+use crate::cli::values;
+use crate::overlay::{ColorBy, OverlayKinds};
+use crate::render::{ColorMap, Light, Shading};
+use crate::view::View;
+
+#[derive(Debug, Args)]
+#[command(next_help_heading = "Camera")]
+pub struct CameraArgs {
+    /// A view of the whole model: default, front, back, left, right, top or bottom
+    #[arg(long, value_name = "NAME", default_value = "default", hide_default_value = true,
+          value_parser = |text: &str| values::named(text, &View::ALL, |view| view.name().to_owned()))]
+    pub camera: View,
+    /// Where the observer is
+    #[arg(long, value_name = "X,Y,Z", value_parser = values::vector, allow_hyphen_values = true)]
+    pub eye: Option<Vec3>,
+    /// The point in the middle of the picture
+    #[arg(long, value_name = "X,Y,Z", value_parser = values::vector, allow_hyphen_values = true)]
+    pub target: Option<Vec3>,
+    /// What is up in the picture
+    #[arg(long, value_name = "X,Y,Z", value_parser = values::direction, allow_hyphen_values = true)]
+    pub up: Option<Vec3>,
+    /// Vertical opening angle in degrees, 1 to 170 [default: 45]
+    #[arg(long, value_name = "DEG", value_parser = values::fov)]
+    pub fov: Option<f32>,
+    /// Parallel rays instead of perspective
+    #[arg(long)]
+    pub orthographic: bool,
+}
+
+#[derive(Debug, Args)]
+#[command(next_help_heading = "Picture")]
+pub struct PictureArgs {
+    /// What colours mean: lit, normals, depth, ao, clusters, heat, heat-containers, heat-primitives or heat-steps [default: lit]
+    #[arg(long, value_name = "NAME", value_parser = |text: &str| values::named(text, &Shading::ALL, |mode| mode.name().to_owned()))]
+    pub shading: Option<Shading>,
+    /// Light of the lit mode: sun (with shadows) or headlight [default: sun]
+    #[arg(long, value_name = "NAME", value_parser = |text: &str| values::named(text, &[Light::Headlight, Light::Sun],
+          |light| if light == Light::Sun { "sun".to_owned() } else { "headlight".to_owned() }))]
+    pub light: Option<Light>,
+    /// How rays visit nodes where tests are counted: ordered, or paper (unordered, no culling by distance)
+    #[arg(long, value_name = "NAME", value_parser = super::measure::parse_traversal)]
+    pub traversal: Option<Traversal>,
+    /// Test counts at the two ends of the heat map [default: fitted to the picture]
+    #[arg(long, value_name = "A..B", value_parser = values::heat_range)]
+    pub heat_range: Option<[f32; 2]>,
+    /// Colours of depth and heat maps: viridis, inferno or turbo [default: inferno]
+    #[arg(long, value_name = "NAME", value_parser = |text: &str| values::named(text, &ColorMap::ALL, |map| map.label().to_lowercase()))]
+    pub color_map: Option<ColorMap>,
+    /// Tree level that cluster colours show [default: 6]
+    #[arg(long, value_name = "LEVEL", value_parser = |text: &str| values::whole::<u32>(text, 0, 1_000_000))]
+    pub cluster_depth: Option<u32>,
+    /// Draw the edges of the triangles over the picture
+    #[arg(long)]
+    pub mesh_edges: bool,
+    /// Vector instructions: sse2, sse4, avx2, avx512 or neon, where this machine has them [default: the best]
+    #[arg(long, value_name = "LEVEL", value_parser = values::simd)]
+    pub simd: Option<SimdLevel>,
+    /// Antialiasing samples a pixel, 1 to 1024 [default: 16]
+    #[arg(long, value_name = "N", value_parser = values::samples)]
+    pub samples: Option<u32>,
+}
+
+#[derive(Debug, Args)]
+#[command(next_help_heading = "Overlay")]
+pub struct OverlayArgs {
+    /// Lay containers over the picture: box, sphere, both, or none but the selected node's
+    #[arg(long, value_name = "KIND", value_parser = values::overlay_kinds)]
+    pub overlay: Option<OverlayKinds>,
+    /// Tree levels that are drawn, root 0, both ends included [default: 4..6]
+    #[arg(long, value_name = "A..B", value_parser = values::depths)]
+    pub depth: Option<[u32; 2]>,
+    /// Draw only leaves
+    #[arg(long)]
+    pub leaves: bool,
+    /// Draw all levels above the chosen ones too
+    #[arg(long)]
+    pub parents: bool,
+    /// What the colour of a line means: depth, size, overlap or primitives [default: depth]
+    #[arg(long, value_name = "NAME", value_parser = |text: &str| values::named(text, &ColorBy::ALL, |by| by.label().to_lowercase()))]
+    pub color_by: Option<ColorBy>,
+    /// Strength of lines behind the surface, 0 to 1 [default: 0.15]
+    #[arg(long, value_name = "X", value_parser = |text: &str| values::decimal(text, 0.0, 1.0))]
+    pub hidden_lines: Option<f32>,
+    /// Width of the lines, 0.25 to 64 pixels; in the viewer points [default: 1.25]
+    #[arg(long, value_name = "PX", value_parser = |text: &str| values::decimal(text, 0.25, 64.0))]
+    pub line_width: Option<f32>,
+    /// Draw at most so many containers of each kind, the largest, 1 to 1000000 [default: 4000]
+    #[arg(long, value_name = "N", value_parser = |text: &str| values::whole::<u32>(text, 1, 1_000_000))]
+    pub at_most: Option<u32>,
+}
+
+/// Single nodes of the overlay, by the numbers that the window shows of a selected one.
+#[derive(Debug, Args)]
+#[command(next_help_heading = "Overlay")]
+pub struct NodeArgs {
+    /// Draw this node thick, and its children in its tints
+    #[arg(long, value_name = "NODE", requires = "overlay", value_parser = values::node)]
+    pub select: Option<u32>,
+    /// Do not draw these nodes, separated by commas
+    #[arg(long, value_name = "NODE,…", requires = "overlay", value_delimiter = ',', value_parser = values::node)]
+    pub hide: Vec<u32>,
+    /// A neutral background in place of the traced picture
+    #[arg(long, requires = "overlay")]
+    pub no_geometry: bool,
+}

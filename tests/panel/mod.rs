@@ -1,0 +1,138 @@
+//! The panels on a small scene, as the tests of panels and of keys share them.
+
+#![allow(dead_code, reason = "each test file uses its part")]
+
+use std::path::PathBuf;
+use std::sync::Arc;
+
+use bvhscope::accel::Accel;
+use bvhscope::app::commands::{self};
+use bvhscope::app::paper::{Experiment, PaperResult};
+use bvhscope::app::state::{AppState, Preferences, Presented, Wanted};
+use bvhscope::app::{panels, theme};
+use bvhscope::camera::Camera;
+use bvhscope::cancel::CancelToken;
+use bvhscope::geometry::{Aabb, Triangle};
+use bvhscope::lab::{Subject, TraceView};
+use bvhscope::overlay::NodeTable;
+use bvhscope::render::{RenderRequest, Shading, render};
+use bvhscope::scene::{Material, Scene, SceneSource, Warnings};
+use eframe::egui::{self, vec2};
+use egui_kittest::Harness;
+use egui_kittest::kittest::Queryable as _;
+use glam::Vec3;
+
+/// A bumpy sheet of 2·n² triangles.
+pub fn sheet(n: u32) -> Scene {
+    let height = |x: u32, y: u32| ((x * x + 3 * y) % 7) as f32 * 0.05;
+    let point = |x: u32, y: u32| Vec3::new(x as f32 / n as f32 - 0.5, height(x, y), y as f32 / n as f32 - 0.5);
+    let mut triangles = Vec::new();
+    for y in 0..n {
+        for x in 0..n {
+            let [a, b, c, d] = [point(x, y), point(x + 1, y), point(x, y + 1), point(x + 1, y + 1)];
+            triangles.push(Triangle { a, b, c });
+            triangles.push(Triangle { a: b, b: d, c });
+        }
+    }
+    let bounds = triangles.iter().fold(Aabb::EMPTY, |bounds, triangle| bounds.union(&triangle.bounds()));
+    let mut warnings = Warnings::default();
+    warnings.add("triangles with NaN coordinates skipped", || bvhscope::scene::Place::Line(12));
+    Scene {
+        source: SceneSource::File(PathBuf::from("a_sheet_with_quite_a_long_name_for_a_panel.obj")),
+        triangles,
+        bounds,
+        up: Vec3::Y,
+        attributes: None,
+        material_indices: Vec::new(),
+        materials: vec![Material::clay()],
+        textures: Vec::new(),
+        mesh_count: 3,
+        warnings,
+    }
+}
+
+/// A window that shows the sheet, with a real tree and a real picture.
+pub fn state(shading: Shading) -> AppState {
+    let scene = Arc::new(sheet(24));
+    let mut wanted = Wanted::new(scene.source.clone());
+    wanted.camera = Camera::framing(&scene.bounds, Vec3::Y);
+    wanted.render.shading = shading;
+    wanted.render.samples = 1;
+    let mut state = AppState::new(wanted, Preferences { greeted: true, ..Preferences::default() });
+    present(&mut state, &scene);
+    state
+}
+
+/// Builds and traces what is wanted and shows it.
+pub fn present(state: &mut AppState, scene: &Arc<Scene>) {
+    let token = CancelToken::new();
+    let accel = Arc::new(Accel::build(scene, &state.wanted.build, &token).unwrap());
+    let request = RenderRequest {
+        accel: Arc::clone(&accel),
+        camera: state.wanted.camera,
+        settings: state.wanted.render,
+        width_px: 96,
+        height_px: 64,
+        coarseness: 1,
+        count_tests: true,
+    };
+    let frame = Arc::new(render(&request, &token, &|_| {}).unwrap());
+    let table = Arc::new(NodeTable::new(&accel));
+    let tests_per_ray = frame.stats.tests_per_ray();
+    let frame_id = state.presented.as_ref().map_or(1, |shown| shown.frame_id + 1);
+    state.presented = Some(Presented { accel, table, frame, frame_id, tests_per_ray, threads: 0 });
+    state.scene = Some(Arc::clone(scene));
+    state.viewport_px = [800, 500];
+    state.mrays_per_s = 24.1;
+}
+
+pub fn draw(ui: &mut egui::Ui, state: &mut AppState) {
+    let ctx = ui.ctx().clone();
+    theme::apply(&ctx, &state.preferences);
+    commands::handle_shortcuts(&ctx, state);
+    panels::top(ui, state);
+    panels::bottom(ui, state);
+    panels::left(ui, state);
+    panels::right(ui, state);
+    egui::CentralPanel::no_frame().show(ui, |ui| {
+        let rect = ui.max_rect();
+        ui.painter().rect_filled(rect, 0.0, egui::Color32::from_gray(0x30));
+        panels::over_viewport(ui, rect, state);
+    });
+    panels::windows(&ctx, state);
+}
+
+pub fn harness(state: AppState) -> Harness<'static, AppState> {
+    sized(state, 1280.0, 720.0, 1.0)
+}
+
+pub fn sized(state: AppState, width: f32, height: f32, scale: f32) -> Harness<'static, AppState> {
+    let mut harness = Harness::builder()
+        .with_size(vec2(width, height))
+        .with_pixels_per_point(scale)
+        .with_max_steps(40)
+        .build_ui_state(draw, state);
+    harness.run_steps(4);
+    harness
+}
+
+/// Clicks the one widget of this name.
+pub fn press(harness: &mut Harness<'static, AppState>, name: &str) {
+    harness.get_by_label(name).click();
+    harness.run_steps(3);
+}
+
+/// Opens the paper panel with rows of the sheet.
+pub fn with_rows(state: &mut AppState, experiment: Experiment) {
+    let scene = state.scene.clone().unwrap();
+    let plan = &mut state.preferences.paper;
+    plan.choose(experiment);
+    (plan.thresholds, plan.repeat) = ([4, 8], 1);
+    let subject = Subject { model: scene.source.to_string(), scene: Arc::clone(&scene) };
+    let view = TraceView { size: [16, 16], ..plan.view(&scene, &state.wanted) };
+    let mut rows = Vec::new();
+    let job = plan.job(&state.wanted);
+    job.run(&subject, (0, 1), &view, &CancelToken::new(), &mut |row| rows.push(row)).unwrap();
+    state.preferences.paper_open = true;
+    state.paper = Some(PaperResult::new(experiment, scene, rows, true));
+}
