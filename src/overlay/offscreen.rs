@@ -18,7 +18,7 @@ pub enum OffscreenError {
 /// Draws picture and overlay into a new picture of the picture's size, sRGB bytes row by row. Of `viewport_px` nothing is
 /// used: the viewport is the whole picture.
 pub fn draw_offscreen(input: &DrawInput<'_>) -> Result<Vec<[u8; 4]>, OffscreenError> {
-    let (device, queue) = pollster::block_on(open_device())?;
+    let (device, queue) = pollster::block_on(open_device(wgpu::Adapter::limits))?;
     let (width, height) = (input.picture.width_px, input.picture.height_px);
     let limit = device.limits().max_texture_dimension_2d;
     if width == 0 || height == 0 || width > limit || height > limit {
@@ -53,7 +53,10 @@ async fn find_adapter() -> Result<wgpu::Adapter, wgpu::RequestAdapterError> {
     }
 }
 
-async fn open_device() -> Result<(wgpu::Device, wgpu::Queue), OffscreenError> {
+/// A device with the limits that `limits` takes from its adapter's.
+pub(super) async fn open_device(
+    limits: impl FnOnce(&wgpu::Adapter) -> wgpu::Limits,
+) -> Result<(wgpu::Device, wgpu::Queue), OffscreenError> {
     let adapter = find_adapter().await.map_err(|error| {
         log::info!("no adapter: {error}");
         OffscreenError::NoAdapter(
@@ -63,7 +66,7 @@ async fn open_device() -> Result<(wgpu::Device, wgpu::Queue), OffscreenError> {
         )
     })?;
     let descriptor =
-        wgpu::DeviceDescriptor { label: Some("overlay"), required_limits: adapter.limits(), ..Default::default() };
+        wgpu::DeviceDescriptor { label: Some("overlay"), required_limits: limits(&adapter), ..Default::default() };
     adapter.request_device(&descriptor).await.map_err(|error| OffscreenError::Device(error.to_string()))
 }
 

@@ -86,3 +86,32 @@ fn write(queue: &wgpu::Queue, texture: &wgpu::Texture, size: [u32; 2], bytes: &[
         wgpu::Extent3d { width: size[0], height: size[1], depth_or_array_layers: 1 },
     );
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::offscreen::open_device;
+    use super::*;
+
+    /// A device whose textures are small stands for a screen that is large.
+    #[test]
+    fn a_picture_beyond_the_driver_is_thinned_out() {
+        const LIMIT: u32 = 64;
+        let limits = |adapter: &wgpu::Adapter| wgpu::Limits { max_texture_dimension_2d: LIMIT, ..adapter.limits() };
+        let (device, queue) = match pollster::block_on(open_device(limits)) {
+            Ok(opened) => opened,
+            Err(error) => return println!("skipped: {error}"),
+        };
+        let scope = device.push_error_scope(wgpu::ErrorFilter::Validation);
+        let mut textures = PictureTextures::placeholder(&device);
+        for (id, [width_px, height_px], expected) in
+            [(1, [200, 100], [50, 25]), (2, [64, 64], [64, 64]), (3, [1, 129], [1, 43]), (4, [65, 1], [33, 1])]
+        {
+            let count = (width_px * height_px) as usize;
+            let (rgba, depth) = (vec![[7; 4]; count], vec![1.0; count]);
+            let picture = PictureInput { id, width_px, height_px, rgba: &rgba, depth: &depth };
+            assert!(textures.upload(&device, &queue, &picture), "{width_px}×{height_px}");
+            assert_eq!(textures.size, expected);
+        }
+        assert_eq!(pollster::block_on(scope.pop()).map(|error| error.to_string()), None);
+    }
+}

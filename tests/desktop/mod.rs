@@ -76,8 +76,13 @@ impl Desktop {
     }
 
     pub fn start(&self, arguments: &[&str]) -> Program {
-        let mut command = self.command(env!("CARGO_BIN_EXE_bvhscope"));
-        let mut child = command.args(arguments).stderr(Stdio::piped()).spawn().unwrap();
+        self.start_in(&[], arguments)
+    }
+
+    /// The program as `wrapper` starts it, in whose place it comes.
+    pub fn start_in(&self, wrapper: &[&str], arguments: &[&str]) -> Program {
+        let whole = [wrapper, &[env!("CARGO_BIN_EXE_bvhscope")], arguments].concat();
+        let mut child = self.command(whole[0]).args(&whole[1..]).stderr(Stdio::piped()).spawn().unwrap();
         let stderr = child.stderr.take().unwrap();
         let (sender, log) = channel();
         std::thread::spawn(move || {
@@ -142,6 +147,48 @@ impl Program {
             }
             assert!(Instant::now() < give_up, "the program never said '{text}'");
         }
+    }
+
+    /// Waits for a log line that holds one of `texts`; `None` where the program ends without one. No line may tell of a panic,
+    /// but for that of a library which starts a thread; that is caught.
+    pub fn wait_for_either(&mut self, texts: &[&str]) -> Option<String> {
+        let give_up = Instant::now() + PATIENCE;
+        loop {
+            match self.log.recv_timeout(Duration::from_millis(200)) {
+                Ok(line) if texts.iter().any(|text| line.contains(text)) => return Some(line),
+                Ok(line) => assert!(!line.contains("panicked") || line.contains("std/src/thread"), "{line}"),
+                Err(_) if self.child.try_wait().unwrap().is_some() => return None,
+                Err(_) => {}
+            }
+            assert!(Instant::now() < give_up, "the program said none of {texts:?}");
+        }
+    }
+
+    /// Processor time that it has taken.
+    pub fn spent(&self) -> Duration {
+        self.stat().map_or(Duration::ZERO, |stat| stat.1)
+    }
+
+    /// Waits for its end and gives the processor time that it had taken by then.
+    pub fn spent_at_its_end(&self) -> Duration {
+        let give_up = Instant::now() + PATIENCE;
+        loop {
+            match self.stat() {
+                Some(('Z', spent)) => return spent,
+                Some(_) => std::thread::sleep(Duration::from_millis(2)),
+                None => panic!("the program was waited for already"),
+            }
+            assert!(Instant::now() < give_up, "the program goes on");
+        }
+    }
+
+    /// Its state, `Z` once it has ended, and the processor time that it has taken.
+    fn stat(&self) -> Option<(char, Duration)> {
+        let text = std::fs::read_to_string(format!("/proc/{}/stat", self.child.id())).ok()?;
+        let fields: Vec<&str> = text.rsplit_once(')')?.1.split_whitespace().collect();
+        // In hundredths of a second, for programs and in the system for them.
+        let ticks = fields[11].parse::<u64>().ok()? + fields[12].parse::<u64>().ok()?;
+        Some((fields[0].chars().next()?, Duration::from_millis(10 * ticks)))
     }
 
     /// The log lines that have come since.
