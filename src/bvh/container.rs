@@ -130,6 +130,8 @@ pub(super) const SPHERE_ENTRY_ERROR: f32 = 4e-7;
 pub(super) const SPHERE_SQUARE_ERROR: f32 = f32::MIN_POSITIVE;
 /// Radii whose square is no longer a normal number.
 pub(super) const SPHERE_TINY_RADIUS: f32 = 1e-18;
+/// Allowed for in `t`, which is exact to a share of itself only where it is a normal number.
+pub(super) const SPHERE_T_ERROR: f32 = f32::MIN_POSITIVE;
 
 impl Container for Sphere {
     const KIND: ContainerKind = ContainerKind::Sphere;
@@ -156,23 +158,20 @@ impl Container for Sphere {
         }
         // The distance from the middle to the ray's nearest point, rather than the quadratic formula, keeps small
         // spheres far away exact (Haines and others, *Precision Improvements for Ray/Sphere Intersection*, 2019).
+        // In world units up to the end: in `t` they would vanish for long directions.
         let to_center = self.center - ray.ray.origin;
-        let middle = to_center.dot(ray.ray.direction) * ray.inverse_direction_squared;
-        let nearest = to_center - ray.ray.direction * middle;
+        let middle = to_center.dot(ray.unit_direction);
+        let nearest = to_center - ray.unit_direction * middle;
         let radius = self.radius + SPHERE_ENTRY_ERROR * (to_center.abs().element_sum() + self.radius);
         let inside = radius * radius - nearest.length_squared() + SPHERE_SQUARE_ERROR;
         // Negated comparisons: a NaN counts as a hit.
         if inside < 0.0 {
             return None;
         }
-        let half_chord = if radius < SPHERE_TINY_RADIUS {
-            radius * ray.inverse_direction_squared.sqrt()
-        } else {
-            (inside * ray.inverse_direction_squared).sqrt()
-        };
-        let error = SPHERE_ENTRY_ERROR * (middle.abs() + half_chord);
-        let near = middle - half_chord - error;
-        let far = middle + half_chord + error;
+        let half_chord = if radius < SPHERE_TINY_RADIUS { radius } else { inside.sqrt() };
+        let half_chord = half_chord + SPHERE_ENTRY_ERROR * (middle.abs() + half_chord);
+        let near = (middle - half_chord) * ray.inverse_length - SPHERE_T_ERROR;
+        let far = (middle + half_chord) * ray.inverse_length + SPHERE_T_ERROR;
         // f32::max drops a NaN in favour of t_min.
         if far < t_min || near > t_max || t_min > t_max { None } else { Some(near.max(t_min)) }
     }
@@ -281,15 +280,28 @@ mod tests {
     #[test]
     fn a_ray_to_a_point_inside_enters_before_it() {
         let mut number = numbers();
-        for distance in [1.0, 1e3, 1e6] {
+        // Scenes of any size, near and far, and directions of any length.
+        for (size, distance, length) in [
+            (1.0, 1.0, 1.0),
+            (1.0, 1e3, 1.0),
+            (1.0, 1e6, 1e-12),
+            (1e-12, 1e-12, 1e16),
+            (1e-21, 1e-20, 1e18),
+            (1e-30, 1e-29, 1e18),
+            (1e-12, 1.0, 1e-18),
+            (1e15, 1e17, 1e18),
+        ] {
+            let mut point = |scale: f32| Vec3::new(number(), number(), number()) * scale;
             for _ in 0..2_000 {
-                let sphere = Sphere { center: Vec3::new(number(), number(), number()), radius: number().abs() * 0.1 };
-                let direction = Vec3::new(number(), number(), number()).normalize_or(Vec3::X);
-                let point = sphere.center + direction.any_orthonormal_vector() * sphere.radius * number();
-                let from = point + Vec3::new(number(), number(), number()) * distance;
-                let ray = PreparedRay::new(Ray::new(from, point - from));
+                let sphere = Sphere { center: point(size), radius: point(size).x.abs() * 0.1 };
+                let direction = point(1.0).normalize_or(Vec3::X);
+                let inside = sphere.center + direction.any_orthonormal_vector() * sphere.radius * point(1.0).x;
+                let from = inside + point(distance);
+                let towards = (inside - from).normalize_or(Vec3::X) * length;
+                let reached = from.distance(inside) / length * 1.000_001 + f32::MIN_POSITIVE;
+                let ray = PreparedRay::new(Ray::new(from, towards));
                 let entry = sphere.entry(&ray, 0.0, f32::INFINITY);
-                assert!(entry.is_some_and(|t| (0.0..=1.0).contains(&t)), "{sphere:?} {ray:?} → {entry:?}");
+                assert!(entry.is_some_and(|t| (0.0..=reached).contains(&t)), "{sphere:?} {ray:?} → {entry:?}");
             }
         }
     }

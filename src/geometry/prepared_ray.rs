@@ -22,8 +22,11 @@ pub struct PreparedRay {
     pub origin_low: Vec3,
     /// The origin as the slabs' upper planes see it: a little lower on axes where the direction is zero.
     pub origin_high: Vec3,
-    /// 1 / (direction · direction).
-    pub inverse_direction_squared: f32,
+    /// The direction at length 1: what spheres are tested with, so that nothing that long or short directions are multiplied
+    /// with leaves the range of `f32`.
+    pub unit_direction: Vec3,
+    /// 1 / length of the direction: world units into `t`.
+    pub inverse_length: f32,
     /// Origins as [`Aabb::entry_pair`](super::Aabb::entry_pair) wants them, for two boxes at once: low (x, x, y, y), low and
     /// high (z, z, x, x), high (y, y, z, z).
     pub(crate) pair_origins: [[f32; 4]; 3],
@@ -49,6 +52,7 @@ impl PreparedRay {
         let parallel = !reciprocal.is_finite_mask();
         let inverse_direction = Vec3::select(parallel, Vec3::MAX, reciprocal);
         let pad = Vec3::select(parallel, ray.origin.abs() * (2.0 * f32::EPSILON) + PARALLEL_PAD, Vec3::ZERO);
+        let inverse_length = direction_squared.sqrt().recip();
         let (origin_low, origin_high) = (ray.origin + pad, ray.origin - pad);
         let (l, h, i) = (origin_low, origin_high, inverse_direction);
         Self {
@@ -56,7 +60,8 @@ impl PreparedRay {
             inverse_direction,
             origin_low,
             origin_high,
-            inverse_direction_squared: direction_squared.recip(),
+            unit_direction: d * inverse_length,
+            inverse_length,
             pair_origins: [[l.x, l.x, l.y, l.y], [l.z, l.z, h.x, h.x], [h.y, h.y, h.z, h.z]],
             pair_inverses: [[i.x, i.x, i.y, i.y], [i.z, i.z, i.x, i.x], [i.y, i.y, i.z, i.z]],
         }

@@ -8,7 +8,7 @@ use fearless_simd::{Select, Simd, SimdBase, SimdFloat, SimdMask, f32x8, mask32x8
 use super::packed::PackedRay;
 use super::{WIDTH, WideTree};
 use crate::bvh::Container;
-use crate::bvh::container::{SPHERE_ENTRY_ERROR, SPHERE_SQUARE_ERROR, SPHERE_TINY_RADIUS};
+use crate::bvh::container::{SPHERE_ENTRY_ERROR, SPHERE_SQUARE_ERROR, SPHERE_T_ERROR, SPHERE_TINY_RADIUS};
 use crate::geometry::{Aabb, FAR_SLACK, Sphere};
 
 /// A container that wide trees are made of.
@@ -108,8 +108,8 @@ pub struct Spheres {
 /// A ray against eight spheres.
 pub struct SphereRay<S: Simd> {
     origin: [f32x8<S>; 3],
-    direction: [f32x8<S>; 3],
-    inverse_direction_squared: f32x8<S>,
+    unit_direction: [f32x8<S>; 3],
+    inverse_length: f32x8<S>,
     t_min: f32x8<S>,
 }
 
@@ -130,8 +130,8 @@ impl WideContainer for Sphere {
     fn prepare<S: Simd>(simd: S, ray: &PackedRay) -> SphereRay<S> {
         SphereRay {
             origin: each!(axis => f32x8::splat(simd, ray.origin[axis])),
-            direction: each!(axis => f32x8::splat(simd, ray.direction[axis])),
-            inverse_direction_squared: f32x8::splat(simd, ray.inverse_direction_squared),
+            unit_direction: each!(axis => f32x8::splat(simd, ray.unit_direction[axis])),
+            inverse_length: f32x8::splat(simd, ray.inverse_length),
             t_min: f32x8::splat(simd, ray.t_min),
         }
     }
@@ -142,16 +142,14 @@ impl WideContainer for Sphere {
         let zero = f32x8::splat(simd, 0.0);
         let radius = f32x8::load_array_ref(simd, &bounds.radius);
         let to = each!(axis => f32x8::load_array_ref(simd, &bounds.center[axis]) - ray.origin[axis]);
-        let middle = dot(to, ray.direction) * ray.inverse_direction_squared;
-        let nearest = each!(axis => to[axis] - ray.direction[axis] * middle);
+        let middle = dot(to, ray.unit_direction);
+        let nearest = each!(axis => to[axis] - ray.unit_direction[axis] * middle);
         let reach = radius + (to[0].abs() + to[1].abs() + to[2].abs() + radius) * SPHERE_ENTRY_ERROR;
         let inside = reach * reach - dot(nearest, nearest) + SPHERE_SQUARE_ERROR;
-        let tiny = reach * ray.inverse_direction_squared.sqrt();
-        let half_chord = (inside * ray.inverse_direction_squared).sqrt();
-        let half_chord = reach.simd_lt(f32x8::splat(simd, SPHERE_TINY_RADIUS)).select(tiny, half_chord);
-        let error = (middle.abs() + half_chord) * SPHERE_ENTRY_ERROR;
-        let near = middle - half_chord - error;
-        let far = middle + half_chord + error;
+        let half_chord = reach.simd_lt(f32x8::splat(simd, SPHERE_TINY_RADIUS)).select(reach, inside.sqrt());
+        let half_chord = half_chord + (middle.abs() + half_chord) * SPHERE_ENTRY_ERROR;
+        let near = (middle - half_chord) * ray.inverse_length - SPHERE_T_ERROR;
+        let far = (middle + half_chord) * ray.inverse_length + SPHERE_T_ERROR;
         // Negated comparisons: a NaN counts as a hit.
         let missed = inside.simd_lt(zero)
             | far.simd_lt(ray.t_min)

@@ -1,6 +1,6 @@
 //! A ray as few numbers: what the tests of wide trees spread over their lanes.
 
-use fearless_simd::{Select, Simd, SimdBase, SimdMask, f32x8};
+use fearless_simd::{Select, Simd, SimdBase, SimdFloat, SimdMask, f32x8};
 
 use super::WIDTH;
 use super::block::{permuted_axes, permuted_axes_of};
@@ -25,8 +25,8 @@ pub(super) struct PackedRay {
     /// The origin along these axes.
     pub(super) sheared_origin: [f32; 3],
     pub(super) origin: [f32; 3],
-    pub(super) direction: [f32; 3],
-    pub(super) inverse_direction_squared: f32,
+    pub(super) unit_direction: [f32; 3],
+    pub(super) inverse_length: f32,
 }
 
 impl PackedRay {
@@ -42,13 +42,13 @@ impl PackedRay {
         axes: [0; 3],
         sheared_origin: [0.0; 3],
         origin: [0.0; 3],
-        direction: [0.0; 3],
-        inverse_direction_squared: 0.0,
+        unit_direction: [0.0; 3],
+        inverse_length: 0.0,
     };
 
     #[inline(always)]
     pub(super) fn new(ray: &PreparedRay) -> Self {
-        let PreparedRay { ray, inverse_direction, origin_low, origin_high, inverse_direction_squared, .. } = *ray;
+        let PreparedRay { ray, inverse_direction, origin_low, origin_high, unit_direction, inverse_length, .. } = *ray;
         let axes = permuted_axes(ray.direction);
         let (origin, direction) = (ray.origin.to_array(), ray.direction.to_array());
         let along = direction[axes[2]];
@@ -63,8 +63,8 @@ impl PackedRay {
             axes: each!(part => axes[part] as u32),
             sheared_origin: each!(part => origin[axes[part]]),
             origin,
-            direction,
-            inverse_direction_squared,
+            unit_direction: unit_direction.to_array(),
+            inverse_length,
         }
     }
 }
@@ -82,7 +82,8 @@ pub(super) struct PackedRays {
     t_min: Lanes,
     factors: [Lanes; 3],
     sheared_origin: [Lanes; 3],
-    inverse_direction_squared: Lanes,
+    unit_direction: [Lanes; 3],
+    inverse_length: Lanes,
     /// One bit for each ray: see [`permuted_axes_of`].
     x_is_longest: u32,
     y_before_z: u32,
@@ -116,6 +117,7 @@ impl PackedRays {
             & o[1].abs().simd_le(largest)
             & o[2].abs().simd_le(largest)
             & t_min.simd_le(t_max);
+        let inverse_length = one / squared.sqrt();
         let inverse = each!(axis => one / d[axis]);
         let crosses = each!(axis => inverse[axis].abs().simd_le(largest));
         let pad = each!(axis => {
@@ -143,7 +145,8 @@ impl PackedRays {
             t_min: t_min.to_array(),
             factors: each!(part => factors[part].to_array()),
             sheared_origin: each!(part => sheared_origin[part].to_array()),
-            inverse_direction_squared: (one / squared).to_array(),
+            unit_direction: each!(axis => (d[axis] * inverse_length).to_array()),
+            inverse_length: inverse_length.to_array(),
             x_is_longest: x_is_longest.to_bitmask() as u32,
             y_before_z: y_before_z.to_bitmask() as u32,
             negative: each!(axis => inverse[axis].simd_lt(zero).to_bitmask() as u32),
@@ -167,8 +170,8 @@ impl PackedRays {
             axes: each!(part => axes[part] as u32),
             sheared_origin: each!(part => self.sheared_origin[part][lane]),
             origin: ray.origin.to_array(),
-            direction: ray.direction.to_array(),
-            inverse_direction_squared: self.inverse_direction_squared[lane],
+            unit_direction: each!(axis => self.unit_direction[axis][lane]),
+            inverse_length: self.inverse_length[lane],
         }
     }
 }
