@@ -255,6 +255,21 @@ fn deeply_nested_json_does_not_end_the_process() {
     }
 }
 
+/// The specification lets them be anything; most exporters write objects.
+#[test]
+fn extras_may_be_of_any_type() {
+    for extras in [json!("text"), json!(3), json!([1, {"a": null}]), json!(null), json!(true), json!({"b": [2]})] {
+        for place in ["/extras", "/asset/extras", "/nodes/0/extras", "/meshes/0/extras", "/accessors/0/extras"] {
+            let (parent, key) = place.rsplit_once('/').unwrap();
+            let mut document = triangle();
+            document.pointer_mut(parent).unwrap()[key] = extras.clone();
+            assert_eq!(load(&document).unwrap().triangles.len(), 1, "{place}: {extras}");
+        }
+    }
+    let message = refusal(&with("/asset", json!("x".repeat(1 << 20))));
+    assert!(message.contains("is not glTF 2.0") && message.len() < 1000, "{} bytes", message.len());
+}
+
 #[test]
 fn nodes_that_cannot_be_placed_are_left_out_and_mirrored_ones_turned() {
     let mut document = triangle();

@@ -392,3 +392,20 @@ fn obj_of_every_kind_loads() {
         assert_eq!(scene.warnings.entries.len(), warnings, "{libraries}: {:?}", scene.warnings);
     }
 }
+
+#[test]
+fn a_library_without_end_gives_as_many_materials_as_there_may_be() {
+    let folder = tempfile::tempdir().unwrap();
+    let library: String = (0..70_000).map(|k| format!("newmtl m{k}\nKd 1 0 0\n")).collect();
+    std::fs::write(folder.path().join("m.mtl"), library).unwrap();
+    let model = folder.path().join("m.obj");
+    let square = "v 0 0 0\nv 1 0 0\nv 0 1 0\n";
+    std::fs::write(&model, format!("mtllib m.mtl\n{square}usemtl m65535\nf 1 2 3\nusemtl m65536\nf 3 2 1\n")).unwrap();
+    let scene = load_path(&model).unwrap();
+    let material = |triangle: usize| &scene.materials[scene.material_indices[triangle] as usize];
+    assert_eq!((material(0).name.as_str(), material(0).base_color.to_array()), ("m65535", [1.0, 0.0, 0.0]));
+    assert_ne!(material(1).name, "m65536", "one too many");
+    assert!(scene.materials.len() <= 65_537, "{}", scene.materials.len());
+    let warnings: Vec<String> = scene.warnings.entries.iter().map(ToString::to_string).collect();
+    assert!(warnings.iter().any(|warning| warning.contains("beyond 65536 left out")), "{warnings:?}");
+}

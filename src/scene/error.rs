@@ -1,5 +1,6 @@
 //! What can be wrong with a file, and what was merely skipped.
 
+use std::borrow::Cow;
 use std::path::PathBuf;
 
 use serde::Serialize;
@@ -26,7 +27,7 @@ pub enum LoadError {
     #[error(transparent)]
     Cancelled(#[from] crate::cancel::Cancelled),
     /// The file is unusable.
-    #[error("{}: {message}", locate(path, place))]
+    #[error("{}: {}", locate(path, place), shortened(message))]
     Unusable {
         /// The file.
         path: PathBuf,
@@ -46,6 +47,19 @@ fn locate(path: &std::path::Path, place: &Place) -> String {
         Place::Column(line, column) => format!("{file}:{line}:{column}"),
         Place::Byte(byte) => format!("{file}: at byte {byte}"),
         Place::Json(json) => format!("{file}: {json}"),
+    }
+}
+
+/// What is kept of the beginning and of the end of a sentence.
+const KEPT: [usize; 2] = [400, 200];
+
+/// `text` without its middle where nobody would read it all: files can put megabytes of theirs into it.
+fn shortened(text: &str) -> Cow<'_, str> {
+    let end = text.ceil_char_boundary(text.len().saturating_sub(KEPT[1]));
+    let start = text.floor_char_boundary(KEPT[0]);
+    match (text.get(..start), text.get(end..)) {
+        (Some(head), Some(tail)) if start < end => Cow::Owned(format!("{head} … {tail}")),
+        _ => Cow::Borrowed(text),
     }
 }
 
@@ -81,6 +95,7 @@ impl Warnings {
         if count == 0 {
             return;
         }
+        let what = &*shortened(what);
         let is_full = self.entries.len() >= MOST_KINDS;
         let found = self.entries.iter().position(|entry| entry.what == what).or(is_full.then_some(MOST_KINDS));
         if let Some(entry) = found.and_then(|at| self.entries.get_mut(at)) {
@@ -139,5 +154,20 @@ mod tests {
         let last = warnings.entries[MOST_KINDS].clone();
         assert_eq!(last.first, Place::Line(MOST_KINDS as u64));
         assert_eq!(last.to_string(), "3601 warnings of other kinds (first at line 200)");
+    }
+
+    #[test]
+    fn long_sentences_lose_their_middle() {
+        let message = format!("found '{}', expected less", "é".repeat(1 << 20));
+        let mut warnings = Warnings::default();
+        warnings.add(&message, || Place::File);
+        warnings.add(&message, || Place::File);
+        assert_eq!(warnings.entries.len(), 1);
+        let error = LoadError::Unusable { path: "a.obj".into(), place: Place::Line(7), message };
+        for text in [error.to_string(), warnings.entries[0].to_string()] {
+            assert!(text.len() < 700 && text.contains("found 'é") && text.ends_with("é', expected less"), "{text}");
+        }
+        let short = "as long as it may be ".repeat(20);
+        assert_eq!(shortened(&short), short);
     }
 }

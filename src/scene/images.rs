@@ -165,19 +165,28 @@ type Decoded = Result<(u32, u32, Vec<[u8; 4]>), String>;
 /// Smaller files are decoded where they are asked for: the best packed picture of this size has some ten megabytes.
 const SMALL_FILE: usize = 1 << 14;
 
-/// [`decode`] on a thread of its own, since it takes long and nothing can stop it; `None` once nobody wants it any more: then
-/// that thread gives the memory back.
+/// [`decode`], unless nobody wants it any more.
 fn decode_elsewhere(bytes: Vec<u8>, budget: u64, token: &CancelToken) -> Option<Decoded> {
     if bytes.len() < SMALL_FILE {
         return Some(decode(&bytes, budget));
     }
     let bytes = std::sync::Arc::new(bytes);
     let theirs = std::sync::Arc::clone(&bytes);
+    elsewhere(move || decode(&theirs, budget), token, || decode(&bytes, budget))
+}
+
+/// `work` on a thread of its own, since it takes long and nothing can stop it; `None` once nobody wants it any more: then
+/// that thread gives the memory back. Where there is no thread to be had, `here`.
+fn elsewhere(
+    work: impl FnOnce() -> Decoded + Send + 'static,
+    token: &CancelToken,
+    here: impl FnOnce() -> Decoded,
+) -> Option<Decoded> {
     let (sender, receiver) = std::sync::mpsc::channel();
     // Nobody may be there to take it.
-    let work = move || drop(sender.send(decode(&theirs, budget)));
+    let work = move || drop(sender.send(work()));
     if std::thread::Builder::new().name("picture".to_owned()).spawn(work).is_err() {
-        return Some(decode(&bytes, budget));
+        return Some(here());
     }
     loop {
         match receiver.recv_timeout(std::time::Duration::from_millis(10)) {
@@ -253,5 +262,22 @@ mod tests {
         assert_eq!(images.into_textures(&mut warnings).len(), 3);
         let counts: Vec<u64> = warnings.entries.iter().map(|warning| warning.count).collect();
         assert_eq!(counts, [5, 1, 1], "{warnings:?}");
+    }
+
+    #[test]
+    fn nobody_waits_for_a_picture_that_is_not_wanted_any_more() {
+        let (let_go, held) = std::sync::mpsc::channel::<()>();
+        let endless = move || {
+            assert!(held.recv().is_err());
+            Err(String::new())
+        };
+        let token = CancelToken::watched(|look| look == 3);
+        assert_eq!(elsewhere(endless, &token, || panic!("a thread is to be had")), None);
+        assert!(token.is_cancelled());
+        drop(let_go);
+        let done = elsewhere(|| Ok((0, 0, Vec::new())), &CancelToken::new(), || panic!("a thread is to be had"));
+        assert_eq!(done, Some(Ok((0, 0, Vec::new()))));
+        let broken = elsewhere(|| panic!("a decoder that fails"), &CancelToken::new(), || panic!("and here as well"));
+        assert!(broken.unwrap().is_err());
     }
 }

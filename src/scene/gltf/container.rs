@@ -10,7 +10,7 @@ use gltf::Glb;
 use gltf::binary::Error as GlbError;
 use gltf::json::Root;
 
-use crate::budget::{Budget, OverBudget};
+use crate::budget::Budget;
 use crate::cancel::{CancelToken, Cancelled};
 use crate::scene::images::Images;
 use crate::scene::read::unusable;
@@ -30,7 +30,7 @@ impl<'a> Document<'a> {
         } else {
             (Cow::Borrowed(bytes.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(bytes)), None)
         };
-        check_json(&text).map_err(|error| unusable(path, error.to_string()))?;
+        check_json(path, &text, token)?;
         let root = Root::from_reader(BufReader::with_capacity(BETWEEN_LOOKS, Watched { rest: &text, token })).map_err(
             |error| {
                 if token.is_cancelled() {
@@ -86,14 +86,22 @@ pub(super) fn entry<'a, T>(list: &'a [T], name: &str, index: usize) -> Result<&'
 }
 
 /// Whether there is room for what a JSON text becomes: few bytes can stand for a large struct.
-fn check_json(text: &[u8]) -> Result<(), OverBudget> {
+fn check_json(path: &Path, text: &[u8], token: &CancelToken) -> Result<(), LoadError> {
     // The largest of the structs, a material or a node, in a list that doubles as it grows; beside it numbers in lists of
     // unknown extensions, and names and URIs as they are.
     const OBJECT: u64 = 1024;
     const ENTRY: u64 = 2 * size_of::<serde_json::Value>() as u64;
-    let count = |wanted: u8| text.split(|&byte| byte == wanted).count() as u64;
-    let bytes = count(b'{').saturating_mul(OBJECT).saturating_add(count(b',').saturating_mul(ENTRY));
-    Budget::of_process().check("the JSON", bytes.saturating_add(text.len() as u64))
+    let (mut objects, mut entries) = (0_u64, 0_u64);
+    for part in text.chunks(BETWEEN_LOOKS) {
+        token.check()?;
+        // One more than there are.
+        let count = |wanted: u8| part.split(|&byte| byte == wanted).count() as u64;
+        objects = objects.saturating_add(count(b'{'));
+        entries = entries.saturating_add(count(b','));
+    }
+    let bytes = objects.saturating_mul(OBJECT).saturating_add(entries.saturating_mul(ENTRY));
+    let whole = bytes.saturating_add(text.len() as u64);
+    Budget::of_process().check("the JSON", whole).map_err(|error| unusable(path, error.to_string()))
 }
 
 /// Bytes between two looks at the token.
