@@ -13,6 +13,7 @@ use bvhscope::bvh::{BuildSettings, BuilderKind, ContainerKind, Preset, SimdLevel
 use bvhscope::camera::Camera;
 use bvhscope::cancel::{CancelToken, Cancelled};
 use bvhscope::headless::render::{write_distances, write_png};
+use bvhscope::lab::doctor::examine_scene;
 use bvhscope::overlay::NodeTable;
 use bvhscope::render::{RenderRequest, RenderSettings, Shading, render};
 use bvhscope::scene::{LoadError, LoadOptions, Scene, SceneSource, load, load_bytes};
@@ -105,6 +106,33 @@ fn loading_stops_at_every_look() {
     }
 }
 
+/// Text that nothing needs is read as well, and stops as soon.
+#[test]
+fn long_json_is_watched_while_it_is_read() {
+    let load = |length: usize, token: &CancelToken| {
+        let text = format!(
+            "{{\"asset\":{{\"version\":\"2.0\",\"extras\":\"{}\"}},\"scenes\":[{{\"nodes\":[0]}}],\"nodes\":[{{\"mesh\":0}}],\
+             \"meshes\":[{{\"primitives\":[{{\"attributes\":{{\"POSITION\":0}}}}]}}],\
+             \"accessors\":[{{\"componentType\":5126,\"count\":3,\"type\":\"VEC3\"}}]}}",
+            "x".repeat(length)
+        );
+        is_cancelled(load_bytes(Path::new("a.gltf"), text.as_bytes(), &LoadOptions::default(), token))
+    };
+    let looks = |length: usize| {
+        let looks = Arc::new(AtomicU64::new(0));
+        let counted = Arc::clone(&looks);
+        let token = CancelToken::watched(move |_| {
+            counted.fetch_add(1, Ordering::Relaxed);
+            false
+        });
+        assert!(!load(length, &token));
+        looks.load(Ordering::Relaxed)
+    };
+    // Once while its brackets are counted, once while it is read.
+    assert!(looks(4 << 20) >= looks(0) + 2 * 15, "{} and {}", looks(0), looks(4 << 20));
+    at_every_look("JSON", |token| load(4 << 20, token));
+}
+
 #[test]
 fn building_stops_at_every_look() {
     let pool = one_thread();
@@ -157,6 +185,7 @@ fn deriving_from_a_tree_stops_at_every_look() {
     at_every_look("lineage and overlap", |token| is_cancelled(&|accel| accel.study(token)));
     let accel = tree();
     at_every_look("the list of nodes", |token| NodeTable::new(&accel).list(None, token).is_err());
+    at_every_look("what is sick", |token| examine_scene(&scene, token).is_err());
 }
 
 #[test]

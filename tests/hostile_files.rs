@@ -12,7 +12,7 @@ use std::time::{Duration, Instant};
 /// Address space that the program gets, in kilobytes: code, threads' stacks and all allocations.
 const ADDRESS_SPACE_KB: u32 = 1_500_000;
 /// Far beyond what a loaded machine needs; a hang shows.
-const PATIENCE: Duration = Duration::from_secs(120);
+const PATIENCE: Duration = Duration::from_secs(600);
 
 /// `limits` are `ulimit` options.
 fn run_with(limits: &str, prefix: &[&str], args: &[&str], cwd: &Path) -> Output {
@@ -367,39 +367,6 @@ fn a_full_disk_leaves_the_old_file() {
     }
     assert_eq!(out, "code 1\nold\nkept.png\n", "{error}");
     assert!(error.contains("kept.png: cannot be written"), "{error}");
-}
-
-/// Starts the program, waits a little, interrupts it.
-fn interrupted(args: &[&str], signal: &str, cwd: &Path) -> (Option<i32>, String) {
-    let mut child = Command::new(env!("CARGO_BIN_EXE_bvhscope"))
-        .args(args)
-        .current_dir(cwd)
-        .stdout(Stdio::null())
-        .stderr(Stdio::piped())
-        .spawn()
-        .unwrap();
-    std::thread::sleep(Duration::from_millis(1500));
-    assert!(child.try_wait().unwrap().is_none(), "{args:?} ended before it could be interrupted");
-    assert!(Command::new("kill").arg(signal).arg(child.id().to_string()).status().unwrap().success());
-    let give_up = Instant::now() + PATIENCE;
-    while child.try_wait().unwrap().is_none() {
-        assert!(Instant::now() < give_up, "{args:?} goes on after {signal}");
-        std::thread::sleep(Duration::from_millis(5));
-    }
-    let output = child.wait_with_output().unwrap();
-    (output.status.code(), String::from_utf8_lossy(&output.stderr).into_owned())
-}
-
-#[test]
-fn interrupting_ends_with_130_and_leaves_nothing() {
-    let folder = Folder::new();
-    for signal in ["-INT", "-TERM"] {
-        let args = ["render", "builtin:terrain:40000", "--size", "2000x2000", "--samples", "1000", "-o", "out.png"];
-        let (code, error) = interrupted(&args, signal, folder.0.path());
-        assert_eq!(code, Some(130), "{signal}: {error}");
-        assert!(error.contains("interrupted"), "{error}");
-        assert_eq!(std::fs::read_dir(folder.0.path()).unwrap().count(), 0, "nothing is left behind");
-    }
 }
 
 #[test]

@@ -58,7 +58,7 @@ pub fn run(job: &InfoJob, context: &mut Context<'_>) -> Result<Finished, Failure
         Ok::<_, Failure>((accel, epo))
     })?;
     drop(progress);
-    let mut findings = examine_scene(&scene);
+    let mut findings = examine_scene(&scene, &context.token)?;
     findings.extend(examine_tree(&accel, epo));
     let attributes = scene.attributes.as_ref();
     let triangles = scene.triangles.len();

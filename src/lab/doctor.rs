@@ -5,11 +5,14 @@ use std::collections::HashSet;
 use serde::Serialize;
 
 use crate::accel::Accel;
+use crate::cancel::{CancelToken, Cancelled};
 use crate::geometry::Triangle;
 use crate::scene::Scene;
 
 /// Longest edge over the height on it: beyond this a triangle is a sliver.
 const SLIVER_ASPECT: f32 = 100.0;
+/// Triangles between two looks at the token.
+const BATCH: usize = 1 << 14;
 
 /// One thing that makes tracing slow or a picture wrong.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -23,7 +26,7 @@ pub struct Finding {
 }
 
 /// Looks at the triangles alone.
-pub fn examine_scene(scene: &Scene) -> Vec<Finding> {
+pub fn examine_scene(scene: &Scene, token: &CancelToken) -> Result<Vec<Finding>, Cancelled> {
     let triangles = &scene.triangles;
     let total = triangles.len();
     let mut findings = Vec::new();
@@ -32,15 +35,15 @@ pub fn examine_scene(scene: &Scene) -> Vec<Finding> {
             findings.push(Finding { kind, count, text });
         }
     };
-    let duplicates = count_duplicates(triangles);
+    let duplicates = count_duplicates(triangles, token)?;
     add(
         "duplicates",
         duplicates,
         format!("{duplicates} of {total} triangles lie exactly on another one: each is tested for nothing"),
     );
-    let degenerate = triangles.iter().filter(|triangle| triangle.scaled_normal().length_squared() == 0.0).count();
+    let degenerate = count(triangles, token, |triangle| triangle.scaled_normal().length_squared() == 0.0)?;
     add("degenerate", degenerate, format!("{degenerate} of {total} triangles have no area: no ray ever hits them"));
-    let slivers = triangles.iter().filter(|triangle| is_sliver(triangle)).count();
+    let slivers = count(triangles, token, is_sliver)?;
     // A few slivers are in every model; a twentieth of it shapes the tree.
     if slivers * 20 >= total {
         add(
@@ -53,7 +56,7 @@ pub fn examine_scene(scene: &Scene) -> Vec<Finding> {
         );
     }
     let half_diagonal = scene.bounds.extent().length() * 0.5;
-    let huge = triangles.iter().filter(|triangle| triangle.bounds().extent().length() > half_diagonal).count();
+    let huge = count(triangles, token, |triangle| triangle.bounds().extent().length() > half_diagonal)?;
     if total > 1000 {
         add(
             "huge-triangles",
@@ -64,7 +67,7 @@ pub fn examine_scene(scene: &Scene) -> Vec<Finding> {
             ),
         );
     }
-    findings
+    Ok(findings)
 }
 
 /// Looks at the tree: its depth, leaves and end-point overlap `epo`.
@@ -103,19 +106,30 @@ pub fn examine_tree(accel: &Accel, epo: f32) -> Vec<Finding> {
     findings
 }
 
+/// How many triangles `is_one` picks.
+fn count(
+    triangles: &[Triangle],
+    token: &CancelToken,
+    mut is_one: impl FnMut(&Triangle) -> bool,
+) -> Result<usize, Cancelled> {
+    let mut count = 0;
+    for batch in triangles.chunks(BATCH) {
+        token.check()?;
+        count += batch.iter().filter(|triangle| is_one(triangle)).count();
+    }
+    Ok(count)
+}
+
 /// Triangles whose three corners, in any order, are those of an earlier one.
-fn count_duplicates(triangles: &[Triangle]) -> usize {
+fn count_duplicates(triangles: &[Triangle], token: &CancelToken) -> Result<usize, Cancelled> {
     let mut seen = HashSet::with_capacity(triangles.len());
-    triangles
-        .iter()
-        .filter(|triangle| {
-            // Adding zero makes −0 and 0 the same bits.
-            let mut corners =
-                [triangle.a, triangle.b, triangle.c].map(|corner| corner.to_array().map(|x| (x + 0.0).to_bits()));
-            corners.sort_unstable();
-            !seen.insert(corners)
-        })
-        .count()
+    count(triangles, token, |triangle| {
+        // Adding zero makes −0 and 0 the same bits.
+        let mut corners =
+            [triangle.a, triangle.b, triangle.c].map(|corner| corner.to_array().map(|x| (x + 0.0).to_bits()));
+        corners.sort_unstable();
+        !seen.insert(corners)
+    })
 }
 
 /// Whether the longest edge is much longer than the height on it; triangles without area are counted elsewhere.
@@ -138,8 +152,8 @@ mod tests {
         let a = Triangle { a: Vec3::ZERO, b: Vec3::X, c: Vec3::Y };
         let b = Triangle { a: Vec3::Y, b: Vec3::new(-0.0, 0.0, 0.0), c: Vec3::X };
         let c = Triangle { a: Vec3::ZERO, b: Vec3::X, c: Vec3::Z };
-        assert_eq!(count_duplicates(&[a, b, c, a]), 2);
-        assert_eq!(count_duplicates(&[a, c]), 0);
+        assert_eq!(count_duplicates(&[a, b, c, a], &CancelToken::new()), Ok(2));
+        assert_eq!(count_duplicates(&[a, c], &CancelToken::new()), Ok(0));
     }
 
     #[test]
