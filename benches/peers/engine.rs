@@ -115,8 +115,8 @@ pub fn interfaces(ready: &Ready) -> Vec<Interface<'_>> {
             prepare: Box::new(move |work| match work.query {
                 Query::Closest => Some(Box::new(move || {
                     let mut tally = Tally::default();
-                    let mut hits = [None; TILE];
-                    for rays in work.rays.chunks(TILE) {
+                    let mut hits = vec![None; AT_ONCE];
+                    for rays in work.rays.chunks(AT_ONCE) {
                         wide.closest_hits(level, rays, &mut hits);
                         hits[..rays.len()].iter().for_each(|hit| tally.add(distance(*hit)));
                     }
@@ -124,8 +124,8 @@ pub fn interfaces(ready: &Ready) -> Vec<Interface<'_>> {
                 })),
                 Query::Any => Some(Box::new(move || {
                     let mut hits = 0;
-                    let mut blocked = [false; 4 * TILE];
-                    for rays in work.rays.chunks(blocked.len()) {
+                    let mut blocked = vec![false; AT_ONCE];
+                    for rays in work.rays.chunks(AT_ONCE) {
                         wide.any_hits(level, rays, &mut blocked);
                         hits += blocked[..rays.len()].iter().filter(|&&blocked| blocked).count() as u64;
                     }
@@ -136,8 +136,8 @@ pub fn interfaces(ready: &Ready) -> Vec<Interface<'_>> {
     ]
 }
 
-/// Rays handed over at a time: 16 × 16 pixels.
-const TILE: usize = 256;
+/// Rays handed over at a time: 64 × 64 pixels of primary rays.
+const AT_ONCE: usize = 4096;
 
 /// One ray after the other.
 fn single<'a>(

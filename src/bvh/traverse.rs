@@ -197,8 +197,6 @@ pub(super) struct Nearest {
 impl Nearest {
     /// Nothing, and nothing will be.
     pub(super) const NOTHING: Self = Self { t: 0.0, u: 0.0, v: 0.0, primitive_index: u32::MAX };
-    /// Some hit, where it does not matter which.
-    pub(super) const SOMETHING: Self = Self { primitive_index: 0, ..Self::NOTHING };
 
     /// No hit yet. The largest index stands for none: it loses every tie.
     #[inline(always)]

@@ -4,7 +4,7 @@ use bytemuck::{Pod, Zeroable};
 use fearless_simd::{Simd, SimdBase, SimdMask, f32x4, mask32x4};
 use glam::Vec3;
 
-use super::packed::PackedRay;
+use super::packed::PackedRays;
 use crate::bvh::traverse::Nearest;
 use crate::geometry::{EDGE_MAX, EDGE_MIN, FAR_SLACK, PreparedRay, Ray, Shear, Triangle, TriangleHit};
 
@@ -68,45 +68,51 @@ impl TriangleBlock {
 }
 
 /// The axis along which rays in direction `d` are sheared, as [`Shear::new`] chooses it, after the two others.
-#[inline(always)]
 pub(super) fn permuted_axes(d: Vec3) -> [usize; 3] {
     let size = d.abs();
-    permuted_axes_of(size.x >= size.y.max(size.z), size.y >= size.z)
-}
-
-/// [`permuted_axes`] of a direction that is longest along x, and at least as long along y as along z. Looked up, because
-/// nobody could predict the branches.
-#[inline(always)]
-pub(super) fn permuted_axes_of(x_is_longest: bool, y_before_z: bool) -> [usize; 3] {
-    const AXES: [[usize; 3]; 4] = [[0, 1, 2], [2, 0, 1], [1, 2, 0], [1, 2, 0]];
-    AXES[usize::from(x_is_longest) << 1 | usize::from(y_before_z)]
+    if size.x >= size.y && size.x >= size.z {
+        [1, 2, 0]
+    } else if size.y >= size.z {
+        [2, 0, 1]
+    } else {
+        [0, 1, 2]
+    }
 }
 
 /// What a single ray's tests against blocks share.
-pub(super) struct BlockRay<S: Simd> {
-    /// Where in a corner's numbers each axis begins.
+pub(super) struct BlockRay<'a, S: Simd, const N: usize> {
+    rays: &'a PackedRays<N>,
+    /// The ray's number.
+    at: usize,
+    /// Where in a corner's numbers each axis of the shear begins.
     axes: [usize; 3],
     origin: [f32x4<S>; 3],
     /// The factors of [`Shear`]'s rows.
     factors: [f32x4<S>; 3],
+    t_min: f32x4<S>,
 }
 
-impl<S: Simd> BlockRay<S> {
+impl<'a, S: Simd, const N: usize> BlockRay<'a, S, N> {
+    /// Ray number `at`.
     #[inline(always)]
-    pub(super) fn new(simd: S, ray: &PackedRay) -> Self {
+    pub(super) fn new(simd: S, rays: &'a PackedRays<N>, at: usize) -> Self {
+        let at = at % N;
         Self {
-            axes: each!(part => ray.axes[part] as usize * BLOCK),
-            origin: each!(part => f32x4::splat(simd, ray.sheared_origin[part])),
-            factors: each!(part => f32x4::splat(simd, ray.factors[part])),
+            rays,
+            at,
+            axes: each!(part => rays.axes[part][at] as usize),
+            origin: each!(part => f32x4::splat(simd, rays.sheared_origin[part][at])),
+            factors: each!(part => f32x4::splat(simd, rays.factors[part][at])),
+            t_min: f32x4::splat(simd, rays.t_min[at]),
         }
     }
 
-    /// Offers each triangle of `block` that the ray meets to `nearest`. `whole_ray` is what `ray` was made of.
+    /// Offers each triangle of `block` that the ray meets to `nearest`. `whole_ray` is what it was made of.
     #[inline(always)]
-    pub(super) fn test(&self, simd: S, block: &TriangleBlock, ray: &PackedRay, whole_ray: &Ray, nearest: &mut Nearest) {
+    pub(super) fn test(&self, simd: S, block: &TriangleBlock, whole_ray: &Ray, nearest: &mut Nearest) {
         let t_max = nearest.t();
-        let Some(meeting) = self.meeting(simd, block, ray.t_min, t_max) else { return };
-        let (entered, entry) = enters(simd, block, ray, t_max);
+        let Some(meeting) = self.meeting(simd, block, t_max) else { return };
+        let (entered, entry) = self.enters(simd, block, t_max);
         let mut hits = (meeting.certain & entered).to_bitmask() as u32;
         let mut unclear = meeting.unclear.to_bitmask() as u32;
         if hits != 0 {
@@ -127,22 +133,21 @@ impl<S: Simd> BlockRay<S> {
         }
     }
 
-    /// Whether the ray meets any triangle of `block`. `whole_ray` is what `ray` was made of.
+    /// Whether the ray meets any triangle of `block` up to `t_max`. `whole_ray` is what it was made of.
     #[inline(always)]
-    pub(super) fn meets(&self, simd: S, block: &TriangleBlock, ray: &PackedRay, whole_ray: &Ray) -> bool {
-        let Some(meeting) = self.meeting(simd, block, ray.t_min, ray.t_max) else { return false };
-        if (meeting.certain & enters(simd, block, ray, ray.t_max).0).any_true() {
+    pub(super) fn meets(&self, simd: S, block: &TriangleBlock, whole_ray: &Ray, t_max: f32) -> bool {
+        let Some(meeting) = self.meeting(simd, block, t_max) else { return false };
+        if (meeting.certain & self.enters(simd, block, t_max).0).any_true() {
             return true;
         }
         let unclear = meeting.unclear.to_bitmask() as u32;
         unclear != 0
-            && (0..BLOCK)
-                .any(|lane| unclear >> lane & 1 != 0 && unclear_hit(block, lane, whole_ray, whole_ray.t_max).is_some())
+            && (0..BLOCK).any(|lane| unclear >> lane & 1 != 0 && unclear_hit(block, lane, whole_ray, t_max).is_some())
     }
 
     /// Where the ray meets the triangles' planes; `None` where it passes all triangles.
     #[inline(always)]
-    fn meeting(&self, simd: S, block: &TriangleBlock, t_min: f32, t_max: f32) -> Option<Meeting<S>> {
+    fn meeting(&self, simd: S, block: &TriangleBlock, t_max: f32) -> Option<Meeting<S>> {
         let splat = |value| f32x4::splat(simd, value);
         let numbers: &[f32; 10 * BLOCK] = bytemuck::cast_ref(block);
         let [x, y, z] = each!(part => each!(corner => {
@@ -166,8 +171,28 @@ impl<S: Simd> BlockRay<S> {
         let shares = each!(corner => weights[corner] * scale);
         let depth = each!(corner => z[corner] * self.factors[2]);
         let t = shares[0] * depth[0] + shares[1] * depth[1] + shares[2] * depth[2];
-        let within = t.simd_ge(splat(t_min)) & t.simd_le(splat(t_max));
+        let within = t.simd_ge(self.t_min) & t.simd_le(splat(t_max));
         Some(Meeting { t, shares, certain: candidates & exact & within, unclear: candidates & !exact })
+    }
+
+    /// The triangles of a block whose own box the ray enters up to `t_max`, and where: [`Triangle::hit_in_box`].
+    #[inline(always)]
+    fn enters(&self, simd: S, block: &TriangleBlock, t_max: f32) -> (mask32x4<S>, f32x4<S>) {
+        let splat = |value| f32x4::splat(simd, value);
+        let corner = |corner: usize, axis: usize| f32x4::load_array_ref(simd, &block.corners[corner][axis]);
+        let low = each!(axis => {
+            let least = corner(0, axis).min(corner(1, axis)).min(corner(2, axis));
+            (least - splat(self.rays.origin_low[axis][self.at])) * splat(self.rays.inverse[axis][self.at])
+        });
+        let high = each!(axis => {
+            let most = corner(0, axis).max(corner(1, axis)).max(corner(2, axis));
+            (most - splat(self.rays.origin_high[axis][self.at])) * splat(self.rays.inverse[axis][self.at])
+        });
+        let near = each!(axis => low[axis].min(high[axis]));
+        let far = each!(axis => low[axis].max(high[axis]));
+        let entry = near[0].max(near[1]).max(near[2].max(self.t_min));
+        let exit = far[0].min(far[1]).min(far[2]) * FAR_SLACK;
+        (entry.simd_le(exit) & entry.simd_le(splat(t_max)), entry)
     }
 }
 
@@ -188,24 +213,4 @@ struct Meeting<S: Simd> {
 #[inline(never)]
 fn unclear_hit(block: &TriangleBlock, lane: usize, ray: &Ray, t_max: f32) -> Option<TriangleHit> {
     block.triangle(lane).intersect(&PreparedRay::new(*ray), &Shear::new(ray.direction), t_max)
-}
-
-/// The triangles of a block whose own box the ray enters up to `t_max`, and where: [`Triangle::hit_in_box`].
-#[inline(always)]
-fn enters<S: Simd>(simd: S, block: &TriangleBlock, ray: &PackedRay, t_max: f32) -> (mask32x4<S>, f32x4<S>) {
-    let splat = |value| f32x4::splat(simd, value);
-    let corner = |corner: usize, axis: usize| f32x4::load_array_ref(simd, &block.corners[corner][axis]);
-    let low = each!(axis => {
-        let least = corner(0, axis).min(corner(1, axis)).min(corner(2, axis));
-        (least - splat(ray.origin_low[axis])) * splat(ray.inverse[axis])
-    });
-    let high = each!(axis => {
-        let most = corner(0, axis).max(corner(1, axis)).max(corner(2, axis));
-        (most - splat(ray.origin_high[axis])) * splat(ray.inverse[axis])
-    });
-    let near = each!(axis => low[axis].min(high[axis]));
-    let far = each!(axis => low[axis].max(high[axis]));
-    let entry = near[0].max(near[1]).max(near[2].max(splat(ray.t_min)));
-    let exit = far[0].min(far[1]).min(far[2]) * FAR_SLACK;
-    (entry.simd_le(exit) & entry.simd_le(splat(t_max)), entry)
 }

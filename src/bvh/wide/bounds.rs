@@ -5,7 +5,7 @@ use std::fmt::Debug;
 use bytemuck::{Pod, Zeroable};
 use fearless_simd::{Select, Simd, SimdBase, SimdFloat, SimdMask, f32x8, mask32x8};
 
-use super::packed::PackedRay;
+use super::packed::PackedRays;
 use super::{WIDTH, WideTree};
 use crate::bvh::Container;
 use crate::bvh::container::{SPHERE_ENTRY_ERROR, SPHERE_SQUARE_ERROR, SPHERE_T_ERROR, SPHERE_TINY_RADIUS};
@@ -23,8 +23,8 @@ pub trait WideContainer: Container {
 
     /// Puts `self` into a lane.
     fn store(&self, bounds: &mut Self::Bounds, lane: usize);
-    /// Spreads a ray over the lanes for [`WideContainer::entries`].
-    fn prepare<S: Simd>(simd: S, ray: &PackedRay) -> Self::Prepared<S>;
+    /// Spreads ray number `at` over the lanes for [`WideContainer::entries`].
+    fn prepare<S: Simd, const N: usize>(simd: S, rays: &PackedRays<N>, at: usize) -> Self::Prepared<S>;
     /// The lanes that the ray enters up to `t_max`, and where; see [`Container::entry`].
     fn entered<S: Simd>(simd: S, bounds: &Self::Bounds, ray: &Self::Prepared<S>, t_max: f32)
     -> (mask32x8<S>, f32x8<S>);
@@ -67,14 +67,14 @@ impl WideContainer for Aabb {
     }
 
     #[inline(always)]
-    fn prepare<S: Simd>(simd: S, ray: &PackedRay) -> BoxRay<S> {
+    fn prepare<S: Simd, const N: usize>(simd: S, rays: &PackedRays<N>, at: usize) -> BoxRay<S> {
         // The lower plane is near wherever the two origins differ, on axes that the ray runs along at no speed.
         BoxRay {
-            near: each!(axis => ray.near[axis] as usize),
-            near_origin: each!(axis => f32x8::splat(simd, ray.origin_low[axis])),
-            far_origin: each!(axis => f32x8::splat(simd, ray.origin_high[axis])),
-            inverse: each!(axis => f32x8::splat(simd, ray.inverse[axis])),
-            t_min: f32x8::splat(simd, ray.t_min),
+            near: each!(axis => rays.near[axis][at % N] as usize),
+            near_origin: each!(axis => f32x8::splat(simd, rays.origin_low[axis][at % N])),
+            far_origin: each!(axis => f32x8::splat(simd, rays.origin_high[axis][at % N])),
+            inverse: each!(axis => f32x8::splat(simd, rays.inverse[axis][at % N])),
+            t_min: f32x8::splat(simd, rays.t_min[at % N]),
         }
     }
 
@@ -127,12 +127,12 @@ impl WideContainer for Sphere {
     }
 
     #[inline(always)]
-    fn prepare<S: Simd>(simd: S, ray: &PackedRay) -> SphereRay<S> {
+    fn prepare<S: Simd, const N: usize>(simd: S, rays: &PackedRays<N>, at: usize) -> SphereRay<S> {
         SphereRay {
-            origin: each!(axis => f32x8::splat(simd, ray.origin[axis])),
-            unit_direction: each!(axis => f32x8::splat(simd, ray.unit_direction[axis])),
-            inverse_length: f32x8::splat(simd, ray.inverse_length),
-            t_min: f32x8::splat(simd, ray.t_min),
+            origin: each!(axis => f32x8::splat(simd, rays.origin[axis][at % N])),
+            unit_direction: each!(axis => f32x8::splat(simd, rays.unit_direction[axis][at % N])),
+            inverse_length: f32x8::splat(simd, rays.inverse_length[at % N]),
+            t_min: f32x8::splat(simd, rays.t_min[at % N]),
         }
     }
 

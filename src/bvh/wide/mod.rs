@@ -22,6 +22,7 @@ macro_rules! each {
     };
 }
 
+mod bits;
 pub mod block;
 pub mod bounds;
 mod collapse;

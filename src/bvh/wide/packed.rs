@@ -1,102 +1,58 @@
-//! A ray as few numbers: what the tests of wide trees spread over their lanes.
+//! Rays as few numbers: what the tests of wide trees spread over their lanes.
 
-use fearless_simd::{Select, Simd, SimdBase, SimdFloat, SimdMask, f32x8};
+use fearless_simd::{Select, Simd, SimdBase, SimdFloat, SimdMask, f32x8, u32x8};
 
 use super::WIDTH;
-use super::block::{permuted_axes, permuted_axes_of};
-use crate::geometry::{PARALLEL_PAD, PreparedRay, Ray};
+use super::block::BLOCK;
+use crate::bvh::{Container, ContainerKind};
+use crate::geometry::{PARALLEL_PAD, Ray};
 
-/// What the tests of one ray need, one number each.
-#[derive(Debug, Clone, Copy)]
-#[repr(C, align(64))]
-pub(super) struct PackedRay {
-    /// As [`PreparedRay`] has them.
-    pub(super) origin_low: [f32; 3],
-    pub(super) origin_high: [f32; 3],
-    pub(super) inverse: [f32; 3],
-    /// For each axis 0 where the lower plane is near, [`WIDTH`] where the upper one is: so many numbers farther.
-    pub(super) near: [u32; 3],
-    pub(super) t_min: f32,
-    pub(super) t_max: f32,
-    /// The factors of [`Shear`](crate::geometry::Shear)'s rows.
-    pub(super) factors: [f32; 3],
-    /// The axes of the shear, the longest last.
-    pub(super) axes: [u32; 3],
-    /// The origin along these axes.
-    pub(super) sheared_origin: [f32; 3],
-    pub(super) origin: [f32; 3],
-    pub(super) unit_direction: [f32; 3],
-    pub(super) inverse_length: f32,
-}
-
-impl PackedRay {
-    /// No ray at all.
-    pub(super) const EMPTY: Self = Self {
-        origin_low: [0.0; 3],
-        origin_high: [0.0; 3],
-        inverse: [0.0; 3],
-        near: [0; 3],
-        t_min: 0.0,
-        t_max: 0.0,
-        factors: [0.0; 3],
-        axes: [0; 3],
-        sheared_origin: [0.0; 3],
-        origin: [0.0; 3],
-        unit_direction: [0.0; 3],
-        inverse_length: 0.0,
-    };
-
-    #[inline(always)]
-    pub(super) fn new(ray: &PreparedRay) -> Self {
-        let PreparedRay { ray, inverse_direction, origin_low, origin_high, unit_direction, inverse_length, .. } = *ray;
-        let axes = permuted_axes(ray.direction);
-        let (origin, direction) = (ray.origin.to_array(), ray.direction.to_array());
-        let along = direction[axes[2]];
-        Self {
-            origin_low: origin_low.to_array(),
-            origin_high: origin_high.to_array(),
-            inverse: inverse_direction.to_array(),
-            near: each!(axis => u32::from(inverse_direction[axis] < 0.0) * WIDTH as u32),
-            t_min: ray.t_min,
-            t_max: ray.t_max,
-            factors: [-direction[axes[0]] / along, -direction[axes[1]] / along, 1.0 / along],
-            axes: each!(part => axes[part] as u32),
-            sheared_origin: each!(part => origin[axes[part]]),
-            origin,
-            unit_direction: unit_direction.to_array(),
-            inverse_length,
-        }
-    }
-}
-
-/// Rays that are packed side by side.
+/// Rays that are prepared side by side.
 pub(super) const PACKED: usize = 8;
 
-type Lanes = [f32; PACKED];
-
-/// Up to eight rays, lane by lane: step by step what [`PreparedRay::new`] and [`PackedRay::new`] do for one.
-pub(super) struct PackedRays {
-    origin_low: [Lanes; 3],
-    origin_high: [Lanes; 3],
-    inverse: [Lanes; 3],
-    t_min: Lanes,
-    factors: [Lanes; 3],
-    sheared_origin: [Lanes; 3],
-    unit_direction: [Lanes; 3],
-    inverse_length: Lanes,
-    /// One bit for each ray: see [`permuted_axes_of`].
-    x_is_longest: u32,
-    y_before_z: u32,
-    /// One bit for each ray with a negative direction on an axis.
-    negative: [u32; 3],
-    /// One bit for each ray that can hit something.
-    pub(super) able: u32,
+/// What the tests of `N` rays need, a multiple of [`PACKED`], number by number: as
+/// [`PreparedRay`](crate::geometry::PreparedRay) and [`Shear`](crate::geometry::Shear) have it, with the same roundings.
+#[derive(Debug, Clone, Copy)]
+#[repr(C, align(64))]
+pub(super) struct PackedRays<const N: usize> {
+    pub(super) origin_low: [[f32; N]; 3],
+    pub(super) origin_high: [[f32; N]; 3],
+    pub(super) inverse: [[f32; N]; 3],
+    /// For each axis 0 where the lower plane is near, [`WIDTH`] where the upper one is: so many numbers farther.
+    pub(super) near: [[u32; N]; 3],
+    pub(super) t_min: [f32; N],
+    /// The factors of the shear's rows.
+    pub(super) factors: [[f32; N]; 3],
+    /// Where in a corner's numbers the axes of the shear begin, the longest last.
+    pub(super) axes: [[u32; N]; 3],
+    /// The origin along these axes.
+    pub(super) sheared_origin: [[f32; N]; 3],
+    /// From here on for spheres alone.
+    pub(super) origin: [[f32; N]; 3],
+    pub(super) unit_direction: [[f32; N]; 3],
+    pub(super) inverse_length: [f32; N],
 }
 
-impl PackedRays {
-    /// Packs the first eight of `rays`.
+impl<const N: usize> PackedRays<N> {
+    /// No ray at all.
+    pub(super) const EMPTY: Self = Self {
+        origin_low: [[0.0; N]; 3],
+        origin_high: [[0.0; N]; 3],
+        inverse: [[0.0; N]; 3],
+        near: [[0; N]; 3],
+        t_min: [0.0; N],
+        factors: [[0.0; N]; 3],
+        axes: [[0; N]; 3],
+        sheared_origin: [[0.0; N]; 3],
+        origin: [[0.0; N]; 3],
+        unit_direction: [[0.0; N]; 3],
+        inverse_length: [0.0; N],
+    };
+
+    /// Takes the first eight of `rays`, for tests against these containers, as numbers `first` and on, a multiple of
+    /// [`PACKED`]. One bit for each that can hit something.
     #[inline(always)]
-    pub(super) fn new<S: Simd>(simd: S, rays: &[Ray]) -> Self {
+    pub(super) fn set<S: Simd, C: Container>(&mut self, simd: S, first: usize, rays: &[Ray]) -> u32 {
         let mut lanes = [[0.0; PACKED]; 8];
         for (lane, ray) in rays.iter().take(PACKED).enumerate() {
             let (o, d) = (ray.origin, ray.direction);
@@ -127,7 +83,7 @@ impl PackedRays {
         let size = each!(axis => d[axis].abs());
         let x_is_longest = size[0].simd_ge(size[1]) & size[0].simd_ge(size[2]);
         let y_before_z = size[1].simd_ge(size[2]);
-        // As `permuted_axes_of` has them.
+        // As `permuted_axes` has them.
         let permuted = |v: [f32x8<S>; 3]| {
             [
                 x_is_longest.select(v[1], y_before_z.select(v[2], v[0])),
@@ -138,40 +94,35 @@ impl PackedRays {
         let [x, y, z] = permuted(d);
         let factors = [(zero - x) / z, (zero - y) / z, one / z];
         let sheared_origin = permuted(o);
-        Self {
-            origin_low: each!(axis => (o[axis] + pad[axis]).to_array()),
-            origin_high: each!(axis => (o[axis] - pad[axis]).to_array()),
-            inverse: each!(axis => inverse[axis].to_array()),
-            t_min: t_min.to_array(),
-            factors: each!(part => factors[part].to_array()),
-            sheared_origin: each!(part => sheared_origin[part].to_array()),
-            unit_direction: each!(axis => (d[axis] * inverse_length).to_array()),
-            inverse_length: inverse_length.to_array(),
-            x_is_longest: x_is_longest.to_bitmask() as u32,
-            y_before_z: y_before_z.to_bitmask() as u32,
-            negative: each!(axis => inverse[axis].simd_lt(zero).to_bitmask() as u32),
-            able: able.to_bitmask() as u32 & !(u32::MAX << rays.len().min(PACKED)),
+        let row = |axis: usize| u32x8::splat(simd, (axis * BLOCK) as u32);
+        let axes = [
+            x_is_longest.select(row(1), y_before_z.select(row(2), row(0))),
+            x_is_longest.select(row(2), y_before_z.select(row(0), row(1))),
+            x_is_longest.select(row(0), y_before_z.select(row(1), row(2))),
+        ];
+        let (low_side, high_side) = (u32x8::splat(simd, 0), u32x8::splat(simd, WIDTH as u32));
+        let first = first % N;
+        let put = |list: &mut [f32; N], values: f32x8<S>| {
+            list[first..][..PACKED].copy_from_slice(values.as_slice());
+        };
+        for axis in 0..3 {
+            put(&mut self.origin_low[axis], o[axis] + pad[axis]);
+            put(&mut self.origin_high[axis], o[axis] - pad[axis]);
+            put(&mut self.inverse[axis], inverse[axis]);
+            put(&mut self.factors[axis], factors[axis]);
+            put(&mut self.sheared_origin[axis], sheared_origin[axis]);
+            if C::KIND == ContainerKind::Sphere {
+                put(&mut self.origin[axis], o[axis]);
+                put(&mut self.unit_direction[axis], d[axis] * inverse_length);
+            }
+            let near = inverse[axis].simd_lt(zero).select(high_side, low_side);
+            self.near[axis][first..][..PACKED].copy_from_slice(near.as_slice());
+            self.axes[axis][first..][..PACKED].copy_from_slice(axes[axis].as_slice());
         }
-    }
-
-    /// The ray in a lane, which is `ray`.
-    #[inline(always)]
-    pub(super) fn get(&self, lane: usize, ray: &Ray) -> PackedRay {
-        let lane = lane % PACKED;
-        let axes = permuted_axes_of(self.x_is_longest >> lane & 1 != 0, self.y_before_z >> lane & 1 != 0);
-        PackedRay {
-            origin_low: each!(axis => self.origin_low[axis][lane]),
-            origin_high: each!(axis => self.origin_high[axis][lane]),
-            inverse: each!(axis => self.inverse[axis][lane]),
-            near: each!(axis => (self.negative[axis] >> lane & 1) * WIDTH as u32),
-            t_min: self.t_min[lane],
-            t_max: ray.t_max,
-            factors: each!(part => self.factors[part][lane]),
-            axes: each!(part => axes[part] as u32),
-            sheared_origin: each!(part => self.sheared_origin[part][lane]),
-            origin: ray.origin.to_array(),
-            unit_direction: each!(axis => self.unit_direction[axis][lane]),
-            inverse_length: self.inverse_length[lane],
+        put(&mut self.t_min, t_min);
+        if C::KIND == ContainerKind::Sphere {
+            put(&mut self.inverse_length, inverse_length);
         }
+        able.to_bitmask() as u32 & !(u32::MAX << rays.len().min(PACKED))
     }
 }

@@ -1,13 +1,14 @@
 //! Tiles of coherent rays from one point, such as a camera's: nodes and triangles are fetched once for all of them.
 //!
 //! Each visit tests a node's eight children against the interval of all directions first, which most children fail or pass
-//! as a whole, and only then those that are unclear against the groups of eight rays that reached the node (after Wald,
+//! as a whole, and only then those that are unclear against the groups of sixteen rays that reached the node (after Wald,
 //! Boulos, Shirley: *Ray Tracing Deformable Scenes Using Dynamic Bounding Volume Hierarchies*, 2007). The roundings are
 //! those of single rays, and so are the hits.
 
-use fearless_simd::{Level, Select, Simd, SimdBase, SimdMask, f32x8, mask32x8, u32x8};
+use fearless_simd::{Level, Select, Simd, SimdBase, SimdMask, dispatch, f32x8, f32x16, mask32x16, u32x16};
 use glam::Vec3;
 
+use super::bits::bits;
 use super::block::{BLOCK, permuted_axes};
 use super::stack::{Stack, Waiting};
 use super::{TriangleBlock, WIDTH, WideContainer, WideNode, WideTree, stream};
@@ -16,36 +17,45 @@ use crate::geometry::{Aabb, EDGE_MAX, EDGE_MIN, FAR_SLACK, Hit, PreparedRay, Ray
 /// Rays that one packet takes.
 pub const MAX_RAYS: usize = 256;
 /// Rays that are tested side by side.
-const GROUP: usize = 8;
+const GROUP: usize = 16;
 const GROUPS: usize = MAX_RAYS / GROUP;
 /// Stands for no triangle: loses every tie.
 const NONE: u32 = u32::MAX;
 
 /// The nearest hits of `rays`, exactly those that each ray finds alone, into the first elements of `hits`.
 ///
-/// Fast where the rays come from one point in similar directions, and neighbours stand together in eights; right for all.
+/// Fast where the rays come from one point in similar directions, and neighbours stand together in sixteens; right for all.
 ///
 /// # Panics
 ///
 /// Where `hits` is shorter than `rays`.
 pub fn closest_hits<C: WideContainer>(level: Level, tree: &WideTree<C>, rays: &[Ray], hits: &mut [Option<Hit>]) {
     assert!(hits.len() >= rays.len(), "{} hits for {} rays", hits.len(), rays.len());
-    for (rays, hits) in rays.chunks(MAX_RAYS).zip(hits.chunks_mut(MAX_RAYS)) {
-        fearless_simd::dispatch!(level, simd => closest_hits_of(simd, tree, rays, hits));
+    // Rays that have little in common go together, the more the better.
+    let mut traced = 0;
+    if let Some(boxes) = C::as_boxes(tree) {
+        for first in (0..rays.len()).step_by(MAX_RAYS) {
+            let end = rays.len().min(first + MAX_RAYS);
+            let (rays_before, rays) = rays[traced..end].split_at(first - traced);
+            let (hits_before, hits) = hits[traced..end].split_at_mut(first - traced);
+            if dispatch!(level, simd => closest_hits_of_packet(simd, boxes, rays, hits)) {
+                dispatch!(level, simd => stream::closest_hits(simd, tree, rays_before, hits_before));
+                traced = end;
+            }
+        }
     }
+    dispatch!(level, simd => stream::closest_hits(simd, tree, &rays[traced..], &mut hits[traced..]));
 }
 
+/// Whether `rays` are alike enough for a packet; then their hits.
 #[inline(always)]
-fn closest_hits_of<S: Simd, C: WideContainer>(simd: S, tree: &WideTree<C>, rays: &[Ray], hits: &mut [Option<Hit>]) {
-    let packet = C::as_boxes(tree).and_then(|boxes| Some((boxes, Packet::new(simd, rays)?)));
-    if let Some((boxes, mut packet)) = packet {
-        packet.trace(simd, boxes, rays);
-        for (index, hit) in hits[..rays.len()].iter_mut().enumerate() {
-            *hit = packet.found.hit(index);
-        }
-    } else {
-        stream::closest_hits(simd, tree, rays, hits);
+fn closest_hits_of_packet<S: Simd>(simd: S, tree: &WideTree<Aabb>, rays: &[Ray], hits: &mut [Option<Hit>]) -> bool {
+    let Some(mut packet) = Packet::new(simd, rays) else { return false };
+    packet.trace(simd, tree, rays);
+    for (index, hit) in hits.iter_mut().enumerate() {
+        *hit = packet.found.hit(index);
     }
+    true
 }
 
 /// What the rays have found so far, group by group.
@@ -131,10 +141,10 @@ impl Packet {
                 limit: [0.0; GROUPS],
             },
         };
-        let zero = f32x8::splat(simd, 0.0);
-        let one = f32x8::splat(simd, 1.0);
-        let mut lowest = [f32x8::splat(simd, f32::INFINITY); 3];
-        let mut highest = [f32x8::splat(simd, f32::NEG_INFINITY); 3];
+        let zero = f32x16::splat(simd, 0.0);
+        let one = f32x16::splat(simd, 1.0);
+        let mut lowest = [f32x16::splat(simd, f32::INFINITY); 3];
+        let mut highest = [f32x16::splat(simd, f32::NEG_INFINITY); 3];
         for group in 0..groups {
             let mut directions = [[0.0; GROUP]; 3];
             let mut t_max = [0.0; GROUP];
@@ -148,7 +158,7 @@ impl Packet {
                 t_max[lane] = ray.t_max;
                 alike &= ray.origin == first.origin && ray.t_min.max(0.0) == t_min && ray.t_max >= t_min;
             }
-            let d = each!(axis => f32x8::load_array_ref(simd, &directions[axis]));
+            let d = each!(axis => f32x16::load_array_ref(simd, &directions[axis]));
             let inverse = each!(axis => one / d[axis]);
             let along = d[axes[2]];
             let longest = along.abs();
@@ -160,12 +170,12 @@ impl Packet {
             let squared = d[0] * d[0] + d[1] * d[1] + d[2] * d[2];
             let mut good = is_longest[axes[0]]
                 & is_longest[axes[1]]
-                & squared.simd_ge(f32x8::splat(simd, f32::MIN_POSITIVE))
-                & squared.simd_le(f32x8::splat(simd, f32::MAX));
+                & squared.simd_ge(f32x16::splat(simd, f32::MIN_POSITIVE))
+                & squared.simd_le(f32x16::splat(simd, f32::MAX));
             for axis in 0..3 {
                 // The same sign as the first, not zero, and not so small that its inverse overflows.
                 let same = if near[axis] == 1 { d[axis].simd_lt(zero) } else { d[axis].simd_gt(zero) };
-                good = good & same & inverse[axis].abs().simd_le(f32x8::splat(simd, f32::MAX));
+                good = good & same & inverse[axis].abs().simd_le(f32x16::splat(simd, f32::MAX));
                 lowest[axis] = lowest[axis].min(inverse[axis]);
                 highest[axis] = highest[axis].max(inverse[axis]);
                 packet.inverse[group][axis] = inverse[axis].to_array();
@@ -176,7 +186,7 @@ impl Packet {
             let factors = [(zero - d[axes[0]]) / along, (zero - d[axes[1]]) / along, inverse[axes[2]]];
             packet.factors[group] = each!(part => factors[part].to_array());
             packet.found.t[group] = t_max;
-            packet.found.limit[group] = f32x8::load_array_ref(simd, &t_max).reduce_max();
+            packet.found.limit[group] = f32x16::load_array_ref(simd, &t_max).reduce_max();
         }
         packet.range = each!(axis => [lowest[axis].reduce_min(), highest[axis].reduce_max()]);
         Some(packet)
@@ -189,17 +199,13 @@ impl Packet {
         stack.push(Waiting { entry: self.t_min, child: root, groups: self.all_groups });
         while let Some(Waiting { entry, child, groups }) = stack.pop() {
             // Groups whose rays have all found something nearer are done.
-            let (mut active, mut reach) = (0, f32::NEG_INFINITY);
-            for group in bits(groups) {
-                let limit = self.found.limit[group % GROUPS];
-                if limit >= entry {
-                    active |= 1 << group;
-                    reach = if limit > reach { limit } else { reach };
-                }
-            }
+            let limits = f32x16::load_array_ref(simd, &self.found.limit);
+            let open = limits.simd_ge(f32x16::splat(simd, entry)) & mask32x16::from_bitmask(simd, u64::from(groups));
+            let active = open.to_bitmask() as u32;
             if active == 0 {
                 continue;
             }
+            let reach = open.select(limits, f32x16::splat(simd, f32::NEG_INFINITY)).reduce_max();
             if child.is_leaf() {
                 for block in &tree.blocks[child.index()..] {
                     self.test_block(simd, block, active, rays);
@@ -212,7 +218,7 @@ impl Packet {
             let node = &tree.nodes[child.index()];
             let interval = self.interval(simd, node, reach);
             let mark = stack.mark();
-            for lane in bits(interval.some) {
+            for lane in bits(u64::from(interval.some)) {
                 let lane = lane % WIDTH;
                 let groups = if interval.all >> lane & 1 != 0 {
                     active
@@ -265,16 +271,16 @@ impl Packet {
     /// Those of the `active` groups of which some ray enters the child in a lane.
     #[inline(always)]
     fn groups_that_enter<S: Simd>(&self, simd: S, interval: &Interval, lane: usize, active: u32) -> u32 {
-        let near = each!(axis => f32x8::splat(simd, interval.near[axis][lane % WIDTH]));
-        let far = each!(axis => f32x8::splat(simd, interval.far[axis][lane % WIDTH]));
-        let t_min = f32x8::splat(simd, self.t_min);
+        let near = each!(axis => f32x16::splat(simd, interval.near[axis][lane % WIDTH]));
+        let far = each!(axis => f32x16::splat(simd, interval.far[axis][lane % WIDTH]));
+        let t_min = f32x16::splat(simd, self.t_min);
         let mut entering = 0;
-        for group in bits(active) {
+        for group in bits(u64::from(active)) {
             let inverse = &self.inverse[group % GROUPS];
-            let inverse = each!(axis => f32x8::load_array_ref(simd, &inverse[axis]));
+            let inverse = each!(axis => f32x16::load_array_ref(simd, &inverse[axis]));
             let entry = (near[0] * inverse[0]).max(near[1] * inverse[1]).max((near[2] * inverse[2]).max(t_min));
             let exit = (far[0] * inverse[0]).min(far[1] * inverse[1]).min(far[2] * inverse[2]) * FAR_SLACK;
-            let t = f32x8::load_array_ref(simd, &self.found.t[group % GROUPS]);
+            let t = f32x16::load_array_ref(simd, &self.found.t[group % GROUPS]);
             let enters = entry.simd_le(exit) & entry.simd_le(t);
             entering |= u32::from(enters.any_true()) << group;
         }
@@ -292,18 +298,18 @@ impl Packet {
             }
             let [corner_x, corner_y, corner_z] = each!(part => each!(corner => {
                 let axis = self.axes[part];
-                f32x8::splat(simd, block.corners[corner][axis][lane] - self.origin[axis])
+                f32x16::splat(simd, block.corners[corner][axis][lane] - self.origin[axis])
             }));
-            for group in bits(active) {
+            for group in bits(u64::from(active)) {
                 let group = group % GROUPS;
                 let factors = &self.factors[group];
-                let factors = each!(part => f32x8::load_array_ref(simd, &factors[part]));
+                let factors = each!(part => f32x16::load_array_ref(simd, &factors[part]));
                 let x = each!(corner => corner_z[corner] * factors[0] + corner_x[corner]);
                 let y = each!(corner => corner_z[corner] * factors[1] + corner_y[corner]);
                 let weights = [x[1] * y[2] - x[2] * y[1], x[2] * y[0] - x[0] * y[2], x[0] * y[1] - x[1] * y[0]];
                 let least = weights[0].min(weights[1]).min(weights[2]);
                 let most = weights[0].max(weights[1]).max(weights[2]);
-                let candidates = !(least.simd_lt(f32x8::splat(simd, 0.0)) & most.simd_gt(f32x8::splat(simd, 0.0)));
+                let candidates = !(least.simd_lt(f32x16::splat(simd, 0.0)) & most.simd_gt(f32x16::splat(simd, 0.0)));
                 if candidates.any_true() {
                     let depth = each!(corner => corner_z[corner] * factors[2]);
                     self.take(simd, block, lane, group, weights, depth, candidates.to_bitmask() as u32, rays);
@@ -321,19 +327,19 @@ impl Packet {
         block: &TriangleBlock,
         lane: usize,
         group: usize,
-        weights: [f32x8<S>; 3],
-        depth: [f32x8<S>; 3],
+        weights: [f32x16<S>; 3],
+        depth: [f32x16<S>; 3],
         candidates: u32,
         rays: &[Ray],
     ) {
         let size = each!(corner => weights[corner].abs());
-        let exact = size[0].min(size[1]).min(size[2]).simd_gt(f32x8::splat(simd, EDGE_MIN))
-            & size[0].max(size[1]).max(size[2]).simd_lt(f32x8::splat(simd, EDGE_MAX));
-        let scale = f32x8::splat(simd, 1.0) / (weights[0] + weights[1] + weights[2]);
+        let exact = size[0].min(size[1]).min(size[2]).simd_gt(f32x16::splat(simd, EDGE_MIN))
+            & size[0].max(size[1]).max(size[2]).simd_lt(f32x16::splat(simd, EDGE_MAX));
+        let scale = f32x16::splat(simd, 1.0) / (weights[0] + weights[1] + weights[2]);
         let shares = each!(corner => weights[corner] * scale);
         let t = shares[0] * depth[0] + shares[1] * depth[1] + shares[2] * depth[2];
-        let best = f32x8::load_array_ref(simd, &self.found.t[group]);
-        let t_min = f32x8::splat(simd, self.t_min);
+        let best = f32x16::load_array_ref(simd, &self.found.t[group]);
+        let t_min = f32x16::splat(simd, self.t_min);
         let within = exact & t.simd_ge(t_min) & t.simd_le(best);
         let unclear = candidates & !(exact.to_bitmask() as u32);
         if candidates & within.to_bitmask() as u32 != 0 {
@@ -342,28 +348,28 @@ impl Packet {
             let planes = [bounds.min, bounds.max];
             let origin = Vec3::from_array(self.origin);
             let inverse = &self.inverse[group];
-            let inverse = each!(axis => f32x8::load_array_ref(simd, &inverse[axis]));
+            let inverse = each!(axis => f32x16::load_array_ref(simd, &inverse[axis]));
             let near = each!(axis => {
-                f32x8::splat(simd, planes[self.near[axis] & 1][axis] - origin[axis]) * inverse[axis]
+                f32x16::splat(simd, planes[self.near[axis] & 1][axis] - origin[axis]) * inverse[axis]
             });
             let far = each!(axis => {
-                f32x8::splat(simd, planes[self.near[axis] & 1 ^ 1][axis] - origin[axis]) * inverse[axis]
+                f32x16::splat(simd, planes[self.near[axis] & 1 ^ 1][axis] - origin[axis]) * inverse[axis]
             });
             let entry = near[0].max(near[1]).max(near[2].max(t_min));
             let exit = far[0].min(far[1]).min(far[2]) * FAR_SLACK;
             let t = t.max(entry);
-            let primitive = u32x8::splat(simd, block.primitive_index(lane));
-            let best_primitive = u32x8::load_array_ref(simd, &self.found.primitive[group]);
+            let primitive = u32x16::splat(simd, block.primitive_index(lane));
+            let best_primitive = u32x16::load_array_ref(simd, &self.found.primitive[group]);
             let nearer = t.simd_lt(best) | (t.simd_eq(best) & primitive.simd_lt(best_primitive));
             // A mask of lanes from the bits that remain after the sign test.
-            let allowed = mask32x8::from_bitmask(simd, u64::from(candidates));
+            let allowed = mask32x16::from_bitmask(simd, u64::from(candidates));
             let hit = allowed & within & entry.simd_le(exit) & entry.simd_le(best) & nearer;
             if hit.any_true() {
                 let new_t = hit.select(t, best);
                 self.found.u[group] =
-                    hit.select(shares[1], f32x8::load_array_ref(simd, &self.found.u[group])).to_array();
+                    hit.select(shares[1], f32x16::load_array_ref(simd, &self.found.u[group])).to_array();
                 self.found.v[group] =
-                    hit.select(shares[2], f32x8::load_array_ref(simd, &self.found.v[group])).to_array();
+                    hit.select(shares[2], f32x16::load_array_ref(simd, &self.found.v[group])).to_array();
                 self.found.primitive[group] = hit.select(primitive, best_primitive).to_array();
                 self.found.t[group] = new_t.to_array();
                 self.found.limit[group] = new_t.reduce_max();
@@ -378,7 +384,7 @@ impl Packet {
     #[cold]
     fn take_unclear(&mut self, block: &TriangleBlock, lane: usize, group: usize, unclear: u32, rays: &[Ray]) {
         let (triangle, primitive) = (block.triangle(lane), block.primitive_index(lane));
-        for ray_lane in bits(unclear) {
+        for ray_lane in bits(u64::from(unclear)) {
             let ray = rays[(group * GROUP + ray_lane).min(rays.len() - 1)];
             let best = self.found.t[group][ray_lane];
             let hit = triangle.intersect(&PreparedRay::new(ray), &Shear::new(ray.direction), best);
@@ -392,24 +398,5 @@ impl Packet {
             }
         }
         self.found.limit[group] = self.found.t[group].into_iter().fold(f32::NEG_INFINITY, f32::max);
-    }
-}
-
-/// The numbers of the bits that are set, lowest first.
-struct Bits(u32);
-
-#[inline(always)]
-fn bits(set: u32) -> Bits {
-    Bits(set)
-}
-
-impl Iterator for Bits {
-    type Item = usize;
-
-    #[inline(always)]
-    fn next(&mut self) -> Option<usize> {
-        let bit = (self.0 != 0).then_some(self.0.trailing_zeros() as usize);
-        self.0 &= self.0.wrapping_sub(1);
-        bit
     }
 }

@@ -3,11 +3,11 @@
 use fearless_simd::Simd;
 
 use super::block::BlockRay;
-use super::packed::PackedRay;
+use super::packed::{PACKED, PackedRays};
 use super::stack::{Stack, Waiting};
 use super::{WideContainer, WideTree};
 use crate::bvh::traverse::{Nearest, Probe};
-use crate::geometry::{Hit, PreparedRay, Ray};
+use crate::geometry::{Hit, Ray};
 
 /// The nearest hit of `ray`: exactly what the binary tree gives. `probe` counts nodes as containers and blocks as
 /// primitives.
@@ -37,19 +37,18 @@ pub(super) fn nearest<S: Simd, C: WideContainer, P: Probe, const ANY: bool>(
 ) -> Nearest {
     let mut nearest = Nearest::new(ray.t_max);
     let Some(mut current) = tree.root else { return nearest };
-    let prepared = PreparedRay::new(*ray);
-    if !prepared.can_hit() {
+    let mut packed = PackedRays::<PACKED>::EMPTY;
+    if packed.set::<S, C>(simd, 0, std::slice::from_ref(ray)) == 0 {
         return nearest;
     }
-    let packed = PackedRay::new(&prepared);
-    let container_ray = C::prepare(simd, &packed);
-    let block_ray = BlockRay::new(simd, &packed);
+    let container_ray = C::prepare(simd, &packed, 0);
+    let block_ray = BlockRay::new(simd, &packed, 0);
     let mut stack = Stack::default();
     loop {
         if current.is_leaf() {
             for block in &tree.blocks[current.index()..] {
                 probe.primitive_test();
-                block_ray.test(simd, block, &packed, ray, &mut nearest);
+                block_ray.test(simd, block, ray, &mut nearest);
                 if block.is_last() {
                     break;
                 }
