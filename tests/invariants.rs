@@ -18,7 +18,7 @@ use bvhscope::camera::Camera;
 use bvhscope::cancel::CancelToken;
 use bvhscope::geometry::{Aabb, Ray, Sphere, Triangle};
 use bvhscope::render::{RenderRequest, RenderSettings, render};
-use bvhscope::scene::{Material, Scene, SceneSource, Warnings};
+use bvhscope::scene::{Material, Scene, SceneSource};
 use bvhscope::with_tree;
 use glam::Vec3;
 
@@ -305,22 +305,14 @@ fn samples_that_are_no_numbers_are_counted_and_black() {
             Triangle { a: Vec3::ZERO, b: Vec3::X, c: Vec3::Y },
             Triangle { a: Vec3::X * 2.0, b: Vec3::X * 3.0, c: Vec3::new(2.0, 1.0, 0.0) },
         ];
-        let bounds = triangles[0].bounds().union(&triangles[1].bounds());
         let paint = |red: f32| Material { base_color: Vec3::new(red, 0.5, 0.5), unlit: true, ..Material::clay() };
         let scene = Arc::new(Scene {
-            source: SceneSource::default_builtin(),
-            triangles,
-            bounds,
-            up: Vec3::Y,
-            attributes: None,
             material_indices: vec![0, 1],
             materials: vec![paint(0.5), paint(red)],
-            textures: Vec::new(),
-            mesh_count: 1,
-            warnings: Warnings::default(),
+            ..Scene::of_triangles(SceneSource::default_builtin(), triangles)
         });
         let accel = Arc::new(Accel::build(&scene, &BuildSettings::default(), &CancelToken::new()).unwrap());
-        let camera = Camera::framing(&bounds, Vec3::Y);
+        let camera = Camera::framing(&scene.bounds, Vec3::Y);
         let settings = RenderSettings { samples: 1, ..RenderSettings::default() };
         let request =
             RenderRequest { accel, camera, settings, width_px: 64, height_px: 48, coarseness: 1, count_tests: false };

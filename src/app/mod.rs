@@ -308,17 +308,7 @@ impl eframe::App for App {
     fn ui(&mut self, ui: &mut egui::Ui, _frame: &mut eframe::Frame) {
         let ctx = ui.ctx().clone();
         let state = &mut self.state;
-        theme::apply(&ctx, &state.preferences);
-        commands::handle_shortcuts(&ctx, state);
-        panels::top(ui, state);
-        panels::bottom(ui, state);
-        panels::left(ui, state);
-        panels::right(ui, state);
-        egui::CentralPanel::no_frame().show(ui, |ui| {
-            let rect = self.viewport.show(ui, self.has_pipeline, state);
-            panels::over_viewport(ui, rect, state);
-        });
-        panels::windows(&ctx, state);
+        panels::around(ui, state, |ui, state| self.viewport.show(ui, self.has_pipeline, state));
 
         requests::take_dropped_files(&ctx, &mut self.rails, state);
         self.errands.carry_out(&ctx, &mut self.rails, &mut self.laboratory, state);

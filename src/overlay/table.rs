@@ -1,11 +1,14 @@
 //! What the overlay knows of one tree: who stands at which depth, and on demand everything it draws of a node.
 
-use std::collections::{BinaryHeap, HashSet};
-use std::ops::Range;
+mod shown;
+
+use std::collections::HashSet;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, OnceLock};
 
 use rayon::prelude::*;
+
+pub use shown::Shown;
 
 use super::{ColorBy, OverlayNode, OverlaySettings};
 use crate::accel::Accel;
@@ -38,17 +41,6 @@ pub struct Selection {
     pub hovered: Option<u32>,
     /// Nodes that are not drawn.
     pub hidden: HashSet<u32>,
-}
-
-/// What is drawn of a table.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Shown {
-    /// Nodes of the tree, at most `budget` of them.
-    pub nodes: Vec<u32>,
-    /// The depth of each of them, root 0.
-    pub depths: Vec<u32>,
-    /// How many the chosen depths and filters hold; more than `nodes` where the budget cut them.
-    pub wanted: usize,
 }
 
 impl NodeTable {
@@ -285,142 +277,10 @@ impl NodeTable {
         let nodes = shown.nodes.par_iter().with_min_len(1_024).zip(&shown.depths);
         nodes.map(|(&node, &depth)| self.instance(node, depth, settings)).collect()
     }
-
-    /// How many containers of a kind are drawn, and how many `settings` choose: what [`NodeTable::shown`] lists, counted
-    /// without a look at the nodes.
-    pub fn count(&self, settings: &OverlaySettings, selection: &Selection) -> (usize, usize) {
-        if self.is_empty() {
-            return (0, 0);
-        }
-        let (first, [from, last]) = self.depths(settings);
-        let hidden = selection.hidden.iter().filter(|&&node| {
-            let depth = if (node as usize) < self.len() { self.depth(node) } else { u32::MAX };
-            (from..=last).contains(&depth) && (!settings.leaves_only || depth < first || self.is_leaf(node))
-        });
-        let wanted = self.wanted(settings) - hidden.count();
-        (wanted.min(settings.budget as usize), wanted)
-    }
-
-    /// How many `settings` choose, hidden ones too.
-    fn wanted(&self, settings: &OverlaySettings) -> usize {
-        let (first, [from, last]) = self.depths(settings);
-        let in_all = |depth: u32| self.levels.ranges.get(depth as usize).map_or(0, ExactSizeIterator::len);
-        // Every interior node has two children one level down.
-        let of_interest = |depth: u32| {
-            let interior = if settings.leaves_only && depth >= first { in_all(depth + 1) / 2 } else { 0 };
-            in_all(depth) - interior
-        };
-        (from..=last).map(of_interest).sum()
-    }
-
-    /// Whether so few of the `wanted` nodes fit the budget that they are found by walking down from the first depth.
-    fn is_cut_from_the_top(&self, settings: &OverlaySettings, wanted: usize) -> bool {
-        let (_, [from, last]) = self.depths(settings);
-        let run = self.levels.ranges[last as usize].end - self.levels.ranges[from as usize].start;
-        let budget = settings.budget as usize;
-        wanted > budget && !settings.leaves_only && budget < run as usize / FEW
-    }
-
-    /// The first chosen depth, and the first and last depth that is drawn.
-    fn depths(&self, settings: &OverlaySettings) -> (u32, [u32; 2]) {
-        let [a, b] = settings.depth.map(|depth| depth.min(self.max_depth()));
-        (a.min(b), [if settings.parents { 0 } else { a.min(b) }, a.max(b)])
-    }
-
-    /// What `settings` choose, with hidden nodes left out; where the budget cuts, the largest, in the order of their area.
-    /// The selected and hovered node are not part of it: they are drawn on their own.
-    pub fn shown(&self, settings: &OverlaySettings, selection: &Selection) -> Shown {
-        if self.is_empty() {
-            return Shown { nodes: Vec::new(), depths: Vec::new(), wanted: 0 };
-        }
-        let (_, wanted) = self.count(settings, selection);
-        let ranges = &self.levels.ranges;
-        let (first, [from, last]) = self.depths(settings);
-        // Depths are neighbours in the list, so a range of depths is one run of places in it.
-        let run = ranges[from as usize].start..ranges[last as usize].end;
-        let budget = settings.budget as usize;
-        if self.is_cut_from_the_top(settings, wanted) {
-            let [nodes, depths] = self.largest_from_the_top([from, last], selection, budget);
-            return Shown { nodes, depths, wanted };
-        }
-        let nodes = self.by_depth(run.end);
-        let chosen = ranges[first as usize].start;
-        let kept = |place: &u32| {
-            let node = nodes[*place as usize];
-            // "Leaves only" is about the chosen depths: the levels above them have other work.
-            let leaf = !settings.leaves_only || *place < chosen || self.is_leaf(node);
-            leaf && !selection.hidden.contains(&node)
-        };
-        let places = if wanted > budget {
-            self.largest(nodes, run, kept, budget)
-        } else if settings.leaves_only || !selection.hidden.is_empty() {
-            run.into_par_iter().with_min_len(4_096).filter(kept).collect()
-        } else {
-            run.collect()
-        };
-        let depths = places.iter().map(|&place| ranges.partition_point(|range| range.end <= place) as u32).collect();
-        Shown { nodes: places.into_iter().map(|place| nodes[place as usize]).collect(), depths, wanted }
-    }
-
-    /// The places of the `budget` largest among the kept `nodes` of `run`, largest first, equal ones in the order of the list.
-    fn largest(
-        &self,
-        nodes: &[u32],
-        run: Range<u32>,
-        kept: impl Fn(&u32) -> bool + Send + Sync,
-        budget: usize,
-    ) -> Vec<u32> {
-        let mut keys: Vec<u64> = with_tree!(&self.accel.tree, tree => {
-            let keyed = |place: u32| key(area(tree, nodes[place as usize]), place);
-            run.into_par_iter().with_min_len(4_096).filter(kept).map(keyed).collect()
-        });
-        if budget > 0 && budget < keys.len() {
-            keys.select_nth_unstable_by(budget, |a, b| b.cmp(a));
-        }
-        keys.truncate(budget);
-        keys.par_sort_unstable_by(|a, b| b.cmp(a));
-        keys.into_iter().map(|key| !(key as u32)).collect()
-    }
-
-    /// The same by walking down from the first depth, always into the largest node: no container is larger than the one around
-    /// it, so only what is drawn and that depth are looked at. Nodes and their depths; equal ones by their number.
-    fn largest_from_the_top(&self, [from, last]: [u32; 2], selection: &Selection, budget: usize) -> [Vec<u32>; 2] {
-        with_tree!(&self.accel.tree, tree => {
-            let Range { start, end } = self.levels.ranges[from as usize].clone();
-            let top = &self.by_depth(end)[start as usize..end as usize];
-            let top: Vec<_> = top.par_iter().with_min_len(4_096).map(|&node| (key(area(tree, node), node), from)).collect();
-            let mut open = BinaryHeap::from(top);
-            let (mut nodes, mut depths) = (Vec::with_capacity(budget), Vec::with_capacity(budget));
-            while nodes.len() < budget
-                && let Some((found, depth)) = open.pop()
-            {
-                let node = !(found as u32);
-                if !selection.hidden.contains(&node) {
-                    nodes.push(node);
-                    depths.push(depth);
-                }
-                let Node { first, .. } = tree.nodes[node as usize];
-                if depth < last && !tree.nodes[node as usize].is_leaf() {
-                    // A sphere may have been rounded to a hair more than the one around it.
-                    let around = f32::from_bits((found >> 32) as u32);
-                    open.extend([first, first + 1].map(|child| (key(area(tree, child).min(around), child), depth + 1)));
-                }
-            }
-            [nodes, depths]
-        })
-    }
 }
 
 /// Nodes between two looks at the token.
 const NODES_AT_ONCE: usize = 1 << 14;
-
-/// The budget is small beside what was chosen: one in so many nodes.
-const FEW: usize = 8;
-
-/// Orders by area, then by number, the lower one first. Areas are not negative, so their bits order like the numbers do.
-fn key(area: f32, number: u32) -> u64 {
-    u64::from(area.to_bits()) << 32 | u64::from(!number)
-}
 
 fn area<C: Container>(tree: &Tree<C>, node: u32) -> f32 {
     tree.nodes[node as usize].container.relative_area().max(0.0)

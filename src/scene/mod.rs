@@ -139,6 +139,23 @@ pub struct Attributes {
 }
 
 impl Scene {
+    /// Bare triangles of one plain material, with y up.
+    pub fn of_triangles(source: SceneSource, triangles: Vec<Triangle>) -> Self {
+        let bounds = triangles.iter().fold(Aabb::EMPTY, |all, one| all.union(&one.bounds()));
+        Self {
+            source,
+            triangles,
+            bounds,
+            up: Vec3::Y,
+            attributes: None,
+            material_indices: Vec::new(),
+            materials: vec![Material::clay()],
+            textures: Vec::new(),
+            mesh_count: 1,
+            warnings: Warnings::default(),
+        }
+    }
+
     /// The material of a triangle.
     pub fn material(&self, triangle_index: u32) -> &Material {
         let index = self.material_indices.get(triangle_index as usize).copied().unwrap_or(0);

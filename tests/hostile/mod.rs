@@ -115,19 +115,7 @@ fn settings(choice: u8) -> BuildSettings {
 }
 
 fn scene(triangles: Vec<Triangle>) -> Arc<Scene> {
-    let bounds = triangles.iter().fold(bvhscope::geometry::Aabb::EMPTY, |all, one| all.union(&one.bounds()));
-    Arc::new(Scene {
-        source: bvhscope::scene::SceneSource::default_builtin(),
-        triangles,
-        bounds,
-        up: Vec3::Y,
-        attributes: None,
-        material_indices: Vec::new(),
-        materials: vec![bvhscope::scene::Material::clay()],
-        textures: Vec::new(),
-        mesh_count: 1,
-        warnings: bvhscope::scene::Warnings::default(),
-    })
+    Arc::new(Scene::of_triangles(bvhscope::scene::SceneSource::default_builtin(), triangles))
 }
 
 /// A tree of arbitrary triangles: whole, within its bounds, of bounded depth, with finite numbers. The first byte chooses

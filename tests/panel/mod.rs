@@ -6,17 +6,16 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use bvhscope::accel::Accel;
-use bvhscope::app::commands::{self};
+use bvhscope::app::panels;
 use bvhscope::app::paper::{Experiment, PaperResult};
 use bvhscope::app::state::{AppState, Preferences, Presented, Wanted};
-use bvhscope::app::{panels, theme};
 use bvhscope::camera::Camera;
 use bvhscope::cancel::CancelToken;
-use bvhscope::geometry::{Aabb, Triangle};
+use bvhscope::geometry::Triangle;
 use bvhscope::lab::{Subject, TraceView};
 use bvhscope::overlay::NodeTable;
 use bvhscope::render::{RenderRequest, Shading, render};
-use bvhscope::scene::{Material, Scene, SceneSource, Warnings};
+use bvhscope::scene::{Scene, SceneSource};
 use eframe::egui::{self, vec2};
 use egui_kittest::Harness;
 use egui_kittest::kittest::Queryable as _;
@@ -34,21 +33,10 @@ pub fn sheet(n: u32) -> Scene {
             triangles.push(Triangle { a: b, b: d, c });
         }
     }
-    let bounds = triangles.iter().fold(Aabb::EMPTY, |bounds, triangle| bounds.union(&triangle.bounds()));
-    let mut warnings = Warnings::default();
-    warnings.add("triangles with NaN coordinates skipped", || bvhscope::scene::Place::Line(12));
-    Scene {
-        source: SceneSource::File(PathBuf::from("a_sheet_with_quite_a_long_name_for_a_panel.obj")),
-        triangles,
-        bounds,
-        up: Vec3::Y,
-        attributes: None,
-        material_indices: Vec::new(),
-        materials: vec![Material::clay()],
-        textures: Vec::new(),
-        mesh_count: 3,
-        warnings,
-    }
+    let source = SceneSource::File(PathBuf::from("a_sheet_with_quite_a_long_name_for_a_panel.obj"));
+    let mut scene = Scene { mesh_count: 3, ..Scene::of_triangles(source, triangles) };
+    scene.warnings.add("triangles with NaN coordinates skipped", || bvhscope::scene::Place::Line(12));
+    scene
 }
 
 /// A window that shows the sheet, with a real tree and a real picture.
@@ -87,19 +75,11 @@ pub fn present(state: &mut AppState, scene: &Arc<Scene>) {
 }
 
 pub fn draw(ui: &mut egui::Ui, state: &mut AppState) {
-    let ctx = ui.ctx().clone();
-    theme::apply(&ctx, &state.preferences);
-    commands::handle_shortcuts(&ctx, state);
-    panels::top(ui, state);
-    panels::bottom(ui, state);
-    panels::left(ui, state);
-    panels::right(ui, state);
-    egui::CentralPanel::no_frame().show(ui, |ui| {
+    panels::around(ui, state, |ui, _| {
         let rect = ui.max_rect();
         ui.painter().rect_filled(rect, 0.0, egui::Color32::from_gray(0x30));
-        panels::over_viewport(ui, rect, state);
+        rect
     });
-    panels::windows(&ctx, state);
 }
 
 pub fn harness(state: AppState) -> Harness<'static, AppState> {

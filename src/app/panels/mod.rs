@@ -26,11 +26,28 @@ mod widgets;
 use eframe::egui::{self, Frame, Margin, Panel, ScrollArea, Ui};
 
 use super::state::{AppState, Side};
+use super::{commands, theme};
 
 /// Width of the side panels at first start in points.
 const SIDE_WIDTH: f32 = 260.0;
 /// In a window with less width than this in points both side panels would leave too little for the picture.
 const NARROW: f32 = 840.0;
+
+/// Everything in the order in which it takes its room, with `viewport` in the middle, which says where it is.
+pub fn around(ui: &mut Ui, state: &mut AppState, viewport: impl FnOnce(&mut Ui, &mut AppState) -> egui::Rect) {
+    let ctx = ui.ctx().clone();
+    theme::apply(&ctx, &state.preferences);
+    commands::handle_shortcuts(&ctx, state);
+    top(ui, state);
+    bottom(ui, state);
+    left(ui, state);
+    right(ui, state);
+    egui::CentralPanel::no_frame().show(ui, |ui| {
+        let rect = viewport(ui, state);
+        over_viewport(ui, rect, state);
+    });
+    windows(&ctx, state);
+}
 
 /// The menu bar.
 pub fn top(ui: &mut Ui, state: &mut AppState) {

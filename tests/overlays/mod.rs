@@ -1,0 +1,73 @@
+//! Tables of trees of known shape, as the tests of choosing and of drawing share them.
+
+#![allow(dead_code, reason = "each test file uses its part")]
+
+use std::sync::Arc;
+
+use bvhscope::accel::Accel;
+use bvhscope::bvh::stats::tree_stats;
+use bvhscope::bvh::{BuildSettings, Container, Node, Tree};
+use bvhscope::cancel::CancelToken;
+use bvhscope::geometry::Triangle;
+use bvhscope::overlay::{NodeTable, OverlaySettings};
+use bvhscope::scene::{Scene, SceneSource};
+use glam::Vec3;
+
+/// A tree that splits the list of triangles in the middle down to single ones.
+pub fn halving_tree<C: Container>(triangles: &[Triangle]) -> Tree<C> {
+    let around = |part: &[Triangle]| part.iter().fold(C::EMPTY, |all, one| all.union(&C::of_triangle(one)));
+    let mut nodes = vec![Node { container: around(triangles), first: 0, count: triangles.len() as u32 }];
+    let mut max_depth = 0;
+    let mut open = vec![(0_usize, 0)];
+    while let Some((index, depth)) = open.pop() {
+        max_depth = max_depth.max(depth);
+        let (start, count) = (nodes[index].first as usize, nodes[index].count as usize);
+        if count < 2 {
+            continue;
+        }
+        let half = count / 2;
+        let children = nodes.len();
+        for (start, count) in [(start, half), (start + half, count - half)] {
+            let container = around(&triangles[start..start + count]);
+            nodes.push(Node { container, first: start as u32, count: count as u32 });
+            open.push((nodes.len() - 1, depth + 1));
+        }
+        (nodes[index].first, nodes[index].count) = (children as u32, 0);
+    }
+    Tree { nodes, primitive_indices: (0..triangles.len() as u32).collect(), max_depth }
+}
+
+pub fn accel<C: Container>(triangles: Vec<Triangle>) -> Arc<Accel> {
+    let tree = C::into_any(halving_tree::<C>(&triangles));
+    let scene = Scene::of_triangles(SceneSource::default_builtin(), triangles);
+    let settings = BuildSettings { container: C::KIND, ..BuildSettings::default() };
+    let mut accel = Accel::build(&Arc::new(scene), &settings, &CancelToken::new()).unwrap();
+    // A tree of known shape in place of the builder's.
+    accel.tree = tree;
+    accel.report.stats = tree_stats(&accel.tree);
+    Arc::new(accel)
+}
+
+/// `count` triangles in a row along x, each larger than the one before.
+pub fn row(count: usize) -> Vec<Triangle> {
+    (0..count)
+        .map(|index| {
+            let (x, size) = (index as f32 * 2.0, 0.2 + index as f32 * 0.05);
+            let at = |dx: f32, dy: f32, dz: f32| Vec3::new(x + dx * size, dy * size, dz * size);
+            Triangle { a: at(0.0, 0.0, 0.0), b: at(1.0, 0.0, 1.0), c: at(0.0, 1.0, 0.5) }
+        })
+        .collect()
+}
+
+/// One triangle whose box is the cube from -1 to 1.
+pub fn cube_triangle() -> Vec<Triangle> {
+    vec![Triangle { a: Vec3::splat(-1.0), b: Vec3::splat(1.0), c: Vec3::new(1.0, -1.0, 0.0) }]
+}
+
+pub fn table<C: Container>(triangles: Vec<Triangle>) -> Arc<NodeTable> {
+    Arc::new(NodeTable::new(&accel::<C>(triangles)))
+}
+
+pub fn settings(first: u32, last: u32) -> OverlaySettings {
+    OverlaySettings { depth: [first, last], ..OverlaySettings::default() }
+}
