@@ -396,6 +396,7 @@ fn without_a_display_or_a_driver_the_words_are_plain() {
     let displays = ["DISPLAY", "WAYLAND_DISPLAY", "WAYLAND_SOCKET"];
     let (code, error) = without(&["builtin:teapot"], &displays, &[]);
     assert!(code == 1 && error.contains("no display") && error.contains("bvhscope render"), "{error}");
+    assert!(error.contains("DISPLAY is set)") && !error.contains(".rs:"), "{error}");
     let (code, error) = without(&["builtin:teapot"], &displays[1..], &[("DISPLAY", ":9999")]);
     assert!(code == 1 && error.contains("no display") && error.contains("bvhscope render"), "{error}");
     let folder = Folder::new();

@@ -17,6 +17,7 @@ use bvhscope::bvh::{BuildSettings, BuilderKind, ContainerKind, Preset};
 use bvhscope::camera::Camera;
 use bvhscope::cancel::CancelToken;
 use bvhscope::headless::render::{write_distances, write_png};
+use bvhscope::lab::doctor::examine_scene;
 use bvhscope::overlay::NodeTable;
 use bvhscope::render::{RenderRequest, RenderSettings, Shading, render};
 use bvhscope::scene::{LoadOptions, Scene, SceneSource, load};
@@ -184,6 +185,7 @@ fn what_is_derived_from_a_tree() {
         };
         look_at("statistics", &|accel, token| drop(tree_stats_unless(&accel.tree, token).unwrap()));
         look_at("list of nodes", &|accel, token| NodeTable::new(accel).list(None, token).unwrap());
+        look_at("what is sick", &|accel, token| drop(examine_scene(&accel.scene, token).unwrap()));
         look_at("lineage", &|accel, token| {
             with_tree!(&accel.tree, tree => drop(Lineage::new_unless(tree, token).unwrap()));
         });

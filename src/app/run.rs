@@ -143,12 +143,18 @@ fn start_again(arguments: &[OsString]) -> Result<(), AppError> {
 }
 
 fn in_plain_words(error: eframe::Error) -> AppError {
-    let text = error.to_string();
+    let text = without_place(&error.to_string()).to_owned();
     match error {
         eframe::Error::WinitEventLoop(_) => AppError::NoDisplay(text),
         eframe::Error::Wgpu(_) => AppError::NoGraphics(text),
         _ => AppError::Other(text),
     }
+}
+
+/// What the window's library says, without the place in its sources where it says so.
+fn without_place(text: &str) -> &str {
+    let said = text.rsplit_once(".rs:").and_then(|(_, rest)| rest.split_once(": ")).map_or(text, |(_, said)| said);
+    said.trim_end_matches('.')
 }
 
 fn native_options(settings_file: Option<PathBuf>) -> eframe::NativeOptions {
