@@ -21,6 +21,8 @@ pub trait WideContainer: Container {
     /// What a ray's tests share.
     type Prepared<S: Simd>;
 
+    /// [`Container::relative_area`] of what is not empty, without a look.
+    fn wide_area(&self) -> f32;
     /// Puts `self` into a lane.
     fn store(&self, bounds: &mut Self::Bounds, lane: usize);
     /// Spreads ray number `at` over the lanes for [`WideContainer::entries`].
@@ -59,6 +61,13 @@ impl WideContainer for Aabb {
     const NOTHING: Boxes = Boxes([[[f32::INFINITY; WIDTH], [f32::NEG_INFINITY; WIDTH]]; 3]);
     type Prepared<S: Simd> = BoxRay<S>;
 
+    #[inline(always)]
+    fn wide_area(&self) -> f32 {
+        let [x, y, z] = each!(axis => self.max[axis] - self.min[axis]);
+        x * (y + z) + y * z
+    }
+
+    #[inline(always)]
     fn store(&self, bounds: &mut Boxes, lane: usize) {
         for axis in 0..3 {
             bounds.0[axis][0][lane] = self.min[axis];
@@ -119,6 +128,12 @@ impl WideContainer for Sphere {
     const NOTHING: Spheres = Spheres { center: [[0.0; WIDTH]; 3], radius: [-1.0; WIDTH] };
     type Prepared<S: Simd> = SphereRay<S>;
 
+    #[inline(always)]
+    fn wide_area(&self) -> f32 {
+        self.radius * self.radius
+    }
+
+    #[inline(always)]
     fn store(&self, bounds: &mut Spheres, lane: usize) {
         for axis in 0..3 {
             bounds.center[axis][lane] = self.center[axis];

@@ -2,24 +2,24 @@
 //!
 //! Bottom-up, each subtree learns what it costs at least by the surface area heuristic, as a leaf or under at most one, two, up
 //! to eight roots; top-down, each wide node takes the cheapest eight roots of its subtree (Ylitie, Karras, Laine: *Efficient
-//! Incoherent Ray Traversal on GPUs Through Compressed Wide BVHs*, 2017, section 3). The work is shared out by subtrees, the
-//! same ones for any number of threads: first each task decides what its part looks like, then, when the parts' places are
-//! known, all is written once.
-
-use std::collections::{HashMap, VecDeque};
+//! Incoherent Ray Traversal on GPUs Through Compressed Wide BVHs*, 2017, section 3). The second half is shared out by subtrees,
+//! the same ones for any number of threads: first each task lays out its part, then, when the parts' places are known, all is
+//! written once.
 
 use rayon::prelude::*;
 
-use super::opening::{Lane, Look, Part, Spot, Subtree, children_of};
+use super::opening::{Lane, Opener, Part};
 use super::prefetch::prefetch;
+use super::weigh::choices;
 use super::{Child, TriangleBlock, WIDTH, WideContainer, WideNode, WideTree};
-use crate::bvh::{Node, Tree};
+use crate::bvh::Tree;
 use crate::cancel::{CancelToken, Cancelled};
 use crate::geometry::Triangle;
 
-/// Binary nodes that one task gets on average, and how many tasks there are at most.
-const TASK_NODES: usize = 4096;
-const MAX_TASKS: usize = 1024;
+/// Binary nodes for each wide node at the top, which one thread makes, and how many of these there are at most. Each leaves some
+/// four tasks.
+const TASK_NODES: usize = 16_384;
+const MAX_TOP_NODES: usize = 512;
 
 /// Nodes or blocks that a thread writes between two looks at the token: 20 ms where the triangles lie far apart.
 const WRITTEN_BETWEEN_CHECKS: usize = 1 << 14;
@@ -27,6 +27,8 @@ const WRITTEN_BETWEEN_CHECKS: usize = 1 << 14;
 const WRITTEN_AT_ONCE: usize = 256;
 /// Blocks between the one that is written and the one whose triangles are asked for.
 const FETCHED_AHEAD: usize = 8;
+/// Nodes between the one that is written and the one whose containers are asked for.
+const NODES_AHEAD: usize = 4;
 
 /// The wide tree of a binary one of `triangles`. Any number of threads gives the same tree.
 pub fn collapse<C: WideContainer>(
@@ -37,39 +39,41 @@ pub fn collapse<C: WideContainer>(
     if tree.nodes.is_empty() {
         return Ok(WideTree { root: None, nodes: Vec::new(), blocks: Vec::new() });
     }
-    let (top, tasks) = share_out(tree);
-    let subtrees: Vec<Subtree> =
-        tasks.par_iter().map(|&root| Subtree::to_leaves(tree, root, token)).collect::<Result<_, Cancelled>>()?;
-    let (top, top_subtree) = Top::new(tree, &top, &tasks, &subtrees, token)?;
-    let parts: Vec<Part> = subtrees
-        .into_par_iter()
-        .chain(top_subtree.into_par_iter())
-        .zip(&top.starts)
-        .map(|(subtree, starts)| token.check().and_then(|()| subtree.open(tree, starts, token)))
-        .collect::<Result<_, Cancelled>>()?;
+    let choices = choices(tree, token)?;
+    let opener = Opener { tree, choices: &choices, single: tree.nodes.len() + 1 == 2 * tree.primitive_indices.len() };
+    let (top, tasks) = opener.top((tree.nodes.len() / TASK_NODES).min(MAX_TOP_NODES));
+    let top_nodes = top.nodes.len();
+    let parts = tasks.par_iter().map(|&root| opener.part(root, token));
+    let parts: Vec<Part> = parts.collect::<Result<_, Cancelled>>()?;
+    let parts: Vec<Part> = std::iter::once(top).chain(parts).collect();
 
-    // Each part's nodes and blocks follow those of the part before; the top's nodes stand first.
-    let (mut node_count, mut block_count) = (top.nodes.len(), 0);
-    let mut places = Vec::with_capacity(parts.len() + 1);
-    for part in &parts {
-        places.push(Place { node: node_count, block: block_count });
-        node_count += part.nodes.len();
-        block_count += part.blocks.len();
+    // Each part's nodes and blocks follow those of the part before.
+    let mut places = vec![Place { node: 0, block: 0 }];
+    for (part, before) in parts.iter().zip(0..) {
+        let Place { node, block } = places[before];
+        places.push(Place { node: node + part.nodes.len(), block: block + part.blocks.len() });
     }
-    places.push(Place { node: node_count, block: block_count });
-    let start_at = |at: usize| {
-        let (part, start) = top.numbers[at];
-        places[part].moved(parts[part].roots[start])
+    let [.., Place { node: node_count, block: block_count }] = places[..] else {
+        unreachable!("there is one at least")
     };
 
     // Written once, by all threads: getting new memory takes as long as filling it, and so they share that work too.
     let nodes = written(node_count, token, |part, index| {
-        if index < top.nodes.len() {
-            let moved = |child: Child| if child.is_leaf() { start_at(child.index()) } else { child };
-            return wide_node(tree, &top.nodes[index], moved);
+        if index < top_nodes {
+            let below = |child: Child| match child.index().checked_sub(top_nodes) {
+                Some(task) if !child.is_leaf() => Child::node(places[task + 1].node),
+                _ => child,
+            };
+            return wide_node(tree, &parts[0].nodes[index], below);
         }
         let place = Place::find(&places, part, |place| place.node, index);
-        wide_node(tree, &parts[*part].nodes[index - place.node], |child| place.moved(child))
+        let plans = &parts[*part].nodes[index - place.node..];
+        if let Some(ahead) = plans.get(NODES_AHEAD) {
+            for lane in ahead {
+                prefetch(&tree.nodes, lane.node as usize);
+            }
+        }
+        wide_node(tree, &plans[0], |child| place.moved(child))
     })?;
     let blocks = written(block_count, token, |part, index| {
         let place = Place::find(&places, part, |place| place.block, index);
@@ -79,7 +83,7 @@ pub fn collapse<C: WideContainer>(
         }
         TriangleBlock::new(triangles, &tree.primitive_indices[plans[0].slots()], plans[0].is_last)
     })?;
-    let root = if top.nodes.is_empty() { start_at(0) } else { Child::node(0) };
+    let root = if node_count == 0 { Child::leaf(0) } else { Child::node(0) };
     token.check()?;
     Ok(WideTree { root: Some(root), nodes, blocks })
 }
@@ -122,98 +126,8 @@ impl Place {
     }
 }
 
-/// The nodes at the top, breadth first, that no task looks at, and the roots of the tasks.
-fn share_out<C: WideContainer>(tree: &Tree<C>) -> (Vec<u32>, Vec<u32>) {
-    let top_nodes = (tree.nodes.len() / TASK_NODES).min(MAX_TASKS);
-    let (mut top, mut tasks) = (Vec::new(), Vec::new());
-    let mut open = VecDeque::from([0]);
-    while let Some(index) = open.pop_front() {
-        let node: &Node<C> = &tree.nodes[index as usize];
-        if top.len() < top_nodes && !node.is_leaf() {
-            top.push(index);
-            open.extend([node.first, node.first + 1]);
-        } else {
-            tasks.push(index);
-        }
-    }
-    (top, tasks)
-}
-
-/// The wide nodes that hold nodes of the top, and where they go over into the tasks' subtrees.
-struct Top {
-    /// The numbers of starts stand where blocks would.
-    nodes: Vec<[Lane; WIDTH]>,
-    /// For each start the number of its task, and its place among that task's starts.
-    numbers: Vec<(usize, usize)>,
-    /// Each task's starts, then those of the top itself, which become leaves.
-    starts: Vec<Vec<Spot>>,
-}
-
-/// A node of the top, or in a task's subtree.
-#[derive(Clone, Copy, Default)]
-struct Placed {
-    task: Option<usize>,
-    spot: Spot,
-}
-
-impl Top {
-    /// Also the top's own subtree.
-    fn new<C: WideContainer>(
-        tree: &Tree<C>,
-        top: &[u32],
-        tasks: &[u32],
-        subtrees: &[Subtree],
-        token: &CancelToken,
-    ) -> Result<(Self, Option<Subtree>), Cancelled> {
-        let mut wide = Self { nodes: Vec::new(), numbers: Vec::new(), starts: vec![Vec::new(); tasks.len() + 1] };
-        if top.is_empty() {
-            wide.start(0, subtrees[0].start());
-            return Ok((wide, None));
-        }
-        let task_of: HashMap<u32, usize> = tasks.iter().enumerate().map(|(task, &root)| (root, task)).collect();
-        let subtree = Subtree::new(tree, 0, |node| Some(subtrees[*task_of.get(&node)?].below(tree)), token)?;
-        let into_task = |spot: Spot| match task_of.get(&spot.node) {
-            Some(&task) if spot.is_end() => Placed { task: Some(task), spot: subtrees[task].start() },
-            _ => Placed { task: None, spot },
-        };
-        let look = |place: Placed| {
-            let subtree = place.task.map_or(&subtree, |task| &subtrees[task]);
-            let Look { costs, children } = subtree.look(tree, place.spot);
-            let children = children.map(|children| {
-                children.map(|spot| if place.task.is_none() { into_task(spot) } else { Placed { spot, ..place } })
-            });
-            Look { costs, children }
-        };
-        let mut open = vec![(into_task(subtree.start()), None::<(usize, usize)>)];
-        while let Some((place, parent)) = open.pop() {
-            let at = wide.nodes.len();
-            if let Some((node, lane)) = parent {
-                wide.nodes[node][lane].child = Child::node(at);
-            }
-            let (places, count) = children_of(place, look);
-            let mut lanes = [Lane::NONE; WIDTH];
-            for (lane, &Placed { task, spot }) in places[..count].iter().enumerate() {
-                let task = task.or(subtree.is_leaf(spot).then_some(tasks.len()));
-                let child = task.map(|task| Child::leaf(wide.start(task, spot)));
-                lanes[lane] = Lane { node: spot.node, child: child.unwrap_or_default() };
-                if task.is_none() {
-                    open.push((places[lane], Some((at, lane))));
-                }
-            }
-            wide.nodes.push(lanes);
-        }
-        Ok((wide, Some(subtree)))
-    }
-
-    /// The number of a new start.
-    fn start(&mut self, task: usize, spot: Spot) -> usize {
-        self.numbers.push((task, self.starts[task].len()));
-        self.starts[task].push(spot);
-        self.numbers.len() - 1
-    }
-}
-
 /// The wide node of these lanes, whose children are moved to where their parts are.
+#[inline(always)]
 fn wide_node<C: WideContainer>(
     tree: &Tree<C>,
     lanes: &[Lane; WIDTH],

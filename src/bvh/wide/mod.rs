@@ -25,7 +25,9 @@ macro_rules! each {
 mod bits;
 pub mod block;
 pub mod bounds;
+mod choice;
 mod collapse;
+mod cost;
 mod opening;
 mod packed;
 pub mod packet;
@@ -33,6 +35,7 @@ pub(super) mod prefetch;
 pub mod single;
 mod stack;
 mod stream;
+mod weigh;
 
 use bytemuck::{Pod, Zeroable};
 use fearless_simd::{Level, dispatch};
