@@ -24,7 +24,8 @@ const SCENES: [(&str, &str, Option<[Vec3; 2]>); 8] = [
     ("car", "car/pontiac-gto67.glb", None),
     ("buddha", "buddha/buddha.obj", None),
     ("dragon", "dragon/dragon.ply", None),
-    ("san-miguel", "san-miguel/san-miguel-instanced.glb", Some([Vec3::new(28.3, 5.2, 1.2), Vec3::new(0.0, 2.8, 0.0)])),
+    // The courtyard, with tree and tables.
+    ("san-miguel", "san-miguel/san-miguel-instanced.glb", Some([Vec3::new(22.0, 3.5, 9.0), Vec3::new(8.0, 2.0, 0.0)])),
     ("terrain", "builtin:terrain:10000000", None),
 ];
 
