@@ -14,7 +14,7 @@ use crate::bvh::overlap::end_point_overlap_unless;
 use crate::bvh::stats::{TreeStats, tree_stats_unless};
 use crate::bvh::traverse::{self, Probe, Traversal};
 use crate::bvh::wide::{AnyWideTree, collapse};
-use crate::bvh::{AnyTree, BuildSettings, Passes, Tree};
+use crate::bvh::{AnyTree, BuildSettings, Pass, Passes, Tree};
 use crate::cancel::{CancelToken, Cancelled};
 use crate::geometry::{Hit, Ray, Triangle};
 use crate::scene::Scene;
@@ -29,6 +29,9 @@ const EPO_SAMPLES: usize = 2_000;
 pub const BUILD_BYTES_PER_TRIANGLE: u64 = 220;
 /// More that the passes over the finished tree hold: all of them raised the peak by 98 a triangle on the dragon.
 const OPTIMIZE_BYTES_PER_TRIANGLE: u64 = 100;
+
+/// More that fragments hold: 1.1 a triangle with 40 bytes each, as they are made and in one list, and as much more tree.
+const SPLIT_BYTES_PER_TRIANGLE: u64 = 120;
 
 /// Triangles that are copied between two looks at the token.
 const COPIED_AT_ONCE: usize = 1 << 14;
@@ -165,7 +168,10 @@ impl Accel {
         mut succession: Option<&mut Succession>,
         token: &CancelToken,
     ) -> Result<Self, BuildError> {
-        let passes = if settings.passes() == Passes::NONE { 0 } else { OPTIMIZE_BYTES_PER_TRIANGLE };
+        let passes = settings.passes();
+        let split = if passes.contains(Pass::Split) { SPLIT_BYTES_PER_TRIANGLE } else { 0 };
+        let finished = if passes.without(Pass::Split) == Passes::NONE { 0 } else { OPTIMIZE_BYTES_PER_TRIANGLE };
+        let passes = split + finished;
         let bytes = scene.triangles.len() as u64 * (BUILD_BYTES_PER_TRIANGLE + passes);
         let mut room = Budget::of_process().check("the tree", bytes);
         if let (Err(_), Some(succession)) = (&room, &mut succession) {

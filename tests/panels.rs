@@ -63,6 +63,9 @@ fn presets_set_threshold_and_epsilon() {
 fn passes_are_checked_one_by_one_and_greyed_where_they_need_boxes() {
     let mut h = harness(state(Shading::Lit));
     press(&mut h, Preset::Best.label());
+    assert_eq!(h.state().wanted.build.optimize, Passes::FINISHED);
+    h.get_by_role_and_label(Role::CheckBox, Pass::Split.label()).click();
+    h.run_steps(3);
     assert_eq!(h.state().wanted.build.optimize, Passes::ALL);
     for pass in Pass::ALL {
         h.get_by_role_and_label(Role::CheckBox, pass.label()).click();

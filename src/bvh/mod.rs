@@ -9,6 +9,7 @@ pub mod container;
 mod curve;
 pub mod depth_limit;
 mod flatten;
+mod fragments;
 mod leaf_order;
 pub mod leavings;
 pub mod levels;

@@ -83,10 +83,13 @@ impl Curve {
     }
 }
 
-/// A pass over the finished tree that makes it better. None of them ever raises its SAH cost.
+/// Work beside the builder's own that makes a tree better. Passes over the finished tree never raise its SAH cost.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Pass {
+    /// Before anything is built, large triangles go into several boxes (Ernst and Greiner, 2007; Karras and Aila, 2013). Several
+    /// leaves can hold the same triangle then. Boxes only, and not where there is nothing to choose: exact or no clustering.
+    Split,
     /// Subtrees become leaves where that is cheaper (Goldsmith and Salmon, 1987).
     Collapse,
     /// Treelets are built again from the top by the surface area heuristic and kept where they are cheaper. Boxes only.
@@ -97,11 +100,12 @@ pub enum Pass {
 
 impl Pass {
     /// Every pass, in the order in which they run.
-    pub const ALL: [Self; 3] = [Self::Collapse, Self::Restructure, Self::Reinsert];
+    pub const ALL: [Self; 4] = [Self::Split, Self::Collapse, Self::Restructure, Self::Reinsert];
 
     /// The name on the command line and in JSON.
     pub const fn name(self) -> &'static str {
         match self {
+            Self::Split => "split",
             Self::Restructure => "restructure",
             Self::Reinsert => "reinsert",
             Self::Collapse => "collapse",
@@ -111,6 +115,7 @@ impl Pass {
     /// The name in the window.
     pub const fn label(self) -> &'static str {
         match self {
+            Self::Split => "Split",
             Self::Restructure => "Restructure",
             Self::Reinsert => "Reinsert",
             Self::Collapse => "Collapse",
@@ -123,7 +128,7 @@ impl Pass {
     }
 }
 
-/// Which passes run over the finished tree. In JSON the list of their names.
+/// Which passes run. In JSON the list of their names.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default, Serialize, Deserialize)]
 #[serde(from = "Vec<Pass>", into = "Vec<Pass>")]
 pub struct Passes(u8);
@@ -131,8 +136,10 @@ pub struct Passes(u8);
 impl Passes {
     /// No pass: the tree stays as the builder made it.
     pub const NONE: Self = Self(0);
+    /// Every pass over the finished tree.
+    pub const FINISHED: Self = Self::NONE.with(Pass::Collapse).with(Pass::Restructure).with(Pass::Reinsert);
     /// Every pass.
-    pub const ALL: Self = Self::NONE.with(Pass::Collapse).with(Pass::Restructure).with(Pass::Reinsert);
+    pub const ALL: Self = Self::FINISHED.with(Pass::Split);
 
     /// With `pass` on top.
     #[must_use]
@@ -193,7 +200,7 @@ pub struct BuildSettings {
     /// Along which line primitives are sorted. AAC and LBVH only.
     #[serde(default)]
     pub curve: Curve,
-    /// What is done to the finished tree; see [`BuildSettings::passes`].
+    /// What is done to make it better; see [`BuildSettings::passes`].
     #[serde(default)]
     pub optimize: Passes,
 }
@@ -252,7 +259,7 @@ impl Preset {
 
     /// What is done to the finished tree.
     pub const fn passes(self) -> Passes {
-        if matches!(self, Self::Best) { Passes::ALL } else { Passes::NONE }
+        if matches!(self, Self::Best) { Passes::FINISHED } else { Passes::NONE }
     }
 }
 
@@ -293,9 +300,12 @@ impl BuildSettings {
         }
     }
 
-    /// The passes that run: of those in `optimize` the ones that the container allows.
+    /// The passes that run: of those in `optimize` the ones that container and builder allow.
     pub fn passes(&self) -> Passes {
-        let runs = |pass: &Pass| self.container == ContainerKind::Aabb || !pass.boxes_only();
+        let splits = !matches!(self.builder, BuilderKind::Exact | BuilderKind::None);
+        let runs = |pass: &Pass| {
+            (self.container == ContainerKind::Aabb || !pass.boxes_only()) && (splits || *pass != Pass::Split)
+        };
         self.optimize.iter().filter(runs).fold(Passes::NONE, Passes::with)
     }
 }

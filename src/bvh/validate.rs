@@ -1,7 +1,7 @@
 //! Checks a tree against everything that the rest of the program takes for granted.
 
 use super::{AnyTree, Container, ContainerKind, Tree};
-use crate::geometry::Triangle;
+use crate::geometry::{Aabb, Triangle};
 use crate::with_tree;
 
 /// How far a sphere may stick out of its parent's or a corner out of its sphere, as a share of the scene's size: roots and
@@ -10,6 +10,8 @@ const SPHERE_SLACK: f32 = 1e-4;
 
 /// The first broken promise of `tree` over `triangles`, in words: each primitive in exactly one leaf, each container inside
 /// its parent's and around its triangles, every node reached once, parents before children, finite numbers, the right depth.
+/// A tree with more slots than triangles was built of fragments: there each triangle is in at least one leaf, and the containers
+/// of its leaves reach as far as it does.
 pub fn validate(tree: &AnyTree, triangles: &[Triangle]) -> Result<(), String> {
     with_tree!(tree, tree => validate_tree(tree, triangles))
 }
@@ -17,7 +19,8 @@ pub fn validate(tree: &AnyTree, triangles: &[Triangle]) -> Result<(), String> {
 fn validate_tree<C: Container>(tree: &Tree<C>, triangles: &[Triangle]) -> Result<(), String> {
     let nodes = &tree.nodes;
     let indices = &tree.primitive_indices;
-    if indices.len() != triangles.len() {
+    let is_split = indices.len() > triangles.len();
+    if indices.len() < triangles.len() || is_split && C::KIND == ContainerKind::Sphere {
         return Err(format!("{} primitives in the tree, {} in the list", indices.len(), triangles.len()));
     }
     if nodes.is_empty() {
@@ -29,6 +32,8 @@ fn validate_tree<C: Container>(tree: &Tree<C>, triangles: &[Triangle]) -> Result
     }
     let slack = containment_slack(tree);
     let mut primitive_seen = vec![false; triangles.len()];
+    // Around the leaves of each triangle, where several can hold it.
+    let mut reached = vec![Aabb::EMPTY; if is_split { triangles.len() } else { 0 }];
     let mut slot_seen = vec![false; indices.len()];
     let mut node_seen = vec![false; nodes.len()];
     let mut depths = vec![0_u32; nodes.len()];
@@ -55,6 +60,11 @@ fn validate_tree<C: Container>(tree: &Tree<C>, triangles: &[Triangle]) -> Result
                 let Some(seen) = primitive_seen.get_mut(primitive) else {
                     return Err(format!("leaf {index} holds primitive {primitive} of {}", triangles.len()));
                 };
+                if let Some(reached) = reached.get_mut(primitive) {
+                    *seen = true;
+                    *reached = reached.union(&bounds);
+                    continue;
+                }
                 if std::mem::replace(seen, true) {
                     return Err(format!("primitive {primitive} is in leaf {index} and in another"));
                 }
@@ -90,6 +100,13 @@ fn validate_tree<C: Container>(tree: &Tree<C>, triangles: &[Triangle]) -> Result
     }
     if let Some(slot) = slot_seen.iter().position(|seen| !seen) {
         return Err(format!("primitive {} in slot {slot} is in no leaf", indices[slot]));
+    }
+    if let Some(primitive) = primitive_seen.iter().position(|seen| !seen) {
+        return Err(format!("primitive {primitive} is in no leaf"));
+    }
+    let falls_short = |(reached, triangle): (&Aabb, &Triangle)| !reached.contains(&triangle.bounds(), slack);
+    if let Some(primitive) = reached.iter().zip(triangles).position(falls_short) {
+        return Err(format!("the leaves of primitive {primitive} do not reach as far as it does"));
     }
     let deepest = depths.iter().copied().max().unwrap_or(0);
     if deepest != tree.max_depth {

@@ -7,10 +7,12 @@ use crate::cancel::CancelToken;
 
 /// What is compared beside the preset Best, so that each pass shows what it brings: all of them with the leaves that collapse
 /// makes, which is what trees with and without large leaves compare by.
-const PASSES: [Passes; 3] = [
+const PASSES: [Passes; 5] = [
+    Passes::NONE.with(Pass::Split),
     Passes::NONE.with(Pass::Collapse),
     Passes::NONE.with(Pass::Collapse).with(Pass::Restructure),
     Passes::NONE.with(Pass::Collapse).with(Pass::Reinsert),
+    Passes::ALL,
 ];
 
 /// Every builder that can build `primitive_count` triangles into these containers: AAC by preset, by curve and, in boxes, by pass,

@@ -88,7 +88,7 @@ fn presets(ui: &mut Ui, state: &mut AppState) {
             let source = match preset {
                 Preset::Fast | Preset::Hq => "Mahmuda, Yuniarti, Nurul K.",
                 Preset::AacFast | Preset::AacHq => "Gu et al. 2013",
-                Preset::Best => "and every pass below",
+                Preset::Best => "and every pass below but the split",
             };
             let tip = format!("Threshold {threshold}, ε {epsilon} ({source})");
             if chip(ui, preset.label(), is_preset(state, preset), &tip) {
@@ -128,7 +128,7 @@ fn curve(ui: &mut Ui, state: &mut AppState) {
 }
 
 fn passes(ui: &mut Ui, state: &mut AppState) {
-    let tip = "Passes over the finished tree. Each takes time and lowers the SAH cost";
+    let tip = "What makes the tree better beside the builder. Each takes time";
     row(ui, "Optimize", tip, |ui| {
         ui.vertical(|ui| {
             for pass in Pass::ALL {
@@ -136,6 +136,10 @@ fn passes(ui: &mut Ui, state: &mut AppState) {
                 let mut on = build.optimize.contains(pass);
                 let usable = build.container == ContainerKind::Aabb || !pass.boxes_only();
                 let tip = match pass {
+                    Pass::Split => {
+                        "Puts large triangles into several boxes before the tree is built (Karras and Aila 2013). \
+                         Helps walls and beams that stand askew, takes more memory"
+                    }
                     Pass::Restructure => {
                         "Builds treelets again from the top by SAH and keeps what is cheaper. Helps scans most"
                     }

@@ -5,14 +5,17 @@ mod exact;
 mod lbvh;
 mod none;
 
+use std::time::Instant;
+
 use super::cluster::Clustered;
 use super::depth_limit::limit_depth;
+use super::fragments::{Fragments, fragments};
 use super::leavings::Leavings;
 use super::morton_order::{Extent, extent};
 use super::optimize::optimize;
 pub use super::stage_times::StageTimes;
 use super::stats::stats_of;
-use super::{AnyTree, BuildSettings, BuilderKind, Container, ContainerKind, Passes, Tree, aac};
+use super::{AnyTree, BuildSettings, BuilderKind, Container, ContainerKind, Pass, Passes, Tree, aac};
 use crate::cancel::{CancelToken, Cancelled};
 use crate::geometry::{Aabb, Sphere, Triangle};
 
@@ -97,7 +100,11 @@ fn build_scaled<C: Clustered>(
     };
     let largest = extent.largest;
     if (SMALLEST_EXTENT..=LARGEST_COORDINATE).contains(&largest) || largest == 0.0 {
-        let tree = build_kind::<C>(triangles, &extent, settings, leavings, token, &mut times)?;
+        let tree = if settings.passes().contains(Pass::Split) {
+            build_split(triangles, &extent, settings, token, &mut times)?
+        } else {
+            build_kind::<C>(triangles, &extent, settings, leavings, token, &mut times)?
+        };
         return Ok((C::into_any(tree), times));
     }
     // Scaling by a power of two is exact, and so is the shape of the tree; the containers come from the original.
@@ -107,7 +114,9 @@ fn build_scaled<C: Clustered>(
         token.check()?;
         scaled.extend(batch.iter().map(|t| Triangle { a: t.a * scale, b: t.b * scale, c: t.c * scale }));
     }
-    let mut tree = build_kind::<C>(&scaled, &self::extent(&scaled, token)?, settings, None, token, &mut times)?;
+    // Whole triangles: their boxes are made anew below.
+    let whole = BuildSettings { optimize: settings.optimize.without(Pass::Split), ..*settings };
+    let mut tree = build_kind::<C>(&scaled, &self::extent(&scaled, token)?, &whole, None, token, &mut times)?;
     for at in (0..tree.nodes.len()).rev() {
         if at.is_multiple_of(BATCH) {
             token.check()?;
@@ -135,6 +144,30 @@ fn container_of<C: Container>(indices: &[u32], triangles: &[Triangle], token: &C
         container = containers.fold(container, |all, one| all.union(&one));
     }
     Ok(container)
+}
+
+/// [`build_kind`] of the fragments of `triangles`.
+fn build_split<C: Clustered>(
+    triangles: &[Triangle],
+    extent: &Extent,
+    settings: &BuildSettings,
+    token: &CancelToken,
+    times: &mut StageTimes,
+) -> Result<Tree<C>, Cancelled> {
+    let start = Instant::now();
+    let fragments = fragments(triangles, token)?;
+    times.stages.push((Pass::Split.name(), start.elapsed()));
+    let Some(Fragments { stand_ins, of }) = fragments.filter(|fragments| fragments.of.len() < MAX_PRIMITIVES) else {
+        return build_kind(triangles, extent, settings, None, token, times);
+    };
+    let mut tree = build_kind(&stand_ins, &self::extent(&stand_ins, token)?, settings, None, token, times)?;
+    for batch in tree.primitive_indices.chunks_mut(BATCH) {
+        token.check()?;
+        for index in batch {
+            *index = of[*index as usize];
+        }
+    }
+    Ok(tree)
 }
 
 /// Builds with the chosen algorithm and runs the chosen passes over the result.

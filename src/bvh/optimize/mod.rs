@@ -32,7 +32,7 @@ use super::stats::share;
 use crate::cancel::{CancelToken, Cancelled};
 use crate::geometry::Aabb;
 
-/// Runs `passes` in the order of [`Pass::ALL`] and adds a stage and a cost for each, and a stage for putting the nodes in order.
+/// Runs those of `passes` that are for finished trees, in the order of [`Pass::ALL`], and adds a stage and a cost for each, and a stage for putting the nodes in order.
 /// Those for boxes only leave a tree of spheres as it is. The same result on any number of threads.
 pub fn optimize<C: Clustered>(
     mut tree: Tree<C>,
@@ -40,6 +40,7 @@ pub fn optimize<C: Clustered>(
     token: &CancelToken,
     times: &mut StageTimes,
 ) -> Result<Tree<C>, Cancelled> {
+    let passes = passes.without(Pass::Split);
     if tree.nodes.len() < 2 || passes == Passes::NONE {
         return Ok(tree);
     }

@@ -156,10 +156,10 @@ pub struct ShapeArgs {
     /// AAC: exponent of the reduction function, 0 to 0.5 [default: 0.2]
     #[arg(long, value_name = "X", value_parser = values::epsilon)]
     pub epsilon: Option<f32>,
-    /// AAC: threshold and ε by name: fast (6, 0.2), hq (12, 0.1), aac-fast (4, 0.2), aac-hq (20, 0.1), best (6, 0.2 and all passes)
+    /// AAC: threshold and ε by name: fast (6, 0.2), hq (12, 0.1), aac-fast (4, 0.2), aac-hq (20, 0.1), best (6, 0.2 and every pass but split)
     #[arg(long, value_name = "NAME", value_parser = |text: &str| values::named(text, &Preset::ALL, |preset| preset.name().to_owned()))]
     pub preset: Option<Preset>,
-    /// Passes over the finished tree, with commas between: collapse, restructure and reinsert (boxes only); or all, none [default: none]
+    /// What makes the tree better, with commas between: split (large triangles, boxes only), collapse, restructure and reinsert (boxes only); or all, none [default: none]
     #[arg(long, value_name = "LIST", value_parser = values::passes)]
     pub optimize: Option<Passes>,
     /// AAC and LBVH: the curve along which triangles are sorted: morton, hilbert or extended (Morton and size) [default: morton]
