@@ -118,8 +118,8 @@ fn compared_builders_agree_on_hits() {
     let subject = subject("builtin:teapot:2");
     let view = view(&subject, Traversal::Ordered);
     let rows = collect(|row| compare(&subject, &ContainerKind::ALL, 1, &view, &CancelToken::new(), row));
-    // Five presets, two curves, LBVH and exact for both containers, binned SAH and three choices of passes for boxes.
-    assert_eq!(rows.len(), 22);
+    // Five presets, two curves, LBVH and exact for both containers, binned SAH and five choices of passes for boxes.
+    assert_eq!(rows.len(), 24);
     assert!(rows.iter().all(|row| row.hits == rows[0].hits));
     assert!(rows.iter().all(|row| row.sah_cost > 0.0 && row.epo >= 0.0 && row.leaves <= row.nodes));
 }

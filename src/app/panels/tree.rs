@@ -1,6 +1,6 @@
 //! How the tree is built.
 
-use eframe::egui::{Checkbox, Ui};
+use eframe::egui::{Checkbox, Grid, Ui};
 
 use super::widgets::{Header, SliderSpec, chip, combo, row, section, slider};
 use crate::app::commands::{Action, builder_description, is_preset};
@@ -130,31 +130,36 @@ fn curve(ui: &mut Ui, state: &mut AppState) {
 fn passes(ui: &mut Ui, state: &mut AppState) {
     let tip = "What makes the tree better beside the builder. Each takes time";
     row(ui, "Optimize", tip, |ui| {
-        ui.vertical(|ui| {
-            for pass in Pass::ALL {
-                let build = &mut state.wanted.build;
-                let mut on = build.optimize.contains(pass);
-                let usable = build.container == ContainerKind::Aabb || !pass.boxes_only();
-                let tip = match pass {
-                    Pass::Split => {
-                        "Puts large triangles into several boxes before the tree is built (Karras and Aila 2013). \
+        Grid::new("passes")
+            .num_columns(2)
+            .show(ui, |ui| {
+                for (at, pass) in Pass::ALL.into_iter().enumerate() {
+                    let build = &mut state.wanted.build;
+                    let mut on = build.optimize.contains(pass);
+                    let usable = build.container == ContainerKind::Aabb || !pass.boxes_only();
+                    let tip = match pass {
+                        Pass::Split => {
+                            "Puts large triangles into several boxes before the tree is built (Karras and Aila 2013). \
                          Helps walls and beams that stand askew, takes more memory"
+                        }
+                        Pass::Restructure => {
+                            "Builds treelets again from the top by SAH and keeps what is cheaper. Helps scans most"
+                        }
+                        Pass::Reinsert => "Moves subtrees to where they cost less (Meister and Bittner 2018)",
+                        Pass::Collapse => "Makes leaves of several triangles where that is cheaper: fewer nodes",
+                    };
+                    let response = ui.add_enabled(usable, Checkbox::new(&mut on, pass.label()));
+                    let response =
+                        response.on_hover_text(tip).on_disabled_hover_text("For boxes only: choose the box container");
+                    if response.changed() {
+                        build.optimize = if on { build.optimize.with(pass) } else { build.optimize.without(pass) };
                     }
-                    Pass::Restructure => {
-                        "Builds treelets again from the top by SAH and keeps what is cheaper. Helps scans most"
+                    if at % 2 == 1 {
+                        ui.end_row();
                     }
-                    Pass::Reinsert => "Moves subtrees to where they cost less (Meister and Bittner 2018)",
-                    Pass::Collapse => "Makes leaves of several triangles where that is cheaper: fewer nodes",
-                };
-                let response = ui.add_enabled(usable, Checkbox::new(&mut on, pass.label()));
-                let response =
-                    response.on_hover_text(tip).on_disabled_hover_text("For boxes only: choose the box container");
-                if response.changed() {
-                    build.optimize = if on { build.optimize.with(pass) } else { build.optimize.without(pass) };
                 }
-            }
-        })
-        .response
+            })
+            .response
     });
 }
 
