@@ -131,7 +131,8 @@ fn a_window_closed_while_it_writes_leaves_whole_files() {
         desktop.xdotool(&["key", "F12"]);
         std::thread::sleep(std::time::Duration::from_millis(wait));
         desktop.xdotool(&["key", "ctrl+q"]);
-        assert!(program.wait().success());
+        let status = program.wait();
+        assert!(status.success(), "closed after {wait} ms: {status}");
         for entry in std::fs::read_dir(desktop.home()).unwrap() {
             let path = entry.unwrap().path();
             assert!(image::open(&path).is_ok(), "{} is not whole", path.display());
