@@ -12,7 +12,7 @@ use eframe::{egui, wgpu};
 use super::device::was_lost;
 use super::start::{Start, ended_as_wanted};
 use super::storage::APP_ID;
-use super::{App, MIN_SIZE, START_SIZE, StartOptions};
+use super::{App, MIN_SIZE, START_SIZE, StartOptions, screenshot};
 use crate::lab::available_threads;
 
 /// Why the window could not be opened. The texts say what to do instead.
@@ -50,6 +50,9 @@ pub enum AppError {
     Other(String),
 }
 
+/// How long a screenshot may take that was asked for just before the window was closed.
+const LAST_SCREENSHOT: Duration = Duration::from_millis(800);
+
 /// Opens the window and returns when it is closed.
 pub fn run(mut options: StartOptions) -> Result<(), AppError> {
     let start = Start::prepare(options.settings);
@@ -65,6 +68,7 @@ pub fn run(mut options: StartOptions) -> Result<(), AppError> {
     let outcome = catch_unwind(AssertUnwindSafe(|| {
         eframe::run_native(APP_ID, native, Box::new(move |context| Ok(Box::new(App::new(context, options)?))))
     }));
+    screenshot::wait_for_all(LAST_SCREENSHOT);
     if was_lost(outcome.is_err()) {
         ended_as_wanted();
         drop(start);

@@ -1,7 +1,8 @@
 //! The viewport as a PNG: picture and containers, without panels. Drawn and written off the UI thread.
 
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
+use std::sync::{Arc, Condvar, Mutex, PoisonError};
+use std::time::Duration;
 
 use super::state::{AppState, Presented};
 use super::viewport::picture_input;
@@ -84,13 +85,43 @@ pub fn save_in_background(
     outcome: std::sync::mpsc::Sender<Outcome>,
     wake: Arc<dyn Fn() + Send + Sync>,
 ) -> std::io::Result<()> {
+    let saving = Saving::begin();
     std::thread::Builder::new().name("screenshot".to_owned()).spawn(move || {
+        let _saving = saving;
         let folder = std::env::current_dir().unwrap_or_else(|_| PathBuf::from("."));
         // The window may be gone by now: then nobody wants to know.
         let _ = outcome.send(shot.save(&folder));
         wake();
     })?;
     Ok(())
+}
+
+/// How many screenshots are on their way, and a bell for when that changes.
+static ON_THEIR_WAY: (Mutex<usize>, Condvar) = (Mutex::new(0), Condvar::new());
+
+/// A screenshot on its way, however it ends.
+struct Saving;
+
+impl Saving {
+    fn begin() -> Self {
+        *ON_THEIR_WAY.0.lock().unwrap_or_else(PoisonError::into_inner) += 1;
+        Self
+    }
+}
+
+impl Drop for Saving {
+    fn drop(&mut self) {
+        *ON_THEIR_WAY.0.lock().unwrap_or_else(PoisonError::into_inner) -= 1;
+        ON_THEIR_WAY.1.notify_all();
+    }
+}
+
+/// Waits until no screenshot is on its way, at most so long. A graphics driver that is drawing while the process ends has been
+/// seen to crash.
+pub fn wait_for_all(at_most: Duration) {
+    let (count, changed) = &ON_THEIR_WAY;
+    let count = count.lock().unwrap_or_else(PoisonError::into_inner);
+    drop(changed.wait_timeout_while(count, at_most, |count| *count > 0));
 }
 
 #[cfg(test)]
