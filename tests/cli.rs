@@ -41,7 +41,9 @@ fn every_command_has_help_with_examples_and_the_program_a_version() {
 
 #[test]
 fn wrong_flags_name_flag_value_and_range() {
-    let cases: [(&[&str], &[&str]); 44] = [
+    let cases: [(&[&str], &[&str]); 46] = [
+        (&["rendr"], &["'rendr'", "neither a command nor a file", "'render'", "--help"]),
+        (&["swep", "builtin:teapot", "--csv", "x.csv"], &["'swep'", "'sweep'"]),
         (&["bench", "--treshold", "3"], &["--treshold", "--threshold"]),
         (&["bench", "--threshold", "1"], &["--threshold", "'1'", "2 to 64"]),
         (&["bench", "--threshold", "65"], &["'65'", "2 to 64"]),

@@ -1,14 +1,17 @@
 //! The command line: flags into resolved settings. The only place that knows flags.
 
 mod args;
+mod mistyped;
 mod resolve;
 mod values;
 
 use std::cell::OnceCell;
+use std::ffi::OsStr;
 use std::io::Write;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::process::ExitCode;
 
+use clap::error::ErrorKind;
 use clap::{CommandFactory as _, Parser as _};
 
 use crate::budget::Budget;
@@ -23,7 +26,11 @@ use args::{BuildArgs, Cli, CommandArgs, LoadArgs, MeasureArgs, OneTreeArgs};
 /// Reads the program's arguments, does what they say, and returns the exit code: 0 done, 1 failed, 2 wrong usage, 3 done
 /// with warnings under `--strict`, 130 interrupted.
 pub fn main() -> ExitCode {
-    let cli = match Cli::try_parse() {
+    let parsed = match std::env::args_os().nth(1).and_then(|first| mistyped(&first)) {
+        Some(text) => Err(Cli::command().error(ErrorKind::InvalidSubcommand, text)),
+        None => Cli::try_parse(),
+    };
+    let cli = match parsed {
         Ok(cli) => cli,
         Err(error) => {
             // A reader that has gone is no reason to complain.
@@ -67,6 +74,12 @@ pub fn main() -> ExitCode {
     finish(result, strict)
 }
 
+/// What to say where the first argument is nearly a command.
+fn mistyped(first: &OsStr) -> Option<String> {
+    let program = Cli::command();
+    mistyped::mistyped(first, program.get_subcommands().map(clap::Command::get_name).chain(["help"]))
+}
+
 /// Prints how it ended and gives the exit code for it.
 fn finish(result: Result<Finished, Failure>, strict: bool) -> ExitCode {
     match result {
@@ -76,7 +89,7 @@ fn finish(result: Result<Finished, Failure>, strict: bool) -> ExitCode {
         }
         Ok(_) | Err(Failure::BrokenPipe) => ExitCode::SUCCESS,
         Err(Failure::Usage(text)) => {
-            let _ = Cli::command().error(clap::error::ErrorKind::ValueValidation, text).print();
+            let _ = Cli::command().error(ErrorKind::ValueValidation, text).print();
             ExitCode::from(2)
         }
         Err(failure @ Failure::Interrupted) => {
