@@ -63,9 +63,14 @@ impl Budget {
         }
     }
 
+    /// A budget of so much.
+    pub fn limited(limit: MemoryLimit) -> Self {
+        Self { limit: bytes_of(limit) }
+    }
+
     /// Sets the budget of this process from now on.
     pub fn set_limit(limit: MemoryLimit) {
-        LIMIT.store(bytes_of(limit).max(1), Ordering::Relaxed);
+        LIMIT.store(Self::limited(limit).limit.max(1), Ordering::Relaxed);
     }
 
     /// Whether `needed` more bytes may be allocated for `what` ("the tree").

@@ -1,10 +1,13 @@
 //! What is sick about a scene or its tree, in sentences.
 
 use std::collections::HashSet;
+use std::hash::{Hash, Hasher};
 
+use glam::Vec3;
 use serde::Serialize;
 
 use crate::accel::Accel;
+use crate::budget::Budget;
 use crate::cancel::{CancelToken, Cancelled};
 use crate::geometry::Triangle;
 use crate::scene::Scene;
@@ -17,7 +20,7 @@ const BATCH: usize = 1 << 14;
 /// One thing that makes tracing slow or a picture wrong.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Finding {
-    /// Its kind: "deep-tree", "duplicates", "degenerate", "slivers", "huge-triangles", "large-leaf", "overlap".
+    /// Its kind: "deep-tree", "duplicates", "not-examined", "degenerate", "slivers", "huge-triangles", "large-leaf", "overlap".
     pub kind: &'static str,
     /// How many triangles, nodes or levels.
     pub count: usize,
@@ -25,8 +28,12 @@ pub struct Finding {
     pub text: String,
 }
 
-/// Looks at the triangles alone.
+/// Looks at the triangles alone. What would take more memory than there may be used is left out, and a finding says so.
 pub fn examine_scene(scene: &Scene, token: &CancelToken) -> Result<Vec<Finding>, Cancelled> {
+    examine_within(Budget::of_process(), scene, token)
+}
+
+fn examine_within(budget: Budget, scene: &Scene, token: &CancelToken) -> Result<Vec<Finding>, Cancelled> {
     let triangles = &scene.triangles;
     let total = triangles.len();
     let mut findings = Vec::new();
@@ -35,12 +42,17 @@ pub fn examine_scene(scene: &Scene, token: &CancelToken) -> Result<Vec<Finding>,
             findings.push(Finding { kind, count, text });
         }
     };
-    let duplicates = count_duplicates(triangles, token)?;
-    add(
-        "duplicates",
-        duplicates,
-        format!("{duplicates} of {total} triangles lie exactly on another one: each is tested for nothing"),
-    );
+    match budget.check("the search for equal triangles", BYTES_PER_TRIANGLE * total as u64) {
+        Ok(()) => {
+            let duplicates = count_duplicates(triangles, token)?;
+            add(
+                "duplicates",
+                duplicates,
+                format!("{duplicates} of {total} triangles lie exactly on another one: each is tested for nothing"),
+            );
+        }
+        Err(error) => add("not-examined", total, format!("not everything was looked at: {error}")),
+    }
     let degenerate = count(triangles, token, |triangle| triangle.scaled_normal().length_squared() == 0.0)?;
     add("degenerate", degenerate, format!("{degenerate} of {total} triangles have no area: no ray ever hits them"));
     let slivers = count(triangles, token, is_sliver)?;
@@ -107,11 +119,7 @@ pub fn examine_tree(accel: &Accel, epo: f32) -> Vec<Finding> {
 }
 
 /// How many triangles `is_one` picks.
-fn count(
-    triangles: &[Triangle],
-    token: &CancelToken,
-    mut is_one: impl FnMut(&Triangle) -> bool,
-) -> Result<usize, Cancelled> {
+fn count(triangles: &[Triangle], token: &CancelToken, is_one: impl Fn(&Triangle) -> bool) -> Result<usize, Cancelled> {
     let mut count = 0;
     for batch in triangles.chunks(BATCH) {
         token.check()?;
@@ -120,16 +128,45 @@ fn count(
     Ok(count)
 }
 
-/// Triangles whose three corners, in any order, are those of an earlier one.
+/// A triangle that equals those with the same three corners, in any order.
+struct Corners<'a>(&'a Triangle);
+
+/// The set of them keeps a reference and a byte for each place, and has up to 16/7 places a triangle.
+const BYTES_PER_TRIANGLE: u64 = 21;
+
+impl Corners<'_> {
+    fn sorted(&self) -> [[u32; 3]; 3] {
+        // Adding zero makes −0 and 0 the same bits.
+        let bits = |corner: Vec3| corner.to_array().map(|x| (x + 0.0).to_bits());
+        let mut corners = [bits(self.0.a), bits(self.0.b), bits(self.0.c)];
+        corners.sort_unstable();
+        corners
+    }
+}
+
+impl PartialEq for Corners<'_> {
+    fn eq(&self, other: &Self) -> bool {
+        self.sorted() == other.sorted()
+    }
+}
+
+impl Eq for Corners<'_> {}
+
+impl Hash for Corners<'_> {
+    fn hash<H: Hasher>(&self, state: &mut H) {
+        self.sorted().hash(state);
+    }
+}
+
+/// Triangles that equal an earlier one.
 fn count_duplicates(triangles: &[Triangle], token: &CancelToken) -> Result<usize, Cancelled> {
     let mut seen = HashSet::with_capacity(triangles.len());
-    count(triangles, token, |triangle| {
-        // Adding zero makes −0 and 0 the same bits.
-        let mut corners =
-            [triangle.a, triangle.b, triangle.c].map(|corner| corner.to_array().map(|x| (x + 0.0).to_bits()));
-        corners.sort_unstable();
-        !seen.insert(corners)
-    })
+    let mut count = 0;
+    for batch in triangles.chunks(BATCH) {
+        token.check()?;
+        count += batch.iter().filter(|triangle| !seen.insert(Corners(triangle))).count();
+    }
+    Ok(count)
 }
 
 /// Whether the longest edge is much longer than the height on it; triangles without area are counted elsewhere.
@@ -142,10 +179,11 @@ fn is_sliver(triangle: &Triangle) -> bool {
 }
 
 #[cfg(test)]
+#[allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 mod tests {
-    use glam::Vec3;
-
     use super::*;
+    use crate::budget::MemoryLimit;
+    use crate::scene::SceneSource;
 
     #[test]
     fn duplicates_are_found_in_any_corner_order() {
@@ -154,6 +192,20 @@ mod tests {
         let c = Triangle { a: Vec3::ZERO, b: Vec3::X, c: Vec3::Z };
         assert_eq!(count_duplicates(&[a, b, c, a], &CancelToken::new()), Ok(2));
         assert_eq!(count_duplicates(&[a, c], &CancelToken::new()), Ok(0));
+    }
+
+    #[test]
+    fn what_there_is_no_memory_for_is_left_out_and_said() {
+        let flat = Triangle { a: Vec3::ZERO, b: Vec3::X, c: Vec3::X };
+        let scene = Scene::of_triangles(SceneSource::default_builtin(), vec![flat; 3]);
+        let kinds = |bytes| {
+            let budget = Budget::limited(MemoryLimit::Bytes(bytes));
+            let findings = examine_within(budget, &scene, &CancelToken::new()).unwrap();
+            findings.into_iter().map(|finding| (finding.kind, finding.count, finding.text)).collect::<Vec<_>>()
+        };
+        let [(kind, 3, text), ("degenerate", 3, _)] = &kinds(1)[..] else { panic!("{:?}", kinds(1)) };
+        assert!(*kind == "not-examined" && text.contains("--memory-limit"), "{text}");
+        assert!(matches!(&kinds(1 << 40)[..], [("duplicates", 2, _), ("degenerate", 3, _)]));
     }
 
     #[test]
