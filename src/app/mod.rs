@@ -54,6 +54,7 @@ use other_containers::OtherContainers;
 use reconcile::Rails;
 use requests::Errands;
 use state::{AppState, Request, Severity, Wanted};
+use storage::Keeper;
 use viewport::Viewport;
 
 pub use interrupt::{interrupt, was_interrupted};
@@ -89,6 +90,7 @@ pub struct App {
     title: String,
     frame_started: Instant,
     bell: Bell,
+    keeper: Keeper,
     /// The graphics are drawn in software.
     spares_frames: bool,
     /// Each UI frame waits until everything is fresh: for tests.
@@ -99,7 +101,7 @@ impl App {
     /// The app of a real window.
     pub fn new(context: &eframe::CreationContext<'_>, options: StartOptions) -> std::io::Result<Self> {
         interrupt::watch(&context.egui_ctx);
-        let restored = storage::restore(context.storage, options.settings_file);
+        let restored = storage::restore(options.settings_file.as_deref());
         let last = || restored.wanted.as_ref().filter(|_| options.restore).map(|wanted| wanted.source.clone());
         let source = options.source.or_else(last).unwrap_or_else(SceneSource::default_builtin);
         // The last camera belongs to the last model.
@@ -119,6 +121,7 @@ impl App {
         }
         state.allow_outside = options.load.allow_outside;
         let mut app = Self::with_state(context, state)?;
+        app.keeper = Keeper::new(options.settings_file);
         app.rails.load_options = options.load;
         app.rails.keep_camera = same_model;
         app.rails.camera_choice = options.camera;
@@ -167,6 +170,7 @@ impl App {
             title: String::new(),
             frame_started: Instant::now(),
             bell,
+            keeper: Keeper::default(),
             spares_frames: false,
             waits: false,
         })
@@ -239,6 +243,12 @@ impl App {
         }
     }
 
+    fn keep_settings(&mut self, ctx: &egui::Context) {
+        if let Some(after) = self.keeper.follow(&self.state.wanted, &self.state.preferences, Instant::now()) {
+            ctx.request_repaint_after(after);
+        }
+    }
+
     /// Asks for what is stale and makes sure that somebody looks again.
     fn reconcile(&mut self, ctx: &egui::Context) {
         if self.waits {
@@ -283,10 +293,7 @@ impl eframe::App for App {
         }
         if self.device.is_lost() {
             // Nothing can be drawn any more: everything is kept, and `run` starts anew.
-            if let Some(storage) = frame.storage_mut() {
-                storage::keep(storage, &self.state.wanted, &self.state.preferences);
-                storage.flush();
-            }
+            self.keeper.finish(&self.state.wanted, &self.state.preferences);
             ctx.send_viewport_cmd(egui::ViewportCommand::Close);
             return;
         }
@@ -298,6 +305,8 @@ impl eframe::App for App {
         self.laboratory.poll(&mut self.state, !self.rails.is_busy());
         self.other_containers.follow(&self.state, !self.rails.is_busy());
         self.update_title(ctx);
+        // Nobody draws a window that is hidden, whatever was changed just before.
+        self.keep_settings(ctx);
     }
 
     /// The panels' colour, so that they need not fill themselves: drawn in software, that is a large part of a frame.
@@ -315,11 +324,12 @@ impl eframe::App for App {
         let dragging = ctx.input(|input| input.pointer.any_down());
         state.undo.observe(&state.wanted, dragging);
         self.reconcile(&ctx);
+        self.keep_settings(&ctx);
         log::trace!("UI frame of {:.1} ms", self.frame_started.elapsed().as_secs_f64() * 1e3);
     }
 
-    fn save(&mut self, storage: &mut dyn eframe::Storage) {
-        storage::keep(storage, &self.state.wanted, &self.state.preferences);
+    fn on_exit(&mut self) {
+        self.keeper.finish(&self.state.wanted, &self.state.preferences);
     }
 
     fn persist_egui_memory(&self) -> bool {

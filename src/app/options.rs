@@ -22,7 +22,7 @@ pub struct StartOptions {
     pub camera: Option<CameraChoice>,
     /// What loading may do.
     pub load: LoadOptions,
-    /// The file of the settings, for what is said about it.
+    /// The file of the settings; without it none are kept.
     pub settings_file: Option<PathBuf>,
     /// Which settings are read and written.
     pub settings: SettingsUse,

@@ -11,7 +11,7 @@ use eframe::{egui, wgpu};
 
 use super::device::was_lost;
 use super::start::{Start, ended_as_wanted};
-use super::storage::APP_ID;
+use super::storage::{APP_ID, WINDOW};
 use super::{App, MIN_SIZE, START_SIZE, StartOptions, screenshot};
 use crate::lab::available_threads;
 
@@ -64,7 +64,7 @@ pub fn run(mut options: StartOptions) -> Result<(), AppError> {
     options.notices.clone_from(&start.notices);
     options.settings_file.clone_from(&start.file);
     let again = next_arguments(std::env::args_os().skip(1), !options.settings.none);
-    let native = native_options(start.file.clone());
+    let native = native_options(start.file.as_ref().map(|file| file.with_file_name(WINDOW)));
     let outcome = catch_unwind(AssertUnwindSafe(|| {
         eframe::run_native(APP_ID, native, Box::new(move |context| Ok(Box::new(App::new(context, options)?))))
     }));
@@ -161,7 +161,7 @@ fn without_place(text: &str) -> &str {
     said.trim_end_matches('.')
 }
 
-fn native_options(settings_file: Option<PathBuf>) -> eframe::NativeOptions {
+fn native_options(window_file: Option<PathBuf>) -> eframe::NativeOptions {
     let viewport = egui::ViewportBuilder::default()
         .with_title("bvhscope")
         .with_app_id(APP_ID)
@@ -180,7 +180,7 @@ fn native_options(settings_file: Option<PathBuf>) -> eframe::NativeOptions {
             }),
             ..WgpuConfiguration::default()
         },
-        persistence_path: settings_file,
+        persistence_path: window_file,
         system_font_fallback: false,
         ..eframe::NativeOptions::default()
     }

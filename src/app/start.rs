@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Mutex;
 use std::time::Duration;
 
-use super::storage::APP_ID;
+use super::storage::{APP_ID, SETTINGS, WINDOW};
 
 /// A start that dies earlier than this was one that its settings or its model killed.
 const TRIAL: Duration = Duration::from_secs(10);
@@ -37,7 +37,7 @@ impl Start {
     pub fn prepare(settings: SettingsUse) -> Self {
         if settings.none {
             let nowhere = tempfile::tempdir().ok();
-            let file = nowhere.as_ref().map(|folder| folder.path().join("app.ron"));
+            let file = nowhere.as_ref().map(|folder| folder.path().join(SETTINGS));
             return Self { file, _nowhere: nowhere, ..Self::default() };
         }
         let Some(folder) = eframe::storage_dir(APP_ID) else { return Self::default() };
@@ -45,10 +45,12 @@ impl Start {
     }
 
     fn in_folder(folder: &Path, reset: bool) -> Self {
-        let mut start = Self { file: Some(folder.join("app.ron")), ..Self::default() };
+        let mut start = Self { file: Some(folder.join(SETTINGS)), ..Self::default() };
         let mut set_aside = |why: &str| {
-            let file = folder.join("app.ron");
-            let kept = folder.join("app.ron.bad");
+            let (file, window) = (folder.join(SETTINGS), folder.join(WINDOW));
+            let kept = file.with_extension("json.bad");
+            // Mostly there is none yet.
+            let _ = std::fs::rename(&window, window.with_extension("ron.bad"));
             match std::fs::rename(&file, &kept) {
                 Ok(()) => start.notices.push(format!("{why}. The old settings are kept as {}", kept.display())),
                 Err(error) if error.kind() == std::io::ErrorKind::NotFound => start.notices.push(why.to_owned()),
@@ -140,14 +142,14 @@ mod tests {
     #[test]
     fn an_early_death_makes_the_next_start_a_safe_one() {
         let folder = tempfile::tempdir().unwrap();
-        std::fs::write(folder.path().join("app.ron"), "settings").unwrap();
+        std::fs::write(folder.path().join(SETTINGS), "settings").unwrap();
         let first = Start::in_folder(folder.path(), false);
         assert!(!first.safe && first.notices.is_empty());
         // As if that process had died: no process has this number.
         std::fs::write(folder.path().join("starting"), u32::MAX.to_string()).unwrap();
         let second = Start::in_folder(folder.path(), false);
-        assert!(second.safe && second.notices[0].contains("app.ron.bad"), "{:?}", second.notices);
-        assert_eq!(std::fs::read(folder.path().join("app.ron.bad")).unwrap(), b"settings");
+        assert!(second.safe && second.notices[0].contains("settings.json.bad"), "{:?}", second.notices);
+        assert_eq!(std::fs::read(folder.path().join("settings.json.bad")).unwrap(), b"settings");
         second.trial.unwrap().end();
         assert!(!Start::in_folder(folder.path(), false).safe, "a start that was closed is none that died");
     }
@@ -155,9 +157,9 @@ mod tests {
     #[test]
     fn settings_are_reset_and_kept_aside() {
         let folder = tempfile::tempdir().unwrap();
-        std::fs::write(folder.path().join("app.ron"), "settings").unwrap();
+        std::fs::write(folder.path().join(SETTINGS), "settings").unwrap();
         let start = Start::in_folder(folder.path(), true);
-        assert!(!folder.path().join("app.ron").exists() && folder.path().join("app.ron.bad").exists());
+        assert!(!folder.path().join(SETTINGS).exists() && folder.path().join("settings.json.bad").exists());
         assert_eq!(start.notices.len(), 1);
     }
 

@@ -1,22 +1,25 @@
 //! What is kept between runs. Damaged settings never keep the program from starting.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
+use std::sync::Once;
+use std::thread::JoinHandle;
+use std::time::{Duration, Instant};
 
-use eframe::Storage;
 use serde::{Deserialize, Serialize};
 
 use super::state::{Preferences, Wanted};
 use crate::bvh::BuildSettings;
+use crate::export::write_bytes;
 
 /// The folder in which the desktop keeps our settings is named after this.
 pub const APP_ID: &str = "bvhscope";
-const KEY: &str = "bvhscope";
+/// The settings in that folder.
+pub const SETTINGS: &str = "settings.json";
+/// Where the window stood, beside them; eframe's own.
+pub const WINDOW: &str = "window.ron";
 
-#[derive(Serialize)]
-struct Kept<'a> {
-    wanted: &'a Wanted,
-    preferences: &'a Preferences,
-}
+/// A change is written down this long after it, together with those that have come since.
+const DELAY: Duration = Duration::from_millis(800);
 
 /// What was found. Parts that could not be used are missing.
 #[derive(Default)]
@@ -30,29 +33,91 @@ pub struct Restored {
 }
 
 /// Reads the settings of the last run, which are in `file`.
-pub fn restore(storage: Option<&dyn Storage>, file: Option<PathBuf>) -> Restored {
-    match storage.and_then(|storage| storage.get_string(KEY)) {
-        Some(text) => {
-            let mut restored = parse(&text);
-            if restored.complaint.is_some() {
-                restored.complaint = Some(complain(file));
+pub fn restore(file: Option<&Path>) -> Restored {
+    let Some(file) = file.filter(|file| file.exists()) else { return Restored::default() };
+    let mut restored = std::fs::read_to_string(file).map_or_else(|_| parse(""), |text| parse(&text));
+    if restored.complaint.is_some() {
+        restored.complaint = Some(complain(file));
+    }
+    restored
+}
+
+/// Writes the settings down soon after each change, so that nothing more is lost however the process ends.
+#[derive(Default)]
+pub struct Keeper {
+    file: Option<PathBuf>,
+    kept: Option<(Wanted, Preferences)>,
+    due: Option<Instant>,
+    writer: Option<JoinHandle<()>>,
+}
+
+impl Keeper {
+    /// Keeps settings in `file`; in none without it.
+    pub fn new(file: Option<PathBuf>) -> Self {
+        Self { file, ..Self::default() }
+    }
+
+    /// Sees to it that the present settings are written. Returns after what time this is to be called again.
+    pub fn follow(&mut self, wanted: &Wanted, preferences: &Preferences, now: Instant) -> Option<Duration> {
+        if self.file.is_none() || self.holds(wanted, preferences) {
+            self.due = None;
+            return None;
+        }
+        let due = *self.due.get_or_insert(now + DELAY);
+        if now < due {
+            return Some(due - now);
+        }
+        if self.writer.as_ref().is_some_and(|writer| !writer.is_finished()) {
+            // A slow disk: no write overtakes another.
+            return Some(DELAY);
+        }
+        self.due = None;
+        let write = self.next_write(wanted, preferences)?;
+        match std::thread::Builder::new().name("settings".to_owned()).spawn(write) {
+            Ok(writer) => self.writer = Some(writer),
+            Err(error) => {
+                log::warn!("the settings are written later: {error}");
+                self.kept = None;
             }
-            restored
         }
-        // The file is there, but our part of it is not: eframe could not read it and would overwrite it.
-        None if storage.is_some() && file.as_ref().is_some_and(|file| file.exists()) => {
-            Restored { complaint: Some(complain(file)), ..Restored::default() }
+        None
+    }
+
+    /// Writes the settings before the process ends, and waits for that.
+    pub fn finish(&mut self, wanted: &Wanted, preferences: &Preferences) {
+        if let Some(writer) = self.writer.take() {
+            let _ = writer.join();
         }
-        None => Restored::default(),
+        if let Some(write) = self.next_write(wanted, preferences) {
+            write();
+        }
+    }
+
+    fn holds(&self, wanted: &Wanted, preferences: &Preferences) -> bool {
+        self.kept.as_ref().is_some_and(|kept| kept.0 == *wanted && kept.1 == *preferences)
+    }
+
+    /// What writes these settings, where they are not written yet.
+    fn next_write(&mut self, wanted: &Wanted, preferences: &Preferences) -> Option<impl FnOnce() + Send + use<>> {
+        let file = self.file.clone().filter(|_| !self.holds(wanted, preferences))?;
+        self.kept = Some((wanted.clone(), preferences.clone()));
+        let text = serde_json::to_string(&Kept { wanted, preferences });
+        Some(move || {
+            let text = text.map_err(|error| error.to_string());
+            let written = text.and_then(|text| write_bytes(&file, text.as_bytes()).map_err(|error| error.to_string()));
+            if let Err(error) = written {
+                // Said once, and not at each change.
+                static SAID: Once = Once::new();
+                SAID.call_once(|| log::warn!("the settings were not saved: {error}"));
+            }
+        })
     }
 }
 
-/// Writes the settings down.
-pub fn keep(storage: &mut dyn Storage, wanted: &Wanted, preferences: &Preferences) {
-    match serde_json::to_string(&Kept { wanted, preferences }) {
-        Ok(text) => storage.set_string(KEY, text),
-        Err(error) => log::warn!("the settings were not saved: {error}"),
-    }
+#[derive(Serialize)]
+struct Kept<'a> {
+    wanted: &'a Wanted,
+    preferences: &'a Preferences,
 }
 
 fn parse(text: &str) -> Restored {
@@ -92,12 +157,10 @@ fn within_limits(mut wanted: Wanted) -> Wanted {
 }
 
 /// Saves the damaged file under another name and says so.
-fn complain(file: Option<PathBuf>) -> String {
-    let kept = file.and_then(|file| {
-        let copy = file.with_extension("ron.bad");
-        std::fs::copy(&file, &copy).ok().map(|_| copy)
-    });
-    let place = kept.map_or_else(String::new, |copy| format!(". The damaged file is kept as {}", copy.display()));
+fn complain(file: &Path) -> String {
+    let copy = file.with_extension("json.bad");
+    let kept = std::fs::copy(file, &copy).is_ok();
+    let place = if kept { format!(". The damaged file is kept as {}", copy.display()) } else { String::new() };
     format!("The settings of the last run could not be read, so the defaults are used{place}")
 }
 
@@ -107,33 +170,46 @@ mod tests {
     use super::*;
     use crate::scene::SceneSource;
 
-    #[derive(Default)]
-    struct Memory(std::collections::HashMap<String, String>);
-
-    impl Storage for Memory {
-        fn get_string(&self, key: &str) -> Option<String> {
-            self.0.get(key).cloned()
-        }
-        fn set_string(&mut self, key: &str, value: String) {
-            self.0.insert(key.to_owned(), value);
-        }
-        fn remove_string(&mut self, key: &str) {
-            self.0.remove(key);
-        }
-        fn flush(&mut self) {}
-    }
-
     #[test]
     fn settings_survive_a_restart() {
+        let folder = tempfile::tempdir().unwrap();
+        let file = folder.path().join(SETTINGS);
         let mut wanted = Wanted::new(SceneSource::default_builtin());
         wanted.build.threshold = 17;
         let preferences = Preferences { greeted: true, ..Preferences::default() };
-        let mut storage = Memory::default();
-        keep(&mut storage, &wanted, &preferences);
-        let restored = restore(Some(&storage), None);
+        Keeper::new(Some(file.clone())).finish(&wanted, &preferences);
+        let restored = restore(Some(&file));
         assert_eq!(restored.wanted, Some(wanted));
         assert_eq!(restored.preferences, Some(preferences));
         assert_eq!(restored.complaint, None);
+    }
+
+    #[test]
+    fn changes_are_written_once_while_the_program_goes_on() {
+        let folder = tempfile::tempdir().unwrap();
+        let file = folder.path().join(SETTINGS);
+        let (mut wanted, preferences) = (Wanted::new(SceneSource::default_builtin()), Preferences::default());
+        let mut keeper = Keeper::new(Some(file.clone()));
+        let start = Instant::now();
+        let mut moments = 0;
+        // A slider under a hand, thirty frames a second.
+        for frame in 0..60 {
+            wanted.build.threshold = 2 + frame;
+            let again = keeper.follow(&wanted, &preferences, start + Duration::from_millis(33) * frame);
+            moments += u32::from(again.is_none());
+            if let Some(writer) = keeper.writer.take_if(|_| again.is_none()) {
+                writer.join().unwrap();
+                assert_eq!(restore(Some(&file)).wanted, Some(wanted.clone()));
+            }
+        }
+        assert_eq!(moments, 2, "not once a frame");
+        let end = start + Duration::from_secs(10);
+        keeper.follow(&wanted, &preferences, end);
+        assert_eq!(keeper.follow(&wanted, &preferences, end + DELAY), None);
+        keeper.writer.take().unwrap().join().unwrap();
+        assert_eq!(restore(Some(&file)).wanted, Some(wanted.clone()));
+        assert_eq!(keeper.follow(&wanted, &preferences, end + 9 * DELAY), None);
+        assert!(keeper.writer.is_none(), "what is written already is not written again");
     }
 
     #[test]

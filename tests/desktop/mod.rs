@@ -52,7 +52,12 @@ impl Desktop {
 
     /// Where the program keeps its settings.
     pub fn settings(&self) -> PathBuf {
-        self.home().join("bvhscope/app.ron")
+        self.home().join("bvhscope/settings.json")
+    }
+
+    /// Where it keeps the place and size of its window.
+    pub fn window_place(&self) -> PathBuf {
+        self.home().join("bvhscope/window.ron")
     }
 
     pub fn write_settings(&self, text: &str) {
@@ -169,17 +174,34 @@ impl Program {
         self.stat().map_or(Duration::ZERO, |stat| stat.1)
     }
 
-    /// Waits for its end and gives the processor time that it had taken by then.
-    pub fn spent_at_its_end(&self) -> Duration {
+    /// Waits for its end. Gives the processor time that it had taken by then, and for how long all of its threads slept
+    /// meanwhile: unlike the clock's, these times are no longer where other work takes the processors.
+    pub fn spent_and_slept_at_its_end(&self) -> (Duration, Duration) {
         let give_up = Instant::now() + PATIENCE;
+        let look = Duration::from_millis(2);
+        let mut slept = Duration::ZERO;
         loop {
             match self.stat() {
-                Some(('Z', spent)) => return spent,
-                Some(_) => std::thread::sleep(Duration::from_millis(2)),
+                Some(('Z', spent)) => return (spent, slept),
+                Some(_) => {
+                    slept += if self.all_sleep() { look } else { Duration::ZERO };
+                    std::thread::sleep(look);
+                }
                 None => panic!("the program was waited for already"),
             }
             assert!(Instant::now() < give_up, "the program goes on");
         }
+    }
+
+    /// Whether none of its threads runs or could.
+    fn all_sleep(&self) -> bool {
+        let threads = std::fs::read_dir(format!("/proc/{}/task", self.child.id())).into_iter().flatten().flatten();
+        // A thread that has just ended has no file.
+        let mut states = threads.filter_map(|thread| {
+            let text = std::fs::read_to_string(thread.path().join("stat")).ok()?;
+            text.rsplit_once(')')?.1.trim_start().chars().next()
+        });
+        states.all(|state| state == 'S')
     }
 
     /// Its state, `Z` once it has ended, and the processor time that it has taken.
