@@ -10,8 +10,8 @@ use crate::budget::Budget;
 use crate::bvh::builders::{BuildError, StageTimes, build_again};
 use crate::bvh::leavings::{Heirs, Leavings};
 use crate::bvh::lineage::{Lineage, path_to_primitive};
-use crate::bvh::overlap::end_point_overlap_unless;
-use crate::bvh::stats::{TreeStats, tree_stats_unless};
+use crate::bvh::overlap::end_point_overlap;
+use crate::bvh::stats::{TreeStats, tree_stats};
 use crate::bvh::traverse::{self, Probe, Traversal};
 use crate::bvh::wide::{AnyWideTree, collapse};
 use crate::bvh::{AnyTree, BuildSettings, Pass, Passes, Tree};
@@ -191,7 +191,7 @@ impl Accel {
         token.check()?;
         let stats = match leavings.and_then(Leavings::take_stats) {
             Some(stats) => stats,
-            None => tree_stats_unless(&tree, token)?,
+            None => tree_stats(&tree, token)?,
         };
         let report = BuildReport {
             build_time: stages.total(),
@@ -288,12 +288,12 @@ impl Accel {
     }
 
     /// Makes what [`Accel::lineage`] tells, unless `token` is cancelled.
-    pub fn read_lineage(&self, token: &CancelToken) -> Result<(), Cancelled> {
-        if self.lineage.get().is_none() {
-            let lineage = with_tree!(&self.tree, tree => Lineage::new_unless(tree, token))?;
-            self.lineage.get_or_init(|| lineage);
+    pub fn read_lineage(&self, token: &CancelToken) -> Result<&Lineage, Cancelled> {
+        if let Some(lineage) = self.known_lineage() {
+            return Ok(lineage);
         }
-        Ok(())
+        let lineage = with_tree!(&self.tree, tree => Lineage::new(tree, token))?;
+        Ok(self.lineage.get_or_init(|| lineage))
     }
 
     /// The nearest hit, through the wide tree with the best vector instructions of this machine. See [`Accel::wide`] for
@@ -348,7 +348,7 @@ impl Accel {
         if let Some(epo) = self.known_epo() {
             return Ok(epo);
         }
-        let epo = end_point_overlap_unless(&self.tree, &self.scene.triangles, EPO_SAMPLES, token)?;
+        let epo = end_point_overlap(&self.tree, &self.scene.triangles, EPO_SAMPLES, token)?;
         Ok(*self.epo.get_or_init(|| epo))
     }
 
@@ -364,6 +364,9 @@ impl Accel {
 
     /// Parents and primitive counts of all nodes. Reads the whole tree when asked for the first time: not for a UI frame.
     pub fn lineage(&self) -> &Lineage {
-        self.lineage.get_or_init(|| with_tree!(&self.tree, tree => Lineage::new(tree)))
+        match self.read_lineage(&CancelToken::new()) {
+            Ok(lineage) => lineage,
+            Err(Cancelled { .. }) => unreachable!("nobody else has this token"),
+        }
     }
 }

@@ -92,7 +92,7 @@ fn check<C: Container>(tree: &Tree<C>, triangles: &[Triangle], name: &str) {
         }
     }
     assert!(reached.iter().all(|&reached| reached), "{name}: a node hangs loose");
-    assert_eq!(tree.depths().into_iter().max(), Some(tree.max_depth), "{name}: depth");
+    assert_eq!(tree.depths(&CancelToken::new()).unwrap().into_iter().max(), Some(tree.max_depth), "{name}: depth");
 }
 
 fn check_all(triangles: &[Triangle], what: &str) {

@@ -9,7 +9,7 @@ use std::sync::Arc;
 
 use bvhscope::accel::Accel;
 use bvhscope::bvh::builders::build;
-use bvhscope::bvh::overlap::end_point_overlap;
+use bvhscope::bvh::overlap;
 use bvhscope::bvh::stats::tree_stats;
 use bvhscope::bvh::traverse::{NoProbe, Probe, TestCounts, Traversal, any_hit_with, closest_hit};
 use bvhscope::bvh::validate::validate;
@@ -21,6 +21,10 @@ use bvhscope::render::{RenderRequest, RenderSettings, render};
 use bvhscope::scene::{Material, Scene, SceneSource};
 use bvhscope::with_tree;
 use glam::Vec3;
+
+fn end_point_overlap(tree: &AnyTree, triangles: &[Triangle], max_samples: usize) -> f32 {
+    overlap::end_point_overlap(tree, triangles, max_samples, &CancelToken::new()).unwrap()
+}
 
 fn built(triangles: &[Triangle], builder: BuilderKind, container: ContainerKind) -> Option<AnyTree> {
     let settings = BuildSettings { builder, container, ..BuildSettings::default() };
@@ -49,7 +53,7 @@ fn every_builder_makes_valid_trees_with_finite_numbers() {
             for container in ContainerKind::ALL {
                 let Some(tree) = built(&triangles, builder, container) else { continue };
                 assert_eq!(validate(&tree, &triangles), Ok(()), "{name}, {builder:?}, {container:?}");
-                let stats = tree_stats(&tree);
+                let stats = tree_stats(&tree, &CancelToken::new()).unwrap();
                 let numbers = [stats.mean_leaf_depth, stats.mean_leaf_size, stats.sah_cost];
                 assert!(numbers.iter().all(|x| x.is_finite() && *x >= 0.0), "{name}, {builder:?}, {stats:?}");
                 assert_eq!(stats.nodes, 2 * stats.leaves - 1, "{name}, {builder:?}");
@@ -138,7 +142,7 @@ fn an_empty_tree_is_valid_for_no_triangles_only() {
     let tree = trees::halved::<Aabb>(&[], 1);
     assert_eq!(validate(&tree, &[]), Ok(()));
     validate(&tree, &trees::soup(1, 1.0, 1)).expect_err("a triangle is missing");
-    assert_eq!(tree_stats(&tree), bvhscope::bvh::stats::TreeStats::default());
+    assert_eq!(tree_stats(&tree, &CancelToken::new()).unwrap(), bvhscope::bvh::stats::TreeStats::default());
     assert_eq!(end_point_overlap(&tree, &[], 10), 0.0);
 }
 
@@ -246,7 +250,9 @@ fn sah_cost_is_the_formula() {
         count,
     };
     let nodes = vec![node(2.0, 0.0, 1, 0), node(1.0, 0.0, 0, 1), node(2.0, 1.0, 1, 2)];
-    let stats = tree_stats(&AnyTree::Aabb(Tree { nodes, primitive_indices: vec![0, 1, 2], max_depth: 1 }));
+    let stats =
+        tree_stats(&AnyTree::Aabb(Tree { nodes, primitive_indices: vec![0, 1, 2], max_depth: 1 }), &CancelToken::new())
+            .unwrap();
     assert!((stats.sah_cost - (5.0 + 3.0 + 6.0) / 5.0).abs() < 1e-6, "{}", stats.sah_cost);
     assert_eq!((stats.min_leaf_size, stats.max_leaf_size, stats.mean_leaf_size), (1, 2, 1.5));
     assert_eq!((stats.leaf_size_histogram, stats.nodes_per_depth), (vec![0, 1, 1], vec![1, 2]));

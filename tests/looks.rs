@@ -10,8 +10,8 @@ use std::time::{Duration, Instant};
 use bvhscope::accel::Accel;
 use bvhscope::bvh::builders::build;
 use bvhscope::bvh::lineage::Lineage;
-use bvhscope::bvh::overlap::end_point_overlap_unless;
-use bvhscope::bvh::stats::tree_stats_unless;
+use bvhscope::bvh::overlap::end_point_overlap;
+use bvhscope::bvh::stats::tree_stats;
 use bvhscope::bvh::wide::collapse;
 use bvhscope::bvh::{BuildSettings, BuilderKind, ContainerKind, Preset};
 use bvhscope::camera::Camera;
@@ -183,18 +183,18 @@ fn what_is_derived_from_a_tree() {
             let name = format!("{what}, {}", container.name());
             growing.look_at(&name, [&accels[0], &accels[1]], Arc::clone, |accel, token| work(&accel, token));
         };
-        look_at("statistics", &|accel, token| drop(tree_stats_unless(&accel.tree, token).unwrap()));
+        look_at("statistics", &|accel, token| drop(tree_stats(&accel.tree, token).unwrap()));
         look_at("list of nodes", &|accel, token| NodeTable::new(accel).list(None, token).unwrap());
         look_at("what is sick", &|accel, token| drop(examine_scene(&accel.scene, token).unwrap()));
         look_at("lineage", &|accel, token| {
-            with_tree!(&accel.tree, tree => drop(Lineage::new_unless(tree, token).unwrap()));
+            with_tree!(&accel.tree, tree => drop(Lineage::new(tree, token).unwrap()));
         });
         look_at("wide tree", &|accel, token| {
             let triangles = &accel.scene.triangles;
             with_tree!(&accel.tree, tree => drop(collapse(tree, triangles, token).unwrap()));
         });
         look_at("overlap", &|accel, token| {
-            end_point_overlap_unless(&accel.tree, &accel.scene.triangles, 100, token).unwrap();
+            end_point_overlap(&accel.tree, &accel.scene.triangles, 100, token).unwrap();
         });
         let table = |accel: &Arc<Accel>| NodeTable::new(accel);
         let name = format!("containers of the other kind than {}", container.name());
@@ -216,7 +216,7 @@ fn what_is_derived_from_a_tree() {
         |&which: &usize| which,
         |which, token| {
             let (tree, triangles) = &stacks[which];
-            end_point_overlap_unless(tree, triangles, 10, token).unwrap()
+            end_point_overlap(tree, triangles, 10, token).unwrap()
         },
     );
     growing.none();

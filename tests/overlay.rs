@@ -128,7 +128,7 @@ fn leaves_and_hidden_nodes_are_told_apart() {
 fn an_empty_tree_shows_nothing() {
     let mut empty = Arc::into_inner(accel::<Aabb>(row(1))).unwrap();
     empty.tree = Aabb::into_any(Tree { nodes: Vec::new(), primitive_indices: Vec::new(), max_depth: 0 });
-    empty.report.stats = tree_stats(&empty.tree);
+    empty.report.stats = tree_stats(&empty.tree, &CancelToken::new()).unwrap();
     let table = NodeTable::new(&Arc::new(empty));
     assert!(table.is_empty());
     assert_eq!(table.max_depth(), 0);

@@ -10,6 +10,7 @@ use std::path::PathBuf;
 use bvhscope::app::paper::Experiment;
 use bvhscope::app::state::{AppState, Request, Severity, Theme};
 use bvhscope::bvh::{BuildSettings, BuilderKind, ContainerKind, Pass, Passes, Preset};
+use bvhscope::cancel::CancelToken;
 use bvhscope::render::{HeatKind, Shading};
 use eframe::egui::accesskit::Role;
 use eframe::egui::{self, Key, Modifiers};
@@ -259,7 +260,7 @@ fn fit_fixes_the_heat_range_and_auto_frees_it() {
     let mut h = harness(state(Shading::Heat(HeatKind::Both)));
     assert_eq!(h.state().wanted.render.heat_range, None);
     press(&mut h, "Fit");
-    let fitted = h.state().presented.as_ref().unwrap().frame.fitted_range();
+    let fitted = h.state().presented.as_ref().unwrap().frame.fitted_range(&CancelToken::new()).unwrap();
     assert_eq!(h.state().wanted.render.heat_range, Some(fitted));
     press(&mut h, "Auto");
     assert_eq!(h.state().wanted.render.heat_range, None);

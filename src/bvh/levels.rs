@@ -76,7 +76,7 @@ impl Levels {
 
     fn all_of<C: Container>(&self, tree: &Tree<C>, token: &CancelToken) -> Result<Vec<u32>, Cancelled> {
         token.check()?;
-        let depths = tree.depths_unless(token)?;
+        let depths = tree.depths(token)?;
         let mut next: Vec<u32> = self.ranges.iter().map(|range| range.start).collect();
         let mut nodes = vec![0; depths.len()];
         for (index, &depth) in depths.iter().enumerate() {
@@ -121,7 +121,7 @@ mod tests {
 
     fn per_depth(tree: &Tree<Aabb>) -> Vec<u32> {
         let mut counts = vec![0; tree.max_depth as usize + 1];
-        tree.depths().iter().for_each(|&depth| counts[depth as usize] += 1);
+        tree.depths(&CancelToken::new()).unwrap_or_default().iter().for_each(|&depth| counts[depth as usize] += 1);
         counts
     }
 
@@ -137,7 +137,7 @@ mod tests {
             assert!(few.len() as u32 <= LISTED_AT_ONCE);
             let all = levels.first(&tree, count);
             assert_eq!(few, all[..few.len()], "the same list, however much of it is asked for");
-            let depths = tree.depths();
+            let depths = tree.depths(&CancelToken::new()).unwrap_or_default();
             for (depth, range) in levels.ranges.iter().enumerate() {
                 let nodes = &all[range.start as usize..range.end as usize];
                 assert!(nodes.iter().all(|&node| depths[node as usize] as usize == depth));

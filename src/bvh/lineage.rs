@@ -17,13 +17,8 @@ pub struct Lineage {
 }
 
 impl Lineage {
-    /// Reads `tree`.
-    pub fn new<C: Container>(tree: &Tree<C>) -> Self {
-        Self::new_unless(tree, &CancelToken::new()).unwrap_or_else(|_| unreachable!("nobody cancels"))
-    }
-
     /// Reads `tree`, unless `token` is cancelled.
-    pub fn new_unless<C: Container>(tree: &Tree<C>, token: &CancelToken) -> Result<Self, Cancelled> {
+    pub fn new<C: Container>(tree: &Tree<C>, token: &CancelToken) -> Result<Self, Cancelled> {
         let mut primitive_counts = vec![0; tree.nodes.len()];
         // Children come after their parents: backwards, they are counted first.
         for (index, node) in tree.nodes.iter().enumerate().rev() {
@@ -34,7 +29,7 @@ impl Lineage {
             primitive_counts[index] =
                 if node.is_leaf() { node.count } else { primitive_counts[first] + primitive_counts[first + 1] };
         }
-        Ok(Self { parents: tree.parents_unless(token)?, primitive_counts })
+        Ok(Self { parents: tree.parents(token)?, primitive_counts })
     }
 
     /// Number of steps from the root to `node`.
@@ -112,7 +107,7 @@ mod tests {
     #[test]
     fn counts_and_depths_follow_the_links() {
         let (tree, _) = tree();
-        let lineage = Lineage::new(&tree);
+        let Ok(lineage) = Lineage::new(&tree, &CancelToken::new()) else { panic!("nobody cancels") };
         assert_eq!(lineage.parents, [0, 0, 0, 1, 1]);
         assert_eq!(lineage.primitive_counts, [4, 2, 2, 1, 1]);
         assert_eq!([0, 1, 2, 3, 4].map(|node| lineage.depth(node)), [0, 1, 1, 2, 2]);

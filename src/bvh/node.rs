@@ -65,14 +65,8 @@ macro_rules! with_tree {
 }
 
 impl<C: Container> Tree<C> {
-    /// Depth of each node, root 0, in the order of [`Tree::nodes`].
-    pub fn depths(&self) -> Vec<u32> {
-        // Nobody else has this token.
-        self.depths_unless(&CancelToken::new()).unwrap_or_default()
-    }
-
-    /// [`Tree::depths`], unless `token` is cancelled.
-    pub fn depths_unless(&self, token: &CancelToken) -> Result<Vec<u32>, Cancelled> {
+    /// Depth of each node, root 0, in the order of [`Tree::nodes`], unless `token` is cancelled.
+    pub fn depths(&self, token: &CancelToken) -> Result<Vec<u32>, Cancelled> {
         let mut depths = vec![0; self.nodes.len()];
         for (index, node) in self.nodes.iter().enumerate() {
             if index.is_multiple_of(NODES_BETWEEN_CHECKS) {
@@ -86,14 +80,8 @@ impl<C: Container> Tree<C> {
         Ok(depths)
     }
 
-    /// Each node's parent, in the order of [`Tree::nodes`]; the root's is itself.
-    pub fn parents(&self) -> Vec<u32> {
-        // Nobody else has this token.
-        self.parents_unless(&CancelToken::new()).unwrap_or_default()
-    }
-
-    /// [`Tree::parents`], unless `token` is cancelled.
-    pub fn parents_unless(&self, token: &CancelToken) -> Result<Vec<u32>, Cancelled> {
+    /// Each node's parent, in the order of [`Tree::nodes`], unless `token` is cancelled; the root's is itself.
+    pub fn parents(&self, token: &CancelToken) -> Result<Vec<u32>, Cancelled> {
         let mut parents = vec![0; self.nodes.len()];
         for (index, node) in self.nodes.iter().enumerate() {
             if index.is_multiple_of(NODES_BETWEEN_CHECKS) {

@@ -16,14 +16,8 @@ const BATCH: usize = 1 << 14;
 /// costs [`TRAVERSAL_COST`], a leaf [`INTERSECTION_COST`] for each primitive.
 ///
 /// Exact for up to `max_samples` triangles. Beyond, estimated from that many triangles, evenly spread over the total
-/// surface. 0 for a tree without overlap and for a scene without surface.
-pub fn end_point_overlap(tree: &AnyTree, triangles: &[Triangle], max_samples: usize) -> f32 {
-    // Nobody else has this token.
-    end_point_overlap_unless(tree, triangles, max_samples, &CancelToken::new()).unwrap_or(0.0)
-}
-
-/// [`end_point_overlap`], unless `token` is cancelled.
-pub fn end_point_overlap_unless(
+/// surface. 0 for a tree without overlap and for a scene without surface. Nothing once `token` is cancelled.
+pub fn end_point_overlap(
     tree: &AnyTree,
     triangles: &[Triangle],
     max_samples: usize,
@@ -62,7 +56,7 @@ fn overlap_of<C: Clip>(
         return Ok(0.0);
     }
     let samples = choose_samples(&areas, total, max_samples.max(1), token)?;
-    let parents = tree.parents_unless(token)?;
+    let parents = tree.parents(token)?;
     let leaves = leaf_of_each(tree, &samples, token)?;
     // Collected before they are summed, so that the sum does not depend on the number of threads.
     let parts: Vec<f64> = samples

@@ -39,14 +39,8 @@ pub struct TreeStats {
     pub sah_cost: f32,
 }
 
-/// Counts and costs of `tree`.
-pub fn tree_stats(tree: &AnyTree) -> TreeStats {
-    // Nobody else has this token.
-    tree_stats_unless(tree, &CancelToken::new()).unwrap_or_default()
-}
-
-/// [`tree_stats`], unless `token` is cancelled.
-pub fn tree_stats_unless(tree: &AnyTree, token: &CancelToken) -> Result<TreeStats, Cancelled> {
+/// Counts and costs of `tree`, unless `token` is cancelled.
+pub fn tree_stats(tree: &AnyTree, token: &CancelToken) -> Result<TreeStats, Cancelled> {
     with_tree!(tree, tree => stats_of(tree, token))
 }
 

@@ -174,7 +174,7 @@ impl NodeTable {
 
     /// Makes known what lies below each node.
     pub fn study(&self, token: &CancelToken) -> Result<(), Cancelled> {
-        self.accel.read_lineage(token)
+        self.accel.read_lineage(token).map(|_| ())
     }
 
     /// Makes the containers of the kind that the tree is not made of, in the calling thread's rayon pool.

@@ -16,12 +16,7 @@ const LOOKED_AT_ONCE: usize = 1 << 16;
 impl Frame {
     /// The range that fits the values. Heat maps: 0 to the 99.5th percentile, so that a few extreme pixels do not darken
     /// all others, and at least to 1. Depth: nearest to farthest hit. `[0, 1]` where there are no values.
-    pub fn fitted_range(&self) -> [f32; 2] {
-        // Nobody else has this token.
-        self.fitted_range_unless(&CancelToken::new()).unwrap_or([0.0, 1.0])
-    }
-
-    fn fitted_range_unless(&self, token: &CancelToken) -> Result<[f32; 2], Cancelled> {
+    pub fn fitted_range(&self, token: &CancelToken) -> Result<[f32; 2], Cancelled> {
         if self.values.is_empty() {
             return Ok([0.0, 1.0]);
         }
@@ -52,7 +47,7 @@ impl Frame {
         }
         let [low, high] = match range {
             Some(range) => range,
-            None => self.fitted_range_unless(token)?,
+            None => self.fitted_range(token)?,
         };
         self.value_range = [low, high];
         self.settings.color_map = map;
@@ -161,7 +156,7 @@ mod tests {
         let mut values = vec![10.0; 999];
         values.push(5000.0);
         let frame = frame(HEAT, values);
-        assert_eq!(frame.fitted_range(), [0.0, 10.0]);
+        assert_eq!(frame.fitted_range(&CancelToken::new()), Ok([0.0, 10.0]));
     }
 
     #[test]

@@ -44,7 +44,7 @@ pub fn accel<C: Container>(triangles: Vec<Triangle>) -> Arc<Accel> {
     let mut accel = Accel::build(&Arc::new(scene), &settings, &CancelToken::new()).unwrap();
     // A tree of known shape in place of the builder's.
     accel.tree = tree;
-    accel.report.stats = tree_stats(&accel.tree);
+    accel.report.stats = tree_stats(&accel.tree, &CancelToken::new()).unwrap();
     Arc::new(accel)
 }
 

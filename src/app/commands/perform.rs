@@ -8,6 +8,7 @@ use crate::app::state::{AppState, Navigation, Request, Severity, Side};
 use crate::app::{controls, orbit};
 use crate::bvh::BuildSettings;
 use crate::camera::Projection;
+use crate::cancel::CancelToken;
 use crate::overlay::OverlaySettings;
 use crate::render::{RenderSettings, Shading};
 use crate::scene::{BUILTIN_SCENES, SceneSource};
@@ -216,7 +217,7 @@ fn frame_selection(state: &mut AppState) {
 fn fit_heat_range(state: &mut AppState) {
     let Some(shown) = &state.presented else { return };
     if matches!(state.wanted.render.shading, Shading::Heat(_)) && !shown.frame.values.is_empty() {
-        state.wanted.render.heat_range = Some(shown.frame.fitted_range());
+        state.wanted.render.heat_range = shown.frame.fitted_range(&CancelToken::new()).ok();
     }
 }
 
