@@ -1,5 +1,6 @@
 //! Files that are written whole or not at all: into a temporary file beside the target, flushed, then renamed.
 
+use std::io::ErrorKind::{PermissionDenied, QuotaExceeded, ReadOnlyFilesystem, StorageFull};
 use std::io::{BufWriter, Write};
 use std::path::{Path, PathBuf};
 
@@ -105,7 +106,11 @@ fn temporary(folder: &Path, name: &std::ffi::OsStr) -> std::io::Result<tempfile:
         // The process's umask takes its share from this, as with any file.
         builder.permissions(std::fs::Permissions::from_mode(0o666));
     }
-    builder.tempfile_in(folder)
+    builder.tempfile_in(folder).map_err(|error| match error.kind() {
+        // Without the name of a file that there never was.
+        kind @ (PermissionDenied | ReadOnlyFilesystem | StorageFull | QuotaExceeded) => kind.into(),
+        _ => error,
+    })
 }
 
 #[cfg(test)]

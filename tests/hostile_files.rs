@@ -369,6 +369,30 @@ fn a_full_disk_leaves_the_old_file() {
     assert!(error.contains("kept.png: cannot be written"), "{error}");
 }
 
+/// Hours of measuring are in the rows.
+#[test]
+fn what_was_measured_is_kept_where_printing_or_writing_fails() {
+    let folder = Folder::new();
+    let csv = folder.path("rows.csv");
+    let sweep = "$PROGRAM sweep builtin:teapot:2 --size 16x16 --repeat 1 --csv \"$CSV\"";
+    let shell = |script: &str| {
+        let script = script.replace("SWEEP", sweep);
+        let program = env!("CARGO_BIN_EXE_bvhscope");
+        Command::new("sh").arg("-c").arg(script).env("PROGRAM", program).env("CSV", &csv).output().unwrap()
+    };
+    for (script, least) in [("SWEEP > /dev/full", 32), ("SWEEP | true", 32), ("SWEEP --json > /dev/full", 2)] {
+        shell(script);
+        let text = std::fs::read_to_string(&csv).unwrap();
+        assert!(text.lines().count() >= least, "{script}: {text}");
+        std::fs::remove_file(&csv).unwrap();
+    }
+    // Files may not grow beyond a block.
+    let output = shell("ulimit -f 1; trap '' XFSZ; SWEEP | cat");
+    let (table, error) = (String::from_utf8_lossy(&output.stdout), String::from_utf8_lossy(&output.stderr));
+    assert!(error.contains("rows.csv: cannot be written") && !csv.exists(), "{error}");
+    assert!(table.lines().count() > 31, "{table}");
+}
+
 #[test]
 fn a_reader_that_goes_away_is_no_error() {
     let program = env!("CARGO_BIN_EXE_bvhscope");

@@ -47,7 +47,7 @@ pub struct MeasureJob {
 }
 
 /// Measures model after model. A model that cannot be used is reported, the others are measured all the same, and the
-/// command fails at the end. Interrupted, it prints and writes the rows that it has.
+/// command fails at the end. Whatever ends it early, it prints and writes the rows that it has.
 pub fn run(job: &MeasureJob, context: &mut Context<'_>) -> Result<Finished, Failure> {
     if let Some(text) = job.job.refusal() {
         return Err(Failure::Usage(text));
@@ -61,7 +61,7 @@ pub fn run(job: &MeasureJob, context: &mut Context<'_>) -> Result<Finished, Fail
     let mut rows = Vec::new();
     let mut finished = Finished::default();
     let mut unusable = 0;
-    let mut interrupted = false;
+    let mut ended = None;
     for (index, source) in job.sources.iter().enumerate() {
         match measure_model(job, index, source, context, &mut rows) {
             Ok(warned) => finished.warned |= warned,
@@ -69,17 +69,18 @@ pub fn run(job: &MeasureJob, context: &mut Context<'_>) -> Result<Finished, Fail
                 eprintln!("bvhscope: {text}");
                 unusable += 1;
             }
-            Err(Failure::Interrupted) => {
-                interrupted = true;
+            Err(failure) => {
+                ended = Some(failure);
                 break;
             }
-            Err(failure) => return Err(failure),
         }
     }
+    // Whatever keeps the rows from one of the two, the other has them.
+    let written = write_files(&job.output, &rows, ended.is_some());
     print_tables(job, &rows, context)?;
-    write_files(&job.output, &rows, interrupted)?;
-    if interrupted {
-        return Err(Failure::Interrupted);
+    written?;
+    if let Some(failure) = ended {
+        return Err(failure);
     }
     if unusable > 0 {
         return Err(Failure::Failed(format!("{unusable} of {} models could not be measured", job.sources.len())));
@@ -87,9 +88,9 @@ pub fn run(job: &MeasureJob, context: &mut Context<'_>) -> Result<Finished, Fail
     Ok(finished)
 }
 
-/// The CSV file and the plot; after an interruption only where there is anything to keep.
-fn write_files(output: &Output, rows: &[Measurement], interrupted: bool) -> Result<(), Failure> {
-    if let Some(path) = output.csv.as_ref().filter(|_| !(interrupted && rows.is_empty())) {
+/// The CSV file and the plot; after an early end only where there is anything to keep.
+fn write_files(output: &Output, rows: &[Measurement], ended_early: bool) -> Result<(), Failure> {
+    if let Some(path) = output.csv.as_ref().filter(|_| !(ended_early && rows.is_empty())) {
         write_file(path, |writer| write_csv(rows, writer))?;
     }
     if let Some(path) = output.plot.as_ref().filter(|_| !rows.is_empty()) {
