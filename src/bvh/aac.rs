@@ -21,7 +21,7 @@ use super::reduction::Reduction;
 use super::stage_times::StageTimes;
 use super::stats::Sums;
 use super::subtree::build_subtree;
-use super::{BuildSettings, Node, Tree};
+use super::{BuildSettings, Node, SimdLevel, Tree};
 use crate::cancel::{CancelToken, Cancelled};
 use crate::geometry::Triangle;
 
@@ -70,7 +70,7 @@ fn build_sorted<C: Clustered>(
         triangles,
         input,
         reduction: &reduction,
-        level: simd_level(),
+        level: SimdLevel::best().level(),
         token,
         finished: AtomicUsize::new(0),
         top_len: 1 + 2 * (reduction.left_of(count) - 1 + plan.top_pairs),
@@ -111,7 +111,7 @@ pub fn cluster_all<C: Clustered>(triangles: &[Triangle], token: &CancelToken) ->
     let mut nodes: Vec<Node<C>> = bytemuck::zeroed_vec(2 * triangles.len() - 1);
     let (root, others) = nodes.split_at_mut(1);
     let mut pairs = Pairs::new(others, 1);
-    dispatch!(simd_level(), simd => {
+    dispatch!(SimdLevel::best().level(), simd => {
         combine_clusters(simd, &mut clusters, &mut Scratch::default(), 0, 1, &mut pairs, token)
     })?;
     root[0] = clusters.items[0].node();

@@ -4,7 +4,7 @@
 #![allow(clippy::needless_range_loop, reason = "several arrays are indexed by the same field")]
 
 use bytemuck::{Pod, Zeroable};
-use fearless_simd::{Level, Simd, SimdBase, SimdFloat, f32x4, f32x8};
+use fearless_simd::{Level, Simd, SimdBase, SimdFloat, f32x4};
 
 use super::triangle_spheres::spheres_around;
 use super::{Container, Node, SimdLevel};
@@ -12,10 +12,15 @@ use crate::geometry::{Aabb, Sphere, Triangle};
 
 /// Numbers that describe a container; a sphere leaves two unused.
 pub const FIELDS: usize = 6;
-/// Clusters compared at a time.
+/// Primitives prepared at a time.
 pub const LANES: usize = 8;
 
-/// A container that can be compared with eight others at a time.
+/// A vector of numbers of as many clusters.
+pub trait Lanes<S: Simd>: SimdFloat<S, Element = f32> {}
+
+impl<S: Simd, V: SimdFloat<S, Element = f32>> Lanes<S> for V {}
+
+/// A container that can be compared with many others at a time.
 pub trait Clustered: Container + Zeroable {
     /// How many of the fields are used.
     const USED_FIELDS: usize;
@@ -34,9 +39,9 @@ pub trait Clustered: Container + Zeroable {
     /// The container that `fields` describe.
     fn from_fields(fields: [f32; FIELDS]) -> Self;
     /// The fields of the union of two containers, each in all lanes.
-    fn union_fields<S: Simd>(simd: S, first: &[f32; FIELDS], second: &[f32; FIELDS]) -> [f32x8<S>; FIELDS];
+    fn union_fields<S: Simd, V: Lanes<S>>(simd: S, first: &[f32; FIELDS], second: &[f32; FIELDS]) -> [V; FIELDS];
     /// The surface area of the union with each of `others`, or a number that grows with it.
-    fn distances<S: Simd>(own: &[f32x8<S>; FIELDS], others: &[f32x8<S>; FIELDS]) -> f32x8<S>;
+    fn distances<S: Simd, V: Lanes<S>>(own: &[V; FIELDS], others: &[V; FIELDS]) -> V;
 }
 
 impl Clustered for Aabb {
@@ -80,15 +85,15 @@ impl Clustered for Aabb {
     }
 
     #[inline(always)]
-    fn union_fields<S: Simd>(simd: S, first: &[f32; FIELDS], second: &[f32; FIELDS]) -> [f32x8<S>; FIELDS] {
+    fn union_fields<S: Simd, V: Lanes<S>>(simd: S, first: &[f32; FIELDS], second: &[f32; FIELDS]) -> [V; FIELDS] {
         std::array::from_fn(|field| {
-            let (a, b) = (f32x8::splat(simd, first[field]), f32x8::splat(simd, second[field]));
+            let (a, b) = (V::splat(simd, first[field]), V::splat(simd, second[field]));
             if field < 3 { a.min(b) } else { a.max(b) }
         })
     }
 
     #[inline(always)]
-    fn distances<S: Simd>(own: &[f32x8<S>; FIELDS], others: &[f32x8<S>; FIELDS]) -> f32x8<S> {
+    fn distances<S: Simd, V: Lanes<S>>(own: &[V; FIELDS], others: &[V; FIELDS]) -> V {
         let x = own[3].max(others[3]) - own[0].min(others[0]);
         let y = own[4].max(others[4]) - own[1].min(others[1]);
         let z = own[5].max(others[5]) - own[2].min(others[2]);
@@ -136,13 +141,13 @@ impl Clustered for Sphere {
     }
 
     #[inline(always)]
-    fn union_fields<S: Simd>(simd: S, first: &[f32; FIELDS], second: &[f32; FIELDS]) -> [f32x8<S>; FIELDS] {
+    fn union_fields<S: Simd, V: Lanes<S>>(simd: S, first: &[f32; FIELDS], second: &[f32; FIELDS]) -> [V; FIELDS] {
         let union = Self::from_fields(*first).union(&Self::from_fields(*second)).fields();
-        std::array::from_fn(|field| f32x8::splat(simd, union[field]))
+        std::array::from_fn(|field| V::splat(simd, union[field]))
     }
 
     #[inline(always)]
-    fn distances<S: Simd>(own: &[f32x8<S>; FIELDS], others: &[f32x8<S>; FIELDS]) -> f32x8<S> {
+    fn distances<S: Simd, V: Lanes<S>>(own: &[V; FIELDS], others: &[V; FIELDS]) -> V {
         let (x, y, z) = (own[0] - others[0], own[1] - others[1], own[2] - others[2]);
         let reach = ((x * x + y * y + z * z).sqrt() + (own[3] + others[3])) * 0.5;
         // The radius grows with the area; a sphere inside the other does not enlarge it.
@@ -159,8 +164,7 @@ pub fn bounds<S: Simd>(simd: S, triangle: &Triangle) -> [f32x4<S>; 2] {
     [a.min(b).min(c), a.max(b).max(c)]
 }
 
-/// The widest instructions that the builder uses. Not AVX-512: rows are eight wide, and this compiler's vectoriser gives
-/// wrong results with it.
+/// The widest instructions for what has plain loops. Not AVX-512, for which this compiler's vectoriser gives wrong results.
 pub fn simd_level() -> Level {
     SimdLevel::best().level_of_plain_loops()
 }
@@ -264,14 +268,14 @@ impl Clusters {
         self.len += count;
     }
 
-    /// Eight containers from `at` on.
+    /// As many containers as a vector has lanes, from `at` on.
     #[inline(always)]
-    pub fn row<C: Clustered, S: Simd>(&self, simd: S, at: usize) -> [f32x8<S>; FIELDS] {
+    pub fn row<C: Clustered, S: Simd, V: Lanes<S>>(&self, simd: S, at: usize) -> [V; FIELDS] {
         std::array::from_fn(|field| {
             if field < C::USED_FIELDS {
-                f32x8::from_slice(simd, &self.fields[field][at..at + LANES])
+                V::from_slice(simd, &self.fields[field][at..at + V::LEN])
             } else {
-                f32x8::splat(simd, 0.0)
+                V::splat(simd, 0.0)
             }
         })
     }
@@ -279,8 +283,8 @@ impl Clusters {
 
 /// The container of `cluster` in all lanes.
 #[inline(always)]
-pub fn broadcast<C: Clustered, S: Simd>(simd: S, cluster: &Cluster) -> [f32x8<S>; FIELDS] {
-    std::array::from_fn(|field| f32x8::splat(simd, if field < C::USED_FIELDS { cluster.fields[field] } else { 0.0 }))
+pub fn broadcast<C: Clustered, S: Simd, V: Lanes<S>>(simd: S, cluster: &Cluster) -> [V; FIELDS] {
+    std::array::from_fn(|field| V::splat(simd, if field < C::USED_FIELDS { cluster.fields[field] } else { 0.0 }))
 }
 
 /// Where merged clusters go: pairs of siblings in the list of nodes, from the end of `nodes` to its start, so that

@@ -1,11 +1,12 @@
 //! `combine_clusters`: the upward half of approximate agglomerative clustering, a list of clusters in which the closest
 //! pair merges until few enough are left (Gu, He, Fatahalian, Blelloch, *Efficient BVH Construction via Approximate
 //! Agglomerative Clustering*, HPG 2013). Of equally close pairs the one with fewer primitives merges first, then the one
-//! at the lower positions; a union takes the place of its first part, and the last of the list that of the second.
+//! at the lower positions; a union takes the place of its first part, and the last of the list that of the second, in a short
+//! list at the end, in a long one at once.
 
 #![allow(clippy::inline_always, reason = "SIMD kernels must land in the caller that enables the instructions")]
 
-use fearless_simd::Simd;
+use fearless_simd::{Simd, f32x8, f32x16};
 
 use super::cluster::{Clustered, Clusters, Pairs};
 use super::long_list::{Matches, combine_long};
@@ -33,12 +34,12 @@ pub fn combine_clusters<C: Clustered, S: Simd>(
     if len <= target {
         return Ok(());
     }
-    // All make the same nodes, but where positions alone decide: a long list keeps a match that it has found, though
+    // All merge the same clusters, but where positions alone decide: a long list keeps a match that it has found, though
     // an equally good one may have moved below it since.
     match len {
-        0..=8 => combine_short::<C, S, 1, 8>(simd, list, base, target, pairs),
-        9..=16 => combine_short::<C, S, 2, 16>(simd, list, base, target, pairs),
-        17..=32 => combine_short::<C, S, 4, 32>(simd, list, base, target, pairs),
+        0..=8 => combine_short::<C, S, f32x8<S>, 1, 8>(simd, list, base, target, pairs),
+        9..=16 => combine_short::<C, S, f32x16<S>, 1, 16>(simd, list, base, target, pairs),
+        17..=32 => combine_short::<C, S, f32x16<S>, 2, 32>(simd, list, base, target, pairs),
         _ => return combine_long(simd, list, &mut scratch.matches, base, target, pairs, token),
     }
     Ok(())
@@ -77,7 +78,7 @@ mod tests {
         let mut nodes: Vec<Node<C>> = bytemuck::zeroed_vec(2 * (count - target));
         let mut list = clusters::<C>(count, seed);
         let (mut pairs, mut scratch, token) = (Pairs::new(&mut nodes, 100), Scratch::default(), CancelToken::new());
-        let result = dispatch!(level.level_of_plain_loops(), simd => {
+        let result = dispatch!(level.level(), simd => {
             if long {
                 combine_long(simd, &mut list, &mut scratch.matches, 0, target, &mut pairs, &token)
             } else {
@@ -90,7 +91,12 @@ mod tests {
             let fields: Vec<f32> = list.fields[..C::USED_FIELDS].iter().map(|field| field[at]).collect();
             assert_eq!(list.items[at].fields[..C::USED_FIELDS], fields, "both forms of a cluster are the same");
         }
-        nodes.extend(list.items[..target].iter().map(Cluster::node));
+        let mut left: Vec<Node<C>> = list.items[..target].iter().map(Cluster::node).collect();
+        // Short and long lists have them at other places.
+        let order = |node: &Node<C>| (node.count, node.first);
+        left.sort_unstable_by_key(order);
+        nodes.chunks_mut(2).for_each(|pair| pair.sort_unstable_by_key(order));
+        nodes.extend(left);
         nodes
     }
 
@@ -98,12 +104,23 @@ mod tests {
         for count in (2..=31).filter(|count| count % 11 != 0) {
             for seed in 0..20 {
                 let target = 1 + seed as usize % (count - 1);
-                let expected = merged::<C>(SimdLevel::Sse2, count, target, seed, true);
-                for level in SimdLevel::ALL.into_iter().filter(|level| level.is_available()) {
-                    for long in [false, true] {
+                let [short, long] = [false, true].map(|long| {
+                    let expected = merged::<C>(SimdLevel::Sse2, count, target, seed, long);
+                    for level in SimdLevel::ALL.into_iter().filter(|level| level.is_available()) {
                         let nodes = merged::<C>(level, count, target, seed, long);
                         assert!(nodes == expected, "{count} to {target}, seed {seed}, {}, long: {long}", level.name());
                     }
+                    expected
+                });
+                for (short, long) in short.iter().zip(&long) {
+                    assert_eq!(
+                        (short.first, short.count),
+                        (long.first, long.count),
+                        "{count} to {target}, seed {seed}"
+                    );
+                    // Which of two spheres comes first decides the last digit.
+                    let fields = short.container.fields().into_iter().zip(long.container.fields());
+                    assert!(fields.into_iter().all(|(a, b)| (a - b).abs() <= 1e-6), "{count} to {target}, seed {seed}");
                 }
             }
         }

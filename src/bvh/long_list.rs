@@ -5,18 +5,22 @@
 //! each merge. Only among matches that are equal in both may one have moved below the one that was found.
 
 #![allow(clippy::inline_always, reason = "SIMD kernels must land in the caller that enables the instructions")]
+#![allow(clippy::needless_range_loop, reason = "several arrays are indexed by the same row")]
 
-use fearless_simd::{Select, Simd, SimdBase, SimdMask, f32x8, u32x8};
+use fearless_simd::{Select, Simd, SimdBase, SimdMask, f32x16, u32x16};
 
-use super::cluster::{Cluster, Clustered, Clusters, LANES, Pairs, broadcast};
+use super::cluster::{Cluster, Clustered, Clusters, FIELDS, Pairs, broadcast};
 use crate::cancel::{CancelToken, Cancelled};
 
+/// Clusters compared at a time.
+const WIDTH: usize = 16;
 /// Marks a cluster whose best match has to be searched again; its distance and its count are lower bounds.
 const STALE: u32 = u32::MAX;
-/// Merges between two looks at the token.
-const MERGES_BETWEEN_CHECKS: usize = 64;
+/// Distances from one cluster to others between two looks at the token.
+const COMPARED_BETWEEN_CHECKS: usize = 64;
 
-/// What is known of the clusters of a list, one after the other; whole rows, of which those behind the end have no distance.
+/// What is known of the clusters of a list, one after the other; whole rows, of which those behind the end have a distance
+/// that is no number and so never the smallest.
 #[derive(Debug, Default)]
 pub struct Matches {
     /// Distance to the best match, or a lower bound where that is [`STALE`].
@@ -27,8 +31,6 @@ pub struct Matches {
     own_counts: Vec<u32>,
     /// That of its best match, or a lower bound for those at this distance.
     match_counts: Vec<u32>,
-    /// Distances from one cluster to all, while its best match is searched.
-    row: Vec<f32>,
 }
 
 /// Merges the closest pair of the clusters from `base` on until no more than `target` are left.
@@ -42,32 +44,32 @@ pub fn combine_long<C: Clustered, S: Simd>(
     pairs: &mut Pairs<C>,
     token: &CancelToken,
 ) -> Result<(), Cancelled> {
-    let room = (list.len - base).next_multiple_of(LANES);
-    matches.distances.clear();
-    matches.distances.resize(room, f32::INFINITY);
-    matches.positions.clear();
-    matches.positions.resize(room, STALE);
+    let room = (list.len - base).next_multiple_of(WIDTH);
     matches.own_counts.clear();
     matches.own_counts.extend(list.items[base..list.len].iter().map(|cluster| cluster.count));
     matches.own_counts.resize(room, 0);
-    matches.match_counts.clear();
+    matches.distances.resize(room, 0.0);
+    matches.positions.resize(room, STALE);
     matches.match_counts.resize(room, 0);
-    matches.row.resize(room, 0.0);
     let mut search = Search { list, matches, base };
-    for at in 0..search.len() {
-        if at % MERGES_BETWEEN_CHECKS == 0 {
-            token.check()?;
+    let rows = room / WIDTH;
+    for row in (0..rows).step_by(2) {
+        if row + 1 < rows {
+            search.find_best_matches::<C, S, 2>(simd, row, token)?;
+        } else {
+            search.find_best_matches::<C, S, 1>(simd, row, token)?;
         }
-        search.find_best_match::<C, S>(simd, at);
     }
-    while search.len() > target {
-        if search.len().is_multiple_of(MERGES_BETWEEN_CHECKS) {
-            token.check()?;
-        }
-        let (low, high) = search.closest_pair::<C, S>(simd, token)?;
+    let mut asking = None;
+    loop {
+        let (low, high) = search.closest_pair::<C, S>(simd, asking, token)?;
         search.merge::<C, S>(simd, low, high, pairs);
+        if search.len() <= target {
+            return Ok(());
+        }
+        // Nothing is closer to the union than the two were to each other: it is the next to ask for its match.
+        asking = Some(low);
     }
-    Ok(())
 }
 
 /// A list at work; positions count from `base`.
@@ -88,105 +90,110 @@ impl Search<'_> {
         &self.list.items[self.base + at]
     }
 
-    /// Number of primitives of the cluster at `at` and its best match, or a lower bound.
+    /// Searches the best matches of all clusters of `R` rows from `first` on: the smallest distance, then the fewest
+    /// primitives, then the lowest position.
     #[inline(always)]
-    fn pair_count(&self, at: usize) -> u32 {
-        self.matches.own_counts[at] + self.matches.match_counts[at]
+    fn find_best_matches<C: Clustered, S: Simd, const R: usize>(
+        &mut self,
+        simd: S,
+        first: usize,
+        token: &CancelToken,
+    ) -> Result<(), Cancelled> {
+        let nothing = f32x16::splat(simd, f32::NAN);
+        let mut own = [[nothing; FIELDS]; R];
+        let mut lanes = [lanes_of(simd, first); R];
+        let mut best = [Best::none(simd); R];
+        for row in 0..R {
+            own[row] = self.list.row::<C, S, _>(simd, self.base + (first + row) * WIDTH);
+            lanes[row] = lanes_of(simd, first + row);
+        }
+        for at in 0..self.len() {
+            if at % COMPARED_BETWEEN_CHECKS == 0 {
+                token.check()?;
+            }
+            let position = u32x16::splat(simd, at as u32);
+            let counts = u32x16::splat(simd, self.matches.own_counts[at]);
+            let other = broadcast::<C, S, _>(simd, self.item(at));
+            for row in 0..R {
+                let distances = C::distances(&other, &own[row]);
+                best[row].offer(lanes[row].simd_eq(position).select(nothing, distances), counts, position);
+            }
+        }
+        let end = u32x16::splat(simd, self.len() as u32);
+        let Matches { distances, positions, match_counts, .. } = &mut *self.matches;
+        for row in 0..R {
+            let range = (first + row) * WIDTH..(first + row + 1) * WIDTH;
+            let behind = lanes[row].simd_ge(end);
+            behind.select(nothing, best[row].distances).store_slice(&mut distances[range.clone()]);
+            best[row].counts.store_slice(&mut match_counts[range.clone()]);
+            best[row].positions.store_slice(&mut positions[range]);
+        }
+        Ok(())
     }
 
-    /// Searches the best match of the cluster at `at`: the smallest distance, then the fewest primitives, then the lowest
-    /// position.
+    /// The same for the cluster at `at` alone.
     #[inline(always)]
-    fn find_best_match<C: Clustered, S: Simd>(&mut self, simd: S, at: usize) {
-        let own = broadcast::<C, S>(simd, self.item(at));
+    fn best_match<C: Clustered, S: Simd>(&self, simd: S, at: usize) -> Found {
+        let own = broadcast::<C, S, f32x16<S>>(simd, self.item(at));
         let len = self.len();
-        let infinity = f32x8::splat(simd, f32::INFINITY);
-        let (itself, end) = (u32x8::splat(simd, at as u32), u32x8::splat(simd, len as u32));
-        let rows = &mut self.matches.row.as_chunks_mut::<LANES>().0[..len.div_ceil(LANES)];
-        let mut smallest = infinity;
-        let mut lanes = u32x8::from_slice(simd, &[0, 1, 2, 3, 4, 5, 6, 7]);
-        for (chunk, row) in rows.iter_mut().enumerate() {
-            let distances = C::distances(&own, &self.list.row::<C, S>(simd, self.base + chunk * LANES));
+        let nothing = f32x16::splat(simd, f32::NAN);
+        let (itself, end) = (u32x16::splat(simd, at as u32), u32x16::splat(simd, len as u32));
+        let mut best = Best::none(simd);
+        for row in 0..len.div_ceil(WIDTH) {
+            let lanes = lanes_of(simd, row);
+            let distances = C::distances(&own, &self.list.row::<C, S, _>(simd, self.base + row * WIDTH));
             // Neither itself nor what stands behind the end.
-            let distances = (lanes.simd_eq(itself) | lanes.simd_ge(end)).select(infinity, distances);
-            distances.store_slice(row);
-            smallest = smallest.min(distances);
-            lanes += u32x8::splat(simd, LANES as u32);
+            let distances = (lanes.simd_eq(itself) | lanes.simd_ge(end)).select(nothing, distances);
+            best.offer(distances, row_of(simd, &self.matches.own_counts, row), lanes);
         }
-        let smallest = smallest.reduce_min();
-        let mut best = (u32::MAX, STALE);
-        for (chunk, row) in rows.iter().enumerate() {
-            let equal = f32x8::from_slice(simd, row).simd_eq(f32x8::splat(simd, smallest));
-            let mut lanes = equal.to_bitmask() as u32;
-            if lanes == 0 {
-                continue;
-            }
-            lanes &= lanes_below(len - chunk * LANES);
-            if at / LANES == chunk {
-                lanes &= !(1 << (at % LANES));
-            }
-            if lanes.count_ones() > 1 {
-                let counts = u32x8::from_slice(simd, &self.matches.own_counts[chunk * LANES..(chunk + 1) * LANES]);
-                let tied = <u32x8<S> as SimdBase<S>>::Mask::from_bitmask(simd, u64::from(lanes));
-                let counts = tied.select(counts, u32x8::splat(simd, u32::MAX));
-                lanes &= counts.simd_eq(u32x8::splat(simd, counts.reduce_min())).to_bitmask() as u32;
-            }
-            if lanes != 0 {
-                let position = chunk * LANES + lanes.trailing_zeros() as usize;
-                best = best.min((self.matches.own_counts[position], position as u32));
-            }
-        }
-        self.matches.distances[at] = smallest;
-        (self.matches.match_counts[at], self.matches.positions[at]) = best;
+        best.least(simd)
     }
 
-    /// The pair with the smallest distance, then the fewest primitives, then the lowest positions.
+    /// The cluster whose pair has the smallest distance, then the fewest primitives, then the lowest position, without that
+    /// at `asking`.
+    #[inline(always)]
+    fn closest<S: Simd>(&self, simd: S, asking: u32) -> Found {
+        let Matches { distances, own_counts, match_counts, .. } = &*self.matches;
+        let nothing = f32x16::splat(simd, f32::NAN);
+        let asking = u32x16::splat(simd, asking);
+        let mut best = Best::none(simd);
+        for row in 0..self.len().div_ceil(WIDTH) {
+            let lanes = lanes_of(simd, row);
+            let distances = f32x16::from_slice(simd, &distances[row * WIDTH..(row + 1) * WIDTH]);
+            let counts: u32x16<S> = row_of(simd, own_counts, row) + row_of(simd, match_counts, row);
+            best.offer(lanes.simd_eq(asking).select(nothing, distances), counts, lanes);
+        }
+        best.least(simd)
+    }
+
+    /// The pair with the smallest distance, then the fewest primitives, then the lowest positions; `asking` has to search its
+    /// match first.
     #[inline(always)]
     fn closest_pair<C: Clustered, S: Simd>(
         &mut self,
         simd: S,
+        mut asking: Option<usize>,
         token: &CancelToken,
     ) -> Result<(usize, usize), Cancelled> {
         loop {
-            let rows = self.len().div_ceil(LANES);
-            let mut smallest = f32x8::splat(simd, f32::INFINITY);
-            for row in &self.matches.distances.as_chunks::<LANES>().0[..rows] {
-                smallest = smallest.min(f32x8::from_slice(simd, row));
-            }
-            let smallest = smallest.reduce_min();
-            // The fewest primitives of a pair at that distance, so far; and where one of its two is.
-            let mut fewest = u32::MAX;
-            let mut closest = 0;
-            for chunk in (0..rows).map(|row| row * LANES) {
-                let distances = f32x8::from_slice(simd, &self.matches.distances[chunk..chunk + LANES]);
-                let equal = distances.simd_eq(f32x8::splat(simd, smallest));
-                if !equal.any_true() {
-                    continue;
-                }
-                let counts = u32x8::from_slice(simd, &self.matches.own_counts[chunk..chunk + LANES])
-                    + u32x8::from_slice(simd, &self.matches.match_counts[chunk..chunk + LANES]);
-                let fewer = equal & counts.simd_lt(u32x8::splat(simd, fewest));
-                let mut lanes = fewer.to_bitmask() as u32 & lanes_below(self.len() - chunk);
-                while lanes != 0 {
-                    let at = chunk + lanes.trailing_zeros() as usize;
-                    lanes &= lanes - 1;
-                    if self.pair_count(at) >= fewest {
-                        continue;
-                    }
-                    if self.matches.positions[at] == STALE {
-                        token.check()?;
-                        self.find_best_match::<C, S>(simd, at);
-                        if self.matches.distances[at] > smallest || self.pair_count(at) >= fewest {
-                            continue;
-                        }
-                    }
-                    (fewest, closest) = (self.pair_count(at), at);
+            // Neither of the two waits for the other.
+            let mut closest = self.closest(simd, asking.map_or(STALE, |at| at as u32));
+            if let Some(at) = asking {
+                token.check()?;
+                let found = self.best_match::<C, S>(simd, at);
+                let Matches { distances, positions, own_counts, match_counts } = &mut *self.matches;
+                (distances[at], match_counts[at], positions[at]) = (found.distance, found.count, found.position);
+                let found = Found { count: own_counts[at] + found.count, position: at as u32, ..found };
+                if found.is_before(&closest) {
+                    closest = found;
                 }
             }
-            if fewest < u32::MAX {
-                let other = self.matches.positions[closest] as usize;
-                return Ok((closest.min(other), closest.max(other)));
+            let at = closest.position as usize;
+            let other = self.matches.positions[at];
+            if other != STALE {
+                return Ok((at.min(other as usize), at.max(other as usize)));
             }
+            asking = Some(at);
         }
     }
 
@@ -196,34 +203,93 @@ impl Search<'_> {
         let pair = [*self.item(low), *self.item(high)];
         let union = Cluster::of_pair::<C>(&pair, pairs.push(&pair));
         let last = self.len() - 1;
-        let rows = last.div_ceil(LANES);
+        let rows = last.div_ceil(WIDTH);
         let moved = *self.item(last);
         self.list.set::<C>(self.base + high, moved);
         self.list.set::<C>(self.base + low, union);
         self.list.len -= 1;
-        let Matches { distances, positions, own_counts, match_counts, .. } = &mut *self.matches;
-        // Nothing is closer to the union than the two were to each other, nor as close with fewer primitives than either.
-        positions[low] = STALE;
-        match_counts[low] = pair[0].count.max(pair[1].count);
+        let Matches { distances, positions, own_counts, match_counts } = &mut *self.matches;
         own_counts[low] = union.count;
         positions[high] = positions[last];
         match_counts[high] = match_counts[last];
         own_counts[high] = own_counts[last];
         distances[high] = distances[last];
-        distances[last] = f32::INFINITY;
+        distances[last] = f32::NAN;
         // Who had one of the two as its match has none now; who had the last one finds it at its new place.
-        let [low, high, last] = [low, high, last].map(|at| u32x8::splat(simd, at as u32));
-        for row in positions.chunks_exact_mut(LANES).take(rows) {
-            let best = u32x8::from_slice(simd, row);
+        let [low, high, last] = [low, high, last].map(|at| u32x16::splat(simd, at as u32));
+        for row in positions.as_chunks_mut::<WIDTH>().0.iter_mut().take(rows) {
+            let best = u32x16::load_array_ref(simd, row);
             let moved = best.simd_eq(last).select(high, best);
             let lost = best.simd_eq(low) | best.simd_eq(high);
-            lost.select(u32x8::splat(simd, STALE), moved).store_slice(row);
+            lost.select(u32x16::splat(simd, STALE), moved).store_slice(row);
         }
     }
 }
 
-/// A bit for each of the first `count` of eight lanes.
+/// What a search has found.
+struct Found {
+    distance: f32,
+    /// Number of primitives.
+    count: u32,
+    position: u32,
+}
+
+impl Found {
+    fn is_before(&self, other: &Self) -> bool {
+        self.distance < other.distance
+            || self.distance == other.distance && (self.count, self.position) < (other.count, other.position)
+    }
+}
+
+/// The best that each lane has seen: the smallest distance, then the fewest primitives, then the first.
+#[derive(Clone, Copy)]
+struct Best<S: Simd> {
+    distances: f32x16<S>,
+    counts: u32x16<S>,
+    positions: u32x16<S>,
+}
+
+impl<S: Simd> Best<S> {
+    #[inline(always)]
+    fn none(simd: S) -> Self {
+        let most = u32x16::splat(simd, u32::MAX);
+        Self { distances: f32x16::splat(simd, f32::INFINITY), counts: most, positions: most }
+    }
+
+    /// Takes what is better; nothing is where the distance is no number.
+    #[inline(always)]
+    fn offer(&mut self, distances: f32x16<S>, counts: u32x16<S>, positions: u32x16<S>) {
+        let tied = distances.simd_eq(self.distances) & counts.simd_lt(self.counts);
+        let better = distances.simd_lt(self.distances) | tied;
+        self.distances = better.select(distances, self.distances);
+        self.counts = better.select(counts, self.counts);
+        self.positions = better.select(positions, self.positions);
+    }
+
+    /// The best of all lanes, of equally good ones that at the lowest position.
+    #[inline(always)]
+    fn least(self, simd: S) -> Found {
+        let smallest = self.distances.reduce_min();
+        let mut lanes = self.distances.simd_eq(f32x16::splat(simd, smallest)).to_bitmask();
+        let (counts, positions) = (self.counts.to_array(), self.positions.to_array());
+        let mut best = (u32::MAX, u32::MAX);
+        while lanes != 0 {
+            let lane = lanes.trailing_zeros() as usize % WIDTH;
+            lanes &= lanes - 1;
+            best = best.min((counts[lane], positions[lane]));
+        }
+        Found { distance: smallest, count: best.0, position: best.1 }
+    }
+}
+
+/// The positions of `row`.
 #[inline(always)]
-fn lanes_below(count: usize) -> u32 {
-    if count >= LANES { 0xff } else { (1 << count) - 1 }
+fn lanes_of<S: Simd>(simd: S, row: usize) -> u32x16<S> {
+    let first = u32x16::load_array(simd, [0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15]);
+    first + u32x16::splat(simd, (row * WIDTH) as u32)
+}
+
+#[inline(always)]
+fn row_of<S: Simd>(simd: S, numbers: &[u32], row: usize) -> u32x16<S> {
+    u32x16::from_slice(simd, &numbers[row * WIDTH..(row + 1) * WIDTH])
 }

@@ -16,6 +16,7 @@ use super::curve::CurveGrid;
 use super::morton::CODE_BITS;
 use super::radix_sort::{radix_sort, radix_sort_with};
 use super::stage_times::StageTimes;
+use super::wide::prefetch::prefetch;
 use crate::cancel::{CancelToken, Cancelled};
 use crate::geometry::{Aabb, Triangle};
 
@@ -23,6 +24,9 @@ use crate::geometry::{Aabb, Triangle};
 const BATCH: usize = 8192;
 /// Most primitives that may have the same packed code before the rest of their codes is sorted as well.
 const MAX_CELL_PRIMITIVES: usize = 32;
+
+/// Up to so many keys it is quicker to count those above a split than to search it.
+const COUNTED: usize = 32;
 
 /// Primitives sorted by their codes.
 pub struct MortonOrder<C: Clustered> {
@@ -171,6 +175,17 @@ impl<C: Clustered> MortonOrder<C> {
         Cluster::of_primitive(C::restore_fields(simd, kept, triangle), primitive)
     }
 
+    /// Asks for what [`Self::cluster`] is going to read.
+    #[inline(always)]
+    pub fn prefetch(&self, triangles: &[Triangle], position: usize) {
+        let primitive = self.primitive(position) as usize;
+        if size_of::<C::Kept>() == 0 {
+            prefetch(triangles, primitive);
+        } else {
+            prefetch(&self.kept, primitive);
+        }
+    }
+
     /// Where `range` splits: at the first flip of the highest bit that is not the same for all, in the middle where
     /// there is none.
     #[inline]
@@ -178,7 +193,12 @@ impl<C: Clustered> MortonOrder<C> {
         let (first, last) = (self.keys[range.start], self.keys[range.end - 1]);
         let Some(bit) = ((first ^ last) >> self.index_bits).checked_ilog2() else { return self.split_cell(range) };
         let bit = bit + self.index_bits;
-        range.start + self.keys[range.clone()].partition_point(|key| key >> bit & 1 == 0)
+        let keys = &self.keys[range.clone()];
+        if keys.len() > COUNTED {
+            return range.start + keys.partition_point(|key| key >> bit & 1 == 0);
+        }
+        // No step waits for the one before.
+        range.end - keys.iter().map(|key| (key >> bit & 1) as usize).sum::<usize>()
     }
 
     /// [`Self::split`] where the packed codes are all the same.

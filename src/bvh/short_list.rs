@@ -1,47 +1,44 @@
 //! `combine_clusters` for lists of up to 32, of which nearly all of a build consists: all distances at once, kept as a matrix
 //! in the first cache. A merge changes one row and one column of it; the smallest distance is that of the columns'
-//! minima, and where no two distances are equal their lanes tell the pair.
+//! minima, and where no two distances are equal their lanes tell the pair. A union takes the place of its first part, and
+//! that of the second stays empty until the end.
 
 #![allow(clippy::inline_always, reason = "SIMD kernels must land in the caller that enables the instructions")]
 #![allow(clippy::needless_range_loop, reason = "several arrays are indexed by the same lane or row")]
 
-use fearless_simd::{Select, Simd, SimdBase, SimdMask, f32x8, mask32x8, u32x8};
+use fearless_simd::{Select, Simd, SimdMask};
 
-use super::cluster::{Cluster, Clustered, Clusters, FIELDS, LANES, Pairs, broadcast};
+use super::cluster::{Cluster, Clustered, Clusters, FIELDS, Lanes, Pairs, broadcast};
 
 /// A row for each of up to `N` clusters, `W` vectors long: the distances to all others, infinity where there is none.
-struct Matrix<S: Simd, const W: usize, const N: usize>([[f32x8<S>; W]; N]);
+/// Columns of empty places keep what they held.
+struct Matrix<V, const W: usize, const N: usize>([[V; W]; N]);
 
 /// Merges the closest pair of the clusters from `base` on until `target` are left; there are more, but no more than
-/// `N`, which is eight times `W` and a power of two.
+/// `N`, the lanes of `W` vectors.
 #[inline(always)]
-pub fn combine_short<C: Clustered, S: Simd, const W: usize, const N: usize>(
+pub fn combine_short<C: Clustered, S: Simd, V: Lanes<S>, const W: usize, const N: usize>(
     simd: S,
     list: &mut Clusters,
     base: usize,
     target: usize,
     pairs: &mut Pairs<C>,
 ) {
-    const { assert!(N == W * LANES && N.is_power_of_two()) };
+    const { assert!(N == W * V::LEN && N.is_power_of_two() && N <= 32) };
     let mut len = list.len - base;
-    let infinity = f32x8::splat(simd, f32::INFINITY);
-    let lanes: [u32x8<S>; W] =
-        std::array::from_fn(|w| u32x8::from_slice(simd, &LANE_NUMBERS[w * LANES..(w + 1) * LANES]));
-    let lanes_at = |at: usize| -> [mask32x8<S>; W] {
-        let at = u32x8::splat(simd, at as u32);
-        std::array::from_fn(|w| lanes[w].simd_eq(at))
-    };
-    let mut fields: [[f32x8<S>; FIELDS]; W] = std::array::from_fn(|w| list.row::<C, S>(simd, base + w * LANES));
+    let infinity = V::splat(simd, f32::INFINITY);
+    let mut fields: [[V; FIELDS]; W] = std::array::from_fn(|w| list.row::<C, S, V>(simd, base + w * V::LEN));
     let Ok(items) = <&mut [Cluster; N]>::try_from(&mut list.items[base..base + N]) else { return };
 
+    // A bit for each place that is taken.
+    let mut taken = (1_u64 << len) - 1;
     let mut matrix = Matrix([[infinity; W]; N]);
     let mut nearest = [infinity; W];
-    let dead = lanes_from(simd, &lanes, len);
     for at in 0..len {
-        let own = broadcast::<C, S>(simd, &items[at % N]);
-        let itself = lanes_at(at);
+        let own = broadcast::<C, S, V>(simd, &items[at % N]);
+        let none = lanes::<S, V, W>(simd, !taken | 1 << at);
         for w in 0..W {
-            let distances = (itself[w] | dead[w]).select(infinity, C::distances(&own, &fields[w]));
+            let distances = none[w].select(infinity, C::distances(&own, &fields[w]));
             matrix.0[at % N][w] = distances;
             nearest[w] = nearest[w].min(distances);
         }
@@ -55,89 +52,95 @@ pub fn combine_short<C: Clustered, S: Simd, const W: usize, const N: usize>(
         for w in 1..W {
             smallest = smallest.min(nearest[w]).min(fresh[w]);
         }
-        let smallest = f32x8::splat(simd, smallest.reduce_min());
-        let old = bits_of::<S, W>(std::array::from_fn(|w| nearest[w].simd_eq(smallest)));
-        let new = bits_of::<S, W>(std::array::from_fn(|w| fresh[w].simd_eq(smallest)));
+        let smallest = V::splat(simd, smallest.reduce_min());
+        let old = bits_of::<S, V, W>(&nearest, smallest);
+        let new = bits_of::<S, V, W>(&fresh, smallest);
         let candidates = old | new | u32::from(new != 0) << low;
         let high;
         if candidates.count_ones() == 2 {
             low = candidates.trailing_zeros() as usize % N;
             high = candidates.ilog2() as usize % N;
         } else {
-            (low, high) = matrix.break_tie(smallest, candidates, len, items);
+            (low, high) = matrix.break_tie(smallest, candidates & taken as u32, items);
         }
 
-        // Two become one, which takes the first one's place; the last takes the second one's.
+        // Two become one, which takes the first one's place.
         let pair = [items[low], items[high]];
-        let union = C::union_fields(simd, &pair[0].fields, &pair[1].fields);
+        let union = C::union_fields::<S, V>(simd, &pair[0].fields, &pair[1].fields);
         items[low] = Cluster {
             fields: std::array::from_fn(|field| if field < C::USED_FIELDS { union[field][0] } else { 0.0 }),
             first: pairs.push(&pair),
             count: pair[0].count + pair[1].count,
         };
-        len -= 1;
-        let last = len % N;
-        let moved = broadcast::<C, S>(simd, &items[last]);
-        items[high] = items[last];
-        let (at_low, at_high) = (lanes_at(low), lanes_at(high));
+        let at_low = lanes::<S, V, W>(simd, 1 << low);
         for w in 0..W {
             for field in 0..C::USED_FIELDS {
-                let kept = at_low[w].select(union[field], fields[w][field]);
-                fields[w][field] = at_high[w].select(moved[field], kept);
+                fields[w][field] = at_low[w].select(union[field], fields[w][field]);
             }
         }
+        taken &= !(1 << high);
+        len -= 1;
         if len <= target {
             break;
         }
 
-        let dead = lanes_from(simd, &lanes, len);
-        let (mut fresh_row, mut moved_row) = ([0.0; N], [0.0; N]);
+        let none = lanes::<S, V, W>(simd, !taken | 1 << low);
+        let mut fresh_row = [0.0; N];
         for w in 0..W {
-            fresh[w] = (at_low[w] | dead[w]).select(infinity, C::distances(&union, &fields[w]));
-            fresh[w].store_slice(&mut fresh_row[w * LANES..(w + 1) * LANES]);
-            let moved = (at_low[w] | at_high[w] | dead[w]).select(infinity, matrix.0[last][w]);
-            moved.store_slice(&mut moved_row[w * LANES..(w + 1) * LANES]);
-            matrix.0[high][w] = moved;
-            matrix.0[last][w] = infinity;
+            fresh[w] = none[w].select(infinity, C::distances(&union, &fields[w]));
+            fresh[w].store_slice(&mut fresh_row[w * V::LEN..(w + 1) * V::LEN]);
             matrix.0[low][w] = infinity;
-            nearest[w] = infinity;
+            matrix.0[high][w] = infinity;
         }
-        // One vector a row: no count to wait for. More: only the rows in use.
-        for at in 0..if W == 1 { N } else { len } {
-            let (fresh_at, moved_at) = (f32x8::splat(simd, fresh_row[at % N]), f32x8::splat(simd, moved_row[at % N]));
-            for w in 0..W {
-                let row = at_high[w].select(moved_at, matrix.0[at % N][w]);
-                nearest[w] = nearest[w].min(row);
-                matrix.0[at % N][w] = at_low[w].select(fresh_at, row);
+        // Four minima, that none waits for the one before.
+        let mut minima = [[infinity; W]; 4];
+        for (rows, fresh_at) in matrix.0.as_chunks_mut::<4>().0.iter_mut().zip(fresh_row.as_chunks::<4>().0) {
+            for at in 0..4 {
+                let fresh_at = V::splat(simd, fresh_at[at]);
+                for w in 0..W {
+                    let row = rows[at][w];
+                    minima[at][w] = minima[at][w].min(row);
+                    rows[at][w] = at_low[w].select(fresh_at, row);
+                }
             }
         }
         for w in 0..W {
-            // Columns behind the end keep what they held, which counts no more.
-            nearest[w] = (at_low[w] | dead[w]).select(infinity, nearest[w]);
+            let minimum = minima[0][w].min(minima[1][w]).min(minima[2][w].min(minima[3][w]));
+            nearest[w] = none[w].select(infinity, minimum);
             matrix.0[low][w] = fresh[w];
         }
     }
     for w in 0..W {
         for field in 0..C::USED_FIELDS {
-            let at = base + w * LANES;
-            fields[w][field].store_slice(&mut list.fields[field][at..at + LANES]);
+            let at = base + w * V::LEN;
+            fields[w][field].store_slice(&mut list.fields[field][at..at + V::LEN]);
         }
     }
     list.len = base + len;
+    // The last ones take the places that are empty.
+    let mut behind = taken & (u64::MAX << len);
+    while behind != 0 {
+        let (from, to) = (behind.ilog2() as usize, taken.trailing_ones() as usize);
+        behind &= !(1 << from);
+        taken |= 1 << to;
+        list.set::<C>(base + to, list.items[base + from]);
+    }
 }
 
-impl<S: Simd, const W: usize, const N: usize> Matrix<S, W, N> {
+impl<V, const W: usize, const N: usize> Matrix<V, W, N> {
     /// Of the pairs whose distance is `smallest`, all among the `candidates`, that with the fewest primitives, then the
-    /// lowest positions.
+    /// lowest places.
     #[inline(always)]
-    fn break_tie(&self, smallest: f32x8<S>, candidates: u32, len: usize, items: &[Cluster; N]) -> (usize, usize) {
-        let below = |at: usize| ((1_u64 << at) - 1) as u32;
+    fn break_tie<S: Simd>(&self, smallest: V, candidates: u32, items: &[Cluster; N]) -> (usize, usize)
+    where
+        V: Lanes<S>,
+    {
         let mut best = (u32::MAX, 0, 1);
-        let mut rows = candidates & below(len);
+        let mut rows = candidates;
         while rows != 0 {
             let low = rows.trailing_zeros() as usize % N;
             rows &= rows - 1;
-            let mut partners = bits_of::<S, W>(std::array::from_fn(|w| self.0[low][w].simd_eq(smallest))) & rows;
+            let mut partners = bits_of::<S, V, W>(&self.0[low], smallest) & rows;
             while partners != 0 {
                 let high = partners.trailing_zeros() as usize % N;
                 partners &= partners - 1;
@@ -148,26 +151,14 @@ impl<S: Simd, const W: usize, const N: usize> Matrix<S, W, N> {
     }
 }
 
-/// The numbers of the lanes of the longest row.
-const LANE_NUMBERS: [u32; 4 * LANES] = {
-    let mut numbers = [0; 4 * LANES];
-    let mut at = 0;
-    while at < numbers.len() {
-        numbers[at] = at as u32;
-        at += 1;
-    }
-    numbers
-};
-
-/// The lanes from number `len` on.
+/// The lanes whose bits are set.
 #[inline(always)]
-fn lanes_from<S: Simd, const W: usize>(simd: S, lanes: &[u32x8<S>; W], len: usize) -> [mask32x8<S>; W] {
-    let len = u32x8::splat(simd, len as u32);
-    std::array::from_fn(|w| lanes[w].simd_ge(len))
+fn lanes<S: Simd, V: Lanes<S>, const W: usize>(simd: S, bits: u64) -> [V::Mask; W] {
+    std::array::from_fn(|w| V::Mask::from_bitmask(simd, bits >> (w * V::LEN)))
 }
 
-/// A bit for each lane.
+/// A bit for each lane of `row` that is `value`.
 #[inline(always)]
-fn bits_of<S: Simd, const W: usize>(masks: [mask32x8<S>; W]) -> u32 {
-    masks.iter().enumerate().fold(0, |bits, (w, mask)| bits | (mask.to_bitmask() as u32) << (w * LANES))
+fn bits_of<S: Simd, V: Lanes<S>, const W: usize>(row: &[V; W], value: V) -> u32 {
+    row.iter().enumerate().fold(0, |bits, (w, row)| bits | (row.simd_eq(value).to_bitmask() as u32) << (w * V::LEN))
 }

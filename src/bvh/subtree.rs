@@ -41,6 +41,7 @@ pub fn build_subtree<C: Clustered, S: Simd>(
     let mut scratch = Scratch::default();
     let mut fetched = Clusters::with_capacity(FETCHED);
     let mut fetched_range = 0..0;
+    let mut asked_for = 0;
     let mut steps = vec![Step::Build(range)];
     while let Some(step) = steps.pop() {
         let (base, target) = match step {
@@ -48,6 +49,12 @@ pub fn build_subtree<C: Clustered, S: Simd>(
             Step::Build(range) => {
                 if range.len() <= FETCHED && range.start >= fetched_range.end {
                     token.check()?;
+                    // Those after them travel while these are clustered.
+                    let ahead = (range.end + FETCHED).min(input.len());
+                    for position in range.end.max(asked_for)..ahead {
+                        input.prefetch(triangles, position);
+                    }
+                    asked_for = ahead;
                     for (at, position) in range.clone().enumerate() {
                         fetched.set::<C>(at, input.cluster(simd, triangles, position));
                     }
