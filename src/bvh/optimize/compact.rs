@@ -4,7 +4,7 @@
 use rayon::prelude::*;
 
 use super::below::{joined_cost, leaf_cost};
-use super::shares::{Share, shares};
+use super::shares::{MAX_SHARE_NODES, Share, divide, shares};
 use crate::bvh::cluster::Clustered;
 use crate::bvh::{Node, Tree};
 use crate::cancel::{CancelToken, Cancelled};
@@ -13,14 +13,22 @@ use crate::cancel::{CancelToken, Cancelled};
 /// top, leaves and their primitives from left to right, without those that nothing leads to. Where it `collapses`, with
 /// leaves where those are cheaper. Returns the SAH cost, not normalised.
 pub fn compact<C: Clustered>(tree: &mut Tree<C>, collapses: bool, token: &CancelToken) -> Result<f32, Cancelled> {
-    let shares = shares(&tree.nodes);
-    let whole = &*tree;
-    let parts = shares.par_iter().map_init(Vec::new, |entries, share| {
-        token.check()?;
-        let own = (share.children == 0).then(|| Part::new(whole, share.node, collapses, entries));
-        Ok(own.unwrap_or_default())
-    });
-    let mut parts: Vec<Part<C>> = parts.collect::<Result<_, _>>()?;
+    let mut shares = shares(&tree.nodes);
+    let mut parts: Vec<Part<C>> = Vec::new();
+    while parts.len() < shares.len() {
+        let whole = &*tree;
+        let more = shares[parts.len()..].par_iter().map_init(Vec::new, |entries, share| {
+            token.check()?;
+            let own = (share.children == 0).then(|| Part::new(whole, share.node, collapses, entries));
+            Ok(own.unwrap_or_else(|| Some(Part::default())))
+        });
+        for part in more.collect::<Result<Vec<_>, _>>()? {
+            if part.is_none() {
+                divide(&mut shares, &tree.nodes, parts.len());
+            }
+            parts.push(part.unwrap_or_default());
+        }
+    }
     for at in (0..shares.len()).rev() {
         if shares[at].children > 0 {
             let first = shares[at].children as usize;
@@ -66,12 +74,16 @@ struct Entry<C> {
 }
 
 impl<C: Clustered> Part<C> {
-    fn new(tree: &Tree<C>, root: u32, collapses: bool, entries: &mut Vec<Entry<C>>) -> Self {
+    /// What becomes of the subtree of `root`; `None` where it is too large for one thread.
+    fn new(tree: &Tree<C>, root: u32, collapses: bool, entries: &mut Vec<Entry<C>>) -> Option<Self> {
         let entry = |node: Node<C>| Entry { node, count: node.count, cost: 0.0, is_leaf: node.is_leaf() };
         entries.clear();
         entries.push(entry(tree.nodes[root as usize]));
         let mut at = 0;
         while let Some(&Entry { node, is_leaf, .. }) = entries.get(at) {
+            if at == MAX_SHARE_NODES {
+                return None;
+            }
             if !is_leaf {
                 entries[at].node.first = entries.len() as u32;
                 let first = node.first as usize;
@@ -93,7 +105,7 @@ impl<C: Clustered> Part<C> {
             pairs += usize::from(!is_leaf);
             entries[at] = Entry { node, count, cost, is_leaf };
         }
-        Self::written(tree, entries, pairs)
+        Some(Self::written(tree, entries, pairs))
     }
 
     /// `pairs` is as many as there can be.
