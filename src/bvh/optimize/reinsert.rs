@@ -4,6 +4,7 @@
 //! rises, and the tree is the same on any number of threads.
 
 use std::collections::{HashSet, VecDeque};
+use std::sync::atomic::{AtomicU32, Ordering};
 
 use glam::Vec3A;
 use rayon::prelude::*;
@@ -21,10 +22,12 @@ const MIN_GAIN: f64 = 2e-3;
 const PRIMITIVES_PER_CANDIDATE: usize = 50;
 /// Candidates between two looks at the token.
 const BATCH: usize = 256;
-/// Nodes between two looks at the token where nothing else is done with them.
-const NODES_PER_LOOK: usize = 1 << 20;
+/// Nodes that one task looks at where nothing else is done with them.
+const NODES_PER_LOOK: usize = 1 << 16;
 /// Nodes that one thread looks at before the rest is shared out.
 const TOP_NODES: usize = 256;
+/// So many of those that are scored tell where the best begin.
+const SAMPLES: usize = 4096;
 /// No node.
 const NONE: u32 = u32::MAX;
 
@@ -83,6 +86,24 @@ pub fn reinsert(nodes: &mut [Node<Aabb>], primitives: usize, cost: f64, token: &
     Ok(total)
 }
 
+/// At least the `most` of `parts` whose first numbers are the largest, and few others; all where there are no more.
+fn most_wasteful(parts: &[Vec<(f32, u32)>], most: usize) -> Vec<(f32, u32)> {
+    let len: usize = parts.iter().map(Vec::len).sum();
+    // A sample tells about where they begin.
+    let step = (len / SAMPLES).max(1);
+    let mut sample: Vec<f32> = parts.iter().flatten().step_by(step).map(|one| one.0).collect();
+    let place = most * 5 / 4 / step + SAMPLES / 64;
+    if place < sample.len() {
+        let (_, &mut least, _) = sample.select_nth_unstable_by(place, |a, b| b.total_cmp(a));
+        let large: Vec<Vec<(f32, u32)>> =
+            parts.par_iter().map(|part| part.iter().filter(|one| one.0 >= least).copied().collect()).collect();
+        if large.iter().map(Vec::len).sum::<usize>() >= most {
+            return large.concat();
+        }
+    }
+    parts.concat()
+}
+
 /// The other child of the parent: pairs begin at odd numbers.
 #[inline(always)]
 fn sibling(node: u32) -> u32 {
@@ -120,28 +141,29 @@ impl Bounds {
 /// A tree whose parts can be moved about.
 struct Links<'a> {
     nodes: &'a mut [Node<Aabb>],
-    /// For each pair of siblings their parent.
-    parents: Vec<u32>,
+    /// For each pair of siblings their parent. Many threads find them; from then on one alone changes them.
+    parents: Vec<AtomicU32>,
 }
 
 impl<'a> Links<'a> {
     fn new(nodes: &'a mut [Node<Aabb>], token: &CancelToken) -> Result<Self, Cancelled> {
-        let mut parents = vec![NONE; nodes.len() / 2];
-        for (chunk, chunk_nodes) in nodes.chunks(NODES_PER_LOOK).enumerate() {
+        let parents: Vec<AtomicU32> = (0..nodes.len() / 2).map(|_| AtomicU32::new(NONE)).collect();
+        nodes.par_chunks(NODES_PER_LOOK).enumerate().try_for_each(|(chunk, chunk_nodes)| {
             token.check()?;
             for (at, node) in (chunk * NODES_PER_LOOK..).zip(chunk_nodes) {
                 if !node.is_leaf() {
-                    parents[node.first as usize / 2] = at as u32;
+                    parents[node.first as usize / 2].store(at as u32, Ordering::Relaxed);
                 }
             }
-        }
+            Ok(())
+        })?;
         Ok(Self { nodes, parents })
     }
 
     /// The parent; [`NONE`] of the root.
     #[inline(always)]
     fn parent(&self, node: u32) -> u32 {
-        if node == 0 { NONE } else { self.parents[(node as usize - 1) / 2] }
+        if node == 0 { NONE } else { self.parents[(node as usize - 1) / 2].load(Ordering::Relaxed) }
     }
 
     #[inline(always)]
@@ -170,9 +192,9 @@ impl<'a> Links<'a> {
             }
             scored
         });
-        for part in parts.collect::<Vec<_>>() {
-            scored.extend(part);
-        }
+        let mut parts: Vec<_> = parts.collect();
+        parts.push(scored);
+        let mut scored = most_wasteful(&parts, most);
         if scored.len() > most {
             scored.select_nth_unstable_by(most, |a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
             scored.truncate(most);
@@ -306,7 +328,7 @@ impl<'a> Links<'a> {
     fn set(&mut self, at: u32, node: Node<Aabb>) {
         self.nodes[at as usize] = node;
         if !node.is_leaf() {
-            self.parents[node.first as usize / 2] = at;
+            *self.parents[node.first as usize / 2].get_mut() = at;
         }
     }
 }
