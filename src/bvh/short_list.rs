@@ -30,6 +30,7 @@ pub fn combine_short<C: Clustered, S: Simd, V: Lanes<S>, const W: usize, const N
     let mut fields: [[V; FIELDS]; W] = std::array::from_fn(|w| list.row::<C, S, V>(simd, base + w * V::LEN));
     let Ok(items) = <&mut [Cluster; N]>::try_from(&mut list.items[base..base + N]) else { return };
 
+    let quads = len.div_ceil(4);
     // A bit for each place that is taken.
     let mut taken = (1_u64 << len) - 1;
     let mut matrix = Matrix([[infinity; W]; N]);
@@ -94,7 +95,8 @@ pub fn combine_short<C: Clustered, S: Simd, V: Lanes<S>, const W: usize, const N
         }
         // Four minima, that none waits for the one before.
         let mut minima = [[infinity; W]; 4];
-        for (rows, fresh_at) in matrix.0.as_chunks_mut::<4>().0.iter_mut().zip(fresh_row.as_chunks::<4>().0) {
+        let rows = matrix.0.as_chunks_mut::<4>().0.iter_mut().take(quads);
+        for (rows, fresh_at) in rows.zip(fresh_row.as_chunks::<4>().0) {
             for at in 0..4 {
                 let fresh_at = V::splat(simd, fresh_at[at]);
                 for w in 0..W {
