@@ -268,7 +268,8 @@ mod tests {
                 let distance = a.center.as_dvec3().distance(b.center.as_dvec3());
                 let (ra, rb) = (f64::from(a.radius), f64::from(b.radius));
                 let exact = (0.5 * (distance + ra + rb)).max(ra).max(rb);
-                assert!(f64::from(union.radius) <= exact * 1.000_001, "{pair:?} → {union:?}");
+                // The bound of what rounding may have done is some twenty epsilons.
+                assert!(f64::from(union.radius) <= exact * 1.000_003, "{pair:?} → {union:?}");
                 assert_eq!(union, pair[1].union(&pair[0]), "the order does not matter");
             }
             assert_eq!(spheres[0].union(&Sphere::EMPTY), spheres[0]);
