@@ -4,6 +4,7 @@
 use rayon::prelude::*;
 
 use super::cluster::Clustered;
+use super::zeros::zeros;
 use super::{Container, Node, Tree};
 use crate::cancel::{CancelToken, Cancelled};
 
@@ -69,9 +70,8 @@ pub fn flatten<C: Clustered>(
     order: impl Fn(usize) -> u32 + Sync,
     token: &CancelToken,
 ) -> Result<Tree<C>, Cancelled> {
-    // Zeros, which the system gives only where they are written to: by the tasks, which can stop, and not before them.
-    let mut nodes: Vec<Node<C>> = bytemuck::zeroed_vec(2 * root.count as usize - 1);
-    let mut primitive_indices = vec![0; root.count as usize];
+    let mut nodes: Vec<Node<C>> = zeros(2 * root.count as usize - 1, token)?;
+    let mut primitive_indices: Vec<u32> = zeros(root.count as usize, token)?;
 
     // The top of the tree, one after the other, until what is left below is small enough for a task.
     let mut tasks = Vec::new();

@@ -32,6 +32,7 @@ pub mod traverse;
 mod triangle_spheres;
 pub mod validate;
 pub mod wide;
+mod zeros;
 
 pub use container::{Container, ContainerKind};
 pub use node::{AnyTree, Node, Tree};

@@ -8,6 +8,7 @@ use glam::Vec3;
 use super::StageTimes;
 use crate::bvh::cluster::Clustered;
 use crate::bvh::flatten::{Pair, flatten};
+use crate::bvh::zeros::zeros;
 use crate::bvh::{Node, Tree};
 use crate::cancel::{CancelToken, Cancelled};
 use crate::geometry::{Aabb, Triangle};
@@ -44,7 +45,7 @@ pub fn build<C: Clustered>(
             Item { container, middle: container.middle(), index }
         }));
     }
-    let mut slots: Vec<Pair<C>> = bytemuck::zeroed_vec(items.len());
+    let mut slots: Vec<Pair<C>> = zeros(items.len(), token)?;
     let root = split(&mut items, &mut slots, 0, 0, token)?;
     times.stages.push(("tree", start.elapsed()));
     token.check()?;

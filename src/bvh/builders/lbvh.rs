@@ -7,6 +7,7 @@ use super::StageTimes;
 use crate::bvh::cluster::Clustered;
 use crate::bvh::flatten::{Pair, flatten};
 use crate::bvh::morton_order::{Extent, MortonOrder, morton_order};
+use crate::bvh::zeros::zeros;
 use crate::bvh::{Curve, Node, Tree};
 use crate::cancel::{CancelToken, Cancelled};
 use crate::geometry::Triangle;
@@ -24,7 +25,7 @@ pub fn build<C: Clustered>(
 ) -> Result<Tree<C>, Cancelled> {
     let input = morton_order::<C>(triangles, extent, curve, token, times)?;
     let start = Instant::now();
-    let mut slots: Vec<Pair<C>> = bytemuck::zeroed_vec(triangles.len());
+    let mut slots: Vec<Pair<C>> = zeros(triangles.len(), token)?;
     let root = split(triangles, &input, 0..triangles.len(), &mut slots, 0, token)?;
     times.stages.push(("tree", start.elapsed()));
     token.check()?;
