@@ -101,6 +101,15 @@ impl Assembly {
         self.triangles.len()
     }
 
+    /// Makes room for as many triangles as a file announces, where there is as much: it may be mistaken.
+    pub(super) fn expect(&mut self, announced: u64) {
+        let fits = Budget::of_process().check("the triangles", announced.saturating_mul(BYTES_PER_TRIANGLE)).is_ok();
+        if let Some(count) = usize::try_from(announced).ok().filter(|_| fits) {
+            // Without it the list grows.
+            let _ = self.triangles.try_reserve_exact(count);
+        }
+    }
+
     /// Makes room for so many more triangles, or says why there is none. The error names no file yet.
     pub(super) fn reserve(&mut self, count: usize) -> Result<(), NoRoom> {
         if self.triangles.capacity().saturating_sub(self.triangles.len()) >= count {
@@ -153,10 +162,12 @@ impl Assembly {
         }
         let index = self.triangles.len();
         if let Some(corners) = corners {
+            reserve_at_first(&mut self.corners, self.triangles.capacity());
             self.corners.resize(index, [0; 3]);
             self.corners.push(corners);
         }
         if material != 0 && self.material_indices.len() < index {
+            reserve_at_first(&mut self.material_indices, self.triangles.capacity());
             self.material_indices.resize(index, 0);
         }
         if material != 0 || !self.material_indices.is_empty() {
@@ -209,6 +220,13 @@ impl Assembly {
             mesh_count: self.mesh_count.max(1),
             warnings: self.warnings,
         })
+    }
+}
+
+/// Room for one item a triangle, when the first of them comes. Where there is none, the list grows.
+fn reserve_at_first<T>(list: &mut Vec<T>, count: usize) {
+    if list.capacity() == 0 {
+        let _ = list.try_reserve_exact(count);
     }
 }
 

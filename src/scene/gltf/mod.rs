@@ -3,6 +3,7 @@
 //! `import` feature, which reads any file that a model names, is off.
 
 mod accessor;
+mod announced;
 mod container;
 mod material;
 mod primitive;
@@ -17,6 +18,7 @@ use gltf::json::scene::Node;
 use serde_json::Value;
 
 use self::accessor::Unread;
+use self::announced::announced_triangles;
 use self::container::Document;
 use self::primitive::Primitive;
 use super::assemble::{Assembly, DONE_AT_ONCE, VertexLists, check_vertices, listed, moved};
@@ -51,6 +53,7 @@ pub(super) fn load(
     assembly.materials = materials;
     assembly.textures = images.into_textures(&mut assembly.warnings);
     assembly.mesh_count = root.meshes.len();
+    assembly.expect(announced_triangles(root, token)?);
     let nodes = &root.nodes;
     // Of each visited node its parent.
     let mut parents: Vec<Option<usize>> = vec![None; nodes.len()];
