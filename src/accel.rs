@@ -4,12 +4,12 @@ use std::sync::{Arc, Mutex, OnceLock, Weak};
 use std::time::{Duration, Instant};
 
 use fearless_simd::Level;
-use rayon::prelude::*;
 
 use crate::budget::Budget;
 use crate::bvh::builders::{BuildError, StageTimes, build_again};
 use crate::bvh::leavings::{Heirs, Leavings};
 use crate::bvh::lineage::{Lineage, path_to_primitive};
+use crate::bvh::lists::listed;
 use crate::bvh::overlap::end_point_overlap;
 use crate::bvh::stats::{TreeStats, tree_stats};
 use crate::bvh::traverse::{self, Probe, Traversal};
@@ -32,9 +32,6 @@ const OPTIMIZE_BYTES_PER_TRIANGLE: u64 = 100;
 
 /// More that fragments hold: 1.1 a triangle with 40 bytes each, as they are made and in one list, and as much more tree.
 const SPLIT_BYTES_PER_TRIANGLE: u64 = 120;
-
-/// Triangles that are copied between two looks at the token.
-const COPIED_AT_ONCE: usize = 1 << 14;
 
 /// Time between two looks whether another thread has made the wide tree.
 const WIDENING_LOOK: Duration = Duration::from_millis(1);
@@ -268,16 +265,7 @@ impl Accel {
         }
         // Not within the lock, which a thread that waits for the others here could want once more.
         let indices = self.tree.primitive_indices();
-        let mut triangles: Vec<Triangle> = bytemuck::zeroed_vec(indices.len());
-        triangles.par_chunks_mut(COPIED_AT_ONCE).zip(indices.par_chunks(COPIED_AT_ONCE)).try_for_each(
-            |(triangles, indices)| {
-                token.check()?;
-                for (triangle, &index) in triangles.iter_mut().zip(indices) {
-                    *triangle = self.scene.triangles[index as usize];
-                }
-                Ok(())
-            },
-        )?;
+        let triangles = listed(indices.len(), token, |slot| self.scene.triangles[indices[slot] as usize])?;
         Ok(self.leaf_triangles.get_or_init(|| triangles))
     }
 

@@ -4,7 +4,7 @@
 use rayon::prelude::*;
 
 use super::cluster::Clustered;
-use super::zeros::zeros;
+use super::lists::zeros;
 use super::{Container, Node, Tree};
 use crate::cancel::{CancelToken, Cancelled};
 

@@ -14,6 +14,7 @@ mod leaf_order;
 pub mod leavings;
 pub mod levels;
 pub mod lineage;
+pub(crate) mod lists;
 mod long_list;
 mod morton;
 mod morton_order;
@@ -32,7 +33,6 @@ pub mod traverse;
 mod triangle_spheres;
 pub mod validate;
 pub mod wide;
-mod zeros;
 
 pub use container::{Container, ContainerKind};
 pub use node::{AnyTree, Node, Tree};

@@ -2,6 +2,7 @@
 
 use rayon::prelude::*;
 
+use super::lists::listed;
 use super::stats::{INTERSECTION_COST, TRAVERSAL_COST};
 use super::{AnyTree, Container, Tree};
 use crate::cancel::{CancelToken, Cancelled};
@@ -38,14 +39,8 @@ fn overlap_of<C: Clip>(
     max_samples: usize,
     token: &CancelToken,
 ) -> Result<f32, Cancelled> {
-    let mut areas = vec![0.0; tree.primitive_indices.len()];
-    let batches = areas.par_chunks_mut(BATCH).zip(tree.primitive_indices.par_chunks(BATCH));
-    batches.try_for_each(|(areas, indices)| {
-        token.check()?;
-        for (area, &index) in areas.iter_mut().zip(indices) {
-            *area = f64::from(triangles[index as usize].scaled_normal().length()) * 0.5;
-        }
-        Ok(())
+    let areas = listed(tree.primitive_indices.len(), token, |slot| {
+        f64::from(triangles[tree.primitive_indices[slot] as usize].scaled_normal().length()) * 0.5
     })?;
     let mut total = 0.0;
     for batch in areas.chunks(BATCH) {

@@ -13,6 +13,7 @@ pub use shown::Shown;
 use super::{ColorBy, OverlayNode, OverlaySettings};
 use crate::accel::Accel;
 use crate::bvh::levels::Levels;
+use crate::bvh::lists::listed;
 use crate::bvh::{AnyTree, Container, ContainerKind, Node, Tree};
 use crate::cancel::{CancelToken, Cancelled};
 use crate::geometry::{Aabb, Sphere, Triangle};
@@ -292,7 +293,7 @@ fn share(part: f32, whole: f32) -> f32 {
 }
 
 /// Containers of kind `C` for the nodes of a tree of another kind over `triangles`: leaves around theirs, then bottom-up.
-fn containers<K: Container, C: Container + bytemuck::Zeroable>(
+fn containers<K: Container, C: Container>(
     tree: &Tree<K>,
     triangles: &[Triangle],
     token: &CancelToken,
@@ -301,13 +302,9 @@ fn containers<K: Container, C: Container + bytemuck::Zeroable>(
         let own = &tree.primitive_indices[node.first as usize..(node.first + node.count) as usize];
         own.iter().fold(C::EMPTY, |all, &index| all.union(&C::of_triangle(&triangles[index as usize])))
     };
-    let mut all: Vec<C> = bytemuck::zeroed_vec(tree.nodes.len());
-    all.par_chunks_mut(NODES_AT_ONCE).zip(tree.nodes.par_chunks(NODES_AT_ONCE)).try_for_each(|(all, nodes)| {
-        token.check()?;
-        for (container, node) in all.iter_mut().zip(nodes).filter(|(_, node)| node.is_leaf()) {
-            *container = of_leaf(node);
-        }
-        Ok(())
+    let mut all = listed(tree.nodes.len(), token, |at| {
+        let node = &tree.nodes[at];
+        if node.is_leaf() { of_leaf(node) } else { C::EMPTY }
     })?;
     for (index, node) in tree.nodes.iter().enumerate().rev() {
         if index.is_multiple_of(NODES_AT_ONCE) {
@@ -321,6 +318,6 @@ fn containers<K: Container, C: Container + bytemuck::Zeroable>(
 }
 
 /// [`containers`], however long it takes.
-fn containers_at_once<K: Container, C: Container + bytemuck::Zeroable>(tree: &Tree<K>, accel: &Accel) -> Vec<C> {
+fn containers_at_once<K: Container, C: Container>(tree: &Tree<K>, accel: &Accel) -> Vec<C> {
     containers(tree, &accel.scene.triangles, &CancelToken::new()).unwrap_or_else(|_| unreachable!("nobody cancels"))
 }

@@ -8,7 +8,7 @@ use glam::Vec3;
 use super::StageTimes;
 use crate::bvh::cluster::Clustered;
 use crate::bvh::flatten::{Pair, flatten};
-use crate::bvh::zeros::zeros;
+use crate::bvh::lists::zeros;
 use crate::bvh::{Node, Tree};
 use crate::cancel::{CancelToken, Cancelled};
 use crate::geometry::{Aabb, Triangle};
