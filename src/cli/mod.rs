@@ -21,7 +21,7 @@ use crate::headless::plot::PlotJob;
 use crate::headless::{Context, Failure, Finished, RenderJob};
 use crate::lab::Job;
 use crate::scene::LoadOptions;
-use args::{BuildArgs, Cli, CommandArgs, LoadArgs, MeasureArgs, OneTreeArgs};
+use args::{BuildArgs, Cli, CommandArgs, MeasureArgs, OneTreeArgs, StrictLoadArgs};
 
 /// Reads the program's arguments, does what they say, and returns the exit code: 0 done, 1 failed, 2 wrong usage, 3 done
 /// with warnings under `--strict`, 130 interrupted.
@@ -42,8 +42,10 @@ pub fn main() -> ExitCode {
     env_logger::Builder::from_env(env_logger::Env::default().default_filter_or("warn,wgpu_hal=error,winit=error"))
         .init();
     let token = CancelToken::new();
-    let strict = strict(&cli);
-    if let Some(limit) = load_args(&cli).and_then(|load| load.memory_limit) {
+    let theirs = cli.command.as_ref().and_then(loading);
+    // The viewer shows warnings, and does not end at them.
+    let strict = theirs.is_some_and(|load| load.strict);
+    if let Some(limit) = theirs.map_or(cli.viewer.load.memory_limit, |load| load.any.memory_limit) {
         Budget::set_limit(limit);
     }
     if let Some(text) = refusal(&cli) {
@@ -103,17 +105,17 @@ fn finish(result: Result<Finished, Failure>, strict: bool) -> ExitCode {
     }
 }
 
-fn strict(cli: &Cli) -> bool {
-    match &cli.command {
-        // The viewer shows warnings, and does not end at them.
-        None | Some(CommandArgs::Plot(_)) => false,
-        Some(CommandArgs::Render(args)) => args.strict.strict,
-        Some(CommandArgs::Info(args)) => args.strict.strict,
-        Some(CommandArgs::Bench(args)) => args.measure.strict.strict,
-        Some(CommandArgs::Sweep(args)) => args.measure.strict.strict,
-        Some(CommandArgs::Scaling(args)) => args.measure.strict.strict,
-        Some(CommandArgs::Compare(args)) => args.measure.strict.strict,
-    }
+/// What a command says about loading, where it loads anything.
+fn loading(command: &CommandArgs) -> Option<&StrictLoadArgs> {
+    Some(match command {
+        CommandArgs::Render(args) => &args.load,
+        CommandArgs::Info(args) => &args.load,
+        CommandArgs::Bench(args) => &args.measure.load,
+        CommandArgs::Sweep(args) => &args.measure.load,
+        CommandArgs::Scaling(args) => &args.measure.load,
+        CommandArgs::Compare(args) => &args.measure.load,
+        CommandArgs::Plot(_) => return None,
+    })
 }
 
 /// Why what was asked for does not go together.
@@ -132,33 +134,18 @@ fn refusal(cli: &Cli) -> Option<String> {
     }
 }
 
-fn load_args(cli: &Cli) -> Option<&LoadArgs> {
-    Some(match &cli.command {
-        None => &cli.viewer.load,
-        Some(CommandArgs::Render(args)) => &args.load,
-        Some(CommandArgs::Info(args)) => &args.load,
-        Some(CommandArgs::Bench(args)) => &args.measure.load,
-        Some(CommandArgs::Sweep(args)) => &args.measure.load,
-        Some(CommandArgs::Scaling(args)) => &args.measure.load,
-        Some(CommandArgs::Compare(args)) => &args.measure.load,
-        Some(CommandArgs::Plot(_)) => return None,
-    })
-}
-
 fn run_command(command: CommandArgs, token: CancelToken) -> Result<Finished, Failure> {
     let mut out = std::io::BufWriter::new(std::io::stdout());
-    let mut context =
-        Context { token, out: &mut out, threads: None, load: LoadOptions::default(), pool: OnceCell::new() };
+    let load = loading(&command).map_or_else(LoadOptions::default, |load| resolve::load(&load.any));
+    let mut context = Context { token, out: &mut out, threads: None, load, pool: OnceCell::new() };
     let result = match command {
         CommandArgs::Render(args) => {
             context.threads = args.build.threads;
-            context.load = resolve::load(&args.load);
             let job: RenderJob = resolve::render(args);
             crate::headless::render::run(&job, &mut context)
         }
         CommandArgs::Info(args) => {
             context.threads = args.build.threads;
-            context.load = resolve::load(&args.load);
             crate::headless::info::run(&resolve::info(args), &mut context)
         }
         CommandArgs::Plot(args) => {
@@ -188,7 +175,6 @@ fn run_command(command: CommandArgs, token: CancelToken) -> Result<Finished, Fai
 
 fn measure(job: Job, args: MeasureArgs, context: &mut Context<'_>) -> Result<Finished, Failure> {
     context.threads = args.threads;
-    context.load = resolve::load(&args.load);
     crate::headless::jobs::run(&resolve::measure(job, args), context)
 }
 

@@ -263,7 +263,7 @@ mod tests {
         let line = command_line(&state);
         let cli = Cli::try_parse_from(line.split(' ')).unwrap_or_else(|error| panic!("{line}\n{error}"));
         let Some(CommandArgs::Render(args)) = cli.command else { panic!("{line} does not render") };
-        assert_eq!((args.build.threads, args.load.allow_outside), (Some(2), true));
+        assert_eq!((args.build.threads, args.load.any.allow_outside), (Some(2), true));
         let job = render(args);
         // Spheres leave out what is for boxes.
         let built = BuildSettings { optimize: Passes::NONE.with(Pass::Collapse), ..wanted.build };

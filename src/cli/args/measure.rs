@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 
-use super::{CameraArgs, LoadArgs, ShapeArgs, StrictArgs};
+use super::{CameraArgs, ShapeArgs, StrictLoadArgs};
 use crate::bvh::traverse::Traversal;
 use crate::bvh::{BuilderKind, ContainerKind, SimdLevel};
 use crate::cli::values::{self, Epsilons, ModelParser, Numbers};
@@ -43,9 +43,7 @@ pub struct MeasureArgs {
     #[command(flatten)]
     pub camera: CameraArgs,
     #[command(flatten)]
-    pub load: LoadArgs,
-    #[command(flatten)]
-    pub strict: StrictArgs,
+    pub load: StrictLoadArgs,
 }
 
 /// Containers of a measuring command.

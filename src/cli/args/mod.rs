@@ -118,9 +118,7 @@ pub struct RenderArgs {
     #[command(flatten)]
     pub build: BuildArgs,
     #[command(flatten)]
-    pub load: LoadArgs,
-    #[command(flatten)]
-    pub strict: StrictArgs,
+    pub load: StrictLoadArgs,
     #[command(flatten)]
     pub camera: CameraArgs,
     #[command(flatten)]
@@ -178,10 +176,12 @@ pub struct LoadArgs {
     pub memory_limit: Option<MemoryLimit>,
 }
 
-/// What every command takes that ends by itself.
+/// What every command takes that loads models and ends by itself.
 #[derive(Debug, Args)]
 #[command(next_help_heading = "Loading")]
-pub struct StrictArgs {
+pub struct StrictLoadArgs {
+    #[command(flatten)]
+    pub any: LoadArgs,
     /// Exit with code 3 where a file was loaded with warnings
     #[arg(long)]
     pub strict: bool,
@@ -201,7 +201,5 @@ pub struct InfoArgs {
     #[command(flatten)]
     pub build: BuildArgs,
     #[command(flatten)]
-    pub load: LoadArgs,
-    #[command(flatten)]
-    pub strict: StrictArgs,
+    pub load: StrictLoadArgs,
 }
