@@ -71,7 +71,7 @@ pub fn write_bytes(path: &Path, bytes: &[u8]) -> Result<(), ExportError> {
 pub fn write_new(folder: &Path, stem: &str, extension: &str, bytes: &[u8]) -> Result<PathBuf, ExportError> {
     let stem: String = stem.chars().map(|c| if c.is_alphanumeric() || "-_.".contains(c) { c } else { '-' }).collect();
     let failed = |error: std::io::Error| {
-        ExportError::new(folder, format!("cannot be written into: {error}. Start the program in a folder that can be"))
+        ExportError::new(folder, format!("takes no files: {error}. Start the program in another folder"))
     };
     let mut file = temporary(folder, std::ffi::OsStr::new(&stem)).map_err(failed)?;
     file.write_all(bytes).map_err(failed)?;

@@ -62,7 +62,7 @@ impl Shot {
 }
 
 fn write_png(folder: &Path, name: &str, size_px: [u32; 2], pixels: &[[u8; 4]]) -> Result<PathBuf, String> {
-    let failed = |error: &dyn std::fmt::Display| format!("the screenshot could not be written: {error}");
+    let failed = |error: &dyn std::fmt::Display| format!("The screenshot could not be written: {error}");
     let mut png = std::io::Cursor::new(Vec::new());
     image::write_buffer_with_format(
         &mut png,
