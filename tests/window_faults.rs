@@ -205,6 +205,27 @@ fn a_window_of_one_pixel_and_one_off_the_screen_come_back() {
     assert!(program.wait().success());
 }
 
+/// Nobody keeps this window within the driver's largest texture, as a window manager would. It cannot be drawn then, and not
+/// even the picture alone fits into a texture.
+#[test]
+fn a_window_larger_than_the_driver_draws_comes_back() {
+    let desktop = Desktop::with_screen("17400x600x24");
+    let mut program = desktop.start(&["builtin:teapot:2", "--no-config"]);
+    let id = desktop.find_window(&mut program);
+    program.wait_for(", 16 samples a pixel");
+    desktop.xdotool(&["windowsize", &id, "17000", "500"]);
+    let what = program.wait_for_either(&["error: the graphics driver failed", "16 samples a pixel"]);
+    assert!(what.is_some(), "the program ended");
+    std::thread::sleep(std::time::Duration::from_secs(3));
+    let complaints = program.said().iter().filter(|line| line.contains("graphics driver failed")).count();
+    assert!(complaints <= 10, "said {complaints} times in three seconds");
+    desktop.xdotool(&["windowsize", &id, "900", "550"]);
+    program.wait_for(", 16 samples a pixel");
+    assert!(program.is_running());
+    desktop.xdotool(&["windowfocus", "--sync", &id, "key", "ctrl+q"]);
+    assert!(program.wait().success());
+}
+
 /// A user who may start hardly any thread. Drivers start some themselves, and may give up without them.
 #[test]
 fn a_window_without_threads_works_or_says_why_not() {

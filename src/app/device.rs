@@ -16,10 +16,20 @@ pub(super) fn was_lost(panicked: bool) -> bool {
     LOST.load(Ordering::Relaxed) || panicked && TOLD.load(Ordering::Relaxed)
 }
 
+/// So many kinds of complaints are told.
+const MOST_COMPLAINTS: usize = 10;
+
+/// What the driver complained of, and how much of it was told.
+#[derive(Default)]
+struct Complaints {
+    texts: Vec<String>,
+    told: usize,
+}
+
 /// What is known of the device.
 #[derive(Default)]
 pub(super) struct Device {
-    error: Arc<Mutex<Option<String>>>,
+    complaints: Arc<Mutex<Complaints>>,
     lost: Arc<AtomicBool>,
     /// For tests.
     pub lose_on_purpose: bool,
@@ -30,10 +40,15 @@ pub(super) struct Device {
 impl Device {
     /// Listens to `device`; wakes the window when there is something to say.
     pub fn watch(&self, device: &wgpu::Device, ctx: &egui::Context) {
-        let (place, wake) = (Arc::clone(&self.error), ctx.clone());
+        let (place, wake) = (Arc::clone(&self.complaints), ctx.clone());
         device.on_uncaptured_error(Arc::new(move |error: wgpu::Error| {
-            *place.lock().unwrap_or_else(PoisonError::into_inner) = Some(error.to_string());
-            wake.request_repaint();
+            let text = error.to_string();
+            let mut complaints = place.lock().unwrap_or_else(PoisonError::into_inner);
+            // Complaints that come with each frame must not ask for another frame.
+            if !complaints.texts.contains(&text) && complaints.texts.len() < MOST_COMPLAINTS {
+                complaints.texts.push(text);
+                wake.request_repaint();
+            }
         }));
         let (lost, wake) = (Arc::clone(&self.lost), ctx.clone());
         device.set_device_lost_callback(move |_, _| {
@@ -43,9 +58,12 @@ impl Device {
         });
     }
 
-    /// The newest complaint, once.
+    /// The next complaint that was not told yet.
     pub fn take_error(&self) -> Option<String> {
-        self.error.lock().unwrap_or_else(PoisonError::into_inner).take()
+        let mut complaints = self.complaints.lock().unwrap_or_else(PoisonError::into_inner);
+        let text = complaints.texts.get(complaints.told)?.clone();
+        complaints.told += 1;
+        Some(text)
     }
 
     /// Whether nothing can be drawn any more. Remembered for [`was_lost`].

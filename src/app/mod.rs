@@ -201,14 +201,15 @@ impl App {
     }
 
     fn tell_device_error(&mut self) {
-        let Some(error) = self.device.take_error() else { return };
-        eprintln!("error: the graphics driver failed: {error}");
-        if !self.state.overlay_failed {
-            self.state.overlay_failed = true;
-            self.state.tell(
-                Severity::Error,
-                format!("The graphics driver failed, so containers are no longer drawn: {error}. Update the driver or start with fewer containers"),
-            );
+        while let Some(error) = self.device.take_error() {
+            eprintln!("error: the graphics driver failed: {error}");
+            if !self.state.overlay_failed {
+                self.state.overlay_failed = true;
+                self.state.tell(
+                    Severity::Error,
+                    format!("The graphics driver failed, so containers are no longer drawn: {error}. Update the driver or start with fewer containers"),
+                );
+            }
         }
     }
 
@@ -266,11 +267,17 @@ impl App {
     }
 }
 
-/// A window of the last run may be restored too small to be used, where nobody enforces its smallest size.
+/// A window of the last run may be restored too small to be used, where nobody enforces its smallest size; one that is larger
+/// than the driver's textures cannot be drawn.
 fn keep_usable_size(ctx: &egui::Context) {
+    if ctx.cumulative_frame_nr() != 1 {
+        return;
+    }
+    let largest = ctx.input(|input| input.max_texture_side) as f32 / ctx.pixels_per_point();
+    ctx.send_viewport_cmd(egui::ViewportCommand::MaxInnerSize(egui::Vec2::splat(largest)));
     let size = ctx.input(|input| input.viewport().inner_rect.map(|rect| rect.size()));
     let too_small = size.is_some_and(|size| size.x < MIN_SIZE[0] * 0.5 || size.y < MIN_SIZE[1] * 0.5);
-    if too_small && ctx.cumulative_frame_nr() == 1 {
+    if too_small {
         ctx.send_viewport_cmd(egui::ViewportCommand::InnerSize(egui::Vec2::from(START_SIZE)));
     }
 }

@@ -9,7 +9,9 @@ use egui::{PaintCallbackInfo, Rect, Role, Sense, WidgetInfo};
 use super::state::{AppState, Hover, Preferences};
 use super::{controls, picking, theme};
 use crate::camera::Camera;
-use crate::overlay::{DrawInput, NodeTable, OverlayPipeline, OverlaySettings, PictureInput, Selection};
+use crate::overlay::{
+    DrawInput, NodeTable, OverlayPipeline, OverlaySettings, PictureInput, Selection, step_within, thinned,
+};
 use crate::render::Frame;
 
 /// Everything that one draw needs; owned, because egui paints after the UI has been made.
@@ -166,7 +168,9 @@ impl Viewport {
             return texture.id();
         }
         let size = [frame.width_px as usize, frame.height_px as usize];
-        let image = egui::ColorImage::from_rgba_unmultiplied(size, frame.rgba.as_flattened());
+        let step = step_within(ctx.input(|input| input.max_texture_side), size);
+        let rgba = thinned(&frame.rgba, size[0].max(1), step);
+        let image = egui::ColorImage::from_rgba_unmultiplied(size.map(|side| side.div_ceil(step)), rgba.as_flattened());
         let texture = ctx.load_texture("picture", image, egui::TextureOptions::LINEAR);
         let id_of_texture = texture.id();
         self.fallback = Some((id, texture));

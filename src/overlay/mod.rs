@@ -22,6 +22,8 @@ pub use instances::{OverlayNode, Role, highlighted};
 #[cfg(feature = "gui")]
 pub use offscreen::{OffscreenError, draw_offscreen};
 #[cfg(feature = "gui")]
+pub use picture::{step_within, thinned};
+#[cfg(feature = "gui")]
 pub use pipeline::{DrawInput, OverlayPipeline, PictureInput, SHADERS};
 pub use ramp::{Legend, legend, ramp};
 pub use settings::{ColorBy, OverlayKinds, OverlaySettings};

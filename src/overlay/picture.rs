@@ -53,7 +53,7 @@ impl PictureTextures {
             return false;
         }
         let limit = device.limits().max_texture_dimension_2d.max(1) as usize;
-        let step = width.max(height).div_ceil(limit);
+        let step = step_within(limit, [width, height]);
         let size = [width.div_ceil(step) as u32, height.div_ceil(step) as u32];
         let renewed = size != self.size;
         if renewed {
@@ -66,15 +66,24 @@ impl PictureTextures {
             log::warn!(
                 "a picture of {width}×{height} exceeds the driver's limit of {limit}; every {step}th pixel is shown"
             );
-            let kept = || (0..height).step_by(step).flat_map(|y| (0..width).step_by(step).map(move |x| y * width + x));
-            let rgba: Vec<[u8; 4]> = kept().map(|index| picture.rgba[index]).collect();
-            let depth: Vec<f32> = kept().map(|index| picture.depth[index]).collect();
+            let (rgba, depth) = (thinned(picture.rgba, width, step), thinned(picture.depth, width, step));
             write(queue, &self.color, size, bytemuck::cast_slice(&rgba));
             write(queue, &self.depth, size, bytemuck::cast_slice(&depth));
         }
         self.id = Some(picture.id);
         renewed
     }
+}
+
+/// Only every so manieth pixel each way of a picture of this size fits into a texture of `limit` texels each way.
+pub fn step_within(limit: usize, size: [usize; 2]) -> usize {
+    size[0].max(size[1]).div_ceil(limit.max(1)).max(1)
+}
+
+/// Every `step`th pixel of every `step`th row, of rows of `width`.
+pub fn thinned<T: Copy>(pixels: &[T], width: usize, step: usize) -> Vec<T> {
+    let rows = pixels.chunks_exact(width).step_by(step);
+    rows.flat_map(|row| row.iter().copied().step_by(step)).collect()
 }
 
 /// Fills a texture of four bytes a texel.

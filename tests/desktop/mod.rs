@@ -31,10 +31,15 @@ pub struct Program {
 
 impl Desktop {
     pub fn new() -> Self {
+        Self::with_screen("1280x800x24")
+    }
+
+    /// A screen of WIDTHxHEIGHTxDEPTH.
+    pub fn with_screen(screen: &str) -> Self {
         let turn = ONE_AT_A_TIME.lock().unwrap_or_else(PoisonError::into_inner);
         // It would start over when its last client goes, and turn away whoever comes meanwhile.
         let mut xvfb = Command::new("Xvfb")
-            .args(["-displayfd", "1", "-screen", "0", "1280x800x24", "-nolisten", "tcp", "-noreset"])
+            .args(["-displayfd", "1", "-screen", "0", screen, "-nolisten", "tcp", "-noreset"])
             .stdout(Stdio::piped())
             .stderr(Stdio::null())
             .spawn()
