@@ -9,6 +9,7 @@ use super::gather::{Leaves, node_of, treelet_roots};
 use super::item::{Item, NEW};
 use super::topdown::{Builder, TopDown};
 use super::weigh::Weight;
+use crate::bvh::lists::zeros;
 use crate::bvh::simd::SimdLevel;
 use crate::bvh::{Node, Tree};
 use crate::cancel::{CancelToken, Cancelled};
@@ -144,7 +145,7 @@ impl Job<'_> {
             Ok(Leaves::below(self.nodes, root))
         });
         let parts: Vec<Leaves> = parts.collect::<Result<_, _>>()?;
-        let mut items: Vec<Item> = bytemuck::zeroed_vec(parts.iter().map(|part| part.items.len()).sum());
+        let mut items: Vec<Item> = zeros(parts.iter().map(|part| part.items.len()).sum(), token)?;
         let (mut targets, mut rest) = (Vec::with_capacity(parts.len()), &mut items[..]);
         for part in parts {
             let own;

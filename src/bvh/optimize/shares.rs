@@ -9,7 +9,7 @@ pub const MAX_SHARE_NODES: usize = 8 * SHARE_NODES;
 /// Most nodes of the top, which one thread looks at.
 const MAX_TOP_NODES: usize = 4096;
 /// Nodes by which the top grows where a subtree is too large.
-const MORE_TOP_NODES: usize = 128;
+const MORE_TOP_NODES: usize = 32;
 
 /// A node of the top, or the root of a subtree below it.
 #[derive(Debug, Clone, Copy)]

@@ -9,6 +9,7 @@ use super::item::{Item, NEW};
 use super::small::{SMALL, small_tree};
 use super::split::{MAX_SPLIT_DEPTH, split};
 use super::split_large::{LARGE, split_large};
+use crate::bvh::lists::zeros;
 use crate::cancel::{CancelToken, Cancelled};
 
 /// Up to this many items are built by one thread: twice their bytes fit the second cache.
@@ -52,9 +53,9 @@ impl Builder<'_> {
     /// Builds the tree over `items`, at least two, whose box `whole` is and which are reordered, into `tree`. Returns the cost below its root.
     pub fn build(&self, items: &mut [Item], whole: Item, tree: &mut TopDown) -> Result<f32, Cancelled> {
         let TopDown { pairs, below, other } = tree;
-        *pairs = bytemuck::zeroed_vec(items.len() - 1);
-        *below = bytemuck::zeroed_vec(items.len() - 1);
-        *other = bytemuck::zeroed_vec(items.len());
+        *pairs = zeros(items.len() - 1, self.token)?;
+        *below = zeros(items.len() - 1, self.token)?;
+        *other = zeros(items.len(), self.token)?;
         self.range(Range { items, other, whole, pairs, below, offset: 0, depth: 0 })?;
         Ok(below[0])
     }

@@ -4,6 +4,7 @@
 use rayon::prelude::*;
 
 use super::below::{joined_cost, leaf_cost};
+use crate::bvh::lists::zeros;
 use crate::bvh::stats::TRAVERSAL_COST;
 use crate::bvh::{Container, Node};
 use crate::cancel::{CancelToken, Cancelled};
@@ -30,7 +31,7 @@ pub fn weigh<C: Container>(
     collapses: bool,
     token: &CancelToken,
 ) -> Result<(Vec<Weight>, f64), Cancelled> {
-    let mut weights: Vec<Weight> = bytemuck::zeroed_vec(nodes.len());
+    let mut weights: Vec<Weight> = zeros(nodes.len(), token)?;
     // Each chunk by itself, backwards, which is fast as children are near their parents; some have theirs in later chunks.
     let chunks = nodes.par_chunks_mut(CHUNK).zip(weights.par_chunks_mut(CHUNK)).enumerate();
     let chunks = chunks.map(|(chunk, (nodes, weights))| {

@@ -11,6 +11,7 @@ use super::choice::{Choice, Link, pair_of};
 use super::cost::{Below, Costs, Known, SAME, WAITS, blocks_of, weigh};
 use super::{WIDTH, WideContainer};
 use crate::bvh::cluster::simd_level;
+use crate::bvh::lists::zeros;
 use crate::bvh::{Node, Tree};
 use crate::cancel::{CancelToken, Cancelled};
 
@@ -26,7 +27,7 @@ const BETWEEN_CHECKS: usize = 1 << 12;
 /// The choices for all interior nodes, each where [`Link::pair`] says.
 pub(super) fn choices<C: WideContainer>(tree: &Tree<C>, token: &CancelToken) -> Result<Vec<Choice>, Cancelled> {
     let pairs = tree.nodes.len() / 2;
-    let mut choices: Vec<Choice> = bytemuck::zeroed_vec(pairs);
+    let mut choices: Vec<Choice> = zeros(pairs, token)?;
     let level = simd_level();
     let group = (pairs / CHUNK / GROUPS).clamp(1, MAX_GROUP) * CHUNK;
     let groups = choices.par_chunks_mut(group).enumerate();
