@@ -187,8 +187,8 @@ impl<C: Clustered> MortonOrder<C> {
     }
 
     /// Where `range` splits: at the first flip of the highest bit that is not the same for all, in the middle where
-    /// there is none.
-    #[inline]
+    /// there is none. A plain loop, which must not land in a caller that enables AVX-512.
+    #[inline(never)]
     pub fn split(&self, range: &Range<usize>) -> usize {
         let (first, last) = (self.keys[range.start], self.keys[range.end - 1]);
         let Some(bit) = ((first ^ last) >> self.index_bits).checked_ilog2() else { return self.split_cell(range) };
