@@ -3,6 +3,7 @@
 
 use rayon::prelude::*;
 
+use super::lists::zeros;
 use super::stats::Sums;
 use super::{Container, Node};
 use crate::cancel::{CancelToken, Cancelled};
@@ -38,7 +39,7 @@ pub fn order_leaves<C: Container>(
     mut sums: Option<&mut Sums>,
     token: &CancelToken,
 ) -> Result<(Vec<u32>, u32), Cancelled> {
-    let mut primitive_indices = vec![0; count];
+    let mut primitive_indices = zeros(count, token)?;
     let roots: Vec<u32> = tasks.iter().flat_map(|task| &task.roots).copied().collect();
     let mut branches: Vec<Branch> = roots.iter().map(|_| Branch::default()).collect();
 

@@ -1,5 +1,6 @@
 //! A finished tree read from the bottom up: parents, what lies below a node, and the way to a primitive.
 
+use super::lists::zeros;
 use super::{Container, Tree};
 use crate::cancel::{CancelToken, Cancelled};
 use crate::geometry::Triangle;
@@ -19,7 +20,7 @@ pub struct Lineage {
 impl Lineage {
     /// Reads `tree`, unless `token` is cancelled.
     pub fn new<C: Container>(tree: &Tree<C>, token: &CancelToken) -> Result<Self, Cancelled> {
-        let mut primitive_counts = vec![0; tree.nodes.len()];
+        let mut primitive_counts = zeros(tree.nodes.len(), token)?;
         // Children come after their parents: backwards, they are counted first.
         for (index, node) in tree.nodes.iter().enumerate().rev() {
             if index.is_multiple_of(NODES_BETWEEN_CHECKS) {

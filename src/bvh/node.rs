@@ -1,5 +1,6 @@
 //! The binary tree as a flat list of nodes.
 
+use super::lists::zeros;
 use super::{Container, ContainerKind};
 use crate::cancel::{CancelToken, Cancelled};
 use crate::geometry::{Aabb, Sphere};
@@ -67,7 +68,7 @@ macro_rules! with_tree {
 impl<C: Container> Tree<C> {
     /// Depth of each node, root 0, in the order of [`Tree::nodes`], unless `token` is cancelled.
     pub fn depths(&self, token: &CancelToken) -> Result<Vec<u32>, Cancelled> {
-        let mut depths = vec![0; self.nodes.len()];
+        let mut depths = zeros::<u32>(self.nodes.len(), token)?;
         for (index, node) in self.nodes.iter().enumerate() {
             if index.is_multiple_of(NODES_BETWEEN_CHECKS) {
                 token.check()?;
@@ -82,7 +83,7 @@ impl<C: Container> Tree<C> {
 
     /// Each node's parent, in the order of [`Tree::nodes`], unless `token` is cancelled; the root's is itself.
     pub fn parents(&self, token: &CancelToken) -> Result<Vec<u32>, Cancelled> {
-        let mut parents = vec![0; self.nodes.len()];
+        let mut parents = zeros(self.nodes.len(), token)?;
         for (index, node) in self.nodes.iter().enumerate() {
             if index.is_multiple_of(NODES_BETWEEN_CHECKS) {
                 token.check()?;
