@@ -6,6 +6,7 @@ use rayon::prelude::*;
 use super::below::{joined_cost, leaf_cost};
 use super::shares::{MAX_SHARE_NODES, Share, divide, shares};
 use crate::bvh::cluster::Clustered;
+use crate::bvh::wide::prefetch::prefetch;
 use crate::bvh::{Node, Tree};
 use crate::cancel::{CancelToken, Cancelled};
 
@@ -64,77 +65,91 @@ impl<C> Default for Part<C> {
     }
 }
 
-/// A node of a subtree, breadth first: its loads do not wait for one another. The children of an interior one are entries.
+/// A node of a subtree, breadth first: its loads do not wait for one another.
 #[derive(Clone, Copy)]
-struct Entry<C> {
-    node: Node<C>,
+struct Entry {
+    /// Its number in the tree.
+    node: u32,
+    /// The entry of its first child, with the other one behind; 0 for a leaf of the tree.
+    children: u32,
+    /// Number of primitives.
     count: u32,
+    /// Its area, until its SAH cost is known.
     cost: f32,
-    is_leaf: bool,
+    becomes_leaf: bool,
 }
 
 impl<C: Clustered> Part<C> {
     /// What becomes of the subtree of `root`; `None` where it is too large for one thread.
-    fn new(tree: &Tree<C>, root: u32, collapses: bool, entries: &mut Vec<Entry<C>>) -> Option<Self> {
-        let entry = |node: Node<C>| Entry { node, count: node.count, cost: 0.0, is_leaf: node.is_leaf() };
+    fn new(tree: &Tree<C>, root: u32, collapses: bool, entries: &mut Vec<Entry>) -> Option<Self> {
+        let entry = |node: u32| Entry { node, children: 0, count: 0, cost: 0.0, becomes_leaf: false };
         entries.clear();
-        entries.push(entry(tree.nodes[root as usize]));
+        entries.push(entry(root));
         let mut at = 0;
-        while let Some(&Entry { node, is_leaf, .. }) = entries.get(at) {
+        while let Some(&Entry { node, .. }) = entries.get(at) {
             if at == MAX_SHARE_NODES {
                 return None;
             }
-            if !is_leaf {
-                entries[at].node.first = entries.len() as u32;
-                let first = node.first as usize;
-                entries.extend([entry(tree.nodes[first]), entry(tree.nodes[first + 1])]);
+            let node = &tree.nodes[node as usize];
+            entries[at].cost = node.container.relative_area();
+            if node.is_leaf() {
+                entries[at].count = node.count;
+                prefetch(&tree.primitive_indices, node.first as usize);
+            } else {
+                entries[at].children = entries.len() as u32;
+                // A pair lies in two lines.
+                prefetch(&tree.nodes, node.first as usize);
+                prefetch(&tree.nodes, node.first as usize + 1);
+                entries.extend([entry(node.first), entry(node.first + 1)]);
             }
             at += 1;
         }
         let mut pairs = 0;
         for at in (0..entries.len()).rev() {
-            let Entry { node, count, is_leaf, .. } = entries[at];
-            let area = node.container.relative_area();
-            if is_leaf {
-                entries[at].cost = leaf_cost(area, count);
-                continue;
-            }
-            let [first, second] = [entries[node.first as usize], entries[node.first as usize + 1]];
-            let count = first.count + second.count;
-            let (cost, is_leaf) = joined_cost(area, count, first.cost + second.cost, collapses);
-            pairs += usize::from(!is_leaf);
-            entries[at] = Entry { node, count, cost, is_leaf };
+            let Entry { children, count, cost: area, .. } = entries[at];
+            let (count, (cost, becomes_leaf)) = if children == 0 {
+                (count, (leaf_cost(area, count), true))
+            } else {
+                let [first, second] = [entries[children as usize], entries[children as usize + 1]];
+                let count = first.count + second.count;
+                (count, joined_cost(area, count, first.cost + second.cost, collapses))
+            };
+            pairs += usize::from(!becomes_leaf);
+            entries[at] = Entry { count, cost, becomes_leaf, ..entries[at] };
         }
         Some(Self::written(tree, entries, pairs))
     }
 
     /// `pairs` is as many as there can be.
-    fn written(tree: &Tree<C>, entries: &[Entry<C>], pairs: usize) -> Self {
-        let Entry { node, count, cost, .. } = entries[0];
+    fn written(tree: &Tree<C>, entries: &[Entry], pairs: usize) -> Self {
+        let node_of = |entry: &Entry| tree.nodes[entry.node as usize];
+        let Entry { count, cost, .. } = entries[0];
         let (mut nodes, mut primitives) = (Vec::with_capacity(2 * pairs + 1), Vec::with_capacity(count as usize));
-        nodes.push(node);
+        nodes.push(node_of(&entries[0]));
         let mut max_depth = 0;
         // Entries with their place and depth.
         let mut open = vec![(0, 0, 0)];
         let mut below = Vec::new();
         while let Some((at, place, depth)) = open.pop() {
-            let Entry { node, count, is_leaf, .. } = entries[at as usize];
-            if !is_leaf {
-                let first = nodes.len() as u32;
-                nodes[place].first = first;
-                nodes.extend([entries[node.first as usize].node, entries[node.first as usize + 1].node]);
-                open.extend([(node.first + 1, first as usize + 1, depth + 1), (node.first, first as usize, depth + 1)]);
+            let entry = &entries[at as usize];
+            if !entry.becomes_leaf {
+                let (first, children) = (nodes.len(), entry.children);
+                (nodes[place].first, nodes[place].count) = (first as u32, 0);
+                nodes.extend([0, 1].map(|side| node_of(&entries[children as usize + side])));
+                open.extend([(children + 1, first + 1, depth + 1), (children, first, depth + 1)]);
                 continue;
             }
-            (nodes[place].first, nodes[place].count) = (primitives.len() as u32, count);
+            (nodes[place].first, nodes[place].count) = (primitives.len() as u32, entry.count);
             max_depth = max_depth.max(depth);
-            below.push(node);
-            while let Some(node) = below.pop() {
-                let first = node.first as usize;
-                if node.is_leaf() {
+            below.push(*entry);
+            while let Some(entry) = below.pop() {
+                if entry.children == 0 {
+                    let node = node_of(&entry);
+                    let first = node.first as usize;
                     primitives.extend_from_slice(&tree.primitive_indices[first..first + node.count as usize]);
                 } else {
-                    below.extend([entries[first + 1].node, entries[first].node]);
+                    let first = entry.children as usize;
+                    below.extend([entries[first + 1], entries[first]]);
                 }
             }
         }
