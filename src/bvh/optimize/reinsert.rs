@@ -19,7 +19,10 @@ const ROUNDS: u32 = 5;
 /// Share of the cost that a round must gain for another to follow.
 const MIN_GAIN: f64 = 2e-3;
 /// One subtree for so many primitives is looked at in each round: twice as many gain two thousandths more, in twice the time.
-const PRIMITIVES_PER_CANDIDATE: usize = 50;
+const PRIMITIVES_PER_CANDIDATE: usize = 40;
+/// One round's candidates are the best of so many times as many, which are chosen before the first: moves change few scores, and
+/// scoring all again takes longer than the search.
+const ELIGIBLE_PER_CANDIDATE: usize = 2;
 /// Candidates between two looks at the token.
 const BATCH: usize = 256;
 /// Nodes that one task looks at where nothing else is done with them.
@@ -49,12 +52,13 @@ pub fn reinsert(nodes: &mut [Node<Aabb>], primitives: usize, cost: f64, token: &
     let mut changed = HashSet::new();
     let mut undo = Vec::new();
     let mut total = 0.0;
+    let most = primitives.div_ceil(PRIMITIVES_PER_CANDIDATE);
+    // Nodes of less than the average cost of a primitive are too small to matter.
+    let eligible = links.eligible(most * ELIGIBLE_PER_CANDIDATE, (cost / primitives as f64) as f32);
     for _ in 0..ROUNDS {
         token.check()?;
         changed.clear();
-        // Nodes of less than the average cost of a primitive are too small to matter.
-        let candidates =
-            links.candidates(primitives.div_ceil(PRIMITIVES_PER_CANDIDATE), (cost / primitives as f64) as f32);
+        let candidates = links.candidates(&eligible, most);
         let found: Vec<Vec<Move>> = candidates
             .par_chunks(BATCH)
             .map(|batch| {
@@ -102,6 +106,17 @@ fn most_wasteful(parts: &[Vec<(f32, u32)>], most: usize) -> Vec<(f32, u32)> {
         }
     }
     parts.concat()
+}
+
+/// The nodes of the `most` of `scored` whose first numbers are the largest; neighbours, which search the same nodes, together.
+fn best(mut scored: Vec<(f32, u32)>, most: usize) -> Vec<u32> {
+    if scored.len() > most {
+        scored.select_nth_unstable_by(most, |a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
+        scored.truncate(most);
+    }
+    let mut nodes: Vec<u32> = scored.into_iter().map(|one| one.1).collect();
+    nodes.sort_unstable();
+    nodes
 }
 
 /// The other child of the parent: pairs begin at odd numbers.
@@ -171,9 +186,8 @@ impl<'a> Links<'a> {
         Bounds::new(&self.nodes[node as usize].container)
     }
 
-    /// The `most` nodes by which most is to be gained: those whose parents are large, `least` in area at least, and much larger
-    /// than what they hold (Bittner, Hapala, Havran, *Fast Insertion-Based Optimization of Bounding Volume Hierarchies*, 2013).
-    fn candidates(&self, most: usize, least: f32) -> Vec<u32> {
+    /// The `most` nodes by which most is to be gained, or few more, among those whose parents are `least` in area at least.
+    fn eligible(&self, most: usize, least: f32) -> Vec<u32> {
         // The root's children have nowhere to go but below each other.
         let root = &self.nodes[0];
         let mut open = VecDeque::from(if root.is_leaf() { Vec::new() } else { vec![root.first, root.first + 1] });
@@ -194,33 +208,39 @@ impl<'a> Links<'a> {
         });
         let mut parts: Vec<_> = parts.collect();
         parts.push(scored);
-        let mut scored = most_wasteful(&parts, most);
-        if scored.len() > most {
-            scored.select_nth_unstable_by(most, |a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
-            scored.truncate(most);
-        }
-        let mut candidates: Vec<u32> = scored.iter().map(|one| one.1).collect();
-        // Neighbours search the same nodes.
-        candidates.sort_unstable();
-        candidates
+        best(most_wasteful(&parts, most), most)
+    }
+
+    /// The `most` of `eligible` by which most is to be gained now.
+    fn candidates(&self, eligible: &[u32], most: usize) -> Vec<u32> {
+        let scored = eligible.par_iter().map(|&node| (self.waste(self.parent(node)), node)).collect();
+        best(scored, most)
     }
 
     /// Adds the children of `at`, each with what is to be gained, where it is large enough. Returns them.
     #[inline(always)]
     fn score(&self, at: u32, least: f32, scored: &mut Vec<(f32, u32)>) -> Option<[u32; 2]> {
         let node = &self.nodes[at as usize];
-        let area = self.bounds(at).half_area();
-        if node.is_leaf() || area < least {
+        if node.is_leaf() || node.container.half_area() < least {
             return None;
         }
         let pair = [node.first, node.first + 1];
-        let [left, right] = pair.map(|child| self.bounds(child).half_area());
-        // Flat containers must not divide by zero.
-        let waste = area * (area / (left + right + 1e-6 * area)) * (area / (left.min(right) + 1e-3 * area));
+        let waste = self.waste(at);
         if waste > 0.0 {
             scored.extend(pair.map(|child| (waste, child)));
         }
         Some(pair)
+    }
+
+    /// What is to be gained by moving a child of the interior node `at`: the more, the larger it is, and the larger than what it holds
+    /// (Bittner, Hapala, Havran, *Fast Insertion-Based Optimization of Bounding Volume Hierarchies*, 2013).
+    #[inline(always)]
+    fn waste(&self, at: u32) -> f32 {
+        let area = self.bounds(at).half_area();
+        let first = self.nodes[at as usize].first;
+        let [left, right] = [first, first + 1].map(|child| self.bounds(child).half_area());
+        // Flat containers must not divide by zero.
+        area * (area / (left + right + 1e-6 * area)) * (area / (left.min(right) + 1e-3 * area))
     }
 
     /// Where `node` costs least, where that is less than now: branch and bound over the siblings of its ancestors and everything
