@@ -330,6 +330,8 @@ fn info_tells_what_is_in_a_scene() {
     }
     let text = run(&["info", "builtin:teapot:2"]).1;
     assert!(text.contains("SAH cost") && text.contains("findings"), "{text}");
+    let text = run(&["info", "builtin:teapot:2", "--optimize", "split,reinsert"]).1;
+    assert!(text.contains("split, SAH cost from ") && text.contains(", reinsert to "), "{text}");
 }
 
 /// Rows as JSON objects; the command must have ended well.

@@ -7,7 +7,7 @@ use super::tree_numbers::TreeNumbers;
 use super::{Context, Failure, Finished};
 use crate::accel::Accel;
 use crate::bvh::stats::{INTERSECTION_COST, TRAVERSAL_COST};
-use crate::bvh::{BuildSettings, BuilderKind, Curve, Passes};
+use crate::bvh::{BuildSettings, BuilderKind, Curve, Pass, Passes};
 use crate::lab::doctor::{Finding, examine_scene, examine_tree};
 use crate::lab::table::number;
 use crate::scene::SceneSource;
@@ -115,9 +115,13 @@ fn print_text(info: &Info, builder: BuilderKind, out: &mut dyn std::io::Write) -
         line(out, "curve", tree.curve.name().to_owned())?;
     }
     if tree.optimize != Passes::NONE {
-        let cost = |name: &str| tree.optimize_sah_costs.get(name).map_or(String::new(), |&cost| number(cost));
-        let passes = tree.optimize.iter().map(|pass| format!(", {} to {}", pass.name(), cost(pass.name())));
-        line(out, "optimize", format!("SAH cost from {}{}", cost("tree"), passes.collect::<String>()))?;
+        let cost = |name: &str| tree.optimize_sah_costs.get(name).map(|&cost| number(cost));
+        // What comes before the builder has no cost of its own.
+        let (over, before): (Vec<Pass>, Vec<Pass>) = tree.optimize.iter().partition(|pass| cost(pass.name()).is_some());
+        let mut parts: Vec<String> = before.iter().map(|pass| pass.name().to_owned()).collect();
+        parts.extend(cost("tree").map(|cost| format!("SAH cost from {cost}")));
+        parts.extend(over.iter().filter_map(|pass| Some(format!("{} to {}", pass.name(), cost(pass.name())?))));
+        line(out, "optimize", parts.join(", "))?;
     }
     let stages: Vec<String> = tree.build_stages_ms.iter().map(|(name, ms)| format!("{name} {}", number(*ms))).collect();
     line(out, "build", format!("{} ms with {} threads ({})", number(tree.build_ms), tree.threads, stages.join(", ")))?;
