@@ -1,8 +1,9 @@
-//! Between nodes and the items of a top-down tree.
+//! From nodes to the items of a top-down tree.
 
-use super::item::{Item, NEW};
+use super::item::Item;
 use super::weigh::Weight;
 use crate::bvh::Node;
+use crate::bvh::wide::prefetch::prefetch;
 use crate::geometry::Aabb;
 
 /// Least and most primitives of a treelet.
@@ -10,61 +11,52 @@ const TREELET_SIZES: [u32; 2] = [512, 4096];
 /// A small scene is divided into about so many.
 const TREELETS: u32 = 64;
 
-/// The roots of the treelets that the tree is divided into, from left to right.
-pub fn treelet_roots(nodes: &[Node<Aabb>], weights: &[Weight]) -> Vec<u32> {
+/// A part of a tree, or all of it.
+#[derive(Debug, Clone, Copy)]
+pub struct Subtree {
+    /// Number of its root.
+    pub root: u32,
+    /// Its root's.
+    pub weight: Weight,
+}
+
+/// The treelets that the tree is divided into, from left to right.
+pub fn treelets(nodes: &[Node<Aabb>], weights: &[Weight]) -> Vec<Subtree> {
     let [least, most] = TREELET_SIZES;
     let size = (weights[0].count / TREELETS).clamp(least, most);
-    let (mut roots, mut open) = (Vec::new(), vec![0]);
-    while let Some(at) = open.pop() {
-        let node = &nodes[at as usize];
-        if node.is_leaf() || weights[at as usize].count <= size {
-            roots.push(at);
+    let (mut treelets, mut open) = (Vec::new(), vec![0]);
+    while let Some(root) = open.pop() {
+        let (node, weight) = (&nodes[root as usize], weights[root as usize]);
+        if node.is_leaf() || weight.count <= size {
+            treelets.push(Subtree { root, weight });
         } else {
             open.extend([node.first + 1, node.first]);
         }
     }
-    roots
+    treelets
 }
 
-/// What lies below a node.
-#[derive(Debug, Default)]
-pub struct Leaves {
-    /// Its leaves.
-    pub items: Vec<Item>,
-    /// Where its pairs of siblings stand.
-    pub places: Vec<u32>,
-}
-
-impl Leaves {
-    /// Everything below `root`. Breadth first, so that loads do not wait for one another.
-    pub fn below(nodes: &[Node<Aabb>], root: u32) -> Self {
-        let mut leaves = Self::default();
-        leaves.add(&nodes[root as usize]);
-        let mut at = 0;
-        while let Some(&first) = leaves.places.get(at) {
-            for node in &nodes[first as usize..first as usize + 2] {
-                leaves.add(node);
-            }
-            at += 1;
+/// Writes the leaves below `root` to `items`, as many as there are, and where the pairs of siblings on the way stand to `places`.
+/// Breadth first, so that loads do not wait for one another.
+pub fn gather(nodes: &[Node<Aabb>], root: u32, items: &mut [Item], places: &mut Vec<u32>) {
+    let mut items = items.iter_mut();
+    let mut add = |node: &Node<Aabb>, places: &mut Vec<u32>| {
+        if !node.is_leaf() {
+            places.push(node.first);
+            // A pair lies in two lines.
+            prefetch(nodes, node.first as usize);
+            prefetch(nodes, node.first as usize + 1);
+        } else if let Some(item) = items.next() {
+            *item = Item::new(&node.container, node.count, node.first);
         }
-        leaves
-    }
-
-    fn add(&mut self, node: &Node<Aabb>) {
-        if node.is_leaf() {
-            self.items.push(Item::new(&node.container, node.count, node.first));
-        } else {
-            self.places.push(node.first);
+    };
+    places.clear();
+    add(&nodes[root as usize], places);
+    let mut at = 0;
+    while let Some(&first) = places.get(at) {
+        for node in &nodes[first as usize..first as usize + 2] {
+            add(node, places);
         }
-    }
-}
-
-/// The node that `item` becomes, with the place of the new pair below it.
-pub fn node_of(item: &Item, place_of: impl Fn(u32) -> u32) -> Node<Aabb> {
-    let container = item.container();
-    if item.link & NEW == 0 {
-        Node { container, first: item.link, count: item.count }
-    } else {
-        Node { container, first: place_of(item.link & !NEW), count: 0 }
+        at += 1;
     }
 }

@@ -5,6 +5,7 @@
 use bytemuck::{Pod, Zeroable};
 use fearless_simd::{Bytes, Simd, SimdBase, SimdSplit, f32x4, f32x8, u32x4};
 
+use crate::bvh::Node;
 use crate::geometry::Aabb;
 
 /// A box and what stands in it: 32 bytes that are moved about as a whole. The upper corner is negated, so that a union is one
@@ -20,7 +21,8 @@ pub struct Item {
     pub link: u32,
 }
 
-/// In [`Item::link`], beside the number of the new pair below it. Without it the item is a leaf, and its first primitive is there.
+/// In [`Item::link`], beside the number of the first of the new nodes below it. Without it the item is a leaf, and its first primitive
+/// is there.
 pub const NEW: u32 = 1 << 31;
 
 impl Item {
@@ -28,8 +30,11 @@ impl Item {
         Self { min: container.min.to_array(), count, neg_max: (-container.max).to_array(), link }
     }
 
-    pub fn container(&self) -> Aabb {
-        Aabb { min: self.min.into(), max: -glam::Vec3::from(self.neg_max) }
+    /// The node with this box; `first` is the link as it is.
+    #[inline(always)]
+    pub fn node(&self) -> Node<Aabb> {
+        let container = Aabb { min: self.min.into(), max: -glam::Vec3::from(self.neg_max) };
+        Node { container, first: self.link, count: self.count }
     }
 
     /// The item of `bounds`.
@@ -49,11 +54,8 @@ impl Item {
     /// Twice the middle, which is enough to compare by, in the first three lanes; 0 in the last.
     #[inline(always)]
     pub fn middle<S: Simd>(&self, simd: S) -> f32x4<S> {
-        // The last lanes are no numbers to calculate with.
-        let [min, neg_max] = <[f32x4<S>; 2]>::from(self.bounds(simd).split());
-        let used = u32x4::from_slice(simd, &[u32::MAX, u32::MAX, u32::MAX, 0]);
-        let lanes = |v: f32x4<S>| f32x4::from_bytes((u32x4::from_bytes(v.to_bytes()) & used).to_bytes());
-        lanes(min) - lanes(neg_max)
+        let [min, neg_max] = numbers(simd, self.bounds(simd));
+        min - neg_max
     }
 
     /// One coordinate of twice the middle.
@@ -61,19 +63,25 @@ impl Item {
     pub fn middle_along(&self, axis: usize) -> f32 {
         self.min[axis] - self.neg_max[axis]
     }
-
-    pub fn half_area(&self) -> f32 {
-        let [x, y, z] = [0, 1, 2].map(|axis| -(self.min[axis] + self.neg_max[axis]));
-        x * (y + z) + y * z
-    }
 }
 
-/// Half the surface area of the box whose corners are in `bounds`; must not be asked of an empty one.
+/// Half the surface areas of three boxes; of empty ones infinite. The last lane is 0.
 #[inline(always)]
-pub fn half_area<S: Simd>(bounds: f32x8<S>) -> f32 {
-    let (min, neg_max) = bounds.split();
-    let mut size = [0.0; 4];
-    // Negated twice in each product.
-    (min + neg_max).store_slice(&mut size);
-    size[0] * (size[1] + size[2]) + size[1] * size[2]
+pub fn half_areas<S: Simd>(simd: S, boxes: &[f32x8<S>; 3]) -> f32x4<S> {
+    let mut sizes = [0.0; 16];
+    for (size, bounds) in sizes.chunks_exact_mut(4).zip(boxes) {
+        let [min, neg_max] = numbers(simd, *bounds);
+        // Negated twice in each product.
+        (min + neg_max).store_slice(size);
+    }
+    let [x, y, z, _] = simd.load_four_interleaved_f32x4(&sizes);
+    x * (y + z) + y * z
+}
+
+/// Both halves of `bounds`, with 0 in the last lanes, which are no numbers to calculate with.
+#[inline(always)]
+fn numbers<S: Simd>(simd: S, bounds: f32x8<S>) -> [f32x4<S>; 2] {
+    let used = u32x4::from_slice(simd, &[u32::MAX, u32::MAX, u32::MAX, 0]);
+    <[f32x4<S>; 2]>::from(bounds.split())
+        .map(|v| f32x4::from_bytes((u32x4::from_bytes(v.to_bytes()) & used).to_bytes()))
 }

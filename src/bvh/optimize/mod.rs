@@ -10,7 +10,6 @@ mod item;
 mod reinsert;
 mod restructure;
 mod shares;
-mod small;
 mod split;
 mod split_large;
 mod topdown;
@@ -62,10 +61,9 @@ pub fn optimize<C: Clustered>(
     }
     if let Some(boxes) = (&mut tree as &mut dyn Any).downcast_mut::<Tree<Aabb>>() {
         if passes.contains(Pass::Restructure) {
-            cost -= f64::from(restructure(boxes, &weights, collapses, token)?);
+            cost -= f64::from(restructure(boxes, weights, collapses, token)?);
             done(Pass::Restructure, cost)?;
         }
-        drop(weights);
         if passes.contains(Pass::Reinsert) {
             cost -= reinsert(&mut boxes.nodes, primitives, cost, token)?;
             done(Pass::Reinsert, cost)?;

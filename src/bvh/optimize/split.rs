@@ -4,9 +4,9 @@
 #![allow(clippy::inline_always, reason = "SIMD kernels must land in the caller that enables the instructions")]
 #![allow(clippy::needless_range_loop, reason = "several arrays are indexed by the same bin or axis")]
 
-use fearless_simd::{Simd, SimdBase, SimdFloat, SimdSplit, f32x4, f32x8, i32x4};
+use fearless_simd::{Select, Simd, SimdBase, SimdFloat, SimdInt, SimdSplit, f32x4, f32x8, i32x4};
 
-use super::item::{Item, half_area};
+use super::item::{Item, half_areas};
 
 /// Bins along each axis for many items: 32 gain a thousandth.
 pub const BINS: usize = 16;
@@ -14,61 +14,48 @@ pub const BINS: usize = 16;
 const FEW_BINS: usize = 8;
 /// Up to this many items are few.
 const FEW: usize = 64;
+/// Items that are counted at a time.
+const BLOCK: usize = 16;
 /// Below this depth items are halved without looking for a better split, which bounds the depth.
 pub const MAX_SPLIT_DEPTH: u32 = 96;
 
-/// Moves `from`, whose box `whole` is, to `to`, which is as long, the left side to its start and the right one to its end.
-/// Returns the length of the left side and boxes of both without links.
+/// Reorders `items`, whose box `whole` is, the left side first. Returns its length and the boxes of both sides without links.
 #[inline(always)]
-pub fn split<S: Simd>(simd: S, from: &[Item], to: &mut [Item], whole: &Item, depth: u32) -> (usize, [Item; 2]) {
+pub fn split<S: Simd>(simd: S, items: &mut [Item], whole: &Item, depth: u32) -> (usize, [Item; 2]) {
     if depth >= MAX_SPLIT_DEPTH {
-        return halve(simd, from, to);
+        return halve(simd, items);
     }
-    if from.len() > FEW {
+    if items.len() > FEW {
         // The middles of many fill nearly all of their box.
         let (min, neg_max) = whole.bounds(simd).split();
-        let split = binned::<S, BINS>(simd, from, to, [min + min, -(neg_max + neg_max)]);
+        let split = binned::<S, BINS>(simd, items, [min + min, -(neg_max + neg_max)]);
         if let Some(split) = split {
             return split;
         }
     }
     let mut middles = [f32x4::splat(simd, f32::INFINITY), f32x4::splat(simd, f32::NEG_INFINITY)];
-    for item in from {
+    for item in &*items {
         let middle = item.middle(simd);
         middles = [middles[0].min(middle), middles[1].max(middle)];
     }
-    let split = if from.len() > FEW {
-        binned::<S, BINS>(simd, from, to, middles)
+    let split = if items.len() > FEW {
+        binned::<S, BINS>(simd, items, middles)
     } else {
-        binned::<S, FEW_BINS>(simd, from, to, middles)
+        binned::<S, FEW_BINS>(simd, items, middles)
     };
     match split {
         Some(split) => split,
-        None => halve(simd, from, to),
+        None => halve(simd, items),
     }
 }
 
 /// The best split between bins over the range of middles `least` to `most`; `None` where all are in one.
 #[inline(always)]
-fn binned<S: Simd, const N: usize>(
-    simd: S,
-    from: &[Item],
-    to: &mut [Item],
-    range: [f32x4<S>; 2],
-) -> Option<(usize, [Item; 2])> {
+fn binned<S: Simd, const N: usize>(simd: S, items: &mut [Item], range: [f32x4<S>; 2]) -> Option<(usize, [Item; 2])> {
     let grid = Grid::new::<S, N>(simd, range);
-    let (boxes, counts) = count_in_bins::<S, N>(simd, from, &grid);
+    let (boxes, counts) = count_in_bins::<S, N>(simd, items, &grid);
     let (cut, sides) = cheapest_cut(simd, &boxes, &counts, &grid)?;
-    let (mut left, mut right) = (0, from.len());
-    for item in from {
-        let is_left = cut.is_left(item);
-        // Written to both ends: the wrong one is overwritten.
-        to[left] = *item;
-        to[right - 1] = *item;
-        left += usize::from(is_left);
-        right -= usize::from(!is_left);
-    }
-    Some((left, sides))
+    Some((cut.divide(items), sides))
 }
 
 /// Where bins lie.
@@ -105,22 +92,30 @@ pub struct Cut {
 }
 
 impl Cut {
-    /// On which side of the cut `item` was counted: the same arithmetic as in [`count_in_bins`].
+    /// Reorders `items`, those on the left side first. Returns how many these are.
     #[inline(always)]
-    pub fn is_left(&self, item: &Item) -> bool {
-        (item.middle_along(self.axis) - self.start) * self.bins_per_unit < self.bin as f32
+    pub fn divide(&self, items: &mut [Item]) -> usize {
+        let mut left = 0;
+        for at in 0..items.len() {
+            let is_left = self.is_left(&items[at]);
+            // Without a branch: an item of the right side changes places with another one, or itself.
+            items.swap(left, at);
+            left += usize::from(is_left);
+        }
+        left
     }
 
-    /// How many items there are on the left side of those counted.
-    pub fn left_of<const N: usize>(&self, counts: &Counts<N>) -> usize {
-        counts[..self.bin].iter().map(|count| (count[self.axis] >> 32) as usize).sum()
+    /// On which side of the cut `item` was counted: the same arithmetic as in [`count_in_bins`].
+    #[inline(always)]
+    fn is_left(&self, item: &Item) -> bool {
+        (item.middle_along(self.axis) - self.start) * self.bins_per_unit < self.bin as f32
     }
 }
 
 /// For each bin and axis the box of its items.
 pub type Boxes<S, const N: usize> = [[f32x8<S>; 3]; N];
-/// For each bin and axis its primitives, and its items in the upper half.
-pub type Counts<const N: usize> = [[u64; 3]; N];
+/// For each bin and axis its primitives; the last is always 0.
+pub type Counts<const N: usize> = [[i32; 4]; N];
 
 /// What is in the bins of a grid of `N`.
 #[inline(always)]
@@ -128,17 +123,21 @@ pub fn count_in_bins<S: Simd, const N: usize>(simd: S, items: &[Item], grid: &Gr
     let start = f32x4::from_slice(simd, &grid.start);
     let bins_per_unit = f32x4::from_slice(simd, &grid.bins_per_unit);
     let mut boxes = [[f32x8::splat(simd, f32::INFINITY); 3]; N];
-    let mut counts = [[0_u64; 3]; N];
-    for item in items {
-        let mut bins = [0; 4];
-        let at: i32x4<S> = ((item.middle(simd) - start) * bins_per_unit).to_int();
-        at.store_slice(&mut bins);
-        let bounds = item.bounds(simd);
-        let count = u64::from(item.count) | 1 << 32;
-        for axis in 0..3 {
-            let bin = bins[axis] as usize % N;
-            boxes[bin][axis] = boxes[bin][axis].min(bounds);
-            counts[bin][axis] += count;
+    let mut counts = [[0; 4]; N];
+    let mut bins = [[0; 4]; BLOCK];
+    // The bins of some items first: where they are known early, what is written does not wait.
+    for block in items.chunks(BLOCK) {
+        for (bins, item) in bins.iter_mut().zip(block) {
+            let at: i32x4<S> = ((item.middle(simd) - start) * bins_per_unit).to_int();
+            at.store_slice(bins);
+        }
+        for (bins, item) in bins.iter().zip(block) {
+            let bounds = item.bounds(simd);
+            for axis in 0..3 {
+                let bin = bins[axis] as usize % N;
+                boxes[bin][axis] = boxes[bin][axis].min(bounds);
+                counts[bin][axis] += item.count as i32;
+            }
         }
     }
     (boxes, counts)
@@ -153,57 +152,74 @@ pub fn cheapest_cut<S: Simd, const N: usize>(
     grid: &Grid,
 ) -> Option<(Cut, [Item; 2])> {
     let nothing = f32x8::splat(simd, f32::INFINITY);
-    // The cost of everything from each bin on, then of everything before it; infinite where that is nothing.
-    let cost =
-        |bounds: f32x8<S>, count: u64| if count == 0 { f32::INFINITY } else { half_area(bounds) * count as u32 as f32 };
-    let mut right_costs = [[0.0; 3]; N];
-    let (mut bounds, mut count) = ([nothing; 3], [0; 3]);
+    let primitives_in = |bin: usize| i32x4::from_slice(simd, &counts[bin]);
+    // The costs of everything from each bin on, then of everything before it, with an axis in each lane. Of nothing they are no
+    // numbers, as are sums with them, and never less than others.
+    let mut right_costs = [f32x4::splat(simd, 0.0); N];
+    let (mut bounds, mut count) = ([nothing; 3], i32x4::splat(simd, 0));
     for bin in (1..N).rev() {
         for axis in 0..3 {
             bounds[axis] = bounds[axis].min(boxes[bin][axis]);
-            count[axis] += counts[bin][axis];
-            right_costs[bin][axis] = cost(bounds[axis], count[axis]);
         }
+        count += primitives_in(bin);
+        right_costs[bin] = half_areas(simd, &bounds) * count.to_float::<f32x4<S>>();
     }
-    let mut best = (f32::INFINITY, 0, 0);
-    (bounds, count) = ([nothing; 3], [0; 3]);
+    let (mut least, mut first) = (f32x4::splat(simd, f32::INFINITY), i32x4::splat(simd, 0));
+    let mut before = first;
+    (bounds, count) = ([nothing; 3], i32x4::splat(simd, 0));
     for bin in 1..N {
         for axis in 0..3 {
             bounds[axis] = bounds[axis].min(boxes[bin - 1][axis]);
-            count[axis] += counts[bin - 1][axis];
-            let cost = cost(bounds[axis], count[axis]) + right_costs[bin][axis];
-            if cost < best.0 {
-                best = (cost, axis, bin);
-            }
+        }
+        count += primitives_in(bin - 1);
+        let cost = half_areas(simd, &bounds) * count.to_float::<f32x4<S>>() + right_costs[bin];
+        let is_less = cost.simd_lt(least);
+        least = is_less.select(cost, least);
+        first = is_less.select(i32x4::splat(simd, bin as i32), first);
+        before = is_less.select(count, before);
+    }
+    let (mut costs, mut bins) = ([0.0; 4], [0; 4]);
+    least.store_slice(&mut costs);
+    first.store_slice(&mut bins);
+    let mut best = (f32::INFINITY, 0, 0);
+    for axis in 0..3 {
+        let (cost, bin) = (costs[axis], bins[axis]);
+        if cost < best.0 || (cost == best.0 && bin < best.1) {
+            best = (cost, bin, axis);
         }
     }
-    let (cost, axis, cut) = best;
+    let (cost, cut, axis) = best;
     if cost == f32::INFINITY {
         return None;
     }
-    let side = |bins: std::ops::Range<usize>| {
-        let (mut bounds, mut count) = (nothing, 0);
-        for bin in bins {
-            bounds = bounds.min(boxes[bin][axis]);
-            count += counts[bin][axis];
-        }
-        Item::of(bounds, count as u32, 0)
-    };
-    let sides = [side(0..cut), side(cut..N)];
+    let cut = cut as usize;
+    // A box twice changes nothing, and loops that always take as many turns are predicted.
+    let (mut left, mut right) = (boxes[0][axis], boxes[N - 1][axis]);
+    for bin in 1..N {
+        left = left.min(boxes[bin.min(cut - 1)][axis]);
+        right = right.min(boxes[(N - 1 - bin).max(cut)][axis]);
+    }
+    let (mut left_counts, mut all) = ([0; 4], [0; 4]);
+    before.store_slice(&mut left_counts);
+    (count + primitives_in(N - 1)).store_slice(&mut all);
+    let [left_count, all] = [left_counts[axis] as u32, all[axis] as u32];
+    let sides = [Item::of(left, left_count, 0), Item::of(right, all - left_count, 0)];
     Some((Cut { axis, bin: cut, start: grid.start[axis], bins_per_unit: grid.bins_per_unit[axis] }, sides))
 }
 
 /// Both halves as they are.
 #[inline(always)]
-fn halve<S: Simd>(simd: S, from: &[Item], to: &mut [Item]) -> (usize, [Item; 2]) {
-    to.copy_from_slice(from);
-    let middle = from.len() / 2;
-    let side = |items: &[Item]| {
-        let (mut bounds, mut count) = (f32x8::splat(simd, f32::INFINITY), 0);
-        for item in items {
-            (bounds, count) = (bounds.min(item.bounds(simd)), count + item.count);
-        }
-        Item::of(bounds, count, 0)
-    };
-    (middle, [side(&from[..middle]), side(&from[middle..])])
+fn halve<S: Simd>(simd: S, items: &[Item]) -> (usize, [Item; 2]) {
+    let (left, right) = items.split_at(items.len() / 2);
+    (left.len(), [around(simd, left), around(simd, right)])
+}
+
+/// The box around `items`, without a link.
+#[inline(always)]
+fn around<S: Simd>(simd: S, items: &[Item]) -> Item {
+    let (mut bounds, mut count) = (f32x8::splat(simd, f32::INFINITY), 0);
+    for item in items {
+        (bounds, count) = (bounds.min(item.bounds(simd)), count + item.count);
+    }
+    Item::of(bounds, count, 0)
 }

@@ -1,4 +1,6 @@
-//! [`split`] for many items, by many threads: each counts some of them, then moves them to where the counts say.
+//! [`split`] for many items, by many threads: each counts some of them and divides those.
+
+use std::ops::Range;
 
 use fearless_simd::{Level, SimdBase, SimdSplit, dispatch, f32x8};
 use rayon::prelude::*;
@@ -8,9 +10,9 @@ use super::split::{BINS, Counts, Cut, Grid, cheapest_cut, count_in_bins, split};
 use crate::cancel::{CancelToken, Cancelled};
 
 /// From so many items on several threads are worth it.
-pub const LARGE: usize = 1 << 16;
-/// Items that one task counts and moves.
-const CHUNK: usize = 1 << 14;
+pub const LARGE: usize = 1 << 14;
+/// Items that one task counts and divides.
+const CHUNK: usize = 1 << 12;
 
 /// What a task counted.
 struct Chunk {
@@ -18,11 +20,10 @@ struct Chunk {
     counts: Counts<BINS>,
 }
 
-/// As [`split`], but with the right side in the order of `from`. The same on any number of threads.
+/// As [`split`], but in another order. The same on any number of threads.
 pub fn split_large(
     level: Level,
-    from: &[Item],
-    to: &mut [Item],
+    items: &mut [Item],
     whole: &Item,
     depth: u32,
     token: &CancelToken,
@@ -31,35 +32,60 @@ pub fn split_large(
         let (min, neg_max) = whole.bounds(simd).split();
         Grid::new::<_, BINS>(simd, [min + min, -(neg_max + neg_max)])
     });
-    let chunks = from.par_chunks(CHUNK).map(|items| {
+    let chunks = items.par_chunks(CHUNK).map(|items| {
         token.check()?;
         Ok(dispatch!(level, simd => counted(simd, items, &grid)))
     });
     let chunks: Vec<Chunk> = chunks.collect::<Result<_, _>>()?;
     let Some((cut, sides)) = dispatch!(level, simd => cut_of(simd, &chunks, &grid)) else {
-        return Ok(dispatch!(level, simd => split(simd, from, to, whole, depth)));
+        return Ok(dispatch!(level, simd => split(simd, items, whole, depth)));
     };
-    let left_counts = chunks.iter().map(|chunk| cut.left_of(&chunk.counts));
-    let middle = left_counts.clone().sum();
-    let (mut left, mut right) = to.split_at_mut(middle);
-    let mut targets = Vec::with_capacity(chunks.len());
-    for (items, left_count) in from.chunks(CHUNK).zip(left_counts) {
-        let (own_left, rest_left) = left.split_at_mut(left_count);
-        let (own_right, rest_right) = right.split_at_mut(items.len() - left_count);
-        (left, right) = (rest_left, rest_right);
-        targets.push((items, own_left, own_right));
-    }
-    targets.into_par_iter().try_for_each(|(items, left, right)| {
+    Ok((divide(&cut, items, token)?, sides))
+}
+
+/// [`Cut::divide`] of each chunk by itself; then what stands on the wrong side of the middle changes places.
+fn divide(cut: &Cut, items: &mut [Item], token: &CancelToken) -> Result<usize, Cancelled> {
+    let lefts = items.par_chunks_mut(CHUNK).map(|items| {
         token.check()?;
-        let (mut left, mut right) = (left.iter_mut(), right.iter_mut());
-        for item in items {
-            if let Some(place) = if cut.is_left(item) { left.next() } else { right.next() } {
-                *place = *item;
+        Ok(cut.divide(items))
+    });
+    let lefts: Vec<usize> = lefts.collect::<Result<_, _>>()?;
+    let middle = lefts.iter().sum();
+    let chunks = lefts.iter().zip((0..items.len()).step_by(CHUNK));
+    let of_left = chunks.clone().map(|(&left, start)| start.max(middle)..(start + left).max(middle));
+    let of_right = chunks.map(|(&left, start)| (start + left).min(middle)..(start + CHUNK).min(middle));
+    let (before, behind) = items.split_at_mut(middle);
+    let mut misplaced = [stretches(before, 0, of_right), stretches(behind, middle, of_left)];
+    let mut swaps = Vec::new();
+    while let [Some(first), Some(second)] = misplaced.each_mut().map(Vec::pop) {
+        let len = first.len().min(second.len());
+        let (first_rest, first) = first.split_at_mut(first.len() - len);
+        let (second_rest, second) = second.split_at_mut(second.len() - len);
+        swaps.push((first, second));
+        for (list, rest) in misplaced.iter_mut().zip([first_rest, second_rest]) {
+            if !rest.is_empty() {
+                list.push(rest);
             }
         }
-        Ok(())
-    })?;
-    Ok((middle, sides))
+    }
+    swaps.into_par_iter().for_each(|(first, second)| first.swap_with_slice(second));
+    Ok(middle)
+}
+
+/// Those of `ranges`, in order, that are not empty, of `items`, the first of which is at `offset`.
+fn stretches(
+    mut items: &mut [Item],
+    mut offset: usize,
+    ranges: impl Iterator<Item = Range<usize>>,
+) -> Vec<&mut [Item]> {
+    let mut stretches = Vec::new();
+    for range in ranges.filter(|range| !range.is_empty()) {
+        let (_, rest) = items.split_at_mut(range.start - offset);
+        let (stretch, rest) = rest.split_at_mut(range.len());
+        stretches.push(stretch);
+        (items, offset) = (rest, range.end);
+    }
+    stretches
 }
 
 #[inline(always)]

@@ -1,167 +1,169 @@
-//! Trees from the top down over boxes, by the surface area heuristic.
+//! Trees from the top down over boxes, by the surface area heuristic, and from the bottom up where few boxes are left: there
+//! agglomerative clustering finds trees as good, faster.
 
 #![allow(clippy::inline_always, reason = "SIMD kernels must land in the caller that enables the instructions")]
 
-use fearless_simd::{Level, Simd, dispatch};
+use fearless_simd::{Level, Simd, dispatch, f32x8};
 
 use super::below::{joined_cost, leaf_cost};
 use super::item::{Item, NEW};
-use super::small::{SMALL, small_tree};
 use super::split::{MAX_SPLIT_DEPTH, split};
 use super::split_large::{LARGE, split_large};
-use crate::bvh::lists::zeros;
+use crate::bvh::cluster::{Cluster, Clustered, Clusters, Pairs, simd_level};
+use crate::bvh::short_list::combine_short;
+use crate::bvh::{Node, SimdLevel};
 use crate::cancel::{CancelToken, Cancelled};
+use crate::geometry::Aabb;
 
-/// Up to this many items are built by one thread: twice their bytes fit the second cache.
+/// Up to this many items are built by one thread: their bytes fit the second cache.
 const FORK_ABOVE: usize = 8192;
-
-/// A tree over items.
-#[derive(Debug, Default)]
-pub struct TopDown {
-    /// The children of each new node: of the root first, then depth first.
-    pub pairs: Vec<[Item; 2]>,
-    /// SAH cost of the children of each new node together.
-    below: Vec<f32>,
-    /// The items once more: each split moves them to the other list.
-    other: Vec<Item>,
-}
+/// Up to this many are clustered: twice as many take as long and cost a thousandth more.
+const CLUSTERED: usize = 8;
 
 /// What stays the same for the whole tree.
 #[derive(Clone, Copy)]
 pub struct Builder<'a> {
-    pub level: Level,
+    /// For what has plain loops.
+    level: Level,
+    /// For clustering.
+    widest: Level,
     /// Whether leaves may be made of several items.
-    pub collapses: bool,
-    pub token: &'a CancelToken,
+    collapses: bool,
+    token: &'a CancelToken,
 }
 
 /// Items that still have to be divided.
 struct Range<'a> {
-    /// Where they are, and as much room.
     items: &'a mut [Item],
-    other: &'a mut [Item],
     /// Their box.
     whole: Item,
-    pairs: &'a mut [[Item; 2]],
-    below: &'a mut [f32],
-    /// Number of the first of these pairs.
+    /// Where their tree goes: the children of its root first, then depth first.
+    nodes: &'a mut [Node<Aabb>],
+    /// Number of the first of these nodes.
     offset: u32,
     depth: u32,
 }
 
-impl Builder<'_> {
-    /// Builds the tree over `items`, at least two, whose box `whole` is and which are reordered, into `tree`. Returns the cost below its root.
-    pub fn build(&self, items: &mut [Item], whole: Item, tree: &mut TopDown) -> Result<f32, Cancelled> {
-        let TopDown { pairs, below, other } = tree;
-        *pairs = zeros(items.len() - 1, self.token)?;
-        *below = zeros(items.len() - 1, self.token)?;
-        *other = zeros(items.len(), self.token)?;
-        self.range(Range { items, other, whole, pairs, below, offset: 0, depth: 0 })?;
-        Ok(below[0])
+impl<'a> Builder<'a> {
+    /// With the instructions of this machine.
+    pub fn new(collapses: bool, token: &'a CancelToken) -> Self {
+        Self { level: simd_level(), widest: SimdLevel::best().level(), collapses, token }
+    }
+
+    /// Builds the tree over `items`, at least two, whose box `whole` is and which are reordered, into `nodes`, two less than
+    /// twice as many: what is below the root, siblings together, the first of them with the number `offset`. Returns what
+    /// that costs.
+    pub fn build(
+        &self,
+        items: &mut [Item],
+        whole: Item,
+        nodes: &mut [Node<Aabb>],
+        offset: u32,
+    ) -> Result<f32, Cancelled> {
+        self.range(Range { items, whole, nodes, offset, depth: 0 })
     }
 
     /// Both sides of a large range in parallel.
-    fn range(&self, range: Range) -> Result<(), Cancelled> {
+    fn range(&self, range: Range) -> Result<f32, Cancelled> {
         self.token.check()?;
-        let Range { items, other, whole, pairs, below, offset, depth } = range;
+        let Range { items, whole, nodes, offset, depth } = range;
         let count = items.len();
         if count <= FORK_ABOVE {
-            dispatch!(self.level, simd => self.task(simd, Range { items, other, whole, pairs, below, offset, depth }));
-            return Ok(());
+            return Ok(dispatch!(self.level, simd => self.task(simd, Range { items, whole, nodes, offset, depth })));
         }
         let (middle, mut pair) = if count >= LARGE && depth < MAX_SPLIT_DEPTH {
-            split_large(self.level, items, other, &whole, depth, self.token)?
+            split_large(self.level, items, &whole, depth, self.token)?
         } else {
-            dispatch!(self.level, simd => split(simd, items, other, &whole, depth))
+            dispatch!(self.level, simd => split(simd, items, &whole, depth))
         };
-        let (items, items_right) = items.split_at_mut(middle);
-        let (other, other_right) = other.split_at_mut(middle);
-        let ([own_pair, pairs @ ..], [own_below, below @ ..]) = (pairs, below) else { return Ok(()) };
-        let (pairs, pairs_right) = pairs.split_at_mut(middle - 1);
-        let (below, below_right) = below.split_at_mut(middle - 1);
-        let (left_offset, right_offset) = (offset + 1, offset + middle as u32);
-        for (side, count, first, number) in
-            [(0, middle, other[0], left_offset), (1, count - middle, other_right[0], right_offset)]
-        {
-            if count > 1 { pair[side].link = NEW | number } else { pair[side] = first }
+        let (left_items, right_items) = items.split_at_mut(middle);
+        let (own, below) = nodes.split_at_mut(2);
+        let (left_nodes, right_nodes) = below.split_at_mut(2 * (left_items.len() - 1));
+        let offsets = [offset + 2, offset + 2 * middle as u32];
+        for (side, items) in [&*left_items, &*right_items].into_iter().enumerate() {
+            if items.len() > 1 { pair[side].link = NEW | offsets[side] } else { pair[side] = items[0] }
         }
-        let depth = depth + 1;
-        let side = |range: Range| if range.items.len() > 1 { self.range(range) } else { Ok(()) };
+        let side = |items, whole: Item, nodes, offset| {
+            if whole.link & NEW == 0 {
+                return Ok(0.0);
+            }
+            self.range(Range { items, whole, nodes, offset, depth: depth + 1 })
+        };
         let (left, right) = rayon::join(
-            || {
-                side(Range {
-                    items: other,
-                    other: items,
-                    whole: pair[0],
-                    pairs: &mut *pairs,
-                    below: &mut *below,
-                    offset: left_offset,
-                    depth,
-                })
-            },
-            || {
-                let (pairs, below) = (&mut *pairs_right, &mut *below_right);
-                side(Range {
-                    items: other_right,
-                    other: items_right,
-                    whole: pair[1],
-                    pairs,
-                    below,
-                    offset: right_offset,
-                    depth,
-                })
-            },
+            || side(left_items, pair[0], left_nodes, offsets[0]),
+            || side(right_items, pair[1], right_nodes, offsets[1]),
         );
-        left.and(right)?;
-        let first = |below: &[f32]| below.first().copied().unwrap_or_default();
-        *own_pair = pair;
-        *own_below = self.cost(&pair[0], first(below)) + self.cost(&pair[1], first(below_right));
-        Ok(())
+        let below = [left?, right?];
+        own.copy_from_slice(&pair.map(|item| item.node()));
+        Ok(self.finish(own, |side, _| below[side]))
     }
 
     /// Everything by one thread.
     #[inline(always)]
-    fn task<S: Simd>(&self, simd: S, range: Range) {
-        let Range { items, other, whole, pairs, below, offset, depth } = range;
-        // Start, end, their box, number of the first pair within the task, depth, whether it lies in the second list.
-        let mut open = vec![(0, items.len(), whole, 0, depth, false)];
-        while let Some((start, end, whole, slot, depth, is_in_other)) = open.pop() {
-            let (from, to) = (&mut items[start..end], &mut other[start..end]);
-            let (from, to) = if is_in_other { (to, from) } else { (from, to) };
-            if from.len() <= SMALL {
-                small_tree(simd, from, &mut pairs[slot..], offset + slot as u32);
+    fn task<S: Simd>(&self, simd: S, range: Range) -> f32 {
+        let Range { items, whole, nodes, offset, depth } = range;
+        let mut list = Clusters::with_capacity(CLUSTERED);
+        // Start, end, their box, the first of their nodes within the task, depth.
+        let mut open = vec![(0, items.len(), whole, 0, depth)];
+        while let Some((start, end, whole, slot, depth)) = open.pop() {
+            let count = end - start;
+            let items = &mut items[start..end];
+            if count <= CLUSTERED {
+                let nodes = &mut nodes[slot..slot + 2 * (count - 1)];
+                self.cluster(items, &mut list, nodes, offset + slot as u32);
                 continue;
             }
-            let (middle, mut pair) = split(simd, from, to, &whole, depth);
-            let sides = [(start, middle, slot + 1), (start + middle, end - start - middle, slot + middle)];
+            let (middle, mut pair) = split(simd, items, &whole, depth);
+            let sides = [(0, middle, slot + 2), (middle, count, slot + 2 * middle)];
             // The left one is done next.
             for side in [1, 0] {
-                let (start, count, slot) = sides[side];
-                if count > 1 {
+                let (from, to, slot) = sides[side];
+                if to - from > 1 {
                     pair[side].link = NEW | (offset + slot as u32);
-                    open.push((start, start + count, pair[side], slot, depth + 1, !is_in_other));
+                    open.push((start + from, start + to, pair[side], slot, depth + 1));
                 } else {
-                    pair[side] = if is_in_other { items[start] } else { other[start] };
+                    pair[side] = items[from];
                 }
             }
-            pairs[slot] = pair;
+            nodes[slot..slot + 2].copy_from_slice(&pair.map(|item| item.node()));
         }
-        for at in (0..pairs.len()).rev() {
-            let pair = &pairs[at];
-            let below_of =
-                |item: &Item| if item.link & NEW == 0 { 0.0 } else { below[((item.link & !NEW) - offset) as usize] };
-            below[at] = self.cost(&pair[0], below_of(&pair[0])) + self.cost(&pair[1], below_of(&pair[1]));
+        let mut below = vec![0.0; nodes.len() / 2];
+        for at in (0..below.len()).rev() {
+            let children = &mut nodes[2 * at..2 * at + 2];
+            below[at] = self.finish(children, |_, first| below[(first - offset) as usize / 2]);
         }
+        below[0]
     }
 
-    /// SAH cost of `item`, whose children cost `below` together where it is new.
+    /// The tree of up to [`CLUSTERED`] items from the bottom up.
     #[inline(always)]
-    fn cost(&self, item: &Item, below: f32) -> f32 {
-        let area = item.half_area();
-        if item.link & NEW != 0 {
-            joined_cost(area, item.count, below, self.collapses).0
-        } else {
-            leaf_cost(area, item.count)
+    fn cluster(&self, items: &[Item], list: &mut Clusters, nodes: &mut [Node<Aabb>], offset: u32) {
+        for (at, item) in items.iter().enumerate() {
+            let Node { container, first, count } = item.node();
+            list.set::<Aabb>(at, Cluster { fields: container.fields(), first, count });
         }
+        list.len = items.len();
+        let mut pairs = Pairs::new(nodes, (NEW | offset) as usize);
+        dispatch!(self.widest, simd => {
+            combine_short::<Aabb, _, f32x8<_>, 1, CLUSTERED>(simd, list, 0, 1, &mut pairs);
+        });
+    }
+
+    /// Makes two siblings what they are in a tree; until here each had its number of primitives and [`NEW`] where it is an
+    /// interior node. Returns their SAH cost, with `below(side, first)` for the children of such a one.
+    #[inline(always)]
+    fn finish(&self, pair: &mut [Node<Aabb>], below: impl Fn(usize, u32) -> f32) -> f32 {
+        let mut costs = 0.0;
+        for (side, node) in pair.iter_mut().enumerate() {
+            let area = node.container.half_area();
+            costs += if node.first & NEW == 0 {
+                leaf_cost(area, node.count)
+            } else {
+                node.first &= !NEW;
+                let count = std::mem::take(&mut node.count);
+                joined_cost(area, count, below(side, node.first), self.collapses).0
+            };
+        }
+        costs
     }
 }

@@ -19,8 +19,8 @@ pub struct Weight {
     pub cost: f32,
     /// Number of primitives; 0 while it is not known.
     pub count: u32,
-    /// Its first primitive.
-    pub first: u32,
+    /// Number of leaves.
+    pub leaves: u32,
 }
 
 /// Weighs every node; parents come before children, and primitives stand from left to right. Where it `collapses`, a node that is
@@ -39,14 +39,14 @@ pub fn weigh<C: Container>(
         let offset = chunk * CHUNK;
         let (mut waiting, mut cost) = (Vec::new(), 0.0);
         for at in (0..nodes.len()).rev() {
-            let node = &mut nodes[at];
+            let node = &nodes[at];
             let first = node.first as usize;
             cost += f64::from(node_cost(node));
             let children = if node.is_leaf() { None } else { weights.get(first - offset..first - offset + 2) };
             let children = [0, 1].map(|side| children.map_or(Weight::default(), |pair| pair[side]));
             let known = children[0].count > 0 && children[1].count > 0;
             if known || node.is_leaf() {
-                weights[at] = weight(node, children, collapses);
+                weights[at] = weight(nodes, offset, at, children, collapses);
             } else {
                 waiting.push(offset + at);
             }
@@ -56,7 +56,7 @@ pub fn weigh<C: Container>(
     let chunks: Vec<(Vec<usize>, f64)> = chunks.collect::<Result<_, _>>()?;
     for &at in chunks.iter().rev().flat_map(|(waiting, _)| waiting) {
         let first = nodes[at].first as usize;
-        weights[at] = weight(&mut nodes[at], [weights[first], weights[first + 1]], collapses);
+        weights[at] = weight(nodes, 0, at, [weights[first], weights[first + 1]], collapses);
     }
     Ok((weights, chunks.iter().map(|(_, cost)| cost).sum()))
 }
@@ -68,16 +68,29 @@ fn node_cost<C: Container>(node: &Node<C>) -> f32 {
     if node.is_leaf() { leaf_cost(area, node.count) } else { area * TRAVERSAL_COST }
 }
 
+/// The weight of the node at `at` in `nodes`, the first of which has the number `offset`, by those of its children.
 #[inline(always)]
-fn weight<C: Container>(node: &mut Node<C>, [left, right]: [Weight; 2], collapses: bool) -> Weight {
+fn weight<C: Container>(
+    nodes: &mut [Node<C>],
+    offset: usize,
+    at: usize,
+    [left, right]: [Weight; 2],
+    collapses: bool,
+) -> Weight {
+    let node = nodes[at];
     let area = node.container.relative_area();
     if node.is_leaf() {
-        return Weight { cost: leaf_cost(area, node.count), count: node.count, first: node.first };
+        return Weight { cost: leaf_cost(area, node.count), count: node.count, leaves: 1 };
     }
     let count = left.count + right.count;
     let (cost, is_leaf) = joined_cost(area, count, left.cost + right.cost, collapses);
-    if is_leaf {
-        (node.first, node.count) = (left.first, count);
+    if !is_leaf {
+        return Weight { cost, count, leaves: left.leaves + right.leaves };
     }
-    Weight { cost, count, first: left.first }
+    let mut first = node;
+    while !first.is_leaf() {
+        first = nodes[first.first as usize - offset];
+    }
+    (nodes[at].first, nodes[at].count) = (first.first, count);
+    Weight { cost, count, leaves: 1 }
 }
