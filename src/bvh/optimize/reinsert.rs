@@ -186,7 +186,7 @@ impl<'a> Links<'a> {
         Bounds::new(&self.nodes[node as usize].container)
     }
 
-    /// The `most` nodes by which most is to be gained, or few more, among those whose parents are `least` in area at least.
+    /// The `most` nodes by which most is to be gained, among those whose parents are `least` in area at least.
     fn eligible(&self, most: usize, least: f32) -> Vec<u32> {
         // The root's children have nowhere to go but below each other.
         let root = &self.nodes[0];
