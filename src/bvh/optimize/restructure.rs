@@ -20,8 +20,8 @@ const SAMPLES: usize = 20;
 const NEIGHBOURS: usize = 8;
 /// Share of its cost that a sample must gain to pay, and its neighbours to be built.
 const SAMPLE_GAIN: f32 = 0.01;
-/// One in so many samples may fail to pay where the whole tree is built again: of scans at most one in twelve does, of architecture
-/// a third or more.
+/// One in so many samples may fail to pay where the whole tree is built again: of scans one in five does at most, of architecture
+/// mostly half.
 const MAY_FAIL: usize = 4;
 /// Share of its cost that what is kept must gain: less is rounding.
 const KEPT_GAIN: f32 = 1e-5;
