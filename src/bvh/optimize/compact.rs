@@ -6,7 +6,7 @@ use rayon::prelude::*;
 use super::below::{joined_cost, leaf_cost};
 use super::shares::{MAX_SHARE_NODES, Share, divide, shares};
 use crate::bvh::cluster::Clustered;
-use crate::bvh::wide::prefetch::prefetch;
+use crate::bvh::wide::prefetch::{prefetch, prefetch_pair};
 use crate::bvh::{Node, Tree};
 use crate::cancel::{CancelToken, Cancelled};
 
@@ -97,9 +97,7 @@ impl<C: Clustered> Part<C> {
                 prefetch(&tree.primitive_indices, node.first as usize);
             } else {
                 entries[at].children = entries.len() as u32;
-                // A pair lies in two lines.
-                prefetch(&tree.nodes, node.first as usize);
-                prefetch(&tree.nodes, node.first as usize + 1);
+                prefetch_pair(&tree.nodes, node.first as usize);
                 entries.extend([entry(node.first), entry(node.first + 1)]);
             }
             at += 1;

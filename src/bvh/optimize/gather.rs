@@ -3,7 +3,7 @@
 use super::item::Item;
 use super::weigh::Weight;
 use crate::bvh::Node;
-use crate::bvh::wide::prefetch::prefetch;
+use crate::bvh::wide::prefetch::prefetch_pair;
 use crate::geometry::Aabb;
 
 /// Least and most primitives of a treelet.
@@ -43,9 +43,7 @@ pub fn gather(nodes: &[Node<Aabb>], root: u32, items: &mut [Item], places: &mut 
     let mut add = |node: &Node<Aabb>, places: &mut Vec<u32>| {
         if !node.is_leaf() {
             places.push(node.first);
-            // A pair lies in two lines.
-            prefetch(nodes, node.first as usize);
-            prefetch(nodes, node.first as usize + 1);
+            prefetch_pair(nodes, node.first as usize);
         } else if let Some(item) = items.next() {
             *item = Item::new(&node.container, node.count, node.first);
         }

@@ -43,7 +43,7 @@ pub fn restructure(
     let treelets = treelets(&tree.nodes, &weights);
     // As much memory as the leaves of the whole tree need.
     drop(weights);
-    let job = Job { nodes: &tree.nodes, collapses, builder: Builder::new(collapses, token), token };
+    let job = Job { nodes: &tree.nodes, builder: Builder::new(collapses, token) };
     let neighbours = treelets.len().div_ceil(SAMPLES).max(NEIGHBOURS);
     let samples = treelets.par_chunks(neighbours).map(|group| {
         let old = &group[group.len() / 2];
@@ -105,9 +105,7 @@ type Whole = (Vec<Node<Aabb>>, f32);
 
 struct Job<'a> {
     nodes: &'a [Node<Aabb>],
-    collapses: bool,
     builder: Builder<'a>,
-    token: &'a CancelToken,
 }
 
 impl Job<'_> {
@@ -131,7 +129,7 @@ impl Job<'_> {
         if leaves < 3 {
             return Ok(None);
         }
-        let mut items: Vec<Item> = zeros(leaves, self.token)?;
+        let mut items: Vec<Item> = zeros(leaves, self.builder.token)?;
         let (mut targets, mut rest) = (Vec::with_capacity(treelets.len()), &mut items[..]);
         for treelet in treelets {
             let own;
@@ -139,11 +137,11 @@ impl Job<'_> {
             targets.push((treelet.root, own));
         }
         targets.into_par_iter().try_for_each_init(Vec::new, |places, (root, items)| {
-            self.token.check()?;
+            self.builder.token.check()?;
             gather(self.nodes, root, items, places);
             Ok(())
         })?;
-        let mut nodes = zeros(2 * leaves - 1, self.token)?;
+        let mut nodes = zeros(2 * leaves - 1, self.builder.token)?;
         let below = self.builder.build(&mut items, self.item(old), &mut nodes[1..], 1)?;
         nodes[0] = Node { first: 1, ..self.nodes[0] };
         Ok(Some((nodes, self.cost(old, below))))
@@ -156,6 +154,6 @@ impl Job<'_> {
     /// SAH cost of `subtree` where what is below its root costs `below`.
     fn cost(&self, subtree: &Subtree, below: f32) -> f32 {
         let area = self.nodes[subtree.root as usize].container.half_area();
-        joined_cost(area, subtree.weight.count, below, self.collapses).0
+        joined_cost(area, subtree.weight.count, below, self.builder.collapses).0
     }
 }

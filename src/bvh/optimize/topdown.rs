@@ -28,8 +28,8 @@ pub struct Builder<'a> {
     /// For clustering.
     widest: Level,
     /// Whether leaves may be made of several items.
-    collapses: bool,
-    token: &'a CancelToken,
+    pub collapses: bool,
+    pub token: &'a CancelToken,
 }
 
 /// Items that still have to be divided.

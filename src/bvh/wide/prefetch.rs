@@ -15,6 +15,13 @@ pub(in crate::bvh) fn prefetch<T>(list: &[T], index: usize) {
     }
 }
 
+/// [`prefetch`] of two siblings, which lie in two lines where an element is half of one: pairs begin at odd numbers.
+#[inline(always)]
+pub(in crate::bvh) fn prefetch_pair<T>(list: &[T], first: usize) {
+    prefetch(list, first);
+    prefetch(list, first + 1);
+}
+
 /// [`prefetch`] for what takes three or four lines, without a branch for which.
 #[inline(always)]
 pub(super) fn prefetch_four_lines(address: *const u8, bytes: usize) {
