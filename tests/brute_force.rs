@@ -315,8 +315,11 @@ proptest! {
             .map(|x| Triangle { a: place(&x[0..3]), b: place(&x[3..6]), c: place(&x[6..9]) })
             .collect();
         let rays = trees::rays(&triangles, 40, seed);
-        let expected: Vec<_> = rays.iter().map(|ray| scan(&triangles, ray)).collect();
-        check_hand_made::<Aabb>("random", &triangles, &rays, &expected);
-        check_hand_made::<Sphere>("random", &triangles, &rays, &expected);
+        let together = bundle(rays[0].origin, triangles[0].a, 0.3, 40);
+        for rays in [rays, together] {
+            let expected: Vec<_> = rays.iter().map(|ray| scan(&triangles, ray)).collect();
+            check_hand_made::<Aabb>("random", &triangles, &rays, &expected);
+            check_hand_made::<Sphere>("random", &triangles, &rays, &expected);
+        }
     }
 }

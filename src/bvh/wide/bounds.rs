@@ -5,8 +5,8 @@ use std::fmt::Debug;
 use bytemuck::{Pod, Zeroable};
 use fearless_simd::{Select, Simd, SimdBase, SimdFloat, SimdMask, f32x8, mask32x8};
 
+use super::WIDTH;
 use super::packed::PackedRays;
-use super::{WIDTH, WideTree};
 use crate::bvh::Container;
 use crate::bvh::container::{SPHERE_ENTRY_ERROR, SPHERE_SQUARE_ERROR, SPHERE_T_ERROR, SPHERE_TINY_RADIUS};
 use crate::geometry::{Aabb, FAR_SLACK, Sphere};
@@ -36,8 +36,6 @@ pub trait WideContainer: Container {
         let (entered, entry) = Self::entered(simd, bounds, ray, t_max);
         (entered.to_bitmask() as u32, entry.to_array())
     }
-    /// The boxes, where they are some: packets know no other container.
-    fn as_boxes(tree: &WideTree<Self>) -> Option<&WideTree<Aabb>>;
 }
 
 /// Eight boxes: for each axis the lower planes and the upper ones.
@@ -98,20 +96,15 @@ impl WideContainer for Aabb {
         let exit = far[0].min(far[1]).min(far[2]) * FAR_SLACK;
         (entry.simd_le(exit) & entry.simd_le(f32x8::splat(simd, t_max)), entry)
     }
-
-    #[inline(always)]
-    fn as_boxes(tree: &WideTree<Self>) -> Option<&WideTree<Aabb>> {
-        Some(tree)
-    }
 }
 
 /// Eight spheres.
 #[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
 #[repr(C)]
 pub struct Spheres {
-    center: [[f32; WIDTH]; 3],
+    pub(super) center: [[f32; WIDTH]; 3],
     /// Negative where there is none.
-    radius: [f32; WIDTH],
+    pub(super) radius: [f32; WIDTH],
 }
 
 /// A ray against eight spheres.
@@ -173,11 +166,6 @@ impl WideContainer for Sphere {
         // NaN fails the comparison, which leaves t_min.
         let entry = near.simd_gt(ray.t_min).select(near, ray.t_min);
         (!missed, entry)
-    }
-
-    #[inline(always)]
-    fn as_boxes(_: &WideTree<Self>) -> Option<&WideTree<Aabb>> {
-        None
     }
 }
 

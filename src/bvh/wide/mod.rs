@@ -22,6 +22,7 @@ macro_rules! each {
     };
 }
 
+mod beam;
 mod bits;
 pub mod block;
 pub mod bounds;

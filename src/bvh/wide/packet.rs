@@ -1,24 +1,21 @@
 //! Tiles of coherent rays from one point, such as a camera's: nodes and triangles are fetched once for all of them.
 //!
-//! Each visit tests a node's eight children against the interval of all directions first, which most children fail or pass
-//! as a whole, and only then those that are unclear against the groups of sixteen rays that reached the node (after Wald,
-//! Boulos, Shirley: *Ray Tracing Deformable Scenes Using Dynamic Bounding Volume Hierarchies*, 2007). The roundings are
-//! those of single rays, and so are the hits.
+//! Each visit tests a node's eight children against all directions at once, which most children fail or pass as a whole, and
+//! only then those that are unclear against the groups of sixteen rays that reached the node (after Wald, Boulos, Shirley: *Ray
+//! Tracing Deformable Scenes Using Dynamic Bounding Volume Hierarchies*, 2007). The hits are those of single rays.
 
-use fearless_simd::{Level, Select, Simd, SimdBase, SimdMask, dispatch, f32x8, f32x16, mask32x16, u32x16};
+use fearless_simd::{Level, Select, Simd, SimdBase, SimdMask, dispatch, f32x16, mask32x16, u32x16};
 use glam::Vec3;
 
+use super::beam::{Beam, BeamContainer, GROUP, GROUPS};
 use super::bits::bits;
 use super::block::{BLOCK, permuted_axes};
 use super::stack::{Stack, Waiting};
-use super::{TriangleBlock, WIDTH, WideContainer, WideNode, WideTree, stream};
-use crate::geometry::{Aabb, EDGE_MAX, EDGE_MIN, FAR_SLACK, Hit, PreparedRay, Ray, Shear};
+use super::{TriangleBlock, WIDTH, WideTree, stream};
+use crate::geometry::{EDGE_MAX, EDGE_MIN, FAR_SLACK, Hit, PreparedRay, Ray, Shear};
 
 /// Rays that one packet takes.
-pub const MAX_RAYS: usize = 256;
-/// Rays that are tested side by side.
-const GROUP: usize = 16;
-const GROUPS: usize = MAX_RAYS / GROUP;
+pub const MAX_RAYS: usize = GROUP * GROUPS;
 /// Stands for no triangle: loses every tie.
 const NONE: u32 = u32::MAX;
 
@@ -29,19 +26,17 @@ const NONE: u32 = u32::MAX;
 /// # Panics
 ///
 /// Where `hits` is shorter than `rays`.
-pub fn closest_hits<C: WideContainer>(level: Level, tree: &WideTree<C>, rays: &[Ray], hits: &mut [Option<Hit>]) {
+pub fn closest_hits<C: BeamContainer>(level: Level, tree: &WideTree<C>, rays: &[Ray], hits: &mut [Option<Hit>]) {
     assert!(hits.len() >= rays.len(), "{} hits for {} rays", hits.len(), rays.len());
     // Rays that have little in common go together, the more the better.
     let mut traced = 0;
-    if let Some(boxes) = C::as_boxes(tree) {
-        for first in (0..rays.len()).step_by(MAX_RAYS) {
-            let end = rays.len().min(first + MAX_RAYS);
-            let (rays_before, rays) = rays[traced..end].split_at(first - traced);
-            let (hits_before, hits) = hits[traced..end].split_at_mut(first - traced);
-            if dispatch!(level, simd => closest_hits_of_packet(simd, boxes, rays, hits)) {
-                dispatch!(level, simd => stream::closest_hits(simd, tree, rays_before, hits_before));
-                traced = end;
-            }
+    for first in (0..rays.len()).step_by(MAX_RAYS) {
+        let end = rays.len().min(first + MAX_RAYS);
+        let (rays_before, rays) = rays[traced..end].split_at(first - traced);
+        let (hits_before, hits) = hits[traced..end].split_at_mut(first - traced);
+        if dispatch!(level, simd => closest_hits_of_packet(simd, tree, rays, hits)) {
+            dispatch!(level, simd => stream::closest_hits(simd, tree, rays_before, hits_before));
+            traced = end;
         }
     }
     dispatch!(level, simd => stream::closest_hits(simd, tree, &rays[traced..], &mut hits[traced..]));
@@ -49,8 +44,13 @@ pub fn closest_hits<C: WideContainer>(level: Level, tree: &WideTree<C>, rays: &[
 
 /// Whether `rays` are alike enough for a packet; then their hits.
 #[inline(always)]
-fn closest_hits_of_packet<S: Simd>(simd: S, tree: &WideTree<Aabb>, rays: &[Ray], hits: &mut [Option<Hit>]) -> bool {
-    let Some(mut packet) = Packet::new(simd, rays) else { return false };
+fn closest_hits_of_packet<S: Simd, C: BeamContainer>(
+    simd: S,
+    tree: &WideTree<C>,
+    rays: &[Ray],
+    hits: &mut [Option<Hit>],
+) -> bool {
+    let Some(mut packet) = Packet::<C>::new(simd, rays) else { return false };
     packet.trace(simd, tree, rays);
     for (index, hit) in hits.iter_mut().enumerate() {
         *hit = packet.found.hit(index);
@@ -82,37 +82,20 @@ impl Found {
 }
 
 /// Rays from one point whose directions agree in all signs and in their longest axis.
-struct Packet {
-    origin: [f32; 3],
-    t_min: f32,
-    /// For each axis 0 where the lower planes are near, 1 where the upper ones are.
-    near: [usize; 3],
+struct Packet<C: BeamContainer> {
+    beam: Beam,
+    /// What tests against the containers need on top.
+    more: C::More,
     /// The axes of the shear, the longest last.
     axes: [usize; 3],
-    /// Smallest and largest inverse direction on each axis.
-    range: [[f32; 2]; 3],
     /// One bit for each group with rays.
     all_groups: u32,
-    inverse: [[[f32; GROUP]; 3]; GROUPS],
     /// The factors of [`Shear`]'s rows.
     factors: [[[f32; GROUP]; 3]; GROUPS],
     found: Found,
 }
 
-/// How a node's children stand to a packet as a whole.
-struct Interval {
-    /// One bit for each child that some ray may enter.
-    some: u32,
-    /// One bit for each child that all rays enter if nothing is nearer.
-    all: u32,
-    /// No ray enters earlier.
-    entry: [f32; WIDTH],
-    /// From the origin to each child's near and far plane on each axis.
-    near: [[f32; WIDTH]; 3],
-    far: [[f32; WIDTH]; 3],
-}
-
-impl Packet {
+impl<C: BeamContainer> Packet<C> {
     /// Prepares rays; `None` where they are not alike enough.
     #[inline(always)]
     fn new<S: Simd>(simd: S, rays: &[Ray]) -> Option<Self> {
@@ -125,13 +108,16 @@ impl Packet {
         }
         let groups = rays.len().div_ceil(GROUP);
         let mut packet = Self {
-            origin: first.origin.to_array(),
-            t_min,
-            near,
+            beam: Beam {
+                origin: first.origin.to_array(),
+                t_min,
+                near,
+                range: [[f32::INFINITY, f32::NEG_INFINITY]; 3],
+                inverse: [[[0.0; GROUP]; 3]; GROUPS],
+            },
+            more: C::NO_RAYS,
             axes,
-            range: [[f32::INFINITY, f32::NEG_INFINITY]; 3],
             all_groups: u32::MAX >> (GROUPS - groups),
-            inverse: [[[0.0; GROUP]; 3]; GROUPS],
             factors: [[[0.0; GROUP]; 3]; GROUPS],
             found: Found {
                 t: [[0.0; GROUP]; GROUPS],
@@ -178,25 +164,26 @@ impl Packet {
                 good = good & same & inverse[axis].abs().simd_le(f32x16::splat(simd, f32::MAX));
                 lowest[axis] = lowest[axis].min(inverse[axis]);
                 highest[axis] = highest[axis].max(inverse[axis]);
-                packet.inverse[group][axis] = inverse[axis].to_array();
+                packet.beam.inverse[group][axis] = inverse[axis].to_array();
             }
             if !alike || !good.all_true() {
                 return None;
             }
+            C::add_rays(simd, &mut packet.more, group, d, axes);
             let factors = [(zero - d[axes[0]]) / along, (zero - d[axes[1]]) / along, inverse[axes[2]]];
             packet.factors[group] = each!(part => factors[part].to_array());
             packet.found.t[group] = t_max;
             packet.found.limit[group] = f32x16::load_array_ref(simd, &t_max).reduce_max();
         }
-        packet.range = each!(axis => [lowest[axis].reduce_min(), highest[axis].reduce_max()]);
+        packet.beam.range = each!(axis => [lowest[axis].reduce_min(), highest[axis].reduce_max()]);
         Some(packet)
     }
 
     #[inline(always)]
-    fn trace<S: Simd>(&mut self, simd: S, tree: &WideTree<Aabb>, rays: &[Ray]) {
+    fn trace<S: Simd>(&mut self, simd: S, tree: &WideTree<C>, rays: &[Ray]) {
         let Some(root) = tree.root else { return };
         let mut stack = Stack::default();
-        stack.push(Waiting { entry: self.t_min, child: root, groups: self.all_groups });
+        stack.push(Waiting { entry: self.beam.t_min, child: root, groups: self.all_groups });
         while let Some(Waiting { entry, child, groups }) = stack.pop() {
             // Groups whose rays have all found something nearer are done.
             let limits = f32x16::load_array_ref(simd, &self.found.limit);
@@ -216,14 +203,14 @@ impl Packet {
                 continue;
             }
             let node = &tree.nodes[child.index()];
-            let interval = self.interval(simd, node, reach);
+            let interval = C::interval(simd, &node.bounds, &self.beam, &self.more, reach);
             let mark = stack.mark();
             for lane in bits(u64::from(interval.some)) {
                 let lane = lane % WIDTH;
                 let groups = if interval.all >> lane & 1 != 0 {
                     active
                 } else {
-                    self.groups_that_enter(simd, &interval, lane, active)
+                    self.groups_that_enter(simd, &interval.offsets, lane, active)
                 };
                 if groups != 0 {
                     tree.prefetch(node.children[lane]);
@@ -234,54 +221,14 @@ impl Packet {
         }
     }
 
-    /// Tests a node's children against all directions at once. Exact bounds of what the single rays compute, because rounding
-    /// is monotone.
-    #[inline(always)]
-    fn interval<S: Simd>(&self, simd: S, node: &WideNode<super::bounds::Boxes>, reach: f32) -> Interval {
-        let planes = &node.bounds.0;
-        let origin = each!(axis => f32x8::splat(simd, self.origin[axis]));
-        let near = each!(axis => f32x8::load_array_ref(simd, &planes[axis][self.near[axis] & 1]) - origin[axis]);
-        let far = each!(axis => f32x8::load_array_ref(simd, &planes[axis][self.near[axis] & 1 ^ 1]) - origin[axis]);
-        // Each distance times the smallest and times the largest inverse direction, in the order of their size.
-        let range = &self.range;
-        let near_t = each!(axis => {
-            let [a, b] = [near[axis] * range[axis][0], near[axis] * range[axis][1]];
-            [a.min(b), a.max(b)]
-        });
-        let far_t = each!(axis => {
-            let [a, b] = [far[axis] * range[axis][0], far[axis] * range[axis][1]];
-            [a.min(b), a.max(b)]
-        });
-        let t_min = f32x8::splat(simd, self.t_min);
-        let entry = near_t[0][0].max(near_t[1][0]).max(near_t[2][0].max(t_min));
-        let exit = far_t[0][1].min(far_t[1][1]).min(far_t[2][1]) * FAR_SLACK;
-        let some = entry.simd_le(exit) & entry.simd_le(f32x8::splat(simd, reach));
-        let latest_entry = near_t[0][1].max(near_t[1][1]).max(near_t[2][1].max(t_min));
-        let earliest_exit = far_t[0][0].min(far_t[1][0]).min(far_t[2][0]) * FAR_SLACK;
-        let all = latest_entry.simd_le(earliest_exit);
-        Interval {
-            some: some.to_bitmask() as u32,
-            all: all.to_bitmask() as u32,
-            entry: entry.to_array(),
-            near: each!(axis => near[axis].to_array()),
-            far: each!(axis => far[axis].to_array()),
-        }
-    }
-
     /// Those of the `active` groups of which some ray enters the child in a lane.
     #[inline(always)]
-    fn groups_that_enter<S: Simd>(&self, simd: S, interval: &Interval, lane: usize, active: u32) -> u32 {
-        let near = each!(axis => f32x16::splat(simd, interval.near[axis][lane % WIDTH]));
-        let far = each!(axis => f32x16::splat(simd, interval.far[axis][lane % WIDTH]));
-        let t_min = f32x16::splat(simd, self.t_min);
+    fn groups_that_enter<S: Simd>(&self, simd: S, offsets: &C::Offsets, lane: usize, active: u32) -> u32 {
+        let child = C::spread(simd, offsets, lane);
         let mut entering = 0;
         for group in bits(u64::from(active)) {
-            let inverse = &self.inverse[group % GROUPS];
-            let inverse = each!(axis => f32x16::load_array_ref(simd, &inverse[axis]));
-            let entry = (near[0] * inverse[0]).max(near[1] * inverse[1]).max((near[2] * inverse[2]).max(t_min));
-            let exit = (far[0] * inverse[0]).min(far[1] * inverse[1]).min(far[2] * inverse[2]) * FAR_SLACK;
             let t = f32x16::load_array_ref(simd, &self.found.t[group % GROUPS]);
-            let enters = entry.simd_le(exit) & entry.simd_le(t);
+            let enters = C::enters(simd, &child, &self.beam, &self.more, group % GROUPS, t);
             entering |= u32::from(enters.any_true()) << group;
         }
         entering
@@ -298,7 +245,7 @@ impl Packet {
             }
             let [corner_x, corner_y, corner_z] = each!(part => each!(corner => {
                 let axis = self.axes[part];
-                f32x16::splat(simd, block.corners[corner][axis][lane] - self.origin[axis])
+                f32x16::splat(simd, block.corners[corner][axis][lane] - self.beam.origin[axis])
             }));
             for group in bits(u64::from(active)) {
                 let group = group % GROUPS;
@@ -339,21 +286,21 @@ impl Packet {
         let shares = each!(corner => weights[corner] * scale);
         let t = shares[0] * depth[0] + shares[1] * depth[1] + shares[2] * depth[2];
         let best = f32x16::load_array_ref(simd, &self.found.t[group]);
-        let t_min = f32x16::splat(simd, self.t_min);
+        let t_min = f32x16::splat(simd, self.beam.t_min);
         let within = exact & t.simd_ge(t_min) & t.simd_le(best);
         let unclear = candidates & !(exact.to_bitmask() as u32);
         if candidates & within.to_bitmask() as u32 != 0 {
             let triangle = block.triangle(lane);
             let bounds = triangle.bounds();
             let planes = [bounds.min, bounds.max];
-            let origin = Vec3::from_array(self.origin);
-            let inverse = &self.inverse[group];
+            let origin = Vec3::from_array(self.beam.origin);
+            let inverse = &self.beam.inverse[group];
             let inverse = each!(axis => f32x16::load_array_ref(simd, &inverse[axis]));
             let near = each!(axis => {
-                f32x16::splat(simd, planes[self.near[axis] & 1][axis] - origin[axis]) * inverse[axis]
+                f32x16::splat(simd, planes[self.beam.near[axis] & 1][axis] - origin[axis]) * inverse[axis]
             });
             let far = each!(axis => {
-                f32x16::splat(simd, planes[self.near[axis] & 1 ^ 1][axis] - origin[axis]) * inverse[axis]
+                f32x16::splat(simd, planes[self.beam.near[axis] & 1 ^ 1][axis] - origin[axis]) * inverse[axis]
             });
             let entry = near[0].max(near[1]).max(near[2].max(t_min));
             let exit = far[0].min(far[1]).min(far[2]) * FAR_SLACK;
