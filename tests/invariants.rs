@@ -110,6 +110,21 @@ fn the_validator_finds_each_kind_of_damage() {
     );
     found(
         |tree| {
+            // Two leaves of one size change places.
+            let size = tree.nodes[leaf(tree)].count;
+            let mut leaves = (0..tree.nodes.len()).filter(|&node| tree.nodes[node].count == size);
+            let (first, last) = (leaves.next().expect("one"), leaves.next_back().expect("another"));
+            for slot in 0..size {
+                let [one, other] = [first, last].map(|leaf| (tree.nodes[leaf].first + slot) as usize);
+                tree.primitive_indices.swap(one, other);
+            }
+            let start = tree.nodes[first].first;
+            tree.nodes[first].first = std::mem::replace(&mut tree.nodes[last].first, start);
+        },
+        "no neighbours",
+    );
+    found(
+        |tree| {
             let leaf = leaf(tree);
             tree.nodes[leaf].count = u32::MAX;
         },

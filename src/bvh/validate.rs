@@ -9,7 +9,7 @@ use crate::with_tree;
 const SPHERE_SLACK: f32 = 1e-4;
 
 /// The first broken promise of `tree` over `triangles`, in words: each primitive in exactly one leaf, each container inside
-/// its parent's and around its triangles, every node reached once, parents before children, finite numbers, the right depth.
+/// its parent's and around its triangles, every node reached once, parents before children, the primitives below any node neighbours, finite numbers, the right depth.
 /// A tree with more slots than triangles was built of fragments: there each triangle is in at least one leaf, and the containers
 /// of its leaves reach as far as it does.
 pub fn validate(tree: &AnyTree, triangles: &[Triangle]) -> Result<(), String> {
@@ -103,6 +103,21 @@ fn validate_tree<C: Container>(tree: &Tree<C>, triangles: &[Triangle]) -> Result
     }
     if let Some(primitive) = primitive_seen.iter().position(|seen| !seen) {
         return Err(format!("primitive {primitive} is in no leaf"));
+    }
+    // From the last node to the first: of each the first slot below it and the one behind the last.
+    let mut slots = vec![[0_u32; 2]; nodes.len()];
+    for (index, node) in nodes.iter().enumerate().rev() {
+        slots[index] = if node.is_leaf() {
+            [node.first, node.first + node.count]
+        } else {
+            let ([start, middle], [next, end]) = (slots[node.first as usize], slots[node.first as usize + 1]);
+            if middle != next {
+                return Err(format!(
+                    "slots {start} to {middle} below node {index}, then {next} to {end}: no neighbours"
+                ));
+            }
+            [start, end]
+        };
     }
     let falls_short = |(reached, triangle): (&Aabb, &Triangle)| !reached.contains(&triangle.bounds(), slack);
     if let Some(primitive) = reached.iter().zip(triangles).position(falls_short) {

@@ -3,65 +3,74 @@
 
 #![allow(clippy::inline_always, reason = "called from SIMD kernels, which must not leave their instructions")]
 
-use bytemuck::{Pod, Zeroable};
-
 use super::WIDTH;
-use crate::bvh::Node;
 
-/// What becomes of an interior node of the binary tree, and what it takes to go on from there without a look at nodes, of which
-/// four times as few fit a line of the cache.
-#[derive(Debug, Clone, Copy, Pod, Zeroable)]
-#[repr(C)]
+/// Choices in a list.
+pub(super) const LISTED: usize = 1 << LISTED_BITS;
+const LISTED_BITS: u32 = 12;
+
+/// What becomes of an interior node of the binary tree that is not part of a leaf, and what it takes to go on from there without a
+/// look at the nodes below.
+#[derive(Debug, Clone, Copy, Default)]
 pub(super) struct Choice {
-    /// Its children.
-    pub(super) links: [Link; 2],
-    /// Slot of the first primitive below.
-    pub(super) first: u32,
-    /// Three bits for each number of lanes that it may take, one to eight: how many of them its left child gets, none where the
-    /// node takes one lane as a whole. Above them the number of primitives of the leaf that it becomes, if it becomes one.
-    pub(super) lanes: u32,
+    /// What becomes of its children.
+    links: [Link; 2],
+    /// Number of its first child.
+    pub(super) first_child: u32,
+    /// Three bits for each number of lanes that it may take, two to eight: how many of them its left child gets, none where the
+    /// node takes one lane as a whole. Above them [`COUNT_BITS`] for each child.
+    lanes: u32,
 }
 
 /// Bits for each number of lanes.
 pub(super) const BITS: u32 = 3;
-/// Where the number of primitives stands.
-pub(super) const COUNT_SHIFT: u32 = BITS * WIDTH as u32;
+/// Where the children's numbers of primitives stand.
+const COUNT_SHIFT: u32 = BITS * (WIDTH as u32 - 1);
+/// Bits for a number of primitives.
+const COUNT_BITS: u32 = 5;
+/// Stands for the primitives of a leaf of the binary tree, so many that there is no room for their number.
+const MANY: u32 = (1 << COUNT_BITS) - 1;
 
 impl Choice {
-    /// Slot of the first primitive, and how many there are: none unless the node becomes a leaf.
+    /// The choice for the node above `first_child`, with `lanes` from [`super::cost::weigh`], what becomes of both children, and
+    /// how many primitives they have.
     #[inline(always)]
-    pub(super) fn leaf(self) -> (u32, u32) {
-        (self.first, self.lanes >> COUNT_SHIFT)
-    }
-
-    /// Stands for a choice while others are made: says where in a list it is.
-    pub(super) fn listed(place: usize) -> Self {
-        Self { first: place as u32, lanes: u32::MAX, ..Self::zeroed() }
-    }
-
-    /// Where it is in a list.
-    pub(super) fn place(self) -> Option<usize> {
-        (self.lanes == u32::MAX).then_some(self.first as usize)
+    pub(super) fn new(first_child: u32, lanes: u32, links: [Link; 2], counts: [u32; 2]) -> Self {
+        let [left, right] = counts.map(|count| count.min(MANY));
+        Self { links, first_child, lanes: lanes | left << COUNT_SHIFT | right << (COUNT_SHIFT + COUNT_BITS) }
     }
 
     /// How many of `lanes`, one to eight, go to the left child; none where the node stays whole.
     #[inline(always)]
     pub(super) fn left_of(self, lanes: u32) -> u32 {
-        self.lanes >> (BITS * (lanes - 1)) & 7
+        // For one lane, the zeros that come in.
+        (self.lanes << BITS) >> (BITS * (lanes - 1)) & 7
+    }
+
+    /// Its children.
+    #[inline(always)]
+    pub(super) fn children(self) -> [Branch; 2] {
+        let count = |side: u32| self.lanes >> (COUNT_SHIFT + COUNT_BITS * side) & MANY;
+        [0, 1].map(|side| Branch { node: self.first_child + side, link: self.links[side as usize], count: count(side) })
     }
 }
 
-/// The first child of an interior node, or the first slot of a leaf.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Pod, Zeroable)]
-#[repr(transparent)]
+/// What becomes of a node: a leaf, with the slot of its first primitive, or what a choice says, with the place of that.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub(super) struct Link(u32);
 
 impl Link {
     const LEAF: u32 = 1 << 31;
 
     #[inline(always)]
-    pub(super) fn new<C>(node: &Node<C>) -> Self {
-        Self(if node.is_leaf() { node.first | Self::LEAF } else { node.first })
+    pub(super) fn leaf(first: u32) -> Self {
+        Self(first | Self::LEAF)
+    }
+
+    /// The choice at a place of a list.
+    #[inline(always)]
+    pub(super) fn choice(list: usize, at: usize) -> Self {
+        Self((list << LISTED_BITS | at) as u32)
     }
 
     #[inline(always)]
@@ -69,21 +78,50 @@ impl Link {
         self.0 & Self::LEAF != 0
     }
 
-    /// The first child or slot.
+    /// The slot of a leaf's first primitive.
     #[inline(always)]
     pub(super) fn first(self) -> u32 {
         self.0 & !Self::LEAF
     }
+}
 
-    /// Where the choice of an interior node stands: pairs of siblings follow the root.
+/// A node of the binary tree and what becomes of it.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct Branch {
+    pub(super) node: u32,
+    pub(super) link: Link,
+    /// Of a leaf, the number of primitives, if that is less than [`MANY`].
+    count: u32,
+}
+
+impl Branch {
+    pub(super) fn new(node: u32, link: Link, count: u32) -> Self {
+        Self { node, link, count: count.min(MANY) }
+    }
+
+    /// Number of primitives of the leaf that it becomes; `of_node` tells that of a leaf of the binary tree.
     #[inline(always)]
-    pub(super) fn pair(self) -> usize {
-        pair_of(self.0)
+    pub(super) fn primitives(self, of_node: impl Fn(u32) -> u32) -> u32 {
+        if self.count < MANY { self.count } else { of_node(self.node) }
     }
 }
 
-/// Where the choice of the parent of the siblings `first` and the next one stands.
-#[inline(always)]
-pub(super) fn pair_of(first: u32) -> usize {
-    (first as usize).wrapping_sub(1) / 2
+/// The choices for all interior nodes that do not become part of a leaf, in lists of up to [`LISTED`].
+pub(super) struct Choices {
+    pub(super) lists: Vec<Vec<Choice>>,
+    pub(super) root: Branch,
+}
+
+impl Choices {
+    /// The choice of a node that does not become a leaf.
+    #[inline(always)]
+    pub(super) fn get(&self, link: Link) -> Choice {
+        self.lists[(link.0 >> LISTED_BITS) as usize][link.0 as usize % LISTED]
+    }
+
+    /// Has it fetched.
+    #[inline(always)]
+    pub(super) fn prefetch(&self, link: Link) {
+        super::prefetch::prefetch(&self.lists[(link.0 >> LISTED_BITS) as usize], link.0 as usize % LISTED);
+    }
 }

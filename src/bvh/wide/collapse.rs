@@ -40,7 +40,7 @@ pub fn collapse<C: WideContainer>(
         return Ok(WideTree { root: None, nodes: Vec::new(), blocks: Vec::new() });
     }
     let choices = choices(tree, token)?;
-    let opener = Opener { tree, choices: &choices, single: tree.nodes.len() + 1 == 2 * tree.primitive_indices.len() };
+    let opener = Opener { tree, choices: &choices };
     let (top, tasks) = opener.top((tree.nodes.len() / TASK_NODES).min(MAX_TOP_NODES));
     let top_nodes = top.nodes.len();
     let parts = tasks.par_iter().map(|&root| opener.part(root, token));

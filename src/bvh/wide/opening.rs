@@ -1,8 +1,7 @@
 //! From the choices for each binary node to the wide nodes and leaves.
 
 use super::block::BLOCK;
-use super::choice::{Choice, Link};
-use super::prefetch::prefetch;
+use super::choice::{Branch, Choices, Link};
 use super::{Child, WIDTH, WideContainer};
 use crate::bvh::Tree;
 use crate::cancel::{CancelToken, Cancelled};
@@ -54,93 +53,80 @@ impl BlockPlan {
 #[derive(Clone, Copy)]
 pub(super) struct Opener<'a, C> {
     pub(super) tree: &'a Tree<C>,
-    pub(super) choices: &'a [Choice],
-    /// Whether every leaf of the tree holds one primitive: then it need not be looked at.
-    pub(super) single: bool,
-}
-
-/// A binary node that takes a whole lane.
-#[derive(Debug, Clone, Copy, Default)]
-struct Whole {
-    node: u32,
-    link: Link,
-    /// Where it becomes a leaf: the first slot, and the number of primitives.
-    first: u32,
-    count: u32,
+    pub(super) choices: &'a Choices,
 }
 
 /// A binary node that is looked at, and how many lanes it may take.
 #[derive(Debug, Clone, Copy, Default)]
 struct Waiting {
-    node: u32,
-    link: Link,
+    branch: Branch,
     lanes: u32,
 }
 
 impl<C: WideContainer> Opener<'_, C> {
     /// The children of the wide node that a binary one becomes, and how many they are.
     #[inline(always)]
-    fn children_of(self, root: Link) -> ([Whole; WIDTH], usize) {
-        let mut children = [Whole::default(); WIDTH];
+    fn children_of(self, root: Link) -> ([Branch; WIDTH], usize) {
+        let mut children = [Branch::default(); WIDTH];
         let mut count = 0;
         // The next one last.
         let mut waiting = [Waiting::default(); WIDTH];
-        waiting[0] = Waiting { node: 0, link: root, lanes: WIDTH as u32 };
+        waiting[0] = Waiting { branch: Branch::new(0, root, 0), lanes: WIDTH as u32 };
         let mut len = 1;
         while len > 0 {
             len -= 1;
-            let Waiting { node, link, lanes } = waiting[len % WIDTH];
-            let whole = &mut children[count % WIDTH];
-            if link.is_leaf() {
-                let primitives = if self.single { 1 } else { self.tree.nodes[node as usize].count };
-                *whole = Whole { node, link, first: link.first(), count: primitives };
-                count += 1;
-                continue;
+            let Waiting { branch, lanes } = waiting[len % WIDTH];
+            if lanes > 1 && !branch.link.is_leaf() {
+                let choice = self.choices.get(branch.link);
+                let left = choice.left_of(lanes);
+                if left > 0 {
+                    let [of_left, of_right] = choice.children();
+                    waiting[len % WIDTH] = Waiting { branch: of_right, lanes: lanes - left };
+                    waiting[(len + 1) % WIDTH] = Waiting { branch: of_left, lanes: left };
+                    len += 2;
+                    continue;
+                }
             }
-            let choice = self.choices[link.pair()];
-            let left = choice.left_of(lanes);
-            if left == 0 {
-                let (first, primitives) = choice.leaf();
-                *whole = Whole { node, link, first, count: primitives };
-                count += 1;
-                continue;
-            }
-            let [of_left, of_right] = choice.links;
-            waiting[len % WIDTH] = Waiting { node: link.first() + 1, link: of_right, lanes: lanes - left };
-            waiting[(len + 1) % WIDTH] = Waiting { node: link.first(), link: of_left, lanes: left };
-            len += 2;
+            children[count % WIDTH] = branch;
+            count += 1;
         }
         (children, count)
     }
 
-    /// What the root refers to.
-    pub(super) fn root(self) -> Link {
-        Link::new(&self.tree.nodes[0])
+    /// Adds a node; `child` tells where children are that are nodes themselves.
+    #[inline(always)]
+    fn push(self, part: &mut Part, children: &[Branch], mut child: impl FnMut(Link) -> Child) {
+        let mut lanes = [Lane::NONE; WIDTH];
+        for (lane, branch) in lanes.iter_mut().zip(children) {
+            let child = if branch.link.is_leaf() { self.leaf(part, *branch) } else { child(branch.link) };
+            *lane = Lane { node: branch.node, child };
+        }
+        part.nodes.push(lanes);
     }
 
-    /// The one leaf that the tree becomes, if it becomes one.
-    pub(super) fn root_leaf(self) -> Option<(u32, u32)> {
-        let root = &self.tree.nodes[0];
-        let leaf = if root.is_leaf() { (root.first, root.count) } else { self.choices[self.root().pair()].leaf() };
-        (leaf.1 > 0).then_some(leaf)
+    /// Adds a leaf.
+    #[inline(always)]
+    fn leaf(self, part: &mut Part, branch: Branch) -> Child {
+        part.leaf(branch.link.first(), branch.primitives(|node| self.tree.nodes[node as usize].count))
     }
 
     /// Up to `most` wide nodes from the root on, breadth first, and the binary nodes that are left to become others: children
     /// that are nodes have numbers by which these follow those.
     pub(super) fn top(self, most: usize) -> (Part, Vec<Link>) {
         let mut part = Part::default();
-        if let Some((first, count)) = self.root_leaf() {
-            part.leaf(first, count);
+        let root = self.choices.root;
+        if root.link.is_leaf() {
+            self.leaf(&mut part, root);
             return (part, Vec::new());
         }
-        let mut found = vec![self.root()];
+        let mut found = vec![root.link];
         while part.nodes.len() < most.min(found.len()) {
             let (children, count) = self.children_of(found[part.nodes.len()]);
             let node = |link: Link| {
                 found.push(link);
                 Child::node(found.len() - 1)
             };
-            part.push(&children[..count], node);
+            self.push(&mut part, &children[..count], node);
         }
         found.drain(..part.nodes.len());
         (part, found)
@@ -161,10 +147,10 @@ impl<C: WideContainer> Opener<'_, C> {
                 lanes[lane].child = Child::node(at);
             }
             let (children, count) = self.children_of(root);
-            part.push(&children[..count], |_| Child::node(0));
+            self.push(&mut part, &children[..count], |_| Child::node(0));
             for (lane, child) in children[..count].iter().enumerate().rev() {
-                if child.count == 0 {
-                    prefetch(self.choices, child.link.pair());
+                if !child.link.is_leaf() {
+                    self.choices.prefetch(child.link);
                     open.push((child.link, at, lane));
                 }
             }
@@ -174,17 +160,6 @@ impl<C: WideContainer> Opener<'_, C> {
 }
 
 impl Part {
-    /// Adds a node; `child` tells where children are that are nodes themselves.
-    #[inline(always)]
-    fn push(&mut self, children: &[Whole], mut child: impl FnMut(Link) -> Child) {
-        let mut lanes = [Lane::NONE; WIDTH];
-        for (lane, whole) in lanes.iter_mut().zip(children) {
-            let child = if whole.count > 0 { self.leaf(whole.first, whole.count) } else { child(whole.link) };
-            *lane = Lane { node: whole.node, child };
-        }
-        self.nodes.push(lanes);
-    }
-
     #[inline(always)]
     fn leaf(&mut self, first: u32, count: u32) -> Child {
         let leaf = Child::leaf(self.blocks.len());

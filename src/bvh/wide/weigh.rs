@@ -4,19 +4,19 @@
 
 #![allow(clippy::inline_always, reason = "SIMD kernels must land in the caller that enables the instructions")]
 
-use fearless_simd::{Simd, dispatch};
+use fearless_simd::{Select, Simd, SimdBase, dispatch, f32x8, u32x8};
 use rayon::prelude::*;
 
-use super::choice::{Choice, Link, pair_of};
-use super::cost::{Below, Costs, Known, SAME, WAITS, blocks_of, weigh};
+use super::block::BLOCK;
+use super::choice::{Branch, Choice, Choices, LISTED, Link};
+use super::cost::{Costs, NODE_COST, blocks_of, weigh};
 use super::{WIDTH, WideContainer};
 use crate::bvh::cluster::simd_level;
-use crate::bvh::lists::zeros;
 use crate::bvh::{Node, Tree};
 use crate::cancel::{CancelToken, Cancelled};
 
-/// Pairs of siblings that are weighed at once.
-const CHUNK: usize = 4096;
+/// Pairs of siblings that are weighed at once. The choices of their parents are a list.
+const CHUNK: usize = LISTED;
 /// So many chunks at most are joined by one thread, which leaves little to join for the last one; fewer where there would be
 /// no more than so many groups.
 const MAX_GROUP: usize = 16;
@@ -24,38 +24,88 @@ const GROUPS: usize = 32;
 /// Nodes between two looks at the token while one thread weighs them.
 const BETWEEN_CHECKS: usize = 1 << 12;
 
-/// The choices for all interior nodes, each where [`Link::pair`] says.
-pub(super) fn choices<C: WideContainer>(tree: &Tree<C>, token: &CancelToken) -> Result<Vec<Choice>, Cancelled> {
-    let pairs = tree.nodes.len() / 2;
-    let mut choices: Vec<Choice> = zeros(pairs, token)?;
+/// The choices for all nodes of a tree that has some.
+pub(super) fn choices<C: WideContainer>(tree: &Tree<C>, token: &CancelToken) -> Result<Choices, Cancelled> {
+    let chunks = (tree.nodes.len() / 2).div_ceil(CHUNK);
+    let mut lists = vec![Vec::new(); chunks];
     let level = simd_level();
-    let group = (pairs / CHUNK / GROUPS).clamp(1, MAX_GROUP) * CHUNK;
-    let groups = choices.par_chunks_mut(group).enumerate();
-    let rests = groups.map_init(Room::default, |room, (at, choices)| {
-        let mut part = Part { tree, offset: 1 + 2 * group * at, choices };
+    let group = (chunks / GROUPS).clamp(1, MAX_GROUP);
+    let groups = lists.par_chunks_mut(group).enumerate();
+    let rests = groups.map_init(Room::default, |room, (at, lists)| {
+        let mut part = Part { tree, first_list: group * at, lists };
         dispatch!(level, simd => part.weigh(simd, room, token))
     });
     let rests: Vec<Rest> = rests.collect::<Result<_, Cancelled>>()?;
-    let root = (!tree.nodes.is_empty() && !tree.nodes[0].is_leaf()).then_some(0);
-    let mut whole = Part { tree, offset: 1, choices: &mut choices };
-    dispatch!(level, simd => whole.join(simd, &rests, root, token))?;
-    Ok(choices)
+    let root = Known::leaf(&tree.nodes[0]);
+    if tree.nodes[0].is_leaf() {
+        return Ok(Choices { lists, root: Branch::new(0, root.link, root.count) });
+    }
+    let mut whole = Part { tree, first_list: 0, lists: &mut lists };
+    let rest = dispatch!(level, simd => whole.join(simd, &rests, Some(0), token))?;
+    let [(0, root)] = rest.ends[..] else { unreachable!("the root alone has no parent") };
+    Ok(Choices { lists, root: Branch::new(0, root.link, root.count) })
 }
+
+/// What is known of a node from what lies below.
+#[derive(Debug, Clone, Copy)]
+struct Known {
+    /// Surface area times cost, summed over everything, where it takes one lane.
+    cost: f32,
+    /// Slot of the first primitive below, and how many there are.
+    first: u32,
+    count: u32,
+    /// Where in a list its costs are, if it does not become a leaf.
+    costs: u32,
+    link: Link,
+}
+
+impl Known {
+    fn leaf<C: WideContainer>(node: &Node<C>) -> Self {
+        let Node { container, first, count } = node;
+        let cost = container.wide_area() * blocks_of(*count);
+        Self { cost, first: *first, count: *count, costs: LEAF, link: Link::leaf(*first) }
+    }
+
+    /// What it costs with one to eight lanes.
+    #[inline(always)]
+    fn costs<S: Simd>(&self, simd: S, list: &[Costs]) -> f32x8<S> {
+        let same = [self.cost; WIDTH];
+        f32x8::load_array_ref(simd, list.get(self.costs as usize).unwrap_or(&same))
+    }
+}
+
+/// Stands for the costs of a leaf, the same for any number of lanes.
+const LEAF: u32 = u32::MAX;
+/// Stands for the number of primitives below a node of which nothing is known yet. It stays the same whatever is added.
+const WAITS: u32 = u32::MAX;
 
 /// Where a thread weighs a chunk.
 struct Room {
     /// For each node [`Known::cost`]; of an interior one that is not known yet, the area.
     cost: Vec<f32>,
-    /// For each interior node.
     below: Vec<Below>,
-    interior: Vec<u32>,
+    /// For each node where its costs and its choice are, or [`LEAF`].
+    place: Vec<u32>,
+    /// Interior nodes, and those of them that do not fit a block.
+    interior: Vec<u16>,
+    others: Vec<u16>,
     costs: Vec<Costs>,
+    choices: Vec<Choice>,
+    /// Whether the parent of a pair has been seen.
+    has_parent: Vec<bool>,
 }
 
-/// What a chunk leaves.
+/// What lies below a node: slot of the first primitive, and how many there are.
+#[derive(Debug, Clone, Copy, Default)]
+struct Below {
+    first: u32,
+    count: u32,
+}
+
+/// What a chunk or a group of chunks leaves.
 #[derive(Default)]
 struct Rest {
-    /// Interior nodes that are known, but not to parents within the chunk.
+    /// Interior nodes that are known, but not to parents within it, from the first to the last.
     ends: Vec<(u32, Known)>,
     costs: Vec<Costs>,
     /// Those that wait for others, from the last to the first.
@@ -65,9 +115,9 @@ struct Rest {
 impl Rest {
     /// Adds an end, whose costs are in a list.
     fn add(&mut self, node: u32, mut known: Known, costs: &[Costs]) {
-        if known.below.costs != SAME {
-            self.costs.push(costs[known.below.costs as usize]);
-            known.below.costs = self.costs.len() as u32 - 1;
+        if known.costs != LEAF {
+            self.costs.push(costs[known.costs as usize]);
+            known.costs = self.costs.len() as u32 - 1;
         }
         self.ends.push((node, known));
     }
@@ -79,18 +129,22 @@ impl Default for Room {
         Self {
             cost: vec![0.0; NODES],
             below: vec![Below::default(); NODES],
+            place: vec![LEAF; NODES],
             interior: vec![0; NODES],
-            costs: vec![[0.0; WIDTH]; NODES + 1],
+            others: vec![0; NODES],
+            // One more for what turns out to be a leaf.
+            costs: vec![[0.0; WIDTH]; CHUNK + 1],
+            choices: vec![Choice::default(); CHUNK + 1],
+            has_parent: vec![false; CHUNK],
         }
     }
 }
 
-/// Neighbours in the list of nodes, and the choices of those pairs.
+/// Neighbours in the list of nodes, and the choices of their parents: a list for each chunk.
 struct Part<'a, C> {
     tree: &'a Tree<C>,
-    /// Number of its first node.
-    offset: usize,
-    choices: &'a mut [Choice],
+    first_list: usize,
+    lists: &'a mut [Vec<Choice>],
 }
 
 impl<C: WideContainer> Part<'_, C> {
@@ -98,10 +152,12 @@ impl<C: WideContainer> Part<'_, C> {
     #[inline(always)]
     fn weigh<S: Simd>(&mut self, simd: S, room: &mut Room, token: &CancelToken) -> Result<Rest, Cancelled> {
         let mut rests = Vec::with_capacity(MAX_GROUP);
-        for (choices, at) in self.choices.chunks_mut(CHUNK).zip(0..) {
+        let nodes = &self.tree.nodes[1..];
+        for (list, at) in self.lists.iter_mut().zip(self.first_list..) {
             token.check()?;
-            let offset = self.offset + 2 * CHUNK * at;
-            rests.push(room.weigh(simd, &self.tree.nodes[offset..offset + 2 * choices.len()], offset, choices));
+            let first = 2 * CHUNK * at;
+            let chunk = &nodes[first..nodes.len().min(first + 2 * CHUNK)];
+            rests.push(room.weigh(simd, chunk, at, list));
         }
         if let [_] = rests[..] { Ok(rests.remove(0)) } else { self.join(simd, &rests, None, token) }
     }
@@ -115,20 +171,19 @@ impl<C: WideContainer> Part<'_, C> {
         root: Option<u32>,
         token: &CancelToken,
     ) -> Result<Rest, Cancelled> {
-        let Self { tree, offset, choices } = self;
-        // Whether they lie within the part is for the list of choices to tell.
-        let pair_below = |node: &Node<C>| pair_of(node.first).wrapping_sub(*offset / 2);
-        let ends = rests.iter().map(|rest| rest.ends.len()).sum::<usize>();
-        let (mut list, mut costs) = (Vec::with_capacity(2 * ends), Vec::with_capacity(2 * ends));
+        let nodes = &self.tree.nodes;
+        let mut costs: Vec<Costs> = Vec::new();
+        let first_pair = self.first_list * CHUNK;
+        let chunk_of = |node: u32| (node as usize - 1) / 2 / CHUNK - self.first_list;
+        // For each chunk, from the last one to the first.
+        let mut known: Vec<Vec<Listed>> = vec![Vec::new(); self.lists.len()];
         for rest in rests {
             token.check()?;
             let before = costs.len() as u32;
             costs.extend_from_slice(&rest.costs);
-            for &(node, mut known) in &rest.ends {
-                known.below.costs += if known.below.costs == SAME { 0 } else { before };
-                let pair = pair_below(&tree.nodes[node as usize]);
-                let choice = std::mem::replace(&mut choices[pair], Choice::listed(list.len()));
-                list.push(Listed { node, known, choice, is_end: true });
+            for &(node, end) in rest.ends.iter().rev() {
+                let costs = end.costs.saturating_add(before);
+                known[chunk_of(node)].push(Listed { node, known: Known { costs, ..end }, is_end: true });
             }
         }
         let mut joined = Rest::default();
@@ -137,41 +192,44 @@ impl<C: WideContainer> Part<'_, C> {
             if count.is_multiple_of(BETWEEN_CHECKS) {
                 token.check()?;
             }
-            let node = &tree.nodes[at as usize];
-            let children = [&tree.nodes[node.first as usize], &tree.nodes[node.first as usize + 1]];
-            // Where the children are in the list.
-            let places = children.map(|child| choices.get(pair_below(child)).and_then(|choice| choice.place()));
-            let known = |side: usize| match children[side] {
-                child if child.is_leaf() => Some(Known::leaf(child)),
-                _ => Some(list[places[side]?].known),
+            let first = nodes[at as usize].first;
+            let in_part = (first as usize / 2).checked_sub(first_pair).is_some_and(|pair| pair < CHUNK * known.len());
+            let list = if in_part { chunk_of(first) } else { known.len() };
+            let place = |node: u32| known[list].binary_search_by(|listed| node.cmp(&listed.node)).ok();
+            let side = |node: u32| match &nodes[node as usize] {
+                _ if !in_part => None,
+                leaf if leaf.is_leaf() => Some((Known::leaf(leaf), None)),
+                _ => place(node).map(|place| (known[list][place].known, Some(place))),
             };
-            let pair = pair_below(node);
-            let (Some(left), Some(right), true) = (known(0), known(1), pair < choices.len()) else {
+            let (Some((left, left_place)), Some((right, right_place))) = (side(first), side(first + 1)) else {
                 joined.waiting.push(at);
                 continue;
             };
-            for (child, place) in children.iter().zip(places) {
-                if let (false, Some(place)) = (child.is_leaf(), place) {
-                    list[place].is_end = false;
-                }
+            for place in [left_place, right_place].into_iter().flatten() {
+                known[list][place].is_end = false;
             }
-            costs.push([0.0; WIDTH]);
-            let place = costs.len() - 1;
-            let (known, lanes) = weigh(simd, node.container.wide_area(), &left, &right, &mut costs, place);
-            choices[pair] = Choice::listed(list.len());
-            list.push(Listed {
-                node: at,
-                known,
-                choice: Choice { links: children.map(Link::new), first: known.below.first, lanes },
-                is_end: true,
-            });
+            let (area, primitives) = (nodes[at as usize].container.wide_area(), left.count + right.count);
+            let costs_of = [left.costs(simd, &costs), right.costs(simd, &costs)];
+            let weighed = weigh(simd, area, primitives, costs_of, [left.costs == LEAF, right.costs == LEAF]);
+            let link = Link::leaf(left.first);
+            let mut node = Known { cost: weighed.cost, first: left.first, count: primitives, costs: LEAF, link };
+            if !weighed.is_leaf {
+                let choices = &mut self.lists[list];
+                (node.costs, node.link) = (costs.len() as u32, Link::choice(self.first_list + list, choices.len()));
+                choices.push(Choice::new(first, weighed.lanes, [left.link, right.link], [left.count, right.count]));
+                costs.push(weighed.costs.to_array());
+            }
+            if at == 0 {
+                joined.add(at, node, &costs);
+            } else {
+                let chunk = &mut known[chunk_of(at)];
+                let place = chunk.partition_point(|listed| listed.node > at);
+                chunk.insert(place, Listed { node: at, known: node, is_end: true });
+            }
         }
-        for (count, Listed { node, known, choice, is_end }) in list.into_iter().enumerate() {
-            if count.is_multiple_of(BETWEEN_CHECKS) {
-                token.check()?;
-            }
-            choices[pair_below(&tree.nodes[node as usize])] = choice;
-            if is_end {
+        for chunk in known {
+            token.check()?;
+            for Listed { node, known, .. } in chunk.into_iter().rev().filter(|listed| listed.is_end) {
                 joined.add(node, known, &costs);
             }
         }
@@ -180,64 +238,107 @@ impl<C: WideContainer> Part<'_, C> {
 }
 
 /// A node that is known before all of its neighbours are.
+#[derive(Clone)]
 struct Listed {
     node: u32,
     known: Known,
-    choice: Choice,
     /// Whether its parent is not known.
     is_end: bool,
 }
 
 impl Room {
-    /// Weighs `nodes`, which are a chunk and begin with number `offset`.
+    /// Weighs `nodes`, which are chunk number `chunk`, and makes their choices. Hardly any branch depends on the tree: nobody
+    /// could predict which.
     #[inline(always)]
+    #[allow(clippy::needless_bitwise_bool, reason = "without branches")]
     fn weigh<C: WideContainer, S: Simd>(
         &mut self,
         simd: S,
         nodes: &[Node<C>],
-        offset: usize,
-        choices: &mut [Choice],
+        chunk: usize,
+        list: &mut Vec<Choice>,
     ) -> Rest {
+        // Node 0 is the root.
+        let offset = 1 + 2 * CHUNK * chunk;
         let mut rest = Rest::default();
-        let Self { cost, below, interior, costs } = self;
-        let (cost, below) = (&mut cost[..nodes.len()], &mut below[..nodes.len()]);
-        let interior = &mut interior[..nodes.len()];
-        // No branches that depend on what is a leaf.
+        let Self { cost, below, place, interior, others, costs, choices, has_parent } = self;
+        let (cost, below, place) = (&mut cost[..nodes.len()], &mut below[..nodes.len()], &mut place[..nodes.len()]);
+        place.fill(LEAF);
+        has_parent.fill(false);
         let mut count = 0;
         for at in 0..nodes.len() {
             let node = &nodes[at];
             cost[at] = node.container.wide_area() * blocks_of(node.count.max(1));
-            interior[count] = at as u32;
+            below[at] = Below { first: node.first, count: node.count };
+            interior[count] = at as u16;
             count += usize::from(!node.is_leaf());
         }
-        let mut used = 0;
+        // What fits a block mostly is one.
+        let mut other_count = 0;
         for &at in interior[..count].iter().rev() {
-            let at = at as usize;
+            let at = usize::from(at);
             let first = (nodes[at].first as usize).wrapping_sub(offset);
-            let known = |child: usize| {
-                let node = &nodes[child];
-                Known { cost: cost[child], below: if node.is_leaf() { Below::leaf(node) } else { below[child] } }
-            };
-            let children = (first < nodes.len()).then(|| [known(first), known(first + 1)]);
-            let Some([left, right]) = children.filter(|[a, b]| a.below.costs.max(b.below.costs) != WAITS) else {
-                below[at].costs = WAITS;
+            let children = below.get(first..first.wrapping_add(2));
+            let Some(&[left, right]) = children.filter(|children| children.iter().all(|child| child.count != WAITS))
+            else {
+                below[at].count = WAITS;
                 rest.waiting.push((offset + at) as u32);
                 continue;
             };
-            let (known, lanes) = weigh(simd, cost[at], &left, &right, costs, used);
-            (cost[at], below[at]) = (known.cost, known.below);
-            used += usize::from(known.below.costs != SAME);
-            let links = [Link::new(&nodes[first]), Link::new(&nodes[first + 1])];
-            choices[first / 2] = Choice { links, first: known.below.first, lanes };
+            let primitives = left.count + right.count;
+            below[at] = Below { first: left.first, count: primitives };
+            has_parent[first / 2] = true;
+            let split = cost[at] * NODE_COST + (cost[first] + cost[first + 1]);
+            let are_leaves = place[first] & place[first + 1] == LEAF;
+            let is_block = are_leaves & (primitives <= BLOCK as u32) & (cost[at] <= split);
+            place[at] = if is_block { LEAF } else { 0 };
+            others[other_count] = at as u16;
+            other_count += usize::from(!is_block);
         }
-        // Pairs to which no parent within the chunk has made a choice.
-        for (pair, _) in choices.iter().enumerate().filter(|(_, choice)| choice.lanes == 0) {
+        let mut used = 0;
+        for &at in &others[..other_count] {
+            let at = usize::from(at);
+            let first_child = nodes[at].first;
+            let first = (first_child as usize).wrapping_sub(offset);
+            let costs_of = |child: usize| {
+                let place = u32x8::splat(simd, place[child]);
+                let costs = f32x8::load_array_ref(simd, &costs[place[0] as usize % CHUNK]);
+                place.simd_eq(u32x8::splat(simd, LEAF)).select(f32x8::splat(simd, cost[child]), costs)
+            };
+            let link = |child: usize| {
+                if place[child] == LEAF {
+                    Link::leaf(below[child].first)
+                } else {
+                    Link::choice(chunk, place[child] as usize)
+                }
+            };
+            let are_leaves = [place[first] == LEAF, place[first + 1] == LEAF];
+            let weighed = weigh(simd, cost[at], below[at].count, [costs_of(first), costs_of(first + 1)], are_leaves);
+            let links = [link(first), link(first + 1)];
+            let counts = [below[first].count, below[first + 1].count];
+            choices[used] = Choice::new(first_child, weighed.lanes, links, counts);
+            weighed.costs.store_slice(&mut costs[used]);
+            cost[at] = weighed.cost;
+            place[at] = if weighed.is_leaf { LEAF } else { used as u32 };
+            used += usize::from(!weighed.is_leaf);
+        }
+        let without_parent = has_parent[..nodes.len() / 2].iter().enumerate().filter(|(_, has_parent)| !**has_parent);
+        let mut orphans = 0;
+        for (pair, _) in without_parent {
+            orphans += 1;
             for at in [2 * pair, 2 * pair + 1] {
-                if !nodes[at].is_leaf() && below[at].costs != WAITS {
-                    rest.add((offset + at) as u32, Known { cost: cost[at], below: below[at] }, costs);
+                let Below { first, count } = below[at];
+                if !nodes[at].is_leaf() && count != WAITS {
+                    let link =
+                        if place[at] == LEAF { Link::leaf(first) } else { Link::choice(chunk, place[at] as usize) };
+                    let known = Known { cost: cost[at], first, count, costs: place[at], link };
+                    rest.add((offset + at) as u32, known, costs);
                 }
             }
         }
+        // With room for the choices of their parents.
+        list.reserve_exact(used + orphans);
+        list.extend_from_slice(&choices[..used]);
         rest
     }
 }
@@ -299,26 +400,37 @@ mod tests {
     }
 
     /// What the choices cost.
-    fn chosen(tree: &Tree<Aabb>, choices: &[Choice], at: u32, lanes: u32) -> f32 {
-        let node = &tree.nodes[at as usize];
+    fn chosen(tree: &Tree<Aabb>, choices: &Choices, branch: Branch, lanes: u32) -> f32 {
+        let node = &tree.nodes[branch.node as usize];
         let area = node.container.half_area();
-        let link = Link::new(node);
-        if link.is_leaf() {
-            return area * blocks_of(node.count);
-        }
-        let choice = choices[link.pair()];
-        assert!(choice.links == [0, 1].map(|side| Link::new(&tree.nodes[node.first as usize + side])));
-        let (_, count) = choice.leaf();
-        if count > 0 {
+        if branch.link.is_leaf() {
+            let (first, count) = primitives(tree, branch.node);
+            assert_eq!(
+                (branch.link.first(), branch.primitives(|node| tree.nodes[node as usize].count)),
+                (first, count)
+            );
             return area * blocks_of(count);
         }
+        let choice = choices.get(branch.link);
+        assert_eq!(choice.first_child, node.first);
         match choice.left_of(lanes) {
-            0 => area * NODE_COST + chosen(tree, choices, at, WIDTH as u32),
+            0 => area * NODE_COST + chosen(tree, choices, branch, WIDTH as u32),
             left => {
                 assert!(left < lanes);
-                chosen(tree, choices, node.first, left) + chosen(tree, choices, node.first + 1, lanes - left)
+                let [first, second] = choice.children();
+                chosen(tree, choices, first, left) + chosen(tree, choices, second, lanes - left)
             }
         }
+    }
+
+    /// The first slot below a node, and the number of primitives.
+    fn primitives(tree: &Tree<Aabb>, at: u32) -> (u32, u32) {
+        let node = &tree.nodes[at as usize];
+        if node.is_leaf() {
+            return (node.first, node.count);
+        }
+        let [(first, left), (_, right)] = [0, 1].map(|side| primitives(tree, node.first + side));
+        (first, left + right)
     }
 
     #[test]
@@ -327,7 +439,7 @@ mod tests {
             let tree = tree(leaves, breadth_first);
             let Ok(choices) = choices(&tree, &CancelToken::new()) else { panic!("nobody cancels") };
             for (lanes, cost) in (1..).zip(least(&tree, 0).0) {
-                let chosen = chosen(&tree, &choices, 0, lanes);
+                let chosen = chosen(&tree, &choices, choices.root, lanes);
                 assert!(
                     (chosen - cost).abs() <= cost * 1e-5,
                     "{leaves} leaves, {lanes} lanes: {chosen}, at best {cost}"
