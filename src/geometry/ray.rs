@@ -1,10 +1,12 @@
 //! Rays and what they hit.
 
+use bytemuck::{Pod, Zeroable};
 use glam::Vec3;
 
 /// A half line with the interval of `t` in which hits count. `t` is the distance along `direction`, in multiples of its
 /// length; camera rays have unit length.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
+#[repr(C)]
 pub struct Ray {
     /// Where it starts.
     pub origin: Vec3,

@@ -53,18 +53,13 @@ impl<const N: usize> PackedRays<N> {
     /// [`PACKED`]. One bit for each that can hit something.
     #[inline(always)]
     pub(super) fn set<S: Simd, C: Container>(&mut self, simd: S, first: usize, rays: &[Ray]) -> u32 {
-        let mut lanes = [[0.0; PACKED]; 8];
-        for (lane, ray) in rays.iter().take(PACKED).enumerate() {
-            let (o, d) = (ray.origin, ray.direction);
-            for (values, value) in lanes.iter_mut().zip([o.x, o.y, o.z, d.x, d.y, d.z, ray.t_min, ray.t_max]) {
-                values[lane] = value;
-            }
+        if rays.is_empty() {
+            return 0;
         }
-        let load = |part: usize| f32x8::load_array_ref(simd, &lanes[part]);
         let splat = |value| f32x8::splat(simd, value);
         let (zero, one, largest) = (splat(0.0), splat(1.0), splat(f32::MAX));
-        let (o, d) = (each!(axis => load(axis)), each!(axis => load(3 + axis)));
-        let (given_t_min, t_max) = (load(6), load(7));
+        let [ox, oy, oz, dx, dy, dz, given_t_min, t_max] = transposed(simd, rays);
+        let (o, d) = ([ox, oy, oz], [dx, dy, dz]);
         let t_min = given_t_min.simd_gt(zero).select(given_t_min, zero);
         let squared = d[0] * d[0] + d[1] * d[1] + d[2] * d[2];
         let able = squared.simd_ge(splat(f32::MIN_POSITIVE))
@@ -124,5 +119,66 @@ impl<const N: usize> PackedRays<N> {
             put(&mut self.inverse_length, inverse_length);
         }
         able.to_bitmask() as u32 & !(u32::MAX << rays.len().min(PACKED))
+    }
+}
+
+/// Each number of the first eight of `rays`, of which there is one at least, ray by ray: origin, direction, `t_min`, `t_max`.
+/// The last one stands for those that are missing.
+#[inline(always)]
+pub(super) fn transposed<S: Simd>(simd: S, rays: &[Ray]) -> [f32x8<S>; PACKED] {
+    let padded;
+    let rays: &[Ray; PACKED] = if let Some(rays) = rays.first_chunk() {
+        rays
+    } else {
+        padded = std::array::from_fn(|lane| rays[lane.min(rays.len() - 1)]);
+        &padded
+    };
+    let rows: &[[f32; PACKED]; PACKED] = bytemuck::cast_ref(rays);
+    let mut rows = [
+        f32x8::load_array_ref(simd, &rows[0]),
+        f32x8::load_array_ref(simd, &rows[1]),
+        f32x8::load_array_ref(simd, &rows[2]),
+        f32x8::load_array_ref(simd, &rows[3]),
+        f32x8::load_array_ref(simd, &rows[4]),
+        f32x8::load_array_ref(simd, &rows[5]),
+        f32x8::load_array_ref(simd, &rows[6]),
+        f32x8::load_array_ref(simd, &rows[7]),
+    ];
+    // Each round turns the six bits of row and lane by one.
+    for _ in 0..3 {
+        let [a, b, c, d, e, f, g, h] = rows;
+        let ((a, b), (c, d), (e, f), (g, h)) = (a.interleave(e), b.interleave(f), c.interleave(g), d.interleave(h));
+        rows = [a, b, c, d, e, f, g, h];
+    }
+    rows
+}
+
+#[cfg(test)]
+mod tests {
+    use fearless_simd::dispatch;
+    use glam::Vec3;
+
+    use super::*;
+    use crate::bvh::SimdLevel;
+
+    #[test]
+    fn numbers_of_rays_come_side_by_side_at_every_level() {
+        let rays: Vec<Ray> = (0..9)
+            .map(|ray| {
+                let number = |place: u8| f32::from(10 * ray + place);
+                let [origin, direction] = [0, 3].map(|at| Vec3::new(number(at), number(at + 1), number(at + 2)));
+                Ray { origin, direction, t_min: number(6), t_max: number(7) }
+            })
+            .collect();
+        for level in SimdLevel::ALL.into_iter().filter(|level| level.is_available()) {
+            for count in [1, 5, 8, 9] {
+                let found =
+                    dispatch!(level.level(), simd => transposed(simd, &rays[..count]).map(|row| row.to_array()));
+                for (place, row) in found.iter().enumerate() {
+                    let expected = std::array::from_fn(|lane| (10 * lane.min(count - 1) + place) as f32);
+                    assert_eq!(*row, expected, "{level:?}, {count} rays, number {place}");
+                }
+            }
+        }
     }
 }

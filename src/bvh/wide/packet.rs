@@ -10,6 +10,8 @@ use glam::Vec3;
 use super::beam::{Beam, BeamContainer, GROUP, GROUPS};
 use super::bits::bits;
 use super::block::{BLOCK, permuted_axes};
+use super::packed::{PACKED, transposed};
+use super::prefetch::prefetch;
 use super::stack::{Stack, Waiting};
 use super::{TriangleBlock, WIDTH, WideTree, stream};
 use crate::geometry::{EDGE_MAX, EDGE_MIN, FAR_SLACK, Hit, PreparedRay, Ray, Shear};
@@ -132,19 +134,24 @@ impl<C: BeamContainer> Packet<C> {
         let mut lowest = [f32x16::splat(simd, f32::INFINITY); 3];
         let mut highest = [f32x16::splat(simd, f32::NEG_INFINITY); 3];
         for group in 0..groups {
-            let mut directions = [[0.0; GROUP]; 3];
-            let mut t_max = [0.0; GROUP];
-            let mut alike = true;
-            for lane in 0..GROUP {
-                // The last ray fills the lanes that follow.
-                let ray = rays[(group * GROUP + lane).min(rays.len() - 1)];
-                for (values, value) in directions.iter_mut().zip(ray.direction.to_array()) {
-                    values[lane] = value;
-                }
-                t_max[lane] = ray.t_max;
-                alike &= ray.origin == first.origin && ray.t_min.max(0.0) == t_min && ray.t_max >= t_min;
-            }
-            let d = each!(axis => f32x16::load_array_ref(simd, &directions[axis]));
+            // The last ray fills the lanes that follow.
+            let rays = &rays[group * GROUP..];
+            let others = if rays.len() > PACKED { &rays[PACKED..] } else { &rays[rays.len() - 1..] };
+            let (rays, others) = (transposed(simd, rays), transposed(simd, others));
+            let number = |part: usize| simd.combine_f32x8(rays[part], others[part]);
+            let d = each!(axis => number(3 + axis));
+            let (given_t_min, t_max) = (number(6), number(7));
+            let is_own_t_min = if t_min > 0.0 {
+                given_t_min.simd_eq(f32x16::splat(simd, t_min))
+            } else {
+                // A NaN counts as 0.
+                !given_t_min.simd_gt(zero)
+            };
+            let alike = number(0).simd_eq(f32x16::splat(simd, first.origin.x))
+                & number(1).simd_eq(f32x16::splat(simd, first.origin.y))
+                & number(2).simd_eq(f32x16::splat(simd, first.origin.z))
+                & is_own_t_min
+                & t_max.simd_ge(f32x16::splat(simd, t_min));
             let inverse = each!(axis => one / d[axis]);
             let along = d[axes[2]];
             let longest = along.abs();
@@ -166,14 +173,14 @@ impl<C: BeamContainer> Packet<C> {
                 highest[axis] = highest[axis].max(inverse[axis]);
                 packet.beam.inverse[group][axis] = inverse[axis].to_array();
             }
-            if !alike || !good.all_true() {
+            if !(alike & good).all_true() {
                 return None;
             }
             C::add_rays(simd, &mut packet.more, group, d, axes);
             let factors = [(zero - d[axes[0]]) / along, (zero - d[axes[1]]) / along, inverse[axes[2]]];
             packet.factors[group] = each!(part => factors[part].to_array());
-            packet.found.t[group] = t_max;
-            packet.found.limit[group] = f32x16::load_array_ref(simd, &t_max).reduce_max();
+            packet.found.t[group] = t_max.to_array();
+            packet.found.limit[group] = t_max.reduce_max();
         }
         packet.beam.range = each!(axis => [lowest[axis].reduce_min(), highest[axis].reduce_max()]);
         Some(packet)
