@@ -172,8 +172,7 @@ mod tests {
             .collect();
         for level in SimdLevel::ALL.into_iter().filter(|level| level.is_available()) {
             for count in [1, 5, 8, 9] {
-                let found =
-                    dispatch!(level.level(), simd => transposed(simd, &rays[..count]).map(|row| row.to_array()));
+                let found = dispatch!(level.level(), simd => transposed(simd, &rays[..count]).map(SimdBase::to_array));
                 for (place, row) in found.iter().enumerate() {
                     let expected = std::array::from_fn(|lane| (10 * lane.min(count - 1) + place) as f32);
                     assert_eq!(*row, expected, "{level:?}, {count} rays, number {place}");

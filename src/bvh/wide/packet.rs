@@ -11,7 +11,6 @@ use super::beam::{Beam, BeamContainer, GROUP, GROUPS};
 use super::bits::bits;
 use super::block::{BLOCK, permuted_axes};
 use super::packed::{PACKED, transposed};
-use super::prefetch::prefetch;
 use super::stack::{Stack, Waiting};
 use super::{TriangleBlock, WIDTH, WideTree, stream};
 use crate::geometry::{EDGE_MAX, EDGE_MIN, FAR_SLACK, Hit, PreparedRay, Ray, Shear};
