@@ -42,7 +42,7 @@ pub(super) fn choices<C: WideContainer>(tree: &Tree<C>, token: &CancelToken) -> 
     }
     let mut whole = Part { tree, first_list: 0, lists: &mut lists };
     let rest = dispatch!(level, simd => whole.join(simd, &rests, Some(0), token))?;
-    let [(0, root)] = rest.ends[..] else { unreachable!("the root alone has no parent") };
+    let [(0, root), ..] = rest.ends[..] else { unreachable!("it is the first that is known without a parent") };
     Ok(Choices { lists, root: Branch::new(0, root.link, root.count) })
 }
 
@@ -175,7 +175,7 @@ impl<C: WideContainer> Part<'_, C> {
         let mut costs: Vec<Costs> = Vec::new();
         let first_pair = self.first_list * CHUNK;
         let chunk_of = |node: u32| (node as usize - 1) / 2 / CHUNK - self.first_list;
-        // For each chunk, from the last one to the first.
+        // For each chunk, from the last one to the first; then, in the same order, those that become known here.
         let mut known: Vec<Vec<Listed>> = vec![Vec::new(); self.lists.len()];
         for rest in rests {
             token.check()?;
@@ -186,6 +186,7 @@ impl<C: WideContainer> Part<'_, C> {
                 known[chunk_of(node)].push(Listed { node, known: Known { costs, ..end }, is_end: true });
             }
         }
+        let ends: Vec<usize> = known.iter().map(Vec::len).collect();
         let mut joined = Rest::default();
         let waiting = rests.iter().rev().flat_map(|rest| rest.waiting.iter().copied()).chain(root);
         for (count, at) in waiting.enumerate() {
@@ -195,7 +196,11 @@ impl<C: WideContainer> Part<'_, C> {
             let first = nodes[at as usize].first;
             let in_part = (first as usize / 2).checked_sub(first_pair).is_some_and(|pair| pair < CHUNK * known.len());
             let list = if in_part { chunk_of(first) } else { known.len() };
-            let place = |node: u32| known[list].binary_search_by(|listed| node.cmp(&listed.node)).ok();
+            let place = |node: u32| {
+                let (ends, more) = known[list].split_at(ends[list]);
+                let find = |list: &[Listed]| list.binary_search_by(|listed| node.cmp(&listed.node)).ok();
+                find(ends).or_else(|| find(more).map(|place| ends.len() + place))
+            };
             let side = |node: u32| match &nodes[node as usize] {
                 _ if !in_part => None,
                 leaf if leaf.is_leaf() => Some((Known::leaf(leaf), None)),
@@ -222,14 +227,14 @@ impl<C: WideContainer> Part<'_, C> {
             if at == 0 {
                 joined.add(at, node, &costs);
             } else {
-                let chunk = &mut known[chunk_of(at)];
-                let place = chunk.partition_point(|listed| listed.node > at);
-                chunk.insert(place, Listed { node: at, known: node, is_end: true });
+                known[chunk_of(at)].push(Listed { node: at, known: node, is_end: true });
             }
         }
-        for chunk in known {
+        for mut chunk in known {
             token.check()?;
-            for Listed { node, known, .. } in chunk.into_iter().rev().filter(|listed| listed.is_end) {
+            chunk.retain(|listed| listed.is_end);
+            chunk.sort_unstable_by_key(|listed| listed.node);
+            for Listed { node, known, .. } in chunk {
                 joined.add(node, known, &costs);
             }
         }
