@@ -6,7 +6,9 @@ use bvhscope::bvh::builders::build;
 use bvhscope::bvh::traverse::{NoProbe, Traversal, any_hit, closest_hit};
 use bvhscope::bvh::validate::validate;
 use bvhscope::bvh::wide::{AnyWideTree, collapse};
-use bvhscope::bvh::{AnyTree, BuildSettings, BuilderKind, Container, ContainerKind, Curve, Preset, SimdLevel};
+use bvhscope::bvh::{
+    AnyTree, BuildSettings, BuilderKind, Container, ContainerKind, Curve, Node, Preset, SimdLevel, Tree,
+};
 use bvhscope::cancel::CancelToken;
 use bvhscope::geometry::{Aabb, Hit, Ray, Sphere, Triangle};
 use bvhscope::with_tree;
@@ -91,6 +93,29 @@ fn bundles_of_rays_find_what_a_scan_finds() {
             }
         }
     }
+}
+
+#[test]
+fn fragments_of_one_triangle_hide_no_other() {
+    let at = |z: f32| Triangle { a: Vec3::new(-1.0, -1.0, z), b: Vec3::new(1.0, -1.0, z), c: Vec3::new(0.0, 1.0, z) };
+    let triangles = [at(0.0), at(1.0)];
+    // As splitting leaves them: two fragments of one triangle in a leaf, then another triangle.
+    let root = Node { container: Aabb::around(triangles.iter().flat_map(|t| [t.a, t.b, t.c])), first: 0, count: 3 };
+    let tree = AnyTree::Aabb(Tree { nodes: vec![root], primitive_indices: vec![0, 0, 1], max_depth: 0 });
+    let rays = bundle(Vec3::new(0.5, 0.4, 3.0), Vec3::ZERO, 0.1, 64);
+    let expected: Vec<_> = rays.iter().map(|ray| scan(&triangles, ray)).collect();
+    assert!(expected.iter().all(|hit| hit.is_some_and(|hit| hit.primitive_index == 1)));
+    check_wide("fragments", &triangles, &tree, &rays, &expected);
+}
+
+#[test]
+fn rays_end_at_finite_distances() {
+    let triangles =
+        [Triangle { a: Vec3::new(-1.0, -1.0, 0.0), b: Vec3::new(1.0, -1.0, 0.0), c: Vec3::new(0.0, 1.0, 0.0) }];
+    let tree = trees::halved::<Aabb>(&triangles, 1);
+    // In multiples of such a direction the triangle is farther away than any number.
+    let rays = [Ray::new(Vec3::Z * 1e30, Vec3::NEG_Z * 1e-18)];
+    check("far", &triangles, &tree, &rays, &[None]);
 }
 
 #[test]

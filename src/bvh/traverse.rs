@@ -198,10 +198,10 @@ impl Nearest {
     /// Nothing, and nothing will be.
     pub(super) const NOTHING: Self = Self { t: 0.0, u: 0.0, v: 0.0, primitive_index: u32::MAX };
 
-    /// No hit yet. The largest index stands for none: it loses every tie.
+    /// No hit yet, and none at an infinite distance. The largest index stands for none: it loses every tie.
     #[inline(always)]
     pub(super) fn new(t_max: f32) -> Self {
-        Self { t: t_max, u: 0.0, v: 0.0, primitive_index: u32::MAX }
+        Self { t: t_max.min(f32::MAX), u: 0.0, v: 0.0, primitive_index: u32::MAX }
     }
 
     /// How far to look.

@@ -39,7 +39,9 @@ impl PreparedRay {
     /// empty or NaN all give a ray that misses everything.
     #[inline]
     pub fn new(ray: Ray) -> Self {
-        let mut ray = Ray { t_min: ray.t_min.max(0.0), ..ray };
+        // A hit has a finite distance; NaN stays.
+        let t_max = if ray.t_max > f32::MAX { f32::MAX } else { ray.t_max };
+        let mut ray = Ray { t_min: ray.t_min.max(0.0), t_max, ..ray };
         let direction_squared = ray.direction.length_squared();
         // NaN fails each comparison.
         let usable = direction_squared.is_normal() && ray.origin.is_finite() && ray.t_min <= ray.t_max;

@@ -14,7 +14,7 @@ pub struct Ray {
     pub direction: Vec3,
     /// Hits nearer than this do not count.
     pub t_min: f32,
-    /// Hits farther than this do not count.
+    /// Hits farther than this do not count, nor do those at an infinite distance.
     pub t_max: f32,
 }
 

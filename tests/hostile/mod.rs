@@ -3,6 +3,7 @@
 
 #![allow(dead_code, reason = "each fuzz target uses one of these")]
 
+use std::collections::BTreeMap;
 use std::path::Path;
 use std::sync::Arc;
 
@@ -164,7 +165,21 @@ pub fn traversal(bytes: &[u8]) {
     rays.extend(scene.triangles.iter().flat_map(|t| [t.a, t.b]).map(|corner| Ray::new(eye, corner - eye)));
     let expected: Vec<_> = rays.iter().map(|ray| scan.closest_hit_with(ray, Traversal::Paper, &mut NoProbe)).collect();
     let blocked: Vec<bool> = expected.iter().map(Option::is_some).collect();
+    // As packets take them: alike in their signs and in their longest axis.
+    let mut bundles: BTreeMap<_, Vec<usize>> = BTreeMap::new();
+    for (at, ray) in rays.iter().enumerate().filter(|(_, ray)| ray.origin == eye) {
+        let signs = ray.direction.to_array().map(|part| part < 0.0);
+        bundles.entry((signs, ray.direction.abs().max_position())).or_default().push(at);
+    }
     for level in SimdLevel::ALL.into_iter().filter(|level| level.is_available()) {
+        for bundle in bundles.values() {
+            let alike: Vec<Ray> = bundle.iter().map(|&at| rays[at]).collect();
+            let mut hits = vec![None; alike.len()];
+            accel.wide().tree.closest_hits(level.level(), &alike, &mut hits);
+            for (hit, &at) in hits.into_iter().zip(bundle) {
+                assert_eq!(hit, expected[at], "{}, {:?} in a packet, {settings:?}", level.name(), rays[at]);
+            }
+        }
         let mut hits = vec![None; rays.len()];
         accel.wide().tree.closest_hits(level.level(), &rays, &mut hits);
         assert_eq!(hits, expected, "{}, {settings:?}", level.name());

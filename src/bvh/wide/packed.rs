@@ -67,7 +67,8 @@ impl<const N: usize> PackedRays<N> {
             & o[0].abs().simd_le(largest)
             & o[1].abs().simd_le(largest)
             & o[2].abs().simd_le(largest)
-            & t_min.simd_le(t_max);
+            & t_min.simd_le(t_max)
+            & t_min.simd_le(largest);
         let inverse_length = one / squared.sqrt();
         let inverse = each!(axis => one / d[axis]);
         let crosses = each!(axis => inverse[axis].abs().simd_le(largest));

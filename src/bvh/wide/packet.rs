@@ -178,6 +178,7 @@ impl<C: BeamContainer> Packet<C> {
             C::add_rays(simd, &mut packet.more, group, d, axes);
             let factors = [(zero - d[axes[0]]) / along, (zero - d[axes[1]]) / along, inverse[axes[2]]];
             packet.factors[group] = each!(part => factors[part].to_array());
+            let t_max = t_max.min(f32x16::splat(simd, f32::MAX));
             packet.found.t[group] = t_max.to_array();
             packet.found.limit[group] = t_max.reduce_max();
         }
@@ -245,9 +246,9 @@ impl<C: BeamContainer> Packet<C> {
     fn test_block<S: Simd>(&mut self, simd: S, block: &TriangleBlock, active: u32, rays: &[Ray]) {
         for lane in 0..BLOCK {
             let primitive = block.primitive_index(lane);
-            // Repeated triangles fill the last block of a leaf.
+            // The last triangle fills the last block of a leaf, and fragments of one can follow one another anywhere.
             if lane > 0 && primitive == block.primitive_index(lane - 1) {
-                break;
+                continue;
             }
             let [corner_x, corner_y, corner_z] = each!(part => each!(corner => {
                 let axis = self.axes[part];

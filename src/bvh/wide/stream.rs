@@ -183,7 +183,7 @@ impl<const RAYS: usize, const WORDS: usize> Stream<RAYS, WORDS> {
             );
             self.open |= u64::from(able) << at;
             for (t, ray) in self.t[at..].iter_mut().zip(rays) {
-                *t = ray.t_max;
+                *t = ray.t_max.min(f32::MAX);
             }
         }
         if !Q::ANY {
