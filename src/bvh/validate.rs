@@ -9,7 +9,8 @@ use crate::with_tree;
 const SPHERE_SLACK: f32 = 1e-4;
 
 /// The first broken promise of `tree` over `triangles`, in words: each primitive in exactly one leaf, each container inside
-/// its parent's and around its triangles, every node reached once, parents before children, the primitives below any node neighbours, finite numbers, the right depth.
+/// its parent's and around its triangles, every node reached once, parents before children, the primitives below any node
+/// neighbours, finite numbers, the right depth.
 /// A tree with more slots than triangles was built of fragments: there each triangle is in at least one leaf, and the containers
 /// of its leaves reach as far as it does.
 pub fn validate(tree: &AnyTree, triangles: &[Triangle]) -> Result<(), String> {

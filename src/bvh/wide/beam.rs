@@ -4,9 +4,9 @@
 
 use fearless_simd::{Select, Simd, SimdBase, SimdFloat, SimdMask, f32x8, f32x16, mask32x16};
 
-use super::bounds::{Boxes, Spheres};
+use super::bounds::{Boxes, Chord, Spheres, dot};
 use super::{WIDTH, WideContainer};
-use crate::bvh::container::{SPHERE_ENTRY_ERROR, SPHERE_SQUARE_ERROR, SPHERE_T_ERROR, SPHERE_TINY_RADIUS};
+use crate::bvh::container::{SPHERE_ENTRY_ERROR, SPHERE_T_ERROR, SPHERE_TINY_RADIUS};
 use crate::geometry::{Aabb, FAR_SLACK, Sphere};
 
 /// Rays that are tested side by side.
@@ -54,6 +54,8 @@ pub trait BeamContainer: WideContainer {
 
     /// Adds the rays of a group with these directions, of which the last of `axes` is the longest one.
     fn add_rays<S: Simd>(simd: S, more: &mut Self::More, group: usize, directions: [f32x16<S>; 3], axes: [usize; 3]);
+    /// Comes after all groups have been added.
+    fn enclose(more: &mut Self::More, beam: &Beam, axes: [usize; 3]);
     /// Tests eight containers against all rays at once, which look no farther than `reach`.
     fn interval<S: Simd>(
         simd: S,
@@ -89,6 +91,8 @@ impl BeamContainer for Aabb {
 
     #[inline(always)]
     fn add_rays<S: Simd>(_: S, (): &mut (), _: usize, _: [f32x16<S>; 3], _: [usize; 3]) {}
+
+    fn enclose((): &mut (), _: &Beam, _: [usize; 3]) {}
 
     /// Exact bounds of what the single rays compute, because rounding is monotone.
     #[inline(always)]
@@ -184,17 +188,21 @@ impl BeamContainer for Sphere {
 
     #[inline(always)]
     fn add_rays<S: Simd>(simd: S, more: &mut Pyramid, group: usize, d: [f32x16<S>; 3], axes: [usize; 3]) {
-        let squared = d[0] * d[0] + d[1] * d[1] + d[2] * d[2];
-        let inverse_length = f32x16::splat(simd, 1.0) / squared.sqrt();
+        let inverse_length = f32x16::splat(simd, 1.0) / dot(d, d).sqrt();
         more.unit_direction[group] = each!(axis => (d[axis] * inverse_length).to_array());
         more.inverse_length[group] = inverse_length.to_array();
         more.least_inverse_length = more.least_inverse_length.min(inverse_length.reduce_min());
-        let sign = if d[axes[2]][0] < 0.0 { -1.0 } else { 1.0 };
-        for (side, &axis) in axes[..2].iter().enumerate() {
+        for ([low, high], &axis) in more.slopes.iter_mut().zip(&axes) {
             let slope = d[axis] / d[axes[2]];
-            let [low, high] = &mut more.slopes[side];
             (*low, *high) = (low.min(slope.reduce_min()), high.max(slope.reduce_max()));
-            for (normal, (slope, outward)) in more.normals[2 * side..].iter_mut().zip([(*low, -sign), (*high, sign)]) {
+        }
+    }
+
+    fn enclose(more: &mut Pyramid, beam: &Beam, axes: [usize; 3]) {
+        let sign = if beam.near[axes[2]] == 1 { -1.0 } else { 1.0 };
+        for (side, [low, high]) in more.slopes.into_iter().enumerate() {
+            let axis = axes[side];
+            for (normal, (slope, outward)) in more.normals[2 * side..].iter_mut().zip([(low, -sign), (high, sign)]) {
                 let length = (1.0 + slope * slope).sqrt();
                 (normal[axis], normal[axes[2]]) = (outward / length, -outward * slope / length);
             }
@@ -211,18 +219,17 @@ impl BeamContainer for Sphere {
     ) -> Interval<CenterOffsets> {
         let splat = |value| f32x8::splat(simd, value);
         let radius = f32x8::load_array_ref(simd, &bounds.radius);
-        let to =
-            each!(axis => f32x8::load_array_ref(simd, &bounds.center[axis]) - f32x8::splat(simd, beam.origin[axis]));
+        let to = each!(axis => f32x8::load_array_ref(simd, &bounds.center[axis]) - splat(beam.origin[axis]));
         let size = to[0].abs() + to[1].abs() + to[2].abs() + radius;
         let padded = radius + size * SPHERE_ENTRY_ERROR;
         let loose = radius + size * PYRAMID_ERROR;
-        let mut outside = radius.simd_lt(f32x8::splat(simd, 0.0));
+        let mut outside = radius.simd_lt(splat(0.0));
         for normal in &more.normals {
             let above = to[0] * normal[0] + to[1] * normal[1] + to[2] * normal[2];
             outside |= above.simd_gt(loose);
         }
-        let squared = to[0] * to[0] + to[1] * to[1] + to[2] * to[2];
-        let t_min = f32x8::splat(simd, beam.t_min);
+        let squared = dot(to, to);
+        let t_min = splat(beam.t_min);
         let near = (squared.sqrt() - loose) * more.least_inverse_length - SPHERE_T_ERROR;
         // Squares that are not normal numbers tell nothing.
         let is_told =
@@ -245,7 +252,6 @@ impl BeamContainer for Sphere {
         (each!(axis => f32x16::splat(simd, offsets.to[axis][lane])), offsets.reach[lane])
     }
 
-    /// Step by step what [`WideContainer::entered`] does.
     #[inline(always)]
     fn enters<S: Simd>(
         simd: S,
@@ -259,19 +265,8 @@ impl BeamContainer for Sphere {
         let unit_direction = each!(axis => f32x16::load_array_ref(simd, &unit_direction[axis]));
         let inverse_length = f32x16::load_array_ref(simd, &more.inverse_length[group]);
         let reach = f32x16::splat(simd, *reach);
-        let middle = dot(*to, unit_direction);
-        let nearest = each!(axis => to[axis] - unit_direction[axis] * middle);
-        let inside = reach * reach - dot(nearest, nearest) + SPHERE_SQUARE_ERROR;
-        let half_chord = reach.simd_lt(f32x16::splat(simd, SPHERE_TINY_RADIUS)).select(reach, inside.sqrt());
-        let half_chord = half_chord + (middle.abs() + half_chord) * SPHERE_ENTRY_ERROR;
-        let near = (middle - half_chord) * inverse_length - SPHERE_T_ERROR;
-        let far = (middle + half_chord) * inverse_length + SPHERE_T_ERROR;
+        let Chord { inside, near, far } = Chord::new(simd, *to, reach, unit_direction, inverse_length);
         // Negated comparisons: a NaN counts as a hit.
         !(inside.simd_lt(f32x16::splat(simd, 0.0)) | far.simd_lt(f32x16::splat(simd, beam.t_min)) | near.simd_gt(t))
     }
-}
-
-#[inline(always)]
-fn dot<S: Simd>(a: [f32x16<S>; 3], b: [f32x16<S>; 3]) -> f32x16<S> {
-    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }

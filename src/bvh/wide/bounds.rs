@@ -3,11 +3,12 @@
 use std::fmt::Debug;
 
 use bytemuck::{Pod, Zeroable};
-use fearless_simd::{Select, Simd, SimdBase, SimdFloat, SimdMask, f32x8, mask32x8};
+use fearless_simd::{Select, Simd, SimdBase, SimdMask, f32x8, mask32x8};
 
 use super::WIDTH;
 use super::packed::PackedRays;
 use crate::bvh::Container;
+use crate::bvh::cluster::Lanes;
 use crate::bvh::container::{SPHERE_ENTRY_ERROR, SPHERE_SQUARE_ERROR, SPHERE_T_ERROR, SPHERE_TINY_RADIUS};
 use crate::geometry::{Aabb, FAR_SLACK, Sphere};
 
@@ -144,20 +145,13 @@ impl WideContainer for Sphere {
         }
     }
 
-    /// Step by step what [`Container::entry`] does.
     #[inline(always)]
     fn entered<S: Simd>(simd: S, bounds: &Spheres, ray: &SphereRay<S>, t_max: f32) -> (mask32x8<S>, f32x8<S>) {
         let zero = f32x8::splat(simd, 0.0);
         let radius = f32x8::load_array_ref(simd, &bounds.radius);
         let to = each!(axis => f32x8::load_array_ref(simd, &bounds.center[axis]) - ray.origin[axis]);
-        let middle = dot(to, ray.unit_direction);
-        let nearest = each!(axis => to[axis] - ray.unit_direction[axis] * middle);
         let reach = radius + (to[0].abs() + to[1].abs() + to[2].abs() + radius) * SPHERE_ENTRY_ERROR;
-        let inside = reach * reach - dot(nearest, nearest) + SPHERE_SQUARE_ERROR;
-        let half_chord = reach.simd_lt(f32x8::splat(simd, SPHERE_TINY_RADIUS)).select(reach, inside.sqrt());
-        let half_chord = half_chord + (middle.abs() + half_chord) * SPHERE_ENTRY_ERROR;
-        let near = (middle - half_chord) * ray.inverse_length - SPHERE_T_ERROR;
-        let far = (middle + half_chord) * ray.inverse_length + SPHERE_T_ERROR;
+        let Chord { inside, near, far } = Chord::new(simd, to, reach, ray.unit_direction, ray.inverse_length);
         // Negated comparisons: a NaN counts as a hit.
         let missed = inside.simd_lt(zero)
             | far.simd_lt(ray.t_min)
@@ -169,7 +163,34 @@ impl WideContainer for Sphere {
     }
 }
 
+/// Where rays pass through spheres: step by step what [`Container::entry`] does.
+pub(super) struct Chord<V> {
+    /// Less than 0 where the ray passes by.
+    pub(super) inside: V,
+    /// Where it enters, and where it leaves.
+    pub(super) near: V,
+    pub(super) far: V,
+}
+
+impl<V> Chord<V> {
+    /// From the origin `to` the middle of a sphere, with a radius and what may be lost by rounding as its `reach`.
+    #[inline(always)]
+    pub(super) fn new<S: Simd>(simd: S, to: [V; 3], reach: V, unit_direction: [V; 3], inverse_length: V) -> Self
+    where
+        V: Lanes<S>,
+    {
+        let middle = dot(to, unit_direction);
+        let nearest = each!(axis => to[axis] - unit_direction[axis] * middle);
+        let inside = reach * reach - dot(nearest, nearest) + SPHERE_SQUARE_ERROR;
+        let half_chord = reach.simd_lt(V::splat(simd, SPHERE_TINY_RADIUS)).select(reach, inside.sqrt());
+        let half_chord = half_chord + (middle.abs() + half_chord) * SPHERE_ENTRY_ERROR;
+        let near = (middle - half_chord) * inverse_length - SPHERE_T_ERROR;
+        let far = (middle + half_chord) * inverse_length + SPHERE_T_ERROR;
+        Self { inside, near, far }
+    }
+}
+
 #[inline(always)]
-fn dot<S: Simd>(a: [f32x8<S>; 3], b: [f32x8<S>; 3]) -> f32x8<S> {
+pub(super) fn dot<S: Simd, V: Lanes<S>>(a: [V; 3], b: [V; 3]) -> V {
     a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }

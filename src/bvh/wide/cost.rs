@@ -53,8 +53,8 @@ pub(super) fn weigh<S: Simd>(
     let infinity = f32x8::splat(simd, f32::INFINITY);
     let (costs, lanes) = if are_leaves[0] | are_leaves[1] {
         // A leaf needs one lane.
-        let all = |yes: bool| u32x8::splat(simd, u32::from(yes)).simd_eq(u32x8::splat(simd, 1));
-        let (one, other) = (all(are_leaves[0]).select(left, right), all(are_leaves[0]).select(right, left));
+        let is_left = u32x8::splat(simd, u32::from(are_leaves[0])).simd_eq(u32x8::splat(simd, 1));
+        let (one, other) = (is_left.select(left, right), is_left.select(right, left));
         let lanes = u32x8::from_slice(simd, [&ALL_BUT_ONE_TO_LEFT, &TO_LEFT[0]][usize::from(are_leaves[0])]);
         (infinity.slide::<{ WIDTH - 1 }>(other) + one, lanes)
     } else {

@@ -182,6 +182,7 @@ impl<C: BeamContainer> Packet<C> {
             packet.found.t[group] = t_max.to_array();
             packet.found.limit[group] = t_max.reduce_max();
         }
+        C::enclose(&mut packet.more, &packet.beam, axes);
         packet.beam.range = each!(axis => [lowest[axis].reduce_min(), highest[axis].reduce_max()]);
         Some(packet)
     }

@@ -300,6 +300,9 @@ impl Room {
             others[other_count] = at as u16;
             other_count += usize::from(!is_block);
         }
+        let link = |place: u32, below: Below| {
+            if place == LEAF { Link::leaf(below.first) } else { Link::choice(chunk, place as usize) }
+        };
         let mut used = 0;
         for &at in &others[..other_count] {
             let at = usize::from(at);
@@ -310,16 +313,9 @@ impl Room {
                 let costs = f32x8::load_array_ref(simd, &costs[place[0] as usize % CHUNK]);
                 place.simd_eq(u32x8::splat(simd, LEAF)).select(f32x8::splat(simd, cost[child]), costs)
             };
-            let link = |child: usize| {
-                if place[child] == LEAF {
-                    Link::leaf(below[child].first)
-                } else {
-                    Link::choice(chunk, place[child] as usize)
-                }
-            };
             let are_leaves = [place[first] == LEAF, place[first + 1] == LEAF];
             let weighed = weigh(simd, cost[at], below[at].count, [costs_of(first), costs_of(first + 1)], are_leaves);
-            let links = [link(first), link(first + 1)];
+            let links = [link(place[first], below[first]), link(place[first + 1], below[first + 1])];
             let counts = [below[first].count, below[first + 1].count];
             choices[used] = Choice::new(first_child, weighed.lanes, links, counts);
             weighed.costs.store_slice(&mut costs[used]);
@@ -334,8 +330,7 @@ impl Room {
             for at in [2 * pair, 2 * pair + 1] {
                 let Below { first, count } = below[at];
                 if !nodes[at].is_leaf() && count != WAITS {
-                    let link =
-                        if place[at] == LEAF { Link::leaf(first) } else { Link::choice(chunk, place[at] as usize) };
+                    let link = link(place[at], below[at]);
                     let known = Known { cost: cost[at], first, count, costs: place[at], link };
                     rest.add((offset + at) as u32, known, costs);
                 }
