@@ -21,8 +21,9 @@ use crate::geometry::Triangle;
 const TASK_NODES: usize = 16_384;
 const MAX_TOP_NODES: usize = 512;
 
-/// Nodes or blocks that a thread writes between two looks at the token: 20 ms where the triangles lie far apart.
-const WRITTEN_BETWEEN_CHECKS: usize = 1 << 14;
+/// Nodes and blocks that a thread writes between two looks at the token: 20 ms where the triangles lie far apart.
+const NODES_BETWEEN_CHECKS: usize = 1 << 12;
+const BLOCKS_BETWEEN_CHECKS: usize = 1 << 14;
 /// Nodes or blocks that a thread writes at least before it looks for other work.
 const WRITTEN_AT_ONCE: usize = 256;
 /// Blocks between the one that is written and the one whose triangles are asked for.
@@ -58,7 +59,7 @@ pub fn collapse<C: WideContainer>(
     };
 
     // Written once, by all threads: getting new memory takes as long as filling it, and so they share that work too.
-    let nodes = written(node_count, token, |part, index| {
+    let nodes = written(node_count, NODES_BETWEEN_CHECKS, token, |part, index| {
         if index < top_nodes {
             let below = |child: Child| match child.index().checked_sub(top_nodes) {
                 Some(task) if !child.is_leaf() => Child::node(places[task + 1].node),
@@ -75,7 +76,7 @@ pub fn collapse<C: WideContainer>(
         }
         wide_node(tree, &plans[0], |child| place.moved(child))
     })?;
-    let blocks = written(block_count, token, |part, index| {
+    let blocks = written(block_count, BLOCKS_BETWEEN_CHECKS, token, |part, index| {
         let place = Place::find(&places, part, |place| place.block, index);
         let plans = &parts[*part].blocks[index - place.block..];
         if let Some(ahead) = plans.get(FETCHED_AHEAD) {
@@ -88,14 +89,16 @@ pub fn collapse<C: WideContainer>(
     Ok(WideTree { root: Some(root), nodes, blocks })
 }
 
-/// A list of what `write` gives for 0 to `count`, written by all threads. `write` also gets a number of its own, 0 at first.
+/// A list of what `write` gives for 0 to `count`, written by all threads, which look at the token after `between_checks` each.
+/// `write` also gets a number of its own, 0 at first.
 fn written<T: Send>(
     count: usize,
+    between_checks: usize,
     token: &CancelToken,
     write: impl Fn(&mut usize, usize) -> T + Sync,
 ) -> Result<Vec<T>, Cancelled> {
     let mut list = Vec::with_capacity(count);
-    let at_once = WRITTEN_BETWEEN_CHECKS * rayon::current_num_threads();
+    let at_once = between_checks * rayon::current_num_threads();
     for start in (0..count).step_by(at_once) {
         token.check()?;
         let portion = start..count.min(start + at_once);
