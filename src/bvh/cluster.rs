@@ -24,6 +24,8 @@ impl<S: Simd, V: SimdFloat<S, Element = f32>> Lanes<S> for V {}
 pub trait Clustered: Container + Zeroable {
     /// How many of the fields are used.
     const USED_FIELDS: usize;
+    /// What is infinitely far from every container.
+    const NOWHERE: [f32; FIELDS];
     /// What is kept of a primitive's container between the stages of a build: nothing where making it again is cheap.
     type Kept: Copy + bytemuck::Zeroable + Send + Sync;
     /// The parts that are kept of the containers of `triangles`, and [`Self::middle`] of each in the first three lanes.
@@ -46,6 +48,8 @@ pub trait Clustered: Container + Zeroable {
 
 impl Clustered for Aabb {
     const USED_FIELDS: usize = 6;
+    const NOWHERE: [f32; FIELDS] =
+        [-f32::INFINITY, -f32::INFINITY, -f32::INFINITY, f32::INFINITY, f32::INFINITY, f32::INFINITY];
     type Kept = ();
 
     #[inline(always)]
@@ -103,6 +107,7 @@ impl Clustered for Aabb {
 
 impl Clustered for Sphere {
     const USED_FIELDS: usize = 4;
+    const NOWHERE: [f32; FIELDS] = [0.0, 0.0, 0.0, f32::INFINITY, 0.0, 0.0];
     type Kept = [f32; 4];
 
     #[inline(always)]
@@ -142,8 +147,7 @@ impl Clustered for Sphere {
 
     #[inline(always)]
     fn union_fields<S: Simd, V: Lanes<S>>(simd: S, first: &[f32; FIELDS], second: &[f32; FIELDS]) -> [V; FIELDS] {
-        let union = Self::from_fields(*first).union(&Self::from_fields(*second)).fields();
-        std::array::from_fn(|field| V::splat(simd, union[field]))
+        splat_fields::<Self, S, V>(simd, &Self::from_fields(*first).union(&Self::from_fields(*second)).fields())
     }
 
     #[inline(always)]
@@ -194,11 +198,14 @@ impl Cluster {
         Node { container: C::from_fields(self.fields), first: self.first, count: self.count }
     }
 
-    /// Two clusters in one, whose nodes are `first` and the one behind.
+    /// A cluster in the container that `fields` describe in each lane.
     #[inline(always)]
-    pub fn of_pair<C: Clustered>(pair: &[Self; 2], first: u32) -> Self {
-        let (a, b) = (C::from_fields(pair[0].fields), C::from_fields(pair[1].fields));
-        Self { fields: a.union(&b).fields(), first, count: pair[0].count + pair[1].count }
+    pub fn from_lanes<C: Clustered, S: Simd, V: Lanes<S>>(lanes: &[V; FIELDS], first: u32, count: u32) -> Self {
+        let mut fields = [0.0; FIELDS];
+        for field in 0..C::USED_FIELDS {
+            fields[field] = lanes[field][0];
+        }
+        Self { fields, first, count }
     }
 }
 
@@ -281,10 +288,14 @@ impl Clusters {
     }
 }
 
-/// The container of `cluster` in all lanes.
+/// The container that `fields` describe in all lanes. No closure: one that is not inlined would lack the instructions.
 #[inline(always)]
-pub fn broadcast<C: Clustered, S: Simd, V: Lanes<S>>(simd: S, cluster: &Cluster) -> [V; FIELDS] {
-    std::array::from_fn(|field| V::splat(simd, if field < C::USED_FIELDS { cluster.fields[field] } else { 0.0 }))
+pub fn splat_fields<C: Clustered, S: Simd, V: Lanes<S>>(simd: S, fields: &[f32; FIELDS]) -> [V; FIELDS] {
+    let mut lanes = [V::splat(simd, 0.0); FIELDS];
+    for field in 0..C::USED_FIELDS {
+        lanes[field] = V::splat(simd, fields[field]);
+    }
+    lanes
 }
 
 /// Where merged clusters go: pairs of siblings in the list of nodes, from the end of `nodes` to its start, so that
@@ -308,11 +319,18 @@ impl<'a, C: Clustered> Pairs<'a, C> {
     /// Writes two siblings and returns the number of the first.
     #[inline(always)]
     pub fn push(&mut self, pair: &[Cluster; 2]) -> u32 {
-        self.written -= 2;
-        let nodes = &mut self.nodes[self.written..self.written + 2];
+        self.push_if(true, pair)
+    }
+
+    /// The same if they `are_siblings`; if not, whatever is pushed next comes in their place. Some must.
+    #[inline(always)]
+    pub fn push_if(&mut self, are_siblings: bool, pair: &[Cluster; 2]) -> u32 {
+        let start = self.written - 2;
+        let nodes = &mut self.nodes[start..start + 2];
         for (node, cluster) in nodes.iter_mut().zip(pair) {
             *node = cluster.node();
         }
-        self.offset + self.written as u32
+        self.written = if are_siblings { start } else { self.written };
+        self.offset + start as u32
     }
 }

@@ -40,18 +40,35 @@ pub fn combine_clusters<C: Clustered, S: Simd>(
         0..=8 => combine_short::<C, S, f32x8<S>, 1, 8>(simd, list, base, target, pairs),
         9..=16 => combine_short::<C, S, f32x16<S>, 1, 16>(simd, list, base, target, pairs),
         17..=32 => combine_short::<C, S, f32x16<S>, 2, 32>(simd, list, base, target, pairs),
-        _ => return combine_long(simd, list, &mut scratch.matches, base, target, pairs, token),
+        _ => return combine_apart(simd, list, &mut scratch.matches, base, target, pairs, token),
     }
     Ok(())
 }
 
+/// [`combine_long`] as a function of its own: within the caller it would take registers from the short lists, and they from it.
+#[inline(never)]
+fn combine_apart<C: Clustered, S: Simd>(
+    simd: S,
+    list: &mut Clusters,
+    matches: &mut Matches,
+    base: usize,
+    target: usize,
+    pairs: &mut Pairs<C>,
+    token: &CancelToken,
+) -> Result<(), Cancelled> {
+    simd.vectorize(
+        #[inline(always)]
+        || combine_long(simd, list, matches, base, target, pairs, token),
+    )
+}
+
 #[cfg(test)]
 mod tests {
-    use fearless_simd::dispatch;
+    use fearless_simd::{dispatch, f32x4};
     use glam::Vec3;
 
     use super::*;
-    use crate::bvh::cluster::Cluster;
+    use crate::bvh::cluster::{Cluster, splat_fields};
     use crate::bvh::{Node, SimdLevel};
     use crate::geometry::{Aabb, Sphere};
 
@@ -68,7 +85,9 @@ mod tests {
             let a = Vec3::new(number(4) as f32, number(3) as f32, number(2) as f32);
             let b = a + Vec3::new(number(2) as f32, number(2) as f32, 0.5);
             let container = C::of_triangle(&crate::geometry::Triangle { a, b, c: a });
-            list.push::<C>(Cluster { fields: container.fields(), first, count: 1 << (first * 11 % count as u32) });
+            let primitives =
+                if count < 32 { 1 << (first * 11 % count as u32) } else { number(1 << 16) << 8 | number(1 << 8) };
+            list.push::<C>(Cluster { fields: container.fields(), first, count: primitives });
         }
         list
     }
@@ -91,13 +110,75 @@ mod tests {
             let fields: Vec<f32> = list.fields[..C::USED_FIELDS].iter().map(|field| field[at]).collect();
             assert_eq!(list.items[at].fields[..C::USED_FIELDS], fields, "both forms of a cluster are the same");
         }
-        let mut left: Vec<Node<C>> = list.items[..target].iter().map(Cluster::node).collect();
-        // Short and long lists have them at other places.
+        let left = list.items[..target].iter().map(Cluster::node).collect();
+        in_order(nodes, left)
+    }
+
+    /// `nodes` and those of the clusters that are `left`, whatever their places were.
+    fn in_order<C: Clustered>(mut nodes: Vec<Node<C>>, mut left: Vec<Node<C>>) -> Vec<Node<C>> {
         let order = |node: &Node<C>| (node.count, node.first);
         left.sort_unstable_by_key(order);
         nodes.chunks_mut(2).for_each(|pair| pair.sort_unstable_by_key(order));
         nodes.extend(left);
         nodes
+    }
+
+    /// What [`merged`] gives, by comparing all pairs before each merge.
+    fn merged_plainly<C: Clustered>(count: usize, target: usize, seed: u32) -> Vec<Node<C>> {
+        let mut nodes: Vec<Node<C>> = bytemuck::zeroed_vec(2 * (count - target));
+        let mut items = clusters::<C>(count, seed).items;
+        items.truncate(count);
+        let mut pairs = Pairs::new(&mut nodes, 100);
+        dispatch!(SimdLevel::Sse2.level(), simd => {
+            while items.len() > target {
+                let mut best = (f32::INFINITY, u32::MAX, 0, 0);
+                for high in 1..items.len() {
+                    let own = splat_fields::<C, _, f32x4<_>>(simd, &items[high].fields);
+                    for low in 0..high {
+                        let distance = C::distances(&splat_fields::<C, _, _>(simd, &items[low].fields), &own)[0];
+                        let pair = (distance, items[low].count + items[high].count, low, high);
+                        best = if pair < best { pair } else { best };
+                    }
+                }
+                let (.., low, high) = best;
+                let pair = [items[low], items[high]];
+                let union = C::union_fields::<_, f32x4<_>>(simd, &pair[0].fields, &pair[1].fields);
+                items[low] = Cluster::from_lanes::<C, _, _>(&union, pairs.push(&pair), pair[0].count + pair[1].count);
+                items.remove(high);
+            }
+        });
+        in_order(nodes, items.iter().map(Cluster::node).collect())
+    }
+
+    fn check_long<C: Clustered>() {
+        for (count, target) in [(33, 32), (33, 1), (48, 32), (64, 32), (80, 49), (97, 7), (128, 73), (200, 1)] {
+            for seed in 0..4 {
+                let expected = merged_plainly::<C>(count, target, seed);
+                for level in SimdLevel::ALL.into_iter().filter(|level| level.is_available()) {
+                    let nodes = merged::<C>(level, count, target, seed, false);
+                    assert_eq!(nodes.len(), expected.len());
+                    for (node, expected) in nodes.iter().zip(&expected) {
+                        let name = level.name();
+                        assert_eq!(
+                            (node.first, node.count),
+                            (expected.first, expected.count),
+                            "{count} to {target}, {name}"
+                        );
+                        assert_eq!(node.container.fields(), expected.container.fields(), "{count} to {target}, {name}");
+                    }
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn long_lists_merge_the_closest_boxes() {
+        check_long::<Aabb>();
+    }
+
+    #[test]
+    fn long_lists_merge_the_closest_spheres() {
+        check_long::<Sphere>();
     }
 
     fn check<C: Clustered>() {

@@ -1,39 +1,77 @@
-//! `combine_clusters` for lists of any length. Each cluster keeps its best match. After a merge only clusters whose match
-//! was one of the two search again, and only when their old match would still beat the best pair that is known: merging
-//! never brings anything closer, nor as close with fewer primitives, so that the old match is a lower bound in both until
-//! then. That keeps ties cheap: of a list of equal clusters all have the same match, and only one or two search again after
-//! each merge. Only among matches that are equal in both may one have moved below the one that was found.
+//! `combine_clusters` for lists of any length. Of each cluster a lower bound of the distance to its best match is kept. Merging
+//! never brings anything closer, so that a bound holds until its cluster searches again, and it does so only when no other
+//! bound is as small: the two of a pair both have the smallest. A union takes the place of its first part; that of the second
+//! stays empty until there are many such places.
 
 #![allow(clippy::inline_always, reason = "SIMD kernels must land in the caller that enables the instructions")]
-#![allow(clippy::needless_range_loop, reason = "several arrays are indexed by the same row")]
+#![allow(clippy::needless_range_loop, reason = "several arrays are indexed by the same row or field")]
 
-use fearless_simd::{Select, Simd, SimdBase, SimdMask, f32x16, u32x16};
+use fearless_simd::{Select, Simd, SimdBase, SimdMask, f32x16, mask32x16, u32x16};
 
-use super::cluster::{Cluster, Clustered, Clusters, FIELDS, Pairs, broadcast};
+use super::cluster::{Cluster, Clustered, Clusters, FIELDS, Pairs, splat_fields};
 use crate::cancel::{CancelToken, Cancelled};
 
 /// Clusters compared at a time.
 const WIDTH: usize = 16;
-/// Marks a cluster whose best match has to be searched again; its distance and its count are lower bounds.
-const STALE: u32 = u32::MAX;
-/// Distances from one cluster to others between two looks at the token.
-const COMPARED_BETWEEN_CHECKS: usize = 64;
+/// The bits of a row's lanes.
+const ALL_LANES: u64 = (1 << WIDTH) - 1;
+/// Rows whose lanes' bits are a word.
+const WORD: usize = 64 / WIDTH;
+/// Stands for the place of no cluster.
+const NOBODY: usize = usize::MAX;
+/// A list is closed up when one place in so many is empty, but not for less than a row.
+const EMPTY_PART: usize = 4;
 
-/// What is known of the clusters of a list, one after the other; whole rows, of which those behind the end have a distance
-/// that is no number and so never the smallest.
+/// What lists need to be searched, kept for the next one.
 #[derive(Debug, Default)]
 pub struct Matches {
-    /// Distance to the best match, or a lower bound where that is [`STALE`].
-    distances: Vec<f32>,
-    /// Position of the best match in the list, or [`STALE`].
-    positions: Vec<u32>,
-    /// Number of primitives of the cluster itself.
-    own_counts: Vec<u32>,
-    /// That of its best match, or a lower bound for those at this distance.
-    match_counts: Vec<u32>,
+    rows: Vec<Row>,
+    /// Clusters with the smallest bound.
+    tied: Vec<usize>,
 }
 
-/// Merges the closest pair of the clusters from `base` on until no more than `target` are left.
+/// What is known of clusters that are compared at a time.
+#[derive(Debug, Clone, Copy)]
+#[repr(align(64))]
+struct Row {
+    /// The container, see [`Clustered::fields`].
+    fields: [[f32; WIDTH]; FIELDS],
+    /// Lower bound of the distance to the best match; infinity for an empty place and for the cluster that asks.
+    bounds: [f32; WIDTH],
+    /// Distances to the cluster that asks; infinity where the bounds are, and if none asks.
+    answers: [f32; WIDTH],
+}
+
+impl Row {
+    /// The row from `at` on of a list that ends at `end`.
+    #[inline(always)]
+    fn new<C: Clustered>(list: &Clusters, at: usize, end: usize) -> Self {
+        let mut row = Self {
+            fields: C::NOWHERE.map(|number| [number; WIDTH]),
+            bounds: [f32::INFINITY; WIDTH],
+            answers: [f32::INFINITY; WIDTH],
+        };
+        for field in 0..C::USED_FIELDS {
+            if end >= at + WIDTH {
+                row.fields[field].copy_from_slice(&list.fields[field][at..at + WIDTH]);
+            } else {
+                row.fields[field][..end - at].copy_from_slice(&list.fields[field][at..end]);
+            }
+        }
+        row
+    }
+
+    #[inline(always)]
+    fn fields<C: Clustered, S: Simd>(&self, simd: S) -> [f32x16<S>; FIELDS] {
+        let mut fields = [f32x16::splat(simd, 0.0); FIELDS];
+        for field in 0..C::USED_FIELDS {
+            fields[field] = f32x16::load_array_ref(simd, &self.fields[field]);
+        }
+        fields
+    }
+}
+
+/// Merges the closest pair of the clusters from `base` on until `target` are left; there are more.
 #[inline(always)]
 pub fn combine_long<C: Clustered, S: Simd>(
     simd: S,
@@ -44,252 +82,345 @@ pub fn combine_long<C: Clustered, S: Simd>(
     pairs: &mut Pairs<C>,
     token: &CancelToken,
 ) -> Result<(), Cancelled> {
-    let room = (list.len - base).next_multiple_of(WIDTH);
-    matches.own_counts.clear();
-    matches.own_counts.extend(list.items[base..list.len].iter().map(|cluster| cluster.count));
-    matches.own_counts.resize(room, 0);
-    matches.distances.resize(room, 0.0);
-    matches.positions.resize(room, STALE);
-    matches.match_counts.resize(room, 0);
-    let mut search = Search { list, matches, base };
-    let rows = room / WIDTH;
-    for row in (0..rows).step_by(2) {
-        if row + 1 < rows {
-            search.find_best_matches::<C, S, 2>(simd, row, token)?;
-        } else {
-            search.find_best_matches::<C, S, 1>(simd, row, token)?;
-        }
-    }
-    let mut asking = None;
+    let len = list.len - base;
+    let Matches { rows, tied } = matches;
+    rows.clear();
+    rows.extend((base..list.len).step_by(WIDTH).map(|at| Row::new::<C>(list, at, list.len)));
+    let items = &mut list.items[base..base + len];
+    let mut search = Search { rows: rows.as_mut_slice(), items, len, asking: NOBODY, answer: f32x16::splat(simd, 0.0) };
+    let mut smallest = search.find_bounds::<C>(simd, token)?;
     loop {
-        let (low, high) = search.closest_pair::<C, S>(simd, asking, token)?;
-        search.merge::<C, S>(simd, low, high, pairs);
-        if search.len() <= target {
-            return Ok(());
+        let closest = search.closest(simd, smallest);
+        let (low, high) = match closest.count {
+            // Its match has merged: of a pair that is left both have the smallest bound.
+            1 => (closest.first, closest.first),
+            2 if closest.is_asking || search.is_pair::<C>(simd, &closest) => (closest.first, closest.last),
+            _ => search.break_tie::<C>(simd, &closest, tied, token)?,
+        };
+        smallest = search.step::<C>(simd, low, high, pairs);
+        if search.len <= target {
+            break;
         }
-        // Nothing is closer to the union than the two were to each other: it is the next to ask for its match.
-        asking = Some(low);
+        if search.has_many_empty() {
+            smallest = search.close_up::<C>(simd, tied);
+        }
+        token.check()?;
     }
+    search.close_up::<C>(simd, tied);
+    list.len = base + search.len;
+    for (row, at) in rows.iter().zip((base..list.len).step_by(WIDTH)) {
+        for field in 0..C::USED_FIELDS {
+            list.fields[field][at..at + WIDTH].copy_from_slice(&row.fields[field]);
+        }
+    }
+    Ok(())
 }
 
-/// A list at work; positions count from `base`.
-struct Search<'a> {
-    list: &'a mut Clusters,
-    matches: &'a mut Matches,
-    base: usize,
+/// A list at work.
+struct Search<'a, S: Simd> {
+    rows: &'a mut [Row],
+    /// The clusters, some of whose places are empty.
+    items: &'a mut [Cluster],
+    /// Number of clusters.
+    len: usize,
+    /// Which cluster asks for its match, and its distances, the smallest of each lane.
+    asking: usize,
+    answer: f32x16<S>,
 }
 
-impl Search<'_> {
+/// Who has the smallest bound.
+struct Closest<S: Simd> {
+    distance: f32x16<S>,
+    count: u32,
+    first: usize,
+    last: usize,
+    /// Whether the cluster that asks is one of them.
+    is_asking: bool,
+}
+
+impl<S: Simd> Search<'_, S> {
+    /// Compares all clusters with each other, each two once. Returns the smallest distances.
     #[inline(always)]
-    fn len(&self) -> usize {
-        self.list.len - self.base
+    fn find_bounds<C: Clustered>(&mut self, simd: S, token: &CancelToken) -> Result<f32x16<S>, Cancelled> {
+        let nobody = f32x16::splat(simd, f32::INFINITY);
+        let mut smallest = nobody;
+        for at in 0..self.rows.len() {
+            token.check()?;
+            let [row, behind @ ..] = &mut self.rows[at..] else { break };
+            let mut bounds = f32x16::load_array_ref(simd, &row.bounds);
+            let own = row.fields::<C, S>(simd);
+            let items = &self.items[at * WIDTH..self.items.len().min((at + 1) * WIDTH)];
+            for (lane, item) in items.iter().enumerate() {
+                let distances = C::distances(&splat_fields::<C, S, _>(simd, &item.fields), &own);
+                let itself = lanes_at::<S>(simd, lane);
+                bounds = bounds.min(itself.select(nobody, distances));
+            }
+            if let Ok(items) = <&[Cluster; WIDTH]>::try_from(items) {
+                let mut found = [nobody; WIDTH];
+                for other in behind {
+                    let others = other.fields::<C, S>(simd);
+                    let mut bounds = f32x16::load_array_ref(simd, &other.bounds);
+                    for lane in 0..WIDTH {
+                        let own = splat_fields::<C, S, _>(simd, &items[lane].fields);
+                        let distances = C::distances(&own, &others);
+                        found[lane] = found[lane].min(distances);
+                        bounds = bounds.min(distances);
+                    }
+                    bounds.store_slice(&mut other.bounds);
+                }
+                bounds = bounds.min(smallest_of_each(found));
+            }
+            bounds.store_slice(&mut row.bounds);
+            smallest = smallest.min(bounds);
+        }
+        Ok(smallest)
     }
 
+    /// Makes the cluster at `at`, whose fields are `own` in all lanes, the one that asks. Returns the smallest bounds and
+    /// distances.
     #[inline(always)]
-    fn item(&self, at: usize) -> &Cluster {
-        &self.list.items[self.base + at]
+    fn ask<C: Clustered>(&mut self, simd: S, own: &[f32x16<S>; FIELDS], at: usize) -> f32x16<S> {
+        self.settle(simd);
+        self.hide(simd, at);
+        self.asking = at;
+        let nobody = f32x16::splat(simd, f32::INFINITY);
+        let (mut answer, mut smallest) = (nobody, nobody);
+        for row in &mut *self.rows {
+            let bounds = f32x16::load_array_ref(simd, &row.bounds);
+            let distances = C::distances(own, &row.fields::<C, S>(simd));
+            let distances = bounds.simd_eq(nobody).select(nobody, distances);
+            distances.store_slice(&mut row.answers);
+            answer = answer.min(distances);
+            smallest = smallest.min(bounds);
+        }
+        self.answer = answer;
+        smallest.min(answer)
     }
 
-    /// Searches the best matches of all clusters of `R` rows from `first` on: the smallest distance, then the fewest
-    /// primitives, then the lowest position.
+    /// Keeps what the cluster that asks has found.
     #[inline(always)]
-    fn find_best_matches<C: Clustered, S: Simd, const R: usize>(
+    fn settle(&mut self, simd: S) {
+        if let Some(row) = self.rows.get_mut(self.asking / WIDTH) {
+            let nobody = f32x16::splat(simd, f32::INFINITY);
+            let found = f32x16::splat(simd, self.answer.reduce_min());
+            let here = lanes_at::<S>(simd, self.asking).select(found, nobody);
+            // Not a store of the lane alone, for which those who read the row next would wait.
+            f32x16::load_array_ref(simd, &row.bounds).min(here).store_slice(&mut row.bounds);
+            self.asking = NOBODY;
+        }
+    }
+
+    /// Leaves the place `at` out of what is searched.
+    #[inline(always)]
+    fn hide(&mut self, simd: S, at: usize) {
+        let row = &mut self.rows[at / WIDTH];
+        let nobody = f32x16::splat(simd, f32::INFINITY);
+        let here = lanes_at::<S>(simd, at).select(nobody, f32x16::splat(simd, 0.0));
+        f32x16::load_array_ref(simd, &row.bounds).max(here).store_slice(&mut row.bounds);
+    }
+
+    /// Who has the smallest bound, or a distance as small to the cluster that asks.
+    #[inline(always)]
+    fn closest(&self, simd: S, smallest: f32x16<S>) -> Closest<S> {
+        let distance = f32x16::splat(simd, smallest.reduce_min());
+        let mut closest = Closest { distance, count: 0, first: NOBODY, last: 0, is_asking: false };
+        for (word, rows) in self.rows.chunks(WORD).enumerate() {
+            let (mut bounds, mut answers) = (0_u64, 0_u64);
+            for (at, row) in rows.iter().enumerate() {
+                bounds |= equal(simd, &row.bounds, distance) << (at * WIDTH);
+                answers |= equal(simd, &row.answers, distance) << (at * WIDTH);
+            }
+            closest.is_asking |= answers != 0;
+            let places = bounds | answers;
+            if places != 0 {
+                let start = word * WORD * WIDTH;
+                closest.count += places.count_ones();
+                closest.first = closest.first.min(start + places.trailing_zeros() as usize);
+                closest.last = start + places.ilog2() as usize;
+            }
+        }
+        if closest.is_asking {
+            closest.count += 1;
+            closest.first = closest.first.min(self.asking);
+            closest.last = closest.last.max(self.asking);
+        }
+        closest
+    }
+
+    /// Whether the only two with the smallest bound are as close to each other.
+    #[inline(always)]
+    fn is_pair<C: Clustered>(&self, simd: S, closest: &Closest<S>) -> bool {
+        let [first, last] = [&self.items[closest.first], &self.items[closest.last]];
+        let first = splat_fields::<C, S, f32x16<S>>(simd, &first.fields);
+        let distance = C::distances(&first, &splat_fields::<C, S, _>(simd, &last.fields));
+        distance.simd_eq(closest.distance).any_true()
+    }
+
+    /// Of the pairs that are as close as the smallest bound, that with the fewest primitives, then the lowest places; if all
+    /// have merged, some cluster twice. `tied` is room for a list.
+    #[inline(always)]
+    fn break_tie<C: Clustered>(
         &mut self,
         simd: S,
-        first: usize,
-        token: &CancelToken,
-    ) -> Result<(), Cancelled> {
-        let nothing = f32x16::splat(simd, f32::NAN);
-        let mut own = [[nothing; FIELDS]; R];
-        let mut lanes = [lanes_of(simd, first); R];
-        let mut best = [Best::none(simd); R];
-        for row in 0..R {
-            own[row] = self.list.row::<C, S, _>(simd, self.base + (first + row) * WIDTH);
-            lanes[row] = lanes_of(simd, first + row);
-        }
-        for at in 0..self.len() {
-            if at % COMPARED_BETWEEN_CHECKS == 0 {
-                token.check()?;
-            }
-            let position = u32x16::splat(simd, at as u32);
-            let counts = u32x16::splat(simd, self.matches.own_counts[at]);
-            let other = broadcast::<C, S, _>(simd, self.item(at));
-            for row in 0..R {
-                let distances = C::distances(&other, &own[row]);
-                best[row].offer(lanes[row].simd_eq(position).select(nothing, distances), counts, position);
-            }
-        }
-        let end = u32x16::splat(simd, self.len() as u32);
-        let Matches { distances, positions, match_counts, .. } = &mut *self.matches;
-        for row in 0..R {
-            let range = (first + row) * WIDTH..(first + row + 1) * WIDTH;
-            let behind = lanes[row].simd_ge(end);
-            behind.select(nothing, best[row].distances).store_slice(&mut distances[range.clone()]);
-            best[row].counts.store_slice(&mut match_counts[range.clone()]);
-            best[row].positions.store_slice(&mut positions[range]);
-        }
-        Ok(())
-    }
-
-    /// The same for the cluster at `at` alone.
-    #[inline(always)]
-    fn best_match<C: Clustered, S: Simd>(&self, simd: S, at: usize) -> Found {
-        let own = broadcast::<C, S, f32x16<S>>(simd, self.item(at));
-        let len = self.len();
-        let nothing = f32x16::splat(simd, f32::NAN);
-        let (itself, end) = (u32x16::splat(simd, at as u32), u32x16::splat(simd, len as u32));
-        let mut best = Best::none(simd);
-        for row in 0..len.div_ceil(WIDTH) {
-            let lanes = lanes_of(simd, row);
-            let distances = C::distances(&own, &self.list.row::<C, S, _>(simd, self.base + row * WIDTH));
-            // Neither itself nor what stands behind the end.
-            let distances = (lanes.simd_eq(itself) | lanes.simd_ge(end)).select(nothing, distances);
-            best.offer(distances, row_of(simd, &self.matches.own_counts, row), lanes);
-        }
-        best.least(simd)
-    }
-
-    /// The cluster whose pair has the smallest distance, then the fewest primitives, then the lowest position, without that
-    /// at `asking`.
-    #[inline(always)]
-    fn closest<S: Simd>(&self, simd: S, asking: u32) -> Found {
-        let Matches { distances, own_counts, match_counts, .. } = &*self.matches;
-        let nothing = f32x16::splat(simd, f32::NAN);
-        let asking = u32x16::splat(simd, asking);
-        let mut best = Best::none(simd);
-        for row in 0..self.len().div_ceil(WIDTH) {
-            let lanes = lanes_of(simd, row);
-            let distances = f32x16::from_slice(simd, &distances[row * WIDTH..(row + 1) * WIDTH]);
-            let counts: u32x16<S> = row_of(simd, own_counts, row) + row_of(simd, match_counts, row);
-            best.offer(lanes.simd_eq(asking).select(nothing, distances), counts, lanes);
-        }
-        best.least(simd)
-    }
-
-    /// The pair with the smallest distance, then the fewest primitives, then the lowest positions; `asking` has to search its
-    /// match first.
-    #[inline(always)]
-    fn closest_pair<C: Clustered, S: Simd>(
-        &mut self,
-        simd: S,
-        mut asking: Option<usize>,
+        closest: &Closest<S>,
+        tied: &mut Vec<usize>,
         token: &CancelToken,
     ) -> Result<(usize, usize), Cancelled> {
-        loop {
-            // Neither of the two waits for the other.
-            let mut closest = self.closest(simd, asking.map_or(STALE, |at| at as u32));
-            if let Some(at) = asking {
+        tied.clear();
+        for (row, lanes) in self.rows.iter().enumerate() {
+            let mut tied_lanes =
+                equal(simd, &lanes.bounds, closest.distance) | equal(simd, &lanes.answers, closest.distance);
+            if closest.is_asking && row == self.asking / WIDTH {
+                tied_lanes |= 1 << (self.asking % WIDTH);
+            }
+            tied.extend(Bits(tied_lanes).map(|lane| row * WIDTH + lane));
+        }
+        // The two smallest counts of primitives.
+        let mut fewest = [u32::MAX; 2];
+        for &at in tied.iter() {
+            let count = self.items[at].count;
+            fewest = [fewest[0].min(count), fewest[1].min(count.max(fewest[0]))];
+        }
+        let fewest_together = fewest[0].saturating_add(fewest[1]);
+        let mut best = (u32::MAX, closest.first, closest.first);
+        // Those with few primitives first, from the lowest on: two of them are before all other pairs.
+        for have_few in [true, false] {
+            for &at in tied.iter() {
+                let count = self.items[at].count;
+                if (count <= fewest[1]) != have_few {
+                    continue;
+                }
                 token.check()?;
-                let found = self.best_match::<C, S>(simd, at);
-                let Matches { distances, positions, own_counts, match_counts } = &mut *self.matches;
-                (distances[at], match_counts[at], positions[at]) = (found.distance, found.count, found.position);
-                let found = Found { count: own_counts[at] + found.count, position: at as u32, ..found };
-                if found.is_before(&closest) {
-                    closest = found;
+                let own = splat_fields::<C, S, _>(simd, &self.items[at].fields);
+                self.ask::<C>(simd, &own, at);
+                for (row, start) in self.rows.iter().zip((0..).step_by(WIDTH)) {
+                    for other in Bits(equal(simd, &row.answers, closest.distance)).map(|lane| start + lane) {
+                        best = best.min((count + self.items[other].count, at.min(other), at.max(other)));
+                        if best.0 <= fewest_together {
+                            return Ok((best.1, best.2));
+                        }
+                    }
                 }
             }
-            let at = closest.position as usize;
-            let other = self.matches.positions[at];
-            if other != STALE {
-                return Ok((at.min(other as usize), at.max(other as usize)));
+        }
+        Ok((best.1, best.2))
+    }
+
+    /// Replaces the clusters at `low` and `high` by their union at `low`, which asks; if they are the same, it just asks. One way
+    /// for both: nobody could predict which comes next.
+    #[inline(always)]
+    fn step<C: Clustered>(&mut self, simd: S, low: usize, high: usize, pairs: &mut Pairs<C>) -> f32x16<S> {
+        let lanes = C::union_fields::<S, f32x16<S>>(simd, &self.items[low].fields, &self.items[high].fields);
+        let pair = [self.items[low], self.items[high]];
+        let is_merge = low != high;
+        let first = pairs.push_if(is_merge, &pair);
+        let first = if is_merge { first } else { pair[0].first };
+        let count = pair[0].count + if is_merge { pair[1].count } else { 0 };
+        let union = Cluster::from_lanes::<C, S, _>(&lanes, first, count);
+        self.settle(simd);
+        self.hide(simd, high);
+        self.len -= usize::from(is_merge);
+        let smallest = self.ask::<C>(simd, &lanes, low);
+        // Now that its row has been read, which would wait for what is written to a part of it.
+        self.set::<C>(low, union);
+        smallest
+    }
+
+    /// Puts `cluster` at `at`.
+    #[inline(always)]
+    fn set<C: Clustered>(&mut self, at: usize, cluster: Cluster) {
+        self.items[at] = cluster;
+        let row = &mut self.rows[at / WIDTH];
+        for field in 0..C::USED_FIELDS {
+            row.fields[field][at % WIDTH] = cluster.fields[field];
+        }
+    }
+
+    #[inline(always)]
+    fn has_many_empty(&self) -> bool {
+        self.items.len() - self.len >= (self.items.len() / EMPTY_PART).max(WIDTH)
+    }
+
+    /// Moves the last clusters to the places that are empty; nobody asks then. Returns the smallest bounds. `places` is room
+    /// for a list.
+    #[inline(always)]
+    fn close_up<C: Clustered>(&mut self, simd: S, places: &mut Vec<usize>) -> f32x16<S> {
+        self.settle(simd);
+        let nobody = f32x16::splat(simd, f32::INFINITY);
+        places.clear();
+        for (row, start) in self.rows.iter().zip((0..self.len).step_by(WIDTH)) {
+            let empty = Bits(equal(simd, &row.bounds, nobody));
+            places.extend(empty.map(|lane| start + lane).filter(|&place| place < self.len));
+        }
+        let mut to = 0;
+        for start in (self.len / WIDTH * WIDTH..self.items.len()).step_by(WIDTH) {
+            let taken = equal(simd, &self.rows[start / WIDTH].bounds, nobody) ^ ALL_LANES;
+            for from in Bits(taken).map(|lane| start + lane) {
+                if from >= self.len {
+                    let bound = self.rows[start / WIDTH].bounds[from % WIDTH];
+                    self.rows[places[to] / WIDTH].bounds[places[to] % WIDTH] = bound;
+                    self.set::<C>(places[to], self.items[from]);
+                    to += 1;
+                }
             }
-            asking = Some(at);
         }
-    }
-
-    /// Replaces the clusters at `low` and `high` by their union at `low`; the last cluster moves to `high`.
-    #[inline(always)]
-    fn merge<C: Clustered, S: Simd>(&mut self, simd: S, low: usize, high: usize, pairs: &mut Pairs<C>) {
-        let pair = [*self.item(low), *self.item(high)];
-        let union = Cluster::of_pair::<C>(&pair, pairs.push(&pair));
-        let last = self.len() - 1;
-        let rows = last.div_ceil(WIDTH);
-        let moved = *self.item(last);
-        self.list.set::<C>(self.base + high, moved);
-        self.list.set::<C>(self.base + low, union);
-        self.list.len -= 1;
-        let Matches { distances, positions, own_counts, match_counts } = &mut *self.matches;
-        own_counts[low] = union.count;
-        positions[high] = positions[last];
-        match_counts[high] = match_counts[last];
-        own_counts[high] = own_counts[last];
-        distances[high] = distances[last];
-        distances[last] = f32::NAN;
-        // Who had one of the two as its match has none now; who had the last one finds it at its new place.
-        let [low, high, last] = [low, high, last].map(|at| u32x16::splat(simd, at as u32));
-        for row in positions.as_chunks_mut::<WIDTH>().0.iter_mut().take(rows) {
-            let best = u32x16::load_array_ref(simd, row);
-            let moved = best.simd_eq(last).select(high, best);
-            let lost = best.simd_eq(low) | best.simd_eq(high);
-            lost.select(u32x16::splat(simd, STALE), moved).store_slice(row);
+        let (items, rows) = (std::mem::take(&mut self.items), std::mem::take(&mut self.rows));
+        self.items = &mut items[..self.len];
+        self.rows = &mut rows[..self.len.div_ceil(WIDTH)];
+        if let Some(last) = self.rows.last_mut() {
+            last.bounds[(self.len - 1) % WIDTH + 1..].fill(f32::INFINITY);
         }
-    }
-}
-
-/// What a search has found.
-struct Found {
-    distance: f32,
-    /// Number of primitives.
-    count: u32,
-    position: u32,
-}
-
-impl Found {
-    fn is_before(&self, other: &Self) -> bool {
-        self.distance < other.distance
-            || self.distance == other.distance && (self.count, self.position) < (other.count, other.position)
-    }
-}
-
-/// The best that each lane has seen: the smallest distance, then the fewest primitives, then the first.
-#[derive(Clone, Copy)]
-struct Best<S: Simd> {
-    distances: f32x16<S>,
-    counts: u32x16<S>,
-    positions: u32x16<S>,
-}
-
-impl<S: Simd> Best<S> {
-    #[inline(always)]
-    fn none(simd: S) -> Self {
-        let most = u32x16::splat(simd, u32::MAX);
-        Self { distances: f32x16::splat(simd, f32::INFINITY), counts: most, positions: most }
-    }
-
-    /// Takes what is better; nothing is where the distance is no number.
-    #[inline(always)]
-    fn offer(&mut self, distances: f32x16<S>, counts: u32x16<S>, positions: u32x16<S>) {
-        let tied = distances.simd_eq(self.distances) & counts.simd_lt(self.counts);
-        let better = distances.simd_lt(self.distances) | tied;
-        self.distances = better.select(distances, self.distances);
-        self.counts = better.select(counts, self.counts);
-        self.positions = better.select(positions, self.positions);
-    }
-
-    /// The best of all lanes, of equally good ones that at the lowest position.
-    #[inline(always)]
-    fn least(self, simd: S) -> Found {
-        let smallest = self.distances.reduce_min();
-        let mut lanes = self.distances.simd_eq(f32x16::splat(simd, smallest)).to_bitmask();
-        let (counts, positions) = (self.counts.to_array(), self.positions.to_array());
-        let mut best = (u32::MAX, u32::MAX);
-        while lanes != 0 {
-            let lane = lanes.trailing_zeros() as usize % WIDTH;
-            lanes &= lanes - 1;
-            best = best.min((counts[lane], positions[lane]));
+        let mut smallest = nobody;
+        for row in &mut *self.rows {
+            nobody.store_slice(&mut row.answers);
+            smallest = smallest.min(f32x16::load_array_ref(simd, &row.bounds));
         }
-        Found { distance: smallest, count: best.0, position: best.1 }
+        smallest
     }
 }
 
-/// The positions of `row`.
+/// The lane of place `at`, in its row.
 #[inline(always)]
-fn lanes_of<S: Simd>(simd: S, row: usize) -> u32x16<S> {
+fn lanes_at<S: Simd>(simd: S, at: usize) -> mask32x16<S> {
+    places_of(simd, 0).simd_eq(u32x16::splat(simd, (at % WIDTH) as u32))
+}
+
+/// The places of a row.
+#[inline(always)]
+fn places_of<S: Simd>(simd: S, row: usize) -> u32x16<S> {
     let first = u32x16::load_array(simd, [0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15]);
     first + u32x16::splat(simd, (row * WIDTH) as u32)
 }
 
+/// The smallest lane of each vector, in the lane of its number.
 #[inline(always)]
-fn row_of<S: Simd>(simd: S, numbers: &[u32], row: usize) -> u32x16<S> {
-    u32x16::from_slice(simd, &numbers[row * WIDTH..(row + 1) * WIDTH])
+fn smallest_of_each<S: Simd>(mut vectors: [f32x16<S>; WIDTH]) -> f32x16<S> {
+    let mut half = WIDTH / 2;
+    while half > 0 {
+        for at in 0..half {
+            let (first, second) = (vectors[at], vectors[at + half]);
+            vectors[at] = first.zip_low(second).min(first.zip_high(second));
+        }
+        half /= 2;
+    }
+    vectors[0]
+}
+
+/// A bit for each of `numbers` that is `number`.
+#[inline(always)]
+fn equal<S: Simd>(simd: S, numbers: &[f32; WIDTH], number: f32x16<S>) -> u64 {
+    f32x16::load_array_ref(simd, numbers).simd_eq(number).to_bitmask()
+}
+
+/// The numbers of the bits that are set, from the lowest on.
+struct Bits(u64);
+
+impl Iterator for Bits {
+    type Item = usize;
+
+    fn next(&mut self) -> Option<usize> {
+        let bit = (self.0 != 0).then(|| self.0.trailing_zeros() as usize);
+        self.0 &= self.0.wrapping_sub(1);
+        bit
+    }
 }

@@ -8,7 +8,7 @@
 
 use fearless_simd::{Select, Simd, SimdMask};
 
-use super::cluster::{Cluster, Clustered, Clusters, FIELDS, Lanes, Pairs, broadcast};
+use super::cluster::{Cluster, Clustered, Clusters, FIELDS, Lanes, Pairs, splat_fields};
 
 /// A row for each of up to `N` clusters, `W` vectors long: the distances to all others, infinity where there is none.
 /// Columns of empty places keep what they held.
@@ -36,7 +36,7 @@ pub fn combine_short<C: Clustered, S: Simd, V: Lanes<S>, const W: usize, const N
     let mut matrix = Matrix([[infinity; W]; N]);
     let mut nearest = [infinity; W];
     for at in 0..len {
-        let own = broadcast::<C, S, V>(simd, &items[at % N]);
+        let own = splat_fields::<C, S, V>(simd, &items[at % N].fields);
         let none = lanes::<S, V, W>(simd, !taken | 1 << at);
         for w in 0..W {
             let distances = none[w].select(infinity, C::distances(&own, &fields[w]));
@@ -68,11 +68,7 @@ pub fn combine_short<C: Clustered, S: Simd, V: Lanes<S>, const W: usize, const N
         // Two become one, which takes the first one's place.
         let pair = [items[low], items[high]];
         let union = C::union_fields::<S, V>(simd, &pair[0].fields, &pair[1].fields);
-        items[low] = Cluster {
-            fields: std::array::from_fn(|field| if field < C::USED_FIELDS { union[field][0] } else { 0.0 }),
-            first: pairs.push(&pair),
-            count: pair[0].count + pair[1].count,
-        };
+        items[low] = Cluster::from_lanes::<C, S, V>(&union, pairs.push(&pair), pair[0].count + pair[1].count);
         let at_low = lanes::<S, V, W>(simd, 1 << low);
         for w in 0..W {
             for field in 0..C::USED_FIELDS {
