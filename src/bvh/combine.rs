@@ -1,8 +1,8 @@
 //! `combine_clusters`: the upward half of approximate agglomerative clustering, a list of clusters in which the closest
 //! pair merges until few enough are left (Gu, He, Fatahalian, Blelloch, *Efficient BVH Construction via Approximate
 //! Agglomerative Clustering*, HPG 2013). Of equally close pairs the one with fewer primitives merges first, then the one
-//! at the lower positions; a union takes the place of its first part, and the last of the list that of the second, in a short
-//! list at the end, in a long one at once.
+//! at the lower positions; a union takes the place of its first part, and that of the second stays empty until the last of the
+//! list take such places, at the end or once a long list has many.
 
 #![allow(clippy::inline_always, reason = "SIMD kernels must land in the caller that enables the instructions")]
 
@@ -34,8 +34,7 @@ pub fn combine_clusters<C: Clustered, S: Simd>(
     if len <= target {
         return Ok(());
     }
-    // All merge the same clusters, but where positions alone decide: a long list keeps a match that it has found, though
-    // an equally good one may have moved below it since.
+    // All merge the same clusters, but where positions alone decide: in a long list others of the last take the empty places.
     match len {
         0..=8 => combine_short::<C, S, f32x8<S>, 1, 8>(simd, list, base, target, pairs),
         9..=16 => combine_short::<C, S, f32x16<S>, 1, 16>(simd, list, base, target, pairs),

@@ -1,5 +1,5 @@
 //! Exact agglomerative clustering: always the globally closest pair (Walter, Bala, Kulkarni, Pingali, *Fast Agglomerative
-//! Clustering for Rendering*, 2008). One list of all primitives, best matches kept: about quadratic time.
+//! Clustering for Rendering*, 2008). One list of all primitives, bounds of best matches kept: about quadratic time.
 
 use std::time::Instant;
 
