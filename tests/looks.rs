@@ -28,7 +28,7 @@ const GROWTH: u32 = 8;
 /// What stays the same may take longer by this: a large input is farther from the processor.
 const SLACK: u32 = 4;
 /// Less of the whole job than one part in so many is no stretch to speak of.
-const TRIFLE: u32 = 50;
+const TRIFLE: u32 = 100;
 /// Triangles of the small inputs: more than any job takes at once.
 const SMALL: u32 = 40_000;
 /// So often at least and at most a job is run: the shortest time of each stretch counts, as other work on the machine only

@@ -39,26 +39,9 @@ pub fn combine_clusters<C: Clustered, S: Simd>(
         0..=8 => combine_short::<C, S, f32x8<S>, 1, 8>(simd, list, base, target, pairs),
         9..=16 => combine_short::<C, S, f32x16<S>, 1, 16>(simd, list, base, target, pairs),
         17..=32 => combine_short::<C, S, f32x16<S>, 2, 32>(simd, list, base, target, pairs),
-        _ => return combine_apart(simd, list, &mut scratch.matches, base, target, pairs, token),
+        _ => return combine_long(simd, list, &mut scratch.matches, base, target, pairs, token),
     }
     Ok(())
-}
-
-/// [`combine_long`] as a function of its own: within the caller it would take registers from the short lists, and they from it.
-#[inline(never)]
-fn combine_apart<C: Clustered, S: Simd>(
-    simd: S,
-    list: &mut Clusters,
-    matches: &mut Matches,
-    base: usize,
-    target: usize,
-    pairs: &mut Pairs<C>,
-    token: &CancelToken,
-) -> Result<(), Cancelled> {
-    simd.vectorize(
-        #[inline(always)]
-        || combine_long(simd, list, matches, base, target, pairs, token),
-    )
 }
 
 #[cfg(test)]

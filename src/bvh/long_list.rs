@@ -8,6 +8,7 @@
 
 use fearless_simd::{Select, Simd, SimdBase, SimdMask, f32x16, mask32x16, u32x16};
 
+use super::bits::bits;
 use super::cluster::{Cluster, Clustered, Clusters, FIELDS, Pairs, splat_fields};
 use crate::cancel::{CancelToken, Cancelled};
 
@@ -46,17 +47,12 @@ impl Row {
     /// The row from `at` on of a list that ends at `end`.
     #[inline(always)]
     fn new<C: Clustered>(list: &Clusters, at: usize, end: usize) -> Self {
-        let mut row = Self {
-            fields: C::NOWHERE.map(|number| [number; WIDTH]),
-            bounds: [f32::INFINITY; WIDTH],
-            answers: [f32::INFINITY; WIDTH],
-        };
+        let mut row =
+            Self { fields: [[0.0; WIDTH]; FIELDS], bounds: [f32::INFINITY; WIDTH], answers: [f32::INFINITY; WIDTH] };
         for field in 0..C::USED_FIELDS {
-            if end >= at + WIDTH {
-                row.fields[field].copy_from_slice(&list.fields[field][at..at + WIDTH]);
-            } else {
-                row.fields[field][..end - at].copy_from_slice(&list.fields[field][at..end]);
-            }
+            // There is room for a row behind the list.
+            row.fields[field].copy_from_slice(&list.fields[field][at..at + WIDTH]);
+            row.fields[field][WIDTH.min(end - at)..].fill(C::NOWHERE[field]);
         }
         row
     }
@@ -71,8 +67,9 @@ impl Row {
     }
 }
 
-/// Merges the closest pair of the clusters from `base` on until `target` are left; there are more.
-#[inline(always)]
+/// Merges the closest pair of the clusters from `base` on until `target` are left; there are more. A function of its own: within
+/// the caller it would take registers from the short lists, and they from it.
+#[inline(never)]
 pub fn combine_long<C: Clustered, S: Simd>(
     simd: S,
     list: &mut Clusters,
@@ -82,38 +79,44 @@ pub fn combine_long<C: Clustered, S: Simd>(
     pairs: &mut Pairs<C>,
     token: &CancelToken,
 ) -> Result<(), Cancelled> {
-    let len = list.len - base;
-    let Matches { rows, tied } = matches;
-    rows.clear();
-    rows.extend((base..list.len).step_by(WIDTH).map(|at| Row::new::<C>(list, at, list.len)));
-    let items = &mut list.items[base..base + len];
-    let mut search = Search { rows: rows.as_mut_slice(), items, len, asking: NOBODY, answer: f32x16::splat(simd, 0.0) };
-    let mut smallest = search.find_bounds::<C>(simd, token)?;
-    loop {
-        let closest = search.closest(simd, smallest);
-        let (low, high) = match closest.count {
-            // Its match has merged: of a pair that is left both have the smallest bound.
-            1 => (closest.first, closest.first),
-            2 if closest.is_asking || search.is_pair::<C>(simd, &closest) => (closest.first, closest.last),
-            _ => search.break_tie::<C>(simd, &closest, tied, token)?,
-        };
-        smallest = search.step::<C>(simd, low, high, pairs);
-        if search.len <= target {
-            break;
-        }
-        if search.has_many_empty() {
-            smallest = search.close_up::<C>(simd, tied);
-        }
-        token.check()?;
-    }
-    search.close_up::<C>(simd, tied);
-    list.len = base + search.len;
-    for (row, at) in rows.iter().zip((base..list.len).step_by(WIDTH)) {
-        for field in 0..C::USED_FIELDS {
-            list.fields[field][at..at + WIDTH].copy_from_slice(&row.fields[field]);
-        }
-    }
-    Ok(())
+    simd.vectorize(
+        #[inline(always)]
+        || {
+            let len = list.len - base;
+            let Matches { rows, tied } = matches;
+            rows.clear();
+            rows.extend((base..list.len).step_by(WIDTH).map(|at| Row::new::<C>(list, at, list.len)));
+            let items = &mut list.items[base..base + len];
+            let mut search =
+                Search { rows: rows.as_mut_slice(), items, len, asking: NOBODY, answer: f32x16::splat(simd, 0.0) };
+            let mut smallest = search.find_bounds::<C>(simd, token)?;
+            loop {
+                let closest = search.closest(simd, smallest);
+                let (low, high) = match closest.count {
+                    // Its match has merged: of a pair that is left both have the smallest bound.
+                    1 => (closest.first, closest.first),
+                    2 if closest.is_asking || search.is_pair::<C>(simd, &closest) => (closest.first, closest.last),
+                    _ => search.break_tie::<C>(simd, &closest, tied, token)?,
+                };
+                smallest = search.step::<C>(simd, low, high, pairs);
+                if search.len <= target {
+                    break;
+                }
+                if search.has_many_empty() {
+                    smallest = search.close_up::<C>(simd, tied);
+                }
+                token.check()?;
+            }
+            search.close_up::<C>(simd, tied);
+            list.len = base + search.len;
+            for (row, at) in rows.iter().zip((base..list.len).step_by(WIDTH)) {
+                for field in 0..C::USED_FIELDS {
+                    list.fields[field][at..at + WIDTH].copy_from_slice(&row.fields[field]);
+                }
+            }
+            Ok(())
+        },
+    )
 }
 
 /// A list at work.
@@ -176,11 +179,12 @@ impl<S: Simd> Search<'_, S> {
         Ok(smallest)
     }
 
-    /// Makes the cluster at `at`, whose fields are `own` in all lanes, the one that asks. Returns the smallest bounds and
-    /// distances.
+    /// Makes the cluster at `at`, whose fields are `own` in all lanes, the one that asks; the one at `gone`, unless it is the
+    /// same, is no more. Returns the smallest bounds and distances.
     #[inline(always)]
-    fn ask<C: Clustered>(&mut self, simd: S, own: &[f32x16<S>; FIELDS], at: usize) -> f32x16<S> {
+    fn ask<C: Clustered>(&mut self, simd: S, own: &[f32x16<S>; FIELDS], at: usize, gone: usize) -> f32x16<S> {
         self.settle(simd);
+        self.hide(simd, gone);
         self.hide(simd, at);
         self.asking = at;
         let nobody = f32x16::splat(simd, f32::INFINITY);
@@ -273,7 +277,7 @@ impl<S: Simd> Search<'_, S> {
             if closest.is_asking && row == self.asking / WIDTH {
                 tied_lanes |= 1 << (self.asking % WIDTH);
             }
-            tied.extend(Bits(tied_lanes).map(|lane| row * WIDTH + lane));
+            tied.extend(bits(tied_lanes).map(|lane| row * WIDTH + lane));
         }
         // The two smallest counts of primitives.
         let mut fewest = [u32::MAX; 2];
@@ -292,9 +296,9 @@ impl<S: Simd> Search<'_, S> {
                 }
                 token.check()?;
                 let own = splat_fields::<C, S, _>(simd, &self.items[at].fields);
-                self.ask::<C>(simd, &own, at);
+                self.ask::<C>(simd, &own, at, at);
                 for (row, start) in self.rows.iter().zip((0..).step_by(WIDTH)) {
-                    for other in Bits(equal(simd, &row.answers, closest.distance)).map(|lane| start + lane) {
+                    for other in bits(equal(simd, &row.answers, closest.distance)).map(|lane| start + lane) {
                         best = best.min((count + self.items[other].count, at.min(other), at.max(other)));
                         if best.0 <= fewest_together {
                             return Ok((best.1, best.2));
@@ -317,10 +321,8 @@ impl<S: Simd> Search<'_, S> {
         let first = if is_merge { first } else { pair[0].first };
         let count = pair[0].count + if is_merge { pair[1].count } else { 0 };
         let union = Cluster::from_lanes::<C, S, _>(&lanes, first, count);
-        self.settle(simd);
-        self.hide(simd, high);
         self.len -= usize::from(is_merge);
-        let smallest = self.ask::<C>(simd, &lanes, low);
+        let smallest = self.ask::<C>(simd, &lanes, low, high);
         // Now that its row has been read, which would wait for what is written to a part of it.
         self.set::<C>(low, union);
         smallest
@@ -349,13 +351,13 @@ impl<S: Simd> Search<'_, S> {
         let nobody = f32x16::splat(simd, f32::INFINITY);
         places.clear();
         for (row, start) in self.rows.iter().zip((0..self.len).step_by(WIDTH)) {
-            let empty = Bits(equal(simd, &row.bounds, nobody));
+            let empty = bits(equal(simd, &row.bounds, nobody));
             places.extend(empty.map(|lane| start + lane).filter(|&place| place < self.len));
         }
         let mut to = 0;
         for start in (self.len / WIDTH * WIDTH..self.items.len()).step_by(WIDTH) {
             let taken = equal(simd, &self.rows[start / WIDTH].bounds, nobody) ^ ALL_LANES;
-            for from in Bits(taken).map(|lane| start + lane) {
+            for from in bits(taken).map(|lane| start + lane) {
                 if from >= self.len {
                     let bound = self.rows[start / WIDTH].bounds[from % WIDTH];
                     self.rows[places[to] / WIDTH].bounds[places[to] % WIDTH] = bound;
@@ -382,14 +384,8 @@ impl<S: Simd> Search<'_, S> {
 /// The lane of place `at`, in its row.
 #[inline(always)]
 fn lanes_at<S: Simd>(simd: S, at: usize) -> mask32x16<S> {
-    places_of(simd, 0).simd_eq(u32x16::splat(simd, (at % WIDTH) as u32))
-}
-
-/// The places of a row.
-#[inline(always)]
-fn places_of<S: Simd>(simd: S, row: usize) -> u32x16<S> {
-    let first = u32x16::load_array(simd, [0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15]);
-    first + u32x16::splat(simd, (row * WIDTH) as u32)
+    let lanes = u32x16::load_array(simd, [0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15]);
+    lanes.simd_eq(u32x16::splat(simd, (at % WIDTH) as u32))
 }
 
 /// The smallest lane of each vector, in the lane of its number.
@@ -410,17 +406,4 @@ fn smallest_of_each<S: Simd>(mut vectors: [f32x16<S>; WIDTH]) -> f32x16<S> {
 #[inline(always)]
 fn equal<S: Simd>(simd: S, numbers: &[f32; WIDTH], number: f32x16<S>) -> u64 {
     f32x16::load_array_ref(simd, numbers).simd_eq(number).to_bitmask()
-}
-
-/// The numbers of the bits that are set, from the lowest on.
-struct Bits(u64);
-
-impl Iterator for Bits {
-    type Item = usize;
-
-    fn next(&mut self) -> Option<usize> {
-        let bit = (self.0 != 0).then(|| self.0.trailing_zeros() as usize);
-        self.0 &= self.0.wrapping_sub(1);
-        bit
-    }
 }

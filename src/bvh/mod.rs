@@ -2,6 +2,7 @@
 //! validation and traversal. Knows no files, scenes, cameras or pixels.
 
 mod aac;
+mod bits;
 pub mod builders;
 mod cluster;
 mod combine;

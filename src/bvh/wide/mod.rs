@@ -23,7 +23,6 @@ macro_rules! each {
 }
 
 mod beam;
-mod bits;
 pub mod block;
 pub mod bounds;
 mod choice;

@@ -8,11 +8,11 @@ use fearless_simd::{Level, Select, Simd, SimdBase, SimdMask, dispatch, f32x16, m
 use glam::Vec3;
 
 use super::beam::{Beam, BeamContainer, GROUP, GROUPS};
-use super::bits::bits;
 use super::block::{BLOCK, permuted_axes};
 use super::packed::{PACKED, transposed};
 use super::stack::{Stack, Waiting};
 use super::{TriangleBlock, WIDTH, WideTree, stream};
+use crate::bvh::bits::bits;
 use crate::geometry::{EDGE_MAX, EDGE_MIN, FAR_SLACK, Hit, PreparedRay, Ray, Shear};
 
 /// Rays that one packet takes.

@@ -9,10 +9,10 @@
 
 use fearless_simd::{Bytes, Select, Simd, SimdBase, SimdMask, f32x8, mask32x8, u32x8};
 
-use super::bits::bits;
 use super::block::BlockRay;
 use super::packed::{PACKED, PackedRays};
 use super::{Child, WIDTH, WideContainer, WideTree, single};
+use crate::bvh::bits::bits;
 use crate::bvh::traverse::{Nearest, NoProbe};
 use crate::geometry::{Hit, Ray};
 
