@@ -10,9 +10,10 @@ use fearless_simd::{Select, Simd, SimdMask};
 
 use super::cluster::{Cluster, Clustered, Clusters, FIELDS, Lanes, Pairs, splat_fields};
 
-/// A row for each of up to `N` clusters, `W` vectors long: the distances to all others, infinity where there is none.
-/// Columns of empty places keep what they held.
-struct Matrix<V, const W: usize, const N: usize>([[V; W]; N]);
+/// A row for each of up to `N` clusters: the distances to all others, infinity where there is none. Columns of empty places
+/// keep what they held.
+#[repr(align(64))]
+struct Matrix<const N: usize>([[f32; N]; N]);
 
 /// Merges the closest pair of the clusters from `base` on until `target` are left; there are more, but no more than
 /// `N`, the lanes of `W` vectors.
@@ -33,14 +34,14 @@ pub fn combine_short<C: Clustered, S: Simd, V: Lanes<S>, const W: usize, const N
     let quads = len.div_ceil(4);
     // A bit for each place that is taken.
     let mut taken = (1_u64 << len) - 1;
-    let mut matrix = Matrix([[infinity; W]; N]);
+    let mut matrix = Matrix([[f32::INFINITY; N]; N]);
     let mut nearest = [infinity; W];
     for at in 0..len {
         let own = splat_fields::<C, S, V>(simd, &items[at % N].fields);
         let none = lanes::<S, V, W>(simd, !taken | 1 << at);
         for w in 0..W {
             let distances = none[w].select(infinity, C::distances(&own, &fields[w]));
-            matrix.0[at % N][w] = distances;
+            distances.store_slice(&mut matrix.0[at % N][w * V::LEN..(w + 1) * V::LEN]);
             nearest[w] = nearest[w].min(distances);
         }
     }
@@ -62,7 +63,7 @@ pub fn combine_short<C: Clustered, S: Simd, V: Lanes<S>, const W: usize, const N
             low = candidates.trailing_zeros() as usize % N;
             high = candidates.ilog2() as usize % N;
         } else {
-            (low, high) = matrix.break_tie(smallest, candidates & taken as u32, items);
+            (low, high) = matrix.break_tie::<S, V, W>(simd, smallest, candidates & taken as u32, items);
         }
 
         // Two become one, which takes the first one's place.
@@ -82,30 +83,31 @@ pub fn combine_short<C: Clustered, S: Simd, V: Lanes<S>, const W: usize, const N
         }
 
         let none = lanes::<S, V, W>(simd, !taken | 1 << low);
-        let mut fresh_row = [0.0; N];
         for w in 0..W {
             fresh[w] = none[w].select(infinity, C::distances(&union, &fields[w]));
-            fresh[w].store_slice(&mut fresh_row[w * V::LEN..(w + 1) * V::LEN]);
-            matrix.0[low][w] = infinity;
-            matrix.0[high][w] = infinity;
         }
+        matrix.0[low] = [f32::INFINITY; N];
+        matrix.0[high] = [f32::INFINITY; N];
         // Four minima, that none waits for the one before.
         let mut minima = [[infinity; W]; 4];
-        let rows = matrix.0.as_chunks_mut::<4>().0.iter_mut().take(quads);
-        for (rows, fresh_at) in rows.zip(fresh_row.as_chunks::<4>().0) {
+        for rows in matrix.0.as_chunks::<4>().0.iter().take(quads) {
             for at in 0..4 {
-                let fresh_at = V::splat(simd, fresh_at[at]);
                 for w in 0..W {
-                    let row = rows[at][w];
-                    minima[at][w] = minima[at][w].min(row);
-                    rows[at][w] = at_low[w].select(fresh_at, row);
+                    minima[at][w] = minima[at][w].min(part_of::<S, V, N>(simd, &rows[at], w));
                 }
             }
         }
         for w in 0..W {
             let minimum = minima[0][w].min(minima[1][w]).min(minima[2][w].min(minima[3][w]));
             nearest[w] = none[w].select(infinity, minimum);
-            matrix.0[low][w] = fresh[w];
+            fresh[w].store_slice(&mut matrix.0[low][w * V::LEN..(w + 1) * V::LEN]);
+        }
+        // Lane by lane: compilers write whole rows that they select lanes of with masked stores, which are slow.
+        let fresh_row = matrix.0[low];
+        for (rows, fresh_at) in matrix.0.as_chunks_mut::<4>().0.iter_mut().zip(fresh_row.as_chunks::<4>().0).take(quads) {
+            for at in 0..4 {
+                rows[at][low] = fresh_at[at];
+            }
         }
     }
     for w in 0..W {
@@ -125,20 +127,28 @@ pub fn combine_short<C: Clustered, S: Simd, V: Lanes<S>, const W: usize, const N
     }
 }
 
-impl<V, const W: usize, const N: usize> Matrix<V, W, N> {
+impl<const N: usize> Matrix<N> {
     /// Of the pairs whose distance is `smallest`, all among the `candidates`, that with the fewest primitives, then the
     /// lowest places.
     #[inline(always)]
-    fn break_tie<S: Simd>(&self, smallest: V, candidates: u32, items: &[Cluster; N]) -> (usize, usize)
-    where
-        V: Lanes<S>,
-    {
+    fn break_tie<S: Simd, V: Lanes<S>, const W: usize>(
+        &self,
+        simd: S,
+        smallest: V,
+        candidates: u32,
+        items: &[Cluster; N],
+    ) -> (usize, usize) {
         let mut best = (u32::MAX, 0, 1);
         let mut rows = candidates;
         while rows != 0 {
             let low = rows.trailing_zeros() as usize % N;
             rows &= rows - 1;
-            let mut partners = bits_of::<S, V, W>(&self.0[low], smallest) & rows;
+            let mut partners = 0;
+            for w in 0..W {
+                let distances = part_of::<S, V, N>(simd, &self.0[low], w);
+                partners |= (distances.simd_eq(smallest).to_bitmask() as u32) << (w * V::LEN);
+            }
+            partners &= rows;
             while partners != 0 {
                 let high = partners.trailing_zeros() as usize % N;
                 partners &= partners - 1;
@@ -147,6 +157,12 @@ impl<V, const W: usize, const N: usize> Matrix<V, W, N> {
         }
         (best.1, best.2)
     }
+}
+
+/// The `w`th vector of `row`.
+#[inline(always)]
+fn part_of<S: Simd, V: Lanes<S>, const N: usize>(simd: S, row: &[f32; N], w: usize) -> V {
+    V::from_slice(simd, &row[w * V::LEN..(w + 1) * V::LEN])
 }
 
 /// The lanes whose bits are set.
