@@ -13,7 +13,7 @@ use bvhscope::bvh::overlap;
 use bvhscope::bvh::stats::tree_stats;
 use bvhscope::bvh::traverse::{NoProbe, Probe, TestCounts, Traversal, any_hit_with, closest_hit};
 use bvhscope::bvh::validate::validate;
-use bvhscope::bvh::{AnyTree, BuildSettings, BuilderKind, ContainerKind, Tree};
+use bvhscope::bvh::{AnyTree, BuildSettings, BuilderKind, ContainerKind, Pass, Passes, Tree};
 use bvhscope::camera::Camera;
 use bvhscope::cancel::CancelToken;
 use bvhscope::geometry::{Aabb, Ray, Sphere, Triangle};
@@ -292,6 +292,27 @@ fn overlap_counts_the_foreign_surface_in_each_node() {
     let twice = [first; 2];
     assert!((end_point_overlap(&trees::halved::<Aabb>(&twice, 1), &twice, 100) - 1.0).abs() < 1e-5);
     assert!((end_point_overlap(&trees::halved::<Sphere>(&twice, 1), &twice, 100) - 1.0).abs() < 1e-5);
+}
+
+#[test]
+fn a_triangle_of_several_leaves_overlaps_none_of_them() {
+    let near = Triangle { a: Vec3::ZERO, b: Vec3::X, c: Vec3::Y };
+    let far = Triangle { a: near.a + 9.0, b: near.b + 9.0, c: near.c + 9.0 };
+    let AnyTree::Aabb(mut tree) = trees::halved::<Aabb>(&[near, far, near], 1) else { unreachable!("asked for boxes") };
+    assert!(end_point_overlap(&AnyTree::Aabb(tree.clone()), &[near, far, near], 100) > 0.5);
+    tree.primitive_indices.iter_mut().filter(|index| **index == 2).for_each(|index| *index = 0);
+    assert_eq!(end_point_overlap(&AnyTree::Aabb(tree), &[near, far], 100), 0.0);
+}
+
+#[test]
+fn samples_of_a_split_tree_estimate_the_overlap_of_all() {
+    let triangles = trees::soup(2000, 0.3, 5);
+    let settings = BuildSettings { optimize: Passes::NONE.with(Pass::Split), ..BuildSettings::default() };
+    let (tree, _) = build(&triangles, &settings, &CancelToken::new()).expect("nothing to refuse, nobody cancels");
+    assert!(tree.primitive_indices().len() > triangles.len());
+    let exact = end_point_overlap(&tree, &triangles, usize::MAX);
+    let estimate = end_point_overlap(&tree, &triangles, 600);
+    assert!(exact > 0.0 && (estimate / exact - 1.0).abs() < 0.1, "{estimate} for {exact}");
 }
 
 #[test]

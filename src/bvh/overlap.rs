@@ -17,7 +17,8 @@ const BATCH: usize = 1 << 14;
 /// costs [`TRAVERSAL_COST`], a leaf [`INTERSECTION_COST`] for each primitive.
 ///
 /// Exact for up to `max_samples` triangles. Beyond, estimated from that many triangles, evenly spread over the total
-/// surface. 0 for a tree without overlap and for a scene without surface. Nothing once `token` is cancelled.
+/// surface. A triangle that several leaves hold is one, which all of them and the nodes above them hold. 0 for a tree without
+/// overlap and for a scene without surface. Nothing once `token` is cancelled.
 pub fn end_point_overlap(
     tree: &AnyTree,
     triangles: &[Triangle],
@@ -27,10 +28,16 @@ pub fn end_point_overlap(
     with_tree!(tree, tree => overlap_of(tree, triangles, max_samples, token))
 }
 
-/// A sampled triangle: its slot in leaf order and how much of the surface it stands for.
+/// A sampled triangle: its first slot in leaf order and how much of the surface it stands for.
 struct Sample {
     slot: u32,
     weight: f64,
+}
+
+/// A slot in leaf order that holds the triangle of a sample, given by number.
+struct Place {
+    slot: u32,
+    sample: u32,
 }
 
 fn overlap_of<C: Clip>(
@@ -39,9 +46,22 @@ fn overlap_of<C: Clip>(
     max_samples: usize,
     token: &CancelToken,
 ) -> Result<f32, Cancelled> {
-    let areas = listed(tree.primitive_indices.len(), token, |slot| {
+    let mut areas = listed(tree.primitive_indices.len(), token, |slot| {
         f64::from(triangles[tree.primitive_indices[slot] as usize].scaled_normal().length()) * 0.5
     })?;
+    let repeats = tree.primitive_indices.len() > triangles.len();
+    if repeats {
+        // Only the first slot of each has one.
+        let mut seen = vec![false; triangles.len()];
+        for (areas, indices) in areas.chunks_mut(BATCH).zip(tree.primitive_indices.chunks(BATCH)) {
+            token.check()?;
+            for (area, &index) in areas.iter_mut().zip(indices) {
+                if std::mem::replace(&mut seen[index as usize], true) {
+                    *area = 0.0;
+                }
+            }
+        }
+    }
     let mut total = 0.0;
     for batch in areas.chunks(BATCH) {
         token.check()?;
@@ -52,23 +72,26 @@ fn overlap_of<C: Clip>(
     }
     let samples = choose_samples(&areas, total, max_samples.max(1), token)?;
     let parents = tree.parents(token)?;
-    let leaves = leaf_of_each(tree, &samples, token)?;
+    let places = if repeats { places_of(tree, triangles.len(), &samples, token)? } else { first_places(&samples) };
+    let leaves = leaf_of_each(tree, &places, token)?;
+    let mut homes: Vec<(u32, u32)> = places.iter().zip(leaves).map(|(place, leaf)| (place.sample, leaf)).collect();
+    homes.sort_unstable();
     // Collected before they are summed, so that the sum does not depend on the number of threads.
     let parts: Vec<f64> = samples
         .par_iter()
-        .zip(&leaves)
-        .map(|(sample, &leaf)| {
+        .zip(0..samples.len() as u32)
+        .map(|(sample, number)| {
             token.check()?;
-            let slot = sample.slot as usize;
-            let mut path = vec![leaf];
-            while let Some(&node) = path.last()
-                && node != 0
-            {
-                path.push(parents[node as usize]);
+            let homes = &homes[homes.partition_point(|home| home.0 < number)..];
+            let mut own = Vec::new();
+            for &(_, leaf) in homes.iter().take_while(|home| home.0 == number) {
+                own.extend(std::iter::successors(Some(leaf), |&node| (node != 0).then(|| parents[node as usize])));
             }
-            path.reverse();
+            own.sort_unstable();
+            own.dedup();
+            let slot = sample.slot as usize;
             let triangle = &triangles[tree.primitive_indices[slot] as usize];
-            Ok(sample.weight * foreign_cost(tree, triangle, &path, token)? / areas[slot])
+            Ok(sample.weight * foreign_cost(tree, triangle, &own, token)? / areas[slot])
         })
         .collect::<Result<_, Cancelled>>()?;
     let overlap = (parts.iter().sum::<f64>() / total) as f32;
@@ -104,37 +127,65 @@ fn choose_samples(
     Ok(samples)
 }
 
-/// The leaf of each sample, given by slot in rising order.
-fn leaf_of_each<C: Container>(tree: &Tree<C>, samples: &[Sample], token: &CancelToken) -> Result<Vec<u32>, Cancelled> {
-    let mut leaves = vec![0; samples.len()];
+/// Where the samples' triangles are if each has one slot alone.
+fn first_places(samples: &[Sample]) -> Vec<Place> {
+    samples.iter().zip(0..).map(|(sample, number)| Place { slot: sample.slot, sample: number }).collect()
+}
+
+/// All slots of the samples' triangles, which are some of `triangles`.
+fn places_of<C: Container>(
+    tree: &Tree<C>,
+    triangles: usize,
+    samples: &[Sample],
+    token: &CancelToken,
+) -> Result<Vec<Place>, Cancelled> {
+    const NO_SAMPLE: u32 = u32::MAX;
+    let mut sample_of = vec![NO_SAMPLE; triangles];
+    for (sample, number) in samples.iter().zip(0..) {
+        sample_of[tree.primitive_indices[sample.slot as usize] as usize] = number;
+    }
+    let mut places = Vec::with_capacity(samples.len());
+    for (batch, indices) in tree.primitive_indices.chunks(BATCH).enumerate() {
+        token.check()?;
+        for (&index, slot) in indices.iter().zip((batch * BATCH) as u32..) {
+            let sample = sample_of[index as usize];
+            if sample != NO_SAMPLE {
+                places.push(Place { slot, sample });
+            }
+        }
+    }
+    Ok(places)
+}
+
+/// The leaf of each place, given by slot in rising order.
+fn leaf_of_each<C: Container>(tree: &Tree<C>, places: &[Place], token: &CancelToken) -> Result<Vec<u32>, Cancelled> {
+    let mut leaves = vec![0; places.len()];
     for (index, node) in tree.nodes.iter().enumerate() {
         if index.is_multiple_of(BATCH) {
             token.check()?;
         }
         if node.is_leaf() {
-            let begin = samples.partition_point(|sample| sample.slot < node.first);
-            let count = samples[begin..].iter().take_while(|sample| sample.slot < node.first + node.count).count();
+            let begin = places.partition_point(|place| place.slot < node.first);
+            let count = places[begin..].iter().take_while(|place| place.slot < node.first + node.count).count();
             leaves[begin..begin + count].fill(index as u32);
         }
     }
     Ok(leaves)
 }
 
-/// Σ cost · area of `triangle` inside the node, over the nodes that are not on its `path` from the root.
+/// Σ cost · area of `triangle` inside the node, over the nodes that are not its `own`, in rising order.
 fn foreign_cost<C: Clip>(
     tree: &Tree<C>,
     triangle: &Triangle,
-    path: &[u32],
+    own: &[u32],
     token: &CancelToken,
 ) -> Result<f64, Cancelled> {
     let bounds = triangle.bounds();
     let mut sum = 0.0;
-    // The path's siblings are the tops of everything foreign.
-    let mut waiting = Vec::new();
-    for pair in path.windows(2) {
-        let first = tree.nodes[pair[0] as usize].first;
-        waiting.push(if pair[1] == first { first + 1 } else { first });
-    }
+    // What is not its own, but below what is, are the tops of everything foreign.
+    let interior = own.iter().map(|&node| &tree.nodes[node as usize]).filter(|node| !node.is_leaf());
+    let children = interior.flat_map(|node| [node.first, node.first + 1]);
+    let mut waiting: Vec<u32> = children.filter(|child| own.binary_search(child).is_err()).collect();
     // Where all triangles lie on one another, these are all nodes.
     let mut visited = 0_usize;
     while let Some(index) = waiting.pop() {
