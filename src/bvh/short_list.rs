@@ -102,12 +102,10 @@ pub fn combine_short<C: Clustered, S: Simd, V: Lanes<S>, const W: usize, const N
             nearest[w] = none[w].select(infinity, minimum);
             fresh[w].store_slice(&mut matrix.0[low][w * V::LEN..(w + 1) * V::LEN]);
         }
-        // Lane by lane: compilers write whole rows that they select lanes of with masked stores, which are slow.
+        // Lane by lane: compilers write whole rows that they select lanes of with masked stores, slow on AMD under AVX2.
         let fresh_row = matrix.0[low];
-        for (rows, fresh_at) in matrix.0.as_chunks_mut::<4>().0.iter_mut().zip(fresh_row.as_chunks::<4>().0).take(quads) {
-            for at in 0..4 {
-                rows[at][low] = fresh_at[at];
-            }
+        for (row, fresh_at) in matrix.0.iter_mut().zip(fresh_row).take(4 * quads) {
+            row[low] = fresh_at;
         }
     }
     for w in 0..W {
