@@ -49,10 +49,9 @@ impl Grid {
         }
     }
 
-    /// Where pixel (x, y) lies among the pixels of all tiles, each tile a square of its own.
-    pub(super) fn index(&self, x: u32, y: u32) -> usize {
-        let tile = (y / TILE * self.tiles_x + x / TILE) as usize;
-        tile * TILE_AREA + (y % TILE * TILE + x % TILE) as usize
+    /// The tile in which pixel (x, y) lies, and its place there.
+    pub(super) fn index(&self, x: u32, y: u32) -> (usize, usize) {
+        ((y / TILE * self.tiles_x + x / TILE) as usize, (y % TILE * TILE + x % TILE) as usize)
     }
 
     /// A point of traced pixel (x, y), given from 0 to 1 on both axes, in wanted pixels.
@@ -75,8 +74,8 @@ mod tests {
             for tile in 0..grid.tile_count {
                 grid.for_each_pixel(tile, |x, y, index| {
                     assert!(x < grid.width && y < grid.height);
+                    assert_eq!((tile as usize, index), grid.index(x, y));
                     let index = tile as usize * TILE_AREA + index;
-                    assert_eq!(index, grid.index(x, y));
                     assert!(!seen[index]);
                     seen[index] = true;
                     pixels += 1;

@@ -51,7 +51,7 @@ pub type RenderError = Cancelled;
 const ASSEMBLED_AT_ONCE: u32 = 1 << 14;
 
 /// What a traced pixel gathers.
-#[derive(Debug, Clone, Copy, bytemuck::Zeroable)]
+#[derive(Debug, Clone, Copy)]
 struct Pixel {
     /// Sum of the samples' linear colours.
     sum: Vec3,
@@ -140,8 +140,8 @@ fn passes<C: Container, S: Shade<C>>(
         request.accel.leaf_triangles_unless(token)?;
     }
     let samples = if grid.coarseness > 1 { 1 } else { request.settings.wanted_samples() };
-    // Zeros, which the system gives only where they are written to: by the tiles, which can stop, and not before them.
-    let mut pixels: Vec<Pixel> = bytemuck::zeroed_vec(grid.tile_count as usize * TILE_AREA);
+    // Each tile's are its own, so that neither getting their memory nor giving it back takes long at a time.
+    let mut pixels: Vec<Vec<Pixel>> = vec![Vec::new(); grid.tile_count as usize];
     let tiles_done = AtomicU32::new(0);
     let tiles_in_all = (grid.tile_count * samples) as f32;
     let mut nan_samples = 0;
@@ -151,7 +151,7 @@ fn passes<C: Container, S: Shade<C>>(
     loop {
         let start = Instant::now();
         let counts = pixels
-            .par_chunks_mut(TILE_AREA)
+            .par_iter_mut()
             .enumerate()
             .map(|(tile, pixels)| {
                 token.check()?;
@@ -189,7 +189,13 @@ fn passes<C: Container, S: Shade<C>>(
                 counted = Some(count_tests(request, token)?);
             }
             if sample == samples {
-                return frame(counted);
+                let frame = frame(counted)?;
+                // From the last on: some allocators give memory back only from its end.
+                while let Some(tile) = pixels.pop() {
+                    token.check()?;
+                    drop(tile);
+                }
+                return Ok(frame);
             }
         }
     }
@@ -203,10 +209,10 @@ fn trace_tile<C: Container, S: Shade<C>>(
     grid: &Grid,
     tile: u32,
     sample: u32,
-    pixels: &mut [Pixel],
+    pixels: &mut Vec<Pixel>,
 ) -> PassCounts {
     if sample == 0 {
-        pixels.fill(Pixel::BLANK);
+        *pixels = vec![Pixel::BLANK; TILE_AREA];
     }
     let mut counts = PassCounts::default();
     let within = subpixel(sample);
@@ -289,7 +295,7 @@ fn trace_tile<C: Container, S: Shade<C>>(
 fn assemble(
     request: &RenderRequest,
     grid: &Grid,
-    pixels: &[Pixel],
+    pixels: &[Vec<Pixel>],
     samples: u32,
     stats: FrameStats,
     token: &CancelToken,
@@ -326,7 +332,7 @@ fn assemble(
 /// The pixels of all tiles, row by row.
 struct Rows<'a> {
     grid: &'a Grid,
-    pixels: &'a [Pixel],
+    pixels: &'a [Vec<Pixel>],
     token: &'a CancelToken,
 }
 
@@ -347,7 +353,8 @@ impl Rows<'_> {
             self.token.check()?;
             for (row, y) in list.chunks_mut(self.grid.width as usize).zip(first..) {
                 for (place, x) in row.iter_mut().zip(0..) {
-                    visit(place, &self.pixels[self.grid.index(x, y)]);
+                    let (tile, within) = self.grid.index(x, y);
+                    visit(place, &self.pixels[tile][within]);
                 }
             }
             Ok(())
