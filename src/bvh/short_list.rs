@@ -8,6 +8,7 @@
 
 use fearless_simd::{Select, Simd, SimdMask};
 
+use super::bits::bits;
 use super::cluster::{Cluster, Clustered, Clusters, FIELDS, Lanes, Pairs, splat_fields};
 
 /// A row for each of up to `N` clusters: the distances to all others, infinity where there is none. Columns of empty places
@@ -92,8 +93,9 @@ pub fn combine_short<C: Clustered, S: Simd, V: Lanes<S>, const W: usize, const N
         let mut minima = [[infinity; W]; 4];
         for rows in matrix.0.as_chunks::<4>().0.iter().take(quads) {
             for at in 0..4 {
+                let row = row_of::<S, V, W, N>(simd, &rows[at]);
                 for w in 0..W {
-                    minima[at][w] = minima[at][w].min(part_of::<S, V, N>(simd, &rows[at], w));
+                    minima[at][w] = minima[at][w].min(row[w]);
                 }
             }
         }
@@ -137,30 +139,21 @@ impl<const N: usize> Matrix<N> {
         items: &[Cluster; N],
     ) -> (usize, usize) {
         let mut best = (u32::MAX, 0, 1);
-        let mut rows = candidates;
-        while rows != 0 {
-            let low = rows.trailing_zeros() as usize % N;
-            rows &= rows - 1;
-            let mut partners = 0;
-            for w in 0..W {
-                let distances = part_of::<S, V, N>(simd, &self.0[low], w);
-                partners |= (distances.simd_eq(smallest).to_bitmask() as u32) << (w * V::LEN);
-            }
-            partners &= rows;
-            while partners != 0 {
-                let high = partners.trailing_zeros() as usize % N;
-                partners &= partners - 1;
-                best = best.min((items[low].count + items[high].count, low, high));
+        for low in bits(u64::from(candidates)) {
+            let low = low % N;
+            let partners = bits_of(&row_of::<S, V, W, N>(simd, &self.0[low]), smallest) & candidates;
+            for high in bits(u64::from(partners)).filter(|&high| high > low) {
+                best = best.min((items[low].count + items[high % N].count, low, high % N));
             }
         }
         (best.1, best.2)
     }
 }
 
-/// The `w`th vector of `row`.
+/// The vectors of `row`.
 #[inline(always)]
-fn part_of<S: Simd, V: Lanes<S>, const N: usize>(simd: S, row: &[f32; N], w: usize) -> V {
-    V::from_slice(simd, &row[w * V::LEN..(w + 1) * V::LEN])
+fn row_of<S: Simd, V: Lanes<S>, const W: usize, const N: usize>(simd: S, row: &[f32; N]) -> [V; W] {
+    std::array::from_fn(|w| V::from_slice(simd, &row[w * V::LEN..(w + 1) * V::LEN]))
 }
 
 /// The lanes whose bits are set.

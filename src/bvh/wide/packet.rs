@@ -315,14 +315,14 @@ impl<C: BeamContainer> Packet<C> {
             let t = t.max(entry);
             let primitive = u32x16::splat(simd, block.primitive_index(lane));
             let best_primitive = u32x16::load_array_ref(simd, &self.found.primitive[group]);
-            let best_u = f32x16::load_array_ref(simd, &self.found.u[group]);
-            let best_v = f32x16::load_array_ref(simd, &self.found.v[group]);
             let nearer = t.simd_lt(best) | (t.simd_eq(best) & primitive.simd_lt(best_primitive));
             // A mask of lanes from the bits that remain after the sign test.
             let allowed = mask32x16::from_bitmask(simd, u64::from(candidates));
             let hit = allowed & within & entry.simd_le(exit) & entry.simd_le(best) & nearer;
             if hit.any_true() {
                 let new_t = hit.select(t, best);
+                let best_u = f32x16::load_array_ref(simd, &self.found.u[group]);
+                let best_v = f32x16::load_array_ref(simd, &self.found.v[group]);
                 self.found.primitive[group] = hit.select(primitive, best_primitive).to_array();
                 self.found.t[group] = new_t.to_array();
                 // After other stores: next to their loads, compilers would make these masked stores, slow on AMD under AVX2.
