@@ -8,13 +8,14 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use bvhscope::accel::Accel;
-use bvhscope::bvh::stats::tree_stats;
-use bvhscope::bvh::traverse::{NoProbe, TestCounts, Traversal, closest_hit};
-use bvhscope::bvh::{BuildSettings, ContainerKind, Preset};
 use bvhscope::camera::{Camera, CameraFrame};
-use bvhscope::cancel::CancelToken;
 use bvhscope::scene::{LoadOptions, SceneSource, load};
-use bvhscope::with_tree;
+use bvhscope_engine::cancel::CancelToken;
+use bvhscope_engine::settings::{BuildSettings, Preset};
+use bvhscope_engine::tree::ContainerKind;
+use bvhscope_engine::tree::statistics::tree_stats;
+use bvhscope_engine::tree::traverse::{NoProbe, TestCounts, Traversal, closest_hit};
+use bvhscope_engine::with_tree;
 
 const TILE: u32 = 8;
 const ROUNDS: usize = 10;
@@ -46,11 +47,11 @@ fn main() {
         let accel = accel.expect("AAC refuses nothing and nobody cancels");
         let (stats_time, _) = timed(|| tree_stats(&accel.tree, &token));
         let (overlap_time, overlap) = timed(|| accel.epo(&token).expect("nobody cancels"));
-        let (lineage_time, _) = timed(|| accel.lineage().parents.len());
+        let (lineage_time, _) = timed(|| accel.ancestry().parents.len());
         let (path_time, path) = timed(|| accel.path_to(scene.triangles.len() as u32 / 2));
         println!(
             "{}: accel {build_time:.1?} (tree {:.1?}), statistics {stats_time:.1?}, EPO {overlap:.3} in {overlap_time:.1?}, \
-             lineage {lineage_time:.1?}, path of {} in {path_time:.1?}, SAH {:.2}, depth {}",
+             ancestry {lineage_time:.1?}, path of {} in {path_time:.1?}, SAH {:.2}, depth {}",
             container.name(),
             accel.report.build_time,
             path.len(),
@@ -93,7 +94,7 @@ fn trace(
     accel: &Accel,
     frame: &CameraFrame,
     size: u32,
-    mut hit: impl FnMut(&Accel, &bvhscope::geometry::Ray) -> bool,
+    mut hit: impl FnMut(&Accel, &bvhscope_engine::geometry::Ray) -> bool,
 ) -> u32 {
     let mut hits = 0;
     for tile_y in (0..size).step_by(TILE as usize) {

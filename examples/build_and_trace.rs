@@ -6,11 +6,12 @@ use std::error::Error;
 use std::sync::Arc;
 
 use bvhscope::accel::Accel;
-use bvhscope::bvh::traverse::{TestCounts, Traversal};
-use bvhscope::bvh::{BuildSettings, ContainerKind, Preset};
 use bvhscope::camera::Camera;
-use bvhscope::cancel::CancelToken;
 use bvhscope::scene::{LoadOptions, SceneSource, load};
+use bvhscope_engine::cancel::CancelToken;
+use bvhscope_engine::settings::{BuildSettings, Preset};
+use bvhscope_engine::tree::ContainerKind;
+use bvhscope_engine::tree::traverse::{TestCounts, Traversal};
 
 fn main() -> Result<(), Box<dyn Error>> {
     let token = CancelToken::new();

@@ -3,11 +3,12 @@
 
 use std::time::{Duration, Instant};
 
-use bvhscope::bvh::builders::build;
-use bvhscope::bvh::{BuildSettings, ContainerKind, Preset};
-use bvhscope::cancel::CancelToken;
-use bvhscope::geometry::Triangle;
 use bvhscope::scene::{LoadOptions, SceneSource, load};
+use bvhscope_engine::builders::build;
+use bvhscope_engine::cancel::CancelToken;
+use bvhscope_engine::geometry::Triangle;
+use bvhscope_engine::settings::{BuildSettings, Preset};
+use bvhscope_engine::tree::ContainerKind;
 use glam::Vec3;
 
 const REPEATS: usize = 9;

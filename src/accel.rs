@@ -6,19 +6,23 @@ use std::time::{Duration, Instant};
 use fearless_simd::Level;
 
 use crate::budget::Budget;
-use crate::bvh::builders::{BuildError, StageTimes, build_again};
-use crate::bvh::leavings::{Heirs, Leavings};
-use crate::bvh::lineage::{Lineage, path_to_primitive};
-use crate::bvh::lists::listed;
-use crate::bvh::overlap::end_point_overlap;
-use crate::bvh::stats::{TreeStats, tree_stats};
-use crate::bvh::traverse::{self, Probe, Traversal};
-use crate::bvh::wide::{AnyWideTree, collapse};
-use crate::bvh::{AnyTree, BuildSettings, Pass, Passes, Tree};
-use crate::cancel::{CancelToken, Cancelled};
-use crate::geometry::{Hit, Ray, Triangle};
 use crate::scene::Scene;
-use crate::with_tree;
+use bvhscope_engine::build_cache::{BuildCache, NodeRecycler};
+use bvhscope_engine::builders::{BuildError, build_with_cache};
+use bvhscope_engine::cancel::{CancelToken, Cancelled};
+use bvhscope_engine::geometry::{Hit, Ray, Triangle};
+use bvhscope_engine::kernel::par_collect;
+use bvhscope_engine::settings::{BuildSettings, Pass, Passes};
+use bvhscope_engine::stage_times::StageTimes;
+use bvhscope_engine::tree::ancestry::{Ancestry, path_to_primitive};
+use bvhscope_engine::tree::overlap::end_point_overlap;
+use bvhscope_engine::tree::statistics::{TreeStats, tree_stats};
+use bvhscope_engine::tree::traverse;
+use bvhscope_engine::tree::traverse::{Probe, Traversal};
+use bvhscope_engine::tree::{AnyTree, Tree};
+use bvhscope_engine::wide::collapse;
+use bvhscope_engine::wide::tree::AnyWideTree;
+use bvhscope_engine::with_tree;
 
 /// Triangles sampled for the end-point overlap of a large scene.
 const EPO_SAMPLES: usize = 2_000;
@@ -53,17 +57,17 @@ pub struct Accel {
     /// What nobody needs for the first picture, made when someone asks.
     leaf_triangles: OnceLock<Vec<Triangle>>,
     epo: OnceLock<f32>,
-    lineage: OnceLock<Lineage>,
+    ancestry: OnceLock<Ancestry>,
     /// Who gets the memory of the tree.
-    heirs: Heirs,
+    recycler: NodeRecycler,
 }
 
 /// Builds that follow one another, as while a slider is dragged: each begins with what the one before left, as long as the scene
 /// stays the same. Holds up to 92 bytes a triangle in between.
 #[derive(Default)]
-pub struct Succession {
+pub struct BuildSession {
     scene: Weak<Scene>,
-    leavings: Leavings,
+    cache: BuildCache,
 }
 
 /// How a build went.
@@ -107,13 +111,13 @@ impl Wide {
     }
 }
 
-impl Succession {
+impl BuildSession {
     /// What earlier builds of `scene` left.
-    fn of(&mut self, scene: &Arc<Scene>) -> &mut Leavings {
+    fn of(&mut self, scene: &Arc<Scene>) -> &mut BuildCache {
         if !std::ptr::eq(self.scene.as_ptr(), Arc::as_ptr(scene)) {
-            *self = Self { scene: Arc::downgrade(scene), leavings: Leavings::default() };
+            *self = Self { scene: Arc::downgrade(scene), cache: BuildCache::default() };
         }
-        &mut self.leavings
+        &mut self.cache
     }
 }
 
@@ -122,8 +126,8 @@ impl Drop for Accel {
     fn drop(&mut self) {
         let nothing = AnyTree::Aabb(Tree { nodes: Vec::new(), primitive_indices: Vec::new(), max_depth: 0 });
         match std::mem::replace(&mut self.tree, nothing) {
-            AnyTree::Aabb(tree) => self.heirs.leave(tree),
-            AnyTree::Sphere(tree) => self.heirs.leave(tree),
+            AnyTree::Aabb(tree) => self.recycler.recycle(tree),
+            AnyTree::Sphere(tree) => self.recycler.recycle(tree),
         }
     }
 }
@@ -155,14 +159,14 @@ impl Accel {
 
     /// [`Accel::build`] without the wide tree, which then is made when it is asked for.
     pub fn build_binary(scene: &Arc<Scene>, settings: &BuildSettings, token: &CancelToken) -> Result<Self, BuildError> {
-        Self::build_next(scene, settings, None, token)
+        Self::build_with_session(scene, settings, None, token)
     }
 
     /// [`Accel::build_binary`] as one of a succession of builds: the same tree, sooner.
-    pub fn build_next(
+    pub fn build_with_session(
         scene: &Arc<Scene>,
         settings: &BuildSettings,
-        mut succession: Option<&mut Succession>,
+        mut session: Option<&mut BuildSession>,
         token: &CancelToken,
     ) -> Result<Self, BuildError> {
         let passes = settings.passes();
@@ -171,22 +175,22 @@ impl Accel {
         let passes = split + finished;
         let bytes = scene.triangles.len() as u64 * (BUILD_BYTES_PER_TRIANGLE + passes);
         let mut room = Budget::of_process().check("the tree", bytes);
-        if let (Err(_), Some(succession)) = (&room, &mut succession) {
+        if let (Err(_), Some(session)) = (&room, &mut session) {
             // What earlier builds left may be what is missing.
-            **succession = Succession::default();
+            **session = BuildSession::default();
             room = Budget::of_process().check("the tree", bytes);
         }
         room.map_err(|error| BuildError::Refused(error.to_string()))?;
-        let mut leavings = succession.map(|succession| succession.of(scene));
-        let heirs = leavings.as_ref().map(|leavings| leavings.heirs()).unwrap_or_default();
-        let (tree, stages) = build_again(&scene.triangles, settings, leavings.as_deref_mut(), token)?;
+        let mut cache = session.map(|session| session.of(scene));
+        let recycler = cache.as_ref().map(|cache| cache.recycler()).unwrap_or_default();
+        let (tree, stages) = build_with_cache(&scene.triangles, settings, cache.as_deref_mut(), token)?;
         if cfg!(debug_assertions)
-            && let Err(broken) = crate::bvh::validate::validate(&tree, &scene.triangles)
+            && let Err(broken) = bvhscope_engine::tree::validate::validate(&tree, &scene.triangles)
         {
             unreachable!("the builder made a broken tree: {broken}");
         }
         token.check()?;
-        let stats = match leavings.and_then(Leavings::take_stats) {
+        let stats = match cache.and_then(BuildCache::take_stats) {
             Some(stats) => stats,
             None => tree_stats(&tree, token)?,
         };
@@ -207,8 +211,8 @@ impl Accel {
             widening: Mutex::new(()),
             leaf_triangles: OnceLock::new(),
             epo: OnceLock::new(),
-            lineage: OnceLock::new(),
-            heirs,
+            ancestry: OnceLock::new(),
+            recycler,
         })
     }
 
@@ -265,23 +269,23 @@ impl Accel {
         }
         // Not within the lock, which a thread that waits for the others here could want once more.
         let indices = self.tree.primitive_indices();
-        let triangles = listed(indices.len(), token, |slot| self.scene.triangles[indices[slot] as usize])?;
+        let triangles = par_collect(indices.len(), token, |slot| self.scene.triangles[indices[slot] as usize])?;
         Ok(self.leaf_triangles.get_or_init(|| triangles))
     }
 
-    /// Makes what [`Accel::lineage`] and [`Accel::epo`] tell, unless `token` is cancelled.
+    /// Makes what [`Accel::ancestry`] and [`Accel::epo`] tell, unless `token` is cancelled.
     pub fn study(&self, token: &CancelToken) -> Result<(), Cancelled> {
-        self.read_lineage(token)?;
+        self.compute_ancestry(token)?;
         self.epo(token).map(|_| ())
     }
 
-    /// Makes what [`Accel::lineage`] tells, unless `token` is cancelled.
-    pub fn read_lineage(&self, token: &CancelToken) -> Result<&Lineage, Cancelled> {
-        if let Some(lineage) = self.known_lineage() {
-            return Ok(lineage);
+    /// Makes what [`Accel::ancestry`] tells, unless `token` is cancelled.
+    pub fn compute_ancestry(&self, token: &CancelToken) -> Result<&Ancestry, Cancelled> {
+        if let Some(ancestry) = self.known_ancestry() {
+            return Ok(ancestry);
         }
-        let lineage = with_tree!(&self.tree, tree => Lineage::new(tree, token))?;
-        Ok(self.lineage.get_or_init(|| lineage))
+        let ancestry = with_tree!(&self.tree, tree => Ancestry::new(tree, token))?;
+        Ok(self.ancestry.get_or_init(|| ancestry))
     }
 
     /// The nearest hit, through the wide tree with the best vector instructions of this machine. See [`Accel::wide`] for
@@ -346,14 +350,14 @@ impl Accel {
     }
 
     /// Parents and primitive counts of all nodes where they have been read.
-    pub fn known_lineage(&self) -> Option<&Lineage> {
-        self.lineage.get()
+    pub fn known_ancestry(&self) -> Option<&Ancestry> {
+        self.ancestry.get()
     }
 
     /// Parents and primitive counts of all nodes. Reads the whole tree when asked for the first time: not for a UI frame.
-    pub fn lineage(&self) -> &Lineage {
-        match self.read_lineage(&CancelToken::new()) {
-            Ok(lineage) => lineage,
+    pub fn ancestry(&self) -> &Ancestry {
+        match self.compute_ancestry(&CancelToken::new()) {
+            Ok(ancestry) => ancestry,
             Err(Cancelled { .. }) => unreachable!("nobody else has this token"),
         }
     }

@@ -6,7 +6,7 @@
 use glam::{Mat4, Vec2, Vec3};
 use serde::{Deserialize, Serialize};
 
-use crate::geometry::{Aabb, Ray};
+use bvhscope_engine::geometry::{Aabb, Ray};
 
 /// How points are brought onto the picture.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]

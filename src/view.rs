@@ -3,7 +3,7 @@
 use glam::{Mat3, Vec3};
 
 use crate::camera::{Camera, Projection};
-use crate::geometry::Aabb;
+use bvhscope_engine::geometry::Aabb;
 
 /// A view of the whole model.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]

@@ -4,7 +4,7 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::thread::JoinHandle;
 
-use crate::cancel::CancelToken;
+use bvhscope_engine::cancel::CancelToken;
 
 /// How a job ended.
 #[derive(Debug)]

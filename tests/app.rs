@@ -5,14 +5,15 @@
 
 use bvhscope::app::App;
 use bvhscope::app::commands::Action;
-use bvhscope::app::paper::{Experiment, RowFormat};
+use bvhscope::app::state::paper::{Experiment, RowFormat};
 use bvhscope::app::state::{Request, Severity, Wanted};
-use bvhscope::bvh::{BuilderKind, ContainerKind};
-use bvhscope::cancel::CancelToken;
 use bvhscope::lab::Subject;
 use bvhscope::lab::table::number;
 use bvhscope::render::{RenderSettings, Shading};
 use bvhscope::scene::SceneSource;
+use bvhscope_engine::cancel::CancelToken;
+use bvhscope_engine::settings::BuilderKind;
+use bvhscope_engine::tree::ContainerKind;
 use eframe::egui;
 use egui_kittest::Harness;
 use egui_kittest::kittest::Queryable as _;
@@ -188,7 +189,7 @@ fn a_long_load_is_cancelled_by_its_button_and_the_scene_stays() {
     harness.get_by_label("Cancel").click();
     wait_for(&mut harness, &|app| !app.is_busy());
     let state = &harness.state().state;
-    assert!(state.told.iter().any(|message| message.text == "Loading cancelled"), "{:?}", state.told);
+    assert!(state.message_log.iter().any(|message| message.text == "Loading cancelled"), "{:?}", state.message_log);
     assert_eq!(state.wanted.source, before.accel.scene.source);
     assert!(std::sync::Arc::ptr_eq(&state.presented.as_ref().unwrap().accel, &before.accel));
 }
@@ -241,8 +242,8 @@ fn refused_settings_leave_the_tree_alone() {
     let mut harness = app();
     let before = harness.state().state.presented.as_ref().unwrap().table.id;
     let build = &mut harness.state_mut().state.wanted.build;
-    build.builder = bvhscope::bvh::BuilderKind::BinnedSah;
-    build.container = bvhscope::bvh::ContainerKind::Sphere;
+    build.builder = bvhscope_engine::settings::BuilderKind::BinnedSah;
+    build.container = bvhscope_engine::tree::ContainerKind::Sphere;
     settle(&mut harness);
     let state = &harness.state().state;
     assert_eq!(state.presented.as_ref().unwrap().table.id, before);
@@ -254,7 +255,7 @@ fn refused_settings_leave_the_tree_alone() {
 fn a_picked_triangle_selects_the_path_to_its_leaf() {
     let mut harness = app();
     let state = &mut harness.state_mut().state;
-    bvhscope::app::picking::pick(state, Some(5));
+    bvhscope::app::viewport::picking::pick(state, Some(5));
     let (primitive, path) = state.picked.clone().unwrap();
     assert_eq!((primitive, path[0]), (5, 0));
     assert_eq!(state.selection.selected, path.last().copied());
@@ -285,7 +286,7 @@ fn what_is_selected_keeps_its_place_in_a_new_tree() {
 
     // An interior node on the way to a picked triangle.
     let state = &mut harness.state_mut().state;
-    bvhscope::app::picking::pick(state, Some(5));
+    bvhscope::app::viewport::picking::pick(state, Some(5));
     let path = state.picked.clone().unwrap().1;
     state.selection.selected = Some(path[2]);
     let (shown, selected) = rebuilt(&mut harness, 14);
@@ -301,7 +302,7 @@ fn what_is_selected_keeps_its_place_in_a_new_tree() {
 
     // The leaf of the picked triangle.
     let state = &mut harness.state_mut().state;
-    bvhscope::app::picking::pick(state, Some(5));
+    bvhscope::app::viewport::picking::pick(state, Some(5));
     let (shown, selected) = rebuilt(&mut harness, 6);
     assert_eq!(selected, shown.accel.path_to(5).last().copied());
 }

@@ -2,16 +2,17 @@
 
 mod trees;
 
-use bvhscope::bvh::builders::build;
-use bvhscope::bvh::traverse::{NoProbe, Traversal, any_hit, closest_hit};
-use bvhscope::bvh::validate::validate;
-use bvhscope::bvh::wide::{AnyWideTree, collapse};
-use bvhscope::bvh::{
-    AnyTree, BuildSettings, BuilderKind, Container, ContainerKind, Curve, Node, Preset, SimdLevel, Tree,
-};
-use bvhscope::cancel::CancelToken;
-use bvhscope::geometry::{Aabb, Hit, Ray, Sphere, Triangle};
-use bvhscope::with_tree;
+use bvhscope_engine::builders::build;
+use bvhscope_engine::cancel::CancelToken;
+use bvhscope_engine::geometry::{Aabb, Hit, Ray, Sphere, Triangle};
+use bvhscope_engine::kernel::SimdLevel;
+use bvhscope_engine::settings::{BuildSettings, BuilderKind, Curve, Preset};
+use bvhscope_engine::tree::traverse::{NoProbe, Traversal, any_hit, closest_hit};
+use bvhscope_engine::tree::validate::validate;
+use bvhscope_engine::tree::{AnyTree, Container, ContainerKind, Node, Tree};
+use bvhscope_engine::wide::collapse;
+use bvhscope_engine::wide::tree::AnyWideTree;
+use bvhscope_engine::with_tree;
 use glam::Vec3;
 use proptest::prelude::*;
 use trees::scan;
@@ -145,7 +146,10 @@ fn a_wide_tree_holds_every_triangle_once_within_its_bytes() {
     }
 }
 
-fn check_hand_made<C: Container>(name: &str, triangles: &[Triangle], rays: &[Ray], expected: &[Option<Hit>]) {
+fn check_hand_made<C: Container>(name: &str, triangles: &[Triangle], rays: &[Ray], expected: &[Option<Hit>])
+where
+    AnyTree: From<Tree<C>>,
+{
     for leaf_size in [1, 5] {
         let tree = trees::halved::<C>(triangles, leaf_size);
         check(&format!("{name}, {:?} halved to {leaf_size}", C::KIND), triangles, &tree, rays, expected);

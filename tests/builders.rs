@@ -2,11 +2,12 @@
 
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on should stop")]
 
-use bvhscope::bvh::builders::{BuildError, build};
-use bvhscope::bvh::{AnyTree, BuildSettings, BuilderKind, Container, ContainerKind, Curve, Preset, Tree};
-use bvhscope::cancel::CancelToken;
-use bvhscope::geometry::Triangle;
-use bvhscope::with_tree;
+use bvhscope_engine::builders::{BuildError, build};
+use bvhscope_engine::cancel::CancelToken;
+use bvhscope_engine::geometry::Triangle;
+use bvhscope_engine::settings::{BuildSettings, BuilderKind, Curve, Preset};
+use bvhscope_engine::tree::{AnyTree, Container, ContainerKind, Tree};
+use bvhscope_engine::with_tree;
 use glam::Vec3;
 
 /// A fixed sequence of numbers between -1 and 1.

@@ -1,8 +1,8 @@
 //! Every built-in scene: its size, that it is sound, and that it is the same each time.
 
-use bvhscope::cancel::CancelToken;
-use bvhscope::geometry::Aabb;
 use bvhscope::scene::{BUILTIN_SCENES, LoadOptions, Scene, SceneSource, load};
+use bvhscope_engine::cancel::CancelToken;
+use bvhscope_engine::geometry::Aabb;
 
 fn builtin(name: &str, size: Option<u32>) -> Scene {
     let source = SceneSource::Builtin { name: name.to_owned(), size };

@@ -8,15 +8,17 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use bvhscope::accel::Accel;
-use bvhscope::bvh::builders::{BuildError, build};
-use bvhscope::bvh::{BuildSettings, BuilderKind, ContainerKind, Preset, SimdLevel};
 use bvhscope::camera::Camera;
-use bvhscope::cancel::{CancelToken, Cancelled};
 use bvhscope::headless::render::{write_distances, write_png};
-use bvhscope::lab::doctor::examine_scene;
+use bvhscope::lab::diagnose::examine_scene;
 use bvhscope::overlay::NodeTable;
 use bvhscope::render::{RenderRequest, RenderSettings, Shading, render};
 use bvhscope::scene::{LoadError, LoadOptions, Scene, SceneSource, load, load_bytes};
+use bvhscope_engine::builders::{BuildError, build};
+use bvhscope_engine::cancel::{CancelToken, Cancelled};
+use bvhscope_engine::kernel::SimdLevel;
+use bvhscope_engine::settings::{BuildSettings, BuilderKind, Preset};
+use bvhscope_engine::tree::ContainerKind;
 
 /// At most so many places are tried: all of them where there are fewer.
 const MOST: u64 = 30;
@@ -247,7 +249,7 @@ fn measuring_stops_at_every_look() {
     let view = TraceView {
         camera: Camera::framing(&scene.bounds, scene.up),
         size: [20, 20],
-        traversal: bvhscope::bvh::traverse::Traversal::Ordered,
+        traversal: bvhscope_engine::tree::traverse::Traversal::Ordered,
         simd: SimdLevel::best(),
         repeat: 2,
     };

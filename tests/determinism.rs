@@ -4,17 +4,19 @@
 
 use std::sync::Arc;
 
-use bvhscope::accel::{Accel, Succession};
-use bvhscope::bvh::builders::build;
-use bvhscope::bvh::stats::TreeStats;
-use bvhscope::bvh::wide::{AnyWideTree, collapse};
-use bvhscope::bvh::{AnyTree, BuildSettings, BuilderKind, ContainerKind, Curve, Passes};
+use bvhscope::accel::{Accel, BuildSession};
 use bvhscope::camera::Camera;
-use bvhscope::cancel::CancelToken;
-use bvhscope::geometry::Triangle;
 use bvhscope::render::{HeatKind, Light, RenderRequest, RenderSettings, Shading, render};
 use bvhscope::scene::{LoadOptions, SceneSource, load};
-use bvhscope::with_tree;
+use bvhscope_engine::builders::build;
+use bvhscope_engine::cancel::CancelToken;
+use bvhscope_engine::geometry::Triangle;
+use bvhscope_engine::settings::{BuildSettings, BuilderKind, Curve, Passes};
+use bvhscope_engine::tree::statistics::TreeStats;
+use bvhscope_engine::tree::{AnyTree, ContainerKind};
+use bvhscope_engine::wide::collapse;
+use bvhscope_engine::wide::tree::AnyWideTree;
+use bvhscope_engine::with_tree;
 use glam::Vec3;
 
 /// A bumpy sheet of `2 · side²` triangles, in no helpful order, every tenth one twice.
@@ -87,15 +89,15 @@ fn what_a_build_leaves_changes_no_tree_after_it() {
         (0, BuildSettings { builder: BuilderKind::Lbvh, ..plain }),
         (0, BuildSettings { threshold: 9, ..plain }),
     ];
-    let mut succession = Succession::default();
+    let mut session = BuildSession::default();
     for (step, (scene, settings)) in steps.into_iter().enumerate() {
         for look in [3, 12] {
             let token = CancelToken::watched(move |n| n >= look);
-            drop(Accel::build_next(&scenes[scene], &settings, Some(&mut succession), &token));
+            drop(Accel::build_with_session(&scenes[scene], &settings, Some(&mut session), &token));
         }
         let token = CancelToken::new();
         // Dropped at the end of each step, for the next one to write over.
-        let accel = Accel::build_next(&scenes[scene], &settings, Some(&mut succession), &token).unwrap();
+        let accel = Accel::build_with_session(&scenes[scene], &settings, Some(&mut session), &token).unwrap();
         let alone = Accel::build_binary(&scenes[scene], &settings, &token).unwrap();
         assert!(accel.tree == alone.tree, "step {step}: {settings:?} makes another tree after others");
         let [own, plain] = [&accel, &alone].map(|accel| TreeStats { sah_cost: 0.0, ..accel.report.stats.clone() });
@@ -108,10 +110,10 @@ fn what_a_build_leaves_changes_no_tree_after_it() {
     }
 
     // From the third build on nothing is sorted: to the nanosecond the time of an earlier one.
-    let mut succession = Succession::default();
+    let mut session = BuildSession::default();
     let mut times = [3, 4, 5, 6].map(|threshold| {
         let settings = BuildSettings { threshold, ..plain };
-        let accel = Accel::build_next(&scenes[0], &settings, Some(&mut succession), &CancelToken::new()).unwrap();
+        let accel = Accel::build_with_session(&scenes[0], &settings, Some(&mut session), &CancelToken::new()).unwrap();
         accel.report.stages.stages[..2].to_vec()
     });
     assert_eq!(times[2], times[3]);

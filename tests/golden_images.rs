@@ -7,11 +7,12 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use bvhscope::accel::Accel;
-use bvhscope::bvh::{BuildSettings, ContainerKind, Preset};
 use bvhscope::camera::{Camera, Projection};
-use bvhscope::cancel::CancelToken;
 use bvhscope::render::{ColorMap, Frame, HeatKind, Light, RenderRequest, RenderSettings, Shading, render};
 use bvhscope::scene::{LoadOptions, SceneSource, load};
+use bvhscope_engine::cancel::CancelToken;
+use bvhscope_engine::settings::{BuildSettings, Preset};
+use bvhscope_engine::tree::ContainerKind;
 
 const WIDTH: u32 = 96;
 const HEIGHT: u32 = 72;

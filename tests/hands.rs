@@ -6,11 +6,12 @@
 mod harness;
 
 use bvhscope::app::commands::command_line;
-use bvhscope::app::{format, picking};
-use bvhscope::bvh::BuilderKind;
-use bvhscope::bvh::traverse::Traversal;
+use bvhscope::app::format;
+use bvhscope::app::viewport::picking;
 use bvhscope::overlay::OverlaySettings;
 use bvhscope::render::{HeatKind, Shading};
+use bvhscope_engine::settings::BuilderKind;
+use bvhscope_engine::tree::traverse::Traversal;
 use eframe::egui::accesskit::Role;
 use eframe::egui::{self, Event, Key, Modifiers, PointerButton, Pos2, vec2};
 use egui_kittest::kittest::{NodeT as _, Queryable as _};

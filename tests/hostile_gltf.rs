@@ -4,8 +4,8 @@
 
 use std::path::Path;
 
-use bvhscope::cancel::CancelToken;
 use bvhscope::scene::{LoadError, LoadOptions, Scene, WrapMode, load_bytes};
+use bvhscope_engine::cancel::CancelToken;
 use serde_json::{Value, json};
 
 fn load_at(path: &Path, bytes: &[u8], allow_outside: bool) -> Result<Scene, LoadError> {

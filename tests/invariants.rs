@@ -8,18 +8,19 @@ mod trees;
 use std::sync::Arc;
 
 use bvhscope::accel::Accel;
-use bvhscope::bvh::builders::build;
-use bvhscope::bvh::overlap;
-use bvhscope::bvh::stats::tree_stats;
-use bvhscope::bvh::traverse::{NoProbe, Probe, TestCounts, Traversal, any_hit_with, closest_hit};
-use bvhscope::bvh::validate::validate;
-use bvhscope::bvh::{AnyTree, BuildSettings, BuilderKind, ContainerKind, Pass, Passes, Tree};
 use bvhscope::camera::Camera;
-use bvhscope::cancel::CancelToken;
-use bvhscope::geometry::{Aabb, Ray, Sphere, Triangle};
 use bvhscope::render::{RenderRequest, RenderSettings, render};
 use bvhscope::scene::{Material, Scene, SceneSource};
-use bvhscope::with_tree;
+use bvhscope_engine::builders::build;
+use bvhscope_engine::cancel::CancelToken;
+use bvhscope_engine::geometry::{Aabb, Ray, Sphere, Triangle};
+use bvhscope_engine::settings::{BuildSettings, BuilderKind, Pass, Passes};
+use bvhscope_engine::tree::overlap;
+use bvhscope_engine::tree::statistics::tree_stats;
+use bvhscope_engine::tree::traverse::{NoProbe, Probe, TestCounts, Traversal, any_hit_with, closest_hit};
+use bvhscope_engine::tree::validate::validate;
+use bvhscope_engine::tree::{AnyTree, ContainerKind, Tree};
+use bvhscope_engine::with_tree;
 use glam::Vec3;
 
 fn end_point_overlap(tree: &AnyTree, triangles: &[Triangle], max_samples: usize) -> f32 {
@@ -157,7 +158,10 @@ fn an_empty_tree_is_valid_for_no_triangles_only() {
     let tree = trees::halved::<Aabb>(&[], 1);
     assert_eq!(validate(&tree, &[]), Ok(()));
     validate(&tree, &trees::soup(1, 1.0, 1)).expect_err("a triangle is missing");
-    assert_eq!(tree_stats(&tree, &CancelToken::new()).unwrap(), bvhscope::bvh::stats::TreeStats::default());
+    assert_eq!(
+        tree_stats(&tree, &CancelToken::new()).unwrap(),
+        bvhscope_engine::tree::statistics::TreeStats::default()
+    );
     assert_eq!(end_point_overlap(&tree, &[], 10), 0.0);
 }
 
@@ -259,7 +263,7 @@ fn broken_rays_test_nothing_and_any_hit_stops_early() {
 #[test]
 fn sah_cost_is_the_formula() {
     // Two unit cubes side by side: half areas 3 and 3 in a root of 5, with 1 and 2 primitives.
-    let node = |max_x: f32, min_x: f32, first, count| bvhscope::bvh::Node {
+    let node = |max_x: f32, min_x: f32, first, count| bvhscope_engine::tree::Node {
         container: Aabb { min: Vec3::new(min_x, 0.0, 0.0), max: Vec3::new(max_x, 1.0, 1.0) },
         first,
         count,

@@ -9,10 +9,10 @@ use std::time::Duration;
 
 use bvhscope::app::App;
 use bvhscope::app::state::{Request, Wanted};
-use bvhscope::cancel::CancelToken;
 use bvhscope::render::Frame;
 use bvhscope::scene::SceneSource;
 use bvhscope::worker::{Outcome, Worker};
+use bvhscope_engine::cancel::CancelToken;
 use eframe::egui;
 use egui_kittest::Harness;
 use rayon::prelude::*;

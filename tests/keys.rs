@@ -7,11 +7,12 @@ mod panel;
 
 use std::collections::{BTreeSet, HashSet};
 
-use bvhscope::app::commands::{self, Action, shortcut_text};
+use bvhscope::app::commands;
+use bvhscope::app::commands::{Action, shortcut_text};
 use bvhscope::app::panels::palette;
 use bvhscope::app::state::{AppState, Hover};
-use bvhscope::bvh::BuilderKind;
 use bvhscope::render::Shading;
+use bvhscope_engine::settings::BuilderKind;
 use eframe::egui::{Key, Modifiers};
 use egui_kittest::Harness;
 use egui_kittest::kittest::Queryable as _;

@@ -6,10 +6,7 @@ use std::ffi::OsStr;
 use std::sync::Arc;
 
 use bvhscope::accel::Accel;
-use bvhscope::bvh::traverse::Traversal;
-use bvhscope::bvh::{BuildSettings, ContainerKind, Preset, SimdLevel};
 use bvhscope::camera::Camera;
-use bvhscope::cancel::CancelToken;
 use bvhscope::lab::plot::panels;
 use bvhscope::lab::table::{number, tables};
 use bvhscope::lab::{
@@ -17,6 +14,11 @@ use bvhscope::lab::{
 };
 use bvhscope::render::{RenderRequest, RenderSettings, trace_primary, trace_primary_wide};
 use bvhscope::scene::{LoadOptions, SceneSource, load};
+use bvhscope_engine::cancel::CancelToken;
+use bvhscope_engine::kernel::SimdLevel;
+use bvhscope_engine::settings::{BuildSettings, Preset};
+use bvhscope_engine::tree::ContainerKind;
+use bvhscope_engine::tree::traverse::Traversal;
 
 fn subject(name: &str) -> Subject {
     let source = SceneSource::parse(OsStr::new(name)).unwrap();

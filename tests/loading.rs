@@ -5,8 +5,8 @@
 
 use std::path::{Path, PathBuf};
 
-use bvhscope::cancel::CancelToken;
 use bvhscope::scene::{LoadError, LoadOptions, Scene, SceneSource, load};
+use bvhscope_engine::cancel::CancelToken;
 
 fn load_path(path: &Path) -> Result<Scene, LoadError> {
     load(&SceneSource::File(path.to_path_buf()), &LoadOptions::default(), &CancelToken::new())

@@ -8,20 +8,21 @@ use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
 use bvhscope::accel::Accel;
-use bvhscope::bvh::builders::build;
-use bvhscope::bvh::lineage::Lineage;
-use bvhscope::bvh::overlap::end_point_overlap;
-use bvhscope::bvh::stats::tree_stats;
-use bvhscope::bvh::wide::collapse;
-use bvhscope::bvh::{BuildSettings, BuilderKind, ContainerKind, Preset};
 use bvhscope::camera::Camera;
-use bvhscope::cancel::CancelToken;
 use bvhscope::headless::render::{write_distances, write_png};
-use bvhscope::lab::doctor::examine_scene;
+use bvhscope::lab::diagnose::examine_scene;
 use bvhscope::overlay::NodeTable;
 use bvhscope::render::{RenderRequest, RenderSettings, Shading, render};
 use bvhscope::scene::{LoadOptions, Scene, SceneSource, load};
-use bvhscope::with_tree;
+use bvhscope_engine::builders::build;
+use bvhscope_engine::cancel::CancelToken;
+use bvhscope_engine::settings::{BuildSettings, BuilderKind, Preset};
+use bvhscope_engine::tree::ContainerKind;
+use bvhscope_engine::tree::ancestry::Ancestry;
+use bvhscope_engine::tree::overlap::end_point_overlap;
+use bvhscope_engine::tree::statistics::tree_stats;
+use bvhscope_engine::wide::collapse;
+use bvhscope_engine::with_tree;
 
 /// The large input is so many times the small one.
 const GROWTH: u32 = 8;
@@ -187,7 +188,7 @@ fn what_is_derived_from_a_tree() {
         look_at("list of nodes", &|accel, token| NodeTable::new(accel).list(None, token).unwrap());
         look_at("what is sick", &|accel, token| drop(examine_scene(&accel.scene, token).unwrap()));
         look_at("lineage", &|accel, token| {
-            with_tree!(&accel.tree, tree => drop(Lineage::new(tree, token).unwrap()));
+            with_tree!(&accel.tree, tree => drop(Ancestry::new(tree, token).unwrap()));
         });
         look_at("wide tree", &|accel, token| {
             let triangles = &accel.scene.triangles;

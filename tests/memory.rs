@@ -6,9 +6,10 @@ use std::process::Command;
 use std::sync::Arc;
 
 use bvhscope::accel::{Accel, BUILD_BYTES_PER_TRIANGLE};
-use bvhscope::bvh::{BuildSettings, BuilderKind, ContainerKind, Preset};
-use bvhscope::cancel::CancelToken;
 use bvhscope::scene::{LoadOptions, SceneSource, load};
+use bvhscope_engine::cancel::CancelToken;
+use bvhscope_engine::settings::{BuildSettings, BuilderKind, Preset};
+use bvhscope_engine::tree::ContainerKind;
 
 /// A line of the process's status in bytes.
 fn status(name: &str) -> u64 {
@@ -42,7 +43,7 @@ fn a_build_takes_no_more_than_the_budget_is_asked_for() {
         }
         let before = status("VmRSS");
         let accel = Accel::build(&scene, &settings, &CancelToken::new()).unwrap();
-        accel.lineage();
+        accel.ancestry();
         let peak = status("VmHWM") - before;
         println!("{settings:?}: {} bytes a triangle at the peak", peak / count);
         assert!(peak <= count * BUILD_BYTES_PER_TRIANGLE, "{settings:?}: {} bytes a triangle", peak / count);

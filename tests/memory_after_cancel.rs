@@ -7,13 +7,14 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use bvhscope::accel::Accel;
-use bvhscope::bvh::{BuildSettings, ContainerKind, Preset};
 use bvhscope::camera::Camera;
-use bvhscope::cancel::CancelToken;
 use bvhscope::headless::render::{write_distances, write_png};
 use bvhscope::overlay::NodeTable;
 use bvhscope::render::{RenderRequest, RenderSettings, Shading, render};
 use bvhscope::scene::{LoadOptions, SceneSource, load, load_bytes};
+use bvhscope_engine::cancel::CancelToken;
+use bvhscope_engine::settings::{BuildSettings, Preset};
+use bvhscope_engine::tree::ContainerKind;
 use peak_alloc::PeakAlloc;
 
 #[global_allocator]

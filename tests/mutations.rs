@@ -4,8 +4,8 @@
 mod hostile;
 mod trees;
 
-use bvhscope::cancel::CancelToken;
 use bvhscope::scene::LoadOptions;
+use bvhscope_engine::cancel::CancelToken;
 use trees::Random;
 
 /// Numbers that break sums and products.

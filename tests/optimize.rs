@@ -3,14 +3,15 @@
 
 mod trees;
 
-use bvhscope::bvh::builders::build;
-use bvhscope::bvh::stats::{collapsed_sah_cost, tree_stats};
-use bvhscope::bvh::traverse::{NoProbe, Traversal, any_hit, closest_hit};
-use bvhscope::bvh::validate::validate;
-use bvhscope::bvh::{AnyTree, BuildSettings, BuilderKind, ContainerKind, Pass, Passes, Preset};
-use bvhscope::cancel::CancelToken;
-use bvhscope::geometry::Triangle;
-use bvhscope::with_tree;
+use bvhscope_engine::builders::build;
+use bvhscope_engine::cancel::CancelToken;
+use bvhscope_engine::geometry::Triangle;
+use bvhscope_engine::settings::{BuildSettings, BuilderKind, Pass, Passes, Preset};
+use bvhscope_engine::tree::statistics::{collapsed_sah_cost, tree_stats};
+use bvhscope_engine::tree::traverse::{NoProbe, Traversal, any_hit, closest_hit};
+use bvhscope_engine::tree::validate::validate;
+use bvhscope_engine::tree::{AnyTree, ContainerKind};
+use bvhscope_engine::with_tree;
 use glam::Vec3;
 use trees::scan;
 

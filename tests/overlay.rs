@@ -8,12 +8,13 @@ mod overlays;
 use std::sync::Arc;
 
 use bvhscope::accel::Accel;
-use bvhscope::bvh::stats::tree_stats;
-use bvhscope::bvh::{BuildSettings, Container as _, ContainerKind, Tree};
-use bvhscope::cancel::CancelToken;
-use bvhscope::geometry::{Aabb, Sphere};
 use bvhscope::overlay::{ColorBy, NodeTable, OverlaySettings, Role, Selection, Shown, highlighted, legend};
 use bvhscope::scene::{LoadOptions, SceneSource, load};
+use bvhscope_engine::cancel::CancelToken;
+use bvhscope_engine::geometry::{Aabb, Sphere};
+use bvhscope_engine::settings::BuildSettings;
+use bvhscope_engine::tree::statistics::tree_stats;
+use bvhscope_engine::tree::{AnyTree, ContainerKind, Tree};
 use overlays::{accel, row, settings, table};
 
 #[test]
@@ -127,7 +128,7 @@ fn leaves_and_hidden_nodes_are_told_apart() {
 #[test]
 fn an_empty_tree_shows_nothing() {
     let mut empty = Arc::into_inner(accel::<Aabb>(row(1))).unwrap();
-    empty.tree = Aabb::into_any(Tree { nodes: Vec::new(), primitive_indices: Vec::new(), max_depth: 0 });
+    empty.tree = AnyTree::Aabb(Tree { nodes: Vec::new(), primitive_indices: Vec::new(), max_depth: 0 });
     empty.report.stats = tree_stats(&empty.tree, &CancelToken::new()).unwrap();
     let table = NodeTable::new(&Arc::new(empty));
     assert!(table.is_empty());

@@ -8,10 +8,10 @@ mod overlays;
 use std::sync::Arc;
 
 use bvhscope::camera::{Camera, Projection};
-use bvhscope::geometry::{Aabb, Sphere};
 use bvhscope::overlay::{
     DrawInput, NodeTable, OffscreenError, OverlaySettings, PictureInput, Selection, draw_offscreen, legend,
 };
+use bvhscope_engine::geometry::{Aabb, Sphere};
 use glam::Vec3;
 use overlays::{cube_triangle, row, settings, table};
 

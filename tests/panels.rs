@@ -7,11 +7,12 @@ mod panel;
 
 use std::path::PathBuf;
 
-use bvhscope::app::paper::Experiment;
+use bvhscope::app::state::paper::Experiment;
 use bvhscope::app::state::{AppState, Request, Severity, Theme};
-use bvhscope::bvh::{BuildSettings, BuilderKind, ContainerKind, Pass, Passes, Preset};
-use bvhscope::cancel::CancelToken;
 use bvhscope::render::{HeatKind, Shading};
+use bvhscope_engine::cancel::CancelToken;
+use bvhscope_engine::settings::{BuildSettings, BuilderKind, Pass, Passes, Preset};
+use bvhscope_engine::tree::ContainerKind;
 use eframe::egui::accesskit::Role;
 use eframe::egui::{self, Key, Modifiers};
 use egui_kittest::Harness;
@@ -302,7 +303,7 @@ fn every_shading_but_the_lit_one_has_a_legend() {
 #[test]
 fn messages_can_be_read_again() {
     let mut s = state(Shading::Lit);
-    s.tell(Severity::Error, "broken.obj:12: not a face");
+    s.notify(Severity::Error, "broken.obj:12: not a face");
     let mut h = harness(s);
     press(&mut h, "Close message");
     assert!(h.query_by_label("broken.obj:12: not a face").is_none());
@@ -329,7 +330,7 @@ fn the_greeting_leads_to_the_start_page() {
 #[test]
 fn messages_are_copied_and_closed_by_name() {
     let mut s = state(Shading::Lit);
-    s.tell(Severity::Error, "broken.obj:12: not a face");
+    s.notify(Severity::Error, "broken.obj:12: not a face");
     let mut h = harness(s);
     press(&mut h, "Copy message");
     assert_eq!(h.state().requests, [Request::Copy("broken.obj:12: not a face".to_owned())]);
@@ -343,7 +344,7 @@ fn every_widget_has_a_name() {
     s.selection.selected = Some(5);
     s.picked = Some((17, vec![0, 1, 5]));
     s.preferences.greeted = false;
-    s.tell(Severity::Error, "broken.obj:12: not a face");
+    s.notify(Severity::Error, "broken.obj:12: not a face");
     let h = harness(s);
     let mut seen = 0;
     for node in h.root().children_recursive() {

@@ -16,8 +16,8 @@ mod scenes;
 
 use std::path::Path;
 
-use bvhscope::cancel::CancelToken;
-use bvhscope::geometry::{PreparedRay, Shear};
+use bvhscope_engine::cancel::CancelToken;
+use bvhscope_engine::geometry::{PreparedRay, Shear};
 use rays::{Query, Tally, Workload, workloads};
 
 /// Width and height of the picture.

@@ -8,12 +8,13 @@ mod trees;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 
-use bvhscope::bvh::builders::build;
-use bvhscope::bvh::depth_limit::depth_limit;
-use bvhscope::bvh::{BuildSettings, ContainerKind, Preset};
-use bvhscope::cancel::CancelToken;
-use bvhscope::geometry::Triangle;
-use bvhscope::with_tree;
+use bvhscope_engine::builders::build;
+use bvhscope_engine::builders::depth_limit::depth_limit;
+use bvhscope_engine::cancel::CancelToken;
+use bvhscope_engine::geometry::Triangle;
+use bvhscope_engine::settings::{BuildSettings, Preset};
+use bvhscope_engine::tree::ContainerKind;
+use bvhscope_engine::with_tree;
 use glam::Vec3;
 
 const COUNT: usize = 20_000;

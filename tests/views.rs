@@ -5,8 +5,8 @@
 
 mod harness;
 
-use bvhscope::app::picking;
 use bvhscope::app::state::Navigation;
+use bvhscope::app::viewport::picking;
 use bvhscope::camera::Projection;
 use eframe::egui::accesskit::Role;
 use eframe::egui::{Event, Key, Modifiers, PointerButton, Vec2, vec2};

@@ -7,8 +7,8 @@ use std::ffi::{CString, c_char, c_int, c_uint, c_void};
 use std::ptr;
 use std::sync::atomic::{AtomicIsize, Ordering};
 
-use bvhscope::bvh::{Node, Tree};
-use bvhscope::geometry::{Aabb, Triangle};
+use bvhscope_engine::geometry::{Aabb, Triangle};
+use bvhscope_engine::tree::{Node, Tree};
 use glam::Vec3;
 
 use crate::peer::{Builder, Interface, Judged, Run, timed};
@@ -486,7 +486,7 @@ pub fn interfaces<'a>(scene: &'a Scene<'a>, quality: Quality) -> Vec<Interface<'
 
 const NO_HIT: Hit = Hit { normal: [0.0; 3], u: 0.0, v: 0.0, primitive: INVALID, geometry: INVALID, instance: INVALID };
 
-fn native(ray: &bvhscope::geometry::Ray) -> Ray {
+fn native(ray: &bvhscope_engine::geometry::Ray) -> Ray {
     Ray {
         origin: ray.origin.into(),
         near: ray.t_min,
@@ -574,7 +574,7 @@ fn packets<'a, const N: usize>(
     }
 }
 
-fn packet<const N: usize>(rays: &[bvhscope::geometry::Ray]) -> Rays<N> {
+fn packet<const N: usize>(rays: &[bvhscope_engine::geometry::Ray]) -> Rays<N> {
     let mut packet = Rays {
         origin: [[0.0; N]; 3],
         near: [0.0; N],

@@ -1,12 +1,14 @@
 //! This engine: its settings and every way to trace with it.
 
-use bvhscope::bvh::builders::build;
-use bvhscope::bvh::traverse::{NoProbe, Traversal, any_hit, closest_hit};
-use bvhscope::bvh::wide::{AnyWideTree, collapse};
-use bvhscope::bvh::{AnyTree, BuildSettings, ContainerKind, Preset, Tree};
-use bvhscope::cancel::CancelToken;
-use bvhscope::geometry::{Aabb, Hit, Ray, Triangle};
-use bvhscope::with_tree;
+use bvhscope_engine::builders::build;
+use bvhscope_engine::cancel::CancelToken;
+use bvhscope_engine::geometry::{Aabb, Hit, Ray, Triangle};
+use bvhscope_engine::settings::{BuildSettings, Preset};
+use bvhscope_engine::tree::traverse::{NoProbe, Traversal, any_hit, closest_hit};
+use bvhscope_engine::tree::{AnyTree, ContainerKind, Tree};
+use bvhscope_engine::wide::collapse;
+use bvhscope_engine::wide::tree::AnyWideTree;
+use bvhscope_engine::with_tree;
 use fearless_simd::Level;
 use rayon::prelude::*;
 

@@ -16,7 +16,7 @@ mod scenes;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
-use bvhscope::cancel::CancelToken;
+use bvhscope_engine::cancel::CancelToken;
 use clap::Parser;
 use mimalloc::MiMalloc;
 

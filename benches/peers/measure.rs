@@ -2,7 +2,7 @@
 
 use std::time::{Duration, Instant};
 
-use bvhscope::bvh::stats::collapsed_cost_of;
+use bvhscope_engine::tree::statistics::collapsed_cost_of;
 
 use crate::embree::{self, Quality};
 use crate::engine;

@@ -2,8 +2,8 @@
 
 use std::time::Duration;
 
-use bvhscope::bvh::{Node, Tree};
-use bvhscope::geometry::{Aabb, Ray, Triangle};
+use bvhscope_engine::geometry::{Aabb, Ray, Triangle};
+use bvhscope_engine::tree::{Node, Tree};
 use obvhs::BvhBuildParams;
 use obvhs::bvh2::builder::build_bvh2_from_tris;
 use obvhs::cwbvh::CwBvh;

@@ -2,8 +2,8 @@
 
 use std::time::{Duration, Instant};
 
-use bvhscope::bvh::Tree;
-use bvhscope::geometry::Aabb;
+use bvhscope_engine::geometry::Aabb;
+use bvhscope_engine::tree::Tree;
 
 use crate::rays::{Tally, Workload};
 

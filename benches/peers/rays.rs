@@ -1,9 +1,9 @@
 //! The rays that every engine gets: primary rays, and those that leave from where they hit.
 
-use bvhscope::bvh::Tree;
-use bvhscope::bvh::traverse::{NoProbe, Traversal, closest_hit};
 use bvhscope::camera::Camera;
-use bvhscope::geometry::{Aabb, Ray, Triangle};
+use bvhscope_engine::geometry::{Aabb, Ray, Triangle};
+use bvhscope_engine::tree::Tree;
+use bvhscope_engine::tree::traverse::{NoProbe, Traversal, closest_hit};
 use glam::Vec3;
 
 /// Rays that leave from each hit to measure ambient occlusion.

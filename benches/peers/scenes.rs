@@ -4,9 +4,9 @@ use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
 
 use bvhscope::camera::Camera;
-use bvhscope::cancel::CancelToken;
-use bvhscope::geometry::{Aabb, Triangle};
 use bvhscope::scene::{LoadOptions, SceneSource, load};
+use bvhscope_engine::cancel::CancelToken;
+use bvhscope_engine::geometry::{Aabb, Triangle};
 use glam::Vec3;
 
 /// Scenes that are measured unless others are named.

@@ -5,39 +5,18 @@
 
 pub mod state;
 
-mod arrivals;
-mod bell;
-mod jobs;
-mod laboratory;
-mod other_containers;
-mod pace;
-mod recent;
-pub mod reconcile;
-
-mod device;
-
-mod controls;
-mod file_watch;
-mod fly;
-pub mod orbit;
-pub mod paper;
-pub mod picking;
-mod viewport;
-
-mod requests;
-mod screenshot;
-mod storage;
-pub mod undo;
-
-pub mod commands;
 pub mod format;
-pub mod panels;
 pub mod theme;
 
-mod interrupt;
-mod options;
-mod run;
-mod start;
+pub mod viewport;
+
+pub mod commands;
+
+pub mod panels;
+
+pub mod work;
+
+mod launch;
 
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -46,21 +25,21 @@ use eframe::{egui, wgpu};
 
 use crate::overlay::OverlayPipeline;
 use crate::scene::SceneSource;
-use bell::Bell;
-use device::Device;
-use file_watch::{FileWatch, News};
-use laboratory::Laboratory;
-use other_containers::OtherContainers;
-use reconcile::Rails;
-use requests::Errands;
+use launch::device::Device;
+use launch::storage::SettingsAutosave;
 use state::{AppState, Request, Severity, Wanted};
-use storage::Keeper;
 use viewport::Viewport;
+use work::derived_worker::DerivedWorker;
+use work::file_watch::{FileWatch, News};
+use work::measure_worker::MeasureWorker;
+use work::reconcile::Rails;
+use work::requests::BackgroundTasks;
+use work::wake_signal::WakeSignal;
 
-pub use interrupt::{interrupt, was_interrupted};
-pub use options::{Asked, StartOptions};
-pub use run::{AppError, run};
-pub use start::{SettingsUse, ended_as_wanted};
+pub use launch::interrupt::{interrupt, was_interrupted};
+pub use launch::options::{CliOverrides, StartOptions};
+pub use launch::run::{AppError, run};
+pub use launch::settings::{SettingsUse, ended_as_wanted};
 
 /// The smallest window in points.
 const MIN_SIZE: [f32; 2] = [640.0, 400.0];
@@ -80,17 +59,17 @@ pub struct App {
     /// What the window knows.
     pub state: AppState,
     rails: Rails,
-    laboratory: Laboratory,
-    other_containers: OtherContainers,
-    errands: Errands,
+    measure_worker: MeasureWorker,
+    derived_worker: DerivedWorker,
+    background_tasks: BackgroundTasks,
     file_watch: FileWatch,
     viewport: Viewport,
     has_pipeline: bool,
     device: Device,
     title: String,
     frame_started: Instant,
-    bell: Bell,
-    keeper: Keeper,
+    wake_signal: WakeSignal,
+    settings_autosave: SettingsAutosave,
     /// The graphics are drawn in software.
     spares_frames: bool,
     /// Each UI frame waits until everything is fresh: for tests.
@@ -100,8 +79,8 @@ pub struct App {
 impl App {
     /// The app of a real window.
     pub fn new(context: &eframe::CreationContext<'_>, options: StartOptions) -> std::io::Result<Self> {
-        interrupt::watch(&context.egui_ctx);
-        let restored = storage::restore(options.settings_file.as_deref());
+        launch::interrupt::watch(&context.egui_ctx);
+        let restored = launch::storage::restore(options.settings_file.as_deref());
         let last = || restored.wanted.as_ref().filter(|_| options.restore).map(|wanted| wanted.source.clone());
         let source = options.source.or_else(last).unwrap_or_else(SceneSource::default_builtin);
         // The last camera belongs to the last model.
@@ -109,19 +88,19 @@ impl App {
         let mut wanted = restored.wanted.unwrap_or_else(|| Wanted::new(source.clone()));
         wanted.source = source;
         let mut preferences = restored.preferences.unwrap_or_default();
-        options.asked.lay_over(&mut wanted, &mut preferences);
+        options.asked.apply(&mut wanted, &mut preferences);
         let mut state = AppState::new(wanted, preferences);
         if let Some(complaint) = restored.complaint {
             eprintln!("warning: {complaint}");
-            state.tell(Severity::Warning, complaint);
+            state.notify(Severity::Warning, complaint);
         }
         for notice in options.notices {
             eprintln!("warning: {notice}");
-            state.tell(Severity::Warning, notice);
+            state.notify(Severity::Warning, notice);
         }
         state.allow_outside = options.load.allow_outside;
         let mut app = Self::with_state(context, state)?;
-        app.keeper = Keeper::new(options.settings_file);
+        app.settings_autosave = SettingsAutosave::new(options.settings_file);
         app.rails.load_options = options.load;
         app.rails.keep_camera = same_model;
         app.rails.camera_choice = options.camera;
@@ -151,8 +130,8 @@ impl App {
             let pipeline = OverlayPipeline::new(&render_state.device, render_state.target_format);
             render_state.renderer.write().callback_resources.insert(pipeline);
         }
-        let bell = Bell::default();
-        let rung = bell.clone();
+        let wake_signal = WakeSignal::default();
+        let rung = wake_signal.clone();
         let wake = move || {
             rung.ring();
             ctx.request_repaint();
@@ -160,17 +139,17 @@ impl App {
         Ok(Self {
             state,
             rails: Rails::new(wake.clone())?,
-            laboratory: Laboratory::new(wake.clone())?,
-            other_containers: OtherContainers::new(wake.clone())?,
+            measure_worker: MeasureWorker::new(wake.clone())?,
+            derived_worker: DerivedWorker::new(wake.clone())?,
             file_watch: FileWatch::new(wake.clone())?,
-            errands: Errands::new(Arc::new(wake)),
+            background_tasks: BackgroundTasks::new(Arc::new(wake)),
             viewport: Viewport::default(),
             has_pipeline: context.wgpu_render_state.is_some(),
             device,
             title: String::new(),
             frame_started: Instant::now(),
-            bell,
-            keeper: Keeper::default(),
+            wake_signal,
+            settings_autosave: SettingsAutosave::default(),
             spares_frames: false,
             waits: false,
         })
@@ -183,8 +162,8 @@ impl App {
         loop {
             self.rails.poll(&mut self.state, Instant::now());
             self.rails.reconcile(&mut self.state, Instant::now());
-            self.laboratory.poll(&mut self.state, !self.rails.is_busy());
-            self.other_containers.follow(&self.state, !self.rails.is_busy());
+            self.measure_worker.poll(&mut self.state, !self.rails.is_busy());
+            self.derived_worker.follow(&self.state, !self.rails.is_busy());
             if !self.is_busy() {
                 return true;
             }
@@ -197,7 +176,7 @@ impl App {
 
     /// Whether a model, a tree or a picture is on its way, or something is measured.
     pub fn is_busy(&self) -> bool {
-        self.rails.is_busy() || self.laboratory.is_busy() || self.other_containers.is_busy()
+        self.rails.is_busy() || self.measure_worker.is_busy() || self.derived_worker.is_busy()
     }
 
     fn tell_device_error(&mut self) {
@@ -205,7 +184,7 @@ impl App {
             eprintln!("error: the graphics driver failed: {error}");
             if !self.state.overlay_failed {
                 self.state.overlay_failed = true;
-                self.state.tell(
+                self.state.notify(
                     Severity::Error,
                     format!("The graphics driver failed, so containers are no longer drawn: {error}. Update the driver or start with fewer containers"),
                 );
@@ -224,11 +203,11 @@ impl App {
             self.state.file_gone = news == News::Gone;
             match news {
                 News::Saved => {
-                    self.state.tell(Severity::Info, format!("{name} was saved: it is read again"));
+                    self.state.notify(Severity::Info, format!("{name} was saved: it is read again"));
                     self.state.requests.push(Request::Reload);
                 }
                 News::Gone => {
-                    self.state.tell(Severity::Warning, format!("{name} is gone; what is shown stays"));
+                    self.state.notify(Severity::Warning, format!("{name} is gone; what is shown stays"));
                 }
                 News::Back => {}
             }
@@ -245,7 +224,8 @@ impl App {
     }
 
     fn keep_settings(&mut self, ctx: &egui::Context) {
-        if let Some(after) = self.keeper.follow(&self.state.wanted, &self.state.preferences, Instant::now()) {
+        if let Some(after) = self.settings_autosave.follow(&self.state.wanted, &self.state.preferences, Instant::now())
+        {
             ctx.request_repaint_after(after);
         }
     }
@@ -261,7 +241,7 @@ impl App {
         } else if let Some(after) = self.rails.reconcile(&mut self.state, Instant::now()) {
             ctx.request_repaint_after(after);
         }
-        if self.laboratory.is_busy() {
+        if self.measure_worker.is_busy() {
             ctx.request_repaint_after(PROGRESS);
         }
     }
@@ -287,7 +267,7 @@ impl eframe::App for App {
         // Each movement of the pointer asks for a frame, and software draws one in the time of half a tree.
         let worthwhile = self.frame_started + FRAME_WITHOUT_NEWS;
         let spared = self.spares_frames && self.rails.rebuilds_under_a_hand(Instant::now());
-        self.bell.wait(if spared { worthwhile } else { self.frame_started });
+        self.wake_signal.wait(if spared { worthwhile } else { self.frame_started });
         self.frame_started = Instant::now();
         if was_interrupted() {
             ctx.send_viewport_cmd(egui::ViewportCommand::Close);
@@ -300,17 +280,17 @@ impl eframe::App for App {
         }
         if self.device.is_lost() {
             // Nothing can be drawn any more: everything is kept, and `run` starts anew.
-            self.keeper.finish(&self.state.wanted, &self.state.preferences);
+            self.settings_autosave.finish(&self.state.wanted, &self.state.preferences);
             ctx.send_viewport_cmd(egui::ViewportCommand::Close);
             return;
         }
         self.tell_device_error();
         keep_usable_size(ctx);
-        self.errands.poll(&mut self.rails, &mut self.state);
+        self.background_tasks.poll(&mut self.rails, &mut self.state);
         self.rails.poll(&mut self.state, Instant::now());
         self.look_after_file();
-        self.laboratory.poll(&mut self.state, !self.rails.is_busy());
-        self.other_containers.follow(&self.state, !self.rails.is_busy());
+        self.measure_worker.poll(&mut self.state, !self.rails.is_busy());
+        self.derived_worker.follow(&self.state, !self.rails.is_busy());
         self.update_title(ctx);
         // Nobody draws a window that is hidden, whatever was changed just before.
         self.keep_settings(ctx);
@@ -326,8 +306,8 @@ impl eframe::App for App {
         let state = &mut self.state;
         panels::around(ui, state, |ui, state| self.viewport.show(ui, self.has_pipeline, state));
 
-        requests::take_dropped_files(&ctx, &mut self.rails, state);
-        self.errands.carry_out(&ctx, &mut self.rails, &mut self.laboratory, state);
+        work::requests::take_dropped_files(&ctx, &mut self.rails, state);
+        self.background_tasks.carry_out(&ctx, &mut self.rails, &mut self.measure_worker, state);
         let dragging = ctx.input(|input| input.pointer.any_down());
         state.undo.observe(&state.wanted, dragging);
         self.reconcile(&ctx);
@@ -336,7 +316,7 @@ impl eframe::App for App {
     }
 
     fn on_exit(&mut self) {
-        self.keeper.finish(&self.state.wanted, &self.state.preferences);
+        self.settings_autosave.finish(&self.state.wanted, &self.state.preferences);
     }
 
     fn persist_egui_memory(&self) -> bool {

@@ -5,7 +5,7 @@ use eframe::egui::{
     self, Color32, CornerRadius, FontFamily, FontId, Margin, Stroke, TextStyle, ThemePreference, Visuals, vec2,
 };
 
-use super::state::{Preferences, Theme};
+use crate::app::state::{Preferences, Theme};
 
 /// Text size of labels and values in points.
 pub const VALUE_SIZE: f32 = 13.0;

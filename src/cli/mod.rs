@@ -1,8 +1,8 @@
 //! The command line: flags into resolved settings. The only place that knows flags.
 
 mod args;
-mod mistyped;
 mod resolve;
+mod suggest;
 mod values;
 
 use std::cell::OnceCell;
@@ -15,18 +15,18 @@ use clap::error::ErrorKind;
 use clap::{CommandFactory as _, Parser as _};
 
 use crate::budget::Budget;
-use crate::bvh::ContainerKind;
-use crate::cancel::CancelToken;
 use crate::headless::plot::PlotJob;
 use crate::headless::{Context, Failure, Finished, RenderJob};
 use crate::lab::Job;
 use crate::scene::LoadOptions;
 use args::{BuildArgs, Cli, CommandArgs, MeasureArgs, OneTreeArgs, StrictLoadArgs};
+use bvhscope_engine::cancel::CancelToken;
+use bvhscope_engine::tree::ContainerKind;
 
 /// Reads the program's arguments, does what they say, and returns the exit code: 0 done, 1 failed, 2 wrong usage, 3 done
 /// with warnings under `--strict`, 130 interrupted.
 pub fn main() -> ExitCode {
-    let parsed = match std::env::args_os().nth(1).and_then(|first| mistyped(&first)) {
+    let parsed = match std::env::args_os().nth(1).and_then(|first| suggest(&first)) {
         Some(text) => Err(Cli::command().error(ErrorKind::InvalidSubcommand, text)),
         None => Cli::try_parse(),
     };
@@ -77,9 +77,9 @@ pub fn main() -> ExitCode {
 }
 
 /// What to say where the first argument is nearly a command.
-fn mistyped(first: &OsStr) -> Option<String> {
+fn suggest(first: &OsStr) -> Option<String> {
     let program = Cli::command();
-    mistyped::mistyped(first, program.get_subcommands().map(clap::Command::get_name).chain(["help"]))
+    suggest::suggest(first, program.get_subcommands().map(clap::Command::get_name).chain(["help"]))
 }
 
 /// Prints how it ended and gives the exit code for it.

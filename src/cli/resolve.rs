@@ -7,8 +7,7 @@ use super::args::{
     ShapeArgs, SweepArgs,
 };
 #[cfg(feature = "gui")]
-use crate::app::{Asked, SettingsUse, StartOptions};
-use crate::bvh::{BuildSettings, BuilderKind, ContainerKind, Pass, Passes, Preset};
+use crate::app::{CliOverrides, SettingsUse, StartOptions};
 use crate::headless::RenderJob;
 use crate::headless::info::InfoJob;
 use crate::headless::jobs::{MeasureJob, Output};
@@ -17,6 +16,8 @@ use crate::overlay::{OverlaySettings, Selection};
 use crate::render::RenderSettings;
 use crate::scene::{LoadOptions, SceneSource};
 use crate::view::CameraChoice;
+use bvhscope_engine::settings::{BuildSettings, BuilderKind, Pass, Passes, Preset};
+use bvhscope_engine::tree::ContainerKind;
 
 #[cfg(feature = "gui")]
 pub fn viewer(args: ViewerArgs) -> StartOptions {
@@ -148,8 +149,8 @@ pub fn camera(args: &CameraArgs) -> CameraChoice {
 
 /// Each flag for itself: the viewer lays them over the settings of its last run.
 #[cfg(feature = "gui")]
-fn asked(build: &BuildArgs, picture: &PictureArgs, overlay: &OverlayArgs) -> Asked {
-    Asked {
+fn asked(build: &BuildArgs, picture: &PictureArgs, overlay: &OverlayArgs) -> CliOverrides {
+    CliOverrides {
         preset: build.shape.preset,
         builder: build.builder,
         container: build.container,
@@ -221,12 +222,12 @@ mod tests {
     use super::*;
     use crate::app::commands::command_line;
     use crate::app::state::{AppState, Preferences, Wanted};
-    use crate::bvh::Curve;
-    use crate::bvh::Pass;
-    use crate::bvh::traverse::Traversal;
     use crate::camera::Projection;
     use crate::overlay::ColorBy;
     use crate::render::{ColorMap, HeatKind, Light, Shading};
+    use bvhscope_engine::settings::Curve;
+    use bvhscope_engine::settings::Pass;
+    use bvhscope_engine::tree::traverse::Traversal;
 
     #[test]
     fn the_command_line_that_the_window_copies_means_the_same() {
@@ -279,7 +280,7 @@ mod tests {
         let cli = Cli::try_parse_from(line.split(' ')).unwrap();
         let (mut wanted, mut preferences) =
             (last.clone(), Preferences { show_containers: false, show_geometry: false, ..Preferences::default() });
-        viewer(cli.viewer).asked.lay_over(&mut wanted, &mut preferences);
+        viewer(cli.viewer).asked.apply(&mut wanted, &mut preferences);
         (wanted, preferences)
     }
 

@@ -3,9 +3,10 @@
 use glam::Vec3;
 
 use crate::budget::MemoryLimit;
-use crate::bvh::{BuildSettings, Pass, Passes, SimdLevel};
 use crate::overlay::OverlayKinds;
 use crate::scene::SceneSource;
+use bvhscope_engine::kernel::SimdLevel;
+use bvhscope_engine::settings::{BuildSettings, Pass, Passes};
 
 /// Largest width or height of a picture in pixels.
 pub const MAX_SIDE: u32 = 16_384;

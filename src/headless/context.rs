@@ -7,10 +7,10 @@ use std::time::Duration;
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 
-use crate::bvh::builders::BuildError;
-use crate::cancel::{CancelToken, Cancelled};
 use crate::export::ExportError;
 use crate::scene::{LoadError, LoadOptions, Scene, SceneSource, load};
+use bvhscope_engine::builders::BuildError;
+use bvhscope_engine::cancel::{CancelToken, Cancelled};
 
 /// A command's end without its result.
 #[derive(Debug, thiserror::Error)]

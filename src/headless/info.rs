@@ -6,11 +6,11 @@ use super::context::Progress;
 use super::tree_numbers::TreeNumbers;
 use super::{Context, Failure, Finished};
 use crate::accel::Accel;
-use crate::bvh::stats::{INTERSECTION_COST, TRAVERSAL_COST};
-use crate::bvh::{BuildSettings, BuilderKind, Curve, Pass, Passes};
-use crate::lab::doctor::{Finding, examine_scene, examine_tree};
+use crate::lab::diagnose::{Finding, examine_scene, examine_tree};
 use crate::lab::table::number;
 use crate::scene::SceneSource;
+use bvhscope_engine::settings::{BuildSettings, BuilderKind, Curve, Pass, Passes};
+use bvhscope_engine::tree::statistics::{INTERSECTION_COST, TRAVERSAL_COST};
 
 /// What is looked at.
 #[derive(Debug, Clone)]

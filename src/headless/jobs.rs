@@ -4,8 +4,6 @@ use std::path::PathBuf;
 
 use super::context::Progress;
 use super::{Context, Failure, Finished};
-use crate::bvh::SimdLevel;
-use crate::bvh::traverse::Traversal;
 use crate::export::{check_target, write_bytes, write_file};
 use crate::lab::plot::{PlotFormat, draw, panels};
 use crate::lab::rows::write_csv;
@@ -13,6 +11,8 @@ use crate::lab::table::{summary, tables};
 use crate::lab::{Job, LabError, Measurement, Subject, TraceView};
 use crate::scene::SceneSource;
 use crate::view::CameraChoice;
+use bvhscope_engine::kernel::SimdLevel;
+use bvhscope_engine::tree::traverse::Traversal;
 
 /// Where the rows go.
 #[derive(Debug, Clone, Default, PartialEq)]

@@ -11,13 +11,13 @@ use super::tree_numbers::TreeNumbers;
 use super::{Context, Failure, Finished};
 use crate::accel::Accel;
 use crate::budget::Budget;
-use crate::bvh::BuildSettings;
-use crate::cancel::CancelToken;
 use crate::export::{ExportError, check_target, write_file};
 use crate::overlay::{OverlaySettings, Selection};
 use crate::render::{Frame, RenderRequest, RenderSettings};
 use crate::scene::SceneSource;
 use crate::view::CameraChoice;
+use bvhscope_engine::cancel::CancelToken;
+use bvhscope_engine::settings::BuildSettings;
 
 /// One picture that is wanted.
 #[derive(Debug, Clone)]

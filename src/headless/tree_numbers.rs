@@ -5,10 +5,10 @@ use std::collections::BTreeMap;
 use serde::Serialize;
 
 use crate::accel::Accel;
-use crate::bvh::levels::Levels;
-use crate::bvh::stats::{INTERSECTION_COST, TRAVERSAL_COST};
-use crate::bvh::{Curve, Passes};
 use crate::lab::millis;
+use bvhscope_engine::settings::{Curve, Passes};
+use bvhscope_engine::tree::levels::Levels;
+use bvhscope_engine::tree::statistics::{INTERSECTION_COST, TRAVERSAL_COST};
 
 /// A tree in numbers. The field names are the JSON names.
 #[derive(Debug, Serialize)]

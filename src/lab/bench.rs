@@ -7,9 +7,10 @@ use rayon::prelude::*;
 use super::measure::{LabError, Setup, Subject, TraceView, measure};
 use super::measurement::{Measurement, millis, pool};
 use crate::accel::Accel;
-use crate::bvh::traverse::{TestCounts, Traversal};
-use crate::bvh::{BuildSettings, BuilderKind, ContainerKind};
-use crate::cancel::{CancelToken, Cancelled};
+use bvhscope_engine::cancel::{CancelToken, Cancelled};
+use bvhscope_engine::settings::{BuildSettings, BuilderKind};
+use bvhscope_engine::tree::ContainerKind;
+use bvhscope_engine::tree::traverse::{TestCounts, Traversal};
 
 /// Primitive tests that a run without BVH may take: about a second on one core.
 const NO_BVH_TESTS: u64 = 200_000_000;
@@ -45,7 +46,7 @@ fn every_triangle(
     let rays = (NO_BVH_TESTS / triangles.max(1)).clamp(1, pixels);
     let build = BuildSettings {
         builder: BuilderKind::None,
-        ..BuildSettings::preset(crate::bvh::Preset::Fast, ContainerKind::Aabb)
+        ..BuildSettings::preset(bvhscope_engine::settings::Preset::Fast, ContainerKind::Aabb)
     };
     // The row's other fields are those of a single, tiny picture; only the rays differ.
     let single = TraceView { size: [1, 1], repeat: 1, ..*view };

@@ -2,8 +2,9 @@
 
 use super::measure::{LabError, Setup, Subject, TraceView, measure};
 use super::measurement::Measurement;
-use crate::bvh::{BuildSettings, BuilderKind, ContainerKind, Curve, Pass, Passes, Preset};
-use crate::cancel::CancelToken;
+use bvhscope_engine::cancel::CancelToken;
+use bvhscope_engine::settings::{BuildSettings, BuilderKind, Curve, Pass, Passes, Preset};
+use bvhscope_engine::tree::ContainerKind;
 
 /// What is compared beside the preset Best, so that each pass shows what it brings: all of them with the leaves that collapse
 /// makes, which is what trees with and without large leaves compare by.

@@ -6,8 +6,8 @@ use super::measure::{LabError, Setup, Subject, TraceView};
 use super::measurement::Measurement;
 use super::scaling::scaling;
 use super::sweep::{SweepPlan, sweep};
-use crate::bvh::ContainerKind;
-use crate::cancel::CancelToken;
+use bvhscope_engine::cancel::CancelToken;
+use bvhscope_engine::tree::ContainerKind;
 
 /// What is measured.
 #[derive(Debug, Clone, PartialEq)]

@@ -6,15 +6,17 @@ use std::sync::Arc;
 
 use super::measurement::{Measurement, millis, pool};
 use crate::accel::{Accel, BuildReport};
-use crate::bvh::builders::{BuildError, StageTimes};
-use crate::bvh::levels::Levels;
-use crate::bvh::stats::{INTERSECTION_COST, TRAVERSAL_COST};
-use crate::bvh::traverse::Traversal;
-use crate::bvh::{BuildSettings, Preset, SimdLevel};
 use crate::camera::Camera;
-use crate::cancel::{CancelToken, Cancelled};
 use crate::render::{RenderRequest, RenderSettings, TestSummary, count_tests, trace_primary, trace_primary_wide};
 use crate::scene::Scene;
+use bvhscope_engine::builders::BuildError;
+use bvhscope_engine::cancel::{CancelToken, Cancelled};
+use bvhscope_engine::kernel::SimdLevel;
+use bvhscope_engine::settings::{BuildSettings, Preset};
+use bvhscope_engine::stage_times::StageTimes;
+use bvhscope_engine::tree::levels::Levels;
+use bvhscope_engine::tree::statistics::{INTERSECTION_COST, TRAVERSAL_COST};
+use bvhscope_engine::tree::traverse::Traversal;
 
 /// Why there are no more rows.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]

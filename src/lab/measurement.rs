@@ -5,7 +5,8 @@ use std::time::Duration;
 
 use serde::{Deserialize, Serialize};
 
-use crate::bvh::{ContainerKind, Curve, Passes};
+use bvhscope_engine::settings::{Curve, Passes};
+use bvhscope_engine::tree::ContainerKind;
 
 /// One measured tree. The field names are the JSON names.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]

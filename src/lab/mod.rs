@@ -14,7 +14,7 @@ mod job;
 
 pub mod paper;
 
-pub mod doctor;
+pub mod diagnose;
 
 pub mod plot;
 pub mod rows;

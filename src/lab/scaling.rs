@@ -2,7 +2,7 @@
 
 use super::measure::{LabError, Setup, Subject, TraceView, measure};
 use super::measurement::Measurement;
-use crate::cancel::CancelToken;
+use bvhscope_engine::cancel::CancelToken;
 
 /// One row for each number of threads from 1 to `max_threads`, with the speed-up over one thread. `setup.threads` is
 /// ignored. The thread counts are measured in turn, so rows come when all are done.

@@ -2,8 +2,9 @@
 
 use super::measure::{LabError, Setup, Subject, TraceView, measure};
 use super::measurement::Measurement;
-use crate::bvh::{BuildSettings, BuilderKind, ContainerKind, Curve, Passes};
-use crate::cancel::CancelToken;
+use bvhscope_engine::cancel::CancelToken;
+use bvhscope_engine::settings::{BuildSettings, BuilderKind, Curve, Passes};
+use bvhscope_engine::tree::ContainerKind;
 
 /// Which trees a sweep measures on each model.
 #[derive(Debug, Clone, PartialEq)]

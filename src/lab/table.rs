@@ -6,8 +6,8 @@ mod pairs;
 use std::fmt;
 
 use super::Measurement;
-use crate::bvh::stats::{INTERSECTION_COST, TRAVERSAL_COST};
-use crate::bvh::{Curve, Passes};
+use bvhscope_engine::settings::{Curve, Passes};
+use bvhscope_engine::tree::statistics::{INTERSECTION_COST, TRAVERSAL_COST};
 
 /// A table with a title line, a head of one or two lines and notes below.
 #[derive(Debug, Clone, PartialEq, Default)]

@@ -9,8 +9,8 @@ use super::instances::highlighted;
 use super::picture::PictureTextures;
 use super::uniforms::View;
 use super::{NodeTable, OverlayNode, OverlaySettings, Selection};
-use crate::bvh::ContainerKind;
 use crate::camera::Camera;
+use bvhscope_engine::tree::ContainerKind;
 
 /// The traced picture, as plain slices so that this module need not know who made it.
 #[derive(Debug, Clone, Copy)]

@@ -12,12 +12,12 @@ pub use shown::Shown;
 
 use super::{ColorBy, OverlayNode, OverlaySettings};
 use crate::accel::Accel;
-use crate::bvh::levels::Levels;
-use crate::bvh::lists::listed;
-use crate::bvh::{AnyTree, Container, ContainerKind, Node, Tree};
-use crate::cancel::{CancelToken, Cancelled};
-use crate::geometry::{Aabb, Sphere, Triangle};
-use crate::with_tree;
+use bvhscope_engine::cancel::{CancelToken, Cancelled};
+use bvhscope_engine::geometry::{Aabb, Sphere, Triangle};
+use bvhscope_engine::kernel::par_collect;
+use bvhscope_engine::tree::levels::Levels;
+use bvhscope_engine::tree::{AnyTree, Container, ContainerKind, Node, Tree};
+use bvhscope_engine::with_tree;
 
 /// Every node of one tree by depth. Making it is part of every rebuild, so it holds the indices of the first depths only; those of
 /// the others, containers of the kind that the tree is not made of, parents and primitive counts are computed when first
@@ -117,8 +117,8 @@ impl NodeTable {
         if node == 0 || node as usize >= self.len() {
             return None;
         }
-        match self.accel.known_lineage() {
-            Some(lineage) => lineage.parents.get(node as usize).copied(),
+        match self.accel.known_ancestry() {
+            Some(ancestry) => ancestry.parents.get(node as usize).copied(),
             None => self.path(node).iter().rev().nth(1).copied(),
         }
     }
@@ -131,8 +131,8 @@ impl NodeTable {
 
     /// Depth of `node`, root 0.
     pub fn depth(&self, node: u32) -> u32 {
-        match self.accel.known_lineage() {
-            Some(lineage) => lineage.depth(node),
+        match self.accel.known_ancestry() {
+            Some(ancestry) => ancestry.depth(node),
             None => self.path(node).len().saturating_sub(1) as u32,
         }
     }
@@ -148,7 +148,7 @@ impl NodeTable {
 
     /// Number of primitives below `node`. Reads the whole tree when an interior node is asked for the first time.
     pub fn primitives(&self, node: u32) -> u32 {
-        self.known_primitives(node).unwrap_or_else(|| self.accel.lineage().primitive_counts[node as usize])
+        self.known_primitives(node).unwrap_or_else(|| self.accel.ancestry().primitive_counts[node as usize])
     }
 
     /// Number of primitives below `node` where that is known without reading the tree.
@@ -157,7 +157,7 @@ impl NodeTable {
             return Some(self.accel.tree.primitive_indices().len() as u32);
         }
         let own = with_tree!(&self.accel.tree, tree => tree.nodes[node as usize].count);
-        let counts = || Some(self.accel.known_lineage()?.primitive_counts[node as usize]);
+        let counts = || Some(self.accel.known_ancestry()?.primitive_counts[node as usize]);
         if self.is_leaf(node) { Some(own) } else { counts() }
     }
 
@@ -168,14 +168,14 @@ impl NodeTable {
             self.complete(token)?;
         }
         if settings.color_by == ColorBy::Primitives {
-            self.accel.read_lineage(token)?;
+            self.accel.compute_ancestry(token)?;
         }
         self.list(Some(settings), token)
     }
 
     /// Makes known what lies below each node.
     pub fn study(&self, token: &CancelToken) -> Result<(), Cancelled> {
-        self.accel.read_lineage(token).map(|_| ())
+        self.accel.compute_ancestry(token).map(|_| ())
     }
 
     /// Makes the containers of the kind that the tree is not made of, in the calling thread's rayon pool.
@@ -203,7 +203,7 @@ impl NodeTable {
         let listed = self.levels.ranges.partition_point(|range| range.end <= self.levels.listed());
         let deepest = listed.saturating_sub(1) as u32;
         let is_listed = self.needed(settings) <= self.levels.listed();
-        let is_counted = settings.color_by != ColorBy::Primitives || self.accel.known_lineage().is_some();
+        let is_counted = settings.color_by != ColorBy::Primitives || self.accel.known_ancestry().is_some();
         OverlaySettings {
             depth: if is_listed { settings.depth } else { settings.depth.map(|depth| depth.min(deepest)) },
             color_by: if is_counted { settings.color_by } else { ColorBy::Depth },
@@ -302,7 +302,7 @@ fn containers<K: Container, C: Container>(
         let own = &tree.primitive_indices[node.first as usize..(node.first + node.count) as usize];
         own.iter().fold(C::EMPTY, |all, &index| all.union(&C::of_triangle(&triangles[index as usize])))
     };
-    let mut all = listed(tree.nodes.len(), token, |at| {
+    let mut all = par_collect(tree.nodes.len(), token, |at| {
         let node = &tree.nodes[at];
         if node.is_leaf() { of_leaf(node) } else { C::EMPTY }
     })?;

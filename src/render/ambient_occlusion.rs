@@ -5,8 +5,8 @@ use glam::Vec3;
 use super::sampling::{SampleId, cosine_direction};
 use super::surface::Orientation;
 use super::view::View;
-use crate::bvh::Container;
-use crate::geometry::Ray;
+use bvhscope_engine::geometry::Ray;
+use bvhscope_engine::tree::Container;
 
 /// What is farther away than this share of the scene's diagonal takes no light away.
 pub(super) const RADIUS: f32 = 0.25;

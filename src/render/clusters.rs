@@ -5,10 +5,10 @@ use glam::Vec3;
 use super::shade::{Shade, Shaded};
 use super::surface;
 use super::view::View;
-use crate::bvh::traverse::TestCounts;
-use crate::bvh::{Container, Tree};
-use crate::cancel::{CancelToken, Cancelled};
-use crate::geometry::{Hit, Ray};
+use bvhscope_engine::cancel::{CancelToken, Cancelled};
+use bvhscope_engine::geometry::{Hit, Ray};
+use bvhscope_engine::tree::traverse::TestCounts;
+use bvhscope_engine::tree::{Container, Tree};
 
 /// Nodes between two looks at the token.
 const CHECK_EVERY: usize = 1 << 16;
@@ -85,8 +85,8 @@ impl<C: Container> Shade<C> for Clusters {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::bvh::Node;
-    use crate::geometry::Aabb;
+    use bvhscope_engine::geometry::Aabb;
+    use bvhscope_engine::tree::Node;
 
     /// A root with a leaf and an interior node, which has two leaves; primitives in no particular order.
     fn tree() -> Tree<Aabb> {

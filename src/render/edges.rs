@@ -2,7 +2,7 @@
 
 use glam::Vec3;
 
-use crate::geometry::{Hit, Ray, Triangle};
+use bvhscope_engine::geometry::{Hit, Ray, Triangle};
 
 /// Half the width of a line in pixels; the other half is on the neighbouring triangle.
 const HALF_WIDTH_PX: f32 = 0.5;

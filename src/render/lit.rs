@@ -8,9 +8,9 @@ use super::sampling::SampleId;
 use super::shade::{Shade, Shaded};
 use super::surface::{self, Orientation};
 use super::view::View;
-use crate::bvh::Container;
-use crate::bvh::traverse::TestCounts;
-use crate::geometry::{Hit, Ray};
+use bvhscope_engine::geometry::{Hit, Ray};
+use bvhscope_engine::tree::Container;
+use bvhscope_engine::tree::traverse::TestCounts;
 
 /// Linear light from straight above and from straight below; in between it goes over smoothly.
 const SKY: Vec3 = Vec3::new(0.50, 0.55, 0.62);

@@ -9,12 +9,12 @@ use rayon::prelude::*;
 
 use super::RenderRequest;
 use super::grid::{Grid, TILE_AREA};
-use crate::bvh::Container;
-use crate::bvh::Tree;
-use crate::bvh::traverse::{NoProbe, Probe, TestCounts, Traversal, closest_hit_with, new_stack};
-use crate::cancel::{CancelToken, Cancelled};
-use crate::geometry::Ray;
-use crate::with_tree;
+use bvhscope_engine::cancel::{CancelToken, Cancelled};
+use bvhscope_engine::geometry::Ray;
+use bvhscope_engine::tree::Container;
+use bvhscope_engine::tree::Tree;
+use bvhscope_engine::tree::traverse::{NoProbe, Probe, TestCounts, Traversal, closest_hit_with, new_stack};
+use bvhscope_engine::with_tree;
 
 /// Tests of the rays through all pixel centres.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -3,8 +3,8 @@
 use serde::{Deserialize, Serialize};
 
 use super::ColorMap;
-use crate::bvh::SimdLevel;
-use crate::bvh::traverse::Traversal;
+use bvhscope_engine::kernel::SimdLevel;
+use bvhscope_engine::tree::traverse::Traversal;
 
 /// What a pixel's colour means.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]

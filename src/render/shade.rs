@@ -6,9 +6,9 @@ use super::ambient_occlusion::{self, around, openness};
 use super::sampling::SampleId;
 use super::view::View;
 use super::{HeatKind, srgb, surface};
-use crate::bvh::Container;
-use crate::bvh::traverse::TestCounts;
-use crate::geometry::{Hit, Ray};
+use bvhscope_engine::geometry::{Hit, Ray};
+use bvhscope_engine::tree::Container;
+use bvhscope_engine::tree::traverse::TestCounts;
 
 /// What a sample gives to its pixel.
 #[derive(Debug, Clone, Copy)]

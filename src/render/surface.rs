@@ -2,8 +2,8 @@
 
 use glam::{Vec2, Vec3};
 
-use crate::geometry::{Hit, Ray};
 use crate::scene::{Attributes, Material, Scene};
+use bvhscope_engine::geometry::{Hit, Ray};
 
 /// A surface's directions at a hit, both turned to the side that the ray came from.
 #[derive(Debug, Clone, Copy)]

@@ -18,12 +18,12 @@ use super::srgb::Encoder;
 use super::view::View;
 use super::{Frame, FrameStats, HeatKind, RenderSettings, Shading, edges};
 use crate::accel::Accel;
-use crate::bvh::Container;
-use crate::bvh::traverse::TestCounts;
 use crate::camera::Camera;
-use crate::cancel::{CancelToken, Cancelled};
-use crate::geometry::{Hit, Ray};
-use crate::with_tree;
+use bvhscope_engine::cancel::{CancelToken, Cancelled};
+use bvhscope_engine::geometry::{Hit, Ray};
+use bvhscope_engine::tree::Container;
+use bvhscope_engine::tree::traverse::TestCounts;
+use bvhscope_engine::with_tree;
 
 /// One picture that is wanted.
 #[derive(Debug, Clone)]

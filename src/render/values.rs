@@ -5,7 +5,7 @@ use rayon::prelude::*;
 use super::srgb::Encoder;
 use super::view::background;
 use super::{ColorMap, Frame, Shading};
-use crate::cancel::{CancelToken, Cancelled};
+use bvhscope_engine::cancel::{CancelToken, Cancelled};
 
 /// Colours in the table that values are looked up in.
 const TABLE_STEPS: usize = 1023;
@@ -115,8 +115,8 @@ fn nth_smallest(values: &[f32], mut rank: usize, token: &CancelToken) -> Result<
 mod tests {
     use super::*;
     use crate::camera::Camera;
-    use crate::geometry::Aabb;
     use crate::render::{FrameStats, HeatKind, RenderSettings};
+    use bvhscope_engine::geometry::Aabb;
 
     fn frame(shading: Shading, values: Vec<f32>) -> Frame {
         let count = values.len();

@@ -5,12 +5,13 @@ use glam::Vec3;
 use fearless_simd::Level;
 
 use crate::accel::Accel;
-use crate::bvh::traverse::{NoProbe, Probe, Traversal, Unordered, any_hit, closest_hit};
-use crate::bvh::wide::AnyWideTree;
-use crate::bvh::{Container, SimdLevel, Tree};
 use crate::camera::CameraFrame;
-use crate::geometry::{Hit, Ray};
 use crate::scene::{Material, Scene};
+use bvhscope_engine::geometry::{Hit, Ray};
+use bvhscope_engine::kernel::SimdLevel;
+use bvhscope_engine::tree::traverse::{NoProbe, Probe, Traversal, Unordered, any_hit, closest_hit};
+use bvhscope_engine::tree::{Container, Tree};
+use bvhscope_engine::wide::tree::AnyWideTree;
 
 use super::surface;
 

@@ -7,8 +7,8 @@ use glam::{Vec2, Vec3};
 use super::read::unusable;
 use super::{Attributes, LoadError, Material, Place, Scene, SceneSource, Texture, Warnings};
 use crate::budget::{Budget, OverBudget};
-use crate::cancel::{CancelToken, Cancelled};
-use crate::geometry::{Aabb, Triangle};
+use bvhscope_engine::cancel::{CancelToken, Cancelled};
+use bvhscope_engine::geometry::{Aabb, Triangle};
 
 /// Coordinates farther out than this make distances overflow, so such triangles are skipped.
 const MAX_COORDINATE: f32 = 1e18;

@@ -25,7 +25,7 @@ pub enum Place {
 pub enum LoadError {
     /// Nobody wanted it any more.
     #[error(transparent)]
-    Cancelled(#[from] crate::cancel::Cancelled),
+    Cancelled(#[from] bvhscope_engine::cancel::Cancelled),
     /// The file is unusable.
     #[error("{}: {}", locate(path, place), shortened(message))]
     Unusable {

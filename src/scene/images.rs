@@ -9,7 +9,7 @@ use image::ImageDecoder as _;
 use super::read::read_file;
 use super::{LoadOptions, Place, Texture, Warnings, WrapMode};
 use crate::budget::{Budget, in_words};
-use crate::cancel::CancelToken;
+use bvhscope_engine::cancel::CancelToken;
 
 /// The largest width or height of an image.
 const MAX_SIDE: u32 = 16_384;

@@ -7,7 +7,7 @@ use glam::Vec3;
 use super::assemble::Assembly;
 use super::read::{beginning, read_model, unusable};
 use super::{LoadError, Place, Scene, SceneSource, builtin, gltf, obj, ply, stl};
-use crate::cancel::CancelToken;
+use bvhscope_engine::cancel::CancelToken;
 
 /// What the user allows a load to do.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]

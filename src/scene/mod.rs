@@ -21,7 +21,7 @@ use std::path::{Path, PathBuf};
 use glam::{Vec2, Vec3};
 use serde::{Deserialize, Serialize};
 
-use crate::geometry::{Aabb, Triangle};
+use bvhscope_engine::geometry::{Aabb, Triangle};
 
 pub use builtin::{BUILTIN_SCENES, BuiltinScene};
 pub use error::{LoadError, Place, Warning, Warnings};

@@ -11,8 +11,8 @@ use super::material::linear_from_srgb;
 use super::read::{READ_SHARE, unusable};
 use super::{LoadError, Place};
 use crate::budget::Budget;
-use crate::cancel::CancelToken;
-use crate::geometry::Triangle;
+use bvhscope_engine::cancel::CancelToken;
+use bvhscope_engine::geometry::Triangle;
 
 /// Headers of scans have some dozen lines.
 const MAX_HEADER_LINES: u64 = 1 << 16;

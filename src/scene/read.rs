@@ -6,7 +6,7 @@ use std::path::Path;
 
 use super::{LoadError, Place};
 use crate::budget::Budget;
-use crate::cancel::CancelToken;
+use bvhscope_engine::cancel::CancelToken;
 
 /// The part of the progress that reading the model file takes.
 pub(super) const READ_SHARE: f32 = 0.2;

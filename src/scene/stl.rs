@@ -9,8 +9,8 @@ use glam::Vec3;
 use super::assemble::Assembly;
 use super::read::{READ_SHARE, beginning, lines};
 use super::{LoadError, Place};
-use crate::cancel::CancelToken;
-use crate::geometry::Triangle;
+use bvhscope_engine::cancel::CancelToken;
+use bvhscope_engine::geometry::Triangle;
 
 /// Bytes of a triangle in the binary form.
 const RECORD: usize = 50;

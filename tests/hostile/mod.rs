@@ -8,11 +8,13 @@ use std::path::Path;
 use std::sync::Arc;
 
 use bvhscope::accel::Accel;
-use bvhscope::bvh::traverse::{NoProbe, TestCounts, Traversal};
-use bvhscope::bvh::{BuildSettings, BuilderKind, ContainerKind, Curve, Pass, Passes, SimdLevel};
-use bvhscope::cancel::CancelToken;
-use bvhscope::geometry::{Ray, Triangle};
 use bvhscope::scene::{LoadOptions, Scene, load_bytes};
+use bvhscope_engine::cancel::CancelToken;
+use bvhscope_engine::geometry::{Ray, Triangle};
+use bvhscope_engine::kernel::SimdLevel;
+use bvhscope_engine::settings::{BuildSettings, BuilderKind, Curve, Pass, Passes};
+use bvhscope_engine::tree::ContainerKind;
+use bvhscope_engine::tree::traverse::{NoProbe, TestCounts, Traversal};
 use glam::Vec3;
 
 /// A folder without anything that a model could name.
@@ -131,7 +133,7 @@ pub fn builder(bytes: &[u8]) {
     let scene = scene(triangles);
     // In builds with debug assertions this runs the validator as well.
     let accel = Accel::build(&scene, &settings, &CancelToken::new()).expect("nothing to refuse");
-    bvhscope::bvh::validate::validate(&accel.tree, &scene.triangles).expect("a whole tree");
+    bvhscope_engine::tree::validate::validate(&accel.tree, &scene.triangles).expect("a whole tree");
     let stats = &accel.report.stats;
     assert!(stats.sah_cost.is_finite() && stats.mean_leaf_depth.is_finite(), "{stats:?}");
     assert!(accel.epo(&CancelToken::new()).is_ok_and(f32::is_finite));

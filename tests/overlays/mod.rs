@@ -5,12 +5,13 @@
 use std::sync::Arc;
 
 use bvhscope::accel::Accel;
-use bvhscope::bvh::stats::tree_stats;
-use bvhscope::bvh::{BuildSettings, Container, Node, Tree};
-use bvhscope::cancel::CancelToken;
-use bvhscope::geometry::Triangle;
 use bvhscope::overlay::{NodeTable, OverlaySettings};
 use bvhscope::scene::{Scene, SceneSource};
+use bvhscope_engine::cancel::CancelToken;
+use bvhscope_engine::geometry::Triangle;
+use bvhscope_engine::settings::BuildSettings;
+use bvhscope_engine::tree::statistics::tree_stats;
+use bvhscope_engine::tree::{AnyTree, Container, Node, Tree};
 use glam::Vec3;
 
 /// A tree that splits the list of triangles in the middle down to single ones.
@@ -37,8 +38,11 @@ pub fn halving_tree<C: Container>(triangles: &[Triangle]) -> Tree<C> {
     Tree { nodes, primitive_indices: (0..triangles.len() as u32).collect(), max_depth }
 }
 
-pub fn accel<C: Container>(triangles: Vec<Triangle>) -> Arc<Accel> {
-    let tree = C::into_any(halving_tree::<C>(&triangles));
+pub fn accel<C: Container>(triangles: Vec<Triangle>) -> Arc<Accel>
+where
+    AnyTree: From<Tree<C>>,
+{
+    let tree = halving_tree::<C>(&triangles).into();
     let scene = Scene::of_triangles(SceneSource::default_builtin(), triangles);
     let settings = BuildSettings { container: C::KIND, ..BuildSettings::default() };
     let mut accel = Accel::build(&Arc::new(scene), &settings, &CancelToken::new()).unwrap();
@@ -64,7 +68,10 @@ pub fn cube_triangle() -> Vec<Triangle> {
     vec![Triangle { a: Vec3::splat(-1.0), b: Vec3::splat(1.0), c: Vec3::new(1.0, -1.0, 0.0) }]
 }
 
-pub fn table<C: Container>(triangles: Vec<Triangle>) -> Arc<NodeTable> {
+pub fn table<C: Container>(triangles: Vec<Triangle>) -> Arc<NodeTable>
+where
+    AnyTree: From<Tree<C>>,
+{
     Arc::new(NodeTable::new(&accel::<C>(triangles)))
 }
 

@@ -7,15 +7,15 @@ use std::sync::Arc;
 
 use bvhscope::accel::Accel;
 use bvhscope::app::panels;
-use bvhscope::app::paper::{Experiment, PaperResult};
+use bvhscope::app::state::paper::{Experiment, PaperResult};
 use bvhscope::app::state::{AppState, Preferences, Presented, Wanted};
 use bvhscope::camera::Camera;
-use bvhscope::cancel::CancelToken;
-use bvhscope::geometry::Triangle;
 use bvhscope::lab::{Subject, TraceView};
 use bvhscope::overlay::NodeTable;
 use bvhscope::render::{RenderRequest, Shading, render};
 use bvhscope::scene::{Scene, SceneSource};
+use bvhscope_engine::cancel::CancelToken;
+use bvhscope_engine::geometry::Triangle;
 use eframe::egui::{self, vec2};
 use egui_kittest::Harness;
 use egui_kittest::kittest::Queryable as _;

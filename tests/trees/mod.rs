@@ -2,8 +2,8 @@
 
 #![allow(dead_code, reason = "each test file uses its own part")]
 
-use bvhscope::bvh::{AnyTree, Container, Node, Tree};
-use bvhscope::geometry::{Hit, PreparedRay, Ray, Shear, Triangle};
+use bvhscope_engine::geometry::{Hit, PreparedRay, Ray, Shear, Triangle};
+use bvhscope_engine::tree::{AnyTree, Container, Node, Tree};
 use glam::Vec3;
 
 /// Numbers that repeat in every run (splitmix64).
@@ -33,13 +33,16 @@ impl Random {
 }
 
 /// A plain tree: the list is halved until `leaf_size` is left.
-pub fn halved<C: Container>(triangles: &[Triangle], leaf_size: usize) -> AnyTree {
+pub fn halved<C: Container>(triangles: &[Triangle], leaf_size: usize) -> AnyTree
+where
+    AnyTree: From<Tree<C>>,
+{
     let mut tree = Tree { nodes: Vec::new(), primitive_indices: (0..triangles.len() as u32).collect(), max_depth: 0 };
     if !triangles.is_empty() {
         tree.nodes.push(Node { container: C::EMPTY, first: 0, count: 0 });
         halve(&mut tree, triangles, 0, 0..triangles.len(), leaf_size, 0);
     }
-    C::into_any(tree)
+    tree.into()
 }
 
 fn halve<C: Container>(
@@ -70,7 +73,10 @@ fn halve<C: Container>(
 }
 
 /// A list rather than a tree: each interior node has one leaf and the rest.
-pub fn chain<C: Container>(triangles: &[Triangle]) -> AnyTree {
+pub fn chain<C: Container>(triangles: &[Triangle]) -> AnyTree
+where
+    AnyTree: From<Tree<C>>,
+{
     let count = triangles.len();
     let mut rest = vec![C::EMPTY; count + 1];
     for i in (0..count).rev() {
@@ -83,7 +89,7 @@ pub fn chain<C: Container>(triangles: &[Triangle]) -> AnyTree {
         let (first, size) = if last { (i as u32 + 1, 1) } else { (nodes.len() as u32 + 1, 0) };
         nodes.push(Node { container: rest[i + 1], first, count: size });
     }
-    C::into_any(Tree { nodes, primitive_indices: (0..count as u32).collect(), max_depth: count as u32 - 1 })
+    Tree { nodes, primitive_indices: (0..count as u32).collect(), max_depth: count as u32 - 1 }.into()
 }
 
 /// Triangles of about `size` in a cube of 2.
@@ -182,7 +188,7 @@ fn scaled(triangle: &Triangle, factor: f32) -> Triangle {
 /// Rays at and through `triangles`: from around, from inside, along axes through corners, with limits, and broken ones.
 pub fn rays(triangles: &[Triangle], count: usize, seed: u64) -> Vec<Ray> {
     let mut random = Random(seed);
-    let bounds = triangles.iter().fold(bvhscope::geometry::Aabb::EMPTY, |all, t| all.union(&t.bounds()));
+    let bounds = triangles.iter().fold(bvhscope_engine::geometry::Aabb::EMPTY, |all, t| all.union(&t.bounds()));
     let size = bounds.extent().max_element();
     let center = bounds.center();
     let mut rays = Vec::new();

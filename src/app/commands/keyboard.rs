@@ -2,7 +2,7 @@
 
 use eframe::egui::{self, Event, Key, Modifiers};
 
-use super::{Action, Entry, entries};
+use crate::app::commands::{Action, Entry, entries};
 use crate::app::state::AppState;
 
 /// Carries out what was asked for by keys. A focused text field keeps its keys; the palette, while open, keeps all but

@@ -2,16 +2,16 @@
 
 use glam::Vec3;
 
-use super::{Action, OrbitStep, ViewDirection, report, walk};
-use crate::app::controls::ZOOM_STEP;
+use crate::app::commands::{Action, OrbitStep, ViewDirection, report, walk};
 use crate::app::state::{AppState, Navigation, Request, Severity, Side};
-use crate::app::{controls, orbit};
-use crate::bvh::BuildSettings;
+use crate::app::viewport::input::ZOOM_STEP;
+use crate::app::viewport::{input, orbit};
 use crate::camera::Projection;
-use crate::cancel::CancelToken;
 use crate::overlay::OverlaySettings;
 use crate::render::{RenderSettings, Shading};
 use crate::scene::{BUILTIN_SCENES, SceneSource};
+use bvhscope_engine::cancel::CancelToken;
+use bvhscope_engine::settings::BuildSettings;
 
 /// Radians for one press of an orbit key: 5 degrees.
 const ORBIT_STEP: f32 = 5.0 * std::f32::consts::PI / 180.0;
@@ -132,7 +132,7 @@ fn flip(value: &mut bool) {
 /// Copies `text` and says so.
 fn copy(state: &mut AppState, text: String, what: &str) {
     state.requests.push(Request::Copy(text));
-    state.tell(Severity::Info, format!("{what} copied"));
+    state.notify(Severity::Info, format!("{what} copied"));
 }
 
 /// Closes what is open, else stops what runs, else clears the selection. Refinement of the picture is stopped last: it
@@ -186,7 +186,7 @@ fn orbit_step(state: &mut AppState, step: OrbitStep) {
 
 /// Brings the point under the pointer nearer by `factor`; where the pointer is elsewhere, the target.
 fn zoom(state: &mut AppState, factor: f32) {
-    let hovered = state.hover.map(|hover| controls::point_at([hover.x_px, hover.y_px], state));
+    let hovered = state.hover.map(|hover| input::point_at([hover.x_px, hover.y_px], state));
     let toward = hovered.unwrap_or(state.wanted.camera.target);
     orbit::zoom(&mut state.wanted.camera, factor, toward);
 }

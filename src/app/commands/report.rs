@@ -6,13 +6,14 @@ use std::fmt::Write as _;
 use crate::accel::Wide;
 use crate::app::format;
 use crate::app::state::{AppState, Wanted};
-use crate::bvh::levels::Levels;
-use crate::bvh::stats::{INTERSECTION_COST, TRAVERSAL_COST};
-use crate::bvh::traverse::Traversal;
-use crate::bvh::{Curve, Passes, SimdLevel};
 use crate::camera::Projection;
 use crate::overlay::OverlayKinds;
 use crate::render::{Light, Shading};
+use bvhscope_engine::kernel::SimdLevel;
+use bvhscope_engine::settings::{Curve, Passes};
+use bvhscope_engine::tree::levels::Levels;
+use bvhscope_engine::tree::statistics::{INTERSECTION_COST, TRAVERSAL_COST};
+use bvhscope_engine::tree::traverse::Traversal;
 
 /// The command that makes the picture on the screen without a window.
 pub fn command_line(state: &AppState) -> String {

@@ -4,12 +4,13 @@ use std::sync::LazyLock;
 
 use eframe::egui::{Key, KeyboardShortcut, Modifiers};
 
-use super::{Action, Category, Entry, OrbitStep, ViewDirection};
-use crate::app::paper::{Experiment, RowFormat};
+use crate::app::commands::{Action, Category, Entry, OrbitStep, ViewDirection};
+use crate::app::state::paper::{Experiment, RowFormat};
 use crate::app::state::{AppState, Theme};
-use crate::bvh::{BuilderKind, ContainerKind, Passes, Preset};
 use crate::render::Shading;
 use crate::scene::BUILTIN_SCENES;
+use bvhscope_engine::settings::{BuilderKind, Passes, Preset};
+use bvhscope_engine::tree::ContainerKind;
 
 const NONE: Modifiers = Modifiers::NONE;
 const CTRL: Modifiers = Modifiers::COMMAND;
@@ -316,7 +317,7 @@ fn help(list: &mut List) {
 }
 
 /// What a shading mode shows, in one sentence.
-pub(in crate::app) fn shading_description(shading: Shading) -> &'static str {
+pub(crate) fn shading_description(shading: Shading) -> &'static str {
     use crate::render::HeatKind;
     match shading {
         Shading::Lit => "Light, materials and textures",
@@ -334,7 +335,7 @@ pub(in crate::app) fn shading_description(shading: Shading) -> &'static str {
 }
 
 /// What a builder does, in one sentence.
-pub(in crate::app) fn builder_description(builder: BuilderKind) -> &'static str {
+pub(crate) fn builder_description(builder: BuilderKind) -> &'static str {
     match builder {
         BuilderKind::Aac => "Approximate agglomerative clustering (Gu et al. 2013)",
         BuilderKind::Lbvh => "Median split by Morton code (Lauterbach et al. 2009): fastest build, worst tree",

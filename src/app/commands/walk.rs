@@ -1,10 +1,10 @@
 //! Steps from node to node of the tree.
 
-use super::Action;
+use crate::app::commands::Action;
 use crate::app::state::AppState;
 
 /// Where a walking action leads from the selected node.
-pub(super) fn target(action: Action, state: &AppState) -> Option<u32> {
+pub(crate) fn target(action: Action, state: &AppState) -> Option<u32> {
     let table = &state.presented.as_ref()?.table;
     let Some(node) = state.selection.selected.filter(|&node| (node as usize) < table.len()) else {
         return (action == Action::SelectChild && !table.is_empty()).then_some(0);

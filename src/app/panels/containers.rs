@@ -2,12 +2,12 @@
 
 use eframe::egui::{self, Ui};
 
-use super::widgets::{Header, SliderSpec, check, combo, row, section, slider};
+use crate::app::panels::widgets::{Header, SliderSpec, check, combo, row, section, slider};
 use crate::app::state::AppState;
 use crate::app::{format, theme};
 use crate::overlay::{ColorBy, OverlaySettings};
 
-pub(super) fn show(ui: &mut Ui, state: &mut AppState) {
+pub(crate) fn show(ui: &mut Ui, state: &mut AppState) {
     let header = Header { reset: Some("Bring the look of the containers back; depths stay"), ..Header::default() };
     let reset = section(ui, "CONTAINERS", header, |ui| {
         let overlay = &mut state.wanted.overlay;

@@ -13,7 +13,7 @@ const SUMMARY_WIDTH: f32 = 256.0;
 /// Height of the bars in points.
 const HEIGHT: f32 = 44.0;
 
-pub(super) fn show(ui: &mut Ui, state: &mut AppState) {
+pub(crate) fn show(ui: &mut Ui, state: &mut AppState) {
     let palette = theme::palette(ui);
     let Some(shown) = state.presented.clone() else {
         ui.allocate_ui(vec2(ui.available_width(), HEIGHT), |ui| {

@@ -3,7 +3,7 @@
 use eframe::egui::{Align2, Context, Ui, Window, vec2};
 
 /// Shows `content` under `title`, at most `width` and `height` points large, until the close button clears `open`.
-pub(super) fn show(
+pub(crate) fn show(
     ctx: &Context,
     title: &str,
     [width, height]: [f32; 2],

@@ -9,7 +9,7 @@ const SHOWN_SECS: f64 = 3.0;
 
 /// What is known of each statistic. Lives in egui's memory: it is looks, not state.
 #[derive(Debug, Clone, Default)]
-pub(super) struct Effects {
+pub(crate) struct Effects {
     /// The model that the values belong to; another one starts afresh.
     model: String,
     values: HashMap<&'static str, Value>,
@@ -24,19 +24,19 @@ struct Value {
 
 impl Effects {
     /// Takes the effects of `model` out of egui's memory.
-    pub(super) fn load(ui: &Ui, model: &str) -> Self {
+    pub(crate) fn load(ui: &Ui, model: &str) -> Self {
         let effects: Self = ui.data(|data| data.get_temp(Id::unique("effects"))).unwrap_or_default();
         if effects.model == model { effects } else { Self { model: model.to_owned(), values: HashMap::new() } }
     }
 
     /// Puts them back.
-    pub(super) fn store(self, ui: &Ui) {
+    pub(crate) fn store(self, ui: &Ui) {
         ui.data_mut(|data| data.insert_temp(Id::unique("effects"), self));
     }
 
     /// Notes the present value of a statistic and returns the one before, while its change is worth showing. A run of
     /// changes, as while a slider drags, is measured from where it began.
-    pub(super) fn observe(&mut self, ui: &Ui, name: &'static str, now: f64) -> Option<f64> {
+    pub(crate) fn observe(&mut self, ui: &Ui, name: &'static str, now: f64) -> Option<f64> {
         let time = ui.input(|input| input.time);
         let value = self.values.entry(name).or_insert(Value { now, change: None });
         if let Some((_, since)) = value.change

@@ -3,9 +3,9 @@
 use eframe::egui::{Align2, Color32, FontId, Rect, Role, Sense, Stroke, Ui, WidgetInfo, pos2, vec2};
 use glam::Vec3;
 
-use crate::app::orbit;
 use crate::app::state::AppState;
 use crate::app::theme;
+use crate::app::viewport::orbit;
 
 /// Distance of the axes' ends from the middle in points.
 const REACH: f32 = 30.0;
@@ -15,7 +15,7 @@ const KNOB: f32 = 9.0;
 /// Name and colour of each axis, muted so that the picture stays the only colourful thing.
 const AXES: [(&str, [u8; 3]); 3] = [("x", [0xd0, 0x6a, 0x6a]), ("y", [0x7f, 0xb0, 0x62]), ("z", [0x6a, 0x93, 0xd4])];
 
-pub(super) fn show(ui: &mut Ui, rect: Rect, state: &mut AppState) {
+pub(crate) fn show(ui: &mut Ui, rect: Rect, state: &mut AppState) {
     if rect.width() < 320.0 || rect.height() < 160.0 {
         return;
     }

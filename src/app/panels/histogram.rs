@@ -6,8 +6,8 @@ use eframe::egui::{
     self, Color32, CornerRadius, CursorIcon, Id, Rect, Role, Sense, Stroke, Ui, WidgetInfo, pos2, vec2,
 };
 
-use super::widgets::{chip, row};
 use crate::app::commands::Action;
+use crate::app::panels::widgets::{chip, row};
 use crate::app::state::AppState;
 use crate::app::{format, theme};
 use crate::render::{Frame, Shading};
@@ -67,7 +67,7 @@ fn range(state: &AppState) -> [f32; 2] {
     state.wanted.render.heat_range.unwrap_or(shown)
 }
 
-pub(super) fn show(ui: &mut Ui, state: &mut AppState) {
+pub(crate) fn show(ui: &mut Ui, state: &mut AppState) {
     let Some(histogram) = Histogram::load(ui, state) else {
         ui.label(egui::RichText::new("Counting…").color(theme::palette(ui).dim));
         return;

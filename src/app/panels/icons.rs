@@ -9,7 +9,7 @@ use crate::app::state::Side;
 
 /// What a button without text shows.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Icon {
+pub(crate) enum Icon {
     /// Back to the default: an arrow that goes round.
     Reset,
     /// Close or stop: a cross.
@@ -22,7 +22,7 @@ pub(super) enum Icon {
 
 impl Icon {
     /// Paints it around `center`, about 10 points wide; `behind` is what the front sheet hides the other with.
-    pub(super) fn paint(self, painter: &Painter, center: Pos2, color: Color32, behind: Color32) {
+    pub(crate) fn paint(self, painter: &Painter, center: Pos2, color: Color32, behind: Color32) {
         let stroke = Stroke::new(1.4, color);
         match self {
             Self::Reset => reset(painter, center, stroke),

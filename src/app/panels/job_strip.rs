@@ -2,13 +2,13 @@
 
 use eframe::egui::{self, Align, CornerRadius, Layout, Rect, Role, Sense, Ui, WidgetInfo, vec2};
 
-use super::icons::Icon;
-use super::widgets::icon_button;
-use crate::app::reconcile::PROGRESS_AFTER;
+use crate::app::panels::icons::Icon;
+use crate::app::panels::widgets::icon_button;
 use crate::app::state::{AppState, JobStatus, Request};
+use crate::app::work::reconcile::PROGRESS_AFTER;
 use crate::app::{format, theme};
 
-pub(super) fn show(ui: &mut Ui, state: &mut AppState) {
+pub(crate) fn show(ui: &mut Ui, state: &mut AppState) {
     let palette = theme::palette(ui);
     ui.horizontal(|ui| {
         ui.set_height(theme::ROW_HEIGHT);

@@ -55,7 +55,7 @@ impl Part {
     }
 }
 
-pub(super) fn show(ui: &mut Ui, rect: Rect, state: &AppState) {
+pub(crate) fn show(ui: &mut Ui, rect: Rect, state: &AppState) {
     let mut bottom = rect.bottom() - 12.0;
     for legend in [picture_legend(state), overlay_legend(state)].into_iter().flatten() {
         let height = TITLE_HEIGHT + legend.parts.iter().map(Part::height).sum::<f32>() + 4.0;

@@ -2,13 +2,13 @@
 
 use eframe::egui::{self, Align, Button, Layout, Popup, RichText, Role, Sense, Ui, WidgetInfo, vec2};
 
-use super::icons::Icon;
-use super::widgets::icon_button;
 use crate::app::commands::{Action, Category, Entry, entries_for};
+use crate::app::panels::icons::Icon;
+use crate::app::panels::widgets::icon_button;
 use crate::app::state::{AppState, Side};
 use crate::app::{format, theme};
 
-pub(super) fn show(ui: &mut Ui, state: &mut AppState) {
+pub(crate) fn show(ui: &mut Ui, state: &mut AppState) {
     let entries = entries_for(state);
     let palette = theme::palette(ui);
     egui::MenuBar::new().ui(ui, |ui| {

@@ -4,8 +4,8 @@ use eframe::egui::{
     self, Align, Align2, Area, Color32, CornerRadius, Frame, Layout, Margin, Order, Rect, Stroke, Ui, vec2,
 };
 
-use super::icons::Icon;
-use super::widgets::icon_button;
+use crate::app::panels::icons::Icon;
+use crate::app::panels::widgets::icon_button;
 use crate::app::state::{AppState, Message, Navigation, Request, Severity};
 use crate::app::theme;
 
@@ -18,7 +18,7 @@ const SHOWN: usize = 4;
 
 const HELP: &str = "Drag to orbit, wheel to zoom. Drag the threshold on the right to rebuild the tree, the bar below to choose depths. F1 lists all keys.";
 
-pub(super) fn show(ui: &Ui, rect: Rect, state: &mut AppState) {
+pub(crate) fn show(ui: &Ui, rect: Rect, state: &mut AppState) {
     state.messages.retain(|message| message.severity != Severity::Info || age(message) < NOTE_SECS);
     let flying = state.preferences.navigation == Navigation::Fly;
     if !state.preferences.greeted && !flying && state.presented.is_some() && !state.start_page_open {

@@ -10,6 +10,7 @@ mod icons;
 mod job_strip;
 mod legend;
 mod menu;
+mod message_log;
 mod messages;
 pub mod palette;
 mod paper;
@@ -19,14 +20,14 @@ mod selection;
 mod shortcuts;
 mod start_page;
 mod statistics;
-mod told;
 mod tree;
 mod widgets;
 
 use eframe::egui::{self, Frame, Margin, Panel, ScrollArea, Ui};
 
-use super::state::{AppState, Side};
-use super::{commands, theme};
+use crate::app::commands;
+use crate::app::state::{AppState, Side};
+use crate::app::theme;
 
 /// Width of the side panels at first start in points.
 const SIDE_WIDTH: f32 = 260.0;
@@ -110,7 +111,7 @@ pub fn over_viewport(ui: &mut Ui, rect: egui::Rect, state: &mut AppState) {
 pub fn windows(ctx: &egui::Context, state: &mut AppState) {
     start_page::show(ctx, state);
     shortcuts::show(ctx, state);
-    told::show(ctx, state);
+    message_log::show(ctx, state);
     palette::show(ctx, state);
 }
 

@@ -54,7 +54,7 @@ pub fn filter(entries: Vec<Entry>, query: &str) -> Vec<Entry> {
     found.into_iter().map(|(_, entry)| entry).collect()
 }
 
-pub(super) fn show(ctx: &egui::Context, state: &mut AppState) {
+pub(crate) fn show(ctx: &egui::Context, state: &mut AppState) {
     let chosen_id = Id::unique("palette chosen");
     let Some(mut query) = state.palette.clone() else {
         ctx.data_mut(|data| data.remove::<usize>(chosen_id));

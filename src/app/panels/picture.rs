@@ -2,14 +2,14 @@
 
 use eframe::egui::Ui;
 
-use super::histogram;
-use super::widgets::{Header, SliderSpec, combo, row, section, slider};
 use crate::app::commands::shading_description;
+use crate::app::panels::histogram;
+use crate::app::panels::widgets::{Header, SliderSpec, combo, row, section, slider};
 use crate::app::state::AppState;
-use crate::bvh::traverse::Traversal;
 use crate::render::{ColorMap, Light, RenderSettings, Shading};
+use bvhscope_engine::tree::traverse::Traversal;
 
-pub(super) fn show(ui: &mut Ui, state: &mut AppState) {
+pub(crate) fn show(ui: &mut Ui, state: &mut AppState) {
     let header = Header { reset: Some("Bring the picture's settings back"), ..Header::default() };
     let reset = section(ui, "PICTURE", header, |ui| {
         let render = &mut state.wanted.render;

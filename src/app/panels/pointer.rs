@@ -6,7 +6,7 @@ use crate::app::state::{AppState, Navigation};
 use crate::app::{format, theme};
 use crate::render::Shading;
 
-pub(super) fn show(ui: &Ui, rect: Rect, state: &AppState) {
+pub(crate) fn show(ui: &Ui, rect: Rect, state: &AppState) {
     if state.preferences.navigation == Navigation::Fly {
         // Under what is said of the pointer: the keys mean something else than usual.
         note(ui, rect, rect.min + vec2(12.0, 40.0), "flying: W A S D, Q E, drag to look · Shift faster · V ends");

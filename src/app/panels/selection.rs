@@ -2,14 +2,14 @@
 
 use eframe::egui::{self, Id, Rect, Ui};
 
-use super::widgets::{Header, Statistic, section, statistic};
 use crate::app::commands::{Action, entries};
 use crate::app::format;
+use crate::app::panels::widgets::{Header, Statistic, section, statistic};
 use crate::app::state::{AppState, Presented};
-use crate::bvh::ContainerKind;
-use crate::bvh::stats::{INTERSECTION_COST, TRAVERSAL_COST};
+use bvhscope_engine::tree::ContainerKind;
+use bvhscope_engine::tree::statistics::{INTERSECTION_COST, TRAVERSAL_COST};
 
-pub(super) fn show(ui: &mut Ui, state: &mut AppState) {
+pub(crate) fn show(ui: &mut Ui, state: &mut AppState) {
     let Some(shown) = state.presented.clone() else { return };
     let top = ui.cursor().min;
     section(ui, "SELECTION", Header::default(), |ui| {

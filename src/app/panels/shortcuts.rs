@@ -2,8 +2,8 @@
 
 use eframe::egui::{self, Grid, Label, RichText, ScrollArea, Ui, vec2};
 
-use super::dialog;
 use crate::app::commands::{Category, entries};
+use crate::app::panels::dialog;
 use crate::app::state::AppState;
 use crate::app::theme;
 
@@ -24,7 +24,7 @@ const GESTURES: [(&str, &str); 10] = [
 /// Width of the column of keys in points.
 const KEYS_WIDTH: f32 = 264.0;
 
-pub(super) fn show(ctx: &egui::Context, state: &mut AppState) {
+pub(crate) fn show(ctx: &egui::Context, state: &mut AppState) {
     if !state.shortcuts_open {
         return;
     }

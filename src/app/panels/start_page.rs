@@ -2,13 +2,13 @@
 
 use eframe::egui::{self, Button, RichText, ScrollArea, Ui, vec2};
 
-use super::dialog;
 use crate::app::commands::Action;
+use crate::app::panels::dialog;
 use crate::app::state::AppState;
 use crate::app::{format, theme};
 use crate::scene::BUILTIN_SCENES;
 
-pub(super) fn show(ctx: &egui::Context, state: &mut AppState) {
+pub(crate) fn show(ctx: &egui::Context, state: &mut AppState) {
     if !state.start_page_open {
         return;
     }

@@ -4,16 +4,16 @@ use std::time::Duration;
 
 use eframe::egui::{self, CornerRadius, Rect, Role, Sense, Ui, WidgetInfo, pos2, vec2};
 
-use super::effects::Effects;
-use super::widgets::{Header, Statistic, section, statistic};
 use crate::accel::{BuildReport, Wide};
+use crate::app::panels::effects::Effects;
+use crate::app::panels::widgets::{Header, Statistic, section, statistic};
 use crate::app::state::{AppState, Presented};
 use crate::app::{format, theme};
-use crate::bvh::levels::Levels;
-use crate::bvh::stats::{INTERSECTION_COST, TRAVERSAL_COST};
 use crate::scene::Scene;
+use bvhscope_engine::tree::levels::Levels;
+use bvhscope_engine::tree::statistics::{INTERSECTION_COST, TRAVERSAL_COST};
 
-pub(super) fn show(ui: &mut Ui, state: &mut AppState) {
+pub(crate) fn show(ui: &mut Ui, state: &mut AppState) {
     let scene = state.scene.clone();
     section(ui, "SCENE", Header::default(), |ui| match &scene {
         Some(scene) => scene_rows(ui, state, scene),
@@ -119,7 +119,7 @@ fn stage_row(ui: &mut Ui, name: &str, time: Duration, share: f64, costs: Option<
         let filled = Rect::from_min_size(bar.min, vec2((bar.width() * share as f32).max(1.0), bar.height()));
         painter.rect_filled(filled, CornerRadius::same(2), palette.accent);
     }
-    super::widgets::value_text(ui, rect, &text);
+    crate::app::panels::widgets::value_text(ui, rect, &text);
     response.on_hover_text(match costs {
         Some([before, after]) => format!(
             "Time of this pass over the finished tree, and SAH cost before and after: {} and {}",

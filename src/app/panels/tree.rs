@@ -2,12 +2,13 @@
 
 use eframe::egui::{Checkbox, Grid, Ui};
 
-use super::widgets::{Header, SliderSpec, chip, combo, row, section, slider};
 use crate::app::commands::{Action, builder_description, is_preset};
+use crate::app::panels::widgets::{Header, SliderSpec, chip, combo, row, section, slider};
 use crate::app::state::AppState;
-use crate::bvh::{BuildSettings, BuilderKind, ContainerKind, Curve, Pass, Preset};
+use bvhscope_engine::settings::{BuildSettings, BuilderKind, Curve, Pass, Preset};
+use bvhscope_engine::tree::ContainerKind;
 
-pub(super) fn show(ui: &mut Ui, state: &mut AppState) {
+pub(crate) fn show(ui: &mut Ui, state: &mut AppState) {
     let tip = "Bring builder, container, threshold, ε, curve, passes and threads back";
     let header = Header { name: "Tree settings", reset: Some(tip), ..Header::default() };
     let reset = section(ui, "TREE", header, |ui| {

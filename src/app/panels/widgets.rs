@@ -6,9 +6,10 @@ use eframe::egui::{
     self, Align, Align2, CornerRadius, Rect, Response, Role, Sense, Stroke, TextStyle, Ui, WidgetInfo, pos2, vec2,
 };
 
-use super::icons::Icon;
+use crate::app::panels::icons::Icon;
 use crate::app::state::{AppState, Request, Severity};
-use crate::app::theme::{self, ROW_HEIGHT};
+use crate::app::theme;
+use crate::app::theme::ROW_HEIGHT;
 
 /// Width of the labels on the left of controls in points.
 const LABEL_WIDTH: f32 = 84.0;
@@ -20,17 +21,17 @@ const TYPED_DECIMALS: usize = 1;
 
 /// What a section's header holds beside its title.
 #[derive(Debug, Clone, Copy, Default)]
-pub(super) struct Header<'a> {
+pub(crate) struct Header<'a> {
     /// What accessibility calls the section; its title where empty.
-    pub(super) name: &'a str,
+    pub(crate) name: &'a str,
     /// A value at the right end.
-    pub(super) summary: &'a str,
+    pub(crate) summary: &'a str,
     /// A button that brings the section's settings back to their defaults; its tooltip.
-    pub(super) reset: Option<&'a str>,
+    pub(crate) reset: Option<&'a str>,
 }
 
 /// A part of a panel under a heading that opens and closes it. Returns whether its reset button was pressed.
-pub(super) fn section(ui: &mut Ui, title: &str, header: Header<'_>, body: impl FnOnce(&mut Ui)) -> bool {
+pub(crate) fn section(ui: &mut Ui, title: &str, header: Header<'_>, body: impl FnOnce(&mut Ui)) -> bool {
     let palette = theme::palette(ui);
     let id = ui.make_persistent_id(("section", title));
     let mut state = egui::collapsing_header::CollapsingState::load_with_default_open(ui.ctx(), id, true);
@@ -80,7 +81,7 @@ fn sentence_case(title: &str) -> String {
 }
 
 /// A button that is only an icon, without a frame until the pointer is over it.
-pub(super) fn icon_button(ui: &mut Ui, rect: Rect, icon: Icon, name: &str) -> Response {
+pub(crate) fn icon_button(ui: &mut Ui, rect: Rect, icon: Icon, name: &str) -> Response {
     let palette = theme::palette(ui);
     let response = ui.interact(rect, ui.scope_id().with(("icon", name)), Sense::click());
     response.widget_info(|| WidgetInfo::labeled(Role::Button, ui.is_enabled(), name));
@@ -95,7 +96,7 @@ pub(super) fn icon_button(ui: &mut Ui, rect: Rect, icon: Icon, name: &str) -> Re
 }
 
 /// A label on the left and a control that fills the rest. The control's accessible name is the label.
-pub(super) fn row(ui: &mut Ui, label: &str, tip: &str, control: impl FnOnce(&mut Ui) -> Response) -> Response {
+pub(crate) fn row(ui: &mut Ui, label: &str, tip: &str, control: impl FnOnce(&mut Ui) -> Response) -> Response {
     let palette = theme::palette(ui);
     ui.horizontal(|ui| {
         ui.set_min_height(ROW_HEIGHT);
@@ -111,26 +112,26 @@ pub(super) fn row(ui: &mut Ui, label: &str, tip: &str, control: impl FnOnce(&mut
 }
 
 /// What a slider sets.
-pub(super) struct SliderSpec<'a> {
+pub(crate) struct SliderSpec<'a> {
     /// Its name, also for accessibility.
-    pub(super) label: &'a str,
+    pub(crate) label: &'a str,
     /// What it does, what to expect, and its shortcut.
-    pub(super) tip: &'a str,
+    pub(crate) tip: &'a str,
     /// Smallest and largest value.
-    pub(super) range: RangeInclusive<f64>,
+    pub(crate) range: RangeInclusive<f64>,
     /// Where a double click brings it; marked with a tick.
-    pub(super) default: f64,
+    pub(crate) default: f64,
     /// Equal steps multiply rather than add.
-    pub(super) logarithmic: bool,
+    pub(crate) logarithmic: bool,
     /// Digits after the point; 0 for whole numbers.
-    pub(super) decimals: usize,
+    pub(crate) decimals: usize,
     /// A word for 0; empty where 0 is just a number.
-    pub(super) zero: &'a str,
+    pub(crate) zero: &'a str,
 }
 
 /// A labelled slider with its number. Double click resets it. Returns whether the user changed the value; one that the
 /// command line or an earlier run chose stays as it is, also where no handle reaches it.
-pub(super) fn slider(ui: &mut Ui, value: &mut f64, spec: &SliderSpec<'_>) -> bool {
+pub(crate) fn slider(ui: &mut Ui, value: &mut f64, spec: &SliderSpec<'_>) -> bool {
     let before = *value;
     let mut touched = false;
     row(ui, spec.label, spec.tip, |ui| {
@@ -209,7 +210,7 @@ fn paint_tick(ui: &Ui, rail: Rect, spec: &SliderSpec<'_>) {
 }
 
 /// A drop-down list of values, each with its name and what to expect of it.
-pub(super) fn combo<T: Copy + PartialEq>(
+pub(crate) fn combo<T: Copy + PartialEq>(
     ui: &mut Ui,
     label: &str,
     tip: &str,
@@ -250,18 +251,18 @@ pub(super) fn combo<T: Copy + PartialEq>(
 }
 
 /// A check box with a tooltip.
-pub(super) fn check(ui: &mut Ui, value: &mut bool, label: &str, tip: &str) -> bool {
+pub(crate) fn check(ui: &mut Ui, value: &mut bool, label: &str, tip: &str) -> bool {
     ui.checkbox(value, label).on_hover_text(tip).changed()
 }
 
 /// A small button; `on` highlights it.
-pub(super) fn chip(ui: &mut Ui, label: &str, on: bool, tip: &str) -> bool {
+pub(crate) fn chip(ui: &mut Ui, label: &str, on: bool, tip: &str) -> bool {
     ui.add(egui::Button::new(label).selected(on)).on_hover_text(tip).clicked()
 }
 
 /// A name with its value, as statistics list them.
 #[derive(Debug, Clone)]
-pub(super) struct Statistic<'a> {
+pub(crate) struct Statistic<'a> {
     name: &'a str,
     value: String,
     unit: &'a str,
@@ -271,26 +272,26 @@ pub(super) struct Statistic<'a> {
 }
 
 impl<'a> Statistic<'a> {
-    pub(super) fn new(name: &'a str, value: String) -> Self {
+    pub(crate) fn new(name: &'a str, value: String) -> Self {
         Self { name, value, unit: "", tip: String::new(), change: None }
     }
 
-    pub(super) fn unit(self, unit: &'a str) -> Self {
+    pub(crate) fn unit(self, unit: &'a str) -> Self {
         Self { unit, ..self }
     }
 
-    pub(super) fn tip(self, tip: impl Into<String>) -> Self {
+    pub(crate) fn tip(self, tip: impl Into<String>) -> Self {
         Self { tip: tip.into(), ..self }
     }
 
     /// Shows for a while where the value came from.
-    pub(super) fn change(self, before: String, percent: String) -> Self {
+    pub(crate) fn change(self, before: String, percent: String) -> Self {
         Self { change: Some((before, percent)), ..self }
     }
 }
 
 /// A row of statistics: name on the left, value on the right. A click copies the value.
-pub(super) fn statistic(ui: &mut Ui, state: &mut AppState, row: &Statistic<'_>) {
+pub(crate) fn statistic(ui: &mut Ui, state: &mut AppState, row: &Statistic<'_>) {
     let palette = theme::palette(ui);
     let (rect, response) = ui.allocate_exact_size(vec2(ui.available_width(), 16.0), Sense::click());
     let value = if row.unit.is_empty() { row.value.clone() } else { format!("{} {}", row.value, row.unit) };
@@ -316,7 +317,7 @@ pub(super) fn statistic(ui: &mut Ui, state: &mut AppState, row: &Statistic<'_>) 
     ui.painter().text(pos2(rect.left(), rect.center().y), Align2::LEFT_CENTER, row.name, font, palette.dim);
     if response.clicked() {
         state.requests.push(Request::Copy(row.value.clone()));
-        state.tell(Severity::Info, format!("{} copied: {value}", row.name));
+        state.notify(Severity::Info, format!("{} copied: {value}", row.name));
     }
     let hint = "Click to copy";
     let tip = if row.tip.is_empty() { hint.to_owned() } else { format!("{}\n{hint}", row.tip) };
@@ -329,7 +330,7 @@ fn text_width(ui: &Ui, text: &str) -> f32 {
 }
 
 /// A value at the right end of `rect`, its unit (what follows the first blank after a digit) dimmed.
-pub(super) fn value_text(ui: &Ui, rect: Rect, value: &str) {
+pub(crate) fn value_text(ui: &Ui, rect: Rect, value: &str) {
     let palette = theme::palette(ui);
     let split = value.rfind(' ').filter(|&at| value[at + 1..].starts_with(|c: char| c.is_alphabetic() || c == '%'));
     let Some(at) = split else {

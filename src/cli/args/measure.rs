@@ -5,10 +5,12 @@ use std::path::PathBuf;
 use clap::Args;
 
 use super::{CameraArgs, ShapeArgs, StrictLoadArgs};
-use crate::bvh::traverse::Traversal;
-use crate::bvh::{BuilderKind, ContainerKind, SimdLevel};
 use crate::cli::values::{self, Epsilons, ModelParser, Numbers};
 use crate::scene::SceneSource;
+use bvhscope_engine::kernel::SimdLevel;
+use bvhscope_engine::settings::BuilderKind;
+use bvhscope_engine::tree::ContainerKind;
+use bvhscope_engine::tree::traverse::Traversal;
 
 /// What every measuring command takes.
 #[derive(Debug, Args)]

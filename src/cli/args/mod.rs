@@ -12,8 +12,9 @@ pub use picture::{CameraArgs, NodeArgs, OverlayArgs, PictureArgs};
 
 use super::values::{self, ModelParser};
 use crate::budget::MemoryLimit;
-use crate::bvh::{BuilderKind, ContainerKind, Curve, Passes, Preset};
 use crate::scene::SceneSource;
+use bvhscope_engine::settings::{BuilderKind, Curve, Passes, Preset};
+use bvhscope_engine::tree::ContainerKind;
 
 /// Looks into bounding volume hierarchies made by agglomerative clustering.
 #[derive(Debug, Parser)]

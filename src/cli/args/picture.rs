@@ -3,12 +3,12 @@
 use clap::Args;
 use glam::Vec3;
 
-use crate::bvh::SimdLevel;
-use crate::bvh::traverse::Traversal;
 use crate::cli::values;
 use crate::overlay::{ColorBy, OverlayKinds};
 use crate::render::{ColorMap, Light, Shading};
 use crate::view::View;
+use bvhscope_engine::kernel::SimdLevel;
+use bvhscope_engine::tree::traverse::Traversal;
 
 #[derive(Debug, Args)]
 #[command(next_help_heading = "Camera")]

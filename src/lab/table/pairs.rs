@@ -2,9 +2,9 @@
 
 use super::lists::list_table;
 use super::{SPREAD, Table, Value, conditions_and_threads, models, name_among, number, spread};
-use crate::bvh::ContainerKind;
 use crate::lab::Measurement;
 use crate::lab::paper::{MEAN_RATIOS, PaperScene, scene_of};
+use bvhscope_engine::tree::ContainerKind;
 
 /// Table 1, table 2, the stages of the builds, and what the trees look like.
 pub(super) fn bench_tables(rows: &[Measurement]) -> Vec<Table> {

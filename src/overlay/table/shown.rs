@@ -6,9 +6,9 @@ use std::ops::Range;
 use rayon::prelude::*;
 
 use super::{NodeTable, Selection, area};
-use crate::bvh::Node;
 use crate::overlay::OverlaySettings;
-use crate::with_tree;
+use bvhscope_engine::tree::Node;
+use bvhscope_engine::with_tree;
 
 /// What is drawn of a table.
 #[derive(Debug, Clone, PartialEq, Eq)]

@@ -3,10 +3,10 @@
 use glam::{Quat, Vec3};
 
 use super::shapes::{Random, paint, quad, sphere};
-use crate::cancel::{CancelToken, Cancelled};
-use crate::geometry::Triangle;
 use crate::scene::assemble::Assembly;
 use crate::scene::{Material, Place};
+use bvhscope_engine::cancel::{CancelToken, Cancelled};
+use bvhscope_engine::geometry::Triangle;
 
 /// Colours that go well together.
 const PALETTE: [[f32; 3]; 6] = [

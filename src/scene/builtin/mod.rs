@@ -12,7 +12,7 @@ use glam::Vec3;
 use super::assemble::Assembly;
 use super::read::unusable;
 use super::{LoadError, Scene, SceneSource};
-use crate::cancel::CancelToken;
+use bvhscope_engine::cancel::CancelToken;
 
 /// A scene made in code.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -2,10 +2,10 @@
 
 use glam::{DVec3, Vec3};
 
-use crate::cancel::{CancelToken, Cancelled};
-use crate::geometry::Triangle;
 use crate::scene::assemble::{Assembly, VertexLists};
 use crate::scene::{Material, Place};
+use bvhscope_engine::cancel::{CancelToken, Cancelled};
+use bvhscope_engine::geometry::Triangle;
 
 const DATA: &str = include_str!("../../../assets/teapot.txt");
 

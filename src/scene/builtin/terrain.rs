@@ -4,10 +4,10 @@ use glam::Vec3;
 use rayon::prelude::*;
 
 use super::shapes::paint;
-use crate::cancel::{CancelToken, Cancelled};
-use crate::geometry::Triangle;
 use crate::scene::Place;
 use crate::scene::assemble::{Assembly, VertexLists, listed};
+use bvhscope_engine::cancel::{CancelToken, Cancelled};
+use bvhscope_engine::geometry::Triangle;
 
 /// A square of side 2 with about, and at most, `triangles` triangles; at least 2.
 pub(super) fn build(triangles: u32, assembly: &mut Assembly, token: &CancelToken) -> Result<(), Cancelled> {

@@ -5,10 +5,10 @@ use gltf::accessor::{DataType, Dimensions, Item, Iter};
 use gltf::json::accessor::Accessor;
 use gltf::json::validation::Checked;
 
-use super::container::{Document, entry};
+use super::document::{Document, entry};
 use crate::budget::Budget;
-use crate::cancel::{CancelToken, Cancelled};
 use crate::scene::assemble::listed;
+use bvhscope_engine::cancel::{CancelToken, Cancelled};
 
 /// Why there is nothing to read.
 pub(super) enum Unread {

@@ -5,7 +5,7 @@ use gltf::json::mesh::Semantic;
 use gltf::json::validation::Checked;
 use serde_json::Value;
 
-use crate::cancel::{CancelToken, Cancelled};
+use bvhscope_engine::cancel::{CancelToken, Cancelled};
 
 /// About as many triangles as the nodes of `root` place, if its counts are true: a hint, so that the list of triangles need not
 /// grow, for which it would have to be copied again and again.

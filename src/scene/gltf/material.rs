@@ -5,7 +5,7 @@ use gltf::json::material::{AlphaMode, Material as JsonMaterial};
 use gltf::json::texture::{Info, WrappingMode};
 use gltf::json::validation::Checked;
 
-use super::container::{Document, entry, read_uri};
+use super::document::{Document, entry, read_uri};
 use crate::scene::images::Images;
 use crate::scene::{Material, WrapMode};
 

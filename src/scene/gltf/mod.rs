@@ -4,7 +4,7 @@
 
 mod accessor;
 mod announced;
-mod container;
+mod document;
 mod material;
 mod primitive;
 
@@ -19,14 +19,14 @@ use serde_json::Value;
 
 use self::accessor::Unread;
 use self::announced::announced_triangles;
-use self::container::Document;
+use self::document::Document;
 use self::primitive::Primitive;
 use super::assemble::{Assembly, DONE_AT_ONCE, VertexLists, check_vertices, listed, moved};
 use super::images::Images;
 use super::read::{READ_SHARE, unusable};
 use super::{LoadError, LoadOptions, Place};
-use crate::cancel::{CancelToken, Cancelled};
-use crate::geometry::Triangle;
+use bvhscope_engine::cancel::{CancelToken, Cancelled};
+use bvhscope_engine::geometry::Triangle;
 
 /// More copies than this of anything are a mistake or an attack.
 const MAX_TRIANGLES: usize = 1 << 28;

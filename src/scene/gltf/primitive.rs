@@ -5,9 +5,9 @@ use gltf::json::mesh::{Mode, Primitive as JsonPrimitive, Semantic};
 use gltf::json::validation::Checked;
 
 use super::accessor::{self, Elements, Unread};
-use super::container::Document;
-use crate::cancel::{CancelToken, Cancelled};
+use super::document::Document;
 use crate::scene::assemble::{DONE_AT_ONCE, listed};
+use bvhscope_engine::cancel::{CancelToken, Cancelled};
 
 /// A decoded primitive.
 pub(super) struct Primitive {

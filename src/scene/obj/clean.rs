@@ -8,10 +8,10 @@ use std::ops::RangeInclusive;
 use arrayvec::ArrayVec;
 
 use crate::budget::Budget;
-use crate::cancel::CancelToken;
 use crate::scene::assemble::BYTES_PER_TRIANGLE;
 use crate::scene::read::{MAX_LINE, READ_SHARE, lines};
 use crate::scene::{Place, Warnings};
+use bvhscope_engine::cancel::CancelToken;
 
 /// Handed on at a time.
 const PORTION: usize = 1 << 16;

@@ -13,8 +13,8 @@ use super::images::Images;
 use super::material::linear_from_srgb;
 use super::read::unusable;
 use super::{LoadError, LoadOptions, Material, Place};
-use crate::cancel::CancelToken;
-use crate::geometry::Triangle;
+use bvhscope_engine::cancel::CancelToken;
+use bvhscope_engine::geometry::Triangle;
 
 /// Reads an OBJ file that is in memory.
 pub(super) fn load(

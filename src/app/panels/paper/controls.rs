@@ -5,13 +5,14 @@ use eframe::egui::{self, Align, Button, ComboBox, DragValue, Layout, RichText, R
 use crate::app::commands::Action;
 use crate::app::panels::icons::Icon;
 use crate::app::panels::widgets::{chip, icon_button};
-use crate::app::paper::{Display, Experiment, PaperPlan, RowFormat};
+use crate::app::state::paper::{Display, Experiment, PaperPlan, RowFormat};
 use crate::app::state::{AppState, Request};
 use crate::app::theme;
-use crate::bvh::traverse::Traversal;
-use crate::bvh::{BuildSettings, ContainerKind};
+use bvhscope_engine::settings::BuildSettings;
+use bvhscope_engine::tree::ContainerKind;
+use bvhscope_engine::tree::traverse::Traversal;
 
-pub(super) fn show(ui: &mut Ui, state: &mut AppState) {
+pub(crate) fn show(ui: &mut Ui, state: &mut AppState) {
     ui.horizontal(|ui| {
         let close = ui.available_width() - theme::ROW_HEIGHT;
         ui.allocate_ui_with_layout(

@@ -8,16 +8,16 @@ use std::sync::Arc;
 
 use eframe::egui::{self, Margin, Panel, RichText, ScrollArea, Ui};
 
-use super::panel_frame;
-use crate::app::paper::{Display, Experiment};
+use crate::app::panels::panel_frame;
 use crate::app::state::AppState;
+use crate::app::state::paper::{Display, Experiment};
 use crate::app::{format, theme};
 
 /// Height at first start in points.
 const HEIGHT: f32 = 288.0;
 
 /// The dock, where it is open.
-pub(super) fn show(ui: &mut Ui, state: &mut AppState) {
+pub(crate) fn show(ui: &mut Ui, state: &mut AppState) {
     let mut open = state.preferences.paper_open;
     if !open {
         return;

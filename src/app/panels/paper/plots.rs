@@ -7,8 +7,8 @@ use eframe::egui::{
 };
 use egui_plot::{AxisHints, GridMark, Line, MarkerShape, Plot, PlotPoint, PlotPoints, PlotTransform, Points, VLine};
 
-use crate::app::paper::{PaperResult, want_row};
 use crate::app::state::AppState;
+use crate::app::state::paper::{PaperResult, want_row};
 use crate::app::{format, theme};
 use crate::lab::Measurement;
 use crate::lab::plot::{COLORS, Curve, Panel, Point};
@@ -20,7 +20,7 @@ const CATEGORY: f32 = 84.0;
 /// Smallest height of a plot in points.
 const HEIGHT: f32 = 140.0;
 
-pub(super) fn show(ui: &mut Ui, state: &mut AppState, result: &PaperResult) {
+pub(crate) fn show(ui: &mut Ui, state: &mut AppState, result: &PaperResult) {
     legend(ui, &result.panels);
     let height = (ui.available_height() - 14.0).max(HEIGHT);
     let count = result.panels.len() as f32;

@@ -4,7 +4,7 @@ use eframe::egui::{
     self, Align2, CornerRadius, RichText, Role, ScrollArea, Sense, TextStyle, Ui, WidgetInfo, pos2, vec2,
 };
 
-use crate::app::paper::PaperResult;
+use crate::app::state::paper::PaperResult;
 use crate::app::state::{AppState, Request, Severity};
 use crate::app::theme;
 use crate::lab::table::Table;
@@ -14,7 +14,7 @@ const GAP: f32 = 16.0;
 /// Height of a row in points.
 const ROW: f32 = 18.0;
 
-pub(super) fn show(ui: &mut Ui, state: &mut AppState, result: &PaperResult) {
+pub(crate) fn show(ui: &mut Ui, state: &mut AppState, result: &PaperResult) {
     ScrollArea::horizontal().id_salt("paper tables").auto_shrink([false, true]).show(ui, |ui| {
         for table in &result.tables {
             one(ui, state, table);
@@ -67,7 +67,7 @@ fn one(ui: &mut Ui, state: &mut AppState, table: &Table) {
         let response = line(ui, &mut row.iter().map(String::as_str), color, spoken(table, row));
         if response.on_hover_text("Click to copy the row").clicked() {
             state.requests.push(Request::Copy(row.join("\t")));
-            state.tell(Severity::Info, "Row copied");
+            state.notify(Severity::Info, "Row copied");
         }
     }
     ui.spacing_mut().item_spacing.y = 4.0;

@@ -1,0 +1,202 @@
+//! `combine_clusters`: the upward half of approximate agglomerative clustering, a list of clusters in which the closest
+//! pair merges until few enough are left (Gu, He, Fatahalian, Blelloch, *Efficient BVH Construction via Approximate
+//! Agglomerative Clustering*, HPG 2013). Of equally close pairs the one with fewer primitives merges first, then the one
+//! at the lower positions; a union takes the place of its first part, and that of the second stays empty until the last of the
+//! list take such places, at the end or once a long list has many.
+
+#![allow(clippy::inline_always, reason = "SIMD kernels must land in the caller that enables the instructions")]
+
+use fearless_simd::{Simd, f32x8, f32x16};
+
+use crate::aac::cluster::{Clustered, Clusters, Pairs};
+use crate::aac::combine_long::{Matches, combine_long};
+use crate::aac::combine_short::combine_short;
+use crate::cancel::{CancelToken, Cancelled};
+
+/// What lists of any length need besides themselves, to be used again.
+#[derive(Default)]
+pub struct Scratch {
+    matches: Matches,
+}
+
+/// Merges the closest pair of the clusters from `base` on until no more than `target` are left.
+#[inline(always)]
+pub fn combine_clusters<C: Clustered, S: Simd>(
+    simd: S,
+    list: &mut Clusters,
+    scratch: &mut Scratch,
+    base: usize,
+    target: usize,
+    pairs: &mut Pairs<C>,
+    token: &CancelToken,
+) -> Result<(), Cancelled> {
+    let len = list.len - base;
+    if len <= target {
+        return Ok(());
+    }
+    // All merge the same clusters, but where positions alone decide: in a long list others of the last take the empty places.
+    match len {
+        0..=8 => combine_short::<C, S, f32x8<S>, 1, 8>(simd, list, base, target, pairs),
+        9..=16 => combine_short::<C, S, f32x16<S>, 1, 16>(simd, list, base, target, pairs),
+        17..=32 => combine_short::<C, S, f32x16<S>, 2, 32>(simd, list, base, target, pairs),
+        _ => return combine_long(simd, list, &mut scratch.matches, base, target, pairs, token),
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use fearless_simd::{dispatch, f32x4};
+    use glam::Vec3;
+
+    use super::*;
+    use crate::aac::cluster::{Cluster, splat_fields};
+    use crate::geometry::{Aabb, Sphere};
+    use crate::kernel::SimdLevel;
+    use crate::tree::Node;
+
+    /// Small containers at few places, so that many distances are equal. No two groups have equally many primitives:
+    /// positions never decide.
+    fn clusters<C: Clustered>(count: usize, seed: u32) -> Clusters {
+        let mut state = seed;
+        let mut number = |below: u32| {
+            state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+            (state >> 16) % below
+        };
+        let mut list = Clusters::with_capacity(count);
+        for first in 0..count as u32 {
+            let a = Vec3::new(number(4) as f32, number(3) as f32, number(2) as f32);
+            let b = a + Vec3::new(number(2) as f32, number(2) as f32, 0.5);
+            let container = C::of_triangle(&crate::geometry::Triangle { a, b, c: a });
+            let primitives =
+                if count < 32 { 1 << (first * 11 % count as u32) } else { number(1 << 16) << 8 | number(1 << 8) };
+            list.push::<C>(Cluster { fields: container.fields(), first, count: primitives });
+        }
+        list
+    }
+
+    /// The nodes that are written while `count` clusters merge to `target`, then those of the clusters that are left.
+    fn merged<C: Clustered>(level: SimdLevel, count: usize, target: usize, seed: u32, long: bool) -> Vec<Node<C>> {
+        let mut nodes: Vec<Node<C>> = bytemuck::zeroed_vec(2 * (count - target));
+        let mut list = clusters::<C>(count, seed);
+        let (mut pairs, mut scratch, token) = (Pairs::new(&mut nodes, 100), Scratch::default(), CancelToken::new());
+        let result = dispatch!(level.level(), simd => {
+            if long {
+                combine_long(simd, &mut list, &mut scratch.matches, 0, target, &mut pairs, &token)
+            } else {
+                combine_clusters(simd, &mut list, &mut scratch, 0, target, &mut pairs, &token)
+            }
+        });
+        assert!(result.is_ok());
+        assert_eq!(list.len, target);
+        for at in 0..target {
+            let fields: Vec<f32> = list.fields[..C::USED_FIELDS].iter().map(|field| field[at]).collect();
+            assert_eq!(list.items[at].fields[..C::USED_FIELDS], fields, "both forms of a cluster are the same");
+        }
+        let left = list.items[..target].iter().map(Cluster::node).collect();
+        in_order(nodes, left)
+    }
+
+    /// `nodes` and those of the clusters that are `left`, whatever their places were.
+    fn in_order<C: Clustered>(mut nodes: Vec<Node<C>>, mut left: Vec<Node<C>>) -> Vec<Node<C>> {
+        let order = |node: &Node<C>| (node.count, node.first);
+        left.sort_unstable_by_key(order);
+        nodes.chunks_mut(2).for_each(|pair| pair.sort_unstable_by_key(order));
+        nodes.extend(left);
+        nodes
+    }
+
+    /// What [`merged`] gives, by comparing all pairs before each merge.
+    fn merged_plainly<C: Clustered>(count: usize, target: usize, seed: u32) -> Vec<Node<C>> {
+        let mut nodes: Vec<Node<C>> = bytemuck::zeroed_vec(2 * (count - target));
+        let mut items = clusters::<C>(count, seed).items;
+        items.truncate(count);
+        let mut pairs = Pairs::new(&mut nodes, 100);
+        dispatch!(SimdLevel::Sse2.level(), simd => {
+            while items.len() > target {
+                let mut best = (f32::INFINITY, u32::MAX, 0, 0);
+                for high in 1..items.len() {
+                    let own = splat_fields::<C, _, f32x4<_>>(simd, &items[high].fields);
+                    for low in 0..high {
+                        let distance = C::distances(&splat_fields::<C, _, _>(simd, &items[low].fields), &own)[0];
+                        let pair = (distance, items[low].count + items[high].count, low, high);
+                        best = if pair < best { pair } else { best };
+                    }
+                }
+                let (.., low, high) = best;
+                let pair = [items[low], items[high]];
+                let union = C::union_fields::<_, f32x4<_>>(simd, &pair[0].fields, &pair[1].fields);
+                items[low] = Cluster::from_lanes::<C, _, _>(&union, pairs.push(&pair), pair[0].count + pair[1].count);
+                items.remove(high);
+            }
+        });
+        in_order(nodes, items.iter().map(Cluster::node).collect())
+    }
+
+    fn check_long<C: Clustered>() {
+        for (count, target) in [(33, 32), (33, 1), (48, 32), (64, 32), (80, 49), (97, 7), (128, 73), (200, 1)] {
+            for seed in 0..4 {
+                let expected = merged_plainly::<C>(count, target, seed);
+                for level in SimdLevel::ALL.into_iter().filter(|level| level.is_available()) {
+                    let nodes = merged::<C>(level, count, target, seed, false);
+                    assert_eq!(nodes.len(), expected.len());
+                    for (node, expected) in nodes.iter().zip(&expected) {
+                        let name = level.name();
+                        assert_eq!(
+                            (node.first, node.count),
+                            (expected.first, expected.count),
+                            "{count} to {target}, {name}"
+                        );
+                        assert_eq!(node.container.fields(), expected.container.fields(), "{count} to {target}, {name}");
+                    }
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn long_lists_merge_the_closest_boxes() {
+        check_long::<Aabb>();
+    }
+
+    #[test]
+    fn long_lists_merge_the_closest_spheres() {
+        check_long::<Sphere>();
+    }
+
+    fn check<C: Clustered>() {
+        for count in (2..=31).filter(|count| count % 11 != 0) {
+            for seed in 0..20 {
+                let target = 1 + seed as usize % (count - 1);
+                let [short, long] = [false, true].map(|long| {
+                    let expected = merged::<C>(SimdLevel::Sse2, count, target, seed, long);
+                    for level in SimdLevel::ALL.into_iter().filter(|level| level.is_available()) {
+                        let nodes = merged::<C>(level, count, target, seed, long);
+                        assert!(nodes == expected, "{count} to {target}, seed {seed}, {}, long: {long}", level.name());
+                    }
+                    expected
+                });
+                for (short, long) in short.iter().zip(&long) {
+                    assert_eq!(
+                        (short.first, short.count),
+                        (long.first, long.count),
+                        "{count} to {target}, seed {seed}"
+                    );
+                    // Which of two spheres comes first decides the last digit.
+                    let fields = short.container.fields().into_iter().zip(long.container.fields());
+                    assert!(fields.into_iter().all(|(a, b)| (a - b).abs() <= 1e-6), "{count} to {target}, seed {seed}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn short_and_long_lists_merge_the_same_boxes_at_every_level() {
+        check::<Aabb>();
+    }
+
+    #[test]
+    fn short_and_long_lists_merge_the_same_spheres_at_every_level() {
+        check::<Sphere>();
+    }
+}

@@ -1,0 +1,101 @@
+//! Which vector instructions the kernels use: chosen at run time, once for each tile or batch of rays. Every level gives the
+//! same hits.
+
+use fearless_simd::Level;
+
+/// A set of vector instructions.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum SimdLevel {
+    /// SSE2, which every 64-bit x86 has.
+    Sse2,
+    /// SSE4.2.
+    Sse4,
+    /// AVX2.
+    Avx2,
+    /// AVX-512 as of Ice Lake.
+    Avx512,
+    /// NEON, which every 64-bit ARM has.
+    Neon,
+}
+
+impl SimdLevel {
+    /// All levels, whether this machine has them or not.
+    pub const ALL: [Self; 5] = [Self::Sse2, Self::Sse4, Self::Avx2, Self::Avx512, Self::Neon];
+
+    /// The name on the command line.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Sse2 => "sse2",
+            Self::Sse4 => "sse4",
+            Self::Avx2 => "avx2",
+            Self::Avx512 => "avx512",
+            Self::Neon => "neon",
+        }
+    }
+
+    /// The best level of this machine.
+    pub fn best() -> Self {
+        Self::ALL.into_iter().rfind(|level| level.is_available()).unwrap_or(Self::Sse2)
+    }
+
+    /// Whether this machine has it.
+    pub fn is_available(self) -> bool {
+        self.find().is_some()
+    }
+
+    /// What kernels of explicit vectors are dispatched with; the least that there is where this machine lacks the level.
+    pub fn level(self) -> Level {
+        self.find().unwrap_or_else(Level::baseline)
+    }
+
+    /// What kernels with plain loops are dispatched with: at most AVX2, because compilers have been seen to vectorise plain
+    /// loops wrongly for AVX-512.
+    pub fn level_of_plain_loops(self) -> Level {
+        if self == Self::Avx512 { Self::Avx2.level() } else { self.level() }
+    }
+
+    fn find(self) -> Option<Level> {
+        let machine = Level::new();
+        match self {
+            #[cfg(target_arch = "x86_64")]
+            Self::Sse2 => machine.as_sse2().map(Level::Sse2),
+            #[cfg(target_arch = "x86_64")]
+            Self::Sse4 => machine.as_sse4_2().map(Level::Sse4_2),
+            #[cfg(target_arch = "x86_64")]
+            Self::Avx2 => machine.as_avx2().map(Level::Avx2),
+            #[cfg(target_arch = "x86_64")]
+            Self::Avx512 => machine.as_avx512().map(Level::Avx512),
+            #[cfg(target_arch = "aarch64")]
+            Self::Neon => machine.as_neon().map(Level::Neon),
+            #[allow(unreachable_patterns, reason = "levels of other machines")]
+            _ => {
+                let _ = machine;
+                None
+            }
+        }
+    }
+}
+
+/// The widest instructions for what has plain loops. Not AVX-512, for which this compiler's vectoriser gives wrong results.
+pub(crate) fn simd_level() -> Level {
+    SimdLevel::best().level_of_plain_loops()
+}
+
+impl Default for SimdLevel {
+    fn default() -> Self {
+        Self::best()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_best_level_is_there() {
+        assert!(SimdLevel::best().is_available() || cfg!(not(any(target_arch = "x86_64", target_arch = "aarch64"))));
+        assert_eq!(SimdLevel::Avx512.level_of_plain_loops().as_avx2().is_some(), SimdLevel::Avx2.is_available());
+        #[cfg(target_arch = "x86_64")]
+        assert!(SimdLevel::Sse2.is_available() && !SimdLevel::Neon.is_available());
+    }
+}

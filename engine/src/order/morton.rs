@@ -1,0 +1,150 @@
+//! Morton codes: points in space on one line, neighbours mostly close together.
+//!
+//! ```text
+//! x = …x2 x1 x0   y = …y2 y1 y0   z = …z2 z1 z0
+//! code = …x2 y2 z2 x1 y1 z1 x0 y0 z0
+//! ```
+
+#![allow(clippy::inline_always, reason = "SIMD kernels must land in the caller that enables the instructions")]
+
+use fearless_simd::{Bytes, Simd, SimdBase, SimdFloat, f32x4, i32x4, u32x4, u64x4};
+use glam::Vec3;
+
+use crate::geometry::Aabb;
+
+/// Bits of a code in each axis.
+pub const BITS_PER_AXIS: u32 = 21;
+/// Bits of a code.
+pub const CODE_BITS: u32 = 3 * BITS_PER_AXIS;
+
+/// Maps points of a box to codes. The cells are cubes: the longest edge is cut into 2²¹ parts.
+#[derive(Debug, Clone, Copy)]
+pub struct MortonGrid {
+    origin: Vec3,
+    cells_per_unit: f32,
+}
+
+impl MortonGrid {
+    /// The grid over `bounds`, which must be finite; a box without extent gives every point the code 0.
+    pub fn new(bounds: &Aabb) -> Self {
+        let extent = bounds.extent().max_element();
+        let cells = (1_u32 << BITS_PER_AXIS) as f32 / extent;
+        Self { origin: bounds.min, cells_per_unit: if cells.is_finite() { cells } else { 0.0 } }
+    }
+
+    /// The code of `point`, 63 bits.
+    pub fn code(&self, point: Vec3) -> u64 {
+        join_spread(self.cell(point))
+    }
+
+    /// The numbers of the cell that holds `point`.
+    #[inline]
+    pub fn cell(&self, point: Vec3) -> [u32; 3] {
+        let cell = ((point - self.origin) * self.cells_per_unit).clamp(Vec3::ZERO, Vec3::splat(MAX_CELL));
+        [cell.x as u32, cell.y as u32, cell.z as u32]
+    }
+
+    /// How many cells `length` is long.
+    pub fn cells_across(&self, length: f32) -> f32 {
+        length * self.cells_per_unit
+    }
+
+    /// The codes of two points.
+    #[inline(always)]
+    pub fn codes<S: Simd>(&self, simd: S, points: [f32x4<S>; 2]) -> [u64; 2] {
+        let (first, second) = (self.lanes(simd, points[0]), self.lanes(simd, points[1]));
+        let (first, second) = simd.widen_u32x8(simd.combine_u32x4(first, second));
+        [join(simd, spread_all(first)), join(simd, spread_all(second))]
+    }
+
+    /// [`Self::cell`] of a point in lanes.
+    #[inline(always)]
+    fn lanes<S: Simd>(&self, simd: S, point: f32x4<S>) -> u32x4<S> {
+        let origin = f32x4::from_slice(simd, &[self.origin.x, self.origin.y, self.origin.z, 0.0]);
+        let cell = (point - origin) * self.cells_per_unit;
+        let inside = cell.max(f32x4::splat(simd, 0.0)).min(f32x4::splat(simd, MAX_CELL));
+        inside.to_int::<i32x4<S>>().bitcast()
+    }
+}
+
+/// Largest cell number in an axis.
+pub const MAX_CELL: f32 = ((1 << BITS_PER_AXIS) - 1) as f32;
+/// By how much bits move up, and which are kept, on the way to two zero bits in front of each of the lowest 21.
+const SPREAD: [(u32, u64); 5] = [
+    (32, 0x001f_0000_0000_ffff),
+    (16, 0x001f_0000_ff00_00ff),
+    (8, 0x100f_00f0_0f00_f00f),
+    (4, 0x10c3_0c30_c30c_30c3),
+    (2, 0x1249_2492_4924_9249),
+];
+
+/// Two zero bits in front of each of the lowest 21 bits.
+fn spread(bits: u32) -> u64 {
+    SPREAD.iter().fold(u64::from(bits) & 0x001f_ffff, |x, (shift, mask)| (x | x << shift) & mask)
+}
+
+/// The code of a cell.
+#[inline]
+pub fn join_spread([x, y, z]: [u32; 3]) -> u64 {
+    spread(x) << 2 | spread(y) << 1 | spread(z)
+}
+
+/// Three spread numbers as one code.
+#[inline(always)]
+fn join<S: Simd>(simd: S, axes: u64x4<S>) -> u64 {
+    let [x, y, z, _] = <[u64; 4]>::from(axes << u64x4::from_slice(simd, &[2, 1, 0, 0]));
+    x | y | z
+}
+
+/// [`spread`] for four numbers of at most 21 bits.
+#[inline(always)]
+fn spread_all<S: Simd>(mut bits: u64x4<S>) -> u64x4<S> {
+    for (shift, mask) in SPREAD {
+        bits = (bits | bits << shift) & mask;
+    }
+    bits
+}
+
+#[cfg(test)]
+mod tests {
+    use fearless_simd::dispatch;
+
+    use super::*;
+    use crate::kernel::SimdLevel;
+
+    #[test]
+    fn bits_interleave_from_x_down_to_z() {
+        let last = (1_u32 << BITS_PER_AXIS) as f32;
+        let grid = MortonGrid::new(&Aabb { min: Vec3::ZERO, max: Vec3::splat(last) });
+        for bit in 0..BITS_PER_AXIS {
+            let at = (1_u32 << bit) as f32;
+            assert_eq!(grid.code(Vec3::X * at), 1 << (3 * bit + 2));
+            assert_eq!(grid.code(Vec3::Y * at), 1 << (3 * bit + 1));
+            assert_eq!(grid.code(Vec3::Z * at), 1 << (3 * bit));
+        }
+        assert_eq!(grid.code(Vec3::splat(last)), (1 << 63) - 1, "the far corner stays inside");
+    }
+
+    #[test]
+    fn vectors_give_the_same_codes_at_every_level() {
+        let grid = MortonGrid::new(&Aabb { min: Vec3::new(-3.0, 0.5, 2.0), max: Vec3::new(7.0, 4.0, 9.0) });
+        let points: Vec<Vec3> =
+            (0..2000).map(|i| Vec3::new(-3.3, 0.4, 1.9) + i as f32 * Vec3::new(0.0052, 0.0019, 0.0037)).collect();
+        for level in SimdLevel::ALL.into_iter().filter(|level| level.is_available()) {
+            for pair in points.chunks(2) {
+                let codes = dispatch!(level.level_of_plain_loops(), simd => {
+                    let lanes = |point: Vec3| f32x4::from_slice(simd, &[point.x, point.y, point.z, 123.0]);
+                    grid.codes(simd, [lanes(pair[0]), lanes(pair[1])])
+                });
+                assert_eq!(codes, [grid.code(pair[0]), grid.code(pair[1])], "{} {pair:?}", level.name());
+            }
+        }
+    }
+
+    #[test]
+    fn a_box_without_extent_has_one_code() {
+        let grid = MortonGrid::new(&Aabb { min: Vec3::ONE, max: Vec3::ONE });
+        assert_eq!(grid.code(Vec3::ONE), 0);
+        assert_eq!(grid.code(Vec3::splat(7.0)), 0);
+    }
+}

@@ -1,0 +1,124 @@
+//! A finished tree read from the bottom up: parents, what lies below a node, and the way to a primitive.
+
+use crate::cancel::{CancelToken, Cancelled};
+use crate::geometry::Triangle;
+use crate::kernel::par_collect::zeros;
+use crate::tree::{Container, Tree};
+
+/// Nodes between two looks at the token.
+const NODES_BETWEEN_CHECKS: usize = 1 << 16;
+
+/// Who is whose parent, and how much lies below. Takes two passes over the tree: made once, when someone asks.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Ancestry {
+    /// Each node's parent; the root's is itself.
+    pub parents: Vec<u32>,
+    /// Number of primitives below each node.
+    pub primitive_counts: Vec<u32>,
+}
+
+impl Ancestry {
+    /// Reads `tree`, unless `token` is cancelled.
+    pub fn new<C: Container>(tree: &Tree<C>, token: &CancelToken) -> Result<Self, Cancelled> {
+        let mut primitive_counts = zeros(tree.nodes.len(), token)?;
+        // Children come after their parents: backwards, they are counted first.
+        for (index, node) in tree.nodes.iter().enumerate().rev() {
+            if index.is_multiple_of(NODES_BETWEEN_CHECKS) {
+                token.check()?;
+            }
+            let first = node.first as usize;
+            primitive_counts[index] =
+                if node.is_leaf() { node.count } else { primitive_counts[first] + primitive_counts[first + 1] };
+        }
+        Ok(Self { parents: tree.parents(token)?, primitive_counts })
+    }
+
+    /// Number of steps from the root to `node`.
+    pub fn depth(&self, mut node: u32) -> u32 {
+        let mut depth = 0;
+        while node != 0 {
+            node = self.parents[node as usize];
+            depth += 1;
+        }
+        depth
+    }
+}
+
+/// The nodes from the root to the leaf that holds the primitive `primitive_index`, which is `triangle`; empty where there
+/// is none. Only looks into nodes whose containers reach around the triangle, which are few, and at what their leaves hold.
+pub fn path_to_primitive<C: Container>(tree: &Tree<C>, triangle: &Triangle, primitive_index: u32) -> Vec<u32> {
+    if tree.nodes.is_empty() {
+        return Vec::new();
+    }
+    let slack = crate::tree::validate::containment_slack(tree);
+    let corners = [triangle.a, triangle.b, triangle.c];
+    let mut path: Vec<u32> = Vec::new();
+    let mut waiting = vec![(0_u32, 0_usize)];
+    while let Some((index, depth)) = waiting.pop() {
+        path.truncate(depth);
+        path.push(index);
+        let node = &tree.nodes[index as usize];
+        let first = node.first as usize;
+        if node.is_leaf() {
+            if tree.primitive_indices[first..first + node.count as usize].contains(&primitive_index) {
+                return path;
+            }
+            continue;
+        }
+        for child in [node.first + 1, node.first] {
+            let container = &tree.nodes[child as usize].container;
+            if corners.iter().all(|&corner| container.contains_point(corner, slack)) {
+                waiting.push((child, depth + 1));
+            }
+        }
+    }
+    Vec::new()
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::Vec3;
+
+    use super::*;
+    use crate::geometry::Aabb;
+    use crate::tree::Node;
+
+    fn triangle_at(x: f32) -> Triangle {
+        let a = Vec3::new(x, 0.0, 0.0);
+        Triangle { a, b: a + Vec3::Y, c: a + Vec3::Z }
+    }
+
+    /// Four triangles side by side: ((0 1) (2 3)), stored in reverse.
+    fn tree() -> (Tree<Aabb>, [Triangle; 4]) {
+        let triangles = [0.0, 1.0, 2.0, 3.0].map(triangle_at);
+        let around = |range: std::ops::Range<usize>| {
+            triangles[range].iter().fold(Aabb::EMPTY, |bounds, triangle| bounds.union(&triangle.bounds()))
+        };
+        let node = |container, first, count| Node { container, first, count };
+        let nodes = vec![
+            node(around(0..4), 1, 0),
+            node(around(2..4), 3, 0),
+            node(around(0..2), 2, 2),
+            node(around(3..4), 0, 1),
+            node(around(2..3), 1, 1),
+        ];
+        (Tree { nodes, primitive_indices: vec![3, 2, 1, 0], max_depth: 2 }, triangles)
+    }
+
+    #[test]
+    fn counts_and_depths_follow_the_links() {
+        let (tree, _) = tree();
+        let Ok(ancestry) = Ancestry::new(&tree, &CancelToken::new()) else { panic!("nobody cancels") };
+        assert_eq!(ancestry.parents, [0, 0, 0, 1, 1]);
+        assert_eq!(ancestry.primitive_counts, [4, 2, 2, 1, 1]);
+        assert_eq!([0, 1, 2, 3, 4].map(|node| ancestry.depth(node)), [0, 1, 1, 2, 2]);
+    }
+
+    #[test]
+    fn paths_end_at_the_leaf_of_the_primitive() {
+        let (tree, triangles) = tree();
+        let paths: Vec<_> = (0..4).map(|i| path_to_primitive(&tree, &triangles[i as usize], i)).collect();
+        assert_eq!(paths, [vec![0, 2], vec![0, 2], vec![0, 1, 4], vec![0, 1, 3]]);
+        assert_eq!(path_to_primitive(&tree, &triangles[0], 4), Vec::<u32>::new(), "no such primitive");
+    }
+}

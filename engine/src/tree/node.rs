@@ -1,0 +1,135 @@
+//! The binary tree as a flat list of nodes.
+
+use crate::cancel::{CancelToken, Cancelled};
+use crate::geometry::{Aabb, Sphere};
+use crate::kernel::par_collect::zeros;
+use crate::tree::{Container, ContainerKind};
+
+/// Nodes between two looks at the token.
+const NODES_BETWEEN_CHECKS: usize = 1 << 16;
+
+/// A node. Its range depends on `count`:
+///
+/// - leaf (`count > 0`): the primitives `first..first + count` of [`Tree::primitive_indices`];
+/// - interior (`count == 0`): the children are the nodes `first` and `first + 1`.
+#[derive(Debug, Clone, Copy, PartialEq, bytemuck::Zeroable)]
+#[repr(C)]
+pub struct Node<C> {
+    /// What stands around everything below.
+    pub container: C,
+    /// First primitive of a leaf, first child of an interior node.
+    pub first: u32,
+    /// Number of primitives of a leaf; 0 for an interior node.
+    pub count: u32,
+}
+
+impl<C> Node<C> {
+    /// Whether it holds primitives rather than nodes.
+    pub fn is_leaf(&self) -> bool {
+        self.count > 0
+    }
+}
+
+/// A binary bounding volume hierarchy. Node 0 is the root; children follow their parents; siblings are neighbours. An
+/// empty tree has no nodes.
+///
+/// Where the root is a leaf there is no container to test: a traversal tests its primitives directly.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Tree<C> {
+    /// All nodes; a parent always comes before its children.
+    pub nodes: Vec<Node<C>>,
+    /// Each primitive's index in the list that the tree was built from, in leaf order: builders and passes put the leaves from
+    /// left to right, so that the primitives below any node are neighbours.
+    pub primitive_indices: Vec<u32>,
+    /// Depth of the deepest node; the root's is 0.
+    pub max_depth: u32,
+}
+
+/// A tree of either container.
+#[derive(Debug, Clone, PartialEq)]
+pub enum AnyTree {
+    /// Of boxes.
+    Aabb(Tree<Aabb>),
+    /// Of spheres.
+    Sphere(Tree<Sphere>),
+}
+
+/// Runs the same code for either kind of tree: `with_tree!(any, tree => expression)`.
+#[macro_export]
+macro_rules! with_tree {
+    ($any:expr, $tree:ident => $body:expr) => {
+        match $any {
+            $crate::tree::AnyTree::Aabb($tree) => $body,
+            $crate::tree::AnyTree::Sphere($tree) => $body,
+        }
+    };
+}
+
+impl From<Tree<Aabb>> for AnyTree {
+    fn from(tree: Tree<Aabb>) -> Self {
+        Self::Aabb(tree)
+    }
+}
+
+impl From<Tree<Sphere>> for AnyTree {
+    fn from(tree: Tree<Sphere>) -> Self {
+        Self::Sphere(tree)
+    }
+}
+
+impl<C: Container> Tree<C> {
+    /// Depth of each node, root 0, in the order of [`Tree::nodes`], unless `token` is cancelled.
+    pub fn depths(&self, token: &CancelToken) -> Result<Vec<u32>, Cancelled> {
+        let mut depths = zeros::<u32>(self.nodes.len(), token)?;
+        for (index, node) in self.nodes.iter().enumerate() {
+            if index.is_multiple_of(NODES_BETWEEN_CHECKS) {
+                token.check()?;
+            }
+            if !node.is_leaf() {
+                depths[node.first as usize] = depths[index] + 1;
+                depths[node.first as usize + 1] = depths[index] + 1;
+            }
+        }
+        Ok(depths)
+    }
+
+    /// Each node's parent, in the order of [`Tree::nodes`], unless `token` is cancelled; the root's is itself.
+    pub fn parents(&self, token: &CancelToken) -> Result<Vec<u32>, Cancelled> {
+        let mut parents = zeros(self.nodes.len(), token)?;
+        for (index, node) in self.nodes.iter().enumerate() {
+            if index.is_multiple_of(NODES_BETWEEN_CHECKS) {
+                token.check()?;
+            }
+            if !node.is_leaf() {
+                parents[node.first as usize] = index as u32;
+                parents[node.first as usize + 1] = index as u32;
+            }
+        }
+        Ok(parents)
+    }
+}
+
+impl AnyTree {
+    /// Boxes or spheres.
+    pub fn container_kind(&self) -> ContainerKind {
+        match self {
+            Self::Aabb(_) => ContainerKind::Aabb,
+            Self::Sphere(_) => ContainerKind::Sphere,
+        }
+    }
+
+    /// Number of nodes, leaves included.
+    pub fn node_count(&self) -> usize {
+        with_tree!(self, tree => tree.nodes.len())
+    }
+
+    /// Depth of the deepest node; the root's is 0.
+    pub fn max_depth(&self) -> u32 {
+        with_tree!(self, tree => tree.max_depth)
+    }
+
+    /// Each primitive's index in the list that the tree was built from, in leaf order.
+    pub fn primitive_indices(&self) -> &[u32] {
+        with_tree!(self, tree => &tree.primitive_indices)
+    }
+}

@@ -1,0 +1,143 @@
+//! Checks a tree against everything that the rest of the program takes for granted.
+
+use crate::geometry::{Aabb, Triangle};
+use crate::tree::{AnyTree, Container, ContainerKind, Tree};
+use crate::with_tree;
+
+/// How far a sphere may stick out of its parent's or a corner out of its sphere, as a share of the scene's size: roots and
+/// quotients round. Boxes are exact.
+const SPHERE_SLACK: f32 = 1e-4;
+
+/// The first broken promise of `tree` over `triangles`, in words: each primitive in exactly one leaf, each container inside
+/// its parent's and around its triangles, every node reached once, parents before children, the primitives below any node
+/// neighbours, finite numbers, the right depth.
+/// A tree with more slots than triangles was built of fragments: there each triangle is in at least one leaf, and the containers
+/// of its leaves reach as far as it does.
+pub fn validate(tree: &AnyTree, triangles: &[Triangle]) -> Result<(), String> {
+    with_tree!(tree, tree => validate_tree(tree, triangles))
+}
+
+fn validate_tree<C: Container>(tree: &Tree<C>, triangles: &[Triangle]) -> Result<(), String> {
+    let nodes = &tree.nodes;
+    let indices = &tree.primitive_indices;
+    let is_split = indices.len() > triangles.len();
+    if indices.len() < triangles.len() || is_split && C::KIND == ContainerKind::Sphere {
+        return Err(format!("{} primitives in the tree, {} in the list", indices.len(), triangles.len()));
+    }
+    if nodes.is_empty() {
+        return if triangles.is_empty() && tree.max_depth == 0 {
+            Ok(())
+        } else {
+            Err(format!("no nodes for {} primitives, depth {}", triangles.len(), tree.max_depth))
+        };
+    }
+    let slack = containment_slack(tree);
+    let mut primitive_seen = vec![false; triangles.len()];
+    // Around the leaves of each triangle, where several can hold it.
+    let mut reached = vec![Aabb::EMPTY; if is_split { triangles.len() } else { 0 }];
+    let mut slot_seen = vec![false; indices.len()];
+    let mut node_seen = vec![false; nodes.len()];
+    let mut depths = vec![0_u32; nodes.len()];
+    node_seen[0] = true;
+    for (index, node) in nodes.iter().enumerate() {
+        // Parents come first, so that one pass in order has seen every parent.
+        if !node_seen[index] {
+            return Err(format!("node {index} is not reached from the root"));
+        }
+        let bounds = node.container.bounds();
+        if !(bounds.min.is_finite() && bounds.max.is_finite() && node.container.relative_area().is_finite()) {
+            return Err(format!("the container of node {index} is not finite: {:?}", node.container));
+        }
+        if node.is_leaf() {
+            let end = u64::from(node.first) + u64::from(node.count);
+            if end > indices.len() as u64 {
+                return Err(format!("leaf {index} ends at slot {end} of {}", indices.len()));
+            }
+            for slot in node.first as usize..end as usize {
+                let primitive = indices[slot] as usize;
+                if std::mem::replace(&mut slot_seen[slot], true) {
+                    return Err(format!("slot {slot} belongs to leaf {index} and to another"));
+                }
+                let Some(seen) = primitive_seen.get_mut(primitive) else {
+                    return Err(format!("leaf {index} holds primitive {primitive} of {}", triangles.len()));
+                };
+                if let Some(reached) = reached.get_mut(primitive) {
+                    *seen = true;
+                    *reached = reached.union(&bounds);
+                    continue;
+                }
+                if std::mem::replace(seen, true) {
+                    return Err(format!("primitive {primitive} is in leaf {index} and in another"));
+                }
+                let Triangle { a, b, c } = triangles[primitive];
+                if let Some(corner) = [a, b, c].iter().find(|&&corner| !node.container.contains_point(corner, slack)) {
+                    return Err(format!(
+                        "leaf {index} does not hold corner {corner} of primitive {primitive}: {:?}",
+                        node.container
+                    ));
+                }
+            }
+            continue;
+        }
+        for child in u64::from(node.first)..u64::from(node.first) + 2 {
+            if child >= nodes.len() as u64 {
+                return Err(format!("child {child} of node {index} does not exist: there are {} nodes", nodes.len()));
+            }
+            let child = child as usize;
+            if child <= index {
+                return Err(format!("child {child} stands before its parent {index}"));
+            }
+            if std::mem::replace(&mut node_seen[child], true) {
+                return Err(format!("node {child} has two parents, one is {index}"));
+            }
+            if !node.container.contains(&nodes[child].container, slack) {
+                return Err(format!(
+                    "node {child} sticks out of its parent {index}: {:?} in {:?}",
+                    nodes[child].container, node.container
+                ));
+            }
+            depths[child] = depths[index] + 1;
+        }
+    }
+    if let Some(slot) = slot_seen.iter().position(|seen| !seen) {
+        return Err(format!("primitive {} in slot {slot} is in no leaf", indices[slot]));
+    }
+    if let Some(primitive) = primitive_seen.iter().position(|seen| !seen) {
+        return Err(format!("primitive {primitive} is in no leaf"));
+    }
+    // From the last node to the first: of each the first slot below it and the one behind the last.
+    let mut slots = vec![[0_u32; 2]; nodes.len()];
+    for (index, node) in nodes.iter().enumerate().rev() {
+        slots[index] = if node.is_leaf() {
+            [node.first, node.first + node.count]
+        } else {
+            let ([start, middle], [next, end]) = (slots[node.first as usize], slots[node.first as usize + 1]);
+            if middle != next {
+                return Err(format!(
+                    "slots {start} to {middle} below node {index}, then {next} to {end}: no neighbours"
+                ));
+            }
+            [start, end]
+        };
+    }
+    let falls_short = |(reached, triangle): (&Aabb, &Triangle)| !reached.contains(&triangle.bounds(), slack);
+    if let Some(primitive) = reached.iter().zip(triangles).position(falls_short) {
+        return Err(format!("the leaves of primitive {primitive} do not reach as far as it does"));
+    }
+    let deepest = depths.iter().copied().max().unwrap_or(0);
+    if deepest != tree.max_depth {
+        return Err(format!("the deepest node has depth {deepest}, the tree says {}", tree.max_depth));
+    }
+    Ok(())
+}
+
+/// How far, in world units, a container may stick out of its parent's, or a corner out of its leaf's.
+pub(crate) fn containment_slack<C: Container>(tree: &Tree<C>) -> f32 {
+    match (C::KIND, tree.nodes.first()) {
+        (ContainerKind::Aabb, _) | (_, None) => 0.0,
+        (ContainerKind::Sphere, Some(root)) => {
+            let bounds = root.container.bounds();
+            SPHERE_SLACK * bounds.extent().max_element().max(bounds.min.abs().max(bounds.max.abs()).max_element())
+        }
+    }
+}

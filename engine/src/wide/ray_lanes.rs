@@ -1,0 +1,185 @@
+//! Rays as few numbers: what the tests of wide trees spread over their lanes.
+
+use fearless_simd::{Select, Simd, SimdBase, SimdFloat, SimdMask, f32x8, u32x8};
+
+use crate::geometry::{PARALLEL_PAD, Ray};
+use crate::kernel::each;
+use crate::tree::{Container, ContainerKind};
+use crate::wide::layout::BLOCK;
+use crate::wide::layout::WIDTH;
+
+/// Rays that are prepared side by side.
+pub(crate) const RAY_LANES: usize = 8;
+
+/// What the tests of `N` rays need, a multiple of [`RAY_LANES`], number by number: as
+/// [`PreparedRay`](crate::geometry::PreparedRay) and [`Shear`](crate::geometry::Shear) have it, with the same roundings.
+#[derive(Debug, Clone, Copy)]
+#[repr(C, align(64))]
+pub(crate) struct RayLanes<const N: usize> {
+    pub(crate) origin_low: [[f32; N]; 3],
+    pub(crate) origin_high: [[f32; N]; 3],
+    pub(crate) inverse: [[f32; N]; 3],
+    /// For each axis 0 where the lower plane is near, [`WIDTH`] where the upper one is: so many numbers farther.
+    pub(crate) near: [[u32; N]; 3],
+    pub(crate) t_min: [f32; N],
+    /// The factors of the shear's rows.
+    pub(crate) factors: [[f32; N]; 3],
+    /// Where in a corner's numbers the axes of the shear begin, the longest last.
+    pub(crate) axes: [[u32; N]; 3],
+    /// The origin along these axes.
+    pub(crate) sheared_origin: [[f32; N]; 3],
+    /// From here on for spheres alone.
+    pub(crate) origin: [[f32; N]; 3],
+    pub(crate) unit_direction: [[f32; N]; 3],
+    pub(crate) inverse_length: [f32; N],
+}
+
+impl<const N: usize> RayLanes<N> {
+    /// No ray at all.
+    pub(crate) const EMPTY: Self = Self {
+        origin_low: [[0.0; N]; 3],
+        origin_high: [[0.0; N]; 3],
+        inverse: [[0.0; N]; 3],
+        near: [[0; N]; 3],
+        t_min: [0.0; N],
+        factors: [[0.0; N]; 3],
+        axes: [[0; N]; 3],
+        sheared_origin: [[0.0; N]; 3],
+        origin: [[0.0; N]; 3],
+        unit_direction: [[0.0; N]; 3],
+        inverse_length: [0.0; N],
+    };
+
+    /// Takes the first eight of `rays`, for tests against these containers, as numbers `first` and on, a multiple of
+    /// [`RAY_LANES`]. One bit for each that can hit something.
+    #[inline(always)]
+    pub(crate) fn set<S: Simd, C: Container>(&mut self, simd: S, first: usize, rays: &[Ray]) -> u32 {
+        if rays.is_empty() {
+            return 0;
+        }
+        let splat = |value| f32x8::splat(simd, value);
+        let (zero, one, largest) = (splat(0.0), splat(1.0), splat(f32::MAX));
+        let [ox, oy, oz, dx, dy, dz, given_t_min, t_max] = transposed(simd, rays);
+        let (o, d) = ([ox, oy, oz], [dx, dy, dz]);
+        let t_min = given_t_min.simd_gt(zero).select(given_t_min, zero);
+        let squared = d[0] * d[0] + d[1] * d[1] + d[2] * d[2];
+        let able = squared.simd_ge(splat(f32::MIN_POSITIVE))
+            & squared.simd_le(largest)
+            & o[0].abs().simd_le(largest)
+            & o[1].abs().simd_le(largest)
+            & o[2].abs().simd_le(largest)
+            & t_min.simd_le(t_max)
+            & t_min.simd_le(largest);
+        let inverse_length = one / squared.sqrt();
+        let inverse = each!(axis => one / d[axis]);
+        let crosses = each!(axis => inverse[axis].abs().simd_le(largest));
+        let pad = each!(axis => {
+            crosses[axis].select(zero, o[axis].abs() * splat(2.0 * f32::EPSILON) + splat(PARALLEL_PAD))
+        });
+        let inverse = each!(axis => crosses[axis].select(inverse[axis], largest));
+        let size = each!(axis => d[axis].abs());
+        let x_is_longest = size[0].simd_ge(size[1]) & size[0].simd_ge(size[2]);
+        let y_before_z = size[1].simd_ge(size[2]);
+        // As `permuted_axes` has them.
+        let permuted = |v: [f32x8<S>; 3]| {
+            [
+                x_is_longest.select(v[1], y_before_z.select(v[2], v[0])),
+                x_is_longest.select(v[2], y_before_z.select(v[0], v[1])),
+                x_is_longest.select(v[0], y_before_z.select(v[1], v[2])),
+            ]
+        };
+        let [x, y, z] = permuted(d);
+        let factors = [(zero - x) / z, (zero - y) / z, one / z];
+        let sheared_origin = permuted(o);
+        let row = |axis: usize| u32x8::splat(simd, (axis * BLOCK) as u32);
+        let axes = [
+            x_is_longest.select(row(1), y_before_z.select(row(2), row(0))),
+            x_is_longest.select(row(2), y_before_z.select(row(0), row(1))),
+            x_is_longest.select(row(0), y_before_z.select(row(1), row(2))),
+        ];
+        let (low_side, high_side) = (u32x8::splat(simd, 0), u32x8::splat(simd, WIDTH as u32));
+        let first = first % N;
+        let put = |list: &mut [f32; N], values: f32x8<S>| {
+            list[first..][..RAY_LANES].copy_from_slice(values.as_slice());
+        };
+        for axis in 0..3 {
+            put(&mut self.origin_low[axis], o[axis] + pad[axis]);
+            put(&mut self.origin_high[axis], o[axis] - pad[axis]);
+            put(&mut self.inverse[axis], inverse[axis]);
+            put(&mut self.factors[axis], factors[axis]);
+            put(&mut self.sheared_origin[axis], sheared_origin[axis]);
+            if C::KIND == ContainerKind::Sphere {
+                put(&mut self.origin[axis], o[axis]);
+                put(&mut self.unit_direction[axis], d[axis] * inverse_length);
+            }
+            let near = inverse[axis].simd_lt(zero).select(high_side, low_side);
+            self.near[axis][first..][..RAY_LANES].copy_from_slice(near.as_slice());
+            self.axes[axis][first..][..RAY_LANES].copy_from_slice(axes[axis].as_slice());
+        }
+        put(&mut self.t_min, t_min);
+        if C::KIND == ContainerKind::Sphere {
+            put(&mut self.inverse_length, inverse_length);
+        }
+        able.to_bitmask() as u32 & !(u32::MAX << rays.len().min(RAY_LANES))
+    }
+}
+
+/// Each number of the first eight of `rays`, of which there is one at least, ray by ray: origin, direction, `t_min`, `t_max`.
+/// The last one stands for those that are missing.
+#[inline(always)]
+pub(crate) fn transposed<S: Simd>(simd: S, rays: &[Ray]) -> [f32x8<S>; RAY_LANES] {
+    let padded;
+    let rays: &[Ray; RAY_LANES] = if let Some(rays) = rays.first_chunk() {
+        rays
+    } else {
+        padded = std::array::from_fn(|lane| rays[lane.min(rays.len() - 1)]);
+        &padded
+    };
+    let rows: &[[f32; RAY_LANES]; RAY_LANES] = bytemuck::cast_ref(rays);
+    let mut rows = [
+        f32x8::load_array_ref(simd, &rows[0]),
+        f32x8::load_array_ref(simd, &rows[1]),
+        f32x8::load_array_ref(simd, &rows[2]),
+        f32x8::load_array_ref(simd, &rows[3]),
+        f32x8::load_array_ref(simd, &rows[4]),
+        f32x8::load_array_ref(simd, &rows[5]),
+        f32x8::load_array_ref(simd, &rows[6]),
+        f32x8::load_array_ref(simd, &rows[7]),
+    ];
+    // Each round turns the six bits of row and lane by one.
+    for _ in 0..3 {
+        let [a, b, c, d, e, f, g, h] = rows;
+        let ((a, b), (c, d), (e, f), (g, h)) = (a.interleave(e), b.interleave(f), c.interleave(g), d.interleave(h));
+        rows = [a, b, c, d, e, f, g, h];
+    }
+    rows
+}
+
+#[cfg(test)]
+mod tests {
+    use fearless_simd::dispatch;
+    use glam::Vec3;
+
+    use super::*;
+    use crate::kernel::SimdLevel;
+
+    #[test]
+    fn numbers_of_rays_come_side_by_side_at_every_level() {
+        let rays: Vec<Ray> = (0..9)
+            .map(|ray| {
+                let number = |place: u8| f32::from(10 * ray + place);
+                let [origin, direction] = [0, 3].map(|at| Vec3::new(number(at), number(at + 1), number(at + 2)));
+                Ray { origin, direction, t_min: number(6), t_max: number(7) }
+            })
+            .collect();
+        for level in SimdLevel::ALL.into_iter().filter(|level| level.is_available()) {
+            for count in [1, 5, 8, 9] {
+                let found = dispatch!(level.level(), simd => transposed(simd, &rays[..count]).map(SimdBase::to_array));
+                for (place, row) in found.iter().enumerate() {
+                    let expected = std::array::from_fn(|lane| (10 * lane.min(count - 1) + place) as f32);
+                    assert_eq!(*row, expected, "{level:?}, {count} rays, number {place}");
+                }
+            }
+        }
+    }
+}

@@ -1,0 +1,60 @@
+//! Everything that was said since the program started, newest first: what fades or was closed can be read again.
+
+use eframe::egui::{self, Align, Button, Label, Layout, RichText, ScrollArea, Ui, vec2};
+
+use crate::app::panels::dialog;
+use crate::app::state::{AppState, Message, Request, Severity};
+use crate::app::{format, theme};
+
+pub(crate) fn show(ctx: &egui::Context, state: &mut AppState) {
+    if !state.messages_open {
+        return;
+    }
+    let mut copied = None;
+    dialog::show(ctx, "Messages", [560.0, 400.0], &mut state.messages_open, |ui| {
+        if state.message_log.is_empty() {
+            ui.label(RichText::new("Nothing was said yet").color(theme::palette(ui).dim));
+            return;
+        }
+        let all = || state.message_log.iter().map(line).collect::<Vec<_>>().join("\n");
+        let tip = "Copy all of them as text, oldest first";
+        if ui.add(Button::new("Copy all")).on_hover_text(tip).clicked() {
+            copied = Some(all());
+        }
+        ui.separator();
+        ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
+            for message in state.message_log.iter().rev() {
+                row(ui, message);
+            }
+        });
+    });
+    if let Some(text) = copied {
+        state.requests.push(Request::Copy(text));
+    }
+    // The ages go on.
+    ctx.request_repaint_after_secs(1.0);
+}
+
+fn line(message: &Message) -> String {
+    format!("{}: {}", message.severity.label(), message.text)
+}
+
+/// How long ago on the left, what was said on the right.
+fn row(ui: &mut Ui, message: &Message) {
+    let palette = theme::palette(ui);
+    let color = match message.severity {
+        Severity::Info => palette.dim,
+        Severity::Warning => palette.warning,
+        Severity::Error => palette.error,
+    };
+    ui.horizontal_top(|ui| {
+        let ago = format!("{} ago", format::age(message.since.elapsed()));
+        for (text, width, color) in [(ago.as_str(), 72.0, palette.dim), (message.severity.label(), 56.0, color)] {
+            ui.allocate_ui_with_layout(vec2(width, theme::ROW_HEIGHT), Layout::left_to_right(Align::Min), |ui| {
+                ui.set_min_width(width);
+                ui.label(RichText::new(text).color(color));
+            });
+        }
+        ui.add(Label::new(&message.text).wrap().selectable(true));
+    });
+}

@@ -1,0 +1,117 @@
+//! Undo of settings: a stack of [`Wanted`] values. Camera moves are not undone, and neither is opening a model.
+
+use crate::app::state::Wanted;
+
+/// Older settings are forgotten beyond this many steps.
+const MAX_STEPS: usize = 200;
+
+/// Earlier and later settings.
+#[derive(Debug, Clone, Default)]
+pub struct UndoStack {
+    past: Vec<Wanted>,
+    future: Vec<Wanted>,
+    /// The settings as last seen at rest.
+    settled: Option<Wanted>,
+}
+
+impl UndoStack {
+    /// Looks at the settings once a UI frame. While `dragging`, changes belong to one step.
+    pub fn observe(&mut self, wanted: &Wanted, dragging: bool) {
+        let Some(settled) = &mut self.settled else {
+            self.settled = Some(wanted.clone());
+            return;
+        };
+        if dragging {
+            return;
+        }
+        if !same_settings(settled, wanted) {
+            self.past.push(std::mem::replace(settled, wanted.clone()));
+            if self.past.len() > MAX_STEPS {
+                self.past.remove(0);
+            }
+            self.future.clear();
+        }
+    }
+
+    /// Takes the present settings as the ones to start from: what changed by itself is no step.
+    pub fn settle(&mut self, wanted: &Wanted) {
+        self.settled = Some(wanted.clone());
+    }
+
+    /// Goes back one step, if there is one.
+    pub fn undo(&mut self, wanted: &mut Wanted) -> bool {
+        let Some(earlier) = self.past.pop() else { return false };
+        self.future.push(wanted.clone());
+        self.apply(&earlier, wanted);
+        true
+    }
+
+    /// Goes forward again, if there was an undo and nothing has changed since.
+    pub fn redo(&mut self, wanted: &mut Wanted) -> bool {
+        let Some(later) = self.future.pop() else { return false };
+        self.past.push(wanted.clone());
+        self.apply(&later, wanted);
+        true
+    }
+
+    /// Whether there is something to undo.
+    pub fn can_undo(&self) -> bool {
+        !self.past.is_empty()
+    }
+
+    /// Whether there is something to redo.
+    pub fn can_redo(&self) -> bool {
+        !self.future.is_empty()
+    }
+
+    fn apply(&mut self, from: &Wanted, to: &mut Wanted) {
+        to.build = from.build;
+        to.threads = from.threads;
+        to.render = from.render;
+        to.overlay = from.overlay;
+        self.settled = Some(to.clone());
+    }
+}
+
+/// Whether two values differ in nothing that undo restores.
+fn same_settings(a: &Wanted, b: &Wanted) -> bool {
+    a.build == b.build && a.threads == b.threads && a.render == b.render && a.overlay == b.overlay
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::SceneSource;
+
+    #[test]
+    fn one_drag_is_one_step() {
+        let mut wanted = Wanted::new(SceneSource::default_builtin());
+        let before = wanted.clone();
+        let mut undo = UndoStack::default();
+        undo.observe(&wanted, false);
+        for threshold in 7..20 {
+            wanted.build.threshold = threshold;
+            undo.observe(&wanted, true);
+        }
+        undo.observe(&wanted, false);
+        assert!(undo.undo(&mut wanted));
+        assert_eq!(wanted, before);
+        assert!(!undo.can_undo());
+        assert!(undo.redo(&mut wanted));
+        assert_eq!(wanted.build.threshold, 19);
+        assert!(!undo.can_redo());
+    }
+
+    #[test]
+    fn a_change_after_undo_forgets_the_future() {
+        let mut wanted = Wanted::new(SceneSource::default_builtin());
+        let mut undo = UndoStack::default();
+        undo.observe(&wanted, false);
+        wanted.threads = 3;
+        undo.observe(&wanted, false);
+        assert!(undo.undo(&mut wanted));
+        wanted.threads = 4;
+        undo.observe(&wanted, false);
+        assert!(!undo.can_redo());
+    }
+}

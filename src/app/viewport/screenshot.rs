@@ -1,0 +1,149 @@
+//! The viewport as a PNG: picture and containers, without panels. Drawn and written off the UI thread.
+
+use std::path::{Path, PathBuf};
+use std::sync::{Arc, Condvar, Mutex, PoisonError};
+use std::time::Duration;
+
+use crate::app::state::{AppState, Presented};
+use crate::app::viewport::picture_input;
+use crate::export::write_new;
+use crate::overlay::{DrawInput, OverlaySettings, Selection, draw_offscreen};
+
+/// What a screenshot shows, independent of what happens in the window meanwhile.
+pub struct Shot {
+    presented: Presented,
+    overlay: Option<OverlaySettings>,
+    selection: Selection,
+    show_geometry: bool,
+    pixels_per_point: f32,
+    name: String,
+}
+
+impl Shot {
+    /// The present viewport; `None` where nothing is shown.
+    pub fn of(state: &AppState, pixels_per_point: f32) -> Option<Self> {
+        let presented = state.presented.clone()?;
+        let label = presented.accel.scene.source.label();
+        let stem = Path::new(&label).file_stem().map_or_else(|| label.clone(), |stem| stem.to_string_lossy().into());
+        Some(Self {
+            name: stem,
+            presented,
+            overlay: state.preferences.show_containers.then_some(state.wanted.overlay),
+            selection: state.selection.clone(),
+            show_geometry: state.preferences.show_geometry,
+            pixels_per_point,
+        })
+    }
+
+    /// Writes a PNG into `folder` under a name that is still free, complete or not at all. Returns the file and, where
+    /// the containers are missing in it, why.
+    pub fn save(&self, folder: &Path) -> Result<(PathBuf, Option<String>), String> {
+        let frame = &self.presented.frame;
+        let table = self.overlay.is_some().then_some(&self.presented.table);
+        let input = DrawInput {
+            picture: picture_input(frame, self.presented.frame_id),
+            camera: frame.camera,
+            table,
+            settings: self.overlay.unwrap_or_default(),
+            selection: &self.selection,
+            show_picture: self.show_geometry,
+            viewport_px: [0, 0, frame.width_px, frame.height_px],
+            pixels_per_point: self.pixels_per_point,
+        };
+        let drawn = (table.is_some() || !self.show_geometry).then(|| draw_offscreen(&input));
+        let (pixels, complaint) = match drawn {
+            Some(Ok(pixels)) => (pixels, None),
+            Some(Err(error)) => (frame.rgba.clone(), Some(format!("the containers are missing in it: {error}"))),
+            None => (frame.rgba.clone(), None),
+        };
+        let path = write_png(folder, &self.name, [frame.width_px, frame.height_px], &pixels)?;
+        Ok((path, complaint))
+    }
+}
+
+fn write_png(folder: &Path, name: &str, size_px: [u32; 2], pixels: &[[u8; 4]]) -> Result<PathBuf, String> {
+    let failed = |error: &dyn std::fmt::Display| format!("The screenshot could not be written: {error}");
+    let mut png = std::io::Cursor::new(Vec::new());
+    image::write_buffer_with_format(
+        &mut png,
+        pixels.as_flattened(),
+        size_px[0],
+        size_px[1],
+        image::ExtendedColorType::Rgba8,
+        image::ImageFormat::Png,
+    )
+    .map_err(|error| failed(&error))?;
+    write_new(folder, name, "png", png.get_ref()).map_err(|error| failed(&error))
+}
+
+/// A screenshot on its way: done by its own thread, the outcome comes through the channel.
+pub type Outcome = Result<(PathBuf, Option<String>), String>;
+
+/// Saves `shot` in the background; `wake` is called afterwards.
+pub fn save_in_background(
+    shot: Shot,
+    outcome: std::sync::mpsc::Sender<Outcome>,
+    wake: Arc<dyn Fn() + Send + Sync>,
+) -> std::io::Result<()> {
+    let saving = Saving::begin();
+    std::thread::Builder::new().name("screenshot".to_owned()).spawn(move || {
+        let _saving = saving;
+        let folder = std::env::current_dir().unwrap_or_else(|_| PathBuf::from("."));
+        // The window may be gone by now: then nobody wants to know.
+        let _ = outcome.send(shot.save(&folder));
+        wake();
+    })?;
+    Ok(())
+}
+
+/// How many screenshots are on their way, and a bell for when that changes.
+static ON_THEIR_WAY: (Mutex<usize>, Condvar) = (Mutex::new(0), Condvar::new());
+
+/// A screenshot on its way, however it ends.
+struct Saving;
+
+impl Saving {
+    fn begin() -> Self {
+        *ON_THEIR_WAY.0.lock().unwrap_or_else(PoisonError::into_inner) += 1;
+        Self
+    }
+}
+
+impl Drop for Saving {
+    fn drop(&mut self) {
+        *ON_THEIR_WAY.0.lock().unwrap_or_else(PoisonError::into_inner) -= 1;
+        ON_THEIR_WAY.1.notify_all();
+    }
+}
+
+/// Waits until no screenshot is on its way, at most so long. A graphics driver that is drawing while the process ends has been
+/// seen to crash.
+pub fn wait_for_all(at_most: Duration) {
+    let (count, changed) = &ON_THEIR_WAY;
+    let count = count.lock().unwrap_or_else(PoisonError::into_inner);
+    drop(changed.wait_timeout_while(count, at_most, |count| *count > 0));
+}
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used, reason = "a test fails by panicking")]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_never_overwrite_each_other() {
+        let folder = tempfile::tempdir().unwrap();
+        let pixels = vec![[1, 2, 3, 255]; 6];
+        let first = write_png(folder.path(), "a", [3, 2], &pixels).unwrap();
+        let second = write_png(folder.path(), "a", [3, 2], &pixels).unwrap();
+        assert_eq!(first, folder.path().join("a-001.png"));
+        assert_eq!(second, folder.path().join("a-002.png"));
+        assert_eq!(image::open(&second).unwrap().to_rgba8().get_pixel(2, 1).0, [1, 2, 3, 255]);
+        assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 2, "no temporary file is left");
+    }
+
+    #[test]
+    fn a_folder_that_is_not_there_is_named() {
+        let error = write_png(Path::new("/nowhere/at/all"), "a", [1, 1], &[[0; 4]]).unwrap_err();
+        assert!(error.contains("/nowhere/at/all"), "{error}");
+    }
+}

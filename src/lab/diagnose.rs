@@ -1,0 +1,218 @@
+//! What is sick about a scene or its tree, in sentences.
+
+use std::collections::HashSet;
+use std::hash::{Hash, Hasher};
+
+use glam::Vec3;
+use serde::Serialize;
+
+use crate::accel::Accel;
+use crate::budget::Budget;
+use crate::scene::Scene;
+use bvhscope_engine::cancel::{CancelToken, Cancelled};
+use bvhscope_engine::geometry::Triangle;
+
+/// Longest edge over the height on it: beyond this a triangle is a sliver.
+const SLIVER_ASPECT: f32 = 100.0;
+/// Triangles between two looks at the token.
+const BATCH: usize = 1 << 14;
+
+/// One thing that makes tracing slow or a picture wrong.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Finding {
+    /// Its kind: "deep-tree", "duplicates", "not-examined", "degenerate", "slivers", "huge-triangles", "large-leaf", "overlap".
+    pub kind: &'static str,
+    /// How many triangles, nodes or levels.
+    pub count: usize,
+    /// What it is, what it costs, and what helps.
+    pub text: String,
+}
+
+/// Looks at the triangles alone. What would take more memory than there may be used is left out, and a finding says so.
+pub fn examine_scene(scene: &Scene, token: &CancelToken) -> Result<Vec<Finding>, Cancelled> {
+    examine_within(Budget::of_process(), scene, token)
+}
+
+fn examine_within(budget: Budget, scene: &Scene, token: &CancelToken) -> Result<Vec<Finding>, Cancelled> {
+    let triangles = &scene.triangles;
+    let total = triangles.len();
+    let mut findings = Vec::new();
+    let mut add = |kind, count: usize, text: String| {
+        if count > 0 {
+            findings.push(Finding { kind, count, text });
+        }
+    };
+    match budget.check("the search for equal triangles", BYTES_PER_TRIANGLE * total as u64) {
+        Ok(()) => {
+            let duplicates = count_duplicates(triangles, token)?;
+            add(
+                "duplicates",
+                duplicates,
+                format!("{duplicates} of {total} triangles lie exactly on another one: each is tested for nothing"),
+            );
+        }
+        Err(error) => add("not-examined", total, format!("not everything was looked at: {error}")),
+    }
+    let degenerate = count(triangles, token, |triangle| triangle.scaled_normal().length_squared() == 0.0)?;
+    add("degenerate", degenerate, format!("{degenerate} of {total} triangles have no area: no ray ever hits them"));
+    let slivers = count(triangles, token, is_sliver)?;
+    // A few slivers are in every model; a twentieth of it shapes the tree.
+    if slivers * 20 >= total {
+        add(
+            "slivers",
+            slivers,
+            format!(
+                "{slivers} of {total} triangles are more than {SLIVER_ASPECT} times as long as high: their containers are \
+                 mostly empty and overlap; remeshing or splitting them helps"
+            ),
+        );
+    }
+    let half_diagonal = scene.bounds.extent().length() * 0.5;
+    let huge = count(triangles, token, |triangle| triangle.bounds().extent().length() > half_diagonal)?;
+    if total > 1000 {
+        add(
+            "huge-triangles",
+            huge,
+            format!(
+                "{huge} of {total} triangles are more than half as large as the whole scene: every container above them is \
+                 as large, and most rays test them"
+            ),
+        );
+    }
+    Ok(findings)
+}
+
+/// Looks at the tree: its depth, leaves and end-point overlap `epo`.
+pub fn examine_tree(accel: &Accel, epo: f32) -> Vec<Finding> {
+    let stats = &accel.report.stats;
+    let mut findings = Vec::new();
+    let balanced = (stats.leaves.max(1) as f32).log2().ceil() as u32;
+    if stats.max_depth > 2 * balanced + 16 {
+        findings.push(Finding {
+            kind: "deep-tree",
+            count: stats.max_depth as usize,
+            text: format!(
+                "the tree is {} levels deep where {balanced} would hold its leaves: some branches are nearly lists",
+                stats.max_depth
+            ),
+        });
+    }
+    if stats.max_leaf_size > 64 && stats.leaves > 1 {
+        findings.push(Finding {
+            kind: "large-leaf",
+            count: stats.max_leaf_size as usize,
+            text: format!("a leaf holds {} triangles: each ray that reaches it tests them all", stats.max_leaf_size),
+        });
+    }
+    // The overlap is in the unit of the SAH cost: near it, rays do as much for nothing as for something.
+    if epo > 0.75 * stats.sah_cost {
+        findings.push(Finding {
+            kind: "overlap",
+            count: 1,
+            text: format!(
+                "end-point overlap is {epo:.2}: much of the surface lies inside containers that do not hold it; a higher \
+                 threshold or box containers help"
+            ),
+        });
+    }
+    findings
+}
+
+/// How many triangles `is_one` picks.
+fn count(triangles: &[Triangle], token: &CancelToken, is_one: impl Fn(&Triangle) -> bool) -> Result<usize, Cancelled> {
+    let mut count = 0;
+    for batch in triangles.chunks(BATCH) {
+        token.check()?;
+        count += batch.iter().filter(|triangle| is_one(triangle)).count();
+    }
+    Ok(count)
+}
+
+/// A triangle that equals those with the same three corners, in any order.
+struct Corners<'a>(&'a Triangle);
+
+/// The set of them keeps a reference and a byte for each place, and has up to 16/7 places a triangle.
+const BYTES_PER_TRIANGLE: u64 = 21;
+
+impl Corners<'_> {
+    fn sorted(&self) -> [[u32; 3]; 3] {
+        // Adding zero makes −0 and 0 the same bits.
+        let bits = |corner: Vec3| corner.to_array().map(|x| (x + 0.0).to_bits());
+        let mut corners = [bits(self.0.a), bits(self.0.b), bits(self.0.c)];
+        corners.sort_unstable();
+        corners
+    }
+}
+
+impl PartialEq for Corners<'_> {
+    fn eq(&self, other: &Self) -> bool {
+        self.sorted() == other.sorted()
+    }
+}
+
+impl Eq for Corners<'_> {}
+
+impl Hash for Corners<'_> {
+    fn hash<H: Hasher>(&self, state: &mut H) {
+        self.sorted().hash(state);
+    }
+}
+
+/// Triangles that equal an earlier one.
+fn count_duplicates(triangles: &[Triangle], token: &CancelToken) -> Result<usize, Cancelled> {
+    let mut seen = HashSet::with_capacity(triangles.len());
+    let mut count = 0;
+    for batch in triangles.chunks(BATCH) {
+        token.check()?;
+        count += batch.iter().filter(|triangle| !seen.insert(Corners(triangle))).count();
+    }
+    Ok(count)
+}
+
+/// Whether the longest edge is much longer than the height on it; triangles without area are counted elsewhere.
+fn is_sliver(triangle: &Triangle) -> bool {
+    let edges = [triangle.b - triangle.a, triangle.c - triangle.b, triangle.a - triangle.c];
+    let longest_squared = edges.iter().map(|edge| edge.length_squared()).fold(0.0, f32::max);
+    let doubled_area = triangle.scaled_normal().length();
+    // Height on the longest edge = doubled area over that edge.
+    doubled_area > 0.0 && longest_squared > SLIVER_ASPECT * doubled_area
+}
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used, reason = "a test fails by panicking")]
+mod tests {
+    use super::*;
+    use crate::budget::MemoryLimit;
+    use crate::scene::SceneSource;
+
+    #[test]
+    fn duplicates_are_found_in_any_corner_order() {
+        let a = Triangle { a: Vec3::ZERO, b: Vec3::X, c: Vec3::Y };
+        let b = Triangle { a: Vec3::Y, b: Vec3::new(-0.0, 0.0, 0.0), c: Vec3::X };
+        let c = Triangle { a: Vec3::ZERO, b: Vec3::X, c: Vec3::Z };
+        assert_eq!(count_duplicates(&[a, b, c, a], &CancelToken::new()), Ok(2));
+        assert_eq!(count_duplicates(&[a, c], &CancelToken::new()), Ok(0));
+    }
+
+    #[test]
+    fn what_there_is_no_memory_for_is_left_out_and_said() {
+        let flat = Triangle { a: Vec3::ZERO, b: Vec3::X, c: Vec3::X };
+        let scene = Scene::of_triangles(SceneSource::default_builtin(), vec![flat; 3]);
+        let kinds = |bytes| {
+            let budget = Budget::limited(MemoryLimit::Bytes(bytes));
+            let findings = examine_within(budget, &scene, &CancelToken::new()).unwrap();
+            findings.into_iter().map(|finding| (finding.kind, finding.count, finding.text)).collect::<Vec<_>>()
+        };
+        let [(kind, 3, text), ("degenerate", 3, _)] = &kinds(1)[..] else { panic!("{:?}", kinds(1)) };
+        assert!(*kind == "not-examined" && text.contains("--memory-limit"), "{text}");
+        assert!(matches!(&kinds(1 << 40)[..], [("duplicates", 2, _), ("degenerate", 3, _)]));
+    }
+
+    #[test]
+    fn slivers_are_long_and_low() {
+        let thin = Triangle { a: Vec3::ZERO, b: Vec3::X, c: Vec3::new(0.5, 0.001, 0.0) };
+        let good = Triangle { a: Vec3::ZERO, b: Vec3::X, c: Vec3::Y };
+        assert!(is_sliver(&thin));
+        assert!(!is_sliver(&good));
+    }
+}
