@@ -14,7 +14,7 @@ use bvhscope_engine::cancel::CancelToken;
 use bvhscope_engine::geometry::{Aabb, Sphere};
 use bvhscope_engine::settings::BuildSettings;
 use bvhscope_engine::tree::statistics::tree_stats;
-use bvhscope_engine::tree::{AnyTree, ContainerKind, Tree};
+use bvhscope_engine::tree::{AnyTree, Container as _, ContainerKind, Tree};
 use overlays::{accel, row, settings, table};
 
 #[test]
