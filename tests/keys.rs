@@ -9,7 +9,7 @@ use std::collections::{BTreeSet, HashSet};
 
 use bvhscope::app::commands;
 use bvhscope::app::commands::{Action, shortcut_text};
-use bvhscope::app::panels::palette;
+use bvhscope::app::panels::dialogs::palette;
 use bvhscope::app::state::{AppState, Hover};
 use bvhscope::render::Shading;
 use bvhscope_engine::settings::BuilderKind;

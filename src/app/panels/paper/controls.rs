@@ -3,7 +3,7 @@
 use eframe::egui::{self, Align, Button, ComboBox, DragValue, Layout, RichText, Role, Sense, Ui, WidgetInfo, vec2};
 
 use crate::app::commands::Action;
-use crate::app::panels::icons::Icon;
+use crate::app::panels::widgets::Icon;
 use crate::app::panels::widgets::{chip, icon_button};
 use crate::app::state::paper::{Display, Experiment, PaperPlan, RowFormat};
 use crate::app::state::{AppState, Request};

@@ -8,7 +8,7 @@ use std::sync::Arc;
 
 use eframe::egui::{self, Margin, Panel, RichText, ScrollArea, Ui};
 
-use crate::app::panels::panel_frame;
+use crate::app::panels::widgets::panel_frame;
 use crate::app::state::AppState;
 use crate::app::state::paper::{Display, Experiment};
 use crate::app::{format, theme};

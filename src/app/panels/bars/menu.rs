@@ -3,7 +3,7 @@
 use eframe::egui::{self, Align, Button, Layout, Popup, RichText, Role, Sense, Ui, WidgetInfo, vec2};
 
 use crate::app::commands::{Action, Category, Entry, entries_for};
-use crate::app::panels::icons::Icon;
+use crate::app::panels::widgets::Icon;
 use crate::app::panels::widgets::icon_button;
 use crate::app::state::{AppState, Side};
 use crate::app::{format, theme};

@@ -9,7 +9,7 @@ const SHOWN_SECS: f64 = 3.0;
 
 /// What is known of each statistic. Lives in egui's memory: it is looks, not state.
 #[derive(Debug, Clone, Default)]
-pub(crate) struct Effects {
+pub(crate) struct RecentChanges {
     /// The model that the values belong to; another one starts afresh.
     model: String,
     values: HashMap<&'static str, Value>,
@@ -22,7 +22,7 @@ struct Value {
     change: Option<(f64, f64)>,
 }
 
-impl Effects {
+impl RecentChanges {
     /// Takes the effects of `model` out of egui's memory.
     pub(crate) fn load(ui: &Ui, model: &str) -> Self {
         let effects: Self = ui.data(|data| data.get_temp(Id::unique("effects"))).unwrap_or_default();

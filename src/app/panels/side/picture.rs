@@ -3,7 +3,7 @@
 use eframe::egui::Ui;
 
 use crate::app::commands::shading_description;
-use crate::app::panels::histogram;
+use crate::app::panels::side::histogram;
 use crate::app::panels::widgets::{Header, SliderSpec, combo, row, section, slider};
 use crate::app::state::AppState;
 use crate::render::{ColorMap, Light, RenderSettings, Shading};

@@ -2,7 +2,7 @@
 
 use eframe::egui::{self, Align, CornerRadius, Layout, Rect, Role, Sense, Ui, WidgetInfo, vec2};
 
-use crate::app::panels::icons::Icon;
+use crate::app::panels::widgets::Icon;
 use crate::app::panels::widgets::icon_button;
 use crate::app::state::{AppState, JobStatus, Request};
 use crate::app::work::reconcile::PROGRESS_AFTER;

@@ -3,7 +3,7 @@
 use eframe::egui::{self, Grid, Label, RichText, ScrollArea, Ui, vec2};
 
 use crate::app::commands::{Category, entries};
-use crate::app::panels::dialog;
+use crate::app::panels::dialogs::frame;
 use crate::app::state::AppState;
 use crate::app::theme;
 
@@ -28,7 +28,7 @@ pub(crate) fn show(ctx: &egui::Context, state: &mut AppState) {
     if !state.shortcuts_open {
         return;
     }
-    dialog::show(ctx, "Keys and mouse", [640.0, 520.0], &mut state.shortcuts_open, |ui| {
+    frame::show(ctx, "Keys and mouse", [640.0, 520.0], &mut state.shortcuts_open, |ui| {
         ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
             heading(ui, "MOUSE");
             table(ui, "mouse", GESTURES.iter().map(|(keys, what)| ((*keys).to_owned(), *what)));

@@ -2,7 +2,7 @@
 
 use eframe::egui::{self, Align, Button, Label, Layout, RichText, ScrollArea, Ui, vec2};
 
-use crate::app::panels::dialog;
+use crate::app::panels::dialogs::frame;
 use crate::app::state::{AppState, Message, Request, Severity};
 use crate::app::{format, theme};
 
@@ -11,7 +11,7 @@ pub(crate) fn show(ctx: &egui::Context, state: &mut AppState) {
         return;
     }
     let mut copied = None;
-    dialog::show(ctx, "Messages", [560.0, 400.0], &mut state.messages_open, |ui| {
+    frame::show(ctx, "Messages", [560.0, 400.0], &mut state.messages_open, |ui| {
         if state.message_log.is_empty() {
             ui.label(RichText::new("Nothing was said yet").color(theme::palette(ui).dim));
             return;

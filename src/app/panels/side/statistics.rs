@@ -5,7 +5,7 @@ use std::time::Duration;
 use eframe::egui::{self, CornerRadius, Rect, Role, Sense, Ui, WidgetInfo, pos2, vec2};
 
 use crate::accel::{BuildReport, Wide};
-use crate::app::panels::effects::Effects;
+use crate::app::panels::side::recent_changes::RecentChanges;
 use crate::app::panels::widgets::{Header, Statistic, section, statistic};
 use crate::app::state::{AppState, Presented};
 use crate::app::{format, theme};
@@ -24,7 +24,7 @@ pub(crate) fn show(ui: &mut Ui, state: &mut AppState) {
         return;
     };
     let model = shown.accel.scene.source.to_string();
-    let mut effects = Effects::load(ui, &model);
+    let mut effects = RecentChanges::load(ui, &model);
     let summary = format::duration(shown.accel.report.build_time);
     section(ui, "BUILD", Header { summary: &summary, ..Header::default() }, |ui| {
         build_rows(ui, state, &shown, &mut effects);
@@ -76,7 +76,7 @@ fn scene_rows(ui: &mut Ui, state: &mut AppState, scene: &Scene) {
     }
 }
 
-fn build_rows(ui: &mut Ui, state: &mut AppState, shown: &Presented, effects: &mut Effects) {
+fn build_rows(ui: &mut Ui, state: &mut AppState, shown: &Presented, effects: &mut RecentChanges) {
     let report = &shown.accel.report;
     let total = report.build_time.as_secs_f64();
     let before = effects.observe(ui, "build", total);
@@ -130,7 +130,7 @@ fn stage_row(ui: &mut Ui, name: &str, time: Duration, share: f64, costs: Option<
     });
 }
 
-fn tree_rows(ui: &mut Ui, state: &mut AppState, shown: &Presented, effects: &mut Effects) {
+fn tree_rows(ui: &mut Ui, state: &mut AppState, shown: &Presented, effects: &mut RecentChanges) {
     let report: &BuildReport = &shown.accel.report;
     let stats = &report.stats;
     let significant = |value: f32| format::significant(f64::from(value));
@@ -189,7 +189,7 @@ fn tree_rows(ui: &mut Ui, state: &mut AppState, shown: &Presented, effects: &mut
     statistic(ui, state, &Statistic::new("Per triangle", all).unit("B").tip(tip));
 }
 
-fn trace_rows(ui: &mut Ui, state: &mut AppState, shown: &Presented, effects: &mut Effects) {
+fn trace_rows(ui: &mut Ui, state: &mut AppState, shown: &Presented, effects: &mut RecentChanges) {
     let stats = &shown.frame.stats;
     let (number, unit) = format::duration_parts(stats.trace_time);
     statistic(

@@ -3,7 +3,7 @@
 use eframe::egui::{self, Button, RichText, ScrollArea, Ui, vec2};
 
 use crate::app::commands::Action;
-use crate::app::panels::dialog;
+use crate::app::panels::dialogs::frame;
 use crate::app::state::AppState;
 use crate::app::{format, theme};
 use crate::scene::BUILTIN_SCENES;
@@ -14,7 +14,7 @@ pub(crate) fn show(ctx: &egui::Context, state: &mut AppState) {
     }
     let mut open = true;
     let mut chosen = None;
-    dialog::show(ctx, "Open a model", [560.0, 400.0], &mut open, |ui| {
+    frame::show(ctx, "Open a model", [560.0, 400.0], &mut open, |ui| {
         ScrollArea::vertical().auto_shrink([false, true]).show(ui, |ui| content(ui, state, &mut chosen));
     });
     state.start_page_open = open;

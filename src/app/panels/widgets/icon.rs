@@ -3,9 +3,13 @@
 use std::f32::consts::{FRAC_PI_2, TAU};
 
 use eframe::egui::epaint::PathStroke;
-use eframe::egui::{Color32, CornerRadius, Painter, Pos2, Rect, Shape, Stroke, StrokeKind, Vec2, vec2};
+use eframe::egui::{
+    Color32, CornerRadius, Painter, Pos2, Rect, Response, Role, Sense, Shape, Stroke, StrokeKind, Ui, Vec2, WidgetInfo,
+    vec2,
+};
 
 use crate::app::state::Side;
+use crate::app::theme;
 
 /// What a button without text shows.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -71,4 +75,19 @@ fn reset(painter: &Painter, center: Pos2, stroke: Stroke) {
         stroke.color,
         Stroke::NONE,
     ));
+}
+
+/// A button that is only an icon, without a frame until the pointer is over it.
+pub(crate) fn icon_button(ui: &mut Ui, rect: Rect, icon: Icon, name: &str) -> Response {
+    let palette = theme::palette(ui);
+    let response = ui.interact(rect, ui.scope_id().with(("icon", name)), Sense::click());
+    response.widget_info(|| WidgetInfo::labeled(Role::Button, ui.is_enabled(), name));
+    let hot = response.hovered() || response.has_focus();
+    let behind = if hot { ui.visuals().widgets.hovered.weak_bg_fill } else { ui.visuals().panel_fill };
+    if hot {
+        ui.painter().rect_filled(rect.shrink(2.0), CornerRadius::same(4), behind);
+    }
+    let color = if hot { ui.visuals().strong_text_color() } else { palette.dim };
+    icon.paint(ui.painter(), rect.center(), color, behind);
+    response
 }

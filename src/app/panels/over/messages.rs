@@ -4,7 +4,7 @@ use eframe::egui::{
     self, Align, Align2, Area, Color32, CornerRadius, Frame, Layout, Margin, Order, Rect, Stroke, Ui, vec2,
 };
 
-use crate::app::panels::icons::Icon;
+use crate::app::panels::widgets::Icon;
 use crate::app::panels::widgets::icon_button;
 use crate::app::state::{AppState, Message, Navigation, Request, Severity};
 use crate::app::theme;

@@ -1,0 +1,95 @@
+//! The window's layout: panels at the edges, the viewport in the centre, overlays and dialogs on top of it.
+
+use eframe::egui::{self, Margin, Panel, Rect, Ui};
+
+use super::widgets::{panel_frame, scroll};
+use super::{bars, dialogs, over, paper, side};
+use crate::app::commands;
+use crate::app::state::{AppState, Side};
+use crate::app::theme;
+
+/// Default width of a side panel in points.
+const SIDE_WIDTH: f32 = 260.0;
+/// Width of the window in points below which only one side panel is shown at a time.
+const NARROW_WIDTH: f32 = 840.0;
+
+/// Shows all panels around `viewport`, which draws the central area and returns its rectangle.
+pub fn around(ui: &mut Ui, state: &mut AppState, viewport: impl FnOnce(&mut Ui, &mut AppState) -> Rect) {
+    let ctx = ui.ctx().clone();
+    theme::apply(&ctx, &state.preferences);
+    commands::handle_shortcuts(&ctx, state);
+    top(ui, state);
+    bottom(ui, state);
+    left(ui, state);
+    right(ui, state);
+    egui::CentralPanel::no_frame().show(ui, |ui| {
+        let rect = viewport(ui, state);
+        over_viewport(ui, rect, state);
+    });
+    open_dialogs(&ctx, state);
+}
+
+/// The menu bar.
+fn top(ui: &mut Ui, state: &mut AppState) {
+    state.narrow = ui.available_width() < NARROW_WIDTH;
+    let frame = panel_frame(Margin::symmetric(8, 4));
+    Panel::top("menu bar").frame(frame).show(ui, |ui| bars::menu::show(ui, state));
+}
+
+/// Left panel: statistics and selection.
+fn left(ui: &mut Ui, state: &mut AppState) {
+    let shown = state.shows_panel(Side::Left);
+    let mut open = shown;
+    let panel = Panel::left("left panel").default_size(SIDE_WIDTH - 12.0).size_range(200.0..=400.0);
+    panel.frame(panel_frame(Margin::ZERO)).show_collapsible(ui, &mut open, |ui| {
+        scroll(ui, "left scroll", |ui| {
+            side::statistics::show(ui, state);
+            side::selection::show(ui, state);
+        });
+    });
+    if open != shown {
+        state.toggle_panel(Side::Left);
+    }
+}
+
+/// Right panel: settings of tree, containers and picture.
+fn right(ui: &mut Ui, state: &mut AppState) {
+    let shown = state.shows_panel(Side::Right);
+    let mut open = shown;
+    let panel = Panel::right("right panel").default_size(SIDE_WIDTH + 16.0).size_range(240.0..=420.0);
+    panel.frame(panel_frame(Margin::ZERO)).show_collapsible(ui, &mut open, |ui| {
+        scroll(ui, "right scroll", |ui| {
+            side::tree::show(ui, state);
+            side::containers::show(ui, state);
+            side::picture::show(ui, state);
+        });
+    });
+    if open != shown {
+        state.toggle_panel(Side::Right);
+    }
+}
+
+/// From the bottom upwards: job strip, depth bar, paper panel.
+fn bottom(ui: &mut Ui, state: &mut AppState) {
+    let frame = panel_frame(Margin::symmetric(12, 4));
+    Panel::bottom("job strip").frame(frame).show(ui, |ui| bars::job_strip::show(ui, state));
+    let frame = panel_frame(Margin::symmetric(12, 4));
+    Panel::bottom("depth bar").frame(frame).show(ui, |ui| bars::depth_bar::show(ui, state));
+    paper::show(ui, state);
+}
+
+/// What is painted over the viewport's rectangle: legends, axes gizmo, facts of the hovered pixel, messages.
+fn over_viewport(ui: &mut Ui, rect: Rect, state: &mut AppState) {
+    over::legend::show(ui, rect, state);
+    over::gizmo::show(ui, rect, state);
+    over::pointer::show(ui, rect, state);
+    over::messages::show(ui, rect, state);
+}
+
+/// The open dialogs; the command palette last, on top of the others.
+fn open_dialogs(ctx: &egui::Context, state: &mut AppState) {
+    dialogs::start_page::show(ctx, state);
+    dialogs::shortcuts::show(ctx, state);
+    dialogs::message_log::show(ctx, state);
+    dialogs::palette::show(ctx, state);
+}

@@ -1,0 +1,17 @@
+//! Frame and scroll area of a panel.
+
+use eframe::egui::{Frame, Margin, ScrollArea, Ui};
+
+/// Frame of a panel: margins without a fill, because the window is cleared with the panels' colour.
+pub(crate) fn panel_frame(margin: Margin) -> Frame {
+    Frame::new().inner_margin(margin)
+}
+
+/// Shows the content of a side panel in a vertical scroll area.
+pub(crate) fn scroll(ui: &mut Ui, id: &str, content: impl FnOnce(&mut Ui)) {
+    ScrollArea::vertical()
+        .id_salt(id)
+        .auto_shrink(false)
+        .content_margin(Margin { left: 12, right: 12, top: 0, bottom: 8 })
+        .show(ui, content);
+}

@@ -1,0 +1,35 @@
+//! Labelled rows, and the small controls that stand in them.
+
+use eframe::egui::{self, Align, Response, Sense, Ui, vec2};
+
+use crate::app::theme;
+use crate::app::theme::ROW_HEIGHT;
+
+/// Width of the labels on the left of controls in points.
+const LABEL_WIDTH: f32 = 84.0;
+
+/// A label on the left and a control that fills the rest. The control's accessible name is the label.
+pub(crate) fn row(ui: &mut Ui, label: &str, tip: &str, control: impl FnOnce(&mut Ui) -> Response) -> Response {
+    let palette = theme::palette(ui);
+    ui.horizontal(|ui| {
+        ui.set_min_height(ROW_HEIGHT);
+        let (rect, _) = ui.allocate_exact_size(vec2(LABEL_WIDTH, ROW_HEIGHT), Sense::hover());
+        let mut child =
+            ui.new_child(egui::UiBuilder::new().max_rect(rect).layout(egui::Layout::left_to_right(Align::Center)));
+        let name = child.add(egui::Label::new(egui::RichText::new(label).color(palette.dim)).truncate());
+        let response = control(ui);
+        name.on_hover_text(tip);
+        response.on_hover_text(tip)
+    })
+    .inner
+}
+
+/// A check box with a tooltip.
+pub(crate) fn check(ui: &mut Ui, value: &mut bool, label: &str, tip: &str) -> bool {
+    ui.checkbox(value, label).on_hover_text(tip).changed()
+}
+
+/// A small button; `on` highlights it.
+pub(crate) fn chip(ui: &mut Ui, label: &str, on: bool, tip: &str) -> bool {
+    ui.add(egui::Button::new(label).selected(on)).on_hover_text(tip).clicked()
+}

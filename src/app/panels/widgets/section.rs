@@ -1,0 +1,68 @@
+//! A collapsible section of a side panel.
+
+use eframe::egui::{self, Align2, Rect, Role, Sense, Stroke, TextStyle, Ui, WidgetInfo, pos2, vec2};
+
+use super::icon::{Icon, icon_button};
+use crate::app::theme;
+use crate::app::theme::ROW_HEIGHT;
+
+/// What a section's header holds beside its title.
+#[derive(Debug, Clone, Copy, Default)]
+pub(crate) struct Header<'a> {
+    /// What accessibility calls the section; its title where empty.
+    pub(crate) name: &'a str,
+    /// A value at the right end.
+    pub(crate) summary: &'a str,
+    /// A button that brings the section's settings back to their defaults; its tooltip.
+    pub(crate) reset: Option<&'a str>,
+}
+
+/// A part of a panel under a heading that opens and closes it. Returns whether its reset button was pressed.
+pub(crate) fn section(ui: &mut Ui, title: &str, header: Header<'_>, body: impl FnOnce(&mut Ui)) -> bool {
+    let palette = theme::palette(ui);
+    let id = ui.make_persistent_id(("section", title));
+    let mut state = egui::collapsing_header::CollapsingState::load_with_default_open(ui.ctx(), id, true);
+    ui.add_space(4.0);
+    let (rect, response) = ui.allocate_exact_size(vec2(ui.available_width(), ROW_HEIGHT), Sense::click());
+    let response = response.on_hover_text(if state.is_open() { "Fold this part away" } else { "Open this part" });
+    if response.clicked() {
+        state.toggle(ui);
+    }
+    let open = state.is_open();
+    let name = if header.name.is_empty() { sentence_case(title) } else { header.name.to_owned() };
+    response.widget_info(|| WidgetInfo::selected(Role::DisclosureTriangle, true, open, format!("{name} section")));
+    let color = if response.hovered() { ui.visuals().strong_text_color() } else { palette.dim };
+    let icon = response
+        .clone()
+        .with_new_rect(Rect::from_center_size(pos2(rect.left() + 4.0, rect.center().y), vec2(8.0, 8.0)));
+    egui::collapsing_header::paint_default_icon(ui, state.openness(ui.ctx()), &icon);
+    let font = TextStyle::Heading.resolve(ui.style());
+    ui.painter().text(pos2(rect.left() + 16.0, rect.center().y), Align2::LEFT_CENTER, title, font, color);
+    let mut right = rect.right();
+    let mut reset_pressed = false;
+    if let Some(tip) = header.reset {
+        let button = Rect::from_min_max(pos2(right - ROW_HEIGHT, rect.top()), rect.max);
+        let name = format!("Reset {}", name.to_lowercase());
+        reset_pressed = icon_button(ui, button, Icon::Reset, &name).on_hover_text(tip).clicked();
+        right -= ROW_HEIGHT + 4.0;
+    }
+    if !header.summary.is_empty() {
+        let font = TextStyle::Body.resolve(ui.style());
+        ui.painter().text(pos2(right, rect.center().y), Align2::RIGHT_CENTER, header.summary, font, palette.text);
+    }
+    state.show_body_unindented(ui, |ui| {
+        ui.spacing_mut().item_spacing.y = 4.0;
+        body(ui);
+    });
+    ui.add_space(4.0);
+    let (line, _) = ui.allocate_exact_size(vec2(ui.available_width(), 1.0), Sense::hover());
+    ui.painter().hline(line.x_range(), line.center().y, Stroke::new(1.0, palette.line));
+    reset_pressed
+}
+
+fn sentence_case(title: &str) -> String {
+    let mut chars = title.chars();
+    chars
+        .next()
+        .map_or_else(String::new, |first| first.to_uppercase().chain(chars.flat_map(char::to_lowercase)).collect())
+}

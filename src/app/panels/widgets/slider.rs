@@ -1,0 +1,113 @@
+//! A labelled slider with an editable number and a default.
+
+use std::ops::RangeInclusive;
+
+use eframe::egui::{self, Rect, Stroke, Ui, WidgetInfo, vec2};
+
+use super::row::row;
+use crate::app::theme;
+use crate::app::theme::ROW_HEIGHT;
+
+/// Width of the number beside a slider in points.
+const NUMBER_WIDTH: f32 = 52.0;
+
+/// Digits that a typed number may have beyond those that a handle sets.
+const TYPED_DECIMALS: usize = 1;
+
+/// What a slider sets.
+pub(crate) struct SliderSpec<'a> {
+    /// Its name, also for accessibility.
+    pub(crate) label: &'a str,
+    /// What it does, what to expect, and its shortcut.
+    pub(crate) tip: &'a str,
+    /// Smallest and largest value.
+    pub(crate) range: RangeInclusive<f64>,
+    /// Where a double click brings it; marked with a tick.
+    pub(crate) default: f64,
+    /// Equal steps multiply rather than add.
+    pub(crate) logarithmic: bool,
+    /// Digits after the point; 0 for whole numbers.
+    pub(crate) decimals: usize,
+    /// A word for 0; empty where 0 is just a number.
+    pub(crate) zero: &'a str,
+}
+
+/// A labelled slider with its number. Double click resets it. Returns whether the user changed the value; one that the
+/// command line or an earlier run chose stays as it is, also where no handle reaches it.
+pub(crate) fn slider(ui: &mut Ui, value: &mut f64, spec: &SliderSpec<'_>) -> bool {
+    let before = *value;
+    let mut touched = false;
+    row(ui, spec.label, spec.tip, |ui| {
+        let width = (ui.available_width() - NUMBER_WIDTH - ui.spacing().item_spacing.x).max(40.0);
+        ui.spacing_mut().slider_width = width;
+        let step = if spec.decimals == 0 { 1.0 } else { 0.1f64.powi(spec.decimals as i32) };
+        // Over many orders of magnitude a key moves the handle by a point, else the value by its last digit.
+        let wide = spec.logarithmic && spec.range.end() - spec.range.start() > 1000.0;
+        let rail = ui.add(
+            egui::Slider::new(value, spec.range.clone())
+                .logarithmic(spec.logarithmic)
+                .show_value(false)
+                .clamping(egui::SliderClamping::Edits)
+                .step_by(if wide { 0.0 } else { step }),
+        );
+        let current = *value;
+        rail.widget_info(|| WidgetInfo::slider(ui.is_enabled(), current, spec.label));
+        paint_tick(ui, rail.rect, spec);
+        if rail.contains_pointer()
+            && ui.input(|input| input.pointer.button_double_clicked(egui::PointerButton::Primary))
+        {
+            *value = spec.default;
+            touched = true;
+        }
+        // As many digits as a value has that was typed.
+        let most = if spec.decimals == 0 { 0 } else { spec.decimals + TYPED_DECIMALS };
+        let shown = if is_round(*value, spec.decimals) { spec.decimals } else { most };
+        let mut drag = egui::DragValue::new(value)
+            .range(spec.range.clone())
+            .clamp_existing_to_range(false)
+            .speed(step * 0.25)
+            .fixed_decimals(shown);
+        if !spec.zero.is_empty() {
+            drag = drag
+                .custom_formatter(|number, _| if number == 0.0 { spec.zero.to_owned() } else { format!("{number:.0}") })
+                .custom_parser(|text| if text.trim() == spec.zero { Some(0.0) } else { text.trim().parse().ok() });
+        }
+        let number = ui.add_sized(vec2(NUMBER_WIDTH, ROW_HEIGHT), drag);
+        number.widget_info(|| {
+            let mut info = WidgetInfo::drag_value(ui.is_enabled(), current);
+            info.label = Some(format!("{} value", spec.label));
+            info
+        });
+        let decimals = if number.changed() && !number.dragged() { most } else { spec.decimals };
+        if rail.changed() || number.changed() {
+            touched = true;
+            let scale = 10f64.powi(decimals as i32);
+            *value = (*value * scale).round() / scale;
+        }
+        rail | number
+    });
+    if !touched {
+        *value = before;
+    }
+    *value != before
+}
+
+/// Whether `value` has no more digits after the point than these; single precision leaves dust behind them.
+fn is_round(value: f64, decimals: usize) -> bool {
+    let scaled = value * 10f64.powi(decimals as i32);
+    (scaled - scaled.round()).abs() < 1e-3
+}
+
+/// Marks a slider's default on its rail.
+fn paint_tick(ui: &Ui, rail: Rect, spec: &SliderSpec<'_>) {
+    let (low, high) = (*spec.range.start(), *spec.range.end());
+    let share = if spec.logarithmic {
+        (spec.default.ln() - low.ln()) / (high.ln() - low.ln())
+    } else {
+        (spec.default - low) / (high - low)
+    };
+    let positions = rail.x_range().shrink(rail.height() / 2.5);
+    let x = egui::lerp(positions.min..=positions.max, share as f32);
+    let color = theme::palette(ui).dim;
+    ui.painter().vline(x, rail.bottom() - 3.0..=rail.bottom(), Stroke::new(1.0, color));
+}
