@@ -7,7 +7,7 @@ use bvhscope_engine::geometry::Aabb;
 
 /// A view of the whole model.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum View {
+pub enum NamedView {
     /// [`Camera::framing`]: the window's as well.
     #[default]
     Default,
@@ -25,7 +25,7 @@ pub enum View {
     Bottom,
 }
 
-impl View {
+impl NamedView {
     /// Every view.
     pub const ALL: [Self; 7] =
         [Self::Default, Self::Front, Self::Back, Self::Left, Self::Right, Self::Top, Self::Bottom];
@@ -72,7 +72,7 @@ impl View {
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct CameraChoice {
     /// Where to start from.
-    pub view: View,
+    pub view: NamedView,
     /// Where the observer is instead, in world units.
     pub eye: Option<Vec3>,
     /// The middle of the picture instead.

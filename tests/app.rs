@@ -8,7 +8,7 @@ use bvhscope::app::commands::Action;
 use bvhscope::app::state::paper::{Experiment, RowFormat};
 use bvhscope::app::state::{Request, Severity, Wanted};
 use bvhscope::lab::Subject;
-use bvhscope::lab::table::number;
+use bvhscope::lab::report_table::number;
 use bvhscope::render::{RenderSettings, Shading};
 use bvhscope::scene::SceneSource;
 use bvhscope_engine::cancel::CancelToken;

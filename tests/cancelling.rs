@@ -10,7 +10,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use bvhscope::accel::Accel;
 use bvhscope::camera::Camera;
 use bvhscope::headless::render::{write_distances, write_png};
-use bvhscope::lab::diagnose::examine_scene;
+use bvhscope::lab::diagnose::diagnose_scene;
 use bvhscope::overlay::NodeTable;
 use bvhscope::render::{RenderRequest, RenderSettings, Shading, render};
 use bvhscope::scene::{LoadError, LoadOptions, Scene, SceneSource, load, load_bytes};
@@ -187,7 +187,7 @@ fn deriving_from_a_tree_stops_at_every_look() {
     at_every_look("lineage and overlap", |token| is_cancelled(&|accel| accel.study(token)));
     let accel = tree();
     at_every_look("the list of nodes", |token| NodeTable::new(&accel).list(None, token).is_err());
-    at_every_look("what is sick", |token| examine_scene(&scene, token).is_err());
+    at_every_look("what is sick", |token| diagnose_scene(&scene, token).is_err());
 }
 
 #[test]

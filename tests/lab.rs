@@ -8,7 +8,7 @@ use std::sync::Arc;
 use bvhscope::accel::Accel;
 use bvhscope::camera::Camera;
 use bvhscope::lab::plot::panels;
-use bvhscope::lab::table::{number, tables};
+use bvhscope::lab::report_table::{number, tables};
 use bvhscope::lab::{
     Job, LabError, Measurement, Setup, Subject, SweepPlan, TraceView, bench, compare, measure, scaling, sweep,
 };

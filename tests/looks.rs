@@ -10,7 +10,7 @@ use std::time::{Duration, Instant};
 use bvhscope::accel::Accel;
 use bvhscope::camera::Camera;
 use bvhscope::headless::render::{write_distances, write_png};
-use bvhscope::lab::diagnose::examine_scene;
+use bvhscope::lab::diagnose::diagnose_scene;
 use bvhscope::overlay::NodeTable;
 use bvhscope::render::{RenderRequest, RenderSettings, Shading, render};
 use bvhscope::scene::{LoadOptions, Scene, SceneSource, load};
@@ -186,7 +186,7 @@ fn what_is_derived_from_a_tree() {
         };
         look_at("statistics", &|accel, token| drop(tree_stats(&accel.tree, token).unwrap()));
         look_at("list of nodes", &|accel, token| NodeTable::new(accel).list(None, token).unwrap());
-        look_at("what is sick", &|accel, token| drop(examine_scene(&accel.scene, token).unwrap()));
+        look_at("what is sick", &|accel, token| drop(diagnose_scene(&accel.scene, token).unwrap()));
         look_at("lineage", &|accel, token| {
             with_tree!(&accel.tree, tree => drop(Ancestry::new(tree, token).unwrap()));
         });

@@ -15,8 +15,8 @@ use clap::error::ErrorKind;
 use clap::{CommandFactory as _, Parser as _};
 
 use crate::budget::Budget;
-use crate::headless::plot::PlotJob;
-use crate::headless::{Context, Failure, Finished, RenderJob};
+use crate::headless::plot::PlotCommand;
+use crate::headless::{Context, Failure, Finished};
 use crate::lab::Job;
 use crate::scene::LoadOptions;
 use args::{BuildArgs, Cli, CommandArgs, MeasureArgs, OneTreeArgs, StrictLoadArgs};
@@ -141,16 +141,16 @@ fn run_command(command: CommandArgs, token: CancelToken) -> Result<Finished, Fai
     let result = match command {
         CommandArgs::Render(args) => {
             context.threads = args.build.threads;
-            let job: RenderJob = resolve::render(args);
-            crate::headless::render::run(&job, &mut context)
+            let command = resolve::render(args);
+            crate::headless::render::run(&command, &mut context)
         }
         CommandArgs::Info(args) => {
             context.threads = args.build.threads;
             crate::headless::info::run(&resolve::info(args), &mut context)
         }
         CommandArgs::Plot(args) => {
-            let job = PlotJob { files: args.files, output: args.output };
-            crate::headless::plot::run(&job, &mut context)
+            let command = PlotCommand { files: args.files, output: args.output };
+            crate::headless::plot::run(&command, &mut context)
         }
         CommandArgs::Bench(args) => {
             let setups = resolve::setups(&args.tree, &args.measure, &ContainerKind::ALL);
@@ -175,7 +175,7 @@ fn run_command(command: CommandArgs, token: CancelToken) -> Result<Finished, Fai
 
 fn measure(job: Job, args: MeasureArgs, context: &mut Context<'_>) -> Result<Finished, Failure> {
     context.threads = args.threads;
-    crate::headless::jobs::run(&resolve::measure(job, args), context)
+    crate::headless::measure::run(&resolve::measure(job, args), context)
 }
 
 #[cfg(feature = "gui")]

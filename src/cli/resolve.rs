@@ -8,9 +8,9 @@ use super::args::{
 };
 #[cfg(feature = "gui")]
 use crate::app::{CliOverrides, SettingsUse, StartOptions};
-use crate::headless::RenderJob;
-use crate::headless::info::InfoJob;
-use crate::headless::jobs::{MeasureJob, Output};
+use crate::headless::RenderCommand;
+use crate::headless::info::InfoCommand;
+use crate::headless::measure::{MeasureCommand, Output};
 use crate::lab::{Job, Setup, SweepPlan};
 use crate::overlay::{OverlaySettings, Selection};
 use crate::render::RenderSettings;
@@ -35,8 +35,8 @@ pub fn viewer(args: ViewerArgs) -> StartOptions {
     }
 }
 
-pub fn render(args: RenderArgs) -> RenderJob {
-    RenderJob {
+pub fn render(args: RenderArgs) -> RenderCommand {
+    RenderCommand {
         source: args.model.unwrap_or_else(SceneSource::default_builtin),
         build: build(&args.build),
         camera: camera(&args.camera),
@@ -55,8 +55,8 @@ pub fn render(args: RenderArgs) -> RenderJob {
     }
 }
 
-pub fn info(args: InfoArgs) -> InfoJob {
-    InfoJob {
+pub fn info(args: InfoArgs) -> InfoCommand {
+    InfoCommand {
         source: args.model.unwrap_or_else(SceneSource::default_builtin),
         build: build(&args.build),
         json: args.json,
@@ -88,9 +88,9 @@ pub fn sweep(args: &SweepArgs) -> SweepPlan {
     }
 }
 
-pub fn measure(job: Job, args: MeasureArgs) -> MeasureJob {
+pub fn measure(job: Job, args: MeasureArgs) -> MeasureCommand {
     let sources = if args.models.is_empty() { vec![SceneSource::default_builtin()] } else { args.models };
-    MeasureJob {
+    MeasureCommand {
         sources,
         job,
         camera: camera(&args.camera),

@@ -6,15 +6,15 @@ use super::context::Progress;
 use super::tree_numbers::TreeNumbers;
 use super::{Context, Failure, Finished};
 use crate::accel::Accel;
-use crate::lab::diagnose::{Finding, examine_scene, examine_tree};
-use crate::lab::table::number;
+use crate::lab::diagnose::{Finding, diagnose_scene, diagnose_tree};
+use crate::lab::report_table::number;
 use crate::scene::SceneSource;
 use bvhscope_engine::settings::{BuildSettings, BuilderKind, Curve, Pass, Passes};
 use bvhscope_engine::tree::statistics::{INTERSECTION_COST, TRAVERSAL_COST};
 
 /// What is looked at.
 #[derive(Debug, Clone)]
-pub struct InfoJob {
+pub struct InfoCommand {
     /// The model.
     pub source: SceneSource,
     /// Its tree.
@@ -46,25 +46,25 @@ struct Info {
 }
 
 /// Loads, builds, looks, prints.
-pub fn run(job: &InfoJob, context: &mut Context<'_>) -> Result<Finished, Failure> {
-    if let Some(text) = job.build.refusal(0) {
+pub fn run(command: &InfoCommand, context: &mut Context<'_>) -> Result<Finished, Failure> {
+    if let Some(text) = command.build.refusal(0) {
         return Err(Failure::Usage(text));
     }
-    let scene = context.load(&job.source)?;
+    let scene = context.load(&command.source)?;
     let progress = Progress::new("Building", &context.token);
     let (accel, epo) = context.pool()?.install(|| {
-        let accel = Accel::build(&scene, &job.build, &context.token)?;
+        let accel = Accel::build(&scene, &command.build, &context.token)?;
         let epo = accel.epo(&context.token)?;
         Ok::<_, Failure>((accel, epo))
     })?;
     drop(progress);
-    let mut findings = examine_scene(&scene, &context.token)?;
-    findings.extend(examine_tree(&accel, epo));
+    let mut findings = diagnose_scene(&scene, &context.token)?;
+    findings.extend(diagnose_tree(&accel, epo));
     let attributes = scene.attributes.as_ref();
     let triangles = scene.triangles.len();
     let info = Info {
         command: "info",
-        model: job.source.to_string(),
+        model: command.source.to_string(),
         triangles,
         meshes: scene.mesh_count,
         materials: scene.materials.len(),
@@ -80,11 +80,11 @@ pub fn run(job: &InfoJob, context: &mut Context<'_>) -> Result<Finished, Failure
         warnings: scene.warnings.entries.iter().map(ToString::to_string).collect(),
         findings,
     };
-    if job.json {
+    if command.json {
         let text = serde_json::to_string(&info).map_err(|error| Failure::Failed(error.to_string()))?;
         writeln!(context.out, "{text}")?;
     } else {
-        print_text(&info, job.build.builder, context.out)?;
+        print_text(&info, command.build.builder, context.out)?;
     }
     Ok(Finished { warned: !scene.warnings.is_empty() })
 }

@@ -7,9 +7,9 @@ pub mod render;
 
 pub mod info;
 
-pub mod jobs;
+pub mod measure;
 pub mod plot;
 mod tree_numbers;
 
 pub use context::{Context, Failure, Finished};
-pub use render::RenderJob;
+pub use render::RenderCommand;

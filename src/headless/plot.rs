@@ -13,7 +13,7 @@ const MAX_LINE: u64 = 1 << 20;
 
 /// Files in, a picture out.
 #[derive(Debug, Clone, PartialEq)]
-pub struct PlotJob {
+pub struct PlotCommand {
     /// JSON lines; `-` is standard input.
     pub files: Vec<PathBuf>,
     /// The picture.
@@ -21,11 +21,11 @@ pub struct PlotJob {
 }
 
 /// Reads, draws, writes.
-pub fn run(job: &PlotJob, context: &mut Context<'_>) -> Result<Finished, Failure> {
-    let format = PlotFormat::of(&job.output).map_err(Failure::Usage)?;
-    check_target(&job.output)?;
+pub fn run(command: &PlotCommand, context: &mut Context<'_>) -> Result<Finished, Failure> {
+    let format = PlotFormat::of(&command.output).map_err(Failure::Usage)?;
+    check_target(&command.output)?;
     let mut rows = Vec::new();
-    for path in &job.files {
+    for path in &command.files {
         context.token.check()?;
         if path.as_os_str() == "-" {
             read_rows(Path::new("standard input"), std::io::stdin().lock(), &mut rows)?;
@@ -36,7 +36,7 @@ pub fn run(job: &PlotJob, context: &mut Context<'_>) -> Result<Finished, Failure
         }
     }
     let picture = panels(&rows).and_then(|panels| draw(&panels, format)).map_err(Failure::Failed)?;
-    write_bytes(&job.output, &picture)?;
+    write_bytes(&command.output, &picture)?;
     Ok(Finished::default())
 }
 

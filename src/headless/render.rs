@@ -21,7 +21,7 @@ use bvhscope_engine::settings::BuildSettings;
 
 /// One picture that is wanted.
 #[derive(Debug, Clone)]
-pub struct RenderJob {
+pub struct RenderCommand {
     /// The model.
     pub source: SceneSource,
     /// Its tree.
@@ -48,7 +48,7 @@ pub struct RenderJob {
 
 /// What `--json` prints.
 #[derive(Debug, Serialize)]
-struct Rendered<'a> {
+struct RenderSummary<'a> {
     command: &'static str,
     model: String,
     triangles: usize,
@@ -69,8 +69,8 @@ struct Rendered<'a> {
 }
 
 /// Renders, writes, prints.
-pub fn run(job: &RenderJob, context: &mut Context<'_>) -> Result<Finished, Failure> {
-    for (path, extension) in [(&job.output, "png"), (&job.depth_image, "exr")] {
+pub fn run(command: &RenderCommand, context: &mut Context<'_>) -> Result<Finished, Failure> {
+    for (path, extension) in [(&command.output, "png"), (&command.depth_image, "exr")] {
         let Some(path) = path else { continue };
         if !path.extension().is_some_and(|found| found.eq_ignore_ascii_case(extension)) {
             return Err(Failure::Usage(format!(
@@ -78,53 +78,53 @@ pub fn run(job: &RenderJob, context: &mut Context<'_>) -> Result<Finished, Failu
                 path.display()
             )));
         }
-        if job.source.path().is_some_and(|model| same_file(model, path)) {
+        if command.source.path().is_some_and(|model| same_file(model, path)) {
             return Err(Failure::Failed(format!("{}: this is the model itself", path.display())));
         }
         check_target(path)?;
     }
-    if let Some(text) = job.build.refusal(0) {
+    if let Some(text) = command.build.refusal(0) {
         return Err(Failure::Usage(text));
     }
-    if job.overlay.is_some() && !cfg!(feature = "gui") {
+    if command.overlay.is_some() && !cfg!(feature = "gui") {
         return Err(Failure::Failed(
             "--overlay needs the feature 'gui', which this program was built without: leave --overlay out".to_owned(),
         ));
     }
-    check_memory(job)?;
-    let scene = context.load(&job.source)?;
-    let [width_px, height_px] = job.size;
+    check_memory(command)?;
+    let scene = context.load(&command.source)?;
+    let [width_px, height_px] = command.size;
     let (accel, frame) = context.pool()?.install(|| {
         let progress = Progress::new("Building", &context.token);
-        let accel = Arc::new(Accel::build(&scene, &job.build, &context.token)?);
+        let accel = Arc::new(Accel::build(&scene, &command.build, &context.token)?);
         progress.say("Tracing");
         let request = RenderRequest {
             accel: Arc::clone(&accel),
-            camera: job.camera.camera(&scene.bounds, scene.up),
-            settings: job.settings,
+            camera: command.camera.camera(&scene.bounds, scene.up),
+            settings: command.settings,
             width_px,
             height_px,
             coarseness: 1,
-            count_tests: job.json,
+            count_tests: command.json,
         };
         let frame = crate::render::render(&request, &context.token, &|_| ())?;
         drop(progress);
         Ok::<_, Failure>((accel, frame))
     })?;
-    let picture = match &job.overlay {
-        Some(overlay) => draw_overlay(&accel, &frame, job, overlay, &context.token)?,
+    let picture = match &command.overlay {
+        Some(overlay) => draw_overlay(&accel, &frame, command, overlay, &context.token)?,
         None => frame.rgba.clone(),
     };
     context.token.check()?;
-    if let Some(path) = &job.output {
+    if let Some(path) = &command.output {
         stop_or_fail(write_png(path, [width_px, height_px], &picture, &context.token), &context.token)?;
     }
-    if let Some(path) = &job.depth_image {
+    if let Some(path) = &command.depth_image {
         stop_or_fail(write_distances(path, &frame, &context.token), &context.token)?;
     }
-    if job.json {
+    if command.json {
         let epo = context.pool()?.install(|| accel.epo(&context.token))?;
-        let line = summary(job, &accel, epo, &frame);
+        let line = summary(command, &accel, epo, &frame);
         let text = serde_json::to_string(&line).map_err(|error| Failure::Failed(error.to_string()))?;
         writeln!(context.out, "{text}")?;
     }
@@ -132,21 +132,21 @@ pub fn run(job: &RenderJob, context: &mut Context<'_>) -> Result<Finished, Failu
 }
 
 /// Whether the picture can be held and written.
-fn check_memory(job: &RenderJob) -> Result<(), Failure> {
-    let [width, height] = job.size.map(u64::from);
+fn check_memory(command: &RenderCommand) -> Result<(), Failure> {
+    let [width, height] = command.size.map(u64::from);
     // A pixel of the frame, its sum over samples and the copy that is written; what the overlay draws into; the distances in
     // three channels and as a file.
     let bytes_a_pixel =
-        52 + if job.overlay.is_some() { 24 } else { 0 } + if job.depth_image.is_some() { 40 } else { 0 };
+        52 + if command.overlay.is_some() { 24 } else { 0 } + if command.depth_image.is_some() { 40 } else { 0 };
     Budget::of_process()
         .check(&format!("a picture of {width}x{height} pixels"), width * height * bytes_a_pixel)
         .map_err(|error| Failure::Failed(error.to_string()))
 }
 
-fn summary<'a>(job: &'a RenderJob, accel: &Accel, epo: f32, frame: &Frame) -> Rendered<'a> {
-    Rendered {
+fn summary<'a>(command: &'a RenderCommand, accel: &Accel, epo: f32, frame: &Frame) -> RenderSummary<'a> {
+    RenderSummary {
         command: "render",
-        model: job.source.to_string(),
+        model: command.source.to_string(),
         triangles: accel.scene.triangles.len(),
         tree: TreeNumbers::new(accel, epo),
         trace_ms: crate::lab::millis(frame.stats.trace_time),
@@ -163,7 +163,7 @@ fn summary<'a>(job: &'a RenderJob, accel: &Accel, epo: f32, frame: &Frame) -> Re
         width_px: frame.width_px,
         height_px: frame.height_px,
         samples: frame.samples,
-        output: job.output.as_deref(),
+        output: command.output.as_deref(),
         warnings: accel.scene.warnings.entries.iter().map(ToString::to_string).collect(),
     }
 }
@@ -178,14 +178,14 @@ fn same_file(a: &Path, b: &Path) -> bool {
 fn draw_overlay(
     accel: &Arc<Accel>,
     frame: &Frame,
-    job: &RenderJob,
+    command: &RenderCommand,
     settings: &OverlaySettings,
     token: &CancelToken,
 ) -> Result<Vec<[u8; 4]>, Failure> {
     use crate::overlay::{DrawInput, NodeTable, PictureInput, draw_offscreen};
     let table = Arc::new(NodeTable::new(accel));
     table.list(Some(settings), token)?;
-    let selection = &job.selection;
+    let selection = &command.selection;
     let missing = selection.selected.iter().chain(&selection.hidden).find(|&&node| node as usize >= table.len());
     if let Some(node) = missing {
         return Err(Failure::Failed(format!(
@@ -217,7 +217,7 @@ fn draw_overlay(
         table: Some(&table),
         settings: *settings,
         selection,
-        show_picture: job.geometry,
+        show_picture: command.geometry,
         viewport_px: [0, 0, frame.width_px, frame.height_px],
         pixels_per_point: 1.0,
     })
@@ -228,7 +228,7 @@ fn draw_overlay(
 fn draw_overlay(
     _: &Arc<Accel>,
     _: &Frame,
-    _: &RenderJob,
+    _: &RenderCommand,
     _: &OverlaySettings,
     _: &CancelToken,
 ) -> Result<Vec<[u8; 4]>, Failure> {

@@ -29,11 +29,11 @@ pub struct Finding {
 }
 
 /// Looks at the triangles alone. What would take more memory than there may be used is left out, and a finding says so.
-pub fn examine_scene(scene: &Scene, token: &CancelToken) -> Result<Vec<Finding>, Cancelled> {
-    examine_within(Budget::of_process(), scene, token)
+pub fn diagnose_scene(scene: &Scene, token: &CancelToken) -> Result<Vec<Finding>, Cancelled> {
+    diagnose_within(Budget::of_process(), scene, token)
 }
 
-fn examine_within(budget: Budget, scene: &Scene, token: &CancelToken) -> Result<Vec<Finding>, Cancelled> {
+fn diagnose_within(budget: Budget, scene: &Scene, token: &CancelToken) -> Result<Vec<Finding>, Cancelled> {
     let triangles = &scene.triangles;
     let total = triangles.len();
     let mut findings = Vec::new();
@@ -83,7 +83,7 @@ fn examine_within(budget: Budget, scene: &Scene, token: &CancelToken) -> Result<
 }
 
 /// Looks at the tree: its depth, leaves and end-point overlap `epo`.
-pub fn examine_tree(accel: &Accel, epo: f32) -> Vec<Finding> {
+pub fn diagnose_tree(accel: &Accel, epo: f32) -> Vec<Finding> {
     let stats = &accel.report.stats;
     let mut findings = Vec::new();
     let balanced = (stats.leaves.max(1) as f32).log2().ceil() as u32;
@@ -200,7 +200,7 @@ mod tests {
         let scene = Scene::of_triangles(SceneSource::default_builtin(), vec![flat; 3]);
         let kinds = |bytes| {
             let budget = Budget::limited(MemoryLimit::Bytes(bytes));
-            let findings = examine_within(budget, &scene, &CancelToken::new()).unwrap();
+            let findings = diagnose_within(budget, &scene, &CancelToken::new()).unwrap();
             findings.into_iter().map(|finding| (finding.kind, finding.count, finding.text)).collect::<Vec<_>>()
         };
         let [(kind, 3, text), ("degenerate", 3, _)] = &kinds(1)[..] else { panic!("{:?}", kinds(1)) };

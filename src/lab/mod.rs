@@ -17,8 +17,8 @@ pub mod paper;
 pub mod diagnose;
 
 pub mod plot;
+pub mod report_table;
 pub mod rows;
-pub mod table;
 
 pub use bench::bench;
 pub use compare::{compare, compared_setups};

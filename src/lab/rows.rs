@@ -4,7 +4,7 @@ use std::io::Write;
 
 use serde_json::Value;
 
-use super::Measurement;
+use super::measurement::Measurement;
 
 /// Columns in the order of the design's JSON names, then how it was measured.
 const COLUMNS: [&str; 49] = [

@@ -5,7 +5,7 @@ use std::path::Path;
 use glam::{Vec2, Vec3};
 
 use super::read::unusable;
-use super::{Attributes, LoadError, Material, Place, Scene, SceneSource, Texture, Warnings};
+use super::{Attributes, FileLocation, LoadError, Material, Scene, SceneSource, Texture, Warnings};
 use crate::budget::{Budget, OverBudget};
 use bvhscope_engine::cancel::{CancelToken, Cancelled};
 use bvhscope_engine::geometry::{Aabb, Triangle};
@@ -149,15 +149,15 @@ impl Assembly {
         triangle: Triangle,
         corners: Option<[u32; 3]>,
         material: u32,
-        place: impl FnOnce() -> Place,
+        location: impl FnOnce() -> FileLocation,
     ) -> bool {
         if !triangle.is_finite() {
-            self.warnings.add("triangles with coordinates that are not numbers skipped", place);
+            self.warnings.add("triangles with coordinates that are not numbers skipped", location);
             return false;
         }
         let bounds = triangle.bounds();
         if bounds.max.max(-bounds.min).max_element() > MAX_COORDINATE {
-            self.warnings.add("triangles with coordinates beyond 1e18 skipped", place);
+            self.warnings.add("triangles with coordinates beyond 1e18 skipped", location);
             return false;
         }
         let index = self.triangles.len();

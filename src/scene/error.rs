@@ -7,7 +7,7 @@ use serde::Serialize;
 
 /// Where in a file something is.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
-pub enum Place {
+pub enum FileLocation {
     /// The file as a whole.
     File,
     /// A line, counted from 1.
@@ -27,26 +27,26 @@ pub enum LoadError {
     #[error(transparent)]
     Cancelled(#[from] bvhscope_engine::cancel::Cancelled),
     /// The file is unusable.
-    #[error("{}: {}", locate(path, place), shortened(message))]
+    #[error("{}: {}", locate(path, location), shortened(message))]
     Unusable {
         /// The file.
         path: PathBuf,
         /// Where in it.
-        place: Place,
+        location: FileLocation,
         /// What was found, what was expected and what to do, in one sentence.
         message: String,
     },
 }
 
 /// `file:line`, `file:line:column`, `file at byte N`, `file: json.path`, as terminals and editors understand it.
-fn locate(path: &std::path::Path, place: &Place) -> String {
+fn locate(path: &std::path::Path, location: &FileLocation) -> String {
     let file = path.display();
-    match place {
-        Place::File => format!("{file}"),
-        Place::Line(line) => format!("{file}:{line}"),
-        Place::Column(line, column) => format!("{file}:{line}:{column}"),
-        Place::Byte(byte) => format!("{file}: at byte {byte}"),
-        Place::Json(json) => format!("{file}: {json}"),
+    match location {
+        FileLocation::File => format!("{file}"),
+        FileLocation::Line(line) => format!("{file}:{line}"),
+        FileLocation::Column(line, column) => format!("{file}:{line}:{column}"),
+        FileLocation::Byte(byte) => format!("{file}: at byte {byte}"),
+        FileLocation::Json(json) => format!("{file}: {json}"),
     }
 }
 
@@ -71,7 +71,7 @@ pub struct Warning {
     /// How often.
     pub count: u64,
     /// Where first.
-    pub first: Place,
+    pub first: FileLocation,
 }
 
 /// More kinds than this nobody reads, and each warning is looked for among them.
@@ -86,12 +86,12 @@ pub struct Warnings {
 
 impl Warnings {
     /// Counts one more of `what`; keeps the first place.
-    pub fn add(&mut self, what: &str, place: impl FnOnce() -> Place) {
-        self.add_many(1, what, place);
+    pub fn add(&mut self, what: &str, location: impl FnOnce() -> FileLocation) {
+        self.add_many(1, what, location);
     }
 
     /// Counts so many more of `what`, the first of them at `place`. Of a great many kinds the last ones are counted together.
-    pub fn add_many(&mut self, count: u64, what: &str, place: impl FnOnce() -> Place) {
+    pub fn add_many(&mut self, count: u64, what: &str, location: impl FnOnce() -> FileLocation) {
         if count == 0 {
             return;
         }
@@ -102,7 +102,7 @@ impl Warnings {
             entry.count = entry.count.saturating_add(count);
         } else {
             let what = if is_full { "warnings of other kinds" } else { what };
-            self.entries.push(Warning { what: what.to_owned(), count, first: place() });
+            self.entries.push(Warning { what: what.to_owned(), count, first: location() });
         }
     }
 
@@ -123,11 +123,11 @@ impl std::fmt::Display for Warning {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         write!(f, "{} {}", self.count, self.what)?;
         match &self.first {
-            Place::File => Ok(()),
-            Place::Line(line) => write!(f, " (first at line {line})"),
-            Place::Column(line, column) => write!(f, " (first at line {line}, column {column})"),
-            Place::Byte(byte) => write!(f, " (first at byte {byte})"),
-            Place::Json(json) => write!(f, " (first at {json})"),
+            FileLocation::File => Ok(()),
+            FileLocation::Line(line) => write!(f, " (first at line {line})"),
+            FileLocation::Column(line, column) => write!(f, " (first at line {line}, column {column})"),
+            FileLocation::Byte(byte) => write!(f, " (first at byte {byte})"),
+            FileLocation::Json(json) => write!(f, " (first at {json})"),
         }
     }
 }
@@ -140,19 +140,19 @@ mod tests {
     fn a_great_many_kinds_of_warnings_stay_a_list_that_can_be_read() {
         let mut warnings = Warnings::default();
         for k in 0..10 * MOST_KINDS as u64 {
-            warnings.add_many(2, &format!("kind {k}"), || Place::Line(k));
+            warnings.add_many(2, &format!("kind {k}"), || FileLocation::Line(k));
         }
-        warnings.add_many(0, "nothing", || Place::File);
-        warnings.add("kind 3", || Place::File);
+        warnings.add_many(0, "nothing", || FileLocation::File);
+        warnings.add("kind 3", || FileLocation::File);
         let mut others = Warnings::default();
-        others.add("kind 5", || Place::File);
-        others.add("something new", || Place::File);
+        others.add("kind 5", || FileLocation::File);
+        others.add("something new", || FileLocation::File);
         warnings.append(others);
         assert_eq!(warnings.entries.len(), MOST_KINDS + 1);
-        assert_eq!(warnings.entries[3], Warning { what: "kind 3".to_owned(), count: 3, first: Place::Line(3) });
+        assert_eq!(warnings.entries[3], Warning { what: "kind 3".to_owned(), count: 3, first: FileLocation::Line(3) });
         assert_eq!(warnings.entries[5].count, 3);
         let last = warnings.entries[MOST_KINDS].clone();
-        assert_eq!(last.first, Place::Line(MOST_KINDS as u64));
+        assert_eq!(last.first, FileLocation::Line(MOST_KINDS as u64));
         assert_eq!(last.to_string(), "3601 warnings of other kinds (first at line 200)");
     }
 
@@ -160,10 +160,10 @@ mod tests {
     fn long_sentences_lose_their_middle() {
         let message = format!("found '{}', expected less", "é".repeat(1 << 20));
         let mut warnings = Warnings::default();
-        warnings.add(&message, || Place::File);
-        warnings.add(&message, || Place::File);
+        warnings.add(&message, || FileLocation::File);
+        warnings.add(&message, || FileLocation::File);
         assert_eq!(warnings.entries.len(), 1);
-        let error = LoadError::Unusable { path: "a.obj".into(), place: Place::Line(7), message };
+        let error = LoadError::Unusable { path: "a.obj".into(), location: FileLocation::Line(7), message };
         for text in [error.to_string(), warnings.entries[0].to_string()] {
             assert!(text.len() < 700 && text.contains("found 'é") && text.ends_with("é', expected less"), "{text}");
         }

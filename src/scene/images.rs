@@ -7,7 +7,7 @@ use glam::Affine2;
 use image::ImageDecoder as _;
 
 use super::read::read_file;
-use super::{LoadOptions, Place, Texture, Warnings, WrapMode};
+use super::{FileLocation, LoadOptions, Texture, Warnings, WrapMode};
 use crate::budget::{Budget, in_words};
 use bvhscope_engine::cancel::CancelToken;
 
@@ -113,7 +113,7 @@ impl<'a> Images<'a> {
     }
 
     pub(super) fn warn(&mut self, name: &str, reason: &str) {
-        self.warnings.add(&format!("image '{name}' not used: {reason}"), || Place::File);
+        self.warnings.add(&format!("image '{name}' not used: {reason}"), || FileLocation::File);
     }
 
     /// Where a file named by the model is: inside its folder, with any case and either slash.

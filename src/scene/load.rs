@@ -6,7 +6,7 @@ use glam::Vec3;
 
 use super::assemble::Assembly;
 use super::read::{beginning, read_model, unusable};
-use super::{LoadError, Place, Scene, SceneSource, builtin, gltf, obj, ply, stl};
+use super::{FileLocation, LoadError, Scene, SceneSource, builtin, gltf, obj, ply, stl};
 use bvhscope_engine::cancel::CancelToken;
 
 /// What the user allows a load to do.
@@ -59,7 +59,7 @@ fn read_bytes(
         && found != named
     {
         let what = format!("name that says {}; it is read as {}, which its content is", named.label(), found.label());
-        assembly.warnings.add(&what, || Place::File);
+        assembly.warnings.add(&what, || FileLocation::File);
     }
     let up = match found {
         Some(Format::Obj) => obj::load(path, bytes, options, &mut assembly, token).map(|()| Vec3::Y),

@@ -24,7 +24,7 @@ use serde::{Deserialize, Serialize};
 use bvhscope_engine::geometry::{Aabb, Triangle};
 
 pub use builtin::{BUILTIN_SCENES, BuiltinScene};
-pub use error::{LoadError, Place, Warning, Warnings};
+pub use error::{FileLocation, LoadError, Warning, Warnings};
 pub use load::{LoadOptions, load, load_bytes};
 pub use material::{Material, Texture, WrapMode};
 

@@ -9,7 +9,7 @@ use glam::Vec3;
 use super::assemble::{Assembly, BYTES_PER_TRIANGLE, BYTES_PER_VERTEX, VertexLists, moved};
 use super::material::linear_from_srgb;
 use super::read::{READ_SHARE, unusable};
-use super::{LoadError, Place};
+use super::{FileLocation, LoadError};
 use crate::budget::Budget;
 use bvhscope_engine::cancel::CancelToken;
 use bvhscope_engine::geometry::Triangle;
@@ -109,14 +109,14 @@ pub(super) fn load(path: &Path, bytes: &[u8], assembly: &mut Assembly, token: &C
         let corner = |k: usize| vertices.get(corners[k] as usize).copied();
         if let (Some(a), Some(b), Some(c)) = (corner(0), corner(1), corner(2)) {
             let attributes = moved(corners, first);
-            assembly.push(Triangle { a, b, c }, attributes, 0, || Place::Json(format!("face {index}")));
+            assembly.push(Triangle { a, b, c }, attributes, 0, || FileLocation::Json(format!("face {index}")));
         } else {
-            assembly
-                .warnings
-                .add("triangles with a vertex that does not exist skipped", || Place::Json(format!("face {index}")));
+            assembly.warnings.add("triangles with a vertex that does not exist skipped", || {
+                FileLocation::Json(format!("face {index}"))
+            });
         }
     }
-    assembly.warnings.add_many(faces.too_few, "faces with fewer than 3 corners skipped", || Place::File);
+    assembly.warnings.add_many(faces.too_few, "faces with fewer than 3 corners skipped", || FileLocation::File);
     Ok(())
 }
 
@@ -147,14 +147,14 @@ impl Source<'_> {
     }
 
     fn fault(&self, message: impl Into<String>) -> LoadError {
-        let place = match self.encoding {
+        let location = match self.encoding {
             Encoding::Text => {
                 let line = self.bytes[..self.at].rsplit(|&byte| byte == b'\n').next().unwrap_or_default();
-                Place::Column(self.line, (line.len() as u64).saturating_add(1))
+                FileLocation::Column(self.line, (line.len() as u64).saturating_add(1))
             }
-            _ => Place::Byte(self.at as u64),
+            _ => FileLocation::Byte(self.at as u64),
         };
-        LoadError::Unusable { path: self.path.to_path_buf(), place, message: message.into() }
+        LoadError::Unusable { path: self.path.to_path_buf(), location, message: message.into() }
     }
 
     fn header(&mut self) -> Result<Vec<Element>, LoadError> {

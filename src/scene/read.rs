@@ -4,7 +4,7 @@ use std::fs::{File, OpenOptions};
 use std::io::Read;
 use std::path::Path;
 
-use super::{LoadError, Place};
+use super::{FileLocation, LoadError};
 use crate::budget::Budget;
 use bvhscope_engine::cancel::CancelToken;
 
@@ -50,7 +50,7 @@ pub(super) fn lines(bytes: &[u8]) -> impl Iterator<Item = &[u8]> {
 
 /// An error about a file as a whole.
 pub(super) fn unusable(path: &Path, message: impl Into<String>) -> LoadError {
-    LoadError::Unusable { path: path.to_path_buf(), place: Place::File, message: message.into() }
+    LoadError::Unusable { path: path.to_path_buf(), location: FileLocation::File, message: message.into() }
 }
 
 /// The whole model file; never empty.
@@ -92,7 +92,7 @@ fn fill(
         let got = source.by_ref().take(portion as u64).read_to_end(bytes);
         let got = got.map_err(|error| LoadError::Unusable {
             path: path.to_path_buf(),
-            place: Place::Byte(bytes.len() as u64),
+            location: FileLocation::Byte(bytes.len() as u64),
             message: format!("reading failed: {error}"),
         })?;
         if got == 0 {

@@ -8,7 +8,7 @@ use glam::Vec3;
 
 use super::assemble::Assembly;
 use super::read::{READ_SHARE, beginning, lines};
-use super::{LoadError, Place};
+use super::{FileLocation, LoadError};
 use bvhscope_engine::cancel::CancelToken;
 use bvhscope_engine::geometry::Triangle;
 
@@ -38,14 +38,14 @@ pub(super) fn load(path: &Path, bytes: &[u8], assembly: &mut Assembly, token: &C
     let Some(declared) = declared_count(bytes) else {
         return Err(LoadError::Unusable {
             path: path.to_path_buf(),
-            place: Place::Byte(bytes.len() as u64),
+            location: FileLocation::Byte(bytes.len() as u64),
             message: format!("the file ends in the header of {HEADER} bytes"),
         });
     };
     let (records, _) = bytes.get(HEADER..).unwrap_or_default().as_chunks::<RECORD>();
     let missing = declared.saturating_sub(records.len() as u64);
     let message = format!("triangles of {declared} declared missing at the end");
-    assembly.warnings.add_many(missing, &message, || Place::Byte(bytes.len() as u64));
+    assembly.warnings.add_many(missing, &message, || FileLocation::Byte(bytes.len() as u64));
     assembly.mesh_count = 1;
     let records = &records[..records.len().min(usize::try_from(declared).unwrap_or(usize::MAX))];
     assembly.reserve(records.len()).map_err(|error| error.in_file(path))?;
@@ -60,8 +60,8 @@ pub(super) fn load(path: &Path, bytes: &[u8], assembly: &mut Assembly, token: &C
             Vec3::from_array(bytemuck::pod_read_unaligned::<[[u8; 4]; 3]>(&vectors[k]).map(f32::from_le_bytes))
         };
         let triangle = Triangle { a: corner(1), b: corner(2), c: corner(3) };
-        let place = || Place::Byte(index.saturating_mul(RECORD).saturating_add(HEADER) as u64);
-        assembly.push(triangle, None, 0, place);
+        let location = || FileLocation::Byte(index.saturating_mul(RECORD).saturating_add(HEADER) as u64);
+        assembly.push(triangle, None, 0, location);
     }
     Ok(())
 }
@@ -92,7 +92,7 @@ fn load_text(path: &Path, bytes: &[u8], assembly: &mut Assembly, token: &CancelT
             let (Some(x), Some(y), Some(z)) = (coordinate(), coordinate(), coordinate()) else {
                 return Err(LoadError::Unusable {
                     path: path.to_path_buf(),
-                    place: Place::Line(number),
+                    location: FileLocation::Line(number),
                     message: "'vertex' needs 3 numbers".to_owned(),
                 });
             };
@@ -101,15 +101,17 @@ fn load_text(path: &Path, bytes: &[u8], assembly: &mut Assembly, token: &CancelT
             match corners[..] {
                 [] => {}
                 [a, b, c] => {
-                    assembly.push(Triangle { a, b, c }, None, 0, || Place::Line(number));
+                    assembly.push(Triangle { a, b, c }, None, 0, || FileLocation::Line(number));
                 }
-                _ => assembly.warnings.add("facets without exactly 3 corners skipped", || Place::Line(number)),
+                _ => assembly.warnings.add("facets without exactly 3 corners skipped", || FileLocation::Line(number)),
             }
             corners.clear();
         }
     }
     if is_open {
-        assembly.warnings.add("solids without 'endsolid': the file may be cut off", || Place::Byte(bytes.len() as u64));
+        assembly
+            .warnings
+            .add("solids without 'endsolid': the file may be cut off", || FileLocation::Byte(bytes.len() as u64));
     }
     Ok(())
 }

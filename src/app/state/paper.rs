@@ -8,8 +8,8 @@ use serde::{Deserialize, Serialize};
 use crate::app::state::{AppState, Wanted};
 use crate::camera::Camera;
 use crate::lab::plot::{Panel, PlotFormat, draw, panels};
+use crate::lab::report_table::{ReportTable, tables};
 use crate::lab::rows::{write_csv, write_json_lines};
-use crate::lab::table::{Table, tables};
 use crate::lab::{Job, Measurement, Setup, SweepPlan, TraceView};
 use crate::scene::Scene;
 use bvhscope_engine::settings::{BuildSettings, BuilderKind};
@@ -231,7 +231,7 @@ pub struct PaperResult {
     /// The rows, as the command line prints them.
     pub rows: Arc<Vec<Measurement>>,
     /// The rows as tables.
-    pub tables: Vec<Table>,
+    pub tables: Vec<ReportTable>,
     /// The rows as plots; empty where there is nothing to draw.
     pub panels: Vec<Panel>,
     /// All is there.

@@ -6,7 +6,7 @@ use glam::Vec3;
 use crate::cli::values;
 use crate::overlay::{ColorBy, OverlayKinds};
 use crate::render::{ColorMap, Light, Shading};
-use crate::view::View;
+use crate::view::NamedView;
 use bvhscope_engine::kernel::SimdLevel;
 use bvhscope_engine::tree::traverse::Traversal;
 
@@ -15,8 +15,8 @@ use bvhscope_engine::tree::traverse::Traversal;
 pub struct CameraArgs {
     /// A view of the whole model: default, front, back, left, right, top or bottom
     #[arg(long, value_name = "NAME", default_value = "default", hide_default_value = true,
-          value_parser = |text: &str| values::named(text, &View::ALL, |view| view.name().to_owned()))]
-    pub camera: View,
+          value_parser = |text: &str| values::named(text, &NamedView::ALL, |view| view.name().to_owned()))]
+    pub camera: NamedView,
     /// Where the observer is
     #[arg(long, value_name = "X,Y,Z", value_parser = values::vector, allow_hyphen_values = true)]
     pub eye: Option<Vec3>,

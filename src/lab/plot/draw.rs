@@ -4,7 +4,8 @@
 use plotters::coord::Shift;
 use plotters::prelude::*;
 
-use super::{Curve, Panel, PlotFormat, Point};
+use super::format::PlotFormat;
+use super::panel::{Panel, PlotCurve, Point};
 
 /// Width of the picture in pixels.
 const WIDTH: u32 = 1200;
@@ -87,7 +88,7 @@ fn draw_on<B: DrawingBackend>(area: DrawingArea<B, Shift>, bands: &[Band<'_>]) -
 }
 
 /// Where each entry of the legend stands, from left to right and then down: x, y and curve.
-fn legend_places(panel: &Panel) -> Vec<(i32, i32, &Curve)> {
+fn legend_places(panel: &Panel) -> Vec<(i32, i32, &PlotCurve)> {
     let (mut x, mut y) = (AXIS_X, 26);
     let mut places = Vec::new();
     for curve in &panel.curves {

@@ -4,7 +4,7 @@ use glam::{Quat, Vec3};
 
 use super::shapes::{Random, paint, quad, sphere};
 use crate::scene::assemble::Assembly;
-use crate::scene::{Material, Place};
+use crate::scene::{FileLocation, Material};
 use bvhscope_engine::cancel::{CancelToken, Cancelled};
 use bvhscope_engine::geometry::Triangle;
 
@@ -93,7 +93,7 @@ pub(super) fn slivers(count: u32, assembly: &mut Assembly, token: &CancelToken) 
         let along = random.direction() * (0.1 + 0.3 * random.unit());
         let across = along.cross(random.direction()).normalize_or(Vec3::X) * along.length() * 0.01;
         let triangle = Triangle { a: center - along, b: center + along, c: center + across };
-        assembly.push(triangle, None, index % PALETTE.len() as u32, || Place::File);
+        assembly.push(triangle, None, index % PALETTE.len() as u32, || FileLocation::File);
     }
     Ok(())
 }

@@ -3,7 +3,7 @@
 use glam::{Vec2, Vec3};
 
 use crate::scene::assemble::{Assembly, VertexLists};
-use crate::scene::{Material, Place};
+use crate::scene::{FileLocation, Material};
 use bvhscope_engine::cancel::{CancelToken, Cancelled};
 use bvhscope_engine::geometry::Triangle;
 
@@ -44,8 +44,8 @@ pub(super) fn paint(name: &str, base_color: [f32; 3]) -> Material {
 /// A parallelogram of two triangles; its front is where `u` turns to `v` against the clock.
 pub(super) fn quad(assembly: &mut Assembly, corner: Vec3, u: Vec3, v: Vec3, material: u32) {
     let [a, b, c, d] = [corner, corner + u, corner + u + v, corner + v];
-    assembly.push(Triangle { a, b, c }, None, material, || Place::File);
-    assembly.push(Triangle { a, b: c, c: d }, None, material, || Place::File);
+    assembly.push(Triangle { a, b, c }, None, material, || FileLocation::File);
+    assembly.push(Triangle { a, b: c, c: d }, None, material, || FileLocation::File);
 }
 
 /// A sphere of `2 * slices * (stacks - 1)` triangles with smooth normals.
@@ -69,7 +69,7 @@ pub(super) fn sphere(
     let first = assembly.add_vertices(normals.len(), &lists, token)?;
     let mut add = |corners: [u32; 3]| {
         let [a, b, c] = corners.map(|k| center + radius * normals[k as usize]);
-        assembly.push(Triangle { a, b, c }, first.map(|f| corners.map(|k| f + k)), material, || Place::File);
+        assembly.push(Triangle { a, b, c }, first.map(|f| corners.map(|k| f + k)), material, || FileLocation::File);
     };
     for stack in 0..stacks {
         for slice in 0..slices {

@@ -3,7 +3,7 @@
 use glam::{DVec3, Vec3};
 
 use crate::scene::assemble::{Assembly, VertexLists};
-use crate::scene::{Material, Place};
+use crate::scene::{FileLocation, Material};
 use bvhscope_engine::cancel::{CancelToken, Cancelled};
 use bvhscope_engine::geometry::Triangle;
 
@@ -59,7 +59,7 @@ fn add_patch(patch: &Patch, segments: u32, assembly: &mut Assembly, token: &Canc
         let [a, b, c] = corners.map(|k| positions[k]);
         // Rows shrink to a point at the poles.
         if a != b && b != c && c != a {
-            assembly.push(Triangle { a, b, c }, Some(corners.map(|k| first + k as u32)), 0, || Place::File);
+            assembly.push(Triangle { a, b, c }, Some(corners.map(|k| first + k as u32)), 0, || FileLocation::File);
         }
     };
     for row in 0..side - 1 {

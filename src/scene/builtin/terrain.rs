@@ -4,7 +4,7 @@ use glam::Vec3;
 use rayon::prelude::*;
 
 use super::shapes::paint;
-use crate::scene::Place;
+use crate::scene::FileLocation;
 use crate::scene::assemble::{Assembly, VertexLists, listed};
 use bvhscope_engine::cancel::{CancelToken, Cancelled};
 use bvhscope_engine::geometry::Triangle;
@@ -37,7 +37,7 @@ pub(super) fn build(triangles: u32, assembly: &mut Assembly, token: &CancelToken
             let [b, c, d] = [a + side, a + side + 1, a + 1];
             for corners in [[a, b, c], [a, c, d]] {
                 let [a, b, c] = corners.map(|corner| vertices[corner as usize].0);
-                assembly.push(Triangle { a, b, c }, first.map(|f| corners.map(|k| f + k)), 0, || Place::File);
+                assembly.push(Triangle { a, b, c }, first.map(|f| corners.map(|k| f + k)), 0, || FileLocation::File);
             }
         }
     }

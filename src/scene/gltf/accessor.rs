@@ -106,61 +106,61 @@ fn components<T: Item + Copy, N>(
 
 /// Everything that reading relies on.
 fn check<'a>(document: &'a Document, index: usize) -> Result<Sound<'a>, String> {
-    let place = |what: &str| format!("accessors[{index}] {what}");
+    let fault = |what: &str| format!("accessors[{index}] {what}");
     let accessor: &Accessor = entry(&document.root().accessors, "accessors", index)?;
-    let Checked::Valid(kind) = accessor.component_type else { return Err(place("has an unknown componentType")) };
+    let Checked::Valid(kind) = accessor.component_type else { return Err(fault("has an unknown componentType")) };
     let width = match accessor.type_ {
         Checked::Valid(Dimensions::Scalar) => 1,
         Checked::Valid(Dimensions::Vec2) => 2,
         Checked::Valid(Dimensions::Vec3) => 3,
         Checked::Valid(Dimensions::Vec4) => 4,
-        _ => return Err(place("has a type that no attribute has")),
+        _ => return Err(fault("has a type that no attribute has")),
     };
     // At most four numbers of four bytes.
     let size = kind.0.size().saturating_mul(width);
     let count = match usize::try_from(accessor.count.0) {
-        Ok(0) => return Err(place("has no elements")),
+        Ok(0) => return Err(fault("has no elements")),
         Ok(count) => count,
-        Err(_) => return Err(place("has a count too large")),
+        Err(_) => return Err(fault("has a count too large")),
     };
     if let Some(view) = accessor.buffer_view {
         let offset = accessor.byte_offset.unwrap_or_default().0;
-        span(document, view.value(), offset, size, count).map_err(|reason| place(&reason))?;
+        span(document, view.value(), offset, size, count).map_err(|reason| fault(&reason))?;
     }
     if let Some(sparse) = &accessor.sparse {
-        let sparse_place = |reason: String| place(&format!("(sparse) {reason}"));
+        let sparse_fault = |reason: String| fault(&format!("(sparse) {reason}"));
         let changes = match usize::try_from(sparse.count.0) {
             Ok(changes) if (1..=count).contains(&changes) => changes,
-            _ => return Err(sparse_place(format!("changes {} of {count} elements", sparse.count.0))),
+            _ => return Err(sparse_fault(format!("changes {} of {count} elements", sparse.count.0))),
         };
         let Checked::Valid(index_kind) = sparse.indices.component_type else {
-            return Err(sparse_place("has unknown indices".to_owned()));
+            return Err(sparse_fault("has unknown indices".to_owned()));
         };
         let (values, index_size) = (&sparse.values, index_kind.0.size());
         let view = sparse.indices.buffer_view.value();
         let (bytes, stride) =
-            span(document, view, sparse.indices.byte_offset.0, index_size, changes).map_err(sparse_place)?;
-        span(document, values.buffer_view.value(), values.byte_offset.0, size, changes).map_err(sparse_place)?;
+            span(document, view, sparse.indices.byte_offset.0, index_size, changes).map_err(sparse_fault)?;
+        span(document, values.buffer_view.value(), values.byte_offset.0, size, changes).map_err(sparse_fault)?;
         // Out of order, the crate would leave values out without a word.
         let mut previous = None;
-        for place in bytes.chunks(stride) {
+        for index_bytes in bytes.chunks(stride) {
             let mut word = [0; 4];
-            word[..index_size].copy_from_slice(&place[..index_size]);
+            word[..index_size].copy_from_slice(&index_bytes[..index_size]);
             let target = u32::from_le_bytes(word);
             if target as usize >= count || previous.is_some_and(|previous| previous >= target) {
-                return Err(sparse_place(format!("has index {target}, which is out of order or of range")));
+                return Err(sparse_fault(format!("has index {target}, which is out of order or of range")));
             }
             previous = Some(target);
         }
     }
     // Zeros without a view take no bytes of the file, so that only the budget stands against their count.
-    let numbers = count.checked_mul(width).ok_or_else(|| place("has a count too large"))?;
+    let numbers = count.checked_mul(width).ok_or_else(|| fault("has a count too large"))?;
     let bytes = (numbers as u64).saturating_mul(size_of::<f32>() as u64);
     Budget::of_process()
         .check("the vertices of one accessor", bytes)
         .map_err(|error| format!("accessors[{index}]: {error}"))?;
     let blank = accessor.buffer_view.is_none() && accessor.sparse.is_none();
-    let reader = document.parsed.accessors().nth(index).ok_or_else(|| place("does not exist"))?;
+    let reader = document.parsed.accessors().nth(index).ok_or_else(|| fault("does not exist"))?;
     Ok(Sound { reader, kind: kind.0, width, count, numbers, blank })
 }
 

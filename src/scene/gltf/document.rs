@@ -13,7 +13,7 @@ use gltf::json::Root;
 use crate::budget::Budget;
 use crate::scene::images::Images;
 use crate::scene::read::unusable;
-use crate::scene::{LoadError, Place};
+use crate::scene::{FileLocation, LoadError};
 use bvhscope_engine::cancel::{CancelToken, Cancelled};
 
 /// A parsed file with its buffers; a buffer that cannot be read keeps the reason.
@@ -24,9 +24,9 @@ pub(crate) struct Document<'a> {
 
 impl<'a> Document<'a> {
     pub(crate) fn parse(path: &Path, bytes: &'a [u8], images: &Images, token: &CancelToken) -> Result<Self, LoadError> {
-        let fault = |place, message: String| LoadError::Unusable { path: path.to_path_buf(), place, message };
+        let fault = |location, message: String| LoadError::Unusable { path: path.to_path_buf(), location, message };
         let (text, binary) = if bytes.starts_with(b"glTF") {
-            chunks(bytes).map_err(|(at, message)| fault(Place::Byte(at as u64), message))?
+            chunks(bytes).map_err(|(at, message)| fault(FileLocation::Byte(at as u64), message))?
         } else {
             (Cow::Borrowed(bytes.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(bytes)), None)
         };
@@ -36,7 +36,10 @@ impl<'a> Document<'a> {
                 if token.is_cancelled() {
                     return LoadError::Cancelled(Cancelled);
                 }
-                fault(Place::Column(error.line() as u64, error.column() as u64), format!("is not glTF 2.0: {error}"))
+                fault(
+                    FileLocation::Column(error.line() as u64, error.column() as u64),
+                    format!("is not glTF 2.0: {error}"),
+                )
             },
         )?;
         let mut binary = binary;

@@ -24,7 +24,7 @@ use self::primitive::Primitive;
 use super::assemble::{Assembly, DONE_AT_ONCE, VertexLists, check_vertices, listed, moved};
 use super::images::Images;
 use super::read::{READ_SHARE, unusable};
-use super::{LoadError, LoadOptions, Place};
+use super::{FileLocation, LoadError, LoadOptions};
 use bvhscope_engine::cancel::{CancelToken, Cancelled};
 use bvhscope_engine::geometry::Triangle;
 
@@ -64,19 +64,19 @@ pub(super) fn load(
         token.check()?;
         token.set_progress(READ_SHARE + (1.0 - READ_SHARE) * done as f32 / nodes.len() as f32);
         done = done.saturating_add(1);
-        let place = || Place::Json(format!("nodes[{index}]"));
+        let location = || FileLocation::Json(format!("nodes[{index}]"));
         let Some(node) = nodes.get(index) else {
-            assembly.warnings.add("nodes that do not exist left out", place);
+            assembly.warnings.add("nodes that do not exist left out", location);
             continue;
         };
         if let Some(first) = parents[index] {
             let message = shared(index, first, parent, &parents);
-            return Err(LoadError::Unusable { path: path.to_path_buf(), place: place(), message });
+            return Err(LoadError::Unusable { path: path.to_path_buf(), location: location(), message });
         }
         parents[index] = Some(parent);
         let transform = transform * local_transform(node);
         if !transform.is_finite() {
-            assembly.warnings.add("nodes placed by numbers that are not finite left out", place);
+            assembly.warnings.add("nodes placed by numbers that are not finite left out", location);
             continue;
         }
         let children = node.children.as_deref().unwrap_or_default();
@@ -112,8 +112,8 @@ fn check_extensions(path: &Path, root: &Root) -> Result<(), LoadError> {
                 "the extension {name} is required but not supported; convert the file with \
                  'gltf-transform optimize --compress false --texture-compress false IN OUT'"
             );
-            let place = Place::Json("extensionsRequired".to_owned());
-            return Err(LoadError::Unusable { path: path.to_path_buf(), place, message });
+            let location = FileLocation::Json("extensionsRequired".to_owned());
+            return Err(LoadError::Unusable { path: path.to_path_buf(), location, message });
         }
     }
     Ok(())
@@ -127,7 +127,7 @@ fn warn_of_short_buffers(document: &Document, assembly: &mut Assembly) {
         {
             let name = json.uri.as_ref().filter(|uri| !uri.starts_with("data:")).map_or("", String::as_str);
             let what = format!("buffers shorter than declared: {} of {declared} bytes {name}", bytes.len());
-            assembly.warnings.add(what.trim_end(), || Place::Json(format!("buffers[{index}]")));
+            assembly.warnings.add(what.trim_end(), || FileLocation::Json(format!("buffers[{index}]")));
         }
     }
 }
@@ -202,17 +202,17 @@ fn read_mesh(
     let list = document.root().meshes.get(index).map(|mesh| mesh.primitives.as_slice());
     let mut primitives = Vec::new();
     for (k, json) in list.unwrap_or_default().iter().enumerate() {
-        let place = || Place::Json(format!("meshes[{index}].primitives[{k}]"));
+        let location = || FileLocation::Json(format!("meshes[{index}].primitives[{k}]"));
         match primitive::read(json, document, uv_sets, token) {
             Ok(Some(primitive)) => {
                 let skipped = primitive.out_of_range as u64;
-                assembly.warnings.add_many(skipped, "triangles with a vertex that does not exist skipped", place);
+                assembly.warnings.add_many(skipped, "triangles with a vertex that does not exist skipped", location);
                 assembly.point_count = assembly.point_count.saturating_add(primitive.positions.len() as u64);
                 primitives.push(primitive);
             }
-            Ok(None) => assembly.warnings.add("primitives of points or lines not shown", place),
+            Ok(None) => assembly.warnings.add("primitives of points or lines not shown", location),
             Err(Unread::Because(reason)) => {
-                assembly.warnings.add(&format!("primitives left out: {reason}"), place);
+                assembly.warnings.add(&format!("primitives left out: {reason}"), location);
             }
             Err(Unread::Cancelled(cancelled)) => return Err(cancelled),
         }
@@ -247,7 +247,7 @@ fn instances(
     token.check()?;
     let count = translations.len().max(scales.len()).max(rotations.len());
     if count == 0 {
-        assembly.warnings.add("instances left out", || Place::Json(format!("nodes[{index}]")));
+        assembly.warnings.add("instances left out", || FileLocation::Json(format!("nodes[{index}]")));
     }
     let instance = |k: usize| {
         Mat4::from_scale_rotation_translation(
@@ -294,7 +294,7 @@ fn place_primitive(
         let [a, b, c] = corners.map(|corner| positions[corner as usize]);
         let corners = moved(corners, first);
         let material = primitive.material as u32;
-        assembly.push(Triangle { a, b, c }, corners, material, || Place::Json(format!("nodes[{node}]")));
+        assembly.push(Triangle { a, b, c }, corners, material, || FileLocation::Json(format!("nodes[{node}]")));
     }
     Ok(())
 }

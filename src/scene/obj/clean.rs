@@ -10,7 +10,7 @@ use arrayvec::ArrayVec;
 use crate::budget::Budget;
 use crate::scene::assemble::BYTES_PER_TRIANGLE;
 use crate::scene::read::{MAX_LINE, READ_SHARE, lines};
-use crate::scene::{Place, Warnings};
+use crate::scene::{FileLocation, Warnings};
 use bvhscope_engine::cancel::CancelToken;
 
 /// Handed on at a time.
@@ -61,7 +61,7 @@ pub(super) struct Clean<'a> {
     pub(super) mesh_count: usize,
     pub(super) warnings: Warnings,
     /// Why reading stopped, where the file is at fault, and where.
-    pub(super) fault: Option<(Place, String)>,
+    pub(super) fault: Option<(FileLocation, String)>,
 }
 
 impl<'a> Clean<'a> {
@@ -172,7 +172,7 @@ impl<'a> Clean<'a> {
             }
             b"l" | b"p" => {
                 let line = self.line;
-                self.warnings.add("lines and points not shown", || Place::Line(line));
+                self.warnings.add("lines and points not shown", || FileLocation::Line(line));
                 Ok(())
             }
             _ => Ok(()),
@@ -259,7 +259,7 @@ impl<'a> Clean<'a> {
             fault = Some("faces with fewer than 3 corners skipped");
         }
         if let Some(fault) = fault {
-            self.warnings.add(fault, || Place::Line(line));
+            self.warnings.add(fault, || FileLocation::Line(line));
         } else {
             if kind != self.kind || self.triangles_in_group >= TRIANGLES_PER_GROUP {
                 self.end_group();
@@ -322,9 +322,10 @@ impl<'a> Clean<'a> {
                 Ok(true) => {}
                 Ok(false) => break,
                 Err(Fault { message, column }) => {
-                    let place = column
-                        .map_or(Place::Line(self.line), |at| Place::Column(self.line, (at as u64).saturating_add(1)));
-                    self.fault = Some((place, message));
+                    let location = column.map_or(FileLocation::Line(self.line), |at| {
+                        FileLocation::Column(self.line, (at as u64).saturating_add(1))
+                    });
+                    self.fault = Some((location, message));
                     return Err(Error::other("unreadable line"));
                 }
             }

@@ -12,7 +12,7 @@ use super::assemble::{Assembly, DONE_AT_ONCE, VertexLists, listed, moved};
 use super::images::Images;
 use super::material::linear_from_srgb;
 use super::read::unusable;
-use super::{LoadError, LoadOptions, Material, Place};
+use super::{FileLocation, LoadError, LoadOptions, Material};
 use bvhscope_engine::cancel::CancelToken;
 use bvhscope_engine::geometry::Triangle;
 
@@ -41,11 +41,12 @@ pub(super) fn load(
         Ok((names, map))
     });
     token.check()?;
-    let at_line = |message| LoadError::Unusable { path: path.to_path_buf(), place: Place::Line(reader.line), message };
+    let at_line =
+        |message| LoadError::Unusable { path: path.to_path_buf(), location: FileLocation::Line(reader.line), message };
     let models = match (result, &reader.fault) {
-        (_, Some((place, message))) => {
-            let (path, place, message) = (path.to_path_buf(), place.clone(), message.clone());
-            return Err(LoadError::Unusable { path, place, message });
+        (_, Some((location, message))) => {
+            let (path, location, message) = (path.to_path_buf(), location.clone(), message.clone());
+            return Err(LoadError::Unusable { path, location, message });
         }
         (Err(error), None) => return Err(at_line(format!("cannot be understood: {error}"))),
         (Ok((models, _)), None) => models,
@@ -102,7 +103,7 @@ fn add_mesh(
         }
         let corner = |k: usize| positions.get(corners[k] as usize).copied();
         if let (Some(a), Some(b), Some(c)) = (corner(0), corner(1), corner(2)) {
-            assembly.push(Triangle { a, b, c }, moved(*corners, first), material, || Place::File);
+            assembly.push(Triangle { a, b, c }, moved(*corners, first), material, || FileLocation::File);
         }
     }
     Ok(())

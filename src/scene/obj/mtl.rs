@@ -4,7 +4,7 @@ use glam::Vec3;
 
 use crate::budget::Budget;
 use crate::scene::images::Images;
-use crate::scene::{Material, Place, Warnings, WrapMode};
+use crate::scene::{FileLocation, Material, Warnings, WrapMode};
 
 /// A material in a list that doubles as it grows, and in that of the scene.
 const BYTES_PER_MATERIAL: u64 = 4 * size_of::<Material>() as u64;
@@ -22,7 +22,7 @@ pub(super) fn load(name: &str, images: &mut Images, warnings: &mut Warnings) -> 
             if names.len() > 1 {
                 return names.into_iter().flat_map(|name| load(name, images, warnings)).collect();
             }
-            warnings.add(&format!("material library '{name}' not used: {reason}"), || Place::File);
+            warnings.add(&format!("material library '{name}' not used: {reason}"), || FileLocation::File);
             return Vec::new();
         }
     };
@@ -37,7 +37,7 @@ pub(super) fn load(name: &str, images: &mut Images, warnings: &mut Warnings) -> 
             }
             let bytes = (materials.len() as u64).saturating_mul(BYTES_PER_MATERIAL);
             if let Err(error) = Budget::of_process().check("the materials", bytes) {
-                warnings.add(&format!("materials in '{name}' left out: {error}"), || Place::File);
+                warnings.add(&format!("materials in '{name}' left out: {error}"), || FileLocation::File);
                 break;
             }
             next_look = number.saturating_add(4096);
@@ -47,7 +47,7 @@ pub(super) fn load(name: &str, images: &mut Images, warnings: &mut Warnings) -> 
         let rest = rest.trim();
         if keyword == "newmtl" {
             if materials.len() >= MAX_MATERIALS {
-                warnings.add(&format!("materials in '{name}' beyond {MAX_MATERIALS} left out"), || Place::File);
+                warnings.add(&format!("materials in '{name}' beyond {MAX_MATERIALS} left out"), || FileLocation::File);
                 break;
             }
             materials.push(Material { name: rest.to_owned(), base_color: Vec3::splat(0.6), ..Material::clay() });
@@ -57,7 +57,7 @@ pub(super) fn load(name: &str, images: &mut Images, warnings: &mut Warnings) -> 
         match keyword.to_ascii_lowercase().as_str() {
             "kd" => match color(rest) {
                 Some(color) => material.base_color = color,
-                None => warnings.add(&format!("colours in '{name}' not understood"), || Place::File),
+                None => warnings.add(&format!("colours in '{name}' not understood"), || FileLocation::File),
             },
             "ke" => material.emissive = color(rest).unwrap_or(Vec3::ZERO),
             "map_kd" => {

@@ -11,7 +11,7 @@ use crate::app::state::AppState;
 use crate::app::state::paper::{PaperResult, want_row};
 use crate::app::{format, theme};
 use crate::lab::Measurement;
-use crate::lab::plot::{COLORS, Curve, Panel, Point};
+use crate::lab::plot::{COLORS, Panel, PlotCurve, Point};
 
 /// Smallest width of a plot in points.
 const WIDTH: f32 = 200.0;
@@ -158,7 +158,7 @@ fn wanted_x(state: &AppState, panel: &Panel, rows: &[Measurement]) -> Option<f64
     (sweep && panel.categories.is_empty()).then(|| f64::from(state.wanted.build.threshold))
 }
 
-fn draw(plot: &mut egui_plot::PlotUi<'_>, curve: &Curve, color: Color32, named: bool) {
+fn draw(plot: &mut egui_plot::PlotUi<'_>, curve: &PlotCurve, color: Color32, named: bool) {
     let places = || -> PlotPoints<'static> { curve.points.iter().map(|point| [point.x, point.y]).collect() };
     if !named {
         let width = if curve.reference { 1.0 } else { 1.5 };
@@ -205,7 +205,7 @@ fn clicked(ui: &Ui, panel: &Panel, transform: &PlotTransform, id: usize) -> Opti
 }
 
 /// "Tests per ray 11.2 at threshold 6, box".
-fn spoken(panel: &Panel, curve: &Curve, point: &Point) -> String {
+fn spoken(panel: &Panel, curve: &PlotCurve, point: &Point) -> String {
     let (name, unit) = panel.y_label.split_once(" (").unwrap_or((&panel.y_label, ""));
     let unit = unit.trim_end_matches(')');
     let value = format::significant(point.y);

@@ -7,7 +7,7 @@ use eframe::egui::{
 use crate::app::state::paper::PaperResult;
 use crate::app::state::{AppState, Request, Severity};
 use crate::app::theme;
-use crate::lab::table::Table;
+use crate::lab::report_table::ReportTable;
 
 /// Between two columns in points.
 const GAP: f32 = 16.0;
@@ -23,7 +23,7 @@ pub(crate) fn show(ui: &mut Ui, state: &mut AppState, result: &PaperResult) {
     });
 }
 
-fn one(ui: &mut Ui, state: &mut AppState, table: &Table) {
+fn one(ui: &mut Ui, state: &mut AppState, table: &ReportTable) {
     let palette = theme::palette(ui);
     ui.label(RichText::new(&table.title).strong());
     let font = TextStyle::Body.resolve(ui.style());
@@ -77,7 +77,7 @@ fn one(ui: &mut Ui, state: &mut AppState, table: &Table) {
 }
 
 /// "teapot.obj, triangles 6320, build box 3.07 ms": what a row means without its head.
-fn spoken(table: &Table, row: &[String]) -> String {
+fn spoken(table: &ReportTable, row: &[String]) -> String {
     let mut parts = Vec::new();
     for (index, ((name, unit), cell)) in table.columns.iter().zip(row).enumerate() {
         if index == 0 {

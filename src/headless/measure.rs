@@ -6,8 +6,8 @@ use super::context::Progress;
 use super::{Context, Failure, Finished};
 use crate::export::{check_target, write_bytes, write_file};
 use crate::lab::plot::{PlotFormat, draw, panels};
+use crate::lab::report_table::{summary, tables};
 use crate::lab::rows::write_csv;
-use crate::lab::table::{summary, tables};
 use crate::lab::{Job, LabError, Measurement, Subject, TraceView};
 use crate::scene::SceneSource;
 use crate::view::CameraChoice;
@@ -27,7 +27,7 @@ pub struct Output {
 
 /// A measuring command.
 #[derive(Debug, Clone)]
-pub struct MeasureJob {
+pub struct MeasureCommand {
     /// The models.
     pub sources: Vec<SceneSource>,
     /// What is measured.
@@ -48,24 +48,24 @@ pub struct MeasureJob {
 
 /// Measures model after model. A model that cannot be used is reported, the others are measured all the same, and the
 /// command fails at the end. Whatever ends it early, it prints and writes the rows that it has.
-pub fn run(job: &MeasureJob, context: &mut Context<'_>) -> Result<Finished, Failure> {
-    if let Some(text) = job.job.refusal() {
+pub fn run(command: &MeasureCommand, context: &mut Context<'_>) -> Result<Finished, Failure> {
+    if let Some(text) = command.job.refusal() {
         return Err(Failure::Usage(text));
     }
-    if let Some(path) = &job.output.plot {
+    if let Some(path) = &command.output.plot {
         PlotFormat::of(path).map_err(Failure::Usage)?;
     }
-    for path in [&job.output.csv, &job.output.plot].into_iter().flatten() {
+    for path in [&command.output.csv, &command.output.plot].into_iter().flatten() {
         check_target(path)?;
     }
     let mut rows = Vec::new();
     let mut finished = Finished::default();
     let mut unusable = 0;
     let mut ended = None;
-    for (index, source) in job.sources.iter().enumerate() {
-        match measure_model(job, index, source, context, &mut rows) {
+    for (index, source) in command.sources.iter().enumerate() {
+        match measure_model(command, index, source, context, &mut rows) {
             Ok(warned) => finished.warned |= warned,
-            Err(Failure::Failed(text)) if job.sources.len() > 1 => {
+            Err(Failure::Failed(text)) if command.sources.len() > 1 => {
                 eprintln!("bvhscope: {text}");
                 unusable += 1;
             }
@@ -76,14 +76,14 @@ pub fn run(job: &MeasureJob, context: &mut Context<'_>) -> Result<Finished, Fail
         }
     }
     // Whatever keeps the rows from one of the two, the other has them.
-    let written = write_files(&job.output, &rows, ended.is_some());
-    print_tables(job, &rows, context)?;
+    let written = write_files(&command.output, &rows, ended.is_some());
+    print_tables(command, &rows, context)?;
     written?;
     if let Some(failure) = ended {
         return Err(failure);
     }
     if unusable > 0 {
-        return Err(Failure::Failed(format!("{unusable} of {} models could not be measured", job.sources.len())));
+        return Err(Failure::Failed(format!("{unusable} of {} models could not be measured", command.sources.len())));
     }
     Ok(finished)
 }
@@ -103,23 +103,23 @@ fn write_files(output: &Output, rows: &[Measurement], ended_early: bool) -> Resu
 
 /// All rows of one model; whether it was loaded with warnings.
 fn measure_model(
-    job: &MeasureJob,
+    command: &MeasureCommand,
     index: usize,
     source: &SceneSource,
     context: &mut Context<'_>,
     rows: &mut Vec<Measurement>,
 ) -> Result<bool, Failure> {
     // The shares of a sweep are cut over all models, so that an empty one need not load anything.
-    if !job.job.concerns(index, job.sources.len()) {
+    if !command.job.concerns(index, command.sources.len()) {
         return Ok(false);
     }
     let scene = context.load(source)?;
     let view = TraceView {
-        camera: job.camera.camera(&scene.bounds, scene.up),
-        size: job.size,
-        traversal: job.traversal,
-        simd: job.simd,
-        repeat: job.repeat,
+        camera: command.camera.camera(&scene.bounds, scene.up),
+        size: command.size,
+        traversal: command.traversal,
+        simd: command.simd,
+        repeat: command.repeat,
     };
     let subject = Subject { model: source.to_string(), scene };
     let token = context.token.clone();
@@ -128,7 +128,7 @@ fn measure_model(
     let out = &mut *context.out;
     let mut row = |measured: Measurement| {
         // The rows of one model do not wait for the others: as lines for programs, as a note for people.
-        if !job.output.json {
+        if !command.output.json {
             progress.suspend(|| note(&measured));
         } else if broken.is_none() {
             broken = progress.suspend(|| print_json(&measured, out)).err();
@@ -139,7 +139,7 @@ fn measure_model(
         }
         rows.push(measured);
     };
-    let outcome = job.job.run(&subject, (index, job.sources.len()), &view, &token, &mut row);
+    let outcome = command.job.run(&subject, (index, command.sources.len()), &view, &token, &mut row);
     if let Some(failure) = broken {
         return Err(failure);
     }
@@ -169,11 +169,11 @@ fn note(row: &Measurement) {
     eprintln!("bvhscope: {}", summary(row));
 }
 
-fn print_tables(job: &MeasureJob, rows: &[Measurement], context: &mut Context<'_>) -> Result<(), Failure> {
-    if job.output.json || rows.is_empty() {
+fn print_tables(command: &MeasureCommand, rows: &[Measurement], context: &mut Context<'_>) -> Result<(), Failure> {
+    if command.output.json || rows.is_empty() {
         return Ok(());
     }
-    for (index, table) in tables(job.job.command(), rows).iter().enumerate() {
+    for (index, table) in tables(command.job.command(), rows).iter().enumerate() {
         if index > 0 {
             writeln!(context.out)?;
         }

@@ -1,73 +1,8 @@
-//! What the plots of each command show: panels with axes, units and curves, drawn into files by [`draw`] and on the
-//! screen by the window.
+//! Measurements to panels: which plots each command shows.
 
-mod draw;
-
-use super::Measurement;
-use super::table::{models, name_among};
-
-pub use draw::{COLORS, draw};
-
-/// One line of a panel.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Curve {
-    /// What the legend says.
-    pub name: String,
-    /// Points from left to right.
-    pub points: Vec<Point>,
-    /// Drawn thin and grey, without markers: a reference.
-    pub reference: bool,
-}
-
-/// One measured value.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Point {
-    /// Place on the horizontal axis.
-    pub x: f64,
-    /// Place on the vertical axis.
-    pub y: f64,
-    /// Fastest and slowest repetition, where `y` is a median of times.
-    pub spread: Option<[f64; 2]>,
-    /// The row that it comes from, counted from 0; a reference has none.
-    pub row: Option<usize>,
-}
-
-/// One pair of axes.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Panel {
-    /// What lies across, with its unit.
-    pub x_label: String,
-    /// What goes up, with its unit.
-    pub y_label: String,
-    /// Its lines.
-    pub curves: Vec<Curve>,
-    /// Names under the axis where x counts things without a number; empty otherwise.
-    pub categories: Vec<String>,
-    /// Different quantities of this one series relative to each other, where other panels show one quantity of every
-    /// series; it has a legend of its own.
-    pub relative_of: Option<String>,
-}
-
-/// The file format of a plot.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum PlotFormat {
-    /// Pixels.
-    Png,
-    /// Vectors.
-    Svg,
-}
-
-impl PlotFormat {
-    /// By the file's extension.
-    pub fn of(path: &std::path::Path) -> Result<Self, String> {
-        let extension = path.extension().map(|extension| extension.to_string_lossy().to_lowercase());
-        match extension.as_deref() {
-            Some("png") => Ok(Self::Png),
-            Some("svg") => Ok(Self::Svg),
-            _ => Err(format!("{}: the plot must end in .png or .svg", path.display())),
-        }
-    }
-}
+use super::panel::{Panel, PlotCurve, Point};
+use crate::lab::measurement::Measurement;
+use crate::lab::report_table::{models, name_among};
 
 /// A quantity: its label with unit, its value, and how much the repetitions differed where it is a time.
 type Quantity = (&'static str, fn(&Measurement) -> f64, Option<fn(&Measurement) -> [f64; 2]>);
@@ -126,13 +61,13 @@ fn curves(
     rows: &[Measurement],
     name: impl Fn(&Measurement) -> String,
     point: impl Fn(&Measurement) -> Option<(f64, f64, Option<[f64; 2]>)>,
-) -> Vec<Curve> {
-    let mut curves: Vec<Curve> = Vec::new();
+) -> Vec<PlotCurve> {
+    let mut curves: Vec<PlotCurve> = Vec::new();
     for (index, row) in rows.iter().enumerate() {
         let Some((x, y, spread)) = point(row) else { continue };
         let name = name(row);
         let position = curves.iter().position(|curve| curve.name == name).unwrap_or_else(|| {
-            curves.push(Curve { name, points: Vec::new(), reference: false });
+            curves.push(PlotCurve { name, points: Vec::new(), reference: false });
             curves.len() - 1
         });
         curves[position].points.push(Point { x, y, spread, row: Some(index) });
@@ -176,14 +111,14 @@ fn sweep_panels(rows: &[Measurement]) -> Vec<Panel> {
 
 /// The paper's picture: build time, trace time and tests per ray of one series over the threshold, in one pair of axes.
 /// Their units differ, so each is drawn relative to its value at the paper's fast setting.
-fn relative_panel(rows: &[Measurement], series: &Curve) -> Option<Panel> {
+fn relative_panel(rows: &[Measurement], series: &PlotCurve) -> Option<Panel> {
     let of = |point: &Point| point.row.and_then(|row| rows.get(row));
     let base = series.points.iter().filter_map(of).find(|row| row.threshold == BASE_THRESHOLD);
     let base = base.or_else(|| series.points.first().and_then(of))?;
     if series.points.len() < 2 {
         return None;
     }
-    let curve = |(label, value, _): &Quantity| Curve {
+    let curve = |(label, value, _): &Quantity| PlotCurve {
         name: label.split(" (").next().unwrap_or(label).to_owned(),
         points: series
             .points
@@ -217,7 +152,7 @@ fn scaling_panels(rows: &[Measurement]) -> Vec<Panel> {
                 |row| Some((row.threads as f64, speedup(row)? * scale(row), None)),
             ));
         }
-        list.push(Curve { name: "ideal".to_owned(), points: ideal, reference: true });
+        list.push(PlotCurve { name: "ideal".to_owned(), points: ideal, reference: true });
         list
     };
     let panel = |y_label: &str, curves| Panel {

@@ -1,11 +1,12 @@
 //! One line a row: sweeps, builders, threads.
 
-use super::{SPREAD, Table, conditions, conditions_and_threads, costs, models, name_among, number, spread};
-use crate::lab::Measurement;
+use super::aligned::ReportTable;
+use super::format::{SPREAD, conditions, conditions_and_threads, costs, models, name_among, number, spread};
+use crate::lab::measurement::Measurement;
 
 /// Everything that is known of each tree.
-pub(super) fn list_table(title: &str, rows: &[Measurement]) -> Table {
-    let mut table = Table::new(
+pub(super) fn list_table(title: &str, rows: &[Measurement]) -> ReportTable {
+    let mut table = ReportTable::new(
         format!("{title} ({})", conditions_and_threads(rows)),
         &[
             ("scene", ""),
@@ -62,8 +63,8 @@ pub(super) fn list_table(title: &str, rows: &[Measurement]) -> Table {
 }
 
 /// Speed-up and parallel efficiency of building and tracing.
-pub(super) fn scaling_table(rows: &[Measurement]) -> Table {
-    let mut table = Table::new(
+pub(super) fn scaling_table(rows: &[Measurement]) -> ReportTable {
+    let mut table = ReportTable::new(
         format!("Speed-up over one thread ({})", conditions(rows)),
         &[
             ("scene", ""),

@@ -1,13 +1,17 @@
 //! The paper's tables 1 and 2: box and sphere side by side, their ratios, and the paper's own figures below.
 
+use super::aligned::ReportTable;
+use super::format::{SPREAD, conditions_and_threads, models, name_among, number, spread};
 use super::lists::list_table;
-use super::{SPREAD, Table, Value, conditions_and_threads, models, name_among, number, spread};
-use crate::lab::Measurement;
+use crate::lab::measurement::Measurement;
 use crate::lab::paper::{MEAN_RATIOS, PaperScene, scene_of};
 use bvhscope_engine::tree::ContainerKind;
 
+/// Reads one column's value from a row.
+type Value = fn(&Measurement) -> f64;
+
 /// Table 1, table 2, the stages of the builds, and what the trees look like.
-pub(super) fn bench_tables(rows: &[Measurement]) -> Vec<Table> {
+pub(super) fn bench_tables(rows: &[Measurement]) -> Vec<ReportTable> {
     let times: [(&str, &str, Value); 2] = [("build", "ms", |row| row.build_ms), ("trace", "ms", |row| row.trace_ms)];
     let tests: [(&str, &str, Value); 3] = [
         ("containers", "tests/ray", |row| row.container_tests_per_ray),
@@ -32,9 +36,9 @@ fn pairs_table(
     values: &[(&str, &str, Value)],
     papers: &dyn Fn(&PaperScene) -> Vec<Option<[f64; 2]>>,
     papers_means: &[Option<f64>],
-) -> Table {
+) -> ReportTable {
     let title = format!("{title} ({})", conditions_and_threads(rows));
-    let mut table = Table::new(title, &[("scene", ""), ("triangles", "")]);
+    let mut table = ReportTable::new(title, &[("scene", ""), ("triangles", "")]);
     for (name, unit, _) in values {
         for kind in ContainerKind::ALL {
             table.columns.push((format!("{name} {}", kind.name()), (*unit).to_owned()));
@@ -94,7 +98,7 @@ fn pairs_table(
 const STAGES: [&str; 4] = ["codes", "sort", "tree", "flatten"];
 
 /// Where the time of each build went.
-fn stages_table(rows: &[Measurement]) -> Table {
+fn stages_table(rows: &[Measurement]) -> ReportTable {
     let mut stages: Vec<&str> = STAGES.to_vec();
     for name in rows.iter().flat_map(|row| row.build_stages_ms.keys()) {
         if !stages.contains(&name.as_str()) {
@@ -102,7 +106,7 @@ fn stages_table(rows: &[Measurement]) -> Table {
         }
     }
     stages.retain(|name| rows.iter().any(|row| row.build_stages_ms.contains_key(*name)));
-    let mut table = Table::new("Build time by stage", &[("scene", ""), ("container", "")]);
+    let mut table = ReportTable::new("Build time by stage", &[("scene", ""), ("container", "")]);
     table.columns.extend(stages.iter().map(|name| ((*name).to_owned(), "ms".to_owned())));
     table.columns.extend([("build", "ms"), ("spread", "%")].map(|(name, unit)| (name.to_owned(), unit.to_owned())));
     let models = models(rows);
@@ -119,8 +123,8 @@ fn stages_table(rows: &[Measurement]) -> Table {
 }
 
 /// What the trees look like, and the row without any.
-fn trees_table(rows: &[Measurement]) -> Table {
-    let mut table = Table { title: "The trees".to_owned(), ..list_table("", rows) };
+fn trees_table(rows: &[Measurement]) -> ReportTable {
+    let mut table = ReportTable { title: "The trees".to_owned(), ..list_table("", rows) };
     let models = models(rows);
     for row in rows.iter().filter(|row| row.builder == "none") {
         let pixels = u64::from(row.width_px) * u64::from(row.height_px);

@@ -1,0 +1,14 @@
+//! Plots of measurements: panels with axes, units and curves, drawn into files by [`draw`] and on the screen by the window.
+
+mod panel;
+
+mod panels;
+
+mod format;
+
+mod draw;
+
+pub use draw::{COLORS, draw};
+pub use format::PlotFormat;
+pub use panel::{Panel, PlotCurve, Point};
+pub use panels::panels;

@@ -1,0 +1,57 @@
+//! A table as aligned text: units in the head, numbers right-aligned.
+
+use std::fmt;
+
+/// A table with a title line, a head of one or two lines and notes below.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct ReportTable {
+    /// What it shows.
+    pub title: String,
+    /// Name and unit of each column; the first is left-aligned.
+    pub columns: Vec<(String, String)>,
+    /// One text a column; missing ones are empty.
+    pub rows: Vec<Vec<String>>,
+    /// What must be known to read it.
+    pub notes: Vec<String>,
+}
+
+impl ReportTable {
+    pub(super) fn new(title: impl Into<String>, columns: &[(&str, &str)]) -> Self {
+        let columns = columns.iter().map(|(name, unit)| ((*name).to_owned(), (*unit).to_owned())).collect();
+        Self { title: title.into(), columns, ..Self::default() }
+    }
+}
+
+impl fmt::Display for ReportTable {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let width = |index: usize| {
+            let cells = self.rows.iter().filter_map(|row| row.get(index)).map(|cell| cell.chars().count());
+            let (name, unit) = &self.columns[index];
+            cells.chain([name.chars().count(), unit.chars().count()]).max().unwrap_or(0)
+        };
+        let widths: Vec<usize> = (0..self.columns.len()).map(width).collect();
+        if !self.title.is_empty() {
+            writeln!(f, "{}", self.title)?;
+        }
+        let mut line = |cells: &mut dyn Iterator<Item = &str>| -> fmt::Result {
+            let mut text = String::new();
+            for (index, (cell, width)) in cells.zip(&widths).enumerate() {
+                let cell = if index == 0 { format!("{cell:<width$}") } else { format!("  {cell:>width$}") };
+                text.push_str(&cell);
+            }
+            writeln!(f, "{}", text.trim_end())
+        };
+        let has_units = self.columns.iter().any(|(_, unit)| !unit.is_empty());
+        line(&mut self.columns.iter().map(|(name, _)| name.as_str()))?;
+        if has_units {
+            line(&mut self.columns.iter().map(|(_, unit)| unit.as_str()))?;
+        }
+        for row in &self.rows {
+            line(&mut row.iter().map(String::as_str))?;
+        }
+        for note in &self.notes {
+            writeln!(f, "{note}")?;
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,15 @@
+//! Which tables each measuring command prints.
+
+use super::aligned::ReportTable;
+use super::{lists, pairs};
+use crate::lab::measurement::Measurement;
+
+/// Rows of one command: the tables that it prints.
+pub fn tables(command: &str, rows: &[Measurement]) -> Vec<ReportTable> {
+    match command {
+        "bench" => pairs::bench_tables(rows),
+        "scaling" => vec![lists::scaling_table(rows)],
+        "compare" => vec![lists::list_table("Builders", rows)],
+        _ => vec![lists::list_table("Sweep", rows)],
+    }
+}

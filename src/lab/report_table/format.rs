@@ -1,0 +1,82 @@
+//! Numbers, model names and measuring conditions as text.
+
+use crate::lab::measurement::Measurement;
+use bvhscope_engine::tree::statistics::{INTERSECTION_COST, TRAVERSAL_COST};
+
+/// A number with about four digits: 0.123, 12.34, 123.4, 12 345.
+pub fn number(value: f64) -> String {
+    match value.abs() {
+        size if size < 10.0 => format!("{value:.3}"),
+        size if size < 100.0 => format!("{value:.2}"),
+        size if size < 1000.0 => format!("{value:.1}"),
+        _ => format!("{value:.0}"),
+    }
+}
+
+pub(super) fn threads(count: usize) -> String {
+    format!("{count} {}", if count == 1 { "thread" } else { "threads" })
+}
+
+/// How the rows were traced and how often, in one sentence.
+pub(super) fn conditions(rows: &[Measurement]) -> String {
+    let Some(row) = rows.first() else { return "nothing was measured".to_owned() };
+    let repeats = || rows.iter().filter(|row| row.builder != "none").map(|row| row.repeat);
+    let (fewest, most) = (repeats().min().unwrap_or(1), repeats().max().unwrap_or(1));
+    let medians = match (fewest, most) {
+        (1, 1) => "measured once".to_owned(),
+        _ if fewest == most => format!("medians of {most}"),
+        _ => format!("medians of {fewest} to {most}"),
+    };
+    format!("{}×{} primary rays, {} traversal, {medians}", row.width_px, row.height_px, row.traversal)
+}
+
+/// The same with the number of threads, where all rows have the same.
+pub(super) fn conditions_and_threads(rows: &[Measurement]) -> String {
+    let same = rows.first().filter(|first| rows.iter().all(|row| row.threads == first.threads));
+    match same {
+        Some(row) => format!("{}, {}", conditions(rows), threads(row.threads)),
+        None => conditions(rows),
+    }
+}
+
+/// Slowest minus fastest as a share of the median, in percent.
+pub(super) fn spread(median: f64, [fastest, slowest]: [f64; 2]) -> String {
+    let percent = if median > 0.0 { (slowest - fastest) / median * 100.0 } else { 0.0 };
+    format!("{percent:.0}")
+}
+
+pub(super) const SPREAD: &str = "Spread: slowest minus fastest repetition, over the median.";
+
+pub(super) fn costs() -> String {
+    format!("SAH cost with container test {TRAVERSAL_COST}, primitive test {INTERSECTION_COST}, over the root's area.")
+}
+
+/// Models in order of first appearance.
+pub fn models(rows: &[Measurement]) -> Vec<&str> {
+    let mut models: Vec<&str> = Vec::new();
+    for row in rows {
+        if !models.contains(&row.model.as_str()) {
+            models.push(&row.model);
+        }
+    }
+    models
+}
+
+/// What a model is called among `models`: its file's name, with the folder where another one has the same name.
+pub fn name_among(model: &str, models: &[&str]) -> String {
+    let name = short(model);
+    let shared = models.iter().any(|other| *other != model && short(other) == name);
+    let folder = std::path::Path::new(model).parent().and_then(|folder| folder.file_name());
+    match folder.filter(|_| shared) {
+        Some(folder) => format!("{}/{name}", folder.to_string_lossy()),
+        None => name,
+    }
+}
+
+/// A model's name without its folders.
+pub fn short(model: &str) -> String {
+    if model.starts_with("builtin:") {
+        return model.to_owned();
+    }
+    std::path::Path::new(model).file_name().map_or_else(|| model.to_owned(), |name| name.to_string_lossy().into_owned())
+}

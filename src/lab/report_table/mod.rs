@@ -1,0 +1,15 @@
+//! Measurements as aligned tables for people. Pure text: knows neither files nor terminals.
+
+mod aligned;
+mod format;
+
+mod lists;
+mod pairs;
+
+mod by_command;
+mod summary;
+
+pub use aligned::ReportTable;
+pub use by_command::tables;
+pub use format::{models, name_among, number, short};
+pub use summary::summary;
