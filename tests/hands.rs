@@ -7,6 +7,7 @@ mod harness;
 
 use bvhscope::app::commands::command_line;
 use bvhscope::app::format;
+use bvhscope::app::state::PickedTriangle;
 use bvhscope::app::viewport::picking;
 use bvhscope::overlay::OverlaySettings;
 use bvhscope::render::{HeatKind, Shading};
@@ -71,9 +72,10 @@ fn a_click_picks_a_triangle_and_keys_walk_hide_and_show() {
     let seen = picking::primitive_at(&shown.frame, x, y).expect("the teapot is in the middle");
     let middle = viewport(&harness).center();
     drag(&mut harness, PointerButton::Primary, middle, &[]);
-    let (triangle, path) = harness.state().state.picked.clone().expect("the click picked nothing");
+    let PickedTriangle { primitive: triangle, path } =
+        harness.state().state.selection.picked.clone().expect("the click picked nothing");
     assert_eq!((triangle, &path), (seen, &shown.accel.path_to(seen)));
-    let selected = |harness: &Window| harness.state().state.selection.selected;
+    let selected = |harness: &Window| harness.state().state.selection.nodes.selected;
     let [.., parent, leaf] = path[..] else { panic!("the leaf is the root") };
     assert_eq!(selected(&harness), Some(leaf));
     assert!(harness.query_by_label(&format!("Triangle {}", format::count(u64::from(seen)))).is_some());
@@ -90,31 +92,31 @@ fn a_click_picks_a_triangle_and_keys_walk_hide_and_show() {
     assert_eq!(selected(&harness), Some(second));
 
     harness.state_mut().state.wanted.overlay.depth = [0, 0];
-    harness.state_mut().state.selection.selected = Some(0);
+    harness.state_mut().state.selection.nodes.selected = Some(0);
     settle(&mut harness);
-    assert_eq!(harness.state().state.overlay_counts, (1, 1));
+    assert_eq!(harness.state().state.graphics.overlay_counts, (1, 1));
     press(&mut harness, Modifiers::NONE, Key::H);
-    assert!(harness.state().state.selection.hidden.contains(&0));
-    assert_eq!(harness.state().state.overlay_counts.0, 0, "a hidden container is not drawn");
+    assert!(harness.state().state.selection.nodes.hidden.contains(&0));
+    assert_eq!(harness.state().state.graphics.overlay_counts.0, 0, "a hidden container is not drawn");
     press(&mut harness, Modifiers::NONE, Key::J);
-    assert_eq!(harness.state().state.overlay_counts, (1, 1));
+    assert_eq!(harness.state().state.graphics.overlay_counts, (1, 1));
     press(&mut harness, Modifiers::NONE, Key::Escape);
-    assert_eq!((selected(&harness), harness.state().state.picked.is_none()), (None, true));
+    assert_eq!((selected(&harness), harness.state().state.selection.picked.is_none()), (None, true));
 }
 
 #[test]
 fn esc_closes_an_open_list_before_it_clears_the_selection() {
     let mut harness = app();
-    harness.state_mut().state.selection.selected = Some(0);
+    harness.state_mut().state.selection.nodes.selected = Some(0);
     let listed = |harness: &Window| harness.query_by_label(BuilderKind::Exact.label()).is_some();
     harness.get_by_role_and_label(Role::ComboBox, "Builder").click();
     harness.run_steps(3);
     assert!(listed(&harness), "the list is open");
     press(&mut harness, Modifiers::NONE, Key::Escape);
     assert!(!listed(&harness), "the list is closed");
-    assert_eq!(harness.state().state.selection.selected, Some(0));
+    assert_eq!(harness.state().state.selection.nodes.selected, Some(0));
     press(&mut harness, Modifiers::NONE, Key::Escape);
-    assert_eq!(harness.state().state.selection.selected, None);
+    assert_eq!(harness.state().state.selection.nodes.selected, None);
 }
 
 #[test]
@@ -122,12 +124,14 @@ fn a_click_on_the_background_selects_nothing() {
     let mut harness = app();
     let middle = viewport(&harness).center();
     drag(&mut harness, PointerButton::Primary, middle, &[]);
-    assert!(harness.state().state.picked.is_some());
+    assert!(harness.state().state.selection.picked.is_some());
     let corner = viewport(&harness).right_top() + vec2(-20.0, 20.0);
     let [x, y] = pixel(&harness, corner);
     assert_eq!(picking::primitive_at(&presented(&harness).frame, x, y), None);
     drag(&mut harness, PointerButton::Primary, corner, &[]);
-    assert!(harness.state().state.picked.is_none() && harness.state().state.selection.selected.is_none());
+    assert!(
+        harness.state().state.selection.picked.is_none() && harness.state().state.selection.nodes.selected.is_none()
+    );
 }
 
 #[test]
@@ -228,8 +232,8 @@ fn the_copied_command_line_makes_the_picture_of_the_window() {
     state.wanted.render.samples = 3;
     state.wanted.render.mesh_edges = true;
     state.wanted.camera.eye.y += 0.7;
-    state.selection.selected = Some(1);
-    state.selection.hidden.insert(5);
+    state.selection.nodes.selected = Some(1);
+    state.selection.nodes.hidden.insert(5);
     settle(&mut harness);
     compare_with_command_line(&mut harness);
     // Lines alone, and the heat of a paper-like traversal without any.
@@ -260,7 +264,7 @@ fn compare_with_command_line(harness: &mut Window) {
         .unwrap();
     assert!(output.status.success(), "{line}\n{}", String::from_utf8_lossy(&output.stderr));
     let rendered = image::open(folder.path().join("bvhscope.png")).unwrap().to_rgba8();
-    let [width, height] = harness.state().state.viewport_px;
+    let [width, height] = harness.state().state.layout.viewport_px;
     assert_eq!(rendered.dimensions(), (width, height));
     let corner = viewport(harness).min;
     let (mut compared, mut different, mut colors) = (0, 0, std::collections::HashSet::new());

@@ -39,9 +39,9 @@ fn settle(harness: &mut Harness<'static, App>) {
         harness.run_steps(3);
         assert!(harness.state_mut().run_until_idle());
         let state = &harness.state().state;
-        let frame = state.presented.as_ref().map(|presented| &presented.frame);
-        let whole = |frame: &Arc<Frame>| [frame.width_px, frame.height_px] == state.viewport_px;
-        if state.viewport_px.contains(&0) || !harness.state().is_busy() && frame.is_some_and(whole) {
+        let frame = state.model.presented.as_ref().map(|presented| &presented.frame);
+        let whole = |frame: &Arc<Frame>| [frame.width_px, frame.height_px] == state.layout.viewport_px;
+        if state.layout.viewport_px.contains(&0) || !harness.state().is_busy() && frame.is_some_and(whole) {
             return;
         }
         std::thread::sleep(Duration::from_millis(10));
@@ -58,7 +58,7 @@ fn two_hundred_slider_changes_end_on_the_last_value() {
         harness.step();
     }
     settle(&mut harness);
-    let presented = harness.state().state.presented.clone().unwrap();
+    let presented = harness.state().state.model.presented.clone().unwrap();
     assert_eq!(presented.accel.settings.threshold, 2 + 199 % 60);
     assert_eq!(presented.frame.coarseness, 1, "and its picture is whole");
 }
@@ -67,24 +67,24 @@ fn two_hundred_slider_changes_end_on_the_last_value() {
 fn trees_are_shown_while_the_slider_moves() {
     let mut harness = app(builtin("terrain", 60_000), 700.0, 500.0, 1.0);
     settle(&mut harness);
-    let mut shown = vec![harness.state().state.presented.as_ref().unwrap().accel.settings.threshold];
+    let mut shown = vec![harness.state().state.model.presented.as_ref().unwrap().accel.settings.threshold];
     let mut wanted = 2;
     while shown.len() < 5 {
         wanted = 2 + (wanted + 7) % 60;
         harness.state_mut().state.wanted.build.threshold = wanted;
         harness.step();
-        let presented = harness.state().state.presented.as_ref().unwrap();
+        let presented = harness.state().state.model.presented.as_ref().unwrap();
         let frame = &presented.frame;
         assert_eq!(
             [frame.width_px, frame.height_px],
-            [0, 1].map(|axis| { harness.state().state.viewport_px[axis].div_ceil(frame.coarseness) })
+            [0, 1].map(|axis| { harness.state().state.layout.viewport_px[axis].div_ceil(frame.coarseness) })
         );
         if shown.last() != Some(&presented.accel.settings.threshold) {
             shown.push(presented.accel.settings.threshold);
         }
     }
     settle(&mut harness);
-    let presented = harness.state().state.presented.clone().unwrap();
+    let presented = harness.state().state.model.presented.clone().unwrap();
     assert_eq!(presented.accel.settings.threshold, wanted);
     assert_eq!(presented.frame.coarseness, 1, "and its picture is whole");
 }
@@ -98,7 +98,7 @@ fn the_newest_of_several_models_is_shown_whole() {
         harness.run_steps(2);
     }
     settle(&mut harness);
-    let presented = harness.state().state.presented.clone().unwrap();
+    let presented = harness.state().state.model.presented.clone().unwrap();
     assert_eq!(presented.accel.scene.source, builtin("cornell", 0));
     let triangles = presented.accel.scene.triangles.len() as u32;
     assert!(presented.frame.primitive.iter().all(|&primitive| primitive == u32::MAX || primitive < triangles));
@@ -117,8 +117,8 @@ fn windows_of_every_size_and_scale_are_drawn() {
         harness.set_size(egui::vec2(700.0, 450.0));
         settle(&mut harness);
         let state = &harness.state().state;
-        let frame = &state.presented.as_ref().unwrap().frame;
-        assert_eq!([frame.width_px, frame.height_px], state.viewport_px);
+        let frame = &state.model.presented.as_ref().unwrap().frame;
+        assert_eq!([frame.width_px, frame.height_px], state.layout.viewport_px);
     }
 }
 

@@ -10,7 +10,7 @@ use std::collections::{BTreeSet, HashSet};
 use bvhscope::app::commands;
 use bvhscope::app::commands::{Action, shortcut_text};
 use bvhscope::app::panels::dialogs::palette;
-use bvhscope::app::state::{AppState, Hover};
+use bvhscope::app::state::{AppState, HoveredPixel};
 use bvhscope::render::Shading;
 use bvhscope_engine::settings::BuilderKind;
 use eframe::egui::{Key, Modifiers};
@@ -32,13 +32,13 @@ fn the_palette_finds_and_performs() {
     let mut h = harness(state(Shading::Lit));
     h.key_press_modifiers(Modifiers::COMMAND, Key::P);
     h.run_steps(4);
-    assert_eq!(h.state().palette.as_deref(), Some(""));
+    assert_eq!(h.state().layout.palette.as_deref(), Some(""));
     h.get_by_label("Command").type_text("leaves");
     h.run_steps(4);
-    assert_eq!(h.state().palette.as_deref(), Some("leaves"));
+    assert_eq!(h.state().layout.palette.as_deref(), Some("leaves"));
     h.key_press(Key::Enter);
     h.run_steps(4);
-    assert_eq!(h.state().palette, None);
+    assert_eq!(h.state().layout.palette, None);
     assert!(h.state().wanted.overlay.leaves_only);
 }
 
@@ -83,7 +83,7 @@ fn arrows_turn_the_camera_only_while_the_viewport_has_the_focus() {
     h.key_press(Key::ArrowRight);
     h.run_steps(2);
     assert_eq!(eye(&h), before);
-    h.state_mut().viewport_focused = true;
+    h.state_mut().layout.viewport_focused = true;
     h.key_press(Key::ArrowRight);
     h.run_steps(2);
     assert_ne!(eye(&h), before);
@@ -99,8 +99,8 @@ fn a_key_zooms_to_the_hovered_point() {
     h.key_press(Key::Plus);
     h.run_steps(2);
     assert_eq!(h.state().wanted.camera.target, target, "without a pointer it zooms to the target");
-    let hover = Hover { x_px: 200, y_px: 400, primitive: None, distance: f32::INFINITY, value: None };
-    h.state_mut().hover = Some(hover);
+    let hover = HoveredPixel { x_px: 200, y_px: 400, primitive: None, distance: f32::INFINITY, value: None };
+    h.state_mut().selection.hover = Some(hover);
     let distance = h.state().wanted.camera.distance();
     h.key_press(Key::Plus);
     h.run_steps(2);

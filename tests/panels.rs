@@ -8,7 +8,7 @@ mod panel;
 use std::path::PathBuf;
 
 use bvhscope::app::state::paper::Experiment;
-use bvhscope::app::state::{AppState, Request, Severity, Theme};
+use bvhscope::app::state::{AppState, PickedTriangle, Request, Severity, Theme};
 use bvhscope::render::{HeatKind, Shading};
 use bvhscope_engine::cancel::CancelToken;
 use bvhscope_engine::settings::{BuildSettings, BuilderKind, Pass, Passes, Preset};
@@ -155,7 +155,7 @@ fn the_job_strip_counts_the_passes_that_a_mode_takes() {
     for (shading, text) in [(Shading::Heat(HeatKind::Both), "pass 1 of 1 "), (Shading::Lit, "pass 16 of 16 ")] {
         let mut s = state(shading);
         s.wanted.render.samples = 16;
-        let scene = s.scene.clone().unwrap();
+        let scene = s.model.loaded.clone().unwrap();
         present(&mut s, &scene);
         let h = harness(s);
         assert!(h.query_by_label_contains(text).is_some(), "{}: no '{text}'", shading.label());
@@ -166,7 +166,8 @@ fn the_job_strip_counts_the_passes_that_a_mode_takes() {
 fn software_rendering_is_said_once() {
     for (software, times) in [(true, 1), (false, 0)] {
         let mut state = state(Shading::Lit);
-        state.adapter = ("llvmpipe".to_owned(), software);
+        state.graphics.adapter_name = "llvmpipe".to_owned();
+        state.graphics.is_software = software;
         let harness = harness(state);
         assert_eq!(harness.query_all_by_label_contains("software rendering").count(), times);
     }
@@ -241,7 +242,7 @@ fn a_double_click_resets_a_slider() {
 fn the_mouse_drags_a_range_of_depths() {
     let mut s = state(Shading::Lit);
     s.wanted.overlay.depth = [0, 0];
-    let max_depth = s.presented.as_ref().unwrap().accel.tree.max_depth();
+    let max_depth = s.model.presented.as_ref().unwrap().accel.tree.max_depth();
     let mut h = harness(s);
     let bar = h.get_by_label("Depth range").rect();
     let at = |share: f32| egui::pos2(bar.left() + bar.width() * share, bar.center().y);
@@ -261,7 +262,7 @@ fn fit_fixes_the_heat_range_and_auto_frees_it() {
     let mut h = harness(state(Shading::Heat(HeatKind::Both)));
     assert_eq!(h.state().wanted.render.heat_range, None);
     press(&mut h, "Fit");
-    let fitted = h.state().presented.as_ref().unwrap().frame.fitted_range(&CancelToken::new()).unwrap();
+    let fitted = h.state().model.presented.as_ref().unwrap().frame.fitted_range(&CancelToken::new()).unwrap();
     assert_eq!(h.state().wanted.render.heat_range, Some(fitted));
     press(&mut h, "Auto");
     assert_eq!(h.state().wanted.render.heat_range, None);
@@ -292,7 +293,7 @@ fn the_mouse_drags_the_ends_of_the_heat_range() {
 fn every_shading_but_the_lit_one_has_a_legend() {
     for shading in Shading::ALL {
         let mut s = state(shading);
-        s.selection.selected = Some(0);
+        s.selection.nodes.selected = Some(0);
         let h = harness(s);
         let picture = h.query_by_label_contains("Legend. Picture: ");
         assert_eq!(picture.is_some(), shading != Shading::Lit, "{}", shading.label());
@@ -303,7 +304,7 @@ fn every_shading_but_the_lit_one_has_a_legend() {
 #[test]
 fn messages_can_be_read_again() {
     let mut s = state(Shading::Lit);
-    s.notify(Severity::Error, "broken.obj:12: not a face");
+    s.messages.notify(Severity::Error, "broken.obj:12: not a face");
     let mut h = harness(s);
     press(&mut h, "Close message");
     assert!(h.query_by_label("broken.obj:12: not a face").is_none());
@@ -314,7 +315,7 @@ fn messages_can_be_read_again() {
     assert_eq!(h.state().requests, [Request::Copy("Error: broken.obj:12: not a face".to_owned())]);
     h.key_press(Key::Escape);
     h.run_steps(3);
-    assert!(!h.state().messages_open);
+    assert!(!h.state().layout.messages_open);
 }
 
 #[test]
@@ -323,28 +324,28 @@ fn the_greeting_leads_to_the_start_page() {
     s.preferences.greeted = false;
     let mut h = harness(s);
     press(&mut h, "Open a model…");
-    assert!(h.state().start_page_open && !h.state().preferences.greeted);
+    assert!(h.state().layout.start_page_open && !h.state().preferences.greeted);
     assert!(h.query_by_label("Open a file…").is_some());
 }
 
 #[test]
 fn messages_are_copied_and_closed_by_name() {
     let mut s = state(Shading::Lit);
-    s.notify(Severity::Error, "broken.obj:12: not a face");
+    s.messages.notify(Severity::Error, "broken.obj:12: not a face");
     let mut h = harness(s);
     press(&mut h, "Copy message");
     assert_eq!(h.state().requests, [Request::Copy("broken.obj:12: not a face".to_owned())]);
     press(&mut h, "Close message");
-    assert!(h.state().messages.is_empty());
+    assert!(h.state().messages.open.is_empty());
 }
 
 #[test]
 fn every_widget_has_a_name() {
     let mut s = state(Shading::Heat(HeatKind::Both));
-    s.selection.selected = Some(5);
-    s.picked = Some((17, vec![0, 1, 5]));
+    s.selection.nodes.selected = Some(5);
+    s.selection.picked = Some(PickedTriangle { primitive: 17, path: vec![0, 1, 5] });
     s.preferences.greeted = false;
-    s.notify(Severity::Error, "broken.obj:12: not a face");
+    s.messages.notify(Severity::Error, "broken.obj:12: not a face");
     let h = harness(s);
     let mut seen = 0;
     for node in h.root().children_recursive() {
@@ -380,18 +381,18 @@ fn every_window_fits_the_smallest_screen() {
     let mut s = state(Shading::Heat(HeatKind::Both));
     s.preferences.theme = Theme::Light;
     s.preferences.recent = vec![PathBuf::from("models/conference.obj")];
-    s.start_page_open = true;
+    s.layout.start_page_open = true;
     let mut h = sized(s, 1024.0, 640.0, 2.0);
     let screen = h.ctx.content_rect();
     for label in ["Open a file…", "conference.obj", "Depth range", "Reset tree settings", "File"] {
         assert!(screen.contains_rect(h.get_by_label(label).rect()), "{label} lies outside");
     }
-    h.state_mut().start_page_open = false;
-    h.state_mut().shortcuts_open = true;
+    h.state_mut().layout.start_page_open = false;
+    h.state_mut().layout.shortcuts_open = true;
     h.run_steps(3);
     assert!(screen.contains_rect(h.get_by_label("Zoom to the point under the pointer").rect()));
-    h.state_mut().shortcuts_open = false;
-    h.state_mut().palette = Some("pre".to_owned());
+    h.state_mut().layout.shortcuts_open = false;
+    h.state_mut().layout.palette = Some("pre".to_owned());
     h.run_steps(3);
     assert!(screen.contains_rect(h.get_by_label("Command").rect()));
 }

@@ -92,13 +92,13 @@ impl App {
         let mut state = AppState::new(wanted, preferences);
         if let Some(complaint) = restored.complaint {
             eprintln!("warning: {complaint}");
-            state.notify(Severity::Warning, complaint);
+            state.messages.notify(Severity::Warning, complaint);
         }
         for notice in options.notices {
             eprintln!("warning: {notice}");
-            state.notify(Severity::Warning, notice);
+            state.messages.notify(Severity::Warning, notice);
         }
-        state.allow_outside = options.load.allow_outside;
+        state.model.allow_outside = options.load.allow_outside;
         let mut app = Self::with_state(context, state)?;
         app.settings_autosave = SettingsAutosave::new(options.settings_file);
         app.rails.load_options = options.load;
@@ -106,7 +106,7 @@ impl App {
         app.rails.camera_choice = options.camera;
         app.device.lose_on_purpose = options.lose_device;
         app.device.refuse_on_purpose = options.refuse_buffer;
-        app.spares_frames = app.state.adapter.1;
+        app.spares_frames = app.state.graphics.is_software;
         Ok(app)
     }
 
@@ -125,7 +125,8 @@ impl App {
         let device = Device::default();
         if let Some(render_state) = &context.wgpu_render_state {
             let info = render_state.adapter.get_info();
-            state.adapter = (info.name, info.device_type == wgpu::DeviceType::Cpu);
+            state.graphics.adapter_name = info.name;
+            state.graphics.is_software = info.device_type == wgpu::DeviceType::Cpu;
             device.watch(&render_state.device, &ctx);
             let pipeline = OverlayPipeline::new(&render_state.device, render_state.target_format);
             render_state.renderer.write().callback_resources.insert(pipeline);
@@ -182,9 +183,9 @@ impl App {
     fn tell_device_error(&mut self) {
         while let Some(error) = self.device.take_error() {
             eprintln!("error: the graphics driver failed: {error}");
-            if !self.state.overlay_failed {
-                self.state.overlay_failed = true;
-                self.state.notify(
+            if !self.state.graphics.failed {
+                self.state.graphics.failed = true;
+                self.state.messages.notify(
                     Severity::Error,
                     format!("The graphics driver failed, so containers are no longer drawn: {error}. Update the driver or start with fewer containers"),
                 );
@@ -195,19 +196,19 @@ impl App {
     /// A file that was saved is read again; of one that is gone the scene stays.
     fn look_after_file(&mut self) {
         if self.file_watch.follow(self.rails.read_file.as_ref()) {
-            self.state.file_gone = false;
+            self.state.model.file_missing = false;
         }
         for news in self.file_watch.news() {
             let name = self.rails.read_file.as_ref().map_or(String::new(), |(path, _)| path.display().to_string());
             log::info!("{name}: {news:?}");
-            self.state.file_gone = news == News::Gone;
+            self.state.model.file_missing = news == News::Gone;
             match news {
                 News::Saved => {
-                    self.state.notify(Severity::Info, format!("{name} was saved: it is read again"));
+                    self.state.messages.notify(Severity::Info, format!("{name} was saved: it is read again"));
                     self.state.requests.push(Request::Reload);
                 }
                 News::Gone => {
-                    self.state.notify(Severity::Warning, format!("{name} is gone; what is shown stays"));
+                    self.state.messages.notify(Severity::Warning, format!("{name} is gone; what is shown stays"));
                 }
                 News::Back => {}
             }
@@ -215,7 +216,7 @@ impl App {
     }
 
     fn update_title(&mut self, ctx: &egui::Context) {
-        let shown = self.state.presented.as_ref().map(|presented| presented.accel.scene.source.label());
+        let shown = self.state.model.presented.as_ref().map(|presented| presented.accel.scene.source.label());
         let title = shown.map_or_else(|| "bvhscope".to_owned(), |label| format!("{label} – bvhscope"));
         if title != self.title {
             ctx.send_viewport_cmd(egui::ViewportCommand::Title(title.clone()));
@@ -233,9 +234,9 @@ impl App {
     /// Asks for what is stale and makes sure that somebody looks again.
     fn reconcile(&mut self, ctx: &egui::Context) {
         if self.waits {
-            let before = self.state.presented.as_ref().map(|presented| presented.frame_id);
+            let before = self.state.model.presented.as_ref().map(|presented| presented.frame_id);
             self.run_until_idle();
-            if before != self.state.presented.as_ref().map(|presented| presented.frame_id) {
+            if before != self.state.model.presented.as_ref().map(|presented| presented.frame_id) {
                 ctx.request_repaint();
             }
         } else if let Some(after) = self.rails.reconcile(&mut self.state, Instant::now()) {
@@ -273,7 +274,7 @@ impl eframe::App for App {
             ctx.send_viewport_cmd(egui::ViewportCommand::Close);
         }
         if let Some(render_state) = frame.wgpu_render_state()
-            && self.state.presented.is_some()
+            && self.state.model.presented.is_some()
         {
             self.device.lose_if_wanted(&render_state.device);
             self.device.refuse_if_wanted(&render_state.device);

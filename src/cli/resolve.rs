@@ -256,11 +256,11 @@ mod tests {
         wanted.overlay.line_width = 2.5;
         wanted.overlay.budget = 123;
         let mut state = AppState::new(wanted.clone(), Preferences::default());
-        state.viewport_px = [800, 500];
-        state.selection.selected = Some(7);
-        state.selection.hidden.extend([3, 8]);
+        state.layout.viewport_px = [800, 500];
+        state.selection.nodes.selected = Some(7);
+        state.selection.nodes.hidden.extend([3, 8]);
         state.preferences.show_geometry = false;
-        state.allow_outside = true;
+        state.model.allow_outside = true;
         let line = command_line(&state);
         let cli = Cli::try_parse_from(line.split(' ')).unwrap_or_else(|error| panic!("{line}\n{error}"));
         let Some(CommandArgs::Render(args)) = cli.command else { panic!("{line} does not render") };
@@ -270,7 +270,7 @@ mod tests {
         let built = BuildSettings { optimize: Passes::NONE.with(Pass::Collapse), ..wanted.build };
         assert_eq!((job.source, job.build, job.settings), (wanted.source, built, wanted.render), "{line}");
         assert_eq!((job.overlay, job.size), (Some(wanted.overlay), [800, 500]), "{line}");
-        assert_eq!((job.selection, job.geometry), (state.selection, false));
+        assert_eq!((job.selection, job.geometry), (state.selection.nodes, false));
         assert_eq!((job.camera.eye, job.camera.target), (Some(wanted.camera.eye), Some(wanted.camera.target)));
         assert!(job.camera.orthographic && (job.camera.fov_y.unwrap() - wanted.camera.fov_y).abs() < 1e-4);
     }

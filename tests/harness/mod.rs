@@ -47,7 +47,7 @@ pub fn camera(harness: &Window) -> Camera {
 }
 
 pub fn presented(harness: &Window) -> Presented {
-    harness.state().state.presented.clone().unwrap()
+    harness.state().state.model.presented.clone().unwrap()
 }
 
 pub fn button(pos: Pos2, button: PointerButton, pressed: bool) -> Event {

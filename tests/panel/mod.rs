@@ -67,11 +67,11 @@ pub fn present(state: &mut AppState, scene: &Arc<Scene>) {
     let frame = Arc::new(render(&request, &token, &|_| {}).unwrap());
     let table = Arc::new(NodeTable::new(&accel));
     let tests_per_ray = frame.stats.tests_per_ray();
-    let frame_id = state.presented.as_ref().map_or(1, |shown| shown.frame_id + 1);
-    state.presented = Some(Presented { accel, table, frame, frame_id, tests_per_ray, threads: 0 });
-    state.scene = Some(Arc::clone(scene));
-    state.viewport_px = [800, 500];
-    state.mrays_per_s = 24.1;
+    let frame_id = state.model.presented.as_ref().map_or(1, |shown| shown.frame_id + 1);
+    state.model.presented = Some(Presented { accel, table, frame, frame_id, tests_per_ray, threads: 0 });
+    state.model.loaded = Some(Arc::clone(scene));
+    state.layout.viewport_px = [800, 500];
+    state.activity.mrays_per_s = 24.1;
 }
 
 pub fn draw(ui: &mut egui::Ui, state: &mut AppState) {
@@ -104,7 +104,7 @@ pub fn press(harness: &mut Harness<'static, AppState>, name: &str) {
 
 /// Opens the paper panel with rows of the sheet.
 pub fn with_rows(state: &mut AppState, experiment: Experiment) {
-    let scene = state.scene.clone().unwrap();
+    let scene = state.model.loaded.clone().unwrap();
     let plan = &mut state.preferences.paper;
     plan.choose(experiment);
     (plan.thresholds, plan.repeat) = ([4, 8], 1);
@@ -114,5 +114,5 @@ pub fn with_rows(state: &mut AppState, experiment: Experiment) {
     let job = plan.job(&state.wanted);
     job.run(&subject, (0, 1), &view, &CancelToken::new(), &mut |row| rows.push(row)).unwrap();
     state.preferences.paper_open = true;
-    state.paper = Some(PaperResult::new(experiment, scene, rows, true));
+    state.activity.measured = Some(PaperResult::new(experiment, scene, rows, true));
 }

@@ -8,7 +8,7 @@ use crate::app::state::AppState;
 /// Carries out what was asked for by keys. A focused text field keeps its keys; the palette, while open, keeps all but
 /// Ctrl+P and Esc.
 pub fn handle_shortcuts(ctx: &egui::Context, state: &mut AppState) {
-    let typing = ctx.text_edit_focused() || (state.palette.is_some() && ctx.egui_wants_keyboard_input());
+    let typing = ctx.text_edit_focused() || (state.layout.palette.is_some() && ctx.egui_wants_keyboard_input());
     // Esc closes an open list or menu and nothing else.
     let list_open = egui::Popup::is_any_open(ctx);
     let mut actions = Vec::new();
@@ -16,7 +16,7 @@ pub fn handle_shortcuts(ctx: &egui::Context, state: &mut AppState) {
         input.events.retain(|event| {
             let Event::Key { key, pressed: true, modifiers, repeat, .. } = event else { return true };
             let Some(entry) = entry_of(*key, *modifiers) else { return true };
-            if entry.in_viewport && !state.viewport_focused {
+            if entry.in_viewport && !state.layout.viewport_focused {
                 return true;
             }
             let action = entry.action;
@@ -25,7 +25,7 @@ pub fn handle_shortcuts(ctx: &egui::Context, state: &mut AppState) {
             }
             let opens_lists = matches!(action, Action::Palette | Action::Shortcuts) && *key != Key::Questionmark;
             let closes = action == Action::Cancel && windows_open(state);
-            if (typing || state.palette.is_some()) && !opens_lists && !closes {
+            if (typing || state.layout.palette.is_some()) && !opens_lists && !closes {
                 return true;
             }
             if !repeat || repeats(action) {
@@ -74,5 +74,8 @@ fn repeats(action: Action) -> bool {
 }
 
 fn windows_open(state: &AppState) -> bool {
-    state.palette.is_some() || state.shortcuts_open || state.start_page_open || state.messages_open
+    state.layout.palette.is_some()
+        || state.layout.shortcuts_open
+        || state.layout.start_page_open
+        || state.layout.messages_open
 }

@@ -249,7 +249,7 @@ pub fn shortcut_text(shortcut: &KeyboardShortcut) -> String {
 impl Action {
     /// Whether it can do anything now.
     pub fn is_enabled(self, state: &AppState) -> bool {
-        let selected = state.selection.selected.is_some();
+        let selected = state.selection.nodes.selected.is_some();
         match self {
             Self::SelectParent | Self::SelectChild | Self::SelectSecondChild | Self::SelectSibling => {
                 walk::target(self, state).is_some()
@@ -257,23 +257,23 @@ impl Action {
             // The threshold is AAC's.
             Self::RaiseThreshold | Self::LowerThreshold => state.wanted.build.builder == BuilderKind::Aac,
             Self::HideSelected => selected,
-            Self::ShowAll => !state.selection.hidden.is_empty(),
-            Self::FitHeatRange => state.presented.as_ref().is_some_and(|shown| !shown.frame.values.is_empty()),
+            Self::ShowAll => !state.selection.nodes.hidden.is_empty(),
+            Self::FitHeatRange => state.model.presented.as_ref().is_some_and(|shown| !shown.frame.values.is_empty()),
             Self::FrameSelection | Self::ResetView | Self::Screenshot | Self::CopyStatistics => {
-                state.presented.is_some()
+                state.model.presented.is_some()
             }
             Self::Undo => state.undo.can_undo(),
             Self::Redo => state.undo.can_redo(),
-            Self::Cancel => state.jobs != crate::app::state::Jobs::default() || selected,
-            Self::Measure(_) => state.scene.is_some(),
-            Self::SaveRows(format) => state.paper.as_ref().is_some_and(|result| match format {
+            Self::Cancel => state.activity.has_jobs() || selected,
+            Self::Measure(_) => state.model.loaded.is_some(),
+            Self::SaveRows(format) => state.activity.measured.as_ref().is_some_and(|result| match format {
                 RowFormat::Csv | RowFormat::Json => !result.rows.is_empty(),
                 RowFormat::Png | RowFormat::Svg => !result.panels.is_empty(),
             }),
             Self::OpenRecent(index) => index < state.preferences.recent.len(),
             Self::Builder(builder) => {
                 let wanted = bvhscope_engine::settings::BuildSettings { builder, ..state.wanted.build };
-                wanted.refusal(state.scene.as_ref().map_or(0, |scene| scene.triangles.len())).is_none()
+                wanted.refusal(state.model.loaded.as_ref().map_or(0, |scene| scene.triangles.len())).is_none()
             }
             Self::Container(container) => {
                 let wanted = bvhscope_engine::settings::BuildSettings { container, ..state.wanted.build };

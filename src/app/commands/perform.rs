@@ -34,7 +34,7 @@ impl Action {
             }
             Self::Reload => state.requests.push(Request::Reload),
             Self::Screenshot => state.requests.push(Request::Screenshot),
-            Self::StartPage => state.start_page_open = !state.start_page_open,
+            Self::StartPage => state.layout.start_page_open = !state.layout.start_page_open,
             Self::CopyCommandLine => copy(state, report::command_line(state), "The command line"),
             Self::CopyStatistics => {
                 if let Some(text) = report::statistics_text(state) {
@@ -59,8 +59,8 @@ impl Action {
                 };
             }
             Self::ResetView => {
-                if let Some(bounds) = state.bounds() {
-                    let up = state.up();
+                if let Some(bounds) = state.model.bounds() {
+                    let up = state.model.up();
                     orbit::reset(&mut state.wanted.camera, &bounds, up);
                 }
             }
@@ -93,11 +93,11 @@ impl Action {
             Self::ToggleParents => flip(&mut state.wanted.overlay.parents),
             Self::SelectParent | Self::SelectChild | Self::SelectSecondChild | Self::SelectSibling => {
                 if let Some(node) = walk::target(self, state) {
-                    state.selection.selected = Some(node);
+                    state.selection.nodes.selected = Some(node);
                 }
             }
-            Self::HideSelected => state.selection.hidden.extend(state.selection.selected),
-            Self::ShowAll => state.selection.hidden.clear(),
+            Self::HideSelected => state.selection.nodes.hidden.extend(state.selection.nodes.selected),
+            Self::ShowAll => state.selection.nodes.hidden.clear(),
             Self::TogglePaper => flip(&mut state.preferences.paper_open),
             Self::Measure(experiment) => {
                 state.preferences.paper.choose(experiment);
@@ -118,9 +118,11 @@ impl Action {
             Self::Redo => {
                 state.redo();
             }
-            Self::Palette => state.palette = if state.palette.is_some() { None } else { Some(String::new()) },
-            Self::Shortcuts => flip(&mut state.shortcuts_open),
-            Self::Messages => flip(&mut state.messages_open),
+            Self::Palette => {
+                state.layout.palette = if state.layout.palette.is_some() { None } else { Some(String::new()) }
+            }
+            Self::Shortcuts => flip(&mut state.layout.shortcuts_open),
+            Self::Messages => flip(&mut state.layout.messages_open),
         }
     }
 }
@@ -132,34 +134,34 @@ fn flip(value: &mut bool) {
 /// Copies `text` and says so.
 fn copy(state: &mut AppState, text: String, what: &str) {
     state.requests.push(Request::Copy(text));
-    state.notify(Severity::Info, format!("{what} copied"));
+    state.messages.notify(Severity::Info, format!("{what} copied"));
 }
 
 /// Closes what is open, else stops what runs, else clears the selection. Refinement of the picture is stopped last: it
 /// runs after every change.
 fn cancel(state: &mut AppState) {
-    if state.palette.take().is_some() {
+    if state.layout.palette.take().is_some() {
         return;
     }
-    if state.shortcuts_open || state.start_page_open || state.messages_open {
-        state.shortcuts_open = false;
-        state.start_page_open = false;
-        state.messages_open = false;
-    } else if state.jobs.load.is_some() || state.jobs.build.is_some() {
+    if state.layout.shortcuts_open || state.layout.start_page_open || state.layout.messages_open {
+        state.layout.shortcuts_open = false;
+        state.layout.start_page_open = false;
+        state.layout.messages_open = false;
+    } else if state.activity.load.is_some() || state.activity.build.is_some() {
         state.requests.push(Request::CancelJobs);
-    } else if state.jobs.lab.is_some() {
+    } else if state.activity.measure.is_some() {
         state.requests.push(Request::CancelMeasuring);
-    } else if state.selection.selected.is_some() || state.picked.is_some() {
-        state.selection.selected = None;
-        state.picked = None;
-    } else if state.jobs.render.is_some() {
+    } else if state.selection.nodes.selected.is_some() || state.selection.picked.is_some() {
+        state.selection.nodes.selected = None;
+        state.selection.picked = None;
+    } else if state.activity.render.is_some() {
         state.requests.push(Request::CancelJobs);
     }
 }
 
 /// The direction from the target to the eye for a view key.
 fn look(state: &mut AppState, direction: ViewDirection) {
-    let up = state.up();
+    let up = state.model.up();
     let (front, right) = orbit::front_and_right(up);
     let axis = match direction {
         ViewDirection::Front => front,
@@ -180,42 +182,42 @@ fn orbit_step(state: &mut AppState, step: OrbitStep) {
         OrbitStep::Up => (0.0, ORBIT_STEP),
         OrbitStep::Down => (0.0, -ORBIT_STEP),
     };
-    let up = state.up();
+    let up = state.model.up();
     orbit::orbit(&mut state.wanted.camera, up, right, over);
 }
 
 /// Brings the point under the pointer nearer by `factor`; where the pointer is elsewhere, the target.
 fn zoom(state: &mut AppState, factor: f32) {
-    let hovered = state.hover.map(|hover| input::point_at([hover.x_px, hover.y_px], state));
+    let hovered = state.selection.hover.map(|hover| input::point_at([hover.x_px, hover.y_px], state));
     let toward = hovered.unwrap_or(state.wanted.camera.target);
     orbit::zoom(&mut state.wanted.camera, factor, toward);
 }
 
 /// Swaps y and z as up axis and turns the camera with it, so that front stays front.
 fn toggle_up(state: &mut AppState) {
-    let Some(source) = state.presented.as_ref().map(|shown| shown.accel.scene.source.clone()) else { return };
-    let old = state.up();
+    let Some(source) = state.model.presented.as_ref().map(|shown| shown.accel.scene.source.clone()) else { return };
+    let old = state.model.up();
     let new = if old.y.abs() > 0.5 { Vec3::Z } else { Vec3::Y };
     let turn = glam::Quat::from_rotation_arc(old, new);
     let camera = &mut state.wanted.camera;
     camera.eye = camera.target + turn * (camera.eye - camera.target);
     camera.up = (turn * camera.up).normalize_or(new);
-    state.chosen_up = Some((source, new));
+    state.model.up_override = Some((source, new));
 }
 
 fn frame_selection(state: &mut AppState) {
-    let selected = state.selection.selected.and_then(|node| {
-        let shown = state.presented.as_ref()?;
+    let selected = state.selection.nodes.selected.and_then(|node| {
+        let shown = state.model.presented.as_ref()?;
         shown.table.bounds(node)
     });
-    if let Some(bounds) = selected.or_else(|| state.bounds()) {
+    if let Some(bounds) = selected.or_else(|| state.model.bounds()) {
         orbit::frame_all(&mut state.wanted.camera, &bounds);
     }
 }
 
 /// Fixes the range that fits the presented picture.
 fn fit_heat_range(state: &mut AppState) {
-    let Some(shown) = &state.presented else { return };
+    let Some(shown) = &state.model.presented else { return };
     if matches!(state.wanted.render.shading, Shading::Heat(_)) && !shown.frame.values.is_empty() {
         state.wanted.render.heat_range = shown.frame.fitted_range(&CancelToken::new()).ok();
     }
@@ -229,7 +231,7 @@ fn step_threshold(state: &mut AppState, step: i32) {
 
 /// Moves the shown range of depths, keeping its length, within the tree.
 fn step_depth(state: &mut AppState, step: i32) {
-    let max_depth = state.presented.as_ref().map_or(64, |shown| shown.accel.tree.max_depth());
+    let max_depth = state.model.presented.as_ref().map_or(64, |shown| shown.accel.tree.max_depth());
     let [from, to] = state.wanted.overlay.depth.map(|depth| depth.min(max_depth));
     let fits = if step > 0 { to < max_depth } else { from > 0 };
     if fits {

@@ -36,7 +36,7 @@ pub fn command_line(state: &AppState) -> String {
     if *threads > 0 {
         flag("--threads", threads.to_string());
     }
-    let [width, height] = state.viewport_px;
+    let [width, height] = state.layout.viewport_px;
     if width > 0 && height > 0 {
         flag("--size", format!("{width}x{height}"));
     }
@@ -70,7 +70,7 @@ pub fn command_line(state: &AppState) -> String {
     let switches = [
         (render.mesh_edges, " --mesh-edges"),
         (orthographic, " --orthographic"),
-        (state.allow_outside, " --allow-outside"),
+        (state.model.allow_outside, " --allow-outside"),
     ];
     for (on, name) in switches {
         if on {
@@ -83,7 +83,7 @@ pub fn command_line(state: &AppState) -> String {
 /// Whether the overlay changes anything about the picture.
 fn shows_containers(state: &AppState) -> bool {
     let overlay = &state.wanted.overlay;
-    let any = overlay.show_boxes || overlay.show_spheres || state.selection.selected.is_some();
+    let any = overlay.show_boxes || overlay.show_spheres || state.selection.nodes.selected.is_some();
     (any && state.preferences.show_containers) || !state.preferences.show_geometry
 }
 
@@ -100,13 +100,13 @@ fn containers(state: &AppState, line: &mut String) {
         flag("--depth", format!("{}..{}", overlay.depth[0], overlay.depth[1]));
         flag("--color-by", overlay.color_by.label().to_lowercase());
         flag("--hidden-lines", overlay.hidden_alpha.to_string());
-        flag("--line-width", (overlay.line_width * state.pixels_per_point).to_string());
+        flag("--line-width", (overlay.line_width * state.layout.pixels_per_point).to_string());
         flag("--at-most", overlay.budget.to_string());
-        if let Some(node) = state.selection.selected {
+        if let Some(node) = state.selection.nodes.selected {
             flag("--select", node.to_string());
         }
-        if !state.selection.hidden.is_empty() {
-            let hidden: BTreeSet<u32> = state.selection.hidden.iter().copied().collect();
+        if !state.selection.nodes.hidden.is_empty() {
+            let hidden: BTreeSet<u32> = state.selection.nodes.hidden.iter().copied().collect();
             flag("--hide", hidden.iter().map(u32::to_string).collect::<Vec<_>>().join(","));
         }
     }
@@ -134,7 +134,7 @@ fn quote(text: &str) -> String {
 
 /// Every number on the screen, one a line; `None` before the first picture.
 pub fn statistics_text(state: &AppState) -> Option<String> {
-    let shown = state.presented.as_ref()?;
+    let shown = state.model.presented.as_ref()?;
     let (scene, report, frame) = (&shown.accel.scene, &shown.accel.report, &shown.frame);
     let (stats, settings) = (&report.stats, &shown.accel.settings);
     let mut text = String::new();
@@ -183,7 +183,7 @@ pub fn statistics_text(state: &AppState) -> Option<String> {
     line("Trace time", format::duration(frame.stats.trace_time));
     line("Primary rays", format::count(frame.stats.primary_rays));
     line("Hits", format::count(frame.stats.hits));
-    line("Mray/s", format::significant(state.mrays_per_s));
+    line("Mray/s", format::significant(state.activity.mrays_per_s));
     if let Some([containers, primitives]) = shown.tests_per_ray {
         line("Tests per ray", number(containers + primitives));
         line("Container tests per ray", number(containers));

@@ -5,17 +5,17 @@ use crate::app::state::AppState;
 
 /// Where a walking action leads from the selected node.
 pub(crate) fn target(action: Action, state: &AppState) -> Option<u32> {
-    let table = &state.presented.as_ref()?.table;
-    let Some(node) = state.selection.selected.filter(|&node| (node as usize) < table.len()) else {
+    let table = &state.model.presented.as_ref()?.table;
+    let Some(node) = state.selection.nodes.selected.filter(|&node| (node as usize) < table.len()) else {
         return (action == Action::SelectChild && !table.is_empty()).then_some(0);
     };
     match action {
         Action::SelectParent => table.parent(node),
         Action::SelectChild => {
             // Back down the way that the walk came up, where the picked triangle lies below.
-            let picked = state.picked.as_ref().and_then(|(_, path)| {
-                let here = path.iter().position(|&step| step == node)?;
-                path.get(here + 1).copied()
+            let picked = state.selection.picked.as_ref().and_then(|picked| {
+                let here = picked.path.iter().position(|&step| step == node)?;
+                picked.path.get(here + 1).copied()
             });
             picked.or_else(|| table.children(node).map(|[first, _]| first))
         }

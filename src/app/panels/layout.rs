@@ -31,7 +31,7 @@ pub fn around(ui: &mut Ui, state: &mut AppState, viewport: impl FnOnce(&mut Ui, 
 
 /// The menu bar.
 fn top(ui: &mut Ui, state: &mut AppState) {
-    state.narrow = ui.available_width() < NARROW_WIDTH;
+    state.layout.narrow = ui.available_width() < NARROW_WIDTH;
     let frame = panel_frame(Margin::symmetric(8, 4));
     Panel::top("menu bar").frame(frame).show(ui, |ui| bars::menu::show(ui, state));
 }

@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
 
-use crate::app::state::{AppState, Wanted};
+use crate::app::state::wanted::Wanted;
 use crate::camera::Camera;
 use crate::lab::plot::{Panel, PlotFormat, draw, panels};
 use crate::lab::report_table::{ReportTable, tables};
@@ -274,10 +274,10 @@ impl PaperResult {
     }
 }
 
-/// Wants the tree of a measured row.
-pub fn want_row(state: &mut AppState, row: &Measurement) {
+/// Sets `wanted` to the settings a row was measured with.
+pub fn apply_row(row: &Measurement, wanted: &mut Wanted) {
     let Some(builder) = BuilderKind::ALL.into_iter().find(|builder| builder.name() == row.builder) else { return };
-    state.wanted.build = BuildSettings {
+    wanted.build = BuildSettings {
         builder,
         container: row.container,
         threshold: row.threshold,
@@ -286,6 +286,6 @@ pub fn want_row(state: &mut AppState, row: &Measurement) {
         optimize: row.optimize,
     };
     if row.command == "scaling" {
-        state.wanted.threads = row.threads;
+        wanted.threads = row.threads;
     }
 }

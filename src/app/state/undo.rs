@@ -1,6 +1,6 @@
 //! Undo of settings: a stack of [`Wanted`] values. Camera moves are not undone, and neither is opening a model.
 
-use crate::app::state::Wanted;
+use crate::app::state::wanted::Wanted;
 
 /// Older settings are forgotten beyond this many steps.
 const MAX_STEPS: usize = 200;

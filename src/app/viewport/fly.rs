@@ -27,8 +27,8 @@ pub(crate) fn handle(ui: &egui::Ui, state: &mut AppState) {
     if wish == Vec3::ZERO {
         return;
     }
-    let Some(bounds) = state.bounds() else { return };
-    let up = state.up();
+    let Some(bounds) = state.model.bounds() else { return };
+    let up = state.model.up();
     let camera = &mut state.wanted.camera;
     let (right, _, forward) = camera.for_size(1, 1).axes();
     let speed = bounds.extent().length() * SPEED * if faster { FASTER } else { 1.0 };

@@ -25,9 +25,9 @@ pub(crate) fn handle(ui: &egui::Ui, response: &Response, state: &mut AppState) {
     drag(ui, response, state);
     wheel(ui, response, state);
     click(ui, response, state);
-    state.viewport_focused = response.has_focus();
+    state.layout.viewport_focused = response.has_focus();
     // Wherever the focus is: its letters have no other meaning but in a text.
-    let typing = ui.ctx().text_edit_focused() || state.palette.is_some();
+    let typing = ui.ctx().text_edit_focused() || state.layout.palette.is_some();
     if !typing && state.preferences.navigation == Navigation::Fly {
         fly::handle(ui, state);
     }
@@ -49,7 +49,7 @@ fn drag(ui: &egui::Ui, response: &Response, state: &mut AppState) {
     let panning = response.dragged_by(PointerButton::Secondary)
         || response.dragged_by(PointerButton::Middle)
         || (response.dragged_by(PointerButton::Primary) && shift);
-    let up = state.up();
+    let up = state.model.up();
     if panning {
         orbit::pan(&mut state.wanted.camera, Vec2::new(delta.x, delta.y), height);
     } else if response.dragged_by(PointerButton::Primary) {
@@ -67,7 +67,7 @@ fn wheel(ui: &egui::Ui, response: &Response, state: &mut AppState) {
     let (scroll, pinch) = ui.input(|input| (input.smooth_scroll_delta().y, input.zoom_delta()));
     let factor = ZOOM_STEP.powf(scroll / POINTS_PER_LINE) * pinch;
     if (factor - 1.0).abs() > 1e-5 {
-        let pixel = pixel_at(at, response.rect, ui.ctx().pixels_per_point(), state.viewport_px);
+        let pixel = pixel_at(at, response.rect, ui.ctx().pixels_per_point(), state.layout.viewport_px);
         let toward = point_at(pixel, state);
         orbit::zoom(&mut state.wanted.camera, factor, toward);
     }
@@ -75,30 +75,30 @@ fn wheel(ui: &egui::Ui, response: &Response, state: &mut AppState) {
 
 fn click(ui: &egui::Ui, response: &Response, state: &mut AppState) {
     let Some(at) = response.interact_pointer_pos() else { return };
-    let [x, y] = pixel_at(at, response.rect, ui.ctx().pixels_per_point(), state.viewport_px);
+    let [x, y] = pixel_at(at, response.rect, ui.ctx().pixels_per_point(), state.layout.viewport_px);
     if response.double_clicked() {
-        let point = state.presented.as_ref().and_then(|shown| picking::surface_point(&shown.frame, x, y));
-        match (point, state.bounds()) {
+        let point = state.model.presented.as_ref().and_then(|shown| picking::surface_point(&shown.frame, x, y));
+        match (point, state.model.bounds()) {
             (Some(point), _) => orbit::focus(&mut state.wanted.camera, point),
             (None, Some(bounds)) => {
-                let up = state.up();
+                let up = state.model.up();
                 orbit::reset(&mut state.wanted.camera, &bounds, up);
             }
             (None, None) => {}
         }
     } else if response.clicked_by(PointerButton::Primary) {
-        let primitive = state.presented.as_ref().and_then(|shown| picking::primitive_at(&shown.frame, x, y));
+        let primitive = state.model.presented.as_ref().and_then(|shown| picking::primitive_at(&shown.frame, x, y));
         picking::pick(state, primitive);
     }
 }
 
 /// The point of the surface that a pixel shows; beside the model the point as far away as the target.
 pub(crate) fn point_at([x, y]: [u32; 2], state: &AppState) -> Vec3 {
-    if let Some(point) = state.presented.as_ref().and_then(|shown| picking::surface_point(&shown.frame, x, y)) {
+    if let Some(point) = state.model.presented.as_ref().and_then(|shown| picking::surface_point(&shown.frame, x, y)) {
         return point;
     }
     let camera = viewport::shown_camera(state);
-    let view = camera.for_size(state.viewport_px[0], state.viewport_px[1]);
+    let view = camera.for_size(state.layout.viewport_px[0], state.layout.viewport_px[1]);
     let ray = view.ray(x as f32 + 0.5, y as f32 + 0.5);
     let ahead = ray.direction.dot(camera.forward()).max(1e-3);
     ray.at((camera.target - ray.origin).dot(camera.forward()) / ahead)

@@ -12,7 +12,7 @@ use eframe::egui_wgpu::{Callback, CallbackResources, CallbackTrait, ScreenDescri
 use eframe::{egui, wgpu};
 use egui::{PaintCallbackInfo, Rect, Role, Sense, WidgetInfo};
 
-use crate::app::state::{AppState, Hover, Preferences};
+use crate::app::state::{AppState, HoveredPixel, Preferences};
 use crate::app::theme;
 use crate::camera::Camera;
 use crate::overlay::{
@@ -105,21 +105,21 @@ impl Viewport {
         let scale = ui.ctx().pixels_per_point();
         let screen = ui.ctx().viewport_rect().size() * scale;
         let [_, _, width, height] = pixels(rect, scale, [screen.x.round() as u32, screen.y.round() as u32]);
-        (state.viewport_px, state.pixels_per_point) = ([width, height], scale);
+        (state.layout.viewport_px, state.layout.pixels_per_point) = ([width, height], scale);
 
         input::handle(ui, &response, state);
         Self::hover(&response, scale, state);
         count(state);
 
-        if let Some(presented) = &state.presented {
-            if has_pipeline && !state.overlay_failed {
+        if let Some(presented) = &state.model.presented {
+            if has_pipeline && !state.graphics.failed {
                 let Preferences { show_geometry, show_containers, .. } = state.preferences;
                 let draw = Draw {
                     frame: Arc::clone(&presented.frame),
                     frame_id: presented.frame_id,
                     table: show_containers.then(|| Arc::clone(&presented.table)),
                     settings: presented.table.drawable(&state.wanted.overlay),
-                    selection: state.selection.clone(),
+                    selection: state.selection.nodes.clone(),
                     rect,
                     show_picture: show_geometry,
                 };
@@ -131,11 +131,11 @@ impl Viewport {
             }
         } else {
             // Nothing to look at yet: what is on its way, or what to do, where eyes are.
-            let text = match state.jobs.load.as_ref().or(state.jobs.build.as_ref()) {
+            let text = match state.activity.load.as_ref().or(state.activity.build.as_ref()) {
                 Some(job) => format!("{} {:.0} %", job.label, job.progress.clamp(0.0, 1.0) * 100.0),
-                None if state.jobs.render.is_some() => "Tracing".to_owned(),
+                None if state.activity.render.is_some() => "Tracing".to_owned(),
                 // Whatever was given up was told; before that nothing was asked for yet.
-                None if state.message_log.is_empty() => String::new(),
+                None if state.messages.history.is_empty() => String::new(),
                 None => NOTHING.to_owned(),
             };
             let text = egui::RichText::new(text).size(16.0).color(theme::palette(ui).dim);
@@ -146,25 +146,25 @@ impl Viewport {
 
     /// What lies under the cursor.
     fn hover(response: &egui::Response, scale: f32, state: &mut AppState) {
-        state.hover = None;
-        let hovered = state.selection.hovered.take();
-        let (Some(at), Some(presented)) = (response.hover_pos(), &state.presented) else { return };
+        state.selection.hover = None;
+        let hovered = state.selection.nodes.hovered.take();
+        let (Some(at), Some(presented)) = (response.hover_pos(), &state.model.presented) else { return };
         if response.dragged() {
-            state.selection.hovered = hovered;
+            state.selection.nodes.hovered = hovered;
             return;
         }
-        let [x_px, y_px] = input::pixel_at(at, response.rect, scale, state.viewport_px);
+        let [x_px, y_px] = input::pixel_at(at, response.rect, scale, state.layout.viewport_px);
         let frame = &presented.frame;
         let index = frame.index_of(x_px, y_px);
         let primitive = picking::primitive_at(frame, x_px, y_px);
-        state.hover = Some(Hover {
+        state.selection.hover = Some(HoveredPixel {
             x_px,
             y_px,
             primitive,
             distance: frame.distance.get(index).copied().unwrap_or(f32::INFINITY),
             value: frame.values.get(index).copied(),
         });
-        state.selection.hovered = primitive.and_then(|primitive| picking::shown_node_of(state, primitive));
+        state.selection.nodes.hovered = primitive.and_then(|primitive| picking::shown_node_of(state, primitive));
     }
 
     fn fallback_texture(&mut self, ctx: &egui::Context, id: u64, frame: &Frame) -> egui::TextureId {
@@ -186,15 +186,15 @@ impl Viewport {
 
 /// How many containers are drawn and how many the settings hold.
 fn count(state: &mut AppState) {
-    let Some(presented) = &state.presented else { return };
+    let Some(presented) = &state.model.presented else { return };
     if !state.preferences.show_containers {
-        state.overlay_counts = (0, 0);
+        state.graphics.overlay_counts = (0, 0);
         return;
     }
-    state.overlay_counts = presented.table.count(&state.wanted.overlay, &state.selection);
+    state.graphics.overlay_counts = presented.table.count(&state.wanted.overlay, &state.selection.nodes);
 }
 
 /// The camera of the shown picture; the wanted one where there is none.
 pub(crate) fn shown_camera(state: &AppState) -> Camera {
-    state.presented.as_ref().map_or(state.wanted.camera, |presented| presented.frame.camera)
+    state.model.presented.as_ref().map_or(state.wanted.camera, |presented| presented.frame.camera)
 }

@@ -2,7 +2,7 @@
 
 use glam::Vec3;
 
-use crate::app::state::AppState;
+use crate::app::state::{AppState, PickedTriangle};
 use crate::render::Frame;
 
 /// The point of the surface that the wanted pixel (x, y) of `frame` shows; `None` on the background.
@@ -24,12 +24,12 @@ pub fn primitive_at(frame: &Frame, x_px: u32, y_px: u32) -> Option<u32> {
 
 /// Selects a triangle with its leaf; `None` clears the selection.
 pub fn pick(state: &mut AppState, primitive: Option<u32>) {
-    state.picked = None;
-    state.selection.selected = None;
-    let (Some(primitive), Some(presented)) = (primitive, &state.presented) else { return };
+    state.selection.picked = None;
+    state.selection.nodes.selected = None;
+    let (Some(primitive), Some(presented)) = (primitive, &state.model.presented) else { return };
     let path = presented.accel.path_to(primitive);
-    state.selection.selected = path.last().copied();
-    state.picked = (!path.is_empty()).then_some((primitive, path));
+    state.selection.nodes.selected = path.last().copied();
+    state.selection.picked = (!path.is_empty()).then_some(PickedTriangle { primitive, path });
 }
 
 /// What is selected, in words that mean something in another tree of the same scene.
@@ -43,8 +43,8 @@ pub(crate) struct Selected {
 
 /// What is selected now.
 pub(crate) fn selected(state: &AppState) -> Selected {
-    let node = state.presented.as_ref().zip(state.selection.selected).and_then(|(shown, node)| {
-        let on_path = state.picked.as_ref().and_then(|(primitive, path)| {
+    let node = state.model.presented.as_ref().zip(state.selection.nodes.selected).and_then(|(shown, node)| {
+        let on_path = state.selection.picked.as_ref().and_then(|PickedTriangle { primitive, path }| {
             let depth = path.iter().position(|&step| step == node)?;
             Some((*primitive, (depth + 1 < path.len()).then_some(depth)))
         });
@@ -54,7 +54,7 @@ pub(crate) fn selected(state: &AppState) -> Selected {
             Some((primitive, (!leaf).then(|| shown.table.depth(node) as usize)))
         })
     });
-    Selected { picked: state.picked.as_ref().map(|(primitive, _)| *primitive), node }
+    Selected { picked: state.selection.picked.as_ref().map(|picked| picked.primitive), node }
 }
 
 /// Selects it in the tree that is presented now: the same triangle, and of the node that was selected what stands in its
@@ -62,17 +62,17 @@ pub(crate) fn selected(state: &AppState) -> Selected {
 pub(crate) fn select_again(state: &mut AppState, selected: Selected) {
     pick(state, selected.picked);
     let Some((primitive, depth)) = selected.node else {
-        state.selection.selected = None;
+        state.selection.nodes.selected = None;
         return;
     };
-    let path = state.presented.as_ref().map_or_else(Vec::new, |shown| shown.accel.path_to(primitive));
+    let path = state.model.presented.as_ref().map_or_else(Vec::new, |shown| shown.accel.path_to(primitive));
     let leaf = path.last().copied();
-    state.selection.selected = depth.and_then(|depth| path.get(depth).copied()).or(leaf);
+    state.selection.nodes.selected = depth.and_then(|depth| path.get(depth).copied()).or(leaf);
 }
 
 /// The node drawn at the chosen depths that holds the triangle: the deepest one on its path.
 pub fn shown_node_of(state: &AppState, primitive: u32) -> Option<u32> {
-    let presented = state.presented.as_ref()?;
+    let presented = state.model.presented.as_ref()?;
     let path = presented.accel.path_to(primitive);
     let [first, last] = state.wanted.overlay.depth;
     path.get(first as usize..path.len().min(last as usize + 1))?.last().copied()

@@ -22,14 +22,14 @@ pub struct Shot {
 impl Shot {
     /// The present viewport; `None` where nothing is shown.
     pub fn of(state: &AppState, pixels_per_point: f32) -> Option<Self> {
-        let presented = state.presented.clone()?;
+        let presented = state.model.presented.clone()?;
         let label = presented.accel.scene.source.label();
         let stem = Path::new(&label).file_stem().map_or_else(|| label.clone(), |stem| stem.to_string_lossy().into());
         Some(Self {
             name: stem,
             presented,
             overlay: state.preferences.show_containers.then_some(state.wanted.overlay),
-            selection: state.selection.clone(),
+            selection: state.selection.nodes.clone(),
             show_geometry: state.preferences.show_geometry,
             pixels_per_point,
         })

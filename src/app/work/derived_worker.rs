@@ -40,10 +40,10 @@ impl DerivedWorker {
     /// Asks for what is missing of the tree on the screen: what is to be drawn at once, what lies below the selected node
     /// where the tree's builder, which reads that as its last, was called off: it has `idle` cores then.
     pub(crate) fn follow(&mut self, state: &AppState, idle: bool) {
-        let Some(presented) = state.presented.as_ref().filter(|_| !self.worker.is_busy()) else { return };
+        let Some(presented) = state.model.presented.as_ref().filter(|_| !self.worker.is_busy()) else { return };
         let (table, wanted) = (&presented.table, state.wanted.overlay);
         let drawn = (state.preferences.show_containers && table.drawable(&wanted) != wanted).then_some(wanted);
-        let selected = state.selection.selected.filter(|&node| idle && (node as usize) < table.len());
+        let selected = state.selection.nodes.selected.filter(|&node| idle && (node as usize) < table.len());
         let is_unknown = selected.is_some_and(|node| table.known_primitives(node).is_none());
         let asked = Some((table.id, drawn));
         if (drawn.is_some() || is_unknown) && self.asked != asked {

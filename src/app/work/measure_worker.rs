@@ -63,8 +63,8 @@ impl MeasureWorker {
 
     /// Asks for what the panel's plan describes, on the model that is open.
     pub fn measure(&mut self, state: &mut AppState) {
-        let Some(scene) = state.scene.clone() else {
-            state.notify(Severity::Warning, "There is no model to measure yet");
+        let Some(scene) = state.model.loaded.clone() else {
+            state.messages.notify(Severity::Warning, "There is no model to measure yet");
             return;
         };
         self.stop();
@@ -74,7 +74,7 @@ impl MeasureWorker {
             job: plan.job(&state.wanted),
             view: plan.view(&scene, &state.wanted),
         };
-        state.paper = None;
+        state.activity.measured = None;
         self.running = Some(Running {
             experiment: plan.experiment,
             label: format!("Measuring {}", scene.source.label()),
@@ -90,27 +90,27 @@ impl MeasureWorker {
         self.take_news(state);
         if self.running.is_some() {
             self.stop();
-            let rows = state.paper.as_ref().map_or(0, |result| result.rows.len());
+            let rows = state.activity.measured.as_ref().map_or(0, |result| result.rows.len());
             let noun = if rows == 1 { "row stays" } else { "rows stay" };
-            state.notify(Severity::Info, format!("Measuring cancelled: {rows} {noun}"));
+            state.messages.notify(Severity::Info, format!("Measuring cancelled: {rows} {noun}"));
         }
-        state.jobs.lab = None;
+        state.activity.measure = None;
     }
 
     /// Starts what waits, once `at_rest`, and takes what has arrived.
     pub fn poll(&mut self, state: &mut AppState, at_rest: bool) {
         self.take_news(state);
         if let Some(running) = &mut self.running {
-            let same = state.scene.as_ref().is_some_and(|scene| Arc::ptr_eq(scene, &running.scene));
+            let same = state.model.loaded.as_ref().is_some_and(|scene| Arc::ptr_eq(scene, &running.scene));
             if !same {
                 self.stop();
-                state.notify(Severity::Info, "Measuring stopped: another model was opened");
+                state.messages.notify(Severity::Info, "Measuring stopped: another model was opened");
             } else if at_rest && let Some(order) = running.order.take() {
                 running.token = self.worker.request(order);
                 running.since = Instant::now();
             }
         }
-        state.jobs.lab = self.running.as_ref().map(|running| JobStatus {
+        state.activity.measure = self.running.as_ref().map(|running| JobStatus {
             label: running.label.clone(),
             progress: running.token.progress(),
             since: running.since,
@@ -135,9 +135,9 @@ impl MeasureWorker {
             Some(Outcome::Done(News { rows, end })) => {
                 let finished = matches!(end, Some(Ok(())));
                 let (experiment, scene) = (running.experiment, Arc::clone(&running.scene));
-                state.paper = Some(PaperResult::new(experiment, scene, rows, finished));
+                state.activity.measured = Some(PaperResult::new(experiment, scene, rows, finished));
                 if let Some(Err(why)) = &end {
-                    state.notify(Severity::Warning, format!("This cannot be measured: {why}"));
+                    state.messages.notify(Severity::Warning, format!("This cannot be measured: {why}"));
                 }
                 if end.is_some() {
                     self.running = None;
@@ -146,7 +146,9 @@ impl MeasureWorker {
             Some(Outcome::Panicked(text)) => {
                 self.running = None;
                 eprintln!("error: measuring failed: {text}");
-                state.notify(Severity::Error, format!("Measuring failed through a mistake in this program: {text}"));
+                state
+                    .messages
+                    .notify(Severity::Error, format!("Measuring failed through a mistake in this program: {text}"));
             }
             None if !busy => self.running = None,
             None => {}

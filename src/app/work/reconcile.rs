@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use crate::app::state::{AppState, JobStatus, Presented, Severity, Wanted};
+use crate::app::state::{AppState, JobStatus, PROGRESS_DELAY, Presented, Severity, Wanted};
 use crate::app::work::file_watch::Stamp;
 use crate::app::work::frame_pacing::FramePacing;
 use crate::app::work::jobs::{
@@ -24,9 +24,6 @@ const REST: Duration = Duration::from_millis(160);
 
 /// Pixels along each side that share a ray, at least, while the wide tree is missing: few enough rays for the binary one.
 const BEFORE_WIDE: u32 = 3;
-
-/// Work that takes longer shows how far it is.
-pub(crate) const PROGRESS_AFTER: Duration = Duration::from_millis(400);
 
 /// Work that was asked for and has not come back.
 pub(crate) struct InFlight<K> {
@@ -126,7 +123,7 @@ impl Rails {
         } else if let Some(oldest) = self.busy_since() {
             // The progress bars move, but what is soon over gets none: drawing them costs time as well.
             let age = now.saturating_duration_since(oldest);
-            Some(PROGRESS_AFTER.saturating_sub(age).max(Duration::from_millis(100)))
+            Some(PROGRESS_DELAY.saturating_sub(age).max(Duration::from_millis(100)))
         } else {
             None
         }
@@ -163,12 +160,12 @@ impl Rails {
             self.load.cancel();
             self.refused_load = Some(job.key);
             self.revert_source(state);
-            state.notify(Severity::Info, "Loading cancelled");
+            state.messages.notify(Severity::Info, "Loading cancelled");
         }
         if self.stop_building() {
             self.revert_build(state);
-            let stays = if state.presented.is_some() { ": the tree on the screen stays" } else { "" };
-            state.notify(Severity::Info, format!("Building cancelled{stays}"));
+            let stays = if state.model.presented.is_some() { ": the tree on the screen stays" } else { "" };
+            state.messages.notify(Severity::Info, format!("Building cancelled{stays}"));
         }
         if let Some(job) = self.rendering.take() {
             self.render.cancel();
@@ -178,7 +175,7 @@ impl Rails {
 
     /// The wanted model becomes the one that is shown. With nothing shown the wish stays, but is not tried again.
     pub(crate) fn revert_source(&mut self, state: &mut AppState) {
-        if let Some(scene) = &state.scene {
+        if let Some(scene) = &state.model.loaded {
             state.wanted.source = scene.source.clone();
             self.generation = self.loaded.as_ref().map_or(self.generation, |(_, generation)| *generation);
         }
@@ -186,7 +183,7 @@ impl Rails {
 
     /// The wanted tree becomes the one that is shown; where the shown one belongs to another scene, the default one.
     pub(crate) fn revert_build(&mut self, state: &mut AppState) {
-        match (&state.presented, &state.scene) {
+        match (&state.model.presented, &state.model.loaded) {
             (Some(presented), Some(scene)) if Arc::ptr_eq(&presented.accel.scene, scene) => {
                 state.wanted.build = presented.accel.settings;
                 state.wanted.threads = presented.threads;
@@ -200,7 +197,7 @@ impl Rails {
                 self.loaded = Some((scene.source.clone(), self.generation));
                 self.next_camera = None;
                 self.pending = None;
-                state.scene = Some(scene);
+                state.model.loaded = Some(scene);
             }
             (None, _) => self.refused_load.clone_from(&self.loaded),
         }
@@ -246,8 +243,11 @@ impl Rails {
     }
 
     fn ask_for_tree(&mut self, state: &mut AppState, moving: bool, now: Instant) {
-        let Some(scene) = state.scene.clone() else { return };
-        if state.presented.is_none() && self.pending.is_none() && self.refused_load.is_some() && self.loading.is_none()
+        let Some(scene) = state.model.loaded.clone() else { return };
+        if state.model.presented.is_none()
+            && self.pending.is_none()
+            && self.refused_load.is_some()
+            && self.loading.is_none()
         {
             // The very first build was cancelled.
             if self.refused_load == self.loaded {
@@ -301,8 +301,8 @@ impl Rails {
     /// A tree of the scene on the screen comes with its first picture, so that no UI frame stands between the two.
     fn build_job(&self, state: &AppState, key: &BuildKey, moving: bool) -> BuildJob {
         let on_screen =
-            state.presented.as_ref().is_some_and(|presented| Arc::ptr_eq(&presented.accel.scene, &key.scene));
-        let size_px = state.viewport_px;
+            state.model.presented.as_ref().is_some_and(|presented| Arc::ptr_eq(&presented.accel.scene, &key.scene));
+        let size_px = state.layout.viewport_px;
         let view = (on_screen && !self.at_rest && !size_px.contains(&0)).then(|| FirstView {
             camera: state.wanted.camera,
             settings: state.wanted.render,
@@ -315,7 +315,7 @@ impl Rails {
 
     /// Whether the newest tree is the wanted one.
     fn has_tree(&self, state: &AppState, key: &BuildKey) -> bool {
-        let newest = match (&self.pending, &state.presented) {
+        let newest = match (&self.pending, &state.model.presented) {
             (Some(pending), _) => Some((&pending.accel, pending.threads)),
             (None, Some(presented)) => Some((&presented.accel, presented.threads)),
             (None, None) => None,
@@ -327,27 +327,31 @@ impl Rails {
 
     /// Says why a tree cannot be built. A scene on the screen keeps its tree; a new scene gets the default one.
     pub(crate) fn refuse_tree(&mut self, state: &mut AppState, why: &str) {
-        let shown = state.presented.as_ref().zip(state.scene.as_ref());
+        let shown = state.model.presented.as_ref().zip(state.model.loaded.as_ref());
         if shown.is_some_and(|(presented, scene)| Arc::ptr_eq(&presented.accel.scene, scene)) {
-            state.notify(Severity::Warning, format!("This tree cannot be built: {why}. The present tree stays"));
+            state
+                .messages
+                .notify(Severity::Warning, format!("This tree cannot be built: {why}. The present tree stays"));
             self.revert_build(state);
         } else {
-            state.notify(Severity::Warning, format!("This tree cannot be built: {why}. AAC builds it instead"));
+            state
+                .messages
+                .notify(Severity::Warning, format!("This tree cannot be built: {why}. AAC builds it instead"));
             state.wanted.build = BuildSettings { container: state.wanted.build.container, ..BuildSettings::default() };
         }
     }
 
     fn ask_for_picture(&mut self, state: &mut AppState, moving: bool, now: Instant) {
-        let accel = match (&self.pending, &state.presented) {
+        let accel = match (&self.pending, &state.model.presented) {
             (Some(pending), _) => Arc::clone(&pending.accel),
             (None, Some(presented)) => Arc::clone(&presented.accel),
             (None, None) => return,
         };
-        if state.viewport_px.contains(&0) {
+        if state.layout.viewport_px.contains(&0) {
             return;
         }
         let camera = self.next_camera.filter(|_| self.pending.is_some()).unwrap_or(state.wanted.camera);
-        let key = RenderKey { accel, camera, settings: state.wanted.render, size_px: state.viewport_px };
+        let key = RenderKey { accel, camera, settings: state.wanted.render, size_px: state.layout.viewport_px };
         // The first picture of a tree is traced before the wide tree is there.
         let coarsest = if key.accel.known_wide().is_none() { BEFORE_WIDE } else { 1 };
         let coarseness = if self.at_rest { 1 } else { self.frame_pacing.coarseness(key.size_px).max(coarsest) };
@@ -390,16 +394,16 @@ impl Rails {
     /// Fills in the job strip.
     fn tell_jobs(&self, state: &mut AppState) {
         let status = |label: String, token: &CancelToken, since| JobStatus { label, progress: token.progress(), since };
-        state.jobs.load =
+        state.activity.load =
             self.loading.as_ref().map(|job| status(format!("Loading {}", job.key.0.label()), &job.token, job.since));
-        state.jobs.build = self.building.as_ref().map(|job| status("Building".to_owned(), &job.token, job.since));
-        state.jobs.render = self.rendering.as_ref().map(|job| status("Tracing".to_owned(), &job.token, job.since));
+        state.activity.build = self.building.as_ref().map(|job| status("Building".to_owned(), &job.token, job.since));
+        state.activity.render = self.rendering.as_ref().map(|job| status("Tracing".to_owned(), &job.token, job.since));
     }
 
     /// The tree and picture that are on the screen, as the panels see them.
     pub(crate) fn present(&mut self, tree: BuiltTree, rendered: &Rendered, state: &mut AppState) {
         self.frames += 1;
-        let old = state.presented.replace(Presented {
+        let old = state.model.presented.replace(Presented {
             accel: tree.accel,
             table: tree.table,
             frame: Arc::clone(&rendered.frame),

@@ -42,11 +42,11 @@ impl BackgroundTasks {
         }
         while let Ok(outcome) = self.shots.1.try_recv() {
             match outcome {
-                Ok((path, None)) => state.notify(Severity::Info, format!("Saved {}", path.display())),
+                Ok((path, None)) => state.messages.notify(Severity::Info, format!("Saved {}", path.display())),
                 Ok((path, Some(why))) => {
-                    state.notify(Severity::Warning, format!("Saved {}, but {why}", path.display()))
+                    state.messages.notify(Severity::Warning, format!("Saved {}, but {why}", path.display()))
                 }
-                Err(why) => state.notify(Severity::Error, why),
+                Err(why) => state.messages.notify(Severity::Error, why),
             }
         }
     }
@@ -99,7 +99,7 @@ impl BackgroundTasks {
         });
         match thread {
             Ok(_) => self.dialog_open = true,
-            Err(error) => state.notify(
+            Err(error) => state.messages.notify(
                 Severity::Error,
                 format!("The file dialog could not be opened: {error}. Drop the file on the window instead"),
             ),
@@ -108,18 +108,18 @@ impl BackgroundTasks {
 
     fn shoot(&self, ctx: &egui::Context, state: &mut AppState) {
         let Some(shot) = Shot::of(state, ctx.pixels_per_point()) else {
-            state.notify(Severity::Warning, "There is no picture to save yet");
+            state.messages.notify(Severity::Warning, "There is no picture to save yet");
             return;
         };
         if let Err(error) = screenshot::save_in_background(shot, self.shots.0.clone(), Arc::clone(&self.wake)) {
-            state.notify(Severity::Error, format!("The screenshot could not be taken: {error}"));
+            state.messages.notify(Severity::Error, format!("The screenshot could not be taken: {error}"));
         }
     }
 
     /// Drawing a plot takes a moment, so it is done on a thread of its own.
     fn save_rows(&self, format: RowFormat, state: &mut AppState) {
-        let Some(result) = state.paper.clone() else {
-            state.notify(Severity::Warning, "There are no rows to save yet");
+        let Some(result) = state.activity.measured.clone() else {
+            state.messages.notify(Severity::Warning, "There are no rows to save yet");
             return;
         };
         let (saved, wake) = (self.shots.0.clone(), Arc::clone(&self.wake));
@@ -132,7 +132,7 @@ impl BackgroundTasks {
             wake();
         });
         if let Err(error) = thread {
-            state.notify(Severity::Error, format!("The rows could not be saved: {error}"));
+            state.messages.notify(Severity::Error, format!("The rows could not be saved: {error}"));
         }
     }
 }
@@ -145,7 +145,7 @@ fn save_rows_into(folder: &Path, result: &PaperResult, format: RowFormat) -> Res
 
 /// Opens a model; the same one again is read again.
 pub fn open(source: SceneSource, rails: &mut Rails, state: &mut AppState) {
-    state.start_page_open = false;
+    state.layout.start_page_open = false;
     rails.keep_camera = false;
     if state.wanted.source == source {
         rails.reload();
@@ -161,7 +161,7 @@ pub fn take_dropped_files(ctx: &egui::Context, rails: &mut Rails, state: &mut Ap
     let Some(first) = paths.iter().find(|path| is_model(path)).or(paths.first()) else { return };
     if paths.len() > 1 {
         let text = format!("{} files were dropped: {} is opened", paths.len(), first.display());
-        state.notify(Severity::Info, text);
+        state.messages.notify(Severity::Info, text);
     }
     open(SceneSource::File(first.clone()), rails, state);
     rails.keep_camera = true;

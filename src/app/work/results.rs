@@ -74,7 +74,7 @@ impl Rails {
                 Err(()) => self.refused_render = self.rendering.take().map(|job| job.key),
             }
         }
-        state.mrays_per_s = self.frame_pacing.mrays_per_s();
+        state.activity.mrays_per_s = self.frame_pacing.mrays_per_s();
         news
     }
 
@@ -94,15 +94,15 @@ impl Rails {
                 self.loaded = Some(loaded.key);
                 self.read_file = loaded.file;
                 self.pending = None;
-                drop_elsewhere(state.scene.replace(scene));
+                drop_elsewhere(state.model.loaded.replace(scene));
             }
             Err(error) => {
                 eprintln!("error: {error}");
-                let kept = if state.presented.is_some() { ". The present scene stays" } else { "" };
-                state.notify(Severity::Error, format!("{error}{kept}"));
+                let kept = if state.model.presented.is_some() { ". The present scene stays" } else { "" };
+                state.messages.notify(Severity::Error, format!("{error}{kept}"));
                 self.refused_load = Some(loaded.key);
                 self.revert_source(state);
-                if state.presented.is_none() && state.scene.is_none() {
+                if state.model.presented.is_none() && state.model.loaded.is_none() {
                     // Nothing to fall back on: the built-in scene is always there.
                     state.wanted.source = crate::scene::SceneSource::default_builtin();
                 }
@@ -115,10 +115,12 @@ impl Rails {
         self.building = self.queued.take().filter(|job| job.key != built.key);
         match built.result {
             Ok(tree) => {
-                let newest = state.scene.as_ref().is_some_and(|scene| Arc::ptr_eq(scene, &built.key.scene));
+                let newest = state.model.loaded.as_ref().is_some_and(|scene| Arc::ptr_eq(scene, &built.key.scene));
                 let fits = |rendered: &Rendered| {
                     let (key, wanted) = (&rendered.key, &state.wanted);
-                    key.camera == wanted.camera && key.settings == wanted.render && key.size_px == state.viewport_px
+                    key.camera == wanted.camera
+                        && key.settings == wanted.render
+                        && key.size_px == state.layout.viewport_px
                 };
                 match built.picture.filter(fits) {
                     _ if !newest => {}
@@ -158,7 +160,7 @@ impl Rails {
             if let Some(tree) = self.pending.take() {
                 self.swap_tree(tree, rendered, state, now);
             }
-        } else if let Some(presented) = &mut state.presented
+        } else if let Some(presented) = &mut state.model.presented
             && Arc::ptr_eq(&presented.accel, &rendered.key.accel)
         {
             self.frames += 1;
@@ -179,11 +181,11 @@ impl Rails {
 
     /// Tree, lines, picture and numbers change together.
     fn swap_tree(&mut self, tree: BuiltTree, rendered: &Rendered, state: &mut AppState, now: Instant) {
-        let old_scene = state.presented.as_ref().map(|presented| Arc::clone(&presented.accel.scene));
+        let old_scene = state.model.presented.as_ref().map(|presented| Arc::clone(&presented.accel.scene));
         let selected = picking::selected(state);
-        state.hover = None;
-        state.selection.hovered = None;
-        state.selection.hidden.clear();
+        state.selection.hover = None;
+        state.selection.nodes.hovered = None;
+        state.selection.nodes.hidden.clear();
         let max_depth = tree.accel.tree.max_depth();
         let same_scene = old_scene.is_some_and(|scene| Arc::ptr_eq(&scene, &tree.accel.scene));
         let next = self.building.as_ref().map(|job| job.since);
@@ -216,7 +218,7 @@ impl Rails {
 
 fn tell_bug(state: &mut AppState, doing: &str, text: &str) {
     eprintln!("error: {doing} failed: {text}");
-    state.notify(
+    state.messages.notify(
         Severity::Error,
         format!("{doing} failed through a mistake in this program: {text}. What was on the screen stays"),
     );

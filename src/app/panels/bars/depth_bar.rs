@@ -15,7 +15,7 @@ const HEIGHT: f32 = 44.0;
 
 pub(crate) fn show(ui: &mut Ui, state: &mut AppState) {
     let palette = theme::palette(ui);
-    let Some(shown) = state.presented.clone() else {
+    let Some(shown) = state.model.presented.clone() else {
         ui.allocate_ui(vec2(ui.available_width(), HEIGHT), |ui| {
             ui.centered_and_justified(|ui| ui.label(egui::RichText::new("No tree yet").color(palette.dim)));
         });
@@ -76,11 +76,11 @@ fn summary(state: &AppState, counts: &[u32], [from, to]: [u32; 2]) -> String {
         return format!("depth {range} · containers off");
     }
     let in_range: u64 = counts.iter().take(to as usize + 1).skip(from as usize).map(|&count| u64::from(count)).sum();
-    let (drawn, wanted) = state.overlay_counts;
+    let (drawn, wanted) = state.graphics.overlay_counts;
     if drawn < wanted {
         return format!("shown: {range} · {} of {}", format::count(drawn as u64), format::count(wanted as u64));
     }
-    let text = if overlay.leaves_only || overlay.parents || !state.selection.hidden.is_empty() {
+    let text = if overlay.leaves_only || overlay.parents || !state.selection.nodes.hidden.is_empty() {
         format::count(drawn as u64)
     } else {
         format::count(in_range)

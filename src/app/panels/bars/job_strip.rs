@@ -4,8 +4,7 @@ use eframe::egui::{self, Align, CornerRadius, Layout, Rect, Role, Sense, Ui, Wid
 
 use crate::app::panels::widgets::Icon;
 use crate::app::panels::widgets::icon_button;
-use crate::app::state::{AppState, JobStatus, Request};
-use crate::app::work::reconcile::PROGRESS_AFTER;
+use crate::app::state::{AppState, JobStatus, PROGRESS_DELAY, Request};
 use crate::app::{format, theme};
 
 pub(crate) fn show(ui: &mut Ui, state: &mut AppState) {
@@ -17,13 +16,13 @@ pub(crate) fn show(ui: &mut Ui, state: &mut AppState) {
             ui.with_layout(Layout::left_to_right(Align::Center), |ui| {
                 let text = egui::RichText::new(facts(state)).color(palette.dim);
                 let label = ui.add(egui::Label::new(text).truncate());
-                if state.adapter.1 {
+                if state.graphics.is_software {
                     label.on_hover_text(format!(
                         "Containers are drawn by the software adapter {}; a graphics driver is much faster",
-                        state.adapter.0
+                        state.graphics.adapter_name
                     ));
-                } else if !state.adapter.0.is_empty() {
-                    label.on_hover_text(format!("Containers are drawn by {}", state.adapter.0));
+                } else if !state.graphics.adapter_name.is_empty() {
+                    label.on_hover_text(format!("Containers are drawn by {}", state.graphics.adapter_name));
                 }
             });
         });
@@ -33,7 +32,7 @@ pub(crate) fn show(ui: &mut Ui, state: &mut AppState) {
 /// "1003×612 · pass 3 of 16 · 24.1 Mray/s · 2 threads".
 fn facts(state: &AppState) -> String {
     let mut parts = Vec::new();
-    if let Some(shown) = &state.presented {
+    if let Some(shown) = &state.model.presented {
         let frame = &shown.frame;
         parts.push(format!("{}×{}", frame.width_px, frame.height_px));
         if frame.coarseness > 1 {
@@ -42,13 +41,13 @@ fn facts(state: &AppState) -> String {
             let wanted = frame.settings.wanted_samples();
             parts.push(format!("pass {} of {}", frame.samples, wanted.max(frame.samples)));
         }
-        parts.push(format!("{} Mray/s", format::significant(state.mrays_per_s)));
+        parts.push(format!("{} Mray/s", format::significant(state.activity.mrays_per_s)));
         let threads = shown.accel.report.threads;
         parts.push(format!("{threads} {}", if threads == 1 { "thread" } else { "threads" }));
     }
-    if state.overlay_failed {
+    if state.graphics.failed {
         parts.push("graphics driver failed: no containers".to_owned());
-    } else if state.adapter.1 {
+    } else if state.graphics.is_software {
         parts.push("software rendering".to_owned());
     }
     parts.join(" · ")
@@ -56,12 +55,12 @@ fn facts(state: &AppState) -> String {
 
 /// The job that the user waits for: label, bar and a button that stops it.
 fn running(ui: &mut Ui, state: &mut AppState) {
-    let jobs = &state.jobs;
+    let jobs = &state.activity;
     let stale = jobs.load.as_ref().or(jobs.build.as_ref());
-    let measuring = stale.is_none() && jobs.lab.is_some();
-    let Some(job) = stale.or(jobs.lab.as_ref()).or(jobs.render.as_ref()).cloned() else { return };
+    let measuring = stale.is_none() && jobs.measure.is_some();
+    let Some(job) = stale.or(jobs.measure.as_ref()).or(jobs.render.as_ref()).cloned() else { return };
     // What is done within a blink is not worth a word, nor a frame that takes the cores from it.
-    if jobs.load.is_none() && job.since.elapsed() < PROGRESS_AFTER {
+    if jobs.load.is_none() && job.since.elapsed() < PROGRESS_DELAY {
         return;
     }
     let (rect, _) = ui.allocate_exact_size(vec2(theme::ROW_HEIGHT, theme::ROW_HEIGHT), Sense::hover());

@@ -95,9 +95,9 @@ fn item(ui: &mut Ui, state: &mut AppState, entry: &Entry, label: &str) {
 
 /// The model's name and size in the middle of the bar, as far as there is room.
 fn title(ui: &Ui, state: &AppState, left: f32, right: f32) {
-    let source = state.scene.as_ref().map_or(&state.wanted.source, |scene| &scene.source);
+    let source = state.model.loaded.as_ref().map_or(&state.wanted.source, |scene| &scene.source);
     let mut text = format::elide_middle(&source.label(), 48);
-    if let Some(scene) = &state.scene {
+    if let Some(scene) = &state.model.loaded {
         text = format!("{text} · {} triangles", format::count(scene.triangles.len() as u64));
     }
     let font = egui::TextStyle::Body.resolve(ui.style());

@@ -7,23 +7,23 @@ use crate::app::state::{AppState, Message, Request, Severity};
 use crate::app::{format, theme};
 
 pub(crate) fn show(ctx: &egui::Context, state: &mut AppState) {
-    if !state.messages_open {
+    if !state.layout.messages_open {
         return;
     }
     let mut copied = None;
-    frame::show(ctx, "Messages", [560.0, 400.0], &mut state.messages_open, |ui| {
-        if state.message_log.is_empty() {
+    frame::show(ctx, "Messages", [560.0, 400.0], &mut state.layout.messages_open, |ui| {
+        if state.messages.history.is_empty() {
             ui.label(RichText::new("Nothing was said yet").color(theme::palette(ui).dim));
             return;
         }
-        let all = || state.message_log.iter().map(line).collect::<Vec<_>>().join("\n");
+        let all = || state.messages.history.iter().map(line).collect::<Vec<_>>().join("\n");
         let tip = "Copy all of them as text, oldest first";
         if ui.add(Button::new("Copy all")).on_hover_text(tip).clicked() {
             copied = Some(all());
         }
         ui.separator();
         ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
-            for message in state.message_log.iter().rev() {
+            for message in state.messages.history.iter().rev() {
                 row(ui, message);
             }
         });

@@ -56,7 +56,7 @@ pub fn filter(entries: Vec<Entry>, query: &str) -> Vec<Entry> {
 
 pub(crate) fn show(ctx: &egui::Context, state: &mut AppState) {
     let chosen_id = Id::unique("palette chosen");
-    let Some(mut query) = state.palette.clone() else {
+    let Some(mut query) = state.layout.palette.clone() else {
         ctx.data_mut(|data| data.remove::<usize>(chosen_id));
         return;
     };
@@ -124,7 +124,7 @@ pub(crate) fn show(ctx: &egui::Context, state: &mut AppState) {
     });
     let outside = known.is_some() && response.response.clicked_elsewhere();
     ctx.data_mut(|data| data.insert_temp(chosen_id, chosen));
-    state.palette = if run.is_some() || outside { None } else { Some(query) };
+    state.layout.palette = if run.is_some() || outside { None } else { Some(query) };
     if let Some(action) = run {
         action.perform(state);
     }

@@ -25,10 +25,10 @@ const GESTURES: [(&str, &str); 10] = [
 const KEYS_WIDTH: f32 = 264.0;
 
 pub(crate) fn show(ctx: &egui::Context, state: &mut AppState) {
-    if !state.shortcuts_open {
+    if !state.layout.shortcuts_open {
         return;
     }
-    frame::show(ctx, "Keys and mouse", [640.0, 520.0], &mut state.shortcuts_open, |ui| {
+    frame::show(ctx, "Keys and mouse", [640.0, 520.0], &mut state.layout.shortcuts_open, |ui| {
         ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
             heading(ui, "MOUSE");
             table(ui, "mouse", GESTURES.iter().map(|(keys, what)| ((*keys).to_owned(), *what)));

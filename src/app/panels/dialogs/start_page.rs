@@ -9,7 +9,7 @@ use crate::app::{format, theme};
 use crate::scene::BUILTIN_SCENES;
 
 pub(crate) fn show(ctx: &egui::Context, state: &mut AppState) {
-    if !state.start_page_open {
+    if !state.layout.start_page_open {
         return;
     }
     let mut open = true;
@@ -17,9 +17,9 @@ pub(crate) fn show(ctx: &egui::Context, state: &mut AppState) {
     frame::show(ctx, "Open a model", [560.0, 400.0], &mut open, |ui| {
         ScrollArea::vertical().auto_shrink([false, true]).show(ui, |ui| content(ui, state, &mut chosen));
     });
-    state.start_page_open = open;
+    state.layout.start_page_open = open;
     if let Some(action) = chosen {
-        state.start_page_open = false;
+        state.layout.start_page_open = false;
         Action::perform(action, state);
     }
 }

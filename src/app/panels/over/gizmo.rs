@@ -38,7 +38,7 @@ pub(crate) fn show(ui: &mut Ui, rect: Rect, state: &mut AppState) {
         let response = ui.interact(knob, ui.scope_id().with(("gizmo", &title)), Sense::click());
         response.widget_info(|| WidgetInfo::labeled(Role::Button, true, &title));
         if response.clicked() {
-            let world_up = state.up();
+            let world_up = state.model.up();
             orbit::view_along(&mut state.wanted.camera, axis, world_up);
         }
         // Ends that point away stand back.

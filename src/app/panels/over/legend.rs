@@ -70,14 +70,14 @@ pub(crate) fn show(ui: &mut Ui, rect: Rect, state: &AppState) {
 
 /// The colours of the containers.
 fn overlay_legend(state: &AppState) -> Option<Legend> {
-    let shown = state.presented.as_ref()?;
+    let shown = state.model.presented.as_ref()?;
     let settings = &state.wanted.overlay;
-    if !state.preferences.show_containers || !(settings.show_boxes || settings.show_spheres) || state.overlay_failed {
+    if !state.preferences.show_containers || !(settings.show_boxes || settings.show_spheres) || state.graphics.failed {
         return None;
     }
     let legend = overlay::legend(settings, &shown.table);
     // The hovered container comes and goes with the pointer: its line stays.
-    let selected = state.selection.selected.filter(|&node| (node as usize) < shown.table.len());
+    let selected = state.selection.nodes.selected.filter(|&node| (node as usize) < shown.table.len());
     let mut marked: &[(&[Role], &str)] = &[(&[Role::Hovered], "under the pointer")];
     if selected.is_some() {
         marked = &[
@@ -106,7 +106,7 @@ fn lower(text: &str) -> String {
 
 /// The colours of the picture, in modes where they stand for something.
 fn picture_legend(state: &AppState) -> Option<Legend> {
-    let shown = state.presented.as_ref()?;
+    let shown = state.model.presented.as_ref()?;
     if !state.preferences.show_geometry {
         return None;
     }

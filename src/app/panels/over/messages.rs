@@ -19,12 +19,12 @@ const SHOWN: usize = 4;
 const HELP: &str = "Drag to orbit, wheel to zoom. Drag the threshold on the right to rebuild the tree, the bar below to choose depths. F1 lists all keys.";
 
 pub(crate) fn show(ui: &Ui, rect: Rect, state: &mut AppState) {
-    state.messages.retain(|message| message.severity != Severity::Info || age(message) < NOTE_SECS);
+    state.messages.open.retain(|message| message.severity != Severity::Info || age(message) < NOTE_SECS);
     let flying = state.preferences.navigation == Navigation::Fly;
-    if !state.preferences.greeted && !flying && state.presented.is_some() && !state.start_page_open {
+    if !state.preferences.greeted && !flying && state.model.presented.is_some() && !state.layout.start_page_open {
         greeting(ui, rect, state);
     }
-    if state.messages.is_empty() {
+    if state.messages.open.is_empty() {
         return;
     }
     let mut closed = None;
@@ -39,8 +39,8 @@ pub(crate) fn show(ui: &Ui, rect: Rect, state: &mut AppState) {
         .accessible_name("Messages")
         .show(ui.ctx(), |ui| {
             ui.set_width(320.0_f32.min(rect.width() - 24.0));
-            let skipped = state.messages.len().saturating_sub(SHOWN);
-            for (index, message) in state.messages.iter().enumerate().skip(skipped) {
+            let skipped = state.messages.open.len().saturating_sub(SHOWN);
+            for (index, message) in state.messages.open.iter().enumerate().skip(skipped) {
                 match toast(ui, index, message) {
                     Some(Pressed::Close) => closed = Some(index),
                     Some(Pressed::Copy) => copied = Some(message.text.clone()),
@@ -52,7 +52,7 @@ pub(crate) fn show(ui: &Ui, rect: Rect, state: &mut AppState) {
         state.requests.push(Request::Copy(text));
     }
     if let Some(index) = closed {
-        state.messages.remove(index);
+        state.messages.open.remove(index);
     }
 }
 
@@ -155,6 +155,6 @@ fn greeting_buttons(ui: &mut Ui, state: &mut AppState) {
     }
     let tip = "Samples, recent files and the way to your own model (Ctrl+N)";
     if ui.button("Open a model…").on_hover_text(tip).clicked() {
-        state.start_page_open = true;
+        state.layout.start_page_open = true;
     }
 }

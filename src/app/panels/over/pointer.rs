@@ -11,8 +11,8 @@ pub(crate) fn show(ui: &Ui, rect: Rect, state: &AppState) {
         // Under what is said of the pointer: the keys mean something else than usual.
         note(ui, rect, rect.min + vec2(12.0, 40.0), "flying: W A S D, Q E, drag to look · Shift faster · V ends");
     }
-    let Some(hover) = state.hover else { return };
-    let shading = state.presented.as_ref().map(|shown| shown.frame.settings.shading);
+    let Some(hover) = state.selection.hover else { return };
+    let shading = state.model.presented.as_ref().map(|shown| shown.frame.settings.shading);
     let mut facts = Vec::new();
     if let (Some(value), Some(Shading::Heat(kind))) = (hover.value, shading) {
         let pointer = ui.ctx().pointer_latest_pos().filter(|pointer| rect.contains(*pointer));

@@ -47,7 +47,7 @@ fn what(ui: &mut Ui, state: &mut AppState) {
 }
 
 fn run(ui: &mut Ui, state: &mut AppState) {
-    if state.jobs.lab.is_some() {
+    if state.activity.measure.is_some() {
         if ui.button("Cancel measuring").on_hover_text("Stop and keep the rows that are there (Esc)").clicked() {
             state.requests.push(Request::CancelMeasuring);
         }
@@ -56,7 +56,7 @@ fn run(ui: &mut Ui, state: &mut AppState) {
     let label = RichText::new("Measure").color(ui.visuals().selection.stroke.color);
     let button = Button::new(label).fill(ui.visuals().selection.bg_fill);
     let tip = "Measure the open model as set below, in the background";
-    if ui.add_enabled(state.scene.is_some(), button).on_hover_text(tip).clicked() {
+    if ui.add_enabled(state.model.loaded.is_some(), button).on_hover_text(tip).clicked() {
         state.requests.push(Request::Measure);
     }
 }

@@ -37,12 +37,12 @@ pub(crate) fn show(ui: &mut Ui, state: &mut AppState) {
 }
 
 fn body(ui: &mut Ui, state: &mut AppState) {
-    let Some(result) = state.paper.clone().filter(|result| !result.rows.is_empty()) else {
+    let Some(result) = state.activity.measured.clone().filter(|result| !result.rows.is_empty()) else {
         nothing_yet(ui, state);
         return;
     };
     let palette = theme::palette(ui);
-    let same = state.scene.as_ref().is_some_and(|scene| Arc::ptr_eq(scene, &result.scene));
+    let same = state.model.loaded.as_ref().is_some_and(|scene| Arc::ptr_eq(scene, &result.scene));
     let mut remarks = Vec::new();
     if result.experiment != state.preferences.paper.experiment {
         remarks.push(format!("Shown: {}.", result.experiment.label()));
@@ -50,7 +50,7 @@ fn body(ui: &mut Ui, state: &mut AppState) {
     if !same {
         remarks.push(format!("Measured on {}, not on the open model.", result.scene.source.label()));
     }
-    if !result.finished && state.jobs.lab.is_none() {
+    if !result.finished && state.activity.measure.is_none() {
         remarks.push("Not finished: stopped before all rows were there.".to_owned());
     }
     if !remarks.is_empty() {
@@ -66,7 +66,7 @@ fn body(ui: &mut Ui, state: &mut AppState) {
 fn nothing_yet(ui: &mut Ui, state: &AppState) {
     let palette = theme::palette(ui);
     let plan = &state.preferences.paper;
-    let text = match (&state.jobs.lab, &state.scene) {
+    let text = match (&state.activity.measure, &state.model.loaded) {
         (Some(_), _) => "Measuring. The first rows come when all that they are compared with is done.".to_owned(),
         (None, None) => "No model loaded yet".to_owned(),
         (None, Some(scene)) => {

@@ -8,7 +8,7 @@ use eframe::egui::{
 use egui_plot::{AxisHints, GridMark, Line, MarkerShape, Plot, PlotPoint, PlotPoints, PlotTransform, Points, VLine};
 
 use crate::app::state::AppState;
-use crate::app::state::paper::{PaperResult, want_row};
+use crate::app::state::paper::{PaperResult, apply_row};
 use crate::app::{format, theme};
 use crate::lab::Measurement;
 use crate::lab::plot::{COLORS, Panel, PlotCurve, Point};
@@ -148,7 +148,7 @@ fn plot(ui: &mut Ui, state: &mut AppState, (id, panel): (usize, &Panel), rows: &
     });
     shown.response.widget_info(|| WidgetInfo::labeled(Role::Image, true, format!("Plot of {}", panel.y_label)));
     if let Some(row) = clicked(ui, panel, &shown.transform, id).and_then(|row| rows.get(row)) {
-        want_row(state, row);
+        apply_row(row, &mut state.wanted);
     }
 }
 

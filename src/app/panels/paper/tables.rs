@@ -67,7 +67,7 @@ fn one(ui: &mut Ui, state: &mut AppState, table: &ReportTable) {
         let response = line(ui, &mut row.iter().map(String::as_str), color, spoken(table, row));
         if response.on_hover_text("Click to copy the row").clicked() {
             state.requests.push(Request::Copy(row.join("\t")));
-            state.notify(Severity::Info, "Row copied");
+            state.messages.notify(Severity::Info, "Row copied");
         }
     }
     ui.spacing_mut().item_spacing.y = 4.0;

@@ -38,7 +38,7 @@ pub(crate) fn show(ui: &mut Ui, state: &mut AppState) {
         combo(ui, "Colour by", tip, &mut overlay.color_by, &choices, |_| None);
         looks(ui, overlay);
         let shown = state.preferences.show_containers && (overlay.show_boxes || overlay.show_spheres);
-        let (drawn, wanted) = state.overlay_counts;
+        let (drawn, wanted) = state.graphics.overlay_counts;
         let color = theme::palette(ui);
         let (text, color) = if !state.preferences.show_containers {
             ("Containers are off: B shows them".to_owned(), color.dim)
@@ -47,7 +47,7 @@ pub(crate) fn show(ui: &mut Ui, state: &mut AppState) {
         } else if wanted > drawn {
             let drawn = format::count(drawn as u64);
             (format!("{drawn} of {} shown: the largest", format::count(wanted as u64)), color.warning)
-        } else if wanted == 0 && state.presented.is_some() {
+        } else if wanted == 0 && state.model.presented.is_some() {
             ("No containers at this depth".to_owned(), color.dim)
         } else {
             return;

@@ -49,7 +49,7 @@ impl Histogram {
 
     /// The histogram of the presented picture, counted once a picture.
     fn load(ui: &Ui, state: &AppState) -> Option<Arc<Self>> {
-        let shown = state.presented.as_ref().filter(|shown| !shown.frame.values.is_empty())?;
+        let shown = state.model.presented.as_ref().filter(|shown| !shown.frame.values.is_empty())?;
         let id = Id::unique("histogram");
         let known: Option<Arc<Self>> = ui.data(|data| data.get_temp(id));
         if let Some(known) = known.filter(|known| known.frame_id == shown.frame_id) {
@@ -63,7 +63,7 @@ impl Histogram {
 
 /// The presented range of colours, the wanted one where it is fixed.
 fn range(state: &AppState) -> [f32; 2] {
-    let shown = state.presented.as_ref().map_or([0.0, 1.0], |shown| shown.frame.value_range);
+    let shown = state.model.presented.as_ref().map_or([0.0, 1.0], |shown| shown.frame.value_range);
     state.wanted.render.heat_range.unwrap_or(shown)
 }
 

@@ -68,7 +68,7 @@ pub(crate) fn show(ui: &mut Ui, state: &mut AppState) {
 }
 
 fn cluster_depth(ui: &mut Ui, state: &mut AppState) {
-    let max_depth = state.presented.as_ref().map_or(32, |shown| shown.accel.tree.max_depth()).max(1);
+    let max_depth = state.model.presented.as_ref().map_or(32, |shown| shown.accel.tree.max_depth()).max(1);
     let mut value = f64::from(state.wanted.render.cluster_depth.min(max_depth));
     let spec = SliderSpec {
         label: "Cluster depth",

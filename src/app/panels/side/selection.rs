@@ -10,14 +10,14 @@ use bvhscope_engine::tree::ContainerKind;
 use bvhscope_engine::tree::statistics::{INTERSECTION_COST, TRAVERSAL_COST};
 
 pub(crate) fn show(ui: &mut Ui, state: &mut AppState) {
-    let Some(shown) = state.presented.clone() else { return };
+    let Some(shown) = state.model.presented.clone() else { return };
     let top = ui.cursor().min;
     section(ui, "SELECTION", Header::default(), |ui| {
-        if let Some((triangle, _)) = &state.picked {
-            let triangle = format::count(u64::from(*triangle));
+        if let Some(picked) = &state.selection.picked {
+            let triangle = format::count(u64::from(picked.primitive));
             statistic(ui, state, &Statistic::new("Triangle", triangle).tip("Its number in the file, from 0"));
         }
-        if let Some(node) = state.selection.selected.filter(|&node| (node as usize) < shown.table.len()) {
+        if let Some(node) = state.selection.nodes.selected.filter(|&node| (node as usize) < shown.table.len()) {
             node_rows(ui, state, &shown, node);
         } else {
             let color = crate::app::theme::palette(ui).dim;
@@ -25,7 +25,7 @@ pub(crate) fn show(ui: &mut Ui, state: &mut AppState) {
             ui.add(egui::Label::new(egui::RichText::new(text).color(color)).wrap());
         }
         buttons(ui, state);
-        let hidden = state.selection.hidden.len();
+        let hidden = state.selection.nodes.hidden.len();
         if hidden > 0 {
             statistic(
                 ui,
@@ -34,7 +34,7 @@ pub(crate) fn show(ui: &mut Ui, state: &mut AppState) {
             );
         }
     });
-    bring_into_view(ui, Rect::from_two_pos(top, ui.min_rect().max), state.selection.selected);
+    bring_into_view(ui, Rect::from_two_pos(top, ui.min_rect().max), state.selection.nodes.selected);
 }
 
 /// What was just selected is worth a look, also where the panel is longer than the window.

@@ -14,12 +14,12 @@ use bvhscope_engine::tree::levels::Levels;
 use bvhscope_engine::tree::statistics::{INTERSECTION_COST, TRAVERSAL_COST};
 
 pub(crate) fn show(ui: &mut Ui, state: &mut AppState) {
-    let scene = state.scene.clone();
+    let scene = state.model.loaded.clone();
     section(ui, "SCENE", Header::default(), |ui| match &scene {
         Some(scene) => scene_rows(ui, state, scene),
         None => nothing_yet(ui, "No model loaded yet"),
     });
-    let Some(shown) = state.presented.clone() else {
+    let Some(shown) = state.model.presented.clone() else {
         section(ui, "BUILD", Header::default(), |ui| nothing_yet(ui, "No tree built yet"));
         return;
     };
@@ -43,7 +43,7 @@ fn scene_rows(ui: &mut Ui, state: &mut AppState, scene: &Scene) {
     let name = scene.source.label();
     let shown = format::elide_middle(&name, (ui.available_width() / 7.0) as usize);
     ui.add(egui::Label::new(egui::RichText::new(shown).strong()).truncate()).on_hover_text(scene.source.to_string());
-    if state.file_gone && scene.source.path().is_some() {
+    if state.model.file_missing && scene.source.path().is_some() {
         let text = egui::RichText::new("The file is gone").color(ui.visuals().warn_fg_color);
         ui.label(text).on_hover_text("What is shown stays; it cannot be read again until the file is back");
     }
@@ -198,7 +198,7 @@ fn trace_rows(ui: &mut Ui, state: &mut AppState, shown: &Presented, effects: &mu
         &Statistic::new("Trace time", number).unit(unit).tip("Wall-clock time of the newest pass, shading included"),
     );
     let tip = "Primary rays a second, in millions: the median of the last second";
-    let speed = format::significant(state.mrays_per_s);
+    let speed = format::significant(state.activity.mrays_per_s);
     statistic(ui, state, &Statistic::new("Speed", speed).unit("Mray/s").tip(tip));
     let share = stats.hits as f64 / stats.primary_rays.max(1) as f64;
     let hits = format::percent(share);

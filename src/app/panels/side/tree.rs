@@ -12,7 +12,7 @@ pub(crate) fn show(ui: &mut Ui, state: &mut AppState) {
     let tip = "Bring builder, container, threshold, ε, curve, passes and threads back";
     let header = Header { name: "Tree settings", reset: Some(tip), ..Header::default() };
     let reset = section(ui, "TREE", header, |ui| {
-        let triangles = state.scene.as_ref().map_or(0, |scene| scene.triangles.len());
+        let triangles = state.model.loaded.as_ref().map_or(0, |scene| scene.triangles.len());
         builder(ui, state, triangles);
         container(ui, state, triangles);
         let aac = state.wanted.build.builder == BuilderKind::Aac;

@@ -62,7 +62,7 @@ pub(crate) fn statistic(ui: &mut Ui, state: &mut AppState, row: &Statistic<'_>) 
     ui.painter().text(pos2(rect.left(), rect.center().y), Align2::LEFT_CENTER, row.name, font, palette.dim);
     if response.clicked() {
         state.requests.push(Request::Copy(row.value.clone()));
-        state.notify(Severity::Info, format!("{} copied: {value}", row.name));
+        state.messages.notify(Severity::Info, format!("{} copied: {value}", row.name));
     }
     let hint = "Click to copy";
     let tip = if row.tip.is_empty() { hint.to_owned() } else { format!("{}\n{hint}", row.tip) };

@@ -1,0 +1,14 @@
+//! The graphics adapter and what the overlay draws with it.
+
+/// The graphics adapter and its state.
+#[derive(Debug, Clone, Default)]
+pub struct Graphics {
+    /// Name of the adapter; empty where there is none.
+    pub adapter_name: String,
+    /// The adapter renders in software.
+    pub is_software: bool,
+    /// The driver reported an error, so the overlay's pipeline is no longer used.
+    pub failed: bool,
+    /// Number of containers drawn in the last UI frame, and number that the settings select.
+    pub overlay_counts: (usize, usize),
+}

@@ -1,0 +1,59 @@
+//! The loaded model and what the screen shows of it.
+
+use std::sync::Arc;
+
+use glam::Vec3;
+
+use crate::accel::Accel;
+use crate::overlay::NodeTable;
+use crate::render::Frame;
+use crate::scene::{Scene, SceneSource};
+use bvhscope_engine::geometry::Aabb;
+
+/// What is on the screen. Tree and picture are swapped as a unit, so that picture, overlay and numbers always agree.
+#[derive(Clone)]
+pub struct Presented {
+    /// The tree, with its scene and build report.
+    pub accel: Arc<Accel>,
+    /// The tree's nodes by depth, for the overlay.
+    pub table: Arc<NodeTable>,
+    /// A picture traced through exactly this tree.
+    pub frame: Arc<Frame>,
+    /// Identifies the picture; unique within the process.
+    pub frame_id: u64,
+    /// Container and primitive tests per primary ray, from the newest picture of this tree that counted them.
+    pub tests_per_ray: Option<[f32; 2]>,
+    /// The requested number of threads the tree was built with; 0 for all.
+    pub threads: usize,
+}
+
+/// The loaded scene, the one on the screen, and what is known about its file.
+#[derive(Default)]
+pub struct Model {
+    /// The newest loaded scene, which may not be presented yet.
+    pub loaded: Option<Arc<Scene>>,
+    /// What is on the screen; `None` until the first picture.
+    pub presented: Option<Presented>,
+    /// The up axis chosen by the user, and the model it was chosen for.
+    pub up_override: Option<(SceneSource, Vec3)>,
+    /// The file of the scene no longer exists.
+    pub file_missing: bool,
+    /// Models may refer to files outside their own folder.
+    pub allow_outside: bool,
+}
+
+impl Model {
+    /// The up axis chosen by the user, otherwise the presented scene's; y where nothing is presented.
+    pub fn up(&self) -> Vec3 {
+        let Some(presented) = &self.presented else { return Vec3::Y };
+        match &self.up_override {
+            Some((source, up)) if *source == presented.accel.scene.source => *up,
+            _ => presented.accel.scene.up,
+        }
+    }
+
+    /// The bounding box of the presented scene.
+    pub fn bounds(&self) -> Option<Aabb> {
+        self.presented.as_ref().map(|presented| presented.accel.scene.bounds)
+    }
+}

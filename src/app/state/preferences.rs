@@ -1,0 +1,70 @@
+//! Settings of the window that are saved between runs.
+
+use std::path::PathBuf;
+
+use serde::{Deserialize, Serialize};
+
+use crate::app::state::paper::PaperPlan;
+
+/// Colours of the window.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Theme {
+    /// Light text on dark grey.
+    Dark,
+    /// Dark text on light grey.
+    Light,
+    /// The desktop's preference.
+    System,
+}
+
+/// How mouse and keys move the camera.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Navigation {
+    /// Around the target.
+    Orbit,
+    /// Through the scene, with W, A, S, D, Q and E.
+    Fly,
+}
+
+/// Settings saved between runs, apart from [`crate::app::state::Wanted`].
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(default)]
+pub struct Preferences {
+    /// Colours of the window.
+    pub theme: Theme,
+    /// How mouse and keys move the camera.
+    pub navigation: Navigation,
+    /// The traced picture is shown under the containers (key N).
+    pub show_geometry: bool,
+    /// Containers are drawn (key B).
+    pub show_containers: bool,
+    /// The left panel is open.
+    pub left_open: bool,
+    /// The right panel is open.
+    pub right_open: bool,
+    /// The paper panel is open.
+    pub paper_open: bool,
+    /// What the paper panel measures.
+    pub paper: PaperPlan,
+    /// Recently opened files, newest first.
+    pub recent: Vec<PathBuf>,
+    /// The user has closed the line of help over the first scene.
+    pub greeted: bool,
+}
+
+impl Default for Preferences {
+    fn default() -> Self {
+        Self {
+            theme: Theme::Dark,
+            navigation: Navigation::Orbit,
+            show_geometry: true,
+            show_containers: true,
+            left_open: true,
+            right_open: true,
+            paper_open: false,
+            paper: PaperPlan::default(),
+            recent: Vec::new(),
+            greeted: false,
+        }
+    }
+}
