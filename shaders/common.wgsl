@@ -25,7 +25,7 @@ struct View {
     padding: vec2u,
     background: vec4f,
     // sRGB, 0 to 1.
-    ramp: array<vec4f, 16>,
+    ramp: array<vec4f, RAMP_STOPS>,
 }
 
 @group(0) @binding(0) var<uniform> view: View;

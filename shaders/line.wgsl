@@ -6,12 +6,6 @@
 // Lines are cut this far outside the picture, in half pictures from its middle, so that pixel coordinates stay small.
 const GUARD: f32 = 2.5;
 
-// Roles, bits 8 to 10 of an instance's flags; as in `instances.rs`.
-const ROLE_SELECTED: u32 = 1u;
-const ROLE_FIRST_CHILD: u32 = 2u;
-const ROLE_SECOND_CHILD: u32 = 3u;
-const ROLE_HOVERED: u32 = 4u;
-
 // A node, as `OverlayNode` lays it out.
 struct Node {
     @location(0) box_min: vec3f,
@@ -102,7 +96,7 @@ fn line_vertex(before: vec3f, a: vec3f, b: vec3f, after: vec3f, corner: u32, cur
     let at_end = (corner & 1u) != 0u;
     let side = select(-1.0, 1.0, (corner & 2u) != 0u);
     let clip = mix(clip_a, clip_b, select(range.x, range.y, at_end));
-    let role = (node.flags >> 8u) & 7u;
+    let role = (node.flags >> ROLE_SHIFT) & ROLE_MASK;
     let half_width = view.half_width_px * width_of(role);
     // As far as the soft edge goes.
     let reach = half_width + 0.5;
@@ -140,21 +134,21 @@ fn width_of(role: u32) -> f32 {
 fn color_of(node: Node, role: u32) -> vec4f {
     let marked_alpha = max(view.hidden_alpha, 0.4);
     switch role {
-        case ROLE_SELECTED: { return vec4f(1.0, 0.706, 0.329, marked_alpha); }
-        case ROLE_FIRST_CHILD: { return vec4f(1.0, 0.851, 0.631, marked_alpha); }
-        case ROLE_SECOND_CHILD: { return vec4f(0.906, 0.510, 0.310, marked_alpha); }
-        case ROLE_HOVERED: { return vec4f(1.0, 1.0, 1.0, marked_alpha); }
+        case ROLE_SELECTED: { return vec4f(SELECTED_COLOR, marked_alpha); }
+        case ROLE_FIRST_CHILD: { return vec4f(FIRST_CHILD_COLOR, marked_alpha); }
+        case ROLE_SECOND_CHILD: { return vec4f(SECOND_CHILD_COLOR, marked_alpha); }
+        case ROLE_HOVERED: { return vec4f(HOVERED_COLOR, marked_alpha); }
         default: {}
     }
     var value: f32;
     switch view.color_by {
-        case 0u: { value = f32(node.depth); }
-        case 1u: { value = log2(max(node.area_share, 1e-12)); }
-        case 2u: { value = node.overlap; }
+        case COLOR_BY_DEPTH: { value = f32(node.depth); }
+        case COLOR_BY_SIZE: { value = log2(max(node.area_share, 1e-12)); }
+        case COLOR_BY_OVERLAP: { value = node.overlap; }
         default: { value = log2(f32(max(node.primitives, 1u))); }
     }
-    let t = clamp((value - view.scale_low) / (view.scale_high - view.scale_low), 0.0, 1.0) * 15.0;
-    let stop = min(u32(t), 14u);
+    let t = clamp((value - view.scale_low) / (view.scale_high - view.scale_low), 0.0, 1.0) * f32(RAMP_STOPS - 1u);
+    let stop = min(u32(t), RAMP_STOPS - 2u);
     return vec4f(mix(view.ramp[stop].rgb, view.ramp[stop + 1u].rgb, t - f32(stop)), view.hidden_alpha);
 }
 

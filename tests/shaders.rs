@@ -5,7 +5,7 @@
 
 use std::mem::{offset_of, size_of};
 
-use bvhscope::overlay::{OverlayNode, SHADERS, View};
+use bvhscope::overlay::{OverlayNode, ViewUniforms, shader_sources};
 use naga::front::wgsl::parse_str;
 use naga::valid::{Capabilities, ValidationFlags, Validator};
 use naga::{Binding, Module, ScalarKind, TypeInner};
@@ -18,7 +18,7 @@ fn members<'a>(module: &'a Module, name: &str) -> (&'a [naga::StructMember], u32
 
 #[test]
 fn every_shader_is_valid() {
-    for source in SHADERS {
+    for source in &shader_sources() {
         let module = parse_str(source).unwrap_or_else(|error| panic!("{}", error.emit_to_string(source)));
         // No capabilities: what every driver has, the GL fallback too.
         Validator::new(ValidationFlags::all(), Capabilities::empty())
@@ -33,36 +33,36 @@ fn every_shader_file_is_used() {
     for entry in std::fs::read_dir(concat!(env!("CARGO_MANIFEST_DIR"), "/shaders")).unwrap() {
         let path = entry.unwrap().path();
         let text = std::fs::read_to_string(&path).unwrap();
-        assert!(SHADERS.iter().any(|shader| shader.contains(&text)), "{} is used nowhere", path.display());
+        assert!(shader_sources().iter().any(|shader| shader.contains(&text)), "{} is used nowhere", path.display());
     }
 }
 
 #[test]
 fn the_view_is_laid_out_as_in_rust() {
-    let module = parse_str(SHADERS[1]).unwrap();
+    let module = parse_str(&shader_sources()[1]).unwrap();
     let (members, span) = members(&module, "View");
-    assert_eq!(span as usize, size_of::<View>());
+    assert_eq!(span as usize, size_of::<ViewUniforms>());
     let offset = |name: &str| members.iter().find(|m| m.name.as_deref() == Some(name)).unwrap().offset as usize;
-    assert_eq!(offset("eye"), offset_of!(View, eye));
-    assert_eq!(offset("perspective"), offset_of!(View, perspective));
-    assert_eq!(offset("near"), offset_of!(View, near));
-    assert_eq!(offset("depth_slack"), offset_of!(View, depth_slack));
-    assert_eq!(offset("half_width_px"), offset_of!(View, half_width_px));
-    assert_eq!(offset("tangent"), offset_of!(View, tangent));
-    assert_eq!(offset("covered"), offset_of!(View, covered));
-    assert_eq!(offset("viewport"), offset_of!(View, viewport));
-    assert_eq!(offset("hidden_alpha"), offset_of!(View, hidden_alpha));
-    assert_eq!(offset("color_by"), offset_of!(View, color_by));
-    assert_eq!(offset("circle_segments"), offset_of!(View, circle_segments));
-    assert_eq!(offset("show_picture"), offset_of!(View, show_picture));
-    assert_eq!(offset("background"), offset_of!(View, background));
-    assert_eq!(offset("ramp"), offset_of!(View, ramp));
+    assert_eq!(offset("eye"), offset_of!(ViewUniforms, eye));
+    assert_eq!(offset("perspective"), offset_of!(ViewUniforms, perspective));
+    assert_eq!(offset("near"), offset_of!(ViewUniforms, near));
+    assert_eq!(offset("depth_slack"), offset_of!(ViewUniforms, depth_slack));
+    assert_eq!(offset("half_width_px"), offset_of!(ViewUniforms, half_width_px));
+    assert_eq!(offset("tangent"), offset_of!(ViewUniforms, tangent));
+    assert_eq!(offset("covered"), offset_of!(ViewUniforms, covered));
+    assert_eq!(offset("viewport"), offset_of!(ViewUniforms, viewport));
+    assert_eq!(offset("hidden_alpha"), offset_of!(ViewUniforms, hidden_alpha));
+    assert_eq!(offset("color_by"), offset_of!(ViewUniforms, color_by));
+    assert_eq!(offset("circle_segments"), offset_of!(ViewUniforms, circle_segments));
+    assert_eq!(offset("show_picture"), offset_of!(ViewUniforms, show_picture));
+    assert_eq!(offset("background"), offset_of!(ViewUniforms, background));
+    assert_eq!(offset("ramp"), offset_of!(ViewUniforms, ramp));
 }
 
 #[test]
 fn a_node_is_laid_out_as_in_rust() {
     assert_eq!(size_of::<OverlayNode>(), 64);
-    let module = parse_str(SHADERS[1]).unwrap();
+    let module = parse_str(&shader_sources()[1]).unwrap();
     let (members, _) = members(&module, "Node");
     // Vertex attributes lie one after the other without gaps, in the order of their locations.
     let mut offset = 0;

@@ -1,32 +1,51 @@
-//! The containers as lines over the picture: nodes into instances (pure), and the wgpu pass that draws them. Never
+//! The containers as lines over the traced picture: nodes into instances (pure), and the wgpu pass that draws them. Never
 //! imports `render`.
 //!
-//! Uploaded is what is drawn, when depths, filters or tree change, at most the budget; not every node once a tree: a tree of
-//! a million triangles would upload 139 MB, and while the threshold is dragged many trees a second would. Choosing what is
-//! drawn of such a tree takes up to 10 ms, its leaves at all depths 40.
+//! Only what is drawn is uploaded, whenever depths, filters or tree change, and at most the budget: all nodes of a million
+//! triangles would be 139 MB for each of the many trees a second that a dragged threshold builds. Choosing the nodes of such a
+//! tree takes up to 10 ms, and 40 ms for the leaves of all depths.
 
-mod instances;
+mod node;
+mod selection;
+mod settings;
+
+mod node_table;
+
+mod highlight;
+mod ramp;
+
 #[cfg(feature = "gui")]
-mod offscreen;
+mod input;
 #[cfg(feature = "gui")]
 mod picture;
 #[cfg(feature = "gui")]
-mod pipeline;
-mod ramp;
-mod settings;
-mod table;
+mod shaders;
 #[cfg(feature = "gui")]
 mod uniforms;
 
-pub use instances::{OverlayNode, Role, highlighted};
+#[cfg(feature = "gui")]
+mod gpu;
+#[cfg(feature = "gui")]
+mod pipeline;
+
+#[cfg(feature = "gui")]
+mod offscreen;
+
+pub use highlight::highlighted;
+#[cfg(feature = "gui")]
+pub use input::{DrawInput, PictureInput};
+pub use node::{OverlayNode, Role};
+pub use node_table::{NodeTable, Shown};
 #[cfg(feature = "gui")]
 pub use offscreen::{OffscreenError, draw_offscreen};
 #[cfg(feature = "gui")]
 pub use picture::{step_within, thinned};
 #[cfg(feature = "gui")]
-pub use pipeline::{DrawInput, OverlayPipeline, PictureInput, SHADERS};
+pub use pipeline::OverlayPipeline;
 pub use ramp::{Legend, legend, ramp};
+pub use selection::Selection;
 pub use settings::{ColorBy, OverlayKinds, OverlaySettings};
-pub use table::{NodeTable, Selection, Shown};
 #[cfg(feature = "gui")]
-pub use uniforms::View;
+pub use shaders::sources as shader_sources;
+#[cfg(feature = "gui")]
+pub use uniforms::ViewUniforms;

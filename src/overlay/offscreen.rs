@@ -1,8 +1,7 @@
 //! The same overlay without a window.
 
-use eframe::wgpu;
-
-use super::{DrawInput, OverlayPipeline};
+use crate::overlay::input::DrawInput;
+use crate::overlay::pipeline::OverlayPipeline;
 
 /// Why nothing could be drawn.
 #[derive(Debug, thiserror::Error)]

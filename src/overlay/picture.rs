@@ -1,8 +1,6 @@
 //! The traced picture and its depth as textures.
 
-use eframe::wgpu;
-
-use super::PictureInput;
+use crate::overlay::input::PictureInput;
 
 /// Colour and depth of the picture uploaded last.
 pub struct PictureTextures {

@@ -1,66 +1,17 @@
 //! The wgpu pass: the traced picture over the viewport, and the lines over it, straight into the caller's pass.
 
 use std::collections::HashSet;
-use std::sync::Arc;
 
-use eframe::wgpu;
-
-use super::instances::highlighted;
-use super::picture::PictureTextures;
-use super::uniforms::View;
-use super::{NodeTable, OverlayNode, OverlaySettings, Selection};
-use crate::camera::Camera;
 use bvhscope_engine::tree::ContainerKind;
 
-/// The traced picture, as plain slices so that this module need not know who made it.
-#[derive(Debug, Clone, Copy)]
-pub struct PictureInput<'a> {
-    /// Unique for each picture, to tell whether it has been uploaded.
-    pub id: u64,
-    /// Width in pixels.
-    pub width_px: u32,
-    /// Height in pixels.
-    pub height_px: u32,
-    /// sRGB bytes.
-    pub rgba: &'a [[u8; 4]],
-    /// Linear view depth a pixel, 1e30 where nothing was hit.
-    pub depth: &'a [f32],
-}
-
-/// What one draw shows.
-pub struct DrawInput<'a> {
-    /// The picture.
-    pub picture: PictureInput<'a>,
-    /// The camera of the picture (not the current one, or lines swim).
-    pub camera: Camera,
-    /// The tree's nodes; `None` draws the picture alone.
-    pub table: Option<&'a Arc<NodeTable>>,
-    /// Which and how.
-    pub settings: OverlaySettings,
-    /// Nodes that stand out.
-    pub selection: &'a Selection,
-    /// Off: a neutral background in place of the picture, and no line is hidden.
-    pub show_picture: bool,
-    /// The rectangle of the viewport in the attachment: x, y, width, height in pixels.
-    pub viewport_px: [u32; 4],
-    /// Pixels a point, for line widths.
-    pub pixels_per_point: f32,
-}
-
-/// The WGSL of each drawable, as handed to the driver: picture, boxes, spheres.
-pub const SHADERS: [&str; 3] = [
-    concat!(include_str!("../../shaders/common.wgsl"), include_str!("../../shaders/picture.wgsl")),
-    concat!(
-        include_str!("../../shaders/common.wgsl"),
-        include_str!("../../shaders/line.wgsl"),
-        include_str!("../../shaders/box.wgsl")
-    ),
-    concat!(
-        include_str!("../../shaders/common.wgsl"),
-        include_str!("../../shaders/line.wgsl"),
-        include_str!("../../shaders/sphere.wgsl")
-    ),
-];
+use crate::overlay::gpu::{Pipelines, bind_group, bind_group_layout};
+use crate::overlay::highlight::highlighted;
+use crate::overlay::input::DrawInput;
+use crate::overlay::node::OverlayNode;
+use crate::overlay::node_table::NodeTable;
+use crate::overlay::picture::PictureTextures;
+use crate::overlay::settings::OverlaySettings;
+use crate::overlay::uniforms::ViewUniforms;
 
 /// Each piece of line is a quad of four vertices, drawn as two triangles.
 const QUAD: [u16; 6] = [0, 1, 2, 2, 1, 3];
@@ -111,7 +62,7 @@ impl OverlayPipeline {
         let pipelines = Pipelines::new(device, format, &layout);
         let uniforms = device.create_buffer(&wgpu::BufferDescriptor {
             label: Some("overlay view"),
-            size: size_of::<View>() as u64,
+            size: size_of::<ViewUniforms>() as u64,
             usage: wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST,
             mapped_at_creation: false,
         });
@@ -170,7 +121,7 @@ impl OverlayPipeline {
                 (self.shown.count, self.marked.count, self.wanted, self.key) = (0, 0, 0, None);
             }
         }
-        let view = View::new(input, self.circle_segments);
+        let view = ViewUniforms::new(input, self.circle_segments);
         queue.write_buffer(&self.uniforms, 0, bytemuck::bytes_of(&view));
         let kinds = self.shown_kinds.iter().filter(|&&drawn| drawn).count();
         (self.shown.count as usize * kinds, self.wanted * kinds)
@@ -274,134 +225,5 @@ impl Instances {
         });
         queue.write_buffer(&buffer, 0, bytes);
         self.buffer = Some(buffer);
-    }
-}
-
-/// Group 0, shared by all drawables.
-fn bind_group_layout(device: &wgpu::Device) -> wgpu::BindGroupLayout {
-    let texture = |binding, filterable| wgpu::BindGroupLayoutEntry {
-        binding,
-        visibility: wgpu::ShaderStages::FRAGMENT,
-        ty: wgpu::BindingType::Texture {
-            sample_type: wgpu::TextureSampleType::Float { filterable },
-            view_dimension: wgpu::TextureViewDimension::D2,
-            multisampled: false,
-        },
-        count: None,
-    };
-    device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
-        label: Some("overlay"),
-        entries: &[
-            wgpu::BindGroupLayoutEntry {
-                binding: 0,
-                visibility: wgpu::ShaderStages::VERTEX_FRAGMENT,
-                ty: wgpu::BindingType::Buffer {
-                    ty: wgpu::BufferBindingType::Uniform,
-                    has_dynamic_offset: false,
-                    min_binding_size: None,
-                },
-                count: None,
-            },
-            texture(1, false),
-            texture(2, true),
-            wgpu::BindGroupLayoutEntry {
-                binding: 3,
-                visibility: wgpu::ShaderStages::FRAGMENT,
-                ty: wgpu::BindingType::Sampler(wgpu::SamplerBindingType::Filtering),
-                count: None,
-            },
-        ],
-    })
-}
-
-fn bind_group(
-    device: &wgpu::Device,
-    layout: &wgpu::BindGroupLayout,
-    uniforms: &wgpu::Buffer,
-    picture: &PictureTextures,
-    sampler: &wgpu::Sampler,
-) -> wgpu::BindGroup {
-    let [depth, color] =
-        [&picture.depth, &picture.color].map(|texture| texture.create_view(&wgpu::TextureViewDescriptor::default()));
-    device.create_bind_group(&wgpu::BindGroupDescriptor {
-        label: Some("overlay"),
-        layout,
-        entries: &[
-            wgpu::BindGroupEntry { binding: 0, resource: uniforms.as_entire_binding() },
-            wgpu::BindGroupEntry { binding: 1, resource: wgpu::BindingResource::TextureView(&depth) },
-            wgpu::BindGroupEntry { binding: 2, resource: wgpu::BindingResource::TextureView(&color) },
-            wgpu::BindGroupEntry { binding: 3, resource: wgpu::BindingResource::Sampler(sampler) },
-        ],
-    })
-}
-
-/// The three drawables, the picture twice: as large as the viewport, and with fewer pixels.
-struct Pipelines {
-    pictures: [wgpu::RenderPipeline; 2],
-    boxes: wgpu::RenderPipeline,
-    spheres: wgpu::RenderPipeline,
-}
-
-impl Pipelines {
-    fn new(device: &wgpu::Device, format: wgpu::TextureFormat, group: &wgpu::BindGroupLayout) -> Self {
-        let layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
-            label: Some("overlay"),
-            bind_group_layouts: &[Some(group)],
-            immediate_size: 0,
-        });
-        // As `OverlayNode` lies in memory and as `Node` in line.wgsl numbers it.
-        let attributes = wgpu::vertex_attr_array![
-            0 => Float32x3, 1 => Uint32, 2 => Float32x3, 3 => Uint32, 4 => Float32x4,
-            5 => Uint32, 6 => Uint32, 7 => Float32, 8 => Float32
-        ];
-        let nodes = wgpu::VertexBufferLayout {
-            array_stride: size_of::<OverlayNode>() as u64,
-            step_mode: wgpu::VertexStepMode::Instance,
-            attributes: &attributes,
-        };
-        let linear = ("LINEAR_TARGET", f64::from(u8::from(format.is_srgb())));
-        let pipeline = |label,
-                        source: &str,
-                        [vertex, fragment]: [&str; 2],
-                        constants: &[(&str, f64)],
-                        blend,
-                        buffers: &[Option<wgpu::VertexBufferLayout<'_>>]| {
-            let module = device.create_shader_module(wgpu::ShaderModuleDescriptor {
-                label: Some(label),
-                source: wgpu::ShaderSource::Wgsl(source.into()),
-            });
-            device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
-                label: Some(label),
-                layout: Some(&layout),
-                vertex: wgpu::VertexState {
-                    module: &module,
-                    entry_point: Some(vertex),
-                    compilation_options: wgpu::PipelineCompilationOptions::default(),
-                    buffers,
-                },
-                primitive: wgpu::PrimitiveState::default(),
-                depth_stencil: None,
-                multisample: wgpu::MultisampleState::default(),
-                fragment: Some(wgpu::FragmentState {
-                    module: &module,
-                    entry_point: Some(fragment),
-                    compilation_options: wgpu::PipelineCompilationOptions { constants, ..Default::default() },
-                    targets: &[Some(wgpu::ColorTargetState { format, blend, write_mask: wgpu::ColorWrites::ALL })],
-                }),
-                multiview_mask: None,
-                cache: None,
-            })
-        };
-        let over = Some(wgpu::BlendState::PREMULTIPLIED_ALPHA_BLENDING);
-        let nodes = &[Some(nodes)];
-        let picture = |smooth| {
-            let constants = [linear, ("SMOOTH", smooth)];
-            pipeline("overlay picture", SHADERS[0], ["vs_picture", "fs_picture"], &constants, None, &[])
-        };
-        Self {
-            pictures: [picture(0.0), picture(1.0)],
-            boxes: pipeline("overlay boxes", SHADERS[1], ["vs_box", "fs_line"], &[linear], over, nodes),
-            spheres: pipeline("overlay spheres", SHADERS[2], ["vs_sphere", "fs_line"], &[linear], over, nodes),
-        }
     }
 }

@@ -1,9 +1,13 @@
 //! What the colours of containers mean: the scale, its ramp and its legend, the same for shader and window.
 
-use super::{ColorBy, NodeTable, OverlaySettings};
+use crate::overlay::node_table::NodeTable;
+use crate::overlay::settings::{ColorBy, OverlaySettings};
 
-/// Viridis (Smith and van der Walt, 2015) at 16 places, sRGB bytes.
-pub const VIRIDIS: [[u8; 3]; 16] = [
+/// Colours of the ramp, between which window and shader interpolate.
+pub const RAMP_STOPS: usize = 16;
+
+/// The colour map viridis (Smith and van der Walt, 2015) at evenly spaced positions, sRGB bytes.
+const VIRIDIS: [[u8; 3]; RAMP_STOPS] = [
     [68, 1, 84],
     [72, 26, 108],
     [71, 47, 125],
@@ -46,8 +50,8 @@ impl Legend {
 
 /// The colour at `position` between 0 and 1: the bright part of viridis, as sRGB bytes.
 pub fn ramp(position: f32) -> [u8; 3] {
-    let place = (DARKEST + (1.0 - DARKEST) * position.clamp(0.0, 1.0)) * 15.0;
-    let stop = (place as usize).min(14);
+    let place = (DARKEST + (1.0 - DARKEST) * position.clamp(0.0, 1.0)) * (RAMP_STOPS - 1) as f32;
+    let stop = (place as usize).min(RAMP_STOPS - 2);
     let blend = place - stop as f32;
     std::array::from_fn(|channel| {
         let [a, b] = [stop, stop + 1].map(|stop| f32::from(VIRIDIS[stop][channel]));
@@ -57,9 +61,9 @@ pub fn ramp(position: f32) -> [u8; 3] {
 
 /// The ramp at the 16 places between which the shader blends, sRGB between 0 and 1.
 #[cfg(feature = "gui")]
-pub fn shader_ramp() -> [[f32; 4]; 16] {
+pub fn shader_ramp() -> [[f32; 4]; RAMP_STOPS] {
     std::array::from_fn(|stop| {
-        let [r, g, b] = ramp(stop as f32 / 15.0).map(|channel| f32::from(channel) / 255.0);
+        let [r, g, b] = ramp(stop as f32 / (RAMP_STOPS - 1) as f32).map(|channel| f32::from(channel) / 255.0);
         [r, g, b, 1.0]
     })
 }

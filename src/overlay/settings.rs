@@ -5,15 +5,16 @@ use serde::{Deserialize, Serialize};
 /// What the colour of a container means.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
+#[repr(u32)]
 pub enum ColorBy {
     /// Its depth in the tree.
-    Depth,
+    Depth = 0,
     /// Its surface area over the root's, logarithmic.
-    Size,
+    Size = 1,
     /// How much it overlaps with its sibling, as a share of its own area.
-    Overlap,
+    Overlap = 2,
     /// How many primitives it holds, logarithmic.
-    Primitives,
+    Primitives = 3,
 }
 
 impl ColorBy {

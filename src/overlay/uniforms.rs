@@ -1,15 +1,14 @@
 //! The camera and the scale as the shaders read them.
 
-use super::ColorBy;
-use super::pipeline::DrawInput;
-use super::ramp::{scale, shader_ramp};
 use crate::camera::Projection;
+use crate::overlay::input::DrawInput;
+use crate::overlay::ramp::{RAMP_STOPS, scale, shader_ramp};
 
 /// Mirrors `View` of `common.wgsl`, field for field.
 #[derive(Debug, Clone, Copy, bytemuck::Pod, bytemuck::Zeroable)]
 #[repr(C)]
 #[expect(missing_docs, reason = "each field is explained in common.wgsl")]
-pub struct View {
+pub struct ViewUniforms {
     pub eye: [f32; 3],
     pub perspective: f32,
     pub right: [f32; 3],
@@ -29,13 +28,13 @@ pub struct View {
     pub show_picture: u32,
     pub padding: [u32; 2],
     pub background: [f32; 4],
-    pub ramp: [[f32; 4]; 16],
+    pub ramp: [[f32; 4]; RAMP_STOPS],
 }
 
 /// The neutral grey behind the lines where the picture is off, sRGB.
 const BACKGROUND: [f32; 4] = [0.105, 0.11, 0.12, 1.0];
 
-impl View {
+impl ViewUniforms {
     /// For one draw.
     pub fn new(input: &DrawInput<'_>, circle_segments: u32) -> Self {
         let [x, y, width, height] = input.viewport_px;
@@ -44,12 +43,6 @@ impl View {
         let perspective = input.camera.projection == Projection::Perspective;
         let distance = input.camera.distance();
         let [scale_low, scale_high] = input.table.map_or([0.0, 1.0], |table| scale(&input.settings, table));
-        let color_by = match input.settings.color_by {
-            ColorBy::Depth => 0,
-            ColorBy::Size => 1,
-            ColorBy::Overlap => 2,
-            ColorBy::Primitives => 3,
-        };
         let line_width = if input.settings.line_width.is_finite() { input.settings.line_width } else { 1.25 };
         let points = if input.pixels_per_point.is_finite() { input.pixels_per_point } else { 1.0 };
         Self {
@@ -68,7 +61,7 @@ impl View {
             hidden_alpha: input.settings.hidden_alpha.clamp(0.0, 1.0),
             scale_low,
             scale_high,
-            color_by,
+            color_by: input.settings.color_by as u32,
             circle_segments,
             show_picture: u32::from(input.show_picture),
             padding: [0; 2],

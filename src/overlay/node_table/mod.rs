@@ -2,7 +2,6 @@
 
 mod shown;
 
-use std::collections::HashSet;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, OnceLock};
 
@@ -10,8 +9,9 @@ use rayon::prelude::*;
 
 pub use shown::Shown;
 
-use super::{ColorBy, OverlayNode, OverlaySettings};
 use crate::accel::Accel;
+use crate::overlay::node::OverlayNode;
+use crate::overlay::settings::{ColorBy, OverlaySettings};
 use bvhscope_engine::cancel::{CancelToken, Cancelled};
 use bvhscope_engine::geometry::{Aabb, Sphere, Triangle};
 use bvhscope_engine::kernel::par_collect;
@@ -31,17 +31,6 @@ pub struct NodeTable {
     accel: Arc<Accel>,
     boxes: OnceLock<Vec<Aabb>>,
     spheres: OnceLock<Vec<Sphere>>,
-}
-
-/// Nodes that stand out.
-#[derive(Debug, Clone, Default, PartialEq, Eq)]
-pub struct Selection {
-    /// The selected node of the tree, drawn thick and warm with its children in two tints.
-    pub selected: Option<u32>,
-    /// The hovered node, drawn white.
-    pub hovered: Option<u32>,
-    /// Nodes that are not drawn.
-    pub hidden: HashSet<u32>,
 }
 
 impl NodeTable {

@@ -5,8 +5,9 @@ use std::ops::Range;
 
 use rayon::prelude::*;
 
-use super::{NodeTable, Selection, area};
-use crate::overlay::OverlaySettings;
+use super::{NodeTable, area};
+use crate::overlay::selection::Selection;
+use crate::overlay::settings::OverlaySettings;
 use bvhscope_engine::tree::Node;
 use bvhscope_engine::with_tree;
 

@@ -1,0 +1,43 @@
+//! The arguments of one draw: picture, camera, nodes and where on the target.
+
+use std::sync::Arc;
+
+use crate::camera::Camera;
+use crate::overlay::node_table::NodeTable;
+use crate::overlay::selection::Selection;
+use crate::overlay::settings::OverlaySettings;
+
+/// The traced picture as plain slices, row by row from the top left, so that this module need not know the renderer.
+#[derive(Debug, Clone, Copy)]
+pub struct PictureInput<'a> {
+    /// Identifies the picture: an id that is already on the GPU is not uploaded again.
+    pub id: u64,
+    /// Width in pixels.
+    pub width_px: u32,
+    /// Height in pixels.
+    pub height_px: u32,
+    /// sRGB-encoded RGBA, 8 bits a channel.
+    pub rgba: &'a [[u8; 4]],
+    /// Linear view depth of each pixel in world units; 1e30 where no surface was hit.
+    pub depth: &'a [f32],
+}
+
+/// Everything that one draw depends on.
+pub struct DrawInput<'a> {
+    /// The picture under the lines.
+    pub picture: PictureInput<'a>,
+    /// The camera that the picture was traced with, which may lag behind the current one while it moves.
+    pub camera: Camera,
+    /// The nodes of the tree; `None` draws the picture alone.
+    pub table: Option<&'a Arc<NodeTable>>,
+    /// Which containers are drawn, and how.
+    pub settings: OverlaySettings,
+    /// Selected, hovered and hidden nodes.
+    pub selection: &'a Selection,
+    /// `false` draws a neutral background instead of the picture and hides no lines behind surfaces.
+    pub show_picture: bool,
+    /// Viewport in the render target: x, y, width, height in pixels.
+    pub viewport_px: [u32; 4],
+    /// Pixels per point, for line widths.
+    pub pixels_per_point: f32,
+}

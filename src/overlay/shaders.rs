@@ -1,0 +1,60 @@
+//! The WGSL of each drawable. The ids that Rust and WGSL share are written here, from the Rust types, as constants in front of
+//! the shader files.
+
+use std::fmt::Write;
+
+use crate::overlay::node::Role;
+use crate::overlay::ramp::RAMP_STOPS;
+use crate::overlay::settings::ColorBy;
+
+const COMMON: &str = include_str!("../../shaders/common.wgsl");
+const PICTURE: &str = include_str!("../../shaders/picture.wgsl");
+const LINE: &str = include_str!("../../shaders/line.wgsl");
+const BOX: &str = include_str!("../../shaders/box.wgsl");
+const SPHERE: &str = include_str!("../../shaders/sphere.wgsl");
+
+/// The sources of picture, boxes and spheres, as they are handed to the driver.
+pub fn sources() -> [String; 3] {
+    let constants = constants();
+    [&[PICTURE][..], &[LINE, BOX], &[LINE, SPHERE]].map(|files| format!("{constants}{COMMON}{}", files.concat()))
+}
+
+/// WGSL constants of roles, colour meanings and the ramp.
+fn constants() -> String {
+    let mut text = format!("const RAMP_STOPS: u32 = {RAMP_STOPS}u;\n");
+    let mut define = |name: &str, kind: &str, value: &str| {
+        // Writing into a string cannot fail.
+        let _ = writeln!(text, "const {name}: {kind} = {value};");
+    };
+    define("ROLE_SHIFT", "u32", &format!("{}u", Role::SHIFT));
+    define("ROLE_MASK", "u32", &format!("{}u", Role::MASK));
+    for role in Role::ALL {
+        let name = role.shader_name();
+        define(&format!("ROLE_{name}"), "u32", &format!("{}u", role as u32));
+        if let Some(color) = role.color() {
+            let [r, g, b] = color.map(|channel| f32::from(channel) / 255.0);
+            define(&format!("{name}_COLOR"), "vec3f", &format!("vec3f({r:.3}, {g:.3}, {b:.3})"));
+        }
+    }
+    for meaning in ColorBy::ALL {
+        let name = format!("COLOR_BY_{}", meaning.label().to_uppercase());
+        define(&name, "u32", &format!("{}u", meaning as u32));
+    }
+    text
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn lines_have_the_colors_of_the_legend() {
+        for role in Role::ALL.into_iter().filter(|role| role.color().is_some()) {
+            let name = role.shader_name();
+            let case = format!("case ROLE_{name}: {{ return vec4f({name}_COLOR, ");
+            assert!(LINE.contains(&case), "'{case}' is not in the shader");
+        }
+        assert!(constants().contains("const SELECTED_COLOR: vec3f = vec3f(1.000, 0.706, 0.329);"));
+        assert!(constants().contains("const COLOR_BY_OVERLAP: u32 = 2u;"));
+    }
+}
