@@ -355,7 +355,7 @@ fn samples_that_are_no_numbers_are_counted_and_black() {
         let scene = Arc::new(Scene {
             material_indices: vec![0, 1],
             materials: vec![paint(0.5), paint(red)],
-            ..Scene::of_triangles(SceneSource::default_builtin(), triangles)
+            ..Scene::from_triangles(SceneSource::default_builtin(), triangles)
         });
         let accel = Arc::new(Accel::build(&scene, &BuildSettings::default(), &CancelToken::new()).unwrap());
         let camera = Camera::framing(&scene.bounds, Vec3::Y);

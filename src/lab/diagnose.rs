@@ -197,7 +197,7 @@ mod tests {
     #[test]
     fn what_there_is_no_memory_for_is_left_out_and_said() {
         let flat = Triangle { a: Vec3::ZERO, b: Vec3::X, c: Vec3::X };
-        let scene = Scene::of_triangles(SceneSource::default_builtin(), vec![flat; 3]);
+        let scene = Scene::from_triangles(SceneSource::default_builtin(), vec![flat; 3]);
         let kinds = |bytes| {
             let budget = Budget::limited(MemoryLimit::Bytes(bytes));
             let findings = diagnose_within(budget, &scene, &CancelToken::new()).unwrap();

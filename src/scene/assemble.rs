@@ -14,7 +14,7 @@ use bvhscope_engine::geometry::{Aabb, Triangle};
 const MAX_COORDINATE: f32 = 1e18;
 
 /// Triangles, vertices or numbers between two looks at the token.
-pub(super) const DONE_AT_ONCE: usize = 1 << 16;
+pub(super) const BATCH_SIZE: usize = 1 << 16;
 
 /// Triangle counts are kept in 32 bits; leaves and nodes need a few values beyond.
 const MAX_TRIANGLES: usize = (u32::MAX - 16) as usize;
@@ -27,7 +27,7 @@ pub(super) const BYTES_PER_VERTEX: u64 = (3 * size_of::<Vec3>() + size_of::<Vec2
 
 /// There is no memory for the triangles.
 #[derive(Debug, thiserror::Error)]
-pub(super) enum NoRoom {
+pub(super) enum AllocationError {
     /// They would go beyond the budget.
     #[error(transparent)]
     OverBudget(#[from] OverBudget),
@@ -36,7 +36,7 @@ pub(super) enum NoRoom {
     Refused,
 }
 
-impl NoRoom {
+impl AllocationError {
     /// The same about a file.
     pub(super) fn in_file(&self, path: &Path) -> LoadError {
         unusable(path, self.to_string())
@@ -44,7 +44,7 @@ impl NoRoom {
 }
 
 /// Whether there is room for `count` more vertices beside the lists that they come from.
-pub(super) fn check_vertices(count: usize) -> Result<(), NoRoom> {
+pub(super) fn check_vertices(count: usize) -> Result<(), AllocationError> {
     Ok(Budget::of_process().check("the vertices", (count as u64).saturating_mul(2 * BYTES_PER_VERTEX))?)
 }
 
@@ -111,14 +111,14 @@ impl Assembly {
     }
 
     /// Makes room for so many more triangles, or says why there is none. The error names no file yet.
-    pub(super) fn reserve(&mut self, count: usize) -> Result<(), NoRoom> {
+    pub(super) fn reserve(&mut self, count: usize) -> Result<(), AllocationError> {
         if self.triangles.capacity().saturating_sub(self.triangles.len()) >= count {
             return Ok(());
         }
         // Growing copies, so that old and new stand side by side.
         let total = self.triangles.len().saturating_add(count) as u64;
         Budget::of_process().check("the triangles", total.saturating_mul(BYTES_PER_TRIANGLE))?;
-        self.triangles.try_reserve(count).map_err(|_| NoRoom::Refused)?;
+        self.triangles.try_reserve(count).map_err(|_| AllocationError::Refused)?;
         Ok(())
     }
 
@@ -162,12 +162,12 @@ impl Assembly {
         }
         let index = self.triangles.len();
         if let Some(corners) = corners {
-            reserve_at_first(&mut self.corners, self.triangles.capacity());
+            reserve_once(&mut self.corners, self.triangles.capacity());
             self.corners.resize(index, [0; 3]);
             self.corners.push(corners);
         }
         if material != 0 && self.material_indices.len() < index {
-            reserve_at_first(&mut self.material_indices, self.triangles.capacity());
+            reserve_once(&mut self.material_indices, self.triangles.capacity());
             self.material_indices.resize(index, 0);
         }
         if material != 0 || !self.material_indices.is_empty() {
@@ -193,7 +193,7 @@ impl Assembly {
             return Err(unusable(format!("contains more than {MAX_TRIANGLES} triangles, the most there may be")));
         }
         let mut bounds = Aabb::EMPTY;
-        for batch in self.triangles.chunks(DONE_AT_ONCE) {
+        for batch in self.triangles.chunks(BATCH_SIZE) {
             token.check()?;
             bounds = batch.iter().fold(bounds, |bounds, triangle| bounds.union(&triangle.bounds()));
         }
@@ -224,7 +224,7 @@ impl Assembly {
 }
 
 /// Room for one item a triangle, when the first of them comes. Where there is none, the list grows.
-fn reserve_at_first<T>(list: &mut Vec<T>, count: usize) {
+fn reserve_once<T>(list: &mut Vec<T>, count: usize) {
     if list.capacity() == 0 {
         let _ = list.try_reserve_exact(count);
     }
@@ -242,7 +242,7 @@ fn append<T: Copy>(
     if !list.is_empty() {
         all.resize(first, default);
         all.reserve(list.len());
-        for part in list.chunks(DONE_AT_ONCE) {
+        for part in list.chunks(BATCH_SIZE) {
             token.check()?;
             all.extend_from_slice(part);
         }
@@ -253,12 +253,12 @@ fn append<T: Copy>(
 
 /// Corners counted from the vertex `first`, `None` where there are no attributes. [`Assembly::add_vertices`] has found that
 /// 32 bits count those that exist.
-pub(super) fn moved(corners: [u32; 3], first: Option<u32>) -> Option<[u32; 3]> {
+pub(super) fn offset_corners(corners: [u32; 3], first: Option<u32>) -> Option<[u32; 3]> {
     first.map(|first| corners.map(|corner| first.saturating_add(corner)))
 }
 
 /// A list of `items`, about `count` of them.
-pub(super) fn listed<T>(
+pub(super) fn collect_cancellable<T>(
     count: usize,
     items: impl IntoIterator<Item = T>,
     token: &CancelToken,
@@ -268,7 +268,7 @@ pub(super) fn listed<T>(
     loop {
         token.check()?;
         let before = list.len();
-        list.extend(items.by_ref().take(DONE_AT_ONCE));
+        list.extend(items.by_ref().take(BATCH_SIZE));
         if list.len() == before {
             return Ok(list);
         }

@@ -51,12 +51,12 @@ fn locate(path: &std::path::Path, location: &FileLocation) -> String {
 }
 
 /// What is kept of the beginning and of the end of a sentence.
-const KEPT: [usize; 2] = [400, 200];
+const KEPT_BYTES: [usize; 2] = [400, 200];
 
 /// `text` without its middle where nobody would read it all: files can put megabytes of theirs into it.
 fn shortened(text: &str) -> Cow<'_, str> {
-    let end = text.ceil_char_boundary(text.len().saturating_sub(KEPT[1]));
-    let start = text.floor_char_boundary(KEPT[0]);
+    let end = text.ceil_char_boundary(text.len().saturating_sub(KEPT_BYTES[1]));
+    let start = text.floor_char_boundary(KEPT_BYTES[0]);
     match (text.get(..start), text.get(end..)) {
         (Some(head), Some(tail)) if start < end => Cow::Owned(format!("{head} … {tail}")),
         _ => Cow::Borrowed(text),
@@ -75,7 +75,7 @@ pub struct Warning {
 }
 
 /// More kinds than this nobody reads, and each warning is looked for among them.
-const MOST_KINDS: usize = 200;
+const MAX_KINDS: usize = 200;
 
 /// Everything that was skipped or repaired while loading one file.
 #[derive(Debug, Clone, Default, PartialEq, Eq, Serialize)]
@@ -96,8 +96,8 @@ impl Warnings {
             return;
         }
         let what = &*shortened(what);
-        let is_full = self.entries.len() >= MOST_KINDS;
-        let found = self.entries.iter().position(|entry| entry.what == what).or(is_full.then_some(MOST_KINDS));
+        let is_full = self.entries.len() >= MAX_KINDS;
+        let found = self.entries.iter().position(|entry| entry.what == what).or(is_full.then_some(MAX_KINDS));
         if let Some(entry) = found.and_then(|at| self.entries.get_mut(at)) {
             entry.count = entry.count.saturating_add(count);
         } else {
@@ -139,7 +139,7 @@ mod tests {
     #[test]
     fn a_great_many_kinds_of_warnings_stay_a_list_that_can_be_read() {
         let mut warnings = Warnings::default();
-        for k in 0..10 * MOST_KINDS as u64 {
+        for k in 0..10 * MAX_KINDS as u64 {
             warnings.add_many(2, &format!("kind {k}"), || FileLocation::Line(k));
         }
         warnings.add_many(0, "nothing", || FileLocation::File);
@@ -148,11 +148,11 @@ mod tests {
         others.add("kind 5", || FileLocation::File);
         others.add("something new", || FileLocation::File);
         warnings.append(others);
-        assert_eq!(warnings.entries.len(), MOST_KINDS + 1);
+        assert_eq!(warnings.entries.len(), MAX_KINDS + 1);
         assert_eq!(warnings.entries[3], Warning { what: "kind 3".to_owned(), count: 3, first: FileLocation::Line(3) });
         assert_eq!(warnings.entries[5].count, 3);
-        let last = warnings.entries[MOST_KINDS].clone();
-        assert_eq!(last.first, FileLocation::Line(MOST_KINDS as u64));
+        let last = warnings.entries[MAX_KINDS].clone();
+        assert_eq!(last.first, FileLocation::Line(MAX_KINDS as u64));
         assert_eq!(last.to_string(), "3601 warnings of other kinds (first at line 200)");
     }
 

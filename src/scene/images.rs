@@ -50,13 +50,13 @@ impl<'a> Images<'a> {
     }
 
     /// The bytes of a file named by the model.
-    pub(super) fn read_beside(&self, name: &str) -> Result<Vec<u8>, String> {
+    pub(super) fn read_relative(&self, name: &str) -> Result<Vec<u8>, String> {
         let path = self.find(name)?;
         read_file(&path, None, self.token).map_err(|error| error.to_string())
     }
 
     /// The texture in an image file named by the model; `None`, with a warning, where it cannot be used.
-    pub(super) fn texture_beside(&mut self, name: &str, wrap: [WrapMode; 2]) -> Option<u32> {
+    pub(super) fn texture_from_file(&mut self, name: &str, wrap: [WrapMode; 2]) -> Option<u32> {
         if self.token.is_cancelled() {
             return None;
         }
@@ -64,7 +64,7 @@ impl<'a> Images<'a> {
         if let Some(known) = self.known.get(&key) {
             return *known;
         }
-        let texture = match self.read_beside(name) {
+        let texture = match self.read_relative(name) {
             Ok(bytes) => self.texture(bytes, wrap, name),
             Err(reason) => {
                 self.warn(name, &reason);
@@ -80,7 +80,7 @@ impl<'a> Images<'a> {
         if self.token.is_cancelled() {
             return None;
         }
-        match decode_elsewhere(bytes, MAX_TOTAL.saturating_sub(self.total), self.token)? {
+        match decode_on_thread(bytes, MAX_TOTAL.saturating_sub(self.total), self.token)? {
             Ok((width, height, texels)) => {
                 self.add(Texture { width, height, texels, wrap, uv_transform: Affine2::IDENTITY })
             }
@@ -127,7 +127,7 @@ impl<'a> Images<'a> {
         let name = name.replace('\\', "/");
         let relative = Path::new(&name);
         let direct = self.folder.join(relative);
-        let path = if direct.exists() { direct } else { self.find_any_case(relative).unwrap_or(direct) };
+        let path = if direct.exists() { direct } else { self.find_ignoring_case(relative).unwrap_or(direct) };
         let path = path.canonicalize().map_err(|_| "there is no such file".to_owned())?;
         let folder = self.folder.canonicalize().map_err(|error| error.to_string())?;
         if self.options.allow_outside || path.starts_with(folder) {
@@ -137,7 +137,7 @@ impl<'a> Images<'a> {
         }
     }
 
-    fn find_any_case(&self, relative: &Path) -> Option<PathBuf> {
+    fn find_ignoring_case(&self, relative: &Path) -> Option<PathBuf> {
         let mut path = self.folder.clone();
         for component in relative.components() {
             let Component::Normal(wanted) = component else {
@@ -166,18 +166,18 @@ type Decoded = Result<(u32, u32, Vec<[u8; 4]>), String>;
 const SMALL_FILE: usize = 1 << 14;
 
 /// [`decode`], unless nobody wants it any more.
-fn decode_elsewhere(bytes: Vec<u8>, budget: u64, token: &CancelToken) -> Option<Decoded> {
+fn decode_on_thread(bytes: Vec<u8>, budget: u64, token: &CancelToken) -> Option<Decoded> {
     if bytes.len() < SMALL_FILE {
         return Some(decode(&bytes, budget));
     }
     let bytes = std::sync::Arc::new(bytes);
     let theirs = std::sync::Arc::clone(&bytes);
-    elsewhere(move || decode(&theirs, budget), token, || decode(&bytes, budget))
+    run_on_thread(move || decode(&theirs, budget), token, || decode(&bytes, budget))
 }
 
 /// `work` on a thread of its own, since it takes long and nothing can stop it; `None` once nobody wants it any more: then
 /// that thread gives the memory back. Where there is no thread to be had, `here`.
-fn elsewhere(
+fn run_on_thread(
     work: impl FnOnce() -> Decoded + Send + 'static,
     token: &CancelToken,
     here: impl FnOnce() -> Decoded,
@@ -272,12 +272,13 @@ mod tests {
             Err(String::new())
         };
         let token = CancelToken::watched(|look| look == 3);
-        assert_eq!(elsewhere(endless, &token, || panic!("a thread is to be had")), None);
+        assert_eq!(run_on_thread(endless, &token, || panic!("a thread is to be had")), None);
         assert!(token.is_cancelled());
         drop(let_go);
-        let done = elsewhere(|| Ok((0, 0, Vec::new())), &CancelToken::new(), || panic!("a thread is to be had"));
+        let done = run_on_thread(|| Ok((0, 0, Vec::new())), &CancelToken::new(), || panic!("a thread is to be had"));
         assert_eq!(done, Some(Ok((0, 0, Vec::new()))));
-        let broken = elsewhere(|| panic!("a decoder that fails"), &CancelToken::new(), || panic!("and here as well"));
+        let broken =
+            run_on_thread(|| panic!("a decoder that fails"), &CancelToken::new(), || panic!("and here as well"));
         assert!(broken.unwrap().is_err());
     }
 }

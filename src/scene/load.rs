@@ -5,6 +5,7 @@ use std::path::Path;
 use glam::Vec3;
 
 use super::assemble::Assembly;
+use super::format::{FileFormat, format_names};
 use super::read::{beginning, read_model, unusable};
 use super::{FileLocation, LoadError, Scene, SceneSource, builtin, gltf, obj, ply, stl};
 use bvhscope_engine::cancel::CancelToken;
@@ -55,76 +56,45 @@ fn read_bytes(
 ) -> Result<(Assembly, Vec3), LoadError> {
     let mut assembly = Assembly::new();
     let found = detect(path, bytes);
-    if let (Some(found), Some(named)) = (found, Format::by_name(path))
+    if let (Some(found), Some(named)) = (found, FileFormat::from_extension(path))
         && found != named
     {
-        let what = format!("name that says {}; it is read as {}, which its content is", named.label(), found.label());
+        let what = format!("name that says {}; it is read as {}, which its content is", named.name(), found.name());
         assembly.warnings.add(&what, || FileLocation::File);
     }
     let up = match found {
-        Some(Format::Obj) => obj::load(path, bytes, options, &mut assembly, token).map(|()| Vec3::Y),
-        Some(Format::Gltf) => gltf::load(path, bytes, options, &mut assembly, token).map(|()| Vec3::Y),
-        Some(Format::Ply) => ply::load(path, bytes, &mut assembly, token).map(|()| Vec3::Y),
+        Some(FileFormat::Obj) => obj::load(path, bytes, options, &mut assembly, token).map(|()| Vec3::Y),
+        Some(FileFormat::Gltf) => gltf::load(path, bytes, options, &mut assembly, token).map(|()| Vec3::Y),
+        Some(FileFormat::Ply) => ply::load(path, bytes, &mut assembly, token).map(|()| Vec3::Y),
         // Drawing programs for machine parts, where most STL files come from, have z up.
-        Some(Format::Stl) => stl::load(path, bytes, &mut assembly, token).map(|()| Vec3::Z),
-        None => Err(unusable(path, "is neither OBJ, glTF, GLB, PLY nor STL")),
+        Some(FileFormat::Stl) => stl::load(path, bytes, &mut assembly, token).map(|()| Vec3::Z),
+        None => Err(unusable(path, format!("is neither {}", format_names("nor")))),
     }?;
     Ok((assembly, up))
 }
 
-/// File formats.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Format {
-    Obj,
-    Gltf,
-    Ply,
-    Stl,
-}
-
-impl Format {
-    /// What the extension says.
-    fn by_name(path: &Path) -> Option<Self> {
-        match path.extension()?.to_string_lossy().to_ascii_lowercase().as_str() {
-            "obj" => Some(Self::Obj),
-            "gltf" | "glb" => Some(Self::Gltf),
-            "ply" => Some(Self::Ply),
-            "stl" => Some(Self::Stl),
-            _ => None,
-        }
-    }
-
-    const fn label(self) -> &'static str {
-        match self {
-            Self::Obj => "OBJ",
-            Self::Gltf => "glTF",
-            Self::Ply => "PLY",
-            Self::Stl => "STL",
-        }
-    }
-}
-
 /// By content first; by extension where the content could be anything.
-fn detect(path: &Path, bytes: &[u8]) -> Option<Format> {
+fn detect(path: &Path, bytes: &[u8]) -> Option<FileFormat> {
     if bytes.starts_with(b"glTF") {
-        return Some(Format::Gltf);
+        return Some(FileFormat::Gltf);
     }
     if bytes.starts_with(b"ply\n") || bytes.starts_with(b"ply\r") {
-        return Some(Format::Ply);
+        return Some(FileFormat::Ply);
     }
     if stl::binary_size(bytes) == Some(bytes.len() as u64) {
-        return Some(Format::Stl);
+        return Some(FileFormat::Stl);
     }
     let text = beginning(bytes);
     if text.starts_with(b"{") {
-        return Some(Format::Gltf);
+        return Some(FileFormat::Gltf);
     }
-    match Format::by_name(path) {
+    match FileFormat::from_extension(path) {
         Some(format) => Some(format),
-        None if text.get(..5).is_some_and(|start| start.eq_ignore_ascii_case(b"solid")) => Some(Format::Stl),
+        None if text.get(..5).is_some_and(|start| start.eq_ignore_ascii_case(b"solid")) => Some(FileFormat::Stl),
         None => {
             let start = &bytes[..bytes.len().min(4096)];
             let statement = |line: &[u8]| [&b"v "[..], b"o ", b"g ", b"mtllib "].iter().any(|k| line.starts_with(k));
-            start.split(|&byte| byte == b'\n').any(statement).then_some(Format::Obj)
+            start.split(|&byte| byte == b'\n').any(statement).then_some(FileFormat::Obj)
         }
     }
 }

@@ -6,9 +6,9 @@ use std::path::Path;
 
 use glam::Vec3;
 
-use super::assemble::{Assembly, BYTES_PER_TRIANGLE, BYTES_PER_VERTEX, VertexLists, moved};
+use super::assemble::{Assembly, BYTES_PER_TRIANGLE, BYTES_PER_VERTEX, VertexLists, offset_corners};
 use super::material::linear_from_srgb;
-use super::read::{READ_SHARE, unusable};
+use super::read::{READ_PROGRESS, unusable};
 use super::{FileLocation, LoadError};
 use crate::budget::Budget;
 use bvhscope_engine::cancel::CancelToken;
@@ -19,7 +19,7 @@ const MAX_HEADER_LINES: u64 = 1 << 16;
 /// Digits of a number at most.
 const MAX_WORD: usize = 1 << 12;
 /// Blanks between two looks at the token at most.
-const BYTES_BETWEEN_LOOKS: usize = 1 << 20;
+const POLL_INTERVAL_BYTES: usize = 1 << 20;
 
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Encoding {
@@ -108,7 +108,7 @@ pub(super) fn load(path: &Path, bytes: &[u8], assembly: &mut Assembly, token: &C
         }
         let corner = |k: usize| vertices.get(corners[k] as usize).copied();
         if let (Some(a), Some(b), Some(c)) = (corner(0), corner(1), corner(2)) {
-            let attributes = moved(corners, first);
+            let attributes = offset_corners(corners, first);
             assembly.push(Triangle { a, b, c }, attributes, 0, || FileLocation::Json(format!("face {index}")));
         } else {
             assembly.warnings.add("triangles with a vertex that does not exist skipped", || {
@@ -240,7 +240,7 @@ impl Source<'_> {
         while let Some(byte) = self.rest().first().filter(|byte| byte.is_ascii_whitespace()) {
             self.line = self.line.saturating_add(u64::from(*byte == b'\n'));
             self.advance(1);
-            if self.at.is_multiple_of(BYTES_BETWEEN_LOOKS) {
+            if self.at.is_multiple_of(POLL_INTERVAL_BYTES) {
                 self.token.check()?;
             }
         }
@@ -281,7 +281,7 @@ impl Source<'_> {
     fn pause(&self, index: u64, token: &CancelToken) -> Result<(), LoadError> {
         if index.is_multiple_of(16_384) {
             token.check()?;
-            token.set_progress(READ_SHARE + (0.95 - READ_SHARE) * self.at as f32 / self.bytes.len() as f32);
+            token.set_progress(READ_PROGRESS + (0.95 - READ_PROGRESS) * self.at as f32 / self.bytes.len() as f32);
         }
         Ok(())
     }

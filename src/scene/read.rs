@@ -4,25 +4,26 @@ use std::fs::{File, OpenOptions};
 use std::io::Read;
 use std::path::Path;
 
+use super::format::FileFormat;
 use super::{FileLocation, LoadError};
 use crate::budget::Budget;
 use bvhscope_engine::cancel::CancelToken;
 
 /// The part of the progress that reading the model file takes.
-pub(super) const READ_SHARE: f32 = 0.2;
+pub(super) const READ_PROGRESS: f32 = 0.2;
 
 /// Read between two looks at the token.
-const PORTION: usize = 1 << 22;
+const CHUNK_SIZE: usize = 1 << 22;
 
 /// A longer line is none of a model.
 pub(super) const MAX_LINE: usize = 1 << 20;
 
 /// Blanks at the start of a file are looked through no farther than this.
-const BEGINNING: usize = 1 << 16;
+const MAX_PREFIX: usize = 1 << 16;
 
 /// How a text begins, without a mark of its encoding and blanks.
 pub(super) fn beginning(bytes: &[u8]) -> &[u8] {
-    let bytes = bytes.get(..BEGINNING).unwrap_or(bytes);
+    let bytes = bytes.get(..MAX_PREFIX).unwrap_or(bytes);
     bytes.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(bytes).trim_ascii_start()
 }
 
@@ -55,7 +56,7 @@ pub(super) fn unusable(path: &Path, message: impl Into<String>) -> LoadError {
 
 /// The whole model file; never empty.
 pub(super) fn read_model(path: &Path, token: &CancelToken) -> Result<Vec<u8>, LoadError> {
-    let bytes = read_file(path, Some(READ_SHARE), token)?;
+    let bytes = read_file(path, Some(READ_PROGRESS), token)?;
     if bytes.is_empty() {
         return Err(unusable(path, "the file is empty"));
     }
@@ -88,7 +89,7 @@ fn fill(
     while bytes.len() < size {
         token.check()?;
         let start = bytes.len();
-        let portion = PORTION.min(size.saturating_sub(start));
+        let portion = CHUNK_SIZE.min(size.saturating_sub(start));
         let got = source.by_ref().take(portion as u64).read_to_end(bytes);
         let got = got.map_err(|error| LoadError::Unusable {
             path: path.to_path_buf(),
@@ -147,8 +148,7 @@ fn names_in(folder: &Path) -> Vec<String> {
 }
 
 fn is_model(name: &str) -> bool {
-    let extension = name.rsplit('.').next().unwrap_or_default().to_ascii_lowercase();
-    ["obj", "gltf", "glb", "ply", "stl"].contains(&extension.as_str())
+    FileFormat::from_extension(Path::new(name)).is_some()
 }
 
 fn loadable_files(folder: &Path) -> String {
@@ -205,21 +205,21 @@ mod tests {
     fn a_file_that_grows_ends_where_it_did() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("a.stl");
-        std::fs::write(&path, vec![1; PORTION + 10]).unwrap();
+        std::fs::write(&path, vec![1; CHUNK_SIZE + 10]).unwrap();
         let theirs = path.clone();
         let token = CancelToken::watched(move |_| {
             OpenOptions::new().append(true).open(&theirs).unwrap().write_all(&[2; 1000]).unwrap();
             false
         });
         let bytes = read_file(&path, None, &token).unwrap();
-        assert_eq!((bytes.len(), bytes.last()), (PORTION + 10, Some(&1)));
+        assert_eq!((bytes.len(), bytes.last()), (CHUNK_SIZE + 10, Some(&1)));
     }
 
     #[test]
     fn a_file_that_shrinks_while_it_is_read_is_noticed() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("a.stl");
-        std::fs::write(&path, vec![1; PORTION + 10]).unwrap();
+        std::fs::write(&path, vec![1; CHUNK_SIZE + 10]).unwrap();
         let theirs = path.clone();
         let token = CancelToken::watched(move |look| {
             if look == 2 {

@@ -7,7 +7,7 @@ use std::path::Path;
 use glam::Vec3;
 
 use super::assemble::Assembly;
-use super::read::{READ_SHARE, beginning, lines};
+use super::read::{READ_PROGRESS, beginning, lines};
 use super::{FileLocation, LoadError};
 use bvhscope_engine::cancel::CancelToken;
 use bvhscope_engine::geometry::Triangle;
@@ -16,7 +16,7 @@ use bvhscope_engine::geometry::Triangle;
 const RECORD: usize = 50;
 const HEADER: usize = 84;
 /// Bytes of text between two looks at the token at most.
-const BYTES_BETWEEN_LOOKS: usize = 1 << 20;
+const POLL_INTERVAL_BYTES: usize = 1 << 20;
 
 /// The triangles that a binary file with this header has.
 fn declared_count(bytes: &[u8]) -> Option<u64> {
@@ -52,7 +52,7 @@ pub(super) fn load(path: &Path, bytes: &[u8], assembly: &mut Assembly, token: &C
     for (index, record) in records.iter().enumerate() {
         if index % 65_536 == 0 {
             token.check()?;
-            token.set_progress(READ_SHARE + (1.0 - READ_SHARE) * index as f32 / records.len() as f32);
+            token.set_progress(READ_PROGRESS + (1.0 - READ_PROGRESS) * index as f32 / records.len() as f32);
         }
         // The normal, three corners, and two bytes that nobody uses.
         let (vectors, _) = record.as_chunks::<12>();
@@ -69,14 +69,14 @@ pub(super) fn load(path: &Path, bytes: &[u8], assembly: &mut Assembly, token: &C
 fn load_text(path: &Path, bytes: &[u8], assembly: &mut Assembly, token: &CancelToken) -> Result<(), LoadError> {
     let mut corners = Vec::with_capacity(3);
     let mut is_open = false;
-    let (mut done, mut next_look) = (0_usize, 0);
+    let (mut done, mut next_poll) = (0_usize, 0);
     for (index, line) in lines(bytes).enumerate() {
-        if index % 16_384 == 0 || done >= next_look {
+        if index % 16_384 == 0 || done >= next_poll {
             token.check()?;
-            next_look = done.saturating_add(BYTES_BETWEEN_LOOKS);
+            next_poll = done.saturating_add(POLL_INTERVAL_BYTES);
             // Seven lines are a triangle; in an odd file two.
             assembly.reserve(16_384 / 2).map_err(|error| error.in_file(path))?;
-            token.set_progress(READ_SHARE + (1.0 - READ_SHARE) * done as f32 / bytes.len() as f32);
+            token.set_progress(READ_PROGRESS + (1.0 - READ_PROGRESS) * done as f32 / bytes.len() as f32);
         }
         done = done.saturating_add(line.len()).saturating_add(1);
         let number = (index as u64).saturating_add(1);

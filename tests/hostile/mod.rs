@@ -118,7 +118,7 @@ fn settings(choice: u8) -> BuildSettings {
 }
 
 fn scene(triangles: Vec<Triangle>) -> Arc<Scene> {
-    Arc::new(Scene::of_triangles(bvhscope::scene::SceneSource::default_builtin(), triangles))
+    Arc::new(Scene::from_triangles(bvhscope::scene::SceneSource::default_builtin(), triangles))
 }
 
 /// A tree of arbitrary triangles: whole, within its bounds, of bounded depth, with finite numbers. The first byte chooses

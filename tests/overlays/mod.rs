@@ -43,7 +43,7 @@ where
     AnyTree: From<Tree<C>>,
 {
     let tree = halving_tree::<C>(&triangles).into();
-    let scene = Scene::of_triangles(SceneSource::default_builtin(), triangles);
+    let scene = Scene::from_triangles(SceneSource::default_builtin(), triangles);
     let settings = BuildSettings { container: C::KIND, ..BuildSettings::default() };
     let mut accel = Accel::build(&Arc::new(scene), &settings, &CancelToken::new()).unwrap();
     // A tree of known shape in place of the builder's.

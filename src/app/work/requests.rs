@@ -13,10 +13,7 @@ use crate::app::viewport::screenshot::Shot;
 use crate::app::work::measure_worker::MeasureWorker;
 use crate::app::work::reconcile::Rails;
 use crate::export::write_new;
-use crate::scene::SceneSource;
-
-/// Extensions that the file dialog offers.
-const MODEL_EXTENSIONS: [&str; 5] = ["obj", "gltf", "glb", "ply", "stl"];
+use crate::scene::{FileFormat, SceneSource, model_extensions};
 
 /// Errands that run on their own threads.
 pub struct BackgroundTasks {
@@ -84,7 +81,7 @@ impl BackgroundTasks {
         }
         let mut dialog = rfd::AsyncFileDialog::new()
             .set_title("Open a model")
-            .add_filter("Models", &MODEL_EXTENSIONS)
+            .add_filter("Models", &model_extensions())
             .add_filter("All files", &["*"]);
         if let Some(folder) = state.preferences.recent.first().and_then(|path| path.parent()) {
             dialog = dialog.set_directory(folder);
@@ -168,6 +165,5 @@ pub fn take_dropped_files(ctx: &egui::Context, rails: &mut Rails, state: &mut Ap
 }
 
 fn is_model(path: &Path) -> bool {
-    let extension = path.extension().and_then(|extension| extension.to_str()).map(str::to_lowercase);
-    extension.is_some_and(|extension| MODEL_EXTENSIONS.contains(&extension.as_str()))
+    FileFormat::from_extension(path).is_some()
 }

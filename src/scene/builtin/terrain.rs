@@ -5,7 +5,7 @@ use rayon::prelude::*;
 
 use super::shapes::paint;
 use crate::scene::FileLocation;
-use crate::scene::assemble::{Assembly, VertexLists, listed};
+use crate::scene::assemble::{Assembly, VertexLists, collect_cancellable};
 use bvhscope_engine::cancel::{CancelToken, Cancelled};
 use bvhscope_engine::geometry::Triangle;
 
@@ -22,11 +22,11 @@ pub(super) fn build(triangles: u32, assembly: &mut Assembly, token: &CancelToken
             Ok((0..side).map(|column| vertex(column as f32 * step - 1.0, row as f32 * step - 1.0)).collect())
         })
         .collect::<Result<_, Cancelled>>()?;
-    let vertices = listed((side * side) as usize, rows.into_iter().flatten(), token)?;
+    let vertices = collect_cancellable((side * side) as usize, rows.into_iter().flatten(), token)?;
     token.set_progress(0.6);
     let lists = VertexLists {
-        normals: listed(vertices.len(), vertices.iter().map(|vertex| vertex.1), token)?,
-        colors: listed(vertices.len(), vertices.iter().map(|vertex| vertex.2), token)?,
+        normals: collect_cancellable(vertices.len(), vertices.iter().map(|vertex| vertex.1), token)?,
+        colors: collect_cancellable(vertices.len(), vertices.iter().map(|vertex| vertex.2), token)?,
         ..VertexLists::default()
     };
     let first = assembly.add_vertices(vertices.len(), &lists, token)?;

@@ -7,32 +7,32 @@ use gltf::json::validation::Checked;
 
 use super::document::{Document, entry};
 use crate::budget::Budget;
-use crate::scene::assemble::listed;
+use crate::scene::assemble::collect_cancellable;
 use bvhscope_engine::cancel::{CancelToken, Cancelled};
 
 /// Why there is nothing to read.
-pub(super) enum Unread {
+pub(super) enum AccessorError {
     /// Nobody wants it any more.
     Cancelled(Cancelled),
     /// It cannot be read, for this reason.
-    Because(String),
+    Unreadable(String),
 }
 
-impl From<Cancelled> for Unread {
+impl From<Cancelled> for AccessorError {
     fn from(cancelled: Cancelled) -> Self {
         Self::Cancelled(cancelled)
     }
 }
 
-impl From<String> for Unread {
+impl From<String> for AccessorError {
     fn from(reason: String) -> Self {
-        Self::Because(reason)
+        Self::Unreadable(reason)
     }
 }
 
-impl From<&str> for Unread {
+impl From<&str> for AccessorError {
     fn from(reason: &str) -> Self {
-        Self::Because(reason.to_owned())
+        Self::Unreadable(reason.to_owned())
     }
 }
 
@@ -45,7 +45,7 @@ pub(super) struct Elements {
 }
 
 /// An accessor that can be read safely.
-struct Sound<'a> {
+struct CheckedAccessor<'a> {
     reader: gltf::Accessor<'a>,
     kind: DataType,
     width: usize,
@@ -53,16 +53,16 @@ struct Sound<'a> {
     /// `count` times `width`.
     numbers: usize,
     /// Neither view nor sparse values: all zero, which the crate does not read.
-    blank: bool,
+    all_zero: bool,
 }
 
 /// Reads an accessor as floats.
-pub(super) fn read(document: &Document, index: usize, token: &CancelToken) -> Result<Elements, Unread> {
+pub(super) fn read(document: &Document, index: usize, token: &CancelToken) -> Result<Elements, AccessorError> {
     let accessor = check(document, index)?;
     let normalized = accessor.reader.normalized();
     let share = |number: f32, most: f32| if normalized { (number / most).max(-1.0) } else { number };
     let numbers = match accessor.kind {
-        _ if accessor.blank => vec![0.0; accessor.numbers],
+        _ if accessor.all_zero => vec![0.0; accessor.numbers],
         DataType::I8 => components(document, &accessor, |number: i8| share(f32::from(number), 127.0), token)?,
         DataType::U8 => components(document, &accessor, |number: u8| share(f32::from(number), 255.0), token)?,
         DataType::I16 => components(document, &accessor, |number: i16| share(f32::from(number), 32_767.0), token)?,
@@ -74,11 +74,11 @@ pub(super) fn read(document: &Document, index: usize, token: &CancelToken) -> Re
 }
 
 /// Reads an accessor as vertex indices.
-pub(super) fn read_indices(document: &Document, index: usize, token: &CancelToken) -> Result<Vec<u32>, Unread> {
+pub(super) fn read_indices(document: &Document, index: usize, token: &CancelToken) -> Result<Vec<u32>, AccessorError> {
     let accessor = check(document, index)?;
     match accessor.kind {
         _ if accessor.width != 1 => Err(format!("accessors[{index}] holds vectors, no indices").into()),
-        DataType::U8 | DataType::U16 | DataType::U32 if accessor.blank => Ok(vec![0; accessor.count]),
+        DataType::U8 | DataType::U16 | DataType::U32 if accessor.all_zero => Ok(vec![0; accessor.count]),
         DataType::U8 => Ok(components(document, &accessor, |number: u8| u32::from(number), token)?),
         DataType::U16 => Ok(components(document, &accessor, |number: u16| u32::from(number), token)?),
         DataType::U32 => Ok(components(document, &accessor, |number: u32| number, token)?),
@@ -89,7 +89,7 @@ pub(super) fn read_indices(document: &Document, index: usize, token: &CancelToke
 /// Every number of a checked accessor.
 fn components<T: Item + Copy, N>(
     document: &Document,
-    accessor: &Sound,
+    accessor: &CheckedAccessor,
     convert: impl Fn(T) -> N,
     token: &CancelToken,
 ) -> Result<Vec<N>, Cancelled> {
@@ -97,15 +97,27 @@ fn components<T: Item + Copy, N>(
     let reader = || accessor.reader.clone();
     let count = accessor.numbers;
     match accessor.width {
-        1 => listed(count, Iter::<T>::new(reader(), bytes).into_iter().flatten().map(convert), token),
-        2 => listed(count, Iter::<[T; 2]>::new(reader(), bytes).into_iter().flatten().flatten().map(convert), token),
-        3 => listed(count, Iter::<[T; 3]>::new(reader(), bytes).into_iter().flatten().flatten().map(convert), token),
-        _ => listed(count, Iter::<[T; 4]>::new(reader(), bytes).into_iter().flatten().flatten().map(convert), token),
+        1 => collect_cancellable(count, Iter::<T>::new(reader(), bytes).into_iter().flatten().map(convert), token),
+        2 => collect_cancellable(
+            count,
+            Iter::<[T; 2]>::new(reader(), bytes).into_iter().flatten().flatten().map(convert),
+            token,
+        ),
+        3 => collect_cancellable(
+            count,
+            Iter::<[T; 3]>::new(reader(), bytes).into_iter().flatten().flatten().map(convert),
+            token,
+        ),
+        _ => collect_cancellable(
+            count,
+            Iter::<[T; 4]>::new(reader(), bytes).into_iter().flatten().flatten().map(convert),
+            token,
+        ),
     }
 }
 
 /// Everything that reading relies on.
-fn check<'a>(document: &'a Document, index: usize) -> Result<Sound<'a>, String> {
+fn check<'a>(document: &'a Document, index: usize) -> Result<CheckedAccessor<'a>, String> {
     let fault = |what: &str| format!("accessors[{index}] {what}");
     let accessor: &Accessor = entry(&document.root().accessors, "accessors", index)?;
     let Checked::Valid(kind) = accessor.component_type else { return Err(fault("has an unknown componentType")) };
@@ -159,9 +171,9 @@ fn check<'a>(document: &'a Document, index: usize) -> Result<Sound<'a>, String> 
     Budget::of_process()
         .check("the vertices of one accessor", bytes)
         .map_err(|error| format!("accessors[{index}]: {error}"))?;
-    let blank = accessor.buffer_view.is_none() && accessor.sparse.is_none();
+    let all_zero = accessor.buffer_view.is_none() && accessor.sparse.is_none();
     let reader = document.parsed.accessors().nth(index).ok_or_else(|| fault("does not exist"))?;
-    Ok(Sound { reader, kind: kind.0, width, count, numbers, blank })
+    Ok(CheckedAccessor { reader, kind: kind.0, width, count, numbers, all_zero })
 }
 
 /// The bytes of `count` elements of `size` bytes in a view, and their distance.

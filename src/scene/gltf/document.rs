@@ -31,17 +31,17 @@ impl<'a> Document<'a> {
             (Cow::Borrowed(bytes.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(bytes)), None)
         };
         check_json(path, &text, token)?;
-        let root = Root::from_reader(BufReader::with_capacity(BETWEEN_LOOKS, Watched { rest: &text, token })).map_err(
-            |error| {
-                if token.is_cancelled() {
-                    return LoadError::Cancelled(Cancelled);
-                }
-                fault(
-                    FileLocation::Column(error.line() as u64, error.column() as u64),
-                    format!("is not glTF 2.0: {error}"),
-                )
-            },
-        )?;
+        let root =
+            Root::from_reader(BufReader::with_capacity(POLL_INTERVAL_BYTES, CancellableReader { rest: &text, token }))
+                .map_err(|error| {
+                    if token.is_cancelled() {
+                        return LoadError::Cancelled(Cancelled);
+                    }
+                    fault(
+                        FileLocation::Column(error.line() as u64, error.column() as u64),
+                        format!("is not glTF 2.0: {error}"),
+                    )
+                })?;
         let mut binary = binary;
         let buffers = root
             .buffers
@@ -95,7 +95,7 @@ fn check_json(path: &Path, text: &[u8], token: &CancelToken) -> Result<(), LoadE
     const OBJECT: u64 = 1024;
     const ENTRY: u64 = 2 * size_of::<serde_json::Value>() as u64;
     let (mut objects, mut entries) = (0_u64, 0_u64);
-    for part in text.chunks(BETWEEN_LOOKS) {
+    for part in text.chunks(POLL_INTERVAL_BYTES) {
         token.check()?;
         // One more than there are.
         let count = |wanted: u8| part.split(|&byte| byte == wanted).count() as u64;
@@ -108,15 +108,15 @@ fn check_json(path: &Path, text: &[u8], token: &CancelToken) -> Result<(), LoadE
 }
 
 /// Bytes between two looks at the token.
-const BETWEEN_LOOKS: usize = 1 << 18;
+const POLL_INTERVAL_BYTES: usize = 1 << 18;
 
 /// A text that ends with an error once nobody wants it any more.
-struct Watched<'a> {
+struct CancellableReader<'a> {
     rest: &'a [u8],
     token: &'a CancelToken,
 }
 
-impl Read for Watched<'_> {
+impl Read for CancellableReader<'_> {
     fn read(&mut self, buffer: &mut [u8]) -> std::io::Result<usize> {
         self.token.check().map_err(std::io::Error::other)?;
         self.rest.read(buffer)
@@ -170,7 +170,7 @@ pub(crate) fn read_uri(uri: &str, images: &Images) -> Result<Vec<u8>, String> {
     let Some(data) = uri.strip_prefix("data:") else {
         let name =
             String::from_utf8(percent_decoded(uri, images.token)?).map_err(|_| "the URI is not UTF-8".to_owned())?;
-        return images.read_beside(&name);
+        return images.read_relative(&name);
     };
     match data.split_once(',') {
         Some((kind, text)) if kind.ends_with(";base64") => base64(text, images.token),
@@ -185,7 +185,7 @@ fn percent_decoded(text: &str, token: &CancelToken) -> Result<Vec<u8>, String> {
     let mut rest = text.as_bytes();
     while let Some((&byte, after)) = rest.split_first() {
         rest = after;
-        if bytes.len().is_multiple_of(BETWEEN_LOOKS) {
+        if bytes.len().is_multiple_of(POLL_INTERVAL_BYTES) {
             token.check().map_err(|cancelled| cancelled.to_string())?;
         }
         if byte == b'%' {
@@ -216,13 +216,13 @@ fn base64(text: &str, token: &CancelToken) -> Result<Vec<u8>, String> {
         byte => byte,
     };
     let mut digits = Vec::with_capacity(text.len());
-    for part in text.as_bytes().chunks(BETWEEN_LOOKS) {
+    for part in text.as_bytes().chunks(POLL_INTERVAL_BYTES) {
         token.check().map_err(|cancelled| cancelled.to_string())?;
         digits.extend(part.iter().filter(|byte| !byte.is_ascii_whitespace()).map(|&byte| standard(byte)));
     }
     // Four digits are three bytes, so that each part stands for itself.
     let mut bytes = Vec::with_capacity(digits.len().div_ceil(4).saturating_mul(3));
-    for part in digits.chunks(BETWEEN_LOOKS) {
+    for part in digits.chunks(POLL_INTERVAL_BYTES) {
         token.check().map_err(|cancelled| cancelled.to_string())?;
         ANY.decode_vec(part, &mut bytes).map_err(|error| format!("the base64 data is damaged: {error}"))?;
     }

@@ -3,8 +3,8 @@
 //! `import` feature, which reads any file that a model names, is off.
 
 mod accessor;
-mod announced;
 mod document;
+mod estimate;
 mod material;
 mod primitive;
 
@@ -17,13 +17,13 @@ use gltf::json::Root;
 use gltf::json::scene::Node;
 use serde_json::Value;
 
-use self::accessor::Unread;
-use self::announced::announced_triangles;
+use self::accessor::AccessorError;
 use self::document::Document;
+use self::estimate::estimate_triangles;
 use self::primitive::Primitive;
-use super::assemble::{Assembly, DONE_AT_ONCE, VertexLists, check_vertices, listed, moved};
+use super::assemble::{Assembly, BATCH_SIZE, VertexLists, check_vertices, collect_cancellable, offset_corners};
 use super::images::Images;
-use super::read::{READ_SHARE, unusable};
+use super::read::{READ_PROGRESS, unusable};
 use super::{FileLocation, LoadError, LoadOptions};
 use bvhscope_engine::cancel::{CancelToken, Cancelled};
 use bvhscope_engine::geometry::Triangle;
@@ -53,7 +53,7 @@ pub(super) fn load(
     assembly.materials = materials;
     assembly.textures = images.into_textures(&mut assembly.warnings);
     assembly.mesh_count = root.meshes.len();
-    assembly.expect(announced_triangles(root, token)?);
+    assembly.expect(estimate_triangles(root, token)?);
     let nodes = &root.nodes;
     // Of each visited node its parent.
     let mut parents: Vec<Option<usize>> = vec![None; nodes.len()];
@@ -62,7 +62,7 @@ pub(super) fn load(
     let mut done = 0_usize;
     while let Some((index, parent, transform)) = stack.pop() {
         token.check()?;
-        token.set_progress(READ_SHARE + (1.0 - READ_SHARE) * done as f32 / nodes.len() as f32);
+        token.set_progress(READ_PROGRESS + (1.0 - READ_PROGRESS) * done as f32 / nodes.len() as f32);
         done = done.saturating_add(1);
         let location = || FileLocation::Json(format!("nodes[{index}]"));
         let Some(node) = nodes.get(index) else {
@@ -211,10 +211,10 @@ fn read_mesh(
                 primitives.push(primitive);
             }
             Ok(None) => assembly.warnings.add("primitives of points or lines not shown", location),
-            Err(Unread::Because(reason)) => {
+            Err(AccessorError::Unreadable(reason)) => {
                 assembly.warnings.add(&format!("primitives left out: {reason}"), location);
             }
-            Err(Unread::Cancelled(cancelled)) => return Err(cancelled),
+            Err(AccessorError::Cancelled(cancelled)) => return Err(cancelled),
         }
     }
     Ok(primitives)
@@ -256,7 +256,7 @@ fn instances(
             translations.get(k).copied().unwrap_or(Vec3::ZERO),
         )
     };
-    listed(count, (0..count).map(instance), token)
+    collect_cancellable(count, (0..count).map(instance), token)
 }
 
 /// Appends a primitive where a node puts it.
@@ -276,23 +276,24 @@ fn place_primitive(
     let [x, y, z] = [linear.x_axis, linear.y_axis, linear.z_axis];
     let cofactors = Mat3::from_cols(y.cross(z), z.cross(x), x.cross(y)) * sign;
     check_vertices(primitive.positions.len()).map_err(|error| error.in_file(path))?;
-    let turned =
-        |points: &[Vec3], by: &dyn Fn(Vec3) -> Vec3| listed(points.len(), points.iter().map(|&p| by(p)), token);
+    let turned = |points: &[Vec3], by: &dyn Fn(Vec3) -> Vec3| {
+        collect_cancellable(points.len(), points.iter().map(|&p| by(p)), token)
+    };
     let positions = turned(&primitive.positions, &|point| transform.transform_point3(point))?;
     let lists = VertexLists {
         normals: turned(&primitive.normals, &|normal| (cofactors * normal).normalize_or_zero())?,
-        uvs: listed(primitive.uvs.len(), primitive.uvs.iter().copied(), token)?,
-        colors: listed(primitive.colors.len(), primitive.colors.iter().copied(), token)?,
+        uvs: collect_cancellable(primitive.uvs.len(), primitive.uvs.iter().copied(), token)?,
+        colors: collect_cancellable(primitive.colors.len(), primitive.colors.iter().copied(), token)?,
     };
     let first = assembly.add_vertices(positions.len(), &lists, token)?;
     assembly.reserve(primitive.triangles.len()).map_err(|error| error.in_file(path))?;
     for (at, &[a, b, c]) in primitive.triangles.iter().enumerate() {
-        if at.is_multiple_of(DONE_AT_ONCE) {
+        if at.is_multiple_of(BATCH_SIZE) {
             token.check()?;
         }
         let corners = if mirrored { [a, c, b] } else { [a, b, c] };
         let [a, b, c] = corners.map(|corner| positions[corner as usize]);
-        let corners = moved(corners, first);
+        let corners = offset_corners(corners, first);
         let material = primitive.material as u32;
         assembly.push(Triangle { a, b, c }, corners, material, || FileLocation::Json(format!("nodes[{node}]")));
     }

@@ -4,9 +4,9 @@ use glam::{Vec2, Vec3};
 use gltf::json::mesh::{Mode, Primitive as JsonPrimitive, Semantic};
 use gltf::json::validation::Checked;
 
-use super::accessor::{self, Elements, Unread};
+use super::accessor::{self, AccessorError, Elements};
 use super::document::Document;
-use crate::scene::assemble::{DONE_AT_ONCE, listed};
+use crate::scene::assemble::{BATCH_SIZE, collect_cancellable};
 use bvhscope_engine::cancel::{CancelToken, Cancelled};
 
 /// A decoded primitive.
@@ -29,13 +29,13 @@ pub(super) fn read(
     document: &Document,
     uv_sets: &[u32],
     token: &CancelToken,
-) -> Result<Option<Primitive>, Unread> {
+) -> Result<Option<Primitive>, AccessorError> {
     let mode = match json.mode {
         Checked::Valid(mode @ (Mode::Triangles | Mode::TriangleStrip | Mode::TriangleFan)) => mode,
         Checked::Valid(_) => return Ok(None),
         Checked::Invalid => return Err("its mode is unknown".into()),
     };
-    let attribute = |semantic: Semantic| -> Result<Option<Elements>, Unread> {
+    let attribute = |semantic: Semantic| -> Result<Option<Elements>, AccessorError> {
         let index = json.attributes.get(&Checked::Valid(semantic));
         index.map(|index| accessor::read(document, index.value(), token)).transpose()
     };
@@ -52,14 +52,14 @@ pub(super) fn read(
     let optional = |semantic: Semantic, widths: &[usize]| -> Result<Elements, Cancelled> {
         match attribute(semantic) {
             Ok(Some(elements)) if widths.contains(&elements.width) => Ok(elements),
-            Err(Unread::Cancelled(cancelled)) => Err(cancelled),
+            Err(AccessorError::Cancelled(cancelled)) => Err(cancelled),
             _ => Ok(Elements { width: widths[0], numbers: Vec::new() }),
         }
     };
     let mut normals = vectors(&optional(Semantic::Normals, &[3])?, token)?;
     let uvs = optional(Semantic::TexCoords(uv_sets[material]), &[2])?;
     let uvs = uvs.numbers.as_chunks().0;
-    let mut uvs = listed(uvs.len(), uvs.iter().copied().map(Vec2::from_array), token)?;
+    let mut uvs = collect_cancellable(uvs.len(), uvs.iter().copied().map(Vec2::from_array), token)?;
     let mut colors = vectors(&optional(Semantic::Colors(0), &[3, 4])?, token)?;
     if normals.len() != positions.len() {
         normals.clear();
@@ -77,16 +77,16 @@ pub(super) fn read(
     let mut triangles: Vec<[u32; 3]> = match mode {
         Mode::TriangleStrip => {
             let turned = |(k, w): (usize, &[u32])| if k % 2 == 0 { [w[0], w[1], w[2]] } else { [w[1], w[0], w[2]] };
-            listed(indices.len(), indices.windows(3).enumerate().map(turned), token)?
+            collect_cancellable(indices.len(), indices.windows(3).enumerate().map(turned), token)?
         }
         Mode::TriangleFan => {
             let around = indices.get(1..).unwrap_or_default();
-            listed(indices.len(), around.windows(2).map(|w| [w[0], w[1], indices[0]]), token)?
+            collect_cancellable(indices.len(), around.windows(2).map(|w| [w[0], w[1], indices[0]]), token)?
         }
-        _ => listed(indices.len() / 3, indices.as_chunks().0.iter().copied(), token)?,
+        _ => collect_cancellable(indices.len() / 3, indices.as_chunks().0.iter().copied(), token)?,
     };
     let mut out_of_range = 0_usize;
-    for part in triangles.chunks(DONE_AT_ONCE) {
+    for part in triangles.chunks(BATCH_SIZE) {
         token.check()?;
         let exists = |corners: &[u32; 3]| corners.iter().all(|&corner| (corner as usize) < positions.len());
         out_of_range = out_of_range.saturating_add(part.iter().filter(|corners| !exists(corners)).count());
@@ -100,5 +100,5 @@ pub(super) fn read(
 /// The first three numbers of every element.
 pub(super) fn vectors(elements: &Elements, token: &CancelToken) -> Result<Vec<Vec3>, Cancelled> {
     let all = elements.numbers.chunks_exact(elements.width);
-    listed(all.len(), all.map(|e| Vec3::new(e[0], e[1], e[2])), token)
+    collect_cancellable(all.len(), all.map(|e| Vec3::new(e[0], e[1], e[2])), token)
 }

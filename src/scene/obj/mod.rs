@@ -1,14 +1,14 @@
 //! Wavefront OBJ through tobj, behind a checking reader; materials by a loader of our own.
 
-mod clean;
 mod mtl;
+mod sanitize;
 
 use std::cell::RefCell;
 use std::path::Path;
 
 use glam::{Vec2, Vec3};
 
-use super::assemble::{Assembly, DONE_AT_ONCE, VertexLists, listed, moved};
+use super::assemble::{Assembly, BATCH_SIZE, VertexLists, collect_cancellable, offset_corners};
 use super::images::Images;
 use super::material::linear_from_srgb;
 use super::read::unusable;
@@ -29,7 +29,7 @@ pub(super) fn load(
     }
     let images = RefCell::new(Images::new(path, options, token));
     let materials = RefCell::new((Vec::new(), super::Warnings::default()));
-    let mut reader = clean::Clean::new(bytes, token);
+    let mut reader = sanitize::Sanitizer::new(bytes, token);
     let settings = tobj::LoadOptions { single_index: true, triangulate: true, ..tobj::LoadOptions::default() };
     let result = tobj::load_obj_buf(&mut reader, &settings, |name| {
         let (all, warnings) = &mut *materials.borrow_mut();
@@ -79,7 +79,7 @@ fn add_mesh(
     token: &CancelToken,
 ) -> Result<(), LoadError> {
     let vectors = |flat: &[f32], turned: &dyn Fn(Vec3) -> Vec3| {
-        listed(flat.len() / 3, flat.as_chunks().0.iter().map(|&v| turned(Vec3::from_array(v))), token)
+        collect_cancellable(flat.len() / 3, flat.as_chunks().0.iter().map(|&v| turned(Vec3::from_array(v))), token)
     };
     let positions = vectors(&mesh.positions, &|point| point)?;
     // The checking reader keeps faces with and without an attribute apart, so a list is whole or empty.
@@ -90,7 +90,7 @@ fn add_mesh(
     }
     if whole(mesh.texcoords.len() / 2) {
         let uvs = mesh.texcoords.as_chunks().0;
-        lists.uvs = listed(uvs.len(), uvs.iter().map(|&[u, v]| Vec2::new(u, 1.0 - v)), token)?;
+        lists.uvs = collect_cancellable(uvs.len(), uvs.iter().map(|&[u, v]| Vec2::new(u, 1.0 - v)), token)?;
     }
     if whole(mesh.vertex_color.len() / 3) {
         lists.colors = vectors(&mesh.vertex_color, &linear_from_srgb)?;
@@ -98,12 +98,12 @@ fn add_mesh(
     let first = assembly.add_vertices(positions.len(), &lists, token)?;
     assembly.reserve(mesh.indices.len() / 3).map_err(|error| error.in_file(path))?;
     for (at, corners) in mesh.indices.as_chunks::<3>().0.iter().enumerate() {
-        if at.is_multiple_of(DONE_AT_ONCE) {
+        if at.is_multiple_of(BATCH_SIZE) {
             token.check()?;
         }
         let corner = |k: usize| positions.get(corners[k] as usize).copied();
         if let (Some(a), Some(b), Some(c)) = (corner(0), corner(1), corner(2)) {
-            assembly.push(Triangle { a, b, c }, moved(*corners, first), material, || FileLocation::File);
+            assembly.push(Triangle { a, b, c }, offset_corners(*corners, first), material, || FileLocation::File);
         }
     }
     Ok(())

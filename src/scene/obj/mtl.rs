@@ -14,7 +14,7 @@ const MAX_MATERIALS: usize = 1 << 16;
 
 /// The materials of a library, in file order.
 pub(super) fn load(name: &str, images: &mut Images, warnings: &mut Warnings) -> Vec<Material> {
-    let bytes = match images.read_beside(name) {
+    let bytes = match images.read_relative(name) {
         Ok(bytes) => bytes,
         Err(reason) => {
             // Several libraries may stand in one statement.
@@ -28,10 +28,10 @@ pub(super) fn load(name: &str, images: &mut Images, warnings: &mut Warnings) -> 
     };
     let text = String::from_utf8_lossy(&bytes);
     let mut materials: Vec<Material> = Vec::new();
-    let mut next_look = 0;
+    let mut next_poll = 0;
     for (number, line) in text.trim_start_matches('\u{feff}').lines().enumerate() {
         // Each may be a material, which takes far more than its line.
-        if number == next_look {
+        if number == next_poll {
             if images.token.is_cancelled() {
                 break;
             }
@@ -40,7 +40,7 @@ pub(super) fn load(name: &str, images: &mut Images, warnings: &mut Warnings) -> 
                 warnings.add(&format!("materials in '{name}' left out: {error}"), || FileLocation::File);
                 break;
             }
-            next_look = number.saturating_add(4096);
+            next_poll = number.saturating_add(4096);
         }
         let line = line.trim();
         let (keyword, rest) = line.split_once(char::is_whitespace).unwrap_or((line, ""));
@@ -61,7 +61,7 @@ pub(super) fn load(name: &str, images: &mut Images, warnings: &mut Warnings) -> 
             },
             "ke" => material.emissive = color(rest).unwrap_or(Vec3::ZERO),
             "map_kd" => {
-                material.base_color_texture = images.texture_beside(file_name(rest), [WrapMode::Repeat; 2]);
+                material.base_color_texture = images.texture_from_file(file_name(rest), [WrapMode::Repeat; 2]);
                 if material.base_color_texture.is_some() && material.base_color == Vec3::ZERO {
                     material.base_color = Vec3::ONE;
                 }

@@ -9,12 +9,12 @@ use arrayvec::ArrayVec;
 
 use crate::budget::Budget;
 use crate::scene::assemble::BYTES_PER_TRIANGLE;
-use crate::scene::read::{MAX_LINE, READ_SHARE, lines};
+use crate::scene::read::{MAX_LINE, READ_PROGRESS, lines};
 use crate::scene::{FileLocation, Warnings};
 use bvhscope_engine::cancel::CancelToken;
 
 /// Handed on at a time.
-const PORTION: usize = 1 << 16;
+const CHUNK_SIZE: usize = 1 << 16;
 /// Bytes of the file between two questions to the budget.
 const BYTES_BETWEEN_CHECKS: usize = 1 << 20;
 /// tobj works off a group in one go, so groups are kept short enough for cancelling.
@@ -36,7 +36,7 @@ impl From<String> for Fault {
 type Kind = (bool, bool);
 
 /// The cleaned text, made while it is read.
-pub(super) struct Clean<'a> {
+pub(super) struct Sanitizer<'a> {
     data: &'a [u8],
     at: usize,
     out: Vec<u8>,
@@ -64,13 +64,13 @@ pub(super) struct Clean<'a> {
     pub(super) fault: Option<(FileLocation, String)>,
 }
 
-impl<'a> Clean<'a> {
+impl<'a> Sanitizer<'a> {
     pub(super) fn new(data: &'a [u8], token: &'a CancelToken) -> Self {
         let data = data.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(data);
         Self {
             data,
             at: 0,
-            out: Vec::with_capacity(PORTION + 1024),
+            out: Vec::with_capacity(CHUNK_SIZE + 1024),
             out_at: 0,
             token,
             colored: has_colors(data, token),
@@ -317,7 +317,7 @@ impl<'a> Clean<'a> {
     fn refill(&mut self) -> std::io::Result<()> {
         self.out.clear();
         self.out_at = 0;
-        while self.out.len() < PORTION {
+        while self.out.len() < CHUNK_SIZE {
             match self.statement().and_then(|more| Ok(self.check_memory().map(|()| more)?)) {
                 Ok(true) => {}
                 Ok(false) => break,
@@ -334,12 +334,12 @@ impl<'a> Clean<'a> {
             }
         }
         let share = self.at as f32 / self.data.len().max(1) as f32;
-        self.token.set_progress(READ_SHARE + (0.95 - READ_SHARE) * share);
+        self.token.set_progress(READ_PROGRESS + (0.95 - READ_PROGRESS) * share);
         self.token.check().map_err(Error::other)
     }
 }
 
-impl Read for Clean<'_> {
+impl Read for Sanitizer<'_> {
     fn read(&mut self, buffer: &mut [u8]) -> std::io::Result<usize> {
         let count = self.fill_buf()?.read(buffer)?;
         self.consume(count);
@@ -347,7 +347,7 @@ impl Read for Clean<'_> {
     }
 }
 
-impl BufRead for Clean<'_> {
+impl BufRead for Sanitizer<'_> {
     fn fill_buf(&mut self) -> std::io::Result<&[u8]> {
         if self.out_at >= self.out.len() {
             self.refill()?;
@@ -362,11 +362,11 @@ impl BufRead for Clean<'_> {
 
 /// Whether any vertex has a colour: then tobj needs one for each.
 fn has_colors(data: &[u8], token: &CancelToken) -> bool {
-    let mut since_look = 0_usize;
+    let mut since_poll = 0_usize;
     lines(data).any(|line| {
-        since_look = since_look.saturating_add(line.len()).saturating_add(1);
-        let stop = since_look >= BYTES_BETWEEN_CHECKS && {
-            since_look = 0;
+        since_poll = since_poll.saturating_add(line.len()).saturating_add(1);
+        let stop = since_poll >= BYTES_BETWEEN_CHECKS && {
+            since_poll = 0;
             token.is_cancelled()
         };
         stop || line.starts_with(b"v ") && words(line).count() >= 7

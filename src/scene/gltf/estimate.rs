@@ -9,7 +9,7 @@ use bvhscope_engine::cancel::{CancelToken, Cancelled};
 
 /// About as many triangles as the nodes of `root` place, if its counts are true: a hint, so that the list of triangles need not
 /// grow, for which it would have to be copied again and again.
-pub(super) fn announced_triangles(root: &Root, token: &CancelToken) -> Result<u64, Cancelled> {
+pub(super) fn estimate_triangles(root: &Root, token: &CancelToken) -> Result<u64, Cancelled> {
     let count = |accessor: usize| root.accessors.get(accessor).map_or(0, |accessor| accessor.count.0);
     let mut triangles = Vec::with_capacity(root.meshes.len());
     for mesh in &root.meshes {
@@ -61,7 +61,7 @@ mod tests {
         }"#;
         let announced = |huge: &str| {
             let root = Root::from_str(&text.replace("HUGE", huge)).ok()?;
-            announced_triangles(&root, &CancelToken::new()).ok()
+            estimate_triangles(&root, &CancelToken::new()).ok()
         };
         assert_eq!(announced(""), Some(14 + 14 * 100));
         let all = announced(r#", { "mesh": 2 }, { "mesh": 2 }, { "mesh": 2 }, { "mesh": 2 }"#);

@@ -1,0 +1,88 @@
+//! The one list of model file formats: what the loader recognises, the file dialog offers and `--help` names.
+
+use std::path::Path;
+
+/// A model file format that can be loaded.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum FileFormat {
+    /// Wavefront OBJ with MTL material libraries.
+    Obj,
+    /// glTF 2.0, as JSON or as binary GLB.
+    Gltf,
+    /// Polygon File Format (Stanford), text or binary.
+    Ply,
+    /// Stereolithography, text or binary.
+    Stl,
+}
+
+/// One row of [`FILE_FORMATS`].
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct FormatInfo {
+    /// The format.
+    pub format: FileFormat,
+    /// Names for messages and help: the first is the format's, one for each extension.
+    pub names: &'static [&'static str],
+    /// File name extensions in lower case, without the dot.
+    pub extensions: &'static [&'static str],
+}
+
+/// Every model file format, in the order in which help texts name them.
+pub const FILE_FORMATS: [FormatInfo; 4] = [
+    FormatInfo { format: FileFormat::Obj, names: &["OBJ"], extensions: &["obj"] },
+    FormatInfo { format: FileFormat::Gltf, names: &["glTF", "GLB"], extensions: &["gltf", "glb"] },
+    FormatInfo { format: FileFormat::Ply, names: &["PLY"], extensions: &["ply"] },
+    FormatInfo { format: FileFormat::Stl, names: &["STL"], extensions: &["stl"] },
+];
+
+impl FileFormat {
+    /// The format that the extension of `path` names, in upper or lower case.
+    pub fn from_extension(path: &Path) -> Option<Self> {
+        let extension = path.extension()?.to_string_lossy().to_ascii_lowercase();
+        FILE_FORMATS.iter().find(|row| row.extensions.contains(&extension.as_str())).map(|row| row.format)
+    }
+
+    /// The name of the format, as in "glTF".
+    pub fn name(self) -> &'static str {
+        FILE_FORMATS.iter().find(|row| row.format == self).map_or("", |row| row.names[0])
+    }
+}
+
+/// The extensions of all model files, in lower case without the dot.
+pub fn model_extensions() -> Vec<&'static str> {
+    FILE_FORMATS.iter().flat_map(|row| row.extensions).copied().collect()
+}
+
+/// The names of all formats as a phrase: "OBJ, glTF, GLB, PLY or STL" where `last` is "or".
+pub fn format_names(last: &str) -> String {
+    let names: Vec<&str> = FILE_FORMATS.iter().flat_map(|row| row.names).copied().collect();
+    match names.split_last() {
+        Some((end, rest)) if !rest.is_empty() => format!("{} {last} {end}", rest.join(", ")),
+        _ => names.concat(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn extensions_name_their_format_in_any_case() {
+        for row in &FILE_FORMATS {
+            assert_eq!(row.names.len(), row.extensions.len());
+            for extension in row.extensions {
+                for name in [format!("a.{extension}"), format!("a.b.{}", extension.to_uppercase())] {
+                    assert_eq!(FileFormat::from_extension(Path::new(&name)), Some(row.format), "{name}");
+                }
+            }
+        }
+        assert_eq!(FileFormat::from_extension(Path::new("obj")), None);
+        assert_eq!(format_names("or"), "OBJ, glTF, GLB, PLY or STL");
+    }
+
+    #[test]
+    fn every_format_has_one_row() {
+        for format in [FileFormat::Obj, FileFormat::Gltf, FileFormat::Ply, FileFormat::Stl] {
+            assert_eq!(FILE_FORMATS.iter().filter(|row| row.format == format).count(), 1, "{format:?}");
+        }
+    }
+}

@@ -1,0 +1,86 @@
+//! A loaded model: triangles, their vertex attributes, materials and textures.
+
+use glam::{Vec2, Vec3};
+
+use super::error::Warnings;
+use super::material::{Material, Texture};
+use super::source::SceneSource;
+use bvhscope_engine::geometry::{Aabb, Triangle};
+
+/// A loaded model: triangles in world space, with what is needed to shade them. Never empty, all coordinates finite.
+#[derive(Debug)]
+pub struct Scene {
+    /// Where it came from.
+    pub source: SceneSource,
+    /// The triangles, in file order.
+    pub triangles: Vec<Triangle>,
+    /// The smallest box around all triangles.
+    pub bounds: Aabb,
+    /// The direction that is up in this scene; a unit axis.
+    pub up: Vec3,
+    /// Looks at the corners; `None` where the file has neither normals, texture coordinates nor colours.
+    pub attributes: Option<Attributes>,
+    /// For each triangle its material, as an index into `materials`; empty where every triangle has material 0.
+    pub material_indices: Vec<u32>,
+    /// At least one.
+    pub materials: Vec<Material>,
+    /// What materials refer to.
+    pub textures: Vec<Texture>,
+    /// Number of meshes, objects or solids in the file; 1 where the format has no such thing.
+    pub mesh_count: usize,
+    /// What was skipped or repaired while loading.
+    pub warnings: Warnings,
+}
+
+/// Vertex attributes, shared by index.
+#[derive(Debug, Default)]
+pub struct Attributes {
+    /// For each triangle the vertices of its corners, as indices into the lists below.
+    pub corners: Vec<[u32; 3]>,
+    /// Unit normals; empty where the file has none. A zero normal asks for the geometric one.
+    pub normals: Vec<Vec3>,
+    /// Texture coordinates, v down as in glTF; empty where the file has none.
+    pub uvs: Vec<Vec2>,
+    /// Linear RGB colours that multiply the material's; empty where the file has none.
+    pub colors: Vec<Vec3>,
+}
+
+impl Scene {
+    /// Bare triangles of one plain material, with y up.
+    pub fn from_triangles(source: SceneSource, triangles: Vec<Triangle>) -> Self {
+        let bounds = triangles.iter().fold(Aabb::EMPTY, |all, one| all.union(&one.bounds()));
+        Self {
+            source,
+            triangles,
+            bounds,
+            up: Vec3::Y,
+            attributes: None,
+            material_indices: Vec::new(),
+            materials: vec![Material::clay()],
+            textures: Vec::new(),
+            mesh_count: 1,
+            warnings: Warnings::default(),
+        }
+    }
+
+    /// The material of a triangle.
+    pub fn material(&self, triangle_index: u32) -> &Material {
+        let index = self.material_indices.get(triangle_index as usize).copied().unwrap_or(0);
+        &self.materials[index as usize]
+    }
+
+    /// Bytes of triangles, attributes and textures.
+    pub fn bytes(&self) -> usize {
+        let attributes = self.attributes.iter().flat_map(|a| {
+            [
+                size_of_val(&a.corners[..]),
+                size_of_val(&a.normals[..]),
+                size_of_val(&a.uvs[..]),
+                size_of_val(&a.colors[..]),
+            ]
+        });
+        let textures = self.textures.iter().map(|texture| texture.bytes() as usize);
+        let own = [size_of_val(&self.triangles[..]), size_of_val(&self.material_indices[..])];
+        own.into_iter().chain(attributes).chain(textures).sum()
+    }
+}
