@@ -1,8 +1,8 @@
-//! Numbers as people read them: one helper for each kind of value.
+//! Text for numbers: counts, durations, sizes, percentages. One function for each kind of quantity.
 
 use std::time::Duration;
 
-/// `1234567` as `1,234,567`.
+/// A count with thousands separators: `1,234,567`.
 pub fn count(value: u64) -> String {
     let digits = value.to_string();
     let mut text = String::with_capacity(digits.len() + digits.len() / 3);
@@ -15,7 +15,8 @@ pub fn count(value: u64) -> String {
     text
 }
 
-/// Three significant digits without an exponent: `0.0123`, `1.23`, `12.3`, `123`, `1,234`. Zero is `0`.
+/// Three significant digits without an exponent: `0.0123`, `1.23`, `12.3`, `123`, `1,234`. Zero is `0`, NaN and infinities
+/// are `–`.
 pub fn significant(value: f64) -> String {
     if !value.is_finite() {
         return "–".to_owned();
@@ -39,7 +40,7 @@ pub fn duration(value: Duration) -> String {
     format!("{number} {unit}")
 }
 
-/// A duration as number and unit, for aligned columns.
+/// A duration as its number and its unit, for aligned columns.
 pub fn duration_parts(value: Duration) -> (String, &'static str) {
     let seconds = value.as_secs_f64();
     if seconds >= 100.0 {
@@ -54,7 +55,7 @@ pub fn duration_parts(value: Duration) -> (String, &'static str) {
     }
 }
 
-/// How long ago something was, roughly: `12 s`, `3 min`, `2 h`.
+/// An age in whole seconds, minutes or hours: `12 s`, `3 min`, `2 h`.
 pub fn age(value: Duration) -> String {
     match value.as_secs() {
         seconds @ 0..60 => format!("{seconds} s"),
@@ -63,13 +64,13 @@ pub fn age(value: Duration) -> String {
     }
 }
 
-/// Bytes with a binary unit: `812 B`, `12.3 KiB`, `1.20 GiB`.
+/// A size in bytes with a binary unit: `812 B`, `12.3 KiB`, `1.20 GiB`.
 pub fn bytes(value: usize) -> String {
     let (number, unit) = bytes_parts(value);
     format!("{number} {unit}")
 }
 
-/// Bytes as number and unit, for aligned columns.
+/// A size in bytes as its number and its unit, for aligned columns.
 pub fn bytes_parts(value: usize) -> (String, &'static str) {
     const UNITS: [&str; 5] = ["B", "KiB", "MiB", "GiB", "TiB"];
     let mut number = value as f64;
@@ -82,12 +83,13 @@ pub fn bytes_parts(value: usize) -> (String, &'static str) {
     (text, UNITS[unit])
 }
 
-/// A share between 0 and 1 as a percentage: `0.04 %`, `12.3 %`.
-pub fn percent(share: f64) -> String {
-    format!("{} %", significant(share * 100.0))
+/// A fraction between 0 and 1 as a percentage: `0.04 %`, `12.3 %`.
+pub fn percent(fraction: f64) -> String {
+    format!("{} %", significant(fraction * 100.0))
 }
 
-/// The change from `before` to `after` as a signed percentage: `−4 %`, `+0.3 %`.
+/// The relative change from `before` to `after` as a signed percentage: `−12 %`, `+0.3 %`. Empty where `before` is 0 or either is
+/// not finite.
 pub fn change(before: f64, after: f64) -> String {
     if before == 0.0 || !before.is_finite() || !after.is_finite() {
         return String::new();
@@ -98,7 +100,8 @@ pub fn change(before: f64, after: f64) -> String {
     if magnitude >= 9.95 { format!("{sign}{magnitude:.0} %") } else { format!("{sign}{magnitude:.1} %") }
 }
 
-/// At most `max_chars` characters, the middle left out: `conference_ro…final.obj` keeps what tells names apart.
+/// Shortens `text` to at most `max_chars` characters by eliding its middle: `conference_ro…final.obj`. Both ends are kept because
+/// they tell file names apart.
 pub fn elide_middle(text: &str, max_chars: usize) -> String {
     let length = text.chars().count();
     if length <= max_chars || max_chars < 3 {

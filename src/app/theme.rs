@@ -1,39 +1,39 @@
-//! Colours, sizes and spacing of the window: neutral greys, one accent for what is active, one warm colour for what is
-//! selected, red for errors only. All distances are multiples of 4 points.
+//! Colours, sizes and spacing of the window: neutral greys, an accent colour for active elements, a warm one for the
+//! selection, red for errors only. All distances are multiples of 4 points.
 
-use eframe::egui::{
+use egui::{
     self, Color32, CornerRadius, FontFamily, FontId, Margin, Stroke, TextStyle, ThemePreference, Visuals, vec2,
 };
 
 use crate::app::state::{Preferences, Theme};
 
-/// Text size of labels and values in points.
+/// Font size of labels and values in points.
 pub const VALUE_SIZE: f32 = 13.0;
-/// Text size of headings in points.
+/// Font size of headings in points.
 pub const HEADING_SIZE: f32 = 11.5;
 /// Height of a row in a panel in points.
 pub const ROW_HEIGHT: f32 = 20.0;
 
-/// The colours that egui's visuals have no place for.
+/// Colours in addition to egui's [`Visuals`].
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Palette {
-    /// What is active.
+    /// Active elements: filled bars, sliders, links.
     pub accent: Color32,
-    /// What is selected in the picture.
+    /// The selection in the picture.
     pub warm: Color32,
-    /// What failed.
+    /// Errors.
     pub error: Color32,
-    /// What was skipped or limited.
+    /// Warnings: something was skipped or limited.
     pub warning: Color32,
     /// Ordinary text.
     pub text: Color32,
-    /// Units, labels, everything that may stand back.
+    /// Secondary text: labels and units.
     pub dim: Color32,
-    /// Lines between sections.
+    /// Separators between sections.
     pub line: Color32,
-    /// Bars and rails that hold no value.
+    /// Empty part of bars and slider rails.
     pub rail: Color32,
-    /// Behind text that lies over the picture.
+    /// Background of text over the picture.
     pub veil: Color32,
 }
 
@@ -61,12 +61,12 @@ const LIGHT: Palette = Palette {
     veil: Color32::from_rgba_premultiplied(0xea, 0xea, 0xea, 0xec),
 };
 
-/// The colours of the theme that is showing.
+/// Colours of the current theme.
 pub fn palette(ui: &egui::Ui) -> Palette {
     if ui.visuals().dark_mode { DARK } else { LIGHT }
 }
 
-/// Brings the window into the chosen theme. Cheap: the styles are set once for each context.
+/// Applies the theme of `preferences`. Cheap to call every frame: the styles are set once per context.
 pub fn apply(ctx: &egui::Context, preferences: &Preferences) {
     let preference = match preferences.theme {
         Theme::Dark => ThemePreference::Dark,
@@ -113,7 +113,7 @@ fn style(style: &mut egui::Style) {
     style.interaction.selectable_labels = false;
 }
 
-/// Greys and the accent for one theme.
+/// Visuals of one theme.
 fn visuals(dark: bool) -> Visuals {
     let palette = if dark { DARK } else { LIGHT };
     let grey = |dark_level, light_level| Color32::from_gray(if dark { dark_level } else { light_level });
@@ -150,7 +150,7 @@ fn visuals(dark: bool) -> Visuals {
         widget.corner_radius = radius;
         widget.expansion = 0.0;
     }
-    // Rails and handles of sliders must stand out from the panel.
+    // Rails and handles of sliders need contrast with the panel.
     widgets.inactive.bg_fill = grey(0x4a, 0xc4);
     widgets.noninteractive.bg_stroke = Stroke::new(1.0, palette.line);
     widgets.hovered.bg_stroke = Stroke::new(1.0, grey(0x58, 0xb8));

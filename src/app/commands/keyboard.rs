@@ -1,6 +1,6 @@
 //! Keys into actions.
 
-use eframe::egui::{self, Event, Key, Modifiers};
+use egui::{self, Event, Key, Modifiers};
 
 use crate::app::commands::{Action, Entry, entries};
 use crate::app::state::AppState;

@@ -6,7 +6,7 @@ mod report;
 mod table;
 mod walk;
 
-use eframe::egui::{Key, KeyboardShortcut, Modifiers};
+use egui::{Key, KeyboardShortcut, Modifiers};
 
 use crate::app::state::paper::{Experiment, RowFormat};
 use crate::app::state::{AppState, Side, Theme};

@@ -2,7 +2,7 @@
 
 use std::sync::LazyLock;
 
-use eframe::egui::{Key, KeyboardShortcut, Modifiers};
+use egui::{Key, KeyboardShortcut, Modifiers};
 
 use crate::app::commands::{Action, Category, Entry, OrbitStep, ViewDirection};
 use crate::app::state::paper::{Experiment, RowFormat};

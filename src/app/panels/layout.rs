@@ -1,6 +1,6 @@
 //! The window's layout: panels at the edges, the viewport in the centre, overlays and dialogs on top of it.
 
-use eframe::egui::{self, Margin, Panel, Rect, Ui};
+use egui::{self, Margin, Panel, Rect, Ui};
 
 use super::widgets::{panel_frame, scroll};
 use super::{bars, dialogs, over, paper, side};

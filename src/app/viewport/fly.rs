@@ -1,6 +1,6 @@
 //! Fly mode: W, A, S, D, Q and E through the scene; Shift is faster. The mouse looks around.
 
-use eframe::egui;
+use egui;
 use egui::Key;
 use glam::Vec3;
 

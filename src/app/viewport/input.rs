@@ -1,6 +1,6 @@
 //! The mouse over the viewport into camera moves and picks.
 
-use eframe::egui;
+use egui;
 use egui::{EventFilter, PointerButton, Pos2, Rect, Response};
 use glam::{Vec2, Vec3};
 

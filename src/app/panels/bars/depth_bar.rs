@@ -1,6 +1,6 @@
-//! The depth bar: nodes of each level as bars, on which a range of depths is dragged.
+//! Depth bar: a histogram of nodes per depth, on which the range of drawn depths is dragged.
 
-use eframe::egui::{
+use egui::{
     self, Align, Align2, CornerRadius, CursorIcon, DragValue, FontId, Key, Layout, Rect, Response, Role, Sense, Ui,
     WidgetInfo, accesskit, pos2, vec2,
 };
@@ -8,7 +8,7 @@ use eframe::egui::{
 use crate::app::state::AppState;
 use crate::app::{format, theme};
 
-/// Room for what is shown in words, in points: "shown: 12 … 39 · 100,000 of 2,175,431".
+/// Largest width of the summary in points: "shown: 12 … 39 · 100,000 of 2,175,431".
 const SUMMARY_WIDTH: f32 = 256.0;
 /// Height of the bars in points.
 const HEIGHT: f32 = 44.0;
@@ -46,7 +46,7 @@ pub(crate) fn show(ui: &mut Ui, state: &mut AppState) {
     });
 }
 
-/// One end of the range as a number.
+/// Number field for one end of the range: 0 first, 1 last.
 fn number(ui: &mut Ui, state: &mut AppState, max_depth: u32, end: usize, name: &str) {
     let depth = &mut state.wanted.overlay.depth;
     let mut value = depth[end].min(max_depth);
@@ -60,7 +60,7 @@ fn number(ui: &mut Ui, state: &mut AppState, max_depth: u32, end: usize, name: &
     });
     if response.changed() {
         depth[end] = value;
-        // The other end gives way.
+        // Keep the range ordered: the other end follows.
         if depth[0] > depth[1] {
             depth[1 - end] = value;
         }
@@ -68,7 +68,7 @@ fn number(ui: &mut Ui, state: &mut AppState, max_depth: u32, end: usize, name: &
     response.on_hover_text("First and last depth whose containers are drawn; the root is 0 (keys , and .)");
 }
 
-/// "shown: 4 … 7 · 240 containers".
+/// Depth range and number of drawn containers: "shown: 4 … 7 · 240 containers".
 fn summary(state: &AppState, counts: &[u32], [from, to]: [u32; 2]) -> String {
     let range = if from == to { from.to_string() } else { format!("{from} … {to}") };
     let overlay = &state.wanted.overlay;
@@ -89,7 +89,7 @@ fn summary(state: &AppState, counts: &[u32], [from, to]: [u32; 2]) -> String {
     format!("shown: {range} · {text} {noun}")
 }
 
-/// The bars with the chosen range; drags, clicks and arrow keys move it.
+/// The histogram with the chosen range, which drags, clicks and arrow keys change.
 fn bars(ui: &mut Ui, state: &mut AppState, counts: &[u32], rect: Rect, response: &Response) {
     let palette = theme::palette(ui);
     let max_depth = counts.len().saturating_sub(1) as u32;
@@ -118,10 +118,11 @@ fn bars(ui: &mut Ui, state: &mut AppState, counts: &[u32], rect: Rect, response:
     let most = counts.iter().copied().max().unwrap_or(1);
     let gap = if step > 6.0 { 2.0 } else { 0.5 };
     for (depth, &count) in counts.iter().enumerate() {
-        let share = (1.0 + count as f32).ln() / (1.0 + most as f32).ln();
+        // Logarithmic, since counts span several orders of magnitude.
+        let height = (1.0 + count as f32).ln() / (1.0 + most as f32).ln();
         let left = plot.left() + depth as f32 * step;
         let bar = Rect::from_min_max(
-            pos2(left + gap * 0.5, plot.bottom() - (share * plot.height()).max(1.0)),
+            pos2(left + gap * 0.5, plot.bottom() - (height * plot.height()).max(1.0)),
             pos2(left + step - gap * 0.5, plot.bottom()),
         );
         let inside = (from..=to).contains(&(depth as u32));
@@ -142,15 +143,16 @@ fn bars(ui: &mut Ui, state: &mut AppState, counts: &[u32], rect: Rect, response:
     response.clone().on_hover_cursor(CursorIcon::ResizeHorizontal).on_hover_text_at_pointer(tip);
 }
 
-/// What a drag does was decided where it began.
+/// Effect of a drag, decided where it starts.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Grip {
-    /// A new range from this depth.
+    /// Selects a new range from this depth.
     New(u32),
-    /// The range as it was moves, grabbed at this depth.
+    /// Moves a range: the depth where the drag started, and the range at that time.
     Move(u32, [u32; 2]),
 }
 
+/// Pointer control: drags choose or move the range, a double click chooses all depths.
 fn drag(ui: &Ui, state: &mut AppState, response: &Response, [from, to]: [u32; 2], depth_at: impl Fn(f32) -> u32) {
     let id = response.id.with("grip");
     if response.double_clicked() {
@@ -190,7 +192,7 @@ fn drag(ui: &Ui, state: &mut AppState, response: &Response, [from, to]: [u32; 2]
 #[derive(Debug, Clone, Copy)]
 struct GripState(Grip);
 
-/// With focus: arrows move the range, Shift+arrows its end.
+/// Keyboard control while focused: arrow keys move the range, with Shift its last depth.
 fn keys(ui: &Ui, state: &mut AppState, response: &Response, max_depth: u32) {
     if !response.has_focus() {
         return;

@@ -1,6 +1,6 @@
-//! The line at the bottom: what the picture is made of, and what runs.
+//! Job strip at the bottom: facts about the picture, and the progress of the running job.
 
-use eframe::egui::{self, Align, CornerRadius, Layout, Rect, Role, Sense, Ui, WidgetInfo, vec2};
+use egui::{self, Align, CornerRadius, Layout, Rect, Role, Sense, Ui, WidgetInfo, vec2};
 
 use crate::app::panels::widgets::Icon;
 use crate::app::panels::widgets::icon_button;
@@ -29,7 +29,7 @@ pub(crate) fn show(ui: &mut Ui, state: &mut AppState) {
     });
 }
 
-/// "1003×612 · pass 3 of 16 · 24.1 Mray/s · 2 threads".
+/// Facts about the presented frame: "1003×612 · pass 3 of 16 · 24.1 Mray/s · 2 threads".
 fn facts(state: &AppState) -> String {
     let mut parts = Vec::new();
     if let Some(shown) = &state.model.presented {
@@ -53,13 +53,13 @@ fn facts(state: &AppState) -> String {
     parts.join(" · ")
 }
 
-/// The job that the user waits for: label, bar and a button that stops it.
+/// The running job that matters most to the user: label, progress bar and cancel button.
 fn running(ui: &mut Ui, state: &mut AppState) {
     let jobs = &state.activity;
     let stale = jobs.load.as_ref().or(jobs.build.as_ref());
     let measuring = stale.is_none() && jobs.measure.is_some();
     let Some(job) = stale.or(jobs.measure.as_ref()).or(jobs.render.as_ref()).cloned() else { return };
-    // What is done within a blink is not worth a word, nor a frame that takes the cores from it.
+    // Short jobs are not shown: text that flashes distracts, and painting it takes time from the job.
     if jobs.load.is_none() && job.since.elapsed() < PROGRESS_DELAY {
         return;
     }
@@ -70,19 +70,20 @@ fn running(ui: &mut Ui, state: &mut AppState) {
     progress(ui, &job);
 }
 
+/// Progress bar and label of a job.
 fn progress(ui: &mut Ui, job: &JobStatus) {
     let palette = theme::palette(ui);
-    let share = job.progress.clamp(0.0, 1.0);
-    let percent = format!("{:.0} %", share * 100.0);
+    let fraction = job.progress.clamp(0.0, 1.0);
+    let percent = format!("{:.0} %", fraction * 100.0);
     let (rect, response) = ui.allocate_exact_size(vec2(120.0, 6.0), Sense::hover());
     response.widget_info(|| {
         let mut info = WidgetInfo::labeled(Role::ProgressIndicator, true, &job.label);
         info.current_text_value = Some(percent.clone());
-        info.value = Some(f64::from(share));
+        info.value = Some(f64::from(fraction));
         info
     });
     ui.painter().rect_filled(rect, CornerRadius::same(3), palette.rail);
-    let filled = Rect::from_min_size(rect.min, vec2((rect.width() * share).max(6.0), rect.height()));
+    let filled = Rect::from_min_size(rect.min, vec2((rect.width() * fraction).max(6.0), rect.height()));
     ui.painter().rect_filled(filled, CornerRadius::same(3), palette.accent);
     ui.label(egui::RichText::new(format::elide_middle(&format!("{} {percent}", job.label), 44)).color(palette.text));
 }

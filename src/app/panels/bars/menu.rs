@@ -1,6 +1,6 @@
-//! The menu bar, made from the list of actions, with the model's name and the way into the palette.
+//! Menu bar, made from the list of actions, with the model's name and buttons for the panels and the command palette.
 
-use eframe::egui::{self, Align, Button, Layout, Popup, RichText, Role, Sense, Ui, WidgetInfo, vec2};
+use egui::{self, Align, Button, Layout, Popup, RichText, Role, Sense, Ui, WidgetInfo, vec2};
 
 use crate::app::commands::{Action, Category, Entry, entries_for};
 use crate::app::panels::widgets::Icon;
@@ -43,13 +43,13 @@ pub(crate) fn show(ui: &mut Ui, state: &mut AppState) {
     });
 }
 
-/// One menu. Groups are separated by lines; recent files, built-in scenes and steps of the camera have menus of their own.
+/// One menu, its groups separated by lines. Recent files, built-in scenes and camera steps go into submenus.
 fn menu(ui: &mut Ui, state: &mut AppState, category: Category, entries: &[Entry]) {
     ui.set_min_width(220.0);
     let mut group = None;
     for entry in entries.iter().filter(|entry| entry.category == category) {
-        let step = |action| matches!(action, Action::Orbit(_) | Action::ZoomIn | Action::ZoomOut);
-        if matches!(entry.action, Action::OpenBuiltin(_) | Action::OpenRecent(_)) || step(entry.action) {
+        let camera_step = |action| matches!(action, Action::Orbit(_) | Action::ZoomIn | Action::ZoomOut);
+        if matches!(entry.action, Action::OpenBuiltin(_) | Action::OpenRecent(_)) || camera_step(entry.action) {
             continue;
         }
         if group.is_some_and(|group| group != entry.group) {
@@ -58,7 +58,7 @@ fn menu(ui: &mut Ui, state: &mut AppState, category: Category, entries: &[Entry]
         group = Some(entry.group);
         item(ui, state, entry, &entry.label);
         if entry.action == Action::FrameSelection {
-            submenu(ui, state, "Orbit and zoom", entries, step);
+            submenu(ui, state, "Orbit and zoom", entries, camera_step);
         }
         if entry.action == Action::StartPage {
             submenu(ui, state, "Open built-in", entries, |action| matches!(action, Action::OpenBuiltin(_)));
@@ -93,7 +93,7 @@ fn item(ui: &mut Ui, state: &mut AppState, entry: &Entry, label: &str) {
     }
 }
 
-/// The model's name and size in the middle of the bar, as far as there is room.
+/// Name and triangle count of the model, centred in the bar where they fit between `left` and `right`.
 fn title(ui: &Ui, state: &AppState, left: f32, right: f32) {
     let source = state.model.loaded.as_ref().map_or(&state.wanted.source, |scene| &scene.source);
     let mut text = format::elide_middle(&source.label(), 48);

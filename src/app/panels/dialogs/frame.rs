@@ -1,8 +1,8 @@
-//! The frame of the windows in the middle: title, close button, a size that fits the smallest screen.
+//! Window of a dialog: centred, with title and close button, no larger than the screen.
 
-use eframe::egui::{Align2, Context, Ui, Window, vec2};
+use egui::{Align2, Context, Ui, Window, vec2};
 
-/// Shows `content` under `title`, at most `width` and `height` points large, until the close button clears `open`.
+/// Shows `content` in a window of at most `width` × `height` points while `open` is set; the close button clears it.
 pub(crate) fn show(
     ctx: &Context,
     title: &str,

@@ -1,6 +1,6 @@
-//! Everything that was said since the program started, newest first: what fades or was closed can be read again.
+//! Dialog "Messages": all messages since the program started, newest first.
 
-use eframe::egui::{self, Align, Button, Label, Layout, RichText, ScrollArea, Ui, vec2};
+use egui::{self, Align, Button, Label, Layout, RichText, ScrollArea, Ui, vec2};
 
 use crate::app::panels::dialogs::frame;
 use crate::app::state::{AppState, Message, Request, Severity};
@@ -31,15 +31,16 @@ pub(crate) fn show(ctx: &egui::Context, state: &mut AppState) {
     if let Some(text) = copied {
         state.requests.push(Request::Copy(text));
     }
-    // The ages go on.
+    // Keep the ages current.
     ctx.request_repaint_after_secs(1.0);
 }
 
+/// A message as a line of text.
 fn line(message: &Message) -> String {
     format!("{}: {}", message.severity.label(), message.text)
 }
 
-/// How long ago on the left, what was said on the right.
+/// A message with its age and severity.
 fn row(ui: &mut Ui, message: &Message) {
     let palette = theme::palette(ui);
     let color = match message.severity {

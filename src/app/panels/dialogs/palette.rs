@@ -1,14 +1,12 @@
-//! The command palette: every action, found by typing.
+//! Command palette: finds any action by typing and runs it.
 
-use eframe::egui::{
-    self, Align2, Area, Button, Frame, Id, Key, Modifiers, Order, RichText, ScrollArea, TextEdit, vec2,
-};
+use egui::{self, Align2, Area, Button, Frame, Id, Key, Modifiers, Order, RichText, ScrollArea, TextEdit, vec2};
 
 use crate::app::commands::{Entry, entries_for};
 use crate::app::state::AppState;
 use crate::app::theme;
 
-/// Width of the palette in points.
+/// Largest width of the palette in points.
 const WIDTH: f32 = 520.0;
 
 /// How well `text` answers `query`: the letters of the query in their order, best where they begin words or follow each
@@ -62,7 +60,7 @@ pub(crate) fn show(ctx: &egui::Context, state: &mut AppState) {
     };
     let mut found = filter(entries_for(state), &query);
     if !query.trim().is_empty() {
-        // What Enter runs can be run.
+        // Enabled actions first, so that Enter runs one.
         found.sort_by_key(|entry| !entry.action.is_enabled(state));
     }
     let known: Option<usize> = ctx.data(|data| data.get_temp(chosen_id));

@@ -1,13 +1,13 @@
-//! All keys and mouse gestures in one list.
+//! Dialog "Keys and mouse": all keyboard shortcuts and mouse gestures.
 
-use eframe::egui::{self, Grid, Label, RichText, ScrollArea, Ui, vec2};
+use egui::{self, Grid, Label, RichText, ScrollArea, Ui, vec2};
 
 use crate::app::commands::{Category, entries};
 use crate::app::panels::dialogs::frame;
 use crate::app::state::AppState;
 use crate::app::theme;
 
-/// What the mouse does over the viewport.
+/// Mouse gestures, each with its effect.
 const GESTURES: [(&str, &str); 10] = [
     ("Left drag", "Orbit around the target"),
     ("Wheel", "Zoom to the point under the pointer"),
@@ -21,7 +21,7 @@ const GESTURES: [(&str, &str); 10] = [
     ("Click on a number", "Copy it"),
 ];
 
-/// Width of the column of keys in points.
+/// Largest width of the left column in points.
 const KEYS_WIDTH: f32 = 264.0;
 
 pub(crate) fn show(ctx: &egui::Context, state: &mut AppState) {

@@ -1,6 +1,6 @@
-//! Samples, recent files and the way to an own model.
+//! Dialog "Open a model": built-in scenes, recent files, and the file dialog.
 
-use eframe::egui::{self, Button, RichText, ScrollArea, Ui, vec2};
+use egui::{self, Button, RichText, ScrollArea, Ui, vec2};
 
 use crate::app::commands::Action;
 use crate::app::panels::dialogs::frame;
@@ -56,7 +56,7 @@ fn heading(ui: &mut Ui, text: &str) {
     ui.add_space(4.0);
 }
 
-/// A name to click, with what it is beside it.
+/// A button with a name on the left and a detail on the right.
 fn entry(ui: &mut Ui, [name, detail]: [&str; 2], tip: &str, action: Action, chosen: &mut Option<Action>) {
     let text = RichText::new(detail).color(theme::palette(ui).dim);
     let button = Button::new((name, egui::Atom::grow(), text))

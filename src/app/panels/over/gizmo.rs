@@ -1,18 +1,18 @@
-//! The axes in the lower right corner of the viewport. A click on one looks along it.
+//! Axes gizmo in the lower right corner of the viewport. A click on an end views the scene from there.
 
-use eframe::egui::{Align2, Color32, FontId, Rect, Role, Sense, Stroke, Ui, WidgetInfo, pos2, vec2};
+use egui::{Align2, Color32, FontId, Rect, Role, Sense, Stroke, Ui, WidgetInfo, pos2, vec2};
 use glam::Vec3;
 
 use crate::app::state::AppState;
 use crate::app::theme;
 use crate::app::viewport::orbit;
 
-/// Distance of the axes' ends from the middle in points.
+/// Length of the axes in points.
 const REACH: f32 = 30.0;
-/// Radius of the knobs in points.
+/// Radius of the knobs at their ends in points.
 const KNOB: f32 = 9.0;
 
-/// Name and colour of each axis, muted so that the picture stays the only colourful thing.
+/// Name and colour of each axis; muted, so that they do not distract from the picture.
 const AXES: [(&str, [u8; 3]); 3] = [("x", [0xd0, 0x6a, 0x6a]), ("y", [0x7f, 0xb0, 0x62]), ("z", [0x6a, 0x93, 0xd4])];
 
 pub(crate) fn show(ui: &mut Ui, rect: Rect, state: &mut AppState) {
@@ -27,7 +27,7 @@ pub(crate) fn show(ui: &mut Ui, rect: Rect, state: &mut AppState) {
         ends.push((axis, name, color, true));
         ends.push((-axis, name, color, false));
     }
-    // Far ends first, so that near ones lie over them.
+    // Back to front, so that near ends are painted over far ones.
     ends.sort_by(|(a, ..), (b, ..)| b.dot(forward).total_cmp(&a.dot(forward)));
     ui.painter().circle_filled(center, REACH + KNOB + 3.0, palette.veil.gamma_multiply(0.7));
     for (axis, name, [r, g, b], positive) in ends {
@@ -41,7 +41,7 @@ pub(crate) fn show(ui: &mut Ui, rect: Rect, state: &mut AppState) {
             let world_up = state.model.up();
             orbit::view_along(&mut state.wanted.camera, axis, world_up);
         }
-        // Ends that point away stand back.
+        // Ends that point away are fainter.
         let strength = 0.75 - 0.25 * axis.dot(forward);
         let color = Color32::from_rgb(r, g, b).gamma_multiply(strength);
         let hot = response.hovered() || response.has_focus();

@@ -1,6 +1,6 @@
-//! What colours mean, with numbers, over the lower left corner of the viewport.
+//! Legends of the picture's and the containers' colours in the lower left corner of the viewport.
 
-use eframe::egui::{
+use egui::{
     Align2, Color32, CornerRadius, FontId, Painter, Rect, Role as AccessRole, Sense, Ui, WidgetInfo, pos2, vec2,
 };
 
@@ -9,48 +9,50 @@ use crate::app::{format, theme};
 use crate::overlay::{self, Role};
 use crate::render::{Frame, Shading};
 
-/// Width of a legend in points.
+/// Largest width of a legend in points.
 const WIDTH: f32 = 208.0;
-/// Height of its title in points.
+/// Height of a legend's title in points.
 const TITLE_HEIGHT: f32 = 20.0;
-/// Height of a gradient with its numbers.
+/// Height of a gradient with its labels in points.
 const RAMP_HEIGHT: f32 = 28.0;
-/// Height of a line of swatches or of words.
+/// Height of a row of swatches or of text in points.
 const LINE_HEIGHT: f32 = 18.0;
 
-/// What is coloured, and what the colours stand for.
+/// Title and rows of a legend.
 struct Legend {
     title: String,
     parts: Vec<Part>,
 }
 
+/// A row of a legend.
 enum Part {
-    /// A gradient.
+    /// A gradient with labelled stops.
     Ramp {
-        /// Places between 0 and 1 with what they stand for.
+        /// Positions between 0 and 1, with the label of each.
         stops: Vec<(f32, String)>,
+        /// sRGB colour at a position between 0 and 1.
         color: Box<dyn Fn(f32) -> [u8; 3]>,
     },
-    /// Single colours with their names.
+    /// Names, each with its colours.
     Swatches(Vec<(Vec<[u8; 3]>, String)>),
-    /// Where every colour is as good as another.
-    Words(&'static str),
+    /// Text, where single colours have no meaning.
+    Text(&'static str),
 }
 
 impl Part {
     const fn height(&self) -> f32 {
         match self {
             Self::Ramp { .. } => RAMP_HEIGHT,
-            Self::Swatches(_) | Self::Words(_) => LINE_HEIGHT,
+            Self::Swatches(_) | Self::Text(_) => LINE_HEIGHT,
         }
     }
 
-    /// What accessibility says.
+    /// Accessible description.
     fn text(&self) -> String {
         match self {
             Self::Ramp { stops, .. } => stops.iter().map(|(_, text)| text.as_str()).collect::<Vec<_>>().join(", "),
             Self::Swatches(swatches) => swatches.iter().map(|(_, name)| name.as_str()).collect::<Vec<_>>().join(", "),
-            Self::Words(words) => (*words).to_owned(),
+            Self::Text(text) => (*text).to_owned(),
         }
     }
 }
@@ -68,7 +70,7 @@ pub(crate) fn show(ui: &mut Ui, rect: Rect, state: &AppState) {
     }
 }
 
-/// The colours of the containers.
+/// Legend of the containers.
 fn overlay_legend(state: &AppState) -> Option<Legend> {
     let shown = state.model.presented.as_ref()?;
     let settings = &state.wanted.overlay;
@@ -76,7 +78,7 @@ fn overlay_legend(state: &AppState) -> Option<Legend> {
         return None;
     }
     let legend = overlay::legend(settings, &shown.table);
-    // The hovered container comes and goes with the pointer: its line stays.
+    // Listed even while no container is hovered, so that the legend's height stays the same.
     let selected = state.selection.nodes.selected.filter(|&node| (node as usize) < shown.table.len());
     let mut marked: &[(&[Role], &str)] = &[(&[Role::Hovered], "under the pointer")];
     if selected.is_some() {
@@ -89,7 +91,7 @@ fn overlay_legend(state: &AppState) -> Option<Legend> {
     let swatches =
         marked.iter().map(|(roles, name)| (roles.iter().filter_map(|role| role.color()).collect(), (*name).to_owned()));
     let colors = match &legend.stops[..] {
-        // A single depth has a single colour.
+        // A single stop needs no gradient.
         [(place, depth)] => Part::Swatches(vec![(vec![legend.color(*place)], format!("depth {depth}"))]),
         _ => Part::Ramp { stops: legend.stops, color: Box::new(overlay::ramp) },
     };
@@ -104,14 +106,14 @@ fn lower(text: &str) -> String {
     chars.next().map_or_else(String::new, |first| first.to_lowercase().chain(chars).collect())
 }
 
-/// The colours of the picture, in modes where they stand for something.
+/// Legend of the picture; `None` for shadings whose colours have no meaning.
 fn picture_legend(state: &AppState) -> Option<Legend> {
     let shown = state.model.presented.as_ref()?;
     if !state.preferences.show_geometry {
         return None;
     }
     let frame = &shown.frame;
-    let lines = frame.settings.mesh_edges.then_some(Part::Words("lines: edges of triangles, from 2 px on"));
+    let lines = frame.settings.mesh_edges.then_some(Part::Text("lines: edges of triangles, from 2 px on"));
     let (title, part) = match frame.settings.shading {
         Shading::Lit => return lines.map(|lines| Legend { title: "Picture: mesh".to_owned(), parts: vec![lines] }),
         Shading::Normals => {
@@ -120,13 +122,13 @@ fn picture_legend(state: &AppState) -> Option<Legend> {
             ("Picture: the surface looks to".to_owned(), Part::Swatches(swatches.to_vec()))
         }
         Shading::AmbientOcclusion => {
-            let grey = |place: f32| [(255.0 * (0.05 + 0.9 * place)) as u8; 3];
+            let grey = |position: f32| [(255.0 * (0.05 + 0.9 * position)) as u8; 3];
             let stops = vec![(0.0, "closed in".to_owned()), (1.0, "open".to_owned())];
             ("Picture: surroundings".to_owned(), Part::Ramp { stops, color: Box::new(grey) })
         }
         Shading::Clusters => {
             let depth = frame.settings.cluster_depth;
-            (format!("Picture: containers at depth {depth}"), Part::Words("each in a colour of its own"))
+            (format!("Picture: containers at depth {depth}"), Part::Text("each in a colour of its own"))
         }
         Shading::Heat(kind) => (format!("Picture: {} a pixel", kind.counted()), values_ramp(frame)),
         Shading::Depth => ("Picture: depth".to_owned(), values_ramp(frame)),
@@ -134,25 +136,17 @@ fn picture_legend(state: &AppState) -> Option<Legend> {
     Some(Legend { title, parts: std::iter::once(part).chain(lines).collect() })
 }
 
-/// The colour map over the range of the picture's values.
+/// Gradient of the colour map over the frame's range of values.
 fn values_ramp(frame: &Frame) -> Part {
     let [low, high] = frame.value_range;
-    let stops = [0.0, 0.5, 1.0].map(|place: f32| {
-        (place, format::significant(f64::from((low + (high - low) * place).round_to(frame.settings.shading))))
+    // Counts are whole numbers, distances are not.
+    let whole = frame.settings.shading != Shading::Depth;
+    let stops = [0.0, 0.5, 1.0].map(|position: f32| {
+        let value = low + (high - low) * position;
+        (position, format::significant(f64::from(if whole { value.round() } else { value })))
     });
     let map = frame.settings.color_map;
-    Part::Ramp { stops: stops.to_vec(), color: Box::new(move |place| map.srgb(place)) }
-}
-
-/// Counts are whole numbers, distances are not.
-trait RoundTo {
-    fn round_to(self, shading: Shading) -> Self;
-}
-
-impl RoundTo for f32 {
-    fn round_to(self, shading: Shading) -> Self {
-        if shading == Shading::Depth { self } else { self.round() }
-    }
+    Part::Ramp { stops: stops.to_vec(), color: Box::new(move |position| map.srgb(position)) }
 }
 
 fn paint(ui: &mut Ui, rect: Rect, legend: &Legend) {
@@ -171,8 +165,8 @@ fn paint(ui: &mut Ui, rect: Rect, legend: &Legend) {
         match part {
             Part::Ramp { stops, color } => paint_ramp(painter, place, stops, color, palette.dim),
             Part::Swatches(swatches) => paint_swatches(painter, place, swatches, palette.dim),
-            Part::Words(words) => {
-                painter.text(place.left_center(), Align2::LEFT_CENTER, *words, font.clone(), palette.dim);
+            Part::Text(text) => {
+                painter.text(place.left_center(), Align2::LEFT_CENTER, *text, font.clone(), palette.dim);
             }
         }
         top += part.height();
@@ -204,16 +198,16 @@ fn paint_ramp(painter: &Painter, place: Rect, stops: &[(f32, String)], color: &d
         let cell = Rect::from_min_max(pos2(left, bar.top()), pos2(right, bar.bottom()));
         painter.rect_filled(cell, CornerRadius::ZERO, Color32::from_rgb(r, g, b));
     }
-    let mut free_from = place.left() - 8.0;
-    for (at, text) in stops {
+    let mut free_left = place.left() - 8.0;
+    for (position, text) in stops {
         let galley = painter.layout_no_wrap(text.clone(), font.clone(), dim);
         let width = galley.size().x;
-        let middle = bar.left() + bar.width() * at;
-        let left = (middle - width * 0.5).clamp(bar.left(), (bar.right() - width).max(bar.left()));
-        // Numbers that would run into each other are left out.
-        if left >= free_from {
+        let center = bar.left() + bar.width() * position;
+        let left = (center - width * 0.5).clamp(bar.left(), (bar.right() - width).max(bar.left()));
+        // Skip labels that would overlap the previous one.
+        if left >= free_left {
             painter.galley(pos2(left, bar.bottom() + 3.0), galley, dim);
-            free_from = left + width + 6.0;
+            free_left = left + width + 6.0;
         }
     }
 }

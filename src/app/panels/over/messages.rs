@@ -1,20 +1,18 @@
-//! What the user is told: notes that fade, warnings and errors that stay until closed; and the line of help at first start.
+//! Messages over the viewport: notes that fade, warnings and errors that stay until closed. Also the help at first start.
 
-use eframe::egui::{
-    self, Align, Align2, Area, Color32, CornerRadius, Frame, Layout, Margin, Order, Rect, Stroke, Ui, vec2,
-};
+use egui::{self, Align, Align2, Area, Color32, CornerRadius, Frame, Layout, Margin, Order, Rect, Stroke, Ui, vec2};
 
 use crate::app::panels::widgets::Icon;
 use crate::app::panels::widgets::icon_button;
 use crate::app::state::{AppState, Message, Navigation, Request, Severity};
 use crate::app::theme;
 
-/// How long a note stays in seconds.
+/// Duration in seconds for which a note is shown.
 const NOTE_SECS: f32 = 4.0;
-/// How long it takes to fade at the end in seconds.
+/// Duration of the fade at its end in seconds.
 const FADE_SECS: f32 = 0.4;
-/// At most this many are shown at once; the newest.
-const SHOWN: usize = 4;
+/// Maximum number of messages shown at once: the newest.
+const MAX_SHOWN: usize = 4;
 
 const HELP: &str = "Drag to orbit, wheel to zoom. Drag the threshold on the right to rebuild the tree, the bar below to choose depths. F1 lists all keys.";
 
@@ -29,7 +27,7 @@ pub(crate) fn show(ui: &Ui, rect: Rect, state: &mut AppState) {
     }
     let mut closed = None;
     let mut copied = None;
-    // Above the gizmo, which keeps the corner.
+    // Leaves the corner to the axes gizmo.
     let corner = rect.right_bottom() - vec2(12.0, 108.0);
     Area::new(egui::Id::unique("messages"))
         .order(Order::Foreground)
@@ -39,7 +37,7 @@ pub(crate) fn show(ui: &Ui, rect: Rect, state: &mut AppState) {
         .accessible_name("Messages")
         .show(ui.ctx(), |ui| {
             ui.set_width(320.0_f32.min(rect.width() - 24.0));
-            let skipped = state.messages.open.len().saturating_sub(SHOWN);
+            let skipped = state.messages.open.len().saturating_sub(MAX_SHOWN);
             for (index, message) in state.messages.open.iter().enumerate().skip(skipped) {
                 match toast(ui, index, message) {
                     Some(Pressed::Close) => closed = Some(index),
@@ -56,15 +54,18 @@ pub(crate) fn show(ui: &Ui, rect: Rect, state: &mut AppState) {
     }
 }
 
+/// Age of a message in seconds.
 fn age(message: &Message) -> f32 {
     message.since.elapsed().as_secs_f32()
 }
 
+/// Button of a message that was clicked.
 enum Pressed {
     Close,
     Copy,
 }
 
+/// One message. Returns the button that was clicked.
 fn toast(ui: &mut Ui, index: usize, message: &Message) -> Option<Pressed> {
     let palette = theme::palette(ui);
     let mark = message.severity.label();
@@ -113,7 +114,7 @@ fn toast(ui: &mut Ui, index: usize, message: &Message) -> Option<Pressed> {
     pressed
 }
 
-/// The line of help over the first scene, with the way to other scenes; goes with its button.
+/// Help over the first scene, shown until it is dismissed.
 fn greeting(ui: &Ui, rect: Rect, state: &mut AppState) {
     let width = 600.0_f32.min(rect.width() - 48.0).max(0.0);
     Area::new(egui::Id::unique("greeting"))

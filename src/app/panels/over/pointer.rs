@@ -1,6 +1,6 @@
-//! The value under the pointer, and how the camera is flown.
+//! Facts about the pixel under the pointer, and the keys of fly mode.
 
-use eframe::egui::{CornerRadius, FontId, Pos2, Rect, Ui, pos2, vec2};
+use egui::{CornerRadius, FontId, Pos2, Rect, Ui, pos2, vec2};
 
 use crate::app::state::{AppState, Navigation};
 use crate::app::{format, theme};
@@ -8,7 +8,7 @@ use crate::render::Shading;
 
 pub(crate) fn show(ui: &Ui, rect: Rect, state: &AppState) {
     if state.preferences.navigation == Navigation::Fly {
-        // Under what is said of the pointer: the keys mean something else than usual.
+        // Below the facts about the pixel.
         note(ui, rect, rect.min + vec2(12.0, 40.0), "flying: W A S D, Q E, drag to look · Shift faster · V ends");
     }
     let Some(hover) = state.selection.hover else { return };
@@ -33,7 +33,7 @@ pub(crate) fn show(ui: &Ui, rect: Rect, state: &AppState) {
     note(ui, rect, rect.min + vec2(12.0, 12.0), &facts.join(" · "));
 }
 
-/// A line of text on a veil, moved so that it stays inside `rect`.
+/// A line of text on a translucent background, shifted to lie inside `rect`.
 fn note(ui: &Ui, rect: Rect, at: Pos2, text: &str) {
     let palette = theme::palette(ui);
     let galley = ui.painter().layout_no_wrap(text.to_owned(), FontId::proportional(theme::HEADING_SIZE), palette.text);

@@ -1,6 +1,6 @@
-//! What is measured and how: two rows over the tables and plots.
+//! Controls of the paper panel: the experiment and its settings, in two rows.
 
-use eframe::egui::{self, Align, Button, ComboBox, DragValue, Layout, RichText, Role, Sense, Ui, WidgetInfo, vec2};
+use egui::{self, Align, Button, ComboBox, DragValue, Layout, RichText, Role, Sense, Ui, WidgetInfo, vec2};
 
 use crate::app::commands::Action;
 use crate::app::panels::widgets::Icon;
@@ -19,7 +19,7 @@ pub(crate) fn show(ui: &mut Ui, state: &mut AppState) {
             vec2(close, theme::ROW_HEIGHT),
             Layout::left_to_right(Align::Center).with_main_wrap(true),
             |ui| {
-                what(ui, state);
+                experiments(ui, state);
                 ui.add_space(8.0);
                 run(ui, state);
                 ui.add_space(8.0);
@@ -37,7 +37,8 @@ pub(crate) fn show(ui: &mut Ui, state: &mut AppState) {
     ui.horizontal_wrapped(|ui| settings(ui, state));
 }
 
-fn what(ui: &mut Ui, state: &mut AppState) {
+/// Buttons that choose the experiment.
+fn experiments(ui: &mut Ui, state: &mut AppState) {
     for experiment in Experiment::ALL {
         let on = state.preferences.paper.experiment == experiment;
         if chip(ui, experiment.label(), on, experiment.description()) {
@@ -46,6 +47,7 @@ fn what(ui: &mut Ui, state: &mut AppState) {
     }
 }
 
+/// The button that starts or cancels the measurement.
 fn run(ui: &mut Ui, state: &mut AppState) {
     if state.activity.measure.is_some() {
         if ui.button("Cancel measuring").on_hover_text("Stop and keep the rows that are there (Esc)").clicked() {
@@ -61,6 +63,7 @@ fn run(ui: &mut Ui, state: &mut AppState) {
     }
 }
 
+/// Buttons for tables or plots, and for saving what was measured.
 fn output(ui: &mut Ui, state: &mut AppState) {
     let display = &mut state.preferences.paper.display;
     for (value, label, tip) in
@@ -87,11 +90,12 @@ fn output(ui: &mut Ui, state: &mut AppState) {
     }
 }
 
+/// Settings of the experiment.
 fn settings(ui: &mut Ui, state: &mut AppState) {
     let plan = &mut state.preferences.paper;
     for kind in ContainerKind::ALL {
         let mut on = plan.containers.contains(&kind);
-        let response = ui.checkbox(&mut on, kind.label()).on_hover_text("What the measured trees are made of");
+        let response = ui.checkbox(&mut on, kind.label()).on_hover_text("Container of the measured trees");
         response.widget_info(|| {
             WidgetInfo::selected(Role::CheckBox, true, on, format!("Measure {}", kind.label().to_lowercase()))
         });
@@ -100,7 +104,7 @@ fn settings(ui: &mut Ui, state: &mut AppState) {
                 .into_iter()
                 .filter(|other| if *other == kind { on } else { plan.containers.contains(other) })
                 .collect();
-            // At least one is measured.
+            // At least one stays chosen.
             if plan.containers.is_empty() {
                 plan.containers = ContainerKind::ALL.into_iter().filter(|other| *other != kind).collect();
             }
@@ -109,7 +113,7 @@ fn settings(ui: &mut Ui, state: &mut AppState) {
     match plan.experiment {
         Experiment::Thresholds => thresholds(ui, plan),
         Experiment::Tables => {
-            let tip = "Also test every triangle with a sample of the rays, whose number is said";
+            let tip = "Also test every triangle with a sample of the rays; the table names their number";
             ui.checkbox(&mut plan.no_bvh, "No BVH").on_hover_text(tip);
         }
         Experiment::Threads | Experiment::Builders => {}
@@ -134,6 +138,7 @@ fn settings(ui: &mut Ui, state: &mut AppState) {
     number(ui, "Repeat", tip, &mut plan.repeat, 1..=PaperPlan::MAX_REPEAT);
 }
 
+/// Range of thresholds and choice of ε for the sweep.
 fn thresholds(ui: &mut Ui, plan: &mut PaperPlan) {
     const LIMITS: [u32; 2] = [BuildSettings::MIN_THRESHOLD, BuildSettings::MAX_THRESHOLD];
     let [first, last] = &mut plan.thresholds;
@@ -156,7 +161,7 @@ fn thresholds(ui: &mut Ui, plan: &mut PaperPlan) {
     ui.spacing_mut().item_spacing.x = 8.0;
 }
 
-/// A named drop-down list.
+/// A labelled drop-down list.
 fn choice<T: Copy + PartialEq>(ui: &mut Ui, name: &str, tip: &str, value: &mut T, choices: &[(T, String)]) {
     ui.label(RichText::new(name).color(theme::palette(ui).dim)).on_hover_text(tip);
     let selected = choices.iter().find(|(choice, _)| choice == value).map_or("", |(_, text)| text);
@@ -178,7 +183,7 @@ fn choice<T: Copy + PartialEq>(ui: &mut Ui, name: &str, tip: &str, value: &mut T
     response.on_hover_text(tip);
 }
 
-/// A named number.
+/// A labelled number field.
 fn number<T: egui::emath::Numeric>(
     ui: &mut Ui,
     name: &str,

@@ -1,4 +1,4 @@
-//! The paper panel: its tables and figures for the open model, in a dock above the depth bar.
+//! Paper panel: measures the paper's tables and figures on the open model, in a dock above the depth bar.
 
 mod controls;
 mod plots;
@@ -6,25 +6,26 @@ mod tables;
 
 use std::sync::Arc;
 
-use eframe::egui::{self, Margin, Panel, RichText, ScrollArea, Ui};
+use egui::{self, Margin, Panel, RichText, ScrollArea, Ui};
 
 use crate::app::panels::widgets::panel_frame;
 use crate::app::state::AppState;
 use crate::app::state::paper::{Display, Experiment};
 use crate::app::{format, theme};
 
-/// Height at first start in points.
+/// Default height of the panel in points.
 const HEIGHT: f32 = 288.0;
 
-/// The dock, where it is open.
+/// Shows the dock if it is open.
 pub(crate) fn show(ui: &mut Ui, state: &mut AppState) {
     let mut open = state.preferences.paper_open;
     if !open {
         return;
     }
-    // The picture keeps a third of what is left.
-    let most = (ui.available_height() * 0.66).max(120.0);
-    let panel = Panel::bottom("paper panel").resizable(true).default_size(HEIGHT.min(most)).size_range(96.0..=most);
+    // Leave a third of the remaining height to the viewport.
+    let max_height = (ui.available_height() * 0.66).max(120.0);
+    let panel =
+        Panel::bottom("paper panel").resizable(true).default_size(HEIGHT.min(max_height)).size_range(96.0..=max_height);
     panel.frame(panel_frame(Margin { left: 12, right: 12, top: 4, bottom: 4 })).show_collapsible(ui, &mut open, |ui| {
         ScrollArea::vertical().id_salt("paper scroll").auto_shrink(false).show(ui, |ui| {
             controls::show(ui, state);
@@ -32,10 +33,11 @@ pub(crate) fn show(ui: &mut Ui, state: &mut AppState) {
             body(ui, state);
         });
     });
-    // A button in it may have closed it.
+    // The close button may have cleared it already.
     state.preferences.paper_open &= open;
 }
 
+/// The measured rows as tables or plots, with remarks where they are not those of the present settings.
 fn body(ui: &mut Ui, state: &mut AppState) {
     let Some(result) = state.activity.measured.clone().filter(|result| !result.rows.is_empty()) else {
         nothing_yet(ui, state);
@@ -62,7 +64,7 @@ fn body(ui: &mut Ui, state: &mut AppState) {
     }
 }
 
-/// What the button would do, or that it is being done.
+/// Text shown before the first rows: what would be measured, or that it is being measured.
 fn nothing_yet(ui: &mut Ui, state: &AppState) {
     let palette = theme::palette(ui);
     let plan = &state.preferences.paper;

@@ -1,10 +1,8 @@
-//! The curves, with a button on each point that wants its tree.
+//! Plots of the measured curves. A click on a point builds the tree that it was measured on.
 
 use std::sync::Arc;
 
-use eframe::egui::{
-    self, Color32, CursorIcon, Rangef, RichText, Role, ScrollArea, Sense, Stroke, Ui, WidgetInfo, pos2, vec2,
-};
+use egui::{self, Color32, CursorIcon, Rangef, RichText, Role, ScrollArea, Sense, Stroke, Ui, WidgetInfo, vec2};
 use egui_plot::{AxisHints, GridMark, Line, MarkerShape, Plot, PlotPoint, PlotPoints, PlotTransform, Points, VLine};
 
 use crate::app::state::AppState;
@@ -14,22 +12,22 @@ use crate::lab::Measurement;
 use crate::lab::plot::{COLORS, Panel, PlotCurve, Point};
 
 /// Smallest width of a plot in points.
-const WIDTH: f32 = 200.0;
-/// Width of a category's name in points.
-const CATEGORY: f32 = 84.0;
+const MIN_WIDTH: f32 = 200.0;
+/// Width of a category's label in points.
+const CATEGORY_WIDTH: f32 = 84.0;
 /// Smallest height of a plot in points.
-const HEIGHT: f32 = 140.0;
+const MIN_HEIGHT: f32 = 140.0;
 
 pub(crate) fn show(ui: &mut Ui, state: &mut AppState, result: &PaperResult) {
     legend(ui, &result.panels);
-    let height = (ui.available_height() - 14.0).max(HEIGHT);
+    let height = (ui.available_height() - 14.0).max(MIN_HEIGHT);
     let count = result.panels.len() as f32;
     let gap = ui.spacing().item_spacing.x;
-    let share = (ui.available_width() - gap * (count - 1.0)) / count;
+    let even_width = (ui.available_width() - gap * (count - 1.0)) / count;
     ScrollArea::horizontal().id_salt("paper plots").auto_shrink([false, true]).show(ui, |ui| {
         ui.horizontal_top(|ui| {
             for (index, panel) in result.panels.iter().enumerate() {
-                let size = vec2(share.max(WIDTH).max(panel.categories.len() as f32 * CATEGORY), height);
+                let size = vec2(even_width.max(MIN_WIDTH).max(panel.categories.len() as f32 * CATEGORY_WIDTH), height);
                 ui.allocate_ui(size, |ui| {
                     ui.vertical(|ui| {
                         heading(ui, panel);
@@ -42,6 +40,7 @@ pub(crate) fn show(ui: &mut Ui, state: &mut AppState, result: &PaperResult) {
     });
 }
 
+/// Title of a plot: its quantity, and the series that it is relative to.
 fn heading(ui: &mut Ui, panel: &Panel) {
     let text = match &panel.relative_of {
         Some(series) => format!("{} · {series}", panel.y_label),
@@ -50,7 +49,7 @@ fn heading(ui: &mut Ui, panel: &Panel) {
     ui.add(egui::Label::new(RichText::new(text).color(theme::palette(ui).text)).truncate());
 }
 
-/// Names of the curves: once for the plots that compare quantities, once for all others.
+/// Names of the curves: once for the plots relative to a series, once for all others.
 fn legend(ui: &mut Ui, panels: &[Panel]) {
     let palette = theme::palette(ui);
     ui.horizontal_wrapped(|ui| {
@@ -71,7 +70,7 @@ fn legend(ui: &mut Ui, panels: &[Panel]) {
     });
 }
 
-/// The colour of a curve: those of the plots in files, where they can be seen on this background.
+/// Colour of a curve, as in exported plots; black becomes the text colour, which is visible in both themes.
 fn color(ui: &Ui, panel: &Panel, curve: usize) -> Color32 {
     let palette = theme::palette(ui);
     if panel.curves[curve].reference {
@@ -84,6 +83,7 @@ fn color(ui: &Ui, panel: &Panel, curve: usize) -> Color32 {
     }
 }
 
+/// One plot. A click on a point requests its tree.
 fn plot(ui: &mut Ui, state: &mut AppState, (id, panel): (usize, &Panel), rows: &[Measurement], size: egui::Vec2) {
     let points = || panel.curves.iter().flat_map(|curve| &curve.points);
     let low = points().map(|point| point.x).fold(f64::INFINITY, f64::min);
@@ -108,7 +108,7 @@ fn plot(ui: &mut Ui, state: &mut AppState, (id, panel): (usize, &Panel), rows: &
     let colors: Vec<Color32> = (0..panel.curves.len()).map(|curve| color(ui, panel, curve)).collect();
     let now = (id, wanted_x(state, panel, rows));
     let warm = theme::palette(ui).warm;
-    // Narrow plots have their numbers closer together than a whole window would.
+    // Denser labels than egui_plot's default, since the plots are narrow.
     let mut x_axis = AxisHints::new_x().formatter(x_text).label_spacing(Rangef::new(18.0, 28.0));
     if !panel.x_label.is_empty() {
         x_axis = x_axis.label(RichText::new(&panel.x_label).small());
@@ -152,17 +152,18 @@ fn plot(ui: &mut Ui, state: &mut AppState, (id, panel): (usize, &Panel), rows: &
     }
 }
 
-/// Where the tree that is wanted now lies on the horizontal axis of a sweep.
+/// Position of the present threshold on the horizontal axis of a sweep; `None` for other experiments.
 fn wanted_x(state: &AppState, panel: &Panel, rows: &[Measurement]) -> Option<f64> {
     let sweep = rows.first().is_some_and(|row| row.command == "sweep");
     (sweep && panel.categories.is_empty()).then(|| f64::from(state.wanted.build.threshold))
 }
 
+/// Draws a curve: line, spread of the repetitions, markers.
 fn draw(plot: &mut egui_plot::PlotUi<'_>, curve: &PlotCurve, color: Color32, named: bool) {
-    let places = || -> PlotPoints<'static> { curve.points.iter().map(|point| [point.x, point.y]).collect() };
+    let points = || -> PlotPoints<'static> { curve.points.iter().map(|point| [point.x, point.y]).collect() };
     if !named {
         let width = if curve.reference { 1.0 } else { 1.5 };
-        plot.line(Line::new(curve.name.clone(), places()).color(color).width(width).allow_hover(false));
+        plot.line(Line::new(curve.name.clone(), points()).color(color).width(width).allow_hover(false));
     }
     if curve.reference {
         return;
@@ -174,28 +175,28 @@ fn draw(plot: &mut egui_plot::PlotUi<'_>, curve: &PlotCurve, color: Color32, nam
             plot.line(Line::new("", whisker).color(faint).width(1.0).allow_hover(false));
         }
     }
-    let markers = Points::new(curve.name.clone(), places()).color(color).radius(3.0).shape(MarkerShape::Circle);
+    let markers = Points::new(curve.name.clone(), points()).color(color).radius(3.0).shape(MarkerShape::Circle);
     plot.points(markers.allow_hover(false));
 }
 
-/// The row of the point that was clicked. Each point is a widget, so that it can be found by its name.
+/// Index of the row whose point was clicked. Each point is a widget with an accessible name.
 fn clicked(ui: &Ui, panel: &Panel, transform: &PlotTransform, id: usize) -> Option<usize> {
     let mut row = None;
     for (index, curve) in panel.curves.iter().enumerate() {
-        // Neighbours share the room between them.
+        // Widgets of neighbouring points do not overlap.
         let step = curve.points.windows(2).map(|pair| pair[1].x - pair[0].x).filter(|step| *step > 0.0);
         let step = step.fold(f64::INFINITY, f64::min) * transform.dpos_dvalue_x();
         let width = (step as f32).clamp(4.0, 16.0);
-        for (place, point) in curve.points.iter().enumerate().filter(|(_, point)| point.row.is_some()) {
-            let at = transform.position_from_point(&PlotPoint::new(point.x, point.y));
-            let rect = egui::Rect::from_center_size(pos2(at.x, at.y), vec2(width, 16.0));
-            let response = ui.interact(rect, ui.scope_id().with(("point", id, index, place)), Sense::CLICK);
-            response.widget_info(|| WidgetInfo::labeled(Role::Button, true, spoken(panel, curve, point)));
+        for (at, point) in curve.points.iter().enumerate().filter(|(_, point)| point.row.is_some()) {
+            let position = transform.position_from_point(&PlotPoint::new(point.x, point.y));
+            let rect = egui::Rect::from_center_size(position, vec2(width, 16.0));
+            let response = ui.interact(rect, ui.scope_id().with(("point", id, index, at)), Sense::CLICK);
+            response.widget_info(|| WidgetInfo::labeled(Role::Button, true, point_name(panel, curve, point)));
             if response.hovered() {
                 let stroke = Stroke::new(1.5, theme::palette(ui).text);
-                ui.painter().circle_stroke(at, 5.0, stroke);
+                ui.painter().circle_stroke(position, 5.0, stroke);
             }
-            let tip = format!("{}\nClick to build this tree", spoken(panel, curve, point));
+            let tip = format!("{}\nClick to build this tree", point_name(panel, curve, point));
             if response.on_hover_cursor(CursorIcon::PointingHand).on_hover_text_at_pointer(tip).clicked() {
                 row = point.row;
             }
@@ -204,16 +205,16 @@ fn clicked(ui: &Ui, panel: &Panel, transform: &PlotTransform, id: usize) -> Opti
     row
 }
 
-/// "Tests per ray 11.2 at threshold 6, box".
-fn spoken(panel: &Panel, curve: &PlotCurve, point: &Point) -> String {
+/// Accessible name of a point: "Tests per ray 11.2 at threshold 6, box".
+fn point_name(panel: &Panel, curve: &PlotCurve, point: &Point) -> String {
     let (name, unit) = panel.y_label.split_once(" (").unwrap_or((&panel.y_label, ""));
     let unit = unit.trim_end_matches(')');
     let value = format::significant(point.y);
     let x = point.x.round() as usize;
-    let place = match panel.categories.get(x) {
+    let at = match panel.categories.get(x) {
         Some(category) => format!("for {category}"),
         None => format!("at {} {x}", panel.x_label.split([' ', '(']).next().unwrap_or_default().to_lowercase()),
     };
     let space = if unit.is_empty() || unit == "×" { "" } else { " " };
-    format!("{name} {value}{space}{unit} {place}, {}", curve.name)
+    format!("{name} {value}{space}{unit} {at}, {}", curve.name)
 }

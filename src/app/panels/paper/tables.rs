@@ -1,29 +1,28 @@
-//! The tables of the command line, cell for cell.
+//! The measured rows as tables, with the same cells as on the command line. A click copies a row.
 
-use eframe::egui::{
-    self, Align2, CornerRadius, RichText, Role, ScrollArea, Sense, TextStyle, Ui, WidgetInfo, pos2, vec2,
-};
+use egui::{self, Align2, CornerRadius, RichText, Role, ScrollArea, Sense, TextStyle, Ui, WidgetInfo, pos2, vec2};
 
 use crate::app::state::paper::PaperResult;
 use crate::app::state::{AppState, Request, Severity};
 use crate::app::theme;
 use crate::lab::report_table::ReportTable;
 
-/// Between two columns in points.
+/// Gap between two columns in points.
 const GAP: f32 = 16.0;
 /// Height of a row in points.
-const ROW: f32 = 18.0;
+const ROW_HEIGHT: f32 = 18.0;
 
 pub(crate) fn show(ui: &mut Ui, state: &mut AppState, result: &PaperResult) {
     ScrollArea::horizontal().id_salt("paper tables").auto_shrink([false, true]).show(ui, |ui| {
         for table in &result.tables {
-            one(ui, state, table);
+            show_table(ui, state, table);
             ui.add_space(12.0);
         }
     });
 }
 
-fn one(ui: &mut Ui, state: &mut AppState, table: &ReportTable) {
+/// One table: title, header, rows, notes.
+fn show_table(ui: &mut Ui, state: &mut AppState, table: &ReportTable) {
     let palette = theme::palette(ui);
     ui.label(RichText::new(&table.title).strong());
     let font = TextStyle::Body.resolve(ui.style());
@@ -39,7 +38,7 @@ fn one(ui: &mut Ui, state: &mut AppState, table: &ReportTable) {
         .collect();
     let total = widths.iter().map(|width| width + GAP).sum::<f32>();
     let line = |ui: &mut Ui, cells: &mut dyn Iterator<Item = &str>, color: egui::Color32, label: String| {
-        let (rect, response) = ui.allocate_exact_size(vec2(total, ROW), Sense::CLICK);
+        let (rect, response) = ui.allocate_exact_size(vec2(total, ROW_HEIGHT), Sense::CLICK);
         response.widget_info(|| WidgetInfo::labeled(Role::Label, true, label.clone()));
         if response.hovered() {
             ui.painter().rect_filled(rect, CornerRadius::same(4), ui.visuals().faint_bg_color);
@@ -54,17 +53,17 @@ fn one(ui: &mut Ui, state: &mut AppState, table: &ReportTable) {
         response
     };
     ui.spacing_mut().item_spacing.y = 0.0;
-    let names = |of: fn(&(String, String)) -> &str| table.columns.iter().map(of).collect::<Vec<_>>();
-    let heads = names(|column| &column.0);
-    line(ui, &mut heads.iter().copied(), palette.dim, heads.join(", "));
-    let units = names(|column| &column.1);
+    let header = |select: fn(&(String, String)) -> &str| table.columns.iter().map(select).collect::<Vec<_>>();
+    let names = header(|column| &column.0);
+    line(ui, &mut names.iter().copied(), palette.dim, names.join(", "));
+    let units = header(|column| &column.1);
     if units.iter().any(|unit| !unit.is_empty()) {
         line(ui, &mut units.iter().copied(), palette.dim, String::new());
     }
     for row in &table.rows {
-        // What was printed by others stands back.
+        // Indented rows quote published values: paint them dimmed.
         let color = if row.first().is_some_and(|cell| cell.starts_with("  ")) { palette.dim } else { palette.text };
-        let response = line(ui, &mut row.iter().map(String::as_str), color, spoken(table, row));
+        let response = line(ui, &mut row.iter().map(String::as_str), color, row_name(table, row));
         if response.on_hover_text("Click to copy the row").clicked() {
             state.requests.push(Request::Copy(row.join("\t")));
             state.messages.notify(Severity::Info, "Row copied");
@@ -76,8 +75,8 @@ fn one(ui: &mut Ui, state: &mut AppState, table: &ReportTable) {
     }
 }
 
-/// "teapot.obj, triangles 6320, build box 3.07 ms": what a row means without its head.
-fn spoken(table: &ReportTable, row: &[String]) -> String {
+/// Accessible name of a row: "teapot.obj, triangles 6320, build box 3.07 ms".
+fn row_name(table: &ReportTable, row: &[String]) -> String {
     let mut parts = Vec::new();
     for (index, ((name, unit), cell)) in table.columns.iter().zip(row).enumerate() {
         if index == 0 {

@@ -1,6 +1,6 @@
-//! Which containers lie over the picture, and how.
+//! Section "Containers": which containers the overlay draws, and how.
 
-use eframe::egui::{self, Ui};
+use egui::{self, Ui};
 
 use crate::app::panels::widgets::{Header, SliderSpec, check, combo, row, section, slider};
 use crate::app::state::AppState;
@@ -8,7 +8,7 @@ use crate::app::{format, theme};
 use crate::overlay::{ColorBy, OverlaySettings};
 
 pub(crate) fn show(ui: &mut Ui, state: &mut AppState) {
-    let header = Header { reset: Some("Bring the look of the containers back; depths stay"), ..Header::default() };
+    let header = Header { reset: Some("Reset the look of the containers; depths stay"), ..Header::default() };
     let reset = section(ui, "CONTAINERS", header, |ui| {
         let overlay = &mut state.wanted.overlay;
         row(ui, "Show", "Boxes or spheres, also of the kind that the tree is not made of (B hides both)", |ui| {
@@ -29,14 +29,14 @@ pub(crate) fn show(ui: &mut Ui, state: &mut AppState) {
             let meaning = match choice {
                 ColorBy::Depth => "Steps from the root: what lies in what",
                 ColorBy::Size => "Surface area over the root's: how likely a ray meets it",
-                ColorBy::Overlap => "Share of its area inside its sibling: rays there must visit both",
+                ColorBy::Overlap => "Fraction of its area inside its sibling: rays there must visit both",
                 ColorBy::Primitives => "Triangles below it: where the model is dense",
             };
             (choice, choice.label(), meaning)
         });
         let tip = "What the colour of a container means; the legend has the numbers";
         combo(ui, "Colour by", tip, &mut overlay.color_by, &choices, |_| None);
-        looks(ui, overlay);
+        line_style(ui, overlay);
         let shown = state.preferences.show_containers && (overlay.show_boxes || overlay.show_spheres);
         let (drawn, wanted) = state.graphics.overlay_counts;
         let color = theme::palette(ui);
@@ -59,7 +59,8 @@ pub(crate) fn show(ui: &mut Ui, state: &mut AppState) {
     }
 }
 
-fn looks(ui: &mut Ui, overlay: &mut OverlaySettings) {
+/// Sliders for hidden lines, line width and the most containers drawn.
+fn line_style(ui: &mut Ui, overlay: &mut OverlaySettings) {
     let defaults = OverlaySettings::default();
     let mut hidden = f64::from(overlay.hidden_alpha);
     let spec = SliderSpec {

@@ -1,10 +1,8 @@
-//! The range of the heat map over the histogram of the picture's counts.
+//! Value range of the heat map, dragged on a histogram of the picture's counts.
 
 use std::sync::Arc;
 
-use eframe::egui::{
-    self, Color32, CornerRadius, CursorIcon, Id, Rect, Role, Sense, Stroke, Ui, WidgetInfo, pos2, vec2,
-};
+use egui::{self, Color32, CornerRadius, CursorIcon, Id, Rect, Role, Sense, Stroke, Ui, WidgetInfo, pos2, vec2};
 
 use crate::app::commands::Action;
 use crate::app::panels::widgets::{chip, row};
@@ -12,16 +10,16 @@ use crate::app::state::AppState;
 use crate::app::{format, theme};
 use crate::render::{Frame, Shading};
 
-/// Bars of the histogram.
+/// Number of bins.
 const BINS: usize = 64;
 /// Height of the histogram in points.
 const HEIGHT: f32 = 56.0;
 
-/// How often each value occurs in one picture.
+/// Histogram of the values of one frame.
 #[derive(Debug)]
 struct Histogram {
     frame_id: u64,
-    /// The value at the right end.
+    /// Upper bound of the last bin: the largest value; the first bin starts at 0.
     top: f32,
     bins: [u32; BINS],
 }
@@ -36,7 +34,7 @@ impl Histogram {
         Self { frame_id, top, bins }
     }
 
-    /// What a bar stands for, and what can be done here.
+    /// Tooltip of a bin: number of pixels, range of counts, what a drag does.
     fn tip(&self, bin: usize, counted: &str) -> String {
         let end = |bin: usize| format::count((bin as f32 / BINS as f32 * self.top).ceil() as u64);
         format!(
@@ -47,13 +45,13 @@ impl Histogram {
         )
     }
 
-    /// The histogram of the presented picture, counted once a picture.
+    /// The histogram of the presented frame, cached until the next frame.
     fn load(ui: &Ui, state: &AppState) -> Option<Arc<Self>> {
         let shown = state.model.presented.as_ref().filter(|shown| !shown.frame.values.is_empty())?;
         let id = Id::unique("histogram");
-        let known: Option<Arc<Self>> = ui.data(|data| data.get_temp(id));
-        if let Some(known) = known.filter(|known| known.frame_id == shown.frame_id) {
-            return Some(known);
+        let cached: Option<Arc<Self>> = ui.data(|data| data.get_temp(id));
+        if let Some(cached) = cached.filter(|cached| cached.frame_id == shown.frame_id) {
+            return Some(cached);
         }
         let fresh = Arc::new(Self::of(&shown.frame, shown.frame_id));
         ui.data_mut(|data| data.insert_temp(id, Arc::clone(&fresh)));
@@ -61,7 +59,7 @@ impl Histogram {
     }
 }
 
-/// The presented range of colours, the wanted one where it is fixed.
+/// The fixed range of values where one is set, else that of the presented frame.
 fn range(state: &AppState) -> [f32; 2] {
     let shown = state.model.presented.as_ref().map_or([0.0, 1.0], |shown| shown.frame.value_range);
     state.wanted.render.heat_range.unwrap_or(shown)
@@ -97,7 +95,7 @@ pub(crate) fn show(ui: &mut Ui, state: &mut AppState) {
             Action::FitHeatRange.perform(state);
         }
         let auto = state.wanted.render.heat_range.is_none();
-        if chip(ui, "Auto", auto, "Fit every picture anew") {
+        if chip(ui, "Auto", auto, "Fit the range to every picture") {
             state.wanted.render.heat_range = if auto { Some(range(state)) } else { None };
         }
         numbers
@@ -108,7 +106,7 @@ pub(crate) fn show(ui: &mut Ui, state: &mut AppState) {
     }
 }
 
-/// The bars in their colours, with the ends of the range to drag.
+/// Paints the bins in the colours of the map and moves the end of the range that is dragged. Returns whether it moved.
 fn bars(ui: &mut Ui, state: &AppState, histogram: &Histogram, low: &mut f32, high: &mut f32) -> bool {
     let palette = theme::palette(ui);
     let (rect, response) = ui.allocate_exact_size(vec2(ui.available_width(), HEIGHT), Sense::click_and_drag());
@@ -125,12 +123,12 @@ fn bars(ui: &mut Ui, state: &AppState, histogram: &Histogram, low: &mut f32, hig
     let map = state.wanted.render.color_map;
     for (bin, count) in histogram.bins.iter().enumerate() {
         // Logarithmic, so that the few expensive pixels stay visible.
-        let share = (1.0 + *count as f32).ln() / (1.0 + most).ln();
+        let height = (1.0 + *count as f32).ln() / (1.0 + most).ln();
         let value = (bin as f32 + 0.5) / BINS as f32 * histogram.top;
         let [r, g, b] = map.srgb((value - *low) / (*high - *low).max(1e-6));
         let left = plot.left() + bin as f32 * step;
         let bar = Rect::from_min_max(
-            pos2(left, plot.bottom() - share * plot.height()),
+            pos2(left, plot.bottom() - height * plot.height()),
             pos2(left + step - 0.5, plot.bottom()),
         );
         ui.painter().rect_filled(bar, CornerRadius::ZERO, Color32::from_rgb(r, g, b));

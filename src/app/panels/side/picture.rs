@@ -1,6 +1,6 @@
-//! What the picture shows.
+//! Section "Picture": render settings.
 
-use eframe::egui::Ui;
+use egui::Ui;
 
 use crate::app::commands::shading_description;
 use crate::app::panels::side::histogram;
@@ -10,7 +10,7 @@ use crate::render::{ColorMap, Light, RenderSettings, Shading};
 use bvhscope_engine::tree::traverse::Traversal;
 
 pub(crate) fn show(ui: &mut Ui, state: &mut AppState) {
-    let header = Header { reset: Some("Bring the picture's settings back"), ..Header::default() };
+    let header = Header { reset: Some("Reset the picture's settings"), ..Header::default() };
     let reset = section(ui, "PICTURE", header, |ui| {
         let render = &mut state.wanted.render;
         let shadings = Shading::ALL.map(|shading| (shading, shading.label(), shading_description(shading)));
@@ -32,7 +32,7 @@ pub(crate) fn show(ui: &mut Ui, state: &mut AppState) {
         if heat {
             let orders = [
                 (Traversal::Ordered, "Ordered", "Near child first, culled by distance"),
-                (Traversal::Paper, "Paper", "Neither order nor culling, as printed: many more tests"),
+                (Traversal::Paper, "Paper", "Unordered and not culled, as printed: many more tests"),
             ];
             let tip = "How rays visit nodes while tests are counted";
             combo(ui, "Traversal", tip, &mut render.traversal, &orders, |_| None);
@@ -88,7 +88,7 @@ fn samples(ui: &mut Ui, state: &mut AppState) {
     let mut value = f64::from(state.wanted.render.samples);
     let spec = SliderSpec {
         label: "Samples",
-        tip: "Rays a pixel once everything rests. More: smoother edges and shadows, later",
+        tip: "Samples per pixel once the picture is at rest. More: smoother edges and shadows, later",
         range: 1.0..=256.0,
         default: f64::from(RenderSettings::default().samples),
         logarithmic: true,

@@ -1,16 +1,16 @@
-//! What a change did: for three seconds a statistic shows where it came from.
+//! Changes of statistics: for three seconds after a change, a statistic shows its value before.
 
 use std::collections::HashMap;
 
-use eframe::egui::{Id, Ui};
+use egui::{Id, Ui};
 
-/// How long a change is shown in seconds.
+/// Duration in seconds for which a change is shown.
 const SHOWN_SECS: f64 = 3.0;
 
-/// What is known of each statistic. Lives in egui's memory: it is looks, not state.
+/// Present and previous value of each statistic. Stored in egui's memory, because only the presentation depends on it.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct RecentChanges {
-    /// The model that the values belong to; another one starts afresh.
+    /// Model that the values belong to; they are discarded when another one is shown.
     model: String,
     values: HashMap<&'static str, Value>,
 }
@@ -18,24 +18,24 @@ pub(crate) struct RecentChanges {
 #[derive(Debug, Clone, Copy)]
 struct Value {
     now: f64,
-    /// The value before a run of changes, and when the last of them came.
+    /// Value before a series of changes, and the time of the last of them in seconds.
     change: Option<(f64, f64)>,
 }
 
 impl RecentChanges {
-    /// Takes the effects of `model` out of egui's memory.
+    /// Loads the values of `model` from egui's memory.
     pub(crate) fn load(ui: &Ui, model: &str) -> Self {
-        let effects: Self = ui.data(|data| data.get_temp(Id::unique("effects"))).unwrap_or_default();
-        if effects.model == model { effects } else { Self { model: model.to_owned(), values: HashMap::new() } }
+        let changes: Self = ui.data(|data| data.get_temp(Id::unique("recent changes"))).unwrap_or_default();
+        if changes.model == model { changes } else { Self { model: model.to_owned(), values: HashMap::new() } }
     }
 
-    /// Puts them back.
+    /// Stores the values in egui's memory.
     pub(crate) fn store(self, ui: &Ui) {
-        ui.data_mut(|data| data.insert_temp(Id::unique("effects"), self));
+        ui.data_mut(|data| data.insert_temp(Id::unique("recent changes"), self));
     }
 
-    /// Notes the present value of a statistic and returns the one before, while its change is worth showing. A run of
-    /// changes, as while a slider drags, is measured from where it began.
+    /// Records the present value of a statistic and returns its previous one while the change is shown. A series of
+    /// changes, as during the drag of a slider, is compared with the value before the first of them.
     pub(crate) fn observe(&mut self, ui: &Ui, name: &'static str, now: f64) -> Option<f64> {
         let time = ui.input(|input| input.time);
         let value = self.values.entry(name).or_insert(Value { now, change: None });

@@ -1,6 +1,6 @@
-//! The selected triangle and node.
+//! Section "Selection": the selected triangle and node.
 
-use eframe::egui::{self, Id, Rect, Ui};
+use egui::{self, Id, Rect, Ui};
 
 use crate::app::commands::{Action, entries};
 use crate::app::format;
@@ -37,7 +37,7 @@ pub(crate) fn show(ui: &mut Ui, state: &mut AppState) {
     bring_into_view(ui, Rect::from_two_pos(top, ui.min_rect().max), state.selection.nodes.selected);
 }
 
-/// What was just selected is worth a look, also where the panel is longer than the window.
+/// Scrolls to the section when another node was selected.
 fn bring_into_view(ui: &Ui, rect: Rect, selected: Option<u32>) {
     let id = Id::unique("selection shown");
     let before = ui.data_mut(|data| std::mem::replace(data.get_temp_mut_or_default::<Option<u32>>(id), selected));
@@ -46,6 +46,7 @@ fn bring_into_view(ui: &Ui, rect: Rect, selected: Option<u32>) {
     }
 }
 
+/// Facts about the selected node.
 fn node_rows(ui: &mut Ui, state: &mut AppState, shown: &Presented, node: u32) {
     let table = &shown.table;
     let leaf = table.is_leaf(node);
@@ -72,24 +73,25 @@ fn node_rows(ui: &mut Ui, state: &mut AppState, shown: &Presented, node: u32) {
     let area = f64::from(table.area_share(node));
     let tip = "Surface area over the root's: how likely a ray that meets the root meets it";
     statistic(ui, state, &Statistic::new("Area share", format::percent(area)).tip(tip));
-    // What the node itself adds to the SAH cost of the tree.
+    // Cost of the node alone, before it is weighted by its area.
     let cost = match primitives {
         Some(primitives) if leaf => INTERSECTION_COST * primitives as f32,
         _ => TRAVERSAL_COST,
     };
     let sah = shown.accel.report.stats.sah_cost;
     if sah > 0.0 {
-        let share = area * f64::from(cost) / f64::from(sah);
+        let fraction = area * f64::from(cost) / f64::from(sah);
         let tip = "What this node alone adds to the SAH cost of the tree";
-        statistic(ui, state, &Statistic::new("SAH share", format::percent(share)).tip(tip));
+        statistic(ui, state, &Statistic::new("SAH share", format::percent(fraction)).tip(tip));
     }
     if node != 0 {
         let overlap = format::percent(f64::from(table.overlap(node)));
-        let tip = "Overlap with its sibling, as a share of its own area: rays there must visit both";
+        let tip = "Overlap with its sibling, as a fraction of its own area: rays there must visit both";
         statistic(ui, state, &Statistic::new("Overlap", overlap).tip(tip));
     }
 }
 
+/// Buttons that walk the tree, hide nodes and frame the selection.
 fn buttons(ui: &mut Ui, state: &mut AppState) {
     ui.horizontal_wrapped(|ui| {
         ui.spacing_mut().item_spacing.x = 4.0;

@@ -1,12 +1,12 @@
-//! Scene, build, tree and trace in numbers.
+//! Sections "Scene", "Build", "Tree" and "Trace": the statistics of the left panel.
 
 use std::time::Duration;
 
-use eframe::egui::{self, CornerRadius, Rect, Role, Sense, Ui, WidgetInfo, pos2, vec2};
+use egui::{self, CornerRadius, Rect, Role, Sense, Ui, WidgetInfo, pos2, vec2};
 
 use crate::accel::{BuildReport, Wide};
 use crate::app::panels::side::recent_changes::RecentChanges;
-use crate::app::panels::widgets::{Header, Statistic, section, statistic};
+use crate::app::panels::widgets::{Header, Statistic, section, statistic, value_text};
 use crate::app::state::{AppState, Presented};
 use crate::app::{format, theme};
 use crate::scene::Scene;
@@ -24,14 +24,14 @@ pub(crate) fn show(ui: &mut Ui, state: &mut AppState) {
         return;
     };
     let model = shown.accel.scene.source.to_string();
-    let mut effects = RecentChanges::load(ui, &model);
+    let mut changes = RecentChanges::load(ui, &model);
     let summary = format::duration(shown.accel.report.build_time);
     section(ui, "BUILD", Header { summary: &summary, ..Header::default() }, |ui| {
-        build_rows(ui, state, &shown, &mut effects);
+        build_rows(ui, state, &shown, &mut changes);
     });
-    section(ui, "TREE", Header::default(), |ui| tree_rows(ui, state, &shown, &mut effects));
-    section(ui, "TRACE", Header::default(), |ui| trace_rows(ui, state, &shown, &mut effects));
-    effects.store(ui);
+    section(ui, "TREE", Header::default(), |ui| tree_rows(ui, state, &shown, &mut changes));
+    section(ui, "TRACE", Header::default(), |ui| trace_rows(ui, state, &shown, &mut changes));
+    changes.store(ui);
 }
 
 fn nothing_yet(ui: &mut Ui, text: &str) {
@@ -39,6 +39,7 @@ fn nothing_yet(ui: &mut Ui, text: &str) {
     ui.label(egui::RichText::new(text).color(color));
 }
 
+/// Statistics of the loaded scene.
 fn scene_rows(ui: &mut Ui, state: &mut AppState, scene: &Scene) {
     let name = scene.source.label();
     let shown = format::elide_middle(&name, (ui.available_width() / 7.0) as usize);
@@ -76,10 +77,11 @@ fn scene_rows(ui: &mut Ui, state: &mut AppState, scene: &Scene) {
     }
 }
 
-fn build_rows(ui: &mut Ui, state: &mut AppState, shown: &Presented, effects: &mut RecentChanges) {
+/// Statistics of the build.
+fn build_rows(ui: &mut Ui, state: &mut AppState, shown: &Presented, changes: &mut RecentChanges) {
     let report = &shown.accel.report;
     let total = report.build_time.as_secs_f64();
-    let before = effects.observe(ui, "build", total);
+    let before = changes.observe(ui, "build", total);
     let (number, unit) = format::duration_parts(report.build_time);
     let tip = "Wall-clock time of the build: the sum of its stages";
     let mut row = Statistic::new("Build time", number).unit(unit).tip(tip);
@@ -89,8 +91,8 @@ fn build_rows(ui: &mut Ui, state: &mut AppState, shown: &Presented, effects: &mu
     statistic(ui, state, &row);
     let longest = report.stages.stages.iter().map(|(_, time)| *time).max().unwrap_or_default();
     for (name, time) in &report.stages.stages {
-        let gain = report.stages.cost_change(name);
-        stage_row(ui, name, *time, time.as_secs_f64() / longest.as_secs_f64().max(1e-12), gain);
+        let costs = report.stages.cost_change(name);
+        stage_row(ui, name, *time, time.as_secs_f64() / longest.as_secs_f64().max(1e-12), costs);
     }
     let rate = report.mtriangles_per_s();
     let tip = "Triangles built in a second, in millions";
@@ -98,8 +100,9 @@ fn build_rows(ui: &mut Ui, state: &mut AppState, shown: &Presented, effects: &mu
     statistic(ui, state, &Statistic::new("Threads", report.threads.to_string()).tip("Threads that built the tree"));
 }
 
-/// A stage's name, a bar for its share, its time, and of a pass what it did to the SAH cost.
-fn stage_row(ui: &mut Ui, name: &str, time: Duration, share: f64, costs: Option<[f64; 2]>) {
+/// Name and time of a stage, with a bar for its time relative to the longest stage (`fraction`). For a pass over the finished tree
+/// also the SAH cost before and after it.
+fn stage_row(ui: &mut Ui, name: &str, time: Duration, fraction: f64, costs: Option<[f64; 2]>) {
     let palette = theme::palette(ui);
     let (rect, response) = ui.allocate_exact_size(vec2(ui.available_width(), 16.0), Sense::hover());
     let mut text = format::duration(time);
@@ -116,10 +119,10 @@ fn stage_row(ui: &mut Ui, name: &str, time: Duration, share: f64, costs: Option<
     );
     if bar.width() > 8.0 {
         painter.rect_filled(bar, CornerRadius::same(2), palette.rail);
-        let filled = Rect::from_min_size(bar.min, vec2((bar.width() * share as f32).max(1.0), bar.height()));
+        let filled = Rect::from_min_size(bar.min, vec2((bar.width() * fraction as f32).max(1.0), bar.height()));
         painter.rect_filled(filled, CornerRadius::same(2), palette.accent);
     }
-    crate::app::panels::widgets::value_text(ui, rect, &text);
+    value_text(ui, rect, &text);
     response.on_hover_text(match costs {
         Some([before, after]) => format!(
             "Time of this pass over the finished tree, and SAH cost before and after: {} and {}",
@@ -130,16 +133,17 @@ fn stage_row(ui: &mut Ui, name: &str, time: Duration, share: f64, costs: Option<
     });
 }
 
-fn tree_rows(ui: &mut Ui, state: &mut AppState, shown: &Presented, effects: &mut RecentChanges) {
+/// Statistics of the tree: quality, nodes, memory.
+fn tree_rows(ui: &mut Ui, state: &mut AppState, shown: &Presented, changes: &mut RecentChanges) {
     let report: &BuildReport = &shown.accel.report;
     let stats = &report.stats;
     let significant = |value: f32| format::significant(f64::from(value));
-    let mut moving = |ui: &mut Ui, state: &mut AppState, name: &'static str, value: f64, tip: String| {
+    let mut changing = |ui: &mut Ui, state: &mut AppState, name: &'static str, value: f64, tip: String| {
         let text = |value: f64| {
             if value.fract() == 0.0 && value >= 0.0 { format::count(value as u64) } else { format::significant(value) }
         };
         let mut row = Statistic::new(name, text(value)).tip(tip);
-        if let Some(before) = effects.observe(ui, name, value) {
+        if let Some(before) = changes.observe(ui, name, value) {
             row = row.change(text(before), format::change(before, value));
         }
         statistic(ui, state, &row);
@@ -148,16 +152,16 @@ fn tree_rows(ui: &mut Ui, state: &mut AppState, shown: &Presented, effects: &mut
         "Expected cost of a ray by the surface area heuristic: container test {TRAVERSAL_COST}, triangle test {INTERSECTION_COST}, over the root's area. Lower is better"
     );
     let epo_tip = "End-point overlap (Aila et al. 2013): surface inside nodes that do not hold it. Lower is better";
-    moving(ui, state, "SAH cost", f64::from((stats.sah_cost * 100.0).round() / 100.0), sah_tip);
+    changing(ui, state, "SAH cost", f64::from((stats.sah_cost * 100.0).round() / 100.0), sah_tip);
     match shown.accel.known_epo() {
-        Some(epo) => moving(ui, state, "EPO", f64::from(epo), epo_tip.to_owned()),
+        Some(epo) => changing(ui, state, "EPO", f64::from(epo), epo_tip.to_owned()),
         None => statistic(ui, state, &Statistic::new("EPO", "…".to_owned()).tip(epo_tip)),
     }
-    moving(ui, state, "Nodes", stats.nodes as f64, "Interior nodes and leaves".to_owned());
-    moving(ui, state, "Leaves", stats.leaves as f64, "Nodes that hold triangles".to_owned());
+    changing(ui, state, "Nodes", stats.nodes as f64, "Interior nodes and leaves".to_owned());
+    changing(ui, state, "Leaves", stats.leaves as f64, "Nodes that hold triangles".to_owned());
     let depth_tip =
         format!("Depth of the deepest node, root 0; leaves lie at {} on average", significant(stats.mean_leaf_depth));
-    moving(ui, state, "Depth", f64::from(stats.max_depth), depth_tip);
+    changing(ui, state, "Depth", f64::from(stats.max_depth), depth_tip);
     let leaf = format!("{} / {} / {}", stats.min_leaf_size, significant(stats.mean_leaf_size), stats.max_leaf_size);
     statistic(ui, state, &Statistic::new("Leaf size", leaf).tip("Triangles in a leaf: smallest, mean, largest"));
     let triangles = shown.accel.scene.triangles.len().max(1);
@@ -169,10 +173,10 @@ fn tree_rows(ui: &mut Ui, state: &mut AppState, shown: &Presented, effects: &mut
         (
             "Wide tree",
             wide.map(|wide| wide.tree.node_bytes()),
-            "Nodes with eight children each, which pictures are traced through",
+            "Nodes with up to eight children, which camera rays traverse",
         ),
         ("Wide triangles", wide.map(|wide| wide.tree.triangle_bytes()), "Triangles in blocks of four"),
-        ("Overlay", Some(overlay_bytes), "Who stands at which depth, for the overlay"),
+        ("Overlay", Some(overlay_bytes), "Indices of the nodes at each depth, for the overlay"),
     ] {
         let Some(bytes) = bytes else {
             statistic(ui, state, &Statistic::new(name, "…".to_owned()).tip(tip));
@@ -189,7 +193,8 @@ fn tree_rows(ui: &mut Ui, state: &mut AppState, shown: &Presented, effects: &mut
     statistic(ui, state, &Statistic::new("Per triangle", all).unit("B").tip(tip));
 }
 
-fn trace_rows(ui: &mut Ui, state: &mut AppState, shown: &Presented, effects: &mut RecentChanges) {
+/// Statistics of the newest frame.
+fn trace_rows(ui: &mut Ui, state: &mut AppState, shown: &Presented, changes: &mut RecentChanges) {
     let stats = &shown.frame.stats;
     let (number, unit) = format::duration_parts(stats.trace_time);
     statistic(
@@ -200,12 +205,11 @@ fn trace_rows(ui: &mut Ui, state: &mut AppState, shown: &Presented, effects: &mu
     let tip = "Primary rays a second, in millions: the median of the last second";
     let speed = format::significant(state.activity.mrays_per_s);
     statistic(ui, state, &Statistic::new("Speed", speed).unit("Mray/s").tip(tip));
-    let share = stats.hits as f64 / stats.primary_rays.max(1) as f64;
-    let hits = format::percent(share);
+    let hits = format::percent(stats.hits as f64 / stats.primary_rays.max(1) as f64);
     let tip =
         format!("{} of {} primary rays hit something", format::count(stats.hits), format::count(stats.primary_rays));
     statistic(ui, state, &Statistic::new("Hits", hits).tip(tip));
-    let tests = |of: fn([f32; 2]) -> f32| shown.tests_per_ray.map(of);
+    let tests = |select: fn([f32; 2]) -> f32| shown.tests_per_ray.map(select);
     let (containers, primitives) = (tests(|[containers, _]| containers), tests(|[_, primitives]| primitives));
     for (name, tests, tip) in [
         (
@@ -218,10 +222,10 @@ fn trace_rows(ui: &mut Ui, state: &mut AppState, shown: &Presented, effects: &mu
     ] {
         let mut row = match tests {
             Some(tests) => Statistic::new(name, format::significant(f64::from(tests))).tip(tip),
-            None => Statistic::new(name, "…".to_owned()).tip(format!("{tip}. Counted as soon as the picture rests")),
+            None => Statistic::new(name, "…".to_owned()).tip(format!("{tip}. Counted once the picture is at rest")),
         };
         if let Some(tests) = tests
-            && let Some(before) = effects.observe(ui, name, f64::from((tests * 100.0).round() / 100.0))
+            && let Some(before) = changes.observe(ui, name, f64::from((tests * 100.0).round() / 100.0))
         {
             row = row.change(format::significant(before), format::change(before, f64::from(tests)));
         }

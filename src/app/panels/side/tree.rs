@@ -1,6 +1,6 @@
-//! How the tree is built.
+//! Section "Tree": build settings.
 
-use eframe::egui::{Checkbox, Grid, Ui};
+use egui::{Checkbox, Grid, RadioButton, Ui};
 
 use crate::app::commands::{Action, builder_description, is_preset};
 use crate::app::panels::widgets::{Header, SliderSpec, chip, combo, row, section, slider};
@@ -9,7 +9,7 @@ use bvhscope_engine::settings::{BuildSettings, BuilderKind, Curve, Pass, Preset}
 use bvhscope_engine::tree::ContainerKind;
 
 pub(crate) fn show(ui: &mut Ui, state: &mut AppState) {
-    let tip = "Bring builder, container, threshold, ε, curve, passes and threads back";
+    let tip = "Reset builder, container, threshold, ε, curve, passes and threads";
     let header = Header { name: "Tree settings", reset: Some(tip), ..Header::default() };
     let reset = section(ui, "TREE", header, |ui| {
         let triangles = state.model.loaded.as_ref().map_or(0, |scene| scene.triangles.len());
@@ -43,12 +43,12 @@ fn builder(ui: &mut Ui, state: &mut AppState, triangles: usize) {
 
 fn container(ui: &mut Ui, state: &mut AppState, triangles: usize) {
     let build = state.wanted.build;
-    let tip = "What stands around the triangles. Boxes are tighter: faster to build and fewer tests per ray";
+    let tip = "Bounding volume of each node. Boxes are tighter: faster to build and fewer tests per ray";
     row(ui, "Container", tip, |ui| {
         ui.horizontal(|ui| {
             for kind in ContainerKind::ALL {
                 let refusal = BuildSettings { container: kind, ..build }.refusal(triangles);
-                let radio = eframe::egui::RadioButton::new(build.container == kind, kind.label());
+                let radio = RadioButton::new(build.container == kind, kind.label());
                 let response = ui.add_enabled(refusal.is_none(), radio);
                 let response = match refusal {
                     Some(reason) => response.on_disabled_hover_text(reason),
@@ -81,7 +81,7 @@ fn threshold(ui: &mut Ui, state: &mut AppState) {
 
 fn presets(ui: &mut Ui, state: &mut AppState) {
     ui.horizontal_wrapped(|ui| {
-        // All five in one row of the narrowest panel.
+        // Spacing at which all five fit into one row of the narrowest panel.
         ui.spacing_mut().item_spacing.x = 3.0;
         ui.spacing_mut().button_padding.x = 5.0;
         for preset in Preset::ALL {
@@ -116,7 +116,7 @@ fn epsilon(ui: &mut Ui, state: &mut AppState) {
 }
 
 fn curve(ui: &mut Ui, state: &mut AppState) {
-    let tip = "The line through space along which triangles are sorted before they are clustered";
+    let tip = "Space-filling curve along which triangles are sorted before they are clustered";
     let choices = Curve::ALL.map(|curve| {
         let meaning = match curve {
             Curve::Morton => "The bits of x, y and z in turn: the paper's, and the fastest",
@@ -129,19 +129,19 @@ fn curve(ui: &mut Ui, state: &mut AppState) {
 }
 
 fn passes(ui: &mut Ui, state: &mut AppState) {
-    let tip = "What makes the tree better beside the builder. Each takes time";
+    let tip = "Passes before and after the builder that improve the tree. Each takes time";
     row(ui, "Optimize", tip, |ui| {
         Grid::new("passes")
             .num_columns(2)
             .show(ui, |ui| {
-                for (at, pass) in Pass::ALL.into_iter().enumerate() {
+                for (index, pass) in Pass::ALL.into_iter().enumerate() {
                     let build = &mut state.wanted.build;
                     let mut on = build.optimize.contains(pass);
                     let usable = build.container == ContainerKind::Aabb || !pass.boxes_only();
                     let tip = match pass {
                         Pass::Split => {
                             "Puts large triangles into several boxes before the tree is built (Karras and Aila 2013). \
-                         Helps walls and beams that stand askew, takes more memory"
+                         Helps walls and beams that are not axis-aligned, takes more memory"
                         }
                         Pass::Restructure => {
                             "Builds treelets again from the top by SAH and keeps what is cheaper. Helps scans most"
@@ -155,7 +155,7 @@ fn passes(ui: &mut Ui, state: &mut AppState) {
                     if response.changed() {
                         build.optimize = if on { build.optimize.with(pass) } else { build.optimize.without(pass) };
                     }
-                    if at % 2 == 1 {
+                    if index % 2 == 1 {
                         ui.end_row();
                     }
                 }

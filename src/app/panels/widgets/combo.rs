@@ -1,10 +1,11 @@
 //! A labelled drop-down list.
 
-use eframe::egui::{self, Role, Ui, WidgetInfo};
+use egui::{self, Role, Ui, WidgetInfo};
 
 use super::row::row;
 
-/// A drop-down list of values, each with its name and what to expect of it.
+/// A drop-down list of values, each with its name and tooltip. Values for which `refusal` returns a reason cannot be chosen.
+/// Returns whether the value changed.
 pub(crate) fn combo<T: Copy + PartialEq>(
     ui: &mut Ui,
     label: &str,

@@ -1,9 +1,9 @@
-//! Small pictures on buttons, painted as lines: no installed font has to hold them.
+//! Icons, painted as lines because the fonts may lack such glyphs, and the button that shows one.
 
 use std::f32::consts::{FRAC_PI_2, TAU};
 
-use eframe::egui::epaint::PathStroke;
-use eframe::egui::{
+use egui::epaint::PathStroke;
+use egui::{
     Color32, CornerRadius, Painter, Pos2, Rect, Response, Role, Sense, Shape, Stroke, StrokeKind, Ui, Vec2, WidgetInfo,
     vec2,
 };
@@ -11,21 +11,22 @@ use eframe::egui::{
 use crate::app::state::Side;
 use crate::app::theme;
 
-/// What a button without text shows.
+/// Icon of a button without text.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Icon {
-    /// Back to the default: an arrow that goes round.
+    /// Reset to the default: a circular arrow.
     Reset,
     /// Close or stop: a cross.
     Close,
-    /// Copy: two sheets.
+    /// Copy: two overlapping sheets.
     Copy,
-    /// A side panel: a window with that side filled while the panel is shown.
+    /// A side panel: a window with that side filled where the flag, whether the panel is shown, is set.
     Panel(Side, bool),
 }
 
 impl Icon {
-    /// Paints it around `center`, about 10 points wide; `behind` is what the front sheet hides the other with.
+    /// Paints the icon around `center`, about 10 points wide. `behind` is the colour of the background, which fills what is
+    /// in front.
     pub(crate) fn paint(self, painter: &Painter, center: Pos2, color: Color32, behind: Color32) {
         let stroke = Stroke::new(1.4, color);
         match self {
@@ -59,7 +60,7 @@ impl Icon {
     }
 }
 
-/// Three quarters of a circle against the clock, with a head at its end.
+/// A counterclockwise arrow along three quarters of a circle.
 fn reset(painter: &Painter, center: Pos2, stroke: Stroke) {
     const RADIUS: f32 = 4.2;
     const STEPS: u16 = 20;
@@ -77,7 +78,7 @@ fn reset(painter: &Painter, center: Pos2, stroke: Stroke) {
     ));
 }
 
-/// A button that is only an icon, without a frame until the pointer is over it.
+/// A button with an icon; its background is painted only while the pointer is over it. `name` is its accessible name.
 pub(crate) fn icon_button(ui: &mut Ui, rect: Rect, icon: Icon, name: &str) -> Response {
     let palette = theme::palette(ui);
     let response = ui.interact(rect, ui.scope_id().with(("icon", name)), Sense::click());

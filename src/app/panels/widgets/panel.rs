@@ -1,6 +1,6 @@
 //! Frame and scroll area of a panel.
 
-use eframe::egui::{Frame, Margin, ScrollArea, Ui};
+use egui::{Frame, Margin, ScrollArea, Ui};
 
 /// Frame of a panel: margins without a fill, because the window is cleared with the panels' colour.
 pub(crate) fn panel_frame(margin: Margin) -> Frame {

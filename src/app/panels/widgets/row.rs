@@ -1,14 +1,14 @@
 //! Labelled rows, and the small controls that stand in them.
 
-use eframe::egui::{self, Align, Response, Sense, Ui, vec2};
+use egui::{self, Align, Response, Sense, Ui, vec2};
 
 use crate::app::theme;
 use crate::app::theme::ROW_HEIGHT;
 
-/// Width of the labels on the left of controls in points.
+/// Width of the label column in points.
 const LABEL_WIDTH: f32 = 84.0;
 
-/// A label on the left and a control that fills the rest. The control's accessible name is the label.
+/// A label on the left and a control that fills the rest; both show `tip`.
 pub(crate) fn row(ui: &mut Ui, label: &str, tip: &str, control: impl FnOnce(&mut Ui) -> Response) -> Response {
     let palette = theme::palette(ui);
     ui.horizontal(|ui| {
@@ -24,12 +24,12 @@ pub(crate) fn row(ui: &mut Ui, label: &str, tip: &str, control: impl FnOnce(&mut
     .inner
 }
 
-/// A check box with a tooltip.
+/// A check box with a tooltip. Returns whether it was toggled.
 pub(crate) fn check(ui: &mut Ui, value: &mut bool, label: &str, tip: &str) -> bool {
     ui.checkbox(value, label).on_hover_text(tip).changed()
 }
 
-/// A small button; `on` highlights it.
+/// A button that is highlighted where `on` is set. Returns whether it was clicked.
 pub(crate) fn chip(ui: &mut Ui, label: &str, on: bool, tip: &str) -> bool {
     ui.add(egui::Button::new(label).selected(on)).on_hover_text(tip).clicked()
 }

@@ -1,30 +1,31 @@
 //! A collapsible section of a side panel.
 
-use eframe::egui::{self, Align2, Rect, Role, Sense, Stroke, TextStyle, Ui, WidgetInfo, pos2, vec2};
+use egui::{self, Align2, Rect, Role, Sense, Stroke, TextStyle, Ui, WidgetInfo, pos2, vec2};
 
 use super::icon::{Icon, icon_button};
 use crate::app::theme;
 use crate::app::theme::ROW_HEIGHT;
 
-/// What a section's header holds beside its title.
+/// Contents of a section's header besides its title.
 #[derive(Debug, Clone, Copy, Default)]
 pub(crate) struct Header<'a> {
-    /// What accessibility calls the section; its title where empty.
+    /// Accessible name of the section; its title where empty.
     pub(crate) name: &'a str,
-    /// A value at the right end.
+    /// Value shown at the right end.
     pub(crate) summary: &'a str,
-    /// A button that brings the section's settings back to their defaults; its tooltip.
+    /// Tooltip of the button that resets the section's settings; `None` for no button.
     pub(crate) reset: Option<&'a str>,
 }
 
-/// A part of a panel under a heading that opens and closes it. Returns whether its reset button was pressed.
+/// Shows a collapsible section. Returns whether its reset button was clicked.
 pub(crate) fn section(ui: &mut Ui, title: &str, header: Header<'_>, body: impl FnOnce(&mut Ui)) -> bool {
     let palette = theme::palette(ui);
     let id = ui.make_persistent_id(("section", title));
     let mut state = egui::collapsing_header::CollapsingState::load_with_default_open(ui.ctx(), id, true);
     ui.add_space(4.0);
     let (rect, response) = ui.allocate_exact_size(vec2(ui.available_width(), ROW_HEIGHT), Sense::click());
-    let response = response.on_hover_text(if state.is_open() { "Fold this part away" } else { "Open this part" });
+    let response =
+        response.on_hover_text(if state.is_open() { "Collapse this section" } else { "Expand this section" });
     if response.clicked() {
         state.toggle(ui);
     }

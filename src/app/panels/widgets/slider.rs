@@ -2,38 +2,38 @@
 
 use std::ops::RangeInclusive;
 
-use eframe::egui::{self, Rect, Stroke, Ui, WidgetInfo, vec2};
+use egui::{self, Rect, Stroke, Ui, WidgetInfo, vec2};
 
 use super::row::row;
 use crate::app::theme;
 use crate::app::theme::ROW_HEIGHT;
 
-/// Width of the number beside a slider in points.
+/// Width of the number field in points.
 const NUMBER_WIDTH: f32 = 52.0;
 
-/// Digits that a typed number may have beyond those that a handle sets.
+/// Decimals that a typed number may have in addition to [`SliderSpec::decimals`].
 const TYPED_DECIMALS: usize = 1;
 
-/// What a slider sets.
+/// Description of a slider.
 pub(crate) struct SliderSpec<'a> {
-    /// Its name, also for accessibility.
+    /// Label, also the accessible name.
     pub(crate) label: &'a str,
-    /// What it does, what to expect, and its shortcut.
+    /// Tooltip: what the setting does, what to expect, its keys.
     pub(crate) tip: &'a str,
-    /// Smallest and largest value.
+    /// Smallest and largest value that the slider sets.
     pub(crate) range: RangeInclusive<f64>,
-    /// Where a double click brings it; marked with a tick.
+    /// Value that a double click restores; marked with a tick.
     pub(crate) default: f64,
-    /// Equal steps multiply rather than add.
+    /// Whether the scale is logarithmic.
     pub(crate) logarithmic: bool,
-    /// Digits after the point; 0 for whole numbers.
+    /// Number of decimals; 0 for whole numbers.
     pub(crate) decimals: usize,
-    /// A word for 0; empty where 0 is just a number.
+    /// Text shown for the value 0; empty to show the number.
     pub(crate) zero: &'a str,
 }
 
-/// A labelled slider with its number. Double click resets it. Returns whether the user changed the value; one that the
-/// command line or an earlier run chose stays as it is, also where no handle reaches it.
+/// A labelled slider with a number field. Returns whether the user changed the value. A value from the command line or the
+/// settings file that lies outside the range or between two steps stays as it is until then.
 pub(crate) fn slider(ui: &mut Ui, value: &mut f64, spec: &SliderSpec<'_>) -> bool {
     let before = *value;
     let mut touched = false;
@@ -41,7 +41,7 @@ pub(crate) fn slider(ui: &mut Ui, value: &mut f64, spec: &SliderSpec<'_>) -> boo
         let width = (ui.available_width() - NUMBER_WIDTH - ui.spacing().item_spacing.x).max(40.0);
         ui.spacing_mut().slider_width = width;
         let step = if spec.decimals == 0 { 1.0 } else { 0.1f64.powi(spec.decimals as i32) };
-        // Over many orders of magnitude a key moves the handle by a point, else the value by its last digit.
+        // Without steps, an arrow key moves the handle by a point; on a wide logarithmic scale a fixed step would not be visible.
         let wide = spec.logarithmic && spec.range.end() - spec.range.start() > 1000.0;
         let rail = ui.add(
             egui::Slider::new(value, spec.range.clone())
@@ -59,9 +59,9 @@ pub(crate) fn slider(ui: &mut Ui, value: &mut f64, spec: &SliderSpec<'_>) -> boo
             *value = spec.default;
             touched = true;
         }
-        // As many digits as a value has that was typed.
-        let most = if spec.decimals == 0 { 0 } else { spec.decimals + TYPED_DECIMALS };
-        let shown = if is_round(*value, spec.decimals) { spec.decimals } else { most };
+        // Show the additional decimal only where a typed value uses it.
+        let max_decimals = if spec.decimals == 0 { 0 } else { spec.decimals + TYPED_DECIMALS };
+        let shown = if is_round(*value, spec.decimals) { spec.decimals } else { max_decimals };
         let mut drag = egui::DragValue::new(value)
             .range(spec.range.clone())
             .clamp_existing_to_range(false)
@@ -78,7 +78,7 @@ pub(crate) fn slider(ui: &mut Ui, value: &mut f64, spec: &SliderSpec<'_>) -> boo
             info.label = Some(format!("{} value", spec.label));
             info
         });
-        let decimals = if number.changed() && !number.dragged() { most } else { spec.decimals };
+        let decimals = if number.changed() && !number.dragged() { max_decimals } else { spec.decimals };
         if rail.changed() || number.changed() {
             touched = true;
             let scale = 10f64.powi(decimals as i32);
@@ -92,22 +92,22 @@ pub(crate) fn slider(ui: &mut Ui, value: &mut f64, spec: &SliderSpec<'_>) -> boo
     *value != before
 }
 
-/// Whether `value` has no more digits after the point than these; single precision leaves dust behind them.
+/// Whether `value` has at most `decimals` decimals, up to the rounding errors of single precision.
 fn is_round(value: f64, decimals: usize) -> bool {
     let scaled = value * 10f64.powi(decimals as i32);
     (scaled - scaled.round()).abs() < 1e-3
 }
 
-/// Marks a slider's default on its rail.
+/// Paints a tick at the default value on the slider's rail.
 fn paint_tick(ui: &Ui, rail: Rect, spec: &SliderSpec<'_>) {
     let (low, high) = (*spec.range.start(), *spec.range.end());
-    let share = if spec.logarithmic {
+    let fraction = if spec.logarithmic {
         (spec.default.ln() - low.ln()) / (high.ln() - low.ln())
     } else {
         (spec.default - low) / (high - low)
     };
     let positions = rail.x_range().shrink(rail.height() / 2.5);
-    let x = egui::lerp(positions.min..=positions.max, share as f32);
+    let x = egui::lerp(positions.min..=positions.max, fraction as f32);
     let color = theme::palette(ui).dim;
     ui.painter().vline(x, rail.bottom() - 3.0..=rail.bottom(), Stroke::new(1.0, color));
 }

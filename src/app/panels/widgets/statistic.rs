@@ -1,41 +1,44 @@
 //! A row of statistics: name, value and unit, copied by a click.
 
-use eframe::egui::{self, Align2, CornerRadius, Rect, Role, Sense, TextStyle, Ui, WidgetInfo, pos2, vec2};
+use egui::{self, Align2, CornerRadius, Rect, Role, Sense, TextStyle, Ui, WidgetInfo, pos2, vec2};
 
 use crate::app::state::{AppState, Request, Severity};
 use crate::app::theme;
 
-/// A name with its value, as statistics list them.
+/// A named value in a list of statistics.
 #[derive(Debug, Clone)]
 pub(crate) struct Statistic<'a> {
     name: &'a str,
     value: String,
     unit: &'a str,
     tip: String,
-    /// The value before, and the change in percent.
+    /// Previous value, and the relative change as a percentage.
     change: Option<(String, String)>,
 }
 
 impl<'a> Statistic<'a> {
+    /// A value without unit and tooltip.
     pub(crate) fn new(name: &'a str, value: String) -> Self {
         Self { name, value, unit: "", tip: String::new(), change: None }
     }
 
+    /// Sets the unit, which is shown but not copied.
     pub(crate) fn unit(self, unit: &'a str) -> Self {
         Self { unit, ..self }
     }
 
+    /// Sets the tooltip.
     pub(crate) fn tip(self, tip: impl Into<String>) -> Self {
         Self { tip: tip.into(), ..self }
     }
 
-    /// Shows for a while where the value came from.
+    /// Adds the previous value and the relative change.
     pub(crate) fn change(self, before: String, percent: String) -> Self {
         Self { change: Some((before, percent)), ..self }
     }
 }
 
-/// A row of statistics: name on the left, value on the right. A click copies the value.
+/// Shows a row with the name on the left and the value on the right. A click copies the value.
 pub(crate) fn statistic(ui: &mut Ui, state: &mut AppState, row: &Statistic<'_>) {
     let palette = theme::palette(ui);
     let (rect, response) = ui.allocate_exact_size(vec2(ui.available_width(), 16.0), Sense::click());
@@ -51,9 +54,9 @@ pub(crate) fn statistic(ui: &mut Ui, state: &mut AppState, row: &Statistic<'_>) 
         value_text_in(ui, rect, &value, palette.accent);
         let width = text_width(ui, &value);
         value_rect.max.x -= width + 4.0;
-        let room = value_rect.width() - text_width(ui, row.name) - 8.0;
+        let available = value_rect.width() - text_width(ui, row.name) - 8.0;
         let with_percent = format!("was {before} · {percent}");
-        let text = if text_width(ui, &with_percent) <= room { with_percent } else { percent.clone() };
+        let text = if text_width(ui, &with_percent) <= available { with_percent } else { percent.clone() };
         value_text_in(ui, value_rect, &text, palette.dim);
     });
     if changed.is_none() {
@@ -69,12 +72,13 @@ pub(crate) fn statistic(ui: &mut Ui, state: &mut AppState, row: &Statistic<'_>) 
     response.on_hover_text(tip);
 }
 
+/// Width of a body text in points.
 fn text_width(ui: &Ui, text: &str) -> f32 {
     let font = TextStyle::Body.resolve(ui.style());
     ui.painter().layout_no_wrap(text.to_owned(), font, egui::Color32::WHITE).size().x
 }
 
-/// A value at the right end of `rect`, its unit (what follows the first blank after a digit) dimmed.
+/// Paints a value at the right end of `rect`, with its unit (a word after the last space) dimmed.
 pub(crate) fn value_text(ui: &Ui, rect: Rect, value: &str) {
     let palette = theme::palette(ui);
     let split = value.rfind(' ').filter(|&at| value[at + 1..].starts_with(|c: char| c.is_alphabetic() || c == '%'));
