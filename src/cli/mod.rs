@@ -1,6 +1,7 @@
 //! The command line: flags into resolved settings. The only place that knows flags.
 
 mod args;
+mod named;
 mod resolve;
 mod suggest;
 mod values;

@@ -3,10 +3,8 @@
 use glam::Vec3;
 
 use crate::budget::MemoryLimit;
-use crate::overlay::OverlayKinds;
 use crate::scene::SceneSource;
-use bvhscope_engine::kernel::SimdLevel;
-use bvhscope_engine::settings::{BuildSettings, Pass, Passes};
+use bvhscope_engine::settings::BuildSettings;
 
 /// Largest width or height of a picture in pixels.
 pub const MAX_SIDE: u32 = 16_384;
@@ -46,17 +44,6 @@ pub fn decimal(text: &str, low: f32, high: f32) -> Result<f32, String> {
 
 pub fn threshold(text: &str) -> Result<u32, String> {
     whole(text, BuildSettings::MIN_THRESHOLD, BuildSettings::MAX_THRESHOLD)
-}
-
-/// Names of passes with commas between; `none` or `all`.
-pub fn passes(text: &str) -> Result<Passes, String> {
-    match text {
-        "none" => Ok(Passes::NONE),
-        "all" => Ok(Passes::ALL),
-        _ => text.split(',').try_fold(Passes::NONE, |passes, name| {
-            Ok(passes.with(named(name, &Pass::ALL, |pass| pass.name().to_owned())?))
-        }),
-    }
 }
 
 /// `6`, `2,4,8` or `2..=32` (both ends included; `2..32` leaves the last out, as in Rust).
@@ -188,25 +175,6 @@ pub fn shard(text: &str) -> Result<(usize, usize), String> {
         (Ok(index), Ok(count)) if 1 <= index && index <= count && count <= 1_000_000 => Ok((index, count)),
         _ => Err(expected()),
     }
-}
-
-/// One of `names`, chosen by `name_of`.
-pub fn named<T: Copy>(text: &str, all: &[T], name_of: impl Fn(T) -> String) -> Result<T, String> {
-    all.iter().copied().find(|&value| name_of(value) == text).ok_or_else(|| {
-        let names: Vec<String> = all.iter().map(|&value| name_of(value)).collect();
-        format!("one of {} is expected", names.join(", "))
-    })
-}
-
-/// A level of vector instructions that this machine has.
-pub fn simd(text: &str) -> Result<SimdLevel, String> {
-    let available: Vec<SimdLevel> = SimdLevel::ALL.into_iter().filter(|level| level.is_available()).collect();
-    named(text, &available, |level| level.name().to_owned())
-}
-
-/// `box`, `sphere` or `both`.
-pub fn overlay_kinds(text: &str) -> Result<OverlayKinds, String> {
-    named(text, &OverlayKinds::ALL, |kind| kind.name().to_owned())
 }
 
 /// Model arguments may be any bytes that a file name may be.

@@ -192,7 +192,7 @@ fn measurement(
         epsilon: setup.build.epsilon,
         curve: setup.build.curve,
         optimize: setup.build.passes(),
-        traversal: traversal_name(view.traversal).to_owned(),
+        traversal: view.traversal.name().to_owned(),
         threads: first.threads,
         width_px: view.size[0],
         height_px: view.size[1],
@@ -231,14 +231,6 @@ fn measurement(
         speedup: None,
         trace_speedup: None,
         warnings: subject.scene.warnings.entries.iter().map(ToString::to_string).collect(),
-    }
-}
-
-/// The name on the command line and in JSON.
-pub const fn traversal_name(traversal: Traversal) -> &'static str {
-    match traversal {
-        Traversal::Ordered => "ordered",
-        Traversal::Paper => "paper",
     }
 }
 

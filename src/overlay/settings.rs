@@ -21,7 +21,17 @@ impl ColorBy {
     /// All meanings, in the order of menus.
     pub const ALL: [Self; 4] = [Self::Depth, Self::Size, Self::Overlap, Self::Primitives];
 
-    /// The name in the window; its lower case on the command line.
+    /// The name on the command line.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Depth => "depth",
+            Self::Size => "size",
+            Self::Overlap => "overlap",
+            Self::Primitives => "primitives",
+        }
+    }
+
+    /// The name in the window.
     pub const fn label(self) -> &'static str {
         match self {
             Self::Depth => "Depth",

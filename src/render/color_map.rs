@@ -24,7 +24,16 @@ impl ColorMap {
     /// All maps, in the order of menus.
     pub const ALL: [Self; 3] = [Self::Viridis, Self::Inferno, Self::Turbo];
 
-    /// The name in the window and on the command line (lower case).
+    /// The name on the command line.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Viridis => "viridis",
+            Self::Inferno => "inferno",
+            Self::Turbo => "turbo",
+        }
+    }
+
+    /// The name in the window.
     pub const fn label(self) -> &'static str {
         match self {
             Self::Viridis => "Viridis",

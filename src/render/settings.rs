@@ -60,6 +60,19 @@ pub enum Light {
     Sun,
 }
 
+impl Light {
+    /// Every light.
+    pub const ALL: [Self; 2] = [Self::Headlight, Self::Sun];
+
+    /// The name on the command line.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Headlight => "headlight",
+            Self::Sun => "sun",
+        }
+    }
+}
+
 /// Everything beside scene, tree, camera and size that decides a picture.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct RenderSettings {

@@ -36,7 +36,7 @@ mod stl;
 mod builtin;
 
 pub use error::{FileLocation, LoadError, Warning, Warnings};
-pub use format::{FILE_FORMATS, FileFormat, FormatInfo, model_extensions};
+pub use format::{FILE_FORMATS, FileFormat, FormatInfo, format_names, model_extensions};
 pub use load::{LoadOptions, load, load_bytes};
 pub use material::{Material, Texture, WrapMode};
 pub use model::{Attributes, Scene};

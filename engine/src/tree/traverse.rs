@@ -17,6 +17,19 @@ pub enum Traversal {
     Paper,
 }
 
+impl Traversal {
+    /// Every order of visiting.
+    pub const ALL: [Self; 2] = [Self::Ordered, Self::Paper];
+
+    /// The name on the command line and in JSON.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Ordered => "ordered",
+            Self::Paper => "paper",
+        }
+    }
+}
+
 /// Watches a traversal.
 pub trait Probe {
     /// A container was tested.

@@ -47,7 +47,7 @@ pub fn command_line(state: &AppState) -> String {
     flag("--fov", ((camera.fov_y.to_degrees() * 1e3).round() / 1e3).to_string());
     flag("--shading", render.shading.name().to_owned());
     flag("--samples", render.samples.to_string());
-    flag("--color-map", render.color_map.label().to_lowercase());
+    flag("--color-map", render.color_map.name().to_owned());
     if render.shading == Shading::Clusters {
         flag("--cluster-depth", render.cluster_depth.to_string());
     }
@@ -55,13 +55,13 @@ pub fn command_line(state: &AppState) -> String {
         flag("--heat-range", format!("{low}..{high}"));
     }
     if render.traversal == Traversal::Paper {
-        flag("--traversal", "paper".to_owned());
+        flag("--traversal", render.traversal.name().to_owned());
     }
     if render.simd != SimdLevel::best() {
         flag("--simd", render.simd.name().to_owned());
     }
     if render.light == Light::Headlight {
-        flag("--light", "headlight".to_owned());
+        flag("--light", render.light.name().to_owned());
     }
     if shows_containers(state) {
         containers(state, &mut line);
@@ -98,7 +98,7 @@ fn containers(state: &AppState, line: &mut String) {
     flag("--overlay", kind.filter(|_| drawn).unwrap_or(OverlayKinds::None).name().to_owned());
     if drawn {
         flag("--depth", format!("{}..{}", overlay.depth[0], overlay.depth[1]));
-        flag("--color-by", overlay.color_by.label().to_lowercase());
+        flag("--color-by", overlay.color_by.name().to_owned());
         flag("--hidden-lines", overlay.hidden_alpha.to_string());
         flag("--line-width", (overlay.line_width * state.layout.pixels_per_point).to_string());
         flag("--at-most", overlay.budget.to_string());

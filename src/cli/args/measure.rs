@@ -5,11 +5,11 @@ use std::path::PathBuf;
 use clap::Args;
 
 use super::{CameraArgs, ShapeArgs, StrictLoadArgs};
+use crate::cli::named::{Containers, containers, containers_help, named, simd, tree_builder, tree_builder_help};
 use crate::cli::values::{self, Epsilons, ModelParser, Numbers};
 use crate::scene::SceneSource;
 use bvhscope_engine::kernel::SimdLevel;
 use bvhscope_engine::settings::BuilderKind;
-use bvhscope_engine::tree::ContainerKind;
 use bvhscope_engine::tree::traverse::Traversal;
 
 /// What every measuring command takes.
@@ -25,13 +25,13 @@ pub struct MeasureArgs {
     #[arg(long, value_name = "N", value_parser = values::repeat, default_value = "3")]
     pub repeat: usize,
     /// How rays visit nodes: ordered (near child first, culled by distance), or paper (neither)
-    #[arg(long, value_name = "NAME", value_parser = parse_traversal, default_value = "ordered")]
+    #[arg(long, value_name = "NAME", value_parser = named::<Traversal>, default_value = "ordered")]
     pub traversal: Traversal,
     /// Threads for building and tracing, 1 to 1024 [default: all]
     #[arg(long, value_name = "N", value_parser = values::threads)]
     pub threads: Option<usize>,
     /// Vector instructions for tracing: sse2, sse4, avx2, avx512 or neon, where this machine has them [default: the best]
-    #[arg(long, value_name = "LEVEL", value_parser = values::simd)]
+    #[arg(long, value_name = "LEVEL", value_parser = simd)]
     pub simd: Option<SimdLevel>,
     /// Print one JSON object a line instead of the table
     #[arg(long)]
@@ -48,35 +48,14 @@ pub struct MeasureArgs {
     pub load: StrictLoadArgs,
 }
 
-/// Containers of a measuring command.
-#[derive(Debug, Clone)]
-pub struct Containers(pub Vec<ContainerKind>);
-
-fn parse_containers(text: &str) -> Result<Containers, String> {
-    match text {
-        "box" => Ok(Containers(vec![ContainerKind::Aabb])),
-        "sphere" => Ok(Containers(vec![ContainerKind::Sphere])),
-        "both" => Ok(Containers(ContainerKind::ALL.to_vec())),
-        _ => Err("one of box, sphere, both is expected".to_owned()),
-    }
-}
-
-pub(super) fn parse_traversal(text: &str) -> Result<Traversal, String> {
-    match text {
-        "ordered" => Ok(Traversal::Ordered),
-        "paper" => Ok(Traversal::Paper),
-        _ => Err("one of ordered, paper is expected".to_owned()),
-    }
-}
-
 /// Settings of the one tree that bench and scaling measure.
 #[derive(Debug, Args)]
 pub struct OneTreeArgs {
-    /// The algorithm: aac, lbvh, binned-sah or exact [default: aac]
-    #[arg(long, value_name = "NAME", value_parser = |text: &str| values::named(text, &BuilderKind::ALL[..4], |kind| kind.name().to_owned()))]
+    #[arg(long, value_name = "NAME", value_parser = tree_builder,
+          help = tree_builder_help("The algorithm: ", " [default: aac]"))]
     pub builder: Option<BuilderKind>,
-    /// What the tree is made of: box, sphere or both [default: both for bench, box for scaling]
-    #[arg(long, value_name = "KIND", value_parser = parse_containers)]
+    #[arg(long, value_name = "KIND", value_parser = containers,
+          help = containers_help("What the tree is made of: ", " [default: both for bench, box for scaling]"))]
     pub container: Option<Containers>,
     #[command(flatten)]
     pub shape: ShapeArgs,
@@ -109,8 +88,8 @@ pub struct SweepArgs {
     /// Each ε, 0 to 0.5, separated by commas
     #[arg(long, value_name = "X,…", value_parser = values::epsilons, default_value = "0.2")]
     pub epsilon: Epsilons,
-    /// What the trees are made of: box, sphere or both
-    #[arg(long, value_name = "KIND", value_parser = parse_containers, default_value = "box")]
+    #[arg(long, value_name = "KIND", value_parser = containers, default_value = "box",
+          help = containers_help("What the trees are made of: ", ""))]
     pub container: Containers,
     /// Measure only the I-th of N shares of the rows, so that a sweep can be spread over machines
     #[arg(long, value_name = "I/N", value_parser = values::shard)]
@@ -135,8 +114,8 @@ pub struct ScalingArgs {
   bvhscope compare bunny.obj
   bvhscope compare bunny.obj --container both --csv builders.csv")]
 pub struct CompareArgs {
-    /// What the trees are made of: box, sphere or both
-    #[arg(long, value_name = "KIND", value_parser = parse_containers, default_value = "box")]
+    #[arg(long, value_name = "KIND", value_parser = containers, default_value = "box",
+          help = containers_help("What the trees are made of: ", ""))]
     pub container: Containers,
     #[command(flatten)]
     pub measure: MeasureArgs,

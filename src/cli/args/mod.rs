@@ -10,11 +10,32 @@ use clap::{Args, Parser, Subcommand};
 pub use measure::{BenchArgs, CompareArgs, MeasureArgs, OneTreeArgs, PlotArgs, ScalingArgs, SweepArgs};
 pub use picture::{CameraArgs, NodeArgs, OverlayArgs, PictureArgs};
 
+use super::named::{help, named, passes};
 use super::values::{self, ModelParser};
 use crate::budget::MemoryLimit;
-use crate::scene::SceneSource;
+use crate::scene::{BUILTIN_SCENES, SceneSource, format_names};
 use bvhscope_engine::settings::{BuilderKind, Curve, Passes, Preset};
 use bvhscope_engine::tree::ContainerKind;
+
+/// The end of `bvhscope --help`.
+fn after_help() -> String {
+    let scenes: Vec<&str> = BUILTIN_SCENES.iter().map(|scene| scene.name).collect();
+    format!(
+        "Examples:
+  bvhscope                                 the viewer with the built-in teapot
+  bvhscope bunny.obj --preset hq           the viewer with a model
+  bvhscope render bunny.obj -o bunny.png   a picture without a window
+  bvhscope bench bunny.obj                 box and sphere compared, as in the paper
+  bvhscope COMMAND --help                  the flags of a command
+
+MODEL is an {} file, or builtin:NAME[:SIZE] with NAME one of
+{}.
+
+Exit codes: 0 done, 1 failed, 2 wrong usage, 3 done with warnings under --strict, 130 interrupted.",
+        format_names("or"),
+        scenes.join(", ")
+    )
+}
 
 /// Looks into bounding volume hierarchies made by agglomerative clustering.
 #[derive(Debug, Parser)]
@@ -25,17 +46,7 @@ use bvhscope_engine::tree::ContainerKind;
     long_about = "Opens a 3D model, ray traces it on the CPU through a bounding volume hierarchy (BVH) built by approximate \
                   agglomerative clustering (AAC), and shows the tree. Without a command it opens the viewer.",
     args_conflicts_with_subcommands = true,
-    after_help = "Examples:
-  bvhscope                                 the viewer with the built-in teapot
-  bvhscope bunny.obj --preset hq           the viewer with a model
-  bvhscope render bunny.obj -o bunny.png   a picture without a window
-  bvhscope bench bunny.obj                 box and sphere compared, as in the paper
-  bvhscope COMMAND --help                  the flags of a command
-
-MODEL is an OBJ, glTF, GLB, PLY or STL file, or builtin:NAME[:SIZE] with NAME one of
-teapot, cornell, sphereflake, terrain, slivers, clusters.
-
-Exit codes: 0 done, 1 failed, 2 wrong usage, 3 done with warnings under --strict, 130 interrupted."
+    after_help = after_help()
 )]
 pub struct Cli {
     #[command(subcommand)]
@@ -133,11 +144,11 @@ pub struct RenderArgs {
 #[derive(Debug, Args)]
 #[command(next_help_heading = "Tree")]
 pub struct BuildArgs {
-    /// The algorithm: aac, lbvh, binned-sah, exact or none [default: aac]
-    #[arg(long, value_name = "NAME", value_parser = |text: &str| values::named(text, &BuilderKind::ALL, |kind| kind.name().to_owned()))]
+    #[arg(long, value_name = "NAME", value_parser = named::<BuilderKind>,
+          help = help::<BuilderKind>("The algorithm: ", " [default: aac]"))]
     pub builder: Option<BuilderKind>,
-    /// What the tree is made of: box or sphere [default: box]
-    #[arg(long, value_name = "KIND", value_parser = |text: &str| values::named(text, &ContainerKind::ALL, |kind| kind.name().to_owned()))]
+    #[arg(long, value_name = "KIND", value_parser = named::<ContainerKind>,
+          help = help::<ContainerKind>("What the tree is made of: ", " [default: box]"))]
     pub container: Option<ContainerKind>,
     #[command(flatten)]
     pub shape: ShapeArgs,
@@ -156,13 +167,13 @@ pub struct ShapeArgs {
     #[arg(long, value_name = "X", value_parser = values::epsilon)]
     pub epsilon: Option<f32>,
     /// AAC: threshold and ε by name: fast (6, 0.2), hq (12, 0.1), aac-fast (4, 0.2), aac-hq (20, 0.1), best (6, 0.2 and every pass but split)
-    #[arg(long, value_name = "NAME", value_parser = |text: &str| values::named(text, &Preset::ALL, |preset| preset.name().to_owned()))]
+    #[arg(long, value_name = "NAME", value_parser = named::<Preset>)]
     pub preset: Option<Preset>,
     /// What makes the tree better, with commas between: split (large triangles, boxes only), collapse, restructure and reinsert (boxes only); or all, none [default: none]
-    #[arg(long, value_name = "LIST", value_parser = values::passes)]
+    #[arg(long, value_name = "LIST", value_parser = passes)]
     pub optimize: Option<Passes>,
     /// AAC and LBVH: the curve along which triangles are sorted: morton, hilbert or extended (Morton and size) [default: morton]
-    #[arg(long, value_name = "NAME", value_parser = |text: &str| values::named(text, &Curve::ALL, |curve| curve.name().to_owned()))]
+    #[arg(long, value_name = "NAME", value_parser = named::<Curve>)]
     pub curve: Option<Curve>,
 }
 

@@ -3,6 +3,7 @@
 use clap::Args;
 use glam::Vec3;
 
+use crate::cli::named::{help, named, simd};
 use crate::cli::values;
 use crate::overlay::{ColorBy, OverlayKinds};
 use crate::render::{ColorMap, Light, Shading};
@@ -13,9 +14,8 @@ use bvhscope_engine::tree::traverse::Traversal;
 #[derive(Debug, Args)]
 #[command(next_help_heading = "Camera")]
 pub struct CameraArgs {
-    /// A view of the whole model: default, front, back, left, right, top or bottom
     #[arg(long, value_name = "NAME", default_value = "default", hide_default_value = true,
-          value_parser = |text: &str| values::named(text, &NamedView::ALL, |view| view.name().to_owned()))]
+          value_parser = named::<NamedView>, help = help::<NamedView>("A view of the whole model: ", ""))]
     pub camera: NamedView,
     /// Where the observer is
     #[arg(long, value_name = "X,Y,Z", value_parser = values::vector, allow_hyphen_values = true)]
@@ -37,21 +37,20 @@ pub struct CameraArgs {
 #[derive(Debug, Args)]
 #[command(next_help_heading = "Picture")]
 pub struct PictureArgs {
-    /// What colours mean: lit, normals, depth, ao, clusters, heat, heat-containers, heat-primitives or heat-steps [default: lit]
-    #[arg(long, value_name = "NAME", value_parser = |text: &str| values::named(text, &Shading::ALL, |mode| mode.name().to_owned()))]
+    #[arg(long, value_name = "NAME", value_parser = named::<Shading>,
+          help = help::<Shading>("What colours mean: ", " [default: lit]"))]
     pub shading: Option<Shading>,
     /// Light of the lit mode: sun (with shadows) or headlight [default: sun]
-    #[arg(long, value_name = "NAME", value_parser = |text: &str| values::named(text, &[Light::Headlight, Light::Sun],
-          |light| if light == Light::Sun { "sun".to_owned() } else { "headlight".to_owned() }))]
+    #[arg(long, value_name = "NAME", value_parser = named::<Light>)]
     pub light: Option<Light>,
     /// How rays visit nodes where tests are counted: ordered, or paper (unordered, no culling by distance)
-    #[arg(long, value_name = "NAME", value_parser = super::measure::parse_traversal)]
+    #[arg(long, value_name = "NAME", value_parser = named::<Traversal>)]
     pub traversal: Option<Traversal>,
     /// Test counts at the two ends of the heat map [default: fitted to the picture]
     #[arg(long, value_name = "A..B", value_parser = values::heat_range)]
     pub heat_range: Option<[f32; 2]>,
-    /// Colours of depth and heat maps: viridis, inferno or turbo [default: inferno]
-    #[arg(long, value_name = "NAME", value_parser = |text: &str| values::named(text, &ColorMap::ALL, |map| map.label().to_lowercase()))]
+    #[arg(long, value_name = "NAME", value_parser = named::<ColorMap>,
+          help = help::<ColorMap>("Colours of depth and heat maps: ", " [default: inferno]"))]
     pub color_map: Option<ColorMap>,
     /// Tree level that cluster colours show [default: 6]
     #[arg(long, value_name = "LEVEL", value_parser = |text: &str| values::whole::<u32>(text, 0, 1_000_000))]
@@ -60,7 +59,7 @@ pub struct PictureArgs {
     #[arg(long)]
     pub mesh_edges: bool,
     /// Vector instructions: sse2, sse4, avx2, avx512 or neon, where this machine has them [default: the best]
-    #[arg(long, value_name = "LEVEL", value_parser = values::simd)]
+    #[arg(long, value_name = "LEVEL", value_parser = simd)]
     pub simd: Option<SimdLevel>,
     /// Antialiasing samples a pixel, 1 to 1024 [default: 16]
     #[arg(long, value_name = "N", value_parser = values::samples)]
@@ -71,7 +70,7 @@ pub struct PictureArgs {
 #[command(next_help_heading = "Overlay")]
 pub struct OverlayArgs {
     /// Lay containers over the picture: box, sphere, both, or none but the selected node's
-    #[arg(long, value_name = "KIND", value_parser = values::overlay_kinds)]
+    #[arg(long, value_name = "KIND", value_parser = named::<OverlayKinds>)]
     pub overlay: Option<OverlayKinds>,
     /// Tree levels that are drawn, root 0, both ends included [default: 4..6]
     #[arg(long, value_name = "A..B", value_parser = values::depths)]
@@ -82,8 +81,8 @@ pub struct OverlayArgs {
     /// Draw all levels above the chosen ones too
     #[arg(long)]
     pub parents: bool,
-    /// What the colour of a line means: depth, size, overlap or primitives [default: depth]
-    #[arg(long, value_name = "NAME", value_parser = |text: &str| values::named(text, &ColorBy::ALL, |by| by.label().to_lowercase()))]
+    #[arg(long, value_name = "NAME", value_parser = named::<ColorBy>,
+          help = help::<ColorBy>("What the colour of a line means: ", " [default: depth]"))]
     pub color_by: Option<ColorBy>,
     /// Strength of lines behind the surface, 0 to 1 [default: 0.15]
     #[arg(long, value_name = "X", value_parser = |text: &str| values::decimal(text, 0.0, 1.0))]

@@ -123,7 +123,7 @@ fn settings(ui: &mut Ui, state: &mut AppState) {
         "Rays",
         "Ordered: near child first, culled by distance. Paper: neither, as its figure 2 prints it",
         &mut plan.traversal,
-        &[(Traversal::Ordered, "ordered".to_owned()), (Traversal::Paper, "paper".to_owned())],
+        &Traversal::ALL.map(|traversal| (traversal, traversal.name().to_owned())),
     );
     choice(
         ui,

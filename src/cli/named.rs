@@ -1,0 +1,177 @@
+//! Values chosen by name: parsers and help texts, both derived from the list that each type has of its own values.
+
+use crate::overlay::{ColorBy, OverlayKinds};
+use crate::render::{ColorMap, Light, Shading};
+use crate::view::NamedView;
+use bvhscope_engine::kernel::SimdLevel;
+use bvhscope_engine::settings::{BuilderKind, Curve, Pass, Passes, Preset};
+use bvhscope_engine::tree::ContainerKind;
+use bvhscope_engine::tree::traverse::Traversal;
+
+/// A closed set of values, each with a name on the command line.
+pub trait Named: Copy + 'static {
+    /// Every value.
+    const VALUES: &'static [Self];
+
+    /// The name of a value.
+    fn value_name(self) -> &'static str;
+}
+
+macro_rules! named {
+    ($($type:ty),+ $(,)?) => {$(
+        impl Named for $type {
+            const VALUES: &'static [Self] = &<$type>::ALL;
+
+            fn value_name(self) -> &'static str {
+                self.name()
+            }
+        }
+    )+};
+}
+
+named!(
+    BuilderKind,
+    ContainerKind,
+    Preset,
+    Curve,
+    Pass,
+    NamedView,
+    Shading,
+    Light,
+    Traversal,
+    ColorMap,
+    ColorBy,
+    OverlayKinds,
+    SimdLevel,
+);
+
+/// Parses the name of any value of `T`.
+pub fn named<T: Named>(text: &str) -> Result<T, String> {
+    named_among(text, T::VALUES)
+}
+
+/// Parses the name of one of `values`.
+fn named_among<T: Named>(text: &str, values: &[T]) -> Result<T, String> {
+    let found = values.iter().copied().find(|value| value.value_name() == text);
+    found.ok_or_else(|| format!("one of {} is expected", names(values).join(", ")))
+}
+
+/// A help text with the names of every value of `T` in it: `before`, "a, b or c", `after`.
+pub fn help<T: Named>(before: &str, after: &str) -> String {
+    format!("{before}{}{after}", any_of(&names(T::VALUES)))
+}
+
+fn names<T: Named>(values: &[T]) -> Vec<&'static str> {
+    values.iter().map(|value| value.value_name()).collect()
+}
+
+/// "a, b or c".
+fn any_of(names: &[&str]) -> String {
+    match names.split_last() {
+        Some((last, rest)) if !rest.is_empty() => format!("{} or {last}", rest.join(", ")),
+        _ => names.concat(),
+    }
+}
+
+/// Builders that make a tree: all but testing every triangle.
+fn tree_builders() -> Vec<BuilderKind> {
+    BuilderKind::ALL.into_iter().filter(|&kind| kind != BuilderKind::None).collect()
+}
+
+/// Parses the name of a builder that makes a tree.
+pub fn tree_builder(text: &str) -> Result<BuilderKind, String> {
+    named_among(text, &tree_builders())
+}
+
+/// A help text with the names of the builders that make a tree.
+pub fn tree_builder_help(before: &str, after: &str) -> String {
+    format!("{before}{}{after}", any_of(&names(&tree_builders())))
+}
+
+/// The containers that a measuring command compares.
+#[derive(Debug, Clone)]
+pub struct Containers(pub Vec<ContainerKind>);
+
+/// The name for all containers at once.
+const BOTH: &str = "both";
+
+/// Parses the name of a container, or `both`.
+pub fn containers(text: &str) -> Result<Containers, String> {
+    if text == BOTH {
+        return Ok(Containers(ContainerKind::ALL.to_vec()));
+    }
+    let names = || format!("one of {}, {BOTH} is expected", names(&ContainerKind::ALL).join(", "));
+    named(text).map(|kind| Containers(vec![kind])).map_err(|_| names())
+}
+
+/// A help text with the names that [`containers`] takes.
+pub fn containers_help(before: &str, after: &str) -> String {
+    let mut all = names(&ContainerKind::ALL);
+    all.push(BOTH);
+    format!("{before}{}{after}", any_of(&all))
+}
+
+/// Parses a comma-separated list of passes, `none` or `all`.
+pub fn passes(text: &str) -> Result<Passes, String> {
+    match text {
+        "none" => Ok(Passes::NONE),
+        "all" => Ok(Passes::ALL),
+        _ => text.split(',').try_fold(Passes::NONE, |passes, name| Ok(passes.with(named(name)?))),
+    }
+}
+
+/// Parses a SIMD level that this machine supports.
+pub fn simd(text: &str) -> Result<SimdLevel, String> {
+    let available: Vec<SimdLevel> = SimdLevel::ALL.into_iter().filter(|level| level.is_available()).collect();
+    named_among(text, &available)
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used, reason = "a failure here is a failed test")]
+
+    use clap::CommandFactory as _;
+
+    use super::*;
+    use crate::cli::args::Cli;
+
+    /// Checks that the help of `--flag` of `command` names every value of `T`.
+    fn assert_help_names<T: Named>(command: &str, flag: &str) {
+        let cli = Cli::command();
+        let command = cli.find_subcommand(command).unwrap();
+        let argument = command.get_arguments().find(|argument| argument.get_long() == Some(flag)).unwrap();
+        let help = argument.get_help().unwrap().to_string();
+        for name in names(T::VALUES) {
+            let is_named = help.split(|c: char| !(c.is_alphanumeric() || c == '-')).any(|word| word == name);
+            assert!(is_named, "--{flag} does not name {name}: {help}");
+        }
+    }
+
+    #[test]
+    fn help_texts_name_every_value() {
+        assert_help_names::<BuilderKind>("render", "builder");
+        assert_help_names::<ContainerKind>("render", "container");
+        assert_help_names::<Preset>("render", "preset");
+        assert_help_names::<Pass>("render", "optimize");
+        assert_help_names::<Curve>("render", "curve");
+        assert_help_names::<NamedView>("render", "camera");
+        assert_help_names::<Shading>("render", "shading");
+        assert_help_names::<Light>("render", "light");
+        assert_help_names::<Traversal>("render", "traversal");
+        assert_help_names::<ColorMap>("render", "color-map");
+        assert_help_names::<ColorBy>("render", "color-by");
+        assert_help_names::<OverlayKinds>("render", "overlay");
+        assert_help_names::<SimdLevel>("render", "simd");
+        assert_help_names::<Traversal>("bench", "traversal");
+        assert_help_names::<ContainerKind>("sweep", "container");
+    }
+
+    #[test]
+    fn an_unknown_name_is_answered_with_all_names() {
+        assert_eq!(named::<ContainerKind>("cube").unwrap_err(), "one of box, sphere is expected");
+        assert_eq!(containers("cube").unwrap_err(), "one of box, sphere, both is expected");
+        assert_eq!(containers("both").unwrap().0, ContainerKind::ALL);
+        assert_eq!(named::<NamedView>("left"), Ok(NamedView::Left));
+        assert!(tree_builder("none").is_err() && tree_builder("exact").is_ok());
+    }
+}
