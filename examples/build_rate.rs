@@ -4,7 +4,7 @@
 use std::time::{Duration, Instant};
 
 use bvhscope::scene::{LoadOptions, SceneSource, load};
-use bvhscope_engine::builders::build;
+use bvhscope_engine::builders::build_binary;
 use bvhscope_engine::cancel::CancelToken;
 use bvhscope_engine::geometry::Triangle;
 use bvhscope_engine::settings::{BuildSettings, Preset};
@@ -57,7 +57,7 @@ fn measure(triangles: &[Triangle], container: ContainerKind, preset: Preset, thr
     let mut times: Vec<(Duration, String)> = (0..REPEATS)
         .filter_map(|_| {
             let start = Instant::now();
-            let (_, stages) = pool.install(|| build(triangles, &settings, &CancelToken::new())).ok()?;
+            let (_, stages) = pool.install(|| build_binary(triangles, &settings, &CancelToken::new())).ok()?;
             let elapsed = start.elapsed();
             let stages: Vec<String> =
                 stages.stages.iter().map(|(name, time)| format!("{name} {:.1}", time.as_secs_f64() * 1e3)).collect();

@@ -1,28 +1,21 @@
 //! What rays are traced against: a tree with its triangles in leaf order, the inputs that it was made from and its report.
 
 use std::sync::{Arc, Mutex, OnceLock, Weak};
-use std::time::{Duration, Instant};
-
-use fearless_simd::Level;
+use std::time::Duration;
 
 use crate::budget::Budget;
 use crate::scene::Scene;
 use bvhscope_engine::build_cache::{BuildCache, NodeRecycler};
-use bvhscope_engine::builders::{BuildError, build_with_cache};
-use bvhscope_engine::cancel::{CancelToken, Cancelled};
-use bvhscope_engine::geometry::{Hit, Ray, Triangle};
-use bvhscope_engine::kernel::par_collect;
-use bvhscope_engine::settings::{BuildSettings, Pass, Passes};
-use bvhscope_engine::stage_times::StageTimes;
+use bvhscope_engine::tree::Tree;
 use bvhscope_engine::tree::ancestry::{Ancestry, path_to_primitive};
 use bvhscope_engine::tree::overlap::end_point_overlap;
-use bvhscope_engine::tree::statistics::{TreeStats, tree_stats};
 use bvhscope_engine::tree::traverse;
 use bvhscope_engine::tree::traverse::{Probe, Traversal};
-use bvhscope_engine::tree::{AnyTree, Tree};
-use bvhscope_engine::wide::collapse;
-use bvhscope_engine::wide::tree::AnyWideTree;
 use bvhscope_engine::with_tree;
+use bvhscope_engine::{
+    AnyTree, BinaryBvh, BuildError, BuildReport, BuildSettings, CancelToken, Cancelled, Hit, Pass, Passes, Ray,
+    Triangle, WideBvh,
+};
 
 /// Triangles sampled for the end-point overlap of a large scene.
 const EPO_SAMPLES: usize = 2_000;
@@ -51,7 +44,7 @@ pub struct Accel {
     pub tree: AnyTree,
     /// Where the time went and what came out.
     pub report: BuildReport,
-    wide: OnceLock<Wide>,
+    wide: OnceLock<WideBvh>,
     /// Held by who makes the wide tree in [`Accel::widen`].
     widening: Mutex<()>,
     /// What nobody needs for the first picture, made when someone asks.
@@ -70,47 +63,6 @@ pub struct BuildSession {
     cache: BuildCache,
 }
 
-/// How a build went.
-#[derive(Debug, Clone, PartialEq)]
-pub struct BuildReport {
-    /// Time by stage.
-    pub stages: StageTimes,
-    /// Wall-clock time of the build: the sum of its stages.
-    pub build_time: Duration,
-    /// Threads of the pool that it ran in.
-    pub threads: usize,
-    /// Counts and costs.
-    pub stats: TreeStats,
-    /// Bytes of nodes and of primitive indices.
-    pub tree_bytes: usize,
-    /// Bytes of the triangles in leaf order.
-    pub triangle_bytes: usize,
-}
-
-/// The tree eight children wide, which pictures are traced through.
-#[derive(Debug)]
-pub struct Wide {
-    /// Its nodes and triangles.
-    pub tree: AnyWideTree,
-    /// Wall-clock time of making it; not part of the build time, which is the paper's.
-    pub collapse_time: Duration,
-    triangles: usize,
-}
-
-impl Wide {
-    fn new(accel: &Accel, token: &CancelToken) -> Result<Self, Cancelled> {
-        let start = Instant::now();
-        let triangles = &accel.scene.triangles;
-        let tree = with_tree!(&accel.tree, tree => collapse(tree, triangles, token)?.into());
-        Ok(Self { tree, collapse_time: start.elapsed(), triangles: triangles.len() })
-    }
-
-    /// Bytes of nodes and triangles, for each triangle.
-    pub fn bytes_per_triangle(&self) -> f64 {
-        (self.tree.node_bytes() + self.tree.triangle_bytes()) as f64 / self.triangles.max(1) as f64
-    }
-}
-
 impl BuildSession {
     /// What earlier builds of `scene` left.
     fn of(&mut self, scene: &Arc<Scene>) -> &mut BuildCache {
@@ -124,27 +76,8 @@ impl BuildSession {
 /// The memory of the tree goes to who builds the next one.
 impl Drop for Accel {
     fn drop(&mut self) {
-        let nothing = AnyTree::Aabb(Tree { nodes: Vec::new(), primitive_indices: Vec::new(), max_depth: 0 });
-        match std::mem::replace(&mut self.tree, nothing) {
-            AnyTree::Aabb(tree) => self.recycler.recycle(tree),
-            AnyTree::Sphere(tree) => self.recycler.recycle(tree),
-        }
-    }
-}
-
-impl BuildReport {
-    fn triangles(&self) -> usize {
-        self.triangle_bytes / size_of::<Triangle>()
-    }
-
-    /// Millions of triangles built in a second.
-    pub fn mtriangles_per_s(&self) -> f64 {
-        self.triangles() as f64 / self.build_time.as_secs_f64().max(1e-9) / 1e6
-    }
-
-    /// Bytes of the binary tree and of the triangles in leaf order, for each triangle.
-    pub fn bytes_per_triangle(&self) -> f64 {
-        (self.tree_bytes + self.triangle_bytes) as f64 / self.triangles().max(1) as f64
+        let tree = std::mem::replace(&mut self.tree, AnyTree::Aabb(Tree::EMPTY));
+        with_tree!(tree, tree => self.recycler.recycle(tree));
     }
 }
 
@@ -181,27 +114,9 @@ impl Accel {
             room = Budget::of_process().check("the tree", bytes);
         }
         room.map_err(|error| BuildError::Refused(error.to_string()))?;
-        let mut cache = session.map(|session| session.of(scene));
+        let cache = session.map(|session| session.of(scene));
         let recycler = cache.as_ref().map(|cache| cache.recycler()).unwrap_or_default();
-        let (tree, stages) = build_with_cache(&scene.triangles, settings, cache.as_deref_mut(), token)?;
-        if cfg!(debug_assertions)
-            && let Err(broken) = bvhscope_engine::tree::validate::validate(&tree, &scene.triangles)
-        {
-            unreachable!("the builder made a broken tree: {broken}");
-        }
-        token.check()?;
-        let stats = match cache.and_then(BuildCache::take_stats) {
-            Some(stats) => stats,
-            None => tree_stats(&tree, token)?,
-        };
-        let report = BuildReport {
-            build_time: stages.total(),
-            stages,
-            threads: rayon::current_num_threads(),
-            stats,
-            tree_bytes: with_tree!(&tree, tree => size_of_val(&tree.nodes[..]) + size_of_val(&tree.primitive_indices[..])),
-            triangle_bytes: scene.triangles.len() * size_of::<Triangle>(),
-        };
+        let BinaryBvh { tree, report } = BinaryBvh::build_with_cache(&scene.triangles, settings, cache, token)?;
         Ok(Self {
             scene: Arc::clone(scene),
             settings: *settings,
@@ -218,31 +133,31 @@ impl Accel {
 
     /// The wide tree, made when asked for the first time. Threads that ask for a missing one at once each make it: better
     /// call [`Accel::widen`] before.
-    pub fn wide(&self) -> &Wide {
+    pub fn wide(&self) -> &WideBvh {
         if let Some(wide) = self.wide.get() {
             return wide;
         }
         // Not within the lock, which a thread that waits for the others here could want once more.
-        match Wide::new(self, &CancelToken::new()) {
+        match WideBvh::new(&self.tree, &self.scene.triangles, &CancelToken::new()) {
             Ok(wide) => self.wide.get_or_init(|| wide),
             Err(Cancelled { .. }) => unreachable!("nobody else has this token"),
         }
     }
 
     /// The wide tree where it has been made.
-    pub fn known_wide(&self) -> Option<&Wide> {
+    pub fn known_wide(&self) -> Option<&WideBvh> {
         self.wide.get()
     }
 
     /// Makes the wide tree in the calling thread's rayon pool unless it is there; waits where another pool is at it. Not for
     /// parallel loops, whose threads could wait for themselves.
-    pub fn widen(&self, token: &CancelToken) -> Result<&Wide, Cancelled> {
+    pub fn widen(&self, token: &CancelToken) -> Result<&WideBvh, Cancelled> {
         loop {
             if let Some(wide) = self.wide.get() {
                 return Ok(wide);
             }
             if let Ok(_maker) = self.widening.try_lock() {
-                let wide = Wide::new(self, token)?;
+                let wide = WideBvh::new(&self.tree, &self.scene.triangles, token)?;
                 return Ok(self.wide.get_or_init(|| wide));
             }
             token.check()?;
@@ -268,8 +183,7 @@ impl Accel {
             return Ok(triangles);
         }
         // Not within the lock, which a thread that waits for the others here could want once more.
-        let indices = self.tree.primitive_indices();
-        let triangles = par_collect(indices.len(), token, |slot| self.scene.triangles[indices[slot] as usize])?;
+        let triangles = self.tree.leaf_triangles(&self.scene.triangles, token)?;
         Ok(self.leaf_triangles.get_or_init(|| triangles))
     }
 
@@ -291,13 +205,13 @@ impl Accel {
     /// The nearest hit, through the wide tree with the best vector instructions of this machine. See [`Accel::wide`] for
     /// other levels.
     pub fn closest_hit(&self, ray: &Ray) -> Option<Hit> {
-        self.wide().tree.closest_hit(Level::new(), ray)
+        self.wide().closest_hit(ray)
     }
 
     /// The nearest hits of `rays`, into the first elements of `hits`. Fastest where the rays come from one point in similar
     /// directions and neighbours stand together in eights, such as a camera's tile of 16×16 rays in Z order.
     pub fn closest_hits(&self, rays: &[Ray], hits: &mut [Option<Hit>]) {
-        self.wide().tree.closest_hits(Level::new(), rays, hits);
+        self.wide().closest_hits(rays, hits);
     }
 
     /// The nearest hit through the binary tree in the chosen order, watched by `probe`: the same hit.
@@ -307,12 +221,12 @@ impl Accel {
 
     /// Whether anything lies on `ray` between its `t_min` and `t_max`.
     pub fn any_hit(&self, ray: &Ray) -> bool {
-        self.wide().tree.any_hit(Level::new(), ray)
+        self.wide().any_hit(ray)
     }
 
     /// Whether anything lies on each of `rays`, into the first elements of `blocked`: faster than ray by ray.
     pub fn any_hits(&self, rays: &[Ray], blocked: &mut [bool]) {
-        self.wide().tree.any_hits(Level::new(), rays, blocked);
+        self.wide().any_hits(rays, blocked);
     }
 
     /// The leaf that holds the triangle `primitive_index` and the path to it: node indices from the root to the leaf.
@@ -320,17 +234,6 @@ impl Accel {
     pub fn path_to(&self, primitive_index: u32) -> Vec<u32> {
         let Some(triangle) = self.scene.triangles.get(primitive_index as usize) else { return Vec::new() };
         with_tree!(&self.tree, tree => path_to_primitive(tree, triangle, primitive_index))
-    }
-
-    /// A triangle below `node`: the first one of the leaf that first children lead to; `None` where there is no such node.
-    pub fn triangle_below(&self, node: u32) -> Option<u32> {
-        with_tree!(&self.tree, tree => {
-            let mut node = tree.nodes.get(node as usize)?;
-            while !node.is_leaf() {
-                node = &tree.nodes[node.first as usize];
-            }
-            tree.primitive_indices.get(node.first as usize).copied()
-        })
     }
 
     /// End-point overlap, estimated from a sample on large scenes, unless `token` is cancelled. When asked for the first time, it

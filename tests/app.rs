@@ -304,7 +304,7 @@ fn what_is_selected_keeps_its_place_in_a_new_tree() {
     // A node beside that way.
     let sibling = shown.table.sibling(selected.unwrap()).unwrap();
     harness.state_mut().state.selection.nodes.selected = Some(sibling);
-    let triangle = shown.accel.triangle_below(sibling).unwrap();
+    let triangle = shown.accel.tree.first_primitive_below(sibling).unwrap();
     let (shown, selected) = rebuilt(&mut harness, 20);
     let path = shown.accel.path_to(triangle);
     assert_eq!(selected, Some(path[2.min(path.len() - 1)]));

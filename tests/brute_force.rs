@@ -2,7 +2,7 @@
 
 mod trees;
 
-use bvhscope_engine::builders::build;
+use bvhscope_engine::builders::build_binary;
 use bvhscope_engine::cancel::CancelToken;
 use bvhscope_engine::geometry::{Aabb, Hit, Ray, Sphere, Triangle};
 use bvhscope_engine::kernel::SimdLevel;
@@ -124,7 +124,7 @@ fn a_wide_tree_holds_every_triangle_once_within_its_bytes() {
     let triangles = trees::ball(Vec3::ONE, 2.0, 64);
     for builder in [BuilderKind::Aac, BuilderKind::BinnedSah, BuilderKind::None] {
         let settings = BuildSettings { builder, ..BuildSettings::preset(Preset::Fast, ContainerKind::Aabb) };
-        let (tree, _) = build(&triangles, &settings, &CancelToken::new()).expect("nothing to refuse");
+        let (tree, _) = build_binary(&triangles, &settings, &CancelToken::new()).expect("nothing to refuse");
         let AnyTree::Aabb(tree) = tree else { panic!("spheres instead of boxes") };
         let wide = collapse(&tree, &triangles, &CancelToken::new()).expect("nobody cancels");
         let mut seen: Vec<u32> = wide
@@ -181,11 +181,13 @@ fn every_builder_finds_what_a_scan_finds() {
                     if settings.refusal(triangles.len()).is_some() || builder != BuilderKind::Aac && threshold != 6 {
                         continue;
                     }
-                    let (tree, _) = build(&triangles, &settings, &CancelToken::new()).expect("nothing to refuse");
+                    let (tree, _) =
+                        build_binary(&triangles, &settings, &CancelToken::new()).expect("nothing to refuse");
                     check(&format!("{name}, {settings:?}"), &triangles, &tree, &rays, &expected);
                     for curve in [Curve::Hilbert, Curve::Extended] {
                         let settings = BuildSettings { curve, ..settings };
-                        let (tree, _) = build(&triangles, &settings, &CancelToken::new()).expect("nothing to refuse");
+                        let (tree, _) =
+                            build_binary(&triangles, &settings, &CancelToken::new()).expect("nothing to refuse");
                         check(&format!("{name}, {settings:?}"), &triangles, &tree, &rays, &expected);
                     }
                 }

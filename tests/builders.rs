@@ -2,7 +2,7 @@
 
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on should stop")]
 
-use bvhscope_engine::builders::{BuildError, build};
+use bvhscope_engine::builders::{BuildError, build_binary};
 use bvhscope_engine::cancel::CancelToken;
 use bvhscope_engine::geometry::Triangle;
 use bvhscope_engine::settings::{BuildSettings, BuilderKind, Curve, Preset};
@@ -100,7 +100,7 @@ fn check_all(triangles: &[Triangle], what: &str) {
     for settings in all_settings(triangles.len()) {
         let name = format!("{what}, {settings:?}");
         let (tree, times) =
-            build(triangles, &settings, &CancelToken::new()).unwrap_or_else(|error| panic!("{name}: {error}"));
+            build_binary(triangles, &settings, &CancelToken::new()).unwrap_or_else(|error| panic!("{name}: {error}"));
         assert_eq!(tree.container_kind(), settings.container);
         assert!(!times.stages.is_empty(), "{name}: no times");
         with_tree!(&tree, tree => check(tree, triangles, &name));
@@ -112,7 +112,7 @@ fn check_all(triangles: &[Triangle], what: &str) {
 #[test]
 fn no_triangles_give_a_tree_without_nodes() {
     for settings in all_settings(0) {
-        let (tree, _) = build(&[], &settings, &CancelToken::new()).unwrap();
+        let (tree, _) = build_binary(&[], &settings, &CancelToken::new()).unwrap();
         assert_eq!(tree.node_count(), 0);
         assert!(tree.primitive_indices().is_empty());
     }
@@ -137,7 +137,7 @@ fn more_than_one_task_gives_whole_trees() {
         for builder in [BuilderKind::Aac, BuilderKind::Lbvh, BuilderKind::BinnedSah] {
             let settings = BuildSettings { builder, ..BuildSettings::preset(Preset::Hq, container) };
             if settings.refusal(triangles.len()).is_none() {
-                let (tree, _) = build(&triangles, &settings, &CancelToken::new()).unwrap();
+                let (tree, _) = build_binary(&triangles, &settings, &CancelToken::new()).unwrap();
                 with_tree!(&tree, tree => check(tree, &triangles, builder.name()));
             }
         }
@@ -188,15 +188,15 @@ fn equal_triangles_do_not_make_a_list() {
     for container in ContainerKind::ALL {
         for preset in Preset::ALL {
             let settings = BuildSettings::preset(preset, container);
-            let (tree, _) = build(&triangles, &settings, &CancelToken::new()).unwrap();
+            let (tree, _) = build_binary(&triangles, &settings, &CancelToken::new()).unwrap();
             assert!(tree.max_depth() <= limit, "{settings:?}: depth {} of {limit}", tree.max_depth());
         }
         let settings = BuildSettings { builder: BuilderKind::Lbvh, container, ..BuildSettings::default() };
-        let (tree, _) = build(&triangles, &settings, &CancelToken::new()).unwrap();
+        let (tree, _) = build_binary(&triangles, &settings, &CancelToken::new()).unwrap();
         assert!(tree.max_depth() <= limit, "{settings:?}: depth {} of {limit}", tree.max_depth());
     }
     let settings = BuildSettings { builder: BuilderKind::Exact, ..BuildSettings::default() };
-    let (tree, _) = build(&triangles[..1000], &settings, &CancelToken::new()).unwrap();
+    let (tree, _) = build_binary(&triangles[..1000], &settings, &CancelToken::new()).unwrap();
     assert!(tree.max_depth() <= 2 * 10 + 16, "exact: depth {}", tree.max_depth());
 }
 
@@ -221,7 +221,7 @@ fn better_settings_make_better_trees() {
         .collect();
     let cost_of = |builder: BuilderKind, preset: Preset| {
         let settings = BuildSettings { builder, ..BuildSettings::preset(preset, ContainerKind::Aabb) };
-        cost(&build(&triangles, &settings, &CancelToken::new()).unwrap().0)
+        cost(&build_binary(&triangles, &settings, &CancelToken::new()).unwrap().0)
     };
     let lbvh = cost_of(BuilderKind::Lbvh, Preset::Fast);
     let fast = cost_of(BuilderKind::Aac, Preset::Fast);
@@ -260,7 +260,7 @@ fn exact_clustering_always_takes_the_closest_pair() {
     for count in [2, 3, 7, 8, 9, 17, 150] {
         let triangles = soup(count);
         let settings = BuildSettings { builder: BuilderKind::Exact, ..BuildSettings::default() };
-        let (tree, _) = build(&triangles, &settings, &CancelToken::new()).unwrap();
+        let (tree, _) = build_binary(&triangles, &settings, &CancelToken::new()).unwrap();
         let AnyTree::Aabb(tree) = tree else { panic!("not boxes") };
         let mut areas: Vec<f32> =
             tree.nodes.iter().filter(|node| !node.is_leaf()).map(|node| node.container.half_area()).collect();
@@ -274,8 +274,8 @@ fn a_threshold_above_the_number_of_triangles_is_exact_clustering() {
     let triangles = soup(63);
     let exact = BuildSettings { builder: BuilderKind::Exact, ..BuildSettings::default() };
     let aac = BuildSettings { builder: BuilderKind::Aac, threshold: 64, ..BuildSettings::default() };
-    let exact = build(&triangles, &exact, &CancelToken::new()).unwrap().0;
-    let aac = build(&triangles, &aac, &CancelToken::new()).unwrap().0;
+    let exact = build_binary(&triangles, &exact, &CancelToken::new()).unwrap().0;
+    let aac = build_binary(&triangles, &aac, &CancelToken::new()).unwrap().0;
     assert!((cost(&exact) - cost(&aac)).abs() < 1e-6);
 }
 
@@ -284,11 +284,11 @@ fn refused_settings_say_why() {
     let triangles = soup(10);
     let settings =
         BuildSettings { builder: BuilderKind::BinnedSah, container: ContainerKind::Sphere, ..BuildSettings::default() };
-    let error = build(&triangles, &settings, &CancelToken::new()).unwrap_err();
+    let error = build_binary(&triangles, &settings, &CancelToken::new()).unwrap_err();
     assert!(matches!(&error, BuildError::Refused(text) if text.contains("box")), "{error}");
     let many = vec![triangles[0]; BuildSettings::MAX_EXACT_PRIMITIVES + 1];
     let settings = BuildSettings { builder: BuilderKind::Exact, ..BuildSettings::default() };
-    let error = build(&many, &settings, &CancelToken::new()).unwrap_err();
+    let error = build_binary(&many, &settings, &CancelToken::new()).unwrap_err();
     assert!(matches!(&error, BuildError::Refused(text) if text.contains("20000")), "{error}");
 }
 
@@ -298,7 +298,10 @@ fn a_cancelled_build_stops() {
     let token = CancelToken::new();
     token.cancel();
     for settings in all_settings(triangles.len()) {
-        assert!(matches!(build(&triangles, &settings, &token), Err(BuildError::Cancelled(_))), "{settings:?} went on");
+        assert!(
+            matches!(build_binary(&triangles, &settings, &token), Err(BuildError::Cancelled(_))),
+            "{settings:?} went on"
+        );
     }
 }
 
@@ -311,15 +314,15 @@ fn a_build_cancelled_at_any_check_point_stops_and_the_next_one_is_right() {
             if settings.refusal(triangles.len()).is_some() {
                 continue;
             }
-            let (expected, _) = build(&triangles, &settings, &CancelToken::new()).unwrap();
+            let (expected, _) = build_binary(&triangles, &settings, &CancelToken::new()).unwrap();
             let mut look = 0;
             // Looks stand at the same places in each build, but for what stops of the other tasks once one is stopped.
-            while let Err(error) = build(&triangles, &settings, &CancelToken::watched(move |seen| seen > look)) {
+            while let Err(error) = build_binary(&triangles, &settings, &CancelToken::watched(move |seen| seen > look)) {
                 assert!(matches!(error, BuildError::Cancelled(_)), "{settings:?}, look {look}: {error}");
                 look = look * 5 / 4 + 1;
             }
             assert!(look > 8, "{settings:?}: {look} check points are too few");
-            let (again, _) = build(&triangles, &settings, &CancelToken::new()).unwrap();
+            let (again, _) = build_binary(&triangles, &settings, &CancelToken::new()).unwrap();
             assert!(again == expected, "{settings:?}: a cancelled build left something behind");
         }
     }
@@ -330,7 +333,7 @@ fn exact_clustering_stops_in_the_middle_of_equal_triangles() {
     let triangles = vec![soup(1)[0]; 3000];
     let settings = BuildSettings { builder: BuilderKind::Exact, ..BuildSettings::default() };
     // All are each other's best match: nearly all the time goes into few merges' searches.
-    let result = build(&triangles, &settings, &CancelToken::watched(|seen| seen > 2000));
+    let result = build_binary(&triangles, &settings, &CancelToken::watched(|seen| seen > 2000));
     assert!(matches!(result, Err(BuildError::Cancelled(_))));
 }
 
@@ -340,7 +343,7 @@ fn progress_ends_at_one() {
     for builder in [BuilderKind::Aac, BuilderKind::Lbvh, BuilderKind::BinnedSah, BuilderKind::None] {
         let token = CancelToken::new();
         let settings = BuildSettings { builder, ..BuildSettings::default() };
-        build(&triangles, &settings, &token).unwrap();
+        build_binary(&triangles, &settings, &token).unwrap();
         assert_eq!(token.progress(), 1.0, "{}", builder.name());
     }
 }

@@ -14,7 +14,7 @@ use bvhscope::lab::diagnose::diagnose_scene;
 use bvhscope::overlay::NodeTable;
 use bvhscope::render::{RenderRequest, RenderSettings, Shading, render};
 use bvhscope::scene::{LoadError, LoadOptions, Scene, SceneSource, load, load_bytes};
-use bvhscope_engine::builders::{BuildError, build};
+use bvhscope_engine::builders::{BuildError, build_binary};
 use bvhscope_engine::cancel::{CancelToken, Cancelled};
 use bvhscope_engine::kernel::SimdLevel;
 use bvhscope_engine::settings::{BuildSettings, BuilderKind, Preset};
@@ -161,7 +161,7 @@ fn optimizing_stops_at_every_look() {
     let pool = one_thread();
     let scene = terrain(40_000);
     let settings = BuildSettings::preset(Preset::Best, ContainerKind::Aabb);
-    at_every_look("best", |token| match pool.install(|| build(&scene.triangles, &settings, token)) {
+    at_every_look("best", |token| match pool.install(|| build_binary(&scene.triangles, &settings, token)) {
         Ok(_) => false,
         Err(BuildError::Cancelled(_)) => true,
         Err(error) => panic!("{error}"),

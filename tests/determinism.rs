@@ -8,7 +8,7 @@ use bvhscope::accel::{Accel, BuildSession};
 use bvhscope::camera::Camera;
 use bvhscope::render::{HeatKind, Light, RenderRequest, RenderSettings, Shading, render};
 use bvhscope::scene::{LoadOptions, SceneSource, load};
-use bvhscope_engine::builders::build;
+use bvhscope_engine::builders::build_binary;
 use bvhscope_engine::cancel::CancelToken;
 use bvhscope_engine::geometry::Triangle;
 use bvhscope_engine::settings::{BuildSettings, BuilderKind, Curve, Passes};
@@ -40,7 +40,7 @@ fn sheet(side: u32) -> Vec<Triangle> {
 
 fn build_with_threads(triangles: &[Triangle], settings: &BuildSettings, threads: usize) -> AnyTree {
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-    pool.install(|| build(triangles, settings, &CancelToken::new())).unwrap().0
+    pool.install(|| build_binary(triangles, settings, &CancelToken::new())).unwrap().0
 }
 
 fn widen_with_threads(triangles: &[Triangle], tree: &AnyTree, threads: usize) -> AnyWideTree {
@@ -128,8 +128,8 @@ fn a_build_repeats() {
     for builder in BuilderKind::ALL {
         for threshold in [2, 6, 64] {
             let settings = BuildSettings { builder, threshold, ..BuildSettings::default() };
-            let first = build(&triangles, &settings, &CancelToken::new()).unwrap().0;
-            let second = build(&triangles, &settings, &CancelToken::new()).unwrap().0;
+            let first = build_binary(&triangles, &settings, &CancelToken::new()).unwrap().0;
+            let second = build_binary(&triangles, &settings, &CancelToken::new()).unwrap().0;
             assert!(first == second, "{} with threshold {threshold}", builder.name());
         }
     }
@@ -142,8 +142,8 @@ fn the_tree_follows_the_triangles_not_the_pool_it_was_built_in_before() {
     let pool = rayon::ThreadPoolBuilder::new().num_threads(2).build().unwrap();
     let fresh = build_with_threads(&small, &settings, 2);
     let after_another = pool.install(|| {
-        build(&large, &settings, &CancelToken::new()).unwrap();
-        build(&small, &settings, &CancelToken::new()).unwrap().0
+        build_binary(&large, &settings, &CancelToken::new()).unwrap();
+        build_binary(&small, &settings, &CancelToken::new()).unwrap().0
     });
     assert!(fresh == after_another);
 }

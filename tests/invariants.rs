@@ -11,7 +11,7 @@ use bvhscope::accel::Accel;
 use bvhscope::camera::Camera;
 use bvhscope::render::{RenderRequest, RenderSettings, render};
 use bvhscope::scene::{Material, Scene, SceneSource};
-use bvhscope_engine::builders::build;
+use bvhscope_engine::builders::build_binary;
 use bvhscope_engine::cancel::CancelToken;
 use bvhscope_engine::geometry::{Aabb, Ray, Sphere, Triangle};
 use bvhscope_engine::settings::{BuildSettings, BuilderKind, Pass, Passes};
@@ -32,7 +32,7 @@ fn built(triangles: &[Triangle], builder: BuilderKind, container: ContainerKind)
     settings
         .refusal(triangles.len())
         .is_none()
-        .then(|| build(triangles, &settings, &CancelToken::new()).expect("nothing to refuse").0)
+        .then(|| build_binary(triangles, &settings, &CancelToken::new()).expect("nothing to refuse").0)
 }
 
 /// Tests over all rays.
@@ -312,7 +312,8 @@ fn a_triangle_of_several_leaves_overlaps_none_of_them() {
 fn samples_of_a_split_tree_estimate_the_overlap_of_all() {
     let triangles = trees::soup(2000, 0.3, 5);
     let settings = BuildSettings { optimize: Passes::NONE.with(Pass::Split), ..BuildSettings::default() };
-    let (tree, _) = build(&triangles, &settings, &CancelToken::new()).expect("nothing to refuse, nobody cancels");
+    let (tree, _) =
+        build_binary(&triangles, &settings, &CancelToken::new()).expect("nothing to refuse, nobody cancels");
     assert!(tree.primitive_indices().len() > triangles.len());
     let exact = end_point_overlap(&tree, &triangles, usize::MAX);
     let estimate = end_point_overlap(&tree, &triangles, 600);

@@ -14,7 +14,7 @@ use bvhscope::lab::diagnose::diagnose_scene;
 use bvhscope::overlay::NodeTable;
 use bvhscope::render::{RenderRequest, RenderSettings, Shading, render};
 use bvhscope::scene::{LoadOptions, Scene, SceneSource, load};
-use bvhscope_engine::builders::build;
+use bvhscope_engine::builders::build_binary;
 use bvhscope_engine::cancel::CancelToken;
 use bvhscope_engine::settings::{BuildSettings, BuilderKind, Preset};
 use bvhscope_engine::tree::ContainerKind;
@@ -161,7 +161,7 @@ fn builders() {
     for settings in all.into_iter().filter(|settings| settings.refusal(0).is_none()) {
         let name = format!("{} {} {}", settings.builder.name(), settings.container.name(), settings.optimize);
         growing.look_at(&name, [&scenes[0], &scenes[1]], Arc::clone, |scene, token| {
-            build(&scene.triangles, &settings, token).unwrap()
+            build_binary(&scene.triangles, &settings, token).unwrap()
         });
     }
     growing.none();
@@ -208,7 +208,7 @@ fn what_is_derived_from_a_tree() {
     let settings = BuildSettings { builder: BuilderKind::Lbvh, ..BuildSettings::default() };
     let stacks = scenes.each_ref().map(|scene| {
         let triangles = vec![scene.triangles[0]; scene.triangles.len()];
-        let (tree, _) = build(&triangles, &settings, &CancelToken::new()).unwrap();
+        let (tree, _) = build_binary(&triangles, &settings, &CancelToken::new()).unwrap();
         (tree, triangles)
     });
     growing.look_at(

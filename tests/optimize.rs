@@ -3,7 +3,7 @@
 
 mod trees;
 
-use bvhscope_engine::builders::build;
+use bvhscope_engine::builders::build_binary;
 use bvhscope_engine::cancel::CancelToken;
 use bvhscope_engine::geometry::Triangle;
 use bvhscope_engine::settings::{BuildSettings, BuilderKind, Pass, Passes, Preset};
@@ -22,7 +22,7 @@ fn choices() -> Vec<Passes> {
 }
 
 fn built(triangles: &[Triangle], settings: &BuildSettings) -> AnyTree {
-    build(triangles, settings, &CancelToken::new()).expect("nothing to refuse").0
+    build_binary(triangles, settings, &CancelToken::new()).expect("nothing to refuse").0
 }
 
 fn sah_cost(tree: &AnyTree) -> f32 {
@@ -75,7 +75,7 @@ fn no_pass_raises_the_cost() {
             for container in ContainerKind::ALL {
                 let built = |optimize| {
                     let settings = BuildSettings { builder, container, optimize, ..BuildSettings::default() };
-                    build(&triangles, &settings, &CancelToken::new()).expect("nothing to refuse")
+                    build_binary(&triangles, &settings, &CancelToken::new()).expect("nothing to refuse")
                 };
                 let plain = [Passes::NONE, Passes::NONE.with(Pass::Split)].map(|before| built(before).0);
                 for optimize in choices() {
@@ -147,7 +147,7 @@ fn a_large_scan_is_built_again_by_any_number_of_threads() {
     let settings = BuildSettings::preset(Preset::Best, ContainerKind::Aabb);
     let with_threads = |threads| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("threads");
-        pool.install(|| build(&triangles, &settings, &CancelToken::new())).expect("nothing to refuse")
+        pool.install(|| build_binary(&triangles, &settings, &CancelToken::new())).expect("nothing to refuse")
     };
     let (tree, times) = with_threads(1);
     assert_eq!(validate(&tree, &triangles), Ok(()));
@@ -192,7 +192,7 @@ fn split_triangles_are_in_several_leaves_and_cost_less() {
 fn passes_have_stages_and_names() {
     let triangles = trees::soup(500, 0.1, 3);
     let settings = BuildSettings::preset(Preset::Best, ContainerKind::Aabb);
-    let (_, times) = build(&triangles, &settings, &CancelToken::new()).expect("nothing to refuse");
+    let (_, times) = build_binary(&triangles, &settings, &CancelToken::new()).expect("nothing to refuse");
     let stages: Vec<&str> = times.stages.iter().map(|stage| stage.0).collect();
     assert_eq!(stages, ["codes", "sort", "tree", "flatten", "collapse", "restructure", "reinsert", "layout"]);
     let json = serde_json::to_string(&settings).expect("plain values");

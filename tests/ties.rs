@@ -8,7 +8,7 @@ mod trees;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 
-use bvhscope_engine::builders::build;
+use bvhscope_engine::builders::build_binary;
 use bvhscope_engine::builders::depth_limit::depth_limit;
 use bvhscope_engine::cancel::CancelToken;
 use bvhscope_engine::geometry::Triangle;
@@ -55,7 +55,7 @@ fn looks(triangles: &[Triangle], settings: &BuildSettings) -> u64 {
         counted.fetch_add(1, Ordering::Relaxed);
         false
     });
-    build(triangles, settings, &token).unwrap();
+    build_binary(triangles, settings, &token).unwrap();
     looks.load(Ordering::Relaxed)
 }
 
@@ -87,7 +87,7 @@ fn no_ties_make_a_list() {
         for container in ContainerKind::ALL {
             for preset in Preset::ALL {
                 let settings = BuildSettings::preset(preset, container);
-                let (tree, _) = build(&triangles, &settings, &CancelToken::new()).unwrap();
+                let (tree, _) = build_binary(&triangles, &settings, &CancelToken::new()).unwrap();
                 assert!(tree.max_depth() <= limit, "{name}, {settings:?}: depth {} of {limit}", tree.max_depth());
             }
         }
@@ -105,7 +105,7 @@ fn a_far_outlier_costs_the_others_no_precision() {
             let shapes = [1e14, 1e16, 1e17].map(|distance| {
                 let mut triangles = random.clone();
                 triangles[7] = map(&random[7..8], |_, corner| corner + distance)[0];
-                let (tree, _) = build(&triangles, &settings, &CancelToken::new()).unwrap();
+                let (tree, _) = build_binary(&triangles, &settings, &CancelToken::new()).unwrap();
                 with_tree!(&tree, tree => {
                     let links: Vec<_> = tree.nodes.iter().map(|node| (node.first, node.count)).collect();
                     (links, tree.primitive_indices.clone())

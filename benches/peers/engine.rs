@@ -1,6 +1,6 @@
 //! This engine: its settings and every way to trace with it.
 
-use bvhscope_engine::builders::build;
+use bvhscope_engine::builders::build_binary;
 use bvhscope_engine::cancel::CancelToken;
 use bvhscope_engine::geometry::{Aabb, Hit, Ray, Triangle};
 use bvhscope_engine::settings::{BuildSettings, Preset};
@@ -165,7 +165,7 @@ fn distance(hit: Option<Hit>) -> f32 {
 }
 
 fn tree(triangles: &[Triangle], settings: &BuildSettings) -> AnyTree {
-    build(triangles, settings, &CancelToken::new()).expect("nothing to refuse, nobody cancels").0
+    build_binary(triangles, settings, &CancelToken::new()).expect("nothing to refuse, nobody cancels").0
 }
 
 fn in_leaf_order(tree: &AnyTree, triangles: &[Triangle]) -> Vec<Triangle> {

@@ -5,10 +5,11 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use super::measurement::{Measurement, millis, pool};
-use crate::accel::{Accel, BuildReport};
+use crate::accel::Accel;
 use crate::camera::Camera;
 use crate::render::{RenderRequest, RenderSettings, TestSummary, count_tests, trace_primary, trace_primary_wide};
 use crate::scene::Scene;
+use bvhscope_engine::BuildReport;
 use bvhscope_engine::builders::BuildError;
 use bvhscope_engine::cancel::{CancelToken, Cancelled};
 use bvhscope_engine::kernel::SimdLevel;

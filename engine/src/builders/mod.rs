@@ -39,18 +39,18 @@ pub enum BuildError {
 /// Most primitives in a tree: twice as many nodes must have 32-bit numbers.
 const MAX_PRIMITIVES: usize = 1 << 31;
 
-/// Builds a tree over `triangles` (all coordinates finite) in the calling thread's rayon pool. Reports progress through
+/// Builds a binary tree over `triangles` (all coordinates finite) in the calling thread's rayon pool. Reports progress through
 /// `token`. No triangles give a tree without nodes.
-pub fn build(
+pub fn build_binary(
     triangles: &[Triangle],
     settings: &BuildSettings,
     token: &CancelToken,
 ) -> Result<(AnyTree, StageTimes), BuildError> {
-    build_with_cache(triangles, settings, None, token)
+    build_binary_with_cache(triangles, settings, None, token)
 }
 
-/// [`build`] with what earlier builds of the very same triangles left, for which it leaves something itself.
-pub fn build_with_cache(
+/// [`build_binary`] with what earlier builds of the very same triangles left in `cache`, which it updates.
+pub fn build_binary_with_cache(
     triangles: &[Triangle],
     settings: &BuildSettings,
     cache: Option<&mut BuildCache>,

@@ -1,11 +1,11 @@
 //! The binary tree as a flat list of nodes.
 
 use crate::cancel::{CancelToken, Cancelled};
-use crate::geometry::{Aabb, Sphere};
-use crate::kernel::par_collect::zeros;
+use crate::geometry::{Aabb, Sphere, Triangle};
+use crate::kernel::par_collect::{par_collect, zeros};
 use crate::tree::{Container, ContainerKind};
 
-/// Nodes between two looks at the token.
+/// Nodes between two polls for cancellation.
 const NODES_BETWEEN_CHECKS: usize = 1 << 16;
 
 /// A node. Its range depends on `count`:
@@ -107,6 +107,31 @@ impl<C: Container> Tree<C> {
         }
         Ok(parents)
     }
+
+    /// The triangles in leaf order, one for each slot of [`Tree::primitive_indices`], so that a leaf's range indexes them directly.
+    /// `triangles` is the list that the tree was built from.
+    pub fn leaf_triangles(&self, triangles: &[Triangle], token: &CancelToken) -> Result<Vec<Triangle>, Cancelled> {
+        par_collect(self.primitive_indices.len(), token, |slot| triangles[self.primitive_indices[slot] as usize])
+    }
+
+    /// Index of the first primitive below `node`, in leaf order; `None` where there is no such node.
+    pub fn first_primitive_below(&self, node: u32) -> Option<u32> {
+        let mut node = self.nodes.get(node as usize)?;
+        while !node.is_leaf() {
+            node = &self.nodes[node.first as usize];
+        }
+        self.primitive_indices.get(node.first as usize).copied()
+    }
+
+    /// Bytes of nodes and primitive indices.
+    pub fn bytes(&self) -> usize {
+        size_of_val(&self.nodes[..]) + size_of_val(&self.primitive_indices[..])
+    }
+}
+
+impl<C> Tree<C> {
+    /// The tree without nodes and primitives.
+    pub const EMPTY: Self = Self { nodes: Vec::new(), primitive_indices: Vec::new(), max_depth: 0 };
 }
 
 impl AnyTree {
@@ -131,5 +156,20 @@ impl AnyTree {
     /// Each primitive's index in the list that the tree was built from, in leaf order.
     pub fn primitive_indices(&self) -> &[u32] {
         with_tree!(self, tree => &tree.primitive_indices)
+    }
+
+    /// The triangles in leaf order; see [`Tree::leaf_triangles`].
+    pub fn leaf_triangles(&self, triangles: &[Triangle], token: &CancelToken) -> Result<Vec<Triangle>, Cancelled> {
+        with_tree!(self, tree => tree.leaf_triangles(triangles, token))
+    }
+
+    /// Index of the first primitive below `node`; see [`Tree::first_primitive_below`].
+    pub fn first_primitive_below(&self, node: u32) -> Option<u32> {
+        with_tree!(self, tree => tree.first_primitive_below(node))
+    }
+
+    /// Bytes of nodes and primitive indices.
+    pub fn bytes(&self) -> usize {
+        with_tree!(self, tree => tree.bytes())
     }
 }

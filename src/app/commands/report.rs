@@ -3,12 +3,12 @@
 use std::collections::BTreeSet;
 use std::fmt::Write as _;
 
-use crate::accel::Wide;
 use crate::app::format;
 use crate::app::state::{AppState, Wanted};
 use crate::camera::Projection;
 use crate::overlay::OverlayKinds;
 use crate::render::{Light, Shading};
+use bvhscope_engine::WideBvh;
 use bvhscope_engine::kernel::SimdLevel;
 use bvhscope_engine::settings::{Curve, Passes};
 use bvhscope_engine::tree::levels::Levels;
@@ -178,7 +178,7 @@ pub fn statistics_text(state: &AppState) -> Option<String> {
         line("Wide triangle memory", format::bytes(wide.tree.triangle_bytes()));
     }
     line("Overlay memory", format::bytes(Levels::bytes(stats.nodes)));
-    let bytes = report.bytes_per_triangle() + wide.map_or(0.0, Wide::bytes_per_triangle);
+    let bytes = report.bytes_per_triangle() + wide.map_or(0.0, WideBvh::bytes_per_triangle);
     line("Bytes per triangle", format::significant(bytes));
     line("Trace time", format::duration(frame.stats.trace_time));
     line("Primary rays", format::count(frame.stats.primary_rays));

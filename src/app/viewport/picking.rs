@@ -49,7 +49,7 @@ pub(crate) fn selected(state: &AppState) -> Selected {
             Some((*primitive, (depth + 1 < path.len()).then_some(depth)))
         });
         on_path.or_else(|| {
-            let primitive = shown.accel.triangle_below(node)?;
+            let primitive = shown.accel.tree.first_primitive_below(node)?;
             let leaf = shown.table.is_leaf(node);
             Some((primitive, (!leaf).then(|| shown.table.depth(node) as usize)))
         })

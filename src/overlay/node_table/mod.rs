@@ -128,7 +128,7 @@ impl NodeTable {
 
     /// The nodes from the root to `node`: down to one of the triangles below it, past `node`.
     fn path(&self, node: u32) -> Vec<u32> {
-        let primitive = self.accel.triangle_below(node);
+        let primitive = self.accel.tree.first_primitive_below(node);
         let mut path = primitive.map_or_else(Vec::new, |primitive| self.accel.path_to(primitive));
         let end = path.iter().position(|&step| step == node).map_or(0, |at| at + 1);
         path.truncate(end);

@@ -4,7 +4,6 @@ use std::time::Duration;
 
 use egui::{self, CornerRadius, Rect, Role, Sense, Ui, WidgetInfo, pos2, vec2};
 
-use crate::accel::{BuildReport, Wide};
 use crate::app::panels::side::recent_changes::RecentChanges;
 use crate::app::panels::widgets::{Header, Statistic, section, statistic, value_text};
 use crate::app::state::{AppState, Presented};
@@ -12,6 +11,7 @@ use crate::app::{format, theme};
 use crate::scene::Scene;
 use bvhscope_engine::tree::levels::Levels;
 use bvhscope_engine::tree::statistics::{INTERSECTION_COST, TRAVERSAL_COST};
+use bvhscope_engine::{BuildReport, WideBvh};
 
 pub(crate) fn show(ui: &mut Ui, state: &mut AppState) {
     let scene = state.model.loaded.clone();
@@ -187,7 +187,7 @@ fn tree_rows(ui: &mut Ui, state: &mut AppState, shown: &Presented, changes: &mut
         let tip = format!("{tip}: {each} bytes a triangle");
         statistic(ui, state, &Statistic::new(name, number).unit(unit).tip(tip));
     }
-    let [binary, wide] = [report.bytes_per_triangle(), wide.map_or(0.0, Wide::bytes_per_triangle)];
+    let [binary, wide] = [report.bytes_per_triangle(), wide.map_or(0.0, WideBvh::bytes_per_triangle)];
     let [all, binary, wide] = [binary + wide, binary, wide].map(format::significant);
     let tip = format!("Both trees with their triangles, for each triangle: binary {binary}, wide {wide}");
     statistic(ui, state, &Statistic::new("Per triangle", all).unit("B").tip(tip));

@@ -1,0 +1,374 @@
+//! Building a hierarchy that is ready to be traced: the binary tree, the wide tree made from it, and the report of the build.
+
+use std::time::{Duration, Instant};
+
+use fearless_simd::Level;
+
+use crate::aac::build_cache::BuildCache;
+use crate::builders::{BuildError, build_binary_with_cache};
+use crate::cancel::{CancelToken, Cancelled};
+use crate::geometry::{Hit, Ray, Triangle};
+use crate::settings::BuildSettings;
+use crate::stage_times::StageTimes;
+use crate::tree::AnyTree;
+use crate::tree::overlap::end_point_overlap;
+use crate::tree::statistics::{TreeStats, tree_stats};
+use crate::tree::traverse::{self, TestCounts, Traversal, Unordered};
+use crate::tree::validate::validate;
+use crate::wide::{AnyWideTree, collapse};
+use crate::with_tree;
+
+/// A bounding volume hierarchy over a list of triangles, ready to be traced. Made by [`build`]; immutable, `Send` and `Sync`.
+///
+/// Holds no copy of the list: what needs the triangles as they were given to [`build`] takes them as an argument. The wide tree,
+/// through which rays are traced, has its own blocks of them.
+///
+/// ```
+/// use bvhscope_engine::glam::Vec3;
+/// use bvhscope_engine::{BuildSettings, CancelToken, Ray, Triangle, build};
+///
+/// let triangles = [Triangle { a: Vec3::ZERO, b: Vec3::X, c: Vec3::Y }];
+/// let bvh = build(&triangles, &BuildSettings::default(), &CancelToken::new())?;
+/// let hit = bvh.closest_hit(&Ray::new(Vec3::new(0.25, 0.5, 3.0), Vec3::NEG_Z)).expect("the ray meets the triangle");
+/// assert_eq!((hit.primitive_index, hit.t, hit.u, hit.v), (0, 3.0, 0.25, 0.5));
+/// # Ok::<(), bvhscope_engine::BuildError>(())
+/// ```
+#[derive(Debug)]
+pub struct Bvh {
+    tree: AnyTree,
+    wide: WideBvh,
+    report: BuildReport,
+}
+
+/// The binary tree of a build with its report, not yet collapsed into a wide one.
+#[derive(Debug)]
+pub struct BinaryBvh {
+    /// The binary tree.
+    pub tree: AnyTree,
+    /// Times, statistics and sizes.
+    pub report: BuildReport,
+}
+
+/// The wide tree of a [`Bvh`], traced with the best SIMD level of this machine. [`AnyWideTree`] offers the others.
+#[derive(Debug)]
+pub struct WideBvh {
+    /// Nodes and triangle blocks.
+    pub tree: AnyWideTree,
+    /// Wall-clock time of the collapse; not part of [`BuildReport::build_time`], which is the paper's.
+    pub collapse_time: Duration,
+    triangle_count: usize,
+}
+
+/// Times, statistics and sizes of one build.
+#[derive(Debug, Clone, PartialEq)]
+pub struct BuildReport {
+    /// Time by stage.
+    pub stages: StageTimes,
+    /// Wall-clock time of the build: the sum of its stages.
+    pub build_time: Duration,
+    /// Number of threads in the pool that it ran in.
+    pub threads: usize,
+    /// Statistics of the binary tree.
+    pub stats: TreeStats,
+    /// Bytes of nodes and of primitive indices.
+    pub tree_bytes: usize,
+    /// Bytes of the triangles in leaf order.
+    pub triangle_bytes: usize,
+}
+
+/// Builds a hierarchy over `triangles` (all coordinates finite) in the calling thread's rayon pool. Reports progress through
+/// `token`. An empty list gives an empty tree, which every ray misses.
+///
+/// Equal triangles and settings give the identical tree, node for node, on any number of threads.
+///
+/// # Errors
+///
+/// [`BuildError::Cancelled`] once `token` is cancelled; [`BuildError::Refused`] where the settings cannot build these triangles,
+/// see [`BuildSettings::refusal`].
+///
+/// # Panics
+///
+/// In debug builds where the builder breaks an invariant that [`validate`] checks.
+///
+/// ```
+/// use bvhscope_engine::glam::Vec3;
+/// use bvhscope_engine::{BuildSettings, CancelToken, ContainerKind, Preset, Triangle, build};
+///
+/// let triangles: Vec<Triangle> = (0..100)
+///     .map(|i| Vec3::new(i as f32, 0.0, 0.0))
+///     .map(|a| Triangle { a, b: a + Vec3::Y, c: a + Vec3::Z })
+///     .collect();
+/// let settings = BuildSettings::preset(Preset::Hq, ContainerKind::Aabb);
+/// let bvh = build(&triangles, &settings, &CancelToken::new())?;
+/// assert_eq!(bvh.statistics().leaves, 100);
+/// assert_eq!(bvh.statistics().nodes, 199);
+/// # Ok::<(), bvhscope_engine::BuildError>(())
+/// ```
+pub fn build(triangles: &[Triangle], settings: &BuildSettings, token: &CancelToken) -> Result<Bvh, BuildError> {
+    let BinaryBvh { tree, report } = BinaryBvh::build(triangles, settings, token)?;
+    let wide = WideBvh::new(&tree, triangles, token)?;
+    Ok(Bvh { tree, wide, report })
+}
+
+impl BinaryBvh {
+    /// Builds the binary tree over `triangles` and its report: [`build`](crate::build) without the wide tree.
+    pub fn build(triangles: &[Triangle], settings: &BuildSettings, token: &CancelToken) -> Result<Self, BuildError> {
+        Self::build_with_cache(triangles, settings, None, token)
+    }
+
+    /// [`BinaryBvh::build`] with what earlier builds of the very same triangles left in `cache`: the same tree, sooner.
+    pub fn build_with_cache(
+        triangles: &[Triangle],
+        settings: &BuildSettings,
+        mut cache: Option<&mut BuildCache>,
+        token: &CancelToken,
+    ) -> Result<Self, BuildError> {
+        let (tree, stages) = build_binary_with_cache(triangles, settings, cache.as_deref_mut(), token)?;
+        if cfg!(debug_assertions)
+            && let Err(broken) = validate(&tree, triangles)
+        {
+            unreachable!("the builder made a broken tree: {broken}");
+        }
+        token.check()?;
+        let stats = match cache.and_then(BuildCache::take_stats) {
+            Some(stats) => stats,
+            None => tree_stats(&tree, token)?,
+        };
+        let report = BuildReport {
+            build_time: stages.total(),
+            stages,
+            threads: rayon::current_num_threads(),
+            stats,
+            tree_bytes: tree.bytes(),
+            triangle_bytes: size_of_val(triangles),
+        };
+        Ok(Self { tree, report })
+    }
+}
+
+impl Bvh {
+    /// The binary tree as the builder made it.
+    pub fn tree(&self) -> &AnyTree {
+        &self.tree
+    }
+
+    /// The wide tree, which [`Bvh::closest_hit`] and the like trace.
+    pub fn wide(&self) -> &WideBvh {
+        &self.wide
+    }
+
+    /// Times, statistics and sizes of the build.
+    pub fn report(&self) -> &BuildReport {
+        &self.report
+    }
+
+    /// Statistics of the binary tree: counts of nodes and leaves, depths, leaf sizes, SAH cost.
+    ///
+    /// ```
+    /// # use bvhscope_engine::glam::Vec3;
+    /// # use bvhscope_engine::{BuildSettings, CancelToken, Triangle, build};
+    /// # let triangles = [Triangle { a: Vec3::ZERO, b: Vec3::X, c: Vec3::Y }; 4];
+    /// let bvh = build(&triangles, &BuildSettings::default(), &CancelToken::new())?;
+    /// let statistics = bvh.statistics();
+    /// assert_eq!((statistics.nodes, statistics.leaves, statistics.max_depth), (7, 4, 2));
+    /// // Four equal boxes: three interior nodes and four triangles are tested by every ray that enters the root.
+    /// assert_eq!(statistics.sah_cost, 7.0);
+    /// # Ok::<(), bvhscope_engine::BuildError>(())
+    /// ```
+    pub fn statistics(&self) -> &TreeStats {
+        &self.report.stats
+    }
+
+    /// The nearest hit of `ray`; `None` where it misses. Equal distances go to the lower primitive index.
+    ///
+    /// ```
+    /// # use bvhscope_engine::glam::Vec3;
+    /// # use bvhscope_engine::{BuildSettings, CancelToken, Ray, Triangle, build};
+    /// # let triangles = [Triangle { a: Vec3::ZERO, b: Vec3::X, c: Vec3::Y }];
+    /// # let bvh = build(&triangles, &BuildSettings::default(), &CancelToken::new())?;
+    /// let ray = Ray::new(Vec3::new(0.2, 0.2, 1.0), Vec3::NEG_Z);
+    /// assert_eq!(bvh.closest_hit(&ray).map(|hit| hit.primitive_index), Some(0));
+    /// // Only hits between `t_min` and `t_max` count.
+    /// assert_eq!(bvh.closest_hit(&Ray { t_max: 0.5, ..ray }), None);
+    /// # Ok::<(), bvhscope_engine::BuildError>(())
+    /// ```
+    #[inline]
+    pub fn closest_hit(&self, ray: &Ray) -> Option<Hit> {
+        self.wide.closest_hit(ray)
+    }
+
+    /// The nearest hits of `rays`, into the first elements of `hits`; exactly those that [`Bvh::closest_hit`] finds one by one.
+    ///
+    /// Fastest where the rays come from one point in similar directions and neighbours stand together in sixteens, such as a
+    /// camera's tile of 16×16 rays in Z order. Runs on the calling thread alone: give each thread its own tile.
+    ///
+    /// # Panics
+    ///
+    /// Where `hits` is shorter than `rays`.
+    ///
+    /// ```
+    /// # use bvhscope_engine::glam::Vec3;
+    /// # use bvhscope_engine::{BuildSettings, CancelToken, Ray, Triangle, build};
+    /// # let triangles = [Triangle { a: Vec3::ZERO, b: Vec3::X, c: Vec3::Y }];
+    /// # let bvh = build(&triangles, &BuildSettings::default(), &CancelToken::new())?;
+    /// let rays: Vec<Ray> = (0..16).map(|i| Ray::new(Vec3::Z, Vec3::new(i as f32 / 8.0, 0.1, -1.0))).collect();
+    /// let mut hits = vec![None; rays.len()];
+    /// bvh.closest_hits(&rays, &mut hits);
+    /// assert_eq!(hits.iter().flatten().count(), 8);
+    /// # Ok::<(), bvhscope_engine::BuildError>(())
+    /// ```
+    pub fn closest_hits(&self, rays: &[Ray], hits: &mut [Option<Hit>]) {
+        self.wide.closest_hits(rays, hits);
+    }
+
+    /// Whether anything lies on `ray` between its `t_min` and `t_max`: the query of shadow rays.
+    #[inline]
+    pub fn any_hit(&self, ray: &Ray) -> bool {
+        self.wide.any_hit(ray)
+    }
+
+    /// Whether anything lies on each of `rays`, into the first elements of `blocked`: the same as [`Bvh::any_hit`] one by one,
+    /// and faster, the more so the larger the tree is. Runs on the calling thread alone.
+    ///
+    /// # Panics
+    ///
+    /// Where `blocked` is shorter than `rays`.
+    ///
+    /// ```
+    /// # use bvhscope_engine::glam::Vec3;
+    /// # use bvhscope_engine::{BuildSettings, CancelToken, Ray, Triangle, build};
+    /// # let triangles = [Triangle { a: Vec3::ZERO, b: Vec3::X, c: Vec3::Y }];
+    /// # let bvh = build(&triangles, &BuildSettings::default(), &CancelToken::new())?;
+    /// let from = Vec3::new(0.2, 0.2, 1.0);
+    /// let mut blocked = [false; 2];
+    /// bvh.any_hits(&[Ray::new(from, Vec3::NEG_Z), Ray::new(from, Vec3::Z)], &mut blocked);
+    /// assert_eq!(blocked, [true, false]);
+    /// # Ok::<(), bvhscope_engine::BuildError>(())
+    /// ```
+    pub fn any_hits(&self, rays: &[Ray], blocked: &mut [bool]) {
+        self.wide.any_hits(rays, blocked);
+    }
+
+    /// [`Bvh::closest_hit`] through the binary tree, with the number of container and primitive tests that `traversal` takes.
+    /// `triangles` is the list that the tree was built from.
+    ///
+    /// ```
+    /// # use bvhscope_engine::glam::Vec3;
+    /// # use bvhscope_engine::{BuildSettings, CancelToken, Ray, Triangle, build};
+    /// use bvhscope_engine::{TestCounts, Traversal};
+    ///
+    /// let at = |z: f32| Triangle { a: Vec3::Z * z, b: Vec3::X + Vec3::Z * z, c: Vec3::Y + Vec3::Z * z };
+    /// let triangles = [at(0.0), at(1.0)];
+    /// let bvh = build(&triangles, &BuildSettings::default(), &CancelToken::new())?;
+    /// let ray = Ray::new(Vec3::new(0.2, 0.2, 5.0), Vec3::NEG_Z);
+    /// let (hit, ordered) = bvh.closest_hit_counted(&ray, &triangles, Traversal::Ordered);
+    /// let (same, paper) = bvh.closest_hit_counted(&ray, &triangles, Traversal::Paper);
+    /// assert_eq!(hit, same);
+    /// // Ordered, the second triangle lies behind the first hit and is culled.
+    /// assert_eq!(ordered, TestCounts { containers: 3, primitives: 1 });
+    /// assert_eq!(paper, TestCounts { containers: 3, primitives: 2 });
+    /// # Ok::<(), bvhscope_engine::BuildError>(())
+    /// ```
+    pub fn closest_hit_counted(
+        &self,
+        ray: &Ray,
+        triangles: &[Triangle],
+        traversal: Traversal,
+    ) -> (Option<Hit>, TestCounts) {
+        let mut counts = TestCounts::default();
+        let leaf_triangles = Unordered { triangles, indices: self.tree.primitive_indices() };
+        let hit =
+            with_tree!(&self.tree, tree => traverse::closest_hit(tree, leaf_triangles, ray, traversal, &mut counts));
+        (hit, counts)
+    }
+
+    /// [`Bvh::any_hit`] through the binary tree, with the number of container and primitive tests. `triangles` is the list that
+    /// the tree was built from.
+    pub fn any_hit_counted(&self, ray: &Ray, triangles: &[Triangle]) -> (bool, TestCounts) {
+        let mut counts = TestCounts::default();
+        let leaf_triangles = Unordered { triangles, indices: self.tree.primitive_indices() };
+        let hit = with_tree!(&self.tree, tree => traverse::any_hit_with(tree, leaf_triangles, ray, &mut counts));
+        (hit, counts)
+    }
+
+    /// End-point overlap (EPO) of the binary tree over `triangles`, the list that it was built from; see [`end_point_overlap`].
+    pub fn end_point_overlap(
+        &self,
+        triangles: &[Triangle],
+        max_samples: usize,
+        token: &CancelToken,
+    ) -> Result<f32, Cancelled> {
+        end_point_overlap(&self.tree, triangles, max_samples, token)
+    }
+
+    /// Checks the binary tree over `triangles`, the list that it was built from; see [`validate`].
+    ///
+    /// # Errors
+    ///
+    /// The first invariant that is broken, in words.
+    ///
+    /// ```
+    /// # use bvhscope_engine::glam::Vec3;
+    /// # use bvhscope_engine::{BuildSettings, CancelToken, Triangle, build};
+    /// let triangles = [Triangle { a: Vec3::ZERO, b: Vec3::X, c: Vec3::Y }; 3];
+    /// let bvh = build(&triangles, &BuildSettings::default(), &CancelToken::new())?;
+    /// assert_eq!(bvh.validate(&triangles), Ok(()));
+    /// assert!(bvh.validate(&triangles[..2]).is_err());
+    /// # Ok::<(), bvhscope_engine::BuildError>(())
+    /// ```
+    pub fn validate(&self, triangles: &[Triangle]) -> Result<(), String> {
+        validate(&self.tree, triangles)
+    }
+}
+
+impl WideBvh {
+    /// Collapses the binary `tree` over `triangles` into a wide one, in the calling thread's rayon pool.
+    pub fn new(tree: &AnyTree, triangles: &[Triangle], token: &CancelToken) -> Result<Self, Cancelled> {
+        let start = Instant::now();
+        let tree = with_tree!(tree, tree => collapse(tree, triangles, token)?.into());
+        Ok(Self { tree, collapse_time: start.elapsed(), triangle_count: triangles.len() })
+    }
+
+    /// The nearest hit of `ray`; see [`Bvh::closest_hit`].
+    #[inline]
+    pub fn closest_hit(&self, ray: &Ray) -> Option<Hit> {
+        self.tree.closest_hit(Level::new(), ray)
+    }
+
+    /// The nearest hits of `rays`; see [`Bvh::closest_hits`].
+    pub fn closest_hits(&self, rays: &[Ray], hits: &mut [Option<Hit>]) {
+        self.tree.closest_hits(Level::new(), rays, hits);
+    }
+
+    /// Whether anything lies on `ray`; see [`Bvh::any_hit`].
+    #[inline]
+    pub fn any_hit(&self, ray: &Ray) -> bool {
+        self.tree.any_hit(Level::new(), ray)
+    }
+
+    /// Whether anything lies on each of `rays`; see [`Bvh::any_hits`].
+    pub fn any_hits(&self, rays: &[Ray], blocked: &mut [bool]) {
+        self.tree.any_hits(Level::new(), rays, blocked);
+    }
+
+    /// Bytes of nodes and triangle blocks for each triangle.
+    pub fn bytes_per_triangle(&self) -> f64 {
+        (self.tree.node_bytes() + self.tree.triangle_bytes()) as f64 / self.triangle_count.max(1) as f64
+    }
+}
+
+impl BuildReport {
+    fn triangle_count(&self) -> usize {
+        self.triangle_bytes / size_of::<Triangle>()
+    }
+
+    /// Build rate in millions of triangles per second.
+    pub fn mtriangles_per_s(&self) -> f64 {
+        self.triangle_count() as f64 / self.build_time.as_secs_f64().max(1e-9) / 1e6
+    }
+
+    /// Bytes of the binary tree and of the triangles in leaf order, for each triangle.
+    pub fn bytes_per_triangle(&self) -> f64 {
+        (self.tree_bytes + self.triangle_bytes) as f64 / self.triangle_count().max(1) as f64
+    }
+}
