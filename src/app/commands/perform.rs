@@ -4,8 +4,7 @@ use glam::Vec3;
 
 use crate::app::commands::{Action, OrbitStep, ViewDirection, report, walk};
 use crate::app::state::{AppState, Navigation, Request, Severity, Side};
-use crate::app::viewport::input::ZOOM_STEP;
-use crate::app::viewport::{input, orbit};
+use crate::app::viewport::{ZOOM_STEP, orbit, pixel};
 use crate::camera::Projection;
 use crate::overlay::OverlaySettings;
 use crate::render::{RenderSettings, Shading};
@@ -188,7 +187,7 @@ fn orbit_step(state: &mut AppState, step: OrbitStep) {
 
 /// Brings the point under the pointer nearer by `factor`; where the pointer is elsewhere, the target.
 fn zoom(state: &mut AppState, factor: f32) {
-    let hovered = state.selection.hover.map(|hover| input::point_at([hover.x_px, hover.y_px], state));
+    let hovered = state.selection.hover.map(|hover| pixel::point_at([hover.x_px, hover.y_px], state));
     let toward = hovered.unwrap_or(state.wanted.camera.target);
     orbit::zoom(&mut state.wanted.camera, factor, toward);
 }

@@ -1,11 +1,11 @@
-//! From the pointer to nodes: the surface below it, and the leaf of the triangle that was clicked.
+//! Picking: from a pixel to the surface point, the triangle and the nodes under it.
 
 use glam::Vec3;
 
 use crate::app::state::{AppState, PickedTriangle};
 use crate::render::Frame;
 
-/// The point of the surface that the wanted pixel (x, y) of `frame` shows; `None` on the background.
+/// The surface point at pixel (x, y), at full resolution, of `frame`; `None` on the background.
 pub fn surface_point(frame: &Frame, x_px: u32, y_px: u32) -> Option<Vec3> {
     let index = frame.index_of(x_px, y_px);
     let distance = *frame.distance.get(index)?;
@@ -17,12 +17,12 @@ pub fn surface_point(frame: &Frame, x_px: u32, y_px: u32) -> Option<Vec3> {
     Some(ray.at(distance))
 }
 
-/// The triangle that the wanted pixel (x, y) of `frame` shows.
+/// Index of the triangle at pixel (x, y), at full resolution, of `frame`; `None` on the background.
 pub fn primitive_at(frame: &Frame, x_px: u32, y_px: u32) -> Option<u32> {
     frame.primitive.get(frame.index_of(x_px, y_px)).copied().filter(|&primitive| primitive != u32::MAX)
 }
 
-/// Selects a triangle with its leaf; `None` clears the selection.
+/// Selects a triangle and the leaf that holds it; `None` clears the selection.
 pub fn pick(state: &mut AppState, primitive: Option<u32>) {
     state.selection.picked = None;
     state.selection.nodes.selected = None;
@@ -32,17 +32,17 @@ pub fn pick(state: &mut AppState, primitive: Option<u32>) {
     state.selection.picked = (!path.is_empty()).then_some(PickedTriangle { primitive, path });
 }
 
-/// What is selected, in words that mean something in another tree of the same scene.
+/// The selection in terms that do not depend on node indices, to be restored in another tree of the same scene.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Selected {
-    /// The picked triangle.
+pub(crate) struct PortableSelection {
+    /// Index of the picked triangle.
     picked: Option<u32>,
-    /// The selected node: a triangle below it and its depth, `None` for the leaf.
+    /// The selected node: index of a triangle below it, and its depth; `None` for the triangle's leaf.
     node: Option<(u32, Option<usize>)>,
 }
 
-/// What is selected now.
-pub(crate) fn selected(state: &AppState) -> Selected {
+/// The present selection.
+pub(crate) fn portable_selection(state: &AppState) -> PortableSelection {
     let node = state.model.presented.as_ref().zip(state.selection.nodes.selected).and_then(|(shown, node)| {
         let on_path = state.selection.picked.as_ref().and_then(|PickedTriangle { primitive, path }| {
             let depth = path.iter().position(|&step| step == node)?;
@@ -54,14 +54,14 @@ pub(crate) fn selected(state: &AppState) -> Selected {
             Some((primitive, (!leaf).then(|| shown.table.depth(node) as usize)))
         })
     });
-    Selected { picked: state.selection.picked.as_ref().map(|picked| picked.primitive), node }
+    PortableSelection { picked: state.selection.picked.as_ref().map(|picked| picked.primitive), node }
 }
 
-/// Selects it in the tree that is presented now: the same triangle, and of the node that was selected what stands in its
-/// place: the leaf of its triangle, or that leaf's ancestor at the same depth, or the leaf where that lies higher.
-pub(crate) fn select_again(state: &mut AppState, selected: Selected) {
-    pick(state, selected.picked);
-    let Some((primitive, depth)) = selected.node else {
+/// Restores a selection in the presented tree: the same triangle, and in place of the selected node the ancestor of its triangle
+/// at the same depth, or the triangle's leaf where that depth is not reached.
+pub(crate) fn restore_selection(state: &mut AppState, selection: PortableSelection) {
+    pick(state, selection.picked);
+    let Some((primitive, depth)) = selection.node else {
         state.selection.nodes.selected = None;
         return;
     };
@@ -70,8 +70,8 @@ pub(crate) fn select_again(state: &mut AppState, selected: Selected) {
     state.selection.nodes.selected = depth.and_then(|depth| path.get(depth).copied()).or(leaf);
 }
 
-/// The node drawn at the chosen depths that holds the triangle: the deepest one on its path.
-pub fn shown_node_of(state: &AppState, primitive: u32) -> Option<u32> {
+/// The deepest node within the drawn range of depths that holds the triangle.
+pub fn drawn_node_of(state: &AppState, primitive: u32) -> Option<u32> {
     let presented = state.model.presented.as_ref()?;
     let path = presented.accel.path_to(primitive);
     let [first, last] = state.wanted.overlay.depth;

@@ -1,16 +1,16 @@
-//! The viewport as a PNG: picture and containers, without panels. Drawn and written off the UI thread.
+//! Screenshots: the viewport's picture and containers as a PNG, drawn and written on a thread of their own.
 
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Condvar, Mutex, PoisonError};
 use std::time::Duration;
 
 use crate::app::state::{AppState, Presented};
-use crate::app::viewport::picture_input;
+use crate::app::viewport::draw::picture_input;
 use crate::export::write_new;
 use crate::overlay::{DrawInput, OverlaySettings, Selection, draw_offscreen};
 
-/// What a screenshot shows, independent of what happens in the window meanwhile.
-pub struct Shot {
+/// Everything that a screenshot shows, captured so that later changes in the window do not affect it.
+pub struct Screenshot {
     presented: Presented,
     overlay: Option<OverlaySettings>,
     selection: Selection,
@@ -19,9 +19,9 @@ pub struct Shot {
     name: String,
 }
 
-impl Shot {
-    /// The present viewport; `None` where nothing is shown.
-    pub fn of(state: &AppState, pixels_per_point: f32) -> Option<Self> {
+impl Screenshot {
+    /// Captures the present viewport; `None` before the first picture.
+    pub fn capture(state: &AppState, pixels_per_point: f32) -> Option<Self> {
         let presented = state.model.presented.clone()?;
         let label = presented.accel.scene.source.label();
         let stem = Path::new(&label).file_stem().map_or_else(|| label.clone(), |stem| stem.to_string_lossy().into());
@@ -35,8 +35,8 @@ impl Shot {
         })
     }
 
-    /// Writes a PNG into `folder` under a name that is still free, complete or not at all. Returns the file and, where
-    /// the containers are missing in it, why.
+    /// Writes a PNG into `folder` under an unused name; the file appears complete or not at all. Returns the path and, where the
+    /// containers could not be drawn, the reason.
     pub fn save(&self, folder: &Path) -> Result<(PathBuf, Option<String>), String> {
         let frame = &self.presented.frame;
         let table = self.overlay.is_some().then_some(&self.presented.table);
@@ -51,16 +51,17 @@ impl Shot {
             pixels_per_point: self.pixels_per_point,
         };
         let drawn = (table.is_some() || !self.show_geometry).then(|| draw_offscreen(&input));
-        let (pixels, complaint) = match drawn {
+        let (pixels, warning) = match drawn {
             Some(Ok(pixels)) => (pixels, None),
             Some(Err(error)) => (frame.rgba.clone(), Some(format!("the containers are missing in it: {error}"))),
             None => (frame.rgba.clone(), None),
         };
         let path = write_png(folder, &self.name, [frame.width_px, frame.height_px], &pixels)?;
-        Ok((path, complaint))
+        Ok((path, warning))
     }
 }
 
+/// Writes RGBA pixels as a PNG under an unused name in `folder`.
 fn write_png(folder: &Path, name: &str, size_px: [u32; 2], pixels: &[[u8; 4]]) -> Result<PathBuf, String> {
     let failed = |error: &dyn std::fmt::Display| format!("The screenshot could not be written: {error}");
     let mut png = std::io::Cursor::new(Vec::new());
@@ -76,52 +77,56 @@ fn write_png(folder: &Path, name: &str, size_px: [u32; 2], pixels: &[[u8; 4]]) -
     write_new(folder, name, "png", png.get_ref()).map_err(|error| failed(&error))
 }
 
-/// A screenshot on its way: done by its own thread, the outcome comes through the channel.
+/// Path of the written file and, where the containers could not be drawn, the reason; or an error message.
 pub type Outcome = Result<(PathBuf, Option<String>), String>;
 
-/// Saves `shot` in the background; `wake` is called afterwards.
+/// Saves `screenshot` in the current folder on a thread of its own, sends the outcome, then calls `wake`.
+///
+/// # Errors
+///
+/// Fails where the thread cannot be started.
 pub fn save_in_background(
-    shot: Shot,
+    screenshot: Screenshot,
     outcome: std::sync::mpsc::Sender<Outcome>,
     wake: Arc<dyn Fn() + Send + Sync>,
 ) -> std::io::Result<()> {
-    let saving = Saving::begin();
+    let pending = PendingScreenshot::begin();
     std::thread::Builder::new().name("screenshot".to_owned()).spawn(move || {
-        let _saving = saving;
+        let _pending = pending;
         let folder = std::env::current_dir().unwrap_or_else(|_| PathBuf::from("."));
-        // The window may be gone by now: then nobody wants to know.
-        let _ = outcome.send(shot.save(&folder));
+        // Sending fails where the window was closed meanwhile, which is fine.
+        let _ = outcome.send(screenshot.save(&folder));
         wake();
     })?;
     Ok(())
 }
 
-/// How many screenshots are on their way, and a bell for when that changes.
-static ON_THEIR_WAY: (Mutex<usize>, Condvar) = (Mutex::new(0), Condvar::new());
+/// Number of unfinished screenshots, and a signal for its changes.
+static PENDING: (Mutex<usize>, Condvar) = (Mutex::new(0), Condvar::new());
 
-/// A screenshot on its way, however it ends.
-struct Saving;
+/// Counts an unfinished screenshot until it is dropped, also by a panic.
+struct PendingScreenshot;
 
-impl Saving {
+impl PendingScreenshot {
     fn begin() -> Self {
-        *ON_THEIR_WAY.0.lock().unwrap_or_else(PoisonError::into_inner) += 1;
+        *PENDING.0.lock().unwrap_or_else(PoisonError::into_inner) += 1;
         Self
     }
 }
 
-impl Drop for Saving {
+impl Drop for PendingScreenshot {
     fn drop(&mut self) {
-        *ON_THEIR_WAY.0.lock().unwrap_or_else(PoisonError::into_inner) -= 1;
-        ON_THEIR_WAY.1.notify_all();
+        *PENDING.0.lock().unwrap_or_else(PoisonError::into_inner) -= 1;
+        PENDING.1.notify_all();
     }
 }
 
-/// Waits until no screenshot is on its way, at most so long. A graphics driver that is drawing while the process ends has been
-/// seen to crash.
-pub fn wait_for_all(at_most: Duration) {
-    let (count, changed) = &ON_THEIR_WAY;
+/// Waits until all screenshots are finished, at most for `timeout`. Graphics drivers have been seen to crash when the process
+/// ends while they draw.
+pub fn wait_for_all(timeout: Duration) {
+    let (count, changed) = &PENDING;
     let count = count.lock().unwrap_or_else(PoisonError::into_inner);
-    drop(changed.wait_timeout_while(count, at_most, |count| *count > 0));
+    drop(changed.wait_timeout_while(count, timeout, |count| *count > 0));
 }
 
 #[cfg(test)]

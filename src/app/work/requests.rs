@@ -9,7 +9,7 @@ use eframe::egui;
 use crate::app::state::paper::{PaperResult, RowFormat};
 use crate::app::state::{AppState, Request, Severity};
 use crate::app::viewport::screenshot;
-use crate::app::viewport::screenshot::Shot;
+use crate::app::viewport::screenshot::Screenshot;
 use crate::app::work::measure_worker::MeasureWorker;
 use crate::app::work::reconcile::Rails;
 use crate::export::write_new;
@@ -104,7 +104,7 @@ impl BackgroundTasks {
     }
 
     fn shoot(&self, ctx: &egui::Context, state: &mut AppState) {
-        let Some(shot) = Shot::of(state, ctx.pixels_per_point()) else {
+        let Some(shot) = Screenshot::capture(state, ctx.pixels_per_point()) else {
             state.messages.notify(Severity::Warning, "There is no picture to save yet");
             return;
         };

@@ -182,7 +182,7 @@ impl Rails {
     /// Tree, lines, picture and numbers change together.
     fn swap_tree(&mut self, tree: BuiltTree, rendered: &Rendered, state: &mut AppState, now: Instant) {
         let old_scene = state.model.presented.as_ref().map(|presented| Arc::clone(&presented.accel.scene));
-        let selected = picking::selected(state);
+        let selected = picking::portable_selection(state);
         state.selection.hover = None;
         state.selection.nodes.hovered = None;
         state.selection.nodes.hidden.clear();
@@ -201,7 +201,7 @@ impl Rails {
         );
         self.present(tree, rendered, state);
         if same_scene {
-            picking::select_again(state, selected);
+            picking::restore_selection(state, selected);
             return;
         }
         picking::pick(state, None);

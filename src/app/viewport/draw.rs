@@ -1,0 +1,70 @@
+//! Draws picture and containers with the overlay's own pipeline, inside egui's render pass.
+
+use std::sync::Arc;
+
+use egui::{PaintCallbackInfo, Rect};
+use egui_wgpu::{CallbackResources, CallbackTrait, ScreenDescriptor};
+
+use super::pixel::rect_px;
+use crate::overlay::{DrawInput, NodeTable, OverlayPipeline, OverlaySettings, PictureInput, Selection};
+use crate::render::Frame;
+
+/// Data of one draw; owned, because egui paints after the UI code of the frame has run.
+pub(crate) struct OverlayCallback {
+    /// The traced picture.
+    pub(crate) frame: Arc<Frame>,
+    /// Identifies the picture, so that it is uploaded once.
+    pub(crate) frame_id: u64,
+    /// Nodes of the tree; `None` to draw no containers.
+    pub(crate) table: Option<Arc<NodeTable>>,
+    /// Which containers are drawn, and how.
+    pub(crate) settings: OverlaySettings,
+    /// Highlighted and hidden nodes.
+    pub(crate) selection: Selection,
+    /// Rectangle of the viewport in points.
+    pub(crate) rect: Rect,
+    /// Whether the picture is drawn under the containers.
+    pub(crate) show_picture: bool,
+}
+
+impl CallbackTrait for OverlayCallback {
+    fn prepare(
+        &self,
+        device: &wgpu::Device,
+        queue: &wgpu::Queue,
+        screen: &ScreenDescriptor,
+        _encoder: &mut wgpu::CommandEncoder,
+        resources: &mut CallbackResources,
+    ) -> Vec<wgpu::CommandBuffer> {
+        if let Some(pipeline) = resources.get_mut::<OverlayPipeline>() {
+            let viewport_px = rect_px(self.rect, screen.pixels_per_point, screen.size_in_pixels);
+            let picture = picture_input(&self.frame, self.frame_id);
+            pipeline.prepare(
+                device,
+                queue,
+                &DrawInput {
+                    picture,
+                    camera: self.frame.camera,
+                    table: self.table.as_ref(),
+                    settings: self.settings,
+                    selection: &self.selection,
+                    show_picture: self.show_picture,
+                    viewport_px,
+                    pixels_per_point: screen.pixels_per_point,
+                },
+            );
+        }
+        Vec::new()
+    }
+
+    fn paint(&self, _info: PaintCallbackInfo, pass: &mut wgpu::RenderPass<'static>, resources: &CallbackResources) {
+        if let Some(pipeline) = resources.get::<OverlayPipeline>() {
+            pipeline.paint(pass);
+        }
+    }
+}
+
+/// Borrows the parts of a frame that the overlay draws.
+pub(crate) fn picture_input(frame: &Frame, id: u64) -> PictureInput<'_> {
+    PictureInput { id, width_px: frame.width_px, height_px: frame.height_px, rgba: &frame.rgba, depth: &frame.depth }
+}
