@@ -1,4 +1,4 @@
-//! Four triangles side by side, tested as [`Triangle::intersect`] tests one.
+//! Blocks of four triangles, intersected side by side with the same result as [`Triangle::intersect`].
 
 use bytemuck::{Pod, Zeroable};
 use fearless_simd::{Simd, SimdBase, SimdMask, f32x4, mask32x4};
@@ -10,28 +10,28 @@ use crate::tree::traverse::Nearest;
 use crate::wide::layout::BLOCK;
 use crate::wide::ray_lanes::RayLanes;
 
-/// Up to four triangles; lanes beyond the last one repeat it.
+/// Up to four triangles, one per lane; unused lanes repeat the last triangle.
 #[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
 #[repr(C, align(32))]
 pub struct TriangleBlock {
-    /// Corner, axis, lane.
+    /// Vertex coordinates by corner, axis and lane.
     pub(crate) corners: [[[f32; BLOCK]; 3]; 3],
-    /// Each lane's index in the list that the tree was built from; the highest bit of the first one marks the last block
-    /// of its leaf.
+    /// For each lane the triangle's index in the list that the tree was built from. The highest bit of the first marks
+    /// the last block of a leaf.
     indices: [u32; BLOCK],
 }
 
-/// Marks the last block of a leaf.
+/// Bit that marks the last block of a leaf.
 const LAST: u32 = 1 << 31;
 
 impl TriangleBlock {
-    /// A block of those of `triangles` that have the given indices, one to four.
+    /// The block of the triangles with the given indices, one to four of them.
     #[inline]
     pub(crate) fn new(triangles: &[Triangle], indices: &[u32], is_last: bool) -> Self {
         let last = indices.len() - 1;
         let indices = [indices[0], indices[last.min(1)], indices[last.min(2)], indices[last]];
-        let of = |lane: usize| &triangles[indices[lane] as usize];
-        let (a, b, c, d) = (of(0), of(1), of(2), of(3));
+        let triangle = |lane: usize| &triangles[indices[lane] as usize];
+        let (a, b, c, d) = (triangle(0), triangle(1), triangle(2), triangle(3));
         let row = |corner: fn(&Triangle) -> Vec3, axis: usize| {
             [corner(a)[axis], corner(b)[axis], corner(c)[axis], corner(d)[axis]]
         };
@@ -46,19 +46,19 @@ impl TriangleBlock {
         }
     }
 
-    /// Whether its leaf ends with it.
+    /// Whether this is the last block of its leaf.
     #[inline(always)]
     pub(crate) fn is_last(&self) -> bool {
         self.indices[0] & LAST != 0
     }
 
-    /// The index of a lane's triangle in the list that the tree was built from.
+    /// Index of a lane's triangle in the list that the tree was built from.
     #[inline(always)]
     pub fn primitive_index(&self, lane: usize) -> u32 {
         self.indices[lane % BLOCK] & !LAST
     }
 
-    /// A lane's triangle.
+    /// The triangle in a lane.
     #[inline]
     pub fn triangle(&self, lane: usize) -> Triangle {
         let corner = |corner: usize| Vec3::from_array(self.corners[corner].map(|axis| axis[lane % BLOCK]));
@@ -66,7 +66,8 @@ impl TriangleBlock {
     }
 }
 
-/// The axis along which rays in direction `d` are sheared, as [`Shear::new`] chooses it, after the two others.
+/// The axes of the shear for rays in direction `d`, as chosen by [`Shear::new`]; the one along which rays are sheared
+/// comes last.
 pub(crate) fn permuted_axes(d: Vec3) -> [usize; 3] {
     let size = d.abs();
     if size.x >= size.y && size.x >= size.z {
@@ -78,80 +79,80 @@ pub(crate) fn permuted_axes(d: Vec3) -> [usize; 3] {
     }
 }
 
-/// What a single ray's tests against blocks share.
+/// A ray prepared for tests against blocks.
 pub(crate) struct BlockRay<'a, S: Simd, const N: usize> {
     rays: &'a RayLanes<N>,
-    /// The ray's number.
-    at: usize,
-    /// Where in a corner's numbers each axis of the shear begins.
+    /// Index of the ray in `rays`.
+    index: usize,
+    /// For each axis of the shear the offset of its coordinates within a corner.
     axes: [usize; 3],
     origin: [f32x4<S>; 3],
-    /// The factors of [`Shear`]'s rows.
+    /// Factors of the rows of [`Shear`].
     factors: [f32x4<S>; 3],
     t_min: f32x4<S>,
 }
 
 impl<'a, S: Simd, const N: usize> BlockRay<'a, S, N> {
-    /// Ray number `at`.
+    /// Prepares ray `index` of `rays`.
     #[inline(always)]
-    pub(crate) fn new(simd: S, rays: &'a RayLanes<N>, at: usize) -> Self {
-        let at = at % N;
+    pub(crate) fn new(simd: S, rays: &'a RayLanes<N>, index: usize) -> Self {
+        let index = index % N;
         Self {
             rays,
-            at,
-            axes: each!(part => rays.axes[part][at] as usize),
-            origin: each!(part => f32x4::splat(simd, rays.sheared_origin[part][at])),
-            factors: each!(part => f32x4::splat(simd, rays.factors[part][at])),
-            t_min: f32x4::splat(simd, rays.t_min[at]),
+            index,
+            axes: each!(part => rays.axes[part][index] as usize),
+            origin: each!(part => f32x4::splat(simd, rays.sheared_origin[part][index])),
+            factors: each!(part => f32x4::splat(simd, rays.factors[part][index])),
+            t_min: f32x4::splat(simd, rays.t_min[index]),
         }
     }
 
-    /// Offers each triangle of `block` that the ray meets to `nearest`. `whole_ray` is what it was made of.
+    /// Offers the hit with each triangle of `block` to `nearest`. `ray` is the ray that `self` was prepared from.
     #[inline(always)]
-    pub(crate) fn test(&self, simd: S, block: &TriangleBlock, whole_ray: &Ray, nearest: &mut Nearest) {
+    pub(crate) fn closest_hit(&self, simd: S, block: &TriangleBlock, ray: &Ray, nearest: &mut Nearest) {
         let t_max = nearest.t();
-        let Some(meeting) = self.meeting(simd, block, t_max) else { return };
-        let (entered, entry) = self.enters(simd, block, t_max);
-        let mut hits = (meeting.certain & entered).to_bitmask() as u32;
-        let mut unclear = meeting.unclear.to_bitmask() as u32;
+        let Some(plane_hits) = self.intersect_planes(simd, block, t_max) else { return };
+        let (entered, entry) = self.intersect_bounds(simd, block, t_max);
+        let mut hits = (plane_hits.is_hit & entered).to_bitmask() as u32;
+        let mut uncertain = plane_hits.is_uncertain.to_bitmask() as u32;
         if hits != 0 {
-            let t = meeting.t.max(entry).to_array();
-            let [u, v] = [meeting.shares[1].to_array(), meeting.shares[2].to_array()];
+            let t = plane_hits.t.max(entry).to_array();
+            let [u, v] = [plane_hits.barycentrics[1].to_array(), plane_hits.barycentrics[2].to_array()];
             while hits != 0 {
                 let lane = hits.trailing_zeros() as usize % BLOCK;
                 hits &= hits - 1;
                 nearest.offer(TriangleHit { t: t[lane], u: u[lane], v: v[lane] }, block.primitive_index(lane));
             }
         }
-        while unclear != 0 {
-            let lane = unclear.trailing_zeros() as usize % BLOCK;
-            unclear &= unclear - 1;
-            if let Some(hit) = unclear_hit(block, lane, whole_ray, t_max) {
+        while uncertain != 0 {
+            let lane = uncertain.trailing_zeros() as usize % BLOCK;
+            uncertain &= uncertain - 1;
+            if let Some(hit) = exact_hit(block, lane, ray, t_max) {
                 nearest.offer(hit, block.primitive_index(lane));
             }
         }
     }
 
-    /// Whether the ray meets any triangle of `block` up to `t_max`. `whole_ray` is what it was made of.
+    /// Whether the ray hits any triangle of `block` up to `t_max`. `ray` is the ray that `self` was prepared from.
     #[inline(always)]
-    pub(crate) fn meets(&self, simd: S, block: &TriangleBlock, whole_ray: &Ray, t_max: f32) -> bool {
-        let Some(meeting) = self.meeting(simd, block, t_max) else { return false };
-        if (meeting.certain & self.enters(simd, block, t_max).0).any_true() {
+    pub(crate) fn any_hit(&self, simd: S, block: &TriangleBlock, ray: &Ray, t_max: f32) -> bool {
+        let Some(plane_hits) = self.intersect_planes(simd, block, t_max) else { return false };
+        if (plane_hits.is_hit & self.intersect_bounds(simd, block, t_max).0).any_true() {
             return true;
         }
-        let unclear = meeting.unclear.to_bitmask() as u32;
-        unclear != 0
-            && (0..BLOCK).any(|lane| unclear >> lane & 1 != 0 && unclear_hit(block, lane, whole_ray, t_max).is_some())
+        let uncertain = plane_hits.is_uncertain.to_bitmask() as u32;
+        uncertain != 0
+            && (0..BLOCK).any(|lane| uncertain >> lane & 1 != 0 && exact_hit(block, lane, ray, t_max).is_some())
     }
 
-    /// Where the ray meets the triangles' planes; `None` where it passes all triangles.
+    /// Intersects the planes of the triangles; `None` if the ray misses all triangles.
     #[inline(always)]
-    fn meeting(&self, simd: S, block: &TriangleBlock, t_max: f32) -> Option<Meeting<S>> {
+    fn intersect_planes(&self, simd: S, block: &TriangleBlock, t_max: f32) -> Option<PlaneHits<S>> {
         let splat = |value| f32x4::splat(simd, value);
-        let numbers: &[f32; 10 * BLOCK] = bytemuck::cast_ref(block);
+        let coordinates: &[f32; 10 * BLOCK] = bytemuck::cast_ref(block);
         let [x, y, z] = each!(part => each!(corner => {
-            let at = 3 * BLOCK * corner + (self.axes[part] & (3 * BLOCK));
-            f32x4::from_slice(simd, &numbers[at..][..BLOCK]) - self.origin[part]
+            let start = 3 * BLOCK * corner + (self.axes[part] & (3 * BLOCK));
+            f32x4::from_slice(simd, &coordinates[start..][..BLOCK]) - self.origin[part]
         }));
         let x = each!(corner => z[corner] * self.factors[0] + x[corner]);
         let y = each!(corner => z[corner] * self.factors[1] + y[corner]);
@@ -167,25 +168,26 @@ impl<'a, S: Simd, const N: usize> BlockRay<'a, S, N> {
         let largest = size[0].max(size[1]).max(size[2]);
         let exact = smallest.simd_gt(splat(EDGE_MIN)) & largest.simd_lt(splat(EDGE_MAX));
         let scale = splat(1.0) / (weights[0] + weights[1] + weights[2]);
-        let shares = each!(corner => weights[corner] * scale);
+        let barycentrics = each!(corner => weights[corner] * scale);
         let depth = each!(corner => z[corner] * self.factors[2]);
-        let t = shares[0] * depth[0] + shares[1] * depth[1] + shares[2] * depth[2];
+        let t = barycentrics[0] * depth[0] + barycentrics[1] * depth[1] + barycentrics[2] * depth[2];
         let within = t.simd_ge(self.t_min) & t.simd_le(splat(t_max));
-        Some(Meeting { t, shares, certain: candidates & exact & within, unclear: candidates & !exact })
+        Some(PlaneHits { t, barycentrics, is_hit: candidates & exact & within, is_uncertain: candidates & !exact })
     }
 
-    /// The triangles of a block whose own box the ray enters up to `t_max`, and where: [`Triangle::hit_in_box`].
+    /// Intersects the bounding box of each triangle up to `t_max`, as [`Triangle::hit_in_box`] does: whether and where
+    /// the ray enters.
     #[inline(always)]
-    fn enters(&self, simd: S, block: &TriangleBlock, t_max: f32) -> (mask32x4<S>, f32x4<S>) {
+    fn intersect_bounds(&self, simd: S, block: &TriangleBlock, t_max: f32) -> (mask32x4<S>, f32x4<S>) {
         let splat = |value| f32x4::splat(simd, value);
         let corner = |corner: usize, axis: usize| f32x4::load_array_ref(simd, &block.corners[corner][axis]);
         let low = each!(axis => {
             let least = corner(0, axis).min(corner(1, axis)).min(corner(2, axis));
-            (least - splat(self.rays.origin_low[axis][self.at])) * splat(self.rays.inverse[axis][self.at])
+            (least - splat(self.rays.origin_low[axis][self.index])) * splat(self.rays.inverse[axis][self.index])
         });
         let high = each!(axis => {
             let most = corner(0, axis).max(corner(1, axis)).max(corner(2, axis));
-            (most - splat(self.rays.origin_high[axis][self.at])) * splat(self.rays.inverse[axis][self.at])
+            (most - splat(self.rays.origin_high[axis][self.index])) * splat(self.rays.inverse[axis][self.index])
         });
         let near = each!(axis => low[axis].min(high[axis]));
         let far = each!(axis => low[axis].max(high[axis]));
@@ -195,21 +197,21 @@ impl<'a, S: Simd, const N: usize> BlockRay<'a, S, N> {
     }
 }
 
-/// Where a ray meets the triangles of a block.
-struct Meeting<S: Simd> {
+/// Intersections of a ray with the planes of a block's triangles, one per lane.
+struct PlaneHits<S: Simd> {
     /// Distance along the ray.
     t: f32x4<S>,
-    /// Each corner's weight.
-    shares: [f32x4<S>; 3],
-    /// Triangles that are met within the interval.
-    certain: mask32x4<S>,
-    /// Triangles for which single precision cannot tell.
-    unclear: mask32x4<S>,
+    /// Barycentric coordinates, one for each corner.
+    barycentrics: [f32x4<S>; 3],
+    /// Whether the ray hits the triangle between `t_min` and `t_max`.
+    is_hit: mask32x4<S>,
+    /// Whether single precision cannot decide: the ray passes too close to an edge.
+    is_uncertain: mask32x4<S>,
 }
 
-/// Where the ray meets a triangle of `block` in double precision.
+/// Intersection with a single triangle in double precision.
 #[cold]
 #[inline(never)]
-fn unclear_hit(block: &TriangleBlock, lane: usize, ray: &Ray, t_max: f32) -> Option<TriangleHit> {
+fn exact_hit(block: &TriangleBlock, lane: usize, ray: &Ray, t_max: f32) -> Option<TriangleHit> {
     block.triangle(lane).intersect(&PreparedRay::new(*ray), &Shear::new(ray.direction), t_max)
 }

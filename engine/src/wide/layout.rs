@@ -1,7 +1,7 @@
-//! The two widths that the layout of wide trees is made of.
+//! Widths of nodes and blocks.
 
-/// Children of a node.
+/// Number of children per node.
 pub const WIDTH: usize = 8;
 
-/// Triangles of a block.
+/// Number of triangles per block.
 pub const BLOCK: usize = 4;

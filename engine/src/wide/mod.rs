@@ -1,5 +1,8 @@
-//! The tree that rays are traced through: up to eight children a node and four triangles a block, tested side by side. Made
-//! from the binary tree, whose hits it gives exactly.
+//! The wide tree: up to eight children per node and four triangles per block, tested side by side with SIMD. Collapsed
+//! from a binary tree, with exactly the same hits.
+//!
+//! Knows only geometry, cancellation, kernels and the binary tree: neither builders nor settings. Start at [`tree`] for
+//! the layout, at [`collapse`](mod@collapse) for how it is made, and at [`trace`] for traversal.
 
 pub mod layout;
 

@@ -1,41 +1,40 @@
-//! Rays as few numbers: what the tests of wide trees spread over their lanes.
+//! Rays in structure-of-arrays layout, prepared for the tests of wide trees.
 
 use fearless_simd::{Select, Simd, SimdBase, SimdFloat, SimdMask, f32x8, u32x8};
 
 use crate::geometry::{PARALLEL_PAD, Ray};
 use crate::kernel::each;
 use crate::tree::{Container, ContainerKind};
-use crate::wide::layout::BLOCK;
-use crate::wide::layout::WIDTH;
+use crate::wide::layout::{BLOCK, WIDTH};
 
-/// Rays that are prepared side by side.
+/// Number of rays that are prepared at a time.
 pub(crate) const RAY_LANES: usize = 8;
 
-/// What the tests of `N` rays need, a multiple of [`RAY_LANES`], number by number: as
-/// [`PreparedRay`](crate::geometry::PreparedRay) and [`Shear`](crate::geometry::Shear) have it, with the same roundings.
+/// `N` rays, a multiple of [`RAY_LANES`], with the values of [`PreparedRay`](crate::geometry::PreparedRay) and
+/// [`Shear`](crate::geometry::Shear), rounded alike.
 #[derive(Debug, Clone, Copy)]
 #[repr(C, align(64))]
 pub(crate) struct RayLanes<const N: usize> {
     pub(crate) origin_low: [[f32; N]; 3],
     pub(crate) origin_high: [[f32; N]; 3],
     pub(crate) inverse: [[f32; N]; 3],
-    /// For each axis 0 where the lower plane is near, [`WIDTH`] where the upper one is: so many numbers farther.
+    /// For each axis the offset of the near planes: 0 for the lower ones, [`WIDTH`] for the upper ones.
     pub(crate) near: [[u32; N]; 3],
     pub(crate) t_min: [f32; N],
-    /// The factors of the shear's rows.
+    /// Factors of the rows of the shear.
     pub(crate) factors: [[f32; N]; 3],
-    /// Where in a corner's numbers the axes of the shear begin, the longest last.
+    /// Offsets of the axes of the shear within a corner's coordinates; the longest axis comes last.
     pub(crate) axes: [[u32; N]; 3],
-    /// The origin along these axes.
+    /// Origin in the order of these axes.
     pub(crate) sheared_origin: [[f32; N]; 3],
-    /// From here on for spheres alone.
+    /// From here on used by spheres only.
     pub(crate) origin: [[f32; N]; 3],
     pub(crate) unit_direction: [[f32; N]; 3],
     pub(crate) inverse_length: [f32; N],
 }
 
 impl<const N: usize> RayLanes<N> {
-    /// No ray at all.
+    /// No rays.
     pub(crate) const EMPTY: Self = Self {
         origin_low: [[0.0; N]; 3],
         origin_high: [[0.0; N]; 3],
@@ -50,8 +49,8 @@ impl<const N: usize> RayLanes<N> {
         inverse_length: [0.0; N],
     };
 
-    /// Takes the first eight of `rays`, for tests against these containers, as numbers `first` and on, a multiple of
-    /// [`RAY_LANES`]. One bit for each that can hit something.
+    /// Prepares the first eight of `rays` for containers of type `C` and stores them from index `first` on, a multiple
+    /// of [`RAY_LANES`]. Returns a mask of the rays that can hit anything.
     #[inline(always)]
     pub(crate) fn set<S: Simd, C: Container>(&mut self, simd: S, first: usize, rays: &[Ray]) -> u32 {
         if rays.is_empty() {
@@ -63,7 +62,7 @@ impl<const N: usize> RayLanes<N> {
         let (o, d) = ([ox, oy, oz], [dx, dy, dz]);
         let t_min = given_t_min.simd_gt(zero).select(given_t_min, zero);
         let squared = d[0] * d[0] + d[1] * d[1] + d[2] * d[2];
-        let able = squared.simd_ge(splat(f32::MIN_POSITIVE))
+        let can_hit = squared.simd_ge(splat(f32::MIN_POSITIVE))
             & squared.simd_le(largest)
             & o[0].abs().simd_le(largest)
             & o[1].abs().simd_le(largest)
@@ -80,7 +79,7 @@ impl<const N: usize> RayLanes<N> {
         let size = each!(axis => d[axis].abs());
         let x_is_longest = size[0].simd_ge(size[1]) & size[0].simd_ge(size[2]);
         let y_before_z = size[1].simd_ge(size[2]);
-        // As `permuted_axes` has them.
+        // The same choice as in `permuted_axes`.
         let permuted = |v: [f32x8<S>; 3]| {
             [
                 x_is_longest.select(v[1], y_before_z.select(v[2], v[0])),
@@ -120,12 +119,12 @@ impl<const N: usize> RayLanes<N> {
         if C::KIND == ContainerKind::Sphere {
             put(&mut self.inverse_length, inverse_length);
         }
-        able.to_bitmask() as u32 & !(u32::MAX << rays.len().min(RAY_LANES))
+        can_hit.to_bitmask() as u32 & !(u32::MAX << rays.len().min(RAY_LANES))
     }
 }
 
-/// Each number of the first eight of `rays`, of which there is one at least, ray by ray: origin, direction, `t_min`, `t_max`.
-/// The last one stands for those that are missing.
+/// Transposes the first eight of `rays`, at least one: origin, direction, `t_min` and `t_max`, one ray per lane. The
+/// last ray fills the remaining lanes.
 #[inline(always)]
 pub(crate) fn transposed<S: Simd>(simd: S, rays: &[Ray]) -> [f32x8<S>; RAY_LANES] {
     let padded;
@@ -146,7 +145,7 @@ pub(crate) fn transposed<S: Simd>(simd: S, rays: &[Ray]) -> [f32x8<S>; RAY_LANES
         f32x8::load_array_ref(simd, &rows[6]),
         f32x8::load_array_ref(simd, &rows[7]),
     ];
-    // Each round turns the six bits of row and lane by one.
+    // Each round rotates the six bits of row and lane by one.
     for _ in 0..3 {
         let [a, b, c, d, e, f, g, h] = rows;
         let ((a, b), (c, d), (e, f), (g, h)) = (a.interleave(e), b.interleave(f), c.interleave(g), d.interleave(h));
@@ -164,20 +163,20 @@ mod tests {
     use crate::kernel::SimdLevel;
 
     #[test]
-    fn numbers_of_rays_come_side_by_side_at_every_level() {
+    fn rays_are_transposed_at_every_simd_level() {
         let rays: Vec<Ray> = (0..9)
             .map(|ray| {
-                let number = |place: u8| f32::from(10 * ray + place);
-                let [origin, direction] = [0, 3].map(|at| Vec3::new(number(at), number(at + 1), number(at + 2)));
-                Ray { origin, direction, t_min: number(6), t_max: number(7) }
+                let value = |field: u8| f32::from(10 * ray + field);
+                let [origin, direction] = [0, 3].map(|at| Vec3::new(value(at), value(at + 1), value(at + 2)));
+                Ray { origin, direction, t_min: value(6), t_max: value(7) }
             })
             .collect();
         for level in SimdLevel::ALL.into_iter().filter(|level| level.is_available()) {
             for count in [1, 5, 8, 9] {
                 let found = dispatch!(level.level(), simd => transposed(simd, &rays[..count]).map(SimdBase::to_array));
-                for (place, row) in found.iter().enumerate() {
-                    let expected = std::array::from_fn(|lane| (10 * lane.min(count - 1) + place) as f32);
-                    assert_eq!(*row, expected, "{level:?}, {count} rays, number {place}");
+                for (field, row) in found.iter().enumerate() {
+                    let expected = std::array::from_fn(|lane| (10 * lane.min(count - 1) + field) as f32);
+                    assert_eq!(*row, expected, "{level:?}, {count} rays, field {field}");
                 }
             }
         }

@@ -1,5 +1,4 @@
-//! The tree that pictures are traced with: up to eight children a node and four triangles a block, tested side by side. Made
-//! from the binary tree, whose hits it gives exactly.
+//! Layout of the wide tree.
 
 use bytemuck::{Pod, Zeroable};
 
@@ -9,13 +8,13 @@ use crate::wide::block::TriangleBlock;
 use crate::wide::bounds::WideContainer;
 use crate::wide::layout::WIDTH;
 
-/// Where a child is: another node, or the first block of a leaf.
+/// Reference to a child: the index of a node, or of the first block of a leaf.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Pod, Zeroable)]
 #[repr(transparent)]
 pub struct Child(pub(crate) u32);
 
 impl Child {
-    /// Marks leaves.
+    /// Bit that marks a leaf.
     pub(crate) const LEAF: u32 = 1 << 31;
     /// The first node.
     pub(crate) const ROOT: Self = Self(0);
@@ -28,43 +27,43 @@ impl Child {
         Self(first_block as u32 | Self::LEAF)
     }
 
-    /// Whether it is a leaf.
+    /// Whether the child is a leaf.
     #[inline(always)]
     pub fn is_leaf(self) -> bool {
         self.0 & Self::LEAF != 0
     }
 
-    /// The index of the node or of the leaf's first block.
+    /// Index of the node, or of the first block of the leaf.
     #[inline(always)]
     pub fn index(self) -> usize {
         (self.0 & !Self::LEAF) as usize
     }
 }
 
-/// A node: the containers of its children, lane by lane, and where they are. Lanes without child hold a container that
-/// nothing enters.
+/// A node with up to eight children. `B` holds their containers, one per lane; unused lanes hold an empty container,
+/// which no ray enters.
 #[derive(Debug, Clone, Copy, PartialEq, Zeroable)]
 #[repr(C, align(32))]
 pub struct WideNode<B> {
-    /// The children's containers.
+    /// Containers of the children, one per lane.
     pub bounds: B,
-    /// The children.
+    /// The children, one per lane.
     pub children: [Child; WIDTH],
 }
 
-/// A hierarchy of wide nodes over triangle blocks.
+/// A bounding volume hierarchy of wide nodes over triangle blocks.
 #[derive(Debug, Clone, PartialEq)]
 pub struct WideTree<C: WideContainer> {
-    /// Where rays begin; `None` for a tree without primitives.
+    /// The root; `None` for a tree without primitives.
     pub root: Option<Child>,
-    /// All nodes; a parent comes before its children.
+    /// All nodes; parents precede their children.
     pub nodes: Vec<WideNode<C::Bounds>>,
-    /// The triangles, leaf by leaf.
+    /// Triangle blocks, leaf by leaf.
     pub blocks: Vec<TriangleBlock>,
 }
 
 impl<C: WideContainer> WideTree<C> {
-    /// Has a child fetched, which need not exist.
+    /// Prefetches a child, which need not exist.
     #[inline(always)]
     pub(crate) fn prefetch(&self, child: Child) {
         if child.is_leaf() {
@@ -83,27 +82,27 @@ impl<C: WideContainer> WideTree<C> {
         prefetch::prefetch_four_lines(address.wrapping_add(child.index() * size), size);
     }
 
-    /// Bytes of nodes.
+    /// Size of the nodes in bytes.
     pub fn node_bytes(&self) -> usize {
         size_of_val(&self.nodes[..])
     }
 
-    /// Bytes of triangles.
+    /// Size of the triangle blocks in bytes.
     pub fn block_bytes(&self) -> usize {
         size_of_val(&self.blocks[..])
     }
 }
 
-/// A wide tree of either container.
+/// A wide tree with either kind of container.
 #[derive(Debug, Clone, PartialEq)]
 pub enum AnyWideTree {
-    /// Of boxes.
+    /// A tree of boxes.
     Aabb(WideTree<Aabb>),
-    /// Of spheres.
+    /// A tree of spheres.
     Sphere(WideTree<Sphere>),
 }
 
-/// Runs the same code for either kind of wide tree: `with_wide_tree!(any, tree => expression)`.
+/// Evaluates an expression for the wide tree of either kind: `with_wide_tree!(any, tree => expression)`.
 #[macro_export]
 macro_rules! with_wide_tree {
     ($any:expr, $tree:ident => $body:expr) => {
@@ -127,12 +126,12 @@ impl From<WideTree<Sphere>> for AnyWideTree {
 }
 
 impl AnyWideTree {
-    /// Bytes of nodes.
+    /// Size of the nodes in bytes.
     pub fn node_bytes(&self) -> usize {
         with_wide_tree!(self, tree => tree.node_bytes())
     }
 
-    /// Bytes of triangles.
+    /// Size of the triangle blocks in bytes.
     pub fn triangle_bytes(&self) -> usize {
         with_wide_tree!(self, tree => tree.block_bytes())
     }

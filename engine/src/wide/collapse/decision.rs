@@ -1,65 +1,70 @@
-//! What becomes of each node of the binary tree: which are leaves of the wide one, and how many of a wide node's eight lanes each
-//! child gets.
+//! Decisions for the nodes of the binary tree: which become leaves of the wide tree, and how the eight lanes of a wide
+//! node are distributed.
 
 #![allow(clippy::inline_always, reason = "called from SIMD kernels, which must not leave their instructions")]
 
 use crate::wide::layout::WIDTH;
 
-/// Choices in a list.
-pub(crate) const LISTED: usize = 1 << LISTED_BITS;
-const LISTED_BITS: u32 = 12;
+/// Maximum number of decisions in a chunk.
+pub(crate) const CHUNK_DECISIONS: usize = 1 << CHUNK_BITS;
+const CHUNK_BITS: u32 = 12;
 
-/// What becomes of an interior node of the binary tree that is not part of a leaf, and what it takes to go on from there without a
-/// look at the nodes below.
+/// Decision for an interior node of the binary tree that is not part of a leaf. Refers to the decisions for its
+/// children, so that the binary nodes need not be read.
 #[derive(Debug, Clone, Copy, Default)]
-pub(crate) struct Choice {
-    /// What becomes of its children.
-    links: [Link; 2],
-    /// Number of its first child.
+pub(crate) struct Decision {
+    /// Decisions for the children.
+    children: [DecisionRef; 2],
+    /// Index of the first child.
     pub(crate) first_child: u32,
-    /// Three bits for each number of lanes that it may take, two to eight: how many of them its left child gets, none where the
-    /// node takes one lane as a whole. Above them [`COUNT_BITS`] for each child.
+    /// For each number of lanes that the node may take, two to eight, [`LANE_BITS`] bits: the number of lanes for its
+    /// left child, 0 where the node takes a single lane. Above them [`COUNT_BITS`] bits for each child: its number of
+    /// primitives.
     lanes: u32,
 }
 
-/// Bits for each number of lanes.
-pub(crate) const BITS: u32 = 3;
-/// Where the children's numbers of primitives stand.
-const COUNT_SHIFT: u32 = BITS * (WIDTH as u32 - 1);
-/// Bits for a number of primitives.
+/// Bits for the left child's lanes.
+pub(crate) const LANE_BITS: u32 = 3;
+/// Position of the children's primitive counts.
+const COUNT_SHIFT: u32 = LANE_BITS * (WIDTH as u32 - 1);
+/// Bits for a primitive count.
 const COUNT_BITS: u32 = 5;
-/// Stands for the primitives of a leaf of the binary tree, so many that there is no room for their number.
-const MANY: u32 = (1 << COUNT_BITS) - 1;
+/// Primitive count of a binary leaf with more primitives than [`COUNT_BITS`] bits can hold.
+const COUNT_OVERFLOW: u32 = (1 << COUNT_BITS) - 1;
 
-impl Choice {
-    /// The choice for the node above `first_child`, with `lanes` from [`crate::wide::collapse::cost::weigh`], what becomes of both children, and
-    /// how many primitives they have.
+impl Decision {
+    /// The decision for the parent of `first_child`, with the `lanes` of
+    /// [`crate::wide::collapse::cost::collapse_cost`], the decisions for both children, and their primitive counts.
     #[inline(always)]
-    pub(crate) fn new(first_child: u32, lanes: u32, links: [Link; 2], counts: [u32; 2]) -> Self {
-        let [left, right] = counts.map(|count| count.min(MANY));
-        Self { links, first_child, lanes: lanes | left << COUNT_SHIFT | right << (COUNT_SHIFT + COUNT_BITS) }
+    pub(crate) fn new(first_child: u32, lanes: u32, children: [DecisionRef; 2], counts: [u32; 2]) -> Self {
+        let [left, right] = counts.map(|count| count.min(COUNT_OVERFLOW));
+        Self { children, first_child, lanes: lanes | left << COUNT_SHIFT | right << (COUNT_SHIFT + COUNT_BITS) }
     }
 
-    /// How many of `lanes`, one to eight, go to the left child; none where the node stays whole.
+    /// Number of lanes for the left child out of `lanes`, one to eight; 0 where the node takes a single lane.
     #[inline(always)]
-    pub(crate) fn left_of(self, lanes: u32) -> u32 {
-        // For one lane, the zeros that come in.
-        (self.lanes << BITS) >> (BITS * (lanes - 1)) & 7
+    pub(crate) fn left_lanes(self, lanes: u32) -> u32 {
+        // A single lane reads the zeros shifted in.
+        (self.lanes << LANE_BITS) >> (LANE_BITS * (lanes - 1)) & 7
     }
 
-    /// Its children.
+    /// The children with their decisions.
     #[inline(always)]
-    pub(crate) fn children(self) -> [Branch; 2] {
-        let count = |side: u32| self.lanes >> (COUNT_SHIFT + COUNT_BITS * side) & MANY;
-        [0, 1].map(|side| Branch { node: self.first_child + side, link: self.links[side as usize], count: count(side) })
+    pub(crate) fn children(self) -> [DecidedNode; 2] {
+        let count = |side: u32| self.lanes >> (COUNT_SHIFT + COUNT_BITS * side) & COUNT_OVERFLOW;
+        [0, 1].map(|side| DecidedNode {
+            node: self.first_child + side,
+            decision: self.children[side as usize],
+            count: count(side),
+        })
     }
 }
 
-/// What becomes of a node: a leaf, with the slot of its first primitive, or what a choice says, with the place of that.
+/// Reference to the decision for a node: a leaf with the slot of its first primitive, or the index of a [`Decision`].
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
-pub(crate) struct Link(u32);
+pub(crate) struct DecisionRef(u32);
 
-impl Link {
+impl DecisionRef {
     const LEAF: u32 = 1 << 31;
 
     #[inline(always)]
@@ -67,10 +72,10 @@ impl Link {
         Self(first | Self::LEAF)
     }
 
-    /// The choice at a place of a list.
+    /// Refers to decision `index` of a chunk.
     #[inline(always)]
-    pub(crate) fn choice(list: usize, at: usize) -> Self {
-        Self((list << LISTED_BITS | at) as u32)
+    pub(crate) fn decision(chunk: usize, index: usize) -> Self {
+        Self((chunk << CHUNK_BITS | index) as u32)
     }
 
     #[inline(always)]
@@ -78,50 +83,53 @@ impl Link {
         self.0 & Self::LEAF != 0
     }
 
-    /// The slot of a leaf's first primitive.
+    /// Slot of the first primitive of a leaf.
     #[inline(always)]
     pub(crate) fn first(self) -> u32 {
         self.0 & !Self::LEAF
     }
 }
 
-/// A node of the binary tree and what becomes of it.
+/// A node of the binary tree with its decision.
 #[derive(Debug, Clone, Copy, Default)]
-pub(crate) struct Branch {
+pub(crate) struct DecidedNode {
     pub(crate) node: u32,
-    pub(crate) link: Link,
-    /// Of a leaf, the number of primitives, if that is less than [`MANY`].
+    pub(crate) decision: DecisionRef,
+    /// Number of primitives of a leaf, if less than [`COUNT_OVERFLOW`].
     count: u32,
 }
 
-impl Branch {
-    pub(crate) fn new(node: u32, link: Link, count: u32) -> Self {
-        Self { node, link, count: count.min(MANY) }
+impl DecidedNode {
+    pub(crate) fn new(node: u32, decision: DecisionRef, count: u32) -> Self {
+        Self { node, decision, count: count.min(COUNT_OVERFLOW) }
     }
 
-    /// Number of primitives of the leaf that it becomes; `of_node` tells that of a leaf of the binary tree.
+    /// Number of primitives of the leaf that the node becomes; `binary_count` looks up that of a binary leaf.
     #[inline(always)]
-    pub(crate) fn primitives(self, of_node: impl Fn(u32) -> u32) -> u32 {
-        if self.count < MANY { self.count } else { of_node(self.node) }
+    pub(crate) fn primitives(self, binary_count: impl Fn(u32) -> u32) -> u32 {
+        if self.count < COUNT_OVERFLOW { self.count } else { binary_count(self.node) }
     }
 }
 
-/// The choices for all interior nodes that do not become part of a leaf, in lists of up to [`LISTED`].
-pub(crate) struct Choices {
-    pub(crate) lists: Vec<Vec<Choice>>,
-    pub(crate) root: Branch,
+/// Decisions for all interior nodes that do not become part of a leaf, in chunks of up to [`CHUNK_DECISIONS`].
+pub(crate) struct Decisions {
+    pub(crate) chunks: Vec<Vec<Decision>>,
+    pub(crate) root: DecidedNode,
 }
 
-impl Choices {
-    /// The choice of a node that does not become a leaf.
+impl Decisions {
+    /// The decision for a node that does not become a leaf.
     #[inline(always)]
-    pub(crate) fn get(&self, link: Link) -> Choice {
-        self.lists[(link.0 >> LISTED_BITS) as usize][link.0 as usize % LISTED]
+    pub(crate) fn get(&self, decision: DecisionRef) -> Decision {
+        self.chunks[(decision.0 >> CHUNK_BITS) as usize][decision.0 as usize % CHUNK_DECISIONS]
     }
 
-    /// Has it fetched.
+    /// Prefetches a decision.
     #[inline(always)]
-    pub(crate) fn prefetch(&self, link: Link) {
-        crate::kernel::prefetch::prefetch(&self.lists[(link.0 >> LISTED_BITS) as usize], link.0 as usize % LISTED);
+    pub(crate) fn prefetch(&self, decision: DecisionRef) {
+        crate::kernel::prefetch::prefetch(
+            &self.chunks[(decision.0 >> CHUNK_BITS) as usize],
+            decision.0 as usize % CHUNK_DECISIONS,
+        );
     }
 }

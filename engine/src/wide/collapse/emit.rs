@@ -1,175 +1,174 @@
-//! From the choices for each binary node to the wide nodes and leaves.
+//! Plans wide nodes and leaves from the decisions for the binary nodes.
 
 use crate::cancel::{CancelToken, Cancelled};
 use crate::tree::Tree;
 use crate::wide::bounds::WideContainer;
-use crate::wide::collapse::decision::{Branch, Choices, Link};
-use crate::wide::layout::BLOCK;
-use crate::wide::layout::WIDTH;
+use crate::wide::collapse::decision::{DecidedNode, DecisionRef, Decisions};
+use crate::wide::layout::{BLOCK, WIDTH};
 use crate::wide::tree::Child;
 
-/// Wide nodes between two looks at the token.
-const BETWEEN_CHECKS: usize = 1 << 12;
+/// Poll for cancellation every 4096 wide nodes.
+const NODES_BETWEEN_CHECKS: usize = 1 << 12;
 
-/// A lane of a wide node to be.
+/// A lane of a planned wide node.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Lane {
-    /// The binary node whose container it holds.
+pub(crate) struct PlannedChild {
+    /// Index of the binary node whose container the lane holds.
     pub(crate) node: u32,
-    /// Within the part.
+    /// Reference to the child within the segment.
     pub(crate) child: Child,
 }
 
-impl Lane {
-    /// No child: the root never is one.
+impl PlannedChild {
+    /// An unused lane: the root is never a child.
     pub(crate) const NONE: Self = Self { node: 0, child: Child(0) };
 }
 
-/// A part of the wide tree, with indices of its own.
+/// A planned segment of the wide tree; indices are relative to its start.
 #[derive(Debug, Default)]
-pub(crate) struct Part {
-    /// The nodes, parents first; lanes without child at the end.
-    pub(crate) nodes: Vec<[Lane; WIDTH]>,
-    /// The blocks, leaf by leaf.
-    pub(crate) blocks: Vec<BlockPlan>,
+pub(crate) struct Segment {
+    /// Nodes, parents first; unused lanes come last.
+    pub(crate) nodes: Vec<[PlannedChild; WIDTH]>,
+    /// Blocks, leaf by leaf.
+    pub(crate) blocks: Vec<PlannedBlock>,
 }
 
-/// The triangles of a block.
+/// A planned block.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct BlockPlan {
-    /// Slot of the first one in leaf order.
+pub(crate) struct PlannedBlock {
+    /// Slot of its first triangle in leaf order.
     first: u32,
+    /// Number of its triangles.
     count: u8,
-    /// Whether its leaf ends with it.
+    /// Whether it is the last block of its leaf.
     pub(crate) is_last: bool,
 }
 
-impl BlockPlan {
+impl PlannedBlock {
     /// The slots of its triangles.
     pub(crate) fn slots(self) -> std::ops::Range<usize> {
         self.first as usize..self.first as usize + usize::from(self.count)
     }
 }
 
-/// The binary tree, and what becomes of its nodes.
+/// The binary tree and the decisions for its nodes.
 #[derive(Clone, Copy)]
-pub(crate) struct Opener<'a, C> {
+pub(crate) struct Emitter<'a, C> {
     pub(crate) tree: &'a Tree<C>,
-    pub(crate) choices: &'a Choices,
+    pub(crate) decisions: &'a Decisions,
 }
 
-/// A binary node that is looked at, and how many lanes it may take.
+/// A binary node on the stack, and the number of lanes that it may take.
 #[derive(Debug, Clone, Copy, Default)]
-struct Waiting {
-    branch: Branch,
+struct OpenNode {
+    node: DecidedNode,
     lanes: u32,
 }
 
-impl<C: WideContainer> Opener<'_, C> {
-    /// The children of the wide node that a binary one becomes, and how many they are.
+impl<C: WideContainer> Emitter<'_, C> {
+    /// The children of the wide node that replaces a binary one, and their number.
     #[inline(always)]
-    fn children_of(self, root: Link) -> ([Branch; WIDTH], usize) {
-        let mut children = [Branch::default(); WIDTH];
+    fn children_of(self, root: DecisionRef) -> ([DecidedNode; WIDTH], usize) {
+        let mut children = [DecidedNode::default(); WIDTH];
         let mut count = 0;
-        // The next one last.
-        let mut waiting = [Waiting::default(); WIDTH];
-        waiting[0] = Waiting { branch: Branch::new(0, root, 0), lanes: WIDTH as u32 };
+        // A stack, left child on top.
+        let mut open = [OpenNode::default(); WIDTH];
+        open[0] = OpenNode { node: DecidedNode::new(0, root, 0), lanes: WIDTH as u32 };
         let mut len = 1;
         while len > 0 {
             len -= 1;
-            let Waiting { branch, lanes } = waiting[len % WIDTH];
-            if lanes > 1 && !branch.link.is_leaf() {
-                let choice = self.choices.get(branch.link);
-                let left = choice.left_of(lanes);
+            let OpenNode { node, lanes } = open[len % WIDTH];
+            if lanes > 1 && !node.decision.is_leaf() {
+                let decision = self.decisions.get(node.decision);
+                let left = decision.left_lanes(lanes);
                 if left > 0 {
-                    let [of_left, of_right] = choice.children();
-                    waiting[len % WIDTH] = Waiting { branch: of_right, lanes: lanes - left };
-                    waiting[(len + 1) % WIDTH] = Waiting { branch: of_left, lanes: left };
+                    let [left_child, right_child] = decision.children();
+                    open[len % WIDTH] = OpenNode { node: right_child, lanes: lanes - left };
+                    open[(len + 1) % WIDTH] = OpenNode { node: left_child, lanes: left };
                     len += 2;
                     continue;
                 }
             }
-            children[count % WIDTH] = branch;
+            children[count % WIDTH] = node;
             count += 1;
         }
         (children, count)
     }
 
-    /// Adds a node; `child` tells where children are that are nodes themselves.
+    /// Appends a node; `child` gives the reference to a child that is a node.
     #[inline(always)]
-    fn push(self, part: &mut Part, children: &[Branch], mut child: impl FnMut(Link) -> Child) {
-        let mut lanes = [Lane::NONE; WIDTH];
-        for (lane, branch) in lanes.iter_mut().zip(children) {
-            let child = if branch.link.is_leaf() { self.leaf(part, *branch) } else { child(branch.link) };
-            *lane = Lane { node: branch.node, child };
+    fn push(self, segment: &mut Segment, children: &[DecidedNode], mut child: impl FnMut(DecisionRef) -> Child) {
+        let mut lanes = [PlannedChild::NONE; WIDTH];
+        for (lane, node) in lanes.iter_mut().zip(children) {
+            let child = if node.decision.is_leaf() { self.leaf(segment, *node) } else { child(node.decision) };
+            *lane = PlannedChild { node: node.node, child };
         }
-        part.nodes.push(lanes);
+        segment.nodes.push(lanes);
     }
 
-    /// Adds a leaf.
+    /// Appends the blocks of a leaf.
     #[inline(always)]
-    fn leaf(self, part: &mut Part, branch: Branch) -> Child {
-        part.leaf(branch.link.first(), branch.primitives(|node| self.tree.nodes[node as usize].count))
+    fn leaf(self, segment: &mut Segment, node: DecidedNode) -> Child {
+        segment.leaf(node.decision.first(), node.primitives(|node| self.tree.nodes[node as usize].count))
     }
 
-    /// Up to `most` wide nodes from the root on, breadth first, and the binary nodes that are left to become others: children
-    /// that are nodes have numbers by which these follow those.
-    pub(crate) fn top(self, most: usize) -> (Part, Vec<Link>) {
-        let mut part = Part::default();
-        let root = self.choices.root;
-        if root.link.is_leaf() {
-            self.leaf(&mut part, root);
-            return (part, Vec::new());
+    /// Plans up to `max_nodes` wide nodes from the root, breadth first. Also returns the binary nodes that are to be
+    /// replaced by further wide nodes; references to these count on from the planned nodes.
+    pub(crate) fn top(self, max_nodes: usize) -> (Segment, Vec<DecisionRef>) {
+        let mut segment = Segment::default();
+        let root = self.decisions.root;
+        if root.decision.is_leaf() {
+            self.leaf(&mut segment, root);
+            return (segment, Vec::new());
         }
-        let mut found = vec![root.link];
-        while part.nodes.len() < most.min(found.len()) {
-            let (children, count) = self.children_of(found[part.nodes.len()]);
-            let node = |link: Link| {
-                found.push(link);
-                Child::node(found.len() - 1)
+        let mut roots = vec![root.decision];
+        while segment.nodes.len() < max_nodes.min(roots.len()) {
+            let (children, count) = self.children_of(roots[segment.nodes.len()]);
+            let node = |decision: DecisionRef| {
+                roots.push(decision);
+                Child::node(roots.len() - 1)
             };
-            self.push(&mut part, &children[..count], node);
+            self.push(&mut segment, &children[..count], node);
         }
-        found.drain(..part.nodes.len());
-        (part, found)
+        roots.drain(..segment.nodes.len());
+        (segment, roots)
     }
 
-    /// Everything below the wide node that a binary one becomes: depth first, what lies below the first lane right after the
-    /// node.
-    pub(crate) fn part(self, root: Link, token: &CancelToken) -> Result<Part, Cancelled> {
-        let mut part = Part::default();
-        // What becomes wide nodes, with the node and lane that refer to them.
-        let mut open: Vec<(Link, usize, usize)> = vec![(root, usize::MAX, 0)];
+    /// Plans the wide node that replaces a binary one and everything below it, depth first.
+    pub(crate) fn segment(self, root: DecisionRef, token: &CancelToken) -> Result<Segment, Cancelled> {
+        let mut segment = Segment::default();
+        // Stack of binary nodes to replace, with the node and lane that refer to each.
+        let mut open: Vec<(DecisionRef, usize, usize)> = vec![(root, usize::MAX, 0)];
         while let Some((root, parent, lane)) = open.pop() {
-            let at = part.nodes.len();
-            if at.is_multiple_of(BETWEEN_CHECKS) {
+            let at = segment.nodes.len();
+            if at.is_multiple_of(NODES_BETWEEN_CHECKS) {
                 token.check()?;
             }
-            if let Some(lanes) = part.nodes.get_mut(parent) {
+            if let Some(lanes) = segment.nodes.get_mut(parent) {
                 lanes[lane].child = Child::node(at);
             }
             let (children, count) = self.children_of(root);
-            self.push(&mut part, &children[..count], |_| Child::node(0));
+            self.push(&mut segment, &children[..count], |_| Child::node(0));
             for (lane, child) in children[..count].iter().enumerate().rev() {
-                if !child.link.is_leaf() {
-                    self.choices.prefetch(child.link);
-                    open.push((child.link, at, lane));
+                if !child.decision.is_leaf() {
+                    self.decisions.prefetch(child.decision);
+                    open.push((child.decision, at, lane));
                 }
             }
         }
-        Ok(part)
+        Ok(segment)
     }
 }
 
-impl Part {
+impl Segment {
     #[inline(always)]
     fn leaf(&mut self, first: u32, count: u32) -> Child {
         let leaf = Child::leaf(self.blocks.len());
         let mut at = 0;
         loop {
-            let left = count - at;
-            let is_last = left <= BLOCK as u32;
-            self.blocks.push(BlockPlan { first: first + at, count: left.min(BLOCK as u32) as u8, is_last });
+            let remaining = count - at;
+            let is_last = remaining <= BLOCK as u32;
+            self.blocks.push(PlannedBlock { first: first + at, count: remaining.min(BLOCK as u32) as u8, is_last });
             at += BLOCK as u32;
             if is_last {
                 return leaf;

@@ -1,4 +1,5 @@
-//! Tests of packets against eight containers: boxes by the interval of all directions, spheres by the pyramid around them.
+//! Tests of ray packets against eight containers at once: boxes by interval arithmetic over all directions, spheres by
+//! the frustum that encloses the rays.
 
 #![allow(clippy::inline_always, reason = "SIMD kernels must land in the caller that enables the instructions")]
 
@@ -7,19 +8,18 @@ use fearless_simd::{Select, Simd, SimdBase, SimdFloat, SimdMask, f32x8, f32x16, 
 use crate::geometry::{Aabb, FAR_SLACK, Sphere};
 use crate::kernel::each;
 use crate::tree::container::{SPHERE_ENTRY_ERROR, SPHERE_T_ERROR, SPHERE_TINY_RADIUS};
-use crate::wide::bounds::WideContainer;
-use crate::wide::bounds::{Boxes, Chord, Spheres, dot};
+use crate::wide::bounds::{BoxLanes, Chord, SphereLanes, WideContainer, dot};
 use crate::wide::layout::WIDTH;
 
-/// Rays that are tested side by side.
+/// Number of rays in a group, which are tested side by side.
 pub const GROUP: usize = 16;
-/// Groups of a packet.
+/// Maximum number of groups in a packet.
 pub const GROUPS: usize = 16;
 
-/// Relative error allowed for in the planes around a packet: some twenty roundings.
-const PYRAMID_ERROR: f32 = 4e-6;
+/// Relative error allowed for the planes of a frustum: about twenty roundings.
+const PLANE_ERROR: f32 = 4e-6;
 
-/// Rays from one point whose directions agree in all signs.
+/// Rays from one point whose directions have the same signs.
 pub struct Beam {
     pub(crate) origin: [f32; 3],
     pub(crate) t_min: f32,
@@ -27,83 +27,90 @@ pub struct Beam {
     pub(crate) near: [usize; 3],
     /// Smallest and largest inverse direction on each axis.
     pub(crate) range: [[f32; 2]; 3],
+    /// Inverse directions by group, axis and lane.
     pub(crate) inverse: [[[f32; GROUP]; 3]; GROUPS],
 }
 
-/// How a node's children stand to a packet as a whole.
-pub struct Interval<O> {
+/// Result of testing a packet as a whole against the eight children of a node.
+pub struct BeamHits<O> {
     /// One bit for each child that some ray may enter.
     pub(crate) some: u32,
-    /// One bit for each child that all rays enter if nothing is nearer.
+    /// One bit for each child that all rays enter unless they have a closer hit.
     pub(crate) all: u32,
-    /// No ray enters earlier.
+    /// Lower bounds of the distances of entry.
     pub(crate) entry: [f32; WIDTH],
-    /// From the origin to each child.
+    /// Offsets from the origin to the children.
     pub(crate) offsets: O,
 }
 
-/// A container that packets are tested against. No test fails a ray that [`WideContainer::entered`] lets in where it meets
-/// something.
+/// A container that packets are tested against. The tests are conservative: they never reject a ray that
+/// [`WideContainer::intersect`] accepts and that hits something inside.
 pub trait BeamContainer: WideContainer {
-    /// What the tests need besides the [`Beam`].
-    type More;
-    /// From the origin to eight containers.
+    /// Bounds of the rays, and what else the tests need besides the [`Beam`].
+    type Frustum;
+    /// Offsets from the origin to eight containers.
     type Offsets;
-    /// From the origin to one container.
+    /// Offset from the origin to one container.
     type Offset<S: Simd>;
-    /// To begin with.
-    const NO_RAYS: Self::More;
+    /// Frustum of no rays, to add groups to.
+    const EMPTY_FRUSTUM: Self::Frustum;
 
-    /// Adds the rays of a group with these directions, of which the last of `axes` is the longest one.
-    fn add_rays<S: Simd>(simd: S, more: &mut Self::More, group: usize, directions: [f32x16<S>; 3], axes: [usize; 3]);
-    /// Comes after all groups have been added.
-    fn enclose(more: &mut Self::More, beam: &Beam, axes: [usize; 3]);
-    /// Tests eight containers against all rays at once, which look no farther than `reach`.
-    fn interval<S: Simd>(
+    /// Adds a group of rays with these directions; the last of `axes` is the longest.
+    fn add_group<S: Simd>(
+        simd: S,
+        frustum: &mut Self::Frustum,
+        group: usize,
+        directions: [f32x16<S>; 3],
+        axes: [usize; 3],
+    );
+    /// Completes the frustum after all groups have been added.
+    fn finish(frustum: &mut Self::Frustum, beam: &Beam, axes: [usize; 3]);
+    /// Tests eight containers against all rays at once, up to `t_max`.
+    fn intersect_beam<S: Simd>(
         simd: S,
         bounds: &Self::Bounds,
         beam: &Beam,
-        more: &Self::More,
-        reach: f32,
-    ) -> Interval<Self::Offsets>;
-    /// The offset in a lane, for the tests of groups.
-    fn spread<S: Simd>(simd: S, offsets: &Self::Offsets, lane: usize) -> Self::Offset<S>;
-    /// The rays of a group that enter a container no farther than `t`.
-    fn enters<S: Simd>(
+        frustum: &Self::Frustum,
+        t_max: f32,
+    ) -> BeamHits<Self::Offsets>;
+    /// Broadcasts the offset in a lane for [`BeamContainer::intersect_group`].
+    fn splat_offset<S: Simd>(simd: S, offsets: &Self::Offsets, lane: usize) -> Self::Offset<S>;
+    /// The rays of a group that enter a container up to `t`.
+    fn intersect_group<S: Simd>(
         simd: S,
         offset: &Self::Offset<S>,
         beam: &Beam,
-        more: &Self::More,
+        frustum: &Self::Frustum,
         group: usize,
         t: f32x16<S>,
     ) -> mask32x16<S>;
 }
 
-/// From the origin to each box's near and far plane on each axis.
+/// Offsets from the origin to the near and far planes of each box, by axis.
 pub struct PlaneOffsets {
     near: [[f32; WIDTH]; 3],
     far: [[f32; WIDTH]; 3],
 }
 
 impl BeamContainer for Aabb {
-    type More = ();
+    type Frustum = ();
     type Offsets = PlaneOffsets;
     type Offset<S: Simd> = [[f32x16<S>; 3]; 2];
-    const NO_RAYS: () = ();
+    const EMPTY_FRUSTUM: () = ();
 
     #[inline(always)]
-    fn add_rays<S: Simd>(_: S, (): &mut (), _: usize, _: [f32x16<S>; 3], _: [usize; 3]) {}
+    fn add_group<S: Simd>(_: S, (): &mut (), _: usize, _: [f32x16<S>; 3], _: [usize; 3]) {}
 
-    fn enclose((): &mut (), _: &Beam, _: [usize; 3]) {}
+    fn finish((): &mut (), _: &Beam, _: [usize; 3]) {}
 
-    /// Exact bounds of what the single rays compute, because rounding is monotone.
+    /// Exact bounds of the values that single rays compute, because rounding is monotone.
     #[inline(always)]
-    fn interval<S: Simd>(simd: S, bounds: &Boxes, beam: &Beam, (): &(), reach: f32) -> Interval<PlaneOffsets> {
+    fn intersect_beam<S: Simd>(simd: S, bounds: &BoxLanes, beam: &Beam, (): &(), t_max: f32) -> BeamHits<PlaneOffsets> {
         let planes = &bounds.0;
         let origin = each!(axis => f32x8::splat(simd, beam.origin[axis]));
         let near = each!(axis => f32x8::load_array_ref(simd, &planes[axis][beam.near[axis] & 1]) - origin[axis]);
         let far = each!(axis => f32x8::load_array_ref(simd, &planes[axis][beam.near[axis] & 1 ^ 1]) - origin[axis]);
-        // Each distance times the smallest and times the largest inverse direction, in the order of their size.
+        // Distances for the smallest and the largest inverse direction, in ascending order.
         let range = &beam.range;
         let near_t = each!(axis => {
             let [a, b] = [near[axis] * range[axis][0], near[axis] * range[axis][1]];
@@ -116,11 +123,11 @@ impl BeamContainer for Aabb {
         let t_min = f32x8::splat(simd, beam.t_min);
         let entry = near_t[0][0].max(near_t[1][0]).max(near_t[2][0].max(t_min));
         let exit = far_t[0][1].min(far_t[1][1]).min(far_t[2][1]) * FAR_SLACK;
-        let some = entry.simd_le(exit) & entry.simd_le(f32x8::splat(simd, reach));
+        let some = entry.simd_le(exit) & entry.simd_le(f32x8::splat(simd, t_max));
         let latest_entry = near_t[0][1].max(near_t[1][1]).max(near_t[2][1].max(t_min));
         let earliest_exit = far_t[0][0].min(far_t[1][0]).min(far_t[2][0]) * FAR_SLACK;
         let all = latest_entry.simd_le(earliest_exit);
-        Interval {
+        BeamHits {
             some: some.to_bitmask() as u32,
             all: all.to_bitmask() as u32,
             entry: entry.to_array(),
@@ -132,7 +139,7 @@ impl BeamContainer for Aabb {
     }
 
     #[inline(always)]
-    fn spread<S: Simd>(simd: S, offsets: &PlaneOffsets, lane: usize) -> [[f32x16<S>; 3]; 2] {
+    fn splat_offset<S: Simd>(simd: S, offsets: &PlaneOffsets, lane: usize) -> [[f32x16<S>; 3]; 2] {
         let lane = lane % WIDTH;
         [
             each!(axis => f32x16::splat(simd, offsets.near[axis][lane])),
@@ -141,7 +148,7 @@ impl BeamContainer for Aabb {
     }
 
     #[inline(always)]
-    fn enters<S: Simd>(
+    fn intersect_group<S: Simd>(
         simd: S,
         [near, far]: &[[f32x16<S>; 3]; 2],
         beam: &Beam,
@@ -158,29 +165,29 @@ impl BeamContainer for Aabb {
     }
 }
 
-/// Rays as the tests of spheres need them.
-pub struct Pyramid {
+/// Ray data for tests against spheres.
+pub struct SphereFrustum {
     unit_direction: [[[f32; GROUP]; 3]; GROUPS],
     inverse_length: [[f32; GROUP]; GROUPS],
     least_inverse_length: f32,
-    /// The four planes through the origin that hold all rays between them: unit normals, outward.
+    /// Outward unit normals of the four planes through the origin that enclose all rays.
     normals: [[f32; 3]; 4],
-    /// Smallest and largest direction on the two shorter axes, as shares of the longest one.
+    /// Smallest and largest direction on the two shorter axes, relative to the longest one.
     slopes: [[f32; 2]; 2],
 }
 
-/// From the origin to each sphere's middle.
+/// Offsets from the origin to the centre of each sphere.
 pub struct CenterOffsets {
     to: [[f32; WIDTH]; 3],
-    /// The radius and what may be lost by rounding.
+    /// Radius padded for rounding errors.
     reach: [f32; WIDTH],
 }
 
 impl BeamContainer for Sphere {
-    type More = Pyramid;
+    type Frustum = SphereFrustum;
     type Offsets = CenterOffsets;
     type Offset<S: Simd> = ([f32x16<S>; 3], f32);
-    const NO_RAYS: Pyramid = Pyramid {
+    const EMPTY_FRUSTUM: SphereFrustum = SphereFrustum {
         unit_direction: [[[0.0; GROUP]; 3]; GROUPS],
         inverse_length: [[0.0; GROUP]; GROUPS],
         least_inverse_length: f32::INFINITY,
@@ -189,22 +196,22 @@ impl BeamContainer for Sphere {
     };
 
     #[inline(always)]
-    fn add_rays<S: Simd>(simd: S, more: &mut Pyramid, group: usize, d: [f32x16<S>; 3], axes: [usize; 3]) {
+    fn add_group<S: Simd>(simd: S, frustum: &mut SphereFrustum, group: usize, d: [f32x16<S>; 3], axes: [usize; 3]) {
         let inverse_length = f32x16::splat(simd, 1.0) / dot(d, d).sqrt();
-        more.unit_direction[group] = each!(axis => (d[axis] * inverse_length).to_array());
-        more.inverse_length[group] = inverse_length.to_array();
-        more.least_inverse_length = more.least_inverse_length.min(inverse_length.reduce_min());
-        for ([low, high], &axis) in more.slopes.iter_mut().zip(&axes) {
+        frustum.unit_direction[group] = each!(axis => (d[axis] * inverse_length).to_array());
+        frustum.inverse_length[group] = inverse_length.to_array();
+        frustum.least_inverse_length = frustum.least_inverse_length.min(inverse_length.reduce_min());
+        for ([low, high], &axis) in frustum.slopes.iter_mut().zip(&axes) {
             let slope = d[axis] / d[axes[2]];
             (*low, *high) = (low.min(slope.reduce_min()), high.max(slope.reduce_max()));
         }
     }
 
-    fn enclose(more: &mut Pyramid, beam: &Beam, axes: [usize; 3]) {
+    fn finish(frustum: &mut SphereFrustum, beam: &Beam, axes: [usize; 3]) {
         let sign = if beam.near[axes[2]] == 1 { -1.0 } else { 1.0 };
-        for (side, [low, high]) in more.slopes.into_iter().enumerate() {
+        for (side, [low, high]) in frustum.slopes.into_iter().enumerate() {
             let axis = axes[side];
-            for (normal, (slope, outward)) in more.normals[2 * side..].iter_mut().zip([(low, -sign), (high, sign)]) {
+            for (normal, (slope, outward)) in frustum.normals[2 * side..].iter_mut().zip([(low, -sign), (high, sign)]) {
                 let length = (1.0 + slope * slope).sqrt();
                 (normal[axis], normal[axes[2]]) = (outward / length, -outward * slope / length);
             }
@@ -212,35 +219,35 @@ impl BeamContainer for Sphere {
     }
 
     #[inline(always)]
-    fn interval<S: Simd>(
+    fn intersect_beam<S: Simd>(
         simd: S,
-        bounds: &Spheres,
+        bounds: &SphereLanes,
         beam: &Beam,
-        more: &Pyramid,
-        reach: f32,
-    ) -> Interval<CenterOffsets> {
+        frustum: &SphereFrustum,
+        t_max: f32,
+    ) -> BeamHits<CenterOffsets> {
         let splat = |value| f32x8::splat(simd, value);
         let radius = f32x8::load_array_ref(simd, &bounds.radius);
         let to = each!(axis => f32x8::load_array_ref(simd, &bounds.center[axis]) - splat(beam.origin[axis]));
         let size = to[0].abs() + to[1].abs() + to[2].abs() + radius;
         let padded = radius + size * SPHERE_ENTRY_ERROR;
-        let loose = radius + size * PYRAMID_ERROR;
+        let loose = radius + size * PLANE_ERROR;
         let mut outside = radius.simd_lt(splat(0.0));
-        for normal in &more.normals {
+        for normal in &frustum.normals {
             let above = to[0] * normal[0] + to[1] * normal[1] + to[2] * normal[2];
             outside |= above.simd_gt(loose);
         }
         let squared = dot(to, to);
         let t_min = splat(beam.t_min);
-        let near = (squared.sqrt() - loose) * more.least_inverse_length - SPHERE_T_ERROR;
-        // Squares that are not normal numbers tell nothing.
-        let is_told =
+        let near = (squared.sqrt() - loose) * frustum.least_inverse_length - SPHERE_T_ERROR;
+        // Squares that are not normal numbers are useless.
+        let is_reliable =
             squared.simd_ge(splat(SPHERE_TINY_RADIUS * SPHERE_TINY_RADIUS)) & squared.simd_le(splat(f32::MAX));
-        let entry = (is_told & near.simd_gt(t_min)).select(near, t_min);
-        let some = !(outside | entry.simd_gt(splat(reach)));
-        // The origin lies within.
-        let all = is_told & squared.simd_lt(radius * radius);
-        Interval {
+        let entry = (is_reliable & near.simd_gt(t_min)).select(near, t_min);
+        let some = !(outside | entry.simd_gt(splat(t_max)));
+        // True where the origin lies inside.
+        let all = is_reliable & squared.simd_lt(radius * radius);
+        BeamHits {
             some: some.to_bitmask() as u32,
             all: all.to_bitmask() as u32,
             entry: entry.to_array(),
@@ -249,26 +256,26 @@ impl BeamContainer for Sphere {
     }
 
     #[inline(always)]
-    fn spread<S: Simd>(simd: S, offsets: &CenterOffsets, lane: usize) -> ([f32x16<S>; 3], f32) {
+    fn splat_offset<S: Simd>(simd: S, offsets: &CenterOffsets, lane: usize) -> ([f32x16<S>; 3], f32) {
         let lane = lane % WIDTH;
         (each!(axis => f32x16::splat(simd, offsets.to[axis][lane])), offsets.reach[lane])
     }
 
     #[inline(always)]
-    fn enters<S: Simd>(
+    fn intersect_group<S: Simd>(
         simd: S,
         (to, reach): &([f32x16<S>; 3], f32),
         beam: &Beam,
-        more: &Pyramid,
+        frustum: &SphereFrustum,
         group: usize,
         t: f32x16<S>,
     ) -> mask32x16<S> {
-        let unit_direction = &more.unit_direction[group];
+        let unit_direction = &frustum.unit_direction[group];
         let unit_direction = each!(axis => f32x16::load_array_ref(simd, &unit_direction[axis]));
-        let inverse_length = f32x16::load_array_ref(simd, &more.inverse_length[group]);
+        let inverse_length = f32x16::load_array_ref(simd, &frustum.inverse_length[group]);
         let reach = f32x16::splat(simd, *reach);
         let Chord { inside, near, far } = Chord::new(simd, *to, reach, unit_direction, inverse_length);
-        // Negated comparisons: a NaN counts as a hit.
+        // Negated comparisons, so that NaN counts as a hit.
         !(inside.simd_lt(f32x16::splat(simd, 0.0)) | far.simd_lt(f32x16::splat(simd, beam.t_min)) | near.simd_gt(t))
     }
 }

@@ -1,8 +1,10 @@
-//! Tiles of coherent rays from one point, such as a camera's: nodes and triangles are fetched once for all of them.
+//! Packets of coherent rays from one point, such as a tile of a camera's rays: nodes and triangles are fetched once for
+//! all of them.
 //!
-//! Each visit tests a node's eight children against all directions at once, which most children fail or pass as a whole, and
-//! only then those that are unclear against the groups of sixteen rays that reached the node (after Wald, Boulos, Shirley: *Ray
-//! Tracing Deformable Scenes Using Dynamic Bounding Volume Hierarchies*, 2007). The hits are those of single rays.
+//! Each visit tests the eight children of a node against all directions at once, which accepts or rejects most children
+//! for the whole packet; only the others are tested against the groups of sixteen rays that reached the node (after
+//! Wald, Boulos, Shirley, *Ray Tracing Deformable Scenes Using Dynamic Bounding Volume Hierarchies*, 2007). The hits
+//! are those of single rays.
 
 use fearless_simd::{Level, Select, Simd, SimdBase, SimdMask, dispatch, f32x16, mask32x16, u32x16};
 use glam::Vec3;
@@ -10,31 +12,30 @@ use glam::Vec3;
 use crate::geometry::{EDGE_MAX, EDGE_MIN, FAR_SLACK, Hit, PreparedRay, Ray, Shear};
 use crate::kernel::bits::bits;
 use crate::kernel::each;
-use crate::wide::block::TriangleBlock;
-use crate::wide::block::permuted_axes;
-use crate::wide::layout::BLOCK;
-use crate::wide::layout::WIDTH;
+use crate::wide::block::{TriangleBlock, permuted_axes};
+use crate::wide::layout::{BLOCK, WIDTH};
 use crate::wide::ray_lanes::{RAY_LANES, transposed};
 use crate::wide::trace::beam::{Beam, BeamContainer, GROUP, GROUPS};
-use crate::wide::trace::stack::{Stack, Waiting};
+use crate::wide::trace::stack::{Stack, StackEntry};
 use crate::wide::trace::stream;
 use crate::wide::tree::WideTree;
 
-/// Rays that one packet takes.
+/// Maximum number of rays in a packet.
 pub const MAX_RAYS: usize = GROUP * GROUPS;
-/// Stands for no triangle: loses every tie.
+/// No triangle; loses every tie.
 const NONE: u32 = u32::MAX;
 
-/// The nearest hits of `rays`, exactly those that each ray finds alone, into the first elements of `hits`.
+/// The closest hits of `rays`, the same as for single rays, written to the first elements of `hits`.
 ///
-/// Fast where the rays come from one point in similar directions, and neighbours stand together in sixteens; right for all.
+/// Fast if the rays come from one point in similar directions and each sixteen consecutive rays are neighbours; correct
+/// for any rays.
 ///
 /// # Panics
 ///
-/// Where `hits` is shorter than `rays`.
+/// If `hits` is shorter than `rays`.
 pub fn closest_hits<C: BeamContainer>(level: Level, tree: &WideTree<C>, rays: &[Ray], hits: &mut [Option<Hit>]) {
     assert!(hits.len() >= rays.len(), "{} hits for {} rays", hits.len(), rays.len());
-    // Rays that have little in common go together, the more the better.
+    // Consecutive incoherent rays are collected, because streams get faster with more rays.
     let mut traced = 0;
     for first in (0..rays.len()).step_by(MAX_RAYS) {
         let end = rays.len().min(first + MAX_RAYS);
@@ -48,7 +49,7 @@ pub fn closest_hits<C: BeamContainer>(level: Level, tree: &WideTree<C>, rays: &[
     dispatch!(level, simd => stream::closest_hits(simd, tree, &rays[traced..], &mut hits[traced..]));
 }
 
-/// Whether `rays` are alike enough for a packet; then their hits.
+/// Traces `rays` as a packet; `false` if they are not coherent enough.
 #[inline(always)]
 fn closest_hits_of_packet<S: Simd, C: BeamContainer>(
     simd: S,
@@ -59,22 +60,22 @@ fn closest_hits_of_packet<S: Simd, C: BeamContainer>(
     let Some(mut packet) = Packet::<C>::new(simd, rays) else { return false };
     packet.trace(simd, tree, rays);
     for (index, hit) in hits.iter_mut().enumerate() {
-        *hit = packet.found.hit(index);
+        *hit = packet.hits.hit(index);
     }
     true
 }
 
-/// What the rays have found so far, group by group.
-struct Found {
+/// Closest hits so far, by group.
+struct PacketHits {
     t: [[f32; GROUP]; GROUPS],
     u: [[f32; GROUP]; GROUPS],
     v: [[f32; GROUP]; GROUPS],
     primitive: [[u32; GROUP]; GROUPS],
     /// The largest `t` of each group.
-    limit: [f32; GROUPS],
+    group_t_max: [f32; GROUPS],
 }
 
-impl Found {
+impl PacketHits {
     fn hit(&self, index: usize) -> Option<Hit> {
         let (group, lane) = (index / GROUP, index % GROUP);
         let primitive_index = self.primitive[group][lane];
@@ -87,22 +88,22 @@ impl Found {
     }
 }
 
-/// Rays from one point whose directions agree in all signs and in their longest axis.
+/// Rays from one point whose directions have the same signs and the same longest axis.
 struct Packet<C: BeamContainer> {
     beam: Beam,
-    /// What tests against the containers need on top.
-    more: C::More,
-    /// The axes of the shear, the longest last.
+    /// Ray data for the tests against containers.
+    frustum: C::Frustum,
+    /// Axes of the shear; the longest comes last.
     axes: [usize; 3],
-    /// One bit for each group with rays.
+    /// One bit for each group that has rays.
     all_groups: u32,
-    /// The factors of [`Shear`]'s rows.
+    /// Factors of the rows of [`Shear`].
     factors: [[[f32; GROUP]; 3]; GROUPS],
-    found: Found,
+    hits: PacketHits,
 }
 
 impl<C: BeamContainer> Packet<C> {
-    /// Prepares rays; `None` where they are not alike enough.
+    /// Prepares rays; `None` if they are not coherent enough.
     #[inline(always)]
     fn new<S: Simd>(simd: S, rays: &[Ray]) -> Option<Self> {
         let first = rays.first()?;
@@ -121,16 +122,16 @@ impl<C: BeamContainer> Packet<C> {
                 range: [[f32::INFINITY, f32::NEG_INFINITY]; 3],
                 inverse: [[[0.0; GROUP]; 3]; GROUPS],
             },
-            more: C::NO_RAYS,
+            frustum: C::EMPTY_FRUSTUM,
             axes,
             all_groups: u32::MAX >> (GROUPS - groups),
             factors: [[[0.0; GROUP]; 3]; GROUPS],
-            found: Found {
+            hits: PacketHits {
                 t: [[0.0; GROUP]; GROUPS],
                 u: [[0.0; GROUP]; GROUPS],
                 v: [[0.0; GROUP]; GROUPS],
                 primitive: [[NONE; GROUP]; GROUPS],
-                limit: [0.0; GROUPS],
+                group_t_max: [0.0; GROUPS],
             },
         };
         let zero = f32x16::splat(simd, 0.0);
@@ -138,56 +139,56 @@ impl<C: BeamContainer> Packet<C> {
         let mut lowest = [f32x16::splat(simd, f32::INFINITY); 3];
         let mut highest = [f32x16::splat(simd, f32::NEG_INFINITY); 3];
         for group in 0..groups {
-            // The last ray fills the lanes that follow.
+            // The last ray fills the remaining lanes.
             let rays = &rays[group * GROUP..];
             let others = if rays.len() > RAY_LANES { &rays[RAY_LANES..] } else { &rays[rays.len() - 1..] };
             let (rays, others) = (transposed(simd, rays), transposed(simd, others));
-            let number = |part: usize| simd.combine_f32x8(rays[part], others[part]);
-            let d = each!(axis => number(3 + axis));
-            let (given_t_min, t_max) = (number(6), number(7));
-            let is_own_t_min = if t_min > 0.0 {
+            let row = |index: usize| simd.combine_f32x8(rays[index], others[index]);
+            let d = each!(axis => row(3 + axis));
+            let (given_t_min, t_max) = (row(6), row(7));
+            let same_t_min = if t_min > 0.0 {
                 given_t_min.simd_eq(f32x16::splat(simd, t_min))
             } else {
-                // A NaN counts as 0.
+                // NaN counts as 0.
                 !given_t_min.simd_gt(zero)
             };
-            let alike = number(0).simd_eq(f32x16::splat(simd, first.origin.x))
-                & number(1).simd_eq(f32x16::splat(simd, first.origin.y))
-                & number(2).simd_eq(f32x16::splat(simd, first.origin.z))
-                & is_own_t_min
+            let same_origin = row(0).simd_eq(f32x16::splat(simd, first.origin.x))
+                & row(1).simd_eq(f32x16::splat(simd, first.origin.y))
+                & row(2).simd_eq(f32x16::splat(simd, first.origin.z))
+                & same_t_min
                 & t_max.simd_ge(f32x16::splat(simd, t_min));
             let inverse = each!(axis => one / d[axis]);
             let along = d[axes[2]];
             let longest = along.abs();
-            // The first of equal axes is the longest one.
+            // Of equal axes the first counts as the longest.
             let is_longest = each!(axis => {
                 let other = d[axis].abs();
                 if axis < axes[2] { longest.simd_gt(other) } else { longest.simd_ge(other) }
             });
             let squared = d[0] * d[0] + d[1] * d[1] + d[2] * d[2];
-            let mut good = is_longest[axes[0]]
+            let mut same_octant = is_longest[axes[0]]
                 & is_longest[axes[1]]
                 & squared.simd_ge(f32x16::splat(simd, f32::MIN_POSITIVE))
                 & squared.simd_le(f32x16::splat(simd, f32::MAX));
             for axis in 0..3 {
-                // The same sign as the first, not zero, and not so small that its inverse overflows.
+                // The same sign as the first ray, not zero, and large enough for a finite inverse.
                 let same = if near[axis] == 1 { d[axis].simd_lt(zero) } else { d[axis].simd_gt(zero) };
-                good = good & same & inverse[axis].abs().simd_le(f32x16::splat(simd, f32::MAX));
+                same_octant = same_octant & same & inverse[axis].abs().simd_le(f32x16::splat(simd, f32::MAX));
                 lowest[axis] = lowest[axis].min(inverse[axis]);
                 highest[axis] = highest[axis].max(inverse[axis]);
                 packet.beam.inverse[group][axis] = inverse[axis].to_array();
             }
-            if !(alike & good).all_true() {
+            if !(same_origin & same_octant).all_true() {
                 return None;
             }
-            C::add_rays(simd, &mut packet.more, group, d, axes);
+            C::add_group(simd, &mut packet.frustum, group, d, axes);
             let factors = [(zero - d[axes[0]]) / along, (zero - d[axes[1]]) / along, inverse[axes[2]]];
-            packet.factors[group] = each!(part => factors[part].to_array());
+            packet.factors[group] = each!(index => factors[index].to_array());
             let t_max = t_max.min(f32x16::splat(simd, f32::MAX));
-            packet.found.t[group] = t_max.to_array();
-            packet.found.limit[group] = t_max.reduce_max();
+            packet.hits.t[group] = t_max.to_array();
+            packet.hits.group_t_max[group] = t_max.reduce_max();
         }
-        C::enclose(&mut packet.more, &packet.beam, axes);
+        C::finish(&mut packet.frustum, &packet.beam, axes);
         packet.beam.range = each!(axis => [lowest[axis].reduce_min(), highest[axis].reduce_max()]);
         Some(packet)
     }
@@ -196,16 +197,17 @@ impl<C: BeamContainer> Packet<C> {
     fn trace<S: Simd>(&mut self, simd: S, tree: &WideTree<C>, rays: &[Ray]) {
         let Some(root) = tree.root else { return };
         let mut stack = Stack::default();
-        stack.push(Waiting { entry: self.beam.t_min, child: root, groups: self.all_groups });
-        while let Some(Waiting { entry, child, groups }) = stack.pop() {
-            // Groups whose rays have all found something nearer are done.
-            let limits = f32x16::load_array_ref(simd, &self.found.limit);
-            let open = limits.simd_ge(f32x16::splat(simd, entry)) & mask32x16::from_bitmask(simd, u64::from(groups));
+        stack.push(StackEntry { entry: self.beam.t_min, child: root, groups: self.all_groups });
+        while let Some(StackEntry { entry, child, groups }) = stack.pop() {
+            // Skip groups in which every ray has a closer hit.
+            let group_t_max = f32x16::load_array_ref(simd, &self.hits.group_t_max);
+            let open =
+                group_t_max.simd_ge(f32x16::splat(simd, entry)) & mask32x16::from_bitmask(simd, u64::from(groups));
             let active = open.to_bitmask() as u32;
             if active == 0 {
                 continue;
             }
-            let reach = open.select(limits, f32x16::splat(simd, f32::NEG_INFINITY)).reduce_max();
+            let t_max = open.select(group_t_max, f32x16::splat(simd, f32::NEG_INFINITY)).reduce_max();
             if child.is_leaf() {
                 for block in &tree.blocks[child.index()..] {
                     self.test_block(simd, block, active, rays);
@@ -216,32 +218,32 @@ impl<C: BeamContainer> Packet<C> {
                 continue;
             }
             let node = &tree.nodes[child.index()];
-            let interval = C::interval(simd, &node.bounds, &self.beam, &self.more, reach);
+            let beam_hits = C::intersect_beam(simd, &node.bounds, &self.beam, &self.frustum, t_max);
             let mark = stack.mark();
-            for lane in bits(u64::from(interval.some)) {
+            for lane in bits(u64::from(beam_hits.some)) {
                 let lane = lane % WIDTH;
-                let groups = if interval.all >> lane & 1 != 0 {
+                let groups = if beam_hits.all >> lane & 1 != 0 {
                     active
                 } else {
-                    self.groups_that_enter(simd, &interval.offsets, lane, active)
+                    self.entering_groups(simd, &beam_hits.offsets, lane, active)
                 };
                 if groups != 0 {
                     tree.prefetch(node.children[lane]);
-                    stack.push(Waiting { entry: interval.entry[lane], child: node.children[lane], groups });
+                    stack.push(StackEntry { entry: beam_hits.entry[lane], child: node.children[lane], groups });
                     stack.sort_last(mark);
                 }
             }
         }
     }
 
-    /// Those of the `active` groups of which some ray enters the child in a lane.
+    /// The groups out of `active` in which any ray enters the child in a lane.
     #[inline(always)]
-    fn groups_that_enter<S: Simd>(&self, simd: S, offsets: &C::Offsets, lane: usize, active: u32) -> u32 {
-        let child = C::spread(simd, offsets, lane);
+    fn entering_groups<S: Simd>(&self, simd: S, offsets: &C::Offsets, lane: usize, active: u32) -> u32 {
+        let child = C::splat_offset(simd, offsets, lane);
         let mut entering = 0;
         for group in bits(u64::from(active)) {
-            let t = f32x16::load_array_ref(simd, &self.found.t[group % GROUPS]);
-            let enters = C::enters(simd, &child, &self.beam, &self.more, group % GROUPS, t);
+            let t = f32x16::load_array_ref(simd, &self.hits.t[group % GROUPS]);
+            let enters = C::intersect_group(simd, &child, &self.beam, &self.frustum, group % GROUPS, t);
             entering |= u32::from(enters.any_true()) << group;
         }
         entering
@@ -252,18 +254,19 @@ impl<C: BeamContainer> Packet<C> {
     fn test_block<S: Simd>(&mut self, simd: S, block: &TriangleBlock, active: u32, rays: &[Ray]) {
         for lane in 0..BLOCK {
             let primitive = block.primitive_index(lane);
-            // The last triangle fills the last block of a leaf, and fragments of one can follow one another anywhere.
+            // Skip repeated triangles: they fill the last block of a leaf, and proxies of a split triangle can be
+            // neighbours.
             if lane > 0 && primitive == block.primitive_index(lane - 1) {
                 continue;
             }
-            let [corner_x, corner_y, corner_z] = each!(part => each!(corner => {
-                let axis = self.axes[part];
+            let [corner_x, corner_y, corner_z] = each!(index => each!(corner => {
+                let axis = self.axes[index];
                 f32x16::splat(simd, block.corners[corner][axis][lane] - self.beam.origin[axis])
             }));
             for group in bits(u64::from(active)) {
                 let group = group % GROUPS;
                 let factors = &self.factors[group];
-                let factors = each!(part => f32x16::load_array_ref(simd, &factors[part]));
+                let factors = each!(index => f32x16::load_array_ref(simd, &factors[index]));
                 let x = each!(corner => corner_z[corner] * factors[0] + corner_x[corner]);
                 let y = each!(corner => corner_z[corner] * factors[1] + corner_y[corner]);
                 let weights = [x[1] * y[2] - x[2] * y[1], x[2] * y[0] - x[0] * y[2], x[0] * y[1] - x[1] * y[0]];
@@ -272,16 +275,16 @@ impl<C: BeamContainer> Packet<C> {
                 let candidates = !(least.simd_lt(f32x16::splat(simd, 0.0)) & most.simd_gt(f32x16::splat(simd, 0.0)));
                 if candidates.any_true() {
                     let depth = each!(corner => corner_z[corner] * factors[2]);
-                    self.take(simd, block, lane, group, weights, depth, candidates.to_bitmask() as u32, rays);
+                    self.accept_hits(simd, block, lane, group, weights, depth, candidates.to_bitmask() as u32, rays);
                 }
             }
         }
     }
 
-    /// Takes the hits of a triangle with a group's rays, of which only the `candidates` can be some.
+    /// Accepts the hits of a triangle with the rays of a group that passed the sign test, `candidates`.
     #[inline(always)]
     #[allow(clippy::too_many_arguments, reason = "the second half of `test_block`, cut where it gets rare")]
-    fn take<S: Simd>(
+    fn accept_hits<S: Simd>(
         &mut self,
         simd: S,
         block: &TriangleBlock,
@@ -296,12 +299,12 @@ impl<C: BeamContainer> Packet<C> {
         let exact = size[0].min(size[1]).min(size[2]).simd_gt(f32x16::splat(simd, EDGE_MIN))
             & size[0].max(size[1]).max(size[2]).simd_lt(f32x16::splat(simd, EDGE_MAX));
         let scale = f32x16::splat(simd, 1.0) / (weights[0] + weights[1] + weights[2]);
-        let shares = each!(corner => weights[corner] * scale);
-        let t = shares[0] * depth[0] + shares[1] * depth[1] + shares[2] * depth[2];
-        let best = f32x16::load_array_ref(simd, &self.found.t[group]);
+        let barycentrics = each!(corner => weights[corner] * scale);
+        let t = barycentrics[0] * depth[0] + barycentrics[1] * depth[1] + barycentrics[2] * depth[2];
+        let best = f32x16::load_array_ref(simd, &self.hits.t[group]);
         let t_min = f32x16::splat(simd, self.beam.t_min);
         let within = exact & t.simd_ge(t_min) & t.simd_le(best);
-        let unclear = candidates & !(exact.to_bitmask() as u32);
+        let uncertain = candidates & !(exact.to_bitmask() as u32);
         if candidates & within.to_bitmask() as u32 != 0 {
             let triangle = block.triangle(lane);
             let bounds = triangle.bounds();
@@ -319,45 +322,46 @@ impl<C: BeamContainer> Packet<C> {
             let exit = far[0].min(far[1]).min(far[2]) * FAR_SLACK;
             let t = t.max(entry);
             let primitive = u32x16::splat(simd, block.primitive_index(lane));
-            let best_primitive = u32x16::load_array_ref(simd, &self.found.primitive[group]);
+            let best_primitive = u32x16::load_array_ref(simd, &self.hits.primitive[group]);
             let nearer = t.simd_lt(best) | (t.simd_eq(best) & primitive.simd_lt(best_primitive));
-            // A mask of lanes from the bits that remain after the sign test.
+            // Rays that passed the sign test.
             let allowed = mask32x16::from_bitmask(simd, u64::from(candidates));
             let hit = allowed & within & entry.simd_le(exit) & entry.simd_le(best) & nearer;
             if hit.any_true() {
                 let new_t = hit.select(t, best);
-                let best_u = f32x16::load_array_ref(simd, &self.found.u[group]);
-                let best_v = f32x16::load_array_ref(simd, &self.found.v[group]);
-                self.found.primitive[group] = hit.select(primitive, best_primitive).to_array();
-                self.found.t[group] = new_t.to_array();
-                // After other stores: next to their loads, compilers would make these masked stores, slow on AMD under AVX2.
-                self.found.u[group] = hit.select(shares[1], best_u).to_array();
-                self.found.v[group] = hit.select(shares[2], best_v).to_array();
-                self.found.limit[group] = new_t.reduce_max();
+                let best_u = f32x16::load_array_ref(simd, &self.hits.u[group]);
+                let best_v = f32x16::load_array_ref(simd, &self.hits.v[group]);
+                self.hits.primitive[group] = hit.select(primitive, best_primitive).to_array();
+                self.hits.t[group] = new_t.to_array();
+                // After other stores: next to their loads, compilers would make these masked stores, which are slow on
+                // AMD with AVX2.
+                self.hits.u[group] = hit.select(barycentrics[1], best_u).to_array();
+                self.hits.v[group] = hit.select(barycentrics[2], best_v).to_array();
+                self.hits.group_t_max[group] = new_t.reduce_max();
             }
         }
-        if unclear != 0 {
-            self.take_unclear(block, lane, group, unclear, rays);
+        if uncertain != 0 {
+            self.accept_uncertain(block, lane, group, uncertain, rays);
         }
     }
 
-    /// The rays that pass so near an edge that single precision cannot tell on which side.
+    /// Tests in double precision the rays that pass too close to an edge for single precision.
     #[cold]
-    fn take_unclear(&mut self, block: &TriangleBlock, lane: usize, group: usize, unclear: u32, rays: &[Ray]) {
+    fn accept_uncertain(&mut self, block: &TriangleBlock, lane: usize, group: usize, uncertain: u32, rays: &[Ray]) {
         let (triangle, primitive) = (block.triangle(lane), block.primitive_index(lane));
-        for ray_lane in bits(u64::from(unclear)) {
+        for ray_lane in bits(u64::from(uncertain)) {
             let ray = rays[(group * GROUP + ray_lane).min(rays.len() - 1)];
-            let best = self.found.t[group][ray_lane];
+            let best = self.hits.t[group][ray_lane];
             let hit = triangle.intersect(&PreparedRay::new(ray), &Shear::new(ray.direction), best);
             if let Some(hit) = hit
-                && (hit.t < best || hit.t == best && primitive < self.found.primitive[group][ray_lane])
+                && (hit.t < best || hit.t == best && primitive < self.hits.primitive[group][ray_lane])
             {
-                self.found.t[group][ray_lane] = hit.t;
-                self.found.u[group][ray_lane] = hit.u;
-                self.found.v[group][ray_lane] = hit.v;
-                self.found.primitive[group][ray_lane] = primitive;
+                self.hits.t[group][ray_lane] = hit.t;
+                self.hits.u[group][ray_lane] = hit.u;
+                self.hits.v[group][ray_lane] = hit.v;
+                self.hits.primitive[group][ray_lane] = primitive;
             }
         }
-        self.found.limit[group] = self.found.t[group].into_iter().fold(f32::NEG_INFINITY, f32::max);
+        self.hits.group_t_max[group] = self.hits.t[group].into_iter().fold(f32::NEG_INFINITY, f32::max);
     }
 }

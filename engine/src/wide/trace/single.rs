@@ -1,4 +1,4 @@
-//! One ray at a time through the wide tree.
+//! Traversal of a single ray.
 
 use fearless_simd::Simd;
 
@@ -6,11 +6,12 @@ use crate::geometry::{Hit, Ray};
 use crate::tree::traverse::{Nearest, Probe};
 use crate::wide::block::BlockRay;
 use crate::wide::bounds::WideContainer;
+use crate::wide::layout::WIDTH;
 use crate::wide::ray_lanes::{RAY_LANES, RayLanes};
-use crate::wide::trace::stack::{Stack, Waiting};
+use crate::wide::trace::stack::{Stack, StackEntry};
 use crate::wide::tree::WideTree;
 
-/// The nearest hit of `ray`: exactly what the binary tree gives. `probe` counts nodes as containers and blocks as
+/// The closest hit of `ray`: exactly that of the binary tree. `probe` counts nodes as containers and blocks as
 /// primitives.
 #[inline(always)]
 pub fn closest_hit<S: Simd, C: WideContainer, P: Probe>(
@@ -28,7 +29,7 @@ pub fn any_hit<S: Simd, C: WideContainer, P: Probe>(simd: S, tree: &WideTree<C>,
     nearest::<S, C, P, true>(simd, tree, ray, probe).found()
 }
 
-/// The nearest hit; with `ANY` the first one found.
+/// The closest hit; with `ANY` the first one found.
 #[inline(always)]
 pub(crate) fn nearest<S: Simd, C: WideContainer, P: Probe, const ANY: bool>(
     simd: S,
@@ -38,18 +39,18 @@ pub(crate) fn nearest<S: Simd, C: WideContainer, P: Probe, const ANY: bool>(
 ) -> Nearest {
     let mut nearest = Nearest::new(ray.t_max);
     let Some(mut current) = tree.root else { return nearest };
-    let mut packed = RayLanes::<RAY_LANES>::EMPTY;
-    if packed.set::<S, C>(simd, 0, std::slice::from_ref(ray)) == 0 {
+    let mut lanes = RayLanes::<RAY_LANES>::EMPTY;
+    if lanes.set::<S, C>(simd, 0, std::slice::from_ref(ray)) == 0 {
         return nearest;
     }
-    let container_ray = C::prepare(simd, &packed, 0);
-    let block_ray = BlockRay::new(simd, &packed, 0);
+    let container_ray = C::prepare(simd, &lanes, 0);
+    let block_ray = BlockRay::new(simd, &lanes, 0);
     let mut stack = Stack::default();
     loop {
         if current.is_leaf() {
             for block in &tree.blocks[current.index()..] {
                 probe.primitive_test();
-                block_ray.test(simd, block, ray, &mut nearest);
+                block_ray.closest_hit(simd, block, ray, &mut nearest);
                 if block.is_last() {
                     break;
                 }
@@ -60,21 +61,21 @@ pub(crate) fn nearest<S: Simd, C: WideContainer, P: Probe, const ANY: bool>(
         } else {
             probe.container_test();
             let node = &tree.nodes[current.index()];
-            let (mut hits, entries) = C::entries(simd, &node.bounds, &container_ray, nearest.t());
+            let (mut hits, entries) = C::intersect_mask(simd, &node.bounds, &container_ray, nearest.t());
             if hits != 0 {
-                let waiting = |lane: u32| {
-                    let lane = lane as usize % crate::wide::layout::WIDTH;
-                    Waiting { entry: entries[lane], child: node.children[lane], groups: 0 }
+                let stack_entry = |lane: u32| {
+                    let lane = lane as usize % WIDTH;
+                    StackEntry { entry: entries[lane], child: node.children[lane], groups: 0 }
                 };
-                let mut next = waiting(hits.trailing_zeros());
+                let mut next = stack_entry(hits.trailing_zeros());
                 hits &= hits - 1;
                 let mark = stack.mark();
                 while hits != 0 {
-                    let mut other = waiting(hits.trailing_zeros());
+                    let mut other = stack_entry(hits.trailing_zeros());
                     hits &= hits - 1;
-                    // Farthest first where any hit will do: what a ray leaves is rarely in its way.
-                    let goes_first = if ANY { other.entry > next.entry } else { other.entry < next.entry };
-                    if goes_first {
+                    // For any hit, visit the farthest child first: what a ray starts from rarely blocks it.
+                    let is_next = if ANY { other.entry > next.entry } else { other.entry < next.entry };
+                    if is_next {
                         std::mem::swap(&mut other, &mut next);
                     }
                     tree.prefetch(other.child);
@@ -88,9 +89,9 @@ pub(crate) fn nearest<S: Simd, C: WideContainer, P: Probe, const ANY: bool>(
             }
         }
         current = loop {
-            let Some(waiting) = stack.pop() else { return nearest };
-            if waiting.entry <= nearest.t() {
-                break waiting.child;
+            let Some(stack_entry) = stack.pop() else { return nearest };
+            if stack_entry.entry <= nearest.t() {
+                break stack_entry.child;
             }
         };
     }

@@ -1,57 +1,58 @@
-//! What waits while rays go down a tree.
+//! The traversal stack of single rays and packets.
 
 use arrayvec::ArrayVec;
 
 use crate::wide::tree::Child;
 
-/// Entries that a stack holds without touching the heap: enough for every tree but the degenerate ones.
+/// Number of entries held without heap allocation: enough for all but degenerate trees.
 const INLINE: usize = 128;
 
-/// A child that waits for its turn.
+/// A child to visit.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Waiting {
-    /// Distance at which it is entered.
+pub(crate) struct StackEntry {
+    /// Distance of entry.
     pub(crate) entry: f32,
     pub(crate) child: Child,
-    /// The groups of a packet that enter it; nothing for a single ray.
+    /// The groups of a packet that enter the child; unused for single rays.
     pub(crate) groups: u32,
 }
 
-/// A stack that need not be cleared before use.
+/// A traversal stack whose first [`INLINE`] entries live in place, uninitialised until used.
 #[derive(Debug, Default)]
 pub(crate) struct Stack {
-    inline: ArrayVec<Waiting, INLINE>,
-    spilled: Vec<Waiting>,
+    inline: ArrayVec<StackEntry, INLINE>,
+    spilled: Vec<StackEntry>,
 }
 
 impl Stack {
     #[inline(always)]
-    pub(crate) fn push(&mut self, waiting: Waiting) {
+    pub(crate) fn push(&mut self, waiting: StackEntry) {
         if self.inline.try_push(waiting).is_err() {
             self.spill(waiting);
         }
     }
 
     #[cold]
-    fn spill(&mut self, waiting: Waiting) {
+    fn spill(&mut self, waiting: StackEntry) {
         self.spilled.push(waiting);
     }
 
     #[inline(always)]
-    pub(crate) fn pop(&mut self) -> Option<Waiting> {
+    pub(crate) fn pop(&mut self) -> Option<StackEntry> {
         if !self.spilled.is_empty() {
             return self.spilled.pop();
         }
         self.inline.pop()
     }
 
-    /// Where a node's children begin: what [`Stack::sort_from`] takes.
+    /// Position before the children of a node are pushed, for [`Stack::sort_last`].
     #[inline(always)]
     pub(crate) fn mark(&self) -> usize {
         self.inline.len()
     }
 
-    /// Brings the last entry to its place among those since `mark`, the nearest last. Those that spilled stay as they are.
+    /// Moves the last entry to its position among those pushed since `mark`, the nearest on top. Spilled entries are
+    /// left unsorted.
     #[inline(always)]
     pub(crate) fn sort_last(&mut self, mark: usize) {
         let mut at = self.inline.len();

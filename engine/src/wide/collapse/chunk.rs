@@ -1,0 +1,164 @@
+//! The bottom-up pass over one chunk of binary nodes, whose costs fit a core's second-level cache.
+
+#![allow(clippy::inline_always, reason = "SIMD kernels must land in the caller that enables the instructions")]
+
+use fearless_simd::{Select, Simd, SimdBase, f32x8, u32x8};
+
+use crate::tree::Node;
+use crate::wide::bounds::WideContainer;
+use crate::wide::collapse::boundary::{Boundary, LEAF, NodeCost};
+use crate::wide::collapse::cost::{LaneCosts, NODE_COST, block_count, collapse_cost};
+use crate::wide::collapse::decision::{CHUNK_DECISIONS, Decision, DecisionRef};
+use crate::wide::layout::{BLOCK, WIDTH};
+
+/// Pairs of siblings in a chunk: each has a parent, which makes one decision.
+pub(crate) const CHUNK_PAIRS: usize = CHUNK_DECISIONS;
+/// Primitive count of a node with descendants outside the chunk. It saturates: sums with it are never used.
+const PENDING: u32 = u32::MAX;
+
+/// Working memory of a thread for one chunk.
+pub(crate) struct Scratch {
+    /// For each node [`NodeCost::cost`]; the area of an interior node whose cost is not known yet.
+    cost: Vec<f32>,
+    primitives: Vec<PrimitiveRange>,
+    /// For each node the index of its lane costs and its decision, or [`LEAF`].
+    index: Vec<u32>,
+    /// Interior nodes.
+    interior: Vec<u16>,
+    /// Interior nodes that do not become a leaf of one block.
+    undecided: Vec<u16>,
+    lane_costs: Vec<LaneCosts>,
+    decisions: Vec<Decision>,
+    /// For each pair of siblings whether its parent lies in the chunk.
+    has_parent: Vec<bool>,
+}
+
+/// Primitives below a node: slot of the first, and their number or [`PENDING`].
+#[derive(Debug, Clone, Copy, Default)]
+struct PrimitiveRange {
+    first: u32,
+    count: u32,
+}
+
+impl Default for Scratch {
+    fn default() -> Self {
+        const NODES: usize = 2 * CHUNK_PAIRS;
+        Self {
+            cost: vec![0.0; NODES],
+            primitives: vec![PrimitiveRange::default(); NODES],
+            index: vec![LEAF; NODES],
+            interior: vec![0; NODES],
+            undecided: vec![0; NODES],
+            // One more for a node that turns out to be a leaf.
+            lane_costs: vec![[0.0; WIDTH]; CHUNK_PAIRS + 1],
+            decisions: vec![Decision::default(); CHUNK_PAIRS + 1],
+            has_parent: vec![false; CHUNK_PAIRS],
+        }
+    }
+}
+
+impl Scratch {
+    /// Costs and decisions of `nodes`, which are chunk number `chunk`; the decisions go to `list`. Hardly any branch depends on
+    /// the tree, because such branches could not be predicted.
+    #[inline(always)]
+    #[allow(clippy::needless_bitwise_bool, reason = "without branches")]
+    pub(crate) fn decide<C: WideContainer, S: Simd>(
+        &mut self,
+        simd: S,
+        nodes: &[Node<C>],
+        chunk: usize,
+        list: &mut Vec<Decision>,
+    ) -> Boundary {
+        // Node 0 is the root.
+        let offset = 1 + 2 * CHUNK_PAIRS * chunk;
+        let mut boundary = Boundary::default();
+        let Self { cost, primitives, index, interior, undecided, lane_costs, decisions, has_parent } = self;
+        let (cost, primitives, index) =
+            (&mut cost[..nodes.len()], &mut primitives[..nodes.len()], &mut index[..nodes.len()]);
+        index.fill(LEAF);
+        has_parent.fill(false);
+
+        // List the interior nodes.
+        let mut count = 0;
+        for at in 0..nodes.len() {
+            let node = &nodes[at];
+            cost[at] = node.container.nonempty_area() * block_count(node.count.max(1));
+            primitives[at] = PrimitiveRange { first: node.first, count: node.count };
+            interior[count] = at as u16;
+            count += usize::from(!node.is_leaf());
+        }
+
+        // Bottom-up, make a leaf of every node whose primitives fit one block where that is cheaper; it mostly is.
+        let mut undecided_count = 0;
+        for &at in interior[..count].iter().rev() {
+            let at = usize::from(at);
+            let first = (nodes[at].first as usize).wrapping_sub(offset);
+            let children = primitives.get(first..first.wrapping_add(2));
+            let Some(&[left, right]) = children.filter(|children| children.iter().all(|child| child.count != PENDING))
+            else {
+                primitives[at].count = PENDING;
+                boundary.pending.push((offset + at) as u32);
+                continue;
+            };
+            let sum = left.count + right.count;
+            primitives[at] = PrimitiveRange { first: left.first, count: sum };
+            has_parent[first / 2] = true;
+            let split = cost[at] * NODE_COST + (cost[first] + cost[first + 1]);
+            let are_leaves = index[first] & index[first + 1] == LEAF;
+            let is_block = are_leaves & (sum <= BLOCK as u32) & (cost[at] <= split);
+            index[at] = if is_block { LEAF } else { 0 };
+            undecided[undecided_count] = at as u16;
+            undecided_count += usize::from(!is_block);
+        }
+
+        // Bottom-up, compute the lane costs of the others and decide between node and leaf.
+        let decision_of = |index: u32, primitives: PrimitiveRange| {
+            if index == LEAF {
+                DecisionRef::leaf(primitives.first)
+            } else {
+                DecisionRef::decision(chunk, index as usize)
+            }
+        };
+        let mut used = 0;
+        for &at in &undecided[..undecided_count] {
+            let at = usize::from(at);
+            let first_child = nodes[at].first;
+            let first = (first_child as usize).wrapping_sub(offset);
+            let costs_of = |child: usize| {
+                let index = u32x8::splat(simd, index[child]);
+                let costs = f32x8::load_array_ref(simd, &lane_costs[index[0] as usize % CHUNK_PAIRS]);
+                index.simd_eq(u32x8::splat(simd, LEAF)).select(f32x8::splat(simd, cost[child]), costs)
+            };
+            let are_leaves = [index[first] == LEAF, index[first + 1] == LEAF];
+            let children_costs = [costs_of(first), costs_of(first + 1)];
+            let collapsed = collapse_cost(simd, cost[at], primitives[at].count, children_costs, are_leaves);
+            let children =
+                [decision_of(index[first], primitives[first]), decision_of(index[first + 1], primitives[first + 1])];
+            let counts = [primitives[first].count, primitives[first + 1].count];
+            decisions[used] = Decision::new(first_child, collapsed.lanes, children, counts);
+            collapsed.costs.store_slice(&mut lane_costs[used]);
+            cost[at] = collapsed.cost;
+            index[at] = if collapsed.is_leaf { LEAF } else { used as u32 };
+            used += usize::from(!collapsed.is_leaf);
+        }
+
+        // Hand on the pairs whose parents lie in other chunks.
+        let without_parent = has_parent[..nodes.len() / 2].iter().enumerate().filter(|(_, has_parent)| !**has_parent);
+        let mut orphans = 0;
+        for (pair, _) in without_parent {
+            orphans += 1;
+            for at in [2 * pair, 2 * pair + 1] {
+                let PrimitiveRange { first, count } = primitives[at];
+                if !nodes[at].is_leaf() && count != PENDING {
+                    let decision = decision_of(index[at], primitives[at]);
+                    let node = NodeCost { cost: cost[at], first, count, lane_costs: index[at], decision };
+                    boundary.add((offset + at) as u32, node, lane_costs);
+                }
+            }
+        }
+        // With capacity for the decisions of their parents.
+        list.reserve_exact(used + orphans);
+        list.extend_from_slice(&decisions[..used]);
+        boundary
+    }
+}
