@@ -370,8 +370,7 @@ impl<const RAYS: usize, const WORDS: usize> Stream<RAYS, WORDS> {
 }
 
 /// Stack slots of the entered children, so that the first to visit comes last; all other lanes get the slot after
-/// these. Counted instead of
-/// sorted, because the branches of a sort could not be predicted.
+/// these. Counted instead of sorted, because the branches of a sort could not be predicted.
 #[inline(always)]
 fn stack_slots<S: Simd, const FARTHEST: bool>(simd: S, entered: mask32x8<S>, entries: f32x8<S>) -> [u32; WIDTH] {
     // The lane in the lowest bits breaks ties.
