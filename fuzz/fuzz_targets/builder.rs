@@ -1,6 +1,6 @@
 #![no_main]
 
-#[path = "../../tests/hostile/mod.rs"]
-mod hostile;
+#[path = "../../tests/loading/entry_points.rs"]
+mod entry_points;
 
-libfuzzer_sys::fuzz_target!(|bytes: &[u8]| hostile::builder(bytes));
+libfuzzer_sys::fuzz_target!(|bytes: &[u8]| entry_points::builder(bytes));

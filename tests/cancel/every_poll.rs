@@ -1,0 +1,269 @@
+//! Work that is cancelled at its n-th look at the token, for every n: it stops, nothing panics, no half file is left, and
+//! the next job is right.
+
+use std::path::Path;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
+
+use bvhscope::accel::Accel;
+use bvhscope::camera::Camera;
+use bvhscope::headless::render::{write_distances, write_png};
+use bvhscope::lab::diagnose::diagnose_scene;
+use bvhscope::overlay::NodeTable;
+use bvhscope::render::{RenderRequest, RenderSettings, Shading, render};
+use bvhscope::scene::{LoadError, LoadOptions, Scene, SceneSource, load, load_bytes};
+use bvhscope_engine::builders::{BuildError, build_binary};
+use bvhscope_engine::cancel::{CancelToken, Cancelled};
+use bvhscope_engine::kernel::SimdLevel;
+use bvhscope_engine::settings::{BuildSettings, BuilderKind, Preset};
+use bvhscope_engine::tree::ContainerKind;
+
+/// At most so many places are tried: all of them where there are fewer.
+const MOST: u64 = 30;
+
+/// Runs `work` to its end, then once for each look at the token, cancelled there. `work` says whether it was cancelled.
+fn at_every_poll(name: &str, work: impl Fn(&CancelToken) -> bool) {
+    let looks = Arc::new(AtomicU64::new(0));
+    let counted = Arc::clone(&looks);
+    let token = CancelToken::watched(move |_| {
+        counted.fetch_add(1, Ordering::Relaxed);
+        false
+    });
+    assert!(!work(&token), "{name}: nobody cancelled");
+    let looks = looks.load(Ordering::Relaxed);
+    assert!(looks > 0, "{name}: the token is never asked");
+    for k in 0..looks.min(MOST) {
+        let n = 1 + k * looks / looks.min(MOST);
+        let token = CancelToken::watched(move |look| look >= n);
+        assert!(work(&token), "{name}: went on after look {n} of {looks}");
+    }
+    assert!(!work(&CancelToken::new()), "{name}: the next one is not disturbed");
+}
+
+fn one_thread() -> rayon::ThreadPool {
+    rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap()
+}
+
+fn terrain(size: u32) -> Arc<Scene> {
+    let source = SceneSource::Builtin { name: "terrain".to_owned(), size: Some(size) };
+    Arc::new(load(&source, &LoadOptions::default(), &CancelToken::new()).unwrap())
+}
+
+fn is_cancelled(result: Result<Scene, LoadError>) -> bool {
+    match result {
+        Ok(_) => false,
+        Err(LoadError::Cancelled(_)) => true,
+        Err(error) => panic!("{error}"),
+    }
+}
+
+#[test]
+fn loading_stops_at_every_poll() {
+    let folder = tempfile::tempdir().unwrap();
+    let vertices = 30_000;
+    let mut obj = String::new();
+    for k in 0..vertices {
+        obj += &format!("v {k} {} 0\n", k * k % 97);
+    }
+    for k in 3..vertices {
+        obj += &format!("f {} {} {k}\n", k - 2, k - 1);
+    }
+    let mut ply = format!(
+        "ply\nformat ascii 1.0\nelement vertex {vertices}\nproperty float x\nproperty float y\nproperty float z\n\
+         element face {vertices}\nproperty list uchar int vertex_indices\nend_header\n"
+    );
+    for k in 0..vertices {
+        ply += &format!("{k} {} 0\n", k * k % 97);
+    }
+    for k in 0..vertices {
+        ply += &format!("3 {k} {} {}\n", (k + 1) % vertices, (k + 7) % vertices);
+    }
+    let mut stl = String::from("solid a\n");
+    for k in 0..vertices {
+        stl += &format!(
+            "facet normal 0 0 0\nouter loop\nvertex {k} 0 0\nvertex {k} 1 0\nvertex {k} 0 1\nendloop\nendfacet\n"
+        );
+    }
+    let nodes: Vec<String> = (0..400).map(|k| format!("{{\"mesh\":0,\"translation\":[{k},0,0]}}")).collect();
+    let roots: Vec<String> = (0..400).map(|k| k.to_string()).collect();
+    let gltf = format!(
+        "{{\"asset\":{{\"version\":\"2.0\"}},\"scenes\":[{{\"nodes\":[{}]}}],\"nodes\":[{}],\
+         \"meshes\":[{{\"primitives\":[{{\"attributes\":{{\"POSITION\":0}}}}]}}],\
+         \"accessors\":[{{\"componentType\":5126,\"count\":3,\"type\":\"VEC3\"}}]}}",
+        roots.join(","),
+        nodes.join(",")
+    );
+    for (name, text) in [("a.obj", obj), ("a.ply", ply), ("a.stl", stl), ("a.gltf", gltf)] {
+        let path = folder.path().join(name);
+        std::fs::write(&path, text).unwrap();
+        let source = SceneSource::File(path);
+        at_every_poll(name, |token| is_cancelled(load(&source, &LoadOptions::default(), token)));
+    }
+    for scene in bvhscope::scene::BUILTIN_SCENES {
+        let size = scene.size.map(|(_, least, _, most)| (least * 2).min(most));
+        let source = SceneSource::Builtin { name: scene.name.to_owned(), size };
+        at_every_poll(scene.name, |token| is_cancelled(load(&source, &LoadOptions::default(), token)));
+    }
+}
+
+/// Text that nothing needs is read as well, and stops as soon.
+#[test]
+fn long_json_is_watched_while_it_is_read() {
+    let load = |length: usize, token: &CancelToken| {
+        let text = format!(
+            "{{\"asset\":{{\"version\":\"2.0\",\"extras\":\"{}\"}},\"scenes\":[{{\"nodes\":[0]}}],\"nodes\":[{{\"mesh\":0}}],\
+             \"meshes\":[{{\"primitives\":[{{\"attributes\":{{\"POSITION\":0}}}}]}}],\
+             \"accessors\":[{{\"componentType\":5126,\"count\":3,\"type\":\"VEC3\"}}]}}",
+            "x".repeat(length)
+        );
+        is_cancelled(load_bytes(Path::new("a.gltf"), text.as_bytes(), &LoadOptions::default(), token))
+    };
+    let looks = |length: usize| {
+        let looks = Arc::new(AtomicU64::new(0));
+        let counted = Arc::clone(&looks);
+        let token = CancelToken::watched(move |_| {
+            counted.fetch_add(1, Ordering::Relaxed);
+            false
+        });
+        assert!(!load(length, &token));
+        looks.load(Ordering::Relaxed)
+    };
+    // Once while its brackets are counted, once while it is read.
+    assert!(looks(4 << 20) >= looks(0) + 2 * 15, "{} and {}", looks(0), looks(4 << 20));
+    at_every_poll("JSON", |token| load(4 << 20, token));
+}
+
+#[test]
+fn building_stops_at_every_poll() {
+    let pool = one_thread();
+    for builder in BuilderKind::ALL {
+        let scene = terrain(if builder == BuilderKind::Exact { 600 } else { 10_000 });
+        for container in ContainerKind::ALL {
+            let settings = BuildSettings { builder, container, ..BuildSettings::default() };
+            if settings.refusal(scene.triangles.len()).is_some() {
+                continue;
+            }
+            at_every_poll(&format!("{} {}", builder.name(), container.name()), |token| {
+                match pool.install(|| Accel::build(&scene, &settings, token)) {
+                    Ok(_) => false,
+                    Err(BuildError::Cancelled(_)) => true,
+                    Err(error) => panic!("{error}"),
+                }
+            });
+        }
+    }
+}
+
+#[test]
+fn optimizing_stops_at_every_poll() {
+    let pool = one_thread();
+    let scene = terrain(40_000);
+    let settings = BuildSettings::preset(Preset::Best, ContainerKind::Aabb);
+    at_every_poll("best", |token| match pool.install(|| build_binary(&scene.triangles, &settings, token)) {
+        Ok(_) => false,
+        Err(BuildError::Cancelled(_)) => true,
+        Err(error) => panic!("{error}"),
+    });
+}
+
+#[test]
+fn deriving_from_a_tree_stops_at_every_poll() {
+    let pool = one_thread();
+    let scene = terrain(40_000);
+    let tree = || {
+        let built = Accel::build_binary(&scene, &BuildSettings::default(), &CancelToken::new());
+        Arc::new(pool.install(|| built).unwrap())
+    };
+    let is_cancelled = |work: &(dyn Fn(&Accel) -> Result<(), Cancelled> + Sync)| {
+        let accel = tree();
+        pool.install(|| work(&accel)).is_err()
+    };
+    at_every_poll("the wide tree", |token| is_cancelled(&|accel| accel.widen(token).map(|_| ())));
+    at_every_poll("the triangles in leaf order", |token| {
+        is_cancelled(&|accel| accel.leaf_triangles_unless(token).map(|_| ()))
+    });
+    at_every_poll("lineage and overlap", |token| is_cancelled(&|accel| accel.study(token)));
+    let accel = tree();
+    at_every_poll("the list of nodes", |token| NodeTable::new(&accel).list(None, token).is_err());
+    at_every_poll("what is sick", |token| diagnose_scene(&scene, token).is_err());
+}
+
+#[test]
+fn tracing_stops_at_every_poll() {
+    let pool = one_thread();
+    let scene = terrain(2_000);
+    let accel = Arc::new(Accel::build(&scene, &BuildSettings::default(), &CancelToken::new()).unwrap());
+    for shading in Shading::ALL {
+        let request = RenderRequest {
+            accel: Arc::clone(&accel),
+            camera: Camera::framing(&scene.bounds, scene.up),
+            settings: RenderSettings { shading, samples: 2, ..RenderSettings::default() },
+            width_px: 70,
+            height_px: 50,
+            coarseness: 1,
+            count_tests: true,
+        };
+        at_every_poll(shading.name(), |token| pool.install(|| render(&request, token, &|_| ())).is_err());
+    }
+}
+
+#[test]
+fn writing_pictures_stops_at_every_poll() {
+    let folder = tempfile::tempdir().unwrap();
+    let (png, exr) = (folder.path().join("a.png"), folder.path().join("a.exr"));
+    let size = [400, 300_u32];
+    let pixels: Vec<[u8; 4]> = (0..size[0] * size[1]).map(|k| k.wrapping_mul(2_654_435_769).to_le_bytes()).collect();
+    at_every_poll("PNG", |token| {
+        let _ = std::fs::remove_file(&png);
+        let written = write_png(&png, size, &pixels, token);
+        assert_eq!(written.is_ok(), png.exists(), "whole or not at all");
+        written.is_err()
+    });
+    assert_eq!(image::open(&png).unwrap().to_rgba8().into_raw(), pixels.as_flattened());
+    let scene = terrain(2_000);
+    let request = RenderRequest {
+        accel: Arc::new(Accel::build(&scene, &BuildSettings::default(), &CancelToken::new()).unwrap()),
+        camera: Camera::framing(&scene.bounds, scene.up),
+        settings: RenderSettings { samples: 1, ..RenderSettings::default() },
+        width_px: 70,
+        height_px: 50,
+        coarseness: 1,
+        count_tests: true,
+    };
+    let frame = render(&request, &CancelToken::new(), &|_| ()).unwrap();
+    at_every_poll("EXR", |token| {
+        let _ = std::fs::remove_file(&exr);
+        let written = write_distances(&exr, &frame, token);
+        assert_eq!(written.is_ok(), exr.exists(), "whole or not at all");
+        written.is_err()
+    });
+    assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 2, "no temporary file is left");
+}
+
+#[test]
+fn measuring_stops_at_every_poll() {
+    use bvhscope::lab::{LabError, Setup, Subject, TraceView, measure};
+    let scene = terrain(1_000);
+    let view = TraceView {
+        camera: Camera::framing(&scene.bounds, scene.up),
+        size: [20, 20],
+        traversal: bvhscope_engine::tree::traverse::Traversal::Ordered,
+        simd: SimdLevel::best(),
+        repeat: 2,
+    };
+    let subject = Subject { model: "terrain".to_owned(), scene };
+    let setups = [Setup { build: BuildSettings::default(), preset: None, threads: 1 }];
+    at_every_poll("measure", |token| match measure("bench", &subject, &setups, &view, token, &mut |_| ()) {
+        Ok(()) => false,
+        Err(LabError::Cancelled(_)) => true,
+        Err(error) => panic!("{error}"),
+    });
+}
+
+#[test]
+fn a_cancelled_load_says_nothing_else() {
+    let token = CancelToken::watched(|_| true);
+    let result =
+        load_bytes(Path::new("a.obj"), b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n", &LoadOptions::default(), &token);
+    assert!(matches!(result, Err(LoadError::Cancelled(_))), "{result:?}");
+}

@@ -1,0 +1,364 @@
+//! No work between two looks at the token grows with its input, so that a job stops soon however large its model is. Each
+//! job runs over a small and over a large input, on one thread, and the longest stretches without a look are compared.
+
+use std::process::Command;
+use std::sync::{Arc, Mutex, PoisonError};
+use std::time::{Duration, Instant};
+
+use bvhscope::accel::Accel;
+use bvhscope::camera::Camera;
+use bvhscope::headless::render::{write_distances, write_png};
+use bvhscope::lab::diagnose::diagnose_scene;
+use bvhscope::overlay::NodeTable;
+use bvhscope::render::{RenderRequest, RenderSettings, Shading, render};
+use bvhscope::scene::{LoadOptions, Scene, SceneSource, load};
+use bvhscope_engine::builders::build_binary;
+use bvhscope_engine::cancel::CancelToken;
+use bvhscope_engine::settings::{BuildSettings, BuilderKind, Preset};
+use bvhscope_engine::tree::ContainerKind;
+use bvhscope_engine::tree::ancestry::Ancestry;
+use bvhscope_engine::tree::overlap::end_point_overlap;
+use bvhscope_engine::tree::statistics::tree_stats;
+use bvhscope_engine::wide::collapse;
+use bvhscope_engine::with_tree;
+
+/// The large input is so many times the small one.
+const GROWTH: u32 = 8;
+/// What stays the same may take longer by this: a large input is farther from the processor.
+const SLACK: u32 = 4;
+/// Less of the whole job than one part in so many is no stretch to speak of.
+const TRIFLE: u32 = 100;
+/// Triangles of the small inputs: more than any job takes at once.
+const SMALL: u32 = 40_000;
+/// So often at least and at most a job is run: the shortest time of each stretch counts, as other work on the machine only
+/// adds.
+const LEAST_TRIES: usize = 3;
+const TRIES: usize = 40;
+
+/// How long a job went on between its looks, at best.
+#[derive(Default)]
+struct Stretches(Vec<Duration>);
+
+impl Stretches {
+    /// Runs the job once more.
+    fn run<T>(&mut self, pool: &rayon::ThreadPool, work: impl FnOnce(&CancelToken) -> T + Send)
+    where
+        T: Send,
+    {
+        let looks = Arc::new(Mutex::new(Vec::new()));
+        let theirs = Arc::clone(&looks);
+        let token = CancelToken::watched(move |_| {
+            theirs.lock().unwrap().push(Instant::now());
+            false
+        });
+        let start = Instant::now();
+        let result = pool.install(|| work(&token));
+        let end = Instant::now();
+        drop(result);
+        let mut looks = looks.lock().unwrap();
+        looks.push(end);
+        let before = std::iter::once(&start).chain(looks.iter());
+        let times: Vec<Duration> = before.zip(looks.iter()).map(|(from, to)| *to - *from).collect();
+        if self.0.is_empty() {
+            self.0 = times;
+        } else {
+            assert_eq!(self.0.len(), times.len(), "the same job looks as often each time");
+            self.0.iter_mut().zip(times).for_each(|(best, time)| *best = time.min(*best));
+        }
+    }
+
+    fn longest(&self) -> Duration {
+        self.0.iter().copied().max().unwrap()
+    }
+
+    fn total(&self) -> Duration {
+        self.0.iter().sum()
+    }
+}
+
+/// Jobs whose stretches grow with their input.
+#[derive(Default)]
+struct Growing(Vec<String>);
+
+impl Growing {
+    fn none(self) {
+        assert!(self.0.is_empty(), "{:#?}", self.0);
+    }
+
+    /// Notes `work` unless its longest stretch is as long with `inputs[1]` as with `inputs[0]`, which is far smaller. What it
+    /// works on is prepared anew for each run.
+    fn look_at<I: Sync, P: Send, T: Send>(
+        &mut self,
+        name: &str,
+        inputs: [&I; 2],
+        prepare: impl Fn(&I) -> P,
+        work: impl Fn(P, &CancelToken) -> T + Sync,
+    ) {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap();
+        let [mut small, mut large] = [Stretches::default(), Stretches::default()];
+        for run in 1..=TRIES {
+            for (stretches, input) in [&mut small, &mut large].into_iter().zip(inputs) {
+                let prepared = prepare(input);
+                stretches.run(&pool, |token| work(prepared, token));
+            }
+            let (least, longest) = (small.longest(), large.longest());
+            let said = format!(
+                "{name}: {longest:.1?} without a look, {least:.1?} where there is less to do, of {:.1?} and {} looks, after {run} runs",
+                large.total(),
+                large.0.len()
+            );
+            if run < LEAST_TRIES {
+                continue;
+            }
+            if longest <= least * SLACK || longest <= large.total() / TRIFLE {
+                return println!("{said}");
+            }
+            if run == TRIES {
+                let at = large.0.iter().position(|&time| time == longest).unwrap();
+                self.0.push(format!("{said}: before look {}", at + 1));
+            }
+        }
+    }
+}
+
+/// Runs the test `name` once more with an allocator that gets large lists from the system, which fills them with zeros as
+/// they are written to; it would fill those that it has kept itself, all at once. Whether that was done.
+fn again(name: &str) -> bool {
+    const FRESH_MEMORY: (&str, &str) = ("MALLOC_MMAP_THRESHOLD_", "65536");
+    if std::env::var_os(FRESH_MEMORY.0).is_some() {
+        return false;
+    }
+    // One after the other: side by side they would take the memory's time from each other.
+    static ONE_AT_A_TIME: Mutex<()> = Mutex::new(());
+    let _turn = ONE_AT_A_TIME.lock().unwrap_or_else(PoisonError::into_inner);
+    let mut test = Command::new(std::env::current_exe().unwrap());
+    test.args(["--exact", name, "--nocapture"]).env(FRESH_MEMORY.0, FRESH_MEMORY.1);
+    assert!(test.status().unwrap().success());
+    true
+}
+
+fn terrain(triangles: u32) -> Arc<Scene> {
+    let source = SceneSource::Builtin { name: "terrain".to_owned(), size: Some(triangles) };
+    Arc::new(load(&source, &LoadOptions::default(), &CancelToken::new()).unwrap())
+}
+
+#[test]
+fn builders() {
+    if again("latency::builders") {
+        return;
+    }
+    let scenes = [terrain(SMALL), terrain(SMALL * GROWTH)];
+    let mut all: Vec<BuildSettings> = [BuilderKind::Aac, BuilderKind::Lbvh, BuilderKind::BinnedSah, BuilderKind::None]
+        .into_iter()
+        .flat_map(|builder| {
+            ContainerKind::ALL.map(|container| BuildSettings { builder, container, ..BuildSettings::default() })
+        })
+        .collect();
+    all.push(BuildSettings::preset(Preset::Best, ContainerKind::Aabb));
+    let mut growing = Growing::default();
+    for settings in all.into_iter().filter(|settings| settings.refusal(0).is_none()) {
+        let name = format!("{} {} {}", settings.builder.name(), settings.container.name(), settings.optimize);
+        growing.look_at(&name, [&scenes[0], &scenes[1]], Arc::clone, |scene, token| {
+            build_binary(&scene.triangles, &settings, token).unwrap()
+        });
+    }
+    growing.none();
+}
+
+#[test]
+fn what_is_derived_from_a_tree() {
+    if again("latency::what_is_derived_from_a_tree") {
+        return;
+    }
+    let scenes = [terrain(SMALL), terrain(SMALL * GROWTH)];
+    let mut growing = Growing::default();
+    for container in ContainerKind::ALL {
+        let settings = BuildSettings { builder: BuilderKind::Lbvh, container, ..BuildSettings::default() };
+        let accels = scenes.each_ref().map(|scene| {
+            let accel = Accel::build_binary(scene, &settings, &CancelToken::new()).unwrap();
+            Arc::new(accel)
+        });
+        let mut look_at = |what: &str, work: &(dyn Fn(&Arc<Accel>, &CancelToken) + Sync)| {
+            let name = format!("{what}, {}", container.name());
+            growing.look_at(&name, [&accels[0], &accels[1]], Arc::clone, |accel, token| work(&accel, token));
+        };
+        look_at("statistics", &|accel, token| drop(tree_stats(&accel.tree, token).unwrap()));
+        look_at("list of nodes", &|accel, token| NodeTable::new(accel).list(None, token).unwrap());
+        look_at("what is sick", &|accel, token| drop(diagnose_scene(&accel.scene, token).unwrap()));
+        look_at("lineage", &|accel, token| {
+            with_tree!(&accel.tree, tree => drop(Ancestry::new(tree, token).unwrap()));
+        });
+        look_at("wide tree", &|accel, token| {
+            let triangles = &accel.scene.triangles;
+            with_tree!(&accel.tree, tree => drop(collapse(tree, triangles, token).unwrap()));
+        });
+        look_at("overlap", &|accel, token| {
+            end_point_overlap(&accel.tree, &accel.scene.triangles, 100, token).unwrap();
+        });
+        let table = |accel: &Arc<Accel>| NodeTable::new(accel);
+        let name = format!("containers of the other kind than {}", container.name());
+        growing.look_at(&name, [&accels[0], &accels[1]], table, |table, token| {
+            table.complete(token).unwrap();
+            table
+        });
+    }
+    // Where all triangles are one, each sample of the overlap meets all nodes.
+    let settings = BuildSettings { builder: BuilderKind::Lbvh, ..BuildSettings::default() };
+    let stacks = scenes.each_ref().map(|scene| {
+        let triangles = vec![scene.triangles[0]; scene.triangles.len()];
+        let (tree, _) = build_binary(&triangles, &settings, &CancelToken::new()).unwrap();
+        (tree, triangles)
+    });
+    growing.look_at(
+        "overlap of one triangle many times",
+        [&0, &1],
+        |&which: &usize| which,
+        |which, token| {
+            let (tree, triangles) = &stacks[which];
+            end_point_overlap(tree, triangles, 10, token).unwrap()
+        },
+    );
+    growing.none();
+}
+
+#[test]
+fn pictures() {
+    if again("latency::pictures") {
+        return;
+    }
+    let scene = terrain(2_000);
+    let accel = Arc::new(Accel::build(&scene, &BuildSettings::default(), &CancelToken::new()).unwrap());
+    let mut camera = Camera::framing(&scene.bounds, scene.up);
+    // A look at nothing, so that the pixels count and not the rays.
+    camera.target = camera.eye + (camera.eye - camera.target);
+    let request = |shading: Shading, size: [u32; 2]| RenderRequest {
+        accel: Arc::clone(&accel),
+        camera,
+        settings: RenderSettings { shading, samples: 2, mesh_edges: true, ..RenderSettings::default() },
+        width_px: size[0],
+        height_px: size[1],
+        coarseness: 1,
+        count_tests: true,
+    };
+    let sizes = [[320, 200], [320 * 2, 200 * GROWTH / 2]];
+    // Copied once for all pictures.
+    accel.leaf_triangles();
+    let mut growing = Growing::default();
+    for shading in Shading::ALL {
+        let requests = sizes.map(|size| request(shading, size));
+        growing.look_at(shading.name(), [&requests[0], &requests[1]], Clone::clone, |request, token| {
+            // Whoever gets them gives their memory back.
+            let delivered = Mutex::new(Vec::new());
+            let frame = render(&request, token, &|frame| delivered.lock().unwrap().push(frame)).unwrap();
+            (frame, delivered)
+        });
+    }
+    let folder = tempfile::tempdir().unwrap();
+    let frames = sizes.map(|size| render(&request(Shading::Lit, size), &CancelToken::new(), &|_| ()).unwrap());
+    growing.look_at("PNG", [&frames[0], &frames[1]], Clone::clone, |frame, token| {
+        write_png(&folder.path().join("a.png"), [frame.width_px, frame.height_px], &frame.rgba, token).unwrap();
+    });
+    growing.look_at("EXR", [&frames[0], &frames[1]], Clone::clone, |frame, token| {
+        write_distances(&folder.path().join("a.exr"), &frame, token).unwrap();
+    });
+    growing.none();
+}
+
+/// A strip of `count` triangles in each format.
+fn files(count: u32) -> Vec<(&'static str, Vec<u8>)> {
+    let vertex = |k: u32| format!("{k} {} 0", (k % 1_000).pow(2) % 97);
+    let mut obj = String::new();
+    let mut ply = format!(
+        "ply\nformat ascii 1.0\nelement vertex {count}\nproperty float x\nproperty float y\nproperty float z\n\
+         element face {count}\nproperty list uchar int vertex_indices\nend_header\n"
+    );
+    let mut binary_ply = ply.replace("ascii", "binary_little_endian").into_bytes();
+    let mut stl = String::from("solid a\n");
+    let mut binary_stl = vec![0; 80];
+    binary_stl.extend(count.to_le_bytes());
+    let mut buffer = Vec::new();
+    for k in 0..count {
+        obj += &format!("v {}\n", vertex(k));
+        ply += &format!("{}\n", vertex(k));
+        let corner = [k as f32, ((k % 1_000).pow(2) % 97) as f32, 0.0].map(f32::to_le_bytes);
+        binary_ply.extend(corner.as_flattened());
+        buffer.extend(corner.as_flattened());
+        stl += "facet normal 0 0 0\nouter loop\n";
+        binary_stl.extend([0; 12]);
+        for j in k..k + 3 {
+            stl += &format!("vertex {}\n", vertex(j));
+            binary_stl.extend([j as f32, ((j % 1_000).pow(2) % 97) as f32, 0.0].map(f32::to_le_bytes).as_flattened());
+        }
+        binary_stl.extend([0; 2]);
+        stl += "endloop\nendfacet\n";
+    }
+    for k in 0..count {
+        let [a, b, c] = [k, (k + 1) % count, (k + 2) % count];
+        obj += &format!("f {} {} {}\n", a + 1, b + 1, c + 1);
+        ply += &format!("3 {a} {b} {c}\n");
+        binary_ply.push(3);
+        binary_ply.extend([a, b, c].map(u32::to_le_bytes).as_flattened());
+        buffer.extend([a, b, c].map(u32::to_le_bytes).as_flattened());
+    }
+    let json = format!(
+        "{{\"asset\":{{\"version\":\"2.0\"}},\"nodes\":[{{\"mesh\":0}}],\"buffers\":[{{\"byteLength\":{}}}],\
+         \"bufferViews\":[{{\"buffer\":0,\"byteOffset\":0,\"byteLength\":{half}}},\
+         {{\"buffer\":0,\"byteOffset\":{half},\"byteLength\":{half}}}],\
+         \"accessors\":[{{\"bufferView\":0,\"componentType\":5126,\"count\":{count},\"type\":\"VEC3\"}},\
+         {{\"bufferView\":1,\"componentType\":5125,\"count\":{},\"type\":\"SCALAR\"}}],\
+         \"meshes\":[{{\"primitives\":[{{\"attributes\":{{\"POSITION\":0,\"NORMAL\":0}},\"indices\":1}}]}}]}}",
+        buffer.len(),
+        3 * count,
+        half = 12 * count,
+    );
+    let json = format!("{json:0$}", json.len().next_multiple_of(4));
+    let mut glb = b"glTF\x02\0\0\0".to_vec();
+    glb.extend((28 + json.len() as u32 + buffer.len() as u32).to_le_bytes());
+    for (kind, chunk) in [(b"JSON", json.as_bytes()), (b"BIN\0", &buffer)] {
+        glb.extend((chunk.len() as u32).to_le_bytes());
+        glb.extend(kind);
+        glb.extend(chunk);
+    }
+    vec![
+        ("text.obj", obj.into_bytes()),
+        ("text.ply", ply.into_bytes()),
+        ("binary.ply", binary_ply),
+        ("text.stl", stl.into_bytes()),
+        ("binary.stl", binary_stl),
+        ("binary.glb", glb),
+    ]
+}
+
+#[test]
+fn models() {
+    if again("latency::models") {
+        return;
+    }
+    let folders = [SMALL, SMALL * GROWTH].map(|count| {
+        let folder = tempfile::tempdir().unwrap();
+        for (name, bytes) in files(count) {
+            std::fs::write(folder.path().join(name), bytes).unwrap();
+        }
+        folder
+    });
+    let mut growing = Growing::default();
+    let mut look_at = |name: &str, sources: [SceneSource; 2]| {
+        growing.look_at(name, [&sources[0], &sources[1]], Clone::clone, |source, token| {
+            load(&source, &LoadOptions::default(), token).unwrap()
+        });
+    };
+    for (name, _) in files(3) {
+        look_at(name, folders.each_ref().map(|folder| SceneSource::File(folder.path().join(name))));
+    }
+    // A teapot grows with the square of its number, a flake to nine times its size with each level.
+    for (name, small, large) in [
+        ("teapot", 40, 120),
+        ("sphereflake", 3, 4),
+        ("terrain", 4 * SMALL, 4 * SMALL * GROWTH),
+        ("slivers", SMALL, SMALL * GROWTH),
+        ("clusters", 400, 400 * GROWTH),
+    ] {
+        look_at(name, [small, large].map(|size| SceneSource::Builtin { name: name.to_owned(), size: Some(size) }));
+    }
+    growing.none();
+}

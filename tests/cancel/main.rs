@@ -1,0 +1,6 @@
+//! Cancelling: every job stops at each poll of its token, and polls often enough whatever the size of its input.
+
+#![allow(clippy::unwrap_used, reason = "a failed step is a failed test")]
+
+mod every_poll;
+mod latency;

@@ -1,0 +1,423 @@
+//! The program from outside: flags, exit codes, files.
+
+use std::path::Path;
+
+use assert_cmd::Command;
+use bvhscope::render::Shading;
+
+fn bvhscope() -> Command {
+    Command::cargo_bin("bvhscope").unwrap()
+}
+
+/// Runs and gives exit code, stdout, stderr.
+fn run(args: &[&str]) -> (i32, String, String) {
+    let output = bvhscope().args(args).output().unwrap();
+    (
+        output.status.code().unwrap(),
+        String::from_utf8(output.stdout).unwrap(),
+        String::from_utf8(output.stderr).unwrap(),
+    )
+}
+
+const SMALL: [&str; 3] = ["builtin:teapot:2", "--size", "24x16"];
+
+#[test]
+fn every_command_has_help_with_examples_and_the_program_a_version() {
+    for command in ["render", "bench", "sweep", "scaling", "compare", "plot", "info"] {
+        let (code, out, _) = run(&[command, "--help"]);
+        assert_eq!(code, 0, "{command}");
+        assert!(out.contains("Examples:") && out.contains(&format!("bvhscope {command}")), "{out}");
+    }
+    let (code, out, _) = run(&["--version"]);
+    assert_eq!((code, out.trim()), (0, concat!("bvhscope ", env!("CARGO_PKG_VERSION"))));
+    let help = run(&["--help"]).1;
+    assert!(help.contains("Exit codes"));
+    for shading in Shading::ALL {
+        assert!(help.contains(shading.name()), "--help leaves {} out", shading.name());
+    }
+}
+
+#[test]
+fn wrong_flags_name_flag_value_and_range() {
+    let cases: [(&[&str], &[&str]); 46] = [
+        (&["rendr"], &["'rendr'", "neither a command nor a file", "'render'", "--help"]),
+        (&["swep", "builtin:teapot", "--csv", "x.csv"], &["'swep'", "'sweep'"]),
+        (&["bench", "--treshold", "3"], &["--treshold", "--threshold"]),
+        (&["bench", "--threshold", "1"], &["--threshold", "'1'", "2 to 64"]),
+        (&["bench", "--threshold", "65"], &["'65'", "2 to 64"]),
+        (&["sweep", "--threshold", "9..=2"], &["--threshold", "9..=2", "SMALLEST..=LARGEST"]),
+        (&["sweep", "--epsilon", "0.1,0.7"], &["--epsilon", "0 to 0.5"]),
+        (&["sweep", "--shard", "3/2"], &["--shard", "3/2", "I/N"]),
+        (&["bench", "--epsilon", "NaN"], &["--epsilon", "NaN", "0 to 0.5"]),
+        (&["bench", "--threads", "0"], &["--threads", "'0'", "1 to 1024"]),
+        (&["bench", "--threads", "-1"], &["-1"]),
+        (&["render", "-o", "x.png", "--threads", "99999"], &["--threads", "'99999'", "1 to 1024"]),
+        (&["bench", "--repeat", "0"], &["--repeat", "1 to 1000"]),
+        (&["bench", "--size", "0x5"], &["--size", "0x5", "1 to 16384"]),
+        (&["bench", "--traversal", "random"], &["--traversal", "random", "ordered, paper"]),
+        (&["bench", "--simd", "mmx"], &["--simd", "mmx", "one of"]),
+        (&["render", "-o", "x.png", "--simd", "mmx"], &["--simd", "mmx", "one of"]),
+        (&["bench", "--container", "cone"], &["--container", "cone", "box, sphere, both"]),
+        (&["bench", "--builder", "none"], &["--builder", "none", "aac"]),
+        (&["bench", "--preset", "worst"], &["--preset", "worst", "aac-hq", "best"]),
+        (&["bench", "--optimize", "collapse,melt"], &["--optimize", "melt", "split, collapse, restructure, reinsert"]),
+        (&["bench", "--optimize", "all"], &["'split'", "boxes only", "--container box"]),
+        (&["info", "--container", "sphere", "--optimize", "reinsert"], &["'reinsert'", "boxes only"]),
+        (&["--strict"], &["--strict"]),
+        (&["--container", "sphere", "--optimize", "reinsert,collapse"], &["'reinsert'", "boxes only"]),
+        (&["bench", "--builder", "binned-sah"], &["binned SAH", "box"]),
+        (&["bench", "--plot", "x.jpg"], &["x.jpg", ".png or .svg"]),
+        (&["render", "-o", "x.png", "--fov", "0"], &["--fov", "1 to 170"]),
+        (&["render", "-o", "x.png", "--depth", "6..4"], &["--depth", "6..4"]),
+        (&["render", "-o", "x.jpg"], &["x.jpg", ".png"]),
+        (&["render", "-o", "x.png", "builtin:nothing"], &["nothing", "teapot"]),
+        (&["render"], &["--output"]),
+        (&["bench", "--repeat"], &["--repeat", "value"]),
+        (&["bench", "--csv"], &["--csv", "value"]),
+        (&["bench", "--camera", "inside"], &["--camera", "inside", "default, front"]),
+        (&["bench", "--eye", "1,2"], &["--eye", "1,2", "X,Y,Z"]),
+        (&["bench", "--target", "a,b,c"], &["--target", "X,Y,Z"]),
+        (&["bench", "--up", "0,0,0"], &["--up", "points nowhere"]),
+        (&["bench", "--fov", "180"], &["--fov", "1 to 170"]),
+        (&["sweep", "--no-bvh"], &["--no-bvh"]),
+        (&["sweep", "--container", "cone"], &["--container", "box, sphere, both"]),
+        (&["scaling", "--threads", "0"], &["--threads", "1 to 1024"]),
+        (&["scaling", "--builder", "binned-sah", "--container", "both"], &["binned SAH", "box"]),
+        (&["compare", "--threshold", "3"], &["--threshold"]),
+        (&["plot", "-o", "x.png"], &["FILES"]),
+        (&["plot", "rows.jsonl", "-o", "x.gif"], &["x.gif", ".png or .svg"]),
+    ];
+    for (args, parts) in cases {
+        let (code, out, error) = run(args);
+        assert_eq!(code, 2, "{args:?}: {error}");
+        assert_eq!(out, "", "{args:?}");
+        for part in parts {
+            assert!(error.contains(part), "{args:?}: '{part}' is missing in: {error}");
+        }
+    }
+}
+
+#[test]
+fn unusable_files_fail_with_code_one_and_leave_nothing() {
+    let folder = tempfile::tempdir().unwrap();
+    let picture = folder.path().join("out.png");
+    let missing = folder.path().join("missing.obj");
+    let (code, _, error) = run(&["render", missing.to_str().unwrap(), "-o", picture.to_str().unwrap()]);
+    assert_eq!(code, 1);
+    assert!(error.contains("missing.obj"), "{error}");
+    assert!(!picture.exists());
+
+    let nowhere = folder.path().join("no/out.png");
+    let (code, _, error) = run(&["render", "-o", nowhere.to_str().unwrap()]);
+    assert_eq!(code, 1);
+    assert!(error.contains("does not exist"), "{error}");
+
+    let (code, _, error) = run(&["plot", missing.to_str().unwrap(), "-o", picture.to_str().unwrap()]);
+    assert_eq!((code, error.contains("missing.obj")), (1, true));
+    let bad = folder.path().join("bad.jsonl");
+    std::fs::write(&bad, "\n{\"command\":\"bench\"}\n").unwrap();
+    let (code, _, error) = run(&["plot", bad.to_str().unwrap(), "-o", picture.to_str().unwrap()]);
+    assert_eq!(code, 1);
+    assert!(error.contains("bad.jsonl:2"), "{error}");
+    assert!(!picture.exists());
+}
+
+#[test]
+fn one_bad_model_does_not_keep_the_others_from_being_measured() {
+    let (code, out, error) = run(&["bench", "no-such.obj", SMALL[0], SMALL[1], SMALL[2], "--json", "--repeat", "1"]);
+    assert_eq!(code, 1);
+    assert_eq!(out.lines().count(), 2);
+    assert!(error.contains("no-such.obj") && error.contains("1 of 2 models"), "{error}");
+}
+
+#[test]
+fn render_writes_picture_and_distances() {
+    let folder = tempfile::tempdir().unwrap();
+    let (picture, depth) = (folder.path().join("a.png"), folder.path().join("a.exr"));
+    let (code, out, error) = run(&[
+        "render",
+        "builtin:teapot:2",
+        "-o",
+        picture.to_str().unwrap(),
+        "--depth-image",
+        depth.to_str().unwrap(),
+        "--size",
+        "48x32",
+        "--samples",
+        "1",
+        "--camera",
+        "front",
+        "--json",
+    ]);
+    assert_eq!(code, 0, "{error}");
+    let row: serde_json::Value = serde_json::from_str(&out).unwrap();
+    let picture = image::open(&picture).unwrap().to_rgb8();
+    assert_eq!(picture.dimensions(), (48, 32));
+    let colors: std::collections::HashSet<_> = picture.pixels().collect();
+    assert!(colors.len() > 20, "the picture is flat");
+    let depth = image::open(&depth).unwrap().to_rgb32f();
+    let hits = depth.pixels().filter(|pixel| pixel.0[0].is_finite()).count();
+    assert_eq!(Some(hits as u64), row["hits"].as_u64());
+    assert!(row["container_tests_per_ray"].as_f64().is_some_and(|tests| tests > 1.0), "{out}");
+    assert!(row["primitive_tests_per_ray"].as_f64().is_some_and(|tests| tests > 0.0), "{out}");
+    assert!(hits > 100 && depth.pixels().any(|pixel| pixel.0[0] == f32::INFINITY));
+}
+
+#[test]
+fn plots_open_as_pictures() {
+    let folder = tempfile::tempdir().unwrap();
+    let lines = folder.path().join("rows.jsonl");
+    for (command, extra) in [
+        ("bench", &["--repeat", "1"][..]),
+        ("sweep", &["--threshold", "2..=4", "--repeat", "1"]),
+        ("scaling", &["--threads", "2", "--repeat", "1"]),
+        ("compare", &["--repeat", "1"]),
+    ] {
+        let mut args = vec![command];
+        args.extend(SMALL);
+        args.extend(extra);
+        args.push("--json");
+        let (code, out, error) = run(&args);
+        assert_eq!(code, 0, "{command}: {error}");
+        std::fs::write(&lines, out).unwrap();
+        for name in ["p.png", "p.svg"] {
+            let path = folder.path().join(name);
+            let (code, _, error) = run(&["plot", lines.to_str().unwrap(), "-o", path.to_str().unwrap()]);
+            assert_eq!(code, 0, "{command}: {error}");
+            check_plot(&path, command);
+        }
+    }
+}
+
+/// A PNG has ink on white; an SVG has the names of the axes.
+fn check_plot(path: &Path, command: &str) {
+    if path.extension().is_some_and(|extension| extension == "png") {
+        let picture = image::open(path).unwrap().to_rgb8();
+        assert!(picture.width() > 1000 && picture.height() > 800);
+        let ink = picture.pixels().filter(|pixel| pixel.0 != [255; 3]).count();
+        assert!(ink > 5_000 && ink < picture.len() / 6, "{command}: {ink} pixels of ink");
+    } else {
+        let text = std::fs::read_to_string(path).unwrap();
+        assert!(text.starts_with("<svg") && text.trim_end().ends_with("</svg>"));
+        let labels: &[&str] = match command {
+            "scaling" => &["Threads", "Speed-up over one thread", "Parallel efficiency (%)"],
+            "sweep" => &[
+                "Threshold δ (primitives)",
+                "Relative to δ = ",
+                "Build time (ms)",
+                "Trace time (ms)",
+                "Tests per ray",
+                "SAH cost",
+            ],
+            _ => &["Build time (ms)", "Trace time (ms)", "Tests per ray", "SAH cost"],
+        };
+        for label in labels {
+            assert!(text.contains(label), "{command}: '{label}' is missing");
+        }
+    }
+}
+
+#[test]
+fn tables_are_aligned_and_csv_has_the_json_names() {
+    let folder = tempfile::tempdir().unwrap();
+    let csv = folder.path().join("rows.csv");
+    let mut args = vec!["bench"];
+    args.extend(SMALL);
+    args.extend(["--repeat", "1", "--no-bvh", "--csv", csv.to_str().unwrap()]);
+    let (code, out, error) = run(&args);
+    assert_eq!(code, 0, "{error}");
+    for part in [
+        "Build and trace time",
+        "Intersection tests per ray",
+        "Build time by stage",
+        "the paper's teapot",
+        "box:sph",
+        "without BVH",
+        "B/tri",
+    ] {
+        assert!(out.contains(part), "'{part}' is missing in:\n{out}");
+    }
+    let mut reader = csv::Reader::from_path(&csv).unwrap();
+    let head = reader.headers().unwrap().clone();
+    for name in ["model", "triangles", "build_ms", "tests_per_ray", "sah_cost", "bytes_per_triangle"] {
+        assert!(head.iter().any(|column| column == name), "{name}");
+    }
+    assert_eq!(reader.records().map(Result::unwrap).count(), 3);
+}
+
+#[test]
+fn strict_turns_warnings_into_code_three() {
+    let folder = tempfile::tempdir().unwrap();
+    let model = folder.path().join("a.obj");
+    std::fs::write(&model, "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\nf 1 2 9\n").unwrap();
+    let path = model.to_str().unwrap();
+    let (code, _, error) = run(&["info", path]);
+    assert_eq!(code, 0, "{error}");
+    assert!(error.contains("a.obj"), "{error}");
+    assert_eq!(run(&["info", path, "--strict"]).0, 3);
+    assert_eq!(run(&["info", "builtin:teapot:2", "--strict"]).0, 0);
+    // Programs that read rows see it as well, whichever command made them.
+    let picture = folder.path().join("a.png");
+    let render = ["render", path, "--size", "8x8", "-o", picture.to_str().unwrap(), "--json"];
+    let bench = ["bench", path, "--size", "8x8", "--repeat", "1", "--json"];
+    for args in [&["info", path, "--json"][..], &render, &bench] {
+        let (_, out, _) = run(args);
+        let row: serde_json::Value = serde_json::from_str(out.lines().next().unwrap()).unwrap();
+        let warning = row["warnings"][0].as_str().unwrap();
+        assert!(warning.starts_with("1 faces with a vertex") && warning.ends_with("(first at line 5)"), "{warning}");
+    }
+    let (code, _, _) = run(&["bench", path, "--size", "8x8", "--repeat", "1", "--strict"]);
+    assert_eq!(code, 3);
+}
+
+/// What every command tells of a tree.
+const TREE_NAMES: [&str; 26] = [
+    "builder",
+    "container",
+    "threshold",
+    "epsilon",
+    "curve",
+    "optimize",
+    "threads",
+    "build_ms",
+    "build_stages_ms",
+    "mtriangles_per_s",
+    "collapse_ms",
+    "sah_cost",
+    "traversal_cost",
+    "intersection_cost",
+    "epo",
+    "nodes",
+    "leaves",
+    "max_depth",
+    "mean_leaf_depth",
+    "leaf_size",
+    "tree_bytes",
+    "triangle_bytes",
+    "wide_node_bytes",
+    "wide_triangle_bytes",
+    "overlay_bytes",
+    "bytes_per_triangle",
+];
+
+#[test]
+fn info_tells_what_is_in_a_scene() {
+    let (code, out, error) = run(&["info", "builtin:teapot:2", "--json"]);
+    assert_eq!(code, 0, "{error}");
+    let info: serde_json::Value = serde_json::from_str(&out).unwrap();
+    for name in
+        ["triangles", "nodes", "leaves", "max_depth", "sah_cost", "epo", "bytes_per_triangle", "findings", "warnings"]
+    {
+        assert!(info.get(name).is_some(), "{name}");
+    }
+    // Rows of the measuring commands and pictures tell as much of a tree.
+    let folder = tempfile::tempdir().unwrap();
+    let picture = folder.path().join("a.png");
+    let render = ["render", "builtin:teapot:2", "--size", "8x8", "-o", picture.to_str().unwrap(), "--json"];
+    let bench = ["bench", "builtin:teapot:2", "--container", "box", "--size", "8x8", "--repeat", "1", "--json"];
+    for args in [&render[..], &bench] {
+        let row = rows(args).remove(0);
+        for name in TREE_NAMES {
+            assert!(row.get(name).is_some_and(|value| !value.is_null()), "{args:?} lacks {name}");
+        }
+        // What does not depend on the moment is the same everywhere.
+        for name in TREE_NAMES.into_iter().filter(|name| !name.ends_with("_ms") && *name != "mtriangles_per_s") {
+            let same = |value: &serde_json::Value| value.as_f64().map(|number| number as f32);
+            assert_eq!(same(&row[name]), same(&info[name]), "{name}");
+        }
+    }
+    let text = run(&["info", "builtin:teapot:2"]).1;
+    assert!(text.contains("SAH cost") && text.contains("findings"), "{text}");
+    let text = run(&["info", "builtin:teapot:2", "--optimize", "split,reinsert"]).1;
+    assert!(text.contains("split, SAH cost from ") && text.contains(", reinsert to "), "{text}");
+}
+
+/// Rows as JSON objects; the command must have ended well.
+fn rows(args: &[&str]) -> Vec<serde_json::Value> {
+    let (code, out, error) = run(args);
+    assert_eq!(code, 0, "{args:?}: {error}");
+    out.lines().map(|line| serde_json::from_str(line).unwrap()).collect()
+}
+
+#[test]
+fn every_commands_rows_have_the_names_and_agree_on_hits() {
+    const NAMES: [&str; 24] = [
+        "model",
+        "triangles",
+        "builder",
+        "container",
+        "threshold",
+        "epsilon",
+        "optimize",
+        "threads",
+        "build_ms",
+        "build_stages_ms",
+        "trace_ms",
+        "rays",
+        "hits",
+        "mrays_per_s",
+        "tests_per_ray",
+        "container_tests_per_ray",
+        "primitive_tests_per_ray",
+        "sah_cost",
+        "epo",
+        "nodes",
+        "leaves",
+        "max_depth",
+        "bytes_per_triangle",
+        "repeat",
+    ];
+    let model = ["builtin:cornell", "--size", "24x16", "--repeat", "1", "--json"];
+    let cases: [(&str, &[&str], usize); 4] = [
+        ("bench", &["--no-bvh"], 3),
+        ("sweep", &["--threshold", "2..=4", "--container", "both", "--epsilon", "0.1,0.2"], 12),
+        ("scaling", &["--threads", "2", "--container", "both"], 4),
+        ("compare", &["--container", "both"], 24),
+    ];
+    for (command, extra, count) in cases {
+        let args: Vec<&str> = [command].iter().chain(&model).chain(extra).copied().collect();
+        let rows = rows(&args);
+        assert_eq!(rows.len(), count, "{command}");
+        for row in &rows {
+            for name in NAMES {
+                assert!(row.get(name).is_some(), "{command}: {name} is missing in {row}");
+            }
+            assert_eq!((&row["hits"], &row["rays"]), (&rows[0]["hits"], &rows[0]["rays"]), "{command}");
+            assert_eq!(row.get("speedup").is_some(), command == "scaling", "{command}");
+        }
+        if command == "bench" {
+            assert_eq!(rows[2]["tests_per_ray"].as_f64(), rows[2]["triangles"].as_f64());
+        }
+    }
+}
+
+#[test]
+fn shards_are_the_whole_and_are_drawn_together() {
+    let folder = tempfile::tempdir().unwrap();
+    let sweep = |shard: &str| -> Vec<String> {
+        let mut args = vec!["sweep"];
+        args.extend(SMALL);
+        args.extend(["builtin:cornell", "--threshold", "2..=6", "--container", "both", "--repeat", "1", "--json"]);
+        args.extend(["--shard", shard]);
+        let settled = |row: &serde_json::Value| {
+            // Times differ from run to run; nothing else may.
+            ["model", "container", "threshold", "epsilon", "tests_per_ray", "hits", "nodes", "sah_cost"]
+                .map(|name| row[name].to_string())
+                .join(" ")
+        };
+        let (code, out, error) = run(&args);
+        assert_eq!(code, 0, "{error}");
+        std::fs::write(folder.path().join(shard.replace('/', "of")), &out).unwrap();
+        out.lines().map(|line| settled(&serde_json::from_str(line).unwrap())).collect()
+    };
+    let mut whole = sweep("1/1");
+    let mut parts: Vec<String> = ["1/3", "2/3", "3/3"].iter().flat_map(|shard| sweep(shard)).collect();
+    whole.sort();
+    parts.sort();
+    assert_eq!((whole.len(), whole), (20, parts));
+    let file = |name: &str| folder.path().join(name).to_str().unwrap().to_owned();
+    let picture = file("all.svg");
+    let (code, _, error) = run(&["plot", &file("1of3"), &file("3of3"), &file("2of3"), "-o", &picture]);
+    assert_eq!(code, 0, "{error}");
+    check_plot(Path::new(&picture), "sweep");
+}

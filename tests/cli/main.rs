@@ -1,0 +1,10 @@
+//! The commands, run as processes: flags, exit codes, output, files, signals.
+
+#![allow(clippy::unwrap_used, reason = "a failed step is a failed test")]
+
+#[path = "../support/mod.rs"]
+mod support;
+
+mod commands;
+#[cfg(unix)]
+mod interrupting;

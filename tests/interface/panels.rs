@@ -1,0 +1,393 @@
+//! The panels without a window: found by their names, moved, and looked at for what they change.
+
+use std::path::PathBuf;
+
+use crate::panel::{harness, present, press, sized, state, with_rows};
+use bvhscope::app::state::paper::Experiment;
+use bvhscope::app::state::{AppState, PickedTriangle, Request, Severity, Theme};
+use bvhscope::render::{HeatKind, Shading};
+use bvhscope_engine::cancel::CancelToken;
+use bvhscope_engine::settings::{BuildSettings, BuilderKind, Pass, Passes, Preset};
+use bvhscope_engine::tree::ContainerKind;
+use eframe::egui::accesskit::Role;
+use eframe::egui::{self, Key, Modifiers};
+use egui_kittest::Harness;
+use egui_kittest::kittest::{NodeT as _, Queryable as _};
+
+#[test]
+fn the_paper_panel_names_its_widgets_and_fits_the_smallest_screen() {
+    for experiment in Experiment::ALL {
+        let mut s = state(Shading::Lit);
+        with_rows(&mut s, experiment);
+        let h = sized(s, 1024.0, 640.0, 2.0);
+        let screen = h.ctx.content_rect();
+        for label in ["Measure", "Save SVG", "Close paper panel", "Measured repeat", "Depth range"] {
+            assert!(screen.contains_rect(h.get_by_label(label).rect()), "{label} lies outside");
+        }
+        let nameless = h.root().children_recursive().find(|node| {
+            let node = node.accesskit_node();
+            let acts = [Role::Button, Role::CheckBox, Role::SpinButton, Role::ComboBox].contains(&node.role());
+            acts && node.label().or_else(|| node.value()).unwrap_or_default().trim().is_empty()
+        });
+        assert!(nameless.is_none(), "{}: {:?}", experiment.label(), nameless.map(|node| node.rect()));
+    }
+}
+
+#[test]
+fn the_paper_panel_switches_between_tables_and_plots() {
+    let mut s = state(Shading::Lit);
+    with_rows(&mut s, Experiment::Thresholds);
+    let mut h = harness(s);
+    assert!(h.query_by_label("Plot of Tests per ray").is_some());
+    press(&mut h, "Tables");
+    assert!(h.query_by_label("Plot of Tests per ray").is_none());
+    assert_eq!(h.query_all_by_label_contains("δ 8").count(), 2, "a row for the box and one for the sphere");
+    press(&mut h, "Close paper panel");
+    assert!(!h.state().preferences.paper_open);
+}
+
+#[test]
+fn presets_set_threshold_and_epsilon() {
+    let mut h = harness(state(Shading::Lit));
+    for preset in Preset::ALL.into_iter().rev() {
+        press(&mut h, preset.label());
+        let build = h.state().wanted.build;
+        assert_eq!((build.threshold, build.epsilon), preset.parameters(), "{}", preset.label());
+    }
+}
+
+#[test]
+fn passes_are_checked_one_by_one_and_greyed_where_they_need_boxes() {
+    let mut h = harness(state(Shading::Lit));
+    press(&mut h, Preset::Best.label());
+    assert_eq!(h.state().wanted.build.optimize, Passes::FINISHED);
+    h.get_by_role_and_label(Role::CheckBox, Pass::Split.label()).click();
+    h.run_steps(3);
+    assert_eq!(h.state().wanted.build.optimize, Passes::ALL);
+    for pass in Pass::ALL {
+        h.get_by_role_and_label(Role::CheckBox, pass.label()).click();
+        h.run_steps(3);
+        assert_eq!(h.state().wanted.build.optimize, Passes::ALL.without(pass));
+        h.get_by_role_and_label(Role::CheckBox, pass.label()).click();
+        h.run_steps(3);
+        assert_eq!(h.state().wanted.build.optimize, Passes::ALL);
+    }
+    h.get_by_role_and_label(Role::RadioButton, ContainerKind::Sphere.label()).click();
+    h.run_steps(3);
+    for pass in Pass::ALL {
+        let disabled = h.get_by_role_and_label(Role::CheckBox, pass.label()).accesskit_node().is_disabled();
+        assert_eq!(disabled, pass.boxes_only(), "{}", pass.label());
+    }
+    assert_eq!(h.state().wanted.build.passes(), Passes::NONE.with(Pass::Collapse));
+    press(&mut h, Preset::Fast.label());
+    assert_eq!(h.state().wanted.build.optimize, Passes::NONE, "the paper's tree stays as it is");
+}
+
+#[test]
+fn an_arrow_key_moves_the_focused_threshold() {
+    let mut h = harness(state(Shading::Lit));
+    let before = h.state().wanted.build.threshold;
+    h.get_by_role_and_label(Role::Slider, "Threshold").focus();
+    h.run_steps(2);
+    h.key_press(Key::ArrowRight);
+    h.run_steps(3);
+    let after = h.state().wanted.build.threshold;
+    assert!(after > before, "{before} became {after}");
+    h.key_press(Key::ArrowLeft);
+    h.run_steps(3);
+    assert_eq!(h.state().wanted.build.threshold, before);
+}
+
+#[test]
+fn reset_brings_the_tree_settings_back() {
+    let mut s = state(Shading::Lit);
+    s.wanted.build.threshold = 40;
+    s.wanted.build.container = ContainerKind::Sphere;
+    s.wanted.threads = 1;
+    let mut h = harness(s);
+    press(&mut h, "Reset tree settings");
+    assert_eq!(h.state().wanted.build, BuildSettings::default());
+    assert_eq!(h.state().wanted.threads, 0);
+}
+
+#[test]
+fn the_radio_chooses_the_container() {
+    let mut h = harness(state(Shading::Lit));
+    for kind in [ContainerKind::Sphere, ContainerKind::Aabb] {
+        h.get_by_role_and_label(Role::RadioButton, kind.label()).click();
+        h.run_steps(3);
+        assert_eq!(h.state().wanted.build.container, kind);
+    }
+}
+
+#[test]
+fn what_cannot_be_built_is_greyed() {
+    let mut s = state(Shading::Lit);
+    s.wanted.build.container = ContainerKind::Sphere;
+    let refused = BuildSettings { builder: BuilderKind::BinnedSah, ..s.wanted.build };
+    assert!(refused.refusal(100).is_some());
+    let mut h = harness(s);
+    h.get_by_role_and_label(Role::ComboBox, "Builder").click();
+    h.run_steps(4);
+    assert!(h.get_by_label(BuilderKind::BinnedSah.label()).accesskit_node().is_disabled());
+    assert!(!h.get_by_label(BuilderKind::Lbvh.label()).accesskit_node().is_disabled());
+    press(&mut h, BuilderKind::Lbvh.label());
+    assert_eq!(h.state().wanted.build.builder, BuilderKind::Lbvh);
+}
+
+#[test]
+fn the_list_of_shadings_chooses_one() {
+    let mut h = harness(state(Shading::Lit));
+    h.get_by_role_and_label(Role::ComboBox, "Shading").click();
+    h.run_steps(4);
+    press(&mut h, Shading::Clusters.label());
+    assert_eq!(h.state().wanted.render.shading, Shading::Clusters);
+    assert!(h.query_by_role_and_label(Role::Slider, "Cluster depth").is_some());
+}
+
+#[test]
+fn the_job_strip_counts_the_passes_that_a_mode_takes() {
+    for (shading, text) in [(Shading::Heat(HeatKind::Both), "pass 1 of 1 "), (Shading::Lit, "pass 16 of 16 ")] {
+        let mut s = state(shading);
+        s.wanted.render.samples = 16;
+        let scene = s.model.loaded.clone().unwrap();
+        present(&mut s, &scene);
+        let h = harness(s);
+        assert!(h.query_by_label_contains(text).is_some(), "{}: no '{text}'", shading.label());
+    }
+}
+
+#[test]
+fn software_rendering_is_said_once() {
+    for (software, times) in [(true, 1), (false, 0)] {
+        let mut state = state(Shading::Lit);
+        state.graphics.adapter_name = "llvmpipe".to_owned();
+        state.graphics.is_software = software;
+        let harness = harness(state);
+        assert_eq!(harness.query_all_by_label_contains("software rendering").count(), times);
+    }
+}
+
+#[test]
+fn arrow_keys_move_the_depth_range() {
+    let mut h = harness(state(Shading::Lit));
+    let before = h.state().wanted.overlay.depth;
+    h.get_by_label("Depth range").focus();
+    h.run_steps(2);
+    h.key_press(Key::ArrowRight);
+    h.run_steps(3);
+    assert_ne!(h.state().wanted.overlay.depth, before);
+    let [from, to] = h.state().wanted.overlay.depth;
+    assert!(from <= to);
+}
+
+#[test]
+fn looking_at_a_number_does_not_change_it() {
+    let mut s = state(Shading::Lit);
+    // Finer than the slider's last digit, and beyond the ends of the sliders.
+    s.wanted.build.epsilon = 0.125;
+    s.wanted.render.samples = 1000;
+    s.wanted.threads = 700;
+    let wanted = s.wanted.clone();
+    let mut h = harness(s);
+    assert_eq!(h.state().wanted, wanted);
+    let shown = |h: &Harness<'static, AppState>, name: &str| h.get_by_label(name).accesskit_node().value();
+    assert_eq!(shown(&h, "Reduction ε value").as_deref(), Some("0.125"));
+    assert_eq!(shown(&h, "Threads value").as_deref(), Some("700"));
+    h.get_by_role_and_label(Role::Slider, "Reduction ε").focus();
+    h.run_steps(2);
+    h.key_press(Key::ArrowRight);
+    h.run_steps(3);
+    let epsilon = h.state().wanted.build.epsilon;
+    assert!((epsilon * 100.0 - (epsilon * 100.0).round()).abs() < 1e-3 && epsilon > 0.125, "{epsilon}");
+    assert_eq!(h.state().wanted.render, wanted.render);
+}
+
+#[test]
+fn the_panels_keep_their_width() {
+    let mut s = state(Shading::Heat(HeatKind::Both));
+    s.wanted.build.epsilon = 0.125;
+    s.wanted.render.samples = 1000;
+    s.wanted.threads = 1000;
+    let mut h = harness(s);
+    let before = h.get_by_role_and_label(Role::Slider, "Threshold").rect();
+    h.run_steps(10);
+    assert_eq!(h.get_by_role_and_label(Role::Slider, "Threshold").rect(), before);
+}
+
+#[test]
+fn a_double_click_resets_a_slider() {
+    let mut s = state(Shading::Lit);
+    s.wanted.build.threshold = 40;
+    let mut h = harness(s);
+    let pos = h.get_by_role_and_label(Role::Slider, "Threshold").rect().center();
+    h.hover_at(pos);
+    h.run_steps(2);
+    // In one frame: a frame of the harness lasts longer than a double click may.
+    for pressed in [true, false, true, false] {
+        let button = egui::PointerButton::Primary;
+        let event = egui::Event::PointerButton { pos, button, pressed, modifiers: Modifiers::NONE };
+        h.input_mut().events.push(event);
+    }
+    h.run_steps(3);
+    assert_eq!(h.state().wanted.build.threshold, BuildSettings::default().threshold);
+}
+
+#[test]
+fn the_mouse_drags_a_range_of_depths() {
+    let mut s = state(Shading::Lit);
+    s.wanted.overlay.depth = [0, 0];
+    let max_depth = s.model.presented.as_ref().unwrap().accel.tree.max_depth();
+    let mut h = harness(s);
+    let bar = h.get_by_label("Depth range").rect();
+    let at = |share: f32| egui::pos2(bar.left() + bar.width() * share, bar.center().y);
+    h.drag_at(at(0.4));
+    h.run_steps(2);
+    h.hover_at(at(0.6));
+    h.run_steps(2);
+    h.drop_at(at(0.6));
+    h.run_steps(2);
+    let [from, to] = h.state().wanted.overlay.depth;
+    assert!(from > 0 && from < to && to < max_depth, "{from} to {to} of {max_depth}");
+    assert!((from as f32 / max_depth as f32 - 0.4).abs() < 0.15 && (to as f32 / max_depth as f32 - 0.6).abs() < 0.15);
+}
+
+#[test]
+fn fit_fixes_the_heat_range_and_auto_frees_it() {
+    let mut h = harness(state(Shading::Heat(HeatKind::Both)));
+    assert_eq!(h.state().wanted.render.heat_range, None);
+    press(&mut h, "Fit");
+    let fitted = h.state().model.presented.as_ref().unwrap().frame.fitted_range(&CancelToken::new()).unwrap();
+    assert_eq!(h.state().wanted.render.heat_range, Some(fitted));
+    press(&mut h, "Auto");
+    assert_eq!(h.state().wanted.render.heat_range, None);
+}
+
+#[test]
+fn the_mouse_drags_the_ends_of_the_heat_range() {
+    let mut h = sized(state(Shading::Heat(HeatKind::Both)), 1280.0, 900.0, 1.0);
+    let rect = h.get_by_label_contains("Histogram of tests").rect();
+    let drag = |h: &mut Harness<'static, AppState>, from: f32, to: f32| {
+        let at = |share: f32| egui::pos2(rect.left() + rect.width() * share, rect.center().y);
+        h.drag_at(at(from));
+        h.run_steps(2);
+        h.hover_at(at(to));
+        h.run_steps(2);
+        h.drop_at(at(to));
+        h.run_steps(2);
+        h.state().wanted.render.heat_range.expect("a dragged range is fixed")
+    };
+    let [low, high] = drag(&mut h, 0.9, 0.5);
+    let [same, lower] = drag(&mut h, 0.5, 0.4);
+    assert!(lower < high && same == low, "{low} to {high} became {same} to {lower}");
+    let [higher, same] = drag(&mut h, 0.02, 0.2);
+    assert!(higher > low && same == lower, "{low} to {lower} became {higher} to {same}");
+}
+
+#[test]
+fn every_shading_but_the_lit_one_has_a_legend() {
+    for shading in Shading::ALL {
+        let mut s = state(shading);
+        s.selection.nodes.selected = Some(0);
+        let h = harness(s);
+        let picture = h.query_by_label_contains("Legend. Picture: ");
+        assert_eq!(picture.is_some(), shading != Shading::Lit, "{}", shading.label());
+        assert!(h.query_by_label_contains("selected, children, hovered").is_some());
+    }
+}
+
+#[test]
+fn messages_can_be_read_again() {
+    let mut s = state(Shading::Lit);
+    s.messages.notify(Severity::Error, "broken.obj:12: not a face");
+    let mut h = harness(s);
+    press(&mut h, "Close message");
+    assert!(h.query_by_label("broken.obj:12: not a face").is_none());
+    h.key_press(Key::F2);
+    h.run_steps(3);
+    assert!(h.query_by_label("broken.obj:12: not a face").is_some());
+    press(&mut h, "Copy all");
+    assert_eq!(h.state().requests, [Request::Copy("Error: broken.obj:12: not a face".to_owned())]);
+    h.key_press(Key::Escape);
+    h.run_steps(3);
+    assert!(!h.state().layout.messages_open);
+}
+
+#[test]
+fn the_greeting_leads_to_the_start_page() {
+    let mut s = state(Shading::Lit);
+    s.preferences.greeted = false;
+    let mut h = harness(s);
+    press(&mut h, "Open a model…");
+    assert!(h.state().layout.start_page_open && !h.state().preferences.greeted);
+    assert!(h.query_by_label("Open a file…").is_some());
+}
+
+#[test]
+fn messages_are_copied_and_closed_by_name() {
+    let mut s = state(Shading::Lit);
+    s.messages.notify(Severity::Error, "broken.obj:12: not a face");
+    let mut h = harness(s);
+    press(&mut h, "Copy message");
+    assert_eq!(h.state().requests, [Request::Copy("broken.obj:12: not a face".to_owned())]);
+    press(&mut h, "Close message");
+    assert!(h.state().messages.open.is_empty());
+}
+
+#[test]
+fn every_widget_has_a_name() {
+    let mut s = state(Shading::Heat(HeatKind::Both));
+    s.selection.nodes.selected = Some(5);
+    s.selection.picked = Some(PickedTriangle { primitive: 17, path: vec![0, 1, 5] });
+    s.preferences.greeted = false;
+    s.messages.notify(Severity::Error, "broken.obj:12: not a face");
+    let h = harness(s);
+    let mut seen = 0;
+    for node in h.root().children_recursive() {
+        let node = node.accesskit_node();
+        let acts = [
+            Role::Button,
+            Role::CheckBox,
+            Role::RadioButton,
+            Role::Slider,
+            Role::SpinButton,
+            Role::ComboBox,
+            Role::TextInput,
+        ];
+        if acts.contains(&node.role()) {
+            seen += 1;
+            let name = node.label().or_else(|| node.value()).unwrap_or_default();
+            assert!(!name.trim().is_empty(), "{:?} at {:?} has no name", node.role(), node.bounding_box());
+        }
+    }
+    assert!(seen > 30, "{seen} widgets");
+}
+
+#[test]
+fn zero_threads_read_as_all() {
+    let h = harness(state(Shading::Lit));
+    let number = h.get_by_label("Threads value");
+    assert_eq!(number.accesskit_node().value().as_deref(), Some("all"));
+}
+
+/// Signs that no font holds end the harness, so every text of these windows has its glyphs.
+#[test]
+fn every_window_fits_the_smallest_screen() {
+    let mut s = state(Shading::Heat(HeatKind::Both));
+    s.preferences.theme = Theme::Light;
+    s.preferences.recent = vec![PathBuf::from("models/conference.obj")];
+    s.layout.start_page_open = true;
+    let mut h = sized(s, 1024.0, 640.0, 2.0);
+    let screen = h.ctx.content_rect();
+    for label in ["Open a file…", "conference.obj", "Depth range", "Reset tree settings", "File"] {
+        assert!(screen.contains_rect(h.get_by_label(label).rect()), "{label} lies outside");
+    }
+    h.state_mut().layout.start_page_open = false;
+    h.state_mut().layout.shortcuts_open = true;
+    h.run_steps(3);
+    assert!(screen.contains_rect(h.get_by_label("Zoom to the point under the pointer").rect()));
+    h.state_mut().layout.shortcuts_open = false;
+    h.state_mut().layout.palette = Some("pre".to_owned());
+    h.run_steps(3);
+    assert!(screen.contains_rect(h.get_by_label("Command").rect()));
+}

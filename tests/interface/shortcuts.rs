@@ -1,0 +1,123 @@
+//! Keys and the palette of commands, without a window: each does what its name says.
+
+use std::collections::{BTreeSet, HashSet};
+
+use crate::panel::{harness, state};
+use bvhscope::app::commands;
+use bvhscope::app::commands::{Action, shortcut_text};
+use bvhscope::app::panels::dialogs::palette;
+use bvhscope::app::state::{AppState, HoveredPixel};
+use bvhscope::render::Shading;
+use bvhscope_engine::settings::BuilderKind;
+use eframe::egui::{Key, Modifiers};
+use egui_kittest::Harness;
+use egui_kittest::kittest::Queryable as _;
+
+#[test]
+fn a_key_switches_containers() {
+    let mut h = harness(state(Shading::Lit));
+    assert!(h.state().preferences.show_containers);
+    h.key_press(Key::B);
+    h.run_steps(2);
+    assert!(!h.state().preferences.show_containers);
+}
+
+#[test]
+fn the_palette_finds_and_performs() {
+    let mut h = harness(state(Shading::Lit));
+    h.key_press_modifiers(Modifiers::COMMAND, Key::P);
+    h.run_steps(4);
+    assert_eq!(h.state().layout.palette.as_deref(), Some(""));
+    h.get_by_label("Command").type_text("leaves");
+    h.run_steps(4);
+    assert_eq!(h.state().layout.palette.as_deref(), Some("leaves"));
+    h.key_press(Key::Enter);
+    h.run_steps(4);
+    assert_eq!(h.state().layout.palette, None);
+    assert!(h.state().wanted.overlay.leaves_only);
+}
+
+#[test]
+fn the_palette_ranks_beginnings_of_words_first() {
+    let found = palette::filter(commands::entries().to_vec(), "orth");
+    assert_eq!(found[0].action, Action::ToggleOrthographic);
+    assert!(palette::filter(commands::entries().to_vec(), "zzzzqq").is_empty());
+}
+
+#[test]
+fn every_action_is_named_and_no_key_means_two() {
+    let mut keys = HashSet::new();
+    let mut labels = HashSet::new();
+    for entry in commands::entries() {
+        assert!(!entry.label.is_empty() && !entry.description.is_empty(), "{:?}", entry.action);
+        assert!(labels.insert(&entry.label), "{} stands for two actions", entry.label);
+        for key in &entry.shortcuts {
+            assert!(keys.insert(shortcut_text(key)), "{} means two actions", shortcut_text(key));
+        }
+    }
+    assert!(keys.len() > 20);
+}
+
+#[test]
+fn the_readme_lists_the_very_keys_of_the_actions() {
+    let readme = include_str!("../../README.md");
+    let rows =
+        readme.split_once("| keys and mouse |").unwrap().1.lines().skip(1).take_while(|line| line.starts_with('|'));
+    let keys = rows.skip(1).filter_map(|row| row.split('|').nth(1));
+    let told: BTreeSet<&str> = keys.flat_map(|cell| cell.split('`').skip(1).step_by(2)).collect();
+    let actions = commands::entries().iter().flat_map(|entry| entry.shortcuts.iter().map(shortcut_text));
+    let actions: BTreeSet<String> = actions.collect();
+    assert_eq!(told, actions.iter().map(String::as_str).collect());
+}
+
+#[test]
+fn arrows_turn_the_camera_only_while_the_viewport_has_the_focus() {
+    let mut h = harness(state(Shading::Lit));
+    let eye = |h: &Harness<'static, AppState>| h.state().wanted.camera.eye;
+    let before = eye(&h);
+    h.key_press(Key::ArrowRight);
+    h.run_steps(2);
+    assert_eq!(eye(&h), before);
+    h.state_mut().layout.viewport_focused = true;
+    h.key_press(Key::ArrowRight);
+    h.run_steps(2);
+    assert_ne!(eye(&h), before);
+    h.key_press(Key::ArrowLeft);
+    h.run_steps(2);
+    assert!(eye(&h).distance(before) < 1e-4);
+}
+
+#[test]
+fn a_key_zooms_to_the_hovered_point() {
+    let mut h = harness(state(Shading::Lit));
+    let target = h.state().wanted.camera.target;
+    h.key_press(Key::Plus);
+    h.run_steps(2);
+    assert_eq!(h.state().wanted.camera.target, target, "without a pointer it zooms to the target");
+    let hover = HoveredPixel { x_px: 200, y_px: 400, primitive: None, distance: f32::INFINITY, value: None };
+    h.state_mut().selection.hover = Some(hover);
+    let distance = h.state().wanted.camera.distance();
+    h.key_press(Key::Plus);
+    h.run_steps(2);
+    let camera = h.state().wanted.camera;
+    assert!(camera.distance() < distance && camera.target.distance(target) > 1e-3);
+    h.key_press(Key::Minus);
+    h.run_steps(2);
+    assert!(h.state().wanted.camera.target.distance(target) < 1e-3, "the other key goes back");
+}
+
+#[test]
+fn threshold_keys_leave_other_builders_alone() {
+    let mut s = state(Shading::Lit);
+    s.wanted.build.builder = BuilderKind::Lbvh;
+    let build = s.wanted.build;
+    let mut h = harness(s);
+    h.key_press(Key::CloseBracket);
+    h.run_steps(2);
+    assert_eq!(h.state().wanted.build, build);
+    assert!(!Action::LowerThreshold.is_enabled(h.state()));
+    h.state_mut().wanted.build.builder = BuilderKind::Aac;
+    h.key_press(Key::CloseBracket);
+    h.run_steps(2);
+    assert_eq!(h.state().wanted.build.threshold, build.threshold + 1);
+}

@@ -1,0 +1,405 @@
+//! Every real model of the manifest loads with the triangles and bounds that an independent reader found; small files
+//! made here test one feature or fault each.
+
+use std::path::Path;
+
+use bvhscope::scene::{LoadError, LoadOptions, Scene, SceneSource, load};
+use bvhscope_engine::cancel::CancelToken;
+
+use crate::support::{models, skip};
+
+fn load_path(path: &Path) -> Result<Scene, LoadError> {
+    load(&SceneSource::File(path.to_path_buf()), &LoadOptions::default(), &CancelToken::new())
+}
+
+/// Writes a file into a fresh folder and loads it.
+fn load_bytes(name: &str, bytes: &[u8]) -> Result<Scene, LoadError> {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join(name);
+    std::fs::write(&path, bytes).unwrap();
+    load_path(&path)
+}
+
+/// File, triangles, bounds of each row of the manifest.
+fn manifest(folder: &Path) -> Vec<(String, usize, [f32; 6])> {
+    let text = std::fs::read_to_string(folder.join("MANIFEST.md")).unwrap();
+    let rows = text.lines().filter_map(|line| {
+        let cells: Vec<_> = line.split('|').map(str::trim).collect();
+        let triangles = cells.get(2)?.replace(',', "").parse().ok()?;
+        let numbers: Vec<f32> = cells.get(4)?.split_whitespace().filter_map(|word| word.parse().ok()).collect();
+        Some((cells[1].to_owned(), triangles, numbers.try_into().ok()?))
+    });
+    rows.collect()
+}
+
+/// Whether a model is too large for a build without optimisation.
+fn too_large(path: &Path) -> bool {
+    cfg!(debug_assertions) && std::fs::metadata(path).is_ok_and(|metadata| metadata.len() > 30_000_000)
+}
+
+fn check_manifest(extensions: &[&str]) {
+    let Some(folder) = models() else { return };
+    let (mut checked, mut skipped) = (0, Vec::new());
+    for (file, triangles, bounds) in manifest(&folder) {
+        let path = folder.join(&file);
+        if !extensions.iter().any(|extension| file.ends_with(extension)) {
+            continue;
+        }
+        if !path.exists() || too_large(&path) {
+            skipped.push(file);
+            continue;
+        }
+        let started = std::time::Instant::now();
+        let result = load_path(&path);
+        println!("{file}: {:.0} ms", started.elapsed().as_secs_f64() * 1e3);
+        if ["Draco", "meshopt", "Meshopt"].iter().any(|word| file.contains(word)) {
+            let message = result.unwrap_err().to_string();
+            assert!(message.contains("gltf-transform"), "{file}: {message}");
+            continue;
+        }
+        let scene = result.unwrap();
+        assert_eq!(scene.triangles.len(), triangles, "{file}");
+        if file.contains("Instancing") {
+            println!("{file}: the manifest's bounds leave the instances out");
+            checked += 1;
+            continue;
+        }
+        let found = [scene.bounds.min.to_array(), scene.bounds.max.to_array()].concat();
+        let size = scene.bounds.extent().max_element();
+        // The manifest boxes turned glTF meshes by the corners of their own boxes: its bounds may be wider, never narrower.
+        let turned = file.contains("gltf/") || file.ends_with(".glb");
+        for (axis, (found, expected)) in found.iter().zip(bounds).enumerate() {
+            // The manifest gives five digits.
+            let slack = 1e-4 * expected.abs() + 1e-5 * size;
+            let inside = if axis < 3 { expected - found } else { found - expected };
+            assert!(inside <= slack, "{file}: {:?} reaches beyond {bounds:?}", scene.bounds);
+            let allowed = if turned { 0.25 * size } else { slack };
+            assert!(inside >= -allowed, "{file}: {:?} instead of {bounds:?}", scene.bounds);
+        }
+        checked += 1;
+    }
+    if !skipped.is_empty() {
+        skip(format_args!("missing, or too large for a build without optimisation: {}", skipped.join(", ")));
+    }
+    assert!(checked > 0, "no {extensions:?} in the manifest");
+}
+
+#[test]
+fn obj_models_match_the_manifest() {
+    check_manifest(&[".obj"]);
+}
+
+#[test]
+fn ply_and_stl_models_match_the_manifest() {
+    check_manifest(&[".ply", ".stl"]);
+}
+
+#[test]
+fn gltf_models_match_the_manifest() {
+    check_manifest(&[".gltf", ".glb"]);
+}
+
+#[test]
+fn stl_of_every_kind_loads() {
+    let facet = |x: &str| {
+        format!("FACET NORMAL 0 0 0\nOUTER LOOP\nVERTEX 0 0 0\nVERTEX {x} 0 0\nVERTEX 0 1 0\nENDLOOP\nENDFACET\n")
+    };
+    let text = format!("SOLID a\n{}ENDSOLID\nsolid b\n{}{}", facet("1"), facet("2"), facet("nan"));
+    let scene = load_bytes("a.stl", text.as_bytes()).unwrap();
+    // The triangle that is none, and the second solid, which does not end.
+    assert_eq!((scene.triangles.len(), scene.mesh_count, scene.warnings.entries.len()), (2, 2, 2));
+    let whole = load_bytes("a.stl", format!("{text}ENDSOLID\n").as_bytes()).unwrap();
+    assert_eq!(whole.warnings.entries.len(), 1);
+    let mut binary = b"solid but binary".to_vec();
+    binary.resize(80, 0);
+    binary.extend(2_u32.to_le_bytes());
+    for x in [0.0_f32, 3.0] {
+        let values = [0.0, 0.0, 0.0, x, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0];
+        binary.extend(values.iter().flat_map(|value: &f32| value.to_le_bytes()));
+        binary.extend([0, 0]);
+    }
+    assert_eq!(load_bytes("no-extension", &binary).unwrap().triangles.len(), 2);
+    binary.truncate(140);
+    // One whole facet of the two that the header declares is there; only a text file may begin with "solid" then.
+    binary[0] = b'_';
+    let scene = load_bytes("short.stl", &binary[..134]).unwrap();
+    assert_eq!((scene.triangles.len(), scene.warnings.is_empty()), (1, false));
+}
+
+#[test]
+fn ply_of_every_kind_loads() {
+    let text = "ply\r\nformat ascii 1.0\r\nelement face 2\r\nproperty list uchar int vertex_indices\r\nelement vertex 4\r\n\
+        property uchar red\r\nproperty uchar green\r\nproperty uchar blue\r\nproperty double z\r\nproperty float y\r\n\
+        property float x\r\nend_header\r\n4 0 1 2 3\r\n3 0 1 9\r\n255 0 0 0 0 0\r\n255 0 0 0 0 1\r\n255 0 0 0 1 1\r\n0 0 0 0 1 0";
+    let scene = load_bytes("a.ply", text.as_bytes()).unwrap();
+    assert_eq!((scene.triangles.len(), scene.warnings.entries.len()), (2, 1));
+    assert!(scene.attributes.unwrap().colors.contains(&glam::Vec3::X));
+    let mut big =
+        b"ply\nformat binary_big_endian 1.0\nelement vertex 4\nproperty float x\nproperty float y\nproperty float z\n\
+        element tristrips 1\nproperty list int int vertex_indices\nend_header\n"
+            .to_vec();
+    for value in [0.0_f32, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 1.0, 1.0, 0.0] {
+        big.extend(value.to_be_bytes());
+    }
+    for value in [8, 0, 1, 2, 3, -1, 0, 1, 3] {
+        big.extend(i32::to_be_bytes(value));
+    }
+    assert_eq!(load_bytes("big.ply", &big).unwrap().triangles.len(), 3);
+    for length in 0..big.len() {
+        assert!(load_bytes("cut.ply", &big[..length]).is_err());
+    }
+}
+
+#[test]
+fn ply_counts_are_not_trusted() {
+    for element in ["vertex 18446744073709551615", "nothing 4000000000"] {
+        let text = format!(
+            "ply\nformat ascii 1.0\nelement {element}\nproperty float x\nproperty float y\nproperty float z\nend_header\n"
+        );
+        let message = load_bytes("a.ply", text.as_bytes()).unwrap_err().to_string();
+        assert!(message.contains("are declared"), "{message}");
+    }
+    let flat = "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float y\nend_header\n0 0\n";
+    let message = load_bytes("a.ply", flat.as_bytes()).unwrap_err().to_string();
+    assert!(message.contains("element vertex has no property z"), "{message}");
+    let points = b"ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float y\nproperty float z\nend_header\n0 0 0\n";
+    let message = load_bytes("a.ply", points).unwrap_err().to_string();
+    assert!(message.contains("contains 1 points and no triangles"), "{message}");
+}
+
+#[test]
+fn obj_traps_do_not_stop_loading() {
+    let text = b"\xEF\xBB\xBFmtllib /dev/zero\nmtllib missing.mtl\n# caf\xE9\r\nv 0 0 0\rv 1 0 0 0.5\nv 1 1 0 1 0 0\nv 0 1 0\n\
+        v nan 0 0\nusemtl\tred\nl 1 2 3\np 1\nf 1 2 \\\n 3 4\nf 1 2 9\nf 0 1 2\nf 1 2\nf -4 -3 -5\nf 1 2 5\nf 1 2 3";
+    let scene = load_bytes("traps.obj", text).unwrap();
+    assert_eq!(scene.triangles.len(), 4, "{:?}", scene.warnings);
+    let colors = &scene.attributes.as_ref().unwrap().colors;
+    assert!(colors.contains(&glam::Vec3::X) && colors.contains(&glam::Vec3::ONE));
+    let warned = |what: &str| scene.warnings.entries.iter().find(|entry| entry.what.contains(what)).unwrap().count;
+    assert_eq!(warned("does not exist"), 2);
+    assert_eq!(warned("lines and points"), 2);
+    assert_eq!(warned("not numbers"), 1);
+    assert_eq!(warned("fewer than 3"), 1);
+    assert_eq!(warned("missing.mtl"), 1);
+    assert_eq!(warned("/dev/zero"), 1);
+}
+
+#[test]
+fn obj_faults_name_their_line() {
+    let message = load_bytes("a.obj", b"v 0 0 0\nv 0 x1 0\n").unwrap_err().to_string();
+    assert!(message.ends_with("a.obj:2:5: 'x1' is not a number"), "{message}");
+    for word in ["0x10", "1,5", "--1"] {
+        let message = load_bytes("a.obj", format!("v 0 0 0\n  v\t0 {word} 0\n").as_bytes()).unwrap_err().to_string();
+        assert!(message.ends_with(&format!("a.obj:2:7: '{word}' is not a number")), "{message}");
+    }
+    let message = load_bytes("a.obj", b"v 0 0 0\nv 0 1 0\n").unwrap_err().to_string();
+    assert!(message.contains("contains 2 points and no triangles"), "{message}");
+    let message = load_bytes("a.obj", b"\xFF\xFEv\0").unwrap_err().to_string();
+    assert!(message.contains("UTF-16"), "{message}");
+}
+
+#[test]
+fn materials_and_textures_stand_beside_the_model() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = |name: &str| folder.path().join(name);
+    std::fs::create_dir(at("tex")).unwrap();
+    image::RgbaImage::from_pixel(2, 2, image::Rgba([255, 0, 0, 255])).save(at("tex/Red.PNG")).unwrap();
+    std::fs::write(at("m.mtl"), "newmtl a\nKd 0.5\nnewmtl b\nKd 1 1 1\nmap_Kd -s 1 1 1 TEX\\red.png\n").unwrap();
+    let text = "mtllib m.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nusemtl a\nf 1 2 3\nusemtl b\nf 1/1 2/1 3/1\nusemtl c\nf 1 2 3";
+    std::fs::write(at("m.obj"), text).unwrap();
+    let scene = load_path(&at("m.obj")).unwrap();
+    assert_eq!(scene.material(0).base_color, glam::Vec3::splat(0.5));
+    assert_eq!(scene.material(2).name, "", "{:?}", scene.materials);
+    let texture = &scene.textures[scene.material(1).base_color_texture.unwrap() as usize];
+    assert_eq!(texture.sample(glam::Vec2::splat(0.3)), glam::Vec4::new(1.0, 0.0, 0.0, 1.0));
+}
+
+#[test]
+fn unusable_files_say_why() {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("bunny.obj"), "v 0 0 0").unwrap();
+    let message = load_path(&folder.path().join("buny.obj")).unwrap_err().to_string();
+    assert!(message.contains("no such file; did you mean 'bunny.obj'?"), "{message}");
+    let message = load_path(folder.path()).unwrap_err().to_string();
+    assert!(message.contains("is a folder; it holds bunny.obj"), "{message}");
+    let message = load_bytes("a.obj", b"").unwrap_err().to_string();
+    assert!(message.contains("empty"), "{message}");
+    if cfg!(unix) {
+        let message = load_path(Path::new("/dev/zero")).unwrap_err().to_string();
+        assert!(message.contains("not a regular file"), "{message}");
+    }
+}
+
+#[test]
+fn a_cancelled_load_stops() {
+    let token = CancelToken::new();
+    token.cancel();
+    let source = SceneSource::default_builtin();
+    let result = load(&source, &LoadOptions::default(), &token);
+    assert!(matches!(result, Err(LoadError::Cancelled(_))));
+}
+
+/// A glTF square of four corners, in the order of a strip, with a colour each: drawn as `mode`, with indices of
+/// `component_type`, under the node `node`.
+fn gltf_square(mode: u32, component_type: u32, indices: &[u32], node: &serde_json::Value) -> Scene {
+    let mut bytes: Vec<u8> = Vec::new();
+    for corner in [[0.0_f32, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [1.0, 1.0, 0.0]] {
+        bytes.extend(corner.iter().flat_map(|x| x.to_le_bytes()));
+    }
+    // RGBA in bytes, as many exporters write it.
+    bytes.extend([[255, 0, 0, 255], [0, 255, 0, 255], [0, 0, 255, 255], [255, 255, 255, 255_u8]].as_flattened());
+    let index_bytes = match component_type {
+        5121 => 1,
+        5123 => 2,
+        _ => 4,
+    };
+    bytes.extend(indices.iter().flat_map(|index| index.to_le_bytes()[..index_bytes].to_vec()));
+    let text: String = bytes.iter().map(|byte| format!("%{byte:02x}")).collect();
+    let document = serde_json::json!({
+        "asset": {"version": "2.0"},
+        "scenes": [{"nodes": [0]}],
+        "nodes": [node],
+        "meshes": [{"primitives": [{"attributes": {"POSITION": 0, "COLOR_0": 1}, "indices": 2, "mode": mode}]}],
+        "accessors": [
+            {"bufferView": 0, "componentType": 5126, "count": 4, "type": "VEC3"},
+            {"bufferView": 1, "componentType": 5121, "normalized": true, "count": 4, "type": "VEC4"},
+            {"bufferView": 2, "componentType": component_type, "count": indices.len(), "type": "SCALAR"}
+        ],
+        "bufferViews": [
+            {"buffer": 0, "byteLength": 48},
+            {"buffer": 0, "byteOffset": 48, "byteLength": 16},
+            {"buffer": 0, "byteOffset": 64, "byteLength": indices.len() * index_bytes}
+        ],
+        "buffers": [{"byteLength": bytes.len(), "uri": format!("data:application/octet-stream,{text}")}]
+    });
+    let scene = load_bytes("square.gltf", document.to_string().as_bytes()).unwrap();
+    assert!(scene.warnings.is_empty(), "{:?}", scene.warnings);
+    scene
+}
+
+/// Twice the area of each triangle, along z: positive where it turns to the left.
+fn turns(scene: &Scene) -> Vec<f32> {
+    scene.triangles.iter().map(|t| (t.b - t.a).cross(t.c - t.a).z).collect()
+}
+
+#[test]
+fn gltf_lists_strips_and_fans_with_every_index_type_are_the_same_square() {
+    let plain = serde_json::json!({"mesh": 0});
+    for component_type in [5121, 5123, 5125] {
+        for (mode, indices) in [(4, &[0, 1, 2, 2, 1, 3][..]), (5, &[0, 1, 2, 3]), (6, &[0, 1, 3, 2])] {
+            let scene = gltf_square(mode, component_type, indices, &plain);
+            assert_eq!(turns(&scene), [1.0, 1.0], "mode {mode}, component type {component_type}");
+            let attributes = scene.attributes.as_ref().unwrap();
+            for (triangle, corners) in scene.triangles.iter().zip(&attributes.corners) {
+                for (corner, vertex) in [triangle.a, triangle.b, triangle.c].into_iter().zip(corners) {
+                    let expected = match (corner.x > 0.5, corner.y > 0.5) {
+                        (false, false) => glam::Vec3::X,
+                        (true, false) => glam::Vec3::Y,
+                        (false, true) => glam::Vec3::Z,
+                        (true, true) => glam::Vec3::ONE,
+                    };
+                    assert_eq!(attributes.colors[*vertex as usize], expected, "at {corner}");
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn gltf_nodes_turn_scale_and_move_or_give_their_matrix() {
+    let half = std::f32::consts::FRAC_1_SQRT_2;
+    // A quarter turn about z takes (1, 1) to (-1, 1), then twice as large, then moved by 5 along x.
+    let parts = serde_json::json!({
+        "mesh": 0, "rotation": [0.0, 0.0, half, half], "scale": [2.0, 2.0, 2.0], "translation": [5.0, 0.0, 0.0]
+    });
+    let matrix = serde_json::json!({
+        "mesh": 0, "matrix": [0, 2, 0, 0, -2, 0, 0, 0, 0, 0, 2, 0, 5, 0, 0, 1]
+    });
+    for node in [parts, matrix] {
+        let scene = gltf_square(4, 5123, &[0, 1, 2, 2, 1, 3], &node);
+        let off = (scene.bounds.min - glam::Vec3::new(3.0, 0.0, 0.0)).length()
+            + (scene.bounds.max - glam::Vec3::new(5.0, 2.0, 0.0)).length();
+        assert!(off < 1e-5, "{node}: {:?}", scene.bounds);
+        assert!(turns(&scene).iter().all(|turn| (turn - 4.0).abs() < 1e-4), "{:?}", turns(&scene));
+    }
+}
+
+#[test]
+fn the_content_decides_what_a_file_is() {
+    let ply = "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n\
+        element face 1\nproperty list uchar int vertex_indices\nend_header\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n";
+    let obj = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
+    for (name, text, warned) in [
+        ("a.ply", ply, false),
+        ("no-extension", ply, false),
+        ("a.bak", ply, false),
+        ("a.OBJ", ply, true),
+        ("a.obj", obj, false),
+        ("a", obj, false),
+    ] {
+        let scene = load_bytes(name, text.as_bytes()).unwrap();
+        assert_eq!((scene.triangles.len(), scene.warnings.is_empty()), (1, !warned), "{name}: {:?}", scene.warnings);
+        if warned {
+            assert!(scene.warnings.entries[0].what.contains("PLY"), "{:?}", scene.warnings);
+        }
+    }
+    let message = load_bytes("a.txt", b"hello").unwrap_err().to_string();
+    assert!(message.contains("neither OBJ, glTF, GLB, PLY nor STL"), "{message}");
+}
+
+#[test]
+fn obj_of_every_kind_loads() {
+    let square = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\n";
+    let load = |rest: &str| load_bytes("a.obj", format!("{square}{rest}").as_bytes()).unwrap();
+    // Line ends of old machines, and bytes of none.
+    let text = format!("# a\0b\n{square}f 1 2 3\n").replace('\n', "\r");
+    assert_eq!(load_bytes("a.obj", text.as_bytes()).unwrap().triangles.len(), 1);
+    // Indices at and beyond every end.
+    for index in ["0", "5", "-5", "9223372036854775808", "-9223372036854775808", "18446744073709551616", "x", "1.0"] {
+        let scene = load(&format!("f 1 2 3\nf 1 2 {index}\n"));
+        assert_eq!((scene.triangles.len(), scene.warnings.entries.len()), (1, 1), "{index}");
+    }
+    // Corners in any number, and twice the same.
+    let corners: String = (0..100_000).map(|k| format!(" {}", 1 + k % 4)).collect();
+    let scene = load(&format!("f 1\nf 1 2\nf{corners}\nf 1 1 2\n"));
+    assert_eq!(scene.triangles.len(), 99_999, "{:?}", scene.warnings);
+    assert_eq!(scene.warnings.entries[0].count, 2);
+    // Attributes here and there.
+    let scene = load("vt 0 0\nvn 0 0 1\nf 1/1/1 2/1/1 3/1/1\nf 1 2 3\nf 1/1 2 3//1\nf 1//1 2//1 3//1\n");
+    let attributes = scene.attributes.as_ref().unwrap();
+    assert_eq!((scene.triangles.len(), attributes.corners.len()), (4, 4));
+    // A name with spaces is one library, else several; one outside the folder is none.
+    let folder = tempfile::tempdir().unwrap();
+    let inside = folder.path().join("inside");
+    std::fs::create_dir(&inside).unwrap();
+    for place in ["inside/my colours.mtl", "inside/b.mtl", "outside.mtl"] {
+        std::fs::write(folder.path().join(place), format!("newmtl {}\nKd 1 0 0\n", place.len())).unwrap();
+    }
+    for (libraries, material, warnings) in
+        [("my colours.mtl", 21, 0), ("missing.mtl b.mtl", 12, 1), ("../outside.mtl", 11, 1)]
+    {
+        let text = format!("mtllib {libraries}\n{square}usemtl {material}\nf 1 2 3\n");
+        std::fs::write(inside.join("a.obj"), text).unwrap();
+        let scene = load_path(&inside.join("a.obj")).unwrap();
+        let found = scene.material(0).base_color == glam::Vec3::X;
+        assert_eq!(found, !libraries.starts_with(".."), "{libraries}");
+        assert_eq!(scene.warnings.entries.len(), warnings, "{libraries}: {:?}", scene.warnings);
+    }
+}
+
+#[test]
+fn a_library_without_end_gives_as_many_materials_as_there_may_be() {
+    let folder = tempfile::tempdir().unwrap();
+    let library: String = (0..70_000).map(|k| format!("newmtl m{k}\nKd 1 0 0\n")).collect();
+    std::fs::write(folder.path().join("m.mtl"), library).unwrap();
+    let model = folder.path().join("m.obj");
+    let square = "v 0 0 0\nv 1 0 0\nv 0 1 0\n";
+    std::fs::write(&model, format!("mtllib m.mtl\n{square}usemtl m65535\nf 1 2 3\nusemtl m65536\nf 3 2 1\n")).unwrap();
+    let scene = load_path(&model).unwrap();
+    let material = |triangle: usize| &scene.materials[scene.material_indices[triangle] as usize];
+    assert_eq!((material(0).name.as_str(), material(0).base_color.to_array()), ("m65535", [1.0, 0.0, 0.0]));
+    assert_ne!(material(1).name, "m65536", "one too many");
+    assert!(scene.materials.len() <= 65_537, "{}", scene.materials.len());
+    let warnings: Vec<String> = scene.warnings.entries.iter().map(ToString::to_string).collect();
+    assert!(warnings.iter().any(|warning| warning.contains("beyond 65536 left out")), "{warnings:?}");
+}

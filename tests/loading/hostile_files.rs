@@ -1,0 +1,434 @@
+//! The program as a child process, with little memory, on files and options that break programs: it ends by itself with
+//! code 0, 1 or 2, names what is wrong, and never panics.
+
+use std::os::unix::process::ExitStatusExt as _;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output, Stdio};
+
+use crate::support::process::{SharedProgram, output};
+use crate::support::skip;
+
+/// Address space that the program gets, in kilobytes: code, threads' stacks and all allocations.
+const ADDRESS_SPACE_KB: u32 = 1_500_000;
+
+const PROGRAM: &str = env!("CARGO_BIN_EXE_bvhscope");
+
+/// Runs `command` in a shell after `limits`, which are `ulimit` options.
+fn run_limited(limits: &str, command: &[&str], cwd: &Path) -> Output {
+    let mut shell = Command::new("sh");
+    shell.arg("-c").arg(format!("{limits} exec \"$@\"")).arg("sh").args(command).current_dir(cwd).stdin(Stdio::null());
+    output(shell)
+}
+
+/// Runs the program after `limits`.
+fn run_with(limits: &str, args: &[&str]) -> Output {
+    run_limited(limits, &[&[PROGRAM], args].concat(), Path::new("."))
+}
+
+/// Exit code and stderr of the program with little memory.
+fn run(args: &[&str]) -> (i32, String) {
+    finish(args, &run_with(&format!("ulimit -v {ADDRESS_SPACE_KB}; ulimit -c 0;"), args))
+}
+
+fn finish(args: &[&str], output: &Output) -> (i32, String) {
+    let error = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert_eq!(output.status.signal(), None, "{args:?} was ended by a signal: {error}");
+    assert!(!error.contains("panicked") && !error.contains("RUST_BACKTRACE"), "{args:?}: {error}");
+    (output.status.code().unwrap(), error)
+}
+
+/// Loads and builds `path`; the error must name the file and hold `part`.
+fn refused(path: &Path, part: &str) {
+    let (code, error) = run(&["info", path.to_str().unwrap()]);
+    let name = path.file_name().unwrap().to_str().unwrap();
+    assert_eq!(code, 1, "{name}: {error}");
+    assert!(error.contains(name) && error.contains(part), "{name}: '{part}' is missing in: {error}");
+}
+
+/// Loads and builds `path`; stderr.
+fn accepted(path: &Path) -> String {
+    let (code, error) = run(&["info", path.to_str().unwrap()]);
+    assert_eq!(code, 0, "{}: {error}", path.display());
+    error
+}
+
+struct Folder(tempfile::TempDir);
+
+impl Folder {
+    fn new() -> Self {
+        Self(tempfile::tempdir().unwrap())
+    }
+
+    fn path(&self, name: &str) -> PathBuf {
+        self.0.path().join(name)
+    }
+
+    fn write(&self, name: &str, bytes: impl AsRef<[u8]>) -> PathBuf {
+        std::fs::write(self.path(name), bytes).unwrap();
+        self.path(name)
+    }
+
+    /// A file without content that claims to be so long.
+    fn sparse(&self, name: &str, start: &[u8], length: u64) -> PathBuf {
+        let path = self.write(name, start);
+        std::fs::OpenOptions::new().write(true).open(&path).unwrap().set_len(length).unwrap();
+        path
+    }
+}
+
+const TRIANGLE: &str = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
+
+#[test]
+fn what_is_no_regular_file_is_refused_without_waiting() {
+    let folder = Folder::new();
+    let pipe = folder.path("pipe.obj");
+    assert!(Command::new("mkfifo").arg(&pipe).status().unwrap().success());
+    refused(&pipe, "pipe, socket or device");
+    refused(Path::new("/dev/zero"), "pipe, socket or device");
+    let _socket = std::os::unix::net::UnixListener::bind(folder.path("socket.obj")).unwrap();
+    refused(&folder.path("socket.obj"), "pipe, socket or device");
+    std::os::unix::fs::symlink(folder.path("loop.obj"), folder.path("loop.obj")).unwrap();
+    refused(&folder.path("loop.obj"), "cannot be opened");
+    folder.write("model.ply", "");
+    refused(&folder.path(""), "is a folder; it holds model.ply");
+}
+
+#[test]
+fn files_of_others_are_named() {
+    let folder = Folder::new();
+    let model = folder.write("secret.obj", TRIANGLE);
+    std::fs::set_permissions(&model, std::os::unix::fs::PermissionsExt::from_mode(0o000)).unwrap();
+    if std::fs::read(&model).is_err() {
+        refused(&model, "may not be read by this user");
+        return;
+    }
+    // The administrator may read everything: become another user.
+    let program = SharedProgram::new();
+    let path = program.path();
+    let other = ["setpriv", "--reuid=65534", "--regid=65534", "--clear-groups", path.to_str().unwrap()];
+    let run_as_other = |args: &[&str]| run_limited("", &[&other[..], args].concat(), Path::new("/"));
+    std::fs::set_permissions(folder.0.path(), std::os::unix::fs::PermissionsExt::from_mode(0o755)).unwrap();
+    if !run_as_other(&["--version"]).status.success() {
+        return skip("no other user can run the program here");
+    }
+    let args = ["info", model.to_str().unwrap()];
+    let (code, error) = finish(&args, &run_as_other(&args));
+    assert!(code == 1 && error.contains("secret.obj: may not be read by this user"), "{error}");
+    // Nor may that user write here.
+    let picture = folder.path("out.png");
+    let args = ["render", "builtin:teapot:2", "-o", picture.to_str().unwrap()];
+    let (code, error) = finish(&args, &run_as_other(&args));
+    assert!(code == 1 && error.contains("takes no files"), "{error}");
+    assert!(!picture.exists());
+}
+
+#[test]
+fn names_of_every_kind_are_opened() {
+    use std::os::unix::ffi::OsStrExt as _;
+    let folder = Folder::new();
+    let long = format!("{}.obj", "n".repeat(250));
+    for name in [&b"with space.obj"[..], b"new\nline.obj", b"latin-\xE9.obj", b"-dash.obj", long.as_bytes()] {
+        let name = std::ffi::OsStr::from_bytes(name);
+        std::fs::write(folder.0.path().join(name), TRIANGLE).unwrap();
+        let mut command = Command::new(PROGRAM);
+        command.args(["info", "--json", "--"]).arg(name).current_dir(folder.0.path());
+        let output = output(command);
+        assert!(output.status.success(), "{name:?}: {}", String::from_utf8_lossy(&output.stderr));
+    }
+    refused(&folder.path(&"n".repeat(300)), "cannot be opened");
+}
+
+#[test]
+fn lengths_and_counts_that_are_not_there_take_no_memory() {
+    let folder = Folder::new();
+    for name in ["big.obj", "big.ply", "big.stl", "big.glb"] {
+        refused(&folder.sparse(name, b"v 0 0 0\n", 5 << 30), "would need about 5.4 GB of memory");
+    }
+    let mut stl = vec![b' '; 80];
+    stl.extend(u32::MAX.to_le_bytes());
+    stl.extend([0; 50]);
+    let warning = accepted(&folder.write("count.stl", &stl));
+    assert!(warning.contains("4294967294 triangles of 4294967295 declared missing"), "{warning}");
+    let header = "ply\nformat binary_little_endian 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n";
+    let face = "element face 1\nproperty list uint int vertex_indices\nend_header\n";
+    let mut ply = format!("{header}{face}").into_bytes();
+    ply.extend([0; 36]);
+    ply.extend(u32::MAX.to_le_bytes());
+    refused(&folder.write("list.ply", &ply), "a list of 4294967295 entries does not fit");
+    let mut ply = format!("{header}{}", face.replace("uint int", "char int")).into_bytes();
+    ply.extend([0; 36]);
+    ply.push(0xFF);
+    refused(&folder.write("negative.ply", &ply), "a list of -1 entries");
+    refused(
+        &folder.write("empty-elements.ply", "ply\nformat ascii 1.0\nelement a 4000000000\nend_header\n"),
+        "are declared",
+    );
+    refused(&folder.write("long-line.obj", vec![b'v'; 64 << 20]), "longer than 1048576 bytes");
+    let lines = format!("ply\nformat ascii 1.0\n{}end_header\n", "comment\n".repeat(70_000));
+    refused(&folder.write("lines.ply", lines), "the header is longer than 65536 lines");
+    let word = format!("{}{}", header.replace("binary_little_endian", "ascii"), face) + &"1".repeat(5_000);
+    refused(&folder.write("word.ply", word), "a word is longer than 4096 bytes");
+    let glb = b"glTF\x02\0\0\0\xff\xff\xff\xff\xff\xff\xff\x7fJSON{}";
+    refused(&folder.write("header.glb", glb), "declares 4294967295 bytes");
+    let zeros = r#"{"asset":{"version":"2.0"},"nodes":[{"mesh":0}],"meshes":[{"primitives":[{"attributes":{"POSITION":0}}]}],
+        "accessors":[{"componentType":5126,"count":300000000,"type":"VEC3"}]}"#;
+    refused(&folder.write("zeros.gltf", zeros), "--memory-limit");
+    let groups = format!("{TRIANGLE}{}", "g a\no b\nf 1 2 3\n".repeat(100_000));
+    accepted(&folder.write("groups.obj", groups));
+}
+
+#[test]
+fn pictures_that_unpack_to_gigabytes_are_left_out() {
+    let folder = Folder::new();
+    let mut png = std::io::Cursor::new(Vec::new());
+    image::GrayImage::new(11_000, 11_000).write_to(&mut png, image::ImageFormat::Png).unwrap();
+    folder.write("bomb.png", png.get_ref());
+    let materials: String = (0..8).map(|k| format!("newmtl m{k}\nmap_Kd bomb.png\n")).collect();
+    folder.write("bomb.mtl", materials);
+    let warning = accepted(&folder.write("bomb.obj", format!("mtllib bomb.mtl\nusemtl m3\n{TRIANGLE}")));
+    assert!(warning.contains("image 'bomb.png' not used"), "{warning}");
+}
+
+/// Each is a warning of its own, and each warning is looked for among all.
+#[test]
+fn thousands_of_missing_pictures_are_told_in_few_words() {
+    let folder = Folder::new();
+    let materials: String = (0..20_000).map(|k| format!("newmtl m{k}\nmap_Kd missing{k}.png\n")).collect();
+    folder.write("a.mtl", materials);
+    let warning = accepted(&folder.write("a.obj", format!("mtllib a.mtl\nusemtl m3\n{TRIANGLE}")));
+    assert!(warning.contains("image 'missing7.png' not used"), "{warning}");
+    assert!(warning.contains("19800 warnings of other kinds"), "{warning}");
+    assert!(warning.lines().count() < 300, "{} lines", warning.lines().count());
+}
+
+#[test]
+fn the_memory_limit_is_kept() {
+    for (args, part) in [
+        (&["info", "builtin:terrain:10000000", "--memory-limit", "100MB"][..], "the triangles would need about"),
+        (&["info", "builtin:terrain:1000000", "--memory-limit", "300MB"], "the tree would need about"),
+        (
+            &["render", "-o", "a.png", "--size", "16384x16384", "--memory-limit", "1GB"],
+            "a picture of 16384x16384 pixels",
+        ),
+    ] {
+        let (code, error) = run(args);
+        assert!(code == 1 && error.contains(part) && error.contains("--memory-limit"), "{args:?}: {error}");
+    }
+    // Without a word from the user the system's own limit counts.
+    let (code, error) = run(&["info", "builtin:terrain:4000000"]);
+    assert!(code == 1 && error.contains("would need about"), "{error}");
+    for value in ["0", "4", "101%", "0%", "lots", "-1GB", "NaN%", "1e30GB"] {
+        let (code, error) = run(&["info", &format!("--memory-limit={value}")]);
+        assert!(code == 2 && error.contains("--memory-limit"), "{value}: {error}");
+    }
+    assert_eq!(run(&["info", "builtin:teapot:2", "--memory-limit", "50%"]).0, 0);
+}
+
+#[test]
+fn what_a_file_becomes_is_asked_for_before_it_is_read() {
+    let folder = Folder::new();
+    // Some megabytes that become some dozen times as much, and a limit between the two.
+    let count = 400_000;
+    let vertices = "v 0 0 0\nv 1 0 0\nv 0 1 0\n";
+    let obj = folder.write("a.obj", format!("{vertices}{}", "f 1 2 3\n".repeat(2 * count)));
+    let header = |vertices: usize, faces: usize| {
+        format!(
+            "ply\nformat ascii 1.0\nelement vertex {vertices}\nproperty float x\nproperty float y\nproperty float z\n\
+             element face {faces}\nproperty list uchar int vertex_indices\nend_header\n"
+        )
+    };
+    let points = folder.write("points.ply", header(3 * count, 0) + &"0 0 0\n".repeat(3 * count));
+    let faces = folder.write("faces.ply", header(1, 2 * count) + "0 0 0\n" + &"3 0 0 0\n".repeat(2 * count));
+    let fan =
+        folder.write("fan.ply", header(1, 1).replace("uchar", "int") + "0 0 0\n2000000" + &" 0".repeat(2_000_000));
+    let facet = "vertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\nendloop\n";
+    let stl = folder.write("a.stl", format!("solid\n{}", facet.repeat(count)));
+    let json = folder
+        .write("a.gltf", format!("{{\"asset\":{{\"version\":\"2.0\"}},\"nodes\":[{}{{}}]}}", "{},".repeat(count)));
+    let text = "A".repeat(64 << 20);
+    let uri = folder.write(
+        "uri.gltf",
+        format!(
+            "{{\"asset\":{{\"version\":\"2.0\"}},\"buffers\":[{{\"byteLength\":9,\"uri\":\"data:;base64,{text}\"}}]}}"
+        ),
+    );
+    for (path, limit, part) in [
+        (obj, "60MB", "the vertices and faces would need"),
+        (points, "60MB", "the vertices would need"),
+        (faces, "60MB", "the faces would need"),
+        (fan, "60MB", "the faces would need"),
+        (stl, "50MB", "the triangles would need"),
+        (json, "200MB", "the JSON would need"),
+        (uri, "130MB", "the JSON would need"),
+    ] {
+        let (code, error) = run(&["info", path.to_str().unwrap(), "--memory-limit", limit]);
+        let name = path.file_name().unwrap().to_str().unwrap();
+        assert!(code == 1 && error.contains(name) && error.contains(part), "{name}: {error}");
+    }
+}
+
+#[test]
+fn small_stacks_are_enough() {
+    let limits = "ulimit -s 512; export RUST_MIN_STACK=200000;";
+    for model in ["builtin:slivers:20000", "builtin:teapot:8"] {
+        let args = ["info", model];
+        let (code, error) = finish(&args, &run_with(limits, &args));
+        assert_eq!(code, 0, "{model}: {error}");
+    }
+}
+
+/// The program under a user's limit of processes and threads, which does not bind the administrator.
+#[test]
+fn few_threads_or_none_are_enough() {
+    // A user of its own, as the limit is on all processes of a user.
+    let user = (61_000 + std::process::id() % 4_000).to_string();
+    let other = ["setpriv", "--reuid", &user, "--regid", &user, "--clear-groups", "bash", "-c"];
+    let program = SharedProgram::new();
+    let path = program.path();
+    let limited = |most: usize, args: &[&str]| {
+        let script = format!("ulimit -u {most} && exec \"$@\"");
+        let wrapper = [&script, "bash", path.to_str().unwrap()];
+        run_limited("", &[&other[..], &wrapper, args].concat(), Path::new("/"))
+    };
+    if !limited(64, &["--version"]).status.success() {
+        return skip("no other user can run the program here");
+    }
+    let mut alone = 0;
+    for most in 1..=12 {
+        let args = ["info", "builtin:teapot:4", "--threads", "8", "--json"];
+        let (code, error) = finish(&args, &limited(most, &args));
+        assert_eq!(code, 0, "{most}: {error}");
+        // The main thread, the one that waits for Ctrl-C, and eight.
+        if most < 10 {
+            assert!(error.contains("8 threads cannot be started") && error.contains("working with"), "{most}: {error}");
+        }
+        alone += usize::from(error.contains("working without"));
+        // What is measured is measured with as many as were asked for, or not at all.
+        let args = ["bench", "builtin:teapot:2", "--size", "16x16", "--repeat", "1", "--threads", "8"];
+        let (code, error) = finish(&args, &limited(most, &args));
+        assert!(code == 0 || code == 1 && error.contains("8 threads cannot be started"), "{most}: {error}");
+    }
+    assert!(alone > 0, "the limit was never felt");
+}
+
+#[test]
+fn targets_that_cannot_be_written_are_found_before_the_work() {
+    let folder = Folder::new();
+    let kept = folder.write("kept.png", "old");
+    let model = folder.write("model.obj", TRIANGLE);
+    for (target, part) in [
+        (folder.path(""), "is a folder"),
+        (PathBuf::from("/dev/full"), "not a regular file"),
+        (folder.path("missing/out.png"), "does not exist"),
+    ] {
+        let (code, error) = run(&["bench", "builtin:terrain:9000000", "--csv", target.to_str().unwrap()]);
+        assert!(code == 1 && error.contains(part), "{}: {error}", target.display());
+    }
+    // A disk that fills up: files may not grow beyond a few blocks, and the signal about it is ignored as on a full disk.
+    let target = kept.to_str().unwrap();
+    let args = ["render", "builtin:teapot:4", "--size", "400x400", "-o", target];
+    let limits = "ulimit -f 8; trap '' XFSZ;";
+    let (code, error) = finish(&args, &run_with(limits, &args));
+    assert!(code == 1 && error.contains("kept.png: cannot be written"), "{error}");
+    assert_eq!(std::fs::read(&kept).unwrap(), b"old");
+    let (code, error) = run(&["render", model.to_str().unwrap(), "-o", model.to_str().unwrap()]);
+    assert!(code == 2 && error.contains("must end in .png"), "{error}");
+    let mut names: Vec<_> =
+        std::fs::read_dir(folder.0.path()).unwrap().map(|entry| entry.unwrap().file_name()).collect();
+    names.sort();
+    assert_eq!(names, ["kept.png", "model.obj"], "nothing is left behind");
+}
+
+/// A disk of its own that is nearly full; only the administrator may make one.
+#[test]
+fn a_full_disk_leaves_the_old_file() {
+    let folder = Folder::new();
+    let disk = folder.path("disk");
+    std::fs::create_dir(&disk).unwrap();
+    let mount = ["mount", "-t", "tmpfs", "-o", "size=32k", "tmpfs", disk.to_str().unwrap()];
+    // In a name space of its own the disk goes away with the shell.
+    let script = "\"$@\" && cd \"$DISK\" && printf old > kept.png && $PROGRAM render builtin:teapot:4 --size 400x400 -o kept.png; \
+        echo code $?; cat kept.png; echo; ls -A";
+    let mut command = Command::new("unshare");
+    command.args(["--mount", "sh", "-c", script, "sh"]).args(mount).env("DISK", &disk).env("PROGRAM", PROGRAM);
+    let output = output(command);
+    let (out, error) = (String::from_utf8_lossy(&output.stdout), String::from_utf8_lossy(&output.stderr));
+    if error.contains("unshare") || error.contains("mount:") {
+        return skip(format_args!("no disk can be mounted here: {}", error.trim()));
+    }
+    assert_eq!(out, "code 1\nold\nkept.png\n", "{error}");
+    assert!(error.contains("kept.png: cannot be written"), "{error}");
+}
+
+/// Hours of measuring are in the rows.
+#[test]
+fn what_was_measured_is_kept_where_printing_or_writing_fails() {
+    let folder = Folder::new();
+    let csv = folder.path("rows.csv");
+    let sweep = "$PROGRAM sweep builtin:teapot:2 --size 16x16 --repeat 1 --csv \"$CSV\"";
+    let shell = |script: &str| {
+        let script = script.replace("SWEEP", sweep);
+        let mut command = Command::new("sh");
+        command.arg("-c").arg(script).env("PROGRAM", PROGRAM).env("CSV", &csv);
+        output(command)
+    };
+    for (script, least) in [("SWEEP > /dev/full", 32), ("SWEEP | true", 32), ("SWEEP --json > /dev/full", 2)] {
+        shell(script);
+        let text = std::fs::read_to_string(&csv).unwrap();
+        assert!(text.lines().count() >= least, "{script}: {text}");
+        std::fs::remove_file(&csv).unwrap();
+    }
+    // Files may not grow beyond a block.
+    let output = shell("ulimit -f 1; trap '' XFSZ; SWEEP | cat");
+    let (table, error) = (String::from_utf8_lossy(&output.stdout), String::from_utf8_lossy(&output.stderr));
+    assert!(error.contains("rows.csv: cannot be written") && !csv.exists(), "{error}");
+    assert!(table.lines().count() > 31, "{table}");
+}
+
+#[test]
+fn a_reader_that_goes_away_is_no_error() {
+    let mut command = Command::new("sh");
+    command.args(["-c", "$PROGRAM sweep builtin:teapot:2 --size 16x16 --repeat 1 --json | head -n 1"]);
+    command.env("PROGRAM", PROGRAM);
+    let output = output(command);
+    assert!(output.stderr.is_empty(), "{}", String::from_utf8_lossy(&output.stderr));
+    assert_eq!(String::from_utf8_lossy(&output.stdout).lines().count(), 1);
+}
+
+#[cfg(feature = "gui")]
+#[test]
+fn without_a_display_or_a_driver_the_words_are_plain() {
+    let home = Folder::new();
+    let without = |args: &[&str], remove: &[&str], set: &[(&str, &str)]| {
+        let mut command = Command::new(PROGRAM);
+        command.args(args).stdin(Stdio::null()).env("XDG_DATA_HOME", home.path(""));
+        remove.iter().for_each(|name| {
+            command.env_remove(name);
+        });
+        set.iter().for_each(|(name, value)| {
+            command.env(name, value);
+        });
+        finish(args, &output(command))
+    };
+    let displays = ["DISPLAY", "WAYLAND_DISPLAY", "WAYLAND_SOCKET"];
+    let (code, error) = without(&["builtin:teapot"], &displays, &[]);
+    assert!(code == 1 && error.contains("no display") && error.contains("bvhscope render"), "{error}");
+    assert!(error.contains("DISPLAY is set)") && !error.contains(".rs:"), "{error}");
+    let (code, error) = without(&["builtin:teapot"], &displays[1..], &[("DISPLAY", ":9999")]);
+    assert!(code == 1 && error.contains("no display") && error.contains("bvhscope render"), "{error}");
+    let folder = Folder::new();
+    let picture = folder.path("a.png");
+    let drivers = [
+        ("VK_DRIVER_FILES", "/dev/null"),
+        ("VK_ICD_FILENAMES", "/dev/null"),
+        ("LIBGL_DRIVERS_PATH", "/nonexistent"),
+        ("__EGL_VENDOR_LIBRARY_FILENAMES", "/dev/null"),
+    ];
+    let target = picture.to_str().unwrap();
+    let args = ["render", "builtin:teapot:2", "--size", "40x30", "-o", target, "--overlay", "box"];
+    let (code, error) = without(&args, &displays, &drivers);
+    assert!(code == 1 && error.contains("without --overlay the picture needs no graphics driver"), "{error}");
+    assert!(!picture.exists());
+    assert_eq!(without(&args[..6], &displays, &drivers).0, 0, "the picture itself needs no driver");
+    assert!(picture.exists());
+}

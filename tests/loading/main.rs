@@ -1,0 +1,16 @@
+//! Reading models: sound, damaged and hostile files of every format, and the built-in scenes.
+
+#![allow(clippy::unwrap_used, reason = "a failed step is a failed test")]
+
+#[path = "../support/mod.rs"]
+mod support;
+#[path = "../trees/mod.rs"]
+mod trees;
+
+mod builtin_scenes;
+mod entry_points;
+mod formats;
+#[cfg(target_os = "linux")]
+mod hostile_files;
+mod hostile_gltf;
+mod mutations;

@@ -1,0 +1,333 @@
+//! Damaged files by the thousand, the same in every run: sound files of each format, changed by a seeded mutator, through
+//! the entry points that the fuzz targets use. What was found once stands in `regressions.rs`.
+
+use crate::entry_points;
+use crate::trees::Random;
+use bvhscope::scene::LoadOptions;
+use bvhscope_engine::cancel::CancelToken;
+
+/// Numbers that break sums and products.
+const NUMBERS: [&str; 16] = [
+    "0",
+    "-1",
+    "1",
+    "2147483648",
+    "4294967295",
+    "4294967296",
+    "18446744073709551615",
+    "-9223372036854775808",
+    "nan",
+    "inf",
+    "-inf",
+    "1e999",
+    "1e-50",
+    "0x10",
+    "1,5",
+    "999999999999999999999999",
+];
+
+/// One to six changes: bits, cuts, splices, numbers.
+fn mutate(seed: &[u8], other: &[u8], random: &mut Random) -> Vec<u8> {
+    let mut bytes = seed.to_vec();
+    for _ in 0..1 + random.below(6) {
+        let at = random.below(bytes.len().max(1)).min(bytes.len());
+        match random.below(8) {
+            0 if !bytes.is_empty() => bytes[at] ^= 1 << random.below(8),
+            1 if !bytes.is_empty() => bytes[at] = random.next() as u8,
+            2 if random.below(8) == 0 => bytes.truncate(at),
+            3 => {
+                let end = (at + random.below(24)).min(bytes.len());
+                bytes.drain(at..end);
+            }
+            4 => {
+                let from = random.below(other.len());
+                let end = (from + random.below(40)).min(other.len());
+                bytes.splice(at..at, other[from..end].iter().copied());
+            }
+            5 => {
+                let word = [0, u32::MAX, 1 << 31, 0x7FC0_0000, 0x7F80_0000][random.below(5)].to_le_bytes();
+                let end = (at + 4).min(bytes.len());
+                bytes.splice(at..end, word);
+            }
+            _ => replace_number(&mut bytes, random),
+        }
+    }
+    bytes
+}
+
+/// Writes another number over one that stands in the text.
+fn replace_number(bytes: &mut Vec<u8>, random: &mut Random) {
+    let digit = |byte: &u8| byte.is_ascii_digit() || matches!(byte, b'.' | b'-');
+    let start = random.below(bytes.len().max(1)).min(bytes.len());
+    let Some(from) = bytes[start..].iter().position(digit).map(|offset| start + offset) else { return };
+    let end = bytes[from..].iter().position(|byte| !digit(byte)).map_or(bytes.len(), |offset| from + offset);
+    bytes.splice(from..end, NUMBERS[random.below(NUMBERS.len())].bytes());
+}
+
+/// How much longer than usual the attacks last, from the environment: for a night.
+fn patience() -> usize {
+    std::env::var("BVHSCOPE_MUTATIONS").ok().and_then(|text| text.parse().ok()).unwrap_or(1)
+}
+
+fn attack(seeds: &[Vec<u8>], count: usize, target: impl Fn(&[u8])) {
+    let mut random = Random(0x5EED);
+    let count = count * patience();
+    for (index, seed) in seeds.iter().enumerate() {
+        target(seed);
+        // Cut at every byte.
+        for length in 0..seed.len().min(2000) {
+            target(&seed[..length]);
+        }
+        for _ in 0..count {
+            let other = &seeds[(index + random.below(seeds.len())) % seeds.len()];
+            target(&mutate(seed, other, &mut random));
+        }
+    }
+}
+
+fn bytes(text: &str) -> Vec<u8> {
+    text.as_bytes().to_vec()
+}
+
+fn le(numbers: &[f32]) -> Vec<u8> {
+    numbers.iter().flat_map(|number| number.to_le_bytes()).collect()
+}
+
+/// Whether a file that was cut off gives a scene without a word.
+fn is_silent(name: &str, bytes: &[u8]) -> bool {
+    let path = std::path::Path::new("/nonexistent-folder-of-hostile-models").join(name);
+    let scene = bvhscope::scene::load_bytes(&path, bytes, &LoadOptions::default(), &CancelToken::new());
+    scene.is_ok_and(|scene| scene.warnings.is_empty())
+}
+
+/// Cut at every byte, files that say how long they are, or how they end, give an error or a warning. A text of lines does not:
+/// where it ends between two, or within its last number, it is a shorter one.
+#[test]
+fn files_that_are_cut_off_say_so() {
+    let [ply, little, big] = ply_seeds();
+    let [stl, binary] = stl_seeds();
+    // One solid: cut behind the first of two, it is a whole file.
+    let second = stl.windows(6).position(|word| word == b"SOLID\n").expect("there are two");
+    let stl = stl[second..].to_vec();
+    let [gltf, glb] = gltf_seeds();
+    for (name, bytes) in [
+        ("a.ply", ply),
+        ("a.ply", little),
+        ("a.ply", big),
+        ("a.stl", stl),
+        ("b.stl", binary),
+        ("a.gltf", gltf),
+        ("a.glb", glb),
+    ] {
+        assert!(
+            bvhscope::scene::load_bytes(
+                std::path::Path::new(name),
+                &bytes,
+                &LoadOptions::default(),
+                &CancelToken::new()
+            )
+            .is_ok(),
+            "{name}"
+        );
+        let end = bytes.trim_ascii_end().len();
+        let silent: Vec<usize> = (0..end).filter(|&length| is_silent(name, &bytes[..length])).collect();
+        assert!(silent.is_empty(), "{name} of {end} bytes, cut at {silent:?}");
+    }
+}
+
+#[test]
+fn damaged_obj_files() {
+    let seeds = [
+        bytes(
+            "# a\nmtllib a.mtl\no one\nv 0 0 0\nv 1 0 0 1 0 0\nv 1 1 0\nv 0 1 0\nvt 0 0\nvt 1 0\nvn 0 0 1\nusemtl red\n\
+               f 1/1/1 2/2/1 3//1 4\ng two\ns off\nf -4 -3 -2\nl 1 2\nf 1 2 \\\n3\n",
+        ),
+        bytes("\u{feff}v 0 0 0\r\nv 1e3 0 0\r\nv 0 1e-3 0\r\nf 1/ 2/ 3/\r\nusemtl\tb\r\nf 3 2 1\r\n"),
+    ];
+    attack(&seeds, 3000, entry_points::obj);
+}
+
+#[test]
+fn damaged_material_libraries() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let seeds = [bytes(
+        "newmtl a\nKd 0.5 0.5 0.5\nKe 1 1 1\nmap_Kd -s 1 1 1 -o 0 0 -clamp on a.mtl\nnewmtl b\nKd 0.5\nmap_d ../x.png\nd 0.3\nillum 2\n",
+    )];
+    attack(&seeds, 1500, |bytes| entry_points::mtl(folder.path(), bytes));
+}
+
+/// A text and a binary file.
+fn gltf_seeds() -> [Vec<u8>; 2] {
+    let json = r#"{"asset":{"version":"2.0"},"scene":0,"scenes":[{"nodes":[0,1]}],"nodes":[{"mesh":0,"scale":[1,-1,2]},
+        {"children":[2],"rotation":[0,0,0,1]},{"mesh":0,"matrix":[1,0,0,0,0,1,0,0,0,0,1,0,0,0,0,1]}],
+        "meshes":[{"primitives":[{"attributes":{"POSITION":0,"NORMAL":0,"TEXCOORD_0":2,"COLOR_0":0},"indices":1,"material":0,"mode":4}]}],
+        "materials":[{"pbrMetallicRoughness":{"baseColorFactor":[1,0.5,0,1],"baseColorTexture":{"index":0}},"emissiveFactor":[1,1,1],"alphaMode":"MASK"}],
+        "textures":[{"source":0,"sampler":0}],"samplers":[{"wrapS":33071}],"images":[{"bufferView":1}],
+        "accessors":[{"bufferView":0,"componentType":5126,"count":3,"type":"VEC3","sparse":{"count":1,"indices":{"bufferView":1,"componentType":5121},"values":{"bufferView":0}}},
+        {"bufferView":1,"componentType":5121,"count":3,"type":"SCALAR"},{"bufferView":0,"componentType":5121,"normalized":true,"count":3,"type":"VEC2"}],
+        "bufferViews":[{"buffer":0,"byteLength":36},{"buffer":0,"byteOffset":36,"byteLength":3}],
+        "buffers":[{"byteLength":39%URI%}]}"#;
+    let mut data = le(&[0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0]);
+    data.extend([0, 1, 2]);
+    let hex: String = data.iter().map(|byte| format!("%{byte:02x}")).collect();
+    let text = json.replace("%URI%", &format!(",\"uri\":\"data:,{hex}\""));
+    let mut chunk = json.replace("%URI%", "").into_bytes();
+    chunk.resize(chunk.len().next_multiple_of(4), b' ');
+    let mut glb = b"glTF\x02\0\0\0".to_vec();
+    glb.extend((12 + 8 + chunk.len() as u32 + 8 + 40).to_le_bytes());
+    glb.extend((chunk.len() as u32).to_le_bytes());
+    glb.extend(b"JSON");
+    glb.extend(&chunk);
+    glb.extend(40_u32.to_le_bytes());
+    glb.extend(b"BIN\0");
+    data.push(0);
+    glb.extend(&data);
+    [text.into_bytes(), glb]
+}
+
+#[test]
+fn damaged_gltf_files() {
+    attack(&gltf_seeds(), 3000, entry_points::gltf);
+}
+
+/// A text and binary files of both byte orders.
+fn ply_seeds() -> [Vec<u8>; 3] {
+    let header = |format: &str| {
+        format!(
+            "ply\nformat {format} 1.0\ncomment c\nelement vertex 4\nproperty float x\nproperty double y\nproperty float z\n\
+             property uchar red\nproperty uchar green\nproperty uchar blue\nelement face 2\n\
+             property list uchar int vertex_indices\nelement extra 1\nproperty list ushort short s\nend_header\n"
+        )
+    };
+    let mut text = header("ascii");
+    text += "0 0 0 255 0 0\n1 0 0 255 0 0\n1 1 0 0 0 0\n0 1 0 0 0 0\n4 0 1 2 3\n3 0 1 2\n2 -1 5\n";
+    let binary = |big: bool| {
+        let mut bytes = bytes(&header(if big { "binary_big_endian" } else { "binary_little_endian" }));
+        macro_rules! put {
+            ($value:expr) => {
+                bytes.extend(if big { $value.to_be_bytes().to_vec() } else { $value.to_le_bytes().to_vec() })
+            };
+        }
+        for (x, y) in [(0.0_f32, 0.0_f64), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0)] {
+            put!(x);
+            put!(y);
+            put!(0.0_f32);
+            bytes.extend([255, 0, 9]);
+        }
+        bytes.push(4);
+        [0_i32, 1, 2, 3].into_iter().for_each(|index| put!(index));
+        bytes.push(3);
+        [0_i32, 1, 2].into_iter().for_each(|index| put!(index));
+        put!(2_u16);
+        put!(7_i16);
+        put!(8_i16);
+        bytes
+    };
+    [text.into_bytes(), binary(false), binary(true)]
+}
+
+#[test]
+fn damaged_ply_files() {
+    attack(&ply_seeds(), 3000, entry_points::ply);
+}
+
+/// A text and a binary file.
+fn stl_seeds() -> [Vec<u8>; 2] {
+    let text = "solid a\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\nendloop\nendfacet\nendsolid a\n\
+                SOLID\nFACET NORMAL 0 0 0\nOUTER LOOP\nVERTEX 0 0 1\nVERTEX 1 0 .5\nVERTEX 0 1 1e3\nENDLOOP\nENDFACET\nENDSOLID\n";
+    let mut binary = b"header".to_vec();
+    binary.resize(80, 0);
+    binary.extend(2_u32.to_le_bytes());
+    for z in [0.0, 1.0] {
+        binary.extend(le(&[0.0, 0.0, 1.0, 0.0, 0.0, z, 1.0, 0.0, z, 0.0, 1.0, z]));
+        binary.extend([0, 0]);
+    }
+    [bytes(text), binary]
+}
+
+#[test]
+fn damaged_stl_files() {
+    attack(&stl_seeds(), 3000, entry_points::stl);
+}
+
+/// Floats of every kind: ordinary, equal, huge, tiny, denormal, any bits.
+fn floats(random: &mut Random, count: usize) -> Vec<u8> {
+    let style = random.below(7);
+    let number = |random: &mut Random| match style {
+        0 => random.signed(),
+        1 => random.signed() * 1e17,
+        2 => random.signed() * 1e-40,
+        3 => (random.below(3) as f32) - 1.0,
+        4 => f32::from_bits(random.next() as u32),
+        5 => random.signed() * (random.below(120) as f32 - 60.0).exp2(),
+        _ => 1.0,
+    };
+    le(&(0..count)
+        .map(|_| if random.below(40) == 0 { f32::from_bits(random.next() as u32) } else { number(random) })
+        .collect::<Vec<_>>())
+}
+
+#[test]
+fn trees_of_arbitrary_floats() {
+    let mut random = Random(0xF10A7);
+    for round in 0..400 * patience() {
+        let count = [9, 90, 900, 3000][round % 4] + random.below(9);
+        let mut bytes = vec![random.next() as u8];
+        bytes.extend(floats(&mut random, count));
+        entry_points::builder(&bytes);
+    }
+}
+
+#[test]
+fn arbitrary_rays_through_arbitrary_trees() {
+    let mut random = Random(0xA11);
+    for _ in 0..1500 * patience() {
+        let mut bytes = vec![random.next() as u8];
+        bytes.extend(floats(&mut random, 24 * 9));
+        bytes.extend(floats(&mut random, 60));
+        entry_points::traversal(&bytes);
+    }
+}
+
+/// What fuzzing found, as [`entry_points::traversal`] takes it: a sphere whose radius has a denormal square was not entered, and a
+/// small one not by a ray with a long direction, in whose multiples half a chord was nothing.
+const FOUND_IN_TRAVERSAL: [&str; 2] = [
+    concat!(
+        "410005990a0a0f4f1ea3a30a1226029b0202029b029b029b9b02020202000000000000000202020b02020202020202020202",
+        "02020202020202020202ffffffffffffffffffffffffffffffffffffffffffffffffffffffffffffffffffffffffffffffff",
+        "ffffffffffffffffffffffffffffffffffffffffffffffffffffffffffffffffffffffffffffffffffffffffffffff02029b",
+        "9b9b9b9b9b9b9b9b9b9b9b9b9b9b9b9b9b9b9b9b9b9b9b9b9b9b9b9b9b9b9b9b9b9b9b9b9b9b9b9b9b020202020202020202",
+        "020202020202020202020202020202020202022ede8b27a3a327",
+    ),
+    concat!(
+        "410005990a0a0f4f1ea3a30a1226020202020202020202020202b90202900000000000000002020202020202020202020202",
+        "0202020202029b16000000000000009b9b9b9b9b00000000000000a2a2a200000000000400000000000000002c2c2c2c2c2c",
+        "2c2c2c2c00000000000000000000000000000000000000000000009b9b9b9b9b9b9b9b9b9b9b9b9b9b9b9b9b9b9b9b9b0100",
+        "00119b9b9b9b9b00000000000000000000000000000000000000000000009b9b9b9b9b9b9b9b9b9b9b9b9b9b9b9b9b9b9b9b",
+        "9b959b9b9b9b9b02020202029b9b9b9b9b9b9b9b9b0000000000000000000000000000000000000000000000000000000000",
+        "003a000000000000000000000000a2a2a2000000000004000000000000000000000000000000000000000000000000000000",
+        "000000009b9bba9b9b9babaaaaaaaaaaaa0a00000000000000000000000000000000000000000000a2a2a200000000000400",
+        "0000000000000000000000000000000000000000000000000000000000000000000000009b9b9b9b9b9b9b9b9b9b9b9b9b9b",
+        "9b0114ab9b9b9b9b9b959b9b9b9b9b02020202029b9b9b9b9b9b9b3636363636363636363636368036363600000000000000",
+        "00000000000000000000000000000000000000000000a2a2a200000000000400000000000000002c2c2c2c2c2c2c2c2c2c00",
+        "000000000000000000000000000000000000000000009b9b9b9b9b9b9b9b9b9b9b9b9b9b9b9b9b9b9b9b9b959b9b7a9b9b9b",
+        "02020202020202020202020202020202020202020202020202020202022eda8b27a3a3270000000000000000000000000000",
+        "00000000000000000000000000009b9bba9b9b9b9b9b00000000000000000000000000000000000000000000000000000000",
+        "a2a2a2000000000004000000000000000000000000000000000000000000000000000000000000000000000000009b9b9b9b",
+        "9b9b9b9b9b9b9b9b9b9b9bab9b9b9b9b9b959b9b9b9b9b02020202029b9b9b9b9b9b9b333333333333333333333333803636",
+        "360000000000000000000000000000000000000000000000000000000000a2a2a200000000000400000000000000002c2c2c",
+        "2c2c2c2c2c2c2c00000000000000000000000000000000000000000000009b9b9b9b9b9b9b9b9b9b9b9b9b9b9b9b9b9b9b9b",
+        "9b959b9b7a9b9b9b02020202020202020202020202020202020202020202020202020202022eda8b27a3a327",
+    ),
+];
+
+#[test]
+fn what_fuzzing_found_in_trees_stays_mended() {
+    for found in FOUND_IN_TRAVERSAL {
+        let bytes: Vec<u8> = (0..found.len())
+            .step_by(2)
+            .map(|at| u8::from_str_radix(&found[at..at + 2], 16).expect("hexadecimal digits"))
+            .collect();
+        entry_points::traversal(&bytes);
+    }
+}

@@ -1,0 +1,103 @@
+//! What a cancelled job took it gives back.
+
+use std::path::Path;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
+
+use bvhscope::accel::Accel;
+use bvhscope::camera::Camera;
+use bvhscope::headless::render::{write_distances, write_png};
+use bvhscope::overlay::NodeTable;
+use bvhscope::render::{RenderRequest, RenderSettings, Shading, render};
+use bvhscope::scene::{LoadOptions, SceneSource, load, load_bytes};
+use bvhscope_engine::cancel::CancelToken;
+use bvhscope_engine::settings::{BuildSettings, Preset};
+use bvhscope_engine::tree::ContainerKind;
+
+use crate::COUNTED;
+
+/// Places where each job is cancelled, spread over all its looks.
+const PLACES: u64 = 25;
+
+/// Runs `work` to its end, then cancels it at many places: what is held afterwards is what was held before, within a part in
+/// twenty of what the job needs at its peak.
+fn gives_all_back(name: &str, pool: &rayon::ThreadPool, work: impl Fn(&CancelToken) -> bool + Sync) {
+    let looks = Arc::new(AtomicU64::new(0));
+    let counted = Arc::clone(&looks);
+    let token = CancelToken::watched(move |_| {
+        counted.fetch_add(1, Ordering::Relaxed);
+        false
+    });
+    // Tables that are made once are there after this.
+    assert!(!pool.install(|| work(&token)), "{name}: nobody cancelled");
+    drop(token);
+    let before = COUNTED.current_usage();
+    COUNTED.reset_peak_usage();
+    assert!(!pool.install(|| work(&CancelToken::new())));
+    let needed = COUNTED.peak_usage() - before;
+    let looks = looks.load(Ordering::Relaxed);
+    for place in 0..looks.min(PLACES) {
+        let n = 1 + place * looks / looks.min(PLACES);
+        let token = CancelToken::watched(move |look| look >= n);
+        assert!(pool.install(|| work(&token)), "{name}: went on after look {n} of {looks}");
+        drop(token);
+        let more = COUNTED.current_usage().saturating_sub(before);
+        assert!(more <= needed / 20, "{name}: {more} bytes of {needed} are kept after look {n} of {looks}");
+    }
+}
+
+#[test]
+fn cancelled_jobs_give_back_what_they_took() {
+    let _alone = crate::alone();
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(2).build().unwrap();
+    let options = LoadOptions::default();
+    let source = SceneSource::Builtin { name: "terrain".to_owned(), size: Some(40_000) };
+    gives_all_back("terrain", &pool, |token| load(&source, &options, token).is_err());
+    let scene = Arc::new(load(&source, &options, &CancelToken::new()).unwrap());
+
+    let mut obj = String::new();
+    for k in 0..30_000 {
+        obj += &format!("v {k} {} 0\n", k % 97);
+    }
+    for k in 3..30_000 {
+        obj += &format!("f {} {} {k}\n", k - 2, k - 1);
+    }
+    gives_all_back("OBJ", &pool, |token| load_bytes(Path::new("a.obj"), obj.as_bytes(), &options, token).is_err());
+
+    for settings in [
+        BuildSettings::preset(Preset::Hq, ContainerKind::Aabb),
+        BuildSettings::preset(Preset::Hq, ContainerKind::Sphere),
+        BuildSettings::preset(Preset::Best, ContainerKind::Aabb),
+    ] {
+        gives_all_back("build", &pool, |token| Accel::build(&scene, &settings, token).is_err());
+    }
+    let accel = Arc::new(Accel::build(&scene, &BuildSettings::default(), &CancelToken::new()).unwrap());
+    gives_all_back("list of nodes", &pool, |token| {
+        let table = NodeTable::new(&accel);
+        table.list(None, token).and_then(|()| table.complete(token)).is_err()
+    });
+
+    let request = |shading| RenderRequest {
+        accel: Arc::clone(&accel),
+        camera: Camera::framing(&scene.bounds, scene.up),
+        settings: RenderSettings { shading, samples: 2, ..RenderSettings::default() },
+        width_px: 200,
+        height_px: 150,
+        coarseness: 1,
+        count_tests: true,
+    };
+    for shading in Shading::ALL {
+        let request = request(shading);
+        gives_all_back(shading.name(), &pool, |token| render(&request, token, &|_| ()).is_err());
+    }
+
+    // Large beside what the encoder's own threads keep for their queues.
+    let request = RenderRequest { width_px: 1200, height_px: 900, ..request(Shading::Normals) };
+    let frame = render(&request, &CancelToken::new(), &|_| ()).unwrap();
+    let folder = tempfile::tempdir().unwrap();
+    gives_all_back("PNG", &pool, |token| {
+        let path = folder.path().join("a.png");
+        write_png(&path, [frame.width_px, frame.height_px], &frame.rgba, token).is_err()
+    });
+    gives_all_back("EXR", &pool, |token| write_distances(&folder.path().join("a.exr"), &frame, token).is_err());
+}

@@ -1,0 +1,156 @@
+//! Small pictures of built-in scenes in every shading mode, compared with those in `tests/picture/golden`.
+//!
+//! `UPDATE_GOLDEN=1 cargo test --test picture golden_images` writes them anew: look at them before committing.
+
+use std::path::PathBuf;
+use std::sync::Arc;
+
+use bvhscope::accel::Accel;
+use bvhscope::camera::{Camera, Projection};
+use bvhscope::render::{ColorMap, Frame, HeatKind, Light, RenderRequest, RenderSettings, Shading, render};
+use bvhscope::scene::{LoadOptions, SceneSource, load};
+use bvhscope_engine::cancel::CancelToken;
+use bvhscope_engine::settings::{BuildSettings, Preset};
+use bvhscope_engine::tree::ContainerKind;
+
+const WIDTH: u32 = 96;
+const HEIGHT: u32 = 72;
+
+/// How far a picture may be from its golden one.
+struct Tolerance {
+    /// Largest difference of a channel that counts as equal.
+    channel: u8,
+    /// Share of pixels that may differ by more.
+    pixels: f32,
+}
+
+/// One sample a pixel: all arithmetic is plain f32 and repeats on every CPU, but SIMD levels with fused multiply-add may round a
+/// ray to the other side of an edge. Colours move by a rounding of the sRGB table only.
+const ONE_SAMPLE: Tolerance = Tolerance { channel: 2, pixels: 0.005 };
+
+/// Several samples with random directions: `sin`, `cos` and `exp` differ by an ulp between C libraries, and one of the rays of a
+/// pixel may then meet another triangle: a quarter of its contact shadow.
+const SAMPLED: Tolerance = Tolerance { channel: 3, pixels: 0.02 };
+
+/// Colours of clusters and counts of tests show the tree itself: rounding may only move what lies on edges of containers.
+const TREE: Tolerance = Tolerance { channel: 2, pixels: 0.01 };
+
+fn picture(scene: &str, container: ContainerKind, settings: RenderSettings, projection: Projection) -> Frame {
+    let token = CancelToken::new();
+    let source = SceneSource::parse(scene.as_ref()).unwrap();
+    let scene = Arc::new(load(&source, &LoadOptions::default(), &token).unwrap());
+    let accel = Arc::new(Accel::build(&scene, &BuildSettings::preset(Preset::Fast, container), &token).unwrap());
+    let camera = Camera { projection, ..Camera::framing(&scene.bounds, scene.up) };
+    let request = RenderRequest {
+        accel,
+        camera,
+        settings,
+        width_px: WIDTH,
+        height_px: HEIGHT,
+        coarseness: 1,
+        count_tests: false,
+    };
+    render(&request, &token, &|_| {}).unwrap()
+}
+
+fn check(name: &str, frame: &Frame, tolerance: &Tolerance) {
+    let path = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("tests/picture/golden").join(format!("{name}.png"));
+    if std::env::var_os("UPDATE_GOLDEN").is_some() {
+        let bytes = bytemuck::cast_slice(&frame.rgba);
+        image::save_buffer(&path, bytes, WIDTH, HEIGHT, image::ColorType::Rgba8).unwrap();
+    }
+    let golden = image::open(&path).unwrap_or_else(|error| panic!("{}: {error}", path.display())).to_rgba8();
+    assert_eq!(golden.dimensions(), (frame.width_px, frame.height_px));
+    let differs = |(ours, theirs): (&[u8; 4], &image::Rgba<u8>)| {
+        ours.iter().zip(theirs.0).any(|(a, b)| a.abs_diff(b) > tolerance.channel)
+    };
+    let different = frame.rgba.iter().zip(golden.pixels()).filter(|&pair| differs(pair)).count();
+    let share = different as f32 / frame.rgba.len() as f32;
+    if share > tolerance.pixels {
+        let actual = std::env::temp_dir().join(format!("bvhscope-golden-{name}.png"));
+        let bytes = bytemuck::cast_slice(&frame.rgba);
+        image::save_buffer(&actual, bytes, WIDTH, HEIGHT, image::ColorType::Rgba8).unwrap();
+        panic!("{name}: {different} pixels ({:.1} %) differ; this run's picture: {}", share * 100.0, actual.display());
+    }
+}
+
+fn settings(shading: Shading) -> RenderSettings {
+    RenderSettings { shading, samples: 1, ..RenderSettings::default() }
+}
+
+fn teapot(shading: Shading) -> Frame {
+    picture("builtin:teapot:4", ContainerKind::Aabb, settings(shading), Projection::Perspective)
+}
+
+#[test]
+fn lit_by_the_sun() {
+    check("lit-sun", &teapot(Shading::Lit), &ONE_SAMPLE);
+}
+
+#[test]
+fn lit_by_the_sun_at_rest() {
+    let settings = RenderSettings { samples: 16, ..settings(Shading::Lit) };
+    let frame = picture("builtin:teapot:4", ContainerKind::Aabb, settings, Projection::Perspective);
+    assert_eq!(frame.samples, 16);
+    check("lit-sun-16-samples", &frame, &SAMPLED);
+}
+
+#[test]
+fn lit_by_the_headlight() {
+    let settings = RenderSettings { light: Light::Headlight, ..settings(Shading::Lit) };
+    check(
+        "lit-headlight",
+        &picture("builtin:teapot:4", ContainerKind::Aabb, settings, Projection::Perspective),
+        &ONE_SAMPLE,
+    );
+}
+
+#[test]
+fn lit_in_parallel_projection() {
+    let frame = picture("builtin:teapot:4", ContainerKind::Aabb, settings(Shading::Lit), Projection::Orthographic);
+    check("lit-orthographic", &frame, &ONE_SAMPLE);
+}
+
+#[test]
+fn normals() {
+    check("normals", &teapot(Shading::Normals), &ONE_SAMPLE);
+}
+
+#[test]
+fn edges_of_the_mesh() {
+    for (name, shading) in [("lit-edges", Shading::Lit), ("heat-edges", Shading::Heat(HeatKind::Both))] {
+        let settings = RenderSettings { mesh_edges: true, ..settings(shading) };
+        check(name, &picture("builtin:teapot:1", ContainerKind::Aabb, settings, Projection::Perspective), &TREE);
+    }
+}
+
+#[test]
+fn depth() {
+    check("depth", &teapot(Shading::Depth), &ONE_SAMPLE);
+}
+
+#[test]
+fn ambient_occlusion() {
+    let settings = RenderSettings { samples: 16, ..settings(Shading::AmbientOcclusion) };
+    let frame = picture("builtin:teapot:4", ContainerKind::Aabb, settings, Projection::Perspective);
+    check("ambient-occlusion", &frame, &SAMPLED);
+}
+
+#[test]
+fn cluster_colors() {
+    check("clusters", &teapot(Shading::Clusters), &TREE);
+}
+
+#[test]
+fn heat_of_boxes() {
+    check("heat-both-box", &teapot(Shading::Heat(HeatKind::Both)), &TREE);
+    check("heat-containers-box", &teapot(Shading::Heat(HeatKind::Containers)), &TREE);
+    check("heat-primitives-box", &teapot(Shading::Heat(HeatKind::Primitives)), &TREE);
+}
+
+#[test]
+fn heat_of_spheres() {
+    let settings = RenderSettings { color_map: ColorMap::Turbo, ..settings(Shading::Heat(HeatKind::Both)) };
+    let frame = picture("builtin:teapot:4", ContainerKind::Sphere, settings, Projection::Perspective);
+    check("heat-both-sphere", &frame, &TREE);
+}

@@ -1,0 +1,286 @@
+//! The measuring jobs: structure of the rows and what must hold between them.
+
+use std::ffi::OsStr;
+use std::sync::Arc;
+
+use bvhscope::accel::Accel;
+use bvhscope::camera::Camera;
+use bvhscope::lab::plot::panels;
+use bvhscope::lab::report_table::{number, tables};
+use bvhscope::lab::{
+    Job, LabError, Measurement, Setup, Subject, SweepPlan, TraceView, bench, compare, measure, scaling, sweep,
+};
+use bvhscope::render::{RenderRequest, RenderSettings, trace_primary, trace_primary_wide};
+use bvhscope::scene::{LoadOptions, SceneSource, load};
+use bvhscope_engine::cancel::CancelToken;
+use bvhscope_engine::kernel::SimdLevel;
+use bvhscope_engine::settings::{BuildSettings, Preset};
+use bvhscope_engine::tree::ContainerKind;
+use bvhscope_engine::tree::traverse::Traversal;
+
+fn subject(name: &str) -> Subject {
+    let source = SceneSource::parse(OsStr::new(name)).unwrap();
+    Subject {
+        model: name.to_owned(),
+        scene: Arc::new(load(&source, &LoadOptions::default(), &CancelToken::new()).unwrap()),
+    }
+}
+
+fn view(subject: &Subject, traversal: Traversal) -> TraceView {
+    TraceView {
+        camera: Camera::framing(&subject.scene.bounds, subject.scene.up),
+        size: [40, 30],
+        traversal,
+        simd: SimdLevel::best(),
+        repeat: 2,
+    }
+}
+
+#[test]
+fn the_wide_tree_hits_what_the_binary_one_hits() {
+    for name in ["builtin:teapot:3", "builtin:terrain:3000"] {
+        let subject = subject(name);
+        for Setup { build, .. } in both() {
+            let accel = Arc::new(Accel::build(&subject.scene, &build, &CancelToken::new()).unwrap());
+            for simd in SimdLevel::ALL.into_iter().filter(|level| level.is_available()) {
+                let request = RenderRequest {
+                    accel: Arc::clone(&accel),
+                    camera: Camera::framing(&subject.scene.bounds, subject.scene.up),
+                    settings: RenderSettings { simd, ..RenderSettings::default() },
+                    width_px: 77,
+                    height_px: 50,
+                    coarseness: 1,
+                    count_tests: false,
+                };
+                let binary = trace_primary(&request, Traversal::Ordered, &CancelToken::new()).unwrap();
+                let wide = trace_primary_wide(&request, &CancelToken::new()).unwrap();
+                assert!(binary.hits > 100 && binary.hits < binary.rays, "{name}, {simd:?}");
+                assert_eq!((wide.rays, wide.hits), (binary.rays, binary.hits), "{name}, {simd:?}");
+            }
+        }
+    }
+}
+
+fn both() -> Vec<Setup> {
+    let setup = |container| Setup { build: BuildSettings::preset(Preset::Fast, container), preset: None, threads: 1 };
+    ContainerKind::ALL.map(setup).to_vec()
+}
+
+/// The rows of one group.
+fn measured(subject: &Subject, setups: &[Setup], view: &TraceView) -> Vec<Measurement> {
+    collect(|row| measure("bench", subject, setups, view, &CancelToken::new(), row))
+}
+
+fn collect(job: impl FnOnce(&mut dyn FnMut(Measurement)) -> Result<(), LabError>) -> Vec<Measurement> {
+    let mut rows = Vec::new();
+    job(&mut |row| rows.push(row)).unwrap();
+    rows
+}
+
+#[test]
+fn spheres_need_more_tests_and_everyone_hits_the_same() {
+    // The clusters are small in their picture, so it has more pixels.
+    for (name, size) in [
+        ("builtin:teapot:3", [40, 30]),
+        ("builtin:cornell", [40, 30]),
+        ("builtin:sphereflake:1", [40, 30]),
+        ("builtin:clusters:4", [240, 180]),
+    ] {
+        let subject = subject(name);
+        let view = TraceView { size, ..view(&subject, Traversal::Ordered) };
+        let rows = collect(|row| bench(&subject, &both(), &view, true, &CancelToken::new(), row));
+        let [boxes, spheres, none] = &rows[..] else { panic!("{} rows", rows.len()) };
+        assert!(boxes.tests_per_ray < spheres.tests_per_ray, "{name}");
+        assert_eq!(boxes.hits, spheres.hits, "{name}");
+        assert!(boxes.hits > 0 && boxes.rays == u64::from(size[0] * size[1]), "{name}");
+        assert_eq!(none.tests_per_ray, none.triangles as f64, "{name}");
+        // So few triangles that the sample is every pixel.
+        assert_eq!((none.rays, none.hits), (boxes.rays, boxes.hits), "{name}");
+        assert_eq!(boxes.tests_per_ray, boxes.container_tests_per_ray + boxes.primitive_tests_per_ray);
+        assert!(boxes.build_ms_spread[0] <= boxes.build_ms && boxes.build_ms <= boxes.build_ms_spread[1]);
+    }
+}
+
+#[test]
+fn the_papers_traversal_never_takes_fewer_tests() {
+    let subject = subject("builtin:teapot:3");
+    let rows = |traversal| measured(&subject, &both(), &view(&subject, traversal));
+    let (paper, ordered) = (rows(Traversal::Paper), rows(Traversal::Ordered));
+    assert_eq!((paper.len(), ordered.len()), (2, 2));
+    for (paper, ordered) in paper.iter().zip(&ordered) {
+        assert!(paper.tests_per_ray >= ordered.tests_per_ray);
+        assert_eq!(paper.hits, ordered.hits);
+    }
+}
+
+#[test]
+fn compared_builders_agree_on_hits() {
+    let subject = subject("builtin:teapot:2");
+    let view = view(&subject, Traversal::Ordered);
+    let rows = collect(|row| compare(&subject, &ContainerKind::ALL, 1, &view, &CancelToken::new(), row));
+    // Five presets, two curves, LBVH and exact for both containers, binned SAH and five choices of passes for boxes.
+    assert_eq!(rows.len(), 24);
+    assert!(rows.iter().all(|row| row.hits == rows[0].hits));
+    assert!(rows.iter().all(|row| row.sah_cost > 0.0 && row.epo >= 0.0 && row.leaves <= row.nodes));
+}
+
+#[test]
+fn scaling_starts_at_one() {
+    let subject = subject("builtin:teapot:2");
+    let view = view(&subject, Traversal::Ordered);
+    let rows = collect(|row| scaling(&subject, &both()[0], 3, &view, &CancelToken::new(), row));
+    assert_eq!(rows.iter().map(|row| row.threads).collect::<Vec<_>>(), [1, 2, 3]);
+    assert_eq!((rows[0].speedup, rows[0].trace_speedup), (Some(1.0), Some(1.0)));
+    assert!(rows.iter().all(|row| row.nodes == rows[0].nodes && row.tests_per_ray == rows[0].tests_per_ray));
+}
+
+#[test]
+fn shards_together_are_the_whole() {
+    let plan = |shard| SweepPlan {
+        thresholds: vec![2, 4, 6, 8, 10],
+        epsilons: vec![0.1, 0.2],
+        containers: ContainerKind::ALL.to_vec(),
+        threads: 1,
+        shard,
+    };
+    let names = ["builtin:teapot:1", "builtin:cornell"];
+    let subjects = names.map(subject);
+    let rows = |shard| -> Vec<(String, ContainerKind, u32, String)> {
+        let plan = plan(shard);
+        let points = plan.points(names.len());
+        let mut settings = Vec::new();
+        for point in points {
+            let subject = &subjects[point.model];
+            let view = TraceView { size: [4, 4], repeat: 1, ..view(subject, Traversal::Ordered) };
+            for row in collect(|row| sweep(subject, &plan, point, &view, &CancelToken::new(), row)) {
+                settings.push((row.model, row.container, row.threshold, row.epsilon.to_string()));
+            }
+        }
+        settings
+    };
+    let sorted = |mut rows: Vec<(String, ContainerKind, u32, String)>| {
+        rows.sort_by_key(|row| format!("{row:?}"));
+        rows
+    };
+    let whole = sorted(rows((1, 1)));
+    assert_eq!(whole.len(), 40);
+    for count in [2, 3, 7, 30] {
+        let parts: Vec<_> = (1..=count).flat_map(|index| rows((index, count))).collect();
+        assert_eq!(sorted(parts), whole, "{count} shards");
+    }
+}
+
+#[test]
+fn rows_survive_json_and_cancelled_jobs_stop() {
+    let subject = subject("builtin:teapot:1");
+    let view = view(&subject, Traversal::Ordered);
+    let row = measured(&subject, &both(), &view).remove(0);
+    let text = serde_json::to_string(&row).unwrap();
+    for name in ["\"container\":\"box\"", "\"mrays_per_s\":", "\"build_stages_ms\":{", "\"primitive_tests_per_ray\":"] {
+        assert!(text.contains(name), "{name} in {text}");
+    }
+    let read: Measurement = serde_json::from_str(&text).unwrap();
+    assert_eq!((read.model, read.threshold, read.hits), (row.model, row.threshold, row.hits));
+    let token = CancelToken::new();
+    token.cancel();
+    let mut rows = 0;
+    let outcome = measure("bench", &subject, &both(), &view, &token, &mut |_| rows += 1);
+    assert!(matches!(outcome, Err(LabError::Cancelled(_))));
+    assert_eq!(rows, 0, "nothing was done");
+}
+
+#[test]
+fn a_cancelled_group_gives_the_repetitions_that_were_done() {
+    let subject = subject("builtin:teapot:1");
+    // It would take hours.
+    let endless = TraceView { repeat: 100_000, size: [8, 8], ..view(&subject, Traversal::Ordered) };
+    let token = CancelToken::new();
+    let mut rows = Vec::new();
+    let outcome = std::thread::scope(|scope| {
+        scope.spawn(|| {
+            while token.progress() == 0.0 {
+                std::thread::yield_now();
+            }
+            token.cancel();
+        });
+        scaling(&subject, &both()[0], 2, &endless, &token, &mut |row| rows.push(row))
+    });
+    assert!(matches!(outcome, Err(LabError::Cancelled(_))));
+    let [one, two] = &rows[..] else { panic!("{} rows", rows.len()) };
+    assert!(
+        one.repeat >= 1 && one.repeat < 100_000 && one.repeat - two.repeat <= 1,
+        "{} and {}",
+        one.repeat,
+        two.repeat
+    );
+    assert_eq!(one.speedup, Some(1.0));
+    assert!(two.speedup.is_some_and(|speedup| speedup > 0.0));
+}
+
+fn sweep_rows(name: &str, epsilons: &[f32]) -> Vec<Measurement> {
+    let subject = subject(name);
+    let job = Job::Sweep(SweepPlan {
+        thresholds: vec![4, 6, 8],
+        epsilons: epsilons.to_vec(),
+        containers: ContainerKind::ALL.to_vec(),
+        threads: 1,
+        shard: (1, 1),
+    });
+    collect(|row| job.run(&subject, (0, 1), &view(&subject, Traversal::Ordered), &CancelToken::new(), row))
+}
+
+#[test]
+fn a_sweep_is_drawn_as_the_papers_three_curves_and_each_with_its_unit() {
+    let rows = sweep_rows("builtin:teapot:2", &[0.2]);
+    let panels = panels(&rows).unwrap();
+    let labels: Vec<_> = panels.iter().map(|panel| panel.y_label.as_str()).collect();
+    let relative = "Relative to δ = 6";
+    assert_eq!(labels, [relative, relative, "Build time (ms)", "Trace time (ms)", "Tests per ray", "SAH cost"]);
+    for panel in &panels[..2] {
+        let names: Vec<_> = panel.curves.iter().map(|curve| curve.name.as_str()).collect();
+        assert_eq!(names, ["Build time", "Trace time", "Tests per ray"]);
+        for curve in &panel.curves {
+            assert_eq!(curve.points.iter().map(|point| point.x).collect::<Vec<_>>(), [4.0, 6.0, 8.0]);
+            assert_eq!(curve.points[1].y, 1.0, "{}", curve.name);
+        }
+    }
+    let tests = &panels[4];
+    assert_eq!(tests.curves.iter().map(|curve| curve.name.as_str()).collect::<Vec<_>>(), ["box", "sphere"]);
+    for point in tests.curves.iter().flat_map(|curve| &curve.points) {
+        let row = &rows[point.row.unwrap()];
+        assert_eq!((point.x, point.y), (f64::from(row.threshold), row.tests_per_ray));
+    }
+}
+
+#[test]
+fn models_of_the_same_file_name_stay_apart() {
+    let mut rows = sweep_rows("builtin:teapot:1", &[0.2]);
+    for (index, row) in rows.iter_mut().enumerate() {
+        row.model = if index % 2 == 0 { "old/sponza.obj" } else { "new/sponza.obj" }.to_owned();
+    }
+    let table = tables("sweep", &rows).remove(0);
+    assert_eq!((table.rows[0][0].as_str(), table.rows[1][0].as_str()), ("old/sponza.obj", "new/sponza.obj"));
+    let panels = panels(&rows).unwrap();
+    assert_eq!(panels.last().unwrap().curves.len(), 2);
+}
+
+#[test]
+fn tables_hold_the_numbers_of_the_rows() {
+    let subject = subject("builtin:teapot:2");
+    let view = view(&subject, Traversal::Ordered);
+    let rows = collect(|row| bench(&subject, &both(), &view, false, &CancelToken::new(), row));
+    let [times, tests, stages, trees] = &tables("bench", &rows)[..] else { panic!("four tables") };
+    for table in [times, tests, stages, trees] {
+        assert!(table.rows.iter().all(|row| row.len() == table.columns.len()), "{table}");
+    }
+    let column = |name: &str| tests.columns.iter().position(|column| column.0 == name).unwrap();
+    for row in &rows {
+        let name = row.container.name();
+        assert_eq!(tests.rows[0][column(&format!("all {name}"))], number(row.tests_per_ray));
+        assert_eq!(tests.rows[0][column(&format!("containers {name}"))], number(row.container_tests_per_ray));
+    }
+    assert!(tests.rows[1][0].contains("the paper's teapot") && tests.rows[1].contains(&"49".to_owned()));
+    let sum: f64 = rows[0].build_stages_ms.values().sum();
+    assert!(rows[0].build_stages_ms.contains_key("codes") && sum > 0.0);
+    assert_eq!(stages.rows[0].last().map(String::is_empty), Some(false));
+}

@@ -1,0 +1,14 @@
+//! Pictures and measurements: shading modes, the overlay and its shaders, and the tables of the lab.
+
+#![allow(clippy::unwrap_used, reason = "a failed step is a failed test")]
+
+mod golden_images;
+mod lab;
+#[cfg(feature = "gui")]
+mod overlay;
+#[cfg(feature = "gui")]
+mod overlay_pictures;
+#[cfg(feature = "gui")]
+mod overlays;
+#[cfg(feature = "gui")]
+mod shaders;

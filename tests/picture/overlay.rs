@@ -1,0 +1,196 @@
+//! The overlay: which nodes are shown, and what is known of them.
+
+use std::sync::Arc;
+
+use crate::overlays::{accel, row, settings, table};
+use bvhscope::accel::Accel;
+use bvhscope::overlay::{ColorBy, NodeTable, OverlaySettings, Role, Selection, Shown, highlighted, legend};
+use bvhscope::scene::{LoadOptions, SceneSource, load};
+use bvhscope_engine::cancel::CancelToken;
+use bvhscope_engine::geometry::{Aabb, Sphere};
+use bvhscope_engine::settings::BuildSettings;
+use bvhscope_engine::tree::statistics::tree_stats;
+use bvhscope_engine::tree::{AnyTree, Container as _, ContainerKind, Tree};
+
+#[test]
+fn families_are_found_from_any_member() {
+    let table = table::<Aabb>(row(13));
+    assert_eq!((table.parent(0), table.sibling(0), table.depth(0)), (None, None, 0));
+    assert_eq!((table.parent(25), table.sibling(25)), (None, None), "there are 25 nodes");
+    for node in 1..25 {
+        let parent = table.parent(node).unwrap();
+        let mut children = table.children(parent).unwrap();
+        assert!(children.contains(&node));
+        children.sort_unstable_by_key(|&child| child == node);
+        assert_eq!(children, [table.sibling(node).unwrap(), node]);
+        assert_eq!(table.depth(node), table.depth(parent) + 1);
+    }
+}
+
+#[test]
+fn depths_beyond_the_tree_are_clamped() {
+    let table = table::<Aabb>(row(8));
+    let nothing = Selection::default();
+    assert_eq!(table.shown(&settings(1, 2), &nothing).nodes, table.by_depth(7)[1..7]);
+    assert_eq!(table.shown(&settings(2, 1), &nothing), table.shown(&settings(1, 2), &nothing));
+    assert_eq!(table.shown(&settings(90, 99), &nothing).wanted, 8, "the deepest level");
+    let parents = OverlaySettings { parents: true, ..settings(2, 2) };
+    assert_eq!(table.shown(&parents, &nothing).nodes, table.by_depth(7)[0..7]);
+}
+
+#[test]
+fn the_budget_takes_the_largest() {
+    let table = table::<Aabb>(row(64));
+    let nothing = Selection::default();
+    let Shown { nodes: all, depths, .. } = table.shown(&settings(2, 5), &nothing);
+    assert!(all.iter().zip(&depths).all(|(&node, &depth)| table.depth(node) == depth));
+    let cut = table.shown(&OverlaySettings { budget: 10, ..settings(2, 5) }, &nothing);
+    assert_eq!((cut.nodes.len(), cut.wanted), (10, all.len()));
+    assert!(cut.nodes.iter().zip(&cut.depths).all(|(&node, &depth)| table.depth(node) == depth));
+    assert!(cut.nodes.is_sorted_by(|&a, &b| table.area_share(a) >= table.area_share(b)));
+    let smallest = table.area_share(*cut.nodes.last().unwrap());
+    for node in all.into_iter().filter(|node| !cut.nodes.contains(node)) {
+        assert!(table.area_share(node) <= smallest);
+    }
+    let none = table.shown(&OverlaySettings { budget: 0, ..settings(2, 5) }, &nothing);
+    assert_eq!((none.nodes.len(), none.wanted), (0, 60));
+}
+
+/// Over every range of depths, with every filter, cut by budgets of all sizes: as from a sorted list of all nodes.
+#[test]
+fn what_is_shown_is_what_a_sorted_list_gives() {
+    let source = SceneSource::parse("builtin:terrain:700".as_ref()).unwrap();
+    let scene = Arc::new(load(&source, &LoadOptions::default(), &CancelToken::new()).unwrap());
+    let accel = Accel::build(&scene, &BuildSettings::default(), &CancelToken::new()).unwrap();
+    let table = NodeTable::new(&Arc::new(accel));
+    let area = |node: u32| table.node_box(node).relative_area();
+    let deepest = table.max_depth();
+    assert!(deepest > 8 && table.len() > 1_000);
+    let some_hidden = Selection { hidden: (0..table.len() as u32).step_by(7).collect(), ..Selection::default() };
+    let mut cuts = 0;
+    for [first, last] in [[0, deepest], [0, 3], [5, 7], [deepest - 2, deepest], [6, 6]] {
+        for [leaves_only, parents] in [[false, false], [true, false], [false, true], [true, true]] {
+            for selection in [&Selection::default(), &some_hidden] {
+                let from = if parents { 0 } else { first };
+                let kept = |&node: &u32| {
+                    let depth = table.depth(node);
+                    (from..=last).contains(&depth)
+                        && (!leaves_only || depth < first || table.is_leaf(node))
+                        && !selection.hidden.contains(&node)
+                };
+                let mut sorted: Vec<u32> = (0..table.len() as u32).filter(kept).collect();
+                sorted.sort_by(|&a, &b| area(b).total_cmp(&area(a)));
+                for budget in [0, 1, 10, 60, 4_000] {
+                    let settings =
+                        OverlaySettings { depth: [first, last], leaves_only, parents, budget, ..settings(0, 0) };
+                    let shown = table.shown(&settings, selection);
+                    let drawn = sorted.len().min(budget as usize);
+                    assert_eq!(shown.wanted, sorted.len(), "{settings:?}");
+                    assert_eq!(table.count(&settings, selection), (drawn, sorted.len()), "{settings:?}");
+                    assert!(shown.nodes.iter().zip(&shown.depths).all(|(&node, &depth)| table.depth(node) == depth));
+                    if sorted.len() > drawn {
+                        // Of nodes with the same area any may be cut.
+                        let areas = |nodes: &[u32]| nodes.iter().map(|&node| area(node)).collect::<Vec<_>>();
+                        assert_eq!(areas(&shown.nodes), areas(&sorted[..drawn]), "{settings:?}");
+                        assert!(shown.nodes.iter().all(kept), "{settings:?}");
+                        cuts += 1;
+                    }
+                    let mut nodes = shown.nodes;
+                    nodes.sort_unstable();
+                    nodes.dedup();
+                    assert_eq!(nodes.len(), drawn, "{settings:?}");
+                }
+            }
+        }
+    }
+    assert!(cuts > 50, "the budget cut only {cuts} times");
+}
+
+#[test]
+fn leaves_and_hidden_nodes_are_told_apart() {
+    let table = table::<Aabb>(row(13));
+    let leaves = OverlaySettings { leaves_only: true, ..settings(0, 99) };
+    let shown = table.shown(&leaves, &Selection::default());
+    assert_eq!(shown.wanted, 13);
+    assert!(shown.nodes.iter().all(|&node| table.is_leaf(node)));
+
+    let hidden = Selection { hidden: [0, 2].into(), ..Selection::default() };
+    let shown = table.shown(&settings(0, 99), &hidden);
+    assert_eq!(shown.wanted, 23, "only the hidden ones themselves are missing");
+    assert!(!shown.nodes.contains(&0) && !shown.nodes.contains(&2));
+}
+
+#[test]
+fn an_empty_tree_shows_nothing() {
+    let mut empty = Arc::into_inner(accel::<Aabb>(row(1))).unwrap();
+    empty.tree = AnyTree::Aabb(Tree { nodes: Vec::new(), primitive_indices: Vec::new(), max_depth: 0 });
+    empty.report.stats = tree_stats(&empty.tree, &CancelToken::new()).unwrap();
+    let table = NodeTable::new(&Arc::new(empty));
+    assert!(table.is_empty());
+    assert_eq!(table.max_depth(), 0);
+    assert_eq!(table.shown(&settings(0, 9), &Selection::default()).wanted, 0);
+    for color_by in ColorBy::ALL {
+        assert!(!legend(&OverlaySettings { color_by, ..settings(0, 9) }, &table).stops.is_empty());
+    }
+}
+
+#[test]
+fn the_other_container_holds_the_same_triangles() {
+    let triangles = row(9);
+    let of_boxes = table::<Aabb>(triangles.clone());
+    let of_spheres = table::<Sphere>(triangles.clone());
+    assert_eq!(of_boxes.container_kind(), ContainerKind::Aabb);
+    assert_eq!(of_spheres.container_kind(), ContainerKind::Sphere);
+    // Both trees have the same shape, so a node's exact box is the same in both.
+    for node in 0..of_boxes.len() as u32 {
+        assert_eq!(of_boxes.node_box(node), of_spheres.node_box(node));
+        let own = of_spheres.node_sphere(node);
+        let other = of_boxes.node_sphere(node);
+        for triangle in &triangles {
+            for corner in [triangle.a, triangle.b, triangle.c] {
+                let below = of_boxes.node_box(node).contains_point(corner, 0.0);
+                assert!(!below || other.contains_point(corner, 1e-4) && own.contains_point(corner, 1e-4));
+            }
+        }
+    }
+}
+
+#[test]
+fn an_instance_says_what_its_node_is() {
+    let table = table::<Aabb>(row(8));
+    let by_primitives = OverlaySettings { color_by: ColorBy::Primitives, show_spheres: true, ..settings(0, 9) };
+    let root = table.instance(0, 0, &by_primitives);
+    assert_eq!((root.depth, root.primitives, root.flags, root.area_share, root.overlap), (0, 8, 0, 1.0, 0.0));
+    assert!(root.sphere_radius > 7.0);
+    let leaf = table.instance(*table.by_depth(table.len() as u32).last().unwrap(), 3, &by_primitives);
+    assert_eq!((leaf.depth, leaf.primitives, leaf.flags), (3, 1, 1));
+    assert!(leaf.area_share > 0.0 && leaf.area_share < 0.1);
+    let [left, right] = table.children(0).unwrap();
+    assert_eq!(table.overlap(left), 0.0, "a row along x overlaps nowhere");
+    assert_eq!(table.primitives(left) + table.primitives(right), 8);
+}
+
+#[test]
+fn those_that_stand_out_are_the_family_and_the_hovered_one() {
+    let table = table::<Aabb>(row(4));
+    let [first, second] = table.children(0).unwrap();
+    let marked = |selected, hovered| highlighted(&table, &Selection { selected, hovered, ..Selection::default() });
+    let family = vec![(first, Role::FirstChild), (second, Role::SecondChild), (0, Role::Selected)];
+    assert_eq!(marked(Some(0), Some(0)), family);
+    assert_eq!(marked(Some(999), Some(second)), [(second, Role::Hovered)]);
+    assert!(marked(None, None).is_empty());
+}
+
+#[test]
+fn legends_ascend_within_the_ramp() {
+    let table = table::<Aabb>(row(200));
+    for color_by in ColorBy::ALL {
+        for depth in [[0, 0], [4, 6], [0, 99]] {
+            let legend = legend(&OverlaySettings { color_by, depth, ..OverlaySettings::default() }, &table);
+            assert!(legend.stops.len() <= 8 && !legend.title.is_empty());
+            assert!(legend.stops.is_sorted_by(|a, b| a.0 < b.0), "{:?}", legend.stops);
+            assert!(legend.stops.iter().all(|(place, _)| (0.0..=1.0).contains(place)));
+            assert!(legend.color(1.0)[0] > legend.color(0.0)[0]);
+        }
+    }
+}

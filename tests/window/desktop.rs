@@ -1,0 +1,237 @@
+//! A virtual screen, a home without settings, and the real program on it, as the tests of the window share them.
+
+#![allow(dead_code, reason = "each test file uses its part")]
+
+use std::io::{BufRead, BufReader};
+use std::path::{Path, PathBuf};
+use std::process::{Command, ExitStatus, Stdio};
+use std::sync::mpsc::{Receiver, channel};
+use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::time::{Duration, Instant};
+
+use crate::support::process::{PATIENCE, Running, Signal};
+
+/// The viewer.
+pub const PROGRAM: &str = env!("CARGO_BIN_EXE_bvhscope");
+
+/// One window at a time: software rendering takes every core anyway.
+static ONE_AT_A_TIME: Mutex<()> = Mutex::new(());
+
+/// A virtual screen and a home without settings.
+pub struct Desktop {
+    /// Ends with the desktop.
+    _xvfb: Running,
+    pub display: String,
+    home: tempfile::TempDir,
+    _turn: MutexGuard<'static, ()>,
+}
+
+/// The program at work there.
+pub struct Program {
+    child: Running,
+    log: Receiver<String>,
+}
+
+impl Desktop {
+    pub fn new() -> Self {
+        Self::with_screen("1280x800x24")
+    }
+
+    /// A screen of WIDTHxHEIGHTxDEPTH.
+    pub fn with_screen(screen: &str) -> Self {
+        let turn = ONE_AT_A_TIME.lock().unwrap_or_else(PoisonError::into_inner);
+        // It would start over when its last client goes, and turn away whoever comes meanwhile.
+        let mut xvfb = Running::start(
+            Command::new("Xvfb")
+                .args(["-displayfd", "1", "-screen", "0", screen, "-nolisten", "tcp", "-noreset"])
+                .stdout(Stdio::piped())
+                .stderr(Stdio::null()),
+        );
+        let mut number = String::new();
+        BufReader::new(xvfb.stdout.as_mut().unwrap()).read_line(&mut number).unwrap();
+        let display = format!(":{}", number.trim());
+        Self { _xvfb: xvfb, display, home: tempfile::tempdir().unwrap(), _turn: turn }
+    }
+
+    /// The program's working folder and home.
+    pub fn home(&self) -> &Path {
+        self.home.path()
+    }
+
+    /// Where the program keeps its settings.
+    pub fn settings(&self) -> PathBuf {
+        self.home().join("bvhscope/settings.json")
+    }
+
+    /// Where it keeps the place and size of its window.
+    pub fn window_place(&self) -> PathBuf {
+        self.home().join("bvhscope/window.ron")
+    }
+
+    pub fn write_settings(&self, text: &str) {
+        std::fs::create_dir_all(self.settings().parent().unwrap()).unwrap();
+        std::fs::write(self.settings(), text).unwrap();
+    }
+
+    /// A program with this screen and home.
+    pub fn command(&self, program: impl AsRef<std::ffi::OsStr>) -> Command {
+        let mut command = Command::new(program);
+        command
+            .current_dir(self.home())
+            .env("DISPLAY", &self.display)
+            .env_remove("WAYLAND_DISPLAY")
+            .env("XDG_DATA_HOME", self.home())
+            .env("XDG_CONFIG_HOME", self.home())
+            .env("XDG_RUNTIME_DIR", self.home())
+            .env("WINIT_X11_SCALE_FACTOR", "1")
+            .env("RUST_LOG", "bvhscope=info");
+        command
+    }
+
+    /// The same for a program with its first arguments, and further ones.
+    pub fn command_as(&self, program: &[&str], arguments: &[&str]) -> Command {
+        let mut command = self.command(program[0]);
+        command.args(&program[1..]).args(arguments);
+        command
+    }
+
+    pub fn start(&self, arguments: &[&str]) -> Program {
+        self.start_as(&[PROGRAM], arguments)
+    }
+
+    /// Starts the viewer by another program that it replaces: `program` is that one with its arguments, then the viewer.
+    pub fn start_as(&self, program: &[&str], arguments: &[&str]) -> Program {
+        let mut child = Running::start(self.command_as(program, arguments).stderr(Stdio::piped()));
+        let stderr = child.stderr.take().unwrap();
+        let (sender, log) = channel();
+        std::thread::spawn(move || {
+            for line in BufReader::new(stderr).lines().map_while(Result::ok) {
+                eprintln!("  {line}");
+                if sender.send(line).is_err() {
+                    break;
+                }
+            }
+        });
+        Program { child, log }
+    }
+
+    /// What `program` prints.
+    pub fn run(&self, program: &str, arguments: &[&str]) -> Vec<u8> {
+        self.command(program).args(arguments).output().unwrap().stdout
+    }
+
+    pub fn xdotool(&self, arguments: &[&str]) {
+        let status = self.command("xdotool").args(arguments).status().unwrap();
+        assert!(status.success(), "xdotool {arguments:?} failed");
+    }
+
+    /// The number of the program's window, once it is there.
+    pub fn find_window(&self, program: &mut Program) -> String {
+        let give_up = Instant::now() + PATIENCE;
+        let pid = program.child.id().to_string();
+        loop {
+            let output = self.run("xdotool", &["search", "--onlyvisible", "--pid", &pid]);
+            if let Some(id) = String::from_utf8_lossy(&output).lines().last() {
+                return id.to_owned();
+            }
+            assert!(program.is_running(), "the program ended before it had a window");
+            assert!(Instant::now() < give_up, "no window came up");
+            std::thread::sleep(Duration::from_millis(100));
+        }
+    }
+}
+
+impl Program {
+    /// Waits for a log line that holds `text` and gives it; none before it may tell of a panic, but for egui's renderer,
+    /// which panics where the device is lost; that is caught.
+    pub fn wait_for(&mut self, text: &str) -> String {
+        let give_up = Instant::now() + PATIENCE;
+        loop {
+            match self.log.recv_timeout(Duration::from_millis(200)) {
+                Ok(line) if line.contains(text) => return line,
+                Ok(line) => assert!(!line.contains("panicked") || line.contains("egui-wgpu"), "{line}"),
+                Err(_) => {
+                    let status = self.child.try_wait().unwrap();
+                    assert!(status.is_none(), "the program ended ({status:?}) before it said '{text}'");
+                }
+            }
+            assert!(Instant::now() < give_up, "the program never said '{text}'");
+        }
+    }
+
+    /// Waits for a log line that holds one of `texts`; `None` where the program ends without one. No line may tell of a panic,
+    /// but for that of a library which starts a thread; that is caught.
+    pub fn wait_for_either(&mut self, texts: &[&str]) -> Option<String> {
+        let give_up = Instant::now() + PATIENCE;
+        loop {
+            match self.log.recv_timeout(Duration::from_millis(200)) {
+                Ok(line) if texts.iter().any(|text| line.contains(text)) => return Some(line),
+                Ok(line) => assert!(!line.contains("panicked") || line.contains("std/src/thread"), "{line}"),
+                Err(_) if self.child.try_wait().unwrap().is_some() => return None,
+                Err(_) => {}
+            }
+            assert!(Instant::now() < give_up, "the program said none of {texts:?}");
+        }
+    }
+
+    /// Processor time that it has taken.
+    pub fn spent(&self) -> Duration {
+        self.stat().map_or(Duration::ZERO, |stat| stat.1)
+    }
+
+    /// Waits for its end. Gives the processor time that it had taken by then, and for how long all of its threads slept
+    /// meanwhile: unlike the clock's, these times are no longer where other work takes the processors.
+    pub fn spent_and_slept_at_its_end(&self) -> (Duration, Duration) {
+        let give_up = Instant::now() + PATIENCE;
+        let look = Duration::from_millis(2);
+        let mut slept = Duration::ZERO;
+        loop {
+            match self.stat() {
+                Some(('Z', spent)) => return (spent, slept),
+                Some(_) => {
+                    slept += if self.all_sleep() { look } else { Duration::ZERO };
+                    std::thread::sleep(look);
+                }
+                None => panic!("the program was waited for already"),
+            }
+            assert!(Instant::now() < give_up, "the program goes on");
+        }
+    }
+
+    /// Whether none of its threads runs or could.
+    fn all_sleep(&self) -> bool {
+        let threads = std::fs::read_dir(format!("/proc/{}/task", self.child.id())).into_iter().flatten().flatten();
+        // A thread that has just ended has no file.
+        let mut states = threads.filter_map(|thread| {
+            let text = std::fs::read_to_string(thread.path().join("stat")).ok()?;
+            text.rsplit_once(')')?.1.trim_start().chars().next()
+        });
+        states.all(|state| state == 'S')
+    }
+
+    /// Its state, `Z` once it has ended, and the processor time that it has taken.
+    fn stat(&self) -> Option<(char, Duration)> {
+        let text = std::fs::read_to_string(format!("/proc/{}/stat", self.child.id())).ok()?;
+        let fields: Vec<&str> = text.rsplit_once(')')?.1.split_whitespace().collect();
+        // In hundredths of a second, for programs and in the system for them.
+        let ticks = fields[11].parse::<u64>().ok()? + fields[12].parse::<u64>().ok()?;
+        Some((fields[0].chars().next()?, Duration::from_millis(10 * ticks)))
+    }
+
+    /// The log lines that have come since.
+    pub fn said(&self) -> Vec<String> {
+        self.log.try_iter().collect()
+    }
+
+    pub fn is_running(&mut self) -> bool {
+        self.child.is_running()
+    }
+
+    pub fn signal(&self, signal: Signal) {
+        self.child.signal(signal);
+    }
+
+    pub fn wait(&mut self) -> ExitStatus {
+        self.child.wait_for_end()
+    }
+}

@@ -1,0 +1,356 @@
+//! The real program under Xvfb when things go wrong around it: damaged settings, a start that died, a driver that ends, a
+//! window closed in the middle of the work.
+
+use std::path::Path;
+use std::process::Command;
+use std::time::{Duration, Instant};
+
+use crate::desktop::{Desktop, PROGRAM};
+use crate::support::process::{PATIENCE, SharedProgram, Signal, allow_everyone};
+use crate::support::skip;
+
+#[test]
+fn damaged_settings_are_kept_aside_and_the_window_opens() {
+    let desktop = Desktop::new();
+    let size = |size: &str| {
+        format!(
+            "{{\"window\":\"(inner_position_pixels:None,outer_position_pixels:None,fullscreen:false,maximized:false,inner_size_points:Some((x:{size},y:{size})))\"}}"
+        )
+    };
+    let zoom = "{\"egui_memory_v2\":\"(options:(zoom_factor:NaN))\",\"unknown\":\"1\"}";
+    for (text, window) in [
+        ("garbage", "garbage"),
+        ("", ""),
+        ("{\"wanted\":7", &size("1.0")),
+        ("{}", &size("NaN")),
+        ("{\"wanted\":{},\"preferences\":{}}", zoom),
+    ] {
+        desktop.write_settings(text);
+        std::fs::write(desktop.window_place(), window).unwrap();
+        let mut program = desktop.start(&["builtin:teapot:2"]);
+        program.wait_for("could not be read");
+        program.wait_for("presented teapot");
+        let kept = desktop.settings().with_extension("json.bad");
+        assert_eq!(std::fs::read_to_string(kept).unwrap(), text);
+        program.signal(Signal::INT);
+        assert_eq!(program.wait().code(), Some(130), "an interrupted window says so");
+    }
+}
+
+#[test]
+fn a_start_that_died_makes_the_next_one_safe() {
+    let desktop = Desktop::new();
+    let mut program = desktop.start(&["builtin:cornell"]);
+    // As soon as its trial begins: on a slow machine it might be over before anything is shown.
+    let starting = desktop.home().join("bvhscope/starting");
+    while !starting.exists() {
+        assert!(program.is_running());
+        std::thread::sleep(Duration::from_millis(2));
+    }
+    program.signal(Signal::KILL);
+    program.wait();
+    assert!(starting.exists());
+    let mut program = desktop.start(&["builtin:cornell"]);
+    program.wait_for("this one is safe");
+    program.wait_for("presented teapot");
+    program.signal(Signal::INT);
+    program.wait();
+    let mut program = desktop.start(&["builtin:cornell"]);
+    program.wait_for("presented cornell");
+}
+
+#[test]
+fn a_lost_device_opens_the_window_again_with_what_was_shown() {
+    let desktop = Desktop::new();
+    let mut program = desktop.start(&["builtin:cornell", "--lose-device"]);
+    program.wait_for("presented cornell");
+    program.wait_for("the window is opened again");
+    program.wait_for("presented cornell");
+    assert!(program.is_running());
+}
+
+#[test]
+fn what_the_driver_refuses_takes_only_the_lines_away() {
+    let desktop = Desktop::new();
+    std::fs::write(desktop.home().join("one.obj"), "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n").unwrap();
+    let mut program = desktop.start(&["one.obj", "--refuse-buffer"]);
+    program.wait_for("presented one.obj");
+    program.wait_for("error: the graphics driver failed");
+    // It goes on: another model is loaded, built and traced.
+    std::fs::write(desktop.home().join("one.obj"), "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\nf 3 2 1\n").unwrap();
+    assert!(program.wait_for("presented one.obj").contains("2 triangles"));
+    program.wait_for(", 16 samples a pixel");
+    assert!(program.is_running());
+    program.signal(Signal::INT);
+    assert_eq!(program.wait().code(), Some(130));
+}
+
+/// Loading, building and tracing one after the other; the window is closed in the middle of each. What the program does
+/// after that is counted as work and sleep, of which other work on the machine takes none away: were it alone, it would end
+/// within that.
+#[test]
+fn a_window_closed_in_the_middle_ends_long_before_its_job() {
+    let desktop = Desktop::new();
+    let arguments = ["builtin:terrain:1500000", "--no-config"];
+    let start = Instant::now();
+    let mut program = desktop.start(&arguments);
+    program.wait_for("presented terrain");
+    let whole = start.elapsed();
+    drop(program);
+    for part in [0.2, 0.4, 0.6, 0.8, 0.95] {
+        let start = Instant::now();
+        let mut program = desktop.start(&arguments);
+        let id = desktop.find_window(&mut program);
+        std::thread::sleep(whole.mul_f64(part).saturating_sub(start.elapsed()));
+        desktop.xdotool(&["windowfocus", "--sync", &id]);
+        let (closed, before) = (Instant::now(), program.spent());
+        desktop.xdotool(&["key", "ctrl+q"]);
+        let (spent, slept) = program.spent_and_slept_at_its_end();
+        let spent = spent - before;
+        assert!(program.wait().success());
+        let took = closed.elapsed();
+        println!(
+            "closed after {part} of {whole:.1?}: {took:.1?} to the end, {spent:.1?} of work, {slept:.1?} of sleep"
+        );
+        assert!(slept.as_secs_f64() < 1.0, "closed after {part} of {whole:.1?}, it slept {slept:.1?} before it ended");
+        let cores = std::thread::available_parallelism().map_or(1, usize::from) as f64;
+        let alone = spent.div_f64(cores.min(2.0));
+        assert!(alone.as_secs_f64() < 1.0, "closed after {part} of {whole:.1?}, it worked {spent:.1?} to end");
+    }
+    assert_eq!(std::fs::read_dir(desktop.home()).unwrap().count(), 0, "nothing is left");
+}
+
+#[test]
+fn a_window_closed_while_it_writes_leaves_whole_files() {
+    let desktop = Desktop::new();
+    for wait in [0, 30, 100, 300] {
+        let mut program = desktop.start(&["builtin:teapot:2", "--no-config"]);
+        let id = desktop.find_window(&mut program);
+        program.wait_for(", 16 samples a pixel");
+        desktop.xdotool(&["windowfocus", "--sync", &id]);
+        desktop.xdotool(&["key", "F12"]);
+        std::thread::sleep(Duration::from_millis(wait));
+        desktop.xdotool(&["key", "ctrl+q"]);
+        let status = program.wait();
+        assert!(status.success(), "closed after {wait} ms: {status}");
+        for entry in std::fs::read_dir(desktop.home()).unwrap() {
+            let path = entry.unwrap().path();
+            assert!(image::open(&path).is_ok(), "{} is not whole", path.display());
+            std::fs::remove_file(path).unwrap();
+        }
+    }
+}
+
+#[test]
+fn settings_that_can_neither_be_read_nor_written_do_not_matter() {
+    let desktop = Desktop::new();
+    let folder = desktop.settings().parent().unwrap().to_owned();
+    // A folder where the file should be, and a file where its folder should be.
+    std::fs::create_dir_all(desktop.settings()).unwrap();
+    for blocked in [true, false] {
+        let mut program = desktop.start(&["builtin:teapot:2"]);
+        program.wait_for("presented teapot");
+        program.signal(Signal::INT);
+        assert_eq!(program.wait().code(), Some(130));
+        if blocked {
+            std::fs::remove_dir_all(&folder).unwrap();
+            std::fs::write(&folder, "in the way").unwrap();
+        }
+    }
+    assert_eq!(std::fs::read_to_string(&folder).unwrap(), "in the way");
+}
+
+/// The administrator may write where permissions forbid it, but not on a disk that is mounted for reading only.
+#[test]
+fn settings_on_a_read_only_disk_do_not_matter() {
+    let desktop = Desktop::new();
+    let folder = desktop.settings().parent().unwrap().to_owned();
+    desktop.write_settings("{\"unknown\":\"1\"}");
+    let mount = "mount --bind \"$0\" \"$0\" && mount -o remount,bind,ro \"$0\" && exec \"$@\"";
+    let read_only = ["unshare", "--mount", "sh", "-c", mount, folder.to_str().unwrap(), PROGRAM];
+    if !desktop.command_as(&read_only[..6], &["true"]).status().is_ok_and(|status| status.success()) {
+        return skip("nothing can be mounted here");
+    }
+    let mut program = desktop.start_as(&read_only, &["builtin:teapot:2"]);
+    program.wait_for("presented teapot");
+    program.signal(Signal::INT);
+    assert_eq!(program.wait().code(), Some(130));
+    assert_eq!(std::fs::read_to_string(desktop.settings()).unwrap(), "{\"unknown\":\"1\"}");
+    assert_eq!(std::fs::read_dir(&folder).unwrap().count(), 1, "nothing was written beside");
+}
+
+/// One pixel is the smallest window that there is; one that is minimised is taken off the screen.
+#[test]
+fn a_window_of_one_pixel_and_one_off_the_screen_come_back() {
+    let desktop = Desktop::new();
+    let mut program = desktop.start(&["builtin:teapot:2", "--no-config"]);
+    let id = desktop.find_window(&mut program);
+    program.wait_for(", 16 samples a pixel");
+    for (k, away) in [&["windowsize", &id, "1", "1"][..], &["windowsize", &id, "9", "700"], &["windowunmap", &id]]
+        .into_iter()
+        .enumerate()
+    {
+        desktop.xdotool(away);
+        std::thread::sleep(Duration::from_secs(1));
+        assert!(program.is_running());
+        desktop.xdotool(&["windowmap", &id]);
+        // Another size each time, so that another picture is traced.
+        desktop.xdotool(&["windowsize", &id, &(900 + 10 * k).to_string(), "650"]);
+        program.wait_for(", 16 samples a pixel");
+    }
+    let said = program.said();
+    assert!(!said.iter().any(|line| line.contains("error")), "{said:?}");
+    desktop.xdotool(&["windowfocus", "--sync", &id, "key", "ctrl+q"]);
+    assert!(program.wait().success());
+}
+
+/// Nobody keeps this window within the driver's largest texture, as a window manager would. It cannot be drawn then, and not
+/// even the picture alone fits into a texture.
+#[test]
+fn a_window_larger_than_the_driver_draws_comes_back() {
+    let desktop = Desktop::with_screen("17400x600x24");
+    let mut program = desktop.start(&["builtin:teapot:2", "--no-config"]);
+    let id = desktop.find_window(&mut program);
+    program.wait_for(", 16 samples a pixel");
+    desktop.xdotool(&["windowsize", &id, "17000", "500"]);
+    let what = program.wait_for_either(&["error: the graphics driver failed", "16 samples a pixel"]);
+    assert!(what.is_some(), "the program ended");
+    std::thread::sleep(Duration::from_secs(3));
+    let complaints = program.said().iter().filter(|line| line.contains("graphics driver failed")).count();
+    assert!(complaints <= 10, "said {complaints} times in three seconds");
+    desktop.xdotool(&["windowsize", &id, "900", "550"]);
+    program.wait_for(", 16 samples a pixel");
+    assert!(program.is_running());
+    desktop.xdotool(&["windowfocus", "--sync", &id, "key", "ctrl+q"]);
+    assert!(program.wait().success());
+}
+
+/// A user who may start hardly any thread. Drivers start some themselves, and may give up without them.
+#[test]
+fn a_window_without_threads_works_or_says_why_not() {
+    let desktop = Desktop::new();
+    let user = (65_100 + std::process::id() % 400).to_string();
+    allow_everyone(desktop.home(), 0o777);
+    let shared = SharedProgram::new();
+    let path = shared.path();
+    let mut worked = 0;
+    for most in [3, 6, 9, 12, 16, 24, 400] {
+        let limit = format!("ulimit -u {most} && exec \"$@\"");
+        let limited = ["setpriv", "--reuid", &user, "--regid", &user, "--clear-groups", "bash", "-c", &limit, "bash"];
+        let allowed = |mut command: Command| command.status().is_ok_and(|status| status.success());
+        if most == 3 && !allowed(desktop.command_as(&limited, &["true"])) {
+            return skip("no other user can run programs here");
+        }
+        let limited = [&limited[..], &[path.to_str().unwrap()]].concat();
+        let mut program = desktop.start_as(&limited, &["builtin:cornell", "--no-config"]);
+        let said = program.wait_for_either(&["presented cornell", "error: ", "bvhscope: "]);
+        println!("{most} threads: {said:?}");
+        if said.as_ref().is_some_and(|line| line.contains("presented")) {
+            worked += 1;
+            program.signal(Signal::INT);
+            assert_eq!(program.wait().code(), Some(130), "{most}");
+        }
+    }
+    assert!(worked > 0, "with 400 threads it must work");
+}
+
+#[test]
+fn two_instances_and_a_newer_version_leave_usable_settings() {
+    let desktop = Desktop::new();
+    let mut programs = [(); 2].map(|()| desktop.start(&["builtin:teapot:2"]));
+    for program in &mut programs {
+        program.wait_for("presented teapot");
+    }
+    // Both write as they end.
+    programs.iter().for_each(|program| program.signal(Signal::INT));
+    for program in &mut programs {
+        assert_eq!(program.wait().code(), Some(130));
+    }
+    // As a version would leave them that knows more.
+    let kept = std::fs::read_to_string(desktop.settings()).unwrap();
+    let newer = kept.replacen("\"preferences\":{", "\"preferences\":{\"newer\":[1],", 1);
+    assert_ne!(newer, kept, "{kept}");
+    desktop.write_settings(&newer);
+    let mut program = desktop.start(&["builtin:teapot:2"]);
+    program.wait_for("presented teapot");
+    program.signal(Signal::INT);
+    program.wait();
+    assert!(!desktop.settings().with_extension("json.bad").exists(), "nothing was damaged");
+}
+
+/// As when the machine, the screen or the program dies.
+#[test]
+fn a_change_is_kept_though_the_program_is_killed() {
+    let desktop = Desktop::new();
+    let mut program = desktop.start(&["builtin:teapot:2"]);
+    let id = desktop.find_window(&mut program);
+    program.wait_for(", 16 samples a pixel");
+    let kept = |what: &str| std::fs::read_to_string(desktop.settings()).is_ok_and(|text| text.contains(what));
+    let wait_for = |what: &str| {
+        let give_up = Instant::now() + PATIENCE;
+        while !kept(what) {
+            assert!(Instant::now() < give_up, "{what} was never written");
+            std::thread::sleep(Duration::from_millis(50));
+        }
+    };
+    wait_for("\"show_containers\":true");
+    desktop.xdotool(&["windowfocus", "--sync", &id, "key", "b"]);
+    wait_for("\"show_containers\":false");
+    program.signal(Signal::KILL);
+    program.wait();
+    let files = std::fs::read_dir(desktop.settings().parent().unwrap()).unwrap();
+    let names: Vec<_> = files.map(|file| file.unwrap().file_name().into_string().unwrap()).collect();
+    assert!(!names.iter().any(|name| name.ends_with(".part")), "{names:?}");
+    // The program died early, which would make the next start a safe one.
+    let _ = std::fs::remove_file(desktop.home().join("bvhscope/starting"));
+    let mut program = desktop.start(&["builtin:teapot:2"]);
+    program.wait_for("presented teapot");
+    program.signal(Signal::INT);
+    program.wait();
+    assert!(kept("\"show_containers\":false"));
+}
+
+#[test]
+fn a_run_without_settings_writes_none() {
+    let desktop = Desktop::new();
+    let mut program = desktop.start(&["builtin:teapot:2", "--no-config"]);
+    program.wait_for("presented teapot");
+    program.signal(Signal::TERM);
+    assert_eq!(program.wait().code(), Some(130));
+    assert!(!desktop.settings().exists() && !Path::new(&desktop.home().join("bvhscope")).exists());
+}
+
+#[test]
+fn a_saved_file_is_read_again_once_and_a_deleted_one_leaves_the_scene() {
+    let desktop = Desktop::new();
+    let model = desktop.home().join("two.obj");
+    std::fs::write(&model, "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n").unwrap();
+    let mut program = desktop.start(&["two.obj"]);
+    assert!(program.wait_for("presented two.obj").contains("1 triangles"));
+    // As editors do: into another file, which takes the place of the first.
+    let fresh = desktop.home().join("fresh.tmp");
+    std::fs::write(&fresh, "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 1 1 0\nf 1 2 3\nf 3 2 4\n").unwrap();
+    std::fs::rename(&fresh, &model).unwrap();
+    assert!(program.wait_for("presented two.obj").contains("2 triangles"));
+    std::fs::remove_file(&model).unwrap();
+    program.wait_for("two.obj: Gone");
+    std::thread::sleep(Duration::from_secs(2));
+    assert!(program.is_running());
+    let said = program.said();
+    assert!(!said.iter().any(|line| line.contains("presented two.obj")), "read once, not again: {said:?}");
+}
+
+#[test]
+fn a_window_at_rest_does_nothing() {
+    let desktop = Desktop::new();
+    let mut program = desktop.start(&["builtin:teapot:2"]);
+    program.wait_for(", 16 samples a pixel");
+    std::thread::sleep(Duration::from_secs(3));
+    // Processor time, which other work on the machine does not lengthen.
+    let before = program.spent();
+    let period = Duration::from_secs(8);
+    std::thread::sleep(period);
+    let fraction = (program.spent() - before).div_duration_f64(period);
+    // Looking after the file and the driver's own threads take well below one hundredth; drawing on takes several.
+    assert!(fraction < 0.05, "{fraction} of a processor at rest");
+}

@@ -1,0 +1,12 @@
+//! The program in a real X11 window under Xvfb.
+
+#![cfg(all(feature = "gui", target_os = "linux"))]
+#![allow(clippy::unwrap_used, reason = "a failed step is a failed test")]
+
+#[path = "../support/mod.rs"]
+mod support;
+
+mod desktop;
+
+mod faults;
+mod use_by_hand;

@@ -1,0 +1,251 @@
+//! The real program in a real X11 window under Xvfb, driven by xdotool as a user's hands would: open, drag, wheel, key,
+//! slider, drop a file, close. Screenshots are compared for what must have changed; the log tells when it has.
+
+use std::path::Path;
+use std::time::{Duration, Instant};
+
+use crate::desktop::{Desktop, Program};
+use crate::support::process::PATIENCE;
+
+/// The program in its window, at the top left of the screen.
+struct Window {
+    program: Program,
+    desktop: Desktop,
+    id: String,
+}
+
+/// A picture of the whole screen: width, height and pixels as 0xRRGGBB.
+struct Screenshot {
+    width: usize,
+    pixels: Vec<u32>,
+}
+
+impl Window {
+    fn open(arguments: &[&str]) -> Self {
+        let desktop = Desktop::new();
+        let mut program = desktop.start(arguments);
+        let id = desktop.find_window(&mut program);
+        desktop.xdotool(&["windowmove", "--sync", &id, "0", "0"]);
+        desktop.xdotool(&["windowfocus", "--sync", &id]);
+        Self { program, desktop, id }
+    }
+
+    /// The screen after the last sample of a picture, when nothing more is drawn.
+    fn at_rest(&mut self) -> Screenshot {
+        self.program.wait_for(", 16 samples a pixel");
+        self.once(|_| true)
+    }
+
+    /// The screen once it shows what is expected and stays so.
+    fn once(&self, expected: impl Fn(&Screenshot) -> bool) -> Screenshot {
+        let give_up = Instant::now() + PATIENCE;
+        let mut before = self.screenshot();
+        loop {
+            std::thread::sleep(Duration::from_millis(700));
+            let screen = self.screenshot();
+            if expected(&screen) && screen.changed(&before, VIEWPORT) < 0.001 {
+                return screen;
+            }
+            assert!(Instant::now() < give_up, "the screen never shows what is expected");
+            before = screen;
+        }
+    }
+
+    /// A file in the program's folder, once it is there: it appears as a whole.
+    fn file(&self, name: &str) -> Vec<u8> {
+        let give_up = Instant::now() + PATIENCE;
+        loop {
+            match std::fs::read(self.desktop.home().join(name)) {
+                Ok(bytes) => return bytes,
+                Err(_) if Instant::now() < give_up => std::thread::sleep(Duration::from_millis(50)),
+                Err(error) => panic!("{name}: {error}"),
+            }
+        }
+    }
+
+    fn screenshot(&self) -> Screenshot {
+        Screenshot::from_xwd(&self.desktop.run("xwd", &["-root", "-silent"]))
+    }
+
+    /// Drags in the viewport, and lets go once the picture has followed: on a loaded machine all of it may come within one
+    /// frame otherwise, and a button that is up again drags nothing.
+    fn drag(&self, button: &str, from: [i32; 2], to: [i32; 2]) {
+        self.move_to(from);
+        let before = self.once(|_| true);
+        self.desktop.xdotool(&["mousedown", button]);
+        self.glide(from, to);
+        self.once(|screen| screen.changed(&before, VIEWPORT) > 0.02);
+        self.desktop.xdotool(&["mouseup", button]);
+    }
+
+    fn move_to(&self, at: [i32; 2]) {
+        let [x, y] = at.map(|v| v.to_string());
+        self.desktop.xdotool(&["mousemove", &x, &y]);
+    }
+
+    /// Moves the pointer in small steps, as a hand does.
+    fn glide(&self, from: [i32; 2], to: [i32; 2]) {
+        for step in 1..=8 {
+            self.move_to([0, 1].map(|axis| from[axis] + (to[axis] - from[axis]) * step / 8));
+            std::thread::sleep(Duration::from_millis(20));
+        }
+    }
+
+    /// Presses a key, with the focus where a click on the window would put it.
+    fn key(&self, key: &str) {
+        self.desktop.xdotool(&["windowfocus", "--sync", &self.id]);
+        self.desktop.xdotool(&["key", key]);
+    }
+}
+
+impl Screenshot {
+    /// Reads the X window dump format, version 7: a header of big-endian words, a colour table, rows of pixels.
+    fn from_xwd(bytes: &[u8]) -> Self {
+        let word = |index: usize| u32::from_be_bytes(bytes[index * 4..index * 4 + 4].try_into().unwrap()) as usize;
+        let (header, width, height) = (word(0), word(4), word(5));
+        let (bits, stride, colors) = (word(11), word(12), word(19));
+        assert_eq!(bits, 32, "Xvfb was started with 24 bits a pixel in 32");
+        let start = header + colors * 12;
+        let pixels = (0..height)
+            .flat_map(|y| (0..width).map(move |x| start + y * stride + x * 4))
+            .map(|at| u32::from_le_bytes(bytes[at..at + 4].try_into().unwrap()) & 0xff_ff_ff)
+            .collect();
+        Self { width, pixels }
+    }
+
+    /// Share of pixels inside `x0..x1`, `y0..y1` that differ from `other`'s by more than antialiasing does to a surface.
+    fn changed(&self, other: &Self, [x0, y0, x1, y1]: [usize; 4]) -> f64 {
+        let mut changed = 0;
+        for y in y0..y1 {
+            for x in x0..x1 {
+                let at = y * self.width + x;
+                let channels = |color: u32| [color >> 16 & 255, color >> 8 & 255, color & 255];
+                let (a, b) = (channels(self.pixels[at]), channels(other.pixels[at]));
+                changed += usize::from((0..3).any(|c| a[c].abs_diff(b[c]) > 24));
+            }
+        }
+        changed as f64 / ((x1 - x0) * (y1 - y0)) as f64
+    }
+
+    /// Number of different colours inside a rectangle.
+    fn colors(&self, [x0, y0, x1, y1]: [usize; 4]) -> usize {
+        let rows = (y0..y1).flat_map(|y| &self.pixels[y * self.width + x0..y * self.width + x1]);
+        rows.collect::<std::collections::HashSet<_>>().len()
+    }
+}
+
+/// The middle of the viewport at 1280×800, clear of legend, gizmo and messages.
+const VIEWPORT: [usize; 4] = [420, 150, 860, 560];
+/// Where the viewport begins there.
+const CORNER: [u32; 2] = [248, 29];
+/// The threshold's handle at its default.
+const HANDLE_AT_6: [i32; 2] = [1143, 115];
+/// The number beside it.
+const THRESHOLD_NUMBER: [usize; 4] = [1217, 106, 1267, 125];
+/// The value of the SAH cost among the statistics.
+const SAH_COST: [usize; 4] = [150, 371, 230, 387];
+
+#[test]
+fn a_user_orbits_zooms_toggles_and_rebuilds() {
+    let mut window = Window::open(&["builtin:teapot:6"]);
+    let start = window.at_rest();
+    assert!(start.colors(VIEWPORT) > 200, "a shaded picture has many colours, this has {}", start.colors(VIEWPORT));
+
+    // A drag turns the model, the wheel zooms.
+    window.drag("1", [640, 380], [760, 430]);
+    let orbited = window.at_rest();
+    assert!(orbited.changed(&start, VIEWPORT) > 0.1);
+    window.desktop.xdotool(&["mousemove", "600", "330", "click", "4", "click", "4"]);
+    let zoomed = window.at_rest();
+    assert!(zoomed.changed(&orbited, VIEWPORT) > 0.05);
+
+    // B takes the lines away and nothing else, and brings them back.
+    window.key("b");
+    let bare = window.once(|screen| screen.changed(&zoomed, VIEWPORT) > 0.005);
+    let share = bare.changed(&zoomed, VIEWPORT);
+    assert!(share < 0.6, "{share} of the viewport changed");
+    window.key("b");
+    let back = window.once(|screen| screen.changed(&zoomed, VIEWPORT) < 0.02);
+
+    // F12 writes what is seen.
+    window.key("F12");
+    let saved = window.file("teapot-6-001.png");
+    let saved = image::load_from_memory(&saved).unwrap().to_rgb8();
+    let [x0, y0, x1, y1] = VIEWPORT;
+    let pixel = |x: usize, y: usize| saved.get_pixel(x as u32 - CORNER[0], y as u32 - CORNER[1]).0;
+    let differs = |x: usize, y: usize| {
+        let [_, r, g, b] = back.pixels[y * back.width + x].to_be_bytes();
+        pixel(x, y).iter().zip([r, g, b]).any(|(a, b)| a.abs_diff(b) > 24)
+    };
+    let different = (y0..y1).flat_map(|y| (x0..x1).map(move |x| (x, y))).filter(|&(x, y)| differs(x, y)).count();
+    assert!(different * 100 < (x1 - x0) * (y1 - y0), "{different} pixels differ");
+}
+
+#[test]
+fn the_dragged_threshold_changes_tree_lines_and_numbers_while_it_is_held() {
+    let mut window = Window::open(&["builtin:teapot:6"]);
+    window.at_rest();
+    window.move_to(HANDLE_AT_6);
+    let before = window.once(|_| true);
+    assert_eq!(before.changed(&window.screenshot(), SAH_COST), 0.0, "nothing moves by itself");
+
+    window.desktop.xdotool(&["mousedown", "1"]);
+    window.glide(HANDLE_AT_6, [HANDLE_AT_6[0] + 36, HANDLE_AT_6[1]]);
+    window.program.wait_for("presented teapot");
+    // One digit may be all that changes.
+    let held = window.once(|screen| screen.changed(&before, SAH_COST) > 0.001);
+    assert!(held.changed(&before, THRESHOLD_NUMBER) > 0.001, "the number beside the slider");
+    assert!(held.changed(&before, VIEWPORT) > 0.002, "the containers are those of another tree");
+    assert!(held.changed(&before, VIEWPORT) < 0.6, "the model is the same");
+    window.desktop.xdotool(&["mouseup", "1"]);
+    let released = window.once(|screen| screen.changed(&held, VIEWPORT) < 0.002);
+    assert_eq!(released.changed(&held, THRESHOLD_NUMBER), 0.0, "letting go changes nothing");
+
+    window.key("ctrl+q");
+    assert!(window.program.wait().success());
+    let kept = std::fs::read_to_string(window.desktop.settings()).unwrap();
+    let number = kept.split("threshold").nth(1).unwrap().trim_start_matches(['"', '\\', ':']);
+    let threshold: u32 = number[..number.find(|c: char| !c.is_ascii_digit()).unwrap()].parse().unwrap();
+    assert!((8..=64).contains(&threshold), "{threshold} is kept for the next run");
+}
+
+#[test]
+fn a_dropped_file_is_opened() {
+    let mut window = Window::open(&["builtin:cornell"]);
+    let before = window.at_rest();
+    let model = window.desktop.home().join("two triangles.obj");
+    std::fs::write(&model, "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 2 3\nf 1 2 4\n").unwrap();
+    let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/window/drop_file.py");
+    // Debian's python has the module that Debian's package brings; another python in the PATH may not.
+    let status = window
+        .desktop
+        .command("/usr/bin/python3")
+        .arg(script)
+        .args([window.id.as_str(), model.to_str().unwrap()])
+        .status()
+        .unwrap();
+    assert!(status.success(), "the drop was not accepted");
+    let line = window.program.wait_for("presented two triangles.obj");
+    assert!(line.contains("2 triangles"), "{line}");
+    window.once(|screen| screen.changed(&before, VIEWPORT) > 0.1);
+}
+
+#[test]
+fn an_unusable_file_keeps_the_window_and_says_why() {
+    let home = tempfile::tempdir().unwrap();
+    let broken = home.path().join("broken.obj");
+    std::fs::write(&broken, "v 0 0 zero\nf 1 1 1\n").unwrap();
+    let mut window = Window::open(&[broken.to_str().unwrap()]);
+    let line = window.program.wait_for("broken.obj");
+    assert!(!line.contains("panicked"), "{line}");
+    std::thread::sleep(Duration::from_secs(1));
+    assert!(window.program.is_running(), "the window must stay open");
+}
+
+#[test]
+fn closing_the_window_ends_the_program() {
+    let mut window = Window::open(&["builtin:terrain:300000"]);
+    window.key("ctrl+q");
+    let status = window.program.wait();
+    assert!(status.success(), "it ended with {status}");
+}
