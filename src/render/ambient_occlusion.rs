@@ -4,7 +4,7 @@ use glam::Vec3;
 
 use super::sampling::{SampleId, cosine_direction};
 use super::surface::Orientation;
-use super::view::View;
+use super::trace_context::TraceContext;
 use bvhscope_engine::geometry::Ray;
 use bvhscope_engine::tree::Container;
 
@@ -17,7 +17,7 @@ pub(super) const RAYS: u32 = 4;
 /// So many rays from a surface point, `radius` long. The directions continue the pixel's sequence from sample to sample, so
 /// that many samples cover the hemisphere evenly.
 pub(super) fn around<C: Container>(
-    view: &View<C>,
+    context: &TraceContext<C>,
     position: Vec3,
     orientation: &Orientation,
     radius: f32,
@@ -31,7 +31,7 @@ pub(super) fn around<C: Container>(
         if below < 0.0 {
             direction -= orientation.geometric * (2.0 * below);
         }
-        view.ray_from(position, orientation.geometric, direction, radius)
+        context.ray_from(position, orientation.geometric, direction, radius)
     })
 }
 

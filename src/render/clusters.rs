@@ -4,7 +4,7 @@ use glam::Vec3;
 
 use super::shade::{Shade, Shaded};
 use super::surface;
-use super::view::View;
+use super::trace_context::TraceContext;
 use bvhscope_engine::cancel::{CancelToken, Cancelled};
 use bvhscope_engine::geometry::{Hit, Ray};
 use bvhscope_engine::tree::traverse::TestCounts;
@@ -75,8 +75,8 @@ impl Clusters {
 }
 
 impl<C: Container> Shade<C> for Clusters {
-    fn hit(&self, view: &View<C>, ray: &Ray, hit: &Hit, _tests: TestCounts, _blocked: &[bool]) -> Shaded {
-        let facing = surface::orientation(view.scene, ray, hit).smooth.dot(-ray.direction).max(0.0);
+    fn hit(&self, context: &TraceContext<C>, ray: &Ray, hit: &Hit, _tests: TestCounts, _blocked: &[bool]) -> Shaded {
+        let facing = surface::orientation(context.scene, ray, hit).smooth.dot(-ray.direction).max(0.0);
         let color = cluster_color(self.of_primitive[hit.primitive_index as usize]);
         Shaded { color: color * (0.35 + 0.65 * facing), value: 0.0 }
     }

@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use super::RenderSettings;
+use super::settings::RenderSettings;
 use crate::camera::Camera;
 
 /// A picture with what was measured while making it.
@@ -61,7 +61,7 @@ impl FrameStats {
 }
 
 impl Frame {
-    /// View depth where nothing was hit.
+    /// TraceContext depth where nothing was hit.
     pub const NO_HIT: f32 = 1e30;
 
     /// Millions of primary rays a second of the newest pass, shading included.

@@ -2,7 +2,7 @@
 
 use glam::Vec2;
 
-use super::RenderRequest;
+use super::request::RenderRequest;
 
 /// Edge of a tile in traced pixels: some thousand tiles for a window, each well below a millisecond.
 const TILE: u32 = 16;

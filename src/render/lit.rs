@@ -2,12 +2,12 @@
 
 use glam::Vec3;
 
-use super::Light;
 use super::ambient_occlusion::{around, openness};
 use super::sampling::SampleId;
+use super::settings::Light;
 use super::shade::{Shade, Shaded};
 use super::surface::{self, Orientation};
-use super::view::View;
+use super::trace_context::TraceContext;
 use bvhscope_engine::geometry::{Hit, Ray};
 use bvhscope_engine::tree::Container;
 use bvhscope_engine::tree::traverse::TestCounts;
@@ -54,24 +54,24 @@ impl Lit {
 
 impl<C: Container> Shade<C> for Lit {
     /// A ray of contact shadow, then one to the sun.
-    fn occlusion_rays(&self, view: &View<C>, ray: &Ray, hit: &Hit, id: SampleId, rays: &mut Vec<Ray>) {
+    fn occlusion_rays(&self, context: &TraceContext<C>, ray: &Ray, hit: &Hit, id: SampleId, rays: &mut Vec<Ray>) {
         // The first pass stays clean and fast; each further one adds a ray of contact shadow.
         let contact = id.sample > 0;
-        if !contact && self.light == Light::Headlight || view.scene.material(hit.primitive_index).unlit {
+        if !contact && self.light == Light::Headlight || context.scene.material(hit.primitive_index).unlit {
             return;
         }
-        let orientation = surface::orientation(view.scene, ray, hit);
-        let position = surface::position(view.scene, hit);
+        let orientation = surface::orientation(context.scene, ray, hit);
+        let position = surface::position(context.scene, hit);
         if contact {
-            rays.extend(around(view, position, &orientation, view.diagonal * CONTACT_RADIUS, 1, id));
+            rays.extend(around(context, position, &orientation, context.diagonal * CONTACT_RADIUS, 1, id));
         }
         if self.light == Light::Sun && self.faces_sun(&orientation) {
-            rays.push(view.ray_from(position, orientation.geometric, self.sun, f32::INFINITY));
+            rays.push(context.ray_from(position, orientation.geometric, self.sun, f32::INFINITY));
         }
     }
 
-    fn hit(&self, view: &View<C>, ray: &Ray, hit: &Hit, _tests: TestCounts, blocked: &[bool]) -> Shaded {
-        let scene = view.scene;
+    fn hit(&self, context: &TraceContext<C>, ray: &Ray, hit: &Hit, _tests: TestCounts, blocked: &[bool]) -> Shaded {
+        let scene = context.scene;
         let material = scene.material(hit.primitive_index);
         let base_color = surface::base_color(scene, material, hit);
         if material.unlit {

@@ -4,13 +4,16 @@ mod settings;
 
 mod frame;
 
+mod request;
+
 mod values;
 
+mod assemble;
 mod tiles;
 
 mod grid;
 
-mod view;
+mod trace_context;
 
 mod surface;
 
@@ -35,5 +38,6 @@ mod srgb;
 pub use color_map::ColorMap;
 pub use frame::{Frame, FrameStats};
 pub use primary::{PrimaryTrace, TestSummary, count_tests, trace_primary, trace_primary_wide};
+pub use request::RenderRequest;
 pub use settings::{HeatKind, Light, RenderSettings, Shading};
-pub use tiles::{RenderError, RenderRequest, render};
+pub use tiles::{RenderError, render};

@@ -7,8 +7,8 @@ use fearless_simd::dispatch;
 use glam::Vec2;
 use rayon::prelude::*;
 
-use super::RenderRequest;
 use super::grid::{Grid, TILE_AREA};
+use super::request::RenderRequest;
 use bvhscope_engine::cancel::{CancelToken, Cancelled};
 use bvhscope_engine::geometry::Ray;
 use bvhscope_engine::tree::Container;

@@ -4,8 +4,9 @@ use glam::Vec3;
 
 use super::ambient_occlusion::{self, around, openness};
 use super::sampling::SampleId;
-use super::view::View;
-use super::{HeatKind, srgb, surface};
+use super::settings::HeatKind;
+use super::trace_context::TraceContext;
+use super::{srgb, surface};
 use bvhscope_engine::geometry::{Hit, Ray};
 use bvhscope_engine::tree::Container;
 use bvhscope_engine::tree::traverse::TestCounts;
@@ -37,10 +38,10 @@ pub(super) trait Shade<C: Container>: Sync {
 
     /// Adds the rays to `rays` of which [`Shade::hit`] wants to know whether something
     /// blocks them.
-    fn occlusion_rays(&self, _view: &View<C>, _ray: &Ray, _hit: &Hit, _id: SampleId, _rays: &mut Vec<Ray>) {}
+    fn occlusion_rays(&self, _context: &TraceContext<C>, _ray: &Ray, _hit: &Hit, _id: SampleId, _rays: &mut Vec<Ray>) {}
 
     /// The sample of a ray that hit something. `blocked` are the answers to [`Shade::occlusion_rays`].
-    fn hit(&self, view: &View<C>, ray: &Ray, hit: &Hit, tests: TestCounts, blocked: &[bool]) -> Shaded;
+    fn hit(&self, context: &TraceContext<C>, ray: &Ray, hit: &Hit, tests: TestCounts, blocked: &[bool]) -> Shaded;
 
     /// The sample of a ray that hit nothing; `background` is what lies there.
     fn miss(&self, background: Vec3, _tests: TestCounts) -> Shaded {
@@ -52,19 +53,19 @@ pub(super) trait Shade<C: Container>: Sync {
 pub(super) struct Normals;
 
 impl<C: Container> Shade<C> for Normals {
-    fn hit(&self, view: &View<C>, ray: &Ray, hit: &Hit, _tests: TestCounts, _blocked: &[bool]) -> Shaded {
-        let normal = surface::orientation(view.scene, ray, hit).smooth;
+    fn hit(&self, context: &TraceContext<C>, ray: &Ray, hit: &Hit, _tests: TestCounts, _blocked: &[bool]) -> Shaded {
+        let normal = surface::orientation(context.scene, ray, hit).smooth;
         // The usual colours of normal maps are sRGB numbers.
         Shaded::color((normal * 0.5 + 0.5).map(srgb::decode))
     }
 }
 
-/// View depth as a value.
+/// TraceContext depth as a value.
 pub(super) struct Depth;
 
 impl<C: Container> Shade<C> for Depth {
-    fn hit(&self, view: &View<C>, ray: &Ray, hit: &Hit, _tests: TestCounts, _blocked: &[bool]) -> Shaded {
-        Shaded { color: Vec3::ZERO, value: view.camera.view_depth(ray, hit.t) }
+    fn hit(&self, context: &TraceContext<C>, ray: &Ray, hit: &Hit, _tests: TestCounts, _blocked: &[bool]) -> Shaded {
+        Shaded { color: Vec3::ZERO, value: context.camera.view_depth(ray, hit.t) }
     }
 
     fn miss(&self, _background: Vec3, _tests: TestCounts) -> Shaded {
@@ -76,14 +77,14 @@ impl<C: Container> Shade<C> for Depth {
 pub(super) struct AmbientOcclusion;
 
 impl<C: Container> Shade<C> for AmbientOcclusion {
-    fn occlusion_rays(&self, view: &View<C>, ray: &Ray, hit: &Hit, id: SampleId, rays: &mut Vec<Ray>) {
-        let position = surface::position(view.scene, hit);
-        let orientation = surface::orientation(view.scene, ray, hit);
-        let radius = view.diagonal * ambient_occlusion::RADIUS;
-        rays.extend(around(view, position, &orientation, radius, ambient_occlusion::RAYS, id));
+    fn occlusion_rays(&self, context: &TraceContext<C>, ray: &Ray, hit: &Hit, id: SampleId, rays: &mut Vec<Ray>) {
+        let position = surface::position(context.scene, hit);
+        let orientation = surface::orientation(context.scene, ray, hit);
+        let radius = context.diagonal * ambient_occlusion::RADIUS;
+        rays.extend(around(context, position, &orientation, radius, ambient_occlusion::RAYS, id));
     }
 
-    fn hit(&self, _view: &View<C>, _ray: &Ray, _hit: &Hit, _tests: TestCounts, blocked: &[bool]) -> Shaded {
+    fn hit(&self, _context: &TraceContext<C>, _ray: &Ray, _hit: &Hit, _tests: TestCounts, blocked: &[bool]) -> Shaded {
         let open = openness(blocked);
         // An sRGB number: half open looks half bright.
         Shaded::color(Vec3::splat(srgb::decode(0.05 + 0.9 * open)))
@@ -111,7 +112,7 @@ impl<C: Container> Shade<C> for Heat {
         self.0 == HeatKind::Steps
     }
 
-    fn hit(&self, _view: &View<C>, _ray: &Ray, _hit: &Hit, tests: TestCounts, _blocked: &[bool]) -> Shaded {
+    fn hit(&self, _context: &TraceContext<C>, _ray: &Ray, _hit: &Hit, tests: TestCounts, _blocked: &[bool]) -> Shaded {
         self.value(tests)
     }
 

@@ -2,9 +2,11 @@
 
 use rayon::prelude::*;
 
+use super::color_map::ColorMap;
+use super::frame::Frame;
+use super::settings::Shading;
 use super::srgb::Encoder;
-use super::view::background;
-use super::{ColorMap, Frame, Shading};
+use super::trace_context::background;
 use bvhscope_engine::cancel::{CancelToken, Cancelled};
 
 /// Colours in the table that values are looked up in.
@@ -115,7 +117,8 @@ fn nth_smallest(values: &[f32], mut rank: usize, token: &CancelToken) -> Result<
 mod tests {
     use super::*;
     use crate::camera::Camera;
-    use crate::render::{FrameStats, HeatKind, RenderSettings};
+    use crate::render::frame::FrameStats;
+    use crate::render::settings::{HeatKind, RenderSettings};
     use bvhscope_engine::geometry::Aabb;
 
     fn frame(shading: Shading, values: Vec<f32>) -> Frame {

@@ -30,7 +30,7 @@ enum Tracer<'a> {
 }
 
 /// What shaders look at.
-pub(super) struct View<'a, C> {
+pub(super) struct TraceContext<'a, C> {
     pub(super) tree: &'a Tree<C>,
     accel: &'a Accel,
     tracer: Tracer<'a>,
@@ -45,7 +45,7 @@ pub(super) struct View<'a, C> {
     pub(super) diagonal: f32,
 }
 
-impl<'a, C: Container> View<'a, C> {
+impl<'a, C: Container> TraceContext<'a, C> {
     /// Rays go through the wide tree where it has been made, see [`Accel::widen`], and through the binary one where not.
     pub(super) fn new(
         accel: &'a Accel,
@@ -78,7 +78,7 @@ impl<'a, C: Container> View<'a, C> {
         if self.has_holes { self.beyond_holes(ray, hit) } else { Some(hit) }
     }
 
-    /// [`View::closest`] of each ray of a tile.
+    /// [`TraceContext::closest`] of each ray of a tile.
     pub(super) fn closest_of_tile(&self, rays: &[Ray], hits: &mut [Option<Hit>]) {
         match self.tracer {
             Tracer::Wide(wide) => wide.closest_hits(self.level, rays, hits),

@@ -1,0 +1,103 @@
+//! Accumulated pixels, tile by tile, into a frame, row by row.
+
+use bvhscope_engine::cancel::{CancelToken, Cancelled};
+use glam::Vec3;
+use rayon::prelude::*;
+
+use super::edges;
+use super::frame::{Frame, FrameStats};
+use super::grid::Grid;
+use super::request::RenderRequest;
+use super::settings::Shading;
+use super::srgb::Encoder;
+
+/// Poll for cancellation about every 16,384 pixels.
+const PIXELS_PER_CHECK: u32 = 1 << 14;
+
+/// The accumulated samples of a traced pixel.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Pixel {
+    /// Sum of the samples' linear colours.
+    pub(super) sum: Vec3,
+    pub(super) depth: f32,
+    pub(super) distance: f32,
+    pub(super) primitive: u32,
+    pub(super) value: f32,
+}
+
+impl Pixel {
+    /// A pixel before its first sample.
+    pub(super) const BLANK: Self =
+        Self { sum: Vec3::ZERO, depth: Frame::NO_HIT, distance: f32::INFINITY, primitive: u32::MAX, value: 0.0 };
+}
+
+/// Resolves `pixels` of all tiles after `samples` samples into a frame; values are coloured, edges drawn over them.
+pub(super) fn assemble(
+    request: &RenderRequest,
+    grid: &Grid,
+    pixels: &[Vec<Pixel>],
+    samples: u32,
+    stats: FrameStats,
+    token: &CancelToken,
+) -> Result<Frame, Cancelled> {
+    let settings = request.settings;
+    let rows = Rows { grid, pixels, token };
+    let (scale, encoder) = (1.0 / samples as f32, Encoder::new());
+    let mut frame = Frame {
+        width_px: grid.width,
+        height_px: grid.height,
+        coarseness: grid.coarseness,
+        rgba: rows.list(|pixel| encoder.rgba(pixel.sum * scale))?,
+        depth: rows.list(|pixel| pixel.depth)?,
+        distance: rows.list(|pixel| pixel.distance)?,
+        primitive: rows.list(|pixel| pixel.primitive)?,
+        values: Vec::new(),
+        value_range: [0.0, 1.0],
+        samples,
+        camera: request.camera,
+        settings,
+        stats,
+    };
+    if settings.shading.has_values() {
+        frame.values = rows.list(|pixel| pixel.value)?;
+        let range = if matches!(settings.shading, Shading::Heat(_)) { settings.heat_range } else { None };
+        frame.recolor(range, settings.color_map, token)?;
+        if settings.mesh_edges {
+            rows.for_each(&mut frame.rgba, |color, pixel| *color = edges::over_value(*color, pixel.sum.x))?;
+        }
+    }
+    Ok(frame)
+}
+
+/// Row-by-row access to pixels that are stored tile by tile.
+struct Rows<'a> {
+    grid: &'a Grid,
+    pixels: &'a [Vec<Pixel>],
+    token: &'a CancelToken,
+}
+
+impl Rows<'_> {
+    /// `value` of each pixel, in a list row by row.
+    fn list<T: bytemuck::Zeroable + Send>(&self, value: impl Fn(&Pixel) -> T + Sync) -> Result<Vec<T>, Cancelled> {
+        let mut list = bytemuck::zeroed_vec(self.grid.width as usize * self.grid.height as usize);
+        self.for_each(&mut list, |slot, pixel| *slot = value(pixel))?;
+        Ok(list)
+    }
+
+    /// Calls `visit` with each slot of `list`, which has one for every pixel, and that pixel. In parallel.
+    fn for_each<T: Send>(&self, list: &mut [T], visit: impl Fn(&mut T, &Pixel) + Sync) -> Result<(), Cancelled> {
+        let rows = PIXELS_PER_CHECK.div_ceil(self.grid.width);
+        let chunks = list.par_chunks_mut((rows * self.grid.width) as usize).enumerate();
+        chunks.try_for_each(|(chunk, list)| {
+            let first = chunk as u32 * rows;
+            self.token.check()?;
+            for (row, y) in list.chunks_mut(self.grid.width as usize).zip(first..) {
+                for (slot, x) in row.iter_mut().zip(0..) {
+                    let (tile, within) = self.grid.index(x, y);
+                    visit(slot, &self.pixels[tile][within]);
+                }
+            }
+            Ok(())
+        })
+    }
+}
