@@ -69,7 +69,7 @@ impl<C: Container> Shade<C> for Depth {
     }
 
     fn miss(&self, _background: Vec3, _tests: TestCounts) -> Shaded {
-        Shaded { color: Vec3::ZERO, value: super::Frame::NO_HIT }
+        Shaded { color: Vec3::ZERO, value: super::frame::Frame::NO_HIT }
     }
 }
 

@@ -5,7 +5,8 @@ use std::ops::Range;
 
 use rayon::prelude::*;
 
-use super::{NodeTable, area};
+use super::table::{NodeTable, area};
+use crate::overlay::node::OverlayNode;
 use crate::overlay::selection::Selection;
 use crate::overlay::settings::OverlaySettings;
 use bvhscope_engine::tree::Node;
@@ -23,6 +24,12 @@ pub struct Shown {
 }
 
 impl NodeTable {
+    /// [`NodeTable::instance`] of each of the shown nodes, in parallel.
+    pub fn instances(&self, shown: &Shown, settings: &OverlaySettings) -> Vec<OverlayNode> {
+        let nodes = shown.nodes.par_iter().with_min_len(1_024).zip(&shown.depths);
+        nodes.map(|(&node, &depth)| self.instance(node, depth, settings)).collect()
+    }
+
     /// How many containers of a kind are drawn, and how many `settings` choose: what [`NodeTable::shown`] lists, counted
     /// without a look at the nodes.
     pub fn count(&self, settings: &OverlaySettings, selection: &Selection) -> (usize, usize) {
