@@ -2,10 +2,10 @@
 
 #![allow(clippy::unwrap_used, reason = "a failed step is a failed test")]
 
+#[path = "../../engine/tests/engine/random.rs"]
+mod random;
 #[path = "../support/mod.rs"]
 mod support;
-#[path = "../trees/mod.rs"]
-mod trees;
 
 mod builtin_scenes;
 mod entry_points;

@@ -2,7 +2,7 @@
 //! the entry points that the fuzz targets use. What was found once stands in `regressions.rs`.
 
 use crate::entry_points;
-use crate::trees::Random;
+use crate::random::Random;
 use bvhscope::scene::LoadOptions;
 use bvhscope_engine::cancel::CancelToken;
 

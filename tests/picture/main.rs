@@ -2,7 +2,9 @@
 
 #![allow(clippy::unwrap_used, reason = "a failed step is a failed test")]
 
+mod determinism;
 mod golden_images;
+mod invariants;
 mod lab;
 #[cfg(feature = "gui")]
 mod overlay;

@@ -2,11 +2,12 @@
 
 use std::path::Path;
 
-/// The sources that a file in the table may stand for: of a test program or a module, in the engine's folder after `engine/`.
+/// The sources that a file in the table may stand for: of a test program or a module; after `engine/`, of the engine's.
 fn sources(file: &str) -> impl Iterator<Item = String> {
     let (package, file) = file.strip_prefix("engine/").map_or((".", file), |file| ("engine", file));
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join(package);
-    let places = ["tests", "src"].map(|folder| [format!("{folder}/{file}.rs"), format!("{folder}/{file}/mod.rs")]);
+    let places = ["tests", "tests/engine", "src"]
+        .map(|folder| [format!("{folder}/{file}.rs"), format!("{folder}/{file}/mod.rs")]);
     places.into_iter().flatten().filter_map(move |place| std::fs::read_to_string(root.join(place)).ok())
 }
 

@@ -1,7 +1,5 @@
 //! Every builder, container and traversal against a plain linear scan over all triangles.
 
-mod trees;
-
 use bvhscope_engine::builders::build_binary;
 use bvhscope_engine::cancel::CancelToken;
 use bvhscope_engine::geometry::{Aabb, Hit, Ray, Sphere, Triangle};
@@ -15,7 +13,9 @@ use bvhscope_engine::wide::tree::AnyWideTree;
 use bvhscope_engine::with_tree;
 use glam::Vec3;
 use proptest::prelude::*;
-use trees::scan;
+
+use crate::random::Random;
+use crate::trees::{self, scan};
 
 /// Requires the very same hits from `tree` as from a scan.
 fn check(name: &str, triangles: &[Triangle], tree: &AnyTree, rays: &[Ray], expected: &[Option<Hit>]) {
@@ -74,7 +74,7 @@ fn bundle(from: Vec3, to: Vec3, spread: f32, count: usize) -> Vec<Ray> {
 
 #[test]
 fn bundles_of_rays_find_what_a_scan_finds() {
-    let mut random = trees::Random(5);
+    let mut random = Random(5);
     for (name, triangles) in trees::nasty_scenes() {
         let bounds = Aabb::around(triangles.iter().flat_map(|triangle| [triangle.a, triangle.b, triangle.c]));
         if !(bounds.extent().is_finite() && bounds.extent().length().is_finite()) {
@@ -214,7 +214,7 @@ fn no_ray_slips_into_a_closed_ball() {
     for center in [Vec3::ZERO, Vec3::new(1000.0, -2000.0, 3000.0), Vec3::splat(1e5)] {
         let triangles = trees::ball(center, 10.0, 24);
         let tree = trees::halved::<Aabb>(&triangles, 2);
-        let mut random = trees::Random(11);
+        let mut random = Random(11);
         with_tree!(&tree, tree => {
             let leaf_triangles: Vec<_> = tree.primitive_indices.iter().map(|&i| triangles[i as usize]).collect();
             for i in 0..20_000 {

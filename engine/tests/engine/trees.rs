@@ -1,34 +1,15 @@
-//! Trees and scenes for the tests of tracing: made here, with fixed seeds.
-
-#![allow(dead_code, reason = "each test file uses its own part")]
+//! Trees, scenes and rays for the tests, made here with fixed seeds, and the linear scan that they are compared with.
 
 use bvhscope_engine::geometry::{Hit, PreparedRay, Ray, Shear, Triangle};
 use bvhscope_engine::tree::{AnyTree, Container, Node, Tree};
 use glam::Vec3;
 
-/// Numbers that repeat in every run (splitmix64).
-pub struct Random(pub u64);
+use crate::random::Random;
 
 impl Random {
-    pub fn next(&mut self) -> u64 {
-        self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15);
-        let mut x = self.0;
-        x = (x ^ (x >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
-        x = (x ^ (x >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
-        x ^ (x >> 31)
-    }
-
-    /// -1 to 1.
-    pub fn signed(&mut self) -> f32 {
-        (self.next() >> 40) as f32 / (1_u64 << 23) as f32 - 1.0
-    }
-
+    /// A point in the cube from -1 to 1.
     pub fn vector(&mut self) -> Vec3 {
         Vec3::new(self.signed(), self.signed(), self.signed())
-    }
-
-    pub fn below(&mut self, count: usize) -> usize {
-        (self.next() % count as u64) as usize
     }
 }
 

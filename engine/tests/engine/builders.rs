@@ -1,7 +1,5 @@
 //! Every builder on ordinary, empty, flat, equal, huge and tiny input.
 
-#![allow(clippy::unwrap_used, reason = "a test that cannot go on should stop")]
-
 use bvhscope_engine::builders::{BuildError, build_binary};
 use bvhscope_engine::cancel::CancelToken;
 use bvhscope_engine::geometry::Triangle;

@@ -1,10 +1,6 @@
 //! Ties, which turn agglomerative builders into list makers: equal triangles, equal centres, lines, planes, the ends of the
 //! range of floats. No tree becomes a list, and none takes much more work than one of random triangles.
 
-#![allow(clippy::unwrap_used, reason = "a test stops at the first surprise")]
-
-mod trees;
-
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 
@@ -16,6 +12,8 @@ use bvhscope_engine::settings::{BuildSettings, Preset};
 use bvhscope_engine::tree::ContainerKind;
 use bvhscope_engine::with_tree;
 use glam::Vec3;
+
+use crate::trees;
 
 const COUNT: usize = 20_000;
 

@@ -1,0 +1,13 @@
+//! The engine as its users see it: trees of every builder and setting, against a linear scan, the validator and each other.
+
+#![allow(clippy::unwrap_used, reason = "a test stops at the first surprise")]
+
+mod random;
+mod trees;
+
+mod brute_force;
+mod builders;
+mod determinism;
+mod invariants;
+mod optimize;
+mod tie_breaking;
