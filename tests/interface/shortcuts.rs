@@ -5,7 +5,6 @@ use std::collections::{BTreeSet, HashSet};
 use crate::panel::{harness, state};
 use bvhscope::app::commands;
 use bvhscope::app::commands::{Action, shortcut_text};
-use bvhscope::app::panels::dialogs::palette;
 use bvhscope::app::state::{AppState, HoveredPixel};
 use bvhscope::render::Shading;
 use bvhscope_engine::settings::BuilderKind;
@@ -39,9 +38,9 @@ fn the_palette_finds_and_performs() {
 
 #[test]
 fn the_palette_ranks_beginnings_of_words_first() {
-    let found = palette::filter(commands::entries().to_vec(), "orth");
+    let found = commands::search(commands::entries().to_vec(), "orth");
     assert_eq!(found[0].action, Action::ToggleOrthographic);
-    assert!(palette::filter(commands::entries().to_vec(), "zzzzqq").is_empty());
+    assert!(commands::search(commands::entries().to_vec(), "zzzzqq").is_empty());
 }
 
 #[test]

@@ -1,16 +1,18 @@
-//! Keys into actions.
+//! Keyboard shortcuts.
 
 use egui::{self, Event, Key, Modifiers};
 
-use crate::app::commands::{Action, Entry, entries};
+use super::action::Action;
+use super::entries::entries;
+use super::entry::Entry;
 use crate::app::state::AppState;
 
-/// Carries out what was asked for by keys. A focused text field keeps its keys; the palette, while open, keeps all but
-/// Ctrl+P and Esc.
+/// Performs the actions whose keys were pressed. A focused text field keeps its keys; so does the open palette, except for
+/// Ctrl+P, F1 and Esc.
 pub fn handle_shortcuts(ctx: &egui::Context, state: &mut AppState) {
     let typing = ctx.text_edit_focused() || (state.layout.palette.is_some() && ctx.egui_wants_keyboard_input());
-    // Esc closes an open list or menu and nothing else.
-    let list_open = egui::Popup::is_any_open(ctx);
+    // Esc first closes an open drop-down list or menu.
+    let popup_open = egui::Popup::is_any_open(ctx);
     let mut actions = Vec::new();
     ctx.input_mut(|input| {
         input.events.retain(|event| {
@@ -20,12 +22,12 @@ pub fn handle_shortcuts(ctx: &egui::Context, state: &mut AppState) {
                 return true;
             }
             let action = entry.action;
-            if action == Action::Cancel && list_open {
+            if action == Action::Cancel && popup_open {
                 return true;
             }
-            let opens_lists = matches!(action, Action::Palette | Action::Shortcuts) && *key != Key::Questionmark;
-            let closes = action == Action::Cancel && windows_open(state);
-            if (typing || state.layout.palette.is_some()) && !opens_lists && !closes {
+            let opens_dialog = matches!(action, Action::Palette | Action::Shortcuts) && *key != Key::Questionmark;
+            let closes_dialog = action == Action::Cancel && dialogs_open(state);
+            if (typing || state.layout.palette.is_some()) && !opens_dialog && !closes_dialog {
                 return true;
             }
             if !repeat || repeats(action) {
@@ -41,7 +43,7 @@ pub fn handle_shortcuts(ctx: &egui::Context, state: &mut AppState) {
     }
 }
 
-/// The entry of a key with exactly these modifiers.
+/// The entry whose shortcut is this key with exactly these modifiers.
 fn entry_of(key: Key, modifiers: Modifiers) -> Option<&'static Entry> {
     let matches = |wanted: &egui::KeyboardShortcut| {
         let shift_is_part_of_key = matches!(key, Key::Questionmark | Key::Plus);
@@ -54,7 +56,7 @@ fn entry_of(key: Key, modifiers: Modifiers) -> Option<&'static Entry> {
     entries().iter().find(|entry| entry.shortcuts.iter().any(matches))
 }
 
-/// Whether holding the key down repeats the action.
+/// Whether the action repeats while its key is held.
 fn repeats(action: Action) -> bool {
     matches!(
         action,
@@ -73,7 +75,8 @@ fn repeats(action: Action) -> bool {
     )
 }
 
-fn windows_open(state: &AppState) -> bool {
+/// Whether a dialog is open.
+fn dialogs_open(state: &AppState) -> bool {
     state.layout.palette.is_some()
         || state.layout.shortcuts_open
         || state.layout.start_page_open

@@ -1,22 +1,21 @@
-//! What actions do: edits of plain values, and requests for everything else.
+//! Effects of the actions: edits of plain values, and requests for everything else.
 
-use glam::Vec3;
+use bvhscope_engine::cancel::CancelToken;
+use bvhscope_engine::settings::BuildSettings;
 
-use crate::app::commands::{Action, OrbitStep, ViewDirection, report, walk};
+use super::action::Action;
+use super::command_line::command_line;
+use super::statistics_text::statistics_text;
+use super::{camera, walk};
 use crate::app::state::{AppState, Navigation, Request, Severity, Side};
-use crate::app::viewport::{ZOOM_STEP, orbit, pixel};
+use crate::app::viewport::{ZOOM_STEP, orbit};
 use crate::camera::Projection;
 use crate::overlay::OverlaySettings;
 use crate::render::{RenderSettings, Shading};
 use crate::scene::{BUILTIN_SCENES, SceneSource};
-use bvhscope_engine::cancel::CancelToken;
-use bvhscope_engine::settings::BuildSettings;
-
-/// Radians for one press of an orbit key: 5 degrees.
-const ORBIT_STEP: f32 = 5.0 * std::f32::consts::PI / 180.0;
 
 impl Action {
-    /// Does it.
+    /// Performs the action.
     pub fn perform(self, state: &mut AppState) {
         match self {
             Self::Open => state.requests.push(Request::OpenDialog),
@@ -34,14 +33,14 @@ impl Action {
             Self::Reload => state.requests.push(Request::Reload),
             Self::Screenshot => state.requests.push(Request::Screenshot),
             Self::StartPage => state.layout.start_page_open = !state.layout.start_page_open,
-            Self::CopyCommandLine => copy(state, report::command_line(state), "The command line"),
+            Self::CopyCommandLine => copy(state, command_line(state), "The command line"),
             Self::CopyStatistics => {
-                if let Some(text) = report::statistics_text(state) {
+                if let Some(text) = statistics_text(state) {
                     copy(state, text, "All numbers");
                 }
             }
             Self::Quit => state.requests.push(Request::Quit),
-            Self::View(direction) => look(state, direction),
+            Self::View(direction) => camera::view_from(state, direction),
             Self::ToggleOrthographic => {
                 let projection = &mut state.wanted.camera.projection;
                 *projection = match projection {
@@ -49,7 +48,7 @@ impl Action {
                     Projection::Orthographic => Projection::Perspective,
                 };
             }
-            Self::ToggleUpAxis => toggle_up(state),
+            Self::ToggleUpAxis => camera::toggle_up(state),
             Self::ToggleFly => {
                 let navigation = &mut state.preferences.navigation;
                 *navigation = match navigation {
@@ -63,15 +62,15 @@ impl Action {
                     orbit::reset(&mut state.wanted.camera, &bounds, up);
                 }
             }
-            Self::FrameSelection => frame_selection(state),
-            Self::Orbit(step) => orbit_step(state, step),
-            Self::ZoomIn => zoom(state, ZOOM_STEP),
-            Self::ZoomOut => zoom(state, 1.0 / ZOOM_STEP),
+            Self::FrameSelection => camera::frame_selection(state),
+            Self::Orbit(step) => camera::orbit_step(state, step),
+            Self::ZoomIn => camera::zoom(state, ZOOM_STEP),
+            Self::ZoomOut => camera::zoom(state, 1.0 / ZOOM_STEP),
             Self::ToggleContainers => flip(&mut state.preferences.show_containers),
             Self::ToggleGeometry => flip(&mut state.preferences.show_geometry),
             Self::ToggleMeshEdges => {
                 flip(&mut state.wanted.render.mesh_edges);
-                // What it needs to be seen.
+                // Edges are drawn into the picture, so it must be shown.
                 state.preferences.show_geometry |= state.wanted.render.mesh_edges;
             }
             Self::FitHeatRange => fit_heat_range(state),
@@ -126,18 +125,19 @@ impl Action {
     }
 }
 
+/// Inverts a switch.
 fn flip(value: &mut bool) {
     *value = !*value;
 }
 
-/// Copies `text` and says so.
+/// Copies `text` to the clipboard and posts a message about it.
 fn copy(state: &mut AppState, text: String, what: &str) {
     state.requests.push(Request::Copy(text));
     state.messages.notify(Severity::Info, format!("{what} copied"));
 }
 
-/// Closes what is open, else stops what runs, else clears the selection. Refinement of the picture is stopped last: it
-/// runs after every change.
+/// Closes open dialogs, else cancels running jobs, else clears the selection. Refinement of the picture is cancelled last, because
+/// it runs after every change.
 fn cancel(state: &mut AppState) {
     if state.layout.palette.take().is_some() {
         return;
@@ -158,63 +158,7 @@ fn cancel(state: &mut AppState) {
     }
 }
 
-/// The direction from the target to the eye for a view key.
-fn look(state: &mut AppState, direction: ViewDirection) {
-    let up = state.model.up();
-    let (front, right) = orbit::front_and_right(up);
-    let axis = match direction {
-        ViewDirection::Front => front,
-        ViewDirection::Back => -front,
-        ViewDirection::Right => right,
-        ViewDirection::Left => -right,
-        ViewDirection::Top => up,
-        ViewDirection::Bottom => -up,
-    };
-    orbit::view_along(&mut state.wanted.camera, axis, up);
-}
-
-/// Turns the camera around the target.
-fn orbit_step(state: &mut AppState, step: OrbitStep) {
-    let (right, over) = match step {
-        OrbitStep::Left => (ORBIT_STEP, 0.0),
-        OrbitStep::Right => (-ORBIT_STEP, 0.0),
-        OrbitStep::Up => (0.0, ORBIT_STEP),
-        OrbitStep::Down => (0.0, -ORBIT_STEP),
-    };
-    let up = state.model.up();
-    orbit::orbit(&mut state.wanted.camera, up, right, over);
-}
-
-/// Brings the point under the pointer nearer by `factor`; where the pointer is elsewhere, the target.
-fn zoom(state: &mut AppState, factor: f32) {
-    let hovered = state.selection.hover.map(|hover| pixel::point_at([hover.x_px, hover.y_px], state));
-    let toward = hovered.unwrap_or(state.wanted.camera.target);
-    orbit::zoom(&mut state.wanted.camera, factor, toward);
-}
-
-/// Swaps y and z as up axis and turns the camera with it, so that front stays front.
-fn toggle_up(state: &mut AppState) {
-    let Some(source) = state.model.presented.as_ref().map(|shown| shown.accel.scene.source.clone()) else { return };
-    let old = state.model.up();
-    let new = if old.y.abs() > 0.5 { Vec3::Z } else { Vec3::Y };
-    let turn = glam::Quat::from_rotation_arc(old, new);
-    let camera = &mut state.wanted.camera;
-    camera.eye = camera.target + turn * (camera.eye - camera.target);
-    camera.up = (turn * camera.up).normalize_or(new);
-    state.model.up_override = Some((source, new));
-}
-
-fn frame_selection(state: &mut AppState) {
-    let selected = state.selection.nodes.selected.and_then(|node| {
-        let shown = state.model.presented.as_ref()?;
-        shown.table.bounds(node)
-    });
-    if let Some(bounds) = selected.or_else(|| state.model.bounds()) {
-        orbit::frame_all(&mut state.wanted.camera, &bounds);
-    }
-}
-
-/// Fixes the range that fits the presented picture.
+/// Sets the heat map's range to the one that fits the presented picture.
 fn fit_heat_range(state: &mut AppState) {
     let Some(shown) = &state.model.presented else { return };
     if matches!(state.wanted.render.shading, Shading::Heat(_)) && !shown.frame.values.is_empty() {
@@ -222,13 +166,14 @@ fn fit_heat_range(state: &mut AppState) {
     }
 }
 
+/// Changes the threshold by `step` within its limits.
 fn step_threshold(state: &mut AppState, step: i32) {
     let build = &mut state.wanted.build;
     build.threshold =
         build.threshold.saturating_add_signed(step).clamp(BuildSettings::MIN_THRESHOLD, BuildSettings::MAX_THRESHOLD);
 }
 
-/// Moves the shown range of depths, keeping its length, within the tree.
+/// Moves the range of drawn depths by `step` within the tree, keeping its length.
 fn step_depth(state: &mut AppState, step: i32) {
     let max_depth = state.model.presented.as_ref().map_or(64, |shown| shown.accel.tree.max_depth());
     let [from, to] = state.wanted.overlay.depth.map(|depth| depth.min(max_depth));

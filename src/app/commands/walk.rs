@@ -1,9 +1,9 @@
-//! Steps from node to node of the tree.
+//! Walking the tree: from the selected node to parent, child or sibling.
 
-use crate::app::commands::Action;
+use super::action::Action;
 use crate::app::state::AppState;
 
-/// Where a walking action leads from the selected node.
+/// Index of the node that a walking action selects; `None` where there is no such node.
 pub(crate) fn target(action: Action, state: &AppState) -> Option<u32> {
     let table = &state.model.presented.as_ref()?.table;
     let Some(node) = state.selection.nodes.selected.filter(|&node| (node as usize) < table.len()) else {
@@ -12,7 +12,7 @@ pub(crate) fn target(action: Action, state: &AppState) -> Option<u32> {
     match action {
         Action::SelectParent => table.parent(node),
         Action::SelectChild => {
-            // Back down the way that the walk came up, where the picked triangle lies below.
+            // Prefer the child on the path to the picked triangle, so that walking up and down again ends where it started.
             let picked = state.selection.picked.as_ref().and_then(|picked| {
                 let here = picked.path.iter().position(|&step| step == node)?;
                 picked.path.get(here + 1).copied()

@@ -4,7 +4,7 @@
 mod layout;
 
 mod bars;
-pub mod dialogs;
+mod dialogs;
 mod over;
 mod paper;
 mod side;

@@ -2,6 +2,6 @@
 
 mod frame;
 pub(super) mod message_log;
-pub mod palette;
+pub(super) mod palette;
 pub(super) mod shortcuts;
 pub(super) mod start_page;

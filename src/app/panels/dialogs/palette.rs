@@ -2,55 +2,12 @@
 
 use egui::{self, Align2, Area, Button, Frame, Id, Key, Modifiers, Order, RichText, ScrollArea, TextEdit, vec2};
 
-use crate::app::commands::{Entry, entries_for};
+use crate::app::commands::{entries_for, search};
 use crate::app::state::AppState;
 use crate::app::theme;
 
 /// Largest width of the palette in points.
 const WIDTH: f32 = 520.0;
-
-/// How well `text` answers `query`: the letters of the query in their order, best where they begin words or follow each
-/// other. `None` where a letter is missing.
-pub fn fuzzy_score(query: &str, text: &str) -> Option<i32> {
-    let text: Vec<char> = text.to_lowercase().chars().collect();
-    let mut score = 0;
-    let mut from = 0;
-    let mut last = None;
-    for letter in query.to_lowercase().chars().filter(|letter| !letter.is_whitespace()) {
-        let rest = text.iter().enumerate().skip(from).filter(|(_, other)| **other == letter);
-        // Following the letter before is best, the beginning of a word next.
-        let (at, points) = rest
-            .map(|(at, _)| {
-                let follows = last.is_some_and(|last: usize| at == last + 1);
-                let begins = at == 0 || !text[at - 1].is_alphanumeric();
-                (
-                    at,
-                    if follows {
-                        8
-                    } else if begins {
-                        6
-                    } else {
-                        0
-                    } - (at - from).min(5) as i32,
-                )
-            })
-            .max_by_key(|&(at, points)| (points, std::cmp::Reverse(at)))?;
-        score += points;
-        last = Some(at);
-        from = at + 1;
-    }
-    Some(score - text.len() as i32 / 8)
-}
-
-/// The entries that answer `query`, the best first; all of them in their own order for an empty one.
-pub fn filter(entries: Vec<Entry>, query: &str) -> Vec<Entry> {
-    let mut found: Vec<(i32, Entry)> =
-        entries.into_iter().filter_map(|entry| Some((fuzzy_score(query, &entry.label)?, entry))).collect();
-    if !query.trim().is_empty() {
-        found.sort_by_key(|(score, _)| std::cmp::Reverse(*score));
-    }
-    found.into_iter().map(|(_, entry)| entry).collect()
-}
 
 pub(crate) fn show(ctx: &egui::Context, state: &mut AppState) {
     let chosen_id = Id::unique("palette chosen");
@@ -58,7 +15,7 @@ pub(crate) fn show(ctx: &egui::Context, state: &mut AppState) {
         ctx.data_mut(|data| data.remove::<usize>(chosen_id));
         return;
     };
-    let mut found = filter(entries_for(state), &query);
+    let mut found = search(entries_for(state), &query);
     if !query.trim().is_empty() {
         // Enabled actions first, so that Enter runs one.
         found.sort_by_key(|entry| !entry.action.is_enabled(state));

@@ -1,21 +1,18 @@
-//! The present state as text: the command line that repeats it, and all numbers.
+//! The command line that renders the present picture without a window.
 
 use std::collections::BTreeSet;
 use std::fmt::Write as _;
 
-use crate::app::format;
+use bvhscope_engine::kernel::SimdLevel;
+use bvhscope_engine::settings::{Curve, Passes};
+use bvhscope_engine::tree::traverse::Traversal;
+
 use crate::app::state::{AppState, Wanted};
 use crate::camera::Projection;
 use crate::overlay::OverlayKinds;
 use crate::render::{Light, Shading};
-use bvhscope_engine::WideBvh;
-use bvhscope_engine::kernel::SimdLevel;
-use bvhscope_engine::settings::{Curve, Passes};
-use bvhscope_engine::tree::levels::Levels;
-use bvhscope_engine::tree::statistics::{INTERSECTION_COST, TRAVERSAL_COST};
-use bvhscope_engine::tree::traverse::Traversal;
 
-/// The command that makes the picture on the screen without a window.
+/// The `bvhscope render` command that renders the present picture.
 pub fn command_line(state: &AppState) -> String {
     let Wanted { source, build, threads, camera, render, overlay: _ } = &state.wanted;
     let vector = |v: glam::Vec3| format!("{},{},{}", v.x, v.y, v.z);
@@ -43,7 +40,7 @@ pub fn command_line(state: &AppState) -> String {
     flag("--eye", vector(camera.eye));
     flag("--target", vector(camera.target));
     flag("--up", vector(camera.up));
-    // Turning degrees into radians and back leaves dust behind the comma.
+    // Rounded, because the conversion between degrees and radians is not exact.
     flag("--fov", ((camera.fov_y.to_degrees() * 1e3).round() / 1e3).to_string());
     flag("--shading", render.shading.name().to_owned());
     flag("--samples", render.samples.to_string());
@@ -63,8 +60,8 @@ pub fn command_line(state: &AppState) -> String {
     if render.light == Light::Headlight {
         flag("--light", render.light.name().to_owned());
     }
-    if shows_containers(state) {
-        containers(state, &mut line);
+    if uses_overlay(state) {
+        overlay_flags(state, &mut line);
     }
     let orthographic = camera.projection == Projection::Orthographic;
     let switches = [
@@ -80,15 +77,15 @@ pub fn command_line(state: &AppState) -> String {
     line
 }
 
-/// Whether the overlay changes anything about the picture.
-fn shows_containers(state: &AppState) -> bool {
+/// Whether the overlay draws anything or hides the picture, so that its flags are needed.
+fn uses_overlay(state: &AppState) -> bool {
     let overlay = &state.wanted.overlay;
-    let any = overlay.show_boxes || overlay.show_spheres || state.selection.nodes.selected.is_some();
-    (any && state.preferences.show_containers) || !state.preferences.show_geometry
+    let any_drawn = overlay.show_boxes || overlay.show_spheres || state.selection.nodes.selected.is_some();
+    (any_drawn && state.preferences.show_containers) || !state.preferences.show_geometry
 }
 
-/// The flags of the overlay.
-fn containers(state: &AppState, line: &mut String) {
+/// Appends the flags of the overlay.
+fn overlay_flags(state: &AppState, line: &mut String) {
     let overlay = &state.wanted.overlay;
     let mut flag = |name: &str, value: String| {
         let _ = write!(line, " {name} {value}");
@@ -122,7 +119,7 @@ fn containers(state: &AppState, line: &mut String) {
     }
 }
 
-/// A shell word.
+/// Quotes `text` as one word of a POSIX shell.
 fn quote(text: &str) -> String {
     let plain = |c: char| c.is_ascii_alphanumeric() || "/._-:+".contains(c);
     if !text.is_empty() && text.chars().all(plain) {
@@ -130,64 +127,4 @@ fn quote(text: &str) -> String {
     } else {
         format!("'{}'", text.replace('\'', r"'\''"))
     }
-}
-
-/// Every number on the screen, one a line; `None` before the first picture.
-pub fn statistics_text(state: &AppState) -> Option<String> {
-    let shown = state.model.presented.as_ref()?;
-    let (scene, report, frame) = (&shown.accel.scene, &shown.accel.report, &shown.frame);
-    let (stats, settings) = (&report.stats, &shown.accel.settings);
-    let mut text = String::new();
-    let mut line = |name: &str, value: String| {
-        let _ = writeln!(text, "{name}\t{value}");
-    };
-    let number = |value: f32| format::significant(f64::from(value));
-    line("Model", scene.source.to_string());
-    line("Triangles", format::count(scene.triangles.len() as u64));
-    line("Builder", settings.builder.label().to_owned());
-    line("Container", settings.container.label().to_owned());
-    line("Threshold", settings.threshold.to_string());
-    line("Reduction ε", settings.epsilon.to_string());
-    line("Optimize", settings.passes().to_string());
-    line("Threads", report.threads.to_string());
-    line("Build time", format::duration(report.build_time));
-    for (stage, time) in &report.stages.stages {
-        line(&format!("Build: {stage}"), format::duration(*time));
-        if let Some([before, after]) = report.stages.cost_change(stage) {
-            let change = format!("{} to {}", format::significant(before), format::significant(after));
-            line(&format!("SAH cost: {stage}"), change);
-        }
-    }
-    line("Mtri/s", format::significant(report.mtriangles_per_s()));
-    line("SAH cost", format!("{} (container {TRAVERSAL_COST}, triangle {INTERSECTION_COST})", number(stats.sah_cost)));
-    if let Some(epo) = shown.accel.known_epo() {
-        line("End-point overlap", number(epo));
-    }
-    line("Nodes", format::count(stats.nodes as u64));
-    line("Leaves", format::count(stats.leaves as u64));
-    line("Depth", stats.max_depth.to_string());
-    line(
-        "Leaf size",
-        format!("{} to {}, mean {}", stats.min_leaf_size, stats.max_leaf_size, number(stats.mean_leaf_size)),
-    );
-    line("Tree memory", format::bytes(report.tree_bytes));
-    line("Triangle memory", format::bytes(report.triangle_bytes));
-    let wide = shown.accel.known_wide();
-    if let Some(wide) = wide {
-        line("Wide tree memory", format::bytes(wide.tree.node_bytes()));
-        line("Wide triangle memory", format::bytes(wide.tree.triangle_bytes()));
-    }
-    line("Overlay memory", format::bytes(Levels::bytes(stats.nodes)));
-    let bytes = report.bytes_per_triangle() + wide.map_or(0.0, WideBvh::bytes_per_triangle);
-    line("Bytes per triangle", format::significant(bytes));
-    line("Trace time", format::duration(frame.stats.trace_time));
-    line("Primary rays", format::count(frame.stats.primary_rays));
-    line("Hits", format::count(frame.stats.hits));
-    line("Mray/s", format::significant(state.activity.mrays_per_s));
-    if let Some([containers, primitives]) = shown.tests_per_ray {
-        line("Tests per ray", number(containers + primitives));
-        line("Container tests per ray", number(containers));
-        line("Primitive tests per ray", number(primitives));
-    }
-    Some(text)
 }

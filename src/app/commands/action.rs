@@ -1,0 +1,145 @@
+//! Every action that the user can request.
+
+use bvhscope_engine::settings::{BuilderKind, Preset};
+use bvhscope_engine::tree::ContainerKind;
+
+use crate::app::state::Theme;
+use crate::app::state::paper::{Experiment, RowFormat};
+use crate::render::Shading;
+
+/// An action of the user, by menu, key, command palette or button.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Action {
+    /// Open a model file chosen in a dialog.
+    Open,
+    /// Open the recent file with this index, newest 0.
+    OpenRecent(usize),
+    /// Open the scene of [`crate::scene::BUILTIN_SCENES`] with this index.
+    OpenBuiltin(usize),
+    /// Read the model again.
+    Reload,
+    /// Save the viewport as a PNG.
+    Screenshot,
+    /// Show or hide the start page.
+    StartPage,
+    /// Copy the command line that renders the same picture.
+    CopyCommandLine,
+    /// Copy all statistics as text.
+    CopyStatistics,
+    /// End the program.
+    Quit,
+    /// View the model along an axis.
+    View(ViewDirection),
+    /// Switch between perspective and orthographic projection.
+    ToggleOrthographic,
+    /// Switch the up axis between y and z.
+    ToggleUpAxis,
+    /// Switch between orbiting and flying.
+    ToggleFly,
+    /// Go back to the default view.
+    ResetView,
+    /// Fill the picture with the selected node, or with the model where none is selected.
+    FrameSelection,
+    /// Orbit around the target by a step.
+    Orbit(OrbitStep),
+    /// Zoom in on the point under the pointer.
+    ZoomIn,
+    /// Zoom out from the point under the pointer.
+    ZoomOut,
+    /// Show or hide the containers.
+    ToggleContainers,
+    /// Show or hide the traced picture.
+    ToggleGeometry,
+    /// Show or hide the triangles' edges.
+    ToggleMeshEdges,
+    /// Fit the heat map's range to the picture.
+    FitHeatRange,
+    /// Choose the shading mode.
+    Shade(Shading),
+    /// Show or hide the left panel.
+    ToggleLeftPanel,
+    /// Show or hide the right panel.
+    ToggleRightPanel,
+    /// Choose the colours of the window.
+    Theme(Theme),
+    /// Choose threshold, ε, curve and passes of a preset.
+    Preset(Preset),
+    /// Choose the builder.
+    Builder(BuilderKind),
+    /// Choose boxes or spheres.
+    Container(ContainerKind),
+    /// Raise the threshold by one.
+    RaiseThreshold,
+    /// Lower the threshold by one.
+    LowerThreshold,
+    /// Move the range of drawn depths one level down.
+    Deeper,
+    /// Move the range of drawn depths one level up.
+    Shallower,
+    /// Draw only leaves, or all nodes.
+    ToggleLeavesOnly,
+    /// Draw or omit the levels above the drawn depths.
+    ToggleParents,
+    /// Select the parent of the selected node.
+    SelectParent,
+    /// Select the first child of the selected node, or the root where none is selected.
+    SelectChild,
+    /// Select the second child of the selected node.
+    SelectSecondChild,
+    /// Select the sibling of the selected node.
+    SelectSibling,
+    /// Hide the selected node.
+    HideSelected,
+    /// Show all hidden nodes.
+    ShowAll,
+    /// Show or hide the paper panel.
+    TogglePaper,
+    /// Measure one of the paper's tables or figures.
+    Measure(Experiment),
+    /// Save the measured rows.
+    SaveRows(RowFormat),
+    /// Reset all settings to their defaults.
+    ResetSettings,
+    /// Close open dialogs; else cancel the running job; else clear the selection.
+    Cancel,
+    /// Undo the last change of settings.
+    Undo,
+    /// Redo the change that was undone last.
+    Redo,
+    /// Show or hide the command palette.
+    Palette,
+    /// Show or hide the list of keys and mouse gestures.
+    Shortcuts,
+    /// Show or hide the message log.
+    Messages,
+}
+
+/// Direction of an orbit step.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum OrbitStep {
+    /// Towards the model's left.
+    Left,
+    /// Towards its right.
+    Right,
+    /// Over the top.
+    Up,
+    /// Under the bottom.
+    Down,
+}
+
+/// Side of the model from which it is viewed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum ViewDirection {
+    /// The front.
+    Front,
+    /// The back.
+    Back,
+    /// The right.
+    Right,
+    /// The left.
+    Left,
+    /// The top.
+    Top,
+    /// The bottom.
+    Bottom,
+}

@@ -1,0 +1,41 @@
+//! Entries of the menu "File".
+
+use egui::Key;
+
+use super::list::{CTRL, List, NONE};
+use crate::app::commands::action::Action;
+use crate::app::commands::entry::Category;
+use crate::scene::BUILTIN_SCENES;
+
+/// Adds the entries of the menu.
+pub(super) fn add(list: &mut List) {
+    let place = |group| (Category::File, group);
+    list.add(place(0), Action::Open, "Open…", "Open an OBJ, glTF, GLB, PLY or STL file", &[(CTRL, Key::O)]);
+    list.add(place(0), Action::Reload, "Reload", "Read the model from its file again", &[(NONE, Key::F5)]);
+    list.add(place(0), Action::StartPage, "Start page", "Show built-in scenes and recent files", &[(CTRL, Key::N)]);
+    for (index, scene) in BUILTIN_SCENES.iter().enumerate() {
+        list.add(place(1), Action::OpenBuiltin(index), &format!("Open {}", scene.label), scene.description, &[]);
+    }
+    list.add(
+        place(3),
+        Action::Screenshot,
+        "Save screenshot",
+        "Save the viewport as a PNG in the current folder",
+        &[(NONE, Key::F12)],
+    );
+    list.add(
+        place(3),
+        Action::CopyCommandLine,
+        "Copy command line",
+        "Copy the command that renders this picture without a window",
+        &[(CTRL, Key::L)],
+    );
+    list.add(
+        place(3),
+        Action::CopyStatistics,
+        "Copy statistics",
+        "Copy all numbers of scene, build, tree and trace as text",
+        &[(CTRL, Key::I)],
+    );
+    list.add(place(4), Action::Quit, "Quit", "Close the program; settings are kept", &[(CTRL, Key::Q)]);
+}

@@ -1,0 +1,21 @@
+//! Entries of the menu "Help".
+
+use egui::Key;
+
+use super::list::{CTRL, List, NONE};
+use crate::app::commands::action::Action;
+use crate::app::commands::entry::Category;
+
+/// Adds the entries of the menu.
+pub(super) fn add(list: &mut List) {
+    let place = (Category::Help, 0);
+    list.add(place, Action::Palette, "Commands…", "Find and run any command by typing", &[(CTRL, Key::P)]);
+    list.add(
+        place,
+        Action::Shortcuts,
+        "Keys and mouse",
+        "List every key and mouse gesture",
+        &[(NONE, Key::F1), (NONE, Key::Questionmark)],
+    );
+    list.add(place, Action::Messages, "Messages", "List all messages since the program started", &[(NONE, Key::F2)]);
+}

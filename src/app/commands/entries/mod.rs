@@ -1,0 +1,44 @@
+//! The table of actions, one file per menu.
+
+mod list;
+
+mod file;
+mod help;
+mod lab;
+mod tree;
+mod view;
+
+use std::sync::LazyLock;
+
+use self::list::List;
+use crate::app::commands::action::Action;
+use crate::app::commands::entry::{Category, Entry};
+use crate::app::state::AppState;
+
+/// All entries except recent files, in the order of the menus.
+pub fn entries() -> &'static [Entry] {
+    static ENTRIES: LazyLock<Vec<Entry>> = LazyLock::new(|| {
+        let mut list = List::default();
+        file::add(&mut list);
+        view::add(&mut list);
+        tree::add(&mut list);
+        lab::add(&mut list);
+        help::add(&mut list);
+        list.entries
+    });
+    &ENTRIES
+}
+
+/// All entries including the recent files of `state`.
+pub fn entries_for(state: &AppState) -> Vec<Entry> {
+    let recent = state.preferences.recent.iter().enumerate().map(|(index, path)| Entry {
+        action: Action::OpenRecent(index),
+        label: format!("Open {}", path.file_name().unwrap_or(path.as_os_str()).to_string_lossy()),
+        description: path.display().to_string(),
+        category: Category::File,
+        shortcuts: Vec::new(),
+        group: 2,
+        in_viewport: false,
+    });
+    entries().iter().cloned().chain(recent).collect()
+}

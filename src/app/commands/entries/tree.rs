@@ -1,0 +1,98 @@
+//! Entries of the menu "Tree".
+
+use bvhscope_engine::settings::{BuilderKind, Passes, Preset};
+use bvhscope_engine::tree::ContainerKind;
+use egui::{Key, Modifiers};
+
+use super::list::{ALT, CTRL, List, NONE};
+use crate::app::commands::action::Action;
+use crate::app::commands::descriptions::builder_description;
+use crate::app::commands::entry::Category;
+
+/// Adds the entries of the menu.
+pub(super) fn add(list: &mut List) {
+    let place = |group| (Category::Tree, group);
+    for preset in Preset::ALL {
+        let (threshold, epsilon) = preset.parameters();
+        let label = format!("Preset: {}", preset.label());
+        let passes = if preset.passes() == Passes::NONE { "" } else { ", every pass over the finished tree" };
+        let description = format!("Threshold {threshold}, ε {epsilon}{passes}");
+        list.add(place(0), Action::Preset(preset), &label, &description, &[]);
+    }
+    for builder in BuilderKind::ALL {
+        let label = format!("Builder: {}", builder.label());
+        list.add(place(1), Action::Builder(builder), &label, builder_description(builder), &[]);
+    }
+    for container in ContainerKind::ALL {
+        let label = format!("Container: {}", container.label());
+        let description = match container {
+            ContainerKind::Aabb => "Build and trace the tree with axis-aligned boxes",
+            ContainerKind::Sphere => "Build and trace the tree with spheres",
+        };
+        list.add(place(2), Action::Container(container), &label, description, &[]);
+    }
+    list.add(
+        place(2),
+        Action::RaiseThreshold,
+        "Raise threshold",
+        "AAC: a slower build and a better tree",
+        &[(NONE, Key::CloseBracket)],
+    );
+    list.add(
+        place(2),
+        Action::LowerThreshold,
+        "Lower threshold",
+        "AAC: a faster build and a worse tree",
+        &[(NONE, Key::OpenBracket)],
+    );
+    list.add(place(3), Action::Deeper, "Deeper", "Show containers one level further down", &[(NONE, Key::Period)]);
+    list.add(place(3), Action::Shallower, "Shallower", "Show containers one level further up", &[(NONE, Key::Comma)]);
+    list.add(place(3), Action::ToggleLeavesOnly, "Leaves only", "Of the chosen depths draw leaves alone", &[]);
+    list.add(place(3), Action::ToggleParents, "Parents", "Draw all levels above the chosen depths too", &[]);
+    list.add(place(4), Action::SelectParent, "Select parent", "Walk up from the selected node", &[(ALT, Key::ArrowUp)]);
+    list.add(
+        place(4),
+        Action::SelectChild,
+        "Select child",
+        "Walk down to the first child, or select the root where nothing is selected",
+        &[(ALT, Key::ArrowDown)],
+    );
+    list.add(
+        place(4),
+        Action::SelectSecondChild,
+        "Select second child",
+        "Walk down to the second child",
+        &[(ALT.plus(Modifiers::SHIFT), Key::ArrowDown)],
+    );
+    list.add(
+        place(4),
+        Action::SelectSibling,
+        "Select sibling",
+        "Walk to the other child of the same parent",
+        &[(ALT, Key::ArrowRight), (ALT, Key::ArrowLeft)],
+    );
+    list.add(place(4), Action::HideSelected, "Hide selected", "Do not draw the selected node", &[(NONE, Key::H)]);
+    list.add(place(4), Action::ShowAll, "Show all", "Draw all hidden nodes again", &[(NONE, Key::J)]);
+    list.add(place(5), Action::Undo, "Undo", "Take back the last change of settings", &[(CTRL, Key::Z)]);
+    list.add(
+        place(5),
+        Action::Redo,
+        "Redo",
+        "Bring back what was undone",
+        &[(CTRL.plus(Modifiers::SHIFT), Key::Z), (CTRL, Key::Y)],
+    );
+    list.add(
+        place(5),
+        Action::ResetSettings,
+        "Reset all settings",
+        "Bring tree, containers and picture back to their defaults",
+        &[],
+    );
+    list.add(
+        place(6),
+        Action::Cancel,
+        "Cancel",
+        "Stop the running job; where none runs, clear the selection",
+        &[(NONE, Key::Escape)],
+    );
+}

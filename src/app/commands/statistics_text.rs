@@ -1,0 +1,70 @@
+//! All statistics as text, for the clipboard.
+
+use std::fmt::Write as _;
+
+use bvhscope_engine::WideBvh;
+use bvhscope_engine::tree::levels::Levels;
+use bvhscope_engine::tree::statistics::{INTERSECTION_COST, TRAVERSAL_COST};
+
+use crate::app::format;
+use crate::app::state::AppState;
+
+/// All statistics, one per line as name and value separated by a tab; `None` before the first picture.
+pub fn statistics_text(state: &AppState) -> Option<String> {
+    let shown = state.model.presented.as_ref()?;
+    let (scene, report, frame) = (&shown.accel.scene, &shown.accel.report, &shown.frame);
+    let (stats, settings) = (&report.stats, &shown.accel.settings);
+    let mut text = String::new();
+    let mut line = |name: &str, value: String| {
+        let _ = writeln!(text, "{name}\t{value}");
+    };
+    let number = |value: f32| format::significant(f64::from(value));
+    line("Model", scene.source.to_string());
+    line("Triangles", format::count(scene.triangles.len() as u64));
+    line("Builder", settings.builder.label().to_owned());
+    line("Container", settings.container.label().to_owned());
+    line("Threshold", settings.threshold.to_string());
+    line("Reduction ε", settings.epsilon.to_string());
+    line("Optimize", settings.passes().to_string());
+    line("Threads", report.threads.to_string());
+    line("Build time", format::duration(report.build_time));
+    for (stage, time) in &report.stages.stages {
+        line(&format!("Build: {stage}"), format::duration(*time));
+        if let Some([before, after]) = report.stages.cost_change(stage) {
+            let change = format!("{} to {}", format::significant(before), format::significant(after));
+            line(&format!("SAH cost: {stage}"), change);
+        }
+    }
+    line("Mtri/s", format::significant(report.mtriangles_per_s()));
+    line("SAH cost", format!("{} (container {TRAVERSAL_COST}, triangle {INTERSECTION_COST})", number(stats.sah_cost)));
+    if let Some(epo) = shown.accel.known_epo() {
+        line("End-point overlap", number(epo));
+    }
+    line("Nodes", format::count(stats.nodes as u64));
+    line("Leaves", format::count(stats.leaves as u64));
+    line("Depth", stats.max_depth.to_string());
+    line(
+        "Leaf size",
+        format!("{} to {}, mean {}", stats.min_leaf_size, stats.max_leaf_size, number(stats.mean_leaf_size)),
+    );
+    line("Tree memory", format::bytes(report.tree_bytes));
+    line("Triangle memory", format::bytes(report.triangle_bytes));
+    let wide = shown.accel.known_wide();
+    if let Some(wide) = wide {
+        line("Wide tree memory", format::bytes(wide.tree.node_bytes()));
+        line("Wide triangle memory", format::bytes(wide.tree.triangle_bytes()));
+    }
+    line("Overlay memory", format::bytes(Levels::bytes(stats.nodes)));
+    let bytes = report.bytes_per_triangle() + wide.map_or(0.0, WideBvh::bytes_per_triangle);
+    line("Bytes per triangle", format::significant(bytes));
+    line("Trace time", format::duration(frame.stats.trace_time));
+    line("Primary rays", format::count(frame.stats.primary_rays));
+    line("Hits", format::count(frame.stats.hits));
+    line("Mray/s", format::significant(state.activity.mrays_per_s));
+    if let Some([containers, primitives]) = shown.tests_per_ray {
+        line("Tests per ray", number(containers + primitives));
+        line("Container tests per ray", number(containers));
+        line("Primitive tests per ray", number(primitives));
+    }
+    Some(text)
+}

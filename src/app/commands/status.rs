@@ -1,0 +1,81 @@
+//! Whether an action can be performed now, and whether it is switched on.
+
+use bvhscope_engine::settings::{BuildSettings, BuilderKind, Curve, Preset};
+
+use super::action::Action;
+use super::walk;
+use crate::app::state::paper::RowFormat;
+use crate::app::state::{AppState, Navigation, Side};
+use crate::camera::Projection;
+
+impl Action {
+    /// Whether the action can be performed now.
+    pub fn is_enabled(self, state: &AppState) -> bool {
+        let selected = state.selection.nodes.selected.is_some();
+        match self {
+            Self::SelectParent | Self::SelectChild | Self::SelectSecondChild | Self::SelectSibling => {
+                walk::target(self, state).is_some()
+            }
+            // Only AAC has a threshold.
+            Self::RaiseThreshold | Self::LowerThreshold => state.wanted.build.builder == BuilderKind::Aac,
+            Self::HideSelected => selected,
+            Self::ShowAll => !state.selection.nodes.hidden.is_empty(),
+            Self::FitHeatRange => state.model.presented.as_ref().is_some_and(|shown| !shown.frame.values.is_empty()),
+            Self::FrameSelection | Self::ResetView | Self::Screenshot | Self::CopyStatistics => {
+                state.model.presented.is_some()
+            }
+            Self::Undo => state.undo.can_undo(),
+            Self::Redo => state.undo.can_redo(),
+            Self::Cancel => state.activity.has_jobs() || selected,
+            Self::Measure(_) => state.model.loaded.is_some(),
+            Self::SaveRows(format) => state.activity.measured.as_ref().is_some_and(|result| match format {
+                RowFormat::Csv | RowFormat::Json => !result.rows.is_empty(),
+                RowFormat::Png | RowFormat::Svg => !result.panels.is_empty(),
+            }),
+            Self::OpenRecent(index) => index < state.preferences.recent.len(),
+            Self::Builder(builder) => {
+                let build = BuildSettings { builder, ..state.wanted.build };
+                build.refusal(state.model.loaded.as_ref().map_or(0, |scene| scene.triangles.len())).is_none()
+            }
+            Self::Container(container) => {
+                let build = BuildSettings { container, ..state.wanted.build };
+                build.refusal(0).is_none()
+            }
+            _ => true,
+        }
+    }
+
+    /// Whether a switch or choice is on; `None` for other actions.
+    pub fn is_on(self, state: &AppState) -> Option<bool> {
+        let (wanted, preferences) = (&state.wanted, &state.preferences);
+        Some(match self {
+            Self::ToggleOrthographic => wanted.camera.projection == Projection::Orthographic,
+            Self::ToggleFly => preferences.navigation == Navigation::Fly,
+            Self::ToggleContainers => preferences.show_containers,
+            Self::ToggleGeometry => preferences.show_geometry,
+            Self::ToggleMeshEdges => wanted.render.mesh_edges,
+            Self::ToggleLeftPanel => state.shows_panel(Side::Left),
+            Self::ToggleRightPanel => state.shows_panel(Side::Right),
+            Self::TogglePaper => preferences.paper_open,
+            Self::ToggleLeavesOnly => wanted.overlay.leaves_only,
+            Self::ToggleParents => wanted.overlay.parents,
+            Self::Shade(shading) => wanted.render.shading == shading,
+            Self::Theme(theme) => preferences.theme == theme,
+            Self::Builder(builder) => wanted.build.builder == builder,
+            Self::Container(container) => wanted.build.container == container,
+            Self::Preset(preset) => is_preset(state, preset),
+            _ => return None,
+        })
+    }
+}
+
+/// Whether builder, threshold, ε, curve and passes are those of `preset`.
+pub fn is_preset(state: &AppState, preset: Preset) -> bool {
+    let (threshold, epsilon) = preset.parameters();
+    let build = &state.wanted.build;
+    build.builder == BuilderKind::Aac
+        && build.threshold == threshold
+        && (build.epsilon - epsilon).abs() < 1e-4
+        && build.curve == Curve::Morton
+        && build.optimize == preset.passes()
+}
