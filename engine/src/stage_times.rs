@@ -1,24 +1,27 @@
-//! Where the time of a build went.
+//! Time of each stage of a build.
 
 use std::time::Duration;
 
-/// How long each stage of a build took, in the order of work.
+/// Wall-clock time of each stage of a build, in the order in which they ran.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct StageTimes {
     /// Name and duration: "codes", "sort", "tree", "flatten" for AAC; then each pass over the finished tree by its name.
     pub stages: Vec<(&'static str, Duration)>,
-    /// Where passes ran over the finished tree: its SAH cost as it was, under "tree", and after each pass, as in
-    /// [`crate::tree::statistics::TreeStats::sah_cost`].
+    /// Names of the stages that did not run, because the result of an earlier build of the same triangles was reused. They come
+    /// before all others, have no entry in [`Self::stages`] and add nothing to [`Self::total`].
+    pub reused: Vec<&'static str>,
+    /// SAH cost of the tree before and after each pass over it, as in [`crate::tree::statistics::TreeStats::sah_cost`]: under "tree"
+    /// as it was built, then under the name of each pass. Empty where no pass ran.
     pub costs: Vec<(&'static str, f64)>,
 }
 
 impl StageTimes {
-    /// Sum of all stages.
+    /// Time of the build: the sum of the stages that ran.
     pub fn total(&self) -> Duration {
         self.stages.iter().map(|(_, duration)| *duration).sum()
     }
 
-    /// SAH cost before and after the pass that the stage `name` is; `None` where it is none.
+    /// SAH cost before and after the pass `name`; `None` where no such pass ran.
     pub fn cost_change(&self, name: &str) -> Option<[f64; 2]> {
         let after = self.costs.iter().skip(1).position(|&(pass, _)| pass == name)? + 1;
         Some([self.costs[after - 1].1, self.costs[after].1])

@@ -107,7 +107,7 @@ fn trace<C: Container, P: Probe + Default + Send>(
     let grid = Grid::new(request);
     let camera = request.camera.for_size(request.width_px, request.height_px);
     let triangles = request.accel.leaf_triangles_unless(token)?;
-    let level = request.settings.simd.level_of_plain_loops();
+    let level = request.settings.simd.plain_loop_level();
     let tiles: Vec<(u64, P)> = (0..grid.tile_count)
         .into_par_iter()
         .map(|tile| {

@@ -1,106 +1,98 @@
-//! What a build leaves for the next one of the same triangles, so that a slider that is dragged neither sorts them again nor asks
-//! the system for fresh memory each time.
+//! What a build leaves for the next build of the same triangles: while a slider is dragged, primitives are sorted once and the
+//! nodes of discarded trees are overwritten instead of allocated anew.
 
 use std::any::Any;
 use std::sync::{Arc, Mutex, PoisonError, Weak};
-use std::time::Duration;
 
-use crate::aac::cluster::Clustered;
+use crate::aac::cluster::ClusterContainer;
 use crate::cancel::{CancelToken, Cancelled};
 use crate::geometry::Triangle;
-use crate::order::sorted_primitives::{Extent, SortedPrimitives, extent, sort_primitives};
+use crate::order::{InputBounds, SortedPrimitives, input_bounds};
 use crate::settings::Curve;
-use crate::stage_times::StageTimes;
 use crate::tree::statistics::TreeStats;
-use crate::tree::{Node, Tree};
+use crate::tree::{Container, Node, Tree};
 
-/// What builds of the same triangles leave for each other. The trees are those of builds that begin with nothing.
+/// Intermediate results of builds of the same triangles: their bounds, the primitives sorted along a curve, and memory for
+/// nodes. A build with a cache makes the same tree as one without.
 #[derive(Default)]
 pub struct BuildCache {
-    extent: Option<Extent>,
-    /// A [`Sorted`] of the last container.
+    bounds: Option<InputBounds>,
+    /// A [`SortedOrder`] of the container that was built last.
     order: Option<Box<dyn Any + Send + Sync>>,
-    spare: Arc<Spare>,
-    /// Those of the last tree, where they were made on the way.
-    pub(crate) stats: Option<TreeStats>,
+    spare: Arc<SpareTree>,
+    /// Statistics of the tree that was built last, where the builder has computed them.
+    stats: Option<TreeStats>,
 }
 
-/// A tree that nobody needs any more, for its memory.
-type Spare = Mutex<Option<Box<dyn Any + Send>>>;
+/// A discarded tree, whose memory the next build may use.
+type SpareTree = Mutex<Option<Box<dyn Any + Send>>>;
 
-/// Where a tree goes that is no longer needed.
+/// Takes discarded trees, so that the next build with the same [`BuildCache`] writes to their memory. Holds nothing once the
+/// cache is gone.
 #[derive(Debug, Clone, Default)]
-pub struct NodeRecycler(Weak<Spare>);
+pub struct NodeRecycler(Weak<SpareTree>);
 
-/// Sorted primitives, and how long that took.
-pub(crate) struct Sorted<C: Clustered> {
-    pub order: SortedPrimitives<C>,
-    pub stages: Vec<(&'static str, Duration)>,
+/// Primitives sorted along a curve.
+struct SortedOrder<C: ClusterContainer> {
+    primitives: SortedPrimitives<C>,
     curve: Curve,
-    /// More than one build has sorted them.
-    again: bool,
 }
 
 impl BuildCache {
-    /// Where trees go for the next builds to write over.
+    /// Takes the trees that are no longer needed, for later builds with this cache.
     pub fn recycler(&self) -> NodeRecycler {
         NodeRecycler(Arc::downgrade(&self.spare))
     }
 
-    /// The statistics of the tree that was built last, where the builder has made them on its way.
+    /// Statistics of the tree that was built last, where the builder has computed them with the tree; `None` the second time.
     pub fn take_stats(&mut self) -> Option<TreeStats> {
         self.stats.take()
     }
 
-    /// [`extent`] of `triangles`.
-    pub(crate) fn extent(&mut self, triangles: &[Triangle], token: &CancelToken) -> Result<Extent, Cancelled> {
-        let known = if let Some(extent) = self.extent { extent } else { extent(triangles, token)? };
-        self.extent = Some(known);
-        Ok(known)
+    /// Bounds of `triangles`, computed by the first build.
+    pub(crate) fn input_bounds(
+        &mut self,
+        triangles: &[Triangle],
+        token: &CancelToken,
+    ) -> Result<InputBounds, Cancelled> {
+        let bounds = if let Some(bounds) = self.bounds { bounds } else { input_bounds(triangles, token)? };
+        self.bounds = Some(bounds);
+        Ok(bounds)
     }
 
-    /// The list of nodes of a tree that was given up, or a new one; what is in it does not matter.
-    pub(crate) fn nodes<C: Clustered>(&mut self, count: usize) -> Vec<Node<C>> {
+    /// The primitives as the last build has sorted them; `None` if it used another container or another curve.
+    pub(super) fn take_order<C: ClusterContainer>(&mut self, curve: Curve) -> Option<SortedPrimitives<C>> {
+        let order = self.order.take()?.downcast::<SortedOrder<C>>().ok()?;
+        (order.curve == curve).then_some(order.primitives)
+    }
+
+    /// Stores the primitives, sorted along `curve`, for the next build.
+    pub(super) fn store_order<C: ClusterContainer>(&mut self, primitives: SortedPrimitives<C>, curve: Curve) {
+        self.order = Some(Box::new(SortedOrder { primitives, curve }));
+    }
+
+    /// Stores the statistics for [`Self::take_stats`].
+    pub(super) fn store_stats(&mut self, stats: Option<TreeStats>) {
+        self.stats = stats;
+    }
+
+    /// The nodes of a discarded tree of `count` nodes, or a new list; what they contain is unspecified.
+    pub(super) fn nodes<C: ClusterContainer>(&mut self, count: usize) -> Vec<Node<C>> {
         let spare = self.spare.lock().unwrap_or_else(PoisonError::into_inner).take();
         match spare.and_then(|spare| spare.downcast::<Tree<C>>().ok()) {
             Some(tree) if tree.nodes.len() == count => tree.nodes,
             _ => bytemuck::zeroed_vec(count),
         }
     }
-
-    pub(crate) fn keep<C: Clustered>(&mut self, sorted: Sorted<C>) {
-        self.order = Some(Box::new(sorted));
-    }
 }
 
 impl NodeRecycler {
-    /// Leaves `tree` to the next build, where there will be one.
-    pub fn recycle<C: Clustered>(&self, tree: Tree<C>) {
+    /// Gives `tree` to the next build with the cache, if there still is one; it replaces a tree given before.
+    pub fn recycle<C: Container>(&self, tree: Tree<C>) {
         if let Some(spare) = self.0.upgrade() {
-            let before = spare.lock().unwrap_or_else(PoisonError::into_inner).replace(Box::new(tree));
-            drop(before);
+            let replaced = spare.lock().unwrap_or_else(PoisonError::into_inner).replace(Box::new(tree));
+            // Freed after the lock is released.
+            drop(replaced);
         }
     }
-}
-
-/// [`sort_primitives`] with its stages; kept from an earlier build where `cache` has it. The first two builds both sort, and the
-/// shorter time counts: the first often waits for memory that the others find at hand.
-pub(crate) fn sorted<C: Clustered>(
-    triangles: &[Triangle],
-    extent: &Extent,
-    curve: Curve,
-    cache: Option<&mut BuildCache>,
-    token: &CancelToken,
-) -> Result<Sorted<C>, Cancelled> {
-    let kept = cache.and_then(|cache| cache.order.take()?.downcast::<Sorted<C>>().ok());
-    let before = match kept.filter(|kept| kept.curve == curve) {
-        Some(kept) if kept.again => return Ok(*kept),
-        kept => kept.map(|kept| kept.stages),
-    };
-    let mut times = StageTimes::default();
-    let order = sort_primitives(triangles, extent, curve, token, &mut times)?;
-    let again = before.is_some();
-    let total = |stages: &Vec<(&str, Duration)>| stages.iter().map(|stage| stage.1).sum::<Duration>();
-    let stages = before.into_iter().fold(times.stages, |new, old| if total(&old) < total(&new) { old } else { new });
-    Ok(Sorted { order, stages, curve, again })
 }

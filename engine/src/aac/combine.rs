@@ -1,45 +1,52 @@
-//! `combine_clusters`: the upward half of approximate agglomerative clustering, a list of clusters in which the closest
-//! pair merges until few enough are left (Gu, He, Fatahalian, Blelloch, *Efficient BVH Construction via Approximate
-//! Agglomerative Clustering*, HPG 2013). Of equally close pairs the one with fewer primitives merges first, then the one
-//! at the lower positions; a union takes the place of its first part, and that of the second stays empty until the last of the
-//! list take such places, at the end or once a long list has many.
+//! `combine_clusters(C, n)`, figure 7: the upward half of approximate agglomerative clustering (Gu et al., HPG 2013). The closest
+//! pair of clusters is merged until n are left:
+//!
+//! ```text
+//! combine_clusters(C, n):
+//!     for each c in C: c.closest = find_best_match(C, c)
+//!     while |C| > n:
+//!         (left, right) = the pair c, c.closest with the smallest distance d(c, c.closest)
+//!         C = C − {left, right} + the cluster of both
+//!         search again: the best match of the new cluster, and of each c whose c.closest was left or right
+//!     return C
+//! ```
+//!
+//! The distance is the surface area of the container around both. Of equally close pairs the one with fewer primitives is
+//! merged first, then the one at the lower indices, so that a build is deterministic. A union takes the place of its first
+//! cluster and leaves that of its second empty, until the last clusters of the list are moved to the empty places: at the
+//! end, or once a long list has many.
 
 #![allow(clippy::inline_always, reason = "SIMD kernels must land in the caller that enables the instructions")]
 
 use fearless_simd::{Simd, f32x8, f32x16};
 
-use crate::aac::cluster::{Clustered, Clusters, Pairs};
-use crate::aac::combine_long::{Matches, combine_long};
+use crate::aac::cluster::{ClusterContainer, ClusterStack, PairWriter};
+use crate::aac::combine_long::{Scratch, combine_long};
 use crate::aac::combine_short::combine_short;
 use crate::cancel::{CancelToken, Cancelled};
 
-/// What lists of any length need besides themselves, to be used again.
-#[derive(Default)]
-pub struct Scratch {
-    matches: Matches,
-}
-
-/// Merges the closest pair of the clusters from `base` on until no more than `target` are left.
+/// Merges the closest pair of the clusters from `base` on until at most `target` are left. Both clusters of each merge are
+/// written to `pairs` as siblings.
 #[inline(always)]
-pub fn combine_clusters<C: Clustered, S: Simd>(
+pub fn combine_clusters<C: ClusterContainer, S: Simd>(
     simd: S,
-    list: &mut Clusters,
+    list: &mut ClusterStack,
     scratch: &mut Scratch,
     base: usize,
     target: usize,
-    pairs: &mut Pairs<C>,
+    pairs: &mut PairWriter<C>,
     token: &CancelToken,
 ) -> Result<(), Cancelled> {
     let len = list.len - base;
     if len <= target {
         return Ok(());
     }
-    // All merge the same clusters, but where positions alone decide: in a long list others of the last take the empty places.
+    // All variants merge the same clusters, except where indices alone break a tie: a long list moves its last clusters earlier.
     match len {
         0..=8 => combine_short::<C, S, f32x8<S>, 1, 8>(simd, list, base, target, pairs),
         9..=16 => combine_short::<C, S, f32x16<S>, 1, 16>(simd, list, base, target, pairs),
         17..=32 => combine_short::<C, S, f32x16<S>, 2, 32>(simd, list, base, target, pairs),
-        _ => return combine_long(simd, list, &mut scratch.matches, base, target, pairs, token),
+        _ => return combine_long(simd, list, scratch, base, target, pairs, token),
     }
     Ok(())
 }
@@ -55,15 +62,15 @@ mod tests {
     use crate::kernel::SimdLevel;
     use crate::tree::Node;
 
-    /// Small containers at few places, so that many distances are equal. No two groups have equally many primitives:
-    /// positions never decide.
-    fn clusters<C: Clustered>(count: usize, seed: u32) -> Clusters {
+    /// Small containers at few positions, so that many distances are equal. No two clusters have the same number of primitives:
+    /// indices never break a tie.
+    fn clusters<C: ClusterContainer>(count: usize, seed: u32) -> ClusterStack {
         let mut state = seed;
         let mut number = |below: u32| {
             state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
             (state >> 16) % below
         };
-        let mut list = Clusters::with_capacity(count);
+        let mut list = ClusterStack::with_capacity(count);
         for first in 0..count as u32 {
             let a = Vec3::new(number(4) as f32, number(3) as f32, number(2) as f32);
             let b = a + Vec3::new(number(2) as f32, number(2) as f32, 0.5);
@@ -75,14 +82,21 @@ mod tests {
         list
     }
 
-    /// The nodes that are written while `count` clusters merge to `target`, then those of the clusters that are left.
-    fn merged<C: Clustered>(level: SimdLevel, count: usize, target: usize, seed: u32, long: bool) -> Vec<Node<C>> {
+    /// The nodes that are written while `count` clusters are merged to `target`, then those of the remaining clusters.
+    fn merged<C: ClusterContainer>(
+        level: SimdLevel,
+        count: usize,
+        target: usize,
+        seed: u32,
+        long: bool,
+    ) -> Vec<Node<C>> {
         let mut nodes: Vec<Node<C>> = bytemuck::zeroed_vec(2 * (count - target));
         let mut list = clusters::<C>(count, seed);
-        let (mut pairs, mut scratch, token) = (Pairs::new(&mut nodes, 100), Scratch::default(), CancelToken::new());
+        let (mut pairs, mut scratch, token) =
+            (PairWriter::new(&mut nodes, 100), Scratch::default(), CancelToken::new());
         let result = dispatch!(level.level(), simd => {
             if long {
-                combine_long(simd, &mut list, &mut scratch.matches, 0, target, &mut pairs, &token)
+                combine_long(simd, &mut list, &mut scratch, 0, target, &mut pairs, &token)
             } else {
                 combine_clusters(simd, &mut list, &mut scratch, 0, target, &mut pairs, &token)
             }
@@ -93,32 +107,32 @@ mod tests {
             let fields: Vec<f32> = list.fields[..C::USED_FIELDS].iter().map(|field| field[at]).collect();
             assert_eq!(list.items[at].fields[..C::USED_FIELDS], fields, "both forms of a cluster are the same");
         }
-        let left = list.items[..target].iter().map(Cluster::node).collect();
-        in_order(nodes, left)
+        let remaining = list.items[..target].iter().map(Cluster::node).collect();
+        in_order(nodes, remaining)
     }
 
-    /// `nodes` and those of the clusters that are `left`, whatever their places were.
-    fn in_order<C: Clustered>(mut nodes: Vec<Node<C>>, mut left: Vec<Node<C>>) -> Vec<Node<C>> {
+    /// `nodes` and those of the `remaining` clusters, independent of the clusters' order.
+    fn in_order<C: ClusterContainer>(mut nodes: Vec<Node<C>>, mut remaining: Vec<Node<C>>) -> Vec<Node<C>> {
         let order = |node: &Node<C>| (node.count, node.first);
-        left.sort_unstable_by_key(order);
+        remaining.sort_unstable_by_key(order);
         nodes.chunks_mut(2).for_each(|pair| pair.sort_unstable_by_key(order));
-        nodes.extend(left);
+        nodes.extend(remaining);
         nodes
     }
 
-    /// What [`merged`] gives, by comparing all pairs before each merge.
-    fn merged_plainly<C: Clustered>(count: usize, target: usize, seed: u32) -> Vec<Node<C>> {
+    /// The result of [`merged`] by comparing all pairs before each merge.
+    fn merged_by_brute_force<C: ClusterContainer>(count: usize, target: usize, seed: u32) -> Vec<Node<C>> {
         let mut nodes: Vec<Node<C>> = bytemuck::zeroed_vec(2 * (count - target));
         let mut items = clusters::<C>(count, seed).items;
         items.truncate(count);
-        let mut pairs = Pairs::new(&mut nodes, 100);
+        let mut pairs = PairWriter::new(&mut nodes, 100);
         dispatch!(SimdLevel::Sse2.level(), simd => {
             while items.len() > target {
                 let mut best = (f32::INFINITY, u32::MAX, 0, 0);
                 for high in 1..items.len() {
                     let own = splat_fields::<C, _, f32x4<_>>(simd, &items[high].fields);
                     for low in 0..high {
-                        let distance = C::distances(&splat_fields::<C, _, _>(simd, &items[low].fields), &own)[0];
+                        let distance = C::merge_distances(&splat_fields::<C, _, _>(simd, &items[low].fields), &own)[0];
                         let pair = (distance, items[low].count + items[high].count, low, high);
                         best = if pair < best { pair } else { best };
                     }
@@ -133,10 +147,10 @@ mod tests {
         in_order(nodes, items.iter().map(Cluster::node).collect())
     }
 
-    fn check_long<C: Clustered>() {
+    fn check_long<C: ClusterContainer>() {
         for (count, target) in [(33, 32), (33, 1), (48, 32), (64, 32), (80, 49), (97, 7), (128, 73), (200, 1)] {
             for seed in 0..4 {
-                let expected = merged_plainly::<C>(count, target, seed);
+                let expected = merged_by_brute_force::<C>(count, target, seed);
                 for level in SimdLevel::ALL.into_iter().filter(|level| level.is_available()) {
                     let nodes = merged::<C>(level, count, target, seed, false);
                     assert_eq!(nodes.len(), expected.len());
@@ -164,7 +178,7 @@ mod tests {
         check_long::<Sphere>();
     }
 
-    fn check<C: Clustered>() {
+    fn check<C: ClusterContainer>() {
         for count in (2..=31).filter(|count| count % 11 != 0) {
             for seed in 0..20 {
                 let target = 1 + seed as usize % (count - 1);
@@ -182,7 +196,7 @@ mod tests {
                         (long.first, long.count),
                         "{count} to {target}, seed {seed}"
                     );
-                    // Which of two spheres comes first decides the last digit.
+                    // The order of two spheres affects the last bits of their union.
                     let fields = short.container.fields().into_iter().zip(long.container.fields());
                     assert!(fields.into_iter().all(|(a, b)| (a - b).abs() <= 1e-6), "{count} to {target}, seed {seed}");
                 }

@@ -1,5 +1,5 @@
-//! Numbers the leaves of a tree whose nodes are all in place: from left to right, so that the primitives below any node
-//! are neighbours.
+//! Orders the leaves of a tree whose nodes are all written: from left to right, so that the primitives below any node are
+//! contiguous.
 
 use rayon::prelude::*;
 
@@ -8,47 +8,48 @@ use crate::kernel::par_collect::zeros;
 use crate::tree::statistics::Sums;
 use crate::tree::{Container, Node};
 
-/// The nodes that one task made.
-pub struct TaskTree<'a, C> {
-    /// Its part of the list of nodes. Leaves hold the number of their primitive in the input.
+/// The nodes that one task wrote.
+pub struct TaskNodes<'a, C> {
+    /// The task's slice of the list of nodes. A leaf holds the index of its primitive in the input.
     pub nodes: &'a mut [Node<C>],
-    /// Number of the first of these nodes.
+    /// Index of the slice's first node in the whole list.
     pub offset: usize,
-    /// The first child of each cluster that it left; anything for a single primitive.
+    /// Index of the first child of each cluster that the task left; unused for a single primitive.
     pub roots: Vec<u32>,
 }
 
-/// What lies below one of a task's clusters.
+/// The leaves below one of the clusters that a task left.
 #[derive(Default)]
-struct Branch<'a> {
-    /// Depth of the cluster.
+struct RootLeaves<'a> {
+    /// Depth of the cluster's node.
     depth: u32,
-    /// Number of its first leaf.
+    /// Index of its first leaf in the whole tree.
     first_leaf: u32,
     /// The primitives of its leaves.
     primitives: &'a mut [u32],
 }
 
-/// Numbers the leaves below `top`, the first nodes of the list, which refer to the tasks' clusters by numbers from
-/// `top.len()` on. All nodes have their number of primitives, `count` at the root, which interior ones lose here.
-/// Returns each leaf's primitive and the depth of the deepest leaf, and fills `sums`.
+/// Orders the leaves of the tree. `top` are the first nodes of the list; they refer to the clusters that `tasks` left, in order,
+/// by indices from `top.len()` on. Before, the `count` of each node is its number of primitives, `count` at the root; afterwards
+/// it is 0 for interior nodes, and leaves refer to the returned list. Returns the primitive of each leaf and the
+/// maximum depth of a leaf, and adds all nodes to `sums`.
 pub fn order_leaves<C: Container>(
     top: &mut [Node<C>],
-    tasks: &mut [TaskTree<C>],
+    tasks: &mut [TaskNodes<C>],
     count: usize,
     mut sums: Option<&mut Sums>,
     token: &CancelToken,
 ) -> Result<(Vec<u32>, u32), Cancelled> {
     let mut primitive_indices = zeros(count, token)?;
     let roots: Vec<u32> = tasks.iter().flat_map(|task| &task.roots).copied().collect();
-    let mut branches: Vec<Branch> = roots.iter().map(|_| Branch::default()).collect();
+    let mut root_leaves: Vec<RootLeaves> = roots.iter().map(|_| RootLeaves::default()).collect();
 
-    // The top, one node after the other from left to right.
-    let (mut max_depth, mut first_leaf, mut rest) = (0, 0, &mut primitive_indices[..]);
+    // The nodes above the tasks, from left to right.
+    let (mut max_depth, mut first_leaf, mut remaining) = (0, 0, &mut primitive_indices[..]);
     let top_len = top.len();
-    let mut open = vec![(0, 0)];
-    while let Some((at, depth)) = open.pop() {
-        let node = &mut top[at];
+    let mut stack = vec![(0, 0)];
+    while let Some((index, depth)) = stack.pop() {
+        let node = &mut top[index];
         max_depth = max_depth.max(depth);
         if let Some(sums) = &mut sums {
             sums.add_nodes(std::slice::from_ref(node), depth);
@@ -56,11 +57,11 @@ pub fn order_leaves<C: Container>(
         if node.count > 1 && (node.first as usize) < top_len {
             let first = node.first as usize;
             node.count = 0;
-            open.extend([(first + 1, depth + 1), (first, depth + 1)]);
+            stack.extend([(first + 1, depth + 1), (first, depth + 1)]);
             continue;
         }
         let primitives;
-        (primitives, rest) = rest.split_at_mut(node.count as usize);
+        (primitives, remaining) = remaining.split_at_mut(node.count as usize);
         let leaf = first_leaf;
         first_leaf += node.count;
         if node.count == 1 {
@@ -68,80 +69,84 @@ pub fn order_leaves<C: Container>(
         } else {
             let root = node.first as usize - top_len;
             (node.first, node.count) = (roots[root], 0);
-            branches[root] = Branch { depth, first_leaf: leaf, primitives };
+            root_leaves[root] = RootLeaves { depth, first_leaf: leaf, primitives };
         }
     }
 
-    // What is below, each task by itself.
+    // The nodes of the tasks, in parallel.
     let mut parts = Vec::with_capacity(tasks.len());
-    let mut rest = &mut branches[..];
+    let mut remaining = &mut root_leaves[..];
     for task in tasks {
         let own;
-        (own, rest) = rest.split_at_mut(task.roots.len());
+        (own, remaining) = remaining.split_at_mut(task.roots.len());
         parts.push((task, own));
     }
-    let below = parts.into_par_iter().map(|(task, branches)| {
+    let results = parts.into_par_iter().map(|(task, root_leaves)| {
         token.check()?;
         if sums.is_none() {
-            return Ok((order_task::<C, false>(task, branches, &mut Sums::default()), None));
+            return Ok((order_task::<C, false>(task, root_leaves, &mut Sums::default()), None));
         }
         let mut own = Sums::default();
-        Ok((order_task::<C, true>(task, branches, &mut own), Some(own)))
+        Ok((order_task::<C, true>(task, root_leaves, &mut own), Some(own)))
     });
-    let below: Vec<(u32, Option<Sums>)> = below.collect::<Result<_, Cancelled>>()?;
-    let max_depth = below.iter().fold(max_depth, |deepest, (depth, _)| deepest.max(*depth));
+    let results: Vec<(u32, Option<Sums>)> = results.collect::<Result<_, Cancelled>>()?;
+    let max_depth = results.iter().fold(max_depth, |deepest, (depth, _)| deepest.max(*depth));
     if let Some(sums) = sums {
-        // In the order of the tasks, so that any number of threads gives the same.
-        *sums = below.iter().filter_map(|(_, own)| own.as_ref()).fold(std::mem::take(sums), Sums::plus);
+        // In the order of the tasks, so that rounding does not depend on the number of threads.
+        *sums = results.iter().filter_map(|(_, own)| own.as_ref()).fold(std::mem::take(sums), Sums::plus);
     }
     Ok((primitive_indices, max_depth))
 }
 
-/// What a pair of siblings learns from their parent.
+/// What a pair of siblings inherits from its parent.
 #[derive(Clone, Copy, Default)]
-struct Place {
-    /// Number of the first leaf below them, within the task.
+struct PairLeaves {
+    /// Index of the first leaf below the pair, within the task.
     leaf: u32,
-    /// What is added to that for the number in the whole tree.
+    /// Difference between this index and the leaf's index in the whole tree.
     offset: u32,
     depth: u32,
 }
 
-/// Numbers the leaves of `task`, whose clusters are `branches`, in one pass over its nodes as they lie in memory.
-/// Returns the depth of the deepest leaf. Adds its nodes to `sums` where it shall.
-fn order_task<C: Container, const SUMS: bool>(task: &mut TaskTree<C>, branches: &mut [Branch], sums: &mut Sums) -> u32 {
+/// Orders the leaves of `task`, whose clusters have the leaves `root_leaves`, in one pass over its nodes in memory order. Returns
+/// the maximum depth of a leaf. Adds all nodes to `sums` if `SUMS`.
+fn order_task<C: Container, const SUMS: bool>(
+    task: &mut TaskNodes<C>,
+    root_leaves: &mut [RootLeaves],
+    sums: &mut Sums,
+) -> u32 {
     let pair_of = |node: u32| (node as usize - task.offset) / 2;
-    let mut places = vec![Place::default(); task.nodes.len() / 2];
+    let mut pairs = vec![PairLeaves::default(); task.nodes.len() / 2];
     let mut count = 0;
-    for (branch, root) in branches.iter().zip(&task.roots).filter(|(branch, _)| !branch.primitives.is_empty()) {
-        places[pair_of(*root)] =
-            Place { leaf: count, offset: branch.first_leaf.wrapping_sub(count), depth: branch.depth + 1 };
-        count += branch.primitives.len() as u32;
+    for (own, root) in root_leaves.iter().zip(&task.roots).filter(|(own, _)| !own.primitives.is_empty()) {
+        pairs[pair_of(*root)] =
+            PairLeaves { leaf: count, offset: own.first_leaf.wrapping_sub(count), depth: own.depth + 1 };
+        count += own.primitives.len() as u32;
     }
     let mut primitives = vec![0; count as usize];
     let mut max_depth = 0;
-    for at in 0..places.len() {
-        let Place { mut leaf, offset, depth } = places[at];
+    for pair in 0..pairs.len() {
+        let PairLeaves { mut leaf, offset, depth } = pairs[pair];
         max_depth = max_depth.max(depth);
         if SUMS {
-            sums.add_nodes(&task.nodes[2 * at..2 * at + 2], depth);
+            sums.add_nodes(&task.nodes[2 * pair..2 * pair + 2], depth);
         }
-        for node in &mut task.nodes[2 * at..2 * at + 2] {
+        for node in &mut task.nodes[2 * pair..2 * pair + 2] {
             let count = node.count;
             if count == 1 {
                 primitives[leaf as usize] = std::mem::replace(&mut node.first, leaf.wrapping_add(offset));
             } else {
-                places[pair_of(node.first)] = Place { leaf, offset, depth: depth + 1 };
+                pairs[pair_of(node.first)] = PairLeaves { leaf, offset, depth: depth + 1 };
                 node.count = 0;
             }
             leaf += count;
         }
     }
-    let mut rest = &primitives[..];
-    for branch in branches {
-        let own;
-        (own, rest) = rest.split_at(branch.primitives.len());
-        branch.primitives.copy_from_slice(own);
+    let mut remaining = &primitives[..];
+    for own in root_leaves {
+        let leaves;
+        (leaves, remaining) = remaining.split_at(own.primitives.len());
+        own.primitives.copy_from_slice(leaves);
     }
     max_depth
 }

@@ -1,16 +1,37 @@
-//! Approximate agglomerative clustering, the paper: [`build`] is its figure 5, [`subtree`] figure 6, [`combine`] figure 7.
+//! Approximate agglomerative clustering (AAC). *The paper* is Mahmuda, Yuniarti, Nurul K., *Konstruksi Bounding Volume Hierarchy
+//! dengan Metode Agglomerative Clustering untuk Meningkatkan Performa Ray Tracing*, which describes the algorithm of Gu, He,
+//! Fatahalian, Blelloch, *Efficient BVH Construction via Approximate Agglomerative Clustering*, HPG 2013. Its figures:
+//!
+//! | figure | function | file |
+//! | --- | --- | --- |
+//! | 5 | [`build_bvh`]: codes, radix sort, `build_tree`, `combine_clusters(C, 1)` | `build_bvh.rs`, `order/` |
+//! | 6 | `build_tree`: downward, partition the primitives | `build_tree.rs`, its parallel tasks in `tasks.rs` |
+//! | 7 | [`combine_clusters`]: upward, merge the closest clusters | `combine.rs`, by length of the list: `combine_short.rs`, `combine_long.rs` |
+//! | – | f(x), the reduction function | `reduction.rs` |
+//!
+//! A tree is then made ready for rays by `leaf_order.rs`, and [`build_cache`] holds what one build reuses of the last.
 
-pub(crate) mod cluster;
-pub(crate) mod reduction;
+mod reduction;
 
-pub(crate) mod combine;
+mod cluster;
+
+mod combine;
 mod combine_long;
-pub(crate) mod combine_short;
+mod combine_short;
 
-mod subtree;
+mod tasks;
+
+mod build_tree;
 
 mod leaf_order;
 
-pub(crate) mod build;
-
 pub mod build_cache;
+
+mod build_bvh;
+
+pub(crate) use build_bvh::build_bvh;
+pub(crate) use cluster::{Cluster, ClusterContainer, ClusterStack, PairWriter};
+pub(crate) use combine::combine_clusters;
+pub(crate) use combine_long::Scratch;
+pub(crate) use combine_short::combine_short;
+pub(crate) use leaf_order::order_leaves;

@@ -5,7 +5,7 @@ use std::time::Instant;
 
 use glam::Vec3;
 
-use crate::aac::cluster::Clustered;
+use crate::aac::ClusterContainer;
 use crate::builders::flatten::{Pair, flatten};
 use crate::cancel::{CancelToken, Cancelled};
 use crate::geometry::{Aabb, Triangle};
@@ -31,7 +31,7 @@ struct Item<C> {
 }
 
 /// A tree of single primitives.
-pub fn build<C: Clustered>(
+pub fn build<C: ClusterContainer>(
     triangles: &[Triangle],
     token: &CancelToken,
     times: &mut StageTimes,
@@ -42,7 +42,7 @@ pub fn build<C: Clustered>(
         token.check()?;
         items.extend(batch.iter().zip(items.len() as u32..).map(|(triangle, index)| {
             let container = C::of_triangle(triangle);
-            Item { container, middle: container.middle(), index }
+            Item { container, middle: container.centroid(), index }
         }));
     }
     let mut slots: Vec<Pair<C>> = zeros(items.len(), token)?;
@@ -57,7 +57,7 @@ pub fn build<C: Clustered>(
 }
 
 /// The node over `items`, the first of which is at `offset` in the whole list.
-fn split<C: Clustered>(
+fn split<C: ClusterContainer>(
     items: &mut [Item<C>],
     slots: &mut [Pair<C>],
     offset: usize,
@@ -93,7 +93,7 @@ fn split<C: Clustered>(
 }
 
 /// Reorders `items` so that the cheapest of all binned splits lies at the returned position.
-fn best_split<C: Clustered>(items: &mut [Item<C>], token: &CancelToken) -> Result<usize, Cancelled> {
+fn best_split<C: ClusterContainer>(items: &mut [Item<C>], token: &CancelToken) -> Result<usize, Cancelled> {
     let mut bounds = Aabb::EMPTY;
     for batch in items.chunks(BATCH) {
         token.check()?;

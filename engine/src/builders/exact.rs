@@ -1,24 +1,44 @@
-//! Exact agglomerative clustering: always the globally closest pair (Walter, Bala, Kulkarni, Pingali, *Fast Agglomerative
-//! Clustering for Rendering*, 2008). One list of all primitives, bounds of best matches kept: about quadratic time.
+//! Exact agglomerative clustering: always merges the globally closest pair (Walter, Bala, Kulkarni, Pingali, *Fast Agglomerative
+//! Clustering for Rendering*, 2008). One `combine_clusters` of all primitives, in roughly quadratic time.
 
 use std::time::Instant;
 
-use crate::aac::build::cluster_all;
-use crate::aac::cluster::Clustered;
+use fearless_simd::dispatch;
+
+use crate::aac::{Cluster, ClusterContainer, ClusterStack, PairWriter, Scratch, combine_clusters, order_leaves};
 use crate::cancel::{CancelToken, Cancelled};
 use crate::geometry::Triangle;
+use crate::kernel::SimdLevel;
+use crate::kernel::lanes::LANES;
+use crate::kernel::simd::plain_loop_level;
 use crate::stage_times::StageTimes;
-use crate::tree::Tree;
+use crate::tree::{Node, Tree};
 
-/// The agglomerative tree of `triangles`.
-pub fn build<C: Clustered>(
+/// The agglomerative tree of `triangles`, at least one. Adds the stage "tree".
+pub fn build<C: ClusterContainer>(
     triangles: &[Triangle],
     token: &CancelToken,
     times: &mut StageTimes,
 ) -> Result<Tree<C>, Cancelled> {
     let start = Instant::now();
-    let tree = cluster_all(triangles, token)?;
+    let mut clusters = ClusterStack::with_capacity(triangles.len());
+    dispatch!(plain_loop_level(), simd => {
+        for (primitive, triangle) in triangles.iter().enumerate() {
+            // By the same kernel as in the approximate builder, so that containers are bit for bit the same.
+            let (cached, _) = C::bounds_and_centroids(simd, &[*triangle; LANES]);
+            let fields = C::fields_from_cached(simd, &cached[0], triangle);
+            clusters.push::<C>(Cluster::of_primitive(fields, primitive as u32));
+        }
+    });
+    let mut nodes: Vec<Node<C>> = bytemuck::zeroed_vec(2 * triangles.len() - 1);
+    let (root, others) = nodes.split_at_mut(1);
+    let mut pairs = PairWriter::new(others, 1);
+    dispatch!(SimdLevel::best().level(), simd => {
+        combine_clusters(simd, &mut clusters, &mut Scratch::default(), 0, 1, &mut pairs, token)
+    })?;
+    root[0] = clusters.items[0].node();
+    let (primitive_indices, max_depth) = order_leaves(&mut nodes, &mut [], triangles.len(), None, token)?;
     times.stages.push(("tree", start.elapsed()));
     token.set_progress(1.0);
-    Ok(tree)
+    Ok(Tree { nodes, primitive_indices, max_depth })
 }

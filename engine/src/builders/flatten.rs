@@ -3,7 +3,7 @@
 
 use rayon::prelude::*;
 
-use crate::aac::cluster::Clustered;
+use crate::aac::ClusterContainer;
 use crate::cancel::{CancelToken, Cancelled};
 use crate::kernel::par_collect::zeros;
 use crate::tree::{Container, Node, Tree};
@@ -64,7 +64,7 @@ impl<C: Container> Subtree<C> {
 
 /// The tree under `root`, whose descendants' pairs are in `slots` and whose primitives are `order`. Nothing here recurses:
 /// agglomerative trees can be deep.
-pub fn flatten<C: Clustered>(
+pub fn flatten<C: ClusterContainer>(
     root: Node<C>,
     slots: &[Pair<C>],
     order: impl Fn(usize) -> u32 + Sync,

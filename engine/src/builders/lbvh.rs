@@ -3,12 +3,12 @@
 use std::ops::Range;
 use std::time::Instant;
 
-use crate::aac::cluster::Clustered;
+use crate::aac::ClusterContainer;
 use crate::builders::flatten::{Pair, flatten};
 use crate::cancel::{CancelToken, Cancelled};
 use crate::geometry::Triangle;
 use crate::kernel::par_collect::zeros;
-use crate::order::sorted_primitives::{Extent, SortedPrimitives, sort_primitives};
+use crate::order::{InputBounds, SortedPrimitives, sort_primitives};
 use crate::settings::Curve;
 use crate::stage_times::StageTimes;
 use crate::tree::{Node, Tree};
@@ -17,14 +17,14 @@ use crate::tree::{Node, Tree};
 const FORK_ABOVE: usize = 8192;
 
 /// A tree of single primitives, split where the highest bit of their codes flips.
-pub fn build<C: Clustered>(
+pub fn build<C: ClusterContainer>(
     triangles: &[Triangle],
-    extent: &Extent,
+    bounds: &InputBounds,
     curve: Curve,
     token: &CancelToken,
     times: &mut StageTimes,
 ) -> Result<Tree<C>, Cancelled> {
-    let input = sort_primitives::<C>(triangles, extent, curve, token, times)?;
+    let input = sort_primitives::<C>(triangles, bounds, curve, token, times)?;
     let start = Instant::now();
     let mut slots: Vec<Pair<C>> = zeros(triangles.len(), token)?;
     let root = split(triangles, &input, 0..triangles.len(), &mut slots, 0, token)?;
@@ -39,7 +39,7 @@ pub fn build<C: Clustered>(
 
 /// The node over `range`; its pair goes to the slot of the last primitive of its first half. Recurses no deeper than a
 /// code has bits and a group of equal codes halves.
-fn split<C: Clustered>(
+fn split<C: ClusterContainer>(
     triangles: &[Triangle],
     input: &SortedPrimitives<C>,
     range: Range<usize>,
@@ -51,7 +51,7 @@ fn split<C: Clustered>(
         let container = input.container(triangles, input.primitive(range.start));
         return Ok(Node { container, first: range.start as u32, count: 1 });
     }
-    let middle = input.split(&range);
+    let middle = input.make_partition(&range);
     let (left_slots, right_slots) = slots.split_at_mut(middle - offset);
     let (left, right) = if range.len() > FORK_ABOVE {
         token.check()?;

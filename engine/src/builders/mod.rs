@@ -11,15 +11,14 @@ mod presplit;
 
 use std::time::Instant;
 
-use crate::aac::build::build_bvh;
 use crate::aac::build_cache::BuildCache;
-use crate::aac::cluster::Clustered;
+use crate::aac::{ClusterContainer, build_bvh};
 use crate::builders::depth_limit::limit_depth;
 use crate::builders::presplit::{Presplit, fragments};
 use crate::cancel::{CancelToken, Cancelled};
 use crate::geometry::{Aabb, Sphere, Triangle};
 use crate::optimize::optimize;
-use crate::order::sorted_primitives::{Extent, extent};
+use crate::order::{InputBounds, input_bounds};
 use crate::settings::{BuildSettings, BuilderKind, Pass, Passes};
 pub use crate::stage_times::StageTimes;
 use crate::tree::statistics::stats_of;
@@ -86,7 +85,7 @@ const SCALED_TO: f32 = 40.0;
 const BATCH: usize = 1 << 14;
 
 /// Builds over coordinates scaled by a power of two where the areas of the given ones would overflow or vanish.
-fn build_scaled<C: Clustered>(
+fn build_scaled<C: ClusterContainer>(
     triangles: &[Triangle],
     settings: &BuildSettings,
     mut cache: Option<&mut BuildCache>,
@@ -103,16 +102,16 @@ where
         let tree = Tree::<C> { nodes: Vec::new(), primitive_indices: Vec::new(), max_depth: 0 };
         return Ok((tree.into(), times));
     }
-    let extent = match &mut cache {
-        Some(cache) => cache.extent(triangles, token)?,
-        None => extent(triangles, token)?,
+    let bounds = match &mut cache {
+        Some(cache) => cache.input_bounds(triangles, token)?,
+        None => input_bounds(triangles, token)?,
     };
-    let largest = extent.largest;
+    let largest = bounds.max_coordinate;
     if (SMALLEST_EXTENT..=LARGEST_COORDINATE).contains(&largest) || largest == 0.0 {
         let tree = if settings.passes().contains(Pass::Split) {
-            build_split(triangles, &extent, settings, token, &mut times)?
+            build_split(triangles, &bounds, settings, token, &mut times)?
         } else {
-            build_kind::<C>(triangles, &extent, settings, cache, token, &mut times)?
+            build_kind::<C>(triangles, &bounds, settings, cache, token, &mut times)?
         };
         return Ok((tree.into(), times));
     }
@@ -125,8 +124,7 @@ where
     }
     // Whole triangles: their boxes are made anew below.
     let whole = BuildSettings { optimize: settings.optimize.without(Pass::Split), ..*settings };
-    let mut tree =
-        build_kind::<C>(&scaled, &crate::builders::extent(&scaled, token)?, &whole, None, token, &mut times)?;
+    let mut tree = build_kind::<C>(&scaled, &input_bounds(&scaled, token)?, &whole, None, token, &mut times)?;
     for at in (0..tree.nodes.len()).rev() {
         if at.is_multiple_of(BATCH) {
             token.check()?;
@@ -157,9 +155,9 @@ fn container_of<C: Container>(indices: &[u32], triangles: &[Triangle], token: &C
 }
 
 /// [`build_kind`] of the fragments of `triangles`.
-fn build_split<C: Clustered>(
+fn build_split<C: ClusterContainer>(
     triangles: &[Triangle],
-    extent: &Extent,
+    bounds: &InputBounds,
     settings: &BuildSettings,
     token: &CancelToken,
     times: &mut StageTimes,
@@ -169,10 +167,9 @@ fn build_split<C: Clustered>(
     times.stages.push((Pass::Split.name(), start.elapsed()));
     let Some(Presplit { proxy_triangles, of }) = fragments.filter(|fragments| fragments.of.len() < MAX_PRIMITIVES)
     else {
-        return build_kind(triangles, extent, settings, None, token, times);
+        return build_kind(triangles, bounds, settings, None, token, times);
     };
-    let mut tree =
-        build_kind(&proxy_triangles, &crate::builders::extent(&proxy_triangles, token)?, settings, None, token, times)?;
+    let mut tree = build_kind(&proxy_triangles, &input_bounds(&proxy_triangles, token)?, settings, None, token, times)?;
     for batch in tree.primitive_indices.chunks_mut(BATCH) {
         token.check()?;
         for index in batch {
@@ -183,9 +180,9 @@ fn build_split<C: Clustered>(
 }
 
 /// Builds with the chosen algorithm and runs the chosen passes over the result.
-fn build_kind<C: Clustered>(
+fn build_kind<C: ClusterContainer>(
     triangles: &[Triangle],
-    extent: &Extent,
+    bounds: &InputBounds,
     settings: &BuildSettings,
     mut cache: Option<&mut BuildCache>,
     token: &CancelToken,
@@ -193,8 +190,8 @@ fn build_kind<C: Clustered>(
 ) -> Result<Tree<C>, Cancelled> {
     token.check()?;
     let tree = match settings.builder {
-        BuilderKind::Aac => build_bvh(triangles, extent, settings, cache.as_deref_mut(), token, times),
-        BuilderKind::Lbvh => lbvh::build(triangles, extent, settings.curve, token, times),
+        BuilderKind::Aac => build_bvh(triangles, bounds, settings, cache.as_deref_mut(), token, times),
+        BuilderKind::Lbvh => lbvh::build(triangles, bounds, settings.curve, token, times),
         BuilderKind::BinnedSah => binned_sah::build(triangles, token, times),
         BuilderKind::Exact => exact::build(triangles, token, times),
         BuilderKind::None => none::build(triangles, token, times),

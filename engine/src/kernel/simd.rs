@@ -50,7 +50,7 @@ impl SimdLevel {
 
     /// What kernels with plain loops are dispatched with: at most AVX2, because compilers have been seen to vectorise plain
     /// loops wrongly for AVX-512.
-    pub fn level_of_plain_loops(self) -> Level {
+    pub fn plain_loop_level(self) -> Level {
         if self == Self::Avx512 { Self::Avx2.level() } else { self.level() }
     }
 
@@ -77,8 +77,8 @@ impl SimdLevel {
 }
 
 /// The widest instructions for what has plain loops. Not AVX-512, for which this compiler's vectoriser gives wrong results.
-pub(crate) fn simd_level() -> Level {
-    SimdLevel::best().level_of_plain_loops()
+pub(crate) fn plain_loop_level() -> Level {
+    SimdLevel::best().plain_loop_level()
 }
 
 impl Default for SimdLevel {
@@ -94,7 +94,7 @@ mod tests {
     #[test]
     fn the_best_level_is_there() {
         assert!(SimdLevel::best().is_available() || cfg!(not(any(target_arch = "x86_64", target_arch = "aarch64"))));
-        assert_eq!(SimdLevel::Avx512.level_of_plain_loops().as_avx2().is_some(), SimdLevel::Avx2.is_available());
+        assert_eq!(SimdLevel::Avx512.plain_loop_level().as_avx2().is_some(), SimdLevel::Avx2.is_available());
         #[cfg(target_arch = "x86_64")]
         assert!(SimdLevel::Sse2.is_available() && !SimdLevel::Neon.is_available());
     }

@@ -3,7 +3,7 @@
 
 use rayon::prelude::*;
 
-use crate::aac::cluster::Clustered;
+use crate::aac::ClusterContainer;
 use crate::cancel::{CancelToken, Cancelled};
 use crate::kernel::prefetch::{prefetch, prefetch_pair};
 use crate::optimize::partition::{MAX_SHARE_NODES, Share, divide, shares};
@@ -13,7 +13,11 @@ use crate::tree::{Node, Tree};
 /// Puts the nodes of `tree`, which may stand in any order as long as siblings are neighbours, in order: depth first below the
 /// top, leaves and their primitives from left to right, without those that nothing leads to. Where it `collapses`, with
 /// leaves where those are cheaper. Returns the SAH cost, not normalised.
-pub fn compact<C: Clustered>(tree: &mut Tree<C>, collapses: bool, token: &CancelToken) -> Result<f32, Cancelled> {
+pub fn compact<C: ClusterContainer>(
+    tree: &mut Tree<C>,
+    collapses: bool,
+    token: &CancelToken,
+) -> Result<f32, Cancelled> {
     let mut shares = shares(&tree.nodes);
     let mut parts: Vec<Part<C>> = Vec::new();
     while parts.len() < shares.len() {
@@ -79,7 +83,7 @@ struct Entry {
     becomes_leaf: bool,
 }
 
-impl<C: Clustered> Part<C> {
+impl<C: ClusterContainer> Part<C> {
     /// What becomes of the subtree of `root`; `None` where it is too large for one thread.
     fn new(tree: &Tree<C>, root: u32, collapses: bool, entries: &mut Vec<Entry>) -> Option<Self> {
         let entry = |node: u32| Entry { node, children: 0, count: 0, cost: 0.0, becomes_leaf: false };
@@ -156,7 +160,7 @@ impl<C: Clustered> Part<C> {
 }
 
 /// The top's nodes, then those of each part from left to right.
-fn assemble<C: Clustered>(
+fn assemble<C: ClusterContainer>(
     tree: &mut Tree<C>,
     shares: &[Share],
     parts: &[Part<C>],

@@ -19,7 +19,7 @@ use reinsert::reinsert;
 use restructure::restructure;
 use subtree_costs::weigh;
 
-use crate::aac::cluster::Clustered;
+use crate::aac::ClusterContainer;
 use crate::cancel::{CancelToken, Cancelled};
 use crate::geometry::Aabb;
 use crate::settings::{Pass, Passes};
@@ -29,7 +29,7 @@ use crate::tree::statistics::share;
 
 /// Runs those of `passes` that are for finished trees, in the order of [`Pass::ALL`], and adds a stage and a cost for each, and a stage for putting the nodes in order.
 /// Those for boxes only leave a tree of spheres as it is. The same result on any number of threads.
-pub fn optimize<C: Clustered>(
+pub fn optimize<C: ClusterContainer>(
     mut tree: Tree<C>,
     passes: Passes,
     token: &CancelToken,

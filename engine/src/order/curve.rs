@@ -1,17 +1,17 @@
-//! Codes of primitives along a curve through space: by Morton, by Hilbert, or by Morton with the primitives' size.
+//! Codes of primitives along a space-filling curve: Morton's, Hilbert's, or Morton's with the primitive's size.
 
 #![allow(clippy::inline_always, reason = "SIMD kernels must land in the caller that enables the instructions")]
-#![allow(clippy::needless_range_loop, reason = "plain loops over lanes, which compilers make vectors of")]
+#![allow(clippy::needless_range_loop, reason = "plain loops over lanes, which the compiler vectorises")]
 
 use fearless_simd::{Simd, SimdBase, f32x4};
 use glam::Vec3;
 
 use crate::geometry::{Aabb, Triangle};
 use crate::kernel::lanes::LANES;
-use crate::order::morton::{BITS_PER_AXIS, MAX_CELL, MortonGrid, join_spread};
+use crate::order::morton::{BITS_PER_AXIS, MAX_CELL, MortonGrid, interleave};
 use crate::settings::Curve;
 
-/// Maps primitives to codes of 63 bits.
+/// Maps primitives to 63-bit codes along a curve.
 #[derive(Debug, Clone, Copy)]
 pub struct CurveGrid {
     grid: MortonGrid,
@@ -24,32 +24,37 @@ impl CurveGrid {
         Self { grid: MortonGrid::new(bounds), curve }
     }
 
-    /// The code of `triangle`, whose container has its middle at `middle`.
-    pub fn code(&self, middle: Vec3, triangle: &Triangle) -> u64 {
+    /// The code of `triangle`, whose container has its centroid at `centroid`.
+    pub fn code(&self, centroid: Vec3, triangle: &Triangle) -> u64 {
         match self.curve {
-            Curve::Morton => self.grid.code(middle),
+            Curve::Morton => self.grid.code(centroid),
             Curve::Hilbert => {
-                let mut cells = self.grid.cell(middle).map(|cell| [cell]);
+                let mut cells = self.grid.cell(centroid).map(|cell| [cell]);
                 hilbert(&mut cells);
-                join_spread(cells.map(|[cell]| cell))
+                interleave(cells.map(|[cell]| cell))
             }
-            Curve::Extended => self.extended(self.grid.cell(middle), triangle),
+            Curve::Extended => self.extended(self.grid.cell(centroid), triangle),
         }
     }
 
-    /// The codes of eight `triangles`, whose containers have their middles in the first three lanes of `middles`.
+    /// The codes of eight `triangles`, whose containers' centroids are in the first three lanes of `centroids`.
     #[inline(always)]
-    pub fn codes<S: Simd>(&self, simd: S, middles: &[f32x4<S>; LANES], triangles: &[Triangle; LANES]) -> [u64; LANES] {
+    pub fn codes<S: Simd>(
+        &self,
+        simd: S,
+        centroids: &[f32x4<S>; LANES],
+        triangles: &[Triangle; LANES],
+    ) -> [u64; LANES] {
         let mut codes = [0; LANES];
         if self.curve == Curve::Morton {
-            for (codes, middles) in codes.chunks_exact_mut(2).zip(middles.chunks_exact(2)) {
-                codes.copy_from_slice(&self.grid.codes(simd, [middles[0], middles[1]]));
+            for (codes, centroids) in codes.chunks_exact_mut(2).zip(centroids.chunks_exact(2)) {
+                codes.copy_from_slice(&self.grid.codes(simd, [centroids[0], centroids[1]]));
             }
             return codes;
         }
         let mut cells = [[0; LANES]; 3];
         for lane in 0..LANES {
-            let [x, y, z] = self.grid.cell(Vec3::from_slice(middles[lane].as_slice()));
+            let [x, y, z] = self.grid.cell(Vec3::from_slice(centroids[lane].as_slice()));
             (cells[0][lane], cells[1][lane], cells[2][lane]) = (x, y, z);
         }
         if self.curve == Curve::Hilbert {
@@ -57,35 +62,35 @@ impl CurveGrid {
         }
         for (lane, (code, triangle)) in codes.iter_mut().zip(triangles).enumerate() {
             let cell = [cells[0][lane], cells[1][lane], cells[2][lane]];
-            *code = if self.curve == Curve::Hilbert { join_spread(cell) } else { self.extended(cell, triangle) };
+            *code = if self.curve == Curve::Hilbert { interleave(cell) } else { self.extended(cell, triangle) };
         }
         codes
     }
 
-    /// In turn a bit of the size, then one of each axis: large primitives part from small ones (Vinkler, Bittner, Havran,
+    /// Interleaves the bits of the primitive's size with those of the axes, so that large primitives part from small ones (Vinkler, Bittner, Havran,
     /// *Extended Morton Codes for High Performance Bounding Volume Hierarchy Construction*, HPG 2017, section 3). The size
-    /// is the diagonal of the triangle's box in diagonals of the grid.
+    /// is the diagonal of the triangle's box, in units of the grid's diagonal.
     fn extended(&self, [x, y, z]: [u32; 3], triangle: &Triangle) -> u64 {
         let diagonal = self.grid.cells_across(triangle.bounds().extent().length()) / 3_f32.sqrt();
         let size = diagonal.clamp(0.0, MAX_CELL) as u32;
-        let [size, x, y, z] = [size, x, y, z].map(|number| spread_by_four(number >> (BITS_PER_AXIS - 16)));
+        let [size, x, y, z] = [size, x, y, z].map(|bits| spread_by_four(bits >> (BITS_PER_AXIS - 16)));
         (size << 3 | x << 2 | y << 1 | z) >> 1
     }
 }
 
-/// Turns the cell numbers of `N` points, axis by axis, into those whose bits, interleaved, number the cells along the Hilbert
-/// curve (Skilling, *Programming the Hilbert curve*, 2004). Each bit of such a code halves a box of cells, as those of Morton
-/// codes do.
+/// Transforms the cell coordinates of `N` points, stored by axis, so that their interleaved bits are the cells' indices along the
+/// Hilbert curve (Skilling, *Programming the Hilbert curve*, 2004). Each bit of such a code halves a box of cells, as the
+/// bits of Morton codes do.
 #[inline(always)]
 fn hilbert<const N: usize>(cells: &mut [[u32; N]; 3]) {
-    // All ones where the bit is set.
-    let ones = |number: u32, bit: u32| 0_u32.wrapping_sub(number >> bit & 1);
+    // All bits set where `bit` of `cell` is set, otherwise 0.
+    let ones = |cell: u32, bit: u32| 0_u32.wrapping_sub(cell >> bit & 1);
     for bit in (1..BITS_PER_AXIS).rev() {
         let below = (1 << bit) - 1;
         for axis in 0..3 {
             for lane in 0..N {
                 let set = ones(cells[axis][lane], bit);
-                // Inverts the lower bits of the first axis, or exchanges them.
+                // Inverts the lower bits of the first axis where the bit is set, else exchanges them with this axis's.
                 let exchanged = (cells[0][lane] ^ cells[axis][lane]) & below & !set;
                 cells[0][lane] ^= below & set | exchanged;
                 cells[axis][lane] ^= exchanged;
@@ -105,7 +110,7 @@ fn hilbert<const N: usize>(cells: &mut [[u32; N]; 3]) {
     }
 }
 
-/// Three zero bits in front of each of the lowest 16 bits.
+/// Inserts three zero bits before each of the lowest 16 bits.
 fn spread_by_four(bits: u32) -> u64 {
     const SPREAD: [(u32, u64); 4] = [
         (24, 0x0000_00ff_0000_00ff),
@@ -135,13 +140,13 @@ mod tests {
 
     #[test]
     fn cells_that_follow_each_other_along_the_hilbert_curve_touch() {
-        // The 512 cells of the third halving, by the first nine bits of their codes.
+        // The 512 cells at the third level, by the first nine bits of their codes.
         let grid = grid(Curve::Hilbert);
         let mut cells: Vec<(u64, [i32; 3])> = (0..512)
-            .map(|number| {
-                let cell = [number >> 6, number >> 3 & 7, number & 7];
-                let middle = Vec3::from_array(cell.map(|part| (part as f32 + 0.5) * SIDE / 8.0));
-                (grid.code(middle, &point(middle)) >> 54, cell)
+            .map(|index| {
+                let cell = [index >> 6, index >> 3 & 7, index & 7];
+                let centroid = Vec3::from_array(cell.map(|part| (part as f32 + 0.5) * SIDE / 8.0));
+                (grid.code(centroid, &point(centroid)) >> 54, cell)
             })
             .collect();
         cells.sort_unstable();
@@ -181,14 +186,14 @@ mod tests {
             let grid = grid(curve);
             for level in SimdLevel::ALL.into_iter().filter(|level| level.is_available()) {
                 for triangles in triangles.as_chunks::<LANES>().0 {
-                    let middles = triangles.map(|triangle| triangle.bounds().center());
-                    let codes = dispatch!(level.level_of_plain_loops(), simd => {
-                        let lanes = middles.map(|middle| f32x4::from_slice(simd, &[middle.x, middle.y, middle.z, 5.0]));
+                    let centroids = triangles.map(|triangle| triangle.bounds().center());
+                    let codes = dispatch!(level.plain_loop_level(), simd => {
+                        let lanes = centroids.map(|centroid| f32x4::from_slice(simd, &[centroid.x, centroid.y, centroid.z, 5.0]));
                         grid.codes(simd, &lanes, triangles)
                     });
                     let mut expected = [0; LANES];
                     for lane in 0..LANES {
-                        expected[lane] = grid.code(middles[lane], &triangles[lane]);
+                        expected[lane] = grid.code(centroids[lane], &triangles[lane]);
                     }
                     assert_eq!(codes, expected, "{} {}", curve.name(), level.name());
                 }

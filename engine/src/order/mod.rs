@@ -1,9 +1,21 @@
-//! Primitives along a space-filling curve: their codes, the radix sort, and where a range of them splits.
+//! Primitives sorted along a space-filling curve: the first half of figure 5, before anything is clustered. Each primitive gets
+//! a 63-bit code of its container's centroid, a parallel radix sort orders the codes, and [`SortedPrimitives::make_partition`]
+//! finds where a range of them splits. Knows nothing of clusters and trees to be built.
 
-pub(crate) mod morton;
+mod input_bounds;
 
-pub(crate) mod curve;
-pub(crate) mod primitive;
-pub(crate) mod radix_sort;
-pub(crate) mod sorted_primitives;
+mod morton;
+
+mod curve;
+
 mod triangle_spheres;
+
+mod primitive_container;
+
+mod radix_sort;
+
+mod sorted_primitives;
+
+pub(crate) use input_bounds::{InputBounds, input_bounds};
+pub(crate) use primitive_container::PrimitiveContainer;
+pub(crate) use sorted_primitives::{SortedPrimitives, sort_primitives};

@@ -1,4 +1,4 @@
-//! Morton codes: points in space on one line, neighbours mostly close together.
+//! Morton codes: interleaved bits of quantised coordinates, which order points along the Z curve.
 //!
 //! ```text
 //! x = …x2 x1 x0   y = …y2 y1 y0   z = …z2 z1 z0
@@ -12,12 +12,12 @@ use glam::Vec3;
 
 use crate::geometry::Aabb;
 
-/// Bits of a code in each axis.
+/// Bits of a code per axis.
 pub const BITS_PER_AXIS: u32 = 21;
 /// Bits of a code.
 pub const CODE_BITS: u32 = 3 * BITS_PER_AXIS;
 
-/// Maps points of a box to codes. The cells are cubes: the longest edge is cut into 2²¹ parts.
+/// Grid of cubic cells over a box, 2²¹ along its longest edge; maps points to Morton codes.
 #[derive(Debug, Clone, Copy)]
 pub struct MortonGrid {
     origin: Vec3,
@@ -25,41 +25,41 @@ pub struct MortonGrid {
 }
 
 impl MortonGrid {
-    /// The grid over `bounds`, which must be finite; a box without extent gives every point the code 0.
+    /// The grid over `bounds`, which must be finite; a box of zero size gives every point the code 0.
     pub fn new(bounds: &Aabb) -> Self {
         let extent = bounds.extent().max_element();
         let cells = (1_u32 << BITS_PER_AXIS) as f32 / extent;
         Self { origin: bounds.min, cells_per_unit: if cells.is_finite() { cells } else { 0.0 } }
     }
 
-    /// The code of `point`, 63 bits.
+    /// 63-bit Morton code of the cell that contains `point`.
     pub fn code(&self, point: Vec3) -> u64 {
-        join_spread(self.cell(point))
+        interleave(self.cell(point))
     }
 
-    /// The numbers of the cell that holds `point`.
+    /// Coordinates of the cell that contains `point`, clamped to the grid.
     #[inline]
     pub fn cell(&self, point: Vec3) -> [u32; 3] {
         let cell = ((point - self.origin) * self.cells_per_unit).clamp(Vec3::ZERO, Vec3::splat(MAX_CELL));
         [cell.x as u32, cell.y as u32, cell.z as u32]
     }
 
-    /// How many cells `length` is long.
+    /// `length` in cells.
     pub fn cells_across(&self, length: f32) -> f32 {
         length * self.cells_per_unit
     }
 
-    /// The codes of two points.
+    /// The codes of two points, in the first three lanes of each vector.
     #[inline(always)]
     pub fn codes<S: Simd>(&self, simd: S, points: [f32x4<S>; 2]) -> [u64; 2] {
-        let (first, second) = (self.lanes(simd, points[0]), self.lanes(simd, points[1]));
+        let (first, second) = (self.cell_lanes(simd, points[0]), self.cell_lanes(simd, points[1]));
         let (first, second) = simd.widen_u32x8(simd.combine_u32x4(first, second));
-        [join(simd, spread_all(first)), join(simd, spread_all(second))]
+        [interleave_spread(simd, spread_all(first)), interleave_spread(simd, spread_all(second))]
     }
 
-    /// [`Self::cell`] of a point in lanes.
+    /// [`Self::cell`] of a point whose coordinates are in the first three lanes.
     #[inline(always)]
-    fn lanes<S: Simd>(&self, simd: S, point: f32x4<S>) -> u32x4<S> {
+    fn cell_lanes<S: Simd>(&self, simd: S, point: f32x4<S>) -> u32x4<S> {
         let origin = f32x4::from_slice(simd, &[self.origin.x, self.origin.y, self.origin.z, 0.0]);
         let cell = (point - origin) * self.cells_per_unit;
         let inside = cell.max(f32x4::splat(simd, 0.0)).min(f32x4::splat(simd, MAX_CELL));
@@ -67,9 +67,9 @@ impl MortonGrid {
     }
 }
 
-/// Largest cell number in an axis.
+/// Largest cell coordinate along an axis.
 pub const MAX_CELL: f32 = ((1 << BITS_PER_AXIS) - 1) as f32;
-/// By how much bits move up, and which are kept, on the way to two zero bits in front of each of the lowest 21.
+/// Shift and mask of each step of [`spread`].
 const SPREAD: [(u32, u64); 5] = [
     (32, 0x001f_0000_0000_ffff),
     (16, 0x001f_0000_ff00_00ff),
@@ -78,25 +78,25 @@ const SPREAD: [(u32, u64); 5] = [
     (2, 0x1249_2492_4924_9249),
 ];
 
-/// Two zero bits in front of each of the lowest 21 bits.
+/// Inserts two zero bits before each of the lowest 21 bits.
 fn spread(bits: u32) -> u64 {
     SPREAD.iter().fold(u64::from(bits) & 0x001f_ffff, |x, (shift, mask)| (x | x << shift) & mask)
 }
 
-/// The code of a cell.
+/// Morton code of a cell: its coordinates' bits interleaved.
 #[inline]
-pub fn join_spread([x, y, z]: [u32; 3]) -> u64 {
+pub fn interleave([x, y, z]: [u32; 3]) -> u64 {
     spread(x) << 2 | spread(y) << 1 | spread(z)
 }
 
-/// Three spread numbers as one code.
+/// Combines three spread coordinates into one code.
 #[inline(always)]
-fn join<S: Simd>(simd: S, axes: u64x4<S>) -> u64 {
+fn interleave_spread<S: Simd>(simd: S, axes: u64x4<S>) -> u64 {
     let [x, y, z, _] = <[u64; 4]>::from(axes << u64x4::from_slice(simd, &[2, 1, 0, 0]));
     x | y | z
 }
 
-/// [`spread`] for four numbers of at most 21 bits.
+/// [`spread`] of four values of at most 21 bits.
 #[inline(always)]
 fn spread_all<S: Simd>(mut bits: u64x4<S>) -> u64x4<S> {
     for (shift, mask) in SPREAD {
@@ -132,7 +132,7 @@ mod tests {
             (0..2000).map(|i| Vec3::new(-3.3, 0.4, 1.9) + i as f32 * Vec3::new(0.0052, 0.0019, 0.0037)).collect();
         for level in SimdLevel::ALL.into_iter().filter(|level| level.is_available()) {
             for pair in points.chunks(2) {
-                let codes = dispatch!(level.level_of_plain_loops(), simd => {
+                let codes = dispatch!(level.plain_loop_level(), simd => {
                     let lanes = |point: Vec3| f32x4::from_slice(simd, &[point.x, point.y, point.z, 123.0]);
                     grid.codes(simd, [lanes(pair[0]), lanes(pair[1])])
                 });
@@ -142,7 +142,7 @@ mod tests {
     }
 
     #[test]
-    fn a_box_without_extent_has_one_code() {
+    fn a_box_of_zero_size_has_one_code() {
         let grid = MortonGrid::new(&Aabb { min: Vec3::ONE, max: Vec3::ONE });
         assert_eq!(grid.code(Vec3::ONE), 0);
         assert_eq!(grid.code(Vec3::splat(7.0)), 0);

@@ -1,7 +1,7 @@
-//! A parallel radix sort of 64-bit keys. Large ranges are dealt into the buckets of their leading digit, each thread its
+//! A parallel radix sort of 64-bit keys. Large ranges are scattered into buckets by their leading digit, each thread its
 //! chunk (Satish, Harris, Garland, *Designing Efficient Sorting Algorithms for Manycore GPUs*, 2009: histogram, prefix
-//! sum, scatter). What fits a core's second cache is sorted there, least significant digit first, by as many bits as tell
-//! most of its keys apart; the few that are left out of order are sorted by comparing.
+//! sum, scatter). Ranges that fit a core's L2 cache are sorted there, least significant digit first, by as many bits as
+//! distinguish most of their keys; the few that remain out of order are sorted by comparison.
 
 use std::slice::IterMut;
 
@@ -9,24 +9,23 @@ use rayon::prelude::*;
 
 use crate::cancel::{CancelToken, Cancelled};
 
-/// Most bits of the digit by which large ranges are dealt out.
+/// Maximum bits of the digit by which large ranges are scattered.
 const MAX_LEADING_DIGIT_BITS: u32 = 10;
-/// Keys that a bucket should hold at least, were they spread evenly, as a power of two.
+/// Binary logarithm of the minimum number of keys per bucket, were they evenly distributed.
 const BUCKET_SIZE_BITS: u32 = 11;
-/// Most bits of a digit within the cache: 1024 write positions fit the first one.
+/// Maximum bits of a digit within the L2 cache: 1024 write positions fit the L1 cache.
 const MAX_DIGIT_BITS: u32 = 10;
 const DIGITS: usize = 1 << MAX_DIGIT_BITS;
-/// Largest range that is sorted within the cache: twice 256 KiB.
+/// Maximum number of keys sorted within the L2 cache: keys and scratch take 256 KiB each.
 const MAX_LOCAL: usize = 1 << 15;
-/// Up to this size, comparing is faster.
+/// Maximum number of keys sorted by comparison, where that is faster.
 const MAX_COMPARED: usize = 64;
-/// Keys below which a chunk of its own does not pay.
+/// Minimum number of keys per chunk, below which a thread of its own does not pay.
 const MIN_CHUNK: usize = 1 << 14;
-/// Keys between two looks at the token.
-const LOOKED_AT_ONCE: usize = 1 << 17;
+/// Keys between two cancellation checks.
+const KEYS_PER_CHECK: usize = 1 << 17;
 
-/// Sorts `keys`, which are below 2 to the power of `bits` and best all different. The result does not depend on the
-/// number of threads.
+/// Sorts `keys`, all less than 2^`bits` and preferably distinct. The result does not depend on the number of threads.
 pub fn radix_sort(keys: &mut [u64], bits: u32, token: &CancelToken) -> Result<(), Cancelled> {
     if keys.len() <= MAX_COMPARED {
         keys.sort_unstable();
@@ -35,12 +34,12 @@ pub fn radix_sort(keys: &mut [u64], bits: u32, token: &CancelToken) -> Result<()
     radix_sort_with(keys, &mut vec![0; keys.len()], bits, token)
 }
 
-/// [`radix_sort`] with a list of the same length to work in, which holds anything afterwards.
+/// [`radix_sort`] with a `scratch` list of the same length, whose contents are unspecified afterwards.
 pub fn radix_sort_with(keys: &mut [u64], scratch: &mut [u64], bits: u32, token: &CancelToken) -> Result<(), Cancelled> {
     sort_range(keys, scratch, bits, false, token)
 }
 
-/// Sorts `keys` by their lowest `bits` bits, above which all are the same; the result goes to `scratch` if `to_scratch`.
+/// Sorts `keys` by their lowest `bits` bits, above which all are equal; the result goes to `scratch` if `to_scratch`.
 fn sort_range(
     keys: &mut [u64],
     scratch: &mut [u64],
@@ -60,13 +59,13 @@ fn sort_range(
     let shift = bits - digit_bits;
     let buckets = 1_usize << digit_bits;
     let digit = |key: u64| (key >> shift) as usize & (buckets - 1);
-    // How often each digit occurs in each chunk.
+    // Histogram: how often each digit occurs in each chunk.
     let chunk_len = keys.len().div_ceil(rayon::current_num_threads()).max(MIN_CHUNK);
     let histograms: Vec<Vec<usize>> = keys
         .par_chunks(chunk_len)
         .map(|chunk| {
             let mut histogram = vec![0; buckets];
-            for keys in chunk.chunks(LOOKED_AT_ONCE) {
+            for keys in chunk.chunks(KEYS_PER_CHECK) {
                 token.check()?;
                 for &key in keys {
                     histogram[digit(key)] += 1;
@@ -77,34 +76,34 @@ fn sort_range(
         .collect::<Result<_, Cancelled>>()?;
     let sizes: Vec<usize> =
         (0..buckets).map(|bucket| histograms.iter().map(|histogram| histogram[bucket]).sum()).collect();
-    // One digit for all: nothing moves.
+    // All keys have the same digit: nothing moves.
     if sizes.contains(&keys.len()) {
         return sort_range(keys, scratch, shift, to_scratch, token);
     }
     token.check()?;
-    // Cut the output: bucket by bucket, and within each one chunk by chunk.
-    let mut rest = &mut scratch[..];
+    // Divide the output: bucket by bucket, and within each bucket chunk by chunk.
+    let mut remaining = &mut scratch[..];
     let mut outputs: Vec<Vec<IterMut<u64>>> = histograms.iter().map(|_| Vec::with_capacity(buckets)).collect();
     for bucket in 0..buckets {
         for (histogram, output) in histograms.iter().zip(&mut outputs) {
-            let (own, others) = rest.split_at_mut(histogram[bucket]);
+            let (own, others) = remaining.split_at_mut(histogram[bucket]);
             output.push(own.iter_mut());
-            rest = others;
+            remaining = others;
         }
     }
-    // Each chunk writes its keys to its own parts of the buckets.
+    // Scatter: each chunk writes its keys to its own part of each bucket.
     keys.par_chunks(chunk_len).zip(outputs).try_for_each(|(chunk, mut output)| {
-        for keys in chunk.chunks(LOOKED_AT_ONCE) {
+        for keys in chunk.chunks(KEYS_PER_CHECK) {
             token.check()?;
             for &key in keys {
-                if let Some(place) = output[digit(key)].next() {
-                    *place = key;
+                if let Some(slot) = output[digit(key)].next() {
+                    *slot = key;
                 }
             }
         }
         Ok(())
     })?;
-    // Then each bucket by itself.
+    // Sort each bucket by the remaining bits.
     let (mut keys, mut scratch) = (keys, scratch);
     let mut parts = Vec::with_capacity(buckets);
     for size in sizes.into_iter().filter(|&size| size > 0) {
@@ -122,7 +121,7 @@ fn sort_local(keys: &mut [u64], scratch: &mut [u64], bits: u32) {
         keys.sort_unstable();
         return;
     }
-    // Keys of a surface, which fills two dimensions of three, need half as many bits again to tell them apart.
+    // Points of a surface fill two of three dimensions: distinguishing their codes takes 3/2 as many bits.
     let used_bits = (keys.len().ilog2() * 3 / 2 + 2).min(bits);
     let passes = used_bits.div_ceil(MAX_DIGIT_BITS);
     let digit_bits = used_bits.div_ceil(passes.max(1));
@@ -142,16 +141,16 @@ fn sort_local(keys: &mut [u64], scratch: &mut [u64], bits: u32) {
             start += std::mem::replace(count, start);
         }
         for &key in &*from {
-            let place = &mut starts[digit(key)];
-            to[*place as usize] = key;
-            *place += 1;
+            let position = &mut starts[digit(key)];
+            to[*position as usize] = key;
+            *position += 1;
         }
         std::mem::swap(&mut from, &mut to);
     }
     if passes % 2 == 1 {
         keys.copy_from_slice(scratch);
     }
-    // What is still out of order has the same bits from `low_bit` on.
+    // Keys that are still out of order agree in all bits from `low_bit` up.
     let mut at = 1;
     while at < keys.len() {
         if keys[at - 1] > keys[at] {
@@ -169,7 +168,7 @@ fn sort_local(keys: &mut [u64], scratch: &mut [u64], bits: u32) {
 mod tests {
     use super::*;
 
-    /// Numbers without order, the same on each run.
+    /// Pseudorandom keys, the same on each run.
     fn keys(count: usize) -> Vec<u64> {
         let mut state = 0x9e37_79b9_7f4a_7c15_u64;
         std::iter::repeat_with(|| {

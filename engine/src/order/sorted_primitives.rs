@@ -1,4 +1,5 @@
-//! Primitives along a curve, mostly Morton's: their codes, sorted, and where a range of them splits.
+//! Primitives sorted by their codes along a space-filling curve (figure 5: "radix sort P by Morton code"), and where a range of
+//! them splits (figure 6: "make partition").
 
 #![allow(clippy::inline_always, reason = "SIMD kernels must land in the caller that enables the instructions")]
 
@@ -6,111 +7,66 @@ use std::ops::Range;
 use std::time::Instant;
 
 use bytemuck::Zeroable;
-use fearless_simd::{Simd, SimdBase, dispatch, f32x4};
-use glam::Vec3;
+use fearless_simd::{Simd, dispatch};
 use rayon::prelude::*;
 
 use crate::cancel::{CancelToken, Cancelled};
-use crate::geometry::{Aabb, Triangle};
+use crate::geometry::Triangle;
 use crate::kernel::lanes::{FIELDS, LANES};
 use crate::kernel::prefetch::prefetch;
-use crate::kernel::simd::simd_level;
+use crate::kernel::simd::plain_loop_level;
 use crate::order::curve::CurveGrid;
+use crate::order::input_bounds::InputBounds;
 use crate::order::morton::CODE_BITS;
-use crate::order::primitive::PrimitiveContainer;
-use crate::order::primitive::bounds;
+use crate::order::primitive_container::PrimitiveContainer;
 use crate::order::radix_sort::{radix_sort, radix_sort_with};
 use crate::settings::Curve;
 use crate::stage_times::StageTimes;
 
-/// Triangles to a task where each one is handled alone.
+/// Primitives per task.
 const BATCH: usize = 8192;
-/// Most primitives that may have the same packed code before the rest of their codes is sorted as well.
+/// Maximum number of primitives with the same packed code before they are sorted by the rest of their codes as well.
 const MAX_CELL_PRIMITIVES: usize = 32;
+/// Maximum number of keys among which a split is found by counting: for so few it is faster than binary search.
+const MAX_COUNTED: usize = 32;
 
-/// Up to so many keys it is quicker to count those above a split than to search it.
-const COUNTED: usize = 32;
-
-/// Primitives sorted by their codes.
+/// Primitives sorted by their codes, each packed with its primitive's index into one 64-bit key.
 pub struct SortedPrimitives<C: PrimitiveContainer> {
-    /// What is kept of each primitive's container, in the order of the input.
-    kept: Vec<C::Kept>,
-    /// The leading bits of each code and, in the lowest `index_bits`, the primitive's number; sorted.
+    /// Cached bounds of each primitive, in input order.
+    cached: Vec<C::CachedBounds>,
+    /// The leading bits of each code above the primitive's index in the lowest `index_bits`; sorted.
     keys: Vec<u64>,
     index_bits: u32,
-    /// Lowest bits of each code that have no room in the keys.
+    /// Number of trailing code bits for which a key has no space.
     code_shift: u32,
-    /// These bits for the primitives in crowded cells, by position; empty where no cell is crowded.
+    /// These trailing bits for the primitives of crowded cells, by position; empty where no cell is crowded.
     crowded: Vec<u64>,
 }
 
-/// What a build needs to know about all triangles before it starts.
-#[derive(Debug, Clone, Copy)]
-pub struct Extent {
-    /// Box around the middles of the triangles' boxes.
-    middles: Aabb,
-    /// The largest absolute value of any coordinate.
-    pub largest: f32,
-}
-
-/// Measures `triangles`.
-pub fn extent(triangles: &[Triangle], token: &CancelToken) -> Result<Extent, Cancelled> {
-    let level = simd_level();
-    let empty = || [Aabb::EMPTY; 2];
-    let [corners, sums] = triangles
-        .par_chunks(BATCH)
-        .map(|batch| {
-            token.check()?;
-            Ok(dispatch!(level, simd => extent_of_batch(simd, batch)))
-        })
-        .try_reduce(empty, |a, b| Ok([a[0].union(&b[0]), a[1].union(&b[1])]))?;
-    Ok(Extent {
-        middles: Aabb { min: sums.min * 0.5, max: sums.max * 0.5 },
-        largest: corners.min.abs().max(corners.max.abs()).max_element(),
-    })
-}
-
-/// Boxes around the corners and around the sums of the opposite corners of the triangles' boxes.
-#[inline(always)]
-fn extent_of_batch<S: Simd>(simd: S, batch: &[Triangle]) -> [Aabb; 2] {
-    let (mut corners, mut sums) = ([f32x4::splat(simd, f32::INFINITY); 2], [f32x4::splat(simd, f32::INFINITY); 2]);
-    (corners[1], sums[1]) = (-corners[1], -sums[1]);
-    for triangle in batch {
-        let [min, max] = bounds(simd, triangle);
-        let sum = min + max;
-        corners = [corners[0].min(min), corners[1].max(max)];
-        sums = [sums[0].min(sum), sums[1].max(sum)];
-    }
-    [corners, sums].map(|ends| {
-        let [min, max] = ends.map(|end| Vec3::from_slice(end.as_slice()));
-        Aabb { min, max }
-    })
-}
-
-/// The codes of the containers' middles along `curve`, sorted. Adds the stages "codes" and "sort".
+/// Sorts primitives by the codes of their containers' centroids along `curve`. Adds the stages "codes" and "sort".
 pub fn sort_primitives<C: PrimitiveContainer>(
     triangles: &[Triangle],
-    extent: &Extent,
+    bounds: &InputBounds,
     curve: Curve,
     token: &CancelToken,
     times: &mut StageTimes,
 ) -> Result<SortedPrimitives<C>, Cancelled> {
     token.check()?;
     let start = Instant::now();
-    let grid = CurveGrid::new(&extent.middles, curve);
+    let grid = CurveGrid::new(&bounds.centroids, curve);
     let index_bits = usize::BITS - (triangles.len() - 1).leading_zeros();
     let code_shift = (CODE_BITS + index_bits).saturating_sub(u64::BITS);
-    let mut kept: Vec<C::Kept> = bytemuck::zeroed_vec(triangles.len());
+    let mut cached: Vec<C::CachedBounds> = bytemuck::zeroed_vec(triangles.len());
     let mut keys = vec![0; triangles.len()];
-    let level = simd_level();
+    let level = plain_loop_level();
     triangles
         .par_chunks(BATCH)
-        .zip(kept.par_chunks_mut(BATCH))
+        .zip(cached.par_chunks_mut(BATCH))
         .zip(keys.par_chunks_mut(BATCH))
         .enumerate()
-        .try_for_each(|(batch, ((triangles, kept), keys))| {
+        .try_for_each(|(batch, ((triangles, cached), keys))| {
             token.check()?;
-            dispatch!(level, simd => codes_of_batch::<C, _>(simd, &grid, triangles, kept, keys));
+            dispatch!(level, simd => codes_of_batch::<C, _>(simd, &grid, triangles, cached, keys));
             for (key, index) in keys.iter_mut().zip(batch * BATCH..) {
                 *key = (*key >> code_shift) << index_bits | index as u64;
             }
@@ -122,7 +78,7 @@ pub fn sort_primitives<C: PrimitiveContainer>(
     let start = Instant::now();
     radix_sort(&mut keys, u64::BITS.min(CODE_BITS + index_bits), token)?;
     token.check()?;
-    let mut order = SortedPrimitives { kept, keys, index_bits, code_shift, crowded: Vec::new() };
+    let mut order = SortedPrimitives { cached, keys, index_bits, code_shift, crowded: Vec::new() };
     let crowded = order.crowded_cells();
     if !crowded.is_empty() {
         order.sort_crowded_cells(&crowded, triangles, &grid, token)?;
@@ -132,23 +88,23 @@ pub fn sort_primitives<C: PrimitiveContainer>(
     Ok(order)
 }
 
-/// Writes what is kept of each container to `kept` and the codes to `codes`.
+/// Writes the bounds to cache of each of `triangles` to `cached` and its code to `codes`.
 #[inline(always)]
 fn codes_of_batch<C: PrimitiveContainer, S: Simd>(
     simd: S,
     grid: &CurveGrid,
     triangles: &[Triangle],
-    kept: &mut [C::Kept],
+    cached: &mut [C::CachedBounds],
     codes: &mut [u64],
 ) {
-    let (blocks, rest) = triangles.as_chunks::<LANES>();
+    let (blocks, remainder) = triangles.as_chunks::<LANES>();
     let mut last = [Triangle::zeroed(); LANES];
-    last[..rest.len()].copy_from_slice(rest);
-    let blocks = blocks.iter().chain((!rest.is_empty()).then_some(&last));
-    for ((triangles, kept), codes) in blocks.zip(kept.chunks_mut(LANES)).zip(codes.chunks_mut(LANES)) {
-        let (all_kept, middles) = C::keep_and_middles(simd, triangles);
-        kept.copy_from_slice(&all_kept[..kept.len()]);
-        codes.copy_from_slice(&grid.codes(simd, &middles, triangles)[..codes.len()]);
+    last[..remainder.len()].copy_from_slice(remainder);
+    let blocks = blocks.iter().chain((!remainder.is_empty()).then_some(&last));
+    for ((triangles, cached), codes) in blocks.zip(cached.chunks_mut(LANES)).zip(codes.chunks_mut(LANES)) {
+        let (bounds, centroids) = C::bounds_and_centroids(simd, triangles);
+        cached.copy_from_slice(&bounds[..cached.len()]);
+        codes.copy_from_slice(&grid.codes(simd, &centroids, triangles)[..codes.len()]);
     }
 }
 
@@ -158,81 +114,81 @@ impl<C: PrimitiveContainer> SortedPrimitives<C> {
         self.keys.len()
     }
 
-    /// The number in the input of the primitive at `position`.
+    /// Index in the input of the primitive at `position` in sorted order.
     #[inline(always)]
     pub fn primitive(&self, position: usize) -> u32 {
         (self.keys[position] & !(u64::MAX << self.index_bits)) as u32
     }
 
-    /// The container of `primitive`, which is one of `triangles`, the input.
+    /// Container of the primitive with index `primitive` in `triangles`, the input.
     #[inline(always)]
     pub fn container(&self, triangles: &[Triangle], primitive: u32) -> C {
-        C::restore(&self.kept[primitive as usize], &triangles[primitive as usize])
+        C::from_cached(&self.cached[primitive as usize], &triangles[primitive as usize])
     }
 
-    /// The fields of the container of the primitive at `position`, and that primitive's number in the input.
+    /// Container fields of the primitive at `position` in sorted order, and its index in the input.
     #[inline(always)]
     pub fn fields<S: Simd>(&self, simd: S, triangles: &[Triangle], position: usize) -> ([f32; FIELDS], u32) {
         let primitive = self.primitive(position);
-        let (kept, triangle) = (&self.kept[primitive as usize], &triangles[primitive as usize]);
-        (C::restore_fields(simd, kept, triangle), primitive)
+        let (cached, triangle) = (&self.cached[primitive as usize], &triangles[primitive as usize]);
+        (C::fields_from_cached(simd, cached, triangle), primitive)
     }
 
-    /// Asks for what [`Self::fields`] is going to read.
+    /// Prefetches what [`Self::fields`] reads for `position`.
     #[inline(always)]
     pub fn prefetch(&self, triangles: &[Triangle], position: usize) {
         let primitive = self.primitive(position) as usize;
-        if size_of::<C::Kept>() == 0 {
+        if size_of::<C::CachedBounds>() == 0 {
             prefetch(triangles, primitive);
         } else {
-            prefetch(&self.kept, primitive);
+            prefetch(&self.cached, primitive);
         }
     }
 
-    /// Where `range` splits: at the first flip of the highest bit that is not the same for all, in the middle where
-    /// there is none. A plain loop, which must not land in a caller that enables AVX-512.
+    /// Position that divides `range` in two where the highest code bit that differs within it flips; half way where all codes are
+    /// equal. A plain loop, which must not be inlined into a caller that enables AVX-512.
     #[inline(never)]
-    pub fn split(&self, range: &Range<usize>) -> usize {
+    pub fn make_partition(&self, range: &Range<usize>) -> usize {
         let (first, last) = (self.keys[range.start], self.keys[range.end - 1]);
-        let Some(bit) = ((first ^ last) >> self.index_bits).checked_ilog2() else { return self.split_cell(range) };
+        let Some(bit) = ((first ^ last) >> self.index_bits).checked_ilog2() else { return self.partition_cell(range) };
         let bit = bit + self.index_bits;
         let keys = &self.keys[range.clone()];
-        if keys.len() > COUNTED {
+        if keys.len() > MAX_COUNTED {
             return range.start + keys.partition_point(|key| key >> bit & 1 == 0);
         }
-        // No step waits for the one before.
+        // Counting has no dependency from one step to the next.
         range.end - keys.iter().map(|key| (key >> bit & 1) as usize).sum::<usize>()
     }
 
-    /// [`Self::split`] where the packed codes are all the same.
-    fn split_cell(&self, range: &Range<usize>) -> usize {
-        let middle = range.start + range.len() / 2;
+    /// [`Self::make_partition`] of primitives that all have the same packed code.
+    fn partition_cell(&self, range: &Range<usize>) -> usize {
+        let half_way = range.start + range.len() / 2;
         if self.crowded.is_empty() {
-            return middle;
+            return half_way;
         }
         let codes = &self.crowded[range.clone()];
-        let Some(bit) = (codes[0] ^ codes[codes.len() - 1]).checked_ilog2() else { return middle };
+        let Some(bit) = (codes[0] ^ codes[codes.len() - 1]).checked_ilog2() else { return half_way };
         range.start + codes.partition_point(|code| code >> bit & 1 == 0)
     }
 
-    /// Where a packed code is shared by too many, in order.
+    /// Ranges of more than [`MAX_CELL_PRIMITIVES`] primitives with the same packed code, in order.
     fn crowded_cells(&self) -> Vec<Range<usize>> {
-        let code = |at: usize| self.keys[at] >> self.index_bits;
-        // Two looks at distances of half a crowd cannot both miss one.
+        let code = |position: usize| self.keys[position] >> self.index_bits;
+        // Samples half a crowd apart cannot both miss one.
         let step = MAX_CELL_PRIMITIVES / 2;
-        let looks = self.keys.len().saturating_sub(1) / step;
-        let hits: Vec<usize> = (0..looks)
+        let samples = self.keys.len().saturating_sub(1) / step;
+        let hits: Vec<usize> = (0..samples)
             .into_par_iter()
             .with_min_len(BATCH)
-            .map(|look| look * step)
-            .filter(|&at| code(at) == code(at + step))
+            .map(|sample| sample * step)
+            .filter(|&position| code(position) == code(position + step))
             .collect();
         let mut cells: Vec<Range<usize>> = Vec::new();
-        for at in hits {
-            if cells.last().is_none_or(|last| last.end <= at) {
-                let same = |other: &u64| other >> self.index_bits == code(at);
-                let start = at - self.keys[..at].iter().rev().take_while(|key| same(key)).count();
-                let end = at + self.keys[at..].iter().take_while(|key| same(key)).count();
+        for position in hits {
+            if cells.last().is_none_or(|last| last.end <= position) {
+                let same = |other: &u64| other >> self.index_bits == code(position);
+                let start = position - self.keys[..position].iter().rev().take_while(|key| same(key)).count();
+                let end = position + self.keys[position..].iter().take_while(|key| same(key)).count();
                 cells.push(start..end);
             }
         }
@@ -240,7 +196,7 @@ impl<C: PrimitiveContainer> SortedPrimitives<C> {
         cells
     }
 
-    /// Sorts the primitives of the cells `crowded` by the rest of their codes.
+    /// Sorts the primitives of the `crowded` cells by the trailing bits of their codes.
     fn sort_crowded_cells(
         &mut self,
         crowded: &[Range<usize>],
@@ -248,7 +204,7 @@ impl<C: PrimitiveContainer> SortedPrimitives<C> {
         grid: &CurveGrid,
         token: &CancelToken,
     ) -> Result<(), Cancelled> {
-        let (kept, index_bits, code_shift) = (&self.kept, self.index_bits, self.code_shift);
+        let (cached, index_bits, code_shift) = (&self.cached, self.index_bits, self.code_shift);
         let index_mask = !(u64::MAX << index_bits);
         self.crowded = vec![0; self.keys.len()];
         let (mut keys, mut codes, mut passed) = (&mut self.keys[..], &mut self.crowded[..], 0);
@@ -263,11 +219,11 @@ impl<C: PrimitiveContainer> SortedPrimitives<C> {
         cells.into_par_iter().try_for_each(|(keys, codes)| {
             token.check()?;
             let cell = keys[0] & !index_mask;
-            // The same primitives with the other end of their codes.
+            // Keys of the same primitives with the trailing instead of the leading bits of their codes.
             keys.par_iter_mut().with_min_len(BATCH).for_each(|key| {
                 let primitive = (*key & index_mask) as usize;
                 let triangle = &triangles[primitive];
-                let code = grid.code(C::restore(&kept[primitive], triangle).middle(), triangle);
+                let code = grid.code(C::from_cached(&cached[primitive], triangle).centroid(), triangle);
                 *key = (code & !(u64::MAX << code_shift)) << index_bits | primitive as u64;
             });
             radix_sort_with(keys, codes, code_shift + index_bits, token)?;

@@ -7,23 +7,23 @@ use fearless_simd::{Select, Simd, SimdBase, SimdFloat, SimdMask, f32x8};
 use crate::geometry::{Sphere, Triangle};
 use crate::kernel::lanes::LANES;
 
-/// Squared lengths of longest edges from whose squares nothing vanishes and nothing overflows.
+/// Range of the longest edge's squared length within which the computation neither underflows nor overflows.
 const SAFE_SQUARES: [f32; 2] = [1e-24, 1e30];
-/// Triangles whose shortest edge is below this share of their longest one, squared, have the sphere of the longest: by
-/// 0.1 % not the smallest at most, while their circumscribed circle drowns in rounding.
+/// Ratio of the shortest to the longest squared edge below which a triangle gets the sphere of its longest edge: at most 0.1 %
+/// larger than the smallest, while the circumcircle of such a sliver would be dominated by rounding errors.
 const SLIVER: f32 = 1e-3;
-/// More than differences, a length and this product round by.
+/// Exceeds the relative rounding error of the differences, the square root and this product.
 const ROUND_UP: f32 = 1.0 + 4.0 * f32::EPSILON;
 
-/// Middle and radius of the sphere around each of `triangles`, see [`Sphere::around_triangle`]: never smaller than
-/// that, and larger by rounding only.
+/// Centre and radius (x, y, z, r) of the bounding sphere of each of `triangles`, see [`Sphere::around_triangle`]: never smaller
+/// than that, and larger by rounding only.
 #[inline(always)]
 pub fn spheres_around<S: Simd>(simd: S, triangles: &[Triangle; LANES]) -> [[f32; 4]; LANES] {
     let mut columns = [[0.0; LANES]; 9];
     for (lane, triangle) in triangles.iter().enumerate() {
-        let numbers: &[f32; 9] = bytemuck::cast_ref(triangle);
-        for (column, number) in columns.iter_mut().zip(numbers) {
-            column[lane] = *number;
+        let coordinates: &[f32; 9] = bytemuck::cast_ref(triangle);
+        for (column, coordinate) in columns.iter_mut().zip(coordinates) {
+            column[lane] = *coordinate;
         }
     }
     let [ax, ay, az, bx, by, bz, cx, cy, cz] = columns.map(|column| f32x8::from_slice(simd, &column));
@@ -33,30 +33,30 @@ pub fn spheres_around<S: Simd>(simd: S, triangles: &[Triangle; LANES]) -> [[f32;
     let longest = ab.max(bc).max(ca);
     let shortest = ab.min(bc).min(ca);
 
-    // Squares relative to the largest, of which one is 1.
+    // Squared edge lengths relative to the longest one's.
     let zero = f32x8::splat(simd, 0.0);
     let unit = f32x8::splat(simd, 1.0) / longest;
     let (rab, rbc, rca) = (ab * unit, bc * unit, ca * unit);
-    // Acute: barycentric weights of the circumcentre.
+    // Acute triangle: barycentric weights of the circumcentre.
     let wa = rbc * (rab + rca - rbc);
     let wb = rca * (rab + rbc - rca);
     let wc = rab * (rbc + rca - rab);
     let total = wa + wb + wc;
-    // Obtuse, right or a sliver: the longest edge is a diameter.
+    // Obtuse or right triangle, or sliver: the longest edge is a diameter.
     let half = f32x8::splat(simd, 0.5);
     let (at_ab, at_bc) = (ab.simd_eq(longest), bc.simd_eq(longest));
     let edge = (longest + longest).simd_ge(ab + bc + ca) | (longest * SLIVER).simd_ge(shortest);
-    let share = f32x8::splat(simd, 1.0) / total;
-    let wa = edge.select(at_ab.select(half, at_bc.select(zero, half)), wa * share);
-    let wb = edge.select(at_ab.select(half, at_bc.select(half, zero)), wb * share);
-    let wc = edge.select(at_ab.select(zero, half), wc * share);
+    let inverse_total = f32x8::splat(simd, 1.0) / total;
+    let wa = edge.select(at_ab.select(half, at_bc.select(zero, half)), wa * inverse_total);
+    let wb = edge.select(at_ab.select(half, at_bc.select(half, zero)), wb * inverse_total);
+    let wc = edge.select(at_ab.select(zero, half), wc * inverse_total);
     let x = ax * wa + bx * wb + cx * wc;
     let y = ay * wa + by * wb + cy * wc;
     let z = az * wa + bz * wb + cz * wc;
-    // From the rounded middle, so that rounding cannot leave a corner outside.
-    let reach =
+    // Measured from the rounded centre, so that rounding cannot leave a corner outside.
+    let radius_squared =
         squared(ax - x, ay - y, az - z).max(squared(bx - x, by - y, bz - z)).max(squared(cx - x, cy - y, cz - z));
-    let radius = reach.sqrt() * ROUND_UP;
+    let radius = radius_squared.sqrt() * ROUND_UP;
 
     let safe =
         longest.simd_ge(f32x8::splat(simd, SAFE_SQUARES[0])) & longest.simd_le(f32x8::splat(simd, SAFE_SQUARES[1]));
@@ -120,15 +120,15 @@ mod tests {
     #[test]
     fn they_hold_their_triangles_and_are_small_at_every_level() {
         for triangles in triangles().as_chunks::<LANES>().0 {
-            let expected = dispatch!(crate::kernel::simd::simd_level(), simd => spheres_around(simd, triangles));
+            let expected = dispatch!(crate::kernel::simd::plain_loop_level(), simd => spheres_around(simd, triangles));
             for level in SimdLevel::ALL.into_iter().filter(|level| level.is_available()) {
-                let found = dispatch!(level.level_of_plain_loops(), simd => spheres_around(simd, triangles));
+                let found = dispatch!(level.plain_loop_level(), simd => spheres_around(simd, triangles));
                 assert_eq!(found, expected, "{}", level.name());
             }
             for (triangle, [x, y, z, radius]) in triangles.iter().zip(expected) {
                 let sphere = Sphere { center: Vec3::new(x, y, z), radius };
                 let smallest = Sphere::around_triangle(triangle);
-                // The middle moves by half a rounding of its coordinates.
+                // The centre moves by half a unit in the last place of its coordinates.
                 let rounding = smallest.center.abs().max_element() * f32::EPSILON * 2.0;
                 assert!(radius <= smallest.radius * 1.001 + rounding, "{triangle:?} → {sphere:?}, {smallest:?}");
                 for corner in [triangle.a, triangle.b, triangle.c] {

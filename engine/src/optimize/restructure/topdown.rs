@@ -5,12 +5,11 @@
 
 use fearless_simd::{Level, Simd, dispatch, f32x8};
 
-use crate::aac::cluster::{Cluster, Clustered, Clusters, Pairs};
-use crate::aac::combine_short::combine_short;
+use crate::aac::{Cluster, ClusterContainer, ClusterStack, PairWriter, combine_short};
 use crate::cancel::{CancelToken, Cancelled};
 use crate::geometry::Aabb;
 use crate::kernel::SimdLevel;
-use crate::kernel::simd::simd_level;
+use crate::kernel::simd::plain_loop_level;
 use crate::optimize::restructure::item::{Item, NEW};
 use crate::optimize::restructure::split::{MAX_SPLIT_DEPTH, split};
 use crate::optimize::restructure::split_large::{LARGE, split_large};
@@ -49,7 +48,7 @@ struct Range<'a> {
 impl<'a> Builder<'a> {
     /// With the instructions of this machine.
     pub fn new(collapses: bool, token: &'a CancelToken) -> Self {
-        Self { level: simd_level(), widest: SimdLevel::best().level(), collapses, token }
+        Self { level: plain_loop_level(), widest: SimdLevel::best().level(), collapses, token }
     }
 
     /// Builds the tree over `items`, at least two, whose box `whole` is and which are reordered, into `nodes`, two less than
@@ -104,7 +103,7 @@ impl<'a> Builder<'a> {
     #[inline(always)]
     fn task<S: Simd>(&self, simd: S, range: Range) -> f32 {
         let Range { items, whole, nodes, offset, depth } = range;
-        let mut list = Clusters::with_capacity(CLUSTERED);
+        let mut list = ClusterStack::with_capacity(CLUSTERED);
         // Start, end, their box, the first of their nodes within the task, depth.
         let mut open = vec![(0, items.len(), whole, 0, depth)];
         while let Some((start, end, whole, slot, depth)) = open.pop() {
@@ -139,13 +138,13 @@ impl<'a> Builder<'a> {
 
     /// The tree of up to [`CLUSTERED`] items from the bottom up.
     #[inline(always)]
-    fn cluster(&self, items: &[Item], list: &mut Clusters, nodes: &mut [Node<Aabb>], offset: u32) {
+    fn cluster(&self, items: &[Item], list: &mut ClusterStack, nodes: &mut [Node<Aabb>], offset: u32) {
         for (at, item) in items.iter().enumerate() {
             let Node { container, first, count } = item.node();
             list.set::<Aabb>(at, Cluster { fields: container.fields(), first, count });
         }
         list.len = items.len();
-        let mut pairs = Pairs::new(nodes, (NEW | offset) as usize);
+        let mut pairs = PairWriter::new(nodes, (NEW | offset) as usize);
         dispatch!(self.widest, simd => {
             combine_short::<Aabb, _, f32x8<_>, 1, CLUSTERED>(simd, list, 0, 1, &mut pairs);
         });

@@ -9,7 +9,7 @@ use fearless_simd::{Simd, SimdBase, dispatch};
 use rayon::prelude::*;
 
 use crate::cancel::{CancelToken, Cancelled};
-use crate::kernel::simd::simd_level;
+use crate::kernel::simd::plain_loop_level;
 use crate::tree::Tree;
 use crate::wide::bounds::WideContainer;
 use crate::wide::collapse::boundary::{Boundary, LEAF, NodeCost};
@@ -28,7 +28,7 @@ const NODES_BETWEEN_CHECKS: usize = 1 << 12;
 pub(crate) fn optimal_decisions<C: WideContainer>(tree: &Tree<C>, token: &CancelToken) -> Result<Decisions, Cancelled> {
     let chunk_count = (tree.nodes.len() / 2).div_ceil(CHUNK_PAIRS);
     let mut chunks = vec![Vec::new(); chunk_count];
-    let level = simd_level();
+    let level = plain_loop_level();
     let group = (chunk_count / MIN_GROUPS).clamp(1, MAX_GROUP_CHUNKS);
     let groups = chunks.par_chunks_mut(group).enumerate();
     let boundaries = groups.map_init(Scratch::default, |scratch, (index, chunks)| {

@@ -1,0 +1,110 @@
+//! `build_bvh(P)`, figure 5: the whole of approximate agglomerative clustering (Gu et al., HPG 2013).
+//!
+//! ```text
+//! build_bvh(P):
+//!     compute the Morton code of the centre of each primitive of P
+//!     radix sort P by Morton code
+//!     C = build_tree(P)
+//!     return combine_clusters(C, 1)
+//! ```
+
+use std::time::Instant;
+
+use fearless_simd::dispatch;
+
+use crate::aac::build_cache::BuildCache;
+use crate::aac::build_tree::{Forest, TreeBuilder};
+use crate::aac::cluster::{ClusterContainer, PairWriter};
+use crate::aac::combine::combine_clusters;
+use crate::aac::combine_long::Scratch;
+use crate::aac::leaf_order::order_leaves;
+use crate::aac::reduction::Reduction;
+use crate::aac::tasks::{NodeSlots, TaskPlan};
+use crate::cancel::{CancelToken, Cancelled};
+use crate::geometry::Triangle;
+use crate::kernel::SimdLevel;
+use crate::order::{InputBounds, SortedPrimitives, sort_primitives};
+use crate::settings::BuildSettings;
+use crate::stage_times::StageTimes;
+use crate::tree::statistics::Sums;
+use crate::tree::{Node, Tree};
+
+/// Builds the tree over `triangles`: at least one, and none so large that surface areas overflow. `bounds` are theirs.
+/// With a `cache`, primitives that an earlier build has sorted along the same curve are not sorted again, and their stages are
+/// reported in [`StageTimes::reused`].
+pub fn build_bvh<C: ClusterContainer>(
+    triangles: &[Triangle],
+    bounds: &InputBounds,
+    settings: &BuildSettings,
+    mut cache: Option<&mut BuildCache>,
+    token: &CancelToken,
+    times: &mut StageTimes,
+) -> Result<Tree<C>, Cancelled> {
+    // Compute the Morton code of the centre of each primitive of P; radix sort P by Morton code.
+    let cached = cache.as_deref_mut().and_then(|cache| cache.take_order(settings.curve));
+    let input = match cached {
+        Some(input) => {
+            times.reused.extend(["codes", "sort"]);
+            input
+        }
+        None => sort_primitives(triangles, bounds, settings.curve, token, times)?,
+    };
+    let node_count = 2 * triangles.len() - 1;
+    let nodes = cache.as_deref_mut().map_or_else(|| bytemuck::zeroed_vec(node_count), |cache| cache.nodes(node_count));
+    let mut sums = cache.is_some().then(Sums::default);
+    let tree = cluster(triangles, &input, settings, nodes, sums.as_mut(), token, times);
+    if let Some(cache) = cache {
+        cache.store_order(input, settings.curve);
+        cache.store_stats(sums.zip(tree.as_ref().ok()).map(|(sums, tree)| sums.into_stats(tree)));
+    }
+    tree
+}
+
+/// The second half of figure 5: clusters the sorted primitives `input`. Overwrites `nodes`, whose contents do not matter, and adds
+/// the finished nodes to `sums`.
+fn cluster<C: ClusterContainer>(
+    triangles: &[Triangle],
+    input: &SortedPrimitives<C>,
+    settings: &BuildSettings,
+    mut nodes: Vec<Node<C>>,
+    sums: Option<&mut Sums>,
+    token: &CancelToken,
+    times: &mut StageTimes,
+) -> Result<Tree<C>, Cancelled> {
+    let start = Instant::now();
+    let reduction = Reduction::new(settings.threshold, settings.epsilon);
+    let level = SimdLevel::best().level();
+    let plan = TaskPlan::new(input, &reduction, 0..triangles.len());
+    // The root, the pairs of the last `combine_clusters`, the other pairs above the tasks; then the pairs of the tasks.
+    let last_len = 2 * (plan.reduced_count - 1);
+    let top_len = 1 + last_len + 2 * plan.top_pairs;
+    let (top, task_nodes) = nodes.split_at_mut(top_len);
+    let (root, top_pairs) = top.split_at_mut(1);
+    let (last_pairs, top_pairs) = top_pairs.split_at_mut(last_len);
+
+    // C = build_tree(P)
+    let slots = NodeSlots {
+        top: top_pairs,
+        top_offset: 1 + last_len,
+        tasks: task_nodes,
+        tasks_offset: top_len,
+        first_root: top_len,
+    };
+    let builder = TreeBuilder::new(triangles, input, &reduction, level, token);
+    let Forest { mut clusters, mut tasks } = builder.build_tree(&plan, slots)?;
+
+    // return combine_clusters(C, 1)
+    let mut pairs = PairWriter::new(last_pairs, 1);
+    dispatch!(level, simd => {
+        combine_clusters(simd, &mut clusters, &mut Scratch::default(), 0, 1, &mut pairs, token)
+    })?;
+    root[0] = clusters.items[0].node();
+    times.stages.push(("tree", start.elapsed()));
+    token.check()?;
+
+    let start = Instant::now();
+    let (primitive_indices, max_depth) = order_leaves(top, &mut tasks, triangles.len(), sums, token)?;
+    times.stages.push(("flatten", start.elapsed()));
+    token.set_progress(1.0);
+    Ok(Tree { nodes, primitive_indices, max_depth })
+}
