@@ -3,7 +3,7 @@
 @vertex
 fn vs_box(@builtin(vertex_index) index: u32, node: Node) -> LineVertex {
     let edge = index >> 2u;
-    // Four edges along each axis; the two bits left choose the corner of the other two axes.
+    // Four edges along each axis; the lower two bits select the corner on the other two axes.
     let axis = edge >> 2u;
     let low = f32(edge & 1u);
     let high = f32((edge >> 1u) & 1u);

@@ -1,8 +1,8 @@
-// What every drawable shares: the camera, the viewport, the colour ramp. Joined in front of each other file.
+// Shared by all drawables: camera, viewport, colour ramp. Prepended to every other file, behind the constants that Rust writes.
 
 struct View {
-    // World space; `tangent` is half the width and height of the image plane: at distance 1 in perspective, in world units
-    // in orthographic.
+    // World space. `tangent` is half the width and height of the image plane: at distance 1 in perspective views, in world
+    // units in orthographic ones.
     eye: vec3f,
     perspective: f32,
     right: vec3f,
@@ -12,9 +12,9 @@ struct View {
     forward: vec3f,
     half_width_px: f32,
     tangent: vec2f,
-    // What the picture covers, in pixels of the viewport: a little more than all of it where pixels are coarse.
+    // Size in viewport pixels that the picture covers; coarse pixels may extend beyond the viewport.
     covered: vec2f,
-    // Origin and size in pixels of the attachment.
+    // Origin and size in pixels of the render target.
     viewport: vec4f,
     hidden_alpha: f32,
     scale_low: f32,
@@ -30,11 +30,11 @@ struct View {
 
 @group(0) @binding(0) var<uniform> view: View;
 
-// Whether the target encodes what is stored in it. Known when a pipeline is made, so that no pixel pays for the other case:
-// drawn in software, the powers were most of a frame.
+// Whether the target encodes linear colours as sRGB. A pipeline constant: with a software driver, computing the powers per
+// pixel took most of a frame.
 override LINEAR_TARGET: bool = false;
 
-// sRGB-encoded colour into what the target stores: the bytes themselves, or their linear value where the target encodes.
+// Converts an sRGB-encoded colour to what the target expects: unchanged, or linear if the target encodes.
 fn to_target(srgb: vec3f) -> vec3f {
     if LINEAR_TARGET {
         return select(pow((srgb + 0.055) / 1.055, vec3f(2.4)), srgb / 12.92, srgb <= vec3f(0.04045));

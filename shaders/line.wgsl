@@ -1,12 +1,11 @@
-// Lines of constant width in pixels, with a soft edge and faint behind the traced surface. Joined in front of the drawables
-// that are made of lines.
+// Antialiased lines of constant width in pixels, faint behind the traced surface. Prepended to the drawables made of lines.
 
 @group(0) @binding(1) var traced_depth: texture_2d<f32>;
 
-// Lines are cut this far outside the picture, in half pictures from its middle, so that pixel coordinates stay small.
+// Lines are clipped at this multiple of the half picture from its centre, so that pixel coordinates stay small.
 const GUARD: f32 = 2.5;
 
-// A node, as `OverlayNode` lays it out.
+// A node; same layout as `OverlayNode`.
 struct Node {
     @location(0) box_min: vec3f,
     @location(1) depth: u32,
@@ -21,23 +20,23 @@ struct Node {
 
 struct LineVertex {
     @builtin(position) position: vec4f,
-    // Linear view depth, not clip.w: they differ in orthographic views.
+    // Linear view depth; clip.w differs from it in orthographic views.
     @location(0) depth: f32,
-    // Distance from the middle of the line in pixels, times clip.w; divided again below, which makes it linear on screen.
+    // Distance from the centre line in pixels times clip.w; dividing it in the fragment shader makes it linear on screen.
     @location(1) offset_w: f32,
     @location(2) w: f32,
-    // Colour, and opacity behind the surface.
+    // RGB, and in alpha the opacity behind the surface.
     @location(3) @interpolate(flat) color: vec4f,
     @location(4) @interpolate(flat) half_width: f32,
 }
 
-// World space to right, up, depth from the eye. The difference comes first: it keeps precision far from the origin.
+// World space to view space (right, up, depth). Subtracting the eye first keeps precision far from the origin.
 fn to_view(point: vec3f) -> vec3f {
     let d = point - view.eye;
     return vec3f(dot(d, view.right), dot(d, view.up), dot(d, view.forward));
 }
 
-// View space to clip x, y, w.
+// View space to clip space x, y, w.
 fn to_clip(point: vec3f) -> vec3f {
     return vec3f(point.xy / view.tangent, mix(1.0, point.z, view.perspective));
 }
@@ -55,7 +54,7 @@ fn direction_between(a: vec2f, b: vec2f, otherwise: vec2f) -> vec2f {
     return d / length;
 }
 
-// Where along a line the value that runs from `a` to `b` is positive: a part of 0 to 1, cut out of `range`.
+// Clips `range` (0 to 1 along a line) to where a value that runs linearly from `a` to `b` is positive.
 fn cut(range: vec2f, a: f32, b: f32) -> vec2f {
     if a < 0.0 && b < 0.0 {
         return vec2f(1.0, 0.0);
@@ -75,8 +74,8 @@ fn nowhere() -> LineVertex {
     return out;
 }
 
-// The piece of line from `a` to `b` in view space. `before` and `after` are its neighbours on a curve, or `a` and `b` again at
-// free ends, which then get square caps. `corner`: bit 0 which end, bit 1 which side.
+// A corner of the line segment from `a` to `b` in view space. `before` and `after` are the neighbouring points of a curve, or
+// `a` and `b` again at free ends, which get square caps. `corner`: bit 0 selects the end, bit 1 the side.
 fn line_vertex(before: vec3f, a: vec3f, b: vec3f, after: vec3f, corner: u32, curve: bool, node: Node) -> LineVertex {
     let clip_a = to_clip(a);
     let clip_b = to_clip(b);
@@ -98,10 +97,10 @@ fn line_vertex(before: vec3f, a: vec3f, b: vec3f, after: vec3f, corner: u32, cur
     let clip = mix(clip_a, clip_b, select(range.x, range.y, at_end));
     let role = (node.flags >> ROLE_SHIFT) & ROLE_MASK;
     let half_width = view.half_width_px * width_of(role);
-    // As far as the soft edge goes.
+    // Includes the antialiased edge.
     let reach = half_width + 0.5;
 
-    // On a curve neighbours share their ends' direction, so that pieces meet without gap or overlap.
+    // Segments of a curve share the direction at their common point, so that they meet without gap or overlap.
     var tangent = along;
     let whole = range.x == 0.0 && range.y == 1.0;
     let neighbour = to_clip(select(before, after, at_end));
@@ -154,12 +153,12 @@ fn color_of(node: Node, role: u32) -> vec4f {
 
 @fragment
 fn fs_line(in: LineVertex) -> @location(0) vec4f {
-    // `position` is in pixels of the attachment, not of the viewport.
+    // `position` is in pixels of the render target, not of the viewport.
     let uv = (in.position.xy - view.viewport.xy) / view.covered;
     let size = vec2i(textureDimensions(traced_depth));
     let texel = clamp(vec2i(floor(uv * vec2f(size))), vec2i(0), size - 1);
     let surface = textureLoad(traced_depth, texel, 0).r;
-    // The slack keeps tight containers from flickering on the surfaces that they touch.
+    // The slack prevents z-fighting of tight containers with the surfaces that they touch.
     let slack = max(abs(surface) * 1e-3, view.depth_slack);
     let visible = view.show_picture == 0u || in.depth <= surface + slack;
 

@@ -20,7 +20,7 @@ fn fs_picture(@builtin(position) position: vec4f) -> @location(0) vec4f {
     if SMOOTH {
         color = textureSampleLevel(picture, smooth_sampler, pixel / view.covered, 0.0).rgb;
     } else {
-        // Same size: the very bytes.
+        // Same size: the bytes unchanged.
         color = textureLoad(picture, vec2i(pixel), 0).rgb;
     }
     return vec4f(to_target(select(color, view.background.rgb, view.show_picture == 0u)), 1.0);

@@ -1,4 +1,4 @@
-// A sphere: its outline as the observer sees it, then its three great circles.
+// A sphere: its silhouette as seen by the camera, then three great circles.
 
 const TURN: f32 = 6.283185307179586;
 
@@ -14,7 +14,7 @@ fn circle_point(circle: Circle, turns: f32) -> vec3f {
     return to_view(circle.center + circle.axis_u * cos(angle) + circle.axis_v * sin(angle));
 }
 
-// The circle along which rays from the eye touch the sphere: nearer and smaller than the great circle in perspective.
+// The silhouette circle, along which rays from the eye touch the sphere: in perspective nearer and smaller than a great circle.
 fn outline(center: vec3f, radius: f32) -> Circle {
     let to_center = center - view.eye;
     let distance = length(to_center);
@@ -24,7 +24,7 @@ fn outline(center: vec3f, radius: f32) -> Circle {
     let axis = select(view.forward, to_center / max(distance, 1e-30), view.perspective > 0.5);
     let u = normalize(cross(axis, select(view.right, view.up, abs(dot(axis, view.right)) > 0.9)));
     let r = radius * sqrt(max(1.0 - shrink, 0.0));
-    // Back along the axis by r²/d: written as a step from the centre, which loses no digits.
+    // r²/d back along the axis, as an offset from the centre, which keeps precision.
     let middle = center - axis * (select(0.0, radius * ratio, view.perspective > 0.5));
     return Circle(middle, u * r, cross(axis, u) * r, !inside);
 }

@@ -4,8 +4,8 @@ use crate::overlay::node::Role;
 use crate::overlay::node_table::NodeTable;
 use crate::overlay::selection::Selection;
 
-/// The nodes that stand out, drawn over all others, also where depth or budget leave them out: the selected one's children,
-/// itself, the hovered one.
+/// Highlighted nodes with their roles, in drawing order: the children of the selected node, the selected node, the hovered
+/// node. They are drawn even where depth range or budget leave them out.
 pub fn highlighted(table: &NodeTable, selection: &Selection) -> Vec<(u32, Role)> {
     let exists = |node: &u32| (*node as usize) < table.len();
     let mut marked = Vec::new();

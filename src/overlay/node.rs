@@ -1,53 +1,53 @@
-//! Nodes as the shaders read them.
+//! The instance data of a node.
 
-/// A node as the shaders read it, one instance of 64 bytes; `Node` in `line.wgsl` has the same layout.
+/// Instance data of one node, 64 bytes; the struct `Node` in `line.wgsl` has the same layout.
 #[derive(Debug, Clone, Copy, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
 #[repr(C)]
 pub struct OverlayNode {
-    /// Corner of the box with the smallest coordinates.
+    /// Lower corner of the box in world space.
     pub box_min: [f32; 3],
     /// Depth in the tree, root 0.
     pub depth: u32,
-    /// Corner of the box with the largest coordinates.
+    /// Upper corner of the box in world space.
     pub box_max: [f32; 3],
-    /// Primitives below.
+    /// Number of primitives in the subtree.
     pub primitives: u32,
-    /// Middle of the sphere.
+    /// Centre of the sphere in world space.
     pub sphere_center: [f32; 3],
-    /// Radius of the sphere.
+    /// Radius of the sphere in world units.
     pub sphere_radius: f32,
     /// Index of the node in the tree.
     pub node: u32,
     /// Bit 0: leaf. Bits 8 to 10: [`Role`].
     pub flags: u32,
-    /// Surface area over the root's, 0 to 1, of the container that the tree is made of.
+    /// Surface area of the tree's own container relative to the root's, 0 to 1.
     pub area_share: f32,
-    /// Overlap with the sibling as a share of its own area, 0 to 1.
+    /// Overlap with the sibling as a fraction of the node's own area, 0 to 1.
     pub overlap: f32,
 }
 
-/// Why a node is drawn.
+/// The reason why a node is drawn, which decides its colour and line width.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[repr(u32)]
 pub enum Role {
-    /// The settings chose it.
+    /// Chosen by depth range and filters.
     Shown = 0,
-    /// It is the selected one.
+    /// The selected node.
     Selected = 1,
-    /// It is the selected one's first child.
+    /// First child of the selected node.
     FirstChild = 2,
-    /// It is the selected one's second child.
+    /// Second child of the selected node.
     SecondChild = 3,
-    /// The pointer is over it.
+    /// The node under the pointer.
     Hovered = 4,
 }
 
 impl Role {
     /// All roles.
     pub const ALL: [Self; 5] = [Self::Shown, Self::Selected, Self::FirstChild, Self::SecondChild, Self::Hovered];
-    /// Position of the role in [`OverlayNode::flags`]: its lowest bit.
+    /// Lowest bit of the role in [`OverlayNode::flags`].
     pub const SHIFT: u32 = 8;
-    /// Bits of the role, before the shift.
+    /// Mask of the role's bits after the shift.
     pub const MASK: u32 = 7;
 
     /// The name in the shaders, as in `ROLE_SELECTED`.
@@ -74,7 +74,7 @@ impl Role {
 }
 
 impl OverlayNode {
-    /// Why it is drawn.
+    /// The role's id, see [`Role`].
     pub fn role(&self) -> u32 {
         self.flags >> Role::SHIFT & Role::MASK
     }

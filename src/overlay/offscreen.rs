@@ -1,9 +1,9 @@
-//! The same overlay without a window.
+//! Drawing the overlay into an image, without a window.
 
 use crate::overlay::input::DrawInput;
 use crate::overlay::pipeline::OverlayPipeline;
 
-/// Why nothing could be drawn.
+/// Why the overlay could not be drawn.
 #[derive(Debug, thiserror::Error)]
 pub enum OffscreenError {
     /// No Vulkan or GL driver; the text says what to install.
@@ -14,8 +14,8 @@ pub enum OffscreenError {
     Device(String),
 }
 
-/// Draws picture and overlay into a new picture of the picture's size, sRGB bytes row by row. Of `viewport_px` nothing is
-/// used: the viewport is the whole picture.
+/// Draws picture and overlay into an image of the picture's size: sRGB RGBA, 8 bits a channel, row by row from the top left.
+/// `viewport_px` is ignored: the viewport is the whole image.
 pub fn draw_offscreen(input: &DrawInput<'_>) -> Result<Vec<[u8; 4]>, OffscreenError> {
     let (device, queue) = pollster::block_on(open_device(wgpu::Adapter::limits))?;
     let (width, height) = (input.picture.width_px, input.picture.height_px);
@@ -25,7 +25,7 @@ pub fn draw_offscreen(input: &DrawInput<'_>) -> Result<Vec<[u8; 4]>, OffscreenEr
             "the picture is {width}×{height} pixels; this driver draws 1 to {limit} pixels a side"
         )));
     }
-    // Errors outside the scopes would panic otherwise.
+    // wgpu panics on errors outside of error scopes unless a handler is set.
     device.on_uncaptured_error(std::sync::Arc::new(|error| log::error!("overlay: {error}")));
     let scopes = [wgpu::ErrorFilter::Internal, wgpu::ErrorFilter::OutOfMemory, wgpu::ErrorFilter::Validation]
         .map(|filter| device.push_error_scope(filter));
@@ -38,7 +38,7 @@ pub fn draw_offscreen(input: &DrawInput<'_>) -> Result<Vec<[u8; 4]>, OffscreenEr
     drawn
 }
 
-/// Any adapter will do, a software one too. OpenGL last: on a machine without a display the mere search for it prints errors.
+/// Any adapter, software ones included. OpenGL comes last because probing for it prints errors on machines without a display.
 async fn find_adapter() -> Result<wgpu::Adapter, wgpu::RequestAdapterError> {
     let with = |chosen: wgpu::Backends| {
         let mut descriptor = wgpu::InstanceDescriptor::new_without_display_handle_from_env();
@@ -52,7 +52,7 @@ async fn find_adapter() -> Result<wgpu::Adapter, wgpu::RequestAdapterError> {
     }
 }
 
-/// A device with the limits that `limits` takes from its adapter's.
+/// A device with the limits that `limits` derives from the adapter's.
 pub(super) async fn open_device(
     limits: impl FnOnce(&wgpu::Adapter) -> wgpu::Limits,
 ) -> Result<(wgpu::Device, wgpu::Queue), OffscreenError> {
@@ -83,7 +83,7 @@ fn draw(device: &wgpu::Device, queue: &wgpu::Queue, input: &DrawInput<'_>) -> Re
         usage: wgpu::TextureUsages::RENDER_ATTACHMENT | wgpu::TextureUsages::COPY_SRC,
         view_formats: &[],
     });
-    // Copies into a buffer want rows of a multiple of 256 bytes.
+    // Texture-to-buffer copies need rows padded to a multiple of 256 bytes.
     let row_bytes = (width * 4).next_multiple_of(wgpu::COPY_BYTES_PER_ROW_ALIGNMENT);
     let buffer_bytes = u64::from(row_bytes) * u64::from(height);
     if buffer_bytes > device.limits().max_buffer_size {
@@ -128,7 +128,7 @@ fn draw(device: &wgpu::Device, queue: &wgpu::Queue, input: &DrawInput<'_>) -> Re
     read(device, &readback, row_bytes, width)
 }
 
-/// Waits for the copy and takes the padding off its rows.
+/// Waits for the copy and removes the padding of its rows.
 fn read(
     device: &wgpu::Device,
     readback: &wgpu::Buffer,

@@ -1,16 +1,16 @@
-//! The traced picture and its depth as textures.
+//! The traced picture and its depth as GPU textures.
 
 use crate::overlay::input::PictureInput;
 
-/// Colour and depth of the picture uploaded last.
+/// Colour and depth textures of the picture uploaded last.
 pub struct PictureTextures {
-    /// Of the picture, to tell whether it has been uploaded; `None` for the placeholder.
+    /// Id of the uploaded picture; `None` for the placeholder.
     pub id: Option<u64>,
     /// Width and height in texels.
     pub size: [u32; 2],
-    /// sRGB bytes, not decoded.
+    /// sRGB bytes in a format without decoding.
     pub color: wgpu::Texture,
-    /// Linear view depth.
+    /// Linear view depth in world units.
     pub depth: wgpu::Texture,
 }
 
@@ -37,13 +37,13 @@ impl PictureTextures {
         }
     }
 
-    /// One black texel, for the time before the first picture; zeroed by wgpu.
+    /// One black texel until the first picture arrives; wgpu clears it.
     pub fn placeholder(device: &wgpu::Device) -> Self {
         Self::sized(device, [1, 1])
     }
 
-    /// Uploads `picture` unless it is there already. Returns whether the textures are new objects. A picture without
-    /// pixels leaves the old one; one beyond the device's limits is thinned out to fit.
+    /// Uploads `picture` unless it is the one uploaded last. Returns whether the textures were recreated. A picture without
+    /// pixels is ignored; one larger than the device's texture limit is subsampled to fit.
     pub fn upload(&mut self, device: &wgpu::Device, queue: &wgpu::Queue, picture: &PictureInput<'_>) -> bool {
         let [width, height] = [picture.width_px as usize, picture.height_px as usize];
         let whole = width > 0 && picture.rgba.len() == width * height && picture.depth.len() == width * height;
@@ -73,18 +73,18 @@ impl PictureTextures {
     }
 }
 
-/// Only every so manieth pixel each way of a picture of this size fits into a texture of `limit` texels each way.
+/// The smallest step such that every `step`th pixel of a picture of `size` fits a texture of `limit` texels a side.
 pub fn step_within(limit: usize, size: [usize; 2]) -> usize {
     size[0].max(size[1]).div_ceil(limit.max(1)).max(1)
 }
 
-/// Every `step`th pixel of every `step`th row, of rows of `width`.
+/// Every `step`th pixel of every `step`th row; `width` is the length of a row.
 pub fn thinned<T: Copy>(pixels: &[T], width: usize, step: usize) -> Vec<T> {
     let rows = pixels.chunks_exact(width).step_by(step);
     rows.flat_map(|row| row.iter().copied().step_by(step)).collect()
 }
 
-/// Fills a texture of four bytes a texel.
+/// Writes a whole texture of four bytes a texel.
 fn write(queue: &wgpu::Queue, texture: &wgpu::Texture, size: [u32; 2], bytes: &[u8]) {
     queue.write_texture(
         texture.as_image_copy(),
@@ -99,7 +99,7 @@ mod tests {
     use super::super::offscreen::open_device;
     use super::*;
 
-    /// A device whose textures are small stands for a screen that is large.
+    /// A device limited to small textures stands in for a large screen.
     #[test]
     fn a_picture_beyond_the_driver_is_thinned_out() {
         const LIMIT: u32 = 64;

@@ -1,4 +1,4 @@
-//! The wgpu pass: the traced picture over the viewport, and the lines over it, straight into the caller's pass.
+//! The wgpu draw calls: the traced picture over the viewport and the lines over it, in the caller's render pass.
 
 use std::collections::HashSet;
 
@@ -13,13 +13,13 @@ use crate::overlay::picture::PictureTextures;
 use crate::overlay::settings::OverlaySettings;
 use crate::overlay::uniforms::ViewUniforms;
 
-/// Each piece of line is a quad of four vertices, drawn as two triangles.
+/// Indices of a line segment: a quad of four vertices, drawn as two triangles.
 const QUAD: [u16; 6] = [0, 1, 2, 2, 1, 3];
-/// Pieces of line in one instance at most: an outline and three great circles.
+/// Maximum number of line segments of one instance: an outline and three great circles of 64 segments.
 const MAX_PIECES: u32 = 4 * 64;
 const BOX_EDGES: u32 = 12;
 
-/// What the uploaded instances were made from.
+/// The inputs that the uploaded instances were made from.
 #[derive(PartialEq)]
 struct Key {
     table: u64,
@@ -31,7 +31,7 @@ struct Key {
 pub struct OverlayPipeline {
     layout: wgpu::BindGroupLayout,
     bind_group: wgpu::BindGroup,
-    /// For pictures as large as the viewport, and for those with fewer pixels.
+    /// For pictures of the viewport's size, and for smaller ones.
     picture_pipelines: [wgpu::RenderPipeline; 2],
     box_pipeline: wgpu::RenderPipeline,
     sphere_pipeline: wgpu::RenderPipeline,
@@ -39,24 +39,24 @@ pub struct OverlayPipeline {
     quads: wgpu::Buffer,
     sampler: wgpu::Sampler,
     picture: PictureTextures,
-    /// The picture has fewer pixels than the viewport.
+    /// Whether the picture has fewer pixels than the viewport.
     smooth: bool,
     key: Option<Key>,
-    /// Nodes that the settings chose, and how many they hold beyond the budget.
+    /// Nodes chosen by the settings, and their number before the budget cut them.
     shown: Instances,
     wanted: usize,
-    /// Nodes that stand out: apart, because they change with each movement of the pointer.
+    /// Highlighted nodes, in a buffer of their own because they change with each movement of the pointer.
     marked: Instances,
-    /// Which kinds are drawn of the shown and of those that stand out: boxes, spheres.
+    /// Whether boxes and whether spheres are drawn of the shown and of the highlighted nodes.
     shown_kinds: [bool; 2],
     marked_kinds: [bool; 2],
-    /// Circles of each shown sphere: its outline alone, or with three great circles.
+    /// Circles drawn of each shown sphere: 1 for the outline alone, 4 with three great circles.
     shown_circles: u32,
     circle_segments: u32,
 }
 
 impl OverlayPipeline {
-    /// Makes the pipelines for targets of `format`.
+    /// Creates the pipelines for render targets of `format`.
     pub fn new(device: &wgpu::Device, format: wgpu::TextureFormat) -> Self {
         let layout = bind_group_layout(device);
         let pipelines = Pipelines::new(device, format, &layout);
@@ -108,8 +108,8 @@ impl OverlayPipeline {
         }
     }
 
-    /// Uploads what changed since the last draw: the picture by its id, the shown nodes when table, settings or selection
-    /// changed, and the uniforms. Returns how many containers are drawn and how many were wanted.
+    /// Uploads what changed since the last draw: the picture if its id is new, the instances if table, settings or hidden nodes
+    /// changed, and the uniforms. Returns the number of containers drawn and the number before the budget cut them.
     pub fn prepare(&mut self, device: &wgpu::Device, queue: &wgpu::Queue, input: &DrawInput<'_>) -> (usize, usize) {
         if self.picture.upload(device, queue, &input.picture) {
             self.bind_group = bind_group(device, &self.layout, &self.uniforms, &self.picture, &self.sampler);
@@ -127,7 +127,7 @@ impl OverlayPipeline {
         (self.shown.count as usize * kinds, self.wanted * kinds)
     }
 
-    /// Draws into the caller's pass, whose viewport is set to the rectangle given to `prepare`.
+    /// Records the draw calls into `pass`, whose viewport must be the rectangle given to [`OverlayPipeline::prepare`].
     pub fn paint(&self, pass: &mut wgpu::RenderPass<'static>) {
         pass.set_bind_group(0, &self.bind_group, &[]);
         pass.set_pipeline(&self.picture_pipelines[usize::from(self.smooth)]);
@@ -164,7 +164,7 @@ impl OverlayPipeline {
             (kinds, _) => kinds,
         };
         let [show_boxes, show_spheres] = self.marked_kinds;
-        // What only the uniforms know of may change without a new list.
+        // Settings that only the uniforms read must not trigger a new list of instances.
         let settings =
             OverlaySettings { hidden_alpha: 0.0, line_width: 1.0, show_boxes, show_spheres, ..input.settings };
         let marked: Vec<OverlayNode> = highlighted(table, input.selection)
@@ -190,7 +190,7 @@ impl OverlayPipeline {
         let shown = table.shown(&OverlaySettings { budget, ..settings }, input.selection);
         self.shown.upload(device, queue, &table.instances(&shown, &settings));
         self.wanted = shown.wanted;
-        // Many spheres as full globes are neither readable nor quick.
+        // Many spheres with great circles are neither legible nor fast to draw.
         (self.shown_circles, self.circle_segments) = match self.shown.count {
             0..=64 => (4, 64),
             65..=512 => (4, 48),
@@ -200,7 +200,7 @@ impl OverlayPipeline {
     }
 }
 
-/// Nodes in a vertex buffer that grows with need.
+/// Instances in a vertex buffer that grows on demand.
 #[derive(Default)]
 struct Instances {
     buffer: Option<wgpu::Buffer>,

@@ -1,9 +1,9 @@
-//! What the colours of containers mean: the scale, its ramp and its legend, the same for shader and window.
+//! The colour scale of containers: its range, its ramp and its legend, shared by shader and window.
 
 use crate::overlay::node_table::NodeTable;
 use crate::overlay::settings::{ColorBy, OverlaySettings};
 
-/// Colours of the ramp, between which window and shader interpolate.
+/// Number of colours of the ramp, between which window and shader interpolate.
 pub const RAMP_STOPS: usize = 16;
 
 /// The colour map viridis (Smith and van der Walt, 2015) at evenly spaced positions, sRGB bytes.
@@ -26,18 +26,18 @@ const VIRIDIS: [[u8; 3]; RAMP_STOPS] = [
     [253, 231, 37],
 ];
 
-/// The darkest quarter is left out: its lines would drown in a dark background.
+/// Start of the part of viridis that is used: darker lines would not show on a dark background.
 const DARKEST: f32 = 0.22;
 
-/// The place on the ramp of the only depth that is drawn.
+/// Position on the ramp of a single depth, which stands out from background and surfaces.
 const SINGLE: f32 = 0.72;
 
-/// What the colours mean, for the window.
+/// The legend of the colour scale.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Legend {
-    /// What is coloured, with its unit.
+    /// The quantity that colours encode.
     pub title: &'static str,
-    /// Places along the ramp, 0 to 1, with what they stand for; ascending.
+    /// Positions along the ramp, 0 to 1 and ascending, with their labels.
     pub stops: Vec<(f32, String)>,
 }
 
@@ -59,7 +59,7 @@ pub fn ramp(position: f32) -> [u8; 3] {
     })
 }
 
-/// The ramp at the 16 places between which the shader blends, sRGB between 0 and 1.
+/// The ramp's colours for the shader, sRGB RGBA, 0 to 1.
 #[cfg(feature = "gui")]
 pub fn shader_ramp() -> [[f32; 4]; RAMP_STOPS] {
     std::array::from_fn(|stop| {
@@ -68,13 +68,12 @@ pub fn shader_ramp() -> [[f32; 4]; RAMP_STOPS] {
     })
 }
 
-/// The smallest and largest value of the scale, in the shader's unit: depth, log2 of the area share, overlap share, log2 of
-/// the primitives. The second is always larger.
+/// Smallest and largest value of the scale in the shader's unit: depth, log2 of the relative area, overlap as a fraction, log2
+/// of the primitive count. The second is always larger.
 pub fn scale(settings: &OverlaySettings, table: &NodeTable) -> [f32; 2] {
     match settings.color_by {
         ColorBy::Depth => {
             let [first, last] = depths(settings, table).map(|depth| depth as f32);
-            // A single depth takes a colour that stands out from the background and from surfaces.
             if first < last { [first, last] } else { [first - SINGLE, first - SINGLE + 1.0] }
         }
         ColorBy::Size => [-20.0, 0.0],
@@ -86,20 +85,20 @@ pub fn scale(settings: &OverlaySettings, table: &NodeTable) -> [f32; 2] {
     }
 }
 
-/// First and last depth that are drawn.
+/// First and last depth that is drawn.
 fn depths(settings: &OverlaySettings, table: &NodeTable) -> [u32; 2] {
     let [a, b] = settings.depth.map(|depth| depth.min(table.max_depth()));
     [if settings.parents { 0 } else { a.min(b) }, a.max(b)]
 }
 
-/// What the colours of `table` mean under `settings`.
+/// The legend of `table` drawn with `settings`.
 pub fn legend(settings: &OverlaySettings, table: &NodeTable) -> Legend {
     let [low, high] = scale(settings, table);
     let at = |value: f32| (value - low) / (high - low);
     match settings.color_by {
         ColorBy::Depth => {
             let [first, last] = depths(settings, table);
-            // At most six numbers, evenly spread.
+            // At most six evenly spaced numbers.
             let step = (last - first).div_ceil(5).max(1) as usize;
             let mut stops: Vec<_> =
                 (first..=last).step_by(step).map(|depth| (at(depth as f32), depth.to_string())).collect();
@@ -131,7 +130,7 @@ pub fn legend(settings: &OverlaySettings, table: &NodeTable) -> Legend {
     }
 }
 
-/// 1, 10, 100, 1k, 10k, 100k, 1M, …
+/// A power of ten as 1, 10, 100, 1k, 10k, 100k, 1M.
 fn short(count: u32) -> String {
     match count {
         1_000_000.. => format!("{}M", count / 1_000_000),

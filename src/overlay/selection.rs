@@ -2,13 +2,13 @@
 
 use std::collections::HashSet;
 
-/// Nodes that stand out.
+/// The selected, hovered and hidden nodes of one tree, by node index.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Selection {
-    /// The selected node of the tree, drawn thick and warm with its children in two tints.
+    /// The selected node, drawn with thick lines in the warm colour, its children in two tints of it.
     pub selected: Option<u32>,
     /// The hovered node, drawn white.
     pub hovered: Option<u32>,
-    /// Nodes that are not drawn.
+    /// Nodes that are left out.
     pub hidden: HashSet<u32>,
 }

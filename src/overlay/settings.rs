@@ -2,23 +2,23 @@
 
 use serde::{Deserialize, Serialize};
 
-/// What the colour of a container means.
+/// The quantity that the colour of a container encodes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 #[repr(u32)]
 pub enum ColorBy {
-    /// Its depth in the tree.
+    /// Depth in the tree.
     Depth = 0,
-    /// Its surface area over the root's, logarithmic.
+    /// Surface area relative to the root's, logarithmic.
     Size = 1,
-    /// How much it overlaps with its sibling, as a share of its own area.
+    /// Overlap with the sibling as a fraction of the node's own area.
     Overlap = 2,
-    /// How many primitives it holds, logarithmic.
+    /// Number of primitives in the subtree, logarithmic.
     Primitives = 3,
 }
 
 impl ColorBy {
-    /// All meanings, in the order of menus.
+    /// All quantities, in the order of menus.
     pub const ALL: [Self; 4] = [Self::Depth, Self::Size, Self::Overlap, Self::Primitives];
 
     /// The name on the command line.
@@ -42,7 +42,7 @@ impl ColorBy {
     }
 }
 
-/// Which kinds of containers are laid over the picture, as one choice.
+/// Which kinds of containers are drawn over the picture, as one choice.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum OverlayKinds {
     /// Boxes.
@@ -51,7 +51,7 @@ pub enum OverlayKinds {
     Sphere,
     /// Both.
     Both,
-    /// Neither: of the nodes that stand out alone.
+    /// Neither; highlighted nodes are still drawn.
     None,
 }
 
@@ -79,23 +79,23 @@ impl OverlayKinds {
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[expect(clippy::struct_excessive_bools, reason = "each is a check box of its own")]
 pub struct OverlaySettings {
-    /// Boxes are drawn.
+    /// Draws boxes.
     pub show_boxes: bool,
-    /// Spheres are drawn.
+    /// Draws spheres.
     pub show_spheres: bool,
     /// First and last depth drawn, root 0; clamped to the tree.
     pub depth: [u32; 2],
-    /// Of the chosen depths only leaves are drawn.
+    /// Draws only the leaves of the depth range.
     pub leaves_only: bool,
-    /// All levels above the first chosen depth are drawn too.
+    /// Draws all levels above the depth range too.
     pub parents: bool,
-    /// What colours mean.
+    /// The quantity that colours encode.
     pub color_by: ColorBy,
     /// Opacity of lines behind the surface, 0 to 1.
     pub hidden_alpha: f32,
     /// Width of lines in points.
     pub line_width: f32,
-    /// At most this many containers are drawn of each kind: the largest.
+    /// Maximum number of containers drawn of each kind; the largest are kept.
     pub budget: u32,
 }
 

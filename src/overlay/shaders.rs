@@ -1,5 +1,5 @@
-//! The WGSL of each drawable. The ids that Rust and WGSL share are written here, from the Rust types, as constants in front of
-//! the shader files.
+//! The WGSL source of each drawable. Ids shared by Rust and WGSL are defined by the Rust types and prepended here as WGSL
+//! constants.
 
 use std::fmt::Write;
 
@@ -13,7 +13,7 @@ const LINE: &str = include_str!("../../shaders/line.wgsl");
 const BOX: &str = include_str!("../../shaders/box.wgsl");
 const SPHERE: &str = include_str!("../../shaders/sphere.wgsl");
 
-/// The sources of picture, boxes and spheres, as they are handed to the driver.
+/// The complete WGSL of picture, boxes and spheres.
 pub fn sources() -> [String; 3] {
     let constants = constants();
     [&[PICTURE][..], &[LINE, BOX], &[LINE, SPHERE]].map(|files| format!("{constants}{COMMON}{}", files.concat()))

@@ -1,10 +1,10 @@
-//! The camera and the scale as the shaders read them.
+//! The uniform buffer: camera, viewport and colour scale.
 
 use crate::camera::Projection;
 use crate::overlay::input::DrawInput;
 use crate::overlay::ramp::{RAMP_STOPS, scale, shader_ramp};
 
-/// Mirrors `View` of `common.wgsl`, field for field.
+/// The uniform buffer; the struct `View` in `common.wgsl` has the same layout.
 #[derive(Debug, Clone, Copy, bytemuck::Pod, bytemuck::Zeroable)]
 #[repr(C)]
 #[expect(missing_docs, reason = "each field is explained in common.wgsl")]
@@ -31,11 +31,11 @@ pub struct ViewUniforms {
     pub ramp: [[f32; 4]; RAMP_STOPS],
 }
 
-/// The neutral grey behind the lines where the picture is off, sRGB.
+/// Background behind the lines while the picture is off, sRGB RGBA.
 const BACKGROUND: [f32; 4] = [0.105, 0.11, 0.12, 1.0];
 
 impl ViewUniforms {
-    /// For one draw.
+    /// The uniforms of one draw.
     pub fn new(input: &DrawInput<'_>, circle_segments: u32) -> Self {
         let [x, y, width, height] = input.viewport_px;
         let frame = input.camera.for_size(width, height);
@@ -51,7 +51,7 @@ impl ViewUniforms {
             right: right.to_array(),
             near: if perspective { (distance * 1e-4).max(1e-9) } else { 0.0 },
             up: up.to_array(),
-            // An orthographic depth may be near zero, so its slack cannot be relative to it alone.
+            // Orthographic depths may be near zero, so a slack relative to the depth is not enough.
             depth_slack: if perspective { 0.0 } else { distance * 1e-3 },
             forward: forward.to_array(),
             half_width_px: (line_width * points * 0.5).clamp(0.05, 64.0),
@@ -71,8 +71,8 @@ impl ViewUniforms {
     }
 }
 
-/// How many pixels of the viewport the picture covers. A coarse picture has one pixel for each square of `coarseness`, begun
-/// ones too, so it may reach beyond; a picture made for another viewport is stretched.
+/// Width and height in viewport pixels that the picture covers. A pixel of a coarse picture covers a square of viewport pixels,
+/// so the picture may extend beyond the viewport; a picture made for a viewport of another shape is stretched.
 fn covered(viewport: [u32; 2], picture: [u32; 2]) -> [f32; 2] {
     let [width, height] = viewport.map(|size| size.max(1));
     let coarseness = width.div_ceil(picture[0].max(1)).max(height.div_ceil(picture[1].max(1)));

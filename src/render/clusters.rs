@@ -1,4 +1,4 @@
-//! Cluster colours: each surface in the colour of the container that holds it at a chosen depth.
+//! Cluster colours: each surface in the colour of its ancestor node at a chosen depth.
 
 use glam::Vec3;
 
@@ -10,17 +10,17 @@ use bvhscope_engine::geometry::{Hit, Ray};
 use bvhscope_engine::tree::traverse::TestCounts;
 use bvhscope_engine::tree::{Container, Tree};
 
-/// Nodes between two looks at the token.
+/// Poll for cancellation every this many nodes.
 const CHECK_EVERY: usize = 1 << 16;
 
-/// For each primitive the node that holds it at `depth`, or its leaf where that lies higher.
+/// The ancestor at `depth` of each primitive, or its leaf if that lies above.
 pub fn cluster_of_primitives<C: Container>(
     tree: &Tree<C>,
     depth: u32,
     token: &CancelToken,
 ) -> Result<Vec<u32>, Cancelled> {
     let mut of_primitive = vec![0; tree.primitive_indices.len()];
-    // Parents come before their children: one walk from the front hands depth and cluster down.
+    // Parents come before their children, so one forward pass propagates depth and cluster.
     let mut of_node = vec![(0_u32, 0_u32); tree.nodes.len()];
     for (index, node) in tree.nodes.iter().enumerate() {
         if index % CHECK_EVERY == 0 {
@@ -40,17 +40,17 @@ pub fn cluster_of_primitives<C: Container>(
     Ok(of_primitive)
 }
 
-/// The linear colour of a cluster: hues a golden angle apart, all of the same lightness, so that siblings differ most.
+/// The linear colour of a cluster: hues a golden angle apart at three lightnesses, so that siblings differ most.
 pub fn cluster_color(node_index: u32) -> Vec3 {
-    // 1/φ of a turn: neighbours in number are never neighbours in hue.
+    // 1/φ of a turn: consecutive indices are far apart in hue.
     let turns = (f64::from(node_index) * 0.618_033_988_749_894_9).fract() as f32;
     let (sin, cos) = (turns * std::f32::consts::TAU).sin_cos();
-    // Three lightnesses tell equal hues apart.
+    // Three lightnesses separate similar hues.
     let lightness = 0.66 + 0.06 * (node_index % 3) as f32;
     oklab(lightness, 0.13 * cos, 0.13 * sin)
 }
 
-/// Oklab to linear sRGB (Björn Ottosson, *A perceptual color space for image processing*, 2020), clamped to what is visible.
+/// Oklab to linear sRGB (Björn Ottosson, *A perceptual color space for image processing*, 2020), clamped to the sRGB gamut.
 fn oklab(lightness: f32, a: f32, b: f32) -> Vec3 {
     let l = (lightness + 0.396_337_78 * a + 0.215_803_76 * b).powi(3);
     let m = (lightness - 0.105_561_346 * a - 0.063_854_17 * b).powi(3);
@@ -63,7 +63,7 @@ fn oklab(lightness: f32, a: f32, b: f32) -> Vec3 {
     .clamp(Vec3::ZERO, Vec3::ONE)
 }
 
-/// Shades by cluster, a little by a headlight, so that the shape still shows.
+/// Shades by cluster, with a weak headlight that keeps the shape visible.
 pub(super) struct Clusters {
     of_primitive: Vec<u32>,
 }

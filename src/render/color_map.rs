@@ -1,6 +1,6 @@
 //! Perceptual colour maps.
 //!
-//! Every fifth colour of the published 256, with straight lines between: at most one byte off the original. Viridis and
+//! Every fifth colour of the published 256 with linear interpolation: at most one byte off the original. Viridis and
 //! inferno by Stéfan van der Walt and Nathaniel Smith (matplotlib, CC0), turbo by Anton Mikhailov (Google, Apache-2.0).
 
 use glam::Vec3;
@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 
 use super::srgb;
 
-/// From a number between 0 and 1 to a colour.
+/// A colour map from 0..1 to RGB.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum ColorMap {
@@ -16,7 +16,7 @@ pub enum ColorMap {
     Viridis,
     /// Black to white through red.
     Inferno,
-    /// A rainbow that keeps its order.
+    /// A rainbow with improved perceptual order.
     Turbo,
 }
 
@@ -120,7 +120,7 @@ mod tests {
         assert_eq!(ColorMap::Inferno.srgb(1.0), [252, 255, 164]);
         assert_eq!(ColorMap::Turbo.srgb(0.0), [48, 18, 59]);
         assert_eq!(ColorMap::Turbo.srgb(1.0), [122, 4, 3]);
-        // Number 128 of 256 in matplotlib's table, which is no knot here.
+        // Entry 128 of matplotlib's 256, which is interpolated here.
         let middle = ColorMap::Viridis.srgb(128.0 / 255.0);
         assert!(middle.iter().zip([33_u8, 145, 140]).all(|(a, b)| a.abs_diff(b) <= 1), "{middle:?}");
     }

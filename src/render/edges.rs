@@ -1,31 +1,30 @@
-//! The triangles' edges over their surface, as lines of constant width in pixels.
+//! Triangle edges drawn over the surface as lines of constant width in pixels.
 
 use glam::Vec3;
 
 use bvhscope_engine::geometry::{Hit, Ray, Triangle};
 
-/// Half the width of a line in pixels; the other half is on the neighbouring triangle.
+/// Half the line width in pixels; the neighbouring triangle draws the other half.
 const HALF_WIDTH_PX: f32 = 0.5;
-/// What a line takes of the surface's light.
+/// Fraction of the surface's light that a line absorbs.
 const DARKNESS: f32 = 0.82;
-/// How much of a line is seen over a colour that stands for a number.
+/// Opacity of a line over a colour that encodes a value.
 const STRENGTH: f32 = 0.6;
-/// Triangles lower than the first height in pixels have no lines, those higher than the second have them in full: between
-/// them the lines of a fine mesh fade instead of making it black.
+/// Triangle heights in pixels between which lines fade in, so that the edges of a fine mesh do not turn it black.
 const FADE_PX: [f32; 2] = [2.0, 7.0];
 
-/// How much of a line lies at a hit, 0 between the lines to 1. `pixel` is the size of a pixel at the hit, in world units.
+/// Coverage of a hit by an edge line, 0 to 1. `pixel` is the size of a pixel at the hit in world units.
 pub(super) fn ink(triangle: &Triangle, ray: &Ray, hit: &Hit, pixel: f32) -> f32 {
     let corners = [triangle.a, triangle.b, triangle.c];
     let weights = [1.0 - hit.u - hit.v, hit.u, hit.v];
     let (mut nearest, mut height) = (f32::INFINITY, f32::INFINITY);
     for (opposite, weight) in weights.into_iter().enumerate() {
         let (from, to) = (corners[(opposite + 1) % 3], corners[(opposite + 2) % 3]);
-        // Between the edge's line and one along the ray: as far as the eye sees them apart, however the triangle is tilted.
+        // Distance between the edge and a line along the ray: the separation on screen, however the triangle is tilted.
         let across = ray.direction.cross(to - from);
         let over_edge = (from - corners[opposite]).dot(across).abs() / across.length() / pixel;
         if over_edge.is_finite() {
-            // The hit is as far from the edge as its weight of the corner opposite says.
+            // The barycentric weight of the opposite corner is the hit's relative distance from the edge.
             nearest = nearest.min(over_edge * weight.max(0.0));
             height = height.min(over_edge);
         }
@@ -35,12 +34,12 @@ pub(super) fn ink(triangle: &Triangle, ray: &Ray, hit: &Hit, pixel: f32) -> f32 
     coverage * fade
 }
 
-/// A surface of linear colour `color` with so much of a line over it: darker.
+/// The linear surface colour `color` darkened by a line with coverage `ink`.
 pub(super) fn over_surface(color: Vec3, ink: f32) -> Vec3 {
     color * (1.0 - DARKNESS * ink)
 }
 
-/// An sRGB colour of a colour map with so much of a line over it: dark over light colours, light over dark ones.
+/// An sRGB colour-map colour with a line of coverage `ink` over it: dark over light colours, light over dark ones.
 pub(super) fn over_value([r, g, b, a]: [u8; 4], ink: f32) -> [u8; 4] {
     let luma = 0.3 * f32::from(r) + 0.59 * f32::from(g) + 0.11 * f32::from(b);
     let line = if luma > 110.0 { 0.0 } else { 255.0 };
@@ -57,7 +56,7 @@ mod tests {
 
     const TRIANGLE: Triangle = Triangle { a: Vec3::ZERO, b: Vec3::new(10.0, 0.0, 0.0), c: Vec3::new(0.0, 10.0, 0.0) };
 
-    /// A look from `eye` at the point with these weights of the second and third corner.
+    /// A ray from `eye` to the point with these barycentric weights of the second and third corner.
     fn seen(eye: Vec3, u: f32, v: f32, pixel: f32) -> f32 {
         let at = Vec3::new(10.0 * u, 10.0 * v, 0.0);
         let ray = Ray::new(eye, (at - eye).normalize());
@@ -80,7 +79,7 @@ mod tests {
             assert!(seen(above, 0.3, 0.04 * pixel, pixel) > 0.5, "within half a pixel");
             assert_eq!(seen(above, 0.3, 0.11 * pixel, pixel), 0.0, "beyond a pixel");
         }
-        // Seen at a slant of one to ten, what is five pixels apart looks half a pixel apart.
+        // At a slant of one to ten, five pixels apart on the surface are half a pixel apart on screen.
         let slanted = Vec3::new(3.0, -1000.0, 100.0);
         assert!(seen(slanted, 0.3, 0.05, 0.1) > 0.3);
         assert_eq!(seen(slanted, 0.3, 0.2, 0.1), 0.0);

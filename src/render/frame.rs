@@ -5,72 +5,72 @@ use std::time::Duration;
 use super::settings::RenderSettings;
 use crate::camera::Camera;
 
-/// A picture with what was measured while making it.
+/// A traced picture with its per-pixel data and measurements. All lists are row by row from the top left.
 #[derive(Debug, Clone)]
 pub struct Frame {
-    /// Width in pixels of the picture as traced; a coarse pass is smaller than what was asked for.
+    /// Traced width in pixels; smaller than the requested width in a coarse pass.
     pub width_px: u32,
-    /// Height in pixels as traced.
+    /// Traced height in pixels.
     pub height_px: u32,
-    /// Coarseness: each traced pixel stands for a square of this many wanted pixels; 1 at full resolution.
+    /// Edge in requested pixels of the square that a traced pixel covers; 1 at full resolution.
     pub coarseness: u32,
-    /// sRGB bytes with alpha 255, row by row from the top.
+    /// sRGB RGBA, 8 bits a channel; alpha is 255.
     pub rgba: Vec<[u8; 4]>,
-    /// Linear view depth of each pixel's first sample; [`Frame::NO_HIT`] where nothing was hit.
+    /// Linear view depth of each pixel's centre in world units; [`Frame::NO_HIT`] on the background.
     pub depth: Vec<f32>,
-    /// Distance of the hit along each pixel's unit ray; infinity where nothing was hit.
+    /// Hit distance along the unit ray through each pixel's centre in world units; infinity on the background.
     pub distance: Vec<f32>,
-    /// The triangle under each pixel; `u32::MAX` where nothing was hit.
+    /// Index of the triangle at each pixel's centre; `u32::MAX` on the background.
     pub primitive: Vec<u32>,
-    /// The value that the colour stands for (tests of heat maps, view depth of the depth mode); empty in other modes.
+    /// The value that each colour encodes (test counts of heat maps, view depth of the depth mode); empty in other modes.
     pub values: Vec<f32>,
     /// The range of `values` that the colour map covers; `[0, 1]` in modes without values.
     pub value_range: [f32; 2],
-    /// Antialiasing samples a pixel that went into it.
+    /// Accumulated antialiasing samples per pixel.
     pub samples: u32,
-    /// The camera that it was taken with.
+    /// The camera of the picture.
     pub camera: Camera,
-    /// The settings that it was made with.
+    /// The settings of the picture.
     pub settings: RenderSettings,
-    /// What was measured.
+    /// Measurements of the newest pass.
     pub stats: FrameStats,
 }
 
-/// What was measured while tracing a frame.
+/// Measurements taken while tracing a frame.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct FrameStats {
-    /// Primary rays of the newest sample pass.
+    /// Number of primary rays in the newest sample pass.
     pub primary_rays: u64,
-    /// Primary rays that hit something.
+    /// Number of primary rays that hit a surface.
     pub hits: u64,
     /// Wall-clock time of the newest sample pass.
     pub trace_time: Duration,
-    /// Container tests a primary ray; `None` where they were not counted.
+    /// Container tests per primary ray; `None` if they were not counted.
     pub container_tests_per_ray: Option<f32>,
-    /// Primitive tests a primary ray; `None` where they were not counted.
+    /// Primitive tests per primary ray; `None` if they were not counted.
     pub primitive_tests_per_ray: Option<f32>,
-    /// Samples of all passes whose colour was not a number; they are black.
+    /// Number of samples with a NaN or infinite colour in all passes; they count as black.
     pub nan_samples: u64,
 }
 
 impl FrameStats {
-    /// Container and primitive tests a primary ray; `None` where they were not counted.
+    /// Container and primitive tests per primary ray; `None` if they were not counted.
     pub fn tests_per_ray(&self) -> Option<[f32; 2]> {
         Some([self.container_tests_per_ray?, self.primitive_tests_per_ray?])
     }
 }
 
 impl Frame {
-    /// TraceContext depth where nothing was hit.
+    /// View depth of the background.
     pub const NO_HIT: f32 = 1e30;
 
-    /// Millions of primary rays a second of the newest pass, shading included.
+    /// Primary rays of the newest pass in Mray/s, shading included.
     pub fn mrays_per_s(&self) -> f64 {
         let seconds = self.stats.trace_time.as_secs_f64();
         if seconds > 0.0 { self.stats.primary_rays as f64 / seconds / 1e6 } else { 0.0 }
     }
 
-    /// Index of the traced pixel that shows the wanted pixel (x, y).
+    /// Index of the traced pixel that covers the requested pixel (x, y).
     pub fn index_of(&self, x_px: u32, y_px: u32) -> usize {
         let x = (x_px / self.coarseness).min(self.width_px - 1);
         let y = (y_px / self.coarseness).min(self.height_px - 1);

@@ -1,15 +1,15 @@
-//! How the traced pixels of a picture lie in tiles.
+//! The division of a picture into tiles.
 
 use glam::Vec2;
 
 use super::request::RenderRequest;
 
-/// Edge of a tile in traced pixels: some thousand tiles for a window, each well below a millisecond.
+/// Edge of a tile in traced pixels: a few thousand tiles per window, each traced in well under a millisecond.
 const TILE: u32 = 16;
-/// Pixels that a tile has room for; those at the right and lower edge of the picture use fewer.
+/// Pixels in a full tile; tiles at the right and lower edge of the picture have fewer.
 pub(super) const TILE_AREA: usize = (TILE * TILE) as usize;
 
-/// The traced pixels of a request and how they lie in tiles.
+/// The traced pixels of a request, divided into tiles.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Grid {
     pub(super) width: u32,
@@ -24,7 +24,7 @@ impl Grid {
         Self::of_size(request.width_px, request.height_px, request.coarseness)
     }
 
-    /// For a picture of this size in wanted pixels; zeros count as ones.
+    /// The grid of a picture of this size in requested pixels; zeros count as ones.
     fn of_size(width_px: u32, height_px: u32, coarseness: u32) -> Self {
         let coarseness = coarseness.max(1);
         let (width, height) = (width_px.max(1).div_ceil(coarseness), height_px.max(1).div_ceil(coarseness));
@@ -32,13 +32,13 @@ impl Grid {
         Self { width, height, coarseness, tiles_x, tile_count: tiles_x * height.div_ceil(TILE) }
     }
 
-    /// Calls `visit(x, y, index)` for each pixel of a tile, `index` counting from 0 within the tile's square. In Z order, so
-    /// that neighbours follow each other.
+    /// Calls `visit(x, y, index)` for each pixel of a tile in Z order (Morton order), which keeps neighbours together; `index`
+    /// is the position within the full tile.
     #[inline(always)]
     pub(super) fn for_each_pixel(&self, tile: u32, mut visit: impl FnMut(u32, u32, usize)) {
         let (left, top) = (tile % self.tiles_x * TILE, tile / self.tiles_x * TILE);
         for place in 0..TILE * TILE {
-            // Even bits of the place in Z order are x, odd ones y.
+            // In Z order the even bits are x, the odd bits y.
             let bit = |from: u32, to: u32| (place >> from & 1) << to;
             let across = bit(0, 0) | bit(2, 1) | bit(4, 2) | bit(6, 3);
             let down = bit(1, 0) | bit(3, 1) | bit(5, 2) | bit(7, 3);
@@ -49,12 +49,12 @@ impl Grid {
         }
     }
 
-    /// The tile in which pixel (x, y) lies, and its place there.
+    /// The tile that contains pixel (x, y), and the pixel's position within the tile.
     pub(super) fn index(&self, x: u32, y: u32) -> (usize, usize) {
         ((y / TILE * self.tiles_x + x / TILE) as usize, (y % TILE * TILE + x % TILE) as usize)
     }
 
-    /// A point of traced pixel (x, y), given from 0 to 1 on both axes, in wanted pixels.
+    /// Image position in requested pixels of the point `within` (0 to 1 on both axes) of traced pixel (x, y).
     #[inline(always)]
     pub(super) fn point(&self, x: u32, y: u32, within: Vec2) -> Vec2 {
         (Vec2::new(x as f32, y as f32) + within) * self.coarseness as f32

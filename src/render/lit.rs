@@ -1,4 +1,4 @@
-//! Lit shading: soft light from a sky, a key light, and contact shadows once the picture rests.
+//! Lit shading: sky light, a key light, and contact shadows in samples after the first.
 
 use glam::Vec3;
 
@@ -12,32 +12,32 @@ use bvhscope_engine::geometry::{Hit, Ray};
 use bvhscope_engine::tree::Container;
 use bvhscope_engine::tree::traverse::TestCounts;
 
-/// Linear light from straight above and from straight below; in between it goes over smoothly.
+/// Linear sky light from straight above and below, interpolated in between.
 const SKY: Vec3 = Vec3::new(0.50, 0.55, 0.62);
 const GROUND: Vec3 = Vec3::new(0.26, 0.23, 0.20);
-/// Linear light of the sun on a surface that faces it.
+/// Linear irradiance of the sun on a surface that faces it.
 const SUN: Vec3 = Vec3::new(1.25, 1.17, 1.02);
-/// Linear light of the headlight on a surface that faces the observer.
+/// Linear irradiance of the headlight on a surface that faces the camera.
 const HEADLIGHT: Vec3 = Vec3::new(0.85, 0.84, 0.82);
-/// Contact shadows reach this share of the scene's diagonal.
+/// Length of contact-shadow rays as a fraction of the scene's diagonal.
 const CONTACT_RADIUS: f32 = 0.08;
-/// Sky light that reaches even a fully enclosed corner, for light that bounces.
+/// Fraction of sky light in a fully occluded corner: stands in for indirect light.
 const BOUNCE: f32 = 0.3;
-/// Up to here tone mapping changes nothing; above it rolls off towards white.
+/// Tone mapping is the identity below this value and rolls off towards white above.
 const SHOULDER: f32 = 0.6;
 
-/// Light, materials and textures.
+/// Lit shading with materials and textures.
 pub(super) struct Lit {
     light: Light,
     up: Vec3,
-    /// Towards the sun.
+    /// Unit direction towards the sun.
     sun: Vec3,
 }
 
 impl Lit {
-    /// The lights of a scene in which `up` is up.
+    /// The lights of a scene with up axis `up`.
     pub(super) fn new(light: Light, up: Vec3) -> Self {
-        // Seen from the default camera the sun stands high in front on the left.
+        // From the default camera the sun is high in front and to the left.
         let side = if up.y.abs() > 0.5 { Vec3::Z } else { Vec3::NEG_Y };
         let right = up.cross(side).normalize_or(Vec3::X);
         Self { light, up, sun: (up * 1.0 + side * 0.55 - right * 0.45).normalize() }
@@ -45,17 +45,17 @@ impl Lit {
 }
 
 impl Lit {
-    /// Whether the sun can shine on a surface. The flat triangle decides about its own shadow, or smooth surfaces would show
-    /// their triangles.
+    /// Whether a surface faces the sun. The flat normal must face it too, or self-shadowing would show the triangles of smooth
+    /// surfaces.
     fn faces_sun(&self, orientation: &Orientation) -> bool {
         orientation.smooth.dot(self.sun) > 0.0 && orientation.geometric.dot(self.sun) > 0.0
     }
 }
 
 impl<C: Container> Shade<C> for Lit {
-    /// A ray of contact shadow, then one to the sun.
+    /// A contact-shadow ray, then a shadow ray to the sun.
     fn occlusion_rays(&self, context: &TraceContext<C>, ray: &Ray, hit: &Hit, id: SampleId, rays: &mut Vec<Ray>) {
-        // The first pass stays clean and fast; each further one adds a ray of contact shadow.
+        // The first sample stays noise-free and fast; each further one adds a contact-shadow ray.
         let contact = id.sample > 0;
         if !contact && self.light == Light::Headlight || context.scene.material(hit.primitive_index).unlit {
             return;
@@ -100,7 +100,7 @@ impl<C: Container> Shade<C> for Lit {
     }
 }
 
-/// Leaves dark and middle tones alone and brings everything brighter smoothly below 1.
+/// Identity up to `SHOULDER`, then an exponential roll-off below 1.
 fn tone_map(color: Vec3) -> Vec3 {
     color.map(|x| if x <= SHOULDER { x } else { 1.0 - (1.0 - SHOULDER) * ((SHOULDER - x) / (1.0 - SHOULDER)).exp() })
 }

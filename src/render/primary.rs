@@ -1,4 +1,4 @@
-//! Primary rays alone: the pass that is timed and counted. No shading, holes in textures are solid.
+//! Primary rays alone, timed or counted: no shading, and alpha cut-outs are solid.
 
 use std::time::{Duration, Instant};
 
@@ -16,27 +16,27 @@ use bvhscope_engine::tree::Tree;
 use bvhscope_engine::tree::traverse::{NoProbe, Probe, TestCounts, Traversal, closest_hit_with, new_stack};
 use bvhscope_engine::with_tree;
 
-/// Tests of the rays through all pixel centres.
+/// Test counts of the primary rays through all pixel centres.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct TestSummary {
-    /// Rays: one a pixel.
+    /// Number of rays, one per pixel.
     pub rays: u64,
-    /// Rays that hit something.
+    /// Number of rays that hit a surface.
     pub hits: u64,
-    /// Container tests a ray.
+    /// Average container tests per ray.
     pub container_tests_per_ray: f32,
-    /// Primitive tests a ray.
+    /// Average primitive tests per ray.
     pub primitive_tests_per_ray: f32,
-    /// Wall-clock time, counting included.
+    /// Wall-clock time including the counting.
     pub trace_time: Duration,
 }
 
-/// The time of the rays through all pixel centres.
+/// Trace time of the primary rays through all pixel centres.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PrimaryTrace {
-    /// Rays: one a pixel.
+    /// Number of rays, one per pixel.
     pub rays: u64,
-    /// Rays that hit something.
+    /// Number of rays that hit a surface.
     pub hits: u64,
     /// Wall-clock time of tracing.
     pub trace_time: Duration,
@@ -58,7 +58,7 @@ pub fn count_tests(request: &RenderRequest, token: &CancelToken) -> Result<TestS
     })
 }
 
-/// Traces the primary rays to their nearest hits and does nothing else, in the calling thread's rayon pool.
+/// Traces the primary rays through the binary tree without shading, in the calling thread's rayon pool.
 pub fn trace_primary(
     request: &RenderRequest,
     traversal: Traversal,
@@ -71,8 +71,8 @@ pub fn trace_primary(
     Ok(PrimaryTrace { rays, hits, trace_time: start.elapsed() })
 }
 
-/// Traces the primary rays as pictures do, through the wide tree in packets, and does nothing else, in the calling
-/// thread's rayon pool.
+/// Traces the primary rays in packets through the wide tree, as pictures do, without shading, in the calling thread's rayon
+/// pool.
 pub fn trace_primary_wide(request: &RenderRequest, token: &CancelToken) -> Result<PrimaryTrace, Cancelled> {
     let wide = &request.accel.widen(token)?.tree;
     let start = Instant::now();
@@ -97,7 +97,7 @@ pub fn trace_primary_wide(request: &RenderRequest, token: &CancelToken) -> Resul
     Ok(PrimaryTrace { rays, hits, trace_time: start.elapsed() })
 }
 
-/// Rays, hits and each tile's probe.
+/// Number of rays, number of hits, and the probe of each tile.
 fn trace<C: Container, P: Probe + Default + Send>(
     tree: &Tree<C>,
     request: &RenderRequest,

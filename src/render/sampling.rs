@@ -1,4 +1,4 @@
-//! Numbers that look random and depend only on pixel and sample: the same picture on any number of threads.
+//! Quasi-random numbers that depend only on pixel and sample, so pictures are the same on any number of threads.
 
 use glam::{Vec2, Vec3};
 
@@ -6,31 +6,31 @@ use glam::{Vec2, Vec3};
 /// Quasirandom Sequences*, 2018).
 const R2: [f64; 2] = [0.754_877_666_246_692_8, 0.569_840_290_998_053_3];
 
-/// Point number `index` of the R2 sequence in the unit square, shifted by `shift`.
+/// Point `index` of the R2 sequence in the unit square, shifted by `shift` modulo 1.
 fn r2(index: u32, shift: Vec2) -> Vec2 {
     let step = |factor: f64| (f64::from(index) * factor).fract() as f32;
     let point = Vec2::new(step(R2[0]), step(R2[1])) + shift;
     point - point.floor()
 }
 
-/// Where in its pixel sample number `sample` lies, 0 to 1 on both axes; the first is the centre.
+/// Position of sample `sample` within its pixel, 0 to 1 on both axes; the first is the centre.
 pub(super) fn subpixel(sample: u32) -> Vec2 {
     r2(sample, Vec2::splat(0.5))
 }
 
-/// Which sample of which pixel: the seed of everything that varies between pixels.
+/// Identifies a sample of a pixel; seeds everything that varies between pixels.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct SampleId {
     /// Column of the traced pixel.
     pub x: u32,
     /// Row of the traced pixel.
     pub y: u32,
-    /// Number of the sample pass, from 0.
+    /// Index of the sample pass, from 0.
     pub sample: u32,
 }
 
 impl SampleId {
-    /// Point number `index` of this pixel's sequence in the unit square.
+    /// Point `index` of this pixel's sequence in the unit square.
     pub(super) fn point(self, index: u32) -> Vec2 {
         let hash = hash(self.x, self.y);
         let shift = Vec2::new((hash & 0xffff) as f32, (hash >> 16) as f32) / 65_536.0;
@@ -38,7 +38,7 @@ impl SampleId {
     }
 }
 
-/// Mixes two numbers into 32 bits (the finaliser of `MurmurHash3`, public domain).
+/// Hashes two numbers into 32 bits (the finaliser of `MurmurHash3`, public domain).
 fn hash(x: u32, y: u32) -> u32 {
     let mut h = x.wrapping_mul(0x9e37_79b9) ^ y.wrapping_mul(0x85eb_ca6b).rotate_left(13);
     h ^= h >> 16;
@@ -48,7 +48,7 @@ fn hash(x: u32, y: u32) -> u32 {
     h ^ (h >> 16)
 }
 
-/// A unit direction around `normal`, the more likely the closer to it (cosine distribution), from a point of the unit square.
+/// A cosine-distributed unit direction around `normal` from a point of the unit square.
 pub(super) fn cosine_direction(normal: Vec3, point: Vec2) -> Vec3 {
     let (sin, cos) = (point.x * std::f32::consts::TAU).sin_cos();
     let radius = point.y.sqrt();

@@ -1,4 +1,4 @@
-//! What a picture shows.
+//! Render settings: shading mode, light, colour maps, sampling.
 
 use serde::{Deserialize, Serialize};
 
@@ -6,25 +6,25 @@ use super::color_map::ColorMap;
 use bvhscope_engine::kernel::SimdLevel;
 use bvhscope_engine::tree::traverse::Traversal;
 
-/// What a pixel's colour means.
+/// A shading mode: what a pixel's colour shows.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Shading {
     /// Light, materials and textures.
     Lit,
-    /// The surface's direction.
+    /// The surface normal.
     Normals,
     /// Distance along the view direction.
     Depth,
-    /// How open the surface is to its surroundings.
+    /// Ambient occlusion.
     AmbientOcclusion,
-    /// The colour of the container, at the chosen depth, that holds the surface.
+    /// The colour of the surface's ancestor node at the chosen depth.
     Clusters,
-    /// Tests that the pixel's ray cost.
+    /// Number of tests of the pixel's ray.
     Heat(HeatKind),
 }
 
-/// Which tests a heat map counts.
+/// The tests that a heat map counts.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum HeatKind {
@@ -39,7 +39,7 @@ pub enum HeatKind {
 }
 
 impl HeatKind {
-    /// What is counted, in the plural, as the window says it.
+    /// The counted quantity in the plural, for labels.
     pub const fn counted(self) -> &'static str {
         match self {
             Self::Containers => "container tests",
@@ -50,18 +50,18 @@ impl HeatKind {
     }
 }
 
-/// Where the light of lit shading comes from.
+/// The key light of lit shading.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Light {
-    /// From the observer; no shadows.
+    /// At the camera; no shadows.
     Headlight,
-    /// From a fixed direction high above, with shadow rays.
+    /// From a fixed high direction, with shadow rays.
     Sun,
 }
 
 impl Light {
-    /// Every light.
+    /// All lights.
     pub const ALL: [Self; 2] = [Self::Headlight, Self::Sun];
 
     /// The name on the command line.
@@ -73,28 +73,28 @@ impl Light {
     }
 }
 
-/// Everything beside scene, tree, camera and size that decides a picture.
+/// Everything that decides a picture beside scene, tree, camera and size.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct RenderSettings {
-    /// What a pixel's colour means.
+    /// A shading mode: what a pixel's colour shows.
     pub shading: Shading,
-    /// Where light comes from in lit shading.
+    /// The key light of lit shading.
     pub light: Light,
-    /// The depth of the containers that cluster colours show; leaves higher up keep their own colour.
+    /// Depth of the nodes that cluster colours show; leaves above keep their own colour.
     pub cluster_depth: u32,
-    /// How rays visit nodes wherever tests are counted.
+    /// Traversal order wherever tests are counted.
     pub traversal: Traversal,
-    /// The counts at the two ends of the heat map; `None` fits the range to the picture.
+    /// Counts at the two ends of the heat map; `None` fits the range to the picture.
     pub heat_range: Option<[f32; 2]>,
-    /// Colours of depth and heat maps.
+    /// Colour map of depth and heat maps.
     pub color_map: ColorMap,
-    /// The edges of the triangles are drawn over their surface.
+    /// Draws the triangles' edges over the surface.
     #[serde(default)]
     pub mesh_edges: bool,
-    /// Vector instructions that rays are traced with; changes nothing but the speed.
+    /// SIMD level of the traversal; changes only the speed.
     #[serde(skip)]
     pub simd: SimdLevel,
-    /// Antialiasing samples a pixel once everything rests; see [`RenderSettings::wanted_samples`].
+    /// Antialiasing samples per pixel at full resolution; see [`RenderSettings::wanted_samples`].
     pub samples: u32,
 }
 
@@ -115,20 +115,20 @@ impl Default for RenderSettings {
 }
 
 impl RenderSettings {
-    /// Samples a pixel that a picture at full resolution gets: `samples`, at least 1, but always 1 where a pixel's colour
-    /// stands for exactly one value.
+    /// Samples per pixel of a picture at full resolution: `samples`, at least 1, and always 1 in modes whose colours encode a
+    /// single value.
     pub fn wanted_samples(&self) -> u32 {
         if self.shading.has_values() { 1 } else { self.samples.max(1) }
     }
 }
 
 impl Shading {
-    /// Whether colours stand for numbers: [`Frame::values`](super::Frame::values) is filled, and a legend makes sense.
+    /// Whether colours encode numbers, so that [`Frame::values`](super::Frame::values) is filled and there is a legend.
     pub const fn has_values(self) -> bool {
         matches!(self, Self::Depth | Self::Heat(_))
     }
 
-    /// Every mode, in the order of menus.
+    /// All modes, in the order of menus.
     pub const ALL: [Self; 9] = [
         Self::Lit,
         Self::Normals,

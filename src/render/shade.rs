@@ -1,4 +1,4 @@
-//! From a hit to a colour: one shader a mode, chosen once for a whole picture.
+//! Shading modes: from a hit to a colour or value. The mode is chosen once per picture.
 
 use glam::Vec3;
 
@@ -11,12 +11,12 @@ use bvhscope_engine::geometry::{Hit, Ray};
 use bvhscope_engine::tree::Container;
 use bvhscope_engine::tree::traverse::TestCounts;
 
-/// What a sample gives to its pixel.
+/// The contribution of a sample to its pixel.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Shaded {
-    /// Linear RGB; unused where the mode colours its values.
+    /// Linear RGB; unused in modes that colour their values afterwards.
     pub(super) color: Vec3,
-    /// The number that the colour stands for, in modes that have one.
+    /// The value that the colour encodes, in modes that have one.
     pub(super) value: f32,
 }
 
@@ -28,39 +28,38 @@ impl Shaded {
 
 /// A shading mode.
 pub(super) trait Shade<C: Container>: Sync {
-    /// Whether tests are counted while the primary rays are traced.
+    /// Whether the mode counts tests while tracing primary rays.
     const COUNTS: bool = false;
 
-    /// Where tests are counted, whether in the wide tree instead of the binary one.
+    /// Whether tests are counted in the wide tree rather than the binary one.
     fn counts_steps(&self) -> bool {
         false
     }
 
-    /// Adds the rays to `rays` of which [`Shade::hit`] wants to know whether something
-    /// blocks them.
+    /// Appends the occlusion rays that [`Shade::hit`] needs to `rays`.
     fn occlusion_rays(&self, _context: &TraceContext<C>, _ray: &Ray, _hit: &Hit, _id: SampleId, _rays: &mut Vec<Ray>) {}
 
-    /// The sample of a ray that hit something. `blocked` are the answers to [`Shade::occlusion_rays`].
+    /// The sample of a ray that hit a surface. `blocked` has one element per ray of [`Shade::occlusion_rays`].
     fn hit(&self, context: &TraceContext<C>, ray: &Ray, hit: &Hit, tests: TestCounts, blocked: &[bool]) -> Shaded;
 
-    /// The sample of a ray that hit nothing; `background` is what lies there.
+    /// The sample of a ray that hit nothing; `background` is the linear background colour.
     fn miss(&self, background: Vec3, _tests: TestCounts) -> Shaded {
         Shaded::color(background)
     }
 }
 
-/// The surface's direction in world space as a colour: x, y, z from -1..1 to red, green, blue.
+/// The surface normal in world space as a colour: x, y, z from -1..1 to red, green, blue.
 pub(super) struct Normals;
 
 impl<C: Container> Shade<C> for Normals {
     fn hit(&self, context: &TraceContext<C>, ray: &Ray, hit: &Hit, _tests: TestCounts, _blocked: &[bool]) -> Shaded {
         let normal = surface::orientation(context.scene, ray, hit).smooth;
-        // The usual colours of normal maps are sRGB numbers.
+        // Normal maps usually hold sRGB-encoded numbers.
         Shaded::color((normal * 0.5 + 0.5).map(srgb::decode))
     }
 }
 
-/// TraceContext depth as a value.
+/// View depth as a value.
 pub(super) struct Depth;
 
 impl<C: Container> Shade<C> for Depth {
@@ -73,7 +72,7 @@ impl<C: Container> Shade<C> for Depth {
     }
 }
 
-/// How open the surface is, as a grey.
+/// Ambient occlusion as a grey.
 pub(super) struct AmbientOcclusion;
 
 impl<C: Container> Shade<C> for AmbientOcclusion {
@@ -86,12 +85,12 @@ impl<C: Container> Shade<C> for AmbientOcclusion {
 
     fn hit(&self, _context: &TraceContext<C>, _ray: &Ray, _hit: &Hit, _tests: TestCounts, blocked: &[bool]) -> Shaded {
         let open = openness(blocked);
-        // An sRGB number: half open looks half bright.
+        // Encoded as sRGB, so that half open looks half bright.
         Shaded::color(Vec3::splat(srgb::decode(0.05 + 0.9 * open)))
     }
 }
 
-/// Tests of the pixel's ray as a value.
+/// Number of tests of the pixel's ray as a value.
 pub(super) struct Heat(pub(super) HeatKind);
 
 impl Heat {

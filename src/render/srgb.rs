@@ -1,26 +1,26 @@
-//! Between linear light and sRGB (IEC 61966-2-1).
+//! Conversion between linear light and sRGB (IEC 61966-2-1).
 
 use std::sync::LazyLock;
 
 use glam::Vec3;
 
-/// Steps of the encoding table: fine enough to be at most one byte off at the dark end.
+/// Entries of the encoding table: fine enough to be at most one byte off at the dark end.
 const STEPS: usize = 1 << 14;
 
 static ENCODE: LazyLock<Vec<u8>> =
     LazyLock::new(|| (0..=STEPS).map(|step| (encode_exact(step as f32 / STEPS as f32) * 255.0 + 0.5) as u8).collect());
 
-/// One linear component, 0 to 1, as a number between 0 and 1 in sRGB.
+/// Encodes a linear component, 0 to 1, as sRGB, 0 to 1.
 fn encode_exact(linear: f32) -> f32 {
     if linear <= 0.003_130_8 { linear * 12.92 } else { 1.055 * linear.powf(1.0 / 2.4) - 0.055 }
 }
 
-/// One sRGB component, 0 to 1, as linear light.
+/// Decodes an sRGB component, 0 to 1, to linear light.
 pub(super) fn decode(encoded: f32) -> f32 {
     if encoded <= 0.040_45 { encoded / 12.92 } else { ((encoded + 0.055) / 1.055).powf(2.4) }
 }
 
-/// Linear light as opaque sRGB bytes, clamped to what bytes can show; NaN is black.
+/// Encodes linear light as opaque sRGB bytes, clamped; NaN becomes black.
 #[derive(Clone, Copy)]
 pub(super) struct Encoder {
     table: &'static [u8],
@@ -32,7 +32,7 @@ impl Encoder {
     }
 
     pub(super) fn rgba(self, linear: Vec3) -> [u8; 4] {
-        // `as` saturates and turns NaN into 0.
+        // `as` saturates and converts NaN to 0.
         let byte = |x: f32| self.table[((x * STEPS as f32 + 0.5) as usize).min(STEPS)];
         [byte(linear.x), byte(linear.y), byte(linear.z), 255]
     }

@@ -1,4 +1,4 @@
-//! The picture in tiles: the unit of work and of cancelling.
+//! Rendering in tiles, the unit of work and of cancellation.
 
 use std::sync::atomic::{AtomicU32, Ordering};
 use std::time::Instant;
@@ -25,10 +25,10 @@ use bvhscope_engine::tree::Container;
 use bvhscope_engine::tree::traverse::TestCounts;
 use bvhscope_engine::with_tree;
 
-/// Why there is no picture.
+/// The only error of [`render`]: it was cancelled.
 pub type RenderError = Cancelled;
 
-/// What a pass counts; whole numbers, so that the order of adding does not matter.
+/// Counters of a pass; integers, so that the order of summation does not matter.
 #[derive(Debug, Clone, Copy, Default)]
 struct PassCounts {
     hits: u64,
@@ -49,13 +49,13 @@ impl PassCounts {
     }
 }
 
-/// Traces a picture in the calling thread's rayon pool: one sample a pixel through its centre, then, at full resolution,
-/// [`wanted_samples`](super::RenderSettings::wanted_samples) in all. `deliver` gets the frame after the first pass and after each further power of
-/// two of samples; the last one is returned. Where [`RenderRequest::count_tests`] asks for it, frames after the first bring
-/// the tests of the primary rays along. Equal requests give equal pictures for any number of threads.
+/// Renders a picture in the calling thread's rayon pool: one sample through each pixel's centre, then, at full resolution,
+/// [`wanted_samples`](super::RenderSettings::wanted_samples) in all. `deliver` receives the frame after the first pass and after
+/// each further power of two of samples; the last frame is returned. With [`RenderRequest::count_tests`], frames after the first
+/// carry the test counts of the primary rays. Equal requests give equal pictures on any number of threads.
 ///
-/// Depth, distance, triangle and value of a pixel are those of its centre; further samples change colours only. A sample
-/// that is not a number is counted and black.
+/// Depth, distance, triangle and value of a pixel are those of its centre; further samples only change colours. Samples with a
+/// NaN or infinite colour are counted and black.
 pub fn render(
     request: &RenderRequest,
     token: &CancelToken,
@@ -64,12 +64,12 @@ pub fn render(
     let accel = &*request.accel;
     with_tree!(&accel.tree, tree => {
         let camera = request.camera.for_size(request.width_px, request.height_px);
-        // Only a coarse picture does without the wide tree, unless it shows that tree's steps.
+        // Coarse pictures do not wait for the wide tree, unless they show its steps.
         if request.coarseness <= 1 || request.settings.shading == Shading::Heat(HeatKind::Steps) {
             accel.widen(token)?;
         }
         let context = TraceContext::new(accel, tree, camera, request.height_px.max(1), request.settings.simd);
-        // The variant is chosen here, outside of all loops.
+        // The shading mode is chosen here, outside of all loops.
         match request.settings.shading {
             Shading::Lit => {
                 let lit = Lit::new(request.settings.light, accel.scene.up);
@@ -87,7 +87,7 @@ pub fn render(
     })
 }
 
-/// One pass after the other over all tiles.
+/// Sample passes over all tiles.
 fn passes<C: Container, S: Shade<C>>(
     context: &TraceContext<C>,
     shade: &S,
@@ -97,11 +97,11 @@ fn passes<C: Container, S: Shade<C>>(
 ) -> Result<Frame, RenderError> {
     let grid = Grid::new(request);
     if S::COUNTS {
-        // Once, rather than by every thread.
+        // Once here rather than in every thread.
         request.accel.leaf_triangles_unless(token)?;
     }
     let samples = if grid.coarseness > 1 { 1 } else { request.settings.wanted_samples() };
-    // Each tile's are its own, so that neither getting their memory nor giving it back takes long at a time.
+    // One allocation per tile, so that neither allocating nor freeing delays cancellation.
     let mut pixels: Vec<Vec<Pixel>> = vec![Vec::new(); grid.tile_count as usize];
     let tiles_done = AtomicU32::new(0);
     let tiles_in_all = (grid.tile_count * samples) as f32;
@@ -146,12 +146,12 @@ fn passes<C: Container, S: Shade<C>>(
                 deliver(frame(counted)?);
             }
             if to_count {
-                // The first picture did not wait for this; those that follow bring the counts along.
+                // Counted after the first frame was delivered; later frames carry the counts.
                 counted = Some(count_tests(request, token)?);
             }
             if sample == samples {
                 let frame = frame(counted)?;
-                // From the last on: some allocators give memory back only from its end.
+                // From the last to the first: some allocators return memory only from the end of the heap.
                 while let Some(tile) = pixels.pop() {
                     token.check()?;
                     drop(tile);
@@ -162,7 +162,7 @@ fn passes<C: Container, S: Shade<C>>(
     }
 }
 
-/// Adds sample number `sample` to each pixel of a tile.
+/// Adds sample `sample` to each pixel of a tile.
 fn trace_tile<C: Container, S: Shade<C>>(
     context: &TraceContext<C>,
     shade: &S,
@@ -195,7 +195,7 @@ fn trace_tile<C: Container, S: Shade<C>>(
                 let pixel_size =
                     context.camera.pixel_size(context.camera.view_depth(&ray, hit.t)) * grid.coarseness as f32;
                 let ink = edges::ink(triangle, &ray, &hit, pixel_size);
-                // Where values are coloured afterwards, the line waits in the unused colour.
+                // Values are coloured afterwards: until then the unused colour stores the line's coverage.
                 let values = request.settings.shading.has_values();
                 shaded.color = if values { Vec3::splat(ink) } else { edges::over_surface(shaded.color, ink) };
             }
@@ -234,7 +234,7 @@ fn trace_tile<C: Container, S: Shade<C>>(
         });
         let mut hits = [None; TILE_AREA];
         context.closest_of_tile(&rays, &mut hits);
-        // The tile's rays towards light all together; each pixel's are behind those of the pixel before.
+        // All occlusion rays of the tile are traced together, pixel after pixel.
         let (mut towards_light, mut ends) = (Vec::new(), ArrayVec::<usize, TILE_AREA>::new());
         for ((&([x, y], _), ray), hit) in places.iter().zip(&rays).zip(&hits) {
             if let Some(hit) = hit {

@@ -1,4 +1,4 @@
-//! A scene, its tree and a camera, taken apart once for a whole picture.
+//! Everything that rays of one picture share: scene, tree, camera and tracer.
 
 use glam::Vec3;
 
@@ -15,21 +15,21 @@ use bvhscope_engine::wide::tree::AnyWideTree;
 
 use super::surface;
 
-/// Holes that one ray passes through before the next one counts as solid.
+/// Maximum number of alpha cut-outs that a ray passes through before the next counts as solid.
 const MAX_HOLES: u32 = 32;
 
-/// The background's linear grey at the upper and the lower edge of the picture.
+/// Linear background colour at the upper and at the lower edge of the picture.
 const BACKGROUND: [Vec3; 2] = [Vec3::new(0.052, 0.055, 0.062), Vec3::new(0.016, 0.017, 0.019)];
 
-/// What rays that nobody counts go through. Both give the same hits.
+/// The tree that uncounted rays are traced through. Both give the same hits.
 enum Tracer<'a> {
-    /// The fast one.
+    /// The wide tree.
     Wide(&'a AnyWideTree),
-    /// For a first coarse picture that does not wait for the wide tree.
+    /// The binary tree, for a first coarse picture that does not wait for the wide one.
     Binary(Unordered<'a>),
 }
 
-/// What shaders look at.
+/// What shading modes may use.
 pub(super) struct TraceContext<'a, C> {
     pub(super) tree: &'a Tree<C>,
     accel: &'a Accel,
@@ -37,16 +37,16 @@ pub(super) struct TraceContext<'a, C> {
     level: Level,
     pub(super) scene: &'a Scene,
     pub(super) camera: CameraFrame,
-    /// Height of the picture in wanted pixels.
+    /// Height of the picture in requested pixels.
     pub(super) height_px: f32,
-    /// Whether any material has holes.
+    /// Whether any material has alpha cut-outs.
     has_holes: bool,
-    /// Length of the diagonal of the scene's box.
+    /// Length of the diagonal of the scene's bounding box in world units.
     pub(super) diagonal: f32,
 }
 
 impl<'a, C: Container> TraceContext<'a, C> {
-    /// Rays go through the wide tree where it has been made, see [`Accel::widen`], and through the binary one where not.
+    /// Traces through the wide tree if it has been made, see [`Accel::widen`], otherwise through the binary one.
     pub(super) fn new(
         accel: &'a Accel,
         tree: &'a Tree<C>,
@@ -72,13 +72,13 @@ impl<'a, C: Container> TraceContext<'a, C> {
         }
     }
 
-    /// The nearest hit that is not in a hole of its material.
+    /// The closest hit that is not in an alpha cut-out.
     pub(super) fn closest(&self, ray: &Ray) -> Option<Hit> {
         let hit = self.closest_or_hole(ray)?;
         if self.has_holes { self.beyond_holes(ray, hit) } else { Some(hit) }
     }
 
-    /// [`TraceContext::closest`] of each ray of a tile.
+    /// The closest hits of the rays of a tile that are not in alpha cut-outs.
     pub(super) fn closest_of_tile(&self, rays: &[Ray], hits: &mut [Option<Hit>]) {
         match self.tracer {
             Tracer::Wide(wide) => wide.closest_hits(self.level, rays, hits),
@@ -91,7 +91,7 @@ impl<'a, C: Container> TraceContext<'a, C> {
         }
     }
 
-    /// The nearest hit, taking holes for solid.
+    /// The closest hit with cut-outs as solid.
     fn closest_or_hole(&self, ray: &Ray) -> Option<Hit> {
         match self.tracer {
             Tracer::Wide(wide) => wide.closest_hit(self.level, ray),
@@ -99,17 +99,17 @@ impl<'a, C: Container> TraceContext<'a, C> {
         }
     }
 
-    /// The nearest hit through the wide tree, taking holes for solid: the ray whose steps are counted.
+    /// The closest hit through the wide tree with its steps counted; cut-outs are solid.
     pub(super) fn closest_in_steps<P: Probe>(&self, ray: &Ray, probe: &mut P) -> Option<Hit> {
         self.accel.wide().tree.closest_hit_with(self.level, ray, probe)
     }
 
-    /// The nearest hit through the binary tree, taking holes for solid: the ray whose tests are counted.
+    /// The closest hit through the binary tree with its tests counted; cut-outs are solid.
     pub(super) fn closest_solid<P: Probe>(&self, ray: &Ray, traversal: Traversal, probe: &mut P) -> Option<Hit> {
         closest_hit(self.tree, self.accel.leaf_triangles(), ray, traversal, probe)
     }
 
-    /// Whether something solid lies on each ray, into the first elements of `blocked`.
+    /// Any-hit query for each ray, into the first elements of `blocked`; cut-outs let rays pass.
     pub(super) fn are_blocked(&self, rays: &[Ray], blocked: &mut [bool]) {
         if self.has_holes {
             for (blocked, ray) in blocked.iter_mut().zip(rays) {
@@ -136,29 +136,29 @@ impl<'a, C: Container> TraceContext<'a, C> {
             if !has_holes(material) || surface::alpha(self.scene, material, &hit) >= material.alpha_cutoff {
                 break;
             }
-            // The same ray finds the same t for the same triangle, so one step further excludes it.
+            // The same ray finds the same t on the same triangle again, so the next larger t excludes it.
             rest.t_min = hit.t.next_up();
             hit = self.closest_or_hole(&rest)?;
         }
         Some(hit)
     }
 
-    /// The ray from just above a surface point towards `direction`, up to `t_max`.
+    /// A secondary ray towards `direction` up to `t_max`, with its origin offset from the surface.
     pub(super) fn ray_from(&self, position: Vec3, geometric_normal: Vec3, direction: Vec3, t_max: f32) -> Ray {
-        // Some ten roundings of the largest coordinate that went into the position.
+        // About ten times the rounding error of the largest coordinate of the position.
         let offset = 2e-6 * (position.abs().max_element() + self.diagonal);
         let mut ray = Ray::new(position + geometric_normal * offset, direction);
         ray.t_max = t_max;
         ray
     }
 
-    /// Linear colour behind everything, at `y_px` from the upper edge.
+    /// Linear background colour at `y_px` from the upper edge.
     pub(super) fn background(&self, y_px: f32) -> Vec3 {
         background(y_px / self.height_px)
     }
 }
 
-/// Linear colour of the background at `y` from 0, the upper edge, to 1.
+/// Linear background colour at `y`, from 0 at the upper edge to 1 at the lower.
 pub(super) fn background(y: f32) -> Vec3 {
     BACKGROUND[0].lerp(BACKGROUND[1], y.clamp(0.0, 1.0))
 }

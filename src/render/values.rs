@@ -1,4 +1,4 @@
-//! Frames whose colours stand for numbers: ranges, colouring and histograms, all without tracing anything again.
+//! Frames whose colours encode values: range, colouring and histogram, without tracing again.
 
 use rayon::prelude::*;
 
@@ -9,15 +9,15 @@ use super::srgb::Encoder;
 use super::trace_context::background;
 use bvhscope_engine::cancel::{CancelToken, Cancelled};
 
-/// Colours in the table that values are looked up in.
+/// Entries of the lookup table from values to colours.
 const TABLE_STEPS: usize = 1023;
 
-/// Values between two looks at the token.
+/// Poll for cancellation every this many values.
 const LOOKED_AT_ONCE: usize = 1 << 16;
 
 impl Frame {
-    /// The range that fits the values. Heat maps: 0 to the 99.5th percentile, so that a few extreme pixels do not darken
-    /// all others, and at least to 1. Depth: nearest to farthest hit. `[0, 1]` where there are no values.
+    /// The range fitted to the values. Heat maps: 0 to the 99.5th percentile, at least 1, so that a few extreme pixels do not
+    /// darken all others. Depth: nearest to farthest hit. `[0, 1]` if there are no values.
     pub fn fitted_range(&self, token: &CancelToken) -> Result<[f32; 2], Cancelled> {
         if self.values.is_empty() {
             return Ok([0.0, 1.0]);
@@ -41,8 +41,8 @@ impl Frame {
         })
     }
 
-    /// Colours the values anew without tracing anything; `None` fits the range. Does nothing where there are no values.
-    /// Cancelled, it leaves some colours as they were.
+    /// Recolours the values; `None` fits the range. Does nothing if there are no values. If cancelled, some pixels keep their
+    /// old colours.
     pub fn recolor(&mut self, range: Option<[f32; 2]>, map: ColorMap, token: &CancelToken) -> Result<(), Cancelled> {
         if self.values.is_empty() {
             return Ok(());
@@ -67,7 +67,7 @@ impl Frame {
         let (values, settings) = (&self.values, &self.settings);
         self.rgba.par_chunks_mut(width).zip(values.par_chunks(width)).enumerate().try_for_each(|(y, (rgba, values))| {
             token.check()?;
-            // Nothing has no depth: there the picture keeps its background.
+            // The background has no depth and keeps its colour.
             let behind = encoder.rgba(background((y as f32 + 0.5) / height));
             let keeps_background = settings.shading == Shading::Depth;
             for (pixel, &value) in rgba.iter_mut().zip(values) {
@@ -82,10 +82,10 @@ impl Frame {
     }
 }
 
-/// The value that would stand at `rank`, counted from 0, were `values` sorted by [`f32::total_cmp`]: found digit by digit.
+/// The value of zero-based `rank` in the order of [`f32::total_cmp`], found by radix selection.
 fn nth_smallest(values: &[f32], mut rank: usize, token: &CancelToken) -> Result<f32, Cancelled> {
     const DIGIT_BITS: u32 = 16;
-    // Bits that order as the numbers do.
+    // Bit patterns that order like the numbers.
     let bits = |value: f32| {
         let bits = value.to_bits();
         if bits >> 31 == 0 { bits | 1 << 31 } else { !bits }

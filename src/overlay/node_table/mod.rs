@@ -1,4 +1,4 @@
-//! The nodes of a tree by depth, what is drawn of each, and the choice of those that are drawn.
+//! The nodes of a tree by depth, the instance data of each, and the selection of those that are drawn.
 
 mod table;
 

@@ -1,4 +1,4 @@
-//! Which nodes of a table are drawn: depths, leaves and hidden ones as the settings say, and the largest where they are too many.
+//! Which nodes of a table are drawn: those that depth range and filters choose, or the largest of them if they exceed the budget.
 
 use std::collections::BinaryHeap;
 use std::ops::Range;
@@ -12,26 +12,26 @@ use crate::overlay::settings::OverlaySettings;
 use bvhscope_engine::tree::Node;
 use bvhscope_engine::with_tree;
 
-/// What is drawn of a table.
+/// The nodes of a table that are drawn.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Shown {
-    /// Nodes of the tree, at most `budget` of them.
+    /// Node indices, at most `budget` of them.
     pub nodes: Vec<u32>,
-    /// The depth of each of them, root 0.
+    /// Depth of each node; the root's is 0.
     pub depths: Vec<u32>,
-    /// How many the chosen depths and filters hold; more than `nodes` where the budget cut them.
+    /// Number of nodes that depth range and filters choose, before the budget cuts them.
     pub wanted: usize,
 }
 
 impl NodeTable {
-    /// [`NodeTable::instance`] of each of the shown nodes, in parallel.
+    /// The instance data of the shown nodes, computed in parallel.
     pub fn instances(&self, shown: &Shown, settings: &OverlaySettings) -> Vec<OverlayNode> {
         let nodes = shown.nodes.par_iter().with_min_len(1_024).zip(&shown.depths);
         nodes.map(|(&node, &depth)| self.instance(node, depth, settings)).collect()
     }
 
-    /// How many containers of a kind are drawn, and how many `settings` choose: what [`NodeTable::shown`] lists, counted
-    /// without a look at the nodes.
+    /// The number of nodes that [`NodeTable::shown`] would list, and the number before the budget cuts them. Computed from the
+    /// sizes of the levels, without visiting nodes.
     pub fn count(&self, settings: &OverlaySettings, selection: &Selection) -> (usize, usize) {
         if self.is_empty() {
             return (0, 0);
@@ -45,11 +45,11 @@ impl NodeTable {
         (wanted.min(settings.budget as usize), wanted)
     }
 
-    /// How many `settings` choose, hidden ones too.
+    /// Number of nodes that `settings` choose, hidden ones included.
     pub(super) fn wanted(&self, settings: &OverlaySettings) -> usize {
         let (first, [from, last]) = self.depths(settings);
         let in_all = |depth: u32| self.levels.ranges.get(depth as usize).map_or(0, ExactSizeIterator::len);
-        // Every interior node has two children one level down.
+        // Each interior node has two children on the next level.
         let of_interest = |depth: u32| {
             let interior = if settings.leaves_only && depth >= first { in_all(depth + 1) / 2 } else { 0 };
             in_all(depth) - interior
@@ -57,7 +57,7 @@ impl NodeTable {
         (from..=last).map(of_interest).sum()
     }
 
-    /// Whether so few of the `wanted` nodes fit the budget that they are found by walking down from the first depth.
+    /// Whether the budget is so small a part of the `wanted` nodes that a best-first walk from the first depth finds them faster.
     pub(super) fn is_cut_from_the_top(&self, settings: &OverlaySettings, wanted: usize) -> bool {
         let (_, [from, last]) = self.depths(settings);
         let run = self.levels.ranges[last as usize].end - self.levels.ranges[from as usize].start;
@@ -65,14 +65,14 @@ impl NodeTable {
         wanted > budget && !settings.leaves_only && budget < run as usize / FEW
     }
 
-    /// The first chosen depth, and the first and last depth that is drawn.
+    /// The first depth of the range, and the first and last depth drawn (which includes the parents if these are shown).
     pub(super) fn depths(&self, settings: &OverlaySettings) -> (u32, [u32; 2]) {
         let [a, b] = settings.depth.map(|depth| depth.min(self.max_depth()));
         (a.min(b), [if settings.parents { 0 } else { a.min(b) }, a.max(b)])
     }
 
-    /// What `settings` choose, with hidden nodes left out; where the budget cuts, the largest, in the order of their area.
-    /// The selected and hovered node are not part of it: they are drawn on their own.
+    /// The nodes that `settings` choose without the hidden ones; if they exceed the budget, the largest, ordered by area. The
+    /// selected and hovered nodes are drawn separately, see [`highlighted`](crate::overlay::highlighted).
     pub fn shown(&self, settings: &OverlaySettings, selection: &Selection) -> Shown {
         if self.is_empty() {
             return Shown { nodes: Vec::new(), depths: Vec::new(), wanted: 0 };
@@ -80,7 +80,7 @@ impl NodeTable {
         let (_, wanted) = self.count(settings, selection);
         let ranges = &self.levels.ranges;
         let (first, [from, last]) = self.depths(settings);
-        // Depths are neighbours in the list, so a range of depths is one run of places in it.
+        // The list is ordered by depth, so a range of depths is one range of slots.
         let run = ranges[from as usize].start..ranges[last as usize].end;
         let budget = settings.budget as usize;
         if self.is_cut_from_the_top(settings, wanted) {
@@ -91,7 +91,7 @@ impl NodeTable {
         let chosen = ranges[first as usize].start;
         let kept = |place: &u32| {
             let node = nodes[*place as usize];
-            // "Leaves only" is about the chosen depths: the levels above them have other work.
+            // "Leaves only" applies to the depth range; parents above it are shown for context.
             let leaf = !settings.leaves_only || *place < chosen || self.is_leaf(node);
             leaf && !selection.hidden.contains(&node)
         };
@@ -106,7 +106,7 @@ impl NodeTable {
         Shown { nodes: places.into_iter().map(|place| nodes[place as usize]).collect(), depths, wanted }
     }
 
-    /// The places of the `budget` largest among the kept `nodes` of `run`, largest first, equal ones in the order of the list.
+    /// Slots of the `budget` largest among the kept `nodes` of `run`: largest first, ties in list order.
     fn largest(
         &self,
         nodes: &[u32],
@@ -126,8 +126,8 @@ impl NodeTable {
         keys.into_iter().map(|key| !(key as u32)).collect()
     }
 
-    /// The same by walking down from the first depth, always into the largest node: no container is larger than the one around
-    /// it, so only what is drawn and that depth are looked at. Nodes and their depths; equal ones by their number.
+    /// The same by a best-first walk from the first depth: no container is larger than its parent's, so only that level and the
+    /// nodes drawn are visited. Returns node indices and depths; ties are ordered by index.
     fn largest_from_the_top(&self, [from, last]: [u32; 2], selection: &Selection, budget: usize) -> [Vec<u32>; 2] {
         with_tree!(&self.accel.tree, tree => {
             let Range { start, end } = self.levels.ranges[from as usize].clone();
@@ -145,7 +145,7 @@ impl NodeTable {
                 }
                 let Node { first, .. } = tree.nodes[node as usize];
                 if depth < last && !tree.nodes[node as usize].is_leaf() {
-                    // A sphere may have been rounded to a hair more than the one around it.
+                    // Rounding may make a sphere slightly larger than its parent's.
                     let around = f32::from_bits((found >> 32) as u32);
                     open.extend([first, first + 1].map(|child| (key(area(tree, child).min(around), child), depth + 1)));
                 }
@@ -155,10 +155,10 @@ impl NodeTable {
     }
 }
 
-/// The budget is small beside what was chosen: one in so many nodes.
+/// A best-first walk pays off if the budget is at most one in this many of the chosen nodes.
 const FEW: usize = 8;
 
-/// Orders by area, then by number, the lower one first. Areas are not negative, so their bits order like the numbers do.
+/// Sort key: by area, then lower numbers first. The bits of non-negative floats order like the floats.
 fn key(area: f32, number: u32) -> u64 {
     u64::from(area.to_bits()) << 32 | u64::from(!number)
 }

@@ -1,4 +1,4 @@
-//! What the overlay knows of one tree: who stands at which depth, and on demand everything it draws of a node.
+//! The overlay's view of one tree: its nodes by depth and, on demand, everything that is drawn of a node.
 
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, OnceLock};
@@ -13,14 +13,13 @@ use bvhscope_engine::tree::levels::Levels;
 use bvhscope_engine::tree::{AnyTree, Container, ContainerKind, Node, Tree};
 use bvhscope_engine::with_tree;
 
-/// Every node of one tree by depth. Making it is part of every rebuild, so it holds the indices of the first depths only; those of
-/// the others, containers of the kind that the tree is not made of, parents and primitive counts are computed when first
-/// asked for.
+/// The nodes of one tree by depth. It is made for every rebuild, so only the indices of the first levels are listed then; those
+/// of deeper levels, containers of the other kind, parents and primitive counts are computed on first use.
 #[derive(Debug)]
 pub struct NodeTable {
     /// The nodes of the tree by depth.
     pub(super) levels: Levels,
-    /// Unique for each table, to tell whether it has been uploaded.
+    /// Unique id, by which the GPU side recognises an uploaded table.
     pub id: u64,
     pub(super) accel: Arc<Accel>,
     boxes: OnceLock<Vec<Aabb>>,
@@ -28,7 +27,7 @@ pub struct NodeTable {
 }
 
 impl NodeTable {
-    /// Lists the first depths of `accel`'s tree.
+    /// Lists the first levels of `accel`'s tree.
     pub fn new(accel: &Arc<Accel>) -> Self {
         static NEXT_ID: AtomicU64 = AtomicU64::new(1);
         Self {
@@ -40,14 +39,14 @@ impl NodeTable {
         }
     }
 
-    /// Lists what [`NodeTable::shown`] takes for `settings`, or all nodes, unless `token` is cancelled.
+    /// Lists the nodes that [`NodeTable::shown`] needs for `settings`, or all nodes for `None`, unless `token` is cancelled.
     pub fn list(&self, settings: Option<&OverlaySettings>, token: &CancelToken) -> Result<(), Cancelled> {
         let all = self.levels.ranges.last().map_or(0, |range| range.end);
         let count = settings.map_or(all, |settings| self.needed(settings));
         with_tree!(&self.accel.tree, tree => self.levels.list(tree, count, token))
     }
 
-    /// How many of the list's nodes [`NodeTable::shown`] takes for `settings`.
+    /// Length of the prefix of the list that [`NodeTable::shown`] needs for `settings`.
     fn needed(&self, settings: &OverlaySettings) -> u32 {
         if self.is_empty() {
             return 0;
@@ -57,7 +56,7 @@ impl NodeTable {
         self.levels.ranges[depth as usize].end
     }
 
-    /// The first nodes of the list that goes depth by depth, `count` of them or more, within a depth in the order of the tree.
+    /// At least the first `count` nodes in order of depth; within a depth in the order of the tree.
     pub fn by_depth(&self, count: u32) -> &[u32] {
         with_tree!(&self.accel.tree, tree => self.levels.first(tree, count))
     }
@@ -77,12 +76,12 @@ impl NodeTable {
         self.levels.ranges.len().saturating_sub(1) as u32
     }
 
-    /// Which container the tree is made of.
+    /// The container kind of the tree.
     pub fn container_kind(&self) -> ContainerKind {
         self.accel.tree.container_kind()
     }
 
-    /// Whether `node` holds primitives rather than nodes.
+    /// Whether `node` is a leaf.
     pub fn is_leaf(&self, node: u32) -> bool {
         with_tree!(&self.accel.tree, tree => tree.nodes[node as usize].is_leaf())
     }
@@ -95,7 +94,7 @@ impl NodeTable {
         })
     }
 
-    /// The node above; `None` for the root and where there is no such node.
+    /// The parent; `None` for the root and for indices beyond the tree.
     pub fn parent(&self, node: u32) -> Option<u32> {
         if node == 0 || node as usize >= self.len() {
             return None;
@@ -106,9 +105,9 @@ impl NodeTable {
         }
     }
 
-    /// The other child of the same parent; `None` for the root and where there is no such node.
+    /// The sibling; `None` for the root and for indices beyond the tree.
     pub fn sibling(&self, node: u32) -> Option<u32> {
-        // The root is node 0 and all others are in pairs of neighbours: 1 and 2, 3 and 4, and so on.
+        // Siblings are neighbours: the root is node 0, its children 1 and 2, further pairs 3 and 4, and so on.
         (node > 0 && (node as usize) < self.len()).then(|| ((node - 1) ^ 1) + 1)
     }
 
@@ -120,7 +119,7 @@ impl NodeTable {
         }
     }
 
-    /// The nodes from the root to `node`: down to one of the triangles below it, past `node`.
+    /// The nodes from the root to `node`, found by descending to one of the triangles in its subtree.
     fn path(&self, node: u32) -> Vec<u32> {
         let primitive = self.accel.tree.first_primitive_below(node);
         let mut path = primitive.map_or_else(Vec::new, |primitive| self.accel.path_to(primitive));
@@ -129,12 +128,12 @@ impl NodeTable {
         path
     }
 
-    /// Number of primitives below `node`. Reads the whole tree when an interior node is asked for the first time.
+    /// Number of primitives in the subtree of `node`. The first call for an interior node reads the whole tree.
     pub fn primitives(&self, node: u32) -> u32 {
         self.known_primitives(node).unwrap_or_else(|| self.accel.ancestry().primitive_counts[node as usize])
     }
 
-    /// Number of primitives below `node` where that is known without reading the tree.
+    /// Number of primitives in the subtree of `node` if it is known without reading the tree.
     pub fn known_primitives(&self, node: u32) -> Option<u32> {
         if node == 0 {
             return Some(self.accel.tree.primitive_indices().len() as u32);
@@ -144,7 +143,7 @@ impl NodeTable {
         if self.is_leaf(node) { Some(own) } else { counts() }
     }
 
-    /// Makes everything that [`NodeTable::drawable`] leaves out of `settings`, in the calling thread's rayon pool.
+    /// Computes whatever [`NodeTable::drawable`] would leave out of `settings`, in the calling thread's rayon pool.
     pub fn prepare(&self, settings: &OverlaySettings, token: &CancelToken) -> Result<(), Cancelled> {
         let [boxes, spheres] = [ContainerKind::Aabb, ContainerKind::Sphere].map(|kind| kind != self.container_kind());
         if boxes && settings.show_boxes || spheres && settings.show_spheres {
@@ -156,12 +155,12 @@ impl NodeTable {
         self.list(Some(settings), token)
     }
 
-    /// Makes known what lies below each node.
+    /// Computes parents and primitive counts of all nodes.
     pub fn study(&self, token: &CancelToken) -> Result<(), Cancelled> {
         self.accel.compute_ancestry(token).map(|_| ())
     }
 
-    /// Makes the containers of the kind that the tree is not made of, in the calling thread's rayon pool.
+    /// Computes the containers of the kind that the tree is not made of, in the calling thread's rayon pool.
     pub fn complete(&self, token: &CancelToken) -> Result<(), Cancelled> {
         let triangles = &self.accel.scene.triangles;
         match &self.accel.tree {
@@ -178,8 +177,8 @@ impl NodeTable {
         Ok(())
     }
 
-    /// `settings` without what takes a pass over the tree that [`NodeTable::prepare`] has not made yet: containers of the kind that
-    /// the tree is not made of, numbers of primitives, depths below those that are listed.
+    /// `settings` restricted to what can be drawn without another pass over the tree. Until [`NodeTable::prepare`] has run,
+    /// containers of the other kind, primitive counts and unlisted levels are left out.
     pub fn drawable(&self, settings: &OverlaySettings) -> OverlaySettings {
         let is_complete = self.spheres.get().is_some() || self.boxes.get().is_some();
         let own = self.container_kind();
@@ -196,7 +195,7 @@ impl NodeTable {
         }
     }
 
-    /// The box around `node`: the tree's own, or for a tree of spheres exactly around the triangles below.
+    /// The box of `node`: the tree's own or, in a tree of spheres, the tight box around the triangles of the subtree.
     pub fn node_box(&self, node: u32) -> Aabb {
         match &self.accel.tree {
             AnyTree::Aabb(tree) => tree.nodes[node as usize].container,
@@ -204,7 +203,7 @@ impl NodeTable {
         }
     }
 
-    /// The sphere around `node`: the tree's own, or for a tree of boxes merged bottom-up from the triangles' spheres.
+    /// The sphere of `node`: the tree's own or, in a tree of boxes, merged bottom-up from the triangles' spheres.
     pub fn node_sphere(&self, node: u32) -> Sphere {
         match &self.accel.tree {
             AnyTree::Sphere(tree) => tree.nodes[node as usize].container,
@@ -212,27 +211,27 @@ impl NodeTable {
         }
     }
 
-    /// A box around `node`'s own container; `None` where there is no such node.
+    /// The bounding box of the tree's own container of `node`; `None` for indices beyond the tree.
     pub fn bounds(&self, node: u32) -> Option<Aabb> {
         with_tree!(&self.accel.tree, tree => tree.nodes.get(node as usize).map(|node| node.container.bounds()))
     }
 
-    /// Surface area of `node`'s own container over the root's, 0 to 1.
+    /// Surface area of the node's container relative to the root's, 0 to 1.
     pub fn area_share(&self, node: u32) -> f32 {
-        with_tree!(&self.accel.tree, tree => share(area(tree, node), area(tree, 0)))
+        with_tree!(&self.accel.tree, tree => fraction(area(tree, node), area(tree, 0)))
     }
 
-    /// Overlap of `node`'s own container with its sibling's, as a share of its own area, 0 to 1; 0 for the root.
+    /// Overlap of the node's container with its sibling's as a fraction of its own area, 0 to 1; 0 for the root.
     pub fn overlap(&self, node: u32) -> f32 {
         let Some(sibling) = self.sibling(node) else { return 0.0 };
         with_tree!(&self.accel.tree, tree => {
             let [own, other] = [node, sibling].map(|node| &tree.nodes[node as usize].container);
-            share(own.overlap(other), own.relative_area())
+            fraction(own.overlap(other), own.relative_area())
         })
     }
 
-    /// `node`, which is `depth` deep, as the shaders read it. A container of the kind that the tree is not made of, and the number of primitives, are
-    /// zero unless `settings` show them: they cost a pass over the tree.
+    /// The instance data of `node` at `depth`. The container of the other kind and the primitive count cost a pass over the tree
+    /// and are zero unless `settings` show them.
     pub fn instance(&self, node: u32, depth: u32, settings: &OverlaySettings) -> OverlayNode {
         let own = self.container_kind();
         let nothing = Aabb { min: glam::Vec3::ZERO, max: glam::Vec3::ZERO };
@@ -264,12 +263,12 @@ pub(super) fn area<C: Container>(tree: &Tree<C>, node: u32) -> f32 {
     tree.nodes[node as usize].container.relative_area().max(0.0)
 }
 
-/// `part / whole` between 0 and 1; 1 where the whole has no area.
-fn share(part: f32, whole: f32) -> f32 {
+/// `part / whole`, clamped to 0 to 1; 1 if the whole has no area.
+fn fraction(part: f32, whole: f32) -> f32 {
     if whole > 0.0 { (part / whole).clamp(0.0, 1.0) } else { 1.0 }
 }
 
-/// Containers of kind `C` for the nodes of a tree of another kind over `triangles`: leaves around theirs, then bottom-up.
+/// Containers of kind `C` for all nodes of a tree of another kind: leaves from their triangles, interior nodes bottom-up.
 fn containers<K: Container, C: Container>(
     tree: &Tree<K>,
     triangles: &[Triangle],
@@ -294,7 +293,7 @@ fn containers<K: Container, C: Container>(
     Ok(all)
 }
 
-/// [`containers`], however long it takes.
+/// [`containers`] without a way to cancel.
 fn containers_at_once<K: Container, C: Container>(tree: &Tree<K>, accel: &Accel) -> Vec<C> {
     containers(tree, &accel.scene.triangles, &CancelToken::new()).unwrap_or_else(|_| unreachable!("nobody cancels"))
 }
