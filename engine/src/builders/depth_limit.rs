@@ -1,85 +1,92 @@
-//! Keeps a tree from becoming a list. Agglomerative clustering does that to containers within one another: the closest two
-//! are always the two smallest, and so the next larger one takes them in, one after the other.
+//! Limits the depth of agglomerative trees. Clustering nested containers degenerates into a list: the closest pair are
+//! always the two smallest, with which the next larger one is merged.
 
 use crate::cancel::{CancelToken, Cancelled};
 use crate::tree::{Container, Node, Tree};
 
-/// Nodes between two looks at the token.
+/// Poll for cancellation every 65536 nodes.
 const NODES_BETWEEN_CHECKS: usize = 1 << 16;
 
-/// Depth that an agglomerative tree of `count` primitives, of which there is one at least, may have: 2·log2(n) + 16.
+/// Maximum depth of an agglomerative tree of `count` primitives, at least one: 2·log2(n) + 16.
 pub fn depth_limit(count: usize) -> u32 {
     2 * count.ilog2() + 16
 }
 
-/// Halves what lies too deep in `tree`, as low down as the limit allows: the leaves stay in their order, and all other nodes
-/// stay as they are. Containers within one another cost the same however they are paired. Says whether anything did.
+/// Balances the subtrees of `tree` that exceed the depth limit, as low as the limit allows. The leaves keep their
+/// order, and all other nodes are unchanged. Pairs of nested containers cost the same in any order. Returns whether
+/// anything changed.
 pub fn limit_depth<C: Container>(tree: &mut Tree<C>, token: &CancelToken) -> Result<bool, Cancelled> {
     let limit = depth_limit(tree.primitive_indices.len().max(1));
     if tree.max_depth <= limit {
         return Ok(false);
     }
-    let below = measure(tree, token)?;
-    let mut open = vec![(0_u32, 0_u32)];
+    let sizes = subtree_sizes(tree, token)?;
+    let mut stack = vec![(0_u32, 0_u32)];
     let mut max_depth = 0;
-    while let Some((index, depth)) = open.pop() {
+    while let Some((index, depth)) = stack.pop() {
         let node = tree.nodes[index as usize];
-        if node.is_leaf() || depth + below[index as usize].height <= limit {
-            max_depth = max_depth.max(depth + below[index as usize].height);
+        if node.is_leaf() || depth + sizes[index as usize].height <= limit {
+            max_depth = max_depth.max(depth + sizes[index as usize].height);
             continue;
         }
-        // Each of the children must be able to keep within the limit, if need be as halves.
+        // Descend only if both children can keep within the limit, if need be balanced.
         let children = [node.first, node.first + 1];
-        if children.iter().all(|&child| depth + 1 + halvings(below[child as usize].leaves) <= limit) {
-            open.extend(children.map(|child| (child, depth + 1)));
+        if children.iter().all(|&child| depth + 1 + balanced_height(sizes[child as usize].leaves) <= limit) {
+            stack.extend(children.map(|child| (child, depth + 1)));
         } else {
-            halve(tree, index, &below, token)?;
-            max_depth = max_depth.max(depth + halvings(below[index as usize].leaves));
+            balance(tree, index, &sizes, token)?;
+            max_depth = max_depth.max(depth + balanced_height(sizes[index as usize].leaves));
         }
     }
     tree.max_depth = max_depth;
     Ok(true)
 }
 
-/// What lies below a node.
+/// Size of a subtree.
 #[derive(Clone, Copy, Default, bytemuck::Zeroable)]
-struct Below {
-    /// Leaves.
+struct SubtreeSize {
+    /// Number of leaves.
     leaves: u32,
-    /// Levels.
+    /// Number of levels below its root.
     height: u32,
 }
 
-/// [`Below`] for each node.
-fn measure<C: Container>(tree: &Tree<C>, token: &CancelToken) -> Result<Vec<Below>, Cancelled> {
-    let mut below: Vec<Below> = bytemuck::zeroed_vec(tree.nodes.len());
+/// The [`SubtreeSize`] of each node.
+fn subtree_sizes<C: Container>(tree: &Tree<C>, token: &CancelToken) -> Result<Vec<SubtreeSize>, Cancelled> {
+    let mut sizes: Vec<SubtreeSize> = bytemuck::zeroed_vec(tree.nodes.len());
     for (index, node) in tree.nodes.iter().enumerate().rev() {
         if index % NODES_BETWEEN_CHECKS == 0 {
             token.check()?;
         }
-        below[index] = if node.is_leaf() {
-            Below { leaves: 1, height: 0 }
+        sizes[index] = if node.is_leaf() {
+            SubtreeSize { leaves: 1, height: 0 }
         } else {
-            let [a, b] = [0, 1].map(|side| below[node.first as usize + side]);
-            Below { leaves: a.leaves + b.leaves, height: 1 + a.height.max(b.height) }
+            let [a, b] = [0, 1].map(|side| sizes[node.first as usize + side]);
+            SubtreeSize { leaves: a.leaves + b.leaves, height: 1 + a.height.max(b.height) }
         };
     }
-    Ok(below)
+    Ok(sizes)
 }
 
-/// Levels below the root of a tree of so many leaves whose lists are halved.
-fn halvings(leaves: u32) -> u32 {
+/// Height of a balanced tree of `leaves`.
+fn balanced_height(leaves: u32) -> u32 {
     leaves.next_power_of_two().ilog2()
 }
 
-/// Gives the node `root` a tree of halves of its leaves, in their order, in the places of those that it has.
-fn halve<C: Container>(tree: &mut Tree<C>, root: u32, below: &[Below], token: &CancelToken) -> Result<(), Cancelled> {
-    // All leaves from left to right, and the places of all pairs.
-    let count = below[root as usize].leaves as usize;
+/// Replaces the tree below `root` by a balanced one over its leaves in the same order. The nodes are stored in the same
+/// slots.
+fn balance<C: Container>(
+    tree: &mut Tree<C>,
+    root: u32,
+    sizes: &[SubtreeSize],
+    token: &CancelToken,
+) -> Result<(), Cancelled> {
+    // The leaves from left to right, and the slots of all pairs.
+    let count = sizes[root as usize].leaves as usize;
     let mut leaves = Vec::with_capacity(count);
-    let mut places = Vec::with_capacity(count - 1);
-    let mut open = vec![root];
-    while let Some(index) = open.pop() {
+    let mut pair_slots = Vec::with_capacity(count - 1);
+    let mut stack = vec![root];
+    while let Some(index) = stack.pop() {
         if leaves.len() % NODES_BETWEEN_CHECKS == 0 {
             token.check()?;
         }
@@ -87,29 +94,29 @@ fn halve<C: Container>(tree: &mut Tree<C>, root: u32, below: &[Below], token: &C
         if node.is_leaf() {
             leaves.push(node);
         } else {
-            places.push(node.first);
-            open.extend([node.first + 1, node.first]);
+            pair_slots.push(node.first);
+            stack.extend([node.first + 1, node.first]);
         }
     }
-    places.sort_unstable();
+    pair_slots.sort_unstable();
 
-    // Breadth first into rising places, so that children come after their parents.
-    let mut halves = vec![(root, 0..count)];
-    for (at, &first) in places.iter().enumerate() {
+    // Breadth first into ascending slots, so that parents precede their children.
+    let mut ranges = vec![(root, 0..count)];
+    for (at, &first) in pair_slots.iter().enumerate() {
         if at % NODES_BETWEEN_CHECKS == 0 {
             token.check()?;
         }
-        let (node, range) = halves[at].clone();
+        let (node, range) = ranges[at].clone();
         let middle = range.start + range.len() / 2;
         tree.nodes[node as usize] = Node { container: C::EMPTY, first, count: 0 };
         for (child, half) in [(first, range.start..middle), (first + 1, middle..range.end)] {
             match half.len() {
                 1 => tree.nodes[child as usize] = leaves[half.start],
-                _ => halves.push((child, half)),
+                _ => ranges.push((child, half)),
             }
         }
     }
-    for (node, _) in halves.iter().rev() {
+    for (node, _) in ranges.iter().rev() {
         let first = tree.nodes[*node as usize].first as usize;
         tree.nodes[*node as usize].container = tree.nodes[first].container.union(&tree.nodes[first + 1].container);
     }
@@ -124,8 +131,8 @@ mod tests {
     use crate::tree::validate::validate;
     use glam::Vec3;
 
-    /// Triangles around one another and a chain of them, the largest at the top.
-    fn chain(count: usize) -> (Tree<Aabb>, Vec<Triangle>) {
+    /// Nested triangles and a tree that degenerated into a list, the largest triangle first.
+    fn degenerate_tree(count: usize) -> (Tree<Aabb>, Vec<Triangle>) {
         let triangle = |at: usize| {
             let size = (count - at) as f32;
             Triangle { a: Vec3::splat(-size), b: Vec3::splat(size), c: Vec3::new(size, -size, 0.0) }
@@ -143,13 +150,13 @@ mod tests {
     #[test]
     fn a_list_becomes_a_tree_with_its_leaves_in_order() {
         for count in [40, 41, 1000, 5000] {
-            let (mut tree, triangles) = chain(count);
+            let (mut tree, triangles) = degenerate_tree(count);
             assert_eq!(limit_depth(&mut tree, &CancelToken::new()), Ok(true));
             assert!(tree.max_depth <= depth_limit(count), "{} of {count}", tree.max_depth);
             let depths = tree.depths(&CancelToken::new()).unwrap_or_default();
             assert_eq!(depths.into_iter().max(), Some(tree.max_depth));
             assert!(tree.primitive_indices.iter().copied().eq(0..count as u32));
-            // The top keeps the shape that it had.
+            // The top is unchanged.
             assert!(tree.nodes[1].is_leaf() && tree.nodes[1].first == 0);
             assert_eq!(validate(&AnyTree::Aabb(tree), &triangles), Ok(()));
         }
@@ -157,7 +164,7 @@ mod tests {
 
     #[test]
     fn a_tree_within_the_limit_stays_as_it_is() {
-        let (tree, _) = chain(20);
+        let (tree, _) = degenerate_tree(20);
         let mut limited = tree.clone();
         assert_eq!(limit_depth(&mut limited, &CancelToken::new()), Ok(false));
         assert_eq!(limited, tree);
@@ -167,6 +174,6 @@ mod tests {
     fn it_stops_when_cancelled() {
         let token = CancelToken::new();
         token.cancel();
-        assert_eq!(limit_depth(&mut chain(100).0, &token), Err(Cancelled));
+        assert_eq!(limit_depth(&mut degenerate_tree(100).0, &token), Err(Cancelled));
     }
 }

@@ -1,5 +1,5 @@
-//! From the pairs that the top-down builders leave behind to the tree that rays are traced through: depth first, siblings
-//! together. The agglomerative builder writes its nodes in place.
+//! Flattens the pairs of nodes that top-down builders produce into a tree in depth-first order, siblings together. The
+//! agglomerative builder writes its nodes in place.
 
 use rayon::prelude::*;
 
@@ -8,31 +8,29 @@ use crate::cancel::{CancelToken, Cancelled};
 use crate::kernel::par_collect::zeros;
 use crate::tree::{Container, Node, Tree};
 
-/// The children of one interior node. While the tree is built a node's `count` is the number
-/// of primitives below it, and its `first` is the slot of its children or, below a single primitive, its position in
-/// the order of the leaves' making.
-pub type Pair<C> = [Node<C>; 2];
+/// The two children of an interior node during construction. A node's `count` is then the number of primitives below
+/// it. Its `first` is the slot of its children or, for a single primitive, the position of that in the builder's order.
+pub type ChildPair<C> = [Node<C>; 2];
 
-/// Subtrees up to this many primitives are written by one task.
+/// Maximum number of primitives of a subtree that one task writes.
 const TASK_PRIMITIVES: usize = 8192;
 
-/// A subtree that still has to be written: its node, whose `first` is a slot or a position in Morton order, and where
-/// its parts go.
+/// A subtree to write: its root, and where its nodes and primitives go.
 #[derive(Clone, Copy)]
-struct Subtree<C> {
+struct FlattenTask<C> {
     node: Node<C>,
-    /// Where the node itself goes.
+    /// Index of the root.
     at: u32,
-    /// Where the nodes below it begin.
+    /// Index of the first node below it.
     first_node: u32,
-    /// Where its primitives begin.
+    /// Index of its first primitive.
     first_primitive: u32,
     depth: u32,
 }
 
-impl<C: Container> Subtree<C> {
-    /// The node as it is written.
-    fn flat(&self) -> Node<C> {
+impl<C: Container> FlattenTask<C> {
+    /// The root as it is written.
+    fn flat_node(&self) -> Node<C> {
         if self.node.count == 1 {
             Node { container: self.node.container, first: self.first_primitive, count: 1 }
         } else {
@@ -40,13 +38,13 @@ impl<C: Container> Subtree<C> {
         }
     }
 
-    /// Number of nodes below it.
+    /// Number of nodes below the root.
     fn nodes_below(&self) -> u32 {
         2 * (self.node.count - 1)
     }
 
-    /// Both children: everything below the first one comes before everything below the second.
-    fn children(&self, slots: &[Pair<C>]) -> [Self; 2] {
+    /// Both children: everything below the first precedes everything below the second.
+    fn children(&self, slots: &[ChildPair<C>]) -> [Self; 2] {
         let [first, second] = slots[self.node.first as usize];
         let depth = self.depth + 1;
         let first_node = self.first_node + 2;
@@ -62,71 +60,71 @@ impl<C: Container> Subtree<C> {
     }
 }
 
-/// The tree under `root`, whose descendants' pairs are in `slots` and whose primitives are `order`. Nothing here recurses:
-/// agglomerative trees can be deep.
+/// Flattens the tree under `root`, whose descendants are in `slots`; `primitive_at` maps positions to primitive
+/// indices. Iterative, because trees can be deep.
 pub fn flatten<C: ClusterContainer>(
     root: Node<C>,
-    slots: &[Pair<C>],
-    order: impl Fn(usize) -> u32 + Sync,
+    slots: &[ChildPair<C>],
+    primitive_at: impl Fn(usize) -> u32 + Sync,
     token: &CancelToken,
 ) -> Result<Tree<C>, Cancelled> {
     let mut nodes: Vec<Node<C>> = zeros(2 * root.count as usize - 1, token)?;
     let mut primitive_indices: Vec<u32> = zeros(root.count as usize, token)?;
 
-    // The top of the tree, one after the other, until what is left below is small enough for a task.
+    // Write the top of the tree sequentially, down to subtrees small enough for one task.
     let mut tasks = Vec::new();
-    let mut open = vec![Subtree { node: root, at: 0, first_node: 1, first_primitive: 0, depth: 0 }];
-    while let Some(subtree) = open.pop() {
-        nodes[subtree.at as usize] = subtree.flat();
-        if subtree.node.count as usize <= TASK_PRIMITIVES {
-            tasks.push(subtree);
+    let mut stack = vec![FlattenTask { node: root, at: 0, first_node: 1, first_primitive: 0, depth: 0 }];
+    while let Some(task) = stack.pop() {
+        nodes[task.at as usize] = task.flat_node();
+        if task.node.count as usize <= TASK_PRIMITIVES {
+            tasks.push(task);
         } else {
-            let [first, second] = subtree.children(slots);
-            open.extend([second, first]);
+            let [first, second] = task.children(slots);
+            stack.extend([second, first]);
         }
     }
 
-    // The tasks' parts of both lists follow one another in the order of the tasks, with the top's nodes in between.
-    let mut parts = Vec::with_capacity(tasks.len());
-    let (mut rest_nodes, mut rest_primitives, mut passed) = (&mut nodes[..], &mut primitive_indices[..], 0);
+    // The tasks' ranges of both lists are consecutive, with nodes of the top in between.
+    let mut outputs = Vec::with_capacity(tasks.len());
+    let (mut remaining_nodes, mut remaining_primitives, mut skipped) = (&mut nodes[..], &mut primitive_indices[..], 0);
     for task in tasks {
-        let (_, rest) = rest_nodes.split_at_mut(task.first_node as usize - passed);
-        let (own_nodes, rest) = rest.split_at_mut(task.nodes_below() as usize);
-        let (own_primitives, others) = rest_primitives.split_at_mut(task.node.count as usize);
-        (rest_nodes, rest_primitives) = (rest, others);
-        passed = (task.first_node + task.nodes_below()) as usize;
-        parts.push((task, own_nodes, own_primitives));
+        let (_, remaining) = remaining_nodes.split_at_mut(task.first_node as usize - skipped);
+        let (task_nodes, remaining) = remaining.split_at_mut(task.nodes_below() as usize);
+        let (task_primitives, remaining_after) = remaining_primitives.split_at_mut(task.node.count as usize);
+        (remaining_nodes, remaining_primitives) = (remaining, remaining_after);
+        skipped = (task.first_node + task.nodes_below()) as usize;
+        outputs.push((task, task_nodes, task_primitives));
     }
-    let max_depth = parts
+    let max_depth = outputs
         .into_par_iter()
         .map(|(task, nodes, primitives)| {
             token.check()?;
-            Ok(write_subtree(task, slots, &order, nodes, primitives))
+            Ok(write_subtree(task, slots, &primitive_at, nodes, primitives))
         })
         .try_reduce(|| 0, |a, b| Ok(a.max(b)))?;
     Ok(Tree { nodes, primitive_indices, max_depth })
 }
 
-/// Writes everything below `top` and returns the depth of the deepest node.
+/// Writes everything below `top` and returns the depth of its deepest node.
 fn write_subtree<C: Container>(
-    top: Subtree<C>,
-    slots: &[Pair<C>],
-    order: &impl Fn(usize) -> u32,
+    top: FlattenTask<C>,
+    slots: &[ChildPair<C>],
+    primitive_at: &impl Fn(usize) -> u32,
     nodes: &mut [Node<C>],
     primitives: &mut [u32],
 ) -> u32 {
     let mut max_depth = top.depth;
-    let mut open = vec![top];
-    while let Some(subtree) = open.pop() {
-        max_depth = max_depth.max(subtree.depth);
-        if subtree.node.count == 1 {
-            primitives[(subtree.first_primitive - top.first_primitive) as usize] = order(subtree.node.first as usize);
+    let mut stack = vec![top];
+    while let Some(task) = stack.pop() {
+        max_depth = max_depth.max(task.depth);
+        if task.node.count == 1 {
+            primitives[(task.first_primitive - top.first_primitive) as usize] = primitive_at(task.node.first as usize);
         } else {
-            let children = subtree.children(slots);
-            let at = (subtree.first_node - top.first_node) as usize;
-            nodes[at] = children[0].flat();
-            nodes[at + 1] = children[1].flat();
-            open.extend([children[1], children[0]]);
+            let children = task.children(slots);
+            let at = (task.first_node - top.first_node) as usize;
+            nodes[at] = children[0].flat_node();
+            nodes[at + 1] = children[1].flat_node();
+            stack.extend([children[1], children[0]]);
         }
     }
     max_depth

@@ -1,10 +1,11 @@
-//! Splits by Morton code (Lauterbach, Garland, Sengupta, Luebke, Manocha, *Fast BVH Construction on GPUs*, 2009).
+//! Linear BVH: splits by Morton code (Lauterbach, Garland, Sengupta, Luebke, Manocha, *Fast BVH Construction on GPUs*,
+//! 2009).
 
 use std::ops::Range;
 use std::time::Instant;
 
 use crate::aac::ClusterContainer;
-use crate::builders::flatten::{Pair, flatten};
+use crate::builders::flatten::{ChildPair, flatten};
 use crate::cancel::{CancelToken, Cancelled};
 use crate::geometry::Triangle;
 use crate::kernel::par_collect::zeros;
@@ -13,10 +14,10 @@ use crate::settings::Curve;
 use crate::stage_times::StageTimes;
 use crate::tree::{Node, Tree};
 
-/// Subtrees up to this size are built by one thread.
+/// Maximum number of primitives that are built by one thread.
 const FORK_ABOVE: usize = 8192;
 
-/// A tree of single primitives, split where the highest bit of their codes flips.
+/// Builds a tree with one triangle per leaf, split where the highest differing bit of the codes flips.
 pub fn build<C: ClusterContainer>(
     triangles: &[Triangle],
     bounds: &InputBounds,
@@ -24,49 +25,49 @@ pub fn build<C: ClusterContainer>(
     token: &CancelToken,
     times: &mut StageTimes,
 ) -> Result<Tree<C>, Cancelled> {
-    let input = sort_primitives::<C>(triangles, bounds, curve, token, times)?;
+    let sorted = sort_primitives::<C>(triangles, bounds, curve, token, times)?;
     let start = Instant::now();
-    let mut slots: Vec<Pair<C>> = zeros(triangles.len(), token)?;
-    let root = split(triangles, &input, 0..triangles.len(), &mut slots, 0, token)?;
+    let mut slots: Vec<ChildPair<C>> = zeros(triangles.len(), token)?;
+    let root = split(triangles, &sorted, 0..triangles.len(), &mut slots, 0, token)?;
     times.stages.push(("tree", start.elapsed()));
     token.check()?;
     let start = Instant::now();
-    let tree = flatten(root, &slots, |position| input.primitive(position), token)?;
+    let tree = flatten(root, &slots, |position| sorted.primitive(position), token)?;
     times.stages.push(("flatten", start.elapsed()));
     token.set_progress(1.0);
     Ok(tree)
 }
 
-/// The node over `range`; its pair goes to the slot of the last primitive of its first half. Recurses no deeper than a
-/// code has bits and a group of equal codes halves.
+/// Builds the node over `range`; its children go to the slot of the last primitive of the left side. The depth of the
+/// recursion is bounded by the bits of a code and by halving groups of equal codes.
 fn split<C: ClusterContainer>(
     triangles: &[Triangle],
-    input: &SortedPrimitives<C>,
+    sorted: &SortedPrimitives<C>,
     range: Range<usize>,
-    slots: &mut [Pair<C>],
+    slots: &mut [ChildPair<C>],
     offset: usize,
     token: &CancelToken,
 ) -> Result<Node<C>, Cancelled> {
     if range.len() == 1 {
-        let container = input.container(triangles, input.primitive(range.start));
+        let container = sorted.container(triangles, sorted.primitive(range.start));
         return Ok(Node { container, first: range.start as u32, count: 1 });
     }
-    let middle = input.make_partition(&range);
+    let middle = sorted.make_partition(&range);
     let (left_slots, right_slots) = slots.split_at_mut(middle - offset);
     let (left, right) = if range.len() > FORK_ABOVE {
         token.check()?;
         rayon::join(
-            || split(triangles, input, range.start..middle, left_slots, offset, token),
-            || split(triangles, input, middle..range.end, right_slots, middle, token),
+            || split(triangles, sorted, range.start..middle, left_slots, offset, token),
+            || split(triangles, sorted, middle..range.end, right_slots, middle, token),
         )
     } else {
         (
-            split(triangles, input, range.start..middle, left_slots, offset, token),
-            split(triangles, input, middle..range.end, right_slots, middle, token),
+            split(triangles, sorted, range.start..middle, left_slots, offset, token),
+            split(triangles, sorted, middle..range.end, right_slots, middle, token),
         )
     };
     let (left, right) = (left?, right?);
-    // Splits between two neighbours happen once: this slot is nobody else's.
+    // No other split lies between these two neighbours, so the slot is unique.
     let slot = middle - 1;
     slots[slot - offset] = [left, right];
     Ok(Node { container: left.container.union(&right.container), first: slot as u32, count: left.count + right.count })

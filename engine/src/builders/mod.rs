@@ -1,4 +1,6 @@
-//! Every way to build a tree, behind one function.
+//! The builders, behind one function. A new one is a module of its own, a [`BuilderKind`] and an arm in [`build_kind`].
+//!
+//! AAC lives in a room of its own. Builders know triangles and settings, and neither the wide tree nor what traces it.
 
 mod binned_sah;
 mod exact;
@@ -8,13 +10,14 @@ mod none;
 pub mod depth_limit;
 mod flatten;
 mod presplit;
+mod scale;
 
 use std::time::Instant;
 
 use crate::aac::build_cache::BuildCache;
 use crate::aac::{ClusterContainer, build_bvh};
 use crate::builders::depth_limit::limit_depth;
-use crate::builders::presplit::{Presplit, fragments};
+use crate::builders::presplit::{Presplit, presplit};
 use crate::cancel::{CancelToken, Cancelled};
 use crate::geometry::{Aabb, Sphere, Triangle};
 use crate::optimize::optimize;
@@ -22,24 +25,26 @@ use crate::order::{InputBounds, input_bounds};
 use crate::settings::{BuildSettings, BuilderKind, Pass, Passes};
 pub use crate::stage_times::StageTimes;
 use crate::tree::statistics::stats_of;
-use crate::tree::{AnyTree, Container, ContainerKind, Tree};
+use crate::tree::{AnyTree, ContainerKind, Tree};
 
-/// Why there is no tree.
+/// Reason for which no tree was built.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum BuildError {
-    /// Nobody wanted it any more.
+    /// The build was cancelled.
     #[error(transparent)]
     Cancelled(#[from] Cancelled),
-    /// These settings cannot build these primitives; the text says why and what to do.
+    /// The settings do not allow these triangles; the text says why, and what to do.
     #[error("{0}")]
     Refused(String),
 }
 
-/// Most primitives in a tree: twice as many nodes must have 32-bit numbers.
+/// Number of primitives from which on 32 bits cannot index the nodes, of which there are twice as many.
 const MAX_PRIMITIVES: usize = 1 << 31;
+/// Poll for cancellation every 16384 primitive indices.
+const INDICES_BETWEEN_CHECKS: usize = 1 << 14;
 
-/// Builds a binary tree over `triangles` (all coordinates finite) in the calling thread's rayon pool. Reports progress through
-/// `token`. No triangles give a tree without nodes.
+/// Builds a binary tree over `triangles`, all of whose coordinates must be finite, in the rayon pool of the calling thread.
+/// Returns it with the duration of each stage. Reports progress through `token`. Without triangles the tree has no nodes.
 pub fn build_binary(
     triangles: &[Triangle],
     settings: &BuildSettings,
@@ -48,7 +53,7 @@ pub fn build_binary(
     build_binary_with_cache(triangles, settings, None, token)
 }
 
-/// [`build_binary`] with what earlier builds of the very same triangles left in `cache`, which it updates.
+/// [`build_binary`] that reuses and updates a `cache` from earlier builds of the very same triangles.
 pub fn build_binary_with_cache(
     triangles: &[Triangle],
     settings: &BuildSettings,
@@ -62,30 +67,19 @@ pub fn build_binary_with_cache(
         return Err(BuildError::Refused(refusal));
     }
     match settings.container {
-        ContainerKind::Aabb => build_scaled::<Aabb>(triangles, settings, cache, token),
-        ContainerKind::Sphere => build_scaled::<Sphere>(triangles, settings, cache, token),
+        ContainerKind::Aabb => build_container::<Aabb>(triangles, settings, cache, token),
+        ContainerKind::Sphere => build_container::<Sphere>(triangles, settings, cache, token),
     }
 }
 
-/// Why so many triangles cannot be numbered.
+/// Why `count` triangles are too many to index; `None` where they are not.
 fn too_many(count: usize) -> Option<String> {
     (count >= MAX_PRIMITIVES)
         .then(|| format!("a tree holds fewer than {MAX_PRIMITIVES} triangles, this scene has {count}; leave some out"))
 }
 
-/// Coordinates beyond which areas leave the range of `f32`.
-const LARGEST_COORDINATE: f32 = 1e15;
-/// Size of a scene below which the areas of its triangles vanish.
-const SMALLEST_EXTENT: f32 = 1e-10;
-
-/// Binary logarithm of the size that a scene is scaled to. That far up, beside a lone triangle a great way off, the areas of all
-/// the others are numbers of full precision, with which processors calculate ten times as fast as with denormal ones.
-const SCALED_TO: f32 = 40.0;
-/// Triangles or nodes between two looks at the token.
-const BATCH: usize = 1 << 14;
-
-/// Builds over coordinates scaled by a power of two where the areas of the given ones would overflow or vanish.
-fn build_scaled<C: ClusterContainer>(
+/// Builds a tree with containers `C`, over scaled coordinates where the areas of the given ones would overflow or vanish.
+fn build_container<C: ClusterContainer>(
     triangles: &[Triangle],
     settings: &BuildSettings,
     mut cache: Option<&mut BuildCache>,
@@ -106,56 +100,23 @@ where
         Some(cache) => cache.input_bounds(triangles, token)?,
         None => input_bounds(triangles, token)?,
     };
-    let largest = bounds.max_coordinate;
-    if (SMALLEST_EXTENT..=LARGEST_COORDINATE).contains(&largest) || largest == 0.0 {
-        let tree = if settings.passes().contains(Pass::Split) {
-            build_split(triangles, &bounds, settings, token, &mut times)?
-        } else {
-            build_kind::<C>(triangles, &bounds, settings, cache, token, &mut times)?
-        };
-        return Ok((tree.into(), times));
-    }
-    // Scaling by a power of two is exact, and so is the shape of the tree; the containers come from the original.
-    let scale = (SCALED_TO - largest.log2()).floor().clamp(-126.0, 126.0).exp2();
-    let mut scaled = Vec::with_capacity(triangles.len());
-    for batch in triangles.chunks(BATCH) {
-        token.check()?;
-        scaled.extend(batch.iter().map(|t| Triangle { a: t.a * scale, b: t.b * scale, c: t.c * scale }));
-    }
-    // Whole triangles: their boxes are made anew below.
-    let whole = BuildSettings { optimize: settings.optimize.without(Pass::Split), ..*settings };
-    let mut tree = build_kind::<C>(&scaled, &input_bounds(&scaled, token)?, &whole, None, token, &mut times)?;
-    for at in (0..tree.nodes.len()).rev() {
-        if at.is_multiple_of(BATCH) {
-            token.check()?;
-        }
-        let node = tree.nodes[at];
-        let first = node.first as usize;
-        tree.nodes[at].container = if node.is_leaf() {
-            container_of(&tree.primitive_indices[first..first + node.count as usize], triangles, token)?
-        } else {
-            tree.nodes[first].container.union(&tree.nodes[first + 1].container)
-        };
-    }
+    let tree = if scale::needs_scaling(bounds.max_coordinate) {
+        let scaled = scale::scaled(triangles, bounds.max_coordinate, token)?;
+        // Without presplitting: leaves are refitted to whole triangles.
+        let settings = BuildSettings { optimize: settings.optimize.without(Pass::Split), ..*settings };
+        let mut tree = build_kind::<C>(&scaled, &input_bounds(&scaled, token)?, &settings, None, token, &mut times)?;
+        scale::refit(&mut tree, triangles, token)?;
+        tree
+    } else if settings.passes().contains(Pass::Split) {
+        build_presplit(triangles, &bounds, settings, token, &mut times)?
+    } else {
+        build_kind::<C>(triangles, &bounds, settings, cache, token, &mut times)?
+    };
     Ok((tree.into(), times))
 }
 
-/// The container of all these triangles.
-fn container_of<C: Container>(indices: &[u32], triangles: &[Triangle], token: &CancelToken) -> Result<C, Cancelled> {
-    let mut container = C::EMPTY;
-    for batch in indices.chunks(BATCH) {
-        // A leaf of usual size needs no look of its own.
-        if batch.len() == BATCH {
-            token.check()?;
-        }
-        let containers = batch.iter().map(|&primitive| C::of_triangle(&triangles[primitive as usize]));
-        container = containers.fold(container, |all, one| all.union(&one));
-    }
-    Ok(container)
-}
-
-/// [`build_kind`] of the fragments of `triangles`.
-fn build_split<C: ClusterContainer>(
+/// [`build_kind`] over the proxies of large triangles.
+fn build_presplit<C: ClusterContainer>(
     triangles: &[Triangle],
     bounds: &InputBounds,
     settings: &BuildSettings,
@@ -163,23 +124,25 @@ fn build_split<C: ClusterContainer>(
     times: &mut StageTimes,
 ) -> Result<Tree<C>, Cancelled> {
     let start = Instant::now();
-    let fragments = fragments(triangles, token)?;
+    let split = presplit(triangles, token)?;
     times.stages.push((Pass::Split.name(), start.elapsed()));
-    let Some(Presplit { proxy_triangles, of }) = fragments.filter(|fragments| fragments.of.len() < MAX_PRIMITIVES)
+    let Some(Presplit { proxy_triangles, source_index }) =
+        split.filter(|split| split.source_index.len() < MAX_PRIMITIVES)
     else {
         return build_kind(triangles, bounds, settings, None, token, times);
     };
-    let mut tree = build_kind(&proxy_triangles, &input_bounds(&proxy_triangles, token)?, settings, None, token, times)?;
-    for batch in tree.primitive_indices.chunks_mut(BATCH) {
+    let proxy_bounds = input_bounds(&proxy_triangles, token)?;
+    let mut tree = build_kind(&proxy_triangles, &proxy_bounds, settings, None, token, times)?;
+    for batch in tree.primitive_indices.chunks_mut(INDICES_BETWEEN_CHECKS) {
         token.check()?;
         for index in batch {
-            *index = of[*index as usize];
+            *index = source_index[*index as usize];
         }
     }
     Ok(tree)
 }
 
-/// Builds with the chosen algorithm and runs the chosen passes over the result.
+/// Builds with the chosen builder and runs the chosen passes over the tree.
 fn build_kind<C: ClusterContainer>(
     triangles: &[Triangle],
     bounds: &InputBounds,
@@ -201,7 +164,7 @@ fn build_kind<C: ClusterContainer>(
     if let Some(cache) = cache
         && (limited || settings.passes() != Passes::NONE)
     {
-        // They were another tree's.
+        // The cached statistics describe the tree before these passes.
         cache.take_stats();
     }
     if limited && let Some((_, cost)) = times.costs.last_mut() {
@@ -215,9 +178,9 @@ mod tests {
     use super::*;
 
     #[test]
-    fn more_triangles_than_numbers_are_refused() {
+    fn too_many_triangles_are_refused() {
         assert!(too_many(MAX_PRIMITIVES).is_some_and(|text| text.contains("2147483648")));
-        // The most that are taken have nodes that 32 bits number.
+        // 32 bits index all nodes of the largest tree.
         assert_eq!(too_many(MAX_PRIMITIVES - 1), None);
         assert!(u32::try_from(2 * (MAX_PRIMITIVES as u64 - 1) - 1).is_ok());
     }

@@ -1,4 +1,4 @@
-//! No hierarchy at all: one leaf, for comparison.
+//! No hierarchy: a single leaf, for comparison.
 
 use std::time::Instant;
 
@@ -7,10 +7,10 @@ use crate::geometry::Triangle;
 use crate::stage_times::StageTimes;
 use crate::tree::{Container, Node, Tree};
 
-/// Triangles between two looks at the token.
-const BATCH: usize = 1 << 16;
+/// Poll for cancellation every 65536 triangles.
+const TRIANGLES_BETWEEN_CHECKS: usize = 1 << 16;
 
-/// A tree whose root is a leaf with all `triangles`.
+/// Builds a tree whose root is a leaf with all `triangles`.
 pub fn build<C: Container>(
     triangles: &[Triangle],
     token: &CancelToken,
@@ -18,7 +18,7 @@ pub fn build<C: Container>(
 ) -> Result<Tree<C>, Cancelled> {
     let start = Instant::now();
     let mut container = C::EMPTY;
-    for batch in triangles.chunks(BATCH) {
+    for batch in triangles.chunks(TRIANGLES_BETWEEN_CHECKS) {
         token.check()?;
         container = batch.iter().fold(container, |all, triangle| all.union(&C::of_triangle(triangle)));
     }
@@ -26,8 +26,8 @@ pub fn build<C: Container>(
     let mut primitive_indices = Vec::with_capacity(triangles.len());
     while primitive_indices.len() < triangles.len() {
         token.check()?;
-        let from = primitive_indices.len() as u32;
-        primitive_indices.extend(from..count.min(from.saturating_add(BATCH as u32)));
+        let first_index = primitive_indices.len() as u32;
+        primitive_indices.extend(first_index..count.min(first_index.saturating_add(TRIANGLES_BETWEEN_CHECKS as u32)));
     }
     let tree = Tree { nodes: vec![Node { container, first: 0, count }], primitive_indices, max_depth: 0 };
     times.stages.push(("tree", start.elapsed()));

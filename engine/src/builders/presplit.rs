@@ -1,38 +1,39 @@
-//! Large triangles in several fragments, each with a box of its own, before a tree is built: a wall or a beam across a room
-//! no longer has one box that reaches over everything (Ernst and Greiner, *Early Split Clipping for Bounding Volume Hierarchies*,
-//! 2007). Which triangles, how often and where after Karras and Aila, *Fast Parallel Construction of High-Quality Bounding Volume
-//! Hierarchies*, 2013, section 4: most where a box is much larger than its triangle needs and crosses a high plane of
-//! the scene's grid. The builder takes fragments for triangles, so that several leaves can hold the same triangle.
+//! Triangle presplitting: before a tree is built, large triangles are split into several proxies with smaller boxes, so
+//! that the box of a wall or a beam no longer overlaps a whole room (Ernst, Greiner, *Early Split Clipping for Bounding
+//! Volume Hierarchies*, 2007). Which triangles are split, how often and where follows Karras, Aila, *Fast Parallel
+//! Construction of High-Quality Bounding Volume Hierarchies*, 2013, section 4: above all those whose boxes are much
+//! larger than the triangle needs and cross a high-level plane of the scene's grid. Builders take the proxies for
+//! triangles; several leaves can then hold the same triangle.
 
 use rayon::prelude::*;
 
 use crate::cancel::{CancelToken, Cancelled};
 use crate::geometry::{Aabb, Triangle};
 
-/// Fragments on top of one for each triangle, as a share of the triangles.
-const MORE: f64 = 0.1;
-/// Fragments that one triangle becomes at most.
-const MOST: u32 = 64;
-/// Bits of the grid on each axis.
+/// Maximum number of additional proxies, as a fraction of the number of triangles.
+const MAX_EXTRA: f64 = 0.1;
+/// Maximum number of proxies for one triangle.
+const MAX_PROXIES: u32 = 64;
+/// Bits of the grid along each axis.
 const GRID_BITS: u32 = 20;
-/// How much a fragment reaches over the plane that it ends at, as a share of the largest coordinate: rays that cross the
-/// plane must not pass between the two sides.
+/// Distance by which a proxy extends beyond the plane that it was split at, relative to the largest coordinate, so that
+/// rays near the plane cannot pass between both sides.
 const OVERLAP: f64 = 4.0 * f32::EPSILON as f64;
-/// Triangles between two looks at the token.
-const BATCH: usize = 1 << 12;
+/// Number of triangles in a task; poll for cancellation before each.
+const BATCH_TRIANGLES: usize = 1 << 12;
 
-/// What a tree is built of where triangles are split.
+/// Proxies of the triangles of a scene.
 pub struct Presplit {
-    /// For each fragment a triangle that has its box.
+    /// For each proxy a degenerate triangle with the same box.
     pub proxy_triangles: Vec<Triangle>,
-    /// For each fragment its triangle.
-    pub of: Vec<u32>,
+    /// For each proxy the index of the triangle that it is part of.
+    pub source_index: Vec<u32>,
 }
 
-/// The fragments of `triangles`, first to last; `None` where splitting is of no use.
-pub fn fragments(triangles: &[Triangle], token: &CancelToken) -> Result<Option<Presplit>, Cancelled> {
+/// Splits `triangles` into proxies in the same order; `None` if no triangle is worth splitting.
+pub fn presplit(triangles: &[Triangle], token: &CancelToken) -> Result<Option<Presplit>, Cancelled> {
     let boxes = triangles
-        .par_chunks(BATCH)
+        .par_chunks(BATCH_TRIANGLES)
         .map(|batch| {
             token.check()?;
             Ok(batch.iter().fold(Aabb::EMPTY, |all, triangle| all.union(&triangle.bounds())))
@@ -40,76 +41,77 @@ pub fn fragments(triangles: &[Triangle], token: &CancelToken) -> Result<Option<P
         .try_reduce(|| Aabb::EMPTY, |a, b| Ok(a.union(&b)))?;
     let grid = Grid::new(&boxes);
     let priorities: Vec<Vec<f32>> = triangles
-        .par_chunks(BATCH)
+        .par_chunks(BATCH_TRIANGLES)
         .map(|batch| token.check().map(|()| batch.iter().map(|triangle| grid.priority(triangle)).collect()))
         .collect::<Result<_, Cancelled>>()?;
-    let budget = (triangles.len() as f64 * MORE) as u64;
-    let factor = factor(&priorities, budget, token)?;
-    if factor == 0.0 {
+    let budget = (triangles.len() as f64 * MAX_EXTRA) as u64;
+    let split_factor = split_factor(&priorities, budget, token)?;
+    if split_factor == 0.0 {
         return Ok(None);
     }
-    let parts: Vec<Presplit> = triangles
-        .par_chunks(BATCH)
+    let batches: Vec<Presplit> = triangles
+        .par_chunks(BATCH_TRIANGLES)
         .zip(&priorities)
         .enumerate()
         .map(|(batch, (triangles, priorities))| {
             token.check()?;
-            let mut part = Presplit { proxy_triangles: Vec::with_capacity(triangles.len()), of: Vec::new() };
-            for (at, (triangle, &priority)) in triangles.iter().zip(priorities).enumerate() {
-                grid.split(triangle, splits(priority, factor), &mut part.proxy_triangles);
-                part.of.resize(part.proxy_triangles.len(), (batch * BATCH + at) as u32);
+            let mut output =
+                Presplit { proxy_triangles: Vec::with_capacity(triangles.len()), source_index: Vec::new() };
+            for (position, (triangle, &priority)) in triangles.iter().zip(priorities).enumerate() {
+                grid.split(triangle, split_count(priority, split_factor), &mut output.proxy_triangles);
+                output.source_index.resize(output.proxy_triangles.len(), (batch * BATCH_TRIANGLES + position) as u32);
             }
-            Ok(part)
+            Ok(output)
         })
         .collect::<Result<_, Cancelled>>()?;
     token.check()?;
-    let count = parts.iter().map(|part| part.of.len()).sum();
-    let mut all = Presplit { proxy_triangles: Vec::with_capacity(count), of: Vec::with_capacity(count) };
-    for part in parts {
+    let count = batches.iter().map(|output| output.source_index.len()).sum();
+    let mut all = Presplit { proxy_triangles: Vec::with_capacity(count), source_index: Vec::with_capacity(count) };
+    for output in batches {
         token.check()?;
-        all.proxy_triangles.extend(part.proxy_triangles);
-        all.of.extend(part.of);
+        all.proxy_triangles.extend(output.proxy_triangles);
+        all.source_index.extend(output.source_index);
     }
     Ok((count > triangles.len()).then_some(all))
 }
 
-/// How often a triangle is split.
-fn splits(priority: f32, factor: f64) -> u32 {
-    (f64::from(priority) * factor).min(f64::from(MOST - 1)) as u32
+/// Number of times that a triangle is split.
+fn split_count(priority: f32, split_factor: f64) -> u32 {
+    (f64::from(priority) * split_factor).min(f64::from(MAX_PROXIES - 1)) as u32
 }
 
-/// The largest factor by which priorities become numbers of splits that add up to no more than `budget`; 0 for none.
-fn factor(priorities: &[Vec<f32>], budget: u64, token: &CancelToken) -> Result<f64, Cancelled> {
+/// The largest factor from priorities to numbers of splits whose sum stays within `budget`; 0 for no splits.
+fn split_factor(priorities: &[Vec<f32>], budget: u64, token: &CancelToken) -> Result<f64, Cancelled> {
     let total: f64 = priorities.iter().map(|batch| batch.iter().map(|&p| f64::from(p)).sum::<f64>()).sum();
     if !(total > 0.0 && total.is_finite()) || budget == 0 {
         return Ok(0.0);
     }
-    // Rounding down loses up to one split a triangle, so that the factor can be well above the budget's.
+    // Rounding down loses up to one split per triangle, so the factor can far exceed the quotient.
     let (mut low, mut high) = (0.0, 64.0 * budget as f64 / total);
     for _ in 0..24 {
         token.check()?;
         let middle = 0.5 * (low + high);
-        let of_batch = |batch: &Vec<f32>| batch.iter().map(|&p| u64::from(splits(p, middle))).sum::<u64>();
+        let of_batch = |batch: &Vec<f32>| batch.iter().map(|&p| u64::from(split_count(p, middle))).sum::<u64>();
         let sum: u64 = priorities.par_iter().map(of_batch).sum();
         if sum <= budget { low = middle } else { high = middle }
     }
     Ok(low)
 }
 
-/// The scene's grid, whose planes triangles are split at.
+/// Grid over the scene, at whose planes triangles are split.
 struct Grid {
     origin: [f64; 3],
-    /// Cells a unit.
+    /// Cells per unit of length.
     scale: f64,
-    /// How far fragments reach over their ends.
+    /// Distance by which proxies extend beyond their planes.
     overlap: f64,
 }
 
 /// A plane of the grid.
 struct Plane {
     axis: usize,
-    at: f64,
-    /// 0 for the one through the middle, 1 for those of the quarters and so on.
+    position: f64,
+    /// 0 for the plane through the centre, 1 for those at the quarters, and so on.
     level: u32,
 }
 
@@ -124,7 +126,7 @@ impl Grid {
         }
     }
 
-    /// The highest plane through the inside of a box; the one across its longest side where several are as high.
+    /// The plane of the lowest level that crosses the interior of a box; of several the one across its longest side.
     fn plane(&self, bounds: &Aabb) -> Option<Plane> {
         let mut best: Option<Plane> = None;
         for axis in 0..3 {
@@ -140,62 +142,62 @@ impl Grid {
                 .as_ref()
                 .is_none_or(|best| level < best.level || level == best.level && side(axis) > side(best.axis))
             {
-                let at = self.origin[axis] + f64::from(high >> bit << bit) / self.scale;
-                best = Some(Plane { axis, at, level });
+                let position = self.origin[axis] + f64::from(high >> bit << bit) / self.scale;
+                best = Some(Plane { axis, position, level });
             }
         }
         best
     }
 
-    /// How much a triangle deserves to be split: the third root of the area that its box has too much, less the deeper the
-    /// grid's planes that it crosses.
+    /// Priority for splitting a triangle: the cube root of its box's excess area times 2^−level of the plane
+    /// that it crosses (Karras, Aila, 2013, section 4).
     fn priority(&self, triangle: &Triangle) -> f32 {
         let bounds = triangle.bounds();
         let Some(plane) = self.plane(&bounds) else { return 0.0 };
-        // What boxes around endless many parts would have: the areas of the triangle's shadows along the axes.
+        // The area that boxes of ever smaller pieces approach: the triangle's projections along the axes.
         let normal = (triangle.b - triangle.a).cross(triangle.c - triangle.a).abs();
-        let least = 0.5 * (normal.x + normal.y + normal.z);
-        let excess = (bounds.half_area() - least).max(0.0);
+        let min_half_area = 0.5 * (normal.x + normal.y + normal.z);
+        let excess = (bounds.half_area() - min_half_area).max(0.0);
         let priority = (excess * (-(plane.level as f32)).exp2()).cbrt();
         if priority.is_finite() { priority } else { 0.0 }
     }
 
-    /// Adds stand-ins for the fragments that `splits` cuts leave of `triangle`.
-    fn split(&self, triangle: &Triangle, splits: u32, proxy_triangles: &mut Vec<Triangle>) {
-        let mut open = vec![(triangle.bounds(), splits)];
-        while let Some((bounds, splits)) = open.pop() {
-            let Some(halves) = (splits > 0).then(|| self.halves(triangle, &bounds)).flatten() else {
+    /// Adds the proxies that `split_count` splits make of `triangle`.
+    fn split(&self, triangle: &Triangle, split_count: u32, proxy_triangles: &mut Vec<Triangle>) {
+        let mut open = vec![(triangle.bounds(), split_count)];
+        while let Some((bounds, split_count)) = open.pop() {
+            let Some(halves) = (split_count > 0).then(|| self.halves(triangle, &bounds)).flatten() else {
                 proxy_triangles.push(Triangle { a: bounds.min, b: bounds.max, c: bounds.min });
                 continue;
             };
-            // Shared out by the longest sides.
+            // Distribute the remaining splits by the longest sides.
             let [first, second] = halves.map(|half| half.extent().max_element());
-            let left = ((splits - 1) as f32 * first / (first + second) + 0.5) as u32;
-            let left = left.min(splits - 1);
-            open.extend([(halves[1], splits - 1 - left), (halves[0], left)]);
+            let left = ((split_count - 1) as f32 * first / (first + second) + 0.5) as u32;
+            let left = left.min(split_count - 1);
+            open.extend([(halves[1], split_count - 1 - left), (halves[0], left)]);
         }
     }
 
-    /// The boxes of what lies of `triangle` on either side of the highest plane through `bounds`.
+    /// Boxes of the pieces of `triangle` within `bounds` on both sides of its split plane.
     fn halves(&self, triangle: &Triangle, bounds: &Aabb) -> Option<[Aabb; 2]> {
-        let Plane { axis, at, .. } = self.plane(bounds)?;
+        let Plane { axis, position, .. } = self.plane(bounds)?;
         let corners = [triangle.a, triangle.b, triangle.c].map(glam::Vec3::as_dvec3);
-        // Exact enough: rounded outwards below, by more than these roundings come to.
+        // Rounding errors are covered by the outward padding below.
         let mut sides = [[glam::DVec3::INFINITY, glam::DVec3::NEG_INFINITY]; 2];
         let mut add = |side: usize, point: glam::DVec3| {
             sides[side] = [sides[side][0].min(point), sides[side][1].max(point)];
         };
         for (from, to) in [(0, 1), (1, 2), (2, 0)] {
             let (from, to) = (corners[from], corners[to]);
-            if from[axis] <= at {
+            if from[axis] <= position {
                 add(0, from);
             }
-            if from[axis] >= at {
+            if from[axis] >= position {
                 add(1, from);
             }
-            if (from[axis] - at) * (to[axis] - at) < 0.0 {
-                let mut cut = from + (to - from) * ((at - from[axis]) / (to[axis] - from[axis]));
-                cut[axis] = at;
+            if (from[axis] - position) * (to[axis] - position) < 0.0 {
+                let mut cut = from + (to - from) * ((position - from[axis]) / (to[axis] - from[axis]));
+                cut[axis] = position;
                 add(0, cut);
                 add(1, cut);
             }
@@ -204,7 +206,7 @@ impl Grid {
             let outer = Aabb { min: (min - self.overlap).as_vec3(), max: (max + self.overlap).as_vec3() };
             outer.intersection(bounds)
         });
-        // Nothing is won where a side is as large as both or holds nothing.
+        // A split is useless if a side is empty or as large as the whole.
         let useful = |half: &Aabb| !half.is_empty() && half != bounds;
         halves.iter().all(useful).then_some(halves)
     }
@@ -217,7 +219,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn fragments_cover_their_triangles_and_are_few() {
+    fn proxies_cover_their_triangles_within_budget() {
         let mut state = 1_u32;
         let mut number = || {
             state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
@@ -227,23 +229,25 @@ mod tests {
             let mut corner = || Vec3::new(number(), number(), number()) * size + offset;
             let triangles: Vec<Triangle> =
                 (0..500).map(|_| Triangle { a: corner(), b: corner(), c: corner() }).collect();
-            let fragments =
-                fragments(&triangles, &CancelToken::new()).expect("nobody cancels").expect("large triangles");
-            let count = fragments.of.len();
-            assert!(count > 500 && count <= 550 && count == fragments.proxy_triangles.len(), "{count} of size {size}");
-            assert!(fragments.of.is_sorted() && fragments.of.last() == Some(&499));
-            for (of, triangle) in triangles.iter().enumerate() {
-                let own =
-                    fragments.of.iter().zip(&fragments.proxy_triangles).filter(|(index, _)| **index as usize == of);
-                let boxes: Vec<Aabb> = own.map(|(_, stand_in)| stand_in.bounds()).collect();
-                assert!(boxes.iter().all(|part| triangle.bounds().contains(part, 0.0)), "{triangle:?}: {boxes:?}");
+            let split = presplit(&triangles, &CancelToken::new()).expect("not cancelled").expect("large triangles");
+            let count = split.source_index.len();
+            assert!(count > 500 && count <= 550 && count == split.proxy_triangles.len(), "{count} of size {size}");
+            assert!(split.source_index.is_sorted() && split.source_index.last() == Some(&499));
+            for (source_index, triangle) in triangles.iter().enumerate() {
+                let own = split
+                    .source_index
+                    .iter()
+                    .zip(&split.proxy_triangles)
+                    .filter(|(index, _)| **index as usize == source_index);
+                let boxes: Vec<Aabb> = own.map(|(_, proxy)| proxy.bounds()).collect();
+                assert!(boxes.iter().all(|proxy| triangle.bounds().contains(proxy, 0.0)), "{triangle:?}: {boxes:?}");
                 for _ in 0..100 {
                     let (u, v) = (number(), number());
                     let (u, v) = if u + v > 1.0 { (1.0 - u, 1.0 - v) } else { (u, v) };
                     let point = triangle.a + (triangle.b - triangle.a) * u + (triangle.c - triangle.a) * v;
                     let slack =
                         triangle.bounds().max.abs().max(triangle.bounds().min.abs()).max_element() * f32::EPSILON;
-                    let holds = |part: &Aabb| part.contains(&Aabb { min: point, max: point }, slack);
+                    let holds = |proxy: &Aabb| proxy.contains(&Aabb { min: point, max: point }, slack);
                     assert!(boxes.iter().any(holds), "{point} of {triangle:?}: {boxes:?}");
                 }
             }
@@ -251,11 +255,12 @@ mod tests {
     }
 
     #[test]
-    fn nothing_is_split_in_vain() {
-        // Boxes that fit as they are, and no triangles at all.
-        let flat = |at: f32| Triangle { a: Vec3::splat(at), b: Vec3::splat(at), c: Vec3::splat(at) };
-        for triangles in [vec![], (0..100_u8).map(|at| flat(f32::from(at))).collect()] {
-            assert!(fragments(&triangles, &CancelToken::new()).expect("nobody cancels").is_none());
+    fn tight_boxes_are_not_split() {
+        // Boxes of points are as small as they can be.
+        let flat =
+            |position: f32| Triangle { a: Vec3::splat(position), b: Vec3::splat(position), c: Vec3::splat(position) };
+        for triangles in [vec![], (0..100_u8).map(|position| flat(f32::from(position))).collect()] {
+            assert!(presplit(&triangles, &CancelToken::new()).expect("not cancelled").is_none());
         }
     }
 }

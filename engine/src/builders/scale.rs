@@ -1,0 +1,63 @@
+//! Scaling of scenes whose areas would overflow or vanish in `f32`. Scaling by a power of two is exact, and so is the shape
+//! of the tree; its containers are then recomputed from the original triangles.
+
+use crate::cancel::{CancelToken, Cancelled};
+use crate::geometry::Triangle;
+use crate::tree::{Container, Tree};
+
+/// Largest coordinate above which areas exceed the range of `f32`.
+const MAX_COORDINATE: f32 = 1e15;
+/// Largest coordinate below which areas vanish.
+const MIN_COORDINATE: f32 = 1e-10;
+/// Binary logarithm of the size that scenes are scaled to. With a single triangle far away, such a size still keeps the areas
+/// of all the others normal numbers: arithmetic with subnormal ones is ten times as slow.
+const LOG2_SCALED_SIZE: f32 = 40.0;
+/// Poll for cancellation every 16384 triangles or nodes.
+const BATCH: usize = 1 << 14;
+
+/// Whether a scene has to be scaled; `max_coordinate` is the largest absolute value of its coordinates.
+pub fn needs_scaling(max_coordinate: f32) -> bool {
+    !(MIN_COORDINATE..=MAX_COORDINATE).contains(&max_coordinate) && max_coordinate != 0.0
+}
+
+/// The triangles, scaled by a power of two; `max_coordinate` is the largest absolute value of their coordinates.
+pub fn scaled(triangles: &[Triangle], max_coordinate: f32, token: &CancelToken) -> Result<Vec<Triangle>, Cancelled> {
+    let scale = (LOG2_SCALED_SIZE - max_coordinate.log2()).floor().clamp(-126.0, 126.0).exp2();
+    let mut scaled = Vec::with_capacity(triangles.len());
+    for batch in triangles.chunks(BATCH) {
+        token.check()?;
+        scaled.extend(batch.iter().map(|t| Triangle { a: t.a * scale, b: t.b * scale, c: t.c * scale }));
+    }
+    Ok(scaled)
+}
+
+/// Recomputes the containers of `tree`, bottom-up, for other coordinates of its triangles.
+pub fn refit<C: Container>(tree: &mut Tree<C>, triangles: &[Triangle], token: &CancelToken) -> Result<(), Cancelled> {
+    for index in (0..tree.nodes.len()).rev() {
+        if index.is_multiple_of(BATCH) {
+            token.check()?;
+        }
+        let node = tree.nodes[index];
+        let first = node.first as usize;
+        tree.nodes[index].container = if node.is_leaf() {
+            container_of(&tree.primitive_indices[first..first + node.count as usize], triangles, token)?
+        } else {
+            tree.nodes[first].container.union(&tree.nodes[first + 1].container)
+        };
+    }
+    Ok(())
+}
+
+/// The container of the triangles with these indices.
+fn container_of<C: Container>(indices: &[u32], triangles: &[Triangle], token: &CancelToken) -> Result<C, Cancelled> {
+    let mut container = C::EMPTY;
+    for batch in indices.chunks(BATCH) {
+        // Leaves of usual size are polled for by node.
+        if batch.len() == BATCH {
+            token.check()?;
+        }
+        let containers = batch.iter().map(|&primitive| C::of_triangle(&triangles[primitive as usize]));
+        container = containers.fold(container, |all, one| all.union(&one));
+    }
+    Ok(container)
+}
