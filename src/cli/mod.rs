@@ -183,7 +183,7 @@ fn measure(job: Job, args: MeasureArgs, context: &mut Context<'_>) -> Result<Fin
 fn run_viewer(args: args::ViewerArgs) -> Result<Finished, Failure> {
     let options = resolve::viewer(args);
     let handler = ctrlc::set_handler(|| {
-        crate::app::ended_as_wanted();
+        crate::app::mark_clean_exit();
         if !crate::app::interrupt() {
             std::process::exit(130);
         }

@@ -24,7 +24,7 @@ pub fn viewer(args: ViewerArgs) -> StartOptions {
     let camera = camera(&args.camera);
     StartOptions {
         source: args.model,
-        asked: asked(&args.build, &args.picture, &args.overlay),
+        overrides: asked(&args.build, &args.picture, &args.overlay),
         camera: (camera != CameraChoice::default()).then_some(camera),
         load: load(&args.load),
         settings: SettingsUse { none: args.no_config, reset: args.reset_settings },
@@ -280,7 +280,7 @@ mod tests {
         let cli = Cli::try_parse_from(line.split(' ')).unwrap();
         let (mut wanted, mut preferences) =
             (last.clone(), Preferences { show_containers: false, show_geometry: false, ..Preferences::default() });
-        viewer(cli.viewer).asked.apply(&mut wanted, &mut preferences);
+        viewer(cli.viewer).overrides.apply(&mut wanted, &mut preferences);
         (wanted, preferences)
     }
 

@@ -333,7 +333,7 @@ fn a_saved_file_is_read_again_once_and_a_deleted_one_leaves_the_scene() {
     std::fs::rename(&fresh, &model).unwrap();
     assert!(program.wait_for("presented two.obj").contains("2 triangles"));
     std::fs::remove_file(&model).unwrap();
-    program.wait_for("two.obj: Gone");
+    program.wait_for("two.obj: Removed");
     std::thread::sleep(Duration::from_secs(2));
     assert!(program.is_running());
     let said = program.said();

@@ -1,73 +1,72 @@
-//! The graphics driver's complaints, and its end.
+//! Errors and loss of the graphics device.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 
-use eframe::{egui, wgpu};
-
 /// The device of this process was lost while the window was open.
 static LOST: AtomicBool = AtomicBool::new(false);
 
-/// The driver said so, which it also does when the window is closed.
-static TOLD: AtomicBool = AtomicBool::new(false);
+/// The driver reported a loss, as it also does when the window is closed.
+static LOSS_REPORTED: AtomicBool = AtomicBool::new(false);
 
-/// Whether the window ended because the device was lost. A panic is put down to it where the driver told of a loss.
+/// Whether the window ended because the device was lost. A panic counts as such where the driver reported a loss.
 pub(crate) fn was_lost(panicked: bool) -> bool {
-    LOST.load(Ordering::Relaxed) || panicked && TOLD.load(Ordering::Relaxed)
+    LOST.load(Ordering::Relaxed) || panicked && LOSS_REPORTED.load(Ordering::Relaxed)
 }
 
-/// So many kinds of complaints are told.
-const MOST_COMPLAINTS: usize = 10;
+/// Maximum number of different errors that are reported.
+const MAX_ERRORS: usize = 10;
 
-/// What the driver complained of, and how much of it was told.
+/// Different errors of the driver.
 #[derive(Default)]
-struct Complaints {
+struct DeviceErrors {
     texts: Vec<String>,
+    /// Number of `texts` that [`Device::take_error`] has returned.
     reported: usize,
 }
 
-/// What is known of the device.
+/// The graphics device's errors and its end.
 #[derive(Default)]
 pub(crate) struct Device {
-    complaints: Arc<Mutex<Complaints>>,
+    errors: Arc<Mutex<DeviceErrors>>,
     lost: Arc<AtomicBool>,
-    /// For tests.
-    pub lose_on_purpose: bool,
-    /// For tests.
-    pub refuse_on_purpose: bool,
+    /// Lose the device after the first picture: for tests.
+    lose_device: bool,
+    /// Cause an error after the first picture: for tests.
+    refuse_buffer: bool,
 }
 
 impl Device {
-    /// Listens to `device`; wakes the window when there is something to say.
-    pub fn watch(&self, device: &wgpu::Device, ctx: &egui::Context) {
-        let (place, wake) = (Arc::clone(&self.complaints), ctx.clone());
+    /// Records errors and loss of `device`, and wakes the window for each.
+    pub(crate) fn watch(&self, device: &wgpu::Device, ctx: &egui::Context) {
+        let (errors, wake) = (Arc::clone(&self.errors), ctx.clone());
         device.on_uncaptured_error(Arc::new(move |error: wgpu::Error| {
             let text = error.to_string();
-            let mut complaints = place.lock().unwrap_or_else(PoisonError::into_inner);
-            // Complaints that come with each frame must not ask for another frame.
-            if !complaints.texts.contains(&text) && complaints.texts.len() < MOST_COMPLAINTS {
-                complaints.texts.push(text);
+            let mut errors = errors.lock().unwrap_or_else(PoisonError::into_inner);
+            // An error that recurs in each frame must not request another frame.
+            if !errors.texts.contains(&text) && errors.texts.len() < MAX_ERRORS {
+                errors.texts.push(text);
                 wake.request_repaint();
             }
         }));
         let (lost, wake) = (Arc::clone(&self.lost), ctx.clone());
         device.set_device_lost_callback(move |_, _| {
             lost.store(true, Ordering::Relaxed);
-            TOLD.store(true, Ordering::Relaxed);
+            LOSS_REPORTED.store(true, Ordering::Relaxed);
             wake.request_repaint();
         });
     }
 
-    /// The next complaint that was not told yet.
-    pub fn take_error(&self) -> Option<String> {
-        let mut complaints = self.complaints.lock().unwrap_or_else(PoisonError::into_inner);
-        let text = complaints.texts.get(complaints.reported)?.clone();
-        complaints.reported += 1;
+    /// The next error that this has not returned yet.
+    pub(crate) fn take_error(&self) -> Option<String> {
+        let mut errors = self.errors.lock().unwrap_or_else(PoisonError::into_inner);
+        let text = errors.texts.get(errors.reported)?.clone();
+        errors.reported += 1;
         Some(text)
     }
 
-    /// Whether nothing can be drawn any more. Remembered for [`was_lost`].
-    pub fn is_lost(&self) -> bool {
+    /// Whether the device is lost, so that nothing can be drawn. The answer is remembered for [`was_lost`].
+    pub(crate) fn is_lost(&self) -> bool {
         let lost = self.lost.load(Ordering::Relaxed);
         if lost {
             LOST.store(true, Ordering::Relaxed);
@@ -75,24 +74,26 @@ impl Device {
         lost
     }
 
-    /// Asks for more than the driver can give, once, where a test asked for it.
-    pub fn refuse_if_wanted(&mut self, device: &wgpu::Device) {
-        if std::mem::take(&mut self.refuse_on_purpose) {
+    /// Sets the faults that [`Device::trigger_faults`] causes: for tests.
+    pub(crate) const fn inject_faults(&mut self, lose_device: bool, refuse_buffer: bool) {
+        self.lose_device = lose_device;
+        self.refuse_buffer = refuse_buffer;
+    }
+
+    /// Causes the injected faults, each once.
+    pub(crate) fn trigger_faults(&mut self, device: &wgpu::Device) {
+        if std::mem::take(&mut self.lose_device) {
+            device.destroy();
+            // The callback is called when the device is next polled, which fails now.
+            let _ = device.poll(wgpu::PollType::Poll);
+        }
+        if std::mem::take(&mut self.refuse_buffer) {
             drop(device.create_buffer(&wgpu::BufferDescriptor {
                 label: Some("more than there is"),
                 size: device.limits().max_buffer_size.saturating_add(4),
                 usage: wgpu::BufferUsages::VERTEX,
                 mapped_at_creation: false,
             }));
-        }
-    }
-
-    /// Does what a driver that crashes does, once, where a test asked for it.
-    pub fn lose_if_wanted(&mut self, device: &wgpu::Device) {
-        if std::mem::take(&mut self.lose_on_purpose) {
-            device.destroy();
-            // The callback is called when the device is next asked for news, which fails now.
-            let _ = device.poll(wgpu::PollType::Poll);
         }
     }
 }

@@ -1,29 +1,28 @@
-//! Ctrl-C and the request to terminate. The window closes as by its button: graphics drivers crash where a process exits
-//! while their threads draw.
+//! Ctrl-C and termination requests. They close the window as its button does, because some graphics drivers crash where a
+//! process exits while their threads draw.
 
 use std::sync::OnceLock;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use eframe::egui;
-
+/// The window of this process.
 static WINDOW: OnceLock<egui::Context> = OnceLock::new();
-static ASKED: AtomicBool = AtomicBool::new(false);
+static INTERRUPTED: AtomicBool = AtomicBool::new(false);
 
-/// Asks the open window to close. Returns `false` where there is none, or where it was asked before and has not closed.
+/// Closes the open window. Returns `false` where there is none, or where a previous call has not closed it.
 pub fn interrupt() -> bool {
     let Some(window) = WINDOW.get() else { return false };
-    let first = !ASKED.swap(true, Ordering::Relaxed);
+    let is_first = !INTERRUPTED.swap(true, Ordering::Relaxed);
     window.request_repaint();
-    first
+    is_first
 }
 
-/// Whether the window was asked to close.
+/// Whether [`interrupt`] was called.
 pub fn was_interrupted() -> bool {
-    ASKED.load(Ordering::Relaxed)
+    INTERRUPTED.load(Ordering::Relaxed)
 }
 
-/// This is the window to close.
+/// Sets the window that [`interrupt`] closes.
 pub(crate) fn watch(ctx: &egui::Context) {
-    // A process opens one window.
+    // A process opens only one window, so it is never set already.
     let _ = WINDOW.set(ctx.clone());
 }

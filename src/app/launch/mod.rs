@@ -1,9 +1,13 @@
-//! How the window starts: options, settings of earlier runs, the graphics device, and what ends it.
+//! How the window starts and ends: options, saved settings, the graphics device, and the application that eframe runs.
 
-pub mod interrupt;
 pub mod options;
 pub mod settings;
 
-pub(crate) mod device;
-pub(crate) mod run;
-pub(crate) mod storage;
+pub mod app;
+pub mod run;
+
+pub mod interrupt;
+
+mod device;
+mod storage;
+mod window_size;

@@ -1,4 +1,4 @@
-//! What the window starts with when the command line asks for something.
+//! What the command line sets before the window opens.
 
 use std::path::PathBuf;
 
@@ -13,130 +13,130 @@ use bvhscope_engine::settings::{BuildSettings, BuilderKind, Curve, Passes, Prese
 use bvhscope_engine::tree::ContainerKind;
 use bvhscope_engine::tree::traverse::Traversal;
 
-/// What was asked for; what was not is `None` and stays as the last run left it.
+/// Options of the window. What is `None` stays as the last run left it.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct StartOptions {
-    /// The model; `None` for the built-in teapot.
+    /// The model; `None` for the default built-in scene.
     pub source: Option<SceneSource>,
     /// Settings of tree, picture and containers.
-    pub asked: CliOverrides,
-    /// From where the model is seen once it is loaded: `choice.camera(&scene.bounds, scene.up)`.
+    pub overrides: CliOverrides,
+    /// The camera for the first model.
     pub camera: Option<CameraChoice>,
-    /// What loading may do.
+    /// What loading a model may do.
     pub load: LoadOptions,
-    /// The file of the settings; without it none are kept.
+    /// The file in which settings are saved; `None` saves none.
     pub settings_file: Option<PathBuf>,
-    /// Which settings are read and written.
+    /// Whether saved settings are read.
     pub settings: SettingsUse,
-    /// Go on with the model of the last run: after the graphics driver was lost.
+    /// Open the model of the last run: after the graphics device was lost.
     pub restore: bool,
-    /// Lose the graphics driver after the first picture: for tests.
+    /// Lose the graphics device after the first picture: for tests.
     pub lose_device: bool,
-    /// For tests: the driver refuses a buffer once something is shown.
+    /// Request a buffer that the driver refuses after the first picture: for tests.
     pub refuse_buffer: bool,
-    /// What the user is told at once.
+    /// Warnings to show at start.
     pub notices: Vec<String>,
 }
 
-/// The settings that were asked for one by one.
+/// Settings given on the command line; `None` where a flag was not given.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct CliOverrides {
-    /// Builder, threshold, ε and passes by one name; those that are named themselves win.
+    /// Builder, threshold, ε and passes by one name; a setting given by itself overrides it.
     pub preset: Option<Preset>,
-    /// The algorithm.
+    /// The builder.
     pub builder: Option<BuilderKind>,
-    /// Boxes or spheres.
+    /// Container of the tree.
     pub container: Option<ContainerKind>,
-    /// AAC's threshold.
+    /// Threshold δ of AAC.
     pub threshold: Option<u32>,
-    /// AAC's ε.
+    /// Reduction exponent ε of AAC.
     pub epsilon: Option<f32>,
-    /// Along which line triangles are sorted.
+    /// Space-filling curve along which triangles are sorted.
     pub curve: Option<Curve>,
-    /// Passes over the finished tree.
+    /// Optimization passes over the finished tree.
     pub optimize: Option<Passes>,
-    /// Threads for building and tracing.
+    /// Number of threads for building and tracing; 0 for all.
     pub threads: Option<usize>,
-    /// What a pixel's colour means.
+    /// Shading mode.
     pub shading: Option<Shading>,
-    /// Light of the lit mode.
+    /// Light of the lit shading mode.
     pub light: Option<Light>,
-    /// Tree level of the cluster colours.
+    /// Tree depth of the cluster colours.
     pub cluster_depth: Option<u32>,
-    /// How rays visit nodes where tests are counted.
+    /// Traversal with which tests are counted.
     pub traversal: Option<Traversal>,
-    /// Counts at both ends of the heat map.
+    /// Test counts at both ends of the heat map.
     pub heat_range: Option<[f32; 2]>,
-    /// Colours of depth and heat maps.
+    /// Colour map of the depth and heat shading modes.
     pub color_map: Option<ColorMap>,
-    /// Edges of the triangles.
+    /// Draw the edges of the triangles.
     pub mesh_edges: Option<bool>,
-    /// Vector instructions.
+    /// SIMD level.
     pub simd: Option<SimdLevel>,
-    /// Antialiasing samples a pixel.
+    /// Number of antialiasing samples per pixel.
     pub samples: Option<u32>,
-    /// Whether boxes and whether spheres lie over the picture.
+    /// Whether boxes and whether spheres are drawn over the picture.
     pub containers_shown: Option<[bool; 2]>,
-    /// First and last tree level that is drawn.
+    /// First and last tree depth drawn.
     pub depth: Option<[u32; 2]>,
-    /// Of these only leaves.
+    /// Draw only the leaves within these depths.
     pub leaves_only: Option<bool>,
-    /// All levels above as well.
+    /// Draw all depths above as well.
     pub parents: Option<bool>,
-    /// What the colour of a container means.
+    /// What the colour of a container stands for.
     pub color_by: Option<ColorBy>,
     /// Opacity of lines behind the surface.
     pub hidden_alpha: Option<f32>,
-    /// Width of lines in points.
+    /// Line width in points.
     pub line_width: Option<f32>,
-    /// At most this many containers of each kind.
+    /// Maximum number of containers of each kind.
     pub budget: Option<u32>,
 }
 
 impl CliOverrides {
-    /// Lays what was asked for over the settings of the last run. What it needs to be seen is switched on.
+    /// Overrides the settings of the last run. Geometry or containers are shown where a setting concerns them.
     pub fn apply(&self, wanted: &mut Wanted, preferences: &mut Preferences) {
-        self.lay_over_build(&mut wanted.build);
-        lay(self.threads, &mut wanted.threads);
+        self.apply_to_build(&mut wanted.build);
+        set(self.threads, &mut wanted.threads);
         let render = &mut wanted.render;
-        lay(self.shading, &mut render.shading);
-        lay(self.light, &mut render.light);
-        lay(self.cluster_depth, &mut render.cluster_depth);
-        lay(self.traversal, &mut render.traversal);
-        lay(self.heat_range.map(Some), &mut render.heat_range);
-        lay(self.color_map, &mut render.color_map);
-        lay(self.mesh_edges, &mut render.mesh_edges);
-        lay(self.simd, &mut render.simd);
-        lay(self.samples, &mut render.samples);
+        set(self.shading, &mut render.shading);
+        set(self.light, &mut render.light);
+        set(self.cluster_depth, &mut render.cluster_depth);
+        set(self.traversal, &mut render.traversal);
+        set(self.heat_range.map(Some), &mut render.heat_range);
+        set(self.color_map, &mut render.color_map);
+        set(self.mesh_edges, &mut render.mesh_edges);
+        set(self.simd, &mut render.simd);
+        set(self.samples, &mut render.samples);
         preferences.show_geometry |= self.shading.is_some() || self.mesh_edges.is_some();
         let overlay = &mut wanted.overlay;
         if let Some([boxes, spheres]) = self.containers_shown {
             (overlay.show_boxes, overlay.show_spheres) = (boxes, spheres);
             preferences.show_containers = true;
         }
-        lay(self.depth, &mut overlay.depth);
-        lay(self.leaves_only, &mut overlay.leaves_only);
-        lay(self.parents, &mut overlay.parents);
-        lay(self.color_by, &mut overlay.color_by);
-        lay(self.hidden_alpha, &mut overlay.hidden_alpha);
-        lay(self.line_width, &mut overlay.line_width);
-        lay(self.budget, &mut overlay.budget);
+        set(self.depth, &mut overlay.depth);
+        set(self.leaves_only, &mut overlay.leaves_only);
+        set(self.parents, &mut overlay.parents);
+        set(self.color_by, &mut overlay.color_by);
+        set(self.hidden_alpha, &mut overlay.hidden_alpha);
+        set(self.line_width, &mut overlay.line_width);
+        set(self.budget, &mut overlay.budget);
     }
 
-    fn lay_over_build(&self, build: &mut BuildSettings) {
-        lay(self.container, &mut build.container);
+    fn apply_to_build(&self, build: &mut BuildSettings) {
+        set(self.container, &mut build.container);
         if let Some(preset) = self.preset {
             *build = BuildSettings::preset(preset, build.container);
         } else if self.threshold.is_some() || self.epsilon.is_some() {
-            // They are AAC's.
+            // Only AAC has these settings.
             build.builder = BuilderKind::Aac;
         }
-        lay(self.builder, &mut build.builder);
-        lay(self.threshold, &mut build.threshold);
-        lay(self.epsilon, &mut build.epsilon);
-        lay(self.curve, &mut build.curve);
-        lay(self.optimize, &mut build.optimize);
-        // What was left by the last run gives way to what was asked for now.
+        set(self.builder, &mut build.builder);
+        set(self.threshold, &mut build.threshold);
+        set(self.epsilon, &mut build.epsilon);
+        set(self.curve, &mut build.curve);
+        set(self.optimize, &mut build.optimize);
+        // Where builder and container exclude each other, the one that was not given is replaced.
         if build.refusal(0).is_some() {
             match (self.builder, self.container) {
                 (Some(_), None) => build.container = ContainerKind::Aabb,
@@ -147,8 +147,9 @@ impl CliOverrides {
     }
 }
 
-fn lay<T>(asked: Option<T>, over: &mut T) {
-    if let Some(value) = asked {
-        *over = value;
+/// Replaces `setting` where there is a value.
+fn set<T>(value: Option<T>, setting: &mut T) {
+    if let Some(value) = value {
+        *setting = value;
     }
 }

@@ -1,124 +1,126 @@
-//! Where the settings of this run come from: the desktop's folder, or nowhere; and whether the last start went wrong.
+//! Where the settings of this run are saved, and safe mode: default settings after a run that ended soon after its start.
 
 use std::path::{Path, PathBuf};
 use std::sync::Mutex;
 use std::time::Duration;
 
-use crate::app::launch::storage::{APP_ID, SETTINGS, WINDOW};
+use crate::app::launch::storage::{APP_ID, SETTINGS_FILE, WINDOW_FILE};
 
-/// A start that dies earlier than this was one that its settings or its model killed.
-const TRIAL: Duration = Duration::from_secs(10);
+/// A run that ends abnormally within this time is attributed to its settings or its model.
+const TRIAL_TIME: Duration = Duration::from_secs(10);
 
-/// What the command line says about settings.
+/// How the command line uses saved settings.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct SettingsUse {
-    /// Neither read nor write any.
+    /// Neither read nor write them.
     pub none: bool,
-    /// Begin with the defaults; the old ones are kept aside.
+    /// Start with the defaults; the saved settings are renamed.
     pub reset: bool,
 }
 
-/// What was found before the window opens.
+/// The settings file of this run and what the last run left behind.
 #[derive(Debug, Default)]
-pub(crate) struct Start {
-    /// The file of the settings.
-    pub file: Option<PathBuf>,
-    /// What the user must know.
+pub(crate) struct Startup {
+    /// The file in which settings are saved.
+    pub settings_file: Option<PathBuf>,
+    /// Warnings to show at start.
     pub notices: Vec<String>,
-    /// The last start died early: no settings, no model.
-    pub safe: bool,
-    /// Holds the settings of a run that keeps none.
-    _nowhere: Option<tempfile::TempDir>,
-    trial: Option<Trial>,
+    /// The last run ended soon after its start, so this one uses default settings and the built-in model.
+    pub safe_mode: bool,
+    /// The folder of a run that saves no settings, deleted at its end.
+    _temporary_folder: Option<tempfile::TempDir>,
+    marker: Option<StartupMarker>,
 }
 
-impl Start {
-    /// Looks at the settings' folder.
-    pub fn prepare(settings: SettingsUse) -> Self {
+impl Startup {
+    /// Finds the folder of the settings, and sets them aside where they are to be reset or the last run ended too soon.
+    pub(crate) fn prepare(settings: SettingsUse) -> Self {
         if settings.none {
-            let nowhere = tempfile::tempdir().ok();
-            let file = nowhere.as_ref().map(|folder| folder.path().join(SETTINGS));
-            return Self { file, _nowhere: nowhere, ..Self::default() };
+            let temporary_folder = tempfile::tempdir().ok();
+            let settings_file = temporary_folder.as_ref().map(|folder| folder.path().join(SETTINGS_FILE));
+            return Self { settings_file, _temporary_folder: temporary_folder, ..Self::default() };
         }
         let Some(folder) = eframe::storage_dir(APP_ID) else { return Self::default() };
         Self::in_folder(&folder, settings.reset)
     }
 
     fn in_folder(folder: &Path, reset: bool) -> Self {
-        let mut start = Self { file: Some(folder.join(SETTINGS)), ..Self::default() };
-        let mut set_aside = |why: &str| {
-            let (file, window) = (folder.join(SETTINGS), folder.join(WINDOW));
-            let kept = file.with_extension("json.bad");
-            // Mostly there is none yet.
+        let mut startup = Self { settings_file: Some(folder.join(SETTINGS_FILE)), ..Self::default() };
+        let mut set_aside = |reason: &str| {
+            let (file, window) = (folder.join(SETTINGS_FILE), folder.join(WINDOW_FILE));
+            let renamed = file.with_extension("json.bad");
+            // Fails where there is no such file, as before the first run.
             let _ = std::fs::rename(&window, window.with_extension("ron.bad"));
-            match std::fs::rename(&file, &kept) {
-                Ok(()) => start.notices.push(format!("{why}. The old settings are kept as {}", kept.display())),
-                Err(error) if error.kind() == std::io::ErrorKind::NotFound => start.notices.push(why.to_owned()),
-                Err(error) => start.notices.push(format!("{why}, but {} could not be moved: {error}", file.display())),
+            match std::fs::rename(&file, &renamed) {
+                Ok(()) => startup.notices.push(format!("{reason}. The old settings are kept as {}", renamed.display())),
+                Err(error) if error.kind() == std::io::ErrorKind::NotFound => startup.notices.push(reason.to_owned()),
+                Err(error) => {
+                    startup.notices.push(format!("{reason}, but {} could not be moved: {error}", file.display()))
+                }
             }
         };
         if reset {
             set_aside("Settings were reset");
         }
-        let trial = Trial { file: folder.join("starting") };
-        start.safe = trial.died();
-        if start.safe {
+        let marker = StartupMarker { file: folder.join("starting") };
+        startup.safe_mode = marker.is_left_over();
+        if startup.safe_mode {
             let text =
                 "The last start ended within 10 seconds, so this one is safe: default settings and the built-in teapot";
             set_aside(text);
         }
-        start.trial = trial.begin().then_some(trial);
-        start
+        startup.marker = marker.create().then_some(marker);
+        startup
     }
 
-    /// Ends the trial after a while; a thread of its own, since a window that hangs must not count as well started.
-    pub fn watch(&self) {
-        let Some(trial) = self.trial.clone() else { return };
-        *ENDS_WITH.lock().unwrap_or_else(std::sync::PoisonError::into_inner) = Some(trial.clone());
-        let watcher = move || {
-            std::thread::sleep(TRIAL);
-            trial.end();
+    /// Removes the marker after [`TRIAL_TIME`], on a thread of its own.
+    pub(crate) fn watch(&self) {
+        let Some(marker) = self.marker.clone() else { return };
+        *MARKER.lock().unwrap_or_else(std::sync::PoisonError::into_inner) = Some(marker.clone());
+        let remove_later = move || {
+            std::thread::sleep(TRIAL_TIME);
+            marker.remove();
         };
-        if let Err(error) = std::thread::Builder::new().name("trial".to_owned()).spawn(watcher) {
+        if let Err(error) = std::thread::Builder::new().name("trial".to_owned()).spawn(remove_later) {
             log::warn!("an early end will not be noticed: {error}");
         }
     }
 }
 
-/// The trial of this process, for signals.
-static ENDS_WITH: Mutex<Option<Trial>> = Mutex::new(None);
+/// The marker of this process, which a signal handler removes.
+static MARKER: Mutex<Option<StartupMarker>> = Mutex::new(None);
 
-/// The window was closed, or the user interrupted it: no failure, however early.
-pub fn ended_as_wanted() {
-    if let Some(trial) = ENDS_WITH.lock().unwrap_or_else(std::sync::PoisonError::into_inner).take() {
-        trial.end();
+/// Marks the end of this run as normal, however soon after its start: the window was closed, or the user interrupted it.
+pub fn mark_clean_exit() {
+    if let Some(marker) = MARKER.lock().unwrap_or_else(std::sync::PoisonError::into_inner).take() {
+        marker.remove();
     }
 }
 
-/// A file that exists while a start is young; it holds the number of the process.
+/// A file that exists during the first seconds of a run and holds its process identifier.
 #[derive(Debug, Clone)]
-struct Trial {
+struct StartupMarker {
     file: PathBuf,
 }
 
-impl Trial {
-    /// Whether an earlier start left its file behind and is gone.
-    fn died(&self) -> bool {
+impl StartupMarker {
+    /// Whether a process that no longer runs has left its marker behind.
+    fn is_left_over(&self) -> bool {
         let Ok(text) = std::fs::read_to_string(&self.file) else { return false };
         match text.trim().parse::<u32>() {
-            // Two instances may start at the same time.
+            // Another instance may have started at the same time.
             Ok(pid) => !is_running(pid),
             Err(_) => true,
         }
     }
 
-    fn begin(&self) -> bool {
+    fn create(&self) -> bool {
         std::fs::create_dir_all(self.file.parent().unwrap_or(Path::new("."))).is_ok()
             && std::fs::write(&self.file, std::process::id().to_string()).is_ok()
     }
 
-    fn end(&self) {
-        // Gone already, or in a folder that has become read-only: the next start will say so.
+    fn remove(&self) {
+        // Fails where it is removed already. In a folder that has become read-only it stays, and the next start says so.
         let _ = std::fs::remove_file(&self.file);
     }
 }
@@ -140,32 +142,32 @@ mod tests {
     use super::*;
 
     #[test]
-    fn an_early_death_makes_the_next_start_a_safe_one() {
+    fn an_abnormal_end_soon_after_the_start_causes_safe_mode() {
         let folder = tempfile::tempdir().unwrap();
-        std::fs::write(folder.path().join(SETTINGS), "settings").unwrap();
-        let first = Start::in_folder(folder.path(), false);
-        assert!(!first.safe && first.notices.is_empty());
-        // As if that process had died: no process has this number.
+        std::fs::write(folder.path().join(SETTINGS_FILE), "settings").unwrap();
+        let first = Startup::in_folder(folder.path(), false);
+        assert!(!first.safe_mode && first.notices.is_empty());
+        // The marker of a process that no longer runs: none has this identifier.
         std::fs::write(folder.path().join("starting"), u32::MAX.to_string()).unwrap();
-        let second = Start::in_folder(folder.path(), false);
-        assert!(second.safe && second.notices[0].contains("settings.json.bad"), "{:?}", second.notices);
+        let second = Startup::in_folder(folder.path(), false);
+        assert!(second.safe_mode && second.notices[0].contains("settings.json.bad"), "{:?}", second.notices);
         assert_eq!(std::fs::read(folder.path().join("settings.json.bad")).unwrap(), b"settings");
-        second.trial.unwrap().end();
-        assert!(!Start::in_folder(folder.path(), false).safe, "a start that was closed is none that died");
+        second.marker.unwrap().remove();
+        assert!(!Startup::in_folder(folder.path(), false).safe_mode, "a run that was closed ended normally");
     }
 
     #[test]
-    fn settings_are_reset_and_kept_aside() {
+    fn reset_settings_are_renamed() {
         let folder = tempfile::tempdir().unwrap();
-        std::fs::write(folder.path().join(SETTINGS), "settings").unwrap();
-        let start = Start::in_folder(folder.path(), true);
-        assert!(!folder.path().join(SETTINGS).exists() && folder.path().join("settings.json.bad").exists());
-        assert_eq!(start.notices.len(), 1);
+        std::fs::write(folder.path().join(SETTINGS_FILE), "settings").unwrap();
+        let startup = Startup::in_folder(folder.path(), true);
+        assert!(!folder.path().join(SETTINGS_FILE).exists() && folder.path().join("settings.json.bad").exists());
+        assert_eq!(startup.notices.len(), 1);
     }
 
     #[test]
-    fn a_run_without_settings_keeps_them_nowhere() {
-        let start = Start::prepare(SettingsUse { none: true, reset: false });
-        assert!(start.file.is_some_and(|file| !file.exists()) && !start.safe);
+    fn a_run_without_settings_saves_none() {
+        let startup = Startup::prepare(SettingsUse { none: true, reset: false });
+        assert!(startup.settings_file.is_some_and(|file| !file.exists()) && !startup.safe_mode);
     }
 }

@@ -1,4 +1,4 @@
-//! What is kept between runs. Damaged settings never keep the program from starting.
+//! Settings saved between runs. Damaged settings never prevent the program from starting.
 
 use std::path::{Path, PathBuf};
 use std::sync::Once;
@@ -11,29 +11,29 @@ use crate::app::state::{Preferences, Wanted};
 use crate::export::write_bytes;
 use bvhscope_engine::settings::BuildSettings;
 
-/// The folder in which the desktop keeps our settings is named after this.
-pub const APP_ID: &str = "bvhscope";
-/// The settings in that folder.
-pub const SETTINGS: &str = "settings.json";
-/// Where the window stood, beside them; eframe's own.
-pub const WINDOW: &str = "window.ron";
+/// Name of the application, and of its folder among the desktop's settings.
+pub(crate) const APP_ID: &str = "bvhscope";
+/// Name of the settings file in that folder.
+pub(crate) const SETTINGS_FILE: &str = "settings.json";
+/// Name of the file in that folder in which eframe saves position and size of the window.
+pub(crate) const WINDOW_FILE: &str = "window.ron";
 
-/// A change is written down this long after it, together with those that have come since.
-const DELAY: Duration = Duration::from_millis(800);
+/// Delay after a change before the settings are written, so that further changes are written with it.
+const SAVE_DELAY: Duration = Duration::from_millis(800);
 
-/// What was found. Parts that could not be used are missing.
+/// The settings of the last run; parts that are missing or damaged are `None`.
 #[derive(Default)]
-pub struct Restored {
-    /// The settings of the last run.
+pub(crate) struct Restored {
+    /// What was wanted.
     pub wanted: Option<Wanted>,
-    /// The preferences of the last run.
+    /// The preferences.
     pub preferences: Option<Preferences>,
-    /// What the user must know: settings were damaged.
+    /// The warning to show where settings were damaged.
     pub complaint: Option<String>,
 }
 
-/// Reads the settings of the last run, which are in `file`.
-pub fn restore(file: Option<&Path>) -> Restored {
+/// Reads the settings of the last run from `file`.
+pub(crate) fn restore(file: Option<&Path>) -> Restored {
     let Some(file) = file.filter(|file| file.exists()) else { return Restored::default() };
     let mut restored = std::fs::read_to_string(file).map_or_else(|_| parse(""), |text| parse(&text));
     if restored.complaint.is_some() {
@@ -42,34 +42,37 @@ pub fn restore(file: Option<&Path>) -> Restored {
     restored
 }
 
-/// Writes the settings down soon after each change, so that nothing more is lost however the process ends.
+/// Writes the settings soon after each change, so that little is lost even where the process ends abnormally.
 #[derive(Default)]
-pub struct SettingsAutosave {
+pub(crate) struct SettingsAutosave {
     file: Option<PathBuf>,
-    kept: Option<(Wanted, Preferences)>,
+    /// The settings last written.
+    saved: Option<(Wanted, Preferences)>,
+    /// When a change is to be written.
     due: Option<Instant>,
     writer: Option<JoinHandle<()>>,
 }
 
 impl SettingsAutosave {
-    /// Keeps settings in `file`; in none without it.
-    pub fn new(file: Option<PathBuf>) -> Self {
+    /// Saves settings in `file`; `None` saves none.
+    pub(crate) fn new(file: Option<PathBuf>) -> Self {
         Self { file, ..Self::default() }
     }
 
-    /// Sees to it that the present settings are written. Returns after what time this is to be called again.
-    pub fn follow(&mut self, wanted: &Wanted, preferences: &Preferences, now: Instant) -> Option<Duration> {
-        if self.file.is_none() || self.holds(wanted, preferences) {
+    /// Writes the settings on a thread of its own once a change is due. Returns the delay after which this is to be called
+    /// again.
+    pub(crate) fn save_if_due(&mut self, wanted: &Wanted, preferences: &Preferences, now: Instant) -> Option<Duration> {
+        if self.file.is_none() || self.has_saved(wanted, preferences) {
             self.due = None;
             return None;
         }
-        let due = *self.due.get_or_insert(now + DELAY);
+        let due = *self.due.get_or_insert(now + SAVE_DELAY);
         if now < due {
             return Some(due - now);
         }
         if self.writer.as_ref().is_some_and(|writer| !writer.is_finished()) {
-            // A slow disk: no write overtakes another.
-            return Some(DELAY);
+            // The previous write is not finished: on a slow disk it must not overwrite this one.
+            return Some(SAVE_DELAY);
         }
         self.due = None;
         let write = self.next_write(wanted, preferences)?;
@@ -77,14 +80,14 @@ impl SettingsAutosave {
             Ok(writer) => self.writer = Some(writer),
             Err(error) => {
                 log::warn!("the settings are written later: {error}");
-                self.kept = None;
+                self.saved = None;
             }
         }
         None
     }
 
-    /// Writes the settings before the process ends, and waits for that.
-    pub fn finish(&mut self, wanted: &Wanted, preferences: &Preferences) {
+    /// Writes unsaved settings and waits until they are written: before the process ends.
+    pub(crate) fn finish(&mut self, wanted: &Wanted, preferences: &Preferences) {
         if let Some(writer) = self.writer.take() {
             let _ = writer.join();
         }
@@ -93,29 +96,29 @@ impl SettingsAutosave {
         }
     }
 
-    fn holds(&self, wanted: &Wanted, preferences: &Preferences) -> bool {
-        self.kept.as_ref().is_some_and(|kept| kept.0 == *wanted && kept.1 == *preferences)
+    fn has_saved(&self, wanted: &Wanted, preferences: &Preferences) -> bool {
+        self.saved.as_ref().is_some_and(|saved| saved.0 == *wanted && saved.1 == *preferences)
     }
 
-    /// What writes these settings, where they are not written yet.
+    /// A function that writes these settings; `None` where they are written already.
     fn next_write(&mut self, wanted: &Wanted, preferences: &Preferences) -> Option<impl FnOnce() + Send + use<>> {
-        let file = self.file.clone().filter(|_| !self.holds(wanted, preferences))?;
-        self.kept = Some((wanted.clone(), preferences.clone()));
-        let text = serde_json::to_string(&Kept { wanted, preferences });
+        let file = self.file.clone().filter(|_| !self.has_saved(wanted, preferences))?;
+        self.saved = Some((wanted.clone(), preferences.clone()));
+        let text = serde_json::to_string(&SavedSettings { wanted, preferences });
         Some(move || {
             let text = text.map_err(|error| error.to_string());
             let written = text.and_then(|text| write_bytes(&file, text.as_bytes()).map_err(|error| error.to_string()));
             if let Err(error) = written {
-                // Said once, and not at each change.
-                static SAID: Once = Once::new();
-                SAID.call_once(|| log::warn!("the settings were not saved: {error}"));
+                // Logged once, and not at each change.
+                static LOGGED: Once = Once::new();
+                LOGGED.call_once(|| log::warn!("the settings were not saved: {error}"));
             }
         })
     }
 }
 
 #[derive(Serialize)]
-struct Kept<'a> {
+struct SavedSettings<'a> {
     wanted: &'a Wanted,
     preferences: &'a Preferences,
 }
@@ -138,7 +141,7 @@ fn parse(text: &str) -> Restored {
     Restored { wanted, preferences, complaint }
 }
 
-/// Numbers that neither a slider nor the command line can reach are brought back into their range.
+/// Clamps numbers to the ranges of their sliders and command line flags.
 fn within_limits(mut wanted: Wanted) -> Wanted {
     let build = &mut wanted.build;
     build.threshold = build.threshold.clamp(BuildSettings::MIN_THRESHOLD, BuildSettings::MAX_THRESHOLD);
@@ -173,7 +176,7 @@ mod tests {
     #[test]
     fn settings_survive_a_restart() {
         let folder = tempfile::tempdir().unwrap();
-        let file = folder.path().join(SETTINGS);
+        let file = folder.path().join(SETTINGS_FILE);
         let mut wanted = Wanted::new(SceneSource::default_builtin());
         wanted.build.threshold = 17;
         let preferences = Preferences { greeted: true, ..Preferences::default() };
@@ -185,31 +188,31 @@ mod tests {
     }
 
     #[test]
-    fn changes_are_written_once_while_the_program_goes_on() {
+    fn a_continuous_change_is_written_at_intervals() {
         let folder = tempfile::tempdir().unwrap();
-        let file = folder.path().join(SETTINGS);
+        let file = folder.path().join(SETTINGS_FILE);
         let (mut wanted, preferences) = (Wanted::new(SceneSource::default_builtin()), Preferences::default());
-        let mut settings_autosave = SettingsAutosave::new(Some(file.clone()));
+        let mut autosave = SettingsAutosave::new(Some(file.clone()));
         let start = Instant::now();
-        let mut moments = 0;
-        // A slider under a hand, thirty frames a second.
+        let mut idle_frames = 0;
+        // A slider is dragged at 30 frames per second.
         for frame in 0..60 {
             wanted.build.threshold = 2 + frame;
-            let again = settings_autosave.follow(&wanted, &preferences, start + Duration::from_millis(33) * frame);
-            moments += u32::from(again.is_none());
-            if let Some(writer) = settings_autosave.writer.take_if(|_| again.is_none()) {
+            let again = autosave.save_if_due(&wanted, &preferences, start + Duration::from_millis(33) * frame);
+            idle_frames += u32::from(again.is_none());
+            if let Some(writer) = autosave.writer.take_if(|_| again.is_none()) {
                 writer.join().unwrap();
                 assert_eq!(restore(Some(&file)).wanted, Some(wanted.clone()));
             }
         }
-        assert_eq!(moments, 2, "not once a frame");
+        assert_eq!(idle_frames, 2, "not once a frame");
         let end = start + Duration::from_secs(10);
-        settings_autosave.follow(&wanted, &preferences, end);
-        assert_eq!(settings_autosave.follow(&wanted, &preferences, end + DELAY), None);
-        settings_autosave.writer.take().unwrap().join().unwrap();
+        autosave.save_if_due(&wanted, &preferences, end);
+        assert_eq!(autosave.save_if_due(&wanted, &preferences, end + SAVE_DELAY), None);
+        autosave.writer.take().unwrap().join().unwrap();
         assert_eq!(restore(Some(&file)).wanted, Some(wanted.clone()));
-        assert_eq!(settings_autosave.follow(&wanted, &preferences, end + 9 * DELAY), None);
-        assert!(settings_autosave.writer.is_none(), "what is written already is not written again");
+        assert_eq!(autosave.save_if_due(&wanted, &preferences, end + 9 * SAVE_DELAY), None);
+        assert!(autosave.writer.is_none(), "what is written already is not written again");
     }
 
     #[test]
@@ -222,7 +225,7 @@ mod tests {
     }
 
     #[test]
-    fn unreachable_numbers_are_brought_back() {
+    fn numbers_are_clamped_to_their_ranges() {
         let mut wanted = Wanted::new(SceneSource::default_builtin());
         wanted.build.threshold = 1_000_000;
         wanted.camera.eye = wanted.camera.target;

@@ -1,80 +1,98 @@
-//! Looks after the file of the shown model: tells when it was saved anew and when it is gone. Asks for its size and time from a
-//! thread of its own, because a file on a network may keep it waiting; asking by name needs no special care for programs
-//! that save by renaming, which notices from the system do.
+//! Watches the file of the loaded model for changes. A thread of its own polls size and modification time, because a file on
+//! a network may block; polling by path also works for programs that save by renaming, which system notifications may miss.
 
 use std::path::{Path, PathBuf};
 use std::sync::mpsc::{Receiver, Sender, channel};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant, SystemTime};
 
-/// How often the file is looked at.
-const EVERY: Duration = Duration::from_millis(250);
-/// A file that looks the same for so long is finished.
-const STEADY: Duration = Duration::from_millis(200);
+/// Interval between two polls.
+const POLL_INTERVAL: Duration = Duration::from_millis(250);
+/// Time for which a file must stay the same before its change is reported: a program may still be writing it.
+const SETTLE_TIME: Duration = Duration::from_millis(200);
 
-/// What tells one content of a file from another.
+/// Size and modification time of a file, which together identify its content.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Stamp {
+struct FileStamp {
     length: u64,
     modified: Option<SystemTime>,
 }
 
-impl Stamp {
-    /// That of the file at `path`; `None` where there is none.
-    pub fn of(path: &Path) -> Option<Self> {
+impl FileStamp {
+    /// The stamp of the file at `path`; `None` where there is no such file.
+    fn of(path: &Path) -> Option<Self> {
         let metadata = std::fs::metadata(path).ok().filter(std::fs::Metadata::is_file)?;
         Some(Self { length: metadata.len(), modified: metadata.modified().ok() })
     }
 }
 
-/// What happened to the file.
+/// A file and its content at some time.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(crate) struct WatchedFile {
+    pub path: PathBuf,
+    stamp: FileStamp,
+}
+
+impl WatchedFile {
+    /// The file at `path` as it is now; `None` where there is no such file.
+    pub(crate) fn of(path: &Path) -> Option<Self> {
+        Some(Self { path: path.to_owned(), stamp: FileStamp::of(path)? })
+    }
+}
+
+/// A change of a watched file.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum News {
-    /// Its content is another one, and finished.
-    Saved,
-    /// There is no such file any more.
-    Gone,
-    /// It is there again as it was.
-    Back,
+pub(crate) enum FileChange {
+    /// It has other content, and is no longer being written.
+    Modified,
+    /// It no longer exists.
+    Removed,
+    /// It exists again, with the same content as before.
+    Restored,
 }
 
-/// Makes news of looks.
-struct Follower {
-    known: Stamp,
-    /// What was seen last, and since when.
-    seen: Option<(Option<Stamp>, Instant)>,
-    gone: bool,
+/// Turns the stamps of successive polls into changes.
+struct ChangeDetector {
+    /// The content last reported.
+    known: FileStamp,
+    /// The stamp of the last poll, and since when it has been the same.
+    last: Option<(Option<FileStamp>, Instant)>,
+    removed: bool,
 }
 
-impl Follower {
-    fn look(&mut self, stamp: Option<Stamp>, now: Instant) -> Option<News> {
-        match self.seen {
-            Some((seen, since)) if seen == stamp => {
-                if now.duration_since(since) < STEADY {
+impl ChangeDetector {
+    const fn new(known: FileStamp) -> Self {
+        Self { known, last: None, removed: false }
+    }
+
+    fn observe(&mut self, stamp: Option<FileStamp>, now: Instant) -> Option<FileChange> {
+        match self.last {
+            Some((last, since)) if last == stamp => {
+                if now.duration_since(since) < SETTLE_TIME {
                     return None;
                 }
             }
             _ => {
-                self.seen = Some((stamp, now));
+                self.last = Some((stamp, now));
                 return None;
             }
         }
-        let was_gone = std::mem::replace(&mut self.gone, stamp.is_none());
+        let was_removed = std::mem::replace(&mut self.removed, stamp.is_none());
         match stamp {
-            None => (!was_gone).then_some(News::Gone),
+            None => (!was_removed).then_some(FileChange::Removed),
             Some(stamp) if stamp != self.known => {
                 self.known = stamp;
-                Some(News::Saved)
+                Some(FileChange::Modified)
             }
-            Some(_) => was_gone.then_some(News::Back),
+            Some(_) => was_removed.then_some(FileChange::Restored),
         }
     }
 }
 
-/// Whom to follow.
+/// The file to watch, passed to the thread.
 #[derive(Default)]
 struct Slot {
-    file: Option<(PathBuf, Stamp)>,
+    file: Option<WatchedFile>,
     changed: bool,
     closed: bool,
 }
@@ -91,25 +109,25 @@ impl Shared {
     }
 }
 
-/// Follows one file at a time.
-pub struct FileWatch {
+/// Watches one file at a time.
+pub(crate) struct FileWatch {
     shared: Arc<Shared>,
-    news: Receiver<(PathBuf, News)>,
-    file: Option<(PathBuf, Stamp)>,
+    changes: Receiver<(PathBuf, FileChange)>,
+    file: Option<WatchedFile>,
 }
 
 impl FileWatch {
-    /// Starts the thread; `wake` is called from it when there is news.
-    pub fn new(wake: impl Fn() + Send + 'static) -> std::io::Result<Self> {
+    /// Starts the thread; `wake` is called from it after each change.
+    pub(crate) fn new(wake: impl Fn() + Send + 'static) -> std::io::Result<Self> {
         let shared = Arc::new(Shared::default());
-        let (sender, news) = channel();
-        let theirs = Arc::clone(&shared);
-        std::thread::Builder::new().name("file watch".to_owned()).spawn(move || run(&theirs, &sender, &wake))?;
-        Ok(Self { shared, news, file: None })
+        let (sender, changes) = channel();
+        let thread_shared = Arc::clone(&shared);
+        std::thread::Builder::new().name("file watch".to_owned()).spawn(move || run(&thread_shared, &sender, &wake))?;
+        Ok(Self { shared, changes, file: None })
     }
 
-    /// Follows this file, which had this stamp before it was read. Says whether that is another one than before.
-    pub fn follow(&mut self, file: Option<&(PathBuf, Stamp)>) -> bool {
+    /// Watches `file`, compared with its content at the time it was read. Returns whether that differs from the last call.
+    pub(crate) fn watch(&mut self, file: Option<&WatchedFile>) -> bool {
         if self.file.as_ref() == file {
             return false;
         }
@@ -122,28 +140,28 @@ impl FileWatch {
         true
     }
 
-    /// What happened to the file since the last question.
-    pub fn news(&self) -> Vec<News> {
-        let is_ours = |path: &PathBuf| self.file.as_ref().is_some_and(|(ours, _)| ours == path);
-        self.news.try_iter().filter(|(path, _)| is_ours(path)).map(|(_, news)| news).collect()
+    /// Changes of the file since the last call, oldest first.
+    pub(crate) fn changes(&self) -> Vec<FileChange> {
+        let is_watched = |path: &PathBuf| self.file.as_ref().is_some_and(|file| file.path == *path);
+        self.changes.try_iter().filter(|(path, _)| is_watched(path)).map(|(_, change)| change).collect()
     }
 }
 
 impl Drop for FileWatch {
     fn drop(&mut self) {
-        // Nobody waits for the thread: its file may be on a network that does not answer.
+        // The thread is not joined: it may be waiting for a network that does not answer.
         self.shared.lock().closed = true;
         self.shared.changed.notify_one();
     }
 }
 
-fn run(shared: &Shared, sender: &Sender<(PathBuf, News)>, wake: &dyn Fn()) {
-    let mut following: Option<(PathBuf, Follower)> = None;
+fn run(shared: &Shared, sender: &Sender<(PathBuf, FileChange)>, wake: &dyn Fn()) {
+    let mut watched: Option<(PathBuf, ChangeDetector)> = None;
     loop {
         let mut slot = shared.lock();
         if !slot.changed && !slot.closed {
-            slot = if following.is_some() {
-                shared.changed.wait_timeout(slot, EVERY).unwrap_or_else(PoisonError::into_inner).0
+            slot = if watched.is_some() {
+                shared.changed.wait_timeout(slot, POLL_INTERVAL).unwrap_or_else(PoisonError::into_inner).0
             } else {
                 shared.changed.wait(slot).unwrap_or_else(PoisonError::into_inner)
             };
@@ -152,12 +170,12 @@ fn run(shared: &Shared, sender: &Sender<(PathBuf, News)>, wake: &dyn Fn()) {
             return;
         }
         if std::mem::take(&mut slot.changed) {
-            following = slot.file.clone().map(|(path, known)| (path, Follower { known, seen: None, gone: false }));
+            watched = slot.file.clone().map(|file| (file.path, ChangeDetector::new(file.stamp)));
         }
         drop(slot);
-        let Some((path, follower)) = &mut following else { continue };
-        if let Some(news) = follower.look(Stamp::of(path), Instant::now()) {
-            if sender.send((path.clone(), news)).is_err() {
+        let Some((path, detector)) = &mut watched else { continue };
+        if let Some(change) = detector.observe(FileStamp::of(path), Instant::now()) {
+            if sender.send((path.clone(), change)).is_err() {
                 return;
             }
             wake();
@@ -171,43 +189,46 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_file_is_news_once_it_stays_as_it_is() {
-        let stamp = |length| Some(Stamp { length, modified: None });
+    fn a_change_is_reported_once_the_file_has_settled() {
+        let stamp = |length| Some(FileStamp { length, modified: None });
         let start = Instant::now();
-        let mut follower = Follower { known: stamp(10).unwrap(), seen: None, gone: false };
+        let mut detector = ChangeDetector::new(stamp(10).unwrap());
         let mut at = 0;
-        let mut look = |stamp| {
+        let mut observe = |stamp| {
             at += 250;
-            follower.look(stamp, start + Duration::from_millis(at))
+            detector.observe(stamp, start + Duration::from_millis(at))
         };
-        assert_eq!([look(stamp(10)), look(stamp(10))], [None, None], "nothing happened");
-        // Written bit by bit, then done.
-        assert_eq!([look(stamp(3)), look(stamp(7)), look(stamp(12))], [None, None, None]);
-        assert_eq!([look(stamp(12)), look(stamp(12))], [Some(News::Saved), None], "told once");
-        // Deleted and written anew, as some editors save: not gone.
-        assert_eq!([look(None), look(stamp(13)), look(stamp(13))], [None, None, Some(News::Saved)]);
-        assert_eq!([look(None), look(None), look(None)], [None, Some(News::Gone), None]);
-        assert_eq!([look(stamp(13)), look(stamp(13)), look(stamp(13))], [None, Some(News::Back), None]);
-        assert_eq!([look(None), look(None)], [None, Some(News::Gone)]);
-        assert_eq!([look(stamp(14)), look(stamp(14))], [None, Some(News::Saved)]);
+        assert_eq!([observe(stamp(10)), observe(stamp(10))], [None, None], "unchanged");
+        // Written in several steps.
+        assert_eq!([observe(stamp(3)), observe(stamp(7)), observe(stamp(12))], [None, None, None]);
+        assert_eq!([observe(stamp(12)), observe(stamp(12))], [Some(FileChange::Modified), None], "reported once");
+        // Deleted and written again, as some editors save: not a removal.
+        assert_eq!([observe(None), observe(stamp(13)), observe(stamp(13))], [None, None, Some(FileChange::Modified)]);
+        assert_eq!([observe(None), observe(None), observe(None)], [None, Some(FileChange::Removed), None]);
+        assert_eq!(
+            [observe(stamp(13)), observe(stamp(13)), observe(stamp(13))],
+            [None, Some(FileChange::Restored), None]
+        );
+        assert_eq!([observe(None), observe(None)], [None, Some(FileChange::Removed)]);
+        assert_eq!([observe(stamp(14)), observe(stamp(14))], [None, Some(FileChange::Modified)]);
     }
 
     #[test]
-    fn the_thread_tells_of_a_file_that_was_renamed_into_place() {
+    fn the_thread_reports_a_file_renamed_into_place() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("a.obj");
         std::fs::write(&path, "old").unwrap();
         let (woken, wakes) = channel();
         let mut watch = FileWatch::new(move || woken.send(()).unwrap()).unwrap();
-        let file = (path.clone(), Stamp::of(&path).unwrap());
-        assert!(watch.follow(Some(&file)) && !watch.follow(Some(&file)));
+        let file = WatchedFile::of(&path).unwrap();
+        assert!(watch.watch(Some(&file)) && !watch.watch(Some(&file)));
         std::fs::write(folder.path().join("a.tmp"), "newer").unwrap();
         std::fs::rename(folder.path().join("a.tmp"), &path).unwrap();
         wakes.recv_timeout(Duration::from_mins(1)).unwrap();
-        assert_eq!(watch.news(), [News::Saved]);
+        assert_eq!(watch.changes(), [FileChange::Modified]);
         std::fs::remove_file(&path).unwrap();
         wakes.recv_timeout(Duration::from_mins(1)).unwrap();
-        assert_eq!(watch.news(), [News::Gone]);
-        assert!(watch.follow(None));
+        assert_eq!(watch.changes(), [FileChange::Removed]);
+        assert!(watch.watch(None));
     }
 }

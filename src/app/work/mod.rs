@@ -1,14 +1,29 @@
-//! What follows the settings: workers that load, build, render and measure, and what takes their results.
+//! The work behind the window: threads that load, build, trace and measure, and what they exchange with the state. Uses the
+//! viewport for picking and screenshots; knows no panels and no commands.
+//!
+//! [`reconcile`] holds the three rails from a model to a picture. Each rail owns its worker, knows what is in flight, and
+//! does not request again what failed or was cancelled.
 
-pub(crate) mod wake_signal;
+pub(crate) mod reconcile;
 
-pub(crate) mod file_watch;
-pub(crate) mod frame_pacing;
-pub(crate) mod jobs;
-pub mod reconcile;
-pub(crate) mod results;
+mod build_rail;
+mod load_rail;
+mod render_rail;
+
+mod build_job;
+mod render_job;
+
+mod frame_pacing;
+mod motion;
+mod present;
+
+mod background_drop;
+mod in_flight;
+mod pool;
 
 pub(crate) mod derived_worker;
 pub(crate) mod measure_worker;
 
+pub(crate) mod file_watch;
 pub(crate) mod requests;
+pub(crate) mod wake_signal;

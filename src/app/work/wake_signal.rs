@@ -1,34 +1,34 @@
-//! Waiting for the workers' news, where a UI frame without news is not worth its price.
+//! A wake-up signal from the worker threads to the UI thread.
 
 use std::sync::{Arc, Condvar, Mutex, PoisonError};
 use std::time::Instant;
 
-/// Rung by workers that have news. Clones are the same bell.
+/// A flag that worker threads set when a result is ready, and for which the UI thread can wait. Clones share the flag.
 #[derive(Debug, Clone, Default)]
-pub struct WakeSignal {
+pub(crate) struct WakeSignal {
     shared: Arc<(Mutex<bool>, Condvar)>,
 }
 
 impl WakeSignal {
-    /// There is news.
-    pub fn ring(&self) {
-        let (rung, changed) = &*self.shared;
-        *rung.lock().unwrap_or_else(PoisonError::into_inner) = true;
+    /// Sets the signal.
+    pub(crate) fn set(&self) {
+        let (is_set, changed) = &*self.shared;
+        *is_set.lock().unwrap_or_else(PoisonError::into_inner) = true;
         changed.notify_all();
     }
 
-    /// Waits until it has rung since the last time, or until `latest`. Returns whether it has rung.
-    pub fn wait(&self, latest: Instant) -> bool {
-        let (rung, changed) = &*self.shared;
-        let mut rung = rung.lock().unwrap_or_else(PoisonError::into_inner);
-        while !*rung {
-            let left = latest.saturating_duration_since(Instant::now());
-            if left.is_zero() {
+    /// Waits until the signal is set or `deadline` has passed, and clears it. Returns whether it was set.
+    pub(crate) fn wait(&self, deadline: Instant) -> bool {
+        let (is_set, changed) = &*self.shared;
+        let mut is_set = is_set.lock().unwrap_or_else(PoisonError::into_inner);
+        while !*is_set {
+            let remaining = deadline.saturating_duration_since(Instant::now());
+            if remaining.is_zero() {
                 return false;
             }
-            rung = changed.wait_timeout(rung, left).unwrap_or_else(PoisonError::into_inner).0;
+            is_set = changed.wait_timeout(is_set, remaining).unwrap_or_else(PoisonError::into_inner).0;
         }
-        *rung = false;
+        *is_set = false;
         true
     }
 }
@@ -40,16 +40,16 @@ mod tests {
     use super::*;
 
     #[test]
-    fn it_is_heard_once_and_before_the_latest_time() {
-        let wake_signal = WakeSignal::default();
-        wake_signal.ring();
-        wake_signal.ring();
-        let (now, never) = (Instant::now(), Instant::now() + Duration::from_hours(1));
-        assert!(wake_signal.wait(now), "what rang before counts, however late it is");
-        assert!(!wake_signal.wait(now), "but once");
-        let other = wake_signal.clone();
-        let thread = std::thread::spawn(move || other.ring());
-        assert!(wake_signal.wait(never));
+    fn a_signal_is_received_once_and_before_the_deadline() {
+        let signal = WakeSignal::default();
+        signal.set();
+        signal.set();
+        let (now, distant) = (Instant::now(), Instant::now() + Duration::from_hours(1));
+        assert!(signal.wait(now), "a signal set before the wait counts even after the deadline");
+        assert!(!signal.wait(now), "it counts once");
+        let other = signal.clone();
+        let thread = std::thread::spawn(move || other.set());
+        assert!(signal.wait(distant));
         assert!(thread.join().is_ok());
     }
 }

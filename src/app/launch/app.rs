@@ -1,0 +1,290 @@
+//! The application: everything that one UI frame does, in its order.
+
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+use super::device::Device;
+use super::options::StartOptions;
+use super::storage::SettingsAutosave;
+use super::{interrupt, storage, window_size};
+use crate::app::state::{AppState, Preferences, Request, Severity, Wanted};
+use crate::app::viewport::Viewport;
+use crate::app::work::derived_worker::DerivedWorker;
+use crate::app::work::file_watch::{FileChange, FileWatch};
+use crate::app::work::measure_worker::MeasureWorker;
+use crate::app::work::reconcile::Reconciler;
+use crate::app::work::requests::{BackgroundTasks, take_dropped_files};
+use crate::app::work::wake_signal::WakeSignal;
+use crate::app::{panels, theme};
+use crate::overlay::OverlayPipeline;
+use crate::scene::SceneSource;
+
+/// Maximum time that [`App::run_until_idle`] waits.
+const IDLE_TIMEOUT: Duration = Duration::from_mins(2);
+/// Interval between two calls of [`App::run_until_idle`] to the workers.
+const IDLE_POLL: Duration = Duration::from_millis(1);
+/// Minimum interval between UI frames without a new result, where software rendering competes with a rebuild for the cores.
+const THROTTLED_FRAME_INTERVAL: Duration = Duration::from_millis(100);
+/// Interval between two updates of a measurement's progress.
+const PROGRESS_INTERVAL: Duration = Duration::from_millis(100);
+
+/// The program with its window.
+pub struct App {
+    /// The state that panels show and edit.
+    pub state: AppState,
+    reconciler: Reconciler,
+    measure_worker: MeasureWorker,
+    derived_worker: DerivedWorker,
+    background_tasks: BackgroundTasks,
+    file_watch: FileWatch,
+    viewport: Viewport,
+    has_pipeline: bool,
+    device: Device,
+    title: String,
+    frame_started: Instant,
+    wake_signal: WakeSignal,
+    settings_autosave: SettingsAutosave,
+    /// UI frames are limited while a tree is rebuilt, because they are rendered in software.
+    throttles_frames: bool,
+    /// Each UI frame waits until everything wanted is shown: for tests.
+    waits_until_idle: bool,
+}
+
+impl App {
+    /// Creates the application of a real window.
+    pub fn new(context: &eframe::CreationContext<'_>, options: StartOptions) -> std::io::Result<Self> {
+        interrupt::watch(&context.egui_ctx);
+        let restored = storage::restore(options.settings_file.as_deref());
+        let last_source = || restored.wanted.as_ref().filter(|_| options.restore).map(|wanted| wanted.source.clone());
+        let source = options.source.or_else(last_source).unwrap_or_else(SceneSource::default_builtin);
+        // The saved camera belongs to the saved model.
+        let same_model = restored.wanted.as_ref().is_some_and(|wanted| wanted.source == source);
+        let mut wanted = restored.wanted.unwrap_or_else(|| Wanted::new(source.clone()));
+        wanted.source = source;
+        let mut preferences = restored.preferences.unwrap_or_default();
+        options.overrides.apply(&mut wanted, &mut preferences);
+        let mut state = AppState::new(wanted, preferences);
+        for warning in restored.complaint.into_iter().chain(options.notices) {
+            eprintln!("warning: {warning}");
+            state.messages.notify(Severity::Warning, warning);
+        }
+        state.model.allow_outside = options.load.allow_outside;
+        let mut app = Self::with_state(context, state)?;
+        app.settings_autosave = SettingsAutosave::new(options.settings_file);
+        app.reconciler.set_load_options(options.load, options.camera, same_model);
+        app.device.inject_faults(options.lose_device, options.refuse_buffer);
+        app.throttles_frames = app.state.graphics.is_software;
+        Ok(app)
+    }
+
+    /// Creates an application for tests, without saved settings. With `waits_until_idle` each UI frame waits until everything
+    /// wanted is shown, so that each run sees the same.
+    pub fn new_for_test(
+        context: &eframe::CreationContext<'_>,
+        wanted: Wanted,
+        waits_until_idle: bool,
+    ) -> std::io::Result<Self> {
+        let mut app = Self::with_state(context, AppState::new(wanted, Preferences::default()))?;
+        app.waits_until_idle = waits_until_idle;
+        app.reconciler.set_always_at_rest(waits_until_idle);
+        Ok(app)
+    }
+
+    fn with_state(context: &eframe::CreationContext<'_>, mut state: AppState) -> std::io::Result<Self> {
+        let ctx = context.egui_ctx.clone();
+        theme::apply(&ctx, &state.preferences);
+        let device = Device::default();
+        if let Some(render_state) = &context.wgpu_render_state {
+            let info = render_state.adapter.get_info();
+            state.graphics.adapter_name = info.name;
+            state.graphics.is_software = info.device_type == wgpu::DeviceType::Cpu;
+            device.watch(&render_state.device, &ctx);
+            let pipeline = OverlayPipeline::new(&render_state.device, render_state.target_format);
+            render_state.renderer.write().callback_resources.insert(pipeline);
+        }
+        let wake_signal = WakeSignal::default();
+        let wake = {
+            let wake_signal = wake_signal.clone();
+            move || {
+                wake_signal.set();
+                ctx.request_repaint();
+            }
+        };
+        Ok(Self {
+            state,
+            reconciler: Reconciler::new(wake.clone())?,
+            measure_worker: MeasureWorker::new(wake.clone())?,
+            derived_worker: DerivedWorker::new(wake.clone())?,
+            file_watch: FileWatch::new(wake.clone())?,
+            background_tasks: BackgroundTasks::new(Arc::new(wake)),
+            viewport: Viewport::default(),
+            has_pipeline: context.wgpu_render_state.is_some(),
+            device,
+            title: String::new(),
+            frame_started: Instant::now(),
+            wake_signal,
+            settings_autosave: SettingsAutosave::default(),
+            throttles_frames: false,
+            waits_until_idle: false,
+        })
+    }
+
+    /// Waits until everything wanted is loaded, built and traced to its end, or refused. Returns `false` if that takes longer
+    /// than [`IDLE_TIMEOUT`]. For tests and scripts; a window never waits.
+    pub fn run_until_idle(&mut self) -> bool {
+        let start = Instant::now();
+        loop {
+            self.reconciler.poll(&mut self.state, Instant::now());
+            self.reconciler.reconcile(&mut self.state, Instant::now());
+            self.poll_idle_workers();
+            if !self.is_busy() {
+                return true;
+            }
+            if start.elapsed() > IDLE_TIMEOUT {
+                return false;
+            }
+            std::thread::sleep(IDLE_POLL);
+        }
+    }
+
+    /// Whether anything is being loaded, built, traced, derived or measured.
+    pub fn is_busy(&self) -> bool {
+        self.reconciler.is_busy() || self.measure_worker.is_busy() || self.derived_worker.is_busy()
+    }
+
+    /// Polls the workers that start once the rails are idle.
+    fn poll_idle_workers(&mut self) {
+        let idle = !self.reconciler.is_busy();
+        self.measure_worker.poll(&mut self.state, idle);
+        self.derived_worker.request_missing(&self.state, idle);
+    }
+
+    fn report_device_errors(&mut self) {
+        while let Some(error) = self.device.take_error() {
+            eprintln!("error: the graphics driver failed: {error}");
+            if !self.state.graphics.failed {
+                self.state.graphics.failed = true;
+                self.state.messages.notify(
+                    Severity::Error,
+                    format!("The graphics driver failed, so containers are no longer drawn: {error}. Update the driver or start with fewer containers"),
+                );
+            }
+        }
+    }
+
+    /// Reads the model's file again when it was modified; when it was removed, the scene stays.
+    fn follow_file_changes(&mut self) {
+        if self.file_watch.watch(self.reconciler.file()) {
+            self.state.model.file_missing = false;
+        }
+        for change in self.file_watch.changes() {
+            let name = self.reconciler.file().map_or(String::new(), |file| file.path.display().to_string());
+            log::info!("{name}: {change:?}");
+            self.state.model.file_missing = change == FileChange::Removed;
+            let messages = &mut self.state.messages;
+            match change {
+                FileChange::Modified => {
+                    messages.notify(Severity::Info, format!("{name} was saved: it is read again"));
+                    self.state.requests.push(Request::Reload);
+                }
+                FileChange::Removed => {
+                    messages.notify(Severity::Warning, format!("{name} is gone; what is shown stays"));
+                }
+                FileChange::Restored => {}
+            }
+        }
+    }
+
+    fn update_title(&mut self, ctx: &egui::Context) {
+        let label = self.state.model.presented.as_ref().map(|presented| presented.accel.scene.source.label());
+        let title = label.map_or_else(|| "bvhscope".to_owned(), |label| format!("{label} – bvhscope"));
+        if title != self.title {
+            ctx.send_viewport_cmd(egui::ViewportCommand::Title(title.clone()));
+            self.title = title;
+        }
+    }
+
+    fn autosave_settings(&mut self, ctx: &egui::Context) {
+        let AppState { wanted, preferences, .. } = &self.state;
+        if let Some(delay) = self.settings_autosave.save_if_due(wanted, preferences, Instant::now()) {
+            ctx.request_repaint_after(delay);
+        }
+    }
+
+    /// Requests what is stale and schedules the next UI frame.
+    fn reconcile(&mut self, ctx: &egui::Context) {
+        if self.waits_until_idle {
+            let frame_id = |state: &AppState| state.model.presented.as_ref().map(|presented| presented.frame_id);
+            let before = frame_id(&self.state);
+            self.run_until_idle();
+            if before != frame_id(&self.state) {
+                ctx.request_repaint();
+            }
+        } else if let Some(delay) = self.reconciler.reconcile(&mut self.state, Instant::now()) {
+            ctx.request_repaint_after(delay);
+        }
+        if self.measure_worker.is_busy() {
+            ctx.request_repaint_after(PROGRESS_INTERVAL);
+        }
+    }
+}
+
+impl eframe::App for App {
+    fn logic(&mut self, ctx: &egui::Context, frame: &mut eframe::Frame) {
+        // Each movement of the pointer requests a UI frame, and rendering one in software takes half as long as a tree.
+        let throttled = self.throttles_frames && self.reconciler.is_rebuilding_in_motion(Instant::now());
+        let interval = if throttled { THROTTLED_FRAME_INTERVAL } else { Duration::ZERO };
+        self.wake_signal.wait(self.frame_started + interval);
+        self.frame_started = Instant::now();
+        if interrupt::was_interrupted() {
+            ctx.send_viewport_cmd(egui::ViewportCommand::Close);
+        }
+        if let Some(render_state) = frame.wgpu_render_state()
+            && self.state.model.presented.is_some()
+        {
+            self.device.trigger_faults(&render_state.device);
+        }
+        if self.device.is_lost() {
+            // Nothing can be drawn any more: the settings are saved, and `run` starts the program again.
+            self.settings_autosave.finish(&self.state.wanted, &self.state.preferences);
+            ctx.send_viewport_cmd(egui::ViewportCommand::Close);
+            return;
+        }
+        self.report_device_errors();
+        window_size::correct_on_first_frame(ctx);
+        self.background_tasks.poll(&mut self.reconciler, &mut self.state);
+        self.reconciler.poll(&mut self.state, Instant::now());
+        self.follow_file_changes();
+        self.poll_idle_workers();
+        self.update_title(ctx);
+        // Here as well as in `ui`, which is not called while the window is hidden.
+        self.autosave_settings(ctx);
+    }
+
+    /// The panels' colour, so that they need no fill of their own, which takes long in software.
+    fn clear_color(&self, visuals: &egui::Visuals) -> [f32; 4] {
+        visuals.panel_fill.to_normalized_gamma_f32()
+    }
+
+    fn ui(&mut self, ui: &mut egui::Ui, _frame: &mut eframe::Frame) {
+        let ctx = ui.ctx().clone();
+        let state = &mut self.state;
+        panels::around(ui, state, |ui, state| self.viewport.show(ui, self.has_pipeline, state));
+
+        take_dropped_files(&ctx, &mut self.reconciler, state);
+        self.background_tasks.perform(&ctx, &mut self.reconciler, &mut self.measure_worker, state);
+        let dragging = ctx.input(|input| input.pointer.any_down());
+        state.undo.observe(&state.wanted, dragging);
+        self.reconcile(&ctx);
+        self.autosave_settings(&ctx);
+        log::trace!("UI frame of {:.1} ms", self.frame_started.elapsed().as_secs_f64() * 1e3);
+    }
+
+    fn on_exit(&mut self) {
+        self.settings_autosave.finish(&self.state.wanted, &self.state.preferences);
+    }
+
+    fn persist_egui_memory(&self) -> bool {
+        false
+    }
+}

@@ -1,0 +1,156 @@
+//! Building trees on a worker thread: from a scene to a tree, its overlay table and, where requested, its first picture.
+
+use std::cell::RefCell;
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+use crate::accel::{Accel, BuildSession};
+use crate::app::work::pool::WorkerPool;
+use crate::app::work::render_job::{RenderKey, Rendered};
+use crate::camera::Camera;
+use crate::overlay::{NodeTable, OverlaySettings};
+use crate::render::RenderSettings;
+use crate::scene::Scene;
+use crate::worker::Worker;
+use bvhscope_engine::builders::BuildError;
+use bvhscope_engine::cancel::{CancelToken, Cancelled};
+use bvhscope_engine::settings::BuildSettings;
+
+/// Delay after a tree is delivered, so that its first frame is shown, and the end of a drag noticed, before background work
+/// takes the cores.
+const BACKGROUND_DELAY: Duration = Duration::from_millis(170);
+
+/// Interval between two checks for cancellation during [`BACKGROUND_DELAY`].
+const CANCEL_POLL: Duration = Duration::from_millis(5);
+
+/// The inputs of a tree.
+#[derive(Clone)]
+pub(crate) struct BuildKey {
+    /// The scene, compared by identity.
+    pub scene: Arc<Scene>,
+    /// How the tree is built.
+    pub settings: BuildSettings,
+    /// Number of threads; 0 for all.
+    pub threads: usize,
+}
+
+impl PartialEq for BuildKey {
+    fn eq(&self, other: &Self) -> bool {
+        Arc::ptr_eq(&self.scene, &other.scene) && self.settings == other.settings && self.threads == other.threads
+    }
+}
+
+/// A request for a tree.
+pub(crate) struct BuildJob {
+    /// The inputs.
+    pub key: BuildKey,
+    /// The picture to trace with the tree, so that both are presented at once.
+    pub view: Option<FirstView>,
+    /// The containers drawn over that picture, if any.
+    pub overlay: Option<OverlaySettings>,
+    /// The settings are still changing, so another tree is likely to follow.
+    pub moving: bool,
+}
+
+/// View of the coarse picture that is delivered with a tree.
+#[derive(Clone, Copy)]
+pub(crate) struct FirstView {
+    /// The camera.
+    pub camera: Camera,
+    /// Shading and sampling.
+    pub settings: RenderSettings,
+    /// Width and height in pixels.
+    pub size_px: [u32; 2],
+    /// Number of pixels along each side that share a ray.
+    pub coarseness: u32,
+}
+
+impl FirstView {
+    /// Traces this view of `accel`.
+    fn trace(&self, accel: &Arc<Accel>, token: &CancelToken) -> Result<Rendered, Cancelled> {
+        let Self { camera, settings, size_px, coarseness } = *self;
+        let key = RenderKey { accel: Arc::clone(accel), camera, settings, size_px };
+        let frame = Arc::new(key.trace(coarseness, false, token, &|_| {})?);
+        Ok(Rendered { key, frame, last: false })
+    }
+}
+
+/// A tree and its overlay table.
+#[derive(Clone)]
+pub(crate) struct BuiltTree {
+    /// The tree.
+    pub accel: Arc<Accel>,
+    /// Its nodes by depth, for the overlay.
+    pub table: Arc<NodeTable>,
+    /// The requested number of threads; 0 for all.
+    pub threads: usize,
+}
+
+/// The outcome of a [`BuildJob`].
+pub(crate) struct Built {
+    /// The inputs.
+    pub key: BuildKey,
+    /// The tree, or why it was not built.
+    pub result: Result<BuiltTree, BuildError>,
+    /// Its first picture, where the job had a view.
+    pub picture: Option<Rendered>,
+}
+
+/// Starts the worker that builds trees; `wake` is called from its thread after each result. After a tree is delivered the
+/// worker collapses it into the wide tree and computes what panels and clicks need, unless another tree is requested.
+pub(crate) fn start_worker(wake: impl Fn() + Send + Sync + 'static) -> std::io::Result<Worker<BuildJob, Built>> {
+    let (pool, session) = (WorkerPool::default(), RefCell::new(BuildSession::default()));
+    Worker::new("build", wake, move |job: BuildJob, token: &CancelToken, deliver: &(dyn Fn(Built) + Sync)| {
+        let BuildJob { key, view, overlay, moving } = job;
+        let (threads, start) = (key.threads, Instant::now());
+        let mut session = session.borrow_mut();
+        let session: &mut BuildSession = &mut session;
+        let result = pool.run("build", threads, || {
+            let accel = Arc::new(Accel::build_with_session(&key.scene, &key.settings, Some(&mut *session), token)?);
+            let table = Arc::new(NodeTable::new(&accel));
+            if let Some(overlay) = &overlay {
+                table.list(Some(overlay), token)?;
+            }
+            let listed = start.elapsed();
+            // The first picture is coarse and traced through the binary tree, so it need not wait for the wide one.
+            let picture = view.map(|view| view.trace(&accel, token)).transpose()?;
+            log::debug!(
+                "δ {}: tree built in {:.1?}, listed after {listed:.1?}, traced after {:.1?}",
+                key.settings.threshold,
+                accel.report.build_time,
+                start.elapsed()
+            );
+            Ok((BuiltTree { accel, table, threads }, picture))
+        });
+        match result {
+            Err(BuildError::Cancelled(_)) => {}
+            Err(refused) => deliver(Built { key, result: Err(refused), picture: None }),
+            Ok((tree, picture)) => {
+                let (accel, table) = (Arc::clone(&tree.accel), Arc::clone(&tree.table));
+                deliver(Built { key, result: Ok(tree), picture });
+                if moving {
+                    wait_for_first_frame(token);
+                }
+                let Ok(wide) = pool.run("build", threads, || accel.widen(token)) else { return None };
+                log::debug!("collapsed in {:.1?}, after {:.1?}", wide.collapse_time, start.elapsed());
+                // What only panels and clicks need is computed once the picture has had the cores.
+                wait_for_first_frame(token);
+                if !token.is_cancelled() {
+                    // No other build has followed, so the buffers for reuse are freed.
+                    *session = BuildSession::default();
+                    // Where it is cancelled, the derived worker computes what is needed.
+                    let _ = pool.run("build", threads, || accel.study(token).and_then(|()| table.list(None, token)));
+                }
+            }
+        }
+        None
+    })
+}
+
+/// Sleeps for [`BACKGROUND_DELAY`] or until cancelled.
+fn wait_for_first_frame(token: &CancelToken) {
+    let end = Instant::now() + BACKGROUND_DELAY;
+    while Instant::now() < end && !token.is_cancelled() {
+        std::thread::sleep(CANCEL_POLL);
+    }
+}

@@ -1,0 +1,159 @@
+//! Building trees: requests the wanted tree and holds a built one until it has a picture.
+
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+use crate::accel::Accel;
+use crate::app::state::{JobStatus, Presented};
+use crate::app::work::background_drop::drop_in_background;
+use crate::app::work::build_job::{BuildJob, BuildKey, Built, BuiltTree, start_worker};
+use crate::app::work::in_flight::{InFlight, Progress, poll};
+use crate::worker::Worker;
+
+/// Builds the wanted tree.
+pub(crate) struct BuildRail {
+    worker: Worker<BuildJob, Built>,
+    in_flight: Option<InFlight<BuildKey>>,
+    /// The tree to build after the one in flight.
+    queued: Option<InFlight<BuildKey>>,
+    /// A tree that has no picture yet.
+    pending: Option<BuiltTree>,
+    /// Since when the presented tree differs from the wanted one.
+    stale_since: Option<Instant>,
+}
+
+impl BuildRail {
+    /// Starts the worker; `wake` is called from its thread after each result.
+    pub(crate) fn new(wake: impl Fn() + Send + Sync + 'static) -> std::io::Result<Self> {
+        Ok(Self { worker: start_worker(wake)?, in_flight: None, queued: None, pending: None, stale_since: None })
+    }
+
+    /// Requests a tree unless it is built or in flight. While the settings are changing, a tree in flight is finished
+    /// first, because otherwise none would ever be shown; the newest request follows.
+    ///
+    /// # Errors
+    ///
+    /// Returns the reason where the settings do not suit the scene.
+    pub(crate) fn request(&mut self, job: BuildJob, presented: Option<&Presented>, now: Instant) -> Result<(), String> {
+        let BuildJob { ref key, moving, .. } = job;
+        if self.has_built(key, presented) {
+            if self.pending.is_none() {
+                self.stale_since = None;
+            }
+            // A slider that passes over the presented tree's setting is about to leave it again.
+            if !moving {
+                self.stop();
+            }
+            return Ok(());
+        }
+        let refusal = key.settings.refusal(key.scene.triangles.len());
+        if let Some(current) = &self.in_flight {
+            let same_scene = Arc::ptr_eq(&current.key.scene, &key.scene);
+            if current.key == *key || (moving && same_scene) {
+                let newest = self.queued.as_ref().unwrap_or(current);
+                if newest.key != *key && refusal.is_none() {
+                    let key = key.clone();
+                    let token = self.worker.queue(job);
+                    self.queued = Some(InFlight { key, token, since: now });
+                }
+                return Ok(());
+            }
+        }
+        if let Some(reason) = refusal {
+            return Err(reason);
+        }
+        self.stale_since.get_or_insert(now);
+        let key = key.clone();
+        let token = self.worker.request(job);
+        self.queued = None;
+        self.in_flight = Some(InFlight { key, token, since: now });
+        Ok(())
+    }
+
+    /// Whether the newest tree, pending or presented, has the inputs `key`.
+    fn has_built(&self, key: &BuildKey, presented: Option<&Presented>) -> bool {
+        let newest = match (&self.pending, presented) {
+            (Some(pending), _) => Some((&pending.accel, pending.threads)),
+            (None, Some(presented)) => Some((&presented.accel, presented.threads)),
+            (None, None) => None,
+        };
+        newest.is_some_and(|(accel, threads)| {
+            *key == BuildKey { scene: Arc::clone(&accel.scene), settings: accel.settings, threads }
+        })
+    }
+
+    /// Takes the newest outcome of the job in flight. A job that failed is no longer in flight.
+    pub(crate) fn poll(&mut self) -> Progress<Built> {
+        if self.in_flight.is_none() {
+            return Progress::Running;
+        }
+        let progress = poll(&self.worker);
+        match &progress {
+            Progress::Running => {}
+            // The queued tree may have been built between two polls.
+            Progress::Result(built) => self.in_flight = self.queued.take().filter(|job| job.key != built.key),
+            Progress::Failed(_) => {
+                self.stop();
+            }
+        }
+        progress
+    }
+
+    /// Cancels building. Returns whether anything was being built.
+    pub(crate) fn stop(&mut self) -> bool {
+        self.queued = None;
+        let was_building = self.in_flight.take().is_some();
+        if was_building {
+            self.worker.cancel();
+        }
+        was_building
+    }
+
+    /// Holds `tree` until it has a picture.
+    pub(crate) fn set_pending(&mut self, tree: BuiltTree, moving: bool) {
+        if self.pending.is_some() && moving {
+            // If each tree replaced the one that is being traced, no picture would ever be finished.
+            drop_in_background(tree);
+        } else {
+            drop_in_background(self.pending.replace(tree));
+        }
+    }
+
+    /// The tree that has no picture yet.
+    pub(crate) const fn pending(&self) -> Option<&BuiltTree> {
+        self.pending.as_ref()
+    }
+
+    /// Takes the pending tree if it is `accel`.
+    pub(crate) fn take_pending(&mut self, accel: &Arc<Accel>) -> Option<BuiltTree> {
+        self.pending.take_if(|tree| Arc::ptr_eq(&tree.accel, accel))
+    }
+
+    /// Discards the pending tree.
+    pub(crate) fn discard_pending(&mut self) {
+        if let Some(tree) = self.pending.take() {
+            drop_in_background(tree);
+        }
+    }
+
+    /// Notes that a tree is presented. Returns the time since it became wanted; 0 where that is unknown.
+    pub(crate) fn note_presented(&mut self, now: Instant) -> Duration {
+        let next = self.since();
+        std::mem::replace(&mut self.stale_since, next).map_or(Duration::ZERO, |since| now.duration_since(since))
+    }
+
+    /// Whether a tree is being built.
+    pub(crate) const fn is_busy(&self) -> bool {
+        self.in_flight.is_some()
+    }
+
+    /// When the job in flight was requested.
+    pub(crate) fn since(&self) -> Option<Instant> {
+        self.in_flight.as_ref().map(|job| job.since)
+    }
+
+    /// The job in flight, for the job strip.
+    pub(crate) fn status(&self) -> Option<JobStatus> {
+        self.in_flight.as_ref().map(|job| job.status("Building".to_owned()))
+    }
+}

@@ -1,0 +1,42 @@
+//! Whether the settings are changing: a slider is dragged or the camera moves.
+
+use std::time::{Duration, Instant};
+
+use crate::app::state::Wanted;
+
+/// Time without a change after which the settings are at rest and the picture is refined.
+pub(crate) const REST_DELAY: Duration = Duration::from_millis(160);
+
+/// Watches the settings that decide the picture.
+#[derive(Default)]
+pub(crate) struct Motion {
+    last: Option<Wanted>,
+    changed_at: Option<Instant>,
+    disabled: bool,
+}
+
+impl Motion {
+    /// Sets whether changes are ignored, so that nothing ever counts as moving.
+    pub(crate) const fn set_disabled(&mut self, disabled: bool) {
+        self.disabled = disabled;
+    }
+
+    /// Compares the settings with those of the last UI frame. Returns whether they are changing.
+    pub(crate) fn observe(&mut self, wanted: &Wanted, now: Instant) -> bool {
+        let same = self.last.as_ref().is_some_and(|last| {
+            last.camera == wanted.camera && last.build == wanted.build && last.render == wanted.render
+        });
+        if !same {
+            if self.last.is_some() {
+                self.changed_at = Some(now);
+            }
+            self.last = Some(wanted.clone());
+        }
+        self.is_moving(now)
+    }
+
+    /// Whether a setting has changed within [`REST_DELAY`].
+    pub(crate) fn is_moving(&self, now: Instant) -> bool {
+        !self.disabled && self.changed_at.is_some_and(|then| now.duration_since(then) < REST_DELAY)
+    }
+}
