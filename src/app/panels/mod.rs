@@ -1,5 +1,15 @@
-//! The panels around the viewport and what lies over it. They read and edit [`AppState`](crate::app::state::AppState) and
+//! The panels around the viewport and the overlays on it. They read and edit [`AppState`](crate::app::state::AppState) and
 //! never start work.
+//!
+//! | module | what it shows |
+//! | --- | --- |
+//! | `layout` | places everything below around the viewport; start here |
+//! | `side` | sections of the side panels: statistics, selection, settings |
+//! | `bars` | menu, depth bar, job strip |
+//! | `paper` | the dock with the paper's tables and plots |
+//! | `over` | legends, axes gizmo, pixel facts and messages over the viewport |
+//! | `dialogs` | command palette, start page, shortcuts, message log |
+//! | `widgets` | what the panels are made of; knows none of them |
 
 mod layout;
 
@@ -8,6 +18,7 @@ mod dialogs;
 mod over;
 mod paper;
 mod side;
+
 mod widgets;
 
 pub use layout::around;

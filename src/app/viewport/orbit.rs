@@ -1,9 +1,9 @@
 //! Camera moves: pure functions on [`Camera`], used by mouse, keys, axes gizmo and commands. Angles are in radians.
 
+use bvhscope_engine::geometry::Aabb;
 use glam::{Mat3, Quat, Vec2, Vec3};
 
 use crate::camera::Camera;
-use bvhscope_engine::geometry::Aabb;
 
 /// Orbits around the target: by `yaw` around the scene's up axis, and by `pitch` around the picture's horizontal axis. The
 /// camera's up vector follows across the poles, so that neither orbiting stops nor the picture flips there.

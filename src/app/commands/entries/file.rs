@@ -5,12 +5,13 @@ use egui::Key;
 use super::list::{CTRL, List, NONE};
 use crate::app::commands::action::Action;
 use crate::app::commands::entry::Category;
-use crate::scene::BUILTIN_SCENES;
+use crate::scene::{BUILTIN_SCENES, format_names};
 
 /// Adds the entries of the menu.
 pub(super) fn add(list: &mut List) {
     let place = |group| (Category::File, group);
-    list.add(place(0), Action::Open, "Open…", "Open an OBJ, glTF, GLB, PLY or STL file", &[(CTRL, Key::O)]);
+    let description = format!("Open an {} file", format_names("or"));
+    list.add(place(0), Action::Open, "Open…", &description, &[(CTRL, Key::O)]);
     list.add(place(0), Action::Reload, "Reload", "Read the model from its file again", &[(NONE, Key::F5)]);
     list.add(place(0), Action::StartPage, "Start page", "Show built-in scenes and recent files", &[(CTRL, Key::N)]);
     for (index, scene) in BUILTIN_SCENES.iter().enumerate() {
@@ -37,5 +38,5 @@ pub(super) fn add(list: &mut List) {
         "Copy all numbers of scene, build, tree and trace as text",
         &[(CTRL, Key::I)],
     );
-    list.add(place(4), Action::Quit, "Quit", "Close the program; settings are kept", &[(CTRL, Key::Q)]);
+    list.add(place(4), Action::Quit, "Quit", "Close the program; settings are saved", &[(CTRL, Key::Q)]);
 }

@@ -47,8 +47,8 @@ pub(super) fn add(list: &mut List) {
     );
     list.add(place(3), Action::Deeper, "Deeper", "Show containers one level further down", &[(NONE, Key::Period)]);
     list.add(place(3), Action::Shallower, "Shallower", "Show containers one level further up", &[(NONE, Key::Comma)]);
-    list.add(place(3), Action::ToggleLeavesOnly, "Leaves only", "Of the chosen depths draw leaves alone", &[]);
-    list.add(place(3), Action::ToggleParents, "Parents", "Draw all levels above the chosen depths too", &[]);
+    list.add(place(3), Action::ToggleLeavesOnly, "Leaves only", "Draw only the leaves within the chosen depths", &[]);
+    list.add(place(3), Action::ToggleParents, "Parents", "Also draw all levels above the chosen depths", &[]);
     list.add(place(4), Action::SelectParent, "Select parent", "Walk up from the selected node", &[(ALT, Key::ArrowUp)]);
     list.add(
         place(4),
@@ -73,26 +73,26 @@ pub(super) fn add(list: &mut List) {
     );
     list.add(place(4), Action::HideSelected, "Hide selected", "Do not draw the selected node", &[(NONE, Key::H)]);
     list.add(place(4), Action::ShowAll, "Show all", "Draw all hidden nodes again", &[(NONE, Key::J)]);
-    list.add(place(5), Action::Undo, "Undo", "Take back the last change of settings", &[(CTRL, Key::Z)]);
+    list.add(place(5), Action::Undo, "Undo", "Undo the last change of settings", &[(CTRL, Key::Z)]);
     list.add(
         place(5),
         Action::Redo,
         "Redo",
-        "Bring back what was undone",
+        "Redo the change that was undone last",
         &[(CTRL.plus(Modifiers::SHIFT), Key::Z), (CTRL, Key::Y)],
     );
     list.add(
         place(5),
         Action::ResetSettings,
         "Reset all settings",
-        "Bring tree, containers and picture back to their defaults",
+        "Reset tree, containers and picture to their defaults",
         &[],
     );
     list.add(
         place(6),
         Action::Cancel,
         "Cancel",
-        "Stop the running job; where none runs, clear the selection",
+        "Cancel the running job, or clear the selection if none runs",
         &[(NONE, Key::Escape)],
     );
 }

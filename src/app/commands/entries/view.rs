@@ -54,14 +54,14 @@ pub(super) fn add(list: &mut List) {
         (OrbitStep::Up, "up", Key::ArrowUp),
         (OrbitStep::Down, "down", Key::ArrowDown),
     ] {
-        let description = "Turn around the model by 5 degrees; the key works while the picture has the focus";
+        let description = "Orbit by 5 degrees; the key works while the picture has the focus";
         list.add(place(1), Action::Orbit(step), &format!("Orbit {label}"), description, &[(NONE, key)]);
     }
     list.add(
         place(1),
         Action::ZoomIn,
         "Zoom in",
-        "Bring the point under the pointer nearer",
+        "Move closer to the point under the pointer",
         &[(NONE, Key::Plus), (NONE, Key::Equals)],
     );
     list.add(

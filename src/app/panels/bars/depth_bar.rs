@@ -13,6 +13,7 @@ const SUMMARY_WIDTH: f32 = 256.0;
 /// Height of the bars in points.
 const HEIGHT: f32 = 44.0;
 
+/// Shows the bar.
 pub(crate) fn show(ui: &mut Ui, state: &mut AppState) {
     let palette = theme::palette(ui);
     let Some(shown) = state.model.presented.clone() else {

@@ -7,6 +7,7 @@ use crate::app::panels::widgets::icon_button;
 use crate::app::state::{AppState, JobStatus, PROGRESS_DELAY, Request};
 use crate::app::{format, theme};
 
+/// Shows the bar.
 pub(crate) fn show(ui: &mut Ui, state: &mut AppState) {
     let palette = theme::palette(ui);
     ui.horizontal(|ui| {
@@ -64,7 +65,7 @@ fn running(ui: &mut Ui, state: &mut AppState) {
         return;
     }
     let (rect, _) = ui.allocate_exact_size(vec2(theme::ROW_HEIGHT, theme::ROW_HEIGHT), Sense::hover());
-    if icon_button(ui, rect, Icon::Close, "Cancel").on_hover_text("Stop it and keep what is shown (Esc)").clicked() {
+    if icon_button(ui, rect, Icon::Close, "Cancel").on_hover_text("Cancel it and keep what is shown (Esc)").clicked() {
         state.requests.push(if measuring { Request::CancelMeasuring } else { Request::CancelJobs });
     }
     progress(ui, &job);

@@ -8,6 +8,7 @@ use crate::app::panels::widgets::icon_button;
 use crate::app::state::{AppState, Side};
 use crate::app::{format, theme};
 
+/// Shows the bar.
 pub(crate) fn show(ui: &mut Ui, state: &mut AppState) {
     let entries = entries_for(state);
     let palette = theme::palette(ui);

@@ -6,6 +6,7 @@ use crate::app::panels::dialogs::frame;
 use crate::app::state::{AppState, Message, Request, Severity};
 use crate::app::{format, theme};
 
+/// Shows the dialog while it is open.
 pub(crate) fn show(ctx: &egui::Context, state: &mut AppState) {
     if !state.layout.messages_open {
         return;
@@ -13,7 +14,7 @@ pub(crate) fn show(ctx: &egui::Context, state: &mut AppState) {
     let mut copied = None;
     frame::show(ctx, "Messages", [560.0, 400.0], &mut state.layout.messages_open, |ui| {
         if state.messages.history.is_empty() {
-            ui.label(RichText::new("Nothing was said yet").color(theme::palette(ui).dim));
+            ui.label(RichText::new("No messages yet").color(theme::palette(ui).dim));
             return;
         }
         let all = || state.messages.history.iter().map(line).collect::<Vec<_>>().join("\n");

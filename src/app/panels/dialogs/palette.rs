@@ -9,6 +9,7 @@ use crate::app::theme;
 /// Largest width of the palette in points.
 const WIDTH: f32 = 520.0;
 
+/// Shows the dialog while it is open.
 pub(crate) fn show(ctx: &egui::Context, state: &mut AppState) {
     let chosen_id = Id::unique("palette chosen");
     let Some(mut query) = state.layout.palette.clone() else {

@@ -15,7 +15,7 @@ const GESTURES: [(&str, &str); 10] = [
     ("Click", "Select the triangle, its leaf and the path to the root"),
     ("Double click", "Focus on the point; on the background reset the view"),
     ("W A S D, Q E", "Fly, in fly mode; Shift is faster"),
-    ("Drop a file", "Open it; the camera stays if it still sees the model"),
+    ("Drop a file", "Open it; the camera stays if the model is still in view"),
     ("Drag on the depth bar", "Choose depths; Shift moves the range, double click shows all"),
     ("Double click on a slider", "Back to its default"),
     ("Click on a number", "Copy it"),
@@ -24,6 +24,7 @@ const GESTURES: [(&str, &str); 10] = [
 /// Largest width of the left column in points.
 const KEYS_WIDTH: f32 = 264.0;
 
+/// Shows the dialog while it is open.
 pub(crate) fn show(ctx: &egui::Context, state: &mut AppState) {
     if !state.layout.shortcuts_open {
         return;

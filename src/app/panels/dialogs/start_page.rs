@@ -6,8 +6,9 @@ use crate::app::commands::Action;
 use crate::app::panels::dialogs::frame;
 use crate::app::state::AppState;
 use crate::app::{format, theme};
-use crate::scene::BUILTIN_SCENES;
+use crate::scene::{BUILTIN_SCENES, format_names};
 
+/// Shows the dialog while it is open.
 pub(crate) fn show(ctx: &egui::Context, state: &mut AppState) {
     if !state.layout.start_page_open {
         return;
@@ -27,14 +28,15 @@ pub(crate) fn show(ctx: &egui::Context, state: &mut AppState) {
 fn content(ui: &mut Ui, state: &AppState, chosen: &mut Option<Action>) {
     let dim = theme::palette(ui).dim;
     ui.horizontal_wrapped(|ui| {
-        if ui.button("Open a file…").on_hover_text("OBJ, glTF, GLB, PLY or STL (Ctrl+O)").clicked() {
+        let formats = format_names("or");
+        if ui.button("Open a file…").on_hover_text(format!("{formats} (Ctrl+O)")).clicked() {
             *chosen = Some(Action::Open);
         }
-        ui.label(RichText::new("or drop an OBJ, glTF, GLB, PLY or STL file on the window").color(dim));
+        ui.label(RichText::new(format!("or drop an {formats} file on the window")).color(dim));
     });
     heading(ui, "BUILT IN");
     for (index, scene) in BUILTIN_SCENES.iter().enumerate() {
-        let tip = "Open it; the present scene stays until this one is built";
+        let tip = "Open it; the present scene stays until the new one is built";
         entry(ui, [scene.label, scene.description], tip, Action::OpenBuiltin(index), chosen);
     }
     if state.preferences.recent.is_empty() {
@@ -45,7 +47,7 @@ fn content(ui: &mut Ui, state: &AppState, chosen: &mut Option<Action>) {
         let name = path.file_name().unwrap_or(path.as_os_str()).to_string_lossy();
         let folder = path.parent().map_or_else(String::new, |folder| folder.display().to_string());
         let texts = [format::elide_middle(&name, 32), format::elide_middle(&folder, 44)];
-        let tip = format!("Open {}; the present scene stays until this one is built", path.display());
+        let tip = format!("Open {}; the present scene stays until the new one is built", path.display());
         entry(ui, texts.each_ref().map(String::as_str), &tip, Action::OpenRecent(index), chosen);
     }
 }

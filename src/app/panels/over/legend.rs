@@ -57,6 +57,7 @@ impl Part {
     }
 }
 
+/// Shows it over `rect`, the viewport's rectangle.
 pub(crate) fn show(ui: &mut Ui, rect: Rect, state: &AppState) {
     let mut bottom = rect.bottom() - 12.0;
     for legend in [picture_legend(state), overlay_legend(state)].into_iter().flatten() {
@@ -119,18 +120,18 @@ fn picture_legend(state: &AppState) -> Option<Legend> {
         Shading::Normals => {
             let axes = [("+x", [255, 128, 128]), ("+y", [128, 255, 128]), ("+z", [128, 128, 255])];
             let swatches = axes.map(|(name, color)| (vec![color], name.to_owned()));
-            ("Picture: the surface looks to".to_owned(), Part::Swatches(swatches.to_vec()))
+            ("Picture: surface normal".to_owned(), Part::Swatches(swatches.to_vec()))
         }
         Shading::AmbientOcclusion => {
             let grey = |position: f32| [(255.0 * (0.05 + 0.9 * position)) as u8; 3];
-            let stops = vec![(0.0, "closed in".to_owned()), (1.0, "open".to_owned())];
-            ("Picture: surroundings".to_owned(), Part::Ramp { stops, color: Box::new(grey) })
+            let stops = vec![(0.0, "occluded".to_owned()), (1.0, "open".to_owned())];
+            ("Picture: ambient occlusion".to_owned(), Part::Ramp { stops, color: Box::new(grey) })
         }
         Shading::Clusters => {
             let depth = frame.settings.cluster_depth;
-            (format!("Picture: containers at depth {depth}"), Part::Text("each in a colour of its own"))
+            (format!("Picture: containers at depth {depth}"), Part::Text("one colour each"))
         }
-        Shading::Heat(kind) => (format!("Picture: {} a pixel", kind.counted()), values_ramp(frame)),
+        Shading::Heat(kind) => (format!("Picture: {} per pixel", kind.counted()), values_ramp(frame)),
         Shading::Depth => ("Picture: depth".to_owned(), values_ramp(frame)),
     };
     Some(Legend { title, parts: std::iter::once(part).chain(lines).collect() })

@@ -16,6 +16,7 @@ const MAX_SHOWN: usize = 4;
 
 const HELP: &str = "Drag to orbit, wheel to zoom. Drag the threshold on the right to rebuild the tree, the bar below to choose depths. F1 lists all keys.";
 
+/// Shows it over `rect`, the viewport's rectangle.
 pub(crate) fn show(ui: &Ui, rect: Rect, state: &mut AppState) {
     state.messages.open.retain(|message| message.severity != Severity::Info || age(message) < NOTE_SECS);
     let flying = state.preferences.navigation == Navigation::Fly;
@@ -154,7 +155,7 @@ fn greeting_buttons(ui: &mut Ui, state: &mut AppState) {
     if ui.add(button).on_hover_text("Do not show this line again").clicked() {
         state.preferences.greeted = true;
     }
-    let tip = "Samples, recent files and the way to your own model (Ctrl+N)";
+    let tip = "Built-in scenes, recent files and the file dialog (Ctrl+N)";
     if ui.button("Open a model…").on_hover_text(tip).clicked() {
         state.layout.start_page_open = true;
     }

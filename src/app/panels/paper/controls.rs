@@ -1,5 +1,8 @@
 //! Controls of the paper panel: the experiment and its settings, in two rows.
 
+use bvhscope_engine::settings::BuildSettings;
+use bvhscope_engine::tree::ContainerKind;
+use bvhscope_engine::tree::traverse::Traversal;
 use egui::{self, Align, Button, ComboBox, DragValue, Layout, RichText, Role, Sense, Ui, WidgetInfo, vec2};
 
 use crate::app::commands::Action;
@@ -8,10 +11,8 @@ use crate::app::panels::widgets::{chip, icon_button};
 use crate::app::state::paper::{Display, Experiment, PaperPlan, RowFormat};
 use crate::app::state::{AppState, Request};
 use crate::app::theme;
-use bvhscope_engine::settings::BuildSettings;
-use bvhscope_engine::tree::ContainerKind;
-use bvhscope_engine::tree::traverse::Traversal;
 
+/// Shows the controls.
 pub(crate) fn show(ui: &mut Ui, state: &mut AppState) {
     ui.horizontal(|ui| {
         let close = ui.available_width() - theme::ROW_HEIGHT;
@@ -50,7 +51,7 @@ fn experiments(ui: &mut Ui, state: &mut AppState) {
 /// The button that starts or cancels the measurement.
 fn run(ui: &mut Ui, state: &mut AppState) {
     if state.activity.measure.is_some() {
-        if ui.button("Cancel measuring").on_hover_text("Stop and keep the rows that are there (Esc)").clicked() {
+        if ui.button("Cancel measuring").on_hover_text("Stop and keep the finished rows (Esc)").clicked() {
             state.requests.push(Request::CancelMeasuring);
         }
         return;
@@ -80,7 +81,7 @@ fn output(ui: &mut Ui, state: &mut AppState) {
         button.widget_info(|| WidgetInfo::labeled(Role::Button, ui.is_enabled(), format!("Save {}", format.label())));
         let what = match format {
             RowFormat::Csv => "rows as a table for spreadsheets",
-            RowFormat::Json => "rows as JSON lines, as the command line prints them",
+            RowFormat::Json => "rows as JSON lines, as on the command line",
             RowFormat::Png => "plot as a picture",
             RowFormat::Svg => "plot as vectors",
         };
@@ -121,14 +122,14 @@ fn settings(ui: &mut Ui, state: &mut AppState) {
     choice(
         ui,
         "Rays",
-        "Ordered: near child first, culled by distance. Paper: neither, as its figure 2 prints it",
+        "Ordered: near child first, culled by distance. Paper: neither, as in its figure 2",
         &mut plan.traversal,
         &Traversal::ALL.map(|traversal| (traversal, traversal.name().to_owned())),
     );
     choice(
         ui,
         "Camera",
-        "The model's default camera, as on the command line, or the one of this window",
+        "The model's default camera, as on the command line, or this window's",
         &mut plan.default_camera,
         &[(true, "default".to_owned()), (false, "this view".to_owned())],
     );

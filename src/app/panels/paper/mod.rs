@@ -53,7 +53,7 @@ fn body(ui: &mut Ui, state: &mut AppState) {
         remarks.push(format!("Measured on {}, not on the open model.", result.scene.source.label()));
     }
     if !result.finished && state.activity.measure.is_none() {
-        remarks.push("Not finished: stopped before all rows were there.".to_owned());
+        remarks.push("Incomplete: stopped before all rows were measured.".to_owned());
     }
     if !remarks.is_empty() {
         ui.label(RichText::new(remarks.join(" ")).color(palette.warning));
@@ -69,7 +69,9 @@ fn nothing_yet(ui: &mut Ui, state: &AppState) {
     let palette = theme::palette(ui);
     let plan = &state.preferences.paper;
     let text = match (&state.activity.measure, &state.model.loaded) {
-        (Some(_), _) => "Measuring. The first rows come when all that they are compared with is done.".to_owned(),
+        (Some(_), _) => {
+            "Measuring. The first rows appear once everything they are compared with is measured.".to_owned()
+        }
         (None, None) => "No model loaded yet".to_owned(),
         (None, Some(scene)) => {
             let settings = match plan.experiment {

@@ -18,6 +18,7 @@ const CATEGORY_WIDTH: f32 = 84.0;
 /// Smallest height of a plot in points.
 const MIN_HEIGHT: f32 = 140.0;
 
+/// Shows the plots side by side.
 pub(crate) fn show(ui: &mut Ui, state: &mut AppState, result: &PaperResult) {
     legend(ui, &result.panels);
     let height = (ui.available_height() - 14.0).max(MIN_HEIGHT);

@@ -12,6 +12,7 @@ const GAP: f32 = 16.0;
 /// Height of a row in points.
 const ROW_HEIGHT: f32 = 18.0;
 
+/// Shows the tables one below the other.
 pub(crate) fn show(ui: &mut Ui, state: &mut AppState, result: &PaperResult) {
     ScrollArea::horizontal().id_salt("paper tables").auto_shrink([false, true]).show(ui, |ui| {
         for table in &result.tables {

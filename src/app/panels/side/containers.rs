@@ -7,11 +7,12 @@ use crate::app::state::AppState;
 use crate::app::{format, theme};
 use crate::overlay::{ColorBy, OverlaySettings};
 
+/// Shows the section.
 pub(crate) fn show(ui: &mut Ui, state: &mut AppState) {
     let header = Header { reset: Some("Reset the look of the containers; depths stay"), ..Header::default() };
     let reset = section(ui, "CONTAINERS", header, |ui| {
         let overlay = &mut state.wanted.overlay;
-        row(ui, "Show", "Boxes or spheres, also of the kind that the tree is not made of (B hides both)", |ui| {
+        row(ui, "Show", "Boxes, spheres or both, whichever the tree is built with (B hides both)", |ui| {
             ui.horizontal(|ui| {
                 check(ui, &mut overlay.show_boxes, "Boxes", "Draw the boxes around nodes");
                 check(ui, &mut overlay.show_spheres, "Spheres", "Draw the spheres around nodes");
@@ -20,17 +21,17 @@ pub(crate) fn show(ui: &mut Ui, state: &mut AppState) {
         });
         row(ui, "Of these", "Which nodes of the chosen depths are drawn", |ui| {
             ui.horizontal(|ui| {
-                check(ui, &mut overlay.leaves_only, "Leaves only", "Of the chosen depths draw leaves alone");
-                check(ui, &mut overlay.parents, "Parents", "Draw all levels above the chosen depths too");
+                check(ui, &mut overlay.leaves_only, "Leaves only", "Draw only the leaves within the chosen depths");
+                check(ui, &mut overlay.parents, "Parents", "Also draw all levels above the chosen depths");
             })
             .response
         });
         let choices = ColorBy::ALL.map(|choice| {
             let meaning = match choice {
-                ColorBy::Depth => "Steps from the root: what lies in what",
-                ColorBy::Size => "Surface area over the root's: how likely a ray meets it",
+                ColorBy::Depth => "Levels below the root: what contains what",
+                ColorBy::Size => "Surface area relative to the root's: how likely a ray hits it",
                 ColorBy::Overlap => "Fraction of its area inside its sibling: rays there must visit both",
-                ColorBy::Primitives => "Triangles below it: where the model is dense",
+                ColorBy::Primitives => "Number of triangles below it: where the model is dense",
             };
             (choice, choice.label(), meaning)
         });

@@ -1,5 +1,6 @@
 //! Section "Picture": render settings.
 
+use bvhscope_engine::tree::traverse::Traversal;
 use egui::Ui;
 
 use crate::app::commands::shading_description;
@@ -7,8 +8,8 @@ use crate::app::panels::side::histogram;
 use crate::app::panels::widgets::{Header, SliderSpec, combo, row, section, slider};
 use crate::app::state::AppState;
 use crate::render::{ColorMap, Light, RenderSettings, Shading};
-use bvhscope_engine::tree::traverse::Traversal;
 
+/// Shows the section.
 pub(crate) fn show(ui: &mut Ui, state: &mut AppState) {
     let header = Header { reset: Some("Reset the picture's settings"), ..Header::default() };
     let reset = section(ui, "PICTURE", header, |ui| {
@@ -18,10 +19,11 @@ pub(crate) fn show(ui: &mut Ui, state: &mut AppState) {
         combo(ui, "Shading", &tip, &mut render.shading, &shadings, |_| None);
         let heat = matches!(render.shading, Shading::Heat(_));
         if render.shading == Shading::Lit {
-            let lights = [
-                (Light::Sun, "Sun", "From high above, with shadows"),
-                (Light::Headlight, "Headlight", "From the observer, without shadows: faster"),
-            ];
+            let mut lights = Light::ALL.map(|light| match light {
+                Light::Headlight => (light, "Headlight", "From the camera, without shadows: faster"),
+                Light::Sun => (light, "Sun", "From high above, with shadows"),
+            });
+            lights.reverse();
             let tip = "Where the light comes from";
             combo(ui, "Light", tip, &mut render.light, &lights, |_| None);
         }
@@ -30,10 +32,10 @@ pub(crate) fn show(ui: &mut Ui, state: &mut AppState) {
         }
         let render = &mut state.wanted.render;
         if heat {
-            let orders = [
-                (Traversal::Ordered, "Ordered", "Near child first, culled by distance"),
-                (Traversal::Paper, "Paper", "Unordered and not culled, as printed: many more tests"),
-            ];
+            let orders = Traversal::ALL.map(|traversal| match traversal {
+                Traversal::Ordered => (traversal, "Ordered", "Near child first, culled by distance"),
+                Traversal::Paper => (traversal, "Paper", "Unordered and not culled, as printed: many more tests"),
+            });
             let tip = "How rays visit nodes while tests are counted";
             combo(ui, "Traversal", tip, &mut render.traversal, &orders, |_| None);
         }
@@ -42,7 +44,7 @@ pub(crate) fn show(ui: &mut Ui, state: &mut AppState) {
                 let meaning = match map {
                     ColorMap::Viridis => "Violet over green to yellow: even steps, also for the colour-blind",
                     ColorMap::Inferno => "Black over red to pale yellow: even steps, darkest start",
-                    ColorMap::Turbo => "Blue over green to red: most differences to tell apart",
+                    ColorMap::Turbo => "Blue over green to red: the most distinguishable colours",
                 };
                 (map, map.label(), meaning)
             });
@@ -58,7 +60,7 @@ pub(crate) fn show(ui: &mut Ui, state: &mut AppState) {
         if heat {
             histogram::show(ui, state);
         }
-        let tip = "Draw the edges of triangles that are at least 2 pixels high: how fine the mesh is, and where long and thin (M)";
+        let tip = "Draw the edges of triangles that are at least 2 pixels high: how fine the mesh is, and where triangles are long and thin (M)";
         row(ui, "Mesh", tip, |ui| ui.checkbox(&mut state.wanted.render.mesh_edges, "Edges"));
         samples(ui, state);
     });

@@ -1,21 +1,22 @@
 //! Section "Selection": the selected triangle and node.
 
+use bvhscope_engine::tree::ContainerKind;
+use bvhscope_engine::tree::statistics::{INTERSECTION_COST, TRAVERSAL_COST};
 use egui::{self, Id, Rect, Ui};
 
 use crate::app::commands::{Action, entries};
 use crate::app::format;
 use crate::app::panels::widgets::{Header, Statistic, section, statistic};
 use crate::app::state::{AppState, Presented};
-use bvhscope_engine::tree::ContainerKind;
-use bvhscope_engine::tree::statistics::{INTERSECTION_COST, TRAVERSAL_COST};
 
+/// Shows the section.
 pub(crate) fn show(ui: &mut Ui, state: &mut AppState) {
     let Some(shown) = state.model.presented.clone() else { return };
     let top = ui.cursor().min;
     section(ui, "SELECTION", Header::default(), |ui| {
         if let Some(picked) = &state.selection.picked {
             let triangle = format::count(u64::from(picked.primitive));
-            statistic(ui, state, &Statistic::new("Triangle", triangle).tip("Its number in the file, from 0"));
+            statistic(ui, state, &Statistic::new("Triangle", triangle).tip("Its index in the file, from 0"));
         }
         if let Some(node) = state.selection.nodes.selected.filter(|&node| (node as usize) < shown.table.len()) {
             node_rows(ui, state, &shown, node);
@@ -54,7 +55,7 @@ fn node_rows(ui: &mut Ui, state: &mut AppState, shown: &Presented, node: u32) {
     let text = format!("{} · {kind}", format::count(u64::from(node)));
     statistic(ui, state, &Statistic::new("Node", text).tip("Its index in the tree"));
     let depth = table.depth(node);
-    statistic(ui, state, &Statistic::new("Depth", depth.to_string()).tip("Steps from the root, which is 0"));
+    statistic(ui, state, &Statistic::new("Depth", depth.to_string()).tip("Levels below the root, which has depth 0"));
     let primitives = table.known_primitives(node);
     let tip = "Triangles below this node";
     let count = primitives.map_or_else(|| "…".to_owned(), |count| format::count(u64::from(count)));
@@ -71,7 +72,7 @@ fn node_rows(ui: &mut Ui, state: &mut AppState, shown: &Presented, node: u32) {
         }
     }
     let area = f64::from(table.area_share(node));
-    let tip = "Surface area over the root's: how likely a ray that meets the root meets it";
+    let tip = "Surface area relative to the root's: how likely a ray that hits the root hits it";
     statistic(ui, state, &Statistic::new("Area share", format::percent(area)).tip(tip));
     // Cost of the node alone, before it is weighted by its area.
     let cost = match primitives {

@@ -2,6 +2,9 @@
 
 use std::time::Duration;
 
+use bvhscope_engine::tree::levels::Levels;
+use bvhscope_engine::tree::statistics::{INTERSECTION_COST, TRAVERSAL_COST};
+use bvhscope_engine::{BuildReport, WideBvh};
 use egui::{self, CornerRadius, Rect, Role, Sense, Ui, WidgetInfo, pos2, vec2};
 
 use crate::app::panels::side::recent_changes::RecentChanges;
@@ -9,10 +12,8 @@ use crate::app::panels::widgets::{Header, Statistic, section, statistic, value_t
 use crate::app::state::{AppState, Presented};
 use crate::app::{format, theme};
 use crate::scene::Scene;
-use bvhscope_engine::tree::levels::Levels;
-use bvhscope_engine::tree::statistics::{INTERSECTION_COST, TRAVERSAL_COST};
-use bvhscope_engine::{BuildReport, WideBvh};
 
+/// Shows the section.
 pub(crate) fn show(ui: &mut Ui, state: &mut AppState) {
     let scene = state.model.loaded.clone();
     section(ui, "SCENE", Header::default(), |ui| match &scene {
@@ -95,7 +96,7 @@ fn build_rows(ui: &mut Ui, state: &mut AppState, shown: &Presented, changes: &mu
         stage_row(ui, name, *time, time.as_secs_f64() / longest.as_secs_f64().max(1e-12), costs);
     }
     let rate = report.mtriangles_per_s();
-    let tip = "Triangles built in a second, in millions";
+    let tip = "Triangles built per second, in millions";
     statistic(ui, state, &Statistic::new("Speed", format::significant(rate)).unit("Mtri/s").tip(tip));
     statistic(ui, state, &Statistic::new("Threads", report.threads.to_string()).tip("Threads that built the tree"));
 }
@@ -151,7 +152,7 @@ fn tree_rows(ui: &mut Ui, state: &mut AppState, shown: &Presented, changes: &mut
     let sah_tip = format!(
         "Expected cost of a ray by the surface area heuristic: container test {TRAVERSAL_COST}, triangle test {INTERSECTION_COST}, over the root's area. Lower is better"
     );
-    let epo_tip = "End-point overlap (Aila et al. 2013): surface inside nodes that do not hold it. Lower is better";
+    let epo_tip = "End-point overlap (Aila et al. 2013): surface inside nodes that do not contain it. Lower is better";
     changing(ui, state, "SAH cost", f64::from((stats.sah_cost * 100.0).round() / 100.0), sah_tip);
     match shown.accel.known_epo() {
         Some(epo) => changing(ui, state, "EPO", f64::from(epo), epo_tip.to_owned()),
@@ -202,7 +203,7 @@ fn trace_rows(ui: &mut Ui, state: &mut AppState, shown: &Presented, changes: &mu
         state,
         &Statistic::new("Trace time", number).unit(unit).tip("Wall-clock time of the newest pass, shading included"),
     );
-    let tip = "Primary rays a second, in millions: the median of the last second";
+    let tip = "Primary rays per second, in millions: the median of the last second";
     let speed = format::significant(state.activity.mrays_per_s);
     statistic(ui, state, &Statistic::new("Speed", speed).unit("Mray/s").tip(tip));
     let hits = format::percent(stats.hits as f64 / stats.primary_rays.max(1) as f64);

@@ -1,13 +1,14 @@
 //! Section "Tree": build settings.
 
+use bvhscope_engine::settings::{BuildSettings, BuilderKind, Curve, Pass, Preset};
+use bvhscope_engine::tree::ContainerKind;
 use egui::{Checkbox, Grid, RadioButton, Ui};
 
 use crate::app::commands::{Action, builder_description, is_preset};
 use crate::app::panels::widgets::{Header, SliderSpec, chip, combo, row, section, slider};
 use crate::app::state::AppState;
-use bvhscope_engine::settings::{BuildSettings, BuilderKind, Curve, Pass, Preset};
-use bvhscope_engine::tree::ContainerKind;
 
+/// Shows the section.
 pub(crate) fn show(ui: &mut Ui, state: &mut AppState) {
     let tip = "Reset builder, container, threshold, ε, curve, passes and threads";
     let header = Header { name: "Tree settings", reset: Some(tip), ..Header::default() };
@@ -34,7 +35,7 @@ pub(crate) fn show(ui: &mut Ui, state: &mut AppState) {
 
 fn builder(ui: &mut Ui, state: &mut AppState, triangles: usize) {
     let build = state.wanted.build;
-    let tip = "The algorithm that makes the tree. Compare SAH cost and tests per ray after a change";
+    let tip = "The algorithm that builds the tree. Compare SAH cost and tests per ray after a change";
     let choices = BuilderKind::ALL.map(|kind| (kind, kind.label(), builder_description(kind)));
     combo(ui, "Builder", tip, &mut state.wanted.build.builder, &choices, |builder| {
         BuildSettings { builder, ..build }.refusal(triangles)

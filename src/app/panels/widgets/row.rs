@@ -1,4 +1,4 @@
-//! Labelled rows, and the small controls that stand in them.
+//! Labelled rows, and small controls for them.
 
 use egui::{self, Align, Response, Sense, Ui, vec2};
 
