@@ -15,7 +15,7 @@ const KNOB: f32 = 9.0;
 /// Name and colour of each axis; muted, so that they do not distract from the picture.
 const AXES: [(&str, [u8; 3]); 3] = [("x", [0xd0, 0x6a, 0x6a]), ("y", [0x7f, 0xb0, 0x62]), ("z", [0x6a, 0x93, 0xd4])];
 
-/// Shows it over `rect`, the viewport's rectangle.
+/// Shows it within `rect`, the viewport's rectangle.
 pub(crate) fn show(ui: &mut Ui, rect: Rect, state: &mut AppState) {
     if rect.width() < 320.0 || rect.height() < 160.0 {
         return;

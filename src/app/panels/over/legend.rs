@@ -57,7 +57,7 @@ impl Part {
     }
 }
 
-/// Shows it over `rect`, the viewport's rectangle.
+/// Shows it within `rect`, the viewport's rectangle.
 pub(crate) fn show(ui: &mut Ui, rect: Rect, state: &AppState) {
     let mut bottom = rect.bottom() - 12.0;
     for legend in [picture_legend(state), overlay_legend(state)].into_iter().flatten() {

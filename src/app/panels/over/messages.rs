@@ -16,7 +16,7 @@ const MAX_SHOWN: usize = 4;
 
 const HELP: &str = "Drag to orbit, wheel to zoom. Drag the threshold on the right to rebuild the tree, the bar below to choose depths. F1 lists all keys.";
 
-/// Shows it over `rect`, the viewport's rectangle.
+/// Shows it within `rect`, the viewport's rectangle.
 pub(crate) fn show(ui: &Ui, rect: Rect, state: &mut AppState) {
     state.messages.open.retain(|message| message.severity != Severity::Info || age(message) < NOTE_SECS);
     let flying = state.preferences.navigation == Navigation::Fly;

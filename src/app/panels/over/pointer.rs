@@ -6,7 +6,7 @@ use crate::app::state::{AppState, Navigation};
 use crate::app::{format, theme};
 use crate::render::Shading;
 
-/// Shows it over `rect`, the viewport's rectangle.
+/// Shows it within `rect`, the viewport's rectangle.
 pub(crate) fn show(ui: &Ui, rect: Rect, state: &AppState) {
     if state.preferences.navigation == Navigation::Fly {
         // Below the facts about the pixel.

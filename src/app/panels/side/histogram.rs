@@ -65,7 +65,7 @@ fn range(state: &AppState) -> [f32; 2] {
     state.wanted.render.heat_range.unwrap_or(shown)
 }
 
-/// Shows the section.
+/// Shows the range as numbers, and the histogram.
 pub(crate) fn show(ui: &mut Ui, state: &mut AppState) {
     let Some(histogram) = Histogram::load(ui, state) else {
         ui.label(egui::RichText::new("Counting…").color(theme::palette(ui).dim));

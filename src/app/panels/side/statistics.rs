@@ -13,7 +13,7 @@ use crate::app::state::{AppState, Presented};
 use crate::app::{format, theme};
 use crate::scene::Scene;
 
-/// Shows the section.
+/// Shows the four sections.
 pub(crate) fn show(ui: &mut Ui, state: &mut AppState) {
     let scene = state.model.loaded.clone();
     section(ui, "SCENE", Header::default(), |ui| match &scene {
