@@ -1,157 +1,162 @@
-//! Leaf collapse and order: subtrees become leaves where testing their primitives one after the other is cheaper, and nodes
-//! that were moved about come back into the order that a tree promises.
+//! Leaf collapse: subtrees become leaves where testing their primitives one after the other is cheaper (Goldsmith,
+//! Salmon, *Automatic Creation of Object Hierarchies for Ray Tracing*, 1987). Writes the nodes in depth-first order,
+//! from any order in which earlier passes left them.
 
 use rayon::prelude::*;
 
 use crate::aac::ClusterContainer;
 use crate::cancel::{CancelToken, Cancelled};
 use crate::kernel::prefetch::{prefetch, prefetch_pair};
-use crate::optimize::partition::{MAX_SHARE_NODES, Share, divide, shares};
-use crate::optimize::sah::{joined_cost, leaf_cost};
+use crate::optimize::partition::{MAX_SUBTREE_NODES, PartitionNode, partition, subdivide};
+use crate::optimize::sah::{leaf_cost, node_or_leaf_cost};
 use crate::tree::{Node, Tree};
 
-/// Puts the nodes of `tree`, which may stand in any order as long as siblings are neighbours, in order: depth first below the
-/// top, leaves and their primitives from left to right, without those that nothing leads to. Where it `collapses`, with
-/// leaves where those are cheaper. Returns the SAH cost, not normalised.
-pub fn compact<C: ClusterContainer>(
+/// Rewrites the nodes of `tree`, which may be in any order with siblings together: in depth-first order below the top,
+/// with leaves and their primitives from left to right, and without unreachable nodes. If `collapses`, subtrees that
+/// are cheaper as leaves become leaves. Returns the SAH cost, not normalised.
+pub fn collapse_in_order<C: ClusterContainer>(
     tree: &mut Tree<C>,
     collapses: bool,
     token: &CancelToken,
 ) -> Result<f32, Cancelled> {
-    let mut shares = shares(&tree.nodes);
-    let mut parts: Vec<Part<C>> = Vec::new();
-    while parts.len() < shares.len() {
-        let whole = &*tree;
-        let more = shares[parts.len()..].par_iter().map_init(Vec::new, |entries, share| {
+    let mut partition = partition(&tree.nodes);
+    let mut subtrees: Vec<CollapsedSubtree<C>> = Vec::new();
+    while subtrees.len() < partition.len() {
+        let shared_tree = &*tree;
+        let batch = partition[subtrees.len()..].par_iter().map_init(Vec::new, |list, task| {
             token.check()?;
-            let own = (share.children == 0).then(|| Part::new(whole, share.node, collapses, entries));
-            Ok(own.unwrap_or_else(|| Some(Part::default())))
+            let collapsed =
+                (task.children == 0).then(|| CollapsedSubtree::new(shared_tree, task.node, collapses, list));
+            Ok(collapsed.unwrap_or_else(|| Some(CollapsedSubtree::default())))
         });
-        for part in more.collect::<Result<Vec<_>, _>>()? {
-            if part.is_none() {
-                divide(&mut shares, &tree.nodes, parts.len());
+        for subtree in batch.collect::<Result<Vec<_>, _>>()? {
+            if subtree.is_none() {
+                subdivide(&mut partition, &tree.nodes, subtrees.len());
             }
-            parts.push(part.unwrap_or_default());
+            subtrees.push(subtree.unwrap_or_default());
         }
     }
-    for at in (0..shares.len()).rev() {
-        if shares[at].children > 0 {
-            let first = shares[at].children as usize;
-            let container = tree.nodes[shares[at].node as usize].container;
-            let primitives = parts[first].count + parts[first + 1].count;
-            let below = parts[first].cost + parts[first + 1].cost;
-            let (cost, is_leaf) = joined_cost(container.relative_area(), primitives, below, collapses);
+    for index in (0..partition.len()).rev() {
+        if partition[index].children > 0 {
+            let first = partition[index].children as usize;
+            let container = tree.nodes[partition[index].node as usize].container;
+            let primitives = subtrees[first].count + subtrees[first + 1].count;
+            let children_cost = subtrees[first].cost + subtrees[first + 1].cost;
+            let (cost, is_leaf) = node_or_leaf_cost(container.relative_area(), primitives, children_cost, collapses);
             let root = Node { container, first: 0, count: if is_leaf { primitives } else { 0 } };
-            parts[at] = Part { nodes: vec![root], cost, count: primitives, ..Part::default() };
+            subtrees[index] =
+                CollapsedSubtree { nodes: vec![root], cost, count: primitives, ..CollapsedSubtree::default() };
         }
     }
-    let cost = parts[0].cost;
-    assemble(tree, &shares, &parts, token)?;
+    let cost = subtrees[0].cost;
+    assemble(tree, &partition, &subtrees, token)?;
     Ok(cost)
 }
 
-/// What becomes of a subtree.
-struct Part<C> {
-    /// Its root and what is below; `first` counts from the part's root or first primitive.
+/// A rewritten subtree.
+struct CollapsedSubtree<C> {
+    /// Its root and all nodes below; `first` is relative to the subtree's first node or first primitive.
     nodes: Vec<Node<C>>,
-    /// Its primitives in the order of its leaves.
+    /// Primitive indices in leaf order.
     primitives: Vec<u32>,
-    /// Number of its primitives.
+    /// Number of primitives.
     count: u32,
-    /// Depth of its deepest node, its root's being 0.
+    /// Depth of the deepest node; 0 for the root.
     depth: u32,
+    /// SAH cost, not normalised.
     cost: f32,
 }
 
-impl<C> Default for Part<C> {
+impl<C> Default for CollapsedSubtree<C> {
     fn default() -> Self {
         Self { nodes: Vec::new(), primitives: Vec::new(), count: 0, depth: 0, cost: 0.0 }
     }
 }
 
-/// A node of a subtree, breadth first: its loads do not wait for one another.
+/// A node of a subtree. A list of these is breadth first, so that loads do not depend on one another.
 #[derive(Clone, Copy)]
-struct Entry {
-    /// Its number in the tree.
+struct SubtreeNode {
+    /// Index in the tree.
     node: u32,
-    /// The entry of its first child, with the other one behind; 0 for a leaf of the tree.
+    /// Index of the first child in the list, followed by the second; 0 for a leaf of the tree.
     children: u32,
     /// Number of primitives.
     count: u32,
-    /// Its area, until its SAH cost is known.
+    /// The area at first, then the SAH cost.
     cost: f32,
     becomes_leaf: bool,
 }
 
-impl<C: ClusterContainer> Part<C> {
-    /// What becomes of the subtree of `root`; `None` where it is too large for one thread.
-    fn new(tree: &Tree<C>, root: u32, collapses: bool, entries: &mut Vec<Entry>) -> Option<Self> {
-        let entry = |node: u32| Entry { node, children: 0, count: 0, cost: 0.0, becomes_leaf: false };
-        entries.clear();
-        entries.push(entry(root));
-        let mut at = 0;
-        while let Some(&Entry { node, .. }) = entries.get(at) {
-            if at == MAX_SHARE_NODES {
+impl<C: ClusterContainer> CollapsedSubtree<C> {
+    /// Rewrites the subtree under `root`; `None` if it is too large for one thread.
+    fn new(tree: &Tree<C>, root: u32, collapses: bool, list: &mut Vec<SubtreeNode>) -> Option<Self> {
+        let entry = |node: u32| SubtreeNode { node, children: 0, count: 0, cost: 0.0, becomes_leaf: false };
+        list.clear();
+        list.push(entry(root));
+        let mut index = 0;
+        while let Some(&SubtreeNode { node, .. }) = list.get(index) {
+            if index == MAX_SUBTREE_NODES {
                 return None;
             }
             let node = &tree.nodes[node as usize];
-            entries[at].cost = node.container.relative_area();
+            list[index].cost = node.container.relative_area();
             if node.is_leaf() {
-                entries[at].count = node.count;
+                list[index].count = node.count;
                 prefetch(&tree.primitive_indices, node.first as usize);
             } else {
-                entries[at].children = entries.len() as u32;
+                list[index].children = list.len() as u32;
                 prefetch_pair(&tree.nodes, node.first as usize);
-                entries.extend([entry(node.first), entry(node.first + 1)]);
+                list.extend([entry(node.first), entry(node.first + 1)]);
             }
-            at += 1;
+            index += 1;
         }
-        let mut pairs = 0;
-        for at in (0..entries.len()).rev() {
-            let Entry { children, count, cost: area, .. } = entries[at];
+        let mut interior_count = 0;
+        for index in (0..list.len()).rev() {
+            let SubtreeNode { children, count, cost: area, .. } = list[index];
             let (count, (cost, becomes_leaf)) = if children == 0 {
                 (count, (leaf_cost(area, count), true))
             } else {
-                let [first, second] = [entries[children as usize], entries[children as usize + 1]];
+                let [first, second] = [list[children as usize], list[children as usize + 1]];
                 let count = first.count + second.count;
-                (count, joined_cost(area, count, first.cost + second.cost, collapses))
+                (count, node_or_leaf_cost(area, count, first.cost + second.cost, collapses))
             };
-            pairs += usize::from(!becomes_leaf);
-            entries[at] = Entry { count, cost, becomes_leaf, ..entries[at] };
+            interior_count += usize::from(!becomes_leaf);
+            list[index] = SubtreeNode { count, cost, becomes_leaf, ..list[index] };
         }
-        Some(Self::written(tree, entries, pairs))
+        Some(Self::write(tree, list, interior_count))
     }
 
-    /// `pairs` is as many as there can be.
-    fn written(tree: &Tree<C>, entries: &[Entry], pairs: usize) -> Self {
-        let node_of = |entry: &Entry| tree.nodes[entry.node as usize];
-        let Entry { count, cost, .. } = entries[0];
-        let (mut nodes, mut primitives) = (Vec::with_capacity(2 * pairs + 1), Vec::with_capacity(count as usize));
-        nodes.push(node_of(&entries[0]));
+    /// Writes the nodes in `list`, of which `interior_count` at most remain interior nodes.
+    fn write(tree: &Tree<C>, list: &[SubtreeNode], interior_count: usize) -> Self {
+        let binary_node = |entry: &SubtreeNode| tree.nodes[entry.node as usize];
+        let SubtreeNode { count, cost, .. } = list[0];
+        let (mut nodes, mut primitives) =
+            (Vec::with_capacity(2 * interior_count + 1), Vec::with_capacity(count as usize));
+        nodes.push(binary_node(&list[0]));
         let mut max_depth = 0;
-        // Entries with their place and depth.
-        let mut open = vec![(0, 0, 0)];
-        let mut below = Vec::new();
-        while let Some((at, place, depth)) = open.pop() {
-            let entry = &entries[at as usize];
+        // Index in the list, output slot and depth.
+        let mut stack = vec![(0, 0, 0)];
+        let mut descendants = Vec::new();
+        while let Some((index, slot, depth)) = stack.pop() {
+            let entry = &list[index as usize];
             if !entry.becomes_leaf {
                 let (first, children) = (nodes.len(), entry.children);
-                (nodes[place].first, nodes[place].count) = (first as u32, 0);
-                nodes.extend([0, 1].map(|side| node_of(&entries[children as usize + side])));
-                open.extend([(children + 1, first + 1, depth + 1), (children, first, depth + 1)]);
+                (nodes[slot].first, nodes[slot].count) = (first as u32, 0);
+                nodes.extend([0, 1].map(|side| binary_node(&list[children as usize + side])));
+                stack.extend([(children + 1, first + 1, depth + 1), (children, first, depth + 1)]);
                 continue;
             }
-            (nodes[place].first, nodes[place].count) = (primitives.len() as u32, entry.count);
+            (nodes[slot].first, nodes[slot].count) = (primitives.len() as u32, entry.count);
             max_depth = max_depth.max(depth);
-            below.push(*entry);
-            while let Some(entry) = below.pop() {
+            descendants.push(*entry);
+            while let Some(entry) = descendants.pop() {
                 if entry.children == 0 {
-                    let node = node_of(&entry);
+                    let node = binary_node(&entry);
                     let first = node.first as usize;
                     primitives.extend_from_slice(&tree.primitive_indices[first..first + node.count as usize]);
                 } else {
                     let first = entry.children as usize;
-                    below.extend([entries[first + 1], entries[first]]);
+                    descendants.extend([list[first + 1], list[first]]);
                 }
             }
         }
@@ -159,73 +164,78 @@ impl<C: ClusterContainer> Part<C> {
     }
 }
 
-/// The top's nodes, then those of each part from left to right.
+/// Writes the nodes of the top, then those of each subtree from left to right.
 fn assemble<C: ClusterContainer>(
     tree: &mut Tree<C>,
-    shares: &[Share],
-    parts: &[Part<C>],
+    partition: &[PartitionNode],
+    subtrees: &[CollapsedSubtree<C>],
     token: &CancelToken,
 ) -> Result<(), Cancelled> {
     let mut top = vec![(0, Node { container: C::EMPTY, first: 0, count: 0 })];
-    // The parts in order with the numbers of their first node, once the top is done, and whether their nodes stay.
-    let mut placed = Vec::with_capacity(parts.len());
+    // Subtrees in order, with their first node relative to the end of the top, their first primitive, and whether their
+    // nodes remain.
+    let mut placed = Vec::with_capacity(subtrees.len());
     let (mut first_node, mut first_primitive, mut max_depth) = (0, 0, 0);
-    // Position in the list, place of the node or none below a leaf, depth.
-    let mut open = vec![(0_usize, Some(0_usize), 0)];
-    while let Some((at, place, depth)) = open.pop() {
-        let (share, part) = (shares[at], &parts[at]);
-        let Some(&(mut root)) = part.nodes.first() else { continue };
-        let mut below = None;
-        if share.children > 0 {
-            if let Some(place) = place {
+    // Index in the partition, output slot or none inside a collapsed leaf, depth.
+    let mut stack = vec![(0_usize, Some(0_usize), 0)];
+    while let Some((index, slot, depth)) = stack.pop() {
+        let (task, subtree) = (partition[index], &subtrees[index]);
+        let Some(&(mut root)) = subtree.nodes.first() else { continue };
+        let mut children_slot = None;
+        if task.children > 0 {
+            if let Some(slot) = slot {
                 if root.count == 0 {
                     root.first = top.len() as u32;
-                    below = Some(top.len());
+                    children_slot = Some(top.len());
                     top.extend([(0, root), (0, root)]);
                 } else {
                     root.first = first_primitive;
                 }
-                top[place] = (0, root);
+                top[slot] = (0, root);
                 max_depth = max_depth.max(depth);
             }
-            let child = share.children as usize;
-            open.extend([(child + 1, below.map(|below| below + 1), depth + 1), (child, below, depth + 1)]);
+            let child = task.children as usize;
+            stack.extend([
+                (child + 1, children_slot.map(|children_slot| children_slot + 1), depth + 1),
+                (child, children_slot, depth + 1),
+            ]);
             continue;
         }
-        if let Some(place) = place {
-            // Nodes are counted from behind the top, the length of which is not known yet. The root itself is up there.
+        if let Some(slot) = slot {
+            // Relative to the end of the top, whose length is not known yet; the root itself belongs to the top.
             root.first = if root.count > 0 { first_primitive } else { first_node };
-            top[place] = (u32::from(root.count == 0), root);
-            max_depth = max_depth.max(depth + part.depth);
+            top[slot] = (u32::from(root.count == 0), root);
+            max_depth = max_depth.max(depth + subtree.depth);
         }
-        placed.push((part, first_node, first_primitive, place.is_some()));
-        first_primitive += part.count;
-        first_node += if place.is_some() { part.nodes.len() as u32 - 1 } else { 0 };
+        placed.push((subtree, first_node, first_primitive, slot.is_some()));
+        first_primitive += subtree.count;
+        first_node += if slot.is_some() { subtree.nodes.len() as u32 - 1 } else { 0 };
     }
 
     let top_len = top.len() as u32;
-    // Over the old ones, which saves getting fresh memory.
+    // Overwrite the old nodes, which saves allocating fresh memory.
     let Tree { nodes, primitive_indices, .. } = tree;
     nodes.truncate((top_len + first_node) as usize);
     nodes.shrink_to_fit();
-    let (top_nodes, mut rest) = nodes.split_at_mut(top.len());
-    for (node, (is_shifted, flat)) in top_nodes.iter_mut().zip(top) {
-        *node = Node { first: flat.first + is_shifted * top_len, ..flat };
+    let (top_nodes, mut remaining_nodes) = nodes.split_at_mut(top.len());
+    for (slot, (is_shifted, node)) in top_nodes.iter_mut().zip(top) {
+        *slot = Node { first: node.first + is_shifted * top_len, ..node };
     }
-    let mut targets = Vec::with_capacity(placed.len());
-    let mut rest_primitives = &mut primitive_indices[..];
-    for (part, first_node, first_primitive, stays) in placed {
-        let (own_nodes, others) = rest.split_at_mut(if stays { part.nodes.len() - 1 } else { 0 });
-        let (own_primitives, other_primitives) = rest_primitives.split_at_mut(part.count as usize);
-        (rest, rest_primitives) = (others, other_primitives);
-        targets.push((part, first_node + top_len, first_primitive, own_nodes, own_primitives));
+    let mut outputs = Vec::with_capacity(placed.len());
+    let mut remaining_primitives = &mut primitive_indices[..];
+    for (subtree, first_node, first_primitive, keeps_nodes) in placed {
+        let (own_nodes, other_nodes) =
+            remaining_nodes.split_at_mut(if keeps_nodes { subtree.nodes.len() - 1 } else { 0 });
+        let (own_primitives, other_primitives) = remaining_primitives.split_at_mut(subtree.count as usize);
+        (remaining_nodes, remaining_primitives) = (other_nodes, other_primitives);
+        outputs.push((subtree, first_node + top_len, first_primitive, own_nodes, own_primitives));
     }
-    targets.into_par_iter().try_for_each(|(part, first_node, first_primitive, nodes, primitives)| {
+    outputs.into_par_iter().try_for_each(|(subtree, first_node, first_primitive, nodes, primitives)| {
         token.check()?;
-        for (to, from) in nodes.iter_mut().zip(&part.nodes[1..]) {
+        for (to, from) in nodes.iter_mut().zip(&subtree.nodes[1..]) {
             *to = Node { first: from.first + if from.count > 0 { first_primitive } else { first_node - 1 }, ..*from };
         }
-        primitives.copy_from_slice(&part.primitives);
+        primitives.copy_from_slice(&subtree.primitives);
         Ok(())
     })?;
     tree.max_depth = max_depth;

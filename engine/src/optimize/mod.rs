@@ -1,5 +1,5 @@
-//! Optional passes over a finished tree, none of which ever raises its SAH cost: leaves of several primitives, treelets built
-//! again from the top, subtrees moved to better places. Works on the tree alone, whichever builder made it.
+//! Optional passes over a finished tree, whichever builder made it, that never raise its SAH cost: [`collapse`] makes
+//! leaves of several primitives, [`mod@restructure`] rebuilds treelets from the top, [`mod@reinsert`] moves subtrees.
 
 #![allow(clippy::inline_always, reason = "kernels and what they call for each node")]
 
@@ -14,10 +14,10 @@ mod restructure;
 use std::any::Any;
 use std::time::Instant;
 
-use collapse::compact;
+use collapse::collapse_in_order;
 use reinsert::reinsert;
 use restructure::restructure;
-use subtree_costs::weigh;
+use subtree_costs::subtree_costs;
 
 use crate::aac::ClusterContainer;
 use crate::cancel::{CancelToken, Cancelled};
@@ -27,8 +27,9 @@ use crate::stage_times::StageTimes;
 use crate::tree::Tree;
 use crate::tree::statistics::share;
 
-/// Runs those of `passes` that are for finished trees, in the order of [`Pass::ALL`], and adds a stage and a cost for each, and a stage for putting the nodes in order.
-/// Those for boxes only leave a tree of spheres as it is. The same result on any number of threads.
+/// Runs those of `passes` that apply to finished trees, in the order of [`Pass::ALL`]. Adds a stage and a cost for
+/// each, and a stage "layout" for writing the nodes in order. Passes for boxes leave a tree of spheres unchanged. The
+/// result is the same for any number of threads.
 pub fn optimize<C: ClusterContainer>(
     mut tree: Tree<C>,
     passes: Passes,
@@ -43,8 +44,8 @@ pub fn optimize<C: ClusterContainer>(
     let primitives = tree.primitive_indices.len();
     let collapses = passes.contains(Pass::Collapse);
     let mut start = Instant::now();
-    let (weights, plain_cost) = weigh(&mut tree.nodes, collapses, token)?;
-    let mut cost = f64::from(weights[0].cost);
+    let (costs, plain_cost) = subtree_costs(&mut tree.nodes, collapses, token)?;
+    let mut cost = f64::from(costs[0].cost);
     times.costs.push(("tree", share(plain_cost, root_area)));
     let mut done = |pass: Pass, cost: f64| {
         times.stages.push((pass.name(), start.elapsed()));
@@ -57,7 +58,7 @@ pub fn optimize<C: ClusterContainer>(
     }
     if let Some(boxes) = (&mut tree as &mut dyn Any).downcast_mut::<Tree<Aabb>>() {
         if passes.contains(Pass::Restructure) {
-            cost -= f64::from(restructure(boxes, weights, collapses, token)?);
+            cost -= f64::from(restructure(boxes, costs, collapses, token)?);
             done(Pass::Restructure, cost)?;
         }
         if passes.contains(Pass::Reinsert) {
@@ -66,9 +67,9 @@ pub fn optimize<C: ClusterContainer>(
         }
     }
     let start = Instant::now();
-    let cost = compact(&mut tree, collapses, token)?;
+    let cost = collapse_in_order(&mut tree, collapses, token)?;
     times.stages.push(("layout", start.elapsed()));
-    // What moved may collapse further.
+    // The moved nodes may allow further collapses.
     if let Some((_, last)) = times.costs.last_mut() {
         *last = share(f64::from(cost), root_area);
     }

@@ -1,47 +1,47 @@
-//! The top of a tree and the subtrees below it, which are enough for many threads and small enough for one.
+//! Partition of a tree into a top and the subtrees below it: enough for many threads, each small enough for one.
 
 use crate::tree::Node;
 
-/// Nodes of a subtree below the top, on average: what a task makes of it should fit a core's second cache.
-const SHARE_NODES: usize = 1024;
-/// Nodes from which on a subtree is divided further.
-pub const MAX_SHARE_NODES: usize = 8 * SHARE_NODES;
-/// Most nodes of the top, which one thread looks at.
+/// Average number of nodes of a subtree, whose data should fit a core's second-level cache.
+const SUBTREE_NODES: usize = 1024;
+/// Number of nodes from which on a subtree is subdivided.
+pub const MAX_SUBTREE_NODES: usize = 8 * SUBTREE_NODES;
+/// Maximum number of nodes in the top, which is processed sequentially.
 const MAX_TOP_NODES: usize = 4096;
-/// Nodes by which the top grows where a subtree is too large.
-const MORE_TOP_NODES: usize = 32;
+/// Number of nodes by which the top grows where a subtree is too large.
+const EXTRA_TOP_NODES: usize = 32;
 
 /// A node of the top, or the root of a subtree below it.
 #[derive(Debug, Clone, Copy)]
-pub struct Share {
-    /// Its number in the tree.
+pub struct PartitionNode {
+    /// Index in the tree.
     pub node: u32,
-    /// Where its children are in the list; 0 for the root of a subtree.
+    /// Index of the first child in the partition; 0 for the root of a subtree.
     pub children: u32,
 }
 
-/// Breadth first, so that parents come before their children.
-pub fn shares<C>(nodes: &[Node<C>]) -> Vec<Share> {
-    let mut list = vec![Share { node: 0, children: 0 }];
-    open(&mut list, nodes, 0, (nodes.len() / SHARE_NODES).min(MAX_TOP_NODES));
+/// Partitions a tree. The list is breadth first: parents precede their children.
+pub fn partition<C>(nodes: &[Node<C>]) -> Vec<PartitionNode> {
+    let mut list = vec![PartitionNode { node: 0, children: 0 }];
+    expand(&mut list, nodes, 0, (nodes.len() / SUBTREE_NODES).min(MAX_TOP_NODES));
     list
 }
 
-/// Divides the subtree at `at` in `list`; the new ones are put behind.
-pub fn divide<C>(list: &mut Vec<Share>, nodes: &[Node<C>], at: usize) {
-    open(list, nodes, at, MORE_TOP_NODES);
+/// Subdivides the subtree at `index` in `list`, to which the new ones are appended.
+pub fn subdivide<C>(list: &mut Vec<PartitionNode>, nodes: &[Node<C>], index: usize) {
+    expand(list, nodes, index, EXTRA_TOP_NODES);
 }
 
-/// Takes `most` nodes to the top: that at `at`, then those behind the end, breadth first.
-fn open<C>(list: &mut Vec<Share>, nodes: &[Node<C>], mut at: usize, most: usize) {
-    let (mut next, mut opened) = (list.len(), 0);
-    while at < list.len() && opened < most {
-        let node = &nodes[list[at].node as usize];
+/// Moves up to `max_nodes` nodes to the top, breadth first: the one at `index`, then those appended to `list`.
+fn expand<C>(list: &mut Vec<PartitionNode>, nodes: &[Node<C>], mut index: usize, max_nodes: usize) {
+    let (mut next, mut expanded) = (list.len(), 0);
+    while index < list.len() && expanded < max_nodes {
+        let node = &nodes[list[index].node as usize];
         if !node.is_leaf() {
-            list[at].children = list.len() as u32;
-            list.extend([node.first, node.first + 1].map(|node| Share { node, children: 0 }));
-            opened += 1;
+            list[index].children = list.len() as u32;
+            list.extend([node.first, node.first + 1].map(|node| PartitionNode { node, children: 0 }));
+            expanded += 1;
         }
-        (at, next) = (next, next + 1);
+        (index, next) = (next, next + 1);
     }
 }

@@ -1,7 +1,7 @@
-//! Reinsertion: subtrees move to where they cost less (Meister, Bittner, *Parallel Reinsertion for Bounding Volume Hierarchy
-//! Optimization*, 2018). In rounds: a parallel search over the most promising subtrees, then the moves that were found, the
-//! best first, each only where nothing it touches has changed in this round and the cost still falls. So the cost never
-//! rises, and the tree is the same on any number of threads.
+//! Reinsertion: moves subtrees to where they cost less (Meister, Bittner, *Parallel Reinsertion for Bounding Volume
+//! Hierarchy Optimization*, 2018). Each round searches in parallel for the best moves of the most inefficient subtrees,
+//! then applies them in order of gain, each only if no node that it touches has changed in this round and the cost
+//! still falls. So the cost never rises, and the tree is the same for any number of threads.
 
 use std::collections::{HashSet, VecDeque};
 use std::sync::atomic::{AtomicU32, Ordering};
@@ -14,71 +14,71 @@ use crate::geometry::Aabb;
 use crate::tree::Node;
 use crate::tree::statistics::TRAVERSAL_COST;
 
-/// Most rounds of search and moves: on architecture the sixth still gains a thousandth.
-const ROUNDS: u32 = 5;
-/// Share of the cost that a round must gain for another to follow.
+/// Maximum number of rounds: on architecture a sixth still gains a thousandth.
+const MAX_ROUNDS: u32 = 5;
+/// Minimum gain of a round, as a fraction of the cost, for another to follow.
 const MIN_GAIN: f64 = 2e-3;
-/// One subtree for so many primitives is looked at in each round: twice as many gain two thousandths more, in twice the time.
+/// Number of primitives per subtree searched in each round: half as many gain two thousandths more in twice the time.
 const PRIMITIVES_PER_CANDIDATE: usize = 40;
-/// One round's candidates are the best of so many times as many, which are chosen before the first: moves change few scores, and
-/// scoring all again takes longer than the search.
+/// Number of eligible subtrees per candidate of a round. They are selected once, because moves change few scores, and
+/// scoring all subtrees again takes longer than the search.
 const ELIGIBLE_PER_CANDIDATE: usize = 2;
-/// Candidates between two looks at the token.
-const BATCH: usize = 256;
-/// Nodes that one task looks at where nothing else is done with them.
-const NODES_PER_LOOK: usize = 1 << 16;
-/// Nodes that one thread looks at before the rest is shared out.
+/// Poll for cancellation every 256 candidates.
+const CANDIDATES_BETWEEN_CHECKS: usize = 256;
+/// Poll for cancellation every 65536 nodes where little else is done with them.
+const NODES_BETWEEN_CHECKS: usize = 1 << 16;
+/// Number of nodes that are scored sequentially before the subtrees below are scored in parallel.
 const TOP_NODES: usize = 256;
-/// So many of those that are scored tell where the best begin.
+/// Number of scores sampled to estimate the threshold of the best.
 const SAMPLES: usize = 4096;
 /// No node.
 const NONE: u32 = u32::MAX;
 
-/// Who moves where.
+/// A subtree and its new position.
 #[derive(Debug, Clone, Copy)]
 struct Move {
-    /// By how much the summed area of interior nodes falls.
+    /// Reduction of the summed area of interior nodes.
     gain: f32,
     node: u32,
-    /// Its new sibling.
+    /// The new sibling.
     target: u32,
 }
 
-/// Moves subtrees of a tree over so many primitives, with so much SAH cost, to better places. `nodes` may stand in any order,
-/// siblings together, before and after. Returns by how much the cost falls.
+/// Moves subtrees of a tree of this SAH `cost` over `primitives` primitives to better positions. `nodes` may be in any
+/// order with siblings together, before and after. Returns the reduction of the cost.
 pub fn reinsert(nodes: &mut [Node<Aabb>], primitives: usize, cost: f64, token: &CancelToken) -> Result<f64, Cancelled> {
-    let mut links = Links::new(nodes, token)?;
-    // Nodes that were changed in this round.
+    let mut tree = LinkedTree::new(nodes, token)?;
+    // Nodes changed in this round.
     let mut changed = HashSet::new();
     let mut undo = Vec::new();
     let mut total = 0.0;
-    let most = primitives.div_ceil(PRIMITIVES_PER_CANDIDATE);
-    // Nodes of less than the average cost of a primitive are too small to matter.
-    let eligible = links.eligible(most * ELIGIBLE_PER_CANDIDATE, (cost / primitives as f64) as f32);
-    for _ in 0..ROUNDS {
+    let max_count = primitives.div_ceil(PRIMITIVES_PER_CANDIDATE);
+    // Nodes below the average cost of a primitive are too small to matter.
+    let eligible = tree.eligible(max_count * ELIGIBLE_PER_CANDIDATE, (cost / primitives as f64) as f32);
+    for _ in 0..MAX_ROUNDS {
         token.check()?;
         changed.clear();
-        let candidates = links.candidates(&eligible, most);
+        let candidates = tree.candidates(&eligible, max_count);
         let found: Vec<Vec<Move>> = candidates
-            .par_chunks(BATCH)
+            .par_chunks(CANDIDATES_BETWEEN_CHECKS)
             .map(|batch| {
                 token.check()?;
                 let mut stack = Vec::new();
-                Ok(batch.iter().filter_map(|&node| links.search(node, &mut stack)).collect())
+                Ok(batch.iter().filter_map(|&node| tree.find_move(node, &mut stack)).collect())
             })
             .collect::<Result<_, _>>()?;
         let mut moves: Vec<Move> = found.into_iter().flatten().collect();
         moves.sort_unstable_by(|a, b| b.gain.total_cmp(&a.gain).then(a.node.cmp(&b.node)));
         let mut gain = 0.0;
         for Move { node, target, .. } in moves {
-            let touched = [links.parent(node), node, sibling(node), target];
-            let settled = touched.iter().any(|at| changed.contains(at));
-            // An earlier move may have brought one below the other.
-            if settled || links.is_above(node, target) || links.is_above(target, node) {
+            let touched = [tree.parent(node), node, sibling(node), target];
+            let is_stale = touched.iter().any(|index| changed.contains(index));
+            // An earlier move may have put one below the other.
+            if is_stale || tree.is_ancestor_or_self(node, target) || tree.is_ancestor_or_self(target, node) {
                 continue;
             }
-            if let Some(fall) = links.make(node, target, &mut undo) {
-                gain += fall * f64::from(TRAVERSAL_COST);
+            if let Some(reduction) = tree.apply(node, target, &mut undo) {
+                gain += reduction * f64::from(TRAVERSAL_COST);
                 changed.extend(touched);
             }
         }
@@ -90,49 +90,51 @@ pub fn reinsert(nodes: &mut [Node<Aabb>], primitives: usize, cost: f64, token: &
     Ok(total)
 }
 
-/// At least the `most` of `parts` whose first numbers are the largest, and few others; all where there are no more.
-fn most_wasteful(parts: &[Vec<(f32, u32)>], most: usize) -> Vec<(f32, u32)> {
-    let len: usize = parts.iter().map(Vec::len).sum();
-    // A sample tells about where they begin.
+/// The `max_count` elements of `lists` with the largest scores, and few others; all if there are no more.
+fn prefilter(lists: &[Vec<(f32, u32)>], max_count: usize) -> Vec<(f32, u32)> {
+    let len: usize = lists.iter().map(Vec::len).sum();
+    // Estimate the threshold from a sample.
     let step = (len / SAMPLES).max(1);
-    let mut sample: Vec<f32> = parts.iter().flatten().step_by(step).map(|one| one.0).collect();
-    let place = most * 5 / 4 / step + SAMPLES / 64;
-    if place < sample.len() {
-        let (_, &mut least, _) = sample.select_nth_unstable_by(place, |a, b| b.total_cmp(a));
-        let large: Vec<Vec<(f32, u32)>> =
-            parts.par_iter().map(|part| part.iter().filter(|one| one.0 >= least).copied().collect()).collect();
-        if large.iter().map(Vec::len).sum::<usize>() >= most {
+    let mut sample: Vec<f32> = lists.iter().flatten().step_by(step).map(|candidate| candidate.0).collect();
+    let rank = max_count * 5 / 4 / step + SAMPLES / 64;
+    if rank < sample.len() {
+        let (_, &mut threshold, _) = sample.select_nth_unstable_by(rank, |a, b| b.total_cmp(a));
+        let large: Vec<Vec<(f32, u32)>> = lists
+            .par_iter()
+            .map(|list| list.iter().filter(|candidate| candidate.0 >= threshold).copied().collect())
+            .collect();
+        if large.iter().map(Vec::len).sum::<usize>() >= max_count {
             return large.concat();
         }
     }
-    parts.concat()
+    lists.concat()
 }
 
-/// The nodes of the `most` of `scored` whose first numbers are the largest; neighbours, which search the same nodes, together.
-fn best(mut scored: Vec<(f32, u32)>, most: usize) -> Vec<u32> {
-    if scored.len() > most {
-        scored.select_nth_unstable_by(most, |a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
-        scored.truncate(most);
+/// The nodes with the `max_count` largest scores, sorted by index, because neighbours search the same nodes.
+fn best(mut scored: Vec<(f32, u32)>, max_count: usize) -> Vec<u32> {
+    if scored.len() > max_count {
+        scored.select_nth_unstable_by(max_count, |a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
+        scored.truncate(max_count);
     }
-    let mut nodes: Vec<u32> = scored.into_iter().map(|one| one.1).collect();
+    let mut nodes: Vec<u32> = scored.into_iter().map(|candidate| candidate.1).collect();
     nodes.sort_unstable();
     nodes
 }
 
-/// The other child of the parent: pairs begin at odd numbers.
+/// The other child of the parent: pairs begin at odd indices.
 #[inline(always)]
 fn sibling(node: u32) -> u32 {
     ((node - 1) ^ 1) + 1
 }
 
-/// A box for arithmetic: four lanes a corner.
+/// A box in SIMD registers.
 #[derive(Debug, Clone, Copy)]
-struct Bounds {
+struct SimdBox {
     min: Vec3A,
     max: Vec3A,
 }
 
-impl Bounds {
+impl SimdBox {
     const EMPTY: Self = Self { min: Vec3A::INFINITY, max: Vec3A::NEG_INFINITY };
 
     #[inline(always)]
@@ -145,7 +147,7 @@ impl Bounds {
         Self { min: self.min.min(other.min), max: self.max.max(other.max) }
     }
 
-    /// Half of the surface area; must not be asked of an empty box.
+    /// Half the surface area; the box must not be empty.
     #[inline(always)]
     fn half_area(&self) -> f32 {
         let d = self.max - self.min;
@@ -153,21 +155,21 @@ impl Bounds {
     }
 }
 
-/// A tree whose parts can be moved about.
-struct Links<'a> {
+/// A tree with parent links.
+struct LinkedTree<'a> {
     nodes: &'a mut [Node<Aabb>],
-    /// For each pair of siblings their parent. Many threads find them; from then on one alone changes them.
+    /// For each pair of siblings the parent. Filled by many threads, later changed by one only.
     parents: Vec<AtomicU32>,
 }
 
-impl<'a> Links<'a> {
+impl<'a> LinkedTree<'a> {
     fn new(nodes: &'a mut [Node<Aabb>], token: &CancelToken) -> Result<Self, Cancelled> {
         let parents: Vec<AtomicU32> = (0..nodes.len() / 2).map(|_| AtomicU32::new(NONE)).collect();
-        nodes.par_chunks(NODES_PER_LOOK).enumerate().try_for_each(|(chunk, chunk_nodes)| {
+        nodes.par_chunks(NODES_BETWEEN_CHECKS).enumerate().try_for_each(|(chunk, chunk_nodes)| {
             token.check()?;
-            for (at, node) in (chunk * NODES_PER_LOOK..).zip(chunk_nodes) {
+            for (index, node) in (chunk * NODES_BETWEEN_CHECKS..).zip(chunk_nodes) {
                 if !node.is_leaf() {
-                    parents[node.first as usize / 2].store(at as u32, Ordering::Relaxed);
+                    parents[node.first as usize / 2].store(index as u32, Ordering::Relaxed);
                 }
             }
             Ok(())
@@ -175,135 +177,137 @@ impl<'a> Links<'a> {
         Ok(Self { nodes, parents })
     }
 
-    /// The parent; [`NONE`] of the root.
+    /// The parent of `node`; [`NONE`] for the root.
     #[inline(always)]
     fn parent(&self, node: u32) -> u32 {
         if node == 0 { NONE } else { self.parents[(node as usize - 1) / 2].load(Ordering::Relaxed) }
     }
 
     #[inline(always)]
-    fn bounds(&self, node: u32) -> Bounds {
-        Bounds::new(&self.nodes[node as usize].container)
+    fn bounds(&self, node: u32) -> SimdBox {
+        SimdBox::new(&self.nodes[node as usize].container)
     }
 
-    /// The `most` nodes by which most is to be gained, among those whose parents are `least` in area at least.
-    fn eligible(&self, most: usize, least: f32) -> Vec<u32> {
-        // The root's children have nowhere to go but below each other.
+    /// The `max_count` nodes with the most inefficient parents, out of those whose parents have an area of at least
+    /// `min_area`.
+    fn eligible(&self, max_count: usize, min_area: f32) -> Vec<u32> {
+        // The root's children could only move below each other.
         let root = &self.nodes[0];
-        let mut open = VecDeque::from(if root.is_leaf() { Vec::new() } else { vec![root.first, root.first + 1] });
+        let mut queue = VecDeque::from(if root.is_leaf() { Vec::new() } else { vec![root.first, root.first + 1] });
         let mut scored: Vec<(f32, u32)> = Vec::new();
-        // A few nodes at the top, then everything below them in parallel.
+        // A few nodes at the top sequentially, then everything below in parallel.
         for _ in 0..TOP_NODES {
-            let Some(at) = open.pop_front() else { break };
-            open.extend(self.score(at, least, &mut scored).into_iter().flatten());
+            let Some(index) = queue.pop_front() else { break };
+            queue.extend(self.score(index, min_area, &mut scored).into_iter().flatten());
         }
-        let parts = Vec::from(open).into_par_iter().map(|top| {
-            // Breadth first, so that loads do not wait for one another.
-            let (mut scored, mut open, mut next) = (Vec::new(), vec![top], 0);
-            while let Some(&at) = open.get(next) {
-                open.extend(self.score(at, least, &mut scored).into_iter().flatten());
+        let lists = Vec::from(queue).into_par_iter().map(|top| {
+            // Breadth first, so that loads do not depend on one another.
+            let (mut scored, mut queue, mut next) = (Vec::new(), vec![top], 0);
+            while let Some(&index) = queue.get(next) {
+                queue.extend(self.score(index, min_area, &mut scored).into_iter().flatten());
                 next += 1;
             }
             scored
         });
-        let mut parts: Vec<_> = parts.collect();
-        parts.push(scored);
-        best(most_wasteful(&parts, most), most)
+        let mut lists: Vec<_> = lists.collect();
+        lists.push(scored);
+        best(prefilter(&lists, max_count), max_count)
     }
 
-    /// The `most` of `eligible` by which most is to be gained now.
-    fn candidates(&self, eligible: &[u32], most: usize) -> Vec<u32> {
-        let scored = eligible.par_iter().map(|&node| (self.waste(self.parent(node)), node)).collect();
-        best(scored, most)
+    /// The `max_count` of `eligible` whose parents are the most inefficient now.
+    fn candidates(&self, eligible: &[u32], max_count: usize) -> Vec<u32> {
+        let scored = eligible.par_iter().map(|&node| (self.inefficiency(self.parent(node)), node)).collect();
+        best(scored, max_count)
     }
 
-    /// Adds the children of `at`, each with what is to be gained, where it is large enough. Returns them.
+    /// Scores the children of node `index`, if its area is large enough, and returns them.
     #[inline(always)]
-    fn score(&self, at: u32, least: f32, scored: &mut Vec<(f32, u32)>) -> Option<[u32; 2]> {
-        let node = &self.nodes[at as usize];
-        if node.is_leaf() || node.container.half_area() < least {
+    fn score(&self, index: u32, min_area: f32, scored: &mut Vec<(f32, u32)>) -> Option<[u32; 2]> {
+        let node = &self.nodes[index as usize];
+        if node.is_leaf() || node.container.half_area() < min_area {
             return None;
         }
         let pair = [node.first, node.first + 1];
-        let waste = self.waste(at);
-        if waste > 0.0 {
-            scored.extend(pair.map(|child| (waste, child)));
+        let inefficiency = self.inefficiency(index);
+        if inefficiency > 0.0 {
+            scored.extend(pair.map(|child| (inefficiency, child)));
         }
         Some(pair)
     }
 
-    /// What is to be gained by moving a child of the interior node `at`: the more, the larger it is, and the larger than what it holds
-    /// (Bittner, Hapala, Havran, *Fast Insertion-Based Optimization of Bounding Volume Hierarchies*, 2013).
+    /// Inefficiency of the interior node `index`: the product of its area and the ratios of its area to the mean and to
+    /// the smallest area of its children, up to a constant factor (Bittner, Hapala, Havran, *Fast Insertion-Based
+    /// Optimization of Bounding Volume Hierarchies*, 2013).
     #[inline(always)]
-    fn waste(&self, at: u32) -> f32 {
-        let area = self.bounds(at).half_area();
-        let first = self.nodes[at as usize].first;
+    fn inefficiency(&self, index: u32) -> f32 {
+        let area = self.bounds(index).half_area();
+        let first = self.nodes[index as usize].first;
         let [left, right] = [first, first + 1].map(|child| self.bounds(child).half_area());
-        // Flat containers must not divide by zero.
+        // Avoids division by zero for flat containers.
         area * (area / (left + right + 1e-6 * area)) * (area / (left.min(right) + 1e-3 * area))
     }
 
-    /// Where `node` costs least, where that is less than now: branch and bound over the siblings of its ancestors and everything
-    /// below them.
-    fn search(&self, node: u32, stack: &mut Vec<(f32, u32)>) -> Option<Move> {
+    /// The best new position of `node`, if any is better than the present one: branch and bound over the siblings of
+    /// its ancestors and everything below them.
+    fn find_move(&self, node: u32, stack: &mut Vec<(f32, u32)>) -> Option<Move> {
         let bounds = self.bounds(node);
         let area = bounds.half_area();
         let parent = self.parent(node);
         let mut best = Move { gain: 0.0, node, target: NONE };
-        // What taking the node out gains: its parent vanishes, what is above shrinks to what is left.
+        // Gain of removing the node: its parent vanishes, and all ancestors shrink.
         let mut freed = self.bounds(parent).half_area();
-        let mut left = Bounds::EMPTY;
-        let (mut pivot, mut below) = (parent, node);
+        let mut remaining = SimdBox::EMPTY;
+        let (mut pivot, mut pivot_child) = (parent, node);
         while pivot != NONE {
-            let other = sibling(below);
+            let other = sibling(pivot_child);
             stack.push((freed, other));
-            // What is gained before the new parent is paid for, having gone down to a node.
-            while let Some((reach, at)) = stack.pop() {
+            // Gain before the cost of the new parent, on the way down to a node.
+            while let Some((freed_below, index)) = stack.pop() {
                 // The new parent is at least as large as the node.
-                if reach - area <= best.gain {
+                if freed_below - area <= best.gain {
                     continue;
                 }
-                let target = &self.nodes[at as usize];
-                let own = Bounds::new(&target.container);
-                let gain = reach - own.union(&bounds).half_area();
-                let is_where_it_is = below == node && at == other;
-                if gain > best.gain && !is_where_it_is {
-                    (best.gain, best.target) = (gain, at);
+                let target = &self.nodes[index as usize];
+                let target_bounds = SimdBox::new(&target.container);
+                let gain = freed_below - target_bounds.union(&bounds).half_area();
+                let is_current_position = pivot_child == node && index == other;
+                if gain > best.gain && !is_current_position {
+                    (best.gain, best.target) = (gain, index);
                 }
-                // Going further down, the target grows around the node.
-                let reach = gain + own.half_area();
-                if !target.is_leaf() && reach - area > best.gain {
-                    stack.extend([(reach, target.first + 1), (reach, target.first)]);
+                // Further down, the target grows around the node.
+                let freed_below = gain + target_bounds.half_area();
+                if !target.is_leaf() && freed_below - area > best.gain {
+                    stack.extend([(freed_below, target.first + 1), (freed_below, target.first)]);
                 }
             }
             if pivot == parent {
-                left = self.bounds(other);
+                remaining = self.bounds(other);
             } else {
-                left = left.union(&self.bounds(other));
-                freed += self.bounds(pivot).half_area() - left.half_area();
+                remaining = remaining.union(&self.bounds(other));
+                freed += self.bounds(pivot).half_area() - remaining.half_area();
             }
-            below = pivot;
+            pivot_child = pivot;
             pivot = self.parent(pivot);
         }
         (best.target != NONE).then_some(best)
     }
 
-    /// Whether `node` is `of` or above it.
-    fn is_above(&self, node: u32, mut of: u32) -> bool {
-        while of != NONE && of != node {
-            of = self.parent(of);
+    /// Whether `node` is `descendant` or one of its ancestors.
+    fn is_ancestor_or_self(&self, node: u32, mut descendant: u32) -> bool {
+        while descendant != NONE && descendant != node {
+            descendant = self.parent(descendant);
         }
-        of == node
+        descendant == node
     }
 
-    /// Takes `node` out and joins it with `target`, which must be neither above nor below it nor its sibling: the sibling takes
-    /// the parent's place, and the pair that becomes free takes target and node. Undone where the summed area does not fall.
-    /// By how much it fell.
-    fn make(&mut self, node: u32, target: u32, undo: &mut Vec<(u32, Aabb)>) -> Option<f64> {
+    /// Removes `node` and joins it with `target`, which must be neither its ancestor, descendant nor sibling: the
+    /// sibling replaces the parent, and the freed pair takes target and node. Undone if the summed area does not fall.
+    /// Returns the reduction of the area.
+    fn apply(&mut self, node: u32, target: u32, undo: &mut Vec<(u32, Aabb)>) -> Option<f64> {
         let parent = self.parent(node);
         let pair = node.min(sibling(node));
-        let places = [parent, pair, pair + 1, target];
-        let before = places.map(|at| self.nodes[at as usize]);
+        let slots = [parent, pair, pair + 1, target];
+        let old = slots.map(|index| self.nodes[index as usize]);
         let moved = self.nodes[node as usize];
         self.set(parent, self.nodes[sibling(node) as usize]);
         let partner = self.nodes[target as usize];
@@ -311,23 +315,23 @@ impl<'a> Links<'a> {
         self.set(pair + 1, moved);
         let joined = Node { container: partner.container.union(&moved.container), first: pair, count: 0 };
         self.set(target, joined);
-        let mut fall = f64::from(before[0].container.half_area()) - f64::from(joined.container.half_area());
+        let mut gain = f64::from(old[0].container.half_area()) - f64::from(joined.container.half_area());
         undo.clear();
-        fall -= self.refit(self.parent(parent), undo);
-        fall -= self.refit(self.parent(target), undo);
-        if fall > 0.0 {
-            return Some(fall);
+        gain -= self.refit(self.parent(parent), undo);
+        gain -= self.refit(self.parent(target), undo);
+        if gain > 0.0 {
+            return Some(gain);
         }
-        for &(at, container) in undo.iter().rev() {
-            self.nodes[at as usize].container = container;
+        for &(index, container) in undo.iter().rev() {
+            self.nodes[index as usize].container = container;
         }
-        for (at, node) in places.into_iter().zip(before) {
-            self.set(at, node);
+        for (index, node) in slots.into_iter().zip(old) {
+            self.set(index, node);
         }
         None
     }
 
-    /// Fits the containers from `node` up, until nothing changes. By how much their areas grow.
+    /// Refits the containers from `node` upwards until one is unchanged. Returns the growth of their areas.
     fn refit(&mut self, mut node: u32, undo: &mut Vec<(u32, Aabb)>) -> f64 {
         let mut growth = 0.0;
         while node != NONE {
@@ -345,10 +349,10 @@ impl<'a> Links<'a> {
         growth
     }
 
-    fn set(&mut self, at: u32, node: Node<Aabb>) {
-        self.nodes[at as usize] = node;
+    fn set(&mut self, index: u32, node: Node<Aabb>) {
+        self.nodes[index as usize] = node;
         if !node.is_leaf() {
-            *self.parents[node.first as usize / 2].get_mut() = at;
+            *self.parents[node.first as usize / 2].get_mut() = index;
         }
     }
 }

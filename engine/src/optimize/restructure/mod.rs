@@ -1,6 +1,10 @@
-//! Restructuring: agglomerative clustering merges what is close, which on scans is worse than splitting from the top, on
-//! architecture far better. So a sample of treelets is built again from the top; where that pays on the whole, so is the
-//! tree, otherwise the treelets of those neighbourhoods where it pays, each kept only where it is cheaper.
+//! Treelet restructuring: rebuilds treelets where that lowers the SAH cost (the idea of Karras, Aila, *Fast Parallel
+//! Construction of High-Quality Bounding Volume Hierarchies*, 2013, section 3), here large ones, from the top by binned
+//! splits (Wald, *On fast Construction of SAH-based Bounding Volume Hierarchies*, 2007).
+//!
+//! Agglomerative clustering is worse than top-down splits on scans, and far better on architecture. So a sample of
+//! treelets is rebuilt first. If most of it gains, the whole tree is rebuilt, otherwise the treelets around those
+//! samples that gain; each is replaced only if it gets cheaper.
 
 mod item;
 mod split;
@@ -13,153 +17,154 @@ use rayon::prelude::*;
 use crate::cancel::{CancelToken, Cancelled};
 use crate::geometry::Aabb;
 use crate::kernel::par_collect::zeros;
-use crate::optimize::restructure::item::{Item, NEW};
+use crate::optimize::restructure::item::{Item, NEW_NODE};
 use crate::optimize::restructure::topdown::Builder;
-use crate::optimize::restructure::treelets::{Subtree, gather, treelets};
-use crate::optimize::sah::joined_cost;
-use crate::optimize::subtree_costs::Weight;
+use crate::optimize::restructure::treelets::{Subtree, collect_leaves, treelets};
+use crate::optimize::sah::node_or_leaf_cost;
+use crate::optimize::subtree_costs::SubtreeCost;
 use crate::tree::{Node, Tree};
 
-/// So many treelets are built to see whether it pays for their neighbours, where there are more.
-const SAMPLES: usize = 20;
-/// Least neighbours, one of which is built.
-const NEIGHBOURS: usize = 8;
-/// Share of its cost that a sample must gain to pay, and its neighbours to be built.
-const SAMPLE_GAIN: f32 = 0.01;
-/// One in so many samples may fail to pay where the whole tree is built again: of scans one in five does at most, of architecture
-/// mostly half.
-const MAY_FAIL: usize = 4;
-/// Share of its cost that what is kept must gain: less is rounding.
-const KEPT_GAIN: f32 = 1e-5;
-/// Most nodes: links have a bit for other things.
-const MAX_NODES: usize = NEW as usize;
+/// Number of treelets rebuilt as a sample, if there are enough.
+const SAMPLE_COUNT: usize = 20;
+/// Minimum number of treelets that a sample stands for.
+const MIN_GROUP_TREELETS: usize = 8;
+/// Minimum gain of a sample, as a fraction of its cost, for the treelets that it stands for to be rebuilt.
+const MIN_SAMPLE_GAIN: f32 = 0.01;
+/// The whole tree is rebuilt if at most one in this number of samples fails to gain: at most one in five does on scans,
+/// mostly half on architecture.
+const SAMPLES_PER_FAILURE: usize = 4;
+/// Minimum gain of a rebuilt treelet, as a fraction of its cost; less is rounding.
+const MIN_GAIN: f32 = 1e-5;
+/// Maximum number of nodes: one bit of an index is [`NEW_NODE`].
+const MAX_NODES: usize = NEW_NODE as usize;
 
-/// Builds treelets of `tree`, whose nodes have `weights`, or all of it again. The nodes then stand in any order, siblings
-/// together. Returns by how much the SAH cost falls.
+/// Rebuilds treelets of `tree`, whose subtrees have `costs`, or the whole tree. Leaves the nodes in any order with
+/// siblings together. Returns the reduction of the SAH cost.
 pub fn restructure(
     tree: &mut Tree<Aabb>,
-    weights: Vec<Weight>,
+    costs: Vec<SubtreeCost>,
     collapses: bool,
     token: &CancelToken,
 ) -> Result<f32, Cancelled> {
     if tree.nodes.len() > MAX_NODES {
         return Ok(0.0);
     }
-    let top = Subtree { root: 0, weight: weights[0] };
-    let treelets = treelets(&tree.nodes, &weights);
-    // As much memory as the leaves of the whole tree need.
-    drop(weights);
-    let job = Job { nodes: &tree.nodes, builder: Builder::new(collapses, token) };
-    let neighbours = treelets.len().div_ceil(SAMPLES).max(NEIGHBOURS);
-    let samples = treelets.par_chunks(neighbours).map(|group| {
+    let whole = Subtree { root: 0, cost: costs[0] };
+    let treelets = treelets(&tree.nodes, &costs);
+    // Frees as much memory as the leaves of the whole tree need.
+    drop(costs);
+    let restructuring = Restructuring { nodes: &tree.nodes, builder: Builder::new(collapses, token) };
+    let group_size = treelets.len().div_ceil(SAMPLE_COUNT).max(MIN_GROUP_TREELETS);
+    let samples = treelets.par_chunks(group_size).map(|group| {
         let old = &group[group.len() / 2];
-        Ok([old.weight.cost, job.again(old)?.map_or(old.weight.cost, |new| new.cost)])
+        Ok([old.cost.cost, restructuring.rebuild_subtree(old)?.map_or(old.cost.cost, |new| new.cost)])
     });
     let samples: Vec<[f32; 2]> = samples.collect::<Result<_, _>>()?;
-    let gains = |[old, new]: [f32; 2], share: f32| new < old * (1.0 - share);
-    let failed = samples.iter().filter(|&&sample| !gains(sample, SAMPLE_GAIN)).count();
-    if failed <= samples.len() / MAY_FAIL
-        && let Some((nodes, cost)) = job.whole(&top, &treelets)?
-        && gains([top.weight.cost, cost], KEPT_GAIN)
+    let is_gain = |[old, new]: [f32; 2], min_gain: f32| new < old * (1.0 - min_gain);
+    let failed_count = samples.iter().filter(|&&sample| !is_gain(sample, MIN_SAMPLE_GAIN)).count();
+    if failed_count <= samples.len() / SAMPLES_PER_FAILURE
+        && let Some((nodes, cost)) = restructuring.rebuild_tree(&whole, &treelets)?
+        && is_gain([whole.cost.cost, cost], MIN_GAIN)
     {
         tree.nodes = nodes;
-        return Ok(top.weight.cost - cost);
+        return Ok(whole.cost.cost - cost);
     }
 
-    let pays = |at: usize| gains(samples[at / neighbours], SAMPLE_GAIN);
-    let chosen: Vec<&Subtree> = treelets.iter().enumerate().filter(|&(at, _)| pays(at)).map(|(_, old)| old).collect();
-    let built = chosen.par_iter().map(|old| {
-        let new = job.again(old)?;
-        Ok(new.filter(|new| gains([old.weight.cost, new.cost], KEPT_GAIN)))
+    let is_worthwhile = |index: usize| is_gain(samples[index / group_size], MIN_SAMPLE_GAIN);
+    let selected: Vec<&Subtree> =
+        treelets.iter().enumerate().filter(|&(index, _)| is_worthwhile(index)).map(|(_, old)| old).collect();
+    let rebuilt = selected.par_iter().map(|old| {
+        let new = restructuring.rebuild_subtree(old)?;
+        Ok(new.filter(|new| is_gain([old.cost.cost, new.cost], MIN_GAIN)))
     });
-    let built: Vec<Option<Treelet>> = built.collect::<Result<_, _>>()?;
+    let rebuilt: Vec<Option<RebuiltSubtree>> = rebuilt.collect::<Result<_, _>>()?;
     let mut gain = 0.0;
-    for (old, new) in chosen.into_iter().zip(&built) {
+    for (old, new) in selected.into_iter().zip(&rebuilt) {
         token.check()?;
         if let Some(new) = new {
             new.write(&mut tree.nodes, old.root);
-            gain += old.weight.cost - new.cost;
+            gain += old.cost.cost - new.cost;
         }
     }
     Ok(gain)
 }
 
-/// A subtree that was built again.
-struct Treelet {
-    /// What is below its root, which is numbered from 0 on.
+/// A rebuilt subtree.
+struct RebuiltSubtree {
+    /// All nodes below its root; indices are relative to the first of them.
     nodes: Vec<Node<Aabb>>,
-    /// Where the pairs of siblings of the old one stand: as many as it needs.
-    places: Vec<u32>,
+    /// Slots of the pairs of siblings in the tree, which the old subtree occupies: as many as needed.
+    pair_slots: Vec<u32>,
     cost: f32,
 }
 
-impl Treelet {
-    /// Puts it in the place of the old one.
+impl RebuiltSubtree {
+    /// Replaces the old subtree under `root`.
     fn write(&self, nodes: &mut [Node<Aabb>], root: u32) {
-        nodes[root as usize].first = self.places[0];
-        for (pair, &place) in self.nodes.as_chunks::<2>().0.iter().zip(&self.places) {
-            for (node, at) in pair.iter().zip(place as usize..) {
-                let first = if node.is_leaf() { node.first } else { self.places[node.first as usize / 2] };
-                nodes[at] = Node { first, ..*node };
+        nodes[root as usize].first = self.pair_slots[0];
+        for (pair, &slot) in self.nodes.as_chunks::<2>().0.iter().zip(&self.pair_slots) {
+            for (node, index) in pair.iter().zip(slot as usize..) {
+                let first = if node.is_leaf() { node.first } else { self.pair_slots[node.first as usize / 2] };
+                nodes[index] = Node { first, ..*node };
             }
         }
     }
 }
 
-/// All nodes of a tree, and its SAH cost.
-type Whole = (Vec<Node<Aabb>>, f32);
+/// All nodes of a rebuilt tree, and its SAH cost.
+type RebuiltTree = (Vec<Node<Aabb>>, f32);
 
-struct Job<'a> {
+struct Restructuring<'a> {
     nodes: &'a [Node<Aabb>],
     builder: Builder<'a>,
 }
 
-impl Job<'_> {
-    /// `old` built again; `None` where there is only one tree over its leaves.
-    fn again(&self, old: &Subtree) -> Result<Option<Treelet>, Cancelled> {
-        let leaves = old.weight.leaves as usize;
+impl Restructuring<'_> {
+    /// Rebuilds the subtree `old`; `None` if there is only one tree over its leaves.
+    fn rebuild_subtree(&self, old: &Subtree) -> Result<Option<RebuiltSubtree>, Cancelled> {
+        let leaves = old.cost.leaves as usize;
         if leaves < 3 {
             return Ok(None);
         }
         let mut items = bytemuck::zeroed_vec(leaves);
-        let mut places = Vec::with_capacity(leaves - 1);
-        gather(self.nodes, old.root, &mut items, &mut places);
+        let mut pair_slots = Vec::with_capacity(leaves - 1);
+        collect_leaves(self.nodes, old.root, &mut items, &mut pair_slots);
         let mut nodes = bytemuck::zeroed_vec(2 * (leaves - 1));
-        let below = self.builder.build(&mut items, self.item(old), &mut nodes, 0)?;
-        Ok(Some(Treelet { nodes, places, cost: self.cost(old, below) }))
+        let children_cost = self.builder.build(&mut items, self.item(old), &mut nodes, 0)?;
+        Ok(Some(RebuiltSubtree { nodes, pair_slots, cost: self.cost(old, children_cost) }))
     }
 
-    /// The whole tree `old`, which consists of `treelets` and what is above them, built again, with its cost.
-    fn whole(&self, old: &Subtree, treelets: &[Subtree]) -> Result<Option<Whole>, Cancelled> {
-        let leaves = old.weight.leaves as usize;
+    /// Rebuilds the whole tree `old`, which consists of `treelets` and the nodes above them.
+    fn rebuild_tree(&self, old: &Subtree, treelets: &[Subtree]) -> Result<Option<RebuiltTree>, Cancelled> {
+        let leaves = old.cost.leaves as usize;
         if leaves < 3 {
             return Ok(None);
         }
         let mut items: Vec<Item> = zeros(leaves, self.builder.token)?;
-        let (mut targets, mut rest) = (Vec::with_capacity(treelets.len()), &mut items[..]);
+        let (mut tasks, mut remaining) = (Vec::with_capacity(treelets.len()), &mut items[..]);
         for treelet in treelets {
-            let own;
-            (own, rest) = rest.split_at_mut(treelet.weight.leaves as usize);
-            targets.push((treelet.root, own));
+            let treelet_items;
+            (treelet_items, remaining) = remaining.split_at_mut(treelet.cost.leaves as usize);
+            tasks.push((treelet.root, treelet_items));
         }
-        targets.into_par_iter().try_for_each_init(Vec::new, |places, (root, items)| {
+        tasks.into_par_iter().try_for_each_init(Vec::new, |pair_slots, (root, items)| {
             self.builder.token.check()?;
-            gather(self.nodes, root, items, places);
+            collect_leaves(self.nodes, root, items, pair_slots);
             Ok(())
         })?;
         let mut nodes = zeros(2 * leaves - 1, self.builder.token)?;
-        let below = self.builder.build(&mut items, self.item(old), &mut nodes[1..], 1)?;
+        let children_cost = self.builder.build(&mut items, self.item(old), &mut nodes[1..], 1)?;
         nodes[0] = Node { first: 1, ..self.nodes[0] };
-        Ok(Some((nodes, self.cost(old, below))))
+        Ok(Some((nodes, self.cost(old, children_cost))))
     }
 
     fn item(&self, subtree: &Subtree) -> Item {
-        Item::new(&self.nodes[subtree.root as usize].container, subtree.weight.count, NEW)
+        Item::new(&self.nodes[subtree.root as usize].container, subtree.cost.count, NEW_NODE)
     }
 
-    /// SAH cost of `subtree` where what is below its root costs `below`.
-    fn cost(&self, subtree: &Subtree, below: f32) -> f32 {
+    /// SAH cost of `subtree` if everything below its root costs `children_cost`.
+    fn cost(&self, subtree: &Subtree, children_cost: f32) -> f32 {
         let area = self.nodes[subtree.root as usize].container.half_area();
-        joined_cost(area, subtree.weight.count, below, self.builder.collapses).0
+        node_or_leaf_cost(area, subtree.cost.count, children_cost, self.builder.collapses).0
     }
 }

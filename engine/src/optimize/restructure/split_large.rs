@@ -1,61 +1,61 @@
-//! [`split`] for many items, by many threads: each counts some of them and divides those.
+//! [`split`] for many items, in parallel: each task bins and partitions a chunk.
 
 use std::ops::Range;
 
-use fearless_simd::{Level, SimdBase, SimdSplit, dispatch, f32x8};
+use fearless_simd::{Level, Simd, SimdBase, SimdSplit, dispatch, f32x8};
 use rayon::prelude::*;
 
 use crate::cancel::{CancelToken, Cancelled};
 use crate::optimize::restructure::item::Item;
-use crate::optimize::restructure::split::{BINS, Counts, Cut, Grid, cheapest_cut, count_in_bins, split};
+use crate::optimize::restructure::split::{BINS, BinCounts, Grid, SplitPlane, cheapest_plane, count_in_bins, split};
 
-/// From so many items on several threads are worth it.
-pub const LARGE: usize = 1 << 14;
-/// Items that one task counts and divides.
-const CHUNK: usize = 1 << 12;
+/// Number of items from which on several threads pay.
+pub const MIN_LARGE: usize = 1 << 14;
+/// Number of items in a chunk.
+const CHUNK_ITEMS: usize = 1 << 12;
 
-/// What a task counted.
-struct Chunk {
+/// Bins of a chunk.
+struct ChunkBins {
     boxes: [[[f32; 8]; 3]; BINS],
-    counts: Counts<BINS>,
+    counts: BinCounts<BINS>,
 }
 
-/// As [`split`], but in another order. The same on any number of threads.
+/// [`split`], but with another order of items on each side. The same for any number of threads.
 pub fn split_large(
     level: Level,
     items: &mut [Item],
-    whole: &Item,
+    root: &Item,
     depth: u32,
     token: &CancelToken,
 ) -> Result<(usize, [Item; 2]), Cancelled> {
     let grid = dispatch!(level, simd => {
-        let (min, neg_max) = whole.bounds(simd).split();
+        let (min, neg_max) = root.bounds(simd).split();
         Grid::new::<_, BINS>(simd, [min + min, -(neg_max + neg_max)])
     });
-    let chunks = items.par_chunks(CHUNK).map(|items| {
+    let chunks = items.par_chunks(CHUNK_ITEMS).map(|items| {
         token.check()?;
-        Ok(dispatch!(level, simd => counted(simd, items, &grid)))
+        Ok(dispatch!(level, simd => count_chunk(simd, items, &grid)))
     });
-    let chunks: Vec<Chunk> = chunks.collect::<Result<_, _>>()?;
-    let Some((cut, sides)) = dispatch!(level, simd => cut_of(simd, &chunks, &grid)) else {
-        return Ok(dispatch!(level, simd => split(simd, items, whole, depth)));
+    let chunks: Vec<ChunkBins> = chunks.collect::<Result<_, _>>()?;
+    let Some((plane, sides)) = dispatch!(level, simd => cheapest_plane_of_chunks(simd, &chunks, &grid)) else {
+        return Ok(dispatch!(level, simd => split(simd, items, root, depth)));
     };
-    Ok((divide(&cut, items, token)?, sides))
+    Ok((partition(&plane, items, token)?, sides))
 }
 
-/// [`Cut::divide`] of each chunk by itself; then what stands on the wrong side of the middle changes places.
-fn divide(cut: &Cut, items: &mut [Item], token: &CancelToken) -> Result<usize, Cancelled> {
-    let lefts = items.par_chunks_mut(CHUNK).map(|items| {
+/// Partitions each chunk by itself, then swaps the items on the wrong side of the middle.
+fn partition(plane: &SplitPlane, items: &mut [Item], token: &CancelToken) -> Result<usize, Cancelled> {
+    let left_counts = items.par_chunks_mut(CHUNK_ITEMS).map(|items| {
         token.check()?;
-        Ok(cut.divide(items))
+        Ok(plane.partition(items))
     });
-    let lefts: Vec<usize> = lefts.collect::<Result<_, _>>()?;
-    let middle = lefts.iter().sum();
-    let chunks = lefts.iter().zip((0..items.len()).step_by(CHUNK));
-    let of_left = chunks.clone().map(|(&left, start)| start.max(middle)..(start + left).max(middle));
-    let of_right = chunks.map(|(&left, start)| (start + left).min(middle)..(start + CHUNK).min(middle));
-    let (before, behind) = items.split_at_mut(middle);
-    let mut misplaced = [stretches(before, 0, of_right), stretches(behind, middle, of_left)];
+    let left_counts: Vec<usize> = left_counts.collect::<Result<_, _>>()?;
+    let middle = left_counts.iter().sum();
+    let chunks = left_counts.iter().zip((0..items.len()).step_by(CHUNK_ITEMS));
+    let left_in_right = chunks.clone().map(|(&left, start)| start.max(middle)..(start + left).max(middle));
+    let right_in_left = chunks.map(|(&left, start)| (start + left).min(middle)..(start + CHUNK_ITEMS).min(middle));
+    let (left_items, right_items) = items.split_at_mut(middle);
+    let mut misplaced = [subslices(left_items, 0, right_in_left), subslices(right_items, middle, left_in_right)];
     let mut swaps = Vec::new();
     while let [Some(first), Some(second)] = misplaced.each_mut().map(Vec::pop) {
         let len = first.len().min(second.len());
@@ -72,42 +72,44 @@ fn divide(cut: &Cut, items: &mut [Item], token: &CancelToken) -> Result<usize, C
     Ok(middle)
 }
 
-/// Those of `ranges`, in order, that are not empty, of `items`, the first of which is at `offset`.
-fn stretches(
+/// The subslices of `items` for the non-empty `ranges`, which are ascending and relative to `offset` before `items`.
+fn subslices(
     mut items: &mut [Item],
     mut offset: usize,
     ranges: impl Iterator<Item = Range<usize>>,
 ) -> Vec<&mut [Item]> {
-    let mut stretches = Vec::new();
+    let mut subslices = Vec::new();
     for range in ranges.filter(|range| !range.is_empty()) {
         let (_, rest) = items.split_at_mut(range.start - offset);
-        let (stretch, rest) = rest.split_at_mut(range.len());
-        stretches.push(stretch);
+        let (subslice, rest) = rest.split_at_mut(range.len());
+        subslices.push(subslice);
         (items, offset) = (rest, range.end);
     }
-    stretches
+    subslices
 }
 
+/// Bins of the `items` of a chunk.
 #[inline(always)]
-fn counted<S: fearless_simd::Simd>(simd: S, items: &[Item], grid: &Grid) -> Chunk {
+fn count_chunk<S: Simd>(simd: S, items: &[Item], grid: &Grid) -> ChunkBins {
     let (boxes, counts) = count_in_bins::<S, BINS>(simd, items, grid);
-    let mut chunk = Chunk { boxes: [[[0.0; 8]; 3]; BINS], counts };
+    let mut chunk = ChunkBins { boxes: [[[0.0; 8]; 3]; BINS], counts };
     for (to, from) in chunk.boxes.as_flattened_mut().iter_mut().zip(boxes.as_flattened()) {
         from.store_slice(to);
     }
     chunk
 }
 
+/// [`cheapest_plane`] for the bins of all chunks together.
 #[inline(always)]
-fn cut_of<S: fearless_simd::Simd>(simd: S, chunks: &[Chunk], grid: &Grid) -> Option<(Cut, [Item; 2])> {
+fn cheapest_plane_of_chunks<S: Simd>(simd: S, chunks: &[ChunkBins], grid: &Grid) -> Option<(SplitPlane, [Item; 2])> {
     let (mut boxes, mut counts) = count_in_bins::<S, BINS>(simd, &[], grid);
     for chunk in chunks {
-        for (all, one) in boxes.as_flattened_mut().iter_mut().zip(chunk.boxes.as_flattened()) {
-            *all = all.min(f32x8::from_slice(simd, one));
+        for (sum, part) in boxes.as_flattened_mut().iter_mut().zip(chunk.boxes.as_flattened()) {
+            *sum = sum.min(f32x8::from_slice(simd, part));
         }
-        for (all, one) in counts.as_flattened_mut().iter_mut().zip(chunk.counts.as_flattened()) {
-            *all += one;
+        for (sum, part) in counts.as_flattened_mut().iter_mut().zip(chunk.counts.as_flattened()) {
+            *sum += part;
         }
     }
-    cheapest_cut(simd, &boxes, &counts, grid)
+    cheapest_plane(simd, &boxes, &counts, grid)
 }
