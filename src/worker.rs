@@ -1,4 +1,5 @@
-//! A worker whose newest request wins: a named thread with a one-slot inbox and a one-slot outbox. Knows no engine type.
+//! A worker thread that serves the newest request: a one-slot inbox, a one-slot outbox and a cancel token. Of the engine it
+//! knows only the token.
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
@@ -9,16 +10,17 @@ use bvhscope_engine::cancel::CancelToken;
 /// How a job ended.
 #[derive(Debug)]
 pub enum Outcome<T> {
-    /// It ran to its end; a cancelled job is dropped and never comes out.
+    /// A result. Results of cancelled jobs are dropped.
     Done(T),
-    /// It panicked: a bug, with the panic's message. The worker lives on.
+    /// The job panicked, with the panic's message. The worker goes on.
     Panicked(String),
 }
 
 struct Slots<Q, R> {
     inbox: Option<(Q, CancelToken)>,
+    /// The token of the running job.
     running: Option<CancelToken>,
-    /// What runs has given a result.
+    /// The running job has delivered a result.
     delivered: bool,
     outbox: Option<Outcome<R>>,
     closed: bool,
@@ -30,21 +32,21 @@ struct Shared<Q, R> {
 }
 
 impl<Q, R> Shared<Q, R> {
-    /// The slots; a panic elsewhere never makes them unusable, because nothing panics while they are half changed.
+    /// Locks the slots. Poisoning is ignored, because nothing panics while they are inconsistent.
     fn lock(&self) -> MutexGuard<'_, Slots<Q, R>> {
         self.slots.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
 
-/// One thread that works on the newest of the requests of type `Q` and gives results of type `R`.
+/// A named thread that turns the newest request of type `Q` into results of type `R`.
 pub struct Worker<Q, R> {
     shared: Arc<Shared<Q, R>>,
     thread: Option<JoinHandle<()>>,
 }
 
 impl<Q: Send + 'static, R: Send + 'static> Worker<Q, R> {
-    /// Starts the thread. `work` returns `None` where it was cancelled; it may also send results on its way through the
-    /// function that it is given. `wake` is called after each result, from the worker's thread.
+    /// Starts the thread. `work` returns the final result, or `None` where it was cancelled or has none; earlier results it
+    /// delivers through its third argument. `wake` is called from the thread after each result and at the end of each job.
     pub fn new(
         name: &str,
         wake: impl Fn() + Send + Sync + 'static,
@@ -54,11 +56,11 @@ impl<Q: Send + 'static, R: Send + 'static> Worker<Q, R> {
             slots: Mutex::new(Slots { inbox: None, running: None, delivered: false, outbox: None, closed: false }),
             changed: Condvar::new(),
         });
-        let theirs = Arc::clone(&shared);
+        let thread_shared = Arc::clone(&shared);
         let thread = std::thread::Builder::new().name(name.to_owned()).spawn(move || {
-            while let Some((request, token)) = next_request(&theirs) {
+            while let Some((request, token)) = next_request(&thread_shared) {
                 let deliver = |outcome: Outcome<R>| {
-                    let mut slots = theirs.lock();
+                    let mut slots = thread_shared.lock();
                     if !token.is_cancelled() {
                         slots.outbox = Some(outcome);
                         slots.delivered = true;
@@ -69,14 +71,14 @@ impl<Q: Send + 'static, R: Send + 'static> Worker<Q, R> {
                         wake();
                     }
                 };
-                let run = AssertUnwindSafe(|| work(request, &token, &|part| deliver(Outcome::Done(part))));
+                let run = AssertUnwindSafe(|| work(request, &token, &|result| deliver(Outcome::Done(result))));
                 match catch_unwind(run) {
                     Ok(Some(result)) => deliver(Outcome::Done(result)),
                     Ok(None) => {}
                     Err(payload) => deliver(Outcome::Panicked(panic_message(payload.as_ref()))),
                 }
-                theirs.lock().running = None;
-                // Who cancelled it knows already.
+                thread_shared.lock().running = None;
+                // The thread that cancelled the job needs no notice of its end.
                 if !token.is_cancelled() {
                     wake();
                 }
@@ -85,7 +87,7 @@ impl<Q: Send + 'static, R: Send + 'static> Worker<Q, R> {
         Ok(Self { shared, thread: Some(thread) })
     }
 
-    /// Asks for `request`, cancelling what runs and replacing what waits. A result not yet taken is dropped.
+    /// Submits `request`. The running job is cancelled, a waiting one replaced, and a result that was not taken dropped.
     pub fn request(&self, request: Q) -> CancelToken {
         let token = CancelToken::new();
         let mut slots = self.shared.lock();
@@ -99,8 +101,8 @@ impl<Q: Send + 'static, R: Send + 'static> Worker<Q, R> {
         token
     }
 
-    /// Asks for `request` once what runs has given a result, replacing what waits. Where what runs has given one already, it
-    /// is cancelled: the rest of it only adds to that result.
+    /// Submits `request` to start once the running job has delivered a result; a waiting one is replaced. Where the running
+    /// job has delivered one already, it is cancelled, because the rest of it only refines that result.
     pub fn queue(&self, request: Q) -> CancelToken {
         let token = CancelToken::new();
         let mut slots = self.shared.lock();
@@ -113,7 +115,7 @@ impl<Q: Send + 'static, R: Send + 'static> Worker<Q, R> {
         token
     }
 
-    /// Stops what runs and forgets what waits.
+    /// Cancels the running job, and discards the waiting one and any result.
     pub fn cancel(&self) {
         let mut slots = self.shared.lock();
         if let Some(running) = &slots.running {
@@ -123,12 +125,12 @@ impl<Q: Send + 'static, R: Send + 'static> Worker<Q, R> {
         slots.outbox = None;
     }
 
-    /// Takes the newest result, if there is one. Never blocks on the work.
+    /// Takes the newest result, if there is one. Never waits for the job.
     pub fn take(&self) -> Option<Outcome<R>> {
         self.shared.lock().outbox.take()
     }
 
-    /// Whether something runs or waits.
+    /// Whether a job waits, or runs and is not cancelled.
     pub fn is_busy(&self) -> bool {
         let slots = self.shared.lock();
         slots.inbox.is_some() || slots.running.as_ref().is_some_and(|token| !token.is_cancelled())
@@ -146,12 +148,13 @@ impl<Q, R> Drop for Worker<Q, R> {
         drop(slots);
         self.shared.changed.notify_all();
         if let Some(thread) = self.thread.take() {
-            // The thread caught every panic of its work; nothing is left to report.
+            // Panics of jobs were caught and reported on the thread.
             let _ = thread.join();
         }
     }
 }
 
+/// Waits for a request and marks it as running; `None` once the worker is dropped.
 fn next_request<Q, R>(shared: &Shared<Q, R>) -> Option<(Q, CancelToken)> {
     let mut slots = shared.lock();
     loop {
@@ -167,13 +170,13 @@ fn next_request<Q, R>(shared: &Shared<Q, R>) -> Option<(Q, CancelToken)> {
     }
 }
 
-/// The text of a panic, where it has one.
+/// The message of a panic.
 fn panic_message(payload: &(dyn std::any::Any + Send)) -> String {
     payload
         .downcast_ref::<&str>()
         .map(|text| (*text).to_owned())
         .or_else(|| payload.downcast_ref::<String>().cloned())
-        .unwrap_or_else(|| "a worker failed without saying why".to_owned())
+        .unwrap_or_else(|| "a worker panicked without a message".to_owned())
 }
 
 #[cfg(test)]
@@ -185,7 +188,7 @@ mod tests {
 
     use super::*;
 
-    /// Waits for a result; half a minute is far beyond what a loaded machine needs.
+    /// Waits up to half a minute for a result, which is enough on a loaded machine.
     fn wait<Q: Send + 'static, R: Send + 'static>(worker: &Worker<Q, R>) -> Outcome<R> {
         for _ in 0..30_000 {
             if let Some(outcome) = worker.take() {
@@ -197,7 +200,7 @@ mod tests {
     }
 
     #[test]
-    fn newest_of_two_hundred_requests_wins() {
+    fn newest_of_two_hundred_requests_is_served() {
         let started = Arc::new(AtomicUsize::new(0));
         let count = Arc::clone(&started);
         let worker = Worker::new(
@@ -221,7 +224,7 @@ mod tests {
     }
 
     #[test]
-    fn cancelled_job_never_comes_out() {
+    fn result_of_a_cancelled_job_is_dropped() {
         let (started, is_started) = mpsc::channel();
         let worker = Worker::new(
             "test",
@@ -246,7 +249,7 @@ mod tests {
     }
 
     #[test]
-    fn a_panic_is_reported_and_the_worker_lives_on() {
+    fn a_panic_is_reported_and_the_worker_goes_on() {
         let worker = Worker::new(
             "test",
             || {},
@@ -264,7 +267,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_queued_follows_the_first_result() {
+    fn queued_request_starts_after_the_first_result() {
         let (started, is_started) = mpsc::channel();
         let (taken, go_on) = mpsc::channel::<()>();
         let worker = Worker::new(
@@ -274,7 +277,7 @@ mod tests {
                 started.send(()).unwrap();
                 go_on.recv().unwrap();
                 deliver(request);
-                // Refines what was delivered until something else is wanted.
+                // Refines the delivered result until cancelled.
                 while request < 3 && !token.is_cancelled() {
                     std::thread::yield_now();
                 }
@@ -287,11 +290,11 @@ mod tests {
         worker.queue(1);
         worker.queue(2);
         taken.send(()).unwrap();
-        assert!(matches!(wait(&worker), Outcome::Done(0)), "what ran was not cancelled before its result");
+        assert!(matches!(wait(&worker), Outcome::Done(0)), "the running job is not cancelled before its first result");
         assert!(worker.is_busy());
         taken.send(()).unwrap();
-        assert!(matches!(wait(&worker), Outcome::Done(2)), "the newest of those that wait comes next");
-        // Nothing waits, so it goes on until something does.
+        assert!(matches!(wait(&worker), Outcome::Done(2)), "the newest queued request comes next");
+        // The last job refines its result until this request cancels it.
         worker.queue(3);
         taken.send(()).unwrap();
         assert!(matches!(wait(&worker), Outcome::Done(3)));
@@ -321,7 +324,7 @@ mod tests {
     }
 
     #[test]
-    fn parts_arrive_before_the_whole() {
+    fn intermediate_results_arrive_before_the_last() {
         let (taken, go_on) = mpsc::channel::<()>();
         let worker = Worker::new(
             "test",

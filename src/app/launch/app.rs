@@ -64,7 +64,7 @@ impl App {
         let mut preferences = restored.preferences.unwrap_or_default();
         options.overrides.apply(&mut wanted, &mut preferences);
         let mut state = AppState::new(wanted, preferences);
-        for warning in restored.complaint.into_iter().chain(options.notices) {
+        for warning in restored.warning.into_iter().chain(options.notices) {
             eprintln!("warning: {warning}");
             state.messages.notify(Severity::Warning, warning);
         }

@@ -29,15 +29,21 @@ pub(crate) struct Restored {
     /// The preferences.
     pub preferences: Option<Preferences>,
     /// The warning to show where settings were damaged.
-    pub complaint: Option<String>,
+    pub warning: Option<String>,
+}
+
+impl Restored {
+    const fn is_damaged(&self) -> bool {
+        self.wanted.is_none() || self.preferences.is_none()
+    }
 }
 
 /// Reads the settings of the last run from `file`.
 pub(crate) fn restore(file: Option<&Path>) -> Restored {
     let Some(file) = file.filter(|file| file.exists()) else { return Restored::default() };
-    let mut restored = std::fs::read_to_string(file).map_or_else(|_| parse(""), |text| parse(&text));
-    if restored.complaint.is_some() {
-        restored.complaint = Some(complain(file));
+    let mut restored = parse(&std::fs::read_to_string(file).unwrap_or_default());
+    if restored.is_damaged() {
+        restored.warning = Some(copy_damaged(file));
     }
     restored
 }
@@ -124,21 +130,19 @@ struct SavedSettings<'a> {
 }
 
 fn parse(text: &str) -> Restored {
+    // Values first, so that damage to one part leaves the other usable.
     #[derive(Deserialize)]
     struct Parts {
         wanted: serde_json::Value,
         preferences: serde_json::Value,
     }
-    let Ok(parts) = serde_json::from_str::<Parts>(text) else {
-        return Restored { complaint: Some(String::new()), ..Restored::default() };
-    };
+    let Ok(parts) = serde_json::from_str::<Parts>(text) else { return Restored::default() };
     let wanted = serde_json::from_value::<Wanted>(parts.wanted).ok().map(within_limits);
     let preferences = serde_json::from_value::<Preferences>(parts.preferences).ok().map(|mut preferences| {
         preferences.paper.limit();
         preferences
     });
-    let complaint = (wanted.is_none() || preferences.is_none()).then(String::new);
-    Restored { wanted, preferences, complaint }
+    Restored { wanted, preferences, warning: None }
 }
 
 /// Clamps numbers to the ranges of their sliders and command line flags.
@@ -159,12 +163,12 @@ fn within_limits(mut wanted: Wanted) -> Wanted {
     wanted
 }
 
-/// Saves the damaged file under another name and says so.
-fn complain(file: &Path) -> String {
+/// Copies a damaged file, which will be overwritten. Returns the warning to show.
+fn copy_damaged(file: &Path) -> String {
     let copy = file.with_extension("json.bad");
-    let kept = std::fs::copy(file, &copy).is_ok();
-    let place = if kept { format!(". The damaged file is kept as {}", copy.display()) } else { String::new() };
-    format!("The settings of the last run could not be read, so the defaults are used{place}")
+    let copied = std::fs::copy(file, &copy).is_ok();
+    let remains = if copied { format!(". The damaged file is kept as {}", copy.display()) } else { String::new() };
+    format!("The settings of the last run could not be read, so the defaults are used{remains}")
 }
 
 #[cfg(test)]
@@ -184,7 +188,7 @@ mod tests {
         let restored = restore(Some(&file));
         assert_eq!(restored.wanted, Some(wanted));
         assert_eq!(restored.preferences, Some(preferences));
-        assert_eq!(restored.complaint, None);
+        assert_eq!(restored.warning, None);
     }
 
     #[test]
@@ -194,18 +198,18 @@ mod tests {
         let (mut wanted, preferences) = (Wanted::new(SceneSource::default_builtin()), Preferences::default());
         let mut autosave = SettingsAutosave::new(Some(file.clone()));
         let start = Instant::now();
-        let mut idle_frames = 0;
+        let mut writes = 0;
         // A slider is dragged at 30 frames per second.
         for frame in 0..60 {
             wanted.build.threshold = 2 + frame;
             let again = autosave.save_if_due(&wanted, &preferences, start + Duration::from_millis(33) * frame);
-            idle_frames += u32::from(again.is_none());
+            writes += u32::from(again.is_none());
             if let Some(writer) = autosave.writer.take_if(|_| again.is_none()) {
                 writer.join().unwrap();
                 assert_eq!(restore(Some(&file)).wanted, Some(wanted.clone()));
             }
         }
-        assert_eq!(idle_frames, 2, "not once a frame");
+        assert_eq!(writes, 2, "not once a frame");
         let end = start + Duration::from_secs(10);
         autosave.save_if_due(&wanted, &preferences, end);
         assert_eq!(autosave.save_if_due(&wanted, &preferences, end + SAVE_DELAY), None);
@@ -216,11 +220,11 @@ mod tests {
     }
 
     #[test]
-    fn damaged_settings_give_defaults_and_a_complaint() {
+    fn damaged_settings_give_defaults() {
         for text in ["", "{", "null", "[]", "{\"wanted\":3,\"preferences\":{}}"] {
             let restored = parse(text);
             assert!(restored.wanted.is_none(), "{text}");
-            assert!(restored.complaint.is_some(), "{text}");
+            assert!(restored.is_damaged(), "{text}");
         }
     }
 

@@ -1,19 +1,19 @@
 //! State of the window: plain values that panels read, commands change and workers follow. Starts no work and knows no egui.
 
-pub mod wanted;
+mod wanted;
 
-pub mod activity;
-pub mod graphics;
-pub mod layout;
-pub mod messages;
-pub mod model;
-pub mod selection;
+mod activity;
+mod graphics;
+mod layout;
+mod messages;
+mod model;
+mod selection;
 
 pub mod paper;
-pub mod preferences;
+mod preferences;
 pub mod recent;
-pub mod request;
-pub mod undo;
+mod request;
+mod undo;
 
 pub use activity::{Activity, JobStatus, PROGRESS_DELAY};
 pub use graphics::Graphics;

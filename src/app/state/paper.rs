@@ -1,5 +1,5 @@
-//! The paper panel's plain values: what shall be measured on the open model, and what came of it. The measuring itself is
-//! [`crate::lab`]'s, as on the command line.
+//! Settings and results of the paper panel: experiments of the paper on the open model, measured by [`crate::lab`] as on the
+//! command line.
 
 use std::sync::Arc;
 
@@ -16,12 +16,12 @@ use bvhscope_engine::settings::{BuildSettings, BuilderKind};
 use bvhscope_engine::tree::ContainerKind;
 use bvhscope_engine::tree::traverse::Traversal;
 
-/// What can be measured, named after the paper's tables and figures.
+/// A measurement, named after the paper's tables and figures.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
 pub enum Experiment {
     /// Tables 1 and 2: box against sphere.
     Tables,
-    /// Figures 9 and 10: what the threshold does.
+    /// Figures 9 and 10: the effect of the threshold.
     Thresholds,
     /// Figure 11: the speed-up over threads.
     Threads,
@@ -53,7 +53,7 @@ impl Experiment {
         }
     }
 
-    /// Whether the tables say more than the plots.
+    /// Whether tables suit it better than plots.
     const fn prefers_tables(self) -> bool {
         matches!(self, Self::Tables | Self::Builders)
     }
@@ -62,22 +62,22 @@ impl Experiment {
 /// How the rows are shown.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Display {
-    /// As numbers.
+    /// Tables of numbers.
     Tables,
-    /// As curves.
+    /// Curves.
     Plots,
 }
 
-/// Which files the rows are saved as.
+/// A file format for measured rows and their plots.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum RowFormat {
-    /// A table for spreadsheets.
+    /// Comma-separated values.
     Csv,
-    /// One object a line.
+    /// JSON lines: one object per row.
     Json,
-    /// The plot as pixels.
+    /// The plots as a raster image.
     Png,
-    /// The plot as vectors.
+    /// The plots as a vector image.
     Svg,
 }
 
@@ -95,7 +95,7 @@ impl RowFormat {
         }
     }
 
-    /// The extension of its files.
+    /// The file name extension without the dot.
     pub const fn extension(self) -> &'static str {
         match self {
             Self::Csv => "csv",
@@ -106,29 +106,29 @@ impl RowFormat {
     }
 }
 
-/// What shall be measured.
+/// Settings of a measurement.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
 pub struct PaperPlan {
-    /// What.
+    /// The experiment.
     pub experiment: Experiment,
-    /// How it is shown.
+    /// How its rows are shown.
     pub display: Display,
-    /// Boxes, spheres or both.
+    /// Containers to measure: boxes, spheres or both.
     pub containers: Vec<ContainerKind>,
-    /// How rays visit nodes.
+    /// Order in which rays visit nodes.
     pub traversal: Traversal,
-    /// From the model's default camera, as on the command line; otherwise from the window's.
+    /// Trace from the model's default camera, as the command line does, instead of the window's.
     pub default_camera: bool,
-    /// Width and height of the traced picture in pixels.
+    /// Width and height of the picture in pixels.
     pub side_px: u32,
-    /// Repetitions of each measurement.
+    /// Number of repetitions of each measurement.
     pub repeat: usize,
-    /// First and last threshold of the figures.
+    /// First and last threshold δ of the figures.
     pub thresholds: [u32; 2],
-    /// Each ε of the figures.
+    /// Reduction exponents ε of the figures.
     pub epsilons: Vec<f32>,
-    /// The tables have testing every triangle as well.
+    /// The tables include a row without a tree, where every ray tests every triangle.
     pub no_bvh: bool,
 }
 
@@ -150,20 +150,20 @@ impl Default for PaperPlan {
 }
 
 impl PaperPlan {
-    /// Sizes of the traced picture that are offered.
+    /// Offered values of `side_px`.
     pub const SIDES_PX: [u32; 4] = [256, 512, 1024, 2048];
-    /// Most repetitions that can be chosen.
+    /// Maximum of `repeat`.
     pub const MAX_REPEAT: usize = 99;
-    /// Each ε that is offered.
+    /// Offered values of `epsilons`.
     pub const EPSILONS: [f32; 5] = [0.0, 0.1, 0.2, 0.3, 0.4];
 
-    /// Chooses what is measured, and shows it as it is best shown.
+    /// Selects an experiment, and the display that suits it best.
     pub fn choose(&mut self, experiment: Experiment) {
         self.experiment = experiment;
         self.display = if experiment.prefers_tables() { Display::Tables } else { Display::Plots };
     }
 
-    /// Brings numbers that no control can reach back into its range.
+    /// Limits all settings to the ranges of their controls.
     pub fn limit(&mut self) {
         self.repeat = self.repeat.clamp(1, Self::MAX_REPEAT);
         if !Self::SIDES_PX.contains(&self.side_px) {
@@ -182,10 +182,10 @@ impl PaperPlan {
         }
     }
 
-    /// What the laboratory is asked for. The tables and figure 11 measure the tree that `wanted` describes.
+    /// The job for [`crate::lab`]. Tables and figure 11 measure the tree settings in `wanted`.
     pub fn job(&self, wanted: &Wanted) -> Job {
         let setup = |&container| {
-            // Without a tree there is nothing to compare.
+            // The experiments compare trees, so brute force is replaced by AAC.
             let builder =
                 if wanted.build.builder == BuilderKind::None { BuilderKind::Aac } else { wanted.build.builder };
             let build = BuildSettings { builder, container, ..wanted.build };
@@ -209,7 +209,7 @@ impl PaperPlan {
         }
     }
 
-    /// Which rays are traced.
+    /// Camera, size and traversal of the traced picture.
     pub fn view(&self, scene: &Scene, wanted: &Wanted) -> TraceView {
         TraceView {
             camera: if self.default_camera { Camera::framing(&scene.bounds, scene.up) } else { wanted.camera },
@@ -221,25 +221,25 @@ impl PaperPlan {
     }
 }
 
-/// What has been measured so far.
+/// Rows measured so far.
 #[derive(Debug, Clone)]
 pub struct PaperResult {
-    /// What.
+    /// The experiment.
     pub experiment: Experiment,
-    /// On which model.
+    /// The model.
     pub scene: Arc<Scene>,
-    /// The rows, as the command line prints them.
+    /// The rows, the same as on the command line.
     pub rows: Arc<Vec<Measurement>>,
     /// The rows as tables.
     pub tables: Vec<ReportTable>,
-    /// The rows as plots; empty where there is nothing to draw.
+    /// The rows as plots; empty where there is nothing to plot.
     pub panels: Vec<Panel>,
-    /// All is there.
+    /// All rows are measured.
     pub finished: bool,
 }
 
 impl PaperResult {
-    /// Everything that is shown of `rows`.
+    /// Makes tables and plots of `rows`.
     pub fn new(experiment: Experiment, scene: Arc<Scene>, rows: Vec<Measurement>, finished: bool) -> Self {
         let command = rows.first().map_or("", |row| row.command.as_str());
         Self {
@@ -252,7 +252,7 @@ impl PaperResult {
         }
     }
 
-    /// The bytes of a file.
+    /// Contents of a file in `format`.
     pub fn file(&self, format: RowFormat) -> Result<Vec<u8>, String> {
         let mut bytes = Vec::new();
         match format {
@@ -264,7 +264,7 @@ impl PaperResult {
         Ok(bytes)
     }
 
-    /// What its files are called, without number and extension: `teapot-sweep`.
+    /// Name of its files without number and extension: `teapot-sweep`.
     pub fn stem(&self) -> String {
         let label = self.scene.source.label();
         let stem =

@@ -1,16 +1,16 @@
-//! Files opened lately.
+//! Recently opened files.
 
 use std::path::PathBuf;
 
 use crate::scene::SceneSource;
 
-/// The list holds no more.
+/// Maximum length of the list.
 const MAX_RECENT: usize = 10;
 
-/// Puts a file at the head of the list; built-in scenes are not listed.
+/// Moves a file to the head of the list. Built-in scenes are not listed.
 pub fn remember(recent: &mut Vec<PathBuf>, source: &SceneSource) {
     let Some(path) = source.path() else { return };
-    // The list outlives the folder that the program was started in.
+    // The next run may have another current folder.
     let path = std::path::absolute(path).unwrap_or_else(|_| path.to_owned());
     recent.retain(|known| *known != path);
     recent.insert(0, path);

@@ -1,21 +1,21 @@
-//! Undo of settings: a stack of [`Wanted`] values. Camera moves are not undone, and neither is opening a model.
+//! Undo and redo of settings. Camera moves and the choice of a model are not undone.
 
 use crate::app::state::wanted::Wanted;
 
-/// Older settings are forgotten beyond this many steps.
+/// Maximum number of steps that can be undone.
 const MAX_STEPS: usize = 200;
 
-/// Earlier and later settings.
+/// Stacks of earlier and later settings.
 #[derive(Debug, Clone, Default)]
 pub struct UndoStack {
     past: Vec<Wanted>,
     future: Vec<Wanted>,
-    /// The settings as last seen at rest.
+    /// The settings at the end of the last step.
     settled: Option<Wanted>,
 }
 
 impl UndoStack {
-    /// Looks at the settings once a UI frame. While `dragging`, changes belong to one step.
+    /// Records a step where the settings have changed; called once a UI frame. All changes while `dragging` make one step.
     pub fn observe(&mut self, wanted: &Wanted, dragging: bool) {
         let Some(settled) = &mut self.settled else {
             self.settled = Some(wanted.clone());
@@ -33,12 +33,12 @@ impl UndoStack {
         }
     }
 
-    /// Takes the present settings as the ones to start from: what changed by itself is no step.
+    /// Adopts the settings without recording a step: the program itself has changed them.
     pub fn settle(&mut self, wanted: &Wanted) {
         self.settled = Some(wanted.clone());
     }
 
-    /// Goes back one step, if there is one.
+    /// Goes back one step. Returns whether there was one.
     pub fn undo(&mut self, wanted: &mut Wanted) -> bool {
         let Some(earlier) = self.past.pop() else { return false };
         self.future.push(wanted.clone());
@@ -46,7 +46,7 @@ impl UndoStack {
         true
     }
 
-    /// Goes forward again, if there was an undo and nothing has changed since.
+    /// Goes forward one step that was undone. Returns whether there was one.
     pub fn redo(&mut self, wanted: &mut Wanted) -> bool {
         let Some(later) = self.future.pop() else { return false };
         self.past.push(wanted.clone());
@@ -54,12 +54,12 @@ impl UndoStack {
         true
     }
 
-    /// Whether there is something to undo.
+    /// Whether there is a step to undo.
     pub fn can_undo(&self) -> bool {
         !self.past.is_empty()
     }
 
-    /// Whether there is something to redo.
+    /// Whether there is a step to redo.
     pub fn can_redo(&self) -> bool {
         !self.future.is_empty()
     }
@@ -73,7 +73,7 @@ impl UndoStack {
     }
 }
 
-/// Whether two values differ in nothing that undo restores.
+/// Whether all settings that undo restores are equal.
 fn same_settings(a: &Wanted, b: &Wanted) -> bool {
     a.build == b.build && a.threads == b.threads && a.render == b.render && a.overlay == b.overlay
 }
@@ -103,7 +103,7 @@ mod tests {
     }
 
     #[test]
-    fn a_change_after_undo_forgets_the_future() {
+    fn a_change_after_undo_discards_redo() {
         let mut wanted = Wanted::new(SceneSource::default_builtin());
         let mut undo = UndoStack::default();
         undo.observe(&wanted, false);

@@ -7,7 +7,7 @@ use crate::accel::Accel;
 use crate::app::state::{JobStatus, Presented};
 use crate::app::work::background_drop::drop_in_background;
 use crate::app::work::build_job::{BuildJob, BuildKey, Built, BuiltTree, start_worker};
-use crate::app::work::in_flight::{InFlight, Progress, poll};
+use crate::app::work::in_flight::{InFlight, Polled, poll};
 use crate::worker::Worker;
 
 /// Builds the wanted tree.
@@ -83,20 +83,20 @@ impl BuildRail {
     }
 
     /// Takes the newest outcome of the job in flight. A job that failed is no longer in flight.
-    pub(crate) fn poll(&mut self) -> Progress<Built> {
+    pub(crate) fn poll(&mut self) -> Polled<Built> {
         if self.in_flight.is_none() {
-            return Progress::Running;
+            return Polled::Running;
         }
-        let progress = poll(&self.worker);
-        match &progress {
-            Progress::Running => {}
+        let polled = poll(&self.worker);
+        match &polled {
+            Polled::Running => {}
             // The queued tree may have been built between two polls.
-            Progress::Result(built) => self.in_flight = self.queued.take().filter(|job| job.key != built.key),
-            Progress::Failed(_) => {
+            Polled::Result(built) => self.in_flight = self.queued.take().filter(|job| job.key != built.key),
+            Polled::Failed(_) => {
                 self.stop();
             }
         }
-        progress
+        polled
     }
 
     /// Cancels building. Returns whether anything was being built.

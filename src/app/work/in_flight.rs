@@ -24,7 +24,7 @@ impl<K> InFlight<K> {
 }
 
 /// What a worker with a job in flight has come to.
-pub(crate) enum Progress<R> {
+pub(crate) enum Polled<R> {
     /// No result yet.
     Running,
     /// A result, perhaps one of several.
@@ -34,14 +34,14 @@ pub(crate) enum Progress<R> {
 }
 
 /// Takes the newest result of a worker that has a job in flight. Never blocks.
-pub(crate) fn poll<Q: Send + 'static, R: Send + 'static>(worker: &Worker<Q, R>) -> Progress<R> {
+pub(crate) fn poll<Q: Send + 'static, R: Send + 'static>(worker: &Worker<Q, R>) -> Polled<R> {
     // In this order, because a job that ends between the two calls has left its result in the outbox.
     let busy = worker.is_busy();
     match worker.take() {
-        None if busy => Progress::Running,
-        None => Progress::Failed(None),
-        Some(Outcome::Done(result)) => Progress::Result(result),
-        Some(Outcome::Panicked(text)) => Progress::Failed(Some(text)),
+        None if busy => Polled::Running,
+        None => Polled::Failed(None),
+        Some(Outcome::Done(result)) => Polled::Result(result),
+        Some(Outcome::Panicked(text)) => Polled::Failed(Some(text)),
     }
 }
 

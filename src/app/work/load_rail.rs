@@ -7,7 +7,7 @@ use crate::app::state::{AppState, JobStatus, Severity, recent};
 use crate::app::viewport::orbit;
 use crate::app::work::background_drop::drop_in_background;
 use crate::app::work::file_watch::WatchedFile;
-use crate::app::work::in_flight::{InFlight, Progress, poll, report_panic};
+use crate::app::work::in_flight::{InFlight, Polled, poll, report_panic};
 use crate::app::work::pool::WorkerPool;
 use crate::camera::Camera;
 use crate::scene::{LoadError, LoadOptions, Scene, SceneSource, load};
@@ -117,8 +117,8 @@ impl LoadRail {
             return false;
         }
         match poll(&self.worker) {
-            Progress::Running => false,
-            Progress::Result(loaded) => {
+            Polled::Running => false,
+            Polled::Result(loaded) => {
                 self.in_flight = None;
                 match loaded.result {
                     Ok(scene) => {
@@ -131,7 +131,7 @@ impl LoadRail {
                     }
                 }
             }
-            Progress::Failed(panic) => {
+            Polled::Failed(panic) => {
                 self.refused = self.in_flight.take().map(|job| job.key);
                 if let Some(text) = panic {
                     self.revert(state);

@@ -6,9 +6,10 @@ use std::time::Instant;
 
 use crate::app::state::paper::{Experiment, PaperResult};
 use crate::app::state::{AppState, JobStatus, Severity};
+use crate::app::work::in_flight::{Polled, poll};
 use crate::lab::{Job, LabError, Measurement, Subject, TraceView};
 use crate::scene::Scene;
-use crate::worker::{Outcome, Worker};
+use crate::worker::Worker;
 use bvhscope_engine::cancel::CancelToken;
 
 /// A measurement on one model.
@@ -130,10 +131,9 @@ impl MeasureWorker {
 
     fn take_rows(&mut self, state: &mut AppState) {
         let Some(current) = self.current.as_ref().filter(|current| current.waiting.is_none()) else { return };
-        // In this order, because a job that ends between the two calls has left its rows in the outbox.
-        let busy = self.worker.is_busy();
-        match self.worker.take() {
-            Some(Outcome::Done(Measured { rows, end })) => {
+        match poll(&self.worker) {
+            Polled::Running => {}
+            Polled::Result(Measured { rows, end }) => {
                 let finished = matches!(end, Some(Ok(())));
                 let (experiment, scene) = (current.experiment, Arc::clone(&current.scene));
                 state.activity.measured = Some(PaperResult::new(experiment, scene, rows, finished));
@@ -144,15 +144,14 @@ impl MeasureWorker {
                     self.current = None;
                 }
             }
-            Some(Outcome::Panicked(text)) => {
+            Polled::Failed(Some(text)) => {
                 self.current = None;
                 eprintln!("error: measuring failed: {text}");
                 state
                     .messages
                     .notify(Severity::Error, format!("Measuring failed through a mistake in this program: {text}"));
             }
-            None if !busy => self.current = None,
-            None => {}
+            Polled::Failed(None) => self.current = None,
         }
     }
 }

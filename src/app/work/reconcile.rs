@@ -8,7 +8,7 @@ use crate::app::state::{AppState, PROGRESS_DELAY, Severity};
 use crate::app::work::build_job::{BuildJob, BuildKey, Built, BuiltTree, FirstView};
 use crate::app::work::build_rail::BuildRail;
 use crate::app::work::file_watch::WatchedFile;
-use crate::app::work::in_flight::{Progress, report_panic};
+use crate::app::work::in_flight::{Polled, report_panic};
 use crate::app::work::load_rail::LoadRail;
 use crate::app::work::motion::{Motion, REST_DELAY};
 use crate::app::work::present::{present_frame, present_tree};
@@ -117,9 +117,9 @@ impl Reconciler {
             self.build.discard_pending();
         }
         match self.build.poll() {
-            Progress::Running => {}
-            Progress::Result(built) => self.take_tree(built, state, now),
-            Progress::Failed(panic) => {
+            Polled::Running => {}
+            Polled::Result(built) => self.take_tree(built, state, now),
+            Polled::Failed(panic) => {
                 self.revert_build(state);
                 if let Some(text) = panic {
                     report_panic(&mut state.messages, "Building", &text);

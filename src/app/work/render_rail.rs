@@ -5,7 +5,7 @@ use std::time::Instant;
 use crate::app::state::{JobStatus, MessageLog};
 use crate::app::work::background_drop::drop_in_background;
 use crate::app::work::frame_pacing::FramePacing;
-use crate::app::work::in_flight::{InFlight, Progress, poll, report_panic};
+use crate::app::work::in_flight::{InFlight, Polled, poll, report_panic};
 use crate::app::work::render_job::{RenderJob, RenderKey, Rendered, start_worker};
 use crate::render::Frame;
 use crate::worker::Worker;
@@ -110,8 +110,8 @@ impl RenderRail {
     pub(crate) fn poll(&mut self, messages: &mut MessageLog, now: Instant) -> Option<(RenderKey, Rendered)> {
         let tracing = self.in_flight.as_ref()?;
         match poll(&self.worker) {
-            Progress::Running => None,
-            Progress::Result(rendered) => {
+            Polled::Running => None,
+            Polled::Result(rendered) => {
                 let key = tracing.job.key.clone();
                 if rendered.last {
                     self.in_flight = None;
@@ -119,7 +119,7 @@ impl RenderRail {
                 self.measure(&rendered.frame, now);
                 Some((key, rendered))
             }
-            Progress::Failed(panic) => {
+            Polled::Failed(panic) => {
                 self.refused = self.in_flight.take().map(|tracing| tracing.job.key);
                 if let Some(text) = panic {
                     report_panic(messages, "Tracing", &text);
