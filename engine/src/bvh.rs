@@ -13,7 +13,7 @@ use crate::stage_times::StageTimes;
 use crate::tree::AnyTree;
 use crate::tree::overlap::end_point_overlap;
 use crate::tree::statistics::{TreeStats, tree_stats};
-use crate::tree::traverse::{self, TestCounts, Traversal, Unordered};
+use crate::tree::traverse::{self, IndexedTriangles, TestCounts, Traversal};
 use crate::tree::validate::validate;
 use crate::wide::{AnyWideTree, collapse};
 use crate::with_tree;
@@ -276,7 +276,7 @@ impl Bvh {
         traversal: Traversal,
     ) -> (Option<Hit>, TestCounts) {
         let mut counts = TestCounts::default();
-        let leaf_triangles = Unordered { triangles, indices: self.tree.primitive_indices() };
+        let leaf_triangles = IndexedTriangles { triangles, indices: self.tree.primitive_indices() };
         let hit =
             with_tree!(&self.tree, tree => traverse::closest_hit(tree, leaf_triangles, ray, traversal, &mut counts));
         (hit, counts)
@@ -286,7 +286,7 @@ impl Bvh {
     /// the tree was built from.
     pub fn any_hit_counted(&self, ray: &Ray, triangles: &[Triangle]) -> (bool, TestCounts) {
         let mut counts = TestCounts::default();
-        let leaf_triangles = Unordered { triangles, indices: self.tree.primitive_indices() };
+        let leaf_triangles = IndexedTriangles { triangles, indices: self.tree.primitive_indices() };
         let hit = with_tree!(&self.tree, tree => traverse::any_hit_with(tree, leaf_triangles, ray, &mut counts));
         (hit, counts)
     }

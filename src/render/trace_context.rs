@@ -9,7 +9,7 @@ use crate::camera::CameraFrame;
 use crate::scene::{Material, Scene};
 use bvhscope_engine::geometry::{Hit, Ray};
 use bvhscope_engine::kernel::SimdLevel;
-use bvhscope_engine::tree::traverse::{NoProbe, Probe, Traversal, Unordered, any_hit, closest_hit};
+use bvhscope_engine::tree::traverse::{IndexedTriangles, NoProbe, Probe, Traversal, any_hit, closest_hit};
 use bvhscope_engine::tree::{Container, Tree};
 use bvhscope_engine::wide::tree::AnyWideTree;
 
@@ -26,7 +26,7 @@ enum Tracer<'a> {
     /// The wide tree.
     Wide(&'a AnyWideTree),
     /// The binary tree, for a first coarse picture that does not wait for the wide one.
-    Binary(Unordered<'a>),
+    Binary(IndexedTriangles<'a>),
 }
 
 /// What shading modes may use.
@@ -57,7 +57,7 @@ impl<'a, C: Container> TraceContext<'a, C> {
         let scene = &*accel.scene;
         let tracer = match accel.known_wide() {
             Some(wide) => Tracer::Wide(&wide.tree),
-            None => Tracer::Binary(Unordered { triangles: &scene.triangles, indices: &tree.primitive_indices }),
+            None => Tracer::Binary(IndexedTriangles { triangles: &scene.triangles, indices: &tree.primitive_indices }),
         };
         Self {
             tree,

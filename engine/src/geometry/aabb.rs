@@ -2,7 +2,18 @@
 
 use glam::Vec3;
 
-/// An axis-aligned box. Empty when `min` exceeds `max` on any axis.
+/// An axis-aligned bounding box. Empty where `min` exceeds `max` on any axis.
+///
+/// ```
+/// use bvhscope_engine::Aabb;
+/// use bvhscope_engine::glam::Vec3;
+///
+/// let unit = Aabb::around([Vec3::ZERO, Vec3::ONE]);
+/// let beside = Aabb { min: Vec3::X, max: Vec3::new(2.0, 1.0, 1.0) };
+/// assert_eq!(unit.union(&beside).extent(), Vec3::new(2.0, 1.0, 1.0));
+/// assert_eq!(unit.half_area(), 3.0);
+/// assert_eq!(Aabb::EMPTY.union(&unit), unit);
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
 #[repr(C)]
 pub struct Aabb {
@@ -13,7 +24,7 @@ pub struct Aabb {
 }
 
 impl Aabb {
-    /// The box that holds nothing; the neutral element of [`Aabb::union`].
+    /// The empty box; the neutral element of [`Aabb::union`].
     pub const EMPTY: Self = Self { min: Vec3::INFINITY, max: Vec3::NEG_INFINITY };
 
     /// The smallest box around `points`; [`Aabb::EMPTY`] for none.
@@ -29,18 +40,18 @@ impl Aabb {
         Self { min: self.min.min(other.min), max: self.max.max(other.max) }
     }
 
-    /// What both share; empty where they do not touch.
+    /// The intersection of both; empty where they do not touch.
     #[must_use]
     pub fn intersection(&self, other: &Self) -> Self {
         Self { min: self.min.max(other.min), max: self.max.min(other.max) }
     }
 
-    /// Whether the box holds no point.
+    /// Whether the box contains no point.
     pub fn is_empty(&self) -> bool {
         !(self.min.cmple(self.max).all())
     }
 
-    /// The middle of the box.
+    /// The centre of the box.
     pub fn center(&self) -> Vec3 {
         (self.min + self.max) * 0.5
     }
@@ -50,7 +61,7 @@ impl Aabb {
         if self.is_empty() { Vec3::ZERO } else { self.max - self.min }
     }
 
-    /// Half of the surface area: enough wherever only ratios matter. Zero for the empty box.
+    /// Half of the surface area, which is enough where only ratios matter. Zero for the empty box.
     pub fn half_area(&self) -> f32 {
         let d = self.extent();
         d.x * d.y + d.y * d.z + d.z * d.x

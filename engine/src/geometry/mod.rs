@@ -1,11 +1,14 @@
-//! Shapes and rays, one idea a file. Knows nothing of trees, scenes or pixels.
+//! Boxes, spheres, triangles and rays, and where they intersect. Knows nothing of trees.
 
 mod aabb;
-mod intersect;
-mod prepared_ray;
-mod ray;
 mod sphere;
 mod triangle;
+
+mod prepared_ray;
+mod ray;
+
+mod intersect;
+mod ray_sphere;
 
 pub use aabb::Aabb;
 pub(crate) use intersect::{EDGE_MAX, EDGE_MIN, FAR_SLACK};
@@ -13,5 +16,6 @@ pub use intersect::{PairEntry, TriangleHit};
 pub(crate) use prepared_ray::PARALLEL_PAD;
 pub use prepared_ray::{PreparedRay, Shear};
 pub use ray::{Hit, Ray};
+pub(crate) use ray_sphere::{SPHERE_ENTRY_ERROR, SPHERE_SQUARE_ERROR, SPHERE_T_ERROR, SPHERE_TINY_RADIUS};
 pub use sphere::Sphere;
 pub use triangle::Triangle;

@@ -1,14 +1,14 @@
-//! A ray with everything that its many tests share, computed once.
+//! Per-ray values that every container and triangle test needs, computed once.
 
 use glam::Vec3;
 
-use crate::geometry::Ray;
+use super::ray::Ray;
 
-/// How far, in world units, a ray that is parallel to a slab is moved between its planes where the origin is zero. Times the
-/// largest number it is still farther than any hit.
+/// Distance, in world units, by which a ray parallel to a slab is moved between its planes where the origin is zero. Multiplied
+/// by the largest number it still exceeds the distance of any hit.
 pub(crate) const PARALLEL_PAD: f32 = 1e-14;
 
-/// A ray with what its container and triangle tests need, computed once.
+/// A ray with precomputed reciprocals, for container and triangle tests.
 #[derive(Debug, Clone, Copy)]
 pub struct PreparedRay {
     /// The ray itself. A negative `t_min` counts as 0; a ray that cannot hit anything (see [`PreparedRay::can_hit`])
@@ -17,20 +17,20 @@ pub struct PreparedRay {
     /// 1 / direction, per axis. Always finite: the largest number where the direction is zero, so that no slab test ever
     /// computes 0·∞.
     pub inverse_direction: Vec3,
-    /// The origin as the slabs' lower planes see it: a little higher on axes where the direction is zero, so that a ray in the
-    /// very plane of a face lies between the planes. Elsewhere the origin.
+    /// Origin for tests against the lower planes of slabs: moved up a little on axes where the direction is zero, so that a ray
+    /// in the very plane of a face lies between the planes.
     pub origin_low: Vec3,
-    /// The origin as the slabs' upper planes see it: a little lower on axes where the direction is zero.
+    /// Origin for tests against the upper planes of slabs: moved down a little on axes where the direction is zero.
     pub origin_high: Vec3,
-    /// The direction at length 1: what spheres are tested with, so that nothing that long or short directions are multiplied
-    /// with leaves the range of `f32`.
+    /// The direction scaled to length 1. Spheres are tested with it, so that products with long or short directions stay within
+    /// the range of `f32`.
     pub unit_direction: Vec3,
-    /// 1 / length of the direction: world units into `t`.
+    /// 1 / length of the direction; converts world units into `t`.
     pub inverse_length: f32,
-    /// Origins as [`Aabb::entry_pair`](crate::geometry::Aabb::entry_pair) wants them, for two boxes at once: low (x, x, y, y), low and
-    /// high (z, z, x, x), high (y, y, z, z).
+    /// Origins in the lane order of [`Aabb::entry_pair`](crate::geometry::Aabb::entry_pair), for two boxes at once: low (x, x, y, y),
+    /// low and high (z, z, x, x), high (y, y, z, z).
     pub(crate) pair_origins: [[f32; 4]; 3],
-    /// The inverse direction in the same order.
+    /// The inverse direction in the same lane order.
     pub(crate) pair_inverses: [[f32; 4]; 3],
 }
 
@@ -39,7 +39,7 @@ impl PreparedRay {
     /// empty or NaN all give a ray that misses everything.
     #[inline]
     pub fn new(ray: Ray) -> Self {
-        // A hit has a finite distance; NaN stays.
+        // A hit has a finite distance. NaN passes through.
         let t_max = if ray.t_max > f32::MAX { f32::MAX } else { ray.t_max };
         let mut ray = Ray { t_min: ray.t_min.max(0.0), t_max, ..ray };
         let direction_squared = ray.direction.length_squared();

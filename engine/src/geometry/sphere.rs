@@ -2,23 +2,24 @@
 
 use glam::{DVec3, Vec3};
 
-use crate::geometry::{Aabb, Triangle};
+use super::aabb::Aabb;
+use super::triangle::Triangle;
 
-/// A sphere. A negative radius marks the empty sphere.
+/// A bounding sphere. A negative radius marks the empty sphere.
 #[derive(Debug, Clone, Copy, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
 #[repr(C)]
 pub struct Sphere {
-    /// The middle.
+    /// The centre.
     pub center: Vec3,
-    /// The distance from the middle to the surface, in world units.
+    /// The radius, in world units.
     pub radius: f32,
 }
 
 impl Sphere {
-    /// The sphere that holds nothing; the neutral element of [`Sphere::union`].
+    /// The empty sphere; the neutral element of [`Sphere::union`].
     pub const EMPTY: Self = Self { center: Vec3::ZERO, radius: -1.0 };
 
-    /// The smallest sphere around `triangle`: that of its longest edge where it is right or obtuse, of its circumscribed
+    /// The smallest sphere around `triangle`: on its longest edge as diameter where it is right or obtuse, on its circumscribed
     /// circle where it is acute.
     pub fn around_triangle(triangle: &Triangle) -> Self {
         let [a, b, c] = [triangle.a, triangle.b, triangle.c].map(Vec3::as_dvec3);
@@ -39,13 +40,13 @@ impl Sphere {
             (a * wa + b * wb + c * wc) / (wa + wb + wc)
         };
         let center = center.as_vec3();
-        // From the rounded middle, so that rounding cannot leave a corner outside.
+        // Measured from the rounded centre, so that rounding cannot leave a corner outside.
         let exact = center.as_dvec3();
         let squared = exact.distance_squared(a).max(exact.distance_squared(b)).max(exact.distance_squared(c));
         Self { center, radius: round_up(squared.sqrt()) }
     }
 
-    /// The smallest sphere around both, up to rounding: never smaller.
+    /// The smallest sphere around both, rounded outwards.
     #[must_use]
     #[inline]
     pub fn union(&self, other: &Self) -> Self {
@@ -62,11 +63,11 @@ impl Sphere {
         if (distance + small.radius) * ROUND_UP <= large.radius {
             return *large;
         }
-        // The far ends of both lie on the line through the middles.
+        // The far ends of both lie on the line through the centres.
         let radius = 0.5 * (distance + large.radius + small.radius);
         let center = large.center + offset * (0.5 + 0.5 * ((small.radius - large.radius) / distance));
-        // Rounding leaves neither outside: the distances to the middle are off by less than 12 epsilons of the radius, and the
-        // middle itself by half an epsilon of each coordinate. Measuring them from there would take twice as long.
+        // Rounding leaves neither outside: the distances to the centre are off by less than 12 epsilons of the radius, and the
+        // centre itself by half an epsilon of each coordinate. Measuring from the rounded centre would take twice as long.
         Self { center, radius: radius * ROUND_FAR_UP + center.abs().element_sum() * (0.625 * f32::EPSILON) }
     }
 
@@ -87,7 +88,7 @@ impl Sphere {
         Self { center, radius: round_up(reach) }
     }
 
-    /// Whether the sphere holds no point.
+    /// Whether the sphere contains no point.
     pub fn is_empty(&self) -> bool {
         self.radius < 0.0
     }
@@ -110,16 +111,93 @@ impl Sphere {
     }
 }
 
-/// Squared lengths whose roots are as exact as numbers of their size, also where a tenth of the length is squared again.
+/// Squared lengths whose square roots have full precision, also where a tenth of the length is squared again.
 const SAFE_SQUARES: std::ops::Range<f32> = 1e-16..1e30;
-/// More than a difference, its length, a sum and this product round by.
+/// Bound of the rounding of a difference, its length, a sum and this product.
 const ROUND_UP: f32 = 1.0 + 3.0 * f32::EPSILON;
-/// More than all of a union's arithmetic rounds by: two distances, a division, three sums and products.
+/// Bound of the rounding of a union's arithmetic: two distances, a division, three sums and products.
 const ROUND_FAR_UP: f32 = 1.0 + 20.0 * f32::EPSILON;
 
-/// The next larger `f32`, saturating at the largest finite one. A point stays one: the next would be denormal, and sums
-/// with those take many times as long.
+/// The next larger `f32`, saturating at the largest finite one. Zero stays zero: the next number would be denormal, and sums with
+/// those take many times as long.
 #[inline]
 fn round_up(radius: f64) -> f32 {
     if radius == 0.0 { 0.0 } else { (radius as f32).next_up().min(f32::MAX) }
+}
+
+#[cfg(test)]
+pub(super) mod tests {
+    use super::*;
+
+    /// A fixed sequence of numbers between -1 and 1.
+    pub(in crate::geometry) fn numbers() -> impl FnMut() -> f32 {
+        let mut state = 1_u32;
+        move || {
+            state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+            (state >> 8) as f32 / (1 << 23) as f32 - 1.0
+        }
+    }
+
+    fn triangles(scale: f32, offset: f32) -> Vec<Triangle> {
+        let mut number = numbers();
+        let mut corner = || Vec3::new(number(), number(), number()) * scale + Vec3::splat(offset);
+        (0..300).map(|_| Triangle { a: corner(), b: corner(), c: corner() }).collect()
+    }
+
+    #[test]
+    fn a_triangles_sphere_holds_its_corners_and_is_small() {
+        for (scale, offset) in [(1.0, 0.0), (1e-3, 100.0), (1e30, 0.0), (f32::MAX, 0.0), (1e-30, 0.0), (1e-42, 0.0)] {
+            for triangle in triangles(scale, offset) {
+                let sphere = Sphere::around_triangle(&triangle);
+                assert!(sphere.center.is_finite() && sphere.radius.is_finite(), "{triangle:?} → {sphere:?}");
+                for corner in [triangle.a, triangle.b, triangle.c] {
+                    assert!(
+                        sphere.contains(&Sphere { center: corner, radius: 0.0 }, 0.0) || sphere.radius == f32::MAX,
+                        "{triangle:?} → {sphere:?}"
+                    );
+                }
+                if scale == 1.0 {
+                    let [a, b, c] =
+                        [triangle.a - triangle.b, triangle.b - triangle.c, triangle.c - triangle.a].map(Vec3::length);
+                    // Jung: no smallest circle is larger than this.
+                    assert!(sphere.radius <= a.max(b).max(c) / 3.0_f32.sqrt() * 1.0001, "{triangle:?} → {sphere:?}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn flat_triangles_have_finite_spheres() {
+        let points = [Vec3::ZERO, Vec3::X, Vec3::X * 2.0, Vec3::NEG_X];
+        for a in points {
+            for b in points {
+                for c in points {
+                    let sphere = Sphere::around_triangle(&Triangle { a, b, c });
+                    let longest = a.distance(b).max(b.distance(c)).max(c.distance(a));
+                    assert!((sphere.radius - longest * 0.5).abs() < 1e-6, "{a} {b} {c} → {sphere:?}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn a_union_holds_both_and_is_the_smallest() {
+        for scale in [1.0, 1e-3, 1e30, 1e-30] {
+            let spheres: Vec<Sphere> = triangles(scale, 0.0).iter().map(Sphere::around_triangle).collect();
+            for pair in spheres.windows(2) {
+                let union = pair[0].union(&pair[1]);
+                assert!(union.contains(&pair[0], 0.0) && union.contains(&pair[1], 0.0), "{pair:?} → {union:?}");
+                let (a, b) = (pair[0], pair[1]);
+                let distance = a.center.as_dvec3().distance(b.center.as_dvec3());
+                let (ra, rb) = (f64::from(a.radius), f64::from(b.radius));
+                let exact = (0.5 * (distance + ra + rb)).max(ra).max(rb);
+                // The bound of what rounding may have done is some twenty epsilons.
+                assert!(f64::from(union.radius) <= exact * 1.000_003, "{pair:?} → {union:?}");
+                assert_eq!(union, pair[1].union(&pair[0]), "the order does not matter");
+            }
+            assert_eq!(spheres[0].union(&Sphere::EMPTY), spheres[0]);
+            assert_eq!(Sphere::EMPTY.union(&spheres[0]), spheres[0]);
+            assert_eq!(spheres[0].union(&spheres[0]), spheres[0]);
+        }
+    }
 }

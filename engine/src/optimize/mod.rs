@@ -25,7 +25,7 @@ use crate::geometry::Aabb;
 use crate::settings::{Pass, Passes};
 use crate::stage_times::StageTimes;
 use crate::tree::Tree;
-use crate::tree::statistics::share;
+use crate::tree::statistics::normalized_cost;
 
 /// Runs those of `passes` that apply to finished trees, in the order of [`Pass::ALL`]. Adds a stage and a cost for
 /// each, and a stage "layout" for writing the nodes in order. Passes for boxes leave a tree of spheres unchanged. The
@@ -46,10 +46,10 @@ pub fn optimize<C: ClusterContainer>(
     let mut start = Instant::now();
     let (costs, plain_cost) = subtree_costs(&mut tree.nodes, collapses, token)?;
     let mut cost = f64::from(costs[0].cost);
-    times.costs.push(("tree", share(plain_cost, root_area)));
+    times.costs.push(("tree", normalized_cost(plain_cost, root_area)));
     let mut done = |pass: Pass, cost: f64| {
         times.stages.push((pass.name(), start.elapsed()));
-        times.costs.push((pass.name(), share(cost, root_area)));
+        times.costs.push((pass.name(), normalized_cost(cost, root_area)));
         start = Instant::now();
         token.check()
     };
@@ -71,7 +71,7 @@ pub fn optimize<C: ClusterContainer>(
     times.stages.push(("layout", start.elapsed()));
     // The moved nodes may allow further collapses.
     if let Some((_, last)) = times.costs.last_mut() {
-        *last = share(f64::from(cost), root_area);
+        *last = normalized_cost(f64::from(cost), root_area);
     }
     Ok(tree)
 }

@@ -1,27 +1,30 @@
-//! A finished tree read from the bottom up: parents, what lies below a node, and the way to a primitive.
+//! Parents and primitive counts of all nodes, and the path from the root to a primitive.
 
 use crate::cancel::{CancelToken, Cancelled};
 use crate::geometry::Triangle;
 use crate::kernel::par_collect::zeros;
-use crate::tree::{Container, Tree};
 
-/// Nodes between two looks at the token.
+use super::container::Container;
+use super::node::Tree;
+use super::validate::containment_slack;
+
+/// Nodes between two polls for cancellation.
 const NODES_BETWEEN_CHECKS: usize = 1 << 16;
 
-/// Who is whose parent, and how much lies below. Takes two passes over the tree: made once, when someone asks.
+/// Parent and number of primitives of every node. Takes two passes over the tree.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Ancestry {
-    /// Each node's parent; the root's is itself.
+    /// Index of the parent of each node; the root has its own.
     pub parents: Vec<u32>,
-    /// Number of primitives below each node.
+    /// Number of primitives in the subtree of each node.
     pub primitive_counts: Vec<u32>,
 }
 
 impl Ancestry {
-    /// Reads `tree`, unless `token` is cancelled.
+    /// The ancestry of the nodes of `tree`.
     pub fn new<C: Container>(tree: &Tree<C>, token: &CancelToken) -> Result<Self, Cancelled> {
         let mut primitive_counts = zeros(tree.nodes.len(), token)?;
-        // Children come after their parents: backwards, they are counted first.
+        // Backwards, so that children are counted before their parents.
         for (index, node) in tree.nodes.iter().enumerate().rev() {
             if index.is_multiple_of(NODES_BETWEEN_CHECKS) {
                 token.check()?;
@@ -44,17 +47,17 @@ impl Ancestry {
     }
 }
 
-/// The nodes from the root to the leaf that holds the primitive `primitive_index`, which is `triangle`; empty where there
-/// is none. Only looks into nodes whose containers reach around the triangle, which are few, and at what their leaves hold.
+/// Indices of the nodes from the root to the leaf of the primitive `primitive_index`, which is `triangle`; empty where no leaf
+/// has it. Descends only into nodes whose containers enclose the triangle, which are few.
 pub fn path_to_primitive<C: Container>(tree: &Tree<C>, triangle: &Triangle, primitive_index: u32) -> Vec<u32> {
     if tree.nodes.is_empty() {
         return Vec::new();
     }
-    let slack = crate::tree::validate::containment_slack(tree);
+    let slack = containment_slack(tree);
     let corners = [triangle.a, triangle.b, triangle.c];
     let mut path: Vec<u32> = Vec::new();
-    let mut waiting = vec![(0_u32, 0_usize)];
-    while let Some((index, depth)) = waiting.pop() {
+    let mut stack = vec![(0_u32, 0_usize)];
+    while let Some((index, depth)) = stack.pop() {
         path.truncate(depth);
         path.push(index);
         let node = &tree.nodes[index as usize];
@@ -68,7 +71,7 @@ pub fn path_to_primitive<C: Container>(tree: &Tree<C>, triangle: &Triangle, prim
         for child in [node.first + 1, node.first] {
             let container = &tree.nodes[child as usize].container;
             if corners.iter().all(|&corner| container.contains_point(corner, slack)) {
-                waiting.push((child, depth + 1));
+                stack.push((child, depth + 1));
             }
         }
     }
@@ -108,7 +111,7 @@ mod tests {
     #[test]
     fn counts_and_depths_follow_the_links() {
         let (tree, _) = tree();
-        let Ok(ancestry) = Ancestry::new(&tree, &CancelToken::new()) else { panic!("nobody cancels") };
+        let Ok(ancestry) = Ancestry::new(&tree, &CancelToken::new()) else { panic!("never cancelled") };
         assert_eq!(ancestry.parents, [0, 0, 0, 1, 1]);
         assert_eq!(ancestry.primitive_counts, [4, 2, 2, 1, 1]);
         assert_eq!([0, 1, 2, 3, 4].map(|node| ancestry.depth(node)), [0, 1, 1, 2, 2]);

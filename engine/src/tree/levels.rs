@@ -1,45 +1,47 @@
-//! All nodes of a tree depth by depth.
+//! The nodes of a tree sorted by depth.
 
 use std::ops::Range;
 use std::sync::OnceLock;
 
 use crate::cancel::{CancelToken, Cancelled};
-use crate::tree::{Container, Tree};
 
-/// Nodes between two looks at the token.
+use super::container::Container;
+use super::node::Tree;
+
+/// Nodes between two polls for cancellation.
 const NODES_BETWEEN_CHECKS: usize = 1 << 16;
 
-/// Nodes that are listed at once: whole depths of up to so many in all. Every rebuild lists them again, so they are few, and
-/// yet more than can be told apart on a screen.
-const LISTED_AT_ONCE: u32 = 1 << 14;
+/// Maximum number of nodes that [`Levels::new`] lists, in whole depths. Few, because every rebuild lists them again, and yet more
+/// than can be told apart on a screen.
+const LISTED_EAGERLY: u32 = 1 << 14;
 
-/// The nodes of a tree depth by depth: the root, then depth 1, and so on, within a depth in the order of [`Tree::nodes`].
-/// The first depths are listed at once, the others when someone asks.
+/// Node indices sorted by depth: the root, then depth 1, and so on, within a depth in the order of [`Tree::nodes`]. The first
+/// depths are listed at once, the others on request.
 #[derive(Debug)]
 pub struct Levels {
-    /// For each depth its run in the list. Empty for an empty tree.
+    /// Range of each depth in the list. Empty for an empty tree.
     pub ranges: Vec<Range<u32>>,
     first: Vec<u32>,
     all: OnceLock<Vec<u32>>,
 }
 
 impl Levels {
-    /// Bytes of the list of all nodes of a tree with so many.
+    /// Bytes of the list for a tree of `nodes` nodes.
     pub const fn bytes(nodes: usize) -> usize {
         nodes * size_of::<u32>()
     }
 
-    /// Lists the first depths of `tree`, which has `nodes_per_depth`.
+    /// Lists the first depths of `tree`, whose numbers of nodes per depth are `nodes_per_depth`.
     pub fn new<C: Container>(tree: &Tree<C>, nodes_per_depth: &[u32]) -> Self {
         let mut end = 0;
-        let run = |&count: &u32| {
+        let range = |&count: &u32| {
             end += count;
             end - count..end
         };
-        let ranges: Vec<Range<u32>> = nodes_per_depth.iter().map(run).collect();
+        let ranges: Vec<Range<u32>> = nodes_per_depth.iter().map(range).collect();
         let mut first = Vec::new();
         let mut depth: Vec<u32> = (0..tree.nodes.len().min(1) as u32).collect();
-        for range in ranges.iter().take_while(|range| range.end <= LISTED_AT_ONCE) {
+        for range in ranges.iter().take_while(|range| range.end <= LISTED_EAGERLY) {
             debug_assert_eq!(depth.len(), range.len());
             let pairs = depth.iter().map(|&node| &tree.nodes[node as usize]).filter(|node| !node.is_leaf());
             let mut next: Vec<u32> = pairs.flat_map(|node| [node.first, node.first + 1]).collect();
@@ -50,22 +52,22 @@ impl Levels {
         Self { ranges, first, all: OnceLock::new() }
     }
 
-    /// The first nodes of the list, `count` of them or more. Takes a pass over `tree`, whose levels these are, where many are
-    /// asked for the first time; see [`Levels::list`] for a UI thread.
+    /// The first `count` nodes of the list, or more. `tree` is the one that [`Levels::new`] got. Takes a pass over it when more nodes
+    /// than are listed are first requested: a UI thread calls [`Levels::list`] elsewhere before.
     pub fn first<C: Container>(&self, tree: &Tree<C>, count: u32) -> &[u32] {
         if count as usize <= self.first.len() {
             return &self.first;
         }
-        // Nobody else has this token.
+        // This token is never cancelled.
         self.all.get_or_init(|| self.all_of(tree, &CancelToken::new()).unwrap_or_default())
     }
 
-    /// How many nodes of the list are known.
+    /// Number of nodes listed so far.
     pub fn listed(&self) -> u32 {
         self.all.get().unwrap_or(&self.first).len() as u32
     }
 
-    /// Makes the first `count` nodes of the list known, unless `token` is cancelled.
+    /// Lists the first `count` nodes, so that [`Levels::first`] returns them at once.
     pub fn list<C: Container>(&self, tree: &Tree<C>, count: u32, token: &CancelToken) -> Result<(), Cancelled> {
         if count as usize > self.first.len() && self.all.get().is_none() {
             let all = self.all_of(tree, token)?;
@@ -83,9 +85,9 @@ impl Levels {
             if index.is_multiple_of(NODES_BETWEEN_CHECKS) {
                 token.check()?;
             }
-            let place = &mut next[depth as usize];
-            nodes[*place as usize] = index as u32;
-            *place += 1;
+            let slot = &mut next[depth as usize];
+            nodes[*slot as usize] = index as u32;
+            *slot += 1;
         }
         token.check()?;
         Ok(nodes)
@@ -98,7 +100,7 @@ mod tests {
     use crate::geometry::Aabb;
     use crate::tree::Node;
 
-    /// A chain of so many interior nodes, each with a leaf hanging off it, below a full tree of 2^`full` of them.
+    /// A full tree of depth `full`, with a chain of `interior` nodes, each with one leaf, below each of its leaves.
     fn chains(full: u32, interior: u32) -> Tree<Aabb> {
         let mut nodes = vec![Node { container: Aabb::EMPTY, first: 0, count: 1 }];
         let mut ends = vec![0];
@@ -126,17 +128,17 @@ mod tests {
     }
 
     #[test]
-    fn each_node_stands_at_its_depth() {
-        // Deep, wide and both: less than is listed at once, and more.
+    fn each_node_is_listed_at_its_depth() {
+        // Deep, wide and both, with fewer nodes than are listed eagerly and with more.
         for (full, interior) in [(0, 0), (0, 3_000), (12, 0), (14, 2), (3, 3_000)] {
             let tree = chains(full, interior);
             let levels = Levels::new(&tree, &per_depth(&tree));
             let count = tree.nodes.len() as u32;
             assert_eq!(levels.ranges.last().map(|range| range.end), Some(count));
             let few = levels.first(&tree, 1).to_vec();
-            assert!(few.len() as u32 <= LISTED_AT_ONCE);
+            assert!(few.len() as u32 <= LISTED_EAGERLY);
             let all = levels.first(&tree, count);
-            assert_eq!(few, all[..few.len()], "the same list, however much of it is asked for");
+            assert_eq!(few, all[..few.len()], "the same list, however much of it is requested");
             let depths = tree.depths(&CancelToken::new()).unwrap_or_default();
             for (depth, range) in levels.ranges.iter().enumerate() {
                 let nodes = &all[range.start as usize..range.end as usize];
@@ -163,7 +165,7 @@ mod tests {
         let token = CancelToken::new();
         token.cancel();
         assert_eq!(levels.list(&tree, tree.nodes.len() as u32, &token), Err(Cancelled));
-        assert_eq!(levels.list(&tree, 100, &token), Ok(()), "these are there");
+        assert_eq!(levels.list(&tree, 100, &token), Ok(()), "already listed");
         assert_eq!(levels.first(&tree, tree.nodes.len() as u32).len(), tree.nodes.len());
     }
 }

@@ -1,5 +1,5 @@
-//! The binary tree and everything that is asked of one: its containers and nodes, levels and ancestry, checks, statistics and
-//! overlap, and the traversal that counts tests. Knows no builder.
+//! The binary tree: containers and nodes, levels and ancestry, validation, statistics, end-point overlap, and the traversal that
+//! counts tests. Knows no builder and no wide tree.
 
 pub mod container;
 pub mod node;

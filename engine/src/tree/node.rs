@@ -1,30 +1,31 @@
-//! The binary tree as a flat list of nodes.
+//! The binary tree: a flat list of nodes.
 
 use crate::cancel::{CancelToken, Cancelled};
 use crate::geometry::{Aabb, Sphere, Triangle};
 use crate::kernel::par_collect::{par_collect, zeros};
-use crate::tree::{Container, ContainerKind};
+
+use super::container::{Container, ContainerKind};
 
 /// Nodes between two polls for cancellation.
 const NODES_BETWEEN_CHECKS: usize = 1 << 16;
 
-/// A node. Its range depends on `count`:
+/// A leaf or an interior node:
 ///
-/// - leaf (`count > 0`): the primitives `first..first + count` of [`Tree::primitive_indices`];
-/// - interior (`count == 0`): the children are the nodes `first` and `first + 1`.
+/// - leaf (`count > 0`): holds the primitives `first..first + count` of [`Tree::primitive_indices`];
+/// - interior (`count == 0`): its children are the nodes `first` and `first + 1`.
 #[derive(Debug, Clone, Copy, PartialEq, bytemuck::Zeroable)]
 #[repr(C)]
 pub struct Node<C> {
-    /// What stands around everything below.
+    /// Bounding volume of everything below.
     pub container: C,
-    /// First primitive of a leaf, first child of an interior node.
+    /// Index of the first primitive of a leaf, of the first child of an interior node.
     pub first: u32,
     /// Number of primitives of a leaf; 0 for an interior node.
     pub count: u32,
 }
 
 impl<C> Node<C> {
-    /// Whether it holds primitives rather than nodes.
+    /// Whether the node holds primitives rather than children.
     pub fn is_leaf(&self) -> bool {
         self.count > 0
     }
@@ -38,23 +39,32 @@ impl<C> Node<C> {
 pub struct Tree<C> {
     /// All nodes; a parent always comes before its children.
     pub nodes: Vec<Node<C>>,
-    /// Each primitive's index in the list that the tree was built from, in leaf order: builders and passes put the leaves from
-    /// left to right, so that the primitives below any node are neighbours.
+    /// Index of each primitive in the list that the tree was built from, in leaf order: leaves from left to right, so that the
+    /// primitives below any node are contiguous.
     pub primitive_indices: Vec<u32>,
     /// Depth of the deepest node; the root's is 0.
     pub max_depth: u32,
 }
 
-/// A tree of either container.
+/// A binary tree of boxes or of spheres.
 #[derive(Debug, Clone, PartialEq)]
 pub enum AnyTree {
-    /// Of boxes.
+    /// A tree of boxes.
     Aabb(Tree<Aabb>),
-    /// Of spheres.
+    /// A tree of spheres.
     Sphere(Tree<Sphere>),
 }
 
-/// Runs the same code for either kind of tree: `with_tree!(any, tree => expression)`.
+/// Evaluates an expression for either kind of tree: `with_tree!(any, tree => expression)`.
+///
+/// ```
+/// use bvhscope_engine::{AnyTree, ContainerKind, with_tree};
+/// use bvhscope_engine::tree::Tree;
+///
+/// let any = AnyTree::Sphere(Tree::EMPTY);
+/// assert_eq!(with_tree!(&any, tree => tree.nodes.len()), 0);
+/// assert_eq!(any.container_kind(), ContainerKind::Sphere);
+/// ```
 #[macro_export]
 macro_rules! with_tree {
     ($any:expr, $tree:ident => $body:expr) => {
@@ -78,7 +88,7 @@ impl From<Tree<Sphere>> for AnyTree {
 }
 
 impl<C: Container> Tree<C> {
-    /// Depth of each node, root 0, in the order of [`Tree::nodes`], unless `token` is cancelled.
+    /// Depth of each node, in the order of [`Tree::nodes`]; the root has 0.
     pub fn depths(&self, token: &CancelToken) -> Result<Vec<u32>, Cancelled> {
         let mut depths = zeros::<u32>(self.nodes.len(), token)?;
         for (index, node) in self.nodes.iter().enumerate() {
@@ -93,7 +103,7 @@ impl<C: Container> Tree<C> {
         Ok(depths)
     }
 
-    /// Each node's parent, in the order of [`Tree::nodes`], unless `token` is cancelled; the root's is itself.
+    /// Index of each node's parent, in the order of [`Tree::nodes`]; the root has its own.
     pub fn parents(&self, token: &CancelToken) -> Result<Vec<u32>, Cancelled> {
         let mut parents = zeros(self.nodes.len(), token)?;
         for (index, node) in self.nodes.iter().enumerate() {
@@ -135,7 +145,7 @@ impl<C> Tree<C> {
 }
 
 impl AnyTree {
-    /// Boxes or spheres.
+    /// Kind of the containers.
     pub fn container_kind(&self) -> ContainerKind {
         match self {
             Self::Aabb(_) => ContainerKind::Aabb,
@@ -153,7 +163,7 @@ impl AnyTree {
         with_tree!(self, tree => tree.max_depth)
     }
 
-    /// Each primitive's index in the list that the tree was built from, in leaf order.
+    /// Index of each primitive in the list that the tree was built from, in leaf order.
     pub fn primitive_indices(&self) -> &[u32] {
         with_tree!(self, tree => &tree.primitive_indices)
     }

@@ -1,24 +1,26 @@
-//! Statistics of a finished tree.
+//! Statistics of a finished tree: counts, depths, leaf sizes, SAH cost.
 
 use rayon::prelude::*;
 
 use crate::cancel::{CancelToken, Cancelled};
 use crate::kernel::prefetch::prefetch;
-use crate::tree::{AnyTree, Container, Node, Tree};
 use crate::with_tree;
 
-/// Cost of testing one container, in the unit of [`INTERSECTION_COST`].
+use super::container::Container;
+use super::node::{AnyTree, Node, Tree};
+
+/// Cost of one container test, in the unit of [`INTERSECTION_COST`].
 pub const TRAVERSAL_COST: f32 = 1.0;
-/// Cost of testing one primitive.
+/// Cost of one primitive test.
 pub const INTERSECTION_COST: f32 = 1.0;
 
-/// What a tree looks like in numbers. All are finite for every tree.
+/// Statistics of a tree. All are finite for every tree.
 #[derive(Debug, Clone, PartialEq, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub struct TreeStats {
-    /// Nodes, leaves included.
+    /// Number of nodes, leaves included.
     pub nodes: usize,
-    /// Nodes that hold primitives.
+    /// Number of leaves.
     pub leaves: usize,
     /// Depth of the deepest node; the root's is 0.
     pub max_depth: u32,
@@ -32,40 +34,40 @@ pub struct TreeStats {
     pub max_leaf_size: u32,
     /// Number of nodes at each depth, root first.
     pub nodes_per_depth: Vec<u32>,
-    /// Number of leaves of each size; index 0 is unused.
+    /// Number of leaves by number of primitives; index 0 is unused.
     pub leaf_size_histogram: Vec<u32>,
     /// SAH cost: Σ interior area·[`TRAVERSAL_COST`] + Σ leaf area·primitives·[`INTERSECTION_COST`], over the root's area
     /// (Goldsmith and Salmon: *Automatic Creation of Object Hierarchies*, 1987). 0 where the root has no area.
     pub sah_cost: f32,
 }
 
-/// Counts and costs of `tree`, unless `token` is cancelled.
+/// Statistics of `tree`. The same on any number of threads.
 pub fn tree_stats(tree: &AnyTree, token: &CancelToken) -> Result<TreeStats, Cancelled> {
     with_tree!(tree, tree => stats_of(tree, token))
 }
 
-/// Subtrees below which threads share the work, at least, where the tree is wide enough, and how many one thread takes at once.
-/// Always the same, so that the sums do not depend on the number of threads.
+/// Minimum number of sibling pairs at a depth from which subtrees are distributed to threads, and number of them per task.
+/// Constants, so that the sums do not depend on the number of threads.
 const SUBTREES: usize = 1 << 12;
 const SUBTREES_AT_ONCE: usize = 64;
-/// Pairs of siblings that are fetched before their turn: most of the time was waiting for them.
+/// Distance, in sibling pairs, of the prefetch: without it most of the time was waiting for memory.
 const PAIRS_AHEAD: usize = 16;
-/// Pairs of siblings between two looks at the token.
+/// Sibling pairs between two polls for cancellation.
 const PAIRS_BETWEEN_CHECKS: usize = 1 << 13;
 
-/// What is added up over nodes.
+/// Sums over nodes, from which [`TreeStats`] are made.
 #[derive(Debug, Default)]
 pub(crate) struct Sums {
     interior_area: f64,
     leaf_area: f64,
     leaf_depth: u64,
     nodes_per_depth: Vec<u32>,
-    /// Interior nodes count as leaves of no primitives.
+    /// Number of nodes by number of primitives; interior nodes have 0.
     leaf_sizes: Vec<u32>,
 }
 
 impl Sums {
-    /// Adds the siblings that begin at each of `pairs`, all of them `depth` deep, and leaves where those below them begin.
+    /// Adds the siblings that begin at each of `pairs`, all of depth `depth`, and replaces `pairs` by those one level below.
     fn add_depth<C: Container>(
         &mut self,
         nodes: &[Node<C>],
@@ -73,32 +75,32 @@ impl Sums {
         depth: u32,
         token: &CancelToken,
     ) -> Result<(), Cancelled> {
-        let mut below = vec![0; 2 * pairs.len()];
+        let mut children = vec![0; 2 * pairs.len()];
         let mut interior = 0;
         for pairs in pairs.chunks(PAIRS_BETWEEN_CHECKS) {
             token.check()?;
             for (&first, ahead) in pairs.iter().zip(pairs.iter().skip(PAIRS_AHEAD).chain(std::iter::repeat(&0))) {
                 prefetch(nodes, *ahead as usize);
                 for node in &nodes[first as usize..first as usize + 2] {
-                    // Without branches, which nobody could foretell: interior nodes hold no primitives.
+                    // Without branches, which would be mispredicted: the count of an interior node is 0.
                     let is_interior = node.count == 0;
                     let area = f64::from(node.container.relative_area());
                     self.interior_area += if is_interior { area } else { 0.0 };
                     self.leaf_area += area * f64::from(node.count);
                     count(&mut self.leaf_sizes, node.count, 1);
-                    below[interior] = node.first;
+                    children[interior] = node.first;
                     interior += usize::from(is_interior);
                 }
             }
         }
         self.leaf_depth += (2 * pairs.len() - interior) as u64 * u64::from(depth);
         count(&mut self.nodes_per_depth, depth, 2 * pairs.len() as u32);
-        below.truncate(interior);
-        *pairs = below;
+        children.truncate(interior);
+        *pairs = children;
         Ok(())
     }
 
-    /// Adds `nodes`, which are `depth` deep and know how many primitives are below them: leaves one, others more.
+    /// Adds `nodes` of depth `depth` whose `count` is the number of primitives in their subtree: 1 for leaves, more for others.
     #[inline(always)]
     pub(crate) fn add_nodes<C: Container>(&mut self, nodes: &[Node<C>], depth: u32) {
         let mut leaves = 0;
@@ -114,6 +116,7 @@ impl Sums {
         count(&mut self.leaf_sizes, 1, leaves);
     }
 
+    /// The sums of both.
     pub(crate) fn plus(mut self, other: &Self) -> Self {
         self.interior_area += other.interior_area;
         self.leaf_area += other.leaf_area;
@@ -121,19 +124,19 @@ impl Sums {
         for (sums, others) in
             [(&mut self.nodes_per_depth, &other.nodes_per_depth), (&mut self.leaf_sizes, &other.leaf_sizes)]
         {
-            others.iter().zip(0..).for_each(|(&number, place)| count(sums, place, number));
+            others.iter().zip(0..).for_each(|(&number, index)| count(sums, index, number));
         }
         self
     }
 }
 
-/// Adds `number` in a place of a list, which grows as needed.
-fn count(list: &mut Vec<u32>, place: u32, number: u32) {
-    let place = place as usize;
-    if place >= list.len() {
-        list.resize(place + 1, 0);
+/// Adds `number` to an element of a list, which grows as needed.
+fn count(list: &mut Vec<u32>, index: u32, number: u32) {
+    let index = index as usize;
+    if index >= list.len() {
+        list.resize(index + 1, 0);
     }
-    list[place] += number;
+    list[index] += number;
 }
 
 /// [`tree_stats`] of a tree of one kind.
@@ -150,7 +153,7 @@ pub(crate) fn stats_of<C: Container>(tree: &Tree<C>, token: &CancelToken) -> Res
         sums.interior_area = root_area;
         pairs.push(root.first);
     }
-    // Depth by depth, by one thread until there is work for all: without a list of all depths, which only one could make.
+    // Depth by depth on one thread until there is work for all. No list of depths is needed, which only one thread could make.
     let mut depth = 1;
     while (1..SUBTREES).contains(&pairs.len()) {
         sums.add_depth(&tree.nodes, &mut pairs, depth, token)?;
@@ -173,7 +176,7 @@ pub(crate) fn stats_of<C: Container>(tree: &Tree<C>, token: &CancelToken) -> Res
 }
 
 impl Sums {
-    /// What they say about `tree`, over whose nodes they are.
+    /// The statistics of `tree`, of whose nodes these are the sums.
     pub(crate) fn into_stats<C: Container>(mut self, tree: &Tree<C>) -> TreeStats {
         let root_area = tree.nodes.first().map_or(0.0, |root| f64::from(root.container.relative_area()));
         let sums = &mut self;
@@ -191,13 +194,13 @@ impl Sums {
             max_leaf_size: sums.leaf_sizes.len() as u32 - 1,
             nodes_per_depth: self.nodes_per_depth,
             leaf_size_histogram: self.leaf_sizes,
-            sah_cost: share(cost, root_area) as f32,
+            sah_cost: normalized_cost(cost, root_area) as f32,
         }
     }
 }
 
-/// SAH cost of `tree` if each subtree were one leaf wherever that is cheaper: trees with and without large leaves compare
-/// by it. Same constants and normalisation as [`TreeStats::sah_cost`].
+/// SAH cost of `tree` if each subtree were one leaf wherever that is cheaper, by which trees with and without large leaves can be
+/// compared. Same constants and normalisation as [`TreeStats::sah_cost`].
 pub fn collapsed_sah_cost(tree: &AnyTree) -> f64 {
     with_tree!(tree, tree => collapsed_cost_of(tree))
 }
@@ -207,23 +210,23 @@ pub fn collapsed_cost_of<C: Container>(tree: &Tree<C>) -> f64 {
     let Some(root) = tree.nodes.first() else { return 0.0 };
     let mut counts = vec![0_u32; tree.nodes.len()];
     let mut costs = vec![0.0_f64; tree.nodes.len()];
-    // Children come after their parents: backwards, they are done first.
+    // Backwards, so that children are done before their parents.
     for (index, node) in tree.nodes.iter().enumerate().rev() {
         let area = f64::from(node.container.relative_area());
-        let (count, below) = if node.is_leaf() {
+        let (count, children_cost) = if node.is_leaf() {
             (node.count, f64::INFINITY)
         } else {
             let first = node.first as usize;
             (counts[first] + counts[first + 1], costs[first] + costs[first + 1])
         };
         counts[index] = count;
-        costs[index] =
-            (area * f64::from(TRAVERSAL_COST) + below).min(area * f64::from(count) * f64::from(INTERSECTION_COST));
+        costs[index] = (area * f64::from(TRAVERSAL_COST) + children_cost)
+            .min(area * f64::from(count) * f64::from(INTERSECTION_COST));
     }
-    share(costs[0], f64::from(root.container.relative_area()))
+    normalized_cost(costs[0], f64::from(root.container.relative_area()))
 }
 
-/// `part / whole`; 0 where the whole is nothing, as in a scene of points.
-pub(crate) fn share(part: f64, whole: f64) -> f64 {
-    if whole > 0.0 && part.is_finite() && whole.is_finite() { part / whole } else { 0.0 }
+/// `cost / root_area`; 0 where the root has no area, as in a scene of points.
+pub(crate) fn normalized_cost(cost: f64, root_area: f64) -> f64 {
+    if root_area > 0.0 && cost.is_finite() && root_area.is_finite() { cost / root_area } else { 0.0 }
 }

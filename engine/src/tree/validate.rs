@@ -1,18 +1,30 @@
-//! Checks a tree against everything that the rest of the program takes for granted.
+//! Checks the invariants of a tree.
 
 use crate::geometry::{Aabb, Triangle};
-use crate::tree::{AnyTree, Container, ContainerKind, Tree};
 use crate::with_tree;
 
-/// How far a sphere may stick out of its parent's or a corner out of its sphere, as a share of the scene's size: roots and
-/// quotients round. Boxes are exact.
+use super::container::{Container, ContainerKind};
+use super::node::{AnyTree, Tree};
+
+/// Tolerance of containment for spheres, as a fraction of the scene's size, because square roots and quotients are rounded. Boxes
+/// are exact.
 const SPHERE_SLACK: f32 = 1e-4;
 
-/// The first broken promise of `tree` over `triangles`, in words: each primitive in exactly one leaf, each container inside
-/// its parent's and around its triangles, every node reached once, parents before children, the primitives below any node
-/// neighbours, finite numbers, the right depth.
-/// A tree with more slots than triangles was built of fragments: there each triangle is in at least one leaf, and the containers
-/// of its leaves reach as far as it does.
+/// Checks that `tree` is a hierarchy over `triangles`: each primitive in exactly one leaf, each container inside its parent's and
+/// around its triangles, every node reached once, parents before children, the primitives below any node contiguous, all numbers
+/// finite, `max_depth` right. In a tree with more slots than triangles, whose triangles were split, each triangle is in at least
+/// one leaf, and the containers of its leaves together are as large as its box.
+///
+/// # Errors
+///
+/// The first broken invariant, in words.
+///
+/// ```
+/// use bvhscope_engine::AnyTree;
+/// use bvhscope_engine::tree::{Tree, validate::validate};
+///
+/// assert_eq!(validate(&AnyTree::Aabb(Tree::EMPTY), &[]), Ok(()));
+/// ```
 pub fn validate(tree: &AnyTree, triangles: &[Triangle]) -> Result<(), String> {
     with_tree!(tree, tree => validate_tree(tree, triangles))
 }
@@ -33,14 +45,14 @@ fn validate_tree<C: Container>(tree: &Tree<C>, triangles: &[Triangle]) -> Result
     }
     let slack = containment_slack(tree);
     let mut primitive_seen = vec![false; triangles.len()];
-    // Around the leaves of each triangle, where several can hold it.
-    let mut reached = vec![Aabb::EMPTY; if is_split { triangles.len() } else { 0 }];
+    // Box around the leaves of each triangle, where several can hold it.
+    let mut leaf_bounds = vec![Aabb::EMPTY; if is_split { triangles.len() } else { 0 }];
     let mut slot_seen = vec![false; indices.len()];
     let mut node_seen = vec![false; nodes.len()];
     let mut depths = vec![0_u32; nodes.len()];
     node_seen[0] = true;
     for (index, node) in nodes.iter().enumerate() {
-        // Parents come first, so that one pass in order has seen every parent.
+        // Parents come first: one pass in order has seen the parent of each node.
         if !node_seen[index] {
             return Err(format!("node {index} is not reached from the root"));
         }
@@ -61,9 +73,9 @@ fn validate_tree<C: Container>(tree: &Tree<C>, triangles: &[Triangle]) -> Result
                 let Some(seen) = primitive_seen.get_mut(primitive) else {
                     return Err(format!("leaf {index} holds primitive {primitive} of {}", triangles.len()));
                 };
-                if let Some(reached) = reached.get_mut(primitive) {
+                if let Some(leaf_bounds) = leaf_bounds.get_mut(primitive) {
                     *seen = true;
-                    *reached = reached.union(&bounds);
+                    *leaf_bounds = leaf_bounds.union(&bounds);
                     continue;
                 }
                 if std::mem::replace(seen, true) {
@@ -105,7 +117,7 @@ fn validate_tree<C: Container>(tree: &Tree<C>, triangles: &[Triangle]) -> Result
     if let Some(primitive) = primitive_seen.iter().position(|seen| !seen) {
         return Err(format!("primitive {primitive} is in no leaf"));
     }
-    // From the last node to the first: of each the first slot below it and the one behind the last.
+    // Backwards: the first slot below each node and the one after the last.
     let mut slots = vec![[0_u32; 2]; nodes.len()];
     for (index, node) in nodes.iter().enumerate().rev() {
         slots[index] = if node.is_leaf() {
@@ -120,9 +132,9 @@ fn validate_tree<C: Container>(tree: &Tree<C>, triangles: &[Triangle]) -> Result
             [start, end]
         };
     }
-    let falls_short = |(reached, triangle): (&Aabb, &Triangle)| !reached.contains(&triangle.bounds(), slack);
-    if let Some(primitive) = reached.iter().zip(triangles).position(falls_short) {
-        return Err(format!("the leaves of primitive {primitive} do not reach as far as it does"));
+    let is_too_small = |(leaf_bounds, triangle): (&Aabb, &Triangle)| !leaf_bounds.contains(&triangle.bounds(), slack);
+    if let Some(primitive) = leaf_bounds.iter().zip(triangles).position(is_too_small) {
+        return Err(format!("the leaves of primitive {primitive} do not enclose it"));
     }
     let deepest = depths.iter().copied().max().unwrap_or(0);
     if deepest != tree.max_depth {
@@ -131,7 +143,7 @@ fn validate_tree<C: Container>(tree: &Tree<C>, triangles: &[Triangle]) -> Result
     Ok(())
 }
 
-/// How far, in world units, a container may stick out of its parent's, or a corner out of its leaf's.
+/// Tolerance of containment in `tree`, in world units.
 pub(crate) fn containment_slack<C: Container>(tree: &Tree<C>) -> f32 {
     match (C::KIND, tree.nodes.first()) {
         (ContainerKind::Aabb, _) | (_, None) => 0.0,

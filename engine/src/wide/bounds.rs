@@ -6,10 +6,10 @@ use bytemuck::{Pod, Zeroable};
 use fearless_simd::{Select, Simd, SimdBase, SimdMask, f32x8, mask32x8};
 
 use crate::geometry::{Aabb, FAR_SLACK, Sphere};
+use crate::geometry::{SPHERE_ENTRY_ERROR, SPHERE_SQUARE_ERROR, SPHERE_T_ERROR, SPHERE_TINY_RADIUS};
 use crate::kernel::each;
 use crate::kernel::lanes::Lanes;
 use crate::tree::Container;
-use crate::tree::container::{SPHERE_ENTRY_ERROR, SPHERE_SQUARE_ERROR, SPHERE_T_ERROR, SPHERE_TINY_RADIUS};
 use crate::wide::layout::WIDTH;
 use crate::wide::ray_lanes::RayLanes;
 

@@ -6,8 +6,8 @@
 use fearless_simd::{Select, Simd, SimdBase, SimdFloat, SimdMask, f32x8, f32x16, mask32x16};
 
 use crate::geometry::{Aabb, FAR_SLACK, Sphere};
+use crate::geometry::{SPHERE_ENTRY_ERROR, SPHERE_T_ERROR, SPHERE_TINY_RADIUS};
 use crate::kernel::each;
-use crate::tree::container::{SPHERE_ENTRY_ERROR, SPHERE_T_ERROR, SPHERE_TINY_RADIUS};
 use crate::wide::bounds::{BoxLanes, Chord, SphereLanes, WideContainer, dot};
 use crate::wide::layout::WIDTH;
 

@@ -1,0 +1,99 @@
+//! Area of the part of a triangle inside a container.
+
+use crate::geometry::{Aabb, Sphere, Triangle};
+use crate::tree::container::Container;
+
+/// A container that a triangle can be clipped against.
+pub(super) trait Clip: Container {
+    /// Area of the part of `triangle`, whose box is `bounds`, that lies inside the container.
+    fn clipped_area(&self, triangle: &Triangle, bounds: &Aabb) -> f64;
+}
+
+impl Clip for Aabb {
+    /// Exact: clipping against each face (Sutherland and Hodgman, *Reentrant Polygon Clipping*, 1974).
+    fn clipped_area(&self, triangle: &Triangle, bounds: &Aabb) -> f64 {
+        if self.intersection(bounds).is_empty() {
+            return 0.0;
+        }
+        if Aabb::contains(self, bounds, 0.0) {
+            return f64::from(triangle.scaled_normal().length()) * 0.5;
+        }
+        let corners = [triangle.a, triangle.b, triangle.c].map(glam::Vec3::as_dvec3);
+        let (min, max) = (self.min.as_dvec3(), self.max.as_dvec3());
+        // Each of the six planes adds at most one corner to a convex polygon.
+        let mut polygon = [glam::DVec3::ZERO; 9];
+        polygon[..3].copy_from_slice(&corners);
+        let mut count = 3;
+        for axis in 0..3 {
+            for (plane, sign) in [(min[axis], 1.0), (max[axis], -1.0)] {
+                let mut clipped = [glam::DVec3::ZERO; 9];
+                let mut clipped_count = 0;
+                for i in 0..count {
+                    let (from, to) = (polygon[i], polygon[(i + 1) % count]);
+                    let (inside_from, inside_to) = ((from[axis] - plane) * sign, (to[axis] - plane) * sign);
+                    if inside_from >= 0.0 && clipped_count < 9 {
+                        clipped[clipped_count] = from;
+                        clipped_count += 1;
+                    }
+                    if inside_from * inside_to < 0.0 && clipped_count < 9 {
+                        clipped[clipped_count] = from + (to - from) * (inside_from / (inside_from - inside_to));
+                        clipped_count += 1;
+                    }
+                }
+                (polygon, count) = (clipped, clipped_count);
+                if count < 3 {
+                    return 0.0;
+                }
+            }
+        }
+        let fan = (1..count - 1).map(|i| (polygon[i] - polygon[0]).cross(polygon[i + 1] - polygon[0]));
+        fan.sum::<glam::DVec3>().length() * 0.5
+    }
+}
+
+impl Clip for Sphere {
+    /// Exact: the sphere cuts the plane of the triangle in a disc; the area common to a triangle and a disc is a sum over the edges.
+    fn clipped_area(&self, triangle: &Triangle, bounds: &Aabb) -> f64 {
+        let center = self.center.as_dvec3();
+        let radius = f64::from(self.radius);
+        let nearest = center.clamp(bounds.min.as_dvec3(), bounds.max.as_dvec3());
+        if radius <= 0.0 || nearest.distance_squared(center) >= radius * radius {
+            return 0.0;
+        }
+        let [a, b, c] = [triangle.a, triangle.b, triangle.c].map(glam::Vec3::as_dvec3);
+        let Some(normal) = (b - a).cross(c - a).try_normalize() else { return 0.0 };
+        let height = (center - a).dot(normal);
+        let disc_squared = radius * radius - height * height;
+        if disc_squared <= 0.0 {
+            return 0.0;
+        }
+        let x_axis = (b - a).normalize();
+        let y_axis = normal.cross(x_axis);
+        let [a, b, c] = [a, b, c].map(|corner| {
+            let offset = corner - center;
+            glam::DVec2::new(offset.dot(x_axis), offset.dot(y_axis))
+        });
+        let area = edge_area(a, b, disc_squared) + edge_area(b, c, disc_squared) + edge_area(c, a, disc_squared);
+        area.max(0.0)
+    }
+}
+
+/// Signed area common to the disc and the triangle from the disc's centre to the edge `p`–`q`.
+fn edge_area(p: glam::DVec2, q: glam::DVec2, radius_squared: f64) -> f64 {
+    // Angle between two directions, signed.
+    let sector = |from: glam::DVec2, to: glam::DVec2| 0.5 * radius_squared * from.perp_dot(to).atan2(from.dot(to));
+    let edge = q - p;
+    let (aa, half_b, cc) = (edge.length_squared(), p.dot(edge), p.length_squared() - radius_squared);
+    let discriminant = half_b * half_b - aa * cc;
+    if aa == 0.0 || discriminant <= 0.0 {
+        return sector(p, q);
+    }
+    // Where the line of the edge enters and leaves the disc, clamped to the edge.
+    let root = discriminant.sqrt();
+    let (enter, leave) = (((-half_b - root) / aa).max(0.0), ((-half_b + root) / aa).min(1.0));
+    if enter >= leave {
+        return sector(p, q);
+    }
+    let (inside_from, inside_to) = (p + edge * enter, p + edge * leave);
+    sector(p, inside_from) + 0.5 * inside_from.perp_dot(inside_to) + sector(inside_to, q)
+}

@@ -1,0 +1,218 @@
+//! End-point overlap (EPO): the surface of the scene inside nodes that do not hold it.
+
+use rayon::prelude::*;
+
+use crate::cancel::{CancelToken, Cancelled};
+use crate::geometry::Triangle;
+use crate::kernel::par_collect::par_collect;
+use crate::tree::container::Container;
+use crate::tree::node::{AnyTree, Tree};
+use crate::tree::statistics::{INTERSECTION_COST, TRAVERSAL_COST};
+use crate::with_tree;
+
+mod clip;
+
+use clip::Clip;
+
+/// Triangles or nodes between two polls for cancellation.
+const BATCH: usize = 1 << 14;
+
+/// End-point overlap (Aila, Karras, Laine: *On Quality Metrics of Bounding Volume Hierarchies*, HPG 2013, section 4): the
+/// cost of the surface of the scene that lies inside nodes that do not hold it, over the total surface. An interior node
+/// costs [`TRAVERSAL_COST`], a leaf [`INTERSECTION_COST`] for each primitive. `triangles` is the list that `tree` was built from.
+///
+/// Exact for up to `max_samples` triangles. Beyond, estimated from that many triangles, evenly spread over the total surface.
+/// A triangle in several leaves counts once, and is held by all of them and the nodes above them. 0 for a tree without overlap
+/// and for a scene without surface.
+pub fn end_point_overlap(
+    tree: &AnyTree,
+    triangles: &[Triangle],
+    max_samples: usize,
+    token: &CancelToken,
+) -> Result<f32, Cancelled> {
+    with_tree!(tree, tree => overlap_of(tree, triangles, max_samples, token))
+}
+
+/// A sampled triangle: its first slot in leaf order and the surface area that it represents.
+struct Sample {
+    slot: u32,
+    weight: f64,
+}
+
+/// A slot in leaf order that holds the triangle of a sample, and the index of the sample.
+struct SampleSlot {
+    slot: u32,
+    sample: u32,
+}
+
+fn overlap_of<C: Clip>(
+    tree: &Tree<C>,
+    triangles: &[Triangle],
+    max_samples: usize,
+    token: &CancelToken,
+) -> Result<f32, Cancelled> {
+    let mut areas = par_collect(tree.primitive_indices.len(), token, |slot| {
+        f64::from(triangles[tree.primitive_indices[slot] as usize].scaled_normal().length()) * 0.5
+    })?;
+    let is_split = tree.primitive_indices.len() > triangles.len();
+    if is_split {
+        // Only the first slot of each triangle counts.
+        let mut seen = vec![false; triangles.len()];
+        for (areas, indices) in areas.chunks_mut(BATCH).zip(tree.primitive_indices.chunks(BATCH)) {
+            token.check()?;
+            for (area, &index) in areas.iter_mut().zip(indices) {
+                if std::mem::replace(&mut seen[index as usize], true) {
+                    *area = 0.0;
+                }
+            }
+        }
+    }
+    let mut total = 0.0;
+    for batch in areas.chunks(BATCH) {
+        token.check()?;
+        total = batch.iter().fold(total, |sum, area| sum + area);
+    }
+    if tree.nodes.is_empty() || tree.nodes[0].is_leaf() || !(total > 0.0 && total.is_finite()) {
+        return Ok(0.0);
+    }
+    let samples = choose_samples(&areas, total, max_samples.max(1), token)?;
+    let parents = tree.parents(token)?;
+    let slots = if is_split { all_slots(tree, triangles.len(), &samples, token)? } else { first_slots(&samples) };
+    let leaves = leaves_of_slots(tree, &slots, token)?;
+    let mut sample_leaves: Vec<(u32, u32)> = slots.iter().zip(leaves).map(|(slot, leaf)| (slot.sample, leaf)).collect();
+    sample_leaves.sort_unstable();
+    // Collected before they are summed, so that the sum does not depend on the number of threads.
+    let parts: Vec<f64> = samples
+        .par_iter()
+        .zip(0..samples.len() as u32)
+        .map(|(sample, sample_index)| {
+            token.check()?;
+            let first = sample_leaves.partition_point(|entry| entry.0 < sample_index);
+            let mut own = Vec::new();
+            for &(_, leaf) in sample_leaves[first..].iter().take_while(|entry| entry.0 == sample_index) {
+                own.extend(std::iter::successors(Some(leaf), |&node| (node != 0).then(|| parents[node as usize])));
+            }
+            own.sort_unstable();
+            own.dedup();
+            let slot = sample.slot as usize;
+            let triangle = &triangles[tree.primitive_indices[slot] as usize];
+            Ok(sample.weight * foreign_cost(tree, triangle, &own, token)? / areas[slot])
+        })
+        .collect::<Result<_, Cancelled>>()?;
+    let overlap = (parts.iter().sum::<f64>() / total) as f32;
+    Ok(if overlap.is_finite() { overlap } else { 0.0 })
+}
+
+/// All triangles with an area, or those at `max_samples` steps of equal area through the list.
+fn choose_samples(
+    areas: &[f64],
+    total: f64,
+    max_samples: usize,
+    token: &CancelToken,
+) -> Result<Vec<Sample>, Cancelled> {
+    if areas.len() <= max_samples {
+        let with_area = areas.iter().enumerate().filter(|(_, area)| **area > 0.0);
+        return Ok(with_area.map(|(slot, &area)| Sample { slot: slot as u32, weight: area }).collect());
+    }
+    let step = total / max_samples as f64;
+    let mut samples = Vec::with_capacity(max_samples);
+    let mut area_so_far = 0.0;
+    let mut next = step * 0.5;
+    for (slot, &area) in areas.iter().enumerate() {
+        if slot.is_multiple_of(BATCH) {
+            token.check()?;
+        }
+        area_so_far += area;
+        if area_so_far > next {
+            let steps = ((area_so_far - next) / step).floor() + 1.0;
+            samples.push(Sample { slot: slot as u32, weight: steps * step });
+            next += steps * step;
+        }
+    }
+    Ok(samples)
+}
+
+/// Slots of the samples' triangles where each has one slot.
+fn first_slots(samples: &[Sample]) -> Vec<SampleSlot> {
+    samples.iter().zip(0..).map(|(sample, index)| SampleSlot { slot: sample.slot, sample: index }).collect()
+}
+
+/// Slots of the samples' triangles where a triangle can have several; the list has `triangle_count` triangles.
+fn all_slots<C: Container>(
+    tree: &Tree<C>,
+    triangle_count: usize,
+    samples: &[Sample],
+    token: &CancelToken,
+) -> Result<Vec<SampleSlot>, Cancelled> {
+    const NO_SAMPLE: u32 = u32::MAX;
+    let mut sample_of = vec![NO_SAMPLE; triangle_count];
+    for (sample, index) in samples.iter().zip(0..) {
+        sample_of[tree.primitive_indices[sample.slot as usize] as usize] = index;
+    }
+    let mut slots = Vec::with_capacity(samples.len());
+    for (batch, indices) in tree.primitive_indices.chunks(BATCH).enumerate() {
+        token.check()?;
+        for (&index, slot) in indices.iter().zip((batch * BATCH) as u32..) {
+            let sample = sample_of[index as usize];
+            if sample != NO_SAMPLE {
+                slots.push(SampleSlot { slot, sample });
+            }
+        }
+    }
+    Ok(slots)
+}
+
+/// Index of the leaf of each slot; `slots` is in ascending order.
+fn leaves_of_slots<C: Container>(
+    tree: &Tree<C>,
+    slots: &[SampleSlot],
+    token: &CancelToken,
+) -> Result<Vec<u32>, Cancelled> {
+    let mut leaves = vec![0; slots.len()];
+    for (index, node) in tree.nodes.iter().enumerate() {
+        if index.is_multiple_of(BATCH) {
+            token.check()?;
+        }
+        if node.is_leaf() {
+            let begin = slots.partition_point(|slot| slot.slot < node.first);
+            let count = slots[begin..].iter().take_while(|slot| slot.slot < node.first + node.count).count();
+            leaves[begin..begin + count].fill(index as u32);
+        }
+    }
+    Ok(leaves)
+}
+
+/// Σ cost · area of `triangle` inside the node, over the nodes that do not hold it. `own` lists those that do, in ascending order.
+fn foreign_cost<C: Clip>(
+    tree: &Tree<C>,
+    triangle: &Triangle,
+    own: &[u32],
+    token: &CancelToken,
+) -> Result<f64, Cancelled> {
+    let bounds = triangle.bounds();
+    let mut sum = 0.0;
+    // Children of its own nodes that are not its own are the roots of all foreign subtrees.
+    let interior = own.iter().map(|&node| &tree.nodes[node as usize]).filter(|node| !node.is_leaf());
+    let children = interior.flat_map(|node| [node.first, node.first + 1]);
+    let mut stack: Vec<u32> = children.filter(|child| own.binary_search(child).is_err()).collect();
+    // Where all triangles coincide, all nodes are visited.
+    let mut visited = 0_usize;
+    while let Some(index) = stack.pop() {
+        visited += 1;
+        if visited.is_multiple_of(BATCH) {
+            token.check()?;
+        }
+        let node = &tree.nodes[index as usize];
+        let area = node.container.clipped_area(triangle, &bounds);
+        if area <= 0.0 {
+            continue;
+        }
+        if node.is_leaf() {
+            sum += area * f64::from(INTERSECTION_COST) * f64::from(node.count);
+        } else {
+            sum += area * f64::from(TRAVERSAL_COST);
+            stack.extend([node.first, node.first + 1]);
+        }
+    }
+    Ok(sum)
+}
