@@ -1,5 +1,46 @@
-//! Bounding volume hierarchies over triangles: built by approximate agglomerative clustering and by others to compare with,
-//! made better, measured, checked and traced. Knows no file, scene, camera, pixel or window.
+//! Bounding volume hierarchies over triangles, built by approximate agglomerative clustering: fast to build, fast to trace, and
+//! open to inspection.
+//!
+//! ```
+//! use bvhscope_engine::glam::Vec3;
+//! use bvhscope_engine::{BuildSettings, CancelToken, Ray, Triangle, build};
+//!
+//! // A floor of two triangles.
+//! let [a, b, c, d] = [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)].map(|(x, z)| Vec3::new(x, 0.0, z));
+//! let triangles = [Triangle { a, b, c }, Triangle { a, b: c, c: d }];
+//!
+//! let bvh = build(&triangles, &BuildSettings::default(), &CancelToken::new())?;
+//!
+//! let hit = bvh.closest_hit(&Ray::new(Vec3::new(0.5, 2.0, 0.2), Vec3::NEG_Y)).expect("the floor is below");
+//! assert_eq!((hit.primitive_index, hit.t), (0, 2.0));
+//! # Ok::<(), bvhscope_engine::BuildError>(())
+//! ```
+//!
+//! Start with [`build`] and [`Bvh`]: everything that most programs need is re-exported here. The modules are for those who look
+//! inside a tree, compare builders or choose a SIMD level.
+//!
+//! # Map
+//!
+//! Modules in reading order; each imports only what is above it.
+//!
+//! | module | what it does | what it must not know | start at |
+//! |---|---|---|---|
+//! | [`geometry`] | boxes, spheres, triangles, rays and their intersection | trees | [`Triangle`], [`Ray`] |
+//! | [`cancel`] | cancellation and progress | what is cancelled | [`CancelToken`] |
+//! | [`kernel`] | SIMD levels, parallel collect, prefetch, bit sets | trees, rays | [`SimdLevel`] |
+//! | [`tree`] | the binary tree: nodes, ancestry, validation, statistics, end-point overlap, counted traversal | builders, the wide tree | [`tree::Tree`] |
+//! | [`settings`] | builder, container, parameters, passes, presets | how they are carried out | [`BuildSettings`] |
+//! | [`stage_times`] | duration of each stage of a build | | [`stage_times::StageTimes`] |
+//! | `order` | Morton and Hilbert codes, radix sort, sorted primitives | clusters, trees | |
+//! | `aac` | approximate agglomerative clustering, by the figures of the paper | other builders | |
+//! | [`build_cache`] | what a build reuses of the one before | | [`build_cache::BuildCache`] |
+//! | `optimize` | passes over a finished tree: collapse, restructure, reinsert | which builder made it | |
+//! | [`builders`] | one entry for every builder; LBVH, binned SAH, exact clustering; triangle splitting | rays | [`builders::build_binary`] |
+//! | [`wide`] | the tree with eight children per node: collapse and SIMD traversal | builders | [`wide::AnyWideTree`] |
+//! | `bvh` | both trees and the report of the build as one value | | [`build`], [`Bvh`] |
+//!
+//! None of them knows files, scenes, materials, cameras or pixels, and none starts a thread: builds run in the rayon pool of the
+//! calling thread, rays on the calling thread.
 
 pub mod geometry;
 
@@ -35,3 +76,8 @@ pub use settings::{BuildSettings, BuilderKind, Curve, Pass, Passes, Preset};
 pub use tree::statistics::TreeStats;
 pub use tree::traverse::{TestCounts, Traversal};
 pub use tree::{AnyTree, ContainerKind};
+
+/// Compiles and runs the example of the README.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+mod readme {}
