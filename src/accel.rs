@@ -51,12 +51,12 @@ pub struct Accel {
     leaf_triangles: OnceLock<Vec<Triangle>>,
     epo: OnceLock<f32>,
     ancestry: OnceLock<Ancestry>,
-    /// Who gets the memory of the tree.
+    /// Takes the memory of the tree for the next build of the session.
     recycler: NodeRecycler,
 }
 
-/// Builds that follow one another, as while a slider is dragged: each begins with what the one before left, as long as the scene
-/// stays the same. Holds up to 92 bytes a triangle in between.
+/// A sequence of builds of the same scene, such as while a slider is dragged: each reuses the sorted primitives and the memory of
+/// the ones before. A build of another scene starts over. Holds up to 92 bytes per triangle between builds.
 #[derive(Default)]
 pub struct BuildSession {
     scene: Weak<Scene>,
@@ -64,8 +64,8 @@ pub struct BuildSession {
 }
 
 impl BuildSession {
-    /// What earlier builds of `scene` left.
-    fn of(&mut self, scene: &Arc<Scene>) -> &mut BuildCache {
+    /// The cache of the builds of `scene`, emptied first if the last build was of another scene.
+    fn cache_for(&mut self, scene: &Arc<Scene>) -> &mut BuildCache {
         if !std::ptr::eq(self.scene.as_ptr(), Arc::as_ptr(scene)) {
             *self = Self { scene: Arc::downgrade(scene), cache: BuildCache::default() };
         }
@@ -73,7 +73,7 @@ impl BuildSession {
     }
 }
 
-/// The memory of the tree goes to who builds the next one.
+/// Gives the tree's memory to the next build of the session.
 impl Drop for Accel {
     fn drop(&mut self) {
         let tree = std::mem::replace(&mut self.tree, AnyTree::Aabb(Tree::EMPTY));
@@ -95,7 +95,7 @@ impl Accel {
         Self::build_with_session(scene, settings, None, token)
     }
 
-    /// [`Accel::build_binary`] as one of a succession of builds: the same tree, sooner.
+    /// [`Accel::build_binary`] that reuses intermediate results of earlier builds of the `session`: the same tree, sooner.
     pub fn build_with_session(
         scene: &Arc<Scene>,
         settings: &BuildSettings,
@@ -114,7 +114,7 @@ impl Accel {
             room = Budget::of_process().check("the tree", bytes);
         }
         room.map_err(|error| BuildError::Refused(error.to_string()))?;
-        let cache = session.map(|session| session.of(scene));
+        let cache = session.map(|session| session.cache_for(scene));
         let recycler = cache.as_ref().map(|cache| cache.recycler()).unwrap_or_default();
         let BinaryBvh { tree, report } = BinaryBvh::build_with_cache(&scene.triangles, settings, cache, token)?;
         Ok(Self {

@@ -62,9 +62,9 @@ pub struct WideBvh {
 /// Times, statistics and sizes of one build.
 #[derive(Debug, Clone, PartialEq)]
 pub struct BuildReport {
-    /// Time by stage.
+    /// Time of each stage, and which stages were reused from an earlier build.
     pub stages: StageTimes,
-    /// Wall-clock time of the build: the sum of its stages.
+    /// Wall-clock time of this build: the sum of the stages that ran. Nothing of an earlier build is counted.
     pub build_time: Duration,
     /// Number of threads in the pool that it ran in.
     pub threads: usize,

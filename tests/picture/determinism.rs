@@ -1,6 +1,7 @@
 //! The same inputs give the identical tree and picture, on any number of threads and after any other build.
 
 use std::sync::Arc;
+use std::time::{Duration, Instant};
 
 use bvhscope::accel::{Accel, BuildSession};
 use bvhscope::camera::Camera;
@@ -46,22 +47,49 @@ fn what_a_build_leaves_changes_no_tree_after_it() {
         assert_eq!(own, plain, "step {step}");
         let [own, plain] = [&accel, &alone].map(|accel| accel.report.stats.sah_cost);
         assert!((own - plain).abs() <= 1e-6 * plain, "step {step}: {own}, {plain}");
-        let stages = |accel: &Accel| accel.report.stages.stages.clone();
-        let names = |accel: &Accel| stages(accel).iter().map(|stage| stage.0).collect::<Vec<_>>();
-        assert_eq!(names(&accel), names(&alone), "step {step}");
+        let stages = |accel: &Accel| [accel.report.stages.reused.clone(), stage_names(accel)].concat();
+        assert_eq!(stages(&accel), stages(&alone), "step {step}");
     }
+}
 
-    // From the third build on nothing is sorted: to the nanosecond the time of an earlier one.
+/// Names of the stages that ran.
+fn stage_names(accel: &Accel) -> Vec<&'static str> {
+    accel.report.stages.stages.iter().map(|stage| stage.0).collect()
+}
+
+#[test]
+fn the_time_of_a_build_counts_only_the_stages_that_ran() {
+    let source = SceneSource::Builtin { name: "terrain".to_owned(), size: Some(20_000) };
+    let scene = Arc::new(load(&source, &LoadOptions::default(), &CancelToken::new()).unwrap());
+    let plain = BuildSettings::default();
+    let sphere = ContainerKind::Sphere;
     let mut session = BuildSession::default();
-    let mut times = [3, 4, 5, 6].map(|threshold| {
-        let settings = BuildSettings { threshold, ..plain };
-        let accel = Accel::build_with_session(&scenes[0], &settings, Some(&mut session), &CancelToken::new()).unwrap();
-        accel.report.stages.stages[..2].to_vec()
-    });
-    assert_eq!(times[2], times[3]);
-    assert!(times[..2].contains(&times[2]));
-    times.sort();
-    assert_eq!(times[0].iter().map(|stage| stage.0).collect::<Vec<_>>(), ["codes", "sort"]);
+    for (settings, is_reused) in [
+        (plain, false),
+        (BuildSettings { threshold: 9, ..plain }, true),
+        (BuildSettings { threshold: 10, ..plain }, true),
+        (BuildSettings { curve: Curve::Hilbert, ..plain }, false),
+        (BuildSettings { curve: Curve::Hilbert, threshold: 9, ..plain }, true),
+        (BuildSettings { container: sphere, curve: Curve::Hilbert, ..plain }, false),
+        (BuildSettings { container: sphere, curve: Curve::Hilbert, epsilon: 0.1, ..plain }, true),
+    ] {
+        let start = Instant::now();
+        let accel = Accel::build_with_session(&scene, &settings, Some(&mut session), &CancelToken::new()).unwrap();
+        let elapsed = start.elapsed();
+        let report = &accel.report;
+        if is_reused {
+            assert_eq!(report.stages.reused, ["codes", "sort"], "{settings:?}");
+            assert_eq!(stage_names(&accel), ["tree", "flatten"], "{settings:?}");
+        } else {
+            assert!(report.stages.reused.is_empty(), "{settings:?}");
+            assert_eq!(stage_names(&accel), ["codes", "sort", "tree", "flatten"], "{settings:?}");
+        }
+        assert_eq!(report.build_time, report.stages.stages.iter().map(|stage| stage.1).sum::<Duration>());
+        assert!(report.build_time <= elapsed, "{settings:?}: {:?} within {elapsed:?}", report.build_time);
+        let alone = Accel::build_binary(&scene, &settings, &CancelToken::new()).unwrap();
+        assert!(accel.tree == alone.tree, "{settings:?} makes another tree");
+        assert!(alone.report.stages.reused.is_empty(), "a build without a session reuses nothing");
+    }
 }
 
 #[test]

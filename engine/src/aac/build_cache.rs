@@ -96,3 +96,61 @@ impl NodeRecycler {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use glam::Vec3;
+
+    use super::*;
+    use crate::aac::build_bvh;
+    use crate::geometry::{Aabb, Sphere};
+    use crate::settings::BuildSettings;
+    use crate::stage_times::StageTimes;
+
+    /// A build of `triangles` with `cache`: the tree and the stages.
+    fn build<C: ClusterContainer>(
+        triangles: &[Triangle],
+        settings: &BuildSettings,
+        cache: Option<&mut BuildCache>,
+    ) -> (Tree<C>, StageTimes) {
+        let (token, mut times) = (CancelToken::new(), StageTimes::default());
+        let Ok(bounds) = input_bounds(triangles, &token) else { panic!("not cancelled") };
+        let Ok(tree) = build_bvh(triangles, &bounds, settings, cache, &token, &mut times) else {
+            panic!("not cancelled")
+        };
+        (tree, times)
+    }
+
+    /// Builds with and without `cache`, compares the trees, and returns the names of the stages that were reused and that ran.
+    fn check<C: ClusterContainer>(settings: &BuildSettings, cache: &mut BuildCache) -> [Vec<&'static str>; 2] {
+        let triangles: Vec<Triangle> = (0..20_000)
+            .map(|i| {
+                let a = Vec3::new((i % 141) as f32, (i * 7 % 97) as f32, (i / 141) as f32);
+                Triangle { a, b: a + Vec3::X * 0.7, c: a + Vec3::new(0.2, 0.5, (i % 3) as f32) }
+            })
+            .collect();
+        let (tree, times) = build::<C>(&triangles, settings, Some(&mut *cache));
+        let (expected, _) = build::<C>(&triangles, settings, None);
+        assert!(tree == expected, "{settings:?}: a cache changes the tree");
+        assert_eq!(times.total(), times.stages.iter().map(|stage| stage.1).sum());
+        cache.recycler().recycle(tree);
+        [times.reused, times.stages.iter().map(|stage| stage.0).collect()]
+    }
+
+    #[test]
+    fn the_second_build_reuses_what_the_first_has_sorted() {
+        let sorted = [vec![], vec!["codes", "sort", "tree", "flatten"]];
+        let reused = [vec!["codes", "sort"], vec!["tree", "flatten"]];
+        let morton = BuildSettings::default();
+        let other_threshold = BuildSettings { threshold: 17, ..morton };
+        let hilbert = BuildSettings { curve: Curve::Hilbert, ..morton };
+        let mut cache = BuildCache::default();
+        assert_eq!(check::<Aabb>(&morton, &mut cache), sorted);
+        assert_eq!(check::<Aabb>(&other_threshold, &mut cache), reused);
+        assert_eq!(check::<Aabb>(&morton, &mut cache), reused);
+        assert_eq!(check::<Aabb>(&hilbert, &mut cache), sorted, "another curve");
+        assert_eq!(check::<Aabb>(&hilbert, &mut cache), reused);
+        assert_eq!(check::<Sphere>(&hilbert, &mut cache), sorted, "another container");
+        assert_eq!(check::<Sphere>(&hilbert, &mut cache), reused);
+    }
+}

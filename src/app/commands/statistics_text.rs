@@ -28,6 +28,9 @@ pub fn statistics_text(state: &AppState) -> Option<String> {
     line("Optimize", settings.passes().to_string());
     line("Threads", report.threads.to_string());
     line("Build time", format::duration(report.build_time));
+    for stage in &report.stages.reused {
+        line(&format!("Build: {stage}"), "reused".to_owned());
+    }
     for (stage, time) in &report.stages.stages {
         line(&format!("Build: {stage}"), format::duration(*time));
         if let Some([before, after]) = report.stages.cost_change(stage) {

@@ -84,16 +84,19 @@ fn build_rows(ui: &mut Ui, state: &mut AppState, shown: &Presented, changes: &mu
     let total = report.build_time.as_secs_f64();
     let before = changes.observe(ui, "build", total);
     let (number, unit) = format::duration_parts(report.build_time);
-    let tip = "Wall-clock time of the build: the sum of its stages";
+    let tip = "Wall-clock time of the build: the sum of the stages that ran";
     let mut row = Statistic::new("Build time", number).unit(unit).tip(tip);
     if let Some(before) = before {
         row = row.change(format::duration(Duration::from_secs_f64(before)), format::change(before, total));
     }
     statistic(ui, state, &row);
+    for name in &report.stages.reused {
+        stage_row(ui, name, None, 0.0, None);
+    }
     let longest = report.stages.stages.iter().map(|(_, time)| *time).max().unwrap_or_default();
     for (name, time) in &report.stages.stages {
         let costs = report.stages.cost_change(name);
-        stage_row(ui, name, *time, time.as_secs_f64() / longest.as_secs_f64().max(1e-12), costs);
+        stage_row(ui, name, Some(*time), time.as_secs_f64() / longest.as_secs_f64().max(1e-12), costs);
     }
     let rate = report.mtriangles_per_s();
     let tip = "Triangles built per second, in millions";
@@ -102,11 +105,11 @@ fn build_rows(ui: &mut Ui, state: &mut AppState, shown: &Presented, changes: &mu
 }
 
 /// Name and time of a stage, with a bar for its time relative to the longest stage (`fraction`). For a pass over the finished tree
-/// also the SAH cost before and after it.
-fn stage_row(ui: &mut Ui, name: &str, time: Duration, fraction: f64, costs: Option<[f64; 2]>) {
+/// also the SAH cost before and after it. A stage whose result came from an earlier build has no time (`None`) and no bar.
+fn stage_row(ui: &mut Ui, name: &str, time: Option<Duration>, fraction: f64, costs: Option<[f64; 2]>) {
     let palette = theme::palette(ui);
     let (rect, response) = ui.allocate_exact_size(vec2(ui.available_width(), 16.0), Sense::hover());
-    let mut text = format::duration(time);
+    let mut text = time.map_or_else(|| "reused".to_owned(), format::duration);
     if let Some([before, after]) = costs {
         text = format!("SAH {}, {text}", format::change(before, after));
     }
@@ -118,7 +121,7 @@ fn stage_row(ui: &mut Ui, name: &str, time: Duration, fraction: f64, costs: Opti
         pos2(rect.left() + 84.0, rect.center().y - 2.0),
         pos2(rect.right() - if costs.is_some() { 152.0 } else { 68.0 }, rect.center().y + 2.0),
     );
-    if bar.width() > 8.0 {
+    if bar.width() > 8.0 && time.is_some() {
         painter.rect_filled(bar, CornerRadius::same(2), palette.rail);
         let filled = Rect::from_min_size(bar.min, vec2((bar.width() * fraction as f32).max(1.0), bar.height()));
         painter.rect_filled(filled, CornerRadius::same(2), palette.accent);
@@ -130,6 +133,7 @@ fn stage_row(ui: &mut Ui, name: &str, time: Duration, fraction: f64, costs: Opti
             format::significant(before),
             format::significant(after)
         ),
+        None if time.is_none() => "Not run: the result of an earlier build of these triangles was reused".to_owned(),
         None => "Time of this stage of the build".to_owned(),
     });
 }
