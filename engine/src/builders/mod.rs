@@ -1,4 +1,4 @@
-//! The builders, behind one function. A new one is a module of its own, a [`BuilderKind`] and an arm in [`build_kind`].
+//! The builders, behind one function. A new one is a module of its own, a [`BuilderKind`] and an arm in `build_kind`.
 //!
 //! AAC lives in a room of its own. Builders know triangles and settings, and neither the wide tree nor what traces it.
 

@@ -44,26 +44,26 @@ pub fn optimize<C: ClusterContainer>(
     let primitives = tree.primitive_indices.len();
     let collapses = passes.contains(Pass::Collapse);
     let mut start = Instant::now();
-    let (costs, plain_cost) = subtree_costs(&mut tree.nodes, collapses, token)?;
+    let (costs, initial_cost) = subtree_costs(&mut tree.nodes, collapses, token)?;
     let mut cost = f64::from(costs[0].cost);
-    times.costs.push(("tree", normalized_cost(plain_cost, root_area)));
-    let mut done = |pass: Pass, cost: f64| {
+    times.costs.push(("tree", normalized_cost(initial_cost, root_area)));
+    let mut finish_pass = |pass: Pass, cost: f64| {
         times.stages.push((pass.name(), start.elapsed()));
         times.costs.push((pass.name(), normalized_cost(cost, root_area)));
         start = Instant::now();
         token.check()
     };
     if collapses {
-        done(Pass::Collapse, cost)?;
+        finish_pass(Pass::Collapse, cost)?;
     }
-    if let Some(boxes) = (&mut tree as &mut dyn Any).downcast_mut::<Tree<Aabb>>() {
+    if let Some(box_tree) = (&mut tree as &mut dyn Any).downcast_mut::<Tree<Aabb>>() {
         if passes.contains(Pass::Restructure) {
-            cost -= f64::from(restructure(boxes, costs, collapses, token)?);
-            done(Pass::Restructure, cost)?;
+            cost -= f64::from(restructure(box_tree, costs, collapses, token)?);
+            finish_pass(Pass::Restructure, cost)?;
         }
         if passes.contains(Pass::Reinsert) {
-            cost -= reinsert(&mut boxes.nodes, primitives, cost, token)?;
-            done(Pass::Reinsert, cost)?;
+            cost -= reinsert(&mut box_tree.nodes, primitives, cost, token)?;
+            finish_pass(Pass::Reinsert, cost)?;
         }
     }
     let start = Instant::now();

@@ -156,19 +156,19 @@ impl<'a, S: Simd, const N: usize> BlockRay<'a, S, N> {
         }));
         let x = each!(corner => z[corner] * self.factors[0] + x[corner]);
         let y = each!(corner => z[corner] * self.factors[1] + y[corner]);
-        let weights = [x[1] * y[2] - x[2] * y[1], x[2] * y[0] - x[0] * y[2], x[0] * y[1] - x[1] * y[0]];
-        let least = weights[0].min(weights[1]).min(weights[2]);
-        let most = weights[0].max(weights[1]).max(weights[2]);
-        let candidates = !(least.simd_lt(splat(0.0)) & most.simd_gt(splat(0.0)));
+        let edges = [x[1] * y[2] - x[2] * y[1], x[2] * y[0] - x[0] * y[2], x[0] * y[1] - x[1] * y[0]];
+        let min_edge = edges[0].min(edges[1]).min(edges[2]);
+        let max_edge = edges[0].max(edges[1]).max(edges[2]);
+        let candidates = !(min_edge.simd_lt(splat(0.0)) & max_edge.simd_gt(splat(0.0)));
         if !candidates.any_true() {
             return None;
         }
-        let size = each!(corner => weights[corner].abs());
+        let size = each!(corner => edges[corner].abs());
         let smallest = size[0].min(size[1]).min(size[2]);
         let largest = size[0].max(size[1]).max(size[2]);
         let exact = smallest.simd_gt(splat(EDGE_MIN)) & largest.simd_lt(splat(EDGE_MAX));
-        let scale = splat(1.0) / (weights[0] + weights[1] + weights[2]);
-        let barycentrics = each!(corner => weights[corner] * scale);
+        let scale = splat(1.0) / (edges[0] + edges[1] + edges[2]);
+        let barycentrics = each!(corner => edges[corner] * scale);
         let depth = each!(corner => z[corner] * self.factors[2]);
         let t = barycentrics[0] * depth[0] + barycentrics[1] * depth[1] + barycentrics[2] * depth[2];
         let within = t.simd_ge(self.t_min) & t.simd_le(splat(t_max));
@@ -182,12 +182,12 @@ impl<'a, S: Simd, const N: usize> BlockRay<'a, S, N> {
         let splat = |value| f32x4::splat(simd, value);
         let corner = |corner: usize, axis: usize| f32x4::load_array_ref(simd, &block.corners[corner][axis]);
         let low = each!(axis => {
-            let least = corner(0, axis).min(corner(1, axis)).min(corner(2, axis));
-            (least - splat(self.rays.origin_low[axis][self.index])) * splat(self.rays.inverse[axis][self.index])
+            let low_plane = corner(0, axis).min(corner(1, axis)).min(corner(2, axis));
+            (low_plane - splat(self.rays.origin_low[axis][self.index])) * splat(self.rays.inverse[axis][self.index])
         });
         let high = each!(axis => {
-            let most = corner(0, axis).max(corner(1, axis)).max(corner(2, axis));
-            (most - splat(self.rays.origin_high[axis][self.index])) * splat(self.rays.inverse[axis][self.index])
+            let high_plane = corner(0, axis).max(corner(1, axis)).max(corner(2, axis));
+            (high_plane - splat(self.rays.origin_high[axis][self.index])) * splat(self.rays.inverse[axis][self.index])
         });
         let near = each!(axis => low[axis].min(high[axis]));
         let far = each!(axis => low[axis].max(high[axis]));

@@ -2,7 +2,7 @@
 //! from a binary tree, with exactly the same hits.
 //!
 //! Knows only geometry, cancellation, kernels and the binary tree: neither builders nor settings. Start at [`tree`] for
-//! the layout, at [`collapse`](mod@collapse) for how it is made, and at [`trace`] for traversal.
+//! the layout, at [`collapse()`] for how it is made, and at [`trace`] for traversal.
 
 pub mod layout;
 

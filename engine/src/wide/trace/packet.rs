@@ -269,13 +269,14 @@ impl<C: BeamContainer> Packet<C> {
                 let factors = each!(index => f32x16::load_array_ref(simd, &factors[index]));
                 let x = each!(corner => corner_z[corner] * factors[0] + corner_x[corner]);
                 let y = each!(corner => corner_z[corner] * factors[1] + corner_y[corner]);
-                let weights = [x[1] * y[2] - x[2] * y[1], x[2] * y[0] - x[0] * y[2], x[0] * y[1] - x[1] * y[0]];
-                let least = weights[0].min(weights[1]).min(weights[2]);
-                let most = weights[0].max(weights[1]).max(weights[2]);
-                let candidates = !(least.simd_lt(f32x16::splat(simd, 0.0)) & most.simd_gt(f32x16::splat(simd, 0.0)));
+                let edges = [x[1] * y[2] - x[2] * y[1], x[2] * y[0] - x[0] * y[2], x[0] * y[1] - x[1] * y[0]];
+                let min_edge = edges[0].min(edges[1]).min(edges[2]);
+                let max_edge = edges[0].max(edges[1]).max(edges[2]);
+                let candidates =
+                    !(min_edge.simd_lt(f32x16::splat(simd, 0.0)) & max_edge.simd_gt(f32x16::splat(simd, 0.0)));
                 if candidates.any_true() {
                     let depth = each!(corner => corner_z[corner] * factors[2]);
-                    self.accept_hits(simd, block, lane, group, weights, depth, candidates.to_bitmask() as u32, rays);
+                    self.accept_hits(simd, block, lane, group, edges, depth, candidates.to_bitmask() as u32, rays);
                 }
             }
         }
@@ -290,16 +291,16 @@ impl<C: BeamContainer> Packet<C> {
         block: &TriangleBlock,
         lane: usize,
         group: usize,
-        weights: [f32x16<S>; 3],
+        edges: [f32x16<S>; 3],
         depth: [f32x16<S>; 3],
         candidates: u32,
         rays: &[Ray],
     ) {
-        let size = each!(corner => weights[corner].abs());
+        let size = each!(corner => edges[corner].abs());
         let exact = size[0].min(size[1]).min(size[2]).simd_gt(f32x16::splat(simd, EDGE_MIN))
             & size[0].max(size[1]).max(size[2]).simd_lt(f32x16::splat(simd, EDGE_MAX));
-        let scale = f32x16::splat(simd, 1.0) / (weights[0] + weights[1] + weights[2]);
-        let barycentrics = each!(corner => weights[corner] * scale);
+        let scale = f32x16::splat(simd, 1.0) / (edges[0] + edges[1] + edges[2]);
+        let barycentrics = each!(corner => edges[corner] * scale);
         let t = barycentrics[0] * depth[0] + barycentrics[1] * depth[1] + barycentrics[2] * depth[2];
         let best = f32x16::load_array_ref(simd, &self.hits.t[group]);
         let t_min = f32x16::splat(simd, self.beam.t_min);

@@ -1,0 +1,149 @@
+//! A tree whose nodes know their parents, so that subtrees can be moved.
+
+use std::sync::atomic::{AtomicU32, Ordering};
+
+use glam::Vec3A;
+use rayon::prelude::*;
+
+use crate::cancel::{CancelToken, Cancelled};
+use crate::geometry::Aabb;
+use crate::tree::Node;
+
+/// Poll for cancellation every 65536 nodes.
+const NODES_BETWEEN_CHECKS: usize = 1 << 16;
+/// No node.
+pub const NONE: u32 = u32::MAX;
+
+/// A tree with parent links.
+pub struct LinkedTree<'a> {
+    pub nodes: &'a mut [Node<Aabb>],
+    /// For each pair of siblings the parent. Filled by many threads, later changed by one only.
+    parents: Vec<AtomicU32>,
+}
+
+impl<'a> LinkedTree<'a> {
+    /// Links the nodes of a tree, which may be in any order with siblings together.
+    pub fn new(nodes: &'a mut [Node<Aabb>], token: &CancelToken) -> Result<Self, Cancelled> {
+        let parents: Vec<AtomicU32> = (0..nodes.len() / 2).map(|_| AtomicU32::new(NONE)).collect();
+        nodes.par_chunks(NODES_BETWEEN_CHECKS).enumerate().try_for_each(|(chunk, chunk_nodes)| {
+            token.check()?;
+            for (index, node) in (chunk * NODES_BETWEEN_CHECKS..).zip(chunk_nodes) {
+                if !node.is_leaf() {
+                    parents[node.first as usize / 2].store(index as u32, Ordering::Relaxed);
+                }
+            }
+            Ok(())
+        })?;
+        Ok(Self { nodes, parents })
+    }
+
+    /// The parent of `node`; [`NONE`] for the root.
+    #[inline(always)]
+    pub fn parent(&self, node: u32) -> u32 {
+        if node == 0 { NONE } else { self.parents[(node as usize - 1) / 2].load(Ordering::Relaxed) }
+    }
+
+    #[inline(always)]
+    pub fn bounds(&self, node: u32) -> SimdBox {
+        SimdBox::new(&self.nodes[node as usize].container)
+    }
+
+    /// Whether `node` is `descendant` or one of its ancestors.
+    pub fn is_ancestor_or_self(&self, node: u32, mut descendant: u32) -> bool {
+        while descendant != NONE && descendant != node {
+            descendant = self.parent(descendant);
+        }
+        descendant == node
+    }
+
+    /// Removes `node` and joins it with `target`, which must be neither its ancestor, descendant nor sibling: the
+    /// sibling replaces the parent, and the freed pair takes target and node. Undone if the summed area does not fall.
+    /// Returns the reduction of the area.
+    pub fn apply(&mut self, node: u32, target: u32, undo: &mut Vec<(u32, Aabb)>) -> Option<f64> {
+        let parent = self.parent(node);
+        let pair = node.min(sibling(node));
+        let slots = [parent, pair, pair + 1, target];
+        let old = slots.map(|index| self.nodes[index as usize]);
+        let moved = self.nodes[node as usize];
+        self.set(parent, self.nodes[sibling(node) as usize]);
+        let partner = self.nodes[target as usize];
+        self.set(pair, partner);
+        self.set(pair + 1, moved);
+        let joined = Node { container: partner.container.union(&moved.container), first: pair, count: 0 };
+        self.set(target, joined);
+        let mut gain = f64::from(old[0].container.half_area()) - f64::from(joined.container.half_area());
+        undo.clear();
+        gain -= self.refit(self.parent(parent), undo);
+        gain -= self.refit(self.parent(target), undo);
+        if gain > 0.0 {
+            return Some(gain);
+        }
+        for &(index, container) in undo.iter().rev() {
+            self.nodes[index as usize].container = container;
+        }
+        for (index, node) in slots.into_iter().zip(old) {
+            self.set(index, node);
+        }
+        None
+    }
+
+    /// Refits the containers from `node` upwards until one is unchanged. Returns the growth of their areas.
+    fn refit(&mut self, mut node: u32, undo: &mut Vec<(u32, Aabb)>) -> f64 {
+        let mut growth = 0.0;
+        while node != NONE {
+            let Node { container, first, .. } = self.nodes[node as usize];
+            let [left, right] = [first, first + 1].map(|child| self.nodes[child as usize].container);
+            let fitted = left.union(&right);
+            if fitted == container {
+                break;
+            }
+            growth += f64::from(fitted.half_area()) - f64::from(container.half_area());
+            undo.push((node, container));
+            self.nodes[node as usize].container = fitted;
+            node = self.parent(node);
+        }
+        growth
+    }
+
+    fn set(&mut self, index: u32, node: Node<Aabb>) {
+        self.nodes[index as usize] = node;
+        if !node.is_leaf() {
+            *self.parents[node.first as usize / 2].get_mut() = index;
+        }
+    }
+}
+
+/// The other child of the parent: pairs begin at odd indices.
+#[inline(always)]
+pub fn sibling(node: u32) -> u32 {
+    ((node - 1) ^ 1) + 1
+}
+
+/// A box in SIMD registers.
+#[derive(Debug, Clone, Copy)]
+pub struct SimdBox {
+    min: Vec3A,
+    max: Vec3A,
+}
+
+impl SimdBox {
+    /// The empty box.
+    pub const EMPTY: Self = Self { min: Vec3A::INFINITY, max: Vec3A::NEG_INFINITY };
+
+    #[inline(always)]
+    pub fn new(container: &Aabb) -> Self {
+        Self { min: container.min.into(), max: container.max.into() }
+    }
+
+    #[inline(always)]
+    pub fn union(&self, other: &Self) -> Self {
+        Self { min: self.min.min(other.min), max: self.max.max(other.max) }
+    }
+
+    /// Half the surface area; the box must not be empty.
+    #[inline(always)]
+    pub fn half_area(&self) -> f32 {
+        let d = self.max - self.min;
+        d.x * d.y + d.y * d.z + d.z * d.x
+    }
+}
