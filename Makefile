@@ -27,20 +27,22 @@ test: deps-test format lint unit headless docs
 format:
 	cargo fmt --check
 
-# In debug and in release, because code under debug_assertions differs. The release check builds nothing.
+# No second time in release: whatever depends on debug assertions asks `cfg!(debug_assertions)`, which is compiled either way.
 lint:
-	cargo clippy --all-targets -- -D warnings
-	cargo clippy --release --all-targets -- -D warnings
+	cargo clippy --workspace --all-targets -- -D warnings
 
+# Not the examples, which lint has compiled.
 unit:
-	cargo test --no-fail-fast
+	cargo test --workspace --lib --test '*' --no-fail-fast
+	cargo test --workspace --doc
 
-# The program for servers, without window and overlay.
+# The program for servers, without window and overlay, and the engine as others use it. The tests need the window.
 headless:
-	cargo clippy --no-default-features --all-targets -- -D warnings
+	cargo clippy --no-default-features --lib --bins -- -D warnings
+	cargo clippy -p bvhscope-engine --no-default-features --lib -- -D warnings
 
 docs:
-	RUSTDOCFLAGS="-D warnings" cargo doc --no-deps
+	RUSTDOCFLAGS="-D warnings" cargo doc --workspace --no-deps
 
 # This engine beside Embree and obvhs.
 peers: deps-peers

@@ -1,4 +1,4 @@
-//! Work that is cancelled at its n-th look at the token, for every n: it stops, nothing panics, no half file is left, and
+//! Work that is cancelled at its n-th poll of the token, for every n: it stops, nothing panics, no half file is left, and
 //! the next job is right.
 
 use std::path::Path;
@@ -18,26 +18,26 @@ use bvhscope_engine::kernel::SimdLevel;
 use bvhscope_engine::settings::{BuildSettings, BuilderKind, Preset};
 use bvhscope_engine::tree::ContainerKind;
 
-/// At most so many places are tried: all of them where there are fewer.
-const MOST: u64 = 30;
+/// Maximum number of polls at which a job is cancelled, spread evenly over all of them.
+const MAX_POLLS: u64 = 30;
 
-/// Runs `work` to its end, then once for each look at the token, cancelled there. `work` says whether it was cancelled.
+/// Runs `work` to its end, then once for each poll of the token, cancelled there. `work` returns whether it was cancelled.
 fn at_every_poll(name: &str, work: impl Fn(&CancelToken) -> bool) {
-    let looks = Arc::new(AtomicU64::new(0));
-    let counted = Arc::clone(&looks);
+    let polls = Arc::new(AtomicU64::new(0));
+    let counted = Arc::clone(&polls);
     let token = CancelToken::watched(move |_| {
         counted.fetch_add(1, Ordering::Relaxed);
         false
     });
-    assert!(!work(&token), "{name}: nobody cancelled");
-    let looks = looks.load(Ordering::Relaxed);
-    assert!(looks > 0, "{name}: the token is never asked");
-    for k in 0..looks.min(MOST) {
-        let n = 1 + k * looks / looks.min(MOST);
-        let token = CancelToken::watched(move |look| look >= n);
-        assert!(work(&token), "{name}: went on after look {n} of {looks}");
+    assert!(!work(&token), "{name}: cancelled by itself");
+    let polls = polls.load(Ordering::Relaxed);
+    assert!(polls > 0, "{name}: the token is never polled");
+    for k in 0..polls.min(MAX_POLLS) {
+        let n = 1 + k * polls / polls.min(MAX_POLLS);
+        let token = CancelToken::watched(move |poll| poll >= n);
+        assert!(work(&token), "{name}: went on after poll {n} of {polls}");
     }
-    assert!(!work(&CancelToken::new()), "{name}: the next one is not disturbed");
+    assert!(!work(&CancelToken::new()), "{name}: the next job is cancelled too");
 }
 
 fn one_thread() -> rayon::ThreadPool {
@@ -118,18 +118,18 @@ fn long_json_is_watched_while_it_is_read() {
         );
         is_cancelled(load_bytes(Path::new("a.gltf"), text.as_bytes(), &LoadOptions::default(), token))
     };
-    let looks = |length: usize| {
-        let looks = Arc::new(AtomicU64::new(0));
-        let counted = Arc::clone(&looks);
+    let polls = |length: usize| {
+        let polls = Arc::new(AtomicU64::new(0));
+        let counted = Arc::clone(&polls);
         let token = CancelToken::watched(move |_| {
             counted.fetch_add(1, Ordering::Relaxed);
             false
         });
         assert!(!load(length, &token));
-        looks.load(Ordering::Relaxed)
+        polls.load(Ordering::Relaxed)
     };
     // Once while its brackets are counted, once while it is read.
-    assert!(looks(4 << 20) >= looks(0) + 2 * 15, "{} and {}", looks(0), looks(4 << 20));
+    assert!(polls(4 << 20) >= polls(0) + 2 * 15, "{} and {}", polls(0), polls(4 << 20));
     at_every_poll("JSON", |token| load(4 << 20, token));
 }
 
@@ -182,10 +182,10 @@ fn deriving_from_a_tree_stops_at_every_poll() {
     at_every_poll("the triangles in leaf order", |token| {
         is_cancelled(&|accel| accel.leaf_triangles_unless(token).map(|_| ()))
     });
-    at_every_poll("lineage and overlap", |token| is_cancelled(&|accel| accel.study(token)));
+    at_every_poll("ancestry and overlap", |token| is_cancelled(&|accel| accel.study(token)));
     let accel = tree();
     at_every_poll("the list of nodes", |token| NodeTable::new(&accel).list(None, token).is_err());
-    at_every_poll("what is sick", |token| diagnose_scene(&scene, token).is_err());
+    at_every_poll("diagnosis", |token| diagnose_scene(&scene, token).is_err());
 }
 
 #[test]

@@ -1,9 +1,10 @@
-//! No work between two looks at the token grows with its input, so that a job stops soon however large its model is. Each
-//! job runs over a small and over a large input, on one thread, and the longest stretches without a look are compared.
+//! The work between two cancellation checks does not grow with the input, so that a job stops soon however large its model
+//! is. Each job runs on one thread over a small and over a large input, and the longest intervals between two checks are
+//! compared. Intervals are processor time, which other programs on the machine do not lengthen.
 
 use std::process::Command;
 use std::sync::{Arc, Mutex, PoisonError};
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use bvhscope::accel::Accel;
 use bvhscope::camera::Camera;
@@ -22,47 +23,59 @@ use bvhscope_engine::tree::statistics::tree_stats;
 use bvhscope_engine::wide::collapse;
 use bvhscope_engine::with_tree;
 
-/// The large input is so many times the small one.
+/// Size of the large input in that of the small one.
 const GROWTH: u32 = 8;
-/// What stays the same may take longer by this: a large input is farther from the processor.
+/// Factor by which an interval may be longer with the large input, which fits less well into the caches.
 const SLACK: u32 = 4;
-/// Less of the whole job than one part in so many is no stretch to speak of.
-const TRIFLE: u32 = 100;
-/// Triangles of the small inputs: more than any job takes at once.
+/// Intervals below this fraction of the whole job, one part in so many, are too short to matter.
+const NEGLIGIBLE: u32 = 100;
+/// Triangles of the small inputs: more than the work of any job between two checks.
 const SMALL: u32 = 40_000;
-/// So often at least and at most a job is run: the shortest time of each stretch counts, as other work on the machine only
-/// adds.
-const LEAST_TRIES: usize = 3;
-const TRIES: usize = 40;
+/// Least and greatest number of runs of a job. The shortest time of each interval counts.
+const MIN_RUNS: usize = 3;
+const MAX_RUNS: usize = 40;
 
-/// How long a job went on between its looks, at best.
+/// Processor time of all threads of this process.
+#[cfg(unix)]
+fn processor_time() -> Duration {
+    let time = rustix::time::clock_gettime(rustix::time::ClockId::ProcessCPUTime);
+    Duration::try_from(time).unwrap()
+}
+
+/// Time of day, for want of a processor time.
+#[cfg(not(unix))]
+fn processor_time() -> Duration {
+    std::time::SystemTime::UNIX_EPOCH.elapsed().unwrap()
+}
+
+/// Shortest time of each interval between two cancellation checks over the runs of a job.
 #[derive(Default)]
-struct Stretches(Vec<Duration>);
+struct Intervals(Vec<Duration>);
 
-impl Stretches {
+impl Intervals {
     /// Runs the job once more.
     fn run<T>(&mut self, pool: &rayon::ThreadPool, work: impl FnOnce(&CancelToken) -> T + Send)
     where
         T: Send,
     {
-        let looks = Arc::new(Mutex::new(Vec::new()));
-        let theirs = Arc::clone(&looks);
+        let checks = Arc::new(Mutex::new(Vec::new()));
+        let shared = Arc::clone(&checks);
         let token = CancelToken::watched(move |_| {
-            theirs.lock().unwrap().push(Instant::now());
+            shared.lock().unwrap().push(processor_time());
             false
         });
-        let start = Instant::now();
+        let start = processor_time();
         let result = pool.install(|| work(&token));
-        let end = Instant::now();
+        let end = processor_time();
         drop(result);
-        let mut looks = looks.lock().unwrap();
-        looks.push(end);
-        let before = std::iter::once(&start).chain(looks.iter());
-        let times: Vec<Duration> = before.zip(looks.iter()).map(|(from, to)| *to - *from).collect();
+        let mut checks = checks.lock().unwrap();
+        checks.push(end);
+        let before = std::iter::once(&start).chain(checks.iter());
+        let times: Vec<Duration> = before.zip(checks.iter()).map(|(from, to)| to.saturating_sub(*from)).collect();
         if self.0.is_empty() {
             self.0 = times;
         } else {
-            assert_eq!(self.0.len(), times.len(), "the same job looks as often each time");
+            assert_eq!(self.0.len(), times.len(), "the same job polls equally often each time");
             self.0.iter_mut().zip(times).for_each(|(best, time)| *best = time.min(*best));
         }
     }
@@ -76,18 +89,18 @@ impl Stretches {
     }
 }
 
-/// Jobs whose stretches grow with their input.
+/// Jobs whose longest interval grows with their input.
 #[derive(Default)]
 struct Growing(Vec<String>);
 
 impl Growing {
-    fn none(self) {
+    fn assert_none(self) {
         assert!(self.0.is_empty(), "{:#?}", self.0);
     }
 
-    /// Notes `work` unless its longest stretch is as long with `inputs[1]` as with `inputs[0]`, which is far smaller. What it
-    /// works on is prepared anew for each run.
-    fn look_at<I: Sync, P: Send, T: Send>(
+    /// Records `work` unless its longest interval is as long with `inputs[1]` as with `inputs[0]`, which is `GROWTH` times
+    /// smaller. What it consumes is prepared for each run.
+    fn check<I: Sync, P: Send, T: Send>(
         &mut self,
         name: &str,
         inputs: [&I; 2],
@@ -95,40 +108,41 @@ impl Growing {
         work: impl Fn(P, &CancelToken) -> T + Sync,
     ) {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap();
-        let [mut small, mut large] = [Stretches::default(), Stretches::default()];
-        for run in 1..=TRIES {
-            for (stretches, input) in [&mut small, &mut large].into_iter().zip(inputs) {
+        let [mut small, mut large] = [Intervals::default(), Intervals::default()];
+        for run in 1..=MAX_RUNS {
+            for (intervals, input) in [&mut small, &mut large].into_iter().zip(inputs) {
                 let prepared = prepare(input);
-                stretches.run(&pool, |token| work(prepared, token));
+                intervals.run(&pool, |token| work(prepared, token));
             }
-            let (least, longest) = (small.longest(), large.longest());
-            let said = format!(
-                "{name}: {longest:.1?} without a look, {least:.1?} where there is less to do, of {:.1?} and {} looks, after {run} runs",
+            if run < MIN_RUNS {
+                continue;
+            }
+            let (expected, longest) = (small.longest(), large.longest());
+            let report = format!(
+                "{name}: {longest:.1?} between two checks, {expected:.1?} with the small input; {:.1?} and {} checks in all, {run} runs",
                 large.total(),
                 large.0.len()
             );
-            if run < LEAST_TRIES {
-                continue;
+            if longest <= expected * SLACK || longest <= large.total() / NEGLIGIBLE {
+                return println!("{report}");
             }
-            if longest <= least * SLACK || longest <= large.total() / TRIFLE {
-                return println!("{said}");
-            }
-            if run == TRIES {
+            if run == MAX_RUNS {
                 let at = large.0.iter().position(|&time| time == longest).unwrap();
-                self.0.push(format!("{said}: before look {}", at + 1));
+                self.0.push(format!("{report}: before check {}", at + 1));
             }
         }
     }
 }
 
-/// Runs the test `name` once more with an allocator that gets large lists from the system, which fills them with zeros as
-/// they are written to; it would fill those that it has kept itself, all at once. Whether that was done.
-fn again(name: &str) -> bool {
+/// Runs the test `name` again in a process of its own. There the allocator gets large lists from the system, which zeroes
+/// their pages as they are first written; lists that it reuses it would zero at once. True where that was done, false in
+/// that process.
+fn run_with_fresh_memory(name: &str) -> bool {
     const FRESH_MEMORY: (&str, &str) = ("MALLOC_MMAP_THRESHOLD_", "65536");
     if std::env::var_os(FRESH_MEMORY.0).is_some() {
         return false;
     }
-    // One after the other: side by side they would take the memory's time from each other.
+    // One after the other: side by side they would slow each other's memory down.
     static ONE_AT_A_TIME: Mutex<()> = Mutex::new(());
     let _turn = ONE_AT_A_TIME.lock().unwrap_or_else(PoisonError::into_inner);
     let mut test = Command::new(std::env::current_exe().unwrap());
@@ -144,7 +158,7 @@ fn terrain(triangles: u32) -> Arc<Scene> {
 
 #[test]
 fn builders() {
-    if again("latency::builders") {
+    if run_with_fresh_memory("latency::builders") {
         return;
     }
     let scenes = [terrain(SMALL), terrain(SMALL * GROWTH)];
@@ -158,16 +172,16 @@ fn builders() {
     let mut growing = Growing::default();
     for settings in all.into_iter().filter(|settings| settings.refusal(0).is_none()) {
         let name = format!("{} {} {}", settings.builder.name(), settings.container.name(), settings.optimize);
-        growing.look_at(&name, [&scenes[0], &scenes[1]], Arc::clone, |scene, token| {
+        growing.check(&name, [&scenes[0], &scenes[1]], Arc::clone, |scene, token| {
             build_binary(&scene.triangles, &settings, token).unwrap()
         });
     }
-    growing.none();
+    growing.assert_none();
 }
 
 #[test]
 fn what_is_derived_from_a_tree() {
-    if again("latency::what_is_derived_from_a_tree") {
+    if run_with_fresh_memory("latency::what_is_derived_from_a_tree") {
         return;
     }
     let scenes = [terrain(SMALL), terrain(SMALL * GROWTH)];
@@ -178,38 +192,38 @@ fn what_is_derived_from_a_tree() {
             let accel = Accel::build_binary(scene, &settings, &CancelToken::new()).unwrap();
             Arc::new(accel)
         });
-        let mut look_at = |what: &str, work: &(dyn Fn(&Arc<Accel>, &CancelToken) + Sync)| {
+        let mut check = |what: &str, work: &(dyn Fn(&Arc<Accel>, &CancelToken) + Sync)| {
             let name = format!("{what}, {}", container.name());
-            growing.look_at(&name, [&accels[0], &accels[1]], Arc::clone, |accel, token| work(&accel, token));
+            growing.check(&name, [&accels[0], &accels[1]], Arc::clone, |accel, token| work(&accel, token));
         };
-        look_at("statistics", &|accel, token| drop(tree_stats(&accel.tree, token).unwrap()));
-        look_at("list of nodes", &|accel, token| NodeTable::new(accel).list(None, token).unwrap());
-        look_at("what is sick", &|accel, token| drop(diagnose_scene(&accel.scene, token).unwrap()));
-        look_at("lineage", &|accel, token| {
+        check("statistics", &|accel, token| drop(tree_stats(&accel.tree, token).unwrap()));
+        check("list of nodes", &|accel, token| NodeTable::new(accel).list(None, token).unwrap());
+        check("diagnosis", &|accel, token| drop(diagnose_scene(&accel.scene, token).unwrap()));
+        check("ancestry", &|accel, token| {
             with_tree!(&accel.tree, tree => drop(Ancestry::new(tree, token).unwrap()));
         });
-        look_at("wide tree", &|accel, token| {
+        check("wide tree", &|accel, token| {
             let triangles = &accel.scene.triangles;
             with_tree!(&accel.tree, tree => drop(collapse(tree, triangles, token).unwrap()));
         });
-        look_at("overlap", &|accel, token| {
+        check("overlap", &|accel, token| {
             end_point_overlap(&accel.tree, &accel.scene.triangles, 100, token).unwrap();
         });
         let table = |accel: &Arc<Accel>| NodeTable::new(accel);
-        let name = format!("containers of the other kind than {}", container.name());
-        growing.look_at(&name, [&accels[0], &accels[1]], table, |table, token| {
+        let name = format!("containers of the kind other than {}", container.name());
+        growing.check(&name, [&accels[0], &accels[1]], table, |table, token| {
             table.complete(token).unwrap();
             table
         });
     }
-    // Where all triangles are one, each sample of the overlap meets all nodes.
+    // Where all triangles are equal, each sample of the overlap visits all nodes.
     let settings = BuildSettings { builder: BuilderKind::Lbvh, ..BuildSettings::default() };
     let stacks = scenes.each_ref().map(|scene| {
         let triangles = vec![scene.triangles[0]; scene.triangles.len()];
         let (tree, _) = build_binary(&triangles, &settings, &CancelToken::new()).unwrap();
         (tree, triangles)
     });
-    growing.look_at(
+    growing.check(
         "overlap of one triangle many times",
         [&0, &1],
         |&which: &usize| which,
@@ -218,18 +232,18 @@ fn what_is_derived_from_a_tree() {
             end_point_overlap(tree, triangles, 10, token).unwrap()
         },
     );
-    growing.none();
+    growing.assert_none();
 }
 
 #[test]
 fn pictures() {
-    if again("latency::pictures") {
+    if run_with_fresh_memory("latency::pictures") {
         return;
     }
     let scene = terrain(2_000);
     let accel = Arc::new(Accel::build(&scene, &BuildSettings::default(), &CancelToken::new()).unwrap());
     let mut camera = Camera::framing(&scene.bounds, scene.up);
-    // A look at nothing, so that the pixels count and not the rays.
+    // Away from the model, so that the time of a pixel is not that of its ray.
     camera.target = camera.eye + (camera.eye - camera.target);
     let request = |shading: Shading, size: [u32; 2]| RenderRequest {
         accel: Arc::clone(&accel),
@@ -241,13 +255,13 @@ fn pictures() {
         count_tests: true,
     };
     let sizes = [[320, 200], [320 * 2, 200 * GROWTH / 2]];
-    // Copied once for all pictures.
+    // Cached by the first picture.
     accel.leaf_triangles();
     let mut growing = Growing::default();
     for shading in Shading::ALL {
         let requests = sizes.map(|size| request(shading, size));
-        growing.look_at(shading.name(), [&requests[0], &requests[1]], Clone::clone, |request, token| {
-            // Whoever gets them gives their memory back.
+        growing.check(shading.name(), [&requests[0], &requests[1]], Clone::clone, |request, token| {
+            // The receiver frees the frames.
             let delivered = Mutex::new(Vec::new());
             let frame = render(&request, token, &|frame| delivered.lock().unwrap().push(frame)).unwrap();
             (frame, delivered)
@@ -255,13 +269,13 @@ fn pictures() {
     }
     let folder = tempfile::tempdir().unwrap();
     let frames = sizes.map(|size| render(&request(Shading::Lit, size), &CancelToken::new(), &|_| ()).unwrap());
-    growing.look_at("PNG", [&frames[0], &frames[1]], Clone::clone, |frame, token| {
+    growing.check("PNG", [&frames[0], &frames[1]], Clone::clone, |frame, token| {
         write_png(&folder.path().join("a.png"), [frame.width_px, frame.height_px], &frame.rgba, token).unwrap();
     });
-    growing.look_at("EXR", [&frames[0], &frames[1]], Clone::clone, |frame, token| {
+    growing.check("EXR", [&frames[0], &frames[1]], Clone::clone, |frame, token| {
         write_distances(&folder.path().join("a.exr"), &frame, token).unwrap();
     });
-    growing.none();
+    growing.assert_none();
 }
 
 /// A strip of `count` triangles in each format.
@@ -331,7 +345,7 @@ fn files(count: u32) -> Vec<(&'static str, Vec<u8>)> {
 
 #[test]
 fn models() {
-    if again("latency::models") {
+    if run_with_fresh_memory("latency::models") {
         return;
     }
     let folders = [SMALL, SMALL * GROWTH].map(|count| {
@@ -342,13 +356,13 @@ fn models() {
         folder
     });
     let mut growing = Growing::default();
-    let mut look_at = |name: &str, sources: [SceneSource; 2]| {
-        growing.look_at(name, [&sources[0], &sources[1]], Clone::clone, |source, token| {
+    let mut check = |name: &str, sources: [SceneSource; 2]| {
+        growing.check(name, [&sources[0], &sources[1]], Clone::clone, |source, token| {
             load(&source, &LoadOptions::default(), token).unwrap()
         });
     };
     for (name, _) in files(3) {
-        look_at(name, folders.each_ref().map(|folder| SceneSource::File(folder.path().join(name))));
+        check(name, folders.each_ref().map(|folder| SceneSource::File(folder.path().join(name))));
     }
     // A teapot grows with the square of its number, a flake to nine times its size with each level.
     for (name, small, large) in [
@@ -358,7 +372,7 @@ fn models() {
         ("slivers", SMALL, SMALL * GROWTH),
         ("clusters", 400, 400 * GROWTH),
     ] {
-        look_at(name, [small, large].map(|size| SceneSource::Builtin { name: name.to_owned(), size: Some(size) }));
+        check(name, [small, large].map(|size| SceneSource::Builtin { name: name.to_owned(), size: Some(size) }));
     }
-    growing.none();
+    growing.assert_none();
 }

@@ -1,4 +1,4 @@
-//! What a cancelled job took it gives back.
+//! A cancelled job frees the memory that it took.
 
 use std::path::Path;
 use std::sync::Arc;
@@ -16,33 +16,33 @@ use bvhscope_engine::tree::ContainerKind;
 
 use crate::COUNTED;
 
-/// Places where each job is cancelled, spread over all its looks.
+/// Number of polls at which each job is cancelled, spread evenly over all of them.
 const PLACES: u64 = 25;
 
-/// Runs `work` to its end, then cancels it at many places: what is held afterwards is what was held before, within a part in
-/// twenty of what the job needs at its peak.
+/// Runs `work` to its end, then cancels it at many polls: the memory in use afterwards is that from before, within a
+/// twentieth of the job's peak.
 fn gives_all_back(name: &str, pool: &rayon::ThreadPool, work: impl Fn(&CancelToken) -> bool + Sync) {
-    let looks = Arc::new(AtomicU64::new(0));
-    let counted = Arc::clone(&looks);
+    let polls = Arc::new(AtomicU64::new(0));
+    let counted = Arc::clone(&polls);
     let token = CancelToken::watched(move |_| {
         counted.fetch_add(1, Ordering::Relaxed);
         false
     });
-    // Tables that are made once are there after this.
-    assert!(!pool.install(|| work(&token)), "{name}: nobody cancelled");
+    // The first run makes the tables that are cached for the whole process.
+    assert!(!pool.install(|| work(&token)), "{name}: cancelled by itself");
     drop(token);
     let before = COUNTED.current_usage();
     COUNTED.reset_peak_usage();
     assert!(!pool.install(|| work(&CancelToken::new())));
     let needed = COUNTED.peak_usage() - before;
-    let looks = looks.load(Ordering::Relaxed);
-    for place in 0..looks.min(PLACES) {
-        let n = 1 + place * looks / looks.min(PLACES);
-        let token = CancelToken::watched(move |look| look >= n);
-        assert!(pool.install(|| work(&token)), "{name}: went on after look {n} of {looks}");
+    let polls = polls.load(Ordering::Relaxed);
+    for place in 0..polls.min(PLACES) {
+        let n = 1 + place * polls / polls.min(PLACES);
+        let token = CancelToken::watched(move |poll| poll >= n);
+        assert!(pool.install(|| work(&token)), "{name}: went on after poll {n} of {polls}");
         drop(token);
         let more = COUNTED.current_usage().saturating_sub(before);
-        assert!(more <= needed / 20, "{name}: {more} bytes of {needed} are kept after look {n} of {looks}");
+        assert!(more <= needed / 20, "{name}: {more} bytes of {needed} are kept after poll {n} of {polls}");
     }
 }
 
@@ -91,7 +91,7 @@ fn cancelled_jobs_give_back_what_they_took() {
         gives_all_back(shading.name(), &pool, |token| render(&request, token, &|_| ()).is_err());
     }
 
-    // Large beside what the encoder's own threads keep for their queues.
+    // Large compared with the queues of the encoder's own threads.
     let request = RenderRequest { width_px: 1200, height_px: 900, ..request(Shading::Normals) };
     let frame = render(&request, &CancelToken::new(), &|_| ()).unwrap();
     let folder = tempfile::tempdir().unwrap();

@@ -1,4 +1,4 @@
-//! What a build takes is what the budget is asked for.
+//! A build takes no more memory than its estimate, which the memory budget is checked with.
 
 use std::process::Command;
 use std::sync::Arc;
@@ -9,23 +9,23 @@ use bvhscope_engine::cancel::CancelToken;
 use bvhscope_engine::settings::{BuildSettings, BuilderKind, Preset};
 use bvhscope_engine::tree::ContainerKind;
 
-/// A line of the process's status in bytes.
+/// A field of the process's status, in bytes.
 fn status(name: &str) -> u64 {
     let text = std::fs::read_to_string("/proc/self/status").unwrap();
     let line = text.lines().find(|line| line.starts_with(name)).unwrap();
     line.split_whitespace().nth(1).unwrap().parse::<u64>().unwrap() * 1024
 }
 
-/// Tells the allocator to give back at once what is freed: otherwise the peak hides in what earlier work has left.
-const GIVES_BACK: (&str, &str) = ("MALLOC_MMAP_THRESHOLD_", "65536");
+/// Makes the allocator return freed memory to the system at once: the peak would hide in memory that it reuses.
+const RETURN_MEMORY: (&str, &str) = ("MALLOC_MMAP_THRESHOLD_", "65536");
 
 #[test]
 fn a_build_takes_no_more_than_the_budget_is_asked_for() {
     let _alone = crate::alone();
-    if std::env::var_os(GIVES_BACK.0).is_none() {
+    if std::env::var_os(RETURN_MEMORY.0).is_none() {
         let mut again = Command::new(std::env::current_exe().unwrap());
         again.args(["--exact", "peak::a_build_takes_no_more_than_the_budget_is_asked_for", "--nocapture"]);
-        assert!(again.env(GIVES_BACK.0, GIVES_BACK.1).status().unwrap().success());
+        assert!(again.env(RETURN_MEMORY.0, RETURN_MEMORY.1).status().unwrap().success());
         return;
     }
     let source = SceneSource::Builtin { name: "terrain".to_owned(), size: Some(300_000) };
@@ -37,7 +37,7 @@ fn a_build_takes_no_more_than_the_budget_is_asked_for() {
         .flat_map(|container| builders.map(|builder| BuildSettings { builder, container, ..BuildSettings::default() }));
     let presets = Preset::ALL.map(|preset| BuildSettings::preset(preset, ContainerKind::Aabb));
     for settings in plain.chain(presets).filter(|settings| settings.refusal(scene.triangles.len()).is_none()) {
-        // The highest mark so far counts from here on.
+        // Resets VmHWM, the peak of the resident memory.
         if std::fs::write("/proc/self/clear_refs", "5").is_err() {
             return crate::support::skip("this system does not report the peak");
         }

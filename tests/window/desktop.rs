@@ -2,6 +2,7 @@
 
 #![allow(dead_code, reason = "each test file uses its part")]
 
+use std::collections::VecDeque;
 use std::io::{BufRead, BufReader};
 use std::path::{Path, PathBuf};
 use std::process::{Command, ExitStatus, Stdio};
@@ -13,6 +14,9 @@ use crate::support::process::{PATIENCE, Running, Signal};
 
 /// The viewer.
 pub const PROGRAM: &str = env!("CARGO_BIN_EXE_bvhscope");
+
+/// What the viewer logs with the last sample of each pixel.
+pub const LAST_SAMPLE: &str = ", 16 samples a pixel";
 
 /// One window at a time: software rendering takes every core anyway.
 static ONE_AT_A_TIME: Mutex<()> = Mutex::new(());
@@ -26,10 +30,16 @@ pub struct Desktop {
     _turn: MutexGuard<'static, ()>,
 }
 
-/// The program at work there.
+/// The viewer running there.
 pub struct Program {
     child: Running,
     log: Receiver<String>,
+    /// Lines of the log that no test has read yet, oldest first.
+    unread: VecDeque<String>,
+    /// Number of log lines so far.
+    line_count: usize,
+    /// Whether the last picture has all its samples.
+    picture_complete: bool,
 }
 
 impl Desktop {
@@ -112,7 +122,7 @@ impl Desktop {
                 }
             }
         });
-        Program { child, log }
+        Program { child, log, unread: VecDeque::new(), line_count: 0, picture_complete: false }
     }
 
     /// What `program` prints.
@@ -142,36 +152,54 @@ impl Desktop {
 }
 
 impl Program {
-    /// Waits for a log line that holds `text` and gives it; none before it may tell of a panic, but for egui's renderer,
-    /// which panics where the device is lost; that is caught.
+    /// Waits for a log line that contains `text` and returns it. No line before it may report a panic, except that of egui's
+    /// renderer where the device is lost, which is caught.
     pub fn wait_for(&mut self, text: &str) -> String {
+        let line = self.wait_for_line(&[text], "egui-wgpu");
+        line.unwrap_or_else(|| panic!("the program ended before it logged '{text}'"))
+    }
+
+    /// Waits for a log line that contains one of `texts`; `None` where the program ends without one. No line before it may
+    /// report a panic, except that of a library which cannot start a thread, which is caught.
+    pub fn wait_for_either(&mut self, texts: &[&str]) -> Option<String> {
+        self.wait_for_line(texts, "std/src/thread")
+    }
+
+    fn wait_for_line(&mut self, texts: &[&str], caught_panic: &str) -> Option<String> {
         let give_up = Instant::now() + PATIENCE;
         loop {
-            match self.log.recv_timeout(Duration::from_millis(200)) {
-                Ok(line) if line.contains(text) => return line,
-                Ok(line) => assert!(!line.contains("panicked") || line.contains("egui-wgpu"), "{line}"),
-                Err(_) => {
-                    let status = self.child.try_wait().unwrap();
-                    assert!(status.is_none(), "the program ended ({status:?}) before it said '{text}'");
+            // Lines that are there count, even if the program ends after them.
+            let ended = !self.is_running();
+            self.read_log();
+            while let Some(line) = self.unread.pop_front() {
+                if texts.iter().any(|text| line.contains(text)) {
+                    return Some(line);
                 }
+                assert!(!line.contains("panicked") || line.contains(caught_panic), "{line}");
             }
-            assert!(Instant::now() < give_up, "the program never said '{text}'");
+            if ended {
+                return None;
+            }
+            assert!(Instant::now() < give_up, "the program never logged {texts:?}");
+            std::thread::sleep(Duration::from_millis(20));
         }
     }
 
-    /// Waits for a log line that holds one of `texts`; `None` where the program ends without one. No line may tell of a panic,
-    /// but for that of a library which starts a thread; that is caught.
-    pub fn wait_for_either(&mut self, texts: &[&str]) -> Option<String> {
-        let give_up = Instant::now() + PATIENCE;
-        loop {
-            match self.log.recv_timeout(Duration::from_millis(200)) {
-                Ok(line) if texts.iter().any(|text| line.contains(text)) => return Some(line),
-                Ok(line) => assert!(!line.contains("panicked") || line.contains("std/src/thread"), "{line}"),
-                Err(_) if self.child.try_wait().unwrap().is_some() => return None,
-                Err(_) => {}
+    /// Takes the log lines that have arrived.
+    fn read_log(&mut self) {
+        for line in self.log.try_iter() {
+            self.line_count += 1;
+            if line.contains("presented ") || line.contains("picture at full resolution") {
+                self.picture_complete = line.contains(LAST_SAMPLE);
             }
-            assert!(Instant::now() < give_up, "the program said none of {texts:?}");
+            self.unread.push_back(line);
         }
+    }
+
+    /// The number of log lines so far, and whether the last picture that they report has all its samples.
+    pub fn progress(&mut self) -> (usize, bool) {
+        self.read_log();
+        (self.line_count, self.picture_complete)
     }
 
     /// Processor time that it has taken.
@@ -218,9 +246,10 @@ impl Program {
         Some((fields[0].chars().next()?, Duration::from_millis(10 * ticks)))
     }
 
-    /// The log lines that have come since.
-    pub fn said(&self) -> Vec<String> {
-        self.log.try_iter().collect()
+    /// The log lines since those that were waited for.
+    pub fn unread_lines(&mut self) -> Vec<String> {
+        self.read_log();
+        self.unread.drain(..).collect()
     }
 
     pub fn is_running(&mut self) -> bool {

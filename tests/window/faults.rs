@@ -5,7 +5,7 @@ use std::path::Path;
 use std::process::Command;
 use std::time::{Duration, Instant};
 
-use crate::desktop::{Desktop, PROGRAM};
+use crate::desktop::{Desktop, LAST_SAMPLE, PROGRAM};
 use crate::support::process::{PATIENCE, SharedProgram, Signal, allow_everyone};
 use crate::support::skip;
 
@@ -79,7 +79,7 @@ fn what_the_driver_refuses_takes_only_the_lines_away() {
     // It goes on: another model is loaded, built and traced.
     std::fs::write(desktop.home().join("one.obj"), "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\nf 3 2 1\n").unwrap();
     assert!(program.wait_for("presented one.obj").contains("2 triangles"));
-    program.wait_for(", 16 samples a pixel");
+    program.wait_for(LAST_SAMPLE);
     assert!(program.is_running());
     program.signal(Signal::INT);
     assert_eq!(program.wait().code(), Some(130));
@@ -126,7 +126,7 @@ fn a_window_closed_while_it_writes_leaves_whole_files() {
     for wait in [0, 30, 100, 300] {
         let mut program = desktop.start(&["builtin:teapot:2", "--no-config"]);
         let id = desktop.find_window(&mut program);
-        program.wait_for(", 16 samples a pixel");
+        program.wait_for(LAST_SAMPLE);
         desktop.xdotool(&["windowfocus", "--sync", &id]);
         desktop.xdotool(&["key", "F12"]);
         std::thread::sleep(Duration::from_millis(wait));
@@ -185,7 +185,7 @@ fn a_window_of_one_pixel_and_one_off_the_screen_come_back() {
     let desktop = Desktop::new();
     let mut program = desktop.start(&["builtin:teapot:2", "--no-config"]);
     let id = desktop.find_window(&mut program);
-    program.wait_for(", 16 samples a pixel");
+    program.wait_for(LAST_SAMPLE);
     for (k, away) in [&["windowsize", &id, "1", "1"][..], &["windowsize", &id, "9", "700"], &["windowunmap", &id]]
         .into_iter()
         .enumerate()
@@ -196,9 +196,9 @@ fn a_window_of_one_pixel_and_one_off_the_screen_come_back() {
         desktop.xdotool(&["windowmap", &id]);
         // Another size each time, so that another picture is traced.
         desktop.xdotool(&["windowsize", &id, &(900 + 10 * k).to_string(), "650"]);
-        program.wait_for(", 16 samples a pixel");
+        program.wait_for(LAST_SAMPLE);
     }
-    let said = program.said();
+    let said = program.unread_lines();
     assert!(!said.iter().any(|line| line.contains("error")), "{said:?}");
     desktop.xdotool(&["windowfocus", "--sync", &id, "key", "ctrl+q"]);
     assert!(program.wait().success());
@@ -211,15 +211,15 @@ fn a_window_larger_than_the_driver_draws_comes_back() {
     let desktop = Desktop::with_screen("17400x600x24");
     let mut program = desktop.start(&["builtin:teapot:2", "--no-config"]);
     let id = desktop.find_window(&mut program);
-    program.wait_for(", 16 samples a pixel");
+    program.wait_for(LAST_SAMPLE);
     desktop.xdotool(&["windowsize", &id, "17000", "500"]);
-    let what = program.wait_for_either(&["error: the graphics driver failed", "16 samples a pixel"]);
+    let what = program.wait_for_either(&["error: the graphics driver failed", LAST_SAMPLE]);
     assert!(what.is_some(), "the program ended");
     std::thread::sleep(Duration::from_secs(3));
-    let complaints = program.said().iter().filter(|line| line.contains("graphics driver failed")).count();
+    let complaints = program.unread_lines().iter().filter(|line| line.contains("graphics driver failed")).count();
     assert!(complaints <= 10, "said {complaints} times in three seconds");
     desktop.xdotool(&["windowsize", &id, "900", "550"]);
-    program.wait_for(", 16 samples a pixel");
+    program.wait_for(LAST_SAMPLE);
     assert!(program.is_running());
     desktop.xdotool(&["windowfocus", "--sync", &id, "key", "ctrl+q"]);
     assert!(program.wait().success());
@@ -284,7 +284,7 @@ fn a_change_is_kept_though_the_program_is_killed() {
     let desktop = Desktop::new();
     let mut program = desktop.start(&["builtin:teapot:2"]);
     let id = desktop.find_window(&mut program);
-    program.wait_for(", 16 samples a pixel");
+    program.wait_for(LAST_SAMPLE);
     let kept = |what: &str| std::fs::read_to_string(desktop.settings()).is_ok_and(|text| text.contains(what));
     let wait_for = |what: &str| {
         let give_up = Instant::now() + PATIENCE;
@@ -336,7 +336,7 @@ fn a_saved_file_is_read_again_once_and_a_deleted_one_leaves_the_scene() {
     program.wait_for("two.obj: Removed");
     std::thread::sleep(Duration::from_secs(2));
     assert!(program.is_running());
-    let said = program.said();
+    let said = program.unread_lines();
     assert!(!said.iter().any(|line| line.contains("presented two.obj")), "read once, not again: {said:?}");
 }
 
@@ -344,7 +344,7 @@ fn a_saved_file_is_read_again_once_and_a_deleted_one_leaves_the_scene() {
 fn a_window_at_rest_does_nothing() {
     let desktop = Desktop::new();
     let mut program = desktop.start(&["builtin:teapot:2"]);
-    program.wait_for(", 16 samples a pixel");
+    program.wait_for(LAST_SAMPLE);
     std::thread::sleep(Duration::from_secs(3));
     // Processor time, which other work on the machine does not lengthen.
     let before = program.spent();
