@@ -77,6 +77,11 @@ pub fn main() -> ExitCode {
     finish(result, strict)
 }
 
+/// The whole command line as clap describes it, for man pages and shell completions.
+pub fn command() -> clap::Command {
+    Cli::command()
+}
+
 /// What to say where the first argument is nearly a command.
 fn suggest(first: &OsStr) -> Option<String> {
     let program = Cli::command();

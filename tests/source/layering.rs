@@ -21,7 +21,7 @@ const MAY_IMPORT: &[(&str, &[&str])] = &[
 ];
 
 /// What the upper rooms may import: everything below them.
-const TOP: &[&str] = &["app", "headless", "cli", "main", "lib"];
+const TOP: &[&str] = &["app", "headless", "cli", "main", "lib", "bin"];
 
 /// Crates that only the window knows.
 const WINDOW_CRATES: &[&str] = &["egui", "eframe", "wgpu", "rfd"];
