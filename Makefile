@@ -1,8 +1,11 @@
 # Two commands set everything up on a fresh Debian or Ubuntu machine that has Rust:
-#   make run    opens the viewer on the built-in teapot (without a display: writes teapot.png)
-#   make test   checks everything that continuous integration checks
-# A third one measures: make peers, with flags as in PEERS="--scenes bunny,dragon --json".
-# Both first install the system packages that are missing. Everything else is plain cargo.
+#   make run      opens the viewer on the built-in teapot (without a display: writes teapot.png)
+#   make test     checks everything that continuous integration checks
+# Others for packages and measurements:
+#   make install  installs program, desktop entry, icons, man pages and completions under PREFIX
+#   make deb      builds a Debian package of the same files in target/debian/
+#   make peers    measures beside other engines, with flags as in PEERS="--scenes bunny,dragon --json"
+# What they need of the system they install first, where it is missing. Everything else is plain cargo.
 
 SHELL := /bin/bash
 
@@ -11,7 +14,7 @@ RUN_PACKAGES := mesa-vulkan-drivers libx11-6 libx11-xcb1 libxcursor1 libxi6 libx
 # What the tests of the real window need on top.
 TEST_PACKAGES := $(RUN_PACKAGES) xvfb xdotool x11-apps python3-xlib
 
-.PHONY: run test format lint unit docs headless peers deps-run deps-test deps-peers
+.PHONY: run test format lint unit docs headless peers dist install deb deps-run deps-test deps-peers deps-deb
 
 run: deps-run
 	cargo build --release
@@ -48,6 +51,42 @@ docs:
 peers: deps-peers
 	cargo run --release --no-default-features --features peers --bin peers -- $(PEERS)
 
+# Where `make install` puts the files; DESTDIR goes in front, for packages.
+PREFIX ?= /usr/local
+DESTDIR ?=
+INSTALLED := $(DESTDIR)$(PREFIX)
+
+# The program, and what packages install beside it. Without cargo, as often under sudo, an earlier build is taken.
+dist:
+	@if command -v cargo >/dev/null; then \
+		set -x; \
+		cargo build --release --locked && \
+		cargo run --locked --no-default-features --features dist --bin bvhscope-dist -- target/dist; \
+	elif [ -x target/release/bvhscope ] && [ -e target/dist/bvhscope.1 ]; then \
+		echo "Rust is not in the PATH: taking what was built before."; \
+	else \
+		echo "Rust is missing: install it from https://rustup.rs, or run 'make dist' as a user who has it." >&2; exit 1; \
+	fi
+
+install: dist
+	install -Dm755 target/release/bvhscope "$(INSTALLED)/bin/bvhscope"
+	install -Dm644 assets/bvhscope.desktop "$(INSTALLED)/share/applications/bvhscope.desktop"
+	install -Dm644 assets/bvhscope.metainfo.xml "$(INSTALLED)/share/metainfo/local.bvhscope.bvhscope.metainfo.xml"
+	install -Dm644 assets/icon.svg "$(INSTALLED)/share/icons/hicolor/scalable/apps/bvhscope.svg"
+	install -Dm644 assets/icon-256.png "$(INSTALLED)/share/icons/hicolor/256x256/apps/bvhscope.png"
+	install -d "$(INSTALLED)/share/man/man1"
+	install -m644 target/dist/*.1 "$(INSTALLED)/share/man/man1/"
+	install -Dm644 target/dist/bvhscope.bash "$(INSTALLED)/share/bash-completion/completions/bvhscope"
+	install -Dm644 target/dist/_bvhscope "$(INSTALLED)/share/zsh/site-functions/_bvhscope"
+	install -Dm644 target/dist/bvhscope.fish "$(INSTALLED)/share/fish/vendor_completions.d/bvhscope.fish"
+	install -Dm644 LICENSE-MIT "$(INSTALLED)/share/doc/bvhscope/LICENSE-MIT"
+	install -Dm644 LICENSE-APACHE "$(INSTALLED)/share/doc/bvhscope/LICENSE-APACHE"
+	install -Dm644 assets/debian/copyright "$(INSTALLED)/share/doc/bvhscope/copyright"
+
+deb: deps-deb dist
+	@cargo deb --version >/dev/null 2>&1 || { echo "Installing cargo-deb"; cargo install --locked cargo-deb; }
+	cargo deb --no-build --locked
+
 deps-run:
 	@bash tests/install_packages.sh $(RUN_PACKAGES)
 
@@ -56,3 +95,6 @@ deps-test:
 
 deps-peers:
 	@bash tests/install_packages.sh libembree-dev
+
+deps-deb:
+	@bash tests/install_packages.sh dpkg-dev
