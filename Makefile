@@ -59,7 +59,7 @@ INSTALLED := $(DESTDIR)$(PREFIX)
 # The program, and what packages install beside it. Without cargo, as often under sudo, an earlier build is taken.
 dist:
 	@if command -v cargo >/dev/null; then \
-		set -x; \
+		set -x; rm -rf target/dist; \
 		cargo build --release --locked && \
 		cargo run --locked --no-default-features --features dist --bin bvhscope-dist -- target/dist; \
 	elif [ -x target/release/bvhscope ] && [ -e target/dist/bvhscope.1 ]; then \
