@@ -1,60 +1,68 @@
-//! How much memory this process may use. Asked before each allocation whose size an input or an option decides, so that a
-//! refusal is a sentence and not an abort.
+//! The memory budget of the process, checked before each allocation whose size depends on an input file or an option, so that
+//! too large a model ends in an error message and not in an abort.
 
 use std::sync::OnceLock;
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use sysinfo::{MemoryRefreshKind, ProcessRefreshKind, ProcessesToUpdate, System};
 
-/// Share of the available memory that is used where nothing else was said.
-const DEFAULT_SHARE: f64 = 0.75;
+/// Fraction of the available memory that is used unless a limit is set.
+const DEFAULT_FRACTION: f64 = 0.75;
 
-/// Allocations below this are not looked at: asking costs more than they do.
-const SMALL: u64 = 16 << 20;
+/// Allocations below this many bytes are not checked: asking the system for the memory in use takes longer than they do.
+const MIN_CHECKED: u64 = 16 << 20;
 
-/// A limit as a user gives it.
+/// A memory limit as the user states it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum MemoryLimit {
-    /// So many bytes for the whole process.
+    /// Bytes for the whole process.
     Bytes(u64),
-    /// This share of the memory that was available at the start, above 0, at most 1.
-    Share(f64),
+    /// Fraction, in (0, 1], of the memory that is available when the limit is first needed.
+    Fraction(f64),
 }
 
 impl Default for MemoryLimit {
     fn default() -> Self {
-        Self::Share(DEFAULT_SHARE)
+        Self::Fraction(DEFAULT_FRACTION)
     }
 }
 
-/// Something would need more memory than there may be used.
+/// An allocation that would exceed the memory budget.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error(
     "{what} would need about {} of memory, but only {} of {} may still be used; take something smaller or raise --memory-limit",
-    in_words(*needed), in_words(*left), in_words(*limit)
+    format_bytes(*needed), format_bytes(*left), format_bytes(*limit)
 )]
 pub struct OverBudget {
-    /// What would need it.
+    /// What is allocated, as in "the tree".
     pub what: String,
-    /// Bytes that it would need.
+    /// Bytes of the allocation.
     pub needed: u64,
-    /// Bytes that may still be used.
+    /// Bytes left in the budget.
     pub left: u64,
-    /// Bytes that the process may use altogether.
+    /// Bytes of the whole budget.
     pub limit: u64,
 }
 
-/// The memory that the process may use.
+/// The number of bytes that a process may use.
+///
+/// ```
+/// use bvhscope::budget::{Budget, MemoryLimit};
+///
+/// let budget = Budget::limited(MemoryLimit::Bytes(64 << 30));
+/// assert!(budget.check("the triangles", 100).is_ok());
+/// assert!(budget.check("the triangles", 1 << 40).is_err());
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Budget {
     limit: u64,
 }
 
-/// Bytes; 0 until someone asks or sets it. The memory of a process is the one thing that all of its parts share.
+/// The limit in bytes; 0 until it is set. Global because the memory is that of the whole process.
 static LIMIT: AtomicU64 = AtomicU64::new(0);
 
 impl Budget {
-    /// The budget of this process: what [`Budget::set_limit`] said, else 75 % of what was available at the first question.
+    /// The budget of this process: that of [`Budget::set_limit`], else 75 % of the memory available at the first call.
     pub fn of_process() -> Self {
         static DEFAULT: OnceLock<u64> = OnceLock::new();
         match LIMIT.load(Ordering::Relaxed) {
@@ -63,49 +71,49 @@ impl Budget {
         }
     }
 
-    /// A budget of so much.
+    /// A budget of `limit`.
     pub fn limited(limit: MemoryLimit) -> Self {
         Self { limit: bytes_of(limit) }
     }
 
-    /// Sets the budget of this process from now on.
+    /// Sets the budget of this process.
     pub fn set_limit(limit: MemoryLimit) {
         LIMIT.store(Self::limited(limit).limit.max(1), Ordering::Relaxed);
     }
 
-    /// Whether `needed` more bytes may be allocated for `what` ("the tree").
+    /// Checks that `needed` more bytes fit into the budget; `what` ("the tree") names the allocation in the error.
     pub fn check(&self, what: &str, needed: u64) -> Result<(), OverBudget> {
-        if needed < SMALL.min(self.limit / 16) {
+        if needed < MIN_CHECKED.min(self.limit / 16) {
             return Ok(());
         }
         let left = self.left();
         if needed <= left { Ok(()) } else { Err(OverBudget { what: what.to_owned(), needed, left, limit: self.limit }) }
     }
 
-    /// Bytes that may still be allocated.
+    /// Bytes left in the budget.
     pub fn left(&self) -> u64 {
         self.limit.saturating_sub(used())
     }
 }
 
-/// A limit in bytes. A share is taken of what this process uses and could still get.
+/// The limit in bytes. A fraction refers to the memory that this process uses plus what is still available.
 fn bytes_of(limit: MemoryLimit) -> u64 {
     match limit {
         MemoryLimit::Bytes(bytes) => bytes,
-        MemoryLimit::Share(share) => {
-            // Where the system does not tell, nothing is refused.
+        MemoryLimit::Fraction(fraction) => {
+            // Without information from the system nothing is refused.
             let Ok(mut system) = System::new() else { return u64::MAX };
             system.refresh_memory_specifics(MemoryRefreshKind::nothing().with_ram());
-            // In a container less is available than the machine has.
-            let contained =
+            // A control group may allow less than the machine has.
+            let in_cgroup =
                 system.cgroup_limits().map_or(u64::MAX, |limits| limits.total_memory.saturating_sub(limits.rss));
-            let available = system.available_memory().min(contained).min(address_space_left());
-            if available == 0 { u64::MAX } else { (available.saturating_add(used()) as f64 * share) as u64 }
+            let available = system.available_memory().min(in_cgroup).min(address_space_left());
+            if available == 0 { u64::MAX } else { (available.saturating_add(used()) as f64 * fraction) as u64 }
         }
     }
 }
 
-/// Bytes that this process has in memory.
+/// Resident memory of this process in bytes.
 fn used() -> u64 {
     let (Ok(pid), Ok(mut system)) = (sysinfo::get_current_pid(), System::new()) else { return 0 };
     let kind = ProcessRefreshKind::nothing().with_memory().without_tasks();
@@ -113,21 +121,21 @@ fn used() -> u64 {
     system.process(pid).map_or(0, sysinfo::Process::memory)
 }
 
-/// What `ulimit -v` leaves: beyond it allocations fail although there is memory.
+/// Bytes of address space that `ulimit -v` leaves; allocations beyond it fail although there is free memory.
 fn address_space_left() -> u64 {
-    let number = |file: &str, start: &str, column: usize| -> Option<u64> {
+    let field = |file: &str, start: &str, column: usize| -> Option<u64> {
         let text = std::fs::read_to_string(file).ok()?;
         let line = text.lines().find(|line| line.starts_with(start))?;
         line.split_whitespace().nth(column)?.parse().ok()
     };
-    // Without a limit the word there is "unlimited", and other systems have no such files.
-    let limit = number("/proc/self/limits", "Max address space", 3);
-    let taken = number("/proc/self/status", "VmSize:", 1).unwrap_or(0).saturating_mul(1024);
+    // An absent limit reads "unlimited"; systems other than Linux have no such files.
+    let limit = field("/proc/self/limits", "Max address space", 3);
+    let taken = field("/proc/self/status", "VmSize:", 1).unwrap_or(0).saturating_mul(1024);
     limit.map_or(u64::MAX, |limit| limit.saturating_sub(taken))
 }
 
-/// Bytes with a unit that people read.
-pub fn in_words(bytes: u64) -> String {
+/// A number of bytes as text, in MB or GB (powers of 1000).
+pub fn format_bytes(bytes: u64) -> String {
     let megabytes = bytes as f64 / 1e6;
     if megabytes >= 1000.0 { format!("{:.1} GB", megabytes / 1e3) } else { format!("{megabytes:.1} MB") }
 }
@@ -138,7 +146,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_does_not_fit_is_refused_in_words() {
+    fn an_allocation_over_budget_is_refused_with_a_message() {
         let budget = Budget { limit: 40 << 30 };
         let error = budget.check("the tree", 50 << 30).unwrap_err();
         let text = error.to_string();
@@ -156,8 +164,8 @@ mod tests {
     }
 
     #[test]
-    fn a_share_is_of_what_is_there() {
-        let (half, all) = (bytes_of(MemoryLimit::Share(0.5)), bytes_of(MemoryLimit::Share(1.0)));
+    fn a_fraction_is_of_the_available_memory() {
+        let (half, all) = (bytes_of(MemoryLimit::Fraction(0.5)), bytes_of(MemoryLimit::Fraction(1.0)));
         assert!(half > 0 && half < all, "{half} of {all}");
     }
 }

@@ -1,4 +1,4 @@
-//! The camera: the ray through a pixel, and the same camera as a matrix for the overlay.
+//! The camera: primary rays for tracing and the matching matrix for the overlay.
 //!
 //! Right-handed, looking along `target - eye`. Depth is infinite reverse-Z as wgpu wants it, so `clip.w` of a projected
 //! point is its linear view depth.
@@ -8,31 +8,31 @@ use serde::{Deserialize, Serialize};
 
 use bvhscope_engine::geometry::{Aabb, Ray};
 
-/// How points are brought onto the picture.
+/// How points are projected onto the picture.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Projection {
-    /// Rays meet in the eye.
+    /// All rays start at the eye.
     Perspective,
-    /// Rays are parallel; the height of the view is what perspective shows at the target's distance.
+    /// Rays are parallel; the view is as high as the perspective one is at the target's distance.
     Orthographic,
 }
 
-/// Where the picture is taken from.
+/// Position, orientation and projection of the observer.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Camera {
-    /// Where the observer is, in world units.
+    /// Position of the observer in world units.
     pub eye: Vec3,
-    /// The point in the middle of the picture, around which the observer orbits.
+    /// The point at the centre of the picture and of orbiting.
     pub target: Vec3,
-    /// What is up in the picture; need not be perpendicular to the view direction.
+    /// The up direction; need not be perpendicular to the view direction.
     pub up: Vec3,
-    /// Vertical opening angle in radians.
+    /// Vertical field of view in radians.
     pub fov_y: f32,
     /// Perspective or orthographic.
     pub projection: Projection,
 }
 
-/// A camera's axes for one picture size, computed once for many rays.
+/// A camera's basis for one picture size, computed once for many rays.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct CameraFrame {
     camera: Camera,
@@ -45,13 +45,25 @@ pub struct CameraFrame {
     height_px: f32,
 }
 
-/// Default vertical opening angle: 45 degrees.
+/// Default vertical field of view in radians: 45 degrees.
 pub const DEFAULT_FOV_Y: f32 = std::f32::consts::FRAC_PI_4;
 
 impl Camera {
-    /// The documented default camera of a model, the same in the window and on the command line: perspective, 45° high,
-    /// looking at the middle of `bounds` from the direction (0.5, 0.35, 1) of a y-up world (turned accordingly for
-    /// another `up`), far enough for the box to fill 90 % of a square picture ([`Camera::frame`]).
+    /// The default camera of a model, in the window and on the command line: perspective with a field of view of 45°, looking
+    /// at the centre of `bounds` from the direction (0.5, 0.35, 1) of a y-up world (rotated accordingly for another `up`), at
+    /// the distance at which the box fills 90 % of a square picture ([`Camera::frame`]).
+    ///
+    /// ```
+    /// use bvhscope::camera::Camera;
+    /// use bvhscope_engine::geometry::Aabb;
+    /// use glam::Vec3;
+    ///
+    /// let bounds = Aabb { min: Vec3::splat(-1.0), max: Vec3::ONE };
+    /// let camera = Camera::framing(&bounds, Vec3::Y);
+    /// let ray = camera.for_size(800, 600).ray(400.0, 300.0);
+    /// assert_eq!(camera.target, Vec3::ZERO);
+    /// assert!((ray.at(camera.distance()) - camera.target).length() < 1e-3);
+    /// ```
     pub fn framing(bounds: &Aabb, up: Vec3) -> Self {
         let mut camera =
             Self { eye: Vec3::Z, target: Vec3::ZERO, up, fov_y: DEFAULT_FOV_Y, projection: Projection::Perspective };
@@ -62,8 +74,8 @@ impl Camera {
         camera
     }
 
-    /// Moves along the view direction so that `bounds` fills 90 % of a square picture; a wider one has room at its sides.
-    /// Keeps the direction; an empty or flat box gives a finite camera all the same.
+    /// Moves along the view direction until `bounds` fills 90 % of a square picture; a wider picture has margins at its sides.
+    /// Keeps the direction. The camera stays finite for empty and flat boxes.
     pub fn frame(&mut self, bounds: &Aabb) {
         let usable = !bounds.is_empty() && bounds.extent().is_finite();
         let (center, half_extent) =
@@ -122,7 +134,7 @@ impl CameraFrame {
         let along = self.up * ((1.0 - y_px / self.height_px * 2.0) * self.half.y);
         match self.camera.projection {
             Projection::Perspective => Ray::new(self.camera.eye, (self.forward + across + along).normalize()),
-            // Starting far behind the eye, so that zooming in never cuts the model open.
+            // Starts far behind the eye, so that zooming in never clips the model.
             Projection::Orthographic => {
                 let back = self.forward * self.ortho_offset();
                 Ray::new(self.camera.eye + across + along - back, self.forward)
@@ -188,7 +200,7 @@ impl CameraFrame {
         (ray.at(t) - self.camera.eye).dot(self.forward)
     }
 
-    /// The camera that this was made from.
+    /// The camera that this basis belongs to.
     pub fn camera(&self) -> &Camera {
         &self.camera
     }
@@ -224,7 +236,7 @@ mod tests {
         cameras
     }
 
-    /// Where a world point lies on the picture, in pixels.
+    /// Projects a world point onto the picture, in pixels.
     fn project(frame: &CameraFrame, point: Vec3, (width, height): (u32, u32)) -> Vec2 {
         let clip = frame.clip_from_world() * point.extend(1.0);
         let ndc = Vec2::new(clip.x, clip.y) / clip.w;

@@ -1,16 +1,18 @@
-//! Files that are written whole or not at all: into a temporary file beside the target, flushed, then renamed.
+//! Atomic file output: data goes into a temporary file beside the target, which is flushed and then renamed.
+//!
+//! Knows no file format; callers encode.
 
 use std::io::ErrorKind::{PermissionDenied, QuotaExceeded, ReadOnlyFilesystem, StorageFull};
 use std::io::{BufWriter, Write};
 use std::path::{Path, PathBuf};
 
-/// Why a file cannot be written.
+/// A file that cannot be written, and why.
 #[derive(Debug, thiserror::Error)]
 #[error("{}: {reason}", path.display())]
 pub struct ExportError {
     /// The file.
     pub path: PathBuf,
-    /// What is in the way, in words.
+    /// The reason, for the user.
     pub reason: String,
 }
 
@@ -21,8 +23,8 @@ impl ExportError {
     }
 }
 
-/// Whether `path` could be written, before any work is done for it: its folder exists and takes files, it is not itself a
-/// folder or a device.
+/// Checks that `path` can be written, before work is spent on its contents: its folder exists and is writable, and it is
+/// neither a folder nor a device.
 pub fn check_target(path: &Path) -> Result<(), ExportError> {
     let Some(name) = path.file_name() else {
         return Err(ExportError::new(path, "this is not a file name"));
@@ -45,7 +47,7 @@ pub fn check_target(path: &Path) -> Result<(), ExportError> {
         .map_err(|error| ExportError::new(path, format!("the folder '{}' takes no files: {error}", folder.display())))
 }
 
-/// Writes `path` through `fill`. On any failure an old file of that name stays as it was.
+/// Writes `path` through `fill`. On failure an existing file of that name is left unchanged.
 pub fn write_file(path: &Path, fill: impl FnOnce(&mut dyn Write) -> Result<(), String>) -> Result<(), ExportError> {
     check_target(path)?;
     let failed = |error: std::io::Error| ExportError::new(path, format!("cannot be written: {error}"));
@@ -61,13 +63,13 @@ pub fn write_file(path: &Path, fill: impl FnOnce(&mut dyn Write) -> Result<(), S
     Ok(())
 }
 
-/// Writes `bytes` into `path`, whole or not at all.
+/// Writes `bytes` to `path`, atomically.
 pub fn write_bytes(path: &Path, bytes: &[u8]) -> Result<(), ExportError> {
     write_file(path, |writer| writer.write_all(bytes).map_err(|error| format!("cannot be written: {error}")))
 }
 
-/// Writes `bytes` into a new file of `folder`, `STEM-001.EXTENSION` or the next number that is free, and returns it.
-/// Characters that a file name cannot have everywhere become hyphens.
+/// Writes `bytes` to a new file in `folder`, named `STEM-NNN.EXTENSION` with the first free number from 001, and returns its path.
+/// Characters of `stem` that are not portable in file names become hyphens.
 pub fn write_new(folder: &Path, stem: &str, extension: &str, bytes: &[u8]) -> Result<PathBuf, ExportError> {
     let stem: String = stem.chars().map(|c| if c.is_alphanumeric() || "-_.".contains(c) { c } else { '-' }).collect();
     let failed = |error: std::io::Error| {
@@ -86,7 +88,7 @@ pub fn write_new(folder: &Path, stem: &str, extension: &str, bytes: &[u8]) -> Re
     Err(ExportError::new(folder, format!("all 9,999 names {stem}-NNN.{extension} are taken")))
 }
 
-/// The folder that holds `path`.
+/// The parent folder of `path`.
 fn folder_of(path: &Path) -> &Path {
     match path.parent() {
         Some(folder) if !folder.as_os_str().is_empty() => folder,
@@ -94,7 +96,7 @@ fn folder_of(path: &Path) -> &Path {
     }
 }
 
-/// A file that goes away unless it is renamed, with the permissions of any new file.
+/// A temporary file that is deleted on drop unless persisted, with the permissions of an ordinary new file.
 fn temporary(folder: &Path, name: &std::ffi::OsStr) -> std::io::Result<tempfile::NamedTempFile> {
     let mut prefix = std::ffi::OsString::from(".");
     prefix.push(name);
@@ -103,11 +105,11 @@ fn temporary(folder: &Path, name: &std::ffi::OsStr) -> std::io::Result<tempfile:
     #[cfg(unix)]
     {
         use std::os::unix::fs::PermissionsExt as _;
-        // The process's umask takes its share from this, as with any file.
+        // Reduced by the process's umask, as for any file.
         builder.permissions(std::fs::Permissions::from_mode(0o666));
     }
     builder.tempfile_in(folder).map_err(|error| match error.kind() {
-        // Without the name of a file that there never was.
+        // Drops the name of the temporary file from the message.
         kind @ (PermissionDenied | ReadOnlyFilesystem | StorageFull | QuotaExceeded) => kind.into(),
         _ => error,
     })
@@ -135,7 +137,7 @@ mod tests {
     }
 
     #[test]
-    fn unusable_targets_are_found_before_the_work() {
+    fn unusable_targets_are_refused_early() {
         let folder = tempfile::tempdir().unwrap();
         assert!(check_target(folder.path()).unwrap_err().reason.contains("is a folder"));
         assert!(check_target(&folder.path().join("no/file")).unwrap_err().reason.contains("does not exist"));

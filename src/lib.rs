@@ -1,10 +1,58 @@
-//! Builds, traces and shows bounding volume hierarchies made by agglomerative clustering.
+//! bvhscope opens a 3D model, ray traces it on the CPU through a bounding volume hierarchy (BVH) built by approximate
+//! agglomerative clustering (AAC), and shows the tree.
+//!
+//! This package is the viewer and its commands. The engine (geometry, trees, builders, traversal) is a crate of its own,
+//! [`bvhscope_engine`]: triangles in, tree and hits out; it knows nothing of this one.
 //!
 //! # Map of the code
 //!
-//! Modules in the order in which a newcomer should read them; each may import only what stands above it.
+//! Modules from the bottom up, in the order in which a newcomer should read them. Each may import the engine and what stands
+//! above it in this table, nothing below (`tests/source` checks that).
+//!
+//! | module | what it does | must not know | start reading at |
+//! | --- | --- | --- | --- |
+//! | [`budget`] | memory limit of the process, checked before large allocations | everything else | [`budget::Budget`] |
+//! | [`export`] | atomic writing of files | file formats | [`export::write_file`] |
+//! | [`worker`] | a background thread of which only the latest request counts | what the work is | [`worker::Worker`] |
+//! | [`camera`], [`view`] | primary rays, the matching matrix, named views | scenes, trees | [`camera::Camera`] |
+//! | [`scene`] | model files and built-in models into triangles and materials | trees, cameras, pixels | [`scene::load`] |
+//! | [`accel`] | a scene's tree and wide tree with their build report | pixels, windows | [`accel::Accel::build`] |
+//! | [`render`] | tiles, shading modes, colour maps: a tree and a camera into a frame | egui, wgpu, the overlay | [`render::render`] |
+//! | [`overlay`] | nodes into wireframe instances and the wgpu pass that draws them | `render`, egui's widgets | [`overlay::NodeTable`] |
+//! | [`lab`] | measuring jobs, tables, plots, diagnosis | egui, wgpu, files | [`lab::Job`] |
+//! | `app` | the window: the only place that owns threads and egui | command line flags | `app::run` |
+//! | [`headless`] | the commands that need no window | command line flags | [`headless::render::run`] |
+//! | [`cli`] | command line flags into resolved settings; dispatch and exit codes | how anything is done | [`cli::main`] |
+//!
+//! # From a model to a picture
+//!
+//! ```
+//! use std::sync::Arc;
+//!
+//! use bvhscope::accel::Accel;
+//! use bvhscope::camera::Camera;
+//! use bvhscope::scene::{LoadOptions, SceneSource, load};
+//! use bvhscope_engine::cancel::CancelToken;
+//! use bvhscope_engine::settings::{BuildSettings, Preset};
+//! use bvhscope_engine::tree::ContainerKind;
+//!
+//! let token = CancelToken::new();
+//! let source = SceneSource::parse("builtin:cornell".as_ref())?;
+//! let scene = Arc::new(load(&source, &LoadOptions::default(), &token)?);
+//! let settings = BuildSettings::preset(Preset::Fast, ContainerKind::Aabb);
+//! let accel = Accel::build(&scene, &settings, &token)?;
+//! let camera = Camera::framing(&scene.bounds, scene.up);
+//! let ray = camera.for_size(640, 480).ray(320.0, 240.0);
+//! let hit = accel.closest_hit(&ray).expect("the camera looks into the box");
+//! assert!(hit.t > 0.0);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
 
 pub mod budget;
+
+pub mod export;
+
+pub mod worker;
 
 pub mod camera;
 
@@ -19,10 +67,6 @@ pub mod render;
 pub mod overlay;
 
 pub mod lab;
-
-pub mod export;
-
-pub mod worker;
 
 #[cfg(feature = "gui")]
 pub mod app;

@@ -1,10 +1,10 @@
-//! The program: see [`bvhscope::cli`].
+//! The `bvhscope` program; see [`bvhscope::cli`] for what it does.
 
 use std::process::ExitCode;
 
 use mimalloc::MiMalloc;
 
-// Trees in large pages are built and traced faster, and the next tree gets the memory of the one before.
+// mimalloc: trees in large pages build and trace faster, and a rebuild reuses the memory of the previous tree.
 #[global_allocator]
 static ALLOCATOR: MiMalloc = MiMalloc;
 

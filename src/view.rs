@@ -1,19 +1,19 @@
-//! Named views of a model, and the camera that a user describes in parts. The same on the command line and in the window.
+//! Named views of a model, and cameras specified in part. Shared by the command line and the window.
 
 use glam::{Mat3, Vec3};
 
 use crate::camera::{Camera, Projection};
 use bvhscope_engine::geometry::Aabb;
 
-/// A view of the whole model.
+/// A standard view of the whole model.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum NamedView {
-    /// [`Camera::framing`]: the window's as well.
+    /// The view of [`Camera::framing`], from an oblique direction.
     #[default]
     Default,
     /// Looking at the side that faces +z in a y-up scene, −y in a z-up one.
     Front,
-    /// The other side.
+    /// Looking at the side opposite the front.
     Back,
     /// From the observer's left of the front view.
     Left,
@@ -43,7 +43,7 @@ impl NamedView {
         }
     }
 
-    /// The camera that shows all of `bounds` from this side; `up` is the scene's.
+    /// The camera that shows all of `bounds` from this side, where `up` is the up direction of the scene.
     pub fn camera(self, bounds: &Aabb, up: Vec3) -> Camera {
         let mut camera = Camera::framing(bounds, up);
         let front = if up.y.abs() > 0.5 { Vec3::Z } else { Vec3::NEG_Y };
@@ -68,25 +68,25 @@ impl NamedView {
     }
 }
 
-/// A view and what replaces parts of it.
+/// A named view with overrides for single components of the camera.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct CameraChoice {
-    /// Where to start from.
+    /// The view that supplies whatever is not overridden.
     pub view: NamedView,
-    /// Where the observer is instead, in world units.
+    /// Position of the observer in world units.
     pub eye: Option<Vec3>,
-    /// The middle of the picture instead.
+    /// The point at the centre of the picture.
     pub target: Option<Vec3>,
-    /// Up instead; unit length.
+    /// The up direction, of unit length.
     pub up: Option<Vec3>,
-    /// Vertical opening angle in radians instead. Without `eye` the model still fills the picture.
+    /// Vertical field of view in radians. Without `eye` the distance is adapted, so that the model fills the picture.
     pub fov_y: Option<f32>,
-    /// Parallel rays.
+    /// Orthographic projection.
     pub orthographic: bool,
 }
 
 impl CameraChoice {
-    /// The camera for a scene with these bounds and this up.
+    /// The camera for a scene with these bounds and this up direction.
     pub fn camera(&self, bounds: &Aabb, up: Vec3) -> Camera {
         let mut camera = self.view.camera(bounds, up);
         if let Some(fov_y) = self.fov_y {

@@ -106,7 +106,7 @@ pub fn memory(text: &str) -> Result<MemoryLimit, String> {
     let number: f64 = number.parse().map_err(|_| expected())?;
     let power = |base: f64, power: i32| Some(number * base.powi(power));
     let bytes = match unit.trim().to_ascii_lowercase().as_str() {
-        "%" if (1.0..=100.0).contains(&number) => return Ok(MemoryLimit::Share(number / 100.0)),
+        "%" if (1.0..=100.0).contains(&number) => return Ok(MemoryLimit::Fraction(number / 100.0)),
         "b" => Some(number),
         "k" | "kb" => power(1000.0, 1),
         "m" | "mb" => power(1000.0, 2),

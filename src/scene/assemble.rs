@@ -1,4 +1,4 @@
-//! Collects triangles and their looks into a scene: what every format and every built-in scene has in common.
+//! Accumulates triangles, attributes and materials into a [`Scene`]: the part common to all formats and built-in scenes.
 
 use std::path::Path;
 
@@ -10,67 +10,67 @@ use crate::budget::{Budget, OverBudget};
 use bvhscope_engine::cancel::{CancelToken, Cancelled};
 use bvhscope_engine::geometry::{Aabb, Triangle};
 
-/// Coordinates farther out than this make distances overflow, so such triangles are skipped.
+/// Largest absolute coordinate; beyond it squared distances overflow, so such triangles are skipped.
 const MAX_COORDINATE: f32 = 1e18;
 
-/// Triangles, vertices or numbers between two looks at the token.
+/// Items (triangles, vertices, numbers) between two cancellation checks.
 pub(super) const BATCH_SIZE: usize = 1 << 16;
 
-/// Triangle counts are kept in 32 bits; leaves and nodes need a few values beyond.
+/// Maximum number of triangles: counts have 32 bits, of which nodes and leaves reserve a few values.
 const MAX_TRIANGLES: usize = (u32::MAX - 16) as usize;
 
-/// A triangle with the indices of its corners and its material.
+/// Bytes of a triangle with its vertex indices and its material index.
 pub(super) const BYTES_PER_TRIANGLE: u64 = (size_of::<Triangle>() + size_of::<[u32; 3]>() + size_of::<u32>()) as u64;
 
-/// Position, normal, texture coordinates and colour of a vertex.
+/// Bytes of a vertex: position, normal, colour and texture coordinates.
 pub(super) const BYTES_PER_VERTEX: u64 = (3 * size_of::<Vec3>() + size_of::<Vec2>()) as u64;
 
-/// There is no memory for the triangles.
+/// The reason why no memory is available for triangles or vertices.
 #[derive(Debug, thiserror::Error)]
 pub(super) enum AllocationError {
-    /// They would go beyond the budget.
+    /// The allocation exceeds the memory budget.
     #[error(transparent)]
     OverBudget(#[from] OverBudget),
-    /// The system gives no more.
+    /// The allocator failed.
     #[error("the system gives no more memory for triangles; take a smaller model")]
     Refused,
 }
 
 impl AllocationError {
-    /// The same about a file.
+    /// Converts the error into one about `path`.
     pub(super) fn in_file(&self, path: &Path) -> LoadError {
         unusable(path, self.to_string())
     }
 }
 
-/// Whether there is room for `count` more vertices beside the lists that they come from.
+/// Checks the budget for `count` more vertices; twice their size, since the source lists stay alive meanwhile.
 pub(super) fn check_vertices(count: usize) -> Result<(), AllocationError> {
     Ok(Budget::of_process().check("the vertices", (count as u64).saturating_mul(2 * BYTES_PER_VERTEX))?)
 }
 
-/// A scene in the making.
+/// A scene under construction.
 pub(super) struct Assembly {
     triangles: Vec<Triangle>,
-    /// Empty until the first triangle with attributes; vertex 0 is one without any.
+    /// Vertex indices of each triangle; empty until the first triangle with attributes. Vertex 0 has default attributes.
     corners: Vec<[u32; 3]>,
     vertex_count: usize,
     normals: Vec<Vec3>,
     uvs: Vec<Vec2>,
     colors: Vec<Vec3>,
     material_indices: Vec<u32>,
-    /// May stay empty: clay then.
+    /// The materials; [`Material::clay`] is added where there are none.
     pub(super) materials: Vec<Material>,
-    /// What materials refer to.
+    /// The textures that materials refer to by index.
     pub(super) textures: Vec<Texture>,
-    /// Meshes, objects or solids met so far.
+    /// Number of meshes, objects or solids so far.
     pub(super) mesh_count: usize,
-    /// What was skipped so far.
+    /// Warnings about skipped and repaired data so far.
     pub(super) warnings: Warnings,
-    /// Points in the file, for the message about a file without triangles.
+    /// Number of points in the file, for the error message about a file without triangles.
     pub(super) point_count: u64,
 }
 
-/// Attributes of a run of vertices; each list is empty or has one entry a vertex.
+/// Attributes of a range of vertices; each list is empty or has one entry per vertex.
 #[derive(Default)]
 pub(super) struct VertexLists {
     pub(super) normals: Vec<Vec3>,
@@ -96,34 +96,34 @@ impl Assembly {
         }
     }
 
-    /// Triangles so far.
+    /// Number of triangles so far.
     pub(super) fn len(&self) -> usize {
         self.triangles.len()
     }
 
-    /// Makes room for as many triangles as a file announces, where there is as much: it may be mistaken.
-    pub(super) fn expect(&mut self, announced: u64) {
-        let fits = Budget::of_process().check("the triangles", announced.saturating_mul(BYTES_PER_TRIANGLE)).is_ok();
-        if let Some(count) = usize::try_from(announced).ok().filter(|_| fits) {
-            // Without it the list grows.
+    /// Reserves capacity for the number of triangles that a file declares, if the budget allows; the number is only a hint.
+    pub(super) fn reserve_hint(&mut self, declared: u64) {
+        let fits = Budget::of_process().check("the triangles", declared.saturating_mul(BYTES_PER_TRIANGLE)).is_ok();
+        if let Some(count) = usize::try_from(declared).ok().filter(|_| fits) {
+            // On failure the list grows on demand.
             let _ = self.triangles.try_reserve_exact(count);
         }
     }
 
-    /// Makes room for so many more triangles, or says why there is none. The error names no file yet.
+    /// Reserves capacity for `count` more triangles within the budget.
     pub(super) fn reserve(&mut self, count: usize) -> Result<(), AllocationError> {
         if self.triangles.capacity().saturating_sub(self.triangles.len()) >= count {
             return Ok(());
         }
-        // Growing copies, so that old and new stand side by side.
+        // Growing copies: the old and the new list exist at the same time.
         let total = self.triangles.len().saturating_add(count) as u64;
         Budget::of_process().check("the triangles", total.saturating_mul(BYTES_PER_TRIANGLE))?;
         self.triangles.try_reserve(count).map_err(|_| AllocationError::Refused)?;
         Ok(())
     }
 
-    /// Appends the attributes of `count` vertices and returns the index of the first; `None` where there are no
-    /// attributes, or more vertices than 32 bits count.
+    /// Appends the attributes of `count` vertices and returns the index of the first; `None` where there are no attributes
+    /// or where vertex indices would exceed 32 bits.
     pub(super) fn add_vertices(
         &mut self,
         count: usize,
@@ -142,8 +142,8 @@ impl Assembly {
         Ok(u32::try_from(first).ok())
     }
 
-    /// Appends a triangle unless it cannot be traced; says whether it was kept. `corners` are vertices from
-    /// [`Assembly::add_vertices`], `None` for a triangle without attributes.
+    /// Appends a triangle unless its coordinates are unusable; returns whether it was appended. `corners` are indices of
+    /// vertices from [`Assembly::add_vertices`], `None` for a triangle without attributes.
     pub(super) fn push(
         &mut self,
         triangle: Triangle,
@@ -162,12 +162,12 @@ impl Assembly {
         }
         let index = self.triangles.len();
         if let Some(corners) = corners {
-            reserve_once(&mut self.corners, self.triangles.capacity());
+            reserve_initial(&mut self.corners, self.triangles.capacity());
             self.corners.resize(index, [0; 3]);
             self.corners.push(corners);
         }
         if material != 0 && self.material_indices.len() < index {
-            reserve_once(&mut self.material_indices, self.triangles.capacity());
+            reserve_initial(&mut self.material_indices, self.triangles.capacity());
             self.material_indices.resize(index, 0);
         }
         if material != 0 || !self.material_indices.is_empty() {
@@ -177,7 +177,7 @@ impl Assembly {
         true
     }
 
-    /// The scene, or why there is none.
+    /// The finished scene, or an error if it has no or too many triangles.
     pub(super) fn finish(mut self, source: &SceneSource, up: Vec3, token: &CancelToken) -> Result<Scene, LoadError> {
         let path = source.path().map_or_else(|| source.to_string().into(), Path::to_path_buf);
         let unusable = |message: String| unusable(&path, message);
@@ -223,14 +223,14 @@ impl Assembly {
     }
 }
 
-/// Room for one item a triangle, when the first of them comes. Where there is none, the list grows.
-fn reserve_once<T>(list: &mut Vec<T>, count: usize) {
+/// Reserves capacity for `count` items in a list that has none yet. On failure the list grows on demand.
+fn reserve_initial<T>(list: &mut Vec<T>, count: usize) {
     if list.capacity() == 0 {
         let _ = list.try_reserve_exact(count);
     }
 }
 
-/// Appends a list that may be empty to one that may lag behind.
+/// Writes `list` to `all[first..end]`, filling gaps before and after with `default`; does nothing if `list` is empty.
 fn append<T: Copy>(
     all: &mut Vec<T>,
     first: usize,
@@ -251,13 +251,13 @@ fn append<T: Copy>(
     Ok(())
 }
 
-/// Corners counted from the vertex `first`, `None` where there are no attributes. [`Assembly::add_vertices`] has found that
-/// 32 bits count those that exist.
+/// Vertex indices relative to `first` as absolute ones; `None` without attributes. [`Assembly::add_vertices`] has checked that
+/// existing indices fit into 32 bits.
 pub(super) fn offset_corners(corners: [u32; 3], first: Option<u32>) -> Option<[u32; 3]> {
     first.map(|first| corners.map(|corner| first.saturating_add(corner)))
 }
 
-/// A list of `items`, about `count` of them.
+/// Collects `items`, about `count` of them, with a cancellation check after every batch.
 pub(super) fn collect_cancellable<T>(
     count: usize,
     items: impl IntoIterator<Item = T>,
@@ -275,7 +275,7 @@ pub(super) fn collect_cancellable<T>(
     }
 }
 
-/// Fills up a list unless it is empty, which stays as it is.
+/// Extends a list to `end` items unless it is empty.
 fn pad<T: Copy>(all: &mut Vec<T>, end: usize, default: T) {
     if !all.is_empty() {
         all.resize(end, default);

@@ -1,11 +1,11 @@
-//! What can be wrong with a file, and what was merely skipped.
+//! Loading errors with their location in the file, and warnings about what was skipped or repaired.
 
 use std::borrow::Cow;
 use std::path::PathBuf;
 
 use serde::Serialize;
 
-/// Where in a file something is.
+/// A location in a file.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 pub enum FileLocation {
     /// The file as a whole.
@@ -20,18 +20,18 @@ pub enum FileLocation {
     Json(String),
 }
 
-/// Why a file cannot be used: which file, where in it, what was found and expected, what to do.
+/// The reason why loading ended without a scene.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum LoadError {
-    /// Nobody wanted it any more.
+    /// Loading was cancelled.
     #[error(transparent)]
     Cancelled(#[from] bvhscope_engine::cancel::Cancelled),
-    /// The file is unusable.
+    /// The file cannot be used.
     #[error("{}: {}", locate(path, location), shortened(message))]
     Unusable {
         /// The file.
         path: PathBuf,
-        /// Where in it.
+        /// The location in the file.
         location: FileLocation,
         /// What was found, what was expected and what to do, in one sentence.
         message: String,
@@ -50,10 +50,10 @@ fn locate(path: &std::path::Path, location: &FileLocation) -> String {
     }
 }
 
-/// What is kept of the beginning and of the end of a sentence.
+/// Bytes that [`shortened`] keeps of the beginning and of the end of a text.
 const KEPT_BYTES: [usize; 2] = [400, 200];
 
-/// `text` without its middle where nobody would read it all: files can put megabytes of theirs into it.
+/// `text` without its middle part if it is long: messages may quote megabytes of a file.
 fn shortened(text: &str) -> Cow<'_, str> {
     let end = text.ceil_char_boundary(text.len().saturating_sub(KEPT_BYTES[1]));
     let start = text.floor_char_boundary(KEPT_BYTES[0]);
@@ -63,34 +63,34 @@ fn shortened(text: &str) -> Cow<'_, str> {
     }
 }
 
-/// One kind of thing that was skipped or repaired.
+/// One kind of problem, which was skipped or repaired.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 pub struct Warning {
-    /// What, in words, without the count: "triangles with NaN coordinates skipped".
+    /// Description without the count: "triangles with NaN coordinates skipped".
     pub what: String,
-    /// How often.
+    /// Number of occurrences.
     pub count: u64,
-    /// Where first.
+    /// Location of the first occurrence.
     pub first: FileLocation,
 }
 
-/// More kinds than this nobody reads, and each warning is looked for among them.
+/// Maximum number of kinds of warnings; keeps the list readable and the linear search for a kind short.
 const MAX_KINDS: usize = 200;
 
-/// Everything that was skipped or repaired while loading one file.
+/// All warnings of loading one file.
 #[derive(Debug, Clone, Default, PartialEq, Eq, Serialize)]
 pub struct Warnings {
-    /// One entry a kind, in order of first occurrence.
+    /// One entry per kind, in order of first occurrence.
     pub entries: Vec<Warning>,
 }
 
 impl Warnings {
-    /// Counts one more of `what`; keeps the first place.
+    /// Counts an occurrence of `what`; `location` is recorded if it is the first.
     pub fn add(&mut self, what: &str, location: impl FnOnce() -> FileLocation) {
         self.add_many(1, what, location);
     }
 
-    /// Counts so many more of `what`, the first of them at `place`. Of a great many kinds the last ones are counted together.
+    /// Counts `count` occurrences of `what`, the first of them at `location`. Kinds beyond the maximum share one entry.
     pub fn add_many(&mut self, count: u64, what: &str, location: impl FnOnce() -> FileLocation) {
         if count == 0 {
             return;
@@ -106,14 +106,14 @@ impl Warnings {
         }
     }
 
-    /// Appends what another part of the loading has counted.
+    /// Adds the counts of another list.
     pub fn append(&mut self, other: Self) {
         for Warning { what, count, first } in other.entries {
             self.add_many(count, &what, || first);
         }
     }
 
-    /// Whether nothing was skipped.
+    /// Whether there are no warnings.
     pub fn is_empty(&self) -> bool {
         self.entries.is_empty()
     }
@@ -137,7 +137,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_great_many_kinds_of_warnings_stay_a_list_that_can_be_read() {
+    fn the_number_of_warning_kinds_is_bounded() {
         let mut warnings = Warnings::default();
         for k in 0..10 * MAX_KINDS as u64 {
             warnings.add_many(2, &format!("kind {k}"), || FileLocation::Line(k));
@@ -157,7 +157,7 @@ mod tests {
     }
 
     #[test]
-    fn long_sentences_lose_their_middle() {
+    fn long_messages_are_shortened_in_the_middle() {
         let message = format!("found '{}', expected less", "é".repeat(1 << 20));
         let mut warnings = Warnings::default();
         warnings.add(&message, || FileLocation::File);

@@ -1,4 +1,4 @@
-//! Files beside the model: found safely, and images decoded within limits, each once.
+//! Files that a model names: resolved inside its folder, images decoded once each and within limits.
 
 use std::collections::HashMap;
 use std::path::{Component, Path, PathBuf};
@@ -8,23 +8,26 @@ use image::ImageDecoder as _;
 
 use super::read::read_file;
 use super::{FileLocation, LoadOptions, Texture, Warnings, WrapMode};
-use crate::budget::{Budget, in_words};
+use crate::budget::{Budget, format_bytes};
 use bvhscope_engine::cancel::CancelToken;
 
-/// The largest width or height of an image.
+/// Maximum width and height of an image in pixels.
 const MAX_SIDE: u32 = 16_384;
-/// Bytes that one image may take, and all together.
+/// Maximum number of bytes of one decoded image.
 const MAX_IMAGE: u64 = 256 << 20;
+/// Maximum number of bytes of all textures of a model.
 const MAX_TOTAL: u64 = 1 << 30;
 
 /// The textures of one model.
 pub(super) struct Images<'a> {
     folder: PathBuf,
     options: LoadOptions,
-    /// Looked at by all who read what the model names.
+    /// Cancels loading; polled by everything that reads files named by the model.
     pub(super) token: &'a CancelToken,
     textures: Vec<Texture>,
-    known: HashMap<(PathBuf, [bool; 2]), Option<u32>>,
+    /// Textures by file name and wrap modes; `None` for unusable files.
+    cache: HashMap<(PathBuf, [bool; 2]), Option<u32>>,
+    /// Bytes of all textures so far.
     total: u64,
     warnings: Warnings,
 }
@@ -37,13 +40,13 @@ impl<'a> Images<'a> {
             options: options.clone(),
             token,
             textures: Vec::new(),
-            known: HashMap::new(),
+            cache: HashMap::new(),
             total: 0,
             warnings: Warnings::default(),
         }
     }
 
-    /// The textures made; what went wrong goes to `warnings`.
+    /// The textures; the warnings collected so far are appended to `warnings`.
     pub(super) fn into_textures(self, warnings: &mut Warnings) -> Vec<Texture> {
         warnings.append(self.warnings);
         self.textures
@@ -51,18 +54,18 @@ impl<'a> Images<'a> {
 
     /// The bytes of a file named by the model.
     pub(super) fn read_relative(&self, name: &str) -> Result<Vec<u8>, String> {
-        let path = self.find(name)?;
+        let path = self.resolve(name)?;
         read_file(&path, None, self.token).map_err(|error| error.to_string())
     }
 
-    /// The texture in an image file named by the model; `None`, with a warning, where it cannot be used.
+    /// Index of the texture in an image file named by the model; `None`, with a warning, if it cannot be used.
     pub(super) fn texture_from_file(&mut self, name: &str, wrap: [WrapMode; 2]) -> Option<u32> {
         if self.token.is_cancelled() {
             return None;
         }
         let key = (PathBuf::from(name), wrap.map(|wrap| wrap == WrapMode::Repeat));
-        if let Some(known) = self.known.get(&key) {
-            return *known;
+        if let Some(cached) = self.cache.get(&key) {
+            return *cached;
         }
         let texture = match self.read_relative(name) {
             Ok(bytes) => self.texture(bytes, wrap, name),
@@ -71,11 +74,11 @@ impl<'a> Images<'a> {
                 None
             }
         };
-        self.known.insert(key, texture);
+        self.cache.insert(key, texture);
         texture
     }
 
-    /// The texture in the bytes of an image file.
+    /// Index of the texture in the bytes of an image file; `None`, with a warning, if it cannot be used.
     pub(super) fn texture(&mut self, bytes: Vec<u8>, wrap: [WrapMode; 2], name: &str) -> Option<u32> {
         if self.token.is_cancelled() {
             return None;
@@ -91,7 +94,7 @@ impl<'a> Images<'a> {
         }
     }
 
-    /// The same picture placed differently.
+    /// Index of a texture with the same texels and another wrap mode or transform.
     pub(super) fn variant(&mut self, texture: u32, wrap: [WrapMode; 2], uv_transform: Affine2) -> Option<u32> {
         let original = self.textures.get(texture as usize)?;
         if original.wrap == wrap && original.uv_transform == uv_transform {
@@ -116,8 +119,8 @@ impl<'a> Images<'a> {
         self.warnings.add(&format!("image '{name}' not used: {reason}"), || FileLocation::File);
     }
 
-    /// Where a file named by the model is: inside its folder, with any case and either slash.
-    fn find(&self, name: &str) -> Result<PathBuf, String> {
+    /// Resolves a file name of the model to a path inside its folder, ignoring case and accepting either slash.
+    fn resolve(&self, name: &str) -> Result<PathBuf, String> {
         if name.contains("://") && !name.starts_with("file:") {
             return Err("not fetched: this program never uses the network".to_owned());
         }
@@ -162,31 +165,32 @@ impl<'a> Images<'a> {
 /// Width, height and texels in sRGB.
 type Decoded = Result<(u32, u32, Vec<[u8; 4]>), String>;
 
-/// Smaller files are decoded where they are asked for: the best packed picture of this size has some ten megabytes.
+/// Files below this many bytes are decoded on the calling thread: compressed as well as possible, they decode to some ten
+/// megabytes.
 const SMALL_FILE: usize = 1 << 14;
 
-/// [`decode`], unless nobody wants it any more.
+/// Runs [`decode`] so that cancelling does not have to wait for it; `None` once cancelled.
 fn decode_on_thread(bytes: Vec<u8>, budget: u64, token: &CancelToken) -> Option<Decoded> {
     if bytes.len() < SMALL_FILE {
         return Some(decode(&bytes, budget));
     }
     let bytes = std::sync::Arc::new(bytes);
-    let theirs = std::sync::Arc::clone(&bytes);
-    run_on_thread(move || decode(&theirs, budget), token, || decode(&bytes, budget))
+    let thread_bytes = std::sync::Arc::clone(&bytes);
+    run_on_thread(move || decode(&thread_bytes, budget), token, || decode(&bytes, budget))
 }
 
-/// `work` on a thread of its own, since it takes long and nothing can stop it; `None` once nobody wants it any more: then
-/// that thread gives the memory back. Where there is no thread to be had, `here`.
+/// Runs `work`, which takes long and cannot be interrupted, on a thread of its own. Returns `None` once `token` is cancelled;
+/// the thread then frees its memory when it is done. If no thread can be started, runs `fallback` on this one.
 fn run_on_thread(
     work: impl FnOnce() -> Decoded + Send + 'static,
     token: &CancelToken,
-    here: impl FnOnce() -> Decoded,
+    fallback: impl FnOnce() -> Decoded,
 ) -> Option<Decoded> {
     let (sender, receiver) = std::sync::mpsc::channel();
-    // Nobody may be there to take it.
+    // The receiver may be gone after a cancellation.
     let work = move || drop(sender.send(work()));
     if std::thread::Builder::new().name("picture".to_owned()).spawn(work).is_err() {
-        return Some(here());
+        return Some(fallback());
     }
     loop {
         match receiver.recv_timeout(std::time::Duration::from_millis(10)) {
@@ -200,6 +204,7 @@ fn run_on_thread(
     }
 }
 
+/// Decodes an image file to RGBA within `budget` bytes.
 fn decode(bytes: &[u8], budget: u64) -> Decoded {
     let mut reader = image::ImageReader::new(std::io::Cursor::new(bytes))
         .with_guessed_format()
@@ -207,7 +212,7 @@ fn decode(bytes: &[u8], budget: u64) -> Decoded {
     let mut limits = image::Limits::default();
     limits.max_image_width = Some(MAX_SIDE);
     limits.max_image_height = Some(MAX_SIDE);
-    // The decoder's buffer, the picture as RGBA and the texels exist at the same time.
+    // The decoder's buffer, the RGBA image and the texels exist at the same time.
     limits.max_alloc = Some(MAX_IMAGE.min(budget).min(Budget::of_process().left() / 3));
     reader.limits(limits);
     let decoder = reader.into_decoder().map_err(|error| error.to_string())?;
@@ -215,7 +220,7 @@ fn decode(bytes: &[u8], budget: u64) -> Decoded {
     let texels = u64::from(width).saturating_mul(u64::from(height));
     let bytes = decoder.total_bytes().max(texels.saturating_mul(4));
     if bytes > MAX_IMAGE {
-        return Err(format!("{width}x{height} pixels are more than fit into {}", in_words(MAX_IMAGE)));
+        return Err(format!("{width}x{height} pixels are more than fit into {}", format_bytes(MAX_IMAGE)));
     }
     if bytes > budget {
         return Err("all textures together are too large".to_owned());
@@ -240,7 +245,7 @@ mod tests {
     }
 
     #[test]
-    fn pictures_keep_to_their_budget() {
+    fn images_stay_within_their_budget() {
         let picture = png(64);
         assert!(decode(&picture, 1 << 20).is_ok());
         let message = decode(&picture, 5_000).unwrap_err();
@@ -250,7 +255,7 @@ mod tests {
         let too_wide = decode(wide.get_ref(), 1 << 30).unwrap_err();
         assert!(too_wide.contains("limit"), "{too_wide}");
 
-        // Eight of which only some fit: what does not is left out with a warning, and the others stay.
+        // Only three of eight fit: the others are dropped with a warning.
         let token = CancelToken::new();
         let mut images = Images::new(Path::new("a.gltf"), &LoadOptions::default(), &token);
         images.total = MAX_TOTAL - 3 * 64 * 64 * 4;
@@ -265,13 +270,13 @@ mod tests {
     }
 
     #[test]
-    fn nobody_waits_for_a_picture_that_is_not_wanted_any_more() {
+    fn cancelling_does_not_wait_for_a_decoder() {
         let (let_go, held) = std::sync::mpsc::channel::<()>();
         let endless = move || {
             assert!(held.recv().is_err());
             Err(String::new())
         };
-        let token = CancelToken::watched(|look| look == 3);
+        let token = CancelToken::watched(|poll| poll == 3);
         assert_eq!(run_on_thread(endless, &token, || panic!("a thread is to be had")), None);
         assert!(token.is_cancelled());
         drop(let_go);

@@ -1,4 +1,4 @@
-//! From a source to a scene.
+//! Loading: recognises the format of a file and dispatches to its loader.
 
 use std::path::Path;
 
@@ -10,14 +10,24 @@ use super::read::{beginning, read_model, unusable};
 use super::{FileLocation, LoadError, Scene, SceneSource, builtin, gltf, obj, ply, stl};
 use bvhscope_engine::cancel::CancelToken;
 
-/// What the user allows a load to do.
+/// Permissions for loading.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct LoadOptions {
-    /// Files outside the model's folder may be read as well.
+    /// Allows files outside the model's folder to be read.
     pub allow_outside: bool,
 }
 
-/// Loads a scene. Progress by bytes through `token`, which also cancels it.
+/// Loads a scene from a file or makes a built-in one. `token` cancels it and receives the progress.
+///
+/// ```
+/// use bvhscope::scene::{LoadOptions, SceneSource, load};
+/// use bvhscope_engine::cancel::CancelToken;
+///
+/// let source = SceneSource::parse("builtin:terrain:1000".as_ref())?;
+/// let scene = load(&source, &LoadOptions::default(), &CancelToken::new()).expect("built-in scenes always load");
+/// assert_eq!(scene.triangles.len(), 968);
+/// # Ok::<(), String>(())
+/// ```
 pub fn load(source: &SceneSource, options: &LoadOptions, token: &CancelToken) -> Result<Scene, LoadError> {
     token.check()?;
     token.set_progress(0.0);
@@ -41,13 +51,13 @@ fn load_file(
     assembly.finish(source, up, token)
 }
 
-/// Loads a model whose bytes are in memory, as if they were in a file at `path`: its extension and folder count.
+/// Loads a model from `bytes` as if they were the contents of a file at `path`, whose extension and folder are used.
 pub fn load_bytes(path: &Path, bytes: &[u8], options: &LoadOptions, token: &CancelToken) -> Result<Scene, LoadError> {
     let (assembly, up) = read_bytes(path, bytes, options, token)?;
     assembly.finish(&SceneSource::File(path.to_path_buf()), up, token)
 }
 
-/// What is in a file, and which way is up in it.
+/// Reads the contents of a file; also returns its up direction.
 fn read_bytes(
     path: &Path,
     bytes: &[u8],
@@ -66,14 +76,14 @@ fn read_bytes(
         Some(FileFormat::Obj) => obj::load(path, bytes, options, &mut assembly, token).map(|()| Vec3::Y),
         Some(FileFormat::Gltf) => gltf::load(path, bytes, options, &mut assembly, token).map(|()| Vec3::Y),
         Some(FileFormat::Ply) => ply::load(path, bytes, &mut assembly, token).map(|()| Vec3::Y),
-        // Drawing programs for machine parts, where most STL files come from, have z up.
+        // Most STL files come from CAD programs, where z is up.
         Some(FileFormat::Stl) => stl::load(path, bytes, &mut assembly, token).map(|()| Vec3::Z),
         None => Err(unusable(path, format!("is neither {}", format_names("nor")))),
     }?;
     Ok((assembly, up))
 }
 
-/// By content first; by extension where the content could be anything.
+/// Recognises the format by content first, then by extension.
 fn detect(path: &Path, bytes: &[u8]) -> Option<FileFormat> {
     if bytes.starts_with(b"glTF") {
         return Some(FileFormat::Gltf);

@@ -4,7 +4,7 @@ use std::sync::LazyLock;
 
 use glam::{Vec2, Vec3, Vec4};
 
-/// How a surface reflects light.
+/// A diffuse material.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Material {
     /// Its name in the file; may be empty.
@@ -15,14 +15,14 @@ pub struct Material {
     pub base_color_texture: Option<u32>,
     /// Linear RGB emitted light.
     pub emissive: Vec3,
-    /// Where the alpha of the texture is below this, the surface has a hole; 0 for none.
+    /// Texture alpha below which the surface is cut out; 0 for none.
     pub alpha_cutoff: f32,
-    /// Shows its base colour without any light.
+    /// Shows the base colour unlit.
     pub unlit: bool,
 }
 
 impl Material {
-    /// The warm clay of models that bring no material.
+    /// The default material: a warm clay.
     pub fn clay() -> Self {
         Self {
             name: String::new(),
@@ -35,14 +35,14 @@ impl Material {
     }
 }
 
-/// What lies beyond the edge of a texture.
+/// Addressing of a texture outside 0..1.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum WrapMode {
-    /// The texture again.
+    /// Repeats the texture.
     Repeat,
-    /// The texture mirrored.
+    /// Repeats the texture, mirrored every other time.
     MirroredRepeat,
-    /// Its last texel.
+    /// Repeats the texel at the edge.
     ClampToEdge,
 }
 
@@ -55,33 +55,33 @@ pub struct Texture {
     pub height: u32,
     /// `width * height` texels, sRGB-encoded red, green, blue and linear alpha.
     pub texels: Vec<[u8; 4]>,
-    /// Along u and v.
+    /// Wrap modes along u and v.
     pub wrap: [WrapMode; 2],
-    /// Offset, rotation and scale of KHR_texture_transform as a matrix on (u, v, 1); identity where there is none.
+    /// Offset, rotation and scale of KHR_texture_transform as a matrix on (u, v, 1); the identity without it.
     pub uv_transform: glam::Affine2,
 }
 
 impl Texture {
-    /// Bytes of its texels.
+    /// Bytes of the texels.
     pub fn bytes(&self) -> u64 {
         size_of_val(&self.texels[..]) as u64
     }
 
-    /// The bilinear colour at `uv` (v down): linear RGB and alpha.
+    /// Bilinearly interpolated linear RGB and alpha at `uv` (v down).
     pub fn sample(&self, uv: Vec2) -> Vec4 {
         if self.texels.is_empty() {
             return Vec4::ONE;
         }
         let uv = self.uv_transform.transform_point2(uv);
-        // Coordinates that are not numbers read the corner.
+        // Coordinates that are not finite read the corner.
         let uv = if uv.is_finite() { uv } else { Vec2::ZERO };
-        let (x, fx) = split(uv.x, self.width, self.wrap[0]);
-        let (y, fy) = split(uv.y, self.height, self.wrap[1]);
+        let (x, fx) = bilinear_taps(uv.x, self.width, self.wrap[0]);
+        let (y, fy) = bilinear_taps(uv.y, self.height, self.wrap[1]);
         let row = |y: u32| self.texel(x[0], y).lerp(self.texel(x[1], y), fx);
         row(y[0]).lerp(row(y[1]), fy)
     }
 
-    /// One texel in linear light.
+    /// A texel as linear RGB and alpha.
     fn texel(&self, x: u32, y: u32) -> Vec4 {
         let index = (y as usize).saturating_mul(self.width as usize).saturating_add(x as usize);
         let [r, g, b, a] = self.texels.get(index).copied().unwrap_or([255; 4]);
@@ -90,7 +90,7 @@ impl Texture {
     }
 }
 
-/// Linear light of each sRGB byte (IEC 61966-2-1).
+/// Linear value of each sRGB byte (IEC 61966-2-1).
 static SRGB_TO_LINEAR: LazyLock<[f32; 256]> = LazyLock::new(|| {
     std::array::from_fn(|byte| {
         let encoded = byte as f32 / 255.0;
@@ -98,18 +98,18 @@ static SRGB_TO_LINEAR: LazyLock<[f32; 256]> = LazyLock::new(|| {
     })
 });
 
-/// The two texels beside a coordinate and the share of the second.
-fn split(coordinate: f32, size: u32, wrap: WrapMode) -> ([u32; 2], f32) {
-    // Whole turns are taken off first, so that far coordinates keep their precision.
+/// The indices of the two texels beside a coordinate, and the weight of the second.
+fn bilinear_taps(coordinate: f32, size: u32, wrap: WrapMode) -> ([u32; 2], f32) {
+    // Whole periods are subtracted first, so that large coordinates keep their precision.
     let coordinate = match wrap {
         WrapMode::Repeat => coordinate - coordinate.floor(),
         WrapMode::MirroredRepeat => coordinate.rem_euclid(2.0),
         WrapMode::ClampToEdge => coordinate.clamp(0.0, 1.0),
     };
-    let place = coordinate * size as f32 - 0.5;
-    let floor = place.floor();
+    let position = coordinate * size as f32 - 0.5;
+    let floor = position.floor();
     let first = floor as i64;
-    ([first, first.saturating_add(1)].map(|index| wrap_index(index, size, wrap)), place - floor)
+    ([first, first.saturating_add(1)].map(|index| wrap_index(index, size, wrap)), position - floor)
 }
 
 fn wrap_index(index: i64, size: u32, wrap: WrapMode) -> u32 {
@@ -124,7 +124,7 @@ fn wrap_index(index: i64, size: u32, wrap: WrapMode) -> u32 {
     index as u32
 }
 
-/// A colour in sRGB as linear light.
+/// Converts an sRGB colour to linear RGB.
 pub(super) fn linear_from_srgb(color: Vec3) -> Vec3 {
     let channel = |encoded: f32| {
         let encoded = if encoded.is_finite() { encoded.clamp(0.0, 1.0) } else { 1.0 };

@@ -7,26 +7,27 @@ use super::material::{Material, Texture};
 use super::source::SceneSource;
 use bvhscope_engine::geometry::{Aabb, Triangle};
 
-/// A loaded model: triangles in world space, with what is needed to shade them. Never empty, all coordinates finite.
+/// A loaded model: triangles in world space, with attributes and materials for shading. Has at least one triangle; all
+/// coordinates are finite.
 #[derive(Debug)]
 pub struct Scene {
-    /// Where it came from.
+    /// Where the scene was loaded from.
     pub source: SceneSource,
     /// The triangles, in file order.
     pub triangles: Vec<Triangle>,
-    /// The smallest box around all triangles.
+    /// Bounding box of all triangles.
     pub bounds: Aabb,
-    /// The direction that is up in this scene; a unit axis.
+    /// Up direction of the scene; a unit axis.
     pub up: Vec3,
-    /// Looks at the corners; `None` where the file has neither normals, texture coordinates nor colours.
+    /// Vertex attributes; `None` if the file has neither normals, texture coordinates nor colours.
     pub attributes: Option<Attributes>,
-    /// For each triangle its material, as an index into `materials`; empty where every triangle has material 0.
+    /// Index into `materials` for each triangle; empty if every triangle has material 0.
     pub material_indices: Vec<u32>,
-    /// At least one.
+    /// The materials, at least one.
     pub materials: Vec<Material>,
-    /// What materials refer to.
+    /// The textures that materials refer to by index.
     pub textures: Vec<Texture>,
-    /// Number of meshes, objects or solids in the file; 1 where the format has no such thing.
+    /// Number of meshes, objects or solids in the file; 1 if the format has no such notion.
     pub mesh_count: usize,
     /// What was skipped or repaired while loading.
     pub warnings: Warnings,
@@ -35,18 +36,18 @@ pub struct Scene {
 /// Vertex attributes, shared by index.
 #[derive(Debug, Default)]
 pub struct Attributes {
-    /// For each triangle the vertices of its corners, as indices into the lists below.
+    /// Vertex indices of the corners of each triangle, into the lists below.
     pub corners: Vec<[u32; 3]>,
-    /// Unit normals; empty where the file has none. A zero normal asks for the geometric one.
+    /// Unit normals; empty if the file has none. A zero normal stands for the geometric normal of the triangle.
     pub normals: Vec<Vec3>,
-    /// Texture coordinates, v down as in glTF; empty where the file has none.
+    /// Texture coordinates, v down as in glTF; empty if the file has none.
     pub uvs: Vec<Vec2>,
-    /// Linear RGB colours that multiply the material's; empty where the file has none.
+    /// Linear RGB colours that multiply the material's; empty if the file has none.
     pub colors: Vec<Vec3>,
 }
 
 impl Scene {
-    /// Bare triangles of one plain material, with y up.
+    /// A scene of bare triangles with the default material and y up.
     pub fn from_triangles(source: SceneSource, triangles: Vec<Triangle>) -> Self {
         let bounds = triangles.iter().fold(Aabb::EMPTY, |all, one| all.union(&one.bounds()));
         Self {

@@ -1,6 +1,8 @@
-//! PLY, text and binary of both byte orders. Not through ply-rs-bw 4.0: its grammar of text refuses whole files for one `nan`,
-//! `.5` or `1.`, for a list that goes on in the next line and for a Latin-1 comment, and it aborts on a declared count of
-//! elements without properties. Guarding it means to take every word apart first: this reader.
+//! PLY loader: text, and binary of both byte orders.
+//!
+//! Not based on ply-rs-bw 4.0, whose text grammar rejects whole files for one `nan`, `.5` or `1.`, for a list continued in the
+//! next line and for a Latin-1 comment, and which aborts on elements without properties. Working around that would mean
+//! tokenising the file first, which is most of this reader.
 
 use std::path::Path;
 
@@ -14,11 +16,11 @@ use crate::budget::Budget;
 use bvhscope_engine::cancel::CancelToken;
 use bvhscope_engine::geometry::Triangle;
 
-/// Headers of scans have some dozen lines.
+/// Maximum number of header lines; scans have a few dozen.
 const MAX_HEADER_LINES: u64 = 1 << 16;
-/// Digits of a number at most.
+/// Maximum number of bytes of a number in text.
 const MAX_WORD: usize = 1 << 12;
-/// Blanks between two looks at the token at most.
+/// Maximum number of bytes of white space between two cancellation checks.
 const POLL_INTERVAL_BYTES: usize = 1 << 20;
 
 #[derive(Clone, Copy, PartialEq, Eq)]
@@ -42,7 +44,7 @@ enum Number {
 
 struct Property {
     name: String,
-    /// The type of the count, for lists.
+    /// Type of the element count of a list property; `None` for a scalar.
     list: Option<Number>,
     number: Number,
 }
@@ -54,13 +56,13 @@ struct Element {
 }
 
 impl Element {
-    /// Bytes that one of these takes in the file at least.
-    fn least_bytes(&self, encoding: Encoding) -> u64 {
-        let least = |property: &Property| match encoding {
+    /// Minimum number of bytes of one element in the file.
+    fn min_bytes(&self, encoding: Encoding) -> u64 {
+        let min = |property: &Property| match encoding {
             Encoding::Text => 2,
             _ => property.list.unwrap_or(property.number).bytes(),
         };
-        self.properties.iter().map(least).sum()
+        self.properties.iter().map(min).sum()
     }
 }
 
@@ -75,7 +77,7 @@ impl Number {
     }
 }
 
-/// Reads a PLY file that is in memory.
+/// Loads a PLY file from memory.
 pub(super) fn load(path: &Path, bytes: &[u8], assembly: &mut Assembly, token: &CancelToken) -> Result<(), LoadError> {
     let mut source = Source { path, bytes, at: 0, line: 1, encoding: Encoding::Text, token };
     let elements = source.header()?;
@@ -84,8 +86,8 @@ pub(super) fn load(path: &Path, bytes: &[u8], assembly: &mut Assembly, token: &C
     let mut faces = Faces::default();
     for element in &elements {
         let left = source.rest().len() as u64;
-        // The last word of a text need not have anything behind it.
-        let least = element.count.saturating_mul(element.least_bytes(source.encoding)).saturating_sub(1);
+        // The last word of a text needs no separator behind it.
+        let least = element.count.saturating_mul(element.min_bytes(source.encoding)).saturating_sub(1);
         if least > left || element.properties.is_empty() && element.count > 0 {
             return Err(source.fault(format!(
                 "{} elements '{}' are declared, but only {left} bytes follow",
@@ -136,12 +138,12 @@ struct Source<'a> {
 }
 
 impl Source<'_> {
-    /// What is left to read.
+    /// The unread bytes.
     fn rest(&self) -> &[u8] {
         self.bytes.get(self.at..).unwrap_or_default()
     }
 
-    /// Goes on behind so many bytes.
+    /// Skips `count` bytes.
     fn advance(&mut self, count: usize) {
         self.at = self.at.saturating_add(count).min(self.bytes.len());
     }
@@ -210,7 +212,7 @@ impl Source<'_> {
         Ok(elements)
     }
 
-    /// The next number. Whole numbers up to 32 bits and floats fit without loss.
+    /// Reads a number; integers up to 32 bits and floats convert to `f64` without loss.
     fn number(&mut self, number: Number) -> Result<f64, LoadError> {
         if self.encoding == Encoding::Text {
             return self.text_number();
@@ -245,7 +247,7 @@ impl Source<'_> {
             }
         }
         let rest = self.rest();
-        // A number is short; a word without end is looked at no farther.
+        // The search for the end of a word is bounded.
         let start = rest.get(..MAX_WORD).unwrap_or(rest);
         let end = start.iter().position(u8::is_ascii_whitespace).unwrap_or(start.len());
         if end == MAX_WORD {
@@ -278,7 +280,8 @@ impl Source<'_> {
         Budget::of_process().check(what, bytes).map_err(|error| unusable(self.path, error.to_string()))
     }
 
-    fn pause(&self, index: u64, token: &CancelToken) -> Result<(), LoadError> {
+    /// Checks for cancellation and reports progress every 16,384 items.
+    fn poll(&self, index: u64, token: &CancelToken) -> Result<(), LoadError> {
         if index.is_multiple_of(16_384) {
             token.check()?;
             token.set_progress(READ_PROGRESS + (0.95 - READ_PROGRESS) * self.at as f32 / self.bytes.len() as f32);
@@ -299,7 +302,7 @@ impl Source<'_> {
 
     fn skip(&mut self, element: &Element, token: &CancelToken) -> Result<(), LoadError> {
         for index in 0..element.count {
-            self.pause(index, token)?;
+            self.poll(index, token)?;
             element.properties.iter().try_for_each(|property| self.skip_property(property))?;
         }
         Ok(())
@@ -332,7 +335,7 @@ impl Source<'_> {
         };
         self.check_memory("the vertices", element.count.saturating_mul(BYTES_PER_VERTEX))?;
         for index in 0..element.count {
-            self.pause(index, token)?;
+            self.poll(index, token)?;
             let mut values = [0.0; 9];
             for (property, slot) in element.properties.iter().zip(&slots) {
                 match slot {
@@ -353,7 +356,7 @@ impl Source<'_> {
     }
 
     fn faces(&mut self, element: &Element, faces: &mut Faces, token: &CancelToken) -> Result<(), LoadError> {
-        // Those here and those of the scene; the list doubles as it grows.
+        // The faces here and those of the scene; the list doubles as it grows.
         const BYTES_PER_FACE: u64 = 2 * size_of::<[u32; 3]>() as u64 + BYTES_PER_TRIANGLE;
         let strips = element.name == "tristrips";
         let mut polygon: Vec<u32> = Vec::new();
@@ -361,7 +364,7 @@ impl Source<'_> {
         let mut checked = element.count.saturating_add(faces.corners.len() as u64);
         self.check_memory("the faces", bytes(checked))?;
         for index in 0..element.count {
-            self.pause(index, token)?;
+            self.poll(index, token)?;
             for property in &element.properties {
                 let is_corners = matches!(property.name.as_str(), "vertex_indices" | "vertex_index");
                 let Some(count) = property.list.filter(|_| is_corners) else {
@@ -376,8 +379,8 @@ impl Source<'_> {
                     self.check_memory("the faces", bytes(checked))?;
                 }
                 for k in 1..=length {
-                    self.pause(k, token)?;
-                    // Negative numbers end a strip; elsewhere they are out of range as any other too large one.
+                    self.poll(k, token)?;
+                    // A negative index ends a strip; in faces it is out of range like any other index too large.
                     let corner = self.number(property.number)?;
                     polygon.push(if (0.0..4_294_967_295.0).contains(&corner) { corner as u32 } else { u32::MAX });
                 }

@@ -1,4 +1,4 @@
-//! Reading files from outside: regular ones only, in portions, with progress and cancelling.
+//! Reads files: regular ones only, in chunks, with progress and cancellation.
 
 use std::fs::{File, OpenOptions};
 use std::io::Read;
@@ -9,26 +9,26 @@ use super::{FileLocation, LoadError};
 use crate::budget::Budget;
 use bvhscope_engine::cancel::CancelToken;
 
-/// The part of the progress that reading the model file takes.
+/// Fraction of the loading progress that reading the file accounts for.
 pub(super) const READ_PROGRESS: f32 = 0.2;
 
-/// Read between two looks at the token.
+/// Bytes between two cancellation checks.
 const CHUNK_SIZE: usize = 1 << 22;
 
-/// A longer line is none of a model.
+/// Maximum length of a line in bytes; no model has longer ones.
 pub(super) const MAX_LINE: usize = 1 << 20;
 
-/// Blanks at the start of a file are looked through no farther than this.
+/// Maximum number of bytes of leading white space that are skipped.
 const MAX_PREFIX: usize = 1 << 16;
 
-/// How a text begins, without a mark of its encoding and blanks.
+/// The beginning of a text without byte order mark and leading white space.
 pub(super) fn beginning(bytes: &[u8]) -> &[u8] {
     let bytes = bytes.get(..MAX_PREFIX).unwrap_or(bytes);
     bytes.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(bytes).trim_ascii_start()
 }
 
-/// The lines of a text without their ends. One beyond [`MAX_LINE`] is cut behind it: what goes on for gigabytes must not keep
-/// its reader from looking at the token.
+/// The lines of a text without their line endings. A line longer than [`MAX_LINE`] is split, so that a reader can check for
+/// cancellation within gigabytes without a line ending.
 pub(super) fn lines(bytes: &[u8]) -> impl Iterator<Item = &[u8]> {
     let mut rest = Some(bytes);
     std::iter::from_fn(move || {
@@ -54,7 +54,7 @@ pub(super) fn unusable(path: &Path, message: impl Into<String>) -> LoadError {
     LoadError::Unusable { path: path.to_path_buf(), location: FileLocation::File, message: message.into() }
 }
 
-/// The whole model file; never empty.
+/// Reads a whole model file; an empty one is an error.
 pub(super) fn read_model(path: &Path, token: &CancelToken) -> Result<Vec<u8>, LoadError> {
     let bytes = read_file(path, Some(READ_PROGRESS), token)?;
     if bytes.is_empty() {
@@ -63,7 +63,7 @@ pub(super) fn read_model(path: &Path, token: &CancelToken) -> Result<Vec<u8>, Lo
     Ok(bytes)
 }
 
-/// A whole file. Its length is taken when it is opened: an endless or growing file ends there.
+/// Reads a whole file. Its length is taken when it is opened, so that a growing file ends there.
 pub(super) fn read_file(path: &Path, progress: Option<f32>, token: &CancelToken) -> Result<Vec<u8>, LoadError> {
     let mut file = open_regular(path)?;
     let length = file.metadata().map_err(|error| unusable(path, format!("cannot be read: {error}")))?.len();
@@ -77,7 +77,7 @@ pub(super) fn read_file(path: &Path, progress: Option<f32>, token: &CancelToken)
     Ok(bytes)
 }
 
-/// Reads `size` bytes.
+/// Reads `size` bytes from `source`.
 fn fill(
     bytes: &mut Vec<u8>,
     size: usize,
@@ -102,14 +102,14 @@ fn fill(
                 format!("changed while being read: {start} bytes instead of {size}; open it again"),
             ));
         }
-        if let Some(share) = progress {
-            token.set_progress(share * bytes.len() as f32 / size as f32);
+        if let Some(fraction) = progress {
+            token.set_progress(fraction * bytes.len() as f32 / size as f32);
         }
     }
     Ok(())
 }
 
-/// Opens a file without ever waiting for one that is a pipe or a device.
+/// Opens a regular file; never blocks on pipes or devices.
 fn open_regular(path: &Path) -> Result<File, LoadError> {
     let metadata = std::fs::metadata(path).map_err(|error| explain(path, &error))?;
     if metadata.is_dir() {
@@ -120,7 +120,7 @@ fn open_regular(path: &Path) -> Result<File, LoadError> {
     }
     let mut open = OpenOptions::new();
     open.read(true);
-    // Should it have become a pipe meanwhile, opening does not wait for somebody to write into it.
+    // If the file has become a pipe in the meantime, opening must not wait for a writer.
     #[cfg(unix)]
     std::os::unix::fs::OpenOptionsExt::custom_flags(&mut open, libc::O_NONBLOCK);
     let file = open.open(path).map_err(|error| explain(path, &error))?;
@@ -138,7 +138,7 @@ fn explain(path: &Path, error: &std::io::Error) -> LoadError {
     }
 }
 
-/// Names in a folder, sorted; a few thousand at most.
+/// File names in a folder, sorted; at most 10,000.
 fn names_in(folder: &Path) -> Vec<String> {
     let folder = if folder.as_os_str().is_empty() { Path::new(".") } else { folder };
     let entries = std::fs::read_dir(folder).into_iter().flatten().flatten().take(10_000);
@@ -157,7 +157,7 @@ fn loadable_files(folder: &Path) -> String {
     if names.is_empty() { " without any model".to_owned() } else { format!("; it holds {}", names.join(", ")) }
 }
 
-/// What the user may have meant.
+/// A hint at similarly named files in the same folder.
 fn similar_files(path: &Path) -> String {
     let Some(wanted) = path.file_name().map(|name| name.to_string_lossy().to_lowercase()) else {
         return String::new();
@@ -180,7 +180,7 @@ mod tests {
 
     use super::*;
 
-    /// Gives one byte at a time and fails after so many.
+    /// A reader that yields this many bytes, one at a time, and then fails.
     struct Failing(usize);
 
     impl Read for Failing {
@@ -192,7 +192,7 @@ mod tests {
     }
 
     #[test]
-    fn a_read_that_fails_is_placed() {
+    fn a_read_error_reports_its_offset() {
         let mut bytes = Vec::new();
         let path = Path::new("a.stl");
         fill(&mut bytes, 100, &mut Failing(200), path, Some(1.0), &CancelToken::new()).unwrap();
@@ -202,13 +202,13 @@ mod tests {
     }
 
     #[test]
-    fn a_file_that_grows_ends_where_it_did() {
+    fn a_growing_file_is_read_up_to_its_initial_length() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("a.stl");
         std::fs::write(&path, vec![1; CHUNK_SIZE + 10]).unwrap();
-        let theirs = path.clone();
+        let written_path = path.clone();
         let token = CancelToken::watched(move |_| {
-            OpenOptions::new().append(true).open(&theirs).unwrap().write_all(&[2; 1000]).unwrap();
+            OpenOptions::new().append(true).open(&written_path).unwrap().write_all(&[2; 1000]).unwrap();
             false
         });
         let bytes = read_file(&path, None, &token).unwrap();
@@ -216,14 +216,14 @@ mod tests {
     }
 
     #[test]
-    fn a_file_that_shrinks_while_it_is_read_is_noticed() {
+    fn a_file_that_shrinks_while_being_read_is_an_error() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("a.stl");
         std::fs::write(&path, vec![1; CHUNK_SIZE + 10]).unwrap();
-        let theirs = path.clone();
-        let token = CancelToken::watched(move |look| {
-            if look == 2 {
-                std::fs::write(&theirs, b"short").unwrap();
+        let written_path = path.clone();
+        let token = CancelToken::watched(move |poll| {
+            if poll == 2 {
+                std::fs::write(&written_path, b"short").unwrap();
             }
             false
         });

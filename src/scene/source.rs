@@ -4,27 +4,36 @@ use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
 
-/// Where a scene comes from: a file, or `builtin:NAME` with an optional size parameter, as in `builtin:terrain:1000000`.
+/// The source of a scene: a file, or `builtin:NAME` with an optional size parameter, as in `builtin:terrain:1000000`.
 #[derive(Debug, Clone, PartialEq, Eq, Hash, Serialize, Deserialize)]
 pub enum SceneSource {
     /// A model file.
     File(PathBuf),
-    /// One of [`BUILTIN_SCENES`], by name, with its size parameter where it has one.
+    /// One of [`BUILTIN_SCENES`].
     Builtin {
-        /// Its name.
+        /// The name in [`BUILTIN_SCENES`].
         name: String,
-        /// Its size parameter; `None` for the default.
+        /// The size parameter; `None` for the default.
         size: Option<u32>,
     },
 }
 
 impl SceneSource {
-    /// The Utah teapot that the program starts with.
+    /// The Utah teapot, the scene that the program starts with.
     pub fn default_builtin() -> Self {
         Self::Builtin { name: "teapot".to_owned(), size: None }
     }
 
-    /// Understands a path or `builtin:NAME[:SIZE]`. The error says what is wrong and lists the names.
+    /// Parses a path or `builtin:NAME[:SIZE]`. The error message lists the known names.
+    ///
+    /// ```
+    /// use bvhscope::scene::SceneSource;
+    ///
+    /// let terrain = SceneSource::Builtin { name: "terrain".to_owned(), size: Some(1_000_000) };
+    /// assert_eq!(SceneSource::parse("builtin:terrain:1000000".as_ref()), Ok(terrain));
+    /// assert!(SceneSource::parse("bunny.obj".as_ref()).is_ok_and(|source| source.path().is_some()));
+    /// assert!(SceneSource::parse("builtin:bunny".as_ref()).is_err());
+    /// ```
     pub fn parse(text: &std::ffi::OsStr) -> Result<Self, String> {
         let Some(rest) = text.to_str().and_then(|text| text.strip_prefix("builtin:")) else {
             return Ok(Self::File(PathBuf::from(text)));
@@ -46,7 +55,7 @@ impl SceneSource {
         }
     }
 
-    /// The file, where it is one.
+    /// The path of a file; `None` for a built-in scene.
     pub fn path(&self) -> Option<&Path> {
         match self {
             Self::File(path) => Some(path),
@@ -54,7 +63,7 @@ impl SceneSource {
         }
     }
 
-    /// A short name for titles: the file's name, or the built-in scene's.
+    /// A short name for titles: the file name, or the name of the built-in scene with its size.
     pub fn label(&self) -> String {
         match self {
             Self::File(path) => {
@@ -76,20 +85,20 @@ impl std::fmt::Display for SceneSource {
     }
 }
 
-/// A scene made in code.
+/// A procedurally generated scene.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct BuiltinScene {
-    /// As in `builtin:NAME`.
+    /// The name, as in `builtin:NAME`.
     pub name: &'static str,
-    /// For menus.
+    /// The name in menus.
     pub label: &'static str,
-    /// One line that says what it shows.
+    /// Description in one line.
     pub description: &'static str,
-    /// What the size parameter means and its smallest, default and largest value; `None` where there is none.
+    /// Meaning, minimum, default and maximum of the size parameter; `None` if there is none.
     pub size: Option<(&'static str, u32, u32, u32)>,
 }
 
-/// Every built-in scene, in the order in which menus list them.
+/// Every built-in scene, in menu order.
 pub const BUILTIN_SCENES: [BuiltinScene; 6] = [
     BuiltinScene {
         name: "teapot",

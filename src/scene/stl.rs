@@ -1,6 +1,7 @@
-//! STL, binary and text. Not through stl_io 0.11: its reader of text refuses upper case, a bare `solid`, Latin-1 names and any
-//! NaN without saying the line, and stops after the first of several solids. Guarding it means to rewrite every line first, and
-//! what it then does for binary files is to take 50 bytes apart. Normals in the file are ignored: they often are wrong, and never smooth.
+//! STL loader, binary and text. Normals in the file are ignored: they are often wrong and never smooth.
+//!
+//! Not based on stl_io 0.11, whose text reader rejects upper case, a bare `solid`, Latin-1 names and any NaN without naming the
+//! line, and stops after the first of several solids. Working around that would mean rewriting every line first.
 
 use std::path::Path;
 
@@ -14,22 +15,23 @@ use bvhscope_engine::geometry::Triangle;
 
 /// Bytes of a triangle in the binary form.
 const RECORD: usize = 50;
+/// Bytes before the first triangle in the binary form.
 const HEADER: usize = 84;
-/// Bytes of text between two looks at the token at most.
+/// Maximum number of bytes of text between two cancellation checks.
 const POLL_INTERVAL_BYTES: usize = 1 << 20;
 
-/// The triangles that a binary file with this header has.
+/// Number of triangles that the header of a binary file declares.
 fn declared_count(bytes: &[u8]) -> Option<u64> {
     let count: [u8; 4] = bytes.get(80..HEADER)?.try_into().ok()?;
     Some(u64::from(u32::from_le_bytes(count)))
 }
 
-/// The length that a binary file with this header has.
+/// Size in bytes that the header of a binary file implies.
 pub(super) fn binary_size(bytes: &[u8]) -> Option<u64> {
     declared_count(bytes)?.checked_mul(RECORD as u64)?.checked_add(HEADER as u64)
 }
 
-/// Reads an STL file that is in memory.
+/// Loads an STL file from memory.
 pub(super) fn load(path: &Path, bytes: &[u8], assembly: &mut Assembly, token: &CancelToken) -> Result<(), LoadError> {
     let solid = beginning(bytes).get(..5).is_some_and(|start| start.eq_ignore_ascii_case(b"solid"));
     if solid && binary_size(bytes) != Some(bytes.len() as u64) {
@@ -54,7 +56,7 @@ pub(super) fn load(path: &Path, bytes: &[u8], assembly: &mut Assembly, token: &C
             token.check()?;
             token.set_progress(READ_PROGRESS + (1.0 - READ_PROGRESS) * index as f32 / records.len() as f32);
         }
-        // The normal, three corners, and two bytes that nobody uses.
+        // The normal, three corners, and two unused bytes.
         let (vectors, _) = record.as_chunks::<12>();
         let corner = |k: usize| {
             Vec3::from_array(bytemuck::pod_read_unaligned::<[[u8; 4]; 3]>(&vectors[k]).map(f32::from_le_bytes))
@@ -74,7 +76,7 @@ fn load_text(path: &Path, bytes: &[u8], assembly: &mut Assembly, token: &CancelT
         if index % 16_384 == 0 || done >= next_poll {
             token.check()?;
             next_poll = done.saturating_add(POLL_INTERVAL_BYTES);
-            // Seven lines are a triangle; in an odd file two.
+            // A triangle has seven lines; in an unusual file at least two.
             assembly.reserve(16_384 / 2).map_err(|error| error.in_file(path))?;
             token.set_progress(READ_PROGRESS + (1.0 - READ_PROGRESS) * done as f32 / bytes.len() as f32);
         }

@@ -8,7 +8,7 @@ use crate::scene::{FileLocation, Material};
 use bvhscope_engine::cancel::{CancelToken, Cancelled};
 use bvhscope_engine::geometry::Triangle;
 
-/// Colours that go well together.
+/// Base colours of the materials, linear RGB.
 const PALETTE: [[f32; 3]; 6] = [
     [0.62, 0.42, 0.32],
     [0.70, 0.52, 0.22],
@@ -24,7 +24,7 @@ fn add_palette(assembly: &mut Assembly) {
     }
 }
 
-/// A room 2 wide with two boxes and a light panel, its front open.
+/// The Cornell box: a room of width 2, open at the front, with two boxes and a light panel.
 pub(super) fn cornell(assembly: &mut Assembly) {
     let light = Material { emissive: Vec3::new(4.0, 3.6, 3.0), ..paint("light", [0.8; 3]) };
     assembly.materials = vec![
@@ -55,7 +55,8 @@ pub(super) fn cornell(assembly: &mut Assembly) {
     assembly.mesh_count = 8;
 }
 
-/// Nine spheres, a third as large, on each sphere of the level before.
+/// The sphere flake (Haines, "A Proposal for Standard Graphics Environments", 1987): nine spheres of a third of the radius on
+/// each sphere of the previous level.
 pub(super) fn flake(levels: u32, assembly: &mut Assembly, token: &CancelToken) -> Result<(), Cancelled> {
     add_palette(assembly);
     let mut stack = vec![(Vec3::ZERO, 1.0_f32, Vec3::Y, 0)];
@@ -68,7 +69,7 @@ pub(super) fn flake(levels: u32, assembly: &mut Assembly, token: &CancelToken) -
         }
         let turn = Quat::from_rotation_arc(Vec3::Y, up);
         for k in 0..9_u32 {
-            // Six around the waist and three above.
+            // Six around the equator and three above.
             let (height, angle) = if k < 6 { (0.0, k as f32) } else { (0.816_496_6, 2.0 * k as f32 + 0.5) };
             let (sin, cos) = (angle * std::f32::consts::FRAC_PI_3).sin_cos();
             let flat = (1.0_f32 - height * height).sqrt();
@@ -80,7 +81,7 @@ pub(super) fn flake(levels: u32, assembly: &mut Assembly, token: &CancelToken) -
     Ok(())
 }
 
-/// Triangles a hundred times longer than wide.
+/// Randomly oriented triangles, a hundred times longer than wide.
 pub(super) fn slivers(count: u32, assembly: &mut Assembly, token: &CancelToken) -> Result<(), Cancelled> {
     add_palette(assembly);
     let mut random = Random(1);
@@ -98,7 +99,7 @@ pub(super) fn slivers(count: u32, assembly: &mut Assembly, token: &CancelToken) 
     Ok(())
 }
 
-/// Spheres of many sizes in eight dense groups far from each other.
+/// Spheres of varying size in eight dense groups far apart.
 pub(super) fn clusters(count: u32, assembly: &mut Assembly, token: &CancelToken) -> Result<(), Cancelled> {
     add_palette(assembly);
     let mut random = Random(2);

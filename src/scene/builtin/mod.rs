@@ -1,4 +1,4 @@
-//! Scenes that need no file.
+//! Procedurally generated scenes.
 
 mod classics;
 mod shapes;
@@ -15,7 +15,7 @@ use super::source::BUILTIN_SCENES;
 use super::{LoadError, Scene, SceneSource};
 use bvhscope_engine::cancel::CancelToken;
 
-/// Makes a built-in scene; a size out of range is brought into it.
+/// Generates a built-in scene; `size` is clamped to its range.
 pub(super) fn build(
     name: &str,
     size: Option<u32>,
@@ -45,14 +45,14 @@ pub(super) fn build(
     assembly.finish(source, Vec3::Y, token)
 }
 
-/// As many triangles as a scene may have, for the memory that it needs.
+/// Upper bound of the triangle count of a scene, for reserving memory.
 fn max_triangles(name: &str, size: u32) -> usize {
     let size = size as usize;
     match name {
         "teapot" => 64 * size * size,
         "terrain" | "slivers" => size,
         "clusters" => 256 * size,
-        // 2,208 triangles in the middle, and from level to level at most five times as many.
+        // The central sphere has 2,208 triangles, and each level has at most five times as many as the one before.
         "sphereflake" => 4096 * 5_usize.pow(size as u32),
         _ => 0,
     }

@@ -1,4 +1,4 @@
-//! Building blocks of scenes, and their random numbers.
+//! Building blocks of the built-in scenes: quads, spheres and random numbers.
 
 use glam::{Vec2, Vec3};
 
@@ -7,7 +7,7 @@ use crate::scene::{FileLocation, Material};
 use bvhscope_engine::cancel::{CancelToken, Cancelled};
 use bvhscope_engine::geometry::Triangle;
 
-/// SplitMix64: the same numbers on every machine.
+/// The SplitMix64 generator (Steele, Lea, Flood 2014): the same numbers on every machine.
 pub(super) struct Random(pub(super) u64);
 
 impl Random {
@@ -18,17 +18,17 @@ impl Random {
         z ^ z >> 31
     }
 
-    /// From 0 up to, not including, 1.
+    /// A uniform number in [0, 1).
     pub(super) fn unit(&mut self) -> f32 {
         (self.next() >> 40) as f32 / (1_u64 << 24) as f32
     }
 
-    /// From -1 to 1 on each axis.
+    /// A uniform point in the cube from -1 to 1.
     pub(super) fn cube(&mut self) -> Vec3 {
         Vec3::new(self.unit(), self.unit(), self.unit()) * 2.0 - 1.0
     }
 
-    /// A direction, evenly spread.
+    /// A uniform random unit vector.
     pub(super) fn direction(&mut self) -> Vec3 {
         let y = self.unit() * 2.0 - 1.0;
         let turn = Vec2::from_angle(self.unit() * std::f32::consts::TAU) * (1.0 - y * y).max(0.0).sqrt();
@@ -36,12 +36,12 @@ impl Random {
     }
 }
 
-/// A matt material.
+/// A diffuse material.
 pub(super) fn paint(name: &str, base_color: [f32; 3]) -> Material {
     Material { name: name.to_owned(), base_color: Vec3::from_array(base_color), ..Material::clay() }
 }
 
-/// A parallelogram of two triangles; its front is where `u` turns to `v` against the clock.
+/// A parallelogram of two triangles, with the winding of `u × v`.
 pub(super) fn quad(assembly: &mut Assembly, corner: Vec3, u: Vec3, v: Vec3, material: u32) {
     let [a, b, c, d] = [corner, corner + u, corner + u + v, corner + v];
     assembly.push(Triangle { a, b, c }, None, material, || FileLocation::File);

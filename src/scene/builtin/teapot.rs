@@ -1,4 +1,4 @@
-//! Newell's teapot: bicubic patches cut into a grid of triangles each.
+//! The Utah teapot (Newell 1975): bicubic Bézier patches, each tessellated into a grid of triangles.
 
 use glam::{DVec3, Vec3};
 
@@ -9,10 +9,10 @@ use bvhscope_engine::geometry::Triangle;
 
 const DATA: &str = include_str!("../../../assets/teapot.txt");
 
-/// Control points of one patch, row by row.
+/// The 4×4 control points of a patch, row by row.
 type Patch = [DVec3; 16];
 
-/// Cuts every patch into `segments` by `segments` cells.
+/// Tessellates every patch into `segments` by `segments` cells.
 pub(super) fn build(segments: u32, assembly: &mut Assembly, token: &CancelToken) -> Result<(), Cancelled> {
     assembly.materials.push(Material { name: "clay".to_owned(), ..Material::clay() });
     for patch in patches() {
@@ -47,8 +47,8 @@ fn add_patch(patch: &Patch, segments: u32, assembly: &mut Assembly, token: &Canc
     for row in 0..=segments {
         token.check()?;
         for column in 0..=segments {
-            let u = share(column, segments);
-            let v = share(row, segments);
+            let u = parameter(column, segments);
+            let v = parameter(row, segments);
             positions.push(point(patch, u, v).as_vec3());
             normals.push(normal(patch, u, v));
         }
@@ -57,7 +57,7 @@ fn add_patch(patch: &Patch, segments: u32, assembly: &mut Assembly, token: &Canc
     let Some(first) = assembly.add_vertices(positions.len(), &lists, token)? else { return Ok(()) };
     let mut add = |corners: [usize; 3]| {
         let [a, b, c] = corners.map(|k| positions[k]);
-        // Rows shrink to a point at the poles.
+        // Rows degenerate to a point at the poles.
         if a != b && b != c && c != a {
             assembly.push(Triangle { a, b, c }, Some(corners.map(|k| first + k as u32)), 0, || FileLocation::File);
         }
@@ -73,13 +73,13 @@ fn add_patch(patch: &Patch, segments: u32, assembly: &mut Assembly, token: &Canc
     Ok(())
 }
 
-/// A parameter and what is left to 1, both divided exactly, so that an edge walked backwards gives the same points.
-fn share(index: u32, segments: u32) -> [f64; 2] {
+/// The parameter t = `index` / `segments` and 1 − t, each from its own division, so that a reversed edge has identical points.
+fn parameter(index: u32, segments: u32) -> [f64; 2] {
     let n = f64::from(segments);
     [f64::from(index) / n, f64::from(segments - index) / n]
 }
 
-/// A point on a cubic curve; the same to the last bit when the curve is reversed.
+/// A point on a cubic Bézier curve; bitwise the same if the curve is reversed.
 fn curve(p: [DVec3; 4], [t, s]: [f64; 2]) -> DVec3 {
     (p[0] * (s * s * s) + p[3] * (t * t * t)) + (p[1] * (3.0 * s * s * t) + p[2] * (3.0 * t * t * s))
 }
@@ -89,14 +89,14 @@ fn tangent(p: [DVec3; 4], [t, s]: [f64; 2]) -> DVec3 {
     (p[1] - p[0]) * (s * s) + (p[2] - p[1]) * (2.0 * s * t) + (p[3] - p[2]) * (t * t)
 }
 
-/// A point on the patch. On an edge only the edge's own control points count.
+/// A point on the patch; on an edge it depends on the control points of that edge only.
 fn point(patch: &Patch, u: [f64; 2], v: [f64; 2]) -> DVec3 {
     let rows = std::array::from_fn(|row| curve(std::array::from_fn(|column| patch[4 * row + column]), u));
     // Adding zero turns -0 into 0, so that equal points have equal bits.
     curve(rows, v) + DVec3::ZERO
 }
 
-/// The outward unit normal; at a pole that of a place close by.
+/// The outward unit normal; at a pole that of a point close by.
 fn normal(patch: &Patch, u: [f64; 2], v: [f64; 2]) -> Vec3 {
     for inset in [0.0, 1e-3, 1e-2] {
         let inside = |[t, _]: [f64; 2]| {
@@ -118,14 +118,14 @@ fn normal(patch: &Patch, u: [f64; 2], v: [f64; 2]) -> Vec3 {
 mod tests {
     use super::*;
 
-    /// The points along the four edges of a patch and the control points they come from.
+    /// The control points of the four edges of a patch and the points along them.
     fn edges(patch: &Patch, segments: u32) -> Vec<([DVec3; 4], Vec<DVec3>)> {
-        let ends = [share(0, segments), share(segments, segments)];
+        let ends = [parameter(0, segments), parameter(segments, segments)];
         let mut edges = Vec::new();
         for (k, end) in ends.into_iter().enumerate() {
             let walk = |along_u: bool| {
                 (0..=segments)
-                    .map(|i| share(i, segments))
+                    .map(|i| parameter(i, segments))
                     .map(|t| if along_u { point(patch, t, end) } else { point(patch, end, t) })
                     .collect()
             };

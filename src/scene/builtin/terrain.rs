@@ -1,4 +1,4 @@
-//! A height field of value noise in octaves, coloured by height and slope.
+//! A height field of fractal value noise, coloured by height and slope.
 
 use glam::Vec3;
 use rayon::prelude::*;
@@ -44,7 +44,7 @@ pub(super) fn build(triangles: u32, assembly: &mut Assembly, token: &CancelToken
     Ok(())
 }
 
-/// Position, normal and colour.
+/// Position, normal and colour of the vertex at (x, z).
 fn vertex(x: f32, z: f32) -> (Vec3, Vec3, Vec3) {
     const STEP: f32 = 1e-3;
     let y = height(x, z);
@@ -60,7 +60,7 @@ fn vertex(x: f32, z: f32) -> (Vec3, Vec3, Vec3) {
     (Vec3::new(x, y, z), normal, color)
 }
 
-/// Twelve octaves, each half as high and twice as fine, the fine ones weaker in the valleys.
+/// Twelve octaves of noise, each with half the amplitude and twice the frequency; the fine ones are damped in the valleys.
 fn height(x: f32, z: f32) -> f32 {
     let (mut sum, mut amplitude, mut frequency) = (0.0_f32, 0.4, 1.5);
     for octave in 0..12 {
@@ -71,7 +71,7 @@ fn height(x: f32, z: f32) -> f32 {
     sum
 }
 
-/// Random values at whole numbers, 0 to 1, with a smooth surface between.
+/// Value noise: random values in 0..1 at integer coordinates with smooth interpolation.
 fn noise(x: f32, z: f32, seed: u32) -> f32 {
     let (fx, fz) = (x.floor(), z.floor());
     let smooth = |t: f32| t * t * t * (t * (t * 6.0 - 15.0) + 10.0);

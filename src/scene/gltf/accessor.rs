@@ -1,4 +1,4 @@
-//! Accessors: every component type, normalised or not, interleaved or not, sparse or not. All that the crate's reader
+//! Reads accessors of every component type: normalised, interleaved and sparse ones included. Everything the crate's reader
 //! would panic on is checked here first, with checked arithmetic.
 
 use gltf::accessor::{DataType, Dimensions, Item, Iter};
@@ -10,11 +10,11 @@ use crate::budget::Budget;
 use crate::scene::assemble::collect_cancellable;
 use bvhscope_engine::cancel::{CancelToken, Cancelled};
 
-/// Why there is nothing to read.
+/// The reason why an accessor was not read.
 pub(super) enum AccessorError {
-    /// Nobody wants it any more.
+    /// Loading was cancelled.
     Cancelled(Cancelled),
-    /// It cannot be read, for this reason.
+    /// The accessor cannot be read; the text says why.
     Unreadable(String),
 }
 
@@ -36,15 +36,15 @@ impl From<&str> for AccessorError {
     }
 }
 
-/// Elements one after the other.
+/// The elements of an accessor as consecutive floats.
 pub(super) struct Elements {
-    /// Numbers an element.
+    /// Components per element.
     pub(super) width: usize,
-    /// Normalised integers are 0 to 1 or -1 to 1.
+    /// The components; normalised integers are mapped to 0..1 or -1..1.
     pub(super) numbers: Vec<f32>,
 }
 
-/// An accessor that can be read safely.
+/// An accessor that has passed all checks.
 struct CheckedAccessor<'a> {
     reader: gltf::Accessor<'a>,
     kind: DataType,
@@ -52,7 +52,7 @@ struct CheckedAccessor<'a> {
     count: usize,
     /// `count` times `width`.
     numbers: usize,
-    /// Neither view nor sparse values: all zero, which the crate does not read.
+    /// Neither a view nor sparse values: all zero by definition, a case that the crate does not read.
     all_zero: bool,
 }
 
@@ -60,13 +60,13 @@ struct CheckedAccessor<'a> {
 pub(super) fn read(document: &Document, index: usize, token: &CancelToken) -> Result<Elements, AccessorError> {
     let accessor = check(document, index)?;
     let normalized = accessor.reader.normalized();
-    let share = |number: f32, most: f32| if normalized { (number / most).max(-1.0) } else { number };
+    let scaled = |number: f32, max: f32| if normalized { (number / max).max(-1.0) } else { number };
     let numbers = match accessor.kind {
         _ if accessor.all_zero => vec![0.0; accessor.numbers],
-        DataType::I8 => components(document, &accessor, |number: i8| share(f32::from(number), 127.0), token)?,
-        DataType::U8 => components(document, &accessor, |number: u8| share(f32::from(number), 255.0), token)?,
-        DataType::I16 => components(document, &accessor, |number: i16| share(f32::from(number), 32_767.0), token)?,
-        DataType::U16 => components(document, &accessor, |number: u16| share(f32::from(number), 65_535.0), token)?,
+        DataType::I8 => components(document, &accessor, |number: i8| scaled(f32::from(number), 127.0), token)?,
+        DataType::U8 => components(document, &accessor, |number: u8| scaled(f32::from(number), 255.0), token)?,
+        DataType::I16 => components(document, &accessor, |number: i16| scaled(f32::from(number), 32_767.0), token)?,
+        DataType::U16 => components(document, &accessor, |number: u16| scaled(f32::from(number), 65_535.0), token)?,
         DataType::U32 => components(document, &accessor, |number: u32| number as f32, token)?,
         DataType::F32 => components(document, &accessor, |number: f32| number, token)?,
     };
@@ -86,7 +86,7 @@ pub(super) fn read_indices(document: &Document, index: usize, token: &CancelToke
     }
 }
 
-/// Every number of a checked accessor.
+/// Every component of a checked accessor.
 fn components<T: Item + Copy, N>(
     document: &Document,
     accessor: &CheckedAccessor,
@@ -116,7 +116,7 @@ fn components<T: Item + Copy, N>(
     }
 }
 
-/// Everything that reading relies on.
+/// Checks everything that reading relies on.
 fn check<'a>(document: &'a Document, index: usize) -> Result<CheckedAccessor<'a>, String> {
     let fault = |what: &str| format!("accessors[{index}] {what}");
     let accessor: &Accessor = entry(&document.root().accessors, "accessors", index)?;
@@ -128,7 +128,7 @@ fn check<'a>(document: &'a Document, index: usize) -> Result<CheckedAccessor<'a>
         Checked::Valid(Dimensions::Vec4) => 4,
         _ => return Err(fault("has a type that no attribute has")),
     };
-    // At most four numbers of four bytes.
+    // At most four components of four bytes.
     let size = kind.0.size().saturating_mul(width);
     let count = match usize::try_from(accessor.count.0) {
         Ok(0) => return Err(fault("has no elements")),
@@ -153,7 +153,7 @@ fn check<'a>(document: &'a Document, index: usize) -> Result<CheckedAccessor<'a>
         let (bytes, stride) =
             span(document, view, sparse.indices.byte_offset.0, index_size, changes).map_err(sparse_fault)?;
         span(document, values.buffer_view.value(), values.byte_offset.0, size, changes).map_err(sparse_fault)?;
-        // Out of order, the crate would leave values out without a word.
+        // The crate silently skips values whose indices are out of order.
         let mut previous = None;
         for index_bytes in bytes.chunks(stride) {
             let mut word = [0; 4];
@@ -165,7 +165,7 @@ fn check<'a>(document: &'a Document, index: usize) -> Result<CheckedAccessor<'a>
             previous = Some(target);
         }
     }
-    // Zeros without a view take no bytes of the file, so that only the budget stands against their count.
+    // Zeros without a view take no bytes in the file, so only the budget limits their count.
     let numbers = count.checked_mul(width).ok_or_else(|| fault("has a count too large"))?;
     let bytes = (numbers as u64).saturating_mul(size_of::<f32>() as u64);
     Budget::of_process()
@@ -176,7 +176,7 @@ fn check<'a>(document: &'a Document, index: usize) -> Result<CheckedAccessor<'a>
     Ok(CheckedAccessor { reader, kind: kind.0, width, count, numbers, all_zero })
 }
 
-/// The bytes of `count` elements of `size` bytes in a view, and their distance.
+/// The bytes of `count` elements of `size` bytes in a view, and their stride.
 fn span<'a>(
     document: &'a Document,
     view: usize,

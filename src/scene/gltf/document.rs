@@ -1,4 +1,4 @@
-//! The parts of a glTF file: its JSON, and the bytes that this refers to. No count, length or index is believed unchecked.
+//! A parsed glTF document: the JSON and the buffers that it refers to. Every count, length and index is checked before use.
 
 use std::borrow::Cow;
 use std::io::{BufReader, Read};
@@ -16,7 +16,7 @@ use crate::scene::read::unusable;
 use crate::scene::{FileLocation, LoadError};
 use bvhscope_engine::cancel::{CancelToken, Cancelled};
 
-/// A parsed file with its buffers; a buffer that cannot be read keeps the reason.
+/// A parsed file with its buffers; an unreadable buffer holds the reason.
 pub(crate) struct Document<'a> {
     pub(crate) parsed: gltf::Document,
     pub(crate) buffers: Vec<Result<Cow<'a, [u8]>, String>>,
@@ -66,7 +66,7 @@ impl<'a> Document<'a> {
         self.parsed.as_json()
     }
 
-    /// The bytes of a buffer view.
+    /// The bytes of the buffer view `index`.
     pub(crate) fn view(&self, index: usize) -> Result<&[u8], String> {
         let view = entry(&self.root().buffer_views, "bufferViews", index)?;
         let buffer = view.buffer.value();
@@ -83,21 +83,21 @@ impl<'a> Document<'a> {
     }
 }
 
-/// An entry of a top-level list.
+/// Entry `index` of the top-level list `name`.
 pub(crate) fn entry<'a, T>(list: &'a [T], name: &str, index: usize) -> Result<&'a T, String> {
     list.get(index).ok_or_else(|| format!("{name}[{index}] does not exist"))
 }
 
-/// Whether there is room for what a JSON text becomes: few bytes can stand for a large struct.
+/// Checks the budget for the parsed JSON, whose structs can be far larger than their text.
 fn check_json(path: &Path, text: &[u8], token: &CancelToken) -> Result<(), LoadError> {
-    // The largest of the structs, a material or a node, in a list that doubles as it grows; beside it numbers in lists of
-    // unknown extensions, and names and URIs as they are.
+    // Per object: the largest struct, a material or a node, in a list that doubles as it grows. Per entry: a value in a list
+    // of an unknown extension.
     const OBJECT: u64 = 1024;
     const ENTRY: u64 = 2 * size_of::<serde_json::Value>() as u64;
     let (mut objects, mut entries) = (0_u64, 0_u64);
     for part in text.chunks(POLL_INTERVAL_BYTES) {
         token.check()?;
-        // One more than there are.
+        // Counts one more than there are.
         let count = |wanted: u8| part.split(|&byte| byte == wanted).count() as u64;
         objects = objects.saturating_add(count(b'{'));
         entries = entries.saturating_add(count(b','));
@@ -107,10 +107,10 @@ fn check_json(path: &Path, text: &[u8], token: &CancelToken) -> Result<(), LoadE
     Budget::of_process().check("the JSON", whole).map_err(|error| unusable(path, error.to_string()))
 }
 
-/// Bytes between two looks at the token.
+/// Bytes between two cancellation checks.
 const POLL_INTERVAL_BYTES: usize = 1 << 18;
 
-/// A text that ends with an error once nobody wants it any more.
+/// A reader over a byte slice that fails once its token is cancelled.
 struct CancellableReader<'a> {
     rest: &'a [u8],
     token: &'a CancelToken,
@@ -125,7 +125,8 @@ impl Read for CancellableReader<'_> {
 
 type Chunks<'a> = (Cow<'a, [u8]>, Option<Cow<'a, [u8]>>);
 
-/// JSON and binary chunk of a GLB file, or where it is wrong. The crate subtracts from the declared length unchecked.
+/// The JSON and binary chunks of a GLB file, or the byte offset and message of an error. Lengths are checked here because the
+/// crate subtracts from the declared length unchecked.
 fn chunks(bytes: &[u8]) -> Result<Chunks<'_>, (usize, String)> {
     let word = |at: usize| {
         let part = bytes.get(at..).and_then(|rest| rest.first_chunk::<4>());
@@ -146,7 +147,7 @@ fn chunks(bytes: &[u8]) -> Result<Chunks<'_>, (usize, String)> {
     }
 }
 
-/// What is wrong with the chunks, and at which byte; the JSON chunk declares `json_length` bytes.
+/// The byte offset and message of a chunk error; the JSON chunk declares `json_length` bytes.
 fn explain(error: &GlbError, json_length: usize) -> (usize, String) {
     let second = json_length.saturating_add(20);
     match error {
@@ -165,7 +166,7 @@ fn explain(error: &GlbError, json_length: usize) -> (usize, String) {
     }
 }
 
-/// The bytes behind a `data:` URI or a file beside the model.
+/// The bytes of a `data:` URI, or of a file relative to the model.
 pub(crate) fn read_uri(uri: &str, images: &Images) -> Result<Vec<u8>, String> {
     let Some(data) = uri.strip_prefix("data:") else {
         let name =
@@ -199,7 +200,7 @@ fn percent_decoded(text: &str, token: &CancelToken) -> Result<Vec<u8>, String> {
     Ok(bytes)
 }
 
-/// With and without padding, line breaks and the alphabet of URLs: exporters differ.
+/// Decodes base64 with or without padding and line breaks, in the standard and the URL alphabet, since exporters differ.
 fn base64(text: &str, token: &CancelToken) -> Result<Vec<u8>, String> {
     const ANY: GeneralPurpose = GeneralPurpose::new(
         &base64::alphabet::STANDARD,
@@ -207,7 +208,7 @@ fn base64(text: &str, token: &CancelToken) -> Result<Vec<u8>, String> {
             .with_decode_padding_mode(DecodePaddingMode::Indifferent)
             .with_decode_allow_trailing_bits(true),
     );
-    // The text without line breaks and what it stands for are held at once.
+    // The text without line breaks and the decoded bytes exist at the same time.
     let size = (text.len() as u64 / 4).saturating_mul(7);
     Budget::of_process().check("the bytes of a data URI", size).map_err(|error| error.to_string())?;
     let standard = |byte| match byte {
@@ -220,7 +221,7 @@ fn base64(text: &str, token: &CancelToken) -> Result<Vec<u8>, String> {
         token.check().map_err(|cancelled| cancelled.to_string())?;
         digits.extend(part.iter().filter(|byte| !byte.is_ascii_whitespace()).map(|&byte| standard(byte)));
     }
-    // Four digits are three bytes, so that each part stands for itself.
+    // Four digits are three bytes, so chunks of a multiple of four digits decode independently.
     let mut bytes = Vec::with_capacity(digits.len().div_ceil(4).saturating_mul(3));
     for part in digits.chunks(POLL_INTERVAL_BYTES) {
         token.check().map_err(|cancelled| cancelled.to_string())?;

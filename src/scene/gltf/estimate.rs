@@ -1,4 +1,4 @@
-//! How many triangles a file announces, from its JSON alone.
+//! Estimate of the triangle count from the JSON alone.
 
 use gltf::json::Root;
 use gltf::json::mesh::Semantic;
@@ -7,8 +7,8 @@ use serde_json::Value;
 
 use bvhscope_engine::cancel::{CancelToken, Cancelled};
 
-/// About as many triangles as the nodes of `root` place, if its counts are true: a hint, so that the list of triangles need not
-/// grow, for which it would have to be copied again and again.
+/// Approximate number of triangles that the nodes of `root` instance, according to its unchecked counts. A capacity hint, which
+/// avoids reallocating the list of triangles.
 pub(super) fn estimate_triangles(root: &Root, token: &CancelToken) -> Result<u64, Cancelled> {
     let count = |accessor: usize| root.accessors.get(accessor).map_or(0, |accessor| accessor.count.0);
     let mut triangles = Vec::with_capacity(root.meshes.len());

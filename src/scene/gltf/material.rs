@@ -1,4 +1,4 @@
-//! Base colours, their textures, and what little else of a material shows.
+//! Converts glTF materials: base colour and texture, emission, alpha cut-off, unlit.
 
 use glam::{Affine2, Vec2, Vec3};
 use gltf::json::material::{AlphaMode, Material as JsonMaterial};
@@ -9,8 +9,7 @@ use super::document::{Document, entry, read_uri};
 use crate::scene::images::Images;
 use crate::scene::{Material, WrapMode};
 
-/// Every material of the file and, at the end, the one of primitives that have none. Beside each, the set of texture
-/// coordinates that it uses.
+/// Every material of the file followed by the default material, and for each the index of its texture coordinate set.
 pub(super) fn read_all(document: &Document, images: &mut Images) -> (Vec<Material>, Vec<u32>) {
     let mut pictures = vec![None; document.root().images.len()];
     let (mut materials, mut sets) = (Vec::new(), Vec::new());
@@ -27,6 +26,7 @@ pub(super) fn read_all(document: &Document, images: &mut Images) -> (Vec<Materia
     (materials, sets)
 }
 
+/// For each image of the file: unread, unusable or an index into the textures.
 type Pictures = [Option<Option<u32>>];
 
 fn read(json: &JsonMaterial, document: &Document, images: &mut Images, pictures: &mut Pictures) -> (Material, u32) {
@@ -39,14 +39,18 @@ fn read(json: &JsonMaterial, document: &Document, images: &mut Images, pictures:
     let strength = extensions
         .and_then(|extensions| extensions.emissive_strength.as_ref())
         .map_or(1.0, |emissive| emissive.emissive_strength.0);
-    // A texture would say where it glows; without it, better nowhere than everywhere.
-    let glows = json.emissive_texture.is_none() && strength.is_finite();
+    // Emissive textures are not supported; the factor alone would make the whole surface emit.
+    let is_emissive = json.emissive_texture.is_none() && strength.is_finite();
     let [r, g, b, _] = surface.base_color_factor.0;
     let material = Material {
         name: json.name.clone().unwrap_or_default(),
         base_color: finite([r, g, b]).unwrap_or(Vec3::ONE).max(Vec3::ZERO),
         base_color_texture: texture.and_then(|info| read_texture(info, document, images, pictures)),
-        emissive: if glows { finite(json.emissive_factor.0).unwrap_or(Vec3::ZERO) * strength } else { Vec3::ZERO },
+        emissive: if is_emissive {
+            finite(json.emissive_factor.0).unwrap_or(Vec3::ZERO) * strength
+        } else {
+            Vec3::ZERO
+        },
         alpha_cutoff: match json.alpha_mode {
             Checked::Valid(AlphaMode::Mask) => json.alpha_cutoff.map_or(0.5, |cutoff| cutoff.0),
             _ => 0.0,
@@ -92,7 +96,7 @@ fn read_texture(info: &Info, document: &Document, images: &mut Images, pictures:
     let transform = info.extensions.as_ref().and_then(|extensions| extensions.texture_transform.as_ref());
     let transform = transform.map_or(Affine2::IDENTITY, |transform| {
         let (scale, offset) = (Vec2::from_array(transform.scale.0), Vec2::from_array(transform.offset.0));
-        // v points down, so that a turn against the clock is a negative one.
+        // v points down, so a counter-clockwise rotation has a negative angle.
         Affine2::from_scale_angle_translation(scale, -transform.rotation.0, offset)
     });
     images.variant(picture?, wrap, transform)

@@ -1,6 +1,7 @@
-//! glTF 2.0 and GLB through the gltf crate: its types for the JSON, its readers for chunks and accessors. Its validation
-//! refuses files that others open, so it is not asked; whatever its readers would panic on is checked here first. Its
-//! `import` feature, which reads any file that a model names, is off.
+//! glTF 2.0 and GLB loader on top of the gltf crate's JSON types and its chunk and accessor readers.
+//!
+//! The crate's validation is not used, since it rejects files that other programs open; everything its readers would panic on
+//! is checked here first. Its `import` feature, which reads any file that a model names, is off.
 
 mod accessor;
 mod document;
@@ -28,13 +29,13 @@ use super::{FileLocation, LoadError, LoadOptions};
 use bvhscope_engine::cancel::{CancelToken, Cancelled};
 use bvhscope_engine::geometry::Triangle;
 
-/// More copies than this of anything are a mistake or an attack.
+/// Maximum number of triangles, copies included; more are taken for a mistake or an attack.
 const MAX_TRIANGLES: usize = 1 << 28;
 
-/// In the place of a parent: the node is named by the scene.
+/// Parent index of a node that the scene itself names.
 const SCENE: usize = usize::MAX;
 
-/// Reads a glTF or GLB file that is in memory.
+/// Loads a glTF or GLB file from memory.
 pub(super) fn load(
     path: &Path,
     bytes: &[u8],
@@ -53,9 +54,9 @@ pub(super) fn load(
     assembly.materials = materials;
     assembly.textures = images.into_textures(&mut assembly.warnings);
     assembly.mesh_count = root.meshes.len();
-    assembly.expect(estimate_triangles(root, token)?);
+    assembly.reserve_hint(estimate_triangles(root, token)?);
     let nodes = &root.nodes;
-    // Of each visited node its parent.
+    // The parent of each visited node.
     let mut parents: Vec<Option<usize>> = vec![None; nodes.len()];
     let mut stack: Vec<(usize, usize, Mat4)> = roots(root).into_iter().map(|n| (n, SCENE, Mat4::IDENTITY)).collect();
     let mut meshes: HashMap<usize, Rc<Vec<Primitive>>> = HashMap::new();
@@ -70,7 +71,7 @@ pub(super) fn load(
             continue;
         };
         if let Some(first) = parents[index] {
-            let message = shared(index, first, parent, &parents);
+            let message = describe_second_parent(index, first, parent, &parents);
             return Err(LoadError::Unusable { path: path.to_path_buf(), location: location(), message });
         }
         parents[index] = Some(parent);
@@ -95,19 +96,19 @@ pub(super) fn load(
                 if assembly.len().saturating_add(primitive.triangles.len()) > MAX_TRIANGLES {
                     return Err(unusable(path, format!("contains more than {MAX_TRIANGLES} triangles")));
                 }
-                place_primitive(primitive, transform * instance, path, assembly, index, token)?;
+                add_primitive(primitive, transform * instance, path, assembly, index, token)?;
             }
         }
     }
     Ok(())
 }
 
-/// Extensions that the file cannot do without must be among those understood here.
+/// Checks that every required extension is supported.
 fn check_extensions(path: &Path, root: &Root) -> Result<(), LoadError> {
-    const UNDERSTOOD: [&str; 4] =
+    const SUPPORTED: [&str; 4] =
         ["KHR_mesh_quantization", "KHR_texture_transform", "EXT_mesh_gpu_instancing", "KHR_lights_punctual"];
     for name in &root.extensions_required {
-        if !UNDERSTOOD.contains(&name.as_str()) && !name.starts_with("KHR_materials_") {
+        if !SUPPORTED.contains(&name.as_str()) && !name.starts_with("KHR_materials_") {
             let message = format!(
                 "the extension {name} is required but not supported; convert the file with \
                  'gltf-transform optimize --compress false --texture-compress false IN OUT'"
@@ -132,7 +133,7 @@ fn warn_of_short_buffers(document: &Document, assembly: &mut Assembly) {
     }
 }
 
-/// The nodes of the shown scene; without scenes, those that are nobody's child.
+/// The root nodes of the default scene; without scenes, the nodes that have no parent.
 fn roots(root: &Root) -> Vec<usize> {
     if let Some(scene) = root.scenes.get(root.scene.map_or(0, |scene| scene.value())) {
         return scene.nodes.iter().rev().map(gltf::json::Index::value).collect();
@@ -144,18 +145,18 @@ fn roots(root: &Root) -> Vec<usize> {
         }
     }
     let roots: Vec<usize> = (0..is_root.len()).rev().filter(|&index| is_root[index]).collect();
-    // Where everybody is somebody's child there is a loop, which is found from any of its nodes.
+    // If every node has a parent there is a cycle, which is reported from any of its nodes.
     if roots.is_empty() && !is_root.is_empty() { vec![0] } else { roots }
 }
 
-/// What is wrong with a node that was reached from `first` and then again from `second`.
-fn shared(index: usize, first: usize, second: usize, parents: &[Option<usize>]) -> String {
-    // From the second parent up: if that leads back to the node, it stands above itself.
-    let mut way = vec![index];
-    let mut at = second;
-    while at != index {
-        way.push(at);
-        let Some(above) = parents.get(at).copied().flatten() else {
+/// The error message about a node that was reached from parent `first` and again from parent `second`.
+fn describe_second_parent(index: usize, first: usize, second: usize, parents: &[Option<usize>]) -> String {
+    // If the way up from the second parent leads back to the node, there is a cycle.
+    let mut path = vec![index];
+    let mut ancestor = second;
+    while ancestor != index {
+        path.push(ancestor);
+        let Some(parent) = parents.get(ancestor).copied().flatten() else {
             let owner = |node| if node == SCENE { "the scene".to_owned() } else { format!("nodes[{node}]") };
             return if first == second {
                 format!("is named twice by {}; name it once", owner(first))
@@ -163,11 +164,11 @@ fn shared(index: usize, first: usize, second: usize, parents: &[Option<usize>]) 
                 format!("has two parents, {} and {}; copy it for one of them", owner(first), owner(second))
             };
         };
-        at = above;
+        ancestor = parent;
     }
-    way.push(index);
-    let names: Vec<String> = way.iter().rev().map(|node| format!("nodes[{node}]")).collect();
-    // Of a long way both ends tell enough.
+    path.push(index);
+    let names: Vec<String> = path.iter().rev().map(|node| format!("nodes[{node}]")).collect();
+    // A long path is abbreviated in the middle.
     let text = if names.len() <= 8 {
         names.join(" → ")
     } else {
@@ -220,7 +221,7 @@ fn read_mesh(
     Ok(primitives)
 }
 
-/// The copies that EXT_mesh_gpu_instancing asks for; else just one.
+/// Transforms of the copies made by EXT_mesh_gpu_instancing; a single identity without it.
 fn instances(
     node: &Node,
     document: &Document,
@@ -259,8 +260,8 @@ fn instances(
     collect_cancellable(count, (0..count).map(instance), token)
 }
 
-/// Appends a primitive where a node puts it.
-fn place_primitive(
+/// Appends a primitive with the transform of a node.
+fn add_primitive(
     primitive: &Primitive,
     transform: Mat4,
     path: &Path,
@@ -269,9 +270,9 @@ fn place_primitive(
     token: &CancelToken,
 ) -> Result<(), LoadError> {
     let linear = Mat3::from_mat4(transform);
-    // A mirroring transform turns triangles inside out; swapping corners turns them back.
+    // A mirroring transform reverses the winding; swapping two corners restores it.
     let mirrored = linear.determinant() < 0.0;
-    // The inverse transpose up to a factor, without dividing: it exists for flat transforms as well.
+    // The cofactor matrix is the inverse transpose up to a factor and also exists for singular transforms.
     let sign = if mirrored { -1.0 } else { 1.0 };
     let [x, y, z] = [linear.x_axis, linear.y_axis, linear.z_axis];
     let cofactors = Mat3::from_cols(y.cross(z), z.cross(x), x.cross(y)) * sign;

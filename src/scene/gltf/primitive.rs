@@ -1,4 +1,4 @@
-//! Meshes: their triangles and attributes before any node moves them.
+//! Decodes mesh primitives into triangles and attributes in mesh space.
 
 use glam::{Vec2, Vec3};
 use gltf::json::mesh::{Mode, Primitive as JsonPrimitive, Semantic};
@@ -9,17 +9,17 @@ use super::document::Document;
 use crate::scene::assemble::{BATCH_SIZE, collect_cancellable};
 use bvhscope_engine::cancel::{CancelToken, Cancelled};
 
-/// A decoded primitive.
+/// A decoded primitive in mesh space.
 pub(super) struct Primitive {
     pub(super) positions: Vec<Vec3>,
-    /// These lists are empty or as long as `positions`.
+    /// Normals; as the other attributes empty or as long as `positions`.
     pub(super) normals: Vec<Vec3>,
     pub(super) uvs: Vec<Vec2>,
     pub(super) colors: Vec<Vec3>,
-    /// Only with vertices that exist.
+    /// Vertex indices of each triangle, all in range.
     pub(super) triangles: Vec<[u32; 3]>,
     pub(super) material: usize,
-    /// Triangles with vertices that do not exist.
+    /// Number of triangles dropped because of an index out of range.
     pub(super) out_of_range: usize,
 }
 
@@ -44,11 +44,11 @@ pub(super) fn read(
         return Err("POSITION is not VEC3".into());
     }
     let positions = vectors(&elements, token)?;
-    // The last one is that of primitives without any.
+    // The last material is the default one.
     let fallback = uv_sets.len().saturating_sub(1);
     let material = json.material.map(|material| material.value()).filter(|&material| material < fallback);
     let material = material.unwrap_or(fallback);
-    // Looks that cannot be read are left out; the shape counts.
+    // Optional attributes that cannot be read are dropped.
     let optional = |semantic: Semantic, widths: &[usize]| -> Result<Elements, Cancelled> {
         match attribute(semantic) {
             Ok(Some(elements)) if widths.contains(&elements.width) => Ok(elements),
@@ -76,12 +76,13 @@ pub(super) fn read(
     };
     let mut triangles: Vec<[u32; 3]> = match mode {
         Mode::TriangleStrip => {
-            let turned = |(k, w): (usize, &[u32])| if k % 2 == 0 { [w[0], w[1], w[2]] } else { [w[1], w[0], w[2]] };
-            collect_cancellable(indices.len(), indices.windows(3).enumerate().map(turned), token)?
+            let strip_triangle =
+                |(k, w): (usize, &[u32])| if k % 2 == 0 { [w[0], w[1], w[2]] } else { [w[1], w[0], w[2]] };
+            collect_cancellable(indices.len(), indices.windows(3).enumerate().map(strip_triangle), token)?
         }
         Mode::TriangleFan => {
-            let around = indices.get(1..).unwrap_or_default();
-            collect_cancellable(indices.len(), around.windows(2).map(|w| [w[0], w[1], indices[0]]), token)?
+            let rim = indices.get(1..).unwrap_or_default();
+            collect_cancellable(indices.len(), rim.windows(2).map(|w| [w[0], w[1], indices[0]]), token)?
         }
         _ => collect_cancellable(indices.len() / 3, indices.as_chunks().0.iter().copied(), token)?,
     };
@@ -97,7 +98,7 @@ pub(super) fn read(
     Ok(Some(Primitive { positions, normals, uvs, colors, triangles, material, out_of_range }))
 }
 
-/// The first three numbers of every element.
+/// The first three components of every element.
 pub(super) fn vectors(elements: &Elements, token: &CancelToken) -> Result<Vec<Vec3>, Cancelled> {
     let all = elements.numbers.chunks_exact(elements.width);
     collect_cancellable(all.len(), all.map(|e| Vec3::new(e[0], e[1], e[2])), token)

@@ -1,4 +1,4 @@
-//! Wavefront OBJ through tobj, behind a checking reader; materials by a loader of our own.
+//! Wavefront OBJ loader: tobj behind a sanitizing reader, with a material loader of its own.
 
 mod mtl;
 mod sanitize;
@@ -16,7 +16,7 @@ use super::{FileLocation, LoadError, LoadOptions, Material};
 use bvhscope_engine::cancel::CancelToken;
 use bvhscope_engine::geometry::Triangle;
 
-/// Reads an OBJ file that is in memory.
+/// Loads an OBJ file from memory.
 pub(super) fn load(
     path: &Path,
     bytes: &[u8],
@@ -78,21 +78,21 @@ fn add_mesh(
     assembly: &mut Assembly,
     token: &CancelToken,
 ) -> Result<(), LoadError> {
-    let vectors = |flat: &[f32], turned: &dyn Fn(Vec3) -> Vec3| {
-        collect_cancellable(flat.len() / 3, flat.as_chunks().0.iter().map(|&v| turned(Vec3::from_array(v))), token)
+    let vectors = |flat: &[f32], transform: &dyn Fn(Vec3) -> Vec3| {
+        collect_cancellable(flat.len() / 3, flat.as_chunks().0.iter().map(|&v| transform(Vec3::from_array(v))), token)
     };
     let positions = vectors(&mesh.positions, &|point| point)?;
-    // The checking reader keeps faces with and without an attribute apart, so a list is whole or empty.
-    let whole = |count: usize| count == positions.len();
+    // The sanitizer separates faces with and without an attribute, so a list is complete or empty.
+    let is_complete = |count: usize| count == positions.len();
     let mut lists = VertexLists::default();
-    if whole(mesh.normals.len() / 3) {
+    if is_complete(mesh.normals.len() / 3) {
         lists.normals = vectors(&mesh.normals, &Vec3::normalize_or_zero)?;
     }
-    if whole(mesh.texcoords.len() / 2) {
+    if is_complete(mesh.texcoords.len() / 2) {
         let uvs = mesh.texcoords.as_chunks().0;
         lists.uvs = collect_cancellable(uvs.len(), uvs.iter().map(|&[u, v]| Vec2::new(u, 1.0 - v)), token)?;
     }
-    if whole(mesh.vertex_color.len() / 3) {
+    if is_complete(mesh.vertex_color.len() / 3) {
         lists.colors = vectors(&mesh.vertex_color, &linear_from_srgb)?;
     }
     let first = assembly.add_vertices(positions.len(), &lists, token)?;

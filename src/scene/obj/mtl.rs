@@ -1,4 +1,4 @@
-//! Material libraries of OBJ files: colours, diffuse textures and holes. Never fails: what is missing is a warning.
+//! Material libraries (MTL) of OBJ files: colours, diffuse textures and cut-outs. Never fails; problems become warnings.
 
 use glam::Vec3;
 
@@ -6,10 +6,10 @@ use crate::budget::Budget;
 use crate::scene::images::Images;
 use crate::scene::{FileLocation, Material, Warnings, WrapMode};
 
-/// A material in a list that doubles as it grows, and in that of the scene.
+/// Bytes per material: in a list that doubles as it grows and in the list of the scene.
 const BYTES_PER_MATERIAL: u64 = 4 * size_of::<Material>() as u64;
 
-/// More are a mistake or an attack.
+/// Maximum number of materials; more are taken for a mistake or an attack.
 const MAX_MATERIALS: usize = 1 << 16;
 
 /// The materials of a library, in file order.
@@ -17,7 +17,7 @@ pub(super) fn load(name: &str, images: &mut Images, warnings: &mut Warnings) -> 
     let bytes = match images.read_relative(name) {
         Ok(bytes) => bytes,
         Err(reason) => {
-            // Several libraries may stand in one statement.
+            // One statement may name several libraries.
             let names: Vec<_> = name.split_whitespace().collect();
             if names.len() > 1 {
                 return names.into_iter().flat_map(|name| load(name, images, warnings)).collect();
@@ -30,7 +30,7 @@ pub(super) fn load(name: &str, images: &mut Images, warnings: &mut Warnings) -> 
     let mut materials: Vec<Material> = Vec::new();
     let mut next_poll = 0;
     for (number, line) in text.trim_start_matches('\u{feff}').lines().enumerate() {
-        // Each may be a material, which takes far more than its line.
+        // Every line may define a material, which takes far more memory than the line.
         if number == next_poll {
             if images.token.is_cancelled() {
                 break;
@@ -78,7 +78,7 @@ pub(super) fn load(name: &str, images: &mut Images, warnings: &mut Warnings) -> 
     materials
 }
 
-/// One number for grey, or three.
+/// A colour of one number (grey) or three.
 fn color(text: &str) -> Option<Vec3> {
     let numbers: Result<Vec<f32>, _> = text.split_whitespace().take(3).map(str::parse).collect();
     let color = match numbers.ok()?[..] {
@@ -89,18 +89,18 @@ fn color(text: &str) -> Option<Vec3> {
     color.is_finite().then(|| color.max(Vec3::ZERO))
 }
 
-/// What is left of a texture statement after its options.
+/// The file name of a texture statement, after its options.
 fn file_name(mut rest: &str) -> &str {
     while rest.starts_with('-') {
         let (option, mut after) = rest.split_once(char::is_whitespace).unwrap_or((rest, ""));
-        let (least, most) = match option {
+        let (min_values, max_values) = match option {
             "-mm" => (2, 2),
             "-o" | "-s" | "-t" => (1, 3),
             _ => (1, 1),
         };
-        for k in 0..most {
+        for k in 0..max_values {
             let (word, next) = after.trim_start().split_once(char::is_whitespace).unwrap_or((after.trim(), ""));
-            if k >= least && word.parse::<f32>().is_err() {
+            if k >= min_values && word.parse::<f32>().is_err() {
                 break;
             }
             after = next;

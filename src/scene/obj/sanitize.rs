@@ -1,5 +1,5 @@
-//! What stands between an OBJ file and tobj: it checks every statement, knows its line, and hands on a plain form that
-//! tobj reads without refusing, panicking or inventing triangles.
+//! A reader that checks every statement of an OBJ file, tracks its line, and passes a simplified text on to tobj, which would
+//! refuse some valid files, panic on others and invent triangles.
 
 use std::collections::HashSet;
 use std::io::{BufRead, Error, Read, Write};
@@ -13,14 +13,14 @@ use crate::scene::read::{MAX_LINE, READ_PROGRESS, lines};
 use crate::scene::{FileLocation, Warnings};
 use bvhscope_engine::cancel::CancelToken;
 
-/// Handed on at a time.
+/// Bytes of sanitized text produced at a time.
 const CHUNK_SIZE: usize = 1 << 16;
-/// Bytes of the file between two questions to the budget.
-const BYTES_BETWEEN_CHECKS: usize = 1 << 20;
-/// tobj works off a group in one go, so groups are kept short enough for cancelling.
+/// Bytes of the file between two checks of the budget and of cancellation.
+const CHECK_INTERVAL_BYTES: usize = 1 << 20;
+/// Maximum number of triangles per group: tobj processes a group without cancellation checks.
 const TRIANGLES_PER_GROUP: usize = 20_000;
 
-/// What is wrong with a line, and the byte in it, from 0, where one word is at fault.
+/// An error in a line, with the byte offset in the line if a single word is at fault.
 struct Fault {
     message: String,
     column: Option<usize>,
@@ -32,10 +32,10 @@ impl From<String> for Fault {
     }
 }
 
-/// Which indices the corners of a face have beside positions.
-type Kind = (bool, bool);
+/// Whether the corners of a face have texture coordinates and normals.
+type FaceKind = (bool, bool);
 
-/// The cleaned text, made while it is read.
+/// Sanitized OBJ text, produced while it is read.
 pub(super) struct Sanitizer<'a> {
     data: &'a [u8],
     at: usize,
@@ -46,21 +46,21 @@ pub(super) struct Sanitizer<'a> {
     positions: u64,
     texcoords: u64,
     normals: u64,
-    /// Positions, counted from 1, that no triangle may use.
+    /// Indices, from 1, of positions with unusable coordinates.
     bad_positions: HashSet<u64>,
     corners: Vec<[u64; 3]>,
-    kind: Kind,
+    kind: FaceKind,
     triangles_in_group: usize,
     triangles: u64,
-    /// Where in the file the budget is asked again.
+    /// Byte offset of the next budget check.
     next_check: usize,
     object_open: bool,
-    /// The line last read, from 1.
+    /// Number of the line last read, from 1.
     pub(super) line: u64,
-    /// Objects and groups with faces.
+    /// Number of objects and groups with faces.
     pub(super) mesh_count: usize,
     pub(super) warnings: Warnings,
-    /// Why reading stopped, where the file is at fault, and where.
+    /// Location and message of the error that stopped reading, if the file is at fault.
     pub(super) fault: Option<(FileLocation, String)>,
 }
 
@@ -82,7 +82,7 @@ impl<'a> Sanitizer<'a> {
             kind: (false, false),
             triangles_in_group: 0,
             triangles: 0,
-            next_check: BYTES_BETWEEN_CHECKS,
+            next_check: CHECK_INTERVAL_BYTES,
             object_open: true,
             line: 0,
             mesh_count: 0,
@@ -91,15 +91,15 @@ impl<'a> Sanitizer<'a> {
         }
     }
 
-    /// Points in the file so far.
+    /// Number of positions so far.
     pub(super) fn positions(&self) -> u64 {
         self.positions
     }
 
-    /// The next physical line without its end.
+    /// The next physical line without its line ending.
     fn physical_line(&mut self) -> Option<&'a [u8]> {
         let rest = self.data.get(self.at..).filter(|rest| !rest.is_empty())?;
-        // Of a line that is too long anyway no more is looked at.
+        // A line beyond the limit is not scanned to its end.
         let start = rest.get(..=MAX_LINE).unwrap_or(rest);
         let end = start.iter().position(|&byte| byte == b'\n' || byte == b'\r').unwrap_or(start.len());
         let ending = if rest[end..].starts_with(b"\r\n") { 2 } else { 1 };
@@ -108,7 +108,7 @@ impl<'a> Sanitizer<'a> {
         Some(&rest[..end])
     }
 
-    /// One statement, continued lines joined.
+    /// Reads one statement, joining continued lines; returns whether there was one.
     fn statement(&mut self) -> Result<bool, Fault> {
         let Some(line) = self.physical_line() else { return Ok(false) };
         let joined;
@@ -131,16 +131,17 @@ impl<'a> Sanitizer<'a> {
             line = &joined;
         }
         check_length(line)?;
-        // In lines that were joined columns mean nothing.
-        self.clean(line).map_err(|fault| if is_joined { fault.message.into() } else { fault })?;
+        // Columns are meaningless in joined lines.
+        self.sanitize(line).map_err(|fault| if is_joined { fault.message.into() } else { fault })?;
         Ok(true)
     }
 
-    fn clean(&mut self, line: &[u8]) -> Result<(), Fault> {
+    /// Checks a statement and appends its simplified form to the output.
+    fn sanitize(&mut self, line: &[u8]) -> Result<(), Fault> {
         let statement = line.trim_ascii();
         let end = statement.iter().position(u8::is_ascii_whitespace).unwrap_or(statement.len());
         let (keyword, rest) = statement.split_at(end);
-        // Where the rest begins in the line.
+        // Byte offset of the arguments in the line.
         let start = line.trim_ascii_end().len().saturating_sub(rest.len());
         match keyword {
             b"v" => self.position(rest, start),
@@ -179,7 +180,7 @@ impl<'a> Sanitizer<'a> {
         }
     }
 
-    /// A point; `start` is where the rest of the line begins in it.
+    /// A vertex position; `start` is the byte offset of `rest` in the line.
     fn position(&mut self, rest: &[u8], start: usize) -> Result<(), Fault> {
         self.positions = self.positions.saturating_add(1);
         let mut values = ArrayVec::<f32, 6>::new();
@@ -208,7 +209,7 @@ impl<'a> Sanitizer<'a> {
         Ok(())
     }
 
-    /// A statement of so many numbers; `start` is where the rest of the line begins in it.
+    /// A statement with a number of arguments within `counts`; `start` is the byte offset of `rest` in the line.
     fn numbers(
         &mut self,
         keyword: &[u8],
@@ -216,19 +217,19 @@ impl<'a> Sanitizer<'a> {
         start: usize,
         counts: RangeInclusive<usize>,
     ) -> Result<(), Fault> {
-        let (least, most) = counts.into_inner();
+        let (min, max) = counts.into_inner();
         self.out.extend_from_slice(keyword);
         let mut count = 0_usize;
-        for (at, word) in words_at(rest).take(most) {
+        for (at, word) in words_at(rest).take(max) {
             number(word, start.saturating_add(at))?;
             self.out.push(b' ');
             self.out.extend_from_slice(word);
             count = count.saturating_add(1);
         }
-        if count < least {
-            return Err(format!("{least} numbers are expected, but there are {count}").into());
+        if count < min {
+            return Err(format!("{min} numbers are expected, but there are {count}").into());
         }
-        for _ in count..most {
+        for _ in count..max {
             self.out.extend_from_slice(b" 0");
         }
         self.out.push(b'\n');
@@ -291,16 +292,15 @@ impl<'a> Sanitizer<'a> {
         }
     }
 
-    /// Whether there is room for as much again as tobj holds by now, whose lists double as they grow, and for the scene that
-    /// is made of it.
-    /// Also looks at the token: lines that mean nothing may go on for long.
-    fn check_memory(&mut self) -> Result<(), String> {
+    /// Checks the budget for tobj's lists to double, as they do when they grow, and for the scene made of them. Also polls for
+    /// cancellation, since meaningless lines may go on for long.
+    fn check_memory_and_token(&mut self) -> Result<(), String> {
         const FLOAT: u64 = size_of::<f32>() as u64;
         const FACE: u64 = size_of::<[u32; 3]>() as u64 + BYTES_PER_TRIANGLE;
         if self.at < self.next_check {
             return Ok(());
         }
-        self.next_check = self.at.saturating_add(BYTES_BETWEEN_CHECKS);
+        self.next_check = self.at.saturating_add(CHECK_INTERVAL_BYTES);
         self.token.check().map_err(|cancelled| cancelled.to_string())?;
         let position = if self.colored { 6 * FLOAT } else { 3 * FLOAT };
         let lists = [
@@ -318,7 +318,7 @@ impl<'a> Sanitizer<'a> {
         self.out.clear();
         self.out_at = 0;
         while self.out.len() < CHUNK_SIZE {
-            match self.statement().and_then(|more| Ok(self.check_memory().map(|()| more)?)) {
+            match self.statement().and_then(|more| Ok(self.check_memory_and_token().map(|()| more)?)) {
                 Ok(true) => {}
                 Ok(false) => break,
                 Err(Fault { message, column }) => {
@@ -360,12 +360,12 @@ impl BufRead for Sanitizer<'_> {
     }
 }
 
-/// Whether any vertex has a colour: then tobj needs one for each.
+/// Whether any vertex has a colour; tobj then needs one for every vertex.
 fn has_colors(data: &[u8], token: &CancelToken) -> bool {
     let mut since_poll = 0_usize;
     lines(data).any(|line| {
         since_poll = since_poll.saturating_add(line.len()).saturating_add(1);
-        let stop = since_poll >= BYTES_BETWEEN_CHECKS && {
+        let stop = since_poll >= CHECK_INTERVAL_BYTES && {
             since_poll = 0;
             token.is_cancelled()
         };
@@ -377,7 +377,7 @@ fn words(line: &[u8]) -> impl Iterator<Item = &[u8]> {
     line.split(u8::is_ascii_whitespace).filter(|word| !word.is_empty())
 }
 
-/// The words with the bytes where they start.
+/// The words of a line with their byte offsets.
 fn words_at(line: &[u8]) -> impl Iterator<Item = (usize, &[u8])> {
     let mut next = 0_usize;
     let parts = line.split(u8::is_ascii_whitespace).map(move |word| {
@@ -392,7 +392,7 @@ fn check_length(line: &[u8]) -> Result<(), String> {
     if line.len() > MAX_LINE { Err(format!("the line is longer than {MAX_LINE} bytes")) } else { Ok(()) }
 }
 
-/// The number that a word stands for, which starts at the byte `at` of its line.
+/// Parses the word at byte offset `at` of its line as a number.
 fn number(word: &[u8], at: usize) -> Result<f32, Fault> {
     let parsed = std::str::from_utf8(word).ok().and_then(|word| word.parse().ok());
     parsed.ok_or_else(|| {
@@ -401,7 +401,7 @@ fn number(word: &[u8], at: usize) -> Result<f32, Fault> {
     })
 }
 
-/// An index from 1, or from the end where negative; `None` where there is none or nothing there.
+/// Resolves an index counted from 1, or from the end if negative; `None` if it is missing or out of range.
 fn resolve(part: &[u8], count: u64) -> Option<u64> {
     let index: i64 = std::str::from_utf8(part).ok()?.parse().ok()?;
     let index = if index < 0 { count.checked_add_signed(index)?.checked_add(1)? } else { index.cast_unsigned() };
