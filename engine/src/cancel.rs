@@ -1,26 +1,38 @@
-//! Stopping work that nobody waits for, and telling how far it is. Every long computation takes a [`CancelToken`] and
-//! asks it at coarse check points.
+//! Cancellation and progress. Every long computation takes a [`CancelToken`], polls it for cancellation at coarse intervals and
+//! reports its progress through it.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU32, AtomicU64, Ordering};
 
-/// Work was stopped because its token was cancelled. Not a failure: nobody wanted the result any more.
+/// Error of a computation whose token was cancelled. Not a failure: the result is no longer wanted.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 #[error("cancelled")]
 pub struct Cancelled;
 
-/// Shared between the one who works and the one who may stop it. Clones refer to the same work.
+/// Cancels a computation and reads its progress from another thread. Clones refer to the same computation.
+///
+/// ```
+/// use bvhscope_engine::{CancelToken, Cancelled};
+///
+/// let token = CancelToken::new();
+/// let worker = token.clone();
+/// worker.set_progress(0.5);
+/// assert!(worker.check().is_ok() && token.progress() == 0.5);
+/// token.cancel();
+/// assert_eq!(worker.check(), Err(Cancelled));
+/// ```
 #[derive(Debug, Clone)]
 pub struct CancelToken {
     shared: Arc<Shared>,
-    /// Where in the whole work the progress begins and how much of it there is: [`CancelToken::part`].
-    from: f32,
+    /// Progress of the whole work when this part of it starts, see [`CancelToken::part`].
+    start: f32,
+    /// Fraction of the whole work that this part is.
     span: f32,
 }
 
 impl Default for CancelToken {
     fn default() -> Self {
-        Self { shared: Arc::default(), from: 0.0, span: 1.0 }
+        Self { shared: Arc::default(), start: 0.0, span: 1.0 }
     }
 }
 
@@ -32,67 +44,68 @@ struct Shared {
     watch: Option<Watch>,
 }
 
-/// Sees every look at a token.
+/// Callback for each cancellation check.
 struct Watch {
-    looks: AtomicU64,
-    on_look: Box<dyn Fn(u64) -> bool + Send + Sync>,
+    /// Number of checks so far.
+    checks: AtomicU64,
+    on_check: Box<dyn Fn(u64) -> bool + Send + Sync>,
 }
 
 impl std::fmt::Debug for Watch {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.debug_struct("Watch").field("looks", &self.looks).finish_non_exhaustive()
+        f.debug_struct("Watch").field("checks", &self.checks).finish_non_exhaustive()
     }
 }
 
 impl CancelToken {
-    /// A token that nobody has cancelled yet.
+    /// A token that is not cancelled.
     pub fn new() -> Self {
         Self::default()
     }
 
-    /// A token whose every look calls `on_look` with its number, counted from 1, and that is cancelled once this returns
-    /// `true`: for tests of what happens at, or between, check points.
-    pub fn watched(on_look: impl Fn(u64) -> bool + Send + Sync + 'static) -> Self {
-        let watch = Some(Watch { looks: AtomicU64::new(0), on_look: Box::new(on_look) });
+    /// A token that calls `on_check` at each cancellation check with the number of checks so far, this one included, and is
+    /// cancelled once the callback returns `true`. For tests of what happens at and between checks.
+    pub fn watched(on_check: impl Fn(u64) -> bool + Send + Sync + 'static) -> Self {
+        let watch = Some(Watch { checks: AtomicU64::new(0), on_check: Box::new(on_check) });
         Self { shared: Arc::new(Shared { watch, ..Shared::default() }), ..Self::default() }
     }
 
-    /// Asks the work to stop at its next check point.
+    /// Requests that the computation stops at its next cancellation check.
     pub fn cancel(&self) {
         self.shared.cancelled.store(true, Ordering::Relaxed);
     }
 
-    /// Whether the work should stop.
+    /// Whether the computation should stop: a cancellation check.
     pub fn is_cancelled(&self) -> bool {
         if let Some(watch) = &self.shared.watch
-            && (watch.on_look)(watch.looks.fetch_add(1, Ordering::Relaxed) + 1)
+            && (watch.on_check)(watch.checks.fetch_add(1, Ordering::Relaxed) + 1)
         {
             self.cancel();
         }
         self.shared.cancelled.load(Ordering::Relaxed)
     }
 
-    /// `Err(Cancelled)` once cancelled: for use with `?` at check points.
+    /// Polls for cancellation: `Err(Cancelled)` once the token is cancelled, for use with `?`.
     pub fn check(&self) -> Result<(), Cancelled> {
         if self.is_cancelled() { Err(Cancelled) } else { Ok(()) }
     }
 
-    /// The same token for the `index`-th of `count` equal parts of the work: what is reported through it counts within
-    /// that part, and cancelling either cancels both.
+    /// A token for the `index`-th of `count` equal parts of the computation: progress reported through it is progress within that
+    /// part, and cancelling either token cancels both.
     #[must_use]
     pub fn part(&self, index: usize, count: usize) -> Self {
         let span = self.span / count.max(1) as f32;
-        Self { shared: Arc::clone(&self.shared), from: self.from + span * index as f32, span }
+        Self { shared: Arc::clone(&self.shared), start: self.start + span * index as f32, span }
     }
 
-    /// Reports the finished share of the work, or of this token's part of it, 0 to 1.
+    /// Reports the finished fraction, 0 to 1, of the computation or of this token's part of it.
     pub fn set_progress(&self, fraction: f32) {
-        let whole = self.from + self.span * fraction.clamp(0.0, 1.0);
-        let parts = (whole * 10_000.0).round() as u32;
-        self.shared.progress.store(parts, Ordering::Relaxed);
+        let whole = self.start + self.span * fraction.clamp(0.0, 1.0);
+        let progress = (whole * 10_000.0).round() as u32;
+        self.shared.progress.store(progress, Ordering::Relaxed);
     }
 
-    /// The finished share of the whole work as last reported, 0 to 1.
+    /// Finished fraction, 0 to 1, of the whole computation as last reported.
     pub fn progress(&self) -> f32 {
         self.shared.progress.load(Ordering::Relaxed) as f32 / 10_000.0
     }

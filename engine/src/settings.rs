@@ -1,20 +1,20 @@
-//! What a tree is built with.
+//! Settings that decide which tree is built: builder, container, parameters, curve and passes, with named presets.
 
 use crate::tree::ContainerKind;
 
-/// How the tree is built.
+/// The algorithm that builds the tree.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(rename_all = "kebab-case"))]
 pub enum BuilderKind {
     /// Approximate agglomerative clustering (Gu et al., HPG 2013).
     Aac,
-    /// Median split by Morton code (Lauterbach et al., 2009): "LBVH".
+    /// Linear BVH: splits where the highest differing bit of the Morton codes flips (Lauterbach et al., 2009).
     Lbvh,
-    /// Top-down splits by the surface area heuristic over bins (Wald, 2007). Boxes only.
+    /// Top-down splits by the surface area heuristic, estimated at bin boundaries (Wald, 2007). Boxes only.
     BinnedSah,
-    /// Exact agglomerative clustering (Walter et al., 2008): always the globally closest pair. Small scenes only.
+    /// Exact agglomerative clustering (Walter et al., 2008): always merges the globally closest pair. Small scenes only.
     Exact,
-    /// No hierarchy: every ray tests every triangle.
+    /// No hierarchy: one leaf, so that every ray tests every triangle.
     None,
 }
 
@@ -45,16 +45,16 @@ impl BuilderKind {
     }
 }
 
-/// The line through space along which primitives are sorted before they are clustered.
+/// The space-filling curve along which primitives are sorted before they are clustered.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(rename_all = "kebab-case"))]
 pub enum Curve {
-    /// Morton's: the bits of the three axes in turn (1966). The paper's.
+    /// Morton curve: interleaves the bits of the three axes (1966). The paper's.
     #[default]
     Morton,
-    /// Hilbert's, on which neighbours always touch (1891).
+    /// Hilbert curve, along which successive cells are always adjacent (1891).
     Hilbert,
-    /// Morton's with the bits of the primitives' size as a fourth axis (Vinkler, Bittner, Havran, 2017).
+    /// Extended Morton codes: the primitive's size as a fourth axis (Vinkler, Bittner, Havran, 2017).
     Extended,
 }
 
@@ -81,18 +81,18 @@ impl Curve {
     }
 }
 
-/// Work beside the builder's own that makes a tree better. Passes over the finished tree never raise its SAH cost.
+/// An optimization beside the builder's own work. Passes over the finished tree never raise its SAH cost.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(rename_all = "kebab-case"))]
 pub enum Pass {
-    /// Before anything is built, large triangles go into several boxes (Ernst and Greiner, 2007; Karras and Aila, 2013). Several
-    /// leaves can hold the same triangle then. Boxes only, and not where there is nothing to choose: exact or no clustering.
+    /// Before the build, splits the boxes of large triangles (Ernst and Greiner, 2007; Karras and Aila, 2013), so that several
+    /// leaves can refer to the same triangle. Boxes only; not with the builders Exact and None.
     Split,
-    /// Subtrees become leaves where that is cheaper (Goldsmith and Salmon, 1987).
+    /// Collapses subtrees into leaves where that lowers the SAH cost (Goldsmith and Salmon, 1987).
     Collapse,
-    /// Treelets are built again from the top by the surface area heuristic and kept where they are cheaper. Boxes only.
+    /// Rebuilds treelets top-down by the surface area heuristic where that lowers the SAH cost. Boxes only.
     Restructure,
-    /// Subtrees move to where they cost less (Meister and Bittner, 2018). Boxes only.
+    /// Reinserts subtrees where that lowers the SAH cost (Meister and Bittner, 2018). Boxes only.
     Reinsert,
 }
 
@@ -120,13 +120,13 @@ impl Pass {
         }
     }
 
-    /// Whether it is for boxes only: it needs unions that do not depend on the order of what is united.
+    /// Whether it works on boxes only: it needs unions that do not depend on the order of their operands.
     pub const fn boxes_only(self) -> bool {
         !matches!(self, Self::Collapse)
     }
 }
 
-/// Which passes run. In JSON the list of their names.
+/// Set of passes. Serialized as the list of their names.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 #[cfg_attr(
     feature = "serde",
@@ -136,31 +136,31 @@ impl Pass {
 pub struct Passes(u8);
 
 impl Passes {
-    /// No pass: the tree stays as the builder made it.
+    /// No pass: the tree as the builder made it.
     pub const NONE: Self = Self(0);
     /// Every pass over the finished tree.
     pub const FINISHED: Self = Self::NONE.with(Pass::Collapse).with(Pass::Restructure).with(Pass::Reinsert);
     /// Every pass.
     pub const ALL: Self = Self::FINISHED.with(Pass::Split);
 
-    /// With `pass` on top.
+    /// This set with `pass`.
     #[must_use]
     pub const fn with(self, pass: Pass) -> Self {
         Self(self.0 | 1 << pass as u8)
     }
 
-    /// Without `pass`.
+    /// This set without `pass`.
     #[must_use]
     pub const fn without(self, pass: Pass) -> Self {
         Self(self.0 & !(1 << pass as u8))
     }
 
-    /// Whether `pass` runs.
+    /// Whether the set contains `pass`.
     pub const fn contains(self, pass: Pass) -> bool {
         self.0 >> pass as u8 & 1 == 1
     }
 
-    /// The passes that run, in their order.
+    /// The passes in the order in which they run.
     pub fn iter(self) -> impl Iterator<Item = Pass> {
         Pass::ALL.into_iter().filter(move |&pass| self.contains(pass))
     }
@@ -178,7 +178,7 @@ impl From<Passes> for Vec<Pass> {
     }
 }
 
-/// The names with commas between; "none" where there is none.
+/// The names separated by commas; "none" for the empty set.
 impl std::fmt::Display for Passes {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         let names: Vec<&str> = self.iter().map(Pass::name).collect();
@@ -191,44 +191,45 @@ impl std::fmt::Display for Passes {
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct BuildSettings {
-    /// Which algorithm.
+    /// The algorithm.
     pub builder: BuilderKind,
-    /// Boxes or spheres around the primitives.
+    /// The bounding volume: boxes or spheres.
     pub container: ContainerKind,
-    /// δ, the traversal stopping threshold in primitives: fewer than δ are clustered, not split. 2 to 64; larger is
-    /// slower to build and gives a better tree. AAC only.
+    /// The traversal stopping threshold δ in primitives: a range of fewer is clustered, not partitioned further. 2 to 64; a higher
+    /// threshold gives a better tree and a slower build. AAC only.
     pub threshold: u32,
-    /// ε of the reduction function f(x) = ½·δ^(½+ε)·x^(½−ε). 0 to 0.5; smaller keeps more clusters, slower and better. AAC only.
+    /// The exponent ε of the reduction function f(x) = ½·δ^(½+ε)·x^(½−ε). 0 to 0.5; a lower ε leaves more clusters, for a better
+    /// tree and a slower build. AAC only.
     pub epsilon: f32,
-    /// Along which line primitives are sorted. AAC and LBVH only.
+    /// The curve along which primitives are sorted. AAC and LBVH only.
     #[cfg_attr(feature = "serde", serde(default))]
     pub curve: Curve,
-    /// What is done to make it better; see [`BuildSettings::passes`].
+    /// The passes wanted; those that run are [`BuildSettings::passes`].
     #[cfg_attr(feature = "serde", serde(default))]
     pub optimize: Passes,
 }
 
-/// Named settings of the agglomerative builder.
+/// Named parameters of the agglomerative builder.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(rename_all = "kebab-case"))]
 pub enum Preset {
-    /// Threshold 6, ε 0.2: the paper's fast setting.
+    /// δ 6, ε 0.2: the paper's fast setting.
     Fast,
-    /// Threshold 12, ε 0.1: the paper's good setting.
+    /// δ 12, ε 0.1: the paper's high-quality setting.
     Hq,
-    /// Threshold 4, ε 0.2: Gu et al.'s AAC-Fast.
+    /// δ 4, ε 0.2: Gu et al.'s AAC-Fast.
     AacFast,
-    /// Threshold 20, ε 0.1: Gu et al.'s AAC-HQ.
+    /// δ 20, ε 0.1: Gu et al.'s AAC-HQ.
     AacHq,
     /// The paper's fast setting and every pass over the finished tree.
     Best,
 }
 
 impl Preset {
-    /// Every preset, in the order in which they are offered.
+    /// Every preset, in the order in which menus list them.
     pub const ALL: [Self; 5] = [Self::Fast, Self::Hq, Self::AacFast, Self::AacHq, Self::Best];
 
-    /// Threshold and ε.
+    /// Threshold δ and exponent ε.
     pub const fn parameters(self) -> (u32, f32) {
         match self {
             Self::Fast | Self::Best => (6, 0.2),
@@ -260,23 +261,23 @@ impl Preset {
         }
     }
 
-    /// What is done to the finished tree.
+    /// Passes over the finished tree.
     pub const fn passes(self) -> Passes {
         if matches!(self, Self::Best) { Passes::FINISHED } else { Passes::NONE }
     }
 }
 
 impl BuildSettings {
-    /// Smallest threshold that can be set.
+    /// Minimum threshold.
     pub const MIN_THRESHOLD: u32 = 2;
-    /// Largest threshold that can be set.
+    /// Maximum threshold.
     pub const MAX_THRESHOLD: u32 = 64;
-    /// Largest ε that can be set.
+    /// Maximum ε.
     pub const MAX_EPSILON: f32 = 0.5;
-    /// Exact agglomerative clustering takes quadratic time: it refuses more primitives than this.
+    /// Maximum number of primitives of [`BuilderKind::Exact`], which takes quadratic time.
     pub const MAX_EXACT_PRIMITIVES: usize = 20_000;
 
-    /// AAC with a preset's parameters.
+    /// Settings of AAC with the parameters of `preset`.
     pub const fn preset(preset: Preset, container: ContainerKind) -> Self {
         let (threshold, epsilon) = preset.parameters();
         Self {
@@ -289,7 +290,7 @@ impl BuildSettings {
         }
     }
 
-    /// Why these settings cannot build `primitive_count` triangles; `None` where they can.
+    /// Why these settings cannot build a tree over `primitive_count` triangles; `None` if they can.
     pub fn refusal(&self, primitive_count: usize) -> Option<String> {
         match self.builder {
             BuilderKind::BinnedSah if self.container == ContainerKind::Sphere => {
@@ -303,7 +304,7 @@ impl BuildSettings {
         }
     }
 
-    /// The passes that run: of those in `optimize` the ones that container and builder allow.
+    /// The passes that run: those in `optimize` that support the container and the builder.
     pub fn passes(&self) -> Passes {
         let splits = !matches!(self.builder, BuilderKind::Exact | BuilderKind::None);
         let runs = |pass: &Pass| {

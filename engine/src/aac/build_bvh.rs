@@ -14,10 +14,11 @@ use fearless_simd::dispatch;
 
 use crate::aac::build_cache::BuildCache;
 use crate::aac::build_tree::{Forest, TreeBuilder};
-use crate::aac::cluster::{ClusterContainer, PairWriter};
+use crate::aac::cluster_container::ClusterContainer;
 use crate::aac::combine::combine_clusters;
 use crate::aac::combine_long::Scratch;
 use crate::aac::leaf_order::order_leaves;
+use crate::aac::pair_writer::PairWriter;
 use crate::aac::reduction::Reduction;
 use crate::aac::tasks::{NodeSlots, TaskPlan};
 use crate::cancel::{CancelToken, Cancelled};

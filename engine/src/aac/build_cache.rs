@@ -4,7 +4,7 @@
 use std::any::Any;
 use std::sync::{Arc, Mutex, PoisonError, Weak};
 
-use crate::aac::cluster::ClusterContainer;
+use crate::aac::cluster_container::ClusterContainer;
 use crate::cancel::{CancelToken, Cancelled};
 use crate::geometry::Triangle;
 use crate::order::{InputBounds, SortedPrimitives, input_bounds};

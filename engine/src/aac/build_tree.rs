@@ -21,10 +21,12 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 use fearless_simd::{Level, Simd, dispatch};
 
-use crate::aac::cluster::{Cluster, ClusterContainer, ClusterStack, PairWriter};
+use crate::aac::cluster::{Cluster, ClusterStack};
+use crate::aac::cluster_container::ClusterContainer;
 use crate::aac::combine::combine_clusters;
 use crate::aac::combine_long::Scratch;
 use crate::aac::leaf_order::TaskNodes;
+use crate::aac::pair_writer::PairWriter;
 use crate::aac::reduction::Reduction;
 use crate::aac::tasks::{NodeSlots, TaskPlan};
 use crate::cancel::{CancelToken, Cancelled};

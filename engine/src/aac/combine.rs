@@ -20,9 +20,11 @@
 
 use fearless_simd::{Simd, f32x8, f32x16};
 
-use crate::aac::cluster::{ClusterContainer, ClusterStack, PairWriter};
+use crate::aac::cluster::ClusterStack;
+use crate::aac::cluster_container::ClusterContainer;
 use crate::aac::combine_long::{Scratch, combine_long};
 use crate::aac::combine_short::combine_short;
+use crate::aac::pair_writer::PairWriter;
 use crate::cancel::{CancelToken, Cancelled};
 
 /// Merges the closest pair of the clusters from `base` on until at most `target` are left. Both clusters of each merge are
@@ -57,7 +59,8 @@ mod tests {
     use glam::Vec3;
 
     use super::*;
-    use crate::aac::cluster::{Cluster, splat_fields};
+    use crate::aac::cluster::Cluster;
+    use crate::aac::cluster_container::splat_fields;
     use crate::geometry::{Aabb, Sphere};
     use crate::kernel::SimdLevel;
     use crate::tree::Node;

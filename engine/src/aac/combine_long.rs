@@ -8,15 +8,16 @@
 #![allow(clippy::inline_always, reason = "SIMD kernels must land in the caller that enables the instructions")]
 #![allow(clippy::needless_range_loop, reason = "several arrays are indexed by the same row or field")]
 
-use fearless_simd::{Select, Simd, SimdBase, SimdMask, f32x16, mask32x16, u32x16};
+use fearless_simd::{Select, Simd, SimdBase, SimdMask, f32x16};
 
-use crate::aac::cluster::{Cluster, ClusterContainer, ClusterStack, PairWriter, splat_fields};
+use crate::aac::cluster::{Cluster, ClusterStack};
+use crate::aac::cluster_container::{ClusterContainer, splat_fields};
+use crate::aac::cluster_row::{Row, WIDTH, equal, lane_mask, minimum_of_each};
+use crate::aac::pair_writer::PairWriter;
 use crate::cancel::{CancelToken, Cancelled};
 use crate::kernel::bits::bits;
 use crate::kernel::lanes::FIELDS;
 
-/// Number of clusters compared at a time.
-const WIDTH: usize = 16;
 /// One bit per lane of a row.
 const ALL_LANES: u64 = (1 << WIDTH) - 1;
 /// Number of rows whose lanes fill a word of bits.
@@ -32,45 +33,6 @@ pub struct Scratch {
     rows: Vec<Row>,
     /// Indices of the clusters with the smallest bound.
     tied: Vec<usize>,
-}
-
-/// Clusters that are compared at a time.
-#[derive(Debug, Clone, Copy)]
-#[repr(align(64))]
-struct Row {
-    /// Container fields, see [`ClusterContainer::fields`].
-    fields: [[f32; WIDTH]; FIELDS],
-    /// Lower bounds of the distances to the best matches; infinity for empty places and for the query.
-    bounds: [f32; WIDTH],
-    /// Distances to the query; infinity where the bound is, and everywhere if there is no query.
-    query_distances: [f32; WIDTH],
-}
-
-impl Row {
-    /// Loads the clusters from `at` on of a list that ends at `end`.
-    #[inline(always)]
-    fn new<C: ClusterContainer>(list: &ClusterStack, at: usize, end: usize) -> Self {
-        let mut row = Self {
-            fields: [[0.0; WIDTH]; FIELDS],
-            bounds: [f32::INFINITY; WIDTH],
-            query_distances: [f32::INFINITY; WIDTH],
-        };
-        for field in 0..C::USED_FIELDS {
-            // The stack has capacity for a row behind the list.
-            row.fields[field].copy_from_slice(&list.fields[field][at..at + WIDTH]);
-            row.fields[field][WIDTH.min(end - at)..].fill(C::INFINITELY_FAR[field]);
-        }
-        row
-    }
-
-    #[inline(always)]
-    fn fields<C: ClusterContainer, S: Simd>(&self, simd: S) -> [f32x16<S>; FIELDS] {
-        let mut fields = [f32x16::splat(simd, 0.0); FIELDS];
-        for field in 0..C::USED_FIELDS {
-            fields[field] = f32x16::load_array_ref(simd, &self.fields[field]);
-        }
-        fields
-    }
 }
 
 /// Merges the closest pair of the clusters from `base` on until `target` are left. There must be more than `target`. Not
@@ -415,31 +377,4 @@ impl<S: Simd> Search<'_, S> {
         }
         smallest
     }
-}
-
-/// Mask of the lane of the place `at` in its row.
-#[inline(always)]
-fn lane_mask<S: Simd>(simd: S, at: usize) -> mask32x16<S> {
-    let lanes = u32x16::load_array(simd, [0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15]);
-    lanes.simd_eq(u32x16::splat(simd, (at % WIDTH) as u32))
-}
-
-/// The minimum of each vector, in the lane of the vector's index.
-#[inline(always)]
-fn minimum_of_each<S: Simd>(mut vectors: [f32x16<S>; WIDTH]) -> f32x16<S> {
-    let mut half = WIDTH / 2;
-    while half > 0 {
-        for at in 0..half {
-            let (first, second) = (vectors[at], vectors[at + half]);
-            vectors[at] = first.zip_low(second).min(first.zip_high(second));
-        }
-        half /= 2;
-    }
-    vectors[0]
-}
-
-/// One bit per lane of `row` that equals `value`.
-#[inline(always)]
-fn equal<S: Simd>(simd: S, row: &[f32; WIDTH], value: f32x16<S>) -> u64 {
-    f32x16::load_array_ref(simd, row).simd_eq(value).to_bitmask()
 }

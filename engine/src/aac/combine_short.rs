@@ -8,7 +8,9 @@
 
 use fearless_simd::{Select, Simd, SimdMask};
 
-use crate::aac::cluster::{Cluster, ClusterContainer, ClusterStack, PairWriter, splat_fields};
+use crate::aac::cluster::{Cluster, ClusterStack};
+use crate::aac::cluster_container::{ClusterContainer, splat_fields};
+use crate::aac::pair_writer::PairWriter;
 use crate::kernel::bits::bits;
 use crate::kernel::lanes::{FIELDS, Lanes};
 

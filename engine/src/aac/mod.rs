@@ -11,27 +11,31 @@
 //!
 //! A tree is then made ready for rays by `leaf_order.rs`, and [`build_cache`] holds what one build reuses of the last.
 
-mod reduction;
+mod build_bvh;
 
-mod cluster;
+mod build_tree;
+mod tasks;
 
 mod combine;
 mod combine_long;
 mod combine_short;
 
-mod tasks;
+mod reduction;
 
-mod build_tree;
+mod cluster;
+mod cluster_container;
+mod cluster_row;
+mod pair_writer;
 
 mod leaf_order;
 
 pub mod build_cache;
 
-mod build_bvh;
-
 pub(crate) use build_bvh::build_bvh;
-pub(crate) use cluster::{Cluster, ClusterContainer, ClusterStack, PairWriter};
+pub(crate) use cluster::{Cluster, ClusterStack};
+pub(crate) use cluster_container::ClusterContainer;
 pub(crate) use combine::combine_clusters;
 pub(crate) use combine_long::Scratch;
 pub(crate) use combine_short::combine_short;
 pub(crate) use leaf_order::order_leaves;
+pub(crate) use pair_writer::PairWriter;

@@ -7,7 +7,8 @@
 
 use std::ops::Range;
 
-use crate::aac::cluster::{ClusterContainer, PairWriter};
+use crate::aac::cluster_container::ClusterContainer;
+use crate::aac::pair_writer::PairWriter;
 use crate::aac::reduction::Reduction;
 use crate::order::SortedPrimitives;
 use crate::tree::Node;

@@ -1,9 +1,9 @@
-//! Sets of up to 64 numbers, one bit each.
+//! Sets of indices below 64, one bit per index.
 
-/// The numbers in a set, lowest first.
+/// Iterator over the indices of the bits that are set, lowest first.
 pub(crate) struct Bits(u64);
 
-/// The numbers of the bits that are set, lowest first.
+/// The indices of the bits that are set, lowest first.
 #[inline(always)]
 pub(crate) fn bits(set: u64) -> Bits {
     Bits(set)

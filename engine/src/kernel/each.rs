@@ -1,20 +1,20 @@
-//! Unrolled arrays of three.
+//! Arrays of three with unrolled elements.
 
-/// The three values of an expression in an axis, corner or part. A macro, because closures need not become part of the
-/// function around them and then lose its vector instructions.
+/// `[value(0), value(1), value(2)]` of an expression in an index, such as an axis or a corner. A macro, because a closure that is
+/// not inlined would be compiled without the vector instructions of the function around it.
 macro_rules! each {
-    ($part:ident => $value:expr) => {
+    ($index:ident => $value:expr) => {
         [
             {
-                let $part = 0_usize;
+                let $index = 0_usize;
                 $value
             },
             {
-                let $part = 1_usize;
+                let $index = 1_usize;
                 $value
             },
             {
-                let $part = 2_usize;
+                let $index = 2_usize;
                 $value
             },
         ]

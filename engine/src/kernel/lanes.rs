@@ -1,13 +1,13 @@
-//! The shapes of the builder's vectors: how many numbers describe a container, how many primitives are prepared at a time.
+//! Shapes of the builder's vectors: fields per container, primitives per batch, clusters per vector.
 
 use fearless_simd::{Simd, SimdFloat};
 
-/// Numbers that describe a container; a sphere leaves two unused.
+/// Number of `f32` fields of a container: the two corners of a box; the centre and radius of a sphere, which leaves two unused.
 pub const FIELDS: usize = 6;
-/// Primitives prepared at a time.
+/// Number of primitives whose containers and codes are computed at a time.
 pub const LANES: usize = 8;
 
-/// A vector of numbers of as many clusters.
+/// A SIMD vector of `f32`, one lane per cluster or child.
 pub trait Lanes<S: Simd>: SimdFloat<S, Element = f32> {}
 
 impl<S: Simd, V: SimdFloat<S, Element = f32>> Lanes<S> for V {}

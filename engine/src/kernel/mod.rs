@@ -1,5 +1,5 @@
-//! What every room of the engine uses: the level of vector instructions, lanes, sets of bits, parallel lists, prefetching. Knows
-//! nothing of trees and rays.
+//! Low-level helpers of the whole engine: SIMD levels and lanes, bit sets, parallel collection, prefetching. Knows nothing of
+//! trees and rays.
 
 pub(crate) mod bits;
 mod each;

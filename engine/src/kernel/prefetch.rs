@@ -1,12 +1,11 @@
-//! Asks for memory before it is needed.
+//! Prefetching of memory into the cache.
 
-#![allow(unsafe_code, reason = "the compiler offers no other way to ask for memory ahead of time")]
+#![allow(unsafe_code, reason = "the compiler offers no other way to prefetch memory")]
 
-/// Bytes that are fetched together.
+/// Bytes of a cache line.
 const LINE: usize = 64;
 
-/// Has the cache fetch an element, which need not exist, while other work goes on; nothing where the machine's language has no
-/// word for it.
+/// Prefetches `list[index]` into the L1 cache; `index` may be out of bounds. Does nothing on architectures other than x86-64.
 #[inline(always)]
 pub(crate) fn prefetch<T>(list: &[T], index: usize) {
     let address = list.as_ptr().wrapping_add(index).cast::<u8>();
@@ -15,14 +14,14 @@ pub(crate) fn prefetch<T>(list: &[T], index: usize) {
     }
 }
 
-/// [`prefetch`] of two siblings, which lie in two lines where an element is half of one: pairs begin at odd numbers.
+/// [`prefetch`] of two siblings: as pairs begin at odd indices, elements of half a cache line lie in two lines.
 #[inline(always)]
 pub(crate) fn prefetch_pair<T>(list: &[T], first: usize) {
     prefetch(list, first);
     prefetch(list, first + 1);
 }
 
-/// [`prefetch`] for what takes three or four lines, without a branch for which.
+/// Prefetches `bytes` at `address`, which span three or four cache lines, without a branch for how many.
 #[inline(always)]
 pub(crate) fn prefetch_four_lines(address: *const u8, bytes: usize) {
     for offset in [0, LINE, 2 * LINE, bytes - LINE / 2] {
@@ -32,7 +31,7 @@ pub(crate) fn prefetch_four_lines(address: *const u8, bytes: usize) {
 
 #[inline(always)]
 fn prefetch_line(address: *const u8) {
-    // SAFETY: a hint that reads nothing, for any address; every x86-64 has it.
+    // SAFETY: a hint that is valid for any address and reads nothing; it is part of SSE, which every x86-64 has.
     #[cfg(target_arch = "x86_64")]
     unsafe {
         use std::arch::x86_64::{_MM_HINT_T0, _mm_prefetch};
@@ -46,9 +45,9 @@ fn prefetch_line(address: *const u8) {
 mod tests {
     use super::*;
 
-    /// For Miri: no address is read, wherever it points.
+    /// For Miri: no address is dereferenced.
     #[test]
-    fn any_address_may_be_asked_for() {
+    fn any_address_may_be_prefetched() {
         let list = vec![[1_u64; 25]; 7];
         for at in [0, 6, 7, 8, 1000, usize::MAX / size_of::<[u64; 25]>()] {
             prefetch(&list, at);

@@ -1,9 +1,9 @@
-//! Which vector instructions the kernels use: chosen at run time, once for each tile or batch of rays. Every level gives the
-//! same hits.
+//! SIMD instruction set of the kernels, chosen at run time once per tile or batch of rays. All levels give the same trees and
+//! hits.
 
 use fearless_simd::Level;
 
-/// A set of vector instructions.
+/// A SIMD instruction set.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum SimdLevel {
     /// SSE2, which every 64-bit x86 has.
@@ -12,14 +12,14 @@ pub enum SimdLevel {
     Sse4,
     /// AVX2.
     Avx2,
-    /// AVX-512 as of Ice Lake.
+    /// AVX-512 with the extensions of Ice Lake.
     Avx512,
     /// NEON, which every 64-bit ARM has.
     Neon,
 }
 
 impl SimdLevel {
-    /// All levels, whether this machine has them or not.
+    /// All levels, whether this machine supports them or not.
     pub const ALL: [Self; 5] = [Self::Sse2, Self::Sse4, Self::Avx2, Self::Avx512, Self::Neon];
 
     /// The name on the command line.
@@ -33,23 +33,23 @@ impl SimdLevel {
         }
     }
 
-    /// The best level of this machine.
+    /// The widest level that this machine supports.
     pub fn best() -> Self {
         Self::ALL.into_iter().rfind(|level| level.is_available()).unwrap_or(Self::Sse2)
     }
 
-    /// Whether this machine has it.
+    /// Whether this machine supports it.
     pub fn is_available(self) -> bool {
         self.find().is_some()
     }
 
-    /// What kernels of explicit vectors are dispatched with; the least that there is where this machine lacks the level.
+    /// Dispatch level for kernels of explicit SIMD vectors; the baseline where this machine does not support `self`.
     pub fn level(self) -> Level {
         self.find().unwrap_or_else(Level::baseline)
     }
 
-    /// What kernels with plain loops are dispatched with: at most AVX2, because compilers have been seen to vectorise plain
-    /// loops wrongly for AVX-512.
+    /// Dispatch level for kernels with plain loops, which the compiler vectorises: at most AVX2, because its auto-vectoriser has
+    /// been seen to give wrong results for AVX-512.
     pub fn plain_loop_level(self) -> Level {
         if self == Self::Avx512 { Self::Avx2.level() } else { self.level() }
     }
@@ -76,7 +76,7 @@ impl SimdLevel {
     }
 }
 
-/// The widest instructions for what has plain loops. Not AVX-512, for which this compiler's vectoriser gives wrong results.
+/// The widest [`SimdLevel::plain_loop_level`] of this machine.
 pub(crate) fn plain_loop_level() -> Level {
     SimdLevel::best().plain_loop_level()
 }
@@ -92,7 +92,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_best_level_is_there() {
+    fn the_best_level_is_available() {
         assert!(SimdLevel::best().is_available() || cfg!(not(any(target_arch = "x86_64", target_arch = "aarch64"))));
         assert_eq!(SimdLevel::Avx512.plain_loop_level().as_avx2().is_some(), SimdLevel::Avx2.is_available());
         #[cfg(target_arch = "x86_64")]
