@@ -1,4 +1,4 @@
-//! The paper's tables 1 and 2: containers compared on one scene.
+//! The measurements of the paper's tables 1 and 2: boxes and spheres compared on one scene.
 
 use std::sync::Arc;
 
@@ -12,11 +12,11 @@ use bvhscope_engine::settings::{BuildSettings, BuilderKind};
 use bvhscope_engine::tree::ContainerKind;
 use bvhscope_engine::tree::traverse::{TestCounts, Traversal};
 
-/// Primitive tests that a run without BVH may take: about a second on one core.
+/// Maximum number of primitive tests of a run without BVH: about a second on one core.
 const NO_BVH_TESTS: u64 = 200_000_000;
 
-/// One row a container, measured in turn; with `no_bvh` one more that tests every triangle on an even sample of the
-/// pixels, whose number is its `rays`.
+/// Measures `setups`, one row each; with `no_bvh` one more row that tests every triangle, on an even sample of the pixels whose
+/// number is its `rays`.
 pub fn bench(
     subject: &Subject,
     setups: &[Setup],
@@ -34,7 +34,7 @@ pub fn bench(
     Ok(())
 }
 
-/// Tests every triangle with every `n`-th ray, `n` chosen for [`NO_BVH_TESTS`].
+/// Tests every triangle with as many evenly spaced rays as [`NO_BVH_TESTS`] allows.
 fn every_triangle(
     subject: &Subject,
     view: &TraceView,
@@ -48,7 +48,7 @@ fn every_triangle(
         builder: BuilderKind::None,
         ..BuildSettings::preset(bvhscope_engine::settings::Preset::Fast, ContainerKind::Aabb)
     };
-    // The row's other fields are those of a single, tiny picture; only the rays differ.
+    // All fields that do not depend on the rays come from measuring a picture of one pixel.
     let single = TraceView { size: [1, 1], repeat: 1, ..*view };
     let mut rows = Vec::new();
     measure("bench", subject, &[Setup { build, preset: None, threads }], &single, token, &mut |row| rows.push(row))?;

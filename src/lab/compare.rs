@@ -1,4 +1,4 @@
-//! The builders side by side.
+//! The builders, presets and optimisation passes compared on one scene.
 
 use super::measure::{LabError, Setup, Subject, TraceView, measure};
 use super::measurement::Measurement;
@@ -6,8 +6,8 @@ use bvhscope_engine::cancel::CancelToken;
 use bvhscope_engine::settings::{BuildSettings, BuilderKind, Curve, Pass, Passes, Preset};
 use bvhscope_engine::tree::ContainerKind;
 
-/// What is compared beside the preset Best, so that each pass shows what it brings: all of them with the leaves that collapse
-/// makes, which is what trees with and without large leaves compare by.
+/// Combinations of passes compared beside the preset Best, so that the effect of each pass shows. The optimising passes include
+/// collapse, so that trees are compared with the same kind of leaves.
 const PASSES: [Passes; 5] = [
     Passes::NONE.with(Pass::Split),
     Passes::NONE.with(Pass::Collapse),
@@ -16,8 +16,8 @@ const PASSES: [Passes; 5] = [
     Passes::ALL,
 ];
 
-/// Every builder that can build `primitive_count` triangles into these containers: AAC by preset, by curve and, in boxes, by pass,
-/// then the others.
+/// Setups of every builder that supports `primitive_count` primitives in each of `containers`: AAC by preset, by curve and, for
+/// boxes, by pass, then the other builders.
 pub fn compared_setups(containers: &[ContainerKind], primitive_count: usize, threads: usize) -> Vec<Setup> {
     let mut setups = Vec::new();
     for &container in containers {
@@ -47,7 +47,7 @@ pub fn compared_setups(containers: &[ContainerKind], primitive_count: usize, thr
     setups
 }
 
-/// One row a builder, measured in turn.
+/// Measures [`compared_setups`], one row each.
 pub fn compare(
     subject: &Subject,
     containers: &[ContainerKind],

@@ -1,4 +1,4 @@
-//! What is sick about a scene or its tree, in sentences.
+//! Diagnosis of scenes and trees: findings about what slows tracing down, such as duplicates, slivers or deep trees.
 
 use std::collections::HashSet;
 use std::hash::{Hash, Hasher};
@@ -12,23 +12,23 @@ use crate::scene::Scene;
 use bvhscope_engine::cancel::{CancelToken, Cancelled};
 use bvhscope_engine::geometry::Triangle;
 
-/// Longest edge over the height on it: beyond this a triangle is a sliver.
+/// Ratio of the longest edge to the height on it above which a triangle counts as a sliver.
 const SLIVER_ASPECT: f32 = 100.0;
-/// Triangles between two looks at the token.
+/// Triangles between two cancellation checks.
 const BATCH: usize = 1 << 14;
 
-/// One thing that makes tracing slow or a picture wrong.
+/// A problem that makes tracing slow or a picture wrong.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Finding {
-    /// Its kind: "deep-tree", "duplicates", "not-examined", "degenerate", "slivers", "huge-triangles", "large-leaf", "overlap".
+    /// Kind of problem: "deep-tree", "duplicates", "not-examined", "degenerate", "slivers", "huge-triangles", "large-leaf", "overlap".
     pub kind: &'static str,
-    /// How many triangles, nodes or levels.
+    /// Number of triangles, nodes or levels concerned.
     pub count: usize,
-    /// What it is, what it costs, and what helps.
+    /// The problem, its cost and a remedy, in a sentence for the user.
     pub text: String,
 }
 
-/// Looks at the triangles alone. What would take more memory than there may be used is left out, and a finding says so.
+/// Diagnoses the triangles of a scene. Checks that do not fit into the memory budget are skipped, which is a finding too.
 pub fn diagnose_scene(scene: &Scene, token: &CancelToken) -> Result<Vec<Finding>, Cancelled> {
     diagnose_within(Budget::of_process(), scene, token)
 }
@@ -51,12 +51,12 @@ fn diagnose_within(budget: Budget, scene: &Scene, token: &CancelToken) -> Result
                 format!("{duplicates} of {total} triangles lie exactly on another one: each is tested for nothing"),
             );
         }
-        Err(error) => add("not-examined", total, format!("not everything was looked at: {error}")),
+        Err(error) => add("not-examined", total, format!("not everything was examined: {error}")),
     }
     let degenerate = count(triangles, token, |triangle| triangle.scaled_normal().length_squared() == 0.0)?;
     add("degenerate", degenerate, format!("{degenerate} of {total} triangles have no area: no ray ever hits them"));
     let slivers = count(triangles, token, is_sliver)?;
-    // A few slivers are in every model; a twentieth of it shapes the tree.
+    // Every model has a few slivers; from a twentieth of the triangles on they affect the tree.
     if slivers * 20 >= total {
         add(
             "slivers",
@@ -82,7 +82,7 @@ fn diagnose_within(budget: Budget, scene: &Scene, token: &CancelToken) -> Result
     Ok(findings)
 }
 
-/// Looks at the tree: its depth, leaves and end-point overlap `epo`.
+/// Diagnoses a tree: its depth, its leaves and its end-point overlap `epo` (Aila et al. 2013).
 pub fn diagnose_tree(accel: &Accel, epo: f32) -> Vec<Finding> {
     let stats = &accel.report.stats;
     let mut findings = Vec::new();
@@ -104,7 +104,7 @@ pub fn diagnose_tree(accel: &Accel, epo: f32) -> Vec<Finding> {
             text: format!("a leaf holds {} triangles: each ray that reaches it tests them all", stats.max_leaf_size),
         });
     }
-    // The overlap is in the unit of the SAH cost: near it, rays do as much for nothing as for something.
+    // EPO has the unit of the SAH cost; near that cost, rays do as much useless as useful work.
     if epo > 0.75 * stats.sah_cost {
         findings.push(Finding {
             kind: "overlap",
@@ -118,25 +118,29 @@ pub fn diagnose_tree(accel: &Accel, epo: f32) -> Vec<Finding> {
     findings
 }
 
-/// How many triangles `is_one` picks.
-fn count(triangles: &[Triangle], token: &CancelToken, is_one: impl Fn(&Triangle) -> bool) -> Result<usize, Cancelled> {
+/// Number of triangles for which `predicate` holds.
+fn count(
+    triangles: &[Triangle],
+    token: &CancelToken,
+    predicate: impl Fn(&Triangle) -> bool,
+) -> Result<usize, Cancelled> {
     let mut count = 0;
     for batch in triangles.chunks(BATCH) {
         token.check()?;
-        count += batch.iter().filter(|triangle| is_one(triangle)).count();
+        count += batch.iter().filter(|triangle| predicate(triangle)).count();
     }
     Ok(count)
 }
 
-/// A triangle that equals those with the same three corners, in any order.
+/// A triangle that compares equal to those with the same three corners in any order.
 struct Corners<'a>(&'a Triangle);
 
-/// The set of them keeps a reference and a byte for each place, and has up to 16/7 places a triangle.
+/// Bytes per triangle of a hash set of [`Corners`]: a reference and a control byte per slot, at most 16/7 slots per triangle.
 const BYTES_PER_TRIANGLE: u64 = 21;
 
 impl Corners<'_> {
     fn sorted(&self) -> [[u32; 3]; 3] {
-        // Adding zero makes −0 and 0 the same bits.
+        // Adding zero maps −0 to 0.
         let bits = |corner: Vec3| corner.to_array().map(|x| (x + 0.0).to_bits());
         let mut corners = [bits(self.0.a), bits(self.0.b), bits(self.0.c)];
         corners.sort_unstable();
@@ -158,7 +162,7 @@ impl Hash for Corners<'_> {
     }
 }
 
-/// Triangles that equal an earlier one.
+/// Number of triangles that equal an earlier one.
 fn count_duplicates(triangles: &[Triangle], token: &CancelToken) -> Result<usize, Cancelled> {
     let mut seen = HashSet::with_capacity(triangles.len());
     let mut count = 0;
@@ -169,7 +173,7 @@ fn count_duplicates(triangles: &[Triangle], token: &CancelToken) -> Result<usize
     Ok(count)
 }
 
-/// Whether the longest edge is much longer than the height on it; triangles without area are counted elsewhere.
+/// Whether the longest edge is much longer than the height on it; degenerate triangles do not count.
 fn is_sliver(triangle: &Triangle) -> bool {
     let edges = [triangle.b - triangle.a, triangle.c - triangle.b, triangle.a - triangle.c];
     let longest_squared = edges.iter().map(|edge| edge.length_squared()).fold(0.0, f32::max);
@@ -195,7 +199,7 @@ mod tests {
     }
 
     #[test]
-    fn what_there_is_no_memory_for_is_left_out_and_said() {
+    fn checks_over_budget_are_skipped_with_a_finding() {
         let flat = Triangle { a: Vec3::ZERO, b: Vec3::X, c: Vec3::X };
         let scene = Scene::from_triangles(SceneSource::default_builtin(), vec![flat; 3]);
         let kinds = |bytes| {

@@ -1,4 +1,4 @@
-//! Any measuring job over one model of several, the same for the command line and the window.
+//! The measuring jobs as one type, shared by the command line and the window.
 
 use super::bench::bench;
 use super::compare::compare;
@@ -9,23 +9,23 @@ use super::sweep::{SweepPlan, sweep};
 use bvhscope_engine::cancel::CancelToken;
 use bvhscope_engine::tree::ContainerKind;
 
-/// What is measured.
+/// A measuring job.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Job {
-    /// Tables 1 and 2: these trees, in turn.
+    /// The paper's tables 1 and 2.
     Bench {
-        /// The trees.
+        /// The trees to measure.
         setups: Vec<Setup>,
-        /// Every triangle is tested as well.
+        /// Also test every triangle, without a tree.
         no_bvh: bool,
     },
-    /// Figures 9 and 10: a range of thresholds.
+    /// The paper's figures 9 and 10: a range of thresholds.
     Sweep(SweepPlan),
-    /// Figure 11: each tree with 1 to so many threads.
+    /// The paper's figure 11: each tree with 1 to `max_threads` threads.
     Scaling {
-        /// The trees.
+        /// The trees to measure.
         setups: Vec<Setup>,
-        /// Most threads.
+        /// Maximum number of threads.
         max_threads: usize,
     },
     /// Every builder.
@@ -38,7 +38,7 @@ pub enum Job {
 }
 
 impl Job {
-    /// The name of its command, which its rows carry.
+    /// The name of the command, which the rows carry.
     pub const fn command(&self) -> &'static str {
         match self {
             Self::Bench { .. } => "bench",
@@ -48,7 +48,7 @@ impl Job {
         }
     }
 
-    /// Why its settings fit no scene at all.
+    /// The reason why the settings are invalid for any scene, if they are.
     pub fn refusal(&self) -> Option<String> {
         match self {
             Self::Bench { setups, .. } | Self::Scaling { setups, .. } => {
@@ -58,7 +58,7 @@ impl Job {
         }
     }
 
-    /// Whether there is anything to measure on the `model`-th of `models` models: another share of a sweep may have it.
+    /// Whether anything is to be measured on the `model`-th of `models` models; a shard of a sweep may not cover it.
     pub fn concerns(&self, model: usize, models: usize) -> bool {
         match self {
             Self::Sweep(plan) => plan.points(models).iter().any(|point| point.model == model),
@@ -66,8 +66,8 @@ impl Job {
         }
     }
 
-    /// Measures the `model`-th of `models` models. Rows come as soon as what they are compared with is done; cancelled,
-    /// those of the repetitions that were done still come. The progress is that of this model.
+    /// Measures the `model`-th of `models` models and passes each row to `row` once all trees measured together with it are
+    /// done. When cancelled, rows of the completed repetitions are still passed. Progress refers to this model.
     pub fn run(
         &self,
         subject: &Subject,

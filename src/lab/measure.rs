@@ -1,5 +1,5 @@
-//! The core of every job: several trees of one scene, built and traced in turn, so that a slow moment of the machine
-//! hits all of them alike.
+//! The core of every job: several trees of one scene, built and traced alternately, so that a slow phase of the machine
+//! affects all of them alike.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -19,13 +19,13 @@ use bvhscope_engine::tree::levels::Levels;
 use bvhscope_engine::tree::statistics::{INTERSECTION_COST, TRAVERSAL_COST};
 use bvhscope_engine::tree::traverse::Traversal;
 
-/// Why there are no more rows.
+/// The reason why a measurement ended early.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum LabError {
-    /// Nobody wants them any more.
+    /// The measurement was cancelled.
     #[error(transparent)]
     Cancelled(#[from] Cancelled),
-    /// They cannot be measured; the text says why.
+    /// The measurement is impossible; the text says why.
     #[error("{0}")]
     Refused(String),
 }
@@ -39,42 +39,42 @@ impl From<BuildError> for LabError {
     }
 }
 
-/// The scene that is measured, under the name that its rows carry.
+/// A scene to measure, with the model name for its rows.
 #[derive(Debug, Clone)]
 pub struct Subject {
-    /// The model as it was given.
+    /// The model as the user named it.
     pub model: String,
-    /// Its triangles.
+    /// The scene.
     pub scene: Arc<Scene>,
 }
 
-/// One tree that is measured.
+/// A tree to measure.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Setup {
-    /// How it is built.
+    /// Build settings.
     pub build: BuildSettings,
-    /// The preset that these settings come from, where they do.
+    /// The preset that the settings come from, if any.
     pub preset: Option<Preset>,
     /// Threads for building and tracing; 0 for all.
     pub threads: usize,
 }
 
-/// Which rays are traced, and how often.
+/// The rays to trace and the number of repetitions.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct TraceView {
-    /// From where.
+    /// The camera.
     pub camera: Camera,
-    /// Width and height in pixels: one ray through the centre of each.
+    /// Width and height in pixels; one ray goes through the centre of each pixel.
     pub size: [u32; 2],
-    /// How rays visit nodes, timed and counted alike.
+    /// Traversal order, both for timing and for counting.
     pub traversal: Traversal,
-    /// Vector instructions that rays are traced with.
+    /// SIMD level for tracing.
     pub simd: SimdLevel,
     /// Repetitions of each measurement, at least 1.
     pub repeat: usize,
 }
 
-/// What is known of one setup so far.
+/// The repetitions of one setup so far.
 #[derive(Default)]
 struct Trial {
     builds: Vec<StageTimes>,
@@ -84,7 +84,7 @@ struct Trial {
     first: Option<First>,
 }
 
-/// What the first repetition finds out and all others would only repeat, the tree being the same.
+/// Results of the first repetition that are the same for all others, since the tree is the same.
 struct First {
     threads: usize,
     report: BuildReport,
@@ -95,9 +95,9 @@ struct First {
     tests: TestSummary,
 }
 
-/// Measures `setups` on one scene, interleaved: each is built and traced once, then all again, until there are
-/// `view.repeat` repetitions. One row each, in the order of `setups`, comes when all are done. Cancelled, it gives a row
-/// of the repetitions that were done for each setup that has any, and then the error.
+/// Measures `setups` on one scene, interleaved: each is built and traced once, then all again, for `view.repeat` repetitions.
+/// One row per setup, in the order of `setups`, is passed to `row` at the end. When cancelled, setups with at least one
+/// completed repetition still give a row before the error is returned.
 pub fn measure(
     command: &str,
     subject: &Subject,
@@ -135,7 +135,7 @@ fn repeat(
     Ok(())
 }
 
-/// One repetition of one setup. Only a tree at a time is held, so that the largest scene that can be shown can be
+/// One repetition of one setup. Only one tree exists at a time, so that the largest scene that can be shown can also be
 /// measured.
 fn try_once(
     subject: &Subject,
@@ -247,7 +247,7 @@ fn request(accel: &Arc<Accel>, view: &TraceView) -> RenderRequest {
     }
 }
 
-/// Median, and smallest and largest value; zeros for none.
+/// Median, and smallest and largest value; zeros for an empty iterator.
 pub fn median(values: impl Iterator<Item = f64>) -> (f64, [f64; 2]) {
     let mut values: Vec<f64> = values.collect();
     values.sort_by(f64::total_cmp);
@@ -257,7 +257,7 @@ pub fn median(values: impl Iterator<Item = f64>) -> (f64, [f64; 2]) {
     (median, [first, last])
 }
 
-/// The median of each stage on its own; their sum is near the median of the whole, not equal to it.
+/// The median of each stage on its own; their sum is close to the median of the total, not equal to it.
 fn stage_medians(builds: &[StageTimes]) -> BTreeMap<String, f64> {
     let mut by_stage: BTreeMap<&str, Vec<f64>> = BTreeMap::new();
     for (name, duration) in builds.iter().flat_map(|build| &build.stages) {

@@ -1,4 +1,4 @@
-//! One measured tree: the row of every table, the point of every plot, the object of every JSON line.
+//! The measurement of one tree: a table row, a plot point, a JSON line.
 
 use std::collections::BTreeMap;
 use std::time::Duration;
@@ -8,87 +8,87 @@ use serde::{Deserialize, Serialize};
 use bvhscope_engine::settings::{Curve, Passes};
 use bvhscope_engine::tree::ContainerKind;
 
-/// One measured tree. The field names are the JSON names.
+/// The measurement of one tree. Field names are the JSON names.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Measurement {
-    /// The job that it belongs to: "bench", "sweep", "scaling" or "compare".
+    /// The job that made it: "bench", "sweep", "scaling" or "compare".
     pub command: String,
-    /// The model as it was given.
+    /// The model as the user named it.
     pub model: String,
-    /// Triangles of the model.
+    /// Number of triangles of the model.
     pub triangles: usize,
     /// Name of the builder.
     pub builder: String,
-    /// Name of the preset, where the settings came from one.
+    /// Name of the preset that the settings come from, if any.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub preset: Option<String>,
     /// Boxes or spheres.
     pub container: ContainerKind,
-    /// δ.
+    /// The threshold δ.
     pub threshold: u32,
-    /// ε.
+    /// The reduction exponent ε.
     pub epsilon: f32,
-    /// Along which line the triangles were sorted.
+    /// Space-filling curve along which the primitives were sorted.
     #[serde(default)]
     pub curve: Curve,
-    /// Passes over the finished tree.
+    /// Optimisation passes.
     #[serde(default)]
     pub optimize: Passes,
-    /// "ordered" or "paper".
+    /// Traversal order, "ordered" or "paper".
     pub traversal: String,
-    /// Threads of building and tracing.
+    /// Number of threads for building and tracing.
     pub threads: usize,
     /// Width of the traced picture in pixels.
     pub width_px: u32,
     /// Height of the traced picture in pixels.
     pub height_px: u32,
-    /// Repetitions behind each median.
+    /// Number of repetitions behind each median.
     pub repeat: usize,
-    /// Median wall-clock time of a build.
+    /// Median wall-clock time of a build in milliseconds.
     pub build_ms: f64,
-    /// Fastest and slowest build.
+    /// Fastest and slowest build in milliseconds.
     pub build_ms_spread: [f64; 2],
-    /// Median time of each stage.
+    /// Median time of each build stage in milliseconds.
     pub build_stages_ms: BTreeMap<String, f64>,
-    /// Millions of triangles built a second, from `build_ms`.
+    /// Millions of triangles built per second, from `build_ms`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub mtriangles_per_s: Option<f64>,
-    /// Median wall-clock time of tracing the primary rays, without shading.
+    /// Median wall-clock time of tracing the primary rays in milliseconds, without shading.
     pub trace_ms: f64,
-    /// Fastest and slowest trace.
+    /// Fastest and slowest trace in milliseconds.
     pub trace_ms_spread: [f64; 2],
-    /// Primary rays: one through the centre of each pixel.
+    /// Number of primary rays, one through the centre of each pixel.
     pub rays: u64,
-    /// Rays that hit something.
+    /// Number of rays that hit something.
     pub hits: u64,
-    /// Millions of primary rays a second, from `trace_ms`.
+    /// Millions of primary rays per second, from `trace_ms`.
     pub mrays_per_s: f64,
-    /// Container and primitive tests a ray together.
+    /// Container and primitive tests per ray.
     pub tests_per_ray: f64,
-    /// Container tests a ray.
+    /// Container tests per ray.
     pub container_tests_per_ray: f64,
-    /// Primitive tests a ray.
+    /// Primitive tests per ray.
     pub primitive_tests_per_ray: f64,
-    /// SAH cost.
+    /// SAH cost, normalised by the surface area of the root.
     pub sah_cost: f64,
-    /// What the SAH cost takes for a container test.
+    /// Cost of a container test in the SAH cost.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub traversal_cost: Option<f64>,
-    /// What the SAH cost takes for a primitive test.
+    /// Cost of a primitive test in the SAH cost.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub intersection_cost: Option<f64>,
-    /// End-point overlap.
+    /// End-point overlap (Aila et al. 2013).
     pub epo: f64,
-    /// Nodes, leaves included.
+    /// Number of nodes, leaves included.
     pub nodes: usize,
-    /// Nodes that hold primitives.
+    /// Number of leaves.
     pub leaves: usize,
     /// Depth of the deepest node, root 0.
     pub max_depth: u32,
-    /// Depth of a leaf on average.
+    /// Mean depth of the leaves.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub mean_leaf_depth: Option<f64>,
-    /// Primitives in a leaf: smallest, mean, largest.
+    /// Smallest, mean and largest number of primitives in a leaf.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub leaf_size: Option<[f64; 3]>,
     /// Bytes of nodes and primitive indices.
@@ -97,15 +97,15 @@ pub struct Measurement {
     /// Bytes of the triangles in leaf order.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub triangle_bytes: Option<usize>,
-    /// Bytes of tree and leaf-ordered triangles, for each triangle.
+    /// Bytes of tree and leaf-ordered triangles, per triangle of the model.
     pub bytes_per_triangle: f64,
-    /// Making the wide tree out of the binary one, in milliseconds.
+    /// Time to collapse the binary tree into the wide tree, in milliseconds.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub collapse_ms: Option<f64>,
-    /// The same primary rays in packets through the wide tree, in milliseconds.
+    /// Median time of tracing the same primary rays in packets through the wide tree, in milliseconds.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub wide_trace_ms: Option<f64>,
-    /// Millions of rays a second in packets through the wide tree.
+    /// Millions of rays per second in packets through the wide tree.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub wide_mrays_per_s: Option<f64>,
     /// Bytes of the wide tree's nodes.
@@ -114,25 +114,25 @@ pub struct Measurement {
     /// Bytes of the wide tree's triangles.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub wide_triangle_bytes: Option<usize>,
-    /// Bytes of the wide tree and its triangles, for each triangle.
+    /// Bytes of the wide tree and its triangles, per triangle of the model.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub wide_bytes_per_triangle: Option<f64>,
-    /// Bytes of the list that the window's overlay keeps.
+    /// Bytes of the node table of the overlay.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub overlay_bytes: Option<usize>,
-    /// Scaling: build time with one thread over this one.
+    /// Scaling: build time with one thread divided by this one.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub speedup: Option<f64>,
-    /// Scaling: trace time with one thread over this one.
+    /// Scaling: trace time with one thread divided by this one.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub trace_speedup: Option<f64>,
-    /// What was skipped or repaired while the model was loaded, in words.
+    /// Warnings of loading the model.
     #[serde(default)]
     pub warnings: Vec<String>,
 }
 
 impl Measurement {
-    /// What the tree was built with, in short: the preset, or builder, curve and passes.
+    /// The preset, or else builder, curve and passes, as a short name.
     pub fn builder_name(&self) -> String {
         if let Some(preset) = &self.preset {
             return preset.clone();
@@ -148,22 +148,22 @@ impl Measurement {
     }
 }
 
-/// Milliseconds of a duration.
+/// A duration in milliseconds.
 pub fn millis(duration: Duration) -> f64 {
     duration.as_secs_f64() * 1e3
 }
 
-/// A rayon pool of `threads` threads, 0 for all; the text of the error is for users.
+/// A rayon pool of `threads` threads, 0 for one per core; the error is a message for the user.
 pub fn pool(threads: usize) -> Result<rayon::ThreadPool, String> {
-    let wanted = || if threads == 0 { available_threads() } else { threads };
+    let requested = || if threads == 0 { available_threads() } else { threads };
     rayon::ThreadPoolBuilder::new()
         .num_threads(threads)
         .thread_name(|index| format!("bvhscope-{index}"))
         .build()
-        .map_err(|error| format!("{} threads cannot be started ({error}): ask for fewer with --threads", wanted()))
+        .map_err(|error| format!("{} threads cannot be started ({error}): ask for fewer with --threads", requested()))
 }
 
-/// Threads that the machine can run at once.
+/// Number of threads that the machine runs in parallel.
 pub fn available_threads() -> usize {
     std::thread::available_parallelism().map_or(1, std::num::NonZero::get)
 }

@@ -1,5 +1,7 @@
-//! The measuring jobs: pure functions from scenes and settings to rows, each row handed out as soon as it is there. No
-//! window, no files: the command line and the window's panels show the same rows.
+//! Measuring jobs: pure functions from scenes and settings to [`Measurement`] rows, with tables, plots and diagnosis of them.
+//!
+//! Knows no window, no wgpu and no files; the command line and the window show the same rows. Start at [`Job`], then read
+//! [`measure`].
 
 mod measurement;
 

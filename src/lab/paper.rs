@@ -1,19 +1,19 @@
-//! What the paper measured: Mahmuda, Yuniarti, Nurul K., tables 1 and 2. Each pair is box, sphere.
+//! Published results of the paper (Mahmuda, Yuniarti, Nurul K.), tables 1 and 2. Each pair is box, sphere.
 
-/// The paper's figures of one scene.
+/// The paper's results for one scene.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PaperScene {
-    /// Its name in the paper.
+    /// Name of the scene in the paper.
     pub name: &'static str,
     /// Build time in milliseconds.
     pub build_ms: [f64; 2],
     /// Trace time in milliseconds.
     pub trace_ms: [f64; 2],
-    /// Container and primitive tests a ray together.
+    /// Container and primitive tests per ray.
     pub tests_per_ray: [f64; 2],
 }
 
-/// The paper's mean of box over sphere: build time, trace time, tests per ray.
+/// The paper's mean ratios of box to sphere: build time, trace time, tests per ray.
 pub const MEAN_RATIOS: [f64; 3] = [0.77, 0.14, 0.35];
 
 /// The paper's six scenes, in its order.
@@ -30,8 +30,8 @@ const fn scene(name: &'static str, build_ms: [f64; 2], trace_ms: [f64; 2], tests
     PaperScene { name, build_ms, trace_ms, tests_per_ray }
 }
 
-/// The paper's figures for a model whose name, or whose folder's name, holds that of one of its scenes. The model is of
-/// the same object, not of the same file: triangle counts and cameras differ.
+/// The paper's results for a model whose file or folder name contains the name of one of its scenes. The model shows the same
+/// object but is not the same file: triangle counts and cameras differ.
 pub fn scene_of(model: &str) -> Option<&'static PaperScene> {
     // "builtin:teapot:4" is the teapot too.
     if let Some(rest) = model.strip_prefix("builtin:") {
@@ -40,7 +40,7 @@ pub fn scene_of(model: &str) -> Option<&'static PaperScene> {
     let mut parts = model.rsplit(['/', '\\']).map(str::to_lowercase);
     let (file, folder) = (parts.next()?, parts.next().unwrap_or_default());
     SCENES.iter().find(|scene| {
-        // A short name such as "car" must stand alone, or "scar.obj" would be one.
+        // Only whole words match: "scar.obj" is not the car.
         let words = |text: &str| text.split(|c: char| !c.is_alphanumeric()).any(|word| word == scene.name);
         words(&file) || words(&folder)
     })
@@ -51,7 +51,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn scenes_are_known_by_file_or_folder() {
+    fn scenes_are_recognised_by_file_or_folder() {
         for (model, name) in [
             ("models/teapot/teapot.obj", "teapot"),
             ("builtin:teapot", "teapot"),

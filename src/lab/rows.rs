@@ -1,4 +1,4 @@
-//! Rows as text for programs: one JSON object a line, or CSV. Errors are in words.
+//! Measurements as text for programs: JSON lines or CSV. Errors are messages for the user.
 
 use std::io::Write;
 
@@ -6,7 +6,7 @@ use serde_json::Value;
 
 use super::measurement::Measurement;
 
-/// Columns in the order of the design's JSON names, then how it was measured.
+/// CSV columns: the JSON names that all commands share, then the conditions of the measurement.
 const COLUMNS: [&str; 49] = [
     "command",
     "model",
@@ -59,7 +59,7 @@ const COLUMNS: [&str; 49] = [
     "warnings",
 ];
 
-/// One object a line, as the measuring commands print with `--json`.
+/// Writes one JSON object per line, as the measuring commands do with `--json`.
 pub fn write_json_lines(rows: &[Measurement], writer: &mut dyn Write) -> Result<(), String> {
     for row in rows {
         let text = serde_json::to_string(row).map_err(|error| error.to_string())?;
@@ -68,7 +68,8 @@ pub fn write_json_lines(rows: &[Measurement], writer: &mut dyn Write) -> Result<
     Ok(())
 }
 
-/// The JSON names as columns; spreads and stages are joined into one cell each. Names that no row has make no column.
+/// Writes CSV with the JSON names as columns; spreads and stages are joined into one cell each. Names that no row has are
+/// omitted.
 pub fn write_csv(rows: &[Measurement], writer: &mut dyn Write) -> Result<(), String> {
     let rows =
         rows.iter().map(serde_json::to_value).collect::<Result<Vec<_>, _>>().map_err(|error| error.to_string())?;
@@ -91,7 +92,7 @@ fn failed(error: impl std::fmt::Display) -> String {
 fn cell(value: &Value) -> String {
     match value {
         Value::String(text) => text.clone(),
-        // Sentences need more between them than numbers.
+        // Sentences are separated by semicolons, numbers by spaces.
         Value::Array(items) if items.iter().any(Value::is_string) => {
             items.iter().map(cell).collect::<Vec<_>>().join("; ")
         }

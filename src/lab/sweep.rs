@@ -1,4 +1,4 @@
-//! The paper's figures 9 and 10: the threshold against build time, trace time and tests per ray.
+//! The measurements of the paper's figures 9 and 10: build time, trace time and tests per ray against the threshold.
 
 use super::measure::{LabError, Setup, Subject, TraceView, measure};
 use super::measurement::Measurement;
@@ -6,35 +6,34 @@ use bvhscope_engine::cancel::CancelToken;
 use bvhscope_engine::settings::{BuildSettings, BuilderKind, Curve, Passes};
 use bvhscope_engine::tree::ContainerKind;
 
-/// Which trees a sweep measures on each model.
+/// The parameter ranges of a sweep.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SweepPlan {
-    /// Thresholds.
+    /// Values of the threshold δ.
     pub thresholds: Vec<u32>,
-    /// Each ε.
+    /// Values of the reduction exponent ε.
     pub epsilons: Vec<f32>,
-    /// Boxes, spheres or both, measured in turn.
+    /// Boxes, spheres or both, measured interleaved.
     pub containers: Vec<ContainerKind>,
     /// Threads; 0 for all.
     pub threads: usize,
-    /// The `.0`-th, counted from 1, of `.1` shares.
+    /// Index, from 1, and number of shards; the plan covers the points of one shard.
     pub shard: (usize, usize),
 }
 
-/// One point of a sweep; its containers are measured together.
+/// One combination of parameters on one model; its containers are measured together.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SweepPoint {
-    /// Which model, by its place in the list.
+    /// Index of the model.
     pub model: usize,
-    /// ε.
+    /// The reduction exponent ε.
     pub epsilon: f32,
-    /// δ.
+    /// The threshold δ.
     pub threshold: u32,
 }
 
 impl SweepPlan {
-    /// The points of this plan's share over `models` models. The shares of one sweep have no point in common and together
-    /// are the whole, whatever their number.
+    /// The points of the plan's shard over `models` models. The shards of a sweep partition its points.
     pub fn points(&self, models: usize) -> Vec<SweepPoint> {
         let (index, count) = self.shard;
         (0..models)
@@ -49,7 +48,7 @@ impl SweepPlan {
     }
 }
 
-/// Measures one point: a row a container.
+/// Measures one point, one row per container.
 pub fn sweep(
     subject: &Subject,
     plan: &SweepPlan,

@@ -1,5 +1,5 @@
-//! Plots that can go into a paper: white background, axes with units, a legend, lines that differ in marker as well as in
-//! colour.
+//! Draws panels into image files, fit for a paper: white background, axes with units, a legend, curves that differ in marker as
+//! well as in colour.
 
 use plotters::coord::Shift;
 use plotters::prelude::*;
@@ -11,7 +11,7 @@ use super::panel::{Panel, PlotCurve, Point};
 const WIDTH: u32 = 1200;
 /// Height of a panel in pixels.
 const HEIGHT: u32 = 400;
-/// Okabe and Ito's colours as RGB: told apart with any colour vision, and in grey.
+/// The palette of Okabe and Ito as RGB: distinguishable with any colour vision and in greyscale.
 pub const COLORS: [[u8; 3]; 7] =
     [[0, 114, 178], [213, 94, 0], [0, 158, 115], [204, 121, 167], [86, 180, 233], [230, 159, 0], [0, 0, 0]];
 const FONT: &str = "plot";
@@ -20,14 +20,13 @@ const LEGEND_LINE: i32 = 28;
 /// Where the axes begin, from the left, in pixels.
 const AXIS_X: i32 = 106;
 
-/// Panels that stand side by side under one legend.
+/// Panels side by side, optionally under a legend.
 struct Band<'a> {
     panels: Vec<&'a Panel>,
     legend: bool,
 }
 
-/// Relative panels stand in pairs, each set of different curves under its own legend; all others below each other under
-/// one, which serves them all and hides no point.
+/// Lays panels out in bands: relative panels in pairs, then the others one per band. The first band of each kind has the legend.
 fn bands(panels: &[Panel]) -> Vec<Band<'_>> {
     let (relative, absolute): (Vec<&Panel>, Vec<&Panel>) = panels.iter().partition(|panel| panel.relative_of.is_some());
     let pairs = relative.chunks(2).enumerate().map(|(index, pair)| Band { panels: pair.to_vec(), legend: index == 0 });
@@ -37,14 +36,14 @@ fn bands(panels: &[Panel]) -> Vec<Band<'_>> {
 
 impl Band<'_> {
     fn legend_height(&self) -> u32 {
-        let last = if self.legend { legend_places(self.panels[0]).pop() } else { None };
+        let last = if self.legend { legend_layout(self.panels[0]).pop() } else { None };
         last.map_or(0, |(_, y, _)| (y + LEGEND_LINE) as u32)
     }
 }
 
 /// Draws the panels below each other into the bytes of a file.
 pub fn draw(panels: &[Panel], format: PlotFormat) -> Result<Vec<u8>, String> {
-    // Registering again is harmless; the font is part of the program, so it cannot be unreadable.
+    // Registering again is harmless, and the embedded font is valid.
     let _ = plotters::style::register_font(FONT, FontStyle::Normal, epaint_default_fonts::UBUNTU_LIGHT);
     let bands = bands(panels);
     let (width, height) = (WIDTH, bands.iter().map(|band| HEIGHT + band.legend_height()).sum::<u32>().max(1));
@@ -52,7 +51,7 @@ pub fn draw(panels: &[Panel], format: PlotFormat) -> Result<Vec<u8>, String> {
         PlotFormat::Svg => {
             let mut text = String::new();
             draw_on(SVGBackend::with_string(&mut text, (width, height)).into_drawing_area(), &bands)?;
-            // Where the reader's machine lacks the font, any plain one does.
+            // Fallbacks for viewers without the font.
             Ok(text
                 .replace(&format!("font-family=\"{FONT}\""), "font-family=\"Ubuntu, Helvetica, Arial, sans-serif\"")
                 .into_bytes())
@@ -77,7 +76,7 @@ fn draw_on<B: DrawingBackend>(area: DrawingArea<B, Shift>, bands: &[Band<'_>]) -
         if band.legend {
             draw_legend(&legend, band.panels[0]).map_err(|error| error.to_string())?;
         }
-        // A single one of a pair keeps its half, so that all have the same scale.
+        // A single panel of a pair takes half the width, so that all have the same scale.
         let columns = if band.panels[0].relative_of.is_some() && bands[0].panels.len() > 1 { 2 } else { 1 };
         for (part, panel) in part.split_evenly((1, columns)).iter().zip(&band.panels) {
             draw_panel(part, panel).map_err(|error| error.to_string())?;
@@ -87,8 +86,8 @@ fn draw_on<B: DrawingBackend>(area: DrawingArea<B, Shift>, bands: &[Band<'_>]) -
     area.present().map_err(|error| error.to_string())
 }
 
-/// Where each entry of the legend stands, from left to right and then down: x, y and curve.
-fn legend_places(panel: &Panel) -> Vec<(i32, i32, &PlotCurve)> {
+/// Position of each legend entry, from left to right and then down: x, y and curve.
+fn legend_layout(panel: &Panel) -> Vec<(i32, i32, &PlotCurve)> {
     let (mut x, mut y) = (AXIS_X, 26);
     let mut places = Vec::new();
     for curve in &panel.curves {
@@ -102,9 +101,8 @@ fn legend_places(panel: &Panel) -> Vec<(i32, i32, &PlotCurve)> {
     places
 }
 
-/// Colour and marker of a panel's curve. Those of a relative panel are other things than those of the others, so they
-/// look different.
-fn look(panel: &Panel, curve: usize) -> (RGBColor, usize) {
+/// Colour and marker of a curve. Relative panels show different things than the others, so theirs differ.
+fn style_of(panel: &Panel, curve: usize) -> (RGBColor, usize) {
     let index = curve + if panel.relative_of.is_some() { 3 } else { 0 };
     let [r, g, b] = COLORS[index % COLORS.len()];
     (RGBColor(r, g, b), index % 3)
@@ -117,11 +115,11 @@ fn draw_legend<B: DrawingBackend>(
     use plotters::style::text_anchor::{HPos, Pos, VPos};
     let style = (FONT, 20).into_font().color(&BLACK).pos(Pos::new(HPos::Left, VPos::Center));
     let joined = panel.categories.is_empty();
-    for (index, (x, y, curve)) in legend_places(panel).into_iter().enumerate() {
+    for (index, (x, y, curve)) in legend_layout(panel).into_iter().enumerate() {
         if curve.reference {
             area.draw(&PathElement::new([(x, y), (x + 26, y)], BLACK.mix(0.45).stroke_width(1)))?;
         } else {
-            let (color, shape) = look(panel, index);
+            let (color, shape) = style_of(panel, index);
             if joined {
                 area.draw(&PathElement::new([(x, y), (x + 26, y)], color.stroke_width(2)))?;
             }
@@ -132,8 +130,8 @@ fn draw_legend<B: DrawingBackend>(
     Ok(())
 }
 
-/// The highest point, and the whiskers as far as they do not squash the curves.
-fn top_of(panel: &Panel) -> f64 {
+/// Upper end of the vertical axis: above the highest point, and above the whiskers unless they would squash the curves.
+fn y_max(panel: &Panel) -> f64 {
     let points = || panel.curves.iter().flat_map(|curve| &curve.points);
     let top = points().map(|point| point.y).fold(0.0, f64::max);
     let slowest = points().filter_map(|point| point.spread).map(|[_, high]| high).fold(top, f64::max);
@@ -148,7 +146,7 @@ fn draw_panel<B: DrawingBackend>(
     let low = points().map(|point| point.x).fold(f64::INFINITY, f64::min);
     let high = points().map(|point| point.x).fold(f64::NEG_INFINITY, f64::max);
     let (low, high) = if low <= high { (low, high) } else { (0.0, 1.0) };
-    let top = top_of(panel);
+    let top = y_max(panel);
     let named = !panel.categories.is_empty();
     let margin = if named { 0.5 } else { ((high - low) * 0.02).max(0.1) };
     let mut builder = ChartBuilder::on(area);
@@ -167,10 +165,13 @@ fn draw_panel<B: DrawingBackend>(
         }
         if named { panel.categories.get(nearest as usize).cloned().unwrap_or_default() } else { format!("{nearest}") }
     };
-    // A number takes some 60 pixels.
-    let room = (area.dim_in_pixel().0 / 64) as usize;
-    let x_labels =
-        if named { panel.categories.len() * 2 + 1 } else { ((high - low).round() as usize + 1).clamp(2, room.max(2)) };
+    // A label takes some 60 pixels.
+    let max_labels = (area.dim_in_pixel().0 / 64) as usize;
+    let x_labels = if named {
+        panel.categories.len() * 2 + 1
+    } else {
+        ((high - low).round() as usize + 1).clamp(2, max_labels.max(2))
+    };
     let mut mesh = chart.configure_mesh();
     if named {
         mesh.disable_x_mesh();
@@ -193,14 +194,14 @@ fn draw_panel<B: DrawingBackend>(
             chart.draw_series(LineSeries::new(places(), BLACK.mix(0.45).stroke_width(1)))?;
             continue;
         }
-        let (color, shape) = look(panel, index);
+        let (color, shape) = style_of(panel, index);
         let whisker = |point: &Point| {
             let [fastest, slowest] = point.spread?.map(|value| value.min(top));
             (slowest > fastest)
                 .then(|| PathElement::new([(point.x, fastest), (point.x, slowest)], color.mix(0.55).stroke_width(1)))
         };
         chart.draw_series(curve.points.iter().filter_map(whisker))?;
-        // Things without a number are not joined by a line.
+        // Categories are not joined by a line.
         if !named {
             chart.draw_series(LineSeries::new(places(), color.stroke_width(2)))?;
         }
@@ -209,7 +210,7 @@ fn draw_panel<B: DrawingBackend>(
     Ok(())
 }
 
-/// A disc, a square or a diamond.
+/// A marker: disc, square or diamond.
 fn marker<B: DrawingBackend>(at: (i32, i32), shape: usize, color: RGBColor) -> DynElement<'static, B, (i32, i32)> {
     let (x, y) = at;
     match shape {

@@ -3,14 +3,14 @@
 /// The file format of a plot.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum PlotFormat {
-    /// Pixels.
+    /// Raster image.
     Png,
-    /// Vectors.
+    /// Vector graphics.
     Svg,
 }
 
 impl PlotFormat {
-    /// By the file's extension.
+    /// The format that the extension of `path` names.
     pub fn of(path: &std::path::Path) -> Result<Self, String> {
         let extension = path.extension().map(|extension| extension.to_string_lossy().to_lowercase());
         match extension.as_deref() {

@@ -1,41 +1,41 @@
 //! The plain data of a plot: panels with axes, units and curves.
 
-/// One line of a panel.
+/// A curve of a panel.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PlotCurve {
-    /// What the legend says.
+    /// Name in the legend.
     pub name: String,
     /// Points from left to right.
     pub points: Vec<Point>,
-    /// Drawn thin and grey, without markers: a reference.
+    /// Whether this is a reference, drawn thin and grey without markers.
     pub reference: bool,
 }
 
-/// One measured value.
+/// A point of a curve.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Point {
-    /// Place on the horizontal axis.
+    /// Horizontal coordinate.
     pub x: f64,
-    /// Place on the vertical axis.
+    /// Vertical coordinate.
     pub y: f64,
-    /// Fastest and slowest repetition, where `y` is a median of times.
+    /// Fastest and slowest repetition if `y` is a median of times.
     pub spread: Option<[f64; 2]>,
-    /// The row that it comes from, counted from 0; a reference has none.
+    /// Index of the measurement that it comes from; `None` for a reference.
     pub row: Option<usize>,
 }
 
-/// One pair of axes.
+/// A pair of axes with curves.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Panel {
-    /// What lies across, with its unit.
+    /// Label of the horizontal axis, with unit.
     pub x_label: String,
-    /// What goes up, with its unit.
+    /// Label of the vertical axis, with unit.
     pub y_label: String,
-    /// Its lines.
+    /// The curves.
     pub curves: Vec<PlotCurve>,
-    /// Names under the axis where x counts things without a number; empty otherwise.
+    /// Category names if x is an index of a category; empty otherwise.
     pub categories: Vec<String>,
-    /// Different quantities of this one series relative to each other, where other panels show one quantity of every
-    /// series; it has a legend of its own.
+    /// Name of the series if the curves are different quantities of that one series, normalised; such panels have a legend of
+    /// their own. `None` if the curves are one quantity of every series.
     pub relative_of: Option<String>,
 }

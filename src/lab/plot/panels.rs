@@ -4,7 +4,7 @@ use super::panel::{Panel, PlotCurve, Point};
 use crate::lab::measurement::Measurement;
 use crate::lab::report_table::{models, name_among};
 
-/// A quantity: its label with unit, its value, and how much the repetitions differed where it is a time.
+/// A quantity: its label with unit, its value, and the spread of the repetitions if it is a time.
 type Quantity = (&'static str, fn(&Measurement) -> f64, Option<fn(&Measurement) -> [f64; 2]>);
 
 const QUANTITIES: [Quantity; 4] = [
@@ -14,13 +14,13 @@ const QUANTITIES: [Quantity; 4] = [
     ("SAH cost", |row| row.sah_cost, None),
 ];
 
-/// The threshold that the relative curves are 1 at, where it was measured: the paper's fast setting.
+/// Threshold at which relative curves are 1, if it was measured: the paper's fast setting.
 const BASE_THRESHOLD: u32 = 6;
-/// More series than the paper has scenes get no relative curves: the picture would be endless.
+/// Maximum number of series with relative panels: the number of scenes in the paper. More would make the plot too long.
 const MAX_RELATIVE: usize = 6;
 
-/// The panels for rows of one command: for a sweep the paper's three curves, and each quantity with its unit; for scaling
-/// speed-up and efficiency; for the others each quantity by scene or by builder.
+/// The panels of the measurements of one command. A sweep shows the paper's three relative curves and each quantity against the
+/// threshold; scaling shows speed-up and efficiency; the others show each quantity by scene or by builder.
 pub fn panels(rows: &[Measurement]) -> Result<Vec<Panel>, String> {
     let Some(first) = rows.first() else { return Err("there are no rows to draw".to_owned()) };
     if let Some(other) = rows.iter().find(|row| row.command != first.command) {
@@ -37,7 +37,7 @@ pub fn panels(rows: &[Measurement]) -> Result<Vec<Panel>, String> {
     }
 }
 
-/// Scene, container and ε, each only where the rows differ in it.
+/// Scene, container and ε, each only if the rows differ in it.
 fn series_name(row: &Measurement, rows: &[Measurement]) -> String {
     let mut parts = Vec::new();
     let models = models(rows);
@@ -78,17 +78,17 @@ fn curves(
     curves
 }
 
-/// One panel for each quantity.
+/// One panel per quantity.
 fn quantity_panels(
     rows: &[Measurement],
     (x_label, categories): (&str, &[String]),
     series: impl Fn(&Measurement) -> String,
-    place: impl Fn(&Measurement) -> Option<f64>,
+    x_of: impl Fn(&Measurement) -> Option<f64>,
 ) -> Vec<Panel> {
     let panel = |(label, value, spread): &Quantity| Panel {
         x_label: x_label.to_owned(),
         y_label: (*label).to_owned(),
-        curves: curves(rows, &series, |row| Some((place(row)?, value(row), spread.map(|spread| spread(row))))),
+        curves: curves(rows, &series, |row| Some((x_of(row)?, value(row), spread.map(|spread| spread(row))))),
         categories: categories.to_vec(),
         relative_of: None,
     };
@@ -109,12 +109,12 @@ fn sweep_panels(rows: &[Measurement]) -> Vec<Panel> {
     panels
 }
 
-/// The paper's picture: build time, trace time and tests per ray of one series over the threshold, in one pair of axes.
-/// Their units differ, so each is drawn relative to its value at the paper's fast setting.
+/// The paper's figures 9 and 10: build time, trace time and tests per ray of one series against the threshold, in one pair of
+/// axes. Their units differ, so each is relative to its value at the paper's fast setting.
 fn relative_panel(rows: &[Measurement], series: &PlotCurve) -> Option<Panel> {
-    let of = |point: &Point| point.row.and_then(|row| rows.get(row));
-    let base = series.points.iter().filter_map(of).find(|row| row.threshold == BASE_THRESHOLD);
-    let base = base.or_else(|| series.points.first().and_then(of))?;
+    let row_of = |point: &Point| point.row.and_then(|row| rows.get(row));
+    let base = series.points.iter().filter_map(row_of).find(|row| row.threshold == BASE_THRESHOLD);
+    let base = base.or_else(|| series.points.first().and_then(row_of))?;
     if series.points.len() < 2 {
         return None;
     }
@@ -124,7 +124,7 @@ fn relative_panel(rows: &[Measurement], series: &PlotCurve) -> Option<Panel> {
             .points
             .iter()
             .filter(|_| value(base) > 0.0)
-            .filter_map(|point| Some(Point { y: value(of(point)?) / value(base), spread: None, ..*point }))
+            .filter_map(|point| Some(Point { y: value(row_of(point)?) / value(base), spread: None, ..*point }))
             .collect(),
         reference: false,
     };
@@ -171,7 +171,7 @@ fn scaling_panels(rows: &[Measurement]) -> Vec<Panel> {
     ]
 }
 
-/// Each quantity over things without a number.
+/// One panel per quantity, over categories.
 fn category_panels(
     rows: &[Measurement],
     category: impl Fn(&Measurement) -> String,
@@ -184,9 +184,9 @@ fn category_panels(
             categories.push(name);
         }
     }
-    let place = |row: &Measurement| {
+    let category_index = |row: &Measurement| {
         let name = category(row);
         Some(row).filter(has_tree).and_then(|_| categories.iter().position(|other| *other == name)).map(|at| at as f64)
     };
-    quantity_panels(rows, ("", &categories), series, place)
+    quantity_panels(rows, ("", &categories), series, category_index)
 }

@@ -2,16 +2,16 @@
 
 use std::fmt;
 
-/// A table with a title line, a head of one or two lines and notes below.
+/// A table with a title line, a head of one or two lines, and notes below.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct ReportTable {
-    /// What it shows.
+    /// The title.
     pub title: String,
     /// Name and unit of each column; the first is left-aligned.
     pub columns: Vec<(String, String)>,
-    /// One text a column; missing ones are empty.
+    /// The cells of each row; missing ones are empty.
     pub rows: Vec<Vec<String>>,
-    /// What must be known to read it.
+    /// Notes on how to read the table.
     pub notes: Vec<String>,
 }
 

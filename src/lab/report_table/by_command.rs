@@ -4,7 +4,7 @@ use super::aligned::ReportTable;
 use super::{lists, pairs};
 use crate::lab::measurement::Measurement;
 
-/// Rows of one command: the tables that it prints.
+/// The tables of the measurements of one command.
 pub fn tables(command: &str, rows: &[Measurement]) -> Vec<ReportTable> {
     match command {
         "bench" => pairs::bench_tables(rows),

@@ -3,7 +3,7 @@
 use crate::lab::measurement::Measurement;
 use bvhscope_engine::tree::statistics::{INTERSECTION_COST, TRAVERSAL_COST};
 
-/// A number with about four digits: 0.123, 12.34, 123.4, 12 345.
+/// Formats a number with about four digits: 0.123, 12.34, 123.4, 12345.
 pub fn number(value: f64) -> String {
     match value.abs() {
         size if size < 10.0 => format!("{value:.3}"),
@@ -17,20 +17,20 @@ pub(super) fn threads(count: usize) -> String {
     format!("{count} {}", if count == 1 { "thread" } else { "threads" })
 }
 
-/// How the rows were traced and how often, in one sentence.
+/// Picture size, traversal and repetitions of the rows, in one phrase.
 pub(super) fn conditions(rows: &[Measurement]) -> String {
     let Some(row) = rows.first() else { return "nothing was measured".to_owned() };
     let repeats = || rows.iter().filter(|row| row.builder != "none").map(|row| row.repeat);
-    let (fewest, most) = (repeats().min().unwrap_or(1), repeats().max().unwrap_or(1));
-    let medians = match (fewest, most) {
+    let (min, max) = (repeats().min().unwrap_or(1), repeats().max().unwrap_or(1));
+    let medians = match (min, max) {
         (1, 1) => "measured once".to_owned(),
-        _ if fewest == most => format!("medians of {most}"),
-        _ => format!("medians of {fewest} to {most}"),
+        _ if min == max => format!("medians of {max}"),
+        _ => format!("medians of {min} to {max}"),
     };
     format!("{}×{} primary rays, {} traversal, {medians}", row.width_px, row.height_px, row.traversal)
 }
 
-/// The same with the number of threads, where all rows have the same.
+/// [`conditions`] with the number of threads if it is the same for all rows.
 pub(super) fn conditions_and_threads(rows: &[Measurement]) -> String {
     let same = rows.first().filter(|first| rows.iter().all(|row| row.threads == first.threads));
     match same {
@@ -39,7 +39,7 @@ pub(super) fn conditions_and_threads(rows: &[Measurement]) -> String {
     }
 }
 
-/// Slowest minus fastest as a share of the median, in percent.
+/// Slowest minus fastest as a percentage of the median.
 pub(super) fn spread(median: f64, [fastest, slowest]: [f64; 2]) -> String {
     let percent = if median > 0.0 { (slowest - fastest) / median * 100.0 } else { 0.0 };
     format!("{percent:.0}")
@@ -51,7 +51,7 @@ pub(super) fn costs() -> String {
     format!("SAH cost with container test {TRAVERSAL_COST}, primitive test {INTERSECTION_COST}, over the root's area.")
 }
 
-/// Models in order of first appearance.
+/// The distinct models, in order of first appearance.
 pub fn models(rows: &[Measurement]) -> Vec<&str> {
     let mut models: Vec<&str> = Vec::new();
     for row in rows {
@@ -62,7 +62,7 @@ pub fn models(rows: &[Measurement]) -> Vec<&str> {
     models
 }
 
-/// What a model is called among `models`: its file's name, with the folder where another one has the same name.
+/// Display name of a model among `models`: its file name, with the folder if another model has the same file name.
 pub fn name_among(model: &str, models: &[&str]) -> String {
     let name = short(model);
     let shared = models.iter().any(|other| *other != model && short(other) == name);
@@ -73,7 +73,7 @@ pub fn name_among(model: &str, models: &[&str]) -> String {
     }
 }
 
-/// A model's name without its folders.
+/// The name of a model without its folders.
 pub fn short(model: &str) -> String {
     if model.starts_with("builtin:") {
         return model.to_owned();

@@ -1,10 +1,10 @@
-//! One line a row: sweeps, builders, threads.
+//! Tables with one line per measurement: sweeps, builders, threads.
 
 use super::aligned::ReportTable;
 use super::format::{SPREAD, conditions, conditions_and_threads, costs, models, name_among, number, spread};
 use crate::lab::measurement::Measurement;
 
-/// Everything that is known of each tree.
+/// Times, tests, costs and sizes of each tree.
 pub(super) fn list_table(title: &str, rows: &[Measurement]) -> ReportTable {
     let mut table = ReportTable::new(
         format!("{title} ({})", conditions_and_threads(rows)),

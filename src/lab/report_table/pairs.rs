@@ -1,4 +1,4 @@
-//! The paper's tables 1 and 2: box and sphere side by side, their ratios, and the paper's own figures below.
+//! The paper's tables 1 and 2: box and sphere side by side with their ratios, and the paper's own numbers below.
 
 use super::aligned::ReportTable;
 use super::format::{SPREAD, conditions_and_threads, models, name_among, number, spread};
@@ -10,7 +10,7 @@ use bvhscope_engine::tree::ContainerKind;
 /// Reads one column's value from a row.
 type Value = fn(&Measurement) -> f64;
 
-/// Table 1, table 2, the stages of the builds, and what the trees look like.
+/// Table 1, table 2, build times by stage, and tree statistics.
 pub(super) fn bench_tables(rows: &[Measurement]) -> Vec<ReportTable> {
     let times: [(&str, &str, Value); 2] = [("build", "ms", |row| row.build_ms), ("trace", "ms", |row| row.trace_ms)];
     let tests: [(&str, &str, Value); 3] = [
@@ -29,7 +29,7 @@ pub(super) fn bench_tables(rows: &[Measurement]) -> Vec<ReportTable> {
     ]
 }
 
-/// One line a model with box, sphere and their ratio for each value, the paper's figures below, means at the end.
+/// One line per model with box, sphere and their ratio for each value, the paper's numbers below, means at the end.
 fn pairs_table(
     title: &str,
     rows: &[Measurement],
@@ -49,8 +49,9 @@ fn pairs_table(
     let mut any_paper = false;
     let models = models(rows);
     for model in &models {
-        let of = |kind| rows.iter().find(|row| row.model == *model && row.container == kind && row.builder != "none");
-        let pair = [of(ContainerKind::Aabb), of(ContainerKind::Sphere)];
+        let row_of =
+            |kind| rows.iter().find(|row| row.model == *model && row.container == kind && row.builder != "none");
+        let pair = [row_of(ContainerKind::Aabb), row_of(ContainerKind::Sphere)];
         let triangles = pair.iter().flatten().next().map_or_else(String::new, |row| row.triangles.to_string());
         let mut line = vec![name_among(model, &models), triangles];
         for (index, (_, _, value)) in values.iter().enumerate() {
@@ -94,10 +95,10 @@ fn pairs_table(
     table
 }
 
-/// The stages of a build in the order of work; what other builders have comes after.
+/// The stages of an AAC build in order; stages of other builders follow.
 const STAGES: [&str; 4] = ["codes", "sort", "tree", "flatten"];
 
-/// Where the time of each build went.
+/// Build times by stage.
 fn stages_table(rows: &[Measurement]) -> ReportTable {
     let mut stages: Vec<&str> = STAGES.to_vec();
     for name in rows.iter().flat_map(|row| row.build_stages_ms.keys()) {
@@ -122,7 +123,7 @@ fn stages_table(rows: &[Measurement]) -> ReportTable {
     table
 }
 
-/// What the trees look like, and the row without any.
+/// Tree statistics, with a note about the run without BVH.
 fn trees_table(rows: &[Measurement]) -> ReportTable {
     let mut table = ReportTable { title: "The trees".to_owned(), ..list_table("", rows) };
     let models = models(rows);

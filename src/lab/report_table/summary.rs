@@ -4,7 +4,7 @@ use super::format::{number, short, threads};
 use crate::lab::measurement::Measurement;
 use bvhscope_engine::settings::{Curve, Passes};
 
-/// One row in a sentence, for those who wait for the table.
+/// One measurement as a sentence, printed while the table is incomplete.
 pub fn summary(row: &Measurement) -> String {
     let tree = match row.builder.as_str() {
         "aac" => {
