@@ -1,4 +1,6 @@
-//! The command line: flags into resolved settings. The only place that knows flags.
+//! The command line: parses flags into resolved settings, runs the command and sets the exit code.
+//!
+//! The only module that knows flags; knows nothing of how a command works. Start at [`main`].
 
 mod args;
 mod named;
@@ -24,7 +26,7 @@ use args::{BuildArgs, Cli, CommandArgs, MeasureArgs, OneTreeArgs, StrictLoadArgs
 use bvhscope_engine::cancel::CancelToken;
 use bvhscope_engine::tree::ContainerKind;
 
-/// Reads the program's arguments, does what they say, and returns the exit code: 0 done, 1 failed, 2 wrong usage, 3 done
+/// Runs the program with its command line arguments and returns the exit code: 0 done, 1 failed, 2 wrong usage, 3 done
 /// with warnings under `--strict`, 130 interrupted.
 pub fn main() -> ExitCode {
     let parsed = match std::env::args_os().nth(1).and_then(|first| suggest(&first)) {
@@ -34,39 +36,39 @@ pub fn main() -> ExitCode {
     let cli = match parsed {
         Ok(cli) => cli,
         Err(error) => {
-            // A reader that has gone is no reason to complain.
+            // Ignores a closed pipe.
             let _ = error.print();
             return ExitCode::from(u8::try_from(error.exit_code()).unwrap_or(2));
         }
     };
-    // `RUST_LOG=bvhscope=info` tells what the window does; drivers are only heard when they fail.
+    // `RUST_LOG=bvhscope=info` logs the events of the window; graphics drivers log errors only.
     env_logger::Builder::from_env(env_logger::Env::default().default_filter_or("warn,wgpu_hal=error,winit=error"))
         .init();
     let token = CancelToken::new();
-    let theirs = cli.command.as_ref().and_then(loading);
-    // The viewer shows warnings, and does not end at them.
-    let strict = theirs.is_some_and(|load| load.strict);
-    if let Some(limit) = theirs.map_or(cli.viewer.load.memory_limit, |load| load.any.memory_limit) {
+    let load_args = cli.command.as_ref().and_then(load_args);
+    // The viewer shows warnings and has no --strict.
+    let strict = load_args.is_some_and(|load| load.strict);
+    if let Some(limit) = load_args.map_or(cli.viewer.load.memory_limit, |load| load.any.memory_limit) {
         Budget::set_limit(limit);
     }
-    if let Some(text) = refusal(&cli) {
+    if let Some(text) = invalid_combination(&cli) {
         return finish(Err(Failure::Usage(text)), strict);
     }
     let result = match cli.command {
         None => run_viewer(cli.viewer),
         Some(command) => {
-            let theirs = token.clone();
-            // The first Ctrl-C, or request to terminate, asks for an end at the next check point, the second ends at once.
+            let handler_token = token.clone();
+            // The first Ctrl-C or termination signal cancels, the second exits at once.
             let handler = ctrlc::set_handler(move || {
-                if theirs.is_cancelled() {
+                if handler_token.is_cancelled() {
                     std::process::exit(130);
                 }
-                theirs.cancel();
+                handler_token.cancel();
             });
             if let Err(error) = handler {
                 log::warn!("Ctrl-C will end the program at once: {error}");
             }
-            // The last net under a mistake of ours: an exit code, not a crash.
+            // A panic is a bug in bvhscope; it ends with an exit code and a message.
             catch_unwind(AssertUnwindSafe(|| run_command(command, token))).unwrap_or_else(|_| {
                 Err(Failure::Failed(
                     "this is a mistake in bvhscope; please report it with the message above".to_owned(),
@@ -82,13 +84,13 @@ pub fn command() -> clap::Command {
     Cli::command()
 }
 
-/// What to say where the first argument is nearly a command.
+/// The error message for a first argument that resembles a command.
 fn suggest(first: &OsStr) -> Option<String> {
     let program = Cli::command();
     suggest::suggest(first, program.get_subcommands().map(clap::Command::get_name).chain(["help"]))
 }
 
-/// Prints how it ended and gives the exit code for it.
+/// Prints the outcome and returns its exit code.
 fn finish(result: Result<Finished, Failure>, strict: bool) -> ExitCode {
     match result {
         Ok(Finished { warned: true }) if strict => {
@@ -111,8 +113,8 @@ fn finish(result: Result<Finished, Failure>, strict: bool) -> ExitCode {
     }
 }
 
-/// What a command says about loading, where it loads anything.
-fn loading(command: &CommandArgs) -> Option<&StrictLoadArgs> {
+/// The loading flags of a command; `None` if it loads no model.
+fn load_args(command: &CommandArgs) -> Option<&StrictLoadArgs> {
     Some(match command {
         CommandArgs::Render(args) => &args.load,
         CommandArgs::Info(args) => &args.load,
@@ -124,11 +126,11 @@ fn loading(command: &CommandArgs) -> Option<&StrictLoadArgs> {
     })
 }
 
-/// Why what was asked for does not go together.
-fn refusal(cli: &Cli) -> Option<String> {
-    let one = |args: &BuildArgs| resolve::refusal(args.shape.optimize, args.container.as_slice());
-    let several = |args: &OneTreeArgs, usual: &[ContainerKind]| {
-        resolve::refusal(args.shape.optimize, args.container.as_ref().map_or(usual, |asked| &asked.0))
+/// The error message for an invalid combination of flags, if it is one.
+fn invalid_combination(cli: &Cli) -> Option<String> {
+    let one = |args: &BuildArgs| resolve::invalid_passes(args.shape.optimize, args.container.as_slice());
+    let several = |args: &OneTreeArgs, default: &[ContainerKind]| {
+        resolve::invalid_passes(args.shape.optimize, args.container.as_ref().map_or(default, |given| &given.0))
     };
     match &cli.command {
         None => one(&cli.viewer.build),
@@ -142,7 +144,7 @@ fn refusal(cli: &Cli) -> Option<String> {
 
 fn run_command(command: CommandArgs, token: CancelToken) -> Result<Finished, Failure> {
     let mut out = std::io::BufWriter::new(std::io::stdout());
-    let load = loading(&command).map_or_else(LoadOptions::default, |load| resolve::load(&load.any));
+    let load = load_args(&command).map_or_else(LoadOptions::default, |load| resolve::load(&load.any));
     let mut context = Context { token, out: &mut out, threads: None, load, pool: OnceCell::new() };
     let result = match command {
         CommandArgs::Render(args) => {

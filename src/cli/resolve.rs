@@ -1,4 +1,4 @@
-//! Flags into the settings that the rest of the program knows.
+//! Converts parsed flags into the settings that the rest of the program uses.
 
 #[cfg(feature = "gui")]
 use super::args::ViewerArgs;
@@ -63,13 +63,13 @@ pub fn info(args: InfoArgs) -> InfoCommand {
     }
 }
 
-/// One setup a container: those that were asked for, or `containers`.
+/// One setup per container given on the command line, or per default container in `containers`.
 pub fn setups(tree: &OneTreeArgs, measure: &MeasureArgs, containers: &[ContainerKind]) -> Vec<Setup> {
-    let containers = tree.container.as_ref().map_or(containers, |asked| &asked.0);
-    // Numbers of its own make it another tree than the preset's.
+    let containers = tree.container.as_ref().map_or(containers, |given| &given.0);
+    // Flags beside the preset make the settings differ from it, so its name is dropped.
     let ShapeArgs { threshold, epsilon, preset, optimize, curve } = &tree.shape;
-    let own = threshold.is_some() || epsilon.is_some() || optimize.is_some() || curve.is_some();
-    let preset = preset.filter(|_| !own);
+    let is_modified = threshold.is_some() || epsilon.is_some() || optimize.is_some() || curve.is_some();
+    let preset = preset.filter(|_| !is_modified);
     let setup = |&container| Setup {
         build: build_settings(tree.builder, container, &tree.shape),
         preset,
@@ -106,14 +106,14 @@ pub fn load(args: &LoadArgs) -> LoadOptions {
     LoadOptions { allow_outside: args.allow_outside }
 }
 
-/// The preset, or the default, with what was said on top.
+/// The preset, or the default settings, with the other flags applied.
 pub fn build(args: &BuildArgs) -> BuildSettings {
     let container = args.container.unwrap_or(ContainerKind::Aabb);
     build_settings(args.builder, container, &args.shape)
 }
 
-/// Why these passes cannot run over trees of these containers.
-pub fn refusal(optimize: Option<Passes>, containers: &[ContainerKind]) -> Option<String> {
+/// The error message for passes that do not support one of the containers, if there are any.
+pub fn invalid_passes(optimize: Option<Passes>, containers: &[ContainerKind]) -> Option<String> {
     let only_boxes = optimize?.iter().find(|pass| pass.boxes_only())?;
     containers.contains(&ContainerKind::Sphere).then(|| {
         format!(
@@ -147,7 +147,7 @@ pub fn camera(args: &CameraArgs) -> CameraChoice {
     }
 }
 
-/// Each flag for itself: the viewer lays them over the settings of its last run.
+/// The flags that were given; the viewer applies them to the settings of its last run.
 #[cfg(feature = "gui")]
 fn asked(build: &BuildArgs, picture: &PictureArgs, overlay: &OverlayArgs) -> CliOverrides {
     CliOverrides {
@@ -194,7 +194,7 @@ fn picture(args: &PictureArgs) -> RenderSettings {
     }
 }
 
-/// The overlay that `--overlay` asks for; `None` without it.
+/// The overlay settings; `None` without `--overlay`.
 fn overlay(args: &OverlayArgs) -> Option<OverlaySettings> {
     let kinds = args.overlay?;
     let base = OverlaySettings::default();
@@ -230,7 +230,7 @@ mod tests {
     use bvhscope_engine::tree::traverse::Traversal;
 
     #[test]
-    fn the_command_line_that_the_window_copies_means_the_same() {
+    fn the_copied_command_line_reproduces_the_window() {
         let mut wanted = Wanted::new(SceneSource::default_builtin());
         wanted.build =
             BuildSettings { container: ContainerKind::Sphere, threshold: 9, curve: Curve::Hilbert, ..wanted.build };
@@ -266,7 +266,7 @@ mod tests {
         let Some(CommandArgs::Render(args)) = cli.command else { panic!("{line} does not render") };
         assert_eq!((args.build.threads, args.load.any.allow_outside), (Some(2), true));
         let job = render(args);
-        // Spheres leave out what is for boxes.
+        // Passes for boxes only are dropped for spheres.
         let built = BuildSettings { optimize: Passes::NONE.with(Pass::Collapse), ..wanted.build };
         assert_eq!((job.source, job.build, job.settings), (wanted.source, built, wanted.render), "{line}");
         assert_eq!((job.overlay, job.size), (Some(wanted.overlay), [800, 500]), "{line}");
@@ -275,7 +275,7 @@ mod tests {
         assert!(job.camera.orthographic && (job.camera.fov_y.unwrap() - wanted.camera.fov_y).abs() < 1e-4);
     }
 
-    /// What is wanted where the program is started by `line` after a run that left `last`.
+    /// The state after starting the program with `line`, where the last run ended with `last`.
     fn started(line: &str, last: &Wanted) -> (Wanted, Preferences) {
         let cli = Cli::try_parse_from(line.split(' ')).unwrap();
         let (mut wanted, mut preferences) =
@@ -285,7 +285,7 @@ mod tests {
     }
 
     #[test]
-    fn a_flag_wins_over_the_last_run_and_leaves_its_neighbours_alone() {
+    fn a_flag_overrides_only_its_own_setting_of_the_last_run() {
         let mut last = Wanted::new(SceneSource::default_builtin());
         last.build = BuildSettings { container: ContainerKind::Sphere, threshold: 30, epsilon: 0.4, ..last.build };
         last.render = RenderSettings {
@@ -298,13 +298,13 @@ mod tests {
         last.overlay.depth = [1, 2];
         last.overlay.show_spheres = true;
         last.overlay.leaves_only = true;
-        assert_eq!(started("bvhscope", &last).0, last, "nothing was asked for");
+        assert_eq!(started("bvhscope", &last).0, last, "no flag is given");
 
-        // Each of these is the default: it counts all the same.
+        // Flags with default values override too.
         let (wanted, preferences) = started("bvhscope --shading lit --samples 16", &last);
         let render = RenderSettings { shading: Shading::Lit, samples: 16, ..last.render };
         assert_eq!(wanted, Wanted { render, ..last.clone() });
-        assert!(preferences.show_geometry && !preferences.show_containers, "the picture that was asked for is seen");
+        assert!(preferences.show_geometry && !preferences.show_containers, "the requested picture is visible");
 
         let (wanted, _) = started("bvhscope --light sun --color-map inferno --depth 4..6 --container box", &last);
         assert_eq!((wanted.render.light, wanted.render.color_map), (Light::Sun, ColorMap::Inferno));
@@ -322,7 +322,7 @@ mod tests {
     }
 
     #[test]
-    fn what_the_last_run_left_gives_way_where_it_does_not_go_together() {
+    fn flags_override_incompatible_settings_of_the_last_run() {
         let mut last = Wanted::new(SceneSource::default_builtin());
         last.build = BuildSettings { builder: BuilderKind::BinnedSah, ..last.build };
         let (spheres, _) = started("bvhscope --container sphere", &last);

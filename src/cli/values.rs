@@ -1,4 +1,4 @@
-//! Texts of flags into values. Each error says what was expected; clap adds the flag and the text.
+//! Parsers of flag values. Each error says what was expected; clap adds the flag and the given text.
 
 use glam::Vec3;
 
@@ -6,24 +6,24 @@ use crate::budget::MemoryLimit;
 use crate::scene::SceneSource;
 use bvhscope_engine::settings::BuildSettings;
 
-/// Largest width or height of a picture in pixels.
+/// Maximum width and height of a picture in pixels.
 pub const MAX_SIDE: u32 = 16_384;
-/// Most threads that can be asked for.
+/// Maximum number of threads.
 pub const MAX_THREADS: usize = 1024;
-/// Most antialiasing samples a pixel.
+/// Maximum number of antialiasing samples per pixel.
 pub const MAX_SAMPLES: u32 = 1024;
-/// Most repetitions of one measurement.
+/// Maximum number of repetitions of a measurement.
 pub const MAX_REPEAT: usize = 1000;
 
-/// A list of whole numbers, for `--threshold` of a sweep.
+/// A list of integers, for `--threshold` of a sweep.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Numbers(pub Vec<u32>);
 
-/// A list of ε.
+/// A list of reduction exponents ε.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Epsilons(pub Vec<f32>);
 
-/// A whole number between `low` and `high`.
+/// Parses an integer in `low..=high`.
 pub fn whole<T>(text: &str, low: T, high: T) -> Result<T, String>
 where
     T: std::str::FromStr + PartialOrd + std::fmt::Display,
@@ -34,7 +34,7 @@ where
     }
 }
 
-/// A decimal number between `low` and `high`.
+/// Parses a decimal number in `low..=high`.
 pub fn decimal(text: &str, low: f32, high: f32) -> Result<f32, String> {
     match text.parse::<f32>() {
         Ok(value) if low <= value && value <= high => Ok(value),
@@ -46,7 +46,7 @@ pub fn threshold(text: &str) -> Result<u32, String> {
     whole(text, BuildSettings::MIN_THRESHOLD, BuildSettings::MAX_THRESHOLD)
 }
 
-/// `6`, `2,4,8` or `2..=32` (both ends included; `2..32` leaves the last out, as in Rust).
+/// Parses thresholds: `6`, `2,4,8` or `2..=32` (`2..32` excludes the end, as in Rust).
 pub fn thresholds(text: &str) -> Result<Numbers, String> {
     if let Some((first, last)) = text.split_once("..") {
         let (last, inclusive) = last.strip_prefix('=').map_or((last, false), |last| (last, true));
@@ -67,7 +67,7 @@ pub fn epsilon(text: &str) -> Result<f32, String> {
     decimal(text, 0.0, BuildSettings::MAX_EPSILON)
 }
 
-/// `0.1` or `0.1,0.2`.
+/// Parses `0.1` or `0.1,0.2`.
 pub fn epsilons(text: &str) -> Result<Epsilons, String> {
     text.split(',').map(epsilon).collect::<Result<Vec<_>, _>>().map(Epsilons)
 }
@@ -84,12 +84,12 @@ pub fn samples(text: &str) -> Result<u32, String> {
     whole(text, 1, MAX_SAMPLES)
 }
 
-/// Degrees to radians.
+/// Parses an angle in degrees; returns radians.
 pub fn fov(text: &str) -> Result<f32, String> {
     decimal(text, 1.0, 170.0).map_err(|_| "degrees from 1 to 170 are expected".to_owned()).map(f32::to_radians)
 }
 
-/// `WxH` in pixels.
+/// Parses `WxH` in pixels.
 pub fn size(text: &str) -> Result<[u32; 2], String> {
     let parts = text.split_once(['x', 'X']).and_then(|(width, height)| {
         let side = |text| whole::<u32>(text, 1, MAX_SIDE).ok();
@@ -98,7 +98,7 @@ pub fn size(text: &str) -> Result<[u32; 2], String> {
     parts.ok_or_else(|| format!("WIDTHxHEIGHT in pixels, each from 1 to {MAX_SIDE}, is expected, as in 1280x720"))
 }
 
-/// `4GB`, `500MB` or `50%`; units are powers of 1000, with an i (`4GiB`) of 1024.
+/// Parses `4GB`, `500MB` or `50%`; units are powers of 1000, or of 1024 with an i (`4GiB`).
 pub fn memory(text: &str) -> Result<MemoryLimit, String> {
     let expected = || "a size from 16MB on, as in 4GB or 500MB, or a share from 1% to 100% is expected".to_owned();
     let end = text.find(|c: char| !c.is_ascii_digit() && c != '.').unwrap_or(text.len());
@@ -124,7 +124,7 @@ pub fn memory(text: &str) -> Result<MemoryLimit, String> {
         .ok_or_else(expected)
 }
 
-/// `X,Y,Z`.
+/// Parses `X,Y,Z`.
 pub fn vector(text: &str) -> Result<Vec3, String> {
     let expected = || "three finite numbers X,Y,Z are expected, as in 0,1.5,-2".to_owned();
     let parts: Vec<f32> =
@@ -135,13 +135,13 @@ pub fn vector(text: &str) -> Result<Vec3, String> {
     }
 }
 
-/// A direction `X,Y,Z`.
+/// Parses a direction `X,Y,Z` and normalises it.
 pub fn direction(text: &str) -> Result<Vec3, String> {
     let value = vector(text)?;
     value.try_normalize().ok_or_else(|| "the direction 0,0,0 points nowhere".to_owned())
 }
 
-/// `N`, or `A..B` with both ends shown.
+/// Parses tree levels: `N`, or `A..B` with both ends included.
 pub fn depths(text: &str) -> Result<[u32; 2], String> {
     let expected = || "a tree level, or the first and the last one as A..B (root 0), is expected".to_owned();
     let level = |text: &str| text.parse::<u32>().map_err(|_| expected());
@@ -152,7 +152,7 @@ pub fn depths(text: &str) -> Result<[u32; 2], String> {
     if first > last { Err(format!("the first level {first} lies below the last, {last}")) } else { Ok([first, last]) }
 }
 
-/// `A..B`: counts at the two ends of the heat map.
+/// Parses `A..B`, the test counts at the two ends of the heat map.
 pub fn heat_range(text: &str) -> Result<[f32; 2], String> {
     let expected = || "two counts A..B with 0 <= A < B are expected, as in 0..80".to_owned();
     let (low, high) = text.split_once("..").ok_or_else(expected)?;
@@ -162,12 +162,12 @@ pub fn heat_range(text: &str) -> Result<[f32; 2], String> {
     }
 }
 
-/// The number of a node.
+/// Parses the index of a node.
 pub fn node(text: &str) -> Result<u32, String> {
     whole(text, 0, u32::MAX)
 }
 
-/// `I/N`: the I-th of N shares, counted from 1.
+/// Parses `I/N`: the I-th of N shards, counted from 1.
 pub fn shard(text: &str) -> Result<(usize, usize), String> {
     let expected = || "I/N with 1 <= I <= N is expected, as in 2/8".to_owned();
     let (index, count) = text.split_once('/').ok_or_else(expected)?;
@@ -177,7 +177,7 @@ pub fn shard(text: &str) -> Result<(usize, usize), String> {
     }
 }
 
-/// Model arguments may be any bytes that a file name may be.
+/// Parser of a model argument, which may be any bytes that a file name may have.
 #[derive(Debug, Clone)]
 pub struct ModelParser;
 
@@ -203,7 +203,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn ranges_read_as_in_rust() {
+    fn ranges_are_parsed_as_in_rust() {
         assert_eq!(thresholds("2..=5").unwrap().0, [2, 3, 4, 5]);
         assert_eq!(thresholds("2..5").unwrap().0, [2, 3, 4]);
         assert_eq!(thresholds("8,2,8").unwrap().0, [2, 8]);
@@ -213,7 +213,7 @@ mod tests {
     }
 
     #[test]
-    fn nasty_numbers_are_refused() {
+    fn invalid_numbers_are_rejected() {
         for bad in ["0x5", "NaN", "", "1x", "x1", "1x1x1", "-1x5", "99999x1"] {
             assert!(size(bad).is_err(), "{bad}");
         }

@@ -1,4 +1,4 @@
-//! What every command gets, and how it may end.
+//! The context of a command (cancellation, output, threads), its outcome, and its progress bar.
 
 use std::cell::OnceCell;
 use std::io::{IsTerminal as _, Write};
@@ -12,20 +12,20 @@ use crate::scene::{LoadError, LoadOptions, Scene, SceneSource, load};
 use bvhscope_engine::builders::BuildError;
 use bvhscope_engine::cancel::{CancelToken, Cancelled};
 
-/// A command's end without its result.
+/// The failure of a command.
 #[derive(Debug, thiserror::Error)]
 pub enum Failure {
-    /// Something cannot be used or done; the text says what, where and why. Exit code 1.
+    /// Something cannot be used or done; the text says what and why. Exit code 1.
     #[error("{0}")]
     Failed(String),
-    /// Flags that do not fit together, known only now. Exit code 2.
+    /// Invalid combination of settings. Exit code 2.
     #[error("{0}")]
     Usage(String),
     /// Stopped by the user. Exit code 130.
     #[error("interrupted")]
     Interrupted,
-    /// Whoever read the results has gone. Silent.
-    #[error("the reader of the output has gone")]
+    /// The reader of the output closed the pipe. Silent.
+    #[error("the reader of the output closed it")]
     BrokenPipe,
 }
 
@@ -69,29 +69,29 @@ impl From<std::io::Error> for Failure {
     }
 }
 
-/// A command's end with its result.
+/// The success of a command.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Finished {
-    /// A file was loaded with warnings: exit code 3 under `--strict`.
+    /// Whether a file was loaded with warnings: exit code 3 under `--strict`.
     pub warned: bool,
 }
 
-/// What every command gets.
+/// The context of a command.
 pub struct Context<'a> {
     /// Cancelled by Ctrl-C.
     pub token: CancelToken,
-    /// Where results go.
+    /// Output for results.
     pub out: &'a mut (dyn Write + Send),
-    /// Threads for building and tracing; `None` for all.
+    /// Number of threads for building and tracing; `None` for all.
     pub threads: Option<usize>,
-    /// What loading may do.
+    /// Permissions for loading.
     pub load: LoadOptions,
-    /// The threads once they have been started.
+    /// The thread pool, created at first use.
     pub pool: OnceCell<rayon::ThreadPool>,
 }
 
 impl Context<'_> {
-    /// Loads `source` with a bar on stderr where that is a terminal; prints its warnings to stderr.
+    /// Loads `source` with a progress bar, and prints its warnings to stderr.
     pub fn load(&self, source: &SceneSource) -> Result<Arc<Scene>, Failure> {
         let progress = Progress::new(&format!("Loading {}", source.label()), &self.token);
         let (options, token) = (&self.load, &self.token);
@@ -103,25 +103,25 @@ impl Context<'_> {
         Ok(Arc::new(scene))
     }
 
-    /// A pool of the asked-for threads; of fewer, with a word about it, where the system gives no more.
+    /// The thread pool; has fewer threads than requested, with a message on stderr, if the system refuses more.
     pub fn pool(&self) -> Result<&rayon::ThreadPool, Failure> {
         if let Some(pool) = self.pool.get() {
             return Ok(pool);
         }
-        let wanted = self.threads.unwrap_or(0);
-        let pool = match crate::lab::pool(wanted) {
+        let requested = self.threads.unwrap_or(0);
+        let pool = match crate::lab::pool(requested) {
             Ok(pool) => pool,
-            Err(refusal) => fewer_threads(wanted, &refusal)?,
+            Err(refusal) => fewer_threads(requested, &refusal)?,
         };
         Ok(self.pool.get_or_init(|| pool))
     }
 }
 
-/// Fewer than the `wanted` threads (0 for all), which were refused; the calling thread alone where there is no other.
-fn fewer_threads(wanted: usize, refusal: &str) -> Result<rayon::ThreadPool, Failure> {
-    let mut fewer = if wanted == 0 { crate::lab::available_threads() } else { wanted } / 2;
+/// A pool of fewer than the `requested` threads (0 for all), which the system refused; the calling thread alone if necessary.
+fn fewer_threads(requested: usize, refusal: &str) -> Result<rayon::ThreadPool, Failure> {
+    let mut fewer = if requested == 0 { crate::lab::available_threads() } else { requested } / 2;
     while fewer > 0 {
-        // Those of the last try take a moment to end, and count until then.
+        // The threads of the last attempt take a moment to end and count until then.
         std::thread::sleep(Duration::from_millis(20));
         if let Ok(pool) = crate::lab::pool(fewer) {
             eprintln!("bvhscope: {refusal}; working with {fewer}");
@@ -135,14 +135,14 @@ fn fewer_threads(wanted: usize, refusal: &str) -> Result<rayon::ThreadPool, Fail
     Ok(pool)
 }
 
-/// A bar that follows a token's progress from a thread of its own; nothing where stderr is no terminal.
+/// A progress bar on stderr that follows a token's progress on a thread of its own; hidden if stderr is not a terminal.
 pub struct Progress {
     bar: Option<ProgressBar>,
     follower: Option<(std::sync::mpsc::Sender<()>, std::thread::JoinHandle<()>)>,
 }
 
 impl Progress {
-    /// Starts to follow `token` under `label`.
+    /// Starts a bar for the progress of `token` with `label`.
     pub fn new(label: &str, token: &CancelToken) -> Self {
         token.set_progress(0.0);
         if !std::io::stderr().is_terminal() {
@@ -154,24 +154,24 @@ impl Progress {
         }
         bar.set_message(label.to_owned());
         let (stop, stopped) = std::sync::mpsc::channel();
-        let (theirs, token) = (bar.clone(), token.clone());
+        let (thread_bar, token) = (bar.clone(), token.clone());
         let follower = std::thread::Builder::new().name("progress".to_owned()).spawn(move || {
             while let Err(std::sync::mpsc::RecvTimeoutError::Timeout) = stopped.recv_timeout(Duration::from_millis(50))
             {
-                theirs.set_position((token.progress() * 1000.0) as u64);
+                thread_bar.set_position((token.progress() * 1000.0) as u64);
             }
         });
         Self { bar: Some(bar), follower: follower.ok().map(|thread| (stop, thread)) }
     }
 
-    /// What is being done now.
-    pub fn say(&self, label: &str) {
+    /// Changes the label.
+    pub fn set_label(&self, label: &str) {
         if let Some(bar) = &self.bar {
             bar.set_message(label.to_owned());
         }
     }
 
-    /// Prints through `print` without tearing the bar.
+    /// Runs `print` with the bar hidden.
     pub fn suspend<T>(&self, print: impl FnOnce() -> T) -> T {
         match &self.bar {
             Some(bar) => bar.suspend(print),
@@ -184,7 +184,7 @@ impl Drop for Progress {
     fn drop(&mut self) {
         if let Some((stop, thread)) = self.follower.take() {
             drop(stop);
-            // Nothing to do about a bar that fell over.
+            // A panic in the progress bar is not worth reporting.
             let _ = thread.join();
         }
         if let Some(bar) = &self.bar {

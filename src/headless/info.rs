@@ -1,4 +1,4 @@
-//! `info`: what a file holds, its warnings, its tree's statistics, and what is sick about them.
+//! `info`: contents and warnings of a file, statistics of its tree, and findings of the diagnosis.
 
 use serde::Serialize;
 
@@ -12,18 +12,18 @@ use crate::scene::SceneSource;
 use bvhscope_engine::settings::{BuildSettings, BuilderKind, Curve, Pass, Passes};
 use bvhscope_engine::tree::statistics::{INTERSECTION_COST, TRAVERSAL_COST};
 
-/// What is looked at.
+/// Settings of `info`.
 #[derive(Debug, Clone)]
 pub struct InfoCommand {
     /// The model.
     pub source: SceneSource,
-    /// Its tree.
+    /// Build settings of the tree.
     pub build: BuildSettings,
-    /// One JSON object instead of the text.
+    /// Print one JSON object instead of the text.
     pub json: bool,
 }
 
-/// What `--json` prints.
+/// The JSON object that `--json` prints.
 #[derive(Debug, Serialize)]
 struct Info {
     command: &'static str,
@@ -45,7 +45,7 @@ struct Info {
     findings: Vec<Finding>,
 }
 
-/// Loads, builds, looks, prints.
+/// Loads the model, builds its tree, diagnoses both and prints the results.
 pub fn run(command: &InfoCommand, context: &mut Context<'_>) -> Result<Finished, Failure> {
     if let Some(text) = command.build.refusal(0) {
         return Err(Failure::Usage(text));
@@ -116,19 +116,20 @@ fn print_text(info: &Info, builder: BuilderKind, out: &mut dyn std::io::Write) -
     }
     if tree.optimize != Passes::NONE {
         let cost = |name: &str| tree.optimize_sah_costs.get(name).map(|&cost| number(cost));
-        // What comes before the builder has no cost of its own.
-        let (over, before): (Vec<Pass>, Vec<Pass>) = tree.optimize.iter().partition(|pass| cost(pass.name()).is_some());
+        // Passes that run before the builder have no cost of their own.
+        let (after, before): (Vec<Pass>, Vec<Pass>) =
+            tree.optimize.iter().partition(|pass| cost(pass.name()).is_some());
         let mut parts: Vec<String> = before.iter().map(|pass| pass.name().to_owned()).collect();
         parts.extend(cost("tree").map(|cost| format!("SAH cost from {cost}")));
-        parts.extend(over.iter().filter_map(|pass| Some(format!("{} to {}", pass.name(), cost(pass.name())?))));
+        parts.extend(after.iter().filter_map(|pass| Some(format!("{} to {}", pass.name(), cost(pass.name())?))));
         line(out, "optimize", parts.join(", "))?;
     }
     let stages: Vec<String> = tree.build_stages_ms.iter().map(|(name, ms)| format!("{name} {}", number(*ms))).collect();
     line(out, "build", format!("{} ms with {} threads ({})", number(tree.build_ms), tree.threads, stages.join(", ")))?;
     line(out, "nodes", format!("{}, leaves {}", tree.nodes, tree.leaves))?;
     line(out, "depth", format!("{}, mean over leaves {:.1}", tree.max_depth, tree.mean_leaf_depth))?;
-    let [least, mean, most] = tree.leaf_size;
-    line(out, "leaf size", format!("{least} to {most} triangles, mean {mean:.2}"))?;
+    let [min, mean, max] = tree.leaf_size;
+    line(out, "leaf size", format!("{min} to {max} triangles, mean {mean:.2}"))?;
     line(
         out,
         "SAH cost",

@@ -1,4 +1,4 @@
-//! `bench`, `sweep`, `scaling` and `compare`: the measuring jobs over models, their rows to stdout and into files.
+//! `bench`, `sweep`, `scaling` and `compare`: run a measuring job over models, and write its rows to stdout and files.
 
 use std::path::PathBuf;
 
@@ -14,40 +14,40 @@ use crate::view::CameraChoice;
 use bvhscope_engine::kernel::SimdLevel;
 use bvhscope_engine::tree::traverse::Traversal;
 
-/// Where the rows go.
+/// Output options of a measuring command.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Output {
-    /// One JSON object a line instead of the table.
+    /// Print JSON lines instead of tables.
     pub json: bool,
-    /// Also into this CSV file.
+    /// CSV file to write as well.
     pub csv: Option<PathBuf>,
-    /// Also drawn into this picture.
+    /// Plot to draw as well.
     pub plot: Option<PathBuf>,
 }
 
-/// A measuring command.
+/// Settings of a measuring command.
 #[derive(Debug, Clone)]
 pub struct MeasureCommand {
     /// The models.
     pub sources: Vec<SceneSource>,
-    /// What is measured.
+    /// The measuring job.
     pub job: Job,
-    /// The camera of each model.
+    /// Camera for each model.
     pub camera: CameraChoice,
     /// Width and height in pixels.
     pub size: [u32; 2],
-    /// How rays visit nodes.
+    /// Traversal order.
     pub traversal: Traversal,
-    /// Vector instructions that rays are traced with.
+    /// SIMD level for tracing.
     pub simd: SimdLevel,
-    /// Repetitions.
+    /// Number of repetitions.
     pub repeat: usize,
-    /// Where the rows go.
+    /// Output options.
     pub output: Output,
 }
 
-/// Measures model after model. A model that cannot be used is reported, the others are measured all the same, and the
-/// command fails at the end. Whatever ends it early, it prints and writes the rows that it has.
+/// Measures one model after another. With several models, one that cannot be used is reported and skipped, and the command fails
+/// at the end. Rows measured before an early end are still printed and written.
 pub fn run(command: &MeasureCommand, context: &mut Context<'_>) -> Result<Finished, Failure> {
     if let Some(text) = command.job.refusal() {
         return Err(Failure::Usage(text));
@@ -61,7 +61,7 @@ pub fn run(command: &MeasureCommand, context: &mut Context<'_>) -> Result<Finish
     let mut rows = Vec::new();
     let mut finished = Finished::default();
     let mut unusable = 0;
-    let mut ended = None;
+    let mut early_end = None;
     for (index, source) in command.sources.iter().enumerate() {
         match measure_model(command, index, source, context, &mut rows) {
             Ok(warned) => finished.warned |= warned,
@@ -70,16 +70,16 @@ pub fn run(command: &MeasureCommand, context: &mut Context<'_>) -> Result<Finish
                 unusable += 1;
             }
             Err(failure) => {
-                ended = Some(failure);
+                early_end = Some(failure);
                 break;
             }
         }
     }
-    // Whatever keeps the rows from one of the two, the other has them.
-    let written = write_files(&command.output, &rows, ended.is_some());
+    // Both outputs are attempted even if one fails.
+    let written = write_files(&command.output, &rows, early_end.is_some());
     print_tables(command, &rows, context)?;
     written?;
-    if let Some(failure) = ended {
+    if let Some(failure) = early_end {
         return Err(failure);
     }
     if unusable > 0 {
@@ -88,7 +88,7 @@ pub fn run(command: &MeasureCommand, context: &mut Context<'_>) -> Result<Finish
     Ok(finished)
 }
 
-/// The CSV file and the plot; after an early end only where there is anything to keep.
+/// Writes the CSV file and the plot; after an early end only if there are rows.
 fn write_files(output: &Output, rows: &[Measurement], ended_early: bool) -> Result<(), Failure> {
     if let Some(path) = output.csv.as_ref().filter(|_| !(ended_early && rows.is_empty())) {
         write_file(path, |writer| write_csv(rows, writer))?;
@@ -101,7 +101,7 @@ fn write_files(output: &Output, rows: &[Measurement], ended_early: bool) -> Resu
     Ok(())
 }
 
-/// All rows of one model; whether it was loaded with warnings.
+/// Appends all rows of one model; returns whether it was loaded with warnings.
 fn measure_model(
     command: &MeasureCommand,
     index: usize,
@@ -109,7 +109,7 @@ fn measure_model(
     context: &mut Context<'_>,
     rows: &mut Vec<Measurement>,
 ) -> Result<bool, Failure> {
-    // The shares of a sweep are cut over all models, so that an empty one need not load anything.
+    // A shard of a sweep may contain no point of this model, which then need not be loaded.
     if !command.job.concerns(index, command.sources.len()) {
         return Ok(false);
     }
@@ -124,23 +124,23 @@ fn measure_model(
     let subject = Subject { model: source.to_string(), scene };
     let token = context.token.clone();
     let progress = Progress::new(&format!("Measuring {}", source.label()), &token);
-    let mut broken = None;
+    let mut output_failure = None;
     let out = &mut *context.out;
     let mut row = |measured: Measurement| {
-        // The rows of one model do not wait for the others: as lines for programs, as a note for people.
+        // Rows are reported as they come: as JSON lines, or as notes on stderr before the table.
         if !command.output.json {
             progress.suspend(|| note(&measured));
-        } else if broken.is_none() {
-            broken = progress.suspend(|| print_json(&measured, out)).err();
-            if broken.is_some() {
-                // Nobody reads any more.
+        } else if output_failure.is_none() {
+            output_failure = progress.suspend(|| print_json(&measured, out)).err();
+            if output_failure.is_some() {
+                // The output can no longer be written.
                 token.cancel();
             }
         }
         rows.push(measured);
     };
     let outcome = command.job.run(&subject, (index, command.sources.len()), &view, &token, &mut row);
-    if let Some(failure) = broken {
+    if let Some(failure) = output_failure {
         return Err(failure);
     }
     outcome?;
@@ -156,7 +156,7 @@ impl From<LabError> for Failure {
     }
 }
 
-/// One line, out at once, so that a reader need not wait for the next.
+/// Prints a row as one JSON line and flushes it.
 fn print_json(row: &Measurement, out: &mut (dyn std::io::Write + Send)) -> Result<(), Failure> {
     let text = serde_json::to_string(row).map_err(|error| Failure::Failed(error.to_string()))?;
     writeln!(out, "{text}")?;
@@ -164,7 +164,7 @@ fn print_json(row: &Measurement, out: &mut (dyn std::io::Write + Send)) -> Resul
     Ok(())
 }
 
-/// One line about a finished row on stderr: the table comes when all rows are there.
+/// Prints a summary of a row on stderr; the table follows when all rows are measured.
 fn note(row: &Measurement) {
     eprintln!("bvhscope: {}", summary(row));
 }

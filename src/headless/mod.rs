@@ -1,5 +1,5 @@
-//! The commands that need no window. They get resolved settings, write results to the given output, progress to stderr,
-//! and return how they ended. Know no flags.
+//! The commands that need no window. Each gets its resolved settings, writes results to the given output and progress to
+//! stderr, and returns its outcome. Knows no command line flags.
 
 mod context;
 

@@ -1,4 +1,4 @@
-//! `plot`: pictures from the JSON lines of the measuring commands, from any number of files.
+//! `plot`: draws the JSON lines of the measuring commands, from any number of files, as a plot.
 
 use std::io::{BufRead, BufReader, Read};
 use std::path::{Path, PathBuf};
@@ -8,19 +8,19 @@ use crate::export::{check_target, write_bytes};
 use crate::lab::Measurement;
 use crate::lab::plot::{PlotFormat, draw, panels};
 
-/// Longest line that is read, in bytes: a row has about a thousand.
+/// Maximum length of a line in bytes; a row has about a thousand.
 const MAX_LINE: u64 = 1 << 20;
 
-/// Files in, a picture out.
+/// Settings of `plot`.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PlotCommand {
-    /// JSON lines; `-` is standard input.
+    /// Files of JSON lines; `-` is standard input.
     pub files: Vec<PathBuf>,
-    /// The picture.
+    /// The picture to write.
     pub output: PathBuf,
 }
 
-/// Reads, draws, writes.
+/// Reads the rows, draws the plot and writes it.
 pub fn run(command: &PlotCommand, context: &mut Context<'_>) -> Result<Finished, Failure> {
     let format = PlotFormat::of(&command.output).map_err(Failure::Usage)?;
     check_target(&command.output)?;
@@ -40,7 +40,7 @@ pub fn run(command: &PlotCommand, context: &mut Context<'_>) -> Result<Finished,
     Ok(Finished::default())
 }
 
-/// Appends the rows of one file; blank lines are skipped.
+/// Appends the rows of one file to `rows`; blank lines are skipped.
 fn read_rows(path: &Path, file: impl Read, rows: &mut Vec<Measurement>) -> Result<(), Failure> {
     let mut reader = BufReader::new(file);
     let mut line = String::new();

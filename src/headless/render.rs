@@ -1,4 +1,4 @@
-//! `render`: one frame into a PNG, with or without overlay; its hit distances into an EXR.
+//! `render`: traces one frame and writes it as a PNG, with or without overlay, and its hit distances as an EXR.
 
 use std::io::Write;
 use std::path::{Path, PathBuf};
@@ -19,34 +19,34 @@ use crate::view::CameraChoice;
 use bvhscope_engine::cancel::CancelToken;
 use bvhscope_engine::settings::BuildSettings;
 
-/// One picture that is wanted.
+/// Settings of `render`.
 #[derive(Debug, Clone)]
 pub struct RenderCommand {
     /// The model.
     pub source: SceneSource,
-    /// Its tree.
+    /// Build settings of the tree.
     pub build: BuildSettings,
-    /// From where.
+    /// The camera.
     pub camera: CameraChoice,
-    /// How.
+    /// Render settings.
     pub settings: RenderSettings,
-    /// The containers over it; `None` for the picture alone.
+    /// Overlay settings; `None` for no overlay.
     pub overlay: Option<OverlaySettings>,
-    /// Nodes that stand out or are left out.
+    /// Selected and hidden nodes of the overlay.
     pub selection: Selection,
-    /// The traced picture is seen under the containers; else a neutral background.
+    /// Show the traced picture under the overlay instead of a neutral background.
     pub geometry: bool,
     /// Width and height in pixels.
     pub size: [u32; 2],
-    /// The PNG.
+    /// PNG file to write.
     pub output: Option<PathBuf>,
-    /// The EXR of hit distances.
+    /// EXR file of hit distances to write.
     pub depth_image: Option<PathBuf>,
-    /// Print what was measured.
+    /// Print the measurements as JSON.
     pub json: bool,
 }
 
-/// What `--json` prints.
+/// The JSON object that `--json` prints.
 #[derive(Debug, Serialize)]
 struct RenderSummary<'a> {
     command: &'static str,
@@ -68,7 +68,7 @@ struct RenderSummary<'a> {
     warnings: Vec<String>,
 }
 
-/// Renders, writes, prints.
+/// Renders the frame, writes the files and prints the measurements.
 pub fn run(command: &RenderCommand, context: &mut Context<'_>) -> Result<Finished, Failure> {
     for (path, extension) in [(&command.output, "png"), (&command.depth_image, "exr")] {
         let Some(path) = path else { continue };
@@ -97,7 +97,7 @@ pub fn run(command: &RenderCommand, context: &mut Context<'_>) -> Result<Finishe
     let (accel, frame) = context.pool()?.install(|| {
         let progress = Progress::new("Building", &context.token);
         let accel = Arc::new(Accel::build(&scene, &command.build, &context.token)?);
-        progress.say("Tracing");
+        progress.set_label("Tracing");
         let request = RenderRequest {
             accel: Arc::clone(&accel),
             camera: command.camera.camera(&scene.bounds, scene.up),
@@ -117,10 +117,10 @@ pub fn run(command: &RenderCommand, context: &mut Context<'_>) -> Result<Finishe
     };
     context.token.check()?;
     if let Some(path) = &command.output {
-        stop_or_fail(write_png(path, [width_px, height_px], &picture, &context.token), &context.token)?;
+        check_written(write_png(path, [width_px, height_px], &picture, &context.token), &context.token)?;
     }
     if let Some(path) = &command.depth_image {
-        stop_or_fail(write_distances(path, &frame, &context.token), &context.token)?;
+        check_written(write_distances(path, &frame, &context.token), &context.token)?;
     }
     if command.json {
         let epo = context.pool()?.install(|| accel.epo(&context.token))?;
@@ -131,11 +131,11 @@ pub fn run(command: &RenderCommand, context: &mut Context<'_>) -> Result<Finishe
     Ok(Finished { warned: !scene.warnings.is_empty() })
 }
 
-/// Whether the picture can be held and written.
+/// Checks the memory budget for rendering and writing the picture.
 fn check_memory(command: &RenderCommand) -> Result<(), Failure> {
     let [width, height] = command.size.map(u64::from);
-    // A pixel of the frame, its sum over samples and the copy that is written; what the overlay draws into; the distances in
-    // three channels and as a file.
+    // Per pixel: the frame, its sum over samples and the copy that is written; the overlay's render target; the distances as
+    // three channels and as an encoded file.
     let bytes_a_pixel =
         52 + if command.overlay.is_some() { 24 } else { 0 } + if command.depth_image.is_some() { 40 } else { 0 };
     Budget::of_process()
@@ -168,12 +168,12 @@ fn summary<'a>(command: &'a RenderCommand, accel: &Accel, epo: f32, frame: &Fram
     }
 }
 
-/// Whether both names lead to one existing file.
+/// Whether both paths lead to the same existing file.
 fn same_file(a: &Path, b: &Path) -> bool {
     matches!((a.canonicalize(), b.canonicalize()), (Ok(a), Ok(b)) if a == b)
 }
 
-/// Picture and containers together, drawn by the window's own pass.
+/// Draws the overlay over the frame offscreen, with the same pass as the window.
 #[cfg(feature = "gui")]
 fn draw_overlay(
     accel: &Arc<Accel>,
@@ -235,15 +235,15 @@ fn draw_overlay(
     Err(Failure::Failed("this program was built without the feature `gui`, which draws the overlay".to_owned()))
 }
 
-/// What came of writing a file: one that was not written because nobody wants it any more is no failure.
-fn stop_or_fail(written: Result<(), ExportError>, token: &CancelToken) -> Result<(), Failure> {
+/// Converts a write error into a failure, or into an interruption if the token was cancelled.
+fn check_written(written: Result<(), ExportError>, token: &CancelToken) -> Result<(), Failure> {
     written.or_else(|error| {
         token.check()?;
         Err(error.into())
     })
 }
 
-/// Writes sRGB bytes as a PNG; cancelled, it fails.
+/// Writes sRGB pixels as a PNG; fails when cancelled.
 pub fn write_png(path: &Path, size_px: [u32; 2], rgba: &[[u8; 4]], token: &CancelToken) -> Result<(), ExportError> {
     let encode = |writer: &mut dyn Write| -> Result<(), png::EncodingError> {
         let mut encoder = png::Encoder::new(writer, size_px[0], size_px[1]);
@@ -252,9 +252,9 @@ pub fn write_png(path: &Path, size_px: [u32; 2], rgba: &[[u8; 4]], token: &Cance
         encoder.set_compression(png::Compression::Fast);
         let mut header = encoder.write_header()?;
         let mut stream = header.stream_writer_with_size(1 << 16)?;
-        for portion in rgba.chunks(1 << 16) {
+        for chunk in rgba.chunks(1 << 16) {
             token.check().map_err(std::io::Error::other)?;
-            stream.write_all(portion.as_flattened())?;
+            stream.write_all(chunk.as_flattened())?;
         }
         stream.finish()?;
         header.finish()
@@ -262,26 +262,25 @@ pub fn write_png(path: &Path, size_px: [u32; 2], rgba: &[[u8; 4]], token: &Cance
     write_file(path, |writer| encode(writer).map_err(|error| format!("cannot be written: {error}")))
 }
 
-/// Writes hit distances as an EXR with the distance in red, green and blue; infinity where nothing was hit. Cancelled, it
-/// fails.
+/// Writes hit distances as an EXR with the distance in red, green and blue, infinity for misses; fails when cancelled.
 pub fn write_distances(path: &Path, frame: &Frame, token: &CancelToken) -> Result<(), ExportError> {
     let pixels: Vec<f32> = frame.distance.iter().flat_map(|&t| [t, t, t]).collect();
     let picture = image::Rgb32FImage::from_raw(frame.width_px, frame.height_px, pixels)
         .ok_or_else(|| ExportError::new(path, "the picture has no distances"))?;
-    let mut bytes = Stoppable { bytes: std::io::Cursor::new(Vec::new()), token };
+    let mut bytes = CancellableBuffer { bytes: std::io::Cursor::new(Vec::new()), token };
     picture
         .write_to(&mut bytes, image::ImageFormat::OpenExr)
         .map_err(|error| ExportError::new(path, format!("cannot be encoded: {error}")))?;
     crate::export::write_bytes(path, bytes.bytes.get_ref())
 }
 
-/// A file in memory that takes nothing more once its token is cancelled: the encoder hands over block after block.
-struct Stoppable<'a> {
+/// An in-memory file whose writes fail once its token is cancelled, which stops an encoder at its next block.
+struct CancellableBuffer<'a> {
     bytes: std::io::Cursor<Vec<u8>>,
     token: &'a CancelToken,
 }
 
-impl Write for Stoppable<'_> {
+impl Write for CancellableBuffer<'_> {
     fn write(&mut self, buffer: &[u8]) -> std::io::Result<usize> {
         self.token.check().map_err(std::io::Error::other)?;
         self.bytes.write(buffer)
@@ -292,7 +291,7 @@ impl Write for Stoppable<'_> {
     }
 }
 
-impl std::io::Seek for Stoppable<'_> {
+impl std::io::Seek for CancellableBuffer<'_> {
     fn seek(&mut self, to: std::io::SeekFrom) -> std::io::Result<u64> {
         self.bytes.seek(to)
     }

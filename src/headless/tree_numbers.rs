@@ -1,4 +1,4 @@
-//! What `info` and `render` say about a tree with `--json`: the same numbers as the window's panels.
+//! The tree statistics that `info` and `render` print with `--json`; the same numbers as in the window.
 
 use std::collections::BTreeMap;
 
@@ -10,7 +10,7 @@ use bvhscope_engine::settings::{Curve, Passes};
 use bvhscope_engine::tree::levels::Levels;
 use bvhscope_engine::tree::statistics::{INTERSECTION_COST, TRAVERSAL_COST};
 
-/// A tree in numbers. The field names are the JSON names.
+/// Statistics of a tree. Field names are the JSON names.
 #[derive(Debug, Serialize)]
 pub struct TreeNumbers {
     pub builder: &'static str,
@@ -25,7 +25,7 @@ pub struct TreeNumbers {
     pub mtriangles_per_s: f64,
     pub collapse_ms: f64,
     pub sah_cost: f32,
-    /// Before the passes over the finished tree, under "tree", and after each.
+    /// SAH cost before the optimisation passes, under "tree", and after each pass.
     pub optimize_sah_costs: BTreeMap<&'static str, f64>,
     pub traversal_cost: f32,
     pub intersection_cost: f32,
@@ -34,22 +34,22 @@ pub struct TreeNumbers {
     pub leaves: usize,
     pub max_depth: u32,
     pub mean_leaf_depth: f32,
-    /// Smallest, mean, largest.
+    /// Smallest, mean and largest number of primitives in a leaf.
     pub leaf_size: [f32; 3],
     pub tree_bytes: usize,
     pub triangle_bytes: usize,
     pub wide_node_bytes: usize,
     pub wide_triangle_bytes: usize,
-    /// Who stands at which depth, as the window and `--overlay` hold it.
+    /// Bytes of the node table of the overlay.
     pub overlay_bytes: usize,
-    /// Binary tree and triangles.
+    /// Bytes of the binary tree and its triangles, per triangle.
     pub bytes_per_triangle: f64,
-    /// Wide tree and its triangles.
+    /// Bytes of the wide tree and its triangles, per triangle.
     pub wide_bytes_per_triangle: f64,
 }
 
 impl TreeNumbers {
-    /// Reads `accel`, whose end-point overlap is `epo`.
+    /// The statistics of `accel`, whose end-point overlap is `epo`.
     pub fn new(accel: &Accel, epo: f32) -> Self {
         let (settings, report) = (&accel.settings, &accel.report);
         let (stats, wide) = (&report.stats, accel.wide());

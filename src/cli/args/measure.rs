@@ -1,4 +1,4 @@
-//! The measuring commands, and the plots of their rows.
+//! Flags of the measuring commands and of `plot`.
 
 use std::path::PathBuf;
 
@@ -12,7 +12,7 @@ use bvhscope_engine::kernel::SimdLevel;
 use bvhscope_engine::settings::BuilderKind;
 use bvhscope_engine::tree::traverse::Traversal;
 
-/// What every measuring command takes.
+/// Flags of every measuring command.
 #[derive(Debug, Args)]
 pub struct MeasureArgs {
     /// The models: files, or builtin:NAME[:SIZE] [default: builtin:teapot]
@@ -48,7 +48,7 @@ pub struct MeasureArgs {
     pub load: StrictLoadArgs,
 }
 
-/// Settings of the one tree that bench and scaling measure.
+/// Build flags of the commands that measure one tree: bench and scaling.
 #[derive(Debug, Args)]
 pub struct OneTreeArgs {
     #[arg(long, value_name = "NAME", value_parser = tree_builder,
@@ -91,7 +91,7 @@ pub struct SweepArgs {
     #[arg(long, value_name = "KIND", value_parser = containers, default_value = "box",
           help = containers_help("What the trees are made of: ", ""))]
     pub container: Containers,
-    /// Measure only the I-th of N shares of the rows, so that a sweep can be spread over machines
+    /// Measure only the I-th of N shards of the rows, so that a sweep can be spread over machines
     #[arg(long, value_name = "I/N", value_parser = values::shard)]
     pub shard: Option<(usize, usize)>,
     #[command(flatten)]

@@ -1,4 +1,4 @@
-//! The flags as they are typed. Nothing beyond this folder sees these types.
+//! The flags as clap parses them. Only `cli` uses these types.
 
 mod measure;
 mod picture;
@@ -37,12 +37,12 @@ Exit codes: 0 done, 1 failed, 2 wrong usage, 3 done with warnings under --strict
     )
 }
 
-/// Looks into bounding volume hierarchies made by agglomerative clustering.
+/// The command line of the program.
 #[derive(Debug, Parser)]
 #[command(
     name = "bvhscope",
     version,
-    about = "Looks into bounding volume hierarchies made by agglomerative clustering",
+    about = "Shows the bounding volume hierarchies of 3D models, built by agglomerative clustering",
     long_about = "Opens a 3D model, ray traces it on the CPU through a bounding volume hierarchy (BVH) built by approximate \
                   agglomerative clustering (AAC), and shows the tree. Without a command it opens the viewer.",
     args_conflicts_with_subcommands = true,
@@ -69,7 +69,7 @@ pub enum CommandArgs {
     Compare(CompareArgs),
     /// Draw a plot from the JSON lines of bench, sweep, scaling or compare
     Plot(PlotArgs),
-    /// Say what a model holds, what its tree looks like and what is sick about it
+    /// Print the contents of a model, statistics of its tree, and problems found in both
     Info(InfoArgs),
 }
 
@@ -157,7 +157,7 @@ pub struct BuildArgs {
     pub threads: Option<usize>,
 }
 
-/// How a tree is built, whichever builders and containers a command offers.
+/// Build settings that do not depend on the builders and containers that a command offers.
 #[derive(Debug, Args)]
 pub struct ShapeArgs {
     /// AAC: fewer primitives than this are clustered, not split, 2 to 64 [default: 6]
@@ -169,7 +169,7 @@ pub struct ShapeArgs {
     /// AAC: threshold and ε by name: fast (6, 0.2), hq (12, 0.1), aac-fast (4, 0.2), aac-hq (20, 0.1), best (6, 0.2 and every pass but split)
     #[arg(long, value_name = "NAME", value_parser = named::<Preset>)]
     pub preset: Option<Preset>,
-    /// What makes the tree better, with commas between: split (large triangles, boxes only), collapse, restructure and reinsert (boxes only); or all, none [default: none]
+    /// Optimisation passes, separated by commas: split (large triangles, boxes only), collapse, restructure and reinsert (boxes only); or all, none [default: none]
     #[arg(long, value_name = "LIST", value_parser = passes)]
     pub optimize: Option<Passes>,
     /// AAC and LBVH: the curve along which triangles are sorted: morton, hilbert or extended (Morton and size) [default: morton]
@@ -188,7 +188,7 @@ pub struct LoadArgs {
     pub memory_limit: Option<MemoryLimit>,
 }
 
-/// What every command takes that loads models and ends by itself.
+/// Loading flags of the commands without a window.
 #[derive(Debug, Args)]
 #[command(next_help_heading = "Loading")]
 pub struct StrictLoadArgs {

@@ -1,4 +1,4 @@
-//! What is seen: the camera, the picture, the containers over it.
+//! Flags of the camera, the picture and the overlay.
 
 use clap::Args;
 use glam::Vec3;
@@ -17,16 +17,16 @@ pub struct CameraArgs {
     #[arg(long, value_name = "NAME", default_value = "default", hide_default_value = true,
           value_parser = named::<NamedView>, help = help::<NamedView>("A view of the whole model: ", ""))]
     pub camera: NamedView,
-    /// Where the observer is
+    /// Position of the observer
     #[arg(long, value_name = "X,Y,Z", value_parser = values::vector, allow_hyphen_values = true)]
     pub eye: Option<Vec3>,
-    /// The point in the middle of the picture
+    /// The point at the centre of the picture
     #[arg(long, value_name = "X,Y,Z", value_parser = values::vector, allow_hyphen_values = true)]
     pub target: Option<Vec3>,
-    /// What is up in the picture
+    /// The up direction of the picture
     #[arg(long, value_name = "X,Y,Z", value_parser = values::direction, allow_hyphen_values = true)]
     pub up: Option<Vec3>,
-    /// Vertical opening angle in degrees, 1 to 170 [default: 45]
+    /// Vertical field of view in degrees, 1 to 170 [default: 45]
     #[arg(long, value_name = "DEG", value_parser = values::fov)]
     pub fov: Option<f32>,
     /// Parallel rays instead of perspective
@@ -69,7 +69,7 @@ pub struct PictureArgs {
 #[derive(Debug, Args)]
 #[command(next_help_heading = "Overlay")]
 pub struct OverlayArgs {
-    /// Lay containers over the picture: box, sphere, both, or none but the selected node's
+    /// Draw containers over the picture: box, sphere, both, or none but the selected node's
     #[arg(long, value_name = "KIND", value_parser = named::<OverlayKinds>)]
     pub overlay: Option<OverlayKinds>,
     /// Tree levels that are drawn, root 0, both ends included [default: 4..6]
@@ -90,12 +90,12 @@ pub struct OverlayArgs {
     /// Width of the lines, 0.25 to 64 pixels; in the viewer points [default: 1.25]
     #[arg(long, value_name = "PX", value_parser = |text: &str| values::decimal(text, 0.25, 64.0))]
     pub line_width: Option<f32>,
-    /// Draw at most so many containers of each kind, the largest, 1 to 1000000 [default: 4000]
+    /// Maximum number of containers of each kind that are drawn, the largest first, 1 to 1000000 [default: 4000]
     #[arg(long, value_name = "N", value_parser = |text: &str| values::whole::<u32>(text, 1, 1_000_000))]
     pub at_most: Option<u32>,
 }
 
-/// Single nodes of the overlay, by the numbers that the window shows of a selected one.
+/// Flags for single nodes of the overlay, by the index that the window shows for a selected node.
 #[derive(Debug, Args)]
 #[command(next_help_heading = "Overlay")]
 pub struct NodeArgs {
