@@ -20,7 +20,7 @@ use bvhscope_engine::{
 /// Triangles sampled for the end-point overlap of a large scene.
 const EPO_SAMPLES: usize = 2_000;
 
-/// Memory that a build and what is derived from its tree hold at once. `tests/memory.rs` measures the peak of the process beyond
+/// Memory that a build and what is derived from its tree hold at once. `tests/memory/peak.rs` measures the peak of the process beyond
 /// the scene: 158 a triangle for boxes by AAC, 171 by binned SAH, nodes' parents and counts included. The overlay's lists and
 /// the parts of pages that are never filled are the rest.
 pub const BUILD_BYTES_PER_TRIANGLE: u64 = 220;

@@ -1,5 +1,5 @@
-//! The benchmark's rays, in short and without peers: every setting and interface that it measures finds the same hits, and those
-//! that a test of every triangle finds.
+//! A short form of the benchmark without peers: every setting and interface that it measures has the hits of a test of every
+//! triangle.
 
 #[path = "../benches/peers/engine.rs"]
 #[allow(dead_code, reason = "costs and bytes are the benchmark's")]
@@ -22,7 +22,7 @@ use rays::{Query, Tally, Workload, workloads};
 
 /// Width and height of the picture.
 const SIZE: u32 = 32;
-/// Every so many rays are tested against every triangle.
+/// One ray in this many is tested against every triangle.
 const SCANNED: usize = 37;
 
 fn scan(subject: &scenes::Subject, work: &Workload) -> Tally {

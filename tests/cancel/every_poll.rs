@@ -108,7 +108,7 @@ fn loading_stops_at_every_poll() {
 
 /// Text that nothing needs is read as well, and stops as soon.
 #[test]
-fn long_json_is_watched_while_it_is_read() {
+fn long_json_is_polled_while_it_is_read() {
     let load = |length: usize, token: &CancelToken| {
         let text = format!(
             "{{\"asset\":{{\"version\":\"2.0\",\"extras\":\"{}\"}},\"scenes\":[{{\"nodes\":[0]}}],\"nodes\":[{{\"mesh\":0}}],\

@@ -180,8 +180,8 @@ fn builders() {
 }
 
 #[test]
-fn what_is_derived_from_a_tree() {
-    if run_with_fresh_memory("latency::what_is_derived_from_a_tree") {
+fn derived_data() {
+    if run_with_fresh_memory("latency::derived_data") {
         return;
     }
     let scenes = [terrain(SMALL), terrain(SMALL * GROWTH)];

@@ -1,4 +1,4 @@
-//! The program from outside: flags, exit codes, files.
+//! Flags, exit codes and output files of the commands.
 
 use std::path::Path;
 
@@ -9,7 +9,7 @@ fn bvhscope() -> Command {
     Command::cargo_bin("bvhscope").unwrap()
 }
 
-/// Runs and gives exit code, stdout, stderr.
+/// Exit code, stdout and stderr.
 fn run(args: &[&str]) -> (i32, String, String) {
     let output = bvhscope().args(args).output().unwrap();
     (
@@ -256,7 +256,7 @@ fn strict_turns_warnings_into_code_three() {
     assert!(error.contains("a.obj"), "{error}");
     assert_eq!(run(&["info", path, "--strict"]).0, 3);
     assert_eq!(run(&["info", "builtin:teapot:2", "--strict"]).0, 0);
-    // Programs that read rows see it as well, whichever command made them.
+    // The warning is in the JSON rows of every command.
     let picture = folder.path().join("a.png");
     let render = ["render", path, "--size", "8x8", "-o", picture.to_str().unwrap(), "--json"];
     let bench = ["bench", path, "--size", "8x8", "--repeat", "1", "--json"];
@@ -270,7 +270,7 @@ fn strict_turns_warnings_into_code_three() {
     assert_eq!(code, 3);
 }
 
-/// What every command tells of a tree.
+/// Names of the values that every command reports of a tree.
 const TREE_NAMES: [&str; 26] = [
     "builder",
     "container",
@@ -301,7 +301,7 @@ const TREE_NAMES: [&str; 26] = [
 ];
 
 #[test]
-fn info_tells_what_is_in_a_scene() {
+fn info_describes_a_scene() {
     let (code, out, error) = run(&["info", "builtin:teapot:2", "--json"]);
     assert_eq!(code, 0, "{error}");
     let info: serde_json::Value = serde_json::from_str(&out).unwrap();
@@ -310,7 +310,7 @@ fn info_tells_what_is_in_a_scene() {
     {
         assert!(info.get(name).is_some(), "{name}");
     }
-    // Rows of the measuring commands and pictures tell as much of a tree.
+    // `render` and the measuring commands report as much of a tree.
     let folder = tempfile::tempdir().unwrap();
     let picture = folder.path().join("a.png");
     let render = ["render", "builtin:teapot:2", "--size", "8x8", "-o", picture.to_str().unwrap(), "--json"];
@@ -320,7 +320,7 @@ fn info_tells_what_is_in_a_scene() {
         for name in TREE_NAMES {
             assert!(row.get(name).is_some_and(|value| !value.is_null()), "{args:?} lacks {name}");
         }
-        // What does not depend on the moment is the same everywhere.
+        // Everything but times is the same in all commands.
         for name in TREE_NAMES.into_iter().filter(|name| !name.ends_with("_ms") && *name != "mtriangles_per_s") {
             let same = |value: &serde_json::Value| value.as_f64().map(|number| number as f32);
             assert_eq!(same(&row[name]), same(&info[name]), "{name}");
@@ -332,7 +332,7 @@ fn info_tells_what_is_in_a_scene() {
     assert!(text.contains("split, SAH cost from ") && text.contains(", reinsert to "), "{text}");
 }
 
-/// Rows as JSON objects; the command must have ended well.
+/// Rows as JSON objects; the command must succeed.
 fn rows(args: &[&str]) -> Vec<serde_json::Value> {
     let (code, out, error) = run(args);
     assert_eq!(code, 0, "{args:?}: {error}");
@@ -392,7 +392,7 @@ fn every_commands_rows_have_the_names_and_agree_on_hits() {
 }
 
 #[test]
-fn shards_are_the_whole_and_are_drawn_together() {
+fn shards_cover_every_point_and_are_plotted_together() {
     let folder = tempfile::tempdir().unwrap();
     let sweep = |shard: &str| -> Vec<String> {
         let mut args = vec!["sweep"];
@@ -400,7 +400,7 @@ fn shards_are_the_whole_and_are_drawn_together() {
         args.extend(["builtin:cornell", "--threshold", "2..=6", "--container", "both", "--repeat", "1", "--json"]);
         args.extend(["--shard", shard]);
         let settled = |row: &serde_json::Value| {
-            // Times differ from run to run; nothing else may.
+            // Only times may differ between runs.
             ["model", "container", "threshold", "epsilon", "tests_per_ray", "hits", "nodes", "sah_cost"]
                 .map(|name| row[name].to_string())
                 .join(" ")

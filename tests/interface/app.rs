@@ -1,4 +1,4 @@
-//! The window without a window: the whole app in a headless harness, each frame waiting until everything is fresh.
+//! The whole app in a headless harness. Each frame waits until all background work is done, unless the test says otherwise.
 
 use bvhscope::app::App;
 use bvhscope::app::commands::Action;
@@ -15,14 +15,14 @@ use eframe::egui;
 use egui_kittest::Harness;
 use egui_kittest::kittest::Queryable as _;
 
-/// The app on the built-in teapot, small and with one sample a pixel, so that a test takes little time.
+/// The app on a small built-in teapot with one sample per pixel.
 fn app() -> Harness<'static, App> {
     let mut harness = app_that_waits(true);
     settle(&mut harness);
     harness
 }
 
-/// The same; where it does not wait, work goes on between the frames as in a real window.
+/// The same. With `wait` false, work goes on between the frames as in a real window.
 fn app_that_waits(waits: bool) -> Harness<'static, App> {
     app_on(SceneSource::Builtin { name: "teapot".to_owned(), size: Some(4) }, waits)
 }
@@ -37,18 +37,18 @@ fn app_on(source: SceneSource, waits: bool) -> Harness<'static, App> {
         .build_eframe(|context| App::new_for_test(context, wanted, waits).unwrap())
 }
 
-/// A few frames: what one frame changes, the next ones show.
+/// Runs a few frames, as the changes of one are shown in the next.
 fn settle(harness: &mut Harness<'static, App>) {
     harness.run_steps(4);
     assert!(harness.state_mut().run_until_idle());
     harness.run_steps(2);
 }
 
-/// Lets an app that does not wait go on until `what` holds.
+/// Runs frames of an app that does not wait until `what` holds.
 fn wait_for(harness: &mut Harness<'static, App>, what: &dyn Fn(&App) -> bool) {
     let start = std::time::Instant::now();
     while !what(harness.state()) {
-        assert!(start.elapsed().as_secs() < 120, "it never came");
+        assert!(start.elapsed().as_secs() < 120, "the expected state never came");
         harness.step();
         std::thread::sleep(std::time::Duration::from_millis(2));
     }
@@ -86,7 +86,7 @@ fn tests_per_ray_are_counted_in_every_mode() {
     let mut harness = app();
     let mut all = Vec::new();
     for shading in Shading::ALL {
-        // One sample a pixel: there is no second pass that could bring the counts along.
+        // With one sample per pixel no second pass could add the counts.
         harness.state_mut().state.wanted.render = RenderSettings { shading, samples: 1, ..RenderSettings::default() };
         settle(&mut harness);
         let shown = harness.state().state.model.presented.clone().unwrap();
@@ -117,7 +117,7 @@ fn the_last_counts_stay_while_the_model_is_turned() {
     let shown = harness.state().state.model.presented.clone().unwrap();
     assert!(before.tests_per_ray.is_some());
     assert_eq!(shown.tests_per_ray, before.tests_per_ray);
-    // At rest they are counted anew.
+    // At rest they are counted again.
     wait_for(&mut harness, &|app| {
         app.state.model.presented.as_ref().is_some_and(|shown| shown.frame.stats.tests_per_ray().is_some())
     });
@@ -140,7 +140,7 @@ fn the_depth_changes_what_is_shown_but_not_the_picture() {
 }
 
 #[test]
-fn an_unusable_file_is_told_and_nothing_is_lost() {
+fn an_unusable_file_is_reported_and_nothing_is_lost() {
     let mut harness = app();
     let before = harness.state().state.model.presented.as_ref().unwrap().frame_id;
     let source = harness.state().state.wanted.source.clone();
@@ -212,7 +212,7 @@ fn f5_reads_the_file_again() {
     harness.key_press(egui::Key::F5);
     settle(&mut harness);
     assert_eq!(triangles(&harness), 2);
-    // From another scene back by the list of recent files.
+    // Open another scene, then return by the list of recent files.
     Action::OpenBuiltin(0).perform(&mut harness.state_mut().state);
     settle(&mut harness);
     assert!(triangles(&harness) > 100);
@@ -276,7 +276,7 @@ fn a_picked_triangle_selects_the_path_to_its_leaf() {
 }
 
 #[test]
-fn what_is_selected_keeps_its_place_in_a_new_tree() {
+fn the_selection_survives_a_rebuild() {
     let mut harness = app();
     let rebuilt = |harness: &mut Harness<'static, App>, threshold| {
         harness.state_mut().state.wanted.build.threshold = threshold;
@@ -285,12 +285,12 @@ fn what_is_selected_keeps_its_place_in_a_new_tree() {
         assert_eq!(shown.accel.settings.threshold, threshold);
         (shown, harness.state().state.selection.nodes.selected)
     };
-    // The root, chosen without a triangle.
+    // The root, selected without a triangle.
     Action::SelectChild.perform(&mut harness.state_mut().state);
     assert_eq!(harness.state().state.selection.nodes.selected, Some(0));
     assert_eq!(rebuilt(&mut harness, 9).1, Some(0), "the root stays selected");
 
-    // An interior node on the way to a picked triangle.
+    // An interior node on the path to a picked triangle.
     let state = &mut harness.state_mut().state;
     bvhscope::app::viewport::picking::pick(state, Some(5));
     let path = state.selection.picked.clone().unwrap().path;
@@ -298,7 +298,7 @@ fn what_is_selected_keeps_its_place_in_a_new_tree() {
     let (shown, selected) = rebuilt(&mut harness, 14);
     assert_eq!(selected, Some(shown.accel.path_to(5)[2]), "the depth stays");
 
-    // A node beside that way.
+    // A node off that path.
     let sibling = shown.table.sibling(selected.unwrap()).unwrap();
     harness.state_mut().state.selection.nodes.selected = Some(sibling);
     let triangle = shown.accel.tree.first_primitive_below(sibling).unwrap();
@@ -313,7 +313,7 @@ fn what_is_selected_keeps_its_place_in_a_new_tree() {
     assert_eq!(selected, shown.accel.path_to(5).last().copied());
 }
 
-/// Clicks the one widget of this name and waits for what comes of it.
+/// Clicks the only widget of this name and waits for the work that it starts.
 fn press(harness: &mut Harness<'static, App>, name: &str) {
     harness.get_by_label(name).click();
     settle(harness);
@@ -363,7 +363,7 @@ fn the_paper_panel_shows_the_numbers_of_the_command_line() {
 }
 
 #[test]
-fn a_click_on_a_point_of_a_curve_wants_its_threshold() {
+fn a_click_on_a_point_of_a_curve_sets_its_threshold() {
     let mut harness = app();
     plan_little(&mut harness);
     harness.state_mut().state.preferences.paper.containers = vec![ContainerKind::Aabb];
@@ -390,7 +390,7 @@ fn measuring_is_cancelled_and_keeps_its_rows() {
     let mut harness = app_that_waits(false);
     wait_for(&mut harness, &|app| app.state.model.presented.is_some() && !app.is_busy());
     plan_little(&mut harness);
-    // Thousands of trees: it cannot end by itself meanwhile.
+    // Thousands of trees, so that it cannot end before it is cancelled.
     let plan = &mut harness.state_mut().state.preferences.paper;
     plan.thresholds = [2, 64];
     plan.epsilons = vec![0.0, 0.1, 0.2, 0.3, 0.4];

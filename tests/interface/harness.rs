@@ -1,4 +1,4 @@
-//! The whole app without a window, as the tests of hands and views share it.
+//! The whole app without a window, shared by the tests of interaction and views.
 
 #![allow(dead_code, reason = "each test file uses its part")]
 
@@ -17,7 +17,7 @@ pub fn app() -> Window {
     app_of_size(vec2(1100.0, 760.0))
 }
 
-/// The same in a window of this size in points.
+/// The same with a window size in points.
 pub fn app_of_size(size: Vec2) -> Window {
     let mut wanted = Wanted::new(SceneSource::Builtin { name: "teapot".to_owned(), size: Some(2) });
     wanted.render.samples = 1;
@@ -26,7 +26,7 @@ pub fn app_of_size(size: Vec2) -> Window {
         .with_max_steps(40)
         .wgpu()
         .build_eframe(|context| App::new_for_test(context, wanted, true).unwrap());
-    // The greeting would stand in the way of the mouse.
+    // The greeting would cover the viewport.
     harness.state_mut().state.preferences.greeted = true;
     settle(&mut harness);
     harness
@@ -54,13 +54,13 @@ pub fn button(pos: Pos2, button: PointerButton, pressed: bool) -> Event {
     Event::PointerButton { pos, button, pressed, modifiers: Modifiers::NONE }
 }
 
-/// One frame with one event.
+/// Runs one frame with one event.
 pub fn send(harness: &mut Window, event: Event) {
     harness.input_mut().events.push(event);
     harness.run_steps(1);
 }
 
-/// Presses a button, moves step by step, and lets go.
+/// Presses a button, moves by each step, and releases it.
 pub fn drag(harness: &mut Window, with: PointerButton, from: Pos2, steps: &[Vec2]) {
     send(harness, Event::PointerMoved(from));
     send(harness, button(from, with, true));
@@ -73,7 +73,7 @@ pub fn drag(harness: &mut Window, with: PointerButton, from: Pos2, steps: &[Vec2
     settle(harness);
 }
 
-/// Both clicks in one frame: a frame of the harness lasts longer than a double click may.
+/// Sends both clicks in one frame, because a frame of the harness takes longer than a double click may.
 pub fn double_click(harness: &mut Window, at: Pos2) {
     harness.hover_at(at);
     harness.run_steps(1);
@@ -88,7 +88,7 @@ pub fn press(harness: &mut Window, modifiers: Modifiers, key: Key) {
     settle(harness);
 }
 
-/// The pixel of the picture at a point of the window, where a point is a pixel.
+/// The pixel of the picture at a position in the window, with one pixel per point.
 pub fn pixel(harness: &Window, at: Pos2) -> [u32; 2] {
     let inside = at - viewport(harness).min;
     [inside.x as u32, inside.y as u32]

@@ -1,4 +1,4 @@
-//! Mouse and keys in the whole app: what hands do over the viewport and to the sliders, and what comes of it.
+//! Mouse and keyboard in the whole app: over the viewport and on the sliders.
 
 use crate::harness::{Window, app, camera, double_click, drag, pixel, presented, press, settle, viewport};
 use bvhscope::app::commands::command_line;
@@ -16,7 +16,7 @@ use egui_kittest::kittest::{NodeT as _, Queryable as _};
 /// The statistic whose name is `name`, as it is displayed.
 fn displayed(harness: &Window, name: &str) -> String {
     let start = format!("{name} ");
-    // A text's own words are its value.
+    // The accessible value of a label is its text.
     let node = harness.get_by(|node| node.value().is_some_and(|text| text.starts_with(&start)));
     node.accesskit_node().value().unwrap()[start.len()..].to_owned()
 }
@@ -134,7 +134,7 @@ fn a_drag_orbits_past_the_poles_without_sticking() {
     let mut harness = app();
     let (start, quarter) = (camera(&harness), viewport(&harness).height() * 0.25);
     let from = viewport(&harness).center();
-    // An eighth of a turn each, one and a half turns in all: over the top, on its head down the back, and round again.
+    // Twelve drags of an eighth of a turn: over the pole, upside down along the back, and round again.
     let chord = 2.0 * start.distance() * (std::f32::consts::PI / 8.0).sin();
     for step in 1..=12 {
         let before = camera(&harness).eye;
@@ -144,7 +144,7 @@ fn a_drag_orbits_past_the_poles_without_sticking() {
     }
     assert!((camera(&harness).distance() - start.distance()).abs() < 1e-3 * start.distance());
     assert!(camera(&harness).eye.distance(start.eye) > start.distance(), "half a turn is left");
-    // And on by keys, until the turn is full: 36 steps of 5 degrees.
+    // On by keys, 36 steps of 5 degrees, until the second turn is complete.
     for step in 0..36 {
         let before = camera(&harness).eye;
         harness.key_press(Key::ArrowUp);
@@ -211,7 +211,7 @@ fn a_double_click_focuses_and_on_the_background_resets() {
     assert!((camera(&harness).distance() - start.distance()).abs() < 1e-3 * start.distance());
 }
 
-/// The software driver of the tests draws the window and the picture without a window alike.
+/// The software driver of the tests draws the same picture with and without a window.
 #[test]
 fn the_copied_command_line_makes_the_picture_of_the_window() {
     let mut harness = app();
@@ -231,7 +231,7 @@ fn the_copied_command_line_makes_the_picture_of_the_window() {
     state.selection.nodes.hidden.insert(5);
     settle(&mut harness);
     compare_with_command_line(&mut harness);
-    // Lines alone, and the heat of a paper-like traversal without any.
+    // Lines alone, then the heat map of the paper's traversal without lines.
     harness.state_mut().state.preferences.show_geometry = false;
     compare_with_command_line(&mut harness);
     let state = &mut harness.state_mut().state;
@@ -243,7 +243,7 @@ fn the_copied_command_line_makes_the_picture_of_the_window() {
     compare_with_command_line(&mut harness);
 }
 
-/// Copies the command line, runs it, and compares its picture with that in the window.
+/// Runs the copied command line and compares its picture with that in the window.
 fn compare_with_command_line(harness: &mut Window) {
     settle(harness);
     let window = harness.render().unwrap();
@@ -263,7 +263,7 @@ fn compare_with_command_line(harness: &mut Window) {
     assert_eq!(rendered.dimensions(), (width, height));
     let corner = viewport(harness).min;
     let (mut compared, mut different, mut colors) = (0, 0, std::collections::HashSet::new());
-    // Clear of the legend and the gizmo in the lower corners.
+    // Without the lower quarter, where legend and gizmo are.
     for (y, x) in (0..height * 3 / 4).flat_map(|y| (0..width).map(move |x| (y, x))) {
         let ours = window.get_pixel(corner.x as u32 + x, corner.y as u32 + y).0;
         let theirs = rendered.get_pixel(x, y).0;

@@ -1,4 +1,5 @@
-//! Jobs under pressure: sliders dragged faster than trees are built, models opened over one another, workers that panic.
+//! Background jobs under pressure: sliders dragged faster than trees are built, models opened while others load, workers that
+//! panic.
 
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Arc, mpsc};
@@ -18,7 +19,7 @@ fn builtin(name: &str, size: u32) -> SceneSource {
     SceneSource::Builtin { name: name.to_owned(), size: Some(size) }
 }
 
-/// The app as in a window: frames never wait for the workers.
+/// The app as in a real window, where frames never wait for the workers.
 fn app(source: SceneSource, width: f32, height: f32, scale: f32) -> Harness<'static, App> {
     let mut wanted = Wanted::new(source);
     wanted.render.samples = 1;
@@ -30,7 +31,7 @@ fn app(source: SceneSource, width: f32, height: f32, scale: f32) -> Harness<'sta
         .build_eframe(|context| App::new_for_test(context, wanted, false).unwrap())
 }
 
-/// Until the picture is whole, which it is a moment after everything has come to rest.
+/// Runs frames until the picture has all its samples, a moment after the last change.
 fn settle(harness: &mut Harness<'static, App>) {
     for _ in 0..3_000 {
         harness.run_steps(3);

@@ -1,4 +1,4 @@
-//! The panels on a small scene, as the tests of panels and of keys share them.
+//! The panels on a small scene, shared by the tests of panels and shortcuts.
 
 #![allow(dead_code, reason = "each test file uses its part")]
 
@@ -39,7 +39,7 @@ pub fn sheet(n: u32) -> Scene {
     scene
 }
 
-/// A window that shows the sheet, with a real tree and a real picture.
+/// The state of a window that shows the sheet, with its tree and picture.
 pub fn state(shading: Shading) -> AppState {
     let scene = Arc::new(sheet(24));
     let mut wanted = Wanted::new(scene.source.clone());
@@ -51,7 +51,7 @@ pub fn state(shading: Shading) -> AppState {
     state
 }
 
-/// Builds and traces what is wanted and shows it.
+/// Builds and traces with the wanted settings and presents the result.
 pub fn present(state: &mut AppState, scene: &Arc<Scene>) {
     let token = CancelToken::new();
     let accel = Arc::new(Accel::build(scene, &state.wanted.build, &token).unwrap());
@@ -96,13 +96,13 @@ pub fn sized(state: AppState, width: f32, height: f32, scale: f32) -> Harness<'s
     harness
 }
 
-/// Clicks the one widget of this name.
+/// Clicks the only widget of this name.
 pub fn press(harness: &mut Harness<'static, AppState>, name: &str) {
     harness.get_by_label(name).click();
     harness.run_steps(3);
 }
 
-/// Opens the paper panel with rows of the sheet.
+/// Opens the paper panel with measured rows of the sheet.
 pub fn with_rows(state: &mut AppState, experiment: Experiment) {
     let scene = state.model.loaded.clone().unwrap();
     let plan = &mut state.preferences.paper;

@@ -1,4 +1,4 @@
-//! The panels without a window: found by their names, moved, and looked at for what they change.
+//! The panels without a window: widgets are found by their accessible names, operated, and the state is compared.
 
 use std::path::PathBuf;
 
@@ -57,7 +57,7 @@ fn presets_set_threshold_and_epsilon() {
 }
 
 #[test]
-fn passes_are_checked_one_by_one_and_greyed_where_they_need_boxes() {
+fn passes_are_toggled_and_disabled_for_spheres() {
     let mut h = harness(state(Shading::Lit));
     press(&mut h, Preset::Best.label());
     assert_eq!(h.state().wanted.build.optimize, Passes::FINISHED);
@@ -99,7 +99,7 @@ fn an_arrow_key_moves_the_focused_threshold() {
 }
 
 #[test]
-fn reset_brings_the_tree_settings_back() {
+fn reset_restores_the_tree_settings() {
     let mut s = state(Shading::Lit);
     s.wanted.build.threshold = 40;
     s.wanted.build.container = ContainerKind::Sphere;
@@ -121,7 +121,7 @@ fn the_radio_chooses_the_container() {
 }
 
 #[test]
-fn what_cannot_be_built_is_greyed() {
+fn unavailable_settings_are_disabled() {
     let mut s = state(Shading::Lit);
     s.wanted.build.container = ContainerKind::Sphere;
     let refused = BuildSettings { builder: BuilderKind::BinnedSah, ..s.wanted.build };
@@ -158,7 +158,7 @@ fn the_job_strip_counts_the_passes_that_a_mode_takes() {
 }
 
 #[test]
-fn software_rendering_is_said_once() {
+fn software_rendering_is_reported_once() {
     for (software, times) in [(true, 1), (false, 0)] {
         let mut state = state(Shading::Lit);
         state.graphics.adapter_name = "llvmpipe".to_owned();
@@ -182,7 +182,7 @@ fn arrow_keys_move_the_depth_range() {
 }
 
 #[test]
-fn looking_at_a_number_does_not_change_it() {
+fn displaying_a_number_does_not_round_it() {
     let mut s = state(Shading::Lit);
     // Finer than the slider's last digit, and beyond the ends of the sliders.
     s.wanted.build.epsilon = 0.125;
@@ -223,7 +223,7 @@ fn a_double_click_resets_a_slider() {
     let pos = h.get_by_role_and_label(Role::Slider, "Threshold").rect().center();
     h.hover_at(pos);
     h.run_steps(2);
-    // In one frame: a frame of the harness lasts longer than a double click may.
+    // In one frame, because a frame of the harness takes longer than a double click may.
     for pressed in [true, false, true, false] {
         let button = egui::PointerButton::Primary;
         let event = egui::Event::PointerButton { pos, button, pressed, modifiers: Modifiers::NONE };
@@ -370,7 +370,7 @@ fn zero_threads_read_as_all() {
     assert_eq!(number.accesskit_node().value().as_deref(), Some("all"));
 }
 
-/// Signs that no font holds end the harness, so every text of these windows has its glyphs.
+/// The harness panics on characters that no font contains, so every text of these windows is covered.
 #[test]
 fn every_window_fits_the_smallest_screen() {
     let mut s = state(Shading::Heat(HeatKind::Both));

@@ -1,4 +1,4 @@
-//! Keys and the palette of commands, without a window: each does what its name says.
+//! Shortcuts and the command palette without a window: each action does what its name says.
 
 use std::collections::{BTreeSet, HashSet};
 
@@ -58,7 +58,7 @@ fn every_action_is_named_and_no_key_means_two() {
 }
 
 #[test]
-fn the_readme_lists_the_very_keys_of_the_actions() {
+fn the_readme_lists_the_keys_of_all_actions() {
     let readme = include_str!("../../README.md");
     let rows =
         readme.split_once("| keys and mouse |").unwrap().1.lines().skip(1).take_while(|line| line.starts_with('|'));

@@ -1,4 +1,4 @@
-//! The ways to look at a model, and what gives way where the window is small: gizmo, view keys, flying, panels.
+//! Navigation (gizmo, view keys, fly mode) and the layout of panels in a small window.
 
 use crate::harness::{Window, app, app_of_size, camera, drag, presented, press, send, settle, viewport};
 use bvhscope::app::state::Navigation;
@@ -9,7 +9,7 @@ use eframe::egui::{Event, Key, Modifiers, PointerButton, Vec2, vec2};
 use egui_kittest::kittest::Queryable as _;
 use glam::Vec3;
 
-/// From where the model is seen, seen from the model.
+/// Direction from the target to the eye.
 fn side(harness: &Window) -> Vec3 {
     -camera(harness).forward()
 }
@@ -34,13 +34,13 @@ fn keys_and_the_gizmo_look_along_the_axes() {
         settle(&mut harness);
         assert!(side(&harness).distance(axis) < 1e-2, "{knob}: {}", side(&harness));
         assert!(camera(&harness).up.distance(seen.up) < 1e-4, "{knob}: both agree on what is up");
-        // The picture on the screen is the one from there.
+        // The presented picture is from the same camera.
         assert_eq!(presented(&harness).frame.camera, camera(&harness));
     }
 }
 
 #[test]
-fn parallel_rays_show_the_target_as_large_as_before() {
+fn orthographic_projection_keeps_the_size_of_the_target() {
     let mut harness = app();
     let hits = |harness: &Window| presented(harness).frame.stats.hits as f64;
     let before = hits(&harness);
@@ -139,7 +139,7 @@ fn in_a_narrow_window_one_panel_gives_way_to_the_other() {
 }
 
 #[test]
-fn what_is_selected_comes_into_view() {
+fn the_selection_scrolls_into_view() {
     let mut harness = app_of_size(Vec2::new(1000.0, 560.0));
     let inside = |harness: &Window| {
         harness

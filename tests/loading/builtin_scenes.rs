@@ -1,4 +1,4 @@
-//! Every built-in scene: its size, that it is sound, and that it is the same each time.
+//! Every built-in scene: its size, its validity, and that it is the same each time.
 
 use bvhscope::scene::{BUILTIN_SCENES, LoadOptions, Scene, SceneSource, load};
 use bvhscope_engine::cancel::CancelToken;
@@ -10,7 +10,7 @@ fn builtin(name: &str, size: Option<u32>) -> Scene {
 }
 
 #[test]
-fn every_scene_is_sound_and_the_same_each_time() {
+fn every_scene_is_valid_and_reproducible() {
     for scene in BUILTIN_SCENES {
         let made = builtin(scene.name, None);
         let again = builtin(scene.name, None);
@@ -33,7 +33,7 @@ fn every_scene_is_sound_and_the_same_each_time() {
 }
 
 #[test]
-fn sizes_are_what_they_promise() {
+fn sizes_give_the_documented_triangle_counts() {
     assert_eq!(builtin("teapot", None).triangles.len(), 6320);
     assert_eq!(builtin("teapot", Some(1)).triangles.len(), 56);
     assert_eq!(builtin("cornell", None).triangles.len(), 36);
@@ -45,7 +45,7 @@ fn sizes_are_what_they_promise() {
 }
 
 #[test]
-fn sizes_out_of_range_are_brought_into_it() {
+fn sizes_out_of_range_are_clamped() {
     assert_eq!(builtin("teapot", Some(0)).triangles.len(), 56);
     assert_eq!(builtin("terrain", Some(0)).triangles.len(), 2);
 }

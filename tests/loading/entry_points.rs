@@ -1,5 +1,5 @@
-//! What hostile bytes are thrown at: each function here takes any bytes and must come back. The seeded mutator of the tests
-//! and the fuzz targets call the same ones.
+//! Entry points for arbitrary bytes, which must return without a panic. Shared by the seeded mutator of the tests and the
+//! fuzz targets.
 
 #![allow(dead_code, reason = "each fuzz target uses one of these")]
 
@@ -17,7 +17,7 @@ use bvhscope_engine::tree::ContainerKind;
 use bvhscope_engine::tree::traverse::{NoProbe, TestCounts, Traversal};
 use glam::Vec3;
 
-/// A folder without anything that a model could name.
+/// A folder that does not exist, so that no model refers to an existing file.
 const NOWHERE: &str = "/nonexistent-folder-of-hostile-models";
 
 fn load(name: &str, bytes: &[u8]) {
@@ -27,7 +27,7 @@ fn load(name: &str, bytes: &[u8]) {
     }
 }
 
-/// What a scene promises.
+/// Asserts the invariants of a scene.
 pub fn check(scene: &Scene) {
     let count = scene.triangles.len();
     assert!(count > 0 && !scene.materials.is_empty());
@@ -78,7 +78,7 @@ pub fn mtl(folder: &Path, bytes: &[u8]) {
     check(&scene.expect("materials never keep a model from loading"));
 }
 
-/// Floats out of bytes, so that every pattern comes up.
+/// Reads floats of any bit pattern from bytes.
 struct Floats<'a>(&'a [u8]);
 
 impl Floats<'_> {
@@ -93,7 +93,7 @@ impl Floats<'_> {
     }
 }
 
-/// The triangles that a scene would keep: finite, within the largest coordinate.
+/// At most `most` triangles that a scene would accept: finite, within the largest coordinate.
 fn triangles(floats: &mut Floats<'_>, most: usize) -> Vec<Triangle> {
     let mut triangles = Vec::new();
     while triangles.len() < most
@@ -121,8 +121,7 @@ fn scene(triangles: Vec<Triangle>) -> Arc<Scene> {
     Arc::new(Scene::from_triangles(bvhscope::scene::SceneSource::default_builtin(), triangles))
 }
 
-/// A tree of arbitrary triangles: whole, within its bounds, of bounded depth, with finite numbers. The first byte chooses
-/// the settings.
+/// Builds a tree over arbitrary triangles and validates it and its statistics. The first byte chooses the settings.
 pub fn builder(bytes: &[u8]) {
     let Some((&choice, rest)) = bytes.split_first() else { return };
     let triangles = triangles(&mut Floats(rest), 2000);
@@ -131,7 +130,7 @@ pub fn builder(bytes: &[u8]) {
         return;
     }
     let scene = scene(triangles);
-    // In builds with debug assertions this runs the validator as well.
+    // With debug assertions this runs the validator too.
     let accel = Accel::build(&scene, &settings, &CancelToken::new()).expect("nothing to refuse");
     bvhscope_engine::tree::validate::validate(&accel.tree, &scene.triangles).expect("a whole tree");
     let stats = &accel.report.stats;
@@ -139,7 +138,7 @@ pub fn builder(bytes: &[u8]) {
     assert!(accel.epo(&CancelToken::new()).is_ok_and(f32::is_finite));
 }
 
-/// Arbitrary rays through a tree of arbitrary triangles find what a scan finds.
+/// Arbitrary rays through a tree of arbitrary triangles have the hits of a linear scan.
 pub fn traversal(bytes: &[u8]) {
     let Some((&choice, rest)) = bytes.split_first() else { return };
     let mut floats = Floats(rest);
@@ -162,12 +161,12 @@ pub fn traversal(bytes: &[u8]) {
     while let (Some(origin), Some(direction)) = (floats.vector(), floats.vector()) {
         rays.push(Ray::new(origin, direction));
     }
-    // From one point, as a camera's.
+    // Rays with a common origin, as a camera's.
     let eye = rays[0].origin;
     rays.extend(scene.triangles.iter().flat_map(|t| [t.a, t.b]).map(|corner| Ray::new(eye, corner - eye)));
     let expected: Vec<_> = rays.iter().map(|ray| scan.closest_hit_with(ray, Traversal::Paper, &mut NoProbe)).collect();
     let blocked: Vec<bool> = expected.iter().map(Option::is_some).collect();
-    // As packets take them: alike in their signs and in their longest axis.
+    // Packets hold rays with the same signs and the same longest axis.
     let mut bundles: BTreeMap<_, Vec<usize>> = BTreeMap::new();
     for (at, ray) in rays.iter().enumerate().filter(|(_, ray)| ray.origin == eye) {
         let signs = ray.direction.to_array().map(|part| part < 0.0);
@@ -175,9 +174,9 @@ pub fn traversal(bytes: &[u8]) {
     }
     for level in SimdLevel::ALL.into_iter().filter(|level| level.is_available()) {
         for bundle in bundles.values() {
-            let alike: Vec<Ray> = bundle.iter().map(|&at| rays[at]).collect();
-            let mut hits = vec![None; alike.len()];
-            accel.wide().tree.closest_hits(level.level(), &alike, &mut hits);
+            let packet: Vec<Ray> = bundle.iter().map(|&at| rays[at]).collect();
+            let mut hits = vec![None; packet.len()];
+            accel.wide().tree.closest_hits(level.level(), &packet, &mut hits);
             for (hit, &at) in hits.into_iter().zip(bundle) {
                 assert_eq!(hit, expected[at], "{}, {:?} in a packet, {settings:?}", level.name(), rays[at]);
             }

@@ -1,5 +1,5 @@
-//! Every real model of the manifest loads with the triangles and bounds that an independent reader found; small files
-//! made here test one feature or fault each.
+//! Every real model of the manifest loads with the number of triangles and the bounds that an independent reader found;
+//! small generated files test one feature or fault each.
 
 use std::path::Path;
 
@@ -20,7 +20,7 @@ fn load_bytes(name: &str, bytes: &[u8]) -> Result<Scene, LoadError> {
     load_path(&path)
 }
 
-/// File, triangles, bounds of each row of the manifest.
+/// File, number of triangles and bounds (minimum, maximum) in each row of the manifest.
 fn manifest(folder: &Path) -> Vec<(String, usize, [f32; 6])> {
     let text = std::fs::read_to_string(folder.join("MANIFEST.md")).unwrap();
     let rows = text.lines().filter_map(|line| {
@@ -66,7 +66,7 @@ fn check_manifest(extensions: &[&str]) {
         }
         let found = [scene.bounds.min.to_array(), scene.bounds.max.to_array()].concat();
         let size = scene.bounds.extent().max_element();
-        // The manifest boxes turned glTF meshes by the corners of their own boxes: its bounds may be wider, never narrower.
+        // The manifest bounds rotated glTF meshes by the corners of their own boxes: its bounds may be larger, never smaller.
         let turned = file.contains("gltf/") || file.ends_with(".glb");
         for (axis, (found, expected)) in found.iter().zip(bounds).enumerate() {
             // The manifest gives five digits.
@@ -106,7 +106,7 @@ fn stl_of_every_kind_loads() {
     };
     let text = format!("SOLID a\n{}ENDSOLID\nsolid b\n{}{}", facet("1"), facet("2"), facet("nan"));
     let scene = load_bytes("a.stl", text.as_bytes()).unwrap();
-    // The triangle that is none, and the second solid, which does not end.
+    // One for the triangle with NaN, one for the second solid, which does not end.
     assert_eq!((scene.triangles.len(), scene.mesh_count, scene.warnings.entries.len()), (2, 2, 2));
     let whole = load_bytes("a.stl", format!("{text}ENDSOLID\n").as_bytes()).unwrap();
     assert_eq!(whole.warnings.entries.len(), 1);
@@ -120,7 +120,7 @@ fn stl_of_every_kind_loads() {
     }
     assert_eq!(load_bytes("no-extension", &binary).unwrap().triangles.len(), 2);
     binary.truncate(140);
-    // One whole facet of the two that the header declares is there; only a text file may begin with "solid" then.
+    // One complete facet of the two that the header declares. With wrong lengths only a text file may begin with "solid".
     binary[0] = b'_';
     let scene = load_bytes("short.stl", &binary[..134]).unwrap();
     assert_eq!((scene.triangles.len(), scene.warnings.is_empty()), (1, false));
@@ -199,7 +199,7 @@ fn obj_faults_name_their_line() {
 }
 
 #[test]
-fn materials_and_textures_stand_beside_the_model() {
+fn materials_and_textures_are_found_beside_the_model() {
     let folder = tempfile::tempdir().unwrap();
     let at = |name: &str| folder.path().join(name);
     std::fs::create_dir(at("tex")).unwrap();
@@ -215,7 +215,7 @@ fn materials_and_textures_stand_beside_the_model() {
 }
 
 #[test]
-fn unusable_files_say_why() {
+fn unusable_files_are_explained() {
     let folder = tempfile::tempdir().unwrap();
     std::fs::write(folder.path().join("bunny.obj"), "v 0 0 0").unwrap();
     let message = load_path(&folder.path().join("buny.obj")).unwrap_err().to_string();
@@ -306,7 +306,7 @@ fn gltf_lists_strips_and_fans_with_every_index_type_are_the_same_square() {
 }
 
 #[test]
-fn gltf_nodes_turn_scale_and_move_or_give_their_matrix() {
+fn gltf_nodes_apply_their_transforms_or_matrix() {
     let half = std::f32::consts::FRAC_1_SQRT_2;
     // A quarter turn about z takes (1, 1) to (-1, 1), then twice as large, then moved by 5 along x.
     let parts = serde_json::json!({
@@ -325,7 +325,7 @@ fn gltf_nodes_turn_scale_and_move_or_give_their_matrix() {
 }
 
 #[test]
-fn the_content_decides_what_a_file_is() {
+fn formats_are_recognised_by_content() {
     let ply = "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n\
         element face 1\nproperty list uchar int vertex_indices\nend_header\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n";
     let obj = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
@@ -351,24 +351,24 @@ fn the_content_decides_what_a_file_is() {
 fn obj_of_every_kind_loads() {
     let square = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\n";
     let load = |rest: &str| load_bytes("a.obj", format!("{square}{rest}").as_bytes()).unwrap();
-    // Line ends of old machines, and bytes of none.
+    // Old line ends, and bytes that are not UTF-8.
     let text = format!("# a\0b\n{square}f 1 2 3\n").replace('\n', "\r");
     assert_eq!(load_bytes("a.obj", text.as_bytes()).unwrap().triangles.len(), 1);
-    // Indices at and beyond every end.
+    // Indices at and beyond both ends.
     for index in ["0", "5", "-5", "9223372036854775808", "-9223372036854775808", "18446744073709551616", "x", "1.0"] {
         let scene = load(&format!("f 1 2 3\nf 1 2 {index}\n"));
         assert_eq!((scene.triangles.len(), scene.warnings.entries.len()), (1, 1), "{index}");
     }
-    // Corners in any number, and twice the same.
+    // Faces with any number of corners, and with equal corners.
     let corners: String = (0..100_000).map(|k| format!(" {}", 1 + k % 4)).collect();
     let scene = load(&format!("f 1\nf 1 2\nf{corners}\nf 1 1 2\n"));
     assert_eq!(scene.triangles.len(), 99_999, "{:?}", scene.warnings);
     assert_eq!(scene.warnings.entries[0].count, 2);
-    // Attributes here and there.
+    // Attributes on some corners.
     let scene = load("vt 0 0\nvn 0 0 1\nf 1/1/1 2/1/1 3/1/1\nf 1 2 3\nf 1/1 2 3//1\nf 1//1 2//1 3//1\n");
     let attributes = scene.attributes.as_ref().unwrap();
     assert_eq!((scene.triangles.len(), attributes.corners.len()), (4, 4));
-    // A name with spaces is one library, else several; one outside the folder is none.
+    // A name with spaces is one library if it exists, else several; files outside the folder are not read.
     let folder = tempfile::tempdir().unwrap();
     let inside = folder.path().join("inside");
     std::fs::create_dir(&inside).unwrap();
@@ -388,7 +388,7 @@ fn obj_of_every_kind_loads() {
 }
 
 #[test]
-fn a_library_without_end_gives_as_many_materials_as_there_may_be() {
+fn an_endless_material_library_is_limited() {
     let folder = tempfile::tempdir().unwrap();
     let library: String = (0..70_000).map(|k| format!("newmtl m{k}\nKd 1 0 0\n")).collect();
     std::fs::write(folder.path().join("m.mtl"), library).unwrap();

@@ -1,5 +1,5 @@
-//! The program as a child process, with little memory, on files and options that break programs: it ends by itself with
-//! code 0, 1 or 2, names what is wrong, and never panics.
+//! The program as a child process with little memory, on files and options that break programs: it ends with exit code 0, 1
+//! or 2, names what is wrong, and never panics.
 
 use std::os::unix::process::ExitStatusExt as _;
 use std::path::{Path, PathBuf};
@@ -8,7 +8,7 @@ use std::process::{Command, Output, Stdio};
 use crate::support::process::{SharedProgram, output};
 use crate::support::skip;
 
-/// Address space that the program gets, in kilobytes: code, threads' stacks and all allocations.
+/// Limit of the program's address space in kilobytes: code, stacks of threads and all allocations.
 const ADDRESS_SPACE_KB: u32 = 1_500_000;
 
 const PROGRAM: &str = env!("CARGO_BIN_EXE_bvhscope");
@@ -37,7 +37,7 @@ fn finish(args: &[&str], output: &Output) -> (i32, String) {
     (output.status.code().unwrap(), error)
 }
 
-/// Loads and builds `path`; the error must name the file and hold `part`.
+/// Loads and builds `path`; the error must contain the file's name and `part`.
 fn refused(path: &Path, part: &str) {
     let (code, error) = run(&["info", path.to_str().unwrap()]);
     let name = path.file_name().unwrap().to_str().unwrap();
@@ -45,7 +45,7 @@ fn refused(path: &Path, part: &str) {
     assert!(error.contains(name) && error.contains(part), "{name}: '{part}' is missing in: {error}");
 }
 
-/// Loads and builds `path`; stderr.
+/// Loads and builds `path`, which must succeed. Returns stderr.
 fn accepted(path: &Path) -> String {
     let (code, error) = run(&["info", path.to_str().unwrap()]);
     assert_eq!(code, 0, "{}: {error}", path.display());
@@ -68,7 +68,7 @@ impl Folder {
         self.path(name)
     }
 
-    /// A file without content that claims to be so long.
+    /// A sparse file that begins with `start` and has a length of `length` bytes.
     fn sparse(&self, name: &str, start: &[u8], length: u64) -> PathBuf {
         let path = self.write(name, start);
         std::fs::OpenOptions::new().write(true).open(&path).unwrap().set_len(length).unwrap();
@@ -79,7 +79,7 @@ impl Folder {
 const TRIANGLE: &str = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
 
 #[test]
-fn what_is_no_regular_file_is_refused_without_waiting() {
+fn irregular_files_are_refused_without_waiting() {
     let folder = Folder::new();
     let pipe = folder.path("pipe.obj");
     assert!(Command::new("mkfifo").arg(&pipe).status().unwrap().success());
@@ -94,7 +94,7 @@ fn what_is_no_regular_file_is_refused_without_waiting() {
 }
 
 #[test]
-fn files_of_others_are_named() {
+fn unreadable_files_are_named() {
     let folder = Folder::new();
     let model = folder.write("secret.obj", TRIANGLE);
     std::fs::set_permissions(&model, std::os::unix::fs::PermissionsExt::from_mode(0o000)).unwrap();
@@ -114,7 +114,7 @@ fn files_of_others_are_named() {
     let args = ["info", model.to_str().unwrap()];
     let (code, error) = finish(&args, &run_as_other(&args));
     assert!(code == 1 && error.contains("secret.obj: may not be read by this user"), "{error}");
-    // Nor may that user write here.
+    // That user may not write here either.
     let picture = folder.path("out.png");
     let args = ["render", "builtin:teapot:2", "-o", picture.to_str().unwrap()];
     let (code, error) = finish(&args, &run_as_other(&args));
@@ -139,7 +139,7 @@ fn names_of_every_kind_are_opened() {
 }
 
 #[test]
-fn lengths_and_counts_that_are_not_there_take_no_memory() {
+fn false_lengths_and_counts_take_no_memory() {
     let folder = Folder::new();
     for name in ["big.obj", "big.ply", "big.stl", "big.glb"] {
         refused(&folder.sparse(name, b"v 0 0 0\n", 5 << 30), "would need about 5.4 GB of memory");
@@ -178,7 +178,7 @@ fn lengths_and_counts_that_are_not_there_take_no_memory() {
 }
 
 #[test]
-fn pictures_that_unpack_to_gigabytes_are_left_out() {
+fn images_that_unpack_to_gigabytes_are_skipped() {
     let folder = Folder::new();
     let mut png = std::io::Cursor::new(Vec::new());
     image::GrayImage::new(11_000, 11_000).write_to(&mut png, image::ImageFormat::Png).unwrap();
@@ -189,9 +189,9 @@ fn pictures_that_unpack_to_gigabytes_are_left_out() {
     assert!(warning.contains("image 'bomb.png' not used"), "{warning}");
 }
 
-/// Each is a warning of its own, and each warning is looked for among all.
+/// Each missing image gives a warning of its own, and equal warnings are merged.
 #[test]
-fn thousands_of_missing_pictures_are_told_in_few_words() {
+fn thousands_of_missing_images_are_summarised() {
     let folder = Folder::new();
     let materials: String = (0..20_000).map(|k| format!("newmtl m{k}\nmap_Kd missing{k}.png\n")).collect();
     folder.write("a.mtl", materials);
@@ -214,7 +214,7 @@ fn the_memory_limit_is_kept() {
         let (code, error) = run(args);
         assert!(code == 1 && error.contains(part) && error.contains("--memory-limit"), "{args:?}: {error}");
     }
-    // Without a word from the user the system's own limit counts.
+    // Without the option, the system's own limit applies.
     let (code, error) = run(&["info", "builtin:terrain:4000000"]);
     assert!(code == 1 && error.contains("would need about"), "{error}");
     for value in ["0", "4", "101%", "0%", "lots", "-1GB", "NaN%", "1e30GB"] {
@@ -225,9 +225,9 @@ fn the_memory_limit_is_kept() {
 }
 
 #[test]
-fn what_a_file_becomes_is_asked_for_before_it_is_read() {
+fn memory_for_a_file_is_checked_before_it_is_read() {
     let folder = Folder::new();
-    // Some megabytes that become some dozen times as much, and a limit between the two.
+    // Files of some megabytes that need a dozen times as much memory, with a limit in between.
     let count = 400_000;
     let vertices = "v 0 0 0\nv 1 0 0\nv 0 1 0\n";
     let obj = folder.write("a.obj", format!("{vertices}{}", "f 1 2 3\n".repeat(2 * count)));
@@ -277,10 +277,10 @@ fn small_stacks_are_enough() {
     }
 }
 
-/// The program under a user's limit of processes and threads, which does not bind the administrator.
+/// The program under a limit on the processes and threads of a user. The limit does not apply to the administrator.
 #[test]
 fn few_threads_or_none_are_enough() {
-    // A user of its own, as the limit is on all processes of a user.
+    // A user without other processes, which would count too.
     let user = (61_000 + std::process::id() % 4_000).to_string();
     let other = ["setpriv", "--reuid", &user, "--regid", &user, "--clear-groups", "bash", "-c"];
     let program = SharedProgram::new();
@@ -298,17 +298,17 @@ fn few_threads_or_none_are_enough() {
         let args = ["info", "builtin:teapot:4", "--threads", "8", "--json"];
         let (code, error) = finish(&args, &limited(most, &args));
         assert_eq!(code, 0, "{most}: {error}");
-        // The main thread, the one that waits for Ctrl-C, and eight.
+        // The main thread, the one that waits for Ctrl-C, and eight workers.
         if most < 10 {
             assert!(error.contains("8 threads cannot be started") && error.contains("working with"), "{most}: {error}");
         }
         alone += usize::from(error.contains("working without"));
-        // What is measured is measured with as many as were asked for, or not at all.
+        // Measurements use the requested number of threads or fail.
         let args = ["bench", "builtin:teapot:2", "--size", "16x16", "--repeat", "1", "--threads", "8"];
         let (code, error) = finish(&args, &limited(most, &args));
         assert!(code == 0 || code == 1 && error.contains("8 threads cannot be started"), "{most}: {error}");
     }
-    assert!(alone > 0, "the limit was never felt");
+    assert!(alone > 0, "the limit was never reached");
 }
 
 #[test]
@@ -324,7 +324,7 @@ fn targets_that_cannot_be_written_are_found_before_the_work() {
         let (code, error) = run(&["bench", "builtin:terrain:9000000", "--csv", target.to_str().unwrap()]);
         assert!(code == 1 && error.contains(part), "{}: {error}", target.display());
     }
-    // A disk that fills up: files may not grow beyond a few blocks, and the signal about it is ignored as on a full disk.
+    // Like a full disk: files may not grow beyond a few blocks, and the signal that reports it is ignored.
     let target = kept.to_str().unwrap();
     let args = ["render", "builtin:teapot:4", "--size", "400x400", "-o", target];
     let limits = "ulimit -f 8; trap '' XFSZ;";
@@ -339,14 +339,14 @@ fn targets_that_cannot_be_written_are_found_before_the_work() {
     assert_eq!(names, ["kept.png", "model.obj"], "nothing is left behind");
 }
 
-/// A disk of its own that is nearly full; only the administrator may make one.
+/// A separate disk that is nearly full. Only the administrator may mount one.
 #[test]
 fn a_full_disk_leaves_the_old_file() {
     let folder = Folder::new();
     let disk = folder.path("disk");
     std::fs::create_dir(&disk).unwrap();
     let mount = ["mount", "-t", "tmpfs", "-o", "size=32k", "tmpfs", disk.to_str().unwrap()];
-    // In a name space of its own the disk goes away with the shell.
+    // In a mount namespace of its own the disk is unmounted when the shell ends.
     let script = "\"$@\" && cd \"$DISK\" && printf old > kept.png && $PROGRAM render builtin:teapot:4 --size 400x400 -o kept.png; \
         echo code $?; cat kept.png; echo; ls -A";
     let mut command = Command::new("unshare");
@@ -360,9 +360,9 @@ fn a_full_disk_leaves_the_old_file() {
     assert!(error.contains("kept.png: cannot be written"), "{error}");
 }
 
-/// Hours of measuring are in the rows.
+/// The rows may be the result of hours of measuring.
 #[test]
-fn what_was_measured_is_kept_where_printing_or_writing_fails() {
+fn measured_rows_survive_failed_output() {
     let folder = Folder::new();
     let csv = folder.path("rows.csv");
     let sweep = "$PROGRAM sweep builtin:teapot:2 --size 16x16 --repeat 1 --csv \"$CSV\"";
@@ -378,7 +378,7 @@ fn what_was_measured_is_kept_where_printing_or_writing_fails() {
         assert!(text.lines().count() >= least, "{script}: {text}");
         std::fs::remove_file(&csv).unwrap();
     }
-    // Files may not grow beyond a block.
+    // Files may not grow beyond one block.
     let output = shell("ulimit -f 1; trap '' XFSZ; SWEEP | cat");
     let (table, error) = (String::from_utf8_lossy(&output.stdout), String::from_utf8_lossy(&output.stderr));
     assert!(error.contains("rows.csv: cannot be written") && !csv.exists(), "{error}");
@@ -397,7 +397,7 @@ fn a_reader_that_goes_away_is_no_error() {
 
 #[cfg(feature = "gui")]
 #[test]
-fn without_a_display_or_a_driver_the_words_are_plain() {
+fn a_missing_display_or_driver_is_explained() {
     let home = Folder::new();
     let without = |args: &[&str], remove: &[&str], set: &[(&str, &str)]| {
         let mut command = Command::new(PROGRAM);

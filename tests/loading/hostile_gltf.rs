@@ -1,4 +1,4 @@
-//! glTF and GLB files with one fault each: what is refused says where and why, what can be shown is shown.
+//! glTF and GLB files with one fault each: errors say where and why, and what can be loaded is loaded.
 
 use std::path::Path;
 
@@ -18,7 +18,7 @@ fn refusal(document: &Value) -> String {
     load(document).unwrap_err().to_string()
 }
 
-/// `data:` URI of floats and, behind them, shorts.
+/// `data:` URI of floats followed by shorts.
 fn data(floats: &[f32], shorts: &[u16]) -> String {
     let bytes = floats.iter().flat_map(|x| x.to_le_bytes()).chain(shorts.iter().flat_map(|x| x.to_le_bytes()));
     let text: String = bytes.map(|byte| format!("%{byte:02x}")).collect();
@@ -45,7 +45,7 @@ fn triangle() -> Value {
     })
 }
 
-/// The same with one value replaced.
+/// The same document with one value replaced.
 fn with(pointer: &str, value: Value) -> Value {
     let mut document = triangle();
     let (parent, key) = pointer.rsplit_once('/').unwrap();
@@ -67,7 +67,7 @@ fn a_sound_triangle_loads_without_min_and_max() {
 }
 
 #[test]
-fn counts_offsets_and_lengths_are_not_believed() {
+fn false_counts_offsets_and_lengths_are_refused() {
     let cases = [
         ("/accessors/0/count", json!(1_u64 << 40), "accessors[0] needs 1099511627776 elements of 12 bytes"),
         ("/accessors/0/count", json!(u64::MAX), "accessors[0]"),
@@ -109,21 +109,21 @@ fn counts_offsets_and_lengths_are_not_believed() {
         let message = refusal(&with(pointer, value.clone()));
         assert!(message.contains("a.gltf") && message.contains(part), "{pointer} = {value}: {message}");
     }
-    // Interleaved data that starts at any byte is read all the same.
+    // Interleaved data may start at any byte.
     let scene = load(&with("/accessors/0/count", json!(1))).unwrap_err().to_string();
     assert!(scene.contains("does not exist skipped"), "indices beyond the only vertex: {scene}");
 }
 
 #[test]
 fn base64_of_every_exporter_is_read() {
-    // The corners (0, 0, 0), (1, 0, 0), (0, 1, 0) and the indices 0, 1, 2, whose last two digits say how it is padded.
+    // The corners (0, 0, 0), (1, 0, 0), (0, 1, 0) and the indices 0, 1, 2, whose last two digits depend on the padding.
     let plain = "AAAAAAAAAAAAAAAAAACAPwAAAAAAAAAAAAAAAAAAgD8AAAAAAAABAAIA";
     let (lines, padded) = (plain.replace("AAAA", "AA\r\nAA"), format!("{plain}AA=="));
     for text in [plain, &lines, &padded, &padded.replace('=', "")] {
         let scene = load(&with("/buffers/0/uri", json!(format!("data:;base64,{text}")))).unwrap();
         assert_eq!(scene.triangles[0].b, glam::Vec3::X, "{text}");
     }
-    // 0xFF three times over is "////" or, where it has to stand in a URL, "____".
+    // Three bytes 0xFF are "////", or "____" in the alphabet for URLs.
     for ones in ["////", "____"] {
         let uri = format!("data:;base64,{ones}{}", &plain[4..]);
         assert!(load(&with("/buffers/0/uri", json!(uri))).is_ok(), "{ones}");
@@ -135,7 +135,7 @@ fn base64_of_every_exporter_is_read() {
 }
 
 #[test]
-fn one_bad_primitive_does_not_take_the_others_along() {
+fn a_bad_primitive_is_skipped_alone() {
     let mut document = triangle();
     let primitives = document.pointer_mut("/meshes/0/primitives").unwrap().as_array_mut().unwrap();
     primitives.insert(0, json!({"attributes": {"POSITION": 1}}));
@@ -153,7 +153,7 @@ fn a_huge_count_without_data_is_refused_before_it_is_filled() {
     document["accessors"][0] = json!({"componentType": 5126, "count": 1_u64 << 40, "type": "VEC3"});
     let message = refusal(&document);
     assert!(message.contains("accessors[0]") && message.contains("--memory-limit"), "{message}");
-    // A small one is zeros, as the format says: a triangle without area.
+    // Without data the accessor holds zeros, as the specification says: a triangle without area.
     document["accessors"][0]["count"] = json!(3);
     assert_eq!(load(&document).unwrap().triangles.len(), 1);
 }
@@ -220,7 +220,7 @@ fn loops_and_shared_nodes_are_refused_and_deep_chains_load() {
         for _ in 0..2 {
             let message = refusal(&document).replace(": ", " ");
             assert!(message.contains(part), "{part}: {message}");
-            // Without scenes the loop has to be found as well.
+            // The loop must be found without scenes too.
             document.as_object_mut().unwrap().remove("scenes");
         }
     }
@@ -248,12 +248,12 @@ fn deeply_nested_json_does_not_end_the_process() {
     let text = triangle().to_string();
     for key in ["extras", "nodes", "unknown"] {
         let text = format!("{{\"{key}\":{nested},{}", &text[1..]);
-        // Whether it is skipped or refused does not matter.
+        // It may be skipped or refused.
         let _ = load_at(Path::new("/nonexistent/a.gltf"), text.as_bytes(), false);
     }
 }
 
-/// The specification lets them be anything; most exporters write objects.
+/// The specification allows any type; most exporters write objects.
 #[test]
 fn extras_may_be_of_any_type() {
     for extras in [json!("text"), json!(3), json!([1, {"a": null}]), json!(null), json!(true), json!({"b": [2]})] {
@@ -269,14 +269,14 @@ fn extras_may_be_of_any_type() {
 }
 
 #[test]
-fn nodes_that_cannot_be_placed_are_left_out_and_mirrored_ones_turned() {
+fn nodes_out_of_range_are_skipped_and_mirrored_ones_keep_their_front() {
     let mut document = triangle();
     document["nodes"] = json!([
         {"mesh": 0, "scale": [-1, 1, 1]}, {"mesh": 0, "scale": [1, 1, 0]}, {"mesh": 0, "translation": [3e38, 0, 0], "scale": [1e38, 1, 1]}
     ]);
     document["scenes"][0]["nodes"] = json!([0, 1, 2]);
     let scene = load(&document).unwrap();
-    // Mirrored, the corners change their order so that the front stays the front; flat, it stays.
+    // A mirrored triangle swaps two corners, so that its front stays the front.
     assert!(scene.triangles[0].scaled_normal().z > 0.0);
     assert_eq!(scene.triangles.len(), 2, "{:?}", scene.warnings);
     assert_eq!(scene.warnings.entries.len(), 1, "{:?}", scene.warnings);
@@ -341,7 +341,7 @@ fn textures_keep_their_wrapping_and_transform() {
     assert_eq!(texture.wrap, [WrapMode::ClampToEdge, WrapMode::MirroredRepeat]);
     let moved = texture.uv_transform.transform_point2(glam::Vec2::new(0.1, 0.3));
     assert!(moved.distance(glam::Vec2::new(0.7, 0.3)) < 1e-6, "{moved}");
-    // Twice as wide and clamped, the right end covers all from a quarter on.
+    // Scaled by two and clamped, the last texel covers everything beyond one quarter.
     assert_eq!(texture.sample(glam::Vec2::new(0.9, 0.0)).x, 1.0);
 
     document["images"] = json!([{"uri": "missing.png"}]);
@@ -350,7 +350,7 @@ fn textures_keep_their_wrapping_and_transform() {
     assert!(scene.warnings.entries[0].to_string().contains("images[0]"), "{:?}", scene.warnings);
 }
 
-/// A GLB of these chunks, each with its kind; `length` is what the header declares beyond what is there.
+/// A GLB of these chunks, each with its kind. `length` is the excess of the length in the header over the true one.
 fn glb(version: u32, extra: i64, chunks: &[(&[u8; 4], &[u8])]) -> Vec<u8> {
     let mut body = Vec::new();
     for (kind, data) in chunks {

@@ -1,12 +1,12 @@
 //! Damaged files by the thousand, the same in every run: sound files of each format, changed by a seeded mutator, through
-//! the entry points that the fuzz targets use. What was found once stands in `regressions.rs`.
+//! the entry points that the fuzz targets use. Inputs that once failed are listed at the end.
 
 use crate::entry_points;
 use crate::random::Random;
 use bvhscope::scene::LoadOptions;
 use bvhscope_engine::cancel::CancelToken;
 
-/// Numbers that break sums and products.
+/// Numbers at which sums and products overflow.
 const NUMBERS: [&str; 16] = [
     "0",
     "-1",
@@ -55,7 +55,7 @@ fn mutate(seed: &[u8], other: &[u8], random: &mut Random) -> Vec<u8> {
     bytes
 }
 
-/// Writes another number over one that stands in the text.
+/// Replaces a number in the text by another.
 fn replace_number(bytes: &mut Vec<u8>, random: &mut Random) {
     let digit = |byte: &u8| byte.is_ascii_digit() || matches!(byte, b'.' | b'-');
     let start = random.below(bytes.len().max(1)).min(bytes.len());
@@ -64,17 +64,17 @@ fn replace_number(bytes: &mut Vec<u8>, random: &mut Random) {
     bytes.splice(from..end, NUMBERS[random.below(NUMBERS.len())].bytes());
 }
 
-/// How much longer than usual the attacks last, from the environment: for a night.
-fn patience() -> usize {
+/// Factor on the number of mutations, from the environment variable BVHSCOPE_MUTATIONS: for a night of testing.
+fn effort() -> usize {
     std::env::var("BVHSCOPE_MUTATIONS").ok().and_then(|text| text.parse().ok()).unwrap_or(1)
 }
 
 fn attack(seeds: &[Vec<u8>], count: usize, target: impl Fn(&[u8])) {
     let mut random = Random(0x5EED);
-    let count = count * patience();
+    let count = count * effort();
     for (index, seed) in seeds.iter().enumerate() {
         target(seed);
-        // Cut at every byte.
+        // Truncated at every byte.
         for length in 0..seed.len().min(2000) {
             target(&seed[..length]);
         }
@@ -93,20 +93,20 @@ fn le(numbers: &[f32]) -> Vec<u8> {
     numbers.iter().flat_map(|number| number.to_le_bytes()).collect()
 }
 
-/// Whether a file that was cut off gives a scene without a word.
+/// Whether a truncated file loads without a warning.
 fn is_silent(name: &str, bytes: &[u8]) -> bool {
     let path = std::path::Path::new("/nonexistent-folder-of-hostile-models").join(name);
     let scene = bvhscope::scene::load_bytes(&path, bytes, &LoadOptions::default(), &CancelToken::new());
     scene.is_ok_and(|scene| scene.warnings.is_empty())
 }
 
-/// Cut at every byte, files that say how long they are, or how they end, give an error or a warning. A text of lines does not:
-/// where it ends between two, or within its last number, it is a shorter one.
+/// Files that declare their length or their end give an error or a warning wherever they are truncated. A list of lines cannot:
+/// truncated between two lines, or within its last number, it is a shorter list.
 #[test]
-fn files_that_are_cut_off_say_so() {
+fn truncated_files_are_reported() {
     let [ply, little, big] = ply_seeds();
     let [stl, binary] = stl_seeds();
-    // One solid: cut behind the first of two, it is a whole file.
+    // One solid, because a file truncated after the first of two is complete.
     let second = stl.windows(6).position(|word| word == b"SOLID\n").expect("there are two");
     let stl = stl[second..].to_vec();
     let [gltf, glb] = gltf_seeds();
@@ -270,7 +270,7 @@ fn floats(random: &mut Random, count: usize) -> Vec<u8> {
 #[test]
 fn trees_of_arbitrary_floats() {
     let mut random = Random(0xF10A7);
-    for round in 0..400 * patience() {
+    for round in 0..400 * effort() {
         let count = [9, 90, 900, 3000][round % 4] + random.below(9);
         let mut bytes = vec![random.next() as u8];
         bytes.extend(floats(&mut random, count));
@@ -281,7 +281,7 @@ fn trees_of_arbitrary_floats() {
 #[test]
 fn arbitrary_rays_through_arbitrary_trees() {
     let mut random = Random(0xA11);
-    for _ in 0..1500 * patience() {
+    for _ in 0..1500 * effort() {
         let mut bytes = vec![random.next() as u8];
         bytes.extend(floats(&mut random, 24 * 9));
         bytes.extend(floats(&mut random, 60));
@@ -289,8 +289,8 @@ fn arbitrary_rays_through_arbitrary_trees() {
     }
 }
 
-/// What fuzzing found, as [`entry_points::traversal`] takes it: a sphere whose radius has a denormal square was not entered, and a
-/// small one not by a ray with a long direction, in whose multiples half a chord was nothing.
+/// Inputs of [`entry_points::traversal`] that fuzzing found. Rays missed a sphere whose squared radius is denormal, and a small
+/// sphere where the direction was so long that half the chord, in multiples of it, vanished.
 const FOUND_IN_TRAVERSAL: [&str; 2] = [
     concat!(
         "410005990a0a0f4f1ea3a30a1226029b0202029b029b029b9b02020202000000000000000202020b02020202020202020202",
@@ -322,7 +322,7 @@ const FOUND_IN_TRAVERSAL: [&str; 2] = [
 ];
 
 #[test]
-fn what_fuzzing_found_in_trees_stays_mended() {
+fn traversal_bugs_found_by_fuzzing_stay_fixed() {
     for found in FOUND_IN_TRAVERSAL {
         let bytes: Vec<u8> = (0..found.len())
             .step_by(2)

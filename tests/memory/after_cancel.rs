@@ -47,7 +47,7 @@ fn gives_all_back(name: &str, pool: &rayon::ThreadPool, work: impl Fn(&CancelTok
 }
 
 #[test]
-fn cancelled_jobs_give_back_what_they_took() {
+fn cancelled_jobs_free_their_memory() {
     let _alone = crate::alone();
     let pool = rayon::ThreadPoolBuilder::new().num_threads(2).build().unwrap();
     let options = LoadOptions::default();

@@ -1,4 +1,4 @@
-//! The same inputs give the identical tree and picture, on any number of threads and after any other build.
+//! The same inputs give the same tree and picture, on any number of threads and after any other build.
 
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -13,7 +13,7 @@ use bvhscope_engine::tree::ContainerKind;
 use bvhscope_engine::tree::statistics::TreeStats;
 
 #[test]
-fn what_a_build_leaves_changes_no_tree_after_it() {
+fn the_build_cache_changes_no_later_tree() {
     let scene = |size| {
         let source = SceneSource::Builtin { name: "terrain".to_owned(), size: Some(size) };
         Arc::new(load(&source, &LoadOptions::default(), &CancelToken::new()).unwrap())
@@ -39,7 +39,7 @@ fn what_a_build_leaves_changes_no_tree_after_it() {
             drop(Accel::build_with_session(&scenes[scene], &settings, Some(&mut session), &token));
         }
         let token = CancelToken::new();
-        // Dropped at the end of each step, for the next one to write over.
+        // Dropped at the end of each step, so that the next one reuses its memory.
         let accel = Accel::build_with_session(&scenes[scene], &settings, Some(&mut session), &token).unwrap();
         let alone = Accel::build_binary(&scenes[scene], &settings, &token).unwrap();
         assert!(accel.tree == alone.tree, "step {step}: {settings:?} makes another tree after others");
@@ -147,7 +147,7 @@ fn a_coarse_picture_does_not_depend_on_the_wide_tree() {
             let (binary, accel) = picture(Accel::build_binary(&scene, &settings, &CancelToken::new()).unwrap());
             let same = wide.rgba == binary.rgba && wide.distance == binary.distance && wide.values == binary.values;
             assert!(same, "{} {}: the wide tree makes another picture", shading.name(), container.name());
-            // Only what counts the wide tree's steps waits for it.
+            // Only modes that count steps of the wide tree need it.
             assert_eq!(accel.known_wide().is_some(), shading == Shading::Heat(HeatKind::Steps), "{}", shading.name());
         }
     }

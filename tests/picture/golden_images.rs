@@ -1,6 +1,6 @@
 //! Small pictures of built-in scenes in every shading mode, compared with those in `tests/picture/golden`.
 //!
-//! `UPDATE_GOLDEN=1 cargo test --test picture golden_images` writes them anew: look at them before committing.
+//! `UPDATE_GOLDEN=1 cargo test --test picture golden_images` overwrites them: inspect them before committing.
 
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -16,11 +16,11 @@ use bvhscope_engine::tree::ContainerKind;
 const WIDTH: u32 = 96;
 const HEIGHT: u32 = 72;
 
-/// How far a picture may be from its golden one.
+/// Permitted differences between a picture and its golden image.
 struct Tolerance {
     /// Largest difference of a channel that counts as equal.
     channel: u8,
-    /// Share of pixels that may differ by more.
+    /// Fraction of pixels that may differ by more.
     pixels: f32,
 }
 
@@ -32,7 +32,7 @@ const ONE_SAMPLE: Tolerance = Tolerance { channel: 2, pixels: 0.005 };
 /// pixel may then meet another triangle: a quarter of its contact shadow.
 const SAMPLED: Tolerance = Tolerance { channel: 3, pixels: 0.02 };
 
-/// Colours of clusters and counts of tests show the tree itself: rounding may only move what lies on edges of containers.
+/// Colours of clusters and counts of tests show the tree itself: rounding may only affect pixels at edges of containers.
 const TREE: Tolerance = Tolerance { channel: 2, pixels: 0.01 };
 
 fn picture(scene: &str, container: ContainerKind, settings: RenderSettings, projection: Projection) -> Frame {

@@ -1,4 +1,4 @@
-//! What must hold for every picture.
+//! Invariants of every picture.
 
 use std::sync::Arc;
 
@@ -10,7 +10,7 @@ use bvhscope_engine::{BuildSettings, CancelToken, Triangle};
 use glam::Vec3;
 
 #[test]
-fn samples_that_are_no_numbers_are_counted_and_black() {
+fn nan_samples_are_counted_and_black() {
     let picture = |red: f32| {
         let triangles = vec![
             Triangle { a: Vec3::ZERO, b: Vec3::X, c: Vec3::Y },

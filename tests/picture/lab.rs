@@ -1,4 +1,4 @@
-//! The measuring jobs: structure of the rows and what must hold between them.
+//! Measuring jobs: structure of the rows and the relations between them.
 
 use std::ffi::OsStr;
 use std::sync::Arc;
@@ -78,8 +78,8 @@ fn collect(job: impl FnOnce(&mut dyn FnMut(Measurement)) -> Result<(), LabError>
 }
 
 #[test]
-fn spheres_need_more_tests_and_everyone_hits_the_same() {
-    // The clusters are small in their picture, so it has more pixels.
+fn spheres_need_more_tests_for_the_same_hits() {
+    // More pixels, because the clusters cover few of them.
     for (name, size) in [
         ("builtin:teapot:3", [40, 30]),
         ("builtin:cornell", [40, 30]),
@@ -94,7 +94,7 @@ fn spheres_need_more_tests_and_everyone_hits_the_same() {
         assert_eq!(boxes.hits, spheres.hits, "{name}");
         assert!(boxes.hits > 0 && boxes.rays == u64::from(size[0] * size[1]), "{name}");
         assert_eq!(none.tests_per_ray, none.triangles as f64, "{name}");
-        // So few triangles that the sample is every pixel.
+        // With so few triangles every pixel is in the sample.
         assert_eq!((none.rays, none.hits), (boxes.rays, boxes.hits), "{name}");
         assert_eq!(boxes.tests_per_ray, boxes.container_tests_per_ray + boxes.primitive_tests_per_ray);
         assert!(boxes.build_ms_spread[0] <= boxes.build_ms && boxes.build_ms <= boxes.build_ms_spread[1]);
@@ -190,9 +190,9 @@ fn rows_survive_json_and_cancelled_jobs_stop() {
 }
 
 #[test]
-fn a_cancelled_group_gives_the_repetitions_that_were_done() {
+fn a_cancelled_group_reports_finished_repetitions() {
     let subject = subject("builtin:teapot:1");
-    // It would take hours.
+    // Without cancelling, this would take hours.
     let endless = TraceView { repeat: 100_000, size: [8, 8], ..view(&subject, Traversal::Ordered) };
     let token = CancelToken::new();
     let mut rows = Vec::new();

@@ -1,4 +1,4 @@
-//! The overlay: which nodes are shown, and what is known of them.
+//! The overlay: the choice of nodes and the data of their instances.
 
 use std::sync::Arc;
 
@@ -56,9 +56,9 @@ fn the_budget_takes_the_largest() {
     assert_eq!((none.nodes.len(), none.wanted), (0, 60));
 }
 
-/// Over every range of depths, with every filter, cut by budgets of all sizes: as from a sorted list of all nodes.
+/// For every range of depths, every filter and budgets of all sizes, the nodes are those of a sorted list of all nodes.
 #[test]
-fn what_is_shown_is_what_a_sorted_list_gives() {
+fn shown_nodes_match_a_sorted_list() {
     let source = SceneSource::parse("builtin:terrain:700".as_ref()).unwrap();
     let scene = Arc::new(load(&source, &LoadOptions::default(), &CancelToken::new()).unwrap());
     let accel = Accel::build(&scene, &BuildSettings::default(), &CancelToken::new()).unwrap();
@@ -89,7 +89,7 @@ fn what_is_shown_is_what_a_sorted_list_gives() {
                     assert_eq!(table.count(&settings, selection), (drawn, sorted.len()), "{settings:?}");
                     assert!(shown.nodes.iter().zip(&shown.depths).all(|(&node, &depth)| table.depth(node) == depth));
                     if sorted.len() > drawn {
-                        // Of nodes with the same area any may be cut.
+                        // Of nodes with the same area any may be dropped.
                         let areas = |nodes: &[u32]| nodes.iter().map(|&node| area(node)).collect::<Vec<_>>();
                         assert_eq!(areas(&shown.nodes), areas(&sorted[..drawn]), "{settings:?}");
                         assert!(shown.nodes.iter().all(kept), "{settings:?}");
@@ -107,7 +107,7 @@ fn what_is_shown_is_what_a_sorted_list_gives() {
 }
 
 #[test]
-fn leaves_and_hidden_nodes_are_told_apart() {
+fn leaves_and_hidden_nodes_are_distinguished() {
     let table = table::<Aabb>(row(13));
     let leaves = OverlaySettings { leaves_only: true, ..settings(0, 99) };
     let shown = table.shown(&leaves, &Selection::default());
@@ -156,7 +156,7 @@ fn the_other_container_holds_the_same_triangles() {
 }
 
 #[test]
-fn an_instance_says_what_its_node_is() {
+fn an_instance_describes_its_node() {
     let table = table::<Aabb>(row(8));
     let by_primitives = OverlaySettings { color_by: ColorBy::Primitives, show_spheres: true, ..settings(0, 9) };
     let root = table.instance(0, 0, &by_primitives);
@@ -171,7 +171,7 @@ fn an_instance_says_what_its_node_is() {
 }
 
 #[test]
-fn those_that_stand_out_are_the_family_and_the_hovered_one() {
+fn the_family_and_the_hovered_node_are_highlighted() {
     let table = table::<Aabb>(row(4));
     let [first, second] = table.children(0).unwrap();
     let marked = |selected, hovered| highlighted(&table, &Selection { selected, hovered, ..Selection::default() });

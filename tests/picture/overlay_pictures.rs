@@ -1,4 +1,4 @@
-//! The overlay: what the lines look like when drawn without a window.
+//! The overlay's lines, drawn without a window.
 
 use std::sync::Arc;
 
@@ -12,13 +12,13 @@ use glam::Vec3;
 
 const FAR: f32 = 1e30;
 
-/// Of the colour that the legend gives to the first depth.
+/// The colour that the legend gives to the first depth.
 fn brightest_channel(settings: &OverlaySettings, table: &NodeTable) -> u8 {
     let legend = legend(settings, table);
     legend.color(legend.stops[0].0).into_iter().max().unwrap()
 }
 
-/// A picture of one colour and one depth.
+/// A picture with the same colour and depth in every pixel.
 struct Flat {
     size: [u32; 2],
     rgba: Vec<[u8; 4]>,
@@ -41,7 +41,7 @@ fn camera(distance: f32, projection: Projection) -> Camera {
     Camera { eye: Vec3::Z * distance, target: Vec3::ZERO, up: Vec3::Y, fov_y: 0.8, projection }
 }
 
-/// Needs a driver, a software one at least.
+/// Draws the overlay. Needs a graphics driver; a software one will do.
 fn draw(
     picture: &Flat,
     camera: Camera,
@@ -69,14 +69,14 @@ fn draw(
     drawn
 }
 
-/// Colour added to black in column `x`: the profile of what crosses it.
+/// Brightness along column `x`: the profile of the lines that cross it.
 fn column(pixels: &[[u8; 4]], size: [u32; 2], x: u32) -> Vec<u8> {
     (0..size[1]).map(|y| pixels[(y * size[0] + x) as usize]).map(|[r, g, b, _]| r.max(g).max(b)).collect()
 }
 
 #[test]
 fn a_picture_alone_comes_out_unchanged() {
-    // 93 pixels a row are no multiple of 256 bytes.
+    // A row of 93 pixels is not a multiple of 256 bytes.
     let size = [93, 41];
     let mut picture = Flat::new(size, [0; 4], FAR);
     for (index, pixel) in picture.rgba.iter_mut().enumerate() {
@@ -106,7 +106,7 @@ fn hidden_lines_are_faint() {
         assert_eq!(brightest(3.0, 0.0), 0);
         let faint = brightest(3.0, 0.2);
         let expected = f32::from(expected) * 0.2;
-        // In orthographic views the back edge lies under the front edge: 1 - 0.8² = 0.36.
+        // In an orthographic view the back edge is behind the front edge: 1 - 0.8² = 0.36.
         let layers = if projection == Projection::Perspective { 1.0 } else { 1.8 };
         assert!((f32::from(faint) - expected * layers).abs() < 2.0, "{faint} in place of {}", expected * layers);
         let half = brightest(5.0, 0.0);
@@ -128,7 +128,7 @@ fn lines_keep_their_width_under_zoom() {
             let drawn = draw(&picture, camera, Some(&table), settings, &nothing);
             let profile = column(&drawn, size, 150);
             let full = f32::from(brightest_channel(&settings, &table));
-            // Front and back, top and bottom: four lines cross the middle.
+            // Front and back, top and bottom: four lines cross the centre.
             let width = profile.iter().map(|value| f32::from(*value) / full).sum::<f32>() / 4.0;
             assert!((width - line_width).abs() < 0.1, "{width} px in place of {line_width} at distance {distance}");
         }
@@ -161,7 +161,7 @@ fn the_outline_of_a_sphere_encloses_it() {
         };
         let farthest = lit.map(|(index, _)| distance(index)).fold(0.0, f32::max);
         assert!((farthest - reach).abs() < 1.5, "{farthest} px in place of {reach}");
-        // And all the way around.
+        // In every direction around the centre.
         for step in 0..360 {
             let (sin, cos) = (step as f32).to_radians().sin_cos();
             let on = [-1.0, 0.0, 1.0].into_iter().any(|off| {

@@ -1,4 +1,4 @@
-//! Tables of trees of known shape, as the tests of choosing and of drawing share them.
+//! Node tables of trees with a known shape, shared by the tests of the overlay.
 
 #![allow(dead_code, reason = "each test file uses its part")]
 
@@ -14,7 +14,7 @@ use bvhscope_engine::tree::statistics::tree_stats;
 use bvhscope_engine::tree::{AnyTree, Container, Node, Tree};
 use glam::Vec3;
 
-/// A tree that splits the list of triangles in the middle down to single ones.
+/// A tree that halves the list of triangles down to single ones.
 pub fn halving_tree<C: Container>(triangles: &[Triangle]) -> Tree<C> {
     let around = |part: &[Triangle]| part.iter().fold(C::EMPTY, |all, one| all.union(&C::of_triangle(one)));
     let mut nodes = vec![Node { container: around(triangles), first: 0, count: triangles.len() as u32 }];
@@ -46,7 +46,7 @@ where
     let scene = Scene::from_triangles(SceneSource::default_builtin(), triangles);
     let settings = BuildSettings { container: C::KIND, ..BuildSettings::default() };
     let mut accel = Accel::build(&Arc::new(scene), &settings, &CancelToken::new()).unwrap();
-    // A tree of known shape in place of the builder's.
+    // Replaces the builder's tree by one of known shape.
     accel.tree = tree;
     accel.report.stats = tree_stats(&accel.tree, &CancelToken::new()).unwrap();
     Arc::new(accel)

@@ -35,7 +35,7 @@ fn every_shader_file_is_used() {
 }
 
 #[test]
-fn the_view_is_laid_out_as_in_rust() {
+fn view_uniforms_have_the_layout_of_rust() {
     let module = parse_str(&shader_sources()[1]).unwrap();
     let (members, span) = members(&module, "View");
     assert_eq!(span as usize, size_of::<ViewUniforms>());
@@ -57,7 +57,7 @@ fn the_view_is_laid_out_as_in_rust() {
 }
 
 #[test]
-fn a_node_is_laid_out_as_in_rust() {
+fn nodes_have_the_layout_of_rust() {
     assert_eq!(size_of::<OverlayNode>(), 64);
     let module = parse_str(&shader_sources()[1]).unwrap();
     let (members, _) = members(&module, "Node");

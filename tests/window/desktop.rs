@@ -1,4 +1,4 @@
-//! A virtual screen, a home without settings, and the real program on it, as the tests of the window share them.
+//! A virtual screen, a home folder without settings, and the program running on them.
 
 #![allow(dead_code, reason = "each test file uses its part")]
 
@@ -50,7 +50,7 @@ impl Desktop {
     /// A screen of WIDTHxHEIGHTxDEPTH.
     pub fn with_screen(screen: &str) -> Self {
         let turn = ONE_AT_A_TIME.lock().unwrap_or_else(PoisonError::into_inner);
-        // It would start over when its last client goes, and turn away whoever comes meanwhile.
+        // Without -noreset it restarts when its last client disconnects, and refuses connections meanwhile.
         let mut xvfb = Running::start(
             Command::new("Xvfb")
                 .args(["-displayfd", "1", "-screen", "0", screen, "-nolisten", "tcp", "-noreset"])
@@ -68,12 +68,12 @@ impl Desktop {
         self.home.path()
     }
 
-    /// Where the program keeps its settings.
+    /// The program's settings file.
     pub fn settings(&self) -> PathBuf {
         self.home().join("bvhscope/settings.json")
     }
 
-    /// Where it keeps the place and size of its window.
+    /// The file with the place and size of its window.
     pub fn window_place(&self) -> PathBuf {
         self.home().join("bvhscope/window.ron")
     }
@@ -125,7 +125,7 @@ impl Desktop {
         Program { child, log, unread: VecDeque::new(), line_count: 0, picture_complete: false }
     }
 
-    /// What `program` prints.
+    /// Runs `program`; its stdout.
     pub fn run(&self, program: &str, arguments: &[&str]) -> Vec<u8> {
         self.command(program).args(arguments).output().unwrap().stdout
     }
@@ -135,7 +135,7 @@ impl Desktop {
         assert!(status.success(), "xdotool {arguments:?} failed");
     }
 
-    /// The number of the program's window, once it is there.
+    /// The X11 id of the program's window, once it exists.
     pub fn find_window(&self, program: &mut Program) -> String {
         let give_up = Instant::now() + PATIENCE;
         let pid = program.child.id().to_string();
@@ -202,13 +202,13 @@ impl Program {
         (self.line_count, self.picture_complete)
     }
 
-    /// Processor time that it has taken.
+    /// Processor time of the program so far.
     pub fn spent(&self) -> Duration {
         self.stat().map_or(Duration::ZERO, |stat| stat.1)
     }
 
-    /// Waits for its end. Gives the processor time that it had taken by then, and for how long all of its threads slept
-    /// meanwhile: unlike the clock's, these times are no longer where other work takes the processors.
+    /// Waits for the end of the program. Returns its processor time, and for how long all of its threads slept while this waited:
+    /// unlike elapsed time, neither grows with the load of the machine.
     pub fn spent_and_slept_at_its_end(&self) -> (Duration, Duration) {
         let give_up = Instant::now() + PATIENCE;
         let look = Duration::from_millis(2);
@@ -226,10 +226,10 @@ impl Program {
         }
     }
 
-    /// Whether none of its threads runs or could.
+    /// Whether no thread of the program is running or runnable.
     fn all_sleep(&self) -> bool {
         let threads = std::fs::read_dir(format!("/proc/{}/task", self.child.id())).into_iter().flatten().flatten();
-        // A thread that has just ended has no file.
+        // The file of a thread that has just ended is gone.
         let mut states = threads.filter_map(|thread| {
             let text = std::fs::read_to_string(thread.path().join("stat")).ok()?;
             text.rsplit_once(')')?.1.trim_start().chars().next()
@@ -237,11 +237,11 @@ impl Program {
         states.all(|state| state == 'S')
     }
 
-    /// Its state, `Z` once it has ended, and the processor time that it has taken.
+    /// State of the process, `Z` once it has ended, and its processor time.
     fn stat(&self) -> Option<(char, Duration)> {
         let text = std::fs::read_to_string(format!("/proc/{}/stat", self.child.id())).ok()?;
         let fields: Vec<&str> = text.rsplit_once(')')?.1.split_whitespace().collect();
-        // In hundredths of a second, for programs and in the system for them.
+        // In hundredths of a second: user and system time.
         let ticks = fields[11].parse::<u64>().ok()? + fields[12].parse::<u64>().ok()?;
         Some((fields[0].chars().next()?, Duration::from_millis(10 * ticks)))
     }

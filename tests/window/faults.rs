@@ -1,5 +1,5 @@
-//! The real program under Xvfb when things go wrong around it: damaged settings, a start that died, a driver that ends, a
-//! window closed in the middle of the work.
+//! The program under Xvfb when something fails: damaged settings, a crash at the start, a lost device, a window closed during
+//! a job.
 
 use std::path::Path;
 use std::process::Command;
@@ -41,7 +41,7 @@ fn damaged_settings_are_kept_aside_and_the_window_opens() {
 fn a_start_that_died_makes_the_next_one_safe() {
     let desktop = Desktop::new();
     let mut program = desktop.start(&["builtin:cornell"]);
-    // As soon as its trial begins: on a slow machine it might be over before anything is shown.
+    // As soon as the trial period begins: on a slow machine it might be over before anything is shown.
     let starting = desktop.home().join("bvhscope/starting");
     while !starting.exists() {
         assert!(program.is_running());
@@ -70,13 +70,13 @@ fn a_lost_device_opens_the_window_again_with_what_was_shown() {
 }
 
 #[test]
-fn what_the_driver_refuses_takes_only_the_lines_away() {
+fn a_driver_error_removes_only_the_overlay() {
     let desktop = Desktop::new();
     std::fs::write(desktop.home().join("one.obj"), "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n").unwrap();
     let mut program = desktop.start(&["one.obj", "--refuse-buffer"]);
     program.wait_for("presented one.obj");
     program.wait_for("error: the graphics driver failed");
-    // It goes on: another model is loaded, built and traced.
+    // The program goes on: another model is loaded, built and traced.
     std::fs::write(desktop.home().join("one.obj"), "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\nf 3 2 1\n").unwrap();
     assert!(program.wait_for("presented one.obj").contains("2 triangles"));
     program.wait_for(LAST_SAMPLE);
@@ -85,11 +85,10 @@ fn what_the_driver_refuses_takes_only_the_lines_away() {
     assert_eq!(program.wait().code(), Some(130));
 }
 
-/// Loading, building and tracing one after the other; the window is closed in the middle of each. What the program does
-/// after that is counted as work and sleep, of which other work on the machine takes none away: were it alone, it would end
-/// within that.
+/// The window is closed at several moments of loading, building and tracing. The time until the program ends is counted as its
+/// processor time and the time that it sleeps, neither of which grows with the load of the machine.
 #[test]
-fn a_window_closed_in_the_middle_ends_long_before_its_job() {
+fn a_window_closed_during_a_job_ends_long_before_it() {
     let desktop = Desktop::new();
     let arguments = ["builtin:terrain:1500000", "--no-config"];
     let start = Instant::now();
@@ -142,10 +141,10 @@ fn a_window_closed_while_it_writes_leaves_whole_files() {
 }
 
 #[test]
-fn settings_that_can_neither_be_read_nor_written_do_not_matter() {
+fn unreadable_and_unwritable_settings_are_ignored() {
     let desktop = Desktop::new();
     let folder = desktop.settings().parent().unwrap().to_owned();
-    // A folder where the file should be, and a file where its folder should be.
+    // First a folder in the place of the file, then a file in the place of its folder.
     std::fs::create_dir_all(desktop.settings()).unwrap();
     for blocked in [true, false] {
         let mut program = desktop.start(&["builtin:teapot:2"]);
@@ -160,9 +159,9 @@ fn settings_that_can_neither_be_read_nor_written_do_not_matter() {
     assert_eq!(std::fs::read_to_string(&folder).unwrap(), "in the way");
 }
 
-/// The administrator may write where permissions forbid it, but not on a disk that is mounted for reading only.
+/// The administrator may write despite permissions, but not to a disk that is mounted read-only.
 #[test]
-fn settings_on_a_read_only_disk_do_not_matter() {
+fn settings_on_a_read_only_disk_are_ignored() {
     let desktop = Desktop::new();
     let folder = desktop.settings().parent().unwrap().to_owned();
     desktop.write_settings("{\"unknown\":\"1\"}");
@@ -179,7 +178,7 @@ fn settings_on_a_read_only_disk_do_not_matter() {
     assert_eq!(std::fs::read_dir(&folder).unwrap().count(), 1, "nothing was written beside");
 }
 
-/// One pixel is the smallest window that there is; one that is minimised is taken off the screen.
+/// One pixel is the smallest window; an unmapped one is minimised.
 #[test]
 fn a_window_of_one_pixel_and_one_off_the_screen_come_back() {
     let desktop = Desktop::new();
@@ -194,7 +193,7 @@ fn a_window_of_one_pixel_and_one_off_the_screen_come_back() {
         std::thread::sleep(Duration::from_secs(1));
         assert!(program.is_running());
         desktop.xdotool(&["windowmap", &id]);
-        // Another size each time, so that another picture is traced.
+        // A different size each time, so that a new picture is traced.
         desktop.xdotool(&["windowsize", &id, &(900 + 10 * k).to_string(), "650"]);
         program.wait_for(LAST_SAMPLE);
     }
@@ -204,8 +203,8 @@ fn a_window_of_one_pixel_and_one_off_the_screen_come_back() {
     assert!(program.wait().success());
 }
 
-/// Nobody keeps this window within the driver's largest texture, as a window manager would. It cannot be drawn then, and not
-/// even the picture alone fits into a texture.
+/// There is no window manager to limit the window to the driver's largest texture. It cannot be drawn then, and not even the
+/// picture alone fits into a texture.
 #[test]
 fn a_window_larger_than_the_driver_draws_comes_back() {
     let desktop = Desktop::with_screen("17400x600x24");
@@ -225,7 +224,7 @@ fn a_window_larger_than_the_driver_draws_comes_back() {
     assert!(program.wait().success());
 }
 
-/// A user who may start hardly any thread. Drivers start some themselves, and may give up without them.
+/// Under a limit on threads. Graphics drivers start threads themselves and may fail without them.
 #[test]
 fn a_window_without_threads_works_or_says_why_not() {
     let desktop = Desktop::new();
@@ -266,7 +265,7 @@ fn two_instances_and_a_newer_version_leave_usable_settings() {
     for program in &mut programs {
         assert_eq!(program.wait().code(), Some(130));
     }
-    // As a version would leave them that knows more.
+    // As a later version with more settings would write them.
     let kept = std::fs::read_to_string(desktop.settings()).unwrap();
     let newer = kept.replacen("\"preferences\":{", "\"preferences\":{\"newer\":[1],", 1);
     assert_ne!(newer, kept, "{kept}");
@@ -278,9 +277,9 @@ fn two_instances_and_a_newer_version_leave_usable_settings() {
     assert!(!desktop.settings().with_extension("json.bad").exists(), "nothing was damaged");
 }
 
-/// As when the machine, the screen or the program dies.
+/// As when the program crashes or the machine loses power.
 #[test]
-fn a_change_is_kept_though_the_program_is_killed() {
+fn changed_settings_survive_a_kill() {
     let desktop = Desktop::new();
     let mut program = desktop.start(&["builtin:teapot:2"]);
     let id = desktop.find_window(&mut program);
@@ -301,7 +300,7 @@ fn a_change_is_kept_though_the_program_is_killed() {
     let files = std::fs::read_dir(desktop.settings().parent().unwrap()).unwrap();
     let names: Vec<_> = files.map(|file| file.unwrap().file_name().into_string().unwrap()).collect();
     assert!(!names.iter().any(|name| name.ends_with(".part")), "{names:?}");
-    // The program died early, which would make the next start a safe one.
+    // A program that ends within its trial period makes the next start a safe one.
     let _ = std::fs::remove_file(desktop.home().join("bvhscope/starting"));
     let mut program = desktop.start(&["builtin:teapot:2"]);
     program.wait_for("presented teapot");
@@ -327,7 +326,7 @@ fn a_saved_file_is_read_again_once_and_a_deleted_one_leaves_the_scene() {
     std::fs::write(&model, "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n").unwrap();
     let mut program = desktop.start(&["two.obj"]);
     assert!(program.wait_for("presented two.obj").contains("1 triangles"));
-    // As editors do: into another file, which takes the place of the first.
+    // As editors save: into another file, which then replaces the first.
     let fresh = desktop.home().join("fresh.tmp");
     std::fs::write(&fresh, "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 1 1 0\nf 1 2 3\nf 3 2 4\n").unwrap();
     std::fs::rename(&fresh, &model).unwrap();
@@ -341,7 +340,7 @@ fn a_saved_file_is_read_again_once_and_a_deleted_one_leaves_the_scene() {
 }
 
 #[test]
-fn a_window_at_rest_does_nothing() {
+fn an_idle_window_uses_no_processor_time() {
     let desktop = Desktop::new();
     let mut program = desktop.start(&["builtin:teapot:2"]);
     program.wait_for(LAST_SAMPLE);
@@ -351,6 +350,6 @@ fn a_window_at_rest_does_nothing() {
     let period = Duration::from_secs(8);
     std::thread::sleep(period);
     let fraction = (program.spent() - before).div_duration_f64(period);
-    // Looking after the file and the driver's own threads take well below one hundredth; drawing on takes several.
+    // Watching the file and the driver's own threads take well below 1 %; drawing takes several.
     assert!(fraction < 0.05, "{fraction} of a processor at rest");
 }

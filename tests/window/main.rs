@@ -8,5 +8,5 @@ mod support;
 
 mod desktop;
 
+mod end_to_end;
 mod faults;
-mod use_by_hand;

@@ -1,5 +1,5 @@
-//! The real program in a real X11 window under Xvfb, driven by xdotool as a user's hands would: open, drag, wheel, key,
-//! slider, drop a file, close. Screenshots are compared for what must have changed; the log tells when it has.
+//! The program in an X11 window under Xvfb, driven by xdotool: open, drag, wheel, keys, slider, drop a file, close. The log
+//! tells when a change is done, screenshots are compared for what changed.
 
 use std::path::Path;
 use std::time::{Duration, Instant};
@@ -72,8 +72,8 @@ impl Window {
         Screenshot::from_xwd(&self.desktop.run("xwd", &["-root", "-silent"]))
     }
 
-    /// Drags in the viewport, and lets go once the picture has followed: on a loaded machine all of it may come within one
-    /// frame otherwise, and a button that is up again drags nothing.
+    /// Drags in the viewport and releases the button once the picture has followed: on a loaded machine all events may arrive
+    /// within one frame otherwise, and a button that is up again drags nothing.
     fn drag(&mut self, button: &str, from: [i32; 2], to: [i32; 2]) {
         self.move_to(from);
         let before = self.once(|_| true);
@@ -88,7 +88,7 @@ impl Window {
         self.desktop.xdotool(&["mousemove", &x, &y]);
     }
 
-    /// Moves the pointer in small steps, as a hand does.
+    /// Moves the pointer in small steps, as a user does.
     fn glide(&self, from: [i32; 2], to: [i32; 2]) {
         for step in 1..=8 {
             self.move_to([0, 1].map(|axis| from[axis] + (to[axis] - from[axis]) * step / 8));
@@ -141,7 +141,7 @@ impl Screenshot {
 
 /// The centre of the viewport at 1280×800, clear of legend, gizmo and messages.
 const VIEWPORT: [usize; 4] = [420, 150, 860, 560];
-/// Where the viewport begins there.
+/// The viewport's upper left corner there.
 const CORNER: [u32; 2] = [248, 29];
 /// The threshold's handle at its default.
 const HANDLE_AT_6: [i32; 2] = [1143, 115];
@@ -153,18 +153,18 @@ const THRESHOLD_NUMBER: [usize; 4] = [1217, 106, 1267, 125];
 const SAH_COST: [usize; 4] = [150, 371, 230, 387];
 
 #[test]
-fn a_user_orbits_zooms_toggles_and_rebuilds() {
+fn orbiting_zooming_toggling_and_saving_change_the_screen() {
     let mut window = Window::open(&["builtin:teapot:6"]);
     let start = window.at_rest();
     assert!(start.colors(VIEWPORT) > 200, "a shaded picture has many colours, this has {}", start.colors(VIEWPORT));
 
-    // A drag turns the model, the wheel zooms.
+    // A drag orbits, the wheel zooms.
     window.drag("1", [640, 380], [760, 430]);
     let orbited = window.once(|screen| screen.changed(&start, VIEWPORT) > 0.1);
     window.desktop.xdotool(&["mousemove", "600", "330", "click", "4", "click", "4"]);
     let zoomed = window.once(|screen| screen.changed(&orbited, VIEWPORT) > 0.05);
 
-    // B takes the lines away and nothing else, and brings them back.
+    // B hides the lines and nothing else, and shows them again.
     window.key("b");
     let bare = window.once(|screen| screen.changed(&zoomed, VIEWPORT) > 0.005);
     let fraction = bare.changed(&zoomed, VIEWPORT);
@@ -172,7 +172,7 @@ fn a_user_orbits_zooms_toggles_and_rebuilds() {
     window.key("b");
     let back = window.once(|screen| screen.changed(&zoomed, VIEWPORT) < 0.02);
 
-    // F12 writes what is seen.
+    // F12 saves the viewport.
     window.key("F12");
     let saved = window.file("teapot-6-001.png");
     let saved = image::load_from_memory(&saved).unwrap().to_rgb8();
@@ -222,7 +222,7 @@ fn a_dropped_file_is_opened() {
     let model = window.desktop.home().join("two triangles.obj");
     std::fs::write(&model, "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 2 3\nf 1 2 4\n").unwrap();
     let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/window/drop_file.py");
-    // Debian's python has the module that Debian's package brings; another python in the PATH may not.
+    // Debian's own Python has the module Xlib that Debian packages; another one in the PATH may not.
     let status = window
         .desktop
         .command("/usr/bin/python3")
@@ -237,7 +237,7 @@ fn a_dropped_file_is_opened() {
 }
 
 #[test]
-fn an_unusable_file_keeps_the_window_and_says_why() {
+fn an_unusable_file_keeps_the_window_open_and_is_explained() {
     let home = tempfile::tempdir().unwrap();
     let broken = home.path().join("broken.obj");
     std::fs::write(&broken, "v 0 0 zero\nf 1 1 1\n").unwrap();
