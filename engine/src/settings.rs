@@ -278,6 +278,17 @@ impl BuildSettings {
     pub const MAX_EXACT_PRIMITIVES: usize = 20_000;
 
     /// Settings of AAC with the parameters of `preset`.
+    ///
+    /// ```
+    /// use bvhscope_engine::{BuildSettings, ContainerKind, Passes, Preset};
+    ///
+    /// let settings = BuildSettings::preset(Preset::Best, ContainerKind::Aabb);
+    /// assert_eq!((settings.threshold, settings.epsilon), (6, 0.2));
+    /// assert_eq!(settings.optimize, Passes::FINISHED);
+    /// // A preset is a starting point.
+    /// let finer = BuildSettings { threshold: 16, ..settings };
+    /// assert!(finer.refusal(1_000_000).is_none());
+    /// ```
     pub const fn preset(preset: Preset, container: ContainerKind) -> Self {
         let (threshold, epsilon) = preset.parameters();
         Self {

@@ -4,6 +4,19 @@
 use fearless_simd::Level;
 
 /// A SIMD instruction set.
+///
+/// ```
+/// use bvhscope_engine::{BuildSettings, CancelToken, Ray, SimdLevel, Triangle, build, glam::Vec3};
+///
+/// let triangles = [Triangle { a: Vec3::ZERO, b: Vec3::X, c: Vec3::Y }];
+/// let bvh = build(&triangles, &BuildSettings::default(), &CancelToken::new())?;
+/// let ray = Ray::new(Vec3::new(0.2, 0.2, 1.0), Vec3::NEG_Z);
+/// for simd in SimdLevel::ALL.into_iter().filter(|simd| simd.is_available()) {
+///     // Every level finds the same hit; `Bvh::closest_hit` uses the best.
+///     assert_eq!(bvh.wide().tree.closest_hit(simd.level(), &ray), bvh.closest_hit(&ray));
+/// }
+/// # Ok::<(), bvhscope_engine::BuildError>(())
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum SimdLevel {
     /// SSE2, which every 64-bit x86 has.
