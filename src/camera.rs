@@ -304,9 +304,9 @@ mod tests {
             assert!(up.dot(camera.up) > 0.0);
             let corner = frame.ray(0.0, 0.0);
             assert!((corner.direction.length() - 1.0).abs() < 1e-5);
-            let from_middle =
+            let from_centre =
                 corner.at(frame.ortho_offset() + 1.0) - frame.ray(320.0, 240.0).at(frame.ortho_offset() + 1.0);
-            assert!(from_middle.dot(right) < 0.0 && from_middle.dot(up) > 0.0, "the first pixel is the upper left one");
+            assert!(from_centre.dot(right) < 0.0 && from_centre.dot(up) > 0.0, "the first pixel is the upper left one");
         }
     }
 

@@ -24,7 +24,7 @@ pub fn viewer(args: ViewerArgs) -> StartOptions {
     let camera = camera(&args.camera);
     StartOptions {
         source: args.model,
-        overrides: asked(&args.build, &args.picture, &args.overlay),
+        overrides: overrides(&args.build, &args.picture, &args.overlay),
         camera: (camera != CameraChoice::default()).then_some(camera),
         load: load(&args.load),
         settings: SettingsUse { none: args.no_config, reset: args.reset_settings },
@@ -149,7 +149,7 @@ pub fn camera(args: &CameraArgs) -> CameraChoice {
 
 /// The flags that were given; the viewer applies them to the settings of its last run.
 #[cfg(feature = "gui")]
-fn asked(build: &BuildArgs, picture: &PictureArgs, overlay: &OverlayArgs) -> CliOverrides {
+fn overrides(build: &BuildArgs, picture: &PictureArgs, overlay: &OverlayArgs) -> CliOverrides {
     CliOverrides {
         preset: build.shape.preset,
         builder: build.builder,

@@ -100,7 +100,7 @@ pub fn size(text: &str) -> Result<[u32; 2], String> {
 
 /// Parses `4GB`, `500MB` or `50%`; units are powers of 1000, or of 1024 with an i (`4GiB`).
 pub fn memory(text: &str) -> Result<MemoryLimit, String> {
-    let expected = || "a size from 16MB on, as in 4GB or 500MB, or a share from 1% to 100% is expected".to_owned();
+    let expected = || "a size from 16MB on, as in 4GB or 500MB, or a fraction from 1% to 100% is expected".to_owned();
     let end = text.find(|c: char| !c.is_ascii_digit() && c != '.').unwrap_or(text.len());
     let (number, unit) = text.split_at(end);
     let number: f64 = number.parse().map_err(|_| expected())?;

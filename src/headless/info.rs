@@ -166,7 +166,7 @@ fn print_text(info: &Info, builder: BuilderKind, out: &mut dyn std::io::Write) -
     }
     writeln!(out, "findings")?;
     if info.findings.is_empty() {
-        writeln!(out, "  nothing is sick")?;
+        writeln!(out, "  none")?;
     }
     info.findings.iter().try_for_each(|finding| writeln!(out, "  {}", finding.text))
 }

@@ -333,8 +333,8 @@ impl<'a> Sanitizer<'a> {
                 self.token.check().map_err(Error::other)?;
             }
         }
-        let share = self.at as f32 / self.data.len().max(1) as f32;
-        self.token.set_progress(READ_PROGRESS + (0.95 - READ_PROGRESS) * share);
+        let fraction = self.at as f32 / self.data.len().max(1) as f32;
+        self.token.set_progress(READ_PROGRESS + (0.95 - READ_PROGRESS) * fraction);
         self.token.check().map_err(Error::other)
     }
 }
