@@ -1,7 +1,7 @@
 //! Measuring jobs: pure functions from scenes and settings to [`Measurement`] rows, with tables, plots and diagnosis of them.
 //!
 //! Knows no window, no wgpu and no files; the command line and the window show the same rows. Start at [`Job`], then read
-//! [`measure`].
+//! [`measure()`].
 
 mod measurement;
 

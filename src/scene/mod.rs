@@ -1,6 +1,6 @@
 //! Scenes: triangles with materials and attributes, from model files (one format a module) and from built-in generators.
 //!
-//! Knows nothing of trees, cameras, pixels or windows. Start at [`load`], then read [`Scene`]; a new file format gets a module
+//! Knows nothing of trees, cameras, pixels or windows. Start at [`load()`], then read [`Scene`]; a new file format gets a module
 //! of its own, a row in [`FILE_FORMATS`] and an arm in `load.rs`.
 
 // Numbers from files are not trusted: no arithmetic on them may wrap or panic.

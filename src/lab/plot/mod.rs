@@ -1,4 +1,4 @@
-//! Plots of measurements: panels with axes, units and curves, drawn into files by [`draw`] and on the screen by the window.
+//! Plots of measurements: panels with axes, units and curves, drawn into files by [`draw()`] and on the screen by the window.
 
 mod panel;
 
