@@ -150,9 +150,9 @@ fn an_unusable_file_is_reported_and_nothing_is_lost() {
     let state = &harness.state().state;
     assert_eq!(state.model.presented.as_ref().unwrap().frame_id, before);
     assert_eq!(state.wanted.source, source);
-    let told: Vec<_> = state.messages.open.iter().filter(|message| message.severity == Severity::Error).collect();
-    assert_eq!(told.len(), 1, "{told:?}");
-    assert!(told[0].text.contains("does-not-exist.obj"), "{}", told[0].text);
+    let errors: Vec<_> = state.messages.open.iter().filter(|message| message.severity == Severity::Error).collect();
+    assert_eq!(errors.len(), 1, "{errors:?}");
+    assert!(errors[0].text.contains("does-not-exist.obj"), "{}", errors[0].text);
 }
 
 #[test]

@@ -38,13 +38,13 @@ fn settle(harness: &mut Harness<'static, App>) {
         assert!(harness.state_mut().run_until_idle());
         let state = &harness.state().state;
         let frame = state.model.presented.as_ref().map(|presented| &presented.frame);
-        let whole = |frame: &Arc<Frame>| [frame.width_px, frame.height_px] == state.layout.viewport_px;
-        if state.layout.viewport_px.contains(&0) || !harness.state().is_busy() && frame.is_some_and(whole) {
+        let complete = |frame: &Arc<Frame>| [frame.width_px, frame.height_px] == state.layout.viewport_px;
+        if state.layout.viewport_px.contains(&0) || !harness.state().is_busy() && frame.is_some_and(complete) {
             return;
         }
         std::thread::sleep(Duration::from_millis(10));
     }
-    panic!("the picture is never whole");
+    panic!("the picture is never complete");
 }
 
 #[test]
@@ -58,7 +58,7 @@ fn two_hundred_slider_changes_end_on_the_last_value() {
     settle(&mut harness);
     let presented = harness.state().state.model.presented.clone().unwrap();
     assert_eq!(presented.accel.settings.threshold, 2 + 199 % 60);
-    assert_eq!(presented.frame.coarseness, 1, "and its picture is whole");
+    assert_eq!(presented.frame.coarseness, 1, "and its picture is complete");
 }
 
 #[test]
@@ -84,7 +84,7 @@ fn trees_are_shown_while_the_slider_moves() {
     settle(&mut harness);
     let presented = harness.state().state.model.presented.clone().unwrap();
     assert_eq!(presented.accel.settings.threshold, wanted);
-    assert_eq!(presented.frame.coarseness, 1, "and its picture is whole");
+    assert_eq!(presented.frame.coarseness, 1, "and its picture is complete");
 }
 
 #[test]

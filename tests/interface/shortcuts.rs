@@ -63,10 +63,10 @@ fn the_readme_lists_the_keys_of_all_actions() {
     let rows =
         readme.split_once("| keys and mouse |").unwrap().1.lines().skip(1).take_while(|line| line.starts_with('|'));
     let keys = rows.skip(1).filter_map(|row| row.split('|').nth(1));
-    let told: BTreeSet<&str> = keys.flat_map(|cell| cell.split('`').skip(1).step_by(2)).collect();
+    let listed: BTreeSet<&str> = keys.flat_map(|cell| cell.split('`').skip(1).step_by(2)).collect();
     let actions = commands::entries().iter().flat_map(|entry| entry.shortcuts.iter().map(shortcut_text));
     let actions: BTreeSet<String> = actions.collect();
-    assert_eq!(told, actions.iter().map(String::as_str).collect());
+    assert_eq!(listed, actions.iter().map(String::as_str).collect());
 }
 
 #[test]

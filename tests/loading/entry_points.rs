@@ -132,7 +132,7 @@ pub fn builder(bytes: &[u8]) {
     let scene = scene(triangles);
     // With debug assertions this runs the validator too.
     let accel = Accel::build(&scene, &settings, &CancelToken::new()).expect("nothing to refuse");
-    bvhscope_engine::tree::validate::validate(&accel.tree, &scene.triangles).expect("a whole tree");
+    bvhscope_engine::tree::validate::validate(&accel.tree, &scene.triangles).expect("a valid tree");
     let stats = &accel.report.stats;
     assert!(stats.sah_cost.is_finite() && stats.mean_leaf_depth.is_finite(), "{stats:?}");
     assert!(accel.epo(&CancelToken::new()).is_ok_and(f32::is_finite));
@@ -149,8 +149,8 @@ pub fn traversal(bytes: &[u8]) {
     }
     let scene = scene(triangles);
     let accel = Accel::build(&scene, &settings, &CancelToken::new()).expect("nothing to refuse");
-    let whole = BuildSettings { builder: BuilderKind::None, optimize: Passes::NONE, ..settings };
-    let scan = Accel::build(&scene, &whole, &CancelToken::new()).expect("nothing to refuse");
+    let one_leaf = BuildSettings { builder: BuilderKind::None, optimize: Passes::NONE, ..settings };
+    let scan = Accel::build(&scene, &one_leaf, &CancelToken::new()).expect("nothing to refuse");
     let mut rays = Vec::new();
     let target = &scene.triangles[0];
     for corner in [target.a, target.b, (target.a + target.b + target.c) / 3.0] {

@@ -108,8 +108,8 @@ fn stl_of_every_kind_loads() {
     let scene = load_bytes("a.stl", text.as_bytes()).unwrap();
     // One for the triangle with NaN, one for the second solid, which does not end.
     assert_eq!((scene.triangles.len(), scene.mesh_count, scene.warnings.entries.len()), (2, 2, 2));
-    let whole = load_bytes("a.stl", format!("{text}ENDSOLID\n").as_bytes()).unwrap();
-    assert_eq!(whole.warnings.entries.len(), 1);
+    let complete = load_bytes("a.stl", format!("{text}ENDSOLID\n").as_bytes()).unwrap();
+    assert_eq!(complete.warnings.entries.len(), 1);
     let mut binary = b"solid but binary".to_vec();
     binary.resize(80, 0);
     binary.extend(2_u32.to_le_bytes());

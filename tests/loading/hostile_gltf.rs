@@ -396,9 +396,9 @@ fn glb_headers_and_chunks_are_checked() {
         let message = load(&bytes).unwrap_err().to_string();
         assert!(message.contains(part), "{part}: {message}");
     }
-    let whole = glb(2, 0, &[json, binary]);
-    for length in 0..whole.len() {
-        assert!(load(&whole[..length]).is_err(), "cut to {length} bytes");
+    let complete = glb(2, 0, &[json, binary]);
+    for length in 0..complete.len() {
+        assert!(load(&complete[..length]).is_err(), "cut to {length} bytes");
     }
 }
 

@@ -6,7 +6,7 @@ use std::collections::VecDeque;
 use std::io::{BufRead, BufReader};
 use std::path::{Path, PathBuf};
 use std::process::{Command, ExitStatus, Stdio};
-use std::sync::mpsc::{Receiver, channel};
+use std::sync::mpsc::{Receiver, RecvTimeoutError, channel};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
@@ -168,31 +168,35 @@ impl Program {
     fn wait_for_line(&mut self, texts: &[&str], caught_panic: &str) -> Option<String> {
         let give_up = Instant::now() + PATIENCE;
         loop {
-            // Lines that are there count, even if the program ends after them.
-            let ended = !self.is_running();
-            self.read_log();
             while let Some(line) = self.unread.pop_front() {
                 if texts.iter().any(|text| line.contains(text)) {
                     return Some(line);
                 }
                 assert!(!line.contains("panicked") || line.contains(caught_panic), "{line}");
             }
-            if ended {
-                return None;
+            match self.log.recv_timeout(Duration::from_millis(200)) {
+                Ok(line) => self.receive(line),
+                // The program has ended, and all its lines are read.
+                Err(RecvTimeoutError::Disconnected) => return None,
+                Err(RecvTimeoutError::Timeout) => {
+                    assert!(Instant::now() < give_up, "the program never logged {texts:?}");
+                }
             }
-            assert!(Instant::now() < give_up, "the program never logged {texts:?}");
-            std::thread::sleep(Duration::from_millis(20));
         }
     }
 
-    /// Takes the log lines that have arrived.
+    fn receive(&mut self, line: String) {
+        self.line_count += 1;
+        if line.contains("presented ") || line.contains("picture at full resolution") {
+            self.picture_complete = line.contains(LAST_SAMPLE);
+        }
+        self.unread.push_back(line);
+    }
+
+    /// Receives the log lines that have arrived.
     fn read_log(&mut self) {
-        for line in self.log.try_iter() {
-            self.line_count += 1;
-            if line.contains("presented ") || line.contains("picture at full resolution") {
-                self.picture_complete = line.contains(LAST_SAMPLE);
-            }
-            self.unread.push_back(line);
+        while let Ok(line) = self.log.try_recv() {
+            self.receive(line);
         }
     }
 

@@ -147,7 +147,7 @@ const CORNER: [u32; 2] = [248, 29];
 const HANDLE_AT_6: [i32; 2] = [1143, 115];
 /// To the right of the slider, where it gives its largest value, and far below, so that no tip covers the number.
 const BEYOND_THE_SLIDER: [i32; 2] = [1253, 700];
-/// The number beside it.
+/// The number next to the slider.
 const THRESHOLD_NUMBER: [usize; 4] = [1217, 106, 1267, 125];
 /// The value of the SAH cost among the statistics.
 const SAH_COST: [usize; 4] = [150, 371, 230, 387];
@@ -201,7 +201,7 @@ fn the_dragged_threshold_changes_tree_lines_and_numbers_while_it_is_held() {
     window.program.wait_for(LAST_SAMPLE);
     // One digit may be all that changes.
     let held = window.once(|screen| screen.changed(&before, SAH_COST) > 0.001);
-    assert!(held.changed(&before, THRESHOLD_NUMBER) > 0.001, "the number beside the slider");
+    assert!(held.changed(&before, THRESHOLD_NUMBER) > 0.001, "the number next to the slider");
     assert!(held.changed(&before, VIEWPORT) > 0.002, "the containers are those of another tree");
     assert!(held.changed(&before, VIEWPORT) < 0.6, "the model is the same");
     window.desktop.xdotool(&["mouseup", "1"]);
@@ -210,9 +210,9 @@ fn the_dragged_threshold_changes_tree_lines_and_numbers_while_it_is_held() {
 
     window.key("ctrl+q");
     assert!(window.program.wait().success());
-    let kept = std::fs::read_to_string(window.desktop.settings()).unwrap();
-    let number = kept.split("threshold").nth(1).unwrap().trim_start_matches(['"', '\\', ':']);
-    assert!(number.starts_with("64"), "the threshold is kept for the next run: {number}");
+    let saved = std::fs::read_to_string(window.desktop.settings()).unwrap();
+    let number = saved.split("threshold").nth(1).unwrap().trim_start_matches(['"', '\\', ':']);
+    assert!(number.starts_with("64"), "the threshold is saved for the next run: {number}");
 }
 
 #[test]

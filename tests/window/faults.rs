@@ -30,8 +30,8 @@ fn damaged_settings_are_kept_aside_and_the_window_opens() {
         let mut program = desktop.start(&["builtin:teapot:2"]);
         program.wait_for("could not be read");
         program.wait_for("presented teapot");
-        let kept = desktop.settings().with_extension("json.bad");
-        assert_eq!(std::fs::read_to_string(kept).unwrap(), text);
+        let backup = desktop.settings().with_extension("json.bad");
+        assert_eq!(std::fs::read_to_string(backup).unwrap(), text);
         program.signal(Signal::INT);
         assert_eq!(program.wait().code(), Some(130), "an interrupted window says so");
     }
@@ -94,13 +94,13 @@ fn a_window_closed_during_a_job_ends_long_before_it() {
     let start = Instant::now();
     let mut program = desktop.start(&arguments);
     program.wait_for("presented terrain");
-    let whole = start.elapsed();
+    let duration = start.elapsed();
     drop(program);
     for part in [0.2, 0.4, 0.6, 0.8, 0.95] {
         let start = Instant::now();
         let mut program = desktop.start(&arguments);
         let id = desktop.find_window(&mut program);
-        std::thread::sleep(whole.mul_f64(part).saturating_sub(start.elapsed()));
+        std::thread::sleep(duration.mul_f64(part).saturating_sub(start.elapsed()));
         desktop.xdotool(&["windowfocus", "--sync", &id]);
         let (closed, before) = (Instant::now(), program.spent());
         desktop.xdotool(&["key", "ctrl+q"]);
@@ -109,12 +109,15 @@ fn a_window_closed_during_a_job_ends_long_before_it() {
         assert!(program.wait().success());
         let took = closed.elapsed();
         println!(
-            "closed after {part} of {whole:.1?}: {took:.1?} to the end, {spent:.1?} of work, {slept:.1?} of sleep"
+            "closed after {part} of {duration:.1?}: {took:.1?} to the end, {spent:.1?} of work, {slept:.1?} of sleep"
         );
-        assert!(slept.as_secs_f64() < 1.0, "closed after {part} of {whole:.1?}, it slept {slept:.1?} before it ended");
+        assert!(
+            slept.as_secs_f64() < 1.0,
+            "closed after {part} of {duration:.1?}, it slept {slept:.1?} before it ended"
+        );
         let cores = std::thread::available_parallelism().map_or(1, usize::from) as f64;
         let alone = spent.div_f64(cores.min(2.0));
-        assert!(alone.as_secs_f64() < 1.0, "closed after {part} of {whole:.1?}, it worked {spent:.1?} to end");
+        assert!(alone.as_secs_f64() < 1.0, "closed after {part} of {duration:.1?}, it worked {spent:.1?} to end");
     }
     assert_eq!(std::fs::read_dir(desktop.home()).unwrap().count(), 0, "nothing is left");
 }
@@ -134,7 +137,7 @@ fn a_window_closed_while_it_writes_leaves_whole_files() {
         assert!(status.success(), "closed after {wait} ms: {status}");
         for entry in std::fs::read_dir(desktop.home()).unwrap() {
             let path = entry.unwrap().path();
-            assert!(image::open(&path).is_ok(), "{} is not whole", path.display());
+            assert!(image::open(&path).is_ok(), "{} is incomplete", path.display());
             std::fs::remove_file(path).unwrap();
         }
     }
@@ -175,7 +178,7 @@ fn settings_on_a_read_only_disk_are_ignored() {
     program.signal(Signal::INT);
     assert_eq!(program.wait().code(), Some(130));
     assert_eq!(std::fs::read_to_string(desktop.settings()).unwrap(), "{\"unknown\":\"1\"}");
-    assert_eq!(std::fs::read_dir(&folder).unwrap().count(), 1, "nothing was written beside");
+    assert_eq!(std::fs::read_dir(&folder).unwrap().count(), 1, "nothing else was written");
 }
 
 /// One pixel is the smallest window; an unmapped one is minimised.
@@ -197,8 +200,8 @@ fn a_window_of_one_pixel_and_one_off_the_screen_come_back() {
         desktop.xdotool(&["windowsize", &id, &(900 + 10 * k).to_string(), "650"]);
         program.wait_for(LAST_SAMPLE);
     }
-    let said = program.unread_lines();
-    assert!(!said.iter().any(|line| line.contains("error")), "{said:?}");
+    let lines = program.unread_lines();
+    assert!(!lines.iter().any(|line| line.contains("error")), "{lines:?}");
     desktop.xdotool(&["windowfocus", "--sync", &id, "key", "ctrl+q"]);
     assert!(program.wait().success());
 }
@@ -216,7 +219,7 @@ fn a_window_larger_than_the_driver_draws_comes_back() {
     assert!(what.is_some(), "the program ended");
     std::thread::sleep(Duration::from_secs(3));
     let complaints = program.unread_lines().iter().filter(|line| line.contains("graphics driver failed")).count();
-    assert!(complaints <= 10, "said {complaints} times in three seconds");
+    assert!(complaints <= 10, "reported {complaints} times in three seconds");
     desktop.xdotool(&["windowsize", &id, "900", "550"]);
     program.wait_for(LAST_SAMPLE);
     assert!(program.is_running());
@@ -242,9 +245,9 @@ fn a_window_without_threads_works_or_says_why_not() {
         }
         let limited = [&limited[..], &[path.to_str().unwrap()]].concat();
         let mut program = desktop.start_as(&limited, &["builtin:cornell", "--no-config"]);
-        let said = program.wait_for_either(&["presented cornell", "error: ", "bvhscope: "]);
-        println!("{most} threads: {said:?}");
-        if said.as_ref().is_some_and(|line| line.contains("presented")) {
+        let lines = program.wait_for_either(&["presented cornell", "error: ", "bvhscope: "]);
+        println!("{most} threads: {lines:?}");
+        if lines.as_ref().is_some_and(|line| line.contains("presented")) {
             worked += 1;
             program.signal(Signal::INT);
             assert_eq!(program.wait().code(), Some(130), "{most}");
@@ -266,9 +269,9 @@ fn two_instances_and_a_newer_version_leave_usable_settings() {
         assert_eq!(program.wait().code(), Some(130));
     }
     // As a later version with more settings would write them.
-    let kept = std::fs::read_to_string(desktop.settings()).unwrap();
-    let newer = kept.replacen("\"preferences\":{", "\"preferences\":{\"newer\":[1],", 1);
-    assert_ne!(newer, kept, "{kept}");
+    let saved = std::fs::read_to_string(desktop.settings()).unwrap();
+    let newer = saved.replacen("\"preferences\":{", "\"preferences\":{\"newer\":[1],", 1);
+    assert_ne!(newer, saved, "{saved}");
     desktop.write_settings(&newer);
     let mut program = desktop.start(&["builtin:teapot:2"]);
     program.wait_for("presented teapot");
@@ -284,10 +287,10 @@ fn changed_settings_survive_a_kill() {
     let mut program = desktop.start(&["builtin:teapot:2"]);
     let id = desktop.find_window(&mut program);
     program.wait_for(LAST_SAMPLE);
-    let kept = |what: &str| std::fs::read_to_string(desktop.settings()).is_ok_and(|text| text.contains(what));
+    let is_saved = |what: &str| std::fs::read_to_string(desktop.settings()).is_ok_and(|text| text.contains(what));
     let wait_for = |what: &str| {
         let give_up = Instant::now() + PATIENCE;
-        while !kept(what) {
+        while !is_saved(what) {
             assert!(Instant::now() < give_up, "{what} was never written");
             std::thread::sleep(Duration::from_millis(50));
         }
@@ -306,7 +309,7 @@ fn changed_settings_survive_a_kill() {
     program.wait_for("presented teapot");
     program.signal(Signal::INT);
     program.wait();
-    assert!(kept("\"show_containers\":false"));
+    assert!(is_saved("\"show_containers\":false"));
 }
 
 #[test]
@@ -335,8 +338,8 @@ fn a_saved_file_is_read_again_once_and_a_deleted_one_leaves_the_scene() {
     program.wait_for("two.obj: Removed");
     std::thread::sleep(Duration::from_secs(2));
     assert!(program.is_running());
-    let said = program.unread_lines();
-    assert!(!said.iter().any(|line| line.contains("presented two.obj")), "read once, not again: {said:?}");
+    let lines = program.unread_lines();
+    assert!(!lines.iter().any(|line| line.contains("presented two.obj")), "read once, not again: {lines:?}");
 }
 
 #[test]
