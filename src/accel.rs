@@ -1,10 +1,8 @@
-//! What rays are traced against: a tree with its triangles in leaf order, the inputs that it was made from and its report.
+//! The tree of a scene, ready to be traced: the inputs that it was built from, its report, and what is derived from it on request.
 
 use std::sync::{Arc, Mutex, OnceLock, Weak};
 use std::time::Duration;
 
-use crate::budget::Budget;
-use crate::scene::Scene;
 use bvhscope_engine::build_cache::{BuildCache, NodeRecycler};
 use bvhscope_engine::tree::Tree;
 use bvhscope_engine::tree::ancestry::{Ancestry, path_to_primitive};
@@ -17,23 +15,27 @@ use bvhscope_engine::{
     Triangle, WideBvh,
 };
 
-/// Triangles sampled for the end-point overlap of a large scene.
+use crate::budget::Budget;
+use crate::scene::Scene;
+
+/// Number of triangles sampled for the end-point overlap of a large scene.
 const EPO_SAMPLES: usize = 2_000;
 
-/// Memory that a build and what is derived from its tree hold at once. `tests/memory/peak.rs` measures the peak of the process beyond
-/// the scene: 158 a triangle for boxes by AAC, 171 by binned SAH, nodes' parents and counts included. The overlay's lists and
-/// the parts of pages that are never filled are the rest.
+/// Peak memory per triangle of a build and of what is derived from its tree. `tests/memory/peak.rs` measures the peak of the process
+/// beyond the scene: 158 bytes per triangle for boxes by AAC, 171 by binned SAH, ancestry included. The rest is for the
+/// overlay's lists and for pages that are partly filled.
 pub const BUILD_BYTES_PER_TRIANGLE: u64 = 220;
-/// More that the passes over the finished tree hold: all of them raised the peak by 98 a triangle on the dragon.
+/// Additional peak of the passes over the finished tree: all of them together raised it by 98 bytes per triangle on the dragon.
 const OPTIMIZE_BYTES_PER_TRIANGLE: u64 = 100;
 
-/// More that fragments hold: 1.1 a triangle with 40 bytes each, as they are made and in one list, and as much more tree.
+/// Additional peak of splitting: 1.1 references per triangle of 40 bytes each, held twice while they are joined into one list, and a
+/// larger tree.
 const SPLIT_BYTES_PER_TRIANGLE: u64 = 120;
 
-/// Time between two looks whether another thread has made the wide tree.
-const WIDENING_LOOK: Duration = Duration::from_millis(1);
+/// Interval at which a thread checks whether another has made the wide tree.
+const WIDENING_POLL_INTERVAL: Duration = Duration::from_millis(1);
 
-/// A built tree, ready to be traced.
+/// The tree of a scene, ready to be traced.
 #[derive(Debug)]
 pub struct Accel {
     /// The scene that it was built from.
@@ -42,12 +44,12 @@ pub struct Accel {
     pub settings: BuildSettings,
     /// The hierarchy.
     pub tree: AnyTree,
-    /// Where the time went and what came out.
+    /// Times, statistics and sizes.
     pub report: BuildReport,
     wide: OnceLock<WideBvh>,
-    /// Held by who makes the wide tree in [`Accel::widen`].
+    /// Locked by the thread that makes the wide tree in [`Accel::widen`].
     widening: Mutex<()>,
-    /// What nobody needs for the first picture, made when someone asks.
+    // Derived on request, because the first picture needs none of it.
     leaf_triangles: OnceLock<Vec<Triangle>>,
     epo: OnceLock<f32>,
     ancestry: OnceLock<Ancestry>,
@@ -82,15 +84,14 @@ impl Drop for Accel {
 }
 
 impl Accel {
-    /// Builds the tree of `scene` and the wide one in the calling thread's rayon pool. In debug builds the result passes the
-    /// validator.
+    /// Builds the binary tree of `scene` and the wide one in the calling thread's rayon pool. Debug builds validate the result.
     pub fn build(scene: &Arc<Scene>, settings: &BuildSettings, token: &CancelToken) -> Result<Self, BuildError> {
         let accel = Self::build_binary(scene, settings, token)?;
         accel.widen(token)?;
         Ok(accel)
     }
 
-    /// [`Accel::build`] without the wide tree, which then is made when it is asked for.
+    /// [`Accel::build`] without the wide tree, which then is made on request.
     pub fn build_binary(scene: &Arc<Scene>, settings: &BuildSettings, token: &CancelToken) -> Result<Self, BuildError> {
         Self::build_with_session(scene, settings, None, token)
     }
@@ -103,17 +104,16 @@ impl Accel {
         token: &CancelToken,
     ) -> Result<Self, BuildError> {
         let passes = settings.passes();
-        let split = if passes.contains(Pass::Split) { SPLIT_BYTES_PER_TRIANGLE } else { 0 };
-        let finished = if passes.without(Pass::Split) == Passes::NONE { 0 } else { OPTIMIZE_BYTES_PER_TRIANGLE };
-        let passes = split + finished;
-        let bytes = scene.triangles.len() as u64 * (BUILD_BYTES_PER_TRIANGLE + passes);
-        let mut room = Budget::of_process().check("the tree", bytes);
-        if let (Err(_), Some(session)) = (&room, &mut session) {
-            // What earlier builds left may be what is missing.
+        let split_bytes = if passes.contains(Pass::Split) { SPLIT_BYTES_PER_TRIANGLE } else { 0 };
+        let optimize_bytes = if passes.without(Pass::Split) == Passes::NONE { 0 } else { OPTIMIZE_BYTES_PER_TRIANGLE };
+        let bytes = scene.triangles.len() as u64 * (BUILD_BYTES_PER_TRIANGLE + split_bytes + optimize_bytes);
+        let mut within_budget = Budget::of_process().check("the tree", bytes);
+        if let (Err(_), Some(session)) = (&within_budget, &mut session) {
+            // The cache of earlier builds may hold the memory that is missing.
             **session = BuildSession::default();
-            room = Budget::of_process().check("the tree", bytes);
+            within_budget = Budget::of_process().check("the tree", bytes);
         }
-        room.map_err(|error| BuildError::Refused(error.to_string()))?;
+        within_budget.map_err(|error| BuildError::Refused(error.to_string()))?;
         let cache = session.map(|session| session.cache_for(scene));
         let recycler = cache.as_ref().map(|cache| cache.recycler()).unwrap_or_default();
         let BinaryBvh { tree, report } = BinaryBvh::build_with_cache(&scene.triangles, settings, cache, token)?;
@@ -131,26 +131,26 @@ impl Accel {
         })
     }
 
-    /// The wide tree, made when asked for the first time. Threads that ask for a missing one at once each make it: better
-    /// call [`Accel::widen`] before.
+    /// The wide tree, made on the first request. Threads that request it at the same time each make it: call [`Accel::widen`]
+    /// before.
     pub fn wide(&self) -> &WideBvh {
         if let Some(wide) = self.wide.get() {
             return wide;
         }
-        // Not within the lock, which a thread that waits for the others here could want once more.
+        // Not under the lock: a thread that waits for rayon tasks here may run one that requests the wide tree too.
         match WideBvh::new(&self.tree, &self.scene.triangles, &CancelToken::new()) {
             Ok(wide) => self.wide.get_or_init(|| wide),
-            Err(Cancelled { .. }) => unreachable!("nobody else has this token"),
+            Err(Cancelled { .. }) => unreachable!("this token is never cancelled"),
         }
     }
 
-    /// The wide tree where it has been made.
+    /// The wide tree, if it has been made.
     pub fn known_wide(&self) -> Option<&WideBvh> {
         self.wide.get()
     }
 
-    /// Makes the wide tree in the calling thread's rayon pool unless it is there; waits where another pool is at it. Not for
-    /// parallel loops, whose threads could wait for themselves.
+    /// Makes the wide tree in the calling thread's rayon pool, or waits for another thread that is making it. Not for use in
+    /// parallel loops, where a thread could wait for itself.
     pub fn widen(&self, token: &CancelToken) -> Result<&WideBvh, Cancelled> {
         loop {
             if let Some(wide) = self.wide.get() {
@@ -161,39 +161,38 @@ impl Accel {
                 return Ok(self.wide.get_or_init(|| wide));
             }
             token.check()?;
-            std::thread::sleep(WIDENING_LOOK);
+            std::thread::sleep(WIDENING_POLL_INTERVAL);
         }
     }
 
-    /// The triangles in leaf order, so that a leaf's range indexes them directly: what the binary tree is traced with. Copied
-    /// when asked for the first time.
+    /// The triangles in leaf order, with which the binary tree is traced. Copied on the first request.
     pub fn leaf_triangles(&self) -> &[Triangle] {
         if let Some(triangles) = self.leaf_triangles.get() {
             return triangles;
         }
-        match self.leaf_triangles_unless(&CancelToken::new()) {
+        match self.compute_leaf_triangles(&CancelToken::new()) {
             Ok(triangles) => triangles,
-            Err(Cancelled { .. }) => unreachable!("nobody else has this token"),
+            Err(Cancelled { .. }) => unreachable!("this token is never cancelled"),
         }
     }
 
-    /// [`Accel::leaf_triangles`], unless `token` is cancelled.
-    pub fn leaf_triangles_unless(&self, token: &CancelToken) -> Result<&[Triangle], Cancelled> {
+    /// [`Accel::leaf_triangles`] that can be cancelled.
+    pub fn compute_leaf_triangles(&self, token: &CancelToken) -> Result<&[Triangle], Cancelled> {
         if let Some(triangles) = self.leaf_triangles.get() {
             return Ok(triangles);
         }
-        // Not within the lock, which a thread that waits for the others here could want once more.
+        // Outside of `get_or_init`: a thread that waits for rayon tasks here may run one that requests the triangles too.
         let triangles = self.tree.leaf_triangles(&self.scene.triangles, token)?;
         Ok(self.leaf_triangles.get_or_init(|| triangles))
     }
 
-    /// Makes what [`Accel::ancestry`] and [`Accel::epo`] tell, unless `token` is cancelled.
-    pub fn study(&self, token: &CancelToken) -> Result<(), Cancelled> {
+    /// Computes [`Accel::ancestry`] and [`Accel::epo`].
+    pub fn compute_derived(&self, token: &CancelToken) -> Result<(), Cancelled> {
         self.compute_ancestry(token)?;
         self.epo(token).map(|_| ())
     }
 
-    /// Makes what [`Accel::ancestry`] tells, unless `token` is cancelled.
+    /// [`Accel::ancestry`] that can be cancelled.
     pub fn compute_ancestry(&self, token: &CancelToken) -> Result<&Ancestry, Cancelled> {
         if let Some(ancestry) = self.known_ancestry() {
             return Ok(ancestry);
@@ -202,19 +201,20 @@ impl Accel {
         Ok(self.ancestry.get_or_init(|| ancestry))
     }
 
-    /// The nearest hit, through the wide tree with the best vector instructions of this machine. See [`Accel::wide`] for
-    /// other levels.
+    /// The nearest hit, through the wide tree at the best SIMD level of this machine; see [`Bvh::closest_hit`]. [`Accel::wide`] has
+    /// the other levels.
+    ///
+    /// [`Bvh::closest_hit`]: bvhscope_engine::Bvh::closest_hit
     pub fn closest_hit(&self, ray: &Ray) -> Option<Hit> {
         self.wide().closest_hit(ray)
     }
 
-    /// The nearest hits of `rays`, into the first elements of `hits`. Fastest where the rays come from one point in similar
-    /// directions and neighbours stand together in eights, such as a camera's tile of 16×16 rays in Z order.
+    /// The nearest hits of `rays`, into the first elements of `hits`; see [`Bvh::closest_hits`](bvhscope_engine::Bvh::closest_hits).
     pub fn closest_hits(&self, rays: &[Ray], hits: &mut [Option<Hit>]) {
         self.wide().closest_hits(rays, hits);
     }
 
-    /// The nearest hit through the binary tree in the chosen order, watched by `probe`: the same hit.
+    /// The same hit through the binary tree, in the order of `traversal` and observed by `probe`.
     pub fn closest_hit_with<P: Probe>(&self, ray: &Ray, traversal: Traversal, probe: &mut P) -> Option<Hit> {
         with_tree!(&self.tree, tree => traverse::closest_hit(tree, self.leaf_triangles(), ray, traversal, probe))
     }
@@ -224,21 +224,21 @@ impl Accel {
         self.wide().any_hit(ray)
     }
 
-    /// Whether anything lies on each of `rays`, into the first elements of `blocked`: faster than ray by ray.
+    /// Whether anything lies on each of `rays`, into the first elements of `blocked`; see
+    /// [`Bvh::any_hits`](bvhscope_engine::Bvh::any_hits).
     pub fn any_hits(&self, rays: &[Ray], blocked: &mut [bool]) {
         self.wide().any_hits(rays, blocked);
     }
 
-    /// The leaf that holds the triangle `primitive_index` and the path to it: node indices from the root to the leaf.
-    /// Empty where there is no such triangle.
+    /// Indices of the nodes from the root to the leaf that holds the triangle `primitive_index`. Empty where there is no such
+    /// triangle.
     pub fn path_to(&self, primitive_index: u32) -> Vec<u32> {
         let Some(triangle) = self.scene.triangles.get(primitive_index as usize) else { return Vec::new() };
         with_tree!(&self.tree, tree => path_to_primitive(tree, triangle, primitive_index))
     }
 
-    /// End-point overlap, estimated from a sample on large scenes, unless `token` is cancelled. When asked for the first time, it
-    /// takes some tens of milliseconds on a million triangles, and minutes where all lie on one another; see
-    /// [`Accel::known_epo`] for a UI thread.
+    /// End-point overlap, estimated from a sample on large scenes. The first request takes some tens of milliseconds for a million
+    /// triangles, and minutes where all of them coincide; a UI thread uses [`Accel::known_epo`].
     pub fn epo(&self, token: &CancelToken) -> Result<f32, Cancelled> {
         if let Some(epo) = self.known_epo() {
             return Ok(epo);
@@ -247,21 +247,21 @@ impl Accel {
         Ok(*self.epo.get_or_init(|| epo))
     }
 
-    /// End-point overlap where [`Accel::epo`] has computed it already.
+    /// End-point overlap, if [`Accel::epo`] has computed it.
     pub fn known_epo(&self) -> Option<f32> {
         self.epo.get().copied()
     }
 
-    /// Parents and primitive counts of all nodes where they have been read.
+    /// Parents and primitive counts of all nodes, if they have been computed.
     pub fn known_ancestry(&self) -> Option<&Ancestry> {
         self.ancestry.get()
     }
 
-    /// Parents and primitive counts of all nodes. Reads the whole tree when asked for the first time: not for a UI frame.
+    /// Parents and primitive counts of all nodes. The first request reads the whole tree: not for a UI frame.
     pub fn ancestry(&self) -> &Ancestry {
         match self.compute_ancestry(&CancelToken::new()) {
             Ok(ancestry) => ancestry,
-            Err(Cancelled { .. }) => unreachable!("nobody else has this token"),
+            Err(Cancelled { .. }) => unreachable!("this token is never cancelled"),
         }
     }
 }

@@ -44,7 +44,7 @@ pub struct PrimaryTrace {
 
 /// Counts the tests of the primary rays in the order of `request.settings.traversal`, in the calling thread's rayon pool.
 pub fn count_tests(request: &RenderRequest, token: &CancelToken) -> Result<TestSummary, Cancelled> {
-    request.accel.leaf_triangles_unless(token)?;
+    request.accel.compute_leaf_triangles(token)?;
     let start = Instant::now();
     let (rays, hits, tests) = with_tree!(&request.accel.tree, tree =>
         trace::<_, TestCounts>(tree, request, request.settings.traversal, token)?);
@@ -64,7 +64,7 @@ pub fn trace_primary(
     traversal: Traversal,
     token: &CancelToken,
 ) -> Result<PrimaryTrace, Cancelled> {
-    request.accel.leaf_triangles_unless(token)?;
+    request.accel.compute_leaf_triangles(token)?;
     let start = Instant::now();
     let (rays, hits, _) =
         with_tree!(&request.accel.tree, tree => trace::<_, NoProbe>(tree, request, traversal, token)?);
@@ -106,7 +106,7 @@ fn trace<C: Container, P: Probe + Default + Send>(
 ) -> Result<(u64, u64, Vec<P>), Cancelled> {
     let grid = Grid::new(request);
     let camera = request.camera.for_size(request.width_px, request.height_px);
-    let triangles = request.accel.leaf_triangles_unless(token)?;
+    let triangles = request.accel.compute_leaf_triangles(token)?;
     let level = request.settings.simd.plain_loop_level();
     let tiles: Vec<(u64, P)> = (0..grid.tile_count)
         .into_par_iter()

@@ -98,7 +98,7 @@ fn passes<C: Container, S: Shade<C>>(
     let grid = Grid::new(request);
     if S::COUNTS {
         // Once here rather than in every thread.
-        request.accel.leaf_triangles_unless(token)?;
+        request.accel.compute_leaf_triangles(token)?;
     }
     let samples = if grid.coarseness > 1 { 1 } else { request.settings.wanted_samples() };
     // One allocation per tile, so that neither allocating nor freeing delays cancellation.

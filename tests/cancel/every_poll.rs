@@ -180,9 +180,9 @@ fn deriving_from_a_tree_stops_at_every_poll() {
     };
     at_every_poll("the wide tree", |token| is_cancelled(&|accel| accel.widen(token).map(|_| ())));
     at_every_poll("the triangles in leaf order", |token| {
-        is_cancelled(&|accel| accel.leaf_triangles_unless(token).map(|_| ()))
+        is_cancelled(&|accel| accel.compute_leaf_triangles(token).map(|_| ()))
     });
-    at_every_poll("ancestry and overlap", |token| is_cancelled(&|accel| accel.study(token)));
+    at_every_poll("ancestry and overlap", |token| is_cancelled(&|accel| accel.compute_derived(token)));
     let accel = tree();
     at_every_poll("the list of nodes", |token| NodeTable::new(&accel).list(None, token).is_err());
     at_every_poll("diagnosis", |token| diagnose_scene(&scene, token).is_err());

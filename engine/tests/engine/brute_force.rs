@@ -33,15 +33,15 @@ fn check(name: &str, triangles: &[Triangle], tree: &AnyTree, rays: &[Ray], expec
     check_wide(name, triangles, tree, rays, expected);
 }
 
-/// Every level of vector instructions that this machine has.
+/// Every SIMD level of this machine.
 fn levels() -> impl Iterator<Item = SimdLevel> {
     SimdLevel::ALL.into_iter().filter(|level| level.is_available())
 }
 
-/// The same from the wide tree, on every level: ray by ray and all together.
+/// Requires the same hits from the wide tree at every SIMD level, ray by ray and all together.
 fn check_wide(name: &str, triangles: &[Triangle], tree: &AnyTree, rays: &[Ray], expected: &[Option<Hit>]) {
     let wide: AnyWideTree =
-        with_tree!(tree, tree => collapse(tree, triangles, &CancelToken::new()).expect("nobody cancels").into());
+        with_tree!(tree, tree => collapse(tree, triangles, &CancelToken::new()).expect("never cancelled").into());
     for simd in levels() {
         for (ray, expected) in rays.iter().zip(expected) {
             assert_eq!(wide.closest_hit(simd.level(), ray), *expected, "{name}, wide, {simd:?}, {ray:?}");
@@ -49,7 +49,7 @@ fn check_wide(name: &str, triangles: &[Triangle], tree: &AnyTree, rays: &[Ray], 
         }
         let mut hits = vec![None; rays.len()];
         wide.closest_hits(simd.level(), rays, &mut hits);
-        // Answers that must be overwritten.
+        // Values that must be overwritten.
         let mut blocked = vec![true; rays.len()];
         wide.any_hits(simd.level(), rays, &mut blocked);
         for (index, expected) in expected.iter().enumerate() {
@@ -59,7 +59,7 @@ fn check_wide(name: &str, triangles: &[Triangle], tree: &AnyTree, rays: &[Ray], 
     }
 }
 
-/// Rays from one point that differ little, as a camera's tile has them.
+/// Rays from one point in similar directions, such as those of a camera's tile.
 fn bundle(from: Vec3, to: Vec3, spread: f32, count: usize) -> Vec<Ray> {
     let forward = (to - from).normalize_or(Vec3::X);
     let (right, up) = forward.any_orthonormal_pair();
@@ -100,7 +100,7 @@ fn bundles_of_rays_find_what_a_scan_finds() {
 fn fragments_of_one_triangle_hide_no_other() {
     let at = |z: f32| Triangle { a: Vec3::new(-1.0, -1.0, z), b: Vec3::new(1.0, -1.0, z), c: Vec3::new(0.0, 1.0, z) };
     let triangles = [at(0.0), at(1.0)];
-    // As splitting leaves them: two fragments of one triangle in a leaf, then another triangle.
+    // As after splitting: two references to one triangle in a leaf, then another triangle.
     let root = Node { container: Aabb::around(triangles.iter().flat_map(|t| [t.a, t.b, t.c])), first: 0, count: 3 };
     let tree = AnyTree::Aabb(Tree { nodes: vec![root], primitive_indices: vec![0, 0, 1], max_depth: 0 });
     let rays = bundle(Vec3::new(0.5, 0.4, 3.0), Vec3::ZERO, 0.1, 64);
@@ -126,7 +126,7 @@ fn a_wide_tree_holds_every_triangle_once_within_its_bytes() {
         let settings = BuildSettings { builder, ..BuildSettings::preset(Preset::Fast, ContainerKind::Aabb) };
         let (tree, _) = build_binary(&triangles, &settings, &CancelToken::new()).expect("nothing to refuse");
         let AnyTree::Aabb(tree) = tree else { panic!("spheres instead of boxes") };
-        let wide = collapse(&tree, &triangles, &CancelToken::new()).expect("nobody cancels");
+        let wide = collapse(&tree, &triangles, &CancelToken::new()).expect("never cancelled");
         let mut seen: Vec<u32> = wide
             .blocks
             .iter()
@@ -142,7 +142,7 @@ fn a_wide_tree_holds_every_triangle_once_within_its_bytes() {
         seen.sort_unstable();
         assert!(seen.iter().copied().eq(0..triangles.len() as u32), "{builder:?}");
         let bytes = (wide.node_bytes() + wide.block_bytes()) / triangles.len();
-        assert!(bytes <= 100, "{builder:?}: {bytes} bytes a triangle");
+        assert!(bytes <= 100, "{builder:?}: {bytes} bytes per triangle");
     }
 }
 

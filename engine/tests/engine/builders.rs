@@ -314,7 +314,7 @@ fn a_build_cancelled_at_any_check_point_stops_and_the_next_one_is_right() {
             }
             let (expected, _) = build_binary(&triangles, &settings, &CancelToken::new()).unwrap();
             let mut look = 0;
-            // Looks stand at the same places in each build, but for what stops of the other tasks once one is stopped.
+            // Each build polls at the same points, but how far other tasks get once one is cancelled varies.
             while let Err(error) = build_binary(&triangles, &settings, &CancelToken::watched(move |seen| seen > look)) {
                 assert!(matches!(error, BuildError::Cancelled(_)), "{settings:?}, look {look}: {error}");
                 look = look * 5 / 4 + 1;
@@ -330,7 +330,7 @@ fn a_build_cancelled_at_any_check_point_stops_and_the_next_one_is_right() {
 fn exact_clustering_stops_in_the_middle_of_equal_triangles() {
     let triangles = vec![soup(1)[0]; 3000];
     let settings = BuildSettings { builder: BuilderKind::Exact, ..BuildSettings::default() };
-    // All are each other's best match: nearly all the time goes into few merges' searches.
+    // All are each other's best match: nearly all the time goes into the searches of a few merges.
     let result = build_binary(&triangles, &settings, &CancelToken::watched(|seen| seen > 2000));
     assert!(matches!(result, Err(BuildError::Cancelled(_))));
 }

@@ -103,7 +103,7 @@ fn the_validator_finds_each_kind_of_damage() {
     );
     found(
         |tree| {
-            // Two leaves of one size change places.
+            // Two leaves of equal size are exchanged.
             let size = tree.nodes[leaf(tree)].count;
             let mut leaves = (0..tree.nodes.len()).filter(|&node| tree.nodes[node].count == size);
             let (first, last) = (leaves.next().expect("one"), leaves.next_back().expect("another"));
@@ -208,7 +208,7 @@ fn spheres_take_more_tests_than_boxes() {
 
 #[test]
 fn counting_is_free_where_nobody_counts() {
-    /// A probe of someone else's.
+    /// A probe from outside the engine.
     struct Sum<'a>(&'a mut u64);
     impl Probe for Sum<'_> {
         fn container_test(&mut self) {
@@ -277,11 +277,11 @@ fn overlap_counts_the_foreign_surface_in_each_node() {
     let second = Triangle { a: at(1.0, 1.0), b: at(3.0, 1.0), c: at(1.0, 3.0) };
     let triangles = [first, second];
     let overlap = end_point_overlap(&trees::halved::<Aabb>(&triangles, 1), &triangles, 100);
-    // In the first's box [0,2]² lies half of the second's... the unit square [1,2]², all of it below x + y = 4. The first
-    // only touches the second's box. The total area is 4.
+    // The second covers the unit square [1,2]² of the first's box [0,2]², all of it below x + y = 4. The first only touches
+    // the second's box. The total area is 4.
     assert!((overlap - 1.0 / 4.0).abs() < 1e-6, "{overlap}");
 
-    // Far apart: nothing overlaps. One in another's place: everything does.
+    // Far apart, nothing overlaps; coinciding, everything does.
     let far = [first, Triangle { a: second.a + 10.0, b: second.b + 10.0, c: second.c + 10.0 }];
     assert_eq!(end_point_overlap(&trees::halved::<Aabb>(&far, 1), &far, 100), 0.0);
     assert_eq!(end_point_overlap(&trees::halved::<Sphere>(&far, 1), &far, 100), 0.0);

@@ -1,5 +1,5 @@
-//! What makes trees better: it keeps them valid, finds the same hits, and does not depend on threads; over finished trees it never
-//! costs more.
+//! Passes that optimise trees: the results are valid, give the same hits and do not depend on threads, and passes over finished
+//! trees never raise the cost.
 
 use bvhscope_engine::builders::build_binary;
 use bvhscope_engine::cancel::CancelToken;
@@ -25,7 +25,7 @@ fn built(triangles: &[Triangle], settings: &BuildSettings) -> AnyTree {
 }
 
 fn sah_cost(tree: &AnyTree) -> f32 {
-    tree_stats(tree, &CancelToken::new()).expect("nobody cancels").sah_cost
+    tree_stats(tree, &CancelToken::new()).expect("never cancelled").sah_cost
 }
 
 /// Large walls and fine detail, many times the size of a task.
@@ -78,7 +78,7 @@ fn no_pass_raises_the_cost() {
                 };
                 let plain = [Passes::NONE, Passes::NONE.with(Pass::Split)].map(|before| built(before).0);
                 for optimize in choices() {
-                    // What is split is another tree from the start.
+                    // Splitting gives another tree from the start.
                     let before =
                         if optimize.contains(Pass::Split) { Passes::NONE.with(Pass::Split) } else { Passes::NONE };
                     let plain = &plain[usize::from(before != Passes::NONE)];
@@ -92,7 +92,7 @@ fn no_pass_raises_the_cost() {
                         // Leaves of any size, which are not made, would be a little cheaper for triangles that coincide.
                         assert!(cost <= collapsed_sah_cost(plain) * 1.05, "{all}");
                     }
-                    // What the passes say of themselves.
+                    // The costs that the passes report.
                     for pair in times.costs.windows(2) {
                         assert!(pair[1].1 <= pair[0].1 * 1.0001, "{all}");
                     }
@@ -203,7 +203,7 @@ fn passes_are_written_as_names_and_may_be_missing() {
     let json = serde_json::to_string(&settings).expect("plain values");
     assert!(json.contains(r#""optimize":["collapse","restructure","reinsert"]"#), "{json}");
     assert_eq!(serde_json::from_str::<BuildSettings>(&json).expect("what was written"), settings);
-    // Settings that were saved before there were passes.
+    // Settings saved by versions without passes.
     let old = r#"{"builder":"aac","container":"box","threshold":6,"epsilon":0.2}"#;
     assert_eq!(serde_json::from_str::<BuildSettings>(old).expect("still readable"), BuildSettings::default());
 }

@@ -1,5 +1,5 @@
-//! Ties, which turn agglomerative builders into list makers: equal triangles, equal centres, lines, planes, the ends of the
-//! range of floats. No tree becomes a list, and none takes much more work than one of random triangles.
+//! Equal merge distances, which can degenerate an agglomerative tree into a list: equal triangles, equal centres, lines, planes, the
+//! ends of the range of floats. No tree becomes a list, and none takes much more work than one of random triangles.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -17,7 +17,7 @@ use crate::trees;
 
 const COUNT: usize = 20_000;
 
-fn map(triangles: &[Triangle], change: impl Fn(usize, Vec3) -> Vec3) -> Vec<Triangle> {
+fn map_corners(triangles: &[Triangle], change: impl Fn(usize, Vec3) -> Vec3) -> Vec<Triangle> {
     let change = |(i, t): (usize, &Triangle)| Triangle { a: change(i, t.a), b: change(i, t.b), c: change(i, t.c) };
     triangles.iter().enumerate().map(change).collect()
 }
@@ -28,33 +28,36 @@ fn ties(random: &[Triangle]) -> Vec<(&'static str, Vec<Triangle>)> {
         Triangle { a: t.a - center, b: t.b - center, c: t.c - center }
     };
     let mut outlier = random.to_vec();
-    outlier[7] = map(&random[7..8], |_, corner| corner + 1e17)[0];
+    outlier[7] = map_corners(&random[7..8], |_, corner| corner + 1e17)[0];
     vec![
         ("identical", vec![random[0]; COUNT]),
         ("one centre", random.iter().map(centered).collect()),
-        ("one centre, many sizes", map(&vec![centered(&random[0]); COUNT], |i, corner| corner * (1.0 + i as f32))),
-        ("points", map(random, |i, _| Vec3::splat((i % 7) as f32))),
-        ("collinear", map(random, |i, corner| Vec3::X * (i as f32 + corner.x))),
-        ("coplanar", map(random, |_, corner| corner.with_z(0.0))),
-        ("a row of equal ones", map(&vec![random[0]; COUNT], |i, corner| corner + Vec3::X * i as f32)),
-        ("huge", map(random, |_, corner| corner * 1e17)),
-        ("denormal", map(random, |_, corner| corner * 1e-41)),
+        (
+            "one centre, many sizes",
+            map_corners(&vec![centered(&random[0]); COUNT], |i, corner| corner * (1.0 + i as f32)),
+        ),
+        ("points", map_corners(random, |i, _| Vec3::splat((i % 7) as f32))),
+        ("collinear", map_corners(random, |i, corner| Vec3::X * (i as f32 + corner.x))),
+        ("coplanar", map_corners(random, |_, corner| corner.with_z(0.0))),
+        ("a row of equal ones", map_corners(&vec![random[0]; COUNT], |i, corner| corner + Vec3::X * i as f32)),
+        ("huge", map_corners(random, |_, corner| corner * 1e17)),
+        ("denormal", map_corners(random, |_, corner| corner * 1e-41)),
         ("one far outlier", outlier),
-        ("two clusters", map(random, |i, corner| corner * 1e-3 + if i % 2 == 0 { 0.0 } else { 1e3 })),
+        ("two clusters", map_corners(random, |i, corner| corner * 1e-3 + if i % 2 == 0 { 0.0 } else { 1e3 })),
     ]
 }
 
-/// How often the builder looks at its token: once before each search for another best match, of which the work of a list
-/// without end consists, and besides once for every some hundred primitives.
-fn looks(triangles: &[Triangle], settings: &BuildSettings) -> u64 {
-    let looks = Arc::new(AtomicU64::new(0));
-    let counted = Arc::clone(&looks);
+/// Number of times that the builder polls for cancellation: once before each search for another best match, which is nearly all
+/// the work where a list would be made, and besides once per some hundred primitives.
+fn polls(triangles: &[Triangle], settings: &BuildSettings) -> u64 {
+    let polls = Arc::new(AtomicU64::new(0));
+    let counted = Arc::clone(&polls);
     let token = CancelToken::watched(move |_| {
         counted.fetch_add(1, Ordering::Relaxed);
         false
     });
     build_binary(triangles, settings, &token).unwrap();
-    looks.load(Ordering::Relaxed)
+    polls.load(Ordering::Relaxed)
 }
 
 #[test]
@@ -67,10 +70,10 @@ fn ties_search_hardly_more_than_random_triangles() {
     for container in ContainerKind::ALL {
         let [fast, hq] = [Preset::Fast, Preset::Hq].map(|preset| BuildSettings::preset(preset, container));
         for settings in [fast, hq, BuildSettings { threshold: BuildSettings::MAX_THRESHOLD, ..hq }] {
-            let usual = looks(&random, &settings);
+            let usual = polls(&random, &settings);
             for (name, triangles) in &scenes {
-                let looks = looks(triangles, &settings);
-                assert!(looks <= 3 * usual, "{name}, {settings:?}: {looks} looks, random triangles take {usual}");
+                let polls = polls(triangles, &settings);
+                assert!(polls <= 3 * usual, "{name}, {settings:?}: {polls} polls, random triangles take {usual}");
             }
         }
     }
@@ -102,7 +105,7 @@ fn a_far_outlier_costs_the_others_no_precision() {
             // The first is built as it is, the others over scaled coordinates.
             let shapes = [1e14, 1e16, 1e17].map(|distance| {
                 let mut triangles = random.clone();
-                triangles[7] = map(&random[7..8], |_, corner| corner + distance)[0];
+                triangles[7] = map_corners(&random[7..8], |_, corner| corner + distance)[0];
                 let (tree, _) = build_binary(&triangles, &settings, &CancelToken::new()).unwrap();
                 with_tree!(&tree, tree => {
                     let links: Vec<_> = tree.nodes.iter().map(|node| (node.first, node.count)).collect();

@@ -139,7 +139,8 @@ pub(crate) fn start_worker(wake: impl Fn() + Send + Sync + 'static) -> std::io::
                     // No other build has followed, so the buffers for reuse are freed.
                     *session = BuildSession::default();
                     // Where it is cancelled, the derived worker computes what is needed.
-                    let _ = pool.run("build", threads, || accel.study(token).and_then(|()| table.list(None, token)));
+                    let _ = pool
+                        .run("build", threads, || accel.compute_derived(token).and_then(|()| table.list(None, token)));
                 }
             }
         }
