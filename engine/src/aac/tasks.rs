@@ -68,7 +68,7 @@ pub struct NodeSlots<'t, 'n, C> {
     pub first_root: usize,
 }
 
-impl<'t, 'n, C: ClusterContainer> NodeSlots<'t, 'n, C> {
+impl<'t, C: ClusterContainer> NodeSlots<'t, '_, C> {
     /// Divides the slots of the range `plan`: those of the pairs that it merges itself, then those of its two `sides`.
     pub fn split(self, plan: &TaskPlan, sides: &[TaskPlan; 2]) -> (PairWriter<'t, C>, [Self; 2]) {
         let [left, right] = sides;
