@@ -31,9 +31,9 @@ pub(crate) struct Device {
     errors: Arc<Mutex<DeviceErrors>>,
     lost: Arc<AtomicBool>,
     /// Lose the device after the first picture: for tests.
-    lose_device: bool,
+    inject_loss: bool,
     /// Cause an error after the first picture: for tests.
-    refuse_buffer: bool,
+    inject_error: bool,
 }
 
 impl Device {
@@ -75,19 +75,19 @@ impl Device {
     }
 
     /// Sets the faults that [`Device::trigger_faults`] causes: for tests.
-    pub(crate) const fn inject_faults(&mut self, lose_device: bool, refuse_buffer: bool) {
-        self.lose_device = lose_device;
-        self.refuse_buffer = refuse_buffer;
+    pub(crate) const fn inject_faults(&mut self, loss: bool, error: bool) {
+        self.inject_loss = loss;
+        self.inject_error = error;
     }
 
     /// Causes the injected faults, each once.
     pub(crate) fn trigger_faults(&mut self, device: &wgpu::Device) {
-        if std::mem::take(&mut self.lose_device) {
+        if std::mem::take(&mut self.inject_loss) {
             device.destroy();
             // The callback is called when the device is next polled, which fails now.
             let _ = device.poll(wgpu::PollType::Poll);
         }
-        if std::mem::take(&mut self.refuse_buffer) {
+        if std::mem::take(&mut self.inject_error) {
             drop(device.create_buffer(&wgpu::BufferDescriptor {
                 label: Some("more than there is"),
                 size: device.limits().max_buffer_size.saturating_add(4),

@@ -55,7 +55,7 @@ impl Startup {
                 Ok(()) => startup.notices.push(format!("{reason}. The old settings are kept as {}", renamed.display())),
                 Err(error) if error.kind() == std::io::ErrorKind::NotFound => startup.notices.push(reason.to_owned()),
                 Err(error) => {
-                    startup.notices.push(format!("{reason}, but {} could not be moved: {error}", file.display()))
+                    startup.notices.push(format!("{reason}, but {} could not be moved: {error}", file.display()));
                 }
             }
         };
