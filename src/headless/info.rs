@@ -3,8 +3,8 @@
 use serde::Serialize;
 
 use super::context::Progress;
+use super::context::{Context, Failure, Finished};
 use super::tree_numbers::TreeNumbers;
-use super::{Context, Failure, Finished};
 use crate::accel::Accel;
 use crate::lab::diagnose::{Finding, diagnose_scene, diagnose_tree};
 use crate::lab::report_table::number;

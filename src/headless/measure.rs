@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use super::context::Progress;
-use super::{Context, Failure, Finished};
+use super::context::{Context, Failure, Finished};
 use crate::export::{check_target, write_bytes, write_file};
 use crate::lab::plot::{PlotFormat, draw, panels};
 use crate::lab::report_table::{summary, tables};

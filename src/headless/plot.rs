@@ -3,7 +3,7 @@
 use std::io::{BufRead, BufReader, Read};
 use std::path::{Path, PathBuf};
 
-use super::{Context, Failure, Finished};
+use super::context::{Context, Failure, Finished};
 use crate::export::{check_target, write_bytes};
 use crate::lab::Measurement;
 use crate::lab::plot::{PlotFormat, draw, panels};

@@ -7,8 +7,8 @@ use std::sync::Arc;
 use serde::Serialize;
 
 use super::context::Progress;
+use super::context::{Context, Failure, Finished};
 use super::tree_numbers::TreeNumbers;
-use super::{Context, Failure, Finished};
 use crate::accel::Accel;
 use crate::budget::Budget;
 use crate::export::{ExportError, check_target, write_file};

@@ -4,8 +4,11 @@ use std::path::Path;
 
 use glam::{Vec2, Vec3};
 
+use super::error::{FileLocation, LoadError, Warnings};
+use super::material::{Material, Texture};
+use super::model::{Attributes, Scene};
 use super::read::unusable;
-use super::{Attributes, FileLocation, LoadError, Material, Scene, SceneSource, Texture, Warnings};
+use super::source::SceneSource;
 use crate::budget::{Budget, OverBudget};
 use bvhscope_engine::cancel::{CancelToken, Cancelled};
 use bvhscope_engine::geometry::{Aabb, Triangle};

@@ -6,8 +6,10 @@ use std::path::{Component, Path, PathBuf};
 use glam::Affine2;
 use image::ImageDecoder as _;
 
+use super::error::{FileLocation, Warnings};
+use super::load::LoadOptions;
+use super::material::{Texture, WrapMode};
 use super::read::read_file;
-use super::{FileLocation, LoadOptions, Texture, Warnings, WrapMode};
 use crate::budget::{Budget, format_bytes};
 use bvhscope_engine::cancel::CancelToken;
 

@@ -5,9 +5,12 @@ use std::path::Path;
 use glam::Vec3;
 
 use super::assemble::Assembly;
+use super::error::{FileLocation, LoadError};
 use super::format::{FileFormat, format_names};
+use super::model::Scene;
 use super::read::{beginning, read_model, unusable};
-use super::{FileLocation, LoadError, Scene, SceneSource, builtin, gltf, obj, ply, stl};
+use super::source::SceneSource;
+use super::{builtin, gltf, obj, ply, stl};
 use bvhscope_engine::cancel::CancelToken;
 
 /// Permissions for loading.

@@ -9,9 +9,9 @@ use std::path::Path;
 use glam::Vec3;
 
 use super::assemble::{Assembly, BYTES_PER_TRIANGLE, BYTES_PER_VERTEX, VertexLists, offset_corners};
+use super::error::{FileLocation, LoadError};
 use super::material::linear_from_srgb;
 use super::read::{READ_PROGRESS, unusable};
-use super::{FileLocation, LoadError};
 use crate::budget::Budget;
 use bvhscope_engine::cancel::CancelToken;
 use bvhscope_engine::geometry::Triangle;

@@ -8,8 +8,8 @@ use std::path::Path;
 use glam::Vec3;
 
 use super::assemble::Assembly;
+use super::error::{FileLocation, LoadError};
 use super::read::{READ_PROGRESS, beginning, lines};
-use super::{FileLocation, LoadError};
 use bvhscope_engine::cancel::CancelToken;
 use bvhscope_engine::geometry::Triangle;
 

@@ -4,7 +4,8 @@ use std::path::PathBuf;
 
 use clap::Args;
 
-use super::{CameraArgs, ShapeArgs, StrictLoadArgs};
+use super::picture::CameraArgs;
+use super::shared::{ShapeArgs, StrictLoadArgs};
 use crate::cli::named::{Containers, containers, containers_help, named, simd, tree_builder, tree_builder_help};
 use crate::cli::values::{self, Epsilons, ModelParser, Numbers};
 use crate::scene::SceneSource;

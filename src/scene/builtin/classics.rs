@@ -4,7 +4,8 @@ use glam::{Quat, Vec3};
 
 use super::shapes::{Random, paint, quad, sphere};
 use crate::scene::assemble::Assembly;
-use crate::scene::{FileLocation, Material};
+use crate::scene::error::FileLocation;
+use crate::scene::material::Material;
 use bvhscope_engine::cancel::{CancelToken, Cancelled};
 use bvhscope_engine::geometry::Triangle;
 

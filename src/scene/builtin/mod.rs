@@ -10,9 +10,11 @@ use std::path::PathBuf;
 use glam::Vec3;
 
 use super::assemble::Assembly;
+use super::error::LoadError;
+use super::model::Scene;
 use super::read::unusable;
 use super::source::BUILTIN_SCENES;
-use super::{LoadError, Scene, SceneSource};
+use super::source::SceneSource;
 use bvhscope_engine::cancel::CancelToken;
 
 /// Generates a built-in scene; `size` is clamped to its range.

@@ -3,7 +3,8 @@
 use glam::{DVec3, Vec3};
 
 use crate::scene::assemble::{Assembly, VertexLists};
-use crate::scene::{FileLocation, Material};
+use crate::scene::error::FileLocation;
+use crate::scene::material::Material;
 use bvhscope_engine::cancel::{CancelToken, Cancelled};
 use bvhscope_engine::geometry::Triangle;
 

@@ -4,8 +4,8 @@ use glam::Vec3;
 use rayon::prelude::*;
 
 use super::shapes::paint;
-use crate::scene::FileLocation;
 use crate::scene::assemble::{Assembly, VertexLists, collect_cancellable};
+use crate::scene::error::FileLocation;
 use bvhscope_engine::cancel::{CancelToken, Cancelled};
 use bvhscope_engine::geometry::Triangle;
 

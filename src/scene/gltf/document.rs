@@ -11,9 +11,9 @@ use gltf::binary::Error as GlbError;
 use gltf::json::Root;
 
 use crate::budget::Budget;
+use crate::scene::error::{FileLocation, LoadError};
 use crate::scene::images::Images;
 use crate::scene::read::unusable;
-use crate::scene::{FileLocation, LoadError};
 use bvhscope_engine::cancel::{CancelToken, Cancelled};
 
 /// A parsed file with its buffers; an unreadable buffer holds the reason.

@@ -7,7 +7,7 @@ use gltf::json::validation::Checked;
 
 use super::document::{Document, entry, read_uri};
 use crate::scene::images::Images;
-use crate::scene::{Material, WrapMode};
+use crate::scene::material::{Material, WrapMode};
 
 /// Every material of the file followed by the default material, and for each the index of its texture coordinate set.
 pub(super) fn read_all(document: &Document, images: &mut Images) -> (Vec<Material>, Vec<u32>) {

@@ -23,9 +23,10 @@ use self::document::Document;
 use self::estimate::estimate_triangles;
 use self::primitive::Primitive;
 use super::assemble::{Assembly, BATCH_SIZE, VertexLists, check_vertices, collect_cancellable, offset_corners};
+use super::error::{FileLocation, LoadError};
 use super::images::Images;
+use super::load::LoadOptions;
 use super::read::{READ_PROGRESS, unusable};
-use super::{FileLocation, LoadError, LoadOptions};
 use bvhscope_engine::cancel::{CancelToken, Cancelled};
 use bvhscope_engine::geometry::Triangle;
 

@@ -9,10 +9,12 @@ use std::path::Path;
 use glam::{Vec2, Vec3};
 
 use super::assemble::{Assembly, BATCH_SIZE, VertexLists, collect_cancellable, offset_corners};
+use super::error::{FileLocation, LoadError};
 use super::images::Images;
+use super::load::LoadOptions;
+use super::material::Material;
 use super::material::linear_from_srgb;
 use super::read::unusable;
-use super::{FileLocation, LoadError, LoadOptions, Material};
 use bvhscope_engine::cancel::CancelToken;
 use bvhscope_engine::geometry::Triangle;
 

@@ -3,8 +3,9 @@
 use glam::Vec3;
 
 use crate::budget::Budget;
+use crate::scene::error::{FileLocation, Warnings};
 use crate::scene::images::Images;
-use crate::scene::{FileLocation, Material, Warnings, WrapMode};
+use crate::scene::material::{Material, WrapMode};
 
 /// Bytes per material: in a list that doubles as it grows and in the list of the scene.
 const BYTES_PER_MATERIAL: u64 = 4 * size_of::<Material>() as u64;

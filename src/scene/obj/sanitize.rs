@@ -9,8 +9,8 @@ use arrayvec::ArrayVec;
 
 use crate::budget::Budget;
 use crate::scene::assemble::BYTES_PER_TRIANGLE;
+use crate::scene::error::{FileLocation, Warnings};
 use crate::scene::read::{MAX_LINE, READ_PROGRESS, lines};
-use crate::scene::{FileLocation, Warnings};
 use bvhscope_engine::cancel::CancelToken;
 
 /// Bytes of sanitized text produced at a time.
