@@ -7,8 +7,8 @@ use glam::Affine2;
 use image::ImageDecoder as _;
 
 use super::error::{FileLocation, Warnings};
-use super::load::LoadOptions;
 use super::material::{Texture, WrapMode};
+use super::options::LoadOptions;
 use super::read::read_file;
 use crate::budget::{Budget, format_bytes};
 use bvhscope_engine::cancel::CancelToken;

@@ -8,17 +8,11 @@ use super::assemble::Assembly;
 use super::error::{FileLocation, LoadError};
 use super::format::{FileFormat, format_names};
 use super::model::Scene;
+use super::options::LoadOptions;
 use super::read::{beginning, read_model, unusable};
 use super::source::SceneSource;
 use super::{builtin, gltf, obj, ply, stl};
 use bvhscope_engine::cancel::CancelToken;
-
-/// Permissions for loading.
-#[derive(Debug, Clone, Default, PartialEq, Eq)]
-pub struct LoadOptions {
-    /// Allows files outside the model's folder to be read.
-    pub allow_outside: bool,
-}
 
 /// Loads a scene from a file or makes a built-in one. `token` cancels it and receives the progress.
 ///

@@ -16,6 +16,8 @@ mod model;
 
 mod format;
 
+mod options;
+
 mod load;
 
 mod read;
@@ -37,7 +39,8 @@ mod builtin;
 
 pub use error::{FileLocation, LoadError, Warning, Warnings};
 pub use format::{FILE_FORMATS, FileFormat, FormatInfo, format_names, model_extensions};
-pub use load::{LoadOptions, load, load_bytes};
+pub use load::{load, load_bytes};
 pub use material::{Material, Texture, WrapMode};
 pub use model::{Attributes, Scene};
+pub use options::LoadOptions;
 pub use source::{BUILTIN_SCENES, BuiltinScene, SceneSource};

@@ -1,30 +1,163 @@
-//! The arrows between modules run one way: reads every `use crate::` (and path) in `src`.
+//! The arrows between the modules of both crates run one way and never in a circle: reads every `use` line and every path
+//! that begins with `crate`, `super` or `self`.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
-/// For each module of the crate what it may import.
-const MAY_IMPORT: &[(&str, &[&str])] = &[
-    ("geometry", &[]),
-    ("cancel", &[]),
-    ("budget", &[]),
-    ("worker", &["cancel"]),
-    ("export", &["cancel"]),
-    ("camera", &["geometry"]),
-    ("view", &["geometry", "camera"]),
-    ("scene", &["geometry", "cancel", "budget"]),
-    ("bvh", &["geometry", "cancel", "budget"]),
-    ("accel", &["geometry", "cancel", "budget", "scene", "bvh"]),
-    ("render", &["geometry", "cancel", "budget", "camera", "scene", "bvh", "accel"]),
-    ("overlay", &["geometry", "cancel", "budget", "camera", "scene", "bvh", "accel"]),
-    ("lab", &["geometry", "cancel", "budget", "export", "camera", "view", "scene", "bvh", "accel", "render"]),
-];
+/// One crate: its source folder, and its rooms from the ground up with the rooms of the same crate that each may import. A room
+/// is a top-level module, or `app::NAME` for the rooms inside the window.
+struct Plan {
+    source: &'static str,
+    rooms: &'static [(&'static str, &'static [&'static str])],
+}
 
-/// What the upper rooms may import: everything below them.
-const TOP: &[&str] = &["app", "headless", "cli", "main", "lib", "bin"];
+const ENGINE: Plan = Plan {
+    source: "engine/src",
+    rooms: &[
+        ("geometry", &[]),
+        ("cancel", &[]),
+        ("kernel", &["cancel"]),
+        ("tree", &["geometry", "cancel", "kernel"]),
+        ("settings", &["tree"]),
+        ("stage_times", &[]),
+        ("order", &["geometry", "cancel", "kernel", "tree", "settings", "stage_times"]),
+        ("aac", &["geometry", "cancel", "kernel", "tree", "settings", "stage_times", "order"]),
+        ("optimize", &["geometry", "cancel", "kernel", "tree", "settings", "stage_times", "aac"]),
+        ("builders", &["geometry", "cancel", "kernel", "tree", "settings", "stage_times", "order", "aac", "optimize"]),
+        ("wide", &["geometry", "cancel", "kernel", "tree"]),
+        ("bvh", &["geometry", "cancel", "kernel", "tree", "settings", "stage_times", "aac", "builders", "wide"]),
+    ],
+};
 
-/// Crates that only the window knows.
-const WINDOW_CRATES: &[&str] = &["egui", "eframe", "wgpu", "rfd"];
+const VIEWER: Plan = Plan {
+    source: "src",
+    rooms: &[
+        ("budget", &[]),
+        ("worker", &[]),
+        ("export", &[]),
+        ("camera", &[]),
+        ("view", &["camera"]),
+        ("scene", &["budget"]),
+        ("accel", &["budget", "scene"]),
+        ("render", &["budget", "camera", "scene", "accel"]),
+        ("overlay", &["budget", "camera", "scene", "accel"]),
+        ("lab", &["budget", "export", "camera", "view", "scene", "accel", "render"]),
+        ("headless", &["budget", "export", "camera", "view", "scene", "accel", "render", "overlay", "lab"]),
+        ("app::format", &[]),
+        ("app::theme", &["app::state"]),
+        ("app::state", &["camera", "view", "scene", "accel", "render", "overlay", "lab"]),
+        (
+            "app::viewport",
+            &["export", "camera", "scene", "accel", "render", "overlay", "app::state", "app::format", "app::theme"],
+        ),
+        (
+            "app::commands",
+            &[
+                "camera",
+                "view",
+                "scene",
+                "accel",
+                "render",
+                "overlay",
+                "lab",
+                "app::state",
+                "app::format",
+                "app::theme",
+                "app::viewport",
+            ],
+        ),
+        (
+            "app::panels",
+            &[
+                "camera",
+                "scene",
+                "accel",
+                "render",
+                "overlay",
+                "lab",
+                "app::state",
+                "app::format",
+                "app::theme",
+                "app::viewport",
+                "app::commands",
+            ],
+        ),
+        (
+            "app::work",
+            &[
+                "worker",
+                "export",
+                "camera",
+                "view",
+                "scene",
+                "accel",
+                "render",
+                "overlay",
+                "lab",
+                "app::state",
+                "app::format",
+                "app::viewport",
+            ],
+        ),
+        (
+            "app::launch",
+            &[
+                "worker",
+                "export",
+                "camera",
+                "view",
+                "scene",
+                "accel",
+                "render",
+                "overlay",
+                "lab",
+                "app::state",
+                "app::format",
+                "app::theme",
+                "app::viewport",
+                "app::commands",
+                "app::panels",
+                "app::work",
+            ],
+        ),
+        (
+            "app",
+            &[
+                "app::state",
+                "app::format",
+                "app::theme",
+                "app::viewport",
+                "app::commands",
+                "app::panels",
+                "app::work",
+                "app::launch",
+            ],
+        ),
+        (
+            "cli",
+            &["budget", "export", "camera", "view", "scene", "accel", "render", "overlay", "lab", "headless", "app"],
+        ),
+        ("main", &["cli"]),
+        ("bin", &["cli"]),
+    ],
+};
+
+/// Crates that only the window and the overlay's wgpu pass know.
+const WINDOW_CRATES: &[&str] = &["egui", "eframe", "egui_wgpu", "egui_plot", "egui_extras", "wgpu", "rfd"];
+
+/// A source file: its path below the source folder, its module path and its code.
+struct Source {
+    file: String,
+    module: Vec<String>,
+    code: String,
+}
+
+impl Source {
+    /// Whether it only declares and re-exports: the crate's map, which is no room.
+    fn is_crate_root(&self) -> bool {
+        self.module.is_empty()
+    }
+}
 
 fn source_files(folder: &Path, files: &mut Vec<PathBuf>) {
     for entry in std::fs::read_dir(folder).expect("the source folder can be read") {
@@ -37,115 +170,305 @@ fn source_files(folder: &Path, files: &mut Vec<PathBuf>) {
     }
 }
 
-/// The module of the crate that a file belongs to: the first part of its path.
-fn module_of(relative: &Path) -> String {
-    let first = relative.iter().next().expect("a file has a name").to_string_lossy();
-    first.trim_end_matches(".rs").to_owned()
+/// The module that a file is: its path without extension, `mod` and `lib`.
+fn module_of(relative: &Path) -> Vec<String> {
+    let mut module: Vec<String> =
+        relative.with_extension("").iter().map(|part| part.to_string_lossy().into_owned()).collect();
+    if module.last().is_some_and(|last| last == "mod" || last == "lib") {
+        module.pop();
+    }
+    module
 }
 
-/// The code of a file without comments and, where `tests` stands alone at its end, without its unit tests.
+/// The code of a file without comments and without the unit tests at its end.
 fn code(text: &str) -> String {
-    let text = text.split("#[cfg(test)]\nmod tests {").next().unwrap_or_default();
+    let text = text.split("mod tests {").next().unwrap_or_default();
     text.lines().map(|line| line.split("//").next().unwrap_or_default()).collect::<Vec<_>>().join("\n")
 }
 
-/// Every module named behind `crate::`, also in a braced list.
-fn imported_modules(code: &str) -> BTreeSet<String> {
-    let mut modules = BTreeSet::new();
-    for (at, found) in code.match_indices("crate::") {
-        // `$crate::` in a macro and names that merely end in "crate" are not imports of ours.
-        if code[..at].ends_with(|before: char| before.is_alphanumeric() || before == '_' || before == '$') {
-            continue;
-        }
-        let rest = &code[at + found.len()..];
-        let first_name = |text: &str| -> String {
-            text.trim_start().chars().take_while(|c| c.is_alphanumeric() || *c == '_').collect()
-        };
-        if let Some(list) = rest.strip_prefix('{') {
-            let mut depth = 0;
-            let mut start = true;
-            for (offset, c) in list.char_indices() {
-                match c {
-                    '{' => depth += 1,
-                    '}' if depth == 0 => break,
-                    '}' => depth -= 1,
-                    ',' if depth == 0 => start = true,
-                    c if c.is_whitespace() => {}
-                    _ if start && depth == 0 => {
-                        modules.insert(first_name(&list[offset..]));
-                        start = false;
-                    }
-                    _ => {}
-                }
-            }
-        } else {
-            modules.insert(first_name(rest));
-        }
-    }
-    modules
-}
-
-/// Each source file with its module and its code.
-fn sources() -> Vec<(String, String, String)> {
-    let source = Path::new(env!("CARGO_MANIFEST_DIR")).join("src");
+fn sources(plan: &Plan) -> Vec<Source> {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join(plan.source);
     let mut files = Vec::new();
-    source_files(&source, &mut files);
+    source_files(&folder, &mut files);
     files.sort();
     files
         .iter()
         .map(|path| {
-            let relative = path.strip_prefix(&source).expect("inside the folder");
+            let relative = path.strip_prefix(&folder).expect("inside the folder");
             let text = std::fs::read_to_string(path).expect("source is UTF-8");
-            (relative.display().to_string(), module_of(relative), code(&text))
+            Source {
+                file: format!("{}/{}", plan.source, relative.display()),
+                module: module_of(relative),
+                code: code(&text),
+            }
         })
         .collect()
 }
 
-#[test]
-fn no_arrow_runs_the_wrong_way() {
-    let sources = sources();
-    let known: BTreeSet<&str> = sources.iter().map(|(_, module, _)| module.as_str()).collect();
-    let mut arrows = 0;
-    let mut wrong = Vec::new();
-    for (file, module, code) in &sources {
-        if TOP.contains(&module.as_str()) {
-            continue;
+fn is_name(c: char) -> bool {
+    c.is_alphanumeric() || c == '_'
+}
+
+/// Splits at the commas outside of braces.
+fn split_list(list: &str) -> Vec<&str> {
+    let (mut parts, mut depth, mut start) = (Vec::new(), 0, 0);
+    for (at, c) in list.char_indices() {
+        match c {
+            '{' => depth += 1,
+            '}' => depth -= 1,
+            ',' if depth == 0 => {
+                parts.push(&list[start..at]);
+                start = at + 1;
+            }
+            _ => {}
         }
-        let Some((_, allowed)) = MAY_IMPORT.iter().find(|(name, _)| name == module) else {
-            wrong.push(format!("{file}: the module '{module}' has no place in the order: give it one here"));
-            continue;
-        };
-        for import in imported_modules(code) {
-            // Macros and the crate's own items are no modules.
-            if import == *module || !known.contains(import.as_str()) {
+    }
+    parts.push(&list[start..]);
+    parts
+}
+
+/// The paths of a use tree such as `a::{b, c::{self, d}}`.
+fn expand(prefix: &[String], tree: &str, paths: &mut Vec<Vec<String>>) {
+    for part in split_list(tree) {
+        let part = part.split(" as ").next().unwrap_or_default().trim();
+        let (head, rest) = part.split_once('{').map_or((part, None), |(head, rest)| (head, Some(rest)));
+        let mut path = prefix.to_vec();
+        path.extend(head.split("::").map(str::trim).filter(|name| !name.is_empty() && *name != "*").map(str::to_owned));
+        match rest {
+            Some(rest) => expand(&path, rest.trim_end().trim_end_matches('}'), paths),
+            None if part.is_empty() => {}
+            None => paths.push(path),
+        }
+    }
+}
+
+/// Every path in `code` that begins with `crate`, `super` or `self`, in `use` lines and elsewhere, from the crate's root on.
+fn imported_paths(code: &str, module: &[String]) -> Vec<Vec<String>> {
+    let mut paths = Vec::new();
+    for start in ["crate", "super", "self"] {
+        for (at, _) in code.match_indices(&format!("{start}::")) {
+            // `$crate::` in a macro, longer names and later parts of a path are no beginnings.
+            if code[..at].ends_with(|before: char| is_name(before) || before == '$' || before == ':') {
                 continue;
             }
-            arrows += 1;
-            if !allowed.contains(&import.as_str()) {
-                wrong.push(format!("{file}: '{module}' must not import '{import}'"));
+            let rest = &code[at..];
+            let in_use = code[..at].rsplit([';', '}', '{']).next().is_some_and(|line| line.contains("use "));
+            let mut trees = Vec::new();
+            if in_use {
+                let statement = rest.split(';').next().unwrap_or_default();
+                expand(&[], statement, &mut trees);
+            } else {
+                let path: String = rest.chars().take_while(|&c| is_name(c) || c == ':').collect();
+                trees.push(path.split("::").filter(|name| !name.is_empty()).map(str::to_owned).collect());
+            }
+            for tree in trees {
+                let mut base = module.to_vec();
+                let mut names = tree.iter().peekable();
+                match names.next().map(String::as_str) {
+                    Some("crate") => base.clear(),
+                    Some("super") => {
+                        base.pop();
+                        while names.next_if(|name| *name == "super").is_some() {
+                            base.pop();
+                        }
+                    }
+                    _ => {}
+                }
+                base.extend(names.cloned());
+                paths.push(base);
             }
         }
     }
-    assert!(arrows > 20, "only {arrows} imports were found: the reader is broken");
+    paths
+}
+
+/// The module that `path` names an item of: its longest beginning that is a file.
+fn file_of<'a>(path: &'a [String], modules: &BTreeSet<Vec<String>>) -> Option<&'a [String]> {
+    (1..=path.len()).rev().map(|end| &path[..end]).find(|beginning| modules.contains(*beginning))
+}
+
+/// The room of a module: its longest beginning that the plan lists.
+fn room_of<'a>(module: &[String], plan: &'a Plan) -> Option<&'a str> {
+    (1..=module.len()).rev().find_map(|end| {
+        let name = module[..end].join("::");
+        plan.rooms.iter().map(|(room, _)| *room).find(|room| *room == name)
+    })
+}
+
+/// Each source file's imports from its own crate, as modules.
+fn arrows(sources: &[Source]) -> BTreeMap<Vec<String>, BTreeSet<Vec<String>>> {
+    let modules: BTreeSet<Vec<String>> = sources.iter().map(|source| source.module.clone()).collect();
+    let mut arrows = BTreeMap::new();
+    for source in sources.iter().filter(|source| !source.is_crate_root()) {
+        let mut targets: BTreeSet<Vec<String>> = imported_paths(&source.code, &source.module)
+            .iter()
+            .filter_map(|path| file_of(path, &modules).map(<[String]>::to_vec))
+            .collect();
+        // A face's `pub use child::Item` names its children without `self`.
+        for line in source.code.split(';') {
+            let Some((_, tree)) = line.split_once("use ") else { continue };
+            let mut paths = Vec::new();
+            expand(&source.module, tree.trim_start(), &mut paths);
+            targets.extend(
+                paths
+                    .iter()
+                    .filter_map(|path| file_of(path, &modules))
+                    .filter(|found| found.len() > source.module.len())
+                    .map(<[String]>::to_vec),
+            );
+        }
+        targets.remove(&source.module);
+        arrows.insert(source.module.clone(), targets);
+    }
+    arrows
+}
+
+fn check_rooms(plan: &Plan) {
+    let sources = sources(plan);
+    let arrows = arrows(&sources);
+    let (mut count, mut wrong) = (0, Vec::new());
+    for source in sources.iter().filter(|source| !source.is_crate_root()) {
+        let Some(room) = room_of(&source.module, plan) else {
+            wrong.push(format!("{}: this module has no room in the plan: give it one", source.file));
+            continue;
+        };
+        let (_, allowed) = plan.rooms.iter().find(|(name, _)| *name == room).expect("found in the plan");
+        for target in &arrows[&source.module] {
+            let Some(other) = room_of(target, plan).filter(|other| *other != room) else { continue };
+            count += 1;
+            if !allowed.contains(&other) {
+                wrong.push(format!("{}: '{room}' must not import '{other}' ({})", source.file, target.join("::")));
+            }
+        }
+    }
+    assert!(count > 20, "only {count} imports between rooms of {} were found: the reader is broken", plan.source);
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+}
+
+/// The circles among `arrows`: sets of modules that reach each other.
+fn circles(arrows: &BTreeMap<Vec<String>, BTreeSet<Vec<String>>>) -> Vec<Vec<&Vec<String>>> {
+    let reach: BTreeMap<&Vec<String>, BTreeSet<&Vec<String>>> = arrows
+        .keys()
+        .map(|start| {
+            let (mut seen, mut open) = (BTreeSet::new(), vec![start]);
+            while let Some(module) = open.pop() {
+                for target in arrows.get(module).into_iter().flatten() {
+                    if seen.insert(target) {
+                        open.push(target);
+                    }
+                }
+            }
+            (start, seen)
+        })
+        .collect();
+    let mut found: BTreeSet<Vec<&Vec<String>>> = BTreeSet::new();
+    for (start, seen) in &reach {
+        if seen.contains(start) {
+            let members = reach
+                .iter()
+                .filter(|(other, back)| seen.contains(*other) && back.contains(start))
+                .map(|(other, _)| *other);
+            found.insert(members.collect());
+        }
+    }
+    found.into_iter().collect()
+}
+
+fn check_circles(plan: &Plan) {
+    let sources = sources(plan);
+    let arrows = arrows(&sources);
+    let text: Vec<String> = circles(&arrows)
+        .iter()
+        .map(|circle| {
+            let arrows_within = circle.iter().flat_map(|module| {
+                arrows[*module]
+                    .iter()
+                    .filter(|target| circle.contains(target))
+                    .map(|target| format!("    {} -> {}", module.join("::"), target.join("::")))
+            });
+            format!("a circle in {}:\n{}", plan.source, arrows_within.collect::<Vec<_>>().join("\n"))
+        })
+        .collect();
+    assert!(text.is_empty(), "{}", text.join("\n"));
+}
+
+#[test]
+fn no_arrow_of_the_engine_runs_the_wrong_way() {
+    check_rooms(&ENGINE);
+}
+
+#[test]
+fn no_arrow_of_the_viewer_runs_the_wrong_way() {
+    check_rooms(&VIEWER);
+}
+
+#[test]
+fn no_modules_of_the_engine_import_each_other_in_a_circle() {
+    check_circles(&ENGINE);
+}
+
+#[test]
+fn no_modules_of_the_viewer_import_each_other_in_a_circle() {
+    check_circles(&VIEWER);
 }
 
 #[test]
 fn only_the_window_knows_the_toolkit() {
-    for (file, module, code) in sources() {
-        if TOP.contains(&module.as_str()) || module == "overlay" {
+    let mut checked = 0;
+    for source in sources(&VIEWER).iter().chain(&sources(&ENGINE)) {
+        if source.module.first().is_some_and(|room| room == "app" || room == "overlay") {
             continue;
         }
+        checked += 1;
         for name in WINDOW_CRATES {
-            assert!(!code.contains(&format!("{name}::")), "{file}: '{module}' must not know {name}");
+            let path = format!("{name}::");
+            let known = source.code.match_indices(&path).any(|(at, _)| !source.code[..at].ends_with(is_name));
+            assert!(!known, "{}: only app and overlay may know {name}", source.file);
+        }
+    }
+    assert!(checked > 100, "only {checked} files were read");
+}
+
+#[test]
+fn the_engine_knows_nothing_of_the_viewer() {
+    for source in sources(&ENGINE) {
+        for name in ["bvhscope::", "image::", "tobj::", "gltf::", "std::fs", "std::thread::spawn"] {
+            assert!(!source.code.contains(name), "{}: the engine must not know {name}", source.file);
         }
     }
 }
 
 #[test]
 fn the_reader_understands_every_form_of_import() {
-    let text = "use crate::scene::{Scene, load};\nuse crate::{bvh::{Node, Tree}, with_tree,\n    camera};\n\
-                fn f() { crate::accel::x() } // crate::render\n$crate::lab::y; mycrate::app::z";
-    let modules: Vec<_> = imported_modules(&code(text)).into_iter().collect();
-    assert_eq!(modules, ["accel", "bvh", "camera", "scene", "with_tree"]);
+    let text = "use crate::scene::{Scene, load};\nuse crate::{tree::{Node, Tree}, with_tree,\n    camera as eye};\n\
+                use super::super::a::b;\nuse self::c;\nfn f() { crate::accel::x(); super::y() } // crate::render\n\
+                $crate::lab::y; mycrate::app::z; std::path::self_other::q";
+    let module = ["app", "panels", "side"].map(str::to_owned);
+    let found: BTreeSet<String> = imported_paths(&code(text), &module).iter().map(|path| path.join("::")).collect();
+    let expected = [
+        "accel::x",
+        "app::a::b",
+        "app::panels::side::c",
+        "app::panels::y",
+        "camera",
+        "scene::Scene",
+        "scene::load",
+        "tree::Node",
+        "tree::Tree",
+        "with_tree",
+    ];
+    assert_eq!(found, expected.map(str::to_owned).into());
+}
+
+#[test]
+fn a_circle_is_found() {
+    let module = |name: &str| vec![name.to_owned()];
+    let arrow = |to: &[&str]| to.iter().map(|name| module(name)).collect::<BTreeSet<_>>();
+    let arrows = BTreeMap::from([
+        (module("a"), arrow(&["b"])),
+        (module("b"), arrow(&["c"])),
+        (module("c"), arrow(&["b"])),
+        (module("d"), arrow(&["a", "c"])),
+    ]);
+    assert_eq!(circles(&arrows), [vec![&module("b"), &module("c")]]);
 }

@@ -25,7 +25,7 @@ use self::primitive::Primitive;
 use super::assemble::{Assembly, BATCH_SIZE, VertexLists, check_vertices, collect_cancellable, offset_corners};
 use super::error::{FileLocation, LoadError};
 use super::images::Images;
-use super::load::LoadOptions;
+use super::options::LoadOptions;
 use super::read::{READ_PROGRESS, unusable};
 use bvhscope_engine::cancel::{CancelToken, Cancelled};
 use bvhscope_engine::geometry::Triangle;

@@ -9,11 +9,11 @@ use std::path::Path;
 use glam::{Vec2, Vec3};
 
 use super::assemble::{Assembly, BATCH_SIZE, VertexLists, collect_cancellable, offset_corners};
-use super::error::{FileLocation, LoadError};
+use super::error::{FileLocation, LoadError, Warnings};
 use super::images::Images;
-use super::load::LoadOptions;
 use super::material::Material;
 use super::material::linear_from_srgb;
+use super::options::LoadOptions;
 use super::read::unusable;
 use bvhscope_engine::cancel::CancelToken;
 use bvhscope_engine::geometry::Triangle;
@@ -30,7 +30,7 @@ pub(super) fn load(
         return Err(unusable(path, "is UTF-16 text; save it as UTF-8"));
     }
     let images = RefCell::new(Images::new(path, options, token));
-    let materials = RefCell::new((Vec::new(), super::Warnings::default()));
+    let materials = RefCell::new((Vec::new(), Warnings::default()));
     let mut reader = sanitize::Sanitizer::new(bytes, token);
     let settings = tobj::LoadOptions { single_index: true, triangulate: true, ..tobj::LoadOptions::default() };
     let result = tobj::load_obj_buf(&mut reader, &settings, |name| {
