@@ -5,7 +5,7 @@ use std::time::Duration;
 /// Wall-clock time of each stage of a build, in the order in which they ran.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct StageTimes {
-    /// Name and duration: "codes", "sort", "tree", "flatten" for AAC; then each pass over the finished tree by its name.
+    /// Name and duration: "bounds", "codes", "sort", "tree", "flatten" for AAC; then each pass over the finished tree by its name.
     pub stages: Vec<(&'static str, Duration)>,
     /// Names of the stages that did not run, because the result of an earlier build of the same triangles was reused. They come
     /// before all others, have no entry in [`Self::stages`] and add nothing to [`Self::total`].

@@ -5,9 +5,7 @@ use std::any::Any;
 use std::sync::{Arc, Mutex, PoisonError, Weak};
 
 use crate::aac::cluster_container::ClusterContainer;
-use crate::cancel::{CancelToken, Cancelled};
-use crate::geometry::Triangle;
-use crate::order::{InputBounds, SortedPrimitives, input_bounds};
+use crate::order::{InputBounds, SortedPrimitives};
 use crate::settings::Curve;
 use crate::tree::statistics::TreeStats;
 use crate::tree::{Container, Node, Tree};
@@ -49,15 +47,14 @@ impl BuildCache {
         self.stats.take()
     }
 
-    /// Bounds of `triangles`, computed by the first build.
-    pub(crate) fn input_bounds(
-        &mut self,
-        triangles: &[Triangle],
-        token: &CancelToken,
-    ) -> Result<InputBounds, Cancelled> {
-        let bounds = if let Some(bounds) = self.bounds { bounds } else { input_bounds(triangles, token)? };
+    /// Bounds of the triangles, where an earlier build has computed them.
+    pub(crate) fn input_bounds(&self) -> Option<InputBounds> {
+        self.bounds
+    }
+
+    /// Stores the bounds of the triangles for the next build.
+    pub(crate) fn store_input_bounds(&mut self, bounds: InputBounds) {
         self.bounds = Some(bounds);
-        Ok(bounds)
     }
 
     /// The primitives as the last build has sorted them; `None` if it used another container or another curve.
@@ -103,7 +100,9 @@ mod tests {
 
     use super::*;
     use crate::aac::build_bvh;
-    use crate::geometry::{Aabb, Sphere};
+    use crate::cancel::CancelToken;
+    use crate::geometry::{Aabb, Sphere, Triangle};
+    use crate::order::input_bounds;
     use crate::settings::BuildSettings;
     use crate::stage_times::StageTimes;
 

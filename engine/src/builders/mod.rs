@@ -96,16 +96,32 @@ where
         let tree = Tree::<C> { nodes: Vec::new(), primitive_indices: Vec::new(), max_depth: 0 };
         return Ok((tree.into(), times));
     }
-    let bounds = match &mut cache {
-        Some(cache) => cache.input_bounds(triangles, token)?,
-        None => input_bounds(triangles, token)?,
+    let bounds = match cache.as_deref().and_then(BuildCache::input_bounds) {
+        Some(bounds) => {
+            times.reused.push("bounds");
+            bounds
+        }
+        None => {
+            let start = Instant::now();
+            let bounds = input_bounds(triangles, token)?;
+            times.stages.push(("bounds", start.elapsed()));
+            bounds
+        }
     };
+    if let Some(cache) = &mut cache {
+        cache.store_input_bounds(bounds);
+    }
     let tree = if scale::needs_scaling(bounds.max_coordinate) {
+        let start = Instant::now();
         let scaled = scale::scaled(triangles, bounds.max_coordinate, token)?;
+        let scaled_bounds = input_bounds(&scaled, token)?;
+        times.stages.push(("scale", start.elapsed()));
         // Without presplitting: leaves are refitted to whole triangles.
         let settings = BuildSettings { optimize: settings.optimize.without(Pass::Split), ..*settings };
-        let mut tree = build_kind::<C>(&scaled, &input_bounds(&scaled, token)?, &settings, None, token, &mut times)?;
+        let mut tree = build_kind::<C>(&scaled, &scaled_bounds, &settings, None, token, &mut times)?;
+        let start = Instant::now();
         scale::refit(&mut tree, triangles, token)?;
+        times.stages.push(("refit", start.elapsed()));
         tree
     } else if settings.passes().contains(Pass::Split) {
         build_presplit(triangles, &bounds, settings, token, &mut times)?
@@ -124,14 +140,13 @@ fn build_presplit<C: ClusterContainer>(
     times: &mut StageTimes,
 ) -> Result<Tree<C>, Cancelled> {
     let start = Instant::now();
-    let split = presplit(triangles, token)?;
-    times.stages.push((Pass::Split.name(), start.elapsed()));
-    let Some(Presplit { proxy_triangles, source_index }) =
-        split.filter(|split| split.source_index.len() < MAX_PRIMITIVES)
-    else {
+    let split = presplit(triangles, token)?.filter(|split| split.source_index.len() < MAX_PRIMITIVES);
+    let Some(Presplit { proxy_triangles, source_index }) = split else {
+        times.stages.push((Pass::Split.name(), start.elapsed()));
         return build_kind(triangles, bounds, settings, None, token, times);
     };
     let proxy_bounds = input_bounds(&proxy_triangles, token)?;
+    times.stages.push((Pass::Split.name(), start.elapsed()));
     let mut tree = build_kind(&proxy_triangles, &proxy_bounds, settings, None, token, times)?;
     for batch in tree.primitive_indices.chunks_mut(INDICES_BETWEEN_CHECKS) {
         token.check()?;

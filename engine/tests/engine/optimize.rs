@@ -193,7 +193,7 @@ fn passes_have_stages() {
     let settings = BuildSettings::preset(Preset::Best, ContainerKind::Aabb);
     let (_, times) = build_binary(&triangles, &settings, &CancelToken::new()).expect("nothing to refuse");
     let stages: Vec<&str> = times.stages.iter().map(|stage| stage.0).collect();
-    assert_eq!(stages, ["codes", "sort", "tree", "flatten", "collapse", "restructure", "reinsert", "layout"]);
+    assert_eq!(stages, ["bounds", "codes", "sort", "tree", "flatten", "collapse", "restructure", "reinsert", "layout"]);
 }
 
 #[cfg(feature = "serde")]

@@ -96,7 +96,7 @@ fn pairs_table(
 }
 
 /// The stages of an AAC build in order; stages of other builders follow.
-const STAGES: [&str; 4] = ["codes", "sort", "tree", "flatten"];
+const STAGES: [&str; 5] = ["bounds", "codes", "sort", "tree", "flatten"];
 
 /// Build times by stage.
 fn stages_table(rows: &[Measurement]) -> ReportTable {
