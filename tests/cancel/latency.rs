@@ -25,8 +25,8 @@ use bvhscope_engine::with_tree;
 
 /// Size of the large input in that of the small one.
 const GROWTH: u32 = 8;
-/// Factor by which an interval may be longer with the large input, which fits less well into the caches.
-const SLACK: u32 = 4;
+/// Factor by which an interval may be longer with the large input, which fits less well into the caches: well below GROWTH.
+const SLACK: u32 = 5;
 /// Intervals below this fraction of the whole job, one part in so many, are too short to matter.
 const NEGLIGIBLE: u32 = 100;
 /// Triangles of the small inputs: more than the work of any job between two checks.
