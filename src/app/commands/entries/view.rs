@@ -88,9 +88,11 @@ pub(super) fn add(list: &mut List) {
         &[(NONE, Key::C)],
     );
     let digits = [Key::Num1, Key::Num2, Key::Num3, Key::Num4, Key::Num5, Key::Num6, Key::Num7, Key::Num8, Key::Num9];
-    for (shading, key) in Shading::ALL.into_iter().zip(digits) {
+    for (index, shading) in Shading::ALL.into_iter().enumerate() {
         let label = format!("Shading: {}", shading.label());
-        list.add(place(3), Action::Shade(shading), &label, shading_description(shading), &[(ALT, key)]);
+        // Modes beyond the ninth have no key.
+        let shortcut = digits.get(index).map(|&key| (ALT, key));
+        list.add(place(3), Action::Shade(shading), &label, shading_description(shading), shortcut.as_slice());
     }
     list.add(place(4), Action::ToggleLeftPanel, "Left panel", "Show scene and statistics", &[(NONE, Key::F3)]);
     list.add(place(4), Action::ToggleRightPanel, "Right panel", "Show the settings", &[(NONE, Key::F4)]);
