@@ -3,6 +3,8 @@
 //! Prints the least and the median time of ten rounds, for boxes and spheres, ordered and paper traversal, and what the
 //! statistics cost. The view fills the picture with the model.
 
+#![allow(clippy::pedantic, reason = "tests and measurements may be plainer than the libraries")]
+
 use std::ffi::OsString;
 use std::sync::Arc;
 use std::time::{Duration, Instant};

@@ -1,6 +1,8 @@
 //! A short form of the benchmark without peers: every setting and interface that it measures has the hits of a test of every
 //! triangle.
 
+#![allow(clippy::pedantic, reason = "tests and measurements may be plainer than the libraries")]
+
 #[path = "../benches/peers/engine.rs"]
 #[allow(dead_code, reason = "costs and bytes are the benchmark's")]
 mod engine;

@@ -4,6 +4,8 @@
 //! Measures build time by threads, SAH cost by one formula, bytes per triangle, and the rate of primary, ambient occlusion and
 //! diffuse rays through every interface on one thread. Fails where the engines' hits disagree.
 
+#![allow(clippy::pedantic, reason = "tests and measurements may be plainer than the libraries")]
+
 mod embree;
 mod engine;
 mod measure;

@@ -1,5 +1,6 @@
 //! The commands, run as processes: flags, exit codes, output, files, signals.
 
+#![allow(clippy::pedantic, reason = "tests and measurements may be plainer than the libraries")]
 #![allow(clippy::unwrap_used, reason = "a failed step is a failed test")]
 
 #[path = "../support/mod.rs"]

@@ -1,5 +1,6 @@
 //! Reading models: sound, damaged and hostile files of every format, and the built-in scenes.
 
+#![allow(clippy::pedantic, reason = "tests and measurements may be plainer than the libraries")]
 #![allow(clippy::unwrap_used, reason = "a failed step is a failed test")]
 
 #[path = "../../engine/tests/engine/random.rs"]

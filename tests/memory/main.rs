@@ -1,5 +1,6 @@
 //! Memory of the whole process. A program of its own, because its allocator counts for all threads; one test runs at a time.
 
+#![allow(clippy::pedantic, reason = "tests and measurements may be plainer than the libraries")]
 #![allow(clippy::unwrap_used, reason = "a failed step is a failed test")]
 
 use std::sync::{Mutex, MutexGuard, PoisonError};

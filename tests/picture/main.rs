@@ -1,5 +1,6 @@
 //! Pictures and measurements: shading modes, the overlay and its shaders, and the tables of the lab.
 
+#![allow(clippy::pedantic, reason = "tests and measurements may be plainer than the libraries")]
 #![allow(clippy::unwrap_used, reason = "a failed step is a failed test")]
 
 mod determinism;

@@ -1,5 +1,6 @@
 //! Rules that the source text must follow. This program links neither the library nor the engine.
 
+#![allow(clippy::pedantic, reason = "tests and measurements may be plainer than the libraries")]
 #![allow(clippy::unwrap_used, reason = "a failed step is a failed test")]
 
 mod layering;

@@ -96,17 +96,14 @@ where
         let tree = Tree::<C> { nodes: Vec::new(), primitive_indices: Vec::new(), max_depth: 0 };
         return Ok((tree.into(), times));
     }
-    let bounds = match cache.as_deref().and_then(BuildCache::input_bounds) {
-        Some(bounds) => {
-            times.reused.push("bounds");
-            bounds
-        }
-        None => {
-            let start = Instant::now();
-            let bounds = input_bounds(triangles, token)?;
-            times.stages.push(("bounds", start.elapsed()));
-            bounds
-        }
+    let bounds = if let Some(bounds) = cache.as_deref().and_then(BuildCache::input_bounds) {
+        times.reused.push("bounds");
+        bounds
+    } else {
+        let start = Instant::now();
+        let bounds = input_bounds(triangles, token)?;
+        times.stages.push(("bounds", start.elapsed()));
+        bounds
     };
     if let Some(cache) = &mut cache {
         cache.store_input_bounds(bounds);
