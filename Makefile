@@ -39,9 +39,9 @@ unit:
 	cargo test --workspace --lib --test '*' --no-fail-fast
 	cargo test --workspace --doc
 
-# The program for servers, without window and overlay, and the engine as others use it. The tests need the window.
+# The program for servers, without window and overlay, what writes the man pages, and the engine as others use it. The tests need the window.
 headless:
-	cargo clippy --no-default-features --lib --bins -- -D warnings
+	cargo clippy --no-default-features --features dist --lib --bins -- -D warnings
 	cargo clippy -p bvhscope-engine --no-default-features --lib -- -D warnings
 
 docs:

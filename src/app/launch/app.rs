@@ -130,7 +130,7 @@ impl App {
     }
 
     /// Waits until everything wanted is loaded, built and traced to its end, or refused. Returns `false` if that takes longer
-    /// than [`IDLE_TIMEOUT`]. For tests and scripts; a window never waits.
+    /// than two minutes. For tests and scripts; a window never waits.
     pub fn run_until_idle(&mut self) -> bool {
         let start = Instant::now();
         loop {
