@@ -56,11 +56,11 @@ PREFIX ?= /usr/local
 DESTDIR ?=
 INSTALLED := $(DESTDIR)$(PREFIX)
 
-# The program, and what packages install beside it. Without cargo, as often under sudo, an earlier build is taken.
+# The program, with support for screen readers, and what packages install beside it. Without cargo, as often under sudo, an earlier build is taken.
 dist:
 	@if command -v cargo >/dev/null; then \
 		set -x; rm -rf target/dist; \
-		cargo build --release --locked && \
+		cargo build --release --locked --features accessibility && \
 		cargo run --locked --no-default-features --features dist --bin bvhscope-dist -- target/dist; \
 	elif [ -x target/release/bvhscope ] && [ -e target/dist/bvhscope.1 ]; then \
 		echo "Rust is not in the PATH: taking what was built before."; \
