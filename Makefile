@@ -34,9 +34,13 @@ format:
 lint:
 	cargo clippy --workspace --all-targets -- -D warnings
 
-# Not the examples, which lint has compiled.
+# Not the examples, which lint has compiled. The tests of the real window mostly wait for it, so they run beside all others.
 unit:
-	cargo test --workspace --lib --test '*' --no-fail-fast
+	cargo test --workspace --lib --test '*' --no-run
+	@log=$$(mktemp); trap 'rm -f "$$log"' EXIT; \
+	cargo test --workspace --no-fail-fast --test window >"$$log" 2>&1 & \
+	cargo test --workspace --no-fail-fast --lib --test '[!w]*'; others=$$?; \
+	wait $$!; window=$$?; cat "$$log"; exit $$((others | window))
 	cargo test --workspace --doc
 
 # The program for servers, without window and overlay, what writes the man pages, and the engine as others use it. The tests need the window.
