@@ -48,8 +48,9 @@ headless:
 	cargo clippy --no-default-features --features dist --lib --bins -- -D warnings
 	cargo clippy -p bvhscope-engine --no-default-features --lib -- -D warnings
 
+# With the examples, because their dependencies make it the same set of features that lint has checked already.
 docs:
-	RUSTDOCFLAGS="-D warnings" cargo doc --workspace --no-deps
+	RUSTDOCFLAGS="-D warnings" cargo doc --workspace --no-deps --lib --examples
 
 # This engine beside Embree and obvhs.
 peers: deps-peers
