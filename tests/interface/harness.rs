@@ -6,7 +6,7 @@ use bvhscope::app::App;
 use bvhscope::app::state::{Presented, Wanted};
 use bvhscope::camera::Camera;
 use bvhscope::scene::SceneSource;
-use eframe::egui::{Event, Key, Modifiers, PointerButton, Pos2, Rect, Vec2, vec2};
+use egui::{Event, Key, Modifiers, PointerButton, Pos2, Rect, Vec2, vec2};
 use egui_kittest::Harness;
 use egui_kittest::kittest::Queryable as _;
 

@@ -9,8 +9,8 @@ use bvhscope::overlay::OverlaySettings;
 use bvhscope::render::{HeatKind, Shading};
 use bvhscope_engine::settings::BuilderKind;
 use bvhscope_engine::tree::traverse::Traversal;
-use eframe::egui::accesskit::Role;
-use eframe::egui::{self, Event, Key, Modifiers, PointerButton, Pos2, vec2};
+use egui::accesskit::Role;
+use egui::{self, Event, Key, Modifiers, PointerButton, Pos2, vec2};
 use egui_kittest::kittest::{NodeT as _, Queryable as _};
 
 /// The statistic whose name is `name`, as it is displayed.

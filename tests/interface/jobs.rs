@@ -11,7 +11,7 @@ use bvhscope::render::Frame;
 use bvhscope::scene::SceneSource;
 use bvhscope::worker::{Outcome, Worker};
 use bvhscope_engine::cancel::CancelToken;
-use eframe::egui;
+use egui;
 use egui_kittest::Harness;
 use rayon::prelude::*;
 

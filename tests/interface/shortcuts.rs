@@ -8,7 +8,7 @@ use bvhscope::app::commands::{Action, shortcut_text};
 use bvhscope::app::state::{AppState, HoveredPixel};
 use bvhscope::render::Shading;
 use bvhscope_engine::settings::BuilderKind;
-use eframe::egui::{Key, Modifiers};
+use egui::{Key, Modifiers};
 use egui_kittest::Harness;
 use egui_kittest::kittest::Queryable as _;
 

@@ -4,8 +4,8 @@ use crate::harness::{Window, app, app_of_size, camera, drag, presented, press, s
 use bvhscope::app::state::Navigation;
 use bvhscope::app::viewport::picking;
 use bvhscope::camera::Projection;
-use eframe::egui::accesskit::Role;
-use eframe::egui::{Event, Key, Modifiers, PointerButton, Vec2, vec2};
+use egui::accesskit::Role;
+use egui::{Event, Key, Modifiers, PointerButton, Vec2, vec2};
 use egui_kittest::kittest::Queryable as _;
 use glam::Vec3;
 
