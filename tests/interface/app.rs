@@ -11,7 +11,6 @@ use bvhscope::scene::SceneSource;
 use bvhscope_engine::cancel::CancelToken;
 use bvhscope_engine::settings::BuilderKind;
 use bvhscope_engine::tree::ContainerKind;
-use egui;
 use egui_kittest::Harness;
 use egui_kittest::kittest::Queryable as _;
 

@@ -10,7 +10,7 @@ use bvhscope::render::{HeatKind, Shading};
 use bvhscope_engine::settings::BuilderKind;
 use bvhscope_engine::tree::traverse::Traversal;
 use egui::accesskit::Role;
-use egui::{self, Event, Key, Modifiers, PointerButton, Pos2, vec2};
+use egui::{Event, Key, Modifiers, PointerButton, Pos2, vec2};
 use egui_kittest::kittest::{NodeT as _, Queryable as _};
 
 /// The statistic whose name is `name`, as it is displayed.

@@ -11,7 +11,6 @@ use bvhscope::render::Frame;
 use bvhscope::scene::SceneSource;
 use bvhscope::worker::{Outcome, Worker};
 use bvhscope_engine::cancel::CancelToken;
-use egui;
 use egui_kittest::Harness;
 use rayon::prelude::*;
 

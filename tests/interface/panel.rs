@@ -16,7 +16,7 @@ use bvhscope::render::{RenderRequest, Shading, render};
 use bvhscope::scene::{Scene, SceneSource};
 use bvhscope_engine::cancel::CancelToken;
 use bvhscope_engine::geometry::Triangle;
-use egui::{self, vec2};
+use egui::vec2;
 use egui_kittest::Harness;
 use egui_kittest::kittest::Queryable as _;
 use glam::Vec3;
