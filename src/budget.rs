@@ -30,8 +30,7 @@ impl Default for MemoryLimit {
 /// An allocation that would exceed the memory budget.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error(
-    "{what} would need about {} of memory, but only {} of {} may still be used; take something smaller or raise --memory-limit",
-    format_bytes(*needed), format_bytes(*left), format_bytes(*limit)
+    "{}; {}", self.shortage(), Self::ADVICE
 )]
 pub struct OverBudget {
     /// What is allocated, as in "the tree".
@@ -42,6 +41,17 @@ pub struct OverBudget {
     pub left: u64,
     /// Bytes of the whole budget.
     pub limit: u64,
+}
+
+impl OverBudget {
+    /// What can be done about it.
+    pub const ADVICE: &str = "take something smaller or raise --memory-limit";
+
+    /// What would need how much memory, and how much is left.
+    pub fn shortage(&self) -> String {
+        let [needed, left, limit] = [self.needed, self.left, self.limit].map(format_bytes);
+        format!("{} would need about {needed} of memory, but only {left} of {limit} may still be used", self.what)
+    }
 }
 
 /// The number of bytes that a process may use.

@@ -11,6 +11,7 @@
 //!
 //! | module | what it does | must not know | start reading at |
 //! | --- | --- | --- | --- |
+//! | [`text`] | names from outside as messages show them | everything else | [`text::printable`] |
 //! | [`budget`] | memory limit of the process, checked before large allocations | everything else | [`budget::Budget`] |
 //! | [`export`] | atomic writing of files | file formats | [`export::write_file`] |
 //! | [`worker`] | a background thread of which only the latest request counts | what the work is | [`worker::Worker`] |
@@ -47,6 +48,8 @@
 //! assert!(hit.t > 0.0);
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
+
+pub mod text;
 
 pub mod budget;
 

@@ -1,13 +1,12 @@
 //! Accumulates triangles, attributes and materials into a [`Scene`]: the part common to all formats and built-in scenes.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use glam::{Vec2, Vec3};
 
 use super::error::{FileLocation, LoadError, Warnings};
 use super::material::{Material, Texture};
 use super::model::{Attributes, Scene};
-use super::read::unusable;
 use super::source::SceneSource;
 use crate::budget::{Budget, OverBudget};
 use bvhscope_engine::cancel::{CancelToken, Cancelled};
@@ -35,14 +34,17 @@ pub(super) enum AllocationError {
     #[error(transparent)]
     OverBudget(#[from] OverBudget),
     /// The allocator failed.
-    #[error("the system gives no more memory for triangles; take a smaller model")]
+    #[error("the system gives no more memory for triangles")]
     Refused,
 }
 
 impl AllocationError {
     /// Converts the error into one about `path`.
     pub(super) fn in_file(&self, path: &Path) -> LoadError {
-        unusable(path, self.to_string())
+        match self {
+            Self::OverBudget(error) => LoadError::over_budget(path, error),
+            Self::Refused => LoadError::of_file(path, self.to_string(), "close other programs or take a smaller model"),
+        }
     }
 }
 
@@ -67,6 +69,8 @@ pub(super) struct Assembly {
     pub(super) textures: Vec<Texture>,
     /// Number of meshes, objects or solids so far.
     pub(super) mesh_count: usize,
+    /// Every file that was opened so far, the model first.
+    pub(super) files_read: Vec<PathBuf>,
     /// Warnings about skipped and repaired data so far.
     pub(super) warnings: Warnings,
     /// Number of points in the file, for the error message about a file without triangles.
@@ -94,6 +98,7 @@ impl Assembly {
             materials: Vec::new(),
             textures: Vec::new(),
             mesh_count: 0,
+            files_read: Vec::new(),
             warnings: Warnings::default(),
             point_count: 0,
         }
@@ -183,17 +188,18 @@ impl Assembly {
     /// The finished scene, or an error if it has no or too many triangles.
     pub(super) fn finish(mut self, source: &SceneSource, up: Vec3, token: &CancelToken) -> Result<Scene, LoadError> {
         let path = source.path().map_or_else(|| source.to_string().into(), Path::to_path_buf);
-        let unusable = |message: String| unusable(&path, message);
         if self.triangles.is_empty() {
             let skipped: Vec<_> = self.warnings.entries.iter().map(ToString::to_string).collect();
             let skipped = if skipped.is_empty() { String::new() } else { format!(" ({})", skipped.join("; ")) };
-            return Err(unusable(match self.point_count {
+            let problem = match self.point_count {
                 0 => format!("contains no triangles{skipped}"),
                 points => format!("contains {points} points and no triangles{skipped}"),
-            }));
+            };
+            return Err(LoadError::of_file(&path, problem, "export the model as a triangle mesh"));
         }
         if self.triangles.len() > MAX_TRIANGLES {
-            return Err(unusable(format!("contains more than {MAX_TRIANGLES} triangles, the most there may be")));
+            let problem = format!("contains more than {MAX_TRIANGLES} triangles, the most there may be");
+            return Err(LoadError::of_file(&path, problem, "take a part of the model"));
         }
         let mut bounds = Aabb::EMPTY;
         for batch in self.triangles.chunks(BATCH_SIZE) {
@@ -221,6 +227,7 @@ impl Assembly {
             materials: self.materials,
             textures: self.textures,
             mesh_count: self.mesh_count.max(1),
+            files_read: self.files_read,
             warnings: self.warnings,
         })
     }

@@ -1,9 +1,12 @@
 //! Loading errors with their location in the file, and warnings about what was skipped or repaired.
 
 use std::borrow::Cow;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use serde::Serialize;
+
+use crate::budget::OverBudget;
+use crate::text::{printable, shown_path};
 
 /// A location in a file.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
@@ -27,20 +30,44 @@ pub enum LoadError {
     #[error(transparent)]
     Cancelled(#[from] bvhscope_engine::cancel::Cancelled),
     /// The file cannot be used.
-    #[error("{}: {}", locate(path, location), shortened(message))]
+    #[error("{}: {}; {}", locate(path, location), printable(&shortened(problem)), printable(&shortened(advice)))]
     Unusable {
         /// The file.
         path: PathBuf,
         /// The location in the file.
         location: FileLocation,
-        /// What was found, what was expected and what to do, in one sentence.
-        message: String,
+        /// What was found there and what was expected.
+        problem: String,
+        /// What the user can do.
+        advice: String,
     },
 }
 
+impl LoadError {
+    /// An error about a place in a file. Messages read `place: problem; advice`.
+    pub(super) fn at(
+        path: &Path,
+        location: FileLocation,
+        problem: impl Into<String>,
+        advice: impl Into<String>,
+    ) -> Self {
+        Self::Unusable { path: path.to_path_buf(), location, problem: problem.into(), advice: advice.into() }
+    }
+
+    /// An error about a file as a whole.
+    pub(super) fn of_file(path: &Path, problem: impl Into<String>, advice: impl Into<String>) -> Self {
+        Self::at(path, FileLocation::File, problem, advice)
+    }
+
+    /// An error about a file that needs more memory than is left.
+    pub(super) fn over_budget(path: &Path, error: &OverBudget) -> Self {
+        Self::of_file(path, error.shortage(), OverBudget::ADVICE)
+    }
+}
+
 /// `file:line`, `file:line:column`, `file at byte N`, `file: json.path`, as terminals and editors understand it.
-fn locate(path: &std::path::Path, location: &FileLocation) -> String {
-    let file = path.display();
+fn locate(path: &Path, location: &FileLocation) -> String {
+    let file = shown_path(path);
     match location {
         FileLocation::File => format!("{file}"),
         FileLocation::Line(line) => format!("{file}:{line}"),
@@ -121,7 +148,7 @@ impl Warnings {
 
 impl std::fmt::Display for Warning {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        write!(f, "{} {}", self.count, self.what)?;
+        write!(f, "{} {}", self.count, printable(&self.what))?;
         match &self.first {
             FileLocation::File => Ok(()),
             FileLocation::Line(line) => write!(f, " (first at line {line})"),
@@ -163,9 +190,11 @@ mod tests {
         warnings.add(&message, || FileLocation::File);
         warnings.add(&message, || FileLocation::File);
         assert_eq!(warnings.entries.len(), 1);
-        let error = LoadError::Unusable { path: "a.obj".into(), location: FileLocation::Line(7), message };
-        for text in [error.to_string(), warnings.entries[0].to_string()] {
-            assert!(text.len() < 700 && text.contains("found 'é") && text.ends_with("é', expected less"), "{text}");
+        let error = LoadError::at(Path::new("a.obj"), FileLocation::Line(7), message, "shorten it");
+        for (text, end) in
+            [(error.to_string(), "expected less; shorten it"), (warnings.entries[0].to_string(), "expected less")]
+        {
+            assert!(text.len() < 700 && text.contains("found 'é") && text.ends_with(end), "{text}");
         }
         let short = "as long as it may be ".repeat(20);
         assert_eq!(shortened(&short), short);

@@ -1,11 +1,13 @@
 //! Files that a model names: resolved inside its folder, images decoded once each and within limits.
 
-use std::collections::HashMap;
+use std::cell::RefCell;
+use std::collections::{BTreeSet, HashMap};
 use std::path::{Component, Path, PathBuf};
 
 use glam::Affine2;
 use image::ImageDecoder as _;
 
+use super::assemble::Assembly;
 use super::error::{FileLocation, Warnings};
 use super::material::{Texture, WrapMode};
 use super::options::LoadOptions;
@@ -31,6 +33,8 @@ pub(super) struct Images<'a> {
     cache: HashMap<(PathBuf, [bool; 2]), Option<u32>>,
     /// Bytes of all textures so far.
     total: u64,
+    /// Every file that was opened.
+    files_read: RefCell<BTreeSet<PathBuf>>,
     warnings: Warnings,
 }
 
@@ -44,19 +48,22 @@ impl<'a> Images<'a> {
             textures: Vec::new(),
             cache: HashMap::new(),
             total: 0,
+            files_read: RefCell::new(BTreeSet::new()),
             warnings: Warnings::default(),
         }
     }
 
-    /// The textures; the warnings collected so far are appended to `warnings`.
-    pub(super) fn into_textures(self, warnings: &mut Warnings) -> Vec<Texture> {
-        warnings.append(self.warnings);
-        self.textures
+    /// Moves the textures, the names of the files read and the warnings so far into `assembly`.
+    pub(super) fn finish(self, assembly: &mut Assembly) {
+        assembly.warnings.append(self.warnings);
+        assembly.files_read.extend(self.files_read.into_inner());
+        assembly.textures = self.textures;
     }
 
     /// The bytes of a file named by the model.
     pub(super) fn read_relative(&self, name: &str) -> Result<Vec<u8>, String> {
         let path = self.resolve(name)?;
+        self.files_read.borrow_mut().insert(path.clone());
         read_file(&path, None, self.token).map_err(|error| error.to_string())
     }
 
@@ -265,10 +272,11 @@ mod tests {
         assert_eq!(made.iter().flatten().count(), 3);
         assert_eq!(images.texture(b"no picture at all".to_vec(), [WrapMode::Repeat; 2], "b"), None);
         assert_eq!(images.texture(picture[..picture.len() / 2].to_vec(), [WrapMode::Repeat; 2], "c"), None);
-        let mut warnings = Warnings::default();
-        assert_eq!(images.into_textures(&mut warnings).len(), 3);
-        let counts: Vec<u64> = warnings.entries.iter().map(|warning| warning.count).collect();
-        assert_eq!(counts, [5, 1, 1], "{warnings:?}");
+        let mut assembly = Assembly::new();
+        images.finish(&mut assembly);
+        assert_eq!(assembly.textures.len(), 3);
+        let counts: Vec<u64> = assembly.warnings.entries.iter().map(|warning| warning.count).collect();
+        assert_eq!(counts, [5, 1, 1], "{:?}", assembly.warnings);
     }
 
     #[test]

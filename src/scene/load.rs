@@ -9,7 +9,7 @@ use super::error::{FileLocation, LoadError};
 use super::format::{FileFormat, format_names};
 use super::model::Scene;
 use super::options::LoadOptions;
-use super::read::{beginning, read_model, unusable};
+use super::read::{beginning, read_model};
 use super::source::SceneSource;
 use super::{builtin, gltf, obj, ply, stl};
 use bvhscope_engine::cancel::CancelToken;
@@ -41,8 +41,9 @@ fn load_file(
     token: &CancelToken,
 ) -> Result<Scene, LoadError> {
     let bytes = read_model(path, token)?;
-    let (assembly, up) = read_bytes(path, &bytes, options, token)?;
+    let (mut assembly, up) = read_bytes(path, &bytes, options, token)?;
     drop(bytes);
+    assembly.files_read.insert(0, path.to_path_buf());
     token.check()?;
     token.set_progress(1.0);
     assembly.finish(source, up, token)
@@ -75,7 +76,10 @@ fn read_bytes(
         Some(FileFormat::Ply) => ply::load(path, bytes, &mut assembly, token).map(|()| Vec3::Y),
         // Most STL files come from CAD programs, where z is up.
         Some(FileFormat::Stl) => stl::load(path, bytes, &mut assembly, token).map(|()| Vec3::Z),
-        None => Err(unusable(path, format!("is neither {}", format_names("nor")))),
+        None => {
+            let problem = format!("is neither {}", format_names("nor"));
+            Err(LoadError::of_file(path, problem, "export the model in one of these formats"))
+        }
     }?;
     Ok((assembly, up))
 }

@@ -1,5 +1,7 @@
 //! A loaded model: triangles, their vertex attributes, materials and textures.
 
+use std::path::PathBuf;
+
 use glam::{Vec2, Vec3};
 
 use super::error::Warnings;
@@ -29,6 +31,8 @@ pub struct Scene {
     pub textures: Vec<Texture>,
     /// Number of meshes, objects or solids in the file; 1 if the format has no such notion.
     pub mesh_count: usize,
+    /// Every file that loading opened: the model, its buffers, material libraries and images. Empty for built-in scenes.
+    pub files_read: Vec<PathBuf>,
     /// What was skipped or repaired while loading.
     pub warnings: Warnings,
 }
@@ -60,6 +64,7 @@ impl Scene {
             materials: vec![Material::clay()],
             textures: Vec::new(),
             mesh_count: 1,
+            files_read: Vec::new(),
             warnings: Warnings::default(),
         }
     }

@@ -11,7 +11,7 @@ use glam::Vec3;
 use super::assemble::{Assembly, BYTES_PER_TRIANGLE, BYTES_PER_VERTEX, VertexLists, offset_corners};
 use super::error::{FileLocation, LoadError};
 use super::material::linear_from_srgb;
-use super::read::{READ_PROGRESS, unusable};
+use super::read::READ_PROGRESS;
 use crate::budget::Budget;
 use bvhscope_engine::cancel::CancelToken;
 use bvhscope_engine::geometry::Triangle;
@@ -156,7 +156,7 @@ impl Source<'_> {
             }
             _ => FileLocation::Byte(self.at as u64),
         };
-        LoadError::Unusable { path: self.path.to_path_buf(), location, message: message.into() }
+        LoadError::at(self.path, location, message, "it may be cut off or damaged: export or copy it again")
     }
 
     fn header(&mut self) -> Result<Vec<Element>, LoadError> {
@@ -277,7 +277,7 @@ impl Source<'_> {
     }
 
     fn check_memory(&self, what: &str, bytes: u64) -> Result<(), LoadError> {
-        Budget::of_process().check(what, bytes).map_err(|error| unusable(self.path, error.to_string()))
+        Budget::of_process().check(what, bytes).map_err(|error| LoadError::over_budget(self.path, &error))
     }
 
     /// Checks for cancellation and reports progress every 16,384 items.

@@ -49,16 +49,11 @@ pub(super) fn lines(bytes: &[u8]) -> impl Iterator<Item = &[u8]> {
     })
 }
 
-/// An error about a file as a whole.
-pub(super) fn unusable(path: &Path, message: impl Into<String>) -> LoadError {
-    LoadError::Unusable { path: path.to_path_buf(), location: FileLocation::File, message: message.into() }
-}
-
 /// Reads a whole model file; an empty one is an error.
 pub(super) fn read_model(path: &Path, token: &CancelToken) -> Result<Vec<u8>, LoadError> {
     let bytes = read_file(path, Some(READ_PROGRESS), token)?;
     if bytes.is_empty() {
-        return Err(unusable(path, "the file is empty"));
+        return Err(LoadError::of_file(path, "the file is empty", "save the model again"));
     }
     Ok(bytes)
 }
@@ -66,13 +61,11 @@ pub(super) fn read_model(path: &Path, token: &CancelToken) -> Result<Vec<u8>, Lo
 /// Reads a whole file. Its length is taken when it is opened, so that a growing file ends there.
 pub(super) fn read_file(path: &Path, progress: Option<f32>, token: &CancelToken) -> Result<Vec<u8>, LoadError> {
     let mut file = open_regular(path)?;
-    let length = file.metadata().map_err(|error| unusable(path, format!("cannot be read: {error}")))?.len();
-    let size = usize::try_from(length).map_err(|_| unusable(path, "is larger than this machine's memory"))?;
-    Budget::of_process().check("the file", length).map_err(|error| unusable(path, error.to_string()))?;
+    let length = file.metadata().map_err(|error| explain(path, &error))?.len();
+    let size = usize::try_from(length).map_err(|_| out_of_memory(path, length))?;
+    Budget::of_process().check("the file", length).map_err(|error| LoadError::over_budget(path, &error))?;
     let mut bytes = Vec::new();
-    bytes
-        .try_reserve_exact(size)
-        .map_err(|_| unusable(path, format!("needs {length} bytes of memory, more than there is")))?;
+    bytes.try_reserve_exact(size).map_err(|_| out_of_memory(path, length))?;
     fill(&mut bytes, size, &mut file, path, progress, token)?;
     Ok(bytes)
 }
@@ -91,16 +84,13 @@ fn fill(
         let start = bytes.len();
         let portion = CHUNK_SIZE.min(size.saturating_sub(start));
         let got = source.by_ref().take(portion as u64).read_to_end(bytes);
-        let got = got.map_err(|error| LoadError::Unusable {
-            path: path.to_path_buf(),
-            location: FileLocation::Byte(bytes.len() as u64),
-            message: format!("reading failed: {error}"),
+        let got = got.map_err(|error| {
+            let location = FileLocation::Byte(bytes.len() as u64);
+            LoadError::at(path, location, format!("reading failed: {error}"), "check the disk or the network it is on")
         })?;
         if got == 0 {
-            return Err(unusable(
-                path,
-                format!("changed while being read: {start} bytes instead of {size}; open it again"),
-            ));
+            let problem = format!("changed while being read: {start} bytes instead of {size}");
+            return Err(LoadError::of_file(path, problem, "open it again"));
         }
         if let Some(fraction) = progress {
             token.set_progress(fraction * bytes.len() as f32 / size as f32);
@@ -113,10 +103,10 @@ fn fill(
 fn open_regular(path: &Path) -> Result<File, LoadError> {
     let metadata = std::fs::metadata(path).map_err(|error| explain(path, &error))?;
     if metadata.is_dir() {
-        return Err(unusable(path, format!("is a folder{}", loadable_files(path))));
+        return Err(LoadError::of_file(path, "is a folder", loadable_files(path)));
     }
     if !metadata.is_file() {
-        return Err(unusable(path, "is not a regular file but a pipe, socket or device"));
+        return Err(LoadError::of_file(path, "is not a regular file but a pipe, socket or device", COPY_FIRST));
     }
     let mut open = OpenOptions::new();
     open.read(true);
@@ -126,15 +116,25 @@ fn open_regular(path: &Path) -> Result<File, LoadError> {
     let file = open.open(path).map_err(|error| explain(path, &error))?;
     match file.metadata() {
         Ok(metadata) if metadata.is_file() => Ok(file),
-        _ => Err(unusable(path, "is not a regular file")),
+        _ => Err(LoadError::of_file(path, "is not a regular file", COPY_FIRST)),
     }
+}
+
+/// Advice about something that is no regular file.
+const COPY_FIRST: &str = "copy what it holds into a file and open that";
+
+fn out_of_memory(path: &Path, length: u64) -> LoadError {
+    let problem = format!("needs {length} bytes of memory, more than there is");
+    LoadError::of_file(path, problem, "close other programs or take a smaller model")
 }
 
 fn explain(path: &Path, error: &std::io::Error) -> LoadError {
     match error.kind() {
-        std::io::ErrorKind::NotFound => unusable(path, format!("no such file{}", similar_files(path))),
-        std::io::ErrorKind::PermissionDenied => unusable(path, "may not be read by this user; change its permissions"),
-        _ => unusable(path, format!("cannot be opened: {error}")),
+        std::io::ErrorKind::NotFound => LoadError::of_file(path, "no such file", similar_files(path)),
+        std::io::ErrorKind::PermissionDenied => {
+            LoadError::of_file(path, "may not be read by this user", "change its permissions")
+        }
+        _ => LoadError::of_file(path, format!("cannot be opened: {error}"), "check its name and the disk it is on"),
     }
 }
 
@@ -154,13 +154,17 @@ fn is_model(name: &str) -> bool {
 fn loadable_files(folder: &Path) -> String {
     let usable = |name: &String| is_model(name) && folder.join(name).is_file();
     let names: Vec<_> = names_in(folder).into_iter().filter(usable).take(5).collect();
-    if names.is_empty() { " without any model".to_owned() } else { format!("; it holds {}", names.join(", ")) }
+    if names.is_empty() {
+        "it holds no model; name a file".to_owned()
+    } else {
+        format!("name a model in it: {}", names.join(", "))
+    }
 }
 
 /// A hint at similarly named files in the same folder.
 fn similar_files(path: &Path) -> String {
     let Some(wanted) = path.file_name().map(|name| name.to_string_lossy().to_lowercase()) else {
-        return String::new();
+        return "name a file".to_owned();
     };
     let folder = path.parent().unwrap_or(Path::new(""));
     let mut scored: Vec<_> = names_in(folder)
@@ -170,7 +174,11 @@ fn similar_files(path: &Path) -> String {
         .collect();
     scored.sort();
     let names: Vec<_> = scored.into_iter().take(3).map(|(_, name)| format!("'{name}'")).collect();
-    if names.is_empty() { String::new() } else { format!("; did you mean {}?", names.join(" or ")) }
+    if names.is_empty() {
+        "check the spelling and the folder".to_owned()
+    } else {
+        format!("did you mean {}?", names.join(" or "))
+    }
 }
 
 #[cfg(test)]
@@ -198,7 +206,10 @@ mod tests {
         fill(&mut bytes, 100, &mut Failing(200), path, Some(1.0), &CancelToken::new()).unwrap();
         assert_eq!(bytes, [7; 100]);
         let error = fill(&mut Vec::new(), 100, &mut Failing(40), path, None, &CancelToken::new()).unwrap_err();
-        assert_eq!(error.to_string(), "a.stl: at byte 40: reading failed: the disk is gone");
+        assert_eq!(
+            error.to_string(),
+            "a.stl: at byte 40: reading failed: the disk is gone; check the disk or the network it is on"
+        );
     }
 
     #[test]

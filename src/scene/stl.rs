@@ -38,11 +38,9 @@ pub(super) fn load(path: &Path, bytes: &[u8], assembly: &mut Assembly, token: &C
         return load_text(path, bytes, assembly, token);
     }
     let Some(declared) = declared_count(bytes) else {
-        return Err(LoadError::Unusable {
-            path: path.to_path_buf(),
-            location: FileLocation::Byte(bytes.len() as u64),
-            message: format!("the file ends in the header of {HEADER} bytes"),
-        });
+        let location = FileLocation::Byte(bytes.len() as u64);
+        let problem = format!("the file ends in the header of {HEADER} bytes");
+        return Err(LoadError::at(path, location, problem, "it may be cut off: export or copy it again"));
     };
     let (records, _) = bytes.get(HEADER..).unwrap_or_default().as_chunks::<RECORD>();
     let missing = declared.saturating_sub(records.len() as u64);
@@ -92,11 +90,8 @@ fn load_text(path: &Path, bytes: &[u8], assembly: &mut Assembly, token: &CancelT
         } else if keyword.eq_ignore_ascii_case(b"vertex") {
             let mut coordinate = || -> Option<f32> { std::str::from_utf8(words.next()?).ok()?.parse().ok() };
             let (Some(x), Some(y), Some(z)) = (coordinate(), coordinate(), coordinate()) else {
-                return Err(LoadError::Unusable {
-                    path: path.to_path_buf(),
-                    location: FileLocation::Line(number),
-                    message: "'vertex' needs 3 numbers".to_owned(),
-                });
+                let location = FileLocation::Line(number);
+                return Err(LoadError::at(path, location, "'vertex' needs 3 numbers", "correct the line"));
             };
             corners.push(Vec3::new(x, y, z));
         } else if keyword.eq_ignore_ascii_case(b"endfacet") || keyword.eq_ignore_ascii_case(b"endloop") {

@@ -33,9 +33,10 @@ const ENGINE: Plan = Plan {
 const VIEWER: Plan = Plan {
     source: "src",
     rooms: &[
-        ("budget", &[]),
+        ("text", &[]),
+        ("budget", &["*"]),
         ("worker", &["*"]),
-        ("export", &["*"]),
+        ("export", &["budget", "worker"]),
         ("camera", &["*"]),
         ("view", &["budget", "worker", "export"]),
         ("scene", &["worker", "export", "camera", "view"]),

@@ -12,7 +12,6 @@ use glam::Vec3;
 use super::assemble::Assembly;
 use super::error::LoadError;
 use super::model::Scene;
-use super::read::unusable;
 use super::source::BUILTIN_SCENES;
 use super::source::SceneSource;
 use bvhscope_engine::cancel::CancelToken;
@@ -39,7 +38,11 @@ pub(super) fn build(
         "clusters" => classics::clusters(size, &mut assembly, token)?,
         _ => {
             let names: Vec<_> = BUILTIN_SCENES.iter().map(|scene| scene.name).collect();
-            return Err(unusable(&path, format!("there is no such built-in scene; there are: {}", names.join(", "))));
+            return Err(LoadError::of_file(
+                &path,
+                "there is no such built-in scene",
+                format!("there are: {}", names.join(", ")),
+            ));
         }
     }
     token.check()?;

@@ -13,7 +13,6 @@ use gltf::json::Root;
 use crate::budget::Budget;
 use crate::scene::error::{FileLocation, LoadError};
 use crate::scene::images::Images;
-use crate::scene::read::unusable;
 use bvhscope_engine::cancel::{CancelToken, Cancelled};
 
 /// A parsed file with its buffers; an unreadable buffer holds the reason.
@@ -24,7 +23,7 @@ pub(crate) struct Document<'a> {
 
 impl<'a> Document<'a> {
     pub(crate) fn parse(path: &Path, bytes: &'a [u8], images: &Images, token: &CancelToken) -> Result<Self, LoadError> {
-        let fault = |location, message: String| LoadError::Unusable { path: path.to_path_buf(), location, message };
+        let fault = |location, problem: String| LoadError::at(path, location, problem, "export the model again");
         let (text, binary) = if bytes.starts_with(b"glTF") {
             chunks(bytes).map_err(|(at, message)| fault(FileLocation::Byte(at as u64), message))?
         } else {
@@ -104,7 +103,7 @@ fn check_json(path: &Path, text: &[u8], token: &CancelToken) -> Result<(), LoadE
     }
     let bytes = objects.saturating_mul(OBJECT).saturating_add(entries.saturating_mul(ENTRY));
     let whole = bytes.saturating_add(text.len() as u64);
-    Budget::of_process().check("the JSON", whole).map_err(|error| unusable(path, error.to_string()))
+    Budget::of_process().check("the JSON", whole).map_err(|error| LoadError::over_budget(path, &error))
 }
 
 /// Bytes between two cancellation checks.

@@ -26,7 +26,7 @@ use super::assemble::{Assembly, BATCH_SIZE, VertexLists, check_vertices, collect
 use super::error::{FileLocation, LoadError};
 use super::images::Images;
 use super::options::LoadOptions;
-use super::read::{READ_PROGRESS, unusable};
+use super::read::READ_PROGRESS;
 use bvhscope_engine::cancel::{CancelToken, Cancelled};
 use bvhscope_engine::geometry::Triangle;
 
@@ -53,7 +53,7 @@ pub(super) fn load(
     let (materials, uv_sets) = material::read_all(&document, &mut images);
     token.check()?;
     assembly.materials = materials;
-    assembly.textures = images.into_textures(&mut assembly.warnings);
+    images.finish(assembly);
     assembly.mesh_count = root.meshes.len();
     assembly.reserve_hint(estimate_triangles(root, token)?);
     let nodes = &root.nodes;
@@ -72,8 +72,8 @@ pub(super) fn load(
             continue;
         };
         if let Some(first) = parents[index] {
-            let message = describe_second_parent(index, first, parent, &parents);
-            return Err(LoadError::Unusable { path: path.to_path_buf(), location: location(), message });
+            let (problem, advice) = describe_second_parent(index, first, parent, &parents);
+            return Err(LoadError::at(path, location(), problem, advice));
         }
         parents[index] = Some(parent);
         let transform = transform * local_transform(node);
@@ -95,7 +95,8 @@ pub(super) fn load(
             token.check()?;
             for primitive in &*primitives {
                 if assembly.len().saturating_add(primitive.triangles.len()) > MAX_TRIANGLES {
-                    return Err(unusable(path, format!("contains more than {MAX_TRIANGLES} triangles")));
+                    let problem = format!("contains more than {MAX_TRIANGLES} triangles");
+                    return Err(LoadError::of_file(path, problem, "take a part of the model"));
                 }
                 add_primitive(primitive, transform * instance, path, assembly, index, token)?;
             }
@@ -110,12 +111,11 @@ fn check_extensions(path: &Path, root: &Root) -> Result<(), LoadError> {
         ["KHR_mesh_quantization", "KHR_texture_transform", "EXT_mesh_gpu_instancing", "KHR_lights_punctual"];
     for name in &root.extensions_required {
         if !SUPPORTED.contains(&name.as_str()) && !name.starts_with("KHR_materials_") {
-            let message = format!(
-                "the extension {name} is required but not supported; convert the file with \
-                 'gltf-transform optimize --compress false --texture-compress false IN OUT'"
-            );
+            let problem = format!("the extension {name} is required but not supported");
             let location = FileLocation::Json("extensionsRequired".to_owned());
-            return Err(LoadError::Unusable { path: path.to_path_buf(), location, message });
+            let advice =
+                "convert the file with 'gltf-transform optimize --compress false --texture-compress false IN OUT'";
+            return Err(LoadError::at(path, location, problem, advice));
         }
     }
     Ok(())
@@ -151,7 +151,12 @@ fn roots(root: &Root) -> Vec<usize> {
 }
 
 /// The error message about a node that was reached from parent `first` and again from parent `second`.
-fn describe_second_parent(index: usize, first: usize, second: usize, parents: &[Option<usize>]) -> String {
+fn describe_second_parent(
+    index: usize,
+    first: usize,
+    second: usize,
+    parents: &[Option<usize>],
+) -> (String, &'static str) {
     // If the way up from the second parent leads back to the node, there is a cycle.
     let mut path = vec![index];
     let mut ancestor = second;
@@ -160,9 +165,9 @@ fn describe_second_parent(index: usize, first: usize, second: usize, parents: &[
         let Some(parent) = parents.get(ancestor).copied().flatten() else {
             let owner = |node| if node == SCENE { "the scene".to_owned() } else { format!("nodes[{node}]") };
             return if first == second {
-                format!("is named twice by {}; name it once", owner(first))
+                (format!("is named twice by {}", owner(first)), "name it once")
             } else {
-                format!("has two parents, {} and {}; copy it for one of them", owner(first), owner(second))
+                (format!("has two parents, {} and {}", owner(first), owner(second)), "copy it for one of them")
             };
         };
         ancestor = parent;
@@ -175,7 +180,7 @@ fn describe_second_parent(index: usize, first: usize, second: usize, parents: &[
     } else {
         format!("{} → … → {}", names[..4].join(" → "), names[names.len().saturating_sub(3)..].join(" → "))
     };
-    format!("stands below itself: {text} is a loop")
+    (format!("stands below itself: {text} is a loop"), "take it out of the children of one of them")
 }
 
 fn local_transform(node: &Node) -> Mat4 {

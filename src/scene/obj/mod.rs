@@ -14,7 +14,6 @@ use super::images::Images;
 use super::material::Material;
 use super::material::linear_from_srgb;
 use super::options::LoadOptions;
-use super::read::unusable;
 use bvhscope_engine::cancel::CancelToken;
 use bvhscope_engine::geometry::Triangle;
 
@@ -27,7 +26,7 @@ pub(super) fn load(
     token: &CancelToken,
 ) -> Result<(), LoadError> {
     if bytes.starts_with(b"\xFF\xFE") || bytes.starts_with(b"\xFE\xFF") {
-        return Err(unusable(path, "is UTF-16 text; save it as UTF-8"));
+        return Err(LoadError::of_file(path, "is UTF-16 text", "save it as UTF-8"));
     }
     let images = RefCell::new(Images::new(path, options, token));
     let materials = RefCell::new((Vec::new(), Warnings::default()));
@@ -43,14 +42,19 @@ pub(super) fn load(
         Ok((names, map))
     });
     token.check()?;
-    let at_line =
-        |message| LoadError::Unusable { path: path.to_path_buf(), location: FileLocation::Line(reader.line), message };
     let models = match (result, &reader.fault) {
         (_, Some((location, message))) => {
-            let (path, location, message) = (path.to_path_buf(), location.clone(), message.clone());
-            return Err(LoadError::Unusable { path, location, message });
+            return Err(LoadError::at(
+                path,
+                location.clone(),
+                message.clone(),
+                "correct the line or export the model again",
+            ));
         }
-        (Err(error), None) => return Err(at_line(format!("cannot be understood: {error}"))),
+        (Err(error), None) => {
+            let (location, problem) = (FileLocation::Line(reader.line), format!("cannot be understood: {error}"));
+            return Err(LoadError::at(path, location, problem, "correct the line or export the model again"));
+        }
         (Ok((models, _)), None) => models,
     };
     let (materials, warnings) = materials.into_inner();
@@ -58,7 +62,7 @@ pub(super) fn load(
     assembly.point_count = reader.positions();
     assembly.warnings = reader.warnings;
     assembly.warnings.append(warnings);
-    assembly.textures = images.into_inner().into_textures(&mut assembly.warnings);
+    images.into_inner().finish(assembly);
     assembly.materials = materials;
     let default_material = assembly.materials.len() as u32;
     if models.iter().any(|model| model.mesh.material_id.is_none()) {
