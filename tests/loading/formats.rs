@@ -187,10 +187,10 @@ fn obj_traps_do_not_stop_loading() {
 #[test]
 fn obj_faults_name_their_line() {
     let message = load_bytes("a.obj", b"v 0 0 0\nv 0 x1 0\n").unwrap_err().to_string();
-    assert!(message.ends_with("a.obj:2:5: 'x1' is not a number"), "{message}");
+    assert!(message.contains("a.obj:2:5: 'x1' is not a number; "), "{message}");
     for word in ["0x10", "1,5", "--1"] {
         let message = load_bytes("a.obj", format!("v 0 0 0\n  v\t0 {word} 0\n").as_bytes()).unwrap_err().to_string();
-        assert!(message.ends_with(&format!("a.obj:2:7: '{word}' is not a number")), "{message}");
+        assert!(message.contains(&format!("a.obj:2:7: '{word}' is not a number; ")), "{message}");
     }
     let message = load_bytes("a.obj", b"v 0 0 0\nv 0 1 0\n").unwrap_err().to_string();
     assert!(message.contains("contains 2 points and no triangles"), "{message}");
@@ -221,7 +221,7 @@ fn unusable_files_are_explained() {
     let message = load_path(&folder.path().join("buny.obj")).unwrap_err().to_string();
     assert!(message.contains("no such file; did you mean 'bunny.obj'?"), "{message}");
     let message = load_path(folder.path()).unwrap_err().to_string();
-    assert!(message.contains("is a folder; it holds bunny.obj"), "{message}");
+    assert!(message.contains("is a folder; name a model in it: bunny.obj"), "{message}");
     let message = load_bytes("a.obj", b"").unwrap_err().to_string();
     assert!(message.contains("empty"), "{message}");
     if cfg!(unix) {

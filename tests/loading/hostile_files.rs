@@ -90,7 +90,7 @@ fn irregular_files_are_refused_without_waiting() {
     std::os::unix::fs::symlink(folder.path("loop.obj"), folder.path("loop.obj")).unwrap();
     refused(&folder.path("loop.obj"), "cannot be opened");
     folder.write("model.ply", "");
-    refused(&folder.path(""), "is a folder; it holds model.ply");
+    refused(&folder.path(""), "is a folder; name a model in it: model.ply");
 }
 
 #[test]
