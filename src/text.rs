@@ -56,3 +56,54 @@ pub fn quoted(name: impl AsRef<[u8]>) -> String {
     let rest = if characters.next().is_some() { "…" } else { "" };
     format!("'{}{rest}'", printable(&kept))
 }
+
+/// A number with a noun that stands in its plural, and in its singular where the number is 1. What follows the noun is kept, so
+/// it must not depend on the number: "triangles left out", not "triangles are left out".
+///
+/// ```
+/// use bvhscope::text::counted;
+///
+/// assert_eq!(counted(2, "vertices without a normal"), "2 vertices without a normal");
+/// assert_eq!(counted(1, "vertices without a normal"), "1 vertex without a normal");
+/// ```
+pub fn counted(count: u64, plural: &str) -> String {
+    let end = plural.find(|character: char| !character.is_ascii_alphabetic()).unwrap_or(plural.len());
+    let (noun, rest) = plural.split_at(end);
+    if count == 1 { format!("1 {}{rest}", singular(noun)) } else { format!("{count} {plural}") }
+}
+
+/// The singular of a noun as it occurs in messages; other words are kept.
+fn singular(noun: &str) -> Cow<'_, str> {
+    const IRREGULAR: [(&str, &str); 3] = [("vertices", "vertex"), ("indices", "index"), ("matrices", "matrix")];
+    if let Some((_, one)) = IRREGULAR.iter().find(|(many, _)| *many == noun) {
+        return Cow::Borrowed(one);
+    }
+    if let Some(stem) = noun.strip_suffix("ies") {
+        return Cow::Owned(format!("{stem}y"));
+    }
+    let stem = noun.strip_suffix("es").filter(|stem| ["sh", "ch", "x", "ss"].iter().any(|end| stem.ends_with(end)));
+    Cow::Borrowed(stem.or_else(|| noun.strip_suffix('s')).unwrap_or(noun))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn one_thing_is_named_in_the_singular() {
+        for (many, one) in [
+            ("triangles with a vertex out of range", "1 triangle with a vertex out of range"),
+            ("vertices", "1 vertex"),
+            ("indices left over", "1 index left over"),
+            ("meshes", "1 mesh"),
+            ("boxes", "1 box"),
+            ("faces", "1 face"),
+            ("libraries not found", "1 library not found"),
+            ("texture sets", "1 texture sets"),
+            ("", "1 "),
+        ] {
+            assert_eq!(counted(1, many), one);
+            assert_eq!(counted(0, many), format!("0 {many}"));
+        }
+    }
+}

@@ -9,6 +9,7 @@ use super::material::{Material, Texture};
 use super::model::{Attributes, Scene};
 use super::source::SceneSource;
 use crate::budget::{Budget, OverBudget};
+use crate::text::counted;
 use bvhscope_engine::cancel::{CancelToken, Cancelled};
 use bvhscope_engine::geometry::{Aabb, Triangle};
 
@@ -193,7 +194,7 @@ impl Assembly {
             let skipped = if skipped.is_empty() { String::new() } else { format!(" ({})", skipped.join("; ")) };
             let problem = match self.point_count {
                 0 => format!("contains no triangles{skipped}"),
-                points => format!("contains {points} points and no triangles{skipped}"),
+                points => format!("contains {} and no triangles{skipped}", counted(points, "points")),
             };
             return Err(LoadError::of_file(&path, problem, "export the model as a triangle mesh"));
         }

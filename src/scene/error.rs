@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use serde::Serialize;
 
 use crate::budget::OverBudget;
-use crate::text::{printable, shown_path};
+use crate::text::{counted, printable, shown_path};
 
 /// A location in a file.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
@@ -93,7 +93,8 @@ fn shortened(text: &str) -> Cow<'_, str> {
 /// One kind of problem, which was skipped or repaired.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 pub struct Warning {
-    /// Description without the count: "triangles with NaN coordinates skipped".
+    /// Description without the count: "triangles with NaN coordinates skipped". Begins with a noun in its plural, of which
+    /// messages make the singular where the count is 1, see [`counted`].
     pub what: String,
     /// Number of occurrences.
     pub count: u64,
@@ -148,7 +149,7 @@ impl Warnings {
 
 impl std::fmt::Display for Warning {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        write!(f, "{} {}", self.count, printable(&self.what))?;
+        f.write_str(&printable(&counted(self.count, &self.what)))?;
         match &self.first {
             FileLocation::File => Ok(()),
             FileLocation::Line(line) => write!(f, " (first at line {line})"),
@@ -181,6 +182,8 @@ mod tests {
         let last = warnings.entries[MAX_KINDS].clone();
         assert_eq!(last.first, FileLocation::Line(MAX_KINDS as u64));
         assert_eq!(last.to_string(), "3601 warnings of other kinds (first at line 200)");
+        let one = Warning { what: "vertices without a normal".to_owned(), count: 1, first: FileLocation::Byte(7) };
+        assert_eq!(one.to_string(), "1 vertex without a normal (first at byte 7)");
     }
 
     #[test]
