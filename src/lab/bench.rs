@@ -4,8 +4,9 @@ use std::sync::Arc;
 
 use rayon::prelude::*;
 
-use super::measure::{LabError, Setup, Subject, TraceView, measure};
-use super::measurement::{Measurement, millis, pool};
+use super::measure::{LabError, measure};
+use super::measurement::{Measurement, millions_per_second, millis, pool};
+use super::setup::{Setup, Subject, TraceView};
 use crate::accel::Accel;
 use bvhscope_engine::cancel::{CancelToken, Cancelled};
 use bvhscope_engine::settings::{BuildSettings, BuilderKind};
@@ -52,7 +53,7 @@ fn every_triangle(
     let single = TraceView { size: [1, 1], repeat: 1, ..*view };
     let mut rows = Vec::new();
     measure("bench", subject, &[Setup { build, preset: None, threads }], &single, token, &mut |row| rows.push(row))?;
-    let Some(mut row) = rows.pop() else { return Err(Cancelled.into()) };
+    let Some(row) = rows.pop() else { return Err(Cancelled.into()) };
     let pool = pool(threads).map_err(LabError::Refused)?;
     let accel = Arc::new(pool.install(|| Accel::build(&subject.scene, &build, token))?);
     let camera = view.camera.for_size(view.size[0], view.size[1]);
@@ -78,17 +79,62 @@ fn every_triangle(
                 },
             )
     })?;
-    let trace_ms = millis(start.elapsed());
-    row.width_px = view.size[0];
-    row.height_px = view.size[1];
-    row.trace_ms = trace_ms;
-    row.trace_ms_spread = [trace_ms; 2];
-    (row.wide_trace_ms, row.wide_mrays_per_s) = (None, None);
-    row.rays = rays;
-    row.hits = hits;
-    row.mrays_per_s = if trace_ms > 0.0 { rays as f64 / trace_ms / 1e3 } else { 0.0 };
-    row.container_tests_per_ray = tests.containers as f64 / rays as f64;
-    row.primitive_tests_per_ray = tests.primitives as f64 / rays as f64;
-    row.tests_per_ray = row.container_tests_per_ray + row.primitive_tests_per_ray;
-    Ok(row)
+    Ok(on_a_sample(row, view.size, rays, hits, tests, millis(start.elapsed())))
+}
+
+/// `row` with the columns of a run that tested every triangle with `rays` rays in `trace_ms` milliseconds.
+fn on_a_sample(
+    row: Measurement,
+    [width_px, height_px]: [u32; 2],
+    rays: u64,
+    hits: u64,
+    tests: TestCounts,
+    trace_ms: f64,
+) -> Measurement {
+    let per_ray = |count: u64| count as f64 / rays as f64;
+    Measurement {
+        width_px,
+        height_px,
+        trace_ms,
+        trace_ms_spread: [trace_ms; 2],
+        wide_trace_ms: None,
+        wide_mrays_per_s: None,
+        rays,
+        hits,
+        mrays_per_s: millions_per_second(rays, trace_ms),
+        container_tests_per_ray: per_ray(tests.containers),
+        primitive_tests_per_ray: per_ray(tests.primitives),
+        tests_per_ray: per_ray(tests.containers + tests.primitives),
+        ..row
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::lab::sample::sample;
+
+    #[test]
+    fn columns_of_a_run_without_tree_follow_their_definitions() {
+        let row = sample();
+        let tests = TestCounts { containers: 19, primitives: 1300 };
+        let found = on_a_sample(row.clone(), [23, 29], 130, 31, tests, 5.0);
+        let expected = Measurement {
+            width_px: 23,
+            height_px: 29,
+            trace_ms: 5.0,
+            trace_ms_spread: [5.0, 5.0],
+            wide_trace_ms: None,
+            wide_mrays_per_s: None,
+            rays: 130,
+            hits: 31,
+            // 130 rays in 5 ms are 26,000 a second.
+            mrays_per_s: 0.026,
+            container_tests_per_ray: 19.0 / 130.0,
+            primitive_tests_per_ray: 10.0,
+            tests_per_ray: 1319.0 / 130.0,
+            ..row
+        };
+        crate::lab::sample::assert_same(&found, &expected);
+    }
 }

@@ -1,7 +1,8 @@
 //! The builders, presets and optimisation passes compared on one scene.
 
-use super::measure::{LabError, Setup, Subject, TraceView, measure};
+use super::measure::{LabError, measure};
 use super::measurement::Measurement;
+use super::setup::{Setup, Subject, TraceView};
 use bvhscope_engine::cancel::CancelToken;
 use bvhscope_engine::settings::{BuildSettings, BuilderKind, Curve, Pass, Passes, Preset};
 use bvhscope_engine::tree::ContainerKind;

@@ -2,9 +2,10 @@
 
 use super::bench::bench;
 use super::compare::compare;
-use super::measure::{LabError, Setup, Subject, TraceView};
+use super::measure::LabError;
 use super::measurement::Measurement;
 use super::scaling::scaling;
+use super::setup::{Setup, Subject, TraceView};
 use super::sweep::{SweepPlan, sweep};
 use bvhscope_engine::cancel::CancelToken;
 use bvhscope_engine::tree::ContainerKind;

@@ -153,6 +153,11 @@ pub fn millis(duration: Duration) -> f64 {
     duration.as_secs_f64() * 1e3
 }
 
+/// `count` in millions per second where it took `ms` milliseconds; 0 where no time was measured.
+pub(super) fn millions_per_second(count: u64, ms: f64) -> f64 {
+    if ms > 0.0 { count as f64 / ms / 1e3 } else { 0.0 }
+}
+
 /// A rayon pool of `threads` threads, 0 for one per core; the error is a message for the user.
 pub fn pool(threads: usize) -> Result<rayon::ThreadPool, String> {
     let requested = || if threads == 0 { available_threads() } else { threads };

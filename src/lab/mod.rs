@@ -4,6 +4,8 @@
 //! [`measure()`].
 
 mod measurement;
+mod setup;
+mod trial;
 
 mod measure;
 
@@ -13,6 +15,9 @@ mod scaling;
 mod sweep;
 
 mod job;
+
+#[cfg(test)]
+mod sample;
 
 pub mod paper;
 
@@ -25,7 +30,8 @@ pub mod rows;
 pub use bench::bench;
 pub use compare::{compare, compared_setups};
 pub use job::Job;
-pub use measure::{LabError, Setup, Subject, TraceView, measure};
+pub use measure::{LabError, measure};
 pub use measurement::{Measurement, available_threads, millis, pool};
 pub use scaling::scaling;
+pub use setup::{Setup, Subject, TraceView};
 pub use sweep::{SweepPlan, SweepPoint, sweep};

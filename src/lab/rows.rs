@@ -104,3 +104,61 @@ fn cell(value: &Value) -> String {
         other => other.to_string(),
     }
 }
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used, reason = "a test fails by panicking")]
+mod tests {
+    use super::*;
+    use crate::lab::sample::{assert_same, sample};
+
+    fn csv(rows: &[Measurement]) -> Vec<Vec<String>> {
+        let mut bytes = Vec::new();
+        write_csv(rows, &mut bytes).unwrap();
+        let mut reader = csv::ReaderBuilder::new().has_headers(false).from_reader(&bytes[..]);
+        reader.records().map(|record| record.unwrap().iter().map(str::to_owned).collect()).collect()
+    }
+
+    #[test]
+    fn json_lines_are_read_as_they_were_written() {
+        let rows = [sample(), Measurement { speedup: None, ..sample() }];
+        let mut text = Vec::new();
+        write_json_lines(&rows, &mut text).unwrap();
+        let lines: Vec<Measurement> =
+            std::str::from_utf8(&text).unwrap().lines().map(|line| serde_json::from_str(line).unwrap()).collect();
+        assert_eq!(lines.len(), 2);
+        lines.iter().zip(&rows).for_each(|(line, row)| assert_same(line, row));
+    }
+
+    #[test]
+    fn csv_has_every_column_under_its_name() {
+        let row = serde_json::to_value(sample()).unwrap();
+        let mut unnamed: Vec<&String> = row.as_object().unwrap().keys().collect();
+        unnamed.retain(|name| !COLUMNS.contains(&name.as_str()));
+        assert!(unnamed.is_empty(), "{unnamed:?} are in no column");
+        let table = csv(&[sample()]);
+        assert_eq!(table[0], COLUMNS);
+        for (name, cell) in table[0].iter().zip(&table[1]) {
+            let expected = match name.as_str() {
+                "build_ms_spread" => "17.0 23.0".to_owned(),
+                "trace_ms_spread" => "47.0 61.0".to_owned(),
+                "leaf_size" => "1.0 2.5 7.0".to_owned(),
+                "optimize" => "collapse".to_owned(),
+                "build_stages_ms" => "sort=2.5 tree=13.5".to_owned(),
+                "warnings" => "2 faces skipped; 1 texture missing".to_owned(),
+                _ => row[name].as_str().map_or_else(|| row[name].to_string(), str::to_owned),
+            };
+            assert_eq!(*cell, expected, "{name}");
+        }
+    }
+
+    #[test]
+    fn columns_that_no_row_has_are_left_out() {
+        let without = Measurement { speedup: None, trace_speedup: None, ..sample() };
+        let table = csv(&[without.clone(), without.clone()]);
+        assert!(!table[0].iter().any(|name| name.ends_with("speedup")), "{:?}", table[0]);
+        let table = csv(&[without, sample()]);
+        let column = table[0].iter().position(|name| name == "speedup").unwrap();
+        assert_eq!((table[1][column].as_str(), table[2][column].as_str()), ("", "2.75"));
+        assert_eq!(csv(&[]), Vec::<Vec<String>>::new());
+    }
+}

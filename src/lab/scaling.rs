@@ -1,7 +1,8 @@
 //! The measurements of the paper's figure 11: speed-up of building and tracing against the number of threads.
 
-use super::measure::{LabError, Setup, Subject, TraceView, measure};
+use super::measure::{LabError, measure};
 use super::measurement::Measurement;
+use super::setup::{Setup, Subject, TraceView};
 use bvhscope_engine::cancel::CancelToken;
 
 /// Measures `setup` with 1 to `max_threads` threads, one row each with the speed-up over one thread. `setup.threads` is ignored.
@@ -17,18 +18,46 @@ pub fn scaling(
     let setups: Vec<Setup> = (1..=max_threads.max(1)).map(|threads| Setup { threads, ..*setup }).collect();
     let mut rows = Vec::new();
     let outcome = measure("scaling", subject, &setups, view, token, &mut |row| rows.push(row));
-    // One thread is measured first, so that rows completed before a cancellation have their reference.
-    if let Some((build_ms, trace_ms)) = rows.first().map(|one| (one.build_ms, one.trace_ms)) {
-        for measured in &mut rows {
-            measured.speedup = ratio(build_ms, measured.build_ms);
-            measured.trace_speedup = ratio(trace_ms, measured.trace_ms);
-        }
-    }
+    add_speedups(&mut rows);
     rows.into_iter().for_each(row);
     outcome
+}
+
+/// Sets the speed-ups of `rows` over the first. One thread is measured first, so that rows completed before a cancellation have
+/// their reference.
+fn add_speedups(rows: &mut [Measurement]) {
+    let Some((build_ms, trace_ms)) = rows.first().map(|one| (one.build_ms, one.trace_ms)) else { return };
+    for row in rows {
+        row.speedup = ratio(build_ms, row.build_ms);
+        row.trace_speedup = ratio(trace_ms, row.trace_ms);
+    }
 }
 
 /// `a / b` if it is finite.
 fn ratio(a: f64, b: f64) -> Option<f64> {
     Some(a / b).filter(|ratio| ratio.is_finite())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::lab::sample::sample;
+
+    #[test]
+    fn speedups_are_the_time_of_one_thread_over_that_of_the_row() {
+        let row =
+            |build_ms, trace_ms| Measurement { build_ms, trace_ms, speedup: None, trace_speedup: None, ..sample() };
+        let mut rows = [row(60.0, 14.0), row(20.0, 7.0), row(120.0, 3.5), row(0.0, 28.0)];
+        add_speedups(&mut rows);
+        let speedups = rows.map(|row| (row.speedup, row.trace_speedup));
+        let expected = [
+            (Some(1.0), Some(1.0)),
+            (Some(3.0), Some(2.0)),
+            (Some(0.5), Some(4.0)),
+            // No time was measured for the build.
+            (None, Some(0.5)),
+        ];
+        assert_eq!(speedups, expected);
+        add_speedups(&mut []);
+    }
 }

@@ -1,7 +1,8 @@
 //! The measurements of the paper's figures 9 and 10: build time, trace time and tests per ray against the threshold.
 
-use super::measure::{LabError, Setup, Subject, TraceView, measure};
+use super::measure::{LabError, measure};
 use super::measurement::Measurement;
+use super::setup::{Setup, Subject, TraceView};
 use bvhscope_engine::cancel::CancelToken;
 use bvhscope_engine::settings::{BuildSettings, BuilderKind, Curve, Passes};
 use bvhscope_engine::tree::ContainerKind;

@@ -14,7 +14,7 @@ use bvhscope::render::{RenderRequest, RenderSettings, trace_primary, trace_prima
 use bvhscope::scene::{LoadOptions, SceneSource, load};
 use bvhscope_engine::cancel::CancelToken;
 use bvhscope_engine::kernel::SimdLevel;
-use bvhscope_engine::settings::{BuildSettings, Preset};
+use bvhscope_engine::settings::{BuildSettings, Pass, Preset};
 use bvhscope_engine::tree::ContainerKind;
 use bvhscope_engine::tree::traverse::Traversal;
 
@@ -121,7 +121,20 @@ fn compared_builders_agree_on_hits() {
     // Five presets, two curves, LBVH and exact for both containers, binned SAH and five choices of passes for boxes.
     assert_eq!(rows.len(), 24);
     assert!(rows.iter().all(|row| row.hits == rows[0].hits));
-    assert!(rows.iter().all(|row| row.sah_cost > 0.0 && row.epo >= 0.0 && row.leaves <= row.nodes));
+    for row in &rows {
+        // A binary tree: each interior node adds one leaf.
+        assert_eq!(row.nodes, 2 * row.leaves - 1, "{}", row.builder_name());
+        let tree_bytes = row.tree_bytes.unwrap();
+        // Nodes of 32 bytes or, around spheres, 24; a reference of 4 bytes for each triangle, or more after splitting.
+        let node_bytes = if row.container == ContainerKind::Aabb { 32 } else { 24 };
+        let references = (tree_bytes - row.nodes * node_bytes) / 4;
+        let splits = row.optimize.contains(Pass::Split);
+        assert!(references == row.triangles || splits && references > row.triangles, "{}", row.builder_name());
+        let [least, mean, most] = row.leaf_size.unwrap();
+        assert!((mean * row.leaves as f64 - references as f64).abs() < 0.01, "{}: {mean} a leaf", row.builder_name());
+        assert!(1.0 <= least && least <= mean && mean <= most, "{}", row.builder_name());
+        assert!(row.sah_cost > 1.0 && row.epo > 0.0 && row.mean_leaf_depth.unwrap() <= f64::from(row.max_depth));
+    }
 }
 
 #[test]
@@ -131,6 +144,10 @@ fn scaling_starts_at_one() {
     let rows = collect(|row| scaling(&subject, &both()[0], 3, &view, &CancelToken::new(), row));
     assert_eq!(rows.iter().map(|row| row.threads).collect::<Vec<_>>(), [1, 2, 3]);
     assert_eq!((rows[0].speedup, rows[0].trace_speedup), (Some(1.0), Some(1.0)));
+    for row in &rows {
+        assert_eq!(row.speedup, Some(rows[0].build_ms / row.build_ms), "{} threads", row.threads);
+        assert_eq!(row.trace_speedup, Some(rows[0].trace_ms / row.trace_ms), "{} threads", row.threads);
+    }
     assert!(rows.iter().all(|row| row.nodes == rows[0].nodes && row.tests_per_ray == rows[0].tests_per_ray));
 }
 
@@ -213,8 +230,9 @@ fn a_cancelled_group_reports_finished_repetitions() {
         one.repeat,
         two.repeat
     );
-    assert_eq!(one.speedup, Some(1.0));
-    assert!(two.speedup.is_some_and(|speedup| speedup > 0.0));
+    assert_eq!((one.speedup, one.trace_speedup), (Some(1.0), Some(1.0)));
+    assert_eq!(two.speedup, Some(one.build_ms / two.build_ms));
+    assert_eq!(two.trace_speedup, Some(one.trace_ms / two.trace_ms));
 }
 
 fn sweep_rows(name: &str, epsilons: &[f32]) -> Vec<Measurement> {

@@ -190,3 +190,98 @@ fn category_panels(
     };
     quantity_panels(rows, ("", &categories), series, category_index)
 }
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used, reason = "a test fails by panicking")]
+mod tests {
+    use super::*;
+    use crate::lab::sample::sample;
+    use bvhscope_engine::tree::ContainerKind;
+
+    /// Name of each curve, and its values from left to right.
+    fn values(panel: &Panel) -> Vec<(&str, Vec<(f64, f64)>)> {
+        let curve = |curve: &PlotCurve| curve.points.iter().map(|point| (point.x, point.y)).collect();
+        panel.curves.iter().map(|one| (one.name.as_str(), curve(one))).collect()
+    }
+
+    #[test]
+    fn relative_curves_are_one_at_the_papers_fast_setting() {
+        let row = |threshold, build_ms, trace_ms, tests_per_ray| Measurement {
+            command: "sweep".to_owned(),
+            threshold,
+            build_ms,
+            trace_ms,
+            tests_per_ray,
+            ..sample()
+        };
+        let rows = [row(8, 10.0, 75.0, 14.0), row(4, 30.0, 25.0, 56.0), row(6, 20.0, 50.0, 28.0)];
+        let all = panels(&rows).unwrap();
+        let [relative, build, trace, tests, cost] = &all[..] else { unreachable!("{all:?}") };
+        assert_eq!(relative.y_label, "Relative to δ = 6");
+        let expected = [
+            ("Build time", vec![(4.0, 1.5), (6.0, 1.0), (8.0, 0.5)]),
+            ("Trace time", vec![(4.0, 0.5), (6.0, 1.0), (8.0, 1.5)]),
+            ("Tests per ray", vec![(4.0, 2.0), (6.0, 1.0), (8.0, 0.5)]),
+        ];
+        assert_eq!(values(relative), expected);
+        let series = "thing.obj, box";
+        assert_eq!(values(build), [(series, vec![(4.0, 30.0), (6.0, 20.0), (8.0, 10.0)])]);
+        assert_eq!(values(trace), [(series, vec![(4.0, 25.0), (6.0, 50.0), (8.0, 75.0)])]);
+        assert_eq!(values(tests), [(series, vec![(4.0, 56.0), (6.0, 28.0), (8.0, 14.0)])]);
+        assert_eq!(values(cost), [(series, vec![(4.0, 67.3), (6.0, 67.3), (8.0, 67.3)])]);
+        let spreads = |panel: &Panel| panel.curves[0].points[0].spread;
+        assert_eq!([build, trace, tests, cost].map(spreads), [Some([17.0, 23.0]), Some([47.0, 61.0]), None, None]);
+        let labels = [build, trace, tests, cost].map(|panel| panel.y_label.as_str());
+        assert_eq!(labels, ["Build time (ms)", "Trace time (ms)", "Tests per ray", "SAH cost"]);
+        assert_eq!(build.curves[0].points[0].row, Some(1), "the second row has the smallest threshold");
+    }
+
+    #[test]
+    fn efficiency_is_the_speed_up_for_each_thread() {
+        let row = |threads, speedup, trace_speedup| Measurement {
+            command: "scaling".to_owned(),
+            threads,
+            speedup: Some(speedup),
+            trace_speedup,
+            ..sample()
+        };
+        let all = panels(&[row(1, 1.0, Some(1.0)), row(2, 1.5, Some(1.75)), row(4, 3.0, None)]).unwrap();
+        let [speedups, efficiencies] = &all[..] else { unreachable!("{all:?}") };
+        let (build, trace) = ("build, thing.obj, box", "trace, thing.obj, box");
+        let expected = [
+            (build, vec![(1.0, 1.0), (2.0, 1.5), (4.0, 3.0)]),
+            (trace, vec![(1.0, 1.0), (2.0, 1.75)]),
+            ("ideal", vec![(1.0, 1.0), (4.0, 4.0)]),
+        ];
+        assert_eq!(values(speedups), expected);
+        let expected = [
+            (build, vec![(1.0, 100.0), (2.0, 75.0), (4.0, 75.0)]),
+            (trace, vec![(1.0, 100.0), (2.0, 87.5)]),
+            ("ideal", vec![(1.0, 100.0), (4.0, 100.0)]),
+        ];
+        assert_eq!(values(efficiencies), expected);
+    }
+
+    #[test]
+    fn a_bench_has_a_point_for_each_scene_that_has_a_tree() {
+        let row = |model: &str, container, build_ms, builder: &str| Measurement {
+            model: model.to_owned(),
+            container,
+            build_ms,
+            builder: builder.to_owned(),
+            ..sample()
+        };
+        let (boxes, spheres) = (ContainerKind::Aabb, ContainerKind::Sphere);
+        let rows = [
+            row("a.obj", boxes, 3.0, "aac"),
+            row("a.obj", boxes, 5.0, "none"),
+            row("b.obj", boxes, 7.0, "aac"),
+            row("b.obj", spheres, 11.0, "aac"),
+        ];
+        let build = &panels(&rows).unwrap()[0];
+        assert_eq!(build.categories, ["a.obj", "b.obj"]);
+        assert_eq!(values(build), [("box", vec![(0.0, 3.0), (1.0, 7.0)]), ("sphere", vec![(1.0, 11.0)])]);
+        let mixed = [rows[0].clone(), Measurement { command: "sweep".to_owned(), ..sample() }];
+        assert!(panels(&mixed).is_err() && panels(&[]).is_err());
+    }
+}

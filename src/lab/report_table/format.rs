@@ -80,3 +80,35 @@ pub fn short(model: &str) -> String {
     }
     std::path::Path::new(model).file_name().map_or_else(|| model.to_owned(), |name| name.to_string_lossy().into_owned())
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::lab::sample::sample;
+
+    #[test]
+    fn numbers_have_about_four_digits() {
+        let texts = [0.0, 0.1234, 9.0, 10.0, 12.344, 100.0, 123.44, 1000.0, 12_345.4, -12.344].map(number);
+        let expected = ["0.000", "0.123", "9.000", "10.00", "12.34", "100.0", "123.4", "1000", "12345", "-12.34"];
+        assert_eq!(texts, expected);
+    }
+
+    #[test]
+    fn spreads_are_relative_to_the_median() {
+        assert_eq!(spread(50.0, [40.0, 75.0]), "70");
+        assert_eq!(spread(0.0, [0.0, 1.0]), "0");
+    }
+
+    #[test]
+    fn conditions_say_how_often_was_measured() {
+        let row = |repeat| Measurement { repeat, ..sample() };
+        let of = |rows: &[Measurement]| conditions(rows).rsplit(", ").next().map(str::to_owned);
+        assert_eq!(of(&[row(1), row(1)]).as_deref(), Some("measured once"));
+        assert_eq!(of(&[row(4), row(4)]).as_deref(), Some("medians of 4"));
+        assert_eq!(of(&[row(4), row(2)]).as_deref(), Some("medians of 2 to 4"));
+        // A run without tree is measured once, whatever is asked for.
+        let without = Measurement { builder: "none".to_owned(), ..row(1) };
+        assert_eq!(of(&[row(4), without]).as_deref(), Some("medians of 4"));
+        assert_eq!(conditions(&[]), "nothing was measured");
+    }
+}

@@ -96,3 +96,73 @@ pub(super) fn scaling_table(rows: &[Measurement]) -> ReportTable {
     table.notes.push(SPREAD.to_owned());
     table
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::lab::sample::sample;
+
+    /// Each cell with the name and unit of its column.
+    fn cells(table: &ReportTable, row: usize) -> Vec<String> {
+        let cells = table.columns.iter().zip(&table.rows[row]);
+        cells.map(|((name, unit), cell)| format!("{name} {unit}: {cell}").replace(" :", ":")).collect()
+    }
+
+    #[test]
+    fn a_list_shows_each_column_of_its_row() {
+        let other = Measurement { builder: "lbvh".to_owned(), preset: None, threads: 4, ..sample() };
+        let table = list_table("Sweep", &[sample()]);
+        assert_eq!(table.title, "Sweep (101×103 primary rays, ordered traversal, medians of 5, 3 threads)");
+        let expected = [
+            "scene: thing.obj",
+            "builder: fast",
+            "container: box",
+            "δ: 11",
+            "ε: 0.25",
+            "build ms: 20.00",
+            // From 17 to 23 ms.
+            "spread %: 30",
+            "trace ms: 50.00",
+            // From 47 to 61 ms.
+            "spread %: 28",
+            "speed Mray/s: 0.208",
+            "containers tests/ray: 26.25",
+            "primitives tests/ray: 3.250",
+            "all tests/ray: 29.50",
+            "SAH cost: 67.30",
+            "EPO: 0.875",
+            "nodes: 14001",
+            "leaves: 7013",
+            "depth: 31",
+            "memory B/tri: 98",
+            "hits: 5003",
+        ];
+        assert_eq!(cells(&table, 0), expected);
+        let table = list_table("Sweep", &[sample(), other]);
+        assert_eq!(table.title, "Sweep (101×103 primary rays, ordered traversal, medians of 5)", "threads differ");
+        assert_eq!(cells(&table, 1)[1..5], ["builder: lbvh + hilbert + collapse", "container: box", "δ: –", "ε: –"]);
+    }
+
+    #[test]
+    fn efficiency_is_the_speed_up_for_each_thread() {
+        let one = Measurement { threads: 1, speedup: None, trace_speedup: Some(1.0), ..sample() };
+        let table = scaling_table(&[one, sample()]);
+        let expected = [
+            "scene: thing.obj",
+            "container: box",
+            "threads: 3",
+            "build ms: 20.00",
+            "spread %: 30",
+            "speed-up ×: 2.75",
+            // 2.75 with 3 threads.
+            "efficiency %: 92",
+            "trace ms: 50.00",
+            "spread %: 28",
+            "speed-up ×: 1.25",
+            "efficiency %: 42",
+        ];
+        assert_eq!(cells(&table, 1), expected);
+        assert_eq!(cells(&table, 0)[5..7], ["speed-up ×: –", "efficiency %: –"]);
+        assert_eq!(cells(&table, 0)[9..], ["speed-up ×: 1.00", "efficiency %: 100"]);
+    }
+}

@@ -139,3 +139,69 @@ fn trees_table(rows: &[Measurement]) -> ReportTable {
     }
     table
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::lab::sample::sample;
+
+    fn row(model: &str, container: ContainerKind, build_ms: f64, trace_ms: f64, tests_per_ray: f64) -> Measurement {
+        Measurement { model: model.to_owned(), container, build_ms, trace_ms, tests_per_ray, ..sample() }
+    }
+
+    fn rows() -> Vec<Measurement> {
+        let (boxes, spheres) = (ContainerKind::Aabb, ContainerKind::Sphere);
+        vec![
+            row("builtin:teapot", boxes, 20.0, 50.0, 30.0),
+            row("builtin:teapot", spheres, 40.0, 500.0, 120.0),
+            row("thing.obj", spheres, 20.0, 40.0, 20.0),
+            row("thing.obj", boxes, 30.0, 60.0, 35.0),
+            Measurement { builder: "none".to_owned(), rays: 211, ..row("thing.obj", boxes, 1.0, 7.5, 41.0) },
+        ]
+    }
+
+    #[test]
+    fn ratios_are_box_to_sphere_and_their_mean_is_that_of_the_ratios() {
+        let [times, tests, ..] = &bench_tables(&rows())[..] else { unreachable!("there are four tables") };
+        let columns: Vec<&str> = times.columns.iter().map(|(name, _)| name.as_str()).collect();
+        let expected =
+            ["scene", "triangles", "build box", "build sphere", "ratio", "trace box", "trace sphere", "ratio"];
+        assert_eq!(columns, expected);
+        let expected = [
+            ["builtin:teapot", "7001", "20.00", "40.00", "0.50", "50.00", "500.0", "0.10"],
+            ["  the paper's teapot", "", "92", "126", "0.73", "626", "3985", "0.16"],
+            ["thing.obj", "7001", "30.00", "20.00", "1.50", "60.00", "40.00", "1.50"],
+            ["mean of the ratios", "", "", "", "1.00", "", "", "0.80"],
+            ["  the paper's mean", "", "", "", "0.77", "", "", "0.14"],
+        ];
+        assert_eq!(times.rows, expected);
+        let of_all: Vec<&[String]> = tests.rows.iter().map(|row| &row[8..]).collect();
+        let expected = [["30.00", "120.0", "0.25"], ["19", "49", "0.39"], ["35.00", "20.00", "1.75"]];
+        assert_eq!(of_all[..3], expected);
+        assert_eq!(of_all[3..], [["", "", "1.00"], ["", "", "0.35"]]);
+        assert_eq!(tests.rows[0][2..8], ["26.25", "26.25", "1.00", "3.250", "3.250", "1.00"]);
+    }
+
+    #[test]
+    fn stages_stand_in_their_order_beside_the_whole_build() {
+        let passes = [("collapse", 1.5), ("tree", 13.5), ("sort", 2.5)].map(|(name, ms)| (name.to_owned(), ms));
+        let row = Measurement { build_stages_ms: passes.into(), ..sample() };
+        let without = Measurement { builder: "none".to_owned(), ..sample() };
+        let table = stages_table(&[row, sample(), without]);
+        let columns: Vec<&str> = table.columns.iter().map(|(name, _)| name.as_str()).collect();
+        assert_eq!(columns, ["scene", "container", "sort", "tree", "collapse", "build", "spread"]);
+        let expected = [
+            ["thing.obj", "box", "2.500", "13.50", "1.500", "20.00", "30"],
+            ["thing.obj", "box", "2.500", "13.50", "", "20.00", "30"],
+        ];
+        assert_eq!(table.rows, expected);
+    }
+
+    #[test]
+    fn a_run_without_tree_is_a_note() {
+        let notes = trees_table(&rows()).notes;
+        let expected =
+            "thing.obj without BVH: 211 of 10403 pixels, evenly spread, in 7.500 ms; 41.00 tests per ray.".to_owned();
+        assert_eq!(notes.last(), Some(&expected));
+    }
+}

@@ -24,3 +24,20 @@ pub fn summary(row: &Measurement) -> String {
         number(row.tests_per_ray)
     )
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::lab::sample::sample;
+
+    #[test]
+    fn a_row_is_a_sentence() {
+        let times = "build 20.00 ms, trace 50.00 ms, 29.50 tests per ray";
+        let plain = Measurement { curve: Curve::Morton, optimize: Passes::NONE, threads: 1, ..sample() };
+        assert_eq!(summary(&sample()), format!("thing.obj, box, δ 11, ε 0.25, hilbert, collapse, 3 threads: {times}"));
+        assert_eq!(summary(&plain), format!("thing.obj, box, δ 11, ε 0.25, 1 thread: {times}"));
+        let other = |builder: &str| Measurement { builder: builder.to_owned(), ..sample() };
+        assert_eq!(summary(&other("lbvh")), format!("thing.obj, box, lbvh, 3 threads: {times}"));
+        assert_eq!(summary(&other("none")), format!("thing.obj, without BVH, 3 threads: {times}"));
+    }
+}

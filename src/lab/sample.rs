@@ -1,0 +1,85 @@
+//! A made row for tests of everything that is calculated from rows: each number is another, so that no column passes for another.
+
+use serde_json::Value;
+
+use super::measurement::Measurement;
+use bvhscope_engine::settings::{Curve, Pass, Passes};
+use bvhscope_engine::tree::ContainerKind;
+
+/// A row in which every column is set.
+pub(super) fn sample() -> Measurement {
+    Measurement {
+        command: "bench".to_owned(),
+        model: "models/thing.obj".to_owned(),
+        triangles: 7001,
+        builder: "aac".to_owned(),
+        preset: Some("fast".to_owned()),
+        container: ContainerKind::Aabb,
+        threshold: 11,
+        epsilon: 0.25,
+        curve: Curve::Hilbert,
+        optimize: Passes::NONE.with(Pass::Collapse),
+        traversal: "ordered".to_owned(),
+        threads: 3,
+        width_px: 101,
+        height_px: 103,
+        repeat: 5,
+        build_ms: 20.0,
+        build_ms_spread: [17.0, 23.0],
+        build_stages_ms: [("sort".to_owned(), 2.5), ("tree".to_owned(), 13.5)].into(),
+        mtriangles_per_s: Some(0.375),
+        trace_ms: 50.0,
+        trace_ms_spread: [47.0, 61.0],
+        rays: 10_403,
+        hits: 5_003,
+        mrays_per_s: 0.208_06,
+        tests_per_ray: 29.5,
+        container_tests_per_ray: 26.25,
+        primitive_tests_per_ray: 3.25,
+        sah_cost: 67.3,
+        traversal_cost: Some(1.5),
+        intersection_cost: Some(1.75),
+        epo: 0.875,
+        nodes: 14_001,
+        leaves: 7_013,
+        max_depth: 31,
+        mean_leaf_depth: Some(19.5),
+        leaf_size: Some([1.0, 2.5, 7.0]),
+        tree_bytes: Some(448_037),
+        triangle_bytes: Some(252_037),
+        bytes_per_triangle: 98.0,
+        collapse_ms: Some(3.5),
+        wide_trace_ms: Some(4.5),
+        wide_mrays_per_s: Some(2.3125),
+        wide_node_bytes: Some(96_001),
+        wide_triangle_bytes: Some(288_007),
+        wide_bytes_per_triangle: Some(54.5),
+        overlay_bytes: Some(56_003),
+        speedup: Some(2.75),
+        trace_speedup: Some(1.25),
+        warnings: vec!["2 faces skipped".to_owned(), "1 texture missing".to_owned()],
+    }
+}
+
+/// Fails with the names of the columns in which two rows differ. Numbers may differ by the rounding of another order of operations.
+pub(super) fn assert_same(found: &Measurement, expected: &Measurement) {
+    let columns = |row| match serde_json::to_value(row) {
+        Ok(Value::Object(columns)) => columns,
+        other => panic!("a row is an object, not {other:?}"),
+    };
+    let (found, expected) = (columns(found), columns(expected));
+    let names: std::collections::BTreeSet<&String> = found.keys().chain(expected.keys()).collect();
+    let differences: Vec<String> = names
+        .into_iter()
+        .filter(|name| !same(found.get(*name), expected.get(*name)))
+        .map(|name| format!("{name} is {:?} instead of {:?}", found.get(name), expected.get(name)))
+        .collect();
+    assert!(differences.is_empty(), "{}", differences.join("; "));
+}
+
+fn same(found: Option<&Value>, expected: Option<&Value>) -> bool {
+    match (found.and_then(Value::as_f64), expected.and_then(Value::as_f64)) {
+        (Some(found), Some(expected)) => (found - expected).abs() <= 1e-12 * expected.abs(),
+        _ => found == expected,
+    }
+}
