@@ -162,6 +162,25 @@ mod tests {
         assert_eq!(frame.fitted_range(&CancelToken::new()), Ok([0.0, 10.0]));
     }
 
+    /// The values 0 to 1000 in any order: 995 is the 99.5th percentile.
+    #[test]
+    fn heat_ranges_end_at_the_percentile() {
+        let range = |values: Vec<f32>| frame(HEAT, values).fitted_range(&CancelToken::new()).unwrap();
+        assert_eq!(range((0..=1000_u32).map(|k| (k * 5 % 1001) as f32).collect()), [0.0, 995.0]);
+        // Ranks are rounded: of 0 to 100 the rank 99.5 is the hundredth.
+        assert_eq!(range((0..=100_u8).map(f32::from).collect()), [0.0, 100.0]);
+        assert_eq!(range(vec![0.25; 9]), [0.0, 1.0], "at least 1");
+    }
+
+    #[test]
+    fn depth_ranges_are_those_of_the_hits() {
+        let range = |values: Vec<f32>| frame(Shading::Depth, values).fitted_range(&CancelToken::new()).unwrap();
+        assert_eq!(range(vec![7.0, Frame::NO_HIT, 3.0, 5.0]), [3.0, 7.0]);
+        assert_eq!(range(vec![4.0, Frame::NO_HIT]), [4.0, 8.0], "one depth");
+        assert_eq!(range(vec![Frame::NO_HIT]), [0.0, 1.0]);
+        assert_eq!(range(Vec::new()), [0.0, 1.0]);
+    }
+
     #[test]
     fn values_at_the_ends_of_the_range_get_the_ends_of_the_map() {
         let mut frame = frame(HEAT, vec![0.0, 10.0, 20.0, 40.0]);

@@ -3,15 +3,16 @@
 #![allow(clippy::pedantic, reason = "tests and measurements may be plainer than the libraries")]
 #![allow(clippy::unwrap_used, reason = "a failed step is a failed test")]
 
+mod counts;
 mod determinism;
 mod golden_images;
 mod invariants;
 mod lab;
-#[cfg(feature = "gui")]
 mod overlay;
+mod overlays;
+mod surfaces;
+
 #[cfg(feature = "gui")]
 mod overlay_pictures;
-#[cfg(feature = "gui")]
-mod overlays;
 #[cfg(feature = "gui")]
 mod shaders;

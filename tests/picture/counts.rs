@@ -1,0 +1,149 @@
+//! Tests counted by hand: four triangles in a row, their tree of seven nodes, and rays through the middle of each. What a heat map,
+//! a picture and a measurement show of them must be these numbers and no others.
+
+use std::sync::Arc;
+
+use bvhscope::accel::Accel;
+use bvhscope::camera::{Camera, Projection};
+use bvhscope::lab::{Measurement, Setup, Subject, TraceView, measure};
+use bvhscope::render::{
+    HeatKind, RenderRequest, RenderSettings, Shading, count_tests, render, trace_primary, trace_primary_wide,
+};
+use bvhscope::scene::{Scene, SceneSource};
+use bvhscope_engine::CancelToken;
+use bvhscope_engine::geometry::{Aabb, Triangle};
+use bvhscope_engine::kernel::SimdLevel;
+use bvhscope_engine::settings::{BuildSettings, Preset};
+use bvhscope_engine::tree::traverse::{TestCounts, Traversal};
+use bvhscope_engine::tree::{ContainerKind, Node};
+use glam::Vec3;
+
+/// A triangle whose box is 0.8 wide and 0.9 high, in the middle of the pixel from `x` to `x + 1`.
+fn triangle(x: f32, z: f32) -> Triangle {
+    Triangle { a: Vec3::new(x + 0.1, 0.0, z), b: Vec3::new(x + 0.9, 0.0, z), c: Vec3::new(x + 0.5, 0.9, z) }
+}
+
+/// Two pairs of neighbours, far apart: the root has the pairs as its children, and these the triangles.
+fn two_pairs() -> Arc<Scene> {
+    let triangles = [0.0, 1.0, 10.0, 11.0].map(|x| triangle(x, 0.0)).to_vec();
+    Arc::new(Scene::from_triangles(SceneSource::default_builtin(), triangles))
+}
+
+/// The pixels from -1 to 13, each 1 wide and 1 high, seen along -z.
+const PIXELS: [u32; 2] = [14, 1];
+
+fn camera() -> Camera {
+    let target = Vec3::new(6.0, 0.4, 0.0);
+    let fov_y = 2.0 * (0.5_f32 / 4.0).atan();
+    Camera { eye: target + Vec3::Z * 4.0, target, up: Vec3::Y, fov_y, projection: Projection::Orthographic }
+}
+
+fn settings() -> BuildSettings {
+    BuildSettings::preset(Preset::Fast, ContainerKind::Aabb)
+}
+
+fn request(scene: &Arc<Scene>, shading: Shading, count_tests: bool) -> RenderRequest {
+    let accel = Accel::build(scene, &settings(), &CancelToken::new()).unwrap();
+    RenderRequest {
+        accel: Arc::new(accel),
+        camera: camera(),
+        settings: RenderSettings { shading, samples: 1, ..RenderSettings::default() },
+        width_px: PIXELS[0],
+        height_px: PIXELS[1],
+        coarseness: 1,
+        count_tests,
+    }
+}
+
+/// Container tests of each pixel. Beside the root: the root. Between the pairs: the root and its two children. Through a triangle:
+/// these and the two triangles' leaves.
+const CONTAINERS: [f32; 14] = [1.0, 5.0, 5.0, 3.0, 3.0, 3.0, 3.0, 3.0, 3.0, 3.0, 3.0, 5.0, 5.0, 1.0];
+/// Primitive tests of each pixel: the triangle, where there is one.
+const PRIMITIVES: [f32; 14] = [0.0, 1.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 1.0, 0.0];
+
+#[test]
+fn heat_maps_show_the_tests_of_each_ray() {
+    let scene = two_pairs();
+    for (kind, name) in
+        [(HeatKind::Containers, "container tests"), (HeatKind::Primitives, "triangle tests"), (HeatKind::Both, "tests")]
+    {
+        let frame = render(&request(&scene, Shading::Heat(kind), false), &CancelToken::new(), &|_| ()).unwrap();
+        let expected: Vec<f32> = match kind {
+            HeatKind::Containers => CONTAINERS.to_vec(),
+            HeatKind::Primitives => PRIMITIVES.to_vec(),
+            _ => CONTAINERS.iter().zip(PRIMITIVES).map(|(a, b)| a + b).collect(),
+        };
+        assert_eq!(frame.values, expected, "{name} of each pixel");
+        assert_eq!(frame.stats.tests_per_ray(), Some([46.0 / 14.0, 4.0 / 14.0]), "{name}");
+    }
+}
+
+#[test]
+fn pictures_and_summaries_carry_the_same_counts() {
+    let request = request(&two_pairs(), Shading::Lit, true);
+    let frame = render(&request, &CancelToken::new(), &|_| ()).unwrap();
+    assert_eq!(frame.stats.tests_per_ray(), Some([46.0 / 14.0, 4.0 / 14.0]), "a picture that is lit");
+    assert_eq!((frame.stats.primary_rays, frame.stats.hits), (14, 4));
+    let summary = count_tests(&request, &CancelToken::new()).unwrap();
+    assert_eq!((summary.rays, summary.hits), (14, 4));
+    assert_eq!((summary.container_tests_per_ray, summary.primitive_tests_per_ray), (46.0 / 14.0, 4.0 / 14.0));
+}
+
+/// One triangle behind the other in one pixel: only the papers' order tests both.
+#[test]
+fn the_near_child_is_tested_first_unless_the_paper_is_followed() {
+    for depths in [[0.0, -1.0], [-1.0, 0.0]] {
+        let triangles = depths.map(|z| triangle(0.0, z)).to_vec();
+        let scene = Arc::new(Scene::from_triangles(SceneSource::default_builtin(), triangles));
+        let accel = Accel::build(&scene, &settings(), &CancelToken::new()).unwrap();
+        let ray = camera().for_size(PIXELS[0], PIXELS[1]).ray(1.5, 0.5);
+        for (traversal, primitives) in [(Traversal::Ordered, 1), (Traversal::Paper, 2)] {
+            let mut counts = TestCounts::default();
+            let hit = accel.closest_hit_with(&ray, traversal, &mut counts).unwrap();
+            assert_eq!(depths[hit.primitive_index as usize], 0.0, "the nearer one is hit");
+            let expected = TestCounts { containers: 3, primitives };
+            assert_eq!(counts, expected, "{traversal:?}, triangles at {depths:?}");
+        }
+    }
+}
+
+/// The row of the four triangles: every number that does not depend on time.
+#[test]
+fn measurements_of_a_known_tree_are_exact() {
+    let subject = Subject { model: "four".to_owned(), scene: two_pairs() };
+    let view =
+        TraceView { camera: camera(), size: PIXELS, traversal: Traversal::Ordered, simd: SimdLevel::best(), repeat: 2 };
+    let setups = [Setup { build: settings(), preset: Some(Preset::Fast), threads: 2 }];
+    let mut rows: Vec<Measurement> = Vec::new();
+    measure("bench", &subject, &setups, &view, &CancelToken::new(), &mut |row| rows.push(row)).unwrap();
+    let row = &rows[0];
+    assert_eq!((rows.len(), row.threads, row.repeat, row.triangles), (1, 2, 2, 4));
+    assert_eq!((row.rays, row.hits), (14, 4));
+    let tests = [row.container_tests_per_ray, row.primitive_tests_per_ray, row.tests_per_ray];
+    for (found, expected) in tests.into_iter().zip([46.0, 4.0, 50.0]) {
+        assert!((found * 14.0 - expected).abs() < 1e-5, "{found} tests a ray instead of {expected} of 14 rays");
+    }
+    assert_eq!((row.nodes, row.leaves, row.max_depth), (7, 4, 2));
+    assert_eq!((row.mean_leaf_depth, row.leaf_size), (Some(2.0), Some([1.0, 1.0, 1.0])));
+    // Of boxes 0.9 high: the root is 11.8 wide, its children 1.8, the leaves 0.8. Every test costs 1.
+    let cost = (11.8 + 2.0 * 1.8 + 4.0 * 0.8) / 11.8;
+    assert!((row.sah_cost - cost).abs() < 1e-6, "SAH cost {} instead of {cost}", row.sah_cost);
+    assert_eq!(row.epo, 0.0, "no triangle reaches into another's boxes");
+    // Nodes of 32 bytes, an index of 4 bytes and 36 bytes of coordinates for each triangle.
+    assert_eq!(size_of::<Node<Aabb>>(), 32);
+    assert_eq!((row.tree_bytes, row.triangle_bytes), (Some(7 * 32 + 4 * 4), Some(4 * 36)));
+    assert_eq!(row.bytes_per_triangle, (7 * 32 + 4 * 4 + 4 * 36) as f64 / 4.0);
+}
+
+#[test]
+fn each_trace_takes_the_tree_of_its_name() {
+    let wide = request(&two_pairs(), Shading::Lit, false);
+    let binary = Accel::build_binary(&two_pairs(), &settings(), &CancelToken::new()).unwrap();
+    let binary = RenderRequest { accel: Arc::new(binary), ..wide.clone() };
+    let trace = trace_primary(&binary, Traversal::Ordered, &CancelToken::new()).unwrap();
+    assert!(binary.accel.known_wide().is_none(), "the binary tree is traced without making the wide one");
+    let through_wide = trace_primary_wide(&binary, &CancelToken::new()).unwrap();
+    assert!(binary.accel.known_wide().is_some());
+    assert_eq!([trace.rays, trace.hits], [14, 4]);
+    assert_eq!([through_wide.rays, through_wide.hits], [14, 4]);
+}
