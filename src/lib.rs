@@ -77,3 +77,8 @@ pub mod app;
 pub mod headless;
 
 pub mod cli;
+
+#[cfg(test)]
+#[path = "../tests/support/skip.rs"]
+#[allow(dead_code, reason = "integration tests use the rest")]
+mod skip;

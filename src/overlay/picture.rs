@@ -98,6 +98,7 @@ fn write(queue: &wgpu::Queue, texture: &wgpu::Texture, size: [u32; 2], bytes: &[
 mod tests {
     use super::super::offscreen::open_device;
     use super::*;
+    use crate::skip::{Lack, skip};
 
     /// A device limited to small textures stands in for a large screen.
     #[test]
@@ -106,7 +107,7 @@ mod tests {
         let limits = |adapter: &wgpu::Adapter| wgpu::Limits { max_texture_dimension_2d: LIMIT, ..adapter.limits() };
         let (device, queue) = match pollster::block_on(open_device(limits)) {
             Ok(opened) => opened,
-            Err(error) => return println!("skipped: {error}"),
+            Err(error) => return skip(Lack::Graphics, error),
         };
         let scope = device.push_error_scope(wgpu::ErrorFilter::Validation);
         let mut textures = PictureTextures::placeholder(&device);

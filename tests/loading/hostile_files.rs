@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Output, Stdio};
 
 use crate::support::process::{SharedProgram, output};
-use crate::support::skip;
+use crate::support::{Lack, skip};
 
 /// Limit of the program's address space in kilobytes: code, stacks of threads and all allocations.
 const ADDRESS_SPACE_KB: u32 = 1_500_000;
@@ -109,7 +109,7 @@ fn unreadable_files_are_named() {
     let run_as_other = |args: &[&str]| run_limited("", &[&other[..], args].concat(), Path::new("/"));
     std::fs::set_permissions(folder.0.path(), std::os::unix::fs::PermissionsExt::from_mode(0o755)).unwrap();
     if !run_as_other(&["--version"]).status.success() {
-        return skip("no other user can run the program here");
+        return skip(Lack::Users, "no other user can run the program here");
     }
     let args = ["info", model.to_str().unwrap()];
     let (code, error) = finish(&args, &run_as_other(&args));
@@ -291,7 +291,7 @@ fn few_threads_or_none_are_enough() {
         run_limited("", &[&other[..], &wrapper, args].concat(), Path::new("/"))
     };
     if !limited(64, &["--version"]).status.success() {
-        return skip("no other user can run the program here");
+        return skip(Lack::Users, "no other user can run the program here");
     }
     let mut alone = 0;
     for most in 1..=12 {
@@ -354,7 +354,7 @@ fn a_full_disk_leaves_the_old_file() {
     let output = output(command);
     let (out, error) = (String::from_utf8_lossy(&output.stdout), String::from_utf8_lossy(&output.stderr));
     if error.contains("unshare") || error.contains("mount:") {
-        return skip(format_args!("no disk can be mounted here: {}", error.trim()));
+        return skip(Lack::Mounts, format_args!("no disk can be mounted here: {}", error.trim()));
     }
     assert_eq!(out, "code 1\nold\nkept.png\n", "{error}");
     assert!(error.contains("kept.png: cannot be written"), "{error}");

@@ -39,7 +39,7 @@ fn a_build_stays_within_its_memory_estimate() {
     for settings in plain.chain(presets).filter(|settings| settings.refusal(scene.triangles.len()).is_none()) {
         // Resets VmHWM, the peak of the resident memory.
         if std::fs::write("/proc/self/clear_refs", "5").is_err() {
-            return crate::support::skip("this system does not report the peak");
+            return crate::support::skip(crate::support::Lack::Memory, "this system does not report the peak");
         }
         let before = status("VmRSS");
         let accel = Accel::build(&scene, &settings, &CancelToken::new()).unwrap();

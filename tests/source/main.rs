@@ -3,5 +3,9 @@
 #![allow(clippy::pedantic, reason = "tests and measurements may be plainer than the libraries")]
 #![allow(clippy::unwrap_used, reason = "a failed step is a failed test")]
 
+#[path = "../support/skip.rs"]
+mod skip;
+
 mod layering;
 mod reliability;
+mod skips;

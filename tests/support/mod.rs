@@ -2,20 +2,15 @@
 
 #![allow(dead_code, reason = "each test program uses its part")]
 
-use std::fmt::Display;
-use std::io::Write as _;
 use std::path::PathBuf;
+
+mod skip;
 
 #[cfg(unix)]
 pub mod process;
 
-/// Says on stderr that the current test cannot run here, and why. Unlike what `println!` and `eprintln!` write, the line
-/// is shown for tests that pass too.
-pub fn skip(reason: impl Display) {
-    let thread = std::thread::current();
-    // The test's name is the thread's. Nothing is lost where stderr is closed.
-    let _ = writeln!(std::io::stderr(), "skipped: {}: {reason}", thread.name().unwrap_or("test"));
-}
+#[allow(unused_imports, reason = "each test program uses its part")]
+pub use skip::{Lack, is_allowed, skip};
 
 /// The folder of real models with its list, MANIFEST.md: `BVHSCOPE_MODELS`, else `../shared/models`.
 pub fn models() -> Option<PathBuf> {
@@ -23,6 +18,6 @@ pub fn models() -> Option<PathBuf> {
     if folder.join("MANIFEST.md").is_file() {
         return Some(folder);
     }
-    skip(format_args!("no models in {}", folder.display()));
+    skip(Lack::Models, format_args!("no models in {}", folder.display()));
     None
 }

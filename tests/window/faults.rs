@@ -7,7 +7,7 @@ use std::time::{Duration, Instant};
 
 use crate::desktop::{Desktop, LAST_SAMPLE, PROGRAM};
 use crate::support::process::{PATIENCE, SharedProgram, Signal, allow_everyone};
-use crate::support::skip;
+use crate::support::{Lack, skip};
 
 #[test]
 fn damaged_settings_are_kept_aside_and_the_window_opens() {
@@ -171,7 +171,7 @@ fn settings_on_a_read_only_disk_are_ignored() {
     let mount = "mount --bind \"$0\" \"$0\" && mount -o remount,bind,ro \"$0\" && exec \"$@\"";
     let read_only = ["unshare", "--mount", "sh", "-c", mount, folder.to_str().unwrap(), PROGRAM];
     if !desktop.command_as(&read_only[..6], &["true"]).status().is_ok_and(|status| status.success()) {
-        return skip("nothing can be mounted here");
+        return skip(Lack::Mounts, "nothing can be mounted here");
     }
     let mut program = desktop.start_as(&read_only, &["builtin:teapot:2"]);
     program.wait_for("presented teapot");
@@ -241,7 +241,7 @@ fn a_window_without_threads_works_or_says_why_not() {
         let limited = ["setpriv", "--reuid", &user, "--regid", &user, "--clear-groups", "bash", "-c", &limit, "bash"];
         let allowed = |mut command: Command| command.status().is_ok_and(|status| status.success());
         if most == 3 && !allowed(desktop.command_as(&limited, &["true"])) {
-            return skip("no other user can run programs here");
+            return skip(Lack::Users, "no other user can run programs here");
         }
         let limited = [&limited[..], &[path.to_str().unwrap()]].concat();
         let mut program = desktop.start_as(&limited, &["builtin:cornell", "--no-config"]);
