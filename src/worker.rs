@@ -182,7 +182,6 @@ fn panic_message(payload: &(dyn std::any::Any + Send)) -> String {
 #[cfg(test)]
 #[allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 mod tests {
-    use std::sync::atomic::{AtomicUsize, Ordering};
     use std::sync::mpsc;
     use std::time::Duration;
 
@@ -201,26 +200,35 @@ mod tests {
 
     #[test]
     fn newest_of_two_hundred_requests_is_served() {
-        let started = Arc::new(AtomicUsize::new(0));
-        let count = Arc::clone(&started);
+        let (started, is_started) = mpsc::channel();
+        let (all_requested, go_on) = mpsc::channel::<()>();
         let worker = Worker::new(
             "test",
             || {},
             move |request: usize, token: &CancelToken, _: &(dyn Fn(usize) + Sync)| {
-                count.fetch_add(1, Ordering::Relaxed);
-                while request < 199 && !token.is_cancelled() {
-                    std::thread::yield_now();
+                started.send((request, token.clone())).unwrap();
+                if request == 0 {
+                    // Goes on although it is cancelled, as a job between two polls does.
+                    go_on.recv().unwrap();
                 }
-                (!token.is_cancelled()).then_some(request)
+                Some(request)
             },
         )
         .unwrap();
-        for request in 0..200 {
+        worker.request(0);
+        let (first, token) = is_started.recv().unwrap();
+        assert!(first == 0 && !token.is_cancelled());
+        for request in 1..200 {
             worker.request(request);
+            assert!(token.is_cancelled(), "the running job is cancelled by request {request}");
         }
-        assert!(matches!(wait(&worker), Outcome::Done(199)));
+        assert!(is_started.try_recv().is_err(), "nothing else runs before the first job has ended");
+        all_requested.send(()).unwrap();
+        assert!(matches!(wait(&worker), Outcome::Done(199)), "the result of the cancelled job is dropped");
         assert!(worker.take().is_none());
-        assert!(started.load(Ordering::Relaxed) <= 200);
+        drop(worker);
+        let started: Vec<usize> = is_started.iter().map(|(request, _)| request).collect();
+        assert_eq!(started, [199], "each request replaces the one that waits");
     }
 
     #[test]

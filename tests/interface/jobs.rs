@@ -152,6 +152,7 @@ fn a_panic_among_threads_fails_one_job_and_not_the_next() {
 fn at_most_one_job_runs_and_one_waits() {
     let (running, most) = (Arc::new(AtomicUsize::new(0)), Arc::new(AtomicUsize::new(0)));
     let (started, is_started) = mpsc::channel();
+    let (all_requested, go_on) = mpsc::channel::<()>();
     let (ours, peak) = (Arc::clone(&running), Arc::clone(&most));
     let worker = Worker::new(
         "test",
@@ -159,8 +160,9 @@ fn at_most_one_job_runs_and_one_waits() {
         move |request: usize, token: &CancelToken, _: &(dyn Fn(usize) + Sync)| {
             peak.fetch_max(ours.fetch_add(1, Ordering::SeqCst) + 1, Ordering::SeqCst);
             started.send(request).unwrap();
-            while request != 200 && !token.is_cancelled() {
-                std::thread::yield_now();
+            if request == 0 {
+                // Runs while all others are requested, although it is cancelled.
+                go_on.recv().unwrap();
             }
             ours.fetch_sub(1, Ordering::SeqCst);
             (!token.is_cancelled()).then_some(request)
@@ -172,6 +174,8 @@ fn at_most_one_job_runs_and_one_waits() {
     for request in 1..=200 {
         worker.request(request);
     }
+    assert!(worker.is_busy());
+    all_requested.send(()).unwrap();
     let result = loop {
         if let Some(outcome) = worker.take() {
             break outcome;
@@ -179,5 +183,7 @@ fn at_most_one_job_runs_and_one_waits() {
         std::thread::yield_now();
     };
     assert!(matches!(result, Outcome::Done(200)));
-    assert_eq!(most.load(Ordering::SeqCst), 1);
+    drop(worker);
+    assert_eq!(most.load(Ordering::SeqCst), 1, "at most one job runs");
+    assert_eq!(is_started.iter().collect::<Vec<_>>(), [200], "of those that waited only the newest started");
 }
