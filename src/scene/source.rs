@@ -4,6 +4,8 @@ use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
 
+use crate::text::quoted;
+
 /// The source of a scene: a file, or `builtin:NAME` with an optional size parameter, as in `builtin:terrain:1000000`.
 #[derive(Debug, Clone, PartialEq, Eq, Hash, Serialize, Deserialize)]
 pub enum SceneSource {
@@ -40,19 +42,19 @@ impl SceneSource {
         };
         let (name, size) = match rest.split_once(':') {
             None => (rest, None),
-            Some((name, size)) => {
-                let size = size
-                    .parse()
-                    .map_err(|_| format!("'{size}' in 'builtin:{rest}' is not a size: a whole number is expected"))?;
-                (name, Some(size))
-            }
+            Some((name, size)) => (name, Some(size)),
         };
-        if BUILTIN_SCENES.iter().any(|scene| scene.name == name) {
-            Ok(Self::Builtin { name: name.to_owned(), size })
-        } else {
+        let Some(scene) = BUILTIN_SCENES.iter().find(|scene| scene.name == name) else {
             let names: Vec<_> = BUILTIN_SCENES.iter().map(|scene| scene.name).collect();
-            Err(format!("there is no built-in scene '{name}'; there are: {}", names.join(", ")))
-        }
+            return Err(format!("there is no built-in scene {}; there are: {}", quoted(name), names.join(", ")));
+        };
+        let size = size
+            .map(|text| {
+                let size = text.parse().ok().filter(|&size| scene.takes(size));
+                size.ok_or_else(|| format!("{} is not a size of builtin:{name}: {}", quoted(text), scene.sizes()))
+            })
+            .transpose()?;
+        Ok(Self::Builtin { name: name.to_owned(), size })
     }
 
     /// The path of a file; `None` for a built-in scene.
@@ -96,6 +98,21 @@ pub struct BuiltinScene {
     pub description: &'static str,
     /// Meaning, minimum, default and maximum of the size parameter; `None` if there is none.
     pub size: Option<(&'static str, u32, u32, u32)>,
+}
+
+impl BuiltinScene {
+    /// Whether `size` is within the range of the size parameter.
+    pub fn takes(&self, size: u32) -> bool {
+        self.size.is_some_and(|(_, min, _, max)| (min..=max).contains(&size))
+    }
+
+    /// The sizes that there are, as a message says it: "choose 1 to 200 segments along each patch edge".
+    pub fn sizes(&self) -> String {
+        match self.size {
+            Some((meaning, min, _, max)) => format!("choose {min} to {max} {meaning}"),
+            None => "it has but one; leave the size out".to_owned(),
+        }
+    }
 }
 
 /// Every built-in scene, in menu order.

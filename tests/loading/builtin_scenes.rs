@@ -45,7 +45,27 @@ fn sizes_give_the_documented_triangle_counts() {
 }
 
 #[test]
-fn sizes_out_of_range_are_clamped() {
-    assert_eq!(builtin("teapot", Some(0)).triangles.len(), 56);
-    assert_eq!(builtin("terrain", Some(0)).triangles.len(), 2);
+fn sizes_out_of_range_are_refused_with_the_range() {
+    for (given, part) in [
+        ("teapot:0", "choose 1 to 200 segments"),
+        ("teapot:201", "choose 1 to 200 segments"),
+        ("terrain:1", "choose 2 to 10000000 triangles"),
+        ("clusters:500000000", "choose 1 to 20000 spheres"),
+        ("sphereflake:99999999999999999999", "choose 0 to 5 levels"),
+        ("sphereflake:-1", "choose 0 to 5 levels"),
+        ("cornell:1", "leave the size out"),
+    ] {
+        let error = SceneSource::parse(format!("builtin:{given}").as_ref()).unwrap_err();
+        let (name, size) = given.split_once(':').unwrap();
+        assert!(error.contains(part) && error.contains(size) && error.contains(name), "{error}");
+        // As a settings file may say it.
+        let Ok(size) = size.parse() else { continue };
+        let source = SceneSource::Builtin { name: name.to_owned(), size: Some(size) };
+        let error = load(&source, &LoadOptions::default(), &CancelToken::new()).unwrap_err().to_string();
+        assert!(error.contains(part) && error.contains(given), "{error}");
+    }
+    for scene in BUILTIN_SCENES {
+        let size = |number: u32| SceneSource::parse(format!("builtin:{}:{number}", scene.name).as_ref());
+        assert!(scene.size.is_none_or(|(_, min, default, max)| [min, default, max].iter().all(|&n| size(n).is_ok())));
+    }
 }

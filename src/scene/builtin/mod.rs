@@ -16,18 +16,27 @@ use super::source::BUILTIN_SCENES;
 use super::source::SceneSource;
 use bvhscope_engine::cancel::CancelToken;
 
-/// Generates a built-in scene; `size` is clamped to its range.
+/// Generates a built-in scene, whose `size` must be within its range.
 pub(super) fn build(
     name: &str,
     size: Option<u32>,
     source: &SceneSource,
     token: &CancelToken,
 ) -> Result<Scene, LoadError> {
-    let known = BUILTIN_SCENES.iter().find(|scene| scene.name == name);
-    let size =
-        known.and_then(|scene| scene.size).map_or(0, |(_, min, default, max)| size.unwrap_or(default).clamp(min, max));
-    let mut assembly = Assembly::new();
     let path: PathBuf = source.to_string().into();
+    let Some(scene) = BUILTIN_SCENES.iter().find(|scene| scene.name == name) else {
+        let names: Vec<_> = BUILTIN_SCENES.iter().map(|scene| scene.name).collect();
+        return Err(LoadError::of_file(
+            &path,
+            "there is no such built-in scene",
+            format!("there are: {}", names.join(", ")),
+        ));
+    };
+    if let Some(size) = size.filter(|&size| !scene.takes(size)) {
+        return Err(LoadError::of_file(&path, format!("{size} is not a size of this scene"), scene.sizes()));
+    }
+    let size = size.or(scene.size.map(|(_, _, default, _)| default)).unwrap_or(0);
+    let mut assembly = Assembly::new();
     assembly.reserve(max_triangles(name, size)).map_err(|error| error.in_file(&path))?;
     match name {
         "teapot" => teapot::build(size, &mut assembly, token)?,
@@ -35,15 +44,7 @@ pub(super) fn build(
         "sphereflake" => classics::flake(size, &mut assembly, token)?,
         "terrain" => terrain::build(size, &mut assembly, token)?,
         "slivers" => classics::slivers(size, &mut assembly, token)?,
-        "clusters" => classics::clusters(size, &mut assembly, token)?,
-        _ => {
-            let names: Vec<_> = BUILTIN_SCENES.iter().map(|scene| scene.name).collect();
-            return Err(LoadError::of_file(
-                &path,
-                "there is no such built-in scene",
-                format!("there are: {}", names.join(", ")),
-            ));
-        }
+        _ => classics::clusters(size, &mut assembly, token)?,
     }
     token.check()?;
     token.set_progress(1.0);
