@@ -12,6 +12,8 @@
 //! | module | what it does | must not know | start reading at |
 //! | --- | --- | --- | --- |
 //! | [`text`] | names from outside as messages show them | everything else | [`text::printable`] |
+//! | [`console`] | standard streams that may be full, closed, slow or without a reader | everything else | [`console::note`] |
+//! | [`threads`] | how many threads the program works with, and pools of them | everything else | [`threads::count`] |
 //! | [`budget`] | memory limit of the process, checked before large allocations | everything else | [`budget::Budget`] |
 //! | [`export`] | atomic writing of files | file formats | [`export::write_file`] |
 //! | [`worker`] | a background thread of which only the latest request counts | what the work is | [`worker::Worker`] |
@@ -49,7 +51,14 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+// Both panic where the stream is full or closed: `console::note` and `console::Output` do not.
+#![deny(clippy::print_stderr, clippy::print_stdout)]
+
 pub mod text;
+
+pub mod console;
+
+pub mod threads;
 
 pub mod budget;
 

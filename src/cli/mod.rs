@@ -5,12 +5,12 @@
 mod args;
 mod named;
 mod resolve;
+mod signals;
 mod suggest;
+mod usage;
 mod values;
 
-use std::cell::OnceCell;
 use std::ffi::OsStr;
-use std::io::Write;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::process::ExitCode;
 
@@ -18,10 +18,12 @@ use clap::error::ErrorKind;
 use clap::{CommandFactory as _, Parser as _};
 
 use crate::budget::Budget;
+use crate::console::{self, Output, note};
 use crate::headless::plot::PlotCommand;
-use crate::headless::{Context, Failure, Finished};
+use crate::headless::{Context, Failure, Finished, ignore_missing_reader};
 use crate::lab::Job;
 use crate::scene::LoadOptions;
+use crate::threads::start_global_pool;
 use args::{BuildArgs, Cli, CommandArgs, MeasureArgs, OneTreeArgs, StrictLoadArgs};
 use bvhscope_engine::cancel::CancelToken;
 use bvhscope_engine::tree::ContainerKind;
@@ -29,22 +31,23 @@ use bvhscope_engine::tree::ContainerKind;
 /// Runs the program with its command line arguments and returns the exit code: 0 done, 1 failed, 2 wrong usage, 3 done
 /// with warnings under `--strict`, 130 interrupted.
 pub fn main() -> ExitCode {
+    // First of all: until then a signal would kill the process.
+    let token = signals::install();
+    let code = run(token);
+    console::finish();
+    ExitCode::from(code)
+}
+
+fn run(token: CancelToken) -> u8 {
     let parsed = match std::env::args_os().nth(1).and_then(|first| suggest(&first)) {
-        Some(text) => Err(Cli::command().error(ErrorKind::InvalidSubcommand, text)),
+        Some(text) => Err(usage::error(Cli::command(), ErrorKind::InvalidSubcommand, &text)),
         None => Cli::try_parse(),
     };
     let cli = match parsed {
         Ok(cli) => cli,
-        Err(error) => {
-            // Ignores a closed pipe.
-            let _ = error.print();
-            return ExitCode::from(u8::try_from(error.exit_code()).unwrap_or(2));
-        }
+        Err(error) => return usage::print(error),
     };
-    // `RUST_LOG=bvhscope=info` logs the events of the window; graphics drivers log errors only.
-    env_logger::Builder::from_env(env_logger::Env::default().default_filter_or("warn,wgpu_hal=error,winit=error"))
-        .init();
-    let token = CancelToken::new();
+    console::start_log();
     let load_args = cli.command.as_ref().and_then(load_args);
     // The viewer shows warnings and has no --strict.
     let strict = load_args.is_some_and(|load| load.strict);
@@ -55,26 +58,11 @@ pub fn main() -> ExitCode {
         return finish(Err(Failure::Usage(text)), strict);
     }
     let result = match cli.command {
-        None => run_viewer(cli.viewer),
-        Some(command) => {
-            let handler_token = token.clone();
-            // The first Ctrl-C or termination signal cancels, the second exits at once.
-            let handler = ctrlc::set_handler(move || {
-                if handler_token.is_cancelled() {
-                    std::process::exit(130);
-                }
-                handler_token.cancel();
-            });
-            if let Err(error) = handler {
-                log::warn!("Ctrl-C will end the program at once: {error}");
-            }
-            // A panic is a bug in bvhscope; it ends with an exit code and a message.
-            catch_unwind(AssertUnwindSafe(|| run_command(command, token))).unwrap_or_else(|_| {
-                Err(Failure::Failed(
-                    "this is a mistake in bvhscope; please report it with the message above".to_owned(),
-                ))
-            })
-        }
+        None => run_viewer(cli.viewer, &token),
+        // A panic is a bug in bvhscope; it ends with an exit code and a message.
+        Some(command) => catch_unwind(AssertUnwindSafe(|| run_command(command, token))).unwrap_or_else(|_| {
+            Err(Failure::Failed("this is a mistake in bvhscope; please report it with the message above".to_owned()))
+        }),
     };
     finish(result, strict)
 }
@@ -91,24 +79,21 @@ fn suggest(first: &OsStr) -> Option<String> {
 }
 
 /// Prints the outcome and returns its exit code.
-fn finish(result: Result<Finished, Failure>, strict: bool) -> ExitCode {
+fn finish(result: Result<Finished, Failure>, strict: bool) -> u8 {
     match result {
         Ok(Finished { warned: true }) if strict => {
-            eprintln!("bvhscope: done, with warnings (--strict)");
-            ExitCode::from(3)
+            note("bvhscope: done, with warnings (--strict)");
+            3
         }
-        Ok(_) | Err(Failure::BrokenPipe) => ExitCode::SUCCESS,
-        Err(Failure::Usage(text)) => {
-            let _ = Cli::command().error(ErrorKind::ValueValidation, text).print();
-            ExitCode::from(2)
-        }
+        Ok(_) => 0,
+        Err(Failure::Usage(text)) => usage::print(usage::error(Cli::command(), ErrorKind::ValueValidation, &text)),
         Err(failure @ Failure::Interrupted) => {
-            eprintln!("bvhscope: {failure}");
-            ExitCode::from(130)
+            note(format_args!("bvhscope: {failure}"));
+            signals::INTERRUPTED
         }
         Err(failure @ Failure::Failed(_)) => {
-            eprintln!("bvhscope: {failure}");
-            ExitCode::FAILURE
+            note(format_args!("bvhscope: {failure}"));
+            1
         }
     }
 }
@@ -143,19 +128,19 @@ fn invalid_combination(cli: &Cli) -> Option<String> {
 }
 
 fn run_command(command: CommandArgs, token: CancelToken) -> Result<Finished, Failure> {
-    let mut out = std::io::BufWriter::new(std::io::stdout());
+    let mut out = Output;
     let load = load_args(&command).map_or_else(LoadOptions::default, |load| resolve::load(&load.any));
-    let mut context = Context { token, out: &mut out, threads: None, load, pool: OnceCell::new() };
+    let requested = threads(&command);
+    let threads = usable_threads(requested);
+    let mut context = Context { token: token.clone(), out: &mut out, load };
+    // A plot is drawn without.
+    let is_parallel = !matches!(command, CommandArgs::Plot(_));
+    if let Some(text) = is_parallel.then(|| start_global_pool("bvhscope", threads)).flatten() {
+        note(format_args!("bvhscope: {text}"));
+    }
     let result = match command {
-        CommandArgs::Render(args) => {
-            context.threads = args.build.threads;
-            let command = resolve::render(args);
-            crate::headless::render::run(&command, &mut context)
-        }
-        CommandArgs::Info(args) => {
-            context.threads = args.build.threads;
-            crate::headless::info::run(&resolve::info(args), &mut context)
-        }
+        CommandArgs::Render(args) => crate::headless::render::run(&resolve::render(args), &mut context),
+        CommandArgs::Info(args) => crate::headless::info::run(&resolve::info(args), &mut context),
         CommandArgs::Plot(args) => {
             let command = PlotCommand { files: args.files, output: args.output };
             crate::headless::plot::run(&command, &mut context)
@@ -166,44 +151,64 @@ fn run_command(command: CommandArgs, token: CancelToken) -> Result<Finished, Fai
         }
         CommandArgs::Scaling(args) => {
             let setups = resolve::setups(&args.tree, &args.measure, &[ContainerKind::Aabb]);
-            let max_threads = args.measure.threads.unwrap_or_else(rayon::current_num_threads);
-            measure(Job::Scaling { setups, max_threads }, args.measure, &mut context)
+            measure(Job::Scaling { setups, max_threads: threads }, args.measure, &mut context)
         }
         CommandArgs::Sweep(args) => measure(Job::Sweep(resolve::sweep(&args)), args.measure, &mut context),
         CommandArgs::Compare(args) => {
-            let threads = args.measure.threads.unwrap_or(0);
             measure(Job::Compare { containers: args.container.0, threads }, args.measure, &mut context)
         }
     };
-    let flushed = out.flush();
+    // Also after a failure: rows that were measured are printed.
+    let printed = ignore_missing_reader(out.finish());
     let finished = result?;
-    flushed?;
+    if printed.is_err() {
+        token.check()?;
+    }
+    printed?;
     Ok(finished)
 }
 
+/// The number of threads to work with; says so where more were asked for.
+fn usable_threads(requested: Option<usize>) -> usize {
+    let threads = resolve::threads(requested);
+    if let Some(requested) = requested.filter(|&requested| requested > threads) {
+        note(format_args!(
+            "bvhscope: --threads {requested}: this process may use {threads} at once; working with {threads}"
+        ));
+    }
+    threads
+}
+
+/// The number of threads that the command line asks for.
+fn threads(command: &CommandArgs) -> Option<usize> {
+    match command {
+        CommandArgs::Render(args) => args.build.threads,
+        CommandArgs::Info(args) => args.build.threads,
+        CommandArgs::Bench(args) => args.measure.threads,
+        CommandArgs::Sweep(args) => args.measure.threads,
+        CommandArgs::Scaling(args) => args.measure.threads,
+        CommandArgs::Compare(args) => args.measure.threads,
+        CommandArgs::Plot(_) => None,
+    }
+}
+
 fn measure(job: Job, args: MeasureArgs, context: &mut Context<'_>) -> Result<Finished, Failure> {
-    context.threads = args.threads;
     crate::headless::measure::run(&resolve::measure(job, args), context)
 }
 
 #[cfg(feature = "gui")]
-fn run_viewer(args: args::ViewerArgs) -> Result<Finished, Failure> {
+fn run_viewer(args: args::ViewerArgs, token: &CancelToken) -> Result<Finished, Failure> {
+    usable_threads(args.build.threads);
     let options = resolve::viewer(args);
-    let handler = ctrlc::set_handler(|| {
-        crate::app::mark_clean_exit();
-        if !crate::app::interrupt() {
-            std::process::exit(130);
-        }
-    });
-    if let Err(error) = handler {
-        log::warn!("Ctrl-C may look like a crash to the next start: {error}");
+    if signals::pass_to_window(token) {
+        return Err(Failure::Interrupted);
     }
     crate::app::run(options).map_err(|error| Failure::Failed(error.to_string()))?;
     if crate::app::was_interrupted() { Err(Failure::Interrupted) } else { Ok(Finished::default()) }
 }
 
 #[cfg(not(feature = "gui"))]
-fn run_viewer(_: args::ViewerArgs) -> Result<Finished, Failure> {
+fn run_viewer(_: args::ViewerArgs, _: &CancelToken) -> Result<Finished, Failure> {
     Err(Failure::Failed(
         "this program was built without its window (feature 'gui'): use a command such as 'render' or 'bench', see --help"
             .to_owned(),

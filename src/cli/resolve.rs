@@ -73,7 +73,7 @@ pub fn setups(tree: &OneTreeArgs, measure: &MeasureArgs, containers: &[Container
     let setup = |&container| Setup {
         build: build_settings(tree.builder, container, &tree.shape),
         preset,
-        threads: measure.threads.unwrap_or(0),
+        threads: threads(measure.threads),
     };
     containers.iter().map(setup).collect()
 }
@@ -83,7 +83,7 @@ pub fn sweep(args: &SweepArgs) -> SweepPlan {
         thresholds: args.threshold.0.clone(),
         epsilons: args.epsilon.0.clone(),
         containers: args.container.0.clone(),
-        threads: args.measure.threads.unwrap_or(0),
+        threads: threads(args.measure.threads),
         shard: args.shard.unwrap_or((1, 1)),
     }
 }
@@ -100,6 +100,11 @@ pub fn measure(job: Job, args: MeasureArgs) -> MeasureCommand {
         repeat: args.repeat,
         output: Output { json: args.json, csv: args.csv, plot: args.plot },
     }
+}
+
+/// The number of threads to work with: those asked for or all, never more than can run at once.
+pub fn threads(requested: Option<usize>) -> usize {
+    crate::threads::count(requested.unwrap_or(0))
 }
 
 pub fn load(args: &LoadArgs) -> LoadOptions {

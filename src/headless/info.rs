@@ -2,10 +2,11 @@
 
 use serde::Serialize;
 
-use super::context::Progress;
-use super::context::{Context, Failure, Finished};
+use super::context::{Context, Failure, Finished, ignore_missing_reader, in_pool};
+use super::progress::Progress;
 use super::tree_numbers::TreeNumbers;
 use crate::accel::Accel;
+use crate::console::{printable_json, printable_lines};
 use crate::lab::diagnose::{Finding, diagnose_scene, diagnose_tree};
 use crate::lab::report_table::number;
 use crate::scene::SceneSource;
@@ -52,14 +53,16 @@ pub fn run(command: &InfoCommand, context: &mut Context<'_>) -> Result<Finished,
     }
     let scene = context.load(&command.source)?;
     let progress = Progress::new("Building", &context.token);
-    let (accel, epo) = context.pool()?.install(|| {
-        let accel = Accel::build(&scene, &command.build, &context.token)?;
-        let epo = accel.epo(&context.token)?;
-        Ok::<_, Failure>((accel, epo))
+    let token = &context.token;
+    let (accel, epo, findings) = in_pool(|| {
+        let accel =
+            Accel::build(&scene, &command.build, token).map_err(|error| Failure::of_build(error, &command.source))?;
+        let epo = accel.epo(token)?;
+        let mut findings = diagnose_scene(&scene, token)?;
+        findings.extend(diagnose_tree(&accel, epo));
+        Ok::<_, Failure>((accel, epo, findings))
     })?;
     drop(progress);
-    let mut findings = diagnose_scene(&scene, &context.token)?;
-    findings.extend(diagnose_tree(&accel, epo));
     let attributes = scene.attributes.as_ref();
     let triangles = scene.triangles.len();
     let info = Info {
@@ -82,9 +85,12 @@ pub fn run(command: &InfoCommand, context: &mut Context<'_>) -> Result<Finished,
     };
     if command.json {
         let text = serde_json::to_string(&info).map_err(|error| Failure::Failed(error.to_string()))?;
-        writeln!(context.out, "{text}")?;
+        ignore_missing_reader(writeln!(context.out, "{}", printable_json(&text)))?;
     } else {
-        print_text(&info, command.build.builder, context.out)?;
+        let mut text = Vec::new();
+        print_text(&info, command.build.builder, &mut text)?;
+        let text = printable_lines(&String::from_utf8_lossy(&text));
+        ignore_missing_reader(context.out.write_all(text.as_bytes()))?;
     }
     Ok(Finished { warned: !scene.warnings.is_empty() })
 }

@@ -2,14 +2,16 @@
 
 use std::path::PathBuf;
 
-use super::context::Progress;
-use super::context::{Context, Failure, Finished};
-use crate::export::{check_target, write_bytes, write_file};
+use super::context::{Context, Failure, Finished, ignore_missing_reader};
+use super::progress::Progress;
+use crate::console::{note, printable_json, printable_lines};
+use crate::export::{Protected, check_target, write_bytes, write_file};
 use crate::lab::plot::{PlotFormat, draw, panels};
 use crate::lab::report_table::{summary, tables};
 use crate::lab::rows::write_csv;
 use crate::lab::{Job, LabError, Measurement, Subject, TraceView};
 use crate::scene::SceneSource;
+use crate::text::printable;
 use crate::view::CameraChoice;
 use bvhscope_engine::kernel::SimdLevel;
 use bvhscope_engine::tree::traverse::Traversal;
@@ -55,121 +57,172 @@ pub fn run(command: &MeasureCommand, context: &mut Context<'_>) -> Result<Finish
     if let Some(path) = &command.output.plot {
         PlotFormat::of(path).map_err(Failure::Usage)?;
     }
-    for path in [&command.output.csv, &command.output.plot].into_iter().flatten() {
-        check_target(path)?;
-    }
-    let mut rows = Vec::new();
-    let mut finished = Finished::default();
+    let mut read = Protected::default();
+    read.add_read(command.sources.iter().filter_map(SceneSource::path));
+    read.add_standard_streams();
+    check_outputs(&command.output, &read)?;
+    let mut run = Run { command, rows: Vec::new(), read, finished: Finished::default(), output_failure: None };
     let mut unusable = 0;
     let mut early_end = None;
     for (index, source) in command.sources.iter().enumerate() {
-        match measure_model(command, index, source, context, &mut rows) {
-            Ok(warned) => finished.warned |= warned,
-            Err(Failure::Failed(text)) if command.sources.len() > 1 => {
-                eprintln!("bvhscope: {text}");
+        match run.measure_model(index, source, context) {
+            Ok(()) => {}
+            Err(ModelFailure::Unusable(text)) if command.sources.len() > 1 => {
+                note(format_args!("bvhscope: {text}"));
                 unusable += 1;
             }
-            Err(failure) => {
+            Err(ModelFailure::Unusable(text)) => {
+                early_end = Some(Failure::Failed(text));
+                break;
+            }
+            Err(ModelFailure::Of(failure)) => {
                 early_end = Some(failure);
                 break;
             }
+            Err(ModelFailure::NoOutput) => break,
         }
     }
-    // Both outputs are attempted even if one fails.
-    let written = write_files(&command.output, &rows, early_end.is_some());
-    print_tables(command, &rows, context)?;
+    // Every output is attempted even if others fail.
+    let written = write_files(&command.output, &run.rows, early_end.is_some(), &run.read);
+    let printed = match run.output_failure {
+        Some(failure) => Err(failure),
+        None => print_tables(command, &run.rows, context),
+    };
     written?;
     if let Some(failure) = early_end {
         return Err(failure);
     }
+    ignore_missing_reader(printed)?;
     if unusable > 0 {
         return Err(Failure::Failed(format!("{unusable} of {} models could not be measured", command.sources.len())));
     }
-    Ok(finished)
+    Ok(run.finished)
 }
 
-/// Writes the CSV file and the plot; after an early end only if there are rows.
-fn write_files(output: &Output, rows: &[Measurement], ended_early: bool) -> Result<(), Failure> {
+/// Checks that both outputs can be written, are two files and none of those `read`.
+fn check_outputs(output: &Output, read: &Protected) -> Result<(), Failure> {
+    let mut protected = read.clone();
+    for path in [&output.csv, &output.plot].into_iter().flatten() {
+        check_target(path, &protected)?;
+        protected.add_output(path);
+    }
+    Ok(())
+}
+
+/// Writes the CSV file and the plot; after an early end only if there are rows. Both are attempted even if one fails.
+fn write_files(output: &Output, rows: &[Measurement], ended_early: bool, read: &Protected) -> Result<(), Failure> {
+    let mut protected = read.clone();
+    let mut written = Ok(());
     if let Some(path) = output.csv.as_ref().filter(|_| !(ended_early && rows.is_empty())) {
-        write_file(path, |writer| write_csv(rows, writer))?;
+        written = write_file(path, &protected, |writer| write_csv(rows, writer)).map_err(Failure::from);
+        protected.add_read([path]);
     }
     if let Some(path) = output.plot.as_ref().filter(|_| !rows.is_empty()) {
         let format = PlotFormat::of(path).map_err(Failure::Usage)?;
         let picture = panels(rows).and_then(|panels| draw(&panels, format)).map_err(Failure::Failed)?;
-        write_bytes(path, &picture)?;
+        written = written.and(write_bytes(path, &protected, &picture).map_err(Failure::from));
     }
-    Ok(())
+    written
 }
 
-/// Appends all rows of one model; returns whether it was loaded with warnings.
-fn measure_model(
-    command: &MeasureCommand,
-    index: usize,
-    source: &SceneSource,
-    context: &mut Context<'_>,
-    rows: &mut Vec<Measurement>,
-) -> Result<bool, Failure> {
-    // A shard of a sweep may contain no point of this model, which then need not be loaded.
-    if !command.job.concerns(index, command.sources.len()) {
-        return Ok(false);
+/// Why the measuring of a model ended without all its rows.
+enum ModelFailure {
+    /// The model cannot be used or measured; others can.
+    Unusable(String),
+    /// Nothing more is measured.
+    Of(Failure),
+    /// Nothing would take the rows.
+    NoOutput,
+}
+
+impl From<Failure> for ModelFailure {
+    fn from(failure: Failure) -> Self {
+        match failure {
+            Failure::Failed(text) => Self::Unusable(text),
+            failure => Self::Of(failure),
+        }
     }
-    let scene = context.load(source)?;
-    let view = TraceView {
-        camera: command.camera.camera(&scene.bounds, scene.up),
-        size: command.size,
-        traversal: command.traversal,
-        simd: command.simd,
-        repeat: command.repeat,
-    };
-    let subject = Subject { model: source.to_string(), scene };
-    let token = context.token.clone();
-    let progress = Progress::new(&format!("Measuring {}", source.label()), &token);
-    let mut output_failure = None;
-    let out = &mut *context.out;
-    let mut row = |measured: Measurement| {
-        // Rows are reported as they come: as JSON lines, or as notes on stderr before the table.
-        if !command.output.json {
-            progress.suspend(|| note(&measured));
-        } else if output_failure.is_none() {
-            output_failure = progress.suspend(|| print_json(&measured, out)).err();
-            if output_failure.is_some() {
-                // The output can no longer be written.
-                token.cancel();
+}
+
+/// A measuring command under way.
+struct Run<'a> {
+    command: &'a MeasureCommand,
+    rows: Vec<Measurement>,
+    /// What was read so far.
+    read: Protected,
+    finished: Finished,
+    /// Why rows are not printed any more.
+    output_failure: Option<std::io::Error>,
+}
+
+impl Run<'_> {
+    /// Appends all rows of one model.
+    fn measure_model(
+        &mut self,
+        index: usize,
+        source: &SceneSource,
+        context: &mut Context<'_>,
+    ) -> Result<(), ModelFailure> {
+        let command = self.command;
+        // A shard of a sweep may contain no point of this model, which then need not be loaded.
+        if !command.job.concerns(index, command.sources.len()) {
+            return Ok(());
+        }
+        let scene = context.load(source)?;
+        self.finished.warned |= !scene.warnings.is_empty();
+        // Again, as only now it is known what else was read: buffers, textures, material libraries.
+        self.read.add_read(&scene.files_read);
+        check_outputs(&command.output, &self.read).map_err(ModelFailure::Of)?;
+        let view = TraceView {
+            camera: command.camera.camera(&scene.bounds, scene.up),
+            size: command.size,
+            traversal: command.traversal,
+            simd: command.simd,
+            repeat: command.repeat,
+        };
+        let subject = Subject { model: source.to_string(), scene };
+        let token = context.token.clone();
+        let progress = Progress::new(&format!("Measuring {}", source.label()), &token);
+        let has_files = command.output.csv.is_some() || command.output.plot.is_some();
+        let Self { rows, output_failure, .. } = self;
+        let out = &mut *context.out;
+        let mut row = |measured: Measurement| {
+            // Rows are reported as they come: as JSON lines, or as notes on stderr before the table.
+            if !command.output.json {
+                progress.suspend(|| note(format_args!("bvhscope: {}", summary(&measured))));
+            } else if output_failure.is_none() {
+                *output_failure = progress.suspend(|| print_json(&measured, out)).err();
+                if output_failure.is_some() && !has_files {
+                    // Nobody would get the other rows.
+                    token.cancel();
+                }
             }
+            rows.push(measured);
+        };
+        let outcome = command.job.run(&subject, (index, command.sources.len()), &view, &token, &mut row);
+        if output_failure.is_some() && !has_files {
+            return Err(ModelFailure::NoOutput);
         }
-        rows.push(measured);
-    };
-    let outcome = command.job.run(&subject, (index, command.sources.len()), &view, &token, &mut row);
-    if let Some(failure) = output_failure {
-        return Err(failure);
-    }
-    outcome?;
-    Ok(!subject.scene.warnings.is_empty())
-}
-
-impl From<LabError> for Failure {
-    fn from(error: LabError) -> Self {
-        match error {
-            LabError::Cancelled(_) => Self::Interrupted,
-            LabError::Refused(text) => Self::Failed(text),
-        }
+        Ok(outcome.map_err(|error| of_job(error, source))?)
     }
 }
 
-/// Prints a row as one JSON line and flushes it.
-fn print_json(row: &Measurement, out: &mut (dyn std::io::Write + Send)) -> Result<(), Failure> {
-    let text = serde_json::to_string(row).map_err(|error| Failure::Failed(error.to_string()))?;
-    writeln!(out, "{text}")?;
-    out.flush()?;
-    Ok(())
+/// A job that ended early on `source`.
+fn of_job(error: LabError, source: &SceneSource) -> Failure {
+    match error {
+        LabError::Cancelled(_) => Failure::Interrupted,
+        LabError::Refused(text) => Failure::Failed(format!("{}: {text}", printable(&source.to_string()))),
+    }
 }
 
-/// Prints a summary of a row on stderr; the table follows when all rows are measured.
-fn note(row: &Measurement) {
-    eprintln!("bvhscope: {}", summary(row));
+/// Prints a row as one JSON line, as far as its reader takes it now.
+fn print_json(row: &Measurement, out: &mut (dyn std::io::Write + Send)) -> std::io::Result<()> {
+    let text = serde_json::to_string(row)?;
+    writeln!(out, "{}", printable_json(&text))?;
+    out.flush()
 }
 
-fn print_tables(command: &MeasureCommand, rows: &[Measurement], context: &mut Context<'_>) -> Result<(), Failure> {
+fn print_tables(command: &MeasureCommand, rows: &[Measurement], context: &mut Context<'_>) -> std::io::Result<()> {
     if command.output.json || rows.is_empty() {
         return Ok(());
     }
@@ -177,7 +230,7 @@ fn print_tables(command: &MeasureCommand, rows: &[Measurement], context: &mut Co
         if index > 0 {
             writeln!(context.out)?;
         }
-        write!(context.out, "{table}")?;
+        write!(context.out, "{}", printable_lines(&table.to_string()))?;
     }
     Ok(())
 }

@@ -9,7 +9,8 @@ pub mod info;
 
 pub mod measure;
 pub mod plot;
+mod progress;
 mod tree_numbers;
 
-pub use context::{Context, Failure, Finished};
+pub use context::{Context, Failure, Finished, ignore_missing_reader};
 pub use render::RenderCommand;

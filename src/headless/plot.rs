@@ -4,9 +4,11 @@ use std::io::{BufRead, BufReader, Read};
 use std::path::{Path, PathBuf};
 
 use super::context::{Context, Failure, Finished};
-use crate::export::{check_target, write_bytes};
+use crate::console::{open_input, standard_input};
+use crate::export::{Protected, check_target, write_bytes};
 use crate::lab::Measurement;
 use crate::lab::plot::{PlotFormat, draw, panels};
+use crate::text::shown_path;
 
 /// Maximum length of a line in bytes; a row has about a thousand.
 const MAX_LINE: u64 = 1 << 20;
@@ -23,20 +25,27 @@ pub struct PlotCommand {
 /// Reads the rows, draws the plot and writes it.
 pub fn run(command: &PlotCommand, context: &mut Context<'_>) -> Result<Finished, Failure> {
     let format = PlotFormat::of(&command.output).map_err(Failure::Usage)?;
-    check_target(&command.output)?;
+    let mut read = Protected::default();
+    read.add_read(&command.files);
+    read.add_standard_streams();
+    check_target(&command.output, &read)?;
+    let token = &context.token;
     let mut rows = Vec::new();
     for path in &command.files {
-        context.token.check()?;
-        if path.as_os_str() == "-" {
-            read_rows(Path::new("standard input"), std::io::stdin().lock(), &mut rows)?;
+        token.check()?;
+        let appended = if path.as_os_str() == "-" {
+            read_rows(Path::new("standard input"), standard_input(token), &mut rows)
         } else {
-            let file =
-                std::fs::File::open(path).map_err(|error| Failure::Failed(format!("{}: {error}", path.display())))?;
-            read_rows(path, file, &mut rows)?;
-        }
+            let file = open_input(path, token)
+                .map_err(|error| Failure::Failed(format!("{}: cannot be read: {error}", shown_path(path))))?;
+            read_rows(path, file, &mut rows)
+        };
+        // A read that was interrupted has failed too.
+        token.check()?;
+        appended?;
     }
     let picture = panels(&rows).and_then(|panels| draw(&panels, format)).map_err(Failure::Failed)?;
-    write_bytes(&command.output, &picture)?;
+    write_bytes(&command.output, &read, &picture)?;
     Ok(Finished::default())
 }
 
@@ -46,7 +55,7 @@ fn read_rows(path: &Path, file: impl Read, rows: &mut Vec<Measurement>) -> Resul
     let mut line = String::new();
     for number in 1.. {
         line.clear();
-        let at = |reason: &str| Failure::Failed(format!("{}:{number}: {reason}", path.display()));
+        let at = |reason: &str| Failure::Failed(format!("{}:{number}: {reason}", shown_path(path)));
         let read = (&mut reader).take(MAX_LINE).read_line(&mut line).map_err(|error| at(&error.to_string()))?;
         if read == 0 {
             break;

@@ -6,15 +6,17 @@ use std::sync::Arc;
 
 use serde::Serialize;
 
-use super::context::Progress;
-use super::context::{Context, Failure, Finished};
+use super::context::{Context, Failure, Finished, ignore_missing_reader, in_pool};
+use super::progress::Progress;
 use super::tree_numbers::TreeNumbers;
 use crate::accel::Accel;
 use crate::budget::Budget;
-use crate::export::{ExportError, check_target, write_file};
+use crate::console::printable_json;
+use crate::export::{ExportError, Protected, cannot_be_written, check_target, write_bytes, write_file};
 use crate::overlay::{OverlaySettings, Selection};
 use crate::render::{Frame, RenderRequest, RenderSettings};
 use crate::scene::SceneSource;
+use crate::text::shown_path;
 use crate::view::CameraChoice;
 use bvhscope_engine::cancel::CancelToken;
 use bvhscope_engine::settings::BuildSettings;
@@ -75,14 +77,14 @@ pub fn run(command: &RenderCommand, context: &mut Context<'_>) -> Result<Finishe
         if !path.extension().is_some_and(|found| found.eq_ignore_ascii_case(extension)) {
             return Err(Failure::Usage(format!(
                 "{}: the file must end in .{extension}: no other format is written here",
-                path.display()
+                shown_path(path)
             )));
         }
-        if command.source.path().is_some_and(|model| same_file(model, path)) {
-            return Err(Failure::Failed(format!("{}: this is the model itself", path.display())));
-        }
-        check_target(path)?;
     }
+    let mut read = Protected::default();
+    read.add_read(command.source.path());
+    read.add_standard_streams();
+    check_outputs(command, &read)?;
     if let Some(text) = command.build.refusal(0) {
         return Err(Failure::Usage(text));
     }
@@ -93,10 +95,15 @@ pub fn run(command: &RenderCommand, context: &mut Context<'_>) -> Result<Finishe
     }
     check_memory(command)?;
     let scene = context.load(&command.source)?;
+    // Again, as only now it is known what else was read: buffers, textures, material libraries.
+    read.add_read(&scene.files_read);
+    check_outputs(command, &read)?;
     let [width_px, height_px] = command.size;
-    let (accel, frame) = context.pool()?.install(|| {
-        let progress = Progress::new("Building", &context.token);
-        let accel = Arc::new(Accel::build(&scene, &command.build, &context.token)?);
+    let token = &context.token;
+    let (accel, picture, frame) = in_pool(|| {
+        let progress = Progress::new("Building", token);
+        let accel = Accel::build(&scene, &command.build, token);
+        let accel = Arc::new(accel.map_err(|error| Failure::of_build(error, &command.source))?);
         progress.set_label("Tracing");
         let request = RenderRequest {
             accel: Arc::clone(&accel),
@@ -107,28 +114,39 @@ pub fn run(command: &RenderCommand, context: &mut Context<'_>) -> Result<Finishe
             coarseness: 1,
             count_tests: command.json,
         };
-        let frame = crate::render::render(&request, &context.token, &|_| ())?;
+        let frame = crate::render::render(&request, token, &|_| ())?;
         drop(progress);
-        Ok::<_, Failure>((accel, frame))
+        let picture = match &command.overlay {
+            Some(overlay) => draw_overlay(&accel, &frame, command, overlay, token)?,
+            None => frame.rgba.clone(),
+        };
+        Ok::<_, Failure>((accel, picture, frame))
     })?;
-    let picture = match &command.overlay {
-        Some(overlay) => draw_overlay(&accel, &frame, command, overlay, &context.token)?,
-        None => frame.rgba.clone(),
-    };
-    context.token.check()?;
+    token.check()?;
     if let Some(path) = &command.output {
-        check_written(write_png(path, [width_px, height_px], &picture, &context.token), &context.token)?;
+        check_written(write_png(path, &read, [width_px, height_px], &picture, token), token)?;
+        read.add_read([path]);
     }
     if let Some(path) = &command.depth_image {
-        check_written(write_distances(path, &frame, &context.token), &context.token)?;
+        check_written(write_distances(path, &read, &frame, token), token)?;
     }
     if command.json {
-        let epo = context.pool()?.install(|| accel.epo(&context.token))?;
+        let epo = in_pool(|| accel.epo(token))?;
         let line = summary(command, &accel, epo, &frame);
         let text = serde_json::to_string(&line).map_err(|error| Failure::Failed(error.to_string()))?;
-        writeln!(context.out, "{text}")?;
+        ignore_missing_reader(writeln!(context.out, "{}", printable_json(&text)))?;
     }
     Ok(Finished { warned: !scene.warnings.is_empty() })
+}
+
+/// Checks that both outputs can be written, are two files and none of those `read`.
+fn check_outputs(command: &RenderCommand, read: &Protected) -> Result<(), Failure> {
+    let mut protected = read.clone();
+    for path in [&command.output, &command.depth_image].into_iter().flatten() {
+        check_target(path, &protected)?;
+        protected.add_output(path);
+    }
+    Ok(())
 }
 
 /// Checks the memory budget for rendering and writing the picture.
@@ -168,11 +186,6 @@ fn summary<'a>(command: &'a RenderCommand, accel: &Accel, epo: f32, frame: &Fram
     }
 }
 
-/// Whether both paths lead to the same existing file.
-fn same_file(a: &Path, b: &Path) -> bool {
-    matches!((a.canonicalize(), b.canonicalize()), (Ok(a), Ok(b)) if a == b)
-}
-
 /// Draws the overlay over the frame offscreen, with the same pass as the window.
 #[cfg(feature = "gui")]
 fn draw_overlay(
@@ -182,6 +195,7 @@ fn draw_overlay(
     settings: &OverlaySettings,
     token: &CancelToken,
 ) -> Result<Vec<[u8; 4]>, Failure> {
+    use crate::console::note;
     use crate::overlay::{DrawInput, NodeTable, PictureInput, draw_offscreen};
     let table = Arc::new(NodeTable::new(accel));
     table.list(Some(settings), token)?;
@@ -205,11 +219,11 @@ fn draw_overlay(
     }
     let shown = table.shown(settings, selection);
     if shown.wanted > shown.nodes.len() {
-        eprintln!(
+        note(format_args!(
             "bvhscope: the chosen levels hold {} containers; the largest {} are drawn",
             shown.wanted,
             shown.nodes.len()
-        );
+        ));
     }
     draw_offscreen(&DrawInput {
         picture,
@@ -243,8 +257,14 @@ fn check_written(written: Result<(), ExportError>, token: &CancelToken) -> Resul
     })
 }
 
-/// Writes sRGB pixels as a PNG; fails when cancelled.
-pub fn write_png(path: &Path, size_px: [u32; 2], rgba: &[[u8; 4]], token: &CancelToken) -> Result<(), ExportError> {
+/// Writes sRGB pixels as a PNG, which is none of the `protected` files; fails when cancelled.
+pub fn write_png(
+    path: &Path,
+    protected: &Protected,
+    size_px: [u32; 2],
+    rgba: &[[u8; 4]],
+    token: &CancelToken,
+) -> Result<(), ExportError> {
     let encode = |writer: &mut dyn Write| -> Result<(), png::EncodingError> {
         let mut encoder = png::Encoder::new(writer, size_px[0], size_px[1]);
         encoder.set_color(png::ColorType::Rgba);
@@ -259,11 +279,22 @@ pub fn write_png(path: &Path, size_px: [u32; 2], rgba: &[[u8; 4]], token: &Cance
         stream.finish()?;
         header.finish()
     };
-    write_file(path, |writer| encode(writer).map_err(|error| format!("cannot be written: {error}")))
+    write_file(path, protected, |writer| {
+        encode(writer).map_err(|error| match error {
+            png::EncodingError::IoError(error) => cannot_be_written(&error),
+            error => format!("cannot be encoded: {error}"),
+        })
+    })
 }
 
-/// Writes hit distances as an EXR with the distance in red, green and blue, infinity for misses; fails when cancelled.
-pub fn write_distances(path: &Path, frame: &Frame, token: &CancelToken) -> Result<(), ExportError> {
+/// Writes hit distances as an EXR, which is none of the `protected` files, with the distance in red, green and blue, infinity
+/// for misses; fails when cancelled.
+pub fn write_distances(
+    path: &Path,
+    protected: &Protected,
+    frame: &Frame,
+    token: &CancelToken,
+) -> Result<(), ExportError> {
     let pixels: Vec<f32> = frame.distance.iter().flat_map(|&t| [t, t, t]).collect();
     let picture = image::Rgb32FImage::from_raw(frame.width_px, frame.height_px, pixels)
         .ok_or_else(|| ExportError::new(path, "the picture has no distances"))?;
@@ -271,7 +302,7 @@ pub fn write_distances(path: &Path, frame: &Frame, token: &CancelToken) -> Resul
     picture
         .write_to(&mut bytes, image::ImageFormat::OpenExr)
         .map_err(|error| ExportError::new(path, format!("cannot be encoded: {error}")))?;
-    crate::export::write_bytes(path, bytes.bytes.get_ref())
+    write_bytes(path, protected, bytes.bytes.get_ref())
 }
 
 /// An in-memory file whose writes fail once its token is cancelled, which stops an encoder at its next block.

@@ -8,6 +8,8 @@ use serde::{Deserialize, Serialize};
 use bvhscope_engine::settings::{Curve, Passes};
 use bvhscope_engine::tree::ContainerKind;
 
+pub use crate::threads::{available_threads, pool};
+
 /// The measurement of one tree. Field names are the JSON names.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Measurement {
@@ -156,19 +158,4 @@ pub fn millis(duration: Duration) -> f64 {
 /// `count` in millions per second where it took `ms` milliseconds; 0 where no time was measured.
 pub(super) fn millions_per_second(count: u64, ms: f64) -> f64 {
     if ms > 0.0 { count as f64 / ms / 1e3 } else { 0.0 }
-}
-
-/// A rayon pool of `threads` threads, 0 for one per core; the error is a message for the user.
-pub fn pool(threads: usize) -> Result<rayon::ThreadPool, String> {
-    let requested = || if threads == 0 { available_threads() } else { threads };
-    rayon::ThreadPoolBuilder::new()
-        .num_threads(threads)
-        .thread_name(|index| format!("bvhscope-{index}"))
-        .build()
-        .map_err(|error| format!("{} threads cannot be started ({error}): ask for fewer with --threads", requested()))
-}
-
-/// Number of threads that the machine runs in parallel.
-pub fn available_threads() -> usize {
-    std::thread::available_parallelism().map_or(1, std::num::NonZero::get)
 }

@@ -7,6 +7,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 
 use bvhscope::accel::Accel;
 use bvhscope::camera::Camera;
+use bvhscope::export::Protected;
 use bvhscope::headless::render::{write_distances, write_png};
 use bvhscope::lab::diagnose::diagnose_scene;
 use bvhscope::overlay::NodeTable;
@@ -215,7 +216,7 @@ fn writing_pictures_stops_at_every_poll() {
     let pixels: Vec<[u8; 4]> = (0..size[0] * size[1]).map(|k| k.wrapping_mul(2_654_435_769).to_le_bytes()).collect();
     at_every_poll("PNG", |token| {
         let _ = std::fs::remove_file(&png);
-        let written = write_png(&png, size, &pixels, token);
+        let written = write_png(&png, &Protected::default(), size, &pixels, token);
         assert_eq!(written.is_ok(), png.exists(), "whole or not at all");
         written.is_err()
     });
@@ -233,7 +234,7 @@ fn writing_pictures_stops_at_every_poll() {
     let frame = render(&request, &CancelToken::new(), &|_| ()).unwrap();
     at_every_poll("EXR", |token| {
         let _ = std::fs::remove_file(&exr);
-        let written = write_distances(&exr, &frame, token);
+        let written = write_distances(&exr, &Protected::default(), &frame, token);
         assert_eq!(written.is_ok(), exr.exists(), "whole or not at all");
         written.is_err()
     });

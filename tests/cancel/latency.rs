@@ -8,6 +8,7 @@ use std::time::Duration;
 
 use bvhscope::accel::Accel;
 use bvhscope::camera::Camera;
+use bvhscope::export::Protected;
 use bvhscope::headless::render::{write_distances, write_png};
 use bvhscope::lab::diagnose::diagnose_scene;
 use bvhscope::overlay::NodeTable;
@@ -270,10 +271,17 @@ fn pictures() {
     let folder = tempfile::tempdir().unwrap();
     let frames = sizes.map(|size| render(&request(Shading::Lit, size), &CancelToken::new(), &|_| ()).unwrap());
     growing.check("PNG", [&frames[0], &frames[1]], Clone::clone, |frame, token| {
-        write_png(&folder.path().join("a.png"), [frame.width_px, frame.height_px], &frame.rgba, token).unwrap();
+        write_png(
+            &folder.path().join("a.png"),
+            &Protected::default(),
+            [frame.width_px, frame.height_px],
+            &frame.rgba,
+            token,
+        )
+        .unwrap();
     });
     growing.check("EXR", [&frames[0], &frames[1]], Clone::clone, |frame, token| {
-        write_distances(&folder.path().join("a.exr"), &frame, token).unwrap();
+        write_distances(&folder.path().join("a.exr"), &Protected::default(), &frame, token).unwrap();
     });
     growing.assert_none();
 }

@@ -9,3 +9,9 @@ mod support;
 mod commands;
 #[cfg(unix)]
 mod interrupting;
+#[cfg(unix)]
+mod overwriting;
+#[cfg(target_os = "linux")]
+mod streams;
+#[cfg(target_os = "linux")]
+mod threads;

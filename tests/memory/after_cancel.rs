@@ -6,6 +6,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 
 use bvhscope::accel::Accel;
 use bvhscope::camera::Camera;
+use bvhscope::export::Protected;
 use bvhscope::headless::render::{write_distances, write_png};
 use bvhscope::overlay::NodeTable;
 use bvhscope::render::{RenderRequest, RenderSettings, Shading, render};
@@ -97,7 +98,9 @@ fn cancelled_jobs_free_their_memory() {
     let folder = tempfile::tempdir().unwrap();
     gives_all_back("PNG", &pool, |token| {
         let path = folder.path().join("a.png");
-        write_png(&path, [frame.width_px, frame.height_px], &frame.rgba, token).is_err()
+        write_png(&path, &Protected::default(), [frame.width_px, frame.height_px], &frame.rgba, token).is_err()
     });
-    gives_all_back("EXR", &pool, |token| write_distances(&folder.path().join("a.exr"), &frame, token).is_err());
+    gives_all_back("EXR", &pool, |token| {
+        write_distances(&folder.path().join("a.exr"), &Protected::default(), &frame, token).is_err()
+    });
 }

@@ -88,6 +88,15 @@ impl Drop for Running {
     }
 }
 
+/// Waits until `done` returns `true`.
+pub fn wait_until(mut done: impl FnMut() -> bool) {
+    let give_up = Instant::now() + PATIENCE;
+    while !done() {
+        assert!(Instant::now() < give_up, "it never happened");
+        std::thread::sleep(POLL_INTERVAL);
+    }
+}
+
 /// Runs a command to its end and collects what it prints; fails where it goes on for longer than `PATIENCE`.
 pub fn output(command: Command) -> Output {
     let shown = format!("{command:?}");

@@ -162,6 +162,33 @@ fn unreadable_and_unwritable_settings_are_ignored() {
     assert_eq!(std::fs::read_to_string(&folder).unwrap(), "in the way");
 }
 
+/// Pipes without a writer would be waited for, and devices read for ever.
+#[test]
+fn what_is_no_file_is_kept_aside_and_the_window_opens() {
+    let desktop = Desktop::new();
+    let folder = desktop.settings().parent().unwrap().to_owned();
+    std::fs::create_dir_all(&folder).unwrap();
+    for how in ["mkfifo", "mkdir", "ln -s /dev/zero"] {
+        for place in [desktop.settings(), desktop.window_place(), folder.join("starting")] {
+            let mut command = how.split(' ');
+            let made = Command::new(command.next().unwrap()).args(command).arg(&place).status();
+            assert!(made.unwrap().success());
+        }
+        let mut program = desktop.start(&["builtin:teapot:2"]);
+        program.wait_for("window.ron is not a file");
+        program.wait_for("could not be read");
+        program.wait_for("presented teapot");
+        program.signal(Signal::INT);
+        assert_eq!(program.wait().code(), Some(130));
+        assert!(desktop.settings().is_file(), "{how}: the settings were saved");
+        for name in ["settings.json.bad", "window.ron.bad"] {
+            assert!(std::fs::metadata(folder.join(name)).is_ok_and(|kept| !kept.is_file()), "{how}: {name}");
+        }
+        std::fs::remove_dir_all(&folder).unwrap();
+        std::fs::create_dir_all(&folder).unwrap();
+    }
+}
+
 /// The administrator may write despite permissions, but not to a disk that is mounted read-only.
 #[test]
 fn settings_on_a_read_only_disk_are_ignored() {

@@ -1,5 +1,6 @@
 //! The application: everything that one UI frame does, in its order.
 
+use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
@@ -16,6 +17,7 @@ use crate::app::work::reconcile::Reconciler;
 use crate::app::work::requests::{BackgroundTasks, take_dropped_files};
 use crate::app::work::wake_signal::WakeSignal;
 use crate::app::{panels, theme};
+use crate::console::note;
 use crate::overlay::OverlayPipeline;
 use crate::scene::SceneSource;
 
@@ -65,7 +67,7 @@ impl App {
         options.overrides.apply(&mut wanted, &mut preferences);
         let mut state = AppState::new(wanted, preferences);
         for warning in restored.warning.into_iter().chain(options.notices) {
-            eprintln!("warning: {warning}");
+            note(format_args!("warning: {warning}"));
             state.messages.notify(Severity::Warning, warning);
         }
         state.model.allow_outside = options.load.allow_outside;
@@ -161,7 +163,7 @@ impl App {
 
     fn report_device_errors(&mut self) {
         while let Some(error) = self.device.take_error() {
-            eprintln!("error: the graphics driver failed: {error}");
+            note(format_args!("error: the graphics driver failed: {error}"));
             if !self.state.graphics.failed {
                 self.state.graphics.failed = true;
                 self.state.messages.notify(
@@ -206,7 +208,8 @@ impl App {
 
     fn autosave_settings(&mut self, ctx: &egui::Context) {
         let AppState { wanted, preferences, .. } = &self.state;
-        if let Some(delay) = self.settings_autosave.save_if_due(wanted, preferences, Instant::now()) {
+        let read = files_read(&self.state);
+        if let Some(delay) = self.settings_autosave.save_if_due(wanted, preferences, read, Instant::now()) {
             ctx.request_repaint_after(delay);
         }
     }
@@ -229,6 +232,11 @@ impl App {
     }
 }
 
+/// The files that the model on the screen was read from.
+fn files_read(state: &AppState) -> &[PathBuf] {
+    state.model.loaded.as_ref().map_or(&[], |scene| &scene.files_read)
+}
+
 impl eframe::App for App {
     fn logic(&mut self, ctx: &egui::Context, frame: &mut eframe::Frame) {
         // Each movement of the pointer requests a UI frame, and rendering one in software takes half as long as a tree.
@@ -246,7 +254,7 @@ impl eframe::App for App {
         }
         if self.device.is_lost() {
             // Nothing can be drawn any more: the settings are saved, and `run` starts the program again.
-            self.settings_autosave.finish(&self.state.wanted, &self.state.preferences);
+            self.settings_autosave.finish(&self.state.wanted, &self.state.preferences, files_read(&self.state));
             ctx.send_viewport_cmd(egui::ViewportCommand::Close);
             return;
         }
@@ -281,7 +289,7 @@ impl eframe::App for App {
     }
 
     fn on_exit(&mut self) {
-        self.settings_autosave.finish(&self.state.wanted, &self.state.preferences);
+        self.settings_autosave.finish(&self.state.wanted, &self.state.preferences, files_read(&self.state));
     }
 
     fn persist_egui_memory(&self) -> bool {

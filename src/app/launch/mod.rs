@@ -9,5 +9,6 @@ pub mod run;
 pub mod interrupt;
 
 mod device;
+mod files;
 mod storage;
 mod window_size;

@@ -12,10 +12,12 @@ use crate::app::launch::app::App;
 use crate::app::launch::device::was_lost;
 use crate::app::launch::options::StartOptions;
 use crate::app::launch::settings::{Startup, mark_clean_exit};
-use crate::app::launch::storage::{APP_ID, WINDOW_FILE};
+use crate::app::launch::storage::APP_ID;
 use crate::app::launch::window_size::{DEFAULT_SIZE, MIN_SIZE};
 use crate::app::viewport::screenshot;
-use crate::lab::available_threads;
+use crate::console::note;
+use crate::scene::SceneSource;
+use crate::threads::start_global_pool;
 
 /// Why the window could not be opened. The texts say what to do instead.
 #[derive(Debug, thiserror::Error)]
@@ -57,16 +59,18 @@ const SCREENSHOT_TIMEOUT: Duration = Duration::from_millis(800);
 
 /// Opens the window and returns when it is closed.
 pub fn run(mut options: StartOptions) -> Result<(), AppError> {
-    let startup = Startup::prepare(options.settings);
+    let startup = Startup::prepare(options.settings, options.source.as_ref().and_then(SceneSource::path));
     if startup.safe_mode {
         options = StartOptions { load: options.load, settings: options.settings, ..StartOptions::default() };
     }
-    start_global_pool();
+    if let Some(text) = start_global_pool("frame", 0) {
+        log::warn!("{text}");
+    }
     startup.watch();
     options.notices.clone_from(&startup.notices);
     options.settings_file.clone_from(&startup.settings_file);
     let restart_arguments = restart_arguments(std::env::args_os().skip(1), !options.settings.none);
-    let native = native_options(startup.settings_file.as_ref().map(|file| file.with_file_name(WINDOW_FILE)));
+    let native = native_options(startup.window_file());
     let outcome = catch_unwind(AssertUnwindSafe(|| {
         eframe::run_native(APP_ID, native, Box::new(move |context| Ok(Box::new(App::new(context, options)?))))
     }));
@@ -88,21 +92,6 @@ pub fn run(mut options: StartOptions) -> Result<(), AppError> {
             Some(text) if text.contains("failed to spawn thread") => Err(AppError::NoThreads(text.clone())),
             _ => resume_unwind(payload),
         },
-    }
-}
-
-/// Starts rayon's global pool with as many threads as the system grants, in the end with the calling thread alone. Started
-/// later, on first use, rayon would panic where the system grants none.
-fn start_global_pool() {
-    let named = || rayon::ThreadPoolBuilder::new().thread_name(|i| format!("frame {i}"));
-    let mut threads = available_threads();
-    while threads > 0 && named().num_threads(threads).build_global().is_err() {
-        threads /= 2;
-    }
-    if threads == 0
-        && let Err(error) = named().num_threads(1).use_current_thread().build_global()
-    {
-        log::warn!("the global thread pool cannot be started: {error}");
     }
 }
 
@@ -138,7 +127,7 @@ fn restart(arguments: &[OsString]) -> Result<(), AppError> {
     if before.is_some_and(|before| now.saturating_sub(before) < MIN_RESTART_INTERVAL.as_secs()) {
         return Err(AppError::DeviceLost);
     }
-    eprintln!("warning: the graphics driver ended; the window is opened again");
+    note("warning: the graphics driver ended; the window is opened again");
     let failed = |error: std::io::Error| AppError::Other(format!("the program could not be started again: {error}"));
     let mut command = Command::new(std::env::current_exe().map_err(failed)?);
     command.args(arguments).env(RESTARTED_AT, now.to_string());

@@ -4,7 +4,10 @@ use std::path::{Path, PathBuf};
 use std::sync::Mutex;
 use std::time::Duration;
 
+use crate::app::launch::files::{is_irregular, read_text, set_aside, write_text};
 use crate::app::launch::storage::{APP_ID, SETTINGS_FILE, WINDOW_FILE};
+use crate::export::is_same_file;
+use crate::text::shown_path;
 
 /// A run that ends abnormally within this time is attributed to its settings or its model.
 const TRIAL_TIME: Duration = Duration::from_secs(10);
@@ -33,44 +36,63 @@ pub(crate) struct Startup {
 }
 
 impl Startup {
-    /// Finds the folder of the settings, and sets them aside where they are to be reset or the last run ended too soon.
-    pub(crate) fn prepare(settings: SettingsUse) -> Self {
+    /// Finds the folder of the settings, and sets them aside where they are to be reset or the last run ended too soon. There are
+    /// none where `model` is in the place of one of the files.
+    pub(crate) fn prepare(settings: SettingsUse, model: Option<&Path>) -> Self {
         if settings.none {
             let temporary_folder = tempfile::tempdir().ok();
             let settings_file = temporary_folder.as_ref().map(|folder| folder.path().join(SETTINGS_FILE));
             return Self { settings_file, _temporary_folder: temporary_folder, ..Self::default() };
         }
         let Some(folder) = eframe::storage_dir(APP_ID) else { return Self::default() };
+        let files = [SETTINGS_FILE, WINDOW_FILE].map(|name| folder.join(name));
+        if model.is_some_and(|model| files.iter().any(|file| is_same_file(model, file))) {
+            let notices = vec!["The model is in the place of the settings, so none are read or written".to_owned()];
+            return Self { notices, ..Self::default() };
+        }
         Self::in_folder(&folder, settings.reset)
     }
 
     fn in_folder(folder: &Path, reset: bool) -> Self {
         let mut startup = Self { settings_file: Some(folder.join(SETTINGS_FILE)), ..Self::default() };
-        let mut set_aside = |reason: &str| {
-            let (file, window) = (folder.join(SETTINGS_FILE), folder.join(WINDOW_FILE));
-            let renamed = file.with_extension("json.bad");
+        let (file, window) = (folder.join(SETTINGS_FILE), folder.join(WINDOW_FILE));
+        if is_irregular(&window) {
+            // The library of the window would wait for a pipe.
+            let kept = set_aside(&window);
+            let remains = kept.map_or(String::new(), |kept| format!(", and is kept as {}", shown_path(&kept)));
+            startup.notices.push(format!("{} is not a file: it is not read{remains}", shown_path(&window)));
+        }
+        let mut reset_all = |reason: &str| {
             // Fails where there is no such file, as before the first run.
-            let _ = std::fs::rename(&window, window.with_extension("ron.bad"));
-            match std::fs::rename(&file, &renamed) {
-                Ok(()) => startup.notices.push(format!("{reason}. The old settings are kept as {}", renamed.display())),
+            let _ = set_aside(&window);
+            match set_aside(&file) {
+                Ok(kept) => {
+                    startup.notices.push(format!("{reason}. The old settings are kept as {}", shown_path(&kept)))
+                }
                 Err(error) if error.kind() == std::io::ErrorKind::NotFound => startup.notices.push(reason.to_owned()),
                 Err(error) => {
-                    startup.notices.push(format!("{reason}, but {} could not be moved: {error}", file.display()));
+                    startup.notices.push(format!("{reason}, but {} could not be moved: {error}", shown_path(&file)));
                 }
             }
         };
         if reset {
-            set_aside("Settings were reset");
+            reset_all("Settings were reset");
         }
         let marker = StartupMarker { file: folder.join("starting") };
         startup.safe_mode = marker.is_left_over();
         if startup.safe_mode {
             let text =
                 "The last start ended within 10 seconds, so this one is safe: default settings and the built-in teapot";
-            set_aside(text);
+            reset_all(text);
         }
         startup.marker = marker.create().then_some(marker);
         startup
+    }
+
+    /// The file for position and size of the window; `None` where something else is in its place, which was not moved.
+    pub(crate) fn window_file(&self) -> Option<PathBuf> {
+        let file = self.settings_file.as_ref()?.with_file_name(WINDOW_FILE);
+        Some(file).filter(|file| !is_irregular(file))
     }
 
     /// Removes the marker after [`TRIAL_TIME`], on a thread of its own.
@@ -106,7 +128,7 @@ struct StartupMarker {
 impl StartupMarker {
     /// Whether a process that no longer runs has left its marker behind.
     fn is_left_over(&self) -> bool {
-        let Ok(text) = std::fs::read_to_string(&self.file) else { return false };
+        let Ok(text) = read_text(&self.file) else { return false };
         match text.trim().parse::<u32>() {
             // Another instance may have started at the same time.
             Ok(pid) => !is_running(pid),
@@ -116,7 +138,7 @@ impl StartupMarker {
 
     fn create(&self) -> bool {
         std::fs::create_dir_all(self.file.parent().unwrap_or(Path::new("."))).is_ok()
-            && std::fs::write(&self.file, std::process::id().to_string()).is_ok()
+            && write_text(&self.file, &std::process::id().to_string()).is_ok()
     }
 
     fn remove(&self) {
@@ -167,7 +189,7 @@ mod tests {
 
     #[test]
     fn a_run_without_settings_saves_none() {
-        let startup = Startup::prepare(SettingsUse { none: true, reset: false });
+        let startup = Startup::prepare(SettingsUse { none: true, reset: false }, None);
         assert!(startup.settings_file.is_some_and(|file| !file.exists()) && !startup.safe_mode);
     }
 }

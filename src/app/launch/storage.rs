@@ -7,8 +7,10 @@ use std::time::{Duration, Instant};
 
 use serde::{Deserialize, Serialize};
 
+use crate::app::launch::files::{read_text, set_aside};
 use crate::app::state::{Preferences, Wanted};
-use crate::export::write_bytes;
+use crate::export::{Protected, write_bytes};
+use crate::text::shown_path;
 use bvhscope_engine::settings::BuildSettings;
 
 /// Name of the application, and of its folder among the desktop's settings.
@@ -40,10 +42,14 @@ impl Restored {
 
 /// Reads the settings of the last run from `file`.
 pub(crate) fn restore(file: Option<&Path>) -> Restored {
-    let Some(file) = file.filter(|file| file.exists()) else { return Restored::default() };
-    let mut restored = parse(&std::fs::read_to_string(file).unwrap_or_default());
+    let Some(file) = file else { return Restored::default() };
+    let mut restored = match read_text(file) {
+        Ok(text) => parse(&text),
+        Err(error) if error.kind() == std::io::ErrorKind::NotFound => return Restored::default(),
+        Err(_) => Restored::default(),
+    };
     if restored.is_damaged() {
-        restored.warning = Some(copy_damaged(file));
+        restored.warning = Some(set_damaged_aside(file));
     }
     restored
 }
@@ -65,9 +71,15 @@ impl SettingsAutosave {
         Self { file, ..Self::default() }
     }
 
-    /// Writes the settings on a thread of its own once a change is due. Returns the delay after which this is to be called
-    /// again.
-    pub(crate) fn save_if_due(&mut self, wanted: &Wanted, preferences: &Preferences, now: Instant) -> Option<Duration> {
+    /// Writes the settings on a thread of its own once a change is due, unless their file is one of those that were `read`.
+    /// Returns the delay after which this is to be called again.
+    pub(crate) fn save_if_due(
+        &mut self,
+        wanted: &Wanted,
+        preferences: &Preferences,
+        read: &[PathBuf],
+        now: Instant,
+    ) -> Option<Duration> {
         if self.file.is_none() || self.has_saved(wanted, preferences) {
             self.due = None;
             return None;
@@ -81,7 +93,7 @@ impl SettingsAutosave {
             return Some(SAVE_DELAY);
         }
         self.due = None;
-        let write = self.next_write(wanted, preferences)?;
+        let write = self.next_write(wanted, preferences, read)?;
         match std::thread::Builder::new().name("settings".to_owned()).spawn(write) {
             Ok(writer) => self.writer = Some(writer),
             Err(error) => {
@@ -93,11 +105,11 @@ impl SettingsAutosave {
     }
 
     /// Writes unsaved settings and waits until they are written: before the process ends.
-    pub(crate) fn finish(&mut self, wanted: &Wanted, preferences: &Preferences) {
+    pub(crate) fn finish(&mut self, wanted: &Wanted, preferences: &Preferences, read: &[PathBuf]) {
         if let Some(writer) = self.writer.take() {
             let _ = writer.join();
         }
-        if let Some(write) = self.next_write(wanted, preferences) {
+        if let Some(write) = self.next_write(wanted, preferences, read) {
             write();
         }
     }
@@ -107,13 +119,21 @@ impl SettingsAutosave {
     }
 
     /// A function that writes these settings; `None` where they are written already.
-    fn next_write(&mut self, wanted: &Wanted, preferences: &Preferences) -> Option<impl FnOnce() + Send + use<>> {
+    fn next_write(
+        &mut self,
+        wanted: &Wanted,
+        preferences: &Preferences,
+        read: &[PathBuf],
+    ) -> Option<impl FnOnce() + Send + use<>> {
         let file = self.file.clone().filter(|_| !self.has_saved(wanted, preferences))?;
         self.saved = Some((wanted.clone(), preferences.clone()));
         let text = serde_json::to_string(&SavedSettings { wanted, preferences });
+        let mut protected = Protected::default();
+        protected.add_read(read);
         Some(move || {
             let text = text.map_err(|error| error.to_string());
-            let written = text.and_then(|text| write_bytes(&file, text.as_bytes()).map_err(|error| error.to_string()));
+            let written = text
+                .and_then(|text| write_bytes(&file, &protected, text.as_bytes()).map_err(|error| error.to_string()));
             if let Err(error) = written {
                 // Logged once, and not at each change.
                 static LOGGED: Once = Once::new();
@@ -163,11 +183,11 @@ fn within_limits(mut wanted: Wanted) -> Wanted {
     wanted
 }
 
-/// Copies a damaged file, which will be overwritten. Returns the warning to show.
-fn copy_damaged(file: &Path) -> String {
-    let copy = file.with_extension("json.bad");
-    let copied = std::fs::copy(file, &copy).is_ok();
-    let remains = if copied { format!(". The damaged file is kept as {}", copy.display()) } else { String::new() };
+/// Sets a damaged file aside, or whatever else is in its place. Returns the warning to show.
+fn set_damaged_aside(file: &Path) -> String {
+    let kept = set_aside(file).ok();
+    let remains =
+        kept.map_or(String::new(), |kept| format!(". What was in their place is kept as {}", shown_path(&kept)));
     format!("The settings of the last run could not be read, so the defaults are used{remains}")
 }
 
@@ -184,11 +204,22 @@ mod tests {
         let mut wanted = Wanted::new(SceneSource::default_builtin());
         wanted.build.threshold = 17;
         let preferences = Preferences { greeted: true, ..Preferences::default() };
-        SettingsAutosave::new(Some(file.clone())).finish(&wanted, &preferences);
+        SettingsAutosave::new(Some(file.clone())).finish(&wanted, &preferences, &[]);
         let restored = restore(Some(&file));
         assert_eq!(restored.wanted, Some(wanted));
         assert_eq!(restored.preferences, Some(preferences));
         assert_eq!(restored.warning, None);
+    }
+
+    #[test]
+    fn settings_are_not_written_over_a_model() {
+        let folder = tempfile::tempdir().unwrap();
+        let (file, texture) = (folder.path().join(SETTINGS_FILE), folder.path().join("texture.png"));
+        std::fs::write(&texture, "read").unwrap();
+        std::fs::hard_link(&texture, &file).unwrap();
+        let (wanted, preferences) = (Wanted::new(SceneSource::default_builtin()), Preferences::default());
+        SettingsAutosave::new(Some(file.clone())).finish(&wanted, &preferences, &[texture]);
+        assert_eq!(std::fs::read_to_string(file).unwrap(), "read");
     }
 
     #[test]
@@ -202,7 +233,7 @@ mod tests {
         // A slider is dragged at 30 frames per second.
         for frame in 0..60 {
             wanted.build.threshold = 2 + frame;
-            let again = autosave.save_if_due(&wanted, &preferences, start + Duration::from_millis(33) * frame);
+            let again = autosave.save_if_due(&wanted, &preferences, &[], start + Duration::from_millis(33) * frame);
             writes += u32::from(again.is_none());
             if let Some(writer) = autosave.writer.take_if(|_| again.is_none()) {
                 writer.join().unwrap();
@@ -211,11 +242,11 @@ mod tests {
         }
         assert_eq!(writes, 2, "not once a frame");
         let end = start + Duration::from_secs(10);
-        autosave.save_if_due(&wanted, &preferences, end);
-        assert_eq!(autosave.save_if_due(&wanted, &preferences, end + SAVE_DELAY), None);
+        autosave.save_if_due(&wanted, &preferences, &[], end);
+        assert_eq!(autosave.save_if_due(&wanted, &preferences, &[], end + SAVE_DELAY), None);
         autosave.writer.take().unwrap().join().unwrap();
         assert_eq!(restore(Some(&file)).wanted, Some(wanted.clone()));
-        assert_eq!(autosave.save_if_due(&wanted, &preferences, end + 9 * SAVE_DELAY), None);
+        assert_eq!(autosave.save_if_due(&wanted, &preferences, &[], end + 9 * SAVE_DELAY), None);
         assert!(autosave.writer.is_none(), "what is written already is not written again");
     }
 

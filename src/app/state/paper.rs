@@ -201,10 +201,9 @@ impl PaperPlan {
                 threads: wanted.threads,
                 shard: (1, 1),
             }),
-            Experiment::Threads => Job::Scaling {
-                setups: setups(),
-                max_threads: if wanted.threads == 0 { rayon::current_num_threads() } else { wanted.threads },
-            },
+            Experiment::Threads => {
+                Job::Scaling { setups: setups(), max_threads: crate::threads::count(wanted.threads) }
+            }
             Experiment::Builders => Job::Compare { containers: self.containers.clone(), threads: wanted.threads },
         }
     }

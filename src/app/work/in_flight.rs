@@ -3,6 +3,7 @@
 use std::time::Instant;
 
 use crate::app::state::{JobStatus, MessageLog, Severity};
+use crate::console::note;
 use crate::worker::{Outcome, Worker};
 use bvhscope_engine::cancel::CancelToken;
 
@@ -47,7 +48,7 @@ pub(crate) fn poll<Q: Send + 'static, R: Send + 'static>(worker: &Worker<Q, R>) 
 
 /// Reports a panic of the job described by `activity` ("Building").
 pub(crate) fn report_panic(messages: &mut MessageLog, activity: &str, text: &str) {
-    eprintln!("error: {activity} failed: {text}");
+    note(format_args!("error: {activity} failed: {text}"));
     messages.notify(
         Severity::Error,
         format!("{activity} failed through a mistake in this program: {text}. What was on the screen stays"),

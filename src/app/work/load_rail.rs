@@ -10,6 +10,7 @@ use crate::app::work::file_watch::WatchedFile;
 use crate::app::work::in_flight::{InFlight, Polled, poll, report_panic};
 use crate::app::work::pool::WorkerPool;
 use crate::camera::Camera;
+use crate::console::note;
 use crate::scene::{LoadError, LoadOptions, Scene, SceneSource, load};
 use crate::view::CameraChoice;
 use crate::worker::Worker;
@@ -157,7 +158,7 @@ impl LoadRail {
     }
 
     fn report_failure(&mut self, key: LoadKey, error: &LoadError, state: &mut AppState) {
-        eprintln!("error: {error}");
+        note(format_args!("error: {error}"));
         let remains = if state.model.presented.is_some() { ". The present scene stays" } else { "" };
         state.messages.notify(Severity::Error, format!("{error}{remains}"));
         self.refused = Some(key);

@@ -7,6 +7,7 @@ use std::time::Instant;
 use crate::app::state::paper::{Experiment, PaperResult};
 use crate::app::state::{AppState, JobStatus, Severity};
 use crate::app::work::in_flight::{Polled, poll};
+use crate::console::note;
 use crate::lab::{Job, LabError, Measurement, Subject, TraceView};
 use crate::scene::Scene;
 use crate::worker::Worker;
@@ -146,7 +147,7 @@ impl MeasureWorker {
             }
             Polled::Failed(Some(text)) => {
                 self.current = None;
-                eprintln!("error: measuring failed: {text}");
+                note(format_args!("error: measuring failed: {text}"));
                 state
                     .messages
                     .notify(Severity::Error, format!("Measuring failed through a mistake in this program: {text}"));

@@ -3,9 +3,9 @@
 use std::cell::RefCell;
 use std::sync::Arc;
 
-use rayon::{ThreadPool, ThreadPoolBuilder};
+use rayon::ThreadPool;
 
-use crate::lab::available_threads;
+use crate::threads::{count, pool_of_granted};
 
 /// A rayon thread pool that is reused until another number of threads is requested.
 #[derive(Default)]
@@ -14,18 +14,18 @@ pub(crate) struct WorkerPool {
 }
 
 impl WorkerPool {
-    /// Runs `work` in a pool of `threads` threads (0 for all), or of as many as the system grants. The threads are named
-    /// after `name`.
+    /// Runs `work` in a pool of `threads` threads (0 for all), no more than there are cores and than the system grants. The
+    /// threads are named after `name`.
     pub(crate) fn run<R: Send>(&self, name: &'static str, threads: usize, work: impl FnOnce() -> R + Send) -> R {
+        let threads = count(threads);
         let mut current = self.current.borrow_mut();
         if current.as_ref().is_none_or(|(count, _)| *count != threads) {
-            let named = || ThreadPoolBuilder::new().thread_name(move |i| format!("{name} {i}"));
-            let built = match named().num_threads(threads).build() {
-                Ok(pool) => Some(pool),
-                Err(error) => build_smaller_pool(named, threads, &error),
-            };
+            let (pool, note) = pool_of_granted(name, threads);
+            if let Some(text) = note {
+                log::warn!("{text}");
+            }
             // A thread that has become a pool itself cannot join another one, so the previous pool stays in use.
-            if let Some(pool) = built {
+            if let Some(pool) = pool {
                 *current = Some((threads, Arc::new(pool)));
             }
         }
@@ -36,22 +36,4 @@ impl WorkerPool {
             None => work(),
         }
     }
-}
-
-/// A pool of fewer threads than the `requested` ones, which the system refused; of the calling thread alone where it grants
-/// none.
-fn build_smaller_pool(
-    named: impl Fn() -> ThreadPoolBuilder,
-    requested: usize,
-    refusal: &rayon::ThreadPoolBuildError,
-) -> Option<ThreadPool> {
-    let requested = if requested == 0 { available_threads() } else { requested };
-    let halves = std::iter::successors(Some(requested / 2), |count| Some(count / 2)).take_while(|&count| count > 0);
-    let pool = halves
-        .map(|count| named().num_threads(count).build())
-        .find_map(Result::ok)
-        .or_else(|| named().num_threads(1).use_current_thread().build().ok());
-    let threads = pool.as_ref().map_or(1, ThreadPool::current_num_threads);
-    log::warn!("{requested} threads cannot be started ({refusal}); working with {threads}");
-    pool
 }

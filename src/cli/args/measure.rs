@@ -28,7 +28,7 @@ pub struct MeasureArgs {
     /// How rays visit nodes: ordered (near child first, culled by distance), or paper (neither)
     #[arg(long, value_name = "NAME", value_parser = named::<Traversal>, default_value = "ordered")]
     pub traversal: Traversal,
-    /// Threads for building and tracing, 1 to 1024 [default: all]
+    /// Threads for building and tracing, 1 to 1024, but no more than there are cores [default: all]
     #[arg(long, value_name = "N", value_parser = values::threads)]
     pub threads: Option<usize>,
     /// Vector instructions for tracing: sse2, sse4, avx2, avx512 or neon, where this machine has them [default: the best]

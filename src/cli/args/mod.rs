@@ -153,7 +153,7 @@ pub struct BuildArgs {
     pub container: Option<ContainerKind>,
     #[command(flatten)]
     pub shape: ShapeArgs,
-    /// Threads for building and tracing, 1 to 1024 [default: all]
+    /// Threads for building and tracing, 1 to 1024, but no more than there are cores [default: all]
     #[arg(long, value_name = "N", value_parser = values::threads)]
     pub threads: Option<usize>,
 }

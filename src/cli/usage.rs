@@ -1,0 +1,55 @@
+//! What clap prints: help, version, and errors about the command line.
+
+use std::io::{IsTerminal as _, Write as _};
+
+use clap::error::{ContextKind, ContextValue};
+
+use crate::console::{self, Output, note};
+use crate::text::printable;
+
+/// Prints `error`, which may also be the help or the version that was asked for, and returns the exit code.
+pub fn print(mut error: clap::Error) -> u8 {
+    escape(&mut error);
+    let code = u8::try_from(error.exit_code()).unwrap_or(2);
+    if error.use_stderr() {
+        // Only on a terminal it has colours, and no reader that may be slow.
+        if !(std::io::stderr().is_terminal() && error.print().is_ok()) {
+            note(error.render().to_string().trim_end());
+        }
+        return code;
+    }
+    if std::io::stdout().is_terminal() && error.print().is_ok() {
+        return code;
+    }
+    let mut out = Output;
+    let printed = out.write_all(error.render().to_string().as_bytes()).and_then(|()| out.finish());
+    match printed {
+        Err(error) if error.kind() != std::io::ErrorKind::BrokenPipe => {
+            note(format_args!("bvhscope: this cannot be printed: {error}"));
+            1
+        }
+        _ => code,
+    }
+}
+
+/// An error with a message of our own, as clap shows it.
+pub fn error(mut command: clap::Command, kind: clap::error::ErrorKind, text: &str) -> clap::Error {
+    command.error(kind, console::printable_lines(text))
+}
+
+/// Escapes what was given on the command line, and may drive the terminal that it is shown on.
+fn escape(error: &mut clap::Error) {
+    let escaped: Vec<(ContextKind, ContextValue)> = error
+        .context()
+        .filter_map(|(kind, value)| match value {
+            ContextValue::String(text) => Some((kind, ContextValue::String(printable(text).into_owned()))),
+            ContextValue::Strings(texts) => {
+                Some((kind, ContextValue::Strings(texts.iter().map(|text| printable(text).into_owned()).collect())))
+            }
+            _ => None,
+        })
+        .collect();
+    for (kind, value) in escaped {
+        error.insert(kind, value);
+    }
+}

@@ -1,0 +1,132 @@
+//! Atomic file output: data goes into a temporary file beside the target, which is flushed and then renamed. Nothing that was
+//! read is written over, see [`Protected`].
+//!
+//! Knows no file format; callers encode.
+
+mod error;
+mod protected;
+mod temporary;
+
+use std::io::{BufWriter, Write};
+use std::path::{Path, PathBuf};
+
+use crate::text::shown_path;
+use temporary::{Temporary, folder_of};
+
+pub use error::ExportError;
+pub use protected::{Protected, is_same_file};
+pub use temporary::remove_incomplete;
+
+/// Checks that `path` can be written, before work is spent on its contents: its folder exists and is writable, and it is
+/// neither a folder, a device nor one of the `protected` files.
+pub fn check_target(path: &Path, protected: &Protected) -> Result<(), ExportError> {
+    let Some(name) = path.file_name() else {
+        return Err(ExportError::new(path, "this is not a file name"));
+    };
+    if path.is_dir() {
+        return Err(ExportError::new(
+            path,
+            format!("is a folder; name a file in it: {}", shown_path(&path.join("out"))),
+        ));
+    }
+    if path.exists() && !path.is_file() {
+        return Err(ExportError::new(path, "is not a regular file; it will not be replaced"));
+    }
+    let folder = folder_of(path);
+    if !folder.is_dir() {
+        return Err(ExportError::new(
+            path,
+            format!("the folder '{}' does not exist; create it first", shown_path(folder)),
+        ));
+    }
+    protected.check(path)?;
+    Temporary::new(folder, name)
+        .map(drop)
+        .map_err(|error| ExportError::new(path, format!("the folder '{}' takes no files: {error}", shown_path(folder))))
+}
+
+/// Writes `path`, which is none of the `protected` files, through `fill`. On failure an existing file of that name is left
+/// unchanged.
+pub fn write_file(
+    path: &Path,
+    protected: &Protected,
+    fill: impl FnOnce(&mut dyn Write) -> Result<(), String>,
+) -> Result<(), ExportError> {
+    check_target(path, protected)?;
+    let failed = |error: std::io::Error| ExportError::new(path, cannot_be_written(&error));
+    let name = path.file_name().unwrap_or_default();
+    let mut file = Temporary::new(folder_of(path), name).map_err(failed)?;
+    {
+        let mut writer = BufWriter::new(&mut file);
+        fill(&mut writer).map_err(|reason| ExportError::new(path, reason))?;
+        writer.flush().map_err(failed)?;
+    }
+    file.sync().map_err(failed)?;
+    file.replace(path).map_err(failed)
+}
+
+/// Writes `bytes` to `path`, which is none of the `protected` files, atomically.
+pub fn write_bytes(path: &Path, protected: &Protected, bytes: &[u8]) -> Result<(), ExportError> {
+    write_file(path, protected, |writer| writer.write_all(bytes).map_err(|error| cannot_be_written(&error)))
+}
+
+/// The reason for which something could not be written into a file.
+pub fn cannot_be_written(error: &std::io::Error) -> String {
+    let advice = if error.kind() == std::io::ErrorKind::FileTooLarge {
+        "; raise the limit on the size of files (ulimit -f)"
+    } else {
+        ""
+    };
+    format!("cannot be written: {error}{advice}")
+}
+
+/// Writes `bytes` to a new file in `folder`, named `STEM-NNN.EXTENSION` with the first free number from 001, and returns its path.
+/// Characters of `stem` that are not portable in file names become hyphens.
+pub fn write_new(folder: &Path, stem: &str, extension: &str, bytes: &[u8]) -> Result<PathBuf, ExportError> {
+    let stem: String = stem.chars().map(|c| if c.is_alphanumeric() || "-_.".contains(c) { c } else { '-' }).collect();
+    let failed = |error: std::io::Error| {
+        ExportError::new(folder, format!("takes no files: {error}. Start the program in another folder"))
+    };
+    let mut file = Temporary::new(folder, std::ffi::OsStr::new(&stem)).map_err(failed)?;
+    file.write_all(bytes).map_err(failed)?;
+    for number in 1..10_000_u32 {
+        let path = folder.join(format!("{stem}-{number:03}.{extension}"));
+        match file.become_new(&path) {
+            Ok(()) => return Ok(path),
+            Err((error, same)) if error.kind() == std::io::ErrorKind::AlreadyExists => file = same,
+            Err((error, _)) => return Err(failed(error)),
+        }
+    }
+    Err(ExportError::new(folder, format!("all 9,999 names {stem}-NNN.{extension} are taken")))
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used, reason = "a failure here is a failed test")]
+
+    use super::*;
+
+    #[test]
+    fn a_failed_write_leaves_the_old_file_and_nothing_else() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.txt");
+        write_bytes(&path, &Protected::default(), b"old").unwrap();
+        let error = write_file(&path, &Protected::default(), |writer| {
+            writer.write_all(b"new").unwrap();
+            Err("disk on fire".to_owned())
+        })
+        .unwrap_err();
+        assert!(error.to_string().contains("disk on fire"), "{error}");
+        assert_eq!(std::fs::read(&path).unwrap(), b"old");
+        assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 1);
+    }
+
+    #[test]
+    fn unusable_targets_are_refused_early() {
+        let none = Protected::default();
+        let folder = tempfile::tempdir().unwrap();
+        assert!(check_target(folder.path(), &none).unwrap_err().reason.contains("is a folder"));
+        assert!(check_target(&folder.path().join("no/file"), &none).unwrap_err().reason.contains("does not exist"));
+        assert!(check_target(&folder.path().join("file"), &none).is_ok());
+    }
+}
