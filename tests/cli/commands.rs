@@ -264,7 +264,7 @@ fn strict_turns_warnings_into_code_three() {
         let (_, out, _) = run(args);
         let row: serde_json::Value = serde_json::from_str(out.lines().next().unwrap()).unwrap();
         let warning = row["warnings"][0].as_str().unwrap();
-        assert!(warning.starts_with("1 faces with a vertex") && warning.ends_with("(first at line 5)"), "{warning}");
+        assert!(warning.starts_with("1 face with a vertex") && warning.ends_with("(first at line 5)"), "{warning}");
     }
     let (code, _, _) = run(&["bench", path, "--size", "8x8", "--repeat", "1", "--strict"]);
     assert_eq!(code, 3);
