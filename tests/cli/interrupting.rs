@@ -7,13 +7,13 @@ use std::time::Duration;
 
 use crate::support::process::{Running, Signal};
 
-/// Starts the program, lets it work for a while, interrupts it. Exit code and stderr.
+/// Starts the program and interrupts it once it is at work. Exit code and stderr.
 fn interrupted(args: &[&str], signal: Signal, cwd: &Path) -> (Option<i32>, String) {
     let mut command = Command::new(env!("CARGO_BIN_EXE_bvhscope"));
     command.args(args).current_dir(cwd).stdout(Stdio::null()).stderr(Stdio::piped());
     let mut child = Running::start(&mut command);
     child.wait_for_handler(signal);
-    std::thread::sleep(Duration::from_millis(1500));
+    child.wait_until_it_worked(Duration::from_millis(300));
     assert!(child.is_running(), "{args:?} ended before it could be interrupted");
     child.signal(signal);
     let status = child.wait_for_end();

@@ -50,6 +50,29 @@ impl Running {
         }
     }
 
+    /// Waits until the process has worked for `time` on a processor: unlike elapsed time, that does not depend on the load of the
+    /// machine. Known on Linux only; elsewhere this much time passes.
+    pub fn wait_until_it_worked(&mut self, time: Duration) {
+        if !cfg!(target_os = "linux") {
+            return std::thread::sleep(time);
+        }
+        let give_up = Instant::now() + PATIENCE;
+        while self.worked() < time {
+            assert!(self.is_running(), "the process ended before it had worked for {time:?}");
+            assert!(Instant::now() < give_up, "the process never works for {time:?}");
+            std::thread::sleep(POLL_INTERVAL);
+        }
+    }
+
+    /// Processor time so far.
+    fn worked(&self) -> Duration {
+        let text = std::fs::read_to_string(format!("/proc/{}/stat", self.0.id())).unwrap_or_default();
+        let fields: Vec<&str> = text.rsplit_once(')').map_or("", |parts| parts.1).split_whitespace().collect();
+        // In hundredths of a second: user and system time.
+        let ticks = fields.iter().skip(11).take(2).filter_map(|field| field.parse::<u64>().ok()).sum::<u64>();
+        Duration::from_millis(10 * ticks)
+    }
+
     pub fn is_running(&mut self) -> bool {
         self.0.try_wait().expect("the process can be waited for").is_none()
     }

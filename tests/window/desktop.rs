@@ -250,6 +250,28 @@ impl Program {
         Some((fields[0].chars().next()?, Duration::from_millis(10 * ticks)))
     }
 
+    /// Waits until all of the program's threads sleep and go on sleeping, so that it has dealt with everything so far. A thread
+    /// that wants to run and has no processor does not sleep, so the load of the machine makes no difference. `look` is called
+    /// again and again meanwhile.
+    pub fn wait_until_idle(&mut self, mut look: impl FnMut(&mut Self)) {
+        let give_up = Instant::now() + PATIENCE;
+        let mut looks_asleep = 0;
+        while looks_asleep < 20 {
+            assert!(self.is_running(), "the program ended");
+            assert!(Instant::now() < give_up, "the program is never idle");
+            look(self);
+            let (before, was_asleep) = (self.spent(), self.all_sleep());
+            std::thread::sleep(Duration::from_millis(20));
+            looks_asleep = if was_asleep && self.spent() == before { looks_asleep + 1 } else { 0 };
+        }
+    }
+
+    /// Whether a line with `text` has been logged and not been waited for.
+    pub fn has_logged(&mut self, text: &str) -> bool {
+        self.read_log();
+        self.unread.iter().any(|line| line.contains(text))
+    }
+
     /// The log lines since those that were waited for.
     pub fn unread_lines(&mut self) -> Vec<String> {
         self.read_log();
