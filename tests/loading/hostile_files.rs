@@ -174,7 +174,11 @@ fn false_lengths_and_counts_take_no_memory() {
         "accessors":[{"componentType":5126,"count":300000000,"type":"VEC3"}]}"#;
     refused(&folder.write("zeros.gltf", zeros), "--memory-limit");
     let groups = format!("{TRIANGLE}{}", "g a\no b\nf 1 2 3\n".repeat(100_000));
-    accepted(&folder.write("groups.obj", groups));
+    let groups = folder.write("groups.obj", groups);
+    accepted(&groups);
+    let output = run_with("", &["info", groups.to_str().unwrap(), "--json"]);
+    let facts: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert_eq!(facts["triangles"], 100_001, "of each group its triangle: {facts}");
 }
 
 #[test]

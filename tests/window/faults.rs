@@ -62,10 +62,14 @@ fn a_start_that_died_makes_the_next_one_safe() {
 #[test]
 fn a_lost_device_opens_the_window_again_with_what_was_shown() {
     let desktop = Desktop::new();
-    let mut program = desktop.start(&["builtin:cornell", "--lose-device"]);
-    program.wait_for("presented cornell");
+    let mut program = desktop.start(&["builtin:cornell", "--threshold", "9", "--lose-device"]);
+    // Model, threshold, triangles and nodes; then the time that it took.
+    let tree = |line: String| line.split_once("presented ").unwrap().1.rsplit_once(" · ").unwrap().0.to_owned();
+    let before = tree(program.wait_for("presented cornell"));
+    assert!(before.starts_with("cornell · δ 9 · "), "{before}");
     program.wait_for("the window is opened again");
-    program.wait_for("presented cornell");
+    assert_eq!(tree(program.wait_for("presented ")), before);
+    program.wait_for(LAST_SAMPLE);
     assert!(program.is_running());
 }
 
