@@ -69,7 +69,7 @@ impl LoadError {
 fn locate(path: &Path, location: &FileLocation) -> String {
     let file = shown_path(path);
     match location {
-        FileLocation::File => format!("{file}"),
+        FileLocation::File => file,
         FileLocation::Line(line) => format!("{file}:{line}"),
         FileLocation::Column(line, column) => format!("{file}:{line}:{column}"),
         FileLocation::Byte(byte) => format!("{file}: at byte {byte}"),

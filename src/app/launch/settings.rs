@@ -67,7 +67,7 @@ impl Startup {
             let _ = set_aside(&window);
             match set_aside(&file) {
                 Ok(kept) => {
-                    startup.notices.push(format!("{reason}. The old settings are kept as {}", shown_path(&kept)))
+                    startup.notices.push(format!("{reason}. The old settings are kept as {}", shown_path(&kept)));
                 }
                 Err(error) if error.kind() == std::io::ErrorKind::NotFound => startup.notices.push(reason.to_owned()),
                 Err(error) => {
