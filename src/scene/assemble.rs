@@ -105,20 +105,6 @@ impl Assembly {
         }
     }
 
-    /// Number of triangles so far.
-    pub(super) fn len(&self) -> usize {
-        self.triangles.len()
-    }
-
-    /// Reserves capacity for the number of triangles that a file declares, if the budget allows; the number is only a hint.
-    pub(super) fn reserve_hint(&mut self, declared: u64) {
-        let fits = Budget::of_process().check("the triangles", declared.saturating_mul(BYTES_PER_TRIANGLE)).is_ok();
-        if let Some(count) = usize::try_from(declared).ok().filter(|_| fits) {
-            // On failure the list grows on demand.
-            let _ = self.triangles.try_reserve_exact(count);
-        }
-    }
-
     /// Reserves capacity for `count` more triangles within the budget.
     pub(super) fn reserve(&mut self, count: usize) -> Result<(), AllocationError> {
         if self.triangles.capacity().saturating_sub(self.triangles.len()) >= count {

@@ -1,7 +1,8 @@
 //! Files that a model names: resolved inside its folder, images decoded once each and within limits.
 
-use std::cell::RefCell;
+use std::cell::{OnceCell, RefCell};
 use std::collections::{BTreeSet, HashMap};
+use std::ffi::OsString;
 use std::path::{Component, Path, PathBuf};
 
 use glam::Affine2;
@@ -13,6 +14,7 @@ use super::material::{Texture, WrapMode};
 use super::options::LoadOptions;
 use super::read::read_file;
 use crate::budget::{Budget, format_bytes};
+use crate::text::quoted;
 use bvhscope_engine::cancel::CancelToken;
 
 /// Maximum width and height of an image in pixels.
@@ -29,8 +31,16 @@ pub(super) struct Images<'a> {
     /// Cancels loading; polled by everything that reads files named by the model.
     pub(super) token: &'a CancelToken,
     textures: Vec<Texture>,
-    /// Textures by file name and wrap modes; `None` for unusable files.
-    cache: HashMap<(PathBuf, [bool; 2]), Option<u32>>,
+    /// The folder without links.
+    true_folder: OnceCell<Result<PathBuf, String>>,
+    /// Textures by name in the model and wrap modes; `None` for unusable files.
+    by_name: HashMap<(String, [WrapMode; 2]), Option<u32>>,
+    /// Textures by file and wrap modes: a file may have many names.
+    by_file: HashMap<(PathBuf, [WrapMode; 2]), Option<u32>>,
+    /// Textures by original, wrap modes and transform.
+    variants: HashMap<(u32, [WrapMode; 2], [u32; 6]), Option<u32>>,
+    /// Names in lower case and as they are, of every folder in which a name was not found.
+    listings: RefCell<HashMap<PathBuf, HashMap<String, OsString>>>,
     /// Bytes of all textures so far.
     total: u64,
     /// Every file that was opened.
@@ -46,7 +56,11 @@ impl<'a> Images<'a> {
             options: options.clone(),
             token,
             textures: Vec::new(),
-            cache: HashMap::new(),
+            true_folder: OnceCell::new(),
+            by_name: HashMap::new(),
+            by_file: HashMap::new(),
+            variants: HashMap::new(),
+            listings: RefCell::default(),
             total: 0,
             files_read: RefCell::new(BTreeSet::new()),
             warnings: Warnings::default(),
@@ -62,42 +76,79 @@ impl<'a> Images<'a> {
 
     /// The bytes of a file named by the model.
     pub(super) fn read_relative(&self, name: &str) -> Result<Vec<u8>, String> {
-        let path = self.resolve(name)?;
-        self.files_read.borrow_mut().insert(path.clone());
-        read_file(&path, None, self.token).map_err(|error| error.to_string())
+        self.read(&self.resolve(name)?)
+    }
+
+    fn read(&self, path: &Path) -> Result<Vec<u8>, String> {
+        self.files_read.borrow_mut().insert(path.to_path_buf());
+        read_file(path, None, self.token).map_err(|error| error.to_string())
     }
 
     /// Index of the texture in an image file named by the model; `None`, with a warning, if it cannot be used.
     pub(super) fn texture_from_file(&mut self, name: &str, wrap: [WrapMode; 2]) -> Option<u32> {
+        self.texture_named(name, wrap, || FileLocation::File)
+    }
+
+    /// [`Images::texture_from_file`] for a name at `location`.
+    pub(super) fn texture_named(
+        &mut self,
+        name: &str,
+        wrap: [WrapMode; 2],
+        location: impl FnOnce() -> FileLocation,
+    ) -> Option<u32> {
         if self.token.is_cancelled() {
             return None;
         }
-        let key = (PathBuf::from(name), wrap.map(|wrap| wrap == WrapMode::Repeat));
-        if let Some(cached) = self.cache.get(&key) {
+        let key = (name.to_owned(), wrap);
+        if let Some(cached) = self.by_name.get(&key) {
             return *cached;
         }
-        let texture = match self.read_relative(name) {
-            Ok(bytes) => self.texture(bytes, wrap, name),
-            Err(reason) => {
-                self.warn(name, &reason);
-                None
+        let texture = match self.resolve(name) {
+            Ok(file) => {
+                let file_key = (file, wrap);
+                match self.by_file.get(&file_key) {
+                    Some(cached) => *cached,
+                    None => {
+                        let bytes = self.read(&file_key.0);
+                        let texture = self.texture(bytes, wrap, name, location);
+                        self.by_file.insert(file_key, texture);
+                        texture
+                    }
+                }
             }
+            Err(reason) => self.texture(Err(reason), wrap, name, location),
         };
-        self.cache.insert(key, texture);
+        self.by_name.insert(key, texture);
         texture
     }
 
-    /// Index of the texture in the bytes of an image file; `None`, with a warning, if it cannot be used.
-    pub(super) fn texture(&mut self, bytes: Vec<u8>, wrap: [WrapMode; 2], name: &str) -> Option<u32> {
+    /// Index of the texture in the bytes of an image file, or in the file called `name`; `None`, with a warning, if it cannot be
+    /// used.
+    pub(super) fn texture(
+        &mut self,
+        bytes: Result<Vec<u8>, String>,
+        wrap: [WrapMode; 2],
+        name: &str,
+        location: impl FnOnce() -> FileLocation,
+    ) -> Option<u32> {
         if self.token.is_cancelled() {
             return None;
         }
-        match decode_on_thread(bytes, MAX_TOTAL.saturating_sub(self.total), self.token)? {
+        let left = MAX_TOTAL.saturating_sub(self.total);
+        let decoded = match bytes {
+            Ok(bytes) => decode_on_thread(bytes, left, self.token)?,
+            Err(reason) => Err(reason),
+        };
+        match decoded {
             Ok((width, height, texels)) => {
                 self.add(Texture { width, height, texels, wrap, uv_transform: Affine2::IDENTITY })
             }
+            Err(reason) if name.is_empty() => {
+                self.warn_at(&format!("images left out: {reason}"), location);
+                None
+            }
             Err(reason) => {
-                self.warn(name, &reason);
+                self.warn_at(&format!("images left out: {}: {reason}", quoted(name)), location);
                 None
             }
         }
@@ -109,12 +160,19 @@ impl<'a> Images<'a> {
         if original.wrap == wrap && original.uv_transform == uv_transform {
             return Some(texture);
         }
-        if self.total.saturating_add(original.bytes()) > MAX_TOTAL {
-            self.warn("a texture", "all textures together are too large");
-            return None;
+        let key = (texture, wrap, uv_transform.to_cols_array().map(f32::to_bits));
+        if let Some(known) = self.variants.get(&key) {
+            return *known;
         }
-        let variant = Texture { wrap, uv_transform, ..original.clone() };
-        self.add(variant)
+        let made = if self.total.saturating_add(original.bytes()) > MAX_TOTAL {
+            self.warn_at("textures left out: all textures together are too large", || FileLocation::File);
+            None
+        } else {
+            let variant = Texture { wrap, uv_transform, ..original.clone() };
+            self.add(variant)
+        };
+        self.variants.insert(key, made);
+        made
     }
 
     fn add(&mut self, texture: Texture) -> Option<u32> {
@@ -124,8 +182,9 @@ impl<'a> Images<'a> {
         Some(index)
     }
 
-    pub(super) fn warn(&mut self, name: &str, reason: &str) {
-        self.warnings.add(&format!("image '{name}' not used: {reason}"), || FileLocation::File);
+    /// Counts a warning about images or textures.
+    pub(super) fn warn_at(&mut self, what: &str, location: impl FnOnce() -> FileLocation) {
+        self.warnings.add(what, location);
     }
 
     /// Resolves a file name of the model to a path inside its folder, ignoring case and accepting either slash.
@@ -141,7 +200,8 @@ impl<'a> Images<'a> {
         let direct = self.folder.join(relative);
         let path = if direct.exists() { direct } else { self.find_ignoring_case(relative).unwrap_or(direct) };
         let path = path.canonicalize().map_err(|_| "there is no such file".to_owned())?;
-        let folder = self.folder.canonicalize().map_err(|error| error.to_string())?;
+        let folder = || self.folder.canonicalize().map_err(|error| error.to_string());
+        let folder = self.true_folder.get_or_init(folder).as_ref().map_err(Clone::clone)?;
         if self.options.allow_outside || path.starts_with(folder) {
             Ok(path)
         } else {
@@ -159,15 +219,21 @@ impl<'a> Images<'a> {
                 return None;
             };
             let exact = path.join(wanted);
-            path = if exact.exists() {
-                exact
-            } else {
-                let wanted = wanted.to_string_lossy().to_lowercase();
-                let mut entries = std::fs::read_dir(&path).ok()?.flatten();
-                entries.find(|entry| entry.file_name().to_string_lossy().to_lowercase() == wanted)?.path()
-            };
+            path = if exact.exists() { exact } else { path.join(self.listed(&path, &wanted.to_string_lossy())?) };
         }
         Some(path)
+    }
+
+    /// The name in `folder` that equals `wanted` but for its case. A folder is listed once, however many names it lacks.
+    fn listed(&self, folder: &Path, wanted: &str) -> Option<OsString> {
+        let mut listings = self.listings.borrow_mut();
+        if !listings.contains_key(folder) {
+            let entries = std::fs::read_dir(folder).into_iter().flatten().flatten();
+            let entries = entries.take_while(|_| !self.token.is_cancelled()).map(|entry| entry.file_name());
+            let names = entries.map(|name| (name.to_string_lossy().to_lowercase(), name)).collect();
+            listings.insert(folder.to_path_buf(), names);
+        }
+        listings.get(folder)?.get(&wanted.to_lowercase()).cloned()
     }
 }
 
@@ -215,16 +281,23 @@ fn run_on_thread(
 
 /// Decodes an image file to RGBA within `budget` bytes.
 fn decode(bytes: &[u8], budget: u64) -> Decoded {
-    let mut reader = image::ImageReader::new(std::io::Cursor::new(bytes))
-        .with_guessed_format()
-        .map_err(|error| error.to_string())?;
+    let damaged = |error: &dyn std::fmt::Display| format!("its data are damaged: {error}");
+    let mut reader =
+        image::ImageReader::new(std::io::Cursor::new(bytes)).with_guessed_format().map_err(|error| damaged(&error))?;
+    if reader.format().is_none_or(|format| !format.reading_enabled()) {
+        return Err("it is neither PNG nor JPEG; convert it".to_owned());
+    }
     let mut limits = image::Limits::default();
     limits.max_image_width = Some(MAX_SIDE);
     limits.max_image_height = Some(MAX_SIDE);
     // The decoder's buffer, the RGBA image and the texels exist at the same time.
     limits.max_alloc = Some(MAX_IMAGE.min(budget).min(Budget::of_process().left() / 3));
     reader.limits(limits);
-    let decoder = reader.into_decoder().map_err(|error| error.to_string())?;
+    let explain = |error: image::ImageError| match error {
+        image::ImageError::Limits(_) => format!("it exceeds the limit of {MAX_SIDE} pixels a side or of memory"),
+        error => damaged(&error),
+    };
+    let decoder = reader.into_decoder().map_err(explain)?;
     let (width, height) = decoder.dimensions();
     let texels = u64::from(width).saturating_mul(u64::from(height));
     let bytes = decoder.total_bytes().max(texels.saturating_mul(4));
@@ -234,7 +307,7 @@ fn decode(bytes: &[u8], budget: u64) -> Decoded {
     if bytes > budget {
         return Err("all textures together are too large".to_owned());
     }
-    let picture = image::DynamicImage::from_decoder(decoder).map_err(|error| error.to_string())?.into_rgba8();
+    let picture = image::DynamicImage::from_decoder(decoder).map_err(explain)?.into_rgba8();
     let (width, height) = picture.dimensions();
     if width == 0 || height == 0 {
         return Err("it has no pixels".to_owned());
@@ -246,6 +319,8 @@ fn decode(bytes: &[u8], budget: u64) -> Decoded {
 #[allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 mod tests {
     use super::*;
+
+    const REPEAT: [WrapMode; 2] = [WrapMode::Repeat; 2];
 
     fn png(side: u32) -> Vec<u8> {
         let mut bytes = std::io::Cursor::new(Vec::new());
@@ -268,10 +343,12 @@ mod tests {
         let token = CancelToken::new();
         let mut images = Images::new(Path::new("a.gltf"), &LoadOptions::default(), &token);
         images.total = MAX_TOTAL - 3 * 64 * 64 * 4;
-        let made: Vec<_> = (0..8).map(|_| images.texture(picture.clone(), [WrapMode::Repeat; 2], "a")).collect();
+        let made: Vec<_> =
+            (0..8).map(|_| images.texture(Ok(picture.clone()), REPEAT, "a", || FileLocation::File)).collect();
         assert_eq!(made.iter().flatten().count(), 3);
-        assert_eq!(images.texture(b"no picture at all".to_vec(), [WrapMode::Repeat; 2], "b"), None);
-        assert_eq!(images.texture(picture[..picture.len() / 2].to_vec(), [WrapMode::Repeat; 2], "c"), None);
+        assert_eq!(images.texture(Ok(b"no picture at all".to_vec()), REPEAT, "b", || FileLocation::File), None);
+        let half = picture[..picture.len() / 2].to_vec();
+        assert_eq!(images.texture(Ok(half), REPEAT, "c", || FileLocation::File), None);
         let mut assembly = Assembly::new();
         images.finish(&mut assembly);
         assert_eq!(assembly.textures.len(), 3);

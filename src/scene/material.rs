@@ -36,7 +36,7 @@ impl Material {
 }
 
 /// Addressing of a texture outside 0..1.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum WrapMode {
     /// Repeats the texture.
     Repeat,

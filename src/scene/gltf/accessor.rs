@@ -1,21 +1,21 @@
-//! Reads accessors of every component type: normalised, interleaved and sparse ones included. Everything the crate's reader
-//! would panic on is checked here first, with checked arithmetic.
+//! Accessors: elements of any component type, normalised, interleaved and sparse ones included, read one by one from the bytes of
+//! the file. Opening an accessor checks all that reading it relies on.
 
-use gltf::accessor::{DataType, Dimensions, Item, Iter};
-use gltf::json::accessor::Accessor;
-use gltf::json::validation::Checked;
+use std::cell::RefCell;
+use std::collections::HashMap;
 
-use super::document::{Document, entry};
-use crate::budget::Budget;
-use crate::scene::assemble::collect_cancellable;
+use super::document::{BEYOND_THE_END, Document, Fault, NO_SUCH_ENTRY, entry};
+use super::json::Whole;
+use super::schema::{Accessor as JsonAccessor, Sparse as JsonSparse};
+use crate::scene::assemble::BATCH_SIZE;
 use bvhscope_engine::cancel::{CancelToken, Cancelled};
 
 /// The reason why an accessor was not read.
 pub(super) enum AccessorError {
     /// Loading was cancelled.
     Cancelled(Cancelled),
-    /// The accessor cannot be read; the text says why.
-    Unreadable(String),
+    /// The accessor cannot be read.
+    Unreadable(Fault),
 }
 
 impl From<Cancelled> for AccessorError {
@@ -24,180 +24,285 @@ impl From<Cancelled> for AccessorError {
     }
 }
 
-impl From<String> for AccessorError {
-    fn from(reason: String) -> Self {
-        Self::Unreadable(reason)
+impl From<Fault> for AccessorError {
+    fn from(fault: Fault) -> Self {
+        Self::Unreadable(fault)
     }
 }
 
-impl From<&str> for AccessorError {
-    fn from(reason: &str) -> Self {
-        Self::Unreadable(reason.to_owned())
+/// Type of a component.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Component {
+    I8,
+    U8,
+    I16,
+    U16,
+    U32,
+    F32,
+}
+
+impl Component {
+    fn from_code(code: u64) -> Option<Self> {
+        Some(match code {
+            5120 => Self::I8,
+            5121 => Self::U8,
+            5122 => Self::I16,
+            5123 => Self::U16,
+            5125 => Self::U32,
+            5126 => Self::F32,
+            _ => return None,
+        })
+    }
+
+    /// Bytes of a component.
+    pub(super) fn size(self) -> usize {
+        match self {
+            Self::I8 | Self::U8 => 1,
+            Self::I16 | Self::U16 => 2,
+            Self::U32 | Self::F32 => 4,
+        }
+    }
+
+    /// Whether vertex indices may have this type.
+    fn is_index(self) -> bool {
+        matches!(self, Self::U8 | Self::U16 | Self::U32)
+    }
+
+    /// The number at the start of `bytes`.
+    fn number(self, bytes: &[u8], normalized: bool) -> f32 {
+        let scaled = |number: f32, max: f32| if normalized { (number / max).max(-1.0) } else { number };
+        let [a, b, c, d] = first(bytes);
+        match self {
+            Self::I8 => scaled(f32::from(a.cast_signed()), 127.0),
+            Self::U8 => scaled(f32::from(a), 255.0),
+            Self::I16 => scaled(f32::from(i16::from_le_bytes([a, b])), 32_767.0),
+            Self::U16 => scaled(f32::from(u16::from_le_bytes([a, b])), 65_535.0),
+            Self::U32 => u32::from_le_bytes([a, b, c, d]) as f32,
+            Self::F32 => f32::from_le_bytes([a, b, c, d]),
+        }
+    }
+
+    /// The index at the start of `bytes`.
+    fn index(self, bytes: &[u8]) -> u32 {
+        let [a, b, c, d] = first(bytes);
+        match self {
+            Self::U8 => u32::from(a),
+            Self::U16 => u32::from(u16::from_le_bytes([a, b])),
+            _ => u32::from_le_bytes([a, b, c, d]),
+        }
     }
 }
 
-/// The elements of an accessor as consecutive floats.
-pub(super) struct Elements {
-    /// Components per element.
-    pub(super) width: usize,
-    /// The components; normalised integers are mapped to 0..1 or -1..1.
-    pub(super) numbers: Vec<f32>,
+/// The first four bytes, followed by zeros where there are fewer.
+fn first(bytes: &[u8]) -> [u8; 4] {
+    if let Some(word) = bytes.first_chunk::<4>() {
+        return *word;
+    }
+    let mut word = [0; 4];
+    word.iter_mut().zip(bytes).for_each(|(byte, &from)| *byte = from);
+    word
+}
+
+/// Equally spaced elements in a buffer view.
+#[derive(Clone, Copy)]
+struct Span<'a> {
+    bytes: &'a [u8],
+    stride: usize,
+}
+
+impl<'a> Span<'a> {
+    /// The bytes from element `index` on; its existence was checked when the accessor was opened.
+    fn at(self, index: usize) -> &'a [u8] {
+        self.bytes.get(index.saturating_mul(self.stride)..).unwrap_or_default()
+    }
+}
+
+/// Elements that replace others.
+struct Sparse<'a> {
+    count: usize,
+    /// In ascending order.
+    indices: Span<'a>,
+    index_type: Component,
+    values: Span<'a>,
 }
 
 /// An accessor that has passed all checks.
-struct CheckedAccessor<'a> {
-    reader: gltf::Accessor<'a>,
-    kind: DataType,
-    width: usize,
-    count: usize,
-    /// `count` times `width`.
-    numbers: usize,
-    /// Neither a view nor sparse values: all zero by definition, a case that the crate does not read.
-    all_zero: bool,
+pub(super) struct Accessor<'a> {
+    /// Number of elements.
+    pub(super) count: usize,
+    /// Components per element.
+    pub(super) width: usize,
+    pub(super) component: Component,
+    pub(super) normalized: bool,
+    /// Without it, all elements are zero.
+    base: Option<Span<'a>>,
+    sparse: Option<Sparse<'a>>,
 }
 
-/// Reads an accessor as floats.
-pub(super) fn read(document: &Document, index: usize, token: &CancelToken) -> Result<Elements, AccessorError> {
-    let accessor = check(document, index)?;
-    let normalized = accessor.reader.normalized();
-    let scaled = |number: f32, max: f32| if normalized { (number / max).max(-1.0) } else { number };
-    let numbers = match accessor.kind {
-        _ if accessor.all_zero => vec![0.0; accessor.numbers],
-        DataType::I8 => components(document, &accessor, |number: i8| scaled(f32::from(number), 127.0), token)?,
-        DataType::U8 => components(document, &accessor, |number: u8| scaled(f32::from(number), 255.0), token)?,
-        DataType::I16 => components(document, &accessor, |number: i16| scaled(f32::from(number), 32_767.0), token)?,
-        DataType::U16 => components(document, &accessor, |number: u16| scaled(f32::from(number), 65_535.0), token)?,
-        DataType::U32 => components(document, &accessor, |number: u32| number as f32, token)?,
-        DataType::F32 => components(document, &accessor, |number: f32| number, token)?,
-    };
-    Ok(Elements { width: accessor.width, numbers })
-}
-
-/// Reads an accessor as vertex indices.
-pub(super) fn read_indices(document: &Document, index: usize, token: &CancelToken) -> Result<Vec<u32>, AccessorError> {
-    let accessor = check(document, index)?;
-    match accessor.kind {
-        _ if accessor.width != 1 => Err(format!("accessors[{index}] holds vectors, no indices").into()),
-        DataType::U8 | DataType::U16 | DataType::U32 if accessor.all_zero => Ok(vec![0; accessor.count]),
-        DataType::U8 => Ok(components(document, &accessor, |number: u8| u32::from(number), token)?),
-        DataType::U16 => Ok(components(document, &accessor, |number: u16| u32::from(number), token)?),
-        DataType::U32 => Ok(components(document, &accessor, |number: u32| number, token)?),
-        kind => Err(format!("accessors[{index}] holds numbers of type {kind:?}, no indices").into()),
-    }
-}
-
-/// Every component of a checked accessor.
-fn components<T: Item + Copy, N>(
-    document: &Document,
-    accessor: &CheckedAccessor,
-    convert: impl Fn(T) -> N,
-    token: &CancelToken,
-) -> Result<Vec<N>, Cancelled> {
-    let bytes = |buffer: gltf::Buffer<'_>| document.buffers.get(buffer.index())?.as_deref().ok();
-    let reader = || accessor.reader.clone();
-    let count = accessor.numbers;
-    match accessor.width {
-        1 => collect_cancellable(count, Iter::<T>::new(reader(), bytes).into_iter().flatten().map(convert), token),
-        2 => collect_cancellable(
-            count,
-            Iter::<[T; 2]>::new(reader(), bytes).into_iter().flatten().flatten().map(convert),
-            token,
-        ),
-        3 => collect_cancellable(
-            count,
-            Iter::<[T; 3]>::new(reader(), bytes).into_iter().flatten().flatten().map(convert),
-            token,
-        ),
-        _ => collect_cancellable(
-            count,
-            Iter::<[T; 4]>::new(reader(), bytes).into_iter().flatten().flatten().map(convert),
-            token,
-        ),
-    }
-}
-
-/// Checks everything that reading relies on.
-fn check<'a>(document: &'a Document, index: usize) -> Result<CheckedAccessor<'a>, String> {
-    let fault = |what: &str| format!("accessors[{index}] {what}");
-    let accessor: &Accessor = entry(&document.root().accessors, "accessors", index)?;
-    let Checked::Valid(kind) = accessor.component_type else { return Err(fault("has an unknown componentType")) };
-    let width = match accessor.type_ {
-        Checked::Valid(Dimensions::Scalar) => 1,
-        Checked::Valid(Dimensions::Vec2) => 2,
-        Checked::Valid(Dimensions::Vec3) => 3,
-        Checked::Valid(Dimensions::Vec4) => 4,
-        _ => return Err(fault("has a type that no attribute has")),
-    };
-    // At most four components of four bytes.
-    let size = kind.0.size().saturating_mul(width);
-    let count = match usize::try_from(accessor.count.0) {
-        Ok(0) => return Err(fault("has no elements")),
-        Ok(count) => count,
-        Err(_) => return Err(fault("has a count too large")),
-    };
-    if let Some(view) = accessor.buffer_view {
-        let offset = accessor.byte_offset.unwrap_or_default().0;
-        span(document, view.value(), offset, size, count).map_err(|reason| fault(&reason))?;
-    }
-    if let Some(sparse) = &accessor.sparse {
-        let sparse_fault = |reason: String| fault(&format!("(sparse) {reason}"));
-        let changes = match usize::try_from(sparse.count.0) {
-            Ok(changes) if (1..=count).contains(&changes) => changes,
-            _ => return Err(sparse_fault(format!("changes {} of {count} elements", sparse.count.0))),
-        };
-        let Checked::Valid(index_kind) = sparse.indices.component_type else {
-            return Err(sparse_fault("has unknown indices".to_owned()));
-        };
-        let (values, index_size) = (&sparse.values, index_kind.0.size());
-        let view = sparse.indices.buffer_view.value();
-        let (bytes, stride) =
-            span(document, view, sparse.indices.byte_offset.0, index_size, changes).map_err(sparse_fault)?;
-        span(document, values.buffer_view.value(), values.byte_offset.0, size, changes).map_err(sparse_fault)?;
-        // The crate silently skips values whose indices are out of order.
-        let mut previous = None;
-        for index_bytes in bytes.chunks(stride) {
-            let mut word = [0; 4];
-            word[..index_size].copy_from_slice(&index_bytes[..index_size]);
-            let target = u32::from_le_bytes(word);
-            if target as usize >= count || previous.is_some_and(|previous| previous >= target) {
-                return Err(sparse_fault(format!("has index {target}, which is out of order or of range")));
+impl Accessor<'_> {
+    /// The bytes from element `index` on; `None` for zeros.
+    fn bytes(&self, index: usize) -> Option<&[u8]> {
+        if let Some(sparse) = &self.sparse {
+            let (mut low, mut high) = (0, sparse.count);
+            while low < high {
+                let middle = low.midpoint(high);
+                match (sparse.index_type.index(sparse.indices.at(middle)) as usize).cmp(&index) {
+                    std::cmp::Ordering::Equal => return Some(sparse.values.at(middle)),
+                    std::cmp::Ordering::Less => low = middle.saturating_add(1),
+                    std::cmp::Ordering::Greater => high = middle,
+                }
             }
-            previous = Some(target);
+        }
+        self.base.map(|base| base.at(index))
+    }
+
+    /// Element `index`, which is less than `count`; components that it lacks are 0.
+    pub(super) fn element(&self, index: usize) -> [f32; 4] {
+        let mut numbers = [0.0; 4];
+        if let Some(bytes) = self.bytes(index) {
+            let parts = bytes.chunks(self.component.size());
+            for (number, part) in numbers.iter_mut().take(self.width).zip(parts) {
+                *number = self.component.number(part, self.normalized);
+            }
+        }
+        numbers
+    }
+
+    /// The vertex index at `index`, which is less than `count`.
+    pub(super) fn vertex_index(&self, index: usize) -> u32 {
+        self.bytes(index).map_or(0, |bytes| self.component.index(bytes))
+    }
+}
+
+/// Opens the accessors of a document.
+pub(super) struct Accessors<'a> {
+    document: &'a Document<'a>,
+    /// For lists of sparse indices (address, stride, size of an index) how many are known to ascend, and whether the next does
+    /// not: accessors that share a list are checked once.
+    ascending: RefCell<HashMap<(usize, usize, usize), (usize, bool)>>,
+}
+
+impl<'a> Accessors<'a> {
+    pub(super) fn new(document: &'a Document<'a>) -> Self {
+        Self { document, ascending: RefCell::default() }
+    }
+
+    /// The number of elements that accessor `index` declares.
+    pub(super) fn declared(&self, index: usize) -> u64 {
+        self.document.root.accessors.get(index).map_or(0, |accessor| accessor.count.0)
+    }
+
+    /// Opens an accessor of vertex indices.
+    pub(super) fn open_indices(&self, index: usize, token: &CancelToken) -> Result<Accessor<'a>, AccessorError> {
+        let accessor = self.open(index, token)?;
+        let fault =
+            |detail: &str| Fault::new(WRONG_TYPE, format!("accessors[{index}]: {detail}, which are no indices"));
+        match accessor.component {
+            _ if accessor.width != 1 => Err(fault("holds vectors").into()),
+            component if component.is_index() && !accessor.normalized => Ok(accessor),
+            _ => Err(fault("holds numbers that are not unsigned integers").into()),
         }
     }
-    // Zeros without a view take no bytes in the file, so only the budget limits their count.
-    let numbers = count.checked_mul(width).ok_or_else(|| fault("has a count too large"))?;
-    let bytes = (numbers as u64).saturating_mul(size_of::<f32>() as u64);
-    Budget::of_process()
-        .check("the vertices of one accessor", bytes)
-        .map_err(|error| format!("accessors[{index}]: {error}"))?;
-    let all_zero = accessor.buffer_view.is_none() && accessor.sparse.is_none();
-    let reader = document.parsed.accessors().nth(index).ok_or_else(|| fault("does not exist"))?;
-    Ok(CheckedAccessor { reader, kind: kind.0, width, count, numbers, all_zero })
+
+    /// Opens an accessor.
+    pub(super) fn open(&self, index: usize, token: &CancelToken) -> Result<Accessor<'a>, AccessorError> {
+        let fault = |kind, what: &str| Fault::new(kind, format!("accessors[{index}]: {what}"));
+        let about = |Fault { kind, detail }: Fault| fault(kind, &detail);
+        let json: &JsonAccessor = entry(&self.document.root.accessors, "accessors", index)?;
+        let code = json.component_type.unwrap_or_default().0;
+        let Some(component) = Component::from_code(code) else {
+            return Err(fault(WRONG_TYPE, &format!("has the unknown componentType {code}")).into());
+        };
+        let width = match json.shape.as_deref() {
+            Some("SCALAR") => 1,
+            Some("VEC2") => 2,
+            Some("VEC3") => 3,
+            Some("VEC4") => 4,
+            _ => return Err(fault(WRONG_TYPE, "has a type that no attribute has").into()),
+        };
+        let size = component.size().saturating_mul(width);
+        let count = match u32::try_from(json.count.0) {
+            Ok(0) => return Err(fault("no elements", "has no elements").into()),
+            Ok(count) => count as usize,
+            Err(_) => {
+                let detail = format!("needs {} elements, more than 32 bits can count", json.count.0);
+                return Err(fault(BEYOND_THE_END, &detail).into());
+            }
+        };
+        let span = |view, offset, size, count| self.span(view, offset, size, count);
+        let base = json.buffer_view.map(|view| span(view, json.byte_offset, size, count).map_err(about)).transpose()?;
+        let sparse = json.sparse.as_deref().map(|sparse| self.open_sparse(sparse, size, count, token)).transpose();
+        let sparse = sparse.map_err(|error| match error {
+            AccessorError::Unreadable(Fault { kind, detail }) => fault(kind, &format!("(sparse) {detail}")).into(),
+            cancelled @ AccessorError::Cancelled(_) => cancelled,
+        })?;
+        Ok(Accessor { count, width, component, normalized: json.normalized.0, base, sparse })
+    }
+
+    fn open_sparse(
+        &self,
+        json: &JsonSparse,
+        size: usize,
+        count: usize,
+        token: &CancelToken,
+    ) -> Result<Sparse<'a>, AccessorError> {
+        let changes = json.count.get();
+        if !(1..=count).contains(&changes) {
+            return Err(Fault::new(BAD_SPARSE, format!("changes {} of {count} elements", json.count.0)).into());
+        }
+        let code = json.indices.component_type.unwrap_or_default().0;
+        let Some(index_type) = Component::from_code(code).filter(|component| component.is_index()) else {
+            return Err(Fault::new(WRONG_TYPE, format!("has indices of the unknown componentType {code}")).into());
+        };
+        let (Some(index_view), Some(value_view)) = (json.indices.buffer_view, json.values.buffer_view) else {
+            return Err(Fault::new(NO_SUCH_ENTRY, "names no bufferView for its indices or values").into());
+        };
+        let indices = self.span(index_view, json.indices.byte_offset, index_type.size(), changes)?;
+        let values = self.span(value_view, json.values.byte_offset, size, changes)?;
+        let key = (indices.bytes.as_ptr().addr(), indices.stride, index_type.size());
+        let (mut known, mut broken) = self.ascending.borrow().get(&key).copied().unwrap_or_default();
+        let target = |k: usize| index_type.index(indices.at(k));
+        while known < changes && !broken {
+            if known.is_multiple_of(BATCH_SIZE) {
+                token.check()?;
+            }
+            broken = known > 0 && target(known.saturating_sub(1)) >= target(known);
+            known = known.saturating_add(usize::from(!broken));
+        }
+        self.ascending.borrow_mut().insert(key, (known, broken));
+        // Of ascending indices the last is the largest.
+        let suspect = known.min(changes.saturating_sub(1));
+        if known < changes || target(suspect) as usize >= count {
+            let detail = format!("has index {}, which is out of order or of range", target(suspect));
+            return Err(Fault::new(BAD_SPARSE, detail).into());
+        }
+        Ok(Sparse { count: changes, indices, index_type, values })
+    }
+
+    /// The `count` elements of `size` bytes from `offset` of a view.
+    fn span(&self, view: Whole, offset: Whole, size: usize, count: usize) -> Result<Span<'a>, Fault> {
+        let (view, offset) = (view.get(), offset.0);
+        let bytes = self.document.view(view)?;
+        let stride = entry(&self.document.root.buffer_views, "bufferViews", view)?.byte_stride.map_or(0, Whole::get);
+        let stride = if stride == 0 { size } else { stride };
+        if stride < size {
+            let detail = format!("has elements of {size} bytes every {stride} bytes in bufferViews[{view}]");
+            return Err(Fault::new("elements that overlap", detail));
+        }
+        let start = usize::try_from(offset).ok();
+        let length = count.saturating_sub(1).checked_mul(stride).and_then(|length| length.checked_add(size));
+        let range = start.zip(length).and_then(|(start, length)| bytes.get(start..start.checked_add(length)?));
+        let bytes = range.ok_or_else(|| {
+            let has = bytes.len();
+            let detail = format!(
+                "needs {count} elements of {size} bytes every {stride} bytes from {offset}, bufferViews[{view}] has {has} bytes"
+            );
+            Fault::new(BEYOND_THE_END, detail)
+        })?;
+        Ok(Span { bytes, stride })
+    }
 }
 
-/// The bytes of `count` elements of `size` bytes in a view, and their stride.
-fn span<'a>(
-    document: &'a Document,
-    view: usize,
-    offset: u64,
-    size: usize,
-    count: usize,
-) -> Result<(&'a [u8], usize), String> {
-    let bytes = document.view(view)?;
-    let stride = entry(&document.root().buffer_views, "bufferViews", view)?.byte_stride.map_or(0, |stride| stride.0);
-    let stride = if stride == 0 { size } else { stride };
-    if stride < size {
-        return Err(format!("has elements of {size} bytes every {stride} bytes in bufferViews[{view}]"));
-    }
-    let start = usize::try_from(offset).ok();
-    let length = count.saturating_sub(1).checked_mul(stride).and_then(|length| length.checked_add(size));
-    let range = start.zip(length).and_then(|(start, length)| bytes.get(start..start.checked_add(length)?));
-    let range = range.ok_or_else(|| {
-        format!(
-            "needs {count} elements of {size} bytes every {stride} bytes from {offset}, bufferViews[{view}] has {} bytes",
-            bytes.len()
-        )
-    })?;
-    Ok((range, stride))
-}
+/// Kind of a fault: numbers of a type that does not belong there.
+pub(super) const WRONG_TYPE: &str = "numbers of a wrong type";
+const BAD_SPARSE: &str = "sparse changes that are out of order or of range";

@@ -1,27 +1,30 @@
-//! glTF 2.0 and GLB loader on top of the gltf crate's JSON types and its chunk and accessor readers.
+//! glTF 2.0 and GLB loader.
 //!
-//! The crate's validation is not used, since it rejects files that other programs open; everything its readers would panic on
-//! is checked here first. Its `import` feature, which reads any file that a model names, is off.
+//! Files are taken as they come, not as the specification wants them: what can be shown is shown, and what a file announces and
+//! the scene does not hold is counted as a warning with its place in the JSON. Every count, length and index is checked before
+//! it is used.
 
 mod accessor;
+mod announced;
 mod document;
-mod estimate;
+mod glb;
+mod instances;
+mod json;
 mod material;
+mod nodes;
 mod primitive;
+mod schema;
+mod uri;
 
-use std::collections::HashMap;
 use std::path::Path;
-use std::rc::Rc;
 
-use glam::{Mat3, Mat4, Quat, Vec3};
-use gltf::json::Root;
-use gltf::json::scene::Node;
-use serde_json::Value;
+use glam::{Mat3, Mat4, Vec3};
 
-use self::accessor::AccessorError;
-use self::document::Document;
-use self::estimate::estimate_triangles;
-use self::primitive::Primitive;
+use self::accessor::{AccessorError, Accessors};
+use self::document::{Document, place};
+use self::instances::Instances;
+use self::nodes::Placement;
+use self::primitive::{Decoded, MaterialUse, Primitive, declared_triangles};
 use super::assemble::{Assembly, BATCH_SIZE, VertexLists, check_vertices, collect_cancellable, offset_corners};
 use super::error::{FileLocation, LoadError};
 use super::images::Images;
@@ -31,10 +34,13 @@ use bvhscope_engine::cancel::{CancelToken, Cancelled};
 use bvhscope_engine::geometry::Triangle;
 
 /// Maximum number of triangles, copies included; more are taken for a mistake or an attack.
-const MAX_TRIANGLES: usize = 1 << 28;
+const MAX_TRIANGLES: u64 = 1 << 28;
 
-/// Parent index of a node that the scene itself names.
-const SCENE: usize = usize::MAX;
+/// What to do about compressed data and unknown extensions.
+const UNPACK: &str = "convert the file with 'gltf-transform optimize --compress false --texture-compress false IN OUT'";
+
+/// What to do about glTF 1.0.
+const UPGRADE: &str = "convert it with 'gltf-pipeline -i IN -o OUT', or export the model as glTF 2.0";
 
 /// Loads a glTF or GLB file from memory.
 pub(super) fn load(
@@ -45,181 +51,92 @@ pub(super) fn load(
     token: &CancelToken,
 ) -> Result<(), LoadError> {
     let mut images = Images::new(path, options, token);
-    let document = Document::parse(path, bytes, &images, token)?;
-    let root = document.root();
-    check_extensions(path, root)?;
-    warn_of_short_buffers(&document, assembly);
-    token.check()?;
-    let (materials, uv_sets) = material::read_all(&document, &mut images);
+    let document = Document::parse(path, bytes, &images, &mut assembly.warnings, token)?;
+    let root = &document.root;
+    let placements = nodes::placements(path, root, &mut assembly.warnings, token)?;
+    let accessors = Accessors::new(&document);
+    let copies = plan(path, &document, &accessors, &placements, assembly, token)?;
+    announced::warn(root, &mut assembly.warnings, token)?;
+    let (materials, uses) = material::read_all(&document, &mut images);
     token.check()?;
     assembly.materials = materials;
     images.finish(assembly);
     assembly.mesh_count = root.meshes.len();
-    assembly.reserve_hint(estimate_triangles(root, token)?);
-    let nodes = &root.nodes;
-    // The parent of each visited node.
-    let mut parents: Vec<Option<usize>> = vec![None; nodes.len()];
-    let mut stack: Vec<(usize, usize, Mat4)> = roots(root).into_iter().map(|n| (n, SCENE, Mat4::IDENTITY)).collect();
-    let mut meshes: HashMap<usize, Rc<Vec<Primitive>>> = HashMap::new();
-    let mut done = 0_usize;
-    while let Some((index, parent, transform)) = stack.pop() {
+    let mut meshes: Vec<Option<Vec<Primitive>>> = root.meshes.iter().map(|_| None).collect();
+    for Placement { mesh, .. } in &placements {
+        if meshes[*mesh].is_none() {
+            meshes[*mesh] = Some(read_mesh(*mesh, &document, &accessors, &uses, assembly, token)?);
+        }
+    }
+    expand(path, &placements, &copies, &meshes, assembly, token)
+}
+
+/// The copies of each placement. Refuses files with too many triangles before any of them is made.
+fn plan<'a>(
+    path: &Path,
+    document: &'a Document,
+    accessors: &Accessors<'a>,
+    placements: &[Placement],
+    assembly: &mut Assembly,
+    token: &CancelToken,
+) -> Result<Vec<Instances<'a>>, LoadError> {
+    let root = &document.root;
+    let mut declared: Vec<Option<u64>> = vec![None; root.meshes.len()];
+    let (mut copies, mut total) = (Vec::with_capacity(placements.len()), 0_u64);
+    for Placement { node, mesh, .. } in placements {
         token.check()?;
-        token.set_progress(READ_PROGRESS + (1.0 - READ_PROGRESS) * done as f32 / nodes.len() as f32);
-        done = done.saturating_add(1);
-        let location = || FileLocation::Json(format!("nodes[{index}]"));
-        let Some(node) = nodes.get(index) else {
-            assembly.warnings.add("nodes that do not exist left out", location);
-            continue;
-        };
-        if let Some(first) = parents[index] {
-            let (problem, advice) = describe_second_parent(index, first, parent, &parents);
-            return Err(LoadError::at(path, location(), problem, advice));
-        }
-        parents[index] = Some(parent);
-        let transform = transform * local_transform(node);
-        if !transform.is_finite() {
-            assembly.warnings.add("nodes placed by numbers that are not finite left out", location);
-            continue;
-        }
-        let children = node.children.as_deref().unwrap_or_default();
-        stack.extend(children.iter().rev().map(|child| (child.value(), index, transform)));
-        let Some(mesh) = node.mesh.map(|mesh| mesh.value()) else { continue };
-        let primitives = if let Some(known) = meshes.get(&mesh) {
-            Rc::clone(known)
+        let once = if let Some(known) = declared[*mesh] {
+            known
         } else {
-            let read = Rc::new(read_mesh(mesh, &document, &uv_sets, assembly, token)?);
-            meshes.insert(mesh, Rc::clone(&read));
-            read
-        };
-        for instance in instances(node, &document, assembly, index, token)? {
-            token.check()?;
-            for primitive in &*primitives {
-                if assembly.len().saturating_add(primitive.triangles.len()) > MAX_TRIANGLES {
-                    let problem = format!("contains more than {MAX_TRIANGLES} triangles");
-                    return Err(LoadError::of_file(path, problem, "take a part of the model"));
-                }
-                add_primitive(primitive, transform * instance, path, assembly, index, token)?;
+            let mut once = 0_u64;
+            for primitive in root.meshes[*mesh].primitives.iter() {
+                token.check()?;
+                once = once.saturating_add(declared_triangles(primitive, accessors, token)?);
             }
-        }
-    }
-    Ok(())
-}
-
-/// Checks that every required extension is supported.
-fn check_extensions(path: &Path, root: &Root) -> Result<(), LoadError> {
-    const SUPPORTED: [&str; 4] =
-        ["KHR_mesh_quantization", "KHR_texture_transform", "EXT_mesh_gpu_instancing", "KHR_lights_punctual"];
-    for name in &root.extensions_required {
-        if !SUPPORTED.contains(&name.as_str()) && !name.starts_with("KHR_materials_") {
-            let problem = format!("the extension {name} is required but not supported");
-            let location = FileLocation::Json("extensionsRequired".to_owned());
-            let advice =
-                "convert the file with 'gltf-transform optimize --compress false --texture-compress false IN OUT'";
-            return Err(LoadError::at(path, location, problem, advice));
-        }
-    }
-    Ok(())
-}
-
-fn warn_of_short_buffers(document: &Document, assembly: &mut Assembly) {
-    for (index, (buffer, json)) in document.buffers.iter().zip(&document.root().buffers).enumerate() {
-        let declared = json.byte_length.0;
-        if let Ok(bytes) = buffer
-            && (bytes.len() as u64) < declared
-        {
-            let name = json.uri.as_ref().filter(|uri| !uri.starts_with("data:")).map_or("", String::as_str);
-            let what = format!("buffers shorter than declared: {} of {declared} bytes {name}", bytes.len());
-            assembly.warnings.add(what.trim_end(), || FileLocation::Json(format!("buffers[{index}]")));
-        }
-    }
-}
-
-/// The root nodes of the default scene; without scenes, the nodes that have no parent.
-fn roots(root: &Root) -> Vec<usize> {
-    if let Some(scene) = root.scenes.get(root.scene.map_or(0, |scene| scene.value())) {
-        return scene.nodes.iter().rev().map(gltf::json::Index::value).collect();
-    }
-    let mut is_root = vec![true; root.nodes.len()];
-    for child in root.nodes.iter().filter_map(|node| node.children.as_ref()).flatten() {
-        if let Some(is_root) = is_root.get_mut(child.value()) {
-            *is_root = false;
-        }
-    }
-    let roots: Vec<usize> = (0..is_root.len()).rev().filter(|&index| is_root[index]).collect();
-    // If every node has a parent there is a cycle, which is reported from any of its nodes.
-    if roots.is_empty() && !is_root.is_empty() { vec![0] } else { roots }
-}
-
-/// The error message about a node that was reached from parent `first` and again from parent `second`.
-fn describe_second_parent(
-    index: usize,
-    first: usize,
-    second: usize,
-    parents: &[Option<usize>],
-) -> (String, &'static str) {
-    // If the way up from the second parent leads back to the node, there is a cycle.
-    let mut path = vec![index];
-    let mut ancestor = second;
-    while ancestor != index {
-        path.push(ancestor);
-        let Some(parent) = parents.get(ancestor).copied().flatten() else {
-            let owner = |node| if node == SCENE { "the scene".to_owned() } else { format!("nodes[{node}]") };
-            return if first == second {
-                (format!("is named twice by {}", owner(first)), "name it once")
-            } else {
-                (format!("has two parents, {} and {}", owner(first), owner(second)), "copy it for one of them")
-            };
+            *declared[*mesh].insert(once)
         };
-        ancestor = parent;
+        let instances = instances::read(&root.nodes[*node], *node, accessors, &mut assembly.warnings, token)?;
+        total = total.saturating_add(once.saturating_mul(instances.count() as u64));
+        copies.push(instances);
     }
-    path.push(index);
-    let names: Vec<String> = path.iter().rev().map(|node| format!("nodes[{node}]")).collect();
-    // A long path is abbreviated in the middle.
-    let text = if names.len() <= 8 {
-        names.join(" → ")
-    } else {
-        format!("{} → … → {}", names[..4].join(" → "), names[names.len().saturating_sub(3)..].join(" → "))
-    };
-    (format!("stands below itself: {text} is a loop"), "take it out of the children of one of them")
-}
-
-fn local_transform(node: &Node) -> Mat4 {
-    if let Some(matrix) = &node.matrix {
-        return Mat4::from_cols_array(matrix);
+    if total > MAX_TRIANGLES {
+        let problem = format!("contains {total} triangles with all copies, more than {MAX_TRIANGLES}");
+        return Err(LoadError::of_file(path, problem, "take a part of the model"));
     }
-    let rotation = node.rotation.map_or(Quat::IDENTITY, |quaternion| rotation(quaternion.0));
-    let scale = node.scale.map_or(Vec3::ONE, Vec3::from_array);
-    let translation = node.translation.map_or(Vec3::ZERO, Vec3::from_array);
-    Mat4::from_scale_rotation_translation(scale, rotation, translation)
-}
-
-fn rotation(numbers: [f32; 4]) -> Quat {
-    let quaternion = Quat::from_array(numbers);
-    let length = quaternion.length();
-    if length > 0.0 && length.is_finite() { quaternion / length } else { Quat::IDENTITY }
+    Ok(copies)
 }
 
 fn read_mesh(
     index: usize,
     document: &Document,
-    uv_sets: &[u32],
+    accessors: &Accessors,
+    uses: &[MaterialUse],
     assembly: &mut Assembly,
     token: &CancelToken,
 ) -> Result<Vec<Primitive>, Cancelled> {
-    let list = document.root().meshes.get(index).map(|mesh| mesh.primitives.as_slice());
     let mut primitives = Vec::new();
-    for (k, json) in list.unwrap_or_default().iter().enumerate() {
-        let location = || FileLocation::Json(format!("meshes[{index}].primitives[{k}]"));
-        match primitive::read(json, document, uv_sets, token) {
-            Ok(Some(primitive)) => {
-                let skipped = primitive.out_of_range as u64;
-                assembly.warnings.add_many(skipped, "triangles with a vertex that does not exist skipped", location);
+    let list = &document.root.meshes[index].primitives;
+    let warnings = &mut assembly.warnings;
+    if list.is_empty() {
+        warnings.add("meshes without primitives", || FileLocation::Json(format!("meshes[{index}]")));
+    }
+    for (k, json) in list.iter().enumerate() {
+        token.check()?;
+        let path = || format!("meshes[{index}].primitives[{k}]");
+        match primitive::read(json, accessors, uses, token) {
+            Ok(Decoded::Surface(mut primitive)) => {
+                for (count, what, detail) in std::mem::take(&mut primitive.faults) {
+                    warnings.add_many(count, &what, || FileLocation::Json(format!("{}.{detail}", path())));
+                }
                 assembly.point_count = assembly.point_count.saturating_add(primitive.positions.len() as u64);
                 primitives.push(primitive);
             }
-            Ok(None) => assembly.warnings.add("primitives of points or lines not shown", location),
-            Err(AccessorError::Unreadable(reason)) => {
-                assembly.warnings.add(&format!("primitives left out: {reason}"), location);
+            Ok(Decoded::Points(count)) => {
+                assembly.point_count = assembly.point_count.saturating_add(count);
+                warnings.add("primitives of points or lines not shown", || FileLocation::Json(path()));
+            }
+            Err(AccessorError::Unreadable(fault)) => {
+                warnings.add(&format!("primitives left out: {}", fault.kind), || place(path(), &fault.detail));
             }
             Err(AccessorError::Cancelled(cancelled)) => return Err(cancelled),
         }
@@ -227,54 +144,54 @@ fn read_mesh(
     Ok(primitives)
 }
 
-/// Transforms of the copies made by EXT_mesh_gpu_instancing; a single identity without it.
-fn instances(
-    node: &Node,
-    document: &Document,
+/// Appends all copies of all meshes.
+fn expand(
+    path: &Path,
+    placements: &[Placement],
+    copies: &[Instances],
+    meshes: &[Option<Vec<Primitive>>],
     assembly: &mut Assembly,
-    index: usize,
     token: &CancelToken,
-) -> Result<Vec<Mat4>, Cancelled> {
-    let extension = node.extensions.as_ref().and_then(|extensions| extensions.others.get("EXT_mesh_gpu_instancing"));
-    let Some(attributes) = extension.and_then(|extension| extension["attributes"].as_object()) else {
-        return Ok(vec![Mat4::IDENTITY]);
-    };
-    let read = |name: &str, width: usize| {
-        let accessor = attributes.get(name).and_then(Value::as_u64);
-        let elements = accessor::read(document, usize::try_from(accessor?).ok()?, token);
-        elements.ok().filter(|elements| elements.width == width)
-    };
-    let vectors = |name: &str| match read(name, 3) {
-        Some(elements) => primitive::vectors(&elements, token),
-        None => Ok(Vec::new()),
-    };
-    let (translations, scales) = (vectors("TRANSLATION")?, vectors("SCALE")?);
-    let rotations = read("ROTATION", 4).map(|elements| elements.numbers).unwrap_or_default();
-    let rotations = rotations.as_chunks::<4>().0;
-    token.check()?;
-    let count = translations.len().max(scales.len()).max(rotations.len());
-    if count == 0 {
-        assembly.warnings.add("instances left out", || FileLocation::Json(format!("nodes[{index}]")));
+) -> Result<(), LoadError> {
+    let primitives = |placement: &Placement| meshes[placement.mesh].as_deref().unwrap_or_default();
+    let (mut triangles, mut vertices) = (0_usize, 0_usize);
+    for (placement, instances) in placements.iter().zip(copies) {
+        token.check()?;
+        for primitive in primitives(placement) {
+            let sum = |total: usize, one: usize| total.saturating_add(one.saturating_mul(instances.count()));
+            triangles = sum(triangles, primitive.triangles.len());
+            vertices = sum(vertices, if primitive.has_attributes() { primitive.positions.len() } else { 0 });
+        }
     }
-    let instance = |k: usize| {
-        Mat4::from_scale_rotation_translation(
-            scales.get(k).copied().unwrap_or(Vec3::ONE),
-            rotations.get(k).copied().map_or(Quat::IDENTITY, rotation),
-            translations.get(k).copied().unwrap_or(Vec3::ZERO),
-        )
-    };
-    collect_cancellable(count, (0..count).map(instance), token)
+    check_vertices(vertices).map_err(|error| error.in_file(path))?;
+    assembly.reserve(triangles).map_err(|error| error.in_file(path))?;
+    let mut done = 0_usize;
+    for (placement, instances) in placements.iter().zip(copies) {
+        token.check()?;
+        if primitives(placement).iter().all(|primitive| primitive.triangles.is_empty()) {
+            continue;
+        }
+        for copy in 0..instances.count() {
+            token.check()?;
+            token.set_progress(READ_PROGRESS + (1.0 - READ_PROGRESS) * done as f32 / triangles as f32);
+            for primitive in primitives(placement) {
+                let transform = placement.transform * instances.transform(copy);
+                add_primitive(primitive, transform, assembly, placement.node, token)?;
+                done = done.saturating_add(primitive.triangles.len());
+            }
+        }
+    }
+    Ok(())
 }
 
 /// Appends a primitive with the transform of a node.
 fn add_primitive(
     primitive: &Primitive,
     transform: Mat4,
-    path: &Path,
     assembly: &mut Assembly,
     node: usize,
     token: &CancelToken,
-) -> Result<(), LoadError> {
+) -> Result<(), Cancelled> {
     let linear = Mat3::from_mat4(transform);
     // A mirroring transform reverses the winding; swapping two corners restores it.
     let mirrored = linear.determinant() < 0.0;
@@ -282,7 +199,6 @@ fn add_primitive(
     let sign = if mirrored { -1.0 } else { 1.0 };
     let [x, y, z] = [linear.x_axis, linear.y_axis, linear.z_axis];
     let cofactors = Mat3::from_cols(y.cross(z), z.cross(x), x.cross(y)) * sign;
-    check_vertices(primitive.positions.len()).map_err(|error| error.in_file(path))?;
     let turned = |points: &[Vec3], by: &dyn Fn(Vec3) -> Vec3| {
         collect_cancellable(points.len(), points.iter().map(|&p| by(p)), token)
     };
@@ -293,7 +209,6 @@ fn add_primitive(
         colors: collect_cancellable(primitive.colors.len(), primitive.colors.iter().copied(), token)?,
     };
     let first = assembly.add_vertices(positions.len(), &lists, token)?;
-    assembly.reserve(primitive.triangles.len()).map_err(|error| error.in_file(path))?;
     for (at, &[a, b, c]) in primitive.triangles.iter().enumerate() {
         if at.is_multiple_of(BATCH_SIZE) {
             token.check()?;

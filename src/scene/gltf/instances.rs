@@ -1,0 +1,91 @@
+//! Copies of a node's mesh by EXT_mesh_gpu_instancing.
+
+use glam::{Mat4, Quat, Vec3};
+
+use super::accessor::{Accessor, AccessorError, Accessors, WRONG_TYPE};
+use super::document::{Fault, place};
+use super::json::Named;
+use super::nodes::rotation;
+use super::schema::Node;
+use crate::scene::error::Warnings;
+use bvhscope_engine::cancel::{CancelToken, Cancelled};
+
+/// The transforms of a node's copies, which are read one by one.
+pub(super) enum Instances<'a> {
+    /// The mesh as it is.
+    One,
+    /// Copies by the extension.
+    Many {
+        /// Number of copies.
+        count: usize,
+        /// Translations, rotations and scales.
+        parts: Box<[Option<Accessor<'a>>; 3]>,
+    },
+}
+
+impl Instances<'_> {
+    /// Number of copies.
+    pub(super) fn count(&self) -> usize {
+        match self {
+            Self::One => 1,
+            Self::Many { count, .. } => *count,
+        }
+    }
+
+    /// The transform of copy `k`, to be applied before the node's.
+    pub(super) fn transform(&self, k: usize) -> Mat4 {
+        let Self::Many { parts, .. } = self else { return Mat4::IDENTITY };
+        let [translations, rotations, scales] = &**parts;
+        let element = |part: &Option<Accessor>| part.as_ref().filter(|part| k < part.count).map(|part| part.element(k));
+        let vector = |[x, y, z, _]: [f32; 4]| Vec3::new(x, y, z);
+        Mat4::from_scale_rotation_translation(
+            element(scales).map_or(Vec3::ONE, vector),
+            element(rotations).map_or(Quat::IDENTITY, rotation),
+            element(translations).map_or(Vec3::ZERO, vector),
+        )
+    }
+}
+
+/// The copies of node `index`; those that cannot be read are left out with a warning.
+pub(super) fn read<'a>(
+    node: &Node,
+    index: usize,
+    accessors: &Accessors<'a>,
+    warnings: &mut Warnings,
+    token: &CancelToken,
+) -> Result<Instances<'a>, Cancelled> {
+    let Some(instancing) = &node.extensions.instancing else { return Ok(Instances::One) };
+    let path = |field: &str| format!("nodes[{index}].extensions.EXT_mesh_gpu_instancing{field}");
+    let attributes: &Named = &instancing.attributes;
+    let mut parts = [None, None, None];
+    for (part, (name, width)) in parts.iter_mut().zip([("TRANSLATION", 3), ("ROTATION", 4), ("SCALE", 3)]) {
+        let Some(accessor) = attributes.get(name) else { continue };
+        let fault = match accessors.open(accessor, token) {
+            Ok(accessor) if accessor.width == width => {
+                *part = Some(accessor);
+                continue;
+            }
+            Ok(found) => {
+                let detail = format!("accessors[{accessor}]: {} components instead of {width}", found.width);
+                Fault::new(WRONG_TYPE, detail)
+            }
+            Err(AccessorError::Unreadable(fault)) => fault,
+            Err(AccessorError::Cancelled(cancelled)) => return Err(cancelled),
+        };
+        let what = format!("lists of instances left out: {}", fault.kind);
+        warnings.add(&what, || place(path(&format!(".attributes.{name}")), &fault.detail));
+    }
+    let counts = parts.iter().flatten().map(|part| part.count);
+    let (least, most) = (counts.clone().min().unwrap_or(0), counts.max().unwrap_or(0));
+    if least != most {
+        let missing = most.saturating_sub(least) as u64;
+        let detail = format!("{least} and {most}");
+        warnings.add_many(missing, "instances without all of translation, rotation and scale", || {
+            place(path(".attributes"), &detail)
+        });
+    }
+    if most == 0 {
+        warnings.add("nodes without any of the announced instances left out", || place(path(""), ""));
+    }
+    Ok(Instances::Many { count: most, parts: Box::new(parts) })
+}
