@@ -126,6 +126,15 @@ mod tests {
     }
 
     #[test]
+    fn bytes_are_rounded_and_linear_colors_decoded() {
+        // Three fifths of the way from [68, 1, 84] to [70, 8, 92].
+        assert_eq!(ColorMap::Viridis.srgb(0.6 / 51.0), [69, 5, 89]);
+        let linear = ColorMap::Viridis.linear(1.0);
+        let expected = Vec3::new(253.0, 231.0, 37.0).map(|byte| srgb::decode(byte / 255.0));
+        assert!((linear - expected).abs().max_element() < 1e-6, "{linear} instead of {expected}");
+    }
+
+    #[test]
     fn values_outside_are_clamped() {
         for map in ColorMap::ALL {
             assert_eq!(map.srgb(-1.0), map.srgb(0.0));

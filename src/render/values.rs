@@ -192,6 +192,19 @@ mod tests {
     }
 
     #[test]
+    fn frames_keep_the_range_and_map_of_their_colors() {
+        let mut heat = frame(HEAT, vec![10.6, Frame::NO_HIT, 1023.0]);
+        heat.recolor(Some([0.0, 1023.0]), ColorMap::Turbo, &CancelToken::new()).unwrap();
+        assert_eq!((heat.settings.color_map, heat.settings.heat_range), (ColorMap::Turbo, Some([0.0, 1023.0])));
+        // The nearest of the 1023 steps; a count has no background.
+        let expected = [11.0 / 1023.0, 1.0, 1.0].map(|value| ColorMap::Turbo.srgb(value));
+        let colors: Vec<[u8; 3]> = heat.rgba.iter().map(|&[r, g, b, _]| [r, g, b]).collect();
+        assert_eq!(colors, expected);
+        heat.recolor(None, ColorMap::Inferno, &CancelToken::new()).unwrap();
+        assert_eq!(heat.settings.heat_range, None, "fitted again");
+    }
+
+    #[test]
     fn what_has_no_depth_keeps_the_background() {
         let mut frame = frame(Shading::Depth, vec![2.0, Frame::NO_HIT, 5.0]);
         frame.recolor(None, ColorMap::Inferno, &CancelToken::new()).unwrap();

@@ -132,3 +132,74 @@ pub(super) fn linear_from_srgb(color: Vec3) -> Vec3 {
     };
     Vec3::new(channel(color.x), channel(color.y), channel(color.z))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Three texels wide and two high, with alpha 0 to 5 fifths, which is interpolated as it is.
+    fn texture(wrap: [WrapMode; 2]) -> Texture {
+        let texels = [0, 51, 102, 153, 204, 255].map(|alpha| [255, 255, 255, alpha]).to_vec();
+        Texture { width: 3, height: 2, texels, wrap, uv_transform: glam::Affine2::IDENTITY }
+    }
+
+    fn assert_fifths(texture: &Texture, u: f32, v: f32, expected: f32) {
+        let found = texture.sample(Vec2::new(u, v)).w * 5.0;
+        assert!((found - expected).abs() < 1e-3, "{:?} at ({u}, {v}): {found} instead of {expected}", texture.wrap);
+    }
+
+    #[test]
+    fn each_axis_wraps_in_its_own_way() {
+        let sixth = 1.0 / 6.0;
+        let repeated = texture([WrapMode::Repeat, WrapMode::ClampToEdge]);
+        for (u, v, expected) in [
+            (sixth, 0.25, 0.0),
+            (0.5, 0.25, 1.0),
+            (0.5, 0.75, 4.0),
+            (2.0 / 6.0, 0.25, 0.5),
+            (0.5, 0.5, 2.5),
+            (1.0 + sixth, 0.25, 0.0),
+            (-sixth, 0.25, 2.0),
+            // Between the last texel and the first.
+            (0.0, 0.25, 1.0),
+            (0.5, -3.0, 1.0),
+            (0.5, 0.0, 1.0),
+            (0.5, 1.0, 4.0),
+            (0.5, 9.0, 4.0),
+        ] {
+            assert_fifths(&repeated, u, v, expected);
+        }
+        let mirrored = texture([WrapMode::MirroredRepeat, WrapMode::Repeat]);
+        for (u, v, expected) in [
+            (sixth, 0.25, 0.0),
+            (1.0 + sixth, 0.25, 2.0),
+            (1.5, 0.75, 4.0),
+            (2.0 + sixth, 0.25, 0.0),
+            (-sixth, 0.25, 0.0),
+            (0.0, 0.25, 0.0),
+            (sixth, 1.25, 0.0),
+            (sixth, 0.0, 1.5),
+        ] {
+            assert_fifths(&mirrored, u, v, expected);
+        }
+    }
+
+    #[test]
+    fn coordinates_are_transformed_and_must_be_finite() {
+        let plain = texture([WrapMode::Repeat; 2]);
+        let moved =
+            Texture { uv_transform: glam::Affine2::from_translation(Vec2::new(1.0 / 3.0, 0.5)), ..plain.clone() };
+        assert_fifths(&moved, 1.0 / 6.0, 0.25, 4.0);
+        let clamped = texture([WrapMode::ClampToEdge; 2]);
+        assert_fifths(&clamped, f32::NAN, 0.75, 0.0);
+        assert_fifths(&clamped, 0.5, f32::INFINITY, 0.0);
+        assert_eq!(Texture { texels: Vec::new(), ..plain }.sample(Vec2::ZERO), Vec4::ONE);
+    }
+
+    #[test]
+    fn colors_beyond_the_range_of_srgb_are_clamped() {
+        assert_eq!(linear_from_srgb(Vec3::new(-1.0, 2.0, f32::NAN)), Vec3::new(0.0, 1.0, 1.0));
+        let linear = linear_from_srgb(Vec3::new(0.5, 0.04, 0.95));
+        assert!((linear - Vec3::new(0.214_041, 0.003_095_98, 0.890_005)).abs().max_element() < 1e-5, "{linear}");
+    }
+}
