@@ -13,8 +13,9 @@ pub fn depth_limit(count: usize) -> u32 {
 }
 
 /// Balances the subtrees of `tree` that exceed the depth limit, as low as the limit allows. The leaves keep their
-/// order, and all other nodes are unchanged. Pairs of nested containers cost the same in any order. Returns whether
-/// anything changed.
+/// order, and all other nodes are unchanged, except that the spheres above are fitted again: those of the balanced ones
+/// depend on the order of their unions. Pairs of nested containers cost the same in any order. Returns whether anything
+/// changed.
 pub fn limit_depth<C: Container>(tree: &mut Tree<C>, token: &CancelToken) -> Result<bool, Cancelled> {
     let limit = depth_limit(tree.primitive_indices.len().max(1));
     if tree.max_depth <= limit {
@@ -23,6 +24,7 @@ pub fn limit_depth<C: Container>(tree: &mut Tree<C>, token: &CancelToken) -> Res
     let sizes = subtree_sizes(tree, token)?;
     let mut stack = vec![(0_u32, 0_u32)];
     let mut max_depth = 0;
+    let mut refitted = vec![false; tree.nodes.len()];
     while let Some((index, depth)) = stack.pop() {
         let node = tree.nodes[index as usize];
         if node.is_leaf() || depth + sizes[index as usize].height <= limit {
@@ -35,11 +37,30 @@ pub fn limit_depth<C: Container>(tree: &mut Tree<C>, token: &CancelToken) -> Res
             stack.extend(children.map(|child| (child, depth + 1)));
         } else {
             balance(tree, index, &sizes, token)?;
+            refitted[index as usize] = tree.nodes[index as usize].container != node.container;
             max_depth = max_depth.max(depth + balanced_height(sizes[index as usize].leaves));
         }
     }
     tree.max_depth = max_depth;
+    refit_above(tree, &mut refitted, token)?;
     Ok(true)
+}
+
+/// Fits the containers of all nodes above those that are `refitted`.
+fn refit_above<C: Container>(tree: &mut Tree<C>, refitted: &mut [bool], token: &CancelToken) -> Result<(), Cancelled> {
+    for index in (0..tree.nodes.len()).rev() {
+        if index % NODES_BETWEEN_CHECKS == 0 {
+            token.check()?;
+        }
+        let node = tree.nodes[index];
+        let first = node.first as usize;
+        if !node.is_leaf() && (refitted[first] || refitted[first + 1]) {
+            let fitted = tree.nodes[first].container.union(&tree.nodes[first + 1].container);
+            refitted[index] |= fitted != node.container;
+            tree.nodes[index].container = fitted;
+        }
+    }
+    Ok(())
 }
 
 /// Size of a subtree.
@@ -126,7 +147,7 @@ fn balance<C: Container>(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::geometry::{Aabb, Triangle};
+    use crate::geometry::{Aabb, Sphere, Triangle};
     use crate::tree::AnyTree;
     use crate::tree::validate::validate;
     use glam::Vec3;
@@ -160,6 +181,34 @@ mod tests {
             assert!(tree.nodes[1].is_leaf() && tree.nodes[1].first == 0);
             assert_eq!(validate(&AnyTree::Aabb(tree), &triangles), Ok(()));
         }
+    }
+
+    /// Containers whose unions depend on their order are fitted above the balanced subtree, too.
+    #[test]
+    fn a_balanced_tree_of_spheres_holds_its_children() {
+        let (boxes, mut triangles) = degenerate_tree(3000);
+        for (at, triangle) in triangles.iter_mut().enumerate() {
+            // Each in a direction of its own, so that no sphere lies in the next.
+            let askew = Vec3::new((at as f32).sin(), (at as f32 * 1.7).cos(), (at as f32 * 2.3).sin()) * 30.0;
+            *triangle = Triangle { a: triangle.a + askew, b: triangle.b + askew, c: triangle.c - askew };
+        }
+        let mut nodes: Vec<Node<Sphere>> = boxes
+            .nodes
+            .iter()
+            .map(|node| Node { container: Sphere::EMPTY, first: node.first, count: node.count })
+            .collect();
+        for index in (0..nodes.len()).rev() {
+            let first = nodes[index].first as usize;
+            nodes[index].container = if nodes[index].is_leaf() {
+                Sphere::around_triangle(&triangles[first])
+            } else {
+                nodes[first].container.union(&nodes[first + 1].container)
+            };
+        }
+        let mut tree = Tree { nodes, primitive_indices: boxes.primitive_indices, max_depth: boxes.max_depth };
+        assert_eq!(validate(&AnyTree::Sphere(tree.clone()), &triangles), Ok(()));
+        assert_eq!(limit_depth(&mut tree, &CancelToken::new()), Ok(true));
+        assert_eq!(validate(&AnyTree::Sphere(tree), &triangles), Ok(()));
     }
 
     #[test]
