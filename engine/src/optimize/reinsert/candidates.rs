@@ -4,6 +4,7 @@ use std::collections::VecDeque;
 
 use rayon::prelude::*;
 
+use crate::cancel::{CancelToken, Cancelled};
 use crate::optimize::reinsert::linked_tree::LinkedTree;
 
 /// Number of nodes that are scored sequentially before the subtrees below are scored in parallel.
@@ -14,7 +15,7 @@ const SAMPLES: usize = 4096;
 impl LinkedTree<'_> {
     /// The `max_count` nodes with the most inefficient parents, out of those whose parents have an area of at least
     /// `min_area`.
-    pub fn eligible(&self, max_count: usize, min_area: f32) -> Vec<u32> {
+    pub fn eligible(&self, max_count: usize, min_area: f32, token: &CancelToken) -> Result<Vec<u32>, Cancelled> {
         // The root's children could only move below each other.
         let root = &self.nodes[0];
         let mut queue = VecDeque::from(if root.is_leaf() { Vec::new() } else { vec![root.first, root.first + 1] });
@@ -25,17 +26,19 @@ impl LinkedTree<'_> {
             queue.extend(self.score(index, min_area, &mut scored).into_iter().flatten());
         }
         let lists = Vec::from(queue).into_par_iter().map(|top| {
+            token.check()?;
             // Breadth first, so that loads do not depend on one another.
             let (mut scored, mut queue, mut next) = (Vec::new(), vec![top], 0);
             while let Some(&index) = queue.get(next) {
                 queue.extend(self.score(index, min_area, &mut scored).into_iter().flatten());
                 next += 1;
             }
-            scored
+            Ok(scored)
         });
-        let mut lists: Vec<_> = lists.collect();
+        let mut lists: Vec<_> = lists.collect::<Result<_, Cancelled>>()?;
+        token.check()?;
         lists.push(scored);
-        best(prefilter(&lists, max_count), max_count)
+        Ok(best(prefilter(&lists, max_count), max_count))
     }
 
     /// The `max_count` of `eligible` whose parents are the most inefficient now.

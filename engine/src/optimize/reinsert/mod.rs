@@ -27,7 +27,7 @@ const PRIMITIVES_PER_CANDIDATE: usize = 40;
 /// Number of eligible subtrees per candidate of a round. They are selected once, because moves change few scores, and
 /// scoring all subtrees again takes longer than the search.
 const ELIGIBLE_PER_CANDIDATE: usize = 2;
-/// Poll for cancellation every 256 candidates.
+/// Poll for cancellation every 256 candidates or moves.
 const CANDIDATES_BETWEEN_CHECKS: usize = 256;
 
 /// Moves subtrees of a tree of this SAH `cost` over `primitives` primitives to better positions. `nodes` may be in any
@@ -40,7 +40,7 @@ pub fn reinsert(nodes: &mut [Node<Aabb>], primitives: usize, cost: f64, token: &
     let mut total = 0.0;
     let max_count = primitives.div_ceil(PRIMITIVES_PER_CANDIDATE);
     // Nodes below the average cost of a primitive are too small to matter.
-    let eligible = tree.eligible(max_count * ELIGIBLE_PER_CANDIDATE, (cost / primitives as f64) as f32);
+    let eligible = tree.eligible(max_count * ELIGIBLE_PER_CANDIDATE, (cost / primitives as f64) as f32, token)?;
     for _ in 0..MAX_ROUNDS {
         token.check()?;
         changed.clear();
@@ -56,7 +56,10 @@ pub fn reinsert(nodes: &mut [Node<Aabb>], primitives: usize, cost: f64, token: &
         let mut moves: Vec<Move> = found.into_iter().flatten().collect();
         moves.sort_unstable_by(|a, b| b.gain.total_cmp(&a.gain).then(a.node.cmp(&b.node)));
         let mut gain = 0.0;
-        for Move { node, target, .. } in moves {
+        for (at, Move { node, target, .. }) in moves.into_iter().enumerate() {
+            if at % CANDIDATES_BETWEEN_CHECKS == 0 {
+                token.check()?;
+            }
             let touched = [tree.parent(node), node, sibling(node), target];
             let is_stale = touched.iter().any(|index| changed.contains(index));
             // An earlier move may have put one below the other.
