@@ -27,6 +27,10 @@ const NO_INDEX: usize = usize::MAX;
 /// A list is compacted when a quarter of its places is empty, but at least a row.
 const COMPACTION_DIVISOR: usize = 4;
 
+/// Number of searches for the smallest of the tied pairs, after which any of those found will do: a list of many small groups of
+/// equal clusters would otherwise search all of them before each merge.
+const MAX_TIE_SEARCHES: usize = 32;
+
 /// Working memory of [`combine_long`], reused from list to list.
 #[derive(Debug, Default)]
 pub struct Scratch {
@@ -251,8 +255,8 @@ impl<S: Simd> Search<'_, S> {
         distance.simd_eq(closest.distance).any_true()
     }
 
-    /// Of the pairs at the distance of the smallest bound, the one with the fewest primitives, then with the lowest indices; if
-    /// there is none any more, some cluster twice. `tied` is scratch memory.
+    /// Of the pairs at the distance of the smallest bound, the one with the fewest primitives, then with the lowest indices, as far
+    /// as [`MAX_TIE_SEARCHES`] show; if there is none any more, some cluster twice. `tied` is scratch memory.
     #[inline(always)]
     fn break_tie<C: ClusterContainer>(
         &mut self,
@@ -278,6 +282,7 @@ impl<S: Simd> Search<'_, S> {
         }
         let fewest_together = fewest[0].saturating_add(fewest[1]);
         let mut best = (u32::MAX, closest.first, closest.first);
+        let mut searches = 0;
         // Clusters with few primitives first, in order of their index: a pair of these precedes all other pairs.
         for have_few in [true, false] {
             for &at in tied.iter() {
@@ -295,6 +300,10 @@ impl<S: Simd> Search<'_, S> {
                             return Ok((best.1, best.2));
                         }
                     }
+                }
+                searches += 1;
+                if searches >= MAX_TIE_SEARCHES && best.0 < u32::MAX {
+                    return Ok((best.1, best.2));
                 }
             }
         }
