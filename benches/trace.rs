@@ -52,10 +52,11 @@ fn main() {
         let (lineage_time, _) = timed(|| accel.ancestry().parents.len());
         let (path_time, path) = timed(|| accel.path_to(scene.triangles.len() as u32 / 2));
         println!(
-            "{}: accel {build_time:.1?} (tree {:.1?}), statistics {stats_time:.1?}, EPO {overlap:.3} in {overlap_time:.1?}, \
+            "{}: accel {build_time:.1?} (tree {:.1?}), statistics {stats_time:.1?}, EPO {:.3} in {overlap_time:.1?}, \
              ancestry {lineage_time:.1?}, path of {} in {path_time:.1?}, SAH {:.2}, depth {}",
             container.name(),
             accel.report.build_time,
+            overlap.value,
             path.len(),
             accel.report.stats.sah_cost,
             accel.report.stats.max_depth,

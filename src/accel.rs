@@ -6,7 +6,7 @@ use std::time::Duration;
 use bvhscope_engine::build_cache::{BuildCache, NodeRecycler};
 use bvhscope_engine::tree::Tree;
 use bvhscope_engine::tree::ancestry::{Ancestry, path_to_primitive};
-use bvhscope_engine::tree::overlap::end_point_overlap;
+use bvhscope_engine::tree::overlap::{EndPointOverlap, end_point_overlap};
 use bvhscope_engine::tree::traverse;
 use bvhscope_engine::tree::traverse::{Probe, Traversal};
 use bvhscope_engine::with_tree;
@@ -51,7 +51,7 @@ pub struct Accel {
     widening: Mutex<()>,
     // Derived on request, because the first picture needs none of it.
     leaf_triangles: OnceLock<Vec<Triangle>>,
-    epo: OnceLock<f32>,
+    epo: OnceLock<EndPointOverlap>,
     ancestry: OnceLock<Ancestry>,
     /// Takes the memory of the tree for the next build of the session.
     recycler: NodeRecycler,
@@ -238,8 +238,8 @@ impl Accel {
     }
 
     /// End-point overlap, estimated from a sample on large scenes. The first request takes some tens of milliseconds for a million
-    /// triangles, and minutes where all of them coincide; a UI thread uses [`Accel::known_epo`].
-    pub fn epo(&self, token: &CancelToken) -> Result<f32, Cancelled> {
+    /// triangles, and seconds where all of them coincide; a UI thread uses [`Accel::known_epo`].
+    pub fn epo(&self, token: &CancelToken) -> Result<EndPointOverlap, Cancelled> {
         if let Some(epo) = self.known_epo() {
             return Ok(epo);
         }
@@ -248,7 +248,7 @@ impl Accel {
     }
 
     /// End-point overlap, if [`Accel::epo`] has computed it.
-    pub fn known_epo(&self) -> Option<f32> {
+    pub fn known_epo(&self) -> Option<EndPointOverlap> {
         self.epo.get().copied()
     }
 

@@ -28,7 +28,7 @@ fn main() -> Result<(), BuildError> {
                 statistics.nodes,
                 statistics.max_depth,
                 statistics.sah_cost,
-                bvh.end_point_overlap(&triangles, EPO_SAMPLES, &token)?,
+                bvh.end_point_overlap(&triangles, EPO_SAMPLES, &token)?.value,
                 tests.containers,
                 tests.primitives,
                 hit.map(|hit| (hit.primitive_index, hit.t)),

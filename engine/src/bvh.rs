@@ -11,7 +11,7 @@ use crate::geometry::{Hit, Ray, Triangle};
 use crate::settings::BuildSettings;
 use crate::stage_times::StageTimes;
 use crate::tree::AnyTree;
-use crate::tree::overlap::end_point_overlap;
+use crate::tree::overlap::{EndPointOverlap, end_point_overlap};
 use crate::tree::statistics::{TreeStats, tree_stats};
 use crate::tree::traverse::{self, IndexedTriangles, TestCounts, Traversal};
 use crate::tree::validate::validate;
@@ -297,7 +297,7 @@ impl Bvh {
         triangles: &[Triangle],
         max_samples: usize,
         token: &CancelToken,
-    ) -> Result<f32, Cancelled> {
+    ) -> Result<EndPointOverlap, Cancelled> {
         end_point_overlap(&self.tree, triangles, max_samples, token)
     }
 

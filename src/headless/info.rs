@@ -11,6 +11,7 @@ use crate::lab::diagnose::{Finding, diagnose_scene, diagnose_tree};
 use crate::lab::report_table::number;
 use crate::scene::SceneSource;
 use bvhscope_engine::settings::{BuildSettings, BuilderKind, Curve, Pass, Passes};
+use bvhscope_engine::tree::overlap::EndPointOverlap;
 use bvhscope_engine::tree::statistics::{INTERSECTION_COST, TRAVERSAL_COST};
 
 /// Settings of `info`.
@@ -88,14 +89,19 @@ pub fn run(command: &InfoCommand, context: &mut Context<'_>) -> Result<Finished,
         ignore_missing_reader(writeln!(context.out, "{}", printable_json(&text)))?;
     } else {
         let mut text = Vec::new();
-        print_text(&info, command.build.builder, &mut text)?;
+        print_text(&info, command.build.builder, epo, &mut text)?;
         let text = printable_lines(&String::from_utf8_lossy(&text));
         ignore_missing_reader(context.out.write_all(text.as_bytes()))?;
     }
     Ok(Finished { warned: !scene.warnings.is_empty() })
 }
 
-fn print_text(info: &Info, builder: BuilderKind, out: &mut dyn std::io::Write) -> std::io::Result<()> {
+fn print_text(
+    info: &Info,
+    builder: BuilderKind,
+    epo: EndPointOverlap,
+    out: &mut dyn std::io::Write,
+) -> std::io::Result<()> {
     let line = |out: &mut dyn std::io::Write, name: &str, value: String| writeln!(out, "  {name:<12} {value}");
     let vector = |[x, y, z]: [f32; 3]| format!("{x} {y} {z}");
     let megabytes = |bytes: usize| format!("{} MB", number(bytes as f64 / 1e6));
@@ -144,7 +150,8 @@ fn print_text(info: &Info, builder: BuilderKind, out: &mut dyn std::io::Write) -
             number(tree.sah_cost.into())
         ),
     )?;
-    line(out, "EPO", number(tree.epo.into()))?;
+    let note = epo.estimate_note().map_or_else(String::new, |note| format!(" ({note})"));
+    line(out, "EPO", format!("{}{note}", number(epo.value.into())))?;
     line(
         out,
         "memory",

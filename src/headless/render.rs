@@ -20,6 +20,7 @@ use crate::text::shown_path;
 use crate::view::CameraChoice;
 use bvhscope_engine::cancel::CancelToken;
 use bvhscope_engine::settings::BuildSettings;
+use bvhscope_engine::tree::overlap::EndPointOverlap;
 
 /// Settings of `render`.
 #[derive(Debug, Clone)]
@@ -161,7 +162,7 @@ fn check_memory(command: &RenderCommand) -> Result<(), Failure> {
         .map_err(|error| Failure::Failed(error.to_string()))
 }
 
-fn summary<'a>(command: &'a RenderCommand, accel: &Accel, epo: f32, frame: &Frame) -> RenderSummary<'a> {
+fn summary<'a>(command: &'a RenderCommand, accel: &Accel, epo: EndPointOverlap, frame: &Frame) -> RenderSummary<'a> {
     RenderSummary {
         command: "render",
         model: command.source.to_string(),

@@ -8,6 +8,7 @@ use crate::accel::Accel;
 use crate::lab::millis;
 use bvhscope_engine::settings::{Curve, Passes};
 use bvhscope_engine::tree::levels::Levels;
+use bvhscope_engine::tree::overlap::EndPointOverlap;
 use bvhscope_engine::tree::statistics::{INTERSECTION_COST, TRAVERSAL_COST};
 
 /// Statistics of a tree. Field names are the JSON names.
@@ -30,6 +31,8 @@ pub struct TreeNumbers {
     pub traversal_cost: f32,
     pub intersection_cost: f32,
     pub epo: f32,
+    /// Number of triangles that `epo` was computed from; fewer than those of the model where it is an estimate.
+    pub epo_triangles: usize,
     pub nodes: usize,
     pub leaves: usize,
     pub max_depth: u32,
@@ -50,7 +53,7 @@ pub struct TreeNumbers {
 
 impl TreeNumbers {
     /// The statistics of `accel`, whose end-point overlap is `epo`.
-    pub fn new(accel: &Accel, epo: f32) -> Self {
+    pub fn new(accel: &Accel, epo: EndPointOverlap) -> Self {
         let (settings, report) = (&accel.settings, &accel.report);
         let (stats, wide) = (&report.stats, accel.wide());
         Self {
@@ -69,7 +72,8 @@ impl TreeNumbers {
             optimize_sah_costs: report.stages.costs.iter().copied().collect(),
             traversal_cost: TRAVERSAL_COST,
             intersection_cost: INTERSECTION_COST,
-            epo,
+            epo: epo.value,
+            epo_triangles: epo.sampled,
             nodes: stats.nodes,
             leaves: stats.leaves,
             max_depth: stats.max_depth,

@@ -11,6 +11,7 @@ use crate::budget::Budget;
 use crate::scene::Scene;
 use bvhscope_engine::cancel::{CancelToken, Cancelled};
 use bvhscope_engine::geometry::Triangle;
+use bvhscope_engine::tree::overlap::EndPointOverlap;
 
 /// Ratio of the longest edge to the height on it above which a triangle counts as a sliver.
 const SLIVER_ASPECT: f32 = 100.0;
@@ -83,7 +84,7 @@ fn diagnose_within(budget: Budget, scene: &Scene, token: &CancelToken) -> Result
 }
 
 /// Diagnoses a tree: its depth, its leaves and its end-point overlap `epo` (Aila et al. 2013).
-pub fn diagnose_tree(accel: &Accel, epo: f32) -> Vec<Finding> {
+pub fn diagnose_tree(accel: &Accel, epo: EndPointOverlap) -> Vec<Finding> {
     let stats = &accel.report.stats;
     let mut findings = Vec::new();
     let balanced = (stats.leaves.max(1) as f32).log2().ceil() as u32;
@@ -105,13 +106,15 @@ pub fn diagnose_tree(accel: &Accel, epo: f32) -> Vec<Finding> {
         });
     }
     // EPO has the unit of the SAH cost; near that cost, rays do as much useless as useful work.
-    if epo > 0.75 * stats.sah_cost {
+    if epo.value > 0.75 * stats.sah_cost {
+        let note = epo.estimate_note().map_or_else(String::new, |note| format!(" ({note})"));
         findings.push(Finding {
             kind: "overlap",
             count: 1,
             text: format!(
-                "end-point overlap is {epo:.2}: much of the surface lies inside containers that do not hold it; a higher \
-                 threshold or box containers help"
+                "end-point overlap is {:.2}{note}: much of the surface lies inside containers that do not hold it; a higher \
+                 threshold or box containers help",
+                epo.value
             ),
         });
     }

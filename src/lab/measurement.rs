@@ -81,6 +81,9 @@ pub struct Measurement {
     pub intersection_cost: Option<f64>,
     /// End-point overlap (Aila et al. 2013).
     pub epo: f64,
+    /// Number of triangles that `epo` was computed from; fewer than those of the model where it is an estimate.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub epo_triangles: Option<usize>,
     /// Number of nodes, leaves included.
     pub nodes: usize,
     /// Number of leaves.

@@ -7,7 +7,7 @@ use serde_json::Value;
 use super::measurement::Measurement;
 
 /// CSV columns: the JSON names that all commands share, then the conditions of the measurement.
-const COLUMNS: [&str; 49] = [
+const COLUMNS: [&str; 50] = [
     "command",
     "model",
     "triangles",
@@ -35,6 +35,7 @@ const COLUMNS: [&str; 49] = [
     "traversal_cost",
     "intersection_cost",
     "epo",
+    "epo_triangles",
     "nodes",
     "leaves",
     "max_depth",

@@ -40,6 +40,7 @@ pub(super) fn sample() -> Measurement {
         traversal_cost: Some(1.5),
         intersection_cost: Some(1.75),
         epo: 0.875,
+        epo_triangles: Some(2_003),
         nodes: 14_001,
         leaves: 7_013,
         max_depth: 31,

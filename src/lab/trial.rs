@@ -9,6 +9,7 @@ use crate::render::{PrimaryTrace, TestSummary};
 use bvhscope_engine::BuildReport;
 use bvhscope_engine::stage_times::StageTimes;
 use bvhscope_engine::tree::levels::Levels;
+use bvhscope_engine::tree::overlap::EndPointOverlap;
 use bvhscope_engine::tree::statistics::{INTERSECTION_COST, TRAVERSAL_COST};
 
 /// The completed repetitions of one setup.
@@ -26,7 +27,7 @@ pub(super) struct Trial {
 pub(super) struct First {
     pub(super) threads: usize,
     pub(super) report: BuildReport,
-    pub(super) epo: f32,
+    pub(super) epo: EndPointOverlap,
     pub(super) wide_node_bytes: usize,
     pub(super) wide_triangle_bytes: usize,
     pub(super) wide_bytes_per_triangle: f64,
@@ -95,7 +96,8 @@ impl Trial {
             sah_cost: f64::from(stats.sah_cost),
             traversal_cost: Some(TRAVERSAL_COST.into()),
             intersection_cost: Some(INTERSECTION_COST.into()),
-            epo: f64::from(first.epo),
+            epo: f64::from(first.epo.value),
+            epo_triangles: Some(first.epo.sampled),
             nodes: stats.nodes,
             leaves: stats.leaves,
             max_depth: stats.max_depth,
@@ -203,7 +205,7 @@ mod tests {
                 tree_bytes: 1009,
                 triangle_bytes: 7 * size_of::<Triangle>(),
             },
-            epo: 0.625,
+            epo: EndPointOverlap { value: 0.625, sampled: 5, triangles: 7, visited: 1013 },
             wide_node_bytes: 331,
             wide_triangle_bytes: 337,
             wide_bytes_per_triangle: 95.5,
@@ -273,6 +275,7 @@ mod tests {
             traversal_cost: Some(TRAVERSAL_COST.into()),
             intersection_cost: Some(INTERSECTION_COST.into()),
             epo: 0.625,
+            epo_triangles: Some(5),
             nodes: 13,
             leaves: 17,
             max_depth: 5,

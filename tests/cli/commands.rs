@@ -271,7 +271,7 @@ fn strict_turns_warnings_into_code_three() {
 }
 
 /// Names of the values that every command reports of a tree.
-const TREE_NAMES: [&str; 26] = [
+const TREE_NAMES: [&str; 27] = [
     "builder",
     "container",
     "threshold",
@@ -287,6 +287,7 @@ const TREE_NAMES: [&str; 26] = [
     "traversal_cost",
     "intersection_cost",
     "epo",
+    "epo_triangles",
     "nodes",
     "leaves",
     "max_depth",

@@ -1,9 +1,12 @@
 //! The same triangles and settings give the identical tree, node for node, on any number of threads.
 
+use bvhscope_engine::BinaryBvh;
+use bvhscope_engine::build_cache::BuildCache;
 use bvhscope_engine::builders::build_binary;
 use bvhscope_engine::cancel::CancelToken;
 use bvhscope_engine::geometry::Triangle;
 use bvhscope_engine::settings::{BuildSettings, BuilderKind, Curve};
+use bvhscope_engine::tree::statistics::{TreeStats, tree_stats};
 use bvhscope_engine::tree::{AnyTree, ContainerKind};
 use bvhscope_engine::wide::collapse;
 use bvhscope_engine::wide::tree::AnyWideTree;
@@ -57,6 +60,25 @@ fn trees_do_not_depend_on_the_number_of_threads() {
                 assert!(equal, "{} {}: {threads} threads make another wide tree", builder.name(), container.name());
             }
         }
+    }
+}
+
+/// A build with a cache sums them up while it writes the nodes, task by task.
+#[test]
+fn statistics_of_a_build_with_a_cache_are_those_of_its_tree() {
+    let triangles = sheet(120);
+    for container in ContainerKind::ALL {
+        let settings = BuildSettings { container, ..BuildSettings::default() };
+        let mut cache = BuildCache::default();
+        let built = BinaryBvh::build_with_cache(&triangles, &settings, Some(&mut cache), &CancelToken::new()).unwrap();
+        let (summed, counted) = (built.report.stats, tree_stats(&built.tree, &CancelToken::new()).unwrap());
+        assert!(
+            (summed.sah_cost / counted.sah_cost - 1.0).abs() < 1e-5,
+            "{} and {}",
+            summed.sah_cost,
+            counted.sah_cost
+        );
+        assert_eq!(TreeStats { sah_cost: counted.sah_cost, ..summed }, counted, "{container:?}");
     }
 }
 

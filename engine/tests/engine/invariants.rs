@@ -16,7 +16,7 @@ use glam::Vec3;
 use crate::trees;
 
 fn end_point_overlap(tree: &AnyTree, triangles: &[Triangle], max_samples: usize) -> f32 {
-    overlap::end_point_overlap(tree, triangles, max_samples, &CancelToken::new()).unwrap()
+    overlap::end_point_overlap(tree, triangles, max_samples, &CancelToken::new()).unwrap().value
 }
 
 fn built(triangles: &[Triangle], builder: BuilderKind, container: ContainerKind) -> Option<AnyTree> {
@@ -314,18 +314,33 @@ fn samples_of_a_split_tree_estimate_the_overlap_of_all() {
 
 #[test]
 fn a_disc_inside_a_large_triangle_has_its_exact_area() {
-    // A small ball around a speck lies across a large triangle: what it cuts out is a disc of radius 1.
+    // A small ball around a speck lies across a large triangle: what it cuts out is a disc, whole, cut by an edge, and around
+    // the corner at the top, where the edges span twice the angle whose tangent is ½.
+    let pi = std::f32::consts::PI;
+    for (x, y, z, area) in [
+        (0.0, 0.0, 0.0, pi),
+        (0.0, 0.0, 0.6, 0.64 * pi),
+        (0.0, -9.0, 0.0, pi / 2.0),
+        // All but a segment of 120°.
+        (0.0, -8.5, 0.0, pi - (pi / 3.0 - 0.75_f32.sqrt() / 2.0)),
+        (0.0, 9.0, 0.0, 0.5_f32.atan()),
+    ] {
+        check_disc(Vec3::new(x, y, z), area);
+    }
+}
+
+fn check_disc(center: Vec3, disc: f32) {
     let speck = |x: f32| Triangle { a: Vec3::new(x, 0.0, 0.0), b: Vec3::new(x, 0.0, 1e-3), c: Vec3::new(x, 1e-3, 0.0) };
     let wall = Triangle { a: Vec3::new(-9.0, -9.0, 0.0), b: Vec3::new(9.0, -9.0, 0.0), c: Vec3::new(0.0, 9.0, 0.0) };
     let triangles = [speck(0.0), wall];
     let AnyTree::Sphere(mut tree) = trees::halved::<Sphere>(&triangles, 1) else { unreachable!("asked for spheres") };
     let leaf = tree.nodes.iter().position(|node| node.is_leaf() && tree.primitive_indices[node.first as usize] == 0);
-    tree.nodes[leaf.expect("the speck has a leaf")].container = Sphere { center: Vec3::ZERO, radius: 1.0 };
+    tree.nodes[leaf.expect("the speck has a leaf")].container = Sphere { center, radius: 1.0 };
     let tree = AnyTree::Sphere(tree);
-    let (wall_area, disc) = (162.0, std::f32::consts::PI);
+    let wall_area = 162.0;
     let overlap = end_point_overlap(&tree, &triangles, 100);
     // The speck lies in the wall's own sphere too, but has no surface worth counting.
-    assert!((overlap - disc / wall_area).abs() < 1e-4, "{overlap} instead of {}", disc / wall_area);
+    assert!((overlap - disc / wall_area).abs() < 1e-4, "{center}: {overlap} instead of {}", disc / wall_area);
 }
 
 #[test]

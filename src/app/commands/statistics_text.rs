@@ -41,7 +41,8 @@ pub fn statistics_text(state: &AppState) -> Option<String> {
     line("Mtri/s", format::significant(report.mtriangles_per_s()));
     line("SAH cost", format!("{} (container {TRAVERSAL_COST}, triangle {INTERSECTION_COST})", number(stats.sah_cost)));
     if let Some(epo) = shown.accel.known_epo() {
-        line("End-point overlap", number(epo));
+        let note = epo.estimate_note().map_or_else(String::new, |note| format!(" ({note})"));
+        line("End-point overlap", format!("{}{note}", number(epo.value)));
     }
     line("Nodes", format::count(stats.nodes as u64));
     line("Leaves", format::count(stats.leaves as u64));

@@ -58,8 +58,16 @@ pub(super) fn list_table(title: &str, rows: &[Measurement]) -> ReportTable {
         ]);
     }
     table.notes.push(costs());
+    table.notes.extend(overlap_basis(rows));
     table.notes.push(SPREAD.to_owned());
     table
+}
+
+/// How many triangles the overlap was computed from, where they were not all.
+fn overlap_basis(rows: &[Measurement]) -> Option<String> {
+    let sampled = |row: &Measurement| row.epo_triangles.filter(|&count| count < row.triangles);
+    let least = rows.iter().filter_map(sampled).min()?;
+    Some(format!("EPO: end-point overlap, estimated from {least} triangles or more of each scene."))
 }
 
 /// Speed-up and parallel efficiency of building and tracing.
@@ -138,6 +146,7 @@ mod tests {
             "hits: 5003",
         ];
         assert_eq!(cells(&table, 0), expected);
+        assert_eq!(table.notes[1], "EPO: end-point overlap, estimated from 2003 triangles or more of each scene.");
         let table = list_table("Sweep", &[sample(), other]);
         assert_eq!(table.title, "Sweep (101×103 primary rays, ordered traversal, medians of 5)", "threads differ");
         assert_eq!(cells(&table, 1)[1..5], ["builder: lbvh + hilbert + collapse", "container: box", "δ: –", "ε: –"]);

@@ -156,10 +156,14 @@ fn tree_rows(ui: &mut Ui, state: &mut AppState, shown: &Presented, changes: &mut
     let sah_tip = format!(
         "Expected cost of a ray by the surface area heuristic: container test {TRAVERSAL_COST}, triangle test {INTERSECTION_COST}, over the root's area. Lower is better"
     );
-    let epo_tip = "End-point overlap (Aila et al. 2013): surface inside nodes that do not contain it. Lower is better";
+    let epo = shown.accel.known_epo();
+    let epo_note = epo.and_then(|epo| epo.estimate_note()).map_or_else(String::new, |note| format!("; {note}"));
+    let epo_tip = format!(
+        "End-point overlap (Aila et al. 2013): surface inside nodes that do not contain it{epo_note}. Lower is better"
+    );
     changing(ui, state, "SAH cost", f64::from((stats.sah_cost * 100.0).round() / 100.0), sah_tip);
-    match shown.accel.known_epo() {
-        Some(epo) => changing(ui, state, "EPO", f64::from(epo), epo_tip.to_owned()),
+    match epo {
+        Some(epo) => changing(ui, state, "EPO", f64::from(epo.value), epo_tip),
         None => statistic(ui, state, &Statistic::new("EPO", "…".to_owned()).tip(epo_tip)),
     }
     changing(ui, state, "Nodes", stats.nodes as f64, "Interior nodes and leaves".to_owned());
