@@ -92,3 +92,43 @@ pub fn splat_fields<C: ClusterContainer, S: Simd, V: Lanes<S>>(simd: S, fields: 
     }
     lanes
 }
+
+#[cfg(test)]
+mod tests {
+    use fearless_simd::{dispatch, f32x4};
+    use glam::Vec3;
+
+    use super::*;
+    use crate::kernel::SimdLevel;
+
+    fn merge_distance<C: ClusterContainer>(own: &C, other: &C) -> f32 {
+        dispatch!(SimdLevel::Sse2.level(), simd => {
+            let [own, other] = [own, other].map(|container| splat_fields::<C, _, f32x4<_>>(simd, &container.fields()));
+            C::merge_distances(&own, &other)[0]
+        })
+    }
+
+    #[test]
+    fn the_merge_distance_of_spheres_is_the_radius_of_their_union() {
+        let sphere = |x: f32, radius: f32| Sphere { center: Vec3::X * x, radius };
+        for (one, other, radius, what) in [
+            (sphere(0.0, 1.0), sphere(3.0, 1.0), 2.5, "apart"),
+            (sphere(0.0, 2.0), sphere(2.0, 1.0), 2.5, "crossing"),
+            (sphere(0.0, 2.0), sphere(0.5, 0.5), 2.0, "one inside the other, which then is the union"),
+            (sphere(0.0, 1.0), sphere(0.0, 1.0), 1.0, "equal"),
+        ] {
+            assert_eq!(merge_distance(&one, &other), radius, "{what}");
+            assert_eq!(merge_distance(&other, &one), radius, "{what}, the other way round");
+            assert!((one.union(&other).radius - radius).abs() < 1e-5, "{what}: {:?}", one.union(&other));
+        }
+    }
+
+    #[test]
+    fn the_merge_distance_of_boxes_is_half_the_area_of_their_union() {
+        let cube = |min: Vec3| Aabb { min, max: min + 1.0 };
+        // The union of cubes at the origin and at (2, 1, 0) is 3 by 2 by 1: 6 + 2 + 3.
+        assert_eq!(merge_distance(&cube(Vec3::ZERO), &cube(Vec3::new(2.0, 1.0, 0.0))), 11.0);
+        assert_eq!(merge_distance(&cube(Vec3::ZERO), &cube(Vec3::new(0.0, 2.0, 1.0))), 11.0);
+        assert_eq!(merge_distance(&cube(Vec3::ONE), &cube(Vec3::ONE)), 3.0);
+    }
+}

@@ -55,12 +55,11 @@ pub fn combine_clusters<C: ClusterContainer, S: Simd>(
 
 #[cfg(test)]
 mod tests {
-    use fearless_simd::{dispatch, f32x4};
+    use fearless_simd::dispatch;
     use glam::Vec3;
 
     use super::*;
     use crate::aac::cluster::Cluster;
-    use crate::aac::cluster_container::splat_fields;
     use crate::geometry::{Aabb, Sphere};
     use crate::kernel::SimdLevel;
     use crate::tree::Node;
@@ -75,7 +74,9 @@ mod tests {
         };
         let mut list = ClusterStack::with_capacity(count);
         for first in 0..count as u32 {
-            let a = Vec3::new(number(4) as f32, number(3) as f32, number(2) as f32);
+            // Of very many pairs at the same distance not all are compared.
+            let places = if count > 64 { [64, 48, 32] } else { [4, 3, 2] };
+            let a = Vec3::from(places.map(|below| number(below) as f32));
             let b = a + Vec3::new(number(2) as f32, number(2) as f32, 0.5);
             let container = C::of_triangle(&crate::geometry::Triangle { a, b, c: a });
             let primitives =
@@ -123,34 +124,66 @@ mod tests {
         nodes
     }
 
-    /// The result of [`merged`] by comparing all pairs before each merge.
-    fn merged_by_brute_force<C: ClusterContainer>(count: usize, target: usize, seed: u32) -> Vec<Node<C>> {
-        let mut nodes: Vec<Node<C>> = bytemuck::zeroed_vec(2 * (count - target));
-        let mut items = clusters::<C>(count, seed).items;
-        items.truncate(count);
-        let mut pairs = PairWriter::new(&mut nodes, 100);
-        dispatch!(SimdLevel::Sse2.level(), simd => {
-            while items.len() > target {
-                let mut best = (f32::INFINITY, u32::MAX, 0, 0);
-                for high in 1..items.len() {
-                    let own = splat_fields::<C, _, f32x4<_>>(simd, &items[high].fields);
-                    for low in 0..high {
-                        let distance = C::merge_distances(&splat_fields::<C, _, _>(simd, &items[low].fields), &own)[0];
-                        let pair = (distance, items[low].count + items[high].count, low, high);
-                        best = if pair < best { pair } else { best };
-                    }
-                }
-                let (.., low, high) = best;
-                let pair = [items[low], items[high]];
-                let union = C::union_fields::<_, f32x4<_>>(simd, &pair[0].fields, &pair[1].fields);
-                items[low] = Cluster::from_lanes::<C, _, _>(&union, pairs.push(&pair), pair[0].count + pair[1].count);
-                items.remove(high);
-            }
-        });
-        in_order(nodes, items.iter().map(Cluster::node).collect())
+    /// Merging as the paper says it, without the code that does it in lanes.
+    trait Plain: ClusterContainer {
+        fn distance(&self, other: &Self) -> f32;
+        fn around(&self, other: &Self) -> Self;
     }
 
-    fn check_long<C: ClusterContainer>() {
+    impl Plain for Aabb {
+        fn distance(&self, other: &Self) -> f32 {
+            let size = self.around(other).max - self.around(other).min;
+            size.x * size.y + size.y * size.z + size.z * size.x
+        }
+
+        fn around(&self, other: &Self) -> Self {
+            let [mut min, mut max] = [self.min, self.max];
+            for axis in 0..3 {
+                min[axis] = if other.min[axis] < min[axis] { other.min[axis] } else { min[axis] };
+                max[axis] = if other.max[axis] > max[axis] { other.max[axis] } else { max[axis] };
+            }
+            Self { min, max }
+        }
+    }
+
+    impl Plain for Sphere {
+        fn distance(&self, other: &Self) -> f32 {
+            let [x, y, z] = (self.center - other.center).to_array();
+            let reach = ((x * x + y * y + z * z).sqrt() + (self.radius + other.radius)) * 0.5;
+            [self.radius, other.radius].into_iter().fold(reach, f32::max)
+        }
+
+        fn around(&self, other: &Self) -> Self {
+            self.union(other)
+        }
+    }
+
+    /// The result of [`merged`] by comparing all pairs before each merge.
+    fn merged_by_brute_force<C: Plain>(count: usize, target: usize, seed: u32) -> Vec<Node<C>> {
+        let mut items: Vec<Node<C>> = clusters::<C>(count, seed).items[..count].iter().map(Cluster::node).collect();
+        let mut nodes = Vec::new();
+        while items.len() > target {
+            let mut best = (f32::INFINITY, u32::MAX, 0, 0);
+            for high in 1..items.len() {
+                for low in 0..high {
+                    let distance = items[low].container.distance(&items[high].container);
+                    let pair = (distance, items[low].count + items[high].count, low, high);
+                    best = if pair < best { pair } else { best };
+                }
+            }
+            let (.., low, high) = best;
+            let pair = [items[low], items[high]];
+            // Pairs are written from the end of the slice, whose first node has index 100.
+            nodes.splice(0..0, pair);
+            let first = 100 + (2 * (count - target) - nodes.len()) as u32;
+            let container = pair[0].container.around(&pair[1].container);
+            items[low] = Node { container, first, count: pair[0].count + pair[1].count };
+            items.remove(high);
+        }
+        in_order(nodes, items)
+    }
+
+    fn check_long<C: Plain>() {
         for (count, target) in [(33, 32), (33, 1), (48, 32), (64, 32), (80, 49), (97, 7), (128, 73), (200, 1)] {
             for seed in 0..4 {
                 let expected = merged_by_brute_force::<C>(count, target, seed);

@@ -56,6 +56,13 @@ mod tests {
         for (count, reduced) in [(0, 0), (1, 1), (2, 2), (3, 3), (5, 3), (6, 3), (12, 4), (100, 7), (10_000, 28)] {
             assert_eq!(fast.reduced_count(count), reduced, "of {count}");
         }
+        // f(8) = 3.27, f(20) = 4.31, f(2000) = 17.14; for δ 12 and ε 0.1: f(13) = 6.20, f(100) = 14.01.
+        for (count, rounded_up) in [(8, 4), (20, 5), (2_000, 18)] {
+            assert_eq!(fast.reduced_count(count), rounded_up, "f({count}) is rounded up, not to the nearest");
+        }
+        for (count, rounded_up) in [(13, 7), (100, 15)] {
+            assert_eq!(Reduction::new(12, 0.1).reduced_count(count), rounded_up, "f({count}) is rounded up");
+        }
         assert_eq!(Reduction::new(2, 0.5).reduced_count(1_000_000), 1);
     }
 

@@ -36,7 +36,7 @@ pub struct PreparedRay {
 
 impl PreparedRay {
     /// Prepares `ray`. A direction of zero, NaN or infinite length, an origin that is not finite and an interval that is
-    /// empty or NaN all give a ray that misses everything.
+    /// empty or ends at NaN all give a ray that misses everything; one that begins at NaN begins at 0.
     #[inline]
     pub fn new(ray: Ray) -> Self {
         // A hit has a finite distance. NaN passes through.

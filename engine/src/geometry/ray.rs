@@ -19,7 +19,7 @@ pub struct Ray {
     pub origin: Vec3,
     /// Direction of the ray, of any length.
     pub direction: Vec3,
-    /// Smallest distance at which hits count; negative values mean 0.
+    /// Smallest distance at which hits count; negative values and NaN mean 0.
     pub t_min: f32,
     /// Largest distance at which hits count. Hits at an infinite distance never do.
     pub t_max: f32,

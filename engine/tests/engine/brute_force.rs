@@ -1,4 +1,5 @@
-//! Every builder, container and traversal against a plain linear scan over all triangles.
+//! Every builder, container and traversal against a plain linear scan over all triangles, which an oracle in double precision
+//! judges.
 
 use bvhscope_engine::builders::build_binary;
 use bvhscope_engine::cancel::CancelToken;

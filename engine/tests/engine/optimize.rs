@@ -118,9 +118,17 @@ fn each_pass_lowers_the_cost_of_a_building() {
     let plain = cost(Passes::NONE);
     for pass in Pass::ALL {
         let optimized = cost(Passes::NONE.with(pass));
-        assert!(optimized < plain, "{}: {optimized} of {plain}", pass.name());
+        // Measured: 0.79, 0.993, 0.71 and 0.57.
+        let most = match pass {
+            Pass::Split => 0.81,
+            Pass::Collapse => 0.995,
+            Pass::Restructure => 0.73,
+            Pass::Reinsert => 0.59,
+        };
+        assert!(optimized < most * plain, "{}: {optimized} of {plain}", pass.name());
     }
-    assert!(cost(Passes::ALL) < plain);
+    // Measured: 0.52.
+    assert!(cost(Passes::ALL) < 0.54 * plain);
 }
 
 #[test]

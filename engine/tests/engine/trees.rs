@@ -4,6 +4,7 @@ use bvhscope_engine::geometry::{Hit, PreparedRay, Ray, Shear, Triangle};
 use bvhscope_engine::tree::{AnyTree, Container, Node, Tree};
 use glam::Vec3;
 
+use crate::oracle;
 use crate::random::Random;
 
 impl Random {
@@ -209,7 +210,8 @@ pub fn rays(triangles: &[Triangle], count: usize, seed: u64) -> Vec<Ray> {
     rays
 }
 
-/// The nearest hit by testing every triangle; equal distances go to the lower index.
+/// The nearest hit by the engine's own test of every triangle, which trees must find to the last bit; equal distances go to the
+/// lower index. The oracle judges it.
 pub fn scan(triangles: &[Triangle], ray: &Ray) -> Option<Hit> {
     let (prepared, shear) = (PreparedRay::new(*ray), Shear::new(ray.direction));
     let mut nearest: Option<Hit> = None;
@@ -220,5 +222,6 @@ pub fn scan(triangles: &[Triangle], ray: &Ray) -> Option<Hit> {
             nearest = Some(Hit { t: hit.t, primitive_index: index as u32, u: hit.u, v: hit.v });
         }
     }
+    oracle::check(triangles, ray, nearest.as_ref());
     nearest
 }
