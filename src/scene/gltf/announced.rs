@@ -2,9 +2,9 @@
 
 use std::path::Path;
 
+use super::advice::{UNPACK, UPGRADE};
 use super::document::place;
 use super::schema::{Asset, Root};
-use super::{UNPACK, UPGRADE};
 use crate::scene::error::{FileLocation, LoadError, Warnings};
 use crate::text::quoted;
 use bvhscope_engine::cancel::{CancelToken, Cancelled};

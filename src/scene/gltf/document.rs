@@ -90,7 +90,7 @@ impl<'a> Document<'a> {
     pub(super) fn view(&self, index: usize) -> Result<&[u8], Fault> {
         let view = entry(&self.root.buffer_views, "bufferViews", index)?;
         if view.extensions.meshopt.is_some() {
-            let detail = format!("bufferViews[{index}] is compressed; {}", super::UNPACK);
+            let detail = format!("bufferViews[{index}] is compressed; {}", super::advice::UNPACK);
             return Err(Fault::new("data compressed by meshopt", detail));
         }
         let Some(buffer) = view.buffer.map(super::json::Whole::get) else {

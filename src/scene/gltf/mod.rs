@@ -5,6 +5,7 @@
 //! it is used.
 
 mod accessor;
+mod advice;
 mod announced;
 mod document;
 mod glb;
@@ -35,12 +36,6 @@ use bvhscope_engine::geometry::Triangle;
 
 /// Maximum number of triangles, copies included; more are taken for a mistake or an attack.
 const MAX_TRIANGLES: u64 = 1 << 28;
-
-/// What to do about compressed data and unknown extensions.
-const UNPACK: &str = "convert the file with 'gltf-transform optimize --compress false --texture-compress false IN OUT'";
-
-/// What to do about glTF 1.0.
-const UPGRADE: &str = "convert it with 'gltf-pipeline -i IN -o OUT', or export the model as glTF 2.0";
 
 /// Loads a glTF or GLB file from memory.
 pub(super) fn load(

@@ -96,7 +96,7 @@ pub(super) fn read(
     let mut primitive = Primitive::default();
     let Some(position) = position else {
         let detail = match json.extensions.draco {
-            Some(_) => format!("it is compressed by Draco; {}", super::UNPACK),
+            Some(_) => format!("it is compressed by Draco; {}", super::advice::UNPACK),
             None => "it has no POSITION".to_owned(),
         };
         return Err(Fault::new("no positions", detail).into());
