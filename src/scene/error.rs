@@ -17,6 +17,8 @@ pub enum FileLocation {
     Line(u64),
     /// A line and a byte in it, both counted from 1.
     Column(u64, u64),
+    /// A line, counted from 1, of another file that the model names.
+    LineIn(String, u64),
     /// A byte offset.
     Byte(u64),
     /// A path into a JSON document, as in `accessors[3].count`.
@@ -72,6 +74,7 @@ fn locate(path: &Path, location: &FileLocation) -> String {
         FileLocation::File => file,
         FileLocation::Line(line) => format!("{file}:{line}"),
         FileLocation::Column(line, column) => format!("{file}:{line}:{column}"),
+        FileLocation::LineIn(name, line) => format!("{file}: {}:{line}", shown_path(Path::new(name))),
         FileLocation::Byte(byte) => format!("{file}: at byte {byte}"),
         FileLocation::Json(json) => format!("{file}: {json}"),
     }
@@ -154,6 +157,7 @@ impl std::fmt::Display for Warning {
             FileLocation::File => Ok(()),
             FileLocation::Line(line) => write!(f, " (first at line {line})"),
             FileLocation::Column(line, column) => write!(f, " (first at line {line}, column {column})"),
+            FileLocation::LineIn(name, line) => write!(f, " (first at {}:{line})", shown_path(Path::new(name))),
             FileLocation::Byte(byte) => write!(f, " (first at byte {byte})"),
             FileLocation::Json(json) => write!(f, " (first at {json})"),
         }

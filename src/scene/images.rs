@@ -84,12 +84,7 @@ impl<'a> Images<'a> {
         read_file(path, None, self.token).map_err(|error| error.to_string())
     }
 
-    /// Index of the texture in an image file named by the model; `None`, with a warning, if it cannot be used.
-    pub(super) fn texture_from_file(&mut self, name: &str, wrap: [WrapMode; 2]) -> Option<u32> {
-        self.texture_named(name, wrap, || FileLocation::File)
-    }
-
-    /// [`Images::texture_from_file`] for a name at `location`.
+    /// Index of the texture in an image file that the model names at `location`; `None`, with a warning, if it cannot be used.
     pub(super) fn texture_named(
         &mut self,
         name: &str,
@@ -188,7 +183,7 @@ impl<'a> Images<'a> {
     }
 
     /// Resolves a file name of the model to a path inside its folder, ignoring case and accepting either slash.
-    fn resolve(&self, name: &str) -> Result<PathBuf, String> {
+    pub(super) fn resolve(&self, name: &str) -> Result<PathBuf, String> {
         if name.contains("://") && !name.starts_with("file:") {
             return Err("not fetched: this program never uses the network".to_owned());
         }

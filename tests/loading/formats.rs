@@ -156,7 +156,7 @@ fn ply_counts_are_not_trusted() {
     assert!(message.contains("element vertex has no property z"), "{message}");
     let points = b"ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float y\nproperty float z\nend_header\n0 0 0\n";
     let message = load_bytes("a.ply", points).unwrap_err().to_string();
-    assert!(message.contains("contains 1 points and no triangles"), "{message}");
+    assert!(message.contains("contains 1 point and no triangles"), "{message}");
 }
 
 #[test]
@@ -169,7 +169,7 @@ fn obj_traps_do_not_stop_loading() {
     assert!(colors.contains(&glam::Vec3::X) && colors.contains(&glam::Vec3::ONE));
     let warned = |what: &str| scene.warnings.entries.iter().find(|entry| entry.what.contains(what)).unwrap().count;
     assert_eq!(warned("does not exist"), 2);
-    assert_eq!(warned("lines and points"), 2);
+    assert_eq!((warned("lines not"), warned("points not")), (1, 1));
     assert_eq!(warned("not numbers"), 1);
     assert_eq!(warned("fewer than 3"), 1);
     assert_eq!(warned("missing.mtl"), 1);
@@ -368,7 +368,7 @@ fn obj_of_every_kind_loads() {
         std::fs::write(folder.path().join(place), format!("newmtl {}\nKd 1 0 0\n", place.len())).unwrap();
     }
     for (libraries, material, warnings) in
-        [("my colours.mtl", 21, 0), ("missing.mtl b.mtl", 12, 1), ("../outside.mtl", 11, 1)]
+        [("my colours.mtl", 21, 0), ("missing.mtl b.mtl", 12, 1), ("../outside.mtl", 11, 2)]
     {
         let text = format!("mtllib {libraries}\n{square}usemtl {material}\nf 1 2 3\n");
         std::fs::write(inside.join("a.obj"), text).unwrap();

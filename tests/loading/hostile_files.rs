@@ -258,7 +258,7 @@ fn memory_for_a_file_is_checked_before_it_is_read() {
         ),
     );
     for (path, limit, part) in [
-        (obj, "60MB", "the vertices and faces would need"),
+        (obj, "60MB", "would need about"),
         (points, "60MB", "the vertices would need"),
         (faces, "60MB", "the faces would need"),
         (fan, "60MB", "the faces would need"),

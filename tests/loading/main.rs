@@ -15,3 +15,7 @@ mod formats;
 mod hostile_files;
 mod hostile_gltf;
 mod mutations;
+mod obj_exact;
+mod obj_generator;
+mod obj_oracle;
+mod obj_warnings;

@@ -142,6 +142,11 @@ fn damaged_obj_files() {
             "# a\nmtllib a.mtl\no one\nv 0 0 0\nv 1 0 0 1 0 0\nv 1 1 0\nv 0 1 0\nvt 0 0\nvt 1 0\nvn 0 0 1\nusemtl red\n\
                f 1/1/1 2/2/1 3//1 4\ng two\ns off\nf -4 -3 -2\nl 1 2\nf 1 2 \\\n3\n",
         ),
+        bytes(
+            "v 0 0 0 1\nv 1 0 0 255 0 0 0.5\nv 0 1 0 2 3\nvt nan\nvt 0 1 2 3\nvn 0 0 0\nvn inf 0 1 2\nf 1/2/1 2/1/-1 3/9/9\n\
+               f 1/ 2// +3/1/1/1\nf 1//1 2/1 3 1 2 3\nf 4294967297 1.0 -9223372036854775808\nsurf 0 1 0 1 1/1/1\ncurv 0 1 1 2\n\
+               mtllib a.mtl b c\nusemtl\nusemtl b c\nwhat 1 \\\n\\\np 1 2 3 # 4\nf 1 2 3 # 4\n",
+        ),
         bytes("\u{feff}v 0 0 0\r\nv 1e3 0 0\r\nv 0 1e-3 0\r\nf 1/ 2/ 3/\r\nusemtl\tb\r\nf 3 2 1\r\n"),
     ];
     attack(&seeds, 3000, entry_points::obj);
@@ -150,9 +155,14 @@ fn damaged_obj_files() {
 #[test]
 fn damaged_material_libraries() {
     let folder = tempfile::tempdir().expect("a temporary folder");
-    let seeds = [bytes(
-        "newmtl a\nKd 0.5 0.5 0.5\nKe 1 1 1\nmap_Kd -s 1 1 1 -o 0 0 -clamp on a.mtl\nnewmtl b\nKd 0.5\nmap_d ../x.png\nd 0.3\nillum 2\n",
-    )];
+    let seeds = [
+        bytes(
+            "newmtl a\nKd 0.5 0.5 0.5\nKe 1 1 1\nmap_Kd -s 1 1 1 -o 0 0 -clamp on a.mtl\nnewmtl b\nKd 0.5\nmap_d ../x.png\nd 0.3\nillum 2\n",
+        ),
+        bytes(
+            "\u{feff}Kd 1 0 0\r\nnewmtl b\rKd 1 2\nKe nan\nTr 0.5\nd -halo 0\nmap_Kd -mm 0 -s 2 -t x\nmap_d a.mtl\nnewmtl b\nmap_Ke a\ndisp a\nwhat # 1\n",
+        ),
+    ];
     attack(&seeds, 1500, |bytes| entry_points::mtl(folder.path(), bytes));
 }
 
