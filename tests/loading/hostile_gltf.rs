@@ -10,23 +10,23 @@ fn load_at(path: &Path, bytes: &[u8], allow_outside: bool) -> Result<Scene, Load
     load_bytes(path, bytes, &LoadOptions { allow_outside }, &CancelToken::new())
 }
 
-fn load(document: &Value) -> Result<Scene, LoadError> {
+pub fn load(document: &Value) -> Result<Scene, LoadError> {
     load_at(Path::new("/nonexistent/a.gltf"), document.to_string().as_bytes(), false)
 }
 
-fn refusal(document: &Value) -> String {
+pub fn refusal(document: &Value) -> String {
     load(document).unwrap_err().to_string()
 }
 
 /// `data:` URI of floats followed by shorts.
-fn data(floats: &[f32], shorts: &[u16]) -> String {
+pub fn data(floats: &[f32], shorts: &[u16]) -> String {
     let bytes = floats.iter().flat_map(|x| x.to_le_bytes()).chain(shorts.iter().flat_map(|x| x.to_le_bytes()));
     let text: String = bytes.map(|byte| format!("%{byte:02x}")).collect();
     format!("data:application/octet-stream,{text}")
 }
 
 /// One triangle at (0,0,0), (1,0,0), (0,1,0), with indices.
-fn triangle() -> Value {
+pub fn triangle() -> Value {
     json!({
         "asset": {"version": "2.0"},
         "scene": 0,
@@ -46,7 +46,7 @@ fn triangle() -> Value {
 }
 
 /// The same document with one value replaced.
-fn with(pointer: &str, value: Value) -> Value {
+pub fn with(pointer: &str, value: Value) -> Value {
     let mut document = triangle();
     let (parent, key) = pointer.rsplit_once('/').unwrap();
     match document.pointer_mut(parent).unwrap() {

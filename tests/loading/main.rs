@@ -5,12 +5,17 @@
 
 #[path = "../../engine/tests/engine/random.rs"]
 mod random;
+#[path = "../support/sound_gltf.rs"]
+mod sound_gltf;
 #[path = "../support/mod.rs"]
 mod support;
 
 mod builtin_scenes;
 mod entry_points;
 mod formats;
+mod gltf_geometry;
+mod gltf_second_opinion;
+mod gltf_warnings;
 #[cfg(target_os = "linux")]
 mod hostile_files;
 mod hostile_gltf;

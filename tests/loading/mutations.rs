@@ -3,6 +3,7 @@
 
 use crate::entry_points;
 use crate::random::Random;
+use crate::sound_gltf;
 use bvhscope::scene::LoadOptions;
 use bvhscope_engine::cancel::CancelToken;
 
@@ -195,9 +196,24 @@ fn gltf_seeds() -> [Vec<u8>; 2] {
     [text.into_bytes(), glb]
 }
 
+/// Numbers in every notation, copies, a strip, scenes, versions, and what no scene here holds.
+const GLTF_EXTRAS: &str = r#"{"asset":{"version":"2.1","minVersion":"2.0"},"scene":1.0,"scenes":[{},{"nodes":[0]}],"cameras":[{}],
+    "animations":[{}],"extensions":{"KHR_lights_punctual":{"lights":[{}]}},
+    "nodes":[{"mesh":0,"skin":0,"children":[4294967296],"extensions":{"EXT_mesh_gpu_instancing":{"attributes":{"TRANSLATION":0,"SCALE":0}}}}],
+    "meshes":[{"primitives":[{"attributes":{"POSITION":0,"COLOR_0":0,"TEXCOORD_1":0},"mode":5,"material":0,"targets":[{}]},
+    {"attributes":{"POSITION":0},"indices":1,"mode":6,"extensions":{"KHR_draco_mesh_compression":{}}}]}],
+    "materials":[{"alphaMode":"BLEND","pbrMetallicRoughness":{"baseColorTexture":{"index":0,"texCoord":1,"extensions":
+    {"KHR_texture_transform":{"rotation":1e0,"scale":[2,2],"offset":[0,0.5]}}}}}],
+    "textures":[{"extensions":{"KHR_texture_basisu":{"source":0}},"sampler":9}],"images":[{"uri":"a%20b.png"}],
+    "accessors":[{"componentType":5.126e3,"count":5.0,"type":"VEC3"},{"componentType":5121,"count":4,"type":"SCALAR"}]}"#;
+
 #[test]
 fn damaged_gltf_files() {
-    attack(&gltf_seeds(), 3000, entry_points::gltf);
+    let mut seeds = gltf_seeds().to_vec();
+    seeds.push(bytes(GLTF_EXTRAS));
+    let mut random = Random(0x617F);
+    seeds.push(sound_gltf::generate(&mut sound_gltf::Choices::new(&mut || random.next())).into_bytes());
+    attack(&seeds, 2000, entry_points::gltf);
 }
 
 /// A text and binary files of both byte orders.
