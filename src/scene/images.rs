@@ -101,14 +101,13 @@ impl<'a> Images<'a> {
         let texture = match self.resolve(name) {
             Ok(file) => {
                 let file_key = (file, wrap);
-                match self.by_file.get(&file_key) {
-                    Some(cached) => *cached,
-                    None => {
-                        let bytes = self.read(&file_key.0);
-                        let texture = self.texture(bytes, wrap, name, location);
-                        self.by_file.insert(file_key, texture);
-                        texture
-                    }
+                if let Some(known) = self.by_file.get(&file_key) {
+                    *known
+                } else {
+                    let bytes = self.read(&file_key.0);
+                    let texture = self.texture(bytes, wrap, name, location);
+                    self.by_file.insert(file_key, texture);
+                    texture
                 }
             }
             Err(reason) => self.texture(Err(reason), wrap, name, location),

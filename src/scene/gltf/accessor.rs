@@ -174,12 +174,14 @@ impl Accessor<'_> {
     }
 }
 
+/// Address, stride and size of an index of a list of sparse indices.
+type IndexList = (usize, usize, usize);
+
 /// Opens the accessors of a document.
 pub(super) struct Accessors<'a> {
     document: &'a Document<'a>,
-    /// For lists of sparse indices (address, stride, size of an index) how many are known to ascend, and whether the next does
-    /// not: accessors that share a list are checked once.
-    ascending: RefCell<HashMap<(usize, usize, usize), (usize, bool)>>,
+    /// How many indices are known to ascend, and whether the next does not: accessors that share a list are checked once.
+    ascending: RefCell<HashMap<IndexList, (usize, bool)>>,
 }
 
 impl<'a> Accessors<'a> {

@@ -108,16 +108,14 @@ pub(super) fn read(
         let detail = format!("POSITION has {width} components of {bits} bits instead of 3 floats");
         return Err(Fault::new(WRONG_TYPE, detail).into());
     }
-    let corners: Vec<u32> = match json.indices {
-        Some(index) => {
-            let indices = accessors.open_indices(index.get(), token)?;
-            reserve_memory("the indices of one primitive", indices.count, size_of::<u32>() as u64)?;
-            collect_cancellable(indices.count, (0..indices.count).map(|k| indices.vertex_index(k)), token)?
-        }
-        None => {
-            reserve_memory("the indices of one primitive", positions.count, size_of::<u32>() as u64)?;
-            collect_cancellable(positions.count, (0..positions.count).map(|k| k as u32), token)?
-        }
+    let what = "the indices of one primitive";
+    let corners: Vec<u32> = if let Some(index) = json.indices {
+        let indices = accessors.open_indices(index.get(), token)?;
+        reserve_memory(what, indices.count, size_of::<u32>() as u64)?;
+        collect_cancellable(indices.count, (0..indices.count).map(|k| indices.vertex_index(k)), token)?
+    } else {
+        reserve_memory(what, positions.count, size_of::<u32>() as u64)?;
+        collect_cancellable(positions.count, (0..positions.count).map(|k| k as u32), token)?
     };
     let place = if json.indices.is_some() { "indices" } else { "attributes.POSITION" };
     let left_over = match mode {
