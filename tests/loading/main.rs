@@ -14,6 +14,7 @@ mod builtin_scenes;
 mod entry_points;
 mod formats;
 mod gltf_geometry;
+mod gltf_oracle;
 mod gltf_second_opinion;
 mod gltf_warnings;
 #[cfg(target_os = "linux")]
