@@ -60,6 +60,8 @@ mod tests {
         for (count, rounded_up) in [(8, 4), (20, 5), (2_000, 18)] {
             assert_eq!(fast.reduced_count(count), rounded_up, "f({count}) is rounded up, not to the nearest");
         }
+        // Fewer than δ leave as many as δ do: f(12) = 6, where 7 alone would be 4.84.
+        assert_eq!(Reduction::new(12, 0.1).reduced_count(7), 6, "f(δ) below δ");
         for (count, rounded_up) in [(13, 7), (100, 15)] {
             assert_eq!(Reduction::new(12, 0.1).reduced_count(count), rounded_up, "f({count}) is rounded up");
         }

@@ -314,6 +314,22 @@ fn any_number_of_rays_can_be_asked_at_once() {
     }
 }
 
+/// The parts of a large tree are planned apart and put together.
+#[test]
+fn a_wide_tree_of_many_parts_finds_what_the_binary_tree_finds() {
+    let triangles = trees::ball(Vec3::ONE, 2.0, 128);
+    let rays: Vec<_> = trees::rays(&triangles, 300, 3);
+    for tree in [trees::halved::<Aabb>(&triangles, 1), trees::halved::<Sphere>(&triangles, 1)] {
+        let expected: Vec<_> = with_tree!(&tree, tree => {
+            let leaf_triangles = tree.leaf_triangles(&triangles, &CancelToken::new()).expect("never cancelled");
+            let hit = |ray| closest_hit(tree, &leaf_triangles, ray, Traversal::Ordered, &mut NoProbe);
+            rays.iter().map(hit).collect()
+        });
+        assert!(tree.node_count() > 100_000 && expected.iter().flatten().count() > 200);
+        check_wide("many parts", &triangles, &tree, &rays, &expected);
+    }
+}
+
 #[test]
 fn an_empty_tree_is_missed() {
     let tree = trees::halved::<Aabb>(&[], 1);
