@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use super::advice::{UNPACK, UPGRADE};
-use super::document::place;
+use super::place::place;
 use super::schema::{Asset, Root};
 use crate::scene::error::{FileLocation, LoadError, Warnings};
 use crate::text::quoted;
@@ -104,7 +104,7 @@ pub(super) fn warn(root: &Root, warnings: &mut Warnings, token: &CancelToken) ->
             Some(other) => {
                 let detail = quoted(other);
                 warnings.add("materials with an unknown alphaMode shown opaque", || {
-                    super::document::place(format!("materials[{index}].alphaMode"), &detail)
+                    super::place::place(format!("materials[{index}].alphaMode"), &detail)
                 });
             }
         }

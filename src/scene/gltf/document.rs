@@ -7,6 +7,7 @@ use std::rc::Rc;
 
 use super::glb;
 use super::json::{JsonError, POLL_INTERVAL_BYTES, parse};
+use super::place::place;
 use super::schema::{Root, Versioned};
 use super::uri::read_uri;
 use crate::budget::Budget;
@@ -34,12 +35,6 @@ type Bytes<'a> = Result<Rc<Cow<'a, [u8]>>, String>;
 pub(super) struct Document<'a> {
     pub(super) root: Root,
     buffers: Vec<Bytes<'a>>,
-}
-
-/// A place in the JSON, with what is wrong there.
-pub(super) fn place(path: impl Into<String>, detail: &str) -> FileLocation {
-    let path = path.into();
-    FileLocation::Json(if detail.is_empty() { path } else { format!("{path}: {detail}") })
 }
 
 impl<'a> Document<'a> {

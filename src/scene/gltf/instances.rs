@@ -3,9 +3,10 @@
 use glam::{Mat4, Quat, Vec3};
 
 use super::accessor::{Accessor, AccessorError, Accessors, WRONG_TYPE};
-use super::document::{Fault, place};
+use super::document::Fault;
 use super::json::Named;
 use super::nodes::rotation;
+use super::place::place;
 use super::schema::Node;
 use crate::scene::error::Warnings;
 use bvhscope_engine::cancel::{CancelToken, Cancelled};

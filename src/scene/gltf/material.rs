@@ -5,8 +5,9 @@ use std::collections::HashMap;
 use glam::{Affine2, Vec2, Vec3};
 
 use super::announced::UNPACK_TEXTURES;
-use super::document::{Document, Fault, NO_SUCH_ENTRY, entry, place};
+use super::document::{Document, Fault, NO_SUCH_ENTRY, entry};
 use super::json::Whole;
+use super::place::place;
 use super::primitive::MaterialUse;
 use super::schema::{Material as JsonMaterial, Texture as JsonTexture, TextureInfo};
 use super::uri::{file_name, read_uri};

@@ -4,8 +4,8 @@ use std::path::Path;
 
 use glam::{Mat4, Quat, Vec3};
 
-use super::document::place;
 use super::json::Whole;
+use super::place::place;
 use super::schema::{Node, Root};
 use crate::scene::error::{FileLocation, LoadError, Warnings};
 use bvhscope_engine::cancel::CancelToken;
