@@ -22,6 +22,9 @@ pub(super) const BATCH_SIZE: usize = 1 << 16;
 /// Maximum number of triangles: counts have 32 bits, of which nodes and leaves reserve a few values.
 const MAX_TRIANGLES: usize = (u32::MAX - 16) as usize;
 
+/// Kinds of warnings that the refusal of a file without triangles names.
+const SHOWN_REASONS: usize = 3;
+
 /// Bytes of a triangle with its vertex indices and its material index.
 pub(super) const BYTES_PER_TRIANGLE: u64 = (size_of::<Triangle>() + size_of::<[u32; 3]>() + size_of::<u32>()) as u64;
 
@@ -76,6 +79,8 @@ pub(super) struct Assembly {
     pub(super) warnings: Warnings,
     /// Number of points in the file, for the error message about a file without triangles.
     pub(super) point_count: u64,
+    /// What else the file holds, as in "3 lines", for the same message.
+    pub(super) other_contents: Vec<String>,
 }
 
 /// Attributes of a range of vertices; each list is empty or has one entry per vertex.
@@ -102,12 +107,18 @@ impl Assembly {
             files_read: Vec::new(),
             warnings: Warnings::default(),
             point_count: 0,
+            other_contents: Vec::new(),
         }
     }
 
     /// Number of triangles so far.
     pub(super) fn len(&self) -> usize {
         self.triangles.len()
+    }
+
+    /// Whether there is no triangle so far.
+    pub(super) fn is_empty(&self) -> bool {
+        self.triangles.is_empty()
     }
 
     /// Reserves capacity for `count` more triangles within the budget.
@@ -188,16 +199,29 @@ impl Assembly {
         true
     }
 
+    /// What the file holds instead of triangles, and why it has none.
+    fn no_triangles(&self) -> String {
+        let points = (self.point_count > 0).then(|| counted(self.point_count, "points"));
+        let held: Vec<String> = points.into_iter().chain(self.other_contents.iter().cloned()).collect();
+        let mut problem = match held.split_last() {
+            None => "contains no triangles".to_owned(),
+            Some((last, [])) => format!("contains {last} but no triangles"),
+            Some((last, rest)) => format!("contains {} and {last} but no triangles", rest.join(", ")),
+        };
+        let reasons: Vec<_> = self.warnings.entries.iter().take(SHOWN_REASONS).map(ToString::to_string).collect();
+        let others = self.warnings.entries.len().saturating_sub(SHOWN_REASONS);
+        if !reasons.is_empty() {
+            let others = if others > 0 { format!("; {others} more") } else { String::new() };
+            problem = format!("{problem} ({}{others})", reasons.join("; "));
+        }
+        problem
+    }
+
     /// The finished scene, or an error if it has no or too many triangles.
     pub(super) fn finish(mut self, source: &SceneSource, up: Vec3, token: &CancelToken) -> Result<Scene, LoadError> {
         let path = source.path().map_or_else(|| source.to_string().into(), Path::to_path_buf);
         if self.triangles.is_empty() {
-            let skipped: Vec<_> = self.warnings.entries.iter().map(ToString::to_string).collect();
-            let skipped = if skipped.is_empty() { String::new() } else { format!(" ({})", skipped.join("; ")) };
-            let problem = match self.point_count {
-                0 => format!("contains no triangles{skipped}"),
-                points => format!("contains {} and no triangles{skipped}", counted(points, "points")),
-            };
+            let problem = self.no_triangles();
             return Err(LoadError::of_file(&path, problem, "export the model as a triangle mesh"));
         }
         if self.triangles.len() > MAX_TRIANGLES {

@@ -6,10 +6,11 @@ use glam::Vec3;
 
 use super::assemble::Assembly;
 use super::error::{FileLocation, LoadError};
-use super::format::{FileFormat, format_names};
+use super::format::FileFormat;
 use super::model::Scene;
 use super::options::LoadOptions;
-use super::read::{beginning, read_model};
+use super::read::read_model;
+use super::recognise::{recognise, unlike_obj};
 use super::source::SceneSource;
 use super::{builtin, gltf, obj, ply, stl};
 use bvhscope_engine::cancel::CancelToken;
@@ -63,49 +64,29 @@ fn read_bytes(
     token: &CancelToken,
 ) -> Result<(Assembly, Vec3), LoadError> {
     let mut assembly = Assembly::new();
-    let found = detect(path, bytes);
-    if let (Some(found), Some(named)) = (found, FileFormat::from_extension(path))
+    let found = recognise(path, bytes)?;
+    if let Some(named) = FileFormat::from_extension(path)
         && found != named
     {
-        let what = format!("name that says {}; it is read as {}, which its content is", named.name(), found.name());
+        let what = format!("names of another format: the file is {}, not {}", found.name(), named.name());
         assembly.warnings.add(&what, || FileLocation::File);
     }
     let up = match found {
-        Some(FileFormat::Obj) => obj::load(path, bytes, options, &mut assembly, token).map(|()| Vec3::Y),
-        Some(FileFormat::Gltf) => gltf::load(path, bytes, options, &mut assembly, token).map(|()| Vec3::Y),
-        Some(FileFormat::Ply) => ply::load(path, bytes, &mut assembly, token).map(|()| Vec3::Y),
+        FileFormat::Obj => obj::load(path, bytes, options, &mut assembly, token).map(|()| Vec3::Y),
+        FileFormat::Gltf => gltf::load(path, bytes, options, &mut assembly, token).map(|()| Vec3::Y),
+        FileFormat::Ply => ply::load(path, bytes, &mut assembly, token).map(|()| Vec3::Y),
         // Most STL files come from CAD programs, where z is up.
-        Some(FileFormat::Stl) => stl::load(path, bytes, &mut assembly, token).map(|()| Vec3::Z),
-        None => {
-            let problem = format!("is neither {}", format_names("nor"));
-            Err(LoadError::of_file(path, problem, "export the model in one of these formats"))
-        }
-    }?;
+        FileFormat::Stl => stl::load(path, bytes, &mut assembly, token).map(|()| Vec3::Z),
+    };
+    // An OBJ file is known by its name only, and its reader passes over what it does not know.
+    if found == FileFormat::Obj
+        && assembly.is_empty()
+        && !up.as_ref().is_err_and(|error| matches!(error, LoadError::Cancelled(_)))
+        && let Some(seems) = unlike_obj(bytes, up.is_err())
+    {
+        let advice = "it may be another file under a wrong name, or damaged: copy or export it again";
+        return Err(LoadError::of_file(path, format!("is {seems}, not OBJ"), advice));
+    }
+    let up = up?;
     Ok((assembly, up))
-}
-
-/// Recognises the format by content first, then by extension.
-fn detect(path: &Path, bytes: &[u8]) -> Option<FileFormat> {
-    if bytes.starts_with(b"glTF") {
-        return Some(FileFormat::Gltf);
-    }
-    if bytes.starts_with(b"ply\n") || bytes.starts_with(b"ply\r") {
-        return Some(FileFormat::Ply);
-    }
-    if stl::binary_size(bytes) == Some(bytes.len() as u64) {
-        return Some(FileFormat::Stl);
-    }
-    let text = beginning(bytes);
-    if text.starts_with(b"{") {
-        return Some(FileFormat::Gltf);
-    }
-    match FileFormat::from_extension(path) {
-        Some(format) => Some(format),
-        None if text.get(..5).is_some_and(|start| start.eq_ignore_ascii_case(b"solid")) => Some(FileFormat::Stl),
-        None => {
-            let start = &bytes[..bytes.len().min(4096)];
-            let statement = |line: &[u8]| [&b"v "[..], b"o ", b"g ", b"mtllib "].iter().any(|k| line.starts_with(k));
-            start.split(|&byte| byte == b'\n').any(statement).then_some(FileFormat::Obj)
-        }
-    }
 }

@@ -22,6 +22,8 @@ mod load;
 
 mod read;
 
+mod recognise;
+
 mod assemble;
 
 mod images;

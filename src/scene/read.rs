@@ -21,10 +21,24 @@ pub(super) const MAX_LINE: usize = 1 << 20;
 /// Maximum number of bytes of leading white space that are skipped.
 const MAX_PREFIX: usize = 1 << 16;
 
+/// Bytes of the beginning that decide between text and binary data.
+pub(super) const TEXT_SAMPLE: usize = 512;
+
 /// The beginning of a text without byte order mark and leading white space.
 pub(super) fn beginning(bytes: &[u8]) -> &[u8] {
     let bytes = bytes.get(..MAX_PREFIX).unwrap_or(bytes);
     bytes.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(bytes).trim_ascii_start()
+}
+
+/// Whether the beginning has no control characters but white space: text of one byte a character, or UTF-8.
+pub(super) fn is_plain_text(bytes: &[u8]) -> bool {
+    let start = bytes.get(..TEXT_SAMPLE).unwrap_or(bytes);
+    !start.iter().any(|&byte| is_control(byte))
+}
+
+/// Whether a byte does not occur in text.
+pub(super) fn is_control(byte: u8) -> bool {
+    byte.is_ascii_control() && !byte.is_ascii_whitespace() && byte != 0x0B
 }
 
 /// The lines of a text without their line endings. A line longer than [`MAX_LINE`] is split, so that a reader can check for

@@ -167,7 +167,7 @@ fn false_lengths_and_counts_take_no_memory() {
     let lines = format!("ply\nformat ascii 1.0\n{}end_header\n", "comment\n".repeat(70_000));
     refused(&folder.write("lines.ply", lines), "the header is longer than 65536 lines");
     let word = format!("{}{}", header.replace("binary_little_endian", "ascii"), face) + &"1".repeat(5_000);
-    refused(&folder.write("word.ply", word), "a word is longer than 4096 bytes");
+    refused(&folder.write("word.ply", word), "a number is longer than 4096 bytes");
     let glb = b"glTF\x02\0\0\0\xff\xff\xff\xff\xff\xff\xff\x7fJSON{}";
     refused(&folder.write("header.glb", glb), "declares 4294967295 bytes");
     let zeros = r#"{"asset":{"version":"2.0"},"nodes":[{"mesh":0}],"meshes":[{"primitives":[{"attributes":{"POSITION":0}}]}],

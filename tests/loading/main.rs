@@ -25,3 +25,6 @@ mod obj_exact;
 mod obj_generator;
 mod obj_oracle;
 mod obj_warnings;
+mod ply_values;
+mod recognition;
+mod scan_warnings;

@@ -255,6 +255,14 @@ fn ply_seeds() -> [Vec<u8>; 3] {
 #[test]
 fn damaged_ply_files() {
     attack(&ply_seeds(), 3000, entry_points::ply);
+    // Strips, wide indices, a comment with a texture, unknown elements and properties, old line ends.
+    let strips = "ply\nformat ascii 1.0\ncomment TextureFile a.png\nelement vertex 4\nproperty double x\nproperty int y\n\
+                  property short z\nproperty float nx\nproperty ushort alpha\nelement tristrips 1\n\
+                  property list uint uint vertex_index\nelement edge 1\nproperty list uchar double ends\nend_header\n\
+                  0 0 0 1 9\n1 0 0 1 9\n0 1 0 1 9\n1 1 0 1 9\n8 0 1 2 3 4294967295 1 2.5 3\n2 0 1e300\n";
+    let mut old = bytes(&strips.replace('\n', "\r").replace("ascii", "binary_big_endian"));
+    old.extend([0; 60]);
+    attack(&[bytes(strips), old], 1500, entry_points::ply);
 }
 
 /// A text and a binary file.
@@ -274,6 +282,13 @@ fn stl_seeds() -> [Vec<u8>; 2] {
 #[test]
 fn damaged_stl_files() {
     attack(&stl_seeds(), 3000, entry_points::stl);
+    // Facets outside solids and without an end, other statements; colours, a false count, bytes left over.
+    let open = "facet normal 0 0 1\nvertex 0 0 0\nvertex 1 0 0 7\nvertex 0 1 0\nfacet\nendfacet\ncolor 1 0 0\nsolid b\nendloop\n";
+    let mut colored = b"COLOR=abcd".to_vec();
+    colored.resize(80, 0);
+    colored.extend(0_u32.to_le_bytes());
+    colored.extend([63; 103]);
+    attack(&[bytes(open), colored], 1500, entry_points::stl);
 }
 
 /// Floats of every kind: ordinary, equal, huge, tiny, denormal, any bits.

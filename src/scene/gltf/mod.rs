@@ -33,6 +33,7 @@ use super::error::{FileLocation, LoadError};
 use super::images::Images;
 use super::options::LoadOptions;
 use super::read::READ_PROGRESS;
+use crate::text::counted;
 use bvhscope_engine::cancel::{CancelToken, Cancelled};
 use bvhscope_engine::geometry::Triangle;
 
@@ -59,6 +60,11 @@ pub(super) fn load(
     assembly.materials = materials;
     images.finish(assembly);
     assembly.mesh_count = root.meshes.len();
+    for (count, what) in [(root.meshes.len(), "meshes"), (root.nodes.len(), "nodes")] {
+        if count > 0 {
+            assembly.other_contents.push(counted(count as u64, what));
+        }
+    }
     let mut meshes: Vec<Option<Vec<Primitive>>> = root.meshes.iter().map(|_| None).collect();
     for Placement { mesh, .. } in &placements {
         if meshes[*mesh].is_none() {

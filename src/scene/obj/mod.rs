@@ -76,9 +76,6 @@ pub(super) fn load(
     assembly: &mut Assembly,
     token: &CancelToken,
 ) -> Result<(), LoadError> {
-    if bytes.starts_with(b"\xFF\xFE") || bytes.starts_with(b"\xFE\xFF") {
-        return Err(LoadError::of_file(path, "is UTF-16 text", "save it as UTF-8"));
-    }
     let mut model = Model {
         positions: Vec::new(),
         colors: Vec::new(),

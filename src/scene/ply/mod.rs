@@ -1,0 +1,97 @@
+//! PLY loader: text, and binary of both byte orders.
+//!
+//! Not based on ply-rs-bw 4.0, whose text grammar rejects whole files for one `nan`, `.5` or `1.`, for a list continued in the
+//! next line and for a Latin-1 comment, and which aborts on elements without properties. Working around that would mean
+//! tokenising the file first, which is most of this reader.
+
+mod element;
+mod faces;
+mod header;
+mod values;
+mod vertices;
+
+use std::path::Path;
+
+use super::assemble::{Assembly, offset_corners};
+use super::error::{FileLocation, LoadError};
+use crate::text::{counted, quoted};
+use bvhscope_engine::cancel::CancelToken;
+use bvhscope_engine::geometry::Triangle;
+use element::Element;
+use faces::Faces;
+use values::Source;
+use vertices::Vertices;
+
+/// Loads a PLY file from memory.
+pub(super) fn load(path: &Path, bytes: &[u8], assembly: &mut Assembly, token: &CancelToken) -> Result<(), LoadError> {
+    let mut source = Source::new(path, bytes, token);
+    let elements = header::read(&mut source)?;
+    let of_kind = |name: &str| elements.iter().position(|element| element.name == name);
+    let vertex_element = of_kind("vertex");
+    let vertex_count = vertex_element.and_then(|at| elements.get(at)).map_or(0, |element| element.count);
+    let mut vertices = Vertices::default();
+    let mut faces = Faces::new(vertex_count);
+    for (at, element) in elements.iter().enumerate() {
+        check_count(&source, element)?;
+        match element.name.as_str() {
+            "vertex" if Some(at) == vertex_element => vertices.read(&mut source, element)?,
+            "face" | "tristrips" => faces.read(&mut source, element)?,
+            name => {
+                let what = format!("elements {} left out", quoted(name));
+                source.warnings.add_many(element.count, &what, || FileLocation::Line(element.line));
+                if element.count > 0 {
+                    let held = format!("elements {}", quoted(name));
+                    assembly.other_contents.push(counted(element.count, &held));
+                }
+                source.skip(element)?;
+            }
+        }
+    }
+    source.check_end()?;
+    assembly.other_contents.truncate(3);
+    assembly.point_count = vertices.positions.len() as u64;
+    assembly.mesh_count = 1;
+    assembly.warnings.append(source.warnings);
+    add(path, &vertices, &faces, assembly, token)
+}
+
+/// Checks the number of an element against the bytes that follow, before memory is requested for it.
+fn check_count(source: &Source, element: &Element) -> Result<(), LoadError> {
+    let left = source.rest().len() as u64;
+    // The last word of a text needs no separator behind it.
+    let least = element.count.saturating_mul(element.min_bytes(source.encoding)).saturating_sub(1);
+    let name = quoted(&element.name);
+    if element.properties.is_empty() && element.count > 0 {
+        let problem = format!("{} elements {name} are declared without a property", element.count);
+        return Err(source.fault_with(problem, "correct the header or export the model again"));
+    }
+    if least > left {
+        let count = element.count;
+        return Err(source.fault(format!("{count} elements {name} are declared, but only {left} bytes follow")));
+    }
+    Ok(())
+}
+
+fn add(
+    path: &Path,
+    vertices: &Vertices,
+    faces: &Faces,
+    assembly: &mut Assembly,
+    token: &CancelToken,
+) -> Result<(), LoadError> {
+    let first = assembly.add_vertices(vertices.positions.len(), &vertices.lists, token)?;
+    assembly.reserve(faces.corners.len()).map_err(|error| error.in_file(path))?;
+    for (index, &corners) in faces.corners.iter().enumerate() {
+        if index % 65_536 == 0 {
+            token.check()?;
+        }
+        // Indices were compared with the declared number, and as many vertices were read.
+        let corner = |k: usize| vertices.positions.get(corners[k] as usize).copied();
+        if let (Some(a), Some(b), Some(c)) = (corner(0), corner(1), corner(2)) {
+            let attributes = offset_corners(corners, first);
+            let number = index.saturating_add(1);
+            assembly.push(Triangle { a, b, c }, attributes, 0, || FileLocation::Json(format!("triangle {number}")));
+        }
+    }
+    Ok(())
+}

@@ -1,0 +1,100 @@
+//! The vertices of a PLY file: positions, normals and colours.
+
+use glam::Vec3;
+
+use super::element::{Element, Number, Property};
+use super::values::Source;
+use crate::scene::assemble::{BYTES_PER_VERTEX, VertexLists};
+use crate::scene::error::LoadError;
+use crate::scene::material::linear_from_srgb;
+
+/// Names of the properties that make a vertex. The names of colours have two older spellings.
+const NAMES: [&[&str]; 10] = [
+    &["x"],
+    &["y"],
+    &["z"],
+    &["nx"],
+    &["ny"],
+    &["nz"],
+    &["red", "r", "diffuse_red"],
+    &["green", "g", "diffuse_green"],
+    &["blue", "b", "diffuse_blue"],
+    &["alpha"],
+];
+
+/// Measures of scans, which are no part of any scene.
+const MEASURES: [&str; 8] =
+    ["confidence", "intensity", "quality", "flags", "curvature", "radius", "value", "scalar_Scalar_field"];
+
+/// The vertices read so far.
+#[derive(Default)]
+pub(super) struct Vertices {
+    pub(super) positions: Vec<Vec3>,
+    pub(super) lists: VertexLists,
+}
+
+/// The place of a property in [`NAMES`].
+fn slot(property: &Property) -> Option<usize> {
+    let is_named = |names: &&[&str]| names.contains(&property.name.as_str());
+    NAMES.iter().position(is_named).filter(|_| property.list.is_none())
+}
+
+/// Factor from a colour in numbers of a type to one from 0 to 1.
+fn color_scale(number: Number) -> f64 {
+    match number {
+        Number::F32 | Number::F64 => 1.0,
+        Number::U16 | Number::I16 => 1.0 / 65_535.0,
+        Number::U8 | Number::I8 | Number::U32 | Number::I32 => 1.0 / 255.0,
+    }
+}
+
+impl Vertices {
+    /// Reads all vertices.
+    pub(super) fn read(&mut self, source: &mut Source, element: &Element) -> Result<(), LoadError> {
+        for name in ["x", "y", "z"] {
+            if element.scalar(name).is_none() {
+                let problem = format!("the vertices have no property '{name}'");
+                return Err(source.fault_with(problem, "export the model again with x, y and z of each vertex"));
+            }
+        }
+        let slots: Vec<Option<usize>> = element.properties.iter().map(slot).collect();
+        let has = |range: std::ops::Range<usize>| range.into_iter().all(|wanted| slots.contains(&Some(wanted)));
+        let (has_normals, has_colors) = (has(3..6), has(6..9));
+        source.warn_of_unused(element, |property| match slot(property) {
+            Some(3..6) => has_normals,
+            Some(6..9) => has_colors,
+            Some(_) => true,
+            None => MEASURES.contains(&property.name.as_str()),
+        });
+        source.check_memory("the vertices", element.count.saturating_mul(BYTES_PER_VERTEX))?;
+        for index in 0..element.count {
+            source.poll(index)?;
+            let place = source.place();
+            let mut values = [0.0_f64, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0];
+            for (property, slot) in element.properties.iter().zip(&slots) {
+                match slot.and_then(|slot| values.get_mut(slot).zip(Some(slot))) {
+                    Some((value, 6..)) => *value = source.number(property.number)? * color_scale(property.number),
+                    Some((value, _)) => *value = source.number(property.number)?,
+                    None => source.skip_property(property)?,
+                }
+            }
+            let [_, _, _, _, _, _, color @ .., alpha] = values;
+            let [x, y, z, nx, ny, nz, r, g, b, _] = values.map(|value| value as f32);
+            self.positions.push(Vec3::new(x, y, z));
+            if has_normals {
+                self.lists.normals.push(Vec3::new(nx, ny, nz).normalize_or_zero());
+            }
+            if has_colors {
+                self.lists.colors.push(linear_from_srgb(Vec3::new(r, g, b)));
+                if color.iter().any(|part| !(0.0..=1.0).contains(part)) {
+                    source.warn("vertices with a colour out of range, which is limited", place.clone());
+                }
+            }
+            if alpha != 1.0 {
+                source.warn("vertices with transparency, shown opaque", place);
+            }
+            source.end_element(element)?;
+        }
+        Ok(())
+    }
+}
