@@ -20,6 +20,8 @@ mod gltf_warnings;
 #[cfg(target_os = "linux")]
 mod hostile_files;
 mod hostile_gltf;
+#[cfg(target_os = "linux")]
+mod messages;
 mod mutations;
 mod obj_exact;
 mod obj_generator;

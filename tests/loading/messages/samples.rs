@@ -1,0 +1,189 @@
+//! The samples, a section for each reader.
+
+use super::{Sample, command, file};
+use crate::recognition::foreign_files;
+use crate::scan_warnings::binary_stl;
+
+/// Titles and samples in the order of the page.
+pub fn sections() -> Vec<(&'static str, Vec<Sample>)> {
+    vec![
+        ("Any file", any_file()),
+        ("Files that are no models that can be read", foreign()),
+        ("STL", stl()),
+        ("PLY", ply()),
+        ("OBJ", obj()),
+        ("glTF", gltf()),
+        ("Memory", memory()),
+        ("Command line", command_line()),
+    ]
+}
+
+const OBJ: &str = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
+
+fn any_file() -> Vec<Sample> {
+    vec![
+        file("the file does not exist", "buny.obj", "").beside("bunny.obj", OBJ),
+        file("the file does not exist, nor one with such a name", "model.obj", ""),
+        file("a folder", "models/", "").beside("models/bunny.obj", OBJ),
+        file("a folder without models", "empty/", ""),
+        file("an empty file", "a.obj", "").beside("b.obj", OBJ),
+        file("only white space", "a.obj", " \n \n"),
+        file("only zero bytes", "a.ply", [0; 100]),
+        file("text", "notes.txt", "Dear user\n"),
+        file("text called OBJ", "a.obj", "Dear user\n"),
+        file("text called STL", "a.stl", "Dear user\n"),
+        file("binary data", "a.bin", b"\xFB\x01\x02\x03\x04"),
+        file("binary data called PLY", "a.ply", b"\xFB\x01\x02\x03\x04"),
+        file("another model format than the name says", "a.ply", OBJ),
+    ]
+}
+
+fn foreign() -> Vec<Sample> {
+    foreign_files().into_iter().map(|(what, bytes)| file(what.split(';').next().unwrap(), "a.obj", bytes)).collect()
+}
+
+fn stl() -> Vec<Sample> {
+    let facet = "facet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\nendloop\nendfacet\n";
+    let solid = |facets: &str| format!("solid a\n{facets}endsolid a\n");
+    vec![
+        file("a binary file cut off in its header", "a.stl", [1; 40]),
+        file("no triangles", "a.stl", binary_stl("a", 0, 0, 0)),
+        file("a solid without facets", "a.stl", solid("")),
+        file("a corner without numbers", "a.stl", solid("facet normal 0 0 1\nvertex 1 2\n")),
+        file("a word instead of a number", "a.stl", solid("facet normal 0 0 1\nvertex 1 2 1,5\n")),
+        file("fewer triangles than declared", "a.stl", binary_stl("a", 3, 2, 0)),
+        file("more triangles than declared", "a.stl", binary_stl("a", 1, 2, 0)),
+        file("bytes left over", "a.stl", [binary_stl("a", 1, 1, 0), b"abc".to_vec()].concat()),
+        file("colours", "a.stl", binary_stl("COLOR=", 1, 1, 9)),
+        file("no solid", "a.stl", facet),
+        file("no end of a facet", "a.stl", solid(&facet.replace("endfacet\n", ""))),
+        file("no end of a solid", "a.stl", format!("solid a\n{facet}")),
+        file(
+            "a facet of four corners",
+            "a.stl",
+            solid(&format!("{facet}{}", facet.replace("vertex 0 0 0", "vertex 0 0 0\nvertex 1 1 0"))),
+        ),
+        file("a corner of four numbers", "a.stl", solid(&facet.replace("0 1 0", "0 1 0 7"))),
+        file("unknown statements", "a.stl", solid(&format!("{facet}color 1 0 0\n"))),
+        file(
+            "a coordinate that is not a number",
+            "a.stl",
+            solid(&format!("{facet}{}", facet.replace("1 0 0", "nan 0 0"))),
+        ),
+        file("a coordinate too large", "a.stl", solid(&format!("{facet}{}", facet.replace("1 0 0", "1e19 0 0")))),
+    ]
+}
+
+fn ply() -> Vec<Sample> {
+    const VERTEX: &str = "element vertex 3\nproperty float x\nproperty float y\nproperty float z\n";
+    const FACE: &str = "element face 1\nproperty list uchar int vertex_indices\n";
+    const DATA: &str = "0 0 0\n1 0 0\n0 1 0\n";
+    let header = |lines: &str| format!("ply\nformat ascii 1.0\n{lines}end_header\n");
+    let with = |what: &str, lines: &str, data: &str| file(what, "a.ply", header(lines) + data);
+    let sound = |extra: &str| format!("{}{DATA}3 0 1 2\n{extra}", header(&format!("{VERTEX}{FACE}")));
+    let face =
+        |what: &str, line: &str| file(what, "a.ply", format!("{}{DATA}{line}\n", header(&format!("{VERTEX}{FACE}"))));
+    let vertex = |what: &str, property: &str, value: &str| {
+        let data: String = DATA.lines().map(|line| format!("{line} {value}\n")).collect();
+        with(what, &format!("{VERTEX}property {property}\n{FACE}"), &format!("{data}3 0 1 2\n"))
+    };
+    vec![
+        file("no end of the header", "a.ply", "ply\nformat ascii 1.0\n"),
+        file("a header of too many lines", "a.ply", header(&"comment\n".repeat(66_000))),
+        file("too long a line in the header", "a.ply", header(&"x".repeat(70_000))),
+        file("no format", "a.ply", "ply\nend_header\n"),
+        file("two formats", "a.ply", header("format ascii 1.0\n")),
+        file("an unknown format", "a.ply", "ply\nformat binary_middle_endian 1.0\nend_header\n"),
+        with("a count that is none", "element vertex -3\n", ""),
+        with("a property that is none", "element vertex 3\nproperty quad x\n", ""),
+        with("a property before its element", "property float x\n", ""),
+        with("more elements than bytes", "element vertex 4000000000\nproperty float x\n", "1 2 3\n"),
+        with("an element without properties", "element vertex 3\n", "1 2 3\n"),
+        with("no z", "element vertex 1\nproperty float x\nproperty float y\n", "1 2\n"),
+        face("too long a list", "300 0 1 2"),
+        face("a word instead of a number", "3 0 x 2"),
+        face("too long a number", &format!("3 0 {} 2", "1".repeat(5000))),
+        face("the end is missing", "3 0 1 "),
+        with("points", VERTEX, DATA),
+        with("points and lines", &format!("{VERTEX}element edge 1\nproperty int a\nproperty int b\n"), &format!("{DATA}0 1\n")),
+        with("faces without corners", &format!("{VERTEX}element face 1\nproperty int corners\n"), &format!("{DATA}3\n")),
+        file("data left over", "a.ply", sound("3 0 1 2\n")),
+        face("an index with a fraction", "4 0 1 2 1.5"),
+        face("an index out of range", "4 0 1 2 4294967296"),
+        file("a face of two corners", "a.ply", sound("2 0 1\n").replace("face 1", "face 2")),
+        file("a strip of two corners", "a.ply", sound("").replace("face", "tristrips").replace("3 0 1 2", "6 0 1 2 -1 0 1").replace("uchar", "int")),
+        file("more numbers than properties", "a.ply", sound("").replace("3 0 1 2", "3 0 1 2 7")),
+        file("an unknown version", "a.ply", sound("").replace("1.0", "2.0")),
+        file("a texture", "a.ply", sound("").replace("element face", "comment TextureFile wood.png\nelement face")),
+        file("an unknown line in the header", "a.ply", sound("").replace("element face", "elements\nelement face")),
+        with("unknown elements", &format!("{VERTEX}{FACE}element edge 1\nproperty int a\n"), &format!("{DATA}3 0 1 2\n1\n")),
+        vertex("unknown properties", "float s", "0"),
+        vertex("transparency", "uchar alpha", "9"),
+        with(
+            "colours out of range",
+            &format!("{VERTEX}property float red\nproperty float green\nproperty float blue\n{FACE}"),
+            "0 0 0 2 0 0\n1 0 0 0 0 0\n0 1 0 0 0 0\n3 0 1 2\n",
+        ),
+        file("binary data left over", "a.ply", [
+            header("element vertex 3\nproperty uchar x\nproperty uchar y\nproperty uchar z\nelement face 1\nproperty list uchar uchar vertex_indices\n")
+                .replace("ascii", "binary_little_endian").as_bytes(),
+            &[0, 0, 0, 1, 0, 0, 0, 1, 0, 3, 0, 1, 2, 3, 0, 1, 2],
+        ].concat()),
+    ]
+}
+
+fn obj() -> Vec<Sample> {
+    vec![
+        file("a word instead of a number", "a.obj", "v 0 0 0\nv 0 x1 0\n"),
+        file("a vertex of two numbers", "a.obj", "v 0 0\n"),
+        file("too long a line", "a.obj", format!("v 0 0 0 {}\n", "0 ".repeat(600_000))),
+        file("points without faces", "a.obj", "v 0 0 0\nv 1 0 0\n"),
+        file("faces that cannot be shown, lines and points", "a.obj", format!("{OBJ}f 1 2 9\nf 1 2\nl 1 2\np 1\n")),
+        file("a library that does not exist; no such material", "a.obj", format!("mtllib a.mtl\nusemtl wood\n{OBJ}")),
+        file("a picture that is missing", "a.obj", format!("mtllib a.mtl\nusemtl wood\n{OBJ}"))
+            .beside("a.mtl", "newmtl wood\nmap_Kd wood.png\n"),
+        file("a library outside the folder", "a.obj", format!("mtllib ../a.mtl\n{OBJ}")),
+    ]
+}
+
+fn gltf() -> Vec<Sample> {
+    let asset = |rest: &str| format!("{{\"asset\":{{\"version\":\"2.0\"}}{rest}}}");
+    vec![
+        file("JSON that is not glTF", "a.gltf", "{\"name\": \"a\", \"version\": \"1.0\"}"),
+        file("JSON cut off", "a.gltf", "{\"asset\":{\"version\":\"2.0\"},"),
+        file("no meshes", "a.gltf", asset("")),
+        file("a header that lies", "a.glb", b"glTF\x02\0\0\0\xff\xff\xff\xff\xff\xff\xff\x7fJSON{}"),
+        file(
+            "a required extension",
+            "a.gltf",
+            asset(
+                ",\"extensionsRequired\":[\"KHR_draco_mesh_compression\"],\"extensionsUsed\":[\"KHR_draco_mesh_compression\"]",
+            ),
+        ),
+        file("a buffer that is missing", "a.gltf", asset(",\"buffers\":[{\"byteLength\":9,\"uri\":\"a.bin\"}]")),
+        file(
+            "a web address",
+            "a.gltf",
+            asset(",\"buffers\":[{\"byteLength\":9,\"uri\":\"https://example.org/a.bin\"}]"),
+        ),
+    ]
+}
+
+fn memory() -> Vec<Sample> {
+    vec![
+        command("too large a scene", "info builtin:terrain:10000000 --memory-limit 100MB"),
+        command("a tree too large", "info builtin:terrain:1000000 --memory-limit 300MB"),
+    ]
+}
+
+fn command_line() -> Vec<Sample> {
+    vec![
+        command("an unknown option", "info --frobnicate"),
+        command("no such scene", "info builtin:rabbit"),
+        command("no such size", "info builtin:terrain:many"),
+        command("a memory limit that is none", "info --memory-limit=lots"),
+        command("a picture of another format", "render builtin:cornell -o a.bmp"),
+        command("a folder that does not exist", "render builtin:cornell -o missing/a.png"),
+        command("no such command", "rendr builtin:cornell"),
+    ]
+}
