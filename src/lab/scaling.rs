@@ -3,9 +3,10 @@
 use super::measure::{LabError, measure};
 use super::measurement::Measurement;
 use super::setup::{Setup, Subject, TraceView};
+use crate::threads;
 use bvhscope_engine::cancel::CancelToken;
 
-/// Measures `setup` with 1 to `max_threads` threads, one row each with the speed-up over one thread. `setup.threads` is ignored.
+/// Measures `setup` with 1 to `max_threads` threads, at most as many as there are cores to use, one row each with the speed-up over one thread. `setup.threads` is ignored.
 /// The thread counts are measured interleaved, so all rows are passed at the end.
 pub fn scaling(
     subject: &Subject,
@@ -15,7 +16,8 @@ pub fn scaling(
     token: &CancelToken,
     row: &mut dyn FnMut(Measurement),
 ) -> Result<(), LabError> {
-    let setups: Vec<Setup> = (1..=max_threads.max(1)).map(|threads| Setup { threads, ..*setup }).collect();
+    let setups: Vec<Setup> =
+        (1..=threads::count(max_threads.max(1))).map(|threads| Setup { threads, ..*setup }).collect();
     let mut rows = Vec::new();
     let outcome = measure("scaling", subject, &setups, view, token, &mut |row| rows.push(row));
     add_speedups(&mut rows);

@@ -90,13 +90,14 @@ fn trees_are_shown_while_the_slider_moves() {
 fn the_newest_of_several_models_is_shown_whole() {
     let mut harness = app(builtin("teapot", 3), 700.0, 500.0, 1.0);
     settle(&mut harness);
-    for source in [builtin("terrain", 900_000), builtin("slivers", 300_000), builtin("cornell", 0)] {
+    let newest = SceneSource::Builtin { name: "cornell".to_owned(), size: None };
+    for source in [builtin("terrain", 900_000), builtin("slivers", 300_000), newest.clone()] {
         harness.state_mut().state.requests.push(Request::Open(source));
         harness.run_steps(2);
     }
     settle(&mut harness);
     let presented = harness.state().state.model.presented.clone().unwrap();
-    assert_eq!(presented.accel.scene.source, builtin("cornell", 0));
+    assert_eq!(presented.accel.scene.source, newest);
     let triangles = presented.accel.scene.triangles.len() as u32;
     assert!(presented.frame.primitive.iter().all(|&primitive| primitive == u32::MAX || primitive < triangles));
 }

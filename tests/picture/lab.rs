@@ -143,7 +143,8 @@ fn scaling_starts_at_one() {
     let subject = subject("builtin:teapot:2");
     let view = view(&subject, Traversal::Ordered);
     let rows = collect(|row| scaling(&subject, &both()[0], 3, &view, &CancelToken::new(), row));
-    assert_eq!(rows.iter().map(|row| row.threads).collect::<Vec<_>>(), [1, 2, 3]);
+    let most = bvhscope::threads::available_threads().min(3);
+    assert_eq!(rows.iter().map(|row| row.threads).collect::<Vec<_>>(), (1..=most).collect::<Vec<_>>());
     assert_eq!((rows[0].speedup, rows[0].trace_speedup), (Some(1.0), Some(1.0)));
     for row in &rows {
         assert_eq!(row.speedup, Some(rows[0].build_ms / row.build_ms), "{} threads", row.threads);
