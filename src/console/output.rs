@@ -5,8 +5,8 @@ use std::io::{self, Write};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
-use super::stream::{Stream, wait_for_all};
-use super::system::Kind;
+use super::stream::{LOOK, Stream, wait_for_all};
+use super::system::{Kind, is_ready};
 use crate::text::printable;
 
 /// Bytes of notes that wait at most; a window may log for days into a pipe that nobody reads.
@@ -14,6 +14,8 @@ const MAX_NOTES: usize = 1 << 20;
 
 static OUTPUT: Mutex<Stream> = Mutex::new(Stream::new(Kind::Output));
 static ERROR: Mutex<Stream> = Mutex::new(Stream::new(Kind::Error));
+/// A thread writes notes that stderr has not taken at once. Changed under the lock of [`ERROR`] only.
+static WRITER_RUNS: AtomicBool = AtomicBool::new(false);
 /// Nothing waits for a slow reader any more.
 static STOPPED: AtomicBool = AtomicBool::new(false);
 
@@ -28,6 +30,26 @@ pub fn note(text: impl Display) {
     error.queue_note(&printable_lines(&text.to_string()), MAX_NOTES);
     // A note that is lost fails nothing.
     let _ = error.write_some();
+    if !error.is_empty() && !WRITER_RUNS.swap(true, Ordering::Relaxed) {
+        write_the_rest();
+    }
+}
+
+/// Writes what stderr has not taken on a thread of its own, because no further note may come along to do it.
+fn write_the_rest() {
+    let write = || loop {
+        is_ready(Kind::Error, LOOK);
+        let mut error = locked(&ERROR);
+        let _ = error.write_some();
+        if error.is_empty() {
+            // Under the lock, so that the next note that is left starts another.
+            WRITER_RUNS.store(false, Ordering::Relaxed);
+            return;
+        }
+    };
+    if std::thread::Builder::new().name("notes".to_owned()).spawn(write).is_err() {
+        WRITER_RUNS.store(false, Ordering::Relaxed);
+    }
 }
 
 /// Whether stderr takes text now, so that drawing on it does not wait.

@@ -12,7 +12,7 @@ const PORTION: usize = 4096;
 /// Bytes that are queued before the next attempt to write them.
 const MAX_QUEUED: usize = 64 << 10;
 /// Time between two looks at whether waiting is to end.
-const LOOK: Duration = Duration::from_millis(20);
+pub(super) const LOOK: Duration = Duration::from_millis(20);
 /// Time that a reader has after Ctrl-C to take the next portion.
 const LAST_CHANCE: Duration = Duration::from_millis(100);
 

@@ -127,6 +127,28 @@ fn a_slow_reader_keeps_no_work_waiting_and_gets_everything() {
     }
 }
 
+/// As a window does, which may log nothing more for hours.
+#[test]
+fn a_note_reaches_a_slow_reader_although_no_other_follows() {
+    let (mut reader, full) = full_pipe(true);
+    let (empty, _writer) = std::io::pipe().unwrap();
+    let mut command = Command::new(PROGRAM);
+    command.args(["plot", "-", "-o", "out.svg"]).env("RUST_LOG", "a=b=c/d/e");
+    command.stdin(empty).stdout(Stdio::null()).stderr(full);
+    let mut child = Running::start(&mut command);
+    drop(command);
+    child.wait_for_handler(Signal::INT);
+    let mut text = Vec::new();
+    while !text.ends_with(b"\n") {
+        let mut portion = [0; 4096];
+        let count = reader.read(&mut portion).unwrap();
+        assert!(count > 0, "the program ended: {}", String::from_utf8_lossy(&text));
+        text.extend_from_slice(&portion[..count]);
+    }
+    assert!(String::from_utf8_lossy(&text).contains("RUST_LOG is not used"));
+    assert!(child.is_running(), "it still waits for its input");
+}
+
 #[test]
 fn an_interrupt_ends_waiting_for_a_reader_or_a_writer() {
     let folder = folder();

@@ -186,8 +186,8 @@ fn what_is_no_file_is_kept_aside_and_the_window_opens() {
             assert!(made.unwrap().success());
         }
         let mut program = desktop.start(&["builtin:teapot:2"]);
-        program.wait_for("window.ron is not a file");
         program.wait_for("could not be read");
+        program.wait_for("window.ron is not a file");
         program.wait_for("presented teapot");
         program.signal(Signal::INT);
         assert_eq!(program.wait().code(), Some(130));
