@@ -50,7 +50,7 @@ fn each_kind_is_counted_with_its_first_place() {
             "scene: scenes[7] does not exist, there are 1",
         ),
         (scenes, 2, "scenes other than the default one not shown", "scenes[0]"),
-        (nodes.clone(), 1, "nodes without their mesh", "nodes[1].mesh: meshes[99] does not exist, there are 1"),
+        (nodes.clone(), 1, "nodes of a mesh", "nodes[1].mesh: meshes[99] does not exist, there are 1"),
         (nodes.clone(), 1, "nodes out of range left out", "scenes[0].nodes[1]: nodes[7] does not exist, there are 3"),
         (nodes, 1, "nodes with a mesh outside the scene left out", "nodes[2]"),
         (

@@ -69,7 +69,7 @@ pub(super) fn placements(
         let Some(mesh) = node.mesh.map(Whole::get) else { continue };
         if mesh >= root.meshes.len() {
             let detail = format!("meshes[{mesh}] does not exist, there are {}", root.meshes.len());
-            warnings.add("nodes without their mesh, which does not exist", || {
+            warnings.add("nodes of a mesh that does not exist left out", || {
                 place(format!("nodes[{index}].mesh"), &detail)
             });
             continue;

@@ -136,6 +136,8 @@ fn obj() -> Vec<Sample> {
     vec![
         file("a word instead of a number", "a.obj", "v 0 0 0\nv 0 x1 0\n"),
         file("a vertex of two numbers", "a.obj", "v 0 0\n"),
+        file("a decimal comma", "a.obj", "v 0 0,5 0\n"),
+        file("a hexadecimal number", "a.obj", "v 0 0x10 0\n"),
         file("too long a line", "a.obj", format!("v 0 0 0 {}\n", "0 ".repeat(600_000))),
         file("points without faces", "a.obj", "v 0 0 0\nv 1 0 0\n"),
         file("faces that cannot be shown, lines and points", "a.obj", format!("{OBJ}f 1 2 9\nf 1 2\nl 1 2\np 1\n")),
@@ -160,6 +162,39 @@ fn gltf() -> Vec<Sample> {
                 ",\"extensionsRequired\":[\"KHR_draco_mesh_compression\"],\"extensionsUsed\":[\"KHR_draco_mesh_compression\"]",
             ),
         ),
+        file("glTF 1.0", "a.gltf", "{\"asset\":{\"version\":\"1.0\"}}"),
+        file("a later version", "a.gltf", "{\"asset\":{\"version\":\"3.0\"}}"),
+        file("a later version that is needed", "a.gltf", "{\"asset\":{\"version\":\"2.1\",\"minVersion\":\"2.1\"}}"),
+        file("a version that is none", "a.gltf", "{\"asset\":{\"version\":\"two\"}}"),
+        file("a required extension that is unknown", "a.gltf", asset(",\"extensionsRequired\":[\"EXT_hair\"]")),
+        file(
+            "compression by meshopt",
+            "a.gltf",
+            asset(
+                ",\"extensionsRequired\":[\"EXT_meshopt_compression\"],\"extensionsUsed\":[\"EXT_meshopt_compression\"]",
+            ),
+        ),
+        file("GLB of version 1", "a.glb", b"glTF\x01\0\0\0\x14\0\0\0\x00\0\0\0\x00\0\0\0"),
+        file("GLB cut off in its header", "a.glb", b"glTF\x02\0\0\0"),
+        file("GLB that begins with its binary chunk", "a.glb", b"glTF\x02\0\0\0\x18\0\0\0\x04\0\0\0BIN\0abcd"),
+        file(
+            "a negative count",
+            "a.gltf",
+            asset(",\"accessors\":[{\"componentType\":5126,\"count\":-1,\"type\":\"VEC3\"}]"),
+        ),
+        file("a number instead of a list", "a.gltf", asset(",\"nodes\":5")),
+        file("lists in lists", "a.gltf", asset(&format!(",\"nodes\":{}{}", "[".repeat(200), "]".repeat(200)))),
+        file(
+            "a loop of nodes",
+            "a.gltf",
+            asset(",\"scenes\":[{\"nodes\":[0]}],\"nodes\":[{\"children\":[1]},{\"children\":[0]}]"),
+        ),
+        file(
+            "a node with two parents",
+            "a.gltf",
+            asset(",\"scenes\":[{\"nodes\":[0,1]}],\"nodes\":[{\"children\":[2]},{\"children\":[2]},{}]"),
+        ),
+        file("a scene that does not exist", "a.gltf", asset(",\"scene\":7,\"nodes\":[{\"mesh\":99}]")),
         file("a buffer that is missing", "a.gltf", asset(",\"buffers\":[{\"byteLength\":9,\"uri\":\"a.bin\"}]")),
         file(
             "a web address",
@@ -185,5 +220,9 @@ fn command_line() -> Vec<Sample> {
         command("a picture of another format", "render builtin:cornell -o a.bmp"),
         command("a folder that does not exist", "render builtin:cornell -o missing/a.png"),
         command("no such command", "rendr builtin:cornell"),
+        command("an output that is the model", "bench a.obj --csv a.obj").beside("a.obj", OBJ),
+        command("two outputs of one name", "bench builtin:cornell --csv a.svg --plot a.svg"),
+        command("a picture without pixels", "render builtin:cornell -o a.png --size 0x64"),
+        command("a builder that is none", "info builtin:cornell --builder fastest"),
     ]
 }
