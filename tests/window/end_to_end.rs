@@ -5,7 +5,7 @@ use std::path::Path;
 use std::time::{Duration, Instant};
 
 use crate::desktop::{Desktop, LAST_SAMPLE, Program};
-use crate::support::process::PATIENCE;
+use crate::support::process::{PATIENCE, wait_until};
 
 /// The program in its window, at the top left of the screen.
 struct Window {
@@ -234,6 +234,24 @@ fn a_dropped_file_is_opened() {
     let line = window.program.wait_for("presented two triangles.obj");
     assert!(line.contains("2 triangles"), "{line}");
     window.once(|screen| screen.changed(&before, VIEWPORT) > 0.1);
+}
+
+/// Asked for by another program, as pasting does.
+#[test]
+fn what_is_copied_reaches_other_programs() {
+    let mut window = Window::open(&["builtin:teapot:2"]);
+    window.at_rest();
+    let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/window/paste.py");
+    for (key, expected) in [("ctrl+i", "SAH cost"), ("ctrl+l", "bvhscope render builtin:teapot:2")] {
+        window.key(key);
+        // The window takes the clipboard some time after the key.
+        wait_until(|| {
+            let pasted = window.desktop.run("/usr/bin/python3", &[script.to_str().unwrap()]);
+            String::from_utf8(pasted).unwrap().contains(expected)
+        });
+    }
+    window.key("ctrl+q");
+    assert!(window.program.wait().success());
 }
 
 #[test]
