@@ -69,9 +69,8 @@ pub(super) fn placements(
         let Some(mesh) = node.mesh.map(Whole::get) else { continue };
         if mesh >= root.meshes.len() {
             let detail = format!("meshes[{mesh}] does not exist, there are {}", root.meshes.len());
-            warnings.add("nodes of a mesh that does not exist left out", || {
-                place(format!("nodes[{index}].mesh"), &detail)
-            });
+            warnings
+                .add("nodes of a mesh that does not exist left out", || place(format!("nodes[{index}].mesh"), &detail));
             continue;
         }
         if node.skin.is_some() {
