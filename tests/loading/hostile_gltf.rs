@@ -180,6 +180,38 @@ fn a_huge_count_without_data_is_refused_before_it_is_filled() {
     assert_eq!(load(&document).unwrap().triangles.len(), 1);
 }
 
+/// Each list begins an index later than the one before, so that together they have far more indices than the file has bytes.
+#[test]
+fn sparse_lists_that_overlap_do_not_cost_their_product() {
+    let count = 201;
+    let floats: Vec<f32> = (0..3 * count).map(|k| ((k * k) % 97) as f32).collect();
+    let shorts: Vec<u16> = (0..count as u16).collect();
+    let accessor = |first: usize| {
+        let indices = json!({"bufferView": 1, "byteOffset": 2 * first, "componentType": 5123});
+        let sparse = json!({"count": count - first, "indices": indices, "values": {"bufferView": 0}});
+        json!({"componentType": 5126, "count": count, "type": "VEC3", "sparse": sparse})
+    };
+    let mut document = triangle();
+    document["accessors"] = (0..count).map(accessor).collect();
+    document["meshes"][0]["primitives"] = (0..count).map(|k| json!({"attributes": {"POSITION": k}})).collect();
+    document["bufferViews"] = json!([
+        {"buffer": 0, "byteLength": 12 * count},
+        {"buffer": 0, "byteOffset": 12 * count, "byteLength": 2 * count}
+    ]);
+    document["buffers"] = json!([{"byteLength": 14 * count, "uri": data(&floats, &shorts)}]);
+    let scene = load(&document).unwrap();
+    let left_out = scene.warnings.entries.iter().find(|entry| entry.what.contains("their lists overlap")).unwrap();
+    // Lists of 201, 200, 199 and so on indices are read until they have twice as many as the buffer has bytes.
+    let loaded = (0..count)
+        .scan(0, |sum, k| {
+            *sum += count - k;
+            Some(*sum)
+        })
+        .take_while(|&sum| sum <= 28 * count)
+        .count();
+    assert_eq!(left_out.count, (count - loaded) as u64, "{:?}", scene.warnings);
+}
+
 #[test]
 fn sparse_accessors_are_checked_and_applied() {
     let sparse = |count: u64, indices: [u16; 2]| {

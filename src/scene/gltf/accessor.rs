@@ -1,7 +1,7 @@
 //! Accessors: elements of any component type, normalised, interleaved and sparse ones included, read one by one from the bytes of
 //! the file. Opening an accessor checks all that reading it relies on.
 
-use std::cell::RefCell;
+use std::cell::{Cell, RefCell};
 use std::collections::HashMap;
 
 use super::document::{BEYOND_THE_END, Document, Fault, NO_SUCH_ENTRY, entry};
@@ -182,11 +182,16 @@ pub(super) struct Accessors<'a> {
     document: &'a Document<'a>,
     /// How many indices are known to ascend, and whether the next does not: accessors that share a list are checked once.
     ascending: RefCell<HashMap<IndexList, (usize, bool)>>,
+    /// Number of sparse indices that may still be checked: lists that overlap would else cost the product of their number and
+    /// their length.
+    checks_left: Cell<usize>,
 }
 
 impl<'a> Accessors<'a> {
     pub(super) fn new(document: &'a Document<'a>) -> Self {
-        Self { document, ascending: RefCell::default() }
+        // Lists that do not overlap have no more indices than there are bytes.
+        let checks_left = Cell::new(document.bytes().saturating_mul(2));
+        Self { document, ascending: RefCell::default(), checks_left }
     }
 
     /// The number of elements that accessor `index` declares.
@@ -268,6 +273,11 @@ impl<'a> Accessors<'a> {
             if known.is_multiple_of(BATCH_SIZE) {
                 token.check()?;
             }
+            let Some(left) = self.checks_left.get().checked_sub(1) else {
+                let detail = "shares parts of its indices with too many others; export the model again";
+                return Err(Fault::new("sparse changes left out, since their lists overlap", detail).into());
+            };
+            self.checks_left.set(left);
             broken = known > 0 && target(known.saturating_sub(1)) >= target(known);
             known = known.saturating_add(usize::from(!broken));
         }

@@ -81,6 +81,11 @@ impl<'a> Document<'a> {
         Ok(Self { root, buffers })
     }
 
+    /// Bytes of all buffers together.
+    pub(super) fn bytes(&self) -> usize {
+        self.buffers.iter().flatten().fold(0, |sum: usize, bytes| sum.saturating_add(bytes.len()))
+    }
+
     /// The bytes of the buffer view `index`.
     pub(super) fn view(&self, index: usize) -> Result<&[u8], Fault> {
         let view = entry(&self.root.buffer_views, "bufferViews", index)?;
