@@ -27,10 +27,14 @@ fn app_that_waits(waits: bool) -> Harness<'static, App> {
 }
 
 fn app_on(source: SceneSource, waits: bool) -> Harness<'static, App> {
+    app_of_size(egui::vec2(1000.0, 640.0), source, waits)
+}
+
+fn app_of_size(size: egui::Vec2, source: SceneSource, waits: bool) -> Harness<'static, App> {
     let mut wanted = Wanted::new(source);
     wanted.render.samples = 1;
     Harness::builder()
-        .with_size(egui::vec2(1000.0, 640.0))
+        .with_size(size)
         .with_max_steps(40)
         .wgpu()
         .build_eframe(|context| App::new_for_test(context, wanted, waits).unwrap())
@@ -100,7 +104,14 @@ fn tests_per_ray_are_counted_in_every_mode() {
 
 #[test]
 fn the_last_counts_stay_while_the_model_is_turned() {
-    let mut harness = app_that_waits(false);
+    // A small picture is traced at full resolution even in motion, a large one is coarse.
+    for size in [egui::vec2(640.0, 360.0), egui::vec2(1000.0, 640.0)] {
+        let source = SceneSource::Builtin { name: "teapot".to_owned(), size: Some(4) };
+        counts_stay_while_turned(app_of_size(size, source, false));
+    }
+}
+
+fn counts_stay_while_turned(mut harness: Harness<'static, App>) {
     wait_for(&mut harness, &|app| app.state.model.presented.is_some() && !app.is_busy());
     let before = harness.state().state.model.presented.clone().unwrap();
     let moving = |app: &App| {
@@ -174,7 +185,14 @@ fn an_empty_window_says_what_to_do() {
 
 #[test]
 fn a_long_load_is_cancelled_by_its_button_and_the_scene_stays() {
-    let mut harness = app_that_waits(false);
+    // A small picture is traced at full resolution even in motion, a large one is coarse.
+    for size in [egui::vec2(640.0, 360.0), egui::vec2(1000.0, 640.0)] {
+        let source = SceneSource::Builtin { name: "teapot".to_owned(), size: Some(4) };
+        counts_stay_while_turned(app_of_size(size, source, false));
+    }
+}
+
+fn counts_stay_while_turned(mut harness: Harness<'static, App>) {
     wait_for(&mut harness, &|app| app.state.model.presented.is_some() && !app.is_busy());
     let before = harness.state().state.model.presented.clone().unwrap();
     let large = SceneSource::Builtin { name: "terrain".to_owned(), size: Some(10_000_000) };

@@ -71,7 +71,7 @@ impl FirstView {
         let Self { camera, settings, size_px, coarseness } = *self;
         let key = RenderKey { accel: Arc::clone(accel), camera, settings, size_px };
         let frame = Arc::new(key.trace(coarseness, false, token, &|_| {})?);
-        Ok(Rendered { key, frame, last: false })
+        Ok(Rendered { key, frame, last: false, counts_tests: false })
     }
 }
 

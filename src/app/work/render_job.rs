@@ -73,6 +73,8 @@ pub(crate) struct Rendered {
     pub frame: Arc<Frame>,
     /// The last picture of its job.
     pub last: bool,
+    /// Its job counts tests per ray.
+    pub counts_tests: bool,
 }
 
 /// Starts the worker that traces pictures; `wake` is called from its thread after each result.
@@ -80,7 +82,12 @@ pub(crate) fn start_worker(wake: impl Fn() + Send + Sync + 'static) -> std::io::
     let pool = WorkerPool::default();
     Worker::new("render", wake, move |job: RenderJob, token: &CancelToken, deliver: &(dyn Fn(Rendered) + Sync)| {
         let RenderJob { key, passes, threads, count_tests } = job;
-        let rendered = |frame: Frame, last: bool| Rendered { key: key.clone(), frame: Arc::new(frame), last };
+        let rendered = |frame: Frame, last: bool| Rendered {
+            key: key.clone(),
+            frame: Arc::new(frame),
+            last,
+            counts_tests: count_tests,
+        };
         let mut newest = None;
         for coarseness in passes {
             if let Some(frame) = newest.take() {

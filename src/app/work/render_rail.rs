@@ -23,7 +23,7 @@ struct Tracing {
 /// The picture on the screen.
 struct Shown {
     key: RenderKey,
-    /// It has its full resolution and all samples.
+    /// It has its full resolution, all samples and counts.
     complete: bool,
 }
 
@@ -168,7 +168,8 @@ impl RenderRail {
     /// Notes that `rendered`, which was requested as `key`, is on the screen.
     pub(crate) fn note_shown(&mut self, key: RenderKey, rendered: &Rendered) {
         let coarseness = rendered.frame.coarseness;
-        let complete = rendered.last && coarseness == 1 && rendered.key.settings == key.settings;
+        let complete =
+            rendered.last && coarseness == 1 && rendered.counts_tests && rendered.key.settings == key.settings;
         if coarseness == 1 {
             log::info!("picture at full resolution, {} samples a pixel", rendered.frame.samples);
         }
