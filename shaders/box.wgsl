@@ -18,5 +18,6 @@ fn vs_box(@builtin(vertex_index) index: u32, node: Node) -> LineVertex {
     }
     let a = to_view(select(node.box_min, node.box_max, from_corner > vec3f(0.5)));
     let b = to_view(select(node.box_min, node.box_max, to_corner > vec3f(0.5)));
-    return line_vertex(a, a, b, b, index & 3u, false, node);
+    let size = size_px(to_view((node.box_min + node.box_max) * 0.5), length(node.box_max - node.box_min) * 0.5);
+    return line_vertex(a, a, b, b, index & 3u, false, size, node);
 }

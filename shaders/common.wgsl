@@ -22,7 +22,10 @@ struct View {
     color_by: u32,
     circle_segments: u32,
     show_picture: u32,
-    padding: vec2u,
+    // Whether lines are white with a dark edge, over colours that stand for values.
+    neutral: u32,
+    // Opacity of containers that are not highlighted.
+    strength: f32,
     background: vec4f,
     // sRGB, 0 to 1.
     ramp: array<vec4f, RAMP_STOPS>,

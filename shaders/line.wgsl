@@ -5,6 +5,13 @@
 // Lines are clipped at this multiple of the half picture from its centre, so that pixel coordinates stay small.
 const GUARD: f32 = 2.5;
 
+// Containers of this size in pixels and larger have full lines; smaller ones fade down to the faintest.
+const FULL_SIZE_PX: f32 = 56.0;
+const FAINTEST: f32 = 0.12;
+// Width in pixels and opacity of the dark edge of neutral lines.
+const EDGE_PX: f32 = 1.0;
+const EDGE_ALPHA: f32 = 0.6;
+
 // A node; same layout as `OverlayNode`.
 struct Node {
     @location(0) box_min: vec3f,
@@ -28,6 +35,8 @@ struct LineVertex {
     // RGB, and in alpha the opacity behind the surface.
     @location(3) @interpolate(flat) color: vec4f,
     @location(4) @interpolate(flat) half_width: f32,
+    // Opacity in front of the surface.
+    @location(5) @interpolate(flat) strength: f32,
 }
 
 // World space to view space (right, up, depth). Subtracting the eye first keeps precision far from the origin.
@@ -74,9 +83,24 @@ fn nowhere() -> LineVertex {
     return out;
 }
 
+// Diameter in pixels of a ball in view space; the same as in `viewpoint.rs`.
+fn size_px(center: vec3f, radius: f32) -> f32 {
+    let unit = mix(1.0, max(center.z, radius), view.perspective);
+    return radius / (view.tangent.y * unit) * view.viewport.w;
+}
+
+// Opacity of a container by its size on screen: many small ones make a texture, not a fog.
+fn strength_of(size: f32, role: u32) -> f32 {
+    if role != ROLE_SHOWN {
+        return 1.0;
+    }
+    return clamp(size / FULL_SIZE_PX, FAINTEST, 1.0) * view.strength;
+}
+
 // A corner of the line segment from `a` to `b` in view space. `before` and `after` are the neighbouring points of a curve, or
-// `a` and `b` again at free ends, which get square caps. `corner`: bit 0 selects the end, bit 1 the side.
-fn line_vertex(before: vec3f, a: vec3f, b: vec3f, after: vec3f, corner: u32, curve: bool, node: Node) -> LineVertex {
+// `a` and `b` again at free ends, which get square caps. `corner`: bit 0 selects the end, bit 1 the side. `size` is the
+// container's on screen in pixels.
+fn line_vertex(before: vec3f, a: vec3f, b: vec3f, after: vec3f, corner: u32, curve: bool, size: f32, node: Node) -> LineVertex {
     let clip_a = to_clip(a);
     let clip_b = to_clip(b);
     var range = vec2f(0.0, 1.0);
@@ -96,9 +120,10 @@ fn line_vertex(before: vec3f, a: vec3f, b: vec3f, after: vec3f, corner: u32, cur
     let side = select(-1.0, 1.0, (corner & 2u) != 0u);
     let clip = mix(clip_a, clip_b, select(range.x, range.y, at_end));
     let role = (node.flags >> ROLE_SHIFT) & ROLE_MASK;
-    let half_width = view.half_width_px * width_of(role);
+    let strength = strength_of(size, role);
+    let half_width = view.half_width_px * width_of(role) * mix(0.6, 1.0, min(1.0, size / FULL_SIZE_PX));
     // Includes the antialiased edge.
-    let reach = half_width + 0.5;
+    let reach = half_width + 0.5 + select(0.0, EDGE_PX, view.neutral != 0u);
 
     // Segments of a curve share the direction at their common point, so that they meet without gap or overlap.
     var tangent = along;
@@ -119,6 +144,7 @@ fn line_vertex(before: vec3f, a: vec3f, b: vec3f, after: vec3f, corner: u32, cur
     out.w = clip.z;
     out.half_width = half_width;
     out.color = color_of(node, role);
+    out.strength = strength;
     return out;
 }
 
@@ -139,9 +165,12 @@ fn color_of(node: Node, role: u32) -> vec4f {
         case ROLE_HOVERED: { return vec4f(HOVERED_COLOR, marked_alpha); }
         default: {}
     }
+    if view.neutral != 0u {
+        return vec4f(1.0, 1.0, 1.0, view.hidden_alpha);
+    }
     var value: f32;
     switch view.color_by {
-        case COLOR_BY_DEPTH: { value = f32(node.depth); }
+        case COLOR_BY_DEPTH: { value = sqrt(f32(node.depth)); }
         case COLOR_BY_SIZE: { value = log2(max(node.area_share, 1e-12)); }
         case COLOR_BY_OVERLAP: { value = node.overlap; }
         default: { value = log2(f32(max(node.primitives, 1u))); }
@@ -164,6 +193,8 @@ fn fs_line(in: LineVertex) -> @location(0) vec4f {
 
     let distance = abs(in.offset_w / in.w);
     let coverage = clamp(in.half_width + 0.5 - distance, 0.0, min(1.0, 2.0 * in.half_width));
-    let alpha = coverage * select(in.color.a, 1.0, visible);
-    return vec4f(to_target(in.color.rgb) * alpha, alpha);
+    // What is behind the surface fades twice with the size.
+    let opacity = in.strength * select(in.color.a * in.strength, 1.0, visible);
+    let edge = clamp(in.half_width + 0.5 + EDGE_PX - distance, 0.0, 1.0) * EDGE_ALPHA * f32(view.neutral);
+    return vec4f(to_target(in.color.rgb) * coverage, max(coverage, edge)) * opacity;
 }

@@ -55,6 +55,7 @@ fn vs_sphere(@builtin(vertex_index) index: u32, node: Node) -> LineVertex {
         circle_point(circle, (step + 2.0) * part),
         index & 3u,
         true,
+        size_px(to_view(center), r),
         node,
     );
 }

@@ -205,15 +205,16 @@ fn overlay(args: &OverlayArgs) -> Option<OverlaySettings> {
     let base = OverlaySettings::default();
     let [show_boxes, show_spheres] = kinds.shown();
     Some(OverlaySettings {
+        follows_tree: false,
         show_boxes,
         show_spheres,
-        depth: args.depth.unwrap_or(base.depth),
+        depth: args.depth.or(base.depth),
         leaves_only: args.leaves,
         parents: args.parents,
         color_by: args.color_by.unwrap_or(base.color_by),
         hidden_alpha: args.hidden_lines.unwrap_or(base.hidden_alpha),
         line_width: args.line_width.unwrap_or(base.line_width),
-        budget: args.at_most.unwrap_or(base.budget),
+        budget: args.at_most.or(base.budget),
     })
 }
 
@@ -255,11 +256,13 @@ mod tests {
         wanted.render.mesh_edges = true;
         wanted.overlay.leaves_only = true;
         wanted.overlay.parents = true;
+        wanted.overlay.follows_tree = false;
         wanted.overlay.show_spheres = true;
+        wanted.overlay.depth = Some([2, 7]);
         wanted.overlay.color_by = ColorBy::Size;
         wanted.overlay.hidden_alpha = 0.4;
         wanted.overlay.line_width = 2.5;
-        wanted.overlay.budget = 123;
+        wanted.overlay.budget = Some(123);
         let mut state = AppState::new(wanted.clone(), Preferences::default());
         state.layout.viewport_px = [800, 500];
         state.selection.nodes.selected = Some(7);
@@ -300,7 +303,7 @@ mod tests {
             color_map: ColorMap::Turbo,
             ..last.render
         };
-        last.overlay.depth = [1, 2];
+        last.overlay.depth = Some([1, 2]);
         last.overlay.show_spheres = true;
         last.overlay.leaves_only = true;
         assert_eq!(started("bvhscope", &last).0, last, "no flag is given");
@@ -314,7 +317,7 @@ mod tests {
         let (wanted, _) = started("bvhscope --light sun --color-map inferno --depth 4..6 --container box", &last);
         assert_eq!((wanted.render.light, wanted.render.color_map), (Light::Sun, ColorMap::Inferno));
         assert_eq!(wanted.render.shading, last.render.shading);
-        assert_eq!((wanted.overlay.depth, wanted.overlay.leaves_only), ([4, 6], true));
+        assert_eq!((wanted.overlay.depth, wanted.overlay.leaves_only), (Some([4, 6]), true));
         assert_eq!(wanted.build, BuildSettings { container: ContainerKind::Aabb, ..last.build });
 
         let (wanted, preferences) = started("bvhscope --overlay box", &last);

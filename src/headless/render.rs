@@ -197,9 +197,8 @@ fn draw_overlay(
     token: &CancelToken,
 ) -> Result<Vec<[u8; 4]>, Failure> {
     use crate::console::note;
-    use crate::overlay::{DrawInput, NodeTable, PictureInput, draw_offscreen};
+    use crate::overlay::{DrawInput, NodeTable, PictureInput, Viewpoint, draw_offscreen};
     let table = Arc::new(NodeTable::new(accel));
-    table.list(Some(settings), token)?;
     let selection = &command.selection;
     let missing = selection.selected.iter().chain(&selection.hidden).find(|&&node| node as usize >= table.len());
     if let Some(node) = missing {
@@ -215,13 +214,12 @@ fn draw_overlay(
         rgba: &frame.rgba,
         depth: &frame.depth,
     };
-    if table.drawable(settings) != *settings {
-        table.complete(token)?;
-    }
-    let shown = table.shown(settings, selection);
+    table.prepare(settings, token)?;
+    let viewpoint = Viewpoint { camera: frame.camera, size_px: command.size };
+    let shown = Arc::new(table.shown(settings, selection, Some(&viewpoint)));
     if shown.wanted > shown.nodes.len() {
         note(format_args!(
-            "bvhscope: the chosen levels hold {} containers; the largest {} are drawn",
+            "bvhscope: the chosen levels hold {} containers; the {} largest on screen are drawn",
             shown.wanted,
             shown.nodes.len()
         ));
@@ -230,9 +228,11 @@ fn draw_overlay(
         picture,
         camera: frame.camera,
         table: Some(&table),
+        shown: &shown,
         settings: *settings,
         selection,
         show_picture: command.geometry,
+        neutral_lines: frame.settings.shading.is_coded(),
         viewport_px: [0, 0, frame.width_px, frame.height_px],
         pixels_per_point: 1.0,
     })

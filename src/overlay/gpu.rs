@@ -63,11 +63,12 @@ pub(super) fn bind_group(
     })
 }
 
-/// Render pipelines of the three drawables; the picture has two: one for pictures of the viewport's size, one for smaller ones.
+/// Render pipelines of the drawables; the picture has two: one for pictures of the viewport's size, one for smaller ones.
 pub(super) struct Pipelines {
     pub(super) pictures: [wgpu::RenderPipeline; 2],
     pub(super) boxes: wgpu::RenderPipeline,
     pub(super) spheres: wgpu::RenderPipeline,
+    pub(super) dots: wgpu::RenderPipeline,
 }
 
 impl Pipelines {
@@ -120,7 +121,7 @@ impl Pipelines {
                 cache: None,
             })
         };
-        let [picture, boxes, spheres] = shaders::sources();
+        let [picture, boxes, spheres, dots] = shaders::sources();
         let over = Some(wgpu::BlendState::PREMULTIPLIED_ALPHA_BLENDING);
         let nodes = &[Some(nodes)];
         let picture_pipeline = |smooth| {
@@ -131,6 +132,7 @@ impl Pipelines {
             pictures: [picture_pipeline(0.0), picture_pipeline(1.0)],
             boxes: pipeline("overlay boxes", &boxes, ["vs_box", "fs_line"], &[linear], over, nodes),
             spheres: pipeline("overlay spheres", &spheres, ["vs_sphere", "fs_line"], &[linear], over, nodes),
+            dots: pipeline("overlay dots", &dots, ["vs_dot", "fs_line"], &[linear], over, nodes),
         }
     }
 }

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use crate::camera::Camera;
-use crate::overlay::node_table::NodeTable;
+use crate::overlay::node_table::{NodeTable, Shown};
 use crate::overlay::selection::Selection;
 use crate::overlay::settings::OverlaySettings;
 
@@ -30,12 +30,16 @@ pub struct DrawInput<'a> {
     pub camera: Camera,
     /// The nodes of the tree; `None` draws the picture alone.
     pub table: Option<&'a Arc<NodeTable>>,
-    /// Which containers are drawn, and how.
+    /// The nodes of the table that are drawn: [`NodeTable::shown`] of the same settings.
+    pub shown: &'a Arc<Shown>,
+    /// How they are drawn.
     pub settings: OverlaySettings,
     /// Selected, hovered and hidden nodes.
     pub selection: &'a Selection,
     /// `false` draws a neutral background instead of the picture and hides no lines behind surfaces.
     pub show_picture: bool,
+    /// Colours of the picture stand for values, so lines are white with a dark edge rather than coloured.
+    pub neutral_lines: bool,
     /// Viewport in the render target: x, y, width, height in pixels.
     pub viewport_px: [u32; 4],
     /// Pixels per point, for line widths.

@@ -8,6 +8,7 @@
 mod node;
 mod selection;
 mod settings;
+mod viewpoint;
 
 mod node_table;
 
@@ -49,3 +50,4 @@ pub use settings::{ColorBy, OverlayKinds, OverlaySettings};
 pub use shaders::sources as shader_sources;
 #[cfg(feature = "gui")]
 pub use uniforms::ViewUniforms;
+pub use viewpoint::Viewpoint;

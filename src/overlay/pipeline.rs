@@ -1,6 +1,6 @@
 //! The wgpu draw calls: the traced picture over the viewport and the lines over it, in the caller's render pass.
 
-use std::collections::HashSet;
+use std::sync::Arc;
 
 use bvhscope_engine::tree::ContainerKind;
 
@@ -8,7 +8,7 @@ use crate::overlay::gpu::{Pipelines, bind_group, bind_group_layout};
 use crate::overlay::highlight::highlighted;
 use crate::overlay::input::DrawInput;
 use crate::overlay::node::OverlayNode;
-use crate::overlay::node_table::NodeTable;
+use crate::overlay::node_table::{NodeTable, Shown};
 use crate::overlay::picture::PictureTextures;
 use crate::overlay::settings::OverlaySettings;
 use crate::overlay::uniforms::ViewUniforms;
@@ -24,7 +24,6 @@ const BOX_EDGES: u32 = 12;
 struct Key {
     table: u64,
     settings: OverlaySettings,
-    hidden: HashSet<u32>,
 }
 
 /// All GPU objects of the overlay; lives in egui's callback resources or in an offscreen renderer.
@@ -35,16 +34,17 @@ pub struct OverlayPipeline {
     picture_pipelines: [wgpu::RenderPipeline; 2],
     box_pipeline: wgpu::RenderPipeline,
     sphere_pipeline: wgpu::RenderPipeline,
+    dot_pipeline: wgpu::RenderPipeline,
     uniforms: wgpu::Buffer,
     quads: wgpu::Buffer,
     sampler: wgpu::Sampler,
     picture: PictureTextures,
     /// Whether the picture has fewer pixels than the viewport.
     smooth: bool,
-    key: Option<Key>,
-    /// Nodes chosen by the settings, and their number before the budget cut them.
+    key: Option<(Key, Arc<Shown>)>,
+    /// Nodes chosen by the settings, and how many of them are drawn with lines.
     shown: Instances,
-    wanted: usize,
+    outlined: u32,
     /// Highlighted nodes, in a buffer of their own because they change with each movement of the pointer.
     marked: Instances,
     /// Whether boxes and whether spheres are drawn of the shown and of the highlighted nodes.
@@ -93,13 +93,14 @@ impl OverlayPipeline {
             smooth: false,
             box_pipeline: pipelines.boxes,
             sphere_pipeline: pipelines.spheres,
+            dot_pipeline: pipelines.dots,
             uniforms,
             quads,
             sampler,
             picture,
             key: None,
             shown: Instances::default(),
-            wanted: 0,
+            outlined: 0,
             marked: Instances::default(),
             shown_kinds: [false; 2],
             marked_kinds: [false; 2],
@@ -108,9 +109,9 @@ impl OverlayPipeline {
         }
     }
 
-    /// Uploads what changed since the last draw: the picture if its id is new, the instances if table, settings or hidden nodes
-    /// changed, and the uniforms. Returns the number of containers drawn and the number before the budget cut them.
-    pub fn prepare(&mut self, device: &wgpu::Device, queue: &wgpu::Queue, input: &DrawInput<'_>) -> (usize, usize) {
+    /// Uploads what changed since the last draw: the picture if its id is new, the instances if table, settings or the list of
+    /// shown nodes changed, and the uniforms.
+    pub fn prepare(&mut self, device: &wgpu::Device, queue: &wgpu::Queue, input: &DrawInput<'_>) {
         if self.picture.upload(device, queue, &input.picture) {
             self.bind_group = bind_group(device, &self.layout, &self.uniforms, &self.picture, &self.sampler);
         }
@@ -118,13 +119,11 @@ impl OverlayPipeline {
         match input.table {
             Some(table) => self.upload_instances(device, queue, table, input),
             None => {
-                (self.shown.count, self.marked.count, self.wanted, self.key) = (0, 0, 0, None);
+                (self.shown.count, self.marked.count, self.outlined, self.key) = (0, 0, 0, None);
             }
         }
         let view = ViewUniforms::new(input, self.circle_segments);
         queue.write_buffer(&self.uniforms, 0, bytemuck::bytes_of(&view));
-        let kinds = self.shown_kinds.iter().filter(|&&drawn| drawn).count();
-        (self.shown.count as usize * kinds, self.wanted * kinds)
     }
 
     /// Records the draw calls into `pass`, whose viewport must be the rectangle given to [`OverlayPipeline::prepare`].
@@ -133,9 +132,20 @@ impl OverlayPipeline {
         pass.set_pipeline(&self.picture_pipelines[usize::from(self.smooth)]);
         pass.draw(0..3, 0..1);
         pass.set_index_buffer(self.quads.slice(..), wgpu::IndexFormat::Uint16);
-        let lists = [(&self.shown, self.shown_kinds, self.shown_circles), (&self.marked, self.marked_kinds, 4)];
-        for (instances, [boxes, spheres], circles) in lists {
-            let Some(buffer) = instances.buffer.as_ref().filter(|_| instances.count > 0) else { continue };
+        let whole = |instances: &Instances| 0..instances.count;
+        let lists = [
+            (&self.shown, 0..self.outlined, self.shown_kinds, self.shown_circles),
+            (&self.marked, whole(&self.marked), self.marked_kinds, 4),
+        ];
+        if self.outlined < self.shown.count
+            && let Some(buffer) = &self.shown.buffer
+        {
+            pass.set_vertex_buffer(0, buffer.slice(..));
+            pass.set_pipeline(&self.dot_pipeline);
+            pass.draw_indexed(0..QUAD.len() as u32, 0, self.outlined..self.shown.count);
+        }
+        for (instances, range, [boxes, spheres], circles) in lists {
+            let Some(buffer) = instances.buffer.as_ref().filter(|_| !range.is_empty()) else { continue };
             pass.set_vertex_buffer(0, buffer.slice(..));
             let pieces = [
                 (boxes, &self.box_pipeline, BOX_EDGES),
@@ -144,7 +154,7 @@ impl OverlayPipeline {
             for (drawn, pipeline, pieces) in pieces {
                 if drawn {
                     pass.set_pipeline(pipeline);
-                    pass.draw_indexed(0..pieces * QUAD.len() as u32, 0, 0..instances.count);
+                    pass.draw_indexed(0..pieces * QUAD.len() as u32, 0, range.clone());
                 }
             }
         }
@@ -157,7 +167,7 @@ impl OverlayPipeline {
         table: &NodeTable,
         input: &DrawInput<'_>,
     ) {
-        self.shown_kinds = [input.settings.show_boxes, input.settings.show_spheres];
+        self.shown_kinds = input.settings.kinds(table.container_kind());
         self.marked_kinds = match (self.shown_kinds, table.container_kind()) {
             ([false, false], ContainerKind::Aabb) => [true, false],
             ([false, false], ContainerKind::Sphere) => [false, true],
@@ -165,8 +175,14 @@ impl OverlayPipeline {
         };
         let [show_boxes, show_spheres] = self.marked_kinds;
         // Settings that only the uniforms read must not trigger a new list of instances.
-        let settings =
-            OverlaySettings { hidden_alpha: 0.0, line_width: 1.0, show_boxes, show_spheres, ..input.settings };
+        let settings = OverlaySettings {
+            follows_tree: false,
+            hidden_alpha: 0.0,
+            line_width: 1.0,
+            show_boxes,
+            show_spheres,
+            ..input.settings
+        };
         let marked: Vec<OverlayNode> = highlighted(table, input.selection)
             .into_iter()
             .map(|(node, role)| {
@@ -177,26 +193,25 @@ impl OverlayPipeline {
             .collect();
         self.marked.upload(device, queue, &marked);
         if self.shown_kinds == [false, false] {
-            (self.shown.count, self.wanted, self.key) = (0, 0, None);
+            (self.shown.count, self.outlined, self.key) = (0, 0, None);
             return;
         }
 
-        let key = Key { table: table.id, settings, hidden: input.selection.hidden.clone() };
-        if self.key.as_ref() == Some(&key) {
+        let key = Key { table: table.id, settings };
+        if self.key.as_ref().is_some_and(|(known, shown)| *known == key && Arc::ptr_eq(shown, input.shown)) {
             return;
         }
-        let fitting = device.limits().max_buffer_size as usize / size_of::<OverlayNode>();
-        let budget = settings.budget.min(u32::try_from(fitting).unwrap_or(u32::MAX));
-        let shown = table.shown(&OverlaySettings { budget, ..settings }, input.selection);
-        self.shown.upload(device, queue, &table.instances(&shown, &settings));
-        self.wanted = shown.wanted;
+        let mut instances = table.instances(input.shown, &settings);
+        instances.truncate(device.limits().max_buffer_size as usize / size_of::<OverlayNode>());
+        self.shown.upload(device, queue, &instances);
+        self.outlined = self.shown.count.min(input.shown.outlined as u32);
         // Many spheres with great circles are neither legible nor fast to draw.
-        (self.shown_circles, self.circle_segments) = match self.shown.count {
+        (self.shown_circles, self.circle_segments) = match self.outlined {
             0..=64 => (4, 64),
             65..=512 => (4, 48),
             _ => (1, 32),
         };
-        self.key = Some(key);
+        self.key = Some((key, Arc::clone(input.shown)));
     }
 }
 

@@ -1,6 +1,6 @@
 //! The colour scale of containers: its range, its ramp and its legend, shared by shader and window.
 
-use crate::overlay::node_table::NodeTable;
+use crate::overlay::node_table::{NodeTable, Shown};
 use crate::overlay::settings::{ColorBy, OverlaySettings};
 
 /// Number of colours of the ramp, between which window and shader interpolate.
@@ -28,9 +28,8 @@ const VIRIDIS: [[u8; 3]; RAMP_STOPS] = [
 
 /// Start of the part of viridis that is used: darker lines would not show on a dark background.
 const DARKEST: f32 = 0.22;
-
-/// Position on the ramp of a single depth, which stands out from background and surfaces.
-const SINGLE: f32 = 0.72;
+/// End of the part that is used: pure yellow would outshine the selection.
+const BRIGHTEST: f32 = 0.86;
 
 /// The legend of the colour scale.
 #[derive(Debug, Clone, PartialEq)]
@@ -39,6 +38,8 @@ pub struct Legend {
     pub title: &'static str,
     /// Positions along the ramp, 0 to 1 and ascending, with their labels.
     pub stops: Vec<(f32, String)>,
+    /// The part of the ramp that the drawn containers have colours of, for depths.
+    pub drawn: Option<[f32; 2]>,
 }
 
 impl Legend {
@@ -48,9 +49,9 @@ impl Legend {
     }
 }
 
-/// The colour at `position` between 0 and 1: the bright part of viridis, as sRGB bytes.
+/// The colour at `position` between 0 and 1: the middle part of viridis, as sRGB bytes.
 pub fn ramp(position: f32) -> [u8; 3] {
-    let place = (DARKEST + (1.0 - DARKEST) * position.clamp(0.0, 1.0)) * (RAMP_STOPS - 1) as f32;
+    let place = (DARKEST + (BRIGHTEST - DARKEST) * position.clamp(0.0, 1.0)) * (RAMP_STOPS - 1) as f32;
     let stop = (place as usize).min(RAMP_STOPS - 2);
     let blend = place - stop as f32;
     std::array::from_fn(|channel| {
@@ -68,73 +69,92 @@ pub fn shader_ramp() -> [[f32; 4]; RAMP_STOPS] {
     })
 }
 
-/// Smallest and largest value of the scale in the shader's unit: depth, log2 of the relative area, overlap as a fraction, log2
-/// of the primitive count. The second is always larger.
-pub fn scale(settings: &OverlaySettings, table: &NodeTable) -> [f32; 2] {
+/// The legend of the containers `shown` of `table` with `settings`.
+pub fn legend(settings: &OverlaySettings, table: &NodeTable, shown: &Shown) -> Legend {
+    let [low, high] = shown.scale;
+    let at = |value: f32| ((value - low) / (high - low)).clamp(0.0, 1.0);
     match settings.color_by {
         ColorBy::Depth => {
-            let [first, last] = depths(settings, table).map(|depth| depth as f32);
-            if first < last { [first, last] } else { [first - SINGLE, first - SINGLE + 1.0] }
-        }
-        ColorBy::Size => [-20.0, 0.0],
-        ColorBy::Overlap => [0.0, 1.0],
-        ColorBy::Primitives => {
-            let all = if table.is_empty() { 1 } else { table.primitives(0) };
-            [0.0, (all as f32).log2().max(1.0)]
-        }
-    }
-}
-
-/// First and last depth that is drawn.
-fn depths(settings: &OverlaySettings, table: &NodeTable) -> [u32; 2] {
-    let [a, b] = settings.depth.map(|depth| depth.min(table.max_depth()));
-    [if settings.parents { 0 } else { a.min(b) }, a.max(b)]
-}
-
-/// The legend of `table` drawn with `settings`.
-pub fn legend(settings: &OverlaySettings, table: &NodeTable) -> Legend {
-    let [low, high] = scale(settings, table);
-    let at = |value: f32| (value - low) / (high - low);
-    match settings.color_by {
-        ColorBy::Depth => {
-            let [first, last] = depths(settings, table);
-            // At most six evenly spaced numbers.
-            let step = (last - first).div_ceil(5).max(1) as usize;
-            let mut stops: Vec<_> =
-                (first..=last).step_by(step).map(|depth| (at(depth as f32), depth.to_string())).collect();
-            if let Some((place, _)) = stops.last()
-                && at(last as f32) - place > 0.08
-            {
-                stops.push((at(last as f32), last.to_string()));
-            }
-            Legend { title: "Depth", stops }
+            let last = table.max_depth();
+            let at = |depth: u32| at((depth as f32).sqrt());
+            let [first_drawn, last_drawn] = table.drawn_depths(settings);
+            let drawn = Some([at(if settings.parents { 0 } else { first_drawn }), at(last_drawn)]);
+            // Evenly spaced on the ramp, which runs with the square root of the depth.
+            let mut depths: Vec<u32> = (0..=4).map(|step| (last * step * step + 8) / 16).collect();
+            depths.dedup();
+            let stops = depths.into_iter().map(|depth| (at(depth), depth.to_string())).collect();
+            Legend { title: "Depth", stops, drawn }
         }
         ColorBy::Size => {
-            let shares = [(1e-6, "≤ 0.0001 %"), (1e-4, "0.01 %"), (1e-2, "1 %"), (1.0, "100 %")];
-            let stops = shares.map(|(share, label): (f32, _)| (at(share.log2()).max(0.0), label.to_owned()));
-            Legend { title: "Area over the root's", stops: stops.to_vec() }
+            let percent = |value: f32| value.exp2() * 100.0;
+            let powers = (-10..=2).map(|exponent| 10_f32.powi(exponent));
+            let stops = powers.map(|percent| ((percent / 100.0).log2(), percent_text(percent)));
+            let ends = [low, high].map(|value| (value, percent_text(percent(value))));
+            Legend { title: "Area over the root's", stops: thinned(stops, ends, [low, high]), drawn: None }
         }
         ColorBy::Overlap => {
             let stops = [0, 25, 50, 75, 100].map(|percent| (percent as f32 / 100.0, format!("{percent} %")));
-            Legend { title: "Overlap with the sibling", stops: stops.to_vec() }
+            Legend { title: "Overlap with the sibling", stops: stops.to_vec(), drawn: None }
         }
         ColorBy::Primitives => {
-            let decades = (0..10).map(|exponent| 10_u32.pow(exponent));
-            let stops = decades
-                .map(|count| (at((count as f32).log2()), count))
-                .filter(|(place, _)| *place <= 1.0)
-                .map(|(place, count)| (place, short(count)))
-                .collect();
-            Legend { title: "Triangles below", stops }
+            let powers = (0..10).map(|exponent| 10_u32.pow(exponent));
+            let stops = powers.map(|count| ((count as f32).log2(), short(count)));
+            let ends = [low, high].map(|value| (value, short(value.exp2().round() as u32)));
+            Legend { title: "Triangles below", stops: thinned(stops, ends, [low, high]), drawn: None }
         }
     }
 }
 
-/// A power of ten as 1, 10, 100, 1k, 10k, 100k, 1M.
+/// The `stops` within the range with their places on the ramp, or its `ends` where fewer than two lie within; at most six.
+fn thinned(
+    stops: impl Iterator<Item = (f32, String)>,
+    ends: [(f32, String); 2],
+    [low, high]: [f32; 2],
+) -> Vec<(f32, String)> {
+    let mut within: Vec<_> = stops.filter(|(value, _)| (low..=high).contains(value)).collect();
+    if within.len() < 2 {
+        within = ends.into();
+    }
+    let step = within.len().div_ceil(6);
+    within
+        .into_iter()
+        .step_by(step)
+        .map(|(value, text)| (((value - low) / (high - low)).clamp(0.0, 1.0), text))
+        .collect()
+}
+
+/// A percentage with up to two significant digits.
+fn percent_text(percent: f32) -> String {
+    let digits = (1 - percent.max(1e-12).log10().floor() as i32).clamp(0, 12) as usize;
+    let text = format!("{percent:.digits$}");
+    let text = if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.') } else { &text };
+    format!("{text} %")
+}
+
+/// A count in few characters: 1, 10, 100, 1k, 10k, 100k, 1M.
 fn short(count: u32) -> String {
     match count {
         1_000_000.. => format!("{}M", count / 1_000_000),
         1_000.. => format!("{}k", count / 1_000),
         _ => count.to_string(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_ramp_ends_before_yellow() {
+        for step in 0..=20 {
+            let [r, g, _] = ramp(step as f32 / 20.0);
+            assert!(r < 190 && g < 225, "{r} {g}");
+        }
+    }
+
+    #[test]
+    fn percentages_are_short() {
+        let texts = [100.0, 12.3, 1.0, 0.25, 0.001].map(percent_text);
+        assert_eq!(texts, ["100 %", "12 %", "1 %", "0.25 %", "0.001 %"]);
     }
 }

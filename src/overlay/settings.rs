@@ -1,5 +1,6 @@
 //! Which containers are drawn, and how.
 
+use bvhscope_engine::tree::ContainerKind;
 use serde::{Deserialize, Serialize};
 
 /// The quantity that the colour of a container encodes.
@@ -75,16 +76,20 @@ impl OverlayKinds {
     }
 }
 
-/// Which containers are drawn, and how.
+/// Which containers are drawn, and how. Fields that a saved file lacks have their defaults.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(default)]
 #[expect(clippy::struct_excessive_bools, reason = "each is a check box of its own")]
 pub struct OverlaySettings {
+    /// Draws the kind of container that the tree is made of, whatever the next two say.
+    pub follows_tree: bool,
     /// Draws boxes.
     pub show_boxes: bool,
     /// Draws spheres.
     pub show_spheres: bool,
-    /// First and last depth drawn, root 0; clamped to the tree.
-    pub depth: [u32; 2],
+    /// First and last depth drawn, root 0, as the user chose them; clamped to the tree only where it is drawn. `None` for the
+    /// range that suits the tree, see [`NodeTable::depth_range`](super::NodeTable::depth_range).
+    pub depth: Option<[u32; 2]>,
     /// Draws only the leaves of the depth range.
     pub leaves_only: bool,
     /// Draws all levels above the depth range too.
@@ -95,22 +100,73 @@ pub struct OverlaySettings {
     pub hidden_alpha: f32,
     /// Width of lines in points.
     pub line_width: f32,
-    /// Maximum number of containers drawn of each kind; the largest are kept.
-    pub budget: u32,
+    /// Maximum number of containers drawn of each kind; the largest are kept. `None` for what the graphics adapter bears.
+    pub budget: Option<u32>,
 }
 
 impl Default for OverlaySettings {
     fn default() -> Self {
         Self {
+            follows_tree: true,
             show_boxes: true,
             show_spheres: false,
-            depth: [4, 6],
+            depth: None,
             leaves_only: false,
             parents: false,
             color_by: ColorBy::Depth,
             hidden_alpha: 0.15,
             line_width: 1.25,
-            budget: 4_000,
+            budget: None,
         }
+    }
+}
+
+impl OverlaySettings {
+    /// The automatic budget of a graphics processor, and of a single picture.
+    pub const BUDGET: u32 = 100_000;
+    /// The automatic budget of a software renderer that draws many pictures a second.
+    pub const SOFTWARE_BUDGET: u32 = 100_000;
+
+    /// Maximum number of containers drawn of each kind.
+    pub fn at_most(&self) -> u32 {
+        self.budget.unwrap_or(Self::BUDGET)
+    }
+
+    /// Whether boxes and whether spheres are drawn of a tree of `kind`.
+    pub fn kinds(&self, kind: ContainerKind) -> [bool; 2] {
+        if self.follows_tree {
+            [kind == ContainerKind::Aabb, kind == ContainerKind::Sphere]
+        } else {
+            [self.show_boxes, self.show_spheres]
+        }
+    }
+
+    /// These settings with the kinds that are drawn of a tree of `kind` spelt out.
+    pub fn spelt_out(&self, kind: ContainerKind) -> Self {
+        let [show_boxes, show_spheres] = self.kinds(kind);
+        Self { follows_tree: false, show_boxes, show_spheres, ..*self }
+    }
+}
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used, reason = "a test fails by panicking")]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn settings_of_older_versions_load() {
+        let old = r#"{"show_boxes":false,"show_spheres":true,"depth":[2,5],"leaves_only":true,"parents":false,
+            "color_by":"size","hidden_alpha":0.5,"line_width":2.0,"budget":123}"#;
+        let settings: OverlaySettings = serde_json::from_str(old).unwrap();
+        assert_eq!((settings.depth, settings.budget), (Some([2, 5]), Some(123)));
+        assert_eq!((settings.leaves_only, settings.color_by, settings.follows_tree), (true, ColorBy::Size, true));
+    }
+
+    #[test]
+    fn the_kind_follows_the_tree_until_it_is_chosen() {
+        let mut settings = OverlaySettings::default();
+        assert_eq!(ContainerKind::ALL.map(|kind| settings.kinds(kind)), [[true, false], [false, true]]);
+        settings.follows_tree = false;
+        assert_eq!(ContainerKind::ALL.map(|kind| settings.kinds(kind)), [[true, false]; 2]);
     }
 }

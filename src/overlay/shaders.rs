@@ -12,11 +12,13 @@ const PICTURE: &str = include_str!("../../shaders/picture.wgsl");
 const LINE: &str = include_str!("../../shaders/line.wgsl");
 const BOX: &str = include_str!("../../shaders/box.wgsl");
 const SPHERE: &str = include_str!("../../shaders/sphere.wgsl");
+const DOT: &str = include_str!("../../shaders/dot.wgsl");
 
-/// The complete WGSL of picture, boxes and spheres.
-pub fn sources() -> [String; 3] {
+/// The complete WGSL of picture, boxes, spheres and dots.
+pub fn sources() -> [String; 4] {
     let constants = constants();
-    [&[PICTURE][..], &[LINE, BOX], &[LINE, SPHERE]].map(|files| format!("{constants}{COMMON}{}", files.concat()))
+    [&[PICTURE][..], &[LINE, BOX], &[LINE, SPHERE], &[LINE, DOT]]
+        .map(|files| format!("{constants}{COMMON}{}", files.concat()))
 }
 
 /// WGSL constants of roles, colour meanings and the ramp.

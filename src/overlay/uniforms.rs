@@ -2,7 +2,7 @@
 
 use crate::camera::Projection;
 use crate::overlay::input::DrawInput;
-use crate::overlay::ramp::{RAMP_STOPS, scale, shader_ramp};
+use crate::overlay::ramp::{RAMP_STOPS, shader_ramp};
 
 /// The uniform buffer; the struct `View` in `common.wgsl` has the same layout.
 #[derive(Debug, Clone, Copy, bytemuck::Pod, bytemuck::Zeroable)]
@@ -26,13 +26,17 @@ pub struct ViewUniforms {
     pub color_by: u32,
     pub circle_segments: u32,
     pub show_picture: u32,
-    pub padding: [u32; 2],
+    pub neutral: u32,
+    pub strength: f32,
     pub background: [f32; 4],
     pub ramp: [[f32; 4]; RAMP_STOPS],
 }
 
 /// Background behind the lines while the picture is off, sRGB RGBA.
 const BACKGROUND: [f32; 4] = [0.105, 0.11, 0.12, 1.0];
+
+/// Opacity of the other lines while a node is selected.
+const DIMMED: f32 = 0.45;
 
 impl ViewUniforms {
     /// The uniforms of one draw.
@@ -42,7 +46,7 @@ impl ViewUniforms {
         let (right, up, forward) = frame.axes();
         let perspective = input.camera.projection == Projection::Perspective;
         let distance = input.camera.distance();
-        let [scale_low, scale_high] = input.table.map_or([0.0, 1.0], |table| scale(&input.settings, table));
+        let [scale_low, scale_high] = input.shown.scale;
         let line_width = if input.settings.line_width.is_finite() { input.settings.line_width } else { 1.25 };
         let points = if input.pixels_per_point.is_finite() { input.pixels_per_point } else { 1.0 };
         Self {
@@ -64,7 +68,8 @@ impl ViewUniforms {
             color_by: input.settings.color_by as u32,
             circle_segments,
             show_picture: u32::from(input.show_picture),
-            padding: [0; 2],
+            neutral: u32::from(input.neutral_lines && input.show_picture),
+            strength: if input.selection.selected.is_some() { DIMMED } else { 1.0 },
             background: BACKGROUND,
             ramp: shader_ramp(),
         }

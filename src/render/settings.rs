@@ -128,6 +128,11 @@ impl Shading {
         matches!(self, Self::Depth | Self::Heat(_))
     }
 
+    /// Whether colours stand for numbers or nodes, so that coloured lines over them would be mistaken for more of these.
+    pub const fn is_coded(self) -> bool {
+        self.has_values() || matches!(self, Self::Clusters)
+    }
+
     /// All modes, in the order of menus.
     pub const ALL: [Self; 9] = [
         Self::Lit,

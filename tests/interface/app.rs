@@ -138,15 +138,48 @@ fn counts_stay_while_turned(mut harness: Harness<'static, App>) {
 #[test]
 fn the_depth_changes_what_is_shown_but_not_the_picture() {
     let mut harness = app();
-    harness.state_mut().state.wanted.overlay.depth = [0, 0];
+    harness.state_mut().state.wanted.overlay.depth = Some([0, 0]);
     settle(&mut harness);
     let frame = harness.state().state.model.presented.as_ref().unwrap().frame_id;
     assert_eq!(harness.state().state.graphics.overlay_counts, (1, 1));
-    harness.state_mut().state.wanted.overlay.depth = [1, 2];
+    harness.state_mut().state.wanted.overlay.depth = Some([1, 2]);
     settle(&mut harness);
     let state = &harness.state().state;
     assert_eq!(state.graphics.overlay_counts, (6, 6));
     assert_eq!(state.model.presented.as_ref().unwrap().frame_id, frame);
+}
+
+#[test]
+fn the_wanted_depths_survive_a_smaller_model() {
+    let mut harness = app();
+    let open = |harness: &mut Harness<'static, App>, name: &str| {
+        let source = SceneSource::Builtin { name: name.to_owned(), size: None };
+        harness.state_mut().state.requests.push(Request::Open(source));
+        settle(harness);
+    };
+    harness.state_mut().state.wanted.overlay.depth = Some([5, 90]);
+    open(&mut harness, "cornell");
+    let max_depth = harness.state().state.model.presented.as_ref().unwrap().table.max_depth();
+    assert_eq!(harness.state().state.drawn_depths(), [5.min(max_depth), max_depth], "clamped for display");
+    assert_eq!(harness.state().state.wanted.overlay.depth, Some([5, 90]));
+    Action::AutomaticDepths.perform(&mut harness.state_mut().state);
+    settle(&mut harness);
+    let (drawn, wanted) = harness.state().state.graphics.overlay_counts;
+    assert!(drawn == wanted && drawn <= 200);
+    assert!(harness.query_by_label("Auto").is_some());
+}
+
+#[test]
+fn the_drawn_containers_follow_the_tree_until_chosen() {
+    let mut harness = app();
+    Action::Container(ContainerKind::Sphere).perform(&mut harness.state_mut().state);
+    settle(&mut harness);
+    assert_eq!(harness.state().state.drawn_kinds(), [false, true]);
+    harness.get_by_label("Boxes").click();
+    harness.run_steps(2);
+    Action::Container(ContainerKind::Aabb).perform(&mut harness.state_mut().state);
+    settle(&mut harness);
+    assert_eq!(harness.state().state.drawn_kinds(), [true, true], "as chosen by hand");
 }
 
 #[test]

@@ -86,7 +86,7 @@ fn a_click_picks_a_triangle_and_keys_walk_hide_and_show() {
     press(&mut harness, Modifiers::ALT.plus(Modifiers::SHIFT), Key::ArrowDown);
     assert_eq!(selected(&harness), Some(second));
 
-    harness.state_mut().state.wanted.overlay.depth = [0, 0];
+    harness.state_mut().state.wanted.overlay.depth = Some([0, 0]);
     harness.state_mut().state.selection.nodes.selected = Some(0);
     settle(&mut harness);
     assert_eq!(harness.state().state.graphics.overlay_counts, (1, 1));
@@ -217,11 +217,12 @@ fn the_copied_command_line_makes_the_picture_of_the_window() {
     let mut harness = app();
     let state = &mut harness.state_mut().state;
     state.wanted.overlay = OverlaySettings {
-        depth: [2, 4],
+        depth: Some([2, 4]),
+        follows_tree: false,
         show_spheres: true,
         hidden_alpha: 0.6,
         line_width: 2.0,
-        budget: 9,
+        budget: Some(9),
         ..state.wanted.overlay
     };
     state.wanted.render.samples = 3;

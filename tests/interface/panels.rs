@@ -177,7 +177,7 @@ fn arrow_keys_move_the_depth_range() {
     h.key_press(Key::ArrowRight);
     h.run_steps(3);
     assert_ne!(h.state().wanted.overlay.depth, before);
-    let [from, to] = h.state().wanted.overlay.depth;
+    let [from, to] = h.state().drawn_depths();
     assert!(from <= to);
 }
 
@@ -236,7 +236,7 @@ fn a_double_click_resets_a_slider() {
 #[test]
 fn the_mouse_drags_a_range_of_depths() {
     let mut s = state(Shading::Lit);
-    s.wanted.overlay.depth = [0, 0];
+    s.wanted.overlay.depth = Some([0, 0]);
     let max_depth = s.model.presented.as_ref().unwrap().accel.tree.max_depth();
     let mut h = harness(s);
     let bar = h.get_by_label("Depth range").rect();
@@ -247,7 +247,7 @@ fn the_mouse_drags_a_range_of_depths() {
     h.run_steps(2);
     h.drop_at(at(0.6));
     h.run_steps(2);
-    let [from, to] = h.state().wanted.overlay.depth;
+    let [from, to] = h.state().drawn_depths();
     assert!(from > 0 && from < to && to < max_depth, "{from} to {to} of {max_depth}");
     assert!((from as f32 / max_depth as f32 - 0.4).abs() < 0.15 && (to as f32 / max_depth as f32 - 0.6).abs() < 0.15);
 }

@@ -2,15 +2,17 @@
 
 use std::sync::Arc;
 
-use crate::overlays::{accel, row, settings, table};
+use crate::overlays::{accel, even_row, row, settings, table};
 use bvhscope::accel::Accel;
-use bvhscope::overlay::{ColorBy, NodeTable, OverlaySettings, Role, Selection, Shown, highlighted, legend};
+use bvhscope::camera::{Camera, Projection};
+use bvhscope::overlay::{ColorBy, NodeTable, OverlaySettings, Role, Selection, Shown, Viewpoint, highlighted, legend};
 use bvhscope::scene::{LoadOptions, SceneSource, load};
 use bvhscope_engine::cancel::CancelToken;
 use bvhscope_engine::geometry::{Aabb, Sphere};
 use bvhscope_engine::settings::BuildSettings;
 use bvhscope_engine::tree::statistics::tree_stats;
 use bvhscope_engine::tree::{AnyTree, Container as _, ContainerKind, Tree};
+use glam::Vec3;
 
 #[test]
 fn families_are_found_from_any_member() {
@@ -31,20 +33,20 @@ fn families_are_found_from_any_member() {
 fn depths_beyond_the_tree_are_clamped() {
     let table = table::<Aabb>(row(8));
     let nothing = Selection::default();
-    assert_eq!(table.shown(&settings(1, 2), &nothing).nodes, table.by_depth(7)[1..7]);
-    assert_eq!(table.shown(&settings(2, 1), &nothing), table.shown(&settings(1, 2), &nothing));
-    assert_eq!(table.shown(&settings(90, 99), &nothing).wanted, 8, "the deepest level");
+    assert_eq!(table.shown(&settings(1, 2), &nothing, None).nodes, table.by_depth(7)[1..7]);
+    assert_eq!(table.shown(&settings(2, 1), &nothing, None), table.shown(&settings(1, 2), &nothing, None));
+    assert_eq!(table.shown(&settings(90, 99), &nothing, None).wanted, 8, "the deepest level");
     let parents = OverlaySettings { parents: true, ..settings(2, 2) };
-    assert_eq!(table.shown(&parents, &nothing).nodes, table.by_depth(7)[0..7]);
+    assert_eq!(table.shown(&parents, &nothing, None).nodes, table.by_depth(7)[0..7]);
 }
 
 #[test]
 fn the_budget_takes_the_largest() {
     let table = table::<Aabb>(row(64));
     let nothing = Selection::default();
-    let Shown { nodes: all, depths, .. } = table.shown(&settings(2, 5), &nothing);
+    let Shown { nodes: all, depths, .. } = table.shown(&settings(2, 5), &nothing, None);
     assert!(all.iter().zip(&depths).all(|(&node, &depth)| table.depth(node) == depth));
-    let cut = table.shown(&OverlaySettings { budget: 10, ..settings(2, 5) }, &nothing);
+    let cut = table.shown(&OverlaySettings { budget: Some(10), ..settings(2, 5) }, &nothing, None);
     assert_eq!((cut.nodes.len(), cut.wanted), (10, all.len()));
     assert!(cut.nodes.iter().zip(&cut.depths).all(|(&node, &depth)| table.depth(node) == depth));
     assert!(cut.nodes.is_sorted_by(|&a, &b| table.area_share(a) >= table.area_share(b)));
@@ -52,7 +54,7 @@ fn the_budget_takes_the_largest() {
     for node in all.into_iter().filter(|node| !cut.nodes.contains(node)) {
         assert!(table.area_share(node) <= smallest);
     }
-    let none = table.shown(&OverlaySettings { budget: 0, ..settings(2, 5) }, &nothing);
+    let none = table.shown(&OverlaySettings { budget: Some(0), ..settings(2, 5) }, &nothing, None);
     assert_eq!((none.nodes.len(), none.wanted), (0, 60));
 }
 
@@ -82,11 +84,10 @@ fn shown_nodes_match_a_sorted_list() {
                 sorted.sort_by(|&a, &b| area(b).total_cmp(&area(a)));
                 for budget in [0, 1, 10, 60, 4_000] {
                     let settings =
-                        OverlaySettings { depth: [first, last], leaves_only, parents, budget, ..settings(0, 0) };
-                    let shown = table.shown(&settings, selection);
+                        OverlaySettings { leaves_only, parents, budget: Some(budget), ..settings(first, last) };
+                    let shown = table.shown(&settings, selection, None);
                     let drawn = sorted.len().min(budget as usize);
                     assert_eq!(shown.wanted, sorted.len(), "{settings:?}");
-                    assert_eq!(table.count(&settings, selection), (drawn, sorted.len()), "{settings:?}");
                     assert!(shown.nodes.iter().zip(&shown.depths).all(|(&node, &depth)| table.depth(node) == depth));
                     if sorted.len() > drawn {
                         // Of nodes with the same area any may be dropped.
@@ -110,12 +111,12 @@ fn shown_nodes_match_a_sorted_list() {
 fn leaves_and_hidden_nodes_are_distinguished() {
     let table = table::<Aabb>(row(13));
     let leaves = OverlaySettings { leaves_only: true, ..settings(0, 99) };
-    let shown = table.shown(&leaves, &Selection::default());
+    let shown = table.shown(&leaves, &Selection::default(), None);
     assert_eq!(shown.wanted, 13);
     assert!(shown.nodes.iter().all(|&node| table.is_leaf(node)));
 
     let hidden = Selection { hidden: [0, 2].into(), ..Selection::default() };
-    let shown = table.shown(&settings(0, 99), &hidden);
+    let shown = table.shown(&settings(0, 99), &hidden, None);
     assert_eq!(shown.wanted, 23, "only the hidden ones themselves are missing");
     assert!(!shown.nodes.contains(&0) && !shown.nodes.contains(&2));
 }
@@ -128,9 +129,10 @@ fn an_empty_tree_shows_nothing() {
     let table = NodeTable::new(&Arc::new(empty));
     assert!(table.is_empty());
     assert_eq!(table.max_depth(), 0);
-    assert_eq!(table.shown(&settings(0, 9), &Selection::default()).wanted, 0);
+    assert_eq!(table.shown(&settings(0, 9), &Selection::default(), None).wanted, 0);
     for color_by in ColorBy::ALL {
-        assert!(!legend(&OverlaySettings { color_by, ..settings(0, 9) }, &table).stops.is_empty());
+        let settings = OverlaySettings { color_by, ..settings(0, 9) };
+        assert!(!legend(&settings, &table, &Shown::NOTHING).stops.is_empty());
     }
 }
 
@@ -158,7 +160,8 @@ fn the_other_container_holds_the_same_triangles() {
 #[test]
 fn an_instance_describes_its_node() {
     let table = table::<Aabb>(row(8));
-    let by_primitives = OverlaySettings { color_by: ColorBy::Primitives, show_spheres: true, ..settings(0, 9) };
+    let by_primitives =
+        OverlaySettings { color_by: ColorBy::Primitives, follows_tree: false, show_spheres: true, ..settings(0, 9) };
     let root = table.instance(0, 0, &by_primitives);
     assert_eq!((root.depth, root.primitives, root.flags, root.area_share, root.overlap), (0, 8, 0, 1.0, 0.0));
     assert!(root.sphere_radius > 7.0);
@@ -185,12 +188,108 @@ fn the_family_and_the_hovered_node_are_highlighted() {
 fn legends_ascend_within_the_ramp() {
     let table = table::<Aabb>(row(200));
     for color_by in ColorBy::ALL {
-        for depth in [[0, 0], [4, 6], [0, 99]] {
-            let legend = legend(&OverlaySettings { color_by, depth, ..OverlaySettings::default() }, &table);
-            assert!(legend.stops.len() <= 8 && !legend.title.is_empty());
+        for depth in [None, Some([0, 0]), Some([4, 6]), Some([0, 99])] {
+            let settings = OverlaySettings { color_by, depth, ..OverlaySettings::default() };
+            let shown = table.shown(&settings, &Selection::default(), None);
+            let legend = legend(&settings, &table, &shown);
+            assert!((1..=8).contains(&legend.stops.len()) && !legend.title.is_empty());
             assert!(legend.stops.is_sorted_by(|a, b| a.0 < b.0), "{:?}", legend.stops);
             assert!(legend.stops.iter().all(|(place, _)| (0.0..=1.0).contains(place)));
             assert!(legend.color(1.0)[0] > legend.color(0.0)[0]);
         }
     }
+}
+
+#[test]
+fn a_depth_keeps_its_color_and_sizes_are_fitted() {
+    let table = table::<Aabb>(row(200));
+    let legend_of = |color_by, depth| {
+        let settings = OverlaySettings { color_by, depth: Some(depth), ..OverlaySettings::default() };
+        legend(&settings, &table, &table.shown(&settings, &Selection::default(), None))
+    };
+    let [upper, lower] = [[0, 3], [5, 7]].map(|depth| legend_of(ColorBy::Depth, depth));
+    assert_eq!(upper.stops, lower.stops, "the scale is the whole tree's");
+    let ([_, upper_end], [lower_start, lower_end]) = (upper.drawn.unwrap(), lower.drawn.unwrap());
+    assert!(upper_end < lower_start && lower_start < lower_end);
+    for color_by in [ColorBy::Size, ColorBy::Primitives] {
+        let scale = |depth| {
+            let settings = OverlaySettings { color_by, depth: Some(depth), ..OverlaySettings::default() };
+            table.shown(&settings, &Selection::default(), None).scale
+        };
+        assert!(scale([0, 1])[0] > scale([5, 7])[1], "{color_by:?} is fitted to what is shown");
+    }
+}
+
+#[test]
+fn the_automatic_range_shows_up_to_two_hundred_nodes() {
+    let count = |table: &NodeTable| table.shown(&OverlaySettings::default(), &Selection::default(), None).nodes.len();
+    for triangles in [1, 2, 60, 100] {
+        let table = table::<Aabb>(row(triangles));
+        assert_eq!(table.depth_range(), [0, table.max_depth()], "a small tree is shown whole");
+    }
+    let halving = table::<Aabb>(row(4_096));
+    assert_eq!((halving.depth_range(), count(&halving)), ([6, 7], 192));
+    let source = SceneSource::parse("builtin:terrain:20000".as_ref()).unwrap();
+    let scene = Arc::new(load(&source, &LoadOptions::default(), &CancelToken::new()).unwrap());
+    for container in ContainerKind::ALL {
+        let settings = BuildSettings { container, ..BuildSettings::default() };
+        let accel = Accel::build(&scene, &settings, &CancelToken::new()).unwrap();
+        let table = NodeTable::new(&Arc::new(accel));
+        assert!((100..=200).contains(&count(&table)), "{container:?}: {} containers", count(&table));
+    }
+}
+
+/// A camera that looks at the far end of the row from nearby.
+fn far_end(projection: Projection) -> Viewpoint {
+    let target = Vec3::new(120.0, 0.0, 0.0);
+    let camera = Camera { eye: target + Vec3::Z * 20.0, target, up: Vec3::Y, fov_y: 0.8, projection };
+    Viewpoint { camera, size_px: [400, 400] }
+}
+
+#[test]
+fn the_budget_takes_what_looks_largest() {
+    let table = table::<Aabb>(row(64));
+    let nothing = Selection::default();
+    let leaves = OverlaySettings { leaves_only: true, budget: Some(2), ..settings(0, 99) };
+    let center = |&node: &u32| table.node_box(node).center().x;
+    let near = Viewpoint {
+        camera: Camera { target: Vec3::ZERO, eye: Vec3::Z * 5.0, ..far_end(Projection::Perspective).camera },
+        ..far_end(Projection::Perspective)
+    };
+    let shown = table.shown(&leaves, &nothing, Some(&near));
+    assert!(shown.nodes.iter().all(|node| center(node) < 4.0), "the smallest triangles are the nearest");
+    let shown = table.shown(&leaves, &nothing, Some(&far_end(Projection::Perspective)));
+    assert!(shown.nodes.iter().all(|node| center(node) > 100.0));
+    assert_eq!((shown.nodes.len(), shown.wanted, shown.outlined), (2, 64, 2));
+}
+
+/// The walk from the top finds the same as sorting all where sizes do not depend on the distance.
+#[test]
+fn a_best_first_walk_finds_what_looks_largest() {
+    let table = table::<Aabb>(row(512));
+    let nothing = Selection::default();
+    let viewpoint = far_end(Projection::Orthographic);
+    let [walked, sorted] = [20, 1_000].map(|budget| {
+        let settings = OverlaySettings { budget: Some(budget), ..settings(0, 99) };
+        table.shown(&settings, &nothing, Some(&viewpoint))
+    });
+    assert_eq!((walked.nodes.len(), walked.wanted, sorted.nodes.len()), (20, 1_023, 1_000));
+    assert_eq!(walked.nodes, sorted.nodes[..20]);
+}
+
+#[test]
+fn many_small_containers_are_dots() {
+    let table = table::<Aabb>(even_row(4_096));
+    let mut viewpoint = far_end(Projection::Perspective);
+    viewpoint.camera.eye.z = 2_000.0;
+    let shown = table.shown(&settings(0, 99), &Selection::default(), Some(&viewpoint));
+    assert!(shown.depends_on_view && shown.outlined > 0 && shown.outlined < shown.nodes.len());
+    let side = |node: &u32| table.node_box(*node).extent().length();
+    assert!(side(&shown.nodes[0]) > side(shown.nodes.last().unwrap()));
+    let mut all = shown.nodes.clone();
+    all.sort_unstable();
+    assert!(all.into_iter().eq(0..table.len() as u32));
+    assert!(shown.nodes.iter().zip(&shown.depths).all(|(&node, &depth)| table.depth(node) == depth));
+    let few = table.shown(&settings(0, 8), &Selection::default(), Some(&viewpoint));
+    assert!(!few.depends_on_view && few.outlined == few.nodes.len());
 }

@@ -2,10 +2,11 @@
 
 use std::sync::Arc;
 
-use crate::overlays::{cube_triangle, row, settings, table};
+use crate::overlays::{cube_triangle, even_row, row, settings, table};
 use bvhscope::camera::{Camera, Projection};
 use bvhscope::overlay::{
-    DrawInput, NodeTable, OffscreenError, OverlaySettings, PictureInput, Selection, draw_offscreen, legend,
+    DrawInput, NodeTable, OffscreenError, OverlaySettings, PictureInput, Selection, Shown, Viewpoint, draw_offscreen,
+    legend,
 };
 use bvhscope_engine::geometry::{Aabb, Sphere};
 use glam::Vec3;
@@ -14,7 +15,8 @@ const FAR: f32 = 1e30;
 
 /// The colour that the legend gives to the first depth.
 fn brightest_channel(settings: &OverlaySettings, table: &NodeTable) -> u8 {
-    let legend = legend(settings, table);
+    let shown = table.shown(settings, &Selection::default(), None);
+    let legend = legend(settings, table, &shown);
     legend.color(legend.stops[0].0).into_iter().max().unwrap()
 }
 
@@ -23,12 +25,14 @@ struct Flat {
     size: [u32; 2],
     rgba: Vec<[u8; 4]>,
     depth: Vec<f32>,
+    /// Its colours stand for values.
+    is_coded: bool,
 }
 
 impl Flat {
     fn new(size: [u32; 2], color: [u8; 4], depth: f32) -> Self {
         let count = (size[0] * size[1]) as usize;
-        Self { size, rgba: vec![color; count], depth: vec![depth; count] }
+        Self { size, rgba: vec![color; count], depth: vec![depth; count], is_coded: false }
     }
 
     fn input(&self) -> PictureInput<'_> {
@@ -49,13 +53,17 @@ fn draw(
     settings: OverlaySettings,
     selection: &Selection,
 ) -> Vec<[u8; 4]> {
+    let viewpoint = Viewpoint { camera, size_px: picture.size };
+    let shown = table.map_or(Shown::NOTHING, |table| table.shown(&settings, selection, Some(&viewpoint)));
     let input = DrawInput {
         picture: picture.input(),
         camera,
         table,
+        shown: &Arc::new(shown),
         settings,
         selection,
         show_picture: true,
+        neutral_lines: picture.is_coded,
         viewport_px: [0, 0, picture.size[0], picture.size[1]],
         pixels_per_point: 1.0,
     };
@@ -143,7 +151,13 @@ fn the_outline_of_a_sphere_encloses_it() {
     let radius = table.node_sphere(0).radius;
     let center = table.node_sphere(0).center;
     let nothing = Selection::default();
-    let settings = OverlaySettings { show_boxes: false, show_spheres: true, line_width: 1.0, ..settings(0, 0) };
+    let settings = OverlaySettings {
+        follows_tree: false,
+        show_boxes: false,
+        show_spheres: true,
+        line_width: 1.0,
+        ..settings(0, 0)
+    };
     for projection in [Projection::Perspective, Projection::Orthographic] {
         let mut camera = camera(6.0, projection);
         camera.eye += center;
@@ -180,7 +194,7 @@ fn a_selected_node_is_drawn_though_nothing_else_is() {
     let picture = Flat::new(size, [0, 0, 0, 255], FAR);
     let table = table::<Aabb>(cube_triangle());
     let selection = Selection { selected: Some(0), hidden: [0].into(), ..Selection::default() };
-    let none = OverlaySettings { show_boxes: false, show_spheres: false, ..settings(0, 0) };
+    let none = OverlaySettings { follows_tree: false, show_boxes: false, show_spheres: false, ..settings(0, 0) };
     let camera = camera(5.0, Projection::Perspective);
     let drawn = draw(&picture, camera, Some(&table), none, &selection);
     let warm = drawn.iter().filter(|[r, g, b, _]| *r == 255 && g.abs_diff(180) < 3 && b.abs_diff(84) < 3).count();
@@ -194,7 +208,7 @@ fn an_observer_inside_sees_lines_without_streaks() {
     let size = [320, 200];
     let picture = Flat::new(size, [0, 0, 0, 255], FAR);
     let table = table::<Sphere>(row(40));
-    let settings = OverlaySettings { show_boxes: true, show_spheres: true, ..settings(0, 9) };
+    let settings = OverlaySettings { follows_tree: false, show_boxes: true, show_spheres: true, ..settings(0, 9) };
     let inside = Camera {
         eye: Vec3::new(20.0, 0.5, 0.3),
         target: Vec3::new(60.0, 0.4, 0.2),
@@ -207,15 +221,17 @@ fn an_observer_inside_sees_lines_without_streaks() {
 
 #[test]
 fn a_picture_beyond_the_driver_is_an_error() {
-    let picture = Flat { size: [4_000_000, 1], rgba: Vec::new(), depth: Vec::new() };
+    let picture = Flat { size: [4_000_000, 1], rgba: Vec::new(), depth: Vec::new(), is_coded: false };
     let nothing = Selection::default();
     let input = DrawInput {
         picture: picture.input(),
         camera: camera(5.0, Projection::Perspective),
         table: None,
+        shown: &Arc::new(Shown::NOTHING),
         settings: settings(0, 0),
         selection: &nothing,
         show_picture: true,
+        neutral_lines: false,
         viewport_px: [0, 0, 1, 1],
         pixels_per_point: 1.0,
     };
@@ -224,4 +240,80 @@ fn a_picture_beyond_the_driver_is_an_error() {
         Err(OffscreenError::Device(what)) => assert!(what.contains("4000000×1"), "{what}"),
         Ok(_) => panic!("no driver has textures of four million pixels"),
     }
+}
+
+/// Brightest pixel of the lines of a cube of two units at a distance, whose front is `px` pixels wide.
+fn brightest_of_cube(px: f32, depth: f32, selection: &Selection) -> u8 {
+    let size = [200, 200];
+    let picture = Flat::new(size, [0, 0, 0, 255], depth);
+    let table = table::<Aabb>(cube_triangle());
+    let distance = 200.0 / px / 0.4_f32.tan();
+    let settings = OverlaySettings { line_width: 2.0, ..settings(0, 0) };
+    let drawn = draw(&picture, camera(distance, Projection::Perspective), Some(&table), settings, selection);
+    drawn.iter().map(|[r, g, b, _]| *r.max(g).max(b)).max().unwrap()
+}
+
+#[test]
+fn small_containers_fade_and_more_so_behind_the_surface() {
+    let nothing = Selection::default();
+    let [large, medium, small] = [60.0, 18.0, 8.0].map(|px| brightest_of_cube(px, FAR, &nothing));
+    assert!(large > medium && medium > small && small > 8, "{large} {medium} {small}");
+    let [large_behind, medium_behind] = [60.0, 18.0].map(|px| f32::from(brightest_of_cube(px, 1.0, &nothing)));
+    let ratio = f32::from(medium) / f32::from(large);
+    assert!(medium_behind < large_behind * ratio, "{medium_behind} of {large_behind} at {ratio}");
+    let selected = Selection { selected: Some(0), ..Selection::default() };
+    assert!(brightest_of_cube(8.0, FAR, &selected) > 200, "what is selected keeps its strength");
+}
+
+#[test]
+fn other_containers_are_dimmed_while_one_is_selected() {
+    let size = [200, 200];
+    let picture = Flat::new(size, [0, 0, 0, 255], FAR);
+    let table = table::<Aabb>(row(8));
+    let settings = settings(3, 3);
+    let camera = Camera {
+        eye: Vec3::new(3.0, 0.0, 9.0),
+        target: Vec3::new(3.0, 0.0, 0.0),
+        ..camera(9.0, Projection::Perspective)
+    };
+    let leaf = *table.shown(&settings, &Selection::default(), None).nodes.last().unwrap();
+    let green = |selected| {
+        let drawn = draw(&picture, camera, Some(&table), settings, &Selection { selected, ..Selection::default() });
+        drawn.iter().filter(|[r, g, _, _]| g > r).map(|[_, g, ..]| *g).max().unwrap()
+    };
+    let (free, dimmed) = (f32::from(green(None)), f32::from(green(Some(leaf))));
+    assert!((0.4..0.6).contains(&(dimmed / free)), "{dimmed} of {free}");
+}
+
+#[test]
+fn lines_over_coded_colors_are_white_with_a_dark_edge() {
+    let size = [200, 200];
+    let table = table::<Aabb>(cube_triangle());
+    for grey in [0, 128, 255] {
+        let mut picture = Flat::new(size, [grey, grey, grey, 255], FAR);
+        picture.is_coded = true;
+        let drawn =
+            draw(&picture, camera(5.0, Projection::Perspective), Some(&table), settings(0, 0), &Selection::default());
+        assert!(drawn.iter().all(|[r, g, b, _]| r == g && g == b), "no colours");
+        let profile = column(&drawn, size, 100);
+        let (darkest, brightest) = (profile.iter().min().unwrap(), profile.iter().max().unwrap());
+        assert!(brightest - darkest > 100, "{darkest} to {brightest} on {grey}");
+    }
+}
+
+#[test]
+fn dots_stand_for_many_small_containers() {
+    let size = [300, 200];
+    let picture = Flat::new(size, [0, 0, 0, 255], FAR);
+    let table = table::<Aabb>(even_row(2_048));
+    let target = Vec3::new(2_048.0, 0.0, 0.0);
+    let camera = Camera { eye: target + Vec3::Z * 3_000.0, target, ..camera(1.0, Projection::Perspective) };
+    let leaves = OverlaySettings { leaves_only: true, ..settings(0, 99) };
+    let viewpoint = Viewpoint { camera, size_px: size };
+    let inner = OverlaySettings { leaves_only: false, ..leaves };
+    let shown = table.shown(&inner, &Selection::default(), Some(&viewpoint));
+    assert!(shown.outlined < 200 && shown.nodes.len() == 4_095);
+    let drawn = draw(&picture, camera, Some(&table), inner, &Selection::default());
+    let lit = (0..size[0]).filter(|&x| column(&drawn, size, x).into_iter().any(|value| value > 40)).count();
+    assert!(lit > 200, "the row crosses the picture: {lit} columns");
 }

@@ -63,6 +63,14 @@ pub fn row(count: usize) -> Vec<Triangle> {
         .collect()
 }
 
+/// `count` triangles of one size in a row along x, two units apart.
+pub fn even_row(count: usize) -> Vec<Triangle> {
+    let at = |index: usize, dx: f32, dy: f32| Vec3::new(index as f32 * 2.0 + dx, dy, dx * 0.5);
+    (0..count)
+        .map(|index| Triangle { a: at(index, 0.0, 0.0), b: at(index, 1.0, 0.0), c: at(index, 0.0, 1.0) })
+        .collect()
+}
+
 /// One triangle whose box is the cube from -1 to 1.
 pub fn cube_triangle() -> Vec<Triangle> {
     vec![Triangle { a: Vec3::splat(-1.0), b: Vec3::splat(1.0), c: Vec3::new(1.0, -1.0, 0.0) }]
@@ -76,5 +84,5 @@ where
 }
 
 pub fn settings(first: u32, last: u32) -> OverlaySettings {
-    OverlaySettings { depth: [first, last], ..OverlaySettings::default() }
+    OverlaySettings { depth: Some([first, last]), ..OverlaySettings::default() }
 }

@@ -76,6 +76,8 @@ pub enum Action {
     Deeper,
     /// Move the range of drawn depths one level up.
     Shallower,
+    /// Draw the range of depths that suits the tree.
+    AutomaticDepths,
     /// Draw only leaves, or all nodes.
     ToggleLeavesOnly,
     /// Draw or omit the levels above the drawn depths.

@@ -91,14 +91,19 @@ fn overlay_flags(state: &AppState, line: &mut String) {
         let _ = write!(line, " {name} {value}");
     };
     let drawn = state.preferences.show_containers;
-    let kind = OverlayKinds::ALL.into_iter().find(|kind| kind.shown() == [overlay.show_boxes, overlay.show_spheres]);
+    let kinds = overlay.kinds(state.wanted.build.container);
+    let kind = OverlayKinds::ALL.into_iter().find(|kind| kind.shown() == kinds);
     flag("--overlay", kind.filter(|_| drawn).unwrap_or(OverlayKinds::None).name().to_owned());
     if drawn {
-        flag("--depth", format!("{}..{}", overlay.depth[0], overlay.depth[1]));
+        if let Some([first, last]) = overlay.depth {
+            flag("--depth", format!("{first}..{last}"));
+        }
         flag("--color-by", overlay.color_by.name().to_owned());
         flag("--hidden-lines", overlay.hidden_alpha.to_string());
         flag("--line-width", (overlay.line_width * state.layout.pixels_per_point).to_string());
-        flag("--at-most", overlay.budget.to_string());
+        if let Some(budget) = overlay.budget {
+            flag("--at-most", budget.to_string());
+        }
         if let Some(node) = state.selection.nodes.selected {
             flag("--select", node.to_string());
         }

@@ -87,6 +87,7 @@ impl Action {
             Self::LowerThreshold => step_threshold(state, -1),
             Self::Deeper => step_depth(state, 1),
             Self::Shallower => step_depth(state, -1),
+            Self::AutomaticDepths => state.wanted.overlay.depth = None,
             Self::ToggleLeavesOnly => flip(&mut state.wanted.overlay.leaves_only),
             Self::ToggleParents => flip(&mut state.wanted.overlay.parents),
             Self::SelectParent | Self::SelectChild | Self::SelectSecondChild | Self::SelectSibling => {
@@ -176,9 +177,9 @@ fn step_threshold(state: &mut AppState, step: i32) {
 /// Moves the range of drawn depths by `step` within the tree, keeping its length.
 fn step_depth(state: &mut AppState, step: i32) {
     let max_depth = state.model.presented.as_ref().map_or(64, |shown| shown.accel.tree.max_depth());
-    let [from, to] = state.wanted.overlay.depth.map(|depth| depth.min(max_depth));
+    let [from, to] = state.drawn_depths();
     let fits = if step > 0 { to < max_depth } else { from > 0 };
     if fits {
-        state.wanted.overlay.depth = [from.saturating_add_signed(step), to.saturating_add_signed(step)];
+        state.wanted.overlay.depth = Some([from.saturating_add_signed(step), to.saturating_add_signed(step)]);
     }
 }

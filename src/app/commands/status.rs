@@ -57,6 +57,7 @@ impl Action {
             Self::ToggleLeftPanel => state.shows_panel(Side::Left),
             Self::ToggleRightPanel => state.shows_panel(Side::Right),
             Self::TogglePaper => preferences.paper_open,
+            Self::AutomaticDepths => wanted.overlay.depth.is_none(),
             Self::ToggleLeavesOnly => wanted.overlay.leaves_only,
             Self::ToggleParents => wanted.overlay.parents,
             Self::Shade(shading) => wanted.render.shading == shading,

@@ -111,16 +111,16 @@ impl CliOverrides {
         preferences.show_geometry |= self.shading.is_some() || self.mesh_edges.is_some();
         let overlay = &mut wanted.overlay;
         if let Some([boxes, spheres]) = self.containers_shown {
-            (overlay.show_boxes, overlay.show_spheres) = (boxes, spheres);
+            (overlay.follows_tree, overlay.show_boxes, overlay.show_spheres) = (false, boxes, spheres);
             preferences.show_containers = true;
         }
-        set(self.depth, &mut overlay.depth);
+        set(self.depth.map(Some), &mut overlay.depth);
         set(self.leaves_only, &mut overlay.leaves_only);
         set(self.parents, &mut overlay.parents);
         set(self.color_by, &mut overlay.color_by);
         set(self.hidden_alpha, &mut overlay.hidden_alpha);
         set(self.line_width, &mut overlay.line_width);
-        set(self.budget, &mut overlay.budget);
+        set(self.budget.map(Some), &mut overlay.budget);
     }
 
     fn apply_to_build(&self, build: &mut BuildSettings) {

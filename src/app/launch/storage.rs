@@ -172,7 +172,7 @@ fn within_limits(mut wanted: Wanted) -> Wanted {
     build.epsilon = build.epsilon.clamp(0.0, BuildSettings::MAX_EPSILON);
     wanted.threads = wanted.threads.min(1024);
     wanted.render.samples = wanted.render.samples.clamp(1, 1024);
-    wanted.overlay.budget = wanted.overlay.budget.clamp(1, 1_000_000);
+    wanted.overlay.budget = wanted.overlay.budget.map(|budget| budget.clamp(1, 1_000_000));
     wanted.overlay.line_width = wanted.overlay.line_width.clamp(0.25, 16.0);
     wanted.overlay.hidden_alpha = wanted.overlay.hidden_alpha.clamp(0.0, 1.0);
     let camera = wanted.camera;

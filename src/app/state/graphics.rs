@@ -1,5 +1,9 @@
 //! The graphics adapter and what the overlay draws with it.
 
+use std::sync::Arc;
+
+use crate::overlay::Shown;
+
 /// The graphics adapter and its state.
 #[derive(Debug, Clone, Default)]
 pub struct Graphics {
@@ -9,6 +13,8 @@ pub struct Graphics {
     pub is_software: bool,
     /// The driver reported an error, so the overlay's pipeline is no longer used.
     pub failed: bool,
+    /// The containers that are drawn; `None` while they are off.
+    pub shown: Option<Arc<Shown>>,
     /// Number of containers drawn in the last UI frame, and number that the settings select.
     pub overlay_counts: (usize, usize),
 }

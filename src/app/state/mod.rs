@@ -77,6 +77,20 @@ impl AppState {
         self.undo.redo(&mut self.wanted)
     }
 
+    /// First and last depth that are drawn of the presented tree; of a tree that is not there yet, the wanted ones.
+    pub fn drawn_depths(&self) -> [u32; 2] {
+        let overlay = &self.wanted.overlay;
+        let of_tree = self.model.presented.as_ref().map(|shown| shown.table.drawn_depths(overlay));
+        of_tree.or(overlay.depth).unwrap_or_default()
+    }
+
+    /// Whether boxes and whether spheres are drawn; neither while containers are off.
+    pub fn drawn_kinds(&self) -> [bool; 2] {
+        let tree = self.model.presented.as_ref().map(|shown| shown.table.container_kind());
+        let kinds = self.wanted.overlay.kinds(tree.unwrap_or(self.wanted.build.container));
+        if self.preferences.show_containers { kinds } else { [false; 2] }
+    }
+
     /// Whether a side panel is visible: open, and not displaced by the other one in a narrow window.
     pub fn shows_panel(&self, side: Side) -> bool {
         let Preferences { left_open, right_open, .. } = self.preferences;

@@ -6,7 +6,7 @@ use egui::{PaintCallbackInfo, Rect};
 use egui_wgpu::{CallbackResources, CallbackTrait, ScreenDescriptor};
 
 use super::pixel::rect_px;
-use crate::overlay::{DrawInput, NodeTable, OverlayPipeline, OverlaySettings, PictureInput, Selection};
+use crate::overlay::{DrawInput, NodeTable, OverlayPipeline, OverlaySettings, PictureInput, Selection, Shown};
 use crate::render::Frame;
 
 /// Data of one draw; owned, because egui paints after the UI code of the frame has run.
@@ -17,7 +17,9 @@ pub(crate) struct OverlayCallback {
     pub(crate) frame_id: u64,
     /// Nodes of the tree; `None` to draw no containers.
     pub(crate) table: Option<Arc<NodeTable>>,
-    /// Which containers are drawn, and how.
+    /// The nodes that are drawn.
+    pub(crate) shown: Arc<Shown>,
+    /// How they are drawn.
     pub(crate) settings: OverlaySettings,
     /// Highlighted and hidden nodes.
     pub(crate) selection: Selection,
@@ -46,9 +48,11 @@ impl CallbackTrait for OverlayCallback {
                     picture,
                     camera: self.frame.camera,
                     table: self.table.as_ref(),
+                    shown: &self.shown,
                     settings: self.settings,
                     selection: &self.selection,
                     show_picture: self.show_picture,
+                    neutral_lines: self.frame.settings.shading.is_coded(),
                     viewport_px,
                     pixels_per_point: screen.pixels_per_point,
                 },

@@ -3,6 +3,7 @@
 
 mod view;
 
+mod choice;
 mod draw;
 mod fallback;
 

@@ -74,6 +74,6 @@ pub(crate) fn restore_selection(state: &mut AppState, selection: PortableSelecti
 pub fn drawn_node_of(state: &AppState, primitive: u32) -> Option<u32> {
     let presented = state.model.presented.as_ref()?;
     let path = presented.accel.path_to(primitive);
-    let [first, last] = state.wanted.overlay.depth;
+    let [first, last] = presented.table.drawn_depths(&state.wanted.overlay);
     path.get(first as usize..path.len().min(last as usize + 1))?.last().copied()
 }

@@ -7,12 +7,13 @@ use std::time::Duration;
 use crate::app::state::{AppState, Presented};
 use crate::app::viewport::draw::picture_input;
 use crate::export::write_new;
-use crate::overlay::{DrawInput, OverlaySettings, Selection, draw_offscreen};
+use crate::overlay::{DrawInput, OverlaySettings, Selection, Shown, draw_offscreen};
 
 /// Everything that a screenshot shows, captured so that later changes in the window do not affect it.
 pub struct Screenshot {
     presented: Presented,
     overlay: Option<OverlaySettings>,
+    shown: Arc<Shown>,
     selection: Selection,
     show_geometry: bool,
     pixels_per_point: f32,
@@ -29,6 +30,7 @@ impl Screenshot {
             name: stem,
             presented,
             overlay: state.preferences.show_containers.then_some(state.wanted.overlay),
+            shown: state.graphics.shown.clone().unwrap_or_else(|| Arc::new(Shown::NOTHING)),
             selection: state.selection.nodes.clone(),
             show_geometry: state.preferences.show_geometry,
             pixels_per_point,
@@ -44,9 +46,11 @@ impl Screenshot {
             picture: picture_input(frame, self.presented.frame_id),
             camera: frame.camera,
             table,
+            shown: &self.shown,
             settings: self.overlay.unwrap_or_default(),
             selection: &self.selection,
             show_picture: self.show_geometry,
+            neutral_lines: frame.settings.shading.is_coded(),
             viewport_px: [0, 0, frame.width_px, frame.height_px],
             pixels_per_point: self.pixels_per_point,
         };

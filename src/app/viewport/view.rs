@@ -5,12 +5,14 @@ use std::sync::Arc;
 use egui::{Color32, Label, Rect, Response, RichText, Role, Sense, Ui, WidgetInfo, pos2};
 use egui_wgpu::Callback;
 
+use super::choice::{self, Choice};
 use super::draw::OverlayCallback;
 use super::fallback::FallbackTexture;
 use super::pixel::{pixel_at, rect_px};
 use super::{input, picking};
 use crate::app::state::{AppState, HoveredPixel, Preferences, Presented};
 use crate::app::theme;
+use crate::overlay::Shown;
 
 /// Text shown after loading or building was cancelled or failed and there is nothing to show.
 const NOTHING_TO_SHOW: &str =
@@ -20,6 +22,7 @@ const NOTHING_TO_SHOW: &str =
 #[derive(Default)]
 pub struct Viewport {
     fallback: FallbackTexture,
+    choice: Choice,
     /// The keyboard focus has been requested, once at start.
     focus_requested: bool,
 }
@@ -43,7 +46,7 @@ impl Viewport {
 
         input::handle(ui, &response, state);
         update_hover(&response, scale, state);
-        update_counts(state);
+        self.choose_containers(ui, state);
 
         match &state.model.presented {
             Some(presented) if has_pipeline && !state.graphics.failed => {
@@ -60,6 +63,22 @@ impl Viewport {
     }
 }
 
+impl Viewport {
+    /// Stores which containers are drawn.
+    fn choose_containers(&mut self, ui: &Ui, state: &mut AppState) {
+        state.graphics.shown = None;
+        if let Some(presented) = state.model.presented.as_ref().filter(|_| state.preferences.show_containers) {
+            let (shown, again) = self.choice.update(state, presented);
+            state.graphics.shown = Some(shown);
+            if let Some(delay) = again {
+                ui.ctx().request_repaint_after(delay);
+            }
+        }
+        let shown = state.graphics.shown.as_deref();
+        state.graphics.overlay_counts = shown.map_or((0, 0), |shown| (shown.nodes.len(), shown.wanted));
+    }
+}
+
 /// The draw of the presented picture with the containers.
 fn overlay_callback(state: &AppState, presented: &Presented, rect: Rect) -> OverlayCallback {
     let Preferences { show_geometry, show_containers, .. } = state.preferences;
@@ -67,7 +86,8 @@ fn overlay_callback(state: &AppState, presented: &Presented, rect: Rect) -> Over
         frame: Arc::clone(&presented.frame),
         frame_id: presented.frame_id,
         table: show_containers.then(|| Arc::clone(&presented.table)),
-        settings: presented.table.drawable(&state.wanted.overlay),
+        shown: state.graphics.shown.clone().unwrap_or_else(|| Arc::new(Shown::NOTHING)),
+        settings: choice::drawable(state, presented),
         selection: state.selection.nodes.clone(),
         rect,
         show_picture: show_geometry,
@@ -108,14 +128,4 @@ fn update_hover(response: &Response, scale: f32, state: &mut AppState) {
         value: frame.values.get(index).copied(),
     });
     state.selection.nodes.hovered = primitive.and_then(|primitive| picking::drawn_node_of(state, primitive));
-}
-
-/// Stores how many containers are drawn and how many the overlay's settings select.
-fn update_counts(state: &mut AppState) {
-    let Some(presented) = &state.model.presented else { return };
-    state.graphics.overlay_counts = if state.preferences.show_containers {
-        presented.table.count(&state.wanted.overlay, &state.selection.nodes)
-    } else {
-        (0, 0)
-    };
 }

@@ -43,7 +43,7 @@ impl DerivedWorker {
     pub(crate) fn request_missing(&mut self, state: &AppState, idle: bool) {
         let Some(presented) = state.model.presented.as_ref().filter(|_| !self.worker.is_busy()) else { return };
         let (table, wanted) = (&presented.table, state.wanted.overlay);
-        let overlay = (state.preferences.show_containers && table.drawable(&wanted) != wanted).then_some(wanted);
+        let overlay = (state.preferences.show_containers && table.lacks(&wanted)).then_some(wanted);
         let selected = state.selection.nodes.selected.filter(|&node| idle && (node as usize) < table.len());
         let lacks_count = selected.is_some_and(|node| table.known_primitives(node).is_none());
         let request = Some((table.id, overlay));

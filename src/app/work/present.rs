@@ -13,7 +13,6 @@ use crate::render::Frame;
 pub(crate) fn present_tree(tree: BuiltTree, frame: &Arc<Frame>, frame_id: u64, state: &mut AppState) -> bool {
     let old_scene = state.model.presented.as_ref().map(|presented| Arc::clone(&presented.accel.scene));
     let same_scene = old_scene.is_some_and(|scene| Arc::ptr_eq(&scene, &tree.accel.scene));
-    let max_depth = tree.accel.tree.max_depth();
     let selected = picking::portable_selection(state);
     state.selection.hover = None;
     state.selection.nodes.hovered = None;
@@ -31,9 +30,6 @@ pub(crate) fn present_tree(tree: BuiltTree, frame: &Arc<Frame>, frame_id: u64, s
         picking::restore_selection(state, selected);
     } else {
         picking::pick(state, None);
-        let [first, last] = &mut state.wanted.overlay.depth;
-        *last = (*last).min(max_depth);
-        *first = (*first).min(*last);
     }
     !same_scene
 }

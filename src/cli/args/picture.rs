@@ -72,7 +72,7 @@ pub struct OverlayArgs {
     /// Draw containers over the picture: box, sphere, both, or none but the selected node's
     #[arg(long, value_name = "KIND", value_parser = named::<OverlayKinds>)]
     pub overlay: Option<OverlayKinds>,
-    /// Tree levels that are drawn, root 0, both ends included [default: 4..6]
+    /// Tree levels that are drawn, root 0, both ends included [default: those that hold 100 to 200 nodes]
     #[arg(long, value_name = "A..B", value_parser = values::depths)]
     pub depth: Option<[u32; 2]>,
     /// Draw only leaves
@@ -90,7 +90,8 @@ pub struct OverlayArgs {
     /// Width of the lines, 0.25 to 64 pixels; in the viewer points [default: 1.25]
     #[arg(long, value_name = "PX", value_parser = |text: &str| values::decimal(text, 0.25, 64.0))]
     pub line_width: Option<f32>,
-    /// Maximum number of containers of each kind that are drawn, the largest first, 1 to 1000000 [default: 4000]
+    /// Maximum number of containers of each kind that are drawn, the largest on screen first, 1 to 1000000
+    /// [default: 100000]
     #[arg(long, value_name = "N", value_parser = |text: &str| values::whole::<u32>(text, 1, 1_000_000))]
     pub at_most: Option<u32>,
 }

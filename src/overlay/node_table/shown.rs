@@ -8,19 +8,48 @@ use rayon::prelude::*;
 use super::table::{NodeTable, area};
 use crate::overlay::node::OverlayNode;
 use crate::overlay::selection::Selection;
-use crate::overlay::settings::OverlaySettings;
-use bvhscope_engine::tree::Node;
+use crate::overlay::settings::{ColorBy, OverlaySettings};
+use crate::overlay::viewpoint::{Measure, Viewpoint};
+use bvhscope_engine::tree::{Container, Node, Tree};
 use bvhscope_engine::with_tree;
 
+/// Containers that look smaller than this are drawn as dots where there are many: their lines would cover each other.
+const DOT_PX: f32 = 5.0;
+/// Number of containers up to which all are drawn with lines.
+const FEW_LINES: usize = 2_000;
+/// A best-first walk pays off if the budget is at most one in this many of the chosen nodes.
+const FEW: usize = 8;
+/// A container outside of the picture ranks as one this much smaller.
+const OUTSIDE: f32 = 1e-6;
+
 /// The nodes of a table that are drawn.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Shown {
-    /// Node indices, at most `budget` of them.
+    /// Node indices, at most `budget` of them: those drawn with lines, then those drawn as dots.
     pub nodes: Vec<u32>,
     /// Depth of each node; the root's is 0.
     pub depths: Vec<u32>,
     /// Number of nodes that depth range and filters choose, before the budget cuts them.
     pub wanted: usize,
+    /// Number of nodes drawn with lines.
+    pub outlined: usize,
+    /// Whether another viewpoint may choose other nodes, or draw others as dots.
+    pub depends_on_view: bool,
+    /// Smallest and largest value of the colour scale, in the unit of [`ColorBy`]'s shader: the square root of the depth, log2 of
+    /// the relative area, overlap as a fraction, log2 of the primitive count. The second is always larger.
+    pub scale: [f32; 2],
+}
+
+impl Shown {
+    /// No nodes.
+    pub const NOTHING: Self = Self {
+        nodes: Vec::new(),
+        depths: Vec::new(),
+        wanted: 0,
+        outlined: 0,
+        depends_on_view: false,
+        scale: [0.0, 1.0],
+    };
 }
 
 impl NodeTable {
@@ -30,22 +59,7 @@ impl NodeTable {
         nodes.map(|(&node, &depth)| self.instance(node, depth, settings)).collect()
     }
 
-    /// The number of nodes that [`NodeTable::shown`] would list, and the number before the budget cuts them. Computed from the
-    /// sizes of the levels, without visiting nodes.
-    pub fn count(&self, settings: &OverlaySettings, selection: &Selection) -> (usize, usize) {
-        if self.is_empty() {
-            return (0, 0);
-        }
-        let (first, [from, last]) = self.depths(settings);
-        let hidden = selection.hidden.iter().filter(|&&node| {
-            let depth = if (node as usize) < self.len() { self.depth(node) } else { u32::MAX };
-            (from..=last).contains(&depth) && (!settings.leaves_only || depth < first || self.is_leaf(node))
-        });
-        let wanted = self.wanted(settings) - hidden.count();
-        (wanted.min(settings.budget as usize), wanted)
-    }
-
-    /// Number of nodes that `settings` choose, hidden ones included.
+    /// Number of nodes that `settings` choose, hidden ones included. Computed from the sizes of the levels.
     pub(super) fn wanted(&self, settings: &OverlaySettings) -> usize {
         let (first, [from, last]) = self.depths(settings);
         let in_all = |depth: u32| self.levels.ranges.get(depth as usize).map_or(0, ExactSizeIterator::len);
@@ -61,31 +75,35 @@ impl NodeTable {
     pub(super) fn is_cut_from_the_top(&self, settings: &OverlaySettings, wanted: usize) -> bool {
         let (_, [from, last]) = self.depths(settings);
         let run = self.levels.ranges[last as usize].end - self.levels.ranges[from as usize].start;
-        let budget = settings.budget as usize;
+        let budget = settings.at_most() as usize;
         wanted > budget && !settings.leaves_only && budget < run as usize / FEW
     }
 
     /// The first depth of the range, and the first and last depth drawn (which includes the parents if these are shown).
     pub(super) fn depths(&self, settings: &OverlaySettings) -> (u32, [u32; 2]) {
-        let [a, b] = settings.depth.map(|depth| depth.min(self.max_depth()));
-        (a.min(b), [if settings.parents { 0 } else { a.min(b) }, a.max(b)])
+        let [first, last] = self.drawn_depths(settings);
+        (first, [if settings.parents { 0 } else { first }, last])
     }
 
-    /// The nodes that `settings` choose without the hidden ones; if they exceed the budget, the largest, ordered by area. The
-    /// selected and hovered nodes are drawn separately, see [`highlighted`](crate::overlay::highlighted).
-    pub fn shown(&self, settings: &OverlaySettings, selection: &Selection) -> Shown {
+    /// The nodes that `settings` choose without the hidden ones. If they exceed the budget, the largest: on screen as seen from
+    /// `viewpoint`, by surface area without one. The selected and hovered nodes are drawn separately, see
+    /// [`highlighted`](crate::overlay::highlighted).
+    pub fn shown(&self, settings: &OverlaySettings, selection: &Selection, viewpoint: Option<&Viewpoint>) -> Shown {
         if self.is_empty() {
-            return Shown { nodes: Vec::new(), depths: Vec::new(), wanted: 0 };
+            return Shown::NOTHING;
         }
-        let (_, wanted) = self.count(settings, selection);
-        let ranges = &self.levels.ranges;
+        let mut wanted = self.wanted(settings);
         let (first, [from, last]) = self.depths(settings);
+        let ranges = &self.levels.ranges;
         // The list is ordered by depth, so a range of depths is one range of slots.
         let run = ranges[from as usize].start..ranges[last as usize].end;
-        let budget = settings.budget as usize;
+        let budget = settings.at_most() as usize;
+        let measure = viewpoint.map(Viewpoint::measure);
+        let is_kept = |node: u32| !selection.hidden.contains(&node);
         if self.is_cut_from_the_top(settings, wanted) {
-            let [nodes, depths] = self.largest_from_the_top([from, last], selection, budget);
-            return Shown { nodes, depths, wanted };
+            wanted -= selection.hidden.iter().filter(|&&node| (from..=last).contains(&self.depth(node))).count();
+            let [nodes, depths] = self.largest_from_the_top([from, last], is_kept, measure.as_ref(), budget);
+            return self.finish(settings, nodes, depths, wanted, measure.as_ref());
         }
         let nodes = self.by_depth(run.end);
         let chosen = ranges[first as usize].start;
@@ -93,30 +111,75 @@ impl NodeTable {
             let node = nodes[*place as usize];
             // "Leaves only" applies to the depth range; parents above it are shown for context.
             let leaf = !settings.leaves_only || *place < chosen || self.is_leaf(node);
-            leaf && !selection.hidden.contains(&node)
+            leaf && is_kept(node)
         };
-        let places = if wanted > budget {
-            self.largest(nodes, run, kept, budget)
-        } else if settings.leaves_only || !selection.hidden.is_empty() {
+        let mut places: Vec<u32> = if settings.leaves_only || !selection.hidden.is_empty() {
             run.into_par_iter().with_min_len(4_096).filter(kept).collect()
         } else {
             run.collect()
         };
+        wanted = places.len();
+        if wanted > budget {
+            places = self.largest(nodes, &places, measure.as_ref(), budget);
+        }
         let depths = places.iter().map(|&place| ranges.partition_point(|range| range.end <= place) as u32).collect();
-        Shown { nodes: places.into_iter().map(|place| nodes[place as usize]).collect(), depths, wanted }
+        let nodes = places.into_iter().map(|place| nodes[place as usize]).collect();
+        self.finish(settings, nodes, depths, wanted, measure.as_ref())
     }
 
-    /// Slots of the `budget` largest among the kept `nodes` of `run`: largest first, ties in list order.
-    fn largest(
+    /// Moves the nodes that are drawn as dots to the end, and fits the colour scale.
+    fn finish(
         &self,
-        nodes: &[u32],
-        run: Range<u32>,
-        kept: impl Fn(&u32) -> bool + Send + Sync,
-        budget: usize,
-    ) -> Vec<u32> {
+        settings: &OverlaySettings,
+        nodes: Vec<u32>,
+        depths: Vec<u32>,
+        wanted: usize,
+        measure: Option<&Measure>,
+    ) -> Shown {
+        let scale = self.scale(settings, &nodes);
+        let outlined = nodes.len();
+        let mut shown = Shown { nodes, depths, wanted, outlined, depends_on_view: false, scale };
+        let Some(measure) = measure.filter(|_| wanted > FEW_LINES) else { return shown };
+        let is_large: Vec<bool> = with_tree!(&self.accel.tree, tree => {
+            let large = |&node: &u32| {
+                measure.extent(&tree.nodes[node as usize].container.bounds()).diameter_px >= DOT_PX
+            };
+            shown.nodes.par_iter().with_min_len(1_024).map(large).collect()
+        });
+        let partitioned = |values: &[u32]| -> Vec<u32> {
+            let of = |large: bool| {
+                values.iter().zip(&is_large).filter(move |(_, is)| **is == large).map(|(&value, _)| value)
+            };
+            of(true).chain(of(false)).collect()
+        };
+        (shown.nodes, shown.depths) = (partitioned(&shown.nodes), partitioned(&shown.depths));
+        shown.outlined = is_large.iter().filter(|&&large| large).count();
+        shown.depends_on_view = true;
+        shown
+    }
+
+    /// Both ends of the colour scale: the whole tree for depths, the shown nodes for sizes and primitive counts.
+    fn scale(&self, settings: &OverlaySettings, nodes: &[u32]) -> [f32; 2] {
+        let fitted = |value: &(dyn Fn(u32) -> f32 + Sync)| {
+            let values = nodes.par_iter().with_min_len(1_024).map(|&node| value(node).max(1e-12).log2());
+            let [low, high] = values
+                .map(|value| [value; 2])
+                .reduce(|| [f32::INFINITY, f32::NEG_INFINITY], |a, b| [a[0].min(b[0]), a[1].max(b[1])]);
+            if low > high { [0.0, 1.0] } else { [low.min(high - 0.5), high] }
+        };
+        match settings.color_by {
+            ColorBy::Depth => [0.0, (self.max_depth().max(1) as f32).sqrt()],
+            ColorBy::Size => fitted(&|node| self.area_share(node)),
+            ColorBy::Overlap => [0.0, 1.0],
+            ColorBy::Primitives => fitted(&|node| self.primitives(node) as f32),
+        }
+    }
+
+    /// The `budget` largest of the `places`: largest first, ties in list order.
+    fn largest(&self, nodes: &[u32], places: &[u32], measure: Option<&Measure>, budget: usize) -> Vec<u32> {
         let mut keys: Vec<u64> = with_tree!(&self.accel.tree, tree => {
-            let keyed = |place: u32| key(area(tree, nodes[place as usize]), place);
-            run.into_par_iter().with_min_len(4_096).filter(kept).map(keyed).collect()
+            let keyed = |&place: &u32| key(rank(tree, nodes[place as usize], measure), place);
+            places.par_iter().with_min_len(4_096).map(keyed).collect()
         });
         if budget > 0 && budget < keys.len() {
             keys.select_nth_unstable_by(budget, |a, b| b.cmp(a));
@@ -126,28 +189,35 @@ impl NodeTable {
         keys.into_iter().map(|key| !(key as u32)).collect()
     }
 
-    /// The same by a best-first walk from the first depth: no container is larger than its parent's, so only that level and the
-    /// nodes drawn are visited. Returns node indices and depths; ties are ordered by index.
-    fn largest_from_the_top(&self, [from, last]: [u32; 2], selection: &Selection, budget: usize) -> [Vec<u32>; 2] {
+    /// The same by a best-first walk from the first depth, in which no container counts as larger than its parent, so only that
+    /// level and the nodes drawn are visited. Returns node indices and depths; ties are ordered by index.
+    fn largest_from_the_top(
+        &self,
+        [from, last]: [u32; 2],
+        is_kept: impl Fn(u32) -> bool + Sync,
+        measure: Option<&Measure>,
+        budget: usize,
+    ) -> [Vec<u32>; 2] {
         with_tree!(&self.accel.tree, tree => {
             let Range { start, end } = self.levels.ranges[from as usize].clone();
             let top = &self.by_depth(end)[start as usize..end as usize];
-            let top: Vec<_> = top.par_iter().with_min_len(4_096).map(|&node| (key(area(tree, node), node), from)).collect();
-            let mut open = BinaryHeap::from(top);
+            let keyed = |&node: &u32| (key(rank(tree, node, measure), node), from);
+            let mut open: BinaryHeap<_> = top.par_iter().with_min_len(4_096).map(keyed).collect::<Vec<_>>().into();
             let (mut nodes, mut depths) = (Vec::with_capacity(budget), Vec::with_capacity(budget));
             while nodes.len() < budget
                 && let Some((found, depth)) = open.pop()
             {
                 let node = !(found as u32);
-                if !selection.hidden.contains(&node) {
+                if is_kept(node) {
                     nodes.push(node);
                     depths.push(depth);
                 }
                 let Node { first, .. } = tree.nodes[node as usize];
                 if depth < last && !tree.nodes[node as usize].is_leaf() {
-                    // Rounding may make a sphere slightly larger than its parent's.
+                    // Rounding may make a sphere slightly larger than its parent's, and a child may be nearer to the eye.
                     let around = f32::from_bits((found >> 32) as u32);
-                    open.extend([first, first + 1].map(|child| (key(area(tree, child).min(around), child), depth + 1)));
+                    let child = |child| (key(rank(tree, child, measure).min(around), child), depth + 1);
+                    open.extend([first, first + 1].map(child));
                 }
             }
             [nodes, depths]
@@ -155,10 +225,14 @@ impl NodeTable {
     }
 }
 
-/// A best-first walk pays off if the budget is at most one in this many of the chosen nodes.
-const FEW: usize = 8;
+/// What the budget prefers: size on screen, or area where nobody looks.
+fn rank<C: Container>(tree: &Tree<C>, node: u32, measure: Option<&Measure>) -> f32 {
+    let Some(measure) = measure else { return area(tree, node) };
+    let extent = measure.extent(&tree.nodes[node as usize].container.bounds());
+    if extent.is_inside { extent.diameter_px } else { extent.diameter_px * OUTSIDE }
+}
 
-/// Sort key: by area, then lower numbers first. The bits of non-negative floats order like the floats.
-fn key(area: f32, number: u32) -> u64 {
-    u64::from(area.to_bits()) << 32 | u64::from(!number)
+/// Sort key: by rank, then lower numbers first. The bits of non-negative floats order like the floats.
+fn key(rank: f32, number: u32) -> u64 {
+    u64::from(rank.max(0.0).to_bits()) << 32 | u64::from(!number)
 }

@@ -76,6 +76,28 @@ impl NodeTable {
         self.levels.ranges.len().saturating_sub(1) as u32
     }
 
+    /// First and last depth that suit the tree: the deepest level above the first one of more than 200 nodes, and as many above it
+    /// as make 200 nodes in all. About 100 to 200 containers can be told apart on a screen.
+    pub fn depth_range(&self) -> [u32; 2] {
+        const MOST: usize = 200;
+        let counts = || self.levels.ranges.iter().map(ExactSizeIterator::len);
+        let last = counts().take_while(|&count| count <= MOST).count().saturating_sub(1);
+        let mut in_all = 0;
+        let fits = |&count: &usize| {
+            in_all += count;
+            in_all <= MOST
+        };
+        let above: Vec<usize> = counts().take(last + 1).collect();
+        let levels = above.into_iter().rev().take_while(fits).count();
+        [(last + 1).saturating_sub(levels) as u32, last as u32]
+    }
+
+    /// First and last depth of `settings` in this tree, in order and clamped; the levels above that "parents" adds not included.
+    pub fn drawn_depths(&self, settings: &OverlaySettings) -> [u32; 2] {
+        let [a, b] = settings.depth.unwrap_or_else(|| self.depth_range()).map(|depth| depth.min(self.max_depth()));
+        [a.min(b), a.max(b)]
+    }
+
     /// The container kind of the tree.
     pub fn container_kind(&self) -> ContainerKind {
         self.accel.tree.container_kind()
@@ -145,8 +167,9 @@ impl NodeTable {
 
     /// Computes whatever [`NodeTable::drawable`] would leave out of `settings`, in the calling thread's rayon pool.
     pub fn prepare(&self, settings: &OverlaySettings, token: &CancelToken) -> Result<(), Cancelled> {
-        let [boxes, spheres] = [ContainerKind::Aabb, ContainerKind::Sphere].map(|kind| kind != self.container_kind());
-        if boxes && settings.show_boxes || spheres && settings.show_spheres {
+        let own = self.container_kind();
+        let [boxes, spheres] = settings.kinds(own);
+        if boxes && own != ContainerKind::Aabb || spheres && own != ContainerKind::Sphere {
             self.complete(token)?;
         }
         if settings.color_by == ColorBy::Primitives {
@@ -177,8 +200,14 @@ impl NodeTable {
         Ok(())
     }
 
-    /// `settings` restricted to what can be drawn without another pass over the tree. Until [`NodeTable::prepare`] has run,
-    /// containers of the other kind, primitive counts and unlisted levels are left out.
+    /// Whether [`NodeTable::drawable`] leaves out something of `settings`.
+    pub fn lacks(&self, settings: &OverlaySettings) -> bool {
+        let whole = settings.spelt_out(self.container_kind());
+        self.drawable(settings) != OverlaySettings { depth: Some(self.drawn_depths(settings)), ..whole }
+    }
+
+    /// `settings`, with kinds and depths spelt out, restricted to what can be drawn without another pass over the tree. Until
+    /// [`NodeTable::prepare`] has run, containers of the other kind, primitive counts and unlisted levels are left out.
     pub fn drawable(&self, settings: &OverlaySettings) -> OverlaySettings {
         let is_complete = self.spheres.get().is_some() || self.boxes.get().is_some();
         let own = self.container_kind();
@@ -186,11 +215,14 @@ impl NodeTable {
         let deepest = listed.saturating_sub(1) as u32;
         let is_listed = self.needed(settings) <= self.levels.listed();
         let is_counted = settings.color_by != ColorBy::Primitives || self.accel.known_ancestry().is_some();
+        let depth = self.drawn_depths(settings);
+        let [boxes, spheres] = settings.kinds(own);
         OverlaySettings {
-            depth: if is_listed { settings.depth } else { settings.depth.map(|depth| depth.min(deepest)) },
+            follows_tree: false,
+            depth: Some(if is_listed { depth } else { depth.map(|depth| depth.min(deepest)) }),
             color_by: if is_counted { settings.color_by } else { ColorBy::Depth },
-            show_boxes: settings.show_boxes && (is_complete || own == ContainerKind::Aabb),
-            show_spheres: settings.show_spheres && (is_complete || own == ContainerKind::Sphere),
+            show_boxes: boxes && (is_complete || own == ContainerKind::Aabb),
+            show_spheres: spheres && (is_complete || own == ContainerKind::Sphere),
             ..*settings
         }
     }
@@ -235,8 +267,9 @@ impl NodeTable {
     pub fn instance(&self, node: u32, depth: u32, settings: &OverlaySettings) -> OverlayNode {
         let own = self.container_kind();
         let nothing = Aabb { min: glam::Vec3::ZERO, max: glam::Vec3::ZERO };
-        let bounds = if settings.show_boxes || own == ContainerKind::Aabb { self.node_box(node) } else { nothing };
-        let sphere = if settings.show_spheres || own == ContainerKind::Sphere {
+        let [boxes, spheres] = settings.kinds(own);
+        let bounds = if boxes || own == ContainerKind::Aabb { self.node_box(node) } else { nothing };
+        let sphere = if spheres || own == ContainerKind::Sphere {
             self.node_sphere(node)
         } else {
             Sphere { center: glam::Vec3::ZERO, radius: 0.0 }

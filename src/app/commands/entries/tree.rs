@@ -47,6 +47,13 @@ pub(super) fn add(list: &mut List) {
     );
     list.add(place(3), Action::Deeper, "Deeper", "Show containers one level further down", &[(NONE, Key::Period)]);
     list.add(place(3), Action::Shallower, "Shallower", "Show containers one level further up", &[(NONE, Key::Comma)]);
+    list.add(
+        place(3),
+        Action::AutomaticDepths,
+        "Automatic depth range",
+        "Show the levels that together hold 100 to 200 containers, in every tree",
+        &[(CTRL, Key::Period)],
+    );
     list.add(place(3), Action::ToggleLeavesOnly, "Leaves only", "Draw only the leaves within the chosen depths", &[]);
     list.add(place(3), Action::ToggleParents, "Parents", "Also draw all levels above the chosen depths", &[]);
     list.add(place(4), Action::SelectParent, "Select parent", "Walk up from the selected node", &[(ALT, Key::ArrowUp)]);

@@ -24,13 +24,14 @@ pub(crate) fn show(ui: &mut Ui, state: &mut AppState) {
     };
     let counts = &shown.accel.report.stats.nodes_per_depth;
     let max_depth = shown.accel.tree.max_depth();
-    let [from, to] = state.wanted.overlay.depth.map(|depth| depth.min(max_depth));
+    let [from, to] = state.drawn_depths();
     ui.horizontal(|ui| {
         ui.set_height(HEIGHT);
         ui.label(egui::RichText::new("depth").color(palette.dim));
         number(ui, state, max_depth, 0, "From depth");
         ui.label(egui::RichText::new("…").color(palette.dim));
         number(ui, state, max_depth, 1, "To depth");
+        automatic(ui, state);
         ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
             let text = summary(state, counts, [from, to]);
             ui.allocate_ui_with_layout(
@@ -49,8 +50,8 @@ pub(crate) fn show(ui: &mut Ui, state: &mut AppState) {
 
 /// Number field for one end of the range: 0 first, 1 last.
 fn number(ui: &mut Ui, state: &mut AppState, max_depth: u32, end: usize, name: &str) {
-    let depth = &mut state.wanted.overlay.depth;
-    let mut value = depth[end].min(max_depth);
+    let mut depth = state.drawn_depths();
+    let mut value = depth[end];
     let response =
         ui.add_sized(vec2(36.0, theme::ROW_HEIGHT), DragValue::new(&mut value).range(0..=max_depth).speed(0.1));
     let current = f64::from(value);
@@ -65,15 +66,29 @@ fn number(ui: &mut Ui, state: &mut AppState, max_depth: u32, end: usize, name: &
         if depth[0] > depth[1] {
             depth[1 - end] = value;
         }
+        state.wanted.overlay.depth = Some(depth);
     }
     response.on_hover_text("First and last depth whose containers are drawn; the root is 0 (keys , and .)");
+}
+
+/// Switch for the range that suits the tree.
+fn automatic(ui: &mut Ui, state: &mut AppState) {
+    let on = state.wanted.overlay.depth.is_none();
+    let tip = if on {
+        "The range follows the tree: the levels that together hold 100 to 200 containers. Click to keep this one (Ctrl+.)"
+    } else {
+        "The range is as you set it. Click for the levels that together hold 100 to 200 containers of any tree (Ctrl+.)"
+    };
+    if ui.add(egui::Button::new("Auto").selected(on)).on_hover_text(tip).clicked() {
+        state.wanted.overlay.depth = on.then(|| state.drawn_depths());
+    }
 }
 
 /// Depth range and number of drawn containers: "shown: 4 … 7 · 240 containers".
 fn summary(state: &AppState, counts: &[u32], [from, to]: [u32; 2]) -> String {
     let range = if from == to { from.to_string() } else { format!("{from} … {to}") };
     let overlay = &state.wanted.overlay;
-    if !state.preferences.show_containers || !(overlay.show_boxes || overlay.show_spheres) {
+    if state.drawn_kinds() == [false; 2] {
         return format!("depth {range} · containers off");
     }
     let in_range: u64 = counts.iter().take(to as usize + 1).skip(from as usize).map(|&count| u64::from(count)).sum();
@@ -94,14 +109,14 @@ fn summary(state: &AppState, counts: &[u32], [from, to]: [u32; 2]) -> String {
 fn bars(ui: &mut Ui, state: &mut AppState, counts: &[u32], rect: Rect, response: &Response) {
     let palette = theme::palette(ui);
     let max_depth = counts.len().saturating_sub(1) as u32;
-    let before = state.wanted.overlay.depth.map(|depth| depth.min(max_depth));
+    let before = state.drawn_depths();
     let plot = Rect::from_min_max(rect.min + vec2(16.0, 4.0), rect.max - vec2(20.0, 4.0));
     let step = plot.width() / counts.len().max(1) as f32;
     let depth_at = |x: f32| (((x - plot.left()) / step).floor().max(0.0) as u32).min(max_depth);
     drag(ui, state, response, before, depth_at);
     keys(ui, state, response, max_depth);
 
-    let [from, to] = state.wanted.overlay.depth.map(|depth| depth.min(max_depth));
+    let [from, to] = state.drawn_depths();
     let text = format!("Depth range {from} to {to} of {max_depth}");
     response.widget_info(|| WidgetInfo::labeled(Role::Group, ui.is_enabled(), "Depth range"));
     ui.ctx().accesskit_node_builder(response.id, |node| {
@@ -157,7 +172,7 @@ enum Grip {
 fn drag(ui: &Ui, state: &mut AppState, response: &Response, [from, to]: [u32; 2], depth_at: impl Fn(f32) -> u32) {
     let id = response.id.with("grip");
     if response.double_clicked() {
-        state.wanted.overlay.depth = [0, depth_at(f32::INFINITY)];
+        state.wanted.overlay.depth = Some([0, depth_at(f32::INFINITY)]);
         return;
     }
     let Some(pointer) = response.interact_pointer_pos() else { return };
@@ -179,7 +194,7 @@ fn drag(ui: &Ui, state: &mut AppState, response: &Response, [from, to]: [u32; 2]
         return;
     }
     let Some(GripState(grip)) = ui.data(|data| data.get_temp(id)) else { return };
-    state.wanted.overlay.depth = match grip {
+    state.wanted.overlay.depth = Some(match grip {
         Grip::New(start) => [start.min(here), start.max(here)],
         Grip::Move(start, [first, last]) => {
             let length = last - first;
@@ -187,7 +202,7 @@ fn drag(ui: &Ui, state: &mut AppState, response: &Response, [from, to]: [u32; 2]
             let first = (i64::from(first) + i64::from(here) - i64::from(start)).clamp(0, i64::from(max_depth - length));
             [first as u32, first as u32 + length]
         }
-    };
+    });
 }
 
 #[derive(Debug, Clone, Copy)]
@@ -204,14 +219,14 @@ fn keys(ui: &Ui, state: &mut AppState, response: &Response, max_depth: u32) {
         let step = i32::from(input.key_pressed(Key::ArrowRight)) - i32::from(input.key_pressed(Key::ArrowLeft));
         (step, input.modifiers.shift)
     });
-    let [from, to] = state.wanted.overlay.depth.map(|depth| depth.min(max_depth));
+    let [from, to] = state.drawn_depths();
     if step == 0 {
         return;
     }
     let end = to.saturating_add_signed(step).min(max_depth);
     if grow {
-        state.wanted.overlay.depth = [from, end.max(from)];
+        state.wanted.overlay.depth = Some([from, end.max(from)]);
     } else if end != to && !(step < 0 && from == 0) {
-        state.wanted.overlay.depth = [from.saturating_add_signed(step), end];
+        state.wanted.overlay.depth = Some([from.saturating_add_signed(step), end]);
     }
 }

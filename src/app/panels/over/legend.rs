@@ -1,7 +1,8 @@
 //! Legends of the picture's and the containers' colours in the lower left corner of the viewport.
 
 use egui::{
-    Align2, Color32, CornerRadius, FontId, Painter, Rect, Role as AccessRole, Sense, Ui, WidgetInfo, pos2, vec2,
+    Align2, Color32, CornerRadius, FontId, Painter, Rect, Role as AccessRole, Sense, Stroke, StrokeKind, Ui,
+    WidgetInfo, pos2, vec2,
 };
 
 use crate::app::state::AppState;
@@ -30,13 +31,15 @@ enum Part {
     Ramp {
         /// Positions between 0 and 1, with the label of each.
         stops: Vec<(f32, String)>,
+        /// The part of the gradient that is in use; the rest is dimmed.
+        used: Option<[f32; 2]>,
         /// sRGB colour at a position between 0 and 1.
         color: Box<dyn Fn(f32) -> [u8; 3]>,
     },
     /// Names, each with its colours.
     Swatches(Vec<(Vec<[u8; 3]>, String)>),
     /// Text, where single colours have no meaning.
-    Text(&'static str),
+    Text(String),
 }
 
 impl Part {
@@ -52,7 +55,7 @@ impl Part {
         match self {
             Self::Ramp { stops, .. } => stops.iter().map(|(_, text)| text.as_str()).collect::<Vec<_>>().join(", "),
             Self::Swatches(swatches) => swatches.iter().map(|(_, name)| name.as_str()).collect::<Vec<_>>().join(", "),
-            Self::Text(text) => (*text).to_owned(),
+            Self::Text(text) => text.clone(),
         }
     }
 }
@@ -75,10 +78,11 @@ pub(crate) fn show(ui: &mut Ui, rect: Rect, state: &AppState) {
 fn overlay_legend(state: &AppState) -> Option<Legend> {
     let shown = state.model.presented.as_ref()?;
     let settings = &state.wanted.overlay;
-    if !state.preferences.show_containers || !(settings.show_boxes || settings.show_spheres) || state.graphics.failed {
+    if state.drawn_kinds() == [false; 2] || state.graphics.failed {
         return None;
     }
-    let legend = overlay::legend(settings, &shown.table);
+    let nodes = state.graphics.shown.as_ref()?;
+    let legend = overlay::legend(&shown.table.drawable(settings), &shown.table, nodes);
     // Listed even while no container is hovered, so that the legend's height stays the same.
     let selected = state.selection.nodes.selected.filter(|&node| (node as usize) < shown.table.len());
     let mut marked: &[(&[Role], &str)] = &[(&[Role::Hovered], "under the pointer")];
@@ -91,15 +95,21 @@ fn overlay_legend(state: &AppState) -> Option<Legend> {
     }
     let swatches =
         marked.iter().map(|(roles, name)| (roles.iter().filter_map(|role| role.color()).collect(), (*name).to_owned()));
-    let colors = match &legend.stops[..] {
-        // A single stop needs no gradient.
-        [(place, depth)] => Part::Swatches(vec![(vec![legend.color(*place)], format!("depth {depth}"))]),
-        _ => Part::Ramp { stops: legend.stops, color: Box::new(overlay::ramp) },
+    let is_coded = state.preferences.show_geometry && shown.frame.settings.shading.is_coded();
+    let (title, colors) = if is_coded {
+        // Colours of lines would be mistaken for those of the picture.
+        let [first, last] = shown.table.drawn_depths(settings);
+        let depths = if first == last { format!("depth {first}") } else { format!("depths {first} to {last}") };
+        ("Containers".to_owned(), Part::Swatches(vec![(vec![[255; 3]], depths)]))
+    } else {
+        let ramp = Part::Ramp { stops: legend.stops, used: legend.drawn, color: Box::new(overlay::ramp) };
+        (format!("Containers: {}", lower(legend.title)), ramp)
     };
-    Some(Legend {
-        title: format!("Containers: {}", lower(legend.title)),
-        parts: vec![colors, Part::Swatches(swatches.collect())],
-    })
+    let cut = (nodes.nodes.len() < nodes.wanted).then(|| {
+        let [drawn, wanted] = [nodes.nodes.len(), nodes.wanted].map(|count| format::count(count as u64));
+        Part::Text(format!("{drawn} of {wanted}: largest on screen"))
+    });
+    Some(Legend { title, parts: [colors, Part::Swatches(swatches.collect())].into_iter().chain(cut).collect() })
 }
 
 fn lower(text: &str) -> String {
@@ -114,7 +124,7 @@ fn picture_legend(state: &AppState) -> Option<Legend> {
         return None;
     }
     let frame = &shown.frame;
-    let lines = frame.settings.mesh_edges.then_some(Part::Text("lines: edges of triangles, from 2 px on"));
+    let lines = frame.settings.mesh_edges.then(|| Part::Text("lines: edges of triangles, from 2 px on".to_owned()));
     let (title, part) = match frame.settings.shading {
         Shading::Lit => return lines.map(|lines| Legend { title: "Picture: mesh".to_owned(), parts: vec![lines] }),
         Shading::Normals => {
@@ -125,11 +135,11 @@ fn picture_legend(state: &AppState) -> Option<Legend> {
         Shading::AmbientOcclusion => {
             let grey = |position: f32| [(255.0 * (0.05 + 0.9 * position)) as u8; 3];
             let stops = vec![(0.0, "occluded".to_owned()), (1.0, "open".to_owned())];
-            ("Picture: ambient occlusion".to_owned(), Part::Ramp { stops, color: Box::new(grey) })
+            ("Picture: ambient occlusion".to_owned(), Part::Ramp { stops, used: None, color: Box::new(grey) })
         }
         Shading::Clusters => {
             let depth = frame.settings.cluster_depth;
-            (format!("Picture: containers at depth {depth}"), Part::Text("one colour each"))
+            (format!("Picture: containers at depth {depth}"), Part::Text("one colour each".to_owned()))
         }
         Shading::Heat(kind) => (format!("Picture: {} per pixel", kind.counted()), values_ramp(frame)),
         Shading::Depth => ("Picture: depth".to_owned(), values_ramp(frame)),
@@ -147,7 +157,7 @@ fn values_ramp(frame: &Frame) -> Part {
         (position, format::significant(f64::from(if whole { value.round() } else { value })))
     });
     let map = frame.settings.color_map;
-    Part::Ramp { stops: stops.to_vec(), color: Box::new(move |position| map.srgb(position)) }
+    Part::Ramp { stops: stops.to_vec(), used: None, color: Box::new(move |position| map.srgb(position)) }
 }
 
 fn paint(ui: &mut Ui, rect: Rect, legend: &Legend) {
@@ -164,10 +174,10 @@ fn paint(ui: &mut Ui, rect: Rect, legend: &Legend) {
     for part in &legend.parts {
         let place = Rect::from_min_size(pos2(rect.left() + 8.0, top), vec2(rect.width() - 16.0, part.height()));
         match part {
-            Part::Ramp { stops, color } => paint_ramp(painter, place, stops, color, palette.dim),
+            Part::Ramp { stops, used, color } => paint_ramp(painter, place, stops, *used, color, palette.dim),
             Part::Swatches(swatches) => paint_swatches(painter, place, swatches, palette.dim),
             Part::Text(text) => {
-                painter.text(place.left_center(), Align2::LEFT_CENTER, *text, font.clone(), palette.dim);
+                painter.text(place.left_center(), Align2::LEFT_CENTER, text, font.clone(), palette.dim);
             }
         }
         top += part.height();
@@ -180,7 +190,9 @@ fn paint_swatches(painter: &Painter, place: Rect, swatches: &[(Vec<[u8; 3]>, Str
     for (colors, name) in swatches {
         for [r, g, b] in colors {
             let swatch = Rect::from_center_size(pos2(left + 4.0, place.center().y), vec2(8.0, 8.0));
-            painter.rect_filled(swatch, CornerRadius::same(2), Color32::from_rgb(*r, *g, *b));
+            // The outline shows a white swatch on a light ground.
+            let outline = Stroke::new(1.0, dim.gamma_multiply(0.7));
+            painter.rect(swatch, CornerRadius::same(2), Color32::from_rgb(*r, *g, *b), outline, StrokeKind::Outside);
             left += 10.0;
         }
         let text = painter.text(pos2(left + 2.0, place.center().y), Align2::LEFT_CENTER, name, font.clone(), dim);
@@ -188,16 +200,27 @@ fn paint_swatches(painter: &Painter, place: Rect, swatches: &[(Vec<[u8; 3]>, Str
     }
 }
 
-fn paint_ramp(painter: &Painter, place: Rect, stops: &[(f32, String)], color: &dyn Fn(f32) -> [u8; 3], dim: Color32) {
+fn paint_ramp(
+    painter: &Painter,
+    place: Rect,
+    stops: &[(f32, String)],
+    used: Option<[f32; 2]>,
+    color: &dyn Fn(f32) -> [u8; 3],
+    dim: Color32,
+) {
     let font = FontId::proportional(theme::HEADING_SIZE);
     let bar = Rect::from_min_size(place.min + vec2(0.0, 2.0), vec2(place.width(), 8.0));
     let steps = 48;
     for step in 0..steps {
-        let [r, g, b] = color((step as f32 + 0.5) / steps as f32);
+        let position = (step as f32 + 0.5) / steps as f32;
+        let [r, g, b] = color(position);
+        let half_step = 0.5 / steps as f32;
+        let is_used = used.is_none_or(|[from, to]| (from - half_step..=to + half_step).contains(&position));
         let left = bar.left() + bar.width() * step as f32 / steps as f32;
         let right = bar.left() + bar.width() * (step + 1) as f32 / steps as f32;
         let cell = Rect::from_min_max(pos2(left, bar.top()), pos2(right, bar.bottom()));
-        painter.rect_filled(cell, CornerRadius::ZERO, Color32::from_rgb(r, g, b));
+        let color = Color32::from_rgb(r, g, b);
+        painter.rect_filled(cell, CornerRadius::ZERO, if is_used { color } else { color.gamma_multiply(0.3) });
     }
     let mut free_left = place.left() - 8.0;
     for (position, text) in stops {

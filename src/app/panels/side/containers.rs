@@ -11,14 +11,8 @@ use crate::overlay::{ColorBy, OverlaySettings};
 pub(crate) fn show(ui: &mut Ui, state: &mut AppState) {
     let header = Header { reset: Some("Reset the look of the containers; depths stay"), ..Header::default() };
     let reset = section(ui, "CONTAINERS", header, |ui| {
+        kinds(ui, state);
         let overlay = &mut state.wanted.overlay;
-        row(ui, "Show", "Boxes, spheres or both, whichever the tree is built with (B hides both)", |ui| {
-            ui.horizontal(|ui| {
-                check(ui, &mut overlay.show_boxes, "Boxes", "Draw the boxes around nodes");
-                check(ui, &mut overlay.show_spheres, "Spheres", "Draw the spheres around nodes");
-            })
-            .response
-        });
         row(ui, "Of these", "Which nodes of the chosen depths are drawn", |ui| {
             ui.horizontal(|ui| {
                 check(ui, &mut overlay.leaves_only, "Leaves only", "Draw only the leaves within the chosen depths");
@@ -38,7 +32,7 @@ pub(crate) fn show(ui: &mut Ui, state: &mut AppState) {
         let tip = "What the colour of a container means; the legend has the numbers";
         combo(ui, "Colour by", tip, &mut overlay.color_by, &choices, |_| None);
         line_style(ui, overlay);
-        let shown = state.preferences.show_containers && (overlay.show_boxes || overlay.show_spheres);
+        let shown = state.drawn_kinds() != [false; 2];
         let (drawn, wanted) = state.graphics.overlay_counts;
         let color = theme::palette(ui);
         let (text, color) = if !state.preferences.show_containers {
@@ -47,7 +41,7 @@ pub(crate) fn show(ui: &mut Ui, state: &mut AppState) {
             ("Neither boxes nor spheres are chosen".to_owned(), color.dim)
         } else if wanted > drawn {
             let drawn = format::count(drawn as u64);
-            (format!("{drawn} of {} shown: the largest", format::count(wanted as u64)), color.warning)
+            (format!("{drawn} of {} shown: the largest on screen", format::count(wanted as u64)), color.warning)
         } else if wanted == 0 && state.model.presented.is_some() {
             ("No containers at this depth".to_owned(), color.dim)
         } else {
@@ -58,6 +52,26 @@ pub(crate) fn show(ui: &mut Ui, state: &mut AppState) {
     if reset {
         state.wanted.overlay = OverlaySettings { depth: state.wanted.overlay.depth, ..OverlaySettings::default() };
     }
+}
+
+/// Which kinds of containers are drawn: those of the tree, until one is chosen by hand.
+fn kinds(ui: &mut Ui, state: &mut AppState) {
+    let kind =
+        state.model.presented.as_ref().map_or(state.wanted.build.container, |shown| shown.table.container_kind());
+    let overlay = &mut state.wanted.overlay;
+    row(ui, "Show", "Boxes, spheres or both, whichever the tree is built with (B hides both)", |ui| {
+        ui.horizontal(|ui| {
+            let [mut boxes, mut spheres] = overlay.kinds(kind);
+            let by_hand = check(ui, &mut boxes, "Boxes", "Draw the boxes around nodes")
+                | check(ui, &mut spheres, "Spheres", "Draw the spheres around nodes");
+            if by_hand {
+                (overlay.follows_tree, overlay.show_boxes, overlay.show_spheres) = (false, boxes, spheres);
+            }
+            let tip = "Draw what the tree is built of, boxes or spheres, also after that changes";
+            check(ui, &mut overlay.follows_tree, "As tree", tip);
+        })
+        .response
+    });
 }
 
 /// Sliders for hidden lines, line width and the most containers drawn.
@@ -89,17 +103,17 @@ fn line_style(ui: &mut Ui, overlay: &mut OverlaySettings) {
     if slider(ui, &mut width, &spec) {
         overlay.line_width = width as f32;
     }
-    let mut budget = f64::from(overlay.budget);
+    let mut budget = f64::from(overlay.at_most());
     let spec = SliderSpec {
         label: "At most",
-        tip: "Containers drawn of each kind; where the depths hold more, the largest are shown. More is slower",
-        range: 100.0..=100_000.0,
-        default: f64::from(defaults.budget),
+        tip: "Containers drawn of each kind; where the depths hold more, the largest on screen are shown. More is slower",
+        range: 100.0..=1_000_000.0,
+        default: f64::from(defaults.at_most()),
         logarithmic: true,
         decimals: 0,
         zero: "",
     };
     if slider(ui, &mut budget, &spec) {
-        overlay.budget = budget as u32;
+        overlay.budget = Some(budget as u32).filter(|&budget| budget != defaults.at_most());
     }
 }
