@@ -166,6 +166,7 @@ fn overrides(build: &BuildArgs, picture: &PictureArgs, overlay: &OverlayArgs) ->
         threads: build.threads,
         shading: picture.shading,
         light: picture.light,
+        exposure: picture.exposure,
         cluster_depth: picture.cluster_depth,
         traversal: picture.traversal,
         heat_range: picture.heat_range,
@@ -189,6 +190,7 @@ fn picture(args: &PictureArgs) -> RenderSettings {
     RenderSettings {
         shading: args.shading.unwrap_or(base.shading),
         light: args.light.unwrap_or(base.light),
+        exposure: args.exposure.unwrap_or(base.exposure),
         cluster_depth: args.cluster_depth.unwrap_or(base.cluster_depth),
         traversal: args.traversal.unwrap_or(base.traversal),
         heat_range: args.heat_range.or(base.heat_range),
@@ -230,7 +232,7 @@ mod tests {
     use crate::app::state::{AppState, Preferences, Wanted};
     use crate::camera::Projection;
     use crate::overlay::ColorBy;
-    use crate::render::{ColorMap, HeatKind, Light, Shading};
+    use crate::render::{ColorMap, Exposure, HeatKind, Light, Shading};
     use bvhscope_engine::settings::Curve;
     use bvhscope_engine::settings::Pass;
     use bvhscope_engine::tree::traverse::Traversal;
@@ -247,6 +249,7 @@ mod tests {
         wanted.render = RenderSettings {
             shading: Shading::Heat(HeatKind::Primitives),
             light: Light::Headlight,
+            exposure: Exposure::Fixed(-1.25),
             traversal: Traversal::Paper,
             heat_range: Some([1.0, 80.5]),
             color_map: ColorMap::Turbo,

@@ -3,6 +3,7 @@
 use glam::Vec3;
 
 use crate::budget::MemoryLimit;
+use crate::render::Exposure;
 use crate::scene::SceneSource;
 use bvhscope_engine::settings::BuildSettings;
 
@@ -87,6 +88,17 @@ pub fn samples(text: &str) -> Result<u32, String> {
 /// Parses an angle in degrees; returns radians.
 pub fn fov(text: &str) -> Result<f32, String> {
     decimal(text, 1.0, 170.0).map_err(|_| "degrees from 1 to 170 are expected".to_owned()).map(f32::to_radians)
+}
+
+/// Parses `auto` or a number of stops.
+pub fn exposure(text: &str) -> Result<Exposure, String> {
+    if text == "auto" {
+        return Ok(Exposure::Auto);
+    }
+    let limit = Exposure::MAX_FIXED;
+    decimal(text, -limit, limit)
+        .map(Exposure::Fixed)
+        .map_err(|_| format!("auto or a number of stops from -{limit} to {limit} is expected"))
 }
 
 /// Parses `WxH` in pixels.

@@ -1,4 +1,5 @@
-//! `render`: traces one frame and writes it as a PNG, with or without overlay, and its hit distances as an EXR.
+//! `render`: traces one frame and writes it as a PNG, with or without overlay, or its linear radiance as an EXR; and its hit
+//! distances as an EXR.
 
 use std::io::Write;
 use std::path::{Path, PathBuf};
@@ -41,7 +42,7 @@ pub struct RenderCommand {
     pub geometry: bool,
     /// Width and height in pixels.
     pub size: [u32; 2],
-    /// PNG file to write.
+    /// File to write: a PNG of what the window shows, or an EXR of linear radiance.
     pub output: Option<PathBuf>,
     /// EXR file of hit distances to write.
     pub depth_image: Option<PathBuf>,
@@ -73,15 +74,7 @@ struct RenderSummary<'a> {
 
 /// Renders the frame, writes the files and prints the measurements.
 pub fn run(command: &RenderCommand, context: &mut Context<'_>) -> Result<Finished, Failure> {
-    for (path, extension) in [(&command.output, "png"), (&command.depth_image, "exr")] {
-        let Some(path) = path else { continue };
-        if !path.extension().is_some_and(|found| found.eq_ignore_ascii_case(extension)) {
-            return Err(Failure::Usage(format!(
-                "{}: the file must end in .{extension}: no other format is written here",
-                shown_path(path)
-            )));
-        }
-    }
+    check_extensions(command)?;
     let mut read = Protected::default();
     read.add_read(command.source.path());
     read.add_standard_streams();
@@ -115,17 +108,27 @@ pub fn run(command: &RenderCommand, context: &mut Context<'_>) -> Result<Finishe
             coarseness: 1,
             count_tests: command.json,
         };
-        let frame = crate::render::render(&request, token, &|_| ())?;
+        let (frame, radiance) = if command.writes_radiance() {
+            crate::render::render_radiance(&request, token)?
+        } else {
+            (crate::render::render(&request, token, &|_| ())?, Vec::new())
+        };
         drop(progress);
         let picture = match &command.overlay {
-            Some(overlay) => draw_overlay(&accel, &frame, command, overlay, token)?,
-            None => frame.rgba.clone(),
+            _ if command.writes_radiance() => Picture::Linear(radiance),
+            Some(overlay) => Picture::Screen(draw_overlay(&accel, &frame, command, overlay, token)?),
+            None => Picture::Screen(frame.rgba.clone()),
         };
         Ok::<_, Failure>((accel, picture, frame))
     })?;
     token.check()?;
     if let Some(path) = &command.output {
-        check_written(write_png(path, &read, [width_px, height_px], &picture, token), token)?;
+        let size_px = [width_px, height_px];
+        let written = match &picture {
+            Picture::Screen(rgba) => write_png(path, &read, size_px, rgba, token),
+            Picture::Linear(radiance) => write_exr(path, &read, size_px, radiance.as_flattened().to_vec(), token),
+        };
+        check_written(written, token)?;
         read.add_read([path]);
     }
     if let Some(path) = &command.depth_image {
@@ -138,6 +141,54 @@ pub fn run(command: &RenderCommand, context: &mut Context<'_>) -> Result<Finishe
         ignore_missing_reader(writeln!(context.out, "{}", printable_json(&text)))?;
     }
     Ok(Finished { warned: !scene.warnings.is_empty() })
+}
+
+/// A picture to be written.
+enum Picture {
+    /// sRGB with alpha, as the window shows it.
+    Screen(Vec<[u8; 4]>),
+    /// Linear radiance in sRGB's primaries.
+    Linear(Vec<[f32; 3]>),
+}
+
+impl RenderCommand {
+    /// Whether the picture is written as linear radiance.
+    fn writes_radiance(&self) -> bool {
+        self.output.as_deref().is_some_and(|path| ends_in(path, "exr"))
+    }
+}
+
+fn ends_in(path: &Path, extension: &str) -> bool {
+    path.extension().is_some_and(|found| found.eq_ignore_ascii_case(extension))
+}
+
+/// Checks that the outputs have extensions that are written, and hold what is asked for.
+fn check_extensions(command: &RenderCommand) -> Result<(), Failure> {
+    for (path, extensions) in [(&command.output, &["png", "exr"][..]), (&command.depth_image, &["exr"])] {
+        let Some(path) = path else { continue };
+        if !extensions.iter().any(|extension| ends_in(path, extension)) {
+            return Err(Failure::Usage(format!(
+                "{}: the file must end in .{}: no other format is written here",
+                shown_path(path),
+                extensions.join(" or .")
+            )));
+        }
+    }
+    if command.writes_radiance() && command.overlay.is_some() {
+        return Err(Failure::Usage(
+            "--overlay: containers are drawn on what a screen shows, and an .exr holds linear radiance: \
+             write a .png, or leave --overlay out"
+                .to_owned(),
+        ));
+    }
+    if command.writes_radiance() && command.settings.shading.has_values() {
+        return Err(Failure::Usage(format!(
+            "--shading {}: its colours stand for numbers, and an .exr holds linear radiance: write a .png, or take \
+             --depth-image for distances",
+            command.settings.shading.name()
+        )));
+    }
+    Ok(())
 }
 
 /// Checks that both outputs can be written, are two files and none of those `read`.
@@ -153,10 +204,11 @@ fn check_outputs(command: &RenderCommand, read: &Protected) -> Result<(), Failur
 /// Checks the memory budget for rendering and writing the picture.
 fn check_memory(command: &RenderCommand) -> Result<(), Failure> {
     let [width, height] = command.size.map(u64::from);
-    // Per pixel: the frame, its sum over samples and the copy that is written; the overlay's render target; the distances as
-    // three channels and as an encoded file.
-    let bytes_a_pixel =
-        52 + if command.overlay.is_some() { 24 } else { 0 } + if command.depth_image.is_some() { 40 } else { 0 };
+    // Per pixel: the frame, its sums over samples and the copy that is written; the overlay's render target; distances or
+    // radiance as three channels and as an encoded file.
+    let bytes_a_pixel = 68
+        + if command.overlay.is_some() { 24 } else { 0 }
+        + if command.depth_image.is_some() || command.writes_radiance() { 40 } else { 0 };
     Budget::of_process()
         .check(&format!("a picture of {width}x{height} pixels"), width * height * bytes_a_pixel)
         .map_err(|error| Failure::Failed(error.to_string()))
@@ -296,9 +348,21 @@ pub fn write_distances(
     frame: &Frame,
     token: &CancelToken,
 ) -> Result<(), ExportError> {
-    let pixels: Vec<f32> = frame.distance.iter().flat_map(|&t| [t, t, t]).collect();
-    let picture = image::Rgb32FImage::from_raw(frame.width_px, frame.height_px, pixels)
-        .ok_or_else(|| ExportError::new(path, "the picture has no distances"))?;
+    let pixels = frame.distance.iter().flat_map(|&t| [t, t, t]).collect();
+    write_exr(path, protected, [frame.width_px, frame.height_px], pixels, token)
+}
+
+/// Writes red, green and blue of each pixel as an EXR of 32-bit floats, which is none of the `protected` files; fails when
+/// cancelled.
+fn write_exr(
+    path: &Path,
+    protected: &Protected,
+    [width_px, height_px]: [u32; 2],
+    pixels: Vec<f32>,
+    token: &CancelToken,
+) -> Result<(), ExportError> {
+    let picture = image::Rgb32FImage::from_raw(width_px, height_px, pixels)
+        .ok_or_else(|| ExportError::new(path, "the picture has fewer pixels than its size says"))?;
     let mut bytes = CancellableBuffer { bytes: std::io::Cursor::new(Vec::new()), token };
     picture
         .write_to(&mut bytes, image::ImageFormat::OpenExr)

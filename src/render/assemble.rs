@@ -10,6 +10,7 @@ use super::grid::Grid;
 use super::request::RenderRequest;
 use super::settings::Shading;
 use super::srgb::Encoder;
+use super::tone::tone_map;
 
 /// Poll for cancellation about every 16,384 pixels.
 const PIXELS_PER_CHECK: u32 = 1 << 14;
@@ -17,8 +18,12 @@ const PIXELS_PER_CHECK: u32 = 1 << 14;
 /// The accumulated samples of a traced pixel.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Pixel {
-    /// Sum of the samples' linear colours.
-    pub(super) sum: Vec3,
+    /// Sum of the linear colours of samples that are shown as they are, such as those of the background.
+    pub(super) shown: Vec3,
+    /// Sum of the linear radiances of all other samples.
+    pub(super) radiance: Vec3,
+    /// Number of samples in `radiance`.
+    pub(super) radiance_samples: u32,
     pub(super) depth: f32,
     pub(super) distance: f32,
     pub(super) primitive: u32,
@@ -27,33 +32,70 @@ pub(super) struct Pixel {
 
 impl Pixel {
     /// A pixel before its first sample.
-    pub(super) const BLANK: Self =
-        Self { sum: Vec3::ZERO, depth: Frame::NO_HIT, distance: f32::INFINITY, primitive: u32::MAX, value: 0.0 };
+    pub(super) const BLANK: Self = Self {
+        shown: Vec3::ZERO,
+        radiance: Vec3::ZERO,
+        radiance_samples: 0,
+        depth: Frame::NO_HIT,
+        distance: f32::INFINITY,
+        primitive: u32::MAX,
+        value: 0.0,
+    };
+
+    /// The mean linear colour of `samples` samples on a screen: radiance times `exposure` is tone mapped, the rest covers its
+    /// part of the pixel unchanged.
+    fn on_screen(&self, samples: u32, exposure: f32) -> Vec3 {
+        let shown = self.shown / samples as f32;
+        if self.radiance_samples == 0 {
+            return shown;
+        }
+        let count = self.radiance_samples as f32;
+        shown + tone_map(self.radiance * (exposure / count)) * (count / samples as f32)
+    }
+
+    /// The mean linear radiance of `samples` samples.
+    fn linear(&self, samples: u32) -> [f32; 3] {
+        ((self.shown + self.radiance) / samples as f32).to_array()
+    }
 }
 
-/// Resolves `pixels` of all tiles after `samples` samples into a frame; values are coloured, edges drawn over them.
+/// Linear radiance of each pixel after `samples` samples, row by row, neither exposed nor tone mapped; the background and unlit
+/// surfaces have the colours with which they are shown.
+pub(super) fn radiance(
+    grid: &Grid,
+    pixels: &[Vec<Pixel>],
+    samples: u32,
+    token: &CancelToken,
+) -> Result<Vec<[f32; 3]>, Cancelled> {
+    Rows { grid, pixels, token }.list(|pixel| pixel.linear(samples))
+}
+
+/// Resolves `pixels` of all tiles after `samples` samples into a frame exposed by `exposure_stops`; values are coloured, edges
+/// drawn over them.
 pub(super) fn assemble(
     request: &RenderRequest,
     grid: &Grid,
     pixels: &[Vec<Pixel>],
     samples: u32,
+    exposure_stops: f32,
     stats: FrameStats,
     token: &CancelToken,
 ) -> Result<Frame, Cancelled> {
     let settings = request.settings;
     let rows = Rows { grid, pixels, token };
-    let (scale, encoder) = (1.0 / samples as f32, Encoder::new());
+    let (exposure, encoder) = (exposure_stops.exp2(), Encoder::new());
     let mut frame = Frame {
         width_px: grid.width,
         height_px: grid.height,
         coarseness: grid.coarseness,
-        rgba: rows.list(|pixel| encoder.rgba(pixel.sum * scale))?,
+        rgba: rows.list(|pixel| encoder.rgba(pixel.on_screen(samples, exposure)))?,
         depth: rows.list(|pixel| pixel.depth)?,
         distance: rows.list(|pixel| pixel.distance)?,
         primitive: rows.list(|pixel| pixel.primitive)?,
         values: Vec::new(),
         value_range: [0.0, 1.0],
         samples,
+        exposure_stops,
         camera: request.camera,
         settings,
         stats,
@@ -63,7 +105,7 @@ pub(super) fn assemble(
         let range = if matches!(settings.shading, Shading::Heat(_)) { settings.heat_range } else { None };
         frame.recolor(range, settings.color_map, token)?;
         if settings.mesh_edges {
-            rows.for_each(&mut frame.rgba, |color, pixel| *color = edges::over_value(*color, pixel.sum.x))?;
+            rows.for_each(&mut frame.rgba, |color, pixel| *color = edges::over_value(*color, pixel.shown.x))?;
         }
     }
     Ok(frame)

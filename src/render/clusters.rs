@@ -75,10 +75,20 @@ impl Clusters {
 }
 
 impl<C: Container> Shade<C> for Clusters {
-    fn hit(&self, context: &TraceContext<C>, ray: &Ray, hit: &Hit, _tests: TestCounts, _blocked: &[bool]) -> Shaded {
+    type Point = ();
+
+    fn hit(
+        &self,
+        context: &TraceContext<C>,
+        ray: &Ray,
+        hit: &Hit,
+        _point: &(),
+        _tests: TestCounts,
+        _blocked: &[bool],
+    ) -> Shaded {
         let facing = surface::orientation(context.scene, ray, hit).smooth.dot(-ray.direction).max(0.0);
         let color = cluster_color(self.of_primitive[hit.primitive_index as usize]);
-        Shaded { color: color * (0.35 + 0.65 * facing), value: 0.0 }
+        Shaded::color(color * (0.35 + 0.65 * facing))
     }
 }
 

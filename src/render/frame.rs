@@ -28,6 +28,8 @@ pub struct Frame {
     pub value_range: [f32; 2],
     /// Accumulated antialiasing samples per pixel.
     pub samples: u32,
+    /// Exposure of lit shading in stops, set or metered; 0 in other modes.
+    pub exposure_stops: f32,
     /// The camera of the picture.
     pub camera: Camera,
     /// The settings of the picture.

@@ -1,10 +1,12 @@
-//! Lit shading: sky light, a key light, and contact shadows in samples after the first.
+//! Lit shading: sky light, a key light and materials. Samples after the first trace where the light of the sky is blocked, and
+//! what is there: one bounce of light.
 
 use glam::Vec3;
 
-use super::ambient_occlusion::{around, openness};
+use super::ambient_occlusion::around;
+use super::brdf::Reflectance;
+use super::lights::Lights;
 use super::sampling::SampleId;
-use super::settings::Light;
 use super::shade::{Shade, Shaded};
 use super::surface::{self, Orientation};
 use super::trace_context::TraceContext;
@@ -12,115 +14,180 @@ use bvhscope_engine::geometry::{Hit, Ray};
 use bvhscope_engine::tree::Container;
 use bvhscope_engine::tree::traverse::TestCounts;
 
-/// Linear sky light from straight above and below, interpolated in between.
-const SKY: Vec3 = Vec3::new(0.50, 0.55, 0.62);
-const GROUND: Vec3 = Vec3::new(0.26, 0.23, 0.20);
-/// Linear irradiance of the sun on a surface that faces it.
-const SUN: Vec3 = Vec3::new(1.25, 1.17, 1.02);
-/// Linear irradiance of the headlight on a surface that faces the camera.
-const HEADLIGHT: Vec3 = Vec3::new(0.85, 0.84, 0.82);
-/// Length of contact-shadow rays as a fraction of the scene's diagonal.
+/// Distance, as a fraction of the scene's diagonal, within which a surface shades another by contact.
 const CONTACT_RADIUS: f32 = 0.08;
-/// Fraction of sky light in a fully occluded corner: stands in for indirect light.
-const BOUNCE: f32 = 0.3;
-/// Tone mapping is the identity below this value and rolls off towards white above.
-const SHOULDER: f32 = 0.6;
+/// Fraction of the sky's light at a surface that blocks the sky, where it touches the blocked one and beyond
+/// [`CONTACT_RADIUS`]: stands in for all further bounces.
+const BOUNCED_SKY: [f32; 2] = [0.1, 0.65];
+/// How far bounced light is mixed with grey of the same mean.
+const BOUNCE_PALENESS: f32 = 0.5;
+/// Part of the headlight that surfaces out of view reflect: nothing is known of what lies between.
+const BOUNCED_HEADLIGHT: f32 = 0.5;
 
 /// Lit shading with materials and textures.
 pub(super) struct Lit {
-    light: Light,
-    up: Vec3,
-    /// Unit direction towards the sun.
-    sun: Vec3,
+    pub(super) lights: Lights,
+    /// Fraction of the sky's light that arrives at the surfaces in view on average: that of the first sample, which traces none.
+    pub(super) mean_openness: Vec3,
 }
 
-impl Lit {
-    /// The lights of a scene with up axis `up`.
-    pub(super) fn new(light: Light, up: Vec3) -> Self {
-        // From the default camera the sun is high in front and to the left.
-        let side = if up.y.abs() > 0.5 { Vec3::Z } else { Vec3::NEG_Y };
-        let right = up.cross(side).normalize_or(Vec3::X);
-        Self { light, up, sun: (up * 1.0 + side * 0.55 - right * 0.45).normalize() }
+/// A surface in the light, before its shadow rays are traced.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct LitPoint {
+    reflectance: Reflectance,
+    /// Unit normal, facing the ray.
+    normal: Vec3,
+    emitted: Vec3,
+    is_unlit: bool,
+    /// Light of an open sky.
+    sky: Vec3,
+    /// Fraction of it that arrives where nothing is known to block it.
+    openness: Vec3,
+    /// Light from what blocks the sky; see [`Lit::trace_ambient`].
+    bounce: Option<(Vec3, Vec3)>,
+    /// The surface has a shadow ray to the sun.
+    faces_sun: bool,
+}
+
+impl LitPoint {
+    /// The shadow rays' answers: whether the sun reaches the surface, and all light that arrives from elsewhere than the key
+    /// light.
+    fn resolve(&self, blocked: &[bool]) -> (bool, Vec3) {
+        let (own, other) = blocked.split_at(usize::from(self.faces_sun).min(blocked.len()));
+        let ambient = match self.bounce {
+            None => self.sky * self.openness,
+            Some((light, sun)) => bounced_light(if other == [false] { light + sun } else { light }, self.sky),
+        };
+        (own == [false], ambient)
     }
 }
 
+/// Light from where the sky is blocked: no brighter than the sky, so that few samples suffice, and paler than the surfaces that
+/// reflect it, as each further bounce would add light of others.
+pub(super) fn bounced_light(light: Vec3, sky: Vec3) -> Vec3 {
+    let grey = light.element_sum() / 3.0;
+    light.lerp(Vec3::splat(grey), BOUNCE_PALENESS).min(sky)
+}
+
 impl Lit {
+    /// Shading without a measured openness: the first sample sees the whole sky.
+    pub(super) const fn new(lights: Lights) -> Self {
+        Self { lights, mean_openness: Vec3::ONE }
+    }
+
     /// Whether a surface faces the sun. The flat normal must face it too, or self-shadowing would show the triangles of smooth
     /// surfaces.
-    fn faces_sun(&self, orientation: &Orientation) -> bool {
-        orientation.smooth.dot(self.sun) > 0.0 && orientation.geometric.dot(self.sun) > 0.0
+    fn faces_sun(orientation: &Orientation, sun: Vec3) -> bool {
+        orientation.smooth.dot(sun) > 0.0 && orientation.geometric.dot(sun) > 0.0
+    }
+
+    /// Traces one ray into the hemisphere of a surface; `None` if it meets the sky. Returns the light that arrives from there, as
+    /// if from everywhere: first that without the sun, then that of the sun on what was hit, whose shadow ray is appended to `rays`. The sum of both is to
+    /// go through [`bounced_light`].
+    pub(super) fn trace_ambient<C: Container>(
+        &self,
+        context: &TraceContext<C>,
+        position: Vec3,
+        orientation: &Orientation,
+        id: SampleId,
+        rays: &mut Vec<Ray>,
+    ) -> Option<(Vec3, Vec3)> {
+        let ray = around(context, position, orientation, f32::INFINITY, 1, id).next()?;
+        let hit = context.closest(&ray)?;
+        let scene = context.scene;
+        let material = scene.material(hit.primitive_index);
+        let color = surface::base_color(scene, material, &hit);
+        if material.unlit {
+            return Some((color + material.emissive, Vec3::ZERO));
+        }
+        let there = surface::orientation(scene, &ray, &hit);
+        let distance = (hit.t / (CONTACT_RADIUS * context.diagonal)).min(1.0);
+        let [near, far] = BOUNCED_SKY;
+        let mut light = self.lights.sky(there.smooth) * (near + (far - near) * distance);
+        let mut bounced_sun = Vec3::ZERO;
+        let (towards_key, key) = self.lights.key(-ray.direction);
+        if self.lights.sun().is_none() {
+            light += key * (BOUNCED_HEADLIGHT * there.smooth.dot(towards_key).max(0.0));
+        } else if Self::faces_sun(&there, towards_key) {
+            bounced_sun = color * key * there.smooth.dot(towards_key);
+            let position = surface::position(scene, &hit);
+            rays.push(context.ray_from(position, there.geometric, towards_key, f32::INFINITY));
+        }
+        Some((color * light + material.emissive, bounced_sun))
     }
 }
 
 impl<C: Container> Shade<C> for Lit {
-    /// A contact-shadow ray, then a shadow ray to the sun.
-    fn occlusion_rays(&self, context: &TraceContext<C>, ray: &Ray, hit: &Hit, id: SampleId, rays: &mut Vec<Ray>) {
-        // The first sample stays noise-free and fast; each further one adds a contact-shadow ray.
-        let contact = id.sample > 0;
-        if !contact && self.light == Light::Headlight || context.scene.material(hit.primitive_index).unlit {
-            return;
-        }
-        let orientation = surface::orientation(context.scene, ray, hit);
-        let position = surface::position(context.scene, hit);
-        if contact {
-            rays.extend(around(context, position, &orientation, context.diagonal * CONTACT_RADIUS, 1, id));
-        }
-        if self.light == Light::Sun && self.faces_sun(&orientation) {
-            rays.push(context.ray_from(position, orientation.geometric, self.sun, f32::INFINITY));
-        }
-    }
+    type Point = LitPoint;
 
-    fn hit(&self, context: &TraceContext<C>, ray: &Ray, hit: &Hit, _tests: TestCounts, blocked: &[bool]) -> Shaded {
+    /// A shadow ray to the sun, then one from what blocks the sky.
+    fn prepare(
+        &self,
+        context: &TraceContext<C>,
+        ray: &Ray,
+        hit: &Hit,
+        id: SampleId,
+        shadow_rays: &mut Vec<Ray>,
+    ) -> LitPoint {
         let scene = context.scene;
         let material = scene.material(hit.primitive_index);
         let base_color = surface::base_color(scene, material, hit);
+        let mut point = LitPoint {
+            emitted: material.emissive,
+            is_unlit: material.unlit,
+            openness: Vec3::ONE,
+            ..LitPoint::default()
+        };
         if material.unlit {
-            return Shaded { color: base_color + material.emissive, value: 0.0 };
+            point.emitted += base_color;
+            return point;
         }
         let orientation = surface::orientation(scene, ray, hit);
-        let normal = orientation.smooth;
-
-        let mut sky = GROUND.lerp(SKY, 0.5 + 0.5 * normal.dot(self.up));
-        let faces_sun = self.light == Light::Sun && self.faces_sun(&orientation);
-        let (contact, sun) = blocked.split_at(blocked.len() - usize::from(faces_sun));
-        if !contact.is_empty() {
-            sky *= BOUNCE + (1.0 - BOUNCE) * openness(contact);
+        let position = surface::position(scene, hit);
+        point.normal = orientation.smooth;
+        point.sky = self.lights.sky(point.normal);
+        point.reflectance = Reflectance::new(base_color, 0.0, 1.0, Vec3::splat(0.04));
+        if let Some(sun) = self.lights.sun()
+            && Self::faces_sun(&orientation, sun)
+        {
+            let towards = if id.sample == 0 { sun } else { self.lights.towards_sun(id.light_point()) };
+            shadow_rays.push(context.ray_from(position, orientation.geometric, towards, f32::INFINITY));
+            point.faces_sun = true;
         }
-        let key = match self.light {
-            Light::Headlight => HEADLIGHT * normal.dot(-ray.direction).max(0.0),
-            Light::Sun => {
-                if sun == [false] {
-                    SUN * normal.dot(self.sun)
-                } else {
-                    Vec3::ZERO
-                }
-            }
-        };
-        Shaded { color: tone_map(base_color * (sky + key) + material.emissive), value: 0.0 }
-    }
-}
-
-/// Identity up to `SHOULDER`, then an exponential roll-off below 1.
-fn tone_map(color: Vec3) -> Vec3 {
-    color.map(|x| if x <= SHOULDER { x } else { 1.0 - (1.0 - SHOULDER) * ((SHOULDER - x) / (1.0 - SHOULDER)).exp() })
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn tone_mapping_keeps_mid_greys_order_and_range() {
-        assert_eq!(tone_map(Vec3::new(0.0, 0.18, 0.5)), Vec3::new(0.0, 0.18, 0.5));
-        let steps: Vec<f32> = (0..100).map(|i| tone_map(Vec3::splat(i as f32 * 0.03)).x).collect();
-        assert!(steps.windows(2).all(|pair| pair[0] < pair[1] && pair[1] < 1.0));
-        assert!(tone_map(Vec3::NAN).x.is_nan());
+        // The first sample stays noise-free and fast.
+        if id.sample == 0 {
+            point.openness = self.mean_openness;
+        } else {
+            point.bounce = self.trace_ambient(context, position, &orientation, id, shadow_rays);
+        }
+        point
     }
 
-    #[test]
-    fn the_sun_stands_above_in_every_up_axis() {
-        for up in [Vec3::Y, Vec3::Z, Vec3::X] {
-            assert!(Lit::new(Light::Sun, up).sun.dot(up) > 0.5);
+    fn hit(
+        &self,
+        _context: &TraceContext<C>,
+        ray: &Ray,
+        _hit: &Hit,
+        point: &LitPoint,
+        _tests: TestCounts,
+        blocked: &[bool],
+    ) -> Shaded {
+        if point.is_unlit {
+            return Shaded::color(point.emitted);
         }
+        let LitPoint { reflectance, normal, .. } = *point;
+        let view = -ray.direction;
+        let (sees_sun, ambient) = point.resolve(blocked);
+        let mirrored = reflectance.mirrored(normal.dot(view));
+        // What blocks the sky blocks its reflection as well.
+        let openness = ambient / point.sky;
+        let direction = (normal * (2.0 * normal.dot(view)) - view).normalize_or(normal);
+        let mut radiance = reflectance.diffuse * (1.0 - mirrored.max_element()) * ambient
+            + mirrored * self.lights.mirrored_sky(direction, reflectance.roughness()) * openness;
+        if sees_sun || self.lights.sun().is_none() {
+            let (towards_key, key) = self.lights.key(view);
+            radiance += reflectance.direct(normal, view, towards_key) * key;
+        }
+        Shaded::radiance(radiance + point.emitted)
     }
 }

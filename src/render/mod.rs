@@ -25,6 +25,14 @@ mod edges;
 
 mod lit;
 
+mod lights;
+
+mod brdf;
+
+mod exposure;
+
+mod tone;
+
 mod ambient_occlusion;
 
 pub mod clusters;
@@ -39,5 +47,5 @@ pub use color_map::ColorMap;
 pub use frame::{Frame, FrameStats};
 pub use primary::{PrimaryTrace, TestSummary, count_tests, trace_primary, trace_primary_wide};
 pub use request::RenderRequest;
-pub use settings::{HeatKind, Light, RenderSettings, Shading};
-pub use tiles::{RenderError, render};
+pub use settings::{Exposure, HeatKind, Light, RenderSettings, Shading};
+pub use tiles::{RenderError, render, render_radiance};

@@ -32,10 +32,18 @@ pub(super) struct SampleId {
 impl SampleId {
     /// Point `index` of this pixel's sequence in the unit square.
     pub(super) fn point(self, index: u32) -> Vec2 {
-        let hash = hash(self.x, self.y);
-        let shift = Vec2::new((hash & 0xffff) as f32, (hash >> 16) as f32) / 65_536.0;
-        r2(index, shift)
+        r2(index, shift(hash(self.x, self.y)))
     }
+
+    /// This sample's point of another sequence of the pixel, for the direction to a light.
+    pub(super) fn light_point(self) -> Vec2 {
+        r2(self.sample, shift(hash(!self.y, self.x)))
+    }
+}
+
+/// A point of the unit square from the two halves of a hash.
+fn shift(hash: u32) -> Vec2 {
+    Vec2::new((hash & 0xffff) as f32, (hash >> 16) as f32) / 65_536.0
 }
 
 /// Hashes two numbers into 32 bits (the finaliser of `MurmurHash3`, public domain).

@@ -73,6 +73,25 @@ impl Light {
     }
 }
 
+/// Exposure of lit shading: how much light is shown as white.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Exposure {
+    /// Metered from the light that arrives at the surfaces in view, so that a dark interior is as easy to see as an outdoor
+    /// scene, and a black model stays black.
+    #[default]
+    Auto,
+    /// Fixed, in stops (EV): each doubles the light, 0 shows it as it is.
+    Fixed(f32),
+}
+
+impl Exposure {
+    /// Largest number of stops in either direction that the meter chooses.
+    pub const MAX_AUTO: f32 = 4.0;
+    /// Largest number of stops in either direction that can be set.
+    pub const MAX_FIXED: f32 = 8.0;
+}
+
 /// Everything that decides a picture beside scene, tree, camera and size.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct RenderSettings {
@@ -80,6 +99,9 @@ pub struct RenderSettings {
     pub shading: Shading,
     /// The key light of lit shading.
     pub light: Light,
+    /// Exposure of lit shading.
+    #[serde(default)]
+    pub exposure: Exposure,
     /// Depth of the nodes that cluster colours show; leaves above keep their own colour.
     pub cluster_depth: u32,
     /// Traversal order wherever tests are counted.
@@ -103,6 +125,7 @@ impl Default for RenderSettings {
         Self {
             shading: Shading::Lit,
             light: Light::Sun,
+            exposure: Exposure::Auto,
             cluster_depth: 6,
             traversal: Traversal::Ordered,
             heat_range: None,

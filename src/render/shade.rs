@@ -16,13 +16,26 @@ use bvhscope_engine::tree::traverse::TestCounts;
 pub(super) struct Shaded {
     /// Linear RGB; unused in modes that colour their values afterwards.
     pub(super) color: Vec3,
+    /// Whether the colour is radiance, to be exposed and tone mapped, rather than what is shown.
+    pub(super) is_radiance: bool,
     /// The value that the colour encodes, in modes that have one.
     pub(super) value: f32,
 }
 
 impl Shaded {
-    fn color(color: Vec3) -> Self {
-        Self { color, value: 0.0 }
+    /// A colour that is shown as it is.
+    pub(super) const fn color(color: Vec3) -> Self {
+        Self { color, is_radiance: false, value: 0.0 }
+    }
+
+    /// Linear radiance.
+    pub(super) const fn radiance(color: Vec3) -> Self {
+        Self { color, is_radiance: true, value: 0.0 }
+    }
+
+    /// A value that is coloured afterwards.
+    const fn value(value: f32) -> Self {
+        Self { color: Vec3::ZERO, is_radiance: false, value }
     }
 }
 
@@ -36,11 +49,31 @@ pub(super) trait Shade<C: Container>: Sync {
         false
     }
 
-    /// Appends the occlusion rays that [`Shade::hit`] needs to `rays`.
-    fn occlusion_rays(&self, _context: &TraceContext<C>, _ray: &Ray, _hit: &Hit, _id: SampleId, _rays: &mut Vec<Ray>) {}
+    /// What is worked out about a hit before its occlusion rays are traced.
+    type Point: Copy + Default;
 
-    /// The sample of a ray that hit a surface. `blocked` has one element per ray of [`Shade::occlusion_rays`].
-    fn hit(&self, context: &TraceContext<C>, ray: &Ray, hit: &Hit, tests: TestCounts, blocked: &[bool]) -> Shaded;
+    /// Works out what [`Shade::hit`] needs, and appends its occlusion rays to `rays`.
+    fn prepare(
+        &self,
+        _context: &TraceContext<C>,
+        _ray: &Ray,
+        _hit: &Hit,
+        _id: SampleId,
+        _rays: &mut Vec<Ray>,
+    ) -> Self::Point {
+        Self::Point::default()
+    }
+
+    /// The sample of a ray that hit a surface. `blocked` has one element per ray of [`Shade::prepare`].
+    fn hit(
+        &self,
+        context: &TraceContext<C>,
+        ray: &Ray,
+        hit: &Hit,
+        point: &Self::Point,
+        tests: TestCounts,
+        blocked: &[bool],
+    ) -> Shaded;
 
     /// The sample of a ray that hit nothing; `background` is the linear background colour.
     fn miss(&self, background: Vec3, _tests: TestCounts) -> Shaded {
@@ -52,7 +85,17 @@ pub(super) trait Shade<C: Container>: Sync {
 pub(super) struct Normals;
 
 impl<C: Container> Shade<C> for Normals {
-    fn hit(&self, context: &TraceContext<C>, ray: &Ray, hit: &Hit, _tests: TestCounts, _blocked: &[bool]) -> Shaded {
+    type Point = ();
+
+    fn hit(
+        &self,
+        context: &TraceContext<C>,
+        ray: &Ray,
+        hit: &Hit,
+        _point: &(),
+        _tests: TestCounts,
+        _blocked: &[bool],
+    ) -> Shaded {
         let normal = surface::orientation(context.scene, ray, hit).smooth;
         // Normal maps usually hold sRGB-encoded numbers.
         Shaded::color((normal * 0.5 + 0.5).map(srgb::decode))
@@ -63,12 +106,22 @@ impl<C: Container> Shade<C> for Normals {
 pub(super) struct Depth;
 
 impl<C: Container> Shade<C> for Depth {
-    fn hit(&self, context: &TraceContext<C>, ray: &Ray, hit: &Hit, _tests: TestCounts, _blocked: &[bool]) -> Shaded {
-        Shaded { color: Vec3::ZERO, value: context.camera.view_depth(ray, hit.t) }
+    type Point = ();
+
+    fn hit(
+        &self,
+        context: &TraceContext<C>,
+        ray: &Ray,
+        hit: &Hit,
+        _point: &(),
+        _tests: TestCounts,
+        _blocked: &[bool],
+    ) -> Shaded {
+        Shaded::value(context.camera.view_depth(ray, hit.t))
     }
 
     fn miss(&self, _background: Vec3, _tests: TestCounts) -> Shaded {
-        Shaded { color: Vec3::ZERO, value: super::frame::Frame::NO_HIT }
+        Shaded::value(super::frame::Frame::NO_HIT)
     }
 }
 
@@ -76,14 +129,24 @@ impl<C: Container> Shade<C> for Depth {
 pub(super) struct AmbientOcclusion;
 
 impl<C: Container> Shade<C> for AmbientOcclusion {
-    fn occlusion_rays(&self, context: &TraceContext<C>, ray: &Ray, hit: &Hit, id: SampleId, rays: &mut Vec<Ray>) {
+    type Point = ();
+
+    fn prepare(&self, context: &TraceContext<C>, ray: &Ray, hit: &Hit, id: SampleId, rays: &mut Vec<Ray>) {
         let position = surface::position(context.scene, hit);
         let orientation = surface::orientation(context.scene, ray, hit);
         let radius = context.diagonal * ambient_occlusion::RADIUS;
         rays.extend(around(context, position, &orientation, radius, ambient_occlusion::RAYS, id));
     }
 
-    fn hit(&self, _context: &TraceContext<C>, _ray: &Ray, _hit: &Hit, _tests: TestCounts, blocked: &[bool]) -> Shaded {
+    fn hit(
+        &self,
+        _context: &TraceContext<C>,
+        _ray: &Ray,
+        _hit: &Hit,
+        _point: &(),
+        _tests: TestCounts,
+        blocked: &[bool],
+    ) -> Shaded {
         let open = openness(blocked);
         // Encoded as sRGB, so that half open looks half bright.
         Shaded::color(Vec3::splat(srgb::decode(0.05 + 0.9 * open)))
@@ -100,18 +163,28 @@ impl Heat {
             HeatKind::Primitives => tests.primitives,
             HeatKind::Both | HeatKind::Steps => tests.containers + tests.primitives,
         };
-        Shaded { color: Vec3::ZERO, value: value as f32 }
+        Shaded::value(value as f32)
     }
 }
 
 impl<C: Container> Shade<C> for Heat {
+    type Point = ();
+
     const COUNTS: bool = true;
 
     fn counts_steps(&self) -> bool {
         self.0 == HeatKind::Steps
     }
 
-    fn hit(&self, _context: &TraceContext<C>, _ray: &Ray, _hit: &Hit, tests: TestCounts, _blocked: &[bool]) -> Shaded {
+    fn hit(
+        &self,
+        _context: &TraceContext<C>,
+        _ray: &Ray,
+        _hit: &Hit,
+        _point: &(),
+        tests: TestCounts,
+        _blocked: &[bool],
+    ) -> Shaded {
         self.value(tests)
     }
 

@@ -7,11 +7,13 @@ use arrayvec::ArrayVec;
 use glam::Vec3;
 use rayon::prelude::*;
 
-use super::assemble::{Pixel, assemble};
+use super::assemble::{self, Pixel, assemble};
 use super::clusters::Clusters;
 use super::edges;
+use super::exposure::meter;
 use super::frame::{Frame, FrameStats};
 use super::grid::{Grid, TILE_AREA};
+use super::lights::Lights;
 use super::lit::Lit;
 use super::primary::{TestSummary, count_tests};
 use super::request::RenderRequest;
@@ -61,6 +63,25 @@ pub fn render(
     token: &CancelToken,
     deliver: &(dyn Fn(Frame) + Sync),
 ) -> Result<Frame, RenderError> {
+    trace(request, token, deliver, None)
+}
+
+/// [`render`] that also returns the linear radiance of each pixel, row by row: red, green and blue in linear sRGB, neither
+/// exposed nor tone mapped. The background, unlit surfaces and all shading modes but the lit one have the colours with which
+/// they are shown; modes that show values are black.
+pub fn render_radiance(request: &RenderRequest, token: &CancelToken) -> Result<(Frame, Vec<[f32; 3]>), RenderError> {
+    let mut radiance = Vec::new();
+    let frame = trace(request, token, &|_| (), Some(&mut radiance))?;
+    Ok((frame, radiance))
+}
+
+/// [`render`], with the radiance of the last frame into `radiance`.
+fn trace(
+    request: &RenderRequest,
+    token: &CancelToken,
+    deliver: &(dyn Fn(Frame) + Sync),
+    radiance: Option<&mut Vec<[f32; 3]>>,
+) -> Result<Frame, RenderError> {
     let accel = &*request.accel;
     with_tree!(&accel.tree, tree => {
         let camera = request.camera.for_size(request.width_px, request.height_px);
@@ -70,31 +91,43 @@ pub fn render(
         }
         let context = TraceContext::new(accel, tree, camera, request.height_px.max(1), request.settings.simd);
         // The shading mode is chosen here, outside of all loops.
+        let mut output = Output { request, exposure_stops: 0.0, deliver, radiance };
         match request.settings.shading {
             Shading::Lit => {
-                let lit = Lit::new(request.settings.light, accel.scene.up);
-                passes(&context, &lit, request, token, deliver)
+                let mut lit = Lit::new(Lights::new(request.settings.light, accel.scene.up));
+                let metered = meter(&context, &lit, request, token)?;
+                (lit.mean_openness, output.exposure_stops) = (metered.openness, metered.stops);
+                passes(&context, &lit, output, token)
             }
-            Shading::Normals => passes(&context, &Normals, request, token, deliver),
-            Shading::Depth => passes(&context, &Depth, request, token, deliver),
-            Shading::AmbientOcclusion => passes(&context, &AmbientOcclusion, request, token, deliver),
+            Shading::Normals => passes(&context, &Normals, output, token),
+            Shading::Depth => passes(&context, &Depth, output, token),
+            Shading::AmbientOcclusion => passes(&context, &AmbientOcclusion, output, token),
             Shading::Clusters => {
                 let clusters = Clusters::new(tree, request.settings.cluster_depth, token)?;
-                passes(&context, &clusters, request, token, deliver)
+                passes(&context, &clusters, output, token)
             }
-            Shading::Heat(kind) => passes(&context, &Heat(kind), request, token, deliver),
+            Shading::Heat(kind) => passes(&context, &Heat(kind), output, token),
         }
     })
+}
+
+/// What becomes of the traced pixels.
+struct Output<'a> {
+    request: &'a RenderRequest,
+    exposure_stops: f32,
+    deliver: &'a (dyn Fn(Frame) + Sync),
+    /// Receives the radiance of the last frame.
+    radiance: Option<&'a mut Vec<[f32; 3]>>,
 }
 
 /// Sample passes over all tiles.
 fn passes<C: Container, S: Shade<C>>(
     context: &TraceContext<C>,
     shade: &S,
-    request: &RenderRequest,
+    output: Output<'_>,
     token: &CancelToken,
-    deliver: &(dyn Fn(Frame) + Sync),
 ) -> Result<Frame, RenderError> {
+    let Output { request, exposure_stops, deliver, radiance } = output;
     let grid = Grid::new(request);
     if S::COUNTS {
         // Once here rather than in every thread.
@@ -138,7 +171,7 @@ fn passes<C: Container, S: Shade<C>>(
                         .or(counted.map(|summary| summary.primitive_tests_per_ray)),
                     nan_samples,
                 };
-                assemble(request, &grid, &pixels, sample, stats, token)
+                assemble(request, &grid, &pixels, sample, exposure_stops, stats, token)
             };
             let to_count = request.count_tests && grid.coarseness == 1 && !counts_itself && counted.is_none();
             if sample < samples || to_count {
@@ -151,6 +184,9 @@ fn passes<C: Container, S: Shade<C>>(
             }
             if sample == samples {
                 let frame = frame(counted)?;
+                if let Some(radiance) = radiance {
+                    *radiance = assemble::radiance(&grid, &pixels, samples, token)?;
+                }
                 // From the last to the first: some allocators return memory only from the end of the heap.
                 while let Some(tile) = pixels.pop() {
                     token.check()?;
@@ -182,40 +218,46 @@ fn trace_tile<C: Container, S: Shade<C>>(
         let point = grid.point(x, y, within);
         context.camera.ray(point.x, point.y)
     };
-    let mut finish =
-        |[x, y]: [u32; 2], index: usize, ray: Ray, hit: Option<Hit>, tests: TestCounts, blocked: &[bool]| {
-            let pixel = &mut pixels[index];
-            let point = grid.point(x, y, within);
-            let mut shaded = match &hit {
-                Some(hit) => shade.hit(context, &ray, hit, tests, blocked),
-                None => shade.miss(context.background(point.y), tests),
-            };
-            if let Some(hit) = hit.filter(|_| request.settings.mesh_edges) {
-                let triangle = &context.scene.triangles[hit.primitive_index as usize];
-                let pixel_size =
-                    context.camera.pixel_size(context.camera.view_depth(&ray, hit.t)) * grid.coarseness as f32;
-                let ink = edges::ink(triangle, &ray, &hit, pixel_size);
-                // Values are coloured afterwards: until then the unused colour stores the line's coverage.
-                let values = request.settings.shading.has_values();
-                shaded.color = if values { Vec3::splat(ink) } else { edges::over_surface(shaded.color, ink) };
-            }
-            if shaded.color.is_finite() {
-                pixel.sum += shaded.color;
-            } else {
-                counts.nan_samples += 1;
-            }
-            counts.hits += u64::from(hit.is_some());
-            counts.tests.containers += tests.containers;
-            counts.tests.primitives += tests.primitives;
-            if sample == 0 {
-                pixel.value = shaded.value;
-                if let Some(hit) = hit {
-                    pixel.depth = context.camera.view_depth(&ray, hit.t);
-                    pixel.distance = hit.t - ortho_offset;
-                    pixel.primitive = hit.primitive_index;
-                }
-            }
+    let mut finish = |[x, y]: [u32; 2],
+                      index: usize,
+                      ray: Ray,
+                      hit: Option<(Hit, S::Point)>,
+                      tests: TestCounts,
+                      blocked: &[bool]| {
+        let pixel = &mut pixels[index];
+        let mut shaded = match &hit {
+            Some((hit, point)) => shade.hit(context, &ray, hit, point, tests, blocked),
+            None => shade.miss(context.background(grid.point(x, y, within).y), tests),
         };
+        let hit = hit.map(|(hit, _)| hit);
+        if let Some(hit) = hit.filter(|_| request.settings.mesh_edges) {
+            let triangle = &context.scene.triangles[hit.primitive_index as usize];
+            let pixel_size = context.camera.pixel_size(context.camera.view_depth(&ray, hit.t)) * grid.coarseness as f32;
+            let ink = edges::ink(triangle, &ray, &hit, pixel_size);
+            // Values are coloured afterwards: until then the unused colour stores the line's coverage.
+            let values = request.settings.shading.has_values();
+            shaded.color = if values { Vec3::splat(ink) } else { edges::over_surface(shaded.color, ink) };
+        }
+        if !shaded.color.is_finite() {
+            counts.nan_samples += 1;
+        } else if shaded.is_radiance {
+            pixel.radiance += shaded.color;
+            pixel.radiance_samples += 1;
+        } else {
+            pixel.shown += shaded.color;
+        }
+        counts.hits += u64::from(hit.is_some());
+        counts.tests.containers += tests.containers;
+        counts.tests.primitives += tests.primitives;
+        if sample == 0 {
+            pixel.value = shaded.value;
+            if let Some(hit) = hit {
+                pixel.depth = context.camera.view_depth(&ray, hit.t);
+                pixel.distance = hit.t - ortho_offset;
+                pixel.primitive = hit.primitive_index;
+            }
+        }
+    };
     if S::COUNTS {
         grid.for_each_pixel(tile, |x, y, index| {
             let (ray, mut tests) = (ray(x, y), TestCounts::default());
@@ -224,7 +266,7 @@ fn trace_tile<C: Container, S: Shade<C>>(
             } else {
                 context.closest_solid(&ray, request.settings.traversal, &mut tests)
             };
-            finish([x, y], index, ray, hit, tests, &[]);
+            finish([x, y], index, ray, hit.map(|hit| (hit, S::Point::default())), tests, &[]);
         });
     } else {
         let (mut rays, mut places) = (ArrayVec::<_, TILE_AREA>::new(), ArrayVec::<_, TILE_AREA>::new());
@@ -235,17 +277,17 @@ fn trace_tile<C: Container, S: Shade<C>>(
         let mut hits = [None; TILE_AREA];
         context.closest_of_tile(&rays, &mut hits);
         // All occlusion rays of the tile are traced together, pixel after pixel.
-        let (mut towards_light, mut ends) = (Vec::new(), ArrayVec::<usize, TILE_AREA>::new());
+        let mut towards_light = Vec::new();
+        let mut prepared = Vec::with_capacity(TILE_AREA);
         for ((&([x, y], _), ray), hit) in places.iter().zip(&rays).zip(&hits) {
-            if let Some(hit) = hit {
-                shade.occlusion_rays(context, ray, hit, SampleId { x, y, sample }, &mut towards_light);
-            }
-            ends.push(towards_light.len());
+            let id = SampleId { x, y, sample };
+            let point = hit.map(|hit| (hit, shade.prepare(context, ray, &hit, id, &mut towards_light)));
+            prepared.push((point, towards_light.len()));
         }
         let mut blocked = vec![false; towards_light.len()];
         context.are_blocked(&towards_light, &mut blocked);
         let mut start = 0;
-        for ((((pixel, index), ray), hit), end) in places.into_iter().zip(rays).zip(hits).zip(ends) {
+        for (((pixel, index), ray), (hit, end)) in places.into_iter().zip(rays).zip(prepared) {
             finish(pixel, index, ray, hit, TestCounts::default(), &blocked[start..end]);
             start = end;
         }

@@ -128,6 +128,13 @@ impl<'a, C: Container> TraceContext<'a, C> {
         }
     }
 
+    /// Whether anything but cut-outs lies on a ray.
+    pub(super) fn is_blocked(&self, ray: &Ray) -> bool {
+        let mut blocked = [false];
+        self.are_blocked(std::slice::from_ref(ray), &mut blocked);
+        blocked[0]
+    }
+
     #[cold]
     fn beyond_holes(&self, ray: &Ray, mut hit: Hit) -> Option<Hit> {
         let mut rest = *ray;

@@ -134,6 +134,7 @@ mod tests {
             values,
             value_range: [0.0, 1.0],
             samples: 1,
+            exposure_stops: 0.0,
             camera: Camera::framing(&Aabb::EMPTY, glam::Vec3::Y),
             settings: RenderSettings { shading, ..RenderSettings::default() },
             stats: FrameStats::default(),

@@ -164,6 +164,45 @@ fn render_writes_picture_and_distances() {
 }
 
 #[test]
+fn render_writes_linear_radiance() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = |name: &str| folder.path().join(name).to_str().unwrap().to_owned();
+    let render = |output: &str, flags: &[&str]| {
+        let line = ["render", "builtin:teapot:2", "--size", "48x32", "--samples", "1", "-o", output];
+        run(&[&line, flags].concat())
+    };
+    for (name, flags) in [("a.png", &[][..]), ("a.exr", &[]), ("b.EXR", &["--exposure", "3"])] {
+        let (code, _, error) = render(&path(name), flags);
+        assert_eq!(code, 0, "{name}: {error}");
+    }
+    let [shown, linear, exposed] = ["a.png", "a.exr", "b.EXR"].map(|name| image::open(path(name)).unwrap().to_rgb32f());
+    assert_eq!(linear, exposed, "the exposure is left to whoever reads the file");
+    // In the background the linear values are those that the screen shows; the teapot is darkened by 0.04 for the screen.
+    let encode = |x: f32| if x <= 0.003_130_8 { 12.92 * x } else { 1.055 * x.powf(1.0 / 2.4) - 0.055 };
+    for (x, y, pixel) in linear.enumerate_pixels() {
+        let [linear, shown] = [pixel.0[0], shown.get_pixel(x, y).0[0]];
+        let on_teapot = linear > 0.06;
+        let expected = encode(if on_teapot { linear - 0.04 } else { linear });
+        // Highlights are compressed further, dark places less.
+        assert!(
+            linear.is_finite() && shown <= expected.max(encode(linear * 0.2)) + 0.02,
+            "({x}, {y}): {linear}, {shown}"
+        );
+        assert!(on_teapot || (shown - expected).abs() < 0.004, "({x}, {y}): {linear}, {shown}");
+    }
+    let brightest = linear.pixels().map(|pixel| pixel.0[0]).fold(0.0, f32::max);
+    assert!((0.7..3.0).contains(&brightest), "{brightest}");
+    for (name, flags, reason) in [
+        ("c.exr", &["--overlay", "box"][..], "linear radiance"),
+        ("c.exr", &["--shading", "heat"], "stand for numbers"),
+        ("c.jpg", &[], "must end in .png or .exr"),
+    ] {
+        let (code, _, error) = render(&path(name), flags);
+        assert!(code == 2 && error.contains(reason) && !std::path::Path::new(&path(name)).exists(), "{error}");
+    }
+}
+
+#[test]
 fn plots_open_as_pictures() {
     let folder = tempfile::tempdir().unwrap();
     let lines = folder.path().join("rows.jsonl");

@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use bvhscope::accel::Accel;
 use bvhscope::camera::{Camera, Projection};
-use bvhscope::render::{Frame, Light, RenderRequest, RenderSettings, Shading, render};
+use bvhscope::render::{Exposure, Frame, Light, RenderRequest, RenderSettings, Shading, render};
 use bvhscope::scene::{LoadOptions, Scene, SceneSource, load};
 use bvhscope_engine::{BuildSettings, CancelToken};
 use glam::Vec3;
@@ -33,9 +33,35 @@ fn zip(a: Color, b: Color, f: impl Fn(f64, f64) -> f64) -> Color {
     std::array::from_fn(|channel| f(a[channel], b[channel]))
 }
 
-/// Light that a surface facing the camera reflects of sky and headlight, for each unit of its base colour: 1.23 in all channels,
-/// half of sky (0.50, 0.55, 0.62) and ground (0.26, 0.23, 0.20) and all of the headlight (0.85, 0.84, 0.82).
-const HEADLIGHT: f64 = 1.23;
+/// Light of the sky on a surface facing the camera, half of (0.50, 0.55, 0.62) above and (0.26, 0.23, 0.20) below, and of the
+/// headlight.
+const SKY: Color = [0.38, 0.39, 0.41];
+const HEADLIGHT: Color = [0.85, 0.84, 0.82];
+
+/// Radiance of a rough dielectric of this base colour that faces camera and headlight. It mirrors 4 % of the headlight by a lobe
+/// a quarter as high as a diffuse one of the same reflectance, and of the sky 0.04 (0.468 - 1.04 · 0.015) + 1.04 · 0.015 - 0.018
+/// (Karis 2014); the rest of both is scattered.
+fn lit(base: Color) -> Color {
+    const MIRRORED: f64 = 0.04 * (0.468 - 1.04 * 0.015) + 1.04 * 0.015 - 0.018;
+    std::array::from_fn(|k| {
+        let sky = SKY[k] * (base[k] * (1.0 - MIRRORED) + MIRRORED);
+        sky + HEADLIGHT[k] * (base[k] * 0.96 + 0.04 / 4.0)
+    })
+}
+
+/// Radiance on a screen: the Khronos PBR Neutral tone mapper.
+fn shown(color: Color) -> Color {
+    let least = color.into_iter().fold(f64::INFINITY, f64::min);
+    let offset = if least < 0.08 { least - 6.25 * least * least } else { 0.04 };
+    let color = color.map(|x| x - offset);
+    let peak = color.into_iter().fold(0.0, f64::max);
+    if peak < 0.76 {
+        return color;
+    }
+    let new_peak = 1.0 - 0.24 * 0.24 / (peak + 0.24 - 0.76);
+    let white = 1.0 - 1.0 / (0.15 * (peak - new_peak) + 1.0);
+    color.map(|x| x * new_peak / peak * (1.0 - white) + new_peak * white)
+}
 
 fn load_model(path: &Path) -> Scene {
     let scene = load(&SceneSource::File(path.to_owned()), &LoadOptions::default(), &CancelToken::new()).unwrap();
@@ -58,7 +84,13 @@ fn picture(scene: Scene, panels: u32) -> Frame {
     let request = RenderRequest {
         accel: Arc::new(accel),
         camera,
-        settings: RenderSettings { shading: Shading::Lit, light: Light::Headlight, samples: 1, ..Default::default() },
+        settings: RenderSettings {
+            shading: Shading::Lit,
+            light: Light::Headlight,
+            exposure: Exposure::Fixed(0.0),
+            samples: 1,
+            ..Default::default()
+        },
         width_px: panels * PIXELS,
         height_px: PIXELS,
         coarseness: 1,
@@ -256,7 +288,7 @@ fn gltf_surfaces_have_the_colors_of_their_materials() {
     let plus = |a: Color, b: Color| zip(a, b, |a, b| a + b);
     let paint = |x, y| interpolate(PAINT.map(|color| color.map(f64::from)), x, y);
     let cut_out = |x, y| if solid(x, y) { [1.0, decode(188.0 / 255.0), 0.0] } else { [0.0, 0.125, 0.5] };
-    let emissive = |_, _| plus([0.2 * HEADLIGHT, 0.1 * HEADLIGHT, 0.05 * HEADLIGHT], [0.1, 0.2, 0.5]);
+    let emissive = |_, _| shown(plus(lit([0.2, 0.1, 0.05]), [0.1, 0.2, 0.5]));
     let all = |x, y| plus(times(times(textured(x, y), [0.5, 0.75, 1.0]), paint(x, y)), [0.0, 0.0625, 0.03125]);
     check([
         differences(&frame, 0, "the textured panel", |x, y| times(textured(x, y), [1.0, 0.5, 0.75])),
@@ -298,11 +330,8 @@ fn obj_surfaces_have_the_colors_of_their_materials() {
         let [r, g, b, _] = TEXELS[usize::from(x > 0.5) + 2 * usize::from(y < 0.5)];
         [r, g, b].map(|byte| decode(f64::from(byte) / 255.0))
     };
-    let lit = |color: Color| color.map(|x| x * HEADLIGHT);
-    // Bright channels are rolled off, see the tone mapping.
-    let shown = |color: Color| color.map(|x| if x <= 0.6 { x } else { 1.0 - 0.4 * ((0.6 - x) / 0.4).exp() });
     let textured = |x, y| shown(lit(zip(texel(x, y), [0.25, 0.5, 0.75], |a, b| a * b)));
-    let emissive = |_, _| zip(lit([0.1, 0.2, 0.3]), [0.25, 0.125, 0.0625], |a, b| a + b);
+    let emissive = |_, _| shown(zip(lit([0.1, 0.2, 0.3]), [0.25, 0.125, 0.0625], |a, b| a + b));
     let corners = PAINT.map(|color| color.map(|x| decode(f64::from(x))));
     check([
         differences(&frame, 0, "the textured panel", textured),
@@ -331,6 +360,6 @@ fn ply_surfaces_have_their_vertex_colors() {
     let frame = picture(scene, 1);
     let corners = bytes.map(|color| color.map(|byte| decode(f64::from(byte) / 255.0)));
     check([differences(&frame, 0, "the panel with vertex colours", |x, y| {
-        zip(interpolate(corners, x, y), base, |color, base| color * base * HEADLIGHT)
+        shown(lit(zip(interpolate(corners, x, y), base, |color, base| color * base)))
     })]);
 }

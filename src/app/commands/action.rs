@@ -52,6 +52,8 @@ pub enum Action {
     ToggleGeometry,
     /// Show or hide the triangles' edges.
     ToggleMeshEdges,
+    /// Keep the metered exposure, or meter it again.
+    LockExposure,
     /// Fit the heat map's range to the picture.
     FitHeatRange,
     /// Choose the shading mode.

@@ -10,7 +10,7 @@ use bvhscope_engine::tree::traverse::Traversal;
 use crate::app::state::{AppState, Wanted};
 use crate::camera::Projection;
 use crate::overlay::OverlayKinds;
-use crate::render::{Light, Shading};
+use crate::render::{Exposure, Light, Shading};
 
 /// The `bvhscope render` command that renders the present picture.
 pub fn command_line(state: &AppState) -> String {
@@ -59,6 +59,9 @@ pub fn command_line(state: &AppState) -> String {
     }
     if render.light == Light::Headlight {
         flag("--light", render.light.name().to_owned());
+    }
+    if let Exposure::Fixed(stops) = render.exposure {
+        flag("--exposure", stops.to_string());
     }
     if uses_overlay(state) {
         overlay_flags(state, &mut line);

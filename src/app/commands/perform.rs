@@ -11,7 +11,7 @@ use crate::app::state::{AppState, Navigation, Request, Severity, Side};
 use crate::app::viewport::{ZOOM_STEP, orbit};
 use crate::camera::Projection;
 use crate::overlay::OverlaySettings;
-use crate::render::{RenderSettings, Shading};
+use crate::render::{Exposure, RenderSettings, Shading};
 use crate::scene::{BUILTIN_SCENES, SceneSource};
 
 impl Action {
@@ -73,6 +73,7 @@ impl Action {
                 // Edges are drawn into the picture, so it must be shown.
                 state.preferences.show_geometry |= state.wanted.render.mesh_edges;
             }
+            Self::LockExposure => lock_exposure(state),
             Self::FitHeatRange => fit_heat_range(state),
             Self::Shade(shading) => state.wanted.render.shading = shading,
             Self::ToggleLeftPanel => state.toggle_panel(Side::Left),
@@ -165,6 +166,17 @@ fn fit_heat_range(state: &mut AppState) {
     if matches!(state.wanted.render.shading, Shading::Heat(_)) && !shown.frame.values.is_empty() {
         state.wanted.render.heat_range = shown.frame.fitted_range(&CancelToken::new()).ok();
     }
+}
+
+/// Fixes the exposure at that of the presented picture, or lets it be metered again.
+fn lock_exposure(state: &mut AppState) {
+    let shown = state.model.presented.as_ref().map_or(0.0, |shown| shown.frame.exposure_stops);
+    let exposure = &mut state.wanted.render.exposure;
+    *exposure = match exposure {
+        // Rounded, as the slider and the command line show it.
+        Exposure::Auto => Exposure::Fixed((shown * 100.0).round() / 100.0),
+        Exposure::Fixed(_) => Exposure::Auto,
+    };
 }
 
 /// Changes the threshold by `step` within its limits.

@@ -7,6 +7,7 @@ use super::walk;
 use crate::app::state::paper::RowFormat;
 use crate::app::state::{AppState, Navigation, Side};
 use crate::camera::Projection;
+use crate::render::{Exposure, Shading};
 
 impl Action {
     /// Whether the action can be performed now.
@@ -20,6 +21,7 @@ impl Action {
             Self::RaiseThreshold | Self::LowerThreshold => state.wanted.build.builder == BuilderKind::Aac,
             Self::HideSelected => selected,
             Self::ShowAll => !state.selection.nodes.hidden.is_empty(),
+            Self::LockExposure => state.wanted.render.shading == Shading::Lit,
             Self::FitHeatRange => state.model.presented.as_ref().is_some_and(|shown| !shown.frame.values.is_empty()),
             Self::FrameSelection | Self::ResetView | Self::Screenshot | Self::CopyStatistics => {
                 state.model.presented.is_some()
@@ -54,6 +56,7 @@ impl Action {
             Self::ToggleContainers => preferences.show_containers,
             Self::ToggleGeometry => preferences.show_geometry,
             Self::ToggleMeshEdges => wanted.render.mesh_edges,
+            Self::LockExposure => wanted.render.exposure != Exposure::Auto,
             Self::ToggleLeftPanel => state.shows_panel(Side::Left),
             Self::ToggleRightPanel => state.shows_panel(Side::Right),
             Self::TogglePaper => preferences.paper_open,

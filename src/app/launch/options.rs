@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use crate::app::launch::settings::SettingsUse;
 use crate::app::state::{Preferences, Wanted};
 use crate::overlay::ColorBy;
-use crate::render::{ColorMap, Light, Shading};
+use crate::render::{ColorMap, Exposure, Light, Shading};
 use crate::scene::{LoadOptions, SceneSource};
 use crate::view::CameraChoice;
 use bvhscope_engine::kernel::SimdLevel;
@@ -61,6 +61,8 @@ pub struct CliOverrides {
     pub shading: Option<Shading>,
     /// Light of the lit shading mode.
     pub light: Option<Light>,
+    /// Exposure of the lit shading mode.
+    pub exposure: Option<Exposure>,
     /// Tree depth of the cluster colours.
     pub cluster_depth: Option<u32>,
     /// Traversal with which tests are counted.
@@ -101,6 +103,7 @@ impl CliOverrides {
         let render = &mut wanted.render;
         set(self.shading, &mut render.shading);
         set(self.light, &mut render.light);
+        set(self.exposure, &mut render.exposure);
         set(self.cluster_depth, &mut render.cluster_depth);
         set(self.traversal, &mut render.traversal);
         set(self.heat_range.map(Some), &mut render.heat_range);

@@ -58,7 +58,7 @@ pub struct Cli {
 
 #[derive(Debug, Subcommand)]
 pub enum CommandArgs {
-    /// Render one frame into a PNG without a window, with or without overlay
+    /// Render one frame into a PNG or EXR without a window, with or without overlay
     Render(RenderArgs),
     /// Measure box and sphere: build, trace, tests per ray (the paper's tables 1 and 2)
     Bench(BenchArgs),
@@ -111,13 +111,14 @@ pub struct ViewerArgs {
   bvhscope render bunny.obj -o bunny.png --size 1920x1080 --samples 64
   bvhscope render bunny.obj -o boxes.png --overlay box --depth 5..7 --camera front
   bvhscope render bunny.obj -o heat.png --shading heat --heat-range 0..80
-  bvhscope render bunny.obj -o bunny.png --depth-image bunny.exr")]
+  bvhscope render bunny.obj -o bunny.exr
+  bvhscope render bunny.obj -o bunny.png --depth-image bunny-depth.exr")]
 pub struct RenderArgs {
     /// The model: a file, or builtin:NAME[:SIZE] [default: builtin:teapot]
     #[arg(value_name = "MODEL", value_parser = ModelParser)]
     pub model: Option<SceneSource>,
-    /// The PNG that is written
-    #[arg(short, long, value_name = "FILE.png", required_unless_present = "depth_image")]
+    /// The picture that is written: a PNG, or an EXR of linear radiance, neither exposed nor tone mapped
+    #[arg(short, long, value_name = "FILE", required_unless_present = "depth_image")]
     pub output: Option<PathBuf>,
     /// Also write each pixel's hit distance along its unit ray, infinity where nothing is hit
     #[arg(long, value_name = "FILE.exr")]

@@ -6,7 +6,7 @@ use glam::Vec3;
 use crate::cli::named::{help, named, simd};
 use crate::cli::values;
 use crate::overlay::{ColorBy, OverlayKinds};
-use crate::render::{ColorMap, Light, Shading};
+use crate::render::{ColorMap, Exposure, Light, Shading};
 use crate::view::NamedView;
 use bvhscope_engine::kernel::SimdLevel;
 use bvhscope_engine::tree::traverse::Traversal;
@@ -43,6 +43,9 @@ pub struct PictureArgs {
     /// Light of the lit mode: sun (with shadows) or headlight [default: sun]
     #[arg(long, value_name = "NAME", value_parser = named::<Light>)]
     pub light: Option<Light>,
+    /// Exposure of the lit mode: auto (metered), or a number of stops, -8 to 8, of which each doubles the light [default: auto]
+    #[arg(long, value_name = "EV", value_parser = values::exposure, allow_hyphen_values = true)]
+    pub exposure: Option<Exposure>,
     /// How rays visit nodes where tests are counted: ordered, or paper (unordered, no culling by distance)
     #[arg(long, value_name = "NAME", value_parser = named::<Traversal>)]
     pub traversal: Option<Traversal>,

@@ -82,6 +82,13 @@ pub(super) fn add(list: &mut List) {
     );
     list.add(
         place(2),
+        Action::LockExposure,
+        "Lock exposure",
+        "Keep the brightness of this view while the camera moves; again to meter it anew",
+        &[(NONE, Key::K)],
+    );
+    list.add(
+        place(2),
         Action::FitHeatRange,
         "Fit heat range",
         "Spread the colours of the heat map over the counts of this picture; the range then stays",

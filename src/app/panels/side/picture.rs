@@ -7,7 +7,7 @@ use crate::app::commands::shading_description;
 use crate::app::panels::side::histogram;
 use crate::app::panels::widgets::{Header, SliderSpec, combo, row, section, slider};
 use crate::app::state::AppState;
-use crate::render::{ColorMap, Light, RenderSettings, Shading};
+use crate::render::{ColorMap, Exposure, Light, RenderSettings, Shading};
 
 /// Shows the section.
 pub(crate) fn show(ui: &mut Ui, state: &mut AppState) {
@@ -26,8 +26,9 @@ pub(crate) fn show(ui: &mut Ui, state: &mut AppState) {
             lights.reverse();
             let tip = "Where the light comes from";
             combo(ui, "Light", tip, &mut render.light, &lights, |_| None);
+            exposure(ui, state);
         }
-        if render.shading == Shading::Clusters {
+        if state.wanted.render.shading == Shading::Clusters {
             cluster_depth(ui, state);
         }
         let render = &mut state.wanted.render;
@@ -67,6 +68,39 @@ pub(crate) fn show(ui: &mut Ui, state: &mut AppState) {
     if reset {
         state.wanted.render = RenderSettings::default();
     }
+}
+
+/// The exposure: metered, or fixed by the slider.
+fn exposure(ui: &mut Ui, state: &mut AppState) {
+    let metered = state.model.presented.as_ref().map_or(0.0, |shown| shown.frame.exposure_stops);
+    let setting = &mut state.wanted.render.exposure;
+    let mut is_auto = *setting == Exposure::Auto;
+    let tip = "Meter how much light arrives at the surfaces in view, so that interiors are as easy to see as scans outdoors. \
+               Off: the brightness stays while the camera moves (K)";
+    if row(ui, "Exposure", tip, |ui| ui.checkbox(&mut is_auto, "Auto")).changed() {
+        *setting = if is_auto { Exposure::Auto } else { Exposure::Fixed(round(metered)) };
+    }
+    let mut stops = f64::from(match *setting {
+        Exposure::Auto => round(metered),
+        Exposure::Fixed(stops) => stops,
+    });
+    let spec = SliderSpec {
+        label: "Stops",
+        tip: "Exposure in stops (EV): each doubles the light, 0 shows it as it is. Moving it switches the meter off",
+        range: -4.0..=4.0,
+        default: 0.0,
+        logarithmic: false,
+        decimals: 1,
+        zero: "",
+    };
+    if slider(ui, &mut stops, &spec) {
+        *setting = Exposure::Fixed(stops as f32);
+    }
+}
+
+/// Hundredths of a stop.
+fn round(stops: f32) -> f32 {
+    (stops * 100.0).round() / 100.0
 }
 
 fn cluster_depth(ui: &mut Ui, state: &mut AppState) {
