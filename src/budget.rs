@@ -100,6 +100,16 @@ impl Budget {
         if needed <= left { Ok(()) } else { Err(OverBudget { what: what.to_owned(), needed, left, limit: self.limit }) }
     }
 
+    /// The limit in bytes; `u64::MAX` where nothing is refused.
+    pub const fn limit(&self) -> u64 {
+        self.limit
+    }
+
+    /// Resident memory of this process in bytes; 0 where the system does not say.
+    pub fn used() -> u64 {
+        used()
+    }
+
     /// Bytes left in the budget.
     pub fn left(&self) -> u64 {
         self.limit.saturating_sub(used())

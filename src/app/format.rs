@@ -15,6 +15,11 @@ pub fn count(value: u64) -> String {
     text
 }
 
+/// A count with its noun, in the plural unless it is 1: `1 triangle`, `69,451 triangles`.
+pub fn counted(value: u64, noun: &str) -> String {
+    format!("{} {noun}{}", count(value), if value == 1 { "" } else { "s" })
+}
+
 /// Three significant digits without an exponent: `0.0123`, `1.23`, `12.3`, `123`, `1,234`. Zero is `0`, NaN and infinities
 /// are `–`.
 pub fn significant(value: f64) -> String {
@@ -125,6 +130,9 @@ mod tests {
         assert_eq!(count(1_000), "1,000");
         assert_eq!(count(69_451), "69,451");
         assert_eq!(count(1_234_567), "1,234,567");
+        assert_eq!(counted(1, "triangle"), "1 triangle");
+        assert_eq!(counted(0, "triangle"), "0 triangles");
+        assert_eq!(counted(1_000, "triangle"), "1,000 triangles");
     }
 
     #[test]

@@ -5,6 +5,7 @@
 //!
 //! | Module | What it does | What it must not know |
 //! |---|---|---|
+//! | [`glossary`] | the words of the window, explained | everything else |
 //! | [`state`] | plain values: what is wanted, shown, selected, running | egui, threads |
 //! | [`mod@format`] | numbers as text | state |
 //! | [`theme`] | colours and sizes | what is shown |
@@ -15,6 +16,8 @@
 //! | `launch` | options, saved settings, graphics device, the [`App`] itself | – |
 //!
 //! Start reading at [`state::AppState`], then `launch/app.rs` and `work/reconcile.rs`.
+
+pub mod glossary;
 
 pub mod state;
 

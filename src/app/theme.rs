@@ -25,6 +25,10 @@ pub struct Palette {
     pub error: Color32,
     /// Warnings: something was skipped or limited.
     pub warning: Color32,
+    /// A number that is better than before; told from `worse` without red and green.
+    pub better: Color32,
+    /// A number that is worse than before.
+    pub worse: Color32,
     /// Ordinary text.
     pub text: Color32,
     /// Secondary text: labels and units.
@@ -42,6 +46,8 @@ const DARK: Palette = Palette {
     warm: Color32::from_rgb(0xff, 0xb3, 0x47),
     error: Color32::from_rgb(0xf2, 0x6d, 0x60),
     warning: Color32::from_rgb(0xd9, 0xb8, 0x6a),
+    better: Color32::from_rgb(0x6f, 0xb7, 0xff),
+    worse: Color32::from_rgb(0xf2, 0x9b, 0x4e),
     text: Color32::from_rgb(0xd8, 0xd8, 0xd8),
     dim: Color32::from_rgb(0x93, 0x93, 0x93),
     line: Color32::from_rgb(0x33, 0x33, 0x33),
@@ -54,6 +60,8 @@ const LIGHT: Palette = Palette {
     warm: Color32::from_rgb(0xd0, 0x6a, 0x00),
     error: Color32::from_rgb(0xc0, 0x2b, 0x22),
     warning: Color32::from_rgb(0x8a, 0x62, 0x00),
+    better: Color32::from_rgb(0x0b, 0x5c, 0xad),
+    worse: Color32::from_rgb(0xa6, 0x4a, 0x00),
     text: Color32::from_rgb(0x26, 0x26, 0x26),
     dim: Color32::from_rgb(0x66, 0x66, 0x66),
     line: Color32::from_rgb(0xd4, 0xd4, 0xd4),

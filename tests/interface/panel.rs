@@ -66,9 +66,9 @@ pub fn present(state: &mut AppState, scene: &Arc<Scene>) {
     };
     let frame = Arc::new(render(&request, &token, &|_| {}).unwrap());
     let table = Arc::new(NodeTable::new(&accel));
-    let tests_per_ray = frame.stats.tests_per_ray();
     let frame_id = state.model.presented.as_ref().map_or(1, |shown| shown.frame_id + 1);
-    state.model.presented = Some(Presented { accel, table, frame, frame_id, tests_per_ray, threads: 0 });
+    let before = state.model.presented.as_ref().and_then(Presented::reference);
+    state.model.presented = Some(Presented { before, ..Presented::new(accel, table, frame, frame_id, 0) });
     state.model.loaded = Some(Arc::clone(scene));
     state.layout.viewport_px = [800, 500];
     state.activity.mrays_per_s = 24.1;

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use crate::panel::{harness, present, press, sized, state, with_rows};
 use bvhscope::app::state::paper::Experiment;
-use bvhscope::app::state::{AppState, PickedTriangle, Request, Severity, Theme};
+use bvhscope::app::state::{AppState, HelpPage, PickedTriangle, Request, Severity, Theme};
 use bvhscope::render::{HeatKind, Shading};
 use bvhscope_engine::cancel::CancelToken;
 use bvhscope_engine::settings::{BuildSettings, BuilderKind, Pass, Passes, Preset};
@@ -383,10 +383,10 @@ fn every_window_fits_the_smallest_screen() {
         assert!(screen.contains_rect(h.get_by_label(label).rect()), "{label} lies outside");
     }
     h.state_mut().layout.start_page_open = false;
-    h.state_mut().layout.shortcuts_open = true;
+    h.state_mut().layout.toggle_help(HelpPage::Shortcuts);
     h.run_steps(3);
     assert!(screen.contains_rect(h.get_by_label("Zoom to the point under the pointer").rect()));
-    h.state_mut().layout.shortcuts_open = false;
+    h.state_mut().layout.help = None;
     h.state_mut().layout.palette = Some("pre".to_owned());
     h.run_steps(3);
     assert!(screen.contains_rect(h.get_by_label("Command").rect()));

@@ -47,6 +47,7 @@ const VIEWER: Plan = Plan {
         ("overlay", &["console", "threads", "worker", "export", "view", "render"]),
         ("lab", &["console", "worker", "overlay"]),
         ("headless", &["worker"]),
+        ("app::glossary", &["*"]),
         ("app::state", &["worker", "headless"]),
         ("app::format", &["*"]),
         ("app::theme", &["worker", "headless", "lab"]),

@@ -114,6 +114,10 @@ pub enum Action {
     Palette,
     /// Show or hide the list of keys and mouse gestures.
     Shortcuts,
+    /// Show or hide the glossary.
+    Glossary,
+    /// Show or hide version, graphics and memory.
+    About,
     /// Show or hide the message log.
     Messages,
 }

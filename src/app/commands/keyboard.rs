@@ -25,7 +25,8 @@ pub fn handle_shortcuts(ctx: &egui::Context, state: &mut AppState) {
             if action == Action::Cancel && popup_open {
                 return true;
             }
-            let opens_dialog = matches!(action, Action::Palette | Action::Shortcuts) && *key != Key::Questionmark;
+            let opens_dialog =
+                matches!(action, Action::Palette | Action::Shortcuts | Action::Glossary) && *key != Key::Questionmark;
             let closes_dialog = action == Action::Cancel && dialogs_open(state);
             if (typing || state.layout.palette.is_some()) && !opens_dialog && !closes_dialog {
                 return true;
@@ -77,8 +78,5 @@ fn repeats(action: Action) -> bool {
 
 /// Whether a dialog is open.
 fn dialogs_open(state: &AppState) -> bool {
-    state.layout.palette.is_some()
-        || state.layout.shortcuts_open
-        || state.layout.start_page_open
-        || state.layout.messages_open
+    state.layout.palette.is_some() || state.layout.has_dialog()
 }

@@ -7,7 +7,7 @@ use super::action::Action;
 use super::command_line::command_line;
 use super::statistics_text::statistics_text;
 use super::{camera, walk};
-use crate::app::state::{AppState, Navigation, Request, Severity, Side};
+use crate::app::state::{AppState, HelpPage, Navigation, Request, Side};
 use crate::app::viewport::{ZOOM_STEP, orbit};
 use crate::camera::Projection;
 use crate::overlay::OverlaySettings;
@@ -121,7 +121,9 @@ impl Action {
             Self::Palette => {
                 state.layout.palette = if state.layout.palette.is_some() { None } else { Some(String::new()) }
             }
-            Self::Shortcuts => flip(&mut state.layout.shortcuts_open),
+            Self::Shortcuts => state.layout.toggle_help(HelpPage::Shortcuts),
+            Self::Glossary => state.layout.toggle_help(HelpPage::Glossary),
+            Self::About => flip(&mut state.layout.about_open),
             Self::Messages => flip(&mut state.layout.messages_open),
         }
     }
@@ -134,8 +136,7 @@ fn flip(value: &mut bool) {
 
 /// Copies `text` to the clipboard and posts a message about it.
 fn copy(state: &mut AppState, text: String, what: &str) {
-    state.requests.push(Request::Copy(text));
-    state.messages.notify(Severity::Info, format!("{what} copied"));
+    state.copy(text, &format!("{what} copied"));
 }
 
 /// Closes open dialogs, else cancels running jobs, else clears the selection. Refinement of the picture is cancelled last, because
@@ -144,10 +145,8 @@ fn cancel(state: &mut AppState) {
     if state.layout.palette.take().is_some() {
         return;
     }
-    if state.layout.shortcuts_open || state.layout.start_page_open || state.layout.messages_open {
-        state.layout.shortcuts_open = false;
-        state.layout.start_page_open = false;
-        state.layout.messages_open = false;
+    if state.layout.has_dialog() {
+        state.layout.close_dialogs();
     } else if state.activity.load.is_some() || state.activity.build.is_some() {
         state.requests.push(Request::CancelJobs);
     } else if state.activity.measure.is_some() {

@@ -64,7 +64,7 @@ pub fn statistics_text(state: &AppState) -> Option<String> {
     line("Trace time", format::duration(frame.stats.trace_time));
     line("Primary rays", format::count(frame.stats.primary_rays));
     line("Hits", format::count(frame.stats.hits));
-    line("Mray/s", format::significant(state.activity.mrays_per_s));
+    line("Mray/s", format::significant(state.mrays_per_s()));
     if let Some([containers, primitives]) = shown.tests_per_ray {
         line("Tests per ray", number(containers + primitives));
         line("Container tests per ray", number(containers));

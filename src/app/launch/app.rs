@@ -99,6 +99,7 @@ impl App {
         if let Some(render_state) = &context.wgpu_render_state {
             let info = render_state.adapter.get_info();
             state.graphics.adapter_name = info.name;
+            state.graphics.backend = backend_name(info.backend).to_owned();
             state.graphics.is_software = info.device_type == wgpu::DeviceType::Cpu;
             device.watch(&render_state.device, &ctx);
             let pipeline = OverlayPipeline::new(&render_state.device, render_state.target_format);
@@ -229,6 +230,18 @@ impl App {
         if self.measure_worker.is_busy() {
             ctx.request_repaint_after(PROGRESS_INTERVAL);
         }
+    }
+}
+
+/// Name of a graphics interface for the user.
+const fn backend_name(backend: wgpu::Backend) -> &'static str {
+    match backend {
+        wgpu::Backend::Vulkan => "Vulkan",
+        wgpu::Backend::Metal => "Metal",
+        wgpu::Backend::Dx12 => "Direct3D 12",
+        wgpu::Backend::Gl => "OpenGL",
+        wgpu::Backend::BrowserWebGpu => "WebGPU",
+        wgpu::Backend::Noop => "none",
     }
 }
 

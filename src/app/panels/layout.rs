@@ -2,7 +2,7 @@
 
 use egui::{self, Margin, Panel, Rect, Ui};
 
-use super::widgets::{panel_frame, scroll};
+use super::widgets::{note_panel, panel_frame, restore_sections, scroll, sections};
 use super::{bars, dialogs, over, paper, side};
 use crate::app::commands;
 use crate::app::state::{AppState, Side};
@@ -10,6 +10,8 @@ use crate::app::theme;
 
 /// Default width of a side panel in points.
 const SIDE_WIDTH: f32 = 260.0;
+/// Default height of the selection in points: all rows of a node and the buttons.
+const SELECTION_HEIGHT: f32 = 244.0;
 /// Width of the window in points below which only one side panel is shown at a time.
 const NARROW_WIDTH: f32 = 840.0;
 
@@ -17,6 +19,7 @@ const NARROW_WIDTH: f32 = 840.0;
 pub fn around(ui: &mut Ui, state: &mut AppState, viewport: impl FnOnce(&mut Ui, &mut AppState) -> Rect) {
     let ctx = ui.ctx().clone();
     theme::apply(&ctx, &state.preferences);
+    restore_sections(&ctx, &state.preferences.sections);
     commands::handle_shortcuts(&ctx, state);
     top(ui, state);
     bottom(ui, state);
@@ -27,6 +30,8 @@ pub fn around(ui: &mut Ui, state: &mut AppState, viewport: impl FnOnce(&mut Ui, 
         over_viewport(ui, rect, state);
     });
     open_dialogs(&ctx, state);
+    // Sections of a closed panel keep what was known of them.
+    state.preferences.sections.extend(sections(&ctx));
 }
 
 /// The menu bar.
@@ -36,20 +41,32 @@ fn top(ui: &mut Ui, state: &mut AppState) {
     Panel::top("menu bar").frame(frame).show(ui, |ui| bars::menu::show(ui, state));
 }
 
-/// Left panel: statistics and selection.
+/// Left panel: headline at the top, selection at the bottom, statistics in between, so that neither of the two ever moves.
 fn left(ui: &mut Ui, state: &mut AppState) {
     let shown = state.shows_panel(Side::Left);
     let mut open = shown;
     let panel = Panel::left("left panel").default_size(SIDE_WIDTH - 12.0).size_range(200.0..=400.0);
-    panel.frame(panel_frame(Margin::ZERO)).show_collapsible(ui, &mut open, |ui| {
-        scroll(ui, "left scroll", |ui| {
-            side::statistics::show(ui, state);
-            side::selection::show(ui, state);
-        });
+    let panel = panel.frame(panel_frame(Margin::ZERO));
+    let place = panel.show_collapsible(ui, &mut open, |ui| {
+        let frame = panel_frame(Margin { left: 12, right: 12, top: 4, bottom: 8 });
+        Panel::top("headline").resizable(false).frame(frame).show(ui, |ui| side::headline::show(ui, state));
+        selection_dock(ui, state);
+        scroll(ui, "left scroll", |ui| side::statistics::show(ui, state));
     });
+    note_panel(ui.ctx(), Side::Left, place.map(|place| place.response.rect));
     if open != shown {
         state.toggle_panel(Side::Left);
     }
+}
+
+/// The selection has a place of its own, of the same height whatever is selected.
+fn selection_dock(ui: &mut Ui, state: &mut AppState) {
+    let most = (ui.available_height() * 0.5).max(48.0);
+    let height = SELECTION_HEIGHT.min(most);
+    let panel = Panel::bottom("selection").resizable(true).default_size(height).size_range(48.0_f32.min(most)..=most);
+    panel.frame(panel_frame(Margin { top: 4, ..Margin::ZERO })).show(ui, |ui| {
+        scroll(ui, "selection scroll", |ui| side::selection::show(ui, state));
+    });
 }
 
 /// Right panel: settings of tree, containers and picture.
@@ -57,13 +74,14 @@ fn right(ui: &mut Ui, state: &mut AppState) {
     let shown = state.shows_panel(Side::Right);
     let mut open = shown;
     let panel = Panel::right("right panel").default_size(SIDE_WIDTH + 16.0).size_range(240.0..=420.0);
-    panel.frame(panel_frame(Margin::ZERO)).show_collapsible(ui, &mut open, |ui| {
+    let place = panel.frame(panel_frame(Margin::ZERO)).show_collapsible(ui, &mut open, |ui| {
         scroll(ui, "right scroll", |ui| {
             side::tree::show(ui, state);
             side::containers::show(ui, state);
             side::picture::show(ui, state);
         });
     });
+    note_panel(ui.ctx(), Side::Right, place.map(|place| place.response.rect));
     if open != shown {
         state.toggle_panel(Side::Right);
     }
@@ -89,7 +107,8 @@ fn over_viewport(ui: &mut Ui, rect: Rect, state: &mut AppState) {
 /// The open dialogs; the command palette last, on top of the others.
 fn open_dialogs(ctx: &egui::Context, state: &mut AppState) {
     dialogs::start_page::show(ctx, state);
-    dialogs::shortcuts::show(ctx, state);
+    dialogs::help::show(ctx, state);
+    dialogs::about::show(ctx, state);
     dialogs::message_log::show(ctx, state);
     dialogs::palette::show(ctx, state);
 }

@@ -9,6 +9,8 @@ use crate::overlay::Shown;
 pub struct Graphics {
     /// Name of the adapter; empty where there is none.
     pub adapter_name: String,
+    /// Graphics interface through which the adapter is used: "Vulkan", "OpenGL".
+    pub backend: String,
     /// The adapter renders in software.
     pub is_software: bool,
     /// The driver reported an error, so the overlay's pipeline is no longer used.

@@ -1,5 +1,7 @@
 //! What of the window is open, its size and its focus.
 
+use crate::app::glossary::Term;
+
 /// A side panel.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Side {
@@ -7,6 +9,26 @@ pub enum Side {
     Left,
     /// Tree, containers, picture.
     Right,
+}
+
+/// A page of the help dialog.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum HelpPage {
+    /// Keys and mouse gestures.
+    Shortcuts,
+    /// The words of the window.
+    Glossary,
+}
+
+/// The help dialog.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Help {
+    /// The page that is shown.
+    pub page: HelpPage,
+    /// Only what contains this text is listed.
+    pub filter: String,
+    /// The term that is marked in the glossary.
+    pub term: Option<Term>,
 }
 
 /// Open dialogs, panels and the viewport's size. Nothing here outlives the run.
@@ -18,8 +40,10 @@ pub struct Layout {
     pub front_side: Side,
     /// The text typed into the command palette; `None` while it is closed.
     pub palette: Option<String>,
-    /// The list of shortcuts is open.
-    pub shortcuts_open: bool,
+    /// The help dialog; `None` while it is closed.
+    pub help: Option<Help>,
+    /// The dialog about the program is open.
+    pub about_open: bool,
     /// The start page with samples and recent files is open.
     pub start_page_open: bool,
     /// The message history is open.
@@ -38,12 +62,39 @@ impl Default for Layout {
             narrow: false,
             front_side: Side::Right,
             palette: None,
-            shortcuts_open: false,
+            help: None,
+            about_open: false,
             start_page_open: false,
             messages_open: false,
             viewport_px: [0, 0],
             pixels_per_point: 1.0,
             viewport_focused: false,
         }
+    }
+}
+
+impl Layout {
+    /// Opens a page of the help dialog, or closes the dialog where it shows that page.
+    pub fn toggle_help(&mut self, page: HelpPage) {
+        let open = self.help.as_ref().is_some_and(|help| help.page == page);
+        self.help = (!open).then(|| Help { page, filter: String::new(), term: None });
+    }
+
+    /// Opens the glossary at a term.
+    pub fn explain(&mut self, term: Term) {
+        self.help = Some(Help { page: HelpPage::Glossary, filter: String::new(), term: Some(term) });
+    }
+
+    /// Whether a dialog other than the command palette is open.
+    pub const fn has_dialog(&self) -> bool {
+        self.help.is_some() || self.about_open || self.start_page_open || self.messages_open
+    }
+
+    /// Closes every dialog but the command palette.
+    pub fn close_dialogs(&mut self) {
+        self.help = None;
+        self.about_open = false;
+        self.start_page_open = false;
+        self.messages_open = false;
     }
 }

@@ -3,6 +3,7 @@
 mod wanted;
 
 mod activity;
+pub mod comparison;
 mod graphics;
 mod layout;
 mod messages;
@@ -17,7 +18,7 @@ mod undo;
 
 pub use activity::{Activity, JobStatus, PROGRESS_DELAY};
 pub use graphics::Graphics;
-pub use layout::{Layout, Side};
+pub use layout::{Help, HelpPage, Layout, Side};
 pub use messages::{Message, MessageLog, Severity};
 pub use model::{Model, Presented};
 pub use preferences::{Navigation, Preferences, Theme};
@@ -48,6 +49,8 @@ pub struct AppState {
     pub undo: UndoStack,
     /// Effects to perform after this UI frame.
     pub requests: Vec<Request>,
+    /// Why nothing can be copied to other programs, where that is so.
+    pub clipboard_fault: Option<String>,
 }
 
 impl AppState {
@@ -64,7 +67,27 @@ impl AppState {
             preferences,
             undo: UndoStack::default(),
             requests: Vec::new(),
+            clipboard_fault: None,
         }
+    }
+
+    /// Copies a text to the clipboard and posts the `note` that it was; where there is no clipboard, posts that instead.
+    pub fn copy(&mut self, text: String, note: &str) {
+        match &self.clipboard_fault {
+            None => self.messages.notify(Severity::Info, note),
+            Some(reason) => {
+                let text = format!("Nothing was copied, because there is no clipboard to copy to: {reason}");
+                self.messages.notify(Severity::Warning, text);
+            }
+        }
+        self.requests.push(Request::Copy(text));
+    }
+
+    /// Tracing speed in Mray/s: of the picture at rest the median of its passes, otherwise that of the last second.
+    pub fn mrays_per_s(&self) -> f64 {
+        let at_rest =
+            |shown: &Presented| shown.counted.as_ref().and_then(|counted| counted.mrays_per_s_of(&shown.frame));
+        self.model.presented.as_ref().and_then(at_rest).unwrap_or(self.activity.mrays_per_s)
     }
 
     /// Restores the settings before the last change. Returns whether there were any.

@@ -5,6 +5,7 @@ use std::sync::Arc;
 use glam::Vec3;
 
 use crate::accel::Accel;
+use crate::app::state::comparison::{Comparison, Counted, Quantity, TreeNumbers};
 use crate::overlay::NodeTable;
 use crate::render::Frame;
 use crate::scene::{Scene, SceneSource};
@@ -25,6 +26,33 @@ pub struct Presented {
     pub tests_per_ray: Option<[f32; 2]>,
     /// The requested number of threads the tree was built with; 0 for all.
     pub threads: usize,
+    /// Counts and speed of this tree in its newest view at rest.
+    pub counted: Option<Counted>,
+    /// The tree of the same scene that was shown at rest before this one.
+    pub before: Option<Arc<TreeNumbers>>,
+}
+
+impl Presented {
+    /// A tree with its first picture, which follows nothing.
+    pub fn new(accel: Arc<Accel>, table: Arc<NodeTable>, frame: Arc<Frame>, frame_id: u64, threads: usize) -> Self {
+        let tests_per_ray = frame.stats.tests_per_ray();
+        let mut counted = None;
+        Counted::observe(&mut counted, &frame);
+        Self { accel, table, frame, frame_id, tests_per_ray, threads, counted, before: None }
+    }
+
+    /// The tree to compare its successor with: this one where it came to rest, else the one before it.
+    pub fn reference(&self) -> Option<Arc<TreeNumbers>> {
+        match &self.counted {
+            Some(counted) => Some(Arc::new(TreeNumbers::new(&self.accel, Some(counted.clone())))),
+            None => self.before.clone(),
+        }
+    }
+
+    /// How a number differs from that of the tree before.
+    pub fn compare(&self, quantity: Quantity) -> Comparison {
+        TreeNumbers::new(&self.accel, self.counted.clone()).compare(self.before.as_deref(), quantity)
+    }
 }
 
 /// The loaded scene, the one on the screen, and what is known about its file.

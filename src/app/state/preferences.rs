@@ -1,5 +1,6 @@
 //! Settings of the window that are saved between runs.
 
+use std::collections::BTreeMap;
 use std::path::PathBuf;
 
 use serde::{Deserialize, Serialize};
@@ -50,6 +51,8 @@ pub struct Preferences {
     pub recent: Vec<PathBuf>,
     /// The user has closed the line of help over the first scene.
     pub greeted: bool,
+    /// Which sections of the side panels are expanded, by name.
+    pub sections: BTreeMap<String, bool>,
 }
 
 impl Default for Preferences {
@@ -65,6 +68,7 @@ impl Default for Preferences {
             paper: PaperPlan::default(),
             recent: Vec::new(),
             greeted: false,
+            sections: BTreeMap::new(),
         }
     }
 }

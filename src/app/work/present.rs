@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use crate::app::state::comparison::Counted;
 use crate::app::state::{AppState, Presented};
 use crate::app::viewport::picking;
 use crate::app::work::background_drop::drop_in_background;
@@ -17,14 +18,9 @@ pub(crate) fn present_tree(tree: BuiltTree, frame: &Arc<Frame>, frame_id: u64, s
     state.selection.hover = None;
     state.selection.nodes.hovered = None;
     state.selection.nodes.hidden.clear();
-    let old = state.model.presented.replace(Presented {
-        accel: tree.accel,
-        table: tree.table,
-        frame: Arc::clone(frame),
-        frame_id,
-        tests_per_ray: frame.stats.tests_per_ray(),
-        threads: tree.threads,
-    });
+    let before = state.model.presented.as_ref().filter(|_| same_scene).and_then(Presented::reference);
+    let presented = Presented::new(tree.accel, tree.table, Arc::clone(frame), frame_id, tree.threads);
+    let old = state.model.presented.replace(Presented { before, ..presented });
     drop_in_background(old);
     if same_scene {
         picking::restore_selection(state, selected);
@@ -40,4 +36,5 @@ pub(crate) fn present_frame(presented: &mut Presented, frame: &Arc<Frame>, frame
     presented.frame_id = frame_id;
     // Nothing is counted while the settings change; the last counts of this tree remain.
     presented.tests_per_ray = frame.stats.tests_per_ray().or(presented.tests_per_ray);
+    Counted::observe(&mut presented.counted, frame);
 }

@@ -2,7 +2,7 @@
 
 use egui::Key;
 
-use super::list::{CTRL, List, NONE};
+use super::list::{CTRL, List, NONE, SHIFT};
 use crate::app::commands::action::Action;
 use crate::app::commands::entry::Category;
 
@@ -17,5 +17,20 @@ pub(super) fn add(list: &mut List) {
         "List every key and mouse gesture",
         &[(NONE, Key::F1), (NONE, Key::Questionmark)],
     );
+    list.add(
+        place,
+        Action::Glossary,
+        "Glossary",
+        "Explain the words of the window, each with its source",
+        &[(SHIFT, Key::F1)],
+    );
     list.add(place, Action::Messages, "Messages", "List all messages since the program started", &[(NONE, Key::F2)]);
+    let place = (Category::Help, 1);
+    list.add(
+        place,
+        Action::About,
+        "About bvhscope",
+        "Version, graphics adapter, SIMD level, threads, memory and licences",
+        &[],
+    );
 }

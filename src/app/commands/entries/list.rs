@@ -7,6 +7,7 @@ use crate::app::commands::entry::{Category, Entry};
 
 pub(super) const NONE: Modifiers = Modifiers::NONE;
 pub(super) const CTRL: Modifiers = Modifiers::COMMAND;
+pub(super) const SHIFT: Modifiers = Modifiers::SHIFT;
 pub(super) const ALT: Modifiers = Modifiers::ALT;
 
 /// Entries in the order of the menus.

@@ -42,7 +42,7 @@ fn facts(state: &AppState) -> String {
             let wanted = frame.settings.wanted_samples();
             parts.push(format!("pass {} of {}", frame.samples, wanted.max(frame.samples)));
         }
-        parts.push(format!("{} Mray/s", format::significant(state.activity.mrays_per_s)));
+        parts.push(format!("{} Mray/s", format::significant(state.mrays_per_s())));
         let threads = shown.accel.report.threads;
         parts.push(format!("{threads} {}", if threads == 1 { "thread" } else { "threads" }));
     }

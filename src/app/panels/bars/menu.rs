@@ -1,6 +1,8 @@
 //! Menu bar, made from the list of actions, with the model's name and buttons for the panels and the command palette.
 
-use egui::{self, Align, Button, Layout, Popup, RichText, Role, Sense, Ui, WidgetInfo, vec2};
+use egui::{
+    self, Align, Atom, AtomExt as _, Button, Layout, Popup, RichText, Role, ScrollArea, Sense, Ui, WidgetInfo, vec2,
+};
 
 use crate::app::commands::{Action, Category, Entry, entries_for};
 use crate::app::panels::widgets::Icon;
@@ -44,9 +46,33 @@ pub(crate) fn show(ui: &mut Ui, state: &mut AppState) {
     });
 }
 
-/// One menu, its groups separated by lines. Recent files, built-in scenes and camera steps go into submenus.
+/// Width of a menu in points.
+const MENU_WIDTH: f32 = 252.0;
+/// Width of a submenu in points: file names may be long.
+const SUBMENU_WIDTH: f32 = 300.0;
+/// Size of the place in front of each item for its tick, in points.
+const TICK: f32 = 12.0;
+
+/// One menu, its groups separated by lines. Recent files, built-in scenes and camera steps go into submenus. Scrolls where the
+/// window is too low.
 fn menu(ui: &mut Ui, state: &mut AppState, category: Category, entries: &[Entry]) {
-    ui.set_min_width(220.0);
+    let height = ui.ctx().content_rect().bottom() - ui.max_rect().top() - 12.0;
+    within(ui, MENU_WIDTH, height, |ui| items(ui, state, category, entries));
+}
+
+/// Content of a menu of a certain width that scrolls where it is higher than `height`.
+fn within(ui: &mut Ui, width: f32, height: f32, content: impl FnOnce(&mut Ui)) {
+    let height = height.max(80.0);
+    ui.set_width(width);
+    ui.spacing_mut().scroll.floating_allocated_width = 0.0;
+    // Menus offer less height than the window has.
+    ScrollArea::vertical().max_height(height).min_scrolled_height(height).show(ui, |ui| {
+        ui.spacing_mut().item_spacing.y = 1.0;
+        content(ui);
+    });
+}
+
+fn items(ui: &mut Ui, state: &mut AppState, category: Category, entries: &[Entry]) {
     let mut group = None;
     for entry in entries.iter().filter(|entry| entry.category == category) {
         let camera_step = |action| matches!(action, Action::Orbit(_) | Action::ZoomIn | Action::ZoomOut);
@@ -71,19 +97,30 @@ fn menu(ui: &mut Ui, state: &mut AppState, category: Category, entries: &[Entry]
 }
 
 fn submenu(ui: &mut Ui, state: &mut AppState, name: &str, entries: &[Entry], belongs: impl Fn(Action) -> bool) {
-    ui.menu_button(name, |ui| {
-        ui.set_min_width(180.0);
-        for entry in entries.iter().filter(|entry| belongs(entry.action)) {
-            let label = entry.label.strip_prefix("Open ").unwrap_or(&entry.label);
-            item(ui, state, entry, &format::elide_middle(label, 40));
-        }
+    ui.menu_button((Atom::default().atom_size(vec2(TICK, 0.0)), name), |ui| {
+        let height = ui.ctx().content_rect().height() - 24.0;
+        within(ui, SUBMENU_WIDTH, height, |ui| {
+            for entry in entries.iter().filter(|entry| belongs(entry.action)) {
+                let label = entry.label.strip_prefix("Open ").unwrap_or(&entry.label);
+                item(ui, state, entry, &format::elide_middle(label, 40));
+            }
+        });
     });
 }
 
+/// An item with a place for its tick in front, so that all labels are aligned.
 fn item(ui: &mut Ui, state: &mut AppState, entry: &Entry, label: &str) {
     let on = entry.action.is_on(state);
-    let button = Button::selectable(on == Some(true), label).shortcut_text(entry.first_key());
-    let response = ui.add_enabled(entry.action.is_enabled(state), button).on_hover_text(&entry.description);
+    let enabled = entry.action.is_enabled(state);
+    let space = Atom::default().atom_size(vec2(TICK, 0.0));
+    let button = Button::new((space, label.to_owned())).shortcut_text(entry.first_key()).frame_when_inactive(false);
+    let response = ui.add_enabled(enabled, button.min_size(vec2(ui.available_width(), 0.0)));
+    let response = response.on_hover_text(&entry.description);
+    if on == Some(true) {
+        let color = if enabled { theme::palette(ui).accent } else { theme::palette(ui).dim };
+        let center = response.rect.left_center() + vec2(ui.spacing().button_padding.x + TICK * 0.5, 0.0);
+        Icon::Tick.paint(ui.painter(), center, color, ui.visuals().window_fill);
+    }
     response.widget_info(|| match on {
         Some(on) => WidgetInfo::selected(Role::MenuItemCheckBox, ui.is_enabled(), on, label),
         None => WidgetInfo::labeled(Role::MenuItem, ui.is_enabled(), label),
@@ -99,7 +136,7 @@ fn title(ui: &Ui, state: &AppState, left: f32, right: f32) {
     let source = state.model.loaded.as_ref().map_or(&state.wanted.source, |scene| &scene.source);
     let mut text = format::elide_middle(&source.label(), 48);
     if let Some(scene) = &state.model.loaded {
-        text = format!("{text} · {} triangles", format::count(scene.triangles.len() as u64));
+        text = format!("{text} · {}", format::counted(scene.triangles.len() as u64, "triangle"));
     }
     let font = egui::TextStyle::Body.resolve(ui.style());
     let galley = ui.painter().layout_no_wrap(text, font, theme::palette(ui).dim);

@@ -1,7 +1,8 @@
-//! The windows in the window: command palette, start page, list of keys, message log.
+//! The windows in the window: command palette, start page, help, message log, about.
 
+pub(super) mod about;
 mod frame;
+pub(super) mod help;
 pub(super) mod message_log;
 pub(super) mod palette;
-pub(super) mod shortcuts;
 pub(super) mod start_page;

@@ -1,7 +1,9 @@
-//! The sections of the side panels. Left: statistics and selection. Right: settings of tree, containers and picture.
+//! The sections of the side panels. Left: headline, statistics and selection. Right: settings of tree, containers and picture.
 
 pub(super) mod containers;
+pub(super) mod headline;
 mod histogram;
+mod memory;
 pub(super) mod picture;
 mod recent_changes;
 pub(super) mod selection;

@@ -1,65 +1,71 @@
-//! Section "Selection": the selected triangle and node.
+//! The dock at the bottom of the left panel: the selected triangle and node.
 
 use bvhscope_engine::tree::ContainerKind;
 use bvhscope_engine::tree::statistics::{INTERSECTION_COST, TRAVERSAL_COST};
-use egui::{self, Id, Rect, Ui};
+use egui::Ui;
 
 use crate::app::commands::{Action, entries};
-use crate::app::format;
-use crate::app::panels::widgets::{Header, Statistic, section, statistic};
+use crate::app::glossary::Term;
+use crate::app::panels::widgets::{Statistic, Tip as _, statistic};
 use crate::app::state::{AppState, Presented};
+use crate::app::{format, theme};
 
 /// Shows the section.
 pub(crate) fn show(ui: &mut Ui, state: &mut AppState) {
     let Some(shown) = state.model.presented.clone() else { return };
-    let top = ui.cursor().min;
-    section(ui, "SELECTION", Header::default(), |ui| {
-        if let Some(picked) = &state.selection.picked {
-            let triangle = format::count(u64::from(picked.primitive));
-            statistic(ui, state, &Statistic::new("Triangle", triangle).tip("Its index in the file, from 0"));
-        }
-        if let Some(node) = state.selection.nodes.selected.filter(|&node| (node as usize) < shown.table.len()) {
-            node_rows(ui, state, &shown, node);
-        } else {
-            let color = crate::app::theme::palette(ui).dim;
-            let text = "Click the model to select a triangle with its leaf, or Alt+Down for the root";
-            ui.add(egui::Label::new(egui::RichText::new(text).color(color)).wrap());
-        }
-        buttons(ui, state);
-        let hidden = state.selection.nodes.hidden.len();
-        if hidden > 0 {
-            statistic(
-                ui,
-                state,
-                &Statistic::new("Hidden nodes", format::count(hidden as u64)).tip("J shows them again"),
-            );
-        }
-    });
-    bring_into_view(ui, Rect::from_two_pos(top, ui.min_rect().max), state.selection.nodes.selected);
+    ui.spacing_mut().item_spacing.y = 2.0;
+    heading(ui, state, &shown);
+    if let Some(node) = state.selection.nodes.selected.filter(|&node| (node as usize) < shown.table.len()) {
+        node_rows(ui, state, &shown, node);
+    } else {
+        let color = crate::app::theme::palette(ui).dim;
+        let text = "Click the model to select a triangle with its leaf, or Alt+Down for the root";
+        ui.add(egui::Label::new(egui::RichText::new(text).color(color)).wrap());
+    }
+    ui.add_space(4.0);
+    buttons(ui, state);
+    let hidden = state.selection.nodes.hidden.len();
+    if hidden > 0 {
+        let count = format::count(hidden as u64);
+        statistic(ui, state, &Statistic::new("Hidden nodes", count).tip("J shows them again"));
+    }
 }
 
-/// Scrolls to the section when another node was selected.
-fn bring_into_view(ui: &Ui, rect: Rect, selected: Option<u32>) {
-    let id = Id::unique("selection shown");
-    let before = ui.data_mut(|data| std::mem::replace(data.get_temp_mut_or_default::<Option<u32>>(id), selected));
-    if selected.is_some() && selected != before {
-        ui.scroll_to_rect(rect, None);
-    }
+/// The dock's title with the selected node.
+fn heading(ui: &mut Ui, state: &AppState, shown: &Presented) {
+    let palette = theme::palette(ui);
+    ui.horizontal(|ui| {
+        ui.label(egui::RichText::new("SELECTION").heading().color(palette.dim));
+        let Some(node) = state.selection.nodes.selected.filter(|&node| (node as usize) < shown.table.len()) else {
+            return;
+        };
+        let kind = if shown.table.is_leaf(node) { "leaf" } else { "interior node" };
+        ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
+            ui.label(egui::RichText::new(kind).color(palette.warm));
+        });
+    });
 }
 
 /// Facts about the selected node.
 fn node_rows(ui: &mut Ui, state: &mut AppState, shown: &Presented, node: u32) {
     let table = &shown.table;
     let leaf = table.is_leaf(node);
-    let kind = if leaf { "leaf" } else { "interior" };
-    let text = format!("{} · {kind}", format::count(u64::from(node)));
-    statistic(ui, state, &Statistic::new("Node", text).tip("Its index in the tree"));
+    if let Some(picked) = &state.selection.picked {
+        let triangle = format::count(u64::from(picked.primitive));
+        statistic(ui, state, &Statistic::new("Triangle", triangle).tip("Its index in the file, from 0"));
+    }
+    let index = Statistic::new("Node", format::count(u64::from(node))).tip("Its index in the tree");
+    statistic(ui, state, &index.term(Term::Node));
     let depth = table.depth(node);
-    statistic(ui, state, &Statistic::new("Depth", depth.to_string()).tip("Levels below the root, which has depth 0"));
+    statistic(
+        ui,
+        state,
+        &Statistic::new("Depth", depth.to_string()).tip("Levels below the root, which has depth 0").term(Term::Depth),
+    );
     let primitives = table.known_primitives(node);
     let tip = "Triangles below this node";
     let count = primitives.map_or_else(|| "…".to_owned(), |count| format::count(u64::from(count)));
-    statistic(ui, state, &Statistic::new("Triangles", count).tip(tip));
+    statistic(ui, state, &Statistic::new("Triangles below", count).tip(tip));
     match table.container_kind() {
         ContainerKind::Aabb => {
             let extent = table.node_box(node).extent();
@@ -73,7 +79,7 @@ fn node_rows(ui: &mut Ui, state: &mut AppState, shown: &Presented, node: u32) {
     }
     let area = f64::from(table.area_share(node));
     let tip = "Surface area relative to the root's: how likely a ray that hits the root hits it";
-    statistic(ui, state, &Statistic::new("Area share", format::percent(area)).tip(tip));
+    statistic(ui, state, &Statistic::new("Area share", format::percent(area)).tip(tip).term(Term::AreaShare));
     // Cost of the node alone, before it is weighted by its area.
     let cost = match primitives {
         Some(primitives) if leaf => INTERSECTION_COST * primitives as f32,
@@ -83,12 +89,12 @@ fn node_rows(ui: &mut Ui, state: &mut AppState, shown: &Presented, node: u32) {
     if sah > 0.0 {
         let fraction = area * f64::from(cost) / f64::from(sah);
         let tip = "What this node alone adds to the SAH cost of the tree";
-        statistic(ui, state, &Statistic::new("SAH share", format::percent(fraction)).tip(tip));
+        statistic(ui, state, &Statistic::new("SAH share", format::percent(fraction)).tip(tip).term(Term::SahCost));
     }
     if node != 0 {
         let overlap = format::percent(f64::from(table.overlap(node)));
         let tip = "Overlap with its sibling, as a fraction of its own area: rays there must visit both";
-        statistic(ui, state, &Statistic::new("Overlap", overlap).tip(tip));
+        statistic(ui, state, &Statistic::new("Overlap", overlap).tip(tip).term(Term::Overlap));
     }
 }
 
@@ -116,7 +122,7 @@ fn button(ui: &mut Ui, state: &mut AppState, action: Action, label: &str) {
         .iter()
         .find(|entry| entry.action == action)
         .map_or_else(String::new, |entry| format!("{} ({})", entry.description, entry.first_key()));
-    if response.on_hover_text(tip).clicked() {
+    if response.tip(tip).clicked() {
         action.perform(state);
     }
 }

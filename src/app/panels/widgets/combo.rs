@@ -3,6 +3,7 @@
 use egui::{self, Role, Ui, WidgetInfo};
 
 use super::row::row;
+use super::tip::Tip as _;
 
 /// A drop-down list of values, each with its name and tooltip. Values for which `refusal` returns a reason cannot be chosen.
 /// Returns whether the value changed.
@@ -25,9 +26,9 @@ pub(crate) fn combo<T: Copy + PartialEq>(
                 for &(choice, name, meaning) in choices {
                     let refused = refusal(choice);
                     let button = egui::Button::selectable(*value == choice, name);
-                    let response = ui.add_enabled(refused.is_none() || *value == choice, button).on_hover_text(meaning);
+                    let response = ui.add_enabled(refused.is_none() || *value == choice, button).tip(meaning);
                     let response = match refused {
-                        Some(reason) => response.on_disabled_hover_text(reason),
+                        Some(reason) => response.disabled_tip(reason),
                         None => response,
                     };
                     if response.clicked() {

@@ -18,6 +18,8 @@ pub(crate) enum Icon {
     Reset,
     /// Close or stop: a cross.
     Close,
+    /// On: a tick.
+    Tick,
     /// Copy: two overlapping sheets.
     Copy,
     /// A side panel: a window with that side filled where the flag, whether the panel is shown, is set.
@@ -48,6 +50,10 @@ impl Icon {
                     let half = vec2(3.5, 3.5 * side);
                     painter.line_segment([center - half, center + half], stroke);
                 }
+            }
+            Self::Tick => {
+                let points = [vec2(-4.0, 0.0), vec2(-1.3, 2.8), vec2(4.0, -3.2)].map(|offset| center + offset);
+                painter.add(Shape::line(points.to_vec(), PathStroke::new(1.6, color)));
             }
             Self::Copy => {
                 for (offset, fill) in [(vec2(1.5, -1.5), Color32::TRANSPARENT), (vec2(-1.5, 1.5), behind)] {

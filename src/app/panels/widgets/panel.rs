@@ -7,8 +7,9 @@ pub(crate) fn panel_frame(margin: Margin) -> Frame {
     Frame::new().inner_margin(margin)
 }
 
-/// Shows the content of a side panel in a vertical scroll area.
+/// Shows the content of a side panel in a vertical scroll area. Its bar lies in the margin, so that the content keeps its width.
 pub(crate) fn scroll(ui: &mut Ui, id: &str, content: impl FnOnce(&mut Ui)) {
+    ui.spacing_mut().scroll.floating_allocated_width = 0.0;
     ScrollArea::vertical()
         .id_salt(id)
         .auto_shrink(false)

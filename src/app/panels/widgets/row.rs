@@ -2,6 +2,7 @@
 
 use egui::{self, Align, Response, Sense, Ui, vec2};
 
+use super::tip::Tip as _;
 use crate::app::theme;
 use crate::app::theme::ROW_HEIGHT;
 
@@ -18,18 +19,18 @@ pub(crate) fn row(ui: &mut Ui, label: &str, tip: &str, control: impl FnOnce(&mut
             ui.new_child(egui::UiBuilder::new().max_rect(rect).layout(egui::Layout::left_to_right(Align::Center)));
         let name = child.add(egui::Label::new(egui::RichText::new(label).color(palette.dim)).truncate());
         let response = control(ui);
-        name.on_hover_text(tip);
-        response.on_hover_text(tip)
+        name.tip(tip);
+        response.tip(tip)
     })
     .inner
 }
 
 /// A check box with a tooltip. Returns whether it was toggled.
 pub(crate) fn check(ui: &mut Ui, value: &mut bool, label: &str, tip: &str) -> bool {
-    ui.checkbox(value, label).on_hover_text(tip).changed()
+    ui.checkbox(value, label).tip(tip).changed()
 }
 
 /// A button that is highlighted where `on` is set. Returns whether it was clicked.
 pub(crate) fn chip(ui: &mut Ui, label: &str, on: bool, tip: &str) -> bool {
-    ui.add(egui::Button::new(label).selected(on)).on_hover_text(tip).clicked()
+    ui.add(egui::Button::new(label).selected(on)).tip(tip).clicked()
 }

@@ -1,8 +1,12 @@
 //! A collapsible section of a side panel.
 
-use egui::{self, Align2, Rect, Role, Sense, Stroke, TextStyle, Ui, WidgetInfo, pos2, vec2};
+use std::collections::BTreeMap;
+
+use egui::collapsing_header::{CollapsingState, paint_default_icon};
+use egui::{Align2, Context, Id, Rect, Role, Sense, Stroke, TextStyle, Ui, WidgetInfo, pos2, vec2};
 
 use super::icon::{Icon, icon_button};
+use super::tip::Tip as _;
 use crate::app::theme;
 use crate::app::theme::ROW_HEIGHT;
 
@@ -13,6 +17,8 @@ pub(crate) struct Header<'a> {
     pub(crate) name: &'a str,
     /// Value shown at the right end.
     pub(crate) summary: &'a str,
+    /// Whether the section is collapsed until the user expands it.
+    pub(crate) folded: bool,
     /// Tooltip of the button that resets the section's settings; `None` for no button.
     pub(crate) reset: Option<&'a str>,
 }
@@ -20,23 +26,23 @@ pub(crate) struct Header<'a> {
 /// Shows a collapsible section. Returns whether its reset button was clicked.
 pub(crate) fn section(ui: &mut Ui, title: &str, header: Header<'_>, body: impl FnOnce(&mut Ui)) -> bool {
     let palette = theme::palette(ui);
-    let id = ui.make_persistent_id(("section", title));
-    let mut state = egui::collapsing_header::CollapsingState::load_with_default_open(ui.ctx(), id, true);
+    let name = if header.name.is_empty() { sentence_case(title) } else { header.name.to_owned() };
+    let id = section_id(&name);
+    let mut state = CollapsingState::load_with_default_open(ui.ctx(), id, !header.folded);
     ui.add_space(4.0);
     let (rect, response) = ui.allocate_exact_size(vec2(ui.available_width(), ROW_HEIGHT), Sense::click());
-    let response =
-        response.on_hover_text(if state.is_open() { "Collapse this section" } else { "Expand this section" });
+    let response = response.tip(if state.is_open() { "Collapse this section" } else { "Expand this section" });
     if response.clicked() {
         state.toggle(ui);
     }
     let open = state.is_open();
-    let name = if header.name.is_empty() { sentence_case(title) } else { header.name.to_owned() };
+    note_section(ui.ctx(), &name, open);
     response.widget_info(|| WidgetInfo::selected(Role::DisclosureTriangle, true, open, format!("{name} section")));
     let color = if response.hovered() { ui.visuals().strong_text_color() } else { palette.dim };
     let icon = response
         .clone()
         .with_new_rect(Rect::from_center_size(pos2(rect.left() + 4.0, rect.center().y), vec2(8.0, 8.0)));
-    egui::collapsing_header::paint_default_icon(ui, state.openness(ui.ctx()), &icon);
+    paint_default_icon(ui, state.openness(ui.ctx()), &icon);
     let font = TextStyle::Heading.resolve(ui.style());
     ui.painter().text(pos2(rect.left() + 16.0, rect.center().y), Align2::LEFT_CENTER, title, font, color);
     let mut right = rect.right();
@@ -44,7 +50,7 @@ pub(crate) fn section(ui: &mut Ui, title: &str, header: Header<'_>, body: impl F
     if let Some(tip) = header.reset {
         let button = Rect::from_min_max(pos2(right - ROW_HEIGHT, rect.top()), rect.max);
         let name = format!("Reset {}", name.to_lowercase());
-        reset_pressed = icon_button(ui, button, Icon::Reset, &name).on_hover_text(tip).clicked();
+        reset_pressed = icon_button(ui, button, Icon::Reset, &name).tip(tip).clicked();
         right -= ROW_HEIGHT + 4.0;
     }
     if !header.summary.is_empty() {
@@ -66,4 +72,37 @@ fn sentence_case(title: &str) -> String {
     chars
         .next()
         .map_or_else(String::new, |first| first.to_uppercase().chain(chars.flat_map(char::to_lowercase)).collect())
+}
+
+fn section_id(name: &str) -> Id {
+    Id::unique(("section", name))
+}
+
+/// Where the open state of all sections is kept until [`sections`] asks for it.
+fn known_id() -> Id {
+    Id::unique("known sections")
+}
+
+fn note_section(ctx: &Context, name: &str, open: bool) {
+    ctx.data_mut(|data| {
+        data.get_temp_mut_or_default::<BTreeMap<String, bool>>(known_id()).insert(name.to_owned(), open);
+    });
+}
+
+/// Expands or collapses sections as the user left them in the last run, by name; once a context.
+pub(crate) fn restore_sections(ctx: &Context, open: &BTreeMap<String, bool>) {
+    let restored = Id::unique("sections restored");
+    if ctx.data_mut(|data| std::mem::replace(data.get_temp_mut_or_default::<bool>(restored), true)) {
+        return;
+    }
+    for (name, open) in open {
+        let mut state = CollapsingState::load_with_default_open(ctx, section_id(name), *open);
+        state.set_open(*open);
+        state.store(ctx);
+    }
+}
+
+/// Whether each section that was shown so far is expanded, by name.
+pub(crate) fn sections(ctx: &Context) -> BTreeMap<String, bool> {
+    ctx.data(|data| data.get_temp(known_id())).unwrap_or_default()
 }

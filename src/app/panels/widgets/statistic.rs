@@ -1,8 +1,12 @@
-//! A row of statistics: name, value and unit, copied by a click.
+//! A row of statistics: name, value and unit, copied by a click and explained from its context menu.
 
-use egui::{self, Align2, CornerRadius, Rect, Role, Sense, TextStyle, Ui, WidgetInfo, pos2, vec2};
+use egui::{self, Align2, Color32, CornerRadius, Rect, Response, Role, Sense, TextStyle, Ui, WidgetInfo, pos2, vec2};
 
-use crate::app::state::{AppState, Request, Severity};
+use super::difference::{verdict_color, verdict_text};
+use super::tip::Tip as _;
+use crate::app::glossary::Term;
+use crate::app::state::AppState;
+use crate::app::state::comparison::Verdict;
 use crate::app::theme;
 
 /// A named value in a list of statistics.
@@ -12,14 +16,22 @@ pub(crate) struct Statistic<'a> {
     value: String,
     unit: &'a str,
     tip: String,
-    /// Previous value, and the relative change as a percentage.
-    change: Option<(String, String)>,
+    term: Option<Term>,
+    change: Option<Change>,
+}
+
+/// Difference from the value of the tree before.
+#[derive(Debug, Clone)]
+struct Change {
+    before: String,
+    difference: String,
+    verdict: Verdict,
 }
 
 impl<'a> Statistic<'a> {
     /// A value without unit and tooltip.
     pub(crate) fn new(name: &'a str, value: String) -> Self {
-        Self { name, value, unit: "", tip: String::new(), change: None }
+        Self { name, value, unit: "", tip: String::new(), term: None, change: None }
     }
 
     /// Sets the unit, which is shown but not copied.
@@ -32,9 +44,15 @@ impl<'a> Statistic<'a> {
         Self { tip: tip.into(), ..self }
     }
 
-    /// Adds the previous value and the relative change.
-    pub(crate) fn change(self, before: String, percent: String) -> Self {
-        Self { change: Some((before, percent)), ..self }
+    /// Sets the glossary's term for the value.
+    pub(crate) fn term(self, term: Term) -> Self {
+        Self { term: Some(term), ..self }
+    }
+
+    /// Adds the value before, as text and as a number beside the present one.
+    pub(crate) fn change(self, before: String, numbers: (f64, f64), verdict: Verdict) -> Self {
+        let difference = verdict_text(numbers.0, numbers.1, verdict);
+        Self { change: Some(Change { before, difference, verdict }), ..self }
     }
 }
 
@@ -48,34 +66,67 @@ pub(crate) fn statistic(ui: &mut Ui, state: &mut AppState, row: &Statistic<'_>) 
         let background = rect.expand2(vec2(4.0, 0.0));
         ui.painter().rect_filled(background, CornerRadius::same(4), ui.visuals().faint_bg_color);
     }
+    match &row.change {
+        Some(change) => changed_value(ui, rect, row.name, &value, change),
+        None => value_text(ui, rect, &value),
+    }
     let font = TextStyle::Body.resolve(ui.style());
-    let mut value_rect = rect;
-    let changed = row.change.as_ref().map(|(before, percent)| {
-        value_text_in(ui, rect, &value, palette.accent);
-        let width = text_width(ui, &value);
-        value_rect.max.x -= width + 4.0;
-        let available = value_rect.width() - text_width(ui, row.name) - 8.0;
-        let with_percent = format!("was {before} · {percent}");
-        let text = if text_width(ui, &with_percent) <= available { with_percent } else { percent.clone() };
-        value_text_in(ui, value_rect, &text, palette.dim);
-    });
-    if changed.is_none() {
-        value_text(ui, rect, &value);
-    }
     ui.painter().text(pos2(rect.left(), rect.center().y), Align2::LEFT_CENTER, row.name, font, palette.dim);
-    if response.clicked() {
-        state.requests.push(Request::Copy(row.value.clone()));
-        state.messages.notify(Severity::Info, format!("{} copied: {value}", row.name));
+    copies(state, &response, row.name, (&row.value, &value), row.term);
+    response.tip(tip_with_hint(&row.tip));
+}
+
+/// A tooltip with what a click does below.
+pub(crate) fn tip_with_hint(tip: &str) -> String {
+    let hint = "Click to copy, right click for more";
+    if tip.is_empty() { hint.to_owned() } else { format!("{tip}\n{hint}") }
+}
+
+/// Lets a click copy a value, and gives it a context menu that explains it. `value` is what is copied, and its text with unit.
+pub(crate) fn copies(
+    state: &mut AppState,
+    response: &Response,
+    name: &str,
+    (value, text): (&str, &str),
+    term: Option<Term>,
+) {
+    let mut copy = response.clicked();
+    response.context_menu(|ui| {
+        copy |= ui.button("Copy value").clicked();
+        if ui.button("Copy name and value").clicked() {
+            state.copy(format!("{name}\t{text}"), &format!("{name} copied: {text}"));
+        }
+        if let Some(term) = term
+            && ui.button(format!("What is “{}”?", term.name())).clicked()
+        {
+            state.layout.explain(term);
+        }
+    });
+    if copy {
+        state.copy(value.to_owned(), &format!("{name} copied: {text}"));
     }
-    let hint = "Click to copy";
-    let tip = if row.tip.is_empty() { hint.to_owned() } else { format!("{}\n{hint}", row.tip) };
-    response.on_hover_text(tip);
+}
+
+/// Paints a value that has changed, and as much of the difference as fits beside it.
+fn changed_value(ui: &Ui, rect: Rect, name: &str, value: &str, change: &Change) {
+    let palette = theme::palette(ui);
+    let color = verdict_color(change.verdict, &palette);
+    value_text_in(ui, rect, value, if change.verdict == Verdict::Different { palette.accent } else { color });
+    let mut left = rect;
+    left.max.x -= text_width(ui, value) + 6.0;
+    let available = left.width() - text_width(ui, name) - 8.0;
+    let percent = change.difference.rsplit_once(' ').map_or("", |(percent, _)| percent);
+    let texts =
+        [format!("was {} · {}", change.before, change.difference), change.difference.clone(), percent.to_owned()];
+    if let Some(text) = texts.iter().find(|text| text_width(ui, text) <= available) {
+        value_text_in(ui, left, text, color);
+    }
 }
 
 /// Width of a body text in points.
 fn text_width(ui: &Ui, text: &str) -> f32 {
     let font = TextStyle::Body.resolve(ui.style());
-    ui.painter().layout_no_wrap(text.to_owned(), font, egui::Color32::WHITE).size().x
+    ui.painter().layout_no_wrap(text.to_owned(), font, Color32::WHITE).size().x
 }
 
 /// Paints a value at the right end of `rect`, with its unit (a word after the last space) dimmed.
@@ -96,7 +147,7 @@ pub(crate) fn value_text(ui: &Ui, rect: Rect, value: &str) {
     );
 }
 
-fn value_text_in(ui: &Ui, rect: Rect, value: &str, color: egui::Color32) {
+fn value_text_in(ui: &Ui, rect: Rect, value: &str, color: Color32) {
     let font = TextStyle::Body.resolve(ui.style());
     ui.painter().text(pos2(rect.right(), rect.center().y), Align2::RIGHT_CENTER, value, font, color);
 }

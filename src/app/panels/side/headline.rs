@@ -1,0 +1,170 @@
+//! The headline of the left panel: four numbers that say whether the tree is good, each with its difference from the tree before.
+
+use egui::{self, Align2, Color32, CornerRadius, FontId, Rect, Role, Sense, Ui, WidgetInfo, vec2};
+
+use bvhscope_engine::settings::BuilderKind;
+use bvhscope_engine::tree::ContainerKind;
+use bvhscope_engine::tree::statistics::{INTERSECTION_COST, TRAVERSAL_COST};
+
+use crate::app::glossary::Term;
+use crate::app::panels::widgets::{Tip as _, copies, difference, tip_with_hint};
+use crate::app::state::comparison::{Comparison, Quantity};
+use crate::app::state::{AppState, PROGRESS_DELAY, Presented};
+use crate::app::{format, theme};
+
+/// Height of a tile in points.
+const TILE_HEIGHT: f32 = 52.0;
+/// Gap between two tiles in points.
+const GAP: f32 = 6.0;
+/// Font size of the numbers in points.
+const NUMBER_SIZE: f32 = 17.0;
+
+/// One of the four numbers.
+struct Tile {
+    quantity: Quantity,
+    name: &'static str,
+    number: String,
+    unit: &'static str,
+    tip: String,
+    term: Term,
+}
+
+/// Shows the tiles, two in a row.
+pub(crate) fn show(ui: &mut Ui, state: &mut AppState) {
+    let shown = state.model.presented.clone();
+    let stale = title(ui, state, shown.as_ref());
+    ui.add_space(2.0);
+    let tiles = tiles(state, shown.as_ref());
+    let width = (ui.available_width() - GAP) * 0.5;
+    ui.spacing_mut().item_spacing = vec2(GAP, GAP);
+    for pair in tiles.chunks(2) {
+        ui.horizontal(|ui| {
+            for tile in pair {
+                let comparison = shown.as_ref().map_or(Comparison::Unknown, |shown| shown.compare(tile.quantity));
+                show_tile(ui, state, tile, comparison, (width, stale));
+            }
+        });
+    }
+}
+
+/// The line above the tiles: which tree the numbers are of. Returns whether that is not the wanted one.
+fn title(ui: &mut Ui, state: &AppState, shown: Option<&Presented>) -> bool {
+    let palette = theme::palette(ui);
+    let jobs = &state.activity;
+    let is_late = |job: &crate::app::state::JobStatus| job.since.elapsed() >= PROGRESS_DELAY;
+    let stale = shown.is_some() && jobs.load.as_ref().or(jobs.build.as_ref()).is_some_and(is_late);
+    let text = match shown {
+        None => "No tree yet".to_owned(),
+        Some(_) if stale && jobs.load.is_some() => "Of the model before the one that loads".to_owned(),
+        Some(shown) if stale => format!("Of the tree before: {}", tree_name(shown)),
+        Some(shown) => tree_name(shown),
+    };
+    let color = if stale { palette.warning } else { palette.dim };
+    let label = ui.add(egui::Label::new(egui::RichText::new(text).small().color(color)).truncate());
+    label.tip(if stale {
+        "What is shown stays until the new tree has a picture"
+    } else {
+        "The tree that picture and numbers are of"
+    });
+    stale
+}
+
+/// Builder, threshold and container of a tree: "AAC · threshold 6 · boxes".
+fn tree_name(shown: &Presented) -> String {
+    let settings = &shown.accel.settings;
+    let mut text = settings.builder.label().to_owned();
+    if settings.builder == BuilderKind::Aac {
+        text += &format!(" · threshold {}", settings.threshold);
+    }
+    let containers = match settings.container {
+        ContainerKind::Aabb => "boxes",
+        ContainerKind::Sphere => "spheres",
+    };
+    format!("{text} · {containers}")
+}
+
+fn tiles(state: &AppState, shown: Option<&Presented>) -> [Tile; 4] {
+    let report = shown.map(|shown| &shown.accel.report);
+    let (build, unit) = report.map_or((String::new(), ""), |report| format::duration_parts(report.build_time));
+    let sah = report.map(|report| format::significant(f64::from(report.stats.sah_cost)));
+    let tests = shown.and_then(|shown| shown.tests_per_ray).map(|[containers, triangles]| containers + triangles);
+    let speed = shown.map(|_| format::significant(state.mrays_per_s()));
+    let unknown = || "…".to_owned();
+    [
+        Tile {
+            quantity: Quantity::BuildTime,
+            name: "Build time",
+            number: if build.is_empty() { unknown() } else { build },
+            unit,
+            tip: "Wall-clock time of the build: the sum of the stages that ran. Lower is better".to_owned(),
+            term: Term::BuildTime,
+        },
+        Tile {
+            quantity: Quantity::SahCost,
+            name: "SAH cost",
+            number: sah.unwrap_or_else(unknown),
+            unit: "",
+            tip: format!(
+                "Expected cost of a ray by the surface area heuristic: container test {TRAVERSAL_COST}, triangle test {INTERSECTION_COST}, over the root's area. Lower is better"
+            ),
+            term: Term::SahCost,
+        },
+        Tile {
+            quantity: Quantity::TestsPerRay,
+            name: "Tests per ray",
+            number: tests.map_or_else(unknown, |tests| format::significant(f64::from(tests))),
+            unit: "",
+            tip: "Container and triangle tests of a primary ray, on average, counted once the picture is at rest. Lower is better"
+                .to_owned(),
+            term: Term::TestsPerRay,
+        },
+        Tile {
+            quantity: Quantity::Speed,
+            name: "Speed",
+            number: speed.unwrap_or_else(unknown),
+            unit: "Mray/s",
+            tip: "Primary rays per second, in millions, shading included: the median of the passes. Higher is better"
+                .to_owned(),
+            term: Term::MraysPerSecond,
+        },
+    ]
+}
+
+fn show_tile(ui: &mut Ui, state: &mut AppState, tile: &Tile, comparison: Comparison, (width, stale): (f32, bool)) {
+    let palette = theme::palette(ui);
+    let (rect, response) = ui.allocate_exact_size(vec2(width, TILE_HEIGHT), Sense::click());
+    let text = format!("{} {}", tile.number, tile.unit);
+    let text = text.trim();
+    let line = difference::line(comparison, &palette).filter(|_| !stale);
+    let spoken = line.as_ref().map_or_else(String::new, |(line, _)| format!(", {line}"));
+    response.widget_info(|| WidgetInfo::labeled(Role::Label, true, format!("{} {text}{spoken}", tile.name)));
+    let fill =
+        if response.hovered() { ui.visuals().widgets.inactive.weak_bg_fill } else { ui.visuals().faint_bg_color };
+    ui.painter().rect_filled(rect, CornerRadius::same(4), fill);
+    let inside = rect.shrink2(vec2(8.0, 4.0));
+    let small = FontId::proportional(theme::HEADING_SIZE);
+    let painter = ui.painter().with_clip_rect(rect.intersect(ui.clip_rect()));
+    painter.text(inside.left_top(), Align2::LEFT_TOP, tile.name, small.clone(), palette.dim);
+    let color = if stale { palette.dim } else { palette.text };
+    number(&painter, inside, tile, color, palette.dim);
+    if let Some((line, color)) = line {
+        painter.text(inside.left_bottom(), Align2::LEFT_BOTTOM, line, small, color);
+    }
+    copies(state, &response, tile.name, (&tile.number, text), Some(tile.term));
+    let unit = tile.unit;
+    let before = difference::sentence(comparison, |value| match tile.quantity {
+        Quantity::BuildTime => format::duration(std::time::Duration::from_secs_f64(value)),
+        _ => format!("{} {unit}", format::significant(value)).trim().to_owned(),
+    });
+    let tip = before.map_or_else(|| tile.tip.clone(), |before| format!("{}\n{before}", tile.tip));
+    response.tip(tip_with_hint(&tip));
+}
+
+/// Paints the number with its unit behind it, in the middle of the tile.
+fn number(painter: &egui::Painter, inside: Rect, tile: &Tile, color: Color32, dim: Color32) {
+    let font = FontId::proportional(NUMBER_SIZE);
+    let at = inside.left_center() + vec2(0.0, -0.5);
+    let number = painter.text(at, Align2::LEFT_CENTER, &tile.number, font, color);
+    let unit = number.right_bottom() + vec2(3.0, -2.0);
+    painter.text(unit, Align2::LEFT_BOTTOM, tile.unit, FontId::proportional(theme::HEADING_SIZE), dim);
+}

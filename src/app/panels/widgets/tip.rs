@@ -1,0 +1,62 @@
+//! Tooltips: beside the panel that a widget is in, so that they cover none of its rows, and none while a button is held.
+
+use egui::containers::Tooltip;
+use egui::{Context, Id, Label, Order, Rect, RectAlign, Response, WidgetText, pos2};
+
+use crate::app::state::Side;
+
+/// Adds tooltips to a widget.
+pub(crate) trait Tip {
+    /// A tooltip while the widget is enabled.
+    fn tip(self, text: impl Into<WidgetText>) -> Self;
+    /// A tooltip while the widget is disabled.
+    fn disabled_tip(self, text: impl Into<WidgetText>) -> Self;
+}
+
+impl Tip for Response {
+    fn tip(self, text: impl Into<WidgetText>) -> Self {
+        show(Tooltip::for_enabled(&self), &self, text.into());
+        self
+    }
+
+    fn disabled_tip(self, text: impl Into<WidgetText>) -> Self {
+        show(Tooltip::for_disabled(&self), &self, text.into());
+        self
+    }
+}
+
+fn show(mut tooltip: Tooltip<'_>, response: &Response, text: WidgetText) {
+    if text.is_empty() || response.ctx.input(|input| input.pointer.any_down()) {
+        return;
+    }
+    if let Some((panel, side)) = panel_of(response) {
+        let rows = response.rect.y_range();
+        let anchor = Rect::from_min_max(pos2(panel.left(), rows.min), pos2(panel.right(), rows.max));
+        let align = if side == Side::Left { RectAlign::RIGHT_START } else { RectAlign::LEFT_START };
+        tooltip.popup = tooltip.popup.anchor(anchor).align(align);
+    }
+    tooltip.show(|ui| {
+        ui.set_max_width(ui.spacing().tooltip_width);
+        ui.add(Label::new(text).wrap());
+    });
+}
+
+/// Notes where a side panel is; its widgets' tooltips are shown beside it from the next UI frame on.
+pub(crate) fn note_panel(ctx: &Context, side: Side, rect: Option<Rect>) {
+    ctx.data_mut(|data| data.insert_temp(id(side), rect));
+}
+
+/// The side panel that a widget is in. Drop-down lists and menus are in none, though they may lie over one.
+fn panel_of(response: &Response) -> Option<(Rect, Side)> {
+    if response.layer_id.order != Order::Background {
+        return None;
+    }
+    [Side::Left, Side::Right].into_iter().find_map(|side| {
+        let panel: Option<Rect> = response.ctx.data(|data| data.get_temp(id(side))).flatten();
+        panel.filter(|panel| panel.contains(response.rect.center())).map(|panel| (panel, side))
+    })
+}
+
+fn id(side: Side) -> Id {
+    Id::unique(if side == Side::Left { "left panel's place" } else { "right panel's place" })
+}

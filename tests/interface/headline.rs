@@ -1,0 +1,148 @@
+//! The headline of the left panel and the selection's dock: what differs from the tree before, and that nothing moves.
+
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+use crate::panel::{harness, present, sized, state};
+use bvhscope::app::state::comparison::{Comparison, Quantity, Verdict};
+use bvhscope::app::state::{AppState, JobStatus, PickedTriangle};
+use bvhscope::render::{HeatKind, Shading};
+use bvhscope_engine::settings::Preset;
+use bvhscope_engine::tree::ContainerKind;
+use bvhscope_engine::tree::traverse::Traversal;
+use egui_kittest::Harness;
+use egui_kittest::kittest::{NodeT as _, Queryable as _};
+
+/// Builds and presents the wanted tree again.
+fn again(s: &mut AppState) {
+    let scene = Arc::clone(s.model.loaded.as_ref().unwrap());
+    present(s, &scene);
+}
+
+fn comparison(s: &AppState, quantity: Quantity) -> Comparison {
+    s.model.presented.as_ref().unwrap().compare(quantity)
+}
+
+/// The spoken name of a tile.
+fn tile(h: &Harness<'static, AppState>, name: &str) -> String {
+    let node = h.get_by(|node| node.value().is_some_and(|text| text.starts_with(name)));
+    node.accesskit_node().value().unwrap_or_default()
+}
+
+#[test]
+fn differences_to_the_tree_before_say_which_is_better() {
+    let mut s = state(Shading::Lit);
+    assert_eq!(comparison(&s, Quantity::SahCost), Comparison::Unknown, "nothing came before");
+    s.wanted.build.threshold = 2;
+    again(&mut s);
+    let container = s.wanted.build.container;
+    s.wanted.build = bvhscope_engine::settings::BuildSettings::preset(Preset::Best, container);
+    again(&mut s);
+    for quantity in [Quantity::SahCost, Quantity::TestsPerRay] {
+        let Comparison::Change { before, now, verdict } = comparison(&s, quantity) else {
+            panic!("{quantity:?} compares")
+        };
+        assert!(now < before && verdict == Verdict::Better, "{quantity:?}: {before} became {now}: {verdict:?}");
+    }
+    let h = harness(s);
+    let text = tile(&h, "SAH cost ");
+    assert!(text.contains('−') && text.ends_with("better"), "{text}");
+}
+
+#[test]
+fn another_view_size_or_mode_does_not_compare() {
+    let changes: [fn(&mut AppState); 3] = [
+        |s| s.wanted.camera.eye *= 1.5,
+        |s| s.wanted.render.shading = Shading::Heat(HeatKind::Both),
+        |s| s.wanted.render.traversal = Traversal::Paper,
+    ];
+    for change in changes {
+        let mut s = state(Shading::Lit);
+        change(&mut s);
+        s.wanted.build.threshold = 20;
+        again(&mut s);
+        assert_eq!(comparison(&s, Quantity::TestsPerRay), Comparison::OtherView);
+        assert_eq!(comparison(&s, Quantity::Speed), Comparison::OtherView);
+        assert!(matches!(comparison(&s, Quantity::SahCost), Comparison::Change { .. }), "costs need no view");
+    }
+    let mut s = state(Shading::Lit);
+    s.wanted.render.heat_range = Some([0.0, 9.0]);
+    s.wanted.build.threshold = 20;
+    again(&mut s);
+    assert!(matches!(comparison(&s, Quantity::TestsPerRay), Comparison::Change { .. }), "colours change no count");
+}
+
+#[test]
+fn costs_of_boxes_and_spheres_do_not_compare() {
+    let mut s = state(Shading::Lit);
+    s.wanted.build.container = ContainerKind::Sphere;
+    again(&mut s);
+    assert_eq!(comparison(&s, Quantity::SahCost), Comparison::OtherContainer);
+    assert!(matches!(comparison(&s, Quantity::TestsPerRay), Comparison::Change { verdict: Verdict::Worse, .. }));
+    let h = harness(s);
+    assert!(tile(&h, "SAH cost ").ends_with("not comparable"));
+    assert!(tile(&h, "Tests per ray ").ends_with("worse"));
+}
+
+#[test]
+fn numbers_are_marked_as_of_the_tree_before_while_a_rebuild_takes_long() {
+    let mut s = state(Shading::Lit);
+    let job = |age: u64| JobStatus {
+        label: "Building".to_owned(),
+        progress: 0.1,
+        since: Instant::now().checked_sub(Duration::from_millis(age)).unwrap(),
+    };
+    s.activity.build = Some(job(0));
+    let mut h = harness(s);
+    h.state_mut().activity.build = Some(job(0));
+    h.run_steps(1);
+    assert!(h.query_by_label_contains("Of the tree before").is_none(), "a short rebuild marks nothing");
+    h.state_mut().activity.build = Some(job(2_000));
+    h.run_steps(2);
+    assert!(h.query_by_label_contains("Of the tree before").is_some());
+}
+
+#[test]
+fn selecting_a_node_moves_nothing_else() {
+    let mut h = sized(state(Shading::Lit), 1280.0, 720.0, 1.0);
+    let places = |h: &Harness<'static, AppState>| {
+        ["Scene section", "Build section", "Hits 100 %", "Depth range"]
+            .map(|name| h.query_by_label(name).map(|it| it.rect()))
+    };
+    let before = places(&h);
+    assert!(before[0].is_some() && before[3].is_some());
+    for node in [0, 5] {
+        h.state_mut().selection.nodes.selected = Some(node);
+        h.state_mut().selection.picked = Some(PickedTriangle { primitive: 17, path: vec![0, 1, 5] });
+        h.run_steps(4);
+        assert_eq!(places(&h), before);
+        let row = h.get_by_label_contains("Area share").rect();
+        assert!(h.ctx.content_rect().contains_rect(row), "the selection is in view");
+    }
+}
+
+#[test]
+fn sections_stay_folded_in_the_next_run() {
+    let mut h = sized(state(Shading::Lit), 1280.0, 1400.0, 1.0);
+    assert!(h.query_by_label_contains("Leaf triangles").is_none(), "memory is folded at first");
+    h.get_by_label("Scene section").click();
+    h.run_steps(40);
+    h.get_by_label("Memory section").click();
+    h.run_steps(40);
+    let sections = h.state().preferences.sections.clone();
+    assert_eq!((sections["Scene"], sections["Memory"], sections["Build"]), (false, true, true));
+    let mut s = state(Shading::Lit);
+    s.preferences.sections = sections;
+    let h = sized(s, 1280.0, 1400.0, 1.0);
+    assert!(h.query_by_label_contains("Materials").is_none());
+    assert!(h.query_by_label_contains("Leaf triangles").is_some());
+}
+
+#[test]
+fn a_scroll_bar_does_not_widen_the_right_panel() {
+    let width = |height: f32| {
+        let h = sized(state(Shading::Heat(HeatKind::Both)), 1280.0, height, 1.0);
+        h.get_by_role_and_label(egui::accesskit::Role::Slider, "Threshold").rect().x_range()
+    };
+    assert_eq!(width(500.0), width(1200.0));
+}
