@@ -60,13 +60,15 @@ fn kinds(ui: &mut Ui, state: &mut AppState) {
         state.model.presented.as_ref().map_or(state.wanted.build.container, |shown| shown.table.container_kind());
     let overlay = &mut state.wanted.overlay;
     row(ui, "Show", "Boxes, spheres or both, whichever the tree is built with (B hides both)", |ui| {
-        ui.horizontal(|ui| {
-            let [mut boxes, mut spheres] = overlay.kinds(kind);
-            let by_hand = check(ui, &mut boxes, "Boxes", "Draw the boxes around nodes")
-                | check(ui, &mut spheres, "Spheres", "Draw the spheres around nodes");
-            if by_hand {
-                (overlay.follows_tree, overlay.show_boxes, overlay.show_spheres) = (false, boxes, spheres);
-            }
+        ui.vertical(|ui| {
+            ui.horizontal(|ui| {
+                let [mut boxes, mut spheres] = overlay.kinds(kind);
+                let by_hand = check(ui, &mut boxes, "Boxes", "Draw the boxes around nodes")
+                    | check(ui, &mut spheres, "Spheres", "Draw the spheres around nodes");
+                if by_hand {
+                    (overlay.follows_tree, overlay.show_boxes, overlay.show_spheres) = (false, boxes, spheres);
+                }
+            });
             let tip = "Draw what the tree is built of, boxes or spheres, also after that changes";
             check(ui, &mut overlay.follows_tree, "As tree", tip);
         })

@@ -8,8 +8,10 @@ use super::row::row;
 use crate::app::theme;
 use crate::app::theme::ROW_HEIGHT;
 
-/// Width of the number field in points.
+/// Smallest width of the number field in points.
 const NUMBER_WIDTH: f32 = 52.0;
+/// Width of a digit in the number field in points.
+const DIGIT_WIDTH: f32 = 7.6;
 
 /// Decimals that a typed number may have in addition to [`SliderSpec::decimals`].
 const TYPED_DECIMALS: usize = 1;
@@ -38,7 +40,10 @@ pub(crate) fn slider(ui: &mut Ui, value: &mut f64, spec: &SliderSpec<'_>) -> boo
     let before = *value;
     let mut touched = false;
     row(ui, spec.label, spec.tip, |ui| {
-        let width = (ui.available_width() - NUMBER_WIDTH - ui.spacing().item_spacing.x).max(40.0);
+        // A number that is wider than its field would widen the panel with each UI frame.
+        let digits = value.abs().max(*spec.range.end()).max(1.0).log10().floor() as f32 + 1.0;
+        let number_width = NUMBER_WIDTH.max(digits * DIGIT_WIDTH + 2.0 * ui.spacing().button_padding.x);
+        let width = (ui.available_width() - number_width - ui.spacing().item_spacing.x).max(40.0);
         ui.spacing_mut().slider_width = width;
         let step = if spec.decimals == 0 { 1.0 } else { 0.1f64.powi(spec.decimals as i32) };
         // Without steps, an arrow key moves the handle by a point; on a wide logarithmic scale a fixed step would not be visible.
@@ -72,7 +77,7 @@ pub(crate) fn slider(ui: &mut Ui, value: &mut f64, spec: &SliderSpec<'_>) -> boo
                 .custom_formatter(|number, _| if number == 0.0 { spec.zero.to_owned() } else { format!("{number:.0}") })
                 .custom_parser(|text| if text.trim() == spec.zero { Some(0.0) } else { text.trim().parse().ok() });
         }
-        let number = ui.add_sized(vec2(NUMBER_WIDTH, ROW_HEIGHT), drag);
+        let number = ui.add_sized(vec2(number_width, ROW_HEIGHT), drag);
         number.widget_info(|| {
             let mut info = WidgetInfo::drag_value(ui.is_enabled(), current);
             info.label = Some(format!("{} value", spec.label));
