@@ -3,14 +3,19 @@
 use glam::{Mat3, Vec3};
 
 use crate::camera::{Camera, Projection};
-use bvhscope_engine::geometry::Aabb;
+use crate::scene::{Interior, Scene};
 
-/// A standard view of the whole model.
+/// Vertical field of view inside a model in radians: 60 degrees.
+const INSIDE_FOV_Y: f32 = std::f32::consts::FRAC_PI_3;
+
+/// A standard view of a model.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum NamedView {
-    /// The view of [`Camera::framing`], from an oblique direction.
+    /// From inside where the model encloses its centre, as a room does ([`Scene::interior`]), otherwise from outside.
     #[default]
     Default,
+    /// The view of [`Camera::framing`]: the whole model from an oblique direction.
+    Outside,
     /// Looking at the side that faces +z in a y-up scene, −y in a z-up one.
     Front,
     /// Looking at the side opposite the front.
@@ -27,13 +32,14 @@ pub enum NamedView {
 
 impl NamedView {
     /// Every view.
-    pub const ALL: [Self; 7] =
-        [Self::Default, Self::Front, Self::Back, Self::Left, Self::Right, Self::Top, Self::Bottom];
+    pub const ALL: [Self; 8] =
+        [Self::Default, Self::Outside, Self::Front, Self::Back, Self::Left, Self::Right, Self::Top, Self::Bottom];
 
     /// The name on the command line.
     pub const fn name(self) -> &'static str {
         match self {
             Self::Default => "default",
+            Self::Outside => "outside",
             Self::Front => "front",
             Self::Back => "back",
             Self::Left => "left",
@@ -43,13 +49,18 @@ impl NamedView {
         }
     }
 
-    /// The camera that shows all of `bounds` from this side, where `up` is the up direction of the scene.
-    pub fn camera(self, bounds: &Aabb, up: Vec3) -> Camera {
+    /// The camera of this view of `scene`, whose up direction the user may have changed to `up`.
+    pub fn camera(self, scene: &Scene, up: Vec3) -> Camera {
+        let bounds = &scene.bounds;
         let mut camera = Camera::framing(bounds, up);
         let front = if up.y.abs() > 0.5 { Vec3::Z } else { Vec3::NEG_Y };
         let right = up.cross(front).normalize_or(Vec3::X);
         let [x, y, z] = match self {
-            Self::Default => return camera,
+            Self::Default => match scene.interior {
+                Some(Interior { eye, target }) => return Camera { eye, target, fov_y: INSIDE_FOV_Y, ..camera },
+                None => return camera,
+            },
+            Self::Outside => return camera,
             Self::Front => [0.0, 0.0, 1.0],
             Self::Back => [0.0, 0.0, -1.0],
             Self::Left => [-1.0, 0.0, 0.0],
@@ -79,19 +90,22 @@ pub struct CameraChoice {
     pub target: Option<Vec3>,
     /// The up direction, of unit length.
     pub up: Option<Vec3>,
-    /// Vertical field of view in radians. Without `eye` the distance is adapted, so that the model fills the picture.
+    /// Vertical field of view in radians. Without `eye` the distance is adapted, so that the model fills the picture
+    /// that is seen from outside.
     pub fov_y: Option<f32>,
     /// Orthographic projection.
     pub orthographic: bool,
 }
 
 impl CameraChoice {
-    /// The camera for a scene with these bounds and this up direction.
-    pub fn camera(&self, bounds: &Aabb, up: Vec3) -> Camera {
-        let mut camera = self.view.camera(bounds, up);
+    /// The camera for a scene.
+    pub fn camera(&self, scene: &Scene) -> Camera {
+        let mut camera = self.view.camera(scene, scene.up);
         if let Some(fov_y) = self.fov_y {
             camera.fov_y = fov_y;
-            camera.frame(bounds);
+            if self.view != NamedView::Default || scene.interior.is_none() {
+                camera.frame(&scene.bounds);
+            }
         }
         if let Some(up) = self.up {
             camera.up = up;

@@ -15,13 +15,13 @@ use crate::lab::{Job, Setup, SweepPlan};
 use crate::overlay::{OverlaySettings, Selection};
 use crate::render::RenderSettings;
 use crate::scene::{LoadOptions, SceneSource};
-use crate::view::CameraChoice;
+use crate::view::{CameraChoice, NamedView};
 use bvhscope_engine::settings::{BuildSettings, BuilderKind, Pass, Passes, Preset};
 use bvhscope_engine::tree::ContainerKind;
 
 #[cfg(feature = "gui")]
 pub fn viewer(args: ViewerArgs) -> StartOptions {
-    let camera = camera(&args.camera);
+    let camera = camera(&args.camera, NamedView::Default);
     StartOptions {
         source: args.model,
         overrides: overrides(&args.build, &args.picture, &args.overlay),
@@ -39,7 +39,7 @@ pub fn render(args: RenderArgs) -> RenderCommand {
     RenderCommand {
         source: args.model.unwrap_or_else(SceneSource::default_builtin),
         build: build(&args.build),
-        camera: camera(&args.camera),
+        camera: camera(&args.camera, NamedView::Default),
         settings: picture(&args.picture),
         overlay: overlay(&args.overlay),
         selection: Selection {
@@ -93,7 +93,8 @@ pub fn measure(job: Job, args: MeasureArgs) -> MeasureCommand {
     MeasureCommand {
         sources,
         job,
-        camera: camera(&args.camera),
+        // The paper's scenes are looked at from outside.
+        camera: camera(&args.camera, NamedView::Outside),
         size: args.size,
         traversal: args.traversal,
         simd: args.simd.unwrap_or_default(),
@@ -141,9 +142,10 @@ fn build_settings(builder: Option<BuilderKind>, container: ContainerKind, shape:
     }
 }
 
-pub fn camera(args: &CameraArgs) -> CameraChoice {
+/// The camera; `view` where none is named.
+pub fn camera(args: &CameraArgs, view: NamedView) -> CameraChoice {
     CameraChoice {
-        view: args.camera,
+        view: args.camera.unwrap_or(view),
         eye: args.eye,
         target: args.target,
         up: args.up,

@@ -174,7 +174,7 @@ impl Run<'_> {
         self.read.add_read(&scene.files_read);
         check_outputs(&command.output, &self.read).map_err(ModelFailure::Of)?;
         let view = TraceView {
-            camera: command.camera.camera(&scene.bounds, scene.up),
+            camera: command.camera.camera(&scene),
             size: command.size,
             traversal: command.traversal,
             simd: command.simd,

@@ -101,7 +101,7 @@ pub fn run(command: &RenderCommand, context: &mut Context<'_>) -> Result<Finishe
         progress.set_label("Tracing");
         let request = RenderRequest {
             accel: Arc::clone(&accel),
-            camera: command.camera.camera(&scene.bounds, scene.up),
+            camera: command.camera.camera(&scene),
             settings: command.settings,
             width_px,
             height_px,

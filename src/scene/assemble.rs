@@ -249,6 +249,7 @@ impl Assembly {
             triangles: self.triangles,
             bounds,
             up,
+            interior: None,
             attributes,
             material_indices: self.material_indices,
             materials: self.materials,

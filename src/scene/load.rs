@@ -12,7 +12,7 @@ use super::options::LoadOptions;
 use super::read::read_model;
 use super::recognise::{recognise, unlike_obj};
 use super::source::SceneSource;
-use super::{builtin, gltf, obj, ply, stl};
+use super::{builtin, gltf, interior, obj, ply, stl};
 use bvhscope_engine::cancel::CancelToken;
 
 /// Loads a scene from a file or makes a built-in one. `token` cancels it and receives the progress.
@@ -29,10 +29,12 @@ use bvhscope_engine::cancel::CancelToken;
 pub fn load(source: &SceneSource, options: &LoadOptions, token: &CancelToken) -> Result<Scene, LoadError> {
     token.check()?;
     token.set_progress(0.0);
-    match source {
-        SceneSource::Builtin { name, size } => builtin::build(name, *size, source, token),
-        SceneSource::File(path) => load_file(path, source, options, token),
-    }
+    let mut scene = match source {
+        SceneSource::Builtin { name, size } => builtin::build(name, *size, source, token)?,
+        SceneSource::File(path) => load_file(path, source, options, token)?,
+    };
+    scene.interior = interior::find(&scene.triangles, &scene.bounds, scene.up, token)?;
+    Ok(scene)
 }
 
 fn load_file(

@@ -22,6 +22,9 @@ mod load;
 
 mod read;
 
+#[allow(clippy::arithmetic_side_effects, reason = "indices of a map of fixed size, and floats")]
+mod interior;
+
 mod recognise;
 
 mod assemble;
@@ -41,6 +44,7 @@ mod builtin;
 
 pub use error::{FileLocation, LoadError, Warning, Warnings};
 pub use format::{FILE_FORMATS, FileFormat, FormatInfo, format_names, model_extensions};
+pub use interior::Interior;
 pub use load::{load, load_bytes};
 pub use material::{Material, Texture, WrapMode};
 pub use model::{Attributes, Scene};

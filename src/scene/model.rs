@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use glam::{Vec2, Vec3};
 
 use super::error::Warnings;
+use super::interior::Interior;
 use super::material::{Material, Texture};
 use super::source::SceneSource;
 use bvhscope_engine::geometry::{Aabb, Triangle};
@@ -21,6 +22,8 @@ pub struct Scene {
     pub bounds: Aabb,
     /// Up direction of the scene; a unit axis.
     pub up: Vec3,
+    /// Where to stand inside a model that encloses the centre of `bounds`, as a room does; `None` for every other model.
+    pub interior: Option<Interior>,
     /// Vertex attributes; `None` if the file has neither normals, texture coordinates nor colours.
     pub attributes: Option<Attributes>,
     /// Index into `materials` for each triangle; empty if every triangle has material 0.
@@ -59,6 +62,7 @@ impl Scene {
             triangles,
             bounds,
             up: Vec3::Y,
+            interior: None,
             attributes: None,
             material_indices: Vec::new(),
             materials: vec![Material::clay()],

@@ -20,6 +20,7 @@ mod gltf_warnings;
 #[cfg(target_os = "linux")]
 mod hostile_files;
 mod hostile_gltf;
+mod interiors;
 #[cfg(target_os = "linux")]
 mod messages;
 mod mutations;

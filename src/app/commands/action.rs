@@ -36,8 +36,10 @@ pub enum Action {
     ToggleUpAxis,
     /// Switch between orbiting and flying.
     ToggleFly,
-    /// Go back to the default view.
+    /// Go back to the default view: from inside where the model encloses its centre.
     ResetView,
+    /// View the whole model from outside.
+    ViewOutside,
     /// Fill the picture with the selected node, or with the model where none is selected.
     FrameSelection,
     /// Orbit around the target by a step.

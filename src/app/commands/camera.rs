@@ -5,6 +5,7 @@ use glam::{Quat, Vec3};
 use super::action::{OrbitStep, ViewDirection};
 use crate::app::state::AppState;
 use crate::app::viewport::{orbit, pixel};
+use crate::view::NamedView;
 
 /// Angle of one orbit step in radians: 5 degrees.
 const ORBIT_STEP: f32 = 5.0 * std::f32::consts::PI / 180.0;
@@ -22,6 +23,14 @@ pub(super) fn view_from(state: &mut AppState, direction: ViewDirection) {
         ViewDirection::Bottom => -up,
     };
     orbit::view_along(&mut state.wanted.camera, axis, up);
+}
+
+/// Goes back to a standard view of the model.
+pub(super) fn reset(state: &mut AppState, view: NamedView) {
+    let up = state.model.up();
+    if let Some(shown) = &state.model.presented {
+        orbit::reset(&mut state.wanted.camera, view, &shown.accel.scene, up);
+    }
 }
 
 /// Orbits around the target by one step.

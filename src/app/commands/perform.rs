@@ -8,11 +8,12 @@ use super::command_line::command_line;
 use super::statistics_text::statistics_text;
 use super::{camera, walk};
 use crate::app::state::{AppState, HelpPage, Navigation, Request, Side};
-use crate::app::viewport::{ZOOM_STEP, orbit};
+use crate::app::viewport::ZOOM_STEP;
 use crate::camera::Projection;
 use crate::overlay::OverlaySettings;
 use crate::render::{Exposure, RenderSettings, Shading};
 use crate::scene::{BUILTIN_SCENES, SceneSource};
+use crate::view::NamedView;
 
 impl Action {
     /// Performs the action.
@@ -56,12 +57,8 @@ impl Action {
                     Navigation::Fly => Navigation::Orbit,
                 };
             }
-            Self::ResetView => {
-                if let Some(bounds) = state.model.bounds() {
-                    let up = state.model.up();
-                    orbit::reset(&mut state.wanted.camera, &bounds, up);
-                }
-            }
+            Self::ResetView => camera::reset(state, NamedView::Default),
+            Self::ViewOutside => camera::reset(state, NamedView::Outside),
             Self::FrameSelection => camera::frame_selection(state),
             Self::Orbit(step) => camera::orbit_step(state, step),
             Self::ZoomIn => camera::zoom(state, ZOOM_STEP),

@@ -6,6 +6,7 @@ use glam::Vec2;
 use super::pixel::{pixel_at, point_at};
 use super::{fly, orbit, picking};
 use crate::app::state::{AppState, Navigation};
+use crate::view::NamedView;
 
 /// Zoom factor of one wheel line or one press of the key +.
 pub(crate) const ZOOM_STEP: f32 = 1.15;
@@ -74,11 +75,11 @@ fn click(ui: &egui::Ui, response: &Response, state: &mut AppState) {
     let [x, y] = pixel_at(at, response.rect, ui.ctx().pixels_per_point(), state.layout.viewport_px);
     if response.double_clicked() {
         let point = state.model.presented.as_ref().and_then(|shown| picking::surface_point(&shown.frame, x, y));
-        match (point, state.model.bounds()) {
+        let up = state.model.up();
+        match (point, &state.model.presented) {
             (Some(point), _) => orbit::focus(&mut state.wanted.camera, point),
-            (None, Some(bounds)) => {
-                let up = state.model.up();
-                orbit::reset(&mut state.wanted.camera, &bounds, up);
+            (None, Some(shown)) => {
+                orbit::reset(&mut state.wanted.camera, NamedView::Default, &shown.accel.scene, up);
             }
             (None, None) => {}
         }

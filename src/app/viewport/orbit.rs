@@ -4,6 +4,8 @@ use bvhscope_engine::geometry::Aabb;
 use glam::{Mat3, Quat, Vec2, Vec3};
 
 use crate::camera::Camera;
+use crate::scene::Scene;
+use crate::view::NamedView;
 
 /// Orbits around the target: by `yaw` around the scene's up axis, and by `pitch` around the picture's horizontal axis. The
 /// camera's up vector follows across the poles, so that neither orbiting stops nor the picture flips there.
@@ -66,9 +68,9 @@ pub fn frame_all(camera: &mut Camera, bounds: &Aabb) {
     camera.frame(bounds);
 }
 
-/// Resets the camera to the default view of a model; projection and field of view stay.
-pub fn reset(camera: &mut Camera, bounds: &Aabb, up: Vec3) {
-    *camera = Camera { projection: camera.projection, fov_y: camera.fov_y, ..Camera::framing(bounds, up) };
+/// Resets the camera to a view of the model; the projection stays.
+pub fn reset(camera: &mut Camera, view: NamedView, scene: &Scene, up: Vec3) {
+    *camera = Camera { projection: camera.projection, ..view.camera(scene, up) };
 }
 
 /// Makes `point` the target, and so the centre of picture and orbit; direction and distance stay.

@@ -12,7 +12,7 @@ use crate::app::work::pool::WorkerPool;
 use crate::camera::Camera;
 use crate::console::note;
 use crate::scene::{LoadError, LoadOptions, Scene, SceneSource, load};
-use crate::view::CameraChoice;
+use crate::view::{CameraChoice, NamedView};
 use crate::worker::Worker;
 use bvhscope_engine::cancel::CancelToken;
 
@@ -147,9 +147,9 @@ impl LoadRail {
         recent::remember(&mut state.preferences.recent, &scene.source);
         let keep = self.keep_camera && orbit::still_sees(&state.wanted.camera, &scene.bounds);
         self.next_camera = Some(match self.first_camera.take() {
-            Some(choice) => choice.camera(&scene.bounds, scene.up),
+            Some(choice) => choice.camera(&scene),
             None if keep => state.wanted.camera,
-            None => Camera::framing(&scene.bounds, scene.up),
+            None => NamedView::Default.camera(&scene, scene.up),
         });
         self.keep_camera = false;
         self.loaded = Some(key);

@@ -14,9 +14,10 @@ use bvhscope_engine::tree::traverse::Traversal;
 #[derive(Debug, Args)]
 #[command(next_help_heading = "Camera")]
 pub struct CameraArgs {
-    #[arg(long, value_name = "NAME", default_value = "default", hide_default_value = true,
-          value_parser = named::<NamedView>, help = help::<NamedView>("A view of the whole model: ", ""))]
-    pub camera: NamedView,
+    #[arg(long, value_name = "NAME", value_parser = named::<NamedView>,
+          help = help::<NamedView>("A view of the model: ", " (default: from inside where it encloses its centre, otherwise \
+                                    outside; measurements start outside)"))]
+    pub camera: Option<NamedView>,
     /// Position of the observer
     #[arg(long, value_name = "X,Y,Z", value_parser = values::vector, allow_hyphen_values = true)]
     pub eye: Option<Vec3>,

@@ -2,7 +2,7 @@
 
 use egui::Key;
 
-use super::list::{ALT, CTRL, List, NONE};
+use super::list::{ALT, CTRL, List, NONE, SHIFT};
 use crate::app::commands::action::{Action, OrbitStep, ViewDirection};
 use crate::app::commands::descriptions::shading_description;
 use crate::app::commands::entry::Category;
@@ -40,7 +40,20 @@ pub(super) fn add(list: &mut List) {
         "Move with W, A, S, D, Q and E instead of orbiting; Shift is faster",
         &[(NONE, Key::V)],
     );
-    list.add(place(1), Action::ResetView, "Reset view", "Go back to the default view of the model", &[(NONE, Key::R)]);
+    list.add(
+        place(1),
+        Action::ResetView,
+        "Reset view",
+        "Go back to the default view: inside a model that encloses its centre, as a room does, otherwise outside",
+        &[(NONE, Key::R)],
+    );
+    list.add(
+        place(1),
+        Action::ViewOutside,
+        "View from outside",
+        "Look at the whole model from outside, also at a room",
+        &[(SHIFT, Key::R)],
+    );
     list.add(
         place(1),
         Action::FrameSelection,

@@ -1,0 +1,165 @@
+//! A small cube map: what a point sees of the triangles around it.
+
+use glam::Vec3;
+use rayon::prelude::*;
+
+use bvhscope_engine::cancel::{CancelToken, Cancelled};
+use bvhscope_engine::geometry::Triangle;
+
+/// Cells along the edge of a face of the cube map.
+const EDGE: usize = 24;
+/// Cells of the cube map.
+pub(super) const CELLS: usize = 6 * EDGE * EDGE;
+/// Triangles between two checks of the token.
+const CHUNK: usize = 1 << 14;
+
+/// What is seen in the direction of a cell.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Cell {
+    /// Distance in world units; infinite where nothing is seen.
+    pub(super) distance: f32,
+    /// Unit normal of the surface, on the side from which its corners turn counter-clockwise.
+    pub(super) normal: Vec3,
+}
+
+impl Cell {
+    const NOTHING: Self = Self { distance: f32::INFINITY, normal: Vec3::ZERO };
+
+    /// Whether the surface, seen in `direction`, shows its front.
+    pub(super) fn is_front(&self, direction: Vec3) -> bool {
+        self.normal.dot(direction) < 0.0
+    }
+}
+
+/// The cells of a map with their unit directions and their shares of all directions, not normalised.
+pub(super) fn cells(map: &[Cell]) -> impl Iterator<Item = (Vec3, f32, &Cell)> {
+    map.iter().enumerate().map(|(index, cell)| {
+        let (direction, weight) = direction(index);
+        (direction, weight, cell)
+    })
+}
+
+/// Unit direction of a cell's centre, and the cell's share of all directions, not normalised.
+fn direction(cell: usize) -> (Vec3, f32) {
+    let (face, y, x) = (cell / (EDGE * EDGE), cell / EDGE % EDGE, cell % EDGE);
+    let along = |place: usize| (place as f32 + 0.5) / EDGE as f32 * 2.0 - 1.0;
+    let (u, v) = (along(x), along(y));
+    let mut direction = Vec3::ZERO;
+    let axis = face % 3;
+    direction[axis] = if face < 3 { 1.0 } else { -1.0 };
+    direction[(axis + 1) % 3] = u;
+    direction[(axis + 2) % 3] = v;
+    let squared = 1.0 + u * u + v * v;
+    (direction / squared.sqrt(), squared.powf(-1.5))
+}
+
+/// The nearest surfaces around each of `points`, which are seen in one pass over the triangles.
+pub(super) fn around(
+    points: &[Vec3],
+    triangles: &[Triangle],
+    token: &CancelToken,
+) -> Result<Vec<Vec<Cell>>, Cancelled> {
+    let nothing = || vec![vec![Cell::NOTHING; CELLS]; points.len()];
+    triangles
+        .par_chunks(CHUNK)
+        .try_fold(nothing, |mut maps, chunk| {
+            for (point, map) in points.iter().zip(&mut maps) {
+                token.check()?;
+                for triangle in chunk {
+                    draw(triangle, *point, map);
+                }
+            }
+            Ok(maps)
+        })
+        .try_reduce(nothing, |mut all, others| {
+            for (a, b) in all.iter_mut().zip(others) {
+                merge(a, &b);
+            }
+            Ok(all)
+        })
+}
+
+/// Keeps the nearer surface of each cell. Of two at the same distance the front counts, whichever comes first.
+fn merge(map: &mut [Cell], other: &[Cell]) {
+    for (index, (a, b)) in map.iter_mut().zip(other).enumerate() {
+        let is_front = |cell: &Cell| cell.is_front(direction(index).0);
+        if b.distance < a.distance || b.distance == a.distance && is_front(b) && !is_front(a) {
+            *a = *b;
+        }
+    }
+}
+
+/// Draws a triangle into the cells whose centre it covers.
+fn draw(triangle: &Triangle, center: Vec3, map: &mut [Cell]) {
+    let corners = [triangle.a, triangle.b, triangle.c].map(|corner| corner - center);
+    let normal = triangle.scaled_normal();
+    let height = normal.dot(corners[0]);
+    if height == 0.0 || !height.is_finite() {
+        return;
+    }
+    for face in 0..6 {
+        let (axis, sign) = (face % 3, if face < 3 { 1.0 } else { -1.0 });
+        let depths = corners.map(|corner| corner[axis] * sign);
+        if depths.iter().all(|&depth| depth <= 0.0) {
+            continue;
+        }
+        // The cells that the triangle may cover; all of the face where it passes the centre's plane.
+        let range = |place: usize| {
+            if depths.iter().any(|&depth| depth <= 0.0) {
+                return (0, EDGE);
+            }
+            let at = [0, 1, 2].map(|corner| (corners[corner][place] / depths[corner] + 1.0) * 0.5 * EDGE as f32 - 0.5);
+            let low = at[0].min(at[1]).min(at[2]).ceil().clamp(0.0, EDGE as f32);
+            let high = (at[0].max(at[1]).max(at[2]).floor() + 1.0).clamp(0.0, EDGE as f32);
+            (low as usize, high as usize)
+        };
+        let ((left, right), (top, bottom)) = (range((axis + 1) % 3), range((axis + 2) % 3));
+        for y in top..bottom {
+            for x in left..right {
+                let cell = (face * EDGE + y) * EDGE + x;
+                let (direction, _) = direction(cell);
+                let toward = normal.dot(direction);
+                let distance = height / toward;
+                if distance > 0.0 && distance < map[cell].distance && covers(&corners, direction) {
+                    map[cell] = Cell { distance, normal: normal.normalize_or_zero() };
+                }
+            }
+        }
+    }
+}
+
+/// Whether the ray from the origin along `direction` passes the triangle on the same side of its three edges.
+fn covers(corners: &[Vec3; 3], direction: Vec3) -> bool {
+    let [a, b, c] = *corners;
+    let sides = [a.cross(b), b.cross(c), c.cross(a)].map(|edge| edge.dot(direction));
+    sides.iter().all(|&side| side >= 0.0) || sides.iter().all(|&side| side <= 0.0)
+}
+
+#[cfg(test)]
+mod tests {
+    use std::f32::consts::TAU;
+
+    use super::super::tests::room;
+    use super::*;
+    use bvhscope_engine::geometry::Aabb;
+
+    #[test]
+    fn the_cells_share_all_directions() {
+        let total: f32 = (0..CELLS).map(|cell| direction(cell).1).sum::<f32>() * (2.0 / EDGE as f32).powi(2);
+        assert!((total - 2.0 * TAU).abs() < 0.01, "the solid angle of the sphere is 4π, not {total}");
+        for cell in 0..CELLS {
+            assert!((direction(cell).0.length() - 1.0).abs() < 1e-6);
+        }
+    }
+
+    /// Every direction meets exactly the wall that stands there, at its distance.
+    #[test]
+    fn distances_are_those_of_the_walls() {
+        let bounds = Aabb { min: Vec3::new(-2.0, -1.0, -3.0), max: Vec3::new(2.0, 1.0, 3.0) };
+        let map = around(&[Vec3::ZERO], &room(&bounds, true, None), &CancelToken::new()).unwrap();
+        for (direction, _, cell) in cells(&map[0]) {
+            let expected = (bounds.max / direction.abs()).min_element();
+            assert!(cell.is_front(direction) && (cell.distance / expected - 1.0).abs() < 1e-5, "{direction}: {cell:?}");
+        }
+    }
+}
