@@ -169,6 +169,8 @@ fn overrides(build: &BuildArgs, picture: &PictureArgs, overlay: &OverlayArgs) ->
         shading: picture.shading,
         light: picture.light,
         exposure: picture.exposure,
+        normals: picture.normals,
+        crease_degrees: picture.crease,
         cluster_depth: picture.cluster_depth,
         traversal: picture.traversal,
         heat_range: picture.heat_range,
@@ -193,6 +195,8 @@ fn picture(args: &PictureArgs) -> RenderSettings {
         shading: args.shading.unwrap_or(base.shading),
         light: args.light.unwrap_or(base.light),
         exposure: args.exposure.unwrap_or(base.exposure),
+        normals: args.normals.unwrap_or(base.normals),
+        crease_degrees: args.crease.unwrap_or(base.crease_degrees),
         cluster_depth: args.cluster_depth.unwrap_or(base.cluster_depth),
         traversal: args.traversal.unwrap_or(base.traversal),
         heat_range: args.heat_range.or(base.heat_range),
@@ -234,7 +238,7 @@ mod tests {
     use crate::app::state::{AppState, Preferences, Wanted};
     use crate::camera::Projection;
     use crate::overlay::ColorBy;
-    use crate::render::{ColorMap, Exposure, HeatKind, Light, Shading};
+    use crate::render::{ColorMap, Exposure, HeatKind, Light, NormalSource, Shading};
     use bvhscope_engine::settings::Curve;
     use bvhscope_engine::settings::Pass;
     use bvhscope_engine::tree::traverse::Traversal;
@@ -252,6 +256,8 @@ mod tests {
             shading: Shading::Heat(HeatKind::Primitives),
             light: Light::Headlight,
             exposure: Exposure::Fixed(-1.25),
+            normals: NormalSource::Crease,
+            crease_degrees: 25.5,
             traversal: Traversal::Paper,
             heat_range: Some([1.0, 80.5]),
             color_map: ColorMap::Turbo,

@@ -3,7 +3,6 @@
 use glam::Vec3;
 
 use super::shade::{Shade, Shaded};
-use super::surface;
 use super::trace_context::TraceContext;
 use bvhscope_engine::cancel::{CancelToken, Cancelled};
 use bvhscope_engine::geometry::{Hit, Ray};
@@ -86,7 +85,7 @@ impl<C: Container> Shade<C> for Clusters {
         _tests: TestCounts,
         _blocked: &[bool],
     ) -> Shaded {
-        let facing = surface::orientation(context.scene, ray, hit).smooth.dot(-ray.direction).max(0.0);
+        let facing = context.orientation(ray, hit).smooth.dot(-ray.direction).max(0.0);
         let color = cluster_color(self.of_primitive[hit.primitive_index as usize]);
         Shaded::color(color * (0.35 + 0.65 * facing))
     }

@@ -105,7 +105,7 @@ fn meter_point<C: Container>(
     let at = |index: u32, count: u32, size: u32| (index as f32 + 0.5) / count as f32 * size.max(1) as f32;
     let ray = context.camera.ray(at(column, GRID[0], request.width_px), at(row, GRID[1], request.height_px));
     let hit = context.closest(&ray).filter(|hit| !context.scene.material(hit.primitive_index).unlit)?;
-    let orientation = surface::orientation(context.scene, &ray, &hit);
+    let orientation = context.orientation(&ray, &hit);
     let position = surface::position(context.scene, &hit);
     let open = lit.lights.sky(orientation.smooth);
     let mut shadow_rays = Vec::new();
@@ -125,7 +125,12 @@ fn meter_point<C: Container>(
     let facing = orientation.smooth.dot(towards_key).max(0.0);
     let reaches = facing > 0.0
         && (lit.lights.sun().is_none()
-            || !context.is_blocked(&context.ray_from(position, orientation.geometric, towards_key, f32::INFINITY)));
+            || !context.is_blocked(&context.ray_from(
+                orientation.lifted,
+                orientation.geometric,
+                towards_key,
+                f32::INFINITY,
+            )));
     let light = if reaches { ambient + key * facing } else { ambient };
     // Luminance of linear sRGB (ITU-R BT.709).
     let luminance = light.dot(Vec3::new(0.2126, 0.7152, 0.0722));

@@ -75,12 +75,6 @@ impl Lit {
         Self { lights, mean_openness: Vec3::ONE }
     }
 
-    /// Whether a surface faces the sun. The flat normal must face it too, or self-shadowing would show the triangles of smooth
-    /// surfaces.
-    fn faces_sun(orientation: &Orientation, sun: Vec3) -> bool {
-        orientation.smooth.dot(sun) > 0.0 && orientation.geometric.dot(sun) > 0.0
-    }
-
     /// Traces one ray into the hemisphere of a surface; `None` if it meets the sky. Returns the light that arrives from there, as
     /// if from everywhere: first that without the sun, then that of the sun on what was hit, whose shadow ray is appended to `rays`. The sum of both is to
     /// go through [`bounced_light`].
@@ -100,7 +94,7 @@ impl Lit {
         if material.unlit {
             return Some((color + material.emissive, Vec3::ZERO));
         }
-        let there = surface::orientation(scene, &ray, &hit);
+        let there = context.orientation(&ray, &hit);
         let distance = (hit.t / (CONTACT_RADIUS * context.diagonal)).min(1.0);
         let [near, far] = BOUNCED_SKY;
         let mut light = self.lights.sky(there.smooth) * (near + (far - near) * distance);
@@ -108,10 +102,9 @@ impl Lit {
         let (towards_key, key) = self.lights.key(-ray.direction);
         if self.lights.sun().is_none() {
             light += key * (BOUNCED_HEADLIGHT * there.smooth.dot(towards_key).max(0.0));
-        } else if Self::faces_sun(&there, towards_key) {
+        } else if there.smooth.dot(towards_key) > 0.0 {
             bounced_sun = color * key * there.smooth.dot(towards_key);
-            let position = surface::position(scene, &hit);
-            rays.push(context.ray_from(position, there.geometric, towards_key, f32::INFINITY));
+            rays.push(context.ray_from(there.lifted, there.geometric, towards_key, f32::INFINITY));
         }
         Some((color * light + material.emissive, bounced_sun))
     }
@@ -142,16 +135,16 @@ impl<C: Container> Shade<C> for Lit {
             point.emitted += base_color;
             return point;
         }
-        let orientation = surface::orientation(scene, ray, hit);
+        let orientation = context.orientation(ray, hit);
         let position = surface::position(scene, hit);
         point.normal = orientation.smooth;
         point.sky = self.lights.sky(point.normal);
         point.reflectance = Reflectance::new(base_color, 0.0, 1.0, Vec3::splat(0.04));
         if let Some(sun) = self.lights.sun()
-            && Self::faces_sun(&orientation, sun)
+            && orientation.smooth.dot(sun) > 0.0
         {
             let towards = if id.sample == 0 { sun } else { self.lights.towards_sun(id.light_point()) };
-            shadow_rays.push(context.ray_from(position, orientation.geometric, towards, f32::INFINITY));
+            shadow_rays.push(context.ray_from(orientation.lifted, orientation.geometric, towards, f32::INFINITY));
             point.faces_sun = true;
         }
         // The first sample stays noise-free and fast.

@@ -3,6 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::color_map::ColorMap;
+use crate::scene::SmoothNormals;
 use bvhscope_engine::kernel::SimdLevel;
 use bvhscope_engine::tree::traverse::Traversal;
 
@@ -73,6 +74,42 @@ impl Light {
     }
 }
 
+/// Where the normals of surfaces come from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum NormalSource {
+    /// The file, or the crease angle where it has none.
+    #[default]
+    File,
+    /// The crease angle: triangles that meet at less are smooth.
+    Crease,
+    /// The triangles: every one is flat.
+    Flat,
+}
+
+impl NormalSource {
+    /// All sources, in the order of menus.
+    pub const ALL: [Self; 3] = [Self::File, Self::Crease, Self::Flat];
+
+    /// The name on the command line.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::File => "file",
+            Self::Crease => "crease",
+            Self::Flat => "flat",
+        }
+    }
+
+    /// The name in the window.
+    pub const fn label(self) -> &'static str {
+        match self {
+            Self::File => "From file",
+            Self::Crease => "By crease angle",
+            Self::Flat => "Flat",
+        }
+    }
+}
+
 /// Exposure of lit shading: how much light is shown as white.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
@@ -102,6 +139,12 @@ pub struct RenderSettings {
     /// Exposure of lit shading.
     #[serde(default)]
     pub exposure: Exposure,
+    /// Where normals come from.
+    #[serde(default)]
+    pub normals: NormalSource,
+    /// Crease angle in degrees, 0 to 180: triangles that meet at less are smooth.
+    #[serde(default = "default_crease_degrees")]
+    pub crease_degrees: f32,
     /// Depth of the nodes that cluster colours show; leaves above keep their own colour.
     pub cluster_depth: u32,
     /// Traversal order wherever tests are counted.
@@ -120,12 +163,18 @@ pub struct RenderSettings {
     pub samples: u32,
 }
 
+const fn default_crease_degrees() -> f32 {
+    SmoothNormals::DEFAULT_CREASE_DEGREES
+}
+
 impl Default for RenderSettings {
     fn default() -> Self {
         Self {
             shading: Shading::Lit,
             light: Light::Sun,
             exposure: Exposure::Auto,
+            normals: NormalSource::File,
+            crease_degrees: default_crease_degrees(),
             cluster_depth: 6,
             traversal: Traversal::Ordered,
             heat_range: None,

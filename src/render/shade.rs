@@ -96,7 +96,7 @@ impl<C: Container> Shade<C> for Normals {
         _tests: TestCounts,
         _blocked: &[bool],
     ) -> Shaded {
-        let normal = surface::orientation(context.scene, ray, hit).smooth;
+        let normal = context.orientation(ray, hit).smooth;
         // Normal maps usually hold sRGB-encoded numbers.
         Shaded::color((normal * 0.5 + 0.5).map(srgb::decode))
     }
@@ -133,7 +133,7 @@ impl<C: Container> Shade<C> for AmbientOcclusion {
 
     fn prepare(&self, context: &TraceContext<C>, ray: &Ray, hit: &Hit, id: SampleId, rays: &mut Vec<Ray>) {
         let position = surface::position(context.scene, hit);
-        let orientation = surface::orientation(context.scene, ray, hit);
+        let orientation = context.orientation(ray, hit);
         let radius = context.diagonal * ambient_occlusion::RADIUS;
         rays.extend(around(context, position, &orientation, radius, ambient_occlusion::RAYS, id));
     }

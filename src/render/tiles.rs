@@ -20,6 +20,7 @@ use super::request::RenderRequest;
 use super::sampling::{SampleId, subpixel};
 use super::settings::{HeatKind, Shading};
 use super::shade::{AmbientOcclusion, Depth, Heat, Normals, Shade};
+use super::surface;
 use super::trace_context::TraceContext;
 use bvhscope_engine::cancel::{CancelToken, Cancelled};
 use bvhscope_engine::geometry::{Hit, Ray};
@@ -89,7 +90,8 @@ fn trace(
         if request.coarseness <= 1 || request.settings.shading == Shading::Heat(HeatKind::Steps) {
             accel.widen(token)?;
         }
-        let context = TraceContext::new(accel, tree, camera, request.height_px.max(1), request.settings.simd);
+        let normals = surface::Normals::new(&request.settings, &accel.scene, token)?;
+        let context = TraceContext::new(accel, tree, camera, request.height_px.max(1), request.settings.simd, normals);
         // The shading mode is chosen here, outside of all loops.
         let mut output = Output { request, exposure_stops: 0.0, deliver, radiance };
         match request.settings.shading {

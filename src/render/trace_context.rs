@@ -13,7 +13,7 @@ use bvhscope_engine::tree::traverse::{IndexedTriangles, NoProbe, Probe, Traversa
 use bvhscope_engine::tree::{Container, Tree};
 use bvhscope_engine::wide::tree::AnyWideTree;
 
-use super::surface;
+use super::surface::{self, Normals, Orientation};
 
 /// Maximum number of alpha cut-outs that a ray passes through before the next counts as solid.
 const MAX_HOLES: u32 = 32;
@@ -39,6 +39,7 @@ pub(super) struct TraceContext<'a, C> {
     pub(super) camera: CameraFrame,
     /// Height of the picture in requested pixels.
     pub(super) height_px: f32,
+    normals: Normals,
     /// Whether any material has alpha cut-outs.
     has_holes: bool,
     /// Length of the diagonal of the scene's bounding box in world units.
@@ -53,6 +54,7 @@ impl<'a, C: Container> TraceContext<'a, C> {
         camera: CameraFrame,
         height_px: u32,
         simd: SimdLevel,
+        normals: Normals,
     ) -> Self {
         let scene = &*accel.scene;
         let tracer = match accel.known_wide() {
@@ -65,11 +67,17 @@ impl<'a, C: Container> TraceContext<'a, C> {
             tracer,
             level: simd.level(),
             scene,
+            normals,
             camera,
             height_px: height_px as f32,
             has_holes: scene.materials.iter().any(has_holes),
             diagonal: scene.bounds.extent().length(),
         }
+    }
+
+    /// The surface normals at a hit.
+    pub(super) fn orientation(&self, ray: &Ray, hit: &Hit) -> Orientation {
+        surface::orientation(self.scene, &self.normals, ray, hit)
     }
 
     /// The closest hit that is not in an alpha cut-out.

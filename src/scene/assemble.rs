@@ -7,6 +7,7 @@ use glam::{Vec2, Vec3};
 use super::error::{FileLocation, LoadError, Warnings};
 use super::material::{Material, Texture};
 use super::model::{Attributes, Scene};
+use super::smooth::SmoothNormals;
 use super::source::SceneSource;
 use crate::budget::{Budget, OverBudget};
 use crate::text::counted;
@@ -254,6 +255,7 @@ impl Assembly {
             material_indices: self.material_indices,
             materials: self.materials,
             textures: self.textures,
+            smooth_normals: SmoothNormals::default(),
             mesh_count: self.mesh_count.max(1),
             files_read: self.files_read,
             warnings: self.warnings,

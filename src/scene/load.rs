@@ -34,6 +34,7 @@ pub fn load(source: &SceneSource, options: &LoadOptions, token: &CancelToken) ->
         SceneSource::File(path) => load_file(path, source, options, token)?,
     };
     scene.interior = interior::find(&scene.triangles, &scene.bounds, scene.up, token)?;
+    scene.prepare_normals(token)?;
     Ok(scene)
 }
 

@@ -29,6 +29,9 @@ mod recognise;
 
 mod assemble;
 
+#[allow(clippy::arithmetic_side_effects, reason = "indices of triangles that exist, and vectors")]
+mod smooth;
+
 mod images;
 
 mod obj;
@@ -49,4 +52,5 @@ pub use load::{load, load_bytes};
 pub use material::{Material, Texture, WrapMode};
 pub use model::{Attributes, Scene};
 pub use options::LoadOptions;
+pub use smooth::{CornerNormals, SmoothNormals};
 pub use source::{BUILTIN_SCENES, BuiltinScene, SceneSource};

@@ -1,13 +1,16 @@
 //! A loaded model: triangles, their vertex attributes, materials and textures.
 
 use std::path::PathBuf;
+use std::sync::Arc;
 
 use glam::{Vec2, Vec3};
 
-use super::error::Warnings;
+use super::error::{FileLocation, Warnings};
 use super::interior::Interior;
 use super::material::{Material, Texture};
+use super::smooth::{CornerNormals, NoNormals, SmoothNormals};
 use super::source::SceneSource;
+use bvhscope_engine::cancel::{CancelToken, Cancelled};
 use bvhscope_engine::geometry::{Aabb, Triangle};
 
 /// A loaded model: triangles in world space, with attributes and materials for shading. Has at least one triangle; all
@@ -32,6 +35,8 @@ pub struct Scene {
     pub materials: Vec<Material>,
     /// The textures that materials refer to by index.
     pub textures: Vec<Texture>,
+    /// Normals by crease angle, made on request.
+    pub smooth_normals: SmoothNormals,
     /// Number of meshes, objects or solids in the file; 1 if the format has no such notion.
     pub mesh_count: usize,
     /// Every file that loading opened: the model, its buffers, material libraries and images. Empty for built-in scenes.
@@ -67,6 +72,7 @@ impl Scene {
             material_indices: Vec::new(),
             materials: vec![Material::clay()],
             textures: Vec::new(),
+            smooth_normals: SmoothNormals::default(),
             mesh_count: 1,
             files_read: Vec::new(),
             warnings: Warnings::default(),
@@ -79,7 +85,41 @@ impl Scene {
         &self.materials[index as usize]
     }
 
-    /// Bytes of triangles, attributes and textures.
+    /// Whether the file has normals.
+    pub fn has_normals(&self) -> bool {
+        self.attributes.as_ref().is_some_and(|attributes| !attributes.normals.is_empty())
+    }
+
+    /// Smooth normals by a crease angle in degrees, made on the first request in the calling thread's rayon pool and kept until
+    /// another angle is asked for. `None` if they do not fit into the memory budget.
+    pub fn normals_by_crease(
+        &self,
+        degrees: f32,
+        token: &CancelToken,
+    ) -> Result<Option<Arc<CornerNormals>>, Cancelled> {
+        match self.smooth_normals.get(&self.triangles, degrees, token) {
+            Ok(normals) => Ok(Some(normals)),
+            Err(NoNormals::OverBudget(_)) => Ok(None),
+            Err(NoNormals::Cancelled(cancelled)) => Err(cancelled),
+        }
+    }
+
+    /// Makes the smooth normals of a file that has none; a warning says where they do not fit into the memory budget.
+    pub(super) fn prepare_normals(&mut self, token: &CancelToken) -> Result<(), Cancelled> {
+        if self.has_normals() {
+            return Ok(());
+        }
+        match self.smooth_normals.get(&self.triangles, SmoothNormals::DEFAULT_CREASE_DEGREES, token) {
+            Ok(_) => Ok(()),
+            Err(NoNormals::OverBudget(error)) => {
+                self.warnings.add(&format!("models shown with flat triangles: {error}"), || FileLocation::File);
+                Ok(())
+            }
+            Err(NoNormals::Cancelled(cancelled)) => Err(cancelled),
+        }
+    }
+
+    /// Bytes of triangles, attributes, smooth normals and textures.
     pub fn bytes(&self) -> usize {
         let attributes = self.attributes.iter().flat_map(|a| {
             [
@@ -90,7 +130,8 @@ impl Scene {
             ]
         });
         let textures = self.textures.iter().map(|texture| texture.bytes() as usize);
-        let own = [size_of_val(&self.triangles[..]), size_of_val(&self.material_indices[..])];
+        let own =
+            [size_of_val(&self.triangles[..]), size_of_val(&self.material_indices[..]), self.smooth_normals.bytes()];
         own.into_iter().chain(attributes).chain(textures).sum()
     }
 }

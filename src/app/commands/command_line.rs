@@ -10,7 +10,7 @@ use bvhscope_engine::tree::traverse::Traversal;
 use crate::app::state::{AppState, Wanted};
 use crate::camera::Projection;
 use crate::overlay::OverlayKinds;
-use crate::render::{Exposure, Light, Shading};
+use crate::render::{Exposure, Light, NormalSource, RenderSettings, Shading};
 
 /// The `bvhscope render` command that renders the present picture.
 pub fn command_line(state: &AppState) -> String {
@@ -62,6 +62,12 @@ pub fn command_line(state: &AppState) -> String {
     }
     if let Exposure::Fixed(stops) = render.exposure {
         flag("--exposure", stops.to_string());
+    }
+    if render.normals != NormalSource::File {
+        flag("--normals", render.normals.name().to_owned());
+    }
+    if render.crease_degrees != RenderSettings::default().crease_degrees {
+        flag("--crease", render.crease_degrees.to_string());
     }
     if uses_overlay(state) {
         overlay_flags(state, &mut line);

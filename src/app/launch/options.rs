@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use crate::app::launch::settings::SettingsUse;
 use crate::app::state::{Preferences, Wanted};
 use crate::overlay::ColorBy;
-use crate::render::{ColorMap, Exposure, Light, Shading};
+use crate::render::{ColorMap, Exposure, Light, NormalSource, Shading};
 use crate::scene::{LoadOptions, SceneSource};
 use crate::view::CameraChoice;
 use bvhscope_engine::kernel::SimdLevel;
@@ -63,6 +63,10 @@ pub struct CliOverrides {
     pub light: Option<Light>,
     /// Exposure of the lit shading mode.
     pub exposure: Option<Exposure>,
+    /// Where normals come from.
+    pub normals: Option<NormalSource>,
+    /// Crease angle in degrees.
+    pub crease_degrees: Option<f32>,
     /// Tree depth of the cluster colours.
     pub cluster_depth: Option<u32>,
     /// Traversal with which tests are counted.
@@ -104,6 +108,8 @@ impl CliOverrides {
         set(self.shading, &mut render.shading);
         set(self.light, &mut render.light);
         set(self.exposure, &mut render.exposure);
+        set(self.normals, &mut render.normals);
+        set(self.crease_degrees, &mut render.crease_degrees);
         set(self.cluster_depth, &mut render.cluster_depth);
         set(self.traversal, &mut render.traversal);
         set(self.heat_range.map(Some), &mut render.heat_range);

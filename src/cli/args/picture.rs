@@ -6,7 +6,7 @@ use glam::Vec3;
 use crate::cli::named::{help, named, simd};
 use crate::cli::values;
 use crate::overlay::{ColorBy, OverlayKinds};
-use crate::render::{ColorMap, Exposure, Light, Shading};
+use crate::render::{ColorMap, Exposure, Light, NormalSource, Shading};
 use crate::view::NamedView;
 use bvhscope_engine::kernel::SimdLevel;
 use bvhscope_engine::tree::traverse::Traversal;
@@ -47,6 +47,12 @@ pub struct PictureArgs {
     /// Exposure of the lit mode: auto (metered), or a number of stops, -8 to 8, of which each doubles the light [default: auto]
     #[arg(long, value_name = "EV", value_parser = values::exposure, allow_hyphen_values = true)]
     pub exposure: Option<Exposure>,
+    /// Normals: file (by crease angle where it has none), crease, or flat triangles [default: file]
+    #[arg(long, value_name = "NAME", value_parser = named::<NormalSource>)]
+    pub normals: Option<NormalSource>,
+    /// Crease angle in degrees, 0 to 180: triangles that meet at less are smooth [default: 40]
+    #[arg(long, value_name = "DEG", value_parser = |text: &str| values::decimal(text, 0.0, 180.0))]
+    pub crease: Option<f32>,
     /// How rays visit nodes where tests are counted: ordered, or paper (unordered, no culling by distance)
     #[arg(long, value_name = "NAME", value_parser = named::<Traversal>)]
     pub traversal: Option<Traversal>,

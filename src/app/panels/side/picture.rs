@@ -7,7 +7,7 @@ use crate::app::commands::shading_description;
 use crate::app::panels::side::histogram;
 use crate::app::panels::widgets::{Header, SliderSpec, combo, row, section, slider};
 use crate::app::state::AppState;
-use crate::render::{ColorMap, Exposure, Light, RenderSettings, Shading};
+use crate::render::{ColorMap, Exposure, Light, NormalSource, RenderSettings, Shading};
 
 /// Shows the section.
 pub(crate) fn show(ui: &mut Ui, state: &mut AppState) {
@@ -61,6 +61,7 @@ pub(crate) fn show(ui: &mut Ui, state: &mut AppState) {
         if heat {
             histogram::show(ui, state);
         }
+        normals(ui, state);
         let tip = "Draw the edges of triangles that are at least 2 pixels high: how fine the mesh is, and where triangles are long and thin (M)";
         row(ui, "Mesh", tip, |ui| ui.checkbox(&mut state.wanted.render.mesh_edges, "Edges"));
         samples(ui, state);
@@ -95,6 +96,48 @@ fn exposure(ui: &mut Ui, state: &mut AppState) {
     };
     if slider(ui, &mut stops, &spec) {
         *setting = Exposure::Fixed(stops as f32);
+    }
+}
+
+/// Where normals come from, with the crease angle.
+fn normals(ui: &mut Ui, state: &mut AppState) {
+    let render = &mut state.wanted.render;
+    let uses_normals =
+        matches!(render.shading, Shading::Lit | Shading::Normals | Shading::AmbientOcclusion | Shading::Clusters);
+    if !uses_normals {
+        return;
+    }
+    let sources = NormalSource::ALL.map(|source| {
+        let meaning = match source {
+            NormalSource::File => "The file's, or by crease angle where it has none",
+            NormalSource::Crease => "Triangles that meet at less than the crease angle look like one curved surface",
+            NormalSource::Flat => "Every triangle is flat, as rays meet it",
+        };
+        (source, source.label(), meaning)
+    });
+    combo(
+        ui,
+        "Normals",
+        "What makes surfaces look smooth; the triangles stay as they are",
+        &mut render.normals,
+        &sources,
+        |_| None,
+    );
+    if render.normals != NormalSource::Crease {
+        return;
+    }
+    let mut degrees = f64::from(render.crease_degrees);
+    let spec = SliderSpec {
+        label: "Crease angle",
+        tip: "Degrees between triangles up to which their edge is smooth. Higher: rounder; lower: more sharp edges",
+        range: 0.0..=180.0,
+        default: f64::from(RenderSettings::default().crease_degrees),
+        logarithmic: false,
+        decimals: 0,
+        zero: "",
+    };
+    if slider(ui, &mut degrees, &spec) {
+        render.crease_degrees = degrees as f32;
     }
 }
 
