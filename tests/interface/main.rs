@@ -4,6 +4,7 @@
 #![cfg(feature = "gui")]
 #![allow(clippy::unwrap_used, reason = "a failed step is a failed test")]
 
+mod files;
 mod harness;
 mod headline;
 mod panel;

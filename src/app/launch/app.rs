@@ -10,6 +10,7 @@ use super::storage::SettingsAutosave;
 use super::{interrupt, storage, window_size};
 use crate::app::state::{AppState, Preferences, Request, Severity, Wanted};
 use crate::app::viewport::Viewport;
+use crate::app::work::clipboard_probe::ClipboardProbe;
 use crate::app::work::derived_worker::DerivedWorker;
 use crate::app::work::file_watch::{FileChange, FileWatch};
 use crate::app::work::measure_worker::MeasureWorker;
@@ -38,6 +39,7 @@ pub struct App {
     measure_worker: MeasureWorker,
     derived_worker: DerivedWorker,
     background_tasks: BackgroundTasks,
+    clipboard_probe: Option<ClipboardProbe>,
     file_watch: FileWatch,
     viewport: Viewport,
     has_pipeline: bool,
@@ -76,6 +78,8 @@ impl App {
         app.reconciler.set_load_options(options.load, options.camera, same_model);
         app.device.inject_faults(options.lose_device, options.refuse_buffer);
         app.throttles_frames = app.state.graphics.is_software;
+        let ctx = context.egui_ctx.clone();
+        app.clipboard_probe = Some(ClipboardProbe::start(Arc::new(move || ctx.request_repaint())));
         Ok(app)
     }
 
@@ -120,6 +124,7 @@ impl App {
             derived_worker: DerivedWorker::new(wake.clone())?,
             file_watch: FileWatch::new(wake.clone())?,
             background_tasks: BackgroundTasks::new(Arc::new(wake)),
+            clipboard_probe: None,
             viewport: Viewport::default(),
             has_pipeline: context.wgpu_render_state.is_some(),
             device,
@@ -273,6 +278,9 @@ impl eframe::App for App {
         }
         self.report_device_errors();
         window_size::correct_on_first_frame(ctx);
+        if let Some(fault) = self.clipboard_probe.as_ref().and_then(ClipboardProbe::fault) {
+            self.state.clipboard_fault = Some(fault);
+        }
         self.background_tasks.poll(&mut self.reconciler, &mut self.state);
         self.reconciler.poll(&mut self.state, Instant::now());
         self.follow_file_changes();

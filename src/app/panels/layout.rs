@@ -102,6 +102,7 @@ fn over_viewport(ui: &mut Ui, rect: Rect, state: &mut AppState) {
     over::gizmo::show(ui, rect, state);
     over::pointer::show(ui, rect, state);
     over::messages::show(ui, rect, state);
+    over::drop_hint::show(ui, rect);
 }
 
 /// The open dialogs; the command palette last, on top of the others.

@@ -1,6 +1,7 @@
 //! What of the window is open, its size and its focus.
 
 use crate::app::glossary::Term;
+use crate::app::state::path_field::PathField;
 
 /// A side panel.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -46,6 +47,8 @@ pub struct Layout {
     pub about_open: bool,
     /// The start page with samples and recent files is open.
     pub start_page_open: bool,
+    /// The path that is typed on the start page.
+    pub path_field: PathField,
     /// The message history is open.
     pub messages_open: bool,
     /// Width and height of the viewport in pixels.
@@ -65,6 +68,7 @@ impl Default for Layout {
             help: None,
             about_open: false,
             start_page_open: false,
+            path_field: PathField::default(),
             messages_open: false,
             viewport_px: [0, 0],
             pixels_per_point: 1.0,

@@ -8,6 +8,7 @@ mod graphics;
 mod layout;
 mod messages;
 mod model;
+mod path_field;
 mod selection;
 
 pub mod paper;
@@ -21,6 +22,7 @@ pub use graphics::Graphics;
 pub use layout::{Help, HelpPage, Layout, Side};
 pub use messages::{Message, MessageLog, Severity};
 pub use model::{Model, Presented};
+pub use path_field::{FolderEntry, Listing, PathField};
 pub use preferences::{Navigation, Preferences, Theme};
 pub use request::Request;
 pub use selection::{HoveredPixel, PickedTriangle, SelectionState};
@@ -71,9 +73,11 @@ impl AppState {
         }
     }
 
-    /// Copies a text to the clipboard and posts the `note` that it was; where there is no clipboard, posts that instead.
+    /// Copies a text to the clipboard and posts the `note` that it was, unless that is empty; where there is no clipboard, posts
+    /// that instead.
     pub fn copy(&mut self, text: String, note: &str) {
         match &self.clipboard_fault {
+            None if note.is_empty() => {}
             None => self.messages.notify(Severity::Info, note),
             Some(reason) => {
                 let text = format!("Nothing was copied, because there is no clipboard to copy to: {reason}");

@@ -1,5 +1,7 @@
 //! Effects that panels and commands request.
 
+use std::path::PathBuf;
+
 use crate::app::state::paper::RowFormat;
 use crate::scene::SceneSource;
 
@@ -10,6 +12,8 @@ pub enum Request {
     Open(SceneSource),
     /// Open a model chosen in the desktop's file dialog.
     OpenDialog,
+    /// List models and folders of a folder for the path field.
+    ListFolder(PathBuf),
     /// Read the present model again.
     Reload,
     /// Cancel loading, building and tracing (Esc, the ✕ of the job strip).

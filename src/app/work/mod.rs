@@ -24,6 +24,9 @@ mod pool;
 pub(crate) mod derived_worker;
 pub(crate) mod measure_worker;
 
+mod folder_listing;
+
+pub(crate) mod clipboard_probe;
 pub(crate) mod file_watch;
 pub(crate) mod requests;
 pub(crate) mod wake_signal;

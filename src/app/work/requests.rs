@@ -3,19 +3,33 @@
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::mpsc::{Receiver, Sender, channel};
+use std::time::{Duration, Instant};
 
 use crate::app::state::paper::{PaperResult, RowFormat};
 use crate::app::state::{AppState, Request, Severity};
 use crate::app::viewport::screenshot::{self, Screenshot};
+use crate::app::work::folder_listing::FolderListing;
 use crate::app::work::measure_worker::MeasureWorker;
 use crate::app::work::reconcile::Reconciler;
 use crate::export::write_new;
 use crate::scene::{FileFormat, SceneSource, model_extensions};
 
+/// A dialog that ends sooner without a file was never on the screen: nobody closes one this fast.
+const MIN_DIALOG_TIME: Duration = Duration::from_millis(700);
+
+/// How the file dialog ended.
+struct Answer {
+    /// The chosen file.
+    path: Option<PathBuf>,
+    /// Time since the dialog was requested.
+    after: Duration,
+}
+
 /// The file dialog and files being saved, each on a thread of its own.
 pub(crate) struct BackgroundTasks {
-    chosen: (Sender<Option<PathBuf>>, Receiver<Option<PathBuf>>),
+    chosen: (Sender<Answer>, Receiver<Answer>),
     dialog_open: bool,
+    folders: FolderListing,
     saved: (Sender<screenshot::Outcome>, Receiver<screenshot::Outcome>),
     wake: Arc<dyn Fn() + Send + Sync>,
 }
@@ -23,17 +37,20 @@ pub(crate) struct BackgroundTasks {
 impl BackgroundTasks {
     /// No tasks yet; `wake` is called from their threads when they end.
     pub(crate) fn new(wake: Arc<dyn Fn() + Send + Sync>) -> Self {
-        Self { chosen: channel(), dialog_open: false, saved: channel(), wake }
+        Self { chosen: channel(), dialog_open: false, folders: FolderListing::new(), saved: channel(), wake }
     }
 
     /// Takes the results of tasks that have ended.
     pub(crate) fn poll(&mut self, reconciler: &mut Reconciler, state: &mut AppState) {
-        while let Ok(path) = self.chosen.1.try_recv() {
+        while let Ok(answer) = self.chosen.1.try_recv() {
             self.dialog_open = false;
-            if let Some(path) = path {
-                open(SceneSource::File(path), false, reconciler, state);
+            match answer.path {
+                Some(path) => open(SceneSource::File(path), false, reconciler, state),
+                None if answer.after < MIN_DIALOG_TIME => ask_for_path(state),
+                None => {}
             }
         }
+        self.folders.poll(state);
         while let Ok(outcome) = self.saved.1.try_recv() {
             match outcome {
                 Ok((path, None)) => state.messages.notify(Severity::Info, format!("Saved {}", path.display())),
@@ -57,6 +74,7 @@ impl BackgroundTasks {
             match request {
                 Request::Open(source) => open(source, false, reconciler, state),
                 Request::OpenDialog => self.open_dialog(state),
+                Request::ListFolder(folder) => self.folders.request(folder, Arc::clone(&self.wake)),
                 Request::Reload => reconciler.reload(),
                 Request::CancelJobs => reconciler.cancel(state),
                 Request::Measure => measure_worker.measure(state),
@@ -81,19 +99,20 @@ impl BackgroundTasks {
             dialog = dialog.set_directory(folder);
         }
         // Some desktops require the dialog to be created on the main thread; only its answer is awaited elsewhere.
+        let opened = Instant::now();
         let answer = dialog.pick_file();
         let (chosen, wake) = (self.chosen.0.clone(), Arc::clone(&self.wake));
         let thread = std::thread::Builder::new().name("file dialog".to_owned()).spawn(move || {
             let path = pollster::block_on(answer).map(|file| file.path().to_owned());
-            let _ = chosen.send(path);
+            let _ = chosen.send(Answer { path, after: opened.elapsed() });
             wake();
         });
         match thread {
             Ok(_) => self.dialog_open = true,
-            Err(error) => state.messages.notify(
-                Severity::Error,
-                format!("The file dialog could not be opened: {error}. Drop the file on the window instead"),
-            ),
+            Err(error) => {
+                log::warn!("the file dialog could not be opened: {error}");
+                ask_for_path(state);
+            }
         }
     }
 
@@ -133,6 +152,14 @@ impl BackgroundTasks {
 fn write_rows(folder: &Path, result: &PaperResult, format: RowFormat) -> Result<PathBuf, String> {
     let bytes = result.file(format)?;
     write_new(folder, &result.stem(), format.extension(), &bytes).map_err(|error| error.to_string())
+}
+
+/// Opens the start page at its path field, because there is no file dialog.
+fn ask_for_path(state: &mut AppState) {
+    let text = "There is no file dialog: the desktop offers none (neither a portal nor zenity). Type the path of the model, or drop the file on the window";
+    state.messages.notify(Severity::Warning, text);
+    state.layout.start_page_open = true;
+    state.layout.path_field.wants_focus = true;
 }
 
 /// Opens a model, or reads the wanted one again.

@@ -3,7 +3,7 @@
 use egui::{self, Align, Button, Label, Layout, RichText, ScrollArea, Ui, vec2};
 
 use crate::app::panels::dialogs::frame;
-use crate::app::state::{AppState, Message, Request, Severity};
+use crate::app::state::{AppState, Message, Severity};
 use crate::app::{format, theme};
 
 /// Shows the dialog while it is open.
@@ -30,7 +30,7 @@ pub(crate) fn show(ctx: &egui::Context, state: &mut AppState) {
         });
     });
     if let Some(text) = copied {
-        state.requests.push(Request::Copy(text));
+        state.copy(text, "");
     }
     // Keep the ages current.
     ctx.request_repaint_after_secs(1.0);

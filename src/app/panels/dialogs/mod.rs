@@ -5,4 +5,5 @@ mod frame;
 pub(super) mod help;
 pub(super) mod message_log;
 pub(super) mod palette;
+mod path_field;
 pub(super) mod start_page;

@@ -3,10 +3,10 @@
 use egui::{self, Button, RichText, ScrollArea, Ui, vec2};
 
 use crate::app::commands::Action;
-use crate::app::panels::dialogs::frame;
-use crate::app::state::AppState;
+use crate::app::panels::dialogs::{frame, path_field};
+use crate::app::state::{AppState, Request};
 use crate::app::{format, theme};
-use crate::scene::{BUILTIN_SCENES, format_names};
+use crate::scene::{BUILTIN_SCENES, SceneSource, format_names};
 
 /// Shows the dialog while it is open.
 pub(crate) fn show(ctx: &egui::Context, state: &mut AppState) {
@@ -15,10 +15,17 @@ pub(crate) fn show(ctx: &egui::Context, state: &mut AppState) {
     }
     let mut open = true;
     let mut chosen = None;
-    frame::show(ctx, "Open a model", [560.0, 400.0], &mut open, |ui| {
+    let mut path = None;
+    frame::show(ctx, "Open a model", [560.0, 440.0], &mut open, |ui| {
+        path = path_field::show(ui, state);
+        ui.add_space(4.0);
         ScrollArea::vertical().auto_shrink([false, true]).show(ui, |ui| content(ui, state, &mut chosen));
     });
     state.layout.start_page_open = open;
+    if let Some(path) = path {
+        state.layout.start_page_open = false;
+        state.requests.push(Request::Open(SceneSource::File(path)));
+    }
     if let Some(action) = chosen {
         state.layout.start_page_open = false;
         Action::perform(action, state);

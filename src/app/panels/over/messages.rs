@@ -4,7 +4,7 @@ use egui::{self, Align, Align2, Area, Color32, CornerRadius, Frame, Layout, Marg
 
 use crate::app::panels::widgets::Icon;
 use crate::app::panels::widgets::icon_button;
-use crate::app::state::{AppState, Message, Navigation, Request, Severity};
+use crate::app::state::{AppState, Message, Navigation, Severity};
 use crate::app::theme;
 
 /// Duration in seconds for which a note is shown.
@@ -48,7 +48,7 @@ pub(crate) fn show(ui: &Ui, rect: Rect, state: &mut AppState) {
             }
         });
     if let Some(text) = copied {
-        state.requests.push(Request::Copy(text));
+        state.copy(text, "");
     }
     if let Some(index) = closed {
         state.messages.open.remove(index);

@@ -2,8 +2,8 @@
 
 use egui::{self, Align2, CornerRadius, RichText, Role, ScrollArea, Sense, TextStyle, Ui, WidgetInfo, pos2, vec2};
 
+use crate::app::state::AppState;
 use crate::app::state::paper::PaperResult;
-use crate::app::state::{AppState, Request, Severity};
 use crate::app::theme;
 use crate::lab::report_table::ReportTable;
 
@@ -66,8 +66,7 @@ fn show_table(ui: &mut Ui, state: &mut AppState, table: &ReportTable) {
         let color = if row.first().is_some_and(|cell| cell.starts_with("  ")) { palette.dim } else { palette.text };
         let response = line(ui, &mut row.iter().map(String::as_str), color, row_name(table, row));
         if response.on_hover_text("Click to copy the row").clicked() {
-            state.requests.push(Request::Copy(row.join("\t")));
-            state.messages.notify(Severity::Info, "Row copied");
+            state.copy(row.join("\t"), "Row copied");
         }
     }
     ui.spacing_mut().item_spacing.y = 4.0;
