@@ -10,6 +10,8 @@ const MAX_OFFERED: usize = 8;
 pub struct PathField {
     /// The text.
     pub text: String,
+    /// The desktop offers no file dialog, so this field is the way.
+    pub without_dialog: bool,
     /// The field is to take the keyboard focus.
     pub wants_focus: bool,
     /// Index of the chosen one of [`PathField::offered`].

@@ -157,7 +157,9 @@ fn write_rows(folder: &Path, result: &PaperResult, format: RowFormat) -> Result<
 /// Opens the start page at its path field, because there is no file dialog.
 fn ask_for_path(state: &mut AppState) {
     let text = "There is no file dialog: the desktop offers none (neither a portal nor zenity). Type the path of the model, or drop the file on the window";
-    state.messages.notify(Severity::Warning, text);
+    // The start page repeats it, and a message that stays would cover that.
+    state.messages.notify(Severity::Info, text);
+    state.layout.path_field.without_dialog = true;
     state.layout.start_page_open = true;
     state.layout.path_field.wants_focus = true;
 }

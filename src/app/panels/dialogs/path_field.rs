@@ -11,6 +11,10 @@ use crate::app::theme;
 /// Shows the field and what is offered. Returns the path to open.
 pub(super) fn show(ui: &mut Ui, state: &mut AppState) -> Option<PathBuf> {
     request_listing(state);
+    if state.layout.path_field.without_dialog {
+        let text = "The desktop offers no file dialog (neither a portal nor zenity): type the path here";
+        ui.add(egui::Label::new(RichText::new(text).color(theme::palette(ui).warning)).wrap());
+    }
     let mut opened = None;
     ui.horizontal(|ui| {
         let id = ui.scope_id().with("path");
