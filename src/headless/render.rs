@@ -105,7 +105,7 @@ pub fn run(command: &RenderCommand, context: &mut Context<'_>) -> Result<Finishe
             settings: command.settings,
             width_px,
             height_px,
-            coarseness: 1,
+            coarseness: 1.0,
             count_tests: command.json,
         };
         let (frame, radiance) = if command.writes_radiance() {
@@ -263,6 +263,7 @@ fn draw_overlay(
         id: 1,
         width_px: frame.width_px,
         height_px: frame.height_px,
+        coarseness: 1.0,
         rgba: &frame.rgba,
         depth: &frame.depth,
     };

@@ -111,7 +111,7 @@ fn request(accel: &Arc<Accel>, view: &TraceView) -> RenderRequest {
         settings: RenderSettings { traversal: view.traversal, simd: view.simd, ..RenderSettings::default() },
         width_px: view.size[0],
         height_px: view.size[1],
-        coarseness: 1,
+        coarseness: 1.0,
         count_tests: false,
     }
 }

@@ -16,6 +16,8 @@ pub struct PictureInput<'a> {
     pub width_px: u32,
     /// Height in pixels.
     pub height_px: u32,
+    /// Edge in viewport pixels of the square that a pixel covers; 1 at full resolution.
+    pub coarseness: f32,
     /// sRGB-encoded RGBA, 8 bits a channel.
     pub rgba: &'a [[u8; 4]],
     /// Linear view depth of each pixel in world units; 1e30 where no surface was hit.

@@ -14,11 +14,11 @@ pub enum OffscreenError {
     Device(String),
 }
 
-/// Draws picture and overlay into an image of the picture's size: sRGB RGBA, 8 bits a channel, row by row from the top left.
-/// `viewport_px` is ignored: the viewport is the whole image.
+/// Draws picture and overlay into an image of the size of the viewport, whose origin is ignored: sRGB RGBA, 8 bits a channel, row by
+/// row from the top left.
 pub fn draw_offscreen(input: &DrawInput<'_>) -> Result<Vec<[u8; 4]>, OffscreenError> {
     let (device, queue) = pollster::block_on(open_device(wgpu::Adapter::limits))?;
-    let (width, height) = (input.picture.width_px, input.picture.height_px);
+    let [_, _, width, height] = input.viewport_px;
     let limit = device.limits().max_texture_dimension_2d;
     if width == 0 || height == 0 || width > limit || height > limit {
         return Err(OffscreenError::Device(format!(
@@ -70,7 +70,7 @@ pub(super) async fn open_device(
 }
 
 fn draw(device: &wgpu::Device, queue: &wgpu::Queue, input: &DrawInput<'_>) -> Result<Vec<[u8; 4]>, OffscreenError> {
-    let (width, height) = (input.picture.width_px, input.picture.height_px);
+    let [_, _, width, height] = input.viewport_px;
     let size = wgpu::Extent3d { width, height, depth_or_array_layers: 1 };
     let format = wgpu::TextureFormat::Rgba8Unorm;
     let target = device.create_texture(&wgpu::TextureDescriptor {

@@ -116,7 +116,7 @@ mod tests {
         {
             let count = (width_px * height_px) as usize;
             let (rgba, depth) = (vec![[7; 4]; count], vec![1.0; count]);
-            let picture = PictureInput { id, width_px, height_px, rgba: &rgba, depth: &depth };
+            let picture = PictureInput { id, width_px, height_px, coarseness: 1.0, rgba: &rgba, depth: &depth };
             assert!(textures.upload(&device, &queue, &picture), "{width_px}×{height_px}");
             assert_eq!(textures.size, expected);
         }

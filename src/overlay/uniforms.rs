@@ -60,7 +60,11 @@ impl ViewUniforms {
             forward: forward.to_array(),
             half_width_px: (line_width * points * 0.5).clamp(0.05, 64.0),
             tangent: frame.half_extent().to_array(),
-            covered: covered([width, height], [input.picture.width_px, input.picture.height_px]),
+            covered: covered(
+                [width, height],
+                [input.picture.width_px, input.picture.height_px],
+                input.picture.coarseness,
+            ),
             viewport: [x as f32, y as f32, width.max(1) as f32, height.max(1) as f32],
             hidden_alpha: input.settings.hidden_alpha.clamp(0.0, 1.0),
             scale_low,
@@ -78,11 +82,11 @@ impl ViewUniforms {
 
 /// Width and height in viewport pixels that the picture covers. A pixel of a coarse picture covers a square of viewport pixels,
 /// so the picture may extend beyond the viewport; a picture made for a viewport of another shape is stretched.
-fn covered(viewport: [u32; 2], picture: [u32; 2]) -> [f32; 2] {
+fn covered(viewport: [u32; 2], picture: [u32; 2], coarseness: f32) -> [f32; 2] {
     let [width, height] = viewport.map(|size| size.max(1));
-    let coarseness = width.div_ceil(picture[0].max(1)).max(height.div_ceil(picture[1].max(1)));
-    let coarse = [width.div_ceil(coarseness), height.div_ceil(coarseness)] == picture;
-    if coarse { picture.map(|size| (size * coarseness) as f32) } else { [width as f32, height as f32] }
+    let squares = |size: u32| (f64::from(size) / f64::from(coarseness)).ceil() as u32;
+    let whole = coarseness >= 1.0 && [squares(width), squares(height)] == picture;
+    if whole { picture.map(|size| size as f32 * coarseness) } else { [width as f32, height as f32] }
 }
 
 #[cfg(test)]
@@ -91,14 +95,15 @@ mod tests {
 
     #[test]
     fn a_coarse_picture_covers_whole_squares() {
-        assert_eq!(covered([640, 480], [640, 480]), [640.0, 480.0]);
-        assert_eq!(covered([641, 480], [81, 60]), [648.0, 480.0]);
-        assert_eq!(covered([1000, 999], [250, 250]), [1000.0, 1000.0]);
+        assert_eq!(covered([640, 480], [640, 480], 1.0), [640.0, 480.0]);
+        assert_eq!(covered([641, 480], [81, 60], 8.0), [648.0, 480.0]);
+        assert_eq!(covered([1000, 999], [250, 250], 4.0), [1000.0, 1000.0]);
+        assert_eq!(covered([641, 480], [513, 384], 1.25), [641.25, 480.0]);
     }
 
     #[test]
     fn a_picture_of_another_shape_is_stretched() {
-        assert_eq!(covered([640, 480], [500, 480]), [640.0, 480.0]);
-        assert_eq!(covered([640, 480], [0, 0]), [640.0, 480.0]);
+        assert_eq!(covered([640, 480], [500, 480], 1.0), [640.0, 480.0]);
+        assert_eq!(covered([640, 480], [0, 0], f32::NAN), [640.0, 480.0]);
     }
 }

@@ -13,7 +13,7 @@ pub struct Frame {
     /// Traced height in pixels.
     pub height_px: u32,
     /// Edge in requested pixels of the square that a traced pixel covers; 1 at full resolution.
-    pub coarseness: u32,
+    pub coarseness: f32,
     /// sRGB RGBA, 8 bits a channel; alpha is 255.
     pub rgba: Vec<[u8; 4]>,
     /// Linear view depth of each pixel's centre in world units; [`Frame::NO_HIT`] on the background.
@@ -74,8 +74,8 @@ impl Frame {
 
     /// Index of the traced pixel that covers the requested pixel (x, y).
     pub fn index_of(&self, x_px: u32, y_px: u32) -> usize {
-        let x = (x_px / self.coarseness).min(self.width_px - 1);
-        let y = (y_px / self.coarseness).min(self.height_px - 1);
+        let traced = |pixel: u32| ((pixel as f32 + 0.5) / self.coarseness) as u32;
+        let (x, y) = (traced(x_px).min(self.width_px - 1), traced(y_px).min(self.height_px - 1));
         (y * self.width_px + x) as usize
     }
 }

@@ -14,7 +14,7 @@ pub(super) const TILE_AREA: usize = (TILE * TILE) as usize;
 pub(super) struct Grid {
     pub(super) width: u32,
     pub(super) height: u32,
-    pub(super) coarseness: u32,
+    pub(super) coarseness: f32,
     tiles_x: u32,
     pub(super) tile_count: u32,
 }
@@ -25,9 +25,10 @@ impl Grid {
     }
 
     /// The grid of a picture of this size in requested pixels; zeros count as ones.
-    fn of_size(width_px: u32, height_px: u32, coarseness: u32) -> Self {
-        let coarseness = coarseness.max(1);
-        let (width, height) = (width_px.max(1).div_ceil(coarseness), height_px.max(1).div_ceil(coarseness));
+    fn of_size(width_px: u32, height_px: u32, coarseness: f32) -> Self {
+        let coarseness = if coarseness > 1.0 { coarseness } else { 1.0 };
+        let [width, height] =
+            [width_px, height_px].map(|size| (f64::from(size.max(1)) / f64::from(coarseness)).ceil() as u32);
         let tiles_x = width.div_ceil(TILE);
         Self { width, height, coarseness, tiles_x, tile_count: tiles_x * height.div_ceil(TILE) }
     }
@@ -57,7 +58,7 @@ impl Grid {
     /// Image position in requested pixels of the point `within` (0 to 1 on both axes) of traced pixel (x, y).
     #[inline(always)]
     pub(super) fn point(&self, x: u32, y: u32, within: Vec2) -> Vec2 {
-        (Vec2::new(x as f32, y as f32) + within) * self.coarseness as f32
+        (Vec2::new(x as f32, y as f32) + within) * self.coarseness
     }
 }
 
@@ -67,7 +68,9 @@ mod tests {
 
     #[test]
     fn every_pixel_is_visited_once_at_its_own_place() {
-        for (width, height, coarseness) in [(1, 1, 1), (16, 16, 1), (100, 33, 1), (100, 33, 7), (5, 400, 3)] {
+        for (width, height, coarseness) in
+            [(1, 1, 1.0), (16, 16, 1.0), (100, 33, 1.0), (100, 33, 7.0), (5, 400, 3.0), (101, 33, 1.25)]
+        {
             let grid = Grid::of_size(width, height, coarseness);
             let mut seen = vec![false; grid.tile_count as usize * TILE_AREA];
             let mut pixels = 0;
@@ -81,7 +84,8 @@ mod tests {
                     pixels += 1;
                 });
             }
-            assert_eq!(pixels, width.div_ceil(coarseness) * height.div_ceil(coarseness));
+            let size = |pixels: u32| (pixels as f32 / coarseness).ceil() as u32;
+            assert_eq!(pixels, size(width) * size(height));
         }
     }
 }

@@ -21,7 +21,7 @@ pub struct RenderRequest {
     /// Height in pixels, at least 1.
     pub height_px: u32,
     /// Edge in pixels of the square that shares one ray; 1 is full resolution.
-    pub coarseness: u32,
+    pub coarseness: f32,
     /// Whether tests per ray are counted at full resolution, in a pass of their own unless the shading counts them anyway.
     pub count_tests: bool,
 }

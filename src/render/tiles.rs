@@ -87,7 +87,7 @@ fn trace(
     with_tree!(&accel.tree, tree => {
         let camera = request.camera.for_size(request.width_px, request.height_px);
         // Coarse pictures do not wait for the wide tree, unless they show its steps.
-        if request.coarseness <= 1 || request.settings.shading == Shading::Heat(HeatKind::Steps) {
+        if request.coarseness <= 1.0 || request.settings.shading == Shading::Heat(HeatKind::Steps) {
             accel.widen(token)?;
         }
         let normals = surface::Normals::new(&request.settings, &accel.scene, token)?;
@@ -135,7 +135,7 @@ fn passes<C: Container, S: Shade<C>>(
         // Once here rather than in every thread.
         request.accel.compute_leaf_triangles(token)?;
     }
-    let samples = if grid.coarseness > 1 { 1 } else { request.settings.wanted_samples() };
+    let samples = if grid.coarseness > 1.0 { 1 } else { request.settings.wanted_samples() };
     // One allocation per tile, so that neither allocating nor freeing delays cancellation.
     let mut pixels: Vec<Vec<Pixel>> = vec![Vec::new(); grid.tile_count as usize];
     let tiles_done = AtomicU32::new(0);
@@ -175,7 +175,7 @@ fn passes<C: Container, S: Shade<C>>(
                 };
                 assemble(request, &grid, &pixels, sample, exposure_stops, stats, token)
             };
-            let to_count = request.count_tests && grid.coarseness == 1 && !counts_itself && counted.is_none();
+            let to_count = request.count_tests && grid.coarseness == 1.0 && !counts_itself && counted.is_none();
             if sample < samples || to_count {
                 token.check()?;
                 deliver(frame(counted)?);
@@ -234,7 +234,7 @@ fn trace_tile<C: Container, S: Shade<C>>(
         let hit = hit.map(|(hit, _)| hit);
         if let Some(hit) = hit.filter(|_| request.settings.mesh_edges) {
             let triangle = &context.scene.triangles[hit.primitive_index as usize];
-            let pixel_size = context.camera.pixel_size(context.camera.view_depth(&ray, hit.t)) * grid.coarseness as f32;
+            let pixel_size = context.camera.pixel_size(context.camera.view_depth(&ray, hit.t)) * grid.coarseness;
             let ink = edges::ink(triangle, &ray, &hit, pixel_size);
             // Values are coloured afterwards: until then the unused colour stores the line's coverage.
             let values = request.settings.shading.has_values();

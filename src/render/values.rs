@@ -126,7 +126,7 @@ mod tests {
         Frame {
             width_px: count as u32,
             height_px: 1,
-            coarseness: 1,
+            coarseness: 1.0,
             rgba: vec![[1, 2, 3, 255]; count],
             depth: vec![1.0; count],
             distance: vec![1.0; count],

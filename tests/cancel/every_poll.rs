@@ -201,7 +201,7 @@ fn tracing_stops_at_every_poll() {
             settings: RenderSettings { shading, samples: 2, ..RenderSettings::default() },
             width_px: 70,
             height_px: 50,
-            coarseness: 1,
+            coarseness: 1.0,
             count_tests: true,
         };
         at_every_poll(shading.name(), |token| pool.install(|| render(&request, token, &|_| ())).is_err());
@@ -228,7 +228,7 @@ fn writing_pictures_stops_at_every_poll() {
         settings: RenderSettings { samples: 1, ..RenderSettings::default() },
         width_px: 70,
         height_px: 50,
-        coarseness: 1,
+        coarseness: 1.0,
         count_tests: true,
     };
     let frame = render(&request, &CancelToken::new(), &|_| ()).unwrap();

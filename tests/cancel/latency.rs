@@ -252,7 +252,7 @@ fn pictures() {
         settings: RenderSettings { shading, samples: 2, mesh_edges: true, ..RenderSettings::default() },
         width_px: size[0],
         height_px: size[1],
-        coarseness: 1,
+        coarseness: 1.0,
         count_tests: true,
     };
     let sizes = [[320, 200], [320 * 2, 200 * GROWTH / 2]];

@@ -64,7 +64,7 @@ fn starts_with_a_picture_of_the_wanted_model() {
     let presented = state.model.presented.as_ref().unwrap();
     assert_eq!(presented.accel.scene.source, state.wanted.source);
     assert_eq!([presented.frame.width_px, presented.frame.height_px], state.layout.viewport_px);
-    assert_eq!(presented.frame.coarseness, 1);
+    assert_eq!(presented.frame.coarseness, 1.0);
     assert!(presented.frame.stats.hits > 0, "the teapot is seen");
     assert!(state.graphics.overlay_counts.0 > 0, "containers lie over it");
     assert!(!harness.state().is_busy());

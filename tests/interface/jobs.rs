@@ -57,7 +57,7 @@ fn two_hundred_slider_changes_end_on_the_last_value() {
     settle(&mut harness);
     let presented = harness.state().state.model.presented.clone().unwrap();
     assert_eq!(presented.accel.settings.threshold, 2 + 199 % 60);
-    assert_eq!(presented.frame.coarseness, 1, "and its picture is complete");
+    assert_eq!(presented.frame.coarseness, 1.0, "and its picture is complete");
 }
 
 #[test]
@@ -74,7 +74,9 @@ fn trees_are_shown_while_the_slider_moves() {
         let frame = &presented.frame;
         assert_eq!(
             [frame.width_px, frame.height_px],
-            [0, 1].map(|axis| { harness.state().state.layout.viewport_px[axis].div_ceil(frame.coarseness) })
+            [0, 1].map(|axis| {
+                (harness.state().state.layout.viewport_px[axis] as f32 / frame.coarseness).ceil() as u32
+            })
         );
         if shown.last() != Some(&presented.accel.settings.threshold) {
             shown.push(presented.accel.settings.threshold);
@@ -83,7 +85,7 @@ fn trees_are_shown_while_the_slider_moves() {
     settle(&mut harness);
     let presented = harness.state().state.model.presented.clone().unwrap();
     assert_eq!(presented.accel.settings.threshold, wanted);
-    assert_eq!(presented.frame.coarseness, 1, "and its picture is complete");
+    assert_eq!(presented.frame.coarseness, 1.0, "and its picture is complete");
 }
 
 #[test]

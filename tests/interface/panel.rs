@@ -61,7 +61,7 @@ pub fn present(state: &mut AppState, scene: &Arc<Scene>) {
         settings: state.wanted.render,
         width_px: 96,
         height_px: 64,
-        coarseness: 1,
+        coarseness: 1.0,
         count_tests: true,
     };
     let frame = Arc::new(render(&request, &token, &|_| {}).unwrap());

@@ -84,7 +84,7 @@ fn cancelled_jobs_free_their_memory() {
         settings: RenderSettings { shading, samples: 2, ..RenderSettings::default() },
         width_px: 200,
         height_px: 150,
-        coarseness: 1,
+        coarseness: 1.0,
         count_tests: true,
     };
     for shading in Shading::ALL {

@@ -50,7 +50,7 @@ fn request(scene: &Arc<Scene>, shading: Shading, count_tests: bool) -> RenderReq
         settings: RenderSettings { shading, samples: 1, ..RenderSettings::default() },
         width_px: PIXELS[0],
         height_px: PIXELS[1],
-        coarseness: 1,
+        coarseness: 1.0,
         count_tests,
     }
 }

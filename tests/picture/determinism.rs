@@ -113,7 +113,7 @@ fn pictures_do_not_depend_on_the_number_of_threads() {
                 settings: RenderSettings { shading, samples: 2, ..RenderSettings::default() },
                 width_px: 90,
                 height_px: 70,
-                coarseness: 1,
+                coarseness: 1.0,
                 count_tests: true,
             };
             render(&request, &CancelToken::new(), &|_| ()).unwrap()
@@ -144,7 +144,7 @@ fn a_coarse_picture_does_not_depend_on_the_wide_tree() {
                     settings: RenderSettings { shading, light, ..RenderSettings::default() },
                     width_px: 90,
                     height_px: 70,
-                    coarseness: 3,
+                    coarseness: 3.0,
                     count_tests: false,
                 };
                 (render(&request, &CancelToken::new(), &|_| ()).unwrap(), accel)

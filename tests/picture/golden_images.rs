@@ -50,7 +50,7 @@ fn picture(scene: &str, container: ContainerKind, settings: RenderSettings, proj
         settings,
         width_px: WIDTH,
         height_px: HEIGHT,
-        coarseness: 1,
+        coarseness: 1.0,
         count_tests: false,
     };
     render(&request, &token, &|_| {}).unwrap()

@@ -50,7 +50,7 @@ fn the_wide_tree_hits_what_the_binary_one_hits() {
                     settings: RenderSettings { simd, ..RenderSettings::default() },
                     width_px: 77,
                     height_px: 50,
-                    coarseness: 1,
+                    coarseness: 1.0,
                     count_tests: false,
                 };
                 let binary = trace_primary(&request, Traversal::Ordered, &CancelToken::new()).unwrap();

@@ -36,7 +36,14 @@ impl Flat {
     }
 
     fn input(&self) -> PictureInput<'_> {
-        PictureInput { id: 1, width_px: self.size[0], height_px: self.size[1], rgba: &self.rgba, depth: &self.depth }
+        PictureInput {
+            id: 1,
+            width_px: self.size[0],
+            height_px: self.size[1],
+            coarseness: 1.0,
+            rgba: &self.rgba,
+            depth: &self.depth,
+        }
     }
 }
 
@@ -93,6 +100,54 @@ fn a_picture_alone_comes_out_unchanged() {
     let nothing = Selection::default();
     let drawn = draw(&picture, camera(5.0, Projection::Perspective), None, settings(0, 9), &nothing);
     assert!(drawn == picture.rgba);
+}
+
+/// A coarse picture, shown larger, has no squares: a hard edge becomes a slope without steps, a slope stays one, and what has a
+/// single colour keeps it.
+#[test]
+fn a_coarse_picture_is_enlarged_smoothly() {
+    const COARSENESS: u32 = 8;
+    let (size, traced) = ([160, 80], [20, 10]);
+    let nothing = Selection::default();
+    let depth = vec![FAR; (traced[0] * traced[1]) as usize];
+    let enlarged = |level: &dyn Fn(u32) -> u8| {
+        let row = (0..traced[0]).map(|x| [level(x), level(x), level(x), 255]);
+        let rgba: Vec<[u8; 4]> = (0..traced[1]).flat_map(|_| row.clone()).collect();
+        let input = DrawInput {
+            picture: PictureInput {
+                id: 1,
+                width_px: traced[0],
+                height_px: traced[1],
+                coarseness: COARSENESS as f32,
+                rgba: &rgba,
+                depth: &depth,
+            },
+            camera: camera(5.0, Projection::Perspective),
+            table: None,
+            shown: &Arc::new(Shown::NOTHING),
+            settings: settings(0, 9),
+            selection: &nothing,
+            show_picture: true,
+            neutral_lines: false,
+            viewport_px: [0, 0, size[0], size[1]],
+            pixels_per_point: 1.0,
+        };
+        let drawn = draw_offscreen(&input).unwrap();
+        drawn[(size[0] * 40) as usize..(size[0] * 41) as usize].iter().map(|pixel| i32::from(pixel[0])).collect()
+    };
+    let step = |levels: &[i32]| levels.windows(2).map(|pair| pair[1] - pair[0]).collect::<Vec<_>>();
+
+    let edge: Vec<i32> = enlarged(&|x| if x < 10 { 20 } else { 220 });
+    assert_eq!((edge[40], edge[120]), (20, 220));
+    // Between two texels lie 8 pixels: interpolation along a line would rise by 25 each.
+    let steps = step(&edge);
+    assert!(steps.iter().all(|&step| (0..=21).contains(&step)), "{steps:?}");
+    let bends = step(&steps).into_iter().map(i32::abs).max().unwrap();
+    assert!(bends <= 5, "the slope bends by {bends} at once: {steps:?}");
+
+    let slope: Vec<i32> = enlarged(&|x| (x * 8) as u8);
+    assert!(step(&slope[16..144]).iter().all(|&step| (0..=2).contains(&step)), "{slope:?}");
+    assert!(enlarged(&|_| 77).iter().all(|&level| level == 77));
 }
 
 #[test]
@@ -232,7 +287,7 @@ fn a_picture_beyond_the_driver_is_an_error() {
         selection: &nothing,
         show_picture: true,
         neutral_lines: false,
-        viewport_px: [0, 0, 1, 1],
+        viewport_px: [0, 0, 4_000_000, 1],
         pixels_per_point: 1.0,
     };
     match draw_offscreen(&input) {

@@ -93,7 +93,7 @@ fn picture(scene: Scene, panels: u32) -> Frame {
         },
         width_px: panels * PIXELS,
         height_px: PIXELS,
-        coarseness: 1,
+        coarseness: 1.0,
         count_tests: false,
     };
     render(&request, &CancelToken::new(), &|_| ()).unwrap()

@@ -138,7 +138,7 @@ impl Counted {
     /// Adds a picture to what was `counted` so far, which is replaced where it belongs to another view. Coarse pictures and those
     /// without counts change nothing.
     pub fn observe(counted: &mut Option<Self>, frame: &Frame) {
-        let Some(tests_per_ray) = frame.stats.tests_per_ray().filter(|_| frame.coarseness == 1) else { return };
+        let Some(tests_per_ray) = frame.stats.tests_per_ray().filter(|_| frame.coarseness == 1.0) else { return };
         let view = View::of(frame);
         if counted.as_ref().is_none_or(|counted| counted.view != view) {
             *counted = Some(Self { view, tests_per_ray, speeds: Vec::new() });
@@ -152,7 +152,7 @@ impl Counted {
 
     /// Median speed of the passes in Mray/s, where they are those of `frame`.
     pub fn mrays_per_s_of(&self, frame: &Frame) -> Option<f64> {
-        (frame.coarseness == 1 && self.view == View::of(frame)).then(|| self.mrays_per_s())
+        (frame.coarseness == 1.0 && self.view == View::of(frame)).then(|| self.mrays_per_s())
     }
 
     fn mrays_per_s(&self) -> f64 {

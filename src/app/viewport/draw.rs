@@ -70,5 +70,12 @@ impl CallbackTrait for OverlayCallback {
 
 /// Borrows the parts of a frame that the overlay draws.
 pub(crate) fn picture_input(frame: &Frame, id: u64) -> PictureInput<'_> {
-    PictureInput { id, width_px: frame.width_px, height_px: frame.height_px, rgba: &frame.rgba, depth: &frame.depth }
+    PictureInput {
+        id,
+        width_px: frame.width_px,
+        height_px: frame.height_px,
+        coarseness: frame.coarseness,
+        rgba: &frame.rgba,
+        depth: &frame.depth,
+    }
 }

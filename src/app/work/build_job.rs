@@ -62,7 +62,7 @@ pub(crate) struct FirstView {
     /// Width and height in pixels.
     pub size_px: [u32; 2],
     /// Number of pixels along each side that share a ray.
-    pub coarseness: u32,
+    pub coarseness: f32,
 }
 
 impl FirstView {

@@ -1,5 +1,6 @@
 //! Tracing speed, and how coarse a picture must be to follow a moving camera or slider.
 
+use std::cell::Cell;
 use std::collections::VecDeque;
 use std::time::{Duration, Instant};
 
@@ -7,10 +8,14 @@ use crate::render::Frame;
 
 /// Maximum time to trace a picture while the settings change: 30 frames per second.
 const FRAME_BUDGET: Duration = Duration::from_millis(33);
-/// Largest coarseness: one ray for 8×8 pixels.
-const MAX_COARSENESS: u32 = 8;
+/// What a coarseness may be: close to each other, because each doubling shows, and few, because each has textures of its own. At
+/// most one ray for 8×8 pixels.
+const STEPS: [f32; 10] = [1.0, 1.25, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 8.0];
+/// A finer step than the last is taken where it needs at most this part of [`FRAME_BUDGET`], so that the resolution does not
+/// flicker between two.
+const FINER: f64 = 0.85;
 /// Coarseness before anything has been measured.
-const INITIAL_COARSENESS: u32 = 4;
+const INITIAL_COARSENESS: f32 = 4.0;
 /// The displayed speed is the median over this time, so that it does not flicker.
 const MEDIAN_WINDOW: Duration = Duration::from_secs(1);
 
@@ -18,6 +23,8 @@ const MEDIAN_WINDOW: Duration = Duration::from_secs(1);
 #[derive(Debug, Default)]
 pub(crate) struct FramePacing {
     secs_per_ray: Option<f64>,
+    /// The coarseness that was chosen last.
+    last: Cell<f32>,
     speeds: VecDeque<(Instant, f64)>,
 }
 
@@ -41,13 +48,18 @@ impl FramePacing {
         *self = Self::default();
     }
 
-    /// Coarseness, 1 to [`MAX_COARSENESS`], with which a picture of this size is traced within [`FRAME_BUDGET`]: the
-    /// number of pixels along each side that share a ray.
-    pub(crate) fn coarseness(&self, size_px: [u32; 2]) -> u32 {
+    /// Coarseness, one of [`STEPS`], with which a picture of this size is traced within [`FRAME_BUDGET`]: the number of pixels
+    /// along each side that share a ray.
+    pub(crate) fn coarseness(&self, size_px: [u32; 2]) -> f32 {
         let Some(secs_per_ray) = self.secs_per_ray else { return INITIAL_COARSENESS };
         let full_resolution_secs = secs_per_ray * f64::from(size_px[0]) * f64::from(size_px[1]);
-        let coarseness = (full_resolution_secs / FRAME_BUDGET.as_secs_f64()).sqrt().ceil();
-        (coarseness as u32).clamp(1, MAX_COARSENESS)
+        let fits = |step: f32| {
+            let budget = FRAME_BUDGET.as_secs_f64() * if step < self.last.get() { FINER } else { 1.0 };
+            full_resolution_secs <= budget * f64::from(step).powi(2)
+        };
+        let coarseness = STEPS.into_iter().find(|&step| fits(step)).unwrap_or(STEPS[STEPS.len() - 1]);
+        self.last.set(coarseness);
+        coarseness
     }
 
     /// Median speed of the last second in Mray/s; 0 where nothing was traced.
@@ -55,5 +67,40 @@ impl FramePacing {
         let mut speeds: Vec<f64> = self.speeds.iter().map(|(_, speed)| *speed).collect();
         speeds.sort_by(f64::total_cmp);
         speeds.get(speeds.len() / 2).copied().unwrap_or(0.0)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn pacing(secs_per_ray: f64) -> FramePacing {
+        FramePacing { secs_per_ray: Some(secs_per_ray), ..FramePacing::default() }
+    }
+
+    #[test]
+    fn the_finest_step_within_the_budget_is_chosen() {
+        let size = [1000, 500];
+        let budget = FRAME_BUDGET.as_secs_f64() / 500_000.0;
+        for (times, expected) in [(0.5, 1.0), (1.0, 1.0), (1.5, 1.25), (2.2, 1.5), (3.9, 2.0), (60.0, 8.0), (1e6, 8.0)]
+        {
+            assert_eq!(pacing(budget * times).coarseness(size), expected, "{times} times the budget");
+        }
+        assert_eq!(FramePacing::default().coarseness(size), INITIAL_COARSENESS);
+    }
+
+    #[test]
+    fn the_resolution_does_not_flicker_around_a_limit() {
+        let size = [1000, 500];
+        let limit = FRAME_BUDGET.as_secs_f64() / 500_000.0 * 4.0;
+        let mut pacing = pacing(limit * 1.01);
+        let mut chosen = Vec::new();
+        for times in [1.01, 0.99, 1.01, 0.95, 1.02, 0.9] {
+            pacing.secs_per_ray = Some(limit * times);
+            chosen.push(pacing.coarseness(size));
+        }
+        assert_eq!(chosen, [2.5; 6]);
+        pacing.secs_per_ray = Some(limit * 0.8);
+        assert_eq!(pacing.coarseness(size), 2.0, "a clear gain is taken");
     }
 }

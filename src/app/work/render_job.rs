@@ -35,7 +35,7 @@ impl RenderKey {
     /// Traces one picture in which `coarseness`² pixels share a ray.
     pub(crate) fn trace(
         &self,
-        coarseness: u32,
+        coarseness: f32,
         count_tests: bool,
         token: &CancelToken,
         deliver: &(dyn Fn(Frame) + Sync),
@@ -58,7 +58,7 @@ pub(crate) struct RenderJob {
     /// The inputs.
     pub key: RenderKey,
     /// Coarseness of each pass: the number of pixels along each side that share a ray.
-    pub passes: Vec<u32>,
+    pub passes: Vec<f32>,
     /// Number of threads; 0 for all.
     pub threads: usize,
     /// Count tests per ray in the pass at full resolution.

@@ -11,7 +11,7 @@ use crate::render::Frame;
 use crate::worker::Worker;
 
 /// Lower limit of the coarseness until the wide tree is built: few enough rays for the binary tree.
-const COARSENESS_BEFORE_WIDE: u32 = 3;
+const COARSENESS_BEFORE_WIDE: f32 = 3.0;
 
 /// A picture being traced.
 struct Tracing {
@@ -66,15 +66,16 @@ impl RenderRail {
     }
 
     /// Coarseness of the first picture of a tree without a wide one; `None` where pictures are never coarse.
-    pub(crate) fn first_coarseness(&self, size_px: [u32; 2]) -> Option<u32> {
+    pub(crate) fn first_coarseness(&self, size_px: [u32; 2]) -> Option<f32> {
         (!self.full_resolution).then(|| self.pacing.coarseness(size_px).max(COARSENESS_BEFORE_WIDE))
     }
 
     /// Requests a picture unless it is shown, in flight or refused. While the settings are `moving` it is a single coarse
     /// pass. The picture of a `stale` tree, one that is about to be replaced, is not refined.
     pub(crate) fn request(&mut self, key: RenderKey, threads: usize, moving: bool, stale: bool, now: Instant) {
-        let min_coarseness = if key.accel.known_wide().is_none() { COARSENESS_BEFORE_WIDE } else { 1 };
-        let coarseness = if self.full_resolution { 1 } else { self.pacing.coarseness(key.size_px).max(min_coarseness) };
+        let min_coarseness = if key.accel.known_wide().is_none() { COARSENESS_BEFORE_WIDE } else { 1.0 };
+        let coarseness =
+            if self.full_resolution { 1.0 } else { self.pacing.coarseness(key.size_px).max(min_coarseness) };
         let shown = self.shown.as_ref().filter(|shown| shown.key == key);
         if shown.is_some_and(|shown| shown.complete || moving) || self.refused.as_ref() == Some(&key) {
             return;
@@ -93,8 +94,8 @@ impl RenderRail {
         }
         let passes = match shown {
             _ if moving => vec![coarseness],
-            None if coarseness > 1 => vec![coarseness, 1],
-            _ => vec![1],
+            None if coarseness > 1.0 => vec![coarseness, 1.0],
+            _ => vec![1.0],
         };
         let mut job_key = key.clone();
         if moving {
@@ -169,8 +170,8 @@ impl RenderRail {
     pub(crate) fn note_shown(&mut self, key: RenderKey, rendered: &Rendered) {
         let coarseness = rendered.frame.coarseness;
         let complete =
-            rendered.last && coarseness == 1 && rendered.counts_tests && rendered.key.settings == key.settings;
-        if coarseness == 1 {
+            rendered.last && coarseness == 1.0 && rendered.counts_tests && rendered.key.settings == key.settings;
+        if coarseness == 1.0 {
             log::info!("picture at full resolution, {} samples a pixel", rendered.frame.samples);
         }
         drop_in_background(self.shown.replace(Shown { key, complete }));

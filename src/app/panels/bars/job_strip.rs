@@ -36,7 +36,7 @@ fn facts(state: &AppState) -> String {
     if let Some(shown) = &state.model.presented {
         let frame = &shown.frame;
         parts.push(format!("{}×{}", frame.width_px, frame.height_px));
-        if frame.coarseness > 1 {
+        if frame.coarseness > 1.0 {
             parts.push(format!("coarse 1:{}", frame.coarseness));
         } else {
             let wanted = frame.settings.wanted_samples();
