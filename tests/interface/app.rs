@@ -379,7 +379,7 @@ fn the_paper_panel_shows_the_numbers_of_the_command_line() {
     assert!(harness.state().state.preferences.paper_open);
     press(&mut harness, "Measure");
     let state = &harness.state().state;
-    let shown = state.activity.measured.clone().unwrap();
+    let shown = state.activity.measured[&Experiment::Tables].clone();
     assert!(shown.finished && shown.rows.len() == 2, "{} rows", shown.rows.len());
     let scene = state.model.loaded.clone().unwrap();
     let plan = &state.preferences.paper;
@@ -413,7 +413,7 @@ fn a_click_on_a_point_of_a_curve_sets_its_threshold() {
     Action::Measure(Experiment::Thresholds).perform(&mut harness.state_mut().state);
     settle(&mut harness);
     settle(&mut harness);
-    assert_eq!(harness.state().state.activity.measured.as_ref().unwrap().rows.len(), 5);
+    assert_eq!(harness.state().state.activity.measured[&Experiment::Thresholds].rows.len(), 5);
     assert_eq!(harness.state().state.wanted.build.threshold, 6);
     harness.get_by(|node| {
         node.label().is_some_and(|label| label.starts_with("SAH cost") && label.contains("at threshold 8,"))
@@ -429,6 +429,26 @@ fn a_click_on_a_point_of_a_curve_sets_its_threshold() {
 }
 
 #[test]
+fn each_experiment_keeps_its_own_rows() {
+    let mut harness = app();
+    plan_little(&mut harness);
+    for experiment in [Experiment::Thresholds, Experiment::Tables] {
+        Action::Measure(experiment).perform(&mut harness.state_mut().state);
+        settle(&mut harness);
+        settle(&mut harness);
+    }
+    let measured = &harness.state().state.activity.measured;
+    assert_eq!(measured[&Experiment::Thresholds].rows.len(), 10);
+    assert_eq!(measured[&Experiment::Tables].rows.len(), 2);
+    press(&mut harness, Experiment::Thresholds.label());
+    assert!(harness.query_by_label("Plot of Tests per ray").is_some());
+    press(&mut harness, Experiment::Tables.label());
+    assert!(harness.query_by_label_contains("mean of the ratios").is_none(), "there is one scene");
+    press(&mut harness, Experiment::Threads.label());
+    assert!(!Action::SaveRows(RowFormat::Csv).is_enabled(&harness.state().state), "nothing was measured there");
+}
+
+#[test]
 fn measuring_is_cancelled_and_keeps_its_rows() {
     let mut harness = app_that_waits(false);
     wait_for(&mut harness, &|app| app.state.model.presented.is_some() && !app.is_busy());
@@ -439,14 +459,14 @@ fn measuring_is_cancelled_and_keeps_its_rows() {
     plan.epsilons = vec![0.0, 0.1, 0.2, 0.3, 0.4];
     plan.repeat = 20;
     Action::Measure(Experiment::Thresholds).perform(&mut harness.state_mut().state);
-    wait_for(&mut harness, &|app| app.state.activity.measured.as_ref().is_some_and(|result| !result.rows.is_empty()));
+    wait_for(&mut harness, &|app| app.state.activity.measured.contains_key(&Experiment::Thresholds));
     assert!(harness.state().state.activity.measure.as_ref().is_some_and(|job| job.progress > 0.0));
     harness.run_steps(2);
     harness.get_by_label("Cancel measuring").click();
     harness.run_steps(3);
     wait_for(&mut harness, &|app| !app.is_busy());
     let state = &harness.state().state;
-    let result = state.activity.measured.as_ref().unwrap();
+    let result = &state.activity.measured[&Experiment::Thresholds];
     assert!(!result.finished && !result.rows.is_empty() && result.rows.len() < 630);
     assert!(state.activity.measure.is_none());
     assert!(state.messages.open.iter().any(|message| message.text.starts_with("Measuring cancelled")));

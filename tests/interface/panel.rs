@@ -114,5 +114,5 @@ pub fn with_rows(state: &mut AppState, experiment: Experiment) {
     let job = plan.job(&state.wanted);
     job.run(&subject, (0, 1), &view, &CancelToken::new(), &mut |row| rows.push(row)).unwrap();
     state.preferences.paper_open = true;
-    state.activity.measured = Some(PaperResult::new(experiment, scene, rows, true));
+    state.activity.measured.insert(experiment, PaperResult::new(experiment, scene, rows, true));
 }

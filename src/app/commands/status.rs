@@ -30,10 +30,12 @@ impl Action {
             Self::Redo => state.undo.can_redo(),
             Self::Cancel => state.activity.has_jobs() || selected,
             Self::Measure(_) => state.model.loaded.is_some(),
-            Self::SaveRows(format) => state.activity.measured.as_ref().is_some_and(|result| match format {
-                RowFormat::Csv | RowFormat::Json => !result.rows.is_empty(),
-                RowFormat::Png | RowFormat::Svg => !result.panels.is_empty(),
-            }),
+            Self::SaveRows(format) => {
+                state.activity.measured.get(&state.preferences.paper.experiment).is_some_and(|result| match format {
+                    RowFormat::Csv | RowFormat::Json => !result.rows.is_empty(),
+                    RowFormat::Png | RowFormat::Svg => !result.panels.is_empty(),
+                })
+            }
             Self::OpenRecent(index) => index < state.preferences.recent.len(),
             Self::Builder(builder) => {
                 let build = BuildSettings { builder, ..state.wanted.build };

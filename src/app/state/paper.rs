@@ -33,13 +33,23 @@ impl Experiment {
     /// All, in the order of the panel.
     pub const ALL: [Self; 4] = [Self::Tables, Self::Thresholds, Self::Threads, Self::Builders];
 
-    /// The name in the window.
+    /// The question that it answers.
     pub const fn label(self) -> &'static str {
         match self {
-            Self::Tables => "Tables 1 and 2",
-            Self::Thresholds => "Figures 9 and 10",
-            Self::Threads => "Figure 11",
-            Self::Builders => "Builders",
+            Self::Tables => "Box or sphere?",
+            Self::Thresholds => "What does the threshold do?",
+            Self::Threads => "How far does it scale?",
+            Self::Builders => "Which builder?",
+        }
+    }
+
+    /// Its tables and figures in the paper; empty where it goes beyond that.
+    pub const fn in_paper(self) -> &'static str {
+        match self {
+            Self::Tables => "tables 1, 2",
+            Self::Thresholds => "figures 9, 10",
+            Self::Threads => "figure 11",
+            Self::Builders => "",
         }
     }
 

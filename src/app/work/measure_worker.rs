@@ -34,6 +34,8 @@ struct Current {
     label: String,
     since: Instant,
     token: CancelToken,
+    /// Number of rows measured so far.
+    rows: usize,
     /// The job until it is started.
     waiting: Option<MeasureJob>,
 }
@@ -77,13 +79,13 @@ impl MeasureWorker {
             job: plan.job(&state.wanted),
             view: plan.view(&scene, &state.wanted),
         };
-        state.activity.measured = None;
         self.current = Some(Current {
             experiment: plan.experiment,
             label: format!("Measuring {}", scene.source.label()),
             scene,
             since: Instant::now(),
             token: CancelToken::new(),
+            rows: 0,
             waiting: Some(job),
         });
     }
@@ -91,9 +93,8 @@ impl MeasureWorker {
     /// Cancels the current measurement; finished rows remain.
     pub(crate) fn cancel(&mut self, state: &mut AppState) {
         self.take_rows(state);
-        if self.current.is_some() {
+        if let Some(rows) = self.current.as_ref().map(|current| current.rows) {
             self.stop();
-            let rows = state.activity.measured.as_ref().map_or(0, |result| result.rows.len());
             let noun = if rows == 1 { "row stays" } else { "rows stay" };
             state.messages.notify(Severity::Info, format!("Measuring cancelled: {rows} {noun}"));
         }
@@ -131,13 +132,18 @@ impl MeasureWorker {
     }
 
     fn take_rows(&mut self, state: &mut AppState) {
-        let Some(current) = self.current.as_ref().filter(|current| current.waiting.is_none()) else { return };
+        let Some(current) = self.current.as_mut().filter(|current| current.waiting.is_none()) else { return };
         match poll(&self.worker) {
             Polled::Running => {}
             Polled::Result(Measured { rows, end }) => {
                 let finished = matches!(end, Some(Ok(())));
                 let (experiment, scene) = (current.experiment, Arc::clone(&current.scene));
-                state.activity.measured = Some(PaperResult::new(experiment, scene, rows, finished));
+                current.rows = rows.len();
+                // Those of an earlier measurement stay until there is something in their place.
+                if !rows.is_empty() {
+                    let result = PaperResult::new(experiment, scene, rows, finished);
+                    state.activity.measured.insert(experiment, result);
+                }
                 if let Some(Err(reason)) = &end {
                     state.messages.notify(Severity::Warning, format!("This cannot be measured: {reason}"));
                 }

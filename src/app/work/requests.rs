@@ -128,7 +128,7 @@ impl BackgroundTasks {
 
     /// Saves the measured rows on a thread of its own, because drawing a plot takes longer than a UI frame.
     fn save_rows(&self, format: RowFormat, state: &mut AppState) {
-        let Some(result) = state.activity.measured.clone() else {
+        let Some(result) = state.activity.measured.get(&state.preferences.paper.experiment).cloned() else {
             state.messages.notify(Severity::Warning, "There are no rows to save yet");
             return;
         };

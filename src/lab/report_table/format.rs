@@ -3,13 +3,28 @@
 use crate::lab::measurement::Measurement;
 use bvhscope_engine::tree::statistics::{INTERSECTION_COST, TRAVERSAL_COST};
 
-/// Formats a number with about four digits: 0.123, 12.34, 123.4, 12345.
+/// A whole number with thousands separated: 69,451.
+pub(super) fn grouped(value: u64) -> String {
+    let digits = value.to_string();
+    let mut text = String::with_capacity(digits.len() + digits.len() / 3);
+    for (index, digit) in digits.chars().enumerate() {
+        if index > 0 && (digits.len() - index).is_multiple_of(3) {
+            text.push(',');
+        }
+        text.push(digit);
+    }
+    text
+}
+
+/// Formats a number with about four digits: 0.123, 12.34, 123.4, 12,345.
 pub fn number(value: f64) -> String {
     match value.abs() {
         size if size < 10.0 => format!("{value:.3}"),
         size if size < 100.0 => format!("{value:.2}"),
         size if size < 1000.0 => format!("{value:.1}"),
-        _ => format!("{value:.0}"),
+        size if value < 0.0 => format!("-{}", grouped(size.round() as u64)),
+        size if size.is_finite() => grouped(size.round() as u64),
+        _ => format!("{value}"),
     }
 }
 
@@ -89,7 +104,7 @@ mod tests {
     #[test]
     fn numbers_have_about_four_digits() {
         let texts = [0.0, 0.1234, 9.0, 10.0, 12.344, 100.0, 123.44, 1000.0, 12_345.4, -12.344].map(number);
-        let expected = ["0.000", "0.123", "9.000", "10.00", "12.34", "100.0", "123.4", "1000", "12345", "-12.34"];
+        let expected = ["0.000", "0.123", "9.000", "10.00", "12.34", "100.0", "123.4", "1,000", "12,345", "-12.34"];
         assert_eq!(texts, expected);
     }
 

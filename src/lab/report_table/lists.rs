@@ -1,7 +1,7 @@
 //! Tables with one line per measurement: sweeps, builders, threads.
 
 use super::aligned::ReportTable;
-use super::format::{SPREAD, conditions, conditions_and_threads, costs, models, name_among, number, spread};
+use super::format::{SPREAD, conditions, conditions_and_threads, costs, grouped, models, name_among, number, spread};
 use crate::lab::measurement::Measurement;
 
 /// Times, tests, costs and sizes of each tree.
@@ -50,11 +50,11 @@ pub(super) fn list_table(title: &str, rows: &[Measurement]) -> ReportTable {
             number(row.tests_per_ray),
             number(row.sah_cost),
             number(row.epo),
-            row.nodes.to_string(),
-            row.leaves.to_string(),
+            grouped(row.nodes as u64),
+            grouped(row.leaves as u64),
             row.max_depth.to_string(),
             format!("{:.0}", row.bytes_per_triangle),
-            row.hits.to_string(),
+            grouped(row.hits),
         ]);
     }
     table.notes.push(costs());
@@ -67,7 +67,7 @@ pub(super) fn list_table(title: &str, rows: &[Measurement]) -> ReportTable {
 fn overlap_basis(rows: &[Measurement]) -> Option<String> {
     let sampled = |row: &Measurement| row.epo_triangles.filter(|&count| count < row.triangles);
     let least = rows.iter().filter_map(sampled).min()?;
-    Some(format!("EPO: end-point overlap, estimated from {least} triangles or more of each scene."))
+    Some(format!("EPO: end-point overlap, estimated from {} triangles or more of each scene.", grouped(least as u64)))
 }
 
 /// Speed-up and parallel efficiency of building and tracing.
@@ -139,11 +139,11 @@ mod tests {
             "all tests/ray: 29.50",
             "SAH cost: 67.30",
             "EPO: 0.875",
-            "nodes: 14001",
-            "leaves: 7013",
+            "nodes: 14,001",
+            "leaves: 7,013",
             "depth: 31",
             "memory B/tri: 98",
-            "hits: 5003",
+            "hits: 5,003",
         ];
         assert_eq!(cells(&table, 0), expected);
         assert_eq!(table.notes[1], "EPO: end-point overlap, estimated from 2003 triangles or more of each scene.");

@@ -1,7 +1,7 @@
 //! The paper's tables 1 and 2: box and sphere side by side with their ratios, and the paper's own numbers below.
 
 use super::aligned::ReportTable;
-use super::format::{SPREAD, conditions_and_threads, models, name_among, number, spread};
+use super::format::{SPREAD, conditions_and_threads, grouped, models, name_among, number, spread};
 use super::lists::list_table;
 use crate::lab::measurement::Measurement;
 use crate::lab::paper::{MEAN_RATIOS, PaperScene, scene_of};
@@ -52,7 +52,7 @@ fn pairs_table(
         let row_of =
             |kind| rows.iter().find(|row| row.model == *model && row.container == kind && row.builder != "none");
         let pair = [row_of(ContainerKind::Aabb), row_of(ContainerKind::Sphere)];
-        let triangles = pair.iter().flatten().next().map_or_else(String::new, |row| row.triangles.to_string());
+        let triangles = pair.iter().flatten().next().map_or_else(String::new, |row| grouped(row.triangles as u64));
         let mut line = vec![name_among(model, &models), triangles];
         for (index, (_, _, value)) in values.iter().enumerate() {
             let numbers = pair.map(|row| row.map(value));
@@ -84,7 +84,8 @@ fn pairs_table(
         }
         line
     };
-    if ratios.iter().any(|ratios| !ratios.is_empty()) {
+    // The mean of a single scene's ratio is the ratio.
+    if models.len() > 1 && ratios.iter().any(|ratios| !ratios.is_empty()) {
         let mut means =
             ratios.iter().map(|list| (!list.is_empty()).then(|| list.iter().sum::<f64>() / list.len() as f64));
         table.rows.push(mean("mean of the ratios", &mut means));
@@ -130,9 +131,10 @@ fn trees_table(rows: &[Measurement]) -> ReportTable {
     for row in rows.iter().filter(|row| row.builder == "none") {
         let pixels = u64::from(row.width_px) * u64::from(row.height_px);
         table.notes.push(format!(
-            "{} without BVH: {} of {pixels} pixels, evenly spread, in {} ms; {} tests per ray.",
+            "{} without BVH: {} of {} pixels, evenly spread, in {} ms; {} tests per ray.",
             name_among(&row.model, &models),
-            row.rays,
+            grouped(row.rays),
+            grouped(pixels),
             number(row.trace_ms),
             number(row.tests_per_ray)
         ));
@@ -168,9 +170,9 @@ mod tests {
             ["scene", "triangles", "build box", "build sphere", "ratio", "trace box", "trace sphere", "ratio"];
         assert_eq!(columns, expected);
         let expected = [
-            ["builtin:teapot", "7001", "20.00", "40.00", "0.50", "50.00", "500.0", "0.10"],
+            ["builtin:teapot", "7,001", "20.00", "40.00", "0.50", "50.00", "500.0", "0.10"],
             ["  the paper's teapot", "", "92", "126", "0.73", "626", "3985", "0.16"],
-            ["thing.obj", "7001", "30.00", "20.00", "1.50", "60.00", "40.00", "1.50"],
+            ["thing.obj", "7,001", "30.00", "20.00", "1.50", "60.00", "40.00", "1.50"],
             ["mean of the ratios", "", "", "", "1.00", "", "", "0.80"],
             ["  the paper's mean", "", "", "", "0.77", "", "", "0.14"],
         ];
@@ -201,7 +203,7 @@ mod tests {
     fn a_run_without_tree_is_a_note() {
         let notes = trees_table(&rows()).notes;
         let expected =
-            "thing.obj without BVH: 211 of 10403 pixels, evenly spread, in 7.500 ms; 41.00 tests per ray.".to_owned();
+            "thing.obj without BVH: 211 of 10,403 pixels, evenly spread, in 7.500 ms; 41.00 tests per ray.".to_owned();
         assert_eq!(notes.last(), Some(&expected));
     }
 }

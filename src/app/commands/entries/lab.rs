@@ -18,8 +18,12 @@ pub(super) fn add(list: &mut List) {
         &[(NONE, Key::F6)],
     );
     for experiment in Experiment::ALL {
-        let label = format!("Measure {}", experiment.label().to_lowercase());
-        list.add(place(1), Action::Measure(experiment), &label, experiment.description(), &[]);
+        let label = format!("Measure: {}", experiment.label());
+        let description = match experiment.in_paper() {
+            "" => experiment.description().to_owned(),
+            number => format!("{} (the paper's {number})", experiment.description()),
+        };
+        list.add(place(1), Action::Measure(experiment), &label, &description, &[]);
     }
     for format in RowFormat::ALL {
         let what = match format {

@@ -1,5 +1,7 @@
 //! Controls of the paper panel: the experiment and its settings, in two rows.
 
+use std::time::Instant;
+
 use bvhscope_engine::settings::BuildSettings;
 use bvhscope_engine::tree::ContainerKind;
 use bvhscope_engine::tree::traverse::Traversal;
@@ -7,10 +9,10 @@ use egui::{self, Align, Button, ComboBox, DragValue, Layout, RichText, Role, Sen
 
 use crate::app::commands::Action;
 use crate::app::panels::widgets::Icon;
-use crate::app::panels::widgets::{chip, icon_button};
+use crate::app::panels::widgets::{Tip as _, chip, icon_button};
 use crate::app::state::paper::{Display, Experiment, PaperPlan, RowFormat};
 use crate::app::state::{AppState, Request};
-use crate::app::theme;
+use crate::app::{format, theme};
 
 /// Shows the controls.
 pub(crate) fn show(ui: &mut Ui, state: &mut AppState) {
@@ -42,7 +44,14 @@ pub(crate) fn show(ui: &mut Ui, state: &mut AppState) {
 fn experiments(ui: &mut Ui, state: &mut AppState) {
     for experiment in Experiment::ALL {
         let on = state.preferences.paper.experiment == experiment;
-        if chip(ui, experiment.label(), on, experiment.description()) {
+        let number = RichText::new(experiment.in_paper()).small().color(theme::palette(ui).dim);
+        let button = match experiment.in_paper() {
+            "" => Button::new(experiment.label()),
+            _ => Button::new((experiment.label(), number)),
+        };
+        let response = ui.add(button.selected(on)).tip(experiment.description());
+        response.widget_info(|| WidgetInfo::selected(Role::Button, true, on, experiment.label()));
+        if response.clicked() {
             state.preferences.paper.choose(experiment);
         }
     }
@@ -54,6 +63,9 @@ fn run(ui: &mut Ui, state: &mut AppState) {
         if ui.button("Cancel measuring").on_hover_text("Stop and keep the finished rows (Esc)").clicked() {
             state.requests.push(Request::CancelMeasuring);
         }
+        let left = state.activity.measure.as_ref().and_then(|job| job.time_left(Instant::now()));
+        let text = left.map_or_else(|| "measuring".to_owned(), |left| format!("about {} left", format::age(left)));
+        ui.label(RichText::new(text).color(theme::palette(ui).dim));
         return;
     }
     let label = RichText::new("Measure").color(ui.visuals().selection.stroke.color);

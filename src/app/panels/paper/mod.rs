@@ -39,16 +39,14 @@ pub(crate) fn show(ui: &mut Ui, state: &mut AppState) {
 
 /// The measured rows as tables or plots, with remarks where they are not those of the present settings.
 fn body(ui: &mut Ui, state: &mut AppState) {
-    let Some(result) = state.activity.measured.clone().filter(|result| !result.rows.is_empty()) else {
+    let measured = state.activity.measured.get(&state.preferences.paper.experiment);
+    let Some(result) = measured.cloned().filter(|result| !result.rows.is_empty()) else {
         nothing_yet(ui, state);
         return;
     };
     let palette = theme::palette(ui);
     let same = state.model.loaded.as_ref().is_some_and(|scene| Arc::ptr_eq(scene, &result.scene));
     let mut remarks = Vec::new();
-    if result.experiment != state.preferences.paper.experiment {
-        remarks.push(format!("Shown: {}.", result.experiment.label()));
-    }
     if !same {
         remarks.push(format!("Measured on {}, not on the open model.", result.scene.source.label()));
     }

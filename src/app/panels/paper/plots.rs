@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use egui::{self, Color32, CursorIcon, Rangef, RichText, Role, ScrollArea, Sense, Stroke, Ui, WidgetInfo, vec2};
+use egui::{self, Color32, CursorIcon, Rangef, RichText, Role, Sense, Stroke, Ui, WidgetInfo, vec2};
 use egui_plot::{AxisHints, GridMark, Line, MarkerShape, Plot, PlotPoint, PlotPoints, PlotTransform, Points, VLine};
 
 use crate::app::state::AppState;
@@ -15,30 +15,50 @@ use crate::lab::plot::{COLORS, Panel, PlotCurve, Point};
 const MIN_WIDTH: f32 = 200.0;
 /// Width of a category's label in points.
 const CATEGORY_WIDTH: f32 = 84.0;
+/// Height of a plot in points where they take several rows.
+const WRAPPED_HEIGHT: f32 = 184.0;
 /// Smallest height of a plot in points.
 const MIN_HEIGHT: f32 = 140.0;
 
-/// Shows the plots side by side.
+/// Shows the plots side by side, in as many rows as their labels need.
 pub(crate) fn show(ui: &mut Ui, state: &mut AppState, result: &PaperResult) {
     legend(ui, &result.panels);
-    let height = (ui.available_height() - 14.0).max(MIN_HEIGHT);
-    let count = result.panels.len() as f32;
+    let count = result.panels.len();
     let gap = ui.spacing().item_spacing.x;
-    let even_width = (ui.available_width() - gap * (count - 1.0)) / count;
-    ScrollArea::horizontal().id_salt("paper plots").auto_shrink([false, true]).show(ui, |ui| {
+    let width = ui.available_width();
+    let needed = result.panels.iter().map(needed_width).fold(MIN_WIDTH, f32::max);
+    let columns = columns(width, needed, gap, count);
+    let height = match count.div_ceil(columns) {
+        1 => (ui.available_height() - 14.0).max(MIN_HEIGHT),
+        _ => WRAPPED_HEIGHT,
+    };
+    let size = vec2((width - gap * (columns as f32 - 1.0)) / columns as f32, height);
+    for (row, panels) in result.panels.chunks(columns).enumerate() {
         ui.horizontal_top(|ui| {
-            for (index, panel) in result.panels.iter().enumerate() {
-                let size = vec2(even_width.max(MIN_WIDTH).max(panel.categories.len() as f32 * CATEGORY_WIDTH), height);
+            for (index, panel) in panels.iter().enumerate() {
                 ui.allocate_ui(size, |ui| {
                     ui.vertical(|ui| {
                         heading(ui, panel);
                         let rows = Arc::clone(&result.rows);
-                        plot(ui, state, (index, panel), &rows, vec2(size.x, (height - 24.0).max(96.0)));
+                        let id = row * columns + index;
+                        plot(ui, state, (id, panel), &rows, vec2(size.x, (height - 24.0).max(96.0)));
                     });
                 });
             }
         });
-    });
+    }
+}
+
+/// Width in points at which all labels of a plot can be read.
+fn needed_width(panel: &Panel) -> f32 {
+    (panel.categories.len() as f32 * CATEGORY_WIDTH).max(MIN_WIDTH)
+}
+
+/// Number of plots of the `needed` width in a row of `width` points, with a gap between them: at least 1, and as even over the
+/// rows as they can be.
+fn columns(width: f32, needed: f32, gap: f32, count: usize) -> usize {
+    let most = (((width + gap) / (needed + gap)).floor().max(1.0) as usize).min(count.max(1));
+    count.div_ceil(count.div_ceil(most).max(1)).max(1)
 }
 
 /// Title of a plot: its quantity, and the series that it is relative to.
@@ -218,4 +238,18 @@ fn point_name(panel: &Panel, curve: &PlotCurve, point: &Point) -> String {
     };
     let space = if unit.is_empty() || unit == "×" { "" } else { " " };
     format!("{name} {value}{space}{unit} {at}, {}", curve.name)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn plots_take_as_many_rows_as_they_need() {
+        assert_eq!(columns(1000.0, 200.0, 8.0, 4), 4);
+        assert_eq!(columns(700.0, 200.0, 8.0, 4), 2, "two and two rather than three and one");
+        assert_eq!(columns(100.0, 200.0, 8.0, 4), 1);
+        assert_eq!(columns(1000.0, 200.0, 8.0, 1), 1);
+        assert_eq!(columns(1000.0, 200.0, 8.0, 0), 1);
+    }
 }
