@@ -146,7 +146,7 @@ mod tests {
             "hits: 5,003",
         ];
         assert_eq!(cells(&table, 0), expected);
-        assert_eq!(table.notes[1], "EPO: end-point overlap, estimated from 2003 triangles or more of each scene.");
+        assert_eq!(table.notes[1], "EPO: end-point overlap, estimated from 2,003 triangles or more of each scene.");
         let table = list_table("Sweep", &[sample(), other]);
         assert_eq!(table.title, "Sweep (101×103 primary rays, ordered traversal, medians of 5)", "threads differ");
         assert_eq!(cells(&table, 1)[1..5], ["builder: lbvh + hilbert + collapse", "container: box", "δ: –", "ε: –"]);
