@@ -139,7 +139,9 @@ fn run_command(command: CommandArgs, token: CancelToken) -> Result<Finished, Fai
         note(format_args!("bvhscope: {text}"));
     }
     let result = match command {
-        CommandArgs::Render(args) => crate::headless::render::run(&resolve::render(args), &mut context),
+        CommandArgs::Render(args) => {
+            resolve::render(args).and_then(|command| crate::headless::render::run(&command, &mut context))
+        }
         CommandArgs::Info(args) => crate::headless::info::run(&resolve::info(args), &mut context),
         CommandArgs::Plot(args) => {
             let command = PlotCommand { files: args.files, output: args.output };

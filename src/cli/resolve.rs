@@ -8,13 +8,19 @@ use super::args::{
 };
 #[cfg(feature = "gui")]
 use crate::app::{CliOverrides, SettingsUse, StartOptions};
-use crate::headless::RenderCommand;
+#[cfg(feature = "gui")]
+use crate::camera::{Camera, Projection};
+#[cfg(feature = "gui")]
+use crate::console::note;
 use crate::headless::info::InfoCommand;
 use crate::headless::measure::{MeasureCommand, Output};
+use crate::headless::{Failure, RenderCommand};
 use crate::lab::{Job, Setup, SweepPlan};
 use crate::overlay::{OverlaySettings, Selection};
 use crate::render::RenderSettings;
 use crate::scene::{LoadOptions, SceneSource};
+#[cfg(feature = "gui")]
+use crate::text::quoted;
 use crate::view::{CameraChoice, NamedView};
 use bvhscope_engine::settings::{BuildSettings, BuilderKind, Pass, Passes, Preset};
 use bvhscope_engine::tree::ContainerKind;
@@ -35,11 +41,19 @@ pub fn viewer(args: ViewerArgs) -> StartOptions {
     }
 }
 
-pub fn render(args: RenderArgs) -> RenderCommand {
-    RenderCommand {
-        source: args.model.unwrap_or_else(SceneSource::default_builtin),
+/// Fails where the named bookmark does not exist.
+pub fn render(args: RenderArgs) -> Result<RenderCommand, Failure> {
+    let source = args.model.unwrap_or_else(SceneSource::default_builtin);
+    let camera = camera(&args.camera, NamedView::Default);
+    #[cfg(feature = "gui")]
+    let camera = match &args.bookmark {
+        Some(name) => bookmark(name, &source)?,
+        None => camera,
+    };
+    Ok(RenderCommand {
+        source,
         build: build(&args.build),
-        camera: camera(&args.camera, NamedView::Default),
+        camera,
         settings: picture(&args.picture),
         overlay: overlay(&args.overlay),
         selection: Selection {
@@ -52,7 +66,31 @@ pub fn render(args: RenderArgs) -> RenderCommand {
         output: args.output,
         depth_image: args.depth_image,
         json: args.json,
+    })
+}
+
+/// The camera of a bookmark; says so where it was kept for another model.
+#[cfg(feature = "gui")]
+fn bookmark(name: &str, source: &SceneSource) -> Result<CameraChoice, Failure> {
+    let found = crate::app::saved_bookmark(name, source).map_err(|known| {
+        let known = match &known[..] {
+            [] => "none is kept for this model: Ctrl+D in its window keeps one".to_owned(),
+            names => format!("kept for this model are {}", names.join(", ")),
+        };
+        Failure::Failed(format!("there is no bookmark {}; {known}", quoted(name)))
+    })?;
+    if found.source != source.absolute() {
+        note(format_args!("bvhscope: warning: {} was kept for {}", found.name, found.source));
     }
+    let Camera { eye, target, up, fov_y, projection } = found.camera;
+    Ok(CameraChoice {
+        eye: Some(eye),
+        target: Some(target),
+        up: Some(up),
+        fov_y: Some(fov_y),
+        orthographic: projection == Projection::Orthographic,
+        ..CameraChoice::default()
+    })
 }
 
 pub fn info(args: InfoArgs) -> InfoCommand {
@@ -284,7 +322,7 @@ mod tests {
         let cli = Cli::try_parse_from(line.split(' ')).unwrap_or_else(|error| panic!("{line}\n{error}"));
         let Some(CommandArgs::Render(args)) = cli.command else { panic!("{line} does not render") };
         assert_eq!((args.build.threads, args.load.any.allow_outside), (Some(2), true));
-        let job = render(args);
+        let job = render(args).unwrap();
         // Passes for boxes only are dropped for spheres.
         let built = BuildSettings { optimize: Passes::NONE.with(Pass::Collapse), ..wanted.build };
         assert_eq!((job.source, job.build, job.settings), (wanted.source, built, wanted.render), "{line}");

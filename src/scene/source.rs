@@ -65,6 +65,14 @@ impl SceneSource {
         }
     }
 
+    /// The same with an absolute path, by which it is known in another current folder.
+    pub fn absolute(&self) -> Self {
+        match self {
+            Self::File(path) => Self::File(std::path::absolute(path).unwrap_or_else(|_| path.clone())),
+            Self::Builtin { .. } => self.clone(),
+        }
+    }
+
     /// A short name for titles: the file name, or the name of the built-in scene with its size.
     pub fn label(&self) -> String {
         match self {

@@ -6,6 +6,8 @@
 #[path = "../support/mod.rs"]
 mod support;
 
+#[cfg(all(target_os = "linux", feature = "gui"))]
+mod bookmarks;
 mod commands;
 #[cfg(unix)]
 mod interrupting;

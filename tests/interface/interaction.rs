@@ -1,12 +1,13 @@
 //! Mouse and keyboard in the whole app: over the viewport and on the sliders.
 
 use crate::harness::{Window, app, camera, double_click, drag, pixel, presented, press, settle, viewport};
-use bvhscope::app::commands::command_line;
+use bvhscope::app::commands::{Action, command_line};
 use bvhscope::app::format;
-use bvhscope::app::state::PickedTriangle;
+use bvhscope::app::state::{PickedTriangle, Severity};
 use bvhscope::app::viewport::picking;
 use bvhscope::overlay::OverlaySettings;
 use bvhscope::render::{HeatKind, Shading};
+use bvhscope::scene::SceneSource;
 use bvhscope_engine::settings::BuilderKind;
 use bvhscope_engine::tree::traverse::Traversal;
 use egui::accesskit::Role;
@@ -274,4 +275,44 @@ fn compare_with_command_line(harness: &mut Window) {
     }
     assert!(colors.len() > 50, "{line}\nonly {} colours", colors.len());
     assert!(different * 1000 < compared, "{line}\n{different} of {compared} pixels differ");
+}
+
+#[test]
+fn a_camera_is_kept_found_again_and_removed() {
+    let mut harness = app();
+    let orbit = |harness: &mut Window, key: Key| {
+        harness.get_by_label("Viewport").focus();
+        settle(harness);
+        press(harness, Modifiers::NONE, key);
+        camera(harness)
+    };
+    let mut kept = Vec::new();
+    for key in [Key::ArrowLeft, Key::ArrowUp] {
+        kept.push(orbit(&mut harness, key));
+        press(&mut harness, Modifiers::COMMAND, Key::D);
+    }
+    // Where one is already, no second one is kept.
+    press(&mut harness, Modifiers::COMMAND, Key::D);
+    assert_eq!(harness.state().state.preferences.bookmarks.len(), 2);
+    assert_eq!(harness.state().state.messages.history.back().unwrap().text, "This camera is kept already as View 2");
+    let elsewhere = orbit(&mut harness, Key::ArrowRight);
+    assert!(kept[0] != kept[1] && !kept.contains(&elsewhere));
+    for expected in [kept[0], kept[1], kept[0]] {
+        press(&mut harness, Modifiers::NONE, Key::J);
+        assert_eq!(camera(&harness), expected);
+        assert_eq!(presented(&harness).frame.camera, expected);
+    }
+    // By the palette, from another model: it says so, and nothing is lost.
+    harness.state_mut().state.preferences.bookmarks[1].source = SceneSource::File("/elsewhere/hall.obj".into());
+    Action::GoToBookmark(1).perform(&mut harness.state_mut().state);
+    settle(&mut harness);
+    assert_eq!(camera(&harness), kept[1]);
+    let warned = harness.state().state.messages.history.back().unwrap().clone();
+    assert!(warned.severity == Severity::Warning && warned.text.contains("was kept for hall.obj"), "{}", warned.text);
+    assert!(!Action::RemoveBookmark.is_enabled(&harness.state().state), "this model's bookmark is elsewhere");
+    press(&mut harness, Modifiers::NONE, Key::J);
+    Action::RemoveBookmark.perform(&mut harness.state_mut().state);
+    settle(&mut harness);
+    assert_eq!(harness.state().state.preferences.bookmarks.len(), 1);
+    assert!(!Action::NextBookmark.is_enabled(&harness.state().state));
 }

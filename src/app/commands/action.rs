@@ -40,6 +40,14 @@ pub enum Action {
     ResetView,
     /// View the whole model from outside.
     ViewOutside,
+    /// Keep the camera as a bookmark.
+    AddBookmark,
+    /// Go to the next bookmark of the model.
+    NextBookmark,
+    /// Go to the bookmark with this index.
+    GoToBookmark(usize),
+    /// Remove the bookmark that the camera is at.
+    RemoveBookmark,
     /// Fill the picture with the selected node, or with the model where none is selected.
     FrameSelection,
     /// Orbit around the target by a step.

@@ -3,7 +3,8 @@
 use glam::{Quat, Vec3};
 
 use super::action::{OrbitStep, ViewDirection};
-use crate::app::state::AppState;
+use crate::app::state::bookmarks::{self, Bookmark};
+use crate::app::state::{AppState, Severity};
 use crate::app::viewport::{orbit, pixel};
 use crate::view::NamedView;
 
@@ -30,6 +31,45 @@ pub(super) fn reset(state: &mut AppState, view: NamedView) {
     let up = state.model.up();
     if let Some(shown) = &state.model.presented {
         orbit::reset(&mut state.wanted.camera, view, &shown.accel.scene, up);
+    }
+}
+
+/// Keeps the camera as a bookmark of the model, unless it is one already.
+pub(super) fn add_bookmark(state: &mut AppState) {
+    let text = match bookmark_here(state) {
+        Some(index) => format!("This camera is kept already as {}", state.preferences.bookmarks[index].name),
+        None => {
+            let (source, camera) = (&state.wanted.source, state.wanted.camera);
+            format!("Camera kept as {}", bookmarks::add(&mut state.preferences.bookmarks, source, camera))
+        }
+    };
+    state.messages.notify(Severity::Info, text);
+}
+
+/// Index of the model's bookmark that the camera is at.
+pub(super) fn bookmark_here(state: &AppState) -> Option<usize> {
+    let source = state.wanted.source.absolute();
+    let is_here = |known: &Bookmark| known.source == source && known.camera == state.wanted.camera;
+    state.preferences.bookmarks.iter().position(is_here)
+}
+
+/// Sets the camera to a bookmark; says so where it was made for another model.
+pub(super) fn go_to_bookmark(state: &mut AppState, index: usize) {
+    let Some(Bookmark { name, source, camera }) = state.preferences.bookmarks.get(index).cloned() else { return };
+    state.wanted.camera = camera;
+    if source == state.wanted.source.absolute() {
+        state.messages.notify(Severity::Info, name);
+    } else {
+        let text = format!("{name} was kept for {}: this model may be out of its view. R resets it", source.label());
+        state.messages.notify(Severity::Warning, text);
+    }
+}
+
+/// Removes the bookmark that the camera is at.
+pub(super) fn remove_bookmark(state: &mut AppState) {
+    if let Some(index) = bookmark_here(state) {
+        let removed = state.preferences.bookmarks.remove(index);
+        state.messages.notify(Severity::Info, format!("{} removed", removed.name));
     }
 }
 

@@ -7,7 +7,8 @@ use super::action::Action;
 use super::command_line::command_line;
 use super::statistics_text::statistics_text;
 use super::{camera, walk};
-use crate::app::state::{AppState, HelpPage, Navigation, Request, Side};
+use crate::app::state::bookmarks;
+use crate::app::state::{AppState, HelpPage, Navigation, Request, Side, Wanted};
 use crate::app::viewport::ZOOM_STEP;
 use crate::camera::Projection;
 use crate::overlay::OverlaySettings;
@@ -59,6 +60,15 @@ impl Action {
             }
             Self::ResetView => camera::reset(state, NamedView::Default),
             Self::ViewOutside => camera::reset(state, NamedView::Outside),
+            Self::AddBookmark => camera::add_bookmark(state),
+            Self::NextBookmark => {
+                let Wanted { source, camera, .. } = &state.wanted;
+                if let Some(index) = bookmarks::next(&state.preferences.bookmarks, source, camera) {
+                    camera::go_to_bookmark(state, index);
+                }
+            }
+            Self::GoToBookmark(index) => camera::go_to_bookmark(state, index),
+            Self::RemoveBookmark => camera::remove_bookmark(state),
             Self::FrameSelection => camera::frame_selection(state),
             Self::Orbit(step) => camera::orbit_step(state, step),
             Self::ZoomIn => camera::zoom(state, ZOOM_STEP),

@@ -3,7 +3,7 @@
 use bvhscope_engine::settings::{BuildSettings, BuilderKind, Curve, Preset};
 
 use super::action::Action;
-use super::walk;
+use super::{camera, walk};
 use crate::app::state::paper::RowFormat;
 use crate::app::state::{AppState, Navigation, Side};
 use crate::camera::Projection;
@@ -36,6 +36,11 @@ impl Action {
                     RowFormat::Png | RowFormat::Svg => !result.panels.is_empty(),
                 })
             }
+            Self::NextBookmark => {
+                let source = state.wanted.source.absolute();
+                state.preferences.bookmarks.iter().any(|known| known.source == source)
+            }
+            Self::RemoveBookmark => camera::bookmark_here(state).is_some(),
             Self::OpenRecent(index) => index < state.preferences.recent.len(),
             Self::Builder(builder) => {
                 let build = BuildSettings { builder, ..state.wanted.build };
@@ -54,6 +59,7 @@ impl Action {
         let (wanted, preferences) = (&state.wanted, &state.preferences);
         Some(match self {
             Self::ToggleOrthographic => wanted.camera.projection == Projection::Orthographic,
+            Self::GoToBookmark(index) => camera::bookmark_here(state) == Some(index),
             Self::ToggleFly => preferences.navigation == Navigation::Fly,
             Self::ToggleContainers => preferences.show_containers,
             Self::ToggleGeometry => preferences.show_geometry,

@@ -10,5 +10,5 @@ pub mod interrupt;
 
 mod device;
 mod files;
-mod storage;
+pub mod storage;
 mod window_size;

@@ -8,8 +8,10 @@ use std::time::{Duration, Instant};
 use serde::{Deserialize, Serialize};
 
 use crate::app::launch::files::{read_text, set_aside};
+use crate::app::state::bookmarks::{self, Bookmark};
 use crate::app::state::{Preferences, Wanted};
 use crate::export::{Protected, write_bytes};
+use crate::scene::SceneSource;
 use crate::text::shown_path;
 use bvhscope_engine::settings::BuildSettings;
 
@@ -143,6 +145,17 @@ impl SettingsAutosave {
     }
 }
 
+/// The saved bookmark of this name: `source`'s own, otherwise another model's. `Err` has the names of the model's bookmarks.
+pub fn saved_bookmark(name: &str, source: &SceneSource) -> Result<Bookmark, Vec<String>> {
+    let file = eframe::storage_dir(APP_ID).map(|folder| folder.join(SETTINGS_FILE));
+    let text = file.and_then(|file| read_text(&file).ok()).unwrap_or_default();
+    let bookmarks = parse(&text).preferences.unwrap_or_default().bookmarks;
+    bookmarks::find(&bookmarks, name, source).cloned().ok_or_else(|| {
+        let source = source.absolute();
+        bookmarks.into_iter().filter(|known| known.source == source).map(|known| known.name).collect()
+    })
+}
+
 #[derive(Serialize)]
 struct SavedSettings<'a> {
     wanted: &'a Wanted,
@@ -175,9 +188,7 @@ fn within_limits(mut wanted: Wanted) -> Wanted {
     wanted.overlay.budget = wanted.overlay.budget.map(|budget| budget.clamp(1, 1_000_000));
     wanted.overlay.line_width = wanted.overlay.line_width.clamp(0.25, 16.0);
     wanted.overlay.hidden_alpha = wanted.overlay.hidden_alpha.clamp(0.0, 1.0);
-    let camera = wanted.camera;
-    let usable = camera.eye.is_finite() && camera.target.is_finite() && camera.distance() > 0.0;
-    if !usable || camera.up.length_squared() < 1e-12 || !(0.01..3.1).contains(&camera.fov_y) {
+    if !wanted.camera.is_usable() {
         wanted.camera = Wanted::new(wanted.source.clone()).camera;
     }
     wanted
@@ -195,7 +206,6 @@ fn set_damaged_aside(file: &Path) -> String {
 #[allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 mod tests {
     use super::*;
-    use crate::scene::SceneSource;
 
     #[test]
     fn settings_survive_a_restart() {

@@ -3,6 +3,7 @@
 mod wanted;
 
 mod activity;
+pub mod bookmarks;
 pub mod comparison;
 mod graphics;
 mod layout;

@@ -5,6 +5,7 @@ use std::path::PathBuf;
 
 use serde::{Deserialize, Serialize};
 
+use crate::app::state::bookmarks::{self, Bookmark};
 use crate::app::state::paper::PaperPlan;
 
 /// Colours of the window.
@@ -49,6 +50,9 @@ pub struct Preferences {
     pub paper: PaperPlan,
     /// Recently opened files, newest first.
     pub recent: Vec<PathBuf>,
+    /// Cameras to come back to.
+    #[serde(deserialize_with = "bookmarks::usable")]
+    pub bookmarks: Vec<Bookmark>,
     /// The user has closed the line of help over the first scene.
     pub greeted: bool,
     /// Which sections of the side panels are expanded, by name.
@@ -67,6 +71,7 @@ impl Default for Preferences {
             paper_open: false,
             paper: PaperPlan::default(),
             recent: Vec::new(),
+            bookmarks: Vec::new(),
             greeted: false,
             sections: BTreeMap::new(),
         }

@@ -9,9 +9,8 @@ const MAX_RECENT: usize = 10;
 
 /// Moves a file to the head of the list. Built-in scenes are not listed.
 pub fn remember(recent: &mut Vec<PathBuf>, source: &SceneSource) {
-    let Some(path) = source.path() else { return };
     // The next run may have another current folder.
-    let path = std::path::absolute(path).unwrap_or_else(|_| path.to_owned());
+    let SceneSource::File(path) = source.absolute() else { return };
     recent.retain(|known| *known != path);
     recent.insert(0, path);
     recent.truncate(MAX_RECENT);

@@ -135,6 +135,11 @@ pub struct RenderArgs {
     pub load: StrictLoadArgs,
     #[command(flatten)]
     pub camera: CameraArgs,
+    /// A camera kept in the window (Ctrl+D), by its name
+    #[cfg(feature = "gui")]
+    #[arg(long, value_name = "NAME", help_heading = "Camera",
+          conflicts_with_all = ["camera", "eye", "target", "up", "fov", "orthographic"])]
+    pub bookmark: Option<String>,
     #[command(flatten)]
     pub picture: PictureArgs,
     #[command(flatten)]

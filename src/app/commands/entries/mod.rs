@@ -15,7 +15,7 @@ use crate::app::commands::action::Action;
 use crate::app::commands::entry::{Category, Entry};
 use crate::app::state::AppState;
 
-/// All entries except recent files, in the order of the menus.
+/// All entries except recent files and bookmarks, in the order of the menus.
 pub fn entries() -> &'static [Entry] {
     static ENTRIES: LazyLock<Vec<Entry>> = LazyLock::new(|| {
         let mut list = List::default();
@@ -29,7 +29,7 @@ pub fn entries() -> &'static [Entry] {
     &ENTRIES
 }
 
-/// All entries including the recent files of `state`.
+/// All entries including the recent files and the bookmarks of `state`.
 pub fn entries_for(state: &AppState) -> Vec<Entry> {
     let recent = state.preferences.recent.iter().enumerate().map(|(index, path)| Entry {
         action: Action::OpenRecent(index),
@@ -40,5 +40,19 @@ pub fn entries_for(state: &AppState) -> Vec<Entry> {
         group: 2,
         in_viewport: false,
     });
-    entries().iter().cloned().chain(recent).collect()
+    let source = state.wanted.source.absolute();
+    let bookmarks = state.preferences.bookmarks.iter().enumerate().map(|(index, known)| {
+        let is_own = known.source == source;
+        let model = if is_own { String::new() } else { format!(" of {}", known.source.label()) };
+        Entry {
+            action: Action::GoToBookmark(index),
+            label: format!("Go to {}{model}", known.name),
+            description: format!("A camera kept for {}", known.source),
+            category: Category::View,
+            shortcuts: Vec::new(),
+            group: 1,
+            in_viewport: false,
+        }
+    });
+    entries().iter().cloned().chain(recent).chain(bookmarks).collect()
 }

@@ -61,6 +61,15 @@ pub(super) fn add(list: &mut List) {
         "Fill the view with the selected node, or with the whole model",
         &[(NONE, Key::F)],
     );
+    list.add(place(1), Action::AddBookmark, "Add bookmark", "Keep this camera, to come back to it", &[(CTRL, Key::D)]);
+    list.add(
+        place(1),
+        Action::NextBookmark,
+        "Next bookmark",
+        "Go to the next camera that was kept for this model",
+        &[(NONE, Key::J)],
+    );
+    list.add(place(1), Action::RemoveBookmark, "Remove bookmark", "Forget the bookmark that the camera is at", &[]);
     for (step, label, key) in [
         (OrbitStep::Left, "left", Key::ArrowLeft),
         (OrbitStep::Right, "right", Key::ArrowRight),

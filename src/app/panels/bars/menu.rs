@@ -76,7 +76,10 @@ fn items(ui: &mut Ui, state: &mut AppState, category: Category, entries: &[Entry
     let mut group = None;
     for entry in entries.iter().filter(|entry| entry.category == category) {
         let camera_step = |action| matches!(action, Action::Orbit(_) | Action::ZoomIn | Action::ZoomOut);
-        if matches!(entry.action, Action::OpenBuiltin(_) | Action::OpenRecent(_)) || camera_step(entry.action) {
+        let bookmark =
+            |action| matches!(action, Action::NextBookmark | Action::RemoveBookmark | Action::GoToBookmark(_));
+        let in_submenu = matches!(entry.action, Action::OpenBuiltin(_) | Action::OpenRecent(_));
+        if in_submenu || camera_step(entry.action) || bookmark(entry.action) {
             continue;
         }
         if group.is_some_and(|group| group != entry.group) {
@@ -86,6 +89,9 @@ fn items(ui: &mut Ui, state: &mut AppState, category: Category, entries: &[Entry
         item(ui, state, entry, &entry.label);
         if entry.action == Action::FrameSelection {
             submenu(ui, state, "Orbit and zoom", entries, camera_step);
+        }
+        if entry.action == Action::AddBookmark {
+            submenu(ui, state, "Bookmarks", entries, bookmark);
         }
         if entry.action == Action::StartPage {
             submenu(ui, state, "Open built-in", entries, |action| matches!(action, Action::OpenBuiltin(_)));
