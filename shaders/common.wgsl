@@ -26,6 +26,8 @@ struct View {
     neutral: u32,
     // Opacity of containers that are not highlighted.
     strength: f32,
+    // The section plane in view space: what `dot(xyz, point) + w` is positive for is cut off. Zero normal: none.
+    section: vec4f,
     background: vec4f,
     // sRGB, 0 to 1.
     ramp: array<vec4f, RAMP_STOPS>,

@@ -11,7 +11,7 @@ fn vs_dot(@builtin(vertex_index) index: u32, node: Node) -> LineVertex {
     let radius = select(node.sphere.w, length(extent) * 0.5, is_box);
     let center = to_view(select(node.sphere.xyz, (node.box_min + node.box_max) * 0.5, is_box));
     let clip = to_clip(center);
-    if clip.z <= view.near || any(abs(clip.xy) > vec2f(GUARD * clip.z)) {
+    if dot(view.section, vec4f(center, 1.0)) > 0.0 || clip.z <= view.near || any(abs(clip.xy) > vec2f(GUARD * clip.z)) {
         return nowhere();
     }
     let half_side = clamp(size_px(center, radius) * 0.35, DOT_RANGE_PX.x, DOT_RANGE_PX.y);

@@ -109,6 +109,7 @@ fn line_vertex(before: vec3f, a: vec3f, b: vec3f, after: vec3f, corner: u32, cur
     range = cut(range, GUARD * clip_a.z + clip_a.x, GUARD * clip_b.z + clip_b.x);
     range = cut(range, GUARD * clip_a.z - clip_a.y, GUARD * clip_b.z - clip_b.y);
     range = cut(range, GUARD * clip_a.z + clip_a.y, GUARD * clip_b.z + clip_b.y);
+    range = cut(range, -dot(view.section, vec4f(a, 1.0)), -dot(view.section, vec4f(b, 1.0)));
     if range.x >= range.y {
         return nowhere();
     }
@@ -180,21 +181,24 @@ fn color_of(node: Node, role: u32) -> vec4f {
     return vec4f(mix(view.ramp[stop].rgb, view.ramp[stop + 1u].rgb, t - f32(stop)), view.hidden_alpha);
 }
 
-@fragment
-fn fs_line(in: LineVertex) -> @location(0) vec4f {
+// Whether something at a view depth is in front of the surface at a pixel.
+fn is_in_front(position: vec2f, depth: f32) -> bool {
     // `position` is in pixels of the render target, not of the viewport.
-    let uv = (in.position.xy - view.viewport.xy) / view.covered;
+    let uv = (position - view.viewport.xy) / view.covered;
     let size = vec2i(textureDimensions(traced_depth));
     let texel = clamp(vec2i(floor(uv * vec2f(size))), vec2i(0), size - 1);
     let surface = textureLoad(traced_depth, texel, 0).r;
     // The slack prevents z-fighting of tight containers with the surfaces that they touch.
     let slack = max(abs(surface) * 1e-3, view.depth_slack);
-    let visible = view.show_picture == 0u || in.depth <= surface + slack;
+    return view.show_picture == 0u || depth <= surface + slack;
+}
 
+@fragment
+fn fs_line(in: LineVertex) -> @location(0) vec4f {
     let distance = abs(in.offset_w / in.w);
     let coverage = clamp(in.half_width + 0.5 - distance, 0.0, min(1.0, 2.0 * in.half_width));
     // What is behind the surface fades twice with the size.
-    let opacity = in.strength * select(in.color.a * in.strength, 1.0, visible);
+    let opacity = in.strength * select(in.color.a * in.strength, 1.0, is_in_front(in.position.xy, in.depth));
     let edge = clamp(in.half_width + 0.5 + EDGE_PX - distance, 0.0, 1.0) * EDGE_ALPHA * f32(view.neutral);
     return vec4f(to_target(in.color.rgb) * coverage, max(coverage, edge)) * opacity;
 }

@@ -72,7 +72,11 @@ pub mod view;
 
 pub mod scene;
 
+pub mod section;
+
 pub mod accel;
+
+pub mod visibility;
 
 pub mod render;
 

@@ -56,10 +56,13 @@ pub fn render(args: RenderArgs) -> Result<RenderCommand, Failure> {
         camera,
         settings: picture(&args.picture),
         overlay: overlay(&args.overlay),
+        section: args.section,
+        hide_triangles: !args.nodes.keep_triangles,
         selection: Selection {
             selected: args.nodes.select,
             hovered: None,
             hidden: args.nodes.hide.into_iter().collect(),
+            isolated: args.nodes.isolate,
         },
         geometry: !args.nodes.no_geometry,
         size: args.size,
@@ -240,6 +243,7 @@ fn picture(args: &PictureArgs) -> RenderSettings {
         heat_range: args.heat_range.or(base.heat_range),
         color_map: args.color_map.unwrap_or(base.color_map),
         mesh_edges: args.mesh_edges,
+        section: base.section,
         simd: args.simd.unwrap_or(base.simd),
         samples: args.samples.unwrap_or(base.samples),
     }
@@ -260,6 +264,8 @@ fn overlay(args: &OverlayArgs) -> Option<OverlaySettings> {
         color_by: args.color_by.unwrap_or(base.color_by),
         hidden_alpha: args.hidden_lines.unwrap_or(base.hidden_alpha),
         line_width: args.line_width.unwrap_or(base.line_width),
+        hide_triangles: true,
+        faces: args.faces,
         budget: args.at_most.or(base.budget),
     })
 }
@@ -277,6 +283,7 @@ mod tests {
     use crate::camera::Projection;
     use crate::overlay::ColorBy;
     use crate::render::{ColorMap, Exposure, HeatKind, Light, NormalSource, Shading};
+    use crate::section::SectionPlane;
     use bvhscope_engine::settings::Curve;
     use bvhscope_engine::settings::Pass;
     use bvhscope_engine::tree::traverse::Traversal;
@@ -303,6 +310,7 @@ mod tests {
             ..wanted.render
         };
         wanted.render.mesh_edges = true;
+        wanted.render.section = Some(SectionPlane { normal: glam::Vec3::Y, offset: 0.25, flipped: true });
         wanted.overlay.leaves_only = true;
         wanted.overlay.parents = true;
         wanted.overlay.follows_tree = false;
@@ -316,6 +324,7 @@ mod tests {
         state.layout.viewport_px = [800, 500];
         state.selection.nodes.selected = Some(7);
         state.selection.nodes.hidden.extend([3, 8]);
+        state.selection.nodes.isolated = Some(2);
         state.preferences.show_geometry = false;
         state.model.allow_outside = true;
         let line = command_line(&state);
@@ -325,7 +334,10 @@ mod tests {
         let job = render(args).unwrap();
         // Passes for boxes only are dropped for spheres.
         let built = BuildSettings { optimize: Passes::NONE.with(Pass::Collapse), ..wanted.build };
-        assert_eq!((job.source, job.build, job.settings), (wanted.source, built, wanted.render), "{line}");
+        let bounds = bvhscope_engine::geometry::Aabb { min: glam::Vec3::ZERO, max: glam::Vec3::ONE };
+        assert_eq!(job.section.map(|choice| choice.plane(&bounds)), wanted.render.section);
+        let settings = RenderSettings { section: None, ..wanted.render };
+        assert_eq!((job.source, job.build, job.settings), (wanted.source, built, settings), "{line}");
         assert_eq!((job.overlay, job.size), (Some(wanted.overlay), [800, 500]), "{line}");
         assert_eq!((job.selection, job.geometry), (state.selection.nodes, false));
         assert_eq!((job.camera.eye, job.camera.target), (Some(wanted.camera.eye), Some(wanted.camera.target)));

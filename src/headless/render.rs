@@ -14,9 +14,10 @@ use crate::accel::Accel;
 use crate::budget::Budget;
 use crate::console::printable_json;
 use crate::export::{ExportError, Protected, cannot_be_written, check_target, write_bytes, write_file};
-use crate::overlay::{OverlaySettings, Selection};
+use crate::overlay::{NodeTable, OverlaySettings, Selection};
 use crate::render::{Frame, RenderRequest, RenderSettings};
 use crate::scene::SceneSource;
+use crate::section::SectionChoice;
 use crate::text::shown_path;
 use crate::view::CameraChoice;
 use bvhscope_engine::cancel::CancelToken;
@@ -36,8 +37,12 @@ pub struct RenderCommand {
     pub settings: RenderSettings,
     /// Overlay settings; `None` for no overlay.
     pub overlay: Option<OverlaySettings>,
-    /// Selected and hidden nodes of the overlay.
+    /// The section plane; `None` for the whole model.
+    pub section: Option<SectionChoice>,
+    /// Selected, hidden and isolated nodes.
     pub selection: Selection,
+    /// Leave the triangles below hidden nodes out of the picture.
+    pub hide_triangles: bool,
     /// Show the traced picture under the overlay instead of a neutral background.
     pub geometry: bool,
     /// Width and height in pixels.
@@ -99,14 +104,21 @@ pub fn run(command: &RenderCommand, context: &mut Context<'_>) -> Result<Finishe
         let accel = Accel::build(&scene, &command.build, token);
         let accel = Arc::new(accel.map_err(|error| Failure::of_build(error, &command.source))?);
         progress.set_label("Tracing");
+        let table = NodeTable::new(&accel);
+        check_nodes(&command.selection, &table)?;
+        let visibility = table.visibility(&command.selection).filter(|_| command.hide_triangles);
         let request = RenderRequest {
             accel: Arc::clone(&accel),
             camera: command.camera.camera(&scene),
-            settings: command.settings,
+            settings: RenderSettings {
+                section: command.section.map(|choice| choice.plane(&scene.bounds)),
+                ..command.settings
+            },
             width_px,
             height_px,
             coarseness: 1.0,
             count_tests: command.json,
+            hidden: visibility.map(|visibility| Arc::clone(&visibility.triangles)),
         };
         let (frame, radiance) = if command.writes_radiance() {
             crate::render::render_radiance(&request, token)?
@@ -191,6 +203,18 @@ fn check_extensions(command: &RenderCommand) -> Result<(), Failure> {
     Ok(())
 }
 
+/// Checks that the tree has the nodes that are named.
+fn check_nodes(selection: &Selection, table: &NodeTable) -> Result<(), Failure> {
+    let Selection { selected, hovered: _, hidden, isolated } = selection;
+    let missing = selected.iter().chain(isolated).chain(hidden).find(|&&node| node as usize >= table.len());
+    missing.map_or(Ok(()), |node| {
+        Err(Failure::Failed(format!(
+            "there is no node {node}: this tree has {} nodes, counted from 0 as in the window's selection",
+            table.len()
+        )))
+    })
+}
+
 /// Checks that both outputs can be written, are two files and none of those `read`.
 fn check_outputs(command: &RenderCommand, read: &Protected) -> Result<(), Failure> {
     let mut protected = read.clone();
@@ -249,22 +273,17 @@ fn draw_overlay(
     token: &CancelToken,
 ) -> Result<Vec<[u8; 4]>, Failure> {
     use crate::console::note;
-    use crate::overlay::{DrawInput, NodeTable, PictureInput, Viewpoint, draw_offscreen};
+    use crate::overlay::{DrawInput, PictureInput, Viewpoint, draw_offscreen, tinted};
     let table = Arc::new(NodeTable::new(accel));
     let selection = &command.selection;
-    let missing = selection.selected.iter().chain(&selection.hidden).find(|&&node| node as usize >= table.len());
-    if let Some(node) = missing {
-        return Err(Failure::Failed(format!(
-            "there is no node {node}: this tree has {} nodes, counted from 0 as in the window's selection",
-            table.len()
-        )));
-    }
+    let tint = selection.selected.filter(|&node| node > 0 && !frame.settings.shading.is_coded());
+    let tinted = tint.map(|node| tinted(&frame.rgba, &frame.primitive, &table.triangles_below(node)));
     let picture = PictureInput {
         id: 1,
         width_px: frame.width_px,
         height_px: frame.height_px,
         coarseness: 1.0,
-        rgba: &frame.rgba,
+        rgba: tinted.as_ref().unwrap_or(&frame.rgba),
         depth: &frame.depth,
     };
     table.prepare(settings, token)?;
@@ -285,6 +304,7 @@ fn draw_overlay(
         settings: *settings,
         selection,
         show_picture: command.geometry,
+        section: frame.settings.section,
         neutral_lines: frame.settings.shading.is_coded(),
         viewport_px: [0, 0, frame.width_px, frame.height_px],
         pixels_per_point: 1.0,

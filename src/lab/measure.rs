@@ -113,5 +113,6 @@ fn request(accel: &Arc<Accel>, view: &TraceView) -> RenderRequest {
         height_px: view.size[1],
         coarseness: 1.0,
         count_tests: false,
+        hidden: None,
     }
 }

@@ -69,6 +69,8 @@ pub(super) struct Pipelines {
     pub(super) boxes: wgpu::RenderPipeline,
     pub(super) spheres: wgpu::RenderPipeline,
     pub(super) dots: wgpu::RenderPipeline,
+    /// Faces of boxes and of spheres.
+    pub(super) faces: [wgpu::RenderPipeline; 2],
 }
 
 impl Pipelines {
@@ -121,7 +123,7 @@ impl Pipelines {
                 cache: None,
             })
         };
-        let [picture, boxes, spheres, dots] = shaders::sources();
+        let [picture, boxes, spheres, dots, box_faces, sphere_faces] = shaders::sources();
         let over = Some(wgpu::BlendState::PREMULTIPLIED_ALPHA_BLENDING);
         let nodes = &[Some(nodes)];
         let picture_pipeline = |smooth| {
@@ -133,6 +135,10 @@ impl Pipelines {
             boxes: pipeline("overlay boxes", &boxes, ["vs_box", "fs_line"], &[linear], over, nodes),
             spheres: pipeline("overlay spheres", &spheres, ["vs_sphere", "fs_line"], &[linear], over, nodes),
             dots: pipeline("overlay dots", &dots, ["vs_dot", "fs_line"], &[linear], over, nodes),
+            faces: [
+                pipeline("overlay box faces", &box_faces, ["vs_box_face", "fs_face"], &[linear], over, nodes),
+                pipeline("overlay sphere faces", &sphere_faces, ["vs_sphere_face", "fs_face"], &[linear], over, nodes),
+            ],
         }
     }
 }

@@ -6,6 +6,7 @@ use crate::camera::Camera;
 use crate::overlay::node_table::{NodeTable, Shown};
 use crate::overlay::selection::Selection;
 use crate::overlay::settings::OverlaySettings;
+use crate::section::SectionPlane;
 
 /// The traced picture as plain slices, row by row from the top left, so that this module need not know the renderer.
 #[derive(Debug, Clone, Copy)]
@@ -40,6 +41,8 @@ pub struct DrawInput<'a> {
     pub selection: &'a Selection,
     /// `false` draws a neutral background instead of the picture and hides no lines behind surfaces.
     pub show_picture: bool,
+    /// The plane that the picture is cut by, which cuts the containers too.
+    pub section: Option<SectionPlane>,
     /// Colours of the picture stand for values, so lines are white with a dark edge rather than coloured.
     pub neutral_lines: bool,
     /// Viewport in the render target: x, y, width, height in pixels.

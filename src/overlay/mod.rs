@@ -14,6 +14,7 @@ mod node_table;
 
 mod highlight;
 mod ramp;
+mod tint;
 
 #[cfg(feature = "gui")]
 mod input;
@@ -48,6 +49,7 @@ pub use selection::Selection;
 pub use settings::{ColorBy, OverlayKinds, OverlaySettings};
 #[cfg(feature = "gui")]
 pub use shaders::sources as shader_sources;
+pub use tint::tinted;
 #[cfg(feature = "gui")]
 pub use uniforms::ViewUniforms;
 pub use viewpoint::Viewpoint;

@@ -18,6 +18,7 @@ const QUAD: [u16; 6] = [0, 1, 2, 2, 1, 3];
 /// Maximum number of line segments of one instance: an outline and three great circles of 64 segments.
 const MAX_PIECES: u32 = 4 * 64;
 const BOX_EDGES: u32 = 12;
+const BOX_FACES: u32 = 6;
 
 /// The inputs that the uploaded instances were made from.
 #[derive(PartialEq)]
@@ -35,6 +36,7 @@ pub struct OverlayPipeline {
     box_pipeline: wgpu::RenderPipeline,
     sphere_pipeline: wgpu::RenderPipeline,
     dot_pipeline: wgpu::RenderPipeline,
+    face_pipelines: [wgpu::RenderPipeline; 2],
     uniforms: wgpu::Buffer,
     quads: wgpu::Buffer,
     sampler: wgpu::Sampler,
@@ -53,6 +55,8 @@ pub struct OverlayPipeline {
     /// Circles drawn of each shown sphere: 1 for the outline alone, 4 with three great circles.
     shown_circles: u32,
     circle_segments: u32,
+    /// Whether faces are filled.
+    faces: bool,
 }
 
 impl OverlayPipeline {
@@ -94,6 +98,7 @@ impl OverlayPipeline {
             box_pipeline: pipelines.boxes,
             sphere_pipeline: pipelines.spheres,
             dot_pipeline: pipelines.dots,
+            face_pipelines: pipelines.faces,
             uniforms,
             quads,
             sampler,
@@ -106,6 +111,7 @@ impl OverlayPipeline {
             marked_kinds: [false; 2],
             shown_circles: 4,
             circle_segments: 64,
+            faces: false,
         }
     }
 
@@ -144,6 +150,9 @@ impl OverlayPipeline {
             pass.set_pipeline(&self.dot_pipeline);
             pass.draw_indexed(0..QUAD.len() as u32, 0, self.outlined..self.shown.count);
         }
+        if self.faces {
+            self.paint_faces(pass);
+        }
         for (instances, range, [boxes, spheres], circles) in lists {
             let Some(buffer) = instances.buffer.as_ref().filter(|_| !range.is_empty()) else { continue };
             pass.set_vertex_buffer(0, buffer.slice(..));
@@ -160,6 +169,19 @@ impl OverlayPipeline {
         }
     }
 
+    /// Fills the faces of the containers that are drawn with lines.
+    fn paint_faces(&self, pass: &mut wgpu::RenderPass<'static>) {
+        let Some(buffer) = self.shown.buffer.as_ref().filter(|_| self.outlined > 0) else { return };
+        pass.set_vertex_buffer(0, buffer.slice(..));
+        let pieces = [BOX_FACES, self.circle_segments];
+        for ((pipeline, drawn), pieces) in self.face_pipelines.iter().zip(self.shown_kinds).zip(pieces) {
+            if drawn {
+                pass.set_pipeline(pipeline);
+                pass.draw_indexed(0..pieces * QUAD.len() as u32, 0, 0..self.outlined);
+            }
+        }
+    }
+
     fn upload_instances(
         &mut self,
         device: &wgpu::Device,
@@ -168,6 +190,7 @@ impl OverlayPipeline {
         input: &DrawInput<'_>,
     ) {
         self.shown_kinds = input.settings.kinds(table.container_kind());
+        self.faces = input.settings.faces;
         self.marked_kinds = match (self.shown_kinds, table.container_kind()) {
             ([false, false], ContainerKind::Aabb) => [true, false],
             ([false, false], ContainerKind::Sphere) => [false, true],
@@ -179,6 +202,7 @@ impl OverlayPipeline {
             follows_tree: false,
             hidden_alpha: 0.0,
             line_width: 1.0,
+            faces: false,
             show_boxes,
             show_spheres,
             ..input.settings

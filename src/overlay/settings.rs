@@ -100,6 +100,10 @@ pub struct OverlaySettings {
     pub hidden_alpha: f32,
     /// Width of lines in points.
     pub line_width: f32,
+    /// The triangles below hidden nodes are left out of the picture too.
+    pub hide_triangles: bool,
+    /// Fills the sides of containers that face the viewer, faintly.
+    pub faces: bool,
     /// Maximum number of containers drawn of each kind; the largest are kept. `None` for what the graphics adapter bears.
     pub budget: Option<u32>,
 }
@@ -116,6 +120,8 @@ impl Default for OverlaySettings {
             color_by: ColorBy::Depth,
             hidden_alpha: 0.15,
             line_width: 1.25,
+            hide_triangles: true,
+            faces: false,
             budget: None,
         }
     }

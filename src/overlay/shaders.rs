@@ -12,13 +12,24 @@ const PICTURE: &str = include_str!("../../shaders/picture.wgsl");
 const LINE: &str = include_str!("../../shaders/line.wgsl");
 const BOX: &str = include_str!("../../shaders/box.wgsl");
 const SPHERE: &str = include_str!("../../shaders/sphere.wgsl");
+const CIRCLE: &str = include_str!("../../shaders/circle.wgsl");
+const FACE: &str = include_str!("../../shaders/face.wgsl");
+const BOX_FACE: &str = include_str!("../../shaders/box_face.wgsl");
+const SPHERE_FACE: &str = include_str!("../../shaders/sphere_face.wgsl");
 const DOT: &str = include_str!("../../shaders/dot.wgsl");
 
-/// The complete WGSL of picture, boxes, spheres and dots.
-pub fn sources() -> [String; 4] {
+/// The complete WGSL of picture, boxes, spheres, dots, and the faces of boxes and of spheres.
+pub fn sources() -> [String; 6] {
     let constants = constants();
-    [&[PICTURE][..], &[LINE, BOX], &[LINE, SPHERE], &[LINE, DOT]]
-        .map(|files| format!("{constants}{COMMON}{}", files.concat()))
+    let files = [
+        &[PICTURE][..],
+        &[LINE, BOX],
+        &[LINE, CIRCLE, SPHERE],
+        &[LINE, DOT],
+        &[LINE, FACE, BOX_FACE],
+        &[LINE, CIRCLE, FACE, SPHERE_FACE],
+    ];
+    files.map(|files| format!("{constants}{COMMON}{}", files.concat()))
 }
 
 /// WGSL constants of roles, colour meanings and the ramp.

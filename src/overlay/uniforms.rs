@@ -1,5 +1,7 @@
 //! The uniform buffer: camera, viewport and colour scale.
 
+use glam::Vec3;
+
 use crate::camera::Projection;
 use crate::overlay::input::DrawInput;
 use crate::overlay::ramp::{RAMP_STOPS, shader_ramp};
@@ -28,6 +30,7 @@ pub struct ViewUniforms {
     pub show_picture: u32,
     pub neutral: u32,
     pub strength: f32,
+    pub section: [f32; 4],
     pub background: [f32; 4],
     pub ramp: [[f32; 4]; RAMP_STOPS],
 }
@@ -74,10 +77,19 @@ impl ViewUniforms {
             show_picture: u32::from(input.show_picture),
             neutral: u32::from(input.neutral_lines && input.show_picture),
             strength: if input.selection.selected.is_some() { DIMMED } else { 1.0 },
+            section: section(input, [right, up, forward]),
             background: BACKGROUND,
             ramp: shader_ramp(),
         }
     }
+}
+
+/// The section plane in view space, see `common.wgsl`.
+fn section(input: &DrawInput<'_>, axes: [Vec3; 3]) -> [f32; 4] {
+    let Some(plane) = input.section else { return [0.0, 0.0, 0.0, -1.0] };
+    let (normal, offset) = plane.outward();
+    let [x, y, z] = axes.map(|axis| normal.dot(axis));
+    [x, y, z, normal.dot(input.camera.eye) - offset]
 }
 
 /// Width and height in viewport pixels that the picture covers. A pixel of a coarse picture covers a square of viewport pixels,

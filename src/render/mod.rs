@@ -13,6 +13,8 @@ mod tiles;
 
 mod grid;
 
+mod section;
+
 mod trace_context;
 
 mod surface;

@@ -4,6 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use super::color_map::ColorMap;
 use crate::scene::SmoothNormals;
+use crate::section::SectionPlane;
 use bvhscope_engine::kernel::SimdLevel;
 use bvhscope_engine::tree::traverse::Traversal;
 
@@ -156,6 +157,9 @@ pub struct RenderSettings {
     /// Draws the triangles' edges over the surface.
     #[serde(default)]
     pub mesh_edges: bool,
+    /// The plane that cuts the model and its containers open; `None` for the whole model.
+    #[serde(default)]
+    pub section: Option<SectionPlane>,
     /// SIMD level of the traversal; changes only the speed.
     #[serde(skip)]
     pub simd: SimdLevel,
@@ -180,6 +184,7 @@ impl Default for RenderSettings {
             heat_range: None,
             color_map: ColorMap::Inferno,
             mesh_edges: false,
+            section: None,
             simd: SimdLevel::best(),
             samples: 16,
         }

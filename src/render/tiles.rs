@@ -85,13 +85,12 @@ fn trace(
 ) -> Result<Frame, RenderError> {
     let accel = &*request.accel;
     with_tree!(&accel.tree, tree => {
-        let camera = request.camera.for_size(request.width_px, request.height_px);
         // Coarse pictures do not wait for the wide tree, unless they show its steps.
         if request.coarseness <= 1.0 || request.settings.shading == Shading::Heat(HeatKind::Steps) {
             accel.widen(token)?;
         }
         let normals = surface::Normals::new(&request.settings, &accel.scene, token)?;
-        let context = TraceContext::new(accel, tree, camera, request.height_px.max(1), request.settings.simd, normals);
+        let context = TraceContext::new(request, tree, normals);
         // The shading mode is chosen here, outside of all loops.
         let mut output = Output { request, exposure_stops: 0.0, deliver, radiance };
         match request.settings.shading {
@@ -232,6 +231,11 @@ fn trace_tile<C: Container, S: Shade<C>>(
             None => shade.miss(context.background(grid.point(x, y, within).y), tests),
         };
         let hit = hit.map(|(hit, _)| hit);
+        // Where colours stand for values, the cut shows those of what is behind it.
+        let is_colored = hit.filter(|_| !request.settings.shading.has_values());
+        if let Some(color) = is_colored.and_then(|hit| context.cut_surface(&ray, &hit)) {
+            (shaded.color, shaded.is_radiance) = (color, false);
+        }
         if let Some(hit) = hit.filter(|_| request.settings.mesh_edges) {
             let triangle = &context.scene.triangles[hit.primitive_index as usize];
             let pixel_size = context.camera.pixel_size(context.camera.view_depth(&ray, hit.t)) * grid.coarseness;

@@ -203,6 +203,7 @@ fn tracing_stops_at_every_poll() {
             height_px: 50,
             coarseness: 1.0,
             count_tests: true,
+            hidden: None,
         };
         at_every_poll(shading.name(), |token| pool.install(|| render(&request, token, &|_| ())).is_err());
     }
@@ -230,6 +231,7 @@ fn writing_pictures_stops_at_every_poll() {
         height_px: 50,
         coarseness: 1.0,
         count_tests: true,
+        hidden: None,
     };
     let frame = render(&request, &CancelToken::new(), &|_| ()).unwrap();
     at_every_poll("EXR", |token| {

@@ -254,6 +254,7 @@ fn pictures() {
         height_px: size[1],
         coarseness: 1.0,
         count_tests: true,
+        hidden: None,
     };
     let sizes = [[320, 200], [320 * 2, 200 * GROWTH / 2]];
     // Cached by the first picture.

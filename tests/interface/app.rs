@@ -166,7 +166,7 @@ fn the_wanted_depths_survive_a_smaller_model() {
     settle(&mut harness);
     let (drawn, wanted) = harness.state().state.graphics.overlay_counts;
     assert!(drawn == wanted && drawn <= 200);
-    assert!(harness.query_by_label("Auto").is_some());
+    assert!(harness.query_by_label("Automatic depth range").is_some());
 }
 
 #[test]

@@ -10,6 +10,7 @@ mod headline;
 mod panel;
 
 mod app;
+mod cuts;
 mod interaction;
 mod jobs;
 mod panels;

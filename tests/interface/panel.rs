@@ -63,14 +63,17 @@ pub fn present(state: &mut AppState, scene: &Arc<Scene>) {
         height_px: 64,
         coarseness: 1.0,
         count_tests: true,
+        hidden: None,
     };
     let frame = Arc::new(render(&request, &token, &|_| {}).unwrap());
     let table = Arc::new(NodeTable::new(&accel));
     let frame_id = state.model.presented.as_ref().map_or(1, |shown| shown.frame_id + 1);
     let before = state.model.presented.as_ref().and_then(Presented::reference);
-    state.model.presented = Some(Presented { before, ..Presented::new(accel, table, frame, frame_id, 0) });
+    state.model.presented = Some(Presented { before, ..Presented::new(accel, Arc::clone(&table), frame, frame_id, 0) });
     state.model.loaded = Some(Arc::clone(scene));
     state.layout.viewport_px = [800, 500];
+    let shown = table.shown(&state.wanted.overlay, &state.selection.nodes, None);
+    state.graphics.shown = Some(Arc::new(shown));
     state.activity.mrays_per_s = 24.1;
 }
 

@@ -254,7 +254,7 @@ fn the_mouse_drags_a_range_of_depths() {
 
 #[test]
 fn fit_fixes_the_heat_range_and_auto_frees_it() {
-    let mut h = harness(state(Shading::Heat(HeatKind::Both)));
+    let mut h = sized(state(Shading::Heat(HeatKind::Both)), 1280.0, 900.0, 1.0);
     assert_eq!(h.state().wanted.render.heat_range, None);
     press(&mut h, "Fit");
     let fitted = h.state().model.presented.as_ref().unwrap().frame.fitted_range(&CancelToken::new()).unwrap();

@@ -86,6 +86,7 @@ fn cancelled_jobs_free_their_memory() {
         height_px: 150,
         coarseness: 1.0,
         count_tests: true,
+        hidden: None,
     };
     for shading in Shading::ALL {
         let request = request(shading);

@@ -52,6 +52,7 @@ fn request(scene: &Arc<Scene>, shading: Shading, count_tests: bool) -> RenderReq
         height_px: PIXELS[1],
         coarseness: 1.0,
         count_tests,
+        hidden: None,
     }
 }
 

@@ -115,6 +115,7 @@ fn pictures_do_not_depend_on_the_number_of_threads() {
                 height_px: 70,
                 coarseness: 1.0,
                 count_tests: true,
+                hidden: None,
             };
             render(&request, &CancelToken::new(), &|_| ()).unwrap()
         })
@@ -146,6 +147,7 @@ fn a_coarse_picture_does_not_depend_on_the_wide_tree() {
                     height_px: 70,
                     coarseness: 3.0,
                     count_tests: false,
+                    hidden: None,
                 };
                 (render(&request, &CancelToken::new(), &|_| ()).unwrap(), accel)
             };

@@ -9,6 +9,7 @@ use bvhscope::accel::Accel;
 use bvhscope::camera::{Camera, Projection};
 use bvhscope::render::{ColorMap, Frame, HeatKind, Light, RenderRequest, RenderSettings, Shading, render};
 use bvhscope::scene::{LoadOptions, SceneSource, load};
+use bvhscope::section::SectionPlane;
 use bvhscope_engine::cancel::CancelToken;
 use bvhscope_engine::settings::{BuildSettings, Preset};
 use bvhscope_engine::tree::ContainerKind;
@@ -52,6 +53,7 @@ fn picture(scene: &str, container: ContainerKind, settings: RenderSettings, proj
         height_px: HEIGHT,
         coarseness: 1.0,
         count_tests: false,
+        hidden: None,
     };
     render(&request, &token, &|_| {}).unwrap()
 }
@@ -201,4 +203,14 @@ fn heat_of_spheres() {
     let settings = RenderSettings { color_map: ColorMap::Turbo, ..settings(Shading::Heat(HeatKind::Both)) };
     let frame = picture("builtin:teapot:4", ContainerKind::Sphere, settings, Projection::Perspective);
     check("heat-both-sphere", &frame, &TREE);
+}
+
+/// The model cut open across z, hatched where the plane cuts through it; the heat map counts the tests of the clipped rays.
+#[test]
+fn cut_open() {
+    for (name, shading) in [("section-lit", Shading::Lit), ("section-heat", Shading::Heat(HeatKind::Both))] {
+        let plane = SectionPlane { normal: glam::Vec3::Z, offset: 0.0, flipped: false };
+        let settings = RenderSettings { section: Some(plane), ..settings(shading) };
+        check(name, &picture("builtin:teapot:4", ContainerKind::Aabb, settings, Projection::Perspective), &TREE);
+    }
 }

@@ -4,6 +4,7 @@
 #![allow(clippy::unwrap_used, reason = "a failed step is a failed test")]
 
 mod counts;
+mod cuts;
 mod determinism;
 mod golden_images;
 mod invariants;

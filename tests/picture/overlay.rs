@@ -68,17 +68,18 @@ fn shown_nodes_match_a_sorted_list() {
     let area = |node: u32| table.node_box(node).relative_area();
     let deepest = table.max_depth();
     assert!(deepest > 8 && table.len() > 1_000);
-    let some_hidden = Selection { hidden: (0..table.len() as u32).step_by(7).collect(), ..Selection::default() };
+    let some_hidden = Selection { hidden: (40..table.len() as u32).step_by(97).collect(), ..Selection::default() };
     let mut cuts = 0;
     for [first, last] in [[0, deepest], [0, 3], [5, 7], [deepest - 2, deepest], [6, 6]] {
         for [leaves_only, parents] in [[false, false], [true, false], [false, true], [true, true]] {
             for selection in [&Selection::default(), &some_hidden] {
+                let visibility = table.visibility(selection);
                 let from = if parents { 0 } else { first };
                 let kept = |&node: &u32| {
                     let depth = table.depth(node);
                     (from..=last).contains(&depth)
                         && (!leaves_only || depth < first || table.is_leaf(node))
-                        && !selection.hidden.contains(&node)
+                        && visibility.as_ref().is_none_or(|visibility| !visibility.hides(node))
                 };
                 let mut sorted: Vec<u32> = (0..table.len() as u32).filter(kept).collect();
                 sorted.sort_by(|&a, &b| area(b).total_cmp(&area(a)));
@@ -115,10 +116,13 @@ fn leaves_and_hidden_nodes_are_distinguished() {
     assert_eq!(shown.wanted, 13);
     assert!(shown.nodes.iter().all(|&node| table.is_leaf(node)));
 
-    let hidden = Selection { hidden: [0, 2].into(), ..Selection::default() };
+    let below =
+        |node| table.shown(&settings(0, 99), &Selection { isolated: Some(node), ..Selection::default() }, None).nodes;
+    let hidden = Selection { hidden: [2].into(), ..Selection::default() };
     let shown = table.shown(&settings(0, 99), &hidden, None);
-    assert_eq!(shown.wanted, 23, "only the hidden ones themselves are missing");
-    assert!(!shown.nodes.contains(&0) && !shown.nodes.contains(&2));
+    assert_eq!(shown.wanted, 25 - below(2).len(), "the subtree is missing");
+    assert!(below(2).contains(&2) && below(2).iter().all(|node| !shown.nodes.contains(node)));
+    assert_eq!(below(0).len(), 25);
 }
 
 #[test]

@@ -8,6 +8,7 @@ use bvhscope::overlay::{
     DrawInput, NodeTable, OffscreenError, OverlaySettings, PictureInput, Selection, Shown, Viewpoint, draw_offscreen,
     legend,
 };
+use bvhscope::section::SectionPlane;
 use bvhscope_engine::geometry::{Aabb, Sphere};
 use glam::Vec3;
 
@@ -27,12 +28,13 @@ struct Flat {
     depth: Vec<f32>,
     /// Its colours stand for values.
     is_coded: bool,
+    section: Option<SectionPlane>,
 }
 
 impl Flat {
     fn new(size: [u32; 2], color: [u8; 4], depth: f32) -> Self {
         let count = (size[0] * size[1]) as usize;
-        Self { size, rgba: vec![color; count], depth: vec![depth; count], is_coded: false }
+        Self { size, rgba: vec![color; count], depth: vec![depth; count], is_coded: false, section: None }
     }
 
     fn input(&self) -> PictureInput<'_> {
@@ -70,6 +72,7 @@ fn draw(
         settings,
         selection,
         show_picture: true,
+        section: picture.section,
         neutral_lines: picture.is_coded,
         viewport_px: [0, 0, picture.size[0], picture.size[1]],
         pixels_per_point: 1.0,
@@ -128,6 +131,7 @@ fn a_coarse_picture_is_enlarged_smoothly() {
             settings: settings(0, 9),
             selection: &nothing,
             show_picture: true,
+            section: None,
             neutral_lines: false,
             viewport_px: [0, 0, size[0], size[1]],
             pixels_per_point: 1.0,
@@ -276,7 +280,7 @@ fn an_observer_inside_sees_lines_without_streaks() {
 
 #[test]
 fn a_picture_beyond_the_driver_is_an_error() {
-    let picture = Flat { size: [4_000_000, 1], rgba: Vec::new(), depth: Vec::new(), is_coded: false };
+    let picture = Flat { size: [4_000_000, 1], rgba: Vec::new(), depth: Vec::new(), is_coded: false, section: None };
     let nothing = Selection::default();
     let input = DrawInput {
         picture: picture.input(),
@@ -286,6 +290,7 @@ fn a_picture_beyond_the_driver_is_an_error() {
         settings: settings(0, 0),
         selection: &nothing,
         show_picture: true,
+        section: None,
         neutral_lines: false,
         viewport_px: [0, 0, 4_000_000, 1],
         pixels_per_point: 1.0,
@@ -371,4 +376,46 @@ fn dots_stand_for_many_small_containers() {
     let drawn = draw(&picture, camera, Some(&table), inner, &Selection::default());
     let lit = (0..size[0]).filter(|&x| column(&drawn, size, x).into_iter().any(|value| value > 40)).count();
     assert!(lit > 200, "the row crosses the picture: {lit} columns");
+}
+
+#[test]
+fn a_section_plane_cuts_boxes_and_spheres() {
+    let size = [200, 200];
+    let mut picture = Flat::new(size, [0, 0, 0, 255], FAR);
+    let camera = camera(6.0, Projection::Perspective);
+    let lit = |pixels: &[[u8; 4]], columns: std::ops::Range<usize>| {
+        let of_columns = pixels.iter().enumerate().filter(|(index, _)| columns.contains(&(index % 200)));
+        of_columns.filter(|(_, [r, g, b, _])| *r.max(g).max(b) > 20).count()
+    };
+    let settings = OverlaySettings { faces: true, ..settings(0, 0) };
+    for (kind, table) in [("box", table::<Aabb>(cube_triangle())), ("sphere", table::<Sphere>(cube_triangle()))] {
+        for (flipped, kept, cut) in [(false, 0..98, 103..200), (true, 103..200, 0..98)] {
+            picture.section = Some(SectionPlane { normal: Vec3::X, offset: 0.0, flipped });
+            let drawn = draw(&picture, camera, Some(&table), settings, &Selection::default());
+            assert!(lit(&drawn, kept) > 100, "{kind}: the kept half is drawn");
+            assert_eq!(lit(&drawn, cut), 0, "{kind}: nothing is drawn beyond the plane");
+        }
+    }
+}
+
+#[test]
+fn faces_fill_the_sides_towards_the_viewer() {
+    let size = [200, 200];
+    let picture = Flat::new(size, [0, 0, 0, 255], FAR);
+    for (kind, table) in [("box", table::<Aabb>(cube_triangle())), ("sphere", table::<Sphere>(cube_triangle()))] {
+        let center = table.node_sphere(0).center;
+        let mut camera = camera(6.0, Projection::Perspective);
+        camera.eye += center;
+        camera.target += center;
+        let middle = |faces, depth| {
+            let picture = Flat { depth: vec![depth; picture.depth.len()], ..Flat::new(size, [0, 0, 0, 255], FAR) };
+            let settings = OverlaySettings { faces, ..settings(0, 0) };
+            let drawn = draw(&picture, camera, Some(&table), settings, &Selection::default());
+            // Beside the great circles, which cross in the middle.
+            drawn[112 * 200 + 112][1]
+        };
+        assert_eq!(middle(false, FAR), 0, "{kind}");
+        assert!((4..40).contains(&middle(true, FAR)), "{kind}: {}", middle(true, FAR));
+        assert_eq!(middle(true, 1.0), 0, "{kind}: behind the surface");
+    }
 }

@@ -95,6 +95,7 @@ fn picture(scene: Scene, panels: u32) -> Frame {
         height_px: PIXELS,
         coarseness: 1.0,
         count_tests: false,
+        hidden: None,
     };
     render(&request, &CancelToken::new(), &|_| ()).unwrap()
 }

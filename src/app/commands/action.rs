@@ -102,10 +102,20 @@ pub enum Action {
     SelectSecondChild,
     /// Select the sibling of the selected node.
     SelectSibling,
-    /// Hide the selected node.
+    /// Hide the selected node with everything below it.
     HideSelected,
+    /// Hide everything but the selected node and what is below it.
+    IsolateSelected,
     /// Show all hidden nodes.
     ShowAll,
+    /// Leave the triangles below hidden nodes out of the picture, or keep them.
+    ToggleHideTriangles,
+    /// Fill the sides of containers that face the viewer.
+    ToggleFaces,
+    /// Copy the numbers of the selected node as text.
+    CopyNode,
+    /// Cut the model open, or close it.
+    Section(SectionStep),
     /// Show or hide the paper panel.
     TogglePaper,
     /// Measure one of the paper's tables or figures.
@@ -130,6 +140,25 @@ pub enum Action {
     About,
     /// Show or hide the message log.
     Messages,
+}
+
+/// A change of the section plane.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum SectionStep {
+    /// Cut across the x axis, or show the whole model again.
+    Toggle,
+    /// Cut across the x axis.
+    X,
+    /// Cut across the y axis.
+    Y,
+    /// Cut across the z axis.
+    Z,
+    /// Cut parallel to the picture.
+    Facing,
+    /// Turn the plane to the nearest axis.
+    Snap,
+    /// Keep the other half.
+    Flip,
 }
 
 /// Direction of an orbit step.

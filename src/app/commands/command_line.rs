@@ -9,7 +9,7 @@ use bvhscope_engine::tree::traverse::Traversal;
 
 use crate::app::state::{AppState, Wanted};
 use crate::camera::Projection;
-use crate::overlay::OverlayKinds;
+use crate::overlay::{OverlayKinds, Selection};
 use crate::render::{Exposure, Light, NormalSource, RenderSettings, Shading};
 
 /// The `bvhscope render` command that renders the present picture.
@@ -48,6 +48,9 @@ pub fn command_line(state: &AppState) -> String {
     if render.shading == Shading::Clusters {
         flag("--cluster-depth", render.cluster_depth.to_string());
     }
+    if let Some(plane) = render.section {
+        flag("--section", plane.to_string());
+    }
     if let Some([low, high]) = render.heat_range {
         flag("--heat-range", format!("{low}..{high}"));
     }
@@ -69,11 +72,20 @@ pub fn command_line(state: &AppState) -> String {
     if render.crease_degrees != RenderSettings::default().crease_degrees {
         flag("--crease", render.crease_degrees.to_string());
     }
+    let Selection { hidden, isolated, .. } = &state.selection.nodes;
+    if !hidden.is_empty() {
+        let hidden: BTreeSet<u32> = hidden.iter().copied().collect();
+        flag("--hide", hidden.iter().map(u32::to_string).collect::<Vec<_>>().join(","));
+    }
+    if let Some(node) = isolated {
+        flag("--isolate", node.to_string());
+    }
     if uses_overlay(state) {
         overlay_flags(state, &mut line);
     }
     let orthographic = camera.projection == Projection::Orthographic;
     let switches = [
+        (state.selection.nodes.hides_any() && !state.wanted.overlay.hide_triangles, " --keep-triangles"),
         (render.mesh_edges, " --mesh-edges"),
         (orthographic, " --orthographic"),
         (state.model.allow_outside, " --allow-outside"),
@@ -89,7 +101,8 @@ pub fn command_line(state: &AppState) -> String {
 /// Whether the overlay draws anything or hides the picture, so that its flags are needed.
 fn uses_overlay(state: &AppState) -> bool {
     let overlay = &state.wanted.overlay;
-    let any_drawn = overlay.show_boxes || overlay.show_spheres || state.selection.nodes.selected.is_some();
+    let any_drawn =
+        overlay.kinds(state.wanted.build.container) != [false; 2] || state.selection.nodes.selected.is_some();
     (any_drawn && state.preferences.show_containers) || !state.preferences.show_geometry
 }
 
@@ -116,14 +129,12 @@ fn overlay_flags(state: &AppState, line: &mut String) {
         if let Some(node) = state.selection.nodes.selected {
             flag("--select", node.to_string());
         }
-        if !state.selection.nodes.hidden.is_empty() {
-            let hidden: BTreeSet<u32> = state.selection.nodes.hidden.iter().copied().collect();
-            flag("--hide", hidden.iter().map(u32::to_string).collect::<Vec<_>>().join(","));
-        }
     }
+
     let switches = [
         (overlay.leaves_only && drawn, " --leaves"),
         (overlay.parents && drawn, " --parents"),
+        (overlay.faces && drawn, " --faces"),
         (!state.preferences.show_geometry, " --no-geometry"),
     ];
     for (on, name) in switches {

@@ -12,6 +12,7 @@ mod entries;
 
 mod camera;
 mod perform;
+mod section;
 mod status;
 mod walk;
 
@@ -21,7 +22,7 @@ mod search;
 mod command_line;
 mod statistics_text;
 
-pub use action::{Action, OrbitStep, ViewDirection};
+pub use action::{Action, OrbitStep, SectionStep, ViewDirection};
 pub use command_line::command_line;
 pub(crate) use descriptions::{builder_description, shading_description};
 pub use entries::{entries, entries_for};

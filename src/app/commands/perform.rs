@@ -5,8 +5,8 @@ use bvhscope_engine::settings::BuildSettings;
 
 use super::action::Action;
 use super::command_line::command_line;
-use super::statistics_text::statistics_text;
-use super::{camera, walk};
+use super::statistics_text::{node_text, statistics_text};
+use super::{camera, section, walk};
 use crate::app::state::bookmarks;
 use crate::app::state::{AppState, HelpPage, Navigation, Request, Side, Wanted};
 use crate::app::viewport::ZOOM_STEP;
@@ -103,8 +103,24 @@ impl Action {
                     state.selection.nodes.selected = Some(node);
                 }
             }
-            Self::HideSelected => state.selection.nodes.hidden.extend(state.selection.nodes.selected),
-            Self::ShowAll => state.selection.nodes.hidden.clear(),
+            Self::HideSelected => hide_selected(state),
+            Self::IsolateSelected => {
+                let nodes = &mut state.selection.nodes;
+                nodes.isolated = nodes.selected;
+                nodes.hidden.clear();
+            }
+            Self::ShowAll => {
+                state.selection.nodes.hidden.clear();
+                state.selection.nodes.isolated = None;
+            }
+            Self::ToggleHideTriangles => flip(&mut state.wanted.overlay.hide_triangles),
+            Self::ToggleFaces => flip(&mut state.wanted.overlay.faces),
+            Self::CopyNode => {
+                if let Some(text) = node_text(state) {
+                    copy(state, text, "The node");
+                }
+            }
+            Self::Section(step) => section::perform(state, step),
             Self::TogglePaper => flip(&mut state.preferences.paper_open),
             Self::Measure(experiment) => {
                 state.preferences.paper.choose(experiment);
@@ -136,6 +152,12 @@ impl Action {
     }
 }
 
+/// Hides the subtree of the selected node, which is then no longer selected.
+fn hide_selected(state: &mut AppState) {
+    state.selection.nodes.hidden.extend(state.selection.nodes.selected.take());
+    state.selection.picked = None;
+}
+
 /// Inverts a switch.
 fn flip(value: &mut bool) {
     *value = !*value;
@@ -149,7 +171,7 @@ fn copy(state: &mut AppState, text: String, what: &str) {
 /// Closes open dialogs, else cancels running jobs, else clears the selection. Refinement of the picture is cancelled last, because
 /// it runs after every change.
 fn cancel(state: &mut AppState) {
-    if state.layout.palette.take().is_some() {
+    if state.layout.palette.take().is_some() || state.layout.node_menu.take().is_some() {
         return;
     }
     if state.layout.has_dialog() {
@@ -161,6 +183,8 @@ fn cancel(state: &mut AppState) {
     } else if state.selection.nodes.selected.is_some() || state.selection.picked.is_some() {
         state.selection.nodes.selected = None;
         state.selection.picked = None;
+    } else if state.selection.nodes.isolated.is_some() {
+        state.selection.nodes.isolated = None;
     } else if state.activity.render.is_some() {
         state.requests.push(Request::CancelJobs);
     }

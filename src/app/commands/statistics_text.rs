@@ -3,6 +3,7 @@
 use std::fmt::Write as _;
 
 use bvhscope_engine::WideBvh;
+use bvhscope_engine::tree::ContainerKind;
 use bvhscope_engine::tree::levels::Levels;
 use bvhscope_engine::tree::statistics::{INTERSECTION_COST, TRAVERSAL_COST};
 
@@ -70,5 +71,39 @@ pub fn statistics_text(state: &AppState) -> Option<String> {
         line("Container tests per ray", number(containers));
         line("Primitive tests per ray", number(primitives));
     }
+    Some(text)
+}
+
+/// The numbers of the selected node, one per line as name and value separated by a tab; `None` where none is selected.
+pub fn node_text(state: &AppState) -> Option<String> {
+    let shown = state.model.presented.as_ref()?;
+    let table = &shown.table;
+    let node = state.selection.nodes.selected.filter(|&node| (node as usize) < table.len())?;
+    let mut text = String::new();
+    let mut line = |name: &str, value: String| {
+        let _ = writeln!(text, "{name}\t{value}");
+    };
+    line("Model", shown.accel.scene.source.to_string());
+    line("Node", node.to_string());
+    line("Kind", if table.is_leaf(node) { "leaf" } else { "interior" }.to_owned());
+    line("Depth", table.depth(node).to_string());
+    if let Some(triangles) = table.known_primitives(node) {
+        line("Triangles", triangles.to_string());
+    }
+    let vector = |v: glam::Vec3| format!("{},{},{}", v.x, v.y, v.z);
+    match table.container_kind() {
+        ContainerKind::Aabb => {
+            let bounds = table.node_box(node);
+            line("Box from", vector(bounds.min));
+            line("Box to", vector(bounds.max));
+        }
+        ContainerKind::Sphere => {
+            let sphere = table.node_sphere(node);
+            line("Centre", vector(sphere.center));
+            line("Radius", sphere.radius.to_string());
+        }
+    }
+    line("Area over the root's", table.area_share(node).to_string());
+    line("Overlap with the sibling", table.overlap(node).to_string());
     Some(text)
 }

@@ -2,7 +2,7 @@
 
 use bvhscope_engine::settings::{BuildSettings, BuilderKind, Curve, Preset};
 
-use super::action::Action;
+use super::action::{Action, SectionStep};
 use super::{camera, walk};
 use crate::app::state::paper::RowFormat;
 use crate::app::state::{AppState, Navigation, Side};
@@ -13,14 +13,20 @@ impl Action {
     /// Whether the action can be performed now.
     pub fn is_enabled(self, state: &AppState) -> bool {
         let selected = state.selection.nodes.selected.is_some();
+        let section = state.wanted.render.section;
         match self {
             Self::SelectParent | Self::SelectChild | Self::SelectSecondChild | Self::SelectSibling => {
                 walk::target(self, state).is_some()
             }
             // Only AAC has a threshold.
             Self::RaiseThreshold | Self::LowerThreshold => state.wanted.build.builder == BuilderKind::Aac,
-            Self::HideSelected => selected,
-            Self::ShowAll => !state.selection.nodes.hidden.is_empty(),
+            Self::HideSelected | Self::IsolateSelected | Self::CopyNode => selected,
+            Self::ShowAll => state.selection.nodes.hides_any(),
+            Self::Section(step) => match step {
+                SectionStep::Snap => section.is_some_and(|plane| plane.axis().is_none()),
+                SectionStep::Flip => section.is_some(),
+                _ => state.model.presented.is_some(),
+            },
             Self::LockExposure => state.wanted.render.shading == Shading::Lit,
             Self::FitHeatRange => state.model.presented.as_ref().is_some_and(|shown| !shown.frame.values.is_empty()),
             Self::FrameSelection | Self::ResetView | Self::Screenshot | Self::CopyStatistics => {
@@ -28,7 +34,7 @@ impl Action {
             }
             Self::Undo => state.undo.can_undo(),
             Self::Redo => state.undo.can_redo(),
-            Self::Cancel => state.activity.has_jobs() || selected,
+            Self::Cancel => state.activity.has_jobs() || selected || state.selection.nodes.isolated.is_some(),
             Self::Measure(_) => state.model.loaded.is_some(),
             Self::SaveRows(format) => {
                 state.activity.measured.get(&state.preferences.paper.experiment).is_some_and(|result| match format {
@@ -71,6 +77,19 @@ impl Action {
             Self::AutomaticDepths => wanted.overlay.depth.is_none(),
             Self::ToggleLeavesOnly => wanted.overlay.leaves_only,
             Self::ToggleParents => wanted.overlay.parents,
+            Self::ToggleFaces => wanted.overlay.faces,
+            Self::ToggleHideTriangles => wanted.overlay.hide_triangles,
+            Self::Section(step) => {
+                let axis = wanted.render.section.map(|plane| plane.axis());
+                match step {
+                    SectionStep::Toggle => axis.is_some(),
+                    SectionStep::X => axis == Some(Some(0)),
+                    SectionStep::Y => axis == Some(Some(1)),
+                    SectionStep::Z => axis == Some(Some(2)),
+                    SectionStep::Facing => axis == Some(None),
+                    SectionStep::Snap | SectionStep::Flip => return None,
+                }
+            }
             Self::Shade(shading) => wanted.render.shading == shading,
             Self::Theme(theme) => preferences.theme == theme,
             Self::Builder(builder) => wanted.build.builder == builder,

@@ -188,6 +188,7 @@ fn within_limits(mut wanted: Wanted) -> Wanted {
     wanted.overlay.budget = wanted.overlay.budget.map(|budget| budget.clamp(1, 1_000_000));
     wanted.overlay.line_width = wanted.overlay.line_width.clamp(0.25, 16.0);
     wanted.overlay.hidden_alpha = wanted.overlay.hidden_alpha.clamp(0.0, 1.0);
+    wanted.render.section = wanted.render.section.filter(crate::section::SectionPlane::is_usable);
     if !wanted.camera.is_usable() {
         wanted.camera = Wanted::new(wanted.source.clone()).camera;
     }

@@ -79,6 +79,7 @@ fn right(ui: &mut Ui, state: &mut AppState) {
             side::tree::show(ui, state);
             side::containers::show(ui, state);
             side::picture::show(ui, state);
+            side::section_plane::show(ui, state);
         });
     });
     note_panel(ui.ctx(), Side::Right, place.map(|place| place.response.rect));
@@ -98,10 +99,13 @@ fn bottom(ui: &mut Ui, state: &mut AppState) {
 
 /// What is painted over the viewport's rectangle: legends, axes gizmo, facts of the hovered pixel, messages.
 fn over_viewport(ui: &mut Ui, rect: Rect, state: &mut AppState) {
+    over::section_handle::show(ui, rect, state);
     over::legend::show(ui, rect, state);
+    over::nothing_drawn::show(ui, rect, state);
     over::gizmo::show(ui, rect, state);
     over::pointer::show(ui, rect, state);
     over::messages::show(ui, rect, state);
+    over::node_menu::show(ui, rect, state);
     over::drop_hint::show(ui, rect);
 }
 

@@ -51,6 +51,8 @@ pub struct Layout {
     pub path_field: PathField,
     /// The message history is open.
     pub messages_open: bool,
+    /// Where the menu of the selected node is open, in points of the window.
+    pub node_menu: Option<[f32; 2]>,
     /// Width and height of the viewport in pixels.
     pub viewport_px: [u32; 2],
     /// Pixels per point: the scale of the screen.
@@ -70,6 +72,7 @@ impl Default for Layout {
             start_page_open: false,
             path_field: PathField::default(),
             messages_open: false,
+            node_menu: None,
             viewport_px: [0, 0],
             pixels_per_point: 1.0,
             viewport_focused: false,

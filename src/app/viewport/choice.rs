@@ -32,15 +32,15 @@ impl Choice {
         let settings = drawable(state, presented);
         // Settings that change only the look of lines need no other choice.
         let compared = OverlaySettings { hidden_alpha: 0.0, line_width: 1.0, ..settings };
-        let Selection { hidden, .. } = &state.selection.nodes;
+        let Selection { hidden, isolated, .. } = &state.selection.nodes;
         let viewpoint = Viewpoint { camera: presented.frame.camera, size_px: state.layout.viewport_px };
         let now = Instant::now();
         let table = &presented.table;
-        if let Some(last) = self
-            .last
-            .as_mut()
-            .filter(|last| last.table == table.id && last.settings == compared && last.selection.hidden == *hidden)
-        {
+        if let Some(last) = self.last.as_mut().filter(|last| {
+            last.table == table.id
+                && last.settings == compared
+                && (&last.selection.hidden, &last.selection.isolated) == (hidden, isolated)
+        }) {
             if last.seen.0 != viewpoint {
                 last.seen = (viewpoint, now);
             }
@@ -52,7 +52,7 @@ impl Choice {
                 return (Arc::clone(&last.shown), Some(REST_DELAY.saturating_sub(rested)));
             }
         }
-        let selection = Selection { hidden: hidden.clone(), ..Selection::default() };
+        let selection = Selection { hidden: hidden.clone(), isolated: *isolated, ..Selection::default() };
         let shown = Arc::new(table.shown(&settings, &selection, Some(&viewpoint)));
         log::debug!("chose {} of {} containers in {:.1?}", shown.nodes.len(), shown.wanted, now.elapsed());
         let seen = (viewpoint, now);

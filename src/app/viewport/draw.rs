@@ -6,6 +6,7 @@ use egui::{PaintCallbackInfo, Rect};
 use egui_wgpu::{CallbackResources, CallbackTrait, ScreenDescriptor};
 
 use super::pixel::rect_px;
+use super::tint::Tinted;
 use crate::overlay::{DrawInput, NodeTable, OverlayPipeline, OverlaySettings, PictureInput, Selection, Shown};
 use crate::render::Frame;
 
@@ -15,6 +16,8 @@ pub(crate) struct OverlayCallback {
     pub(crate) frame: Arc<Frame>,
     /// Identifies the picture, so that it is uploaded once.
     pub(crate) frame_id: u64,
+    /// The picture with the selected triangles tinted, in place of its own pixels.
+    pub(crate) tinted: Option<Tinted>,
     /// Nodes of the tree; `None` to draw no containers.
     pub(crate) table: Option<Arc<NodeTable>>,
     /// The nodes that are drawn.
@@ -40,7 +43,10 @@ impl CallbackTrait for OverlayCallback {
     ) -> Vec<wgpu::CommandBuffer> {
         if let Some(pipeline) = resources.get_mut::<OverlayPipeline>() {
             let viewport_px = rect_px(self.rect, screen.pixels_per_point, screen.size_in_pixels);
-            let picture = picture_input(&self.frame, self.frame_id);
+            let mut picture = picture_input(&self.frame, self.frame_id);
+            if let Some(tinted) = &self.tinted {
+                (picture.id, picture.rgba) = (tinted.id, &tinted.rgba);
+            }
             pipeline.prepare(
                 device,
                 queue,
@@ -52,6 +58,7 @@ impl CallbackTrait for OverlayCallback {
                     settings: self.settings,
                     selection: &self.selection,
                     show_picture: self.show_picture,
+                    section: self.frame.settings.section,
                     neutral_lines: self.frame.settings.shading.is_coded(),
                     viewport_px,
                     pixels_per_point: screen.pixels_per_point,

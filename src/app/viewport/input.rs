@@ -86,5 +86,9 @@ fn click(ui: &egui::Ui, response: &Response, state: &mut AppState) {
     } else if response.clicked_by(PointerButton::Primary) {
         let primitive = state.model.presented.as_ref().and_then(|shown| picking::primitive_at(&shown.frame, x, y));
         picking::pick(state, primitive);
+    } else if response.clicked_by(PointerButton::Secondary) {
+        let primitive = state.model.presented.as_ref().and_then(|shown| picking::primitive_at(&shown.frame, x, y));
+        picking::pick_for_menu(state, primitive);
+        state.layout.node_menu = Some([at.x, at.y]);
     }
 }

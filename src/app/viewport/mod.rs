@@ -6,6 +6,7 @@ mod view;
 mod choice;
 mod draw;
 mod fallback;
+mod tint;
 
 mod fly;
 mod input;

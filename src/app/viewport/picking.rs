@@ -32,6 +32,18 @@ pub fn pick(state: &mut AppState, primitive: Option<u32>) {
     state.selection.picked = (!path.is_empty()).then_some(PickedTriangle { primitive, path });
 }
 
+/// Selects what a menu at a triangle acts on: the selected node if it holds the triangle, else the container drawn around it.
+pub fn pick_for_menu(state: &mut AppState, primitive: Option<u32>) {
+    let (Some(primitive), Some(presented)) = (primitive, &state.model.presented) else { return };
+    let path = presented.accel.path_to(primitive);
+    if state.selection.nodes.selected.is_some_and(|node| path.contains(&node)) {
+        return;
+    }
+    let drawn = drawn_node_of(state, primitive);
+    pick(state, Some(primitive));
+    state.selection.nodes.selected = drawn.or(state.selection.nodes.selected);
+}
+
 /// The selection in terms that do not depend on node indices, to be restored in another tree of the same scene.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct PortableSelection {

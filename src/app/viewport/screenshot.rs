@@ -6,6 +6,7 @@ use std::time::Duration;
 
 use crate::app::state::{AppState, Presented};
 use crate::app::viewport::draw::picture_input;
+use crate::app::viewport::tint::Tint;
 use crate::export::write_new;
 use crate::overlay::{DrawInput, OverlaySettings, Selection, Shown, draw_offscreen};
 
@@ -17,6 +18,8 @@ pub struct Screenshot {
     selection: Selection,
     show_geometry: bool,
     pixels_per_point: f32,
+    /// The picture with the selected triangles tinted.
+    tinted: Option<Arc<Vec<[u8; 4]>>>,
     name: String,
 }
 
@@ -26,14 +29,17 @@ impl Screenshot {
         let presented = state.model.presented.clone()?;
         let label = presented.accel.scene.source.label();
         let stem = Path::new(&label).file_stem().map_or_else(|| label.clone(), |stem| stem.to_string_lossy().into());
+        let tinted = Tint::default().update(state, &presented).map(|tinted| tinted.rgba);
         Some(Self {
             name: stem,
+
             presented,
             overlay: state.preferences.show_containers.then_some(state.wanted.overlay),
             shown: state.graphics.shown.clone().unwrap_or_else(|| Arc::new(Shown::NOTHING)),
             selection: state.selection.nodes.clone(),
             show_geometry: state.preferences.show_geometry,
             pixels_per_point,
+            tinted,
         })
     }
 
@@ -42,14 +48,19 @@ impl Screenshot {
     pub fn save(&self, folder: &Path) -> Result<(PathBuf, Option<String>), String> {
         let frame = &self.presented.frame;
         let table = self.overlay.is_some().then_some(&self.presented.table);
+        let mut picture = picture_input(frame, self.presented.frame_id);
+        if let Some(tinted) = &self.tinted {
+            picture.rgba = tinted;
+        }
         let input = DrawInput {
-            picture: picture_input(frame, self.presented.frame_id),
+            picture,
             camera: frame.camera,
             table,
             shown: &self.shown,
             settings: self.overlay.unwrap_or_default(),
             selection: &self.selection,
             show_picture: self.show_geometry,
+            section: frame.settings.section,
             neutral_lines: frame.settings.shading.is_coded(),
             viewport_px: [0, 0, frame.width_px, frame.height_px],
             pixels_per_point: self.pixels_per_point,
@@ -57,8 +68,8 @@ impl Screenshot {
         let drawn = (table.is_some() || !self.show_geometry).then(|| draw_offscreen(&input));
         let (pixels, warning) = match drawn {
             Some(Ok(pixels)) => (pixels, None),
-            Some(Err(error)) => (frame.rgba.clone(), Some(format!("the containers are missing in it: {error}"))),
-            None => (frame.rgba.clone(), None),
+            Some(Err(error)) => (picture.rgba.to_vec(), Some(format!("the containers are missing in it: {error}"))),
+            None => (picture.rgba.to_vec(), None),
         };
         let path = write_png(folder, &self.name, [frame.width_px, frame.height_px], &pixels)?;
         Ok((path, warning))

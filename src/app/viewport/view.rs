@@ -9,6 +9,7 @@ use super::choice::{self, Choice};
 use super::draw::OverlayCallback;
 use super::fallback::FallbackTexture;
 use super::pixel::{pixel_at, rect_px};
+use super::tint::{Tint, Tinted};
 use super::{input, picking};
 use crate::app::state::{AppState, HoveredPixel, Preferences, Presented};
 use crate::app::theme;
@@ -23,6 +24,7 @@ const NOTHING_TO_SHOW: &str =
 pub struct Viewport {
     fallback: FallbackTexture,
     choice: Choice,
+    tint: Tint,
     /// The keyboard focus has been requested, once at start.
     focus_requested: bool,
 }
@@ -50,7 +52,9 @@ impl Viewport {
 
         match &state.model.presented {
             Some(presented) if has_pipeline && !state.graphics.failed => {
-                ui.painter().add(Callback::new_paint_callback(rect, overlay_callback(state, presented, rect)));
+                let tinted = self.tint.update(state, presented);
+                let callback = overlay_callback(state, presented, tinted, rect);
+                ui.painter().add(Callback::new_paint_callback(rect, callback));
             }
             Some(presented) => {
                 let texture = self.fallback.id(ui.ctx(), presented.frame_id, &presented.frame);
@@ -80,11 +84,12 @@ impl Viewport {
 }
 
 /// The draw of the presented picture with the containers.
-fn overlay_callback(state: &AppState, presented: &Presented, rect: Rect) -> OverlayCallback {
+fn overlay_callback(state: &AppState, presented: &Presented, tinted: Option<Tinted>, rect: Rect) -> OverlayCallback {
     let Preferences { show_geometry, show_containers, .. } = state.preferences;
     OverlayCallback {
         frame: Arc::clone(&presented.frame),
         frame_id: presented.frame_id,
+        tinted,
         table: show_containers.then(|| Arc::clone(&presented.table)),
         shown: state.graphics.shown.clone().unwrap_or_else(|| Arc::new(Shown::NOTHING)),
         settings: choice::drawable(state, presented),

@@ -69,7 +69,7 @@ impl FirstView {
     /// Traces this view of `accel`.
     fn trace(&self, accel: &Arc<Accel>, token: &CancelToken) -> Result<Rendered, Cancelled> {
         let Self { camera, settings, size_px, coarseness } = *self;
-        let key = RenderKey { accel: Arc::clone(accel), camera, settings, size_px };
+        let key = RenderKey { accel: Arc::clone(accel), camera, settings, size_px, hidden: None };
         let frame = Arc::new(key.trace(coarseness, false, token, &|_| {})?);
         Ok(Rendered { key, frame, last: false, counts_tests: false })
     }

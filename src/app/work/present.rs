@@ -18,6 +18,7 @@ pub(crate) fn present_tree(tree: BuiltTree, frame: &Arc<Frame>, frame_id: u64, s
     state.selection.hover = None;
     state.selection.nodes.hovered = None;
     state.selection.nodes.hidden.clear();
+    state.selection.nodes.isolated = None;
     let before = state.model.presented.as_ref().filter(|_| same_scene).and_then(Presented::reference);
     let presented = Presented::new(tree.accel, tree.table, Arc::clone(frame), frame_id, tree.threads);
     let old = state.model.presented.replace(Presented { before, ..presented });
@@ -26,6 +27,10 @@ pub(crate) fn present_tree(tree: BuiltTree, frame: &Arc<Frame>, frame_id: u64, s
         picking::restore_selection(state, selected);
     } else {
         picking::pick(state, None);
+        // A plane that misses the new model would hide all of it or nothing.
+        let bounds = state.model.bounds();
+        let section = &mut state.wanted.render.section;
+        *section = section.filter(|plane| bounds.is_some_and(|bounds| !plane.outline(&bounds).is_empty()));
     }
     !same_scene
 }

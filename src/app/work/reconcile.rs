@@ -17,6 +17,7 @@ use crate::app::work::render_rail::RenderRail;
 use crate::render::Frame;
 use crate::scene::{LoadOptions, SceneSource};
 use crate::view::CameraChoice;
+use crate::visibility::TriangleSet;
 use bvhscope_engine::builders::BuildError;
 use bvhscope_engine::settings::BuildSettings;
 
@@ -185,7 +186,9 @@ impl Reconciler {
         }
         let camera = self.load.next_camera().filter(|_| pending.is_some()).unwrap_or(state.wanted.camera);
         let stale = self.build.is_busy() && pending.is_none();
-        let key = RenderKey { accel, camera, settings: state.wanted.render, size_px };
+        // Nodes are hidden in the presented tree; the next one shows all.
+        let hidden = if pending.is_some() { None } else { hidden_triangles(state) };
+        let key = RenderKey { accel, camera, settings: state.wanted.render, size_px, hidden };
         self.render.request(key, state.wanted.threads, moving, stale, now);
     }
 
@@ -198,6 +201,7 @@ impl Reconciler {
                     key.camera == wanted.camera
                         && key.settings == wanted.render
                         && key.size_px == state.layout.viewport_px
+                        && key.hidden.is_none()
                 };
                 match built.picture.filter(fits) {
                     _ if !is_loaded => {}
@@ -282,4 +286,11 @@ impl Reconciler {
             state.model.loaded = Some(scene);
         }
     }
+}
+
+/// The triangles below hidden nodes of the presented tree, if the picture leaves them out.
+fn hidden_triangles(state: &AppState) -> Option<Arc<TriangleSet>> {
+    let presented = state.model.presented.as_ref().filter(|_| state.wanted.overlay.hide_triangles)?;
+    let visibility = presented.table.visibility(&state.selection.nodes)?;
+    Some(Arc::clone(&visibility.triangles)).filter(|triangles| !triangles.is_empty())
 }

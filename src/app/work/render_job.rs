@@ -6,6 +6,7 @@ use crate::accel::Accel;
 use crate::app::work::pool::WorkerPool;
 use crate::camera::Camera;
 use crate::render::{Frame, RenderRequest, RenderSettings, render};
+use crate::visibility::TriangleSet;
 use crate::worker::Worker;
 use bvhscope_engine::cancel::{CancelToken, Cancelled};
 
@@ -20,6 +21,8 @@ pub(crate) struct RenderKey {
     pub settings: RenderSettings,
     /// Width and height in pixels.
     pub size_px: [u32; 2],
+    /// Triangles that rays pass through, compared by identity.
+    pub hidden: Option<Arc<TriangleSet>>,
 }
 
 impl PartialEq for RenderKey {
@@ -28,6 +31,7 @@ impl PartialEq for RenderKey {
             && self.camera == other.camera
             && self.settings == other.settings
             && self.size_px == other.size_px
+            && self.hidden.as_ref().map(Arc::as_ptr) == other.hidden.as_ref().map(Arc::as_ptr)
     }
 }
 
@@ -48,6 +52,7 @@ impl RenderKey {
             height_px: self.size_px[1],
             coarseness,
             count_tests,
+            hidden: self.hidden.clone(),
         };
         render(&request, token, deliver)
     }

@@ -15,6 +15,7 @@ pub use shared::{LoadArgs, ShapeArgs, StrictLoadArgs};
 use super::named::{help, named};
 use super::values::{self, ModelParser};
 use crate::scene::{BUILTIN_SCENES, SceneSource, format_names};
+use crate::section::SectionChoice;
 use bvhscope_engine::settings::BuilderKind;
 use bvhscope_engine::tree::ContainerKind;
 
@@ -146,6 +147,11 @@ pub struct RenderArgs {
     pub overlay: OverlayArgs,
     #[command(flatten)]
     pub nodes: NodeArgs,
+    /// Cut model and containers open: x, y or z, or a normal X,Y,Z, and a position in the model's unit or in percent; -x keeps the
+    /// other half
+    #[arg(long, value_name = "AXIS=POSITION", value_parser = SectionChoice::parse, allow_hyphen_values = true,
+          help_heading = "Picture")]
+    pub section: Option<SectionChoice>,
 }
 
 #[derive(Debug, Args)]

@@ -94,6 +94,9 @@ pub struct OverlayArgs {
     #[arg(long, value_name = "NAME", value_parser = named::<ColorBy>,
           help = help::<ColorBy>("What the colour of a line means: ", " [default: depth]"))]
     pub color_by: Option<ColorBy>,
+    /// Fill the sides of containers that face the viewer, faintly
+    #[arg(long)]
+    pub faces: bool,
     /// Strength of lines behind the surface, 0 to 1 [default: 0.15]
     #[arg(long, value_name = "X", value_parser = |text: &str| values::decimal(text, 0.0, 1.0))]
     pub hidden_lines: Option<f32>,
@@ -113,9 +116,15 @@ pub struct NodeArgs {
     /// Draw this node thick, and its children in its tints
     #[arg(long, value_name = "NODE", requires = "overlay", value_parser = values::node)]
     pub select: Option<u32>,
-    /// Do not draw these nodes, separated by commas
-    #[arg(long, value_name = "NODE,…", requires = "overlay", value_delimiter = ',', value_parser = values::node)]
+    /// Leave out these nodes, separated by commas, with everything below them and their triangles
+    #[arg(long, value_name = "NODE,…", value_delimiter = ',', value_parser = values::node)]
     pub hide: Vec<u32>,
+    /// Leave out everything but this node, what is below it and their triangles
+    #[arg(long, value_name = "NODE", value_parser = values::node)]
+    pub isolate: Option<u32>,
+    /// Keep the triangles of left out nodes in the picture
+    #[arg(long)]
+    pub keep_triangles: bool,
     /// A neutral background in place of the traced picture
     #[arg(long, requires = "overlay")]
     pub no_geometry: bool,

@@ -99,10 +99,9 @@ impl NodeTable {
         let run = ranges[from as usize].start..ranges[last as usize].end;
         let budget = settings.at_most() as usize;
         let measure = viewpoint.map(Viewpoint::measure);
-        let is_kept = |node: u32| !selection.hidden.contains(&node);
-        if self.is_cut_from_the_top(settings, wanted) {
-            wanted -= selection.hidden.iter().filter(|&&node| (from..=last).contains(&self.depth(node))).count();
-            let [nodes, depths] = self.largest_from_the_top([from, last], is_kept, measure.as_ref(), budget);
+        let visibility = self.visibility(selection);
+        if visibility.is_none() && self.is_cut_from_the_top(settings, wanted) {
+            let [nodes, depths] = self.largest_from_the_top([from, last], measure.as_ref(), budget);
             return self.finish(settings, nodes, depths, wanted, measure.as_ref());
         }
         let nodes = self.by_depth(run.end);
@@ -111,9 +110,9 @@ impl NodeTable {
             let node = nodes[*place as usize];
             // "Leaves only" applies to the depth range; parents above it are shown for context.
             let leaf = !settings.leaves_only || *place < chosen || self.is_leaf(node);
-            leaf && is_kept(node)
+            leaf && visibility.as_ref().is_none_or(|visibility| !visibility.hides(node))
         };
-        let mut places: Vec<u32> = if settings.leaves_only || !selection.hidden.is_empty() {
+        let mut places: Vec<u32> = if settings.leaves_only || visibility.is_some() {
             run.into_par_iter().with_min_len(4_096).filter(kept).collect()
         } else {
             run.collect()
@@ -191,13 +190,7 @@ impl NodeTable {
 
     /// The same by a best-first walk from the first depth, in which no container counts as larger than its parent, so only that
     /// level and the nodes drawn are visited. Returns node indices and depths; ties are ordered by index.
-    fn largest_from_the_top(
-        &self,
-        [from, last]: [u32; 2],
-        is_kept: impl Fn(u32) -> bool + Sync,
-        measure: Option<&Measure>,
-        budget: usize,
-    ) -> [Vec<u32>; 2] {
+    fn largest_from_the_top(&self, [from, last]: [u32; 2], measure: Option<&Measure>, budget: usize) -> [Vec<u32>; 2] {
         with_tree!(&self.accel.tree, tree => {
             let Range { start, end } = self.levels.ranges[from as usize].clone();
             let top = &self.by_depth(end)[start as usize..end as usize];
@@ -208,10 +201,8 @@ impl NodeTable {
                 && let Some((found, depth)) = open.pop()
             {
                 let node = !(found as u32);
-                if is_kept(node) {
-                    nodes.push(node);
-                    depths.push(depth);
-                }
+                nodes.push(node);
+                depths.push(depth);
                 let Node { first, .. } = tree.nodes[node as usize];
                 if depth < last && !tree.nodes[node as usize].is_leaf() {
                     // Rounding may make a sphere slightly larger than its parent's, and a child may be nearer to the eye.

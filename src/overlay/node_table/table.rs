@@ -1,11 +1,14 @@
 //! The overlay's view of one tree: its nodes by depth and, on demand, everything that is drawn of a node.
 
+use std::collections::HashSet;
 use std::sync::atomic::{AtomicU64, Ordering};
-use std::sync::{Arc, OnceLock};
+use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 
 use crate::accel::Accel;
 use crate::overlay::node::OverlayNode;
+use crate::overlay::selection::Selection;
 use crate::overlay::settings::{ColorBy, OverlaySettings};
+use crate::visibility::{TriangleSet, Visibility};
 use bvhscope_engine::cancel::{CancelToken, Cancelled};
 use bvhscope_engine::geometry::{Aabb, Sphere, Triangle};
 use bvhscope_engine::kernel::par_collect;
@@ -24,6 +27,8 @@ pub struct NodeTable {
     pub(super) accel: Arc<Accel>,
     boxes: OnceLock<Vec<Aabb>>,
     spheres: OnceLock<Vec<Sphere>>,
+    /// What [`NodeTable::visibility`] returned last, with the selection's hidden and isolated nodes.
+    visibility: Mutex<Option<(HashSet<u32>, Option<u32>, Arc<Visibility>)>>,
 }
 
 impl NodeTable {
@@ -36,6 +41,7 @@ impl NodeTable {
             accel: Arc::clone(accel),
             boxes: OnceLock::new(),
             spheres: OnceLock::new(),
+            visibility: Mutex::new(None),
         }
     }
 
@@ -76,6 +82,40 @@ impl NodeTable {
         self.levels.ranges.len().saturating_sub(1) as u32
     }
 
+    /// What `selection` hides; `None` for nothing. The same as the last time as long as the same nodes are hidden, so that it can
+    /// be compared by identity. Takes a pass over the tree otherwise.
+    pub fn visibility(&self, selection: &Selection) -> Option<Arc<Visibility>> {
+        if !selection.hides_any() {
+            return None;
+        }
+        let mut last = self.visibility.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some((hidden, isolated, visibility)) = &*last
+            && (hidden, isolated) == (&selection.hidden, &selection.isolated)
+        {
+            return Some(Arc::clone(visibility));
+        }
+        let visibility = Arc::new(Visibility::new(&self.accel, &selection.hidden, selection.isolated));
+        *last = Some((selection.hidden.clone(), selection.isolated, Arc::clone(&visibility)));
+        Some(visibility)
+    }
+
+    /// The triangles in the subtree of `node`, none for indices beyond the tree.
+    pub fn triangles_below(&self, node: u32) -> TriangleSet {
+        let mut triangles = TriangleSet::none(self.accel.scene.triangles.len());
+        let mut open = vec![node];
+        with_tree!(&self.accel.tree, tree => {
+            while let Some(node) = open.pop().and_then(|node| tree.nodes.get(node as usize)) {
+                if node.is_leaf() {
+                    let own = node.first as usize..(node.first + node.count) as usize;
+                    tree.primitive_indices[own].iter().for_each(|&triangle| triangles.insert(triangle));
+                } else {
+                    open.extend([node.first, node.first + 1]);
+                }
+            }
+        });
+        triangles
+    }
+
     /// First and last depth that suit the tree: the deepest level above the first one of more than 200 nodes, and as many above it
     /// as make 200 nodes in all. About 100 to 200 containers can be told apart on a screen.
     pub fn depth_range(&self) -> [u32; 2] {
@@ -90,6 +130,15 @@ impl NodeTable {
         let above: Vec<usize> = counts().take(last + 1).collect();
         let levels = above.into_iter().rev().take_while(fits).count();
         [(last + 1).saturating_sub(levels) as u32, last as u32]
+    }
+
+    /// First and last depth at which there are leaves; `None` for an empty tree.
+    pub fn leaf_depths(&self) -> Option<[u32; 2]> {
+        let ranges = &self.levels.ranges;
+        let below = |depth: usize| ranges.get(depth + 1).map_or(0, ExactSizeIterator::len);
+        // Each interior node has two children on the next level.
+        let first = (0..ranges.len()).find(|&depth| ranges[depth].len() > below(depth) / 2)?;
+        Some([first as u32, self.max_depth()])
     }
 
     /// First and last depth of `settings` in this tree, in order and clamped; the levels above that "parents" adds not included.

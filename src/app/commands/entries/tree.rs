@@ -56,6 +56,7 @@ pub(super) fn add(list: &mut List) {
     );
     list.add(place(3), Action::ToggleLeavesOnly, "Leaves only", "Draw only the leaves within the chosen depths", &[]);
     list.add(place(3), Action::ToggleParents, "Parents", "Also draw all levels above the chosen depths", &[]);
+    list.add(place(3), Action::ToggleFaces, "Faces", "Fill the sides of containers that face the viewer, faintly", &[]);
     list.add(place(4), Action::SelectParent, "Select parent", "Walk up from the selected node", &[(ALT, Key::ArrowUp)]);
     list.add(
         place(4),
@@ -78,8 +79,7 @@ pub(super) fn add(list: &mut List) {
         "Walk to the other child of the same parent",
         &[(ALT, Key::ArrowRight), (ALT, Key::ArrowLeft)],
     );
-    list.add(place(4), Action::HideSelected, "Hide selected", "Do not draw the selected node", &[(NONE, Key::H)]);
-    list.add(place(4), Action::ShowAll, "Show all", "Draw all hidden nodes again", &[(NONE, Key::J)]);
+    hiding(list);
     list.add(place(5), Action::Undo, "Undo", "Undo the last change of settings", &[(CTRL, Key::Z)]);
     list.add(
         place(5),
@@ -102,4 +102,32 @@ pub(super) fn add(list: &mut List) {
         "Cancel the running job, or clear the selection if none runs",
         &[(NONE, Key::Escape)],
     );
+}
+
+/// Hiding, isolating and showing nodes.
+fn hiding(list: &mut List) {
+    let place = (Category::Tree, 4);
+    list.add(
+        place,
+        Action::HideSelected,
+        "Hide selected",
+        "Leave out the selected node, everything below it and its triangles",
+        &[(NONE, Key::H)],
+    );
+    list.add(
+        place,
+        Action::IsolateSelected,
+        "Isolate selected",
+        "Leave out everything but the selected node and what is below it",
+        &[(NONE, Key::I), (Modifiers::SHIFT, Key::H)],
+    );
+    list.add(place, Action::ShowAll, "Show all", "Show all hidden nodes again", &[(NONE, Key::J), (ALT, Key::H)]);
+    list.add(
+        place,
+        Action::ToggleHideTriangles,
+        "Hide with triangles",
+        "Hiding a node also leaves its triangles out of the picture",
+        &[],
+    );
+    list.add(place, Action::CopyNode, "Copy node", "Copy the numbers of the selected node as text", &[]);
 }

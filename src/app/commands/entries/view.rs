@@ -1,9 +1,9 @@
 //! Entries of the menu "View".
 
-use egui::Key;
+use egui::{Key, Modifiers};
 
 use super::list::{ALT, CTRL, List, NONE, SHIFT};
-use crate::app::commands::action::{Action, OrbitStep, ViewDirection};
+use crate::app::commands::action::{Action, OrbitStep, SectionStep, ViewDirection};
 use crate::app::commands::descriptions::shading_description;
 use crate::app::commands::entry::Category;
 use crate::app::state::Theme;
@@ -116,6 +116,7 @@ pub(super) fn add(list: &mut List) {
         "Spread the colours of the heat map over the counts of this picture; the range then stays",
         &[(NONE, Key::C)],
     );
+    section(list);
     let digits = [Key::Num1, Key::Num2, Key::Num3, Key::Num4, Key::Num5, Key::Num6, Key::Num7, Key::Num8, Key::Num9];
     for (index, shading) in Shading::ALL.into_iter().enumerate() {
         let label = format!("Shading: {}", shading.label());
@@ -131,5 +132,21 @@ pub(super) fn add(list: &mut List) {
         (Theme::System, "system", "Follow the desktop"),
     ] {
         list.add(place(5), Action::Theme(theme), &format!("Theme: {name}"), description, &[]);
+    }
+}
+
+/// The section plane.
+fn section(list: &mut List) {
+    use SectionStep::{Facing, Flip, Snap, Toggle, X, Y, Z};
+    for (step, label, description, keys) in [
+        (Toggle, "Section", "Cut model and containers open by a plane, or close them", &[(NONE, Key::X)][..]),
+        (X, "Section: across x", "Cut across the x axis; drag the handle to move the plane", &[]),
+        (Y, "Section: across y", "Cut across the y axis; drag the handle to move the plane", &[]),
+        (Z, "Section: across z", "Cut across the z axis; drag the handle to move the plane", &[]),
+        (Facing, "Section: facing", "Cut parallel to the picture, through the middle of the model", &[]),
+        (Snap, "Section: snap to axis", "Turn the section plane to the nearest axis", &[]),
+        (Flip, "Section: flip", "Keep the other half", &[(Modifiers::SHIFT, Key::X)]),
+    ] {
+        list.add((Category::View, 2), Action::Section(step), label, description, keys);
     }
 }

@@ -79,7 +79,9 @@ fn automatic(ui: &mut Ui, state: &mut AppState) {
     } else {
         "The range is as you set it. Click for the levels that together hold 100 to 200 containers of any tree (Ctrl+.)"
     };
-    if ui.add(egui::Button::new("Auto").selected(on)).on_hover_text(tip).clicked() {
+    let response = ui.add(egui::Button::new("Auto").selected(on));
+    response.widget_info(|| WidgetInfo::selected(Role::Button, ui.is_enabled(), on, "Automatic depth range"));
+    if response.on_hover_text(tip).clicked() {
         state.wanted.overlay.depth = on.then(|| state.drawn_depths());
     }
 }
@@ -96,7 +98,7 @@ fn summary(state: &AppState, counts: &[u32], [from, to]: [u32; 2]) -> String {
     if drawn < wanted {
         return format!("shown: {range} · {} of {}", format::count(drawn as u64), format::count(wanted as u64));
     }
-    let text = if overlay.leaves_only || overlay.parents || !state.selection.nodes.hidden.is_empty() {
+    let text = if overlay.leaves_only || overlay.parents || state.selection.nodes.hides_any() {
         format::count(drawn as u64)
     } else {
         format::count(in_range)

@@ -4,4 +4,7 @@ pub(super) mod drop_hint;
 pub(super) mod gizmo;
 pub(super) mod legend;
 pub(super) mod messages;
+pub(super) mod node_menu;
+pub(super) mod nothing_drawn;
 pub(super) mod pointer;
+pub(super) mod section_handle;

@@ -32,6 +32,9 @@ pub(crate) fn show(ui: &mut Ui, state: &mut AppState) {
         let tip = "What the colour of a container means; the legend has the numbers";
         combo(ui, "Colour by", tip, &mut overlay.color_by, &choices, |_| None);
         line_style(ui, overlay);
+        row(ui, "Faces", "Fill the sides of containers that face you, so that near and far are told apart", |ui| {
+            ui.checkbox(&mut overlay.faces, "Faint")
+        });
         let shown = state.drawn_kinds() != [false; 2];
         let (drawn, wanted) = state.graphics.overlay_counts;
         let color = theme::palette(ui);

@@ -6,6 +6,7 @@ mod histogram;
 mod memory;
 pub(super) mod picture;
 mod recent_changes;
+pub(super) mod section_plane;
 pub(super) mod selection;
 pub(super) mod statistics;
 pub(super) mod tree;

@@ -6,7 +6,7 @@ use egui::Ui;
 
 use crate::app::commands::{Action, entries};
 use crate::app::glossary::Term;
-use crate::app::panels::widgets::{Statistic, Tip as _, statistic};
+use crate::app::panels::widgets::{Statistic, Tip as _, check, statistic};
 use crate::app::state::{AppState, Presented};
 use crate::app::{format, theme};
 
@@ -24,11 +24,7 @@ pub(crate) fn show(ui: &mut Ui, state: &mut AppState) {
     }
     ui.add_space(4.0);
     buttons(ui, state);
-    let hidden = state.selection.nodes.hidden.len();
-    if hidden > 0 {
-        let count = format::count(hidden as u64);
-        statistic(ui, state, &Statistic::new("Hidden nodes", count).tip("J shows them again"));
-    }
+    hidden_rows(ui, state, &shown);
 }
 
 /// The dock's title with the selected node.
@@ -44,6 +40,25 @@ fn heading(ui: &mut Ui, state: &AppState, shown: &Presented) {
             ui.label(egui::RichText::new(kind).color(palette.warm));
         });
     });
+}
+
+/// What is hidden, and whether its triangles are.
+fn hidden_rows(ui: &mut Ui, state: &mut AppState, shown: &Presented) {
+    let Some(visibility) = shown.table.visibility(&state.selection.nodes) else { return };
+    if let Some(node) = state.selection.nodes.isolated {
+        let tip = "Only what is below this node is shown; J shows all again";
+        statistic(ui, state, &Statistic::new("Isolated node", format::count(u64::from(node))).tip(tip));
+    }
+    let hidden = state.selection.nodes.hidden.len();
+    if hidden > 0 {
+        let tip = "Left out with everything below them; J shows them again";
+        statistic(ui, state, &Statistic::new("Hidden nodes", format::count(hidden as u64)).tip(tip));
+    }
+    let tip = "Triangles below hidden nodes. Of a split triangle all parts must be hidden";
+    let triangles = format::count(visibility.triangles.len() as u64);
+    statistic(ui, state, &Statistic::new("Hidden triangles", triangles).tip(tip));
+    let tip = "Leave hidden triangles out of the picture, so that what is behind them is seen";
+    check(ui, &mut state.wanted.overlay.hide_triangles, "With triangles", tip);
 }
 
 /// Facts about the selected node.
@@ -108,6 +123,7 @@ fn buttons(ui: &mut Ui, state: &mut AppState) {
             (Action::SelectChild, "Child 1"),
             (Action::SelectSecondChild, "Child 2"),
             (Action::HideSelected, "Hide"),
+            (Action::IsolateSelected, "Isolate"),
             (Action::ShowAll, "Show all"),
             (Action::FrameSelection, "Frame"),
         ] {
