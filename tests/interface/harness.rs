@@ -28,6 +28,7 @@ pub fn app_of_size(size: Vec2) -> Window {
         .build_eframe(|context| App::new_for_test(context, wanted, true).unwrap());
     // The greeting would cover the viewport.
     harness.state_mut().state.preferences.greeted = true;
+    harness.state_mut().state.preferences.toured = true;
     settle(&mut harness);
     harness
 }

@@ -46,7 +46,7 @@ pub fn state(shading: Shading) -> AppState {
     wanted.camera = Camera::framing(&scene.bounds, Vec3::Y);
     wanted.render.shading = shading;
     wanted.render.samples = 1;
-    let mut state = AppState::new(wanted, Preferences { greeted: true, ..Preferences::default() });
+    let mut state = AppState::new(wanted, Preferences { greeted: true, toured: true, ..Preferences::default() });
     present(&mut state, &scene);
     state
 }

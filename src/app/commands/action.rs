@@ -134,6 +134,8 @@ pub enum Action {
     Palette,
     /// Show or hide the list of keys and mouse gestures.
     Shortcuts,
+    /// Start the tour of the window.
+    Tour,
     /// Show or hide the glossary.
     Glossary,
     /// Show or hide version, graphics and memory.

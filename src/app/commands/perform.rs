@@ -145,6 +145,10 @@ impl Action {
                 state.layout.palette = if state.layout.palette.is_some() { None } else { Some(String::new()) }
             }
             Self::Shortcuts => state.layout.toggle_help(HelpPage::Shortcuts),
+            Self::Tour => {
+                state.layout.close_dialogs();
+                state.layout.tour = Some(0);
+            }
             Self::Glossary => state.layout.toggle_help(HelpPage::Glossary),
             Self::About => flip(&mut state.layout.about_open),
             Self::Messages => flip(&mut state.layout.messages_open),
@@ -176,6 +180,8 @@ fn cancel(state: &mut AppState) {
     }
     if state.layout.has_dialog() {
         state.layout.close_dialogs();
+    } else if state.layout.tour.take().is_some() {
+        // Shown once more from the menu only.
     } else if state.activity.load.is_some() || state.activity.build.is_some() {
         state.requests.push(Request::CancelJobs);
     } else if state.activity.measure.is_some() {

@@ -2,7 +2,7 @@
 
 use egui::{self, Margin, Panel, Rect, Ui};
 
-use super::widgets::{note_panel, panel_frame, restore_sections, scroll, sections};
+use super::widgets::{note_panel, note_place, panel_frame, restore_sections, scroll, sections};
 use super::{bars, dialogs, over, paper, side};
 use crate::app::commands;
 use crate::app::state::{AppState, Side};
@@ -30,6 +30,7 @@ pub fn around(ui: &mut Ui, state: &mut AppState, viewport: impl FnOnce(&mut Ui, 
         over_viewport(ui, rect, state);
     });
     open_dialogs(&ctx, state);
+    state.follow_heat_range();
     // Sections of a closed panel keep what was known of them.
     state.preferences.sections.extend(sections(&ctx));
 }
@@ -93,19 +94,22 @@ fn bottom(ui: &mut Ui, state: &mut AppState) {
     let frame = panel_frame(Margin::symmetric(12, 4));
     Panel::bottom("job strip").frame(frame).show(ui, |ui| bars::job_strip::show(ui, state));
     let frame = panel_frame(Margin::symmetric(12, 4));
-    Panel::bottom("depth bar").frame(frame).show(ui, |ui| bars::depth_bar::show(ui, state));
+    let bar = Panel::bottom("depth bar").frame(frame).show(ui, |ui| bars::depth_bar::show(ui, state));
+    note_place(ui.ctx(), "Depth bar", bar.response.rect);
     paper::show(ui, state);
 }
 
 /// What is painted over the viewport's rectangle: legends, axes gizmo, facts of the hovered pixel, messages.
 fn over_viewport(ui: &mut Ui, rect: Rect, state: &mut AppState) {
     over::section_handle::show(ui, rect, state);
+    over::empty_view::show(ui, rect, state);
     over::legend::show(ui, rect, state);
     over::nothing_drawn::show(ui, rect, state);
     over::gizmo::show(ui, rect, state);
     over::pointer::show(ui, rect, state);
     over::messages::show(ui, rect, state);
     over::node_menu::show(ui, rect, state);
+    over::tour::show(ui, rect, state);
     over::drop_hint::show(ui, rect);
 }
 

@@ -43,6 +43,8 @@ pub struct Layout {
     pub palette: Option<String>,
     /// The help dialog; `None` while it is closed.
     pub help: Option<Help>,
+    /// The card of the tour that is shown, from 0.
+    pub tour: Option<usize>,
     /// The dialog about the program is open.
     pub about_open: bool,
     /// The start page with samples and recent files is open.
@@ -68,6 +70,7 @@ impl Default for Layout {
             front_side: Side::Right,
             palette: None,
             help: None,
+            tour: None,
             about_open: false,
             start_page_open: false,
             path_field: PathField::default(),

@@ -6,6 +6,7 @@ mod activity;
 pub mod bookmarks;
 pub mod comparison;
 mod graphics;
+mod heat_basis;
 mod layout;
 mod messages;
 mod model;
@@ -20,6 +21,7 @@ mod undo;
 
 pub use activity::{Activity, JobStatus, PROGRESS_DELAY};
 pub use graphics::Graphics;
+pub use heat_basis::HeatBasis;
 pub use layout::{Help, HelpPage, Layout, Side};
 pub use messages::{Message, MessageLog, Severity};
 pub use model::{Model, Presented};
@@ -54,6 +56,8 @@ pub struct AppState {
     pub requests: Vec<Request>,
     /// Why nothing can be copied to other programs, where that is so.
     pub clipboard_fault: Option<String>,
+    /// What the fixed range of the heat map was fitted to.
+    pub heat_basis: Option<HeatBasis>,
 }
 
 impl AppState {
@@ -71,6 +75,7 @@ impl AppState {
             undo: UndoStack::default(),
             requests: Vec::new(),
             clipboard_fault: None,
+            heat_basis: None,
         }
     }
 

@@ -55,6 +55,8 @@ pub struct Preferences {
     pub bookmarks: Vec<Bookmark>,
     /// The user has closed the line of help over the first scene.
     pub greeted: bool,
+    /// The tour was shown; it does not come back by itself.
+    pub toured: bool,
     /// Which sections of the side panels are expanded, by name.
     pub sections: BTreeMap<String, bool>,
 }
@@ -73,6 +75,7 @@ impl Default for Preferences {
             recent: Vec::new(),
             bookmarks: Vec::new(),
             greeted: false,
+            toured: false,
             sections: BTreeMap::new(),
         }
     }

@@ -24,6 +24,7 @@ pub(super) fn add(list: &mut List) {
         "Explain the words of the window, each with its source",
         &[(SHIFT, Key::F1)],
     );
+    list.add(place, Action::Tour, "Tour", "Three cards on depth, threshold and heat map", &[]);
     list.add(place, Action::Messages, "Messages", "List all messages since the program started", &[(NONE, Key::F2)]);
     let place = (Category::Help, 1);
     list.add(

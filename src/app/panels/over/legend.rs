@@ -12,6 +12,8 @@ use crate::render::{Frame, Shading};
 
 /// Largest width of a legend in points.
 const WIDTH: f32 = 208.0;
+/// Largest share of the viewport that legends may take.
+const MAX_SHARE: f32 = 0.18;
 /// Height of a legend's title in points.
 const TITLE_HEIGHT: f32 = 20.0;
 /// Height of a gradient with its labels in points.
@@ -63,11 +65,14 @@ impl Part {
 /// Shows it within `rect`, the viewport's rectangle.
 pub(crate) fn show(ui: &mut Ui, rect: Rect, state: &AppState) {
     let mut bottom = rect.bottom() - 12.0;
+    let mut free_area = rect.area() * MAX_SHARE;
     for legend in [picture_legend(state), overlay_legend(state)].into_iter().flatten() {
         let height = TITLE_HEIGHT + legend.parts.iter().map(Part::height).sum::<f32>() + 4.0;
         let size = vec2(WIDTH.min(rect.width() - 24.0), height);
         let place = Rect::from_min_size(pos2(rect.left() + 12.0, bottom - size.y), size);
-        if place.top() > rect.top() + 12.0 && size.x > 80.0 {
+        // In a small viewport the picture comes first.
+        free_area -= size.x * size.y;
+        if place.top() > rect.top() + 12.0 && size.x > 80.0 && free_area >= 0.0 {
             paint(ui, place, &legend);
         }
         bottom -= size.y + 8.0;

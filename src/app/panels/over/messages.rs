@@ -1,6 +1,6 @@
 //! Messages over the viewport: notes that fade, warnings and errors that stay until closed. Also the help at first start.
 
-use egui::{self, Align, Align2, Area, Color32, CornerRadius, Frame, Layout, Margin, Order, Rect, Stroke, Ui, vec2};
+use egui::{self, Align, Align2, Area, CornerRadius, Frame, Layout, Margin, Order, Rect, Stroke, Ui, vec2};
 
 use crate::app::panels::widgets::Icon;
 use crate::app::panels::widgets::icon_button;
@@ -20,7 +20,13 @@ const HELP: &str = "Drag to orbit, wheel to zoom. Drag the threshold on the righ
 pub(crate) fn show(ui: &Ui, rect: Rect, state: &mut AppState) {
     state.messages.open.retain(|message| message.severity != Severity::Info || age(message) < NOTE_SECS);
     let flying = state.preferences.navigation == Navigation::Fly;
-    if !state.preferences.greeted && !flying && state.model.presented.is_some() && !state.layout.start_page_open {
+    let touring = state.layout.tour.is_some() || !state.preferences.toured;
+    if !state.preferences.greeted
+        && !touring
+        && !flying
+        && state.model.presented.is_some()
+        && !state.layout.start_page_open
+    {
         greeting(ui, rect, state);
     }
     if state.messages.open.is_empty() {
@@ -149,9 +155,8 @@ fn greeting(ui: &Ui, rect: Rect, state: &mut AppState) {
 }
 
 fn greeting_buttons(ui: &mut Ui, state: &mut AppState) {
-    let button =
-        egui::Button::new(egui::RichText::new("Got it").color(Color32::WHITE)).fill(ui.visuals().selection.bg_fill);
-    let button = if ui.visuals().dark_mode { button } else { egui::Button::new("Got it") };
+    let text = egui::RichText::new("Got it").color(ui.visuals().selection.stroke.color);
+    let button = egui::Button::new(text).fill(ui.visuals().selection.bg_fill);
     if ui.add(button).on_hover_text("Do not show this line again").clicked() {
         state.preferences.greeted = true;
     }

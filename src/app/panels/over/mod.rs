@@ -1,6 +1,7 @@
 //! What is painted over the viewport: legends, axes gizmo, facts of the hovered pixel, messages.
 
 pub(super) mod drop_hint;
+pub(super) mod empty_view;
 pub(super) mod gizmo;
 pub(super) mod legend;
 pub(super) mod messages;
@@ -8,3 +9,4 @@ pub(super) mod node_menu;
 pub(super) mod nothing_drawn;
 pub(super) mod pointer;
 pub(super) mod section_handle;
+pub(super) mod tour;

@@ -79,10 +79,10 @@ fn nothing_yet(ui: &mut Ui, state: &AppState) {
                 _ => String::new(),
             };
             format!(
-                "{}{settings}, on {} with {} triangles. Leave the picture at rest meanwhile.",
+                "{}{settings}, on {} with {}. Leave the picture at rest meanwhile.",
                 plan.experiment.description(),
                 format::elide_middle(&scene.source.label(), 48),
-                format::count(scene.triangles.len() as u64)
+                format::counted(scene.triangles.len() as u64, "triangle")
             )
         }
     };

@@ -1,6 +1,6 @@
 //! Labelled rows, and small controls for them.
 
-use egui::{self, Align, Response, Sense, Ui, vec2};
+use egui::{self, Align, Context, Id, Rect, Response, Sense, Ui, vec2};
 
 use super::tip::Tip as _;
 use crate::app::theme;
@@ -19,10 +19,21 @@ pub(crate) fn row(ui: &mut Ui, label: &str, tip: &str, control: impl FnOnce(&mut
             ui.new_child(egui::UiBuilder::new().max_rect(rect).layout(egui::Layout::left_to_right(Align::Center)));
         let name = child.add(egui::Label::new(egui::RichText::new(label).color(palette.dim)).truncate());
         let response = control(ui);
+        note_place(ui.ctx(), label, rect.union(response.rect));
         name.tip(tip);
         response.tip(tip)
     })
     .inner
+}
+
+/// Notes where a row is, for [`place_of`].
+pub(crate) fn note_place(ctx: &Context, name: &str, rect: Rect) {
+    ctx.data_mut(|data| data.insert_temp(Id::unique(("place", name)), rect));
+}
+
+/// Where the row of this label was when it was last shown.
+pub(crate) fn place_of(ctx: &Context, name: &str) -> Option<Rect> {
+    ctx.data(|data| data.get_temp(Id::unique(("place", name))))
 }
 
 /// A check box with a tooltip. Returns whether it was toggled.

@@ -1,0 +1,137 @@
+//! The tour of the first start: three cards that point at the depth bar, the threshold and the shading. Each stands beside what it
+//! explains, and can be skipped.
+
+use egui::{
+    Align2, Area, CornerRadius, Frame, Id, Label, Margin, Order, Pos2, Rect, RichText, Shape, Stroke, StrokeKind, Ui,
+    vec2,
+};
+
+use crate::app::panels::widgets::{Tip as _, place_of};
+use crate::app::state::{AppState, Side};
+use crate::app::theme;
+
+/// Largest width of a card in points.
+const WIDTH: f32 = 280.0;
+/// Distance between a card and what it points at, in points.
+const GAP: f32 = 16.0;
+
+/// One card.
+struct Step {
+    title: &'static str,
+    text: &'static str,
+    /// Name of the place it points at; see [`place_of`].
+    place: &'static str,
+    /// The place is in the right panel; otherwise it is below the viewport.
+    in_right_panel: bool,
+}
+
+const STEPS: [Step; 3] = [
+    Step {
+        title: "Look into the tree",
+        text: "Containers lie within containers. Drag along this bar to choose the levels that are drawn over the model; depth 0 holds everything.",
+        place: "Depth bar",
+        in_right_panel: false,
+    },
+    Step {
+        title: "Change the tree",
+        text: "Drag the threshold: the tree is built anew at once, and the numbers at the upper left say whether it became better or worse.",
+        place: "Threshold",
+        in_right_panel: true,
+    },
+    Step {
+        title: "See where rays are expensive",
+        text: "Choose a heat map (Alt+6): bright pixels needed many tests. A good tree is dark nearly everywhere.",
+        place: "Shading",
+        in_right_panel: true,
+    },
+];
+
+/// Shows the current card within `rect`, the viewport's rectangle; starts the tour at the first start.
+pub(crate) fn show(ui: &Ui, rect: Rect, state: &mut AppState) {
+    let ready = state.model.presented.is_some() && !state.layout.has_dialog();
+    if !state.preferences.toured && ready {
+        state.preferences.toured = true;
+        if !state.preferences.greeted {
+            state.layout.tour = Some(0);
+        }
+    }
+    let Some(index) = state.layout.tour.filter(|_| ready) else { return };
+    let Some(step) = STEPS.get(index) else {
+        state.layout.tour = None;
+        return;
+    };
+    let visible = !step.in_right_panel || state.shows_panel(Side::Right);
+    let place = place_of(ui.ctx(), step.place).filter(|_| visible);
+    let (at, pivot) = match place {
+        Some(place) if step.in_right_panel => (Pos2::new(rect.right() - GAP, place.center().y), Align2::RIGHT_CENTER),
+        Some(_) => (rect.center_bottom() - vec2(0.0, GAP), Align2::CENTER_BOTTOM),
+        None => (rect.center(), Align2::CENTER_CENTER),
+    };
+    let card = Area::new(Id::unique("tour"))
+        .order(Order::Foreground)
+        .pivot(pivot)
+        .fixed_pos(at)
+        .constrain_to(rect.shrink(4.0))
+        .accessible_name("Tour");
+    let shown = card.show(ui.ctx(), |ui| content(ui, state, index, step, rect.width() - 2.0 * GAP));
+    if let Some(place) = place {
+        point_at(ui, shown.response.rect, place, step.in_right_panel);
+    }
+}
+
+/// Title, text and buttons of a card.
+fn content(ui: &mut Ui, state: &mut AppState, index: usize, step: &Step, available: f32) {
+    let palette = theme::palette(ui);
+    let frame = Frame::new()
+        .fill(ui.visuals().window_fill)
+        .stroke(Stroke::new(1.5, palette.accent))
+        .corner_radius(CornerRadius::same(6))
+        .inner_margin(Margin::symmetric(12, 10));
+    frame.show(ui, |ui| {
+        ui.set_width(WIDTH.min(available - 24.0).max(120.0));
+        ui.horizontal(|ui| {
+            ui.label(RichText::new(step.title).strong().color(palette.text));
+            ui.label(RichText::new(format!("{} of {}", index + 1, STEPS.len())).small().color(palette.dim));
+        });
+        ui.add(Label::new(step.text).wrap());
+        ui.add_space(4.0);
+        ui.horizontal(|ui| {
+            let last = index + 1 == STEPS.len();
+            let (label, tip) = if last { ("Done", "End the tour") } else { ("Next", "Go to the next card") };
+            let text = RichText::new(label).color(ui.visuals().selection.stroke.color);
+            if ui.add(egui::Button::new(text).fill(ui.visuals().selection.bg_fill)).tip(tip).clicked() {
+                state.layout.tour = (!last).then_some(index + 1);
+                state.preferences.greeted |= last;
+            }
+            if !last && ui.button("Skip").tip("End the tour (Esc); Help → Tour starts it again").clicked() {
+                state.layout.tour = None;
+            }
+            if last && ui.button("Open a model…").tip("Built-in scenes, recent files and your own (Ctrl+N)").clicked()
+            {
+                state.layout.tour = None;
+                state.preferences.greeted = true;
+                state.layout.start_page_open = true;
+            }
+        });
+    });
+}
+
+/// A frame around the place, and an arrow from the card to it.
+fn point_at(ui: &Ui, card: Rect, place: Rect, to_the_right: bool) {
+    let color = theme::palette(ui).accent;
+    let painter = ui.ctx().layer_painter(egui::LayerId::new(Order::Foreground, Id::unique("tour pointer")));
+    painter.rect_stroke(place.expand(3.0), CornerRadius::same(5), Stroke::new(1.5, color), StrokeKind::Outside);
+    let arrow = if to_the_right {
+        let y = place.center().y.clamp(card.top() + 8.0, card.bottom() - 8.0);
+        [card.right_top(), card.right_top(), card.right_top()].map(|at| Pos2::new(at.x, y)).to_vec()
+    } else {
+        vec![Pos2::new(card.center().x, card.bottom()); 3]
+    };
+    let offsets = if to_the_right {
+        [vec2(0.0, -7.0), vec2(10.0, 0.0), vec2(0.0, 7.0)]
+    } else {
+        [vec2(-7.0, 0.0), vec2(0.0, 10.0), vec2(7.0, 0.0)]
+    };
+    let points = arrow.into_iter().zip(offsets).map(|(at, offset)| at + offset).collect();
+    painter.add(Shape::convex_polygon(points, color, Stroke::NONE));
+}
