@@ -38,6 +38,8 @@ pub(super) struct LitPoint {
     /// Unit normal, facing the ray.
     normal: Vec3,
     emitted: Vec3,
+    /// Fraction of the sky's light that arrives by the material's occlusion map.
+    occlusion: f32,
     is_unlit: bool,
     /// Light of an open sky.
     sky: Vec3,
@@ -58,7 +60,7 @@ impl LitPoint {
             None => self.sky * self.openness,
             Some((light, sun)) => bounced_light(if other == [false] { light + sun } else { light }, self.sky),
         };
-        (own == [false], ambient)
+        (own == [false], ambient * self.occlusion)
     }
 }
 
@@ -91,8 +93,9 @@ impl Lit {
         let scene = context.scene;
         let material = scene.material(hit.primitive_index);
         let color = surface::base_color(scene, material, &hit);
+        let emitted = surface::emitted(scene, material, &hit);
         if material.unlit {
-            return Some((color + material.emissive, Vec3::ZERO));
+            return Some((color + emitted, Vec3::ZERO));
         }
         let there = context.orientation(&ray, &hit);
         let distance = (hit.t / (CONTACT_RADIUS * context.diagonal)).min(1.0);
@@ -106,7 +109,7 @@ impl Lit {
             bounced_sun = color * key * there.smooth.dot(towards_key);
             rays.push(context.ray_from(there.lifted, there.geometric, towards_key, f32::INFINITY));
         }
-        Some((color * light + material.emissive, bounced_sun))
+        Some((color * light + emitted, bounced_sun))
     }
 }
 
@@ -126,7 +129,7 @@ impl<C: Container> Shade<C> for Lit {
         let material = scene.material(hit.primitive_index);
         let base_color = surface::base_color(scene, material, hit);
         let mut point = LitPoint {
-            emitted: material.emissive,
+            emitted: surface::emitted(scene, material, hit),
             is_unlit: material.unlit,
             openness: Vec3::ONE,
             ..LitPoint::default()
@@ -137,11 +140,13 @@ impl<C: Container> Shade<C> for Lit {
         }
         let orientation = context.orientation(ray, hit);
         let position = surface::position(scene, hit);
-        point.normal = orientation.smooth;
+        point.normal = surface::mapped_normal(scene, material, &orientation, ray, hit);
+        point.occlusion = surface::occlusion(scene, material, hit);
         point.sky = self.lights.sky(point.normal);
-        point.reflectance = Reflectance::new(base_color, 0.0, 1.0, Vec3::splat(0.04));
+        point.reflectance = surface::reflectance(scene, material, base_color, hit);
         if let Some(sun) = self.lights.sun()
             && orientation.smooth.dot(sun) > 0.0
+            && point.normal.dot(sun) > 0.0
         {
             let towards = if id.sample == 0 { sun } else { self.lights.towards_sun(id.light_point()) };
             shadow_rays.push(context.ray_from(orientation.lifted, orientation.geometric, towards, f32::INFINITY));

@@ -2,12 +2,13 @@
 
 use std::sync::Arc;
 
-use glam::{Vec2, Vec3};
+use glam::{Vec2, Vec3, Vec4};
 
+use super::brdf::Reflectance;
 use super::settings::{NormalSource, RenderSettings};
 use crate::scene::{Attributes, CornerNormals, Material, Scene};
 use bvhscope_engine::cancel::{CancelToken, Cancelled};
-use bvhscope_engine::geometry::{Hit, Ray};
+use bvhscope_engine::geometry::{Hit, Ray, Triangle};
 
 /// Surface normals at a hit, both facing the origin of the ray.
 #[derive(Debug, Clone, Copy)]
@@ -19,6 +20,8 @@ pub(super) struct Orientation {
     /// Where shadow rays start: the hit, lifted to the curved surface that the normals pretend (Hanika, *Hacking the Shadow
     /// Terminator*, Ray Tracing Gems II, 2021), so that coarse triangles do not shade one another.
     pub(super) lifted: Vec3,
+    /// The ray comes from behind the surface.
+    pub(super) is_back: bool,
 }
 
 /// Normals of the corners of triangles.
@@ -81,12 +84,13 @@ pub(super) fn orientation(scene: &Scene, normals: &Normals, ray: &Ray, hit: &Hit
         let (ab, ac) = ((triangle.b - triangle.a).normalize_or_zero(), (triangle.c - triangle.a).normalize_or_zero());
         ab.cross(ac).normalize_or(towards)
     };
-    if geometric.dot(towards) < 0.0 {
+    let is_behind = geometric.dot(towards) < 0.0;
+    if is_behind {
         geometric = -geometric;
     }
     let position = position(scene, hit);
     let Some(corners) = normals.of(scene, hit.primitive_index) else {
-        return Orientation { geometric, smooth: geometric, lifted: position };
+        return Orientation { geometric, smooth: geometric, lifted: position, is_back: is_behind };
     };
     let weights = [1.0 - hit.u - hit.v, hit.u, hit.v];
     let sum = corners[0] * weights[0] + corners[1] * weights[1] + corners[2] * weights[2];
@@ -99,30 +103,112 @@ pub(super) fn orientation(scene: &Scene, normals: &Normals, ray: &Ray, hit: &Hit
         let normal = normal * side;
         lifted -= normal * ((position - corner).dot(normal).min(0.0) * weight);
     }
-    Orientation { geometric, smooth: smooth * side, lifted }
+    Orientation { geometric, smooth: smooth * side, lifted, is_back: side < 0.0 }
 }
 
-/// Texture coordinates at a hit; zero if the file has none.
-fn uv(scene: &Scene, hit: &Hit) -> Vec2 {
-    match &scene.attributes {
-        Some(Attributes { corners, uvs, .. }) if !uvs.is_empty() => {
-            let [a, b, c] = corners[hit.primitive_index as usize].map(|corner| uvs[corner as usize]);
-            a * (1.0 - hit.u - hit.v) + b * hit.u + c * hit.v
-        }
-        _ => Vec2::ZERO,
+/// Texture coordinates of a triangle's corners; `None` if the file has none in this set.
+fn corner_uvs(scene: &Scene, triangle: u32, set: u8) -> Option<[Vec2; 3]> {
+    let attributes = scene.attributes.as_ref()?;
+    let uvs = if set == 0 { &attributes.uvs } else { &attributes.uvs2 };
+    if uvs.is_empty() {
+        return None;
     }
+    Some(attributes.corners[triangle as usize].map(|corner| uvs[corner as usize]))
+}
+
+/// A texture at a hit: linear RGB and alpha. Reads the corner where the file has no texture coordinates.
+fn sample(scene: &Scene, texture: u32, hit: &Hit) -> Vec4 {
+    let texture = &scene.textures[texture as usize];
+    let uv = corner_uvs(scene, hit.primitive_index, texture.uv_set)
+        .map_or(Vec2::ZERO, |[a, b, c]| a * (1.0 - hit.u - hit.v) + b * hit.u + c * hit.v);
+    texture.sample(uv)
 }
 
 /// Alpha of the base colour texture at a hit; 1 without texture.
 pub(super) fn alpha(scene: &Scene, material: &Material, hit: &Hit) -> f32 {
-    material.base_color_texture.map_or(1.0, |texture| scene.textures[texture as usize].sample(uv(scene, hit)).w)
+    material.base_color_texture.map_or(1.0, |texture| sample(scene, texture, hit).w)
+}
+
+/// Linear light that a surface emits at a hit.
+pub(super) fn emitted(scene: &Scene, material: &Material, hit: &Hit) -> Vec3 {
+    match material.emissive_texture {
+        Some(texture) => material.emissive * sample(scene, texture, hit).truncate(),
+        None => material.emissive,
+    }
+}
+
+/// Fraction of the sky's light that arrives at a hit by the occlusion map, 0 to 1.
+pub(super) fn occlusion(scene: &Scene, material: &Material, hit: &Hit) -> f32 {
+    let Some(texture) = material.occlusion_texture else { return 1.0 };
+    1.0 - material.occlusion_strength * (1.0 - sample(scene, texture, hit).x)
+}
+
+/// How a material reflects at a hit, where its base colour is `base_color`.
+pub(super) fn reflectance(scene: &Scene, material: &Material, base_color: Vec3, hit: &Hit) -> Reflectance {
+    let (mut metallic, mut roughness) = (material.metallic, material.roughness);
+    let rough = material.roughness_texture.map(|texture| sample(scene, texture, hit));
+    if let Some(texel) = rough {
+        roughness *= texel.y;
+    }
+    if let Some(texture) = material.metallic_texture {
+        let shared = rough.filter(|_| material.roughness_texture == Some(texture));
+        metallic *= shared.unwrap_or_else(|| sample(scene, texture, hit)).z;
+    }
+    Reflectance::new(base_color, metallic, roughness, material.specular)
+}
+
+/// The unit normal at a hit by the material's normal map, facing the origin of the ray; the smooth one without a map, or without
+/// texture coordinates that span the triangle. Tangents follow the texture coordinates of each triangle.
+pub(super) fn mapped_normal(
+    scene: &Scene,
+    material: &Material,
+    orientation: &Orientation,
+    ray: &Ray,
+    hit: &Hit,
+) -> Vec3 {
+    let normal = orientation.smooth;
+    let Some(index) = material.normal_texture else { return normal };
+    let texture = &scene.textures[index as usize];
+    let Some(uvs) = corner_uvs(scene, hit.primitive_index, texture.uv_set) else { return normal };
+    let [a, b, c] = uvs.map(|uv| texture.uv_transform.transform_point2(uv));
+    let Some((along_u, along_v)) = tangents(&scene.triangles[hit.primitive_index as usize], b - a, c - a, normal)
+    else {
+        return normal;
+    };
+    let texel = sample(scene, index, hit).truncate() * 2.0 - 1.0;
+    // Seen from behind, the bumps are dents.
+    let scale = if orientation.is_back { -material.normal_scale } else { material.normal_scale };
+    // y of tangent space points against v.
+    let mapped = along_u * (texel.x * scale) - along_v * (texel.y * scale) + normal * texel.z.max(0.0);
+    let mapped = mapped.normalize_or(normal);
+    // A normal that faces away would be black.
+    let facing = mapped.dot(-ray.direction);
+    if facing < MIN_FACING { (mapped - ray.direction * (MIN_FACING - facing)).normalize_or(normal) } else { mapped }
+}
+
+/// Least cosine between a mapped normal and the direction to the viewer.
+const MIN_FACING: f32 = 0.02;
+
+/// Unit directions on the surface along u and along v, perpendicular to `normal`. `uv_b` and `uv_c` are the texture coordinates of
+/// the second and third corner less those of the first.
+fn tangents(triangle: &Triangle, uv_b: Vec2, uv_c: Vec2, normal: Vec3) -> Option<(Vec3, Vec3)> {
+    let (ab, ac) = (triangle.b - triangle.a, triangle.c - triangle.a);
+    // The sign of the area tells mirrored textures; its size does not matter for directions.
+    let sign = uv_b.perp_dot(uv_c).signum();
+    let along_u = (ab * uv_c.y - ac * uv_b.y) * sign;
+    let along_v = (ac * uv_b.x - ab * uv_c.x) * sign;
+    let flat = |direction: Vec3| {
+        let direction = direction.normalize_or_zero();
+        (direction - normal * normal.dot(direction)).try_normalize()
+    };
+    Some((flat(along_u)?, flat(along_v)?))
 }
 
 /// Linear base colour at a hit: material times texture times vertex colour.
 pub(super) fn base_color(scene: &Scene, material: &Material, hit: &Hit) -> Vec3 {
     let mut color = material.base_color;
     if let Some(texture) = material.base_color_texture {
-        color *= scene.textures[texture as usize].sample(uv(scene, hit)).truncate();
+        color *= sample(scene, texture, hit).truncate();
     }
     if let Some(Attributes { corners, colors, .. }) = &scene.attributes
         && !colors.is_empty()

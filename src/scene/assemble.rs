@@ -29,8 +29,8 @@ const SHOWN_REASONS: usize = 3;
 /// Bytes of a triangle with its vertex indices and its material index.
 pub(super) const BYTES_PER_TRIANGLE: u64 = (size_of::<Triangle>() + size_of::<[u32; 3]>() + size_of::<u32>()) as u64;
 
-/// Bytes of a vertex: position, normal, colour and texture coordinates.
-pub(super) const BYTES_PER_VERTEX: u64 = (3 * size_of::<Vec3>() + size_of::<Vec2>()) as u64;
+/// Bytes of a vertex: position, normal, colour and two sets of texture coordinates.
+pub(super) const BYTES_PER_VERTEX: u64 = (3 * size_of::<Vec3>() + 2 * size_of::<Vec2>()) as u64;
 
 /// The reason why no memory is available for triangles or vertices.
 #[derive(Debug, thiserror::Error)]
@@ -66,6 +66,7 @@ pub(super) struct Assembly {
     vertex_count: usize,
     normals: Vec<Vec3>,
     uvs: Vec<Vec2>,
+    uvs2: Vec<Vec2>,
     colors: Vec<Vec3>,
     material_indices: Vec<u32>,
     /// The materials; [`Material::clay`] is added where there are none.
@@ -89,6 +90,7 @@ pub(super) struct Assembly {
 pub(super) struct VertexLists {
     pub(super) normals: Vec<Vec3>,
     pub(super) uvs: Vec<Vec2>,
+    pub(super) uvs2: Vec<Vec2>,
     pub(super) colors: Vec<Vec3>,
 }
 
@@ -100,6 +102,7 @@ impl Assembly {
             vertex_count: 1,
             normals: Vec::new(),
             uvs: Vec::new(),
+            uvs2: Vec::new(),
             colors: Vec::new(),
             material_indices: Vec::new(),
             materials: Vec::new(),
@@ -142,13 +145,15 @@ impl Assembly {
         lists: &VertexLists,
         token: &CancelToken,
     ) -> Result<Option<u32>, Cancelled> {
-        if lists.normals.is_empty() && lists.uvs.is_empty() && lists.colors.is_empty() {
+        let uvs = [&lists.uvs, &lists.uvs2];
+        if lists.normals.is_empty() && uvs.iter().all(|uvs| uvs.is_empty()) && lists.colors.is_empty() {
             return Ok(None);
         }
         let first = self.vertex_count;
         let Some(end) = first.checked_add(count).filter(|&end| u32::try_from(end).is_ok()) else { return Ok(None) };
         append(&mut self.normals, first, end, &lists.normals, Vec3::ZERO, token)?;
         append(&mut self.uvs, first, end, &lists.uvs, Vec2::ZERO, token)?;
+        append(&mut self.uvs2, first, end, &lists.uvs2, Vec2::ZERO, token)?;
         append(&mut self.colors, first, end, &lists.colors, Vec3::ONE, token)?;
         self.vertex_count = end;
         Ok(u32::try_from(first).ok())
@@ -239,8 +244,15 @@ impl Assembly {
             let end = self.vertex_count;
             pad(&mut self.normals, end, Vec3::ZERO);
             pad(&mut self.uvs, end, Vec2::ZERO);
+            pad(&mut self.uvs2, end, Vec2::ZERO);
             pad(&mut self.colors, end, Vec3::ONE);
-            Attributes { corners: self.corners, normals: self.normals, uvs: self.uvs, colors: self.colors }
+            Attributes {
+                corners: self.corners,
+                normals: self.normals,
+                uvs: self.uvs,
+                uvs2: self.uvs2,
+                colors: self.colors,
+            }
         });
         if self.materials.is_empty() {
             self.materials.push(Material::clay());

@@ -9,6 +9,7 @@ use glam::Affine2;
 use image::ImageDecoder as _;
 
 use super::assemble::Assembly;
+use super::bump;
 use super::error::{FileLocation, Warnings};
 use super::material::{Texture, WrapMode};
 use super::options::LoadOptions;
@@ -24,6 +25,32 @@ const MAX_IMAGE: u64 = 256 << 20;
 /// Maximum number of bytes of all textures of a model.
 const MAX_TOTAL: u64 = 1 << 30;
 
+/// What an image holds.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub(super) enum Content {
+    /// Colours or numbers, which are kept as they are.
+    Texels,
+    /// Heights, which become normals; or normals, which many files name where heights belong.
+    Bump,
+}
+
+/// How a texture lies on surfaces.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct TextureUse {
+    pub(super) wrap: [WrapMode; 2],
+    pub(super) uv_transform: Affine2,
+    pub(super) uv_set: u8,
+    /// The texels are numbers rather than colours.
+    pub(super) is_linear: bool,
+}
+
+impl TextureUse {
+    /// Repeated, with the first set of coordinates.
+    pub(super) const fn repeated(is_linear: bool) -> Self {
+        Self { wrap: [WrapMode::Repeat; 2], uv_transform: Affine2::IDENTITY, uv_set: 0, is_linear }
+    }
+}
+
 /// The textures of one model.
 pub(super) struct Images<'a> {
     folder: PathBuf,
@@ -33,12 +60,12 @@ pub(super) struct Images<'a> {
     textures: Vec<Texture>,
     /// The folder without links.
     true_folder: OnceCell<Result<PathBuf, String>>,
-    /// Textures by name in the model and wrap modes; `None` for unusable files.
-    by_name: HashMap<(String, [WrapMode; 2]), Option<u32>>,
-    /// Textures by file and wrap modes: a file may have many names.
-    by_file: HashMap<(PathBuf, [WrapMode; 2]), Option<u32>>,
-    /// Textures by original, wrap modes and transform.
-    variants: HashMap<(u32, [WrapMode; 2], [u32; 6]), Option<u32>>,
+    /// Textures by name in the model and content; `None` for unusable files.
+    by_name: HashMap<(String, Content), Option<u32>>,
+    /// Textures by file and content: a file may have many names.
+    by_file: HashMap<(PathBuf, Content), Option<u32>>,
+    /// Textures by original and use.
+    variants: HashMap<(u32, [WrapMode; 2], [u32; 6], u8, bool), Option<u32>>,
     /// Names in lower case and as they are, of every folder in which a name was not found.
     listings: RefCell<HashMap<PathBuf, HashMap<String, OsString>>>,
     /// Bytes of all textures so far.
@@ -88,29 +115,29 @@ impl<'a> Images<'a> {
     pub(super) fn texture_named(
         &mut self,
         name: &str,
-        wrap: [WrapMode; 2],
+        content: Content,
         location: impl FnOnce() -> FileLocation,
     ) -> Option<u32> {
         if self.token.is_cancelled() {
             return None;
         }
-        let key = (name.to_owned(), wrap);
+        let key = (name.to_owned(), content);
         if let Some(cached) = self.by_name.get(&key) {
             return *cached;
         }
         let texture = match self.resolve(name) {
             Ok(file) => {
-                let file_key = (file, wrap);
+                let file_key = (file, content);
                 if let Some(known) = self.by_file.get(&file_key) {
                     *known
                 } else {
                     let bytes = self.read(&file_key.0);
-                    let texture = self.texture(bytes, wrap, name, location);
+                    let texture = self.texture(bytes, content, name, location);
                     self.by_file.insert(file_key, texture);
                     texture
                 }
             }
-            Err(reason) => self.texture(Err(reason), wrap, name, location),
+            Err(reason) => self.texture(Err(reason), content, name, location),
         };
         self.by_name.insert(key, texture);
         texture
@@ -121,7 +148,7 @@ impl<'a> Images<'a> {
     pub(super) fn texture(
         &mut self,
         bytes: Result<Vec<u8>, String>,
-        wrap: [WrapMode; 2],
+        content: Content,
         name: &str,
         location: impl FnOnce() -> FileLocation,
     ) -> Option<u32> {
@@ -135,7 +162,11 @@ impl<'a> Images<'a> {
         };
         match decoded {
             Ok((width, height, texels)) => {
-                self.add(Texture { width, height, texels, wrap, uv_transform: Affine2::IDENTITY })
+                let texels = match content {
+                    Content::Texels => texels,
+                    Content::Bump => bump::normals([width, height], texels, self.token)?,
+                };
+                self.add(Texture::new(width, height, texels))
             }
             Err(reason) if name.is_empty() => {
                 self.warn_at(&format!("images left out: {reason}"), location);
@@ -148,25 +179,21 @@ impl<'a> Images<'a> {
         }
     }
 
-    /// Index of a texture with the same texels and another wrap mode or transform.
-    pub(super) fn variant(&mut self, texture: u32, wrap: [WrapMode; 2], uv_transform: Affine2) -> Option<u32> {
-        let original = self.textures.get(texture as usize)?;
-        if original.wrap == wrap && original.uv_transform == uv_transform {
+    /// Index of a texture with the same texels, which both share, for another use.
+    pub(super) fn variant(&mut self, texture: u32, used: TextureUse) -> Option<u32> {
+        let TextureUse { wrap, uv_transform, uv_set, is_linear } = used;
+        let variant = Texture { wrap, uv_transform, uv_set, is_linear, ..self.textures.get(texture as usize)?.clone() };
+        if self.textures.get(texture as usize).is_some_and(|original| original.is_used_as(&variant)) {
             return Some(texture);
         }
-        let key = (texture, wrap, uv_transform.to_cols_array().map(f32::to_bits));
+        let key = (texture, wrap, uv_transform.to_cols_array().map(f32::to_bits), uv_set, is_linear);
         if let Some(known) = self.variants.get(&key) {
             return *known;
         }
-        let made = if self.total.saturating_add(original.bytes()) > MAX_TOTAL {
-            self.warn_at("textures left out: all textures together are too large", || FileLocation::File);
-            None
-        } else {
-            let variant = Texture { wrap, uv_transform, ..original.clone() };
-            self.add(variant)
-        };
-        self.variants.insert(key, made);
-        made
+        let index = u32::try_from(self.textures.len()).ok();
+        self.textures.push(variant);
+        self.variants.insert(key, index);
+        index
     }
 
     fn add(&mut self, texture: Texture) -> Option<u32> {
@@ -314,8 +341,6 @@ fn decode(bytes: &[u8], budget: u64) -> Decoded {
 mod tests {
     use super::*;
 
-    const REPEAT: [WrapMode; 2] = [WrapMode::Repeat; 2];
-
     fn png(side: u32) -> Vec<u8> {
         let mut bytes = std::io::Cursor::new(Vec::new());
         image::RgbaImage::new(side, side).write_to(&mut bytes, image::ImageFormat::Png).unwrap();
@@ -338,11 +363,14 @@ mod tests {
         let mut images = Images::new(Path::new("a.gltf"), &LoadOptions::default(), &token);
         images.total = MAX_TOTAL - 3 * 64 * 64 * 4;
         let made: Vec<_> =
-            (0..8).map(|_| images.texture(Ok(picture.clone()), REPEAT, "a", || FileLocation::File)).collect();
+            (0..8).map(|_| images.texture(Ok(picture.clone()), Content::Texels, "a", || FileLocation::File)).collect();
         assert_eq!(made.iter().flatten().count(), 3);
-        assert_eq!(images.texture(Ok(b"no picture at all".to_vec()), REPEAT, "b", || FileLocation::File), None);
+        assert_eq!(
+            images.texture(Ok(b"no picture at all".to_vec()), Content::Texels, "b", || FileLocation::File),
+            None
+        );
         let half = picture[..picture.len() / 2].to_vec();
-        assert_eq!(images.texture(Ok(half), REPEAT, "c", || FileLocation::File), None);
+        assert_eq!(images.texture(Ok(half), Content::Texels, "c", || FileLocation::File), None);
         let mut assembly = Assembly::new();
         images.finish(&mut assembly);
         assert_eq!(assembly.textures.len(), 3);

@@ -1,20 +1,40 @@
-//! Diffuse materials and textures.
+//! Materials and textures.
 
-use std::sync::LazyLock;
+use std::sync::{Arc, LazyLock};
 
 use glam::{Vec2, Vec3, Vec4};
 
-/// A diffuse material.
+/// A material of metal and roughness, as in glTF 2.0. Textures are indices into the scene's.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Material {
     /// Its name in the file; may be empty.
     pub name: String,
     /// Linear RGB reflectance.
     pub base_color: Vec3,
-    /// Multiplies `base_color`: an index into the scene's textures.
+    /// Multiplies `base_color`.
     pub base_color_texture: Option<u32>,
+    /// Part of the surface that is metal, 0 to 1.
+    pub metallic: f32,
+    /// Multiplies `metallic` by its blue channel.
+    pub metallic_texture: Option<u32>,
+    /// Perceptual roughness, 0 to 1.
+    pub roughness: f32,
+    /// Multiplies `roughness` by its green channel.
+    pub roughness_texture: Option<u32>,
+    /// Linear RGB reflectance at normal incidence of what is no metal.
+    pub specular: Vec3,
+    /// Normals in tangent space, x along u, y against v; see [`Texture`].
+    pub normal_texture: Option<u32>,
+    /// Multiplies x and y of `normal_texture`.
+    pub normal_scale: f32,
+    /// Light of the sky that arrives, in its red channel.
+    pub occlusion_texture: Option<u32>,
+    /// How much of `occlusion_texture` is used, 0 to 1.
+    pub occlusion_strength: f32,
     /// Linear RGB emitted light.
     pub emissive: Vec3,
+    /// Multiplies `emissive`.
+    pub emissive_texture: Option<u32>,
     /// Texture alpha below which the surface is cut out; 0 for none.
     pub alpha_cutoff: f32,
     /// Shows the base colour unlit.
@@ -22,13 +42,39 @@ pub struct Material {
 }
 
 impl Material {
+    /// Reflectance at normal incidence of most dielectrics, those with a refractive index of 1.5.
+    pub const DIELECTRIC: Vec3 = Vec3::splat(0.04);
+
+    /// The textures that it refers to.
+    pub fn textures(&self) -> impl Iterator<Item = u32> {
+        let all = [
+            self.base_color_texture,
+            self.metallic_texture,
+            self.roughness_texture,
+            self.normal_texture,
+            self.occlusion_texture,
+            self.emissive_texture,
+        ];
+        all.into_iter().flatten()
+    }
+
     /// The default material: a warm clay.
     pub fn clay() -> Self {
         Self {
             name: String::new(),
             base_color: Vec3::new(0.62, 0.42, 0.32),
             base_color_texture: None,
+            metallic: 0.0,
+            metallic_texture: None,
+            roughness: 1.0,
+            roughness_texture: None,
+            specular: Self::DIELECTRIC,
+            normal_texture: None,
+            normal_scale: 1.0,
+            occlusion_texture: None,
+            occlusion_strength: 1.0,
             emissive: Vec3::ZERO,
+            emissive_texture: None,
             alpha_cutoff: 0.0,
             unlit: false,
         }
@@ -46,15 +92,19 @@ pub enum WrapMode {
     ClampToEdge,
 }
 
-/// An image in sRGB with straight alpha, row by row from the top.
+/// An image with straight alpha, row by row from the top, and how it lies on surfaces. Several may share their texels.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Texture {
     /// Width in texels, at least 1.
     pub width: u32,
     /// Height in texels, at least 1.
     pub height: u32,
-    /// `width * height` texels, sRGB-encoded red, green, blue and linear alpha.
-    pub texels: Vec<[u8; 4]>,
+    /// `width * height` texels: red, green and blue, and linear alpha.
+    pub texels: Arc<Vec<[u8; 4]>>,
+    /// Red, green and blue are numbers rather than colours encoded as sRGB.
+    pub is_linear: bool,
+    /// The set of texture coordinates: 0 for [`Attributes::uvs`](super::Attributes::uvs), 1 for the second one.
+    pub uv_set: u8,
     /// Wrap modes along u and v.
     pub wrap: [WrapMode; 2],
     /// Offset, rotation and scale of KHR_texture_transform as a matrix on (u, v, 1); the identity without it.
@@ -62,9 +112,28 @@ pub struct Texture {
 }
 
 impl Texture {
+    /// Whether `other` lies on surfaces in the same way.
+    pub(super) fn is_used_as(&self, other: &Self) -> bool {
+        (self.wrap, self.uv_set, self.is_linear) == (other.wrap, other.uv_set, other.is_linear)
+            && self.uv_transform == other.uv_transform
+    }
+
     /// Bytes of the texels.
     pub fn bytes(&self) -> u64 {
         size_of_val(&self.texels[..]) as u64
+    }
+
+    /// A texture of colours in sRGB, repeated, by the first set of coordinates.
+    pub(super) fn new(width: u32, height: u32, texels: Vec<[u8; 4]>) -> Self {
+        Self {
+            width,
+            height,
+            texels: Arc::new(texels),
+            is_linear: false,
+            uv_set: 0,
+            wrap: [WrapMode::Repeat; 2],
+            uv_transform: glam::Affine2::IDENTITY,
+        }
     }
 
     /// Bilinearly interpolated linear RGB and alpha at `uv` (v down).
@@ -85,6 +154,9 @@ impl Texture {
     fn texel(&self, x: u32, y: u32) -> Vec4 {
         let index = (y as usize).saturating_mul(self.width as usize).saturating_add(x as usize);
         let [r, g, b, a] = self.texels.get(index).copied().unwrap_or([255; 4]);
+        if self.is_linear {
+            return Vec4::new(f32::from(r), f32::from(g), f32::from(b), f32::from(a)) / 255.0;
+        }
         let linear = &*SRGB_TO_LINEAR;
         Vec4::new(linear[r as usize], linear[g as usize], linear[b as usize], f32::from(a) / 255.0)
     }
@@ -140,7 +212,7 @@ mod tests {
     /// Three texels wide and two high, with alpha 0 to 5 fifths, which is interpolated as it is.
     fn texture(wrap: [WrapMode; 2]) -> Texture {
         let texels = [0, 51, 102, 153, 204, 255].map(|alpha| [255, 255, 255, alpha]).to_vec();
-        Texture { width: 3, height: 2, texels, wrap, uv_transform: glam::Affine2::IDENTITY }
+        Texture { wrap, ..Texture::new(3, 2, texels) }
     }
 
     fn assert_fifths(texture: &Texture, u: f32, v: f32, expected: f32) {
@@ -193,7 +265,15 @@ mod tests {
         let clamped = texture([WrapMode::ClampToEdge; 2]);
         assert_fifths(&clamped, f32::NAN, 0.75, 0.0);
         assert_fifths(&clamped, 0.5, f32::INFINITY, 0.0);
-        assert_eq!(Texture { texels: Vec::new(), ..plain }.sample(Vec2::ZERO), Vec4::ONE);
+        assert_eq!(Texture { texels: Arc::default(), ..plain }.sample(Vec2::ZERO), Vec4::ONE);
+    }
+
+    #[test]
+    fn numbers_are_not_decoded_as_colors() {
+        let colors = Texture::new(1, 1, vec![[128, 0, 255, 51]]);
+        let numbers = Texture { is_linear: true, ..colors.clone() };
+        assert!((colors.sample(Vec2::ZERO).x - 0.215_861).abs() < 1e-5);
+        assert!((numbers.sample(Vec2::ZERO) - Vec4::new(128.0 / 255.0, 0.0, 1.0, 0.2)).abs().max_element() < 1e-6);
     }
 
     #[test]

@@ -34,6 +34,9 @@ mod smooth;
 
 mod images;
 
+#[allow(clippy::arithmetic_side_effects, reason = "sizes of an image that was decoded, and floats")]
+mod bump;
+
 mod obj;
 
 mod gltf;

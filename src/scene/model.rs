@@ -1,5 +1,6 @@
 //! A loaded model: triangles, their vertex attributes, materials and textures.
 
+use std::collections::HashSet;
 use std::path::PathBuf;
 use std::sync::Arc;
 
@@ -54,6 +55,8 @@ pub struct Attributes {
     pub normals: Vec<Vec3>,
     /// Texture coordinates, v down as in glTF; empty if the file has none.
     pub uvs: Vec<Vec2>,
+    /// The second set of texture coordinates, of textures whose `uv_set` is 1; empty if none needs it.
+    pub uvs2: Vec<Vec2>,
     /// Linear RGB colours that multiply the material's; empty if the file has none.
     pub colors: Vec<Vec3>,
 }
@@ -126,10 +129,14 @@ impl Scene {
                 size_of_val(&a.corners[..]),
                 size_of_val(&a.normals[..]),
                 size_of_val(&a.uvs[..]),
+                size_of_val(&a.uvs2[..]),
                 size_of_val(&a.colors[..]),
             ]
         });
-        let textures = self.textures.iter().map(|texture| texture.bytes() as usize);
+        // Textures of one image share its texels.
+        let mut images = HashSet::new();
+        let own_texels = self.textures.iter().filter(move |texture| images.insert(Arc::as_ptr(&texture.texels)));
+        let textures = own_texels.map(|texture| texture.bytes() as usize);
         let own =
             [size_of_val(&self.triangles[..]), size_of_val(&self.material_indices[..]), self.smooth_normals.bytes()];
         own.into_iter().chain(attributes).chain(textures).sum()

@@ -269,7 +269,7 @@ fn gltf_surfaces_have_the_colors_of_their_materials() {
         [2.0, 0.0],
         false,
         json!({
-            "pbrMetallicRoughness": {"baseColorFactor": [0.2, 0.1, 0.05, 1.0]},
+            "pbrMetallicRoughness": {"baseColorFactor": [0.2, 0.1, 0.05, 1.0], "metallicFactor": 0.0},
             "emissiveFactor": [0.05, 0.1, 0.25],
             "extensions": {"KHR_materials_emissive_strength": {"emissiveStrength": 2.0}}
         }),

@@ -95,9 +95,6 @@ pub(super) fn warn(root: &Root, warnings: &mut Warnings, token: &CancelToken) ->
     for (index, material) in root.materials.iter().enumerate() {
         token.check()?;
         let place = |field: &str| FileLocation::Json(format!("materials[{index}].{field}"));
-        if material.emissive_texture.is_some() {
-            warnings.add("textures of emission not shown", || place("emissiveTexture"));
-        }
         match material.alpha_mode.as_deref() {
             None | Some("OPAQUE" | "MASK") => {}
             Some("BLEND") => warnings.add("materials with transparency shown opaque", || place("alphaMode")),

@@ -209,6 +209,7 @@ fn add_primitive(
     let lists = VertexLists {
         normals: turned(&primitive.normals, &|normal| (cofactors * normal).normalize_or_zero())?,
         uvs: collect_cancellable(primitive.uvs.len(), primitive.uvs.iter().copied(), token)?,
+        uvs2: collect_cancellable(primitive.uvs2.len(), primitive.uvs2.iter().copied(), token)?,
         colors: collect_cancellable(primitive.colors.len(), primitive.colors.iter().copied(), token)?,
     };
     let first = assembly.add_vertices(positions.len(), &lists, token)?;

@@ -20,6 +20,7 @@ pub(super) struct Primitive {
     /// Normals; as the other attributes empty or as long as `positions`.
     pub(super) normals: Vec<Vec3>,
     pub(super) uvs: Vec<Vec2>,
+    pub(super) uvs2: Vec<Vec2>,
     pub(super) colors: Vec<Vec3>,
     /// Vertex indices of each triangle, all in range.
     pub(super) triangles: Vec<[u32; 3]>,
@@ -33,6 +34,8 @@ pub(super) struct Primitive {
 pub(super) struct MaterialUse {
     /// The set of texture coordinates.
     pub(super) uv_set: u64,
+    /// The set of its other textures, if there is a second one.
+    pub(super) second_uv_set: Option<u64>,
     pub(super) has_texture: bool,
 }
 
@@ -55,7 +58,7 @@ pub(super) enum Decoded {
 impl Primitive {
     /// Whether vertices have more than a position.
     pub(super) fn has_attributes(&self) -> bool {
-        !(self.normals.is_empty() && self.uvs.is_empty() && self.colors.is_empty())
+        !(self.normals.is_empty() && self.uvs.is_empty() && self.uvs2.is_empty() && self.colors.is_empty())
     }
 }
 
@@ -276,10 +279,13 @@ fn read_attributes(
     let is_unit = |accessor: &Accessor| is_float(accessor) || accessor.normalized;
     let normals = optional("NORMAL", "normals", &|accessor| accessor.width == 3 && is_unit(accessor))?;
     let material = materials.get(primitive.material).copied().unwrap_or_default();
-    let uv_name = format!("TEXCOORD_{}", material.uv_set);
-    let uvs = optional(&uv_name, "texture coordinates", &|accessor| {
-        accessor.width == 2 && accessor.component != Component::U32
-    })?;
+    let uv_name = |set: u64| format!("TEXCOORD_{set}");
+    let is_uv = |accessor: &Accessor| accessor.width == 2 && accessor.component != Component::U32;
+    let uvs = optional(&uv_name(material.uv_set), "texture coordinates", &is_uv)?;
+    let uvs2 = match material.second_uv_set {
+        Some(set) => optional(&uv_name(set), "texture coordinates", &is_uv)?,
+        None => None,
+    };
     let colors = optional("COLOR_0", "colours", &|accessor| matches!(accessor.width, 3 | 4) && is_unit(accessor))?;
     let vector = |[x, y, z, _]: [f32; 4]| Vec3::new(x, y, z);
     if let Some(accessor) = normals {
@@ -288,12 +294,18 @@ fn read_attributes(
     if let Some(accessor) = uvs {
         primitive.uvs = gather.all(&accessor, |[u, v, _, _]| Vec2::new(u, v))?;
     }
+    if let Some(accessor) = uvs2 {
+        primitive.uvs2 = gather.all(&accessor, |[u, v, _, _]| Vec2::new(u, v))?;
+    }
     if let Some(accessor) = colors {
         primitive.colors = gather.all(&accessor, vector)?;
     }
-    if material.has_texture && json.attributes.get(&uv_name).is_none() {
-        let what = "primitives without the texture coordinates of their texture".to_owned();
-        faults.push((1, what, at("attributes", &format!("no {uv_name}"))));
+    let sets = [material.has_texture.then_some(material.uv_set), material.second_uv_set];
+    for name in sets.into_iter().flatten().map(uv_name) {
+        if json.attributes.get(&name).is_none() {
+            let what = "primitives without the texture coordinates of their texture".to_owned();
+            faults.push((1, what, at("attributes", &format!("no {name}"))));
+        }
     }
     let unknown = |name: &&str| {
         let stem = name.split_once('_').map_or(*name, |(stem, _)| stem);

@@ -92,12 +92,20 @@ objects! {
         name: Option<Label>,
         pbr_metallic_roughness: Object<Surface>,
         emissive_factor: Option<Reals<3>>,
-        emissive_texture: Option<Present>,
+        emissive_texture: Option<Object<TextureInfo>>,
+        normal_texture: Option<Object<TextureInfo>>,
+        occlusion_texture: Option<Object<TextureInfo>>,
         alpha_mode: Option<Text>,
         alpha_cutoff: Option<Real>,
         extensions: Object<MaterialExtensions>,
     }
-    Surface { base_color_factor: Option<Reals<4>>, base_color_texture: Option<Object<TextureInfo>>, }
+    Surface {
+        base_color_factor: Option<Reals<4>>,
+        base_color_texture: Option<Object<TextureInfo>>,
+        metallic_factor: Option<Real>,
+        roughness_factor: Option<Real>,
+        metallic_roughness_texture: Option<Object<TextureInfo>>,
+    }
     MaterialExtensions {
         #[serde(rename = "KHR_materials_unlit")]
         unlit: Option<Present>,
@@ -107,7 +115,13 @@ objects! {
         specular_glossiness: Option<Present>,
     }
     Strength { emissive_strength: Option<Real>, }
-    TextureInfo { index: Option<Whole>, tex_coord: Whole, extensions: Object<InfoExtensions>, }
+    TextureInfo {
+        index: Option<Whole>,
+        tex_coord: Whole,
+        scale: Option<Real>,
+        strength: Option<Real>,
+        extensions: Object<InfoExtensions>,
+    }
     InfoExtensions { #[serde(rename = "KHR_texture_transform")] transform: Option<Object<Transform>>, }
     Transform {
         offset: Option<Reals<2>>,

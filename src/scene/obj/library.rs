@@ -1,5 +1,5 @@
-//! Material libraries (MTL): colours, diffuse textures and cut-outs. Never fails; problems become warnings. What describes
-//! reflections, bumps and refraction is skipped without a word, because surfaces are shown as diffuse.
+//! Material libraries (MTL): colours, highlights, textures, bump maps and cut-outs. Never fails; problems become warnings. What
+//! describes refraction, mirrored pictures and coats is skipped without a word.
 
 use std::collections::HashMap;
 
@@ -7,8 +7,8 @@ use glam::Vec3;
 
 use super::super::assemble::Assembly;
 use super::super::error::FileLocation;
-use super::super::images::Images;
-use super::super::material::{Material, WrapMode};
+use super::super::images::{Content, Images, TextureUse};
+use super::super::material::Material;
 use super::super::read::lines;
 use super::statement::number;
 use crate::budget::Budget;
@@ -21,36 +21,25 @@ const MAX_MATERIALS: usize = 1 << 16;
 /// Bytes between two checks of the memory budget and of cancellation.
 const POLL_INTERVAL_BYTES: usize = 1 << 16;
 
-/// Statements, in lower case, about what a diffuse surface does not have or what is the same without them.
-const WITHOUT_EFFECT: [&[u8]; 29] = [
+/// Statements, in lower case, about what surfaces here do not have or what is the same without them.
+const WITHOUT_EFFECT: [&[u8]; 18] = [
     b"",
     b"ka",
-    b"ks",
     b"tf",
-    b"ns",
     b"ni",
     b"illum",
     b"sharpness",
     b"map_ka",
     b"map_ks",
     b"map_ns",
-    b"map_bump",
-    b"bump",
     b"map_aat",
     b"refl",
     b"map_refl",
-    b"norm",
-    b"map_norm",
-    b"map_kn",
-    b"pr",
-    b"pm",
     b"ps",
     b"pc",
     b"pcr",
     b"aniso",
     b"anisor",
-    b"map_pr",
-    b"map_pm",
     b"map_ps",
 ];
 
@@ -75,7 +64,34 @@ struct Definition {
     /// Name of its mask and the line that names it.
     mask: Option<(Vec<u8>, u64)>,
     is_translucent: bool,
+    /// Ks, unless roughness or metal are given.
+    highlight: Option<Vec3>,
+    /// Ns.
+    exponent: Option<f32>,
+    /// Pr, Pm or one of their textures stands in the definition.
+    is_physical: bool,
+    /// Roughness is given by Pr or its texture.
+    has_roughness: bool,
 }
+
+/// Perceptual roughness of a Blinn-Phong exponent: the microfacet width α = √(2 / (n + 2)) of Walter et al. (*Microfacet Models
+/// for Refraction through Rough Surfaces*, 2007) is the square of it.
+fn roughness(exponent: f32) -> f32 {
+    (2.0 / (exponent.max(0.0) + 2.0)).powf(0.25)
+}
+
+/// Reflectance at normal incidence for Ks: 0.5 is that of common dielectrics, 0.04, as Disney's *specular* has it (Burley,
+/// *Physically-Based Shading at Disney*, 2012). Where nothing is scattered the surface is a metal, and Ks its reflectance.
+fn reflectance(highlight: Vec3, base_color: Vec3) -> Vec3 {
+    if base_color.max_element() <= MAX_METAL_DIFFUSE {
+        highlight.min(Vec3::ONE)
+    } else {
+        (highlight * 0.08).min(Vec3::ONE)
+    }
+}
+
+/// Kd up to which a material with highlights is a metal.
+const MAX_METAL_DIFFUSE: f32 = 0.01;
 
 /// Appends the materials in the text of a library, in file order, and their names; stops once cancelled.
 pub(super) fn read(
@@ -139,14 +155,30 @@ impl Library<'_, '_> {
         }
         let name = String::from_utf8_lossy(name).into_owned();
         self.assembly.materials.push(Material { name, base_color: Vec3::splat(0.6), ..Material::clay() });
-        self.current = Some(Definition { index, texture: Vec::new(), mask: None, is_translucent: false });
+        self.current = Some(Definition {
+            index,
+            texture: Vec::new(),
+            mask: None,
+            is_translucent: false,
+            highlight: None,
+            exponent: None,
+            is_physical: false,
+            has_roughness: false,
+        });
     }
 
-    /// Ends the definition: a mask is the alpha of the diffuse texture.
+    /// Ends the definition: highlights become reflectance and roughness, and a mask is the alpha of the diffuse texture.
     fn end(&mut self) {
         let Some(definition) = self.current.take() else { return };
-        let Some((mask, line)) = definition.mask else { return };
         let Some(material) = self.assembly.materials.get_mut(definition.index) else { return };
+        if let Some(highlight) = definition.highlight.filter(|_| !definition.is_physical) {
+            let scattered = if material.base_color_texture.is_some() { Vec3::ONE } else { material.base_color };
+            material.specular = reflectance(highlight, scattered);
+        }
+        if let Some(exponent) = definition.exponent.filter(|_| !definition.has_roughness) {
+            material.roughness = roughness(exponent);
+        }
+        let Some((mask, line)) = definition.mask else { return };
         let is_own = !mask.eq_ignore_ascii_case(&definition.texture);
         if material.base_color_texture.is_some() {
             material.alpha_cutoff = 0.5;
@@ -184,20 +216,39 @@ impl Library<'_, '_> {
                 None => self.warn("colours (Ke) not understood"),
             },
             b"map_kd" => {
-                let (name, ignored) = texture_name(rest);
-                definition.texture = name.to_vec();
-                let location = || FileLocation::LineIn(self.name.to_owned(), self.line);
-                let name = String::from_utf8_lossy(name);
-                let texture = self.images.texture_named(&name, [WrapMode::Repeat; 2], location);
+                definition.texture = texture_name(rest).name.to_vec();
+                let texture = self.texture("map_Kd", rest, Content::Texels, false);
+                let Some(material) = self.assembly.materials.get_mut(index) else { return };
                 material.base_color_texture = texture;
                 if texture.is_some() && material.base_color == Vec3::ZERO {
                     material.base_color = Vec3::ONE;
                 }
-                if ignored {
-                    self.warn("textures (map_Kd) shown without their options");
-                }
             }
-            b"map_d" => definition.mask = Some((texture_name(rest).0.to_vec(), self.line)),
+            b"ks" => match color(rest) {
+                Some(color) => definition.highlight = Some(color),
+                None => self.warn("colours (Ks) not understood"),
+            },
+            b"ns" => match first_number(rest) {
+                Some(exponent) => definition.exponent = Some(exponent),
+                None => self.warn("exponents (Ns) not understood"),
+            },
+            b"pr" | b"pm" => match first_number(rest) {
+                Some(value) => {
+                    definition.is_physical = true;
+                    let value = value.clamp(0.0, 1.0);
+                    if lower == b"pr" {
+                        definition.has_roughness = true;
+                        material.roughness = value;
+                    } else {
+                        material.metallic = value;
+                    }
+                }
+                None => self.warn("fractions (Pr, Pm) not understood"),
+            },
+            b"map_pr" | b"map_pm" | b"map_ke" | b"map_bump" | b"bump" | b"norm" | b"map_norm" | b"map_kn" => {
+                self.map(&lower, rest, index);
+            }
+            b"map_d" => definition.mask = Some((texture_name(rest).name.to_vec(), self.line)),
             b"d" | b"tr" => {
                 let value = rest.split(u8::is_ascii_whitespace).rev().find_map(number);
                 // Programs disagree on whether Tr 1 is clear or opaque.
@@ -208,7 +259,6 @@ impl Library<'_, '_> {
                     self.warn("opacities (d, Tr) not understood");
                 }
             }
-            b"map_ke" => self.warn("textures of emission (map_Ke) not shown"),
             b"disp" | b"map_disp" => self.warn("displacements (disp) not shown"),
             b"decal" => self.warn("decals not shown"),
             _ => {
@@ -218,6 +268,63 @@ impl Library<'_, '_> {
             }
         }
     }
+}
+
+impl Library<'_, '_> {
+    /// A statement that names a texture other than that of the base colour, with its keyword in lower case.
+    fn map(&mut self, keyword: &[u8], rest: &[u8], index: usize) {
+        let (name, content, is_linear) = match keyword {
+            b"map_ke" => ("map_Ke", Content::Texels, false),
+            b"map_pr" => ("map_Pr", Content::Texels, true),
+            b"map_pm" => ("map_Pm", Content::Texels, true),
+            b"map_bump" | b"bump" => ("bump", Content::Bump, true),
+            _ => ("norm", Content::Texels, true),
+        };
+        let texture = self.texture(name, rest, content, is_linear);
+        let (Some(material), Some(definition)) = (self.assembly.materials.get_mut(index), &mut self.current) else {
+            return;
+        };
+        if texture.is_none() {
+            return;
+        }
+        match name {
+            "map_Ke" => {
+                material.emissive_texture = texture;
+                if material.emissive == Vec3::ZERO {
+                    material.emissive = Vec3::ONE;
+                }
+            }
+            "map_Pr" => {
+                // A factor of its own would darken it; many files have one of 0 or none.
+                (material.roughness, material.roughness_texture) = (1.0, texture);
+                (definition.is_physical, definition.has_roughness) = (true, true);
+            }
+            "map_Pm" => {
+                (material.metallic, material.metallic_texture) = (1.0, texture);
+                definition.is_physical = true;
+            }
+            _ => {
+                material.normal_texture = texture;
+                material.normal_scale = texture_name(rest).bump_multiplier;
+            }
+        }
+    }
+
+    /// The texture that a statement names; `None`, with a warning, if it cannot be used.
+    fn texture(&mut self, keyword: &str, rest: &[u8], content: Content, is_linear: bool) -> Option<u32> {
+        let TextureName { name, ignored, .. } = texture_name(rest);
+        let location = || FileLocation::LineIn(self.name.to_owned(), self.line);
+        let image = self.images.texture_named(&String::from_utf8_lossy(name), content, location);
+        if ignored {
+            self.warn(&format!("textures ({keyword}) shown without their options"));
+        }
+        self.images.variant(image?, TextureUse::repeated(is_linear))
+    }
+}
+
+/// The first word as a finite number.
+fn first_number(text: &[u8]) -> Option<f32> {
+    number(split_word(text).0).filter(|value| value.is_finite())
 }
 
 /// A colour of one number (grey) or three.
@@ -233,9 +340,19 @@ fn color(text: &[u8]) -> Option<Vec3> {
     color.is_finite().then(|| color.max(Vec3::ZERO))
 }
 
-/// The file name of a texture statement, after its options, and whether one of these would change the picture.
-fn texture_name(mut rest: &[u8]) -> (&[u8], bool) {
-    let mut ignored = false;
+/// What a texture statement says.
+struct TextureName<'a> {
+    /// The name of the file.
+    name: &'a [u8],
+    /// An option that is not used would change the picture.
+    ignored: bool,
+    /// The option -bm.
+    bump_multiplier: f32,
+}
+
+/// Takes a texture statement apart: options, then the name.
+fn texture_name(mut rest: &[u8]) -> TextureName<'_> {
+    let (mut ignored, mut bump_multiplier) = (false, 1.0);
     while rest.starts_with(b"-") {
         let (option, mut after) = split_word(rest);
         let (least, most, default) = match option {
@@ -250,6 +367,9 @@ fn texture_name(mut rest: &[u8]) -> (&[u8], bool) {
             if k >= least && value.is_none() {
                 break;
             }
+            if option == b"-bm" {
+                bump_multiplier = value.filter(|value| value.is_finite()).unwrap_or(1.0);
+            }
             ignored |= match option {
                 b"-clamp" | b"-cc" => word == b"on",
                 _ => default.get(k).is_some_and(|default| value != Some(*default)),
@@ -258,7 +378,7 @@ fn texture_name(mut rest: &[u8]) -> (&[u8], bool) {
         }
         rest = after;
     }
-    (rest.trim_ascii(), ignored)
+    TextureName { name: rest.trim_ascii(), ignored, bump_multiplier }
 }
 
 /// The first word and what follows it.
@@ -267,4 +387,29 @@ fn split_word(text: &[u8]) -> (&[u8], &[u8]) {
     let end = text.iter().position(u8::is_ascii_whitespace).unwrap_or(text.len());
     let (word, rest) = text.split_at(end);
     (word, rest.trim_ascii_start())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn highlights_become_reflectance_and_roughness() {
+        // α = √(2/4) for 2, and √(2/1002) for 1000.
+        assert!((roughness(0.0) - 1.0).abs() < 1e-6);
+        assert!((roughness(2.0) - 0.840_896).abs() < 1e-5);
+        assert!((roughness(1000.0) - 0.211_371).abs() < 1e-5);
+        assert!((roughness(-5.0) - 1.0).abs() < 1e-6);
+        let paint = Vec3::new(0.5, 0.1, 0.1);
+        assert!((reflectance(Vec3::splat(0.5), paint) - Vec3::splat(0.04)).abs().max_element() < 1e-6);
+        let gold = Vec3::new(1.2, 0.77, 0.34);
+        assert_eq!(reflectance(gold, Vec3::ZERO), Vec3::new(1.0, 0.77, 0.34), "a metal");
+    }
+
+    #[test]
+    fn options_stand_before_the_name() {
+        let TextureName { name, ignored, bump_multiplier } = texture_name(b"-bm 0.25 -s 1 1 1 a b.png");
+        assert_eq!((name, ignored, bump_multiplier), (&b"a b.png"[..], false, 0.25));
+        assert_eq!(texture_name(b"-bm x a.png").bump_multiplier, 1.0);
+    }
 }
