@@ -217,6 +217,7 @@ fn overrides(build: &BuildArgs, picture: &PictureArgs, overlay: &OverlayArgs) ->
         heat_range: picture.heat_range,
         color_map: picture.color_map,
         mesh_edges: picture.mesh_edges.then_some(true),
+        ground: picture.ground.then_some(true),
         simd: picture.simd,
         samples: picture.samples,
         containers_shown: overlay.overlay.map(crate::overlay::OverlayKinds::shown),
@@ -244,6 +245,7 @@ fn picture(args: &PictureArgs) -> RenderSettings {
         color_map: args.color_map.unwrap_or(base.color_map),
         mesh_edges: args.mesh_edges,
         section: base.section,
+        ground: args.ground,
         simd: args.simd.unwrap_or(base.simd),
         samples: args.samples.unwrap_or(base.samples),
     }
@@ -311,6 +313,7 @@ mod tests {
         };
         wanted.render.mesh_edges = true;
         wanted.render.section = Some(SectionPlane { normal: glam::Vec3::Y, offset: 0.25, flipped: true });
+        wanted.render.ground = true;
         wanted.overlay.leaves_only = true;
         wanted.overlay.parents = true;
         wanted.overlay.follows_tree = false;

@@ -4,7 +4,7 @@
 use glam::Vec3;
 use rayon::prelude::*;
 
-use super::lit::{Lit, bounced_light};
+use super::lit::{Bounce, Lit, bounced_light};
 use super::request::RenderRequest;
 use super::sampling::SampleId;
 use super::settings::Exposure;
@@ -23,6 +23,11 @@ const REFERENCE: f32 = 0.62;
 const TOO_DARK: [f32; 2] = [0.5, 1.8];
 /// The same for stops too many, of which the tone mapper copes with some.
 const TOO_BRIGHT: [f32; 2] = [1.5, 2.5];
+/// Luminance of surfaces from which on their colour does not matter.
+const PALE: f32 = 0.3;
+/// Least factor by which dark surfaces count as less light: rooms of dark stone are shown a little brighter, and a black model
+/// in the sun stays black.
+const MAX_DARKENING: f32 = 0.6;
 /// Light of the darkest points, so that their logarithm is finite.
 const DARKEST: f32 = 1e-4;
 
@@ -55,7 +60,7 @@ impl Sums {
     }
 }
 
-/// Meters the light at the surfaces in view. Colours of surfaces do not matter, as for a photographer's meter of incident light.
+/// Meters the light at the surfaces in view, as a photographer's meter of incident light does: their colours hardly matter.
 pub(super) fn meter<C: Container>(
     context: &TraceContext<C>,
     lit: &Lit,
@@ -114,9 +119,9 @@ fn meter_point<C: Container>(
         let id = SampleId { x: column, y: row, sample };
         ambient += match lit.trace_ambient(context, position, &orientation, id, &mut shadow_rays) {
             None => open,
-            Some((light, sun)) => {
+            Some(Bounce { light, sun }) => {
                 let is_lit = shadow_rays.pop().is_some_and(|ray| !context.is_blocked(&ray));
-                bounced_light(if is_lit { light + sun } else { light }, open)
+                bounced_light(light + sun.filter(|_| is_lit).unwrap_or_default(), open)
             }
         };
     }
@@ -133,7 +138,9 @@ fn meter_point<C: Container>(
             )));
     let light = if reaches { ambient + key * facing } else { ambient };
     // Luminance of linear sRGB (ITU-R BT.709).
-    let luminance = light.dot(Vec3::new(0.2126, 0.7152, 0.0722));
+    let luminance = |color: Vec3| color.dot(Vec3::new(0.2126, 0.7152, 0.0722));
+    let color = surface::base_color(context.scene, context.scene.material(hit.primitive_index), &hit);
+    let luminance = luminance(light) * (luminance(color) / PALE).sqrt().clamp(MAX_DARKENING, 1.0);
     if !luminance.is_finite() {
         return None;
     }

@@ -5,6 +5,7 @@ use glam::Vec3;
 
 use super::ambient_occlusion::around;
 use super::brdf::Reflectance;
+use super::ground::Ground;
 use super::lights::Lights;
 use super::sampling::SampleId;
 use super::shade::{Shade, Shaded};
@@ -19,6 +20,12 @@ const CONTACT_RADIUS: f32 = 0.08;
 /// Fraction of the sky's light at a surface that blocks the sky, where it touches the blocked one and beyond
 /// [`CONTACT_RADIUS`]: stands in for all further bounces.
 const BOUNCED_SKY: [f32; 2] = [0.1, 0.65];
+/// Directions that are traced in each sample after the first.
+const BOUNCES: usize = 2;
+/// Brightest bounced light as a fraction of the sky's.
+const MAX_BOUNCED: f32 = 0.6;
+/// Greatest weight of the mean light in view: that of a view which no sky reaches.
+const MAX_MEAN_WEIGHT: f32 = 0.5;
 /// How far bounced light is mixed with grey of the same mean.
 const BOUNCE_PALENESS: f32 = 0.5;
 /// Part of the headlight that surfaces out of view reflect: nothing is known of what lies between.
@@ -29,6 +36,8 @@ pub(super) struct Lit {
     pub(super) lights: Lights,
     /// Fraction of the sky's light that arrives at the surfaces in view on average: that of the first sample, which traces none.
     pub(super) mean_openness: Vec3,
+    /// Catches the model's shadow.
+    pub(super) ground: Option<Ground>,
 }
 
 /// A surface in the light, before its shadow rays are traced.
@@ -43,10 +52,12 @@ pub(super) struct LitPoint {
     is_unlit: bool,
     /// Light of an open sky.
     sky: Vec3,
-    /// Fraction of it that arrives where nothing is known to block it.
-    openness: Vec3,
-    /// Light from what blocks the sky; see [`Lit::trace_ambient`].
-    bounce: Option<(Vec3, Vec3)>,
+    /// Light from what blocks the sky in each direction that was traced; see [`Lit::trace_ambient`].
+    bounces: [Option<Bounce>; BOUNCES],
+    /// How many of these were traced: none in the first sample.
+    bounce_count: usize,
+    /// Weight of the mean light in view, which has no noise, against what was traced.
+    mean_weight: f32,
     /// The surface has a shadow ray to the sun.
     faces_sun: bool,
 }
@@ -54,32 +65,51 @@ pub(super) struct LitPoint {
 impl LitPoint {
     /// The shadow rays' answers: whether the sun reaches the surface, and all light that arrives from elsewhere than the key
     /// light.
-    fn resolve(&self, blocked: &[bool]) -> (bool, Vec3) {
-        let (own, other) = blocked.split_at(usize::from(self.faces_sun).min(blocked.len()));
-        let ambient = match self.bounce {
-            None => self.sky * self.openness,
-            Some((light, sun)) => bounced_light(if other == [false] { light + sun } else { light }, self.sky),
-        };
-        (own == [false], ambient * self.occlusion)
+    fn resolve(&self, blocked: &[bool], mean_openness: Vec3) -> (bool, Vec3) {
+        let mut blocked = blocked.iter();
+        let sees_sun = self.faces_sun && blocked.next() == Some(&false);
+        let mean = self.sky * mean_openness;
+        if self.bounce_count == 0 {
+            return (sees_sun, mean * self.occlusion);
+        }
+        let mut sum = Vec3::ZERO;
+        for bounce in &self.bounces[..self.bounce_count] {
+            sum += match bounce {
+                None => self.sky,
+                Some(Bounce { light, sun: Some(sun) }) if blocked.next() == Some(&false) => {
+                    bounced_light(*light + *sun, self.sky)
+                }
+                Some(Bounce { light, .. }) => bounced_light(*light, self.sky),
+            };
+        }
+        (sees_sun, (sum / self.bounce_count as f32).lerp(mean, self.mean_weight) * self.occlusion)
     }
 }
 
-/// Light from where the sky is blocked: no brighter than the sky, so that few samples suffice, and paler than the surfaces that
+/// Light from a surface that blocks the sky.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Bounce {
+    /// Without the sun.
+    pub(super) light: Vec3,
+    /// Of the sun, if its shadow ray meets nothing; `None` without one.
+    pub(super) sun: Option<Vec3>,
+}
+
+/// Light from where the sky is blocked: less bright than the sky, so that few samples suffice, and paler than the surfaces that
 /// reflect it, as each further bounce would add light of others.
 pub(super) fn bounced_light(light: Vec3, sky: Vec3) -> Vec3 {
     let grey = light.element_sum() / 3.0;
-    light.lerp(Vec3::splat(grey), BOUNCE_PALENESS).min(sky)
+    light.lerp(Vec3::splat(grey), BOUNCE_PALENESS).min(sky * MAX_BOUNCED)
 }
 
 impl Lit {
     /// Shading without a measured openness: the first sample sees the whole sky.
     pub(super) const fn new(lights: Lights) -> Self {
-        Self { lights, mean_openness: Vec3::ONE }
+        Self { lights, mean_openness: Vec3::ONE, ground: None }
     }
 
-    /// Traces one ray into the hemisphere of a surface; `None` if it meets the sky. Returns the light that arrives from there, as
-    /// if from everywhere: first that without the sun, then that of the sun on what was hit, whose shadow ray is appended to `rays`. The sum of both is to
-    /// go through [`bounced_light`].
+    /// Traces one ray into the hemisphere of a surface; `None` if it meets the sky. The light from there, as if from everywhere, is
+    /// to go through [`bounced_light`]; the shadow ray of its sun is appended to `rays`. `id.sample` counts the pixel's rays.
     pub(super) fn trace_ambient<C: Container>(
         &self,
         context: &TraceContext<C>,
@@ -87,7 +117,7 @@ impl Lit {
         orientation: &Orientation,
         id: SampleId,
         rays: &mut Vec<Ray>,
-    ) -> Option<(Vec3, Vec3)> {
+    ) -> Option<Bounce> {
         let ray = around(context, position, orientation, f32::INFINITY, 1, id).next()?;
         let hit = context.closest(&ray)?;
         let scene = context.scene;
@@ -95,21 +125,21 @@ impl Lit {
         let color = surface::base_color(scene, material, &hit);
         let emitted = surface::emitted(scene, material, &hit);
         if material.unlit {
-            return Some((color + emitted, Vec3::ZERO));
+            return Some(Bounce { light: color + emitted, sun: None });
         }
         let there = context.orientation(&ray, &hit);
         let distance = (hit.t / (CONTACT_RADIUS * context.diagonal)).min(1.0);
         let [near, far] = BOUNCED_SKY;
         let mut light = self.lights.sky(there.smooth) * (near + (far - near) * distance);
-        let mut bounced_sun = Vec3::ZERO;
+        let mut sun = None;
         let (towards_key, key) = self.lights.key(-ray.direction);
         if self.lights.sun().is_none() {
             light += key * (BOUNCED_HEADLIGHT * there.smooth.dot(towards_key).max(0.0));
         } else if there.smooth.dot(towards_key) > 0.0 {
-            bounced_sun = color * key * there.smooth.dot(towards_key);
+            sun = Some(color * key * there.smooth.dot(towards_key));
             rays.push(context.ray_from(there.lifted, there.geometric, towards_key, f32::INFINITY));
         }
-        Some((color * light + emitted, bounced_sun))
+        Some(Bounce { light: color * light + emitted, sun })
     }
 }
 
@@ -131,7 +161,6 @@ impl<C: Container> Shade<C> for Lit {
         let mut point = LitPoint {
             emitted: surface::emitted(scene, material, hit),
             is_unlit: material.unlit,
-            openness: Vec3::ONE,
             ..LitPoint::default()
         };
         if material.unlit {
@@ -153,10 +182,14 @@ impl<C: Container> Shade<C> for Lit {
             point.faces_sun = true;
         }
         // The first sample stays noise-free and fast.
-        if id.sample == 0 {
-            point.openness = self.mean_openness;
-        } else {
-            point.bounce = self.trace_ambient(context, position, &orientation, id, shadow_rays);
+        if id.sample > 0 {
+            for (bounce, index) in point.bounces.iter_mut().zip(id.sample * BOUNCES as u32..) {
+                let id = SampleId { sample: index, ..id };
+                *bounce = self.trace_ambient(context, position, &orientation, id, shadow_rays);
+            }
+            point.bounce_count = BOUNCES;
+            let closed = 1.0 - self.mean_openness.element_sum() / 3.0;
+            point.mean_weight = MAX_MEAN_WEIGHT * (closed * closed).clamp(0.0, 1.0);
         }
         point
     }
@@ -175,7 +208,7 @@ impl<C: Container> Shade<C> for Lit {
         }
         let LitPoint { reflectance, normal, .. } = *point;
         let view = -ray.direction;
-        let (sees_sun, ambient) = point.resolve(blocked);
+        let (sees_sun, ambient) = point.resolve(blocked, self.mean_openness);
         let mirrored = reflectance.mirrored(normal.dot(view));
         // What blocks the sky blocks its reflection as well.
         let openness = ambient / point.sky;
@@ -187,5 +220,23 @@ impl<C: Container> Shade<C> for Lit {
             radiance += reflectance.direct(normal, view, towards_key) * key;
         }
         Shaded::radiance(radiance + point.emitted)
+    }
+
+    fn prepare_miss(&self, context: &TraceContext<C>, ray: &Ray, id: SampleId, rays: &mut Vec<Ray>) {
+        if let Some(ground) = &self.ground {
+            ground.shadow_rays(context, &self.lights, ray, id, rays);
+        }
+    }
+
+    fn miss(
+        &self,
+        context: &TraceContext<C>,
+        ray: &Ray,
+        background: Vec3,
+        _tests: TestCounts,
+        blocked: &[bool],
+    ) -> Shaded {
+        let light = self.ground.map_or(1.0, |ground| ground.light(&self.lights, ray, context.diagonal, blocked));
+        Shaded::color(background * light)
     }
 }

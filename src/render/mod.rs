@@ -31,6 +31,8 @@ mod lights;
 
 mod brdf;
 
+mod ground;
+
 mod exposure;
 
 mod tone;

@@ -146,6 +146,9 @@ pub struct RenderSettings {
     /// Crease angle in degrees, 0 to 180: triangles that meet at less are smooth.
     #[serde(default = "default_crease_degrees")]
     pub crease_degrees: f32,
+    /// Catches the model's shadow on a ground below it, in lit shading.
+    #[serde(default)]
+    pub ground: bool,
     /// Depth of the nodes that cluster colours show; leaves above keep their own colour.
     pub cluster_depth: u32,
     /// Traversal order wherever tests are counted.
@@ -179,6 +182,7 @@ impl Default for RenderSettings {
             exposure: Exposure::Auto,
             normals: NormalSource::File,
             crease_degrees: default_crease_degrees(),
+            ground: false,
             cluster_depth: 6,
             traversal: Traversal::Ordered,
             heat_range: None,

@@ -75,8 +75,19 @@ pub(super) trait Shade<C: Container>: Sync {
         blocked: &[bool],
     ) -> Shaded;
 
-    /// The sample of a ray that hit nothing; `background` is the linear background colour.
-    fn miss(&self, background: Vec3, _tests: TestCounts) -> Shaded {
+    /// Appends the occlusion rays that [`Shade::miss`] needs to `rays`.
+    fn prepare_miss(&self, _context: &TraceContext<C>, _ray: &Ray, _id: SampleId, _rays: &mut Vec<Ray>) {}
+
+    /// The sample of a ray that hit nothing; `background` is the linear background colour. `blocked` has one element per ray of
+    /// [`Shade::prepare_miss`].
+    fn miss(
+        &self,
+        _context: &TraceContext<C>,
+        _ray: &Ray,
+        background: Vec3,
+        _tests: TestCounts,
+        _blocked: &[bool],
+    ) -> Shaded {
         Shaded::color(background)
     }
 }
@@ -120,7 +131,14 @@ impl<C: Container> Shade<C> for Depth {
         Shaded::value(context.camera.view_depth(ray, hit.t))
     }
 
-    fn miss(&self, _background: Vec3, _tests: TestCounts) -> Shaded {
+    fn miss(
+        &self,
+        _context: &TraceContext<C>,
+        _ray: &Ray,
+        _background: Vec3,
+        _tests: TestCounts,
+        _blocked: &[bool],
+    ) -> Shaded {
         Shaded::value(super::frame::Frame::NO_HIT)
     }
 }
@@ -188,7 +206,14 @@ impl<C: Container> Shade<C> for Heat {
         self.value(tests)
     }
 
-    fn miss(&self, _background: Vec3, tests: TestCounts) -> Shaded {
+    fn miss(
+        &self,
+        _context: &TraceContext<C>,
+        _ray: &Ray,
+        _background: Vec3,
+        tests: TestCounts,
+        _blocked: &[bool],
+    ) -> Shaded {
         self.value(tests)
     }
 }

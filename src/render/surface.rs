@@ -24,6 +24,13 @@ pub(super) struct Orientation {
     pub(super) is_back: bool,
 }
 
+impl Orientation {
+    /// That of a plane with this unit normal.
+    pub(super) const fn flat(normal: Vec3, position: Vec3) -> Self {
+        Self { geometric: normal, smooth: normal, lifted: position, is_back: false }
+    }
+}
+
 /// Normals of the corners of triangles.
 #[derive(Debug, Clone)]
 pub(super) enum Normals {

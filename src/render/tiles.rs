@@ -13,6 +13,7 @@ use super::edges;
 use super::exposure::meter;
 use super::frame::{Frame, FrameStats};
 use super::grid::{Grid, TILE_AREA};
+use super::ground::Ground;
 use super::lights::Lights;
 use super::lit::Lit;
 use super::primary::{TestSummary, count_tests};
@@ -98,6 +99,7 @@ fn trace(
                 let mut lit = Lit::new(Lights::new(request.settings.light, accel.scene.up));
                 let metered = meter(&context, &lit, request, token)?;
                 (lit.mean_openness, output.exposure_stops) = (metered.openness, metered.stops);
+                lit.ground = request.settings.ground.then(|| Ground::new(&accel.scene.bounds, accel.scene.up));
                 passes(&context, &lit, output, token)
             }
             Shading::Normals => passes(&context, &Normals, output, token),
@@ -228,7 +230,7 @@ fn trace_tile<C: Container, S: Shade<C>>(
         let pixel = &mut pixels[index];
         let mut shaded = match &hit {
             Some((hit, point)) => shade.hit(context, &ray, hit, point, tests, blocked),
-            None => shade.miss(context.background(grid.point(x, y, within).y), tests),
+            None => shade.miss(context, &ray, context.background(grid.point(x, y, within).y), tests, blocked),
         };
         let hit = hit.map(|(hit, _)| hit);
         // Where colours stand for values, the cut shows those of what is behind it.
@@ -288,6 +290,9 @@ fn trace_tile<C: Container, S: Shade<C>>(
         for ((&([x, y], _), ray), hit) in places.iter().zip(&rays).zip(&hits) {
             let id = SampleId { x, y, sample };
             let point = hit.map(|hit| (hit, shade.prepare(context, ray, &hit, id, &mut towards_light)));
+            if point.is_none() {
+                shade.prepare_miss(context, ray, id, &mut towards_light);
+            }
             prepared.push((point, towards_light.len()));
         }
         let mut blocked = vec![false; towards_light.len()];

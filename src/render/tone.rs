@@ -44,8 +44,8 @@ mod tests {
             // A peak of 1 is compressed to 1 - 0.24² / 0.48 = 0.88.
             (Vec3::splat(1.04), Vec3::splat(0.88)),
             // Red 2 and nothing else: the peak becomes 1 - 0.0576 / 1.48 = 0.961081, of which
-            // 1 - 1 / (0.15 · 1.038919 + 1) = 0.134824 is white.
-            (Vec3::new(2.0, 0.0, 0.0), Vec3::new(0.961_081, 0.129_577, 0.129_577)),
+            // 1 - 1 / (0.15 · 1.038919 + 1) = 0.134827 is white.
+            (Vec3::new(2.0, 0.0, 0.0), Vec3::new(0.961_081, 0.129_580, 0.129_580)),
         ] {
             let found = tone_map(color);
             assert!((found - expected).abs().max_element() < 2e-6, "{color} became {found} instead of {expected}");

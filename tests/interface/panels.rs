@@ -3,9 +3,10 @@
 use std::path::PathBuf;
 
 use crate::panel::{harness, present, press, sized, state, with_rows};
+use bvhscope::app::commands::Action;
 use bvhscope::app::state::paper::Experiment;
 use bvhscope::app::state::{AppState, HelpPage, PickedTriangle, Request, Severity, Theme};
-use bvhscope::render::{HeatKind, Shading};
+use bvhscope::render::{Exposure, HeatKind, Shading};
 use bvhscope_engine::cancel::CancelToken;
 use bvhscope_engine::settings::{BuildSettings, BuilderKind, Pass, Passes, Preset};
 use bvhscope_engine::tree::ContainerKind;
@@ -393,4 +394,23 @@ fn every_window_fits_the_smallest_screen() {
     h.state_mut().layout.palette = Some("pre".to_owned());
     h.run_steps(3);
     assert!(screen.contains_rect(h.get_by_label("Command").rect()));
+}
+
+#[test]
+fn the_exposure_is_locked_as_metered_and_metered_again() {
+    let mut s = state(Shading::Lit);
+    let shown = s.model.presented.as_mut().unwrap();
+    std::sync::Arc::make_mut(&mut shown.frame).exposure_stops = 1.234;
+    Action::LockExposure.perform(&mut s);
+    assert_eq!(s.wanted.render.exposure, Exposure::Fixed(1.23));
+    assert_eq!((Action::LockExposure.is_on(&s), Action::LockExposure.is_enabled(&s)), (Some(true), true));
+    let mut h = harness(s);
+    h.get_by_role_and_label(Role::Slider, "Stops").focus();
+    h.run_steps(2);
+    h.key_press(Key::ArrowRight);
+    h.run_steps(3);
+    assert_eq!(h.state().wanted.render.exposure, Exposure::Fixed(1.3));
+    Action::LockExposure.perform(h.state_mut());
+    assert_eq!(h.state().wanted.render.exposure, Exposure::Auto);
+    assert!(!Action::LockExposure.is_enabled(&state(Shading::Depth)));
 }

@@ -156,6 +156,45 @@ fn a_texture_transform_rotates_counter_clockwise() {
     }
 }
 
+#[test]
+fn textures_of_one_material_may_have_two_sets_of_coordinates() {
+    let mut png = std::io::Cursor::new(Vec::new());
+    image::RgbaImage::new(1, 1).write_to(&mut png, image::ImageFormat::Png).unwrap();
+    let mut document = triangle();
+    document["images"] = json!([{"uri": uri(png.get_ref())}]);
+    document["textures"] = json!([{"source": 0}]);
+    document["materials"] = json!([{
+        "pbrMetallicRoughness": {"baseColorTexture": {"index": 0, "texCoord": 3}},
+        "normalTexture": {"index": 0, "texCoord": 3, "scale": 0.25},
+        "occlusionTexture": {"index": 0, "texCoord": 1, "strength": 0.5},
+        "emissiveTexture": {"index": 0, "texCoord": 0}
+    }]);
+    document["meshes"][0]["primitives"][0]["material"] = json!(0);
+    let accessors = document["accessors"].as_array_mut().unwrap();
+    let first = accessors.len();
+    // Without a buffer view the coordinates are zeros.
+    accessors.extend((0..2).map(|_| json!({"componentType": 5126, "count": 3, "type": "VEC2"})));
+    document["meshes"][0]["primitives"][0]["attributes"]["TEXCOORD_3"] = json!(first);
+    document["meshes"][0]["primitives"][0]["attributes"]["TEXCOORD_1"] = json!(first + 1);
+    let scene = load(&document).unwrap();
+    let attributes = scene.attributes.as_ref().unwrap();
+    assert_eq!((attributes.uvs.len(), attributes.uvs2.len()), (4, 4), "the default vertex and three");
+    let material = scene.material(0);
+    assert_eq!((material.normal_scale, material.occlusion_strength), (0.25, 0.5));
+    let of = |texture: Option<u32>| &scene.textures[texture.unwrap() as usize];
+    let [color, normal, occlusion] =
+        [material.base_color_texture, material.normal_texture, material.occlusion_texture].map(of);
+    assert_eq!(
+        [color, normal, occlusion].map(|texture| (texture.uv_set, texture.is_linear)),
+        [(0, false), (0, true), (1, true)]
+    );
+    assert!(std::sync::Arc::ptr_eq(&color.texels, &occlusion.texels), "the texels are there once");
+    // A third set is left out, and said so.
+    assert!(material.emissive_texture.is_none());
+    let warnings = scene.warnings.entries.iter().map(ToString::to_string).collect::<Vec<_>>();
+    assert!(warnings.iter().any(|warning| warning.contains("materials[0].emissiveTexture.texCoord")), "{warnings:?}");
+}
+
 /// Many primitives that share one list of vertices read only their own.
 #[test]
 fn of_shared_vertices_only_those_in_use_are_kept() {

@@ -120,18 +120,22 @@ fn every_kind_in_a_library_is_counted_with_its_place_there() {
 }
 
 #[test]
-fn what_a_diffuse_picture_does_not_show_is_no_warning() {
+fn what_no_picture_here_shows_is_no_warning() {
     let folder = tempfile::tempdir().unwrap();
     image::RgbaImage::new(1, 1).save(folder.path().join("a.png")).unwrap();
     let library = "# by hand\nnewmtl a\n\tNs 50\n\tNi 1.5\n\td 1.0\n\tTr 0\n\tTf 1 1 1\n\tillum 2\n\tKa 0 0 0\n\tKs 0 0 0 # none\n\
-        \tmap_Ka b.png\n\tmap_Kd -s 1 1 1 -o 0 0 -blendu on a.png\n\tmap_d A.PNG\n\tbump -bm 0.5 b.png\n";
+        \tmap_Ka b.png\n\tmap_Kd -s 1 1 1 -o 0 0 -blendu on a.png\n\tmap_d A.PNG\n\tbump -bm 0.5 a.png\n";
     std::fs::write(folder.path().join("m.mtl"), library).unwrap();
     let text = format!(
         "# x\n\nmtllib m.mtl m.mtl\ng a b\ns off\no c\n{TRIANGLE}v 1 1 1 1.0\nvt 0 0 1\nusemtl a\nf 1/1 2/1 3/1\nf 1 2 3\n"
     );
     let scene = load(folder.path(), &text).unwrap();
     assert!(scene.warnings.is_empty(), "{:?}", scene.warnings);
-    assert!(scene.material(0).alpha_cutoff > 0.0);
+    let material = scene.material(0);
+    assert!(material.alpha_cutoff > 0.0);
+    // Ns 50: (2 / 52)^¼; Ks 0: nothing is mirrored.
+    assert!((material.roughness - 0.442_857).abs() < 1e-4 && material.specular == glam::Vec3::ZERO, "{material:?}");
+    assert!(material.normal_texture.is_some() && material.normal_scale == 0.5);
 }
 
 #[test]

@@ -38,15 +38,40 @@ fn zip(a: Color, b: Color, f: impl Fn(f64, f64) -> f64) -> Color {
 const SKY: Color = [0.38, 0.39, 0.41];
 const HEADLIGHT: Color = [0.85, 0.84, 0.82];
 
-/// Radiance of a rough dielectric of this base colour that faces camera and headlight. It mirrors 4 % of the headlight by a lobe
-/// a quarter as high as a diffuse one of the same reflectance, and of the sky 0.04 (0.468 - 1.04 · 0.015) + 1.04 · 0.015 - 0.018
-/// (Karis 2014); the rest of both is scattered.
-fn lit(base: Color) -> Color {
-    const MIRRORED: f64 = 0.04 * (0.468 - 1.04 * 0.015) + 1.04 * 0.015 - 0.018;
+/// A surface whose normal is tilted from camera and headlight by an angle with this cosine, sideways so that the sky is the same.
+#[derive(Clone, Copy)]
+struct Paint {
+    base: Color,
+    metallic: f64,
+    roughness: f64,
+    occlusion: f64,
+    cosine: f64,
+}
+
+/// A rough dielectric that faces the camera.
+const ROUGH: Paint = Paint { base: [0.0; 3], metallic: 0.0, roughness: 1.0, occlusion: 1.0, cosine: 1.0 };
+
+/// Radiance of a surface in the light of sky and headlight: the model of glTF 2.0, appendix B, for the headlight, and Karis's
+/// fit of 2014 for what is mirrored of the sky.
+fn radiance(Paint { base, metallic, roughness: r, occlusion, cosine }: Paint) -> Color {
+    let f0 = base.map(|base| 0.04 * (1.0 - metallic) + base * metallic);
+    let a = (1.0 - r).powi(2).min((-9.28 * cosine).exp2()) * (1.0 - r) + 0.0425 - 0.0275 * r;
+    let mirrored = f0.map(|f0| f0 * (1.04 - 0.572 * r - 1.04 * a) + 0.022 * r - 0.04 + 1.04 * a);
+    let scattered = 1.0 - mirrored.into_iter().fold(0.0, f64::max);
+    // π D V for half vector, light and view in one direction.
+    let square = r.powi(4);
+    let distribution = square / (cosine * cosine * (square - 1.0) + 1.0).powi(2);
+    let visibility = 0.25 / (cosine * (cosine * cosine * (1.0 - square) + square).sqrt());
     std::array::from_fn(|k| {
-        let sky = SKY[k] * (base[k] * (1.0 - MIRRORED) + MIRRORED);
-        sky + HEADLIGHT[k] * (base[k] * 0.96 + 0.04 / 4.0)
+        let diffuse = base[k] * (1.0 - metallic);
+        let sky = SKY[k] * occlusion * (diffuse * scattered + mirrored[k]);
+        sky + HEADLIGHT[k] * cosine * (diffuse * (1.0 - f0[k]) + f0[k] * distribution * visibility)
     })
+}
+
+/// Radiance of a rough dielectric of this base colour.
+fn lit(base: Color) -> Color {
+    radiance(Paint { base, ..ROUGH })
 }
 
 /// Radiance on a screen: the Khronos PBR Neutral tone mapper.
@@ -154,6 +179,11 @@ fn solid(x: f64, y: f64) -> bool {
     ALPHA[((1.0 - y) * 4.0) as usize][(x * 4.0) as usize] >= 128
 }
 
+/// Occlusion, roughness and metal of a whole panel.
+const NUMBERS: [u8; 4] = [153, 102, 51, 255];
+/// A normal that leans along u.
+const TILTED: [u8; 4] = [204, 128, 230, 255];
+
 /// Vertex colours of the corners.
 const PAINT: [[f32; 3]; 4] = [[0.75, 0.25, 0.0], [0.125, 0.5, 1.0], [0.0, 0.0, 0.375], [1.0, 0.625, 0.25]];
 
@@ -209,6 +239,8 @@ impl Wall {
         let mut holes = image::RgbaImage::new(4, 4);
         holes.pixels_mut().zip(ALPHA.as_flattened()).for_each(|(pixel, alpha)| pixel.0 = [255, 188, 0, *alpha]);
         holes.save(path("holes.png")).unwrap();
+        image::RgbaImage::from_pixel(1, 1, image::Rgba(NUMBERS)).save(path("numbers.png")).unwrap();
+        image::RgbaImage::from_pixel(1, 1, image::Rgba(TILTED)).save(path("tilted.png")).unwrap();
         let start = self.buffer.len();
         self.buffer.extend([0_u8, 1, 2, 1, 3, 2]);
         self.views.push(json!({"buffer": 0, "byteOffset": start, "byteLength": 6}));
@@ -219,6 +251,7 @@ impl Wall {
         self.accessors
             .push(json!({"bufferView": self.views.len() - 1, "componentType": 5121, "count": 6, "type": "SCALAR"}));
         std::fs::write(path("wall.bin"), &self.buffer).unwrap();
+        let images = ["squares", "holes", "numbers", "tilted"].map(|name| json!({"uri": format!("{name}.png")}));
         let document = json!({
             "asset": {"version": "2.0"},
             "extensionsUsed": ["KHR_materials_unlit", "KHR_materials_emissive_strength"],
@@ -226,9 +259,9 @@ impl Wall {
             "nodes": self.nodes,
             "meshes": self.meshes,
             "materials": self.materials,
-            "textures": [{"source": 0, "sampler": 0}, {"source": 1, "sampler": 0}],
+            "textures": (0..4).map(|source| json!({"source": source, "sampler": 0})).collect::<Vec<_>>(),
             "samplers": [{"wrapS": 33071, "wrapT": 33071}],
-            "images": [{"uri": "squares.png"}, {"uri": "holes.png"}],
+            "images": images,
             "accessors": self.accessors,
             "bufferViews": self.views,
             "buffers": [{"byteLength": self.buffer.len(), "uri": "wall.bin"}]
@@ -297,6 +330,52 @@ fn gltf_surfaces_have_the_colors_of_their_materials() {
         differences(&frame, 2, "the emissive panel", emissive),
         differences(&frame, 3, "the panel with vertex colours", paint),
         differences(&frame, 4, "the panel with texture, vertex colours and emission", all),
+    ]);
+}
+
+#[test]
+fn gltf_maps_of_numbers_and_normals_are_those_of_the_file() {
+    let base = [0.5, 0.3, 0.2];
+    let factors = json!({"baseColorFactor": [0.5, 0.3, 0.2, 1.0], "metallicFactor": 0.0});
+    let mut wall = Wall::new();
+    // Without factors a material is a rough metal.
+    wall.panel([0.0, 0.0], false, json!({"pbrMetallicRoughness": {"baseColorFactor": [0.5, 0.3, 0.2, 1.0]}}));
+    wall.panel(
+        [1.0, 0.0],
+        false,
+        json!({"pbrMetallicRoughness": {
+            "baseColorFactor": [0.5, 0.3, 0.2, 1.0], "metallicFactor": 0.5, "metallicRoughnessTexture": {"index": 2}
+        }}),
+    );
+    wall.panel(
+        [2.0, 0.0],
+        false,
+        json!({"pbrMetallicRoughness": factors, "occlusionTexture": {"index": 2, "strength": 0.5}}),
+    );
+    wall.panel(
+        [3.0, 0.0],
+        false,
+        json!({"pbrMetallicRoughness": factors, "emissiveTexture": {"index": 2}, "emissiveFactor": [0.5, 0.25, 1.0]}),
+    );
+    for (x, scale) in [(4.0, 1.0), (5.0, -0.5)] {
+        let normal = json!({"index": 3, "scale": scale});
+        wall.panel([x, 0.0], false, json!({"pbrMetallicRoughness": factors, "normalTexture": normal}));
+    }
+    let frame = picture(wall.load(), 6);
+    let [occlusion, roughness, metal, _] = NUMBERS.map(|byte| f64::from(byte) / 255.0);
+    let emitted = [0.5, 0.25, 1.0];
+    let glow: Color = std::array::from_fn(|k| emitted[k] * decode([occlusion, roughness, metal][k]));
+    let [x, _, z, _] = TILTED.map(|byte| f64::from(byte) / 127.5 - 1.0);
+    let cosine = |scale: f64| z / (x * scale).hypot(z);
+    let rough = Paint { base, ..ROUGH };
+    let panel = |panel, name, color: Color| differences(&frame, panel, name, |_, _| shown(color));
+    check([
+        panel(0, "the rough metal", radiance(Paint { metallic: 1.0, ..rough })),
+        panel(1, "the panel with maps", radiance(Paint { metallic: 0.5 * metal, roughness, ..rough })),
+        panel(2, "the shaded panel", radiance(Paint { occlusion: 0.5 + 0.5 * occlusion, ..rough })),
+        panel(3, "the glowing panel", zip(radiance(rough), glow, |a, b| a + b)),
+        panel(4, "the tilted panel", radiance(Paint { cosine: cosine(1.0), ..rough })),
+        panel(5, "the less tilted panel", radiance(Paint { cosine: cosine(0.5), ..rough })),
     ]);
 }
 

@@ -62,6 +62,8 @@ pub enum Action {
     ToggleGeometry,
     /// Show or hide the triangles' edges.
     ToggleMeshEdges,
+    /// Show or hide the shadow on the ground.
+    ToggleGround,
     /// Keep the metered exposure, or meter it again.
     LockExposure,
     /// Fit the heat map's range to the picture.

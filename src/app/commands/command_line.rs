@@ -87,6 +87,7 @@ pub fn command_line(state: &AppState) -> String {
     let switches = [
         (state.selection.nodes.hides_any() && !state.wanted.overlay.hide_triangles, " --keep-triangles"),
         (render.mesh_edges, " --mesh-edges"),
+        (render.ground, " --ground"),
         (orthographic, " --orthographic"),
         (state.model.allow_outside, " --allow-outside"),
     ];

@@ -80,6 +80,7 @@ impl Action {
                 // Edges are drawn into the picture, so it must be shown.
                 state.preferences.show_geometry |= state.wanted.render.mesh_edges;
             }
+            Self::ToggleGround => flip(&mut state.wanted.render.ground),
             Self::LockExposure => lock_exposure(state),
             Self::FitHeatRange => fit_heat_range(state),
             Self::Shade(shading) => state.wanted.render.shading = shading,

@@ -27,7 +27,7 @@ impl Action {
                 SectionStep::Flip => section.is_some(),
                 _ => state.model.presented.is_some(),
             },
-            Self::LockExposure => state.wanted.render.shading == Shading::Lit,
+            Self::ToggleGround | Self::LockExposure => state.wanted.render.shading == Shading::Lit,
             Self::FitHeatRange => state.model.presented.as_ref().is_some_and(|shown| !shown.frame.values.is_empty()),
             Self::FrameSelection | Self::ResetView | Self::Screenshot | Self::CopyStatistics => {
                 state.model.presented.is_some()
@@ -70,6 +70,7 @@ impl Action {
             Self::ToggleContainers => preferences.show_containers,
             Self::ToggleGeometry => preferences.show_geometry,
             Self::ToggleMeshEdges => wanted.render.mesh_edges,
+            Self::ToggleGround => wanted.render.ground,
             Self::LockExposure => wanted.render.exposure != Exposure::Auto,
             Self::ToggleLeftPanel => state.shows_panel(Side::Left),
             Self::ToggleRightPanel => state.shows_panel(Side::Right),

@@ -75,6 +75,8 @@ pub struct CliOverrides {
     pub heat_range: Option<[f32; 2]>,
     /// Colour map of the depth and heat shading modes.
     pub color_map: Option<ColorMap>,
+    /// Catch the model's shadow on a ground.
+    pub ground: Option<bool>,
     /// Draw the edges of the triangles.
     pub mesh_edges: Option<bool>,
     /// SIMD level.
@@ -115,6 +117,7 @@ impl CliOverrides {
         set(self.heat_range.map(Some), &mut render.heat_range);
         set(self.color_map, &mut render.color_map);
         set(self.mesh_edges, &mut render.mesh_edges);
+        set(self.ground, &mut render.ground);
         set(self.simd, &mut render.simd);
         set(self.samples, &mut render.samples);
         preferences.show_geometry |= self.shading.is_some() || self.mesh_edges.is_some();

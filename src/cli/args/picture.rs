@@ -65,6 +65,9 @@ pub struct PictureArgs {
     /// Tree level that cluster colours show [default: 6]
     #[arg(long, value_name = "LEVEL", value_parser = |text: &str| values::whole::<u32>(text, 0, 1_000_000))]
     pub cluster_depth: Option<u32>,
+    /// Catch the model's shadow on a ground below it, in the lit mode
+    #[arg(long)]
+    pub ground: bool,
     /// Draw the edges of the triangles over the picture
     #[arg(long)]
     pub mesh_edges: bool,

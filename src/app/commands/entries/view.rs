@@ -104,6 +104,13 @@ pub(super) fn add(list: &mut List) {
     );
     list.add(
         place(2),
+        Action::ToggleGround,
+        "Ground shadow",
+        "Let the model's shadow fall on a ground below it, so that it does not float",
+        &[],
+    );
+    list.add(
+        place(2),
         Action::LockExposure,
         "Lock exposure",
         "Keep the brightness of this view while the camera moves; again to meter it anew",

@@ -27,6 +27,9 @@ pub(crate) fn show(ui: &mut Ui, state: &mut AppState) {
             let tip = "Where the light comes from";
             combo(ui, "Light", tip, &mut render.light, &lights, |_| None);
             exposure(ui, state);
+            let tip = "Let the model's shadow fall on a ground below it, so that it does not float. The tree and all counts \
+                       stay as they are";
+            row(ui, "Ground", tip, |ui| ui.checkbox(&mut state.wanted.render.ground, "Shadow"));
         }
         if state.wanted.render.shading == Shading::Clusters {
             cluster_depth(ui, state);
