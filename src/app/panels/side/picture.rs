@@ -81,7 +81,7 @@ fn exposure(ui: &mut Ui, state: &mut AppState) {
     let mut is_auto = *setting == Exposure::Auto;
     let tip = "Meter how much light arrives at the surfaces in view, so that interiors are as easy to see as scans outdoors. \
                Off: the brightness stays while the camera moves (K)";
-    if row(ui, "Exposure", tip, |ui| ui.checkbox(&mut is_auto, "Auto")).changed() {
+    if row(ui, "Exposure", tip, |ui| ui.checkbox(&mut is_auto, "Metered")).changed() {
         *setting = if is_auto { Exposure::Auto } else { Exposure::Fixed(round(metered)) };
     }
     let mut stops = f64::from(match *setting {
