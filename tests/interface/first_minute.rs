@@ -5,7 +5,7 @@ use std::sync::Arc;
 use crate::panel::{harness, present, press, sized, state};
 use bvhscope::app::commands::{Action, Category};
 use bvhscope::app::glossary::Term;
-use bvhscope::app::state::{AppState, HelpPage, Request};
+use bvhscope::app::state::{AppState, HelpPage, Request, THUMBNAIL_SIZE, Thumbnail};
 use bvhscope::render::{HeatKind, Shading};
 use bvhscope::scene::{Scene, SceneSource};
 use bvhscope_engine::geometry::Triangle;
@@ -60,6 +60,22 @@ fn the_tour_is_skipped_by_esc_and_does_not_come_back_by_itself() {
     Action::Tour.perform(h.state_mut());
     h.run_steps(3);
     assert!(h.query_by_label("Tour").is_some(), "the menu starts it again");
+}
+
+#[test]
+fn the_start_page_shows_recent_models_before_the_built_in_ones() {
+    let mut s = state(Shading::Lit);
+    s.preferences.recent = vec!["/models/conference.obj".into()];
+    s.thumbnails.insert(
+        SceneSource::File("/models/conference.obj".into()),
+        Thumbnail { rgba: vec![[200, 90, 10, 255]; (THUMBNAIL_SIZE[0] * THUMBNAIL_SIZE[1]) as usize] },
+    );
+    s.layout.start_page_open = true;
+    let mut h = harness(s);
+    let (recent, builtin) = (h.get_by_label("conference.obj").rect(), h.get_by_label("Utah teapot").rect());
+    assert!(recent.top() < builtin.top() && recent.size() == builtin.size());
+    press(&mut h, "conference.obj");
+    assert_eq!(h.state().requests, [Request::Open(SceneSource::File("/models/conference.obj".into()))]);
 }
 
 #[test]

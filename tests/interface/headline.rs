@@ -4,7 +4,7 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use crate::panel::{harness, present, sized, state};
-use bvhscope::app::state::comparison::{Comparison, Quantity, Verdict};
+use bvhscope::app::state::comparison::{Comparison, Counted, Quantity, Verdict};
 use bvhscope::app::state::{AppState, JobStatus, PickedTriangle};
 use bvhscope::render::{HeatKind, Shading};
 use bvhscope_engine::settings::Preset;
@@ -70,6 +70,17 @@ fn another_view_size_or_mode_does_not_compare() {
     s.wanted.build.threshold = 20;
     again(&mut s);
     assert!(matches!(comparison(&s, Quantity::TestsPerRay), Comparison::Change { .. }), "colours change no count");
+}
+
+#[test]
+fn counts_with_hidden_triangles_do_not_compare() {
+    let mut s = state(Shading::Lit);
+    let shown = s.model.presented.as_mut().unwrap();
+    Counted::observe(&mut shown.counted, &shown.frame, true);
+    s.wanted.build.threshold = 20;
+    again(&mut s);
+    assert_eq!(comparison(&s, Quantity::TestsPerRay), Comparison::OtherView);
+    assert!(matches!(comparison(&s, Quantity::SahCost), Comparison::Change { .. }));
 }
 
 #[test]

@@ -16,6 +16,8 @@ use crate::app::work::file_watch::{FileChange, FileWatch};
 use crate::app::work::measure_worker::MeasureWorker;
 use crate::app::work::reconcile::Reconciler;
 use crate::app::work::requests::{BackgroundTasks, take_dropped_files};
+use crate::app::work::thumbnail_cache;
+use crate::app::work::thumbnail_worker::ThumbnailWorker;
 use crate::app::work::wake_signal::WakeSignal;
 use crate::app::{panels, theme};
 use crate::console::note;
@@ -40,6 +42,7 @@ pub struct App {
     derived_worker: DerivedWorker,
     background_tasks: BackgroundTasks,
     clipboard_probe: Option<ClipboardProbe>,
+    thumbnail_worker: Option<ThumbnailWorker>,
     file_watch: FileWatch,
     viewport: Viewport,
     has_pipeline: bool,
@@ -78,6 +81,10 @@ impl App {
         app.reconciler.set_load_options(options.load, options.camera, same_model);
         app.device.inject_faults(options.lose_device, options.refuse_buffer);
         app.throttles_frames = app.state.graphics.is_software;
+        // A run that saves no settings leaves nothing in the cache either.
+        let cache = if options.settings.none { None } else { thumbnail_cache::default_folder() };
+        let ctx = context.egui_ctx.clone();
+        app.thumbnail_worker = Some(ThumbnailWorker::new(cache, move || ctx.request_repaint())?);
         let ctx = context.egui_ctx.clone();
         app.clipboard_probe = Some(ClipboardProbe::start(Arc::new(move || ctx.request_repaint())));
         Ok(app)
@@ -125,6 +132,7 @@ impl App {
             file_watch: FileWatch::new(wake.clone())?,
             background_tasks: BackgroundTasks::new(Arc::new(wake)),
             clipboard_probe: None,
+            thumbnail_worker: None,
             viewport: Viewport::default(),
             has_pipeline: context.wgpu_render_state.is_some(),
             device,
@@ -165,6 +173,9 @@ impl App {
         let idle = !self.reconciler.is_busy();
         self.measure_worker.poll(&mut self.state, idle);
         self.derived_worker.request_missing(&self.state, idle);
+        if let Some(worker) = &mut self.thumbnail_worker {
+            worker.poll(&mut self.state, idle);
+        }
     }
 
     fn report_device_errors(&mut self) {

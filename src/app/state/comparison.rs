@@ -127,7 +127,8 @@ impl View {
 /// Counts and speed of a tree in one view, at full resolution.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Counted {
-    view: View,
+    /// `None` where triangles were hidden: counts of such a picture compare with none.
+    view: Option<View>,
     /// Container and triangle tests per primary ray.
     tests_per_ray: [f32; 2],
     /// Speed of each pass in Mray/s.
@@ -136,10 +137,10 @@ pub struct Counted {
 
 impl Counted {
     /// Adds a picture to what was `counted` so far, which is replaced where it belongs to another view. Coarse pictures and those
-    /// without counts change nothing.
-    pub fn observe(counted: &mut Option<Self>, frame: &Frame) {
+    /// without counts change nothing. `hides` tells whether triangles of the picture are hidden.
+    pub fn observe(counted: &mut Option<Self>, frame: &Frame, hides: bool) {
         let Some(tests_per_ray) = frame.stats.tests_per_ray().filter(|_| frame.coarseness == 1.0) else { return };
-        let view = View::of(frame);
+        let view = (!hides).then(|| View::of(frame));
         if counted.as_ref().is_none_or(|counted| counted.view != view) {
             *counted = Some(Self { view, tests_per_ray, speeds: Vec::new() });
         }
@@ -152,7 +153,7 @@ impl Counted {
 
     /// Median speed of the passes in Mray/s, where they are those of `frame`.
     pub fn mrays_per_s_of(&self, frame: &Frame) -> Option<f64> {
-        (frame.coarseness == 1.0 && self.view == View::of(frame)).then(|| self.mrays_per_s())
+        (frame.coarseness == 1.0 && self.view == Some(View::of(frame))).then(|| self.mrays_per_s())
     }
 
     fn mrays_per_s(&self) -> f64 {
@@ -218,8 +219,8 @@ impl TreeNumbers {
         let (Some(earlier), Some(now)) = (before.value(quantity), self.value(quantity)) else {
             return Comparison::Unknown;
         };
-        let view = |numbers: &Self| numbers.counted.as_ref().map(|counted| counted.view);
-        if quantity.depends_on_view() && view(self) != view(before) {
+        let view = |numbers: &Self| numbers.counted.as_ref().and_then(|counted| counted.view);
+        if quantity.depends_on_view() && (view(self).is_none() || view(self) != view(before)) {
             return Comparison::OtherView;
         }
         Comparison::Change { before: earlier, now, verdict: verdict(quantity, earlier, now) }

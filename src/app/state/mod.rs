@@ -17,6 +17,7 @@ pub mod paper;
 mod preferences;
 pub mod recent;
 mod request;
+mod thumbnails;
 mod undo;
 
 pub use activity::{Activity, JobStatus, PROGRESS_DELAY};
@@ -29,6 +30,7 @@ pub use path_field::{FolderEntry, Listing, PathField};
 pub use preferences::{Navigation, Preferences, Theme};
 pub use request::Request;
 pub use selection::{HoveredPixel, PickedTriangle, SelectionState};
+pub use thumbnails::{THUMBNAIL_SIZE, Thumbnail, Thumbnails};
 pub use undo::UndoStack;
 pub use wanted::Wanted;
 
@@ -56,6 +58,8 @@ pub struct AppState {
     pub requests: Vec<Request>,
     /// Why nothing can be copied to other programs, where that is so.
     pub clipboard_fault: Option<String>,
+    /// Small pictures of models, for the start page.
+    pub thumbnails: Thumbnails,
     /// What the fixed range of the heat map was fitted to.
     pub heat_basis: Option<HeatBasis>,
 }
@@ -75,6 +79,7 @@ impl AppState {
             undo: UndoStack::default(),
             requests: Vec::new(),
             clipboard_fault: None,
+            thumbnails: Thumbnails::default(),
             heat_basis: None,
         }
     }

@@ -37,7 +37,7 @@ impl Presented {
     pub fn new(accel: Arc<Accel>, table: Arc<NodeTable>, frame: Arc<Frame>, frame_id: u64, threads: usize) -> Self {
         let tests_per_ray = frame.stats.tests_per_ray();
         let mut counted = None;
-        Counted::observe(&mut counted, &frame);
+        Counted::observe(&mut counted, &frame, false);
         Self { accel, table, frame, frame_id, tests_per_ray, threads, counted, before: None }
     }
 

@@ -23,6 +23,8 @@ mod pool;
 
 pub(crate) mod derived_worker;
 pub(crate) mod measure_worker;
+pub(crate) mod thumbnail_cache;
+pub(crate) mod thumbnail_worker;
 
 mod folder_listing;
 

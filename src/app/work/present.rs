@@ -35,11 +35,12 @@ pub(crate) fn present_tree(tree: BuiltTree, frame: &Arc<Frame>, frame_id: u64, s
     !same_scene
 }
 
-/// Replaces the picture of the presented tree by `frame`, which was traced through the same tree.
-pub(crate) fn present_frame(presented: &mut Presented, frame: &Arc<Frame>, frame_id: u64) {
+/// Replaces the picture of the presented tree by `frame`, which was traced through the same tree. `hides` tells whether it
+/// leaves triangles out.
+pub(crate) fn present_frame(presented: &mut Presented, frame: &Arc<Frame>, frame_id: u64, hides: bool) {
     presented.frame = Arc::clone(frame);
     presented.frame_id = frame_id;
     // Nothing is counted while the settings change; the last counts of this tree remain.
     presented.tests_per_ray = frame.stats.tests_per_ray().or(presented.tests_per_ray);
-    Counted::observe(&mut presented.counted, frame);
+    Counted::observe(&mut presented.counted, frame, hides);
 }

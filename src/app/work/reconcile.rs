@@ -229,7 +229,8 @@ impl Reconciler {
         } else if let Some(presented) = &mut state.model.presented
             && Arc::ptr_eq(&presented.accel, &rendered.key.accel)
         {
-            present_frame(presented, &rendered.frame, self.render.next_frame_id());
+            let hides = rendered.key.hidden.is_some();
+            present_frame(presented, &rendered.frame, self.render.next_frame_id(), hides);
         } else {
             return;
         }

@@ -7,3 +7,4 @@ pub(super) mod message_log;
 pub(super) mod palette;
 mod path_field;
 pub(super) mod start_page;
+mod thumbnail;

@@ -1,12 +1,16 @@
 //! Dialog "Open a model": built-in scenes, recent files, and the file dialog.
 
-use egui::{self, Button, RichText, ScrollArea, Ui, vec2};
+use egui::{self, RichText, ScrollArea, Ui, vec2};
 
 use crate::app::commands::Action;
-use crate::app::panels::dialogs::{frame, path_field};
+use crate::app::panels::dialogs::{frame, path_field, thumbnail};
+use crate::app::panels::widgets::Tip as _;
 use crate::app::state::{AppState, Request};
 use crate::app::{format, theme};
 use crate::scene::{BUILTIN_SCENES, SceneSource, format_names};
+
+/// Smallest width of a card in points.
+const MIN_CARD_WIDTH: f32 = 132.0;
 
 /// Shows the dialog while it is open.
 pub(crate) fn show(ctx: &egui::Context, state: &mut AppState) {
@@ -16,7 +20,7 @@ pub(crate) fn show(ctx: &egui::Context, state: &mut AppState) {
     let mut open = true;
     let mut chosen = None;
     let mut path = None;
-    frame::show(ctx, "Open a model", [560.0, 440.0], &mut open, |ui| {
+    frame::show(ctx, "Open a model", [620.0, 560.0], &mut open, |ui| {
         path = path_field::show(ui, state);
         ui.add_space(4.0);
         ScrollArea::vertical().auto_shrink([false, true]).show(ui, |ui| content(ui, state, &mut chosen));
@@ -41,21 +45,50 @@ fn content(ui: &mut Ui, state: &AppState, chosen: &mut Option<Action>) {
         }
         ui.label(RichText::new(format!("or drop an {formats} file on the window")).color(dim));
     });
+    if !state.preferences.recent.is_empty() {
+        heading(ui, "RECENT");
+        let recent = state.preferences.recent.iter().enumerate().map(|(index, path)| Card {
+            source: SceneSource::File(path.clone()),
+            name: path.file_name().unwrap_or(path.as_os_str()).to_string_lossy().into_owned(),
+            tip: format!("Open {}; the present scene stays until the new one is built", path.display()),
+            action: Action::OpenRecent(index),
+        });
+        cards(ui, state, recent.collect(), chosen);
+    }
     heading(ui, "BUILT IN");
-    for (index, scene) in BUILTIN_SCENES.iter().enumerate() {
-        let tip = "Open it; the present scene stays until the new one is built";
-        entry(ui, [scene.label, scene.description], tip, Action::OpenBuiltin(index), chosen);
-    }
-    if state.preferences.recent.is_empty() {
-        return;
-    }
-    heading(ui, "RECENT");
-    for (index, path) in state.preferences.recent.iter().enumerate() {
-        let name = path.file_name().unwrap_or(path.as_os_str()).to_string_lossy();
-        let folder = path.parent().map_or_else(String::new, |folder| folder.display().to_string());
-        let texts = [format::elide_middle(&name, 32), format::elide_middle(&folder, 44)];
-        let tip = format!("Open {}; the present scene stays until the new one is built", path.display());
-        entry(ui, texts.each_ref().map(String::as_str), &tip, Action::OpenRecent(index), chosen);
+    let builtin = BUILTIN_SCENES.iter().enumerate().map(|(index, scene)| Card {
+        source: SceneSource::Builtin { name: scene.name.to_owned(), size: None },
+        name: scene.label.to_owned(),
+        tip: format!("{}. The present scene stays until the new one is built", scene.description),
+        action: Action::OpenBuiltin(index),
+    });
+    cards(ui, state, builtin.collect(), chosen);
+}
+
+/// A model that is offered.
+struct Card {
+    source: SceneSource,
+    name: String,
+    tip: String,
+    action: Action,
+}
+
+/// Cards in rows of equal widths.
+fn cards(ui: &mut Ui, state: &AppState, cards: Vec<Card>, chosen: &mut Option<Action>) {
+    let gap = 12.0;
+    let columns = ((ui.available_width() + gap) / (MIN_CARD_WIDTH + gap)).floor().max(1.0);
+    let width = (ui.available_width() - gap * (columns - 1.0)) / columns;
+    ui.spacing_mut().item_spacing = vec2(gap, 8.0);
+    for row in cards.chunks(columns as usize) {
+        ui.horizontal_top(|ui| {
+            for Card { source, name, tip, action } in row {
+                let shown = format::elide_middle(name, (width / 7.0) as usize);
+                let thumbnail = state.thumbnails.get(source);
+                if thumbnail::card(ui, width, &source.to_string(), &shown, thumbnail).tip(tip).clicked() {
+                    *chosen = Some(*action);
+                }
+            }
+        });
     }
 }
 
@@ -63,17 +96,4 @@ fn heading(ui: &mut Ui, text: &str) {
     ui.add_space(12.0);
     ui.label(RichText::new(text).heading().color(theme::palette(ui).dim));
     ui.add_space(4.0);
-}
-
-/// A button with a name on the left and a detail on the right.
-fn entry(ui: &mut Ui, [name, detail]: [&str; 2], tip: &str, action: Action, chosen: &mut Option<Action>) {
-    let text = RichText::new(detail).color(theme::palette(ui).dim);
-    let button = Button::new((name, egui::Atom::grow(), text))
-        .min_size(vec2(ui.available_width(), 24.0))
-        .frame_when_inactive(false);
-    let response = ui.add(button);
-    response.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Button, true, name));
-    if response.on_hover_text(tip).clicked() {
-        *chosen = Some(action);
-    }
 }
