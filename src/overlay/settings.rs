@@ -129,7 +129,7 @@ impl Default for OverlaySettings {
 
 impl OverlaySettings {
     /// The automatic budget of a graphics processor, and of a single picture.
-    pub const BUDGET: u32 = 100_000;
+    pub const BUDGET: u32 = 250_000;
     /// The automatic budget of a software renderer that draws many pictures a second.
     pub const SOFTWARE_BUDGET: u32 = 100_000;
 

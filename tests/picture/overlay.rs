@@ -297,3 +297,14 @@ fn many_small_containers_are_dots() {
     let few = table.shown(&settings(0, 8), &Selection::default(), Some(&viewpoint));
     assert!(!few.depends_on_view && few.outlined == few.nodes.len());
 }
+
+#[test]
+fn lines_are_kept_for_the_largest() {
+    let table = table::<Aabb>(row(8_192));
+    let viewpoint = far_end(Projection::Orthographic);
+    let shown = table.shown(&settings(0, 99), &Selection::default(), Some(&viewpoint));
+    assert_eq!((shown.outlined, shown.nodes.len()), (10_000, 16_383));
+    let side = |node: &u32| table.node_box(*node).extent().length();
+    let smallest_with_lines = shown.nodes[..10_000].iter().map(side).fold(f32::INFINITY, f32::min);
+    assert!(shown.nodes[10_000..].iter().all(|node| side(node) <= smallest_with_lines));
+}

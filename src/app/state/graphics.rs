@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use crate::overlay::Shown;
+use crate::overlay::{OverlaySettings, Shown};
 
 /// The graphics adapter and its state.
 #[derive(Debug, Clone, Default)]
@@ -19,4 +19,11 @@ pub struct Graphics {
     pub shown: Option<Arc<Shown>>,
     /// Number of containers drawn in the last UI frame, and number that the settings select.
     pub overlay_counts: (usize, usize),
+}
+
+impl Graphics {
+    /// Number of containers that the adapter draws where no limit is set.
+    pub const fn automatic_budget(&self) -> u32 {
+        if self.is_software { OverlaySettings::SOFTWARE_BUDGET } else { OverlaySettings::BUDGET }
+    }
 }

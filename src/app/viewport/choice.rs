@@ -64,7 +64,7 @@ impl Choice {
 
 /// The overlay settings as they are drawn now: restricted to what is known of the tree, with the budget of this adapter.
 pub(crate) fn drawable(state: &AppState, presented: &Presented) -> OverlaySettings {
-    let automatic = if state.graphics.is_software { OverlaySettings::SOFTWARE_BUDGET } else { OverlaySettings::BUDGET };
     let wanted = &state.wanted.overlay;
-    OverlaySettings { budget: Some(wanted.budget.unwrap_or(automatic)), ..presented.table.drawable(wanted) }
+    let budget = wanted.budget.unwrap_or_else(|| state.graphics.automatic_budget());
+    OverlaySettings { budget: Some(budget), ..presented.table.drawable(wanted) }
 }

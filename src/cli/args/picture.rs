@@ -107,7 +107,7 @@ pub struct OverlayArgs {
     #[arg(long, value_name = "PX", value_parser = |text: &str| values::decimal(text, 0.25, 64.0))]
     pub line_width: Option<f32>,
     /// Maximum number of containers of each kind that are drawn, the largest on screen first, 1 to 1000000
-    /// [default: 100000]
+    /// [default: 250000]
     #[arg(long, value_name = "N", value_parser = |text: &str| values::whole::<u32>(text, 1, 1_000_000))]
     pub at_most: Option<u32>,
 }

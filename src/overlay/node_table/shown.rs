@@ -17,6 +17,8 @@ use bvhscope_engine::with_tree;
 const DOT_PX: f32 = 5.0;
 /// Number of containers up to which all are drawn with lines.
 const FEW_LINES: usize = 2_000;
+/// Number of containers drawn with lines at most, the largest on screen: 10,000 boxes take a software renderer about 0.1 s.
+const MOST_LINES: usize = 10_000;
 /// A best-first walk pays off if the budget is at most one in this many of the chosen nodes.
 const FEW: usize = 8;
 /// A container outside of the picture ranks as one this much smaller.
@@ -139,12 +141,18 @@ impl NodeTable {
         let outlined = nodes.len();
         let mut shown = Shown { nodes, depths, wanted, outlined, depends_on_view: false, scale };
         let Some(measure) = measure.filter(|_| wanted > FEW_LINES) else { return shown };
-        let is_large: Vec<bool> = with_tree!(&self.accel.tree, tree => {
-            let large = |&node: &u32| {
-                measure.extent(&tree.nodes[node as usize].container.bounds()).diameter_px >= DOT_PX
-            };
-            shown.nodes.par_iter().with_min_len(1_024).map(large).collect()
+        let sizes: Vec<f32> = with_tree!(&self.accel.tree, tree => {
+            let size = |&node: &u32| measure.extent(&tree.nodes[node as usize].container.bounds()).diameter_px;
+            shown.nodes.par_iter().with_min_len(1_024).map(size).collect()
         });
+        let mut smallest = DOT_PX;
+        if sizes.len() > MOST_LINES {
+            let mut sorted = sizes.clone();
+            let (.., next, _) = sorted.select_nth_unstable_by(MOST_LINES, |a, b| b.total_cmp(a));
+            // Of those of the same size all are dots.
+            smallest = smallest.max(next.next_up());
+        }
+        let is_large: Vec<bool> = sizes.into_iter().map(|size| size >= smallest).collect();
         let partitioned = |values: &[u32]| -> Vec<u32> {
             let of = |large: bool| {
                 values.iter().zip(&is_large).filter(move |(_, is)| **is == large).map(|(&value, _)| value)

@@ -31,10 +31,7 @@ pub(crate) fn show(ui: &mut Ui, state: &mut AppState) {
         });
         let tip = "What the colour of a container means; the legend has the numbers";
         combo(ui, "Colour by", tip, &mut overlay.color_by, &choices, |_| None);
-        line_style(ui, overlay);
-        row(ui, "Faces", "Fill the sides of containers that face you, so that near and far are told apart", |ui| {
-            ui.checkbox(&mut overlay.faces, "Faint")
-        });
+        line_style(ui, overlay, state.graphics.automatic_budget());
         let shown = state.drawn_kinds() != [false; 2];
         let (drawn, wanted) = state.graphics.overlay_counts;
         let color = theme::palette(ui);
@@ -72,15 +69,19 @@ fn kinds(ui: &mut Ui, state: &mut AppState) {
                     (overlay.follows_tree, overlay.show_boxes, overlay.show_spheres) = (false, boxes, spheres);
                 }
             });
-            let tip = "Draw what the tree is built of, boxes or spheres, also after that changes";
-            check(ui, &mut overlay.follows_tree, "As tree", tip);
+            ui.horizontal(|ui| {
+                let tip = "Draw what the tree is built of, boxes or spheres, also after that changes";
+                check(ui, &mut overlay.follows_tree, "As tree", tip);
+                let tip = "Fill the sides that face you, faintly, so that near and far are told apart";
+                check(ui, &mut overlay.faces, "Faces", tip);
+            });
         })
         .response
     });
 }
 
 /// Sliders for hidden lines, line width and the most containers drawn.
-fn line_style(ui: &mut Ui, overlay: &mut OverlaySettings) {
+fn line_style(ui: &mut Ui, overlay: &mut OverlaySettings, automatic: u32) {
     let defaults = OverlaySettings::default();
     let mut hidden = f64::from(overlay.hidden_alpha);
     let spec = SliderSpec {
@@ -108,17 +109,17 @@ fn line_style(ui: &mut Ui, overlay: &mut OverlaySettings) {
     if slider(ui, &mut width, &spec) {
         overlay.line_width = width as f32;
     }
-    let mut budget = f64::from(overlay.at_most());
+    let mut budget = f64::from(overlay.budget.unwrap_or(automatic));
     let spec = SliderSpec {
         label: "At most",
         tip: "Containers drawn of each kind; where the depths hold more, the largest on screen are shown. More is slower",
         range: 100.0..=1_000_000.0,
-        default: f64::from(defaults.at_most()),
+        default: f64::from(automatic),
         logarithmic: true,
         decimals: 0,
         zero: "",
     };
     if slider(ui, &mut budget, &spec) {
-        overlay.budget = Some(budget as u32).filter(|&budget| budget != defaults.at_most());
+        overlay.budget = Some(budget as u32).filter(|&budget| budget != automatic);
     }
 }
