@@ -43,11 +43,11 @@ fn hiding_takes_the_subtree_its_triangles_and_its_containers() {
     harness.state_mut().state.selection.nodes.selected = Some(second);
     press(&mut harness, Modifiers::NONE, Key::I);
     let isolated = (hits(&harness), counts(&harness));
-    press(&mut harness, Modifiers::NONE, Key::J);
+    press(&mut harness, Modifiers::ALT, Key::H);
     harness.state_mut().state.selection.nodes.selected = Some(first);
     press(&mut harness, Modifiers::NONE, Key::H);
     assert_eq!(hits(&harness), isolated.0, "isolating one child hides the other");
-    press(&mut harness, Modifiers::NONE, Key::J);
+    press(&mut harness, Modifiers::ALT, Key::H);
     harness.state_mut().state.selection.nodes.selected = Some(second);
     press(&mut harness, Modifiers::SHIFT, Key::H);
     press(&mut harness, Modifiers::NONE, Key::Escape);

@@ -121,7 +121,7 @@ fn hiding(list: &mut List) {
         "Leave out everything but the selected node and what is below it",
         &[(NONE, Key::I), (Modifiers::SHIFT, Key::H)],
     );
-    list.add(place, Action::ShowAll, "Show all", "Show all hidden nodes again", &[(NONE, Key::J), (ALT, Key::H)]);
+    list.add(place, Action::ShowAll, "Show all", "Show all hidden nodes again", &[(ALT, Key::H)]);
     list.add(
         place,
         Action::ToggleHideTriangles,

@@ -46,12 +46,12 @@ fn heading(ui: &mut Ui, state: &AppState, shown: &Presented) {
 fn hidden_rows(ui: &mut Ui, state: &mut AppState, shown: &Presented) {
     let Some(visibility) = shown.table.visibility(&state.selection.nodes) else { return };
     if let Some(node) = state.selection.nodes.isolated {
-        let tip = "Only what is below this node is shown; J shows all again";
+        let tip = "Only what is below this node is shown; Alt+H shows all again";
         statistic(ui, state, &Statistic::new("Isolated node", format::count(u64::from(node))).tip(tip));
     }
     let hidden = state.selection.nodes.hidden.len();
     if hidden > 0 {
-        let tip = "Left out with everything below them; J shows them again";
+        let tip = "Left out with everything below them; Alt+H shows them again";
         statistic(ui, state, &Statistic::new("Hidden nodes", format::count(hidden as u64)).tip(tip));
     }
     let tip = "Triangles below hidden nodes. Of a split triangle all parts must be hidden";
