@@ -51,6 +51,9 @@ impl TextureUse {
     }
 }
 
+/// Original, wrap modes, transform, set of coordinates, and whether the texels are numbers.
+type VariantKey = (u32, [WrapMode; 2], [u32; 6], u8, bool);
+
 /// The textures of one model.
 pub(super) struct Images<'a> {
     folder: PathBuf,
@@ -65,7 +68,7 @@ pub(super) struct Images<'a> {
     /// Textures by file and content: a file may have many names.
     by_file: HashMap<(PathBuf, Content), Option<u32>>,
     /// Textures by original and use.
-    variants: HashMap<(u32, [WrapMode; 2], [u32; 6], u8, bool), Option<u32>>,
+    variants: HashMap<VariantKey, Option<u32>>,
     /// Names in lower case and as they are, of every folder in which a name was not found.
     listings: RefCell<HashMap<PathBuf, HashMap<String, OsString>>>,
     /// Bytes of all textures so far.
@@ -182,7 +185,7 @@ impl<'a> Images<'a> {
     /// Index of a texture with the same texels, which both share, for another use.
     pub(super) fn variant(&mut self, texture: u32, used: TextureUse) -> Option<u32> {
         let TextureUse { wrap, uv_transform, uv_set, is_linear } = used;
-        let variant = Texture { wrap, uv_transform, uv_set, is_linear, ..self.textures.get(texture as usize)?.clone() };
+        let variant = Texture { is_linear, uv_set, wrap, uv_transform, ..self.textures.get(texture as usize)?.clone() };
         if self.textures.get(texture as usize).is_some_and(|original| original.is_used_as(&variant)) {
             return Some(texture);
         }

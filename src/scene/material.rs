@@ -155,7 +155,7 @@ impl Texture {
         let index = (y as usize).saturating_mul(self.width as usize).saturating_add(x as usize);
         let [r, g, b, a] = self.texels.get(index).copied().unwrap_or([255; 4]);
         if self.is_linear {
-            return Vec4::new(f32::from(r), f32::from(g), f32::from(b), f32::from(a)) / 255.0;
+            return Vec4::from_array([r, g, b, a].map(|byte| f32::from(byte) / 255.0));
         }
         let linear = &*SRGB_TO_LINEAR;
         Vec4::new(linear[r as usize], linear[g as usize], linear[b as usize], f32::from(a) / 255.0)

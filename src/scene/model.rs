@@ -88,6 +88,11 @@ impl Scene {
         &self.materials[index as usize]
     }
 
+    /// Number of images that textures show; several textures may show one.
+    pub fn image_count(&self) -> usize {
+        self.textures.iter().map(|texture| Arc::as_ptr(&texture.texels)).collect::<HashSet<_>>().len()
+    }
+
     /// Whether the file has normals.
     pub fn has_normals(&self) -> bool {
         self.attributes.as_ref().is_some_and(|attributes| !attributes.normals.is_empty())

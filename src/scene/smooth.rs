@@ -291,7 +291,7 @@ mod tests {
         for (index, triangle) in triangles.iter().enumerate() {
             for (point, normal) in [triangle.a, triangle.b, triangle.c].into_iter().zip(normals.of(index as u32)) {
                 assert!(normal.dot(geometric(triangle)) > 0.999_999, "{index}: {normal}");
-                at_points.insert([point, normal.round()].map(|vector| vector.as_ivec3()));
+                at_points.insert([point, normal.round()].map(Vec3::as_ivec3));
             }
         }
         assert_eq!(at_points.len(), 24, "three normals at each of eight points");

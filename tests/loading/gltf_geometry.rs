@@ -189,6 +189,7 @@ fn textures_of_one_material_may_have_two_sets_of_coordinates() {
         [(0, false), (0, true), (1, true)]
     );
     assert!(std::sync::Arc::ptr_eq(&color.texels, &occlusion.texels), "the texels are there once");
+    assert_eq!(scene.image_count(), 1);
     // A third set is left out, and said so.
     assert!(material.emissive_texture.is_none());
     let warnings = scene.warnings.entries.iter().map(ToString::to_string).collect::<Vec<_>>();

@@ -156,6 +156,27 @@ fn the_cornell_box() {
 }
 
 #[test]
+fn a_ground_darkens_the_background_and_changes_nothing_else() {
+    let pictured = |ground| {
+        let settings = RenderSettings { ground, ..settings(Shading::Lit) };
+        picture("builtin:teapot:4", ContainerKind::Aabb, settings, Projection::Perspective)
+    };
+    let [with, without] = [true, false].map(pictured);
+    assert_eq!(
+        (&with.primitive, &with.distance, with.stats.hits),
+        (&without.primitive, &without.distance, without.stats.hits)
+    );
+    let mut darker = 0;
+    for (index, (on, off)) in with.rgba.iter().zip(&without.rgba).enumerate() {
+        let is_background = with.primitive[index] == u32::MAX;
+        assert!(on == off || is_background && on.iter().zip(off).all(|(on, off)| on <= off), "pixel {index}");
+        darker += usize::from(on != off);
+    }
+    assert!(darker > 50, "{darker} pixels are in the shadow");
+    check("lit-ground", &with, &ONE_SAMPLE);
+}
+
+#[test]
 fn lit_in_parallel_projection() {
     let frame = picture("builtin:teapot:4", ContainerKind::Aabb, settings(Shading::Lit), Projection::Orthographic);
     check("lit-orthographic", &frame, &ONE_SAMPLE);

@@ -57,7 +57,7 @@ fn scene_rows(ui: &mut Ui, state: &mut AppState, scene: &Scene) {
     }
     statistic(ui, state, &Statistic::new("Materials", format::count(scene.materials.len() as u64)));
     if !scene.textures.is_empty() {
-        statistic(ui, state, &Statistic::new("Textures", format::count(scene.textures.len() as u64)));
+        statistic(ui, state, &Statistic::new("Textures", format::count(scene.image_count() as u64)));
     }
     let warnings = &scene.warnings.entries;
     if !warnings.is_empty() {
