@@ -21,7 +21,7 @@ const CONTACT_RADIUS: f32 = 0.08;
 /// [`CONTACT_RADIUS`]: stands in for all further bounces.
 const BOUNCED_SKY: [f32; 2] = [0.1, 0.65];
 /// Directions that are traced in each sample after the first.
-const BOUNCES: usize = 2;
+const BOUNCES: usize = 1;
 /// Brightest bounced light as a fraction of the sky's.
 const MAX_BOUNCED: f32 = 0.6;
 /// Greatest weight of the mean light in view: that of a view which no sky reaches.

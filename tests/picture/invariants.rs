@@ -58,25 +58,33 @@ fn a_closed_room_is_exposed_more_and_all_passes_of_a_view_alike() {
     let accel = Arc::new(Accel::build(&scene, &BuildSettings::default(), &CancelToken::new()).unwrap());
     let outside = Camera::framing(&scene.bounds, Vec3::Y);
     let inside = Camera { eye: Vec3::new(0.1, 0.2, 0.9), target: Vec3::NEG_Z, ..outside };
-    let pictured = |camera: Camera, coarseness: u32, exposure: Exposure| {
+    let pictured = |camera: Camera, coarseness: f32, exposure: Exposure| {
         let settings = RenderSettings { samples: 2, exposure, ..RenderSettings::default() };
         let accel = Arc::clone(&accel);
-        let request =
-            RenderRequest { accel, camera, settings, width_px: 64, height_px: 48, coarseness, count_tests: false };
+        let request = RenderRequest {
+            accel,
+            camera,
+            settings,
+            width_px: 64,
+            height_px: 48,
+            coarseness,
+            count_tests: false,
+            hidden: None,
+        };
         render(&request, &CancelToken::new(), &|_| ()).unwrap()
     };
-    assert_eq!(pictured(outside, 1, Exposure::Auto).exposure_stops, 0.0);
-    let room = pictured(inside, 1, Exposure::Auto);
+    assert_eq!(pictured(outside, 1.0, Exposure::Auto).exposure_stops, 0.0);
+    let room = pictured(inside, 1.0, Exposure::Auto);
     assert!((1.0..=4.0).contains(&room.exposure_stops), "{}", room.exposure_stops);
-    assert_eq!(pictured(inside, 4, Exposure::Auto).exposure_stops, room.exposure_stops, "the coarse pass");
+    assert_eq!(pictured(inside, 4.0, Exposure::Auto).exposure_stops, room.exposure_stops, "the coarse pass");
     let mean = |frame: &bvhscope::render::Frame| {
         frame.rgba.iter().map(|pixel| f64::from(pixel[1])).sum::<f64>() / frame.rgba.len() as f64
     };
-    let dark = pictured(inside, 1, Exposure::Fixed(0.0));
+    let dark = pictured(inside, 1.0, Exposure::Fixed(0.0));
     assert!(mean(&room) > 80.0 && mean(&room) > mean(&dark) * 1.4, "{} {}", mean(&room), mean(&dark));
     // The coarse pass, which traces no bounces, is as bright as the picture at rest.
-    let coarse = pictured(inside, 4, Exposure::Auto);
+    let coarse = pictured(inside, 4.0, Exposure::Auto);
     assert!((mean(&coarse) - mean(&room)).abs() < 15.0, "{} {}", mean(&coarse), mean(&room));
-    let locked = pictured(inside, 1, Exposure::Fixed(room.exposure_stops));
+    let locked = pictured(inside, 1.0, Exposure::Fixed(room.exposure_stops));
     assert_eq!(locked.rgba, room.rgba, "locking changes nothing");
 }
