@@ -29,6 +29,7 @@ pub fn app_of_size(size: Vec2) -> Window {
     // The greeting would cover the viewport.
     harness.state_mut().state.preferences.greeted = true;
     harness.state_mut().state.preferences.toured = true;
+    harness.state_mut().state.layout.tour = None;
     settle(&mut harness);
     harness
 }
