@@ -110,7 +110,7 @@ impl App {
         if let Some(render_state) = &context.wgpu_render_state {
             let info = render_state.adapter.get_info();
             state.graphics.adapter_name = info.name;
-            state.graphics.backend = backend_name(info.backend).to_owned();
+            backend_name(info.backend).clone_into(&mut state.graphics.backend);
             state.graphics.is_software = info.device_type == wgpu::DeviceType::Cpu;
             device.watch(&render_state.device, &ctx);
             let pipeline = OverlayPipeline::new(&render_state.device, render_state.target_format);

@@ -1,6 +1,6 @@
 //! What a fixed range of the heat map was fitted to. It means nothing for other counts.
 
-use crate::app::state::{AppState, Severity};
+use crate::app::state::wanted::Wanted;
 use crate::render::Shading;
 use crate::scene::SceneSource;
 use bvhscope_engine::tree::traverse::Traversal;
@@ -13,28 +13,22 @@ pub struct HeatBasis {
     traversal: Traversal,
 }
 
-impl AppState {
-    /// Gives a fixed range of the heat map up where model, shading or traversal are no longer those it was fixed for; called once a
-    /// UI frame. Modes other than heat maps keep it.
-    pub fn follow_heat_range(&mut self) {
-        let render = &self.wanted.render;
-        if render.heat_range.is_none() {
-            self.heat_basis = None;
-            return;
-        }
-        if !matches!(render.shading, Shading::Heat(_)) {
-            return;
-        }
-        let (source, shading, traversal) = (self.wanted.source.clone(), render.shading, render.traversal);
-        let basis = HeatBasis { source, shading, traversal };
-        if self.heat_basis.as_ref().is_some_and(|known| *known != basis) {
-            self.wanted.render.heat_range = None;
-            self.heat_basis = None;
-            let text =
-                "The heat range is fitted to every picture again: the fixed one was for other counts (C fixes it)";
-            self.messages.notify(Severity::Info, text);
-        } else {
-            self.heat_basis = Some(basis);
-        }
+/// Gives a fixed range of the heat map up where model, shading or traversal are no longer those it was fixed for. Modes other than
+/// heat maps keep it. Returns whether it was given up.
+pub(super) fn follow(known: &mut Option<HeatBasis>, wanted: &mut Wanted) -> bool {
+    let render = &wanted.render;
+    if render.heat_range.is_none() {
+        *known = None;
+        return false;
     }
+    if !matches!(render.shading, Shading::Heat(_)) {
+        return false;
+    }
+    let basis = HeatBasis { source: wanted.source.clone(), shading: render.shading, traversal: render.traversal };
+    let is_other = known.as_ref().is_some_and(|known| *known != basis);
+    *known = (!is_other).then_some(basis);
+    if is_other {
+        wanted.render.heat_range = None;
+    }
+    is_other
 }

@@ -98,6 +98,16 @@ impl AppState {
         self.requests.push(Request::Copy(text));
     }
 
+    /// Fits the heat map to every picture again, with a message, where its fixed range belongs to another model, shading or
+    /// traversal; called once a UI frame.
+    pub fn follow_heat_range(&mut self) {
+        if heat_basis::follow(&mut self.heat_basis, &mut self.wanted) {
+            let text =
+                "The heat range is fitted to every picture again: the fixed one was for other counts (C fixes it)";
+            self.messages.notify(Severity::Info, text);
+        }
+    }
+
     /// Tracing speed in Mray/s: of the picture at rest the median of its passes, otherwise that of the last second.
     pub fn mrays_per_s(&self) -> f64 {
         let at_rest =

@@ -81,7 +81,7 @@ impl ThumbnailWorker {
         if !idle {
             return;
         }
-        if let Some(job) = self.to_keep(state).or_else(|| self.to_find(state)) {
+        if let Some(job) = self.next_picture(state).or_else(|| self.next_model(state)) {
             let (Job::Find(source) | Job::Keep(source, _)) = &job;
             self.requested.insert(source.clone());
             self.worker.request(job);
@@ -90,7 +90,7 @@ impl ThumbnailWorker {
     }
 
     /// The picture of the presented file, once a scene.
-    fn to_keep(&mut self, state: &AppState) -> Option<Job> {
+    fn next_picture(&mut self, state: &AppState) -> Option<Job> {
         let Presented { accel, frame, .. } = state.model.presented.as_ref()?;
         let scene = &accel.scene;
         let is_new = self.kept.as_ptr() != Arc::as_ptr(scene);
@@ -103,7 +103,7 @@ impl ThumbnailWorker {
     }
 
     /// The next model of the open start page without a thumbnail.
-    fn to_find(&self, state: &AppState) -> Option<Job> {
+    fn next_model(&self, state: &AppState) -> Option<Job> {
         if !state.layout.start_page_open {
             return None;
         }

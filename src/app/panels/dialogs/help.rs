@@ -129,8 +129,7 @@ fn scrolled_id() -> egui::Id {
 
 /// Whether the marked term has not been scrolled to yet.
 fn scrolls_to(ui: &Ui, term: Term) -> bool {
-    let before =
-        ui.data_mut(|data| std::mem::replace(data.get_temp_mut_or_default::<Option<Term>>(scrolled_id()), Some(term)));
+    let before = ui.data_mut(|data| data.get_temp_mut_or_default::<Option<Term>>(scrolled_id()).replace(term));
     before != Some(term)
 }
 

@@ -72,10 +72,10 @@ fn title(ui: &mut Ui, state: &AppState, shown: Option<&Presented>) -> bool {
 /// Builder, threshold and container of a tree: "AAC · threshold 6 · boxes".
 fn tree_name(shown: &Presented) -> String {
     let settings = &shown.accel.settings;
-    let mut text = settings.builder.label().to_owned();
-    if settings.builder == BuilderKind::Aac {
-        text += &format!(" · threshold {}", settings.threshold);
-    }
+    let text = match settings.builder {
+        BuilderKind::Aac => format!("AAC · threshold {}", settings.threshold),
+        builder => builder.label().to_owned(),
+    };
     let containers = match settings.container {
         ContainerKind::Aabb => "boxes",
         ContainerKind::Sphere => "spheres",
