@@ -10,6 +10,8 @@ use bvhscope_engine::geometry::Triangle;
 const EDGE: usize = 24;
 /// Cells of the cube map.
 pub(super) const CELLS: usize = 6 * EDGE * EDGE;
+/// Size over distance of a triangle that is drawn into the one cell of its centre: half a cell.
+const SMALL: f32 = 0.04;
 /// Triangles between two checks of the token.
 const CHUNK: usize = 1 << 14;
 
@@ -51,6 +53,15 @@ fn direction(cell: usize) -> (Vec3, f32) {
     direction[(axis + 2) % 3] = v;
     let squared = 1.0 + u * u + v * v;
     (direction / squared.sqrt(), squared.powf(-1.5))
+}
+
+/// The cell that a direction passes through.
+fn cell_of(direction: Vec3) -> usize {
+    let axis = direction.abs().max_position();
+    let depth = direction[axis].abs();
+    let place = |axis: usize| (((direction[axis] / depth + 1.0) * 0.5 * EDGE as f32) as usize).min(EDGE - 1);
+    let face = if direction[axis] > 0.0 { axis } else { axis + 3 };
+    (face * EDGE + place((axis + 2) % 3)) * EDGE + place((axis + 1) % 3)
 }
 
 /// The nearest surfaces around each of `points`, which are seen in one pass over the triangles.
@@ -97,6 +108,15 @@ fn draw(triangle: &Triangle, center: Vec3, map: &mut [Cell]) {
     if height == 0.0 || !height.is_finite() {
         return;
     }
+    let (center, size) = ((corners[0] + corners[1] + corners[2]) / 3.0, triangle.bounds().extent().max_element());
+    let distance = center.length();
+    if size < distance * SMALL {
+        let cell = &mut map[cell_of(center)];
+        if distance < cell.distance {
+            *cell = Cell { distance, normal: normal.normalize_or_zero() };
+        }
+        return;
+    }
     for face in 0..6 {
         let (axis, sign) = (face % 3, if face < 3 { 1.0 } else { -1.0 });
         let depths = corners.map(|corner| corner[axis] * sign);
@@ -136,6 +156,7 @@ fn covers(corners: &[Vec3; 3], direction: Vec3) -> bool {
 }
 
 #[cfg(test)]
+#[allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 mod tests {
     use std::f32::consts::TAU;
 
@@ -149,6 +170,7 @@ mod tests {
         assert!((total - 2.0 * TAU).abs() < 0.01, "the solid angle of the sphere is 4π, not {total}");
         for cell in 0..CELLS {
             assert!((direction(cell).0.length() - 1.0).abs() < 1e-6);
+            assert_eq!(cell_of(direction(cell).0 * 7.0), cell);
         }
     }
 

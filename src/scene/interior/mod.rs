@@ -40,7 +40,8 @@ const WAY: f32 = 0.25;
 const STEP_BACK: f32 = 0.75;
 /// Part of the way to the nearest surface at which one orbits.
 const FREE_AROUND: f32 = 0.75;
-/// Points beside the centre that are tried, as fractions of the bounding box: the centre itself may lie in a lamp.
+/// Points above, below and along the model's length beside the centre that are tried, as fractions of the bounding box: the centre
+/// itself may lie in a lamp.
 const OFFSETS: [f32; 3] = [0.0, -0.12, 0.12];
 /// Larger models are looked at from their centre alone.
 const MAX_TRIANGLES_BESIDE: usize = 4_000_000;
@@ -76,14 +77,15 @@ pub(super) fn find(
     if !center.is_finite() || !is_room(&around(&[center], triangles, token)?[0], up) {
         return Ok(None);
     }
-    let beside = OFFSETS.iter().flat_map(|&x| OFFSETS.iter().flat_map(move |&y| OFFSETS.map(|z| Vec3::new(x, y, z))));
+    let horizontal = bounds.extent() * (Vec3::ONE - up.abs());
+    let longest = horizontal.max_element();
+    let along = Vec3::AXES[horizontal.max_position()];
+    let beside = OFFSETS.iter().flat_map(|&up_by| OFFSETS.map(|along_by| up.abs() * up_by + along * along_by));
     let mut points: Vec<Vec3> = beside.map(|offset| center + offset * bounds.extent()).collect();
     if triangles.len() > MAX_TRIANGLES_BESIDE {
         points.truncate(1);
     }
     let maps = around(&points, triangles, token)?;
-    let horizontal = bounds.extent() * (Vec3::ONE - up.abs());
-    let longest = horizontal.max_element();
     let mut best = None;
     let mut widest = 0.0_f32;
     for (&point, map) in points.iter().zip(&maps) {
@@ -161,6 +163,7 @@ fn longest_way(map: &[Cell], up: Vec3) -> Way {
 }
 
 #[cfg(test)]
+#[allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 mod tests {
     use super::*;
 
