@@ -4,7 +4,7 @@
 # Others for packages and measurements:
 #   make install  installs program, desktop entry, icons, man pages and completions under PREFIX
 #   make deb      builds a Debian package of the same files in target/debian/
-#   make peers    measures beside other engines, with flags as in PEERS="--scenes bunny,dragon --json"
+#   make peers screenshots    measures beside other engines, with flags as in PEERS="--scenes bunny,dragon --json"
 # What they need of the system they install first, where it is missing. Everything else is plain cargo.
 
 SHELL := /bin/bash
@@ -19,7 +19,7 @@ export BVHSCOPE_SKIPPED := $(CURDIR)/target/skipped.log
 export BVHSCOPE_MAY_SKIP ?= models
 LIST_SKIPPED = if [ -s "$$BVHSCOPE_SKIPPED" ]; then echo "Not checked here:"; sort "$$BVHSCOPE_SKIPPED"; else echo "No test was skipped."; fi
 
-.PHONY: run test format lint unit docs headless peers dist install deb deps-run deps-test deps-peers deps-deb
+.PHONY: run test format lint unit docs headless peers screenshots dist install deb deps-run deps-test deps-peers deps-deb
 
 run: deps-run
 	cargo build --release
@@ -58,6 +58,10 @@ headless:
 # With the examples, because their dependencies make it the same set of features that lint has checked already.
 docs:
 	RUSTDOCFLAGS="-D warnings" cargo doc --workspace --no-deps --lib --examples
+
+# The window anew in assets/screenshots/sheet, with which a test compares it: three models, both themes, four modes. Look at all.
+screenshots: deps-test
+	UPDATE_SCREENSHOTS=1 cargo test --test window screenshots
 
 # This engine beside Embree and obvhs.
 peers: deps-peers

@@ -68,6 +68,11 @@ impl Desktop {
         self.home.path()
     }
 
+    /// A folder of programs that are found before those of the system.
+    pub fn programs(&self) -> PathBuf {
+        self.home().join("programs")
+    }
+
     /// The program's settings file.
     pub fn settings(&self) -> PathBuf {
         self.home().join("bvhscope/settings.json")
@@ -86,8 +91,13 @@ impl Desktop {
     /// A program with this screen and home.
     pub fn command(&self, program: impl AsRef<std::ffi::OsStr>) -> Command {
         let mut command = Command::new(program);
+        // Programs that a test puts there stand for those of a desktop.
+        let mut path = self.programs().into_os_string();
+        path.push(":");
+        path.push(std::env::var_os("PATH").unwrap_or_default());
         command
             .current_dir(self.home())
+            .env("PATH", path)
             .env("DISPLAY", &self.display)
             .env_remove("WAYLAND_DISPLAY")
             .env("XDG_DATA_HOME", self.home())

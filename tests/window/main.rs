@@ -8,6 +8,9 @@
 mod support;
 
 mod desktop;
+mod screen;
 
 mod end_to_end;
+mod exchange;
 mod faults;
+mod screenshots;

@@ -1,0 +1,134 @@
+//! The sheet of screenshots: three models, both themes, four modes, from the real window. `make screenshots` takes them anew.
+
+use std::path::Path;
+
+use bvhscope::app::state::{Preferences, Theme, Wanted};
+use bvhscope::scene::SceneSource;
+use image::RgbImage;
+use image::imageops::{FilterType, resize};
+
+use crate::desktop::Desktop;
+use crate::screen::{Screenshot, VIEWPORT, Window};
+
+const MODELS: [(&str, &str); 3] =
+    [("teapot", "builtin:teapot"), ("sphereflake", "builtin:sphereflake"), ("terrain", "builtin:terrain:20000")];
+const THEMES: [(&str, Theme); 2] = [("dark", Theme::Dark), ("light", Theme::Light)];
+/// Names of the modes and the key that leads to each from the one before; the second is reached by a click on the model.
+const MODES: [(&str, &str); 4] = [("boxes", "alt+1"), ("selected", ""), ("clusters", "alt+5"), ("heat", "alt+6")];
+/// The screenshots are kept at half the size of the window.
+const KEPT: [u32; 2] = [640, 400];
+/// Edge in kept pixels of the squares whose mean colours are compared: fonts and drivers differ in single pixels.
+const CELL: u32 = 8;
+/// How far the mean colour of a square may differ, of 255: digits of times and rates do.
+const TOLERANCE: i32 = 28;
+/// Part of the squares that may differ by more.
+const DIFFERENT: f64 = 0.03;
+
+fn folder() -> std::path::PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("assets/screenshots/sheet")
+}
+
+fn kept(screen: &Screenshot) -> RgbImage {
+    let height = screen.pixels.len() / screen.width;
+    let bytes = screen.pixels.iter().flat_map(|pixel| pixel.to_be_bytes().into_iter().skip(1)).collect();
+    let image = RgbImage::from_raw(screen.width as u32, height as u32, bytes).unwrap();
+    resize(&image, KEPT[0], KEPT[1], FilterType::Triangle)
+}
+
+/// Part of the squares of two screenshots that differ.
+fn difference(a: &RgbImage, b: &RgbImage) -> f64 {
+    assert_eq!(a.dimensions(), b.dimensions());
+    let [across, down] = [a.width() / CELL, a.height() / CELL];
+    let mean = |image: &RgbImage, x: u32, y: u32| {
+        let mut sum = [0_i32; 3];
+        for pixel in (0..CELL * CELL).map(|place| image.get_pixel(x * CELL + place % CELL, y * CELL + place / CELL)) {
+            sum.iter_mut().zip(pixel.0).for_each(|(sum, channel)| *sum += i32::from(channel));
+        }
+        sum.map(|sum| sum / (CELL * CELL) as i32)
+    };
+    let differs = |x: u32, y: u32| {
+        let (a, b) = (mean(a, x, y), mean(b, x, y));
+        a.iter().zip(b).any(|(a, b)| (a - b).abs() > TOLERANCE)
+    };
+    let cells = (0..down).flat_map(|y| (0..across).map(move |x| (x, y)));
+    cells.filter(|&(x, y)| differs(x, y)).count() as f64 / f64::from(across * down)
+}
+
+/// The window of one model in one theme, in all modes.
+fn shots(source: &str, theme: Theme) -> Vec<RgbImage> {
+    let desktop = Desktop::new();
+    let preferences = Preferences { theme, greeted: true, toured: true, ..Preferences::default() };
+    // Settings of another model, so that the window chooses the camera.
+    let wanted = Wanted::new(SceneSource::parse("builtin:cornell".as_ref()).unwrap());
+    desktop.write_settings(&serde_json::json!({ "wanted": wanted, "preferences": preferences }).to_string());
+    let mut window = Window::open_on(desktop, &[source]);
+    let mut before = window.at_rest();
+    let mut taken = Vec::new();
+    for (mode, key) in MODES {
+        match mode {
+            "boxes" => {}
+            "selected" => window.desktop.xdotool(&["mousemove", "640", "380", "click", "1"]),
+            _ => {
+                // What was selected is given up, and the pointer leaves the model.
+                window.key("Escape");
+                window.key(key);
+            }
+        }
+        window.move_to([1279, 799]);
+        let screen =
+            window.once_complete(mode != "heat", |screen| mode == "boxes" || screen.changed(&before, VIEWPORT) > 0.002);
+        taken.push(kept(&screen));
+        before = screen;
+    }
+    taken
+}
+
+#[test]
+fn the_window_looks_as_the_sheet_shows_it() {
+    let update = std::env::var_os("UPDATE_SCREENSHOTS").is_some();
+    let mut different = Vec::new();
+    for (model, source) in MODELS {
+        for (name, theme) in THEMES {
+            for (image, (mode, _)) in shots(source, theme).iter().zip(MODES) {
+                let file = folder().join(format!("{model}-{name}-{mode}.png"));
+                if update {
+                    std::fs::create_dir_all(folder()).unwrap();
+                    image.save(&file).unwrap();
+                }
+                let expected = image::open(&file).unwrap_or_else(|error| panic!("{}: {error}", file.display()));
+                let part = difference(image, &expected.to_rgb8());
+                if part > DIFFERENT {
+                    let seen = std::env::temp_dir().join(format!("bvhscope-{model}-{name}-{mode}.png"));
+                    image.save(&seen).unwrap();
+                    different.push(format!(
+                        "{:.1} % of {} differs from {}",
+                        part * 100.0,
+                        seen.display(),
+                        file.display()
+                    ));
+                }
+            }
+        }
+    }
+    assert!(different.is_empty(), "{}\n'make screenshots' takes all anew", different.join("\n"));
+}
+
+/// The comparison lets digits pass and nothing else.
+#[test]
+fn screenshots_of_different_windows_differ() {
+    let image = |text_x: u32, panel: u8| {
+        RgbImage::from_fn(KEPT[0], KEPT[1], |x, y| {
+            let digit = y / 8 == 5 && (text_x..text_x + 30).contains(&x) && x % 3 == 0;
+            image::Rgb(if digit {
+                [255; 3]
+            } else if x < 120 {
+                [panel; 3]
+            } else {
+                [90; 3]
+            })
+        })
+    };
+    assert_eq!(difference(&image(20, 30), &image(20, 30)), 0.0);
+    assert!(difference(&image(20, 30), &image(40, 30)) < DIFFERENT, "other digits");
+    assert!(difference(&image(20, 30), &image(20, 90)) > DIFFERENT, "a panel in another colour");
+}
