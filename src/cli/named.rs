@@ -1,7 +1,7 @@
 //! Values chosen by name: parsers and help texts, both derived from the list that each type has of its own values.
 
 use crate::overlay::{ColorBy, OverlayKinds};
-use crate::render::{ColorMap, Light, NormalSource, Shading};
+use crate::render::{Background, ColorMap, Light, NormalSource, Shading};
 use crate::view::NamedView;
 use bvhscope_engine::kernel::SimdLevel;
 use bvhscope_engine::settings::{BuilderKind, Curve, Pass, Passes, Preset};
@@ -38,6 +38,7 @@ named!(
     NamedView,
     Shading,
     Light,
+    Background,
     NormalSource,
     Traversal,
     ColorMap,

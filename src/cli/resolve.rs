@@ -54,7 +54,7 @@ pub fn render(args: RenderArgs) -> Result<RenderCommand, Failure> {
         source,
         build: build(&args.build),
         camera,
-        settings: picture(&args.picture),
+        settings: RenderSettings { background: args.background.unwrap_or_default(), ..picture(&args.picture) },
         overlay: overlay(&args.overlay),
         section: args.section,
         hide_triangles: !args.nodes.keep_triangles,
@@ -243,6 +243,7 @@ fn picture(args: &PictureArgs) -> RenderSettings {
         traversal: args.traversal.unwrap_or(base.traversal),
         heat_range: args.heat_range.or(base.heat_range),
         color_map: args.color_map.unwrap_or(base.color_map),
+        background: base.background,
         mesh_edges: args.mesh_edges,
         section: base.section,
         ground: args.ground,
@@ -284,7 +285,7 @@ mod tests {
     use crate::app::state::{AppState, Preferences, Wanted};
     use crate::camera::Projection;
     use crate::overlay::ColorBy;
-    use crate::render::{ColorMap, Exposure, HeatKind, Light, NormalSource, Shading};
+    use crate::render::{Background, ColorMap, Exposure, HeatKind, Light, NormalSource, Shading};
     use crate::section::SectionPlane;
     use bvhscope_engine::settings::Curve;
     use bvhscope_engine::settings::Pass;
@@ -304,6 +305,7 @@ mod tests {
             light: Light::Headlight,
             exposure: Exposure::Fixed(-1.25),
             normals: NormalSource::Crease,
+            background: Background::Light,
             crease_degrees: 25.5,
             traversal: Traversal::Paper,
             heat_range: Some([1.0, 80.5]),

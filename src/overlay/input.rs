@@ -39,6 +39,8 @@ pub struct DrawInput<'a> {
     pub settings: OverlaySettings,
     /// Selected, hovered and hidden nodes.
     pub selection: &'a Selection,
+    /// The background of the picture and of what is drawn instead of it is light rather than dark.
+    pub light_background: bool,
     /// `false` draws a neutral background instead of the picture and hides no lines behind surfaces.
     pub show_picture: bool,
     /// The plane that the picture is cut by, which cuts the containers too.

@@ -148,6 +148,7 @@ impl OverlaySettings {
     }
 
     /// These settings with the kinds that are drawn of a tree of `kind` spelt out.
+    #[must_use]
     pub fn spelt_out(&self, kind: ContainerKind) -> Self {
         let [show_boxes, show_spheres] = self.kinds(kind);
         Self { follows_tree: false, show_boxes, show_spheres, ..*self }

@@ -35,8 +35,8 @@ pub struct ViewUniforms {
     pub ramp: [[f32; 4]; RAMP_STOPS],
 }
 
-/// Background behind the lines while the picture is off, sRGB RGBA.
-const BACKGROUND: [f32; 4] = [0.105, 0.11, 0.12, 1.0];
+/// Background behind the lines while the picture is off, sRGB RGBA: dark and light.
+const BACKGROUNDS: [[f32; 4]; 2] = [[0.105, 0.11, 0.12, 1.0], [0.84, 0.845, 0.85, 1.0]];
 
 /// Opacity of the other lines while a node is selected.
 const DIMMED: f32 = 0.45;
@@ -78,7 +78,7 @@ impl ViewUniforms {
             neutral: u32::from(input.neutral_lines && input.show_picture),
             strength: if input.selection.selected.is_some() { DIMMED } else { 1.0 },
             section: section(input, [right, up, forward]),
-            background: BACKGROUND,
+            background: BACKGROUNDS[usize::from(input.light_background)],
             ramp: shader_ramp(),
         }
     }

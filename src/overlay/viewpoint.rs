@@ -56,7 +56,9 @@ impl Measure {
         let from_eye = bounds.center() - self.eye;
         let [x, y, depth] = self.axes.map(|axis| from_eye.dot(axis));
         let unit = if self.is_perspective { depth.max(radius) } else { 1.0 };
-        let reach = self.half * unit + radius * (1.0 + self.half.max_element());
+        // The sides of a perspective view are slanted, so the sphere reaches farther across than its radius.
+        let margin = if self.is_perspective { radius * (1.0 + self.half.max_element()) } else { radius };
+        let reach = self.half * unit + margin;
         Extent {
             diameter_px: radius / (self.half.y * unit) * self.height_px,
             is_inside: x.abs() <= reach.x && y.abs() <= reach.y && (!self.is_perspective || depth > -radius),

@@ -51,5 +51,5 @@ pub use color_map::ColorMap;
 pub use frame::{Frame, FrameStats};
 pub use primary::{PrimaryTrace, TestSummary, count_tests, trace_primary, trace_primary_wide};
 pub use request::RenderRequest;
-pub use settings::{Exposure, HeatKind, Light, NormalSource, RenderSettings, Shading};
+pub use settings::{Background, Exposure, HeatKind, Light, NormalSource, RenderSettings, Shading};
 pub use tiles::{RenderError, render, render_radiance};

@@ -1,5 +1,6 @@
 //! Render settings: shading mode, light, colour maps, sampling.
 
+use glam::Vec3;
 use serde::{Deserialize, Serialize};
 
 use super::color_map::ColorMap;
@@ -130,6 +131,39 @@ impl Exposure {
     pub const MAX_FIXED: f32 = 8.0;
 }
 
+/// What is seen where no surface is, in modes that show surfaces.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Background {
+    /// Dark grey, lighter at the top.
+    #[default]
+    Dark,
+    /// Light grey, lighter at the top: for paper and the light theme.
+    Light,
+}
+
+impl Background {
+    /// All backgrounds.
+    pub const ALL: [Self; 2] = [Self::Dark, Self::Light];
+
+    /// The name on the command line.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Dark => "dark",
+            Self::Light => "light",
+        }
+    }
+
+    /// Linear colour at `y`, from 0 at the upper edge of the picture to 1 at the lower.
+    pub(super) fn color(self, y: f32) -> Vec3 {
+        let [top, bottom] = match self {
+            Self::Dark => [Vec3::new(0.052, 0.055, 0.062), Vec3::new(0.016, 0.017, 0.019)],
+            Self::Light => [Vec3::new(0.78, 0.79, 0.80), Vec3::new(0.52, 0.53, 0.55)],
+        };
+        top.lerp(bottom, y.clamp(0.0, 1.0))
+    }
+}
+
 /// Everything that decides a picture beside scene, tree, camera and size.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct RenderSettings {
@@ -157,6 +191,9 @@ pub struct RenderSettings {
     pub heat_range: Option<[f32; 2]>,
     /// Colour map of depth and heat maps.
     pub color_map: ColorMap,
+    /// What is seen where no surface is. The window sets it by its theme.
+    #[serde(default)]
+    pub background: Background,
     /// Draws the triangles' edges over the surface.
     #[serde(default)]
     pub mesh_edges: bool,
@@ -187,6 +224,7 @@ impl Default for RenderSettings {
             traversal: Traversal::Ordered,
             heat_range: None,
             color_map: ColorMap::Inferno,
+            background: Background::Dark,
             mesh_edges: false,
             section: None,
             simd: SimdLevel::best(),

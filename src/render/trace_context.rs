@@ -17,13 +17,11 @@ use bvhscope_engine::wide::tree::AnyWideTree;
 
 use super::request::RenderRequest;
 use super::section::Section;
+use super::settings::Background;
 use super::surface::{self, Normals, Orientation};
 
 /// Maximum number of alpha cut-outs that a ray passes through before the next counts as solid.
 const MAX_HOLES: u32 = 32;
-
-/// Linear background colour at the upper and at the lower edge of the picture.
-const BACKGROUND: [Vec3; 2] = [Vec3::new(0.052, 0.055, 0.062), Vec3::new(0.016, 0.017, 0.019)];
 
 /// The tree that uncounted rays are traced through. Both give the same hits.
 enum Tracer<'a> {
@@ -41,6 +39,7 @@ pub(super) struct TraceContext<'a, C> {
     level: Level,
     pub(super) scene: &'a Scene,
     pub(super) camera: CameraFrame,
+    background: Background,
     /// Height of the picture in requested pixels.
     pub(super) height_px: f32,
     normals: Normals,
@@ -72,6 +71,7 @@ impl<'a, C: Container> TraceContext<'a, C> {
             normals,
             camera,
             height_px: request.height_px.max(1) as f32,
+            background: request.settings.background,
             has_holes: scene.materials.iter().any(has_holes),
             hidden: request.hidden.as_deref().filter(|hidden| !hidden.is_empty()),
             section: request.settings.section.map(|plane| Section::new(plane, scene)),
@@ -224,13 +224,8 @@ impl<'a, C: Container> TraceContext<'a, C> {
 
     /// Linear background colour at `y_px` from the upper edge.
     pub(super) fn background(&self, y_px: f32) -> Vec3 {
-        background(y_px / self.height_px)
+        self.background.color(y_px / self.height_px)
     }
-}
-
-/// Linear background colour at `y`, from 0 at the upper edge to 1 at the lower.
-pub(super) fn background(y: f32) -> Vec3 {
-    BACKGROUND[0].lerp(BACKGROUND[1], y.clamp(0.0, 1.0))
 }
 
 fn has_holes(material: &Material) -> bool {

@@ -6,7 +6,6 @@ use super::color_map::ColorMap;
 use super::frame::Frame;
 use super::settings::Shading;
 use super::srgb::Encoder;
-use super::trace_context::background;
 use bvhscope_engine::cancel::{CancelToken, Cancelled};
 
 /// Entries of the lookup table from values to colours.
@@ -68,7 +67,7 @@ impl Frame {
         self.rgba.par_chunks_mut(width).zip(values.par_chunks(width)).enumerate().try_for_each(|(y, (rgba, values))| {
             token.check()?;
             // The background has no depth and keeps its colour.
-            let behind = encoder.rgba(background((y as f32 + 0.5) / height));
+            let behind = encoder.rgba(settings.background.color((y as f32 + 0.5) / height));
             let keeps_background = settings.shading == Shading::Depth;
             for (pixel, &value) in rgba.iter_mut().zip(values) {
                 *pixel = if keeps_background && value >= Self::NO_HIT {
@@ -117,6 +116,7 @@ fn nth_smallest(values: &[f32], mut rank: usize, token: &CancelToken) -> Result<
 mod tests {
     use super::*;
     use crate::camera::Camera;
+    use crate::render::Background;
     use crate::render::frame::FrameStats;
     use crate::render::settings::{HeatKind, RenderSettings};
     use bvhscope_engine::geometry::Aabb;
@@ -210,7 +210,7 @@ mod tests {
         let mut frame = frame(Shading::Depth, vec![2.0, Frame::NO_HIT, 5.0]);
         frame.recolor(None, ColorMap::Inferno, &CancelToken::new()).unwrap();
         assert_eq!(frame.value_range, [2.0, 5.0]);
-        assert_eq!(frame.rgba[1], Encoder::new().rgba(background(0.5)));
+        assert_eq!(frame.rgba[1], Encoder::new().rgba(Background::Dark.color(0.5)));
         assert_ne!(frame.rgba[0], frame.rgba[2]);
     }
 

@@ -66,6 +66,7 @@ impl SceneSource {
     }
 
     /// The same with an absolute path, by which it is known in another current folder.
+    #[must_use]
     pub fn absolute(&self) -> Self {
         match self {
             Self::File(path) => Self::File(std::path::absolute(path).unwrap_or_else(|_| path.clone())),

@@ -74,7 +74,7 @@ fn wrong_flags_name_flag_value_and_range() {
         (&["render"], &["--output"]),
         (&["bench", "--repeat"], &["--repeat", "value"]),
         (&["bench", "--csv"], &["--csv", "value"]),
-        (&["bench", "--camera", "inside"], &["--camera", "inside", "default, front"]),
+        (&["bench", "--camera", "inside"], &["--camera", "inside", "default, outside, front"]),
         (&["bench", "--eye", "1,2"], &["--eye", "1,2", "X,Y,Z"]),
         (&["bench", "--target", "a,b,c"], &["--target", "X,Y,Z"]),
         (&["bench", "--up", "0,0,0"], &["--up", "points nowhere"]),

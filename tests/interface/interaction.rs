@@ -298,7 +298,7 @@ fn a_camera_is_kept_found_again_and_removed() {
     let elsewhere = orbit(&mut harness, Key::ArrowRight);
     assert!(kept[0] != kept[1] && !kept.contains(&elsewhere));
     for expected in [kept[0], kept[1], kept[0]] {
-        press(&mut harness, Modifiers::ALT, Key::H);
+        press(&mut harness, Modifiers::NONE, Key::J);
         assert_eq!(camera(&harness), expected);
         assert_eq!(presented(&harness).frame.camera, expected);
     }
@@ -310,7 +310,7 @@ fn a_camera_is_kept_found_again_and_removed() {
     let warned = harness.state().state.messages.history.back().unwrap().clone();
     assert!(warned.severity == Severity::Warning && warned.text.contains("was kept for hall.obj"), "{}", warned.text);
     assert!(!Action::RemoveBookmark.is_enabled(&harness.state().state), "this model's bookmark is elsewhere");
-    press(&mut harness, Modifiers::ALT, Key::H);
+    press(&mut harness, Modifiers::NONE, Key::J);
     Action::RemoveBookmark.perform(&mut harness.state_mut().state);
     settle(&mut harness);
     assert_eq!(harness.state().state.preferences.bookmarks.len(), 1);

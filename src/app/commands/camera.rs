@@ -36,12 +36,11 @@ pub(super) fn reset(state: &mut AppState, view: NamedView) {
 
 /// Keeps the camera as a bookmark of the model, unless it is one already.
 pub(super) fn add_bookmark(state: &mut AppState) {
-    let text = match bookmark_here(state) {
-        Some(index) => format!("This camera is kept already as {}", state.preferences.bookmarks[index].name),
-        None => {
-            let (source, camera) = (&state.wanted.source, state.wanted.camera);
-            format!("Camera kept as {}", bookmarks::add(&mut state.preferences.bookmarks, source, camera))
-        }
+    let text = if let Some(index) = bookmark_here(state) {
+        format!("This camera is kept already as {}", state.preferences.bookmarks[index].name)
+    } else {
+        let (source, camera) = (&state.wanted.source, state.wanted.camera);
+        format!("Camera kept as {}", bookmarks::add(&mut state.preferences.bookmarks, source, camera))
     };
     state.messages.notify(Severity::Info, text);
 }

@@ -10,7 +10,7 @@ use bvhscope_engine::tree::traverse::Traversal;
 use crate::app::state::{AppState, Wanted};
 use crate::camera::Projection;
 use crate::overlay::{OverlayKinds, Selection};
-use crate::render::{Exposure, Light, NormalSource, RenderSettings, Shading};
+use crate::render::{Background, Exposure, Light, NormalSource, RenderSettings, Shading};
 
 /// The `bvhscope render` command that renders the present picture.
 pub fn command_line(state: &AppState) -> String {
@@ -62,6 +62,9 @@ pub fn command_line(state: &AppState) -> String {
     }
     if render.light == Light::Headlight {
         flag("--light", render.light.name().to_owned());
+    }
+    if render.background == Background::Light {
+        flag("--background", render.background.name().to_owned());
     }
     if let Exposure::Fixed(stops) = render.exposure {
         flag("--exposure", stops.to_string());

@@ -17,14 +17,13 @@ pub(super) fn perform(state: &mut AppState, step: SectionStep) {
         SectionPlane { flipped: plane.normal.dot(forward) > 0.0, ..plane }
     };
     *section = match (step, *section) {
-        (SectionStep::Toggle, Some(_)) => None,
+        (SectionStep::Toggle, Some(_)) | (SectionStep::Snap | SectionStep::Flip, None) => None,
         (SectionStep::Toggle | SectionStep::X, _) => Some(across(Vec3::X)),
         (SectionStep::Y, _) => Some(across(Vec3::Y)),
         (SectionStep::Z, _) => Some(across(Vec3::Z)),
         (SectionStep::Facing, _) => Some(across(-forward)),
         (SectionStep::Snap, Some(plane)) => Some(plane.snapped(&bounds)),
         (SectionStep::Flip, Some(plane)) => Some(SectionPlane { flipped: !plane.flipped, ..plane }),
-        (SectionStep::Snap | SectionStep::Flip, None) => None,
     };
     // The cut is seen in the picture.
     state.preferences.show_geometry |= state.wanted.render.section.is_some();

@@ -22,6 +22,7 @@ use crate::app::work::wake_signal::WakeSignal;
 use crate::app::{panels, theme};
 use crate::console::note;
 use crate::overlay::OverlayPipeline;
+use crate::render::Background;
 use crate::scene::SceneSource;
 
 /// Maximum time that [`App::run_until_idle`] waits.
@@ -309,6 +310,7 @@ impl eframe::App for App {
     fn ui(&mut self, ui: &mut egui::Ui, _frame: &mut eframe::Frame) {
         let ctx = ui.ctx().clone();
         let state = &mut self.state;
+        state.wanted.render.background = if ui.visuals().dark_mode { Background::Dark } else { Background::Light };
         panels::around(ui, state, |ui, state| self.viewport.show(ui, self.has_pipeline, state));
 
         take_dropped_files(&ctx, &mut self.reconciler, state);

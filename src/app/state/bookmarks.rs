@@ -23,7 +23,10 @@ pub struct Bookmark {
 pub fn add(bookmarks: &mut Vec<Bookmark>, source: &SceneSource, camera: Camera) -> String {
     let source = source.absolute();
     let is_taken = |name: &str| bookmarks.iter().any(|known| known.source == source && known.name == name);
-    let name = (1..).map(|number| format!("View {number}")).find(|name| !is_taken(name)).unwrap_or_default();
+    let name = (1..=bookmarks.len() + 1)
+        .map(|number| format!("View {number}"))
+        .find(|name| !is_taken(name))
+        .unwrap_or_default();
     bookmarks.push(Bookmark { name: name.clone(), source, camera });
     if bookmarks.len() > MAX_BOOKMARKS {
         bookmarks.remove(0);

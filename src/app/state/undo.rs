@@ -1,6 +1,7 @@
 //! Undo and redo of settings. Camera moves and the choice of a model are not undone.
 
 use crate::app::state::wanted::Wanted;
+use crate::render::RenderSettings;
 
 /// Maximum number of steps that can be undone.
 const MAX_STEPS: usize = 200;
@@ -67,7 +68,8 @@ impl UndoStack {
     fn apply(&mut self, from: &Wanted, to: &mut Wanted) {
         to.build = from.build;
         to.threads = from.threads;
-        to.render = from.render;
+        // The background is the theme's.
+        to.render = RenderSettings { background: to.render.background, ..from.render };
         to.overlay = from.overlay;
         self.settled = Some(to.clone());
     }
@@ -75,7 +77,8 @@ impl UndoStack {
 
 /// Whether all settings that undo restores are equal.
 fn same_settings(a: &Wanted, b: &Wanted) -> bool {
-    a.build == b.build && a.threads == b.threads && a.render == b.render && a.overlay == b.overlay
+    let render = RenderSettings { background: a.render.background, ..b.render };
+    a.build == b.build && a.threads == b.threads && a.render == render && a.overlay == b.overlay
 }
 
 #[cfg(test)]

@@ -9,6 +9,7 @@ use crate::app::viewport::draw::picture_input;
 use crate::app::viewport::tint::Tint;
 use crate::export::write_new;
 use crate::overlay::{DrawInput, OverlaySettings, Selection, Shown, draw_offscreen};
+use crate::render::Background;
 
 /// Everything that a screenshot shows, captured so that later changes in the window do not affect it.
 pub struct Screenshot {
@@ -62,6 +63,7 @@ impl Screenshot {
             show_picture: self.show_geometry,
             section: frame.settings.section,
             neutral_lines: frame.settings.shading.is_coded(),
+            light_background: frame.settings.background == Background::Light,
             viewport_px: [0, 0, frame.width_px, frame.height_px],
             pixels_per_point: self.pixels_per_point,
         };

@@ -14,6 +14,7 @@ pub use shared::{LoadArgs, ShapeArgs, StrictLoadArgs};
 
 use super::named::{help, named};
 use super::values::{self, ModelParser};
+use crate::render::Background;
 use crate::scene::{BUILTIN_SCENES, SceneSource, format_names};
 use crate::section::SectionChoice;
 use bvhscope_engine::settings::BuilderKind;
@@ -136,6 +137,9 @@ pub struct RenderArgs {
     pub load: StrictLoadArgs,
     #[command(flatten)]
     pub camera: CameraArgs,
+    /// Background where no surface is: dark or light [default: dark]
+    #[arg(long, value_name = "NAME", value_parser = named::<Background>, help_heading = "Picture")]
+    pub background: Option<Background>,
     /// A camera kept in the window (Ctrl+D), by its name
     #[cfg(feature = "gui")]
     #[arg(long, value_name = "NAME", help_heading = "Camera",

@@ -16,6 +16,9 @@ use bvhscope_engine::tree::levels::Levels;
 use bvhscope_engine::tree::{AnyTree, Container, ContainerKind, Node, Tree};
 use bvhscope_engine::with_tree;
 
+/// Hidden nodes, the isolated one, and what follows from them.
+type LastVisibility = (HashSet<u32>, Option<u32>, Arc<Visibility>);
+
 /// The nodes of one tree by depth. It is made for every rebuild, so only the indices of the first levels are listed then; those
 /// of deeper levels, containers of the other kind, parents and primitive counts are computed on first use.
 #[derive(Debug)]
@@ -28,7 +31,7 @@ pub struct NodeTable {
     boxes: OnceLock<Vec<Aabb>>,
     spheres: OnceLock<Vec<Sphere>>,
     /// What [`NodeTable::visibility`] returned last, with the selection's hidden and isolated nodes.
-    visibility: Mutex<Option<(HashSet<u32>, Option<u32>, Arc<Visibility>)>>,
+    visibility: Mutex<Option<LastVisibility>>,
 }
 
 impl NodeTable {

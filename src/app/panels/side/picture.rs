@@ -85,9 +85,13 @@ fn exposure(ui: &mut Ui, state: &mut AppState) {
         *setting = if is_auto { Exposure::Auto } else { Exposure::Fixed(round(metered)) };
     }
     let mut stops = f64::from(match *setting {
-        Exposure::Auto => round(metered),
+        Exposure::Auto => metered,
         Exposure::Fixed(stops) => stops,
     });
+    // No "-0.0".
+    if stops.abs() < 0.05 {
+        stops = 0.0;
+    }
     let spec = SliderSpec {
         label: "Stops",
         tip: "Exposure in stops (EV): each doubles the light, 0 shows it as it is. Moving it switches the meter off",
