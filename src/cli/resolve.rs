@@ -42,6 +42,7 @@ pub fn viewer(args: ViewerArgs) -> StartOptions {
 }
 
 /// Fails where the named bookmark does not exist.
+#[cfg_attr(not(feature = "gui"), expect(clippy::unnecessary_wraps, reason = "bookmarks are kept by the window"))]
 pub fn render(args: RenderArgs) -> Result<RenderCommand, Failure> {
     let source = args.model.unwrap_or_else(SceneSource::default_builtin);
     let camera = camera(&args.camera, NamedView::Default);

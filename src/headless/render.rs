@@ -15,7 +15,7 @@ use crate::budget::Budget;
 use crate::console::printable_json;
 use crate::export::{ExportError, Protected, cannot_be_written, check_target, write_bytes, write_file};
 use crate::overlay::{NodeTable, OverlaySettings, Selection};
-use crate::render::{Background, Frame, RenderRequest, RenderSettings};
+use crate::render::{Frame, RenderRequest, RenderSettings};
 use crate::scene::SceneSource;
 use crate::section::SectionChoice;
 use crate::text::shown_path;
@@ -306,7 +306,7 @@ fn draw_overlay(
         show_picture: command.geometry,
         section: frame.settings.section,
         neutral_lines: frame.settings.shading.is_coded(),
-        light_background: frame.settings.background == Background::Light,
+        light_background: frame.settings.background == crate::render::Background::Light,
         viewport_px: [0, 0, frame.width_px, frame.height_px],
         pixels_per_point: 1.0,
     })

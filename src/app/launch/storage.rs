@@ -207,6 +207,8 @@ fn set_damaged_aside(file: &Path) -> String {
 #[allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 mod tests {
     use super::*;
+    use crate::app::state::{Navigation, Theme};
+    use crate::overlay::OverlaySettings;
 
     #[test]
     fn settings_survive_a_restart() {
@@ -278,5 +280,34 @@ mod tests {
         let limited = within_limits(wanted);
         assert_eq!(limited.build.threshold, BuildSettings::MAX_THRESHOLD);
         assert!(limited.camera.distance() > 0.0);
+    }
+
+    /// The settings that version 0.1 wrote.
+    #[test]
+    fn settings_of_version_0_1_are_kept() {
+        let text = r#"{"wanted":{"source":{"File":"/models/bunny.obj"},
+            "build":{"builder":"aac","container":"sphere","threshold":12,"epsilon":0.1,"curve":"hilbert","optimize":["collapse","reinsert"]},
+            "threads":2,
+            "camera":{"eye":[1.0,2.0,3.0],"target":[0.0,0.5,0.0],"up":[0.0,1.0,0.0],"fov_y":0.7,"projection":"Perspective"},
+            "render":{"shading":{"heat":"both"},"light":"headlight","cluster_depth":9,"traversal":"paper",
+                "heat_range":[0.0,80.0],"color_map":"turbo","mesh_edges":true,"samples":4},
+            "overlay":{"show_boxes":false,"show_spheres":true,"depth":[3,8],"leaves_only":true,"parents":false,
+                "color_by":"size","hidden_alpha":0.3,"line_width":2.0,"budget":4000}},
+            "preferences":{"theme":"Light","navigation":"Fly","show_geometry":true,"show_containers":false,
+                "left_open":false,"right_open":true,"paper_open":true,
+                "paper":{"experiment":"Threads","display":"Plots","containers":["box"],"traversal":"ordered",
+                    "default_camera":false,"side_px":512,"repeat":5,"thresholds":[4,10],"epsilons":[0.2],"no_bvh":false},
+                "recent":["/models/bunny.obj"],"greeted":true}}"#;
+        let restored = parse(text);
+        assert!(!restored.is_damaged());
+        let (wanted, preferences) = (restored.wanted.unwrap(), restored.preferences.unwrap());
+        assert_eq!(wanted.source, SceneSource::File("/models/bunny.obj".into()));
+        assert_eq!((wanted.build.threshold, wanted.build.container.name(), wanted.threads), (12, "sphere", 2));
+        assert_eq!((wanted.camera.eye.x, wanted.camera.fov_y), (1.0, 0.7));
+        assert_eq!((wanted.render.shading.name(), wanted.render.heat_range), ("heat", Some([0.0, 80.0])));
+        let OverlaySettings { show_boxes, show_spheres, depth, leaves_only, .. } = wanted.overlay;
+        assert_eq!((show_boxes, show_spheres, depth, leaves_only), (false, true, Some([3, 8]), true));
+        assert_eq!((preferences.theme, preferences.navigation), (Theme::Light, Navigation::Fly));
+        assert_eq!((preferences.recent.len(), preferences.paper.side_px, preferences.left_open), (1, 512, false));
     }
 }
