@@ -71,7 +71,12 @@ fn shots(source: &str, theme: Theme) -> Vec<RgbImage> {
             _ => {
                 // What was selected is given up, and the pointer leaves the model.
                 window.key("Escape");
+                window.program.unread_lines();
                 window.key(key);
+                if mode == "heat" {
+                    // Its only sample; until then the picture is coarse.
+                    window.program.wait_for("picture at full resolution, 1 samples a pixel");
+                }
             }
         }
         window.move_to([1279, 799]);
