@@ -130,10 +130,12 @@ fn a_slow_reader_keeps_no_work_waiting_and_gets_everything() {
 /// As a window does, which may log nothing more for hours.
 #[test]
 fn a_note_reaches_a_slow_reader_although_no_other_follows() {
+    // It is killed at the end, perhaps while it looks at its folder.
+    let folder = folder();
     let (mut reader, full) = full_pipe(true);
     let (empty, _writer) = std::io::pipe().unwrap();
     let mut command = Command::new(PROGRAM);
-    command.args(["plot", "-", "-o", "out.svg"]).env("RUST_LOG", "a=b=c/d/e");
+    command.current_dir(folder.path()).args(["plot", "-", "-o", "out.svg"]).env("RUST_LOG", "a=b=c/d/e");
     command.stdin(empty).stdout(Stdio::null()).stderr(full);
     let mut child = Running::start(&mut command);
     drop(command);
