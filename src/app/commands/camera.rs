@@ -47,9 +47,8 @@ pub(super) fn add_bookmark(state: &mut AppState) {
 
 /// Index of the model's bookmark that the camera is at.
 pub(super) fn bookmark_here(state: &AppState) -> Option<usize> {
-    let source = state.wanted.source.absolute();
-    let is_here = |known: &Bookmark| known.source == source && known.camera == state.wanted.camera;
-    state.preferences.bookmarks.iter().position(is_here)
+    let mut own = bookmarks::own(&state.preferences.bookmarks, &state.wanted.source);
+    own.find(|(_, known)| known.camera == state.wanted.camera).map(|(index, _)| index)
 }
 
 /// Sets the camera to a bookmark; says so where it was made for another model.

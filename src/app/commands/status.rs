@@ -4,6 +4,7 @@ use bvhscope_engine::settings::{BuildSettings, BuilderKind, Curve, Preset};
 
 use super::action::{Action, SectionStep};
 use super::{camera, walk};
+use crate::app::state::bookmarks;
 use crate::app::state::paper::RowFormat;
 use crate::app::state::{AppState, Navigation, Side};
 use crate::camera::Projection;
@@ -42,10 +43,7 @@ impl Action {
                     RowFormat::Png | RowFormat::Svg => !result.panels.is_empty(),
                 })
             }
-            Self::NextBookmark => {
-                let source = state.wanted.source.absolute();
-                state.preferences.bookmarks.iter().any(|known| known.source == source)
-            }
+            Self::NextBookmark => bookmarks::own(&state.preferences.bookmarks, &state.wanted.source).next().is_some(),
             Self::RemoveBookmark => camera::bookmark_here(state).is_some(),
             Self::OpenRecent(index) => index < state.preferences.recent.len(),
             Self::Builder(builder) => {

@@ -150,10 +150,9 @@ pub fn saved_bookmark(name: &str, source: &SceneSource) -> Result<Bookmark, Vec<
     let file = eframe::storage_dir(APP_ID).map(|folder| folder.join(SETTINGS_FILE));
     let text = file.and_then(|file| read_text(&file).ok()).unwrap_or_default();
     let bookmarks = parse(&text).preferences.unwrap_or_default().bookmarks;
-    bookmarks::find(&bookmarks, name, source).cloned().ok_or_else(|| {
-        let source = source.absolute();
-        bookmarks.into_iter().filter(|known| known.source == source).map(|known| known.name).collect()
-    })
+    bookmarks::find(&bookmarks, name, source)
+        .cloned()
+        .ok_or_else(|| bookmarks::own(&bookmarks, source).map(|(_, known)| known.name.clone()).collect())
 }
 
 #[derive(Serialize)]

@@ -34,13 +34,18 @@ pub fn add(bookmarks: &mut Vec<Bookmark>, source: &SceneSource, camera: Camera) 
     name
 }
 
+/// The bookmarks of `source` with their indices.
+pub fn own<'a>(bookmarks: &'a [Bookmark], source: &SceneSource) -> impl Iterator<Item = (usize, &'a Bookmark)> {
+    let source = source.absolute();
+    bookmarks.iter().enumerate().filter(move |(_, known)| known.source == source)
+}
+
 /// The index of the bookmark of `source` that follows the one with this camera, the first one's where the camera is none of
 /// them; `None` where the model has no bookmarks.
 pub fn next(bookmarks: &[Bookmark], source: &SceneSource, camera: &Camera) -> Option<usize> {
-    let source = source.absolute();
-    let own: Vec<usize> = (0..bookmarks.len()).filter(|&index| bookmarks[index].source == source).collect();
-    let present = own.iter().position(|&index| bookmarks[index].camera == *camera);
-    own.get(present.map_or(0, |place| (place + 1) % own.len())).copied()
+    let own: Vec<_> = own(bookmarks, source).collect();
+    let present = own.iter().position(|(_, known)| known.camera == *camera);
+    own.get(present.map_or(0, |place| (place + 1) % own.len())).map(|(index, _)| *index)
 }
 
 /// The bookmark of this name: `source`'s own, otherwise another model's.
