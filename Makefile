@@ -4,7 +4,8 @@
 # Others for packages and measurements:
 #   make install  installs program, desktop entry, icons, man pages and completions under PREFIX
 #   make deb      builds a Debian package of the same files in target/debian/
-#   make peers screenshots    measures beside other engines, with flags as in PEERS="--scenes bunny,dragon --json"
+#   make peers    measures beside other engines, with flags as in PEERS="--scenes bunny,dragon --json",
+#                 or writes their trees as files: PEERS="--scenes bunny --dump trees"
 # What they need of the system they install first, where it is missing. Everything else is plain cargo.
 
 SHELL := /bin/bash
@@ -16,10 +17,10 @@ TEST_PACKAGES := $(RUN_PACKAGES) xvfb xdotool x11-apps python3-xlib
 
 # Where tests list what they could not check here, and what may be missing in continuous integration (tests/support/skip.rs).
 export BVHSCOPE_SKIPPED := $(CURDIR)/target/skipped.log
-export BVHSCOPE_MAY_SKIP ?= models
+export BVHSCOPE_MAY_SKIP ?= models tools
 LIST_SKIPPED = if [ -s "$$BVHSCOPE_SKIPPED" ]; then echo "Not checked here:"; sort "$$BVHSCOPE_SKIPPED"; else echo "No test was skipped."; fi
 
-.PHONY: run test format lint unit docs headless peers screenshots dist install deb deps-run deps-test deps-peers deps-deb
+.PHONY: run test format lint unit docs headless peers tables screenshots dist install deb deps-run deps-test deps-peers deps-deb
 
 run: deps-run
 	cargo build --release
@@ -63,9 +64,13 @@ docs:
 screenshots: deps-test
 	UPDATE_SCREENSHOTS=1 cargo test --test window screenshots
 
-# This engine beside Embree and obvhs.
+# This engine beside Embree and obvhs. The rows are added to docs/performance.jsonl, of which `make tables` makes the tables.
 peers: deps-peers
-	cargo run --release --no-default-features --features peers --bin peers -- $(PEERS)
+	cargo run --release --no-default-features --features peers --bin peers -- --append docs/performance.jsonl $(PEERS)
+
+# The tables between marker comments in README.md and docs/, anew from docs/performance.jsonl. A test compares them.
+tables:
+	UPDATE_TABLES=1 cargo test --workspace --test source tables
 
 # Where `make install` puts the files; DESTDIR goes in front, for packages.
 PREFIX ?= /usr/local
@@ -95,6 +100,9 @@ install: dist
 	install -Dm644 target/dist/bvhscope.bash "$(INSTALLED)/share/bash-completion/completions/bvhscope"
 	install -Dm644 target/dist/_bvhscope "$(INSTALLED)/share/zsh/site-functions/_bvhscope"
 	install -Dm644 target/dist/bvhscope.fish "$(INSTALLED)/share/fish/vendor_completions.d/bvhscope.fish"
+	install -Dm644 assets/bvhscope_tree.h "$(INSTALLED)/include/bvhscope_tree.h"
+	install -Dm644 -t "$(INSTALLED)/share/bvhscope" assets/bvhscope_tree.py assets/convert_tree.py
+	install -Dm644 docs/tree-file.md "$(INSTALLED)/share/doc/bvhscope/tree-file.md"
 	install -Dm644 LICENSE-MIT "$(INSTALLED)/share/doc/bvhscope/LICENSE-MIT"
 	install -Dm644 LICENSE-APACHE "$(INSTALLED)/share/doc/bvhscope/LICENSE-APACHE"
 	install -Dm644 assets/debian/copyright "$(INSTALLED)/share/doc/bvhscope/copyright"

@@ -151,8 +151,8 @@ fn line_vertex(before: vec3f, a: vec3f, b: vec3f, after: vec3f, corner: u32, cur
 
 fn width_of(role: u32) -> f32 {
     switch role {
-        case ROLE_SELECTED: { return 2.0; }
-        case ROLE_FIRST_CHILD, ROLE_SECOND_CHILD, ROLE_HOVERED: { return 1.5; }
+        case ROLE_SELECTED, ROLE_TRACED: { return 2.0; }
+        case ROLE_FIRST_CHILD, ROLE_SECOND_CHILD, ROLE_HOVERED, ROLE_FAULTY: { return 1.5; }
         default: { return 1.0; }
     }
 }
@@ -164,6 +164,10 @@ fn color_of(node: Node, role: u32) -> vec4f {
         case ROLE_FIRST_CHILD: { return vec4f(FIRST_CHILD_COLOR, marked_alpha); }
         case ROLE_SECOND_CHILD: { return vec4f(SECOND_CHILD_COLOR, marked_alpha); }
         case ROLE_HOVERED: { return vec4f(HOVERED_COLOR, marked_alpha); }
+        case ROLE_TRACED: { return vec4f(TRACED_COLOR, marked_alpha); }
+        case ROLE_WAITING: { return vec4f(WAITING_COLOR, view.hidden_alpha); }
+        case ROLE_OVERLAP: { return vec4f(OVERLAP_COLOR, marked_alpha); }
+        case ROLE_FAULTY: { return vec4f(FAULTY_COLOR, marked_alpha); }
         default: {}
     }
     if view.neutral != 0u {

@@ -1,12 +1,18 @@
-//! The tree of a scene, ready to be traced: the inputs that it was built from, its report, and what is derived from it on request.
+//! The tree of a scene, ready to be traced: the inputs that it was built from, its report, and what is derived from it on
+//! request.
+
+mod file_tree;
+mod read;
 
 use std::sync::{Arc, Mutex, OnceLock, Weak};
 use std::time::Duration;
 
 use bvhscope_engine::build_cache::{BuildCache, NodeRecycler};
+use bvhscope_engine::builders::StageTimes;
 use bvhscope_engine::tree::Tree;
 use bvhscope_engine::tree::ancestry::{Ancestry, path_to_primitive};
 use bvhscope_engine::tree::overlap::{EndPointOverlap, end_point_overlap};
+use bvhscope_engine::tree::statistics::tree_stats;
 use bvhscope_engine::tree::traverse;
 use bvhscope_engine::tree::traverse::{Probe, Traversal};
 use bvhscope_engine::with_tree;
@@ -18,18 +24,20 @@ use bvhscope_engine::{
 use crate::budget::Budget;
 use crate::scene::Scene;
 
+pub use file_tree::FileTree;
+
 /// Number of triangles sampled for the end-point overlap of a large scene.
 const EPO_SAMPLES: usize = 2_000;
 
-/// Peak memory per triangle of a build and of what is derived from its tree. `tests/memory/peak.rs` measures the peak of the process
-/// beyond the scene: 158 bytes per triangle for boxes by AAC, 171 by binned SAH, ancestry included. The rest is for the
+/// Peak memory per triangle of a build and of what is derived from its tree. `tests/memory/peak.rs` measures the peak of the
+/// process beyond the scene: 158 bytes per triangle for boxes by AAC, 171 by binned SAH, ancestry included. The rest is for the
 /// overlay's lists and for pages that are partly filled.
 pub const BUILD_BYTES_PER_TRIANGLE: u64 = 220;
 /// Additional peak of the passes over the finished tree: all of them together raised it by 98 bytes per triangle on the dragon.
 const OPTIMIZE_BYTES_PER_TRIANGLE: u64 = 100;
 
-/// Additional peak of splitting: 1.1 references per triangle of 40 bytes each, held twice while they are joined into one list, and a
-/// larger tree.
+/// Additional peak of splitting: 1.1 references per triangle of 40 bytes each, held twice while they are joined into one list,
+/// and a larger tree.
 const SPLIT_BYTES_PER_TRIANGLE: u64 = 120;
 
 /// Interval at which a thread checks whether another has made the wide tree.
@@ -46,6 +54,8 @@ pub struct Accel {
     pub tree: AnyTree,
     /// Times, statistics and sizes.
     pub report: BuildReport,
+    /// What its file says of it; `None` for a tree that was built here.
+    pub file: Option<FileTree>,
     wide: OnceLock<WideBvh>,
     /// Locked by the thread that makes the wide tree in [`Accel::widen`].
     widening: Mutex<()>,
@@ -57,8 +67,8 @@ pub struct Accel {
     recycler: NodeRecycler,
 }
 
-/// A sequence of builds of the same scene, such as while a slider is dragged: each reuses the sorted primitives and the memory of
-/// the ones before. A build of another scene starts over. Holds up to 92 bytes per triangle between builds.
+/// A sequence of builds of the same scene, such as while a slider is dragged: each reuses the sorted primitives and the memory
+/// of the ones before. A build of another scene starts over. Holds up to 92 bytes per triangle between builds.
 #[derive(Default)]
 pub struct BuildSession {
     scene: Weak<Scene>,
@@ -117,18 +127,47 @@ impl Accel {
         let cache = session.map(|session| session.cache_for(scene));
         let recycler = cache.as_ref().map(|cache| cache.recycler()).unwrap_or_default();
         let BinaryBvh { tree, report } = BinaryBvh::build_with_cache(&scene.triangles, settings, cache, token)?;
-        Ok(Self {
+        Ok(Self::new(scene, settings, tree, report, recycler))
+    }
+
+    /// A tree over `scene` that was made elsewhere, of any arity, such as one before its passes. Its times are zero.
+    pub fn with_tree(
+        scene: &Arc<Scene>,
+        settings: &BuildSettings,
+        tree: AnyTree,
+        token: &CancelToken,
+    ) -> Result<Self, Cancelled> {
+        let report = BuildReport {
+            stages: StageTimes::default(),
+            build_time: Duration::ZERO,
+            threads: rayon::current_num_threads(),
+            stats: tree_stats(&tree, token)?,
+            tree_bytes: tree.bytes(),
+            triangle_bytes: size_of_val(&scene.triangles[..]),
+        };
+        Ok(Self::new(scene, settings, tree, report, NodeRecycler::default()))
+    }
+
+    fn new(
+        scene: &Arc<Scene>,
+        settings: &BuildSettings,
+        tree: AnyTree,
+        report: BuildReport,
+        recycler: NodeRecycler,
+    ) -> Self {
+        Self {
             scene: Arc::clone(scene),
             settings: *settings,
             tree,
             report,
+            file: None,
             wide: OnceLock::new(),
             widening: Mutex::new(()),
             leaf_triangles: OnceLock::new(),
             epo: OnceLock::new(),
             ancestry: OnceLock::new(),
             recycler,
-        })
+        }
     }
 
     /// The wide tree, made on the first request. Threads that request it at the same time each make it: call [`Accel::widen`]
@@ -165,7 +204,7 @@ impl Accel {
         }
     }
 
-    /// The triangles in leaf order, with which the binary tree is traced. Copied on the first request.
+    /// The triangles in leaf order, with which the tree is traced. Copied on the first request.
     pub fn leaf_triangles(&self) -> &[Triangle] {
         if let Some(triangles) = self.leaf_triangles.get() {
             return triangles;
@@ -201,22 +240,28 @@ impl Accel {
         Ok(self.ancestry.get_or_init(|| ancestry))
     }
 
-    /// The nearest hit, through the wide tree at the best SIMD level of this machine; see [`Bvh::closest_hit`]. [`Accel::wide`] has
-    /// the other levels.
+    /// The nearest hit, through the wide tree at the best SIMD level of this machine; see [`Bvh::closest_hit`]. [`Accel::wide`]
+    /// has the other levels.
     ///
     /// [`Bvh::closest_hit`]: bvhscope_engine::Bvh::closest_hit
     pub fn closest_hit(&self, ray: &Ray) -> Option<Hit> {
         self.wide().closest_hit(ray)
     }
 
-    /// The nearest hits of `rays`, into the first elements of `hits`; see [`Bvh::closest_hits`](bvhscope_engine::Bvh::closest_hits).
+    /// The nearest hits of `rays`, into the first elements of `hits`; see
+    /// [`Bvh::closest_hits`](bvhscope_engine::Bvh::closest_hits).
     pub fn closest_hits(&self, rays: &[Ray], hits: &mut [Option<Hit>]) {
         self.wide().closest_hits(rays, hits);
     }
 
-    /// The same hit through the binary tree, in the order of `traversal` and observed by `probe`.
+    /// The same hit through the tree as it is, in the order of `traversal` and observed by `probe`.
     pub fn closest_hit_with<P: Probe>(&self, ray: &Ray, traversal: Traversal, probe: &mut P) -> Option<Hit> {
         with_tree!(&self.tree, tree => traverse::closest_hit(tree, self.leaf_triangles(), ray, traversal, probe))
+    }
+
+    /// Whether anything lies on `ray`, through the tree as it is and observed by `probe`.
+    pub fn any_hit_with<P: Probe>(&self, ray: &Ray, probe: &mut P) -> bool {
+        with_tree!(&self.tree, tree => traverse::any_hit_with(tree, self.leaf_triangles(), ray, probe))
     }
 
     /// Whether anything lies on `ray` between its `t_min` and `t_max`.
@@ -237,8 +282,8 @@ impl Accel {
         with_tree!(&self.tree, tree => path_to_primitive(tree, triangle, primitive_index))
     }
 
-    /// End-point overlap, estimated from a sample on large scenes. The first request takes some tens of milliseconds for a million
-    /// triangles, and seconds where all of them coincide; a UI thread uses [`Accel::known_epo`].
+    /// End-point overlap, estimated from a sample on large scenes. The first request takes some tens of milliseconds for a
+    /// million triangles, and seconds where all of them coincide; a UI thread uses [`Accel::known_epo`].
     pub fn epo(&self, token: &CancelToken) -> Result<EndPointOverlap, Cancelled> {
         if let Some(epo) = self.known_epo() {
             return Ok(epo);

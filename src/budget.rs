@@ -100,6 +100,16 @@ impl Budget {
         if needed <= left { Ok(()) } else { Err(OverBudget { what: what.to_owned(), needed, left, limit: self.limit }) }
     }
 
+    /// The largest allocation that [`Budget::check`] lets pass now, in bytes: for what counts its memory itself.
+    pub fn allowance(&self) -> u64 {
+        self.left().max(MIN_CHECKED.min(self.limit / 16))
+    }
+
+    /// The error of an allocation of `needed` bytes, of which `allowed` were [allowed](Budget::allowance).
+    pub fn exceeded(&self, what: &str, needed: u64, allowed: u64) -> OverBudget {
+        OverBudget { what: what.to_owned(), needed, left: allowed, limit: self.limit }
+    }
+
     /// The limit in bytes; `u64::MAX` where nothing is refused.
     pub const fn limit(&self) -> u64 {
         self.limit

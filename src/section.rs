@@ -5,7 +5,7 @@ use std::fmt;
 use glam::Vec3;
 use serde::{Deserialize, Serialize};
 
-use bvhscope_engine::geometry::{Aabb, Ray};
+use bvhscope_engine::geometry::{Aabb, Ray, Sphere};
 
 /// Names of the axes.
 const AXES: [(&str, Vec3); 3] = [("x", Vec3::X), ("y", Vec3::Y), ("z", Vec3::Z)];
@@ -70,6 +70,18 @@ impl SectionPlane {
         let (normal, offset) = self.outward();
         let (outside, approach) = (normal.dot(ray.origin) - offset, normal.dot(ray.direction));
         (outside > 0.0 && approach < 0.0).then(|| -outside / approach)
+    }
+
+    /// Whether no point of `bounds` is in the kept half.
+    pub fn cuts_away(&self, bounds: &Aabb) -> bool {
+        let [low, high] = self.reach(bounds);
+        if self.flipped { high < self.offset } else { low > self.offset }
+    }
+
+    /// Whether no point of `sphere` is in the kept half.
+    pub fn cuts_away_sphere(&self, sphere: &Sphere) -> bool {
+        let (normal, offset) = self.outward();
+        normal.dot(sphere.center) - sphere.radius > offset
     }
 
     /// Smallest and largest offset at which the plane meets `bounds`.
@@ -237,6 +249,15 @@ mod tests {
         let hexagon = SectionPlane::through(&CUBE, Vec3::ONE).outline(&CUBE);
         assert_eq!(hexagon.len(), 6);
         assert!(SectionPlane { normal: Vec3::X, offset: 9.0, flipped: false }.outline(&CUBE).is_empty());
+    }
+
+    #[test]
+    fn a_box_is_cut_away_once_all_its_corners_are() {
+        let plane = |offset, flipped| SectionPlane { normal: Vec3::new(0.6, 0.8, 0.0), offset, flipped };
+        // The corners of the cube are at -1.4 to 4.2 along the normal.
+        assert!(plane(-1.5, false).cuts_away(&CUBE) && !plane(-1.3, false).cuts_away(&CUBE));
+        assert!(plane(4.3, true).cuts_away(&CUBE) && !plane(4.1, true).cuts_away(&CUBE));
+        assert!(!plane(4.3, false).cuts_away(&CUBE) && !plane(-1.5, true).cuts_away(&CUBE));
     }
 
     #[test]

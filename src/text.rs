@@ -1,7 +1,10 @@
-//! Text from outside (names in files, paths, arguments) as messages show it: printable and bounded.
+//! Text from outside (names in files, paths, arguments) as messages show it: printable and bounded. And points and directions as
+//! users type them.
 
 use std::borrow::Cow;
 use std::path::Path;
+
+use glam::Vec3;
 
 /// Characters of a name from a file that [`quoted`] keeps.
 const MAX_QUOTED: usize = 60;
@@ -57,6 +60,48 @@ pub fn quoted(name: impl AsRef<[u8]>) -> String {
     format!("'{}{rest}'", printable(&kept))
 }
 
+/// `text` as one word of a POSIX shell.
+///
+/// ```
+/// assert_eq!(bvhscope::text::quote("a/b.obj"), "a/b.obj");
+/// assert_eq!(bvhscope::text::quote("Bob's"), r"'Bob'\''s'");
+/// ```
+pub fn quote(text: &str) -> String {
+    let plain = |c: char| c.is_ascii_alphanumeric() || "/._-:+".contains(c);
+    if !text.is_empty() && text.chars().all(plain) {
+        text.to_owned()
+    } else {
+        format!("'{}'", text.replace('\'', r"'\''"))
+    }
+}
+
+/// The text that [`quote`] made a word of.
+///
+/// ```
+/// assert_eq!(bvhscope::text::unquote(r"'Bob'\''s'"), "Bob's");
+/// ```
+pub fn unquote(word: &str) -> String {
+    let inner = word.strip_prefix('\'').and_then(|word| word.strip_suffix('\''));
+    inner.map_or_else(|| word.to_owned(), |inner| inner.replace(r"'\''", "'"))
+}
+
+/// A count with its thousands separated.
+///
+/// ```
+/// assert_eq!(bvhscope::text::count(1_234_567), "1,234,567");
+/// ```
+pub fn count(value: u64) -> String {
+    let digits = value.to_string();
+    let mut text = String::with_capacity(digits.len() + digits.len() / 3);
+    for (index, digit) in digits.chars().enumerate() {
+        if index > 0 && (digits.len() - index).is_multiple_of(3) {
+            text.push(',');
+        }
+        text.push(digit);
+    }
+    text
+}
+
 /// A number with a noun that stands in its plural, and in its singular where the number is 1. What follows the noun is kept, so
 /// it must not depend on the number: "triangles left out", not "triangles are left out".
 ///
@@ -83,6 +128,31 @@ fn singular(noun: &str) -> Cow<'_, str> {
     }
     let stem = noun.strip_suffix("es").filter(|stem| ["sh", "ch", "x", "ss"].iter().any(|end| stem.ends_with(end)));
     Cow::Borrowed(stem.or_else(|| noun.strip_suffix('s')).unwrap_or(noun))
+}
+
+/// Parses a point `X,Y,Z`, with or without spaces.
+///
+/// # Errors
+///
+/// Fails with what is expected where these are not three finite numbers.
+pub fn parse_vector(text: &str) -> Result<Vec3, String> {
+    let expected = || "three finite numbers X,Y,Z are expected, as in 0,1.5,-2".to_owned();
+    let parts: Vec<f32> =
+        text.split(',').map(|part| part.trim().parse()).collect::<Result<_, _>>().map_err(|_| expected())?;
+    match parts[..] {
+        [x, y, z] if Vec3::new(x, y, z).is_finite() => Ok(Vec3::new(x, y, z)),
+        _ => Err(expected()),
+    }
+}
+
+/// Parses a direction `X,Y,Z` and scales it to length 1.
+///
+/// # Errors
+///
+/// Fails as [`parse_vector`], and for a direction without a length.
+pub fn parse_direction(text: &str) -> Result<Vec3, String> {
+    let value = parse_vector(text)?;
+    value.try_normalize().ok_or_else(|| format!("the direction {},{},{} points nowhere", value.x, value.y, value.z))
 }
 
 #[cfg(test)]

@@ -97,6 +97,16 @@ pub struct CameraChoice {
     pub orthographic: bool,
 }
 
+/// The camera as it is, whatever the scene.
+impl From<Camera> for CameraChoice {
+    fn from(camera: Camera) -> Self {
+        let Camera { eye, target, up, fov_y, projection } = camera;
+        let orthographic = projection == Projection::Orthographic;
+        let view = NamedView::default();
+        Self { view, eye: Some(eye), target: Some(target), up: Some(up), fov_y: Some(fov_y), orthographic }
+    }
+}
+
 impl CameraChoice {
     /// The camera for a scene.
     pub fn camera(&self, scene: &Scene) -> Camera {

@@ -1,11 +1,18 @@
-//! A short form of the benchmark without peers: every setting and interface that it measures has the hits of a test of every
-//! triangle.
+//! A short form of the benchmark without Embree: every setting and interface that it measures, and the trees of obvhs as it writes
+//! them, have the hits of a test of every triangle.
 
 #![allow(clippy::pedantic, reason = "tests and measurements may be plainer than the libraries")]
 
 #[path = "../benches/peers/engine.rs"]
 #[allow(dead_code, reason = "costs and bytes are the benchmark's")]
 mod engine;
+#[path = "../benches/peers/foreign.rs"]
+mod foreign;
+#[path = "../benches/peers/obvhs_peer.rs"]
+#[allow(dead_code, reason = "times and interfaces are the benchmark's")]
+mod obvhs_peer;
+#[path = "../benches/peers/obvhs_tree.rs"]
+mod obvhs_tree;
 #[path = "../benches/peers/peer.rs"]
 #[allow(dead_code, reason = "times and bytes are the benchmark's")]
 mod peer;
@@ -19,7 +26,9 @@ mod scenes;
 use std::path::Path;
 
 use bvhscope_engine::cancel::CancelToken;
-use bvhscope_engine::geometry::{PreparedRay, Shear};
+use bvhscope_engine::geometry::{Aabb, PreparedRay, Shear};
+use bvhscope_engine::tree::Tree;
+use bvhscope_engine::tree::traverse::{NoProbe, Traversal, closest_hit};
 use rays::{Query, Tally, Workload, workloads};
 
 /// Width and height of the picture.
@@ -56,12 +65,13 @@ fn every_measured_interface_finds_the_same_hits() {
             for ready in &ready {
                 for interface in engine::interfaces(ready) {
                     let run = |work| (interface.prepare)(work).map(|mut run| run());
+                    let name = format!("{name}, {} {}", interface.setting, interface.name);
                     if let Some(tally) = run(&sample) {
-                        assert_eq!(tally, expected, "{name}, {}, {}", work.name, interface.name);
+                        assert_eq!(tally, expected, "{name}, {}", work.name);
                     }
                     let Some(tally) = run(&work) else { continue };
                     assert!(tally.hits > 0, "{name}, {}: nothing is hit", work.name);
-                    assert_eq!(tally, *reference.get_or_insert(tally), "{name}, {}, {}", work.name, interface.name);
+                    assert_eq!(tally, *reference.get_or_insert(tally), "{name}, {}", work.name);
                 }
             }
         }
@@ -72,6 +82,64 @@ fn every_measured_interface_finds_the_same_hits() {
 fn every_measured_setting_builds() {
     let subject = scenes::Subject::load("builtin:cornell", Path::new("."), &CancelToken::new()).expect("built in");
     for builder in engine::builders(&subject.triangles, 2) {
-        assert!((builder.build)().as_nanos() > 0, "{} {}", builder.name, builder.threads);
+        let times = (builder.build)();
+        let binary = times.binary.expect("this engine has a binary tree");
+        assert!(binary.as_nanos() > 0 && binary < times.ready, "{} {}: {times:?}", builder.name, builder.threads);
     }
+}
+
+#[test]
+fn a_divided_workload_has_the_same_hits() {
+    let subject =
+        scenes::Subject::load("builtin:sphereflake:2", Path::new("."), &CancelToken::new()).expect("built in");
+    let ready = engine::ready(&subject.triangles);
+    // More rays than a tile holds.
+    let works = workloads(&ready[0].tree, &subject.triangles, &subject.bounds, &subject.camera, 128);
+    let many = |work: &Workload| {
+        let interface = &engine::interfaces(&ready[0])[2];
+        (interface.prepare)(work).expect("an interface for all rays")()
+    };
+    for work in &works {
+        let whole = many(work);
+        for threads in [1, 2, 3] {
+            let parts = rays::in_parts(work, threads);
+            assert_eq!(parts.len(), threads);
+            let together = parts.iter().map(many).fold(Tally::default(), Tally::plus);
+            assert_eq!(together.hits, whole.hits, "{} by {threads}", work.name);
+            assert!((together.distance - whole.distance).abs() <= 1e-9 * whole.distance, "{} by {threads}", work.name);
+        }
+    }
+}
+
+/// The trees of obvhs, binary and quantised, as this crate traces them.
+#[test]
+fn the_trees_of_obvhs_find_the_same_hits() {
+    for name in ["builtin:teapot:4", "builtin:cornell", "builtin:terrain:3000"] {
+        let subject = scenes::Subject::load(name, Path::new("."), &CancelToken::new()).expect("a built-in scene");
+        let triangles = &subject.triangles[..];
+        let ready = engine::ready(triangles);
+        let [primary, ..] = workloads(&ready[0].tree, triangles, &subject.bounds, &subject.camera, SIZE);
+        let sample = Workload { rays: primary.rays.iter().copied().step_by(SCANNED / 4).collect(), ..primary };
+        let expected = scan(&subject, &sample);
+        assert!(expected.hits > 0, "{name}: nothing is hit");
+        let converted = obvhs_peer::converted(triangles);
+        for (setting, parameters) in obvhs_peer::settings(true) {
+            let binary = obvhs_tree::binary(&obvhs_peer::binary(&converted, parameters));
+            let wide = obvhs_tree::wide(&obvhs_peer::wide(&converted, parameters));
+            assert!(wide.nodes.iter().any(|node| node.arity() > 4), "{name}, {setting}: nothing is wide");
+            for (kind, tree) in [("binary", binary), ("wide", wide)] {
+                assert_eq!(traced(&tree, triangles, &sample), expected, "{name}, {setting}, {kind}");
+            }
+        }
+    }
+}
+
+fn traced(tree: &Tree<Aabb>, triangles: &[bvhscope_engine::Triangle], work: &Workload) -> Tally {
+    let leaf_triangles = tree.leaf_triangles(triangles, &CancelToken::new()).expect("nobody cancels");
+    let mut tally = Tally::default();
+    for ray in &work.rays {
+        let hit = closest_hit(tree, &leaf_triangles[..], ray, Traversal::Ordered, &mut NoProbe);
+        tally.add(hit.map_or(f32::INFINITY, |hit| hit.t));
+    }
+    tally
 }

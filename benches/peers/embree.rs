@@ -1,20 +1,22 @@
 //! Embree 3, through the few functions of its C interface that are used here (<https://www.embree.org/api.html>).
 
-#![allow(unsafe_code, reason = "Embree is a C library; nothing outside of this file touches it")]
+#![allow(unsafe_code, reason = "Embree is a C library; only this file and embree_tree.rs touch it")]
 
 use std::collections::HashMap;
 use std::ffi::{CString, c_char, c_int, c_uint, c_void};
 use std::ptr;
 use std::sync::atomic::{AtomicIsize, Ordering};
 
-use bvhscope_engine::geometry::{Aabb, Triangle};
-use bvhscope_engine::tree::{Node, Tree};
+use bvhscope_engine::geometry::Triangle;
+use bvhscope_engine::kernel::SimdLevel;
 use glam::Vec3;
 
-use crate::peer::{Builder, Interface, Judged, Run, timed};
+use crate::embree_tree::{self, Shape};
+use crate::peer::{BuildTimes, Builder, Interface, Judged, Run, timed};
 use crate::rays::{Query, Tally, Workload};
 
-const NAME: &str = "embree";
+/// Its name.
+pub const NAME: &str = "embree";
 /// Rays in a stream.
 const STREAM: usize = 64;
 
@@ -39,7 +41,8 @@ pub enum Quality {
 }
 
 impl Quality {
-    fn name(self) -> &'static str {
+    /// Its name in tables.
+    pub fn name(self) -> &'static str {
         match self {
             Self::Low => "low",
             Self::Medium => "medium",
@@ -85,10 +88,6 @@ unsafe extern "C" {
     fn rtcOccluded8(valid: *const c_int, scene: *mut c_void, context: *mut Context, rays: *mut Rays<8>);
     fn rtcOccluded16(valid: *const c_int, scene: *mut c_void, context: *mut Context, rays: *mut Rays<16>);
     fn rtcOccluded1M(scene: *mut c_void, context: *mut Context, rays: *mut Ray, count: c_uint, stride: usize);
-    fn rtcNewBVH(device: *mut c_void) -> *mut c_void;
-    fn rtcReleaseBVH(bvh: *mut c_void);
-    fn rtcBuildBVH(arguments: *const BuildArguments) -> *mut c_void;
-    fn rtcThreadLocalAlloc(allocator: *mut c_void, bytes: usize, align: usize) -> *mut c_void;
 }
 
 #[repr(C)]
@@ -96,6 +95,22 @@ struct Context {
     flags: c_uint,
     filter: *const c_void,
     instance: [u32; 1],
+}
+
+// SAFETY: the pointer is null.
+unsafe impl Send for Context {}
+
+/// A committed scene, which any number of threads may trace at once.
+#[derive(Clone, Copy)]
+struct SceneRef(*mut c_void);
+
+// SAFETY: Embree's queries of a committed scene are thread-safe.
+unsafe impl Send for SceneRef {}
+
+impl SceneRef {
+    fn get(self) -> *mut c_void {
+        self.0
+    }
 }
 
 impl Context {
@@ -172,55 +187,6 @@ struct RayHits<const N: usize> {
     hits: Hits<N>,
 }
 
-#[repr(C, align(32))]
-struct BuildPrimitive {
-    lower: [f32; 3],
-    geometry: u32,
-    upper: [f32; 3],
-    primitive: u32,
-}
-
-#[derive(Clone, Copy)]
-#[repr(C, align(16))]
-struct Bounds {
-    lower: [f32; 4],
-    upper: [f32; 4],
-}
-
-#[repr(C)]
-struct BuildArguments {
-    byte_size: usize,
-    quality: c_uint,
-    flags: c_uint,
-    max_branching_factor: c_uint,
-    max_depth: c_uint,
-    sah_block_size: c_uint,
-    min_leaf_size: c_uint,
-    max_leaf_size: c_uint,
-    traversal_cost: f32,
-    intersection_cost: f32,
-    bvh: *mut c_void,
-    primitives: *mut BuildPrimitive,
-    primitive_count: usize,
-    primitive_capacity: usize,
-    create_node: extern "C" fn(*mut c_void, c_uint, *mut c_void) -> *mut c_void,
-    set_children: extern "C" fn(*mut BuiltNode, *const *mut BuiltNode, c_uint, *mut c_void),
-    set_bounds: extern "C" fn(*mut BuiltNode, *const *const Bounds, c_uint, *mut c_void),
-    create_leaf: extern "C" fn(*mut c_void, *const BuildPrimitive, usize, *mut c_void) -> *mut c_void,
-    split: *const c_void,
-    progress: *const c_void,
-    user: *mut c_void,
-}
-
-/// A node of the binary tree that Embree's builder hands out piece by piece.
-#[repr(C)]
-struct BuiltNode {
-    bounds: Aabb,
-    /// Primitives of a leaf; 0 for an interior node.
-    count: u32,
-    children: [*mut BuiltNode; 2],
-}
-
 /// Bytes that Embree holds.
 static HELD_BYTES: AtomicIsize = AtomicIsize::new(0);
 
@@ -235,7 +201,14 @@ pub struct Device(*mut c_void);
 impl Device {
     /// Starts it.
     pub fn new(threads: usize) -> Self {
-        let config = CString::new(format!("threads={threads},set_affinity=0")).expect("no zero in it");
+        // Up to the level that this engine is limited to.
+        let isa = match SimdLevel::of_builds() {
+            SimdLevel::Sse2 => ",isa=sse2",
+            SimdLevel::Sse4 => ",isa=sse4.2",
+            SimdLevel::Avx2 => ",isa=avx2",
+            SimdLevel::Avx512 | SimdLevel::Neon => "",
+        };
+        let config = CString::new(format!("threads={threads},set_affinity=0{isa}")).expect("no zero in it");
         // SAFETY: the text outlives the call; a null device is refused below.
         let device = unsafe { rtcNewDevice(config.as_ptr()) };
         assert!(!device.is_null(), "Embree does not start");
@@ -244,7 +217,13 @@ impl Device {
         Self(device)
     }
 
-    fn check(&self) {
+    /// The device as Embree's functions want it.
+    pub fn handle(&self) -> *mut c_void {
+        self.0
+    }
+
+    /// Fails where Embree has reported an error.
+    pub fn check(&self) {
         // SAFETY: the device is alive.
         let error = unsafe { rtcGetDeviceError(self.0) };
         assert!(error == 0, "Embree reports error {error}");
@@ -333,132 +312,36 @@ pub fn builders<'a>(device: &'a Device, mesh: &'a Mesh, threads: usize, slow: bo
         engine: NAME,
         name: quality.name().to_owned(),
         threads,
-        build: Box::new(move || timed(|| commit(device, mesh, quality))),
+        // What is committed is what rays go through; the binary tree is never there as a whole.
+        build: Box::new(move || BuildTimes { binary: None, ready: timed(|| commit(device, mesh, quality)) }),
     };
     qualities(slow).iter().map(builder).collect()
 }
 
-/// What is there to be judged: the builder's own binary tree, from the interface that lets callers make the nodes, and the bytes
-/// of the scene. Embree shows no tree with spatial splits.
+/// What is there to be judged: the binary tree of the builder of the same quality, and the bytes of the scene. Trees with spatial
+/// splits are written by `--dump`, and not judged.
 pub fn judged(device: &Device, triangles: &[Triangle], mesh: &Mesh, slow: bool) -> Vec<Judged> {
-    let judge = |&quality: &Quality| Judged {
-        engine: NAME,
-        name: quality.name().to_owned(),
-        tree: (quality != Quality::High).then(|| binary_tree(device, triangles, quality)),
-        bytes: Some(commit(device, mesh, quality).bytes),
+    let judge = |&quality: &Quality| {
+        let tree = (quality != Quality::High).then(|| embree_tree::build(device, triangles, quality, Shape::Binary));
+        let indices = tree.as_ref().map_or(&[][..], |tree| &tree.primitive_indices[..]);
+        Judged {
+            engine: NAME,
+            name: quality.name().to_owned(),
+            leaf_triangles: indices.iter().map(|&index| triangles[index as usize]).collect(),
+            tree,
+            bytes: Some(commit(device, mesh, quality).bytes),
+        }
     };
     qualities(slow).iter().map(judge).collect()
 }
 
-fn binary_tree(device: &Device, triangles: &[Triangle], quality: Quality) -> Tree<Aabb> {
-    let primitive = |(index, triangle): (usize, &Triangle)| {
-        let Aabb { min, max } = triangle.bounds();
-        BuildPrimitive { lower: min.into(), geometry: 0, upper: max.into(), primitive: index as u32 }
-    };
-    let mut primitives: Vec<BuildPrimitive> = triangles.iter().enumerate().map(primitive).collect();
-    // SAFETY: the device is alive.
-    let bvh = unsafe { rtcNewBVH(device.0) };
-    let arguments = BuildArguments {
-        byte_size: size_of::<BuildArguments>(),
-        quality: quality as c_uint,
-        flags: 0,
-        max_branching_factor: 2,
-        max_depth: 1024,
-        sah_block_size: 1,
-        min_leaf_size: 1,
-        max_leaf_size: 1,
-        traversal_cost: 1.0,
-        intersection_cost: 1.0,
-        bvh,
-        primitives: primitives.as_mut_ptr(),
-        primitive_count: primitives.len(),
-        primitive_capacity: primitives.len(),
-        create_node,
-        set_children,
-        set_bounds,
-        create_leaf,
-        split: ptr::null(),
-        progress: ptr::null(),
-        user: ptr::null_mut(),
-    };
-    // SAFETY: the arguments point to live memory, the callbacks have the signatures that Embree asks for.
-    let root: *const BuiltNode = unsafe { rtcBuildBVH(&raw const arguments) }.cast();
-    device.check();
-    assert!(!root.is_null(), "Embree built no tree");
-    let tree = copied(root);
-    // SAFETY: released once; no node is read after this.
-    unsafe { rtcReleaseBVH(bvh) };
-    tree
-}
-
-/// The nodes below `root`, parents first.
-fn copied(root: *const BuiltNode) -> Tree<Aabb> {
-    let empty = Node { container: Aabb::EMPTY, first: 0, count: 0 };
-    let mut nodes = vec![empty];
-    let mut sources = vec![root];
-    let mut at = 0;
-    while at < nodes.len() {
-        // SAFETY: Embree linked the nodes that the callbacks below made and wrote; its memory lives until the tree is released.
-        let source = unsafe { &*sources[at] };
-        nodes[at] = Node { container: source.bounds, first: nodes.len() as u32, count: source.count };
-        if source.count == 0 {
-            sources.extend(source.children.map(<*mut BuiltNode>::cast_const));
-            nodes.extend([empty; 2]);
-        }
-        at += 1;
-    }
-    Tree { nodes, primitive_indices: Vec::new(), max_depth: 0 }
-}
-
-fn new_node(allocator: *mut c_void, node: BuiltNode) -> *mut c_void {
-    // SAFETY: Embree's allocator gives memory of this size and alignment that nobody else uses.
-    unsafe {
-        let place: *mut BuiltNode = rtcThreadLocalAlloc(allocator, size_of::<BuiltNode>(), 16).cast();
-        place.write(node);
-        place.cast()
-    }
-}
-
-extern "C" fn create_node(allocator: *mut c_void, _: c_uint, _: *mut c_void) -> *mut c_void {
-    new_node(allocator, BuiltNode { bounds: Aabb::EMPTY, count: 0, children: [ptr::null_mut(); 2] })
-}
-
-extern "C" fn create_leaf(
-    allocator: *mut c_void,
-    primitives: *const BuildPrimitive,
-    count: usize,
-    _: *mut c_void,
-) -> *mut c_void {
-    // SAFETY: Embree hands over `count` primitives.
-    let primitives = unsafe { std::slice::from_raw_parts(primitives, count) };
-    let bounds = |p: &BuildPrimitive| Aabb { min: p.lower.into(), max: p.upper.into() };
-    let bounds = primitives.iter().fold(Aabb::EMPTY, |all, one| all.union(&bounds(one)));
-    new_node(allocator, BuiltNode { bounds, count: count as u32, children: [ptr::null_mut(); 2] })
-}
-
-extern "C" fn set_children(node: *mut BuiltNode, children: *const *mut BuiltNode, count: c_uint, _: *mut c_void) {
-    assert_eq!(count, 2, "a binary tree was asked for");
-    // SAFETY: `node` comes from `create_node`, and there are as many children as were announced.
-    unsafe { (*node).children = [*children, *children.add(1)] };
-}
-
-extern "C" fn set_bounds(node: *mut BuiltNode, bounds: *const *const Bounds, count: c_uint, _: *mut c_void) {
-    for child in 0..count as usize {
-        // SAFETY: `node` comes from `create_node`, and there are as many bounds as were announced.
-        unsafe {
-            let Bounds { lower: [ax, ay, az, _], upper: [bx, by, bz, _] } = **bounds.add(child);
-            let child = Aabb { min: Vec3::new(ax, ay, az), max: Vec3::new(bx, by, bz) };
-            (*node).bounds = (*node).bounds.union(&child);
-        }
-    }
-}
-
 /// Every way to trace a scene.
 pub fn interfaces<'a>(scene: &'a Scene<'a>, quality: Quality) -> Vec<Interface<'a>> {
-    let interface = |name: &str, prepare: fn(*mut c_void, &'a Workload) -> Run<'a>| Interface {
+    let interface = |name: &'static str, prepare: fn(SceneRef, &'a Workload) -> Run<'a>| Interface {
         engine: NAME,
-        name: format!("{} {name}", quality.name()),
-        prepare: Box::new(move |work| Some(prepare(scene.scene, work))),
+        setting: quality.name().to_owned(),
+        name,
+        prepare: Box::new(move |work| Some(prepare(SceneRef(scene.scene), work))),
     };
     vec![
         interface("single", single),
@@ -466,18 +349,18 @@ pub fn interfaces<'a>(scene: &'a Scene<'a>, quality: Quality) -> Vec<Interface<'
             packets::<8>(
                 work,
                 // SAFETY: the scene outlives the run; eight lanes each are valid and aligned.
-                move |valid, context, rays| unsafe { rtcIntersect8(valid, scene, context, rays) },
+                move |valid, context, rays| unsafe { rtcIntersect8(valid, scene.get(), context, rays) },
                 // SAFETY: as above.
-                move |valid, context, rays| unsafe { rtcOccluded8(valid, scene, context, rays) },
+                move |valid, context, rays| unsafe { rtcOccluded8(valid, scene.get(), context, rays) },
             )
         }),
         interface("packet 16", |scene, work| {
             packets::<16>(
                 work,
                 // SAFETY: the scene outlives the run; sixteen lanes each are valid and aligned.
-                move |valid, context, rays| unsafe { rtcIntersect16(valid, scene, context, rays) },
+                move |valid, context, rays| unsafe { rtcIntersect16(valid, scene.get(), context, rays) },
                 // SAFETY: as above.
-                move |valid, context, rays| unsafe { rtcOccluded16(valid, scene, context, rays) },
+                move |valid, context, rays| unsafe { rtcOccluded16(valid, scene.get(), context, rays) },
             )
         }),
         interface("stream", stream),
@@ -504,7 +387,7 @@ fn is_occluded(far: f32) -> bool {
     far < 0.0
 }
 
-fn single(scene: *mut c_void, work: &Workload) -> Run<'_> {
+fn single(scene: SceneRef, work: &Workload) -> Run<'_> {
     let mut context = Context::new(work.coherent);
     let rays: Vec<Ray> = work.rays.iter().map(native).collect();
     match work.query {
@@ -513,7 +396,7 @@ fn single(scene: *mut c_void, work: &Workload) -> Run<'_> {
             for &ray in &rays {
                 let mut ray = RayHit { ray, hit: NO_HIT };
                 // SAFETY: the scene outlives the run; context and ray are this function's own.
-                unsafe { rtcIntersect1(scene, &raw mut context, &raw mut ray) };
+                unsafe { rtcIntersect1(scene.get(), &raw mut context, &raw mut ray) };
                 tally.add(if ray.hit.geometry == INVALID { f32::INFINITY } else { ray.ray.far });
             }
             tally
@@ -523,7 +406,7 @@ fn single(scene: *mut c_void, work: &Workload) -> Run<'_> {
             for &ray in &rays {
                 let mut ray = ray;
                 // SAFETY: as above.
-                unsafe { rtcOccluded1(scene, &raw mut context, &raw mut ray) };
+                unsafe { rtcOccluded1(scene.get(), &raw mut context, &raw mut ray) };
                 hits += u64::from(is_occluded(ray.far));
             }
             Tally { hits, distance: 0.0 }
@@ -533,8 +416,8 @@ fn single(scene: *mut c_void, work: &Workload) -> Run<'_> {
 
 fn packets<'a, const N: usize>(
     work: &'a Workload,
-    intersect: impl Fn(*const c_int, *mut Context, *mut RayHits<N>) + 'a,
-    occluded: impl Fn(*const c_int, *mut Context, *mut Rays<N>) + 'a,
+    intersect: impl Fn(*const c_int, *mut Context, *mut RayHits<N>) + Send + 'a,
+    occluded: impl Fn(*const c_int, *mut Context, *mut Rays<N>) + Send + 'a,
 ) -> Run<'a> {
     static ALL: Valid = Valid([-1; 16]);
     let mut context = Context::new(work.coherent);
@@ -596,7 +479,7 @@ fn packet<const N: usize>(rays: &[bvhscope_engine::geometry::Ray]) -> Rays<N> {
     packet
 }
 
-fn stream(scene: *mut c_void, work: &Workload) -> Run<'_> {
+fn stream(scene: SceneRef, work: &Workload) -> Run<'_> {
     let mut context = Context::new(work.coherent);
     let rays: Vec<Ray> = work.rays.iter().map(native).collect();
     match work.query {
@@ -608,7 +491,9 @@ fn stream(scene: *mut c_void, work: &Workload) -> Run<'_> {
                 hits.extend(rays.iter().map(|&ray| RayHit { ray, hit: NO_HIT }));
                 let stride = size_of::<RayHit>();
                 // SAFETY: the scene outlives the run; the pointer, count and stride are the vector's.
-                unsafe { rtcIntersect1M(scene, &raw mut context, hits.as_mut_ptr(), hits.len() as c_uint, stride) };
+                unsafe {
+                    rtcIntersect1M(scene.get(), &raw mut context, hits.as_mut_ptr(), hits.len() as c_uint, stride)
+                };
                 for hit in &hits {
                     tally.add(if hit.hit.geometry == INVALID { f32::INFINITY } else { hit.ray.far });
                 }
@@ -623,7 +508,9 @@ fn stream(scene: *mut c_void, work: &Workload) -> Run<'_> {
                 stream.extend_from_slice(rays);
                 let stride = size_of::<Ray>();
                 // SAFETY: as above.
-                unsafe { rtcOccluded1M(scene, &raw mut context, stream.as_mut_ptr(), stream.len() as c_uint, stride) };
+                unsafe {
+                    rtcOccluded1M(scene.get(), &raw mut context, stream.as_mut_ptr(), stream.len() as c_uint, stride)
+                };
                 count += stream.iter().filter(|ray| is_occluded(ray.far)).count() as u64;
             }
             Tally { hits: count, distance: 0.0 }

@@ -1,18 +1,20 @@
 //! This engine: its settings and every way to trace with it.
 
+use std::time::Instant;
+
 use bvhscope_engine::builders::build_binary;
 use bvhscope_engine::cancel::CancelToken;
 use bvhscope_engine::geometry::{Aabb, Hit, Ray, Triangle};
+use bvhscope_engine::kernel::SimdLevel;
 use bvhscope_engine::settings::{BuildSettings, Preset};
 use bvhscope_engine::tree::traverse::{NoProbe, Traversal, any_hit, closest_hit};
 use bvhscope_engine::tree::{AnyTree, ContainerKind, Tree};
 use bvhscope_engine::wide::collapse;
 use bvhscope_engine::wide::tree::AnyWideTree;
 use bvhscope_engine::with_tree;
-use fearless_simd::Level;
 use rayon::prelude::*;
 
-use crate::peer::{Builder, Interface, Judged, OWN, Run, timed};
+use crate::peer::{BuildTimes, Builder, Interface, Judged, OWN, Run};
 use crate::rays::{Query, Tally, Workload};
 
 /// Settings that are measured, by name.
@@ -28,29 +30,24 @@ pub fn settings() -> Vec<(String, BuildSettings)> {
     ]
 }
 
-/// Every build: the tree alone, and with everything that rays are traced through.
-pub fn builders<'a>(triangles: &'a [Triangle], threads: usize) -> Vec<Builder<'a>> {
-    let build_with = move |settings: BuildSettings, to_the_end: bool| {
+/// Every build: the binary tree, then the wide one with its triangles.
+pub fn builders(triangles: &[Triangle], threads: usize) -> Vec<Builder<'_>> {
+    let builder = |(name, settings): (String, BuildSettings)| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("threads can be started");
-        move || {
+        let build = move || {
             pool.install(|| {
-                timed(|| {
-                    let tree = tree(triangles, &settings);
-                    let wide = to_the_end.then(|| wide(&tree, triangles));
-                    (tree, wide)
-                })
+                let start = Instant::now();
+                let tree = tree(triangles, &settings);
+                let binary = start.elapsed();
+                let wide = wide(&tree, triangles);
+                let times = BuildTimes { binary: Some(binary), ready: start.elapsed() };
+                drop(std::hint::black_box((tree, wide)));
+                times
             })
-        }
+        };
+        Builder { engine: OWN, name, threads, build: Box::new(build) }
     };
-    let mut builders = Vec::new();
-    for (name, settings) in settings() {
-        if settings == BuildSettings::default() {
-            let build = Box::new(build_with(settings, true));
-            builders.push(Builder { engine: OWN, name: format!("{name} + wide tree"), threads, build });
-        }
-        builders.push(Builder { engine: OWN, name, threads, build: Box::new(build_with(settings, false)) });
-    }
-    builders
+    settings().into_iter().map(builder).collect()
 }
 
 /// A tree of boxes, ready to be traced.
@@ -84,18 +81,25 @@ pub fn ready(triangles: &[Triangle]) -> Vec<Ready> {
 /// What is there to be judged.
 pub fn judged(ready: &Ready) -> Judged {
     let bytes = ready.wide.node_bytes() + ready.wide.triangle_bytes();
-    Judged { engine: OWN, name: ready.name.clone(), tree: Some(ready.tree.clone()), bytes: Some(bytes) }
+    Judged {
+        engine: OWN,
+        name: ready.name.clone(),
+        tree: Some(ready.tree.clone()),
+        leaf_triangles: ready.leaf_triangles.clone(),
+        bytes: Some(bytes),
+    }
 }
 
 /// Every way to trace a tree.
 pub fn interfaces(ready: &Ready) -> Vec<Interface<'_>> {
     let Ready { name, tree, leaf_triangles, wide } = ready;
     let leaf_triangles = &leaf_triangles[..];
-    let level = Level::new();
+    let level = SimdLevel::of_builds().level();
     vec![
         Interface {
             engine: OWN,
-            name: format!("{name} binary"),
+            setting: name.clone(),
+            name: "binary",
             prepare: Box::new(move |work| {
                 Some(single(
                     work,
@@ -106,14 +110,16 @@ pub fn interfaces(ready: &Ready) -> Vec<Interface<'_>> {
         },
         Interface {
             engine: OWN,
-            name: format!("{name} single"),
+            setting: name.clone(),
+            name: "single",
             prepare: Box::new(move |work| {
                 Some(single(work, move |ray| wide.closest_hit(level, ray), move |ray| wide.any_hit(level, ray)))
             }),
         },
         Interface {
             engine: OWN,
-            name: format!("{name} many"),
+            setting: name.clone(),
+            name: "many",
             prepare: Box::new(move |work| match work.query {
                 Query::Closest => Some(Box::new(move || {
                     let mut tally = Tally::default();
@@ -144,8 +150,8 @@ const AT_ONCE: usize = 4096;
 /// One ray after the other.
 fn single<'a>(
     work: &'a Workload,
-    closest: impl Fn(&Ray) -> Option<Hit> + 'a,
-    any: impl Fn(&Ray) -> bool + 'a,
+    closest: impl Fn(&Ray) -> Option<Hit> + Send + 'a,
+    any: impl Fn(&Ray) -> bool + Send + 'a,
 ) -> Run<'a> {
     match work.query {
         Query::Closest => Box::new(move || {
@@ -164,7 +170,8 @@ fn distance(hit: Option<Hit>) -> f32 {
     hit.map_or(f32::INFINITY, |hit| hit.t)
 }
 
-fn tree(triangles: &[Triangle], settings: &BuildSettings) -> AnyTree {
+/// The binary tree.
+pub fn tree(triangles: &[Triangle], settings: &BuildSettings) -> AnyTree {
     build_binary(triangles, settings, &CancelToken::new()).expect("nothing to refuse, nobody cancels").0
 }
 
@@ -172,6 +179,7 @@ fn in_leaf_order(tree: &AnyTree, triangles: &[Triangle]) -> Vec<Triangle> {
     tree.primitive_indices().par_iter().map(|&index| triangles[index as usize]).collect()
 }
 
-fn wide(tree: &AnyTree, triangles: &[Triangle]) -> AnyWideTree {
+/// The eight-wide tree.
+pub fn wide(tree: &AnyTree, triangles: &[Triangle]) -> AnyWideTree {
     with_tree!(tree, tree => collapse(tree, triangles, &CancelToken::new()).expect("nobody cancels").into())
 }

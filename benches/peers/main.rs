@@ -1,17 +1,24 @@
 //! This engine beside Embree and obvhs, in one process and interleaved, on identical triangles and rays: `make peers`, or
 //! `cargo run --release --no-default-features --features peers --bin peers -- [FLAGS]`.
 //!
-//! Measures build time by threads, SAH cost by one formula, bytes per triangle, and the rate of primary, ambient occlusion and
-//! diffuse rays through every interface on one thread. Fails where the engines' hits disagree.
+//! Measures by threads the time until the binary tree is there and until rays can be traced at full speed, SAH cost, end-point
+//! overlap and tests per ray by one formula, bytes per triangle, the rate of primary, ambient occlusion and diffuse rays through
+//! every interface, and the time from triangles to a picture. Fails where the engines' hits disagree.
 
 #![allow(clippy::pedantic, reason = "tests and measurements may be plainer than the libraries")]
 
+mod dump;
 mod embree;
+mod embree_tree;
 mod engine;
+mod foreign;
 mod measure;
 mod obvhs_peer;
+mod obvhs_tree;
+mod paper;
 mod peer;
 mod rays;
+mod record;
 mod report;
 mod scenes;
 
@@ -19,8 +26,10 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 use bvhscope_engine::cancel::CancelToken;
+use bvhscope_engine::kernel::SimdLevel;
 use clap::Parser;
 use mimalloc::MiMalloc;
+use serde_json::Value;
 
 use scenes::Subject;
 
@@ -35,7 +44,7 @@ struct Flags {
     /// Scenes: bunny, sponza, conference, car, buddha, dragon, san-miguel, terrain, a file, or builtin:NAME[:SIZE]
     #[arg(long, value_delimiter = ',', default_values_t = scenes::DEFAULT.map(str::to_owned))]
     scenes: Vec<String>,
-    /// What is measured: build, tree, primary, ao, diffuse
+    /// What is measured: build, tree, primary, ao, diffuse, picture (where builds and rays are)
     #[arg(long, value_delimiter = ',', default_values_t = measure::PARTS.map(str::to_owned))]
     parts: Vec<String>,
     /// Only engines and interfaces whose name contains one of these
@@ -47,8 +56,11 @@ struct Flags {
     /// Measured rounds; medians are shown
     #[arg(long, default_value_t = 7)]
     repeat: usize,
-    /// Numbers of threads of the builds
-    #[arg(long, value_delimiter = ',', default_values_t = [1, 2])]
+    /// The paper's tables 1 and 2, after the scenes
+    #[arg(long)]
+    paper: bool,
+    /// Numbers of threads of builds and rays, 0 for all
+    #[arg(long, value_delimiter = ',', default_values_t = [1, 0])]
     threads: Vec<usize>,
     /// Width and height of the picture in pixels, a power of two
     #[arg(long, default_value_t = 1024)]
@@ -56,25 +68,55 @@ struct Flags {
     /// Folder of the models [default: the variable BVHSCOPE_MODELS, or ../shared/models]
     #[arg(long)]
     models: Option<PathBuf>,
+    /// Widest vector instructions of this engine's builds and rays and of Embree: sse2, sse4, avx2 or avx512
+    #[arg(long, value_parser = simd)]
+    simd: Option<SimdLevel>,
+    /// Write each tree into this folder instead of measuring, for `bvhscope MODEL --tree FILE`; Embree's come from the same
+    /// builders through rtcBuildBVH, because the trees inside its scenes cannot be read
+    #[arg(long, value_name = "FOLDER")]
+    dump: Option<PathBuf>,
     /// Print one JSON object a line instead of tables
     #[arg(long)]
     json: bool,
+    /// Add the rows to this file too, with machine, date and commit
+    #[arg(long)]
+    append: Option<PathBuf>,
+}
+
+fn simd(name: &str) -> Result<SimdLevel, String> {
+    let level = SimdLevel::ALL.into_iter().find(|level| level.name() == name && level.is_available());
+    level.ok_or_else(|| "this machine has no such instructions".to_owned())
 }
 
 fn main() -> ExitCode {
     let flags = Flags::parse();
+    SimdLevel::limit_builds(flags.simd);
+    let mut threads: Vec<usize> = flags.threads.iter().map(|&threads| bvhscope::threads::count(threads)).collect();
+    threads.dedup();
     let plan = measure::Plan {
         parts: flags.parts,
         only: flags.only,
         slow: flags.slow,
         repeat: flags.repeat.max(1),
-        threads: flags.threads,
+        threads,
         size: flags.size.next_power_of_two(),
     };
-    let folder = scenes::model_folder(flags.models);
+    let models = scenes::model_folder(flags.models);
+    let provenance = record::Provenance::of_this_run();
+    let keep = |rows: Vec<Value>| {
+        let rows: Vec<Value> = rows.into_iter().map(|row| provenance.with(row)).collect();
+        if flags.json {
+            rows.iter().for_each(|row| println!("{row}"));
+        }
+        match &flags.append {
+            Some(path) => record::append(&rows, path).inspect_err(|error| eprintln!("{error:#}")).is_ok(),
+            None => true,
+        }
+    };
     let mut agreed = true;
-    for name in &flags.scenes {
-        let subject = match Subject::load(name, &folder, &CancelToken::new()) {
+    // "--scenes=" names none.
+    for name in flags.scenes.iter().filter(|name| !name.is_empty()) {
+        let subject = match Subject::load(name, &models, &CancelToken::new()) {
             Ok(subject) => subject,
             Err(error) => {
                 eprintln!("skipped {name}: {error}");
@@ -82,15 +124,33 @@ fn main() -> ExitCode {
                 continue;
             }
         };
-        let result = measure::measure(&subject, &plan);
-        if flags.json {
-            report::print_json(&result)
-        } else {
-            report::print_tables(&result)
+        if let Some(folder) = &flags.dump {
+            match dump::dump(&subject, &plan, folder) {
+                Ok(files) => files.iter().for_each(|file| println!("{}", file.display())),
+                Err(error) => {
+                    eprintln!("{name}: {error:#}");
+                    agreed = false;
+                }
+            }
+            continue;
         }
+        let result = measure::measure(&subject, &plan);
+        if !flags.json {
+            report::print_tables(&result);
+        }
+        agreed &= keep(report::rows(&result));
         for disagreement in &result.disagreements {
             eprintln!("{}: {disagreement}", result.model);
             agreed = false;
+        }
+    }
+    if flags.paper {
+        match paper::rows(&models, plan.repeat) {
+            Ok(rows) => agreed &= keep(rows),
+            Err(error) => {
+                eprintln!("the paper's tables: {error:#}");
+                agreed = false;
+            }
         }
     }
     if agreed { ExitCode::SUCCESS } else { ExitCode::FAILURE }

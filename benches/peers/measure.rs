@@ -1,18 +1,32 @@
 //! Interleaved rounds over all engines, so that a slow moment of the machine hits all of them alike.
 
+use std::sync::Barrier;
+use std::thread;
 use std::time::{Duration, Instant};
 
+use bvhscope_engine::Aabb;
+use bvhscope_engine::cancel::CancelToken;
+use bvhscope_engine::geometry::Triangle;
+use bvhscope_engine::tree::overlap::end_point_overlap;
 use bvhscope_engine::tree::statistics::collapsed_cost_of;
+use bvhscope_engine::tree::traverse::{TestCounts, Traversal, any_hit_with, closest_hit};
+use bvhscope_engine::tree::{AnyTree, Tree};
 
-use crate::embree::{self, Quality};
+use crate::embree;
 use crate::engine;
 use crate::obvhs_peer;
-use crate::peer::{Builder, Interface, Judged, OWN};
-use crate::rays::{Tally, Workload, workloads};
+use crate::peer::{Builder, Interface, Judged, OWN, Run};
+use crate::rays::{OCCLUSION_RAYS, Query, Tally, Workload, in_parts, workloads};
 use crate::scenes::Subject;
 
-/// What can be measured.
-pub const PARTS: [&str; 5] = ["build", "tree", "primary", "ao", "diffuse"];
+/// What can be measured of a scene. "picture" is the sum of a build and of rays, where both are measured.
+pub const PARTS: [&str; 6] = ["build", "tree", "primary", "ao", "diffuse", "picture"];
+/// Samples of ambient occlusion a pixel whose time to picture is told.
+const PICTURES: [u32; 3] = [1, 16, 256];
+/// One ray in this many is counted through the binary trees.
+const COUNTED: usize = 16;
+/// Triangles from which the end-point overlap of a large scene is estimated.
+const OVERLAP_SAMPLES: usize = 2_000;
 
 /// What is measured, and how often.
 pub struct Plan {
@@ -24,7 +38,7 @@ pub struct Plan {
     pub slow: bool,
     /// Measured rounds.
     pub repeat: usize,
-    /// Numbers of threads of the builds.
+    /// Numbers of threads of builds and rays.
     pub threads: Vec<usize>,
     /// Width and height of the picture in pixels.
     pub size: u32,
@@ -35,7 +49,8 @@ impl Plan {
         self.parts.iter().any(|wanted| wanted == part)
     }
 
-    fn names(&self, engine: &str, name: &str) -> bool {
+    /// Whether an engine's setting or interface is wanted.
+    pub fn names(&self, engine: &str, name: &str) -> bool {
         let full = format!("{engine} {name}");
         self.only.is_empty() || self.only.iter().any(|wanted| full.contains(wanted.as_str()))
     }
@@ -46,9 +61,11 @@ pub struct BuildRow {
     pub engine: &'static str,
     pub name: String,
     pub threads: usize,
-    /// Median, shortest and longest.
-    pub time: [Duration; 3],
-    /// Its rate over that of the fastest peer with as many threads.
+    /// Median, shortest and longest time until everything is there that the fastest rays need.
+    pub ready: [Duration; 3],
+    /// The same of the binary tree, where there is one.
+    pub binary: Option<[Duration; 3]>,
+    /// Its rate until it is ready over that of the fastest peer with as many threads.
     pub ratio: Option<f64>,
 }
 
@@ -59,6 +76,10 @@ pub struct TreeRow {
     pub sah_cost: Option<f64>,
     /// Its cost over that of the best peer.
     pub ratio: Option<f64>,
+    /// End-point overlap.
+    pub overlap: Option<f64>,
+    /// Container and triangle tests per ray through the binary tree, for each kind of rays.
+    pub tests: Vec<(&'static str, [f64; 2])>,
     pub bytes: Option<usize>,
 }
 
@@ -66,12 +87,27 @@ pub struct TreeRow {
 pub struct TraceRow {
     pub work: &'static str,
     pub engine: &'static str,
-    pub name: String,
+    pub setting: String,
+    pub name: &'static str,
+    pub threads: usize,
     pub rays: usize,
     pub tally: Tally,
     /// Median, shortest and longest.
     pub time: [Duration; 3],
-    /// Its rate over that of the fastest peer.
+    /// Its rate over that of the fastest peer with as many threads.
+    pub ratio: Option<f64>,
+}
+
+/// The time from triangles to a picture: the build, primary rays, and ambient occlusion from each of their hits, each through the
+/// engine's fastest interface.
+pub struct PictureRow {
+    pub engine: &'static str,
+    pub name: String,
+    pub threads: usize,
+    /// Ambient occlusion rays from each hit.
+    pub samples: u32,
+    pub time: Duration,
+    /// How many times sooner it is there than that of the fastest peer with as many threads.
     pub ratio: Option<f64>,
 }
 
@@ -83,6 +119,7 @@ pub struct Outcome {
     pub builds: Vec<BuildRow>,
     pub trees: Vec<TreeRow>,
     pub traces: Vec<TraceRow>,
+    pub pictures: Vec<PictureRow>,
     /// Where hits are not the same.
     pub disagreements: Vec<String>,
 }
@@ -97,6 +134,7 @@ pub fn measure(subject: &Subject, plan: &Plan) -> Outcome {
         builds: Vec::new(),
         trees: Vec::new(),
         traces: Vec::new(),
+        pictures: Vec::new(),
         disagreements: Vec::new(),
     };
     let (mesh, converted) = (embree::Mesh::new(triangles), obvhs_peer::converted(triangles));
@@ -111,78 +149,94 @@ pub fn measure(subject: &Subject, plan: &Plan) -> Outcome {
         builders.retain(|builder| plan.names(builder.engine, &builder.name));
         outcome.builds = build_rows(&builders, plan.repeat);
     }
-    let traced = PARTS[2..].iter().any(|part| plan.wants(part));
+    let traced = PARTS[2..5].iter().any(|part| plan.wants(part));
     if !(plan.wants("tree") || traced) {
         return outcome;
     }
     let device = embree::Device::new(0);
     let ready = engine::ready(triangles);
     let obvhs_ready = obvhs_peer::ready(&converted, plan.slow);
+    let works = workloads(&ready[0].tree, triangles, &subject.bounds, &subject.camera, plan.size);
     if plan.wants("tree") {
         let mut judged: Vec<Judged> = ready.iter().map(engine::judged).collect();
         judged.extend(embree::judged(&device, triangles, &mesh, plan.slow));
-        judged.extend(obvhs_peer::judged(&converted, &obvhs_ready, plan.slow));
+        judged.extend(obvhs_peer::judged(triangles, &converted, &obvhs_ready, plan.slow));
         judged.retain(|judged| plan.names(judged.engine, &judged.name));
-        outcome.trees = tree_rows(judged);
+        outcome.trees = tree_rows(judged, triangles, &works);
     }
     if traced {
-        // Embree's low quality is not meant to be traced.
-        let qualities = embree::qualities(plan.slow).iter().filter(|&&quality| quality != Quality::Low);
+        let qualities = embree::qualities(plan.slow).iter();
         let scenes: Vec<_> = qualities.map(|&quality| (quality, embree::commit(&device, &mesh, quality))).collect();
-        let works = workloads(&ready[0].tree, triangles, &subject.bounds, &subject.camera, plan.size);
-        let mut interfaces: Vec<Interface> = ready.iter().flat_map(engine::interfaces).collect();
-        interfaces.extend(scenes.iter().flat_map(|(quality, scene)| embree::interfaces(scene, *quality)));
-        interfaces.extend(obvhs_ready.iter().map(obvhs_peer::interfaces));
-        for work in works.iter().filter(|work| plan.wants(work.name)) {
-            let (rows, disagreements) = trace_rows(&interfaces, work, plan);
-            outcome.traces.extend(rows);
-            outcome.disagreements.extend(disagreements);
+        for &threads in &plan.threads {
+            let parts = works.each_ref().map(|work| in_parts(work, threads));
+            let mut interfaces: Vec<Interface> = ready.iter().flat_map(engine::interfaces).collect();
+            interfaces.extend(scenes.iter().flat_map(|(quality, scene)| embree::interfaces(scene, *quality)));
+            interfaces.extend(obvhs_ready.iter().map(obvhs_peer::interfaces));
+            for parts in parts.iter().filter(|parts| plan.wants(parts[0].name)) {
+                let (rows, disagreements) = trace_rows(&interfaces, parts, plan);
+                outcome.traces.extend(rows);
+                outcome.disagreements.extend(disagreements);
+            }
         }
+    }
+    if plan.wants("picture") {
+        outcome.pictures = picture_rows(&outcome.builds, &outcome.traces);
     }
     outcome
 }
 
 fn build_rows(builders: &[Builder], repeat: usize) -> Vec<BuildRow> {
-    let mut times: Vec<Vec<Duration>> = builders.iter().map(|_| Vec::new()).collect();
+    let mut times: Vec<(Vec<Duration>, Vec<Duration>)> = builders.iter().map(|_| Default::default()).collect();
     for round in 0..=repeat {
-        for (builder, times) in builders.iter().zip(&mut times) {
-            let time = (builder.build)();
+        for (builder, (ready, binary)) in builders.iter().zip(&mut times) {
+            let built = (builder.build)();
             // The first round warms up.
             if round > 0 {
-                times.push(time);
+                ready.push(built.ready);
+                binary.extend(built.binary);
             }
         }
     }
     let mut rows: Vec<BuildRow> = builders
         .iter()
         .zip(times)
-        .map(|(builder, times)| BuildRow {
+        .map(|(builder, (ready, binary))| BuildRow {
             engine: builder.engine,
             name: builder.name.clone(),
             threads: builder.threads,
-            time: spread(times),
+            ready: spread(ready),
+            binary: (!binary.is_empty()).then(|| spread(binary)),
             ratio: None,
         })
         .collect();
     for at in 0..rows.len() {
         let same = rows.iter().filter(|row| row.engine != OWN && row.threads == rows[at].threads);
-        let best = same.map(|row| row.time[0]).min();
-        rows[at].ratio = best.map(|best| best.as_secs_f64() / rows[at].time[0].as_secs_f64());
+        let best = same.map(|row| row.ready[0]).min();
+        rows[at].ratio = best.map(|best| best.as_secs_f64() / rows[at].ready[0].as_secs_f64());
     }
     rows
 }
 
-fn tree_rows(judged: Vec<Judged>) -> Vec<TreeRow> {
-    let mut rows: Vec<TreeRow> = judged
-        .into_iter()
-        .map(|judged| TreeRow {
+fn tree_rows(judged: Vec<Judged>, triangles: &[Triangle], works: &[Workload]) -> Vec<TreeRow> {
+    let row = |judged: Judged| {
+        let tests = judged.tree.as_ref().map_or_else(Vec::new, |tree| {
+            works.iter().map(|work| (work.name, tests_per_ray(tree, &judged.leaf_triangles, work))).collect()
+        });
+        TreeRow {
             engine: judged.engine,
             name: judged.name,
             sah_cost: judged.tree.as_ref().map(collapsed_cost_of),
             ratio: None,
+            tests,
             bytes: judged.bytes,
-        })
-        .collect();
+            overlap: judged.tree.map(|tree| {
+                let tree = AnyTree::Aabb(tree);
+                let overlap = end_point_overlap(&tree, triangles, OVERLAP_SAMPLES, &CancelToken::new());
+                overlap.expect("nobody cancels").value.into()
+            }),
+        }
+    };
+    let mut rows: Vec<TreeRow> = judged.into_iter().map(row).collect();
     let best = rows.iter().filter(|row| row.engine != OWN).filter_map(|row| row.sah_cost).min_by(f64::total_cmp);
     for row in &mut rows {
         row.ratio = row.sah_cost.zip(best).map(|(cost, best)| cost / best);
@@ -190,45 +244,64 @@ fn tree_rows(judged: Vec<Judged>) -> Vec<TreeRow> {
     rows
 }
 
+/// Container and triangle tests per ray, over every [`COUNTED`]th ray.
+fn tests_per_ray(tree: &Tree<Aabb>, leaf_triangles: &[Triangle], work: &Workload) -> [f64; 2] {
+    let mut counts = TestCounts::default();
+    let rays = work.rays.iter().step_by(COUNTED);
+    let count = rays.len().max(1) as f64;
+    for ray in rays {
+        match work.query {
+            Query::Closest => drop(closest_hit(tree, leaf_triangles, ray, Traversal::Ordered, &mut counts)),
+            Query::Any => drop(any_hit_with(tree, leaf_triangles, ray, &mut counts)),
+        }
+    }
+    [counts.containers as f64 / count, counts.primitives as f64 / count]
+}
+
 /// Distances may differ by this share, and hits by this share of the rays: engines round differently at edges.
 const DISTANCE_TOLERANCE: f64 = 1e-3;
 const HIT_TOLERANCE: f64 = 1e-5;
 
-fn trace_rows<'a>(interfaces: &[Interface<'a>], work: &'a Workload, plan: &Plan) -> (Vec<TraceRow>, Vec<String>) {
+/// Traces a workload that is divided among as many threads as it has parts.
+fn trace_rows<'a>(interfaces: &[Interface<'a>], parts: &'a [Workload], plan: &Plan) -> (Vec<TraceRow>, Vec<String>) {
     let mut disagreements = Vec::new();
+    let prepare = |interface: &Interface<'a>| parts.iter().map(|part| (interface.prepare)(part)).collect();
     // This engine's first interface, whether it is shown or not.
-    let reference = interfaces.first().and_then(|first| (first.prepare)(work)).map(|mut run| run()).unwrap_or_default();
-    let wanted = interfaces.iter().filter(|interface| plan.names(interface.engine, &interface.name));
-    let mut runs: Vec<_> =
-        wanted.filter_map(|interface| Some((interface, (interface.prepare)(work)?, Vec::new()))).collect();
+    let reference = interfaces.first().and_then(prepare).map(|mut runs: Vec<_>| run(&mut runs).0).unwrap_or_default();
+    let wanted =
+        |interface: &&Interface| plan.names(interface.engine, &format!("{} {}", interface.setting, interface.name));
+    let wanted = interfaces.iter().filter(wanted);
+    let mut runs: Vec<(&Interface, Vec<Run>, Vec<Duration>)> =
+        wanted.filter_map(|interface| Some((interface, prepare(interface)?, Vec::new()))).collect();
+    let (work, rays) = (parts[0].name, parts.iter().map(|part| part.rays.len()).sum::<usize>());
     let mut tallies = Vec::new();
     for round in 0..=plan.repeat {
-        for (interface, run, times) in &mut runs {
-            let start = Instant::now();
-            let tally = run();
-            let time = start.elapsed();
+        for (interface, runs, times) in &mut runs {
+            let (tally, time) = run(runs);
             if round > 0 {
                 times.push(time);
                 continue;
             }
             // The first round warms up, and is checked.
             tallies.push(tally);
-            let few = (work.rays.len() as f64 * HIT_TOLERANCE).ceil() as u64;
+            let few = (rays as f64 * HIT_TOLERANCE).ceil() as u64;
             if tally.hits.abs_diff(reference.hits) > few
                 || (tally.distance - reference.distance).abs() > DISTANCE_TOLERANCE * reference.distance
             {
                 disagreements.push(format!(
-                    "{} {} finds {tally:?} with {} rays, {OWN} {reference:?}",
-                    interface.engine, interface.name, work.name
+                    "{} {} {} finds {tally:?} with {work} rays, {OWN} {reference:?}",
+                    interface.engine, interface.setting, interface.name
                 ));
             }
         }
     }
     let rows = runs.into_iter().zip(tallies).map(|((interface, _, times), tally)| TraceRow {
-        work: work.name,
+        work,
         engine: interface.engine,
-        name: interface.name.clone(),
-        rays: work.rays.len(),
+        setting: interface.setting.clone(),
+        name: interface.name,
+        threads: parts.len(),
+        rays,
         tally,
         time: spread(times),
         ratio: None,
@@ -239,6 +312,58 @@ fn trace_rows<'a>(interfaces: &[Interface<'a>], work: &'a Workload, plan: &Plan)
         row.ratio = best.map(|best| best.as_secs_f64() / row.time[0].as_secs_f64());
     }
     (rows, disagreements)
+}
+
+/// Runs all parts at once, each on a thread of its own, or the only one on this thread; the time from a common start to the last
+/// end.
+fn run(parts: &mut [Run]) -> (Tally, Duration) {
+    if let [only] = parts {
+        let start = Instant::now();
+        return (only(), start.elapsed());
+    }
+    let barrier = Barrier::new(parts.len() + 1);
+    let barrier = &barrier;
+    thread::scope(|scope| {
+        let start_part = |part| {
+            scope.spawn(move || {
+                barrier.wait();
+                Run::as_mut(part)()
+            })
+        };
+        let threads: Vec<_> = parts.iter_mut().map(start_part).collect();
+        barrier.wait();
+        let start = Instant::now();
+        let tallies = threads.into_iter().map(|thread| thread.join().expect("tracing does not panic"));
+        (tallies.fold(Tally::default(), Tally::plus), start.elapsed())
+    })
+}
+
+fn picture_rows(builds: &[BuildRow], traces: &[TraceRow]) -> Vec<PictureRow> {
+    let mut rows = Vec::new();
+    for build in builds {
+        let fastest = |work| {
+            let own = |row: &&TraceRow| {
+                (row.engine, &row.setting, row.threads, row.work) == (build.engine, &build.name, build.threads, work)
+            };
+            traces.iter().filter(own).map(|row| row.time[0]).min()
+        };
+        let (Some(primary), Some(occlusion)) = (fastest("primary"), fastest("ao")) else { continue };
+        rows.extend(PICTURES.map(|samples| PictureRow {
+            engine: build.engine,
+            name: build.name.clone(),
+            threads: build.threads,
+            samples,
+            time: build.ready[0] + primary + occlusion * samples / OCCLUSION_RAYS as u32,
+            ratio: None,
+        }));
+    }
+    for at in 0..rows.len() {
+        let same =
+            |row: &&PictureRow| row.engine != OWN && (row.threads, row.samples) == (rows[at].threads, rows[at].samples);
+        let best = rows.iter().filter(same).map(|row| row.time).min();
+        rows[at].ratio = best.map(|best| best.as_secs_f64() / rows[at].time.as_secs_f64());
+    }
+    rows
 }
 
 /// Median, shortest and longest.

@@ -2,21 +2,25 @@
 
 use std::time::Duration;
 
-use bvhscope_engine::geometry::{Aabb, Ray, Triangle};
-use bvhscope_engine::tree::{Node, Tree};
+use bvhscope_engine::geometry::{Ray, Triangle};
 use obvhs::BvhBuildParams;
+use obvhs::bvh2::Bvh2;
 use obvhs::bvh2::builder::build_bvh2_from_tris;
 use obvhs::cwbvh::CwBvh;
 use obvhs::cwbvh::builder::build_cwbvh_from_tris;
 use obvhs::ray::RayHit;
 use obvhs::rt_triangle::RtTriangle;
+use rayon::prelude::*;
 
-use crate::peer::{Builder, Interface, Judged, timed};
+use crate::obvhs_tree;
+use crate::peer::{BuildTimes, Builder, Interface, Judged, timed};
 use crate::rays::{Query, Tally};
 
-const NAME: &str = "obvhs";
+/// Its name.
+pub const NAME: &str = "obvhs";
 
-fn settings(slow: bool) -> Vec<(&'static str, BvhBuildParams)> {
+/// Settings that are measured, by name.
+pub fn settings(slow: bool) -> Vec<(&'static str, BvhBuildParams)> {
     let mut settings = vec![
         ("fastest", BvhBuildParams::fastest_build()),
         ("fast", BvhBuildParams::fast_build()),
@@ -34,12 +38,31 @@ pub fn converted(triangles: &[Triangle]) -> Vec<obvhs::triangle::Triangle> {
     triangles.iter().map(corner).collect()
 }
 
-/// Every build, to the 8-wide tree.
+/// The binary tree.
+pub fn binary(triangles: &[obvhs::triangle::Triangle], parameters: BvhBuildParams) -> Bvh2 {
+    build_bvh2_from_tris(triangles, parameters, &mut Duration::default())
+}
+
+/// The 8-wide tree.
+pub fn wide(triangles: &[obvhs::triangle::Triangle], parameters: BvhBuildParams) -> CwBvh {
+    build_cwbvh_from_tris(triangles, parameters, &mut Duration::default())
+}
+
+/// Every build: the binary tree, and anew from the triangles the compressed 8-wide one with the triangles of its leaves.
 pub fn builders(triangles: &[obvhs::triangle::Triangle], threads: usize, slow: bool) -> Vec<Builder<'_>> {
     let builder = |(name, parameters): (&str, BvhBuildParams)| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("threads can be started");
-        let build =
-            move || pool.install(|| timed(|| build_cwbvh_from_tris(triangles, parameters, &mut Duration::default())));
+        let build = move || {
+            pool.install(|| {
+                let binary = timed(|| binary(triangles, parameters));
+                let ready = timed(|| {
+                    let wide = wide(triangles, parameters);
+                    let leaf_triangles = in_leaf_order(&wide.primitive_indices, triangles);
+                    (wide, leaf_triangles)
+                });
+                BuildTimes { binary: Some(binary), ready }
+            })
+        };
         Builder { engine: NAME, name: name.to_owned(), threads, build: Box::new(build) }
     };
     settings(slow).into_iter().map(builder).collect()
@@ -55,46 +78,37 @@ pub struct Ready {
 /// The trees of all settings.
 pub fn ready(triangles: &[obvhs::triangle::Triangle], slow: bool) -> Vec<Ready> {
     let build = |(name, parameters)| {
-        let wide = build_cwbvh_from_tris(triangles, parameters, &mut Duration::default());
-        let leaf_triangles = wide.primitive_indices.iter().map(|&i| (&triangles[i as usize]).into()).collect();
+        let wide = wide(triangles, parameters);
+        let leaf_triangles = in_leaf_order(&wide.primitive_indices, triangles);
         Ready { name, wide, leaf_triangles }
     };
-    // The middle one is what its author compares with Embree.
-    settings(slow).into_iter().filter(|(name, _)| ["medium", "very slow"].contains(name)).map(build).collect()
+    // The fastest to build; the middle one, which its author compares with Embree; the best.
+    let traced = |name: &str| ["fastest", "medium", "very slow"].contains(&name);
+    settings(slow).into_iter().filter(|(name, _)| traced(name)).map(build).collect()
+}
+
+fn in_leaf_order(indices: &[u32], triangles: &[obvhs::triangle::Triangle]) -> Vec<RtTriangle> {
+    indices.par_iter().map(|&index| (&triangles[index as usize]).into()).collect()
 }
 
 /// The trees before they become wide.
-pub fn judged(triangles: &[obvhs::triangle::Triangle], ready: &[Ready], slow: bool) -> Vec<Judged> {
+pub fn judged(
+    triangles: &[Triangle],
+    converted: &[obvhs::triangle::Triangle],
+    ready: &[Ready],
+    slow: bool,
+) -> Vec<Judged> {
     let judge = |(name, parameters): (&'static str, BvhBuildParams)| {
-        let binary = build_bvh2_from_tris(triangles, parameters, &mut Duration::default());
-        let nodes = binary.nodes.iter().map(|node| Node {
-            container: Aabb { min: node.aabb().min.into(), max: node.aabb().max.into() },
-            first: node.first_index,
-            count: node.prim_count,
-        });
         let bytes = ready.iter().find(|ready| ready.name == name).map(|ready| {
             size_of_val(&ready.wide.nodes[..])
                 + size_of_val(&ready.wide.primitive_indices[..])
                 + size_of_val(&ready.leaf_triangles[..])
         });
-        Judged { engine: NAME, name: name.to_owned(), tree: Some(parents_first(nodes.collect())), bytes }
+        let tree = obvhs_tree::binary(&binary(converted, parameters));
+        let leaf_triangles = tree.primitive_indices.iter().map(|&index| triangles[index as usize]).collect();
+        Judged { engine: NAME, name: name.to_owned(), tree: Some(tree), leaf_triangles, bytes }
     };
     settings(slow).into_iter().map(judge).collect()
-}
-
-/// A tree of the same nodes in which parents stand before their children, which reinsertion does not keep.
-fn parents_first(nodes: Vec<Node<Aabb>>) -> Tree<Aabb> {
-    let mut sorted: Vec<Node<Aabb>> = nodes.first().copied().into_iter().collect();
-    let mut at = 0;
-    while at < sorted.len() {
-        if !sorted[at].is_leaf() {
-            let first = sorted[at].first as usize;
-            sorted[at].first = sorted.len() as u32;
-            sorted.extend_from_slice(&nodes[first..first + 2]);
-        }
-        at += 1;
-    }
-    Tree { nodes: sorted, primitive_indices: Vec::new(), max_depth: 0 }
 }
 
 /// The one way to trace.
@@ -103,7 +117,8 @@ pub fn interfaces(ready: &Ready) -> Interface<'_> {
     let native = |ray: &Ray| obvhs::ray::Ray::new(ray.origin.into(), ray.direction.into(), ray.t_min, ray.t_max);
     Interface {
         engine: NAME,
-        name: format!("{name} single"),
+        setting: (*name).to_owned(),
+        name: "single",
         prepare: Box::new(move |work| {
             Some(match work.query {
                 Query::Closest => Box::new(move || {

@@ -2,15 +2,24 @@
 
 use std::time::{Duration, Instant};
 
-use bvhscope_engine::geometry::Aabb;
+use bvhscope_engine::geometry::{Aabb, Triangle};
 use bvhscope_engine::tree::Tree;
 
 use crate::rays::{Tally, Workload};
 
+/// The two clocks of one build.
+#[derive(Debug, Clone, Copy)]
+pub struct BuildTimes {
+    /// Until the binary tree is there; `None` where the engine hands out none.
+    pub binary: Option<Duration>,
+    /// Until everything is there that the engine's fastest rays need: wide tree, and triangles in the order of its leaves.
+    pub ready: Duration,
+}
+
 /// Builds once and says how long it took.
-pub type Build<'a> = Box<dyn Fn() -> Duration + 'a>;
+pub type Build<'a> = Box<dyn Fn() -> BuildTimes + 'a>;
 /// Traces all rays of a workload once.
-pub type Run<'a> = Box<dyn FnMut() -> Tally + 'a>;
+pub type Run<'a> = Box<dyn FnMut() -> Tally + Send + 'a>;
 /// A workload in the engine's own form; `None` where the interface has no such query.
 pub type Prepare<'a> = Box<dyn Fn(&'a Workload) -> Option<Run<'a>> + 'a>;
 
@@ -30,8 +39,10 @@ pub struct Builder<'a> {
 pub struct Interface<'a> {
     /// The engine's name.
     pub engine: &'static str,
-    /// Its setting and the interface.
-    pub name: String,
+    /// The setting that its tree was built with, by the name of the [`Builder`].
+    pub setting: String,
+    /// Name of the interface: "single", "packet 8", ….
+    pub name: &'static str,
     /// Makes a run of a workload.
     pub prepare: Prepare<'a>,
 }
@@ -44,6 +55,8 @@ pub struct Judged {
     pub name: String,
     /// The binary tree in this crate's form, where the engine shows it.
     pub tree: Option<Tree<Aabb>>,
+    /// The triangles in the order of the tree's leaves; empty where there is no tree.
+    pub leaf_triangles: Vec<Triangle>,
     /// Bytes of tree and triangles, ready to be traced; `None` where they are not known.
     pub bytes: Option<usize>,
 }

@@ -40,6 +40,11 @@ pub struct Tally {
 }
 
 impl Tally {
+    /// Both together.
+    pub fn plus(self, other: Self) -> Self {
+        Self { hits: self.hits + other.hits, distance: self.distance + other.distance }
+    }
+
     /// Adds a ray's hit distance, infinity for none.
     #[inline(always)]
     pub fn add(&mut self, t: f32) {
@@ -83,6 +88,20 @@ pub fn workloads(
         Workload { name: "ao", query: Query::Any, coherent: false, rays: occlusion },
         Workload { name: "diffuse", query: Query::Closest, coherent: false, rays: diffuse },
     ]
+}
+
+/// Neighbouring rays that stay together when a workload is divided: 64 × 64 pixels of primary rays.
+const TILE: usize = 4096;
+
+/// The workload divided among `threads`, tile by tile in turn.
+pub fn in_parts(work: &Workload, threads: usize) -> Vec<Workload> {
+    let part = |thread: usize| Workload {
+        name: work.name,
+        query: work.query,
+        coherent: work.coherent,
+        rays: work.rays.chunks(TILE).skip(thread).step_by(threads).flatten().copied().collect(),
+    };
+    (0..threads).map(part).collect()
 }
 
 /// The bits 0, 2, 4, … of a position on the Z curve.

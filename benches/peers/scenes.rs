@@ -35,6 +35,10 @@ pub struct Subject {
     pub name: String,
     /// Its triangles, without those that have no area.
     pub triangles: Vec<Triangle>,
+    /// The number of each in the file.
+    pub source_indices: Vec<u32>,
+    /// Number of triangles in the file.
+    pub source_triangles: usize,
     /// Around them.
     pub bounds: Aabb,
     /// Where it is seen from.
@@ -58,13 +62,14 @@ impl Subject {
         }
         .map_err(anyhow::Error::msg)?;
         let scene = load(&source, &LoadOptions::default(), token)?;
-        let triangles: Vec<Triangle> =
-            scene.triangles.into_iter().filter(|t| t.scaled_normal().length_squared() > 0.0).collect();
+        let source_triangles = scene.triangles.len();
+        let (source_indices, triangles): (Vec<u32>, Vec<Triangle>) =
+            (0..).zip(scene.triangles).filter(|(_, t)| t.scaled_normal().length_squared() > 0.0).unzip();
         let bounds = triangles.iter().fold(Aabb::EMPTY, |all, triangle| all.union(&triangle.bounds()));
         let mut camera = Camera::framing(&bounds, scene.up);
         if let Some([eye, target]) = known.and_then(|scene| scene.2) {
             (camera.eye, camera.target, camera.fov_y) = (eye, target, 60_f32.to_radians());
         }
-        Ok(Self { name: name.to_owned(), triangles, bounds, camera })
+        Ok(Self { name: name.to_owned(), triangles, source_indices, source_triangles, bounds, camera })
     }
 }

@@ -11,6 +11,7 @@ use crate::geometry::{Hit, Ray, Triangle};
 use crate::settings::BuildSettings;
 use crate::stage_times::StageTimes;
 use crate::tree::AnyTree;
+use crate::tree::binarize::binarize;
 use crate::tree::overlap::{EndPointOverlap, end_point_overlap};
 use crate::tree::statistics::{TreeStats, tree_stats};
 use crate::tree::traverse::{self, IndexedTriangles, TestCounts, Traversal};
@@ -322,10 +323,11 @@ impl Bvh {
 }
 
 impl WideBvh {
-    /// Collapses the binary `tree` over `triangles` into a wide one, in the calling thread's rayon pool.
+    /// Collapses `tree` over `triangles` into a wide one, in the calling thread's rayon pool. A tree that is not binary is made
+    /// so before, see [`binarize`]: the wide tree has the same leaves or larger ones, but its own nodes above them.
     pub fn new(tree: &AnyTree, triangles: &[Triangle], token: &CancelToken) -> Result<Self, Cancelled> {
         let start = Instant::now();
-        let tree = with_tree!(tree, tree => collapse(tree, triangles, token)?.into());
+        let tree = with_tree!(tree, tree => collapse(&*binarize(tree, token)?, triangles, token)?.into());
         Ok(Self { tree, collapse_time: start.elapsed(), triangle_count: triangles.len() })
     }
 

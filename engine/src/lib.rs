@@ -28,7 +28,7 @@
 //! | [`geometry`] | boxes, spheres, triangles, rays and their intersection | trees | [`Triangle`], [`Ray`] |
 //! | [`cancel`] | cancellation and progress | what is cancelled | [`CancelToken`] |
 //! | [`kernel`] | SIMD levels, parallel collect, prefetch, bit sets | trees, rays | [`SimdLevel`] |
-//! | [`tree`] | the binary tree: nodes, ancestry, validation, statistics, end-point overlap, counted traversal | builders, the wide tree | [`tree::Tree`] |
+//! | [`tree`] | the tree, of any arity: nodes, ancestry, validation, statistics, metrics and visits of nodes, traversal | builders, the wide tree | [`tree::Tree`] |
 //! | [`settings`] | builder, container, parameters, passes, presets | how they are carried out | [`BuildSettings`] |
 //! | [`stage_times`] | duration of each stage of a build | | [`stage_times::StageTimes`] |
 //! | `order` | Morton and Hilbert codes, radix sort, sorted primitives | clusters, trees | |
@@ -36,7 +36,10 @@
 //! | [`build_cache`] | what a build reuses of the one before | | [`build_cache::BuildCache`] |
 //! | `optimize` | passes over a finished tree: collapse, restructure, reinsert | which builder made it | |
 //! | [`builders`] | one entry for every builder; LBVH, binned SAH, exact clustering; triangle splitting | rays | [`builders::build_binary`] |
+//! | [`construction`] | a build as the record of its merges: standing clusters, cuts, why each pair was merged | rays | [`construction::Construction`] |
 //! | [`wide`] | the tree with eight children per node: collapse and SIMD traversal | builders | [`wide::AnyWideTree`] |
+//! | [`fingerprint`] | one number for a tree, to compare machines and versions by | builders | [`fingerprint::of_tree`] |
+//! | `tree_file` | trees of any builder as files, with the feature `tree-file` | builders, rays | `tree_file::TreeFile` |
 //! | `bvh` | both trees and the report of the build as one value | | [`build`], [`Bvh`] |
 //!
 //! None of them knows files, scenes, materials, cameras or pixels, and none starts a thread: builds run in the rayon pool of the
@@ -61,9 +64,16 @@ mod optimize;
 
 pub mod builders;
 
+pub mod construction;
+
 pub mod wide;
 
+pub mod fingerprint;
+
 mod bvh;
+
+#[cfg(feature = "tree-file")]
+pub mod tree_file;
 
 pub use aac::build_cache;
 pub use builders::BuildError;

@@ -2,18 +2,7 @@
 
 use std::time::Duration;
 
-/// A count with thousands separators: `1,234,567`.
-pub fn count(value: u64) -> String {
-    let digits = value.to_string();
-    let mut text = String::with_capacity(digits.len() + digits.len() / 3);
-    for (index, digit) in digits.chars().enumerate() {
-        if index > 0 && (digits.len() - index).is_multiple_of(3) {
-            text.push(',');
-        }
-        text.push(digit);
-    }
-    text
-}
+pub use crate::text::count;
 
 /// A count with its noun, in the plural unless it is 1: `1 triangle`, `69,451 triangles`.
 pub fn counted(value: u64, noun: &str) -> String {
@@ -43,6 +32,15 @@ pub fn significant(value: f64) -> String {
 pub fn duration(value: Duration) -> String {
     let (number, unit) = duration_parts(value);
     format!("{number} {unit}")
+}
+
+/// The factor from seconds to the unit in which [`duration_parts`] shows `value`.
+pub fn duration_scale(value: Duration) -> f64 {
+    match duration_parts(value).1 {
+        "µs" => 1e6,
+        "ms" => 1e3,
+        _ => 1.0,
+    }
 }
 
 /// A duration as its number and its unit, for aligned columns.

@@ -14,6 +14,7 @@ pub enum Term {
     TestsPerRay,
     MraysPerSecond,
     Epo,
+    MeasuredCost,
     AreaShare,
     Overlap,
     Aac,
@@ -41,7 +42,7 @@ pub enum Term {
 
 impl Term {
     /// All, in the order of the glossary: the tree, its numbers, how it is built, improved and traced.
-    pub const ALL: [Self; 33] = [
+    pub const ALL: [Self; 34] = [
         Self::Bvh,
         Self::Node,
         Self::Leaf,
@@ -52,6 +53,7 @@ impl Term {
         Self::TestsPerRay,
         Self::MraysPerSecond,
         Self::Epo,
+        Self::MeasuredCost,
         Self::AreaShare,
         Self::Overlap,
         Self::Aac,
@@ -109,7 +111,7 @@ impl Term {
             ),
             Self::Node => (
                 "Node",
-                "A container of the tree with what it holds: two children, or triangles. The root holds the whole model.",
+                "A container of the tree with what it holds: its children, two in the trees that are built here, or triangles. The root holds the whole model.",
                 "",
             ),
             Self::Leaf => ("Leaf", "A node that holds triangles instead of children.", ""),
@@ -121,7 +123,7 @@ impl Term {
             Self::Depth => ("Depth", "Levels between a node and the root, whose depth is 0.", ""),
             Self::BuildTime => (
                 "Build time",
-                "Wall-clock time from the triangles to the finished tree. What the wide tree takes is not in it.",
+                "Wall-clock time from the triangles to the finished binary tree, as in the paper. Ready to trace adds the wide tree, which is what other engines' build times include.",
                 "",
             ),
             Self::SahCost => (
@@ -142,6 +144,11 @@ impl Term {
                 "End-point overlap: surface that lies inside nodes which do not hold it, where rays end and must visit both. Together with the SAH cost it predicts the speed better than that alone.",
                 "Aila, Karras and Laine 2013",
             ),
+            Self::MeasuredCost => (
+                "Measured cost",
+                "What the tests of a ray that enters the root cost on average, counted node by node in the unit of the SAH cost. Random lines, which nothing stops, cost what that predicts.",
+                "",
+            ),
             Self::AreaShare => (
                 "Area share",
                 "Surface of a node relative to the root's: how likely a ray that hits the root hits the node as well.",
@@ -149,7 +156,7 @@ impl Term {
             ),
             Self::Overlap => (
                 "Overlap",
-                "The part of a node's surface that lies inside its sibling. Rays through it must visit both.",
+                "Surface of what a node's two children have in common, over the node's own: how many of the rays that hit the node must visit both. Of more children, the sum over all pairs.",
                 "",
             ),
             Self::Aac => (
@@ -252,7 +259,7 @@ impl Term {
             ),
             Self::Paper => (
                 "The paper",
-                "The study of box and sphere trees whose tables and figures the Paper panel measures on your own model.",
+                "The study of box and sphere trees whose tables and figures the view Paper measures on your own model.",
                 "Mahmuda, Yuniarti and Nurul K.",
             ),
         }

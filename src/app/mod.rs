@@ -40,3 +40,4 @@ pub use launch::options::{CliOverrides, StartOptions};
 pub use launch::run::{AppError, run};
 pub use launch::settings::{SettingsUse, mark_clean_exit};
 pub use launch::storage::saved_bookmark;
+pub use state::SharedState;

@@ -3,15 +3,19 @@
 //! The only module that knows flags; knows nothing of how a command works. Start at [`main`].
 
 mod args;
+#[cfg(test)]
+mod copied_lines;
 mod named;
 mod resolve;
 mod signals;
 mod suggest;
+mod tree_settings;
 mod usage;
 mod values;
 
 use std::ffi::OsStr;
 use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::path::PathBuf;
 use std::process::ExitCode;
 
 use clap::error::ErrorKind;
@@ -26,6 +30,7 @@ use crate::scene::LoadOptions;
 use crate::threads::start_global_pool;
 use args::{BuildArgs, Cli, CommandArgs, MeasureArgs, OneTreeArgs, StrictLoadArgs};
 use bvhscope_engine::cancel::CancelToken;
+use bvhscope_engine::kernel::SimdLevel;
 use bvhscope_engine::tree::ContainerKind;
 
 /// Runs the program with its command line arguments and returns the exit code: 0 done, 1 failed, 2 wrong usage, 3 done
@@ -54,6 +59,7 @@ fn run(token: CancelToken) -> u8 {
     if let Some(limit) = load_args.map_or(cli.viewer.load.memory_limit, |load| load.any.memory_limit) {
         Budget::set_limit(limit);
     }
+    SimdLevel::limit_builds(simd(&cli));
     if let Some(text) = invalid_combination(&cli) {
         return finish(Err(Failure::Usage(text)), strict);
     }
@@ -103,12 +109,36 @@ fn load_args(command: &CommandArgs) -> Option<&StrictLoadArgs> {
     Some(match command {
         CommandArgs::Render(args) => &args.load,
         CommandArgs::Info(args) => &args.load,
+        CommandArgs::Ray(args) => &args.load,
+        CommandArgs::Tree(args) => &args.load,
+        CommandArgs::Merges(args) => &args.load,
         CommandArgs::Bench(args) => &args.measure.load,
         CommandArgs::Sweep(args) => &args.measure.load,
         CommandArgs::Scaling(args) => &args.measure.load,
         CommandArgs::Compare(args) => &args.measure.load,
+        CommandArgs::Diff(args) => &args.load,
         CommandArgs::Plot(_) => return None,
     })
+}
+
+/// The SIMD level that the command line names, for builds and rays.
+fn simd(cli: &Cli) -> Option<SimdLevel> {
+    match &cli.command {
+        None => cli.viewer.picture.simd,
+        Some(CommandArgs::Render(args)) => args.picture.simd,
+        Some(CommandArgs::Bench(args)) => args.measure.simd,
+        Some(CommandArgs::Sweep(args)) => args.measure.simd,
+        Some(CommandArgs::Scaling(args)) => args.measure.simd,
+        Some(CommandArgs::Compare(args)) => args.measure.simd,
+        Some(CommandArgs::Diff(args)) => args.simd,
+        Some(
+            CommandArgs::Info(_)
+            | CommandArgs::Ray(_)
+            | CommandArgs::Merges(_)
+            | CommandArgs::Plot(_)
+            | CommandArgs::Tree(_),
+        ) => None,
+    }
 }
 
 /// The error message for an invalid combination of flags, if it is one.
@@ -117,13 +147,24 @@ fn invalid_combination(cli: &Cli) -> Option<String> {
     let several = |args: &OneTreeArgs, default: &[ContainerKind]| {
         resolve::invalid_passes(args.shape.optimize, args.container.as_ref().map_or(default, |given| &given.0))
     };
+    let of_one_model = |trees: usize, args: &MeasureArgs| {
+        let models = args.models.len();
+        (trees > 0 && models > 1)
+            .then(|| format!("--tree: a tree is that of one model, and {models} are named; measure them one by one"))
+    };
     match &cli.command {
         None => one(&cli.viewer.build),
         Some(CommandArgs::Render(args)) => one(&args.build),
         Some(CommandArgs::Info(args)) => one(&args.build),
-        Some(CommandArgs::Bench(args)) => several(&args.tree, &ContainerKind::ALL),
+        Some(CommandArgs::Ray(args)) => one(&args.build),
+        Some(CommandArgs::Tree(args)) => one(&args.build),
+        Some(CommandArgs::Merges(args)) => one(&args.build),
+        Some(CommandArgs::Bench(args)) => of_one_model(args.tree_file.iter().len(), &args.measure)
+            .or_else(|| several(&args.tree, &ContainerKind::ALL)),
+        Some(CommandArgs::Compare(args)) => of_one_model(args.tree_files.len(), &args.measure),
         Some(CommandArgs::Scaling(args)) => several(&args.tree, &[ContainerKind::Aabb]),
-        Some(CommandArgs::Sweep(_) | CommandArgs::Compare(_) | CommandArgs::Plot(_)) => None,
+        // The settings of `diff` were checked one by one.
+        Some(CommandArgs::Sweep(_) | CommandArgs::Diff(_) | CommandArgs::Plot(_)) => None,
     }
 }
 
@@ -142,22 +183,30 @@ fn run_command(command: CommandArgs, token: CancelToken) -> Result<Finished, Fai
         CommandArgs::Render(args) => {
             resolve::render(args).and_then(|command| crate::headless::render::run(&command, &mut context))
         }
+        CommandArgs::Diff(args) => crate::headless::diff::run(&resolve::diff(args), &mut context),
+        CommandArgs::Merges(args) => crate::headless::merges::run(&resolve::merges(args), &mut context),
         CommandArgs::Info(args) => crate::headless::info::run(&resolve::info(args), &mut context),
+        CommandArgs::Tree(args) => crate::headless::tree::run(&resolve::tree(args), &mut context),
+        CommandArgs::Ray(args) => {
+            resolve::ray(args).and_then(|command| crate::headless::ray::run(&command, &mut context))
+        }
         CommandArgs::Plot(args) => {
             let command = PlotCommand { files: args.files, output: args.output };
             crate::headless::plot::run(&command, &mut context)
         }
         CommandArgs::Bench(args) => {
             let setups = resolve::setups(&args.tree, &args.measure, &ContainerKind::ALL);
-            measure(Job::Bench { setups, no_bvh: args.no_bvh }, args.measure, &mut context)
+            let trees = args.tree_file.into_iter().collect();
+            measure(Job::Bench { setups, no_bvh: args.no_bvh }, trees, args.measure, &mut context)
         }
         CommandArgs::Scaling(args) => {
             let setups = resolve::setups(&args.tree, &args.measure, &[ContainerKind::Aabb]);
-            measure(Job::Scaling { setups, max_threads: threads }, args.measure, &mut context)
+            measure(Job::Scaling { setups, max_threads: threads }, Vec::new(), args.measure, &mut context)
         }
-        CommandArgs::Sweep(args) => measure(Job::Sweep(resolve::sweep(&args)), args.measure, &mut context),
+        CommandArgs::Sweep(args) => measure(Job::Sweep(resolve::sweep(&args)), Vec::new(), args.measure, &mut context),
         CommandArgs::Compare(args) => {
-            measure(Job::Compare { containers: args.container.0, threads }, args.measure, &mut context)
+            let job = Job::Compare { containers: args.container.0, threads };
+            measure(job, args.tree_files, args.measure, &mut context)
         }
     };
     // Also after a failure: rows that were measured are printed.
@@ -186,16 +235,20 @@ fn threads(command: &CommandArgs) -> Option<usize> {
     match command {
         CommandArgs::Render(args) => args.build.threads,
         CommandArgs::Info(args) => args.build.threads,
+        CommandArgs::Ray(args) => args.build.threads,
+        CommandArgs::Tree(args) => args.build.threads,
+        CommandArgs::Merges(args) => args.build.threads,
         CommandArgs::Bench(args) => args.measure.threads,
         CommandArgs::Sweep(args) => args.measure.threads,
         CommandArgs::Scaling(args) => args.measure.threads,
         CommandArgs::Compare(args) => args.measure.threads,
+        CommandArgs::Diff(args) => args.threads,
         CommandArgs::Plot(_) => None,
     }
 }
 
-fn measure(job: Job, args: MeasureArgs, context: &mut Context<'_>) -> Result<Finished, Failure> {
-    crate::headless::measure::run(&resolve::measure(job, args), context)
+fn measure(job: Job, trees: Vec<PathBuf>, args: MeasureArgs, context: &mut Context<'_>) -> Result<Finished, Failure> {
+    crate::headless::measure::run(&resolve::measure(job, trees, args), context)
 }
 
 #[cfg(feature = "gui")]

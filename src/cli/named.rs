@@ -1,8 +1,10 @@
 //! Values chosen by name: parsers and help texts, both derived from the list that each type has of its own values.
 
+use crate::lab::population::{Population, Populations};
 use crate::overlay::{ColorBy, OverlayKinds};
-use crate::render::{Background, ColorMap, Light, NormalSource, Shading};
+use crate::render::{Background, ColorMap, Light, NormalSource, RayKind, Shading};
 use crate::view::NamedView;
+use bvhscope_engine::construction::MergeOrder;
 use bvhscope_engine::kernel::SimdLevel;
 use bvhscope_engine::settings::{BuilderKind, Curve, Pass, Passes, Preset};
 use bvhscope_engine::tree::ContainerKind;
@@ -40,11 +42,14 @@ named!(
     Light,
     Background,
     NormalSource,
+    RayKind,
     Traversal,
     ColorMap,
     ColorBy,
     OverlayKinds,
     SimdLevel,
+    MergeOrder,
+    Population,
 );
 
 /// Parses the name of any value of `T`.
@@ -122,6 +127,21 @@ pub fn passes(text: &str) -> Result<Passes, String> {
     }
 }
 
+/// Parses a comma-separated list of populations of rays, `none` or `all`.
+pub fn populations(text: &str) -> Result<Populations, String> {
+    match text {
+        "none" => Ok(Populations::NONE),
+        "all" => Ok(Populations::ALL),
+        _ => text.split(',').try_fold(Populations::NONE, |list, name| Ok(list.with(named(name)?))),
+    }
+}
+
+/// A help text with the names that [`populations`] takes.
+pub fn populations_help(before: &str) -> String {
+    let names = names(Population::VALUES).join(", ");
+    format!("{before}a list of {names}, separated by commas, or all [default: none]")
+}
+
 /// Parses a SIMD level that this machine supports.
 pub fn simd(text: &str) -> Result<SimdLevel, String> {
     let available: Vec<SimdLevel> = SimdLevel::ALL.into_iter().filter(|level| level.is_available()).collect();
@@ -165,7 +185,11 @@ mod tests {
         assert_help_names::<OverlayKinds>("render", "overlay");
         assert_help_names::<SimdLevel>("render", "simd");
         assert_help_names::<Traversal>("bench", "traversal");
+        assert_help_names::<RayKind>("ray", "kind");
+        assert_help_names::<Traversal>("ray", "traversal");
         assert_help_names::<ContainerKind>("sweep", "container");
+        assert_help_names::<Population>("compare", "rays");
+        assert_help_names::<Population>("info", "rays");
     }
 
     #[test]
@@ -174,6 +198,11 @@ mod tests {
         assert_eq!(containers("cube").unwrap_err(), "one of box, sphere, both is expected");
         assert_eq!(containers("both").unwrap().0, ContainerKind::ALL);
         assert_eq!(named::<NamedView>("left"), Ok(NamedView::Left));
+        let some = Populations::NONE.with(Population::Random).with(Population::Primary);
+        assert_eq!(populations("random,primary"), Ok(some));
+        assert_eq!((populations("all"), populations("none")), (Ok(Populations::ALL), Ok(Populations::NONE)));
+        let names = "one of primary, shadow, ao, bounce, random is expected";
+        assert_eq!(populations("primary,photons").unwrap_err(), names);
         assert!(tree_builder("none").is_err() && tree_builder("exact").is_ok());
     }
 }

@@ -1,27 +1,32 @@
 //! Converts parsed flags into the settings that the rest of the program uses.
 
+use std::path::PathBuf;
+
 #[cfg(feature = "gui")]
 use super::args::ViewerArgs;
 use super::args::{
-    BuildArgs, CameraArgs, InfoArgs, LoadArgs, MeasureArgs, OneTreeArgs, OverlayArgs, PictureArgs, RenderArgs,
-    ShapeArgs, SweepArgs,
+    BuildArgs, CameraArgs, DiffArgs, InfoArgs, LoadArgs, MeasureArgs, MergesArgs, OneTreeArgs, OverlayArgs,
+    PictureArgs, RayArgs, RenderArgs, ShapeArgs, SweepArgs, TreeArgs,
 };
 #[cfg(feature = "gui")]
 use crate::app::{CliOverrides, SettingsUse, StartOptions};
 #[cfg(feature = "gui")]
-use crate::camera::{Camera, Projection};
-#[cfg(feature = "gui")]
 use crate::console::note;
+use crate::headless::diff::DiffCommand;
 use crate::headless::info::InfoCommand;
 use crate::headless::measure::{MeasureCommand, Output};
-use crate::headless::{Failure, RenderCommand};
+use crate::headless::ray::RayCommand;
+use crate::headless::tree::TreeCommand;
+use crate::headless::{Failure, MergesCommand, RenderCommand, TreeOrigin};
+use crate::lab::ray::RayMethod;
 use crate::lab::{Job, Setup, SweepPlan};
 use crate::overlay::{OverlaySettings, Selection};
-use crate::render::RenderSettings;
+use crate::render::{RayStart, RenderSettings};
 use crate::scene::{LoadOptions, SceneSource};
 #[cfg(feature = "gui")]
 use crate::text::quoted;
 use crate::view::{CameraChoice, NamedView};
+use bvhscope_engine::geometry::Ray;
 use bvhscope_engine::settings::{BuildSettings, BuilderKind, Pass, Passes, Preset};
 use bvhscope_engine::tree::ContainerKind;
 
@@ -30,9 +35,12 @@ pub fn viewer(args: ViewerArgs) -> StartOptions {
     let camera = camera(&args.camera, NamedView::Default);
     StartOptions {
         source: args.model,
+        tree_file: args.tree.tree.map(|path| std::path::absolute(&path).unwrap_or(path)),
+        shared: args.state.map(|state| *state),
         overrides: overrides(&args.build, &args.picture, &args.overlay),
         camera: (camera != CameraChoice::default()).then_some(camera),
         load: load(&args.load),
+        lessons: args.lessons,
         settings: SettingsUse { none: args.no_config, reset: args.reset_settings },
         restore: args.restore,
         lose_device: args.lose_device,
@@ -54,6 +62,7 @@ pub fn render(args: RenderArgs) -> Result<RenderCommand, Failure> {
     Ok(RenderCommand {
         source,
         build: build(&args.build),
+        tree: tree_origin(&args.build, args.tree.tree),
         camera,
         settings: RenderSettings { background: args.background.unwrap_or_default(), ..picture(&args.picture) },
         overlay: overlay(&args.overlay),
@@ -61,9 +70,9 @@ pub fn render(args: RenderArgs) -> Result<RenderCommand, Failure> {
         hide_triangles: !args.nodes.keep_triangles,
         selection: Selection {
             selected: args.nodes.select,
-            hovered: None,
             hidden: args.nodes.hide.into_iter().collect(),
             isolated: args.nodes.isolate,
+            ..Selection::default()
         },
         geometry: !args.nodes.no_geometry,
         size: args.size,
@@ -86,23 +95,87 @@ fn bookmark(name: &str, source: &SceneSource) -> Result<CameraChoice, Failure> {
     if found.source != source.absolute() {
         note(format_args!("bvhscope: warning: {} was kept for {}", found.name, found.source));
     }
-    let Camera { eye, target, up, fov_y, projection } = found.camera;
-    Ok(CameraChoice {
-        eye: Some(eye),
-        target: Some(target),
-        up: Some(up),
-        fov_y: Some(fov_y),
-        orthographic: projection == Projection::Orthographic,
-        ..CameraChoice::default()
-    })
+    Ok(found.camera.into())
+}
+
+pub fn merges(args: MergesArgs) -> MergesCommand {
+    MergesCommand {
+        source: args.model.unwrap_or_else(SceneSource::default_builtin),
+        build: build(&args.build),
+        camera: camera(&args.camera, NamedView::Default),
+        settings: RenderSettings { background: args.background.unwrap_or_default(), ..picture(&args.picture) },
+        overlay: OverlaySettings { budget: Some(args.at_most), ..OverlaySettings::default() },
+        order: args.order,
+        frames: args.frames,
+        rate: args.rate,
+        size: args.size,
+        output: args.output,
+    }
 }
 
 pub fn info(args: InfoArgs) -> InfoCommand {
     InfoCommand {
         source: args.model.unwrap_or_else(SceneSource::default_builtin),
         build: build(&args.build),
+        tree: tree_origin(&args.build, args.tree.tree),
+        triangles: args.triangles,
+        rays: args.rays.unwrap_or_default(),
+        camera: camera(&args.camera, NamedView::Default),
         json: args.json,
     }
+}
+
+pub fn tree(args: TreeArgs) -> TreeCommand {
+    TreeCommand {
+        source: args.model.unwrap_or_else(SceneSource::default_builtin),
+        build: build(&args.build),
+        tree: tree_origin(&args.build, args.tree.tree),
+        wide: args.wide,
+        with_triangles: args.with_triangles,
+        output: args.output,
+    }
+}
+
+/// Where the tree comes from: the file that is named, else settings if any is given, else the model's own file if it holds one.
+fn tree_origin(build: &BuildArgs, file: Option<PathBuf>) -> TreeOrigin {
+    let BuildArgs { builder, container, shape, threads: _ } = build;
+    let ShapeArgs { threshold, epsilon, preset, optimize, curve } = shape;
+    let is_set = builder.is_some() || container.is_some() || threshold.is_some() || epsilon.is_some();
+    match file {
+        Some(path) => TreeOrigin::File(path),
+        None if is_set || preset.is_some() || optimize.is_some() || curve.is_some() => TreeOrigin::Built,
+        None => TreeOrigin::OfModel,
+    }
+}
+
+/// Fails where the picture has no such pixel.
+pub fn ray(args: RayArgs) -> Result<RayCommand, Failure> {
+    let start = match (args.pixel, args.origin, args.direction) {
+        (Some([x, y]), ..) if x >= args.size[0] || y >= args.size[1] => {
+            let [width, height] = args.size;
+            let last = format!("{},{}", width - 1, height - 1);
+            return Err(Failure::Usage(format!(
+                "--pixel {x},{y}: the picture has {width}x{height} pixels, 0,0 to {last}; --size gives it more"
+            )));
+        }
+        (Some(pixel), ..) => RayStart::Pixel(pixel),
+        (None, Some(origin), Some(direction)) => RayStart::Given(Ray::new(origin, direction)),
+        _ => return Err(Failure::Usage("--pixel, or --origin and --direction, say which ray".to_owned())),
+    };
+    let base = RenderSettings::default();
+    Ok(RayCommand {
+        source: args.model.unwrap_or_else(SceneSource::default_builtin),
+        build: build(&args.build),
+        tree: tree_origin(&args.build, args.tree.tree),
+        camera: camera(&args.camera, NamedView::Default),
+        size: args.size,
+        settings: RenderSettings { light: args.light.unwrap_or(base.light), ..base },
+        section: args.section,
+        start,
+        kind: args.kind,
+        method: if args.wide { RayMethod::Wide } else { RayMethod::Binary(args.traversal) },
+        json: args.json,
+    })
 }
 
 /// One setup per container given on the command line, or per default container in `containers`.
@@ -130,18 +203,36 @@ pub fn sweep(args: &SweepArgs) -> SweepPlan {
     }
 }
 
-pub fn measure(job: Job, args: MeasureArgs) -> MeasureCommand {
+pub fn measure(job: Job, trees: Vec<PathBuf>, args: MeasureArgs) -> MeasureCommand {
     let sources = if args.models.is_empty() { vec![SceneSource::default_builtin()] } else { args.models };
     MeasureCommand {
         sources,
         job,
+        trees,
         // The paper's scenes are looked at from outside.
         camera: camera(&args.camera, NamedView::Outside),
         size: args.size,
         traversal: args.traversal,
         simd: args.simd.unwrap_or_default(),
         repeat: args.repeat,
+        populations: args.rays.unwrap_or_default(),
         output: Output { json: args.json, csv: args.csv, plot: args.plot },
+    }
+}
+
+pub fn diff(args: DiffArgs) -> DiffCommand {
+    DiffCommand {
+        source: args.model.unwrap_or_else(SceneSource::default_builtin),
+        trees: [args.a, args.b],
+        threads: threads(args.threads),
+        // As the other measuring commands.
+        camera: camera(&args.camera, NamedView::Outside),
+        size: args.size,
+        traversal: args.traversal,
+        simd: args.simd.unwrap_or_default(),
+        repeat: args.repeat,
+        output: args.output,
+        json: args.json,
     }
 }
 
@@ -172,7 +263,8 @@ pub fn invalid_passes(optimize: Option<Passes>, containers: &[ContainerKind]) ->
     })
 }
 
-fn build_settings(builder: Option<BuilderKind>, container: ContainerKind, shape: &ShapeArgs) -> BuildSettings {
+/// The preset, or the default settings, with the other flags of a tree applied.
+pub fn build_settings(builder: Option<BuilderKind>, container: ContainerKind, shape: &ShapeArgs) -> BuildSettings {
     let base = BuildSettings::preset(shape.preset.unwrap_or(Preset::Fast), container);
     BuildSettings {
         builder: builder.unwrap_or(base.builder),
@@ -270,6 +362,7 @@ fn overlay(args: &OverlayArgs) -> Option<OverlaySettings> {
         line_width: args.line_width.unwrap_or(base.line_width),
         hide_triangles: true,
         faces: args.faces,
+        overlap: args.overlap,
         budget: args.at_most.or(base.budget),
     })
 }

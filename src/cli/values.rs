@@ -1,7 +1,9 @@
 //! Parsers of flag values. Each error says what was expected; clap adds the flag and the given text.
 
-use glam::Vec3;
+pub use crate::text::{parse_direction as direction, parse_vector as vector};
 
+#[cfg(feature = "gui")]
+use crate::app::SharedState;
 use crate::budget::MemoryLimit;
 use crate::render::Exposure;
 use crate::scene::SceneSource;
@@ -85,6 +87,15 @@ pub fn samples(text: &str) -> Result<u32, String> {
     whole(text, 1, MAX_SAMPLES)
 }
 
+/// Parses `X,Y`: column and row of a pixel, from 0.
+pub fn pixel(text: &str) -> Result<[u32; 2], String> {
+    let side = |text: &str| whole::<u32>(text.trim(), 0, MAX_SIDE - 1).ok();
+    let parts = text.split_once(',').and_then(|(x, y)| Some([side(x)?, side(y)?]));
+    parts.ok_or_else(|| {
+        "column and row X,Y of a pixel, from 0 at the upper left, are expected, as in 640,360".to_owned()
+    })
+}
+
 /// Parses an angle in degrees; returns radians.
 pub fn fov(text: &str) -> Result<f32, String> {
     decimal(text, 1.0, 170.0).map_err(|_| "degrees from 1 to 170 are expected".to_owned()).map(f32::to_radians)
@@ -99,6 +110,12 @@ pub fn exposure(text: &str) -> Result<Exposure, String> {
     decimal(text, -limit, limit)
         .map(Exposure::Fixed)
         .map_err(|_| format!("auto or a number of stops from -{limit} to {limit} is expected"))
+}
+
+/// A state that Ctrl+L of the window copied.
+#[cfg(feature = "gui")]
+pub fn shared_state(text: &str) -> Result<Box<SharedState>, String> {
+    SharedState::parse(text).map(Box::new)
 }
 
 /// Parses `WxH` in pixels.
@@ -134,23 +151,6 @@ pub fn memory(text: &str) -> Result<MemoryLimit, String> {
         .filter(|bytes| (16e6..1e18).contains(bytes))
         .map(|bytes| MemoryLimit::Bytes(bytes as u64))
         .ok_or_else(expected)
-}
-
-/// Parses `X,Y,Z`.
-pub fn vector(text: &str) -> Result<Vec3, String> {
-    let expected = || "three finite numbers X,Y,Z are expected, as in 0,1.5,-2".to_owned();
-    let parts: Vec<f32> =
-        text.split(',').map(|part| part.trim().parse()).collect::<Result<_, _>>().map_err(|_| expected())?;
-    match parts[..] {
-        [x, y, z] if Vec3::new(x, y, z).is_finite() => Ok(Vec3::new(x, y, z)),
-        _ => Err(expected()),
-    }
-}
-
-/// Parses a direction `X,Y,Z` and normalises it.
-pub fn direction(text: &str) -> Result<Vec3, String> {
-    let value = vector(text)?;
-    value.try_normalize().ok_or_else(|| "the direction 0,0,0 points nowhere".to_owned())
 }
 
 /// Parses tree levels: `N`, or `A..B` with both ends included.

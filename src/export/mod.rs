@@ -83,12 +83,26 @@ pub fn cannot_be_written(error: &std::io::Error) -> String {
 /// Writes `bytes` to a new file in `folder`, named `STEM-NNN.EXTENSION` with the first free number from 001, and returns its path.
 /// Characters of `stem` that are not portable in file names become hyphens.
 pub fn write_new(folder: &Path, stem: &str, extension: &str, bytes: &[u8]) -> Result<PathBuf, ExportError> {
+    write_new_with(folder, stem, extension, |writer| writer.write_all(bytes).map_err(|error| cannot_be_written(&error)))
+}
+
+/// [`write_new`] with what `fill` writes.
+pub fn write_new_with(
+    folder: &Path,
+    stem: &str,
+    extension: &str,
+    fill: impl FnOnce(&mut dyn Write) -> Result<(), String>,
+) -> Result<PathBuf, ExportError> {
     let stem: String = stem.chars().map(|c| if c.is_alphanumeric() || "-_.".contains(c) { c } else { '-' }).collect();
     let failed = |error: std::io::Error| {
         ExportError::new(folder, format!("takes no files: {error}. Start the program in another folder"))
     };
     let mut file = Temporary::new(folder, std::ffi::OsStr::new(&stem)).map_err(failed)?;
-    file.write_all(bytes).map_err(failed)?;
+    {
+        let mut writer = BufWriter::new(&mut file);
+        fill(&mut writer).map_err(|text| ExportError::new(folder, text))?;
+        writer.flush().map_err(failed)?;
+    }
     for number in 1..10_000_u32 {
         let path = folder.join(format!("{stem}-{number:03}.{extension}"));
         match file.become_new(&path) {

@@ -1,28 +1,58 @@
 //! `info`: contents and warnings of a file, statistics of its tree, and findings of the diagnosis.
 
+use std::path::PathBuf;
+use std::sync::Arc;
+
 use serde::Serialize;
 
 use super::context::{Context, Failure, Finished, ignore_missing_reader, in_pool};
 use super::progress::Progress;
+use super::render::check_written;
 use super::tree_numbers::TreeNumbers;
-use crate::accel::Accel;
+use super::tree_origin::{TreeOrigin, note_faults};
 use crate::console::{printable_json, printable_lines};
+use crate::export::{Protected, cannot_be_written, check_target, write_file};
 use crate::lab::diagnose::{Finding, diagnose_scene, diagnose_tree};
+use crate::lab::population::{MeasuredRays, Populations, ViewRays};
 use crate::lab::report_table::number;
+use crate::render::RenderSettings;
 use crate::scene::SceneSource;
+use crate::text::{count, counted};
+use crate::view::CameraChoice;
 use bvhscope_engine::settings::{BuildSettings, BuilderKind, Curve, Pass, Passes};
 use bvhscope_engine::tree::overlap::EndPointOverlap;
 use bvhscope_engine::tree::statistics::{INTERSECTION_COST, TRAVERSAL_COST};
+use bvhscope_engine::tree_file::write_corners;
 
 /// Settings of `info`.
 #[derive(Debug, Clone)]
 pub struct InfoCommand {
     /// The model.
     pub source: SceneSource,
-    /// Build settings of the tree.
+    /// Build settings of the tree, where it is built.
     pub build: BuildSettings,
+    /// Where the tree comes from.
+    pub tree: TreeOrigin,
+    /// File to write the triangles into: rows of nine f32, little-endian, in the order in which trees count them.
+    pub triangles: Option<PathBuf>,
+    /// Rays by which the visits of the nodes are counted.
+    pub rays: Populations,
+    /// The view that they belong to.
+    pub camera: CameraChoice,
     /// Print one JSON object instead of the text.
     pub json: bool,
+}
+
+/// Width and height in pixels of the view whose rays count visits: a ray for each.
+const VIEW_PX: [u32; 2] = [256; 2];
+
+/// Visits by rays of one population.
+#[derive(Debug, Serialize)]
+struct VisitNumbers {
+    #[serde(flatten)]
+    sums: MeasuredRays,
+    /// Visits of each node, in the order of the tree.
+    node_visits: Vec<u32>,
 }
 
 /// The JSON object that `--json` prints.
@@ -43,6 +73,9 @@ struct Info {
     scene_bytes: usize,
     #[serde(flatten)]
     tree: TreeNumbers,
+    /// Visits by rays of each population that was asked for.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    populations: Vec<VisitNumbers>,
     warnings: Vec<String>,
     findings: Vec<Finding>,
 }
@@ -52,18 +85,41 @@ pub fn run(command: &InfoCommand, context: &mut Context<'_>) -> Result<Finished,
     if let Some(text) = command.build.refusal(0) {
         return Err(Failure::Usage(text));
     }
+    let mut read = Protected::default();
+    read.add_read(command.source.path().into_iter().chain(command.tree.path()));
+    read.add_standard_streams();
+    if let Some(path) = &command.triangles {
+        check_target(path, &read)?;
+    }
     let scene = context.load(&command.source)?;
+    if let Some(path) = &command.triangles {
+        // Again, as only now it is known what else was read: buffers, textures, material libraries.
+        read.add_read(&scene.files_read);
+        let written = write_file(path, &read, |writer| {
+            write_corners(&scene.triangles, writer, &context.token).map_err(|error| cannot_be_written(&error))
+        });
+        check_written(written, &context.token)?;
+    }
     let progress = Progress::new("Building", &context.token);
     let token = &context.token;
-    let (accel, epo, findings) = in_pool(|| {
-        let accel =
-            Accel::build(&scene, &command.build, token).map_err(|error| Failure::of_build(error, &command.source))?;
+    let (accel, epo, findings, populations) = in_pool(|| {
+        let accel = Arc::new(command.tree.accel(&scene, &command.source, &command.build, token)?);
+        accel.widen(token)?;
         let epo = accel.epo(token)?;
         let mut findings = diagnose_scene(&scene, token)?;
         findings.extend(diagnose_tree(&accel, epo));
-        Ok::<_, Failure>((accel, epo, findings))
+        let camera = command.camera.camera(&scene);
+        let visits_of = |population| {
+            let rays = ViewRays::new(population, camera, VIEW_PX, &RenderSettings::default());
+            let visits = rays.measure(&accel, token)?;
+            let sums = MeasuredRays::new(population, &accel, &visits, token)?;
+            Ok(VisitNumbers { sums, node_visits: visits.counts })
+        };
+        let populations = command.rays.iter().map(visits_of).collect::<Result<Vec<_>, Failure>>()?;
+        Ok::<_, Failure>((accel, epo, findings, populations))
     })?;
     drop(progress);
+    let has_faults = note_faults(&accel);
     let attributes = scene.attributes.as_ref();
     let triangles = scene.triangles.len();
     let info = Info {
@@ -81,6 +137,7 @@ pub fn run(command: &InfoCommand, context: &mut Context<'_>) -> Result<Finished,
         up: scene.up.to_array(),
         scene_bytes: scene.bytes(),
         tree: TreeNumbers::new(&accel, epo),
+        populations,
         warnings: scene.warnings.entries.iter().map(ToString::to_string).collect(),
         findings,
     };
@@ -93,7 +150,53 @@ pub fn run(command: &InfoCommand, context: &mut Context<'_>) -> Result<Finished,
         let text = printable_lines(&String::from_utf8_lossy(&text));
         ignore_missing_reader(context.out.write_all(text.as_bytes()))?;
     }
-    Ok(Finished { warned: !scene.warnings.is_empty() })
+    Ok(Finished { warned: has_faults || !scene.warnings.is_empty() })
+}
+
+/// How the tree was built, or what its file says of that.
+fn print_settings(tree: &TreeNumbers, builder: BuilderKind, out: &mut dyn std::io::Write) -> std::io::Result<()> {
+    if let Some(file) = &tree.file {
+        line(out, "file", file.tree.clone())?;
+        if let Some(settings) = &file.builder_settings {
+            line(out, "settings", settings.clone())?;
+        }
+        line(
+            out,
+            "build",
+            tree.build_ms.map_or_else(|| "–".to_owned(), |ms| format!("{} ms, says the file", number(ms))),
+        )?;
+        let empty = match file.empty_nodes {
+            0 => String::new(),
+            count => format!(", {} left out", counted(count.into(), "empty nodes")),
+        };
+        return line(out, "children", format!("up to {} of a node{empty}", file.arity));
+    }
+    if let Some(settings) = &tree.settings {
+        if builder == BuilderKind::Aac {
+            line(out, "settings", format!("threshold {}, ε {}", settings.threshold, settings.epsilon))?;
+        }
+        if settings.curve != Curve::Morton {
+            line(out, "curve", settings.curve.name().to_owned())?;
+        }
+        if settings.optimize != Passes::NONE {
+            let cost = |name: &str| tree.optimize_sah_costs.get(name).map(|&cost| number(cost));
+            // Passes that run before the builder have no cost of their own.
+            let (after, before): (Vec<Pass>, Vec<Pass>) =
+                settings.optimize.iter().partition(|pass| cost(pass.name()).is_some());
+            let mut parts: Vec<String> = before.iter().map(|pass| pass.name().to_owned()).collect();
+            parts.extend(cost("tree").map(|cost| format!("SAH cost from {cost}")));
+            parts.extend(after.iter().filter_map(|pass| Some(format!("{} to {}", pass.name(), cost(pass.name())?))));
+            line(out, "optimize", parts.join(", "))?;
+        }
+    }
+    let stages: Vec<String> = tree.build_stages_ms.iter().map(|(name, ms)| format!("{name} {}", number(*ms))).collect();
+    let ms = number(tree.build_ms.unwrap_or_default());
+    line(out, "build", format!("{ms} ms with {} threads ({})", tree.threads, stages.join(", ")))
+}
+
+/// A line of the text: a name and what stands for it.
+fn line(out: &mut dyn std::io::Write, name: &str, value: String) -> std::io::Result<()> {
+    writeln!(out, "  {name:<12} {value}")
 }
 
 fn print_text(
@@ -102,7 +205,6 @@ fn print_text(
     epo: EndPointOverlap,
     out: &mut dyn std::io::Write,
 ) -> std::io::Result<()> {
-    let line = |out: &mut dyn std::io::Write, name: &str, value: String| writeln!(out, "  {name:<12} {value}");
     let vector = |[x, y, z]: [f32; 3]| format!("{x} {y} {z}");
     let megabytes = |bytes: usize| format!("{} MB", number(bytes as f64 / 1e6));
     writeln!(out, "{}", info.model)?;
@@ -119,27 +221,14 @@ fn print_text(
     line(out, "up", vector(info.up))?;
     line(out, "memory", megabytes(info.scene_bytes))?;
     let tree = &info.tree;
-    writeln!(out, "tree: {}, {} containers", builder.label(), tree.container)?;
-    if builder == BuilderKind::Aac {
-        line(out, "settings", format!("threshold {}, ε {}", tree.threshold, tree.epsilon))?;
-    }
-    if tree.curve != Curve::Morton {
-        line(out, "curve", tree.curve.name().to_owned())?;
-    }
-    if tree.optimize != Passes::NONE {
-        let cost = |name: &str| tree.optimize_sah_costs.get(name).map(|&cost| number(cost));
-        // Passes that run before the builder have no cost of their own.
-        let (after, before): (Vec<Pass>, Vec<Pass>) =
-            tree.optimize.iter().partition(|pass| cost(pass.name()).is_some());
-        let mut parts: Vec<String> = before.iter().map(|pass| pass.name().to_owned()).collect();
-        parts.extend(cost("tree").map(|cost| format!("SAH cost from {cost}")));
-        parts.extend(after.iter().filter_map(|pass| Some(format!("{} to {}", pass.name(), cost(pass.name())?))));
-        line(out, "optimize", parts.join(", "))?;
-    }
-    let stages: Vec<String> = tree.build_stages_ms.iter().map(|(name, ms)| format!("{name} {}", number(*ms))).collect();
-    line(out, "build", format!("{} ms with {} threads ({})", number(tree.build_ms), tree.threads, stages.join(", ")))?;
+    let label = if tree.file.is_some() { &tree.builder } else { builder.label() };
+    writeln!(out, "tree: {label}, {} containers", tree.container)?;
+    print_settings(tree, builder, out)?;
     line(out, "nodes", format!("{}, leaves {}", tree.nodes, tree.leaves))?;
     line(out, "depth", format!("{}, mean over leaves {:.1}", tree.max_depth, tree.mean_leaf_depth))?;
+    if let Some([min, mean, max]) = tree.arity {
+        line(out, "children", format!("{min} to {max} a node, mean {mean:.2}"))?;
+    }
     let [min, mean, max] = tree.leaf_size;
     line(out, "leaf size", format!("{min} to {max} triangles, mean {mean:.2}"))?;
     line(
@@ -166,13 +255,34 @@ fn print_text(
         out,
         "wide tree",
         format!(
-            "{} nodes, {} triangles, {:.0} bytes a triangle, made in {} ms",
+            "{} nodes, {} triangles, {:.0} bytes a triangle, made in {} ms{}",
             megabytes(tree.wide_node_bytes),
             megabytes(tree.wide_triangle_bytes),
             tree.wide_bytes_per_triangle,
-            number(tree.collapse_ms)
+            number(tree.collapse_ms),
+            tree.ready_ms.map_or_else(String::new, |ms| format!(", ready to trace after {} ms", number(ms)))
         ),
     )?;
+    if let Some(file) = &tree.file {
+        writeln!(out, "faults")?;
+        if file.faults.is_empty() {
+            writeln!(out, "  none")?;
+        }
+        file.faults.iter().try_for_each(|fault| writeln!(out, "  {}", fault.text))?;
+    }
+    if !info.populations.is_empty() {
+        writeln!(out, "rays")?;
+    }
+    for VisitNumbers { sums, .. } in &info.populations {
+        let [rays, entering] = [sums.rays, sums.root_hits].map(|rays| count(u64::from(rays)));
+        let ray = |visits: f64| number(if sums.root_hits > 0 { visits / f64::from(sums.root_hits) } else { 0.0 });
+        let [visits, predicted] = [ray(sums.visits as f64), ray(sums.predicted_visits)];
+        let text = format!(
+            "{entering} of {rays} enter the root: {visits} visits each, {predicted} predicted; cost {}",
+            number(sums.cost)
+        );
+        line(out, sums.population.name(), text)?;
+    }
     if !info.warnings.is_empty() {
         writeln!(out, "warnings")?;
         info.warnings.iter().try_for_each(|warning| writeln!(out, "  {warning}"))?;

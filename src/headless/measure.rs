@@ -1,16 +1,20 @@
 //! `bench`, `sweep`, `scaling` and `compare`: run a measuring job over models, and write its rows to stdout and files.
 
 use std::path::PathBuf;
+use std::sync::Arc;
 
-use super::context::{Context, Failure, Finished, ignore_missing_reader};
+use super::context::{Context, Failure, Finished, ignore_missing_reader, in_pool};
 use super::progress::Progress;
+use super::tree_origin::note_faults;
+use crate::accel::Accel;
 use crate::console::{note, printable_json, printable_lines};
 use crate::export::{Protected, check_target, write_bytes, write_file};
 use crate::lab::plot::{PlotFormat, draw, panels};
+use crate::lab::population::Populations;
 use crate::lab::report_table::{summary, tables};
 use crate::lab::rows::write_csv;
 use crate::lab::{Job, LabError, Measurement, Subject, TraceView};
-use crate::scene::SceneSource;
+use crate::scene::{Scene, SceneSource};
 use crate::text::printable;
 use crate::view::CameraChoice;
 use bvhscope_engine::kernel::SimdLevel;
@@ -34,6 +38,8 @@ pub struct MeasureCommand {
     pub sources: Vec<SceneSource>,
     /// The measuring job.
     pub job: Job,
+    /// Files with trees of the model to measure: by `bench` in place of those it would build, by `compare` beside them.
+    pub trees: Vec<PathBuf>,
     /// Camera for each model.
     pub camera: CameraChoice,
     /// Width and height in pixels.
@@ -44,12 +50,14 @@ pub struct MeasureCommand {
     pub simd: SimdLevel,
     /// Number of repetitions.
     pub repeat: usize,
+    /// Rays whose cost is measured too.
+    pub populations: Populations,
     /// Output options.
     pub output: Output,
 }
 
-/// Measures one model after another. With several models, one that cannot be used is reported and skipped, and the command fails
-/// at the end. Rows measured before an early end are still printed and written.
+/// Measures one model after another. With several models, one that cannot be used is reported and skipped, and the command
+/// fails at the end. Rows measured before an early end are still printed and written.
 pub fn run(command: &MeasureCommand, context: &mut Context<'_>) -> Result<Finished, Failure> {
     if let Some(text) = command.job.refusal() {
         return Err(Failure::Usage(text));
@@ -59,6 +67,7 @@ pub fn run(command: &MeasureCommand, context: &mut Context<'_>) -> Result<Finish
     }
     let mut read = Protected::default();
     read.add_read(command.sources.iter().filter_map(SceneSource::path));
+    read.add_read(&command.trees);
     read.add_standard_streams();
     check_outputs(&command.output, &read)?;
     let mut run = Run { command, rows: Vec::new(), read, finished: Finished::default(), output_failure: None };
@@ -179,8 +188,10 @@ impl Run<'_> {
             traversal: command.traversal,
             simd: command.simd,
             repeat: command.repeat,
+            populations: command.populations,
         };
-        let subject = Subject { model: source.to_string(), scene };
+        let trees = self.read_trees(&scene, source, context)?;
+        let subject = Subject { model: source.to_string(), scene, trees };
         let token = context.token.clone();
         let progress = Progress::new(&format!("Measuring {}", source.label()), &token);
         let has_files = command.output.csv.is_some() || command.output.plot.is_some();
@@ -207,8 +218,28 @@ impl Run<'_> {
     }
 }
 
+impl Run<'_> {
+    /// Reads the trees of a model that files hold: those that are named, and for `compare` that of the model's own file.
+    fn read_trees(
+        &mut self,
+        scene: &Arc<Scene>,
+        source: &SceneSource,
+        context: &Context<'_>,
+    ) -> Result<Vec<Arc<Accel>>, Failure> {
+        let own = source.path().filter(|_| scene.has_tree && matches!(self.command.job, Job::Compare { .. }));
+        let paths = self.command.trees.iter().map(PathBuf::as_path).chain(own);
+        let token = &context.token;
+        let read = paths.map(|path| Ok(Arc::new(in_pool(|| Accel::read(scene, path, token))?)));
+        let trees = read.collect::<Result<Vec<_>, Failure>>()?;
+        for accel in &trees {
+            self.finished.warned |= note_faults(accel);
+        }
+        Ok(trees)
+    }
+}
+
 /// A job that ended early on `source`.
-fn of_job(error: LabError, source: &SceneSource) -> Failure {
+pub(super) fn of_job(error: LabError, source: &SceneSource) -> Failure {
     match error {
         LabError::Cancelled(_) => Failure::Interrupted,
         LabError::Refused(text) => Failure::Failed(format!("{}: {text}", printable(&source.to_string()))),

@@ -7,10 +7,20 @@ pub mod render;
 
 pub mod info;
 
+#[cfg(feature = "gui")]
+mod cluster_artist;
+pub mod diff;
+pub mod merges;
+
 pub mod measure;
 pub mod plot;
 mod progress;
+pub mod ray;
+pub mod tree;
 mod tree_numbers;
+mod tree_origin;
 
 pub use context::{Context, Failure, Finished, ignore_missing_reader};
+pub use merges::MergesCommand;
 pub use render::RenderCommand;
+pub use tree_origin::TreeOrigin;

@@ -10,6 +10,7 @@ use serde::Serialize;
 use super::context::{Context, Failure, Finished, ignore_missing_reader, in_pool};
 use super::progress::Progress;
 use super::tree_numbers::TreeNumbers;
+use super::tree_origin::{TreeOrigin, note_faults};
 use crate::accel::Accel;
 use crate::budget::Budget;
 use crate::console::printable_json;
@@ -29,8 +30,10 @@ use bvhscope_engine::tree::overlap::EndPointOverlap;
 pub struct RenderCommand {
     /// The model.
     pub source: SceneSource,
-    /// Build settings of the tree.
+    /// Build settings of the tree, where it is built.
     pub build: BuildSettings,
+    /// Where the tree comes from.
+    pub tree: TreeOrigin,
     /// The camera.
     pub camera: CameraChoice,
     /// Render settings.
@@ -81,7 +84,7 @@ struct RenderSummary<'a> {
 pub fn run(command: &RenderCommand, context: &mut Context<'_>) -> Result<Finished, Failure> {
     check_extensions(command)?;
     let mut read = Protected::default();
-    read.add_read(command.source.path());
+    read.add_read(command.source.path().into_iter().chain(command.tree.path()));
     read.add_standard_streams();
     check_outputs(command, &read)?;
     if let Some(text) = command.build.refusal(0) {
@@ -101,8 +104,8 @@ pub fn run(command: &RenderCommand, context: &mut Context<'_>) -> Result<Finishe
     let token = &context.token;
     let (accel, picture, frame) = in_pool(|| {
         let progress = Progress::new("Building", token);
-        let accel = Accel::build(&scene, &command.build, token);
-        let accel = Arc::new(accel.map_err(|error| Failure::of_build(error, &command.source))?);
+        let accel = Arc::new(command.tree.accel(&scene, &command.source, &command.build, token)?);
+        accel.widen(token)?;
         progress.set_label("Tracing");
         let table = NodeTable::new(&accel);
         check_nodes(&command.selection, &table)?;
@@ -134,6 +137,7 @@ pub fn run(command: &RenderCommand, context: &mut Context<'_>) -> Result<Finishe
         Ok::<_, Failure>((accel, picture, frame))
     })?;
     token.check()?;
+    let has_faults = note_faults(&accel);
     if let Some(path) = &command.output {
         let size_px = [width_px, height_px];
         let written = match &picture {
@@ -152,7 +156,7 @@ pub fn run(command: &RenderCommand, context: &mut Context<'_>) -> Result<Finishe
         let text = serde_json::to_string(&line).map_err(|error| Failure::Failed(error.to_string()))?;
         ignore_missing_reader(writeln!(context.out, "{}", printable_json(&text)))?;
     }
-    Ok(Finished { warned: !scene.warnings.is_empty() })
+    Ok(Finished { warned: has_faults || !scene.warnings.is_empty() })
 }
 
 /// A picture to be written.
@@ -205,7 +209,7 @@ fn check_extensions(command: &RenderCommand) -> Result<(), Failure> {
 
 /// Checks that the tree has the nodes that are named.
 fn check_nodes(selection: &Selection, table: &NodeTable) -> Result<(), Failure> {
-    let Selection { selected, hovered: _, hidden, isolated } = selection;
+    let Selection { selected, hidden, isolated, .. } = selection;
     let missing = selected.iter().chain(isolated).chain(hidden).find(|&&node| node as usize >= table.len());
     missing.map_or(Ok(()), |node| {
         Err(Failure::Failed(format!(
@@ -287,7 +291,7 @@ fn draw_overlay(
         depth: &frame.depth,
     };
     table.prepare(settings, token)?;
-    let viewpoint = Viewpoint { camera: frame.camera, size_px: command.size };
+    let viewpoint = Viewpoint { camera: frame.camera, size_px: command.size, section: frame.settings.section };
     let shown = Arc::new(table.shown(settings, selection, Some(&viewpoint)));
     if shown.wanted > shown.nodes.len() {
         note(format_args!(
@@ -325,7 +329,7 @@ fn draw_overlay(
 }
 
 /// Converts a write error into a failure, or into an interruption if the token was cancelled.
-fn check_written(written: Result<(), ExportError>, token: &CancelToken) -> Result<(), Failure> {
+pub(super) fn check_written(written: Result<(), ExportError>, token: &CancelToken) -> Result<(), Failure> {
     written.or_else(|error| {
         token.check()?;
         Err(error.into())

@@ -4,9 +4,10 @@ use std::sync::Arc;
 
 use rayon::prelude::*;
 
-use super::measure::{LabError, measure};
+use super::measure::{LabError, RowSink, measure, measure_contenders};
 use super::measurement::{Measurement, millions_per_second, millis, pool};
-use super::setup::{Setup, Subject, TraceView};
+use super::population::Populations;
+use super::setup::{Contender, Setup, Subject, TraceView};
 use crate::accel::Accel;
 use bvhscope_engine::cancel::{CancelToken, Cancelled};
 use bvhscope_engine::settings::{BuildSettings, BuilderKind};
@@ -16,21 +17,23 @@ use bvhscope_engine::tree::traverse::{TestCounts, Traversal};
 /// Maximum number of primitive tests of a run without BVH: about a second on one core.
 const NO_BVH_TESTS: u64 = 200_000_000;
 
-/// Measures `setups`, one row each; with `no_bvh` one more row that tests every triangle, on an even sample of the pixels whose
-/// number is its `rays`.
+/// Measures `setups`, or the subject's trees from files instead where it has any, one row each; with `no_bvh` one more row that
+/// tests every triangle, on an even sample of the pixels whose number is its `rays`.
 pub fn bench(
     subject: &Subject,
     setups: &[Setup],
     view: &TraceView,
     no_bvh: bool,
     token: &CancelToken,
-    row: &mut dyn FnMut(Measurement),
+    rows: &mut dyn RowSink,
 ) -> Result<(), LabError> {
     let parts = if no_bvh { 2 } else { 1 };
-    measure("bench", subject, setups, view, &token.part(0, parts), row)?;
+    let threads = setups.first().map_or(0, |setup| setup.threads);
+    let read: Vec<Contender> = subject.trees.iter().map(|accel| Contender::of_file(accel, threads)).collect();
+    let contenders = if read.is_empty() { setups.iter().map(|&setup| setup.into()).collect() } else { read };
+    measure_contenders("bench", subject, &contenders, view, &token.part(0, parts), rows)?;
     if no_bvh {
-        let threads = setups.first().map_or(0, |setup| setup.threads);
-        row(every_triangle(subject, view, threads, &token.part(1, parts))?);
+        rows.row(every_triangle(subject, view, threads, &token.part(1, parts))?);
     }
     Ok(())
 }
@@ -50,9 +53,11 @@ fn every_triangle(
         ..BuildSettings::preset(bvhscope_engine::settings::Preset::Fast, ContainerKind::Aabb)
     };
     // All fields that do not depend on the rays come from measuring a picture of one pixel.
-    let single = TraceView { size: [1, 1], repeat: 1, ..*view };
+    let single = TraceView { size: [1, 1], repeat: 1, populations: Populations::NONE, ..*view };
     let mut rows = Vec::new();
-    measure("bench", subject, &[Setup { build, preset: None, threads }], &single, token, &mut |row| rows.push(row))?;
+    measure("bench", subject, &[Setup { build, preset: None, threads }], &single, token, &mut |row: Measurement| {
+        rows.push(row);
+    })?;
     let Some(row) = rows.pop() else { return Err(Cancelled.into()) };
     let pool = pool(threads).map_err(LabError::Refused)?;
     let accel = Arc::new(pool.install(|| Accel::build(&subject.scene, &build, token))?);

@@ -1,8 +1,7 @@
 //! The builders, presets and optimisation passes compared on one scene.
 
-use super::measure::{LabError, measure};
-use super::measurement::Measurement;
-use super::setup::{Setup, Subject, TraceView};
+use super::measure::{LabError, RowSink, measure_contenders};
+use super::setup::{Contender, Setup, Subject, TraceView};
 use bvhscope_engine::cancel::CancelToken;
 use bvhscope_engine::settings::{BuildSettings, BuilderKind, Curve, Pass, Passes, Preset};
 use bvhscope_engine::tree::ContainerKind;
@@ -50,15 +49,17 @@ pub fn compared_setups(containers: &[ContainerKind], primitive_count: usize, thr
     setups
 }
 
-/// Measures [`compared_setups`], one row each.
+/// Measures [`compared_setups`] and the subject's trees from files, one row each.
 pub fn compare(
     subject: &Subject,
     containers: &[ContainerKind],
     threads: usize,
     view: &TraceView,
     token: &CancelToken,
-    row: &mut dyn FnMut(Measurement),
+    rows: &mut dyn RowSink,
 ) -> Result<(), LabError> {
     let setups = compared_setups(containers, subject.scene.triangles.len(), threads);
-    measure("compare", subject, &setups, view, token, row)
+    let mut contenders: Vec<Contender> = setups.into_iter().map(Contender::from).collect();
+    contenders.extend(subject.trees.iter().map(|accel| Contender::of_file(accel, threads)));
+    measure_contenders("compare", subject, &contenders, view, token, rows)
 }

@@ -1,7 +1,9 @@
 //! Diagnosis of scenes and trees: findings about what slows tracing down, such as duplicates, slivers or deep trees.
 
+use std::cmp::Reverse;
 use std::collections::HashSet;
 use std::hash::{Hash, Hasher};
+use std::sync::Arc;
 
 use glam::Vec3;
 use serde::Serialize;
@@ -9,9 +11,11 @@ use serde::Serialize;
 use crate::accel::Accel;
 use crate::budget::Budget;
 use crate::scene::Scene;
+use crate::visibility::TriangleSet;
 use bvhscope_engine::cancel::{CancelToken, Cancelled};
 use bvhscope_engine::geometry::Triangle;
 use bvhscope_engine::tree::overlap::EndPointOverlap;
+use bvhscope_engine::with_tree;
 
 /// Ratio of the longest edge to the height on it above which a triangle counts as a sliver.
 const SLIVER_ASPECT: f32 = 100.0;
@@ -27,6 +31,20 @@ pub struct Finding {
     pub count: usize,
     /// The problem, its cost and a remedy, in a sentence for the user.
     pub text: String,
+    /// Where it can be seen.
+    #[serde(skip)]
+    pub place: Place,
+}
+
+/// Where a finding can be seen.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Place {
+    /// Everywhere, or nowhere.
+    Scene,
+    /// At these triangles.
+    Triangles(Arc<TriangleSet>),
+    /// At this node of the tree.
+    Node(u32),
 }
 
 /// Diagnoses the triangles of a scene. Checks that do not fit into the memory budget are skipped, which is a finding too.
@@ -38,47 +56,43 @@ fn diagnose_within(budget: Budget, scene: &Scene, token: &CancelToken) -> Result
     let triangles = &scene.triangles;
     let total = triangles.len();
     let mut findings = Vec::new();
-    let mut add = |kind, count: usize, text: String| {
+    let mut add = |kind, set: TriangleSet, text: &dyn Fn(usize) -> String| {
+        let count = set.len();
         if count > 0 {
-            findings.push(Finding { kind, count, text });
+            findings.push(Finding { kind, count, text: text(count), place: Place::Triangles(Arc::new(set)) });
         }
     };
+    let mut not_examined = None;
     match budget.check("the search for equal triangles", BYTES_PER_TRIANGLE * total as u64) {
-        Ok(()) => {
-            let duplicates = count_duplicates(triangles, token)?;
-            add(
-                "duplicates",
-                duplicates,
-                format!("{duplicates} of {total} triangles lie exactly on another one: each is tested for nothing"),
-            );
-        }
-        Err(error) => add("not-examined", total, format!("not everything was examined: {error}")),
+        Ok(()) => add("duplicates", duplicates(triangles, token)?, &|count| {
+            format!("{count} of {total} triangles lie exactly on another one: each is tested for nothing")
+        }),
+        Err(error) => not_examined = Some(format!("not everything was examined: {error}")),
     }
-    let degenerate = count(triangles, token, |triangle| triangle.scaled_normal().length_squared() == 0.0)?;
-    add("degenerate", degenerate, format!("{degenerate} of {total} triangles have no area: no ray ever hits them"));
-    let slivers = count(triangles, token, is_sliver)?;
+    let degenerate = those(triangles, token, |triangle| triangle.scaled_normal().length_squared() == 0.0)?;
+    add("degenerate", degenerate, &|count| format!("{count} of {total} triangles have no area: no ray ever hits them"));
+    let slivers = those(triangles, token, is_sliver)?;
     // Every model has a few slivers; from a twentieth of the triangles on they affect the tree.
-    if slivers * 20 >= total {
-        add(
-            "slivers",
-            slivers,
+    if slivers.len() * 20 >= total {
+        add("slivers", slivers, &|count| {
             format!(
-                "{slivers} of {total} triangles are more than {SLIVER_ASPECT} times as long as high: their containers are \
+                "{count} of {total} triangles are more than {SLIVER_ASPECT} times as long as high: their containers are \
                  mostly empty and overlap; remeshing or splitting them helps"
-            ),
-        );
+            )
+        });
     }
     let half_diagonal = scene.bounds.extent().length() * 0.5;
-    let huge = count(triangles, token, |triangle| triangle.bounds().extent().length() > half_diagonal)?;
     if total > 1000 {
-        add(
-            "huge-triangles",
-            huge,
+        let huge = those(triangles, token, |triangle| triangle.bounds().extent().length() > half_diagonal)?;
+        add("huge-triangles", huge, &|count| {
             format!(
-                "{huge} of {total} triangles are more than half as large as the whole scene: every container above them is \
+                "{count} of {total} triangles are more than half as large as the whole scene: every container above them is \
                  as large, and most rays test them"
-            ),
-        );
+            )
+        });
+    }
+    if let Some(text) = not_examined.filter(|_| total > 0) {
+        findings.insert(0, Finding { kind: "not-examined", count: total, text, place: Place::Scene });
     }
     Ok(findings)
 }
@@ -96,6 +110,7 @@ pub fn diagnose_tree(accel: &Accel, epo: EndPointOverlap) -> Vec<Finding> {
                 "the tree is {} levels deep where {balanced} would hold its leaves: some branches are nearly lists",
                 stats.max_depth
             ),
+            place: deepest_leaf(accel).map_or(Place::Scene, Place::Node),
         });
     }
     if stats.max_leaf_size > 64 && stats.leaves > 1 {
@@ -103,6 +118,7 @@ pub fn diagnose_tree(accel: &Accel, epo: EndPointOverlap) -> Vec<Finding> {
             kind: "large-leaf",
             count: stats.max_leaf_size as usize,
             text: format!("a leaf holds {} triangles: each ray that reaches it tests them all", stats.max_leaf_size),
+            place: largest_leaf(accel).map_or(Place::Scene, Place::Node),
         });
     }
     // EPO has the unit of the SAH cost; near that cost, rays do as much useless as useful work.
@@ -116,23 +132,52 @@ pub fn diagnose_tree(accel: &Accel, epo: EndPointOverlap) -> Vec<Finding> {
                  threshold or box containers help",
                 epo.value
             ),
+            place: Place::Scene,
         });
     }
     findings
 }
 
-/// Number of triangles for which `predicate` holds.
-fn count(
+/// The first leaf at the greatest depth; `None` for an empty tree.
+fn deepest_leaf(accel: &Accel) -> Option<u32> {
+    let (mut deepest, mut open) = (None, vec![(0_u32, 0_u32)]);
+    with_tree!(&accel.tree, tree => {
+        while let Some((index, depth)) = open.pop() {
+            let Some(node) = tree.nodes.get(index as usize) else { continue };
+            open.extend(node.children().rev().map(|child| (child, depth + 1)));
+            if node.is_leaf() && depth == tree.max_depth {
+                deepest = Some(index);
+                break;
+            }
+        }
+    });
+    deepest
+}
+
+/// The leaf with the most triangles; `None` for an empty tree.
+fn largest_leaf(accel: &Accel) -> Option<u32> {
+    with_tree!(&accel.tree, tree => {
+        let largest = tree.nodes.iter().enumerate().max_by_key(|(index, node)| (node.slots().len(), Reverse(*index)));
+        largest.map(|(index, _)| index as u32)
+    })
+}
+
+/// The triangles for which `predicate` holds.
+fn those(
     triangles: &[Triangle],
     token: &CancelToken,
-    predicate: impl Fn(&Triangle) -> bool,
-) -> Result<usize, Cancelled> {
-    let mut count = 0;
-    for batch in triangles.chunks(BATCH) {
-        token.check()?;
-        count += batch.iter().filter(|triangle| predicate(triangle)).count();
+    mut predicate: impl FnMut(&Triangle) -> bool,
+) -> Result<TriangleSet, Cancelled> {
+    let mut set = TriangleSet::none(triangles.len());
+    for (index, triangle) in triangles.iter().enumerate() {
+        if index.is_multiple_of(BATCH) {
+            token.check()?;
+        }
+        if predicate(triangle) {
+            set.insert(index as u32);
+        }
     }
-    Ok(count)
+    Ok(set)
 }
 
 /// A triangle that compares equal to those with the same three corners in any order.
@@ -165,15 +210,19 @@ impl Hash for Corners<'_> {
     }
 }
 
-/// Number of triangles that equal an earlier one.
-fn count_duplicates(triangles: &[Triangle], token: &CancelToken) -> Result<usize, Cancelled> {
+/// The triangles that equal an earlier one.
+fn duplicates(triangles: &[Triangle], token: &CancelToken) -> Result<TriangleSet, Cancelled> {
     let mut seen = HashSet::with_capacity(triangles.len());
-    let mut count = 0;
-    for batch in triangles.chunks(BATCH) {
-        token.check()?;
-        count += batch.iter().filter(|triangle| !seen.insert(Corners(triangle))).count();
+    let mut set = TriangleSet::none(triangles.len());
+    for (index, triangle) in triangles.iter().enumerate() {
+        if index.is_multiple_of(BATCH) {
+            token.check()?;
+        }
+        if !seen.insert(Corners(triangle)) {
+            set.insert(index as u32);
+        }
     }
-    Ok(count)
+    Ok(set)
 }
 
 /// Whether the longest edge is much longer than the height on it; degenerate triangles do not count.
@@ -197,8 +246,12 @@ mod tests {
         let a = Triangle { a: Vec3::ZERO, b: Vec3::X, c: Vec3::Y };
         let b = Triangle { a: Vec3::Y, b: Vec3::new(-0.0, 0.0, 0.0), c: Vec3::X };
         let c = Triangle { a: Vec3::ZERO, b: Vec3::X, c: Vec3::Z };
-        assert_eq!(count_duplicates(&[a, b, c, a], &CancelToken::new()), Ok(2));
-        assert_eq!(count_duplicates(&[a, c], &CancelToken::new()), Ok(0));
+        let found = |triangles: &[Triangle]| {
+            let set = duplicates(triangles, &CancelToken::new()).unwrap();
+            (0..triangles.len() as u32).filter(|&triangle| set.contains(triangle)).collect::<Vec<_>>()
+        };
+        assert_eq!(found(&[a, b, c, a]), [1, 3]);
+        assert_eq!(found(&[a, c]), [0_u32; 0]);
     }
 
     #[test]

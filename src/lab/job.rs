@@ -2,8 +2,7 @@
 
 use super::bench::bench;
 use super::compare::compare;
-use super::measure::LabError;
-use super::measurement::Measurement;
+use super::measure::{LabError, RowSink};
 use super::scaling::scaling;
 use super::setup::{Setup, Subject, TraceView};
 use super::sweep::{SweepPlan, sweep};
@@ -67,7 +66,7 @@ impl Job {
         }
     }
 
-    /// Measures the `model`-th of `models` models and passes each row to `row` once all trees measured together with it are
+    /// Measures the `model`-th of `models` models and passes each row to `rows` once all trees measured together with it are
     /// done. When cancelled, rows of the completed repetitions are still passed. Progress refers to this model.
     pub fn run(
         &self,
@@ -75,21 +74,21 @@ impl Job {
         (model, models): (usize, usize),
         view: &TraceView,
         token: &CancelToken,
-        row: &mut dyn FnMut(Measurement),
+        rows: &mut dyn RowSink,
     ) -> Result<(), LabError> {
         match self {
-            Self::Bench { setups, no_bvh } => bench(subject, setups, view, *no_bvh, token, row),
-            Self::Compare { containers, threads } => compare(subject, containers, *threads, view, token, row),
+            Self::Bench { setups, no_bvh } => bench(subject, setups, view, *no_bvh, token, rows),
+            Self::Compare { containers, threads } => compare(subject, containers, *threads, view, token, rows),
             Self::Scaling { setups, max_threads } => {
                 for (index, setup) in setups.iter().enumerate() {
-                    scaling(subject, setup, *max_threads, view, &token.part(index, setups.len()), row)?;
+                    scaling(subject, setup, *max_threads, view, &token.part(index, setups.len()), rows)?;
                 }
                 Ok(())
             }
             Self::Sweep(plan) => {
                 let points: Vec<_> = plan.points(models).into_iter().filter(|point| point.model == model).collect();
                 for (index, point) in points.iter().enumerate() {
-                    sweep(subject, plan, *point, view, &token.part(index, points.len()), row)?;
+                    sweep(subject, plan, *point, view, &token.part(index, points.len()), rows)?;
                 }
                 Ok(())
             }

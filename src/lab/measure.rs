@@ -4,12 +4,14 @@
 use std::sync::Arc;
 
 use super::measurement::{Measurement, pool};
-use super::setup::{Setup, Subject, TraceView};
+use super::population::{MeasuredRays, ViewRays};
+use super::setup::{Contender, Setup, Subject, TraceView};
 use super::trial::{First, Trial};
 use crate::accel::Accel;
 use crate::render::{RenderRequest, RenderSettings, count_tests, trace_primary, trace_primary_wide};
 use bvhscope_engine::builders::BuildError;
 use bvhscope_engine::cancel::{CancelToken, Cancelled};
+use bvhscope_engine::fingerprint;
 
 /// The reason why a measurement ended early.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
@@ -31,8 +33,26 @@ impl From<BuildError> for LabError {
     }
 }
 
+/// Takes the rows of a measurement as they are made.
+pub trait RowSink {
+    /// A measured row.
+    fn row(&mut self, row: Measurement);
+
+    /// The rows so far of the trees that are measured together, after each repetition of one of them. In the end each is passed
+    /// to [`RowSink::row`], with all repetitions.
+    fn preliminary(&mut self, rows: Vec<Measurement>) {
+        drop(rows);
+    }
+}
+
+impl<F: FnMut(Measurement)> RowSink for F {
+    fn row(&mut self, row: Measurement) {
+        self(row);
+    }
+}
+
 /// Measures `setups` on one scene, interleaved: each is built and traced once, then all again, for `view.repeat` repetitions.
-/// One row per setup, in the order of `setups`, is passed to `row` at the end. When cancelled, setups with at least one
+/// One row per setup, in the order of `setups`, is passed to `rows` at the end. When cancelled, setups with at least one
 /// completed repetition still give a row before the error is returned.
 pub fn measure(
     command: &str,
@@ -40,47 +60,75 @@ pub fn measure(
     setups: &[Setup],
     view: &TraceView,
     token: &CancelToken,
-    row: &mut dyn FnMut(Measurement),
+    rows: &mut dyn RowSink,
 ) -> Result<(), LabError> {
-    let mut trials: Vec<Trial> = setups.iter().map(|_| Trial::default()).collect();
-    let outcome = repeat(subject, setups, view, token, &mut trials);
-    for (setup, trial) in setups.iter().zip(&trials) {
-        if let Some(first) = &trial.first {
-            row(trial.measurement(command, subject, setup, view, first));
-        }
+    let contenders: Vec<Contender> = setups.iter().map(|&setup| setup.into()).collect();
+    measure_contenders(command, subject, &contenders, view, token, rows)
+}
+
+/// [`measure`] of trees of which some are read from files. These are not built again: the time of their build is what their
+/// files say.
+pub fn measure_contenders(
+    command: &str,
+    subject: &Subject,
+    contenders: &[Contender],
+    view: &TraceView,
+    token: &CancelToken,
+    rows: &mut dyn RowSink,
+) -> Result<(), LabError> {
+    let measured = |trials: &[Trial]| -> Vec<Measurement> {
+        let row = |(contender, trial): (&Contender, &Trial)| {
+            trial.first.as_ref().map(|first| trial.measurement(command, subject, contender, view, first))
+        };
+        contenders.iter().zip(trials).filter_map(row).collect()
+    };
+    let mut trials: Vec<Trial> = contenders.iter().map(|_| Trial::default()).collect();
+    let mut repeated = |trials: &[Trial]| rows.preliminary(measured(trials));
+    let outcome = repeat(subject, contenders, view, token, &mut trials, &mut repeated);
+    for row in measured(&trials) {
+        rows.row(row);
     }
     outcome
 }
 
 fn repeat(
     subject: &Subject,
-    setups: &[Setup],
+    contenders: &[Contender],
     view: &TraceView,
     token: &CancelToken,
     trials: &mut [Trial],
+    repeated: &mut dyn FnMut(&[Trial]),
 ) -> Result<(), LabError> {
-    let pools =
-        setups.iter().map(|setup| pool(setup.threads)).collect::<Result<Vec<_>, _>>().map_err(LabError::Refused)?;
+    let pools = contenders
+        .iter()
+        .map(|contender| pool(contender.setup.threads))
+        .collect::<Result<Vec<_>, _>>()
+        .map_err(LabError::Refused)?;
     let rounds = view.repeat.max(1);
     for round in 0..rounds {
-        for (index, ((setup, pool), trial)) in setups.iter().zip(&pools).zip(&mut *trials).enumerate() {
-            let token = token.part(round * setups.len() + index, rounds * setups.len());
-            pool.install(|| try_once(subject, setup, view, &token, trial))?;
+        for (index, (contender, pool)) in contenders.iter().zip(&pools).enumerate() {
+            let token = token.part(round * contenders.len() + index, rounds * contenders.len());
+            pool.install(|| try_once(subject, contender, view, &token, &mut trials[index]))?;
+            repeated(trials);
         }
     }
     Ok(())
 }
 
-/// One repetition of one setup. Only one tree exists at a time, so that the largest scene that can be shown can also be
+/// One repetition of one tree. Only one built tree exists at a time, so that the largest scene that can be shown can also be
 /// measured.
 fn try_once(
     subject: &Subject,
-    setup: &Setup,
+    contender: &Contender,
     view: &TraceView,
     token: &CancelToken,
     trial: &mut Trial,
 ) -> Result<(), LabError> {
-    let accel = Arc::new(Accel::build(&subject.scene, &setup.build, &token.part(0, 3))?);
+    let accel = match &contender.read {
+        Some(read) => Arc::clone(read),
+        None => Arc::new(Accel::build_binary(&subject.scene, &contender.setup.build, &token.part(0, 3))?),
+    };
+    accel.widen(&token.part(0, 3))?;
     let trace = trace_primary(&request(&accel, view), view.traversal, &token.part(1, 3))?;
     let first = if trial.first.is_none() {
         Some(First {
@@ -88,9 +136,11 @@ fn try_once(
             threads: rayon::current_num_threads(),
             report: accel.report.clone(),
             epo: accel.epo(token)?,
+            hashes: [fingerprint::of_tree(&accel.tree, token)?, fingerprint::of_wide_tree(&accel.wide().tree, token)?],
             wide_node_bytes: accel.wide().tree.node_bytes(),
             wide_triangle_bytes: accel.wide().tree.triangle_bytes(),
             wide_bytes_per_triangle: accel.wide().bytes_per_triangle(),
+            populations: populations(&accel, view, token)?,
         })
     } else {
         None
@@ -104,6 +154,18 @@ fn try_once(
     Ok(())
 }
 
+/// What the rays of each wanted population cost.
+fn populations(accel: &Arc<Accel>, view: &TraceView, token: &CancelToken) -> Result<Vec<MeasuredRays>, Cancelled> {
+    let settings = request(accel, view).settings;
+    let of = |population| {
+        let rays = ViewRays::new(population, view.camera, view.size, &settings);
+        // Progress is that of the repetition.
+        let token = token.part(2, 3);
+        MeasuredRays::new(population, accel, &rays.measure(accel, &token)?, &token)
+    };
+    view.populations.iter().map(of).collect()
+}
+
 fn request(accel: &Arc<Accel>, view: &TraceView) -> RenderRequest {
     RenderRequest {
         accel: Arc::clone(accel),
@@ -114,5 +176,65 @@ fn request(accel: &Arc<Accel>, view: &TraceView) -> RenderRequest {
         coarseness: 1.0,
         count_tests: false,
         hidden: None,
+    }
+}
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used, reason = "a test fails by panicking")]
+mod tests {
+    use super::*;
+    use crate::camera::Camera;
+    use crate::lab::population::Populations;
+    use crate::scene::{LoadOptions, SceneSource, load};
+    use bvhscope_engine::kernel::SimdLevel;
+    use bvhscope_engine::settings::{BuildSettings, Preset};
+    use bvhscope_engine::tree::ContainerKind;
+    use bvhscope_engine::tree::traverse::Traversal;
+
+    /// What a measurement passes, in order.
+    #[derive(Default)]
+    struct Passed {
+        preliminary: Vec<Vec<Measurement>>,
+        rows: Vec<Measurement>,
+    }
+
+    impl RowSink for Passed {
+        fn row(&mut self, row: Measurement) {
+            self.rows.push(row);
+        }
+
+        fn preliminary(&mut self, rows: Vec<Measurement>) {
+            assert!(self.rows.is_empty(), "all repetitions come before the first row");
+            self.preliminary.push(rows);
+        }
+    }
+
+    #[test]
+    fn rows_are_seen_after_each_repetition() {
+        let source = SceneSource::parse("builtin:cornell".as_ref()).unwrap();
+        let scene = Arc::new(load(&source, &LoadOptions::default(), &CancelToken::new()).unwrap());
+        let view = TraceView {
+            camera: Camera::framing(&scene.bounds, scene.up),
+            size: [8, 8],
+            traversal: Traversal::Ordered,
+            simd: SimdLevel::default(),
+            repeat: 2,
+            populations: Populations::ALL,
+        };
+        let subject = Subject { model: source.to_string(), scene, trees: Vec::new() };
+        let setups = ContainerKind::ALL.map(|container| Setup {
+            build: BuildSettings::preset(Preset::Fast, container),
+            preset: None,
+            threads: 1,
+        });
+        let mut passed = Passed::default();
+        measure("bench", &subject, &setups, &view, &CancelToken::new(), &mut passed).unwrap();
+        let containers = |rows: &[Measurement]| rows.iter().map(|row| row.container).collect::<Vec<_>>();
+        let all = ContainerKind::ALL.to_vec();
+        let seen: Vec<_> = passed.preliminary.iter().map(|rows| containers(rows)).collect();
+        assert_eq!(seen, [all[..1].to_vec(), all.clone(), all.clone(), all.clone()]);
+        assert_eq!(containers(&passed.rows), all);
+        // The last preliminary rows have all repetitions.
+        assert_eq!(passed.preliminary.last(), Some(&passed.rows));
     }
 }

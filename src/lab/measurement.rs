@@ -3,8 +3,9 @@
 use std::collections::BTreeMap;
 use std::time::Duration;
 
-use serde::{Deserialize, Serialize};
+use serde::{Deserialize, Deserializer, Serialize};
 
+use super::population::MeasuredRays;
 use bvhscope_engine::settings::{Curve, Passes};
 use bvhscope_engine::tree::ContainerKind;
 
@@ -13,7 +14,7 @@ pub use crate::threads::{available_threads, pool};
 /// The measurement of one tree. Field names are the JSON names.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Measurement {
-    /// The job that made it: "bench", "sweep", "scaling" or "compare".
+    /// The job that made it: "bench", "sweep", "scaling", "compare" or "diff".
     pub command: String,
     /// The model as the user named it.
     pub model: String,
@@ -21,6 +22,9 @@ pub struct Measurement {
     pub triangles: usize,
     /// Name of the builder.
     pub builder: String,
+    /// The file that holds the tree, where it was read: threshold, ε, curve and passes then mean nothing.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub tree: Option<String>,
     /// Name of the preset that the settings come from, if any.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub preset: Option<String>,
@@ -46,10 +50,17 @@ pub struct Measurement {
     pub height_px: u32,
     /// Number of repetitions behind each median.
     pub repeat: usize,
-    /// Median wall-clock time of a build in milliseconds.
+    /// Median wall-clock time of building the binary tree, in milliseconds: the paper's. NaN, in JSON null, where the file of the
+    /// tree does not say.
+    #[serde(deserialize_with = "nan_where_null")]
     pub build_ms: f64,
     /// Fastest and slowest build in milliseconds.
+    #[serde(deserialize_with = "nans_where_null")]
     pub build_ms_spread: [f64; 2],
+    /// Median wall-clock time from the triangles to everything that the fastest rays are traced through, in milliseconds: the
+    /// binary tree and the wide one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub ready_ms: Option<f64>,
     /// Median time of each build stage in milliseconds.
     pub build_stages_ms: BTreeMap<String, f64>,
     /// Millions of triangles built per second, from `build_ms`.
@@ -96,6 +107,12 @@ pub struct Measurement {
     /// Smallest, mean and largest number of primitives in a leaf.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub leaf_size: Option<[f64; 3]>,
+    /// Hash of the binary tree, 16 hexadecimal digits: the same on every machine.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub tree_hash: Option<String>,
+    /// Hash of the wide tree.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub wide_tree_hash: Option<String>,
     /// Bytes of nodes and primitive indices.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub tree_bytes: Option<usize>,
@@ -131,18 +148,37 @@ pub struct Measurement {
     /// Scaling: trace time with one thread divided by this one.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub trace_speedup: Option<f64>,
+    /// What rays of each population cost, where that was measured.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub populations: Vec<MeasuredRays>,
     /// Warnings of loading the model.
     #[serde(default)]
     pub warnings: Vec<String>,
 }
 
+fn nan_where_null<'de, D: Deserializer<'de>>(deserializer: D) -> Result<f64, D::Error> {
+    Option::<f64>::deserialize(deserializer).map(|number| number.unwrap_or(f64::NAN))
+}
+
+fn nans_where_null<'de, D: Deserializer<'de>>(deserializer: D) -> Result<[f64; 2], D::Error> {
+    <[Option<f64>; 2]>::deserialize(deserializer).map(|numbers| numbers.map(|number| number.unwrap_or(f64::NAN)))
+}
+
 impl Measurement {
+    /// Whether the tree was built by AAC with the row's settings.
+    pub fn is_aac(&self) -> bool {
+        self.builder == "aac" && self.tree.is_none()
+    }
+
     /// The preset, or else builder, curve and passes, as a short name.
     pub fn builder_name(&self) -> String {
         if let Some(preset) = &self.preset {
             return preset.clone();
         }
         let mut parts = vec![self.builder.clone()];
+        if self.tree.is_some() {
+            return parts.concat();
+        }
         if self.curve != Curve::Morton {
             parts.push(self.curve.name().to_owned());
         }

@@ -4,6 +4,7 @@
 //! [`measure()`].
 
 mod measurement;
+mod quantity;
 mod setup;
 mod trial;
 
@@ -11,6 +12,7 @@ mod measure;
 
 mod bench;
 mod compare;
+pub mod diff;
 mod scaling;
 mod sweep;
 
@@ -22,16 +24,28 @@ mod sample;
 pub mod paper;
 
 pub mod diagnose;
+pub mod scaffold;
+pub mod visit_scatter;
+
+pub mod node_values;
+pub mod population;
+pub mod prediction;
+
+pub mod icicle;
+pub mod merges;
+pub mod node_ranking;
 
 pub mod plot;
+pub mod ray;
 pub mod report_table;
 pub mod rows;
 
 pub use bench::bench;
 pub use compare::{compare, compared_setups};
 pub use job::Job;
-pub use measure::{LabError, measure};
+pub use measure::{LabError, RowSink, measure, measure_contenders};
 pub use measurement::{Measurement, available_threads, millis, pool};
+pub use quantity::{Quantity, Verdict};
 pub use scaling::scaling;
-pub use setup::{Setup, Subject, TraceView};
+pub use setup::{Contender, Setup, Subject, TraceView};
 pub use sweep::{SweepPlan, SweepPoint, sweep};

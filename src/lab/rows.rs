@@ -7,11 +7,12 @@ use serde_json::Value;
 use super::measurement::Measurement;
 
 /// CSV columns: the JSON names that all commands share, then the conditions of the measurement.
-const COLUMNS: [&str; 50] = [
+const COLUMNS: [&str; 55] = [
     "command",
     "model",
     "triangles",
     "builder",
+    "tree",
     "preset",
     "container",
     "threshold",
@@ -21,6 +22,7 @@ const COLUMNS: [&str; 50] = [
     "threads",
     "build_ms",
     "build_ms_spread",
+    "ready_ms",
     "build_stages_ms",
     "mtriangles_per_s",
     "trace_ms",
@@ -41,6 +43,8 @@ const COLUMNS: [&str; 50] = [
     "max_depth",
     "mean_leaf_depth",
     "leaf_size",
+    "tree_hash",
+    "wide_tree_hash",
     "tree_bytes",
     "triangle_bytes",
     "bytes_per_triangle",
@@ -57,6 +61,7 @@ const COLUMNS: [&str; 50] = [
     "width_px",
     "height_px",
     "repeat",
+    "populations",
     "warnings",
 ];
 
@@ -93,11 +98,11 @@ fn failed(error: impl std::fmt::Display) -> String {
 fn cell(value: &Value) -> String {
     match value {
         Value::String(text) => text.clone(),
-        // Sentences are separated by semicolons, numbers by spaces.
-        Value::Array(items) if items.iter().any(Value::is_string) => {
+        // Sentences and objects are separated by semicolons, numbers by spaces.
+        Value::Array(items) if items.iter().any(|item| item.is_string() || item.is_object()) => {
             items.iter().map(cell).collect::<Vec<_>>().join("; ")
         }
-        Value::Array(items) => items.iter().map(cell).collect::<Vec<_>>().join(" "),
+        Value::Array(items) => items.iter().map(cell).collect::<Vec<_>>().join(" ").trim().to_owned(),
         Value::Object(fields) => {
             fields.iter().map(|(name, value)| format!("{name}={}", cell(value))).collect::<Vec<_>>().join(" ")
         }
@@ -132,6 +137,7 @@ mod tests {
 
     #[test]
     fn csv_has_every_column_under_its_name() {
+        let sample = || Measurement { tree: Some("mine.bvh".to_owned()), ..sample() };
         let row = serde_json::to_value(sample()).unwrap();
         let mut unnamed: Vec<&String> = row.as_object().unwrap().keys().collect();
         unnamed.retain(|name| !COLUMNS.contains(&name.as_str()));
@@ -145,11 +151,28 @@ mod tests {
                 "leaf_size" => "1.0 2.5 7.0".to_owned(),
                 "optimize" => "collapse".to_owned(),
                 "build_stages_ms" => "sort=2.5 tree=13.5".to_owned(),
+                "populations" => {
+                    "cost=1.25 population=ao predicted_visits=2.5 rays=19 root_hits=17 visits=13".to_owned()
+                }
                 "warnings" => "2 faces skipped; 1 texture missing".to_owned(),
                 _ => row[name].as_str().map_or_else(|| row[name].to_string(), str::to_owned),
             };
             assert_eq!(*cell, expected, "{name}");
         }
+    }
+
+    #[test]
+    fn a_build_time_that_is_not_known_is_no_number() {
+        let unknown = Measurement { build_ms: f64::NAN, build_ms_spread: [f64::NAN; 2], ..sample() };
+        let mut text = Vec::new();
+        write_json_lines(std::slice::from_ref(&unknown), &mut text).unwrap();
+        let text = std::str::from_utf8(&text).unwrap();
+        assert!(text.contains("\"build_ms\":null,\"build_ms_spread\":[null,null]"), "{text}");
+        let read: Measurement = serde_json::from_str(text).unwrap();
+        assert!(read.build_ms.is_nan() && read.build_ms_spread.iter().all(|ms| ms.is_nan()));
+        let table = csv(&[unknown]);
+        let cell = |name: &str| &table[1][table[0].iter().position(|column| column == name).unwrap()];
+        assert_eq!((cell("build_ms").as_str(), cell("build_ms_spread").as_str()), ("", ""));
     }
 
     #[test]

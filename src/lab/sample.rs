@@ -1,8 +1,10 @@
-//! A made row for tests of everything that is calculated from rows: each number is another, so that no column passes for another.
+//! A made row for tests of everything that is calculated from rows: each number is another, so that no column passes for
+//! another.
 
 use serde_json::Value;
 
 use super::measurement::Measurement;
+use super::population::{MeasuredRays, Population};
 use bvhscope_engine::settings::{Curve, Pass, Passes};
 use bvhscope_engine::tree::ContainerKind;
 
@@ -13,6 +15,7 @@ pub(super) fn sample() -> Measurement {
         model: "models/thing.obj".to_owned(),
         triangles: 7001,
         builder: "aac".to_owned(),
+        tree: None,
         preset: Some("fast".to_owned()),
         container: ContainerKind::Aabb,
         threshold: 11,
@@ -26,6 +29,7 @@ pub(super) fn sample() -> Measurement {
         repeat: 5,
         build_ms: 20.0,
         build_ms_spread: [17.0, 23.0],
+        ready_ms: Some(23.75),
         build_stages_ms: [("sort".to_owned(), 2.5), ("tree".to_owned(), 13.5)].into(),
         mtriangles_per_s: Some(0.375),
         trace_ms: 50.0,
@@ -46,6 +50,8 @@ pub(super) fn sample() -> Measurement {
         max_depth: 31,
         mean_leaf_depth: Some(19.5),
         leaf_size: Some([1.0, 2.5, 7.0]),
+        tree_hash: Some("00c0ffee12345678".to_owned()),
+        wide_tree_hash: Some("fedcba9876543210".to_owned()),
         tree_bytes: Some(448_037),
         triangle_bytes: Some(252_037),
         bytes_per_triangle: 98.0,
@@ -58,11 +64,20 @@ pub(super) fn sample() -> Measurement {
         overlay_bytes: Some(56_003),
         speedup: Some(2.75),
         trace_speedup: Some(1.25),
+        populations: vec![MeasuredRays {
+            population: Population::AmbientOcclusion,
+            rays: 19,
+            root_hits: 17,
+            visits: 13,
+            predicted_visits: 2.5,
+            cost: 1.25,
+        }],
         warnings: vec!["2 faces skipped".to_owned(), "1 texture missing".to_owned()],
     }
 }
 
-/// Fails with the names of the columns in which two rows differ. Numbers may differ by the rounding of another order of operations.
+/// Fails with the names of the columns in which two rows differ. Numbers may differ by the rounding of another order of
+/// operations.
 pub(super) fn assert_same(found: &Measurement, expected: &Measurement) {
     let columns = |row| match serde_json::to_value(row) {
         Ok(Value::Object(columns)) => columns,
@@ -83,4 +98,14 @@ fn same(found: Option<&Value>, expected: Option<&Value>) -> bool {
         (Some(found), Some(expected)) => (found - expected).abs() <= 1e-12 * expected.abs(),
         _ => found == expected,
     }
+}
+
+/// A small scene with a real tree.
+#[allow(clippy::unwrap_used, reason = "a test fails by panicking")]
+pub(super) fn teapot() -> std::sync::Arc<crate::scene::Scene> {
+    use bvhscope_engine::cancel::CancelToken;
+
+    use crate::scene::{LoadOptions, SceneSource, load};
+    let source = SceneSource::Builtin { name: "teapot".to_owned(), size: Some(4) };
+    std::sync::Arc::new(load(&source, &LoadOptions::default(), &CancelToken::default()).unwrap())
 }

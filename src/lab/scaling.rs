@@ -1,6 +1,6 @@
 //! The measurements of the paper's figure 11: speed-up of building and tracing against the number of threads.
 
-use super::measure::{LabError, measure};
+use super::measure::{LabError, RowSink, measure};
 use super::measurement::Measurement;
 use super::setup::{Setup, Subject, TraceView};
 use crate::threads;
@@ -14,15 +14,35 @@ pub fn scaling(
     max_threads: usize,
     view: &TraceView,
     token: &CancelToken,
-    row: &mut dyn FnMut(Measurement),
+    rows: &mut dyn RowSink,
 ) -> Result<(), LabError> {
     let setups: Vec<Setup> =
         (1..=threads::count(max_threads.max(1))).map(|threads| Setup { threads, ..*setup }).collect();
-    let mut rows = Vec::new();
-    let outcome = measure("scaling", subject, &setups, view, token, &mut |row| rows.push(row));
-    add_speedups(&mut rows);
-    rows.into_iter().for_each(row);
+    let mut with_speedups = WithSpeedups { measured: Vec::new(), rows };
+    let outcome = measure("scaling", subject, &setups, view, token, &mut with_speedups);
+    let WithSpeedups { mut measured, rows } = with_speedups;
+    add_speedups(&mut measured);
+    for row in measured {
+        rows.row(row);
+    }
     outcome
+}
+
+/// Keeps the rows until all are measured, since each needs the first.
+struct WithSpeedups<'a> {
+    measured: Vec<Measurement>,
+    rows: &'a mut dyn RowSink,
+}
+
+impl RowSink for WithSpeedups<'_> {
+    fn row(&mut self, row: Measurement) {
+        self.measured.push(row);
+    }
+
+    fn preliminary(&mut self, mut rows: Vec<Measurement>) {
+        add_speedups(&mut rows);
+        self.rows.preliminary(rows);
+    }
 }
 
 /// Sets the speed-ups of `rows` over the first. One thread is measured first, so that rows completed before a cancellation have

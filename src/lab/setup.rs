@@ -2,6 +2,8 @@
 
 use std::sync::Arc;
 
+use super::population::Populations;
+use crate::accel::Accel;
 use crate::camera::Camera;
 use crate::scene::Scene;
 use bvhscope_engine::kernel::SimdLevel;
@@ -15,6 +17,8 @@ pub struct Subject {
     pub model: String,
     /// The scene.
     pub scene: Arc<Scene>,
+    /// Trees of the scene that files hold: measured by `bench` in place of others, by `compare` beside them.
+    pub trees: Vec<Arc<Accel>>,
 }
 
 /// A tree to measure.
@@ -26,6 +30,29 @@ pub struct Setup {
     pub preset: Option<Preset>,
     /// Threads for building and tracing; 0 for all.
     pub threads: usize,
+}
+
+/// A tree to measure: built anew for each repetition, or one that a file holds.
+#[derive(Debug, Clone)]
+pub struct Contender {
+    /// How it is built; of a tree from a file only the threads count, which trace it.
+    pub setup: Setup,
+    /// The tree from a file.
+    pub read: Option<Arc<Accel>>,
+}
+
+impl From<Setup> for Contender {
+    fn from(setup: Setup) -> Self {
+        Self { setup, read: None }
+    }
+}
+
+impl Contender {
+    /// The tree of a file, traced by `threads` threads, 0 for all.
+    pub fn of_file(accel: &Arc<Accel>, threads: usize) -> Self {
+        let setup = Setup { build: accel.settings, preset: None, threads };
+        Self { setup, read: Some(Arc::clone(accel)) }
+    }
 }
 
 /// The rays to trace and the number of repetitions.
@@ -41,4 +68,6 @@ pub struct TraceView {
     pub simd: SimdLevel,
     /// Repetitions of each measurement, at least 1.
     pub repeat: usize,
+    /// Rays whose cost is measured too, once for each tree; see [`ViewRays`](super::population::ViewRays).
+    pub populations: Populations,
 }

@@ -1,7 +1,6 @@
 //! The measurements of the paper's figures 9 and 10: build time, trace time and tests per ray against the threshold.
 
-use super::measure::{LabError, measure};
-use super::measurement::Measurement;
+use super::measure::{LabError, RowSink, measure};
 use super::setup::{Setup, Subject, TraceView};
 use bvhscope_engine::cancel::CancelToken;
 use bvhscope_engine::settings::{BuildSettings, BuilderKind, Curve, Passes};
@@ -56,7 +55,7 @@ pub fn sweep(
     point: SweepPoint,
     view: &TraceView,
     token: &CancelToken,
-    row: &mut dyn FnMut(Measurement),
+    rows: &mut dyn RowSink,
 ) -> Result<(), LabError> {
     let setups: Vec<Setup> = plan
         .containers
@@ -74,5 +73,5 @@ pub fn sweep(
             threads: plan.threads,
         })
         .collect();
-    measure("sweep", subject, &setups, view, token, row)
+    measure("sweep", subject, &setups, view, token, rows)
 }

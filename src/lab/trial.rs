@@ -4,7 +4,8 @@ use std::collections::BTreeMap;
 use std::time::Duration;
 
 use super::measurement::{Measurement, millions_per_second, millis};
-use super::setup::{Setup, Subject, TraceView};
+use super::population::MeasuredRays;
+use super::setup::{Contender, Subject, TraceView};
 use crate::render::{PrimaryTrace, TestSummary};
 use bvhscope_engine::BuildReport;
 use bvhscope_engine::stage_times::StageTimes;
@@ -28,10 +29,13 @@ pub(super) struct First {
     pub(super) threads: usize,
     pub(super) report: BuildReport,
     pub(super) epo: EndPointOverlap,
+    /// Of the binary tree and of the wide one.
+    pub(super) hashes: [u64; 2],
     pub(super) wide_node_bytes: usize,
     pub(super) wide_triangle_bytes: usize,
     pub(super) wide_bytes_per_triangle: f64,
     pub(super) tests: TestSummary,
+    pub(super) populations: Vec<MeasuredRays>,
 }
 
 impl Trial {
@@ -54,22 +58,33 @@ impl Trial {
         &self,
         command: &str,
         subject: &Subject,
-        setup: &Setup,
+        Contender { setup, read }: &Contender,
         view: &TraceView,
         first: &First,
     ) -> Measurement {
-        let (build_ms, build_ms_spread) = median(self.builds.iter().map(|stages| millis(stages.total())));
+        let (build_ms, build_ms_spread) = match read {
+            None => median(self.builds.iter().map(|stages| millis(stages.total()))),
+            Some(accel) => {
+                let ms = accel.build_ms().unwrap_or(f64::NAN);
+                (ms, [ms; 2])
+            }
+        };
         let (trace_ms, trace_ms_spread) = median(self.traces_ms.iter().copied());
+        let ready =
+            self.builds.iter().zip(&self.collapses_ms).map(|(build, collapse)| millis(build.total()) + collapse);
+        let (ready_ms, _) = median(ready);
         let (collapse_ms, _) = median(self.collapses_ms.iter().copied());
         let (wide_trace_ms, _) = median(self.wide_traces_ms.iter().copied());
         let First { report, tests, .. } = first;
+        let [tree_hash, wide_tree_hash] = first.hashes.map(|hash| Some(format!("{hash:016x}")));
         let stats = &report.stats;
         let triangles = subject.scene.triangles.len();
         Measurement {
             command: command.to_owned(),
             model: subject.model.clone(),
             triangles,
-            builder: setup.build.builder.name().to_owned(),
+            builder: read.as_ref().map_or(setup.build.builder.name().into(), |accel| accel.builder_name()).into_owned(),
+            tree: read.as_ref().and_then(|accel| accel.file.as_ref()).map(|file| file.path.display().to_string()),
             preset: setup.preset.map(|preset| preset.name().to_owned()),
             container: setup.build.container,
             threshold: setup.build.threshold,
@@ -83,8 +98,9 @@ impl Trial {
             repeat: self.builds.len(),
             build_ms,
             build_ms_spread,
+            ready_ms: Some(ready_ms),
             build_stages_ms: stage_medians(&self.builds),
-            mtriangles_per_s: Some(millions_per_second(triangles as u64, build_ms)),
+            mtriangles_per_s: (build_ms >= 0.0).then(|| millions_per_second(triangles as u64, build_ms)),
             trace_ms,
             trace_ms_spread,
             rays: tests.rays,
@@ -103,6 +119,8 @@ impl Trial {
             max_depth: stats.max_depth,
             mean_leaf_depth: Some(stats.mean_leaf_depth.into()),
             leaf_size: Some([stats.min_leaf_size.into(), stats.mean_leaf_size.into(), stats.max_leaf_size.into()]),
+            tree_hash,
+            wide_tree_hash,
             tree_bytes: Some(report.tree_bytes),
             triangle_bytes: Some(report.triangle_bytes),
             bytes_per_triangle: report.bytes_per_triangle(),
@@ -115,6 +133,7 @@ impl Trial {
             overlay_bytes: Some(Levels::bytes(stats.nodes)),
             speedup: None,
             trace_speedup: None,
+            populations: first.populations.clone(),
             warnings: subject.scene.warnings.entries.iter().map(ToString::to_string).collect(),
         }
     }
@@ -147,7 +166,9 @@ mod tests {
 
     use super::*;
     use crate::camera::{Camera, Projection};
-    use crate::lab::sample::assert_same;
+    use crate::lab::population::Populations;
+    use crate::lab::sample::{assert_same, sample};
+    use crate::lab::setup::Setup;
     use crate::scene::{FileLocation, Scene, SceneSource};
     use bvhscope_engine::geometry::Triangle;
     use bvhscope_engine::kernel::SimdLevel;
@@ -178,7 +199,7 @@ mod tests {
         let triangles = vec![Triangle { a: Vec3::ZERO, b: Vec3::X, c: Vec3::Y }; 7];
         let mut scene = Scene::from_triangles(SceneSource::default_builtin(), triangles);
         scene.warnings.add("faces skipped", || FileLocation::Line(3));
-        Subject { model: "a/model.obj".to_owned(), scene: Arc::new(scene) }
+        Subject { model: "a/model.obj".to_owned(), scene: Arc::new(scene), trees: Vec::new() }
     }
 
     /// Every number is another prime wherever it can be, so that each wrong formula gives another result.
@@ -187,12 +208,16 @@ mod tests {
             nodes: 13,
             leaves: 17,
             max_depth: 5,
+            min_leaf_depth: 1,
             mean_leaf_depth: 2.75,
             min_leaf_size: 2,
             mean_leaf_size: 3.5,
             max_leaf_size: 61,
             nodes_per_depth: vec![1, 2],
             leaf_size_histogram: vec![0, 59],
+            mean_arity: 2.0,
+            max_arity: 2,
+            arity_histogram: vec![0, 0, 6],
             sah_cost: 67.5,
         };
         First {
@@ -206,6 +231,8 @@ mod tests {
                 triangle_bytes: 7 * size_of::<Triangle>(),
             },
             epo: EndPointOverlap { value: 0.625, sampled: 5, triangles: 7, visited: 1013 },
+            hashes: [0x3fb, 0xfeed_0000_0000_03fd],
+            populations: sample().populations,
             wide_node_bytes: 331,
             wide_triangle_bytes: 337,
             wide_bytes_per_triangle: 95.5,
@@ -234,17 +261,24 @@ mod tests {
             curve: Curve::Hilbert,
             optimize: Passes::NONE.with(Pass::Collapse),
         };
-        let setup = Setup { build, preset: Some(Preset::Hq), threads: 83 };
+        let setup = Contender::from(Setup { build, preset: Some(Preset::Hq), threads: 83 });
         let camera =
             Camera { eye: Vec3::Z, target: Vec3::ZERO, up: Vec3::Y, fov_y: 1.0, projection: Projection::Perspective };
-        let view =
-            TraceView { camera, size: [103, 107], traversal: Traversal::Paper, simd: SimdLevel::best(), repeat: 109 };
+        let view = TraceView {
+            camera,
+            size: [103, 107],
+            traversal: Traversal::Paper,
+            simd: SimdLevel::best(),
+            repeat: 109,
+            populations: Populations::NONE,
+        };
         let found = trial.measurement("sweep", &subject, &setup, &view, &first());
         let expected = Measurement {
             command: "sweep".to_owned(),
             model: "a/model.obj".to_owned(),
             triangles: 7,
             builder: "aac".to_owned(),
+            tree: None,
             preset: Some("hq".to_owned()),
             container: ContainerKind::Sphere,
             threshold: 47,
@@ -259,6 +293,8 @@ mod tests {
             // Of 13, 34 and 22.
             build_ms: 22.0,
             build_ms_spread: [13.0, 34.0],
+            // Of 13 + 79, 34 + 71 and 22 + 73.
+            ready_ms: Some(95.0),
             build_stages_ms: [("tree".to_owned(), 17.0), ("flatten".to_owned(), 3.0)].into(),
             // 7 triangles in 22 ms.
             mtriangles_per_s: Some(7.0 / 22_000.0),
@@ -281,6 +317,8 @@ mod tests {
             max_depth: 5,
             mean_leaf_depth: Some(2.75),
             leaf_size: Some([2.0, 3.5, 61.0]),
+            tree_hash: Some("00000000000003fb".to_owned()),
+            wide_tree_hash: Some("feed0000000003fd".to_owned()),
             tree_bytes: Some(1009),
             triangle_bytes: Some(252),
             bytes_per_triangle: (1009.0 + 252.0) / 7.0,
@@ -294,6 +332,7 @@ mod tests {
             overlay_bytes: Some(52),
             speedup: None,
             trace_speedup: None,
+            populations: sample().populations,
             warnings: vec![subject.scene.warnings.entries[0].to_string()],
         };
         assert_same(&found, &expected);
@@ -304,11 +343,17 @@ mod tests {
         let none = PrimaryTrace { rays: 0, hits: 0, trace_time: Duration::ZERO };
         let mut trial = Trial::default();
         trial.record(&StageTimes::default(), &none, Duration::ZERO, &none);
-        let setup = Setup { build: BuildSettings::default(), preset: None, threads: 1 };
+        let setup = Contender::from(Setup { build: BuildSettings::default(), preset: None, threads: 1 });
         let camera =
             Camera { eye: Vec3::Z, target: Vec3::ZERO, up: Vec3::Y, fov_y: 1.0, projection: Projection::Perspective };
-        let view =
-            TraceView { camera, size: [1, 1], traversal: Traversal::Ordered, simd: SimdLevel::best(), repeat: 1 };
+        let view = TraceView {
+            camera,
+            size: [1, 1],
+            traversal: Traversal::Ordered,
+            simd: SimdLevel::best(),
+            repeat: 1,
+            populations: Populations::NONE,
+        };
         let row = trial.measurement("bench", &subject(), &setup, &view, &first());
         assert_eq!((row.mrays_per_s, row.wide_mrays_per_s, row.mtriangles_per_s), (0.0, Some(0.0), Some(0.0)));
     }

@@ -17,6 +17,8 @@ mod ramp;
 mod tint;
 
 #[cfg(feature = "gui")]
+mod enlarge;
+#[cfg(feature = "gui")]
 mod input;
 #[cfg(feature = "gui")]
 mod picture;
@@ -39,7 +41,7 @@ pub use input::{DrawInput, PictureInput};
 pub use node::{OverlayNode, Role};
 pub use node_table::{NodeTable, Shown};
 #[cfg(feature = "gui")]
-pub use offscreen::{OffscreenError, draw_offscreen};
+pub use offscreen::{Offscreen, OffscreenError, draw_offscreen};
 #[cfg(feature = "gui")]
 pub use picture::{step_within, thinned};
 #[cfg(feature = "gui")]

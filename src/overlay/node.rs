@@ -18,11 +18,11 @@ pub struct OverlayNode {
     pub sphere_radius: f32,
     /// Index of the node in the tree.
     pub node: u32,
-    /// Bit 0: leaf. Bits 8 to 10: [`Role`].
+    /// Bit 0: leaf. Bits 8 to 11: [`Role`].
     pub flags: u32,
     /// Surface area of the tree's own container relative to the root's, 0 to 1.
     pub area_share: f32,
-    /// Overlap with the sibling as a fraction of the node's own area, 0 to 1.
+    /// Overlap of the children as a fraction of the node's own area, 0 to 1; 0 for a leaf.
     pub overlap: f32,
 }
 
@@ -40,15 +40,33 @@ pub enum Role {
     SecondChild = 3,
     /// The node under the pointer.
     Hovered = 4,
+    /// The container that the present step of a recorded ray is about.
+    Traced = 5,
+    /// A container on the stack of that ray.
+    Waiting = 6,
+    /// What the children of the selected node have in common.
+    Overlap = 7,
+    /// A node of a tree that was read, out of whose parent it sticks, or out of which its triangles do.
+    Faulty = 8,
 }
 
 impl Role {
     /// All roles.
-    pub const ALL: [Self; 5] = [Self::Shown, Self::Selected, Self::FirstChild, Self::SecondChild, Self::Hovered];
+    pub const ALL: [Self; 9] = [
+        Self::Shown,
+        Self::Selected,
+        Self::FirstChild,
+        Self::SecondChild,
+        Self::Hovered,
+        Self::Traced,
+        Self::Waiting,
+        Self::Overlap,
+        Self::Faulty,
+    ];
     /// Lowest bit of the role in [`OverlayNode::flags`].
     pub const SHIFT: u32 = 8;
     /// Mask of the role's bits after the shift.
-    pub const MASK: u32 = 7;
+    pub const MASK: u32 = 15;
 
     /// The name in the shaders, as in `ROLE_SELECTED`.
     pub const fn shader_name(self) -> &'static str {
@@ -58,6 +76,10 @@ impl Role {
             Self::FirstChild => "FIRST_CHILD",
             Self::SecondChild => "SECOND_CHILD",
             Self::Hovered => "HOVERED",
+            Self::Traced => "TRACED",
+            Self::Waiting => "WAITING",
+            Self::Overlap => "OVERLAP",
+            Self::Faulty => "FAULTY",
         }
     }
 
@@ -69,6 +91,10 @@ impl Role {
             Self::FirstChild => Some([255, 217, 161]),
             Self::SecondChild => Some([231, 130, 79]),
             Self::Hovered => Some([255, 255, 255]),
+            Self::Traced => Some([70, 214, 255]),
+            Self::Waiting => Some([58, 126, 170]),
+            Self::Overlap => Some([255, 77, 148]),
+            Self::Faulty => Some([240, 40, 40]),
         }
     }
 }

@@ -14,28 +14,57 @@ pub enum OffscreenError {
     Device(String),
 }
 
-/// Draws picture and overlay into an image of the size of the viewport, whose origin is ignored: sRGB RGBA, 8 bits a channel, row by
-/// row from the top left.
-pub fn draw_offscreen(input: &DrawInput<'_>) -> Result<Vec<[u8; 4]>, OffscreenError> {
-    let (device, queue) = pollster::block_on(open_device(wgpu::Adapter::limits))?;
-    let [_, _, width, height] = input.viewport_px;
-    let limit = device.limits().max_texture_dimension_2d;
-    if width == 0 || height == 0 || width > limit || height > limit {
-        return Err(OffscreenError::Device(format!(
-            "the picture is {width}×{height} pixels; this driver draws 1 to {limit} pixels a side"
-        )));
+/// Format of the images.
+const FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba8Unorm;
+
+/// Draws any number of images with the same device.
+pub struct Offscreen {
+    device: wgpu::Device,
+    queue: wgpu::Queue,
+    pipeline: OverlayPipeline,
+}
+
+impl Offscreen {
+    /// Opens a device.
+    pub fn new() -> Result<Self, OffscreenError> {
+        let (device, queue) = pollster::block_on(open_device(wgpu::Adapter::limits))?;
+        // wgpu panics on errors outside of error scopes unless a handler is set.
+        device.on_uncaptured_error(std::sync::Arc::new(|error| log::error!("overlay: {error}")));
+        let pipeline = scoped(&device, || Ok(OverlayPipeline::new(&device, FORMAT)))?;
+        Ok(Self { device, queue, pipeline })
     }
-    // wgpu panics on errors outside of error scopes unless a handler is set.
-    device.on_uncaptured_error(std::sync::Arc::new(|error| log::error!("overlay: {error}")));
+
+    /// Draws picture and overlay into an image of the size of the viewport, whose origin is ignored: sRGB RGBA, 8 bits a channel, row by
+    /// row from the top left.
+    pub fn draw(&mut self, input: &DrawInput<'_>) -> Result<Vec<[u8; 4]>, OffscreenError> {
+        let [_, _, width, height] = input.viewport_px;
+        let limit = self.device.limits().max_texture_dimension_2d;
+        if width == 0 || height == 0 || width > limit || height > limit {
+            return Err(OffscreenError::Device(format!(
+                "the picture is {width}×{height} pixels; this driver draws 1 to {limit} pixels a side"
+            )));
+        }
+        let Self { device, queue, pipeline } = self;
+        scoped(device, || draw(device, queue, pipeline, input))
+    }
+}
+
+/// [`Offscreen::draw`] of a single image.
+pub fn draw_offscreen(input: &DrawInput<'_>) -> Result<Vec<[u8; 4]>, OffscreenError> {
+    Offscreen::new()?.draw(input)
+}
+
+/// Runs `work`; errors of the driver meanwhile become its error.
+fn scoped<T>(device: &wgpu::Device, work: impl FnOnce() -> Result<T, OffscreenError>) -> Result<T, OffscreenError> {
     let scopes = [wgpu::ErrorFilter::Internal, wgpu::ErrorFilter::OutOfMemory, wgpu::ErrorFilter::Validation]
         .map(|filter| device.push_error_scope(filter));
-    let drawn = draw(&device, &queue, input);
+    let done = work();
     for scope in scopes.into_iter().rev() {
         if let Some(error) = pollster::block_on(scope.pop()) {
             return Err(OffscreenError::Device(error.to_string()));
         }
     }
-    drawn
+    done
 }
 
 /// Any adapter, software ones included. OpenGL comes last because probing for it prints errors on machines without a display.
@@ -69,17 +98,21 @@ pub(super) async fn open_device(
     adapter.request_device(&descriptor).await.map_err(|error| OffscreenError::Device(error.to_string()))
 }
 
-fn draw(device: &wgpu::Device, queue: &wgpu::Queue, input: &DrawInput<'_>) -> Result<Vec<[u8; 4]>, OffscreenError> {
+fn draw(
+    device: &wgpu::Device,
+    queue: &wgpu::Queue,
+    pipeline: &mut OverlayPipeline,
+    input: &DrawInput<'_>,
+) -> Result<Vec<[u8; 4]>, OffscreenError> {
     let [_, _, width, height] = input.viewport_px;
     let size = wgpu::Extent3d { width, height, depth_or_array_layers: 1 };
-    let format = wgpu::TextureFormat::Rgba8Unorm;
     let target = device.create_texture(&wgpu::TextureDescriptor {
         label: Some("overlay target"),
         size,
         mip_level_count: 1,
         sample_count: 1,
         dimension: wgpu::TextureDimension::D2,
-        format,
+        format: FORMAT,
         usage: wgpu::TextureUsages::RENDER_ATTACHMENT | wgpu::TextureUsages::COPY_SRC,
         view_formats: &[],
     });
@@ -98,7 +131,6 @@ fn draw(device: &wgpu::Device, queue: &wgpu::Queue, input: &DrawInput<'_>) -> Re
         mapped_at_creation: false,
     });
 
-    let mut pipeline = OverlayPipeline::new(device, format);
     let input = DrawInput { viewport_px: [0, 0, width, height], ..*input };
     pipeline.prepare(device, queue, &input);
     let mut encoder = device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());

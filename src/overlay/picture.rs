@@ -1,23 +1,22 @@
 //! The traced picture and its depth as GPU textures.
 
+use crate::overlay::enlarge::{enlarged, factor};
 use crate::overlay::input::PictureInput;
 
 /// Colour and depth textures of the picture uploaded last.
 pub struct PictureTextures {
     /// Id of the uploaded picture; `None` for the placeholder.
     pub id: Option<u64>,
-    /// Width and height in texels.
-    pub size: [u32; 2],
-    /// sRGB bytes in a format without decoding.
+    /// sRGB bytes in a format without decoding. Larger than `depth` where the picture is coarse.
     pub color: wgpu::Texture,
     /// Linear view depth in world units.
     pub depth: wgpu::Texture,
 }
 
 impl PictureTextures {
-    /// Textures of `size` with undefined content.
-    fn sized(device: &wgpu::Device, size: [u32; 2]) -> Self {
-        let texture = |label, format| {
+    /// Textures with undefined content: `size` is the depth's, and the colours are `factor` times as large along each side.
+    fn sized(device: &wgpu::Device, size: [u32; 2], factor: u32) -> Self {
+        let texture = |label, format, size: [u32; 2]| {
             device.create_texture(&wgpu::TextureDescriptor {
                 label: Some(label),
                 size: wgpu::Extent3d { width: size[0], height: size[1], depth_or_array_layers: 1 },
@@ -31,19 +30,19 @@ impl PictureTextures {
         };
         Self {
             id: None,
-            size,
-            color: texture("overlay picture", wgpu::TextureFormat::Rgba8Unorm),
-            depth: texture("overlay depth", wgpu::TextureFormat::R32Float),
+            color: texture("overlay picture", wgpu::TextureFormat::Rgba8Unorm, size.map(|side| side * factor)),
+            depth: texture("overlay depth", wgpu::TextureFormat::R32Float, size),
         }
     }
 
     /// One black texel until the first picture arrives; wgpu clears it.
     pub fn placeholder(device: &wgpu::Device) -> Self {
-        Self::sized(device, [1, 1])
+        Self::sized(device, [1, 1], 1)
     }
 
     /// Uploads `picture` unless it is the one uploaded last. Returns whether the textures were recreated. A picture without
-    /// pixels is ignored; one larger than the device's texture limit is subsampled to fit.
+    /// pixels is ignored; one larger than the device's texture limit is subsampled to fit, and a coarse
+    /// one enlarged.
     pub fn upload(&mut self, device: &wgpu::Device, queue: &wgpu::Queue, picture: &PictureInput<'_>) -> bool {
         let [width, height] = [picture.width_px as usize, picture.height_px as usize];
         let whole = width > 0 && picture.rgba.len() == width * height && picture.depth.len() == width * height;
@@ -53,11 +52,17 @@ impl PictureTextures {
         let limit = device.limits().max_texture_dimension_2d.max(1) as usize;
         let step = step_within(limit, [width, height]);
         let size = [width.div_ceil(step) as u32, height.div_ceil(step) as u32];
-        let renewed = size != self.size;
+        let factor = Some(factor(picture.coarseness)).filter(|factor| width.max(height) * factor <= limit).unwrap_or(1);
+        let color_size = size.map(|side| side * factor as u32);
+        let renewed = [&self.color, &self.depth].map(size_of_texture) != [color_size, size];
         if renewed {
-            *self = Self::sized(device, size);
+            *self = Self::sized(device, size, factor as u32);
         }
-        if step == 1 {
+        if factor > 1 {
+            let large = enlarged(picture.rgba, [width, height], factor);
+            write(queue, &self.color, color_size, bytemuck::cast_slice(&large));
+            write(queue, &self.depth, size, bytemuck::cast_slice(picture.depth));
+        } else if step == 1 {
             write(queue, &self.color, size, bytemuck::cast_slice(picture.rgba));
             write(queue, &self.depth, size, bytemuck::cast_slice(picture.depth));
         } else {
@@ -71,6 +76,11 @@ impl PictureTextures {
         self.id = Some(picture.id);
         renewed
     }
+}
+
+/// Width and height in texels.
+pub fn size_of_texture(texture: &wgpu::Texture) -> [u32; 2] {
+    [texture.width(), texture.height()]
 }
 
 /// The smallest step such that every `step`th pixel of a picture of `size` fits a texture of `limit` texels a side.
@@ -118,7 +128,7 @@ mod tests {
             let (rgba, depth) = (vec![[7; 4]; count], vec![1.0; count]);
             let picture = PictureInput { id, width_px, height_px, coarseness: 1.0, rgba: &rgba, depth: &depth };
             assert!(textures.upload(&device, &queue, &picture), "{width_px}×{height_px}");
-            assert_eq!(textures.size, expected);
+            assert_eq!(size_of_texture(&textures.color), expected);
         }
         assert_eq!(pollster::block_on(scope.pop()).map(|error| error.to_string()), None);
     }

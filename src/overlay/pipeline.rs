@@ -9,7 +9,7 @@ use crate::overlay::highlight::highlighted;
 use crate::overlay::input::DrawInput;
 use crate::overlay::node::OverlayNode;
 use crate::overlay::node_table::{NodeTable, Shown};
-use crate::overlay::picture::PictureTextures;
+use crate::overlay::picture::{PictureTextures, size_of_texture};
 use crate::overlay::settings::OverlaySettings;
 use crate::overlay::uniforms::ViewUniforms;
 
@@ -29,6 +29,7 @@ struct Key {
 
 /// All GPU objects of the overlay; lives in egui's callback resources or in an offscreen renderer.
 pub struct OverlayPipeline {
+    format: wgpu::TextureFormat,
     layout: wgpu::BindGroupLayout,
     bind_group: wgpu::BindGroup,
     /// For pictures of the viewport's size, and for smaller ones.
@@ -49,6 +50,9 @@ pub struct OverlayPipeline {
     outlined: u32,
     /// Highlighted nodes, in a buffer of their own because they change with each movement of the pointer.
     marked: Instances,
+    /// What the children of the selected node have in common, and whether that is a sphere.
+    overlap: Instances,
+    overlap_is_sphere: bool,
     /// Whether boxes and whether spheres are drawn of the shown and of the highlighted nodes.
     shown_kinds: [bool; 2],
     marked_kinds: [bool; 2],
@@ -91,6 +95,7 @@ impl OverlayPipeline {
         let picture = PictureTextures::placeholder(device);
         let bind_group = bind_group(device, &layout, &uniforms, &picture, &sampler);
         Self {
+            format,
             layout,
             bind_group,
             picture_pipelines: pipelines.pictures,
@@ -107,6 +112,8 @@ impl OverlayPipeline {
             shown: Instances::default(),
             outlined: 0,
             marked: Instances::default(),
+            overlap: Instances::default(),
+            overlap_is_sphere: false,
             shown_kinds: [false; 2],
             marked_kinds: [false; 2],
             shown_circles: 4,
@@ -115,18 +122,23 @@ impl OverlayPipeline {
         }
     }
 
+    /// The format of the render targets that it draws to.
+    pub const fn format(&self) -> wgpu::TextureFormat {
+        self.format
+    }
+
     /// Uploads what changed since the last draw: the picture if its id is new, the instances if table, settings or the list of
     /// shown nodes changed, and the uniforms.
     pub fn prepare(&mut self, device: &wgpu::Device, queue: &wgpu::Queue, input: &DrawInput<'_>) {
         if self.picture.upload(device, queue, &input.picture) {
             self.bind_group = bind_group(device, &self.layout, &self.uniforms, &self.picture, &self.sampler);
         }
-        self.smooth = self.picture.size != [input.viewport_px[2], input.viewport_px[3]];
-        match input.table {
-            Some(table) => self.upload_instances(device, queue, table, input),
-            None => {
-                (self.shown.count, self.marked.count, self.outlined, self.key) = (0, 0, 0, None);
-            }
+        self.smooth = size_of_texture(&self.picture.color) != [input.viewport_px[2], input.viewport_px[3]];
+        if let Some(table) = input.table {
+            self.upload_instances(device, queue, table, input);
+        } else {
+            (self.shown.count, self.marked.count, self.outlined, self.key) = (0, 0, 0, None);
+            self.overlap.count = 0;
         }
         let view = ViewUniforms::new(input, self.circle_segments);
         queue.write_buffer(&self.uniforms, 0, bytemuck::bytes_of(&view));
@@ -153,6 +165,7 @@ impl OverlayPipeline {
         if self.faces {
             self.paint_faces(pass);
         }
+        self.paint_overlap(pass);
         for (instances, range, [boxes, spheres], circles) in lists {
             let Some(buffer) = instances.buffer.as_ref().filter(|_| !range.is_empty()) else { continue };
             pass.set_vertex_buffer(0, buffer.slice(..));
@@ -182,6 +195,16 @@ impl OverlayPipeline {
         }
     }
 
+    /// Fills what the children of the selected node have in common.
+    fn paint_overlap(&self, pass: &mut wgpu::RenderPass<'static>) {
+        let Some(buffer) = self.overlap.buffer.as_ref().filter(|_| self.overlap.count > 0) else { return };
+        let kind = usize::from(self.overlap_is_sphere);
+        let pieces = [BOX_FACES, self.circle_segments][kind];
+        pass.set_vertex_buffer(0, buffer.slice(..));
+        pass.set_pipeline(&self.face_pipelines[kind]);
+        pass.draw_indexed(0..pieces * QUAD.len() as u32, 0, 0..self.overlap.count);
+    }
+
     fn upload_instances(
         &mut self,
         device: &wgpu::Device,
@@ -203,6 +226,7 @@ impl OverlayPipeline {
             hidden_alpha: 0.0,
             line_width: 1.0,
             faces: false,
+            overlap: false,
             show_boxes,
             show_spheres,
             ..input.settings
@@ -216,6 +240,10 @@ impl OverlayPipeline {
             })
             .collect();
         self.marked.upload(device, queue, &marked);
+        let selected = input.selection.selected.filter(|&node| input.settings.overlap && (node as usize) < table.len());
+        let overlap = selected.map_or_else(Vec::new, |node| table.overlap_instances(node));
+        self.overlap.upload(device, queue, &overlap);
+        self.overlap_is_sphere = table.container_kind() == ContainerKind::Sphere;
         if self.shown_kinds == [false, false] {
             (self.shown.count, self.outlined, self.key) = (0, 0, None);
             return;

@@ -94,7 +94,7 @@ pub fn legend(settings: &OverlaySettings, table: &NodeTable, shown: &Shown) -> L
         }
         ColorBy::Overlap => {
             let stops = [0, 25, 50, 75, 100].map(|percent| (percent as f32 / 100.0, format!("{percent} %")));
-            Legend { title: "Overlap with the sibling", stops: stops.to_vec(), drawn: None }
+            Legend { title: "Overlap of the children", stops: stops.to_vec(), drawn: None }
         }
         ColorBy::Primitives => {
             let powers = (0..10).map(|exponent| 10_u32.pow(exponent));

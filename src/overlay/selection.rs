@@ -1,6 +1,9 @@
-//! Which nodes are selected, hovered and hidden.
+//! Which nodes are selected, hovered, traced and hidden.
 
 use std::collections::HashSet;
+use std::sync::Arc;
+
+use crate::visibility::TriangleSet;
 
 /// The selected, hovered and hidden nodes of one tree, by node index.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
@@ -13,11 +16,22 @@ pub struct Selection {
     pub hidden: HashSet<u32>,
     /// The node outside of whose subtree everything is left out.
     pub isolated: Option<u32>,
+    /// The container that the present step of a recorded ray is about.
+    pub traced: Option<u32>,
+    /// The containers on that ray's stack.
+    pub waiting: Vec<u32>,
+    /// Triangles all others of which are left out, with the nodes that hold none of them.
+    pub only: Option<Arc<TriangleSet>>,
 }
 
 impl Selection {
+    /// Whether a recorded ray marks nodes.
+    pub fn has_ray(&self) -> bool {
+        self.traced.is_some() || !self.waiting.is_empty()
+    }
+
     /// Whether anything is left out.
     pub fn hides_any(&self) -> bool {
-        !self.hidden.is_empty() || self.isolated.is_some()
+        !self.hidden.is_empty() || self.isolated.is_some() || self.only.is_some()
     }
 }

@@ -12,7 +12,7 @@ pub enum ColorBy {
     Depth = 0,
     /// Surface area relative to the root's, logarithmic.
     Size = 1,
-    /// Overlap with the sibling as a fraction of the node's own area.
+    /// Overlap of the children as a fraction of the node's own area.
     Overlap = 2,
     /// Number of primitives in the subtree, logarithmic.
     Primitives = 3,
@@ -104,6 +104,8 @@ pub struct OverlaySettings {
     pub hide_triangles: bool,
     /// Fills the sides of containers that face the viewer, faintly.
     pub faces: bool,
+    /// Fills what the children of the selected node have in common, seen through the surface.
+    pub overlap: bool,
     /// Maximum number of containers drawn of each kind; the largest are kept. `None` for what the graphics adapter bears.
     pub budget: Option<u32>,
 }
@@ -122,6 +124,7 @@ impl Default for OverlaySettings {
             line_width: 1.25,
             hide_triangles: true,
             faces: false,
+            overlap: false,
             budget: None,
         }
     }

@@ -3,15 +3,18 @@
 use glam::{Vec2, Vec3};
 
 use crate::camera::{Camera, Projection};
+use crate::section::SectionPlane;
 use bvhscope_engine::geometry::Aabb;
 
-/// A camera and the size of its picture.
+/// What is seen: a camera, the size of its picture, and the section plane.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Viewpoint {
     /// The camera.
     pub camera: Camera,
     /// Width and height of the picture in pixels, at least 1.
     pub size_px: [u32; 2],
+    /// The plane that cuts the containers open.
+    pub section: Option<SectionPlane>,
 }
 
 /// A container's size on screen.
@@ -83,10 +86,13 @@ mod tests {
             fov_y: std::f32::consts::FRAC_PI_2,
             projection: Projection::Perspective,
         };
-        let perspective = Viewpoint { camera, size_px: [300, 100] }.measure();
-        let orthographic =
-            Viewpoint { camera: Camera { projection: Projection::Orthographic, ..camera }, size_px: [300, 100] }
-                .measure();
+        let perspective = Viewpoint { camera, size_px: [300, 100], section: None }.measure();
+        let orthographic = Viewpoint {
+            camera: Camera { projection: Projection::Orthographic, ..camera },
+            size_px: [300, 100],
+            section: None,
+        }
+        .measure();
         let size = |measure: &Measure, at: Vec3| measure.extent(&cube_at(at)).diameter_px;
         // The picture is 20 units high at the target: a sphere of radius √3 takes √3 / 10 of its 100 pixels.
         let expected = 3.0_f32.sqrt() * 10.0;

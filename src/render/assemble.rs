@@ -4,6 +4,7 @@ use bvhscope_engine::cancel::{CancelToken, Cancelled};
 use glam::Vec3;
 use rayon::prelude::*;
 
+use super::adaptation::Metered;
 use super::edges;
 use super::frame::{Frame, FrameStats};
 use super::grid::Grid;
@@ -70,20 +71,20 @@ pub(super) fn radiance(
     Rows { grid, pixels, token }.list(|pixel| pixel.linear(samples))
 }
 
-/// Resolves `pixels` of all tiles after `samples` samples into a frame exposed by `exposure_stops`; values are coloured, edges
+/// Resolves `pixels` of all tiles after `samples` samples into a frame shown with `metered`; values are coloured, edges
 /// drawn over them.
 pub(super) fn assemble(
     request: &RenderRequest,
     grid: &Grid,
     pixels: &[Vec<Pixel>],
     samples: u32,
-    exposure_stops: f32,
+    (metered, is_adapted): (Metered, bool),
     stats: FrameStats,
     token: &CancelToken,
 ) -> Result<Frame, Cancelled> {
     let settings = request.settings;
     let rows = Rows { grid, pixels, token };
-    let (exposure, encoder) = (exposure_stops.exp2(), Encoder::new());
+    let (exposure, encoder) = (metered.stops.exp2(), Encoder::new());
     let mut frame = Frame {
         width_px: grid.width,
         height_px: grid.height,
@@ -95,7 +96,9 @@ pub(super) fn assemble(
         values: Vec::new(),
         value_range: [0.0, 1.0],
         samples,
-        exposure_stops,
+        exposure_stops: metered.stops,
+        openness: metered.openness,
+        is_adapted,
         camera: request.camera,
         settings,
         stats,

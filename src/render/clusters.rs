@@ -12,13 +12,14 @@ use bvhscope_engine::tree::{Container, Tree};
 /// Poll for cancellation every this many nodes.
 const CHECK_EVERY: usize = 1 << 16;
 
-/// The ancestor at `depth` of each primitive, or its leaf if that lies above.
+/// The ancestor at `depth` of each primitive, or its leaf if that lies above; the root for a primitive that no leaf holds.
 pub fn cluster_of_primitives<C: Container>(
     tree: &Tree<C>,
     depth: u32,
     token: &CancelToken,
 ) -> Result<Vec<u32>, Cancelled> {
-    let mut of_primitive = vec![0; tree.primitive_indices.len()];
+    let count = tree.primitive_indices.iter().max().map_or(0, |&last| last as usize + 1);
+    let mut of_primitive = vec![0; count];
     // Parents come before their children, so one forward pass propagates depth and cluster.
     let mut of_node = vec![(0_u32, 0_u32); tree.nodes.len()];
     for (index, node) in tree.nodes.iter().enumerate() {
@@ -26,14 +27,11 @@ pub fn cluster_of_primitives<C: Container>(
             token.check()?;
         }
         let (own_depth, cluster) = of_node[index];
-        if node.is_leaf() {
-            for &primitive in &tree.primitive_indices[node.first as usize..(node.first + node.count) as usize] {
-                of_primitive[primitive as usize] = cluster;
-            }
-        } else {
-            for child in [node.first, node.first + 1] {
-                of_node[child as usize] = (own_depth + 1, if own_depth < depth { child } else { cluster });
-            }
+        for &primitive in &tree.primitive_indices[node.slots()] {
+            of_primitive[primitive as usize] = cluster;
+        }
+        for child in node.children() {
+            of_node[child as usize] = (own_depth + 1, if own_depth < depth { child } else { cluster });
         }
     }
     Ok(of_primitive)

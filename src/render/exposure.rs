@@ -4,13 +4,17 @@
 use glam::Vec3;
 use rayon::prelude::*;
 
+use super::adaptation::Metered;
+use super::ambient_occlusion::around;
 use super::lit::{Bounce, Lit, bounced_light};
 use super::request::RenderRequest;
 use super::sampling::SampleId;
 use super::settings::Exposure;
-use super::surface;
+use super::surface::{self, Orientation};
 use super::trace_context::TraceContext;
+use crate::scene::Scene;
 use bvhscope_engine::cancel::{CancelToken, Cancelled};
+use bvhscope_engine::geometry::{Hit, Ray};
 use bvhscope_engine::tree::Container;
 
 /// Columns and rows of the grid of metered points.
@@ -30,15 +34,6 @@ const PALE: f32 = 0.3;
 const MAX_DARKENING: f32 = 0.6;
 /// Light of the darkest points, so that their logarithm is finite.
 const DARKEST: f32 = 1e-4;
-
-/// What the meter measured.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Metered {
-    /// Exposure in stops.
-    pub(super) stops: f32,
-    /// Light of the sky that arrives at the surfaces in view as a fraction of an open sky.
-    pub(super) openness: Vec3,
-}
 
 /// Sums over metered points.
 #[derive(Debug, Clone, Copy, Default)]
@@ -72,14 +67,12 @@ pub(super) fn meter<C: Container>(
         .into_par_iter()
         .map(|row| {
             token.check()?;
-            Ok((0..GRID[0]).fold(Sums::default(), |sums, column| {
-                sums.plus(meter_point(context, lit, request, [column, row]).unwrap_or_default())
-            }))
+            Ok(meter_row(context, lit, request, row))
         })
         .collect::<Result<_, Cancelled>>()?;
     let sums = rows.into_iter().fold(Sums::default(), Sums::plus);
     if sums.points == 0.0 {
-        return Ok(Metered { stops: 0.0, openness: Vec3::ONE });
+        return Ok(Metered::NOTHING);
     }
     let light = (sums.log_light / sums.points).exp2();
     Ok(Metered { stops: stops(light, request.settings.exposure), openness: sums.ambient / sums.open })
@@ -100,51 +93,77 @@ fn stops(light: f32, exposure: Exposure) -> f32 {
     }
 }
 
-/// Light at the surface behind one point of the grid; `None` on the background and on surfaces that take no light.
-fn meter_point<C: Container>(
-    context: &TraceContext<C>,
-    lit: &Lit,
-    request: &RenderRequest,
-    [column, row]: [u32; 2],
-) -> Option<Sums> {
+/// A point of the grid on a surface that takes light.
+struct MeterPoint {
+    hit: Hit,
+    orientation: Orientation,
+    /// Direction and light of the key light, times the cosine between the direction and the normal.
+    key: (Vec3, Vec3),
+}
+
+/// Sums over a row of the grid.
+fn meter_row<C: Container>(context: &TraceContext<C>, lit: &Lit, request: &RenderRequest, row: u32) -> Sums {
     let at = |index: u32, count: u32, size: u32| (index as f32 + 0.5) / count as f32 * size.max(1) as f32;
-    let ray = context.camera.ray(at(column, GRID[0], request.width_px), at(row, GRID[1], request.height_px));
-    let hit = context.closest(&ray).filter(|hit| !context.scene.material(hit.primitive_index).unlit)?;
-    let orientation = context.orientation(&ray, &hit);
-    let position = surface::position(context.scene, &hit);
-    let open = lit.lights.sky(orientation.smooth);
-    let mut shadow_rays = Vec::new();
-    let mut ambient = Vec3::ZERO;
-    for sample in 0..RAYS {
-        let id = SampleId { x: column, y: row, sample };
-        ambient += match lit.trace_ambient(context, position, &orientation, id, &mut shadow_rays) {
+    let y = at(row, GRID[1], request.height_px);
+    let rays: Vec<Ray> =
+        (0..GRID[0]).map(|column| context.camera.ray(at(column, GRID[0], request.width_px), y)).collect();
+    let mut hits = vec![None; rays.len()];
+    context.closest_hits(&rays, &mut hits);
+    // The rays of a kind of all points are traced together.
+    let (mut points, mut bounces) = (Vec::new(), Vec::new());
+    for ((ray, hit), column) in rays.into_iter().zip(hits).zip(0..) {
+        let Some(hit) = hit.filter(|hit| !context.scene.material(hit.primitive_index).unlit) else { continue };
+        let orientation = context.orientation(&ray, &hit);
+        let position = surface::position(context.scene, &hit);
+        let id = SampleId { x: column, y: row, sample: 0 };
+        bounces.extend(around(context, position, &orientation, f32::INFINITY, RAYS, id));
+        let (towards, key) = lit.lights.key(-ray.direction);
+        points.push(MeterPoint { hit, orientation, key: (towards, key * orientation.smooth.dot(towards).max(0.0)) });
+    }
+    let mut bounce_hits = vec![None; bounces.len()];
+    context.closest_hits(&bounces, &mut bounce_hits);
+    // Those to the sun first, if there is one.
+    let suns = if lit.lights.sun().is_some() { &points[..] } else { &[] };
+    let to_sun = |MeterPoint { orientation, key, .. }: &MeterPoint| {
+        context.ray_from(orientation.lifted, orientation.geometric, key.0, f32::INFINITY)
+    };
+    let mut shadow_rays: Vec<Ray> = suns.iter().map(to_sun).collect();
+    let bounced: Vec<Option<Bounce>> =
+        bounces.iter().zip(bounce_hits).map(|(ray, hit)| lit.bounce(context, ray, hit, &mut shadow_rays)).collect();
+    let mut blocked = vec![false; shadow_rays.len()];
+    context.are_blocked(&shadow_rays, &mut blocked);
+    let (key_blocked, bounces_blocked) = blocked.split_at(suns.len());
+    let mut bounces_blocked = bounces_blocked.iter();
+    let mut sums = Sums::default();
+    for ((index, point), bounced) in points.iter().enumerate().zip(bounced.chunks(RAYS as usize)) {
+        let open = lit.lights.sky(point.orientation.smooth);
+        let arriving = bounced.iter().map(|bounce| match bounce {
             None => open,
-            Some(Bounce { light, sun }) => {
-                let is_lit = shadow_rays.pop().is_some_and(|ray| !context.is_blocked(&ray));
-                bounced_light(light + sun.filter(|_| is_lit).unwrap_or_default(), open)
+            Some(Bounce { light, sun: Some(sun) }) if bounces_blocked.next() == Some(&false) => {
+                bounced_light(*light + *sun, open)
             }
-        };
+            Some(Bounce { light, .. }) => bounced_light(*light, open),
+        });
+        let ambient = arriving.sum::<Vec3>() / RAYS as f32;
+        let is_lit = key_blocked.get(index) != Some(&true);
+        sums = sums.plus(point.sums(context.scene, ambient, open, is_lit));
     }
-    ambient /= RAYS as f32;
-    let (towards_key, key) = lit.lights.key(-ray.direction);
-    let facing = orientation.smooth.dot(towards_key).max(0.0);
-    let reaches = facing > 0.0
-        && (lit.lights.sun().is_none()
-            || !context.is_blocked(&context.ray_from(
-                orientation.lifted,
-                orientation.geometric,
-                towards_key,
-                f32::INFINITY,
-            )));
-    let light = if reaches { ambient + key * facing } else { ambient };
-    // Luminance of linear sRGB (ITU-R BT.709).
-    let luminance = |color: Vec3| color.dot(Vec3::new(0.2126, 0.7152, 0.0722));
-    let color = surface::base_color(context.scene, context.scene.material(hit.primitive_index), &hit);
-    let luminance = luminance(light) * (luminance(color) / PALE).sqrt().clamp(MAX_DARKENING, 1.0);
-    if !luminance.is_finite() {
-        return None;
+    sums
+}
+
+impl MeterPoint {
+    /// The sums of this point alone, where the key light arrives if it `is_lit`; zeros where its light is not finite.
+    fn sums(&self, scene: &Scene, ambient: Vec3, open: Vec3, is_lit: bool) -> Sums {
+        let light = if is_lit { ambient + self.key.1 } else { ambient };
+        // Luminance of linear sRGB (ITU-R BT.709).
+        let luminance = |color: Vec3| color.dot(Vec3::new(0.2126, 0.7152, 0.0722));
+        let color = surface::base_color(scene, scene.material(self.hit.primitive_index), &self.hit);
+        let luminance = luminance(light) * (luminance(color) / PALE).sqrt().clamp(MAX_DARKENING, 1.0);
+        if !luminance.is_finite() {
+            return Sums::default();
+        }
+        Sums { points: 1.0, log_light: luminance.max(DARKEST).log2(), ambient, open }
     }
-    Some(Sums { points: 1.0, log_light: luminance.max(DARKEST).log2(), ambient, open })
 }
 
 #[cfg(test)]

@@ -2,6 +2,9 @@
 
 use std::time::Duration;
 
+use glam::Vec3;
+
+use super::adaptation::Metered;
 use super::settings::RenderSettings;
 use crate::camera::Camera;
 
@@ -30,6 +33,12 @@ pub struct Frame {
     pub samples: u32,
     /// Exposure of lit shading in stops, set or metered; 0 in other modes.
     pub exposure_stops: f32,
+    /// Light of the sky that arrives at the surfaces in view, which the first sample of lit shading is shown with; see
+    /// [`Metered::openness`].
+    pub openness: Vec3,
+    /// Exposure and openness are those of the view, not on the way there from those of another one; see
+    /// [`render_adapting`](super::render_adapting).
+    pub is_adapted: bool,
     /// The camera of the picture.
     pub camera: Camera,
     /// The settings of the picture.
@@ -65,6 +74,11 @@ impl FrameStats {
 impl Frame {
     /// View depth of the background.
     pub const NO_HIT: f32 = 1e30;
+
+    /// What the picture is shown with.
+    pub const fn metered(&self) -> Metered {
+        Metered { stops: self.exposure_stops, openness: self.openness }
+    }
 
     /// Primary rays of the newest pass in Mray/s, shading included.
     pub fn mrays_per_s(&self) -> f64 {

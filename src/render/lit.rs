@@ -52,14 +52,14 @@ pub(super) struct LitPoint {
     is_unlit: bool,
     /// Light of an open sky.
     sky: Vec3,
-    /// Light from what blocks the sky in each direction that was traced; see [`Lit::trace_ambient`].
+    /// Light from what blocks the sky in each direction that was traced; see [`Lit::bounce`].
     bounces: [Option<Bounce>; BOUNCES],
     /// How many of these were traced: none in the first sample.
     bounce_count: usize,
     /// Weight of the mean light in view, which has no noise, against what was traced.
     mean_weight: f32,
-    /// The surface has a shadow ray to the sun.
-    faces_sun: bool,
+    /// The shadow ray to the sun of a surface that faces it.
+    sun_ray: Option<Ray>,
 }
 
 impl LitPoint {
@@ -67,7 +67,7 @@ impl LitPoint {
     /// light.
     fn resolve(&self, blocked: &[bool], mean_openness: Vec3) -> (bool, Vec3) {
         let mut blocked = blocked.iter();
-        let sees_sun = self.faces_sun && blocked.next() == Some(&false);
+        let sees_sun = self.sun_ray.is_some() && blocked.next() == Some(&false);
         let mean = self.sky * mean_openness;
         if self.bounce_count == 0 {
             return (sees_sun, mean * self.occlusion);
@@ -108,18 +108,16 @@ impl Lit {
         Self { lights, mean_openness: Vec3::ONE, ground: None }
     }
 
-    /// Traces one ray into the hemisphere of a surface; `None` if it meets the sky. The light from there, as if from everywhere, is
-    /// to go through [`bounced_light`]; the shadow ray of its sun is appended to `rays`. `id.sample` counts the pixel's rays.
-    pub(super) fn trace_ambient<C: Container>(
+    /// The light that a ray into the hemisphere of a surface meets, as if from everywhere; it is to go through [`bounced_light`].
+    /// `None` if the ray hits nothing and so meets the sky. The shadow ray of its sun is appended to `rays`.
+    pub(super) fn bounce<C: Container>(
         &self,
         context: &TraceContext<C>,
-        position: Vec3,
-        orientation: &Orientation,
-        id: SampleId,
+        ray: &Ray,
+        hit: Option<Hit>,
         rays: &mut Vec<Ray>,
     ) -> Option<Bounce> {
-        let ray = around(context, position, orientation, f32::INFINITY, 1, id).next()?;
-        let hit = context.closest(&ray)?;
+        let hit = hit?;
         let scene = context.scene;
         let material = scene.material(hit.primitive_index);
         let color = surface::base_color(scene, material, &hit);
@@ -127,7 +125,7 @@ impl Lit {
         if material.unlit {
             return Some(Bounce { light: color + emitted, sun: None });
         }
-        let there = context.orientation(&ray, &hit);
+        let there = context.orientation(ray, &hit);
         let distance = (hit.t / (CONTACT_RADIUS * context.diagonal)).min(1.0);
         let [near, far] = BOUNCED_SKY;
         let mut light = self.lights.sky(there.smooth) * (near + (far - near) * distance);
@@ -143,18 +141,34 @@ impl Lit {
     }
 }
 
+/// The shadow ray of a surface towards the sun; `None` if there is none, or the surface or its mapped `normal` faces away from it.
+pub(super) fn sun_ray<C: Container>(
+    context: &TraceContext<C>,
+    lights: &Lights,
+    orientation: &Orientation,
+    normal: Vec3,
+    id: SampleId,
+) -> Option<Ray> {
+    let sun = lights.sun().filter(|&sun| orientation.smooth.dot(sun) > 0.0 && normal.dot(sun) > 0.0)?;
+    let towards = if id.sample == 0 { sun } else { lights.towards_sun(id.light_point()) };
+    Some(context.ray_from(orientation.lifted, orientation.geometric, towards, f32::INFINITY))
+}
+
+/// The rays of a surface into its hemisphere, in samples after the first.
+pub(super) fn sky_rays<C: Container>(
+    context: &TraceContext<C>,
+    position: Vec3,
+    orientation: &Orientation,
+    id: SampleId,
+) -> impl Iterator<Item = Ray> {
+    around(context, position, orientation, f32::INFINITY, BOUNCES as u32, id)
+}
+
 impl<C: Container> Shade<C> for Lit {
     type Point = LitPoint;
 
-    /// A shadow ray to the sun, then one from what blocks the sky.
-    fn prepare(
-        &self,
-        context: &TraceContext<C>,
-        ray: &Ray,
-        hit: &Hit,
-        id: SampleId,
-        shadow_rays: &mut Vec<Ray>,
-    ) -> LitPoint {
+    /// In samples after the first, a ray to what blocks the sky.
+    fn prepare(&self, context: &TraceContext<C>, ray: &Ray, hit: &Hit, id: SampleId, rays: &mut Vec<Ray>) -> LitPoint {
         let scene = context.scene;
         let material = scene.material(hit.primitive_index);
         let base_color = surface::base_color(scene, material, hit);
@@ -173,25 +187,31 @@ impl<C: Container> Shade<C> for Lit {
         point.occlusion = surface::occlusion(scene, material, hit);
         point.sky = self.lights.sky(point.normal);
         point.reflectance = surface::reflectance(scene, material, base_color, hit);
-        if let Some(sun) = self.lights.sun()
-            && orientation.smooth.dot(sun) > 0.0
-            && point.normal.dot(sun) > 0.0
-        {
-            let towards = if id.sample == 0 { sun } else { self.lights.towards_sun(id.light_point()) };
-            shadow_rays.push(context.ray_from(orientation.lifted, orientation.geometric, towards, f32::INFINITY));
-            point.faces_sun = true;
-        }
+        point.sun_ray = sun_ray(context, &self.lights, &orientation, point.normal, id);
         // The first sample stays noise-free and fast.
         if id.sample > 0 {
-            for (bounce, index) in point.bounces.iter_mut().zip(id.sample * BOUNCES as u32..) {
-                let id = SampleId { sample: index, ..id };
-                *bounce = self.trace_ambient(context, position, &orientation, id, shadow_rays);
-            }
+            rays.extend(sky_rays(context, position, &orientation, id));
             point.bounce_count = BOUNCES;
             let closed = 1.0 - self.mean_openness.element_sum() / 3.0;
             point.mean_weight = MAX_MEAN_WEIGHT * (closed * closed).clamp(0.0, 1.0);
         }
         point
+    }
+
+    /// The shadow ray to the sun, then that of each surface that blocks the sky.
+    fn occlusion_rays(
+        &self,
+        context: &TraceContext<C>,
+        _ray: &Ray,
+        _hit: &Hit,
+        point: &mut LitPoint,
+        bounces: (&[Ray], &[Option<Hit>]),
+        rays: &mut Vec<Ray>,
+    ) {
+        rays.extend(point.sun_ray);
+        for ((bounce, ray), hit) in point.bounces.iter_mut().zip(bounces.0).zip(bounces.1) {
+            *bounce = self.bounce(context, ray, *hit, rays);
+        }
     }
 
     fn hit(
@@ -222,7 +242,7 @@ impl<C: Container> Shade<C> for Lit {
         Shaded::radiance(radiance + point.emitted)
     }
 
-    fn prepare_miss(&self, context: &TraceContext<C>, ray: &Ray, id: SampleId, rays: &mut Vec<Ray>) {
+    fn occlusion_rays_of_miss(&self, context: &TraceContext<C>, ray: &Ray, id: SampleId, rays: &mut Vec<Ray>) {
         if let Some(ground) = &self.ground {
             ground.shadow_rays(context, &self.lights, ray, id, rays);
         }

@@ -33,6 +33,8 @@ mod brdf;
 
 mod ground;
 
+mod adaptation;
+
 mod exposure;
 
 mod tone;
@@ -47,9 +49,14 @@ pub mod color_map;
 
 mod srgb;
 
+mod single_ray;
+
+pub use adaptation::{Adaptation, Metered};
 pub use color_map::ColorMap;
 pub use frame::{Frame, FrameStats};
 pub use primary::{PrimaryTrace, TestSummary, count_tests, trace_primary, trace_primary_wide};
 pub use request::RenderRequest;
 pub use settings::{Background, Exposure, HeatKind, Light, NormalSource, RenderSettings, Shading};
-pub use tiles::{RenderError, render, render_radiance};
+pub use single_ray::{NoRay, RayKind, RayStart, rays_of_picture, single_ray};
+pub use tiles::{RenderError, render, render_adapting, render_radiance};
+pub(crate) use values::nth_smallest;

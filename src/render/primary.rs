@@ -119,15 +119,11 @@ fn trace<C: Container, P: Probe + Default + Send>(
                 #[inline(always)]
                 |x, y, _| {
                     let point = grid.point(x, y, Vec2::splat(0.5));
-                    let mut ray = request.cut(camera.ray(point.x, point.y));
-                    let mut closest =
-                        |ray: &Ray| closest_hit_with(simd, tree, triangles, ray, traversal, &mut stack, &mut probe);
-                    let mut hit = closest(&ray);
-                    // Behind a hidden triangle the ray is traced again, and those tests count too.
-                    while let Some(hidden) = hit.filter(|hit| request.hides(hit.primitive_index)) {
-                        ray.t_min = hidden.t.next_up();
-                        hit = closest(&ray);
-                    }
+                    let hit = request.first_visible(
+                        camera.ray(point.x, point.y),
+                        #[inline(always)]
+                        |ray| closest_hit_with(simd, tree, triangles, ray, traversal, &mut stack, &mut probe),
+                    );
                     hits += u64::from(hit.is_some());
                 },
             ));

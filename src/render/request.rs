@@ -5,7 +5,7 @@ use std::sync::Arc;
 use crate::accel::Accel;
 use crate::camera::Camera;
 use crate::visibility::TriangleSet;
-use bvhscope_engine::geometry::Ray;
+use bvhscope_engine::geometry::{Hit, Ray};
 
 use super::settings::RenderSettings;
 
@@ -33,13 +33,21 @@ pub struct RenderRequest {
 impl RenderRequest {
     /// The part of a ray that the section plane leaves.
     #[inline]
-    pub(super) fn cut(&self, ray: Ray) -> Ray {
+    pub fn cut(&self, ray: Ray) -> Ray {
         self.settings.section.map_or(ray, |section| section.clip(&ray))
     }
 
-    /// Whether rays pass through the triangle because it is hidden.
-    #[inline]
-    pub(super) fn hides(&self, triangle: u32) -> bool {
-        self.hidden.as_ref().is_some_and(|hidden| hidden.contains(triangle))
+    /// The first hit of `closest` that is not hidden, in the part of a ray that the section plane leaves. Behind a hidden triangle
+    /// the ray is traced again, and what is counted then counts too.
+    #[inline(always)]
+    pub fn first_visible(&self, ray: Ray, mut closest: impl FnMut(&Ray) -> Option<Hit>) -> Option<Hit> {
+        let mut rest = self.cut(ray);
+        loop {
+            let hit = closest(&rest)?;
+            if !self.hidden.as_ref().is_some_and(|hidden| hidden.contains(hit.primitive_index)) {
+                return Some(hit);
+            }
+            rest.t_min = hit.t.next_up();
+        }
     }
 }

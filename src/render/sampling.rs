@@ -19,7 +19,7 @@ pub(super) fn subpixel(sample: u32) -> Vec2 {
 }
 
 /// Identifies a sample of a pixel; seeds everything that varies between pixels.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, Default)]
 pub(super) struct SampleId {
     /// Column of the traced pixel.
     pub x: u32,

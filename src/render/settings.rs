@@ -39,6 +39,8 @@ pub enum HeatKind {
     Both,
     /// Steps through the wide tree: nodes visited and blocks of triangles tested.
     Steps,
+    /// Containers along the whole ray, whatever surface is in between: how many lie one over the other in a pixel.
+    WholeRay,
 }
 
 impl HeatKind {
@@ -49,6 +51,7 @@ impl HeatKind {
             Self::Primitives => "triangle tests",
             Self::Both => "tests",
             Self::Steps => "wide tree steps",
+            Self::WholeRay => "containers along the ray",
         }
     }
 }
@@ -239,6 +242,14 @@ impl RenderSettings {
     pub fn wanted_samples(&self) -> u32 {
         if self.shading.has_values() { 1 } else { self.samples.max(1) }
     }
+
+    /// What of the settings decides a picture's rays: the light, the normals, the section plane and the SIMD level; the rest as by
+    /// default.
+    #[must_use]
+    pub fn of_rays(&self) -> Self {
+        let Self { light, normals, crease_degrees, section, simd, .. } = *self;
+        Self { light, normals, crease_degrees, section, simd, ..Self::default() }
+    }
 }
 
 impl Shading {
@@ -253,7 +264,7 @@ impl Shading {
     }
 
     /// All modes, in the order of menus.
-    pub const ALL: [Self; 9] = [
+    pub const ALL: [Self; 10] = [
         Self::Lit,
         Self::Normals,
         Self::Depth,
@@ -263,6 +274,7 @@ impl Shading {
         Self::Heat(HeatKind::Containers),
         Self::Heat(HeatKind::Primitives),
         Self::Heat(HeatKind::Steps),
+        Self::Heat(HeatKind::WholeRay),
     ];
 
     /// The name on the command line.
@@ -277,6 +289,7 @@ impl Shading {
             Self::Heat(HeatKind::Containers) => "heat-containers",
             Self::Heat(HeatKind::Primitives) => "heat-primitives",
             Self::Heat(HeatKind::Steps) => "heat-steps",
+            Self::Heat(HeatKind::WholeRay) => "heat-whole-ray",
         }
     }
 
@@ -292,6 +305,7 @@ impl Shading {
             Self::Heat(HeatKind::Containers) => "Heat: container tests",
             Self::Heat(HeatKind::Primitives) => "Heat: triangle tests",
             Self::Heat(HeatKind::Steps) => "Heat: wide tree steps",
+            Self::Heat(HeatKind::WholeRay) => "Heat: whole ray",
         }
     }
 }

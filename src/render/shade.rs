@@ -39,20 +39,31 @@ impl Shaded {
     }
 }
 
+/// What is counted of a primary ray.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Counting {
+    /// Tests in the binary tree, in the order of the settings.
+    Tests,
+    /// Steps through the wide tree.
+    Steps,
+    /// Containers that the whole ray enters, as if nothing stopped it.
+    WholeRay,
+}
+
 /// A shading mode.
 pub(super) trait Shade<C: Container>: Sync {
     /// Whether the mode counts tests while tracing primary rays.
     const COUNTS: bool = false;
 
-    /// Whether tests are counted in the wide tree rather than the binary one.
-    fn counts_steps(&self) -> bool {
-        false
+    /// What is counted, where [`Shade::COUNTS`].
+    fn counting(&self) -> Counting {
+        Counting::Tests
     }
 
-    /// What is worked out about a hit before its occlusion rays are traced.
+    /// What is worked out about a hit before its other rays are traced.
     type Point: Copy + Default;
 
-    /// Works out what [`Shade::hit`] needs, and appends its occlusion rays to `rays`.
+    /// Works out what the other methods need, and appends to `rays` those whose closest hits [`Shade::occlusion_rays`] needs.
     fn prepare(
         &self,
         _context: &TraceContext<C>,
@@ -64,7 +75,19 @@ pub(super) trait Shade<C: Container>: Sync {
         Self::Point::default()
     }
 
-    /// The sample of a ray that hit a surface. `blocked` has one element per ray of [`Shade::prepare`].
+    /// Appends the occlusion rays of a hit to `rays`. `bounces` are the rays of [`Shade::prepare`], and their closest hits.
+    fn occlusion_rays(
+        &self,
+        _context: &TraceContext<C>,
+        _ray: &Ray,
+        _hit: &Hit,
+        _point: &mut Self::Point,
+        _bounces: (&[Ray], &[Option<Hit>]),
+        _rays: &mut Vec<Ray>,
+    ) {
+    }
+
+    /// The sample of a ray that hit a surface. `blocked` has one element per ray of [`Shade::occlusion_rays`].
     fn hit(
         &self,
         context: &TraceContext<C>,
@@ -76,10 +99,10 @@ pub(super) trait Shade<C: Container>: Sync {
     ) -> Shaded;
 
     /// Appends the occlusion rays that [`Shade::miss`] needs to `rays`.
-    fn prepare_miss(&self, _context: &TraceContext<C>, _ray: &Ray, _id: SampleId, _rays: &mut Vec<Ray>) {}
+    fn occlusion_rays_of_miss(&self, _context: &TraceContext<C>, _ray: &Ray, _id: SampleId, _rays: &mut Vec<Ray>) {}
 
     /// The sample of a ray that hit nothing; `background` is the linear background colour. `blocked` has one element per ray of
-    /// [`Shade::prepare_miss`].
+    /// [`Shade::occlusion_rays_of_miss`].
     fn miss(
         &self,
         _context: &TraceContext<C>,
@@ -147,13 +170,32 @@ impl<C: Container> Shade<C> for Depth {
 pub(super) struct AmbientOcclusion;
 
 impl<C: Container> Shade<C> for AmbientOcclusion {
-    type Point = ();
+    type Point = SampleId;
 
-    fn prepare(&self, context: &TraceContext<C>, ray: &Ray, hit: &Hit, id: SampleId, rays: &mut Vec<Ray>) {
+    fn prepare(
+        &self,
+        _context: &TraceContext<C>,
+        _ray: &Ray,
+        _hit: &Hit,
+        id: SampleId,
+        _rays: &mut Vec<Ray>,
+    ) -> SampleId {
+        id
+    }
+
+    fn occlusion_rays(
+        &self,
+        context: &TraceContext<C>,
+        ray: &Ray,
+        hit: &Hit,
+        id: &mut SampleId,
+        _bounces: (&[Ray], &[Option<Hit>]),
+        rays: &mut Vec<Ray>,
+    ) {
         let position = surface::position(context.scene, hit);
         let orientation = context.orientation(ray, hit);
         let radius = context.diagonal * ambient_occlusion::RADIUS;
-        rays.extend(around(context, position, &orientation, radius, ambient_occlusion::RAYS, id));
+        rays.extend(around(context, position, &orientation, radius, ambient_occlusion::RAYS, *id));
     }
 
     fn hit(
@@ -161,7 +203,7 @@ impl<C: Container> Shade<C> for AmbientOcclusion {
         _context: &TraceContext<C>,
         _ray: &Ray,
         _hit: &Hit,
-        _point: &(),
+        _point: &SampleId,
         _tests: TestCounts,
         blocked: &[bool],
     ) -> Shaded {
@@ -177,7 +219,7 @@ pub(super) struct Heat(pub(super) HeatKind);
 impl Heat {
     fn value(&self, tests: TestCounts) -> Shaded {
         let value = match self.0 {
-            HeatKind::Containers => tests.containers,
+            HeatKind::Containers | HeatKind::WholeRay => tests.containers,
             HeatKind::Primitives => tests.primitives,
             HeatKind::Both | HeatKind::Steps => tests.containers + tests.primitives,
         };
@@ -190,8 +232,12 @@ impl<C: Container> Shade<C> for Heat {
 
     const COUNTS: bool = true;
 
-    fn counts_steps(&self) -> bool {
-        self.0 == HeatKind::Steps
+    fn counting(&self) -> Counting {
+        match self.0 {
+            HeatKind::Containers | HeatKind::Primitives | HeatKind::Both => Counting::Tests,
+            HeatKind::Steps => Counting::Steps,
+            HeatKind::WholeRay => Counting::WholeRay,
+        }
     }
 
     fn hit(

@@ -161,7 +161,11 @@ pub(super) fn reflectance(scene: &Scene, material: &Material, base_color: Vec3, 
         let shared = rough.filter(|_| material.roughness_texture == Some(texture));
         metallic *= shared.unwrap_or_else(|| sample(scene, texture, hit)).z;
     }
-    Reflectance::new(base_color, metallic, roughness, material.specular)
+    let specular = match material.specular_texture {
+        Some(texture) => material.specular * sample(scene, texture, hit).truncate(),
+        None => material.specular,
+    };
+    Reflectance::new(base_color, metallic, roughness, specular)
 }
 
 /// The unit normal at a hit by the material's normal map, facing the origin of the ray; the smooth one without a map, or without

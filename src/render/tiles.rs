@@ -7,6 +7,7 @@ use arrayvec::ArrayVec;
 use glam::Vec3;
 use rayon::prelude::*;
 
+use super::adaptation::{Adaptation, Metered};
 use super::assemble::{self, Pixel, assemble};
 use super::clusters::Clusters;
 use super::edges;
@@ -20,7 +21,7 @@ use super::primary::{TestSummary, count_tests};
 use super::request::RenderRequest;
 use super::sampling::{SampleId, subpixel};
 use super::settings::{HeatKind, Shading};
-use super::shade::{AmbientOcclusion, Depth, Heat, Normals, Shade};
+use super::shade::{AmbientOcclusion, Counting, Depth, Heat, Normals, Shade};
 use super::surface;
 use super::trace_context::TraceContext;
 use bvhscope_engine::cancel::{CancelToken, Cancelled};
@@ -65,7 +66,17 @@ pub fn render(
     token: &CancelToken,
     deliver: &(dyn Fn(Frame) + Sync),
 ) -> Result<Frame, RenderError> {
-    trace(request, token, deliver, None)
+    trace(request, None, token, deliver, None)
+}
+
+/// [`render`] of a picture that is shown after another one of the same scene: exposure and openness follow by `adaptation`.
+pub fn render_adapting(
+    request: &RenderRequest,
+    adaptation: Option<Adaptation>,
+    token: &CancelToken,
+    deliver: &(dyn Fn(Frame) + Sync),
+) -> Result<Frame, RenderError> {
+    trace(request, adaptation, token, deliver, None)
 }
 
 /// [`render`] that also returns the linear radiance of each pixel, row by row: red, green and blue in linear sRGB, neither
@@ -73,13 +84,14 @@ pub fn render(
 /// they are shown; modes that show values are black.
 pub fn render_radiance(request: &RenderRequest, token: &CancelToken) -> Result<(Frame, Vec<[f32; 3]>), RenderError> {
     let mut radiance = Vec::new();
-    let frame = trace(request, token, &|_| (), Some(&mut radiance))?;
+    let frame = trace(request, None, token, &|_| (), Some(&mut radiance))?;
     Ok((frame, radiance))
 }
 
-/// [`render`], with the radiance of the last frame into `radiance`.
+/// [`render_adapting`], with the radiance of the last frame into `radiance`.
 fn trace(
     request: &RenderRequest,
+    adaptation: Option<Adaptation>,
     token: &CancelToken,
     deliver: &(dyn Fn(Frame) + Sync),
     radiance: Option<&mut Vec<[f32; 3]>>,
@@ -93,12 +105,15 @@ fn trace(
         let normals = surface::Normals::new(&request.settings, &accel.scene, token)?;
         let context = TraceContext::new(request, tree, normals);
         // The shading mode is chosen here, outside of all loops.
-        let mut output = Output { request, exposure_stops: 0.0, deliver, radiance };
+        let mut output = Output { request, metered: (Metered::NOTHING, true), deliver, radiance };
         match request.settings.shading {
             Shading::Lit => {
                 let mut lit = Lit::new(Lights::new(request.settings.light, accel.scene.up));
                 let metered = meter(&context, &lit, request, token)?;
-                (lit.mean_openness, output.exposure_stops) = (metered.openness, metered.stops);
+                let exposure = request.settings.exposure;
+                output.metered =
+                    adaptation.map_or((metered, true), |adaptation| adaptation.towards(metered, exposure));
+                lit.mean_openness = output.metered.0.openness;
                 lit.ground = request.settings.ground.then(|| Ground::new(&accel.scene.bounds, accel.scene.up));
                 passes(&context, &lit, output, token)
             }
@@ -117,7 +132,8 @@ fn trace(
 /// What becomes of the traced pixels.
 struct Output<'a> {
     request: &'a RenderRequest,
-    exposure_stops: f32,
+    /// Exposure and openness of the picture, and whether they are those of its view.
+    metered: (Metered, bool),
     deliver: &'a (dyn Fn(Frame) + Sync),
     /// Receives the radiance of the last frame.
     radiance: Option<&'a mut Vec<[f32; 3]>>,
@@ -130,7 +146,7 @@ fn passes<C: Container, S: Shade<C>>(
     output: Output<'_>,
     token: &CancelToken,
 ) -> Result<Frame, RenderError> {
-    let Output { request, exposure_stops, deliver, radiance } = output;
+    let Output { request, metered, deliver, radiance } = output;
     let grid = Grid::new(request);
     if S::COUNTS {
         // Once here rather than in every thread.
@@ -143,7 +159,7 @@ fn passes<C: Container, S: Shade<C>>(
     let tiles_in_all = (grid.tile_count * samples) as f32;
     let mut nan_samples = 0;
     let mut sample = 0;
-    let counts_itself = S::COUNTS && !shade.counts_steps();
+    let counts_itself = S::COUNTS && shade.counting() == Counting::Tests;
     let mut counted: Option<TestSummary> = None;
     loop {
         let start = Instant::now();
@@ -174,7 +190,7 @@ fn passes<C: Container, S: Shade<C>>(
                         .or(counted.map(|summary| summary.primitive_tests_per_ray)),
                     nan_samples,
                 };
-                assemble(request, &grid, &pixels, sample, exposure_stops, stats, token)
+                assemble(request, &grid, &pixels, sample, metered, stats, token)
             };
             let to_count = request.count_tests && grid.coarseness == 1.0 && !counts_itself && counted.is_none();
             if sample < samples || to_count {
@@ -269,10 +285,10 @@ fn trace_tile<C: Container, S: Shade<C>>(
     if S::COUNTS {
         grid.for_each_pixel(tile, |x, y, index| {
             let (ray, mut tests) = (ray(x, y), TestCounts::default());
-            let hit = if shade.counts_steps() {
-                context.closest_in_steps(&ray, &mut tests)
-            } else {
-                context.closest_solid(&ray, request.settings.traversal, &mut tests)
+            let hit = match shade.counting() {
+                Counting::Tests => context.closest_solid(&ray, request.settings.traversal, &mut tests),
+                Counting::Steps => context.closest_in_steps(&ray, &mut tests),
+                Counting::WholeRay => context.closest_of_whole_ray(&ray, &mut tests.containers),
             };
             finish([x, y], index, ray, hit.map(|hit| (hit, S::Point::default())), tests, &[]);
         });
@@ -283,22 +299,34 @@ fn trace_tile<C: Container, S: Shade<C>>(
             places.push(([x, y], index));
         });
         let mut hits = [None; TILE_AREA];
-        context.closest_of_tile(&rays, &mut hits);
-        // All occlusion rays of the tile are traced together, pixel after pixel.
-        let mut towards_light = Vec::new();
-        let mut prepared = Vec::with_capacity(TILE_AREA);
+        context.closest_hits(&rays, &mut hits);
+        // All rays of a kind are traced together, pixel after pixel.
+        let mut bounces = Vec::new();
+        let mut points = Vec::with_capacity(rays.len());
         for ((&([x, y], _), ray), hit) in places.iter().zip(&rays).zip(&hits) {
             let id = SampleId { x, y, sample };
-            let point = hit.map(|hit| (hit, shade.prepare(context, ray, &hit, id, &mut towards_light)));
-            if point.is_none() {
-                shade.prepare_miss(context, ray, id, &mut towards_light);
+            let start = bounces.len();
+            let point = hit.map(|hit| (hit, shade.prepare(context, ray, &hit, id, &mut bounces)));
+            points.push((point, start..bounces.len()));
+        }
+        let mut bounce_hits = vec![None; bounces.len()];
+        context.closest_hits(&bounces, &mut bounce_hits);
+        let mut towards_light = Vec::with_capacity(rays.len() + bounces.len());
+        let mut ends = ArrayVec::<_, TILE_AREA>::new();
+        for ((&([x, y], _), ray), (point, own)) in places.iter().zip(&rays).zip(&mut points) {
+            match point {
+                Some((hit, point)) => {
+                    let bounces = (&bounces[own.clone()], &bounce_hits[own.clone()]);
+                    shade.occlusion_rays(context, ray, hit, point, bounces, &mut towards_light);
+                }
+                None => shade.occlusion_rays_of_miss(context, ray, SampleId { x, y, sample }, &mut towards_light),
             }
-            prepared.push((point, towards_light.len()));
+            ends.push(towards_light.len());
         }
         let mut blocked = vec![false; towards_light.len()];
         context.are_blocked(&towards_light, &mut blocked);
         let mut start = 0;
-        for (((pixel, index), ray), (hit, end)) in places.into_iter().zip(rays).zip(prepared) {
+        for ((((pixel, index), ray), (hit, _)), end) in places.into_iter().zip(rays).zip(points).zip(ends) {
             finish(pixel, index, ray, hit, TestCounts::default(), &blocked[start..end]);
             start = end;
         }

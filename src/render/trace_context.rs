@@ -102,25 +102,66 @@ impl<'a, C: Container> TraceContext<'a, C> {
         }
     }
 
-    /// The closest hit that is neither hidden, cut off nor in an alpha cut-out.
-    pub(super) fn closest(&self, ray: &Ray) -> Option<Hit> {
-        let ray = &self.cut(ray);
-        let hit = self.closest_or_hole(ray)?;
-        if self.has_gaps() { self.beyond_gaps(ray, hit) } else { Some(hit) }
+    /// The closest hits of `rays` that are neither hidden, cut off nor in alpha cut-outs, into the first elements of `hits`.
+    pub(super) fn closest_hits(&self, rays: &[Ray], hits: &mut [Option<Hit>]) {
+        let rays = &*self.cut_all(rays);
+        self.closest_hits_or_gaps(rays, hits);
+        if self.has_gaps() {
+            self.trace_beyond_gaps(rays, hits);
+        }
     }
 
-    /// The closest hits of the rays of a tile that are neither hidden, cut off nor in alpha cut-outs.
-    pub(super) fn closest_of_tile(&self, rays: &[Ray], hits: &mut [Option<Hit>]) {
-        let rays = &*self.cut_all(rays);
+    /// The closest hits of `rays` with cut-outs and hidden triangles as solid.
+    fn closest_hits_or_gaps(&self, rays: &[Ray], hits: &mut [Option<Hit>]) {
         match self.tracer {
             Tracer::Wide(wide) => wide.closest_hits(self.level, rays, hits),
-            Tracer::Binary(_) => hits.iter_mut().zip(rays).for_each(|(hit, ray)| *hit = self.closest_or_hole(ray)),
-        }
-        if self.has_gaps() {
-            for (ray, hit) in rays.iter().zip(hits) {
-                *hit = hit.and_then(|hit| self.beyond_gaps(ray, hit));
+            Tracer::Binary(triangles) => {
+                for (hit, ray) in hits.iter_mut().zip(rays) {
+                    *hit = closest_hit(self.tree, triangles, ray, Traversal::Ordered, &mut NoProbe);
+                }
             }
         }
+    }
+
+    /// Replaces each of `hits` that is hidden or in a cut-out by the first behind it that is not.
+    fn trace_beyond_gaps(&self, rays: &[Ray], hits: &mut [Option<Hit>]) {
+        // The same ray finds the same t on the same triangle again, so the next larger t excludes it.
+        let beyond = |ray: &Ray, hit: &Hit| Ray { t_min: hit.t.next_up(), ..*ray };
+        let mut open: Vec<(usize, u32)> = Vec::new();
+        let mut rest: Vec<Ray> = Vec::new();
+        for (index, (ray, hit)) in rays.iter().zip(&*hits).enumerate() {
+            if let Some((hit, holes)) = hit.and_then(|hit| Some((hit, self.gap(&hit, 0)?))) {
+                open.push((index, holes));
+                rest.push(beyond(ray, &hit));
+            }
+        }
+        let mut found = Vec::new();
+        while !open.is_empty() {
+            found.clear();
+            found.resize(open.len(), None);
+            self.closest_hits_or_gaps(&rest, &mut found);
+            let mut kept = 0;
+            for (slot, found) in found.iter().enumerate() {
+                let (index, holes) = open[slot];
+                hits[index] = *found;
+                if let Some((hit, holes)) = found.and_then(|hit| Some((hit, self.gap(&hit, holes)?))) {
+                    (open[kept], rest[kept]) = ((index, holes), beyond(&rest[slot], &hit));
+                    kept += 1;
+                }
+            }
+            open.truncate(kept);
+            rest.truncate(kept);
+        }
+    }
+
+    /// Whether a ray that has passed `holes` cut-outs passes through the triangle at a hit; then the number of them behind it.
+    fn gap(&self, hit: &Hit, holes: u32) -> Option<u32> {
+        if self.hidden.is_some_and(|hidden| hidden.contains(hit.primitive_index)) {
+            return Some(holes);
+        }
+        let material = self.scene.material(hit.primitive_index);
+        let is_hole = has_holes(material) && surface::alpha(self.scene, material, hit) < material.alpha_cutoff;
+        (is_hole && holes < MAX_HOLES).then_some(holes + 1)
     }
 
     /// The cut surface at the hit of a primary ray, as its linear colour; `None` where the ray did not enter solid matter at the
@@ -130,14 +171,6 @@ impl<'a, C: Container> TraceContext<'a, C> {
         let entry = section.plane.entry(ray)?;
         let normal = self.scene.triangles[hit.primitive_index as usize].scaled_normal();
         (normal.dot(ray.direction) * section.outward > 0.0).then(|| section.hatch(ray.at(entry), self.diagonal))
-    }
-
-    /// The closest hit with cut-outs as solid.
-    fn closest_or_hole(&self, ray: &Ray) -> Option<Hit> {
-        match self.tracer {
-            Tracer::Wide(wide) => wide.closest_hit(self.level, ray),
-            Tracer::Binary(triangles) => closest_hit(self.tree, triangles, ray, Traversal::Ordered, &mut NoProbe),
-        }
     }
 
     /// The closest hit through the wide tree with its steps counted; cut-outs are solid. Behind a hidden triangle the ray is
@@ -152,6 +185,18 @@ impl<'a, C: Container> TraceContext<'a, C> {
     pub(super) fn closest_solid<P: Probe>(&self, ray: &Ray, traversal: Traversal, probe: &mut P) -> Option<Hit> {
         let triangles = self.accel.leaf_triangles();
         self.first_visible(ray, |ray| closest_hit(self.tree, triangles, ray, traversal, probe))
+    }
+
+    /// The closest hit through the binary tree; cut-outs are solid. Adds to `entered` the containers that the whole ray enters, those
+    /// behind the hit too, each once whatever is hidden.
+    pub(super) fn closest_of_whole_ray(&self, ray: &Ray, entered: &mut u64) -> Option<Hit> {
+        let triangles = self.accel.leaf_triangles();
+        // Nothing is culled in the paper's order, so that it visits whatever the ray enters.
+        let hit = closest_hit(self.tree, triangles, &self.cut(ray), Traversal::Paper, &mut Entered(entered))?;
+        if self.hidden.is_some_and(|hidden| hidden.contains(hit.primitive_index)) {
+            return self.closest_solid(ray, Traversal::Ordered, &mut NoProbe);
+        }
+        Some(hit)
     }
 
     /// The first hit of `closest` that is not hidden, in the part of the ray that the section plane leaves.
@@ -169,8 +214,10 @@ impl<'a, C: Container> TraceContext<'a, C> {
     /// Any-hit query for each ray, into the first elements of `blocked`; cut-outs let rays pass.
     pub(super) fn are_blocked(&self, rays: &[Ray], blocked: &mut [bool]) {
         if self.has_gaps() {
-            for (blocked, ray) in blocked.iter_mut().zip(rays) {
-                *blocked = self.closest(ray).is_some();
+            let mut hits = vec![None; rays.len()];
+            self.closest_hits(rays, &mut hits);
+            for (blocked, hit) in blocked.iter_mut().zip(hits) {
+                *blocked = hit.is_some();
             }
         } else {
             let rays = &*self.cut_all(rays);
@@ -186,33 +233,6 @@ impl<'a, C: Container> TraceContext<'a, C> {
         }
     }
 
-    /// Whether anything but cut-outs lies on a ray.
-    pub(super) fn is_blocked(&self, ray: &Ray) -> bool {
-        let mut blocked = [false];
-        self.are_blocked(std::slice::from_ref(ray), &mut blocked);
-        blocked[0]
-    }
-
-    /// The first hit from `hit` on that is neither hidden nor in a cut-out.
-    #[cold]
-    fn beyond_gaps(&self, ray: &Ray, mut hit: Hit) -> Option<Hit> {
-        let mut rest = *ray;
-        let mut holes = 0;
-        loop {
-            if !self.hidden.is_some_and(|hidden| hidden.contains(hit.primitive_index)) {
-                let material = self.scene.material(hit.primitive_index);
-                let is_hole = has_holes(material) && surface::alpha(self.scene, material, &hit) < material.alpha_cutoff;
-                if !is_hole || holes == MAX_HOLES {
-                    return Some(hit);
-                }
-                holes += 1;
-            }
-            // The same ray finds the same t on the same triangle again, so the next larger t excludes it.
-            rest.t_min = hit.t.next_up();
-            hit = self.closest_or_hole(&rest)?;
-        }
-    }
-
     /// A secondary ray towards `direction` up to `t_max`, with its origin offset from the surface.
     pub(super) fn ray_from(&self, position: Vec3, geometric_normal: Vec3, direction: Vec3, t_max: f32) -> Ray {
         // About ten times the rounding error of the largest coordinate of the position.
@@ -225,6 +245,20 @@ impl<'a, C: Container> TraceContext<'a, C> {
     /// Linear background colour at `y_px` from the upper edge.
     pub(super) fn background(&self, y_px: f32) -> Vec3 {
         self.background.color(y_px / self.height_px)
+    }
+}
+
+/// Counts the nodes that a ray visits.
+struct Entered<'a>(&'a mut u64);
+
+impl Probe for Entered<'_> {
+    #[inline(always)]
+    fn container_test(&mut self) {}
+    #[inline(always)]
+    fn primitive_test(&mut self) {}
+    #[inline(always)]
+    fn visited(&mut self, _node: u32) {
+        *self.0 += 1;
     }
 }
 

@@ -82,7 +82,7 @@ impl Frame {
 }
 
 /// The value of zero-based `rank` in the order of [`f32::total_cmp`], found by radix selection.
-fn nth_smallest(values: &[f32], mut rank: usize, token: &CancelToken) -> Result<f32, Cancelled> {
+pub(crate) fn nth_smallest(values: &[f32], mut rank: usize, token: &CancelToken) -> Result<f32, Cancelled> {
     const DIGIT_BITS: u32 = 16;
     // Bit patterns that order like the numbers.
     let bits = |value: f32| {
@@ -135,6 +135,8 @@ mod tests {
             value_range: [0.0, 1.0],
             samples: 1,
             exposure_stops: 0.0,
+            openness: glam::Vec3::ONE,
+            is_adapted: true,
             camera: Camera::framing(&Aabb::EMPTY, glam::Vec3::Y),
             settings: RenderSettings { shading, ..RenderSettings::default() },
             stats: FrameStats::default(),

@@ -75,6 +75,8 @@ pub(super) struct Assembly {
     pub(super) textures: Vec<Texture>,
     /// Number of meshes, objects or solids so far.
     pub(super) mesh_count: usize,
+    /// Whether the file holds a tree of its triangles.
+    pub(super) has_tree: bool,
     /// Every file that was opened so far, the model first.
     pub(super) files_read: Vec<PathBuf>,
     /// Warnings about skipped and repaired data so far.
@@ -108,6 +110,7 @@ impl Assembly {
             materials: Vec::new(),
             textures: Vec::new(),
             mesh_count: 0,
+            has_tree: false,
             files_read: Vec::new(),
             warnings: Warnings::default(),
             point_count: 0,
@@ -269,6 +272,7 @@ impl Assembly {
             textures: self.textures,
             smooth_normals: SmoothNormals::default(),
             mesh_count: self.mesh_count.max(1),
+            has_tree: self.has_tree,
             files_read: self.files_read,
             warnings: self.warnings,
         })

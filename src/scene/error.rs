@@ -5,8 +5,9 @@ use std::path::{Path, PathBuf};
 
 use serde::Serialize;
 
-use crate::budget::OverBudget;
+use crate::budget::{Budget, OverBudget};
 use crate::text::{counted, printable, shown_path};
+use bvhscope_engine::tree_file::TreeFileError;
 
 /// A location in a file.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
@@ -61,8 +62,19 @@ impl LoadError {
         Self::at(path, FileLocation::File, problem, advice)
     }
 
+    /// An error about a tree file.
+    pub(crate) fn of_tree_file(path: &Path, error: &TreeFileError) -> Self {
+        match *error {
+            TreeFileError::Cancelled(cancelled) => Self::Cancelled(cancelled),
+            TreeFileError::Memory { needed, allowed } => {
+                Self::over_budget(path, &Budget::of_process().exceeded("the tree", needed, allowed))
+            }
+            ref error => Self::of_file(path, error.to_string(), error.advice()),
+        }
+    }
+
     /// An error about a file that needs more memory than is left.
-    pub(super) fn over_budget(path: &Path, error: &OverBudget) -> Self {
+    pub(crate) fn over_budget(path: &Path, error: &OverBudget) -> Self {
         Self::of_file(path, error.shortage(), OverBudget::ADVICE)
     }
 }

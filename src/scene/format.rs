@@ -13,6 +13,8 @@ pub enum FileFormat {
     Ply,
     /// Stereolithography, text or binary.
     Stl,
+    /// A tree file with its triangles.
+    Bvh,
 }
 
 /// One row of [`FILE_FORMATS`].
@@ -27,11 +29,12 @@ pub struct FormatInfo {
 }
 
 /// Every model file format, in the order in which help texts name them.
-pub const FILE_FORMATS: [FormatInfo; 4] = [
+pub const FILE_FORMATS: [FormatInfo; 5] = [
     FormatInfo { format: FileFormat::Obj, names: &["OBJ"], extensions: &["obj"] },
     FormatInfo { format: FileFormat::Gltf, names: &["glTF", "GLB"], extensions: &["gltf", "glb"] },
     FormatInfo { format: FileFormat::Ply, names: &["PLY"], extensions: &["ply"] },
     FormatInfo { format: FileFormat::Stl, names: &["STL"], extensions: &["stl"] },
+    FormatInfo { format: FileFormat::Bvh, names: &["BVH"], extensions: &["bvh"] },
 ];
 
 impl FileFormat {
@@ -52,7 +55,7 @@ pub fn model_extensions() -> Vec<&'static str> {
     FILE_FORMATS.iter().flat_map(|row| row.extensions).copied().collect()
 }
 
-/// The names of all formats as a phrase: "OBJ, glTF, GLB, PLY or STL" where `last` is "or".
+/// The names of all formats as a phrase: "OBJ, glTF, GLB, PLY, STL or BVH" where `last` is "or".
 pub fn format_names(last: &str) -> String {
     let names: Vec<&str> = FILE_FORMATS.iter().flat_map(|row| row.names).copied().collect();
     match names.split_last() {
@@ -76,12 +79,12 @@ mod tests {
             }
         }
         assert_eq!(FileFormat::from_extension(Path::new("obj")), None);
-        assert_eq!(format_names("or"), "OBJ, glTF, GLB, PLY or STL");
+        assert_eq!(format_names("or"), "OBJ, glTF, GLB, PLY, STL or BVH");
     }
 
     #[test]
     fn every_format_has_one_row() {
-        for format in [FileFormat::Obj, FileFormat::Gltf, FileFormat::Ply, FileFormat::Stl] {
+        for format in [FileFormat::Obj, FileFormat::Gltf, FileFormat::Ply, FileFormat::Stl, FileFormat::Bvh] {
             assert_eq!(FILE_FORMATS.iter().filter(|row| row.format == format).count(), 1, "{format:?}");
         }
     }

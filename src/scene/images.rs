@@ -11,6 +11,7 @@ use image::ImageDecoder as _;
 use super::assemble::Assembly;
 use super::bump;
 use super::error::{FileLocation, Warnings};
+use super::exponents;
 use super::material::{Texture, WrapMode};
 use super::options::LoadOptions;
 use super::read::read_file;
@@ -32,6 +33,8 @@ pub(super) enum Content {
     Texels,
     /// Heights, which become normals; or normals, which many files name where heights belong.
     Bump,
+    /// Exponents of highlights in the red channel, which become roughness; the bits of the one that white stands for.
+    Exponents(u32),
 }
 
 /// How a texture lies on surfaces.
@@ -165,8 +168,13 @@ impl<'a> Images<'a> {
         };
         match decoded {
             Ok((width, height, texels)) => {
+                let mut texels = texels;
                 let texels = match content {
                     Content::Texels => texels,
+                    Content::Exponents(white) => {
+                        exponents::to_roughness(&mut texels, f32::from_bits(white));
+                        texels
+                    }
                     Content::Bump => bump::normals([width, height], texels, self.token)?,
                 };
                 self.add(Texture::new(width, height, texels))

@@ -12,7 +12,7 @@ use super::options::LoadOptions;
 use super::read::read_model;
 use super::recognise::{recognise, unlike_obj};
 use super::source::SceneSource;
-use super::{builtin, gltf, interior, obj, ply, stl};
+use super::{builtin, gltf, interior, obj, ply, stl, tree_file};
 use bvhscope_engine::cancel::CancelToken;
 
 /// Loads a scene from a file or makes a built-in one. `token` cancels it and receives the progress.
@@ -80,6 +80,7 @@ fn read_bytes(
         FileFormat::Ply => ply::load(path, bytes, &mut assembly, token).map(|()| Vec3::Y),
         // Most STL files come from CAD programs, where z is up.
         FileFormat::Stl => stl::load(path, bytes, &mut assembly, token).map(|()| Vec3::Z),
+        FileFormat::Bvh => tree_file::load(path, bytes, &mut assembly, token).map(|()| Vec3::Y),
     };
     // An OBJ file is known by its name only, and its reader passes over what it does not know.
     if found == FileFormat::Obj

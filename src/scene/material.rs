@@ -23,6 +23,8 @@ pub struct Material {
     pub roughness_texture: Option<u32>,
     /// Linear RGB reflectance at normal incidence of what is no metal.
     pub specular: Vec3,
+    /// Multiplies `specular`.
+    pub specular_texture: Option<u32>,
     /// Normals in tangent space, x along u, y against v; see [`Texture`].
     pub normal_texture: Option<u32>,
     /// Multiplies x and y of `normal_texture`.
@@ -51,6 +53,7 @@ impl Material {
             self.base_color_texture,
             self.metallic_texture,
             self.roughness_texture,
+            self.specular_texture,
             self.normal_texture,
             self.occlusion_texture,
             self.emissive_texture,
@@ -69,6 +72,7 @@ impl Material {
             roughness: 1.0,
             roughness_texture: None,
             specular: Self::DIELECTRIC,
+            specular_texture: None,
             normal_texture: None,
             normal_scale: 1.0,
             occlusion_texture: None,

@@ -1,7 +1,7 @@
 //! Scenes: triangles with materials and attributes, from model files (one format a module) and from built-in generators.
 //!
-//! Knows nothing of trees, cameras, pixels or windows. Start at [`load()`], then read [`Scene`]; a new file format gets a module
-//! of its own, a row in [`FILE_FORMATS`] and an arm in `load.rs`.
+//! Knows nothing of trees, cameras, pixels or windows. Start at [`load()`], then read [`Scene`]; a new file format gets a
+//! module of its own, a row in [`FILE_FORMATS`] and an arm in `load.rs`.
 
 // Numbers from files are not trusted: no arithmetic on them may wrap or panic.
 #![warn(clippy::arithmetic_side_effects)]
@@ -36,6 +36,7 @@ mod images;
 
 #[allow(clippy::arithmetic_side_effects, reason = "sizes of an image that was decoded, and floats")]
 mod bump;
+mod exponents;
 
 mod obj;
 
@@ -44,6 +45,8 @@ mod gltf;
 mod ply;
 
 mod stl;
+
+mod tree_file;
 
 #[allow(clippy::arithmetic_side_effects, reason = "reads no file; sizes are clamped to the limits in BUILTIN_SCENES")]
 mod builtin;
@@ -55,5 +58,7 @@ pub use load::{load, load_bytes};
 pub use material::{Material, Texture, WrapMode};
 pub use model::{Attributes, Scene};
 pub use options::LoadOptions;
+pub(crate) use read::read_file;
 pub use smooth::{CornerNormals, SmoothNormals};
 pub use source::{BUILTIN_SCENES, BuiltinScene, SceneSource};
+pub use tree_file::is_tree_alone;

@@ -40,6 +40,8 @@ pub struct Scene {
     pub smooth_normals: SmoothNormals,
     /// Number of meshes, objects or solids in the file; 1 if the format has no such notion.
     pub mesh_count: usize,
+    /// Whether the file is a tree file, which holds a tree of these triangles.
+    pub has_tree: bool,
     /// Every file that loading opened: the model, its buffers, material libraries and images. Empty for built-in scenes.
     pub files_read: Vec<PathBuf>,
     /// What was skipped or repaired while loading.
@@ -77,6 +79,7 @@ impl Scene {
             textures: Vec::new(),
             smooth_normals: SmoothNormals::default(),
             mesh_count: 1,
+            has_tree: false,
             files_read: Vec::new(),
             warnings: Warnings::default(),
         }

@@ -73,7 +73,7 @@ pub(super) fn read_model(path: &Path, token: &CancelToken) -> Result<Vec<u8>, Lo
 }
 
 /// Reads a whole file. Its length is taken when it is opened, so that a growing file ends there.
-pub(super) fn read_file(path: &Path, progress: Option<f32>, token: &CancelToken) -> Result<Vec<u8>, LoadError> {
+pub(crate) fn read_file(path: &Path, progress: Option<f32>, token: &CancelToken) -> Result<Vec<u8>, LoadError> {
     let mut file = open_regular(path)?;
     let length = file.metadata().map_err(|error| explain(path, &error))?.len();
     let size = usize::try_from(length).map_err(|_| out_of_memory(path, length))?;

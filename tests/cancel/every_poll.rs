@@ -10,14 +10,26 @@ use bvhscope::camera::Camera;
 use bvhscope::export::Protected;
 use bvhscope::headless::render::{write_distances, write_png};
 use bvhscope::lab::diagnose::diagnose_scene;
+use bvhscope::lab::node_values::KnownVisits;
+use bvhscope::lab::population::{Population, ViewRays};
+use bvhscope::lab::visit_scatter::VisitScatter;
 use bvhscope::overlay::NodeTable;
 use bvhscope::render::{RenderRequest, RenderSettings, Shading, render};
 use bvhscope::scene::{LoadError, LoadOptions, Scene, SceneSource, load, load_bytes};
 use bvhscope_engine::builders::{BuildError, build_binary};
 use bvhscope_engine::cancel::{CancelToken, Cancelled};
 use bvhscope_engine::kernel::SimdLevel;
-use bvhscope_engine::settings::{BuildSettings, BuilderKind, Preset};
+use bvhscope_engine::settings::{BuildSettings, BuilderKind, Pass, Passes, Preset};
 use bvhscope_engine::tree::ContainerKind;
+use bvhscope_engine::tree::largest::largest_nodes;
+use bvhscope_engine::tree::node_metrics::{overlap, subtree_sah_shares};
+use bvhscope_engine::tree::random_lines::RandomLines;
+use bvhscope_engine::tree::survival::surviving_nodes;
+use bvhscope_engine::tree::traverse::Traversal;
+use bvhscope_engine::tree::visits::{RayQuery, measure_visits};
+use bvhscope_engine::tree_file::{Header, TreeFile, TreeFileError, write_nodes_csv, write_nodes_json, write_tree};
+use bvhscope_engine::wide::AnyWideTree;
+use bvhscope_engine::{AnyTree, WideBvh, with_tree};
 
 /// Maximum number of polls at which a job is cancelled, spread evenly over all of them.
 const MAX_POLLS: u64 = 30;
@@ -107,6 +119,44 @@ fn loading_stops_at_every_poll() {
     }
 }
 
+#[test]
+fn reading_and_writing_trees_stops_at_every_poll() {
+    let scene = terrain(30_000);
+    let token = CancelToken::new();
+    for container in ContainerKind::ALL {
+        let settings = BuildSettings::preset(Preset::Fast, container);
+        let (tree, _) = build_binary(&scene.triangles, &settings, &token).unwrap();
+        let header = Header::new(scene.triangles.len());
+        let mut bytes = Vec::new();
+        write_tree(&tree, &header, Some(&scene.triangles), &mut bytes, &token).unwrap();
+        let pool = one_thread();
+        for (name, mesh) in [("with its triangles", None), ("with those of the model", Some(&scene.triangles[..]))] {
+            at_every_poll(&format!("{} tree {name}", container.name()), |token| {
+                let read = pool.install(|| TreeFile::read(&bytes, mesh, u64::MAX, token));
+                matches!(read.map(|file| assert_eq!(file.faults, [])), Err(TreeFileError::Cancelled(_)))
+            });
+        }
+        type Write<'a> = &'a dyn Fn(&mut Vec<u8>, &CancelToken) -> std::io::Result<()>;
+        let writers: [(&str, Write<'_>); 3] = [
+            ("tree file", &|bytes, token| write_tree(&tree, &header, Some(&scene.triangles), bytes, token)),
+            ("CSV", &|bytes, token| write_nodes_csv(&tree, bytes, token)),
+            ("JSON", &|bytes, token| write_nodes_json(&tree, &header, bytes, token)),
+        ];
+        for (name, write) in writers {
+            at_every_poll(name, |token| {
+                let error = write(&mut Vec::new(), token).err();
+                error.is_some_and(|error| error.get_ref().is_some_and(|inner| inner.is::<Cancelled>()))
+            });
+        }
+        let wide = collapse_any(&tree, &scene);
+        at_every_poll("wide tree as a tree", |token| wide.to_tree(&tree, token).is_err());
+    }
+}
+
+fn collapse_any(tree: &AnyTree, scene: &Scene) -> AnyWideTree {
+    WideBvh::new(tree, &scene.triangles, &CancelToken::new()).unwrap().tree
+}
+
 /// Text that nothing needs is read as well, and stops as soon.
 #[test]
 fn long_json_is_polled_while_it_is_read() {
@@ -187,6 +237,37 @@ fn deriving_from_a_tree_stops_at_every_poll() {
     let accel = tree();
     at_every_poll("the list of nodes", |token| NodeTable::new(&accel).list(None, token).is_err());
     at_every_poll("diagnosis", |token| diagnose_scene(&scene, token).is_err());
+    with_tree!(&accel.tree, tree => {
+        let lines = RandomLines::new(tree.nodes[0].container, 1);
+        let query = RayQuery::ClosestHit(Traversal::Ordered);
+        let triangles = accel.leaf_triangles();
+        let visits = |token: &CancelToken| measure_visits(tree, triangles, 4_000, |i| lines.ray(i), query, token);
+        at_every_poll("visits", |token| pool.install(|| visits(token)).is_err());
+        let counted = visits(&CancelToken::new()).unwrap();
+        at_every_poll("sums of visits", |token| counted.sums(tree, token).is_err());
+        at_every_poll("cost of visits", |token| counted.cost(tree, token).is_err());
+        at_every_poll("shares of cost", |token| subtree_sah_shares(tree, token).is_err());
+        let value = |node: u32| overlap(tree, node).unwrap_or(0.0);
+        at_every_poll("largest nodes", |token| {
+            pool.install(|| largest_nodes(tree.nodes.len(), 100, value, token)).is_err()
+        });
+        at_every_poll("surviving nodes", |token| surviving_nodes(tree, tree, token).is_err());
+    });
+    let camera = Camera::framing(&scene.bounds, scene.up);
+    for population in Population::ALL {
+        let rays = ViewRays::new(population, camera, [40, 30], &RenderSettings::default());
+        // The scene keeps the normals by crease angle, which are polled for once only.
+        let visits = KnownVisits(Arc::new(rays.measure(&accel, &CancelToken::new()).unwrap()));
+        at_every_poll(population.name(), |token| pool.install(|| rays.measure(&accel, token)).is_err());
+        at_every_poll("the scatter of visits", |token| {
+            pool.install(|| VisitScatter::new(&accel, population, &visits, token)).is_err()
+        });
+    }
+    let settings = BuildSettings { optimize: Passes::NONE.with(Pass::Split), ..BuildSettings::default() };
+    let (split, _) = build_binary(&scene.triangles, &settings, &CancelToken::new()).unwrap();
+    with_tree!(&split, tree => {
+        at_every_poll("surviving nodes with split triangles", |token| surviving_nodes(tree, tree, token).is_err());
+    });
 }
 
 #[test]
@@ -253,8 +334,9 @@ fn measuring_stops_at_every_poll() {
         traversal: bvhscope_engine::tree::traverse::Traversal::Ordered,
         simd: SimdLevel::best(),
         repeat: 2,
+        populations: bvhscope::lab::population::Populations::ALL,
     };
-    let subject = Subject { model: "terrain".to_owned(), scene };
+    let subject = Subject { model: "terrain".to_owned(), scene, trees: Vec::new() };
     let setups = [Setup { build: BuildSettings::default(), preset: None, threads: 1 }];
     at_every_poll("measure", |token| match measure("bench", &subject, &setups, &view, token, &mut |_| ()) {
         Ok(()) => false,

@@ -14,13 +14,18 @@ use bvhscope::lab::diagnose::diagnose_scene;
 use bvhscope::overlay::NodeTable;
 use bvhscope::render::{RenderRequest, RenderSettings, Shading, render};
 use bvhscope::scene::{LoadOptions, Scene, SceneSource, load};
+use bvhscope_engine::AnyTree;
 use bvhscope_engine::builders::build_binary;
 use bvhscope_engine::cancel::CancelToken;
 use bvhscope_engine::settings::{BuildSettings, BuilderKind, Preset};
 use bvhscope_engine::tree::ContainerKind;
 use bvhscope_engine::tree::ancestry::Ancestry;
+use bvhscope_engine::tree::largest::largest_nodes;
+use bvhscope_engine::tree::node_metrics::{self, subtree_sah_shares};
 use bvhscope_engine::tree::overlap::end_point_overlap;
 use bvhscope_engine::tree::statistics::tree_stats;
+use bvhscope_engine::tree::survival::surviving_nodes;
+use bvhscope_engine::tree_file::{Header, TreeFile, write_nodes_csv, write_tree};
 use bvhscope_engine::wide::collapse;
 use bvhscope_engine::with_tree;
 
@@ -207,6 +212,16 @@ fn derived_data() {
             let triangles = &accel.scene.triangles;
             with_tree!(&accel.tree, tree => drop(collapse(tree, triangles, token).unwrap()));
         });
+        check("shares of cost and largest nodes", &|accel, token| {
+            with_tree!(&accel.tree, tree => {
+                drop(subtree_sah_shares(tree, token).unwrap());
+                let value = |node: u32| node_metrics::overlap(tree, node).unwrap_or(0.0);
+                drop(largest_nodes(tree.nodes.len(), 100, value, token).unwrap());
+            });
+        });
+        check("surviving nodes", &|accel, token| {
+            with_tree!(&accel.tree, tree => drop(surviving_nodes(tree, tree, token).unwrap()));
+        });
         check("overlap", &|accel, token| {
             end_point_overlap(&accel.tree, &accel.scene.triangles, 100, token).unwrap();
         });
@@ -235,6 +250,43 @@ fn derived_data() {
     );
     growing.assert_none();
 }
+
+#[test]
+fn tree_files() {
+    if run_with_fresh_memory("latency::tree_files") {
+        return;
+    }
+    let scenes = [terrain(SMALL), terrain(SMALL * GROWTH)];
+    let mut growing = Growing::default();
+    for container in ContainerKind::ALL {
+        let settings = BuildSettings { builder: BuilderKind::Lbvh, container, ..BuildSettings::default() };
+        let files = scenes.each_ref().map(|scene| {
+            let (tree, _) = build_binary(&scene.triangles, &settings, &CancelToken::new()).unwrap();
+            let mut bytes = Vec::new();
+            let header = Header::new(scene.triangles.len());
+            write_tree(&tree, &header, Some(&scene.triangles), &mut bytes, &CancelToken::new()).unwrap();
+            (Arc::clone(scene), tree, bytes)
+        });
+        let mut check = |what: &str, work: &(dyn Fn(&File, &CancelToken) + Sync)| {
+            let name = format!("{what}, {}", container.name());
+            let sizes = [&0_usize, &1];
+            growing.check(&name, sizes, |&which| which, |which, token| work(&files[which], token));
+        };
+        check("reading", &|(_, _, bytes), token| drop(TreeFile::read(bytes, None, u64::MAX, token).unwrap()));
+        check("reading over a mesh", &|(scene, _, bytes), token| {
+            drop(TreeFile::read(bytes, Some(&scene.triangles), u64::MAX, token).unwrap());
+        });
+        check("writing", &|(scene, tree, _), token| {
+            let header = Header::new(scene.triangles.len());
+            write_tree(tree, &header, Some(&scene.triangles), &mut std::io::sink(), token).unwrap();
+        });
+        check("table", &|(_, tree, _), token| write_nodes_csv(tree, &mut std::io::sink(), token).unwrap());
+    }
+    growing.assert_none();
+}
+
+/// A scene, its tree and the file of that.
+type File = (Arc<Scene>, AnyTree, Vec<u8>);
 
 #[test]
 fn pictures() {

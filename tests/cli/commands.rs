@@ -23,7 +23,7 @@ const SMALL: [&str; 3] = ["builtin:teapot:2", "--size", "24x16"];
 
 #[test]
 fn every_command_has_help_with_examples_and_the_program_a_version() {
-    for command in ["render", "bench", "sweep", "scaling", "compare", "plot", "info"] {
+    for command in ["render", "bench", "sweep", "scaling", "compare", "diff", "plot", "merges", "info", "ray"] {
         let (code, out, _) = run(&[command, "--help"]);
         assert_eq!(code, 0, "{command}");
         assert!(out.contains("Examples:") && out.contains(&format!("bvhscope {command}")), "{out}");
@@ -39,7 +39,7 @@ fn every_command_has_help_with_examples_and_the_program_a_version() {
 
 #[test]
 fn wrong_flags_name_flag_value_and_range() {
-    let cases: [(&[&str], &[&str]); 46] = [
+    let cases: [(&[&str], &[&str]); 52] = [
         (&["rendr"], &["'rendr'", "neither a command nor a file", "'render'", "--help"]),
         (&["swep", "builtin:teapot", "--csv", "x.csv"], &["'swep'", "'sweep'"]),
         (&["bench", "--treshold", "3"], &["--treshold", "--threshold"]),
@@ -84,6 +84,12 @@ fn wrong_flags_name_flag_value_and_range() {
         (&["scaling", "--threads", "0"], &["--threads", "1 to 1024"]),
         (&["scaling", "--builder", "binned-sah", "--container", "both"], &["binned SAH", "box"]),
         (&["compare", "--threshold", "3"], &["--threshold"]),
+        (&["diff"], &["--b"]),
+        (&["diff", "--a", "fast", "--b", "preset=hq"], &["--a", "'fast'", "NAME=VALUE"]),
+        (&["diff", "--b", "treshold=7"], &["--b", "did you mean 'threshold'?"]),
+        (&["diff", "--b", "epsilon=0.7"], &["--b", "epsilon=0.7", "0 to 0.5"]),
+        (&["diff", "--b", "container=sphere optimize=reinsert"], &["'reinsert'", "boxes only"]),
+        (&["diff", "--b", "preset=hq", "-o", "x.exr"], &["x.exr", ".png"]),
         (&["plot", "-o", "x.png"], &["FILES"]),
         (&["plot", "rows.jsonl", "-o", "x.gif"], &["x.gif", ".png or .svg"]),
     ];
@@ -310,7 +316,7 @@ fn strict_turns_warnings_into_code_three() {
 }
 
 /// Names of the values that every command reports of a tree.
-const TREE_NAMES: [&str; 27] = [
+const TREE_NAMES: [&str; 28] = [
     "builder",
     "container",
     "threshold",
@@ -319,6 +325,7 @@ const TREE_NAMES: [&str; 27] = [
     "optimize",
     "threads",
     "build_ms",
+    "ready_ms",
     "build_stages_ms",
     "mtriangles_per_s",
     "collapse_ms",

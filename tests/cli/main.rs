@@ -9,11 +9,23 @@ mod support;
 #[cfg(all(target_os = "linux", feature = "gui"))]
 mod bookmarks;
 mod commands;
+mod diff;
 #[cfg(unix)]
 mod interrupting;
+#[cfg(feature = "gui")]
+mod merges;
 #[cfg(unix)]
 mod overwriting;
+mod populations;
+mod rays;
 #[cfg(target_os = "linux")]
 mod streams;
 #[cfg(target_os = "linux")]
 mod threads;
+#[cfg(unix)]
+mod tree_check;
+#[cfg(unix)]
+mod tree_clients;
+mod tree_files;
+#[cfg(unix)]
+mod tree_writers;

@@ -61,7 +61,7 @@ fn nothing_that_is_read_is_written_over() {
     let gltf = ["bench", "model.gltf", "--size", "8x8", "--repeat", "1"];
     let stl = ["bench", "stl.csv", "--size", "8x8", "--repeat", "1"];
     let two = ["sweep", "builtin:teapot:1", "model.obj", "--size", "8x8", "--repeat", "1", "--threshold", "2"];
-    let cases: [(&[&str], &[&str]); 17] = [
+    let cases: [(&[&str], &[&str]); 18] = [
         (&render, &["texture.png"]),
         (&render, &["hard.png"]),
         (&render, &["soft.png"]),
@@ -78,6 +78,7 @@ fn nothing_that_is_read_is_written_over() {
         (&two, &["--csv", "materials.mtl"]),
         (&["scaling", "model.obj", "--size", "8x8", "--repeat", "1"], &["--csv", "texture.png"]),
         (&["compare", "model.obj", "--size", "8x8", "--repeat", "1"], &["--csv", "texture.png"]),
+        (&["diff", "model.obj", "--size", "8x8", "--repeat", "1", "--b", "preset=hq"], &["-o", "texture.png"]),
         (&["plot", "rows.svg", "-o"], &["./rows.svg"]),
     ];
     for (command, target) in cases {

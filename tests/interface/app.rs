@@ -2,6 +2,7 @@
 
 use bvhscope::app::App;
 use bvhscope::app::commands::Action;
+use bvhscope::app::state::dock::DockView;
 use bvhscope::app::state::paper::{Experiment, RowFormat};
 use bvhscope::app::state::{PickedTriangle, Request, Severity, Wanted};
 use bvhscope::lab::Subject;
@@ -342,7 +343,7 @@ fn the_selection_survives_a_rebuild() {
     assert_eq!(selected, Some(shown.accel.path_to(5)[2]), "the depth stays");
 
     // A node off that path.
-    let sibling = shown.table.sibling(selected.unwrap()).unwrap();
+    let sibling = shown.table.sibling(selected.unwrap(), 1).unwrap();
     harness.state_mut().state.selection.nodes.selected = Some(sibling);
     let triangle = shown.accel.tree.first_primitive_below(sibling).unwrap();
     let (shown, selected) = rebuilt(&mut harness, 20);
@@ -374,16 +375,16 @@ fn plan_little(harness: &mut Harness<'static, App>) {
 fn the_paper_panel_shows_the_numbers_of_the_command_line() {
     let mut harness = app();
     plan_little(&mut harness);
-    harness.key_press(egui::Key::F6);
+    harness.key_press(egui::Key::F11);
     settle(&mut harness);
-    assert!(harness.state().state.preferences.paper_open);
+    assert_eq!(harness.state().state.preferences.dock.open, Some(DockView::Paper));
     press(&mut harness, "Measure");
     let state = &harness.state().state;
     let shown = state.activity.measured[&Experiment::Tables].clone();
     assert!(shown.finished && shown.rows.len() == 2, "{} rows", shown.rows.len());
     let scene = state.model.loaded.clone().unwrap();
     let plan = &state.preferences.paper;
-    let subject = Subject { model: scene.source.to_string(), scene: scene.clone() };
+    let subject = Subject { model: scene.source.to_string(), scene: scene.clone(), trees: Vec::new() };
     let view = plan.view(&scene, &state.wanted);
     let mut rows = Vec::new();
     let job = plan.job(&state.wanted);

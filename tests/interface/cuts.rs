@@ -5,7 +5,7 @@ use bvhscope::render::Shading;
 use egui::{Key, Modifiers, PointerButton, vec2};
 use egui_kittest::kittest::Queryable as _;
 
-use crate::harness::{Window, app, button, drag, presented, press, send, settle, viewport};
+use crate::harness::{Window, app, button, drag, presented, press, send, settle, two, viewport};
 
 fn act(harness: &mut Window, action: Action) {
     action.perform(&mut harness.state_mut().state);
@@ -24,7 +24,7 @@ fn counts(harness: &Window) -> (usize, usize) {
 fn hiding_takes_the_subtree_its_triangles_and_its_containers() {
     let mut harness = app();
     let (hits_before, counts_before) = (hits(&harness), counts(&harness));
-    let [first, second] = presented(&harness).table.children(0).unwrap();
+    let [first, second] = two(presented(&harness).table.children(0));
     harness.state_mut().state.selection.nodes.selected = Some(first);
     press(&mut harness, Modifiers::NONE, Key::H);
     assert_eq!(harness.state().state.selection.nodes.selected, None);

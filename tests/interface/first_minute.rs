@@ -5,7 +5,7 @@ use std::sync::Arc;
 use crate::panel::{harness, present, press, sized, state};
 use bvhscope::app::commands::{Action, Category};
 use bvhscope::app::glossary::Term;
-use bvhscope::app::state::{AppState, HelpPage, Request, THUMBNAIL_SIZE, Thumbnail};
+use bvhscope::app::state::{AppState, HelpPage, Request, Severity, THUMBNAIL_SIZE, Thumbnail};
 use bvhscope::render::{HeatKind, Shading};
 use bvhscope::scene::{Scene, SceneSource};
 use bvhscope_engine::geometry::Triangle;
@@ -60,6 +60,17 @@ fn the_tour_is_skipped_by_esc_and_does_not_come_back_by_itself() {
     Action::Tour.perform(h.state_mut());
     h.run_steps(3);
     assert!(h.query_by_label("Tour").is_some(), "the menu starts it again");
+}
+
+#[test]
+fn the_tour_waits_until_an_error_was_read() {
+    let mut s = first_start();
+    s.messages.notify(Severity::Error, "bunny.obj: no such file");
+    let mut h = harness(s);
+    assert!(h.query_by_label("Tour").is_none() && h.query_by_label_contains("no such file").is_some());
+    h.state_mut().messages.open.clear();
+    h.run_steps(3);
+    assert!(h.query_by_label("Tour").is_some());
 }
 
 #[test]

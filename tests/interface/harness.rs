@@ -52,6 +52,12 @@ pub fn presented(harness: &Window) -> Presented {
     harness.state().state.model.presented.clone().unwrap()
 }
 
+/// The children of an interior node of a binary tree.
+pub fn two(children: std::ops::Range<u32>) -> [u32; 2] {
+    assert_eq!(children.len(), 2);
+    [children.start, children.start + 1]
+}
+
 pub fn button(pos: Pos2, button: PointerButton, pressed: bool) -> Event {
     Event::PointerButton { pos, button, pressed, modifiers: Modifiers::NONE }
 }
@@ -73,6 +79,20 @@ pub fn drag(harness: &mut Window, with: PointerButton, from: Pos2, steps: &[Vec2
     }
     send(harness, button(at, with, false));
     settle(harness);
+}
+
+/// Clicks the button of this name, and returns the text that it copies.
+pub fn copied(harness: &mut Window, button: &str) -> String {
+    harness.get_by_label(button).click();
+    for _ in 0..4 {
+        harness.run_steps(1);
+        for command in &harness.output().platform_output.commands {
+            if let egui::OutputCommand::CopyText(text) = command {
+                return text.clone();
+            }
+        }
+    }
+    panic!("{button} copies nothing")
 }
 
 /// Sends both clicks in one frame, because a frame of the harness takes longer than a double click may.

@@ -7,6 +7,7 @@ use std::sync::Arc;
 
 use bvhscope::accel::Accel;
 use bvhscope::app::panels;
+use bvhscope::app::state::dock::DockView;
 use bvhscope::app::state::paper::{Experiment, PaperResult};
 use bvhscope::app::state::{AppState, Preferences, Presented, Wanted};
 use bvhscope::camera::Camera;
@@ -69,7 +70,8 @@ pub fn present(state: &mut AppState, scene: &Arc<Scene>) {
     let table = Arc::new(NodeTable::new(&accel));
     let frame_id = state.model.presented.as_ref().map_or(1, |shown| shown.frame_id + 1);
     let before = state.model.presented.as_ref().and_then(Presented::reference);
-    state.model.presented = Some(Presented { before, ..Presented::new(accel, Arc::clone(&table), frame, frame_id, 0) });
+    state.model.presented =
+        Some(Presented { before, ..Presented::new(accel, Arc::clone(&table), frame, false, frame_id, 0) });
     state.model.loaded = Some(Arc::clone(scene));
     state.layout.viewport_px = [800, 500];
     let shown = table.shown(&state.wanted.overlay, &state.selection.nodes, None);
@@ -105,17 +107,17 @@ pub fn press(harness: &mut Harness<'static, AppState>, name: &str) {
     harness.run_steps(3);
 }
 
-/// Opens the paper panel with measured rows of the sheet.
+/// Opens the view "Paper" with measured rows of the sheet.
 pub fn with_rows(state: &mut AppState, experiment: Experiment) {
     let scene = state.model.loaded.clone().unwrap();
     let plan = &mut state.preferences.paper;
     plan.choose(experiment);
     (plan.thresholds, plan.repeat) = ([4, 8], 1);
-    let subject = Subject { model: scene.source.to_string(), scene: Arc::clone(&scene) };
+    let subject = Subject { model: scene.source.to_string(), scene: Arc::clone(&scene), trees: Vec::new() };
     let view = TraceView { size: [16, 16], ..plan.view(&scene, &state.wanted) };
     let mut rows = Vec::new();
     let job = plan.job(&state.wanted);
     job.run(&subject, (0, 1), &view, &CancelToken::new(), &mut |row| rows.push(row)).unwrap();
-    state.preferences.paper_open = true;
+    state.preferences.dock.open = Some(DockView::Paper);
     state.activity.measured.insert(experiment, PaperResult::new(experiment, scene, rows, true));
 }

@@ -22,7 +22,7 @@ fn the_paper_panel_names_its_widgets_and_fits_the_smallest_screen() {
         with_rows(&mut s, experiment);
         let h = sized(s, 1024.0, 640.0, 2.0);
         let screen = h.ctx.content_rect();
-        for label in ["Measure", "Save SVG", "Close paper panel", "Measured repeat", "Depth range"] {
+        for label in ["Measure", "Save SVG", "Close dock", "Measured repeat", "Depth range"] {
             assert!(screen.contains_rect(h.get_by_label(label).rect()), "{label} lies outside");
         }
         let nameless = h.root().children_recursive().find(|node| {
@@ -42,9 +42,13 @@ fn the_paper_panel_switches_between_tables_and_plots() {
     assert!(h.query_by_label("Plot of Tests per ray").is_some());
     press(&mut h, "Tables");
     assert!(h.query_by_label("Plot of Tests per ray").is_none());
-    assert_eq!(h.query_all_by_label_contains("δ 8").count(), 2, "a row for the box and one for the sphere");
-    press(&mut h, "Close paper panel");
-    assert!(!h.state().preferences.paper_open);
+    assert_eq!(
+        h.query_all_by_label_contains("δ 8").count(),
+        4,
+        "a row for the box and one for the sphere in both tables"
+    );
+    press(&mut h, "Close dock");
+    assert_eq!(h.state().preferences.dock.open, None);
 }
 
 #[test]
@@ -413,4 +417,13 @@ fn the_exposure_is_locked_as_metered_and_metered_again() {
     Action::LockExposure.perform(h.state_mut());
     assert_eq!(h.state().wanted.render.exposure, Exposure::Auto);
     assert!(!Action::LockExposure.is_enabled(&state(Shading::Depth)));
+}
+
+/// What is in a panel must not be wider than the panel, which would grow with it.
+#[test]
+fn the_side_panels_open_at_their_default_widths() {
+    let harness = crate::harness::app();
+    let rect = crate::harness::viewport(&harness);
+    let widths = [rect.left(), 1100.0 - rect.right()];
+    assert!((widths[0] - 248.0).abs() < 1.5 && (widths[1] - 288.0).abs() < 1.5, "{widths:?}");
 }

@@ -15,6 +15,7 @@ use bvhscope_engine::kernel::SimdLevel;
 use bvhscope_engine::settings::{BuildSettings, BuilderKind, Curve, Pass, Passes};
 use bvhscope_engine::tree::ContainerKind;
 use bvhscope_engine::tree::traverse::{NoProbe, TestCounts, Traversal};
+use bvhscope_engine::tree_file::{TreeFile, write_tree};
 use glam::Vec3;
 
 /// A folder that does not exist, so that no model refers to an existing file.
@@ -68,6 +69,19 @@ pub fn ply(bytes: &[u8]) {
 /// An STL file.
 pub fn stl(bytes: &[u8]) {
     load("a.stl", bytes);
+}
+
+/// A tree file: as a model, and as a tree of unknown triangles, which then is written and read again.
+pub fn tree_file(bytes: &[u8]) {
+    load("a.bvh", bytes);
+    let token = CancelToken::new();
+    let Ok(file) = TreeFile::read(bytes, None, 1 << 28, &token) else { return };
+    let mut written = Vec::new();
+    write_tree(&file.tree, &file.header, file.corners.as_deref(), &mut written, &token)
+        .expect("memory takes everything");
+    let again = TreeFile::read(&written, None, 1 << 28, &token).expect("what was written is a tree");
+    assert_eq!((again.tree, again.corners), (file.tree, file.corners));
+    assert_eq!((again.numbers, again.empty_nodes), (None, 0), "it was in order");
 }
 
 /// A material library beside a sound OBJ file in `folder`.

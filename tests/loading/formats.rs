@@ -336,7 +336,7 @@ fn formats_are_recognised_by_content() {
         }
     }
     let message = load_bytes("a.txt", b"hello").unwrap_err().to_string();
-    assert!(message.contains("neither OBJ, glTF, GLB, PLY nor STL"), "{message}");
+    assert!(message.contains("neither OBJ, glTF, GLB, PLY, STL nor BVH"), "{message}");
 }
 
 #[test]

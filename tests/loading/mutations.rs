@@ -5,7 +5,11 @@ use crate::entry_points;
 use crate::random::Random;
 use crate::sound_gltf;
 use bvhscope::scene::LoadOptions;
+use bvhscope_engine::Triangle;
 use bvhscope_engine::cancel::CancelToken;
+use bvhscope_engine::settings::{BuildSettings, Preset};
+use bvhscope_engine::tree::ContainerKind;
+use bvhscope_engine::tree_file::{Header, write_tree};
 
 /// Numbers at which sums and products overflow.
 const NUMBERS: [&str; 16] = [
@@ -111,7 +115,10 @@ fn truncated_files_are_reported() {
     let second = stl.windows(6).position(|word| word == b"SOLID\n").expect("there are two");
     let stl = stl[second..].to_vec();
     let [gltf, glb] = gltf_seeds();
+    let [boxes, spheres] = tree_file_seeds();
     for (name, bytes) in [
+        ("a.bvh", boxes),
+        ("a.bvh", spheres),
         ("a.ply", ply),
         ("a.ply", little),
         ("a.ply", big),
@@ -289,6 +296,30 @@ fn damaged_stl_files() {
     colored.extend(0_u32.to_le_bytes());
     colored.extend([63; 103]);
     attack(&[bytes(open), colored], 1500, entry_points::stl);
+}
+
+/// Two tree files with their triangles: a binary tree of boxes and the wide tree of spheres.
+fn tree_file_seeds() -> [Vec<u8>; 2] {
+    let token = CancelToken::new();
+    let mut random = Random(5);
+    let triangles: Vec<Triangle> = (0..12)
+        .map(|_| [(); 3].map(|()| glam::Vec3::new(random.signed(), random.signed(), random.signed())))
+        .map(|[a, b, c]| Triangle { a, b, c })
+        .collect();
+    ContainerKind::ALL.map(|container| {
+        let settings = BuildSettings::preset(Preset::Hq, container);
+        let bvh = bvhscope_engine::build(&triangles, &settings, &token).unwrap();
+        let wide = bvh.wide().tree.to_tree(bvh.tree(), &token).unwrap().unwrap();
+        let tree = if container == ContainerKind::Aabb { bvh.tree() } else { &wide };
+        let mut bytes = Vec::new();
+        write_tree(tree, &Header::new(triangles.len()), Some(&triangles), &mut bytes, &token).unwrap();
+        bytes
+    })
+}
+
+#[test]
+fn damaged_tree_files() {
+    attack(&tree_file_seeds(), 6000, entry_points::tree_file);
 }
 
 /// Floats of every kind: ordinary, equal, huge, tiny, denormal, any bits.

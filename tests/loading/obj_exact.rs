@@ -107,3 +107,28 @@ fn polls_grow_with_the_size_of_the_file_alone() {
         assert!((4..16).contains(&few) && many >= 2 * few && many <= 5 * few, "{unit:?}: {few}, {many}");
     }
 }
+
+#[test]
+fn maps_of_highlights_become_reflectance_and_roughness() {
+    let folder = tempfile::tempdir().unwrap();
+    image::RgbaImage::from_pixel(1, 1, image::Rgba([51, 255, 0, 255])).save(folder.path().join("a.png")).unwrap();
+    let library = "newmtl both\nKd 0.5 0.5 0.5\nKs 0 0 0\nmap_Ks a.png\nmap_Ns a.png\nNs 1000\n\
+                   newmtl grey\nKd 0.5 0.5 0.5\nKs 0.5\nmap_Ks a.png\n\
+                   newmtl physical\nmap_Ks a.png\nmap_Ns a.png\nPr 0.25\n";
+    std::fs::write(folder.path().join("a.mtl"), library).unwrap();
+    let text = "mtllib a.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nusemtl both\nf 1 2 3\nusemtl grey\nf 1 2 3\nusemtl physical\nf 1 2 3\n";
+    let path = folder.path().join("a.obj");
+    let scene = load_bytes(&path, text.as_bytes(), &LoadOptions::default(), &CancelToken::new()).unwrap();
+    assert!(scene.warnings.is_empty(), "{:?}", scene.warnings);
+    let [both, grey, physical] = [0, 1, 2].map(|triangle| scene.material(triangle));
+    let texel = |texture: Option<u32>| scene.textures[texture.unwrap() as usize].sample(glam::Vec2::splat(0.5));
+    // A black Ks is that of exporters that write the map only; 8 % is the reflectance of white.
+    assert!((both.specular - glam::Vec3::splat(0.08)).abs().max_element() < 1e-6, "{both:?}");
+    assert!((grey.specular - glam::Vec3::splat(0.04)).abs().max_element() < 1e-6, "{grey:?}");
+    // Colours: 51 is 0.0331 in linear light.
+    assert!((texel(both.specular_texture).x - 0.033_105).abs() < 1e-4);
+    // Numbers: a fifth of Ns 1000, (2 / 202)^¼ = 0.3154.
+    assert_eq!(both.roughness, 1.0);
+    assert!((texel(both.roughness_texture).y - 0.315_4).abs() < 0.003);
+    assert_eq!((physical.specular_texture, physical.roughness_texture, physical.roughness), (None, None, 0.25));
+}

@@ -5,6 +5,7 @@ use std::sync::Arc;
 
 use bvhscope::accel::Accel;
 use bvhscope::camera::{Camera, Projection};
+use bvhscope::lab::population::Populations;
 use bvhscope::lab::{Measurement, Setup, Subject, TraceView, measure};
 use bvhscope::render::{
     HeatKind, RenderRequest, RenderSettings, Shading, count_tests, render, trace_primary, trace_primary_wide,
@@ -79,6 +80,50 @@ fn heat_maps_show_the_tests_of_each_ray() {
     }
 }
 
+/// Two pairs of triangles, one pair behind the other. Whatever stops a ray, it goes on through the containers behind: beside the
+/// triangles of a pair the root and both pairs; through one of each pair their leaves too.
+#[test]
+fn the_whole_ray_enters_what_is_behind_the_first_surface() {
+    let triangles = [(0.0, 0.0), (2.0, 0.0), (0.0, -9.0), (2.0, -9.0)].map(|(x, z)| triangle(x, z)).to_vec();
+    let scene = Arc::new(Scene::from_triangles(SceneSource::default_builtin(), triangles));
+    for traversal in Traversal::ALL {
+        let mut request = request(&scene, Shading::Heat(HeatKind::WholeRay), true);
+        request.settings.traversal = traversal;
+        let frame = render(&request, &CancelToken::new(), &|_| ()).unwrap();
+        let mut expected = [0.0; 14];
+        expected[1..4].copy_from_slice(&[5.0, 3.0, 5.0]);
+        assert_eq!(frame.values, expected, "{traversal:?}");
+        assert_eq!(frame.primitive.iter().filter(|&&primitive| primitive < 2).count(), 2, "the nearer ones are hit");
+        let of_heat = render(
+            &RenderRequest {
+                settings: RenderSettings { shading: Shading::Heat(HeatKind::Both), ..request.settings },
+                ..request
+            },
+            &CancelToken::new(),
+            &|_| (),
+        );
+        assert_eq!(
+            frame.stats.tests_per_ray(),
+            of_heat.unwrap().stats.tests_per_ray(),
+            "tests are those of the traversal"
+        );
+    }
+}
+
+/// Behind a hidden triangle nothing is entered a second time.
+#[test]
+fn hidden_triangles_do_not_count_a_container_twice() {
+    use bvhscope::visibility::TriangleSet;
+    let scene = two_pairs();
+    let shown = request(&scene, Shading::Heat(HeatKind::WholeRay), false);
+    let mut hidden = TriangleSet::none(4);
+    hidden.insert(1);
+    let without = RenderRequest { hidden: Some(Arc::new(hidden)), ..shown.clone() };
+    let [all, without] = [shown, without].map(|request| render(&request, &CancelToken::new(), &|_| ()).unwrap());
+    assert_eq!(without.values, all.values);
+    assert_eq!([all.stats.hits, without.stats.hits], [4, 3]);
+}
+
 #[test]
 fn pictures_and_summaries_carry_the_same_counts() {
     let request = request(&two_pairs(), Shading::Lit, true);
@@ -111,9 +156,15 @@ fn the_near_child_is_tested_first_unless_the_paper_is_followed() {
 /// The row of the four triangles: every number that does not depend on time.
 #[test]
 fn measurements_of_a_known_tree_are_exact() {
-    let subject = Subject { model: "four".to_owned(), scene: two_pairs() };
-    let view =
-        TraceView { camera: camera(), size: PIXELS, traversal: Traversal::Ordered, simd: SimdLevel::best(), repeat: 2 };
+    let subject = Subject { model: "four".to_owned(), scene: two_pairs(), trees: Vec::new() };
+    let view = TraceView {
+        camera: camera(),
+        size: PIXELS,
+        traversal: Traversal::Ordered,
+        simd: SimdLevel::best(),
+        repeat: 2,
+        populations: Populations::NONE,
+    };
     let setups = [Setup { build: settings(), preset: Some(Preset::Fast), threads: 2 }];
     let mut rows: Vec<Measurement> = Vec::new();
     measure("bench", &subject, &setups, &view, &CancelToken::new(), &mut |row| rows.push(row)).unwrap();

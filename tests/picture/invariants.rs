@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use bvhscope::accel::Accel;
 use bvhscope::camera::Camera;
-use bvhscope::render::{Exposure, RenderRequest, RenderSettings, render};
+use bvhscope::render::{Adaptation, Exposure, RenderRequest, RenderSettings, render, render_adapting};
 use bvhscope::scene::{Material, Scene, SceneSource};
 use bvhscope_engine::{BuildSettings, CancelToken, Triangle};
 use glam::Vec3;
@@ -58,7 +58,7 @@ fn a_closed_room_is_exposed_more_and_all_passes_of_a_view_alike() {
     let accel = Arc::new(Accel::build(&scene, &BuildSettings::default(), &CancelToken::new()).unwrap());
     let outside = Camera::framing(&scene.bounds, Vec3::Y);
     let inside = Camera { eye: Vec3::new(0.1, 0.2, 0.9), target: Vec3::NEG_Z, ..outside };
-    let pictured = |camera: Camera, coarseness: f32, exposure: Exposure| {
+    let adapted = |camera: Camera, coarseness: f32, exposure: Exposure, adaptation: Option<Adaptation>| {
         let settings = RenderSettings { samples: 2, exposure, ..RenderSettings::default() };
         let accel = Arc::clone(&accel);
         let request = RenderRequest {
@@ -71,8 +71,9 @@ fn a_closed_room_is_exposed_more_and_all_passes_of_a_view_alike() {
             count_tests: false,
             hidden: None,
         };
-        render(&request, &CancelToken::new(), &|_| ()).unwrap()
+        render_adapting(&request, adaptation, &CancelToken::new(), &|_| ()).unwrap()
     };
+    let pictured = |camera, coarseness, exposure| adapted(camera, coarseness, exposure, None);
     assert_eq!(pictured(outside, 1.0, Exposure::Auto).exposure_stops, 0.0);
     let room = pictured(inside, 1.0, Exposure::Auto);
     assert!((1.0..=4.0).contains(&room.exposure_stops), "{}", room.exposure_stops);
@@ -87,4 +88,14 @@ fn a_closed_room_is_exposed_more_and_all_passes_of_a_view_alike() {
     assert!((mean(&coarse) - mean(&room)).abs() < 15.0, "{} {}", mean(&coarse), mean(&room));
     let locked = pictured(inside, 1.0, Exposure::Fixed(room.exposure_stops));
     assert_eq!(locked.rgba, room.rgba, "locking changes nothing");
+    // From outside into the room, half of the way at a time.
+    let mut frame = pictured(outside, 4.0, Exposure::Auto);
+    let mut stops = vec![frame.exposure_stops];
+    while !(frame.is_adapted && frame.camera == inside) {
+        let half = Adaptation { from: frame.metered(), fraction: 0.5 };
+        frame = adapted(inside, 4.0, Exposure::Auto, Some(half));
+        stops.push(frame.exposure_stops);
+    }
+    assert!((6..12).contains(&stops.len()) && stops.is_sorted(), "{stops:?}");
+    assert!((mean(&frame) - mean(&coarse)).abs() < 1.0, "{} {}", mean(&frame), mean(&coarse));
 }

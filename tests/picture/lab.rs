@@ -7,9 +7,10 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use bvhscope::accel::Accel;
 use bvhscope::camera::Camera;
 use bvhscope::lab::plot::panels;
+use bvhscope::lab::population::Populations;
 use bvhscope::lab::report_table::{number, tables};
 use bvhscope::lab::{
-    Job, LabError, Measurement, Setup, Subject, SweepPlan, TraceView, bench, compare, measure, scaling, sweep,
+    Job, LabError, Measurement, RowSink, Setup, Subject, SweepPlan, TraceView, bench, compare, measure, scaling, sweep,
 };
 use bvhscope::render::{RenderRequest, RenderSettings, trace_primary, trace_primary_wide};
 use bvhscope::scene::{LoadOptions, SceneSource, load};
@@ -24,6 +25,7 @@ fn subject(name: &str) -> Subject {
     Subject {
         model: name.to_owned(),
         scene: Arc::new(load(&source, &LoadOptions::default(), &CancelToken::new()).unwrap()),
+        trees: Vec::new(),
     }
 }
 
@@ -34,6 +36,7 @@ fn view(subject: &Subject, traversal: Traversal) -> TraceView {
         traversal,
         simd: SimdLevel::best(),
         repeat: 2,
+        populations: Populations::NONE,
     }
 }
 
@@ -73,9 +76,9 @@ fn measured(subject: &Subject, setups: &[Setup], view: &TraceView) -> Vec<Measur
     collect(|row| measure("bench", subject, setups, view, &CancelToken::new(), row))
 }
 
-fn collect(job: impl FnOnce(&mut dyn FnMut(Measurement)) -> Result<(), LabError>) -> Vec<Measurement> {
+fn collect(job: impl FnOnce(&mut dyn RowSink) -> Result<(), LabError>) -> Vec<Measurement> {
     let mut rows = Vec::new();
-    job(&mut |row| rows.push(row)).unwrap();
+    job(&mut |row: Measurement| rows.push(row)).unwrap();
     rows
 }
 

@@ -3,6 +3,10 @@
 #![allow(clippy::pedantic, reason = "tests and measurements may be plainer than the libraries")]
 #![allow(clippy::unwrap_used, reason = "a failed step is a failed test")]
 
+#[path = "../support/mod.rs"]
+mod support;
+
+mod any_arity;
 mod counts;
 mod cuts;
 mod determinism;
@@ -11,6 +15,8 @@ mod invariants;
 mod lab;
 mod overlay;
 mod overlays;
+mod pinned_trees;
+mod rays;
 mod surfaces;
 
 #[cfg(feature = "gui")]

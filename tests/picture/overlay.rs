@@ -7,6 +7,7 @@ use bvhscope::accel::Accel;
 use bvhscope::camera::{Camera, Projection};
 use bvhscope::overlay::{ColorBy, NodeTable, OverlaySettings, Role, Selection, Shown, Viewpoint, highlighted, legend};
 use bvhscope::scene::{LoadOptions, SceneSource, load};
+use bvhscope::section::SectionPlane;
 use bvhscope_engine::cancel::CancelToken;
 use bvhscope_engine::geometry::{Aabb, Sphere};
 use bvhscope_engine::settings::BuildSettings;
@@ -17,14 +18,15 @@ use glam::Vec3;
 #[test]
 fn families_are_found_from_any_member() {
     let table = table::<Aabb>(row(13));
-    assert_eq!((table.parent(0), table.sibling(0), table.depth(0)), (None, None, 0));
-    assert_eq!((table.parent(25), table.sibling(25)), (None, None), "there are 25 nodes");
+    assert_eq!((table.parent(0), table.sibling(0, 1), table.depth(0)), (None, None, 0));
+    assert_eq!((table.parent(25), table.sibling(25, 1)), (None, None), "there are 25 nodes");
     for node in 1..25 {
         let parent = table.parent(node).unwrap();
-        let mut children = table.children(parent).unwrap();
-        assert!(children.contains(&node));
-        children.sort_unstable_by_key(|&child| child == node);
-        assert_eq!(children, [table.sibling(node).unwrap(), node]);
+        let children = table.children(parent);
+        assert!(children.len() == 2 && children.contains(&node));
+        let other = children.clone().find(|&child| child != node);
+        assert_eq!([table.sibling(node, 1), table.sibling(node, -1)], [other; 2]);
+        assert_eq!(table.sibling(node, 2), Some(node));
         assert_eq!(table.depth(node), table.depth(parent) + 1);
     }
 }
@@ -172,15 +174,18 @@ fn an_instance_describes_its_node() {
     let leaf = table.instance(*table.by_depth(table.len() as u32).last().unwrap(), 3, &by_primitives);
     assert_eq!((leaf.depth, leaf.primitives, leaf.flags), (3, 1, 1));
     assert!(leaf.area_share > 0.0 && leaf.area_share < 0.1);
-    let [left, right] = table.children(0).unwrap();
-    assert_eq!(table.overlap(left), 0.0, "a row along x overlaps nowhere");
+    let left = table.children(0).start;
+    let right = left + 1;
+    assert_eq!(table.overlap(0), Some(0.0), "a row along x overlaps nowhere");
+    assert_eq!((table.overlap(leaf.node), leaf.overlap), (None, 0.0), "a leaf has no children");
     assert_eq!(table.primitives(left) + table.primitives(right), 8);
 }
 
 #[test]
 fn the_family_and_the_hovered_node_are_highlighted() {
     let table = table::<Aabb>(row(4));
-    let [first, second] = table.children(0).unwrap();
+    let first = table.children(0).start;
+    let second = first + 1;
     let marked = |selected, hovered| highlighted(&table, &Selection { selected, hovered, ..Selection::default() });
     let family = vec![(first, Role::FirstChild), (second, Role::SecondChild), (0, Role::Selected)];
     assert_eq!(marked(Some(0), Some(0)), family);
@@ -247,7 +252,32 @@ fn the_automatic_range_shows_up_to_two_hundred_nodes() {
 fn far_end(projection: Projection) -> Viewpoint {
     let target = Vec3::new(120.0, 0.0, 0.0);
     let camera = Camera { eye: target + Vec3::Z * 20.0, target, up: Vec3::Y, fov_y: 0.8, projection };
-    Viewpoint { camera, size_px: [400, 400] }
+    Viewpoint { camera, size_px: [400, 400], section: None }
+}
+
+#[test]
+fn containers_that_the_section_plane_cuts_away_are_not_chosen() {
+    let nothing = Selection::default();
+    for tree in [table::<Aabb>(row(64)), table::<Sphere>(row(64))] {
+        for flipped in [false, true] {
+            let plane = SectionPlane { normal: Vec3::X, offset: 50.0, flipped };
+            let view = Viewpoint { section: Some(plane), ..far_end(Projection::Orthographic) };
+            let reaches = |node: u32| {
+                let bounds = tree.bounds(node).unwrap();
+                if flipped { bounds.max.x >= 50.0 } else { bounds.min.x <= 50.0 }
+            };
+            let kept: Vec<u32> = (0..tree.len() as u32).filter(|&node| reaches(node)).collect();
+            assert!(kept.len() < tree.len() && kept.len() > 10);
+            let mut all = tree.shown(&settings(0, 99), &nothing, Some(&view));
+            all.nodes.sort_unstable();
+            assert_eq!((all.nodes, all.wanted), (kept.clone(), kept.len()));
+            // The budget is spent on what is left, also where few of many are drawn.
+            let few = OverlaySettings { budget: Some(5), ..settings(0, 99) };
+            let few = tree.shown(&few, &nothing, Some(&view));
+            assert_eq!((few.nodes.len(), few.wanted), (5, kept.len()));
+            assert!(few.nodes.iter().all(|node| kept.contains(node)));
+        }
+    }
 }
 
 #[test]

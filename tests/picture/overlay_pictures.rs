@@ -9,7 +9,7 @@ use bvhscope::overlay::{
     legend,
 };
 use bvhscope::section::SectionPlane;
-use bvhscope_engine::geometry::{Aabb, Sphere};
+use bvhscope_engine::geometry::{Aabb, Sphere, Triangle};
 use glam::Vec3;
 
 const FAR: f32 = 1e30;
@@ -62,7 +62,7 @@ fn draw(
     settings: OverlaySettings,
     selection: &Selection,
 ) -> Vec<[u8; 4]> {
-    let viewpoint = Viewpoint { camera, size_px: picture.size };
+    let viewpoint = Viewpoint { camera, size_px: picture.size, section: None };
     let shown = table.map_or(Shown::NOTHING, |table| table.shown(&settings, selection, Some(&viewpoint)));
     let input = DrawInput {
         picture: picture.input(),
@@ -372,7 +372,7 @@ fn dots_stand_for_many_small_containers() {
     let target = Vec3::new(2_048.0, 0.0, 0.0);
     let camera = Camera { eye: target + Vec3::Z * 3_000.0, target, ..camera(1.0, Projection::Perspective) };
     let leaves = OverlaySettings { leaves_only: true, ..settings(0, 99) };
-    let viewpoint = Viewpoint { camera, size_px: size };
+    let viewpoint = Viewpoint { camera, size_px: size, section: None };
     let inner = OverlaySettings { leaves_only: false, ..leaves };
     let shown = table.shown(&inner, &Selection::default(), Some(&viewpoint));
     assert!(shown.outlined < 200 && shown.nodes.len() == 4_095);
@@ -420,5 +420,35 @@ fn faces_fill_the_sides_towards_the_viewer() {
         assert_eq!(middle(false, FAR), 0, "{kind}");
         assert!((4..40).contains(&middle(true, FAR)), "{kind}: {}", middle(true, FAR));
         assert_eq!(middle(true, 1.0), 0, "{kind}: behind the surface");
+    }
+}
+
+/// Two crossed bars: their containers have a middle in common, which is filled through the surface while the root is selected.
+#[test]
+fn the_overlap_of_the_children_is_filled_through_the_surface() {
+    let size = [200, 200];
+    let bar = |along: Vec3, across: Vec3| Triangle {
+        a: -along - across * 0.3,
+        b: along - across * 0.3,
+        c: along + across * 0.3,
+    };
+    let bars = || vec![bar(Vec3::X, Vec3::Y), bar(Vec3::Y, Vec3::X)];
+    let camera = camera(5.0, Projection::Perspective);
+    for (kind, table) in [("box", table::<Aabb>(bars())), ("sphere", table::<Sphere>(bars()))] {
+        assert!(!table.children(0).is_empty(), "{kind}: one bar a leaf");
+        let filled = |overlap, selected, depth| {
+            let picture = Flat::new(size, [0, 0, 0, 255], depth);
+            let settings = OverlaySettings { overlap, hidden_alpha: 0.0, ..settings(9, 9) };
+            let selection = Selection { selected, ..Selection::default() };
+            let drawn = draw(&picture, camera, Some(&table), settings, &selection);
+            // Left of and below the middle, beside the lines, and in the corner of a box that only one bar has.
+            [drawn[108 * 200 + 96], drawn[100 * 200 + 140]].map(|[r, g, _, _]| r > 40 && r > g + 20)
+        };
+        let [middle, arm] = filled(true, Some(0), FAR);
+        assert!(middle, "{kind}: the middle is filled");
+        assert_eq!(arm, kind == "sphere", "{kind}: spheres around crossed bars have nearly all in common");
+        assert!(filled(true, Some(0), 1.0)[0], "{kind}: seen through the surface");
+        assert!(!filled(false, Some(0), FAR)[0], "{kind}: only where it is wanted");
+        assert!(!filled(true, Some(1), FAR)[0] && !filled(true, None, FAR)[0], "{kind}: a leaf has no children");
     }
 }

@@ -9,3 +9,4 @@ mod skip;
 mod layering;
 mod reliability;
 mod skips;
+mod tables;

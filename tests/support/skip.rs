@@ -19,6 +19,8 @@ pub enum Lack {
     Graphics,
     /// The system's own record of a process's peak of memory.
     Memory,
+    /// Compilers, languages and libraries that other people's builders need.
+    Tools,
 }
 
 impl Lack {
@@ -30,6 +32,7 @@ impl Lack {
             Self::Mounts => "mounts",
             Self::Graphics => "graphics",
             Self::Memory => "memory",
+            Self::Tools => "tools",
         }
     }
 }

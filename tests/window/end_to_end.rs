@@ -10,11 +10,11 @@ use crate::support::process::wait_until;
 /// The viewport's upper left corner there.
 const CORNER: [u32; 2] = [248, 29];
 /// The threshold's handle at its default.
-const HANDLE_AT_6: [i32; 2] = [1138, 115];
+const HANDLE_AT_6: [i32; 2] = [1138, 139];
 /// To the right of the slider, where it gives its largest value, and far below, so that no tip covers the number.
 const BEYOND_THE_SLIDER: [i32; 2] = [1253, 700];
 /// The number next to the slider.
-const THRESHOLD_NUMBER: [usize; 4] = [1217, 106, 1267, 125];
+const THRESHOLD_NUMBER: [usize; 4] = [1217, 130, 1267, 149];
 /// The value of the SAH cost in the headline.
 const SAH_COST: [usize; 4] = [133, 66, 220, 90];
 
@@ -108,7 +108,12 @@ fn what_is_copied_reaches_other_programs() {
     let mut window = Window::open(&["builtin:teapot:2"]);
     window.at_rest();
     let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/window/paste.py");
-    for (key, expected) in [("ctrl+i", "SAH cost"), ("ctrl+l", "bvhscope render builtin:teapot:2")] {
+    let keys = [
+        ("ctrl+i", "SAH cost"),
+        ("ctrl+l", "bvhscope --state '1 {"),
+        ("ctrl+shift+l", "bvhscope render builtin:teapot:2"),
+    ];
+    for (key, expected) in keys {
         window.key(key);
         // The window takes the clipboard some time after the key.
         wait_until(|| {

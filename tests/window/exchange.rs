@@ -8,10 +8,10 @@ use crate::desktop::{Desktop, PROGRAM};
 use crate::screen::Window;
 use crate::support::process::{PATIENCE, wait_until};
 
-/// Buttons of the paper panel at 1280×800.
-const MEASURE: [i32; 2] = [782, 445];
-const SAVE_CSV: [i32; 2] = [972, 445];
-const SAVE_PNG: [i32; 2] = [1080, 445];
+/// Buttons of the view "Paper" at 1280×800.
+const MEASURE: [i32; 2] = [782, 471];
+const SAVE_CSV: [i32; 2] = [972, 471];
+const SAVE_PNG: [i32; 2] = [1080, 471];
 
 fn click(window: &Window, at: [i32; 2]) {
     window.move_to(at);
@@ -65,13 +65,13 @@ fn measured_rows_and_plots_are_files_for_other_programs() {
     let mut window = Window::open(&["builtin:teapot:2"]);
     window.at_rest();
     let before = window.screenshot();
-    window.key("F6");
+    window.key("F11");
     wait_until(|| window.screenshot().changed(&before, [10, 432, 1240, 480]) > 0.05);
     let empty = window.screenshot();
     wait_until(|| {
         click(&window, MEASURE);
         std::thread::sleep(Duration::from_secs(1));
-        window.screenshot().changed(&empty, [10, 485, 700, 600]) > 0.01
+        window.screenshot().changed(&empty, [10, 510, 700, 620]) > 0.01
     });
     let rows = saved(&window, "csv", SAVE_CSV);
     let read = "import csv,sys\nfor r in csv.DictReader(open(sys.argv[1])): print(r['container'],r['triangles'],r['sah_cost'])";

@@ -298,10 +298,11 @@ fn a_window_without_threads_works_or_says_why_not() {
 #[test]
 fn two_instances_and_a_newer_version_leave_usable_settings() {
     let desktop = Desktop::new();
-    let mut programs = [(); 2].map(|()| desktop.start(&["builtin:teapot:2"]));
-    for program in &mut programs {
+    let mut programs = [(); 2].map(|()| {
+        let mut program = desktop.start(&["builtin:teapot:2"]);
         program.wait_for("presented teapot");
-    }
+        program
+    });
     // Both write as they end.
     programs.iter().for_each(|program| program.signal(Signal::INT));
     for program in &mut programs {
@@ -380,6 +381,22 @@ fn a_saved_file_is_read_again_once_and_a_deleted_one_leaves_the_scene() {
     std::fs::rename(&fresh, &model).unwrap();
     let line = program.wait_for("presented two.obj");
     assert!(line.contains("3 triangles"), "read again without a change: {line}");
+}
+
+/// A window that another one covers is not drawn, but what it was doing goes on.
+#[test]
+fn a_covered_window_reads_a_saved_file_again() {
+    let desktop = Desktop::new();
+    let model = desktop.home().join("one.obj");
+    std::fs::write(&model, "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n").unwrap();
+    let mut covered = desktop.start(&["one.obj", "--no-config"]);
+    covered.wait_for("presented one.obj");
+    let mut above = desktop.start(&["builtin:teapot:2", "--no-config"]);
+    above.wait_for(LAST_SAMPLE);
+    let fresh = desktop.home().join("fresh.tmp");
+    std::fs::write(&fresh, "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\nf 3 2 1\n").unwrap();
+    std::fs::rename(&fresh, &model).unwrap();
+    assert!(covered.wait_for("presented one.obj").contains("2 triangles"));
 }
 
 #[test]

@@ -18,7 +18,7 @@ use crate::aac::cluster_container::ClusterContainer;
 use crate::aac::combine::combine_clusters;
 use crate::aac::combine_long::Scratch;
 use crate::aac::leaf_order::order_leaves;
-use crate::aac::pair_writer::PairWriter;
+use crate::aac::recursion::{Recursion, recursion_of};
 use crate::aac::reduction::Reduction;
 use crate::aac::tasks::{NodeSlots, TaskPlan};
 use crate::cancel::{CancelToken, Cancelled};
@@ -61,6 +61,21 @@ pub fn build_bvh<C: ClusterContainer>(
     tree
 }
 
+/// [`build_bvh`] of the same tree, with the recursion that made it.
+pub fn build_bvh_with_recursion<C: ClusterContainer>(
+    triangles: &[Triangle],
+    bounds: &InputBounds,
+    settings: &BuildSettings,
+    token: &CancelToken,
+) -> Result<(Tree<C>, Recursion), Cancelled> {
+    let mut times = StageTimes::default();
+    let input = sort_primitives(triangles, bounds, settings.curve, token, &mut times)?;
+    let nodes = bytemuck::zeroed_vec(2 * triangles.len() - 1);
+    let mut tree = cluster(triangles, &input, settings, nodes, None, token, &mut times)?;
+    let recursion = recursion_of(&input, settings, &mut tree.nodes, token)?;
+    Ok((tree, recursion))
+}
+
 /// The second half of figure 5: clusters the sorted primitives `input`. Overwrites `nodes`, whose contents do not matter, and adds
 /// the finished nodes to `sums`.
 fn cluster<C: ClusterContainer>(
@@ -74,32 +89,20 @@ fn cluster<C: ClusterContainer>(
 ) -> Result<Tree<C>, Cancelled> {
     let start = Instant::now();
     let reduction = Reduction::new(settings.threshold, settings.epsilon);
-    let level = SimdLevel::best().level();
+    let level = SimdLevel::of_builds().level();
     let plan = TaskPlan::new(input, &reduction, 0..triangles.len());
-    // The root, the pairs of the last `combine_clusters`, the other pairs above the tasks; then the pairs of the tasks.
-    let last_len = 2 * (plan.reduced_count - 1);
-    let top_len = 1 + last_len + 2 * plan.top_pairs;
-    let (top, task_nodes) = nodes.split_at_mut(top_len);
-    let (root, top_pairs) = top.split_at_mut(1);
-    let (last_pairs, top_pairs) = top_pairs.split_at_mut(last_len);
+    let (top, task_nodes) = nodes.split_at_mut(plan.top_len());
 
     // C = build_tree(P)
-    let slots = NodeSlots {
-        top: top_pairs,
-        top_offset: 1 + last_len,
-        tasks: task_nodes,
-        tasks_offset: top_len,
-        first_root: top_len,
-    };
+    let (root, mut last_pairs, slots) = NodeSlots::whole(&plan, &mut *top, task_nodes);
     let builder = TreeBuilder::new(triangles, input, &reduction, level, token);
     let Forest { mut clusters, mut tasks } = builder.build_tree(&plan, slots)?;
 
     // return combine_clusters(C, 1)
-    let mut pairs = PairWriter::new(last_pairs, 1);
     dispatch!(level, simd => {
-        combine_clusters(simd, &mut clusters, &mut Scratch::default(), 0, 1, &mut pairs, token)
+        combine_clusters(simd, &mut clusters, &mut Scratch::default(), 0, 1, &mut last_pairs, token)
     })?;
-    root[0] = clusters.items[0].node();
+    *root = clusters.items[0].node();
     times.stages.push(("tree", start.elapsed()));
     token.check()?;
 

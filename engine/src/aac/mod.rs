@@ -9,7 +9,7 @@
 //! | 7 | [`combine_clusters`]: upward, merge the closest clusters | `combine.rs`, by length of the list: `combine_short.rs`, `combine_long.rs` |
 //! | – | f(x), the reduction function | `reduction.rs` |
 //!
-//! A tree is then made ready for rays by `leaf_order.rs`, and [`build_cache`] holds what one build reuses of the last.
+//! What the recursion did is listed afterwards by `recursion.rs`. A tree is then made ready for rays by `leaf_order.rs`, and [`build_cache`] holds what one build reuses of the last.
 
 mod build_bvh;
 
@@ -22,6 +22,8 @@ mod combine_short;
 
 mod reduction;
 
+mod recursion;
+
 mod cluster;
 mod cluster_container;
 mod cluster_row;
@@ -31,11 +33,14 @@ mod leaf_order;
 
 pub mod build_cache;
 
-pub(crate) use build_bvh::build_bvh;
+pub(crate) use build_bvh::{build_bvh, build_bvh_with_recursion};
 pub(crate) use cluster::{Cluster, ClusterStack};
-pub(crate) use cluster_container::ClusterContainer;
+pub(crate) use cluster_container::{ClusterContainer, splat_fields};
 pub(crate) use combine::combine_clusters;
 pub(crate) use combine_long::Scratch;
 pub(crate) use combine_short::combine_short;
 pub(crate) use leaf_order::order_leaves;
 pub(crate) use pair_writer::PairWriter;
+pub(crate) use recursion::Recursion;
+pub use recursion::ReductionStep;
+pub use reduction::Reduction;

@@ -41,4 +41,10 @@ impl<'a, C: ClusterContainer> PairWriter<'a, C> {
         self.first_written = if is_merge { start } else { self.first_written };
         self.offset + start as u32
     }
+
+    /// Leaves the next pair as it is and returns the index of its first node in the whole list: where a merge was written before.
+    pub fn skip(&mut self) -> u32 {
+        self.first_written -= 2;
+        self.offset + self.first_written as u32
+    }
 }

@@ -1,6 +1,16 @@
 //! The reduction function f: how many clusters `combine_clusters` leaves of a number of primitives (Gu et al., section 3).
 
 /// The reduction function f(x) = ½·δ^(½+ε)·x^(½−ε), rounded up: number of clusters that are left of x primitives.
+///
+/// ```
+/// use bvhscope_engine::construction::Reduction;
+///
+/// let fast = Reduction::new(6, 0.2);
+/// assert_eq!(fast.reduced_count(100), 7);
+/// // Before it is rounded up: ½·6^0.7·100^0.3.
+/// assert!((fast.value(100.0) - 6.98).abs() < 0.01);
+/// ```
+#[derive(Debug, Clone)]
 pub struct Reduction {
     /// The traversal stopping threshold δ.
     threshold: usize,
@@ -37,10 +47,15 @@ impl Reduction {
         self.table.get(count).map_or_else(|| self.formula(count), |reduced| *reduced as usize)
     }
 
+    /// ½·δ^(½+ε)·x^(½−ε) of any `x`, not rounded: for curves.
+    pub fn value(&self, x: f64) -> f64 {
+        self.factor * x.powf(self.exponent)
+    }
+
     fn formula(&self, count: usize) -> usize {
         let x = count.max(self.threshold) as f64;
         // Slightly less, so that rounding errors do not lift an integer to the next.
-        let reduced = (self.factor * x.powf(self.exponent) - 1e-9).ceil().max(1.0);
+        let reduced = (self.value(x) - 1e-9).ceil().max(1.0);
         (reduced as usize).min(count)
     }
 }

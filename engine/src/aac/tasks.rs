@@ -50,6 +50,11 @@ impl TaskPlan {
         }
     }
 
+    /// Number of nodes above the tasks: the root, the pairs of the last `combine_clusters`, and those that ranges above tasks merge.
+    pub fn top_len(&self) -> usize {
+        1 + 2 * (self.reduced_count - 1) + 2 * self.top_pairs
+    }
+
     /// Number of merges within the tasks.
     fn task_pairs(&self) -> usize {
         self.range.len() - self.reduced_count - self.top_pairs
@@ -68,7 +73,22 @@ pub struct NodeSlots<'t, 'n, C> {
     pub first_root: usize,
 }
 
-impl<'t, C: ClusterContainer> NodeSlots<'t, '_, C> {
+impl<'t, 'n, C: ClusterContainer> NodeSlots<'t, 'n, C> {
+    /// Divides the whole list of nodes: the root, the slots of the last `combine_clusters`, those of all of `plan`. `top` are its
+    /// first [`TaskPlan::top_len`] nodes, `tasks` the others.
+    pub fn whole(
+        plan: &TaskPlan,
+        top: &'t mut [Node<C>],
+        tasks: &'n mut [Node<C>],
+    ) -> (&'t mut Node<C>, PairWriter<'t, C>, Self) {
+        let top_len = top.len();
+        let last_len = 2 * (plan.reduced_count - 1);
+        let (root, top_pairs) = top.split_at_mut(1);
+        let (last_pairs, top) = top_pairs.split_at_mut(last_len);
+        let slots = Self { top, top_offset: 1 + last_len, tasks, tasks_offset: top_len, first_root: top_len };
+        (&mut root[0], PairWriter::new(last_pairs, 1), slots)
+    }
+
     /// Divides the slots of the range `plan`: those of the pairs that it merges itself, then those of its two `sides`.
     pub fn split(self, plan: &TaskPlan, sides: &[TaskPlan; 2]) -> (PairWriter<'t, C>, [Self; 2]) {
         let [left, right] = sides;

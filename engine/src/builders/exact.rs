@@ -30,15 +30,25 @@ pub fn build<C: ClusterContainer>(
             clusters.push::<C>(Cluster::of_primitive(fields, primitive as u32));
         }
     });
-    let mut nodes: Vec<Node<C>> = bytemuck::zeroed_vec(2 * triangles.len() - 1);
+    let tree = agglomerate(clusters, token)?;
+    times.stages.push(("tree", start.elapsed()));
+    token.set_progress(1.0);
+    Ok(tree)
+}
+
+/// The agglomerative tree of `clusters`, each with a single primitive. Its last merge is written first.
+pub(crate) fn agglomerate<C: ClusterContainer>(
+    mut clusters: ClusterStack,
+    token: &CancelToken,
+) -> Result<Tree<C>, Cancelled> {
+    let count = clusters.len;
+    let mut nodes: Vec<Node<C>> = bytemuck::zeroed_vec(2 * count - 1);
     let (root, others) = nodes.split_at_mut(1);
     let mut pairs = PairWriter::new(others, 1);
-    dispatch!(SimdLevel::best().level(), simd => {
+    dispatch!(SimdLevel::of_builds().level(), simd => {
         combine_clusters(simd, &mut clusters, &mut Scratch::default(), 0, 1, &mut pairs, token)
     })?;
     root[0] = clusters.items[0].node();
-    let (primitive_indices, max_depth) = order_leaves(&mut nodes, &mut [], triangles.len(), None, token)?;
-    times.stages.push(("tree", start.elapsed()));
-    token.set_progress(1.0);
+    let (primitive_indices, max_depth) = order_leaves(&mut nodes, &mut [], count, None, token)?;
     Ok(Tree { nodes, primitive_indices, max_depth })
 }

@@ -3,12 +3,13 @@
 //! AAC lives in a room of its own. Builders know triangles and settings, and neither the wide tree nor what traces it.
 
 mod binned_sah;
-mod exact;
+pub(crate) mod exact;
 mod lbvh;
 mod none;
 
 pub mod depth_limit;
 mod flatten;
+pub(crate) mod prepared;
 mod presplit;
 mod scale;
 
@@ -17,12 +18,12 @@ use std::time::Instant;
 use crate::aac::build_cache::BuildCache;
 use crate::aac::{ClusterContainer, build_bvh};
 use crate::builders::depth_limit::limit_depth;
-use crate::builders::presplit::{Presplit, presplit};
+use crate::builders::prepared::{MAX_PRIMITIVES, PreparedInput};
 use crate::cancel::{CancelToken, Cancelled};
 use crate::geometry::{Aabb, Sphere, Triangle};
 use crate::optimize::optimize;
 use crate::order::{InputBounds, input_bounds};
-use crate::settings::{BuildSettings, BuilderKind, Pass, Passes};
+use crate::settings::{BuildSettings, BuilderKind, Passes};
 pub use crate::stage_times::StageTimes;
 use crate::tree::statistics::stats_of;
 use crate::tree::{AnyTree, ContainerKind, Tree};
@@ -37,11 +38,6 @@ pub enum BuildError {
     #[error("{0}")]
     Refused(String),
 }
-
-/// Number of primitives from which on 32 bits cannot index the nodes, of which there are twice as many.
-const MAX_PRIMITIVES: usize = 1 << 31;
-/// Poll for cancellation every 16384 primitive indices.
-const INDICES_BETWEEN_CHECKS: usize = 1 << 14;
 
 /// Builds a binary tree over `triangles`, all of whose coordinates must be finite, in the rayon pool of the calling thread.
 /// Returns it with the duration of each stage. Reports progress through `token`. Without triangles the tree has no nodes.
@@ -60,16 +56,16 @@ pub fn build_binary_with_cache(
     cache: Option<&mut BuildCache>,
     token: &CancelToken,
 ) -> Result<(AnyTree, StageTimes), BuildError> {
-    if let Some(refusal) = settings.refusal(triangles.len()) {
-        return Err(BuildError::Refused(refusal));
-    }
-    if let Some(refusal) = too_many(triangles.len()) {
-        return Err(BuildError::Refused(refusal));
-    }
+    check_size(triangles.len(), settings)?;
     match settings.container {
         ContainerKind::Aabb => build_container::<Aabb>(triangles, settings, cache, token),
         ContainerKind::Sphere => build_container::<Sphere>(triangles, settings, cache, token),
     }
+}
+
+/// Refuses settings that cannot build a tree over `count` triangles.
+pub(crate) fn check_size(count: usize, settings: &BuildSettings) -> Result<(), BuildError> {
+    settings.refusal(count).or_else(|| too_many(count)).map_or(Ok(()), |refusal| Err(BuildError::Refused(refusal)))
 }
 
 /// Why `count` triangles are too many to index; `None` where they are not.
@@ -108,50 +104,11 @@ where
     if let Some(cache) = &mut cache {
         cache.store_input_bounds(bounds);
     }
-    let tree = if scale::needs_scaling(bounds.max_coordinate) {
-        let start = Instant::now();
-        let scaled = scale::scaled(triangles, bounds.max_coordinate, token)?;
-        let scaled_bounds = input_bounds(&scaled, token)?;
-        times.stages.push(("scale", start.elapsed()));
-        // Without presplitting: leaves are refitted to whole triangles.
-        let settings = BuildSettings { optimize: settings.optimize.without(Pass::Split), ..*settings };
-        let mut tree = build_kind::<C>(&scaled, &scaled_bounds, &settings, None, token, &mut times)?;
-        let start = Instant::now();
-        scale::refit(&mut tree, triangles, token)?;
-        times.stages.push(("refit", start.elapsed()));
-        tree
-    } else if settings.passes().contains(Pass::Split) {
-        build_presplit(triangles, &bounds, settings, token, &mut times)?
-    } else {
-        build_kind::<C>(triangles, &bounds, settings, cache, token, &mut times)?
-    };
+    let input = PreparedInput::new(triangles, bounds, settings, token, &mut times)?;
+    let cache = if input.is_unchanged() { cache } else { None };
+    let mut tree = build_kind::<C>(&input.triangles, &input.bounds, settings, cache, token, &mut times)?;
+    input.restore(&mut tree, triangles, token, &mut times)?;
     Ok((tree.into(), times))
-}
-
-/// [`build_kind`] over the proxies of large triangles.
-fn build_presplit<C: ClusterContainer>(
-    triangles: &[Triangle],
-    bounds: &InputBounds,
-    settings: &BuildSettings,
-    token: &CancelToken,
-    times: &mut StageTimes,
-) -> Result<Tree<C>, Cancelled> {
-    let start = Instant::now();
-    let split = presplit(triangles, token)?.filter(|split| split.source_index.len() < MAX_PRIMITIVES);
-    let Some(Presplit { proxy_triangles, source_index }) = split else {
-        times.stages.push((Pass::Split.name(), start.elapsed()));
-        return build_kind(triangles, bounds, settings, None, token, times);
-    };
-    let proxy_bounds = input_bounds(&proxy_triangles, token)?;
-    times.stages.push((Pass::Split.name(), start.elapsed()));
-    let mut tree = build_kind(&proxy_triangles, &proxy_bounds, settings, None, token, times)?;
-    for batch in tree.primitive_indices.chunks_mut(INDICES_BETWEEN_CHECKS) {
-        token.check()?;
-        for index in batch {
-            *index = source_index[*index as usize];
-        }
-    }
-    Ok(tree)
 }
 
 /// Builds with the chosen builder and runs the chosen passes over the tree.

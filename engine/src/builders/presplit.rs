@@ -158,7 +158,8 @@ impl Grid {
         let normal = (triangle.b - triangle.a).cross(triangle.c - triangle.a).abs();
         let min_half_area = 0.5 * (normal.x + normal.y + normal.z);
         let excess = (bounds.half_area() - min_half_area).max(0.0);
-        let priority = (excess * (-(plane.level as f32)).exp2()).cbrt();
+        // 2^−level, exactly: levels are below 32.
+        let priority = cube_root(excess * f32::from_bits((127 - plane.level) << 23));
         if priority.is_finite() { priority } else { 0.0 }
     }
 
@@ -212,6 +213,20 @@ impl Grid {
     }
 }
 
+/// Cube root of a number that is not negative, with the same bits on every machine: those of system libraries differ in the last.
+fn cube_root(x: f32) -> f32 {
+    if !(x > 0.0 && x.is_finite()) {
+        return x;
+    }
+    let x = f64::from(x);
+    // A third of the exponent is within 5 % (Kahan); each of Newton's steps squares the error.
+    let mut root = f64::from_bits(x.to_bits() / 3 + (715_094_163 << 32));
+    for _ in 0..4 {
+        root = (2.0 * root + x / (root * root)) / 3.0;
+    }
+    root as f32
+}
+
 #[cfg(test)]
 mod tests {
     use glam::Vec3;
@@ -252,6 +267,20 @@ mod tests {
                 }
             }
         }
+    }
+
+    #[test]
+    fn cube_roots_are_the_nearest_numbers() {
+        for root in [1.0_f32, 2.0, 3.0, 0.5, 17.0, 1e-12, 1e12] {
+            assert_eq!(cube_root(root * root * root), root);
+        }
+        let mut x = f32::MIN_POSITIVE / 8.0;
+        while x < f32::MAX / 4.0 {
+            let cube = f64::from(cube_root(x)).powi(3);
+            assert!((cube / f64::from(x) - 1.0).abs() <= 1.5 * f64::from(f32::EPSILON), "{x}: {cube}");
+            x *= 1.37;
+        }
+        assert_eq!([0.0, f32::INFINITY].map(cube_root), [0.0, f32::INFINITY]);
     }
 
     #[test]

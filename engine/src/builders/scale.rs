@@ -20,9 +20,13 @@ pub fn needs_scaling(max_coordinate: f32) -> bool {
     !(MIN_COORDINATE..=MAX_COORDINATE).contains(&max_coordinate) && max_coordinate != 0.0
 }
 
-/// The triangles, scaled by a power of two; `max_coordinate` is the largest absolute value of their coordinates.
-pub fn scaled(triangles: &[Triangle], max_coordinate: f32, token: &CancelToken) -> Result<Vec<Triangle>, Cancelled> {
-    let scale = (LOG2_SCALED_SIZE - max_coordinate.log2()).floor().clamp(-126.0, 126.0).exp2();
+/// The power of two that triangles are scaled by; `max_coordinate` is the largest absolute value of their coordinates.
+pub fn factor(max_coordinate: f32) -> f32 {
+    (LOG2_SCALED_SIZE - max_coordinate.log2()).floor().clamp(-126.0, 126.0).exp2()
+}
+
+/// The triangles, scaled by `scale`.
+pub fn scaled(triangles: &[Triangle], scale: f32, token: &CancelToken) -> Result<Vec<Triangle>, Cancelled> {
     let mut scaled = Vec::with_capacity(triangles.len());
     for batch in triangles.chunks(BATCH) {
         token.check()?;

@@ -1,6 +1,7 @@
 //! Boxes, spheres, triangles and rays, and where they intersect. Knows nothing of trees.
 
 mod aabb;
+mod lens;
 mod sphere;
 mod triangle;
 
@@ -10,9 +11,12 @@ mod ray;
 mod intersect;
 mod ray_sphere;
 
+mod random_line;
+
 pub use aabb::Aabb;
 pub(crate) use intersect::{EDGE_MAX, EDGE_MIN, FAR_SLACK};
 pub use intersect::{PairEntry, TriangleHit};
+pub use lens::Lens;
 pub(crate) use prepared_ray::PARALLEL_PAD;
 pub use prepared_ray::{PreparedRay, Shear};
 pub use ray::{Hit, Ray};

@@ -4,6 +4,7 @@
 pub(crate) mod bits;
 mod each;
 pub(crate) mod lanes;
+pub(crate) mod mix;
 pub(crate) mod par_collect;
 pub(crate) mod prefetch;
 pub(crate) mod simd;

@@ -14,11 +14,21 @@ pub fn par_collect<T: Send>(
     token: &CancelToken,
     item: impl Fn(usize) -> T + Sync,
 ) -> Result<Vec<T>, Cancelled> {
+    par_collect_in_chunks(count, CHUNK, token, item)
+}
+
+/// [`par_collect`] of items that take long, with a cancellation check before each `chunk` of them.
+pub fn par_collect_in_chunks<T: Send>(
+    count: usize,
+    chunk: usize,
+    token: &CancelToken,
+    item: impl Fn(usize) -> T + Sync,
+) -> Result<Vec<T>, Cancelled> {
     let mut list = Vec::with_capacity(count);
     while list.len() < count {
         token.check()?;
         let first = list.len();
-        let end = count.min(first + CHUNK);
+        let end = count.min(first + chunk);
         list.par_extend((first..end).into_par_iter().map(&item));
     }
     Ok(list)

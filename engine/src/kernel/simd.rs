@@ -1,7 +1,12 @@
-//! SIMD instruction set of the kernels, chosen at run time once per tile or batch of rays. All levels give the same trees and
-//! hits.
+//! SIMD instruction set of the kernels, chosen at run time once per build, tile or batch of rays. All levels give the same trees
+//! and hits.
+
+use std::sync::atomic::{AtomicUsize, Ordering};
 
 use fearless_simd::Level;
+
+/// Position in [`SimdLevel::ALL`] above which builds use no level.
+static WIDEST_OF_BUILDS: AtomicUsize = AtomicUsize::new(usize::MAX);
 
 /// A SIMD instruction set.
 ///
@@ -51,6 +56,20 @@ impl SimdLevel {
         Self::ALL.into_iter().rfind(|level| level.is_available()).unwrap_or(Self::Sse2)
     }
 
+    /// The level that builds use: the widest that this machine supports, up to [`SimdLevel::limit_builds`].
+    pub fn of_builds() -> Self {
+        let widest = WIDEST_OF_BUILDS.load(Ordering::Relaxed);
+        let mut allowed = Self::ALL.into_iter().take(widest.saturating_add(1));
+        allowed.rfind(|level| level.is_available()).unwrap_or(Self::Sse2)
+    }
+
+    /// From now on no build of this process uses a wider level than `widest`; `None` allows all. For measuring what wider vectors
+    /// gain, and for tests: the trees are the same. Rays are traced with the level that each call names.
+    pub fn limit_builds(widest: Option<Self>) {
+        let position = widest.and_then(|widest| Self::ALL.iter().position(|level| *level == widest));
+        WIDEST_OF_BUILDS.store(position.unwrap_or(usize::MAX), Ordering::Relaxed);
+    }
+
     /// Whether this machine supports it.
     pub fn is_available(self) -> bool {
         self.find().is_some()
@@ -89,9 +108,9 @@ impl SimdLevel {
     }
 }
 
-/// The widest [`SimdLevel::plain_loop_level`] of this machine.
+/// The [`SimdLevel::plain_loop_level`] of builds.
 pub(crate) fn plain_loop_level() -> Level {
-    SimdLevel::best().plain_loop_level()
+    SimdLevel::of_builds().plain_loop_level()
 }
 
 impl Default for SimdLevel {

@@ -14,8 +14,8 @@ use crate::settings::Curve;
 /// Maps primitives to 63-bit codes along a curve.
 #[derive(Debug, Clone, Copy)]
 pub struct CurveGrid {
-    grid: MortonGrid,
-    curve: Curve,
+    pub(super) grid: MortonGrid,
+    pub(super) curve: Curve,
 }
 
 impl CurveGrid {

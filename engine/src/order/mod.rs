@@ -8,6 +8,8 @@ mod morton;
 
 mod curve;
 
+mod curve_cells;
+
 mod triangle_spheres;
 
 mod primitive_container;
@@ -16,6 +18,10 @@ mod radix_sort;
 
 mod sorted_primitives;
 
+pub(crate) use curve::CurveGrid;
+pub(crate) use curve_cells::CellBox;
 pub(crate) use input_bounds::{InputBounds, input_bounds};
+pub(crate) use morton::CODE_BITS;
 pub(crate) use primitive_container::PrimitiveContainer;
+pub(crate) use radix_sort::radix_sort;
 pub(crate) use sorted_primitives::{SortedPrimitives, sort_primitives};

@@ -44,6 +44,15 @@ impl MortonGrid {
         [cell.x as u32, cell.y as u32, cell.z as u32]
     }
 
+    /// The box of the cells from `min` to `max`, both included. A grid of zero size has no cells but its origin.
+    pub fn bounds_of_cells(&self, min: [u32; 3], max: [u32; 3]) -> Aabb {
+        let origin = self.origin.as_dvec3();
+        let unit = if self.cells_per_unit > 0.0 { 1.0 / f64::from(self.cells_per_unit) } else { 0.0 };
+        let corner = |cell: glam::DVec3| (origin + cell * unit).as_vec3();
+        let [min, max] = [min, max].map(|cell| glam::DVec3::from(cell.map(f64::from)));
+        Aabb { min: corner(min), max: corner(max + 1.0) }
+    }
+
     /// `length` in cells.
     pub fn cells_across(&self, length: f32) -> f32 {
         length * self.cells_per_unit
@@ -81,6 +90,16 @@ const SPREAD: [(u32, u64); 5] = [
 /// Inserts two zero bits before each of the lowest 21 bits.
 fn spread(bits: u32) -> u64 {
     SPREAD.iter().fold(u64::from(bits) & 0x001f_ffff, |x, (shift, mask)| (x | x << shift) & mask)
+}
+
+/// Removes two bits before each of the lowest 21 bits: undoes [`spread`].
+fn compact(bits: u64) -> u32 {
+    (0..BITS_PER_AXIS).fold(0, |compact, bit| compact | ((bits >> (3 * bit) & 1) as u32) << bit)
+}
+
+/// Coordinates whose interleaved bits are `code`: undoes [`interleave`].
+pub fn deinterleave(code: u64) -> [u32; 3] {
+    [compact(code >> 2), compact(code >> 1), compact(code)]
 }
 
 /// Morton code of a cell: its coordinates' bits interleaved.

@@ -171,6 +171,16 @@ impl<C: PrimitiveContainer> SortedPrimitives<C> {
         range.start + codes.partition_point(|code| code >> bit & 1 == 0)
     }
 
+    /// The bit of the codes by which [`Self::make_partition`] divides `range`, the lowest being 0; `None` where it divides it half way.
+    pub fn split_bit(&self, range: &Range<usize>) -> Option<u32> {
+        let (first, last) = (self.keys[range.start], self.keys[range.end - 1]);
+        let packed = ((first ^ last) >> self.index_bits).checked_ilog2().map(|bit| bit + self.code_shift);
+        packed.or_else(|| {
+            let codes = self.crowded.get(range.clone())?;
+            (codes.first()? ^ codes.last()?).checked_ilog2()
+        })
+    }
+
     /// Ranges of more than [`MAX_CELL_PRIMITIVES`] primitives with the same packed code, in order.
     fn crowded_cells(&self) -> Vec<Range<usize>> {
         let code = |position: usize| self.keys[position] >> self.index_bits;

@@ -5,7 +5,7 @@ use crate::geometry::Triangle;
 use crate::kernel::par_collect::zeros;
 
 use super::container::Container;
-use super::node::Tree;
+use super::node::{Node, Tree};
 use super::validate::containment_slack;
 
 /// Nodes between two polls for cancellation.
@@ -29,9 +29,8 @@ impl Ancestry {
             if index.is_multiple_of(NODES_BETWEEN_CHECKS) {
                 token.check()?;
             }
-            let first = node.first as usize;
-            primitive_counts[index] =
-                if node.is_leaf() { node.count } else { primitive_counts[first] + primitive_counts[first + 1] };
+            let below = |child: u32| primitive_counts[child as usize];
+            primitive_counts[index] = if node.is_leaf() { node.count } else { node.children().map(below).sum() };
         }
         Ok(Self { parents: tree.parents(token)?, primitive_counts })
     }
@@ -47,8 +46,9 @@ impl Ancestry {
     }
 }
 
-/// Indices of the nodes from the root to the leaf of the primitive `primitive_index`, which is `triangle`; empty where no leaf
-/// has it. Descends only into nodes whose containers enclose the triangle, which are few.
+/// Indices of the nodes from the root to a leaf of the primitive `primitive_index`, which is `triangle`; empty where no leaf
+/// has it. Descends only into nodes whose containers enclose the triangle, which are few. Where none of them has it, as in a
+/// tree of split triangles or one whose containers are too small, takes a pass over the tree.
 pub fn path_to_primitive<C: Container>(tree: &Tree<C>, triangle: &Triangle, primitive_index: u32) -> Vec<u32> {
     if tree.nodes.is_empty() {
         return Vec::new();
@@ -61,21 +61,29 @@ pub fn path_to_primitive<C: Container>(tree: &Tree<C>, triangle: &Triangle, prim
         path.truncate(depth);
         path.push(index);
         let node = &tree.nodes[index as usize];
-        let first = node.first as usize;
-        if node.is_leaf() {
-            if tree.primitive_indices[first..first + node.count as usize].contains(&primitive_index) {
-                return path;
-            }
-            continue;
+        if tree.primitive_indices[node.slots()].contains(&primitive_index) {
+            return path;
         }
-        for child in [node.first + 1, node.first] {
+        for child in node.children().rev() {
             let container = &tree.nodes[child as usize].container;
             if corners.iter().all(|&corner| container.contains_point(corner, slack)) {
                 stack.push((child, depth + 1));
             }
         }
     }
-    Vec::new()
+    // Parents come before their children: one pass backwards from the leaf finds all nodes above it.
+    let holds = |node: &Node<C>| tree.primitive_indices[node.slots()].contains(&primitive_index);
+    let Some(leaf) = tree.nodes.iter().position(holds) else { return Vec::new() };
+    let mut path = vec![leaf as u32];
+    let mut below = leaf as u32;
+    for (index, node) in tree.nodes[..leaf].iter().enumerate().rev() {
+        if node.children().contains(&below) {
+            below = index as u32;
+            path.push(below);
+        }
+    }
+    path.reverse();
+    path
 }
 
 #[cfg(test)]
@@ -84,7 +92,6 @@ mod tests {
 
     use super::*;
     use crate::geometry::Aabb;
-    use crate::tree::Node;
 
     fn triangle_at(x: f32) -> Triangle {
         let a = Vec3::new(x, 0.0, 0.0);

@@ -2,7 +2,7 @@
 
 use fearless_simd::Simd;
 
-use crate::geometry::{Aabb, PairEntry, PreparedRay, Sphere, Triangle};
+use crate::geometry::{Aabb, PairEntry, PreparedRay, Ray, Sphere, Triangle};
 
 /// Kind of bounding volume that a tree consists of.
 ///
@@ -70,9 +70,18 @@ pub trait Container: Copy + Send + Sync + PartialEq + std::fmt::Debug + 'static 
     fn contains_point(&self, point: glam::Vec3, slack: f32) -> bool;
     /// Whether `other` lies inside, within `slack` in world units.
     fn contains(&self, other: &Self, slack: f32) -> bool;
-    /// Relative area of the intersection (boxes) or of the largest sphere in the lens between them (spheres); 0 where the two
-    /// are disjoint.
-    fn overlap(&self, other: &Self) -> f32;
+    /// Surface area of the intersection, in the unit of [`Container::relative_area`]: of the common box, of the [`Lens`] between
+    /// two spheres. 0 where the two are disjoint.
+    ///
+    /// [`Lens`]: crate::geometry::Lens
+    fn intersection_area(&self, other: &Self) -> f32;
+    /// The smallest container around the intersection: the common box itself, the smallest sphere around the lens between two
+    /// spheres. Empty where the two are disjoint.
+    #[must_use]
+    fn intersection_bounds(&self, other: &Self) -> Self;
+    /// A random line through the container, distributed as [`RandomLines`](crate::tree::random_lines::RandomLines) says. `random`
+    /// gives independent numbers, uniform in 0 to 1 (exclusive).
+    fn random_line(&self, random: impl FnMut() -> f64) -> Ray;
 }
 
 impl Container for Aabb {
@@ -115,8 +124,17 @@ impl Container for Aabb {
         Aabb::contains(self, other, slack)
     }
 
-    fn overlap(&self, other: &Self) -> f32 {
+    fn intersection_area(&self, other: &Self) -> f32 {
         self.intersection(other).half_area()
+    }
+
+    fn intersection_bounds(&self, other: &Self) -> Self {
+        let common = self.intersection(other);
+        if common.is_empty() { Self::EMPTY } else { common }
+    }
+
+    fn random_line(&self, random: impl FnMut() -> f64) -> Ray {
+        Aabb::random_line(self, random)
     }
 }
 
@@ -155,25 +173,15 @@ impl Container for Sphere {
         Sphere::contains(self, other, slack)
     }
 
-    fn overlap(&self, other: &Self) -> f32 {
-        let depth = 0.5 * (self.radius + other.radius - self.center.distance(other.center));
-        let radius = depth.min(self.radius).min(other.radius).max(0.0);
-        radius * radius
+    fn intersection_area(&self, other: &Self) -> f32 {
+        self.lens(other).map_or(0.0, |lens| (lens.area / (4.0 * std::f64::consts::PI)) as f32)
     }
-}
 
-#[cfg(test)]
-mod tests {
-    use glam::Vec3;
+    fn intersection_bounds(&self, other: &Self) -> Self {
+        self.lens(other).map_or(Self::EMPTY, |lens| lens.bounds)
+    }
 
-    use super::*;
-
-    #[test]
-    fn spheres_overlap_by_the_lens_between_them() {
-        let at = |x: f32| Sphere { center: Vec3::X * x, radius: 1.0 };
-        assert_eq!(at(0.0).overlap(&at(3.0)), 0.0);
-        assert_eq!(at(0.0).overlap(&at(1.0)), 0.25);
-        assert_eq!(at(0.0).overlap(&at(0.0)), 1.0);
-        assert_eq!(at(0.0).overlap(&Sphere::EMPTY), 0.0);
+    fn random_line(&self, random: impl FnMut() -> f64) -> Ray {
+        Sphere::random_line(self, random)
     }
 }

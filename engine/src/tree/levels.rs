@@ -43,8 +43,7 @@ impl Levels {
         let mut depth: Vec<u32> = (0..tree.nodes.len().min(1) as u32).collect();
         for range in ranges.iter().take_while(|range| range.end <= LISTED_EAGERLY) {
             debug_assert_eq!(depth.len(), range.len());
-            let pairs = depth.iter().map(|&node| &tree.nodes[node as usize]).filter(|node| !node.is_leaf());
-            let mut next: Vec<u32> = pairs.flat_map(|node| [node.first, node.first + 1]).collect();
+            let mut next: Vec<u32> = depth.iter().flat_map(|&node| tree.nodes[node as usize].children()).collect();
             next.sort_unstable();
             first.append(&mut depth);
             depth = next;

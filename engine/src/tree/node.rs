@@ -1,4 +1,8 @@
-//! The binary tree: a flat list of nodes.
+//! The tree: a flat list of nodes.
+
+use std::ops::Range;
+
+use rayon::prelude::*;
 
 use crate::cancel::{CancelToken, Cancelled};
 use crate::geometry::{Aabb, Sphere, Triangle};
@@ -9,10 +13,14 @@ use super::container::{Container, ContainerKind};
 /// Nodes between two polls for cancellation.
 const NODES_BETWEEN_CHECKS: usize = 1 << 16;
 
+/// Bit of [`Node::count`] that marks an interior node with another number of children than two.
+const OTHER_ARITY: u32 = 1 << 31;
+
 /// A leaf or an interior node:
 ///
-/// - leaf (`count > 0`): holds the primitives `first..first + count` of [`Tree::primitive_indices`];
-/// - interior (`count == 0`): its children are the nodes `first` and `first + 1`.
+/// - leaf: holds the primitives `first..first + count` of [`Tree::primitive_indices`], at least one;
+/// - interior node: its children are neighbours from `first` on. `count` is 0 where they are two, as in every tree that this crate
+///   builds; trees of other builders may have 1 to 32, see [`Node::interior`].
 #[derive(Debug, Clone, Copy, PartialEq, bytemuck::Zeroable)]
 #[repr(C)]
 pub struct Node<C> {
@@ -20,19 +28,57 @@ pub struct Node<C> {
     pub container: C,
     /// Index of the first primitive of a leaf, of the first child of an interior node.
     pub first: u32,
-    /// Number of primitives of a leaf; 0 for an interior node.
+    /// Number of primitives of a leaf; 0 for an interior node with two children, negative as a signed number for any other.
     pub count: u32,
 }
 
 impl<C> Node<C> {
+    /// Most children of a node.
+    pub const MAX_ARITY: u32 = 32;
+
+    /// An interior node with `arity` children, 1 to [`Node::MAX_ARITY`], from node `first` on.
+    pub const fn interior(container: C, first: u32, arity: u32) -> Self {
+        debug_assert!(0 < arity && arity <= Self::MAX_ARITY);
+        Self { container, first, count: if arity == 2 { 0 } else { OTHER_ARITY | arity } }
+    }
+
     /// Whether the node holds primitives rather than children.
-    pub fn is_leaf(&self) -> bool {
-        self.count > 0
+    #[inline(always)]
+    pub const fn is_leaf(&self) -> bool {
+        self.count as i32 > 0
+    }
+
+    /// Number of children; 0 for a leaf.
+    #[inline]
+    pub const fn arity(&self) -> u32 {
+        match self.count {
+            0 => 2,
+            leaf if leaf < OTHER_ARITY => 0,
+            other => other - OTHER_ARITY,
+        }
+    }
+
+    /// Indices of the children; none for a leaf.
+    #[inline]
+    pub const fn children(&self) -> Range<u32> {
+        // An empty range at 0 slices any list; the slot of a primitive may lie beyond it.
+        if self.is_leaf() { 0..0 } else { self.first..self.first + self.arity() }
+    }
+
+    /// Range of the primitives in [`Tree::primitive_indices`]; none for an interior node.
+    #[inline]
+    pub const fn slots(&self) -> Range<usize> {
+        // As for the children.
+        if self.is_leaf() { self.first as usize..(self.first + self.count) as usize } else { 0..0 }
     }
 }
 
-/// A binary bounding volume hierarchy. Node 0 is the root; children follow their parents; siblings are neighbours. An
-/// empty tree has no nodes.
+/// A bounding volume hierarchy. Node 0 is the root; children follow their parents; siblings are neighbours. An empty tree has
+/// no nodes.
+///
+/// All builders of this crate make binary trees: each interior node has two children. A tree from elsewhere may have 1 to 32
+/// children for each, and everything in [`tree`](crate::tree) takes it as it is; what needs a binary one says so, and
+/// [`binarize`](super::binarize::binarize) makes it.
 ///
 /// Where the root is a leaf there is no container to test: a traversal tests its primitives directly.
 #[derive(Debug, Clone, PartialEq)]
@@ -46,7 +92,7 @@ pub struct Tree<C> {
     pub max_depth: u32,
 }
 
-/// A binary tree of boxes or of spheres.
+/// A tree of boxes or of spheres.
 #[derive(Debug, Clone, PartialEq)]
 pub enum AnyTree {
     /// A tree of boxes.
@@ -95,9 +141,8 @@ impl<C: Container> Tree<C> {
             if index.is_multiple_of(NODES_BETWEEN_CHECKS) {
                 token.check()?;
             }
-            if !node.is_leaf() {
-                depths[node.first as usize] = depths[index] + 1;
-                depths[node.first as usize + 1] = depths[index] + 1;
+            for child in node.children() {
+                depths[child as usize] = depths[index] + 1;
             }
         }
         Ok(depths)
@@ -110,9 +155,8 @@ impl<C: Container> Tree<C> {
             if index.is_multiple_of(NODES_BETWEEN_CHECKS) {
                 token.check()?;
             }
-            if !node.is_leaf() {
-                parents[node.first as usize] = index as u32;
-                parents[node.first as usize + 1] = index as u32;
+            for child in node.children() {
+                parents[child as usize] = index as u32;
             }
         }
         Ok(parents)
@@ -131,6 +175,18 @@ impl<C: Container> Tree<C> {
             node = &self.nodes[node.first as usize];
         }
         self.primitive_indices.get(node.first as usize).copied()
+    }
+
+    /// Whether each interior node has two children. Takes a pass over the tree, on all threads.
+    pub fn is_binary(&self, token: &CancelToken) -> Result<bool, Cancelled> {
+        let has_other_arity = |nodes: &[Node<C>]| -> Result<bool, Cancelled> {
+            token.check()?;
+            // Without branches: leaves have their number of primitives, interior nodes with two children 0.
+            Ok(nodes.iter().fold(0, |bits, node| bits | node.count) & OTHER_ARITY != 0)
+        };
+        let chunks = self.nodes.par_chunks(NODES_BETWEEN_CHECKS).map(has_other_arity);
+        let other = chunks.find_any(|chunk| !matches!(chunk, Ok(false)));
+        other.unwrap_or(Ok(false)).map(|has_other_arity| !has_other_arity)
     }
 
     /// Bytes of nodes and primitive indices.

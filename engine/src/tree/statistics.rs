@@ -1,4 +1,4 @@
-//! Statistics of a finished tree: counts, depths, leaf sizes, SAH cost.
+//! Statistics of a finished tree: counts, depths, leaf sizes, children per node, SAH cost.
 
 use rayon::prelude::*;
 
@@ -24,6 +24,8 @@ pub struct TreeStats {
     pub leaves: usize,
     /// Depth of the deepest node; the root's is 0.
     pub max_depth: u32,
+    /// Depth of the highest leaf.
+    pub min_leaf_depth: u32,
     /// Mean depth over the leaves.
     pub mean_leaf_depth: f32,
     /// Smallest number of primitives in a leaf.
@@ -36,9 +38,29 @@ pub struct TreeStats {
     pub nodes_per_depth: Vec<u32>,
     /// Number of leaves by number of primitives; index 0 is unused.
     pub leaf_size_histogram: Vec<u32>,
+    /// Mean number of children of an interior node; 2 in a binary tree, 0 where no node has children.
+    pub mean_arity: f32,
+    /// Largest number of children of a node; 0 where no node has children.
+    pub max_arity: u32,
+    /// Number of interior nodes by number of children; index 0 is unused. Empty where no node has children.
+    pub arity_histogram: Vec<u32>,
     /// SAH cost: Σ interior area·[`TRAVERSAL_COST`] + Σ leaf area·primitives·[`INTERSECTION_COST`], over the root's area
-    /// (Goldsmith and Salmon: *Automatic Creation of Object Hierarchies*, 1987). 0 where the root has no area.
+    /// (Goldsmith and Salmon: *Automatic Creation of Object Hierarchies*, 1987). The constants are the same for nodes of any
+    /// number of children: an interior node costs one step, however many containers are tested in it. 0 where the root has no
+    /// area.
     pub sah_cost: f32,
+}
+
+impl TreeStats {
+    /// Smallest number of children of an interior node; 0 where no node has children.
+    pub fn min_arity(&self) -> u32 {
+        self.arity_histogram.iter().position(|&nodes| nodes > 0).unwrap_or(0) as u32
+    }
+
+    /// Whether each interior node has two children.
+    pub fn is_binary(&self) -> bool {
+        self.arity_histogram.iter().enumerate().all(|(arity, &nodes)| arity == 2 || nodes == 0)
+    }
 }
 
 /// Statistics of `tree`. The same on any number of threads.
@@ -54,6 +76,8 @@ const SUBTREES_AT_ONCE: usize = 64;
 const PAIRS_AHEAD: usize = 16;
 /// Sibling pairs between two polls for cancellation.
 const PAIRS_BETWEEN_CHECKS: usize = 1 << 13;
+/// Nodes between two polls for cancellation.
+const NODES_BETWEEN_CHECKS: usize = 1 << 14;
 
 /// Sums over nodes, from which [`TreeStats`] are made.
 #[derive(Debug, Default)]
@@ -61,9 +85,15 @@ pub(crate) struct Sums {
     interior_area: f64,
     leaf_area: f64,
     leaf_depth: u64,
+    /// Depth of the highest leaf; 0 where all nodes have two children or none, of which it follows from the nodes per depth.
+    min_leaf_depth: u32,
     nodes_per_depth: Vec<u32>,
     /// Number of nodes by number of primitives; interior nodes have 0.
     leaf_sizes: Vec<u32>,
+    /// Number of interior nodes by number of children; empty where these are two each.
+    arities: Vec<u32>,
+    /// Set by [`Sums::add_depth`]: a node has another number of children than two, so that the sums say nothing.
+    has_other_arity: bool,
 }
 
 impl Sums {
@@ -87,7 +117,12 @@ impl Sums {
                     let area = f64::from(node.container.relative_area());
                     self.interior_area += if is_interior { area } else { 0.0 };
                     self.leaf_area += area * f64::from(node.count);
-                    count(&mut self.leaf_sizes, node.count, 1);
+                    // Nodes of other arities have the largest counts, which no list is long enough for.
+                    match self.leaf_sizes.get_mut(node.count as usize) {
+                        Some(sizes) => *sizes += 1,
+                        None if node.is_leaf() || is_interior => count(&mut self.leaf_sizes, node.count, 1),
+                        None => self.has_other_arity = true,
+                    }
                     children[interior] = node.first;
                     interior += usize::from(is_interior);
                 }
@@ -98,6 +133,29 @@ impl Sums {
         children.truncate(interior);
         *pairs = children;
         Ok(())
+    }
+
+    /// The sums over a tree of any arity, on one thread.
+    fn of_any_arity<C: Container>(tree: &Tree<C>, token: &CancelToken) -> Result<Self, Cancelled> {
+        let mut sums = Self { min_leaf_depth: u32::MAX, ..Self::default() };
+        let depths = tree.depths(token)?;
+        for (nodes, depths) in tree.nodes.chunks(NODES_BETWEEN_CHECKS).zip(depths.chunks(NODES_BETWEEN_CHECKS)) {
+            token.check()?;
+            for (node, &depth) in nodes.iter().zip(depths) {
+                let area = f64::from(node.container.relative_area());
+                count(&mut sums.nodes_per_depth, depth, 1);
+                if node.is_leaf() {
+                    sums.leaf_area += area * f64::from(node.count);
+                    sums.leaf_depth += u64::from(depth);
+                    sums.min_leaf_depth = sums.min_leaf_depth.min(depth);
+                    count(&mut sums.leaf_sizes, node.count, 1);
+                } else {
+                    sums.interior_area += area;
+                    count(&mut sums.arities, node.arity(), 1);
+                }
+            }
+        }
+        Ok(sums)
     }
 
     /// Adds `nodes` of depth `depth` whose `count` is the number of primitives in their subtree: 1 for leaves, more for others.
@@ -121,6 +179,7 @@ impl Sums {
         self.interior_area += other.interior_area;
         self.leaf_area += other.leaf_area;
         self.leaf_depth += other.leaf_depth;
+        self.has_other_arity |= other.has_other_arity;
         for (sums, others) in
             [(&mut self.nodes_per_depth, &other.nodes_per_depth), (&mut self.leaf_sizes, &other.leaf_sizes)]
         {
@@ -149,13 +208,15 @@ pub(crate) fn stats_of<C: Container>(tree: &Tree<C>, token: &CancelToken) -> Res
     if root.is_leaf() {
         count(&mut sums.leaf_sizes, root.count, 1);
         sums.leaf_area = root_area * f64::from(root.count);
-    } else {
+    } else if root.arity() == 2 {
         sums.interior_area = root_area;
         pairs.push(root.first);
+    } else {
+        return Ok(Sums::of_any_arity(tree, token)?.into_stats(tree));
     }
     // Depth by depth on one thread until there is work for all. No list of depths is needed, which only one thread could make.
     let mut depth = 1;
-    while (1..SUBTREES).contains(&pairs.len()) {
+    while (1..SUBTREES).contains(&pairs.len()) && !sums.has_other_arity {
         sums.add_depth(&tree.nodes, &mut pairs, depth, token)?;
         depth += 1;
     }
@@ -164,7 +225,7 @@ pub(crate) fn stats_of<C: Container>(tree: &Tree<C>, token: &CancelToken) -> Res
         .map(|pairs| {
             let (mut sums, mut pairs) = (Sums::default(), pairs.to_vec());
             for depth in depth.. {
-                if pairs.is_empty() {
+                if pairs.is_empty() || sums.has_other_arity {
                     break;
                 }
                 sums.add_depth(&tree.nodes, &mut pairs, depth, token)?;
@@ -172,7 +233,9 @@ pub(crate) fn stats_of<C: Container>(tree: &Tree<C>, token: &CancelToken) -> Res
             Ok(sums)
         })
         .collect::<Result<_, Cancelled>>()?;
-    Ok(parts.iter().fold(sums, Sums::plus).into_stats(tree))
+    let sums = parts.iter().fold(sums, Sums::plus);
+    let sums = if sums.has_other_arity { Sums::of_any_arity(tree, token)? } else { sums };
+    Ok(sums.into_stats(tree))
 }
 
 impl Sums {
@@ -183,17 +246,29 @@ impl Sums {
         count(&mut sums.leaf_sizes, 0, 0);
         sums.leaf_sizes[0] = 0;
         let leaves: usize = sums.leaf_sizes.iter().map(|&count| count as usize).sum();
+        let interior = tree.nodes.len() - leaves;
+        if sums.arities.is_empty() {
+            sums.arities = if interior > 0 { vec![0, 0, interior as u32] } else { Vec::new() };
+            // Above the highest leaf each node has two children on the next level.
+            let is_full = |levels: &[u32]| levels[1] == 2 * levels[0];
+            sums.min_leaf_depth = sums.nodes_per_depth.windows(2).take_while(|levels| is_full(levels)).count() as u32;
+        }
         let cost = sums.interior_area * f64::from(TRAVERSAL_COST) + sums.leaf_area * f64::from(INTERSECTION_COST);
         TreeStats {
             nodes: tree.nodes.len(),
             leaves,
             max_depth: tree.max_depth,
+            min_leaf_depth: sums.min_leaf_depth,
             mean_leaf_depth: (sums.leaf_depth as f64 / leaves.max(1) as f64) as f32,
             min_leaf_size: sums.leaf_sizes.iter().position(|&count| count > 0).unwrap_or(0) as u32,
             mean_leaf_size: (tree.primitive_indices.len() as f64 / leaves.max(1) as f64) as f32,
             max_leaf_size: sums.leaf_sizes.len() as u32 - 1,
             nodes_per_depth: self.nodes_per_depth,
             leaf_size_histogram: self.leaf_sizes,
+            // All nodes but the root are children of one.
+            mean_arity: if interior > 0 { ((tree.nodes.len() - 1) as f64 / interior as f64) as f32 } else { 0.0 },
+            max_arity: self.arities.len().saturating_sub(1) as u32,
+            arity_histogram: self.arities,
             sah_cost: normalized_cost(cost, root_area) as f32,
         }
     }
@@ -216,8 +291,8 @@ pub fn collapsed_cost_of<C: Container>(tree: &Tree<C>) -> f64 {
         let (count, children_cost) = if node.is_leaf() {
             (node.count, f64::INFINITY)
         } else {
-            let first = node.first as usize;
-            (counts[first] + counts[first + 1], costs[first] + costs[first + 1])
+            let below = |sum: (u32, f64), child: u32| (sum.0 + counts[child as usize], sum.1 + costs[child as usize]);
+            node.children().fold((0, 0.0), below)
         };
         counts[index] = count;
         costs[index] = (area * f64::from(TRAVERSAL_COST) + children_cost)

@@ -4,16 +4,17 @@ use crate::geometry::{Aabb, Triangle};
 use crate::with_tree;
 
 use super::container::{Container, ContainerKind};
-use super::node::{AnyTree, Tree};
+use super::node::{AnyTree, Node, Tree};
 
 /// Tolerance of containment for spheres, as a fraction of the scene's size, because square roots and quotients are rounded. Boxes
 /// are exact.
 const SPHERE_SLACK: f32 = 1e-4;
 
-/// Checks that `tree` is a hierarchy over `triangles`: each primitive in exactly one leaf, each container inside its parent's and
-/// around its triangles, every node reached once, parents before children, the primitives below any node contiguous, all numbers
-/// finite, `max_depth` right. In a tree with more slots than triangles, whose triangles were split, each triangle is in at least
-/// one leaf, and the containers of its leaves together are as large as its box.
+/// Checks that `tree`, of any arity, is a hierarchy over `triangles`: each primitive in exactly one leaf, each container inside
+/// its parent's and around its triangles, at most [`Node::MAX_ARITY`] children, every node reached once, parents before
+/// children, the primitives below any node contiguous, all numbers finite, `max_depth` right. In a tree with more slots than
+/// triangles, whose triangles were split, each triangle is in at least one leaf, and the containers of its leaves together are
+/// as large as its box.
 ///
 /// # Errors
 ///
@@ -33,7 +34,7 @@ fn validate_tree<C: Container>(tree: &Tree<C>, triangles: &[Triangle]) -> Result
     let nodes = &tree.nodes;
     let indices = &tree.primitive_indices;
     let is_split = indices.len() > triangles.len();
-    if indices.len() < triangles.len() || is_split && C::KIND == ContainerKind::Sphere {
+    if indices.len() < triangles.len() {
         return Err(format!("{} primitives in the tree, {} in the list", indices.len(), triangles.len()));
     }
     if nodes.is_empty() {
@@ -91,7 +92,11 @@ fn validate_tree<C: Container>(tree: &Tree<C>, triangles: &[Triangle]) -> Result
             }
             continue;
         }
-        for child in u64::from(node.first)..u64::from(node.first) + 2 {
+        let arity = node.arity();
+        if !(1..=Node::<C>::MAX_ARITY).contains(&arity) {
+            return Err(format!("node {index} has {arity} children instead of 1 to {}", Node::<C>::MAX_ARITY));
+        }
+        for child in u64::from(node.first)..u64::from(node.first) + u64::from(arity) {
             if child >= nodes.len() as u64 {
                 return Err(format!("child {child} of node {index} does not exist: there are {} nodes", nodes.len()));
             }
@@ -120,17 +125,21 @@ fn validate_tree<C: Container>(tree: &Tree<C>, triangles: &[Triangle]) -> Result
     // Backwards: the first slot below each node and the one after the last.
     let mut slots = vec![[0_u32; 2]; nodes.len()];
     for (index, node) in nodes.iter().enumerate().rev() {
-        slots[index] = if node.is_leaf() {
-            [node.first, node.first + node.count]
-        } else {
-            let ([start, middle], [next, end]) = (slots[node.first as usize], slots[node.first as usize + 1]);
+        if node.is_leaf() {
+            slots[index] = [node.first, node.first + node.count];
+            continue;
+        }
+        let [start, mut middle] = slots[node.first as usize];
+        for child in node.children().skip(1) {
+            let [next, end] = slots[child as usize];
             if middle != next {
                 return Err(format!(
                     "slots {start} to {middle} below node {index}, then {next} to {end}: no neighbours"
                 ));
             }
-            [start, end]
-        };
+            middle = end;
+        }
+        slots[index] = [start, middle];
     }
     let is_too_small = |(leaf_bounds, triangle): (&Aabb, &Triangle)| !leaf_bounds.contains(&triangle.bounds(), slack);
     if let Some(primitive) = leaf_bounds.iter().zip(triangles).position(is_too_small) {

@@ -27,6 +27,8 @@ pub trait WideContainer: Container {
     fn nonempty_area(&self) -> f32;
     /// Stores the container in a lane of `bounds`.
     fn store(&self, bounds: &mut Self::Bounds, lane: usize);
+    /// The container in a lane of `bounds`.
+    fn load(bounds: &Self::Bounds, lane: usize) -> Self;
     /// Prepares ray `at` of `rays`.
     fn prepare<S: Simd, const N: usize>(simd: S, rays: &RayLanes<N>, at: usize) -> Self::Prepared<S>;
     /// The lanes whose containers the ray enters up to `t_max`, and the distances of entry; see [`Container::entry`].
@@ -83,6 +85,11 @@ impl WideContainer for Aabb {
             bounds.0[axis][0][lane] = self.min[axis];
             bounds.0[axis][1][lane] = self.max[axis];
         }
+    }
+
+    fn load(bounds: &BoxLanes, lane: usize) -> Self {
+        let [min, max] = [0, 1].map(|side| each!(axis => bounds.0[axis][side][lane]).into());
+        Self { min, max }
     }
 
     #[inline(always)]
@@ -145,6 +152,10 @@ impl WideContainer for Sphere {
             bounds.center[axis][lane] = self.center[axis];
         }
         bounds.radius[lane] = self.radius;
+    }
+
+    fn load(bounds: &SphereLanes, lane: usize) -> Self {
+        Self { center: each!(axis => bounds.center[axis][lane]).into(), radius: bounds.radius[lane] }
     }
 
     #[inline(always)]

@@ -13,6 +13,7 @@ pub mod bounds;
 pub mod tree;
 
 mod collapse;
+mod to_tree;
 pub mod trace;
 
 pub use block::TriangleBlock;

@@ -27,6 +27,17 @@ impl Child {
         Self(first_block as u32 | Self::LEAF)
     }
 
+    /// The reference as one number, by which a [`Probe`](crate::tree::traverse::Probe) is told of nodes and leaves.
+    #[inline(always)]
+    pub fn bits(self) -> u32 {
+        self.0
+    }
+
+    /// The reference whose [`Child::bits`] these are.
+    pub fn from_bits(bits: u32) -> Self {
+        Self(bits)
+    }
+
     /// Whether the child is a leaf.
     #[inline(always)]
     pub fn is_leaf(self) -> bool {
@@ -80,6 +91,16 @@ impl<C: WideContainer> WideTree<C> {
         let address = [self.nodes.as_ptr().cast::<u8>(), self.blocks.as_ptr().cast()][list];
         let size = [size_of::<WideNode<C::Bounds>>(), size_of::<TriangleBlock>()][list];
         prefetch::prefetch_four_lines(address.wrapping_add(child.index() * size), size);
+    }
+
+    /// The children of the node `index` with their containers; none for an index beyond the nodes.
+    pub fn children_of(&self, index: usize) -> impl Iterator<Item = (Child, C)> {
+        // Unused lanes come last and refer to the root, which is nobody's child.
+        let used = |node: &WideNode<C::Bounds>| node.children.iter().take_while(|child| **child != Child::ROOT).count();
+        let node = self.nodes.get(index);
+        let lanes = 0..node.map_or(0, used);
+        node.into_iter()
+            .flat_map(move |node| lanes.clone().map(|lane| (node.children[lane], C::load(&node.bounds, lane))))
     }
 
     /// Size of the nodes in bytes.

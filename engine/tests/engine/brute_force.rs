@@ -10,8 +10,7 @@ use bvhscope_engine::tree::traverse::{NoProbe, Traversal, any_hit, closest_hit};
 use bvhscope_engine::tree::validate::validate;
 use bvhscope_engine::tree::{AnyTree, Container, ContainerKind, Node, Tree};
 use bvhscope_engine::wide::collapse;
-use bvhscope_engine::wide::tree::AnyWideTree;
-use bvhscope_engine::with_tree;
+use bvhscope_engine::{WideBvh, with_tree};
 use glam::Vec3;
 use proptest::prelude::*;
 
@@ -19,7 +18,7 @@ use crate::random::Random;
 use crate::trees::{self, scan};
 
 /// Requires the very same hits from `tree` as from a scan.
-fn check(name: &str, triangles: &[Triangle], tree: &AnyTree, rays: &[Ray], expected: &[Option<Hit>]) {
+pub fn check(name: &str, triangles: &[Triangle], tree: &AnyTree, rays: &[Ray], expected: &[Option<Hit>]) {
     validate(tree, triangles).unwrap_or_else(|broken| panic!("{name}: {broken}"));
     with_tree!(tree, tree => {
         let leaf_triangles: Vec<_> = tree.primitive_indices.iter().map(|&i| triangles[i as usize]).collect();
@@ -41,8 +40,7 @@ fn levels() -> impl Iterator<Item = SimdLevel> {
 
 /// Requires the same hits from the wide tree at every SIMD level, ray by ray and all together.
 fn check_wide(name: &str, triangles: &[Triangle], tree: &AnyTree, rays: &[Ray], expected: &[Option<Hit>]) {
-    let wide: AnyWideTree =
-        with_tree!(tree, tree => collapse(tree, triangles, &CancelToken::new()).expect("never cancelled").into());
+    let WideBvh { tree: wide, .. } = WideBvh::new(tree, triangles, &CancelToken::new()).expect("never cancelled");
     for simd in levels() {
         for (ray, expected) in rays.iter().zip(expected) {
             assert_eq!(wide.closest_hit(simd.level(), ray), *expected, "{name}, wide, {simd:?}, {ray:?}");

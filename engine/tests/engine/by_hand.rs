@@ -11,13 +11,13 @@ use bvhscope_engine::{BuildSettings, ContainerKind, build};
 use glam::Vec3;
 
 /// Half a square of edge `size` that looks along x, its right angle at (`x`, `at`, `at`). Its area is `size`² / 2.
-fn half_square(x: f32, at: f32, size: f32) -> Triangle {
+pub fn half_square(x: f32, at: f32, size: f32) -> Triangle {
     let a = Vec3::new(x, at, at);
     Triangle { a, b: a + Vec3::Y * size, c: a + Vec3::Z * size }
 }
 
 /// Leaf A has the first two, B the third, C the fourth, D the last three.
-fn triangles() -> [Triangle; 7] {
+pub fn triangles() -> [Triangle; 7] {
     [
         half_square(0.0, 0.0, 1.0),
         half_square(1.0, 0.0, 1.0),
@@ -45,7 +45,7 @@ fn tree<C>(containers: [C; 7]) -> Tree<C> {
     Tree { nodes, primitive_indices: (0..7).collect(), max_depth: 2 }
 }
 
-fn boxes() -> Tree<Aabb> {
+pub fn boxes() -> Tree<Aabb> {
     let around =
         |x: [f32; 2], yz: [f32; 2]| Aabb { min: Vec3::new(x[0], yz[0], yz[0]), max: Vec3::new(x[1], yz[1], yz[1]) };
     tree([

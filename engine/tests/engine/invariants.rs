@@ -119,7 +119,7 @@ fn the_validator_finds_each_kind_of_damage() {
     found(
         |tree| {
             let leaf = leaf(tree);
-            tree.nodes[leaf].count = u32::MAX;
+            tree.nodes[leaf].count = i32::MAX as u32;
         },
         "ends at slot",
     );

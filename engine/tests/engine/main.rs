@@ -7,11 +7,23 @@ mod oracle;
 mod random;
 mod trees;
 
+mod against_exact;
+mod any_arity;
 mod brute_force;
 mod builders;
 mod by_hand;
+mod construction;
+mod curve_cells;
+mod cuts;
 mod degenerate;
 mod determinism;
 mod invariants;
+mod merge_choices;
+mod node_metrics;
 mod optimize;
+mod ray_events;
+mod survival;
 mod tie_breaking;
+#[cfg(feature = "tree-file")]
+mod tree_file;
+mod visits;

@@ -3,8 +3,9 @@
 use bvhscope_engine::settings::{BuilderKind, Preset};
 use bvhscope_engine::tree::ContainerKind;
 
-use crate::app::state::Theme;
+use crate::app::state::dock::DockView;
 use crate::app::state::paper::{Experiment, RowFormat};
+use crate::app::state::{CompareView, Theme};
 use crate::render::Shading;
 
 /// An action of the user, by menu, key, command palette or button.
@@ -18,12 +19,22 @@ pub enum Action {
     OpenBuiltin(usize),
     /// Read the model again.
     Reload,
+    /// Read the tree from a tree file chosen in a dialog.
+    OpenTree,
+    /// Read the tree from the recent tree file with this index, newest 0.
+    OpenRecentTree(usize),
+    /// Build the tree instead of reading it.
+    BuildTree,
+    /// Save the tree as a tree file.
+    SaveTree,
     /// Save the viewport as a PNG.
     Screenshot,
     /// Show or hide the start page.
     StartPage,
     /// Copy the command line that renders the same picture.
     CopyCommandLine,
+    /// Copy the whole state as a line that shows it in another window.
+    CopyState,
     /// Copy all statistics as text.
     CopyStatistics,
     /// End the program.
@@ -86,6 +97,8 @@ pub enum Action {
     RaiseThreshold,
     /// Lower the threshold by one.
     LowerThreshold,
+    /// Change the second tree or how it is shown.
+    Compare(CompareStep),
     /// Move the range of drawn depths one level down.
     Deeper,
     /// Move the range of drawn depths one level up.
@@ -102,8 +115,10 @@ pub enum Action {
     SelectChild,
     /// Select the second child of the selected node.
     SelectSecondChild,
-    /// Select the sibling of the selected node.
-    SelectSibling,
+    /// Select the next sibling of the selected node, after the last the first.
+    SelectNextSibling,
+    /// Select the previous sibling of the selected node, before the first the last.
+    SelectPreviousSibling,
     /// Hide the selected node with everything below it.
     HideSelected,
     /// Hide everything but the selected node and what is below it.
@@ -114,12 +129,16 @@ pub enum Action {
     ToggleHideTriangles,
     /// Fill the sides of containers that face the viewer.
     ToggleFaces,
+    /// Fill what the children of the selected node have in common.
+    ToggleOverlap,
     /// Copy the numbers of the selected node as text.
     CopyNode,
     /// Cut the model open, or close it.
     Section(SectionStep),
-    /// Show or hide the paper panel.
-    TogglePaper,
+    /// Show a view in the dock, or close the dock.
+    ToggleDock(DockView),
+    /// Select and frame another of the worst nodes.
+    StepRanking(RankingStep),
     /// Measure one of the paper's tables or figures.
     Measure(Experiment),
     /// Save the measured rows.
@@ -138,12 +157,50 @@ pub enum Action {
     Shortcuts,
     /// Start the tour of the window.
     Tour,
+    /// Draw the curve that the primitives are sorted along, or not.
+    ToggleCurve,
+    /// Begin a lesson, by its index.
+    Lesson(usize),
+    /// Go to the next step of the lesson, or end it.
+    LessonNext,
+    /// Go to the step before.
+    LessonBack,
+    /// End the lesson.
+    LeaveLesson,
     /// Show or hide the glossary.
     Glossary,
     /// Show or hide version, graphics and memory.
     About,
     /// Show or hide the message log.
     Messages,
+}
+
+/// A change of the second tree, or of how the two are shown.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum CompareStep {
+    /// Add a second tree, or remove it.
+    Toggle,
+    /// Let the panel show the settings of the other tree.
+    EditOther,
+    /// Give the second tree the settings of the first.
+    Copy,
+    /// Exchange the settings of the two.
+    Swap,
+    /// Choose what the viewport shows.
+    View(CompareView),
+    /// Show the next view.
+    NextView,
+    /// Draw only the containers that both trees have, or all.
+    OnlyCommon,
+}
+
+/// Direction of a step along the list of worst nodes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum RankingStep {
+    /// To the next one, which is less bad.
+    Next,
+    /// To the one before.
+    Previous,
 }
 
 /// A change of the section plane.

@@ -4,31 +4,35 @@ use std::collections::BTreeSet;
 use std::fmt::Write as _;
 
 use bvhscope_engine::kernel::SimdLevel;
-use bvhscope_engine::settings::{Curve, Passes};
+use bvhscope_engine::settings::{BuildSettings, BuilderKind, Curve, Passes};
 use bvhscope_engine::tree::traverse::Traversal;
 
-use crate::app::state::{AppState, Wanted};
-use crate::camera::Projection;
+use crate::app::state::{AppState, CompareView, TreeSide, Wanted};
+use crate::camera::{Camera, Projection};
 use crate::overlay::{OverlayKinds, Selection};
 use crate::render::{Background, Exposure, Light, NormalSource, RenderSettings, Shading};
+use crate::text::quote;
 
-/// The `bvhscope render` command that renders the present picture.
+/// The command that makes the present picture without a window: `bvhscope render`, or where two trees are in view, `bvhscope diff`,
+/// which has no picture of both but the difference of their tests.
 pub fn command_line(state: &AppState) -> String {
-    let Wanted { source, build, threads, camera, render, overlay: _ } = &state.wanted;
-    let vector = |v: glam::Vec3| format!("{},{},{}", v.x, v.y, v.z);
-    let mut line = format!("bvhscope render {} -o bvhscope.png", quote(&source.to_string()));
+    match state.wanted.second {
+        Some(second) if matches!(second.view, CompareView::Split | CompareView::Difference) => diff_line(state),
+        Some(second) if second.view == CompareView::B => render_line(state, TreeSide::B),
+        _ => render_line(state, TreeSide::A),
+    }
+}
+
+/// The `bvhscope diff` command that compares two trees in the present view.
+fn diff_line(state: &AppState) -> String {
+    let Wanted { source, threads, camera, render, .. } = &state.wanted;
+    let mut line = format!("bvhscope diff {} -o difference.png", quote(&source.to_string()));
     let mut flag = |name: &str, value: String| {
         let _ = write!(line, " {name} {value}");
     };
-    flag("--builder", build.builder.name().to_owned());
-    flag("--container", build.container.name().to_owned());
-    flag("--threshold", build.threshold.to_string());
-    flag("--epsilon", build.epsilon.to_string());
-    if build.curve != Curve::Morton {
-        flag("--curve", build.curve.name().to_owned());
-    }
-    if build.passes() != Passes::NONE {
-        flag("--optimize", build.passes().to_string());
+    for (name, side) in ["--a", "--b"].into_iter().zip(TreeSide::ALL) {
+        let file = state.wanted.tree_file(side).map(|file| file.display().to_string());
+        flag(name, quote(&file.unwrap_or_else(|| settings_text(state.wanted.build_of(side)))));
     }
     if *threads > 0 {
         flag("--threads", threads.to_string());
@@ -37,11 +41,76 @@ pub fn command_line(state: &AppState) -> String {
     if width > 0 && height > 0 {
         flag("--size", format!("{width}x{height}"));
     }
+    if render.traversal == Traversal::Paper {
+        flag("--traversal", render.traversal.name().to_owned());
+    }
+    camera_flags(camera, &mut flag);
+    if camera.projection == Projection::Orthographic {
+        line.push_str(" --orthographic");
+    }
+    if state.model.allow_outside {
+        line.push_str(" --allow-outside");
+    }
+    line
+}
+
+/// The settings of a tree as an argument of `bvhscope diff`. Without a tree there is nothing to compare: AAC takes its place.
+fn settings_text(build: &BuildSettings) -> String {
+    let builder = if build.builder == BuilderKind::None { BuilderKind::Aac } else { build.builder };
+    let mut text = format!("builder={} container={}", builder.name(), build.container.name());
+    let _ = write!(text, " threshold={} epsilon={}", build.threshold, build.epsilon);
+    if build.curve != Curve::Morton {
+        let _ = write!(text, " curve={}", build.curve.name());
+    }
+    if build.passes() != Passes::NONE {
+        let _ = write!(text, " optimize={}", build.passes());
+    }
+    text
+}
+
+/// Where the camera is and looks.
+fn camera_flags(camera: &Camera, flag: &mut impl FnMut(&str, String)) {
+    let vector = |v: glam::Vec3| format!("{},{},{}", v.x, v.y, v.z);
     flag("--eye", vector(camera.eye));
     flag("--target", vector(camera.target));
     flag("--up", vector(camera.up));
     // Rounded, because the conversion between degrees and radians is not exact.
     flag("--fov", ((camera.fov_y.to_degrees() * 1e3).round() / 1e3).to_string());
+}
+
+/// The `bvhscope render` command that renders the present picture with one of the trees.
+fn render_line(state: &AppState, side: TreeSide) -> String {
+    let Wanted { source, threads, camera, render, .. } = &state.wanted;
+    let build = state.wanted.build_of(side);
+    let mut line = format!("bvhscope render {} -o bvhscope.png", quote(&source.to_string()));
+    let mut flag = |name: &str, value: String| {
+        let _ = write!(line, " {name} {value}");
+    };
+    match state.wanted.tree_file(side) {
+        // The file of the model itself needs no flag.
+        Some(file) if source.path() == Some(file) => {}
+        Some(file) => flag("--tree", quote(&file.display().to_string())),
+        None => {
+            flag("--builder", build.builder.name().to_owned());
+            flag("--container", build.container.name().to_owned());
+            flag("--threshold", build.threshold.to_string());
+            flag("--epsilon", build.epsilon.to_string());
+            if build.curve != Curve::Morton {
+                flag("--curve", build.curve.name().to_owned());
+            }
+            if build.passes() != Passes::NONE {
+                flag("--optimize", build.passes().to_string());
+            }
+        }
+    }
+    if *threads > 0 {
+        flag("--threads", threads.to_string());
+    }
+    let [width, height] = state.layout.viewport_px;
+    if width > 0 && height > 0 {
+        flag("--size", format!("{width}x{height}"));
+    }
+    camera_flags(camera, &mut flag);
     flag("--shading", render.shading.name().to_owned());
     flag("--samples", render.samples.to_string());
     flag("--color-map", render.color_map.name().to_owned());
@@ -105,8 +174,7 @@ pub fn command_line(state: &AppState) -> String {
 /// Whether the overlay draws anything or hides the picture, so that its flags are needed.
 fn uses_overlay(state: &AppState) -> bool {
     let overlay = &state.wanted.overlay;
-    let any_drawn =
-        overlay.kinds(state.wanted.build.container) != [false; 2] || state.selection.nodes.selected.is_some();
+    let any_drawn = overlay.kinds(state.container_kind()) != [false; 2] || state.selection.nodes.selected.is_some();
     (any_drawn && state.preferences.show_containers) || !state.preferences.show_geometry
 }
 
@@ -117,7 +185,7 @@ fn overlay_flags(state: &AppState, line: &mut String) {
         let _ = write!(line, " {name} {value}");
     };
     let drawn = state.preferences.show_containers;
-    let kinds = overlay.kinds(state.wanted.build.container);
+    let kinds = overlay.kinds(state.container_kind());
     let kind = OverlayKinds::ALL.into_iter().find(|kind| kind.shown() == kinds);
     flag("--overlay", kind.filter(|_| drawn).unwrap_or(OverlayKinds::None).name().to_owned());
     if drawn {
@@ -139,21 +207,12 @@ fn overlay_flags(state: &AppState, line: &mut String) {
         (overlay.leaves_only && drawn, " --leaves"),
         (overlay.parents && drawn, " --parents"),
         (overlay.faces && drawn, " --faces"),
+        (overlay.overlap && state.selection.nodes.selected.is_some(), " --overlap"),
         (!state.preferences.show_geometry, " --no-geometry"),
     ];
     for (on, name) in switches {
         if on {
             line.push_str(name);
         }
-    }
-}
-
-/// Quotes `text` as one word of a POSIX shell.
-fn quote(text: &str) -> String {
-    let plain = |c: char| c.is_ascii_alphanumeric() || "/._-:+".contains(c);
-    if !text.is_empty() && text.chars().all(plain) {
-        text.to_owned()
-    } else {
-        format!("'{}'", text.replace('\'', r"'\''"))
     }
 }

@@ -2,6 +2,7 @@
 
 use bvhscope_engine::settings::BuilderKind;
 
+use crate::app::state::CompareView;
 use crate::render::{HeatKind, Shading};
 
 /// Description of a shading mode.
@@ -18,6 +19,9 @@ pub(crate) fn shading_description(shading: Shading) -> &'static str {
         Shading::Heat(HeatKind::Steps) => {
             "Nodes and blocks of the eight-wide tree, which makes the pictures, that each pixel cost"
         }
+        Shading::Heat(HeatKind::WholeRay) => {
+            "Containers that the ray of each pixel enters from one end to the other, as if no surface stopped it: how much they overlap"
+        }
     }
 }
 
@@ -29,5 +33,17 @@ pub(crate) fn builder_description(builder: BuilderKind) -> &'static str {
         BuilderKind::BinnedSah => "Top-down splits by the surface area heuristic (Wald 2007), boxes only",
         BuilderKind::Exact => "Always merges the closest pair (Walter et al. 2008); small scenes only",
         BuilderKind::None => "No tree: every ray tests every triangle",
+    }
+}
+
+/// One sentence about a view of two trees.
+pub(crate) const fn compare_description(view: CompareView) -> &'static str {
+    match view {
+        CompareView::A => "The picture and the containers of tree A",
+        CompareView::B => "The picture and the containers of tree B",
+        CompareView::Split => "Tree A left of the seam, tree B right of it: drag the seam",
+        CompareView::Difference => {
+            "Tests of B minus tests of A in each pixel: blue where B takes fewer, orange where it takes more"
+        }
     }
 }

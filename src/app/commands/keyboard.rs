@@ -5,6 +5,7 @@ use egui::{self, Event, Key, Modifiers};
 use super::action::Action;
 use super::entries::entries;
 use super::entry::Entry;
+use super::share::paste_state;
 use crate::app::state::AppState;
 
 /// Performs the actions whose keys were pressed. A focused text field keeps its keys; so does the open palette, except for
@@ -13,9 +14,13 @@ pub fn handle_shortcuts(ctx: &egui::Context, state: &mut AppState) {
     let typing = ctx.text_edit_focused() || (state.layout.palette.is_some() && ctx.egui_wants_keyboard_input());
     // Esc first closes an open drop-down list or menu.
     let popup_open = egui::Popup::is_any_open(ctx);
-    let mut actions = Vec::new();
+    let (mut actions, mut pasted) = (Vec::new(), None);
     ctx.input_mut(|input| {
         input.events.retain(|event| {
+            if let (Event::Paste(text), false) = (event, typing) {
+                pasted = Some(text.clone());
+                return false;
+            }
             let Event::Key { key, pressed: true, modifiers, repeat, .. } = event else { return true };
             let Some(entry) = entry_of(*key, *modifiers) else { return true };
             if entry.in_viewport && !state.layout.viewport_focused {
@@ -37,6 +42,9 @@ pub fn handle_shortcuts(ctx: &egui::Context, state: &mut AppState) {
             false
         });
     });
+    if let Some(text) = pasted {
+        paste_state(state, &text);
+    }
     for action in actions {
         if action.is_enabled(state) || action == Action::Cancel {
             action.perform(state);
@@ -68,6 +76,9 @@ fn repeats(action: Action) -> bool {
             | Action::SelectParent
             | Action::SelectChild
             | Action::SelectSecondChild
+            | Action::SelectNextSibling
+            | Action::SelectPreviousSibling
+            | Action::StepRanking(_)
             | Action::Orbit(_)
             | Action::ZoomIn
             | Action::ZoomOut

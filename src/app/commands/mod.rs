@@ -6,13 +6,17 @@
 
 mod action;
 mod entry;
+mod finding;
+mod lesson;
 
 mod descriptions;
 mod entries;
 
 mod camera;
+mod compare;
 mod perform;
 mod section;
+mod share;
 mod status;
 mod walk;
 
@@ -22,12 +26,14 @@ mod search;
 mod command_line;
 mod statistics_text;
 
-pub use action::{Action, OrbitStep, SectionStep, ViewDirection};
+pub use action::{Action, CompareStep, OrbitStep, RankingStep, SectionStep, ViewDirection};
 pub use command_line::command_line;
-pub(crate) use descriptions::{builder_description, shading_description};
+pub(crate) use descriptions::{builder_description, compare_description, shading_description};
 pub use entries::{entries, entries_for};
 pub use entry::{Category, Entry, shortcut_text};
+pub(crate) use finding::show_finding;
 pub use keyboard::handle_shortcuts;
 pub use search::search;
+pub use share::{paste_state, shared_state, show_state};
 pub use statistics_text::statistics_text;
 pub use status::is_preset;

@@ -3,11 +3,13 @@
 use bvhscope_engine::cancel::CancelToken;
 use bvhscope_engine::settings::BuildSettings;
 
-use super::action::Action;
+use super::action::{Action, RankingStep};
 use super::command_line::command_line;
+use super::share::shared_state;
 use super::statistics_text::{node_text, statistics_text};
-use super::{camera, section, walk};
+use super::{camera, compare, lesson, section, walk};
 use crate::app::state::bookmarks;
+use crate::app::state::dock::DockView;
 use crate::app::state::{AppState, HelpPage, Navigation, Request, Side, Wanted};
 use crate::app::viewport::ZOOM_STEP;
 use crate::camera::Projection;
@@ -32,10 +34,19 @@ impl Action {
                     state.requests.push(Request::Open(source));
                 }
             }
+            Self::OpenTree => state.requests.push(Request::OpenTreeDialog(state.edited_side())),
+            Self::OpenRecentTree(index) => {
+                if let Some(path) = state.preferences.recent_trees.get(index) {
+                    state.requests.push(Request::OpenTree(state.edited_side(), path.clone()));
+                }
+            }
+            Self::BuildTree => state.wanted.set_tree_file(state.edited_side(), None),
+            Self::SaveTree => state.requests.push(Request::SaveTree),
             Self::Reload => state.requests.push(Request::Reload),
             Self::Screenshot => state.requests.push(Request::Screenshot),
             Self::StartPage => state.layout.start_page_open = !state.layout.start_page_open,
-            Self::CopyCommandLine => copy(state, command_line(state), "The command line"),
+            Self::CopyCommandLine => copy(state, command_line(state), "The render command"),
+            Self::CopyState => copy(state, shared_state(state).line(), "The state"),
             Self::CopyStatistics => {
                 if let Some(text) = statistics_text(state) {
                     copy(state, text, "All numbers");
@@ -88,10 +99,12 @@ impl Action {
             Self::ToggleRightPanel => state.toggle_panel(Side::Right),
             Self::Theme(theme) => state.preferences.theme = theme,
             Self::Preset(preset) => {
-                state.wanted.build = BuildSettings::preset(preset, state.wanted.build.container);
+                let build = state.edited_build_mut();
+                *build = BuildSettings::preset(preset, build.container);
             }
-            Self::Builder(builder) => state.wanted.build.builder = builder,
-            Self::Container(container) => state.wanted.build.container = container,
+            Self::Builder(builder) => state.edited_build_mut().builder = builder,
+            Self::Container(container) => state.edited_build_mut().container = container,
+            Self::Compare(step) => compare::perform(state, step),
             Self::RaiseThreshold => step_threshold(state, 1),
             Self::LowerThreshold => step_threshold(state, -1),
             Self::Deeper => step_depth(state, 1),
@@ -99,7 +112,11 @@ impl Action {
             Self::AutomaticDepths => state.wanted.overlay.depth = None,
             Self::ToggleLeavesOnly => flip(&mut state.wanted.overlay.leaves_only),
             Self::ToggleParents => flip(&mut state.wanted.overlay.parents),
-            Self::SelectParent | Self::SelectChild | Self::SelectSecondChild | Self::SelectSibling => {
+            Self::SelectParent
+            | Self::SelectChild
+            | Self::SelectSecondChild
+            | Self::SelectNextSibling
+            | Self::SelectPreviousSibling => {
                 if let Some(node) = walk::target(self, state) {
                     state.selection.nodes.selected = Some(node);
                 }
@@ -109,23 +126,23 @@ impl Action {
                 let nodes = &mut state.selection.nodes;
                 nodes.isolated = nodes.selected;
                 nodes.hidden.clear();
+                nodes.only = None;
             }
-            Self::ShowAll => {
-                state.selection.nodes.hidden.clear();
-                state.selection.nodes.isolated = None;
-            }
+            Self::ShowAll => state.selection.show_all(),
             Self::ToggleHideTriangles => flip(&mut state.wanted.overlay.hide_triangles),
             Self::ToggleFaces => flip(&mut state.wanted.overlay.faces),
+            Self::ToggleOverlap => flip(&mut state.wanted.overlay.overlap),
             Self::CopyNode => {
                 if let Some(text) = node_text(state) {
                     copy(state, text, "The node");
                 }
             }
             Self::Section(step) => section::perform(state, step),
-            Self::TogglePaper => flip(&mut state.preferences.paper_open),
+            Self::ToggleDock(view) => state.preferences.dock.toggle(view),
+            Self::StepRanking(step) => step_ranking(state, step),
             Self::Measure(experiment) => {
                 state.preferences.paper.choose(experiment);
-                state.preferences.paper_open = true;
+                state.preferences.dock.open = Some(DockView::Paper);
                 state.requests.push(Request::Measure);
             }
             Self::SaveRows(format) => state.requests.push(Request::SaveRows(format)),
@@ -134,6 +151,8 @@ impl Action {
                 state.wanted.threads = 0;
                 state.wanted.render = RenderSettings::default();
                 state.wanted.overlay = OverlaySettings::default();
+                state.wanted.second = None;
+                state.wanted.tree_files = [None, None];
             }
             Self::Cancel => cancel(state),
             Self::Undo => {
@@ -146,6 +165,11 @@ impl Action {
                 state.layout.palette = if state.layout.palette.is_some() { None } else { Some(String::new()) }
             }
             Self::Shortcuts => state.layout.toggle_help(HelpPage::Shortcuts),
+            Self::ToggleCurve => flip(&mut state.lab.curve.shown),
+            Self::Lesson(index) => lesson::begin(state, index),
+            Self::LessonNext => lesson::next(state),
+            Self::LessonBack => lesson::back(state),
+            Self::LeaveLesson => lesson::leave(state),
             Self::Tour => {
                 state.layout.close_dialogs();
                 state.layout.tour = Some(0);
@@ -161,6 +185,23 @@ impl Action {
 fn hide_selected(state: &mut AppState) {
     state.selection.nodes.hidden.extend(state.selection.nodes.selected.take());
     state.selection.picked = None;
+}
+
+/// Selects and frames another of the worst nodes. Opens their list where nothing is ranked yet.
+fn step_ranking(state: &mut AppState, step: RankingStep) {
+    let Some(accel) = state.model.presented.as_ref().map(|shown| &shown.accel) else { return };
+    if state.lab.nodes.ranking.of_tree(accel).is_none() {
+        state.preferences.dock.open = Some(DockView::Nodes);
+        return;
+    }
+    let step = match step {
+        RankingStep::Next => 1,
+        RankingStep::Previous => -1,
+    };
+    if let Some(node) = state.lab.nodes.neighbour(accel, state.selection.nodes.selected, step) {
+        state.select_node(node);
+        camera::frame_selection(state);
+    }
 }
 
 /// Inverts a switch.
@@ -187,11 +228,14 @@ fn cancel(state: &mut AppState) {
         state.requests.push(Request::CancelJobs);
     } else if state.activity.measure.is_some() {
         state.requests.push(Request::CancelMeasuring);
+    } else if state.lab.job().is_some() {
+        state.lab.stop();
     } else if state.selection.nodes.selected.is_some() || state.selection.picked.is_some() {
         state.selection.nodes.selected = None;
         state.selection.picked = None;
-    } else if state.selection.nodes.isolated.is_some() {
+    } else if state.selection.nodes.isolated.is_some() || state.selection.nodes.only.is_some() {
         state.selection.nodes.isolated = None;
+        state.selection.nodes.only = None;
     } else if state.activity.render.is_some() {
         state.requests.push(Request::CancelJobs);
     }
@@ -218,7 +262,7 @@ fn lock_exposure(state: &mut AppState) {
 
 /// Changes the threshold by `step` within its limits.
 fn step_threshold(state: &mut AppState, step: i32) {
-    let build = &mut state.wanted.build;
+    let build = state.edited_build_mut();
     build.threshold =
         build.threshold.saturating_add_signed(step).clamp(BuildSettings::MIN_THRESHOLD, BuildSettings::MAX_THRESHOLD);
 }

@@ -8,7 +8,8 @@ use bvhscope_engine::tree::levels::Levels;
 use bvhscope_engine::tree::statistics::{INTERSECTION_COST, TRAVERSAL_COST};
 
 use crate::app::format;
-use crate::app::state::AppState;
+use crate::app::state::comparison::Quantity;
+use crate::app::state::{AppState, Presented};
 
 /// All statistics, one per line as name and value separated by a tab; `None` before the first picture.
 pub fn statistics_text(state: &AppState) -> Option<String> {
@@ -29,6 +30,9 @@ pub fn statistics_text(state: &AppState) -> Option<String> {
     line("Optimize", settings.passes().to_string());
     line("Threads", report.threads.to_string());
     line("Build time", format::duration(report.build_time));
+    if let Some(wide) = shown.accel.known_wide() {
+        line("Ready to trace", format::duration(report.build_time + wide.collapse_time));
+    }
     for stage in &report.stages.reused {
         line(&format!("Build: {stage}"), "reused".to_owned());
     }
@@ -48,6 +52,10 @@ pub fn statistics_text(state: &AppState) -> Option<String> {
     line("Nodes", format::count(stats.nodes as u64));
     line("Leaves", format::count(stats.leaves as u64));
     line("Depth", stats.max_depth.to_string());
+    if !stats.is_binary() {
+        let mean = number(stats.mean_arity);
+        line("Children of a node", format!("{} to {}, mean {mean}", stats.min_arity(), stats.max_arity));
+    }
     line(
         "Leaf size",
         format!("{} to {}, mean {}", stats.min_leaf_size, stats.max_leaf_size, number(stats.mean_leaf_size)),
@@ -71,7 +79,41 @@ pub fn statistics_text(state: &AppState) -> Option<String> {
         line("Container tests per ray", number(containers));
         line("Primitive tests per ray", number(primitives));
     }
+    if let Some(second) = &state.model.second {
+        text.push_str(&second_text(second));
+    }
     Some(text)
+}
+
+/// The numbers of the second tree, in the same form.
+fn second_text(second: &Presented) -> String {
+    let (settings, numbers) = (&second.accel.settings, second.numbers());
+    let mut text = format!(
+        "B: Builder\t{}\nB: Container\t{}\nB: Threshold\t{}\nB: Reduction ε\t{}\nB: Optimize\t{}\n",
+        settings.builder.label(),
+        settings.container.label(),
+        settings.threshold,
+        settings.epsilon,
+        settings.passes()
+    );
+    let build_time = second.accel.report.build_time;
+    let _ = writeln!(text, "B: Build time\t{}", format::duration(build_time));
+    for (name, quantity) in [
+        ("SAH cost", Quantity::SahCost),
+        ("End-point overlap", Quantity::Epo),
+        ("Nodes", Quantity::Nodes),
+        ("Leaves", Quantity::Leaves),
+        ("Depth", Quantity::Depth),
+        ("Mray/s", Quantity::Speed),
+        ("Tests per ray", Quantity::TestsPerRay),
+        ("Container tests per ray", Quantity::ContainerTests),
+        ("Primitive tests per ray", Quantity::TriangleTests),
+    ] {
+        if let Some(value) = numbers.value(quantity) {
+            let _ = writeln!(text, "B: {name}\t{}", format::significant(value));
+        }
+    }
+    text
 }
 
 /// The numbers of the selected node, one per line as name and value separated by a tab; `None` where none is selected.
@@ -87,6 +129,10 @@ pub fn node_text(state: &AppState) -> Option<String> {
     line("Node", node.to_string());
     line("Kind", if table.is_leaf(node) { "leaf" } else { "interior" }.to_owned());
     line("Depth", table.depth(node).to_string());
+    let children = table.children(node).len();
+    if children > 0 && children != 2 {
+        line("Children", children.to_string());
+    }
     if let Some(triangles) = table.known_primitives(node) {
         line("Triangles", triangles.to_string());
     }
@@ -104,6 +150,8 @@ pub fn node_text(state: &AppState) -> Option<String> {
         }
     }
     line("Area over the root's", table.area_share(node).to_string());
-    line("Overlap with the sibling", table.overlap(node).to_string());
+    if let Some(overlap) = table.overlap(node) {
+        line("Overlap of the children", overlap.to_string());
+    }
     Some(text)
 }

@@ -17,10 +17,11 @@ pub(crate) fn target(action: Action, state: &AppState) -> Option<u32> {
                 let here = picked.path.iter().position(|&step| step == node)?;
                 picked.path.get(here + 1).copied()
             });
-            picked.or_else(|| table.children(node).map(|[first, _]| first))
+            picked.or_else(|| table.children(node).next())
         }
-        Action::SelectSecondChild => table.children(node).map(|[_, second]| second),
-        Action::SelectSibling => table.sibling(node),
+        Action::SelectSecondChild => table.children(node).nth(1),
+        Action::SelectNextSibling => table.sibling(node, 1),
+        Action::SelectPreviousSibling => table.sibling(node, -1),
         _ => None,
     }
 }

@@ -7,23 +7,26 @@ use std::time::{Duration, Instant};
 use super::device::Device;
 use super::options::StartOptions;
 use super::storage::SettingsAutosave;
-use super::{interrupt, storage, window_size};
-use crate::app::state::{AppState, Preferences, Request, Severity, Wanted};
+use super::{interrupt, lessons, storage, window_size};
+use crate::app::state::{AppState, Preferences, Request, Severity, TreeSide, Wanted};
 use crate::app::viewport::Viewport;
 use crate::app::work::clipboard_probe::ClipboardProbe;
 use crate::app::work::derived_worker::DerivedWorker;
 use crate::app::work::file_watch::{FileChange, FileWatch};
+use crate::app::work::lab_rails::LabRails;
 use crate::app::work::measure_worker::MeasureWorker;
 use crate::app::work::reconcile::Reconciler;
 use crate::app::work::requests::{BackgroundTasks, take_dropped_files};
 use crate::app::work::thumbnail_cache;
 use crate::app::work::thumbnail_worker::ThumbnailWorker;
+use crate::app::work::tree_watch::TreeWatch;
 use crate::app::work::wake_signal::WakeSignal;
-use crate::app::{panels, theme};
+use crate::app::{commands, panels, theme};
 use crate::console::note;
 use crate::overlay::OverlayPipeline;
 use crate::render::Background;
 use crate::scene::SceneSource;
+use crate::text::shown_path;
 
 /// Maximum time that [`App::run_until_idle`] waits.
 const IDLE_TIMEOUT: Duration = Duration::from_mins(2);
@@ -31,6 +34,8 @@ const IDLE_TIMEOUT: Duration = Duration::from_mins(2);
 const IDLE_POLL: Duration = Duration::from_millis(1);
 /// Minimum interval between UI frames without a new result, where software rendering competes with a rebuild for the cores.
 const THROTTLED_FRAME_INTERVAL: Duration = Duration::from_millis(100);
+/// The same while a picture of a moving camera is traced: frames that show no new one would make the next one later.
+const MOTION_FRAME_INTERVAL: Duration = Duration::from_millis(33);
 /// Interval between two updates of a measurement's progress.
 const PROGRESS_INTERVAL: Duration = Duration::from_millis(100);
 
@@ -41,10 +46,12 @@ pub struct App {
     reconciler: Reconciler,
     measure_worker: MeasureWorker,
     derived_worker: DerivedWorker,
+    lab_rails: LabRails,
     background_tasks: BackgroundTasks,
     clipboard_probe: Option<ClipboardProbe>,
     thumbnail_worker: Option<ThumbnailWorker>,
     file_watch: FileWatch,
+    tree_watch: TreeWatch,
     viewport: Viewport,
     has_pipeline: bool,
     device: Device,
@@ -69,6 +76,10 @@ impl App {
         let same_model = restored.wanted.as_ref().is_some_and(|wanted| wanted.source == source);
         let mut wanted = restored.wanted.unwrap_or_else(|| Wanted::new(source.clone()));
         wanted.source = source;
+        // The trees of the last run belong to its model.
+        if !(options.restore && same_model) {
+            wanted.tree_files = [options.tree_file, None];
+        }
         let mut preferences = restored.preferences.unwrap_or_default();
         options.overrides.apply(&mut wanted, &mut preferences);
         let mut state = AppState::new(wanted, preferences);
@@ -77,9 +88,23 @@ impl App {
             state.messages.notify(Severity::Warning, warning);
         }
         state.model.allow_outside = options.load.allow_outside;
+        for folder in options.lessons {
+            let (lessons, warnings) = lessons::read_folder(&folder);
+            state.lessons.extend(lessons);
+            for warning in warnings {
+                note(format_args!("warning: {warning}"));
+                state.messages.notify(Severity::Warning, warning);
+            }
+        }
+        let mut camera = options.camera;
+        if let Some(shared) = options.shared {
+            camera = camera.or((!shared.has_own_view()).then_some(shared.wanted.camera.into()));
+            state.wanted.source = shared.wanted.source.clone();
+            commands::show_state(&mut state, shared);
+        }
         let mut app = Self::with_state(context, state)?;
         app.settings_autosave = SettingsAutosave::new(options.settings_file);
-        app.reconciler.set_load_options(options.load, options.camera, same_model);
+        app.reconciler.set_load_options(options.load, camera, same_model);
         app.device.inject_faults(options.lose_device, options.refuse_buffer);
         app.throttles_frames = app.state.graphics.is_software;
         // A run that saves no settings leaves nothing in the cache either.
@@ -130,7 +155,9 @@ impl App {
             reconciler: Reconciler::new(wake.clone())?,
             measure_worker: MeasureWorker::new(wake.clone())?,
             derived_worker: DerivedWorker::new(wake.clone())?,
+            lab_rails: LabRails::new(wake.clone())?,
             file_watch: FileWatch::new(wake.clone())?,
+            tree_watch: TreeWatch::new(wake.clone()),
             background_tasks: BackgroundTasks::new(Arc::new(wake)),
             clipboard_probe: None,
             thumbnail_worker: None,
@@ -166,7 +193,10 @@ impl App {
 
     /// Whether anything is being loaded, built, traced, derived or measured.
     pub fn is_busy(&self) -> bool {
-        self.reconciler.is_busy() || self.measure_worker.is_busy() || self.derived_worker.is_busy()
+        self.reconciler.is_busy()
+            || self.measure_worker.is_busy()
+            || self.derived_worker.is_busy()
+            || self.lab_rails.is_busy()
     }
 
     /// Polls the workers that start once the rails are idle.
@@ -174,6 +204,7 @@ impl App {
         let idle = !self.reconciler.is_busy();
         self.measure_worker.poll(&mut self.state, idle);
         self.derived_worker.request_missing(&self.state, idle);
+        self.lab_rails.follow(&mut self.state, idle);
         if let Some(worker) = &mut self.thumbnail_worker {
             worker.poll(&mut self.state, idle);
         }
@@ -215,6 +246,30 @@ impl App {
         }
     }
 
+    /// Reads a tree again whose file was written anew; when it was removed, the tree stays.
+    fn follow_tree_files(&mut self) {
+        let files = TreeSide::ALL.map(|side| {
+            let wanted = self.state.wanted.tree_file(side);
+            self.reconciler.tree_file(side).filter(|file| wanted == Some(file.path.as_path())).cloned()
+        });
+        for (side, change) in self.tree_watch.changes(&files) {
+            let Some(file) = &files[side as usize] else { continue };
+            let name = shown_path(&file.path);
+            log::info!("tree {}, {name}: {change:?}", side.name());
+            let messages = &mut self.state.messages;
+            match change {
+                FileChange::Modified => {
+                    messages.notify(Severity::Info, format!("{name} was saved: the tree is read again"));
+                    self.reconciler.read_tree_again(side);
+                }
+                FileChange::Removed => {
+                    messages.notify(Severity::Warning, format!("{name} is gone; the tree that was read stays"));
+                }
+                FileChange::Restored => {}
+            }
+        }
+    }
+
     fn update_title(&mut self, ctx: &egui::Context) {
         let label = self.state.model.presented.as_ref().map(|presented| presented.accel.scene.source.label());
         let title = label.map_or_else(|| "bvhscope".to_owned(), |label| format!("{label} – bvhscope"));
@@ -230,6 +285,15 @@ impl App {
         if let Some(delay) = self.settings_autosave.save_if_due(wanted, preferences, read, Instant::now()) {
             ctx.request_repaint_after(delay);
         }
+    }
+
+    /// Performs what was requested in this UI frame, requests what is stale, and saves the settings.
+    fn perform_requests(&mut self, ctx: &egui::Context) {
+        self.background_tasks.perform(ctx, &mut self.reconciler, &mut self.measure_worker, &mut self.state);
+        let dragging = ctx.input(|input| input.pointer.any_down());
+        self.state.record_step(dragging);
+        self.reconcile(ctx);
+        self.autosave_settings(ctx);
     }
 
     /// Requests what is stale and schedules the next UI frame.
@@ -270,10 +334,15 @@ fn files_read(state: &AppState) -> &[PathBuf] {
 impl eframe::App for App {
     fn logic(&mut self, ctx: &egui::Context, frame: &mut eframe::Frame) {
         // Each movement of the pointer requests a UI frame, and rendering one in software takes half as long as a tree.
-        let throttled = self.throttles_frames && self.reconciler.is_rebuilding_in_motion(Instant::now());
-        let interval = if throttled { THROTTLED_FRAME_INTERVAL } else { Duration::ZERO };
+        let interval = match self.throttles_frames {
+            true if self.reconciler.is_rebuilding_in_motion(Instant::now()) => THROTTLED_FRAME_INTERVAL,
+            true if self.reconciler.is_following_motion() => MOTION_FRAME_INTERVAL,
+            _ => Duration::ZERO,
+        };
         self.wake_signal.wait(self.frame_started + interval);
-        self.frame_started = Instant::now();
+        let started = Instant::now();
+        log::trace!("UI frame {:.1} ms after the last", started.duration_since(self.frame_started).as_secs_f64() * 1e3);
+        self.frame_started = started;
         if interrupt::was_interrupted() {
             ctx.send_viewport_cmd(egui::ViewportCommand::Close);
         }
@@ -296,10 +365,13 @@ impl eframe::App for App {
         self.background_tasks.poll(&mut self.reconciler, &mut self.state);
         self.reconciler.poll(&mut self.state, Instant::now());
         self.follow_file_changes();
+        self.follow_tree_files();
         self.poll_idle_workers();
         self.update_title(ctx);
-        // Here as well as in `ui`, which is not called while the window is hidden.
-        self.autosave_settings(ctx);
+        // At the end of `ui` otherwise, which is not called while the window is hidden or covered.
+        if ctx.input(|input| input.viewport().visible()) == Some(false) {
+            self.perform_requests(ctx);
+        }
     }
 
     /// The panels' colour, so that they need no fill of their own, which takes long in software.
@@ -311,14 +383,13 @@ impl eframe::App for App {
         let ctx = ui.ctx().clone();
         let state = &mut self.state;
         state.wanted.render.background = if ui.visuals().dark_mode { Background::Dark } else { Background::Light };
+        let before = state.wanted.clone();
+        self.viewport.update_hover(&ctx, state);
         panels::around(ui, state, |ui, state| self.viewport.show(ui, self.has_pipeline, state));
 
+        state.wanted.build_what_was_changed(&before);
         take_dropped_files(&ctx, &mut self.reconciler, state);
-        self.background_tasks.perform(&ctx, &mut self.reconciler, &mut self.measure_worker, state);
-        let dragging = ctx.input(|input| input.pointer.any_down());
-        state.undo.observe(&state.wanted, dragging);
-        self.reconcile(&ctx);
-        self.autosave_settings(&ctx);
+        self.perform_requests(&ctx);
         log::trace!("UI frame of {:.1} ms", self.frame_started.elapsed().as_secs_f64() * 1e3);
     }
 

@@ -1,5 +1,6 @@
 //! How the window starts and ends: options, saved settings, the graphics device, and the application that eframe runs.
 
+mod lessons;
 pub mod options;
 pub mod settings;
 

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use crate::app::launch::settings::SettingsUse;
-use crate::app::state::{Preferences, Wanted};
+use crate::app::state::{Preferences, SharedState, Wanted};
 use crate::overlay::ColorBy;
 use crate::render::{ColorMap, Exposure, Light, NormalSource, Shading};
 use crate::scene::{LoadOptions, SceneSource};
@@ -18,6 +18,10 @@ use bvhscope_engine::tree::traverse::Traversal;
 pub struct StartOptions {
     /// The model; `None` for the default built-in scene.
     pub source: Option<SceneSource>,
+    /// The file that holds the tree; `None` builds it.
+    pub tree_file: Option<PathBuf>,
+    /// A state to show: its model and settings, in place of those of the last run.
+    pub shared: Option<SharedState>,
     /// Settings of tree, picture and containers.
     pub overrides: CliOverrides,
     /// The camera for the first model.
@@ -34,6 +38,8 @@ pub struct StartOptions {
     pub lose_device: bool,
     /// Request a buffer that the driver refuses after the first picture: for tests.
     pub refuse_buffer: bool,
+    /// Folders of lessons, beside the built-in ones.
+    pub lessons: Vec<PathBuf>,
     /// Warnings to show at start.
     pub notices: Vec<String>,
 }

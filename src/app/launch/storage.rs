@@ -13,7 +13,6 @@ use crate::app::state::{Preferences, Wanted};
 use crate::export::{Protected, write_bytes};
 use crate::scene::SceneSource;
 use crate::text::shown_path;
-use bvhscope_engine::settings::BuildSettings;
 
 /// Name of the application, and of its folder among the desktop's settings.
 pub(crate) const APP_ID: &str = "bvhscope";
@@ -169,29 +168,12 @@ fn parse(text: &str) -> Restored {
         preferences: serde_json::Value,
     }
     let Ok(parts) = serde_json::from_str::<Parts>(text) else { return Restored::default() };
-    let wanted = serde_json::from_value::<Wanted>(parts.wanted).ok().map(within_limits);
+    let wanted = serde_json::from_value::<Wanted>(parts.wanted).ok().map(Wanted::within_limits);
     let preferences = serde_json::from_value::<Preferences>(parts.preferences).ok().map(|mut preferences| {
         preferences.paper.limit();
         preferences
     });
     Restored { wanted, preferences, warning: None }
-}
-
-/// Clamps numbers to the ranges of their sliders and command line flags.
-fn within_limits(mut wanted: Wanted) -> Wanted {
-    let build = &mut wanted.build;
-    build.threshold = build.threshold.clamp(BuildSettings::MIN_THRESHOLD, BuildSettings::MAX_THRESHOLD);
-    build.epsilon = build.epsilon.clamp(0.0, BuildSettings::MAX_EPSILON);
-    wanted.threads = wanted.threads.min(1024);
-    wanted.render.samples = wanted.render.samples.clamp(1, 1024);
-    wanted.overlay.budget = wanted.overlay.budget.map(|budget| budget.clamp(1, 1_000_000));
-    wanted.overlay.line_width = wanted.overlay.line_width.clamp(0.25, 16.0);
-    wanted.overlay.hidden_alpha = wanted.overlay.hidden_alpha.clamp(0.0, 1.0);
-    wanted.render.section = wanted.render.section.filter(crate::section::SectionPlane::is_usable);
-    if !wanted.camera.is_usable() {
-        wanted.camera = Wanted::new(wanted.source.clone()).camera;
-    }
-    wanted
 }
 
 /// Sets a damaged file aside, or whatever else is in its place. Returns the warning to show.
@@ -208,6 +190,7 @@ mod tests {
     use super::*;
     use crate::app::state::{Navigation, Theme};
     use crate::overlay::OverlaySettings;
+    use bvhscope_engine::settings::BuildSettings;
 
     #[test]
     fn settings_survive_a_restart() {
@@ -276,7 +259,7 @@ mod tests {
         let mut wanted = Wanted::new(SceneSource::default_builtin());
         wanted.build.threshold = 1_000_000;
         wanted.camera.eye = wanted.camera.target;
-        let limited = within_limits(wanted);
+        let limited = wanted.within_limits();
         assert_eq!(limited.build.threshold, BuildSettings::MAX_THRESHOLD);
         assert!(limited.camera.distance() > 0.0);
     }

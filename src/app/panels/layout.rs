@@ -3,15 +3,17 @@
 use egui::{self, Margin, Panel, Rect, Ui};
 
 use super::widgets::{note_panel, note_place, panel_frame, restore_sections, scroll, sections};
-use super::{bars, dialogs, over, paper, side};
+use super::{bars, dialogs, dock, over, side};
 use crate::app::commands;
 use crate::app::state::{AppState, Side};
 use crate::app::theme;
 
-/// Default width of a side panel in points.
-const SIDE_WIDTH: f32 = 260.0;
+/// Default width of the left panel in points.
+const LEFT_WIDTH: f32 = 248.0;
+/// Default width of the right panel in points: its widest row fits, because a panel that is narrower than its content grows.
+const RIGHT_WIDTH: f32 = 288.0;
 /// Default height of the selection in points: all rows of a node and the buttons.
-const SELECTION_HEIGHT: f32 = 244.0;
+const SELECTION_HEIGHT: f32 = 280.0;
 /// Width of the window in points below which only one side panel is shown at a time.
 const NARROW_WIDTH: f32 = 840.0;
 
@@ -29,8 +31,13 @@ pub fn around(ui: &mut Ui, state: &mut AppState, viewport: impl FnOnce(&mut Ui, 
         let rect = viewport(ui, state);
         over_viewport(ui, rect, state);
     });
+    if state.selection.pointed != state.selection.pointed_before {
+        // Views that were shown before the one with the pointer light up, or no longer, in the next frame.
+        ctx.request_repaint();
+    }
     open_dialogs(&ctx, state);
     state.follow_heat_range();
+    state.follow_shared_nodes();
     // Sections of a closed panel keep what was known of them.
     state.preferences.sections.extend(sections(&ctx));
 }
@@ -46,7 +53,7 @@ fn top(ui: &mut Ui, state: &mut AppState) {
 fn left(ui: &mut Ui, state: &mut AppState) {
     let shown = state.shows_panel(Side::Left);
     let mut open = shown;
-    let panel = Panel::left("left panel").default_size(SIDE_WIDTH - 12.0).size_range(200.0..=400.0);
+    let panel = Panel::left("left panel").default_size(LEFT_WIDTH).size_range(200.0..=400.0);
     let panel = panel.frame(panel_frame(Margin::ZERO));
     let place = panel.show_collapsible(ui, &mut open, |ui| {
         let frame = panel_frame(Margin { left: 12, right: 12, top: 4, bottom: 8 });
@@ -74,7 +81,7 @@ fn selection_dock(ui: &mut Ui, state: &mut AppState) {
 fn right(ui: &mut Ui, state: &mut AppState) {
     let shown = state.shows_panel(Side::Right);
     let mut open = shown;
-    let panel = Panel::right("right panel").default_size(SIDE_WIDTH + 16.0).size_range(240.0..=420.0);
+    let panel = Panel::right("right panel").default_size(RIGHT_WIDTH).size_range(240.0..=420.0);
     let place = panel.frame(panel_frame(Margin::ZERO)).show_collapsible(ui, &mut open, |ui| {
         scroll(ui, "right scroll", |ui| {
             side::tree::show(ui, state);
@@ -89,19 +96,22 @@ fn right(ui: &mut Ui, state: &mut AppState) {
     }
 }
 
-/// From the bottom upwards: job strip, depth bar, paper panel.
+/// From the bottom upwards: job strip, depth bar, dock.
 fn bottom(ui: &mut Ui, state: &mut AppState) {
     let frame = panel_frame(Margin::symmetric(12, 4));
     Panel::bottom("job strip").frame(frame).show(ui, |ui| bars::job_strip::show(ui, state));
     let frame = panel_frame(Margin::symmetric(12, 4));
     let bar = Panel::bottom("depth bar").frame(frame).show(ui, |ui| bars::depth_bar::show(ui, state));
     note_place(ui.ctx(), "Depth bar", bar.response.rect);
-    paper::show(ui, state);
+    dock::show(ui, state);
 }
 
 /// What is painted over the viewport's rectangle: legends, axes gizmo, facts of the hovered pixel, messages.
 fn over_viewport(ui: &mut Ui, rect: Rect, state: &mut AppState) {
+    over::scaffold::show(ui, rect, state);
+    over::ray_line::show(ui, rect, state);
     over::section_handle::show(ui, rect, state);
+    over::compare::show(ui, rect, state);
     over::empty_view::show(ui, rect, state);
     over::legend::show(ui, rect, state);
     over::nothing_drawn::show(ui, rect, state);
@@ -110,6 +120,7 @@ fn over_viewport(ui: &mut Ui, rect: Rect, state: &mut AppState) {
     over::messages::show(ui, rect, state);
     over::node_menu::show(ui, rect, state);
     over::tour::show(ui, rect, state);
+    over::lesson::show(ui, rect, state);
     over::drop_hint::show(ui, rect);
 }
 

@@ -6,7 +6,7 @@
 //! | `layout` | places everything below around the viewport; start here |
 //! | `side` | sections of the side panels: statistics, selection, settings |
 //! | `bars` | menu, depth bar, job strip |
-//! | `paper` | the dock with the paper's tables and plots |
+//! | `dock` | the laboratory: one strip of tabs above the depth bar, one open view |
 //! | `over` | legends, axes gizmo, pixel facts and messages over the viewport |
 //! | `dialogs` | command palette, start page, shortcuts, message log |
 //! | `widgets` | what the panels are made of; knows none of them |
@@ -15,8 +15,8 @@ mod layout;
 
 mod bars;
 mod dialogs;
+mod dock;
 mod over;
-mod paper;
 mod side;
 
 mod widgets;

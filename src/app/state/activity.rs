@@ -37,9 +37,9 @@ pub struct Activity {
     pub build: Option<JobStatus>,
     /// The picture being traced.
     pub render: Option<JobStatus>,
-    /// The measurement of the paper panel, running or waiting.
+    /// The measurement of the view "Paper", running or waiting.
     pub measure: Option<JobStatus>,
-    /// What the paper panel has measured, by experiment.
+    /// What the view "Paper" has measured, by experiment.
     pub measured: HashMap<Experiment, PaperResult>,
     /// Median tracing speed of the last second in Mray/s.
     pub mrays_per_s: f64,

@@ -2,66 +2,12 @@
 
 use crate::accel::Accel;
 use crate::camera::Camera;
+pub use crate::lab::{Quantity, Verdict};
 use crate::render::{ColorMap, Frame, RenderSettings};
 use bvhscope_engine::tree::ContainerKind;
 
-/// Relative change of a time or speed below which it counts as noise.
-const TIME_NOISE: f64 = 0.05;
-/// Relative change of any other number below which it counts as none.
-const EQUAL: f64 = 0.0005;
 /// Maximum number of passes whose speeds are kept.
 const MAX_SPEEDS: usize = 64;
-
-/// A number of a tree that is compared with the tree before.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub enum Quantity {
-    /// Wall-clock time of the build in seconds.
-    BuildTime,
-    /// SAH cost.
-    SahCost,
-    /// End-point overlap.
-    Epo,
-    /// Number of nodes.
-    Nodes,
-    /// Number of leaves.
-    Leaves,
-    /// Depth of the deepest node.
-    Depth,
-    /// Container and triangle tests per primary ray.
-    TestsPerRay,
-    /// Container tests per primary ray.
-    ContainerTests,
-    /// Triangle tests per primary ray.
-    TriangleTests,
-    /// Primary rays in Mray/s.
-    Speed,
-}
-
-impl Quantity {
-    /// Whether a smaller value is better; `None` where neither direction is.
-    pub const fn smaller_is_better(self) -> Option<bool> {
-        match self {
-            Self::Nodes | Self::Leaves | Self::Depth => None,
-            Self::Speed => Some(false),
-            _ => Some(true),
-        }
-    }
-
-    /// Whether the value depends on camera, size and shading of the picture.
-    const fn depends_on_view(self) -> bool {
-        matches!(self, Self::TestsPerRay | Self::ContainerTests | Self::TriangleTests | Self::Speed)
-    }
-
-    /// Whether values of boxes and of spheres compare. Costs are relative to the root's container, and a box's surface is
-    /// another than a sphere's.
-    const fn compares_across_containers(self) -> bool {
-        !matches!(self, Self::SahCost | Self::Epo)
-    }
-
-    const fn noise(self) -> f64 {
-        if matches!(self, Self::BuildTime | Self::Speed) { TIME_NOISE } else { EQUAL }
-    }
-}
 
 /// How a number differs from that of the tree before.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -81,31 +27,6 @@ pub enum Comparison {
         /// Which way it went.
         verdict: Verdict,
     },
-}
-
-/// Which way a number went.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Verdict {
-    /// The presented tree is better.
-    Better,
-    /// The tree before was better.
-    Worse,
-    /// No difference beyond noise.
-    Same,
-    /// There is a difference, and neither direction is better.
-    Different,
-}
-
-impl Verdict {
-    /// The word beside the difference; empty where neither direction is better.
-    pub const fn word(self) -> &'static str {
-        match self {
-            Self::Better => "better",
-            Self::Worse => "worse",
-            Self::Same => "same",
-            Self::Different => "",
-        }
-    }
 }
 
 /// Everything beside the tree that its counts and its speed depend on.
@@ -167,7 +88,8 @@ impl Counted {
 #[derive(Debug, Clone, PartialEq)]
 pub struct TreeNumbers {
     container: ContainerKind,
-    build_secs: f64,
+    /// `None` where the file of the tree does not say.
+    build_secs: Option<f64>,
     sah_cost: f64,
     epo: Option<f64>,
     nodes: f64,
@@ -182,7 +104,7 @@ impl TreeNumbers {
         let stats = &accel.report.stats;
         Self {
             container: accel.settings.container,
-            build_secs: accel.report.build_time.as_secs_f64(),
+            build_secs: accel.build_ms().map(|ms| ms * 1e-3),
             sah_cost: f64::from(stats.sah_cost),
             epo: accel.known_epo().map(|epo| f64::from(epo.value)),
             nodes: stats.nodes as f64,
@@ -197,7 +119,7 @@ impl TreeNumbers {
         let tests =
             |select: fn([f32; 2]) -> f32| self.counted.as_ref().map(|counted| f64::from(select(counted.tests_per_ray)));
         match quantity {
-            Quantity::BuildTime => Some(self.build_secs),
+            Quantity::BuildTime => self.build_secs,
             Quantity::SahCost => Some(self.sah_cost),
             Quantity::Epo => self.epo,
             Quantity::Nodes => Some(self.nodes),
@@ -223,17 +145,6 @@ impl TreeNumbers {
         if quantity.depends_on_view() && (view(self).is_none() || view(self) != view(before)) {
             return Comparison::OtherView;
         }
-        Comparison::Change { before: earlier, now, verdict: verdict(quantity, earlier, now) }
-    }
-}
-
-fn verdict(quantity: Quantity, before: f64, now: f64) -> Verdict {
-    if (now - before).abs() <= before.abs() * quantity.noise() {
-        return Verdict::Same;
-    }
-    match quantity.smaller_is_better() {
-        None => Verdict::Different,
-        Some(smaller) if smaller == (now < before) => Verdict::Better,
-        Some(_) => Verdict::Worse,
+        Comparison::Change { before: earlier, now, verdict: quantity.verdict(earlier, now) }
     }
 }

@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use crate::app::state::lab::Standing;
 use crate::overlay::{OverlaySettings, Shown};
 
 /// The graphics adapter and its state.
@@ -17,6 +18,10 @@ pub struct Graphics {
     pub failed: bool,
     /// The containers that are drawn; `None` while they are off.
     pub shown: Option<Arc<Shown>>,
+    /// The containers of the second tree that are drawn; `None` while they are off or that tree is out of view.
+    pub second_shown: Option<Arc<Shown>>,
+    /// The clusters that are drawn in place of the chosen depths; `None` where the depths are.
+    pub standing: Option<Arc<Standing>>,
     /// Number of containers drawn in the last UI frame, and number that the settings select.
     pub overlay_counts: (usize, usize),
 }

@@ -2,6 +2,7 @@
 
 use crate::app::glossary::Term;
 use crate::app::state::path_field::PathField;
+use crate::app::state::second_tree::TreeSide;
 
 /// A side panel.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -49,6 +50,8 @@ pub struct Layout {
     pub about_open: bool,
     /// The start page with samples and recent files is open.
     pub start_page_open: bool,
+    /// The tree whose settings the panel shows while there are two.
+    pub edited_tree: TreeSide,
     /// The path that is typed on the start page.
     pub path_field: PathField,
     /// The message history is open.
@@ -73,6 +76,7 @@ impl Default for Layout {
             tour: None,
             about_open: false,
             start_page_open: false,
+            edited_tree: TreeSide::A,
             path_field: PathField::default(),
             messages_open: false,
             node_menu: None,

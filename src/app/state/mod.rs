@@ -5,13 +5,21 @@ mod wanted;
 mod activity;
 pub mod bookmarks;
 pub mod comparison;
+pub mod dock;
 mod graphics;
 mod heat_basis;
+mod hidden_nodes;
+pub mod lab;
 mod layout;
+pub mod lesson;
 mod messages;
 mod model;
 mod path_field;
+mod second_tree;
 mod selection;
+mod shared_lab;
+mod state_line;
+mod study;
 
 pub mod paper;
 mod preferences;
@@ -23,16 +31,34 @@ mod undo;
 pub use activity::{Activity, JobStatus, PROGRESS_DELAY};
 pub use graphics::Graphics;
 pub use heat_basis::HeatBasis;
+pub use hidden_nodes::HiddenNodes;
+pub use lab::{IcicleLayout, LabState, OtherTree, OutlineRow, RayOutcome, RaySource, RayView, SPEEDS, Standing};
 pub use layout::{Help, HelpPage, Layout, Side};
 pub use messages::{Message, MessageLog, Severity};
-pub use model::{Model, Presented};
+pub use model::{Difference, Model, Presented};
 pub use path_field::{FolderEntry, Listing, PathField};
 pub use preferences::{Navigation, Preferences, Theme};
 pub use request::Request;
+pub use second_tree::{CompareView, SecondTree, TreeSide};
 pub use selection::{HoveredPixel, PickedTriangle, SelectionState};
+pub use shared_lab::{SharedLab, SharedRay};
+pub use state_line::{SharedNodes, SharedState};
+pub use study::Study;
 pub use thumbnails::{THUMBNAIL_SIZE, Thumbnail, Thumbnails};
 pub use undo::UndoStack;
 pub use wanted::Wanted;
+
+use std::sync::Arc;
+
+use self::dock::DockView;
+use self::lesson::{Lesson, Reading};
+use crate::accel::Accel;
+use crate::lab::population::{Population, ViewRays};
+use crate::lab::ray::RayRequest;
+use crate::visibility::TriangleSet;
+use bvhscope_engine::settings::BuildSettings;
+use bvhscope_engine::tree::ContainerKind;
+use bvhscope_engine::tree::survival::Survival;
 
 /// State of the window.
 pub struct AppState {
@@ -44,6 +70,8 @@ pub struct AppState {
     pub activity: Activity,
     /// Selected, hidden and hovered parts.
     pub selection: SelectionState,
+    /// What the dock's views show.
+    pub lab: LabState,
     /// Messages to the user.
     pub messages: MessageLog,
     /// Open dialogs, size and focus of the window.
@@ -60,6 +88,12 @@ pub struct AppState {
     pub clipboard_fault: Option<String>,
     /// Small pictures of models, for the start page.
     pub thumbnails: Thumbnails,
+    /// The lessons that can be read, built-in ones first.
+    pub lessons: Vec<Arc<Lesson>>,
+    /// The lesson that is being read.
+    pub lesson: Option<Reading>,
+    /// What of a pasted state is selected and hidden once its tree is there.
+    pub shared_nodes: Option<SharedNodes>,
     /// What the fixed range of the heat map was fitted to.
     pub heat_basis: Option<HeatBasis>,
 }
@@ -72,6 +106,7 @@ impl AppState {
             model: Model::default(),
             activity: Activity::default(),
             selection: SelectionState::default(),
+            lab: LabState::default(),
             messages: MessageLog::default(),
             layout: Layout::default(),
             graphics: Graphics::default(),
@@ -80,8 +115,90 @@ impl AppState {
             requests: Vec::new(),
             clipboard_fault: None,
             thumbnails: Thumbnails::default(),
+            lessons: lesson::LESSONS.into_iter().filter_map(|text| Lesson::parse(text).ok()).map(Arc::new).collect(),
+            lesson: None,
+            shared_nodes: None,
             heat_basis: None,
         }
+    }
+
+    /// The nodes of the first tree that the second has too, and the other way round, once they are known.
+    pub fn survival(&self) -> Option<&Arc<[Survival; 2]>> {
+        let (first, second) = (self.model.presented.as_ref()?, self.model.second.as_ref()?);
+        self.lab.survival.get(&first.accel, &OtherTree::new(&second.accel))
+    }
+
+    /// What the viewport shows: the wanted view where there is what it takes, else the first tree.
+    pub fn shown_view(&self) -> CompareView {
+        let Some(second) = self.wanted.second.filter(|_| self.model.second.is_some()) else { return CompareView::A };
+        match second.view {
+            CompareView::Difference if self.model.difference.is_none() => CompareView::A,
+            view => view,
+        }
+    }
+
+    /// The tree whose settings the panel and the keys change: B only while there is one.
+    pub fn edited_side(&self) -> TreeSide {
+        if self.wanted.second.is_some() { self.layout.edited_tree } else { TreeSide::A }
+    }
+
+    /// The settings that the panel shows and the keys change.
+    pub fn edited_build(&self) -> &BuildSettings {
+        match &self.wanted.second {
+            Some(second) if self.layout.edited_tree == TreeSide::B => &second.build,
+            _ => &self.wanted.build,
+        }
+    }
+
+    /// [`AppState::edited_build`], to change it.
+    pub fn edited_build_mut(&mut self) -> &mut BuildSettings {
+        match &mut self.wanted.second {
+            Some(second) if self.layout.edited_tree == TreeSide::B => &mut second.build,
+            _ => &mut self.wanted.build,
+        }
+    }
+
+    /// Selects a node of the presented tree. The picked triangle stays where it lies below the node.
+    pub fn select_node(&mut self, node: u32) {
+        self.selection.nodes.selected = Some(node);
+        self.selection.picked.take_if(|picked| !picked.path.contains(&node));
+    }
+
+    /// The triangles below hidden nodes of the presented tree, if the picture leaves them out.
+    pub fn hidden_triangles(&self) -> Option<Arc<TriangleSet>> {
+        let presented = self.model.presented.as_ref().filter(|_| self.wanted.overlay.hide_triangles)?;
+        let visibility = presented.table.visibility(&self.selection.nodes)?;
+        Some(Arc::clone(&visibility.triangles)).filter(|triangles| !triangles.is_empty())
+    }
+
+    /// Whether the view "Ray" is open.
+    pub fn shows_ray(&self) -> bool {
+        self.preferences.dock.open == Some(DockView::Ray)
+    }
+
+    /// Whether a click on the picture takes the ray of its pixel.
+    pub fn picks_rays(&self) -> bool {
+        self.shows_ray() && self.lab.ray.picks && self.model.presented.is_some()
+    }
+
+    /// Takes the ray of a pixel of the picture.
+    pub fn take_ray(&mut self, pixel: [u32; 2]) {
+        if let Some(shown) = &self.model.presented {
+            self.lab.ray.take_pixel(pixel, shown.frame.camera, self.layout.viewport_px);
+        }
+    }
+
+    /// The tree and the ray that the view "Ray" lacks a record of; `None` while it is closed.
+    pub fn wanted_ray(&self) -> Option<(Arc<Accel>, RayRequest)> {
+        let shown = self.model.presented.as_ref().filter(|_| self.shows_ray())?;
+        let request = self.lab.ray.request(&shown.frame.settings, self.hidden_triangles())?;
+        Some((Arc::clone(&shown.accel), request))
+    }
+
+    /// The primary rays of the wanted view, by which visits can be measured, or by others of that view.
+    pub fn view_rays(&self) -> ViewRays {
+        let Wanted { camera, render, .. } = &self.wanted;
+        ViewRays::new(Population::Primary, *camera, self.layout.viewport_px, render)
     }
 
     /// Copies a text to the clipboard and posts the `note` that it was, unless that is empty; where there is no clipboard, posts
@@ -108,6 +225,27 @@ impl AppState {
         }
     }
 
+    /// Selects and hides what a pasted state does, once its tree is presented; called once a UI frame.
+    pub fn follow_shared_nodes(&mut self) {
+        let Some(shown) = &self.model.presented else { return };
+        let accel = &shown.accel;
+        if !self.is_wanted(accel, TreeSide::A) || accel.scene.source != self.wanted.source {
+            return;
+        }
+        let Some(SharedNodes { selected, triangle, hidden, isolated }) = self.shared_nodes.take() else { return };
+        let exists = |node: &u32| (*node as usize) < shown.table.len();
+        let picked = triangle.map(|primitive| PickedTriangle { primitive, path: accel.path_to(primitive) });
+        self.selection.picked = picked.filter(|picked| !picked.path.is_empty());
+        let nodes = &mut self.selection.nodes;
+        nodes.selected = selected.filter(exists);
+        nodes.hidden = hidden.into_iter().filter(exists).collect();
+        nodes.isolated = isolated.filter(exists);
+        if nodes.selected != selected || nodes.isolated != isolated {
+            let text = "Some nodes of the pasted state do not exist in this tree: the model is not the same";
+            self.messages.notify(Severity::Warning, text);
+        }
+    }
+
     /// Tracing speed in Mray/s: of the picture at rest the median of its passes, otherwise that of the last second.
     pub fn mrays_per_s(&self) -> f64 {
         let at_rest =
@@ -115,14 +253,54 @@ impl AppState {
         self.model.presented.as_ref().and_then(at_rest).unwrap_or(self.activity.mrays_per_s)
     }
 
-    /// Restores the settings before the last change. Returns whether there were any.
+    /// Restores settings and hidden nodes as before the last change. Returns whether there was one.
     pub fn undo(&mut self) -> bool {
-        self.undo.undo(&mut self.wanted)
+        self.record_hidden();
+        let undone = self.undo.undo(&mut self.wanted, &mut self.selection.hidden);
+        self.restore_hidden();
+        undone
     }
 
-    /// Restores the settings that were last undone. Returns whether there were any.
+    /// Restores what was last undone. Returns whether there was anything.
     pub fn redo(&mut self) -> bool {
-        self.undo.redo(&mut self.wanted)
+        self.record_hidden();
+        let redone = self.undo.redo(&mut self.wanted, &mut self.selection.hidden);
+        self.restore_hidden();
+        redone
+    }
+
+    /// Records a step that can be undone where settings or hidden nodes have changed; called once a UI frame. All changes while
+    /// `dragging` make one step.
+    pub fn record_step(&mut self, dragging: bool) {
+        self.record_hidden();
+        self.undo.observe(&self.wanted, &self.selection.hidden, dragging);
+    }
+
+    /// Adopts the hidden nodes of the presented tree, so that they can be hidden in other trees of its scene.
+    pub fn record_hidden(&mut self) {
+        if let Some(presented) = &self.model.presented {
+            self.selection.hidden.record(&presented.accel, &self.selection.nodes);
+        }
+    }
+
+    /// Hides in the presented tree the nodes that were recorded, where it has them.
+    pub fn restore_hidden(&mut self) {
+        if let Some(presented) = &self.model.presented {
+            self.selection.hidden.resolve(&presented.accel, &mut self.selection.nodes);
+        }
+    }
+
+    /// Tells how many hidden nodes the presented tree lacks, where they have become more.
+    pub fn report_missing_hidden(&mut self) {
+        let missing = self.selection.hidden.missing();
+        if missing > self.selection.reported_missing {
+            let [nodes, are] = if missing == 1 { ["node", "is"] } else { ["nodes", "are"] };
+            let text = format!(
+                "{missing} hidden {nodes} {are} not in this tree: the same triangles are in no single node of it. A tree that has them hides them again"
+            );
+            self.messages.notify(Severity::Info, text);
+        }
+        self.selection.reported_missing = missing;
     }
 
     /// First and last depth that are drawn of the presented tree; of a tree that is not there yet, the wanted ones.
@@ -132,10 +310,32 @@ impl AppState {
         of_tree.or(overlay.depth).unwrap_or_default()
     }
 
+    /// Kind of the presented tree's containers; of a tree that is not there yet, the wanted one.
+    pub fn container_kind(&self) -> ContainerKind {
+        let shown = self.model.presented.as_ref().map(|shown| shown.table.container_kind());
+        shown.unwrap_or(self.wanted.build.container)
+    }
+
+    /// A tree on the screen.
+    pub fn shown_tree(&self, side: TreeSide) -> Option<&Presented> {
+        match side {
+            TreeSide::A => self.model.presented.as_ref(),
+            TreeSide::B => self.model.second.as_ref(),
+        }
+    }
+
+    /// Whether a tree is the wanted one.
+    fn is_wanted(&self, accel: &Accel, side: TreeSide) -> bool {
+        match (self.wanted.tree_file(side), &accel.file) {
+            (None, None) => accel.settings == *self.wanted.build_of(side),
+            (Some(wanted), Some(file)) => file.path == wanted,
+            _ => false,
+        }
+    }
+
     /// Whether boxes and whether spheres are drawn; neither while containers are off.
     pub fn drawn_kinds(&self) -> [bool; 2] {
-        let tree = self.model.presented.as_ref().map(|shown| shown.table.container_kind());
-        let kinds = self.wanted.overlay.kinds(tree.unwrap_or(self.wanted.build.container));
+        let kinds = self.wanted.overlay.kinds(self.container_kind());
         if self.preferences.show_containers { kinds } else { [false; 2] }
     }
 

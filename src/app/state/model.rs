@@ -6,6 +6,7 @@ use glam::Vec3;
 
 use crate::accel::Accel;
 use crate::app::state::comparison::{Comparison, Counted, Quantity, TreeNumbers};
+use crate::lab::diff::DifferenceMap;
 use crate::overlay::NodeTable;
 use crate::render::Frame;
 use crate::scene::{Scene, SceneSource};
@@ -33,11 +34,18 @@ pub struct Presented {
 }
 
 impl Presented {
-    /// A tree with its first picture, which follows nothing.
-    pub fn new(accel: Arc<Accel>, table: Arc<NodeTable>, frame: Arc<Frame>, frame_id: u64, threads: usize) -> Self {
+    /// A tree with its first picture, which follows nothing. `hides` tells whether triangles of the picture are hidden.
+    pub fn new(
+        accel: Arc<Accel>,
+        table: Arc<NodeTable>,
+        frame: Arc<Frame>,
+        hides: bool,
+        frame_id: u64,
+        threads: usize,
+    ) -> Self {
         let tests_per_ray = frame.stats.tests_per_ray();
         let mut counted = None;
-        Counted::observe(&mut counted, &frame, false);
+        Counted::observe(&mut counted, &frame, hides);
         Self { accel, table, frame, frame_id, tests_per_ray, threads, counted, before: None }
     }
 
@@ -51,8 +59,22 @@ impl Presented {
 
     /// How a number differs from that of the tree before.
     pub fn compare(&self, quantity: Quantity) -> Comparison {
-        TreeNumbers::new(&self.accel, self.counted.clone()).compare(self.before.as_deref(), quantity)
+        self.numbers().compare(self.before.as_deref(), quantity)
     }
+
+    /// The numbers of this tree in its newest view at rest.
+    pub fn numbers(&self) -> TreeNumbers {
+        TreeNumbers::new(&self.accel, self.counted.clone())
+    }
+}
+
+/// How the second tree differs from the first in the picture.
+#[derive(Clone)]
+pub struct Difference {
+    /// The map.
+    pub map: Arc<DifferenceMap>,
+    /// Identifies its picture among all others.
+    pub picture_id: u64,
 }
 
 /// The loaded scene, the one on the screen, and what is known about its file.
@@ -62,6 +84,10 @@ pub struct Model {
     pub loaded: Option<Arc<Scene>>,
     /// What is on the screen; `None` until the first picture.
     pub presented: Option<Presented>,
+    /// The second tree of the presented scene; `None` while there is none, and until its first picture.
+    pub second: Option<Presented>,
+    /// Where the second tree tests more than the first. Made of one pair of pictures, and kept until the next pair.
+    pub difference: Option<Difference>,
     /// The up axis chosen by the user, and the model it was chosen for.
     pub up_override: Option<(SceneSource, Vec3)>,
     /// The file of the scene no longer exists.
@@ -71,6 +97,16 @@ pub struct Model {
 }
 
 impl Model {
+    /// How a number of the presented tree differs from that of the tree before, or while there is a second tree, how that one's
+    /// differs from it.
+    pub fn compare(&self, quantity: Quantity) -> Comparison {
+        match (&self.presented, &self.second) {
+            (Some(first), Some(second)) => second.numbers().compare(Some(&first.numbers()), quantity),
+            (Some(first), None) => first.compare(quantity),
+            (None, _) => Comparison::Unknown,
+        }
+    }
+
     /// The up axis chosen by the user, otherwise the presented scene's; y where nothing is presented.
     pub fn up(&self) -> Vec3 {
         let Some(presented) = &self.presented else { return Vec3::Y };

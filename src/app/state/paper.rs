@@ -1,4 +1,4 @@
-//! Settings and results of the paper panel: experiments of the paper on the open model, measured by [`crate::lab`] as on the
+//! Settings and results of the view "Paper": experiments of the paper on the open model, measured by [`crate::lab`] as on the
 //! command line.
 
 use std::sync::Arc;
@@ -8,6 +8,7 @@ use serde::{Deserialize, Serialize};
 use crate::app::state::wanted::Wanted;
 use crate::camera::Camera;
 use crate::lab::plot::{Panel, PlotFormat, draw, panels};
+use crate::lab::population::Populations;
 use crate::lab::report_table::{ReportTable, tables};
 use crate::lab::rows::{write_csv, write_json_lines};
 use crate::lab::{Job, Measurement, Setup, SweepPlan, TraceView};
@@ -218,6 +219,11 @@ impl PaperPlan {
         }
     }
 
+    /// Whether the trees are many and so different that predictions of what rays cost can be judged by them.
+    const fn measures_rays(&self) -> bool {
+        matches!(self.experiment, Experiment::Builders | Experiment::Thresholds)
+    }
+
     /// Camera, size and traversal of the traced picture.
     pub fn view(&self, scene: &Scene, wanted: &Wanted) -> TraceView {
         TraceView {
@@ -226,6 +232,7 @@ impl PaperPlan {
             traversal: self.traversal,
             repeat: self.repeat,
             simd: wanted.render.simd,
+            populations: if self.measures_rays() { Populations::ALL } else { Populations::NONE },
         }
     }
 }
@@ -283,17 +290,17 @@ impl PaperResult {
     }
 }
 
+/// The settings a row was measured with; `None` where its builder is unknown.
+pub fn settings_of(row: &Measurement) -> Option<BuildSettings> {
+    let builder = BuilderKind::ALL.into_iter().find(|builder| builder.name() == row.builder)?;
+    let &Measurement { container, threshold, epsilon, curve, optimize, .. } = row;
+    Some(BuildSettings { builder, container, threshold, epsilon, curve, optimize })
+}
+
 /// Sets `wanted` to the settings a row was measured with.
 pub fn apply_row(row: &Measurement, wanted: &mut Wanted) {
-    let Some(builder) = BuilderKind::ALL.into_iter().find(|builder| builder.name() == row.builder) else { return };
-    wanted.build = BuildSettings {
-        builder,
-        container: row.container,
-        threshold: row.threshold,
-        epsilon: row.epsilon,
-        curve: row.curve,
-        optimize: row.optimize,
-    };
+    let Some(build) = settings_of(row) else { return };
+    wanted.build = build;
     if row.command == "scaling" {
         wanted.threads = row.threads;
     }

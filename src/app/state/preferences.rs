@@ -6,6 +6,7 @@ use std::path::PathBuf;
 use serde::{Deserialize, Serialize};
 
 use crate::app::state::bookmarks::{self, Bookmark};
+use crate::app::state::dock::{self, Dock};
 use crate::app::state::paper::PaperPlan;
 
 /// Colours of the window.
@@ -44,12 +45,15 @@ pub struct Preferences {
     pub left_open: bool,
     /// The right panel is open.
     pub right_open: bool,
-    /// The paper panel is open.
-    pub paper_open: bool,
-    /// What the paper panel measures.
+    /// The dock above the depth bar.
+    #[serde(alias = "paper_open", deserialize_with = "dock::from_saved")]
+    pub dock: Dock,
+    /// What the view "Paper" measures.
     pub paper: PaperPlan,
     /// Recently opened files, newest first.
     pub recent: Vec<PathBuf>,
+    /// Recently opened tree files, newest first.
+    pub recent_trees: Vec<PathBuf>,
     /// Cameras to come back to.
     #[serde(deserialize_with = "bookmarks::usable")]
     pub bookmarks: Vec<Bookmark>,
@@ -70,9 +74,10 @@ impl Default for Preferences {
             show_containers: true,
             left_open: true,
             right_open: true,
-            paper_open: false,
+            dock: Dock::default(),
             paper: PaperPlan::default(),
             recent: Vec::new(),
+            recent_trees: Vec::new(),
             bookmarks: Vec::new(),
             greeted: false,
             toured: false,

@@ -10,7 +10,13 @@ const MAX_RECENT: usize = 10;
 /// Moves a file to the head of the list. Built-in scenes are not listed.
 pub fn remember(recent: &mut Vec<PathBuf>, source: &SceneSource) {
     // The next run may have another current folder.
-    let SceneSource::File(path) = source.absolute() else { return };
+    if let SceneSource::File(path) = source.absolute() {
+        remember_file(recent, path);
+    }
+}
+
+/// Moves a file, whose path is absolute, to the head of the list.
+pub fn remember_file(recent: &mut Vec<PathBuf>, path: PathBuf) {
     recent.retain(|known| *known != path);
     recent.insert(0, path);
     recent.truncate(MAX_RECENT);

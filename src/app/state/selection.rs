@@ -1,5 +1,6 @@
 //! Selected, hidden and hovered parts of the tree and the picture.
 
+use crate::app::state::hidden_nodes::HiddenNodes;
 use crate::overlay::Selection;
 
 /// The triangle that was clicked.
@@ -31,8 +32,32 @@ pub struct HoveredPixel {
 pub struct SelectionState {
     /// Nodes that the overlay highlights or omits.
     pub nodes: Selection,
+    /// The node at which the pointer is in a view other than the picture, in this UI frame.
+    pub pointed: Option<u32>,
+    /// The same in the UI frame before.
+    pub pointed_before: Option<u32>,
     /// The selected triangle.
     pub picked: Option<PickedTriangle>,
     /// The pixel under the pointer.
     pub hover: Option<HoveredPixel>,
+    /// The hidden and isolated nodes of `nodes` for other trees of the same scene; up to date at the end of each UI frame.
+    pub hidden: HiddenNodes,
+    /// Number of hidden nodes of which the user was last told that the present tree lacks them.
+    pub reported_missing: usize,
+}
+
+impl SelectionState {
+    /// Lights `node` up in all views, because the pointer is at it in one of them.
+    pub const fn point_at(&mut self, node: u32) {
+        self.pointed = Some(node);
+        self.nodes.hovered = Some(node);
+    }
+
+    /// Shows all nodes.
+    pub fn show_all(&mut self) {
+        self.nodes.hidden.clear();
+        self.nodes.isolated = None;
+        self.nodes.only = None;
+        self.hidden = HiddenNodes::default();
+    }
 }

@@ -1,32 +1,42 @@
-//! Undo and redo of settings. Camera moves and the choice of a model are not undone.
+//! Undo and redo of settings and hidden nodes. Camera moves and the choice of a model are not undone.
 
+use crate::app::state::hidden_nodes::HiddenNodes;
 use crate::app::state::wanted::Wanted;
 use crate::render::RenderSettings;
 
 /// Maximum number of steps that can be undone.
 const MAX_STEPS: usize = 200;
 
-/// Stacks of earlier and later settings.
+/// Stacks of earlier and later states.
 #[derive(Debug, Clone, Default)]
 pub struct UndoStack {
-    past: Vec<Wanted>,
-    future: Vec<Wanted>,
-    /// The settings at the end of the last step.
-    settled: Option<Wanted>,
+    past: Vec<Step>,
+    future: Vec<Step>,
+    /// The state at the end of the last step.
+    settled: Option<Step>,
+}
+
+/// The state between two steps.
+#[derive(Debug, Clone)]
+struct Step {
+    wanted: Wanted,
+    hidden: HiddenNodes,
 }
 
 impl UndoStack {
-    /// Records a step where the settings have changed; called once a UI frame. All changes while `dragging` make one step.
-    pub fn observe(&mut self, wanted: &Wanted, dragging: bool) {
+    /// Records a step where settings or hidden nodes have changed; called once a UI frame. All changes while `dragging` make one
+    /// step.
+    pub fn observe(&mut self, wanted: &Wanted, hidden: &HiddenNodes, dragging: bool) {
         let Some(settled) = &mut self.settled else {
-            self.settled = Some(wanted.clone());
+            self.settled = Some(Step { wanted: wanted.clone(), hidden: hidden.clone() });
             return;
         };
         if dragging {
             return;
         }
-        if !same_settings(settled, wanted) {
-            self.past.push(std::mem::replace(settled, wanted.clone()));
+        if !settled.is_same(wanted, hidden) {
+            let now = Step { wanted: wanted.clone(), hidden: hidden.clone() };
+            self.past.push(std::mem::replace(settled, now));
             if self.past.len() > MAX_STEPS {
                 self.past.remove(0);
             }
@@ -34,24 +44,36 @@ impl UndoStack {
         }
     }
 
-    /// Adopts the settings without recording a step: the program itself has changed them.
+    /// Adopts the settings of a new scene without recording a step: the program itself has changed them. Hidden nodes of the old
+    /// scene are forgotten.
     pub fn settle(&mut self, wanted: &Wanted) {
-        self.settled = Some(wanted.clone());
+        for steps in [&mut self.past, &mut self.future] {
+            for step in steps.iter_mut() {
+                step.hidden = HiddenNodes::default();
+                step.wanted.tree_files.clone_from(&wanted.tree_files);
+            }
+            steps.dedup_by(|a, b| a.is_same(&b.wanted, &b.hidden));
+            // A step that only hid nodes would now change nothing.
+            while steps.last().is_some_and(|step| step.is_same(wanted, &HiddenNodes::default())) {
+                steps.pop();
+            }
+        }
+        self.settled = Some(Step { wanted: wanted.clone(), hidden: HiddenNodes::default() });
     }
 
     /// Goes back one step. Returns whether there was one.
-    pub fn undo(&mut self, wanted: &mut Wanted) -> bool {
+    pub fn undo(&mut self, wanted: &mut Wanted, hidden: &mut HiddenNodes) -> bool {
         let Some(earlier) = self.past.pop() else { return false };
-        self.future.push(wanted.clone());
-        self.apply(&earlier, wanted);
+        self.future.push(Step { wanted: wanted.clone(), hidden: hidden.clone() });
+        self.apply(earlier, wanted, hidden);
         true
     }
 
     /// Goes forward one step that was undone. Returns whether there was one.
-    pub fn redo(&mut self, wanted: &mut Wanted) -> bool {
+    pub fn redo(&mut self, wanted: &mut Wanted, hidden: &mut HiddenNodes) -> bool {
         let Some(later) = self.future.pop() else { return false };
-        self.past.push(wanted.clone());
-        self.apply(&later, wanted);
+        self.past.push(Step { wanted: wanted.clone(), hidden: hidden.clone() });
+        self.apply(later, wanted, hidden);
         true
     }
 
@@ -65,20 +87,33 @@ impl UndoStack {
         !self.future.is_empty()
     }
 
-    fn apply(&mut self, from: &Wanted, to: &mut Wanted) {
+    fn apply(&mut self, step: Step, to: &mut Wanted, hidden: &mut HiddenNodes) {
+        let from = &step.wanted;
         to.build = from.build;
         to.threads = from.threads;
         // The background is the theme's.
         to.render = RenderSettings { background: to.render.background, ..from.render };
         to.overlay = from.overlay;
-        self.settled = Some(to.clone());
+        to.second = from.second;
+        to.tree_files.clone_from(&from.tree_files);
+        *hidden = step.hidden.clone();
+        self.settled = Some(Step { wanted: to.clone(), hidden: step.hidden });
     }
 }
 
-/// Whether all settings that undo restores are equal.
-fn same_settings(a: &Wanted, b: &Wanted) -> bool {
-    let render = RenderSettings { background: a.render.background, ..b.render };
-    a.build == b.build && a.threads == b.threads && a.render == render && a.overlay == b.overlay
+impl Step {
+    /// Whether all that undo restores is equal.
+    fn is_same(&self, wanted: &Wanted, hidden: &HiddenNodes) -> bool {
+        let a = &self.wanted;
+        let render = RenderSettings { background: a.render.background, ..wanted.render };
+        a.build == wanted.build
+            && a.tree_files == wanted.tree_files
+            && a.threads == wanted.threads
+            && a.render == render
+            && a.overlay == wanted.overlay
+            && a.second == wanted.second
+            && self.hidden == *hidden
+    }
 }
 
 #[cfg(test)]
@@ -91,16 +126,16 @@ mod tests {
         let mut wanted = Wanted::new(SceneSource::default_builtin());
         let before = wanted.clone();
         let mut undo = UndoStack::default();
-        undo.observe(&wanted, false);
+        undo.observe(&wanted, &HiddenNodes::default(), false);
         for threshold in 7..20 {
             wanted.build.threshold = threshold;
-            undo.observe(&wanted, true);
+            undo.observe(&wanted, &HiddenNodes::default(), true);
         }
-        undo.observe(&wanted, false);
-        assert!(undo.undo(&mut wanted));
+        undo.observe(&wanted, &HiddenNodes::default(), false);
+        assert!(undo.undo(&mut wanted, &mut HiddenNodes::default()));
         assert_eq!(wanted, before);
         assert!(!undo.can_undo());
-        assert!(undo.redo(&mut wanted));
+        assert!(undo.redo(&mut wanted, &mut HiddenNodes::default()));
         assert_eq!(wanted.build.threshold, 19);
         assert!(!undo.can_redo());
     }
@@ -109,12 +144,12 @@ mod tests {
     fn a_change_after_undo_discards_redo() {
         let mut wanted = Wanted::new(SceneSource::default_builtin());
         let mut undo = UndoStack::default();
-        undo.observe(&wanted, false);
+        undo.observe(&wanted, &HiddenNodes::default(), false);
         wanted.threads = 3;
-        undo.observe(&wanted, false);
-        assert!(undo.undo(&mut wanted));
+        undo.observe(&wanted, &HiddenNodes::default(), false);
+        assert!(undo.undo(&mut wanted, &mut HiddenNodes::default()));
         wanted.threads = 4;
-        undo.observe(&wanted, false);
+        undo.observe(&wanted, &HiddenNodes::default(), false);
         assert!(!undo.can_redo());
     }
 }

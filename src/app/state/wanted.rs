@@ -1,12 +1,16 @@
 //! The settings that decide what is shown.
 
+use std::path::{Path, PathBuf};
+
 use glam::Vec3;
 use serde::{Deserialize, Serialize};
 
+use crate::app::state::second_tree::{CompareView, SecondTree, TreeSide};
 use crate::camera::Camera;
 use crate::overlay::OverlaySettings;
-use crate::render::RenderSettings;
+use crate::render::{HeatKind, RenderSettings, Shading};
 use crate::scene::SceneSource;
+use crate::section::SectionPlane;
 use bvhscope_engine::geometry::Aabb;
 use bvhscope_engine::settings::BuildSettings;
 
@@ -25,6 +29,12 @@ pub struct Wanted {
     pub render: RenderSettings,
     /// Which bounding volumes are drawn over the picture, and how.
     pub overlay: OverlaySettings,
+    /// The tree that this one is compared with.
+    #[serde(default)]
+    pub second: Option<SecondTree>,
+    /// The files that hold the trees, in the order of [`TreeSide::ALL`]; `None` for a tree that is built.
+    #[serde(default)]
+    pub tree_files: [Option<PathBuf>; 2],
 }
 
 impl Wanted {
@@ -37,6 +47,78 @@ impl Wanted {
             camera: Camera::framing(&Aabb { min: Vec3::NEG_ONE, max: Vec3::ONE }, Vec3::Y),
             render: RenderSettings::default(),
             overlay: OverlaySettings::default(),
+            second: None,
+            tree_files: [None, None],
         }
+    }
+
+    /// With its numbers clamped to the ranges of their sliders and command line flags.
+    #[must_use]
+    pub fn within_limits(mut self) -> Self {
+        let second = self.second.as_mut().map(|second| {
+            second.move_seam(second.seam);
+            &mut second.build
+        });
+        for build in std::iter::once(&mut self.build).chain(second) {
+            build.threshold = build.threshold.clamp(BuildSettings::MIN_THRESHOLD, BuildSettings::MAX_THRESHOLD);
+            build.epsilon = build.epsilon.clamp(0.0, BuildSettings::MAX_EPSILON);
+        }
+        self.threads = self.threads.min(1024);
+        self.render.samples = self.render.samples.clamp(1, 1024);
+        self.overlay.budget = self.overlay.budget.map(|budget| budget.clamp(1, 1_000_000));
+        self.overlay.line_width = self.overlay.line_width.clamp(0.25, 16.0);
+        self.overlay.hidden_alpha = self.overlay.hidden_alpha.clamp(0.0, 1.0);
+        self.render.section = self.render.section.filter(SectionPlane::is_usable);
+        if !self.camera.is_usable() {
+            self.camera = Self::new(self.source.clone()).camera;
+        }
+        self
+    }
+
+    /// The file that holds a tree; `None` where it is built.
+    pub fn tree_file(&self, side: TreeSide) -> Option<&Path> {
+        self.tree_files[side as usize].as_deref()
+    }
+
+    /// Reads a tree from this file, or builds it.
+    pub fn set_tree_file(&mut self, side: TreeSide, file: Option<PathBuf>) {
+        self.tree_files[side as usize] = file;
+    }
+
+    /// Settings of a tree, whether it is built with them or not; those of the first where there is no second.
+    pub fn build_of(&self, side: TreeSide) -> &BuildSettings {
+        match &self.second {
+            Some(second) if side == TreeSide::B => &second.build,
+            _ => &self.build,
+        }
+    }
+
+    /// Builds a tree instead of reading it where its settings, and nothing else of it, have changed since `before`.
+    pub fn build_what_was_changed(&mut self, before: &Self) {
+        for side in TreeSide::ALL {
+            let same_file = self.tree_file(side).is_some() && self.tree_file(side) == before.tree_file(side);
+            let was_there = side == TreeSide::A || self.second.is_some() && before.second.is_some();
+            if same_file && was_there && self.build_of(side) != before.build_of(side) {
+                self.set_tree_file(side, None);
+            }
+        }
+        if self.second.is_none() {
+            self.set_tree_file(TreeSide::B, None);
+        }
+    }
+
+    /// Whether the viewport shows how two trees differ.
+    pub fn shows_difference(&self) -> bool {
+        self.second.is_some_and(|second| second.view == CompareView::Difference)
+    }
+
+    /// The settings that pictures are traced with: those of `render`, but test counts where the difference of two trees is shown.
+    pub fn traced(&self) -> RenderSettings {
+        let shading = match self.render.shading {
+            Shading::Heat(kind) => Shading::Heat(kind),
+            _ if self.shows_difference() => Shading::Heat(HeatKind::Both),
+            shading => shading,
+        };
+        RenderSettings { shading, ..self.render }
     }
 }

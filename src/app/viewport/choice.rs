@@ -3,8 +3,8 @@
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use crate::app::state::{AppState, Presented};
-use crate::overlay::{OverlaySettings, Selection, Shown, Viewpoint};
+use crate::app::state::{AppState, Presented, Standing};
+use crate::overlay::{NodeTable, OverlaySettings, Selection, Shown, Viewpoint};
 
 /// Time without a camera move after which the containers are chosen for the new view.
 const REST_DELAY: Duration = Duration::from_millis(200);
@@ -17,6 +17,7 @@ pub(crate) struct Choice {
 
 struct Chosen {
     table: u64,
+    standing: Option<Arc<Standing>>,
     settings: OverlaySettings,
     selection: Selection,
     viewpoint: Viewpoint,
@@ -26,45 +27,93 @@ struct Chosen {
 }
 
 impl Choice {
-    /// The containers of the presented tree that are drawn. Also returns the delay after which they are to be chosen again, if
-    /// the camera has moved since and matters.
-    pub(crate) fn update(&mut self, state: &AppState, presented: &Presented) -> (Arc<Shown>, Option<Duration>) {
-        let settings = drawable(state, presented);
+    /// The containers of a tree on the screen that are drawn, without those that `selection` hides: those of the chosen depths, or
+    /// the clusters that are `standing`. Also returns the delay after which they are to be chosen again, if the camera has moved
+    /// since and matters.
+    pub(crate) fn update(
+        &mut self,
+        state: &AppState,
+        presented: &Presented,
+        standing: Option<&Arc<Standing>>,
+        selection: &Selection,
+    ) -> (Arc<Shown>, Option<Duration>) {
+        let table = standing.and_then(|standing| standing.table()).unwrap_or(&presented.table);
+        let settings = drawable(state, table);
         // Settings that change only the look of lines need no other choice.
         let compared = OverlaySettings { hidden_alpha: 0.0, line_width: 1.0, ..settings };
-        let Selection { hidden, isolated, .. } = &state.selection.nodes;
-        let viewpoint = Viewpoint { camera: presented.frame.camera, size_px: state.layout.viewport_px };
+        let Selection { hidden, isolated, only, .. } = selection;
+        let frame = &presented.frame;
+        let (camera, section) = (frame.camera, frame.settings.section);
+        let viewpoint = Viewpoint { camera, size_px: state.layout.viewport_px, section };
         let now = Instant::now();
-        let table = &presented.table;
         if let Some(last) = self.last.as_mut().filter(|last| {
             last.table == table.id
+                && same(last.standing.as_ref(), standing)
                 && last.settings == compared
-                && (&last.selection.hidden, &last.selection.isolated) == (hidden, isolated)
+                && (&last.selection.hidden, &last.selection.isolated, &last.selection.only) == (hidden, isolated, only)
         }) {
             if last.seen.0 != viewpoint {
                 last.seen = (viewpoint, now);
             }
-            if !last.shown.depends_on_view || last.viewpoint == viewpoint {
+            // Few containers are chosen at once where the plane moves, many once it comes to rest.
+            let few = !last.shown.depends_on_view;
+            if last.viewpoint == viewpoint || (few && last.viewpoint.section == section) {
                 return (Arc::clone(&last.shown), None);
             }
             let rested = now.duration_since(last.seen.1);
-            if rested < REST_DELAY {
+            if !few && rested < REST_DELAY {
                 return (Arc::clone(&last.shown), Some(REST_DELAY.saturating_sub(rested)));
             }
         }
-        let selection = Selection { hidden: hidden.clone(), isolated: *isolated, ..Selection::default() };
-        let shown = Arc::new(table.shown(&settings, &selection, Some(&viewpoint)));
+        let selection =
+            Selection { hidden: hidden.clone(), isolated: *isolated, only: only.clone(), ..Selection::default() };
+        let shown = match standing {
+            Some(standing) => table.shown_of(&standing.nodes, standing.all, &settings, &selection, Some(&viewpoint)),
+            None => table.shown(&settings, &selection, Some(&viewpoint)),
+        };
+        let shown = Arc::new(shown);
         log::debug!("chose {} of {} containers in {:.1?}", shown.nodes.len(), shown.wanted, now.elapsed());
         let seen = (viewpoint, now);
-        self.last =
-            Some(Chosen { table: table.id, settings: compared, selection, viewpoint, shown: Arc::clone(&shown), seen });
+        self.last = Some(Chosen {
+            table: table.id,
+            standing: standing.cloned(),
+            settings: compared,
+            selection,
+            viewpoint,
+            shown: Arc::clone(&shown),
+            seen,
+        });
         (shown, None)
     }
 }
 
 /// The overlay settings as they are drawn now: restricted to what is known of the tree, with the budget of this adapter.
-pub(crate) fn drawable(state: &AppState, presented: &Presented) -> OverlaySettings {
-    let wanted = &state.wanted.overlay;
-    let budget = wanted.budget.unwrap_or_else(|| state.graphics.automatic_budget());
-    OverlaySettings { budget: Some(budget), ..presented.table.drawable(wanted) }
+pub(crate) fn drawable(state: &AppState, table: &NodeTable) -> OverlaySettings {
+    OverlaySettings { budget: Some(budget(state)), ..table.drawable(&state.wanted.overlay) }
+}
+
+/// Maximum number of containers that this adapter draws.
+pub(crate) fn budget(state: &AppState) -> u32 {
+    state.wanted.overlay.budget.unwrap_or_else(|| state.graphics.automatic_budget())
+}
+
+/// The table of the tree whose containers are drawn: the presented one, or that of the merges on show.
+pub(crate) fn drawn_table<'a>(state: &'a AppState, presented: &'a Presented) -> &'a Arc<NodeTable> {
+    state.graphics.standing.as_ref().and_then(|standing| standing.table()).unwrap_or(&presented.table)
+}
+
+/// The selection that the overlay shows: while merges are on show, the one just made, whose children are lit up too.
+pub(crate) fn drawn_selection(state: &AppState) -> Selection {
+    let Some(standing) = &state.graphics.standing else { return state.selection.nodes.clone() };
+    // Nodes that were hidden or pointed at are those of the presented tree.
+    let own = if standing.table().is_some() { Selection::default() } else { state.selection.nodes.clone() };
+    Selection { selected: standing.made.or(own.selected), ..own }
+}
+
+fn same(a: Option<&Arc<Standing>>, b: Option<&Arc<Standing>>) -> bool {
+    match (a, b) {
+        (Some(a), Some(b)) => Arc::ptr_eq(a, b),
+        (None, None) => true,
+        _ => false,
+    }
 }

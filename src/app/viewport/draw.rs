@@ -7,6 +7,7 @@ use egui_wgpu::{CallbackResources, CallbackTrait, ScreenDescriptor};
 
 use super::pixel::rect_px;
 use super::tint::Tinted;
+use crate::app::state::TreeSide;
 use crate::overlay::{DrawInput, NodeTable, OverlayPipeline, OverlaySettings, PictureInput, Selection, Shown};
 use crate::render::{Background, Frame};
 
@@ -30,6 +31,30 @@ pub(crate) struct OverlayCallback {
     pub(crate) rect: Rect,
     /// Whether the picture is drawn under the containers.
     pub(crate) show_picture: bool,
+    /// Which of two pictures side by side this is.
+    pub(crate) side: TreeSide,
+    /// Whether there is a second tree, for whose picture GPU objects are kept.
+    pub(crate) has_second: bool,
+}
+
+/// The GPU objects of the second of two pictures side by side, made when it is first drawn.
+struct SecondPipeline(OverlayPipeline);
+
+impl OverlayCallback {
+    fn pipeline_mut<'a>(
+        &self,
+        device: &wgpu::Device,
+        resources: &'a mut CallbackResources,
+    ) -> Option<&'a mut OverlayPipeline> {
+        if self.side == TreeSide::A {
+            return resources.get_mut::<OverlayPipeline>();
+        }
+        if resources.get::<SecondPipeline>().is_none() {
+            let format = resources.get::<OverlayPipeline>()?.format();
+            resources.insert(SecondPipeline(OverlayPipeline::new(device, format)));
+        }
+        resources.get_mut::<SecondPipeline>().map(|second| &mut second.0)
+    }
 }
 
 impl CallbackTrait for OverlayCallback {
@@ -41,7 +66,10 @@ impl CallbackTrait for OverlayCallback {
         _encoder: &mut wgpu::CommandEncoder,
         resources: &mut CallbackResources,
     ) -> Vec<wgpu::CommandBuffer> {
-        if let Some(pipeline) = resources.get_mut::<OverlayPipeline>() {
+        if !self.has_second {
+            resources.remove::<SecondPipeline>();
+        }
+        if let Some(pipeline) = self.pipeline_mut(device, resources) {
             let viewport_px = rect_px(self.rect, screen.pixels_per_point, screen.size_in_pixels);
             let mut picture = picture_input(&self.frame, self.frame_id);
             if let Some(tinted) = &self.tinted {
@@ -70,7 +98,9 @@ impl CallbackTrait for OverlayCallback {
     }
 
     fn paint(&self, _info: PaintCallbackInfo, pass: &mut wgpu::RenderPass<'static>, resources: &CallbackResources) {
-        if let Some(pipeline) = resources.get::<OverlayPipeline>() {
+        let second = || resources.get::<SecondPipeline>().map(|second| &second.0);
+        let pipeline = if self.side == TreeSide::A { resources.get::<OverlayPipeline>() } else { second() };
+        if let Some(pipeline) = pipeline {
             pipeline.paint(pass);
         }
     }

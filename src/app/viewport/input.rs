@@ -1,6 +1,6 @@
 //! Mouse and keys over the viewport: camera moves and picking.
 
-use egui::{EventFilter, PointerButton, Response};
+use egui::{CursorIcon, EventFilter, PointerButton, Response};
 use glam::Vec2;
 
 use super::pixel::{pixel_at, point_at};
@@ -21,6 +21,9 @@ pub(crate) fn handle(ui: &egui::Ui, response: &Response, state: &mut AppState) {
     if response.has_focus() {
         let filter = EventFilter { horizontal_arrows: true, vertical_arrows: true, ..EventFilter::default() };
         ui.memory_mut(|memory| memory.set_focus_lock_filter(response.id, filter));
+    }
+    if response.hovered() && !response.dragged() && state.picks_rays() {
+        ui.ctx().set_cursor_icon(CursorIcon::Crosshair);
     }
     drag(ui, response, state);
     wheel(ui, response, state);
@@ -69,7 +72,7 @@ fn wheel(ui: &egui::Ui, response: &Response, state: &mut AppState) {
     }
 }
 
-/// Click: select. Double click: focus on a point, or reset the view on the background.
+/// Click: select, or take the ray of the pixel. Double click: focus on a point, or reset the view on the background.
 fn click(ui: &egui::Ui, response: &Response, state: &mut AppState) {
     let Some(at) = response.interact_pointer_pos() else { return };
     let [x, y] = pixel_at(at, response.rect, ui.ctx().pixels_per_point(), state.layout.viewport_px);
@@ -83,6 +86,8 @@ fn click(ui: &egui::Ui, response: &Response, state: &mut AppState) {
             }
             (None, None) => {}
         }
+    } else if response.clicked_by(PointerButton::Primary) && state.picks_rays() {
+        state.take_ray([x, y]);
     } else if response.clicked_by(PointerButton::Primary) {
         let primitive = state.model.presented.as_ref().and_then(|shown| picking::primitive_at(&shown.frame, x, y));
         picking::pick(state, primitive);

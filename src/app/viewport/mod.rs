@@ -4,8 +4,10 @@
 mod view;
 
 mod choice;
+mod common_nodes;
 mod draw;
 mod fallback;
+mod sides;
 mod tint;
 
 mod fly;

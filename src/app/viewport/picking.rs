@@ -82,10 +82,14 @@ pub(crate) fn restore_selection(state: &mut AppState, selection: PortableSelecti
     state.selection.nodes.selected = depth.and_then(|depth| path.get(depth).copied()).or(leaf);
 }
 
-/// The deepest node within the drawn range of depths that holds the triangle.
+/// The deepest node within the drawn range of depths that holds the triangle, or the cluster on show that does; none while the
+/// clusters are those of another tree.
 pub fn drawn_node_of(state: &AppState, primitive: u32) -> Option<u32> {
     let presented = state.model.presented.as_ref()?;
     let path = presented.accel.path_to(primitive);
+    if let Some(standing) = &state.graphics.standing {
+        return path.into_iter().find(|&node| standing.table().is_none() && standing.stands(node));
+    }
     let [first, last] = presented.table.drawn_depths(&state.wanted.overlay);
     path.get(first as usize..path.len().min(last as usize + 1))?.last().copied()
 }

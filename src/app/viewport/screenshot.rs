@@ -4,62 +4,87 @@ use std::path::{Path, PathBuf};
 use std::sync::{Arc, Condvar, Mutex, PoisonError};
 use std::time::Duration;
 
-use crate::app::state::{AppState, Presented};
+use crate::app::state::{AppState, CompareView, Preferences, Presented};
+use crate::app::viewport::choice::{drawn_selection, drawn_table};
 use crate::app::viewport::draw::picture_input;
 use crate::app::viewport::tint::Tint;
 use crate::export::write_new;
-use crate::overlay::{DrawInput, OverlaySettings, Selection, Shown, draw_offscreen};
+use crate::overlay::{DrawInput, NodeTable, OverlaySettings, Selection, Shown, draw_offscreen};
 use crate::render::Background;
 
 /// Everything that a screenshot shows, captured so that later changes in the window do not affect it.
 pub struct Screenshot {
-    presented: Presented,
-    overlay: Option<OverlaySettings>,
-    shown: Arc<Shown>,
-    selection: Selection,
+    /// The pictures, each from a column of the whole on: one, or two side by side.
+    pictures: Vec<(u32, Picture)>,
+    show_containers: bool,
     show_geometry: bool,
     pixels_per_point: f32,
-    /// The picture with the selected triangles tinted.
-    tinted: Option<Arc<Vec<[u8; 4]>>>,
     name: String,
+}
+
+/// The picture through one tree with its containers.
+struct Picture {
+    presented: Presented,
+    /// The tree whose containers are drawn.
+    table: Arc<NodeTable>,
+    overlay: OverlaySettings,
+    shown: Arc<Shown>,
+    selection: Selection,
+    /// Other colours for the picture: with the selected triangles tinted, or those of the difference of two trees.
+    colors: Option<Arc<Vec<[u8; 4]>>>,
 }
 
 impl Screenshot {
     /// Captures the present viewport; `None` before the first picture.
     pub fn capture(state: &AppState, pixels_per_point: f32) -> Option<Self> {
-        let presented = state.model.presented.clone()?;
-        let label = presented.accel.scene.source.label();
+        let first = first_picture(state)?;
+        let label = first.presented.accel.scene.source.label();
         let stem = Path::new(&label).file_stem().map_or_else(|| label.clone(), |stem| stem.to_string_lossy().into());
-        let tinted = Tint::default().update(state, &presented).map(|tinted| tinted.rgba);
-        Some(Self {
-            name: stem,
-
-            presented,
-            overlay: state.preferences.show_containers.then_some(state.wanted.overlay),
-            shown: state.graphics.shown.clone().unwrap_or_else(|| Arc::new(Shown::NOTHING)),
-            selection: state.selection.nodes.clone(),
-            show_geometry: state.preferences.show_geometry,
-            pixels_per_point,
-            tinted,
-        })
+        let seam = state.wanted.second.map_or(0.5, |second| second.seam);
+        let seam_px = (first.presented.frame.width_px as f32 * seam).round() as u32;
+        let pictures = match (state.shown_view(), second_picture(state)) {
+            (CompareView::B, Some(second)) => vec![(0, second)],
+            (CompareView::Split, Some(second)) => vec![(0, first), (seam_px, second)],
+            _ => vec![(0, first)],
+        };
+        let Preferences { show_containers, show_geometry, .. } = state.preferences;
+        Some(Self { name: stem, pictures, show_containers, show_geometry, pixels_per_point })
     }
 
     /// Writes a PNG into `folder` under an unused name; the file appears complete or not at all. Returns the path and, where the
     /// containers could not be drawn, the reason.
     pub fn save(&self, folder: &Path) -> Result<(PathBuf, Option<String>), String> {
-        let frame = &self.presented.frame;
-        let table = self.overlay.is_some().then_some(&self.presented.table);
-        let mut picture = picture_input(frame, self.presented.frame_id);
-        if let Some(tinted) = &self.tinted {
-            picture.rgba = tinted;
+        let (mut whole, mut size, mut warning) = (Vec::new(), [0, 0], None);
+        for (from, picture) in &self.pictures {
+            let frame = &picture.presented.frame;
+            let (pixels, fault) = self.draw(picture);
+            warning = warning.or(fault);
+            if whole.is_empty() {
+                (whole, size) = (pixels, [frame.width_px, frame.height_px]);
+            } else if size == [frame.width_px, frame.height_px] {
+                let rows = whole.chunks_mut(size[0] as usize).zip(pixels.chunks(size[0] as usize));
+                rows.for_each(|(left, right)| left[*from as usize..].copy_from_slice(&right[*from as usize..]));
+            }
+        }
+        let path = write_png(folder, &self.name, size, &whole)?;
+        Ok((path, warning))
+    }
+
+    /// The pixels of a picture with its containers and, where these could not be drawn, the reason.
+    fn draw(&self, picture: &Picture) -> (Vec<[u8; 4]>, Option<String>) {
+        let frame = &picture.presented.frame;
+        let table = self.show_containers.then_some(&picture.table);
+        let mut input = picture_input(frame, picture.presented.frame_id);
+        if let Some(colors) = &picture.colors {
+            input.rgba = colors;
         }
         let input = DrawInput {
-            picture,
+            picture: input,
             camera: frame.camera,
             table,
-            shown: &self.shown,
-            settings: self.overlay.unwrap_or_default(),
-            selection: &self.selection,
+            shown: &picture.shown,
+            settings: picture.overlay,
+            selection: &picture.selection,
             show_picture: self.show_geometry,
             section: frame.settings.section,
             neutral_lines: frame.settings.shading.is_coded(),
@@ -67,15 +92,39 @@ impl Screenshot {
             viewport_px: [0, 0, frame.width_px, frame.height_px],
             pixels_per_point: self.pixels_per_point,
         };
-        let drawn = (table.is_some() || !self.show_geometry).then(|| draw_offscreen(&input));
-        let (pixels, warning) = match drawn {
-            Some(Ok(pixels)) => (pixels, None),
-            Some(Err(error)) => (picture.rgba.to_vec(), Some(format!("the containers are missing in it: {error}"))),
-            None => (picture.rgba.to_vec(), None),
-        };
-        let path = write_png(folder, &self.name, [frame.width_px, frame.height_px], &pixels)?;
-        Ok((path, warning))
+        if table.is_none() && self.show_geometry {
+            return (input.picture.rgba.to_vec(), None);
+        }
+        match draw_offscreen(&input) {
+            Ok(pixels) => (pixels, None),
+            Err(error) => (input.picture.rgba.to_vec(), Some(format!("the containers are missing in it: {error}"))),
+        }
     }
+}
+
+/// The picture through the first tree, or the difference of the two where that is shown.
+fn first_picture(state: &AppState) -> Option<Picture> {
+    let mut presented = state.model.presented.clone()?;
+    let shows_merges = state.graphics.standing.is_some();
+    let tinted = if shows_merges { None } else { Tint::default().update(state, &presented) };
+    let mut colors = tinted.map(|tinted| tinted.rgba);
+    let table = Arc::clone(drawn_table(state, &presented));
+    if let (CompareView::Difference, Some(difference)) = (state.shown_view(), &state.model.difference) {
+        presented.frame = Arc::clone(&difference.map.frames[0]);
+        colors = Some(Arc::clone(&difference.map.rgba));
+    }
+    let shown = state.graphics.shown.clone().unwrap_or_else(|| Arc::new(Shown::NOTHING));
+    let selection = drawn_selection(state);
+    Some(Picture { presented, table, overlay: state.wanted.overlay, shown, selection, colors })
+}
+
+/// The picture through the second tree.
+fn second_picture(state: &AppState) -> Option<Picture> {
+    let presented = state.model.second.clone()?;
+    let shown = state.graphics.second_shown.clone().unwrap_or_else(|| Arc::new(Shown::NOTHING));
+    let (overlay, selection) = (state.wanted.overlay, Selection::default());
+    let table = Arc::clone(&presented.table);
+    Some(Picture { presented, table, overlay, shown, selection, colors: None })
 }
 
 /// Writes RGBA pixels as a PNG under an unused name in `folder`.

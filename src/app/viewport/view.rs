@@ -2,18 +2,18 @@
 
 use std::sync::Arc;
 
-use egui::{Color32, Label, Rect, Response, RichText, Role, Sense, Ui, WidgetInfo, pos2};
+use egui::{Color32, Context, Id, Label, Rect, RichText, Role, Sense, Ui, WidgetInfo, pos2};
 use egui_wgpu::Callback;
 
 use super::choice::{self, Choice};
-use super::draw::OverlayCallback;
+use super::common_nodes::CommonNodes;
 use super::fallback::FallbackTexture;
 use super::pixel::{pixel_at, rect_px};
-use super::tint::{Tint, Tinted};
-use super::{input, picking};
-use crate::app::state::{AppState, HoveredPixel, Preferences, Presented};
+use super::tint::Tint;
+use super::{input, picking, sides};
+use crate::app::state::dock::DockView;
+use crate::app::state::{AppState, HoveredPixel, Standing, TreeSide};
 use crate::app::theme;
-use crate::overlay::Shown;
 
 /// Text shown after loading or building was cancelled or failed and there is nothing to show.
 const NOTHING_TO_SHOW: &str =
@@ -24,7 +24,12 @@ const NOTHING_TO_SHOW: &str =
 pub struct Viewport {
     fallback: FallbackTexture,
     choice: Choice,
+    second_choice: Choice,
+    /// For the first and for the second tree.
+    common: [CommonNodes; 2],
     tint: Tint,
+    /// Identifies the widget, once it has been shown.
+    id: Option<Id>,
     /// The keyboard focus has been requested, once at start.
     focus_requested: bool,
 }
@@ -47,14 +52,16 @@ impl Viewport {
         (state.layout.viewport_px, state.layout.pixels_per_point) = ([width, height], scale);
 
         input::handle(ui, &response, state);
-        update_hover(&response, scale, state);
+        self.id = Some(response.id);
         self.choose_containers(ui, state);
 
         match &state.model.presented {
             Some(presented) if has_pipeline && !state.graphics.failed => {
-                let tinted = self.tint.update(state, presented);
-                let callback = overlay_callback(state, presented, tinted, rect);
-                ui.painter().add(Callback::new_paint_callback(rect, callback));
+                let tinted = if state.graphics.standing.is_some() { None } else { self.tint.update(state, presented) };
+                for (clip, callback) in sides::callbacks(state, presented, tinted, rect) {
+                    let painter = ui.painter().with_clip_rect(clip.intersect(ui.clip_rect()));
+                    painter.add(Callback::new_paint_callback(rect, callback));
+                }
             }
             Some(presented) => {
                 let texture = self.fallback.id(ui.ctx(), presented.frame_id, &presented.frame);
@@ -68,13 +75,59 @@ impl Viewport {
 }
 
 impl Viewport {
+    /// Stores the pixel and the node under the pointer; outside of the picture, the node that another view has lit up in the last
+    /// frame. Called before everything else in a UI frame, so that all views light up the same node. During a drag the hovered node
+    /// stays the same.
+    pub fn update_hover(&self, ctx: &Context, state: &mut AppState) {
+        state.selection.hover = None;
+        // Set again by the view that shows a ray.
+        state.selection.nodes.traced = None;
+        state.selection.nodes.waiting.clear();
+        let pointed = state.selection.pointed.take();
+        state.selection.pointed_before = pointed;
+        let hovered = std::mem::replace(&mut state.selection.nodes.hovered, pointed);
+        let Some(response) = self.id.and_then(|id| ctx.read_response(id)) else { return };
+        let (Some(pointer), Some(presented)) = (response.hover_pos(), &state.model.presented) else { return };
+        if response.dragged() {
+            state.selection.nodes.hovered = hovered;
+            return;
+        }
+        let [x_px, y_px] = pixel_at(pointer, response.rect, ctx.pixels_per_point(), state.layout.viewport_px);
+        let frame = &presented.frame;
+        let index = frame.index_of(x_px, y_px);
+        let primitive = picking::primitive_at(frame, x_px, y_px);
+        state.selection.hover = Some(HoveredPixel {
+            x_px,
+            y_px,
+            primitive,
+            distance: frame.distance.get(index).copied().unwrap_or(f32::INFINITY),
+            value: frame.values.get(index).copied(),
+        });
+        state.selection.nodes.hovered = primitive.and_then(|primitive| picking::drawn_node_of(state, primitive));
+    }
+
     /// Stores which containers are drawn.
     fn choose_containers(&mut self, ui: &Ui, state: &mut AppState) {
-        state.graphics.shown = None;
+        (state.graphics.shown, state.graphics.second_shown) = (None, None);
+        state.graphics.standing = standing(state);
         if let Some(presented) = state.model.presented.as_ref().filter(|_| state.preferences.show_containers) {
-            let (shown, again) = self.choice.update(state, presented);
+            let standing = state.graphics.standing.as_ref();
+            let (shown, again) = self.choice.update(state, presented, standing, &choice::drawn_selection(state));
+            let second = state.model.second.as_ref().filter(|_| state.shown_view().shows(TreeSide::B)).map(|second| {
+                let (shown, again) =
+                    self.second_choice.update(state, second, None, &sides::hidden_in_second(state, second));
+                (self.common[1].update(state, TreeSide::B, shown), again)
+            });
+            // Merges on show may be those of another tree.
+            let all = state.graphics.standing.is_some();
+            let shown = if all { shown } else { self.common[0].update(state, TreeSide::A, shown) };
             state.graphics.shown = Some(shown);
-            if let Some(delay) = again {
+            let mut delay = again;
+            if let Some((shown, again)) = second {
+                state.graphics.second_shown = Some(shown);
+                delay = delay.into_iter().chain(again).min();
+            }
+            if let Some(delay) = delay {
                 ui.ctx().request_repaint_after(delay);
             }
         }
@@ -83,20 +136,12 @@ impl Viewport {
     }
 }
 
-/// The draw of the presented picture with the containers.
-fn overlay_callback(state: &AppState, presented: &Presented, tinted: Option<Tinted>, rect: Rect) -> OverlayCallback {
-    let Preferences { show_geometry, show_containers, .. } = state.preferences;
-    OverlayCallback {
-        frame: Arc::clone(&presented.frame),
-        frame_id: presented.frame_id,
-        tinted,
-        table: show_containers.then(|| Arc::clone(&presented.table)),
-        shown: state.graphics.shown.clone().unwrap_or_else(|| Arc::new(Shown::NOTHING)),
-        settings: choice::drawable(state, presented),
-        selection: state.selection.nodes.clone(),
-        rect,
-        show_picture: show_geometry,
-    }
+/// The clusters that are drawn in place of the chosen depths: those of the step that the open view "Merges" shows.
+fn standing(state: &mut AppState) -> Option<Arc<Standing>> {
+    let wanted = state.preferences.show_containers && state.preferences.dock.open == Some(DockView::Merges);
+    let budget = choice::budget(state) as usize;
+    let presented = state.model.presented.as_ref().filter(|_| wanted)?;
+    state.lab.merges.standing(presented, budget)
 }
 
 /// Before the first picture: the progress of the running job, or what to do.
@@ -110,27 +155,4 @@ fn show_placeholder(ui: &mut Ui, rect: Rect, state: &AppState) {
     };
     let text = RichText::new(text).size(16.0).color(theme::palette(ui).dim);
     ui.put(rect.shrink(24.0), Label::new(text).wrap().selectable(false));
-}
-
-/// Stores the pixel and the node under the pointer. During a drag the hovered node stays the same.
-fn update_hover(response: &Response, scale: f32, state: &mut AppState) {
-    state.selection.hover = None;
-    let hovered = state.selection.nodes.hovered.take();
-    let (Some(pointer), Some(presented)) = (response.hover_pos(), &state.model.presented) else { return };
-    if response.dragged() {
-        state.selection.nodes.hovered = hovered;
-        return;
-    }
-    let [x_px, y_px] = pixel_at(pointer, response.rect, scale, state.layout.viewport_px);
-    let frame = &presented.frame;
-    let index = frame.index_of(x_px, y_px);
-    let primitive = picking::primitive_at(frame, x_px, y_px);
-    state.selection.hover = Some(HoveredPixel {
-        x_px,
-        y_px,
-        primitive,
-        distance: frame.distance.get(index).copied().unwrap_or(f32::INFINITY),
-        value: frame.values.get(index).copied(),
-    });
-    state.selection.nodes.hovered = primitive.and_then(|primitive| picking::drawn_node_of(state, primitive));
 }

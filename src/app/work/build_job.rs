@@ -1,16 +1,20 @@
 //! Building trees on a worker thread: from a scene to a tree, its overlay table and, where requested, its first picture.
 
 use std::cell::RefCell;
+use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use crate::accel::{Accel, BuildSession};
+use crate::app::state::HiddenNodes;
+use crate::app::work::file_watch::WatchedFile;
 use crate::app::work::pool::WorkerPool;
 use crate::app::work::render_job::{RenderKey, Rendered};
 use crate::camera::Camera;
-use crate::overlay::{NodeTable, OverlaySettings};
+use crate::overlay::{NodeTable, OverlaySettings, Selection};
 use crate::render::RenderSettings;
-use crate::scene::Scene;
+use crate::scene::{LoadError, Scene};
+use crate::visibility::TriangleSet;
 use crate::worker::Worker;
 use bvhscope_engine::builders::BuildError;
 use bvhscope_engine::cancel::{CancelToken, Cancelled};
@@ -28,15 +32,31 @@ const CANCEL_POLL: Duration = Duration::from_millis(5);
 pub(crate) struct BuildKey {
     /// The scene, compared by identity.
     pub scene: Arc<Scene>,
-    /// How the tree is built.
+    /// How the tree is built, unless a file holds it.
     pub settings: BuildSettings,
+    /// The file that holds the tree.
+    pub file: Option<PathBuf>,
     /// Number of threads; 0 for all.
     pub threads: usize,
 }
 
 impl PartialEq for BuildKey {
     fn eq(&self, other: &Self) -> bool {
-        Arc::ptr_eq(&self.scene, &other.scene) && self.settings == other.settings && self.threads == other.threads
+        let same_tree = self.file == other.file && (self.file.is_some() || self.settings == other.settings);
+        Arc::ptr_eq(&self.scene, &other.scene) && same_tree && self.threads == other.threads
+    }
+}
+
+impl BuildKey {
+    /// Builds the tree, or reads it.
+    fn tree(&self, session: &mut BuildSession, token: &CancelToken) -> Result<Accel, BuildError> {
+        let Some(path) = &self.file else {
+            return Accel::build_with_session(&self.scene, &self.settings, Some(session), token);
+        };
+        Accel::read(&self.scene, path, token).map_err(|error| match &error {
+            LoadError::Cancelled(cancelled) => BuildError::Cancelled(*cancelled),
+            LoadError::Unusable { .. } => BuildError::Refused(error.to_string()),
+        })
     }
 }
 
@@ -53,7 +73,7 @@ pub(crate) struct BuildJob {
 }
 
 /// View of the coarse picture that is delivered with a tree.
-#[derive(Clone, Copy)]
+#[derive(Clone)]
 pub(crate) struct FirstView {
     /// The camera.
     pub camera: Camera,
@@ -63,16 +83,31 @@ pub(crate) struct FirstView {
     pub size_px: [u32; 2],
     /// Number of pixels along each side that share a ray.
     pub coarseness: f32,
+    /// The nodes whose triangles are left out.
+    pub hidden: HiddenNodes,
 }
 
 impl FirstView {
-    /// Traces this view of `accel`.
-    fn trace(&self, accel: &Arc<Accel>, token: &CancelToken) -> Result<Rendered, Cancelled> {
-        let Self { camera, settings, size_px, coarseness } = *self;
-        let key = RenderKey { accel: Arc::clone(accel), camera, settings, size_px, hidden: None };
-        let frame = Arc::new(key.trace(coarseness, false, token, &|_| {})?);
-        Ok(Rendered { key, frame, last: false, counts_tests: false })
+    /// Traces this view of `accel`, whose overlay table is `table`.
+    fn trace(mut self, accel: &Arc<Accel>, table: &NodeTable, token: &CancelToken) -> Result<Rendered, Cancelled> {
+        let hidden = hidden_triangles(accel, table, &mut self.hidden);
+        let Self { camera, settings, size_px, coarseness, .. } = self;
+        let accel = Arc::clone(accel);
+        let key = RenderKey { accel, camera, settings, size_px, hidden, second: None, difference: false };
+        let frame = Arc::new(key.trace(coarseness, None, false, token, &|_| {})?);
+        Ok(Rendered { key, frame, second: None, difference: None, complete: [false; 2], last: false })
     }
+}
+
+/// The triangles of `accel` below the nodes `hidden`, where it has them; `None` where nothing is hidden. Equal nodes give the
+/// identical set, see [`NodeTable::visibility`].
+pub(crate) fn hidden_triangles(accel: &Accel, table: &NodeTable, hidden: &mut HiddenNodes) -> Option<Arc<TriangleSet>> {
+    let mut nodes = Selection::default();
+    hidden.resolve(accel, &mut nodes);
+    table
+        .visibility(&nodes)
+        .map(|visibility| Arc::clone(&visibility.triangles))
+        .filter(|triangles| !triangles.is_empty())
 }
 
 /// A tree and its overlay table.
@@ -90,6 +125,8 @@ pub(crate) struct BuiltTree {
 pub(crate) struct Built {
     /// The inputs.
     pub key: BuildKey,
+    /// The file of the tree as it was before it was read.
+    pub file: Option<WatchedFile>,
     /// The tree, or why it was not built.
     pub result: Result<BuiltTree, BuildError>,
     /// Its first picture, where the job had a view.
@@ -105,15 +142,16 @@ pub(crate) fn start_worker(wake: impl Fn() + Send + Sync + 'static) -> std::io::
         let (threads, start) = (key.threads, Instant::now());
         let mut session = session.borrow_mut();
         let session: &mut BuildSession = &mut session;
+        let file = key.file.as_deref().and_then(WatchedFile::of);
         let result = pool.run("build", threads, || {
-            let accel = Arc::new(Accel::build_with_session(&key.scene, &key.settings, Some(&mut *session), token)?);
+            let accel = Arc::new(key.tree(session, token)?);
             let table = Arc::new(NodeTable::new(&accel));
             if let Some(overlay) = &overlay {
                 table.list(Some(overlay), token)?;
             }
             let listed = start.elapsed();
             // The first picture is coarse and traced through the binary tree, so it need not wait for the wide one.
-            let picture = view.map(|view| view.trace(&accel, token)).transpose()?;
+            let picture = view.map(|view| view.trace(&accel, &table, token)).transpose()?;
             log::debug!(
                 "δ {}: tree built in {:.1?}, listed after {listed:.1?}, traced after {:.1?}",
                 key.settings.threshold,
@@ -124,10 +162,10 @@ pub(crate) fn start_worker(wake: impl Fn() + Send + Sync + 'static) -> std::io::
         });
         match result {
             Err(BuildError::Cancelled(_)) => {}
-            Err(refused) => deliver(Built { key, result: Err(refused), picture: None }),
+            Err(refused) => deliver(Built { key, file, result: Err(refused), picture: None }),
             Ok((tree, picture)) => {
                 let (accel, table) = (Arc::clone(&tree.accel), Arc::clone(&tree.table));
-                deliver(Built { key, result: Ok(tree), picture });
+                deliver(Built { key, file, result: Ok(tree), picture });
                 if moving {
                     wait_for_first_frame(token);
                 }

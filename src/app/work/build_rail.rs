@@ -7,6 +7,7 @@ use crate::accel::Accel;
 use crate::app::state::{JobStatus, Presented};
 use crate::app::work::background_drop::drop_in_background;
 use crate::app::work::build_job::{BuildJob, BuildKey, Built, BuiltTree, start_worker};
+use crate::app::work::file_watch::WatchedFile;
 use crate::app::work::in_flight::{InFlight, Polled, poll};
 use crate::worker::Worker;
 
@@ -18,6 +19,10 @@ pub(crate) struct BuildRail {
     queued: Option<InFlight<BuildKey>>,
     /// A tree that has no picture yet.
     pending: Option<BuiltTree>,
+    /// The file of the newest tree, as it was before it was read.
+    file: Option<WatchedFile>,
+    /// The file has changed, so the tree is to be read again.
+    is_outdated: bool,
     /// Since when the presented tree differs from the wanted one.
     stale_since: Option<Instant>,
 }
@@ -25,7 +30,15 @@ pub(crate) struct BuildRail {
 impl BuildRail {
     /// Starts the worker; `wake` is called from its thread after each result.
     pub(crate) fn new(wake: impl Fn() + Send + Sync + 'static) -> std::io::Result<Self> {
-        Ok(Self { worker: start_worker(wake)?, in_flight: None, queued: None, pending: None, stale_since: None })
+        Ok(Self {
+            worker: start_worker(wake)?,
+            in_flight: None,
+            queued: None,
+            pending: None,
+            file: None,
+            is_outdated: false,
+            stale_since: None,
+        })
     }
 
     /// Requests a tree unless it is built or in flight. While the settings are changing, a tree in flight is finished
@@ -36,7 +49,7 @@ impl BuildRail {
     /// Returns the reason where the settings do not suit the scene.
     pub(crate) fn request(&mut self, job: BuildJob, presented: Option<&Presented>, now: Instant) -> Result<(), String> {
         let BuildJob { ref key, moving, .. } = job;
-        if self.has_built(key, presented) {
+        if self.has_built(key, presented) && !self.is_outdated {
             if self.pending.is_none() {
                 self.stale_since = None;
             }
@@ -46,8 +59,11 @@ impl BuildRail {
             }
             return Ok(());
         }
-        let refusal = key.settings.refusal(key.scene.triangles.len());
-        if let Some(current) = &self.in_flight {
+        let refusal = match key.file {
+            None => key.settings.refusal(key.scene.triangles.len()),
+            Some(_) => None,
+        };
+        if let Some(current) = self.in_flight.as_ref().filter(|_| !self.is_outdated) {
             let same_scene = Arc::ptr_eq(&current.key.scene, &key.scene);
             if current.key == *key || (moving && same_scene) {
                 let newest = self.queued.as_ref().unwrap_or(current);
@@ -67,6 +83,7 @@ impl BuildRail {
         let token = self.worker.request(job);
         self.queued = None;
         self.in_flight = Some(InFlight { key, token, since: now });
+        self.is_outdated = false;
         Ok(())
     }
 
@@ -78,7 +95,8 @@ impl BuildRail {
             (None, None) => None,
         };
         newest.is_some_and(|(accel, threads)| {
-            *key == BuildKey { scene: Arc::clone(&accel.scene), settings: accel.settings, threads }
+            let file = accel.file.as_ref().map(|file| file.path.clone());
+            *key == BuildKey { scene: Arc::clone(&accel.scene), settings: accel.settings, file, threads }
         })
     }
 
@@ -91,12 +109,25 @@ impl BuildRail {
         match &polled {
             Polled::Running => {}
             // The queued tree may have been built between two polls.
-            Polled::Result(built) => self.in_flight = self.queued.take().filter(|job| job.key != built.key),
+            Polled::Result(built) => {
+                self.in_flight = self.queued.take().filter(|job| job.key != built.key);
+                self.file.clone_from(&built.file);
+            }
             Polled::Failed(_) => {
                 self.stop();
             }
         }
         polled
+    }
+
+    /// The file of the newest tree, as it was before it was read.
+    pub(crate) const fn file(&self) -> Option<&WatchedFile> {
+        self.file.as_ref()
+    }
+
+    /// Makes the tree stale, so that its file is read again.
+    pub(crate) const fn read_again(&mut self) {
+        self.is_outdated = true;
     }
 
     /// Cancels building. Returns whether anything was being built.
@@ -152,8 +183,8 @@ impl BuildRail {
         self.in_flight.as_ref().map(|job| job.since)
     }
 
-    /// The job in flight, for the job strip.
-    pub(crate) fn status(&self) -> Option<JobStatus> {
-        self.in_flight.as_ref().map(|job| job.status("Building".to_owned()))
+    /// The job in flight, for the job strip, with what it does in words.
+    pub(crate) fn status(&self, label: &str) -> Option<JobStatus> {
+        self.in_flight.as_ref().map(|job| job.status(label.to_owned()))
     }
 }

@@ -4,6 +4,7 @@
 use std::sync::Arc;
 
 use crate::app::state::AppState;
+use crate::app::state::dock::DockView;
 use crate::app::work::pool::WorkerPool;
 use crate::overlay::{NodeTable, OverlaySettings};
 use crate::worker::Worker;
@@ -38,14 +39,17 @@ impl DerivedWorker {
         Ok(Self { worker, requested: None })
     }
 
-    /// Requests what the presented tree lacks. What is to be drawn is requested at once; the primitive count of the selected
-    /// node only while the other workers are `idle`, because the build worker computes it too unless it is cancelled.
+    /// Requests what the presented tree lacks. What is to be drawn is requested at once; the primitive counts of the selected
+    /// node and of the nodes that the dock lists only while the other workers are `idle`, because the build worker computes them
+    /// too unless it is cancelled.
     pub(crate) fn request_missing(&mut self, state: &AppState, idle: bool) {
         let Some(presented) = state.model.presented.as_ref().filter(|_| !self.worker.is_busy()) else { return };
         let (table, wanted) = (&presented.table, state.wanted.overlay);
         let overlay = (state.preferences.show_containers && table.lacks(&wanted)).then_some(wanted);
         let selected = state.selection.nodes.selected.filter(|&node| idle && (node as usize) < table.len());
-        let lacks_count = selected.is_some_and(|node| table.known_primitives(node).is_none());
+        let listed = idle && state.preferences.dock.open == Some(DockView::Nodes);
+        let lacks_count = selected.is_some_and(|node| table.known_primitives(node).is_none())
+            || listed && presented.accel.known_ancestry().is_none();
         let request = Some((table.id, overlay));
         if (overlay.is_some() || lacks_count) && self.requested != request {
             self.requested = request;

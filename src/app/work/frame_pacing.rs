@@ -6,11 +6,17 @@ use std::time::{Duration, Instant};
 
 use crate::render::Frame;
 
-/// Maximum time to trace a picture while the settings change: 30 frames per second.
-const FRAME_BUDGET: Duration = Duration::from_millis(33);
+/// Maximum time from one picture to the next while the settings change, drawing included: 30 a second, and a little more, so that
+/// a screen with 60 frames a second, which shows each of them twice, is within it.
+const FRAME_BUDGET: Duration = Duration::from_micros(33_600);
+/// Least part of [`FRAME_BUDGET`] that is left for tracing where drawing takes longer than the rest: below, the picture would only
+/// get coarser.
+const MIN_TRACING: f64 = 0.3;
 /// What a coarseness may be: close to each other, because each doubling shows, and few, because each has textures of its own. At
 /// most one ray for 8×8 pixels.
 const STEPS: [f32; 10] = [1.0, 1.25, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 8.0];
+/// A picture that is requested within this time after the last belongs to the same movement.
+const CONTINUOUS: Duration = Duration::from_millis(12);
 /// A finer step than the last is taken where it needs at most this part of [`FRAME_BUDGET`], so that the resolution does not
 /// flicker between two.
 const FINER: f64 = 0.85;
@@ -23,6 +29,10 @@ const MEDIAN_WINDOW: Duration = Duration::from_secs(1);
 #[derive(Debug, Default)]
 pub(crate) struct FramePacing {
     secs_per_ray: Option<f64>,
+    /// Seconds from one picture to the next in which nothing is traced: the UI frame and its drawing.
+    overhead_secs: f64,
+    /// When the last picture of a moving camera arrived.
+    last_arrival: Option<Instant>,
     /// The coarseness that was chosen last.
     last: Cell<f32>,
     speeds: VecDeque<(Instant, f64)>,
@@ -43,19 +53,29 @@ impl FramePacing {
         }
     }
 
+    /// Records that a picture of a moving camera, traced in `trace_time` and requested at `since`, arrived in a UI frame, which requests the next one.
+    pub(crate) fn record_arrival(&mut self, trace_time: Duration, since: Instant, now: Instant) {
+        let last = self.last_arrival.replace(now);
+        // From one picture to the next, unless nothing was wanted for a while in between.
+        let from = last.filter(|&last| since.saturating_duration_since(last) < CONTINUOUS).unwrap_or(since);
+        let overhead = now.saturating_duration_since(from).saturating_sub(trace_time).as_secs_f64();
+        self.overhead_secs = (self.overhead_secs + overhead) * 0.5;
+    }
+
     /// Forgets all measurements.
     pub(crate) fn reset(&mut self) {
         *self = Self::default();
     }
 
-    /// Coarseness, one of [`STEPS`], with which a picture of this size is traced within [`FRAME_BUDGET`]: the number of pixels
-    /// along each side that share a ray.
+    /// Coarseness, one of [`STEPS`], with which a picture of this size is traced and drawn within [`FRAME_BUDGET`]: the number of
+    /// pixels along each side that share a ray.
     pub(crate) fn coarseness(&self, size_px: [u32; 2]) -> f32 {
         let Some(secs_per_ray) = self.secs_per_ray else { return INITIAL_COARSENESS };
         let full_resolution_secs = secs_per_ray * f64::from(size_px[0]) * f64::from(size_px[1]);
+        let whole = FRAME_BUDGET.as_secs_f64();
         let fits = |step: f32| {
-            let budget = FRAME_BUDGET.as_secs_f64() * if step < self.last.get() { FINER } else { 1.0 };
-            full_resolution_secs <= budget * f64::from(step).powi(2)
+            let budget = whole * if step < self.last.get() { FINER } else { 1.0 };
+            full_resolution_secs <= (budget - self.overhead_secs).max(whole * MIN_TRACING) * f64::from(step).powi(2)
         };
         let coarseness = STEPS.into_iter().find(|&step| fits(step)).unwrap_or(STEPS[STEPS.len() - 1]);
         self.last.set(coarseness);
@@ -87,6 +107,33 @@ mod tests {
             assert_eq!(pacing(budget * times).coarseness(size), expected, "{times} times the budget");
         }
         assert_eq!(FramePacing::default().coarseness(size), INITIAL_COARSENESS);
+    }
+
+    #[test]
+    fn drawing_takes_its_part_of_the_budget() {
+        let size = [1000, 500];
+        let budget = FRAME_BUDGET.as_secs_f64();
+        let coarseness = |tracing: f64, overhead: f64| {
+            let pacing = FramePacing { overhead_secs: budget * overhead, ..pacing(budget * tracing / 500_000.0) };
+            pacing.coarseness(size)
+        };
+        assert_eq!([coarseness(1.0, 0.0), coarseness(1.0, 0.5), coarseness(2.0, 0.6)], [1.0, 1.5, 2.5]);
+        assert_eq!([coarseness(1.0, 0.9), coarseness(1.0, 5.0)], [2.0; 2], "some of it is always left");
+    }
+
+    #[test]
+    fn time_without_tracing_is_measured_from_picture_to_picture() {
+        let millis = Duration::from_millis;
+        let mut pacing = FramePacing::default();
+        let start = Instant::now();
+        // The first one takes 30 ms; the next one is requested 2 ms after it and arrives 28 ms later.
+        pacing.record_arrival(millis(10), start, start + millis(30));
+        assert!((pacing.overhead_secs - 0.010).abs() < 1e-9, "half of 20 ms: {}", pacing.overhead_secs);
+        pacing.record_arrival(millis(10), start + millis(32), start + millis(60));
+        assert!((pacing.overhead_secs - 0.015).abs() < 1e-9, "towards 20 ms: {}", pacing.overhead_secs);
+        // Then nobody moves for a second.
+        pacing.record_arrival(millis(10), start + millis(1060), start + millis(1085));
+        assert!((pacing.overhead_secs - 0.015).abs() < 1e-9, "15 ms: {}", pacing.overhead_secs);
     }
 
     #[test]

@@ -1,9 +1,10 @@
 //! Loading models: from a source to a scene.
 
+use std::path::Path;
 use std::sync::Arc;
 use std::time::Instant;
 
-use crate::app::state::{AppState, JobStatus, Severity, recent};
+use crate::app::state::{AppState, JobStatus, Request, Severity, recent};
 use crate::app::viewport::orbit;
 use crate::app::work::background_drop::drop_in_background;
 use crate::app::work::file_watch::WatchedFile;
@@ -11,7 +12,7 @@ use crate::app::work::in_flight::{InFlight, Polled, poll, report_panic};
 use crate::app::work::pool::WorkerPool;
 use crate::camera::Camera;
 use crate::console::note;
-use crate::scene::{LoadError, LoadOptions, Scene, SceneSource, load};
+use crate::scene::{LoadError, LoadOptions, Scene, SceneSource, is_tree_alone, load};
 use crate::view::{CameraChoice, NamedView};
 use crate::worker::Worker;
 use bvhscope_engine::cancel::CancelToken;
@@ -34,6 +35,8 @@ struct Loaded {
     /// The file as it was before it was read; `None` for built-in scenes.
     file: Option<WatchedFile>,
     result: Result<Arc<Scene>, LoadError>,
+    /// There is no scene, because the file holds a tree alone.
+    is_tree: bool,
 }
 
 /// Loads the wanted model.
@@ -77,6 +80,11 @@ impl LoadRail {
     pub(crate) fn set_options(&mut self, options: LoadOptions, first_camera: Option<CameraChoice>) {
         self.options = options;
         self.first_camera = first_camera;
+    }
+
+    /// Sets the camera of the next scene.
+    pub(crate) fn set_next_view(&mut self, camera: CameraChoice) {
+        self.first_camera = Some(camera);
     }
 
     /// Sets whether the next scene keeps the present camera if the scene is in its view.
@@ -126,6 +134,13 @@ impl LoadRail {
                         self.adopt(loaded.key, loaded.file, scene, state);
                         true
                     }
+                    Err(_) if loaded.is_tree && state.model.presented.is_some() => {
+                        // A tree of the present model.
+                        let path = loaded.key.source.path().map(Path::to_path_buf);
+                        self.revert(state);
+                        state.requests.extend(path.map(|path| Request::OpenTree(state.edited_side(), path)));
+                        false
+                    }
                     Err(error) => {
                         self.report_failure(loaded.key, &error, state);
                         false
@@ -152,6 +167,11 @@ impl LoadRail {
             None => NamedView::Default.camera(&scene, scene.up),
         });
         self.keep_camera = false;
+        // A tree file with its triangles is model and tree in one, until another tree of the model is chosen.
+        if scene.has_tree && self.loaded.as_ref().is_none_or(|loaded| loaded.source != key.source) {
+            let path = scene.source.path().map(Path::to_path_buf);
+            state.wanted.tree_files[0] = state.wanted.tree_files[0].take().or(path);
+        }
         self.loaded = Some(key);
         self.file = file;
         drop_in_background(state.model.loaded.replace(scene));
@@ -234,7 +254,10 @@ fn start_worker(wake: impl Fn() + Send + Sync + 'static) -> std::io::Result<Work
         let file = job.key.source.path().and_then(WatchedFile::of);
         match pool.run("load", 0, || load(&job.key.source, &job.options, token)) {
             Err(LoadError::Cancelled(_)) => None,
-            result => Some(Loaded { key: job.key, file, result: result.map(Arc::new) }),
+            result => {
+                let is_tree = result.is_err() && job.key.source.path().is_some_and(is_tree_alone);
+                Some(Loaded { key: job.key, file, result: result.map(Arc::new), is_tree })
+            }
         }
     })
 }

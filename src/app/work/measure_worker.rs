@@ -1,4 +1,4 @@
-//! Measurements for the paper panel, on a worker of their own. A measurement starts once loading, building and tracing have
+//! Measurements for the view "Paper", on a worker of their own. A measurement starts once loading, building and tracing have
 //! finished, because they would slow it down.
 
 use std::sync::Arc;
@@ -8,7 +8,7 @@ use crate::app::state::paper::{Experiment, PaperResult};
 use crate::app::state::{AppState, JobStatus, Severity};
 use crate::app::work::in_flight::{Polled, poll};
 use crate::console::note;
-use crate::lab::{Job, LabError, Measurement, Subject, TraceView};
+use crate::lab::{Job, LabError, Measurement, RowSink, Subject, TraceView};
 use crate::scene::Scene;
 use crate::worker::Worker;
 use bvhscope_engine::cancel::CancelToken;
@@ -27,6 +27,23 @@ struct Measured {
     end: Option<Result<(), String>>,
 }
 
+/// Delivers rows after each repetition.
+struct Delivered<'a> {
+    rows: Vec<Measurement>,
+    deliver: &'a (dyn Fn(Measured) + Sync),
+}
+
+impl RowSink for Delivered<'_> {
+    fn row(&mut self, row: Measurement) {
+        self.rows.push(row);
+        (self.deliver)(Measured { rows: self.rows.clone(), end: None });
+    }
+
+    fn preliminary(&mut self, rows: Vec<Measurement>) {
+        (self.deliver)(Measured { rows: [&self.rows[..], &rows].concat(), end: None });
+    }
+}
+
 /// A requested measurement that has not ended.
 struct Current {
     experiment: Experiment,
@@ -40,7 +57,7 @@ struct Current {
     waiting: Option<MeasureJob>,
 }
 
-/// Measures what the paper panel requests.
+/// Measures what the view "Paper" requests.
 pub(crate) struct MeasureWorker {
     worker: Worker<MeasureJob, Measured>,
     current: Option<Current>,
@@ -51,11 +68,9 @@ impl MeasureWorker {
     pub(crate) fn new(wake: impl Fn() + Send + Sync + 'static) -> std::io::Result<Self> {
         let worker =
             Worker::new("lab", wake, |job: MeasureJob, token: &CancelToken, deliver: &(dyn Fn(Measured) + Sync)| {
-                let mut rows: Vec<Measurement> = Vec::new();
-                let outcome = job.job.run(&job.subject, (0, 1), &job.view, token, &mut |row| {
-                    rows.push(row);
-                    deliver(Measured { rows: rows.clone(), end: None });
-                });
+                let mut rows = Delivered { rows: Vec::new(), deliver };
+                let outcome = job.job.run(&job.subject, (0, 1), &job.view, token, &mut rows);
+                let rows = rows.rows;
                 let end = match outcome {
                     Ok(()) => Ok(()),
                     Err(LabError::Cancelled(_)) => return None,
@@ -75,7 +90,7 @@ impl MeasureWorker {
         self.stop();
         let plan = &state.preferences.paper;
         let job = MeasureJob {
-            subject: Subject { model: scene.source.to_string(), scene: Arc::clone(&scene) },
+            subject: Subject { model: scene.source.to_string(), scene: Arc::clone(&scene), trees: Vec::new() },
             job: plan.job(&state.wanted),
             view: plan.view(&scene, &state.wanted),
         };

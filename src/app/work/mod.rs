@@ -7,8 +7,12 @@
 pub(crate) mod reconcile;
 
 mod build_rail;
+pub(crate) mod lab_rails;
 mod load_rail;
+mod merge_rails;
 mod render_rail;
+mod second_rail;
+mod study_rail;
 
 mod build_job;
 mod render_job;
@@ -31,4 +35,6 @@ mod folder_listing;
 pub(crate) mod clipboard_probe;
 pub(crate) mod file_watch;
 pub(crate) mod requests;
+mod tree_files;
+pub(crate) mod tree_watch;
 pub(crate) mod wake_signal;

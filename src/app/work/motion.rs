@@ -24,7 +24,12 @@ impl Motion {
     /// Compares the settings with those of the last UI frame. Returns whether they are changing.
     pub(crate) fn observe(&mut self, wanted: &Wanted, now: Instant) -> bool {
         let same = self.last.as_ref().is_some_and(|last| {
-            last.camera == wanted.camera && last.build == wanted.build && last.render == wanted.render
+            let second = |wanted: &Wanted| wanted.second.map(|second| second.build);
+            last.camera == wanted.camera
+                && last.build == wanted.build
+                && last.tree_files == wanted.tree_files
+                && second(last) == second(wanted)
+                && last.render == wanted.render
         });
         if !same {
             if self.last.is_some() {

@@ -1,20 +1,21 @@
 //! Compares once a UI frame what is wanted with what is shown and what is in flight, and requests what is stale. Staleness is
 //! a comparison, not a flag.
 
+use std::path::Path;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use crate::app::state::{AppState, PROGRESS_DELAY, Severity};
-use crate::app::work::build_job::{BuildJob, BuildKey, Built, BuiltTree, FirstView};
+use crate::app::state::{AppState, HiddenNodes, PROGRESS_DELAY, Severity, TreeSide};
+use crate::app::work::build_job::{BuildJob, BuildKey, Built, BuiltTree, FirstView, hidden_triangles};
 use crate::app::work::build_rail::BuildRail;
 use crate::app::work::file_watch::WatchedFile;
 use crate::app::work::in_flight::{Polled, report_panic};
 use crate::app::work::load_rail::LoadRail;
 use crate::app::work::motion::{Motion, REST_DELAY};
-use crate::app::work::present::{present_frame, present_tree};
+use crate::app::work::present::{present_difference, present_frame, present_second_tree, present_tree};
 use crate::app::work::render_job::{RenderKey, Rendered};
 use crate::app::work::render_rail::RenderRail;
-use crate::render::Frame;
+use crate::app::work::second_rail::SecondRail;
 use crate::scene::{LoadOptions, SceneSource};
 use crate::view::CameraChoice;
 use crate::visibility::TriangleSet;
@@ -24,10 +25,11 @@ use bvhscope_engine::settings::BuildSettings;
 /// Interval between two updates of the progress bars.
 const PROGRESS_INTERVAL: Duration = Duration::from_millis(100);
 
-/// The three rails from a model to a picture: load, build, render.
+/// The rails from a model to a picture: load, build, render; and one that builds the second tree.
 pub(crate) struct Reconciler {
     load: LoadRail,
     build: BuildRail,
+    second: SecondRail,
     render: RenderRail,
     motion: Motion,
 }
@@ -38,6 +40,7 @@ impl Reconciler {
         Ok(Self {
             load: LoadRail::new(wake.clone())?,
             build: BuildRail::new(wake.clone())?,
+            second: SecondRail::new(Arc::new(wake.clone())),
             render: RenderRail::new(wake)?,
             motion: Motion::default(),
         })
@@ -55,6 +58,11 @@ impl Reconciler {
         self.load.set_keep_camera(keep_camera);
     }
 
+    /// Sets the camera of the next scene.
+    pub(crate) fn set_next_view(&mut self, camera: CameraChoice) {
+        self.load.set_next_view(camera);
+    }
+
     /// Sets whether each picture is traced to its end, as if the settings were always at rest: for tests, which thus see the
     /// same pictures each time.
     pub(crate) const fn set_always_at_rest(&mut self, always_at_rest: bool) {
@@ -68,6 +76,8 @@ impl Reconciler {
         self.load.set_keep_camera(keep_camera);
         if state.wanted.source == source {
             self.load.reload();
+        } else {
+            state.wanted.tree_files = [None, None];
         }
         self.load.allow_retry();
         self.render.allow_retry();
@@ -90,6 +100,9 @@ impl Reconciler {
             let remains = if state.model.presented.is_some() { ": the tree on the screen stays" } else { "" };
             state.messages.notify(Severity::Info, format!("Building cancelled{remains}"));
         }
+        if self.second.cancel(state) {
+            state.messages.notify(Severity::Info, "Building tree B cancelled");
+        }
         self.render.cancel();
     }
 
@@ -103,13 +116,34 @@ impl Reconciler {
         self.build.is_busy() && self.motion.is_moving(now)
     }
 
+    /// Whether a single coarse picture is being traced, soon to be shown.
+    pub(crate) fn is_following_motion(&self) -> bool {
+        self.render.is_single_pass()
+    }
+
     /// The file of the newest loaded scene.
     pub(crate) const fn file(&self) -> Option<&WatchedFile> {
         self.load.file()
     }
 
+    /// The file of a tree, as it was before it was read.
+    pub(crate) fn tree_file(&self, side: TreeSide) -> Option<&WatchedFile> {
+        match side {
+            TreeSide::A => self.build.file(),
+            TreeSide::B => self.second.file(),
+        }
+    }
+
+    /// Reads a tree from its file again.
+    pub(crate) fn read_tree_again(&mut self, side: TreeSide) {
+        match side {
+            TreeSide::A => self.build.read_again(),
+            TreeSide::B => self.second.read_again(),
+        }
+    }
+
     fn oldest_request(&self) -> Option<Instant> {
-        [self.load.since(), self.build.since(), self.render.since()].into_iter().flatten().min()
+        [self.load.since(), self.build.since(), self.second.since(), self.render.since()].into_iter().flatten().min()
     }
 
     /// Takes finished products and presents those that are still wanted. Never blocks.
@@ -127,6 +161,8 @@ impl Reconciler {
                 }
             }
         }
+        let moving = self.motion.is_moving(now);
+        self.second.poll(state, moving);
         if let Some((key, rendered)) = self.render.poll(&mut state.messages, now) {
             self.take_picture(key, &rendered, state, now);
         }
@@ -138,12 +174,19 @@ impl Reconciler {
         let moving = self.motion.observe(&state.wanted, now);
         self.load.request(&state.wanted.source, now);
         self.request_tree(state, moving, now);
+        // The first tree comes first: both are built on the same cores.
+        if (!self.build.is_busy() || state.wanted.second.is_none()) && self.second.request(state, moving, now) {
+            self.render.forget_second();
+        }
         self.request_picture(state, moving, now);
         state.activity.load = self.load.status();
-        state.activity.build = self.build.status();
+        state.activity.build = self.build.status("Building").or_else(|| self.second.status());
         state.activity.render = self.render.status();
         if moving {
             return Some(REST_DELAY);
+        }
+        if !self.build.is_busy() {
+            state.report_missing_hidden();
         }
         // The progress bars move. Short jobs show none, because drawing a UI frame takes time from them.
         let age = now.saturating_duration_since(self.oldest_request()?);
@@ -159,15 +202,19 @@ impl Reconciler {
         let size_px = state.layout.viewport_px;
         // A tree of the presented scene comes with its first picture, so that both are presented in the same UI frame.
         let is_on_screen = presented.is_some_and(|presented| Arc::ptr_eq(&presented.accel.scene, &scene));
-        let coarseness = self.render.first_coarseness(size_px).filter(|_| is_on_screen && !size_px.contains(&0));
+        // While there are two trees, both are traced in the same passes instead.
+        let is_alone = is_on_screen && state.wanted.second.is_none();
+        let coarseness = self.render.first_coarseness(size_px).filter(|_| is_alone && !size_px.contains(&0));
         let view = coarseness.map(|coarseness| FirstView {
             camera: state.wanted.camera,
             settings: state.wanted.render,
             size_px,
             coarseness,
+            hidden: nodes_to_leave_out(state),
         });
         let overlay = state.preferences.show_containers.then_some(state.wanted.overlay);
-        let key = BuildKey { scene, settings: state.wanted.build, threads: state.wanted.threads };
+        let file = state.wanted.tree_file(TreeSide::A).map(Path::to_path_buf);
+        let key = BuildKey { scene, settings: state.wanted.build, file, threads: state.wanted.threads };
         if let Err(reason) = self.build.request(BuildJob { key, view, overlay, moving }, presented, now) {
             self.refuse_tree(&reason, state);
         }
@@ -186,9 +233,13 @@ impl Reconciler {
         }
         let camera = self.load.next_camera().filter(|_| pending.is_some()).unwrap_or(state.wanted.camera);
         let stale = self.build.is_busy() && pending.is_none();
-        // Nodes are hidden in the presented tree; the next one shows all.
-        let hidden = if pending.is_some() { None } else { hidden_triangles(state) };
-        let key = RenderKey { accel, camera, settings: state.wanted.render, size_px, hidden };
+        let hidden = match pending {
+            Some(tree) => hidden_in(tree, state),
+            None => state.hidden_triangles(),
+        };
+        let second = self.second.newest(&accel, state);
+        let difference = second.is_some() && state.wanted.shows_difference();
+        let key = RenderKey { accel, camera, settings: state.wanted.traced(), size_px, hidden, second, difference };
         self.render.request(key, state.wanted.threads, moving, stale, now);
     }
 
@@ -201,7 +252,7 @@ impl Reconciler {
                     key.camera == wanted.camera
                         && key.settings == wanted.render
                         && key.size_px == state.layout.viewport_px
-                        && key.hidden.is_none()
+                        && same_triangles(key.hidden.as_ref(), hidden_in(&tree, state).as_ref())
                 };
                 match built.picture.filter(fits) {
                     _ if !is_loaded => {}
@@ -219,13 +270,13 @@ impl Reconciler {
         self.render.stop();
         self.build.discard_pending();
         self.render.measure(&rendered.frame, now);
-        self.present(tree, &rendered.frame, state, now);
-        self.render.note_shown(rendered.key.clone(), &rendered);
+        self.present(tree, &rendered, state, now);
+        self.render.note_shown(rendered.key.clone(), &rendered, now);
     }
 
     fn take_picture(&mut self, key: RenderKey, rendered: &Rendered, state: &mut AppState, now: Instant) {
         if let Some(tree) = self.build.take_pending(&rendered.key.accel) {
-            self.present(tree, &rendered.frame, state, now);
+            self.present(tree, rendered, state, now);
         } else if let Some(presented) = &mut state.model.presented
             && Arc::ptr_eq(&presented.accel, &rendered.key.accel)
         {
@@ -234,10 +285,33 @@ impl Reconciler {
         } else {
             return;
         }
-        self.render.note_shown(key, rendered);
+        self.take_second_picture(rendered, state, now);
+        self.render.note_shown(key, rendered, now);
     }
 
-    fn present(&mut self, tree: BuiltTree, frame: &Arc<Frame>, state: &mut AppState, now: Instant) {
+    /// Presents the picture through the second tree and the difference, which belong to the picture that was just presented.
+    fn take_second_picture(&mut self, rendered: &Rendered, state: &mut AppState, now: Instant) {
+        let Some((accel, frame)) = rendered.key.second.as_ref().zip(rendered.second.as_ref()) else { return };
+        let hides = rendered.key.hidden.is_some();
+        let frame_id = self.render.next_frame_id();
+        if let Some(tree) = self.second.take_pending(accel) {
+            present_second_tree(tree, frame, hides, frame_id, state);
+            self.second.note_presented(now);
+        } else if let Some(second) = state.model.second.as_mut().filter(|second| Arc::ptr_eq(&second.accel, accel)) {
+            present_frame(second, frame, frame_id, hides);
+        } else {
+            return;
+        }
+        match &rendered.difference {
+            Some(map) => present_difference(map, self.render.next_frame_id(), state),
+            // Not needed in this view; the next difference is made of the next pictures.
+            None if !rendered.key.difference => state.model.difference = None,
+            None => {}
+        }
+    }
+
+    fn present(&mut self, tree: BuiltTree, rendered: &Rendered, state: &mut AppState, now: Instant) {
+        let (frame, hides) = (&rendered.frame, rendered.key.hidden.is_some());
         log::info!(
             "presented {} · δ {} · {} triangles · {} nodes · {} ms after it was wanted",
             tree.accel.scene.source.label(),
@@ -246,7 +320,7 @@ impl Reconciler {
             tree.accel.tree.node_count(),
             self.build.note_presented(now).as_millis()
         );
-        let is_new_scene = present_tree(tree, frame, self.render.next_frame_id(), state);
+        let is_new_scene = present_tree(tree, frame, hides, self.render.next_frame_id(), state);
         if is_new_scene {
             self.render.reset_pacing();
             if self.load.take_next_camera() {
@@ -259,7 +333,16 @@ impl Reconciler {
     /// Reports why a tree cannot be built. A presented scene keeps its tree; a new scene gets the default one.
     fn refuse_tree(&mut self, reason: &str, state: &mut AppState) {
         let shown = state.model.presented.as_ref().zip(state.model.loaded.as_ref());
-        if shown.is_some_and(|(presented, scene)| Arc::ptr_eq(&presented.accel.scene, scene)) {
+        if state.wanted.tree_file(TreeSide::A).is_some() {
+            let is_shown = shown.is_some_and(|(presented, scene)| Arc::ptr_eq(&presented.accel.scene, scene));
+            let remains = if is_shown { "The present tree stays" } else { "AAC builds one instead" };
+            state.messages.notify(Severity::Error, format!("{reason}. {remains}"));
+            if is_shown {
+                self.revert_build(state);
+            } else {
+                state.wanted.set_tree_file(TreeSide::A, None);
+            }
+        } else if shown.is_some_and(|(presented, scene)| Arc::ptr_eq(&presented.accel.scene, scene)) {
             let text = format!("This tree cannot be built: {reason}. The present tree stays");
             state.messages.notify(Severity::Warning, text);
             self.revert_build(state);
@@ -278,7 +361,11 @@ impl Reconciler {
             return;
         };
         let scene = Arc::clone(&presented.accel.scene);
-        state.wanted.build = presented.accel.settings;
+        let file = presented.accel.file.as_ref().map(|file| file.path.clone());
+        if file.is_none() {
+            state.wanted.build = presented.accel.settings;
+        }
+        state.wanted.set_tree_file(TreeSide::A, file);
         state.wanted.threads = presented.threads;
         if state.model.loaded.as_ref().is_none_or(|loaded| !Arc::ptr_eq(loaded, &scene)) {
             state.wanted.source = scene.source.clone();
@@ -289,9 +376,19 @@ impl Reconciler {
     }
 }
 
-/// The triangles below hidden nodes of the presented tree, if the picture leaves them out.
-fn hidden_triangles(state: &AppState) -> Option<Arc<TriangleSet>> {
-    let presented = state.model.presented.as_ref().filter(|_| state.wanted.overlay.hide_triangles)?;
-    let visibility = presented.table.visibility(&state.selection.nodes)?;
-    Some(Arc::clone(&visibility.triangles)).filter(|triangles| !triangles.is_empty())
+/// The triangles that will be hidden in `tree` once it is presented, if the picture leaves them out.
+fn hidden_in(tree: &BuiltTree, state: &AppState) -> Option<Arc<TriangleSet>> {
+    let presented = state.model.presented.as_ref()?;
+    let same_scene = Arc::ptr_eq(&presented.accel.scene, &tree.accel.scene);
+    if same_scene { hidden_triangles(&tree.accel, &tree.table, &mut nodes_to_leave_out(state)) } else { None }
+}
+
+/// The hidden nodes, if the picture leaves their triangles out.
+fn nodes_to_leave_out(state: &AppState) -> HiddenNodes {
+    if state.wanted.overlay.hide_triangles { state.selection.hidden.clone() } else { HiddenNodes::default() }
+}
+
+/// Whether two sets of hidden triangles are identical.
+fn same_triangles(a: Option<&Arc<TriangleSet>>, b: Option<&Arc<TriangleSet>>) -> bool {
+    a.map(Arc::as_ptr) == b.map(Arc::as_ptr)
 }

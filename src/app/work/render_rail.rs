@@ -1,17 +1,24 @@
 //! Tracing pictures: requests the wanted picture, coarse while the settings change and refined at rest.
 
-use std::time::Instant;
+use std::sync::Arc;
+use std::time::{Duration, Instant};
 
 use crate::app::state::{JobStatus, MessageLog};
 use crate::app::work::background_drop::drop_in_background;
 use crate::app::work::frame_pacing::FramePacing;
 use crate::app::work::in_flight::{InFlight, Polled, poll, report_panic};
 use crate::app::work::render_job::{RenderJob, RenderKey, Rendered, start_worker};
-use crate::render::Frame;
+use crate::render::{Adaptation, Frame, Metered};
 use crate::worker::Worker;
 
 /// Lower limit of the coarseness until the wide tree is built: few enough rays for the binary tree.
 const COARSENESS_BEFORE_WIDE: f32 = 3.0;
+
+/// Time constant with which the exposure follows a moving camera, and once that has come to rest. The meter's error differs from
+/// view to view, by up to a third of a stop inside Crytek Sponza.
+const ADAPTATION: [Duration; 2] = [Duration::from_millis(250), Duration::from_millis(100)];
+/// Longest time for which the exposure follows in one picture: after a rest it starts gently.
+const MAX_ADAPTATION_STEP: Duration = Duration::from_millis(60);
 
 /// A picture being traced.
 struct Tracing {
@@ -20,11 +27,47 @@ struct Tracing {
     single_pass: bool,
 }
 
-/// The picture on the screen.
+/// The pictures on the screen.
 struct Shown {
     key: RenderKey,
-    /// It has its full resolution, all samples and counts.
-    complete: bool,
+    /// The pictures through the first and the second tree.
+    frames: [Option<Arc<Frame>>; 2],
+    /// Whether each has its full resolution, all samples and counts.
+    complete: [bool; 2],
+    /// Nothing remains to be done.
+    finished: bool,
+    /// Exposure and openness that it is shown with, and whether they are those of its view.
+    metered: Metered,
+    is_adapted: bool,
+    since: Instant,
+    /// Time for which the picture before it was shown, at most [`MAX_ADAPTATION_STEP`]: the next one will follow it as soon.
+    interval: Duration,
+}
+
+impl Shown {
+    /// The pictures that `key` asks for too, and whether each is complete.
+    fn for_key(&self, key: &RenderKey) -> ([Option<Arc<Frame>>; 2], [bool; 2]) {
+        let same_view = self.key.is_same_view(key);
+        let second = self.key.second.as_ref().zip(key.second.as_ref());
+        let same = [
+            same_view && Arc::ptr_eq(&self.key.accel, &key.accel),
+            same_view && second.is_some_and(|(shown, wanted)| Arc::ptr_eq(shown, wanted)),
+        ];
+        let frames = [0, 1].map(|tree| self.frames[tree].clone().filter(|_| same[tree]));
+        (frames, [0, 1].map(|tree| same[tree] && self.complete[tree]))
+    }
+
+    /// How the exposure of a picture of `key` follows that of this one; `None` where it need not.
+    fn adaptation(&self, key: &RenderKey) -> Option<Adaptation> {
+        let (old, new) = (&self.key, key);
+        if !Arc::ptr_eq(&old.accel.scene, &new.accel.scene) || old.settings != new.settings {
+            return None;
+        }
+        let [moving, resting] = ADAPTATION;
+        let time_constant = if old.camera == new.camera { resting } else { moving };
+        let fraction = 1.0 - (-self.interval.div_duration_f32(time_constant)).exp();
+        Some(Adaptation { from: self.metered, fraction })
+    }
 }
 
 /// Traces the wanted picture.
@@ -70,14 +113,17 @@ impl RenderRail {
         (!self.full_resolution).then(|| self.pacing.coarseness(size_px).max(COARSENESS_BEFORE_WIDE))
     }
 
-    /// Requests a picture unless it is shown, in flight or refused. While the settings are `moving` it is a single coarse
-    /// pass. The picture of a `stale` tree, one that is about to be replaced, is not refined.
+    /// Requests a picture unless it is shown, in flight or refused. While the settings are `moving`, and until the exposure is
+    /// that of the view, it is a single coarse pass. The picture of a `stale` tree, one that is about to be replaced, is not refined.
     pub(crate) fn request(&mut self, key: RenderKey, threads: usize, moving: bool, stale: bool, now: Instant) {
         let min_coarseness = if key.accel.known_wide().is_none() { COARSENESS_BEFORE_WIDE } else { 1.0 };
-        let coarseness =
-            if self.full_resolution { 1.0 } else { self.pacing.coarseness(key.size_px).max(min_coarseness) };
+        // Two trees take two pictures in the time of one.
+        let rays = if key.second.is_some() { [key.size_px[0], key.size_px[1] * 2] } else { key.size_px };
+        let coarseness = if self.full_resolution { 1.0 } else { self.pacing.coarseness(rays).max(min_coarseness) };
+        let (known, keep) = self.shown.as_ref().map_or_else(|| ([None, None], [false; 2]), |shown| shown.for_key(&key));
         let shown = self.shown.as_ref().filter(|shown| shown.key == key);
-        if shown.is_some_and(|shown| shown.complete || moving) || self.refused.as_ref() == Some(&key) {
+        let is_adapting = shown.is_some_and(|shown| !shown.is_adapted);
+        if shown.is_some_and(|shown| shown.finished || moving && !is_adapting) || self.refused.as_ref() == Some(&key) {
             return;
         }
         if stale && shown.is_some() {
@@ -92,18 +138,24 @@ impl RenderRail {
         {
             return;
         }
+        let single_pass = moving || is_adapting;
         let passes = match shown {
-            _ if moving => vec![coarseness],
+            _ if single_pass => vec![coarseness],
             None if coarseness > 1.0 => vec![coarseness, 1.0],
             _ => vec![1.0],
         };
         let mut job_key = key.clone();
-        if moving {
+        let mut adaptation = None;
+        if single_pass {
             job_key.settings.samples = 1;
+            adaptation = self.shown.as_ref().and_then(|shown| shown.adaptation(&key));
         }
-        let token = self.worker.request(RenderJob { key: job_key, passes, threads, count_tests: !moving });
+        // While settings change, both pictures of a difference are coarse alike; what stays as it is remains sharp otherwise.
+        let keep = if single_pass && key.difference { [false; 2] } else { keep };
+        let job = RenderJob { key: job_key, passes, adaptation, threads, count_tests: !single_pass, known, keep };
+        let token = self.worker.request(job);
         self.refused = None;
-        self.in_flight = Some(Tracing { job: InFlight { key, token, since: now }, single_pass: moving });
+        self.in_flight = Some(Tracing { job: InFlight { key, token, since: now }, single_pass });
     }
 
     /// Takes a traced picture, with the key that was requested: the picture's own key has fewer samples while the settings
@@ -113,11 +165,14 @@ impl RenderRail {
         match poll(&self.worker) {
             Polled::Running => None,
             Polled::Result(rendered) => {
-                let key = tracing.job.key.clone();
+                let (key, since, tracing_single) = (tracing.job.key.clone(), tracing.job.since, tracing.single_pass);
                 if rendered.last {
                     self.in_flight = None;
                 }
                 self.measure(&rendered.frame, now);
+                if tracing_single {
+                    self.pacing.record_arrival(rendered.frame.stats.trace_time, since, now);
+                }
                 Some((key, rendered))
             }
             Polled::Failed(panic) => {
@@ -134,6 +189,16 @@ impl RenderRail {
     pub(crate) fn stop(&mut self) {
         if self.in_flight.take().is_some() {
             self.worker.cancel();
+        }
+    }
+
+    /// Lets go of the second tree and its picture.
+    pub(crate) fn forget_second(&mut self) {
+        self.refused = None;
+        if let Some(shown) = &mut self.shown {
+            let second = (shown.key.second.take(), shown.frames[1].take());
+            (shown.key.difference, shown.finished) = (false, shown.finished && shown.complete[0]);
+            drop_in_background(second);
         }
     }
 
@@ -167,19 +232,42 @@ impl RenderRail {
     }
 
     /// Notes that `rendered`, which was requested as `key`, is on the screen.
-    pub(crate) fn note_shown(&mut self, key: RenderKey, rendered: &Rendered) {
+    pub(crate) fn note_shown(&mut self, key: RenderKey, rendered: &Rendered, now: Instant) {
         let coarseness = rendered.frame.coarseness;
-        let complete =
-            rendered.last && coarseness == 1.0 && rendered.counts_tests && rendered.key.settings == key.settings;
+        let complete = rendered.complete;
+        let finished = rendered.last && complete[0] && (complete[1] || key.second.is_none());
         if coarseness == 1.0 {
             log::info!("picture at full resolution, {} samples a pixel", rendered.frame.samples);
         }
-        drop_in_background(self.shown.replace(Shown { key, complete }));
+        let frame = &rendered.frame;
+        log::trace!(
+            "picture 1:{coarseness}, {} samples, exposed by {:+.3} EV, traced in {:.1} ms",
+            frame.samples,
+            frame.exposure_stops,
+            frame.stats.trace_time.as_secs_f64() * 1e3
+        );
+        let interval = self.shown.as_ref().map(|before| now.saturating_duration_since(before.since));
+        let shown = Shown {
+            key,
+            frames: [Some(Arc::clone(frame)), rendered.second.clone()],
+            complete,
+            finished,
+            metered: frame.metered(),
+            is_adapted: frame.is_adapted,
+            since: now,
+            interval: interval.map_or(MAX_ADAPTATION_STEP, |interval| interval.min(MAX_ADAPTATION_STEP)),
+        };
+        drop_in_background(self.shown.replace(shown));
     }
 
     /// When the job in flight was requested.
     pub(crate) fn since(&self) -> Option<Instant> {
         self.in_flight.as_ref().map(|tracing| tracing.job.since)
+    }
+
+    /// Whether a single coarse picture is in flight.
+    pub(crate) fn is_single_pass(&self) -> bool {
+        self.in_flight.as_ref().is_some_and(|tracing| tracing.single_pass)
     }
 
     /// The job in flight, for the job strip.

@@ -6,19 +6,30 @@ use std::sync::mpsc::{Receiver, Sender, channel};
 use std::time::{Duration, Instant};
 
 use crate::app::state::paper::{PaperResult, RowFormat};
-use crate::app::state::{AppState, Request, Severity};
+use crate::app::state::{AppState, Request, Severity, TreeSide};
 use crate::app::viewport::screenshot::{self, Screenshot};
 use crate::app::work::folder_listing::FolderListing;
 use crate::app::work::measure_worker::MeasureWorker;
 use crate::app::work::reconcile::Reconciler;
+use crate::app::work::tree_files::{open_tree, save_tree};
 use crate::export::write_new;
+use crate::lab::plot::draw_scatters;
 use crate::scene::{FileFormat, SceneSource, model_extensions};
 
 /// A dialog that ends sooner without a file was never on the screen: nobody closes one this fast.
 const MIN_DIALOG_TIME: Duration = Duration::from_millis(700);
 
+/// What a file is chosen for.
+#[derive(Debug, Clone, Copy)]
+enum Chosen {
+    Model,
+    Tree(TreeSide),
+}
+
 /// How the file dialog ended.
 struct Answer {
+    /// What it was for.
+    of: Chosen,
     /// The chosen file.
     path: Option<PathBuf>,
     /// Time since the dialog was requested.
@@ -44,10 +55,11 @@ impl BackgroundTasks {
     pub(crate) fn poll(&mut self, reconciler: &mut Reconciler, state: &mut AppState) {
         while let Ok(answer) = self.chosen.1.try_recv() {
             self.dialog_open = false;
-            match answer.path {
-                Some(path) => open(SceneSource::File(path), false, reconciler, state),
-                None if answer.after < MIN_DIALOG_TIME => ask_for_path(state),
-                None => {}
+            match (answer.path, answer.of) {
+                (Some(path), Chosen::Model) => open(SceneSource::File(path), false, reconciler, state),
+                (Some(path), Chosen::Tree(side)) => open_tree(side, path, state),
+                (None, _) if answer.after < MIN_DIALOG_TIME => ask_for_path(state),
+                (None, _) => {}
             }
         }
         self.folders.poll(state);
@@ -73,13 +85,27 @@ impl BackgroundTasks {
         for request in std::mem::take(&mut state.requests) {
             match request {
                 Request::Open(source) => open(source, false, reconciler, state),
-                Request::OpenDialog => self.open_dialog(state),
+                Request::OpenShared(source, tree_files, camera) => {
+                    if let Some(camera) = camera {
+                        reconciler.set_next_view(camera.into());
+                    }
+                    open(source, false, reconciler, state);
+                    state.wanted.tree_files = tree_files;
+                }
+                Request::OpenTree(side, path) => open_tree(side, path, state),
+                Request::OpenTreeDialog(side) => self.open_dialog(Chosen::Tree(side), state),
+                Request::SaveTree => save_tree(self.saved.0.clone(), Arc::clone(&self.wake), state),
+                Request::OpenDialog => self.open_dialog(Chosen::Model, state),
                 Request::ListFolder(folder) => self.folders.request(folder, Arc::clone(&self.wake)),
                 Request::Reload => reconciler.reload(),
                 Request::CancelJobs => reconciler.cancel(state),
                 Request::Measure => measure_worker.measure(state),
                 Request::CancelMeasuring => measure_worker.cancel(state),
                 Request::SaveRows(format) => self.save_rows(format, state),
+                Request::SavePlots(stem, plots) => self.save(state, "plot", move |folder| {
+                    let bytes = draw_scatters(&plots)?;
+                    write_new(folder, &stem, "png", &bytes).map_err(|error| error.to_string())
+                }),
                 Request::Screenshot => self.save_screenshot(ctx, state),
                 Request::Copy(text) => ctx.copy_text(text),
                 Request::Quit => ctx.send_viewport_cmd(egui::ViewportCommand::Close),
@@ -87,15 +113,23 @@ impl BackgroundTasks {
         }
     }
 
-    fn open_dialog(&mut self, state: &mut AppState) {
+    fn open_dialog(&mut self, of: Chosen, state: &mut AppState) {
         if self.dialog_open {
             return;
         }
-        let mut dialog = rfd::AsyncFileDialog::new()
-            .set_title("Open a model")
-            .add_filter("Models", &model_extensions())
-            .add_filter("All files", &["*"]);
-        if let Some(folder) = state.preferences.recent.first().and_then(|path| path.parent()) {
+        let dialog = rfd::AsyncFileDialog::new();
+        let (dialog, recent) = match of {
+            Chosen::Model => {
+                let dialog = dialog.set_title("Open a model").add_filter("Models", &model_extensions());
+                (dialog, &state.preferences.recent)
+            }
+            Chosen::Tree(_) => {
+                let dialog = dialog.set_title("Open a tree of this model").add_filter("Trees", &["bvh"]);
+                (dialog, &state.preferences.recent_trees)
+            }
+        };
+        let mut dialog = dialog.add_filter("All files", &["*"]);
+        if let Some(folder) = recent.first().and_then(|path| path.parent()) {
             dialog = dialog.set_directory(folder);
         }
         // Some desktops require the dialog to be created on the main thread; only its answer is awaited elsewhere.
@@ -104,7 +138,7 @@ impl BackgroundTasks {
         let (chosen, wake) = (self.chosen.0.clone(), Arc::clone(&self.wake));
         let thread = std::thread::Builder::new().name("file dialog".to_owned()).spawn(move || {
             let path = pollster::block_on(answer).map(|file| file.path().to_owned());
-            let _ = chosen.send(Answer { path, after: opened.elapsed() });
+            let _ = chosen.send(Answer { of, path, after: opened.elapsed() });
             wake();
         });
         match thread {
@@ -126,24 +160,32 @@ impl BackgroundTasks {
         }
     }
 
-    /// Saves the measured rows on a thread of its own, because drawing a plot takes longer than a UI frame.
     fn save_rows(&self, format: RowFormat, state: &mut AppState) {
         let Some(result) = state.activity.measured.get(&state.preferences.paper.experiment).cloned() else {
             state.messages.notify(Severity::Warning, "There are no rows to save yet");
             return;
         };
+        self.save(state, "table of rows", move |folder| write_rows(folder, &result, format));
+    }
+
+    /// Saves something by `write` into the current folder, on a thread of its own, because drawing a plot takes longer than a UI frame.
+    fn save(
+        &self,
+        state: &mut AppState,
+        what: &'static str,
+        write: impl FnOnce(&Path) -> Result<PathBuf, String> + Send + 'static,
+    ) {
         let (saved, wake) = (self.saved.0.clone(), Arc::clone(&self.wake));
-        let thread = std::thread::Builder::new().name("save rows".to_owned()).spawn(move || {
+        let thread = std::thread::Builder::new().name("save".to_owned()).spawn(move || {
             let folder = std::env::current_dir().unwrap_or_else(|_| PathBuf::from("."));
-            let outcome = write_rows(&folder, &result, format)
-                .map(|path| (path, None))
-                .map_err(|error| format!("The rows were not saved: {error}"));
+            let outcome =
+                write(&folder).map(|path| (path, None)).map_err(|error| format!("The {what} was not saved: {error}"));
             // Sending fails where the window has been closed.
             let _ = saved.send(outcome);
             wake();
         });
         if let Err(error) = thread {
-            state.messages.notify(Severity::Error, format!("The rows could not be saved: {error}"));
+            state.messages.notify(Severity::Error, format!("The {what} could not be saved: {error}"));
         }
     }
 }

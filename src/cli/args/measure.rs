@@ -6,8 +6,14 @@ use clap::Args;
 
 use super::picture::CameraArgs;
 use super::shared::{ShapeArgs, StrictLoadArgs};
-use crate::cli::named::{Containers, containers, containers_help, named, simd, tree_builder, tree_builder_help};
+use crate::cli::named::{
+    Containers, containers, containers_help, named, populations, populations_help, simd, tree_builder,
+    tree_builder_help,
+};
+use crate::cli::tree_settings::diff_tree;
 use crate::cli::values::{self, Epsilons, ModelParser, Numbers};
+use crate::headless::diff::DiffTree;
+use crate::lab::population::Populations;
 use crate::scene::SceneSource;
 use bvhscope_engine::kernel::SimdLevel;
 use bvhscope_engine::settings::BuilderKind;
@@ -31,9 +37,11 @@ pub struct MeasureArgs {
     /// Threads for building and tracing, 1 to 1024, but no more than there are cores [default: all]
     #[arg(long, value_name = "N", value_parser = values::threads)]
     pub threads: Option<usize>,
-    /// Vector instructions for tracing: sse2, sse4, avx2, avx512 or neon, where this machine has them [default: the best]
+    /// Vector instructions of builds and rays: sse2, sse4, avx2, avx512 or neon, where this machine has them [default: the best]
     #[arg(long, value_name = "LEVEL", value_parser = simd)]
     pub simd: Option<SimdLevel>,
+    #[arg(long, value_name = "LIST", value_parser = populations, help = populations_help("Also measure what such rays cost in each tree, and how well SAH cost and EPO predict it: "))]
+    pub rays: Option<Populations>,
     /// Print one JSON object a line instead of the table
     #[arg(long)]
     pub json: bool,
@@ -70,6 +78,10 @@ pub struct OneTreeArgs {
 pub struct BenchArgs {
     #[command(flatten)]
     pub tree: OneTreeArgs,
+    /// Measure the tree that this file holds instead of building any
+    #[arg(long = "tree", value_name = "FILE.bvh", help_heading = "Tree",
+          conflicts_with_all = ["builder", "container", "threshold", "epsilon", "preset", "optimize", "curve"])]
+    pub tree_file: Option<PathBuf>,
     /// Also test every triangle, on a sample of the pixels that is printed
     #[arg(long)]
     pub no_bvh: bool,
@@ -113,13 +125,67 @@ pub struct ScalingArgs {
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
   bvhscope compare bunny.obj
-  bvhscope compare bunny.obj --container both --csv builders.csv")]
+  bvhscope compare bunny.obj --container both --csv builders.csv
+  bvhscope compare bunny.obj --tree mine.bvh --tree embree.bvh
+  bvhscope compare bunny.obj --rays all   how well SAH cost and EPO predict what rays cost")]
 pub struct CompareArgs {
     #[arg(long, value_name = "KIND", value_parser = containers, default_value = "box",
           help = containers_help("What the trees are made of: ", ""))]
     pub container: Containers,
+    /// Also measure the tree that this file holds; may be given more than once
+    #[arg(long = "tree", value_name = "FILE.bvh")]
+    pub tree_files: Vec<PathBuf>,
     #[command(flatten)]
     pub measure: MeasureArgs,
+}
+
+#[derive(Debug, Args)]
+#[command(after_help = "Examples:
+  bvhscope diff bunny.obj --a preset=fast --b preset=hq
+  bvhscope diff bunny.obj --a 'builder=lbvh' --b 'threshold=12 epsilon=0.1 optimize=collapse,reinsert' -o difference.png
+  bvhscope diff bunny.obj --a container=box --b container=sphere --json
+  bvhscope diff bunny.obj --b mine.bvh
+
+A FILE that ends in .bvh holds the tree. SETTINGS are the tree flags of the other commands without their dashes, separated by blanks: builder=, container=, preset=,
+threshold=, epsilon=, curve= and optimize=. What is not given has its default.
+
+The picture has the tests of B minus those of A in each pixel: blue where B takes fewer, grey where both take as many,
+orange where B takes more.")]
+pub struct DiffArgs {
+    /// The model: a file, or builtin:NAME[:SIZE] [default: builtin:teapot]
+    #[arg(value_name = "MODEL", value_parser = ModelParser)]
+    pub model: Option<SceneSource>,
+    /// Tree A
+    #[arg(long, value_name = "SETTINGS|FILE.bvh", value_parser = diff_tree, default_value = "preset=fast", help_heading = "Tree")]
+    pub a: DiffTree,
+    /// Tree B
+    #[arg(long, value_name = "SETTINGS|FILE.bvh", value_parser = diff_tree, help_heading = "Tree")]
+    pub b: DiffTree,
+    /// Write a picture of the difference
+    #[arg(short, long, value_name = "FILE.png")]
+    pub output: Option<PathBuf>,
+    /// Size of the traced picture in pixels
+    #[arg(long, value_name = "WxH", value_parser = values::size, default_value = "1024x1024")]
+    pub size: [u32; 2],
+    /// Repetitions of each measurement; medians are shown
+    #[arg(long, value_name = "N", value_parser = values::repeat, default_value = "3")]
+    pub repeat: usize,
+    /// How rays visit nodes: ordered (near child first, culled by distance), or paper (neither)
+    #[arg(long, value_name = "NAME", value_parser = named::<Traversal>, default_value = "ordered")]
+    pub traversal: Traversal,
+    /// Threads for building and tracing, 1 to 1024, but no more than there are cores [default: all]
+    #[arg(long, value_name = "N", value_parser = values::threads)]
+    pub threads: Option<usize>,
+    /// Vector instructions of builds and rays: sse2, sse4, avx2, avx512 or neon, where this machine has them [default: the best]
+    #[arg(long, value_name = "LEVEL", value_parser = simd)]
+    pub simd: Option<SimdLevel>,
+    /// Print one JSON object instead of the table
+    #[arg(long)]
+    pub json: bool,
+    #[command(flatten)]
+    pub camera: CameraArgs,
+    #[command(flatten)]
+    pub load: StrictLoadArgs,
 }
 
 #[derive(Debug, Args)]

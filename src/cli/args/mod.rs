@@ -2,23 +2,27 @@
 
 mod measure;
 mod picture;
+mod ray;
 mod shared;
 
 use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand};
 
-pub use measure::{BenchArgs, CompareArgs, MeasureArgs, OneTreeArgs, PlotArgs, ScalingArgs, SweepArgs};
+pub use measure::{BenchArgs, CompareArgs, DiffArgs, MeasureArgs, OneTreeArgs, PlotArgs, ScalingArgs, SweepArgs};
 pub use picture::{CameraArgs, NodeArgs, OverlayArgs, PictureArgs};
-pub use shared::{LoadArgs, ShapeArgs, StrictLoadArgs};
+pub use ray::RayArgs;
+pub use shared::{BuildArgs, LoadArgs, ShapeArgs, StrictLoadArgs, TreeFileArgs};
 
-use super::named::{help, named};
+use super::named::{help, named, populations, populations_help};
 use super::values::{self, ModelParser};
+#[cfg(feature = "gui")]
+use crate::app::SharedState;
+use crate::lab::population::Populations;
 use crate::render::Background;
 use crate::scene::{BUILTIN_SCENES, SceneSource, format_names};
 use crate::section::SectionChoice;
-use bvhscope_engine::settings::BuilderKind;
-use bvhscope_engine::tree::ContainerKind;
+use bvhscope_engine::construction::MergeOrder;
 
 /// The end of `bvhscope --help`.
 fn after_help() -> String {
@@ -70,10 +74,18 @@ pub enum CommandArgs {
     Scaling(ScalingArgs),
     /// Measure the builders side by side
     Compare(CompareArgs),
+    /// Compare two trees of a model: numbers, common nodes, and tests in each pixel
+    Diff(DiffArgs),
     /// Draw a plot from the JSON lines of bench, sweep, scaling or compare
     Plot(PlotArgs),
+    /// Write a film of how a tree is built, merge by merge, as a GIF or as PNGs
+    Merges(MergesArgs),
     /// Print the contents of a model, statistics of its tree, and problems found in both
     Info(InfoArgs),
+    /// Print every step of one ray through the tree
+    Ray(RayArgs),
+    /// Write the tree of a model as a file that other programs read, or its nodes as a table
+    Tree(TreeArgs),
 }
 
 #[derive(Debug, Args)]
@@ -84,6 +96,8 @@ pub struct ViewerArgs {
     #[command(flatten)]
     pub build: BuildArgs,
     #[command(flatten)]
+    pub tree: TreeFileArgs,
+    #[command(flatten)]
     pub load: LoadArgs,
     #[command(flatten)]
     pub camera: CameraArgs,
@@ -91,6 +105,13 @@ pub struct ViewerArgs {
     pub picture: PictureArgs,
     #[command(flatten)]
     pub overlay: OverlayArgs,
+    /// Show what another window showed: the text that its Ctrl+L copied
+    #[cfg(feature = "gui")]
+    #[arg(long, value_name = "LINE", value_parser = values::shared_state, conflicts_with = "model")]
+    pub state: Option<Box<SharedState>>,
+    /// Add the lessons in the files *.txt of this folder to the menu Help; may be given more than once
+    #[arg(long, value_name = "FOLDER")]
+    pub lessons: Vec<PathBuf>,
     /// Neither read nor write settings
     #[arg(long, help_heading = "Settings")]
     pub no_config: bool,
@@ -134,6 +155,8 @@ pub struct RenderArgs {
     #[command(flatten)]
     pub build: BuildArgs,
     #[command(flatten)]
+    pub tree: TreeFileArgs,
+    #[command(flatten)]
     pub load: StrictLoadArgs,
     #[command(flatten)]
     pub camera: CameraArgs,
@@ -151,42 +174,107 @@ pub struct RenderArgs {
     pub overlay: OverlayArgs,
     #[command(flatten)]
     pub nodes: NodeArgs,
-    /// Cut model and containers open: x, y or z, or a normal X,Y,Z, and a position in the model's unit or in percent; -x keeps the
-    /// other half
+    /// Cut model and containers open: x, y or z, or a normal X,Y,Z, and a position in the model's unit or in percent; -x keeps
+    /// the other half
     #[arg(long, value_name = "AXIS=POSITION", value_parser = SectionChoice::parse, allow_hyphen_values = true,
           help_heading = "Picture")]
     pub section: Option<SectionChoice>,
 }
 
 #[derive(Debug, Args)]
-#[command(next_help_heading = "Tree")]
-pub struct BuildArgs {
-    #[arg(long, value_name = "NAME", value_parser = named::<BuilderKind>,
-          help = help::<BuilderKind>("The algorithm: ", " [default: aac]"))]
-    pub builder: Option<BuilderKind>,
-    #[arg(long, value_name = "KIND", value_parser = named::<ContainerKind>,
-          help = help::<ContainerKind>("What the tree is made of: ", " [default: box]"))]
-    pub container: Option<ContainerKind>,
-    #[command(flatten)]
-    pub shape: ShapeArgs,
-    /// Threads for building and tracing, 1 to 1024, but no more than there are cores [default: all]
-    #[arg(long, value_name = "N", value_parser = values::threads)]
-    pub threads: Option<usize>,
-}
-
-#[derive(Debug, Args)]
 #[command(after_help = "Examples:
   bvhscope info bunny.obj
-  bvhscope info scene.glb --preset hq --json")]
+  bvhscope info scene.glb --preset hq --json
+  bvhscope info bunny.obj --tree mine.bvh
+  bvhscope info bunny.obj --triangles bunny.f32
+  bvhscope info bunny.obj --rays primary,random")]
 pub struct InfoArgs {
     /// The model: a file, or builtin:NAME[:SIZE] [default: builtin:teapot]
     #[arg(value_name = "MODEL", value_parser = ModelParser)]
     pub model: Option<SceneSource>,
+    #[arg(long, value_name = "LIST", value_parser = populations, help = populations_help("Also count the visits of the nodes by such rays: "))]
+    pub rays: Option<Populations>,
     /// Print one JSON object instead of the text
     #[arg(long)]
     pub json: bool,
+    /// Also write the triangles, nine f32 each, little-endian, in the order in which tree files count them
+    #[arg(long, value_name = "FILE")]
+    pub triangles: Option<PathBuf>,
+    #[command(flatten)]
+    pub build: BuildArgs,
+    #[command(flatten)]
+    pub tree: TreeFileArgs,
+    #[command(flatten)]
+    pub load: StrictLoadArgs,
+    #[command(flatten)]
+    pub camera: CameraArgs,
+}
+
+#[derive(Debug, Args)]
+#[command(after_help = "Examples:
+  bvhscope tree bunny.obj -o bunny.bvh --preset hq
+  bvhscope tree bunny.obj -o bunny.bvh --wide --with-triangles
+  bvhscope tree bunny.obj -o nodes.csv --tree mine.bvh
+
+docs/tree-file.md says what the files hold.")]
+pub struct TreeArgs {
+    /// The model: a file, or builtin:NAME[:SIZE] [default: builtin:teapot]
+    #[arg(value_name = "MODEL", value_parser = ModelParser)]
+    pub model: Option<SceneSource>,
+    /// The file that is written: a tree file, or a table of the nodes
+    #[arg(short, long, value_name = "FILE.bvh|.csv|.json")]
+    pub output: PathBuf,
+    /// Write the wide tree, through which pictures are traced; its nodes have up to eight children
+    #[arg(long)]
+    pub wide: bool,
+    /// Write the triangles too, so that the file is a model of its own
+    #[arg(long)]
+    pub with_triangles: bool,
+    #[command(flatten)]
+    pub build: BuildArgs,
+    #[command(flatten)]
+    pub tree: TreeFileArgs,
+    #[command(flatten)]
+    pub load: StrictLoadArgs,
+}
+
+#[derive(Debug, Args)]
+#[command(after_help = "Examples:
+  bvhscope merges bunny.obj -o construction.gif
+  bvhscope merges bunny.obj -o last.gif --order distance --frames 200 --camera front
+  bvhscope merges bunny.obj -o frames --size 1920x1080")]
+pub struct MergesArgs {
+    /// The model: a file, or builtin:NAME[:SIZE] [default: builtin:teapot]
+    #[arg(value_name = "MODEL", value_parser = ModelParser)]
+    pub model: Option<SceneSource>,
+    /// The film that is written: a GIF, or a folder of numbered PNGs
+    #[arg(short, long, value_name = "FILE.gif|FOLDER")]
+    pub output: PathBuf,
+    #[arg(long, value_name = "NAME", value_parser = named::<MergeOrder>, default_value = MergeOrder::Built.name(),
+          hide_default_value = true, help = help::<MergeOrder>("Order of the merges: ", " [default: built]"))]
+    pub order: MergeOrder,
+    /// Frames at most, 2 to 10000; the fewer clusters are left, the fewer merges there are from one to the next
+    #[arg(long, value_name = "N", value_parser = |text: &str| values::whole::<usize>(text, 2, 10_000), default_value = "90")]
+    pub frames: usize,
+    /// Frames a second of a GIF, 1 to 50
+    #[arg(long, value_name = "N", value_parser = |text: &str| values::whole::<u32>(text, 1, 50), default_value = "12")]
+    pub rate: u32,
+    /// Size of the film in pixels
+    #[arg(long, value_name = "WxH", value_parser = values::size, default_value = "800x600")]
+    pub size: [u32; 2],
+    /// Maximum number of clusters that are drawn, the largest first, 1 to 4096
+    #[arg(long, value_name = "N", value_parser = |text: &str| values::whole::<u32>(text, 1, 4096), default_value = "4096",
+          help_heading = "Overlay")]
+    pub at_most: u32,
     #[command(flatten)]
     pub build: BuildArgs,
     #[command(flatten)]
     pub load: StrictLoadArgs,
+    #[command(flatten)]
+    pub camera: CameraArgs,
+    /// Background where no surface is: dark or light [default: dark]
+    #[arg(long, value_name = "NAME", value_parser = named::<Background>, help_heading = "Picture")]
+    pub background: Option<Background>,
+    #[command(flatten)]
+    pub picture: PictureArgs,
 }

@@ -71,7 +71,7 @@ pub struct PictureArgs {
     /// Draw the edges of the triangles over the picture
     #[arg(long)]
     pub mesh_edges: bool,
-    /// Vector instructions: sse2, sse4, avx2, avx512 or neon, where this machine has them [default: the best]
+    /// Vector instructions of builds and rays: sse2, sse4, avx2, avx512 or neon, where this machine has them [default: the best]
     #[arg(long, value_name = "LEVEL", value_parser = simd)]
     pub simd: Option<SimdLevel>,
     /// Antialiasing samples a pixel, 1 to 1024 [default: 16]
@@ -100,6 +100,9 @@ pub struct OverlayArgs {
     /// Fill the sides of containers that face the viewer, faintly
     #[arg(long)]
     pub faces: bool,
+    /// Fill what the children of the node of --select have in common, seen through the surface
+    #[arg(long)]
+    pub overlap: bool,
     /// Strength of lines behind the surface, 0 to 1 [default: 0.15]
     #[arg(long, value_name = "X", value_parser = |text: &str| values::decimal(text, 0.0, 1.0))]
     pub hidden_lines: Option<f32>,

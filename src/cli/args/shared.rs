@@ -1,11 +1,14 @@
 //! Flags that several commands share: build settings and loading.
 
+use std::path::PathBuf;
+
 use clap::Args;
 
 use crate::budget::MemoryLimit;
-use crate::cli::named::{named, passes};
+use crate::cli::named::{help, named, passes};
 use crate::cli::values;
-use bvhscope_engine::settings::{Curve, Passes, Preset};
+use bvhscope_engine::settings::{BuilderKind, Curve, Passes, Preset};
+use bvhscope_engine::tree::ContainerKind;
 
 /// Build settings that do not depend on the builders and containers that a command offers.
 #[derive(Debug, Args)]
@@ -16,15 +19,28 @@ pub struct ShapeArgs {
     /// AAC: exponent of the reduction function, 0 to 0.5 [default: 0.2]
     #[arg(long, value_name = "X", value_parser = values::epsilon)]
     pub epsilon: Option<f32>,
-    /// AAC: threshold and ε by name: fast (6, 0.2), hq (12, 0.1), aac-fast (4, 0.2), aac-hq (20, 0.1), best (6, 0.2 and every pass but split)
+    /// AAC: threshold and ε by name: fast (6, 0.2), hq (12, 0.1), aac-fast (4, 0.2), aac-hq (20, 0.1), best (6, 0.2 and every
+    /// pass but split)
     #[arg(long, value_name = "NAME", value_parser = named::<Preset>)]
     pub preset: Option<Preset>,
-    /// Optimisation passes, separated by commas: split (large triangles, boxes only), collapse, restructure and reinsert (boxes only); or all, none [default: none]
+    /// Optimisation passes, separated by commas: split (large triangles, boxes only), collapse, restructure and reinsert (boxes
+    /// only); or all, none [default: none]
     #[arg(long, value_name = "LIST", value_parser = passes)]
     pub optimize: Option<Passes>,
-    /// AAC and LBVH: the curve along which triangles are sorted: morton, hilbert or extended (Morton and size) [default: morton]
+    /// AAC and LBVH: the curve along which triangles are sorted: morton, hilbert or extended (Morton and size) [default:
+    /// morton]
     #[arg(long, value_name = "NAME", value_parser = named::<Curve>)]
     pub curve: Option<Curve>,
+}
+
+/// The tree of a file in place of one that is built.
+#[derive(Debug, Args)]
+#[command(next_help_heading = "Tree")]
+pub struct TreeFileArgs {
+    /// Take the tree that this file holds, of any builder, instead of building one; docs/tree-file.md says how it is written
+    #[arg(long, value_name = "FILE.bvh",
+          conflicts_with_all = ["builder", "container", "threshold", "epsilon", "preset", "optimize", "curve"])]
+    pub tree: Option<PathBuf>,
 }
 
 /// Loading flags of every command.
@@ -48,4 +64,20 @@ pub struct StrictLoadArgs {
     /// Exit with code 3 where a file was loaded with warnings
     #[arg(long)]
     pub strict: bool,
+}
+
+#[derive(Debug, Args)]
+#[command(next_help_heading = "Tree")]
+pub struct BuildArgs {
+    #[arg(long, value_name = "NAME", value_parser = named::<BuilderKind>,
+          help = help::<BuilderKind>("The algorithm: ", " [default: aac]"))]
+    pub builder: Option<BuilderKind>,
+    #[arg(long, value_name = "KIND", value_parser = named::<ContainerKind>,
+          help = help::<ContainerKind>("What the tree is made of: ", " [default: box]"))]
+    pub container: Option<ContainerKind>,
+    #[command(flatten)]
+    pub shape: ShapeArgs,
+    /// Threads for building and tracing, 1 to 1024, but no more than there are cores [default: all]
+    #[arg(long, value_name = "N", value_parser = values::threads)]
+    pub threads: Option<usize>,
 }

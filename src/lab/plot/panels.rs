@@ -88,7 +88,11 @@ fn quantity_panels(
     let panel = |(label, value, spread): &Quantity| Panel {
         x_label: x_label.to_owned(),
         y_label: (*label).to_owned(),
-        curves: curves(rows, &series, |row| Some((x_of(row)?, value(row), spread.map(|spread| spread(row))))),
+        curves: curves(rows, &series, |row| {
+            // What is not known has no point.
+            let y = Some(value(row)).filter(|y| !y.is_nan())?;
+            Some((x_of(row)?, y, spread.map(|spread| spread(row))))
+        }),
         categories: categories.to_vec(),
         relative_of: None,
     };

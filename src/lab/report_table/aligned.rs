@@ -22,6 +22,17 @@ impl ReportTable {
     }
 }
 
+impl ReportTable {
+    /// The head and the rows for spreadsheets: cells between tabs, without title and notes.
+    pub fn tab_separated(&self) -> String {
+        let head = self.columns.iter().map(|(name, unit)| format!("{name} {unit}").trim_end().to_owned()).collect();
+        let lines = std::iter::once(&head).chain(&self.rows);
+        lines
+            .map(|cells: &Vec<String>| cells.iter().map(|cell| cell.trim()).collect::<Vec<_>>().join("\t") + "\n")
+            .collect()
+    }
+}
+
 impl fmt::Display for ReportTable {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let width = |index: usize| {

@@ -1,15 +1,17 @@
 //! Which tables each measuring command prints.
 
 use super::aligned::ReportTable;
-use super::{lists, pairs};
+use super::{lists, pairs, predictions};
 use crate::lab::measurement::Measurement;
 
 /// The tables of the measurements of one command.
 pub fn tables(command: &str, rows: &[Measurement]) -> Vec<ReportTable> {
-    match command {
+    let mut tables = match command {
         "bench" => pairs::bench_tables(rows),
         "scaling" => vec![lists::scaling_table(rows)],
         "compare" => vec![lists::list_table("Builders", rows)],
         _ => vec![lists::list_table("Sweep", rows)],
-    }
+    };
+    tables.extend(predictions::prediction_tables(rows));
+    tables
 }

@@ -1,29 +1,18 @@
 //! Numbers, model names and measuring conditions as text.
 
 use crate::lab::measurement::Measurement;
+use crate::text::count;
 use bvhscope_engine::tree::statistics::{INTERSECTION_COST, TRAVERSAL_COST};
 
-/// A whole number with thousands separated: 69,451.
-pub(super) fn grouped(value: u64) -> String {
-    let digits = value.to_string();
-    let mut text = String::with_capacity(digits.len() + digits.len() / 3);
-    for (index, digit) in digits.chars().enumerate() {
-        if index > 0 && (digits.len() - index).is_multiple_of(3) {
-            text.push(',');
-        }
-        text.push(digit);
-    }
-    text
-}
-
-/// Formats a number with about four digits: 0.123, 12.34, 123.4, 12,345.
+/// Formats a number with about four digits: 0.123, 12.34, 123.4, 12,345; one that is not known as a dash.
 pub fn number(value: f64) -> String {
     match value.abs() {
+        size if size.is_nan() => "–".to_owned(),
         size if size < 10.0 => format!("{value:.3}"),
         size if size < 100.0 => format!("{value:.2}"),
         size if size < 1000.0 => format!("{value:.1}"),
-        size if value < 0.0 => format!("-{}", grouped(size.round() as u64)),
-        size if size.is_finite() => grouped(size.round() as u64),
+        size if value < 0.0 => format!("-{}", count(size.round() as u64)),
+        size if size.is_finite() => count(size.round() as u64),
         _ => format!("{value}"),
     }
 }
@@ -56,6 +45,9 @@ pub(super) fn conditions_and_threads(rows: &[Measurement]) -> String {
 
 /// Slowest minus fastest as a percentage of the median.
 pub(super) fn spread(median: f64, [fastest, slowest]: [f64; 2]) -> String {
+    if median.is_nan() {
+        return "–".to_owned();
+    }
     let percent = if median > 0.0 { (slowest - fastest) / median * 100.0 } else { 0.0 };
     format!("{percent:.0}")
 }

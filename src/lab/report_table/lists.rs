@@ -1,8 +1,12 @@
 //! Tables with one line per measurement: sweeps, builders, threads.
 
 use super::aligned::ReportTable;
-use super::format::{SPREAD, conditions, conditions_and_threads, costs, grouped, models, name_among, number, spread};
+use super::format::{SPREAD, conditions, conditions_and_threads, costs, models, name_among, number, spread};
 use crate::lab::measurement::Measurement;
+use crate::text::count;
+
+/// What the column "ready" adds to the one before it.
+const READY: &str = "Ready: until rays can be traced at full speed, the binary tree and the wide one made from it.";
 
 /// Times, tests, costs and sizes of each tree.
 pub(super) fn list_table(title: &str, rows: &[Measurement]) -> ReportTable {
@@ -14,8 +18,9 @@ pub(super) fn list_table(title: &str, rows: &[Measurement]) -> ReportTable {
             ("container", ""),
             ("δ", ""),
             ("ε", ""),
-            ("build", "ms"),
+            ("binary tree", "ms"),
             ("spread", "%"),
+            ("ready", "ms"),
             ("trace", "ms"),
             ("spread", "%"),
             ("speed", "Mray/s"),
@@ -33,7 +38,7 @@ pub(super) fn list_table(title: &str, rows: &[Measurement]) -> ReportTable {
     );
     let models = models(rows);
     for row in rows {
-        let aac = row.builder == "aac";
+        let aac = row.is_aac();
         table.rows.push(vec![
             name_among(&row.model, &models),
             row.builder_name(),
@@ -42,6 +47,7 @@ pub(super) fn list_table(title: &str, rows: &[Measurement]) -> ReportTable {
             if aac { row.epsilon.to_string() } else { "–".to_owned() },
             number(row.build_ms),
             spread(row.build_ms, row.build_ms_spread),
+            row.ready_ms.map_or_else(|| "–".to_owned(), number),
             number(row.trace_ms),
             spread(row.trace_ms, row.trace_ms_spread),
             number(row.mrays_per_s),
@@ -50,13 +56,14 @@ pub(super) fn list_table(title: &str, rows: &[Measurement]) -> ReportTable {
             number(row.tests_per_ray),
             number(row.sah_cost),
             number(row.epo),
-            grouped(row.nodes as u64),
-            grouped(row.leaves as u64),
+            count(row.nodes as u64),
+            count(row.leaves as u64),
             row.max_depth.to_string(),
             format!("{:.0}", row.bytes_per_triangle),
-            grouped(row.hits),
+            count(row.hits),
         ]);
     }
+    table.notes.push(READY.to_owned());
     table.notes.push(costs());
     table.notes.extend(overlap_basis(rows));
     table.notes.push(SPREAD.to_owned());
@@ -67,7 +74,7 @@ pub(super) fn list_table(title: &str, rows: &[Measurement]) -> ReportTable {
 fn overlap_basis(rows: &[Measurement]) -> Option<String> {
     let sampled = |row: &Measurement| row.epo_triangles.filter(|&count| count < row.triangles);
     let least = rows.iter().filter_map(sampled).min()?;
-    Some(format!("EPO: end-point overlap, estimated from {} triangles or more of each scene.", grouped(least as u64)))
+    Some(format!("EPO: end-point overlap, estimated from {} triangles or more of each scene.", count(least as u64)))
 }
 
 /// Speed-up and parallel efficiency of building and tracing.
@@ -127,9 +134,10 @@ mod tests {
             "container: box",
             "δ: 11",
             "ε: 0.25",
-            "build ms: 20.00",
+            "binary tree ms: 20.00",
             // From 17 to 23 ms.
             "spread %: 30",
+            "ready ms: 23.75",
             "trace ms: 50.00",
             // From 47 to 61 ms.
             "spread %: 28",
@@ -146,9 +154,15 @@ mod tests {
             "hits: 5,003",
         ];
         assert_eq!(cells(&table, 0), expected);
-        assert_eq!(table.notes[1], "EPO: end-point overlap, estimated from 2,003 triangles or more of each scene.");
+        assert_eq!(table.notes[2], "EPO: end-point overlap, estimated from 2,003 triangles or more of each scene.");
         let table = list_table("Sweep", &[sample(), other]);
         assert_eq!(table.title, "Sweep (101×103 primary rays, ordered traversal, medians of 5)", "threads differ");
+        let read = Measurement { tree: Some("x.bvh".to_owned()), preset: None, build_ms: f64::NAN, ..sample() };
+        let of_file = list_table("", &[read]);
+        assert_eq!(
+            cells(&of_file, 0)[1..7],
+            ["builder: aac", "container: box", "δ: –", "ε: –", "binary tree ms: –", "spread %: –"]
+        );
         assert_eq!(cells(&table, 1)[1..5], ["builder: lbvh + hilbert + collapse", "container: box", "δ: –", "ε: –"]);
     }
 

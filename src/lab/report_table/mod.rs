@@ -3,13 +3,16 @@
 mod aligned;
 mod format;
 
+mod difference;
 mod lists;
 mod pairs;
+mod predictions;
 
 mod by_command;
 mod summary;
 
 pub use aligned::ReportTable;
 pub use by_command::tables;
+pub use difference::difference_table;
 pub use format::{models, name_among, number, short};
 pub use summary::summary;

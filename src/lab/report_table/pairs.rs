@@ -1,10 +1,11 @@
 //! The paper's tables 1 and 2: box and sphere side by side with their ratios, and the paper's own numbers below.
 
 use super::aligned::ReportTable;
-use super::format::{SPREAD, conditions_and_threads, grouped, models, name_among, number, spread};
+use super::format::{SPREAD, conditions_and_threads, models, name_among, number, spread};
 use super::lists::list_table;
 use crate::lab::measurement::Measurement;
 use crate::lab::paper::{MEAN_RATIOS, PaperScene, scene_of};
+use crate::text::count;
 use bvhscope_engine::tree::ContainerKind;
 
 /// Reads one column's value from a row.
@@ -52,7 +53,7 @@ fn pairs_table(
         let row_of =
             |kind| rows.iter().find(|row| row.model == *model && row.container == kind && row.builder != "none");
         let pair = [row_of(ContainerKind::Aabb), row_of(ContainerKind::Sphere)];
-        let triangles = pair.iter().flatten().next().map_or_else(String::new, |row| grouped(row.triangles as u64));
+        let triangles = pair.iter().flatten().next().map_or_else(String::new, |row| count(row.triangles as u64));
         let mut line = vec![name_among(model, &models), triangles];
         for (index, (_, _, value)) in values.iter().enumerate() {
             let numbers = pair.map(|row| row.map(value));
@@ -133,8 +134,8 @@ fn trees_table(rows: &[Measurement]) -> ReportTable {
         table.notes.push(format!(
             "{} without BVH: {} of {} pixels, evenly spread, in {} ms; {} tests per ray.",
             name_among(&row.model, &models),
-            grouped(row.rays),
-            grouped(pixels),
+            count(row.rays),
+            count(pixels),
             number(row.trace_ms),
             number(row.tests_per_ray)
         ));

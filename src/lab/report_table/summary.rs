@@ -7,6 +7,7 @@ use bvhscope_engine::settings::{Curve, Passes};
 /// One measurement as a sentence, printed while the table is incomplete.
 pub fn summary(row: &Measurement) -> String {
     let tree = match row.builder.as_str() {
+        builder if row.tree.is_some() => format!("{}, {builder}", row.container.name()),
         "aac" => {
             let curve = if row.curve == Curve::Morton { String::new() } else { format!(", {}", row.curve.name()) };
             let passes = if row.optimize == Passes::NONE { String::new() } else { format!(", {}", row.optimize) };

@@ -10,7 +10,8 @@ use crate::overlay::node::OverlayNode;
 use crate::overlay::selection::Selection;
 use crate::overlay::settings::{ColorBy, OverlaySettings};
 use crate::overlay::viewpoint::{Measure, Viewpoint};
-use bvhscope_engine::tree::{Container, Node, Tree};
+use crate::section::SectionPlane;
+use bvhscope_engine::tree::{Container, ContainerKind, Tree};
 use bvhscope_engine::with_tree;
 
 /// Containers that look smaller than this are drawn as dots where there are many: their lines would cover each other.
@@ -87,7 +88,7 @@ impl NodeTable {
         (first, [if settings.parents { 0 } else { first }, last])
     }
 
-    /// The nodes that `settings` choose without the hidden ones. If they exceed the budget, the largest: on screen as seen from
+    /// The nodes that `settings` choose without the hidden ones and those that the section plane cuts away. If they exceed the budget, the largest: on screen as seen from
     /// `viewpoint`, by surface area without one. The selected and hovered nodes are drawn separately, see
     /// [`highlighted`](crate::overlay::highlighted).
     pub fn shown(&self, settings: &OverlaySettings, selection: &Selection, viewpoint: Option<&Viewpoint>) -> Shown {
@@ -102,7 +103,8 @@ impl NodeTable {
         let budget = settings.at_most() as usize;
         let measure = viewpoint.map(Viewpoint::measure);
         let visibility = self.visibility(selection);
-        if visibility.is_none() && self.is_cut_from_the_top(settings, wanted) {
+        let section = viewpoint.and_then(|viewpoint| viewpoint.section);
+        if visibility.is_none() && section.is_none() && self.is_cut_from_the_top(settings, wanted) {
             let [nodes, depths] = self.largest_from_the_top([from, last], measure.as_ref(), budget);
             return self.finish(settings, nodes, depths, wanted, measure.as_ref());
         }
@@ -113,8 +115,9 @@ impl NodeTable {
             // "Leaves only" applies to the depth range; parents above it are shown for context.
             let leaf = !settings.leaves_only || *place < chosen || self.is_leaf(node);
             leaf && visibility.as_ref().is_none_or(|visibility| !visibility.hides(node))
+                && section.is_none_or(|plane| !self.is_cut_away(node, &plane, settings))
         };
-        let mut places: Vec<u32> = if settings.leaves_only || visibility.is_some() {
+        let mut places: Vec<u32> = if settings.leaves_only || visibility.is_some() || section.is_some() {
             run.into_par_iter().with_min_len(4_096).filter(kept).collect()
         } else {
             run.collect()
@@ -126,6 +129,36 @@ impl NodeTable {
         let depths = places.iter().map(|&place| ranges.partition_point(|range| range.end <= place) as u32).collect();
         let nodes = places.into_iter().map(|place| nodes[place as usize]).collect();
         self.finish(settings, nodes, depths, wanted, measure.as_ref())
+    }
+
+    /// Whether the plane cuts away all that is drawn of a node.
+    fn is_cut_away(&self, node: u32, plane: &SectionPlane, settings: &OverlaySettings) -> bool {
+        let own = self.container_kind();
+        let [boxes, spheres] = settings.kinds(own);
+        let none = !boxes && !spheres;
+        (!(boxes || none && own == ContainerKind::Aabb) || plane.cuts_away(&self.node_box(node)))
+            && (!(spheres || none && own == ContainerKind::Sphere) || plane.cuts_away_sphere(&self.node_sphere(node)))
+    }
+
+    /// These `nodes` without the hidden ones and those that the section plane cuts away, as the largest of `all`: drawn as `settings` say, whatever depths these choose.
+    pub fn shown_of(
+        &self,
+        nodes: &[u32],
+        all: usize,
+        settings: &OverlaySettings,
+        selection: &Selection,
+        viewpoint: Option<&Viewpoint>,
+    ) -> Shown {
+        let visibility = self.visibility(selection);
+        let exists = |node: &&u32| (**node as usize) < self.len();
+        let section = viewpoint.and_then(|viewpoint| viewpoint.section);
+        let visible = |node: &&u32| {
+            visibility.as_ref().is_none_or(|visibility| !visibility.hides(**node))
+                && section.is_none_or(|plane| !self.is_cut_away(**node, &plane, settings))
+        };
+        let nodes: Vec<u32> = nodes.iter().filter(exists).filter(visible).copied().collect();
+        let depths = nodes.par_iter().with_min_len(1_024).map(|&node| self.depth(node)).collect();
+        self.finish(settings, nodes, depths, all, viewpoint.map(Viewpoint::measure).as_ref())
     }
 
     /// Moves the nodes that are drawn as dots to the end, and fits the colour scale.
@@ -211,12 +244,11 @@ impl NodeTable {
                 let node = !(found as u32);
                 nodes.push(node);
                 depths.push(depth);
-                let Node { first, .. } = tree.nodes[node as usize];
-                if depth < last && !tree.nodes[node as usize].is_leaf() {
+                if depth < last {
                     // Rounding may make a sphere slightly larger than its parent's, and a child may be nearer to the eye.
                     let around = f32::from_bits((found >> 32) as u32);
                     let child = |child| (key(rank(tree, child, measure).min(around), child), depth + 1);
-                    open.extend([first, first + 1].map(child));
+                    open.extend(tree.nodes[node as usize].children().map(child));
                 }
             }
             [nodes, depths]

@@ -1,11 +1,12 @@
 //! The overlay's view of one tree: its nodes by depth and, on demand, everything that is drawn of a node.
 
 use std::collections::HashSet;
+use std::ops::Range;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 
 use crate::accel::Accel;
-use crate::overlay::node::OverlayNode;
+use crate::overlay::node::{OverlayNode, Role};
 use crate::overlay::selection::Selection;
 use crate::overlay::settings::{ColorBy, OverlaySettings};
 use crate::visibility::{TriangleSet, Visibility};
@@ -13,11 +14,11 @@ use bvhscope_engine::cancel::{CancelToken, Cancelled};
 use bvhscope_engine::geometry::{Aabb, Sphere, Triangle};
 use bvhscope_engine::kernel::par_collect;
 use bvhscope_engine::tree::levels::Levels;
-use bvhscope_engine::tree::{AnyTree, Container, ContainerKind, Node, Tree};
+use bvhscope_engine::tree::{AnyTree, Container, ContainerKind, Node, Tree, node_metrics};
 use bvhscope_engine::with_tree;
 
-/// Hidden nodes, the isolated one, and what follows from them.
-type LastVisibility = (HashSet<u32>, Option<u32>, Arc<Visibility>);
+/// Hidden nodes, the isolated one, the triangles shown alone, and what follows from them.
+type LastVisibility = (HashSet<u32>, Option<u32>, Option<Arc<TriangleSet>>, Arc<Visibility>);
 
 /// The nodes of one tree by depth. It is made for every rebuild, so only the indices of the first levels are listed then; those
 /// of deeper levels, containers of the other kind, parents and primitive counts are computed on first use.
@@ -92,13 +93,14 @@ impl NodeTable {
             return None;
         }
         let mut last = self.visibility.lock().unwrap_or_else(PoisonError::into_inner);
-        if let Some((hidden, isolated, visibility)) = &*last
-            && (hidden, isolated) == (&selection.hidden, &selection.isolated)
+        let Selection { hidden, isolated, only, .. } = selection;
+        if let Some((last_hidden, last_isolated, last_only, visibility)) = &*last
+            && (last_hidden, last_isolated, last_only) == (hidden, isolated, only)
         {
             return Some(Arc::clone(visibility));
         }
-        let visibility = Arc::new(Visibility::new(&self.accel, &selection.hidden, selection.isolated));
-        *last = Some((selection.hidden.clone(), selection.isolated, Arc::clone(&visibility)));
+        let visibility = Arc::new(Visibility::new(&self.accel, hidden, *isolated, only.as_deref()));
+        *last = Some((hidden.clone(), *isolated, only.clone(), Arc::clone(&visibility)));
         Some(visibility)
     }
 
@@ -108,12 +110,8 @@ impl NodeTable {
         let mut open = vec![node];
         with_tree!(&self.accel.tree, tree => {
             while let Some(node) = open.pop().and_then(|node| tree.nodes.get(node as usize)) {
-                if node.is_leaf() {
-                    let own = node.first as usize..(node.first + node.count) as usize;
-                    tree.primitive_indices[own].iter().for_each(|&triangle| triangles.insert(triangle));
-                } else {
-                    open.extend([node.first, node.first + 1]);
-                }
+                tree.primitive_indices[node.slots()].iter().for_each(|&triangle| triangles.insert(triangle));
+                open.extend(node.children());
             }
         });
         triangles
@@ -137,11 +135,7 @@ impl NodeTable {
 
     /// First and last depth at which there are leaves; `None` for an empty tree.
     pub fn leaf_depths(&self) -> Option<[u32; 2]> {
-        let ranges = &self.levels.ranges;
-        let below = |depth: usize| ranges.get(depth + 1).map_or(0, ExactSizeIterator::len);
-        // Each interior node has two children on the next level.
-        let first = (0..ranges.len()).find(|&depth| ranges[depth].len() > below(depth) / 2)?;
-        Some([first as u32, self.max_depth()])
+        (!self.is_empty()).then(|| [self.accel.report.stats.min_leaf_depth, self.max_depth()])
     }
 
     /// First and last depth of `settings` in this tree, in order and clamped; the levels above that "parents" adds not included.
@@ -155,17 +149,19 @@ impl NodeTable {
         self.accel.tree.container_kind()
     }
 
+    /// The nodes that stick out of their parents, or out of which triangles stick.
+    pub fn faulty(&self) -> impl Iterator<Item = u32> + '_ {
+        self.accel.faults().iter().flat_map(|fault| fault.nodes.iter().copied())
+    }
+
     /// Whether `node` is a leaf.
     pub fn is_leaf(&self, node: u32) -> bool {
         with_tree!(&self.accel.tree, tree => tree.nodes[node as usize].is_leaf())
     }
 
-    /// The two children; `None` for a leaf.
-    pub fn children(&self, node: u32) -> Option<[u32; 2]> {
-        with_tree!(&self.accel.tree, tree => {
-            let node = &tree.nodes[node as usize];
-            (!node.is_leaf()).then_some([node.first, node.first + 1])
-        })
+    /// The children in their order; none for a leaf.
+    pub fn children(&self, node: u32) -> Range<u32> {
+        with_tree!(&self.accel.tree, tree => tree.nodes[node as usize].children())
     }
 
     /// The parent; `None` for the root and for indices beyond the tree.
@@ -179,10 +175,23 @@ impl NodeTable {
         }
     }
 
-    /// The sibling; `None` for the root and for indices beyond the tree.
-    pub fn sibling(&self, node: u32) -> Option<u32> {
-        // Siblings are neighbours: the root is node 0, its children 1 and 2, further pairs 3 and 4, and so on.
-        (node > 0 && (node as usize) < self.len()).then(|| ((node - 1) ^ 1) + 1)
+    /// The child of the same parent that comes `steps` after `node`, or before it where these are negative, the last before the
+    /// first; `None` for the root, for an only child, and for indices beyond the tree.
+    pub fn sibling(&self, node: u32, steps: i32) -> Option<u32> {
+        let family = self.family(node)?;
+        let count = family.len() as i64;
+        let at = (i64::from(node - family.start) + i64::from(steps)).rem_euclid(count);
+        (count > 1).then(|| family.start + at as u32)
+    }
+
+    /// The children of the parent of `node`; `None` for the root and for indices beyond the tree.
+    fn family(&self, node: u32) -> Option<Range<u32>> {
+        if self.accel.report.stats.is_binary() {
+            // Siblings are neighbours: the root is node 0, its children 1 and 2, further pairs 3 and 4, and so on.
+            let first = node.checked_sub(1)? / 2 * 2 + 1;
+            return ((node as usize) < self.len()).then_some(first..first + 2);
+        }
+        Some(self.children(self.parent(node)?))
     }
 
     /// Depth of `node`, root 0.
@@ -302,16 +311,41 @@ impl NodeTable {
 
     /// Surface area of the node's container relative to the root's, 0 to 1.
     pub fn area_share(&self, node: u32) -> f32 {
-        with_tree!(&self.accel.tree, tree => fraction(area(tree, node), area(tree, 0)))
+        with_tree!(&self.accel.tree, tree => node_metrics::area_share(tree, node))
     }
 
-    /// Overlap of the node's container with its sibling's as a fraction of its own area, 0 to 1; 0 for the root.
-    pub fn overlap(&self, node: u32) -> f32 {
-        let Some(sibling) = self.sibling(node) else { return 0.0 };
-        with_tree!(&self.accel.tree, tree => {
-            let [own, other] = [node, sibling].map(|node| &tree.nodes[node as usize].container);
-            fraction(own.overlap(other), own.relative_area())
-        })
+    /// What the node alone adds to the SAH cost of the tree, 0 to 1.
+    pub fn sah_share(&self, node: u32) -> f32 {
+        with_tree!(&self.accel.tree, tree => node_metrics::sah_share(tree, node, &self.accel.report.stats))
+    }
+
+    /// Overlap of the node's children as a fraction of its own area, of two children 0 to 1; `None` for a leaf. See
+    /// [`node_metrics::overlap`].
+    pub fn overlap(&self, node: u32) -> Option<f32> {
+        with_tree!(&self.accel.tree, tree => node_metrics::overlap(tree, node))
+    }
+
+    /// What each two of the children of `node` have in common, as instance data of the tree's own kind of container: the box
+    /// itself, of spheres the smallest sphere around it. None for a leaf and where no two have anything in common.
+    pub fn overlap_instances(&self, node: u32) -> Vec<OverlayNode> {
+        if self.is_leaf(node) {
+            return Vec::new();
+        }
+        let whole = OverlaySettings::default().spelt_out(self.container_kind());
+        let mut plain = self.instance(node, self.depth(node), &whole);
+        plain.flags |= (Role::Overlap as u32) << Role::SHIFT;
+        match &self.accel.tree {
+            AnyTree::Aabb(tree) => node_metrics::intersections_of_children(tree, node)
+                .map(|Aabb { min, max }| OverlayNode { box_min: min.to_array(), box_max: max.to_array(), ..plain })
+                .collect(),
+            AnyTree::Sphere(tree) => node_metrics::intersections_of_children(tree, node)
+                .map(|Sphere { center, radius }| OverlayNode {
+                    sphere_center: center.to_array(),
+                    sphere_radius: radius,
+                    ..plain
+                })
+                .collect(),
+        }
     }
 
     /// The instance data of `node` at `depth`. The container of the other kind and the primitive count cost a pass over the tree
@@ -336,7 +370,7 @@ impl NodeTable {
             node,
             flags: u32::from(self.is_leaf(node)),
             area_share: self.area_share(node),
-            overlap: self.overlap(node),
+            overlap: self.overlap(node).unwrap_or(0.0),
         }
     }
 }
@@ -348,11 +382,6 @@ pub(super) fn area<C: Container>(tree: &Tree<C>, node: u32) -> f32 {
     tree.nodes[node as usize].container.relative_area().max(0.0)
 }
 
-/// `part / whole`, clamped to 0 to 1; 1 if the whole has no area.
-fn fraction(part: f32, whole: f32) -> f32 {
-    if whole > 0.0 { (part / whole).clamp(0.0, 1.0) } else { 1.0 }
-}
-
 /// Containers of kind `C` for all nodes of a tree of another kind: leaves from their triangles, interior nodes bottom-up.
 fn containers<K: Container, C: Container>(
     tree: &Tree<K>,
@@ -360,20 +389,15 @@ fn containers<K: Container, C: Container>(
     token: &CancelToken,
 ) -> Result<Vec<C>, Cancelled> {
     let of_leaf = |node: &Node<K>| {
-        let own = &tree.primitive_indices[node.first as usize..(node.first + node.count) as usize];
+        let own = &tree.primitive_indices[node.slots()];
         own.iter().fold(C::EMPTY, |all, &index| all.union(&C::of_triangle(&triangles[index as usize])))
     };
-    let mut all = par_collect(tree.nodes.len(), token, |at| {
-        let node = &tree.nodes[at];
-        if node.is_leaf() { of_leaf(node) } else { C::EMPTY }
-    })?;
+    let mut all = par_collect(tree.nodes.len(), token, |at| of_leaf(&tree.nodes[at]))?;
     for (index, node) in tree.nodes.iter().enumerate().rev() {
         if index.is_multiple_of(NODES_PER_CHECK) {
             token.check()?;
         }
-        if !node.is_leaf() {
-            all[index] = all[node.first as usize].union(&all[node.first as usize + 1]);
-        }
+        all[index] = node.children().fold(all[index], |around, child| around.union(&all[child as usize]));
     }
     Ok(all)
 }

@@ -73,6 +73,7 @@ impl Reader<'_, '_> {
             roughness: fraction(surface.roughness_factor),
             roughness_texture: metallic_roughness,
             specular: Material::DIELECTRIC,
+            specular_texture: None,
             normal_texture,
             normal_scale: json.normal_texture.as_deref().map_or(1.0, |info| number(info.scale, 1.0)),
             occlusion_texture,

@@ -7,9 +7,11 @@ use glam::Vec3;
 
 use super::super::assemble::Assembly;
 use super::super::error::FileLocation;
+use super::super::exponents::roughness;
 use super::super::images::{Content, Images, TextureUse};
 use super::super::material::Material;
 use super::super::read::lines;
+use super::library_values::{TextureName, color, first_number, texture_name};
 use super::statement::number;
 use crate::budget::Budget;
 use crate::text::quoted;
@@ -22,7 +24,7 @@ const MAX_MATERIALS: usize = 1 << 16;
 const POLL_INTERVAL_BYTES: usize = 1 << 16;
 
 /// Statements, in lower case, about what surfaces here do not have or what is the same without them.
-const WITHOUT_EFFECT: [&[u8]; 18] = [
+const WITHOUT_EFFECT: [&[u8]; 16] = [
     b"",
     b"ka",
     b"tf",
@@ -30,8 +32,6 @@ const WITHOUT_EFFECT: [&[u8]; 18] = [
     b"illum",
     b"sharpness",
     b"map_ka",
-    b"map_ks",
-    b"map_ns",
     b"map_aat",
     b"refl",
     b"map_refl",
@@ -68,17 +68,16 @@ struct Definition {
     highlight: Option<Vec3>,
     /// Ns.
     exponent: Option<f32>,
+    /// What `map_Ns` says, with its line: it multiplies Ns, which may come later.
+    exponent_map: Option<(Vec<u8>, u64)>,
     /// Pr, Pm or one of their textures stands in the definition.
     is_physical: bool,
     /// Roughness is given by Pr or its texture.
     has_roughness: bool,
 }
 
-/// Perceptual roughness of a Blinn-Phong exponent: the microfacet width α = √(2 / (n + 2)) of Walter et al. (*Microfacet Models
-/// for Refraction through Rough Surfaces*, 2007) is the square of it.
-fn roughness(exponent: f32) -> f32 {
-    (2.0 / (exponent.max(0.0) + 2.0)).powf(0.25)
-}
+/// Exponent of white in a `map_Ns` without Ns.
+const DEFAULT_EXPONENT: f32 = 100.0;
 
 /// Reflectance at normal incidence for Ks: 0.5 is that of common dielectrics, 0.04, as Disney's *specular* has it (Burley,
 /// *Physically-Based Shading at Disney*, 2012). Where nothing is scattered the surface is a metal, and Ks its reflectance.
@@ -162,6 +161,7 @@ impl Library<'_, '_> {
             is_translucent: false,
             highlight: None,
             exponent: None,
+            exponent_map: None,
             is_physical: false,
             has_roughness: false,
         });
@@ -171,13 +171,29 @@ impl Library<'_, '_> {
     fn end(&mut self) {
         let Some(definition) = self.current.take() else { return };
         let Some(material) = self.assembly.materials.get_mut(definition.index) else { return };
-        if let Some(highlight) = definition.highlight.filter(|_| !definition.is_physical) {
-            let scattered = if material.base_color_texture.is_some() { Vec3::ONE } else { material.base_color };
-            material.specular = reflectance(highlight, scattered);
+        if definition.is_physical {
+            material.specular_texture = None;
+        } else {
+            // A map without a colour, or with black, which many files have, stands for itself.
+            let own = definition.highlight.filter(|&color| material.specular_texture.is_none() || color != Vec3::ZERO);
+            if let Some(highlight) = own.or(material.specular_texture.map(|_| Vec3::ONE)) {
+                let scattered = if material.base_color_texture.is_some() { Vec3::ONE } else { material.base_color };
+                material.specular = reflectance(highlight, scattered);
+            }
         }
         if let Some(exponent) = definition.exponent.filter(|_| !definition.has_roughness) {
             material.roughness = roughness(exponent);
         }
+        if let Some((map, line)) = definition.exponent_map.filter(|_| !definition.has_roughness) {
+            let here = std::mem::replace(&mut self.line, line);
+            let exponent = definition.exponent.filter(|&exponent| exponent > 0.0).unwrap_or(DEFAULT_EXPONENT);
+            let texture = self.texture("map_Ns", &map, Content::Exponents(exponent.to_bits()), true);
+            self.line = here;
+            if let (Some(material), Some(texture)) = (self.assembly.materials.get_mut(definition.index), texture) {
+                (material.roughness, material.roughness_texture) = (1.0, Some(texture));
+            }
+        }
+        let Some(material) = self.assembly.materials.get_mut(definition.index) else { return };
         let Some((mask, line)) = definition.mask else { return };
         let is_own = !mask.eq_ignore_ascii_case(&definition.texture);
         if material.base_color_texture.is_some() {
@@ -245,7 +261,9 @@ impl Library<'_, '_> {
                 }
                 None => self.warn("fractions (Pr, Pm) not understood"),
             },
-            b"map_pr" | b"map_pm" | b"map_ke" | b"map_bump" | b"bump" | b"norm" | b"map_norm" | b"map_kn" => {
+            b"map_ns" => definition.exponent_map = Some((rest.to_vec(), self.line)),
+            b"map_pr" | b"map_pm" | b"map_ks" | b"map_ke" | b"map_bump" | b"bump" | b"norm" | b"map_norm"
+            | b"map_kn" => {
                 self.map(&lower, rest, index);
             }
             b"map_d" => definition.mask = Some((texture_name(rest).name.to_vec(), self.line)),
@@ -277,6 +295,7 @@ impl Library<'_, '_> {
             b"map_ke" => ("map_Ke", Content::Texels, false),
             b"map_pr" => ("map_Pr", Content::Texels, true),
             b"map_pm" => ("map_Pm", Content::Texels, true),
+            b"map_ks" => ("map_Ks", Content::Texels, false),
             b"map_bump" | b"bump" => ("bump", Content::Bump, true),
             _ => ("norm", Content::Texels, true),
         };
@@ -299,6 +318,7 @@ impl Library<'_, '_> {
                 (material.roughness, material.roughness_texture) = (1.0, texture);
                 (definition.is_physical, definition.has_roughness) = (true, true);
             }
+            "map_Ks" => material.specular_texture = texture,
             "map_Pm" => {
                 (material.metallic, material.metallic_texture) = (1.0, texture);
                 definition.is_physical = true;
@@ -322,94 +342,15 @@ impl Library<'_, '_> {
     }
 }
 
-/// The first word as a finite number.
-fn first_number(text: &[u8]) -> Option<f32> {
-    number(split_word(text).0).filter(|value| value.is_finite())
-}
-
-/// A colour of one number (grey) or three.
-fn color(text: &[u8]) -> Option<Vec3> {
-    let words = text.split(u8::is_ascii_whitespace).filter(|word| !word.is_empty());
-    let words = words.take_while(|word| word.first() != Some(&b'#')).take(3);
-    let numbers: Vec<f32> = words.map(number).collect::<Option<_>>()?;
-    let color = match numbers[..] {
-        [grey] => Vec3::splat(grey),
-        [r, g, b] => Vec3::new(r, g, b),
-        _ => return None,
-    };
-    color.is_finite().then(|| color.max(Vec3::ZERO))
-}
-
-/// What a texture statement says.
-struct TextureName<'a> {
-    /// The name of the file.
-    name: &'a [u8],
-    /// An option that is not used would change the picture.
-    ignored: bool,
-    /// The option -bm.
-    bump_multiplier: f32,
-}
-
-/// Takes a texture statement apart: options, then the name.
-fn texture_name(mut rest: &[u8]) -> TextureName<'_> {
-    let (mut ignored, mut bump_multiplier) = (false, 1.0);
-    while rest.starts_with(b"-") {
-        let (option, mut after) = split_word(rest);
-        let (least, most, default) = match option {
-            b"-mm" => (2, 2, &[0.0, 1.0][..]),
-            b"-s" => (1, 3, &[1.0; 3][..]),
-            b"-o" | b"-t" => (1, 3, &[0.0; 3][..]),
-            _ => (1, 1, &[][..]),
-        };
-        for k in 0..most {
-            let (word, next) = split_word(after);
-            let value = number(word);
-            if k >= least && value.is_none() {
-                break;
-            }
-            if option == b"-bm" {
-                bump_multiplier = value.filter(|value| value.is_finite()).unwrap_or(1.0);
-            }
-            ignored |= match option {
-                b"-clamp" | b"-cc" => word == b"on",
-                _ => default.get(k).is_some_and(|default| value != Some(*default)),
-            };
-            after = next;
-        }
-        rest = after;
-    }
-    TextureName { name: rest.trim_ascii(), ignored, bump_multiplier }
-}
-
-/// The first word and what follows it.
-fn split_word(text: &[u8]) -> (&[u8], &[u8]) {
-    let text = text.trim_ascii_start();
-    let end = text.iter().position(u8::is_ascii_whitespace).unwrap_or(text.len());
-    let (word, rest) = text.split_at(end);
-    (word, rest.trim_ascii_start())
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
 
     #[test]
-    fn highlights_become_reflectance_and_roughness() {
-        // α = √(2/4) for 2, and √(2/1002) for 1000.
-        assert!((roughness(0.0) - 1.0).abs() < 1e-6);
-        assert!((roughness(2.0) - 0.840_896).abs() < 1e-5);
-        assert!((roughness(1000.0) - 0.211_371).abs() < 1e-5);
-        assert!((roughness(-5.0) - 1.0).abs() < 1e-6);
+    fn highlights_become_reflectance() {
         let paint = Vec3::new(0.5, 0.1, 0.1);
         assert!((reflectance(Vec3::splat(0.5), paint) - Vec3::splat(0.04)).abs().max_element() < 1e-6);
         let gold = Vec3::new(1.2, 0.77, 0.34);
         assert_eq!(reflectance(gold, Vec3::ZERO), Vec3::new(1.0, 0.77, 0.34), "a metal");
-    }
-
-    #[test]
-    fn options_stand_before_the_name() {
-        let TextureName { name, ignored, bump_multiplier } = texture_name(b"-bm 0.25 -s 1 1 1 a b.png");
-        assert_eq!((name, ignored, bump_multiplier), (&b"a b.png"[..], false, 0.25));
-        assert_eq!(texture_name(b"-bm x a.png").bump_multiplier, 1.0);
     }
 }

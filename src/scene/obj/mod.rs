@@ -5,6 +5,7 @@
 
 mod face;
 mod library;
+mod library_values;
 mod materials;
 mod statement;
 

@@ -10,6 +10,7 @@ use super::format::{FileFormat, format_names};
 use super::read::{TEXT_SAMPLE, beginning, is_control, is_plain_text};
 use super::stl;
 use crate::text::quoted;
+use bvhscope_engine::tree_file::is_tree_file;
 
 /// Bytes of the beginning in which keywords of a text format are looked for.
 const SEARCHED: usize = 1 << 16;
@@ -18,6 +19,9 @@ const SAVE_AS_UTF8: &str = "save it as UTF-8";
 
 /// Recognises the format by content first, then by extension; refuses by name what is no model that can be read.
 pub(super) fn recognise(path: &Path, bytes: &[u8]) -> Result<FileFormat, LoadError> {
+    if is_tree_file(bytes) {
+        return Ok(FileFormat::Bvh);
+    }
     if bytes.starts_with(b"glTF") {
         return Ok(FileFormat::Gltf);
     }

@@ -13,6 +13,7 @@ pub fn sections() -> Vec<(&'static str, Vec<Sample>)> {
         ("PLY", ply()),
         ("OBJ", obj()),
         ("glTF", gltf()),
+        ("Tree files", tree_files()),
         ("Memory", memory()),
         ("Command line", command_line()),
     ]
@@ -201,6 +202,43 @@ fn gltf() -> Vec<Sample> {
             "a.gltf",
             asset(",\"buffers\":[{\"byteLength\":9,\"uri\":\"https://example.org/a.bin\"}]"),
         ),
+    ]
+}
+
+/// A tree file over one triangle with `from` in its header replaced by `to`, the numbers of its leaf, and the upper end of its box.
+fn tree_file(from: &str, to: &str, leaf: [u32; 2], max_y: f32) -> Vec<u8> {
+    let header = r#"{"container":"box","arity":2,"nodes":1,"indices":1,"triangles":1,
+        "arrays":{"bounds":0,"children":24,"leaves":32,"indices":40,"corners":44}}"#;
+    let header: String = header.lines().map(str::trim).collect();
+    assert!(header.contains(from), "{from}");
+    let mut bytes = format!("bvhscope tree 1\n{}\n", header.replacen(from, to, 1)).into_bytes();
+    bytes.extend([0.0, 0.0, 0.0, 1.0, max_y, 0.0].into_iter().flat_map(f32::to_le_bytes));
+    bytes.extend([u32::MAX, u32::MAX, leaf[0], leaf[1], 0].into_iter().flat_map(u32::to_le_bytes));
+    bytes.extend([0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0_f32].into_iter().flat_map(f32::to_le_bytes));
+    bytes
+}
+
+fn tree_files() -> Vec<Sample> {
+    let sound = || tree_file("", "", [0, 1], 1.0);
+    let header = |from: &str, to: &str| tree_file(from, to, [0, 1], 1.0);
+    let of_model = |what: &str, bytes: Vec<u8>| {
+        command(what, "info a.obj --tree a.bvh").beside("a.obj", OBJ).beside("a.bvh", bytes)
+    };
+    vec![
+        of_model("not a tree file", b"Dear user\n".to_vec()),
+        of_model("a later version", b"bvhscope tree 2\n".to_vec()),
+        of_model("a header that is not JSON", b"bvhscope tree 1\n{container: box}\n".to_vec()),
+        of_model("a field missing", header("\"arity\":2,", "")),
+        of_model("a field with a wrong value", header("\"arity\":2", "\"arity\":64")),
+        of_model("cut off", sound()[..200].to_vec()),
+        of_model("arrays that overlap", header("\"leaves\":32", "\"leaves\":30")),
+        of_model("a root that holds nothing", tree_file("", "", [0, 0], 1.0)),
+        of_model("a leaf beyond the indices", tree_file("", "", [0, 2], 1.0)),
+        of_model("a box inside out", tree_file("", "", [0, 1], -1.0)),
+        of_model("a tree of another model", header("\"triangles\":1,", "\"triangles\":0,")),
+        file("a tree without its triangles, as a model", "a.bvh", header(",\"corners\":44", "")),
+        command("a tree file and settings", "info a.obj --tree a.bvh --builder lbvh").beside("a.obj", OBJ),
+        command("a file of a kind that is not written", "tree builtin:cornell -o tree.xml"),
     ]
 }
 

@@ -48,7 +48,7 @@ struct BuildRange<'a> {
 impl<'a> Builder<'a> {
     /// A builder with the SIMD levels of this machine.
     pub fn new(collapses: bool, token: &'a CancelToken) -> Self {
-        Self { level: plain_loop_level(), cluster_level: SimdLevel::best().level(), collapses, token }
+        Self { level: plain_loop_level(), cluster_level: SimdLevel::of_builds().level(), collapses, token }
     }
 
     /// Builds the tree over at least two `items`, which are reordered; `root` has their box. Writes everything below

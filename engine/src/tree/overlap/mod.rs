@@ -261,8 +261,7 @@ fn foreign_cost<C: Clip>(
     let bounds = triangle.bounds();
     let mut cost = 0.0;
     // Children of its own nodes that are not its own are the roots of all foreign subtrees.
-    let interior = own.iter().map(|&node| &tree.nodes[node as usize]).filter(|node| !node.is_leaf());
-    let children = interior.flat_map(|node| [node.first, node.first + 1]);
+    let children = own.iter().flat_map(|&node| tree.nodes[node as usize].children());
     let mut stack: Vec<u32> = children.filter(|child| own.binary_search(child).is_err()).collect();
     // Where all triangles coincide, all nodes are visited.
     let mut visited = 0;
@@ -280,7 +279,7 @@ fn foreign_cost<C: Clip>(
             cost += area * f64::from(INTERSECTION_COST) * f64::from(node.count);
         } else {
             cost += area * f64::from(TRAVERSAL_COST);
-            stack.extend([node.first, node.first + 1]);
+            stack.extend(node.children());
         }
     }
     Ok(Foreign { cost, visited })

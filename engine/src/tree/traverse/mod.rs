@@ -1,4 +1,8 @@
-//! Traversal of the binary tree, with a [`Probe`] that can count tests.
+//! Traversal of a tree of any arity, with a [`Probe`] that can count tests or record every step.
+//!
+//! A visit of an interior node tests the container of each of its children: two tests in a binary tree, eight in a node of
+//! eight children. Of those that the ray enters the nearest is visited first, and the others wait on the stack, the farthest
+//! below. A tree whose children stick out of their parents is traced as it is, so that rays miss what its containers miss.
 
 use std::ops::{ControlFlow, Range};
 
@@ -11,11 +15,13 @@ use crate::tree::node::Tree;
 mod leaf_triangles;
 mod nearest;
 mod probe;
+mod ray_log;
 mod walk;
 
 pub use leaf_triangles::{IndexedTriangles, LeafTriangles};
 pub(crate) use nearest::Nearest;
 pub use probe::{NoProbe, Probe, TestCounts};
+pub use ray_log::{RayEvent, RayLog};
 pub use walk::{StackEntry, new_stack};
 use walk::{walk, with_stack};
 
@@ -59,8 +65,8 @@ impl Traversal {
     }
 }
 
-/// The nearest hit of `ray` with the triangles of `tree`. Does not depend on `traversal`; equal distances go to the lower
-/// primitive index. For many rays, see [`closest_hit_with`].
+/// The nearest hit of `ray` with the triangles of `tree`, which may have any arity. Does not depend on `traversal`; equal
+/// distances go to the lower primitive index. For many rays, see [`closest_hit_with`].
 #[inline]
 pub fn closest_hit<C: Container, P: Probe>(
     tree: &Tree<C>,
@@ -117,8 +123,8 @@ pub fn closest_hit_with<S: Simd, C: Container, P: Probe>(
     nearest.hit()
 }
 
-/// Whether anything lies on `ray` between its `t_min` and `t_max`. Visits the far child first: near its origin a ray rarely hits
-/// the surface that it left.
+/// Whether anything lies on `ray` between its `t_min` and `t_max`. Visits the farthest child first: near its origin a ray
+/// rarely hits the surface that it left.
 #[inline]
 pub fn any_hit<C: Container>(tree: &Tree<C>, leaf_triangles: impl LeafTriangles, ray: &Ray) -> bool {
     any_hit_with(tree, leaf_triangles, ray, &mut NoProbe)
@@ -136,9 +142,16 @@ pub fn any_hit_with<C: Container, P: Probe>(
     let mut found = false;
     with_stack(tree.max_depth, |stack| {
         let leaf = |range: Range<usize>, shear: &Shear, probe: &mut P| {
-            for triangle in leaf_triangles.in_slots(range) {
+            for (offset, triangle) in leaf_triangles.in_slots(range.clone()).enumerate() {
                 probe.primitive_test();
-                if triangle.intersect(&ray, shear, ray.ray.t_max).is_some() {
+                let hit = triangle.intersect(&ray, shear, ray.ray.t_max);
+                if P::EVENTS {
+                    probe.tested(tree.primitive_indices[range.start + offset], hit.map(|hit| hit.t));
+                }
+                if let Some(hit) = hit {
+                    if P::EVENTS {
+                        probe.nearer(hit.t);
+                    }
                     found = true;
                     return ControlFlow::Break(());
                 }
@@ -163,8 +176,15 @@ fn test_leaf<C, P: Probe>(
 ) {
     for (offset, triangle) in leaf_triangles.in_slots(slots.clone()).enumerate() {
         probe.primitive_test();
-        if let Some(hit) = triangle.intersect(ray, shear, nearest.t()) {
-            nearest.offer(hit, tree.primitive_indices[slots.start + offset]);
+        let hit = triangle.intersect(ray, shear, nearest.t());
+        if P::EVENTS {
+            probe.tested(tree.primitive_indices[slots.start + offset], hit.map(|hit| hit.t));
+        }
+        if let Some(hit) = hit {
+            let is_nearer = nearest.offer(hit, tree.primitive_indices[slots.start + offset]);
+            if P::EVENTS && is_nearer {
+                probe.nearer(hit.t);
+            }
         }
     }
 }

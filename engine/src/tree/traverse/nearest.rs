@@ -27,12 +27,15 @@ impl Nearest {
         self.t
     }
 
-    /// Accepts a hit no farther than [`Nearest::t`]; equal distances go to the lower primitive index.
+    /// Accepts a hit no farther than [`Nearest::t`]; equal distances go to the lower primitive index. Returns whether it is
+    /// now the nearest.
     #[inline(always)]
-    pub(crate) fn offer(&mut self, hit: TriangleHit, primitive_index: u32) {
-        if hit.t < self.t || hit.t == self.t && primitive_index < self.primitive_index {
+    pub(crate) fn offer(&mut self, hit: TriangleHit, primitive_index: u32) -> bool {
+        let is_nearer = hit.t < self.t || hit.t == self.t && primitive_index < self.primitive_index;
+        if is_nearer {
             *self = Self { t: hit.t, u: hit.u, v: hit.v, primitive_index };
         }
+        is_nearer
     }
 
     /// Whether there is a hit.

@@ -1,11 +1,73 @@
 //! Observers of a traversal.
 
-/// Observer of a traversal. A probe that does nothing costs nothing.
+/// Observer of the traversal of one ray: told of each test and, if it asks for events, of all that the traversal does. A probe
+/// that does nothing costs nothing.
+///
+/// `node` is the index of a node of a [`Tree`](crate::tree::Tree), of any arity. In a [`wide`](crate::wide) tree it is
+/// [`Child::bits`] of the reference to a node or leaf, 0 for the root where that is a node.
+///
+/// A traversal calls, in this order:
+///
+/// - for each container that it tests [`entered`](Self::entered) or [`missed`](Self::missed), the root's first (but not that of a
+///   root that is a leaf, and never that of a wide tree's root), all siblings in their order;
+/// - [`culled`](Self::culled) after `entered` where the container begins behind the nearest hit: it will not be visited;
+/// - [`pushed`](Self::pushed) for each node that is put on the stack, so that the last pushed is the first popped;
+/// - [`popped`](Self::popped) for each node taken from the stack, followed by `culled` where a hit found meanwhile is nearer;
+/// - [`visited`](Self::visited) for the node that it goes into, before its children or its primitives are tested;
+/// - [`tested`](Self::tested) for each primitive, and [`nearer`](Self::nearer) where its hit becomes the nearest.
+///
+/// [`Child::bits`]: crate::wide::Child::bits
 pub trait Probe {
-    /// Called for each container test.
+    /// Whether events are wanted. Where this is `false`, only [`container_test`](Self::container_test),
+    /// [`primitive_test`](Self::primitive_test) and [`visited`](Self::visited) are called, and the traversal omits what it would
+    /// compute only for the others.
+    const EVENTS: bool = false;
+
+    /// Called for each container test. In a [`wide`](crate::wide) tree one test is that of all children of a node at once.
     fn container_test(&mut self);
-    /// Called for each primitive test.
+    /// Called for each primitive test. In a wide tree one test is that of a block of up to four primitives at once.
     fn primitive_test(&mut self);
+    /// The traversal goes into `node`.
+    #[inline(always)]
+    fn visited(&mut self, node: u32) {
+        let _ = node;
+    }
+    /// The ray enters the container of `node` at distance `t`, before its own `t_max`.
+    #[inline(always)]
+    fn entered(&mut self, node: u32, t: f32) {
+        let _ = (node, t);
+    }
+    /// The ray misses the container of `node`.
+    #[inline(always)]
+    fn missed(&mut self, node: u32) {
+        let _ = node;
+    }
+    /// `node`, entered at `t`, is skipped: it begins behind the nearest hit so far.
+    #[inline(always)]
+    fn culled(&mut self, node: u32, t: f32) {
+        let _ = (node, t);
+    }
+    /// `node` is put on the stack, to be visited later.
+    #[inline(always)]
+    fn pushed(&mut self, node: u32) {
+        let _ = node;
+    }
+    /// `node` is taken from the stack.
+    #[inline(always)]
+    fn popped(&mut self, node: u32) {
+        let _ = node;
+    }
+    /// The primitive `primitive_index` (in the list that the tree was built from) was tested: the distance of its hit, `None`
+    /// where the ray misses it or hits it behind the nearest hit.
+    #[inline(always)]
+    fn tested(&mut self, primitive_index: u32, t: Option<f32>) {
+        let _ = (primitive_index, t);
+    }
+    /// The nearest hit is now at `t`. A block of primitives tells the nearest of its hits.
+    #[inline(always)]
+    fn nearer(&mut self, t: f32) {
+        let _ = t;
+    }
 }
 
 /// A probe that does nothing.

@@ -45,7 +45,8 @@ const BLOCKS_AHEAD: usize = 8;
 /// Distance, in nodes, at which containers are prefetched.
 const NODES_AHEAD: usize = 4;
 
-/// The wide tree of the binary `tree` over `triangles`; the same for any number of threads.
+/// The wide tree of the binary `tree` over `triangles`, see [`Tree::is_binary`]; the same for any number of threads. Leaves may
+/// have any size; those of up to 16 primitives may be joined.
 pub fn collapse<C: WideContainer>(
     tree: &Tree<C>,
     triangles: &[Triangle],

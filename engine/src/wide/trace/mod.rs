@@ -21,7 +21,8 @@ impl AnyWideTree {
         self.closest_hit_with(level, ray, &mut NoProbe)
     }
 
-    /// [`AnyWideTree::closest_hit`] with a `probe`, which counts nodes as containers and blocks as primitives.
+    /// [`AnyWideTree::closest_hit`] with a `probe`, for which the test of a node's children is one container test and that of a
+    /// block one primitive test.
     #[inline]
     pub fn closest_hit_with<P: Probe>(&self, level: Level, ray: &Ray, probe: &mut P) -> Option<Hit> {
         with_wide_tree!(self, tree => dispatch!(level, simd => single::closest_hit(simd, tree, ray, probe)))
@@ -33,7 +34,8 @@ impl AnyWideTree {
         self.any_hit_with(level, ray, &mut NoProbe)
     }
 
-    /// [`AnyWideTree::any_hit`] with a `probe`, which counts nodes as containers and blocks as primitives.
+    /// [`AnyWideTree::any_hit`] with a `probe`, for which the test of a node's children is one container test and that of a
+    /// block one primitive test.
     #[inline]
     pub fn any_hit_with<P: Probe>(&self, level: Level, ray: &Ray, probe: &mut P) -> bool {
         with_wide_tree!(self, tree => dispatch!(level, simd => single::any_hit(simd, tree, ray, probe)))

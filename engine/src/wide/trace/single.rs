@@ -2,17 +2,17 @@
 
 use fearless_simd::Simd;
 
-use crate::geometry::{Hit, Ray};
+use crate::geometry::{Hit, PreparedRay, Ray, Shear};
 use crate::tree::traverse::{Nearest, Probe};
-use crate::wide::block::BlockRay;
+use crate::wide::block::{BlockRay, TriangleBlock};
 use crate::wide::bounds::WideContainer;
-use crate::wide::layout::WIDTH;
+use crate::wide::layout::{BLOCK, WIDTH};
 use crate::wide::ray_lanes::{RAY_LANES, RayLanes};
 use crate::wide::trace::stack::{Stack, StackEntry};
-use crate::wide::tree::WideTree;
+use crate::wide::tree::{Child, WideNode, WideTree};
 
-/// The closest hit of `ray`: exactly that of the binary tree. `probe` counts nodes as containers and blocks as
-/// primitives.
+/// The closest hit of `ray`: exactly that of the binary tree. `probe` is told of each node whose children are tested as one
+/// container test and of each block as one primitive test, and of the events of [`Probe`].
 #[inline(always)]
 pub fn closest_hit<S: Simd, C: WideContainer, P: Probe>(
     simd: S,
@@ -47,9 +47,13 @@ pub(crate) fn nearest<S: Simd, C: WideContainer, P: Probe, const ANY: bool>(
     let block_ray = BlockRay::new(simd, &lanes, 0);
     let mut stack = Stack::default();
     loop {
+        probe.visited(current.bits());
         if current.is_leaf() {
             for block in &tree.blocks[current.index()..] {
                 probe.primitive_test();
+                if P::EVENTS {
+                    report_block(block, ray, nearest, probe);
+                }
                 block_ray.closest_hit(simd, block, ray, &mut nearest);
                 if block.is_last() {
                     break;
@@ -62,7 +66,13 @@ pub(crate) fn nearest<S: Simd, C: WideContainer, P: Probe, const ANY: bool>(
             probe.container_test();
             let node = &tree.nodes[current.index()];
             let (mut hits, entries) = C::intersect_mask(simd, &node.bounds, &container_ray, nearest.t());
+            if P::EVENTS {
+                let (in_all, entries) =
+                    C::intersect_mask(simd, &node.bounds, &container_ray, Nearest::new(ray.t_max).t());
+                report_children(node, hits, in_all, &entries, probe);
+            }
             if hits != 0 {
+                let entered = hits;
                 let stack_entry = |lane: u32| {
                     let lane = lane as usize % WIDTH;
                     StackEntry { entry: entries[lane], child: node.children[lane], groups: 0 }
@@ -84,15 +94,64 @@ pub(crate) fn nearest<S: Simd, C: WideContainer, P: Probe, const ANY: bool>(
                         stack.sort_last(mark);
                     }
                 }
+                if P::EVENTS {
+                    stack
+                        .last(entered.count_ones() as usize - 1)
+                        .for_each(|waiting| probe.pushed(waiting.child.bits()));
+                }
                 current = next.child;
                 continue;
             }
         }
         current = loop {
             let Some(stack_entry) = stack.pop() else { return nearest };
+            if P::EVENTS {
+                probe.popped(stack_entry.child.bits());
+            }
             if stack_entry.entry <= nearest.t() {
                 break stack_entry.child;
             }
+            if P::EVENTS {
+                probe.culled(stack_entry.child.bits(), stack_entry.entry);
+            }
         };
+    }
+}
+
+/// Reports the tests of the children of `node`: `hits` are the lanes entered before the nearest hit, `in_all` those entered
+/// anywhere on the ray, at `entries`.
+#[cold]
+fn report_children<B, P: Probe>(node: &WideNode<B>, hits: u32, in_all: u32, entries: &[f32; WIDTH], probe: &mut P) {
+    // Unused lanes come last and refer to the root, which is nobody's child.
+    let used = node.children.iter().take_while(|child| **child != Child::ROOT);
+    for (lane, child) in used.enumerate() {
+        if in_all >> lane & 1 == 0 {
+            probe.missed(child.bits());
+            continue;
+        }
+        probe.entered(child.bits(), entries[lane]);
+        if hits >> lane & 1 == 0 {
+            probe.culled(child.bits(), entries[lane]);
+        }
+    }
+}
+
+/// Reports the test of `block`, one triangle at a time: that has the same results. `nearest` is the nearest hit before the test.
+#[cold]
+fn report_block<P: Probe>(block: &TriangleBlock, ray: &Ray, mut nearest: Nearest, probe: &mut P) {
+    let t_max = nearest.t();
+    let (prepared, shear) = (PreparedRay::new(*ray), Shear::new(ray.direction));
+    let mut is_nearer = false;
+    for lane in 0..BLOCK {
+        // Unused lanes repeat the last triangle.
+        if lane > 0 && (lane..BLOCK).all(|rest| block.primitive_index(rest) == block.primitive_index(lane - 1)) {
+            break;
+        }
+        let hit = block.triangle(lane).intersect(&prepared, &shear, t_max);
+        probe.tested(block.primitive_index(lane), hit.map(|hit| hit.t));
+        is_nearer |= hit.is_some_and(|hit| nearest.offer(hit, block.primitive_index(lane)));
+    }
+    if is_nearer {
+        probe.nearer(nearest.t());
     }
 }

@@ -45,6 +45,12 @@ impl Stack {
         self.inline.pop()
     }
 
+    /// The last `count` entries, the top of the stack last.
+    pub(crate) fn last(&self, count: usize) -> impl Iterator<Item = &StackEntry> {
+        let skipped = self.inline.len() + self.spilled.len() - count;
+        self.inline.iter().chain(&self.spilled).skip(skipped)
+    }
+
     /// Position before the children of a node are pushed, for [`Stack::sort_last`].
     #[inline(always)]
     pub(crate) fn mark(&self) -> usize {

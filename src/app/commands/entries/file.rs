@@ -2,7 +2,7 @@
 
 use egui::Key;
 
-use super::list::{CTRL, List, NONE};
+use super::list::{CTRL, List, NONE, SHIFT};
 use crate::app::commands::action::Action;
 use crate::app::commands::entry::Category;
 use crate::scene::{BUILTIN_SCENES, format_names};
@@ -19,24 +19,52 @@ pub(super) fn add(list: &mut List) {
     }
     list.add(
         place(3),
+        Action::OpenTree,
+        "Open tree…",
+        "Read the tree of this model from a tree file of any builder (docs/tree-file.md)",
+        &[(CTRL | SHIFT, Key::O)],
+    );
+    list.add(
+        place(3),
+        Action::BuildTree,
+        "Build tree instead",
+        "Build the tree with the settings of the panel instead of reading it from its file",
+        &[],
+    );
+    list.add(
+        place(3),
+        Action::SaveTree,
+        "Save tree",
+        "Save the tree as a tree file in the current folder",
+        &[(CTRL | SHIFT, Key::S)],
+    );
+    list.add(
+        place(4),
         Action::Screenshot,
         "Save screenshot",
         "Save the viewport as a PNG in the current folder",
         &[(NONE, Key::F12)],
     );
     list.add(
-        place(3),
+        place(4),
         Action::CopyCommandLine,
-        "Copy command line",
+        "Copy render command",
         "Copy the command that renders this picture without a window",
+        &[(CTRL | SHIFT, Key::L)],
+    );
+    list.add(
+        place(4),
+        Action::CopyState,
+        "Copy state",
+        "Copy everything that this window shows as one line: Ctrl+V over another window, or a terminal, shows the same",
         &[(CTRL, Key::L)],
     );
     list.add(
-        place(3),
+        place(4),
         Action::CopyStatistics,
         "Copy statistics",
         "Copy all numbers of scene, build, tree and trace as text",
         &[(CTRL, Key::I)],
     );
-    list.add(place(4), Action::Quit, "Quit", "Close the program; settings are saved", &[(CTRL, Key::Q)]);
+    list.add(place(5), Action::Quit, "Quit", "Close the program; settings are saved", &[(CTRL, Key::Q)]);
 }

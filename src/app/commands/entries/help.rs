@@ -25,6 +25,9 @@ pub(super) fn add(list: &mut List) {
         &[(SHIFT, Key::F1)],
     );
     list.add(place, Action::Tour, "Tour", "Three cards on depth, threshold and heat map", &[]);
+    list.add(place, Action::LessonNext, "Next step", "Go on in the lesson", &[(NONE, Key::PageDown)]);
+    list.add(place, Action::LessonBack, "Step before", "Go back in the lesson", &[(NONE, Key::PageUp)]);
+    list.add(place, Action::LeaveLesson, "Leave lesson", "End the lesson; your own settings come back", &[]);
     list.add(place, Action::Messages, "Messages", "List all messages since the program started", &[(NONE, Key::F2)]);
     let place = (Category::Help, 1);
     list.add(

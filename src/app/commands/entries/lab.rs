@@ -2,20 +2,39 @@
 
 use egui::Key;
 
-use super::list::{List, NONE};
-use crate::app::commands::action::Action;
+use super::list::{ALT, List, NONE};
+use crate::app::commands::action::{Action, RankingStep};
 use crate::app::commands::entry::Category;
+use crate::app::state::dock::DockView;
 use crate::app::state::paper::{Experiment, RowFormat};
 
 /// Adds the entries of the menu.
 pub(super) fn add(list: &mut List) {
     let place = |group| (Category::Lab, group);
+    for view in DockView::ALL {
+        let key = match view {
+            DockView::Merges => Key::F6,
+            DockView::Icicle => Key::F7,
+            DockView::Ray => Key::F8,
+            DockView::Nodes => Key::F9,
+            DockView::Plots => Key::F10,
+            DockView::Paper => Key::F11,
+        };
+        list.add(place(0), Action::ToggleDock(view), view.label(), view.purpose(), &[(NONE, key)]);
+    }
     list.add(
         place(0),
-        Action::TogglePaper,
-        "Paper panel",
-        "Measure the paper's tables and figures on the open model",
-        &[(NONE, Key::F6)],
+        Action::StepRanking(RankingStep::Next),
+        "Next worst node",
+        "Select and frame the next node in the list of worst nodes",
+        &[(ALT, Key::Period)],
+    );
+    list.add(
+        place(0),
+        Action::StepRanking(RankingStep::Previous),
+        "Previous worst node",
+        "Select and frame the node before in the list of worst nodes",
+        &[(ALT, Key::Comma)],
     );
     for experiment in Experiment::ALL {
         let label = format!("Measure: {}", experiment.label());

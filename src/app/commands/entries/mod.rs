@@ -15,7 +15,7 @@ use crate::app::commands::action::Action;
 use crate::app::commands::entry::{Category, Entry};
 use crate::app::state::AppState;
 
-/// All entries except recent files and bookmarks, in the order of the menus.
+/// All entries except recent files and trees, bookmarks and lessons, in the order of the menus.
 pub fn entries() -> &'static [Entry] {
     static ENTRIES: LazyLock<Vec<Entry>> = LazyLock::new(|| {
         let mut list = List::default();
@@ -29,7 +29,7 @@ pub fn entries() -> &'static [Entry] {
     &ENTRIES
 }
 
-/// All entries including the recent files and the bookmarks of `state`.
+/// All entries including the recent files and trees, bookmarks and lessons of `state`.
 pub fn entries_for(state: &AppState) -> Vec<Entry> {
     let recent = state.preferences.recent.iter().enumerate().map(|(index, path)| Entry {
         action: Action::OpenRecent(index),
@@ -38,6 +38,15 @@ pub fn entries_for(state: &AppState) -> Vec<Entry> {
         category: Category::File,
         shortcuts: Vec::new(),
         group: 2,
+        in_viewport: false,
+    });
+    let recent_trees = state.preferences.recent_trees.iter().enumerate().map(|(index, path)| Entry {
+        action: Action::OpenRecentTree(index),
+        label: format!("Open tree {}", path.file_name().unwrap_or(path.as_os_str()).to_string_lossy()),
+        description: path.display().to_string(),
+        category: Category::File,
+        shortcuts: Vec::new(),
+        group: 3,
         in_viewport: false,
     });
     let source = state.wanted.source.absolute();
@@ -54,5 +63,14 @@ pub fn entries_for(state: &AppState) -> Vec<Entry> {
             in_viewport: false,
         }
     });
-    entries().iter().cloned().chain(recent).chain(bookmarks).collect()
+    let lessons = state.lessons.iter().enumerate().map(|(index, lesson)| Entry {
+        action: Action::Lesson(index),
+        label: format!("Lesson: {}", lesson.title),
+        description: lesson.about.clone(),
+        category: Category::Help,
+        shortcuts: Vec::new(),
+        group: 2,
+        in_viewport: false,
+    });
+    entries().iter().cloned().chain(recent).chain(recent_trees).chain(bookmarks).chain(lessons).collect()
 }

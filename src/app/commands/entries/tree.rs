@@ -5,9 +5,10 @@ use bvhscope_engine::tree::ContainerKind;
 use egui::{Key, Modifiers};
 
 use super::list::{ALT, CTRL, List, NONE};
-use crate::app::commands::action::Action;
-use crate::app::commands::descriptions::builder_description;
+use crate::app::commands::action::{Action, CompareStep};
+use crate::app::commands::descriptions::{builder_description, compare_description};
 use crate::app::commands::entry::Category;
+use crate::app::state::CompareView;
 
 /// Adds the entries of the menu.
 pub(super) fn add(list: &mut List) {
@@ -45,6 +46,7 @@ pub(super) fn add(list: &mut List) {
         "AAC: a faster build and a worse tree",
         &[(NONE, Key::OpenBracket)],
     );
+    comparing(list);
     list.add(place(3), Action::Deeper, "Deeper", "Show containers one level further down", &[(NONE, Key::Period)]);
     list.add(place(3), Action::Shallower, "Shallower", "Show containers one level further up", &[(NONE, Key::Comma)]);
     list.add(
@@ -57,7 +59,21 @@ pub(super) fn add(list: &mut List) {
     list.add(place(3), Action::ToggleLeavesOnly, "Leaves only", "Draw only the leaves within the chosen depths", &[]);
     list.add(place(3), Action::ToggleParents, "Parents", "Also draw all levels above the chosen depths", &[]);
     list.add(place(3), Action::ToggleFaces, "Faces", "Fill the sides of containers that face the viewer, faintly", &[]);
+    list.add(
+        place(3),
+        Action::ToggleOverlap,
+        "Overlap of the children",
+        "Fill what the children of the selected node have in common, seen through the surface",
+        &[],
+    );
     list.add(place(4), Action::SelectParent, "Select parent", "Walk up from the selected node", &[(ALT, Key::ArrowUp)]);
+    list.add(
+        place(3),
+        Action::ToggleCurve,
+        "Space-filling curve",
+        "Draw the curve along which the triangles are sorted, and the cells at which they are split",
+        &[],
+    );
     list.add(
         place(4),
         Action::SelectChild,
@@ -74,13 +90,20 @@ pub(super) fn add(list: &mut List) {
     );
     list.add(
         place(4),
-        Action::SelectSibling,
-        "Select sibling",
-        "Walk to the other child of the same parent",
-        &[(ALT, Key::ArrowRight), (ALT, Key::ArrowLeft)],
+        Action::SelectNextSibling,
+        "Select next sibling",
+        "Walk to the next child of the same parent, from the last to the first",
+        &[(ALT, Key::ArrowRight)],
+    );
+    list.add(
+        place(4),
+        Action::SelectPreviousSibling,
+        "Select previous sibling",
+        "Walk to the previous child of the same parent, from the first to the last",
+        &[(ALT, Key::ArrowLeft)],
     );
     hiding(list);
-    list.add(place(5), Action::Undo, "Undo", "Undo the last change of settings", &[(CTRL, Key::Z)]);
+    list.add(place(5), Action::Undo, "Undo", "Undo the last change of settings or hidden nodes", &[(CTRL, Key::Z)]);
     list.add(
         place(5),
         Action::Redo,
@@ -101,6 +124,43 @@ pub(super) fn add(list: &mut List) {
         "Cancel",
         "Cancel the running job, or clear the selection if none runs",
         &[(NONE, Key::Escape)],
+    );
+}
+
+/// The second tree.
+fn comparing(list: &mut List) {
+    let mut add = |step, label: &str, description: &str, keys: &[_]| {
+        list.add((Category::Tree, 7), Action::Compare(step), label, description, keys);
+    };
+    add(
+        CompareStep::Toggle,
+        "Second tree",
+        "Compare this tree with a second one, B, at the same camera, or remove that one again",
+        &[(CTRL, Key::Num2)],
+    );
+    add(
+        CompareStep::NextView,
+        "Next view of two trees",
+        "Go from A to B, both side by side, and the difference of their tests",
+        &[(NONE, Key::Num2)],
+    );
+    for view in CompareView::ALL {
+        let label = format!("Show: {}", view.label());
+        add(CompareStep::View(view), &label, compare_description(view), &[]);
+    }
+    add(
+        CompareStep::EditOther,
+        "Edit the other tree",
+        "Let the panel and the keys change the settings of the other of the two trees",
+        &[(NONE, Key::Num4)],
+    );
+    add(CompareStep::Copy, "Copy A to B", "Give tree B the settings of tree A", &[]);
+    add(CompareStep::Swap, "Swap A and B", "Exchange the settings of the two trees", &[]);
+    add(
+        CompareStep::OnlyCommon,
+        "Only common containers",
+        "Draw only the containers that both trees have: those with the same triangles",
+        &[],
     );
 }
 

@@ -59,14 +59,20 @@ fn running(ui: &mut Ui, state: &mut AppState) {
     let jobs = &state.activity;
     let stale = jobs.load.as_ref().or(jobs.build.as_ref());
     let measuring = stale.is_none() && jobs.measure.is_some();
-    let Some(job) = stale.or(jobs.measure.as_ref()).or(jobs.render.as_ref()).cloned() else { return };
+    let studying = stale.is_none() && !measuring && state.lab.job().is_some();
+    let job = stale.or(jobs.measure.as_ref()).or(state.lab.job()).or(jobs.render.as_ref());
+    let Some(job) = job.cloned() else { return };
     // Short jobs are not shown: text that flashes distracts, and painting it takes time from the job.
     if jobs.load.is_none() && job.since.elapsed() < PROGRESS_DELAY {
         return;
     }
     let (rect, _) = ui.allocate_exact_size(vec2(theme::ROW_HEIGHT, theme::ROW_HEIGHT), Sense::hover());
     if icon_button(ui, rect, Icon::Close, "Cancel").on_hover_text("Cancel it and keep what is shown (Esc)").clicked() {
-        state.requests.push(if measuring { Request::CancelMeasuring } else { Request::CancelJobs });
+        if studying {
+            state.lab.stop();
+        } else {
+            state.requests.push(if measuring { Request::CancelMeasuring } else { Request::CancelJobs });
+        }
     }
     progress(ui, &job);
 }

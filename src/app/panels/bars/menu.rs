@@ -78,7 +78,8 @@ fn items(ui: &mut Ui, state: &mut AppState, category: Category, entries: &[Entry
         let camera_step = |action| matches!(action, Action::Orbit(_) | Action::ZoomIn | Action::ZoomOut);
         let bookmark =
             |action| matches!(action, Action::NextBookmark | Action::RemoveBookmark | Action::GoToBookmark(_));
-        let in_submenu = matches!(entry.action, Action::OpenBuiltin(_) | Action::OpenRecent(_));
+        let in_submenu =
+            matches!(entry.action, Action::OpenBuiltin(_) | Action::OpenRecent(_) | Action::OpenRecentTree(_));
         if in_submenu || camera_step(entry.action) || bookmark(entry.action) {
             continue;
         }
@@ -92,6 +93,9 @@ fn items(ui: &mut Ui, state: &mut AppState, category: Category, entries: &[Entry
         }
         if entry.action == Action::AddBookmark {
             submenu(ui, state, "Bookmarks", entries, bookmark);
+        }
+        if entry.action == Action::OpenTree && !state.preferences.recent_trees.is_empty() {
+            submenu(ui, state, "Open recent tree", entries, |action| matches!(action, Action::OpenRecentTree(_)));
         }
         if entry.action == Action::StartPage {
             submenu(ui, state, "Open built-in", entries, |action| matches!(action, Action::OpenBuiltin(_)));
@@ -107,7 +111,8 @@ fn submenu(ui: &mut Ui, state: &mut AppState, name: &str, entries: &[Entry], bel
         let height = ui.ctx().content_rect().height() - 24.0;
         within(ui, SUBMENU_WIDTH, height, |ui| {
             for entry in entries.iter().filter(|entry| belongs(entry.action)) {
-                let label = entry.label.strip_prefix("Open ").unwrap_or(&entry.label);
+                let label = ["Open tree ", "Open "].iter().find_map(|prefix| entry.label.strip_prefix(prefix));
+                let label = label.unwrap_or(&entry.label);
                 item(ui, state, entry, &format::elide_middle(label, 40));
             }
         });

@@ -5,10 +5,11 @@ use egui::{
     WidgetInfo, pos2, vec2,
 };
 
-use crate::app::state::AppState;
+use crate::app::state::{AppState, CompareView};
 use crate::app::{format, theme};
+use crate::lab::diff::{DifferenceMap, diverging};
 use crate::overlay::{self, Role};
-use crate::render::{Frame, Shading};
+use crate::render::{Frame, HeatKind, Shading};
 
 /// Largest width of a legend in points.
 const WIDTH: f32 = 208.0;
@@ -87,24 +88,55 @@ fn overlay_legend(state: &AppState) -> Option<Legend> {
         return None;
     }
     let nodes = state.graphics.shown.as_ref()?;
-    let legend = overlay::legend(&shown.table.drawable(settings), &shown.table, nodes);
+    let standing = state.graphics.standing.as_ref();
+    let table = standing.and_then(|standing| standing.table()).unwrap_or(&shown.table);
+    let mut legend = overlay::legend(&table.drawable(settings), table, nodes);
     // Listed even while no container is hovered, so that the legend's height stays the same.
     let selected = state.selection.nodes.selected.filter(|&node| (node as usize) < shown.table.len());
-    let mut marked: &[(&[Role], &str)] = &[(&[Role::Hovered], "under the pointer")];
+    let mut marked: Vec<(&[Role], &str)> = Vec::new();
     if selected.is_some() {
-        marked = &[
-            (&[Role::Selected], "selected"),
-            (&[Role::FirstChild, Role::SecondChild], "children"),
-            (&[Role::Hovered], "hovered"),
-        ];
+        marked.extend([(&[Role::Selected][..], "selected"), (&[Role::FirstChild, Role::SecondChild], "children")]);
     }
-    let swatches =
-        marked.iter().map(|(roles, name)| (roles.iter().filter_map(|role| role.color()).collect(), (*name).to_owned()));
+    marked.push((&[Role::Hovered], if selected.is_some() { "hovered" } else { "under the pointer" }));
+    if let Some(standing) = standing {
+        // The clusters that stand are of any depth.
+        legend.drawn = None;
+        marked = if standing.made.is_none() {
+            vec![(&[Role::Hovered], "under the pointer")]
+        } else {
+            vec![(&[Role::FirstChild, Role::SecondChild], "merged"), (&[Role::Selected], "into this")]
+        };
+    }
+    let has_overlap = |node: u32| !shown.table.overlap_instances(node).is_empty();
+    let mut filled: Vec<(&[Role], &str)> = Vec::new();
+    if settings.overlap && standing.is_none() && selected.is_some_and(has_overlap) {
+        filled.push((&[Role::Overlap], "filled: what the children have in common"));
+    }
+    let mut of_ray: Vec<(&[Role], &str)> = Vec::new();
+    if table.faulty().next().is_some() {
+        of_ray.push((&[Role::Faulty], "sticks out"));
+    }
+    if state.shows_ray() && state.selection.nodes.has_ray() {
+        of_ray.extend([(&[Role::Traced][..], "ray's step"), (&[Role::Waiting], "on its stack")]);
+    }
+    let swatches = |marked: &[(&[Role], &str)]| {
+        let swatch = |(roles, name): &(&[Role], &str)| {
+            (roles.iter().filter_map(|role| role.color()).collect(), (*name).to_owned())
+        };
+        Part::Swatches(marked.iter().map(swatch).collect())
+    };
+    let [filled, of_ray] = [filled, of_ray].map(|marked| (!marked.is_empty()).then(|| swatches(&marked)));
     let is_coded = state.preferences.show_geometry && shown.frame.settings.shading.is_coded();
     let (title, colors) = if is_coded {
         // Colours of lines would be mistaken for those of the picture.
         let [first, last] = shown.table.drawn_depths(settings);
-        let depths = if first == last { format!("depth {first}") } else { format!("depths {first} to {last}") };
+        let depths = if standing.is_some() {
+            "clusters that stand".to_owned()
+        } else if first == last {
+            format!("depth {first}")
+        } else {
+            format!("depths {first} to {last}")
+        };
         ("Containers".to_owned(), Part::Swatches(vec![(vec![[255; 3]], depths)]))
     } else {
         let ramp = Part::Ramp { stops: legend.stops, used: legend.drawn, color: Box::new(overlay::ramp) };
@@ -112,9 +144,14 @@ fn overlay_legend(state: &AppState) -> Option<Legend> {
     };
     let cut = (nodes.nodes.len() < nodes.wanted).then(|| {
         let [drawn, wanted] = [nodes.nodes.len(), nodes.wanted].map(|count| format::count(count as u64));
-        Part::Text(format!("{drawn} of {wanted}: largest on screen"))
+        let largest = if standing.is_some() { "largest area" } else { "largest on screen" };
+        Part::Text(format!("{drawn} of {wanted}: {largest}"))
     });
-    Some(Legend { title, parts: [colors, Part::Swatches(swatches.collect())].into_iter().chain(cut).collect() })
+    let title = if standing.is_some() { title.replace("Containers", "Clusters") } else { title };
+    Some(Legend {
+        title,
+        parts: [colors, swatches(&marked)].into_iter().chain(filled).chain(of_ray).chain(cut).collect(),
+    })
 }
 
 fn lower(text: &str) -> String {
@@ -127,6 +164,11 @@ fn picture_legend(state: &AppState) -> Option<Legend> {
     let shown = state.model.presented.as_ref()?;
     if !state.preferences.show_geometry {
         return None;
+    }
+    if state.shown_view() == CompareView::Difference
+        && let Some(difference) = &state.model.difference
+    {
+        return Some(difference_legend(&difference.map));
     }
     let frame = &shown.frame;
     let lines = frame.settings.mesh_edges.then(|| Part::Text("lines: edges of triangles, from 2 px on".to_owned()));
@@ -150,6 +192,26 @@ fn picture_legend(state: &AppState) -> Option<Legend> {
         Shading::Depth => ("Picture: depth".to_owned(), values_ramp(frame)),
     };
     Some(Legend { title, parts: std::iter::once(part).chain(lines).collect() })
+}
+
+/// Legend of the difference of two trees.
+fn difference_legend(map: &DifferenceMap) -> Legend {
+    let kind = match map.frames[0].settings.shading {
+        Shading::Heat(kind) => kind,
+        _ => HeatKind::Both,
+    };
+    let limit = format::count(map.limit.round() as u64);
+    let stops = vec![(0.0, format!("−{limit}")), (0.5, "0".to_owned()), (1.0, format!("+{limit}"))];
+    let ramp = Part::Ramp { stops, used: None, color: Box::new(|position| diverging(position * 2.0 - 1.0)) };
+    let [fewer, same, more] = map.pixels;
+    let all = (fewer + same + more).max(1) as f64;
+    let percent = |count: u64| format::percent(count as f64 / all);
+    let ends = [(-1.0, "fewer in B", fewer), (1.0, "more", more)];
+    let swatches = ends.map(|(end, name, count)| (vec![diverging(end)], format!("{name}: {}", percent(count))));
+    Legend {
+        title: format!("B − A: {} per pixel", kind.counted()),
+        parts: vec![ramp, Part::Swatches(swatches.to_vec())],
+    }
 }
 
 /// Gradient of the colour map over the frame's range of values.

@@ -9,6 +9,8 @@ use crate::app::theme;
 enum WayOut {
     /// Hidden nodes are all that the depths hold.
     ShowAll,
+    /// The section plane cuts all of them away.
+    Whole,
     /// Leaves are further down.
     Depths([u32; 2]),
 }
@@ -26,10 +28,8 @@ pub(crate) fn show(ui: &mut Ui, rect: Rect, state: &mut AppState) {
                 let link = ui.link(button).on_hover_text("Change the settings so that containers are drawn");
                 if link.clicked() {
                     match way_out {
-                        WayOut::ShowAll => {
-                            state.selection.nodes.hidden.clear();
-                            state.selection.nodes.isolated = None;
-                        }
+                        WayOut::ShowAll => state.selection.show_all(),
+                        WayOut::Whole => state.wanted.render.section = None,
                         WayOut::Depths(depths) => state.wanted.overlay.depth = Some(depths),
                     }
                 }
@@ -38,17 +38,24 @@ pub(crate) fn show(ui: &mut Ui, rect: Rect, state: &mut AppState) {
     });
 }
 
-/// What is said, the label of the link and what it does; `None` where containers are drawn or switched off.
+/// The message, the label of the link and what it does; `None` where containers are drawn or switched off.
 fn message(state: &AppState) -> Option<(String, &'static str, WayOut)> {
     let shown = state.model.presented.as_ref()?;
     let nothing = state.graphics.shown.as_ref().is_some_and(|shown| shown.wanted == 0);
-    if !nothing || state.drawn_kinds() == [false; 2] {
+    if !nothing || state.graphics.standing.is_some() || state.drawn_kinds() == [false; 2] {
         return None;
     }
     if state.selection.nodes.hides_any() {
         return Some(("All containers at these depths are hidden.".to_owned(), "Show all", WayOut::ShowAll));
     }
+    let section = shown.frame.settings.section;
+    let drawn = shown.table.drawn_depths(&state.wanted.overlay);
     let [first, last] = shown.table.leaf_depths()?;
+    let holds_leaves = drawn[0] <= last && first <= drawn[1];
+    if section.is_some() && (holds_leaves || !state.wanted.overlay.leaves_only) {
+        let text = "The section plane cuts all containers at these depths away.".to_owned();
+        return Some((text, "Show the whole model", WayOut::Whole));
+    }
     let text = if last < state.drawn_depths()[0] {
         format!("Leaves end at depth {last}.")
     } else {

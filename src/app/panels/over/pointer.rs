@@ -2,7 +2,7 @@
 
 use egui::{CornerRadius, FontId, Pos2, Rect, Ui, pos2, vec2};
 
-use crate::app::state::{AppState, Navigation};
+use crate::app::state::{AppState, CompareView, Navigation};
 use crate::app::{format, theme};
 use crate::render::Shading;
 
@@ -15,8 +15,13 @@ pub(crate) fn show(ui: &Ui, rect: Rect, state: &AppState) {
     let Some(hover) = state.selection.hover else { return };
     let shading = state.model.presented.as_ref().map(|shown| shown.frame.settings.shading);
     let mut facts = Vec::new();
-    if let (Some(value), Some(Shading::Heat(kind))) = (hover.value, shading) {
-        let pointer = ui.ctx().pointer_latest_pos().filter(|pointer| rect.contains(*pointer));
+    let pointer = ui.ctx().pointer_latest_pos().filter(|pointer| rect.contains(*pointer));
+    if let Some(text) = difference_at(state, hover.x_px, hover.y_px) {
+        match pointer {
+            Some(pointer) => note(ui, rect, pointer + vec2(16.0, 16.0), &text),
+            None => facts.push(text),
+        }
+    } else if let (Some(value), Some(Shading::Heat(kind))) = (hover.value, shading) {
         let text = format!("{} {}", format::count(value.max(0.0).round() as u64), kind.counted());
         match pointer {
             Some(pointer) => note(ui, rect, pointer + vec2(16.0, 16.0), &text),
@@ -32,6 +37,21 @@ pub(crate) fn show(ui: &Ui, rect: Rect, state: &AppState) {
     }
     facts.push(format!("pixel {}, {}", hover.x_px, hover.y_px));
     note(ui, rect, rect.min + vec2(12.0, 12.0), &facts.join(" · "));
+}
+
+/// The tests of both trees at a pixel, while their difference is shown.
+fn difference_at(state: &AppState, x_px: u32, y_px: u32) -> Option<String> {
+    let difference = state.model.difference.as_ref().filter(|_| state.shown_view() == CompareView::Difference)?;
+    let [a, b, difference] = difference.map.at(x_px, y_px)?;
+    let count = |value: f32| format::count(value.max(0.0).round() as u64);
+    let sign = if difference > 0.0 {
+        "+"
+    } else if difference < 0.0 {
+        "−"
+    } else {
+        ""
+    };
+    Some(format!("A {} · B {} · B − A {sign}{}", count(a), count(b), count(difference.abs())))
 }
 
 /// A line of text on a translucent background, shifted to lie inside `rect`.

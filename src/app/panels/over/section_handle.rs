@@ -3,39 +3,21 @@
 use egui::{Color32, CursorIcon, Pos2, Rect, Role, Sense, Stroke, Ui, Vec2, WidgetInfo, pos2, vec2};
 use glam::Vec3;
 
+use super::projection::View;
 use crate::app::commands::{Action, SectionStep};
 use crate::app::state::AppState;
 use crate::app::theme;
-use crate::camera::{Camera, Projection};
 
 /// Radius of the handle in points.
 const RADIUS: f32 = 8.0;
 /// Length of the arrow on each side of the handle in points.
 const ARROW: f32 = 22.0;
 
-/// World space to the window's points.
-struct View {
-    camera: Camera,
-    rect: Rect,
-}
-
-impl View {
-    /// Where a point is; `None` behind the eye.
-    fn place(&self, point: Vec3) -> Option<Pos2> {
-        let frame = self.camera.for_size(self.rect.width() as u32, self.rect.height() as u32);
-        let clip = frame.clip_from_world() * point.extend(1.0);
-        let ahead = self.camera.projection == Projection::Orthographic || clip.w > self.camera.distance() * 1e-3;
-        let [x, y] = [clip.x / clip.w, clip.y / clip.w];
-        let at = self.rect.center() + vec2(x * self.rect.width(), -y * self.rect.height()) * 0.5;
-        (ahead && at.is_finite()).then_some(at)
-    }
-}
-
 /// Shows it within `rect`, the viewport's rectangle.
 pub(crate) fn show(ui: &mut Ui, rect: Rect, state: &mut AppState) {
     let (Some(plane), Some(bounds)) = (state.wanted.render.section, state.model.bounds()) else { return };
     let Some(shown) = state.model.presented.as_ref().filter(|_| state.preferences.show_geometry) else { return };
-    let view = View { camera: shown.frame.camera, rect };
+    let view = View::new(shown.frame.camera, rect);
     let outline = plane.outline(&bounds);
     let color = theme::palette(ui).accent;
     let painter = ui.painter().with_clip_rect(rect);
@@ -58,8 +40,8 @@ pub(crate) fn show(ui: &mut Ui, rect: Rect, state: &mut AppState) {
     let along =
         view.place(middle + plane.normal * step).map_or(Vec2::ZERO, |end| end - view.place(middle).unwrap_or(end));
     // Seen along the normal the handle moves up and down instead.
-    let faces = along.length() < 0.15 * step / (2.0 * pixel_size(&view, middle)).max(f32::MIN_POSITIVE);
-    let along = if faces { vec2(0.0, -step / pixel_size(&view, middle)) } else { along };
+    let faces = along.length() < 0.15 * step / (2.0 * view.pixel_size(middle)).max(f32::MIN_POSITIVE);
+    let along = if faces { vec2(0.0, -step / view.pixel_size(middle)) } else { along };
     let response = ui.interact(
         Rect::from_center_size(center, Vec2::splat(RADIUS * 2.5)),
         ui.scope_id().with("section handle"),
@@ -80,12 +62,6 @@ pub(crate) fn show(ui: &mut Ui, rect: Rect, state: &mut AppState) {
     paint(ui, center, along.normalized(), if hot { Color32::WHITE } else { color });
     let tip = format!("Section plane {plane}. Drag to move it, double click to keep the other half");
     response.on_hover_cursor(CursorIcon::Grab).on_hover_text(tip);
-}
-
-/// Size of a point of the window at a point of the scene, in world units.
-fn pixel_size(view: &View, point: Vec3) -> f32 {
-    let frame = view.camera.for_size(view.rect.width() as u32, view.rect.height() as u32);
-    frame.pixel_size((point - view.camera.eye).dot(view.camera.forward()).max(1e-12))
 }
 
 /// A knob with an arrow to both sides.

@@ -7,7 +7,7 @@ use egui::{
 };
 
 use crate::app::panels::widgets::{Tip as _, place_of};
-use crate::app::state::{AppState, Side};
+use crate::app::state::{AppState, Severity, Side};
 use crate::app::theme;
 
 /// Largest width of a card in points.
@@ -48,7 +48,9 @@ const STEPS: [Step; 3] = [
 
 /// Shows the current card within `rect`, the viewport's rectangle; starts the tour at the first start.
 pub(crate) fn show(ui: &Ui, rect: Rect, state: &mut AppState) {
-    let ready = state.model.presented.is_some() && !state.layout.has_dialog();
+    // An error, for instance that the model cannot be read, comes before what the tour has to say.
+    let failed = state.messages.open.iter().any(|message| message.severity == Severity::Error);
+    let ready = state.model.presented.is_some() && !state.layout.has_dialog() && !failed;
     if !state.preferences.toured && ready {
         state.preferences.toured = true;
         if !state.preferences.greeted {

@@ -2,6 +2,7 @@
 
 use egui::{self, Ui};
 
+use crate::app::panels::side::curve;
 use crate::app::panels::widgets::{Header, SliderSpec, check, combo, row, section, slider};
 use crate::app::state::AppState;
 use crate::app::{format, theme};
@@ -24,7 +25,9 @@ pub(crate) fn show(ui: &mut Ui, state: &mut AppState) {
             let meaning = match choice {
                 ColorBy::Depth => "Levels below the root: what contains what",
                 ColorBy::Size => "Surface area relative to the root's: how likely a ray hits it",
-                ColorBy::Overlap => "Fraction of its area inside its sibling: rays there must visit both",
+                ColorBy::Overlap => {
+                    "Surface that its two children have in common, over its own: rays there must visit both. Of more children, the sum over all pairs"
+                }
                 ColorBy::Primitives => "Number of triangles below it: where the model is dense",
             };
             (choice, choice.label(), meaning)
@@ -32,6 +35,7 @@ pub(crate) fn show(ui: &mut Ui, state: &mut AppState) {
         let tip = "What the colour of a container means; the legend has the numbers";
         combo(ui, "Colour by", tip, &mut overlay.color_by, &choices, |_| None);
         line_style(ui, overlay, state.graphics.automatic_budget());
+        curve::show(ui, state);
         let shown = state.drawn_kinds() != [false; 2];
         let (drawn, wanted) = state.graphics.overlay_counts;
         let color = theme::palette(ui);
@@ -56,8 +60,7 @@ pub(crate) fn show(ui: &mut Ui, state: &mut AppState) {
 
 /// Which kinds of containers are drawn: those of the tree, until one is chosen by hand.
 fn kinds(ui: &mut Ui, state: &mut AppState) {
-    let kind =
-        state.model.presented.as_ref().map_or(state.wanted.build.container, |shown| shown.table.container_kind());
+    let kind = state.container_kind();
     let overlay = &mut state.wanted.overlay;
     row(ui, "Show", "Boxes, spheres or both, whichever the tree is built with (B hides both)", |ui| {
         ui.vertical(|ui| {
@@ -75,6 +78,8 @@ fn kinds(ui: &mut Ui, state: &mut AppState) {
                 let tip = "Fill the sides that face you, faintly, so that near and far are told apart";
                 check(ui, &mut overlay.faces, "Faces", tip);
             });
+            let tip = "Fill what the children of the selected node have in common, seen through the surface: rays there must visit both. Of spheres the smallest one around it is drawn";
+            check(ui, &mut overlay.overlap, "Overlap of children", tip);
         })
         .response
     });

@@ -18,12 +18,16 @@ const TILE_HEIGHT: f32 = 52.0;
 const GAP: f32 = 6.0;
 /// Font size of the numbers in points.
 const NUMBER_SIZE: f32 = 17.0;
+/// Font size of the numbers of two trees side by side in points.
+const PAIR_SIZE: f32 = 14.0;
 
 /// One of the four numbers.
 struct Tile {
     quantity: Quantity,
     name: &'static str,
     number: String,
+    /// The number of the second tree, where there is one.
+    second: Option<String>,
     unit: &'static str,
     tip: String,
     term: Term,
@@ -40,7 +44,7 @@ pub(crate) fn show(ui: &mut Ui, state: &mut AppState) {
     for pair in tiles.chunks(2) {
         ui.horizontal(|ui| {
             for tile in pair {
-                let comparison = shown.as_ref().map_or(Comparison::Unknown, |shown| shown.compare(tile.quantity));
+                let comparison = state.model.compare(tile.quantity);
                 show_tile(ui, state, tile, comparison, (width, stale));
             }
         });
@@ -60,7 +64,13 @@ fn title(ui: &mut Ui, state: &AppState, shown: Option<&Presented>) -> bool {
         Some(shown) => tree_name(shown),
     };
     let color = if stale { palette.warning } else { palette.dim };
+    let second = state.model.second.as_ref().map(tree_name);
+    let text = if second.is_some() { format!("A: {text}") } else { text };
     let label = ui.add(egui::Label::new(egui::RichText::new(text).small().color(color)).truncate());
+    if let Some(second) = second {
+        let text = egui::RichText::new(format!("B: {second}")).small().color(palette.dim);
+        ui.add(egui::Label::new(text).truncate()).tip("The second tree, which the first is compared with");
+    }
     label.tip(if stale {
         "What is shown stays until the new tree has a picture"
     } else {
@@ -72,9 +82,16 @@ fn title(ui: &mut Ui, state: &AppState, shown: Option<&Presented>) -> bool {
 /// Builder, threshold and container of a tree: "AAC · threshold 6 · boxes".
 fn tree_name(shown: &Presented) -> String {
     let settings = &shown.accel.settings;
-    let text = match settings.builder {
-        BuilderKind::Aac => format!("AAC · threshold {}", settings.threshold),
-        builder => builder.label().to_owned(),
+    let text = match (&shown.accel.file, settings.builder) {
+        (Some(file), _) => {
+            let name = file.path.file_name().unwrap_or(file.path.as_os_str()).to_string_lossy();
+            match &file.header.builder {
+                Some(builder) => format!("{name} · {builder}"),
+                None => name.into_owned(),
+            }
+        }
+        (None, BuilderKind::Aac) => format!("AAC · threshold {}", settings.threshold),
+        (None, builder) => builder.label().to_owned(),
     };
     let containers = match settings.container {
         ContainerKind::Aabb => "boxes",
@@ -83,26 +100,58 @@ fn tree_name(shown: &Presented) -> String {
     format!("{text} · {containers}")
 }
 
+/// Both clocks of a build: the binary tree, whose time is the number, and all that rays need.
+fn build_tip(shown: Option<&Presented>) -> String {
+    let ready = shown.and_then(|shown| Some(shown.accel.report.build_time + shown.accel.known_wide()?.collapse_time));
+    let ready = ready.map_or_else(String::new, |ready| {
+        format!(". Ready to trace, with the wide tree that rays go through: {}", format::duration(ready))
+    });
+    format!("Wall-clock time of the binary tree: the sum of the stages that ran{ready}. Lower is better")
+}
+
 fn tiles(state: &AppState, shown: Option<&Presented>) -> [Tile; 4] {
     let report = shown.map(|shown| &shown.accel.report);
-    let (build, unit) = report.map_or((String::new(), ""), |report| format::duration_parts(report.build_time));
+    let known = |shown: &Presented| shown.accel.build_ms().map(|_| shown.accel.report.build_time);
+    let (build, unit) = match shown.map(known) {
+        None => ("…".to_owned(), ""),
+        Some(None) => ("–".to_owned(), ""),
+        Some(Some(time)) => format::duration_parts(time),
+    };
     let sah = report.map(|report| format::significant(f64::from(report.stats.sah_cost)));
     let tests = shown.and_then(|shown| shown.tests_per_ray).map(|[containers, triangles]| containers + triangles);
     let speed = shown.map(|_| format::significant(state.mrays_per_s()));
     let unknown = || "…".to_owned();
+    let other = state.model.second.as_ref();
+    let of_second = |quantity: Quantity| {
+        other.map(|other| other.numbers().value(quantity).map_or_else(unknown, format::significant))
+    };
+    // Both times in the unit of the first.
+    let second_build = other.zip(report).map(|(other, report)| {
+        let scale = format::duration_scale(report.build_time);
+        known(other).map_or_else(|| "–".to_owned(), |time| format::significant(time.as_secs_f64() * scale))
+    });
+    // The second picture has no speed of the last second, so both are those at rest.
+    let speed = match (shown, other) {
+        (Some(shown), Some(_)) => {
+            Some(shown.numbers().value(Quantity::Speed).map_or_else(unknown, format::significant))
+        }
+        _ => speed,
+    };
     [
         Tile {
             quantity: Quantity::BuildTime,
             name: "Build time",
-            number: if build.is_empty() { unknown() } else { build },
+            number: build,
+            second: second_build,
             unit,
-            tip: "Wall-clock time of the build: the sum of the stages that ran. Lower is better".to_owned(),
+            tip: build_tip(shown),
             term: Term::BuildTime,
         },
         Tile {
             quantity: Quantity::SahCost,
             name: "SAH cost",
             number: sah.unwrap_or_else(unknown),
+            second: of_second(Quantity::SahCost),
             unit: "",
             tip: format!(
                 "Expected cost of a ray by the surface area heuristic: container test {TRAVERSAL_COST}, triangle test {INTERSECTION_COST}, over the root's area. Lower is better"
@@ -113,6 +162,7 @@ fn tiles(state: &AppState, shown: Option<&Presented>) -> [Tile; 4] {
             quantity: Quantity::TestsPerRay,
             name: "Tests per ray",
             number: tests.map_or_else(unknown, |tests| format::significant(f64::from(tests))),
+            second: of_second(Quantity::TestsPerRay),
             unit: "",
             tip: "Container and triangle tests of a primary ray, on average, counted once the picture is at rest. Lower is better"
                 .to_owned(),
@@ -122,6 +172,7 @@ fn tiles(state: &AppState, shown: Option<&Presented>) -> [Tile; 4] {
             quantity: Quantity::Speed,
             name: "Speed",
             number: speed.unwrap_or_else(unknown),
+            second: of_second(Quantity::Speed),
             unit: "Mray/s",
             tip: "Primary rays per second, in millions, shading included: the median of the passes. Higher is better"
                 .to_owned(),
@@ -133,9 +184,13 @@ fn tiles(state: &AppState, shown: Option<&Presented>) -> [Tile; 4] {
 fn show_tile(ui: &mut Ui, state: &mut AppState, tile: &Tile, comparison: Comparison, (width, stale): (f32, bool)) {
     let palette = theme::palette(ui);
     let (rect, response) = ui.allocate_exact_size(vec2(width, TILE_HEIGHT), Sense::click());
-    let text = format!("{} {}", tile.number, tile.unit);
+    let text = match &tile.second {
+        Some(second) => format!("A {} {unit}, B {second} {unit}", tile.number, unit = tile.unit),
+        None => format!("{} {}", tile.number, tile.unit),
+    };
     let text = text.trim();
-    let line = difference::line(comparison, &palette).filter(|_| !stale);
+    let two_trees = tile.second.is_some();
+    let line = difference::line(comparison, two_trees, &palette).filter(|_| !stale);
     let spoken = line.as_ref().map_or_else(String::new, |(line, _)| format!(", {line}"));
     response.widget_info(|| WidgetInfo::labeled(Role::Label, true, format!("{} {text}{spoken}", tile.name)));
     let fill =
@@ -144,20 +199,41 @@ fn show_tile(ui: &mut Ui, state: &mut AppState, tile: &Tile, comparison: Compari
     let inside = rect.shrink2(vec2(8.0, 4.0));
     let small = FontId::proportional(theme::HEADING_SIZE);
     let painter = ui.painter().with_clip_rect(rect.intersect(ui.clip_rect()));
-    painter.text(inside.left_top(), Align2::LEFT_TOP, tile.name, small.clone(), palette.dim);
     let color = if stale { palette.dim } else { palette.text };
-    number(&painter, inside, tile, color, palette.dim);
+    if let Some(second) = &tile.second {
+        let name = format!("{}  {}", tile.name, tile.unit);
+        painter.text(inside.left_top(), Align2::LEFT_TOP, name.trim(), small.clone(), palette.dim);
+        pair(&painter, inside, [&tile.number, second], color, palette.dim);
+    } else {
+        painter.text(inside.left_top(), Align2::LEFT_TOP, tile.name, small.clone(), palette.dim);
+        number(&painter, inside, tile, color, palette.dim);
+    }
     if let Some((line, color)) = line {
-        painter.text(inside.left_bottom(), Align2::LEFT_BOTTOM, line, small, color);
+        let text = painter.text(inside.left_bottom(), Align2::LEFT_BOTTOM, line, small, color);
+        if two_trees {
+            difference::paint_arrow(&painter, text.right_center() + vec2(9.0, 0.0), comparison, &palette);
+        }
     }
     copies(state, &response, tile.name, (&tile.number, text), Some(tile.term));
     let unit = tile.unit;
-    let before = difference::sentence(comparison, |value| match tile.quantity {
+    let before = difference::sentence(comparison, two_trees, |value| match tile.quantity {
         Quantity::BuildTime => format::duration(std::time::Duration::from_secs_f64(value)),
         _ => format!("{} {unit}", format::significant(value)).trim().to_owned(),
     });
     let tip = before.map_or_else(|| tile.tip.clone(), |before| format!("{}\n{before}", tile.tip));
     response.tip(tip_with_hint(&tip));
+}
+
+/// Paints the numbers of two trees, each behind its letter, in the middle of the tile.
+fn pair(painter: &egui::Painter, inside: Rect, numbers: [&str; 2], color: Color32, dim: Color32) {
+    let half = inside.width() * 0.5;
+    for (side, number, shift) in [("A", numbers[0], 0.0), ("B", numbers[1], half)] {
+        let at = inside.left_center() + vec2(shift, -0.5);
+        let letter = painter.text(at, Align2::LEFT_CENTER, side, FontId::proportional(theme::HEADING_SIZE), dim);
+        let size = if number.chars().count() > 4 { PAIR_SIZE - 2.0 } else { PAIR_SIZE };
+        let at = letter.right_center() + vec2(3.0, 0.0);
+        painter.text(at, Align2::LEFT_CENTER, number, FontId::proportional(size), color);
+    }
 }
 
 /// Paints the number with its unit behind it, in the middle of the tile.

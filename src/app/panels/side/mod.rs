@@ -1,6 +1,8 @@
 //! The sections of the side panels. Left: headline, statistics and selection. Right: settings of tree, containers and picture.
 
 pub(super) mod containers;
+mod curve;
+mod findings;
 pub(super) mod headline;
 mod histogram;
 mod memory;

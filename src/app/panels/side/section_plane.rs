@@ -10,7 +10,7 @@ use crate::app::state::AppState;
 pub(crate) fn show(ui: &mut Ui, state: &mut AppState) {
     section(ui, "SECTION PLANE", Header::default(), |ui| {
         let tip = "Cut model and containers open by a plane across an axis, or parallel to the picture (X)";
-        row(ui, "Cut", tip, |ui| ui.horizontal(|ui| choices(ui, state)).response);
+        row(ui, "Cut", tip, |ui| ui.horizontal_wrapped(|ui| choices(ui, state)).response);
         position(ui, state);
     });
 }

@@ -1,7 +1,6 @@
 //! The dock at the bottom of the left panel: the selected triangle and node.
 
 use bvhscope_engine::tree::ContainerKind;
-use bvhscope_engine::tree::statistics::{INTERSECTION_COST, TRAVERSAL_COST};
 use egui::Ui;
 
 use crate::app::commands::{Action, entries};
@@ -9,6 +8,7 @@ use crate::app::glossary::Term;
 use crate::app::panels::widgets::{Statistic, Tip as _, check, statistic};
 use crate::app::state::{AppState, Presented};
 use crate::app::{format, theme};
+use crate::lab::node_values::{NodeMetric, NodeValues};
 
 /// Shows the section.
 pub(crate) fn show(ui: &mut Ui, state: &mut AppState) {
@@ -25,6 +25,10 @@ pub(crate) fn show(ui: &mut Ui, state: &mut AppState) {
     ui.add_space(4.0);
     buttons(ui, state);
     hidden_rows(ui, state, &shown);
+    if let Some(node) = state.selection.nodes.selected.filter(|&node| (node as usize) < shown.table.len()) {
+        ui.add_space(4.0);
+        place_rows(ui, state, &shown, node);
+    }
 }
 
 /// The dock's title with the selected node.
@@ -44,10 +48,19 @@ fn heading(ui: &mut Ui, state: &AppState, shown: &Presented) {
 
 /// What is hidden, and whether its triangles are.
 fn hidden_rows(ui: &mut Ui, state: &mut AppState, shown: &Presented) {
+    let missing = state.selection.hidden.missing();
+    if missing > 0 {
+        let tip = "Nodes that were hidden in another tree. No node of this one has the same triangles; a tree that has one hides it again. Alt+H forgets them";
+        statistic(ui, state, &Statistic::new("Hidden, not in this tree", format::count(missing as u64)).tip(tip));
+    }
     let Some(visibility) = shown.table.visibility(&state.selection.nodes) else { return };
     if let Some(node) = state.selection.nodes.isolated {
         let tip = "Only what is below this node is shown; Alt+H shows all again";
         statistic(ui, state, &Statistic::new("Isolated node", format::count(u64::from(node))).tip(tip));
+    }
+    if let Some(only) = state.selection.nodes.only.clone() {
+        let tip = "The triangles of a finding: all others are left out, with the nodes that hold none of these; Alt+H shows all again";
+        statistic(ui, state, &Statistic::new("Shown alone", format::counted(only.len() as u64, "triangle")).tip(tip));
     }
     let hidden = state.selection.nodes.hidden.len();
     if hidden > 0 {
@@ -64,7 +77,6 @@ fn hidden_rows(ui: &mut Ui, state: &mut AppState, shown: &Presented) {
 /// Facts about the selected node.
 fn node_rows(ui: &mut Ui, state: &mut AppState, shown: &Presented, node: u32) {
     let table = &shown.table;
-    let leaf = table.is_leaf(node);
     if let Some(picked) = &state.selection.picked {
         let triangle = format::count(u64::from(picked.primitive));
         statistic(ui, state, &Statistic::new("Triangle", triangle).tip("Its index in the file, from 0"));
@@ -77,6 +89,11 @@ fn node_rows(ui: &mut Ui, state: &mut AppState, shown: &Presented, node: u32) {
         state,
         &Statistic::new("Depth", depth.to_string()).tip("Levels below the root, which has depth 0").term(Term::Depth),
     );
+    let children = table.children(node).len();
+    if children > 0 && children != 2 {
+        let tip = "Children of this node; a ray that visits it tests the container of each";
+        statistic(ui, state, &Statistic::new("Children", children.to_string()).tip(tip).term(Term::Node));
+    }
     let primitives = table.known_primitives(node);
     let tip = "Triangles below this node";
     let count = primitives.map_or_else(|| "…".to_owned(), |count| format::count(u64::from(count)));
@@ -95,22 +112,50 @@ fn node_rows(ui: &mut Ui, state: &mut AppState, shown: &Presented, node: u32) {
     let area = f64::from(table.area_share(node));
     let tip = "Surface area relative to the root's: how likely a ray that hits the root hits it";
     statistic(ui, state, &Statistic::new("Area share", format::percent(area)).tip(tip).term(Term::AreaShare));
-    // Cost of the node alone, before it is weighted by its area.
-    let cost = match primitives {
-        Some(primitives) if leaf => INTERSECTION_COST * primitives as f32,
-        _ => TRAVERSAL_COST,
-    };
-    let sah = shown.accel.report.stats.sah_cost;
-    if sah > 0.0 {
-        let fraction = area * f64::from(cost) / f64::from(sah);
+    if shown.accel.report.stats.sah_cost > 0.0 {
+        let fraction = f64::from(table.sah_share(node));
         let tip = "What this node alone adds to the SAH cost of the tree";
         statistic(ui, state, &Statistic::new("SAH share", format::percent(fraction)).tip(tip).term(Term::SahCost));
     }
-    if node != 0 {
-        let overlap = format::percent(f64::from(table.overlap(node)));
-        let tip = "Overlap with its sibling, as a fraction of its own area: rays there must visit both";
-        statistic(ui, state, &Statistic::new("Overlap", overlap).tip(tip).term(Term::Overlap));
+    let visits = state.lab.known_visits(&shown.accel);
+    let values = NodeValues { accel: &shown.accel, visits: visits.as_ref().map(|visits| &*visits.0) };
+    for (metric, term) in [(NodeMetric::Overlap, Some(Term::Overlap)), (NodeMetric::EmptySpace, None)] {
+        if let Some(value) = values.get(metric, node) {
+            let row = Statistic::new(metric.label(), format::percent(f64::from(value))).tip(metric.meaning());
+            statistic(ui, state, &if let Some(term) = term { row.term(term) } else { row });
+        }
     }
+    if let Some((measured, predicted)) = values.visits(node) {
+        let tip = format!(
+            "Rays of the measured view that went into this node. Its area predicts {}: area / root's area × rays that hit the root",
+            format::significant(predicted)
+        );
+        let text = format!("{} of {}", format::count(u64::from(measured)), format::significant(predicted));
+        statistic(ui, state, &Statistic::new("Visits, predicted", text).tip(tip));
+    }
+}
+
+/// Where the selected node is: in space and in the tree.
+fn place_rows(ui: &mut Ui, state: &mut AppState, shown: &Presented, node: u32) {
+    let table = &shown.table;
+    let Some(bounds) = table.bounds(node) else { return };
+    let corner = |corner: glam::Vec3| corner.to_array().map(|side| format::significant(f64::from(side))).join(", ");
+    let box_of = match table.container_kind() {
+        ContainerKind::Aabb => "the box",
+        ContainerKind::Sphere => "the box around the sphere",
+    };
+    for (name, which, at) in [("From", "Lower", bounds.min), ("To", "Upper", bounds.max)] {
+        let tip = format!("{which} corner of {box_of}: x, y and z in the file's unit");
+        statistic(ui, state, &Statistic::new(name, corner(at)).tip(tip));
+    }
+    let mut path = vec![node];
+    while let Some(parent) = path.last().and_then(|&node| table.parent(node)) {
+        path.push(parent);
+    }
+    let path: Vec<String> = path.iter().rev().map(u32::to_string).collect();
+    let path = path.join(" › ");
+    let tip = format!("The nodes from the root to this one: {path}");
+    statistic(ui, state, &Statistic::new("Path", format::elide_middle(&path, 26)).tip(tip));
 }
 
 /// Buttons that walk the tree, hide nodes and frame the selection.
@@ -119,7 +164,7 @@ fn buttons(ui: &mut Ui, state: &mut AppState) {
         ui.spacing_mut().item_spacing.x = 4.0;
         for (action, label) in [
             (Action::SelectParent, "Parent"),
-            (Action::SelectSibling, "Sibling"),
+            (Action::SelectNextSibling, "Sibling"),
             (Action::SelectChild, "Child 1"),
             (Action::SelectSecondChild, "Child 2"),
             (Action::HideSelected, "Hide"),

@@ -5,9 +5,10 @@ use std::time::Duration;
 use bvhscope_engine::BuildReport;
 use egui::{self, CornerRadius, Rect, Role, Sense, Ui, WidgetInfo, pos2, vec2};
 
+use crate::accel::FileTree;
 use crate::app::glossary::Term;
-use crate::app::panels::side::memory;
 use crate::app::panels::side::recent_changes::recent_change;
+use crate::app::panels::side::{findings, memory};
 use crate::app::panels::widgets::{Header, Statistic, Tip as _, section, statistic, value_text};
 use crate::app::state::comparison::Quantity;
 use crate::app::state::{AppState, Presented};
@@ -25,12 +26,16 @@ pub(crate) fn show(ui: &mut Ui, state: &mut AppState) {
         section(ui, "BUILD", Header::default(), |ui| nothing_yet(ui, "No tree built yet"));
         return;
     };
-    let summary = format::duration(shown.accel.report.build_time);
-    section(ui, "BUILD", Header { summary: &summary, ..Header::default() }, |ui| build_rows(ui, state, &shown));
+    let summary = shown.accel.build_ms().map_or_else(String::new, |_| format::duration(shown.accel.report.build_time));
+    section(ui, "BUILD", Header { summary: &summary, ..Header::default() }, |ui| match &shown.accel.file {
+        Some(file) => file_rows(ui, state, file),
+        None => build_rows(ui, state, &shown),
+    });
     section(ui, "TREE", Header::default(), |ui| tree_rows(ui, state, &shown));
     let (number, unit) = format::duration_parts(shown.frame.stats.trace_time);
     let summary = format!("{number} {unit}");
     section(ui, "TRACE", Header { summary: &summary, ..Header::default() }, |ui| trace_rows(ui, state, &shown));
+    findings::show(ui, state, &shown);
     memory::show(ui, state, &shown);
 }
 
@@ -68,6 +73,30 @@ fn scene_rows(ui: &mut Ui, state: &mut AppState, scene: &Scene) {
                 ui.add(egui::Label::new(warning.to_string()).wrap());
             }
         });
+    }
+}
+
+/// What is known of the build of a tree that was read from a file.
+fn file_rows(ui: &mut Ui, state: &mut AppState, file: &FileTree) {
+    let name = file.path.file_name().unwrap_or(file.path.as_os_str()).to_string_lossy();
+    let shown = format::elide_middle(&name, (ui.available_width() / 11.0) as usize);
+    statistic(ui, state, &Statistic::new("File", shown).tip(file.path.display().to_string()));
+    statistic(ui, state, &Statistic::new("Builder", file.builder().into_owned()).tip("As the file says"));
+    statistic(
+        ui,
+        state,
+        &Statistic::new("Arity", file.header.arity.to_string()).tip("Most children of a node, as the file says"),
+    );
+    if let Some(settings) = file.header.settings_text() {
+        let short = format::elide_middle(&settings, (ui.available_width() / 11.0) as usize);
+        statistic(ui, state, &Statistic::new("Settings", short).tip(settings));
+    }
+    if file.header.build_ms.is_none() {
+        nothing_yet(ui, "The file does not say how long it took");
+    }
+    for fault in &file.faults {
+        let text = egui::RichText::new(fault.to_string()).color(ui.visuals().error_fg_color);
+        ui.add(egui::Label::new(text).wrap());
     }
 }
 
@@ -142,9 +171,39 @@ fn tree_rows(ui: &mut Ui, state: &mut AppState, shown: &Presented) {
         format!("Depth of the deepest node, root 0; leaves lie at {} on average", significant(stats.mean_leaf_depth));
     let depth = Statistic::new("Depth", stats.max_depth.to_string()).tip(tip);
     changing(ui, state, shown, Quantity::Depth, depth.term(Term::Depth));
+    if !stats.is_binary() {
+        let numbers = |(arity, &nodes): (usize, &u32)| {
+            (nodes > 0).then(|| format!("{arity}: {}", format::count(u64::from(nodes))))
+        };
+        let list: Vec<String> = stats.arity_histogram.iter().enumerate().filter_map(numbers).collect();
+        let tip = format!("Children of an interior node: fewest, mean, most. Nodes by children: {}", list.join(", "));
+        let children = format!("{} / {} / {}", stats.min_arity(), significant(stats.mean_arity), stats.max_arity);
+        statistic(ui, state, &Statistic::new("Children", children).tip(tip).term(Term::Node));
+    }
+    common_nodes(ui, state, stats.nodes);
     let leaf = format!("{} / {} / {}", stats.min_leaf_size, significant(stats.mean_leaf_size), stats.max_leaf_size);
     let tip = "Triangles in a leaf: smallest, mean, largest";
     statistic(ui, state, &Statistic::new("Leaf size", leaf).tip(tip).term(Term::Leaf));
+}
+
+/// How many of the first tree's nodes the second has too.
+fn common_nodes(ui: &mut Ui, state: &mut AppState, nodes: usize) {
+    if state.model.second.is_none() {
+        return;
+    }
+    let tip = "Nodes of A that B has too: those with the same triangles below. Most leaves survive any change, so the share of \
+               interior nodes tells more";
+    let row = match state.survival() {
+        Some(survival) => {
+            let [survivors, _] = &**survival;
+            let share = format::percent(survivors.nodes as f64 / nodes.max(1) as f64);
+            let interior = format::count(survivors.interior as u64);
+            let value = format!("{} ({share})", format::count(survivors.nodes as u64));
+            Statistic::new("In both trees", value).tip(format!("{tip}. Interior nodes among them: {interior}"))
+        }
+        None => Statistic::new("In both trees", "…".to_owned()).tip(tip),
+    };
+    statistic(ui, state, &row.term(Term::Node));
 }
 
 /// A row that shows for a while how its value differs from that of the tree before.
@@ -152,9 +211,13 @@ fn changing(ui: &mut Ui, state: &mut AppState, shown: &Presented, quantity: Quan
     let text = |value: f64| {
         if value.fract() == 0.0 && value >= 0.0 { format::count(value as u64) } else { format::significant(value) }
     };
-    let row = match recent_change(ui, shown, quantity) {
-        Some((before, now, verdict)) => row.change(text(before), (before, now), verdict),
-        None => row,
+    let row = if let Some(second) = &state.model.second {
+        let second = second.numbers().value(quantity).map_or_else(|| "…".to_owned(), text);
+        row.beside(second, state.model.compare(quantity))
+    } else if let Some((before, now, verdict)) = recent_change(ui, shown, quantity) {
+        row.change(text(before), (before, now), verdict)
+    } else {
+        row
     };
     statistic(ui, state, &row);
 }

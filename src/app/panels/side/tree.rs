@@ -1,49 +1,120 @@
 //! Section "Tree": build settings.
 
+use std::path::Path;
+
 use bvhscope_engine::settings::{BuildSettings, BuilderKind, Curve, Pass, Preset};
 use bvhscope_engine::tree::ContainerKind;
-use egui::{Checkbox, Grid, RadioButton, Ui};
+use egui::{Align, Button, Checkbox, Grid, Label, Layout, RadioButton, RichText, Ui};
 
-use crate::app::commands::{Action, builder_description, is_preset};
-use crate::app::panels::widgets::{Header, SliderSpec, chip, combo, row, section, slider};
-use crate::app::state::AppState;
+use crate::app::commands::{Action, CompareStep, builder_description, is_preset};
+use crate::app::panels::widgets::{Header, SliderSpec, Tip as _, check, chip, combo, row, section, slider};
+use crate::app::state::{AppState, TreeSide};
+use crate::app::{format, theme};
 
 /// Shows the section.
 pub(crate) fn show(ui: &mut Ui, state: &mut AppState) {
     let tip = "Reset builder, container, threshold, ε, curve, passes and threads";
     let header = Header { name: "Tree settings", reset: Some(tip), ..Header::default() };
     let reset = section(ui, "TREE", header, |ui| {
+        second_tree(ui, state);
+        tree_file(ui, state);
         let triangles = state.model.loaded.as_ref().map_or(0, |scene| scene.triangles.len());
         builder(ui, state, triangles);
         container(ui, state, triangles);
-        let aac = state.wanted.build.builder == BuilderKind::Aac;
+        let aac = state.edited_build().builder == BuilderKind::Aac;
         ui.add_enabled_ui(aac, |ui| {
             threshold(ui, state);
             presets(ui, state);
             epsilon(ui, state);
         });
-        let sorts = matches!(state.wanted.build.builder, BuilderKind::Aac | BuilderKind::Lbvh);
+        let sorts = matches!(state.edited_build().builder, BuilderKind::Aac | BuilderKind::Lbvh);
         ui.add_enabled_ui(sorts, |ui| curve(ui, state));
         passes(ui, state);
         threads(ui, state);
     });
     if reset {
-        state.wanted.build = BuildSettings::default();
+        *state.edited_build_mut() = BuildSettings::default();
+        Action::BuildTree.perform(state);
         state.wanted.threads = 0;
     }
 }
 
+/// Which of two trees the settings below are of; a button for a second tree where there is one only.
+fn second_tree(ui: &mut Ui, state: &mut AppState) {
+    let Some(second) = state.wanted.second else {
+        let tip = "Build a second tree B of this model and see both at the same camera (Ctrl+2)";
+        if ui.add(Button::new("Compare with a second tree")).tip(tip).clicked() {
+            Action::Compare(CompareStep::Toggle).perform(state);
+        }
+        return;
+    };
+    row(ui, "Settings of", "The tree whose settings are below (4)", |ui| {
+        ui.horizontal(|ui| {
+            for side in TreeSide::ALL {
+                let name = format!("Tree {}", side.name());
+                let tip = format!("Show and change the settings of tree {} (4)", side.name());
+                if chip(ui, &name, state.edited_side() == side, &tip) {
+                    state.layout.edited_tree = side;
+                }
+            }
+        })
+        .response
+    });
+    ui.horizontal_wrapped(|ui| {
+        ui.spacing_mut().button_padding.x = 5.0;
+        for (step, label, tip) in [
+            (CompareStep::Copy, "Copy A to B", "Give tree B the settings of tree A"),
+            (CompareStep::Swap, "Swap", "Exchange the settings of the two trees"),
+            (CompareStep::Toggle, "Remove B", "Remove tree B and free its memory (Ctrl+2)"),
+        ] {
+            let action = Action::Compare(step);
+            let button = ui.add_enabled(action.is_enabled(state), Button::new(label)).tip(tip);
+            if button.disabled_tip("Both trees have the same settings").clicked() {
+                action.perform(state);
+            }
+        }
+    });
+    let mut only_common = second.only_common;
+    let tip = "Draw only the containers that both trees have: those with the same triangles below";
+    if check(ui, &mut only_common, "Only common containers", tip) {
+        Action::Compare(CompareStep::OnlyCommon).perform(state);
+    }
+}
+
+/// The file that the tree is read from, if there is one.
+fn tree_file(ui: &mut Ui, state: &mut AppState) {
+    let Some(path) = state.wanted.tree_file(state.edited_side()).map(Path::to_path_buf) else { return };
+    row(ui, "From file", "The tree is read from this file, and again whenever it is written", |ui| {
+        ui.horizontal(|ui| {
+            let tip = "Build the tree with the settings below instead";
+            let remove = ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
+                let response = ui.button("Build instead").tip(tip);
+                let name = path.file_name().unwrap_or(path.as_os_str()).to_string_lossy();
+                let name = format::elide_middle(&name, (ui.available_width() / 7.5) as usize);
+                ui.add(Label::new(RichText::new(name).strong()).truncate()).tip(path.display().to_string());
+                response
+            });
+            if remove.inner.clicked() {
+                Action::BuildTree.perform(state);
+            }
+        })
+        .response
+    });
+    let dim = theme::palette(ui).dim;
+    ui.add(Label::new(RichText::new("A change below builds the tree here instead").small().color(dim)).wrap());
+}
+
 fn builder(ui: &mut Ui, state: &mut AppState, triangles: usize) {
-    let build = state.wanted.build;
+    let build = *state.edited_build();
     let tip = "The algorithm that builds the tree. Compare SAH cost and tests per ray after a change";
     let choices = BuilderKind::ALL.map(|kind| (kind, kind.label(), builder_description(kind)));
-    combo(ui, "Builder", tip, &mut state.wanted.build.builder, &choices, |builder| {
+    combo(ui, "Builder", tip, &mut state.edited_build_mut().builder, &choices, |builder| {
         BuildSettings { builder, ..build }.refusal(triangles)
     });
 }
 
 fn container(ui: &mut Ui, state: &mut AppState, triangles: usize) {
-    let build = state.wanted.build;
+    let build = *state.edited_build();
     let tip = "Bounding volume of each node. Boxes are tighter: faster to build and fewer tests per ray";
     row(ui, "Container", tip, |ui| {
         ui.horizontal(|ui| {
@@ -56,7 +127,7 @@ fn container(ui: &mut Ui, state: &mut AppState, triangles: usize) {
                     None => response,
                 };
                 if response.clicked() {
-                    state.wanted.build.container = kind;
+                    state.edited_build_mut().container = kind;
                 }
             }
         })
@@ -65,7 +136,7 @@ fn container(ui: &mut Ui, state: &mut AppState, triangles: usize) {
 }
 
 fn threshold(ui: &mut Ui, state: &mut AppState) {
-    let mut value = f64::from(state.wanted.build.threshold);
+    let mut value = f64::from(state.edited_build().threshold);
     let spec = SliderSpec {
         label: "Threshold",
         tip: "Groups of fewer triangles are clustered rather than split (δ). Higher: slower build, fewer tests per ray. 6 fast, 12 good ([ and ])",
@@ -76,7 +147,7 @@ fn threshold(ui: &mut Ui, state: &mut AppState) {
         zero: "",
     };
     if slider(ui, &mut value, &spec) {
-        state.wanted.build.threshold = value as u32;
+        state.edited_build_mut().threshold = value as u32;
     }
 }
 
@@ -101,7 +172,7 @@ fn presets(ui: &mut Ui, state: &mut AppState) {
 }
 
 fn epsilon(ui: &mut Ui, state: &mut AppState) {
-    let mut value = f64::from(state.wanted.build.epsilon);
+    let mut value = f64::from(state.edited_build().epsilon);
     let spec = SliderSpec {
         label: "Reduction ε",
         tip: "How strongly clusters are reduced on the way up. Smaller: more clusters kept, slower build, better tree",
@@ -112,7 +183,7 @@ fn epsilon(ui: &mut Ui, state: &mut AppState) {
         zero: "",
     };
     if slider(ui, &mut value, &spec) {
-        state.wanted.build.epsilon = value as f32;
+        state.edited_build_mut().epsilon = value as f32;
     }
 }
 
@@ -126,7 +197,7 @@ fn curve(ui: &mut Ui, state: &mut AppState) {
         };
         (curve, curve.label(), meaning)
     });
-    combo(ui, "Curve", tip, &mut state.wanted.build.curve, &choices, |_| None);
+    combo(ui, "Curve", tip, &mut state.edited_build_mut().curve, &choices, |_| None);
 }
 
 fn passes(ui: &mut Ui, state: &mut AppState) {
@@ -136,7 +207,7 @@ fn passes(ui: &mut Ui, state: &mut AppState) {
             .num_columns(2)
             .show(ui, |ui| {
                 for (index, pass) in Pass::ALL.into_iter().enumerate() {
-                    let build = &mut state.wanted.build;
+                    let build = state.edited_build_mut();
                     let mut on = build.optimize.contains(pass);
                     let usable = build.container == ContainerKind::Aabb || !pass.boxes_only();
                     let tip = match pass {

@@ -1,6 +1,6 @@
 //! The difference between a number of the presented tree and that of the tree before, told by sign, word and colour.
 
-use egui::Color32;
+use egui::{Color32, Painter, Pos2, Shape, Stroke, vec2};
 
 use crate::app::format;
 use crate::app::state::comparison::{Comparison, Verdict};
@@ -23,9 +23,24 @@ pub(crate) fn verdict_text(before: f64, now: f64, verdict: Verdict) -> String {
     }
 }
 
+/// Paints the arrow of a difference of two trees at `center`: upwards where the number of B is larger. Nothing where they are the
+/// same. The window's font has no arrows.
+pub(crate) fn paint_arrow(painter: &Painter, center: Pos2, comparison: Comparison, palette: &Palette) {
+    let Comparison::Change { before, now, verdict } = comparison else { return };
+    if verdict == Verdict::Same {
+        return;
+    }
+    let up = if now > before { -1.0 } else { 1.0 };
+    let corners = [vec2(-4.0, -2.5 * up), vec2(4.0, -2.5 * up), vec2(0.0, 3.5 * up)].map(|offset| center + offset);
+    painter.add(Shape::convex_polygon(corners.to_vec(), verdict_color(verdict, palette), Stroke::NONE));
+}
+
 /// The line below a number, with its colour; `None` where nothing is to be said.
-pub(crate) fn line(comparison: Comparison, palette: &Palette) -> Option<(String, Color32)> {
+pub(crate) fn line(comparison: Comparison, two_trees: bool, palette: &Palette) -> Option<(String, Color32)> {
     match comparison {
+        Comparison::Change { before, now, verdict } if two_trees => {
+            Some((format!("B {}", verdict_text(before, now, verdict)), verdict_color(verdict, palette)))
+        }
         Comparison::Change { before, now, verdict } => {
             Some((verdict_text(before, now, verdict), verdict_color(verdict, palette)))
         }
@@ -35,7 +50,10 @@ pub(crate) fn line(comparison: Comparison, palette: &Palette) -> Option<(String,
 }
 
 /// The sentence in the tooltip: the number before, or why there is no difference. `text` formats a number.
-pub(crate) fn sentence(comparison: Comparison, text: impl Fn(f64) -> String) -> Option<String> {
+pub(crate) fn sentence(comparison: Comparison, two_trees: bool, text: impl Fn(f64) -> String) -> Option<String> {
+    if two_trees {
+        return Some(between_two(comparison, text));
+    }
     match comparison {
         Comparison::Change { before, .. } => Some(format!("The tree before: {}", text(before))),
         Comparison::OtherContainer => Some(
@@ -46,5 +64,27 @@ pub(crate) fn sentence(comparison: Comparison, text: impl Fn(f64) -> String) -> 
             Some("The tree before was counted in another view or shading, so no difference is shown".to_owned())
         }
         Comparison::Unknown => None,
+    }
+}
+
+/// The same for two trees side by side.
+fn between_two(comparison: Comparison, text: impl Fn(f64) -> String) -> String {
+    match comparison {
+        Comparison::Change { before, now, verdict } => {
+            let verdict = match verdict {
+                Verdict::Better => "B is better",
+                Verdict::Worse => "A is better",
+                Verdict::Same => "no difference beyond noise",
+                Verdict::Different => "neither is better by this number alone",
+            };
+            format!("A: {}, B: {}; {verdict}", text(before), text(now))
+        }
+        Comparison::OtherContainer => {
+            "Not comparable, because the trees have different containers: costs are relative to the root's surface"
+                .to_owned()
+        }
+        Comparison::OtherView | Comparison::Unknown => {
+            "Compared once both pictures are at rest, with no triangle hidden".to_owned()
+        }
     }
 }

@@ -20,8 +20,18 @@ pub(crate) enum Icon {
     Close,
     /// On: a tick.
     Tick,
+    /// Fold or unfold a row: a triangle that points down where the flag, whether it is unfolded, is set.
+    Fold(bool),
     /// Copy: two overlapping sheets.
     Copy,
+    /// Play: a triangle that points to the right.
+    Play,
+    /// Pause: two bars.
+    Pause,
+    /// One step: a triangle that points forward where the flag is set, with a bar behind it.
+    Step(bool),
+    /// To the next place worth seeing: two triangles that point forward where the flag is set.
+    Jump(bool),
     /// A side panel: a window with that side filled where the flag, whether the panel is shown, is set.
     Panel(Side, bool),
 }
@@ -55,6 +65,34 @@ impl Icon {
                 let points = [vec2(-4.0, 0.0), vec2(-1.3, 2.8), vec2(4.0, -3.2)].map(|offset| center + offset);
                 painter.add(Shape::line(points.to_vec(), PathStroke::new(1.6, color)));
             }
+            Self::Fold(unfolded) => {
+                let points = if unfolded {
+                    [vec2(-3.5, -2.0), vec2(3.5, -2.0), vec2(0.0, 3.0)]
+                } else {
+                    [vec2(-2.0, -3.5), vec2(3.0, 0.0), vec2(-2.0, 3.5)]
+                };
+                let points = points.map(|offset| center + offset).to_vec();
+                painter.add(Shape::convex_polygon(points, color, Stroke::NONE));
+            }
+            Self::Play => triangle(painter, center + vec2(-3.0, 0.0), 8.0, color),
+            Self::Pause => {
+                for x in [-2.5, 2.5] {
+                    let bar = Rect::from_center_size(center + vec2(x, 0.0), vec2(2.4, 9.0));
+                    painter.rect_filled(bar, CornerRadius::ZERO, color);
+                }
+            }
+            Self::Step(forward) => {
+                let side = if forward { 1.0 } else { -1.0 };
+                let bar = Rect::from_center_size(center + vec2(-3.5 * side, 0.0), vec2(1.6, 8.0));
+                painter.rect_filled(bar, CornerRadius::ZERO, color);
+                triangle(painter, center + vec2(-side, 0.0), 5.5 * side, color);
+            }
+            Self::Jump(forward) => {
+                let side = if forward { 1.0 } else { -1.0 };
+                for x in [-5.0, 0.0] {
+                    triangle(painter, center + vec2(x * side, 0.0), 5.0 * side, color);
+                }
+            }
             Self::Copy => {
                 for (offset, fill) in [(vec2(1.5, -1.5), Color32::TRANSPARENT), (vec2(-1.5, 1.5), behind)] {
                     let sheet = Rect::from_center_size(center + offset, vec2(6.0, 7.0));
@@ -64,6 +102,12 @@ impl Icon {
             }
         }
     }
+}
+
+/// A triangle whose base is at `base` and whose tip is `length` points to the right of it, to the left where that is negative.
+fn triangle(painter: &Painter, base: Pos2, length: f32, color: Color32) {
+    let points = [vec2(0.0, -4.5), vec2(length, 0.0), vec2(0.0, 4.5)].map(|offset| base + offset);
+    painter.add(Shape::convex_polygon(points.to_vec(), color, Stroke::NONE));
 }
 
 /// A counterclockwise arrow along three quarters of a circle.

@@ -2,6 +2,7 @@
 
 mod combo;
 pub(crate) mod difference;
+mod empty_view;
 mod icon;
 mod panel;
 mod row;
@@ -11,6 +12,7 @@ mod statistic;
 mod tip;
 
 pub(crate) use combo::combo;
+pub(crate) use empty_view::empty_view;
 pub(crate) use icon::{Icon, icon_button};
 pub(crate) use panel::{panel_frame, scroll};
 pub(crate) use row::{check, chip, note_place, place_of, row};

@@ -2,12 +2,13 @@
 
 use egui::{self, Align2, Color32, CornerRadius, Rect, Response, Role, Sense, TextStyle, Ui, WidgetInfo, pos2, vec2};
 
+use super::difference;
 use super::difference::{verdict_color, verdict_text};
 use super::tip::Tip as _;
 use crate::app::glossary::Term;
 use crate::app::state::AppState;
-use crate::app::state::comparison::Verdict;
-use crate::app::theme;
+use crate::app::state::comparison::{Comparison, Verdict};
+use crate::app::{format, theme};
 
 /// A named value in a list of statistics.
 #[derive(Debug, Clone)]
@@ -18,6 +19,8 @@ pub(crate) struct Statistic<'a> {
     tip: String,
     term: Option<Term>,
     change: Option<Change>,
+    /// The value of the second tree, and how it compares.
+    beside: Option<(String, Comparison)>,
 }
 
 /// Difference from the value of the tree before.
@@ -31,7 +34,7 @@ struct Change {
 impl<'a> Statistic<'a> {
     /// A value without unit and tooltip.
     pub(crate) fn new(name: &'a str, value: String) -> Self {
-        Self { name, value, unit: "", tip: String::new(), term: None, change: None }
+        Self { name, value, unit: "", tip: String::new(), term: None, change: None, beside: None }
     }
 
     /// Sets the unit, which is shown but not copied.
@@ -56,24 +59,44 @@ impl<'a> Statistic<'a> {
     }
 }
 
+impl Statistic<'_> {
+    /// Adds the value of the second tree, and how it compares with that of the first.
+    pub(crate) fn beside(self, second: String, comparison: Comparison) -> Self {
+        Self { beside: Some((second, comparison)), ..self }
+    }
+}
+
 /// Shows a row with the name on the left and the value on the right. A click copies the value.
 pub(crate) fn statistic(ui: &mut Ui, state: &mut AppState, row: &Statistic<'_>) {
     let palette = theme::palette(ui);
     let (rect, response) = ui.allocate_exact_size(vec2(ui.available_width(), 16.0), Sense::click());
-    let value = if row.unit.is_empty() { row.value.clone() } else { format!("{} {}", row.value, row.unit) };
-    response.widget_info(|| WidgetInfo::labeled(Role::Label, true, format!("{} {value}", row.name)));
+    let mut value = if row.unit.is_empty() { row.value.clone() } else { format!("{} {}", row.value, row.unit) };
+    if let Some((second, _)) = &row.beside {
+        value = format!("A {value}  B {second}");
+    }
+    let line = row.beside.as_ref().and_then(|(_, comparison)| difference::line(*comparison, true, &palette));
+    let spoken = line.as_ref().map_or_else(String::new, |(line, _)| format!(", {line}"));
+    response.widget_info(|| WidgetInfo::labeled(Role::Label, true, format!("{} {value}{spoken}", row.name)));
     if response.hovered() {
         let background = rect.expand2(vec2(4.0, 0.0));
         ui.painter().rect_filled(background, CornerRadius::same(4), ui.visuals().faint_bg_color);
     }
     match &row.change {
         Some(change) => changed_value(ui, rect, row.name, &value, change),
-        None => value_text(ui, rect, &value),
+        None => match (&row.beside, line) {
+            (Some((_, comparison)), Some(line)) => pair_of_values(ui, rect, row.name, &value, (*comparison, line)),
+            _ => value_text(ui, rect, &value),
+        },
     }
     let font = TextStyle::Body.resolve(ui.style());
     ui.painter().text(pos2(rect.left(), rect.center().y), Align2::LEFT_CENTER, row.name, font, palette.dim);
     copies(state, &response, row.name, (&row.value, &value), row.term);
-    response.tip(tip_with_hint(&row.tip));
+    let sentence = row.beside.as_ref().and_then(|(_, comparison)| {
+        let number = |value: f64| if value.fract() == 0.0 { format!("{value}") } else { format::significant(value) };
+        difference::sentence(*comparison, true, number)
+    });
+    let tip = sentence.map_or_else(|| row.tip.clone(), |sentence| format!("{}\n{sentence}", row.tip));
+    response.tip(tip_with_hint(&tip));
 }
 
 /// A tooltip with what a click does below.
@@ -121,6 +144,25 @@ fn changed_value(ui: &Ui, rect: Rect, name: &str, value: &str, change: &Change) 
     if let Some(text) = texts.iter().find(|text| text_width(ui, text) <= available) {
         value_text_in(ui, left, text, color);
     }
+}
+
+/// Paints the values of two trees, and as much of their difference as fits in front of them.
+fn pair_of_values(ui: &Ui, rect: Rect, name: &str, value: &str, change: (Comparison, (String, Color32))) {
+    let palette = theme::palette(ui);
+    let (comparison, (line, color)) = change;
+    // The difference stands last; without room for its word, the sign and the percentage remain.
+    let line = line.trim_start_matches("B ");
+    let short = line.rsplit_once(' ').map_or(line, |(short, _)| short);
+    let room = rect.width() - text_width(ui, name) - 8.0 - text_width(ui, value) - 24.0;
+    let Some(text) = [line, short].into_iter().find(|text| text_width(ui, text) <= room) else {
+        return value_text_in(ui, rect, value, color);
+    };
+    value_text_in(ui, rect, text, color);
+    let mut left = rect;
+    left.max.x -= text_width(ui, text) + 8.0;
+    difference::paint_arrow(ui.painter(), left.right_center(), comparison, &palette);
+    left.max.x -= 10.0;
+    value_text_in(ui, left, value, palette.text);
 }
 
 /// Width of a body text in points.

@@ -1,0 +1,215 @@
+"""Writes and reads tree files: bounding volume hierarchies that bvhscope shows, traces and measures.
+
+    import bvhscope_tree
+    bvhscope_tree.write("mine.bvh", bounds, children, leaves, indices, triangles=1000, builder="mine")
+
+    bvhscope mesh.obj --tree mine.bvh
+
+One file for Python 3.8 or newer, without dependencies. Where NumPy is installed, its arrays are written as they are, without a
+detour through lists, and `read` returns such arrays. The format is described in docs/tree-file.md; examples are in
+examples/tree_file/. Part of bvhscope and licensed like it, under MIT or Apache-2.0, at your option.
+"""
+
+import array
+import itertools
+import json
+import os
+import sys
+
+try:
+    import numpy
+except ImportError:
+    numpy = None
+
+#: An empty slot among the children of a node.
+EMPTY = 0xFFFFFFFF
+
+_MAGIC = b"bvhscope tree 1\n"
+_LONGEST_HEADER = 1 << 20
+#: Numbers in a row of `bounds`, by container.
+_WIDTHS = {"box": 6, "sphere": 4}
+#: Type codes of `array` with 32 bits.
+_CODES = {"f": "f", "u": "I" if array.array("I").itemsize == 4 else "L"}
+
+
+class Tree:
+    """What `read` returns: the header as a dictionary, and the arrays `bounds`, `children`, `leaves`, `indices` and `corners`
+    (None where the file has none). They are NumPy arrays in the shapes of docs/tree-file.md, or flat arrays of the standard
+    library's module `array` where NumPy is not installed."""
+
+    def __init__(self, header, arrays):
+        self.header = header
+        self.bounds = arrays["bounds"]
+        self.children = arrays["children"]
+        self.leaves = arrays["leaves"]
+        self.indices = arrays["indices"]
+        self.corners = arrays["corners"]
+
+
+def write(path, bounds, children, leaves, indices, *, triangles=None, corners=None, container="box", arity=None, builder=None,
+          settings=None, build_ms=None, **fields):
+    """Writes a tree to the file `path`, which appears there once it is whole.
+
+    bounds     of every node: min x, y, z, max x, y, z ("box"), or center x, y, z, radius ("sphere")
+    children   of every node, `arity` numbers each; EMPTY or -1 is an empty slot; the row of a leaf is not read
+    leaves     of every node: first index and number of indices; the number of an interior node is 0
+    indices    the triangles in the leaves, from 0
+    triangles  number of triangles of the mesh; not needed with `corners`
+    corners    the triangles themselves, nine numbers each: the file is then model and tree in one
+    container  "box" or "sphere"
+    arity      most children of a node, 2 to 32; taken from the rows of `children` where these are rows
+    builder    name of the builder
+    settings   its settings, a text or a dictionary
+    build_ms   milliseconds that the build took
+    fields     further fields of the header
+
+    Arrays are lists of rows, flat lists, or anything with the buffer interface, as NumPy's arrays. ValueError says which of
+    them does not fit the others.
+    """
+    if container not in _WIDTHS:
+        raise ValueError("container is %r, neither 'box' nor 'sphere'" % (container,))
+    if arity is None:
+        arity = _row_length(children)
+    if not 2 <= arity <= 32:
+        raise ValueError("arity is %s, not 2 to 32" % (arity,))
+    data = {
+        "bounds": _numbers("bounds", bounds, "f"),
+        "children": _numbers("children", children, "u"),
+        "leaves": _numbers("leaves", leaves, "u"),
+        "indices": _numbers("indices", indices, "u"),
+    }
+    nodes = _rows("leaves", data, 2)
+    for name, width in (("bounds", _WIDTHS[container]), ("children", arity)):
+        if _rows(name, data, width) != nodes:
+            raise ValueError("%s has %d rows, leaves has %d" % (name, _rows(name, data, width), nodes))
+    if corners is not None:
+        data["corners"] = _numbers("corners", corners, "f")
+        if triangles not in (None, _rows("corners", data, 9)):
+            raise ValueError("triangles is %s, corners has %d rows" % (triangles, _rows("corners", data, 9)))
+        triangles = _rows("corners", data, 9)
+    if triangles is None:
+        raise ValueError("the number of triangles is missing")
+
+    places, end = {}, 0
+    for name, numbers in data.items():
+        places[name] = end
+        end += 4 * len(numbers)
+    header = dict(fields, container=container, arity=int(arity), nodes=nodes, indices=len(data["indices"]),
+                  triangles=int(triangles), builder=builder, settings=settings, build_ms=build_ms, arrays=places)
+    header = {name: value for name, value in header.items() if value is not None}
+    line = json.dumps(header).encode("ascii") + b"\n"
+    if len(line) > _LONGEST_HEADER:
+        raise ValueError("the header takes %d bytes, more than 1 MiB" % len(line))
+
+    part = os.fspath(path) + ".part"
+    try:
+        with open(part, "wb") as file:
+            file.write(_MAGIC + line)
+            for numbers in data.values():
+                file.write(numbers)
+        os.replace(part, path)
+    except BaseException:
+        if os.path.exists(part):
+            os.remove(part)
+        raise
+
+
+def read(path):
+    """The `Tree` in the file `path`. Checks that the arrays are there and whole, not what they say: bvhscope does that.
+    ValueError says what is wrong."""
+    with open(path, "rb") as file:
+        if file.readline(len(_MAGIC)) != _MAGIC:
+            raise ValueError("%s: does not begin with 'bvhscope tree 1'" % path)
+        line = file.readline(_LONGEST_HEADER + 1)
+        if not line.endswith(b"\n"):
+            raise ValueError("%s: the header has no end within 1 MiB" % path)
+        header = json.loads(line)
+        data = file.read()
+    try:
+        nodes, places = header["nodes"], header["arrays"]
+        shapes = {
+            "bounds": ("f", nodes, _WIDTHS[header["container"]]),
+            "children": ("u", nodes, header["arity"]),
+            "leaves": ("u", nodes, 2),
+            "indices": ("u", header["indices"], 1),
+            "corners": ("f", header["triangles"], 9),
+        }
+    except KeyError as error:
+        raise ValueError("%s: the header lacks or does not know %s" % (path, error)) from error
+    arrays = {"corners": None}
+    for name, (kind, rows, width) in shapes.items():
+        if name == "corners" and name not in places:
+            continue
+        if name not in places:
+            raise ValueError("%s: there is no array %s" % (path, name))
+        begin, size = places[name], 4 * rows * width
+        if begin < 0 or begin + size > len(data):
+            raise ValueError("%s: the array %s ends beyond the file" % (path, name))
+        arrays[name] = _array(data, begin, kind, rows, width)
+    return Tree(header, arrays)
+
+
+def read_triangles(path):
+    """The triangles that `bvhscope info --triangles FILE MODEL` wrote to the file `path`, nine numbers each: a NumPy array of
+    that shape, or a list of tuples where NumPy is not installed."""
+    with open(path, "rb") as file:
+        data = file.read()
+    if len(data) % 36 != 0:
+        raise ValueError("%s: %d bytes are no whole number of triangles" % (path, len(data)))
+    numbers = _array(data, 0, "f", len(data) // 36, 9)
+    return numbers if numpy else list(zip(*[iter(numbers)] * 9))
+
+
+def _row_length(children):
+    """Numbers in a row of `children`; 2 where these are not in rows."""
+    shape = getattr(children, "shape", None)
+    if shape is not None:
+        return shape[1] if len(shape) == 2 else 2
+    first = next(iter(children), None)
+    return len(first) if hasattr(first, "__len__") else 2
+
+
+def _rows(name, data, width):
+    """Rows of `width` numbers in the array `name`."""
+    if len(data[name]) % width != 0:
+        raise ValueError("%s has %d numbers, not a multiple of %d" % (name, len(data[name]), width))
+    return len(data[name]) // width
+
+
+def _numbers(name, values, kind):
+    """`values` as a flat array of little-endian f32 (kind "f") or u32 (kind "u")."""
+    if numpy is not None:
+        values = numpy.asarray(values)
+        if kind == "u" and values.size > 0:
+            if values.dtype.kind not in "iu":
+                raise ValueError("%s holds %s, not whole numbers" % (name, values.dtype))
+            # As Python's numbers, because -1 compares with unsigned ones.
+            if int(values.min()) < -1 or int(values.max()) > EMPTY:
+                raise ValueError("%s holds numbers beyond 32 bits" % name)
+        return numpy.ascontiguousarray(values).astype("<f4" if kind == "f" else "<u4", copy=False).reshape(-1)
+    if len(values) > 0 and hasattr(values[0], "__len__"):
+        values = itertools.chain.from_iterable(values)
+    if kind == "u":
+        values = (EMPTY if value == -1 else value for value in values)
+    try:
+        numbers = array.array(_CODES[kind], values)
+    except (OverflowError, TypeError) as error:
+        raise ValueError("%s: %s" % (name, error)) from error
+    return _swapped(numbers)
+
+
+def _array(data, begin, kind, rows, width):
+    """The numbers of an array at byte `begin` of `data`."""
+    if numpy is not None:
+        flat = numpy.frombuffer(data, "<f4" if kind == "f" else "<u4", rows * width, begin)
+        return flat if width == 1 else flat.reshape(rows, width)
+    numbers = array.array(_CODES[kind])
+    numbers.frombytes(data[begin:begin + 4 * rows * width])
+    return _swapped(numbers)
+
+
+def _swapped(numbers):
+    """`numbers` from the machine's byte order to that of files, or back."""
+    if sys.byteorder == "big":
+        numbers.byteswap()
+    return numbers

@@ -1,0 +1,80 @@
+//! Rows kept in a file, each with the machine, the day and the commit that it was measured with.
+
+use std::fs::OpenOptions;
+use std::io::Write as _;
+use std::path::Path;
+use std::process::Command;
+use std::time::{SystemTime, UNIX_EPOCH};
+
+use anyhow::Context as _;
+use bvhscope_engine::kernel::SimdLevel;
+use serde_json::{Value, json};
+
+/// What every row of this run says beside its numbers.
+pub struct Provenance(Value);
+
+impl Provenance {
+    /// Asks machine, clock and repository.
+    pub fn of_this_run() -> Self {
+        let flags: Vec<String> = std::env::args().skip(1).collect();
+        let seconds = SystemTime::now().duration_since(UNIX_EPOCH).map_or(0, |since| since.as_secs());
+        Self(json!({
+            "date": date(seconds), "machine": machine(), "simd": SimdLevel::of_builds().name(),
+            "commit": commit(), "flags": flags.join(" "),
+        }))
+    }
+
+    /// The row with all of it.
+    pub fn with(&self, mut row: Value) -> Value {
+        if let (Value::Object(row), Value::Object(own)) = (&mut row, &self.0) {
+            row.extend(own.clone());
+        }
+        row
+    }
+}
+
+/// Adds rows at the end of a file, one JSON object a line.
+pub fn append(rows: &[Value], path: &Path) -> anyhow::Result<()> {
+    let text: String = rows.iter().map(|row| format!("{row}\n")).collect();
+    let name = || format!("--append {}", path.display());
+    let mut file = OpenOptions::new().create(true).append(true).open(path).with_context(name)?;
+    file.write_all(text.as_bytes()).with_context(name)
+}
+
+/// Name of the processor, with the number of threads that it runs at once.
+fn machine() -> String {
+    let info = std::fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
+    let value = |name: &str| {
+        let line = info.lines().find(|line| line.starts_with(name))?;
+        Some(line.split_once(':')?.1.trim().to_owned())
+    };
+    // Names of virtual machines leave the generation out.
+    let family = value("cpu family").zip(value("model\t")).map_or_else(String::new, |(f, m)| format!(" {f}/{m}"));
+    let name = value("model name").unwrap_or_else(|| std::env::consts::ARCH.to_owned());
+    format!("{name}{family}, {} threads", bvhscope::threads::available_threads())
+}
+
+/// The commit, with "+" where files differ from it; "unknown" outside of a repository.
+fn commit() -> String {
+    let git = |arguments: &[&str]| {
+        let output = Command::new("git").args(arguments).output().ok().filter(|output| output.status.success())?;
+        Some(String::from_utf8_lossy(&output.stdout).trim().to_owned())
+    };
+    let Some(commit) = git(&["rev-parse", "--short=10", "HEAD"]) else { return "unknown".to_owned() };
+    // The file that is written here does not count.
+    let changed = git(&["status", "--porcelain", "--untracked-files=no", "--", ":!docs/performance.jsonl"]);
+    if changed.is_some_and(|changed| !changed.is_empty()) { commit + "+" } else { commit }
+}
+
+/// Day and minute in UTC, "2026-05-31T17:04Z" (Hinnant, *chrono-compatible low-level date algorithms*).
+fn date(seconds: u64) -> String {
+    let (days, minutes) = (seconds as i64 / 86_400 + 719_468, seconds % 86_400 / 60);
+    let (era, day_of_era) = (days / 146_097, days % 146_097);
+    let year_of_era = (day_of_era - day_of_era / 1_460 + day_of_era / 36_524 - day_of_era / 146_096) / 365;
+    let day_of_year = day_of_era - (365 * year_of_era + year_of_era / 4 - year_of_era / 100);
+    let month_from_march = (5 * day_of_year + 2) / 153;
+    let day = day_of_year - (153 * month_from_march + 2) / 5 + 1;
+    let month = if month_from_march < 10 { month_from_march + 3 } else { month_from_march - 9 };
+    let year = year_of_era + era * 400 + i64::from(month <= 2);
+    format!("{year}-{month:02}-{day:02}T{:02}:{:02}Z", minutes / 60, minutes % 60)
+}

@@ -1,0 +1,86 @@
+//! Builds a tree with the record of its merges.
+
+use crate::aac::{ClusterContainer, build_bvh_with_recursion};
+use crate::builders::depth_limit::depth_limit;
+use crate::builders::exact;
+use crate::builders::prepared::PreparedInput;
+use crate::builders::{BuildError, StageTimes, check_size};
+use crate::cancel::{CancelToken, Cancelled};
+use crate::geometry::{Aabb, Sphere, Triangle};
+use crate::order::input_bounds;
+use crate::settings::{BuildSettings, BuilderKind};
+use crate::tree::{AnyTree, ContainerKind, Tree};
+
+use super::record::MergeRecord;
+
+/// An agglomerative tree as it was clustered, and the record of its merges.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Construction {
+    /// The tree before all passes over it, and before its depth is limited (see [`Construction::is_too_deep`]).
+    pub tree: AnyTree,
+    /// Order, level and list of each merge.
+    pub record: MergeRecord,
+    /// The tree over scaled triangles, in whose coordinates it was clustered; `None` where coordinates need no scaling.
+    scaled: Option<AnyTree>,
+}
+
+impl Construction {
+    /// Builds the tree of `triangles` by the AAC or exact builder with `settings`, in the rayon pool of the calling thread, and
+    /// records its merges. Coordinates must be finite. Without triangles tree and record are empty. Refused for other builders.
+    pub fn new(triangles: &[Triangle], settings: &BuildSettings, token: &CancelToken) -> Result<Self, BuildError> {
+        if !matches!(settings.builder, BuilderKind::Aac | BuilderKind::Exact) {
+            let label = settings.builder.label();
+            return Err(BuildError::Refused(format!(
+                "{label} merges no clusters: choose {} or {}",
+                BuilderKind::Aac.label(),
+                BuilderKind::Exact.label()
+            )));
+        }
+        check_size(triangles.len(), settings)?;
+        match settings.container {
+            ContainerKind::Aabb => Ok(construct::<Aabb>(triangles, settings, token)?),
+            ContainerKind::Sphere => Ok(construct::<Sphere>(triangles, settings, token)?),
+        }
+    }
+
+    /// The tree with the containers whose distances were compared: [`Self::tree`], unless coordinates were so large or small that
+    /// they had to be scaled.
+    pub(crate) fn clustered(&self) -> &AnyTree {
+        self.scaled.as_ref().unwrap_or(&self.tree)
+    }
+
+    /// Whether the builder would balance parts of this tree, because nested containers made it deeper than its limit: the tree of a
+    /// build then differs from this one.
+    pub fn is_too_deep(&self) -> bool {
+        self.tree.max_depth() > depth_limit(self.tree.primitive_indices().len().max(1))
+    }
+}
+
+/// [`Construction::new`] for one kind of container.
+fn construct<C: ClusterContainer>(
+    triangles: &[Triangle],
+    settings: &BuildSettings,
+    token: &CancelToken,
+) -> Result<Construction, Cancelled>
+where
+    AnyTree: From<Tree<C>>,
+{
+    if triangles.is_empty() {
+        return Ok(Construction { tree: Tree::<C>::EMPTY.into(), record: MergeRecord::default(), scaled: None });
+    }
+    let mut times = StageTimes::default();
+    let bounds = input_bounds(triangles, token)?;
+    let input = PreparedInput::new(triangles, bounds, settings, token, &mut times)?;
+    let (mut tree, record) = if settings.builder == BuilderKind::Exact {
+        let tree = exact::build::<C>(&input.triangles, token, &mut times)?;
+        let record = MergeRecord::of_one_list(&tree, token)?;
+        (tree, record)
+    } else {
+        let (tree, recursion) = build_bvh_with_recursion::<C>(&input.triangles, &input.bounds, settings, token)?;
+        let record = MergeRecord::of_recursion(&tree, recursion, token)?;
+        (tree, record)
+    };
+    let scaled = (input.scale() != 1.0).then(|| tree.clone().into());
+    input.restore(&mut tree, triangles, token, &mut times)?;
+    Ok(Construction { tree: tree.into(), record, scaled })
+}

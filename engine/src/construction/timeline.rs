@@ -1,0 +1,188 @@
+//! The merges of a tree in an order, step by step: which clusters stand after each.
+
+use std::ops::Range;
+
+use crate::cancel::{CancelToken, Cancelled};
+use crate::kernel::par_collect::{par_collect, zeros};
+use crate::order::radix_sort;
+use crate::tree::{AnyTree, Container, Tree};
+use crate::with_tree;
+
+use super::construct::Construction;
+use super::record::MergeRecord;
+use super::snapshots::{Snapshots, ordered_bits};
+
+/// Nodes between two polls for cancellation.
+const NODES_BETWEEN_CHECKS: usize = 1 << 16;
+
+/// An order in which the merges of a tree are shown. In each of them children come before their parents.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(rename_all = "kebab-case"))]
+pub enum MergeOrder {
+    /// As a build by one thread merges.
+    #[default]
+    Built,
+    /// By the area of the container that is made, ascending, but no parent before its children.
+    Distance,
+    /// By the level of the recursion, deepest first; within a level as built.
+    Level,
+}
+
+impl MergeOrder {
+    /// Every order, in the order in which menus list them.
+    pub const ALL: [Self; 3] = [Self::Built, Self::Distance, Self::Level];
+
+    /// The name on the command line and in JSON.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Built => "built",
+            Self::Distance => "distance",
+            Self::Level => "level",
+        }
+    }
+
+    /// The name in the window.
+    pub const fn label(self) -> &'static str {
+        match self {
+            Self::Built => "As built",
+            Self::Distance => "By distance",
+            Self::Level => "By level",
+        }
+    }
+}
+
+/// The merges of a tree in one order. At step k, after k merges, those nodes stand that have been made and are not yet merged:
+/// as many as there are leaves, less k. Takes some 32 bytes per node.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Timeline {
+    order: MergeOrder,
+    /// Step from which on each node stands; 0 for leaves.
+    births: Vec<u32>,
+    /// Step from which on each node no longer stands; `u32::MAX` for the root.
+    deaths: Vec<u32>,
+    /// The node that each step makes: step k makes that at k − 1.
+    merged: Vec<u32>,
+    snapshots: Snapshots,
+}
+
+impl Construction {
+    /// The merges of this construction in `order`.
+    pub fn timeline(&self, order: MergeOrder, token: &CancelToken) -> Result<Timeline, Cancelled> {
+        let merged = match order {
+            MergeOrder::Built => self.record.nodes().to_vec(),
+            MergeOrder::Distance => return Timeline::by_distance(&self.tree, token),
+            MergeOrder::Level => by_level(&self.record, token)?,
+        };
+        with_tree!(&self.tree, tree => Timeline::new(tree, order, merged, token))
+    }
+}
+
+impl Timeline {
+    /// The merges of any binary tree by the area of the container that is made, whoever made it.
+    pub fn by_distance(tree: &AnyTree, token: &CancelToken) -> Result<Self, Cancelled> {
+        with_tree!(tree, tree => {
+            let merged = merges_by_distance(tree, token)?;
+            Self::new(tree, MergeOrder::Distance, merged, token)
+        })
+    }
+
+    /// The timeline of `tree` in which the nodes `merged` are made one after another.
+    fn new<C: Container>(
+        tree: &Tree<C>,
+        order: MergeOrder,
+        merged: Vec<u32>,
+        token: &CancelToken,
+    ) -> Result<Self, Cancelled> {
+        let mut births = zeros::<u32>(tree.nodes.len(), token)?;
+        let mut deaths = zeros::<u32>(tree.nodes.len(), token)?;
+        if let Some(root) = deaths.first_mut() {
+            *root = u32::MAX;
+        }
+        for (step, &node) in (1..).zip(&merged) {
+            if (step as usize).is_multiple_of(NODES_BETWEEN_CHECKS) {
+                token.check()?;
+            }
+            births[node as usize] = step;
+            let first = tree.nodes[node as usize].first as usize;
+            deaths[first..first + 2].fill(step);
+        }
+        let areas = par_collect(tree.nodes.len(), token, |node| tree.nodes[node].container.relative_area())?;
+        let snapshots = Snapshots::new(areas, &births, &deaths, token)?;
+        Ok(Self { order, births, deaths, merged, snapshots })
+    }
+
+    /// The order of its merges.
+    pub fn order(&self) -> MergeOrder {
+        self.order
+    }
+
+    /// Number of merges, which is also the last step.
+    pub fn steps(&self) -> u32 {
+        self.merged.len() as u32
+    }
+
+    /// The node that each step makes: step k makes that at k − 1.
+    pub fn merged(&self) -> &[u32] {
+        &self.merged
+    }
+
+    /// Steps at which `node` stands; the root's has no end.
+    pub fn lifetime(&self, node: u32) -> Range<u32> {
+        self.births[node as usize]..self.deaths[node as usize]
+    }
+
+    /// Whether `node` stands at `step`.
+    pub fn stands(&self, node: u32, step: u32) -> bool {
+        self.lifetime(node).contains(&step)
+    }
+
+    /// Number of clusters that stand at `step`.
+    pub fn standing(&self, step: u32) -> u32 {
+        if self.births.is_empty() { 0 } else { self.steps() + 1 - step.min(self.steps()) }
+    }
+
+    /// The `count` largest clusters that stand at `step`, by area of their containers, then by index: at most
+    /// [`Timeline::MAX_LARGEST`]. Takes time that does not depend on the size of the tree.
+    pub fn largest_at(&self, step: u32, count: usize) -> Vec<u32> {
+        let step = step.min(self.steps());
+        self.snapshots.largest_at(step, count, &self.deaths, &self.merged)
+    }
+
+    /// Maximum number of clusters that [`Timeline::largest_at`] returns.
+    pub const MAX_LARGEST: usize = super::snapshots::MAX_LARGEST;
+}
+
+/// The interior nodes by the largest area in their subtree, ascending; of equal ones the later in the list of nodes first, because
+/// children follow their parents.
+pub(super) fn merges_by_distance<C: Container>(tree: &Tree<C>, token: &CancelToken) -> Result<Vec<u32>, Cancelled> {
+    let mut largest = zeros::<u32>(tree.nodes.len(), token)?;
+    let mut keys = Vec::with_capacity(tree.nodes.len() / 2);
+    for (index, node) in tree.nodes.iter().enumerate().rev() {
+        if index.is_multiple_of(NODES_BETWEEN_CHECKS) {
+            token.check()?;
+        }
+        // A leaf's own area merges nothing.
+        if !node.is_leaf() {
+            let first = node.first as usize;
+            largest[index] = ordered_bits(node.container.relative_area()).max(largest[first]).max(largest[first + 1]);
+            keys.push(u64::from(largest[index]) << 32 | u64::from(!(index as u32)));
+        }
+    }
+    radix_sort(&mut keys, u64::BITS, token)?;
+    par_collect(keys.len(), token, |at| !(keys[at] as u32))
+}
+
+/// The interior nodes by level, deepest first, then by merge number. A call of `combine_clusters` comes after all below it, and the
+/// last after the root's.
+fn by_level(record: &MergeRecord, token: &CancelToken) -> Result<Vec<u32>, Cancelled> {
+    let deepest = record.steps().iter().map(|step| step.level).max().unwrap_or(0);
+    let mut keys = Vec::with_capacity(record.len());
+    for (index, step) in record.steps().iter().enumerate() {
+        if index.is_multiple_of(NODES_BETWEEN_CHECKS) {
+            token.check()?;
+        }
+        keys.extend(step.merges().map(|merge| u64::from(deepest - step.level) << 32 | u64::from(merge)));
+    }
+    radix_sort(&mut keys, u64::BITS - u64::from(deepest).leading_zeros() + 32, token)?;
+    par_collect(keys.len(), token, |at| record.nodes()[keys[at] as u32 as usize])
+}

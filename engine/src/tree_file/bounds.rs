@@ -1,0 +1,78 @@
+//! Bounds as numbers of the file, and by how much something sticks out of them.
+
+use bytemuck::Pod;
+use glam::{DVec3, Vec3};
+
+use super::arrays::Rows;
+use super::bounds_problem::BoundsProblem;
+use crate::geometry::{Aabb, Sphere, Triangle};
+use crate::tree::Container;
+
+/// Largest absolute coordinate and radius: of larger ones, squares and areas are not finite.
+pub const MAX_COORDINATE: f32 = 1e18;
+
+/// A container as tree files have it: its numbers in the order of its fields.
+pub(super) trait FileContainer: Container + Pod {
+    /// What is wrong with it, where all its numbers are finite.
+    fn problem(&self) -> Option<BoundsProblem>;
+    /// By how much `inner` sticks out, in world units; negative or 0 where it does not.
+    fn excess_of(&self, inner: &Self) -> f64;
+    /// By how much `triangle` sticks out, in world units; negative or 0 where it does not.
+    fn excess_of_triangle(&self, triangle: &Triangle) -> f64;
+
+    /// Reads the container of a node.
+    fn read(rows: Rows<'_>, node: u32) -> Result<Self, BoundsProblem> {
+        let mut container = Self::EMPTY;
+        let numbers: &mut [f32] = bytemuck::cast_slice_mut(std::slice::from_mut(&mut container));
+        let found: [f32; 6] = rows.floats(node);
+        numbers.copy_from_slice(&found[..numbers.len().min(6)]);
+        if let Some(&number) = numbers.iter().find(|number| !is_usable(**number)) {
+            return Err(BoundsProblem::Number(number));
+        }
+        container.problem().map_or(Ok(container), Err)
+    }
+
+    /// Its numbers, in the order of the file.
+    fn numbers(&self) -> &[f32] {
+        bytemuck::cast_slice(std::slice::from_ref(self))
+    }
+}
+
+/// Whether a coordinate or radius is finite and not too large.
+pub(super) fn is_usable(number: f32) -> bool {
+    number.abs() <= MAX_COORDINATE
+}
+
+impl FileContainer for Aabb {
+    fn problem(&self) -> Option<BoundsProblem> {
+        let inside_out = |&axis: &usize| self.min[axis] > self.max[axis];
+        let axis = (0..3).find(inside_out)?;
+        Some(BoundsProblem::InsideOut { axis, min: self.min[axis], max: self.max[axis] })
+    }
+
+    fn excess_of(&self, inner: &Self) -> f64 {
+        let [min, max, inner_min, inner_max] = [self.min, self.max, inner.min, inner.max].map(Vec3::as_dvec3);
+        (min - inner_min).max(inner_max - max).max_element()
+    }
+
+    fn excess_of_triangle(&self, triangle: &Triangle) -> f64 {
+        self.excess_of(&triangle.bounds())
+    }
+}
+
+impl FileContainer for Sphere {
+    fn problem(&self) -> Option<BoundsProblem> {
+        (self.radius < 0.0).then_some(BoundsProblem::NegativeRadius(self.radius))
+    }
+
+    fn excess_of(&self, inner: &Self) -> f64 {
+        let [center, inner_center] = [self.center, inner.center].map(Vec3::as_dvec3);
+        center.distance(inner_center) + f64::from(inner.radius) - f64::from(self.radius)
+    }
+
+    fn excess_of_triangle(&self, triangle: &Triangle) -> f64 {
+        let center = self.center.as_dvec3();
+        let distances = [triangle.a, triangle.b, triangle.c].map(|corner| DVec3::distance(center, corner.as_dvec3()));
+        distances.into_iter().fold(0.0, f64::max) - f64::from(self.radius)
+    }
+}

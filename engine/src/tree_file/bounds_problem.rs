@@ -1,0 +1,22 @@
+//! Bounds that no tree can have.
+
+/// What is wrong with the bounds of a node.
+#[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
+pub enum BoundsProblem {
+    /// A number is NaN, infinite or too large.
+    #[error("{0} where a number from -1e18 to 1e18 is expected")]
+    Number(f32),
+    /// A box is inside out along an axis: 0 for x.
+    #[error("a box inside out: its min {axis} is {min}, its max {axis} {max}", axis = ["x", "y", "z"][*axis % 3])]
+    InsideOut {
+        /// The axis, 0 to 2.
+        axis: usize,
+        /// Lower corner.
+        min: f32,
+        /// Upper corner.
+        max: f32,
+    },
+    /// A radius is negative.
+    #[error("the negative radius {0}")]
+    NegativeRadius(f32),
+}

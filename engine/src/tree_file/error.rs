@@ -1,0 +1,217 @@
+//! Why a tree file is refused.
+
+use super::bounds_problem::BoundsProblem;
+use super::layout::{ArrayName, MAX_HEADER, VERSION};
+use crate::cancel::Cancelled;
+
+/// Why a file gives no tree, in one line. Numbers of nodes and triangles are those of the file.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum TreeFileError {
+    /// Reading was cancelled.
+    #[error(transparent)]
+    Cancelled(#[from] Cancelled),
+    /// The first line is another.
+    #[error("does not begin with the line 'bvhscope tree {VERSION}'")]
+    NotATreeFile,
+    /// The first line names another version; holds what it says.
+    #[error("is a tree file of version '{0}', not {VERSION}")]
+    Version(String),
+    /// The second line has no end.
+    #[error("the header, its second line, does not end within {MAX_HEADER} bytes, nor before the file does")]
+    HeaderEnd,
+    /// The header is not JSON; holds what is wrong with it.
+    #[error("the header, its second line, is no JSON object: {0}")]
+    HeaderJson(String),
+    /// The header lacks a field.
+    #[error("the header has no '{0}'")]
+    NoField(&'static str),
+    /// A field has a value that it cannot have.
+    #[error("the header has {found} as '{field}' where {expected} is expected")]
+    Field {
+        /// Name of the field.
+        field: &'static str,
+        /// Its value as JSON, shortened.
+        found: String,
+        /// What it may be.
+        expected: &'static str,
+    },
+    /// The header does not say where an array begins.
+    #[error("'arrays' in the header has no '{0}'")]
+    NoArray(ArrayName),
+    /// The header does not say where an array begins.
+    #[error("'arrays' in the header has {found} as '{array}' where bytes from the start of the data are expected")]
+    ArrayBegin {
+        /// The array.
+        array: ArrayName,
+        /// The value as JSON, shortened.
+        found: String,
+    },
+    /// An array ends behind the file.
+    #[error("array '{array}' of {bytes} bytes begins at byte {begin} of the data, which has {length}")]
+    ArrayEnd {
+        /// The array.
+        array: ArrayName,
+        /// Where it begins, in bytes from the start of the data.
+        begin: u64,
+        /// Its size.
+        bytes: u64,
+        /// Bytes after the header.
+        length: u64,
+    },
+    /// Two arrays share bytes.
+    #[error("array '{first}' ends at byte {end} of the data, array '{second}' begins at {begin}: they overlap")]
+    ArrayOverlap {
+        /// The array that begins first.
+        first: ArrayName,
+        /// Where it ends.
+        end: u64,
+        /// The array that begins before that.
+        second: ArrayName,
+        /// Where it begins.
+        begin: u64,
+    },
+    /// More memory would be needed than the caller allows.
+    #[error("the tree would need about {needed} bytes of memory, {allowed} are allowed")]
+    Memory {
+        /// Estimated peak in bytes.
+        needed: u64,
+        /// What the caller allows.
+        allowed: u64,
+    },
+    /// The mesh has another number of triangles.
+    #[error("is a tree over {file} triangles, the model has {model}")]
+    OtherMesh {
+        /// Triangles in the header.
+        file: u32,
+        /// Triangles of the mesh.
+        model: usize,
+    },
+    /// A child that does not exist.
+    #[error("array 'children': node {node} has the child {child}, but there are {nodes} nodes, counted from 0")]
+    Child {
+        /// The parent.
+        node: u32,
+        /// Its child.
+        child: u32,
+        /// Number of nodes.
+        nodes: u32,
+    },
+    /// A node has two parents, or one parent twice.
+    #[error("array 'children': node {node} is a child of node {parents0} and again of node {parents1}",
+            parents0 = parents[0], parents1 = parents[1])]
+    TwoParents {
+        /// The node.
+        node: u32,
+        /// Its parents in the order in which they are reached.
+        parents: [u32; 2],
+    },
+    /// A node is below itself.
+    #[error("array 'children': node {parent} has the child {node}, which it is below: a cycle")]
+    Cycle {
+        /// The node.
+        node: u32,
+        /// A node at or below it, of which it is a child.
+        parent: u32,
+    },
+    /// A leaf ends behind the indices.
+    #[error("array 'leaves': leaf {node} holds {count} indices from {first} on, but there are {indices}")]
+    LeafEnd {
+        /// The leaf.
+        node: u32,
+        /// Its first index.
+        first: u32,
+        /// Number of its indices.
+        count: u32,
+        /// Number of all indices.
+        indices: u32,
+    },
+    /// A leaf has more primitives than a [`Node`](crate::tree::Node) can have.
+    #[error("array 'leaves': leaf {node} holds {count} indices, more than 2147483647")]
+    LeafSize {
+        /// The leaf.
+        node: u32,
+        /// Number of its indices.
+        count: u32,
+    },
+    /// Two leaves share an index.
+    #[error("array 'leaves': leaf {node} holds the index {index}, which another leaf holds too")]
+    LeafOverlap {
+        /// The leaf that is reached later.
+        node: u32,
+        /// Position in `indices`.
+        index: u32,
+    },
+    /// A triangle that does not exist.
+    #[error(
+        "array 'indices': {triangle} at {index}, in leaf {node}, but there are {triangles} triangles, counted from 0"
+    )]
+    Index {
+        /// The leaf.
+        node: u32,
+        /// Position in `indices`.
+        index: u32,
+        /// What stands there.
+        triangle: u32,
+        /// Number of triangles.
+        triangles: u32,
+    },
+    /// Bounds that are none.
+    #[error("array 'bounds': node {node} has {problem}")]
+    Bounds {
+        /// The node.
+        node: u32,
+        /// What is wrong.
+        problem: BoundsProblem,
+    },
+    /// A corner that is not finite or too far away.
+    #[error("array 'corners': triangle {triangle} has {number} where a number from -1e18 to 1e18 is expected")]
+    Corner {
+        /// The triangle.
+        triangle: u32,
+        /// The coordinate.
+        number: f32,
+    },
+    /// The triangles are asked for and not there.
+    #[error("is a tree without its triangles: it has no array 'corners'")]
+    NoCorners,
+    /// There are triangles and no leaf.
+    #[error("array 'leaves': none of the nodes that the root reaches is a leaf, and there are {triangles} triangles")]
+    NoLeaves {
+        /// Number of triangles.
+        triangles: u32,
+    },
+}
+
+impl TreeFileError {
+    /// What whoever wrote the file can do, in a few words.
+    pub const fn advice(&self) -> &'static str {
+        match self {
+            Self::Cancelled(_) => "read it again",
+            Self::NotATreeFile => "write the two lines of docs/tree-file.md before the arrays, in binary mode",
+            Self::Version(_) => "take a newer bvhscope, or write version 1",
+            Self::HeaderEnd => "end the header with a line feed, and write it in one line",
+            Self::HeaderJson(_)
+            | Self::NoField(_)
+            | Self::Field { .. }
+            | Self::NoArray(_)
+            | Self::ArrayBegin { .. } => "correct the header; docs/tree-file.md lists its fields",
+            Self::ArrayEnd { .. } | Self::ArrayOverlap { .. } => {
+                "the file may be cut off, or written in text mode; otherwise correct 'arrays' or the counts in the header"
+            }
+            Self::Memory { .. } => "take something smaller, or allow more",
+            Self::OtherMesh { .. } => {
+                "take the mesh that the tree was built from; info --triangles FILE writes its triangles"
+            }
+            Self::Child { .. } => "write 4294967295 for an empty slot, and leaves with a number of indices",
+            Self::TwoParents { .. } | Self::Cycle { .. } => "give every node one parent",
+            Self::LeafEnd { .. } | Self::LeafSize { .. } | Self::LeafOverlap { .. } => {
+                "write the first index and the number of indices of each leaf, and 0 as the number for interior nodes"
+            }
+            Self::Index { .. } => "count triangles from 0, in the order that info --triangles FILE writes",
+            Self::Bounds { .. } => "write bounds for every node: min x, y, z, max x, y, z, or center x, y, z, radius",
+            Self::Corner { .. } => "write three corners of finite numbers for each triangle",
+            Self::NoCorners => "name the mesh, and this file with --tree",
+            Self::NoLeaves { .. } => "write the number of its indices for each leaf",
+        }
+    }
+}

@@ -1,0 +1,323 @@
+//! What is wrong with a tree that can be shown all the same.
+
+use rayon::prelude::*;
+
+use super::arrays::Arrays;
+use super::bounds::FileContainer;
+use super::links::{Links, STEPS_BETWEEN_CHECKS, Set, Steps};
+use crate::cancel::{CancelToken, Cancelled};
+use crate::geometry::{Aabb, Triangle};
+use crate::kernel::par_collect::par_collect;
+use crate::order::radix_sort;
+use crate::tree::Tree;
+use crate::tree::validate::containment_slack;
+
+/// A kind of fault.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum FaultKind {
+    /// Nodes that stick out of their parents: a ray that misses the parent misses what is there.
+    NodeOutside,
+    /// Leaves out of which a triangle sticks: one that is in this leaf alone, or in several that do not enclose it together.
+    LeafOutside,
+    /// Triangles in no leaf, which no ray hits.
+    TriangleMissing,
+    /// Triangles with other corners in the file than in the mesh: the tree is of another mesh, or its triangles are in another
+    /// order.
+    TriangleMoved,
+    /// Nodes that the root does not reach; no part of the tree.
+    NodeUnreached,
+}
+
+impl FaultKind {
+    /// Every kind, the worst first.
+    pub const ALL: [Self; 5] =
+        [Self::NodeOutside, Self::LeafOutside, Self::TriangleMissing, Self::TriangleMoved, Self::NodeUnreached];
+
+    /// Name in JSON.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::NodeOutside => "node-outside",
+            Self::LeafOutside => "leaf-outside",
+            Self::TriangleMissing => "triangle-missing",
+            Self::TriangleMoved => "triangle-moved",
+            Self::NodeUnreached => "node-unreached",
+        }
+    }
+}
+
+/// All faults of one kind. Its text is a sentence without full stop: "3 nodes stick out of their parents by up to 0.25, first
+/// node 7".
+#[derive(Debug, Clone, PartialEq)]
+pub struct Fault {
+    /// The kind.
+    pub kind: FaultKind,
+    /// Number of nodes, or of triangles for the kinds that are about these.
+    pub count: u64,
+    /// The first of them as the file numbers it.
+    pub first: u32,
+    /// Largest distance by which something sticks out or corners differ, in world units; 0 for the other kinds.
+    pub excess: f32,
+    /// The nodes as the tree numbers them, in ascending order; empty for kinds that are about triangles or about nodes that are
+    /// no part of the tree.
+    pub nodes: Vec<u32>,
+}
+
+impl std::fmt::Display for Fault {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let Self { kind, count, first, excess, .. } = self;
+        let one = *count == 1;
+        // To three digits: 0.25 and 1.2e-7.
+        let excess: f32 = format!("{excess:.2e}").parse().unwrap_or(*excess);
+        let pick = |of_one: &'static str, of_many: &'static str| if one { of_one } else { of_many };
+        write!(f, "{count} ")?;
+        match kind {
+            FaultKind::NodeOutside => {
+                let what = pick("node sticks out of its parent", "nodes stick out of their parents");
+                write!(f, "{what} by up to {excess:?}")
+            }
+            FaultKind::LeafOutside => {
+                let what = pick("leaf does not enclose its triangles", "leaves do not enclose their triangles");
+                write!(f, "{what}, which stick out by up to {excess:?}")
+            }
+            FaultKind::TriangleMissing => f.write_str(pick("triangle is in no leaf", "triangles are in no leaf")),
+            FaultKind::TriangleMoved => {
+                let what = pick("triangle has other corners in the file", "triangles have other corners in the file");
+                write!(f, "{what} than in the model, by up to {excess:?}")
+            }
+            FaultKind::NodeUnreached => f.write_str(pick("node is not reached", "nodes are not reached")),
+        }?;
+        let is_about_nodes = !matches!(kind, FaultKind::TriangleMissing | FaultKind::TriangleMoved);
+        write!(f, ", first {} {first}", if is_about_nodes { "node" } else { "triangle" })
+    }
+}
+
+/// Nodes of a kind of fault, with the largest excess.
+#[derive(Default)]
+struct Found {
+    nodes: Vec<u32>,
+    excess: f64,
+}
+
+impl Found {
+    fn add(&mut self, node: u32, excess: f64) {
+        if self.nodes.last() != Some(&node) {
+            self.nodes.push(node);
+        }
+        self.excess = self.excess.max(excess);
+    }
+
+    /// The fault, where there is one. `numbers` are those of the file.
+    fn fault(self, kind: FaultKind, numbers: Option<&[u32]>) -> Option<Fault> {
+        let number = |&node: &u32| numbers.map_or(node, |numbers| numbers.get(node as usize).copied().unwrap_or(node));
+        let first = self.nodes.iter().map(number).min()?;
+        Some(Fault { kind, count: self.nodes.len() as u64, first, excess: self.excess as f32, nodes: self.nodes })
+    }
+}
+
+/// The faults of `tree`, which `arrays` and `links` gave, over `triangles`, where these are known.
+pub(super) fn find<C: FileContainer>(
+    tree: &Tree<C>,
+    numbers: Option<&[u32]>,
+    arrays: &Arrays<'_>,
+    links: &Links,
+    triangles: Option<&[Triangle]>,
+    token: &CancelToken,
+) -> Result<Vec<Fault>, Cancelled> {
+    let slack = f64::from(containment_slack(tree));
+    let mut faults = Vec::new();
+    let mut outside = in_chunks(tree, &token.part(0, 3), |number, found, _| {
+        let node = &tree.nodes[number as usize];
+        for child in node.children() {
+            let excess = node.container.excess_of(&tree.nodes[child as usize].container);
+            if excess > slack {
+                found.add(child, excess);
+            }
+        }
+        Ok(())
+    })?;
+    outside.nodes.sort_unstable();
+    faults.extend(outside.fault(FaultKind::NodeOutside, numbers));
+    // A number of triangles that nothing bears out is not trusted with memory.
+    let uses = if triangles.is_some() {
+        Uses::count(&tree.primitive_indices, arrays.triangles, &token.part(1, 3))?
+    } else {
+        Uses::count_sorted(&tree.primitive_indices, arrays.triangles, &token.part(1, 3))?
+    };
+    if let Some(triangles) = triangles {
+        let outside = outside_leaves(tree, triangles, &uses, slack, &token.part(2, 3))?;
+        faults.extend(outside.fault(FaultKind::LeafOutside, numbers));
+    }
+    let fault = |kind, count: u64, first, excess| Fault { kind, count, first, excess, nodes: Vec::new() };
+    if let Some((first, count)) = uses.missing {
+        faults.push(fault(FaultKind::TriangleMissing, u64::from(count), first, 0.0));
+    }
+    if let Some((first, count, excess)) = moved(arrays, triangles, token)? {
+        faults.push(fault(FaultKind::TriangleMoved, count, first, excess));
+    }
+    if let Some((first, count)) = links.unreached {
+        faults.push(fault(FaultKind::NodeUnreached, u64::from(count), first, 0.0));
+    }
+    Ok(faults)
+}
+
+/// Looks at each node, in parallel; the same on any number of threads. `look` polls for each primitive that it looks at.
+fn in_chunks<C: FileContainer>(
+    tree: &Tree<C>,
+    token: &CancelToken,
+    look: impl Fn(u32, &mut Found, &mut Steps<'_>) -> Result<(), Cancelled> + Sync,
+) -> Result<Found, Cancelled> {
+    let count = tree.nodes.len() as u32;
+    let chunks = count.div_ceil(STEPS_BETWEEN_CHECKS);
+    let parts = (0..chunks).into_par_iter().map(|chunk| {
+        token.check()?;
+        let (mut found, mut steps) = (Found::default(), Steps::silent(token));
+        let first = chunk.saturating_mul(STEPS_BETWEEN_CHECKS);
+        (first..first.saturating_add(STEPS_BETWEEN_CHECKS).min(count))
+            .try_for_each(|node| look(node, &mut found, &mut steps))?;
+        Ok(found)
+    });
+    let parts: Vec<Found> = parts.collect::<Result<_, Cancelled>>()?;
+    let mut all = Found::default();
+    for part in parts {
+        token.check()?;
+        all.nodes.extend(part.nodes);
+        all.excess = all.excess.max(part.excess);
+    }
+    token.set_progress(1.0);
+    Ok(all)
+}
+
+/// How often triangles are in leaves.
+struct Uses {
+    /// The triangles in several leaves.
+    several: Set,
+    /// Whether there are any.
+    has_several: bool,
+    /// The first triangle in no leaf, and the number of them.
+    missing: Option<(u32, u32)>,
+}
+
+impl Uses {
+    fn count(primitives: &[u32], triangles: u32, token: &CancelToken) -> Result<Self, Cancelled> {
+        let (mut once, mut several) = (Set::new(triangles, token)?, Set::new(triangles, token)?);
+        let (mut has_several, mut used) = (false, 0_u32);
+        let mut steps = Steps::new(token, primitives.len() as u64);
+        for &triangle in primitives {
+            steps.step()?;
+            if once.insert(triangle) {
+                several.insert(triangle);
+                has_several = true;
+            } else {
+                used = used.saturating_add(1);
+            }
+        }
+        let mut missing = None;
+        if let Some(count) = triangles.checked_sub(used).filter(|&count| count > 0) {
+            for triangle in 0..triangles {
+                steps.step()?;
+                if !once.contains(triangle) {
+                    missing = Some((triangle, count));
+                    break;
+                }
+            }
+        }
+        Ok(Self { several, has_several, missing })
+    }
+
+    /// [`Uses::count`] of the missing triangles alone, in memory that depends on the number of primitives.
+    fn count_sorted(primitives: &[u32], triangles: u32, token: &CancelToken) -> Result<Self, Cancelled> {
+        let mut indices = par_collect(primitives.len(), token, |slot| u64::from(primitives[slot]))?;
+        radix_sort(&mut indices, u32::BITS, token)?;
+        let (mut used, mut first) = (0_u32, None);
+        let mut steps = Steps::silent(token);
+        let mut before = None;
+        for index in indices.into_iter().map(|index| index as u32) {
+            steps.step()?;
+            if before != Some(index) {
+                if first.is_none() && index != used {
+                    first = Some(used);
+                }
+                used = used.saturating_add(1);
+                before = Some(index);
+            }
+        }
+        let missing = triangles.checked_sub(used).filter(|&count| count > 0);
+        let missing = missing.map(|count| (first.unwrap_or(used), count));
+        Ok(Self { several: Set::new(0, token)?, has_several: false, missing })
+    }
+}
+
+/// The leaves that do not enclose their triangles.
+fn outside_leaves<C: FileContainer>(
+    tree: &Tree<C>,
+    triangles: &[Triangle],
+    uses: &Uses,
+    slack: f64,
+    token: &CancelToken,
+) -> Result<Found, Cancelled> {
+    // Of each triangle in several leaves the box around these.
+    let mut around = Vec::new();
+    if uses.has_several {
+        around = par_collect(triangles.len(), token, |_| Aabb::EMPTY)?;
+        let mut steps = Steps::silent(token);
+        for leaf in tree.nodes.iter().filter(|node| node.is_leaf()) {
+            steps.step()?;
+            let bounds = leaf.container.bounds();
+            for &triangle in &tree.primitive_indices[leaf.slots()] {
+                steps.step()?;
+                let around = &mut around[triangle as usize];
+                *around = around.union(&bounds);
+            }
+        }
+    }
+    in_chunks(tree, token, |number, found, steps| {
+        let node = &tree.nodes[number as usize];
+        if !node.is_leaf() {
+            return Ok(());
+        }
+        for &primitive in &tree.primitive_indices[node.slots()] {
+            steps.step()?;
+            let triangle = &triangles[primitive as usize];
+            let excess = if uses.several.contains(primitive) {
+                around[primitive as usize].excess_of_triangle(triangle)
+            } else {
+                node.container.excess_of_triangle(triangle)
+            };
+            if excess > slack {
+                found.add(number, excess);
+            }
+        }
+        Ok(())
+    })
+}
+
+/// The first triangle whose corners in the file are not those of the mesh, the number of them, and the largest difference of a
+/// coordinate.
+fn moved(
+    arrays: &Arrays<'_>,
+    triangles: Option<&[Triangle]>,
+    token: &CancelToken,
+) -> Result<Option<(u32, u64, f32)>, Cancelled> {
+    let (Some(corners), Some(triangles)) = (arrays.corners, triangles) else { return Ok(None) };
+    let (mut first, mut count, mut largest) = (None, 0_u64, 0.0_f32);
+    let mut steps = Steps::silent(token);
+    for (number, triangle) in (0..).zip(triangles) {
+        steps.step()?;
+        let written: [f32; 9] = corners.floats(number);
+        let coordinates: &[f32; 9] = bytemuck::cast_ref(triangle);
+        if written != *coordinates {
+            first = first.or(Some(number));
+            count = count.saturating_add(1);
+            let differences = written.iter().zip(coordinates).map(|(a, b)| (a - b).abs());
+            largest = differences.fold(largest, f32::max);
+        }
+    }
+    Ok(first.map(|first| (first, count, largest)))
+}
+
+/// Peak of finding faults for each triangle, where all are in several leaves.
+pub(super) const BYTES_PER_TRIANGLE: u64 = size_of::<Aabb>() as u64;
+/// The same for each primitive, where the triangles are not known.
+pub(super) const BYTES_PER_INDEX: u64 = 2 * size_of::<u64>() as u64;
+/// The same for each node: lists of nodes, twice while they are joined.
+pub(super) const BYTES_PER_NODE: u64 = 16;

@@ -1,0 +1,129 @@
+//! The nodes of a tree as a table for notebooks: CSV or JSON.
+
+use std::io::{self, Write};
+
+use serde::Serialize;
+use serde_json::{Value, json};
+
+use super::bounds::FileContainer;
+use super::header::Header;
+use super::links::Steps;
+use crate::cancel::CancelToken;
+use crate::kernel::par_collect::zeros;
+use crate::tree::{AnyTree, ContainerKind, Tree};
+use crate::with_tree;
+
+/// Columns beside the bounds.
+const COLUMNS: [&str; 7] = ["node", "parent", "depth", "first_child", "children", "first_primitive", "primitives"];
+
+/// Columns of the bounds.
+const fn bounds_columns(kind: ContainerKind) -> &'static [&'static str] {
+    match kind {
+        ContainerKind::Aabb => &["min_x", "min_y", "min_z", "max_x", "max_y", "max_z"],
+        ContainerKind::Sphere => &["center_x", "center_y", "center_z", "radius"],
+    }
+}
+
+/// A row without its bounds: the values of [`COLUMNS`].
+#[derive(Serialize)]
+struct NodeRow(u32, Option<u32>, u32, Option<u32>, u32, u32, u32);
+
+/// Writes the nodes of `tree` as CSV with a line of names: `node`, `parent` (empty for the root), `depth`, `first_child` (empty
+/// for a leaf; children are neighbours), `children` (their number), `first_primitive` and `primitives` (the range of positions
+/// in leaf order at and below the node), then `min_x` to `max_z` or `center_x` to `radius`.
+///
+/// # Errors
+///
+/// As [`write_tree`](super::write_tree).
+pub fn write_nodes_csv(tree: &AnyTree, writer: &mut (impl Write + ?Sized), token: &CancelToken) -> io::Result<()> {
+    let columns = [&COLUMNS, bounds_columns(tree.container_kind())].concat();
+    writeln!(writer, "{}", columns.join(","))?;
+    with_tree!(tree, tree => for_each_row(tree, token, |_, NodeRow(node, parent, depth, child, children, first, count), bounds| {
+        let [parent, child] = [parent, child].map(|number| number.map_or_else(String::new, |number| number.to_string()));
+        write!(writer, "{node},{parent},{depth},{child},{children},{first},{count}")?;
+        bounds.iter().try_for_each(|number| write!(writer, ",{number:?}"))?;
+        writeln!(writer)
+    }))
+}
+
+/// Writes the nodes of `tree` as a JSON object: the header's fields; `columns`, the names of [`write_nodes_csv`]; `nodes`, a
+/// list of rows with these values, null where CSV has nothing; and `indices`, the primitives in leaf order.
+///
+/// # Errors
+///
+/// As [`write_tree`](super::write_tree).
+pub fn write_nodes_json(
+    tree: &AnyTree,
+    header: &Header,
+    writer: &mut (impl Write + ?Sized),
+    token: &CancelToken,
+) -> io::Result<()> {
+    let columns = [&COLUMNS, bounds_columns(tree.container_kind())].concat();
+    let fields = json!({
+        "container": tree.container_kind().name(),
+        "triangles": header.triangles,
+        "builder": header.builder,
+        "settings": header.settings,
+        "build_ms": header.build_ms,
+        "columns": columns,
+    });
+    write!(writer, "{{")?;
+    for (name, value) in fields.as_object().into_iter().flatten().filter(|(_, value)| !value.is_null()) {
+        write!(writer, "{}:{value},", Value::from(name.as_str()))?;
+    }
+    write!(writer, "\"nodes\":[")?;
+    with_tree!(tree, tree => for_each_row(tree, token, |index, row, bounds| {
+        write!(writer, "{}", if index > 0 { ",\n" } else { "\n" })?;
+        let text = serde_json::to_string(&row)?;
+        write!(writer, "{}", text.trim_end_matches(']'))?;
+        bounds.iter().try_for_each(|number| write!(writer, ",{number:?}"))?;
+        write!(writer, "]")
+    }))?;
+    write!(writer, "],\n\"indices\":[")?;
+    let mut steps = Steps::silent(token);
+    for (index, primitive) in tree.primitive_indices().iter().enumerate() {
+        steps.step().map_err(io::Error::other)?;
+        write!(writer, "{}{primitive}", if index > 0 { "," } else { "" })?;
+    }
+    writeln!(writer, "]}}")
+}
+
+/// Calls `write` with each node, its number and the numbers of its bounds.
+fn for_each_row<C: FileContainer>(
+    tree: &Tree<C>,
+    token: &CancelToken,
+    mut write: impl FnMut(usize, NodeRow, &[f32]) -> io::Result<()>,
+) -> io::Result<()> {
+    let nodes = &tree.nodes;
+    let list = || zeros::<u32>(nodes.len(), token).map_err(io::Error::other);
+    let (mut parents, mut depths, mut firsts, mut counts) = (list()?, list()?, list()?, list()?);
+    let mut steps = Steps::silent(token);
+    for (number, node) in nodes.iter().enumerate() {
+        steps.step().map_err(io::Error::other)?;
+        for child in node.children() {
+            parents[child as usize] = number as u32;
+            depths[child as usize] = depths[number].saturating_add(1);
+        }
+    }
+    // Backwards, so that children are done before their parents.
+    for (number, node) in nodes.iter().enumerate().rev() {
+        steps.step().map_err(io::Error::other)?;
+        if node.is_leaf() {
+            (firsts[number], counts[number]) = (node.first, node.count);
+        } else {
+            firsts[number] = firsts[node.first as usize];
+            let sum = node.children().map(|child| counts[child as usize]).fold(0, u32::saturating_add);
+            counts[number] = sum;
+        }
+    }
+    let mut steps = Steps::new(token, nodes.len() as u64);
+    for (index, node) in nodes.iter().enumerate() {
+        steps.step().map_err(io::Error::other)?;
+        let parent = (index > 0).then_some(parents[index]);
+        let first_child = (!node.is_leaf()).then_some(node.first);
+        let (number, arity) = (index as u32, node.arity());
+        let row = NodeRow(number, parent, depths[index], first_child, arity, firsts[index], counts[index]);
+        write(index, row, node.container.numbers())?;
+    }
+    Ok(())
+}

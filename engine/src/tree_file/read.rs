@@ -1,0 +1,154 @@
+//! Reading a tree file from memory.
+
+use super::arrays::{Arrays, Rows};
+use super::assemble::{Assembled, assemble};
+use super::bounds::{FileContainer, is_usable};
+use super::error::TreeFileError;
+use super::faults::{self, Fault};
+use super::header::{Header, Parsed, parse};
+use super::layout::MAGIC;
+use super::links::{Links, Steps};
+use crate::cancel::CancelToken;
+use crate::geometry::{Aabb, Sphere, Triangle};
+use crate::tree::{AnyTree, ContainerKind, Node, Tree};
+
+/// What is read from a tree file.
+#[derive(Debug, Clone, PartialEq)]
+pub struct TreeFile {
+    /// What the file says of its tree.
+    pub header: Header,
+    /// The tree. Nodes have 1 to [`Header::arity`] children, leaves any number of primitives.
+    pub tree: AnyTree,
+    /// The triangles of the file, where it has them and no others were given.
+    pub corners: Option<Vec<Triangle>>,
+    /// Number of nodes that were left out, because they have neither primitives nor children that were kept.
+    pub empty_nodes: u32,
+    /// The number that each node of the tree has in the file; `None` where all have the same.
+    pub numbers: Option<Vec<u32>>,
+    /// What is wrong with the tree; one entry per kind, in the order of [`FaultKind::ALL`](super::FaultKind::ALL).
+    pub faults: Vec<Fault>,
+}
+
+/// Whether `bytes` begin as a tree file does.
+pub fn is_tree_file(bytes: &[u8]) -> bool {
+    bytes.starts_with(MAGIC)
+}
+
+/// Reads the header alone.
+///
+/// # Errors
+///
+/// Where the first two lines are not those of a tree file.
+pub fn read_header(bytes: &[u8]) -> Result<Header, TreeFileError> {
+    parse(bytes).map(|parsed| parsed.header)
+}
+
+/// Whether a file has the triangles of its mesh, by its first two lines, which are enough of `bytes`.
+///
+/// # Errors
+///
+/// Where the first two lines are not those of a tree file.
+pub fn has_corners(bytes: &[u8]) -> Result<bool, TreeFileError> {
+    parse(bytes).map(|parsed| parsed.arrays.contains_key("corners"))
+}
+
+/// Reads the triangles of a file without its tree. `max_bytes` is the memory that may be allocated.
+///
+/// # Errors
+///
+/// [`TreeFileError::NoCorners`] where the file has none; otherwise where header, arrays or corners are wrong.
+pub fn read_corners(bytes: &[u8], max_bytes: u64, token: &CancelToken) -> Result<Vec<Triangle>, TreeFileError> {
+    let arrays = Arrays::find(&parse(bytes)?)?;
+    let corners = arrays.corners.ok_or(TreeFileError::NoCorners)?;
+    allow(u64::from(arrays.triangles).saturating_mul(size_of::<Triangle>() as u64), max_bytes)?;
+    triangles(corners, arrays.triangles, token)
+}
+
+impl TreeFile {
+    /// Reads a file in memory. `mesh` are the triangles that the tree is of, where they are known; otherwise those of the file
+    /// are taken, if it has them. `max_bytes` is the memory that may be allocated; nothing is before the sizes in the header
+    /// are found to fit the file. Runs in the calling thread's rayon pool, and reports progress through `token`.
+    ///
+    /// # Errors
+    ///
+    /// What cannot be shown: see [`TreeFileError`]. What can be shown and is wrong is in [`TreeFile::faults`].
+    pub fn read(
+        bytes: &[u8],
+        mesh: Option<&[Triangle]>,
+        max_bytes: u64,
+        token: &CancelToken,
+    ) -> Result<Self, TreeFileError> {
+        token.check()?;
+        let parsed = parse(bytes)?;
+        let arrays = Arrays::find(&parsed)?;
+        if let Some(mesh) = mesh.filter(|mesh| mesh.len() != arrays.triangles as usize) {
+            return Err(TreeFileError::OtherMesh { file: arrays.triangles, model: mesh.len() });
+        }
+        allow(peak_bytes(&parsed, &arrays, mesh.is_some()), max_bytes)?;
+        match parsed.kind {
+            ContainerKind::Aabb => read_of::<Aabb>(parsed, &arrays, mesh, token),
+            ContainerKind::Sphere => read_of::<Sphere>(parsed, &arrays, mesh, token),
+        }
+    }
+}
+
+fn read_of<C: FileContainer>(
+    parsed: Parsed<'_>,
+    arrays: &Arrays<'_>,
+    mesh: Option<&[Triangle]>,
+    token: &CancelToken,
+) -> Result<TreeFile, TreeFileError>
+where
+    AnyTree: From<Tree<C>>,
+{
+    let links = Links::follow(arrays, &token.part(0, 3))?;
+    let Assembled { tree, numbers } = assemble::<C>(arrays, &links, &token.part(1, 3))?;
+    let corners = match arrays.corners {
+        Some(corners) if mesh.is_none() => Some(triangles(corners, arrays.triangles, token)?),
+        _ => None,
+    };
+    let known = mesh.or(corners.as_deref());
+    let faults = faults::find(&tree, numbers.as_deref(), arrays, &links, known, &token.part(2, 3))?;
+    token.set_progress(1.0);
+    Ok(TreeFile { header: parsed.header, tree: tree.into(), corners, empty_nodes: links.empty, numbers, faults })
+}
+
+/// The triangles in the array `corners`.
+fn triangles(corners: Rows<'_>, count: u32, token: &CancelToken) -> Result<Vec<Triangle>, TreeFileError> {
+    let mut list = Vec::with_capacity(count as usize);
+    let mut steps = Steps::new(token, u64::from(count));
+    for triangle in 0..count {
+        steps.step()?;
+        let numbers: [f32; 9] = corners.floats(triangle);
+        if let Some(&number) = numbers.iter().find(|number| !is_usable(**number)) {
+            return Err(TreeFileError::Corner { triangle, number });
+        }
+        list.push(bytemuck::cast(numbers));
+    }
+    Ok(list)
+}
+
+/// Estimated peak of what reading allocates, in bytes. The file itself, which is in memory already, is not counted.
+fn peak_bytes(parsed: &Parsed<'_>, arrays: &Arrays<'_>, has_mesh: bool) -> u64 {
+    // Parent, place in the order, number and depth, and the stack, which grows by doubling.
+    const OF_LINKS: u64 = 7 * size_of::<u32>() as u64;
+    let node = match parsed.kind {
+        ContainerKind::Aabb => size_of::<Node<Aabb>>(),
+        ContainerKind::Sphere => size_of::<Node<Sphere>>(),
+    };
+    let per_node = (node as u64).saturating_add(OF_LINKS).saturating_add(faults::BYTES_PER_NODE);
+    let (of_index, of_triangle) = match (has_mesh, arrays.corners) {
+        (true, _) => (0, faults::BYTES_PER_TRIANGLE),
+        (false, Some(_)) => (0, faults::BYTES_PER_TRIANGLE.saturating_add(size_of::<Triangle>() as u64)),
+        (false, None) => (faults::BYTES_PER_INDEX, 0),
+    };
+    let per_index = of_index.saturating_add(size_of::<u32>() as u64);
+    [(arrays.nodes, per_node), (arrays.indices, per_index), (arrays.triangles, of_triangle)]
+        .into_iter()
+        .map(|(count, bytes)| u64::from(count).saturating_mul(bytes))
+        .fold(0, u64::saturating_add)
+}
+
+fn allow(needed: u64, allowed: u64) -> Result<(), TreeFileError> {
+    if needed <= allowed { Ok(()) } else { Err(TreeFileError::Memory { needed, allowed }) }
+}

@@ -1,0 +1,11 @@
+//! Tree files: what is written is read again, what is broken is refused by name, what is wrong is listed.
+
+mod draft;
+mod n_ary;
+
+mod faults;
+mod mutations;
+mod orders;
+mod refusals;
+mod round_trips;
+mod tables;

@@ -1,0 +1,29 @@
+//! What a file says of the tree that it holds.
+
+use std::borrow::Cow;
+use std::path::PathBuf;
+
+use bvhscope_engine::tree_file::{Fault, Header};
+
+/// What a file says of the tree that it holds, and what is wrong with it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct FileTree {
+    /// The file.
+    pub path: PathBuf,
+    /// What it says of the tree.
+    pub header: Header,
+    /// What is wrong with the tree.
+    pub faults: Vec<Fault>,
+    /// Number of nodes that were left out because they are empty.
+    pub empty_nodes: u32,
+    /// The number of each node in the file; `None` where all have the same.
+    pub numbers: Option<Vec<u32>>,
+}
+
+impl FileTree {
+    /// The name of its builder, or of the file where that is not known.
+    pub fn builder(&self) -> Cow<'_, str> {
+        let of_file = || self.path.file_stem().map_or(Cow::Borrowed("unknown"), |stem| stem.to_string_lossy());
+        self.header.builder.as_deref().map_or_else(of_file, Cow::Borrowed)
+    }
+}

@@ -1,0 +1,94 @@
+//! Trees that files hold, of any builder: read, checked and shown like those that are built here.
+
+use std::borrow::Cow;
+use std::path::Path;
+use std::sync::Arc;
+use std::time::Duration;
+
+use super::file_tree::FileTree;
+use super::{Accel, BUILD_BYTES_PER_TRIANGLE};
+use crate::budget::Budget;
+use crate::scene::{LoadError, Scene, read_file};
+use bvhscope_engine::build_cache::NodeRecycler;
+use bvhscope_engine::builders::StageTimes;
+use bvhscope_engine::tree::statistics::tree_stats;
+use bvhscope_engine::tree_file::serde_json::{Value, to_value};
+use bvhscope_engine::tree_file::{Fault, Header, TreeFile};
+use bvhscope_engine::{BuildReport, BuildSettings, CancelToken, Preset};
+
+impl Accel {
+    /// Reads the tree of `scene` that the file at `path` holds. Its wide tree is made on request. The settings are the default
+    /// ones with the container of the tree; times are those of the file, zero where it has none.
+    ///
+    /// # Errors
+    ///
+    /// Where the file cannot be read, is no tree of this scene, or does not fit into the memory budget.
+    pub fn read(scene: &Arc<Scene>, path: &Path, token: &CancelToken) -> Result<Self, LoadError> {
+        let bytes = read_file(path, None, token)?;
+        let budget = Budget::of_process();
+        let file = TreeFile::read(&bytes, Some(&scene.triangles), budget.allowance(), token)
+            .map_err(|error| LoadError::of_tree_file(path, &error))?;
+        drop(bytes);
+        let TreeFile { header, tree, empty_nodes, numbers, faults, .. } = file;
+        // For what is derived from it: the wide tree, triangles in leaf order, lists of nodes.
+        let primitives = tree.primitive_indices().len() as u64;
+        let within = budget.check("the tree", primitives.saturating_mul(BUILD_BYTES_PER_TRIANGLE));
+        within.map_err(|error| LoadError::over_budget(path, &error))?;
+        let settings = BuildSettings::preset(Preset::Fast, tree.container_kind());
+        let build_time = header.build_ms.and_then(|ms| Duration::try_from_secs_f64(ms / 1e3).ok());
+        let report = BuildReport {
+            stages: StageTimes::default(),
+            build_time: build_time.unwrap_or_default(),
+            threads: rayon::current_num_threads(),
+            stats: tree_stats(&tree, token)?,
+            tree_bytes: tree.bytes(),
+            triangle_bytes: size_of_val(&scene.triangles[..]),
+        };
+        let mut accel = Self::new(scene, &settings, tree, report, NodeRecycler::default());
+        accel.file = Some(FileTree { path: path.to_path_buf(), header, faults, empty_nodes, numbers });
+        Ok(accel)
+    }
+
+    /// Name of the builder, on the command line and in JSON; that of the file for a tree that was read.
+    pub fn builder_name(&self) -> Cow<'_, str> {
+        self.file.as_ref().map_or(Cow::Borrowed(self.settings.builder.name()), FileTree::builder)
+    }
+
+    /// Time of the build in milliseconds; `None` for a tree whose file does not say.
+    pub fn build_ms(&self) -> Option<f64> {
+        match &self.file {
+            Some(file) => file.header.build_ms,
+            None => Some(self.report.build_time.as_secs_f64() * 1e3),
+        }
+    }
+
+    /// What is wrong with a tree that was read; nothing for one that was built here.
+    pub fn faults(&self) -> &[Fault] {
+        self.file.as_ref().map_or(&[], |file| &file.faults)
+    }
+
+    /// What a file says of this tree, or of the wide tree that is made from it: as the file says that it was read from, or builder,
+    /// settings and time of the build.
+    pub fn file_header(&self, wide: bool) -> Header {
+        if let Some(file) = &self.file {
+            // The tree that was made from it is another.
+            let build_ms = file.header.build_ms.filter(|_| !wide);
+            return Header { build_ms, ..file.header.clone() };
+        }
+        let mut settings = to_value(self.settings).unwrap_or_default();
+        if let Value::Object(fields) = &mut settings {
+            // These two stand in the header already.
+            fields.remove("builder");
+            fields.remove("container");
+            if wide {
+                fields.insert("wide".to_owned(), true.into());
+            }
+        }
+        Header {
+            builder: Some(self.builder_name().into_owned()),
+            settings: Some(settings),
+            build_ms: self.build_ms(),
+            ..Header::new(self.scene.triangles.len())
+        }
+    }
+}

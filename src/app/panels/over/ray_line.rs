@@ -1,0 +1,119 @@
+//! The recorded ray in the viewport: its line, faint where the surface hides it, the triangles that were tested, and where the
+//! present step is.
+
+use egui::{Color32, Painter, Pos2, Rect, Stroke, Ui};
+use glam::Vec3;
+
+use super::projection::View;
+use crate::app::state::{AppState, Presented};
+use crate::app::theme;
+use crate::lab::ray::{RayRecord, RayStep};
+use crate::overlay::Role;
+
+/// Pieces of the line, each of which is hidden or not.
+const PIECES: u16 = 96;
+/// Length of the line before the model as a fraction of that within.
+const APPROACH: f32 = 0.4;
+/// Opacity of what the surface hides.
+const HIDDEN: f32 = 0.35;
+/// How far behind the surface of the picture a point still counts as on it, as a fraction of its depth.
+const ON_SURFACE: f32 = 2e-3;
+/// Most tested triangles that are outlined, the newest.
+const MOST_TRIANGLES: usize = 200;
+
+/// Shows it within `rect`, the viewport's rectangle, while the view "Ray" is open.
+pub(crate) fn show(ui: &Ui, rect: Rect, state: &AppState) {
+    let (Some(shown), Some(outcome)) = (&state.model.presented, state.lab.ray.shown()) else { return };
+    let (Ok(record), true) = (&**outcome, state.shows_ray()) else { return };
+    let Some(step) = record.steps.get(state.lab.ray.cursor) else { return };
+    let painter = ui.painter().with_clip_rect(rect);
+    let [r, g, b] = Role::Traced.color().unwrap_or([255; 3]);
+    let drawing = Drawing {
+        view: View::new(shown.frame.camera, rect),
+        painter,
+        rect,
+        shown,
+        tests_surface: state.preferences.show_geometry,
+        color: Color32::from_rgb(r, g, b),
+        warm: theme::palette(ui).warm,
+    };
+    drawing.triangles(record, state.lab.ray.cursor);
+    drawing.line(record);
+    drawing.points(record, step);
+}
+
+struct Drawing<'a> {
+    view: View,
+    painter: Painter,
+    rect: Rect,
+    shown: &'a Presented,
+    /// Whether the picture hides what is behind its surface.
+    tests_surface: bool,
+    color: Color32,
+    warm: Color32,
+}
+
+impl Drawing<'_> {
+    /// The ray from where it comes near the model to its hit, or to where it leaves the model.
+    fn line(&self, record: &RayRecord) {
+        let [from, to] = record.reach();
+        // From outside of the model, so that it is seen where the ray comes from.
+        let from = (from - APPROACH * (to - from)).max(record.ray.t_min.max(0.0));
+        let to = record.hit.map_or(to, |(t, _)| t).min(record.ray.t_max);
+        let at = |piece: u16| record.ray.at(from + (to - from) * f32::from(piece) / f32::from(PIECES));
+        for piece in 0..PIECES {
+            let [a, b] = [at(piece), at(piece + 1)];
+            let color = if self.is_hidden((a + b) * 0.5) { self.color.gamma_multiply(HIDDEN) } else { self.color };
+            self.segment(a, b, Stroke::new(2.0, color));
+        }
+    }
+
+    fn segment(&self, a: Vec3, b: Vec3, stroke: Stroke) {
+        if let (Some(a), Some(b)) = (self.view.place(a), self.view.place(b)) {
+            self.painter.line_segment([a, b], stroke);
+        }
+    }
+
+    /// Whether the picture shows a surface in front of a point.
+    fn is_hidden(&self, point: Vec3) -> bool {
+        let frame = &self.shown.frame;
+        let Some(at) = self.view.place(point).filter(|at| self.tests_surface && self.rect.contains(*at)) else {
+            return false;
+        };
+        let share = (at - self.rect.min) / self.rect.size();
+        let pixel = |share: f32, count: u32| ((share * count as f32) as u32).min(count.saturating_sub(1));
+        let index = pixel(share.y, frame.height_px) * frame.width_px + pixel(share.x, frame.width_px);
+        let depth = frame.depth.get(index as usize).copied().unwrap_or(f32::INFINITY);
+        self.view.depth(point) > depth * (1.0 + ON_SURFACE)
+    }
+
+    /// The triangles that were tested, that of the present step in the warm colour.
+    fn triangles(&self, record: &RayRecord, cursor: usize) {
+        let tested = record.steps.iter().enumerate().take(cursor + 1).rev();
+        let tested = tested.filter_map(|(index, step)| Some((index, step.what.triangle()?)));
+        for (index, triangle) in tested.take(MOST_TRIANGLES) {
+            let Some(triangle) = self.shown.accel.scene.triangles.get(triangle as usize) else { continue };
+            let stroke = if index == cursor {
+                Stroke::new(2.5, self.warm)
+            } else {
+                Stroke::new(1.0, self.color.gamma_multiply(0.8))
+            };
+            for (a, b) in [(triangle.a, triangle.b), (triangle.b, triangle.c), (triangle.c, triangle.a)] {
+                self.segment(a, b, stroke);
+            }
+        }
+    }
+
+    /// A disc at the hit, and a ring where the ray is in the present step.
+    fn points(&self, record: &RayRecord, step: &RayStep) {
+        let place = |t: f32| self.view.place(record.ray.at(t));
+        let disc = |at: Pos2| {
+            self.painter.circle(at, 4.0, self.color, Stroke::new(1.5, Color32::from_black_alpha(180)));
+        };
+        record.hit.and_then(|(t, _)| place(t)).into_iter().for_each(disc);
+        let span = step.span.and_then(|span| record.spans.get(span as usize));
+        if let Some(at) = step.what.t().or(span.map(|span| span.t[0])).and_then(place) {
+            self.painter.circle_stroke(at, 6.5, Stroke::new(2.0, self.warm));
+        }
+    }
+}

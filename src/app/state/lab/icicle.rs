@@ -1,0 +1,129 @@
+//! The icicle: what widths and colours stand for, the node on top, and the layout that was made last.
+
+use std::sync::{Arc, Weak};
+
+use crate::accel::Accel;
+use crate::app::state::study::Study;
+use crate::lab::icicle::{Icicle, IcicleWidth};
+use crate::lab::node_values::{KnownVisits, MetricScale, NodeMetric, NodeValues};
+use crate::overlay::NodeTable;
+
+/// What the widths of an icicle are made from.
+#[derive(Debug, Clone, PartialEq)]
+pub struct IcicleInputs {
+    /// What widths stand for.
+    pub width: IcicleWidth,
+    /// The measured visits, where widths stand for them.
+    pub visits: Option<KnownVisits>,
+}
+
+/// The icicle of the presented tree.
+#[derive(Debug)]
+pub struct IcicleView {
+    /// What widths stand for.
+    pub width: IcicleWidth,
+    /// What colours stand for.
+    pub color: NodeMetric,
+    /// For each node what the width of all below it is made of.
+    pub sums: Study<IcicleInputs, Vec<f32>>,
+    tree: Weak<Accel>,
+    top: u32,
+    layout: Option<(LayoutKey, Arc<IcicleLayout>)>,
+}
+
+/// An icicle with its colours.
+#[derive(Debug)]
+pub struct IcicleLayout {
+    /// The cells.
+    pub icicle: Icicle,
+    /// The place of each cell on the colour scale, 0 to 1; `None` for a node without a value.
+    pub positions: Vec<Option<f32>>,
+    /// The colour scale.
+    pub scale: MetricScale,
+}
+
+/// The inputs of a layout.
+#[derive(Debug)]
+struct LayoutKey {
+    sums: Arc<Vec<f32>>,
+    visits: Option<KnownVisits>,
+    top: u32,
+    color: NodeMetric,
+    size: [u32; 2],
+    /// Whether depths and counts of primitives are known.
+    is_counted: bool,
+}
+
+impl PartialEq for LayoutKey {
+    fn eq(&self, other: &Self) -> bool {
+        Arc::ptr_eq(&self.sums, &other.sums)
+            && (&self.visits, self.top, self.color, self.size, self.is_counted)
+                == (&other.visits, other.top, other.color, other.size, other.is_counted)
+    }
+}
+
+impl Default for IcicleView {
+    fn default() -> Self {
+        Self {
+            width: IcicleWidth::Cost,
+            color: NodeMetric::Overlap,
+            sums: Study::default(),
+            tree: Weak::new(),
+            top: 0,
+            layout: None,
+        }
+    }
+}
+
+impl IcicleView {
+    /// Puts the root on top where the tree is another one than the last time.
+    pub fn follow(&mut self, accel: &Arc<Accel>) {
+        if !std::ptr::eq(self.tree.as_ptr(), Arc::as_ptr(accel)) {
+            (self.tree, self.top, self.layout) = (Arc::downgrade(accel), 0, None);
+        }
+    }
+
+    /// The topmost node.
+    pub const fn top(&self) -> u32 {
+        self.top
+    }
+
+    /// Zooms to `node` and all below it.
+    pub const fn zoom_to(&mut self, node: u32) {
+        self.top = node;
+    }
+
+    /// The layout of `accel` that was made last.
+    pub fn last_layout(&self, accel: &Arc<Accel>) -> Option<&Arc<IcicleLayout>> {
+        let (_, layout) = self.layout.as_ref()?;
+        std::ptr::eq(self.tree.as_ptr(), Arc::as_ptr(accel)).then_some(layout)
+    }
+
+    /// The icicle of `table` in `size` columns and most levels, which is made anew only where something has changed; `None` while the
+    /// widths are not known.
+    pub fn layout(
+        &mut self,
+        accel: &Arc<Accel>,
+        table: &NodeTable,
+        visits: Option<KnownVisits>,
+        size: [u32; 2],
+    ) -> Option<Arc<IcicleLayout>> {
+        let sums = Arc::clone(self.sums.of_tree(accel)?);
+        let visits = visits.filter(|_| self.color.needs_visits());
+        let is_counted = accel.known_ancestry().is_some();
+        let key = LayoutKey { sums, visits, top: self.top, color: self.color, size, is_counted };
+        if let Some((known, layout)) = &self.layout
+            && *known == key
+        {
+            return Some(Arc::clone(layout));
+        }
+        let icicle = Icicle::new(|node| table.children(node), &key.sums, key.top, size[0], size[1]);
+        let values = NodeValues { accel, visits: key.visits.as_ref().map(|visits| &*visits.0) };
+        let of_cells: Vec<_> = icicle.cells.iter().map(|cell| values.get(key.color, cell.node)).collect();
+        let scale = MetricScale::fitting(key.color, of_cells.iter().flatten().copied());
+        let positions = of_cells.iter().map(|value| value.map(|value| scale.position(value))).collect();
+        let layout = Arc::new(IcicleLayout { icicle, positions, scale });
+        self.layout = Some((key, Arc::clone(&layout)));
+        Some(layout)
+    }
+}

@@ -1,0 +1,11 @@
+//! State of the view "Merges": the step that it shows, how it plays, and what was derived for it.
+
+mod study;
+
+mod standing;
+
+mod parameters;
+
+pub use parameters::{CutKind, MergePage, MergesState};
+pub use standing::{CutNodes, Standing};
+pub use study::{ChoiceOf, MergeStudy};

@@ -1,0 +1,159 @@
+//! What the views of the dock show: parameters that the user chose, and what was derived from the presented tree.
+
+mod curve;
+mod icicle;
+pub mod merges;
+mod nodes;
+mod other_tree;
+mod outline;
+mod plots;
+mod ray;
+
+pub use curve::CurveView;
+pub use icicle::{IcicleInputs, IcicleLayout, IcicleView};
+pub use merges::{MergesState, Standing};
+pub use nodes::{NodesView, RankingInputs};
+pub use other_tree::OtherTree;
+pub use outline::{Outline, OutlineRow};
+pub use plots::{PlotKind, PlotsView, PlottedTree, ScatterInputs, TreeQuality, TreeSet};
+pub use ray::{RayOutcome, RaySource, RayView, SPEEDS};
+
+use std::collections::HashMap;
+use std::sync::{Arc, Weak};
+
+use crate::accel::Accel;
+use crate::app::state::activity::JobStatus;
+use crate::app::state::paper::{Experiment, PaperResult};
+use crate::app::state::study::Study;
+use crate::lab::diagnose::Finding;
+use crate::lab::icicle::IcicleWidth;
+use crate::lab::node_values::KnownVisits;
+use crate::lab::population::{Population, ViewRays};
+use crate::scene::Scene;
+use bvhscope_engine::tree::survival::Survival;
+use bvhscope_engine::tree::visits::Visits;
+
+/// State of the dock's views. Nothing here outlives the run.
+#[derive(Debug, Default)]
+pub struct LabState {
+    /// The outline of the tree in the view "Nodes".
+    pub outline: Outline,
+    /// The curve that the primitives are sorted along.
+    pub curve: CurveView,
+    /// What in the model or its tree makes rays slow.
+    pub findings: Study<(), Vec<Finding>>,
+    /// The nodes of the first tree that the second has too, and the other way round.
+    pub survival: Study<OtherTree, [Survival; 2]>,
+    /// The ray in the view "Ray".
+    pub ray: RayView,
+    /// The kind of rays that visits are measured by.
+    pub population: Population,
+    /// How often the chosen rays visit each node.
+    pub visits: Study<ViewRays, Visits>,
+    /// The primary rays by whose view visits are measured, and their scene: the view when visits were first wanted, so that numbers stay
+    /// the same while the user looks at nodes from elsewhere, and can be compared from tree to tree.
+    rays: Option<(Weak<Scene>, ViewRays)>,
+    /// The list of worst nodes.
+    pub nodes: NodesView,
+    /// The icicle.
+    pub icicle: IcicleView,
+    /// The view "Plots".
+    pub plots: PlotsView,
+    /// The view "Merges".
+    pub merges: MergesState,
+}
+
+impl LabState {
+    /// The job that derives what the open view lacks.
+    pub fn job(&self) -> Option<&JobStatus> {
+        let jobs = [
+            &self.findings.job,
+            &self.curve.scaffold.job,
+            &self.visits.job,
+            &self.nodes.ranking.job,
+            &self.icicle.sums.job,
+            &self.plots.scatter.job,
+            &self.survival.job,
+            &self.ray.record.job,
+        ];
+        self.merges.job().or(jobs.into_iter().find_map(Option::as_ref))
+    }
+
+    /// The rays of the chosen population by which visits in `scene` are measured, if that was begun.
+    pub fn rays(&self, scene: &Arc<Scene>) -> Option<ViewRays> {
+        let (_, rays) = self.rays.as_ref().filter(|(of, _)| std::ptr::eq(of.as_ptr(), Arc::as_ptr(scene)))?;
+        Some(rays.of(self.population))
+    }
+
+    /// Measures visits by the rays of the view of these primary ones from now on.
+    pub fn measure_by(&mut self, scene: &Arc<Scene>, rays: ViewRays) {
+        self.rays = Some((Arc::downgrade(scene), rays));
+        self.visits.resume();
+    }
+
+    /// What the list of worst nodes of `accel` is to be made from; `None` while visits are needed and not known.
+    pub fn ranking_inputs(&self, accel: &Arc<Accel>) -> Option<RankingInputs> {
+        let order = self.nodes.order;
+        let visits = self.needed_visits(accel, order.metric.needs_visits()).ok()?;
+        Some(RankingInputs { order, visits })
+    }
+
+    /// What the widths of the icicle of `accel` are to be made from; `None` while visits are needed and not known.
+    pub fn icicle_inputs(&self, accel: &Arc<Accel>) -> Option<IcicleInputs> {
+        let width = self.icicle.width;
+        let visits = self.needed_visits(accel, width == IcicleWidth::Visits).ok()?;
+        Some(IcicleInputs { width, visits })
+    }
+
+    /// What the scatter of the nodes of `accel` is to be made from; `None` while its visits are not known.
+    pub fn scatter_inputs(&self, accel: &Arc<Accel>) -> Option<ScatterInputs> {
+        let rays = self.rays(&accel.scene)?;
+        let visits = KnownVisits(Arc::clone(self.visits.get(accel, &rays)?));
+        Some(ScatterInputs { rays, visits })
+    }
+
+    /// Notes a tree that is shown, and what rays cost in it where that is known; called each UI frame.
+    pub fn note_tree(&mut self, accel: &Arc<Accel>) {
+        self.plots.session.note(accel);
+        if let Some(inputs) = self.scatter_inputs(accel)
+            && let Some(scatter) = self.plots.scatter.get(accel, &inputs)
+            && scatter.sums.root_hits > 0
+        {
+            let cost = scatter.sums.cost;
+            self.plots.session.note_cost(&accel.settings, inputs.rays, cost);
+        }
+    }
+
+    /// The trees of the scene of `accel` to be plotted; see [`PlotsView::trees`].
+    pub fn plotted_trees(&self, accel: &Accel, measured: &HashMap<Experiment, PaperResult>) -> Vec<PlottedTree> {
+        self.plots.trees(accel, self.rays(&accel.scene), self.population, measured)
+    }
+
+    /// Whether the user has stopped what measures the visits of `accel`.
+    pub fn is_measuring_stopped(&self, accel: &Arc<Accel>) -> bool {
+        self.rays(&accel.scene).is_some_and(|rays| self.visits.is_cancelled(accel, &rays))
+    }
+
+    /// The visits of `accel` where they are `needed`; an error while they are not known.
+    fn needed_visits(&self, accel: &Arc<Accel>, needed: bool) -> Result<Option<KnownVisits>, ()> {
+        if needed { self.known_visits(accel).map(Some).ok_or(()) } else { Ok(None) }
+    }
+
+    /// The visits of `accel` that were measured last, by whichever rays.
+    pub fn known_visits(&self, accel: &Arc<Accel>) -> Option<KnownVisits> {
+        self.visits.of_tree(accel).map(|visits| KnownVisits(Arc::clone(visits)))
+    }
+
+    /// Stops that job.
+    pub fn stop(&mut self) {
+        self.merges.stop();
+        self.findings.stop();
+        self.curve.scaffold.stop();
+        self.survival.stop();
+        self.ray.record.stop();
+        self.visits.stop();
+        self.nodes.ranking.stop();
+        self.icicle.sums.stop();
+        self.plots.scatter.stop();
+    }
+}

@@ -1,0 +1,267 @@
+//! The view "Plots": what is plotted, and the trees of this session.
+
+use std::collections::HashMap;
+use std::sync::{Arc, Weak};
+
+use crate::accel::Accel;
+use crate::app::state::paper::{Experiment, PaperResult, settings_of};
+use crate::app::state::study::Study;
+use crate::lab::Measurement;
+use crate::lab::node_values::KnownVisits;
+use crate::lab::population::{Population, ViewRays};
+use crate::lab::visit_scatter::VisitScatter;
+use crate::scene::Scene;
+use bvhscope_engine::settings::{BuildSettings, BuilderKind, Curve, Passes};
+
+/// Most trees of a session that are kept: those that were built last.
+const MOST_TREES: usize = 512;
+
+/// What is plotted.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
+pub enum PlotKind {
+    /// Predicted against measured visits; a dot is a node.
+    #[default]
+    Nodes,
+    /// SAH cost and EPO against measured cost; a dot is a tree.
+    Prediction,
+    /// Build time against quality; a dot is a tree.
+    Speed,
+}
+
+impl PlotKind {
+    /// All, in the order of their buttons.
+    pub const ALL: [Self; 3] = [Self::Nodes, Self::Prediction, Self::Speed];
+
+    /// The name on its button.
+    pub const fn label(self) -> &'static str {
+        match self {
+            Self::Nodes => "Nodes: visits",
+            Self::Prediction => "Trees: SAH and EPO",
+            Self::Speed => "Trees: speed and quality",
+        }
+    }
+
+    /// What it shows, in one sentence.
+    pub const fn meaning(self) -> &'static str {
+        match self {
+            Self::Nodes => "Measured against predicted visits of each node: above the line the SAH expects too few",
+            Self::Prediction => {
+                "How well SAH cost and end-point overlap predict what rays really cost, over several trees"
+            }
+            Self::Speed => "What a better tree takes to build: on the line lie those that no other beats in both",
+        }
+    }
+}
+
+/// Which trees are plotted.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
+pub enum TreeSet {
+    /// Those that were shown in this session.
+    #[default]
+    Session,
+    /// Those that an experiment of the view "Paper" has measured.
+    Measured(Experiment),
+}
+
+impl TreeSet {
+    /// All, in the order of menus.
+    pub const ALL: [Self; 3] =
+        [Self::Session, Self::Measured(Experiment::Builders), Self::Measured(Experiment::Thresholds)];
+
+    /// The name in menus, and what it means.
+    pub const fn texts(self) -> [&'static str; 2] {
+        match self {
+            Self::Session => {
+                ["of this session", "Every tree of this model that was shown since the program was started"]
+            }
+            Self::Measured(Experiment::Thresholds) => {
+                ["by threshold", "The thresholds that the view Paper has measured"]
+            }
+            Self::Measured(_) => ["by builder", "The builders, presets and passes that the view Paper has measured"],
+        }
+    }
+}
+
+/// The number by which trees are judged.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
+pub enum TreeQuality {
+    /// Measured cost of the chosen rays.
+    #[default]
+    Cost,
+    /// SAH cost.
+    SahCost,
+    /// End-point overlap.
+    Epo,
+}
+
+impl TreeQuality {
+    /// All, in the order of menus, with name and meaning.
+    pub const ALL: [(Self, &'static str, &'static str); 3] = [
+        (
+            Self::Cost,
+            "measured cost",
+            "What the tests of a chosen ray that enters the root cost, in the unit of the SAH cost",
+        ),
+        (Self::SahCost, "SAH cost", "What the surface area heuristic predicts"),
+        (Self::Epo, "EPO", "End-point overlap: what nodes cost that enclose a ray's end but not the surface there"),
+    ];
+
+    /// Its name.
+    pub fn label(self) -> &'static str {
+        Self::ALL.into_iter().find(|(quality, ..)| *quality == self).map_or("", |(_, label, _)| label)
+    }
+}
+
+/// A tree in a plot.
+#[derive(Debug, Clone, PartialEq)]
+pub struct PlottedTree {
+    /// Its settings.
+    pub build: BuildSettings,
+    /// Build time in milliseconds.
+    pub build_ms: f64,
+    /// SAH cost.
+    pub sah_cost: f64,
+    /// End-point overlap, once it is known.
+    pub epo: Option<f64>,
+    /// Measured cost of the chosen rays, where it was measured.
+    pub cost: Option<f64>,
+}
+
+impl PlottedTree {
+    /// The number by which it is judged.
+    pub const fn quality(&self, quality: TreeQuality) -> Option<f64> {
+        match quality {
+            TreeQuality::Cost => self.cost,
+            TreeQuality::SahCost => Some(self.sah_cost),
+            TreeQuality::Epo => self.epo,
+        }
+    }
+
+    /// Its settings in few words: "AAC δ 6 ε 0.2, box, collapse".
+    pub fn name(&self) -> String {
+        let BuildSettings { builder, container, threshold, epsilon, curve, .. } = self.build;
+        let mut parts = vec![match builder {
+            BuilderKind::Aac => format!("{} δ {threshold} ε {epsilon}", builder.label()),
+            _ => builder.label().to_owned(),
+        }];
+        parts.push(container.name().to_owned());
+        if curve != Curve::Morton {
+            parts.push(curve.name().to_owned());
+        }
+        let passes = self.build.passes();
+        if passes != Passes::NONE {
+            parts.push(passes.to_string().replace(',', " "));
+        }
+        parts.join(", ")
+    }
+}
+
+/// A tree that was shown.
+#[derive(Debug, Clone)]
+struct SessionTree {
+    tree: PlottedTree,
+    /// The measured costs, each with its rays.
+    costs: Vec<(ViewRays, f64)>,
+}
+
+/// The trees of the presented scene that were shown, each settings once.
+#[derive(Debug, Default)]
+pub struct SessionTrees {
+    scene: Weak<Scene>,
+    trees: Vec<SessionTree>,
+}
+
+impl SessionTrees {
+    /// Notes the numbers of a tree that is shown; called each UI frame. A new scene begins anew.
+    pub fn note(&mut self, accel: &Accel) {
+        if !std::ptr::eq(self.scene.as_ptr(), Arc::as_ptr(&accel.scene)) {
+            *self = Self { scene: Arc::downgrade(&accel.scene), trees: Vec::new() };
+        }
+        // A dot builds its tree, which a file's settings do not.
+        if accel.file.is_some() || accel.settings.builder == BuilderKind::None {
+            return;
+        }
+        let tree = PlottedTree {
+            build: accel.settings,
+            build_ms: accel.report.build_time.as_secs_f64() * 1e3,
+            sah_cost: f64::from(accel.report.stats.sah_cost),
+            epo: accel.known_epo().map(|epo| f64::from(epo.value)),
+            cost: None,
+        };
+        if let Some(known) = self.trees.iter_mut().find(|known| known.tree.build == tree.build) {
+            known.tree = PlottedTree { epo: tree.epo.or(known.tree.epo), ..tree };
+            return;
+        }
+        if self.trees.len() == MOST_TREES {
+            self.trees.remove(0);
+        }
+        self.trees.push(SessionTree { tree, costs: Vec::new() });
+    }
+
+    /// Notes what `rays` cost in a tree that was noted.
+    pub fn note_cost(&mut self, build: &BuildSettings, rays: ViewRays, cost: f64) {
+        if let Some(known) = self.trees.iter_mut().find(|known| known.tree.build == *build) {
+            known.costs.retain(|(of, _)| *of != rays);
+            known.costs.push((rays, cost));
+        }
+    }
+
+    /// The trees with what `rays` cost in them.
+    fn plotted(&self, rays: Option<ViewRays>) -> Vec<PlottedTree> {
+        let cost = |tree: &SessionTree| tree.costs.iter().find(|(of, _)| Some(*of) == rays).map(|(_, cost)| *cost);
+        self.trees.iter().map(|tree| PlottedTree { cost: cost(tree), ..tree.tree.clone() }).collect()
+    }
+}
+
+/// What the scatter of nodes is made from.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ScatterInputs {
+    /// The rays.
+    pub rays: ViewRays,
+    /// Their visits.
+    pub visits: KnownVisits,
+}
+
+/// The view "Plots".
+#[derive(Debug, Default)]
+pub struct PlotsView {
+    /// What is plotted.
+    pub kind: PlotKind,
+    /// Which trees.
+    pub set: TreeSet,
+    /// By what they are judged.
+    pub quality: TreeQuality,
+    /// The scatter of the nodes of the presented tree.
+    pub scatter: Study<ScatterInputs, VisitScatter>,
+    /// The trees of this session.
+    pub session: SessionTrees,
+}
+
+impl PlotsView {
+    /// The trees of the scene of `accel` to be plotted: `rays` are the chosen ones, by which those of the session were measured, and
+    /// `measured` what the view "Paper" has.
+    pub fn trees(
+        &self,
+        accel: &Accel,
+        rays: Option<ViewRays>,
+        population: Population,
+        measured: &HashMap<Experiment, PaperResult>,
+    ) -> Vec<PlottedTree> {
+        let TreeSet::Measured(experiment) = self.set else { return self.session.plotted(rays) };
+        let result = measured.get(&experiment).filter(|result| Arc::ptr_eq(&result.scene, &accel.scene));
+        let cost = |row: &Measurement| {
+            let rays = row.populations.iter().find(|measured| measured.population == population);
+            rays.filter(|rays| rays.root_hits > 0).map(|rays| rays.cost)
+        };
+        let tree = |row: &Measurement| {
+            Some(PlottedTree {
+                build: settings_of(row).filter(|build| build.builder != BuilderKind::None)?,
+                build_ms: row.build_ms,
+                sah_cost: row.sah_cost,
+                epo: Some(row.epo),
+                cost: cost(row),
+            })
+        };
+        result.into_iter().flat_map(|result| result.rows.iter()).filter_map(tree).collect()
+    }
+}

@@ -1,0 +1,63 @@
+//! The lesson that is being read: its step, and what was measured in each.
+
+use std::sync::Arc;
+
+use super::numbers::Numbers;
+use super::step::Step;
+use super::text::{self, Lesson};
+use crate::app::state::model::Presented;
+use crate::app::state::state_line::SharedState;
+use crate::camera::Camera;
+
+/// The lesson that is being read.
+#[derive(Debug, Clone)]
+pub struct Reading {
+    /// The lesson.
+    pub lesson: Arc<Lesson>,
+    /// Index of the step that is shown.
+    pub step: usize,
+    /// The reader's own state, which comes back at the end.
+    pub put_aside: Box<SharedState>,
+    /// The numbers of each step that was reached.
+    measured: Vec<Option<Numbers>>,
+}
+
+impl Reading {
+    /// Begins a lesson. `put_aside` is shown again at its end.
+    pub fn new(lesson: Arc<Lesson>, put_aside: SharedState) -> Self {
+        let measured = vec![None; lesson.steps.len()];
+        Self { lesson, step: 0, put_aside: Box::new(put_aside), measured }
+    }
+
+    /// The step that is shown.
+    pub fn current(&self) -> &Step {
+        &self.lesson.steps[self.step]
+    }
+
+    /// Takes the numbers of the present step from what is presented, once that is the step's own tree and view, in a window whose
+    /// camera is `camera`.
+    pub fn measure(&mut self, shown: &Presented, camera: &Camera) {
+        let state = &self.current().state;
+        let same = shown.accel.file.is_none()
+            && shown.accel.settings == state.wanted.build
+            && shown.accel.scene.source == state.wanted.source
+            && shown.frame.settings.shading == state.wanted.render.shading
+            && shown.frame.camera == *camera
+            && (state.has_own_view() || state.wanted.camera == *camera);
+        if same && let Some(numbers) = Numbers::of(shown) {
+            self.measured[self.step] = Some(numbers);
+        }
+    }
+
+    /// The numbers of the present step and of the one before; `None` until they are measured.
+    pub fn numbers(&self) -> (Option<&Numbers>, Option<&Numbers>) {
+        let of = |step: usize| self.measured.get(step).and_then(Option::as_ref);
+        (of(self.step), self.step.checked_sub(1).and_then(of))
+    }
+
+    /// The caption with its numbers; those that are not measured yet are an ellipsis.
+    pub fn caption(&self) -> String {
+        let (now, before) = self.numbers();
+        text::fill(&self.current().caption, now, before)
+    }
+}

@@ -1,0 +1,171 @@
+//! The whole state as one line of text: the command line that opens it, which can be pasted over the window too, so that two
+//! people see the same thing.
+//!
+//! `bvhscope --state '1 {"wanted":{"build":{"threshold":12}}}'`: a version, then those values as JSON that differ from the
+//! defaults.
+
+use std::collections::BTreeSet;
+
+use serde::{Deserialize, Serialize};
+use serde_json::Value;
+
+use crate::app::state::dock::DockView;
+use crate::app::state::shared_lab::SharedLab;
+use crate::app::state::wanted::Wanted;
+use crate::scene::SceneSource;
+use crate::text::{quote, unquote};
+
+/// Version of the line. A line of another version is refused.
+const VERSION: u32 = 1;
+/// What comes before the quoted state in a line that was copied.
+const COMMAND: &str = "bvhscope --state ";
+
+/// Everything that another person needs to see the same.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct SharedState {
+    /// Model, tree, camera, picture, containers.
+    pub wanted: Wanted,
+    /// The traced picture is shown.
+    pub show_geometry: bool,
+    /// Containers are drawn.
+    pub show_containers: bool,
+    /// The open view of the dock.
+    pub dock: Option<DockView>,
+    /// What is selected and hidden.
+    pub nodes: SharedNodes,
+    /// What the views of the dock show.
+    pub lab: SharedLab,
+}
+
+/// Selected and hidden nodes, by their indices: a tree is the same wherever it is built.
+#[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct SharedNodes {
+    /// The selected node.
+    pub selected: Option<u32>,
+    /// The selected triangle.
+    pub triangle: Option<u32>,
+    /// Hidden nodes.
+    pub hidden: BTreeSet<u32>,
+    /// The node outside of whose subtree everything is hidden.
+    pub isolated: Option<u32>,
+}
+
+impl Default for SharedState {
+    fn default() -> Self {
+        Self {
+            wanted: Wanted::new(SceneSource::default_builtin()),
+            show_geometry: true,
+            show_containers: true,
+            dock: None,
+            nodes: SharedNodes::default(),
+            lab: SharedLab::default(),
+        }
+    }
+}
+
+impl SharedState {
+    /// Whether the line leaves the camera out, so that the model is seen in its default view.
+    pub fn has_own_view(&self) -> bool {
+        self.wanted.camera == Self::default().wanted.camera
+    }
+
+    /// The line that opens this state.
+    pub fn line(&self) -> String {
+        // By way of text, in which a number has no more digits than it needs.
+        let value = |state: &Self| {
+            let text = serde_json::to_string(state);
+            text.and_then(|text| serde_json::from_str::<Value>(&text)).unwrap_or_default()
+        };
+        let difference =
+            difference(&value(&Self::default()), value(self)).unwrap_or_else(|| Value::Object(<_>::default()));
+        format!("{COMMAND}{}", quote(&format!("{VERSION} {difference}")))
+    }
+
+    /// The state of a line, or of what stands after `--state` in it; `Err` says why it cannot be used. Numbers beyond their
+    /// limits are clamped.
+    pub fn parse(text: &str) -> Result<Self, String> {
+        let text = text.trim();
+        let text = text.strip_prefix(COMMAND.trim_end()).map_or_else(|| text.to_owned(), |word| unquote(word.trim()));
+        let (version, json) = text
+            .split_once(' ')
+            .and_then(|(version, json)| Some((version.parse::<u32>().ok()?, json)))
+            .ok_or("this is no state of bvhscope; Ctrl+L copies one, which begins with: bvhscope --state")?;
+        if version != VERSION {
+            return Err(format!("this state is of version {version}, and this program reads version {VERSION}"));
+        }
+        let broken = |error: serde_json::Error| format!("this state is damaged: {error}");
+        let mut value = serde_json::to_value(Self::default()).map_err(broken)?;
+        merge(&mut value, serde_json::from_str(json).map_err(broken)?);
+        let state: Self = serde_json::from_value(value).map_err(broken)?;
+        Ok(Self { wanted: state.wanted.within_limits(), ..state })
+    }
+}
+
+/// What of `value` differs from `default`; `None` where nothing does. Objects are compared member by member where they have the
+/// same members, so that the variants of an enum stay whole.
+fn difference(default: &Value, value: Value) -> Option<Value> {
+    match (default, value) {
+        (default, value) if *default == value => None,
+        (Value::Object(default), Value::Object(value)) if default.keys().eq(value.keys()) => {
+            let members = value.into_iter().filter_map(|(name, member)| {
+                let changed = difference(&default[&name], member)?;
+                Some((name, changed))
+            });
+            Some(Value::Object(members.collect()))
+        }
+        (_, value) => Some(value),
+    }
+}
+
+/// Puts a difference back over the default.
+fn merge(value: &mut Value, difference: Value) {
+    match (value, difference) {
+        (Value::Object(value), Value::Object(difference)) if difference.keys().all(|name| value.contains_key(name)) => {
+            for (name, member) in difference {
+                merge(&mut value[&name], member);
+            }
+        }
+        (value, difference) => *value = difference,
+    }
+}
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used, reason = "a test fails by panicking")]
+mod tests {
+    use super::*;
+    use crate::render::Shading;
+
+    #[test]
+    fn a_line_gives_the_state_back() {
+        let mut state = SharedState::default();
+        assert_eq!(state.line(), "bvhscope --state '1 {}'");
+        state.wanted.source = SceneSource::File("/models/Bob's bunny.obj".into());
+        state.wanted.build.threshold = 17;
+        state.wanted.camera.eye = glam::Vec3::new(0.1, -2.5, 1e-7);
+        state.wanted.render.shading = Shading::ALL.into_iter().last().unwrap();
+        state.wanted.overlay.depth = Some([3, 9]);
+        state.nodes = SharedNodes { selected: Some(12), hidden: [4, 9].into(), ..SharedNodes::default() };
+        state.dock = Some(DockView::Nodes);
+        state.lab.clusters_left = Some(40);
+        let line = state.line();
+        assert_eq!(SharedState::parse(&line).unwrap(), state, "{line}");
+        let word = unquote(line.strip_prefix(COMMAND).unwrap());
+        assert_eq!(SharedState::parse(&word).unwrap(), state, "as the shell hands it over: {word}");
+    }
+
+    #[test]
+    fn what_cannot_be_used_is_refused_with_the_reason() {
+        for (text, reason) in [
+            ("", "no state of bvhscope"),
+            ("hello world", "no state of bvhscope"),
+            ("bvhscope --state '2 {}'", "version 2"),
+            ("bvhscope --state '1 {\"wanted\":'", "damaged"),
+            ("1 {\"wanted\":{\"build\":{\"threshold\":\"many\"}}}", "damaged"),
+        ] {
+            let error = SharedState::parse(text).unwrap_err();
+            assert!(error.contains(reason), "{text}: {error}");
+        }
+        let clamped = SharedState::parse("1 {\"wanted\":{\"build\":{\"threshold\":4000000}}}").unwrap();
+        assert_eq!(clamped.wanted.build.threshold, bvhscope_engine::settings::BuildSettings::MAX_THRESHOLD);
+    }
+}

@@ -1,0 +1,83 @@
+//! What a view of the laboratory derives from the presented tree, on a thread of its own.
+
+use std::sync::{Arc, Weak};
+
+use crate::accel::Accel;
+use crate::app::state::activity::JobStatus;
+
+/// A value of type `V` that is derived from a tree and parameters `K`, or on its way. Kept until tree or parameters change.
+#[derive(Debug)]
+pub struct Study<K, V> {
+    known: Option<Known<K, V>>,
+    /// The job that derives the next value.
+    pub job: Option<JobStatus>,
+    /// The user has stopped the job.
+    stop: bool,
+    /// What was cancelled, which is not derived again until the user wants it after all.
+    cancelled: Option<(Weak<Accel>, K)>,
+}
+
+#[derive(Debug)]
+struct Known<K, V> {
+    tree: Weak<Accel>,
+    parameters: K,
+    value: Arc<V>,
+}
+
+impl<K, V> Default for Study<K, V> {
+    fn default() -> Self {
+        Self { known: None, job: None, stop: false, cancelled: None }
+    }
+}
+
+impl<K: PartialEq, V> Study<K, V> {
+    /// The value derived from this tree, whatever the parameters: while a view waits for others, it shows what it has.
+    pub fn of_tree(&self, accel: &Arc<Accel>) -> Option<&Arc<V>> {
+        self.known.as_ref().filter(|known| is(&known.tree, accel)).map(|known| &known.value)
+    }
+
+    /// The value derived from this tree with these parameters.
+    pub fn get(&self, accel: &Arc<Accel>, parameters: &K) -> Option<&Arc<V>> {
+        let known = self.known.as_ref().filter(|known| is(&known.tree, accel))?;
+        (known.parameters == *parameters).then_some(&known.value)
+    }
+
+    /// Stores a value that was derived.
+    pub fn set(&mut self, accel: &Arc<Accel>, parameters: K, value: V) {
+        self.known = Some(Known { tree: Arc::downgrade(accel), parameters, value: Arc::new(value) });
+    }
+
+    /// Stops the job, whose value is not derived again until [`Study::resume`].
+    pub fn stop(&mut self) {
+        self.stop = self.job.is_some();
+    }
+
+    /// Whether the job is to be stopped; once.
+    pub(crate) fn take_stop(&mut self) -> bool {
+        std::mem::take(&mut self.stop)
+    }
+
+    /// Notes that the value of this tree with these parameters is not to be derived until [`Study::resume`].
+    pub fn cancel(&mut self, accel: &Arc<Accel>, parameters: K) {
+        self.cancelled = Some((Arc::downgrade(accel), parameters));
+    }
+
+    /// Allows what was cancelled again.
+    pub fn resume(&mut self) {
+        self.cancelled = None;
+    }
+
+    /// Whether the user cancelled the value of this tree with these parameters.
+    pub fn is_cancelled(&self, accel: &Arc<Accel>, parameters: &K) -> bool {
+        self.cancelled.as_ref().is_some_and(|(tree, cancelled)| is(tree, accel) && cancelled == parameters)
+    }
+
+    /// Gives up a value of a tree that is gone, so that its memory goes with the tree.
+    pub fn forget_gone(&mut self) {
+        self.known = self.known.take().filter(|known| known.tree.strong_count() > 0);
+    }
+}
+
+fn is(tree: &Weak<Accel>, accel: &Arc<Accel>) -> bool {
+    std::ptr::eq(tree.as_ptr(), Arc::as_ptr(accel))
+}

@@ -1,0 +1,70 @@
+//! Command lines that the window copies are read back as they were meant.
+
+#[cfg(all(test, feature = "gui"))]
+mod tests {
+    #![allow(clippy::unwrap_used, reason = "a failure here is a failed test")]
+
+    use clap::Parser as _;
+
+    use super::super::args::{Cli, CommandArgs};
+    use super::super::resolve;
+    use crate::app::commands::command_line;
+    use crate::app::state::{AppState, CompareView, Preferences, SecondTree, Wanted};
+    use crate::headless::diff::DiffTree;
+    use crate::scene::SceneSource;
+    use bvhscope_engine::settings::{BuildSettings, Pass, Passes};
+    use bvhscope_engine::tree::ContainerKind;
+
+    #[test]
+    fn two_trees_in_view_are_copied_as_a_comparison() {
+        let mut wanted = Wanted::new(SceneSource::default_builtin());
+        let b = BuildSettings {
+            container: ContainerKind::Sphere,
+            threshold: 17,
+            epsilon: 0.3,
+            optimize: Passes::NONE.with(Pass::Collapse),
+            ..wanted.build
+        };
+        let mut state = AppState::new(wanted.clone(), Preferences::default());
+        state.layout.viewport_px = [640, 360];
+        for view in CompareView::ALL {
+            wanted.second = Some(SecondTree { view, ..SecondTree::new(b) });
+            state.wanted = wanted.clone();
+            let line = command_line(&state);
+            let words = shell_words(&line);
+            let cli = Cli::try_parse_from(&words).unwrap_or_else(|error| panic!("{line}\n{error}"));
+            match (view, cli.command) {
+                (CompareView::Split | CompareView::Difference, Some(CommandArgs::Diff(args))) => {
+                    let job = resolve::diff(args);
+                    let trees = [wanted.build, b].map(DiffTree::Built);
+                    assert_eq!((job.trees, job.size), (trees, [640, 360]), "{line}");
+                    assert_eq!(job.camera.eye, Some(wanted.camera.eye));
+                }
+                (CompareView::A, Some(CommandArgs::Render(args))) => {
+                    assert_eq!(resolve::build(&args.build), wanted.build);
+                }
+                (CompareView::B, Some(CommandArgs::Render(args))) => assert_eq!(resolve::build(&args.build), b),
+                (view, other) => panic!("{view:?}: {line} is {other:?}"),
+            }
+        }
+    }
+
+    /// The words of a command line as a shell splits them, with single quotes only.
+    fn shell_words(line: &str) -> Vec<String> {
+        let mut words = vec![String::new()];
+        for (index, part) in line.split('\'').enumerate() {
+            if index % 2 == 1 {
+                words.last_mut().unwrap().push_str(part);
+                continue;
+            }
+            for (index, piece) in part.split(' ').enumerate() {
+                if index > 0 {
+                    words.push(String::new());
+                }
+                words.last_mut().unwrap().push_str(piece);
+            }
+        }
+        words.retain(|word| !word.is_empty());
+        words
+    }
+}

@@ -1,0 +1,226 @@
+//! `diff`: two trees of one model, in numbers, in the nodes that both have, and in a picture of where one tests more.
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use serde::Serialize;
+
+use super::context::{Context, Failure, Finished, ignore_missing_reader, in_pool};
+use super::measure::of_job;
+use super::progress::Progress;
+use super::render::{check_written, write_png};
+use super::tree_origin::note_faults;
+use crate::accel::Accel;
+use crate::budget::Budget;
+use crate::console::{printable_json, printable_lines};
+use crate::export::{Protected, check_target};
+use crate::lab::diff::{TreeDifference, diff};
+use crate::lab::population::Populations;
+use crate::lab::report_table::{difference_table, number};
+use crate::lab::{Contender, Measurement, Quantity, Setup, Subject, TraceView};
+use crate::scene::SceneSource;
+use crate::text::shown_path;
+use crate::view::CameraChoice;
+use bvhscope_engine::kernel::SimdLevel;
+use bvhscope_engine::settings::BuildSettings;
+use bvhscope_engine::tree::traverse::Traversal;
+
+/// Bytes for each pixel: two heat maps, their difference and its picture.
+const BYTES_A_PIXEL: u64 = 160;
+
+/// The differences in the JSON object, by the names of the measurements.
+const DIFFERENCES: [(&str, Quantity); 10] = [
+    ("build_ms", Quantity::BuildTime),
+    ("mrays_per_s", Quantity::Speed),
+    ("container_tests_per_ray", Quantity::ContainerTests),
+    ("primitive_tests_per_ray", Quantity::TriangleTests),
+    ("tests_per_ray", Quantity::TestsPerRay),
+    ("sah_cost", Quantity::SahCost),
+    ("epo", Quantity::Epo),
+    ("nodes", Quantity::Nodes),
+    ("leaves", Quantity::Leaves),
+    ("max_depth", Quantity::Depth),
+];
+
+/// One of the two trees.
+#[derive(Debug, Clone, PartialEq)]
+pub enum DiffTree {
+    /// Built with these settings.
+    Built(BuildSettings),
+    /// Held by this file.
+    File(PathBuf),
+}
+
+/// Settings of `diff`.
+#[derive(Debug, Clone)]
+pub struct DiffCommand {
+    /// The model.
+    pub source: SceneSource,
+    /// A and B.
+    pub trees: [DiffTree; 2],
+    /// Number of threads for building and tracing.
+    pub threads: usize,
+    /// The camera.
+    pub camera: CameraChoice,
+    /// Width and height in pixels.
+    pub size: [u32; 2],
+    /// Traversal order.
+    pub traversal: Traversal,
+    /// SIMD level for tracing.
+    pub simd: SimdLevel,
+    /// Number of repetitions.
+    pub repeat: usize,
+    /// The PNG of the difference to write.
+    pub output: Option<PathBuf>,
+    /// Print one JSON object instead of the table.
+    pub json: bool,
+}
+
+/// The JSON object that `--json` prints.
+#[derive(Debug, Serialize)]
+struct DiffSummary<'a> {
+    command: &'static str,
+    model: &'a str,
+    triangles: usize,
+    a: &'a Measurement,
+    b: &'a Measurement,
+    /// B minus A. Without costs where the containers differ, because these do not compare.
+    difference: BTreeMap<&'static str, f64>,
+    /// Nodes of A that B has too, leaves included, and as a fraction of all nodes of A.
+    survived_nodes: usize,
+    survived_share: f64,
+    /// The same of the interior nodes alone.
+    survived_interior: usize,
+    survived_interior_share: f64,
+    /// Pixels with fewer tests in B, with as many, and with more.
+    pixels_fewer: u64,
+    pixels_same: u64,
+    pixels_more: u64,
+    /// Differences at the two ends of the picture's colours.
+    difference_range: [f32; 2],
+    output: Option<&'a Path>,
+}
+
+/// Compares the trees, writes the picture and prints the numbers.
+pub fn run(command: &DiffCommand, context: &mut Context<'_>) -> Result<Finished, Failure> {
+    let mut read = Protected::default();
+    let files = command.trees.iter().filter_map(|tree| if let DiffTree::File(path) = tree { Some(path) } else { None });
+    read.add_read(command.source.path());
+    read.add_read(files);
+    read.add_standard_streams();
+    if let Some(path) = &command.output {
+        if !path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("png")) {
+            let text = "the file must end in .png: no other format is written here";
+            return Err(Failure::Usage(format!("{}: {text}", shown_path(path))));
+        }
+        check_target(path, &read)?;
+    }
+    for tree in &command.trees {
+        if let DiffTree::Built(build) = tree
+            && let Some(text) = build.refusal(0)
+        {
+            return Err(Failure::Usage(text));
+        }
+    }
+    let [width, height] = command.size.map(u64::from);
+    Budget::of_process()
+        .check(&format!("a picture of {width}x{height} pixels"), width * height * BYTES_A_PIXEL)
+        .map_err(|error| Failure::Failed(error.to_string()))?;
+    let scene = context.load(&command.source)?;
+    // Again, as only now it is known what else was read: buffers, textures, material libraries.
+    read.add_read(&scene.files_read);
+    if let Some(path) = &command.output {
+        check_target(path, &read)?;
+    }
+    let warned = !scene.warnings.is_empty();
+    let view = TraceView {
+        camera: command.camera.camera(&scene),
+        size: command.size,
+        traversal: command.traversal,
+        simd: command.simd,
+        repeat: command.repeat,
+        populations: Populations::NONE,
+    };
+    let (mut warned, mut contenders) = (warned, Vec::with_capacity(2));
+    for tree in &command.trees {
+        contenders.push(match tree {
+            &DiffTree::Built(build) => Setup { build, preset: None, threads: command.threads }.into(),
+            DiffTree::File(path) => {
+                let token = &context.token;
+                let accel = Arc::new(in_pool(|| Accel::read(&scene, path, token))?);
+                warned |= note_faults(&accel);
+                Contender::of_file(&accel, command.threads)
+            }
+        });
+    }
+    let trees =
+        <[Contender; 2]>::try_from(contenders).map_err(|_| Failure::Failed("two trees are compared".to_owned()))?;
+    let subject = Subject { model: command.source.to_string(), scene, trees: Vec::new() };
+    let progress = Progress::new(&format!("Comparing trees of {}", command.source.label()), &context.token);
+    let found = diff(&subject, &trees, &view, &context.token).map_err(|error| of_job(error, &command.source))?;
+    drop(progress);
+    if let Some(path) = &command.output {
+        let written = write_png(path, &read, command.size, &found.map.rgba, &context.token);
+        check_written(written, &context.token)?;
+    }
+    if command.json {
+        let text = serde_json::to_string(&summary(command, &subject, &found))
+            .map_err(|error| Failure::Failed(error.to_string()))?;
+        ignore_missing_reader(writeln!(context.out, "{}", printable_json(&text)))?;
+    } else {
+        let text = printable_lines(&text(&found));
+        ignore_missing_reader(context.out.write_all(text.as_bytes()))?;
+    }
+    Ok(Finished { warned })
+}
+
+fn summary<'a>(command: &'a DiffCommand, subject: &'a Subject, found: &'a TreeDifference) -> DiffSummary<'a> {
+    let [a, b] = &found.rows;
+    let comparable =
+        DIFFERENCES.iter().filter(|(_, quantity)| a.container == b.container || quantity.compares_across_containers());
+    let [fewer, same, more] = found.map.pixels;
+    let [nodes, interior] = shares(found);
+    DiffSummary {
+        command: "diff",
+        model: &subject.model,
+        triangles: a.triangles,
+        a,
+        b,
+        difference: comparable.map(|&(name, quantity)| (name, quantity.of(b) - quantity.of(a))).collect(),
+        survived_nodes: found.survival.nodes,
+        survived_share: nodes,
+        survived_interior: found.survival.interior,
+        survived_interior_share: interior,
+        pixels_fewer: fewer,
+        pixels_same: same,
+        pixels_more: more,
+        difference_range: [-found.map.limit, found.map.limit],
+        output: command.output.as_deref(),
+    }
+}
+
+/// The survivors as fractions of all nodes and of all interior nodes of A; 1 where A has none.
+fn shares(found: &TreeDifference) -> [f64; 2] {
+    let a = &found.rows[0];
+    [(found.survival.nodes, a.nodes), (found.survival.interior, a.nodes - a.leaves)]
+        .map(|(count, all)| if all == 0 { 1.0 } else { count as f64 / all as f64 })
+}
+
+/// The table, and what became of nodes and pixels.
+fn text(found: &TreeDifference) -> String {
+    let [nodes, interior] = shares(found).map(|share| number(share * 100.0));
+    let [fewer, same, more] = found.map.pixels;
+    let all = (fewer + same + more).max(1) as f64;
+    let percent = |count: u64| number(count as f64 / all * 100.0);
+    format!(
+        "{}Nodes of A that B has too, with the same triangles below: {} of {} ({nodes} %); of the interior nodes {interior} %.\n\
+         Pixels: B takes fewer tests in {} %, as many in {} %, more in {} %.\n",
+        difference_table(&found.rows),
+        found.survival.nodes,
+        found.rows[0].nodes,
+        percent(fewer),
+        percent(same),
+        percent(more),
+    )
+}

@@ -1,0 +1,223 @@
+//! `ray`: every step of one ray through the tree, as a table or as JSON.
+
+use std::sync::Arc;
+
+use serde::Serialize;
+
+use super::context::{Context, Failure, Finished, ignore_missing_reader, in_pool};
+use super::progress::Progress;
+use super::tree_origin::{TreeOrigin, note_faults};
+use crate::accel::Accel;
+use crate::console::{printable_json, printable_lines};
+use crate::lab::ray::{RayMethod, RayRecord, RayRequest, RayStep, Span, ray_table, record};
+use crate::render::{RayKind, RayStart, RenderSettings};
+use crate::scene::SceneSource;
+use crate::section::SectionChoice;
+use crate::view::CameraChoice;
+use bvhscope_engine::settings::BuildSettings;
+use bvhscope_engine::tree::ContainerKind;
+
+/// Settings of `ray`.
+#[derive(Debug, Clone)]
+pub struct RayCommand {
+    /// The model.
+    pub source: SceneSource,
+    /// Build settings of the tree, where it is built.
+    pub build: BuildSettings,
+    /// Where the tree comes from.
+    pub tree: TreeOrigin,
+    /// The camera of the picture that the ray is of.
+    pub camera: CameraChoice,
+    /// Width and height of that picture in pixels.
+    pub size: [u32; 2],
+    /// Light and SIMD level; the others do not matter.
+    pub settings: RenderSettings,
+    /// The section plane; `None` for the whole model.
+    pub section: Option<SectionChoice>,
+    /// Where the ray comes from.
+    pub start: RayStart,
+    /// What it is traced for.
+    pub kind: RayKind,
+    /// The traversal.
+    pub method: RayMethod,
+    /// Print one JSON object instead of the table.
+    pub json: bool,
+}
+
+/// Loads the model, builds its tree, records the ray and prints it.
+pub fn run(command: &RayCommand, context: &mut Context<'_>) -> Result<Finished, Failure> {
+    if let Some(text) = command.build.refusal(0) {
+        return Err(Failure::Usage(text));
+    }
+    let scene = context.load(&command.source)?;
+    let request = RayRequest {
+        start: command.start,
+        kind: command.kind,
+        method: command.method,
+        camera: command.camera.camera(&scene),
+        size_px: command.size,
+        settings: RenderSettings {
+            section: command.section.map(|choice| choice.plane(&scene.bounds)),
+            ..command.settings
+        },
+        hidden: None,
+    };
+    let progress = Progress::new("Building", &context.token);
+    let token = &context.token;
+    let (accel, record) = in_pool(|| {
+        let accel = Arc::new(command.tree.accel(&scene, &command.source, &command.build, token)?);
+        let record = record(&accel, &request, token)?;
+        Ok::<_, Failure>((accel, record))
+    })?;
+    drop(progress);
+    let has_faults = note_faults(&accel);
+    let record = record.map_err(|reason| Failure::Failed(format!("{}: {reason}", ray_name(command))))?;
+    if command.json {
+        let summary = RaySummary::new(command, &accel, &record);
+        let text = serde_json::to_string(&summary).map_err(|error| Failure::Failed(error.to_string()))?;
+        ignore_missing_reader(writeln!(context.out, "{}", printable_json(&text)))?;
+    } else {
+        let text = ray_table(title(command, &accel, &record), &record).to_string();
+        ignore_missing_reader(context.out.write_all(printable_lines(&text).as_bytes()))?;
+    }
+    Ok(Finished { warned: has_faults || !scene.warnings.is_empty() })
+}
+
+/// "shadow ray of pixel 3,4".
+fn ray_name(command: &RayCommand) -> String {
+    let kind = command.kind.name();
+    match command.start {
+        RayStart::Pixel([x, y]) => format!("{kind} ray of pixel {x},{y}"),
+        RayStart::Given(_) => format!("{kind} ray"),
+    }
+}
+
+/// The model, the ray and how it is traced, in two lines.
+fn title(command: &RayCommand, accel: &Accel, record: &RayRecord) -> String {
+    let containers = match accel.settings.container {
+        ContainerKind::Aabb => "boxes",
+        ContainerKind::Sphere => "spheres",
+    };
+    let tree = match command.method {
+        RayMethod::Binary(traversal) => {
+            format!("{} traversal of the binary tree of {containers}", traversal.name())
+        }
+        RayMethod::Wide => {
+            format!("the wide tree of {containers}, each node named by that of the binary tree that it replaces")
+        }
+    };
+    let [origin, direction] = [record.ray.origin, record.ray.direction].map(|v| format!("{},{},{}", v.x, v.y, v.z));
+    let ray = ray_name(command);
+    format!("{}: {ray}, {tree}\nfrom {origin} towards {direction}", command.source)
+}
+
+/// The JSON object that `--json` prints.
+#[derive(Debug, Serialize)]
+struct RaySummary {
+    command: &'static str,
+    model: String,
+    builder: String,
+    container: &'static str,
+    kind: &'static str,
+    traversal: &'static str,
+    pixel: Option<[u32; 2]>,
+    origin: [f32; 3],
+    direction: [f32; 3],
+    /// Infinite distances are null.
+    t_min: f32,
+    t_max: f32,
+    hit: Option<HitLine>,
+    container_tests: u64,
+    primitive_tests: u64,
+    visited: usize,
+    wasted: usize,
+    skipped: usize,
+    omitted_events: u64,
+    events: Vec<EventLine>,
+    containers: Vec<SpanLine>,
+}
+
+#[derive(Debug, Serialize)]
+struct HitLine {
+    t: f32,
+    triangle: u32,
+}
+
+/// A step. Numbers of tests and of nodes on the stack are those after it.
+#[derive(Debug, Serialize)]
+struct EventLine {
+    event: &'static str,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    node: Option<u32>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    depth: Option<u32>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    triangle: Option<u32>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    t: Option<f32>,
+    container_tests: u64,
+    primitive_tests: u64,
+    stack: u32,
+}
+
+/// A container that the ray enters.
+#[derive(Debug, Serialize)]
+struct SpanLine {
+    node: u32,
+    depth: u32,
+    leaf: bool,
+    enter: f32,
+    exit: f32,
+    visit: &'static str,
+}
+
+impl RaySummary {
+    fn new(command: &RayCommand, accel: &Accel, record: &RayRecord) -> Self {
+        let [visited, wasted, skipped] = record.visits();
+        Self {
+            command: "ray",
+            model: command.source.to_string(),
+            builder: accel.builder_name().into_owned(),
+            container: accel.settings.container.name(),
+            kind: command.kind.name(),
+            traversal: command.method.name(),
+            pixel: if let RayStart::Pixel(pixel) = command.start { Some(pixel) } else { None },
+            origin: record.ray.origin.to_array(),
+            direction: record.ray.direction.to_array(),
+            t_min: record.ray.t_min,
+            t_max: record.ray.t_max,
+            hit: record.hit.map(|(t, triangle)| HitLine { t, triangle }),
+            container_tests: record.counts.containers,
+            primitive_tests: record.counts.primitives,
+            visited,
+            wasted,
+            skipped,
+            omitted_events: record.omitted,
+            events: record.steps.iter().map(EventLine::new).collect(),
+            containers: record.spans.iter().map(SpanLine::new).collect(),
+        }
+    }
+}
+
+impl EventLine {
+    fn new(step: &RayStep) -> Self {
+        let of_node = step.what.is_about_node();
+        Self {
+            event: step.what.name(),
+            node: of_node.then_some(step.tree_node),
+            depth: of_node.then_some(step.depth),
+            triangle: step.what.triangle(),
+            t: step.what.t(),
+            container_tests: step.counts.containers,
+            primitive_tests: step.counts.primitives,
+            stack: step.waiting,
+        }
+    }
+}
+
+impl SpanLine {
+    fn new(span: &Span) -> Self {
+        let [enter, exit] = span.t;
+        Self { node: span.tree_node, depth: span.depth, leaf: span.is_leaf, enter, exit, visit: span.visit.name() }
+    }
+}

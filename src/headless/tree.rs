@@ -1,0 +1,115 @@
+//! `tree`: writes the tree of a model as a tree file, or its nodes as a table.
+
+use std::io::Write;
+use std::path::PathBuf;
+
+use super::context::{Context, Failure, Finished, in_pool};
+use super::progress::Progress;
+use super::render::check_written;
+use super::tree_origin::{TreeOrigin, note_faults};
+use crate::export::{Protected, cannot_be_written, check_target, write_file};
+use crate::scene::SceneSource;
+use crate::text::shown_path;
+use bvhscope_engine::cancel::CancelToken;
+use bvhscope_engine::settings::BuildSettings;
+use bvhscope_engine::tree_file::{Header, write_nodes_csv, write_nodes_json, write_tree};
+use bvhscope_engine::{AnyTree, Triangle};
+
+/// Settings of `tree`.
+#[derive(Debug, Clone)]
+pub struct TreeCommand {
+    /// The model.
+    pub source: SceneSource,
+    /// Build settings of the tree, where it is built.
+    pub build: BuildSettings,
+    /// Where the tree comes from.
+    pub tree: TreeOrigin,
+    /// Write the wide tree that pictures are traced through.
+    pub wide: bool,
+    /// Write the triangles too, so that the file is a model of its own.
+    pub with_triangles: bool,
+    /// File to write: a tree file `.bvh`, or the nodes as `.csv` or `.json`.
+    pub output: PathBuf,
+}
+
+/// What is written.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Form {
+    Tree,
+    Csv,
+    Json,
+}
+
+impl TreeCommand {
+    /// The form that the extension of the output names.
+    fn form(&self) -> Result<Form, Failure> {
+        let extension = self.output.extension().map(|extension| extension.to_string_lossy().to_lowercase());
+        let form = match extension.as_deref() {
+            Some("bvh") => Form::Tree,
+            Some("csv") => Form::Csv,
+            Some("json") => Form::Json,
+            _ => {
+                return Err(Failure::Usage(format!(
+                    "{}: the file must end in .bvh, or in .csv or .json for a table of the nodes",
+                    shown_path(&self.output)
+                )));
+            }
+        };
+        if self.with_triangles && form != Form::Tree {
+            return Err(Failure::Usage(format!(
+                "--with-triangles: {} is a table of nodes; write a .bvh, or leave --with-triangles out",
+                shown_path(&self.output)
+            )));
+        }
+        Ok(form)
+    }
+}
+
+/// Builds or reads the tree and writes it.
+pub fn run(command: &TreeCommand, context: &mut Context<'_>) -> Result<Finished, Failure> {
+    let form = command.form()?;
+    if let Some(text) = command.build.refusal(0) {
+        return Err(Failure::Usage(text));
+    }
+    let mut read = Protected::default();
+    read.add_read(command.source.path().into_iter().chain(command.tree.path()));
+    read.add_standard_streams();
+    check_target(&command.output, &read)?;
+    let scene = context.load(&command.source)?;
+    // Again, as only now it is known what else was read: buffers, textures, material libraries.
+    read.add_read(&scene.files_read);
+    check_target(&command.output, &read)?;
+    let token = &context.token;
+    let progress = Progress::new("Building", token);
+    let (accel, wide) = in_pool(|| {
+        let accel = command.tree.accel(&scene, &command.source, &command.build, token)?;
+        let wide = if command.wide { accel.widen(token)?.tree.to_tree(&accel.tree, token)? } else { None };
+        Ok::<_, Failure>((accel, wide))
+    })?;
+    let header = accel.file_header(command.wide);
+    progress.set_label("Writing");
+    let tree = wide.as_ref().unwrap_or(&accel.tree);
+    let corners = command.with_triangles.then_some(&scene.triangles[..]);
+    let written = write_file(&command.output, &read, |writer| {
+        write(form, tree, &header, corners, writer, token).map_err(|error| cannot_be_written(&error))
+    });
+    check_written(written, token)?;
+    drop(progress);
+    let has_faults = note_faults(&accel);
+    Ok(Finished { warned: has_faults || !scene.warnings.is_empty() })
+}
+
+fn write(
+    form: Form,
+    tree: &AnyTree,
+    header: &Header,
+    corners: Option<&[Triangle]>,
+    writer: &mut dyn Write,
+    token: &CancelToken,
+) -> std::io::Result<()> {
+    match form {
+        Form::Tree => write_tree(tree, header, corners, writer, token),
+        Form::Csv => write_nodes_csv(tree, writer, token),
+        Form::Json => write_nodes_json(tree, header, writer, token),
+    }
+}

@@ -1,0 +1,339 @@
+//! Populations of rays by which trees are measured: those that a picture of a view traces, and random lines.
+
+use std::fmt;
+use std::sync::Arc;
+
+use serde::{Deserialize, Serialize};
+
+use bvhscope_engine::cancel::{CancelToken, Cancelled};
+use bvhscope_engine::geometry::{Aabb, Ray};
+use bvhscope_engine::tree::random_lines::RandomLines;
+use bvhscope_engine::tree::traverse::Traversal;
+use bvhscope_engine::tree::visits::{RayQuery, Visits, measure_visits};
+use bvhscope_engine::with_tree;
+use glam::Vec3;
+
+use crate::accel::Accel;
+use crate::camera::Camera;
+use crate::render::{Light, RayKind, RenderRequest, RenderSettings, rays_of_picture};
+
+/// Most rays across and down a view: more make a measurement slower and hardly another.
+const MOST_RAYS: u32 = 256;
+/// The seed of the random lines.
+const SEED: u64 = 1;
+
+/// A kind of rays.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Population {
+    /// Those of the camera.
+    #[default]
+    Primary,
+    /// From the surfaces in view towards the sun.
+    Shadow,
+    /// From the surfaces in view into their surroundings, as ambient occlusion traces them.
+    #[serde(rename = "ao")]
+    AmbientOcclusion,
+    /// From the surfaces in view to where their light comes from.
+    Bounce,
+    /// Random lines through the root that nothing stops: what the surface area heuristic assumes.
+    Random,
+}
+
+impl Population {
+    /// All, in the order of menus.
+    pub const ALL: [Self; 5] = [Self::Primary, Self::Shadow, Self::AmbientOcclusion, Self::Bounce, Self::Random];
+
+    /// The name on the command line and in JSON.
+    pub const fn name(self) -> &'static str {
+        match self.kind() {
+            Some(kind) => kind.name(),
+            None => "random",
+        }
+    }
+
+    /// The name in the window.
+    pub const fn label(self) -> &'static str {
+        match self.kind() {
+            Some(kind) => kind.label(),
+            None => "Random lines",
+        }
+    }
+
+    /// What it is, in one sentence.
+    pub const fn meaning(self) -> &'static str {
+        match self {
+            Self::Primary => "Rays from the eye through the picture, up to the first surface",
+            Self::Shadow => "Rays from the surfaces in view to the sun, up to the first hit",
+            Self::AmbientOcclusion => {
+                "Rays from the surfaces in view into their surroundings, a quarter of the model far, up to the first hit"
+            }
+            Self::Bounce => "Rays from the surfaces in view in random directions, up to the next surface",
+            Self::Random => "Random lines through the root that nothing stops: what the SAH assumes of all rays",
+        }
+    }
+
+    /// The rays of pictures that it consists of; `None` for random lines.
+    pub const fn kind(self) -> Option<RayKind> {
+        match self {
+            Self::Primary => Some(RayKind::Primary),
+            Self::Shadow => Some(RayKind::Shadow),
+            Self::AmbientOcclusion => Some(RayKind::AmbientOcclusion),
+            Self::Bounce => Some(RayKind::Bounce),
+            Self::Random => None,
+        }
+    }
+
+    /// Why a view has no such rays.
+    pub const fn absence(self, light: Light) -> &'static str {
+        match (self, light) {
+            (Self::Shadow, Light::Headlight) => {
+                "The headlight stands at the eye and casts no shadow that is seen: with the sun there are shadow rays"
+            }
+            _ => "This view shows no surface that such rays leave",
+        }
+    }
+
+    /// What of a node's visit counts: a surface that stops rays, in this order of visiting, or nothing.
+    const fn query(self, traversal: Traversal) -> RayQuery {
+        match (self, traversal) {
+            // Nothing is culled in the paper's order, so that each line visits whatever it enters.
+            (Self::Random, _) => RayQuery::ClosestHit(Traversal::Paper),
+            // The paper's order knows no end at any hit.
+            (Self::Shadow | Self::AmbientOcclusion, Traversal::Ordered) => RayQuery::AnyHit,
+            _ => RayQuery::ClosestHit(traversal),
+        }
+    }
+}
+
+/// A set of populations.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Populations(u8);
+
+impl Populations {
+    /// None.
+    pub const NONE: Self = Self(0);
+    /// All.
+    pub const ALL: Self = Self((1 << Population::ALL.len()) - 1);
+
+    /// This set with another population.
+    #[must_use]
+    pub const fn with(self, population: Population) -> Self {
+        Self(self.0 | 1 << population as u8)
+    }
+
+    /// The populations, in the order of [`Population::ALL`].
+    pub fn iter(self) -> impl Iterator<Item = Population> {
+        Population::ALL.into_iter().filter(move |&population| self.0 >> population as u8 & 1 != 0)
+    }
+}
+
+impl fmt::Display for Populations {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let names: Vec<&str> = self.iter().map(Population::name).collect();
+        f.write_str(if names.is_empty() { "none" } else { "" })?;
+        f.write_str(&names.join(","))
+    }
+}
+
+/// Rays of one population: at most one for each of 256 × 256 squares of a view, through or from the surface at its centre, or as many
+/// random lines. Equal ones are the same rays in every tree of a scene; random lines go through the root of each.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ViewRays {
+    population: Population,
+    camera: Camera,
+    columns: u32,
+    rows: u32,
+    /// What of the picture's settings decides its rays.
+    settings: RenderSettings,
+    traversal: Traversal,
+}
+
+impl ViewRays {
+    /// The rays of a view of `size_px` pixels with the light, normals, section plane and order of visiting of `settings`.
+    pub fn new(population: Population, camera: Camera, size_px: [u32; 2], settings: &RenderSettings) -> Self {
+        let [width, height] = size_px.map(|side| side.max(1));
+        let scale = (f64::from(MOST_RAYS) / f64::from(width.max(height))).min(1.0);
+        let [columns, rows] = [width, height].map(|side| ((f64::from(side) * scale) as u32).max(1));
+        let (relevant, traversal) = (settings.of_rays(), settings.traversal);
+        Self { population, camera, columns, rows, settings: relevant, traversal }.of(population)
+    }
+
+    /// The rays of another population of the same view. Of random lines there is no way back to a view.
+    #[must_use]
+    pub fn of(self, population: Population) -> Self {
+        let rays = Self { population, ..self };
+        if population == Population::Random { rays.without_view() } else { rays }
+    }
+
+    /// The same random lines for every view.
+    fn without_view(self) -> Self {
+        Self {
+            camera: Camera::framing(&Aabb { min: Vec3::ZERO, max: Vec3::ONE }, Vec3::Y),
+            columns: MOST_RAYS,
+            rows: MOST_RAYS,
+            settings: RenderSettings { simd: self.settings.simd, ..RenderSettings::default() },
+            traversal: Traversal::Paper,
+            ..self
+        }
+    }
+
+    /// The population.
+    pub const fn population(&self) -> Population {
+        self.population
+    }
+
+    /// The light that shadow rays go to.
+    pub const fn light(&self) -> Light {
+        self.settings.light
+    }
+
+    /// The rays through `accel`, in a fixed order.
+    pub fn list(&self, accel: &Arc<Accel>, token: &CancelToken) -> Result<Vec<Ray>, Cancelled> {
+        let Some(kind) = self.population.kind() else {
+            let count = self.columns * self.rows;
+            return Ok(with_tree!(&accel.tree, tree => match tree.nodes.first() {
+                Some(root) => {
+                    let lines = RandomLines::new(root.container, SEED);
+                    (0..count).map(|index| lines.ray(index)).collect()
+                }
+                None => Vec::new(),
+            }));
+        };
+        let picture = RenderRequest {
+            accel: Arc::clone(accel),
+            camera: self.camera,
+            settings: self.settings,
+            width_px: self.columns,
+            height_px: self.rows,
+            coarseness: 1.0,
+            count_tests: false,
+            hidden: None,
+        };
+        rays_of_picture(&picture, kind, token)
+    }
+
+    /// Traces them through the binary tree of `accel` and counts the visits of each node, in the calling thread's rayon pool. Hidden
+    /// triangles stop rays as all others do.
+    pub fn measure(&self, accel: &Arc<Accel>, token: &CancelToken) -> Result<Visits, Cancelled> {
+        let rays = self.list(accel, &token.part(0, 2))?;
+        let triangles = accel.compute_leaf_triangles(token)?;
+        let (count, query, token) = (rays.len() as u32, self.population.query(self.traversal), token.part(1, 2));
+        let ray = |index: u32| rays[index as usize];
+        with_tree!(&accel.tree, tree => measure_visits(tree, triangles, count, ray, query, &token))
+    }
+}
+
+/// What rays of a population do in a tree. Field names are the JSON names.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct MeasuredRays {
+    /// The population.
+    pub population: Population,
+    /// Number of rays.
+    pub rays: u32,
+    /// Number of rays that enter the root.
+    pub root_hits: u32,
+    /// Visits of all nodes.
+    pub visits: u64,
+    /// Visits of all nodes that their areas predict; see [`Visits::predicted`].
+    pub predicted_visits: f64,
+    /// Cost of a ray that enters the root, in the unit of the SAH cost, which predicts it; see [`Visits::cost`].
+    pub cost: f64,
+}
+
+impl MeasuredRays {
+    /// The sums of `visits`, which rays of `population` made in `accel`.
+    pub fn new(population: Population, accel: &Accel, visits: &Visits, token: &CancelToken) -> Result<Self, Cancelled> {
+        with_tree!(&accel.tree, tree => {
+            let (sum, predicted_visits) = visits.sums(tree, token)?;
+            let (rays, root_hits, cost) = (visits.rays, visits.root_hits(), visits.cost(tree, token)?);
+            Ok(Self { population, rays, root_hits, visits: sum, predicted_visits, cost })
+        })
+    }
+}
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used, reason = "a test fails by panicking")]
+mod tests {
+    use super::*;
+    use crate::lab::sample::teapot;
+    use bvhscope_engine::settings::{BuildSettings, BuilderKind};
+    use bvhscope_engine::tree::ContainerKind;
+
+    fn accel(build: BuildSettings) -> Arc<Accel> {
+        Arc::new(Accel::build(&teapot(), &build, &CancelToken::new()).unwrap())
+    }
+
+    fn rays(population: Population, accel: &Accel, light: Light) -> ViewRays {
+        let scene = &accel.scene;
+        let settings = RenderSettings { light, ..RenderSettings::default() };
+        ViewRays::new(population, Camera::framing(&scene.bounds, scene.up), [300, 200], &settings)
+    }
+
+    #[test]
+    fn every_tree_of_a_scene_meets_the_same_rays_whatever_the_threads() {
+        let [aac, lbvh] = [BuilderKind::Aac, BuilderKind::Lbvh]
+            .map(|builder| accel(BuildSettings { builder, ..BuildSettings::default() }));
+        let one = rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap();
+        for population in Population::ALL {
+            let rays = rays(population, &aac, Light::Sun);
+            let list = rays.list(&aac, &CancelToken::new()).unwrap();
+            assert!(!list.is_empty() && list.len() <= 256 * 256, "{population:?}: {}", list.len());
+            assert_eq!(rays.list(&lbvh, &CancelToken::new()).unwrap(), list, "{population:?}");
+            let visits = rays.measure(&aac, &CancelToken::new()).unwrap();
+            assert_eq!(visits.rays as usize, list.len());
+            assert_eq!(one.install(|| rays.measure(&aac, &CancelToken::new())).unwrap(), visits, "{population:?}");
+        }
+    }
+
+    /// What the heuristic assumes comes true of random lines, and of no others.
+    #[test]
+    fn random_lines_cost_what_the_sah_predicts() {
+        for container in ContainerKind::ALL {
+            let accel = accel(BuildSettings { container, ..BuildSettings::default() });
+            let measured = |population| {
+                let visits = rays(population, &accel, Light::Sun).measure(&accel, &CancelToken::new()).unwrap();
+                MeasuredRays::new(population, &accel, &visits, &CancelToken::new()).unwrap()
+            };
+            let sah_cost = f64::from(accel.report.stats.sah_cost);
+            let random = measured(Population::Random);
+            assert_eq!(random.root_hits, random.rays, "each line goes through the root");
+            let [of_cost, of_visits] = [random.cost / sah_cost, random.visits as f64 / random.predicted_visits];
+            assert!((of_cost - 1.0).abs() < 0.03 && (of_visits - 1.0).abs() < 0.03, "{of_cost} {of_visits}");
+            let primary = measured(Population::Primary);
+            assert!(primary.root_hits < primary.rays, "some rays pass the model");
+            assert!((primary.cost / sah_cost - 1.0).abs() > 0.05, "surfaces stop these: {}", primary.cost / sah_cost);
+        }
+    }
+
+    #[test]
+    fn a_view_without_such_rays_has_none_and_a_reason() {
+        let accel = accel(BuildSettings::default());
+        let shadow = rays(Population::Shadow, &accel, Light::Headlight);
+        let visits = shadow.measure(&accel, &CancelToken::new()).unwrap();
+        assert_eq!((visits.rays, visits.root_hits()), (0, 0));
+        let summary = MeasuredRays::new(Population::Shadow, &accel, &visits, &CancelToken::new()).unwrap();
+        assert_eq!((summary.visits, summary.cost), (0, 0.0));
+        assert!(Population::Shadow.absence(shadow.light()).contains("headlight"));
+        assert!(!Population::Shadow.absence(Light::Sun).contains("headlight"));
+    }
+
+    #[test]
+    fn random_lines_are_the_same_from_everywhere() {
+        let accel = accel(BuildSettings::default());
+        let away = Camera::framing(&Aabb { min: Vec3::ZERO, max: Vec3::splat(9.0) }, Vec3::Z);
+        let other = |population| ViewRays::new(population, away, [40, 30], &RenderSettings::default());
+        assert_eq!(other(Population::Random), rays(Population::Random, &accel, Light::Headlight));
+        assert_ne!(other(Population::Primary), rays(Population::Primary, &accel, Light::Sun));
+    }
+
+    #[test]
+    fn sets_have_the_names_of_their_members() {
+        let set = Populations::NONE.with(Population::Random).with(Population::Shadow);
+        assert_eq!((set.to_string().as_str(), Populations::NONE.to_string().as_str()), ("shadow,random", "none"));
+        assert!(Populations::ALL.iter().eq(Population::ALL));
+        for population in Population::ALL {
+            assert_eq!(serde_json::to_value(population).unwrap(), population.name());
+        }
+    }
+}

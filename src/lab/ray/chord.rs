@@ -1,0 +1,69 @@
+//! Where a ray is inside of a container. The traversals know only where it enters; this is for showing, in double precision.
+
+use glam::DVec3;
+
+use bvhscope_engine::geometry::{Aabb, Ray, Sphere};
+use bvhscope_engine::tree::AnyTree;
+
+/// The distances between which `ray` is inside of the container of `node`, cut to its interval; `None` where it misses.
+pub(super) fn chord(tree: &AnyTree, node: u32, ray: &Ray) -> Option<[f32; 2]> {
+    let [near, far] = match tree {
+        AnyTree::Aabb(tree) => in_box(&tree.nodes.get(node as usize)?.container, ray),
+        AnyTree::Sphere(tree) => in_sphere(&tree.nodes.get(node as usize)?.container, ray)?,
+    };
+    let [near, far] = [near.max(f64::from(ray.t_min.max(0.0))), far.min(f64::from(ray.t_max))];
+    (near <= far).then_some([near as f32, far as f32])
+}
+
+/// The slabs' intersection; the first is the greater where the ray misses.
+fn in_box(container: &Aabb, ray: &Ray) -> [f64; 2] {
+    let mut inside = [f64::NEG_INFINITY, f64::INFINITY];
+    for axis in 0..3 {
+        let (origin, direction) = (f64::from(ray.origin[axis]), f64::from(ray.direction[axis]));
+        let planes = [container.min[axis], container.max[axis]].map(f64::from);
+        if direction == 0.0 {
+            if origin < planes[0] || origin > planes[1] {
+                return [f64::INFINITY, f64::NEG_INFINITY];
+            }
+            continue;
+        }
+        let [a, b] = planes.map(|plane| (plane - origin) / direction);
+        inside = [inside[0].max(a.min(b)), inside[1].min(a.max(b))];
+    }
+    inside
+}
+
+fn in_sphere(container: &Sphere, ray: &Ray) -> Option<[f64; 2]> {
+    let direction = ray.direction.as_dvec3();
+    let to: DVec3 = container.center.as_dvec3() - ray.origin.as_dvec3();
+    let length_squared = direction.length_squared();
+    let middle = to.dot(direction) / length_squared;
+    let aside = (to - direction * middle).length_squared();
+    let radius = f64::from(container.radius);
+    let inside = radius * radius - aside;
+    (inside >= 0.0).then(|| {
+        let half = (inside / length_squared).sqrt();
+        [middle - half, middle + half]
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::Vec3;
+
+    use super::*;
+
+    #[test]
+    fn chords_of_boxes_and_spheres_are_those_of_the_ray() {
+        let unit = Aabb { min: Vec3::ZERO, max: Vec3::ONE };
+        let ray = Ray::new(Vec3::new(-1.0, 0.5, 0.5), Vec3::X * 2.0);
+        assert_eq!(in_box(&unit, &ray), [0.5, 1.0]);
+        let beside = Ray::new(Vec3::new(-1.0, 1.5, 0.5), Vec3::X);
+        let [near, far] = in_box(&unit, &beside);
+        assert!(near > far);
+        let ball = Sphere { center: Vec3::ZERO, radius: 5.0 };
+        let across = Ray::new(Vec3::new(-10.0, 3.0, 0.0), Vec3::X * 2.0);
+        assert_eq!(in_sphere(&ball, &across), Some([3.0, 7.0]));
+        assert_eq!(in_sphere(&ball, &Ray::new(Vec3::Y * 6.0, Vec3::X)), None);
+    }
+}

@@ -1,0 +1,100 @@
+//! Records a ray.
+
+use std::sync::Arc;
+
+use super::ray_record::RayRecord;
+use super::recorder::Recorder;
+use super::request::{RayMethod, RayRequest};
+use super::span::Spans;
+use super::step::{RayStep, Step};
+use crate::accel::Accel;
+use crate::render::{NoRay, RenderRequest, single_ray};
+use bvhscope_engine::cancel::{CancelToken, Cancelled};
+use bvhscope_engine::geometry::{Hit, Ray};
+use bvhscope_engine::tree::traverse::RayEvent;
+
+/// Poll for cancellation every this many steps.
+const STEPS_BETWEEN_CHECKS: usize = 1 << 12;
+
+/// Traces the ray of `request` through the tree and keeps what the traversal does. Like counted rays of pictures it meets the
+/// cut-outs of textures as if they were solid, and is traced again behind hidden triangles.
+///
+/// # Errors
+///
+/// Fails if cancelled. The inner result says why there is no such ray.
+pub fn record(
+    accel: &Arc<Accel>,
+    request: &RayRequest,
+    token: &CancelToken,
+) -> Result<Result<RayRecord, NoRay>, Cancelled> {
+    let picture = RenderRequest {
+        accel: Arc::clone(accel),
+        camera: request.camera,
+        settings: request.settings,
+        width_px: request.size_px[0],
+        height_px: request.size_px[1],
+        coarseness: 1.0,
+        count_tests: false,
+        hidden: request.hidden.clone(),
+    };
+    let ray = match single_ray(&picture, request.start, request.kind, token)? {
+        Ok(ray) => picture.cut(ray),
+        Err(reason) => return Ok(Err(reason)),
+    };
+    let is_wide = request.method == RayMethod::Wide;
+    if is_wide {
+        accel.widen(token)?;
+    } else {
+        accel.compute_leaf_triangles(token)?;
+    }
+    let (recorder, nearest) = traced(&picture, request, ray);
+    let mut spans = Spans::new(accel, &ray, is_wide);
+    let mut steps: Vec<RayStep> = Vec::with_capacity(recorder.steps.len());
+    for (index, &(what, counts)) in recorder.steps.iter().enumerate() {
+        if index.is_multiple_of(STEPS_BETWEEN_CHECKS) {
+            token.check()?;
+        }
+        steps.push(spans.follow(index, what, counts));
+    }
+    let nearest = nearest.map(|hit| (hit.t, hit.primitive_index));
+    let hit = if request.ends_at_any_hit() { any_hit(&steps) } else { nearest };
+    let Recorder { counts, omitted, .. } = recorder;
+    Ok(Ok(RayRecord { ray, steps, omitted, spans: spans.finish(), hit, counts }))
+}
+
+/// Traces `ray` and records it. Returns the nearest hit too, where that is looked for.
+fn traced(picture: &RenderRequest, request: &RayRequest, ray: Ray) -> (Recorder, Option<Hit>) {
+    let accel = &*picture.accel;
+    let level = picture.settings.simd.level();
+    let mut recorder = Recorder::new(request.method == RayMethod::Wide);
+    if request.ends_at_any_hit() {
+        match request.method {
+            RayMethod::Binary(_) => accel.any_hit_with(&ray, &mut recorder),
+            RayMethod::Wide => accel.wide().tree.any_hit_with(level, &ray, &mut recorder),
+        };
+        return (recorder, None);
+    }
+    let nearest = picture.first_visible(ray, |rest| {
+        recorder.begin(rest.t_min);
+        match request.method {
+            RayMethod::Binary(traversal) => accel.closest_hit_with(rest, traversal, &mut recorder),
+            RayMethod::Wide => accel.wide().tree.closest_hit_with(level, rest, &mut recorder),
+        }
+    });
+    (recorder, nearest)
+}
+
+/// Distance and triangle of the hit that ended the ray. Other triangles of its leaf may have been tested after it.
+fn any_hit(steps: &[RayStep]) -> Option<(f32, u32)> {
+    let nearer = |step: &RayStep| match step.what {
+        Step::Event(RayEvent::Nearer { t }) => Some(t),
+        _ => None,
+    };
+    let (last, t) = steps.iter().enumerate().rev().find_map(|(index, step)| Some((index, nearer(step)?)))?;
+    let of = |step: &RayStep| match step.what {
+        Step::Event(RayEvent::Triangle { index, t: Some(own) }) if own == t => Some(index),
+        _ => None,
+    };
+    // Of a block of triangles the one at this distance.
+    steps[..last].iter().rev().find_map(of).map(|triangle| (t, triangle))
+}

@@ -1,0 +1,146 @@
+//! Trees of other builders: the whole app reads them from files, follows these, shows what is wrong with them, and builds instead.
+
+use std::path::{Path, PathBuf};
+
+use crate::harness::{Window, app, presented, press, settle};
+use bvhscope::accel::Accel;
+use bvhscope::app::commands::{Action, CompareStep};
+use bvhscope::app::state::{AppState, Request, Severity, TreeSide};
+use bvhscope::scene::SceneSource;
+use bvhscope_engine::AnyTree;
+use bvhscope_engine::cancel::CancelToken;
+use bvhscope_engine::geometry::{Aabb, Triangle};
+use bvhscope_engine::settings::{BuildSettings, BuilderKind};
+use bvhscope_engine::tree_file::{Header, write_tree};
+use egui::{Key, Modifiers};
+use egui_kittest::kittest::Queryable as _;
+use tempfile::TempDir;
+
+fn state(harness: &mut Window) -> &mut AppState {
+    &mut harness.state_mut().state
+}
+
+/// A tree of the presented scene by another builder.
+fn lbvh(harness: &Window) -> Accel {
+    let settings = BuildSettings { builder: BuilderKind::Lbvh, ..BuildSettings::default() };
+    Accel::build(&presented(harness).accel.scene, &settings, &CancelToken::new()).unwrap()
+}
+
+fn write(path: &Path, tree: &AnyTree, triangles: usize, corners: Option<&[Triangle]>) {
+    let header = Header { builder: Some("handmade".to_owned()), build_ms: Some(12.5), ..Header::new(triangles) };
+    let mut bytes = Vec::new();
+    write_tree(tree, &header, corners, &mut bytes, &CancelToken::new()).unwrap();
+    // As a builder does that must not be read halfway.
+    let whole = path.with_extension("tmp");
+    std::fs::write(&whole, bytes).unwrap();
+    std::fs::rename(whole, path).unwrap();
+}
+
+/// The app with the LBVH of a file in place of its own tree.
+fn with_tree_file() -> (Window, TempDir, PathBuf) {
+    let mut harness = app();
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("mine.bvh");
+    let other = lbvh(&harness);
+    write(&path, &other.tree, other.scene.triangles.len(), None);
+    state(&mut harness).requests.push(Request::OpenTree(TreeSide::A, path.clone()));
+    settle(&mut harness);
+    assert_eq!(presented(&harness).accel.tree, other.tree);
+    (harness, folder, path)
+}
+
+#[test]
+fn a_tree_file_takes_the_place_of_the_build_until_a_setting_changes() {
+    let (mut harness, _folder, path) = with_tree_file();
+    assert!(harness.query_by_label_contains("mine.bvh · handmade · boxes").is_some());
+    assert!(harness.query_by_label("Build instead").is_some());
+    assert_eq!(harness.state().state.preferences.recent_trees, std::slice::from_ref(&path));
+    assert_eq!(presented(&harness).accel.build_ms(), Some(12.5));
+    press(&mut harness, Modifiers::NONE, Key::CloseBracket);
+    let built = presented(&harness).accel;
+    assert!(built.file.is_none() && built.settings.threshold == BuildSettings::default().threshold + 1);
+    press(&mut harness, Modifiers::COMMAND, Key::Z);
+    let file = presented(&harness).accel.file.clone();
+    assert_eq!(file.map(|file| file.path), Some(path), "undone");
+    harness.get_by_label("Build instead").click();
+    settle(&mut harness);
+    assert!(presented(&harness).accel.file.is_none());
+    assert!(harness.query_by_label("Build instead").is_none());
+}
+
+#[test]
+fn what_sticks_out_is_told_and_drawn() {
+    let mut harness = app();
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("wrong.bvh");
+    let mut other = lbvh(&harness);
+    let triangles = other.scene.triangles.len();
+    let AnyTree::Aabb(tree) = &mut other.tree else { panic!("boxes are the default") };
+    // Half the root: a child of it sticks out.
+    let Aabb { min, max } = tree.nodes[0].container;
+    tree.nodes[0].container = Aabb { min, max: (min + max) * 0.5 };
+    write(&path, &other.tree, triangles, None);
+    state(&mut harness).requests.push(Request::OpenTree(TreeSide::A, path));
+    settle(&mut harness);
+    let shown = presented(&harness);
+    assert!(shown.table.faulty().count() > 0);
+    let fault = shown.accel.faults()[0].to_string();
+    assert!(harness.query_by_label(&fault).is_some(), "{fault}: in the left panel");
+    assert!(harness.query_by_label_contains("sticks out").is_some(), "in the legend");
+}
+
+#[test]
+fn a_file_with_its_triangles_is_model_and_tree() {
+    let mut harness = app();
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("crash.bvh");
+    let other = lbvh(&harness);
+    let triangles = &other.scene.triangles;
+    write(&path, &other.tree, triangles.len(), Some(triangles));
+    state(&mut harness).requests.push(Request::Open(SceneSource::File(path.clone())));
+    settle(&mut harness);
+    let shown = presented(&harness).accel;
+    assert_eq!((shown.scene.source.path(), &shown.tree), (Some(path.as_path()), &other.tree));
+    Action::BuildTree.perform(state(&mut harness));
+    settle(&mut harness);
+    let built = presented(&harness).accel;
+    assert!(built.file.is_none() && built.scene.source.path() == Some(path.as_path()));
+}
+
+#[test]
+fn a_tree_alone_that_is_opened_is_one_of_the_model_on_the_screen() {
+    let mut harness = app();
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("alone.bvh");
+    let other = lbvh(&harness);
+    write(&path, &other.tree, other.scene.triangles.len(), None);
+    let source = harness.state().state.wanted.source.clone();
+    state(&mut harness).requests.push(Request::Open(SceneSource::File(path.clone())));
+    settle(&mut harness);
+    settle(&mut harness);
+    let shown = presented(&harness).accel;
+    assert_eq!((&shown.scene.source, shown.file.as_ref().map(|file| &file.path)), (&source, Some(&path)));
+    let state = &harness.state().state;
+    assert!(!state.messages.open.iter().any(|message| message.severity == Severity::Error));
+    assert_eq!(state.wanted.source, source);
+}
+
+#[test]
+fn the_second_tree_may_be_that_of_a_file() {
+    let mut harness = app();
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("mine.bvh");
+    let other = lbvh(&harness);
+    write(&path, &other.tree, other.scene.triangles.len(), None);
+    let first = presented(&harness).accel;
+    state(&mut harness).requests.push(Request::OpenTree(TreeSide::B, path.clone()));
+    settle(&mut harness);
+    let second = harness.state().state.model.second.clone().unwrap().accel;
+    assert_eq!((&presented(&harness).accel.tree, &second.tree), (&first.tree, &other.tree));
+    Action::Compare(CompareStep::Swap).perform(state(&mut harness));
+    settle(&mut harness);
+    assert_eq!(presented(&harness).accel.file.as_ref().map(|file| &file.path), Some(&path));
+    Action::Compare(CompareStep::Toggle).perform(state(&mut harness));
+    settle(&mut harness);
+    assert_eq!(harness.state().state.wanted.tree_files, [Some(path), None]);
+}

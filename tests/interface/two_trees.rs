@@ -1,0 +1,191 @@
+//! Two trees at one camera: the whole app adds, edits, swaps and removes the second one.
+
+use std::sync::Arc;
+
+use crate::harness::{Window, app, drag, presented, press, send, settle, viewport};
+use bvhscope::app::commands::{Action, CompareStep};
+use bvhscope::app::state::comparison::{Comparison, Quantity, Verdict};
+use bvhscope::app::state::{AppState, CompareView, Presented, TreeSide};
+use bvhscope::render::{HeatKind, Shading};
+use bvhscope_engine::settings::{BuildSettings, BuilderKind};
+use egui::{Event, Key, Modifiers, PointerButton, vec2};
+use egui_kittest::kittest::{NodeT as _, Queryable as _};
+
+fn state(harness: &mut Window) -> &mut AppState {
+    &mut harness.state_mut().state
+}
+
+fn second(harness: &Window) -> Presented {
+    harness.state().state.model.second.clone().unwrap()
+}
+
+fn perform(harness: &mut Window, step: CompareStep) {
+    Action::Compare(step).perform(state(harness));
+    settle(harness);
+}
+
+/// The app with LBVH as the second tree, in `view`.
+fn with_second(view: CompareView) -> Window {
+    let mut harness = app();
+    press(&mut harness, Modifiers::COMMAND, Key::Num2);
+    state(&mut harness).edited_build_mut().builder = BuilderKind::Lbvh;
+    perform(&mut harness, CompareStep::View(view));
+    harness
+}
+
+#[test]
+fn a_second_tree_is_added_edited_swapped_and_removed() {
+    let mut harness = app();
+    let first = presented(&harness);
+    assert!(harness.query_by_label("Tree A").is_none(), "one tree has no name");
+    harness.get_by_label("Compare with a second tree").click();
+    settle(&mut harness);
+    assert_eq!(second(&harness).accel.settings, first.accel.settings, "B begins as A");
+    assert_eq!(harness.state().state.edited_side(), TreeSide::B);
+
+    press(&mut harness, Modifiers::NONE, Key::CloseBracket);
+    let threshold = first.accel.settings.threshold;
+    assert_eq!(second(&harness).accel.settings.threshold, threshold + 1, "keys change B");
+    assert!(Arc::ptr_eq(&presented(&harness).accel, &first.accel), "A is not built again");
+    assert!(Arc::ptr_eq(&presented(&harness).frame, &first.frame), "nor traced");
+
+    harness.get_by_label("Tree A").click();
+    settle(&mut harness);
+    press(&mut harness, Modifiers::NONE, Key::CloseBracket);
+    press(&mut harness, Modifiers::NONE, Key::CloseBracket);
+    let thresholds =
+        |harness: &Window| [presented(harness), second(harness)].map(|shown| shown.accel.settings.threshold);
+    assert_eq!(thresholds(&harness), [threshold + 2, threshold + 1]);
+    harness.get_by_label("Swap").click();
+    settle(&mut harness);
+    assert_eq!(thresholds(&harness), [threshold + 1, threshold + 2]);
+    harness.get_by_label("Copy A to B").click();
+    settle(&mut harness);
+    assert_eq!(thresholds(&harness), [threshold + 1; 2]);
+    press(&mut harness, Modifiers::COMMAND, Key::Z);
+    assert_eq!(thresholds(&harness), [threshold + 1, threshold + 2], "undone");
+
+    let tree = Arc::downgrade(&second(&harness).accel);
+    harness.get_by_label("Remove B").click();
+    settle(&mut harness);
+    assert!(harness.state().state.model.second.is_none());
+    assert_eq!(harness.state().state.edited_side(), TreeSide::A);
+    // Memory is given back on a thread of its own.
+    for _ in 0..500 {
+        if tree.strong_count() == 0 {
+            return;
+        }
+        std::thread::sleep(std::time::Duration::from_millis(20));
+    }
+    panic!("the second tree is still in memory");
+}
+
+#[test]
+fn both_trees_are_traced_in_the_same_view() {
+    let mut harness = with_second(CompareView::Split);
+    for change in [0, 1, 2] {
+        match change {
+            0 => {}
+            1 => state(&mut harness).wanted.camera.eye *= 1.2,
+            _ => state(&mut harness).wanted.render.shading = Shading::Heat(HeatKind::Containers),
+        }
+        settle(&mut harness);
+        let (a, b) = (presented(&harness), second(&harness));
+        assert!(!Arc::ptr_eq(&a.accel, &b.accel) && b.accel.settings.builder == BuilderKind::Lbvh);
+        assert_eq!((a.frame.camera, a.frame.settings), (b.frame.camera, b.frame.settings), "change {change}");
+        assert_eq!([a.frame.coarseness, b.frame.coarseness], [1.0; 2]);
+        assert_ne!(a.frame_id, b.frame_id);
+        let wanted = &harness.state().state.wanted;
+        assert_eq!((a.frame.camera, a.frame.settings.shading), (wanted.camera, wanted.render.shading));
+    }
+    assert!(harness.state().state.model.difference.is_none(), "it is not shown");
+}
+
+#[test]
+fn the_difference_is_of_the_two_pictures_on_the_screen() {
+    let mut harness = with_second(CompareView::Difference);
+    for change in [0, 1, 2, 3] {
+        match change {
+            0 => {}
+            1 => state(&mut harness).wanted.camera.eye *= 1.1,
+            2 => state(&mut harness).wanted.build.threshold = 20,
+            _ => state(&mut harness).wanted.second.as_mut().unwrap().build = BuildSettings::default(),
+        }
+        settle(&mut harness);
+        let (a, b) = (presented(&harness), second(&harness));
+        let map = harness.state().state.model.difference.clone().unwrap().map;
+        assert!(Arc::ptr_eq(&map.frames[0], &a.frame) && Arc::ptr_eq(&map.frames[1], &b.frame), "change {change}");
+        let expected: Vec<f32> = a.frame.values.iter().zip(&b.frame.values).map(|(a, b)| b - a).collect();
+        assert_eq!(map.values, expected);
+        assert!(a.frame.settings.shading == Shading::Heat(HeatKind::Both) && map.pixels[2] > 0);
+    }
+    let at = viewport(&harness).center();
+    send(&mut harness, Event::PointerMoved(at));
+    harness.run_steps(2);
+    assert!(
+        harness.query_by(|node| node.label().is_some_and(|label| label.contains("B − A: tests per pixel"))).is_some()
+    );
+    assert_eq!(harness.state().state.wanted.render.shading, Shading::Lit, "the shading comes back");
+    perform(&mut harness, CompareStep::View(CompareView::B));
+    assert_eq!(second(&harness).frame.settings.shading, Shading::Lit);
+}
+
+#[test]
+fn numbers_of_both_trees_stand_side_by_side() {
+    let mut harness = with_second(CompareView::Split);
+    let (a, b) = (presented(&harness), second(&harness));
+    let sah = [&a, &b].map(|shown| f64::from(shown.accel.report.stats.sah_cost));
+    assert!(sah[1] > sah[0], "LBVH is worse: {sah:?}");
+    let compared = harness.state().state.model.compare(Quantity::SahCost);
+    assert!(matches!(compared, Comparison::Change { before, now, verdict: Verdict::Worse } if [before, now] == sah));
+    let spoken = |name: &str| {
+        let start = format!("{name} A ");
+        let node = harness.get_by(|node| node.value().is_some_and(|text| text.starts_with(&start)));
+        node.accesskit_node().value().unwrap()
+    };
+    let text = spoken("SAH cost");
+    assert!(text.contains(", B ") && text.contains('+') && text.ends_with("worse"), "{text}");
+    assert!(spoken("Nodes").contains("  B "), "{}", spoken("Nodes"));
+    let survival = Arc::clone(harness.state().state.survival().unwrap());
+    assert!(survival[0].nodes > 0 && survival[0].nodes < a.table.len());
+    // The other way round as many: the same sets.
+    assert_eq!(survival[0].nodes, survival[1].nodes);
+
+    let drawn = |harness: &Window| harness.state().state.graphics.shown.clone().unwrap().nodes.clone();
+    let all = drawn(&harness);
+    perform(&mut harness, CompareStep::OnlyCommon);
+    let common: Vec<u32> = all.into_iter().filter(|&node| survival[0].survives(node)).collect();
+    assert_eq!(drawn(&harness), common);
+}
+
+#[test]
+fn the_seam_follows_mouse_and_keys() {
+    let mut harness = with_second(CompareView::Split);
+    let rect = viewport(&harness);
+    let seam = |harness: &Window| harness.state().state.wanted.second.unwrap().seam;
+    let camera = harness.state().state.wanted.camera;
+    drag(&mut harness, PointerButton::Primary, rect.center(), &[vec2(rect.width() * 0.05, 0.0); 4]);
+    assert!((seam(&harness) - 0.7).abs() < 0.01, "{}", seam(&harness));
+    assert_eq!(harness.state().state.wanted.camera, camera, "the camera stays");
+    let before = seam(&harness);
+    press(&mut harness, Modifiers::NONE, Key::ArrowLeft);
+    assert!((seam(&harness) - (before - 0.02)).abs() < 1e-4, "{}", seam(&harness));
+    press(&mut harness, Modifiers::NONE, Key::Num2);
+    assert_eq!(harness.state().state.wanted.second.unwrap().view, CompareView::Difference, "the next view");
+}
+
+#[test]
+fn a_second_tree_that_cannot_be_built_leaves_the_first() {
+    let mut harness = with_second(CompareView::Split);
+    let before = second(&harness);
+    state(&mut harness).wanted.second.as_mut().unwrap().build = BuildSettings {
+        builder: BuilderKind::BinnedSah,
+        container: bvhscope_engine::tree::ContainerKind::Sphere,
+        ..BuildSettings::default()
+    };
+    settle(&mut harness);
+    assert_eq!(harness.state().state.wanted.second.unwrap().build, before.accel.settings, "it goes back");
+    let told =
+        harness.state().state.messages.history.iter().any(|message| message.text.contains("Tree B cannot be built"));
+    assert!(told);
+}

@@ -1,0 +1,144 @@
+//! The tables of measurements in the documentation are those that `docs/performance.jsonl` gives: no figure is typed.
+//!
+//! `make tables` (`UPDATE_TABLES=1 cargo test --workspace --test source tables`) writes them anew. A table stands between the lines
+//! `<!-- table: NAME -->` and `<!-- end of table -->`, where NAME may be followed by `simd=LEVEL`: then only runs with that limit
+//! count, otherwise only those without any. Each table comes from the newest run that measured what it shows; before there is one,
+//! the text between the lines stays as it is.
+
+mod generate;
+mod rows;
+
+use std::path::Path;
+
+use generate::table;
+use rows::Rows;
+
+/// What may hold tables.
+const DOCUMENTS: [&str; 3] = ["README.md", "docs/performance.md", "docs/paper.md"];
+const ROWS: &str = "docs/performance.jsonl";
+const PINNED: &str = "tests/picture/pinned_trees.txt";
+const BEGIN: &str = "<!-- table: ";
+const END: &str = "<!-- end of table -->";
+
+fn text_of(path: &str) -> String {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join(path);
+    std::fs::read_to_string(&path).unwrap_or_else(|error| panic!("{}: {error}", path.display()))
+}
+
+/// `document` with the tables that `rows` give, and how many there are; a message where a marker is wrong.
+fn with_tables(document: &str, rows: &Rows) -> Result<(String, usize), String> {
+    let mut text = String::new();
+    let (mut lines, mut tables) = (document.lines(), 0);
+    while let Some(line) = lines.next() {
+        text.extend([line, "\n"]);
+        let Some(name) = line.strip_prefix(BEGIN) else {
+            if line == END {
+                return Err(format!("'{END}' without a beginning"));
+            }
+            continue;
+        };
+        let name = name.strip_suffix(" -->").ok_or_else(|| format!("'{line}' does not end with ' -->'"))?;
+        let mut old = String::new();
+        loop {
+            match lines.next() {
+                Some(END) => break,
+                Some(line) if !line.starts_with(BEGIN) => old.extend([line, "\n"]),
+                _ => return Err(format!("the table '{name}' has no end")),
+            }
+        }
+        text.push_str(&table(name, rows)?.unwrap_or(old));
+        text.extend([END, "\n"]);
+        tables += 1;
+    }
+    Ok((text, tables))
+}
+
+#[test]
+fn tables_of_the_documentation_come_from_the_measured_rows() {
+    let rows = Rows::parse(&text_of(ROWS)).unwrap();
+    let mut count = 0;
+    for document in DOCUMENTS {
+        let old = text_of(document);
+        let (new, tables) = with_tables(&old, &rows).unwrap_or_else(|error| panic!("{document}: {error}"));
+        count += tables;
+        if std::env::var_os("UPDATE_TABLES").is_some() {
+            std::fs::write(Path::new(env!("CARGO_MANIFEST_DIR")).join(document), new).unwrap();
+        } else {
+            assert!(old == new, "{document}: a table is not what {ROWS} gives; `make tables` writes it anew");
+        }
+    }
+    assert!(count >= 5, "there are only {count} tables");
+}
+
+/// The trees are the same on every machine, so that rows of another tree are out of date.
+#[test]
+fn the_papers_tables_are_of_the_trees_that_are_built_now() {
+    let rows = Rows::parse(&text_of(ROWS)).unwrap();
+    let pinned = text_of(PINNED);
+    for row in rows.newest("paper", None) {
+        let (file, container) = (row["file"].as_str().unwrap(), row["container"].as_str().unwrap());
+        let hash = row["tree_hash"].as_str().unwrap();
+        let found = pinned.lines().find(|line| {
+            let words: Vec<&str> = line.split(' ').collect();
+            words[0] == file && words[2..4] == [row["preset"].as_str().unwrap(), container]
+        });
+        let expected = found.unwrap_or_else(|| panic!("{file} {container} is not in {PINNED}")).split(' ').nth(4);
+        assert_eq!(
+            expected,
+            Some(hash),
+            "{file} {container} was measured on another tree: measure again with `make peers PEERS=\"--scenes= --paper\"`"
+        );
+    }
+}
+
+const SAMPLE: &str = r#"
+{"part":"build","date":"2026-01-02T03:04Z","machine":"A, 2 threads","commit":"0123456789","flags":"","model":"old","triangles":7,"engine":"bvhscope","setting":"box fast","threads":1,"build_ms":1.0,"ready_ms":2.0,"repeat":5}
+{"part":"build","date":"2026-01-03T03:04Z","machine":"B, 2 threads","commit":"abcdef0123","flags":"--repeat 9","model":"bunny","triangles":69451,"engine":"bvhscope","setting":"box fast","threads":1,"build_ms":9.0,"ready_ms":14.0,"repeat":9}
+{"part":"build","date":"2026-01-03T03:04Z","machine":"B, 2 threads","commit":"abcdef0123","flags":"--repeat 9","model":"bunny","triangles":69451,"engine":"bvhscope","setting":"box fast","threads":2,"build_ms":5.0,"ready_ms":8.0,"repeat":9}
+{"part":"build","date":"2026-01-03T03:04Z","machine":"B, 2 threads","commit":"abcdef0123","flags":"--repeat 9","model":"bunny","triangles":69451,"engine":"embree","setting":"low","threads":2,"build_ms":null,"ready_ms":4.0,"repeat":9}
+{"part":"build","date":"2026-01-03T03:04Z","machine":"B, 2 threads","commit":"abcdef0123","flags":"--repeat 9","model":"dragon","triangles":871198,"engine":"bvhscope","setting":"box fast","threads":2,"build_ms":50.0,"ready_ms":90.0,"repeat":9}
+{"part":"build","date":"2026-01-03T03:04Z","machine":"B, 2 threads","commit":"abcdef0123","flags":"--repeat 9","model":"dragon","triangles":871198,"engine":"embree","setting":"low","threads":2,"build_ms":null,"ready_ms":63.0,"repeat":9}
+{"part":"build","date":"2026-01-04T03:04Z","machine":"B, 2 threads","simd":"avx2","commit":"abcdef0123","flags":"--simd avx2","model":"bunny","triangles":69451,"engine":"embree","setting":"low","threads":2,"build_ms":null,"ready_ms":6.0,"repeat":9}
+"#;
+
+#[test]
+fn a_table_shows_the_newest_run_without_and_with_a_limit() {
+    let rows = Rows::parse(SAMPLE).unwrap();
+    let document =
+        format!("before\n{BEGIN}ready -->\nstale\n{END}\nbetween\n{BEGIN}ready simd=avx2 -->\n{END}\nafter\n");
+    let (text, tables) = with_tables(&document, &rows).unwrap();
+    assert_eq!(tables, 2);
+    let lines: Vec<&str> = text.lines().filter(|line| line.starts_with('|')).collect();
+    assert_eq!(lines[0], "| scene, triangles | Fast | Embree LOW | Fast of LOW |");
+    assert_eq!(lines[2], "| bunny 69,451 | 5.0 / **8.0** | – / **4.0** | 0.50 |");
+    assert_eq!(lines[3], "| dragon 871,198 | 50 / **90** | – / **63** | 0.70 |");
+    assert_eq!(lines[4], "| median | | | 0.60 |");
+    assert_eq!(lines[5], "| scene, triangles | Embree LOW |", "the run with a limit");
+    assert!(text.contains("B, 2 threads, 2026-01-03, commit abcdef0123, `make peers PEERS=\"--repeat 9\"`"), "{text}");
+    assert!(text.starts_with("before\n") && text.contains("\nbetween\n") && text.ends_with("\nafter\n"), "{text}");
+    assert!(!text.contains("stale") && !text.contains("old"), "{text}");
+    // As the documents' test does: what was written compares equal, and a changed figure does not.
+    assert_eq!(with_tables(&text, &rows).unwrap().0, text);
+    let changed = text.replace("**90**", "**80**");
+    assert_ne!(with_tables(&changed, &rows).unwrap().0, changed);
+}
+
+#[test]
+fn a_table_without_rows_keeps_its_text_and_a_wrong_marker_is_told() {
+    let rows = Rows::parse("").unwrap();
+    for name in generate::NAMES {
+        let document = format!("{BEGIN}{name} -->\n| as it was |\n{END}\n");
+        assert_eq!(with_tables(&document, &rows).unwrap(), (document, 1));
+    }
+    for (document, message) in [
+        (format!("{BEGIN}nonsense -->\n{END}\n"), "'nonsense' is no table"),
+        (format!("{BEGIN}ready -->\nno end\n"), "the table 'ready' has no end"),
+        (format!("{BEGIN}ready\n{END}\n"), "does not end with"),
+        (format!("{END}\n"), "without a beginning"),
+    ] {
+        let error = with_tables(&document, &rows).unwrap_err();
+        assert!(error.contains(message), "{error}");
+    }
+    assert!(Rows::parse("{\"part\":\"build\"}\n").unwrap_err().contains("line 1"), "a row without its run");
+    assert!(Rows::parse("{}\nnonsense\n").is_err());
+}

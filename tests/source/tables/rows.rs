@@ -1,0 +1,49 @@
+//! Measured rows, by run.
+
+use serde_json::Value;
+
+/// What every row says of its run.
+const RUN: [&str; 4] = ["date", "machine", "commit", "flags"];
+
+/// All rows of the file, in order.
+#[derive(Debug)]
+pub struct Rows(Vec<Value>);
+
+impl Rows {
+    /// Reads one JSON object a line; a message that names the line where one is not a row of a run.
+    pub fn parse(text: &str) -> Result<Self, String> {
+        let mut rows = Vec::new();
+        for (index, line) in text.lines().enumerate().filter(|(_, line)| !line.trim().is_empty()) {
+            let row: Value = serde_json::from_str(line).map_err(|error| format!("line {}: {error}", index + 1))?;
+            if let Some(name) = RUN.into_iter().chain(["part", "model"]).find(|name| !row[*name].is_string()) {
+                return Err(format!("line {}: no {name}", index + 1));
+            }
+            rows.push(row);
+        }
+        Ok(Self(rows))
+    }
+
+    /// The rows of `part` of the newest run that has any; of runs limited to the level `simd`, or without a limit.
+    pub fn newest(&self, part: &str, simd: Option<&str>) -> Vec<&Value> {
+        let is_wanted = |row: &&Value| {
+            let is_limited = row["flags"].as_str().is_some_and(|flags| flags.contains("--simd"));
+            let fits = simd.map_or(!is_limited, |level| is_limited && row["simd"] == level);
+            row["part"] == part && fits
+        };
+        let wanted: Vec<&Value> = self.0.iter().filter(is_wanted).collect();
+        let run_of = |row: &Value| RUN.map(|name| row[name].as_str().unwrap_or_default().to_owned());
+        let newest = wanted.iter().map(|row| run_of(row)).max();
+        wanted.into_iter().filter(|row| Some(run_of(row)) == newest).collect()
+    }
+}
+
+/// The run of a table's rows as a sentence.
+pub fn source(rows: &[&Value]) -> String {
+    let Some(row) = rows.first() else { return String::new() };
+    let [date, machine, commit, flags] = RUN.map(|name| row[name].as_str().unwrap_or_default());
+    let day = date.split('T').next().unwrap_or_default();
+    // `make peers` names the file itself.
+    let flags = flags.strip_prefix("--append docs/performance.jsonl").unwrap_or(flags).trim();
+    let command = if flags.is_empty() { "make peers".to_owned() } else { format!("make peers PEERS=\"{flags}\"") };
+    format!("{machine}, {day}, commit {commit}, `{command}`")
+}
