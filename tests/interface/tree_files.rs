@@ -1,8 +1,10 @@
 //! Trees of other builders: the whole app reads them from files, follows these, shows what is wrong with them, and builds instead.
 
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::time::{Duration, Instant};
 
-use crate::harness::{Window, app, presented, press, settle};
+use crate::harness::{Window, app, camera, presented, press, settle};
 use bvhscope::accel::Accel;
 use bvhscope::app::commands::{Action, CompareStep};
 use bvhscope::app::state::{AppState, Request, Severity, TreeSide};
@@ -143,4 +145,41 @@ fn the_second_tree_may_be_that_of_a_file() {
     Action::Compare(CompareStep::Toggle).perform(state(&mut harness));
     settle(&mut harness);
     assert_eq!(harness.state().state.wanted.tree_files, [Some(path), None]);
+}
+
+#[test]
+fn a_tree_file_that_is_written_anew_is_read_again() {
+    let (mut harness, _folder, path) = with_tree_file();
+    let before = camera(&harness);
+    let scene = Arc::clone(&presented(&harness).accel.scene);
+    let settings = BuildSettings { builder: BuilderKind::BinnedSah, ..BuildSettings::default() };
+    let other = Accel::build(&scene, &settings, &CancelToken::new()).unwrap();
+    assert_ne!(presented(&harness).accel.tree, other.tree);
+    write(&path, &other.tree, scene.triangles.len(), None);
+    follow(&mut harness, |state| state.model.presented.as_ref().unwrap().accel.tree == other.tree);
+    assert_eq!(camera(&harness), before);
+
+    std::fs::write(path.with_extension("tmp"), "not a tree").unwrap();
+    std::fs::rename(path.with_extension("tmp"), &path).unwrap();
+    let errors = |state: &AppState| {
+        let open = state.messages.open.iter();
+        open.filter(|message| message.severity == Severity::Error && message.text.contains("mine.bvh")).count()
+    };
+    follow(&mut harness, |state| errors(state) > 0);
+    settle(&mut harness);
+    assert_eq!(errors(&harness.state().state), 1);
+    assert_eq!(presented(&harness).accel.tree, other.tree, "what was shown stays");
+
+    write(&path, &lbvh(&harness).tree, scene.triangles.len(), None);
+    follow(&mut harness, |state| state.model.presented.as_ref().unwrap().accel.tree != other.tree);
+}
+
+/// Runs frames until `done`, for as long as a loaded machine may need to notice that a file has changed and to read it.
+fn follow(harness: &mut Window, done: impl Fn(&AppState) -> bool) {
+    let start = Instant::now();
+    while !done(&harness.state().state) {
+        assert!(start.elapsed() < Duration::from_mins(2), "the file is not followed");
+        std::thread::sleep(Duration::from_millis(50));
+        harness.run_steps(1);
+    }
 }

@@ -24,12 +24,14 @@ const KINDS: [(&str, &str); 3] = [("primary", "primary"), ("ao", "ambient occlus
 
 /// Lines of cells; the first is the header, and after an empty line the next table begins.
 type Lines = Vec<Vec<String>>;
+/// Makes a table's lines of its newest rows, of all rows, and of the SIMD level asked for.
+type Maker = fn(&[&Value], &Rows, Option<&str>) -> Lines;
 
 /// The table of that name with the sentence that says where it is from; `None` where nothing of it was measured; a message where
 /// there is no such table.
 pub fn table(name: &str, rows: &Rows) -> Result<Option<String>, String> {
     let (name, simd) = name.split_once(" simd=").map_or((name, None), |(name, level)| (name, Some(level)));
-    let (part, lines): (&str, fn(&[&Value], &Rows, Option<&str>) -> Lines) = match name {
+    let (part, lines): (&str, Maker) = match name {
         "ready" => ("build", |rows, _, _| ready(rows, most_threads(rows))),
         "ready-one" => ("build", |rows, _, _| ready(rows, 1)),
         "trees" => ("tree", |rows, _, _| trees(rows)),
