@@ -28,7 +28,7 @@ use crate::headless::{Context, Failure, Finished, ignore_missing_reader};
 use crate::lab::Job;
 use crate::scene::LoadOptions;
 use crate::threads::start_global_pool;
-use args::{BuildArgs, Cli, CommandArgs, MeasureArgs, OneTreeArgs, StrictLoadArgs};
+use args::{BuildArgs, Cli, CommandArgs, MeasureArgs, OneTreeArgs, StrictLoadArgs, TreesFromFilesArgs};
 use bvhscope_engine::cancel::CancelToken;
 use bvhscope_engine::kernel::SimdLevel;
 use bvhscope_engine::tree::ContainerKind;
@@ -147,9 +147,9 @@ fn invalid_combination(cli: &Cli) -> Option<String> {
     let several = |args: &OneTreeArgs, default: &[ContainerKind]| {
         resolve::invalid_passes(args.shape.optimize, args.container.as_ref().map_or(default, |given| &given.0))
     };
-    let of_one_model = |trees: usize, args: &MeasureArgs| {
+    let of_one_model = |files: &TreesFromFilesArgs, args: &MeasureArgs| {
         let models = args.models.len();
-        (trees > 0 && models > 1)
+        (!files.trees.is_empty() && models > 1)
             .then(|| format!("--tree: a tree is that of one model, and {models} are named; measure them one by one"))
     };
     match &cli.command {
@@ -159,12 +159,14 @@ fn invalid_combination(cli: &Cli) -> Option<String> {
         Some(CommandArgs::Ray(args)) => one(&args.build),
         Some(CommandArgs::Tree(args)) => one(&args.build),
         Some(CommandArgs::Merges(args)) => one(&args.build),
-        Some(CommandArgs::Bench(args)) => of_one_model(args.tree_file.iter().len(), &args.measure)
-            .or_else(|| several(&args.tree, &ContainerKind::ALL)),
-        Some(CommandArgs::Compare(args)) => of_one_model(args.tree_files.len(), &args.measure),
+        Some(CommandArgs::Bench(args)) => {
+            of_one_model(&args.files, &args.measure).or_else(|| several(&args.tree, &ContainerKind::ALL))
+        }
+        Some(CommandArgs::Compare(args)) => of_one_model(&args.files, &args.measure),
+        Some(CommandArgs::Sweep(args)) => of_one_model(&args.files, &args.measure),
         Some(CommandArgs::Scaling(args)) => several(&args.tree, &[ContainerKind::Aabb]),
         // The settings of `diff` were checked one by one.
-        Some(CommandArgs::Sweep(_) | CommandArgs::Diff(_) | CommandArgs::Plot(_)) => None,
+        Some(CommandArgs::Diff(_) | CommandArgs::Plot(_)) => None,
     }
 }
 
@@ -196,17 +198,18 @@ fn run_command(command: CommandArgs, token: CancelToken) -> Result<Finished, Fai
         }
         CommandArgs::Bench(args) => {
             let setups = resolve::setups(&args.tree, &args.measure, &ContainerKind::ALL);
-            let trees = args.tree_file.into_iter().collect();
-            measure(Job::Bench { setups, no_bvh: args.no_bvh }, trees, args.measure, &mut context)
+            measure(Job::Bench { setups, no_bvh: args.no_bvh }, args.files.trees, args.measure, &mut context)
         }
         CommandArgs::Scaling(args) => {
             let setups = resolve::setups(&args.tree, &args.measure, &[ContainerKind::Aabb]);
             measure(Job::Scaling { setups, max_threads: threads }, Vec::new(), args.measure, &mut context)
         }
-        CommandArgs::Sweep(args) => measure(Job::Sweep(resolve::sweep(&args)), Vec::new(), args.measure, &mut context),
+        CommandArgs::Sweep(args) => {
+            measure(Job::Sweep(resolve::sweep(&args)), args.files.trees, args.measure, &mut context)
+        }
         CommandArgs::Compare(args) => {
             let job = Job::Compare { containers: args.container.0, threads };
-            measure(job, args.tree_files, args.measure, &mut context)
+            measure(job, args.files.trees, args.measure, &mut context)
         }
     };
     // Also after a failure: rows that were measured are printed.

@@ -38,7 +38,7 @@ pub struct MeasureCommand {
     pub sources: Vec<SceneSource>,
     /// The measuring job.
     pub job: Job,
-    /// Files with trees of the model to measure: by `bench` in place of those it would build, by `compare` beside them.
+    /// Files with trees of the model to measure beside those that are built.
     pub trees: Vec<PathBuf>,
     /// Camera for each model.
     pub camera: CameraChoice,

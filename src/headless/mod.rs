@@ -10,6 +10,7 @@ pub mod info;
 #[cfg(feature = "gui")]
 mod cluster_artist;
 pub mod diff;
+pub mod exr;
 pub mod merges;
 
 pub mod measure;

@@ -7,7 +7,7 @@ use rayon::prelude::*;
 use super::measure::{LabError, RowSink, measure, measure_contenders};
 use super::measurement::{Measurement, millions_per_second, millis, pool};
 use super::population::Populations;
-use super::setup::{Contender, Setup, Subject, TraceView};
+use super::setup::{Setup, Subject, TraceView};
 use crate::accel::Accel;
 use bvhscope_engine::cancel::{CancelToken, Cancelled};
 use bvhscope_engine::settings::{BuildSettings, BuilderKind};
@@ -17,8 +17,8 @@ use bvhscope_engine::tree::traverse::{TestCounts, Traversal};
 /// Maximum number of primitive tests of a run without BVH: about a second on one core.
 const NO_BVH_TESTS: u64 = 200_000_000;
 
-/// Measures `setups`, or the subject's trees from files instead where it has any, one row each; with `no_bvh` one more row that
-/// tests every triangle, on an even sample of the pixels whose number is its `rays`.
+/// Measures `setups` and the subject's trees from files, one row each; with `no_bvh` one more row that tests every triangle, on
+/// an even sample of the pixels whose number is its `rays`.
 pub fn bench(
     subject: &Subject,
     setups: &[Setup],
@@ -29,8 +29,7 @@ pub fn bench(
 ) -> Result<(), LabError> {
     let parts = if no_bvh { 2 } else { 1 };
     let threads = setups.first().map_or(0, |setup| setup.threads);
-    let read: Vec<Contender> = subject.trees.iter().map(|accel| Contender::of_file(accel, threads)).collect();
-    let contenders = if read.is_empty() { setups.iter().map(|&setup| setup.into()).collect() } else { read };
+    let contenders = subject.contenders(setups, threads);
     measure_contenders("bench", subject, &contenders, view, &token.part(0, parts), rows)?;
     if no_bvh {
         rows.row(every_triangle(subject, view, threads, &token.part(1, parts))?);

@@ -1,7 +1,7 @@
 //! The builders, presets and optimisation passes compared on one scene.
 
 use super::measure::{LabError, RowSink, measure_contenders};
-use super::setup::{Contender, Setup, Subject, TraceView};
+use super::setup::{Setup, Subject, TraceView};
 use bvhscope_engine::cancel::CancelToken;
 use bvhscope_engine::settings::{BuildSettings, BuilderKind, Curve, Pass, Passes, Preset};
 use bvhscope_engine::tree::ContainerKind;
@@ -59,7 +59,5 @@ pub fn compare(
     rows: &mut dyn RowSink,
 ) -> Result<(), LabError> {
     let setups = compared_setups(containers, subject.scene.triangles.len(), threads);
-    let mut contenders: Vec<Contender> = setups.into_iter().map(Contender::from).collect();
-    contenders.extend(subject.trees.iter().map(|accel| Contender::of_file(accel, threads)));
-    measure_contenders("compare", subject, &contenders, view, token, rows)
+    measure_contenders("compare", subject, &subject.contenders(&setups, threads), view, token, rows)
 }

@@ -5,7 +5,7 @@ use super::compare::compare;
 use super::measure::{LabError, RowSink};
 use super::scaling::scaling;
 use super::setup::{Setup, Subject, TraceView};
-use super::sweep::{SweepPlan, sweep};
+use super::sweep::{SweepPlan, sweep, sweep_files};
 use bvhscope_engine::cancel::CancelToken;
 use bvhscope_engine::tree::ContainerKind;
 
@@ -87,8 +87,14 @@ impl Job {
             }
             Self::Sweep(plan) => {
                 let points: Vec<_> = plan.points(models).into_iter().filter(|point| point.model == model).collect();
+                // Shards share the points, not the files.
+                let files = if plan.shard.0 == 1 { subject.trees.len() } else { 0 };
+                let parts = points.len() + usize::from(files > 0);
                 for (index, point) in points.iter().enumerate() {
-                    sweep(subject, plan, *point, view, &token.part(index, points.len()), rows)?;
+                    sweep(subject, plan, *point, view, &token.part(index, parts), rows)?;
+                }
+                if files > 0 {
+                    sweep_files(subject, plan, view, &token.part(points.len(), parts), rows)?;
                 }
                 Ok(())
             }

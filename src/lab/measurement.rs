@@ -1,6 +1,7 @@
 //! The measurement of one tree: a table row, a plot point, a JSON line.
 
 use std::collections::BTreeMap;
+use std::path::Path;
 use std::time::Duration;
 
 use serde::{Deserialize, Deserializer, Serialize};
@@ -170,6 +171,11 @@ impl Measurement {
         self.builder == "aac" && self.tree.is_none()
     }
 
+    /// Name of the file that holds the tree, with the builder: "mine.bvh (embree)"; `None` for a tree that was built.
+    pub fn file_name(&self) -> Option<String> {
+        Some(file_and_builder(self.tree.as_ref()?.as_ref(), &self.builder))
+    }
+
     /// The preset, or else builder, curve and passes, as a short name.
     pub fn builder_name(&self) -> String {
         if let Some(preset) = &self.preset {
@@ -187,6 +193,12 @@ impl Measurement {
         }
         parts.join(" + ")
     }
+}
+
+/// Name of a tree from a file: "mine.bvh (embree)".
+pub fn file_and_builder(path: &Path, builder: &str) -> String {
+    let name = path.file_name().map_or_else(|| path.to_string_lossy(), |name| name.to_string_lossy());
+    format!("{name} ({builder})")
 }
 
 /// A duration in milliseconds.

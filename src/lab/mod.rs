@@ -44,7 +44,7 @@ pub use bench::bench;
 pub use compare::{compare, compared_setups};
 pub use job::Job;
 pub use measure::{LabError, RowSink, measure, measure_contenders};
-pub use measurement::{Measurement, available_threads, millis, pool};
+pub use measurement::{Measurement, available_threads, file_and_builder, millis, pool};
 pub use quantity::{Quantity, Verdict};
 pub use scaling::scaling;
 pub use setup::{Contender, Setup, Subject, TraceView};

@@ -17,8 +17,17 @@ pub struct Subject {
     pub model: String,
     /// The scene.
     pub scene: Arc<Scene>,
-    /// Trees of the scene that files hold: measured by `bench` in place of others, by `compare` beside them.
+    /// Trees of the scene that files hold, measured beside those that are built. They cannot be built with other numbers of
+    /// threads, so scaling leaves them out.
     pub trees: Vec<Arc<Accel>>,
+}
+
+impl Subject {
+    /// `setups`, and after them the trees from files, traced by `threads` threads, 0 for all.
+    pub fn contenders(&self, setups: &[Setup], threads: usize) -> Vec<Contender> {
+        let read = self.trees.iter().map(|accel| Contender::of_file(accel, threads));
+        setups.iter().map(|&setup| setup.into()).chain(read).collect()
+    }
 }
 
 /// A tree to measure.

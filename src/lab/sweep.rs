@@ -1,6 +1,6 @@
 //! The measurements of the paper's figures 9 and 10: build time, trace time and tests per ray against the threshold.
 
-use super::measure::{LabError, RowSink, measure};
+use super::measure::{LabError, RowSink, measure, measure_contenders};
 use super::setup::{Setup, Subject, TraceView};
 use bvhscope_engine::cancel::CancelToken;
 use bvhscope_engine::settings::{BuildSettings, BuilderKind, Curve, Passes};
@@ -46,6 +46,17 @@ impl SweepPlan {
             .map(|(_, point)| point)
             .collect()
     }
+}
+
+/// Measures the subject's trees from files, which no threshold changes, one row each.
+pub fn sweep_files(
+    subject: &Subject,
+    plan: &SweepPlan,
+    view: &TraceView,
+    token: &CancelToken,
+    rows: &mut dyn RowSink,
+) -> Result<(), LabError> {
+    measure_contenders("sweep", subject, &subject.contenders(&[], plan.threads), view, token, rows)
 }
 
 /// Measures one point, one row per container.

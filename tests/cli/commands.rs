@@ -196,6 +196,16 @@ fn render_writes_linear_radiance() {
         );
         assert!(on_teapot || (shown - expected).abs() < 0.004, "({x}, {y}): {linear}, {shown}");
     }
+    // Another program reads the very same values.
+    #[cfg(unix)]
+    {
+        let script = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/cli/read_exr.py");
+        let mut reader = std::process::Command::new("python3");
+        if crate::tree_check::run_tool(reader.arg(script).args([path("a.exr"), path("a.f32")])).is_some() {
+            let expected: Vec<u8> = linear.as_raw().iter().flat_map(|value| value.to_le_bytes()).collect();
+            assert!(std::fs::read(path("a.f32")).unwrap() == expected, "{} bytes expected", expected.len());
+        }
+    }
     let brightest = linear.pixels().map(|pixel| pixel.0[0]).fold(0.0, f32::max);
     assert!((0.7..3.0).contains(&brightest), "{brightest}");
     for (name, flags, reason) in [

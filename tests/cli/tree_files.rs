@@ -105,15 +105,23 @@ fn measuring_commands_take_trees_of_files() {
     let rows = |line: &str| -> Vec<Value> {
         output(at, line).lines().map(|line| serde_json::from_str(line).unwrap()).collect()
     };
-    let bench = rows(&format!("bench {MODEL} --tree mine.bvh {small}"));
-    let built = rows(&format!("bench {MODEL} --container box {small}"));
+    let [built, read] = &rows(&format!("bench {MODEL} --container box --tree mine.bvh {small}"))[..] else {
+        panic!("a row for each tree")
+    };
     let (header, data) = parts(&at.join("mine.bvh"));
-    assert_eq!((bench.len(), &bench[0]["tree"], &bench[0]["builder"]), (1, &"mine.bvh".into(), &"aac".into()));
+    assert_eq!((&read["tree"], &read["builder"], built.get("tree")), (&"mine.bvh".into(), &"aac".into(), None));
     for name in ["tests_per_ray", "container_tests_per_ray", "hits", "sah_cost", "epo", "nodes", "container"] {
-        assert_eq!(bench[0][name], built[0][name], "{name}");
+        assert_eq!(read[name], built[name], "{name}");
     }
-    let [of_bench, of_file] = [&bench[0]["build_ms"], &header["build_ms"]].map(|ms| ms.as_f64().unwrap());
-    assert!((of_bench - of_file).abs() < 1e-9 && bench[0]["repeat"] == 2, "{}", bench[0]);
+    let [of_bench, of_file] = [&read["build_ms"], &header["build_ms"]].map(|ms| ms.as_f64().unwrap());
+    assert!((of_bench - of_file).abs() < 1e-9 && read["repeat"] == 2, "{read}");
+    // Once beside all points of a sweep, and in the first of its shards.
+    let of_sweep = |shard: &str| -> Vec<bool> {
+        let measured = rows(&format!("sweep {MODEL} --threshold 4,6,8 --tree mine.bvh {shard} {small}"));
+        measured.iter().map(|row| row.get("tree").is_some()).collect()
+    };
+    assert_eq!(of_sweep(""), [false, false, false, true]);
+    assert_eq!([of_sweep("--shard 1/2"), of_sweep("--shard 2/2")], [vec![false, false, true], vec![false]]);
     // A row for each file beside the builders; build times that are not known are null, and a dash in the table.
     let mut unknown = header.clone();
     let fields = unknown.as_object_mut().unwrap();
@@ -266,9 +274,9 @@ fn flags_that_do_not_go_together_are_named() {
         (format!("render {MODEL} -o a.png --tree mine.bvh --preset hq"), ["--tree", "--preset"]),
         (format!("ray {MODEL} --pixel 1,1 --tree mine.bvh --container box"), ["--tree", "--container"]),
         (format!("tree {MODEL} -o a.bvh --tree mine.bvh --optimize all"), ["--tree", "--optimize"]),
-        (format!("bench {MODEL} --tree mine.bvh --threshold 9"), ["--tree", "--threshold"]),
         (format!("bench {MODEL} builtin:cornell --tree mine.bvh"), ["--tree", "2 are named"]),
         (format!("compare {MODEL} builtin:cornell --tree mine.bvh"), ["--tree", "2 are named"]),
+        (format!("sweep {MODEL} builtin:cornell --tree mine.bvh"), ["--tree", "2 are named"]),
         (format!("tree {MODEL} -o a.txt"), ["a.txt", ".csv"]),
         (format!("tree {MODEL} -o a.csv --with-triangles"), ["--with-triangles", "a.csv"]),
         (format!("tree {MODEL}"), ["--output", "required"]),

@@ -7,15 +7,20 @@ use std::time::{Duration, Instant};
 use crate::harness::{Window, app, camera, presented, press, settle};
 use bvhscope::accel::Accel;
 use bvhscope::app::commands::{Action, CompareStep};
+use bvhscope::app::state::lab::PlotKind;
+use bvhscope::app::state::paper::{Experiment, PaperPlan};
 use bvhscope::app::state::{AppState, Request, Severity, TreeSide};
+use bvhscope::overlay::{OverlaySettings, Selection};
 use bvhscope::scene::SceneSource;
 use bvhscope_engine::AnyTree;
 use bvhscope_engine::cancel::CancelToken;
 use bvhscope_engine::geometry::{Aabb, Triangle};
 use bvhscope_engine::settings::{BuildSettings, BuilderKind};
+use bvhscope_engine::tree::ContainerKind;
 use bvhscope_engine::tree_file::{Header, write_tree};
+use egui::accesskit::Role;
 use egui::{Key, Modifiers};
-use egui_kittest::kittest::Queryable as _;
+use egui_kittest::kittest::{NodeT as _, Queryable as _};
 use tempfile::TempDir;
 
 fn state(harness: &mut Window) -> &mut AppState {
@@ -181,5 +186,95 @@ fn follow(harness: &mut Window, done: impl Fn(&AppState) -> bool) {
         assert!(start.elapsed() < Duration::from_mins(2), "the file is not followed");
         std::thread::sleep(Duration::from_millis(50));
         harness.run_steps(1);
+    }
+}
+
+#[test]
+fn the_papers_curves_and_the_plots_show_it_beside_ours() {
+    let (mut harness, _folder, path) = with_tree_file();
+    let plan = &mut state(&mut harness).preferences.paper;
+    plan.side_px = PaperPlan::SIDES_PX[0];
+    plan.repeat = 1;
+    plan.thresholds = [4, 5];
+    plan.containers = vec![ContainerKind::Aabb];
+    Action::Measure(Experiment::Thresholds).perform(state(&mut harness));
+    settle(&mut harness);
+    settle(&mut harness);
+    let rows = harness.state().state.activity.measured[&Experiment::Thresholds].rows.clone();
+    let file = Some(path.display().to_string());
+    assert_eq!(rows.iter().map(|row| row.tree.clone()).collect::<Vec<_>>(), [None, None, file]);
+
+    harness.get_by_label("Build instead").click();
+    settle(&mut harness);
+    let ends: Vec<_> = harness
+        .query_all_by_role(Role::Button)
+        .filter(|button| {
+            let name = button.accesskit_node().label().unwrap_or_default();
+            name.starts_with("SAH cost") && name.ends_with("mine.bvh (handmade)")
+        })
+        .collect();
+    assert_eq!(ends.len(), 2, "a line from one end of the plot to the other");
+    assert!((ends[0].rect().center().y - ends[1].rect().center().y).abs() < 0.5);
+    ends[0].click();
+    settle(&mut harness);
+    assert_eq!(presented(&harness).accel.file.as_ref().map(|file| &file.path), Some(&path));
+
+    press(&mut harness, Modifiers::NONE, Key::F10);
+    state(&mut harness).lab.plots.kind = PlotKind::Speed;
+    settle(&mut harness);
+    harness.get_by_label("Build instead").click();
+    settle(&mut harness);
+    assert!(presented(&harness).accel.file.is_none());
+    harness.get_by_label_contains("mine.bvh (handmade), box: built in 12.5 ms").click();
+    settle(&mut harness);
+    assert_eq!(presented(&harness).accel.file.as_ref().map(|file| &file.path), Some(&path));
+}
+
+#[test]
+fn a_wide_node_has_all_its_children_in_every_view() {
+    let mut harness = app();
+    let accel = presented(&harness).accel;
+    let token = CancelToken::new();
+    let wide = accel.widen(&token).unwrap().tree.to_tree(&accel.tree, &token).unwrap().unwrap();
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("wide.bvh");
+    write(&path, &wide, accel.scene.triangles.len(), None);
+    state(&mut harness).requests.push(Request::OpenTree(TreeSide::A, path));
+    press(&mut harness, Modifiers::NONE, Key::F9);
+    let table = presented(&harness).table;
+    let children: Vec<u32> = table.children(0).collect();
+    assert!(children.len() > 2, "{children:?}");
+    let overlay = OverlaySettings { depth: Some([1, 1]), ..harness.state().state.wanted.overlay };
+    let containers = table.shown(&overlay, &Selection::default(), None).nodes;
+    assert_eq!(containers, children, "all are drawn");
+
+    // The outline shows them all below the root.
+    let rows: Vec<String> = {
+        let rows = harness.query_all_by_role(Role::ListItem).filter(|row| row.rect().left() < 100.0);
+        rows.map(|row| row.accesskit_node().label().unwrap_or_default()).collect()
+    };
+    for child in &children {
+        let start = format!("{} {child}, ", if table.is_leaf(*child) { "leaf" } else { "node" });
+        assert!(rows.iter().any(|row| row.starts_with(&start)), "{start}: {rows:?}");
+    }
+    // Walking goes round them.
+    state(&mut harness).select_node(0);
+    Action::SelectChild.perform(state(&mut harness));
+    let mut seen = Vec::new();
+    for _ in &children {
+        seen.push(harness.state().state.selection.nodes.selected.unwrap());
+        Action::SelectNextSibling.perform(state(&mut harness));
+    }
+    assert_eq!(seen, children);
+    assert_eq!(harness.state().state.selection.nodes.selected, Some(children[0]));
+    // One ray enters the root and tests each of its children.
+    let viewport_px = harness.state().state.layout.viewport_px;
+    state(&mut harness).take_ray(viewport_px.map(|side| side / 2));
+    press(&mut harness, Modifiers::NONE, Key::F8);
+    let accel = presented(&harness).accel;
+    let record = harness.state().state.lab.ray.record.of_tree(&accel).expect("recorded").clone();
+    let steps = &(*record).as_ref().unwrap().steps;
+    for child in &children {
+        assert!(steps.iter().any(|step| step.tree_node == *child), "child {child} is not tested");
     }
 }

@@ -5,6 +5,7 @@ use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
 
+use crate::app::state::second_tree::TreeSide;
 use crate::app::state::wanted::Wanted;
 use crate::camera::Camera;
 use crate::lab::plot::{Panel, PlotFormat, draw, panels};
@@ -290,15 +291,19 @@ impl PaperResult {
     }
 }
 
-/// The settings a row was measured with; `None` where its builder is unknown.
+/// The settings a row was measured with; `None` where its builder is unknown and where a file holds its tree.
 pub fn settings_of(row: &Measurement) -> Option<BuildSettings> {
+    if row.tree.is_some() {
+        return None;
+    }
     let builder = BuilderKind::ALL.into_iter().find(|builder| builder.name() == row.builder)?;
     let &Measurement { container, threshold, epsilon, curve, optimize, .. } = row;
     Some(BuildSettings { builder, container, threshold, epsilon, curve, optimize })
 }
 
-/// Sets `wanted` to the settings a row was measured with.
+/// Sets `wanted` to the tree of a row: its file, or the settings it was measured with.
 pub fn apply_row(row: &Measurement, wanted: &mut Wanted) {
+    wanted.set_tree_file(TreeSide::A, row.tree.as_ref().map(Into::into));
     let Some(build) = settings_of(row) else { return };
     wanted.build = build;
     if row.command == "scaling" {

@@ -57,6 +57,14 @@ pub struct MeasureArgs {
     pub load: StrictLoadArgs,
 }
 
+/// Trees to measure beside those that are built.
+#[derive(Debug, Args)]
+pub struct TreesFromFilesArgs {
+    /// Also measure the tree that this file holds; may be given more than once
+    #[arg(long = "tree", value_name = "FILE.bvh", help_heading = "Tree")]
+    pub trees: Vec<PathBuf>,
+}
+
 /// Build flags of the commands that measure one tree: bench and scaling.
 #[derive(Debug, Args)]
 pub struct OneTreeArgs {
@@ -74,14 +82,13 @@ pub struct OneTreeArgs {
 #[command(after_help = "Examples:
   bvhscope bench bunny.obj dragon.ply
   bvhscope bench bunny.obj --traversal paper --repeat 9 --json
+  bvhscope bench bunny.obj --tree mine.bvh   with the tree of a file below ours
   bvhscope bench builtin:teapot:4 --no-bvh --plot bench.svg")]
 pub struct BenchArgs {
     #[command(flatten)]
     pub tree: OneTreeArgs,
-    /// Measure the tree that this file holds instead of building any
-    #[arg(long = "tree", value_name = "FILE.bvh", help_heading = "Tree",
-          conflicts_with_all = ["builder", "container", "threshold", "epsilon", "preset", "optimize", "curve"])]
-    pub tree_file: Option<PathBuf>,
+    #[command(flatten)]
+    pub files: TreesFromFilesArgs,
     /// Also test every triangle, on a sample of the pixels that is printed
     #[arg(long)]
     pub no_bvh: bool,
@@ -93,6 +100,7 @@ pub struct BenchArgs {
 #[command(after_help = "Examples:
   bvhscope sweep bunny.obj --threshold 2..=32 --plot sweep.png
   bvhscope sweep bunny.obj dragon.ply --epsilon 0.1,0.2 --container both --csv sweep.csv
+  bvhscope sweep bunny.obj --tree mine.bvh --plot sweep.svg   with the tree of a file as a line across
   bvhscope sweep bunny.obj --shard 2/8 --json > part2.jsonl")]
 pub struct SweepArgs {
     /// Thresholds: N, A,B,C or A..=B, within 2 to 64
@@ -107,6 +115,8 @@ pub struct SweepArgs {
     /// Measure only the I-th of N shards of the rows, so that a sweep can be spread over machines
     #[arg(long, value_name = "I/N", value_parser = values::shard)]
     pub shard: Option<(usize, usize)>,
+    #[command(flatten)]
+    pub files: TreesFromFilesArgs,
     #[command(flatten)]
     pub measure: MeasureArgs,
 }
@@ -132,9 +142,8 @@ pub struct CompareArgs {
     #[arg(long, value_name = "KIND", value_parser = containers, default_value = "box",
           help = containers_help("What the trees are made of: ", ""))]
     pub container: Containers,
-    /// Also measure the tree that this file holds; may be given more than once
-    #[arg(long = "tree", value_name = "FILE.bvh")]
-    pub tree_files: Vec<PathBuf>,
+    #[command(flatten)]
+    pub files: TreesFromFilesArgs,
     #[command(flatten)]
     pub measure: MeasureArgs,
 }

@@ -9,7 +9,9 @@ use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand};
 
-pub use measure::{BenchArgs, CompareArgs, DiffArgs, MeasureArgs, OneTreeArgs, PlotArgs, ScalingArgs, SweepArgs};
+pub use measure::{
+    BenchArgs, CompareArgs, DiffArgs, MeasureArgs, OneTreeArgs, PlotArgs, ScalingArgs, SweepArgs, TreesFromFilesArgs,
+};
 pub use picture::{CameraArgs, NodeArgs, OverlayArgs, PictureArgs};
 pub use ray::RayArgs;
 pub use shared::{BuildArgs, LoadArgs, ShapeArgs, StrictLoadArgs, TreeFileArgs};

@@ -20,7 +20,7 @@ const BASE_THRESHOLD: u32 = 6;
 const MAX_RELATIVE: usize = 6;
 
 /// The panels of the measurements of one command. A sweep shows the paper's three relative curves and each quantity against the
-/// threshold; scaling shows speed-up and efficiency; the others show each quantity by scene or by builder.
+/// threshold, with trees from files as lines across; scaling shows speed-up and efficiency; the others show each quantity by scene or by builder.
 pub fn panels(rows: &[Measurement]) -> Result<Vec<Panel>, String> {
     let Some(first) = rows.first() else { return Err("there are no rows to draw".to_owned()) };
     if let Some(other) = rows.iter().find(|row| row.command != first.command) {
@@ -31,7 +31,9 @@ pub fn panels(rows: &[Measurement]) -> Result<Vec<Panel>, String> {
     match first.command.as_str() {
         "sweep" => Ok(sweep_panels(rows)),
         "scaling" => Ok(scaling_panels(rows)),
-        "bench" => Ok(category_panels(rows, name, |row| row.container.name().to_owned())),
+        "bench" => {
+            Ok(category_panels(rows, name, |row| row.file_name().unwrap_or_else(|| row.container.name().to_owned())))
+        }
         "compare" => Ok(category_panels(rows, Measurement::builder_name, |row| series_name(row, rows))),
         other => Err(format!("there is no plot of '{other}'")),
     }
@@ -103,14 +105,34 @@ const THRESHOLD: &str = "Threshold δ (primitives)";
 
 fn sweep_panels(rows: &[Measurement]) -> Vec<Panel> {
     let series = |row: &Measurement| series_name(row, rows);
-    let absolute = quantity_panels(rows, (THRESHOLD, &[]), series, |row| Some(f64::from(row.threshold)));
+    let threshold = |row: &Measurement| row.tree.is_none().then(|| f64::from(row.threshold));
+    let mut absolute = quantity_panels(rows, (THRESHOLD, &[]), series, threshold);
     let Some(all) = absolute.first().map(|panel| panel.curves.clone()) else { return absolute };
+    for (panel, quantity) in absolute.iter_mut().zip(&QUANTITIES) {
+        panel.curves.extend(lines_across(rows, quantity));
+    }
     let mut panels = Vec::new();
     if all.len() <= MAX_RELATIVE {
         panels.extend(all.iter().filter_map(|series| relative_panel(rows, series)));
     }
     panels.extend(absolute);
     panels
+}
+
+/// A quantity of the trees from files, on which thresholds have no influence, as lines across all thresholds.
+fn lines_across(rows: &[Measurement], (_, value, spread): &Quantity) -> Vec<PlotCurve> {
+    let thresholds = || rows.iter().filter(|row| row.tree.is_none()).map(|row| f64::from(row.threshold));
+    let low = thresholds().fold(f64::INFINITY, f64::min);
+    let high = thresholds().fold(f64::NEG_INFINITY, f64::max);
+    // Without a sweep beside them they still have a place.
+    let ends = if low <= high { [low, high] } else { [BASE_THRESHOLD.into(); 2] };
+    let line = |(index, row): (usize, &Measurement)| {
+        let y = Some(value(row)).filter(|y| !y.is_nan())?;
+        let spread = spread.map(|spread| spread(row));
+        let points = ends.map(|x| Point { x, y, spread, row: Some(index) }).to_vec();
+        Some(PlotCurve { name: row.file_name()?, points, reference: false })
+    };
+    rows.iter().enumerate().filter_map(line).collect()
 }
 
 /// The paper's figures 9 and 10: build time, trace time and tests per ray of one series against the threshold, in one pair of
@@ -238,6 +260,18 @@ mod tests {
         let labels = [build, trace, tests, cost].map(|panel| panel.y_label.as_str());
         assert_eq!(labels, ["Build time (ms)", "Trace time (ms)", "Tests per ray", "SAH cost"]);
         assert_eq!(build.curves[0].points[0].row, Some(1), "the second row has the smallest threshold");
+    }
+
+    #[test]
+    fn a_tree_from_a_file_is_a_line_across_a_sweep() {
+        let row = |threshold, build_ms| Measurement { command: "sweep".to_owned(), threshold, build_ms, ..sample() };
+        let file = Measurement { tree: Some("a/mine.bvh".to_owned()), tests_per_ray: 9.0, ..row(6, f64::NAN) };
+        let all = panels(&[row(2, 10.0), file, row(8, 30.0)]).unwrap();
+        let [relative, build, _, tests, _] = &all[..] else { unreachable!("{all:?}") };
+        assert_eq!(relative.curves.len(), 3);
+        assert_eq!(values(build), [("thing.obj, box", vec![(2.0, 10.0), (8.0, 30.0)])], "its time is not known");
+        assert_eq!(values(tests)[1], ("mine.bvh (aac)", vec![(2.0, 9.0), (8.0, 9.0)]));
+        assert_eq!(tests.curves[1].points[0].row, Some(1));
     }
 
     #[test]

@@ -30,7 +30,8 @@ pub(super) fn bench_tables(rows: &[Measurement]) -> Vec<ReportTable> {
     ]
 }
 
-/// One line per model with box, sphere and their ratio for each value, the paper's numbers below, means at the end.
+/// One line per model with box, sphere and their ratio for each value; below it its trees from files and the paper's numbers;
+/// means at the end.
 fn pairs_table(
     title: &str,
     rows: &[Measurement],
@@ -50,8 +51,9 @@ fn pairs_table(
     let mut any_paper = false;
     let models = models(rows);
     for model in &models {
-        let row_of =
-            |kind| rows.iter().find(|row| row.model == *model && row.container == kind && row.builder != "none");
+        let of_model = || rows.iter().filter(|row| row.model == *model);
+        let is_built = |row: &&Measurement| row.builder != "none" && row.tree.is_none();
+        let row_of = |kind| of_model().filter(is_built).find(|row| row.container == kind);
         let pair = [row_of(ContainerKind::Aabb), row_of(ContainerKind::Sphere)];
         let triangles = pair.iter().flatten().next().map_or_else(String::new, |row| count(row.triangles as u64));
         let mut line = vec![name_among(model, &models), triangles];
@@ -66,6 +68,7 @@ fn pairs_table(
             line.push(ratio.map_or_else(String::new, |ratio| format!("{ratio:.2}")));
         }
         table.rows.push(line);
+        table.rows.extend(of_model().filter_map(|row| file_line(row, values)));
         if let Some(paper) = scene_of(model) {
             any_paper = true;
             let mut line = vec![format!("  the paper's {}", paper.name), String::new()];
@@ -97,6 +100,18 @@ fn pairs_table(
     table
 }
 
+/// The line of a tree from a file, under its kind of container; `None` for a tree that was built.
+fn file_line(row: &Measurement, values: &[(&str, &str, Value)]) -> Option<Vec<String>> {
+    let mut line = vec![format!("  {}", row.file_name()?), String::new()];
+    for (_, _, value) in values {
+        line.extend(
+            ContainerKind::ALL.map(|kind| if row.container == kind { number(value(row)) } else { String::new() }),
+        );
+        line.push(String::new());
+    }
+    Some(line)
+}
+
 /// The stages of an AAC build in order; stages of other builders follow.
 const STAGES: [&str; 5] = ["bounds", "codes", "sort", "tree", "flatten"];
 
@@ -113,7 +128,7 @@ fn stages_table(rows: &[Measurement]) -> ReportTable {
     table.columns.extend(stages.iter().map(|name| ((*name).to_owned(), "ms".to_owned())));
     table.columns.extend([("build", "ms"), ("spread", "%")].map(|(name, unit)| (name.to_owned(), unit.to_owned())));
     let models = models(rows);
-    for row in rows.iter().filter(|row| row.builder != "none") {
+    for row in rows.iter().filter(|row| row.builder != "none" && row.tree.is_none()) {
         let mut line = vec![name_among(&row.model, &models), row.container.name().to_owned()];
         line.extend(
             stages.iter().map(|name| row.build_stages_ms.get(*name).map_or_else(String::new, |ms| number(*ms))),
@@ -183,6 +198,19 @@ mod tests {
         assert_eq!(of_all[..3], expected);
         assert_eq!(of_all[3..], [["", "", "1.00"], ["", "", "0.35"]]);
         assert_eq!(tests.rows[0][2..8], ["26.25", "26.25", "1.00", "3.250", "3.250", "1.00"]);
+    }
+
+    #[test]
+    fn a_tree_from_a_file_has_a_line_below_its_scene_and_no_part_in_the_means() {
+        let spheres = row("thing.obj", ContainerKind::Sphere, f64::NAN, 70.0, 25.0);
+        let file = Measurement { tree: Some("a/mine.bvh".to_owned()), builder: "handmade".to_owned(), ..spheres };
+        let with_file: Vec<Measurement> = rows().into_iter().chain([file]).collect();
+        let [times, _, stages, _] = &bench_tables(&with_file)[..] else { unreachable!("there are four tables") };
+        let [without, ..] = &bench_tables(&rows())[..] else { unreachable!("there are four tables") };
+        let mut expected = without.rows.clone();
+        expected.insert(3, ["  mine.bvh (handmade)", "", "", "–", "", "", "70.00", ""].map(str::to_owned).to_vec());
+        assert_eq!(times.rows, expected);
+        assert_eq!(stages.rows.len(), 4, "one for each tree that was built");
     }
 
     #[test]

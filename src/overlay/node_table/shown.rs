@@ -21,7 +21,7 @@ const FEW_LINES: usize = 2_000;
 /// Number of containers drawn with lines at most, the largest on screen: 10,000 boxes take a software renderer about 0.1 s.
 const MOST_LINES: usize = 10_000;
 /// A best-first walk pays off if the budget is at most one in this many of the chosen nodes.
-const FEW: usize = 8;
+const FEW: u32 = 8;
 /// A container outside of the picture ranks as one this much smaller.
 const OUTSIDE: f32 = 1e-6;
 
@@ -62,24 +62,12 @@ impl NodeTable {
         nodes.map(|(&node, &depth)| self.instance(node, depth, settings)).collect()
     }
 
-    /// Number of nodes that `settings` choose, hidden ones included. Computed from the sizes of the levels.
-    pub(super) fn wanted(&self, settings: &OverlaySettings) -> usize {
-        let (first, [from, last]) = self.depths(settings);
-        let in_all = |depth: u32| self.levels.ranges.get(depth as usize).map_or(0, ExactSizeIterator::len);
-        // Each interior node has two children on the next level.
-        let of_interest = |depth: u32| {
-            let interior = if settings.leaves_only && depth >= first { in_all(depth + 1) / 2 } else { 0 };
-            in_all(depth) - interior
-        };
-        (from..=last).map(of_interest).sum()
-    }
-
-    /// Whether the budget is so small a part of the `wanted` nodes that a best-first walk from the first depth finds them faster.
-    pub(super) fn is_cut_from_the_top(&self, settings: &OverlaySettings, wanted: usize) -> bool {
+    /// Whether the budget is so small a part of the nodes in the depth range that a best-first walk from the first depth finds
+    /// them faster.
+    pub(super) fn is_cut_from_the_top(&self, settings: &OverlaySettings) -> bool {
         let (_, [from, last]) = self.depths(settings);
         let run = self.levels.ranges[last as usize].end - self.levels.ranges[from as usize].start;
-        let budget = settings.at_most() as usize;
-        wanted > budget && !settings.leaves_only && budget < run as usize / FEW
+        !settings.leaves_only && settings.at_most() < run / FEW
     }
 
     /// The first depth of the range, and the first and last depth drawn (which includes the parents if these are shown).
@@ -95,7 +83,6 @@ impl NodeTable {
         if self.is_empty() {
             return Shown::NOTHING;
         }
-        let mut wanted = self.wanted(settings);
         let (first, [from, last]) = self.depths(settings);
         let ranges = &self.levels.ranges;
         // The list is ordered by depth, so a range of depths is one range of slots.
@@ -104,9 +91,9 @@ impl NodeTable {
         let measure = viewpoint.map(Viewpoint::measure);
         let visibility = self.visibility(selection);
         let section = viewpoint.and_then(|viewpoint| viewpoint.section);
-        if visibility.is_none() && section.is_none() && self.is_cut_from_the_top(settings, wanted) {
+        if visibility.is_none() && section.is_none() && self.is_cut_from_the_top(settings) {
             let [nodes, depths] = self.largest_from_the_top([from, last], measure.as_ref(), budget);
-            return self.finish(settings, nodes, depths, wanted, measure.as_ref());
+            return self.finish(settings, nodes, depths, run.len(), measure.as_ref());
         }
         let nodes = self.by_depth(run.end);
         let chosen = ranges[first as usize].start;
@@ -122,7 +109,7 @@ impl NodeTable {
         } else {
             run.collect()
         };
-        wanted = places.len();
+        let wanted = places.len();
         if wanted > budget {
             places = self.largest(nodes, &places, measure.as_ref(), budget);
         }

@@ -62,7 +62,7 @@ impl NodeTable {
             return 0;
         }
         let (_, [from, last]) = self.depths(settings);
-        let depth = if self.is_cut_from_the_top(settings, self.wanted(settings)) { from } else { last };
+        let depth = if self.is_cut_from_the_top(settings) { from } else { last };
         self.levels.ranges[depth as usize].end
     }
 

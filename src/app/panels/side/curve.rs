@@ -10,8 +10,8 @@ use crate::app::{format, theme};
 /// Shows the rows.
 pub(super) fn show(ui: &mut Ui, state: &mut AppState) {
     let tip = "Draw the curve along which AAC sorts the triangles: a line through their centres, from blue to orange";
-    row(ui, "Curve", tip, |ui| {
-        ui.horizontal(|ui| check(ui, &mut state.lab.curve.shown, "Through centres", tip)).response
+    row(ui, "Sorting", tip, |ui| {
+        ui.horizontal(|ui| check(ui, &mut state.lab.curve.shown, "Curve through centres", tip)).response
     });
     if !state.lab.curve.shown {
         return;

@@ -120,7 +120,7 @@ impl LabState {
             && scatter.sums.root_hits > 0
         {
             let cost = scatter.sums.cost;
-            self.plots.session.note_cost(&accel.settings, inputs.rays, cost);
+            self.plots.session.note_cost(accel, inputs.rays, cost);
         }
     }
 

@@ -1,17 +1,18 @@
 //! The view "Plots": what is plotted, and the trees of this session.
 
 use std::collections::HashMap;
+use std::path::PathBuf;
 use std::sync::{Arc, Weak};
 
 use crate::accel::Accel;
 use crate::app::state::paper::{Experiment, PaperResult, settings_of};
 use crate::app::state::study::Study;
-use crate::lab::Measurement;
 use crate::lab::node_values::KnownVisits;
 use crate::lab::population::{Population, ViewRays};
 use crate::lab::visit_scatter::VisitScatter;
+use crate::lab::{Measurement, file_and_builder};
 use crate::scene::Scene;
-use bvhscope_engine::settings::{BuildSettings, BuilderKind, Curve, Passes};
+use bvhscope_engine::settings::{BuildSettings, BuilderKind, Curve, Passes, Preset};
 
 /// Most trees of a session that are kept: those that were built last.
 const MOST_TREES: usize = 512;
@@ -115,10 +116,12 @@ impl TreeQuality {
 /// A tree in a plot.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PlottedTree {
-    /// Its settings.
+    /// Its settings; of a tree from a file only the kind of container counts.
     pub build: BuildSettings,
-    /// Build time in milliseconds.
-    pub build_ms: f64,
+    /// The file that holds it, with the name of its builder.
+    pub file: Option<(PathBuf, String)>,
+    /// Build time in milliseconds, where it is known.
+    pub build_ms: Option<f64>,
     /// SAH cost.
     pub sah_cost: f64,
     /// End-point overlap, once it is known.
@@ -137,8 +140,20 @@ impl PlottedTree {
         }
     }
 
-    /// Its settings in few words: "AAC δ 6 ε 0.2, box, collapse".
+    /// Whether it is `accel`.
+    pub fn is(&self, accel: &Accel) -> bool {
+        match (&self.file, &accel.file) {
+            (Some((path, _)), Some(file)) => *path == file.path,
+            (None, None) => self.build == accel.settings,
+            _ => false,
+        }
+    }
+
+    /// Its settings in few words: "AAC δ 6 ε 0.2, box, collapse"; its file and builder where it was read: "mine.bvh (embree), box".
     pub fn name(&self) -> String {
+        if let Some((path, builder)) = &self.file {
+            return format!("{}, {}", file_and_builder(path, builder), self.build.container.name());
+        }
         let BuildSettings { builder, container, threshold, epsilon, curve, .. } = self.build;
         let mut parts = vec![match builder {
             BuilderKind::Aac => format!("{} δ {threshold} ε {epsilon}", builder.label()),
@@ -177,19 +192,24 @@ impl SessionTrees {
         if !std::ptr::eq(self.scene.as_ptr(), Arc::as_ptr(&accel.scene)) {
             *self = Self { scene: Arc::downgrade(&accel.scene), trees: Vec::new() };
         }
-        // A dot builds its tree, which a file's settings do not.
-        if accel.file.is_some() || accel.settings.builder == BuilderKind::None {
+        if accel.file.is_none() && accel.settings.builder == BuilderKind::None {
             return;
         }
         let tree = PlottedTree {
             build: accel.settings,
-            build_ms: accel.report.build_time.as_secs_f64() * 1e3,
+            file: accel.file.as_ref().map(|file| (file.path.clone(), accel.builder_name().into_owned())),
+            build_ms: accel.build_ms(),
             sah_cost: f64::from(accel.report.stats.sah_cost),
             epo: accel.known_epo().map(|epo| f64::from(epo.value)),
             cost: None,
         };
-        if let Some(known) = self.trees.iter_mut().find(|known| known.tree.build == tree.build) {
-            known.tree = PlottedTree { epo: tree.epo.or(known.tree.epo), ..tree };
+        if let Some(known) = self.trees.iter_mut().find(|known| known.tree.is(accel)) {
+            if accel.file.is_some() && known.tree.sah_cost != tree.sah_cost {
+                // The file was written anew.
+                *known = SessionTree { tree, costs: Vec::new() };
+            } else {
+                known.tree = PlottedTree { epo: tree.epo.or(known.tree.epo), ..tree };
+            }
             return;
         }
         if self.trees.len() == MOST_TREES {
@@ -199,8 +219,8 @@ impl SessionTrees {
     }
 
     /// Notes what `rays` cost in a tree that was noted.
-    pub fn note_cost(&mut self, build: &BuildSettings, rays: ViewRays, cost: f64) {
-        if let Some(known) = self.trees.iter_mut().find(|known| known.tree.build == *build) {
+    pub fn note_cost(&mut self, accel: &Accel, rays: ViewRays, cost: f64) {
+        if let Some(known) = self.trees.iter_mut().find(|known| known.tree.is(accel)) {
             known.costs.retain(|(of, _)| *of != rays);
             known.costs.push((rays, cost));
         }
@@ -254,9 +274,12 @@ impl PlotsView {
             rays.filter(|rays| rays.root_hits > 0).map(|rays| rays.cost)
         };
         let tree = |row: &Measurement| {
+            let of_file = || BuildSettings::preset(Preset::Fast, row.container);
+            let build = settings_of(row).filter(|build| build.builder != BuilderKind::None);
             Some(PlottedTree {
-                build: settings_of(row).filter(|build| build.builder != BuilderKind::None)?,
-                build_ms: row.build_ms,
+                build: build.or_else(|| row.tree.as_ref().map(|_| of_file()))?,
+                file: row.tree.as_ref().map(|path| (path.into(), row.builder.clone())),
+                build_ms: Some(row.build_ms).filter(|ms| !ms.is_nan()),
                 sah_cost: row.sah_cost,
                 epo: Some(row.epo),
                 cost: cost(row),

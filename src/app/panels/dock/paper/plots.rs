@@ -168,7 +168,7 @@ fn plot(ui: &mut Ui, state: &mut AppState, (id, panel): (usize, &Panel), rows: &
         }
     });
     shown.response.widget_info(|| WidgetInfo::labeled(Role::Image, true, format!("Plot of {}", panel.y_label)));
-    if let Some(row) = clicked(ui, panel, &shown.transform, id).and_then(|row| rows.get(row)) {
+    if let Some(row) = clicked(ui, panel, rows, &shown.transform, id).and_then(|row| rows.get(row)) {
         apply_row(row, &mut state.wanted);
     }
 }
@@ -201,7 +201,7 @@ fn draw(plot: &mut egui_plot::PlotUi<'_>, curve: &PlotCurve, color: Color32, nam
 }
 
 /// Index of the row whose point was clicked. Each point is a widget with an accessible name.
-fn clicked(ui: &Ui, panel: &Panel, transform: &PlotTransform, id: usize) -> Option<usize> {
+fn clicked(ui: &Ui, panel: &Panel, rows: &[Measurement], transform: &PlotTransform, id: usize) -> Option<usize> {
     let mut row = None;
     for (index, curve) in panel.curves.iter().enumerate() {
         // Widgets of neighbouring points do not overlap.
@@ -217,7 +217,9 @@ fn clicked(ui: &Ui, panel: &Panel, transform: &PlotTransform, id: usize) -> Opti
                 let stroke = Stroke::new(1.5, theme::palette(ui).text);
                 ui.painter().circle_stroke(position, 5.0, stroke);
             }
-            let tip = format!("{}\nClick to build this tree", point_name(panel, curve, point));
+            let from_file = point.row.and_then(|row| rows.get(row)).is_some_and(|row| row.tree.is_some());
+            let verb = if from_file { "read" } else { "build" };
+            let tip = format!("{}\nClick to {verb} this tree", point_name(panel, curve, point));
             if response.on_hover_cursor(CursorIcon::PointingHand).on_hover_text_at_pointer(tip).clicked() {
                 row = point.row;
             }

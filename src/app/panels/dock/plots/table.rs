@@ -36,8 +36,9 @@ pub(super) fn tsv(state: &AppState, shown: &Presented) -> (String, String) {
     for tree in &trees {
         let rays = if tree.cost.is_some() { state.lab.population.name() } else { "" };
         let [sah_cost, epo, cost] = [Some(tree.sah_cost), tree.epo, tree.cost].map(cell);
+        let build_ms = cell(tree.build_ms);
         // Writing into a string cannot fail.
-        let _ = writeln!(text, "{}\t{}\t{sah_cost}\t{epo}\t{cost}\t{rays}", tree.name(), tree.build_ms);
+        let _ = writeln!(text, "{}\t{build_ms}\t{sah_cost}\t{epo}\t{cost}\t{rays}", tree.name());
     }
     (text, format!("{} copied", format::counted(trees.len() as u64, "tree")))
 }

@@ -65,7 +65,7 @@ pub(super) fn speed_plot(state: &AppState, shown: &Presented) -> (Vec<Dot>, [Axi
     let dot = |tree: PlottedTree| {
         // Predictions of boxes and of spheres do not compare; counts do.
         let compares = quality == TreeQuality::Cost || tree.build.container == container;
-        let at = [tree.build_ms, tree.quality(quality).filter(|_| compares)?];
+        let at = [tree.build_ms?, tree.quality(quality).filter(|_| compares)?];
         Some(Dot { tree, at })
     };
     let dots: Vec<Dot> = plotted(state, shown).into_iter().filter_map(dot).collect();
@@ -152,7 +152,7 @@ fn plot(
     let mut clicked = None;
     for (index, dot) in dots.iter().enumerate() {
         let at = axes.at(dot.at);
-        let is_shown = dot.tree.build == shown.accel.settings;
+        let is_shown = dot.tree.is(&shown.accel);
         let fill = if is_shown { palette.warm } else { palette.accent };
         let radius = if is_shown { 5.0 } else { 3.5 };
         painter.circle(at, radius, fill.gamma_multiply(0.8), Stroke::new(1.0, Color32::from_black_alpha(90)));
@@ -163,24 +163,28 @@ fn plot(
         if tree.hovered() || tree.has_focus() {
             painter.circle_stroke(at, 6.5, Stroke::new(1.5, palette.text));
         }
-        let tip = format!("{text}\nClick to build this tree");
+        let verb = if dot.tree.file.is_some() { "read" } else { "build" };
+        let tip = format!("{text}\nClick to {verb} this tree");
         if tree.on_hover_cursor(CursorIcon::PointingHand).on_hover_text_at_pointer(tip).clicked() {
-            clicked = Some(dot.tree.build);
+            clicked = Some(dot.tree.clone());
         }
     }
-    if let Some(build) = clicked {
-        *state.edited_build_mut() = build;
+    if let Some(tree) = clicked {
+        let file = tree.file.map(|(path, _)| path);
+        if file.is_none() {
+            *state.edited_build_mut() = tree.build;
+        }
+        let side = state.edited_side();
+        state.wanted.set_tree_file(side, file);
     }
 }
 
 /// A tree as text: "AAC δ 6 ε 0.2, box: built in 12 ms, SAH cost 30, EPO 2, measured cost 24 by Primary rays".
 fn text_of(state: &AppState, tree: &PlottedTree) -> String {
-    let mut text = format!("{}: built in {} ms", tree.name(), format::significant(tree.build_ms));
-    for (quality, label, _) in TreeQuality::ALL {
-        if let Some(value) = tree.quality(quality) {
-            text = format!("{text}, {label} {}", format::significant(value));
-        }
-    }
+    let built = tree.build_ms.map(|ms| format!("built in {} ms", format::significant(ms)));
+    let quality = |(quality, label, _)| Some(format!("{label} {}", format::significant(tree.quality(quality)?)));
+    let numbers: Vec<String> = built.into_iter().chain(TreeQuality::ALL.into_iter().filter_map(quality)).collect();
+    let mut text = format!("{}: {}", tree.name(), numbers.join(", "));
     if tree.cost.is_some() {
         text = format!("{text} by {}", state.lab.population.label().to_lowercase());
     }
