@@ -21,6 +21,11 @@ pub struct FileTree {
 }
 
 impl FileTree {
+    /// Name of the file without its folder.
+    pub fn name(&self) -> Cow<'_, str> {
+        self.path.file_name().map_or_else(|| self.path.to_string_lossy(), |name| name.to_string_lossy())
+    }
+
     /// The name of its builder, or of the file where that is not known.
     pub fn builder(&self) -> Cow<'_, str> {
         let of_file = || self.path.file_stem().map_or(Cow::Borrowed("unknown"), |stem| stem.to_string_lossy());

@@ -4,9 +4,8 @@
 use std::sync::Arc;
 use std::time::Instant;
 
-use crate::accel::Accel;
-use crate::app::state::paper::{Experiment, PaperResult};
-use crate::app::state::{AppState, JobStatus, Severity, TreeSide};
+use crate::app::state::paper::{Experiment, PaperResult, trees_from_files};
+use crate::app::state::{AppState, JobStatus, Severity};
 use crate::app::work::in_flight::{Polled, poll};
 use crate::console::note;
 use crate::lab::{Job, LabError, Measurement, RowSink, Subject, TraceView};
@@ -56,19 +55,6 @@ struct Current {
     rows: usize,
     /// The job until it is started.
     waiting: Option<MeasureJob>,
-}
-
-/// The shown trees of the scene that files hold, each once.
-fn trees_from_files(state: &AppState, scene: &Arc<Scene>) -> Vec<Arc<Accel>> {
-    let shown = TreeSide::ALL.into_iter().filter_map(|side| state.shown_tree(side)).map(|shown| &shown.accel);
-    let mut trees: Vec<Arc<Accel>> = Vec::new();
-    for accel in shown.filter(|accel| Arc::ptr_eq(&accel.scene, scene)) {
-        let path = |accel: &Arc<Accel>| accel.file.as_ref().map(|file| file.path.clone());
-        if accel.file.is_some() && trees.iter().all(|other| path(other) != path(accel)) {
-            trees.push(Arc::clone(accel));
-        }
-    }
-    trees
 }
 
 /// Measures what the view "Paper" requests.

@@ -84,7 +84,7 @@ fn tree_name(shown: &Presented) -> String {
     let settings = &shown.accel.settings;
     let text = match (&shown.accel.file, settings.builder) {
         (Some(file), _) => {
-            let name = file.path.file_name().unwrap_or(file.path.as_os_str()).to_string_lossy();
+            let name = file.name();
             match &file.header.builder {
                 Some(builder) => format!("{name} · {builder}"),
                 None => name.into_owned(),

@@ -78,7 +78,7 @@ fn scene_rows(ui: &mut Ui, state: &mut AppState, scene: &Scene) {
 
 /// What is known of the build of a tree that was read from a file.
 fn file_rows(ui: &mut Ui, state: &mut AppState, file: &FileTree) {
-    let name = file.path.file_name().unwrap_or(file.path.as_os_str()).to_string_lossy();
+    let name = file.name();
     let shown = format::elide_middle(&name, (ui.available_width() / 11.0) as usize);
     statistic(ui, state, &Statistic::new("File", shown).tip(file.path.display().to_string()));
     statistic(ui, state, &Statistic::new("Builder", file.builder().into_owned()).tip("As the file says"));

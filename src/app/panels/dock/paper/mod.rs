@@ -9,7 +9,7 @@ use std::sync::Arc;
 use egui::{self, RichText, ScrollArea, Ui};
 
 use crate::app::state::AppState;
-use crate::app::state::paper::{Display, Experiment};
+use crate::app::state::paper::{Display, Experiment, trees_from_files};
 use crate::app::{format, theme};
 
 /// Shows the view.
@@ -60,9 +60,15 @@ fn nothing_yet(ui: &mut Ui, state: &AppState) {
                 }
                 _ => String::new(),
             };
+            let files = match plan.experiment {
+                Experiment::Threads => Vec::new(),
+                _ => trees_from_files(state, scene),
+            };
+            let names = files.iter().filter_map(|accel| accel.file.as_ref()).map(|file| format!(", {}", file.name()));
             format!(
-                "{}{settings}, on {} with {}. Leave the picture at rest meanwhile.",
+                "{}{settings}{}, on {} with {}. Leave the picture at rest meanwhile.",
                 plan.experiment.description(),
+                names.collect::<String>(),
                 format::elide_middle(&scene.source.label(), 48),
                 format::counted(scene.triangles.len() as u64, "triangle")
             )

@@ -150,12 +150,12 @@ fn plot(ui: &mut Ui, state: &mut AppState, (id, panel): (usize, &Panel), rows: &
         .custom_x_axes(vec![x_axis])
         .custom_y_axes(vec![y_axis])
         .set_margin_fraction(vec2(0.0, 0.0));
-    if named {
-        plot = plot.x_grid_spacer(|input| {
-            let (from, to) = input.bounds;
-            (from.ceil() as i64..=to.floor() as i64).map(|at| GridMark { value: at as f64, step_size: 1.0 }).collect()
-        });
-    }
+    let step = if named { 1 } else { whole_step(f64::from(size.x) / (high - low + 2.0 * margin)) };
+    plot = plot.x_grid_spacer(move |input| {
+        let (from, to) = input.bounds;
+        let marks = (from.ceil() as i64..=to.floor() as i64).filter(|at| at % step == 0);
+        marks.map(|at| GridMark { value: at as f64, step_size: step as f64 }).collect()
+    });
     let curves = panel.curves.clone();
     let shown = plot.show(ui, |plot| {
         plot.set_plot_bounds_x(low - margin..=high + margin);
@@ -171,6 +171,11 @@ fn plot(ui: &mut Ui, state: &mut AppState, (id, panel): (usize, &Panel), rows: &
     if let Some(row) = clicked(ui, panel, rows, &shown.transform, id).and_then(|row| rows.get(row)) {
         apply_row(row, &mut state.wanted);
     }
+}
+
+/// The smallest step between labels that leaves room for a number, where one unit has this many points.
+fn whole_step(unit: f64) -> i64 {
+    [1, 2, 5, 10].into_iter().find(|&step| step as f64 * unit >= 28.0).unwrap_or(20)
 }
 
 /// Position of the present threshold on the horizontal axis of a sweep; `None` for other experiments.
@@ -245,6 +250,11 @@ fn point_name(panel: &Panel, curve: &PlotCurve, point: &Point) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn labels_have_room() {
+        assert_eq!([60.0, 20.0, 6.0, 3.0, 1.0].map(whole_step), [1, 2, 5, 10, 20]);
+    }
 
     #[test]
     fn plots_take_as_many_rows_as_they_need() {
