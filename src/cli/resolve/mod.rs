@@ -1,34 +1,34 @@
 //! Converts parsed flags into the settings that the rest of the program uses.
 
+mod measure;
+mod parts;
+
 use std::path::PathBuf;
 
+use parts::{overlay, picture};
+
+use super::args::{BuildArgs, InfoArgs, MergesArgs, RayArgs, RenderArgs, ShapeArgs, TreeArgs};
 #[cfg(feature = "gui")]
-use super::args::ViewerArgs;
-use super::args::{
-    BuildArgs, CameraArgs, DiffArgs, InfoArgs, LoadArgs, MeasureArgs, MergesArgs, OneTreeArgs, OverlayArgs,
-    PictureArgs, RayArgs, RenderArgs, ShapeArgs, SweepArgs, TreeArgs,
-};
+use super::args::{OverlayArgs, PictureArgs, ViewerArgs};
 #[cfg(feature = "gui")]
 use crate::app::{CliOverrides, SettingsUse, StartOptions};
 #[cfg(feature = "gui")]
 use crate::console::note;
-use crate::headless::diff::DiffCommand;
 use crate::headless::info::InfoCommand;
-use crate::headless::measure::{MeasureCommand, Output};
 use crate::headless::ray::RayCommand;
 use crate::headless::tree::TreeCommand;
 use crate::headless::{Failure, MergesCommand, RenderCommand, TreeOrigin};
 use crate::lab::ray::RayMethod;
-use crate::lab::{Job, Setup, SweepPlan};
 use crate::overlay::{OverlaySettings, Selection};
 use crate::render::{RayStart, RenderSettings};
-use crate::scene::{LoadOptions, SceneSource};
+use crate::scene::SceneSource;
 #[cfg(feature = "gui")]
 use crate::text::quoted;
 use crate::view::{CameraChoice, NamedView};
 use bvhscope_engine::geometry::Ray;
-use bvhscope_engine::settings::{BuildSettings, BuilderKind, Pass, Passes, Preset};
-use bvhscope_engine::tree::ContainerKind;
+
+pub use measure::{diff, measure, setups, sweep};
+pub use parts::{build, camera, invalid_passes, load, threads};
 
 #[cfg(feature = "gui")]
 pub fn viewer(args: ViewerArgs) -> StartOptions {
@@ -178,116 +178,6 @@ pub fn ray(args: RayArgs) -> Result<RayCommand, Failure> {
     })
 }
 
-/// One setup per container given on the command line, or per default container in `containers`.
-pub fn setups(tree: &OneTreeArgs, measure: &MeasureArgs, containers: &[ContainerKind]) -> Vec<Setup> {
-    let containers = tree.container.as_ref().map_or(containers, |given| &given.0);
-    // Flags beside the preset make the settings differ from it, so its name is dropped.
-    let ShapeArgs { threshold, epsilon, preset, optimize, curve } = &tree.shape;
-    let is_modified = threshold.is_some() || epsilon.is_some() || optimize.is_some() || curve.is_some();
-    let preset = preset.filter(|_| !is_modified);
-    let setup = |&container| Setup {
-        build: build_settings(tree.builder, container, &tree.shape),
-        preset,
-        threads: threads(measure.threads),
-    };
-    containers.iter().map(setup).collect()
-}
-
-pub fn sweep(args: &SweepArgs) -> SweepPlan {
-    SweepPlan {
-        thresholds: args.threshold.0.clone(),
-        epsilons: args.epsilon.0.clone(),
-        containers: args.container.0.clone(),
-        threads: threads(args.measure.threads),
-        shard: args.shard.unwrap_or((1, 1)),
-    }
-}
-
-pub fn measure(job: Job, trees: Vec<PathBuf>, args: MeasureArgs) -> MeasureCommand {
-    let sources = if args.models.is_empty() { vec![SceneSource::default_builtin()] } else { args.models };
-    MeasureCommand {
-        sources,
-        job,
-        trees,
-        // The paper's scenes are looked at from outside.
-        camera: camera(&args.camera, NamedView::Outside),
-        size: args.size,
-        traversal: args.traversal,
-        simd: args.simd.unwrap_or_default(),
-        repeat: args.repeat,
-        populations: args.rays.unwrap_or_default(),
-        output: Output { json: args.json, csv: args.csv, plot: args.plot },
-    }
-}
-
-pub fn diff(args: DiffArgs) -> DiffCommand {
-    DiffCommand {
-        source: args.model.unwrap_or_else(SceneSource::default_builtin),
-        trees: [args.a, args.b],
-        threads: threads(args.threads),
-        // As the other measuring commands.
-        camera: camera(&args.camera, NamedView::Outside),
-        size: args.size,
-        traversal: args.traversal,
-        simd: args.simd.unwrap_or_default(),
-        repeat: args.repeat,
-        output: args.output,
-        json: args.json,
-    }
-}
-
-/// The number of threads to work with: those asked for or all, never more than can run at once.
-pub fn threads(requested: Option<usize>) -> usize {
-    crate::threads::count(requested.unwrap_or(0))
-}
-
-pub fn load(args: &LoadArgs) -> LoadOptions {
-    LoadOptions { allow_outside: args.allow_outside }
-}
-
-/// The preset, or the default settings, with the other flags applied.
-pub fn build(args: &BuildArgs) -> BuildSettings {
-    let container = args.container.unwrap_or(ContainerKind::Aabb);
-    build_settings(args.builder, container, &args.shape)
-}
-
-/// The error message for passes that do not support one of the containers, if there are any.
-pub fn invalid_passes(optimize: Option<Passes>, containers: &[ContainerKind]) -> Option<String> {
-    let only_boxes = optimize?.iter().find(|pass| pass.boxes_only())?;
-    containers.contains(&ContainerKind::Sphere).then(|| {
-        format!(
-            "the pass '{}' works on boxes only: choose '--container box', or '--optimize {}' for spheres",
-            only_boxes.name(),
-            Pass::Collapse.name()
-        )
-    })
-}
-
-/// The preset, or the default settings, with the other flags of a tree applied.
-pub fn build_settings(builder: Option<BuilderKind>, container: ContainerKind, shape: &ShapeArgs) -> BuildSettings {
-    let base = BuildSettings::preset(shape.preset.unwrap_or(Preset::Fast), container);
-    BuildSettings {
-        builder: builder.unwrap_or(base.builder),
-        container,
-        threshold: shape.threshold.unwrap_or(base.threshold),
-        epsilon: shape.epsilon.unwrap_or(base.epsilon),
-        curve: shape.curve.unwrap_or(base.curve),
-        optimize: shape.optimize.unwrap_or(base.optimize),
-    }
-}
-
-/// The camera; `view` where none is named.
-pub fn camera(args: &CameraArgs, view: NamedView) -> CameraChoice {
-    CameraChoice {
-        view: args.camera.unwrap_or(view),
-        eye: args.eye,
-        target: args.target,
-        up: args.up,
-        fov_y: args.fov,
-        orthographic: args.orthographic,
-    }
-}
-
 /// The flags that were given; the viewer applies them to the settings of its last run.
 #[cfg(feature = "gui")]
 fn overrides(build: &BuildArgs, picture: &PictureArgs, overlay: &OverlayArgs) -> CliOverrides {
@@ -324,49 +214,6 @@ fn overrides(build: &BuildArgs, picture: &PictureArgs, overlay: &OverlayArgs) ->
     }
 }
 
-fn picture(args: &PictureArgs) -> RenderSettings {
-    let base = RenderSettings::default();
-    RenderSettings {
-        shading: args.shading.unwrap_or(base.shading),
-        light: args.light.unwrap_or(base.light),
-        exposure: args.exposure.unwrap_or(base.exposure),
-        normals: args.normals.unwrap_or(base.normals),
-        crease_degrees: args.crease.unwrap_or(base.crease_degrees),
-        cluster_depth: args.cluster_depth.unwrap_or(base.cluster_depth),
-        traversal: args.traversal.unwrap_or(base.traversal),
-        heat_range: args.heat_range.or(base.heat_range),
-        color_map: args.color_map.unwrap_or(base.color_map),
-        background: base.background,
-        mesh_edges: args.mesh_edges,
-        section: base.section,
-        ground: args.ground,
-        simd: args.simd.unwrap_or(base.simd),
-        samples: args.samples.unwrap_or(base.samples),
-    }
-}
-
-/// The overlay settings; `None` without `--overlay`.
-fn overlay(args: &OverlayArgs) -> Option<OverlaySettings> {
-    let kinds = args.overlay?;
-    let base = OverlaySettings::default();
-    let [show_boxes, show_spheres] = kinds.shown();
-    Some(OverlaySettings {
-        follows_tree: false,
-        show_boxes,
-        show_spheres,
-        depth: args.depth.or(base.depth),
-        leaves_only: args.leaves,
-        parents: args.parents,
-        color_by: args.color_by.unwrap_or(base.color_by),
-        hidden_alpha: args.hidden_lines.unwrap_or(base.hidden_alpha),
-        line_width: args.line_width.unwrap_or(base.line_width),
-        hide_triangles: true,
-        faces: args.faces,
-        overlap: args.overlap,
-        budget: args.at_most.or(base.budget),
-    })
-}
-
 #[cfg(all(test, feature = "gui"))]
 mod tests {
     #![allow(clippy::unwrap_used, reason = "a failure here is a failed test")]
@@ -381,8 +228,8 @@ mod tests {
     use crate::overlay::ColorBy;
     use crate::render::{Background, ColorMap, Exposure, HeatKind, Light, NormalSource, Shading};
     use crate::section::SectionPlane;
-    use bvhscope_engine::settings::Curve;
-    use bvhscope_engine::settings::Pass;
+    use bvhscope_engine::settings::{BuildSettings, BuilderKind, Curve, Pass, Passes, Preset};
+    use bvhscope_engine::tree::ContainerKind;
     use bvhscope_engine::tree::traverse::Traversal;
 
     #[test]

@@ -1,0 +1,104 @@
+//! What several commands have: threads, build settings, camera, picture and overlay.
+
+use crate::cli::args::{BuildArgs, CameraArgs, LoadArgs, OverlayArgs, PictureArgs, ShapeArgs};
+use crate::overlay::OverlaySettings;
+use crate::render::RenderSettings;
+use crate::scene::LoadOptions;
+use crate::view::{CameraChoice, NamedView};
+use bvhscope_engine::settings::{BuildSettings, BuilderKind, Pass, Passes, Preset};
+use bvhscope_engine::tree::ContainerKind;
+
+/// The number of threads to work with: those asked for or all, never more than can run at once.
+pub fn threads(requested: Option<usize>) -> usize {
+    crate::threads::count(requested.unwrap_or(0))
+}
+
+pub fn load(args: &LoadArgs) -> LoadOptions {
+    LoadOptions { allow_outside: args.allow_outside }
+}
+
+/// The preset, or the default settings, with the other flags applied.
+pub fn build(args: &BuildArgs) -> BuildSettings {
+    let container = args.container.unwrap_or(ContainerKind::Aabb);
+    build_settings(args.builder, container, &args.shape)
+}
+
+/// The error message for passes that do not support one of the containers, if there are any.
+pub fn invalid_passes(optimize: Option<Passes>, containers: &[ContainerKind]) -> Option<String> {
+    let only_boxes = optimize?.iter().find(|pass| pass.boxes_only())?;
+    containers.contains(&ContainerKind::Sphere).then(|| {
+        format!(
+            "the pass '{}' works on boxes only: choose '--container box', or '--optimize {}' for spheres",
+            only_boxes.name(),
+            Pass::Collapse.name()
+        )
+    })
+}
+
+/// The preset, or the default settings, with the other flags of a tree applied.
+pub fn build_settings(builder: Option<BuilderKind>, container: ContainerKind, shape: &ShapeArgs) -> BuildSettings {
+    let base = BuildSettings::preset(shape.preset.unwrap_or(Preset::Fast), container);
+    BuildSettings {
+        builder: builder.unwrap_or(base.builder),
+        container,
+        threshold: shape.threshold.unwrap_or(base.threshold),
+        epsilon: shape.epsilon.unwrap_or(base.epsilon),
+        curve: shape.curve.unwrap_or(base.curve),
+        optimize: shape.optimize.unwrap_or(base.optimize),
+    }
+}
+
+/// The camera; `view` where none is named.
+pub fn camera(args: &CameraArgs, view: NamedView) -> CameraChoice {
+    CameraChoice {
+        view: args.camera.unwrap_or(view),
+        eye: args.eye,
+        target: args.target,
+        up: args.up,
+        fov_y: args.fov,
+        orthographic: args.orthographic,
+    }
+}
+
+pub(super) fn picture(args: &PictureArgs) -> RenderSettings {
+    let base = RenderSettings::default();
+    RenderSettings {
+        shading: args.shading.unwrap_or(base.shading),
+        light: args.light.unwrap_or(base.light),
+        exposure: args.exposure.unwrap_or(base.exposure),
+        normals: args.normals.unwrap_or(base.normals),
+        crease_degrees: args.crease.unwrap_or(base.crease_degrees),
+        cluster_depth: args.cluster_depth.unwrap_or(base.cluster_depth),
+        traversal: args.traversal.unwrap_or(base.traversal),
+        heat_range: args.heat_range.or(base.heat_range),
+        color_map: args.color_map.unwrap_or(base.color_map),
+        background: base.background,
+        mesh_edges: args.mesh_edges,
+        section: base.section,
+        ground: args.ground,
+        simd: args.simd.unwrap_or(base.simd),
+        samples: args.samples.unwrap_or(base.samples),
+    }
+}
+
+/// The overlay settings; `None` without `--overlay`.
+pub(super) fn overlay(args: &OverlayArgs) -> Option<OverlaySettings> {
+    let kinds = args.overlay?;
+    let base = OverlaySettings::default();
+    let [show_boxes, show_spheres] = kinds.shown();
+    Some(OverlaySettings {
+        follows_tree: false,
+        show_boxes,
+        show_spheres,
+        depth: args.depth.or(base.depth),
+        leaves_only: args.leaves,
+        parents: args.parents,
+        color_by: args.color_by.unwrap_or(base.color_by),
+        hidden_alpha: args.hidden_lines.unwrap_or(base.hidden_alpha),
+        line_width: args.line_width.unwrap_or(base.line_width),
+        hide_triangles: true,
+        faces: args.faces,
+        overlap: args.overlap,
+        budget: args.at_most.or(base.budget),
+    })
+}
