@@ -183,17 +183,17 @@ impl<'a, S: Simd, const N: usize> BlockRay<'a, S, N> {
         let corner = |corner: usize, axis: usize| f32x4::load_array_ref(simd, &block.corners[corner][axis]);
         let low = each!(axis => {
             let low_plane = corner(0, axis).min(corner(1, axis)).min(corner(2, axis));
-            (low_plane - splat(self.rays.origin_low[axis][self.index])) * splat(self.rays.inverse[axis][self.index])
+            (splat(self.rays.origin_low[axis][self.index]) - low_plane) * splat(self.rays.negative_inverse[axis][self.index])
         });
         let high = each!(axis => {
             let high_plane = corner(0, axis).max(corner(1, axis)).max(corner(2, axis));
-            (high_plane - splat(self.rays.origin_high[axis][self.index])) * splat(self.rays.inverse[axis][self.index])
+            (splat(self.rays.origin_high[axis][self.index]) - high_plane) * splat(self.rays.negative_inverse[axis][self.index])
         });
         let near = each!(axis => low[axis].min(high[axis]));
         let far = each!(axis => low[axis].max(high[axis]));
         let entry = near[0].max(near[1]).max(near[2].max(self.t_min));
         let exit = far[0].min(far[1]).min(far[2]) * FAR_SLACK;
-        (entry.simd_le(exit) & entry.simd_le(splat(t_max)), entry)
+        (entry.simd_le(exit.min(splat(t_max))), entry)
     }
 }
 

@@ -63,7 +63,7 @@ pub struct BoxRay<S: Simd> {
     near: [usize; 3],
     near_origin: [f32x8<S>; 3],
     far_origin: [f32x8<S>; 3],
-    inverse: [f32x8<S>; 3],
+    negative_inverse: [f32x8<S>; 3],
     t_min: f32x8<S>,
 }
 
@@ -99,7 +99,7 @@ impl WideContainer for Aabb {
             near: each!(axis => rays.near[axis][at % N] as usize),
             near_origin: each!(axis => f32x8::splat(simd, rays.origin_low[axis][at % N])),
             far_origin: each!(axis => f32x8::splat(simd, rays.origin_high[axis][at % N])),
-            inverse: each!(axis => f32x8::splat(simd, rays.inverse[axis][at % N])),
+            negative_inverse: each!(axis => f32x8::splat(simd, rays.negative_inverse[axis][at % N])),
             t_min: f32x8::splat(simd, rays.t_min[at % N]),
         }
     }
@@ -109,12 +109,15 @@ impl WideContainer for Aabb {
         let coordinates: &[f32; 6 * WIDTH] = bytemuck::cast_ref(&bounds.0);
         let planes =
             |axis: usize, side: usize| f32x8::from_slice(simd, &coordinates[2 * WIDTH * axis + side..][..WIDTH]);
-        let near = each!(axis => (planes(axis, ray.near[axis] & WIDTH) - ray.near_origin[axis]) * ray.inverse[axis]);
-        let far =
-            each!(axis => (planes(axis, ray.near[axis] & WIDTH ^ WIDTH) - ray.far_origin[axis]) * ray.inverse[axis]);
+        let near = each!(axis => {
+            (ray.near_origin[axis] - planes(axis, ray.near[axis] & WIDTH)) * ray.negative_inverse[axis]
+        });
+        let far = each!(axis => {
+            (ray.far_origin[axis] - planes(axis, ray.near[axis] & WIDTH ^ WIDTH)) * ray.negative_inverse[axis]
+        });
         let entry = near[0].max(near[1]).max(near[2].max(ray.t_min));
         let exit = far[0].min(far[1]).min(far[2]) * FAR_SLACK;
-        (entry.simd_le(exit) & entry.simd_le(f32x8::splat(simd, t_max)), entry)
+        (entry.simd_le(exit.min(f32x8::splat(simd, t_max))), entry)
     }
 }
 

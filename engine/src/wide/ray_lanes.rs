@@ -2,22 +2,24 @@
 
 use fearless_simd::{Select, Simd, SimdBase, SimdFloat, SimdMask, f32x8, u32x8};
 
-use crate::geometry::{PARALLEL_PAD, Ray};
+use crate::geometry::{PARALLEL_PAD, PreparedRay, Ray};
 use crate::kernel::each;
 use crate::tree::{Container, ContainerKind};
+use crate::wide::block::permuted_axes;
 use crate::wide::layout::{BLOCK, WIDTH};
 
 /// Number of rays that are prepared at a time.
 pub(crate) const RAY_LANES: usize = 8;
 
-/// `N` rays, a multiple of [`RAY_LANES`], with the values of [`PreparedRay`](crate::geometry::PreparedRay) and
+/// `N` rays, one or a multiple of [`RAY_LANES`], with the values of [`PreparedRay`](crate::geometry::PreparedRay) and
 /// [`Shear`](crate::geometry::Shear), rounded alike.
 #[derive(Debug, Clone, Copy)]
 #[repr(C, align(64))]
 pub(crate) struct RayLanes<const N: usize> {
     pub(crate) origin_low: [[f32; N]; 3],
     pub(crate) origin_high: [[f32; N]; 3],
-    pub(crate) inverse: [[f32; N]; 3],
+    /// Times origin - plane it is the distance of a plane: that order lets x86 load and subtract the plane in one instruction.
+    pub(crate) negative_inverse: [[f32; N]; 3],
     /// For each axis the offset of the near planes: 0 for the lower ones, [`WIDTH`] for the upper ones.
     pub(crate) near: [[u32; N]; 3],
     pub(crate) t_min: [f32; N],
@@ -33,12 +35,39 @@ pub(crate) struct RayLanes<const N: usize> {
     pub(crate) inverse_length: [f32; N],
 }
 
+impl RayLanes<1> {
+    /// A single ray; `None` if it cannot hit anything.
+    #[inline(always)]
+    pub(crate) fn single(ray: &Ray) -> Option<Self> {
+        let prepared = PreparedRay::new(*ray);
+        if !prepared.can_hit() {
+            return None;
+        }
+        let (o, d, inverse) = (ray.origin, ray.direction, prepared.inverse_direction);
+        let axes = permuted_axes(d);
+        let [x, y, z] = axes.map(|axis| d[axis]);
+        Some(Self {
+            origin_low: each!(axis => [prepared.origin_low[axis]]),
+            origin_high: each!(axis => [prepared.origin_high[axis]]),
+            negative_inverse: each!(axis => [-inverse[axis]]),
+            near: each!(axis => [if inverse[axis] < 0.0 { WIDTH as u32 } else { 0 }]),
+            t_min: [prepared.ray.t_min],
+            factors: [[-x / z], [-y / z], [1.0 / z]],
+            axes: axes.map(|axis| [(axis * BLOCK) as u32]),
+            sheared_origin: axes.map(|axis| [o[axis]]),
+            origin: each!(axis => [o[axis]]),
+            unit_direction: each!(axis => [prepared.unit_direction[axis]]),
+            inverse_length: [prepared.inverse_length],
+        })
+    }
+}
+
 impl<const N: usize> RayLanes<N> {
     /// No rays.
     pub(crate) const EMPTY: Self = Self {
         origin_low: [[0.0; N]; 3],
         origin_high: [[0.0; N]; 3],
-        inverse: [[0.0; N]; 3],
+        negative_inverse: [[0.0; N]; 3],
         near: [[0; N]; 3],
         t_min: [0.0; N],
         factors: [[0.0; N]; 3],
@@ -104,7 +133,7 @@ impl<const N: usize> RayLanes<N> {
         for axis in 0..3 {
             put(&mut self.origin_low[axis], o[axis] + pad[axis]);
             put(&mut self.origin_high[axis], o[axis] - pad[axis]);
-            put(&mut self.inverse[axis], inverse[axis]);
+            put(&mut self.negative_inverse[axis], -inverse[axis]);
             put(&mut self.factors[axis], factors[axis]);
             put(&mut self.sheared_origin[axis], sheared_origin[axis]);
             if C::KIND == ContainerKind::Sphere {

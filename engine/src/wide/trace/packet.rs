@@ -16,12 +16,22 @@ use crate::wide::block::{TriangleBlock, permuted_axes};
 use crate::wide::layout::{BLOCK, WIDTH};
 use crate::wide::ray_lanes::{RAY_LANES, transposed};
 use crate::wide::trace::beam::{Beam, BeamContainer, GROUP, GROUPS};
-use crate::wide::trace::stack::{Stack, StackEntry};
+use crate::wide::trace::stack::Stack;
 use crate::wide::trace::stream;
-use crate::wide::tree::WideTree;
+use crate::wide::tree::{Child, WideTree};
 
 /// Maximum number of rays in a packet.
 pub const MAX_RAYS: usize = GROUP * GROUPS;
+/// A child to visit.
+#[derive(Debug, Clone, Copy)]
+struct Waiting {
+    /// Distance of entry.
+    entry: f32,
+    child: Child,
+    /// The groups that enter it.
+    groups: u32,
+}
+
 /// No triangle; loses every tie.
 const NONE: u32 = u32::MAX;
 
@@ -196,9 +206,9 @@ impl<C: BeamContainer> Packet<C> {
     #[inline(always)]
     fn trace<S: Simd>(&mut self, simd: S, tree: &WideTree<C>, rays: &[Ray]) {
         let Some(root) = tree.root else { return };
-        let mut stack = Stack::default();
-        stack.push(StackEntry { entry: self.beam.t_min, child: root, groups: self.all_groups });
-        while let Some(StackEntry { entry, child, groups }) = stack.pop() {
+        let mut stack = Stack::new();
+        stack.push(Waiting { entry: self.beam.t_min, child: root, groups: self.all_groups });
+        while let Some(Waiting { entry, child, groups }) = stack.pop() {
             // Skip groups in which every ray has a closer hit.
             let group_t_max = f32x16::load_array_ref(simd, &self.hits.group_t_max);
             let open =
@@ -219,7 +229,7 @@ impl<C: BeamContainer> Packet<C> {
             }
             let node = &tree.nodes[child.index()];
             let beam_hits = C::intersect_beam(simd, &node.bounds, &self.beam, &self.frustum, t_max);
-            let mark = stack.mark();
+            let mark = stack.reserve();
             for lane in bits(u64::from(beam_hits.some)) {
                 let lane = lane % WIDTH;
                 let groups = if beam_hits.all >> lane & 1 != 0 {
@@ -229,8 +239,8 @@ impl<C: BeamContainer> Packet<C> {
                 };
                 if groups != 0 {
                     tree.prefetch(node.children[lane]);
-                    stack.push(StackEntry { entry: beam_hits.entry[lane], child: node.children[lane], groups });
-                    stack.sort_last(mark);
+                    stack.push(Waiting { entry: beam_hits.entry[lane], child: node.children[lane], groups });
+                    stack.sort_last(mark, |a, b| a.entry < b.entry);
                 }
             }
         }

@@ -7,8 +7,8 @@ use crate::tree::traverse::{Nearest, Probe};
 use crate::wide::block::{BlockRay, TriangleBlock};
 use crate::wide::bounds::WideContainer;
 use crate::wide::layout::{BLOCK, WIDTH};
-use crate::wide::ray_lanes::{RAY_LANES, RayLanes};
-use crate::wide::trace::stack::{Stack, StackEntry};
+use crate::wide::ray_lanes::RayLanes;
+use crate::wide::trace::stack::Stack;
 use crate::wide::tree::{Child, WideNode, WideTree};
 
 /// The closest hit of `ray`: exactly that of the binary tree. `probe` is told of each node whose children are tested as one
@@ -39,13 +39,10 @@ pub(crate) fn nearest<S: Simd, C: WideContainer, P: Probe, const ANY: bool>(
 ) -> Nearest {
     let mut nearest = Nearest::new(ray.t_max);
     let Some(mut current) = tree.root else { return nearest };
-    let mut lanes = RayLanes::<RAY_LANES>::EMPTY;
-    if lanes.set::<S, C>(simd, 0, std::slice::from_ref(ray)) == 0 {
-        return nearest;
-    }
+    let Some(lanes) = RayLanes::single(ray) else { return nearest };
     let container_ray = C::prepare(simd, &lanes, 0);
     let block_ray = BlockRay::new(simd, &lanes, 0);
-    let mut stack = Stack::default();
+    let mut stack = Stack::new();
     loop {
         probe.visited(current.bits());
         if current.is_leaf() {
@@ -54,13 +51,14 @@ pub(crate) fn nearest<S: Simd, C: WideContainer, P: Probe, const ANY: bool>(
                 if P::EVENTS {
                     report_block(block, ray, nearest, probe);
                 }
-                block_ray.closest_hit(simd, block, ray, &mut nearest);
+                if !ANY {
+                    block_ray.closest_hit(simd, block, ray, &mut nearest);
+                } else if block_ray.any_hit(simd, block, ray, nearest.t()) {
+                    return Nearest::ANYTHING;
+                }
                 if block.is_last() {
                     break;
                 }
-            }
-            if ANY && nearest.found() {
-                return nearest;
             }
         } else {
             probe.container_test();
@@ -72,50 +70,80 @@ pub(crate) fn nearest<S: Simd, C: WideContainer, P: Probe, const ANY: bool>(
                 report_children(node, hits, in_all, &entries, probe);
             }
             if hits != 0 {
-                let entered = hits;
-                let stack_entry = |lane: u32| {
-                    let lane = lane as usize % WIDTH;
-                    StackEntry { entry: entries[lane], child: node.children[lane], groups: 0 }
-                };
-                let mut next = stack_entry(hits.trailing_zeros());
-                hits &= hits - 1;
-                let mark = stack.mark();
+                let mark = stack.reserve();
+                // Branches for one, two and more children: the processor predicts which comes next and starts to load it.
+                let first = take_lane(&mut hits);
+                if hits == 0 {
+                    current = node.children[first];
+                    continue;
+                }
+                let waiting = |lane: usize| Waiting::new(entries[lane], node.children[lane]);
+                let (first, second) = (waiting(first), waiting(take_lane(&mut hits)));
+                let (mut next, mut other) = if (first < second) == ANY { (second, first) } else { (first, second) };
+                tree.prefetch_any(other.child());
+                stack.push(other);
                 while hits != 0 {
-                    let mut other = stack_entry(hits.trailing_zeros());
-                    hits &= hits - 1;
+                    other = waiting(take_lane(&mut hits));
                     // For any hit, visit the farthest child first: what a ray starts from rarely blocks it.
-                    let is_next = if ANY { other.entry > next.entry } else { other.entry < next.entry };
-                    if is_next {
+                    if (other < next) != ANY {
                         std::mem::swap(&mut other, &mut next);
                     }
-                    tree.prefetch(other.child);
+                    tree.prefetch_any(other.child());
                     stack.push(other);
                     if !ANY {
-                        stack.sort_last(mark);
+                        stack.sort_last(mark, |a, b| a < b);
                     }
                 }
                 if P::EVENTS {
-                    stack
-                        .last(entered.count_ones() as usize - 1)
-                        .for_each(|waiting| probe.pushed(waiting.child.bits()));
+                    stack.since(mark).iter().for_each(|waiting| probe.pushed(waiting.child().bits()));
                 }
-                current = next.child;
+                current = next.child();
                 continue;
             }
         }
         current = loop {
-            let Some(stack_entry) = stack.pop() else { return nearest };
+            let Some(waiting) = stack.pop() else { return nearest };
+            let (child, entry) = (waiting.child(), waiting.entry());
             if P::EVENTS {
-                probe.popped(stack_entry.child.bits());
+                probe.popped(child.bits());
             }
-            if stack_entry.entry <= nearest.t() {
-                break stack_entry.child;
+            if ANY || entry <= nearest.t() {
+                break child;
             }
             if P::EVENTS {
-                probe.culled(stack_entry.child.bits(), stack_entry.entry);
+                probe.culled(child.bits(), entry);
             }
         };
     }
+}
+
+/// A child to visit and its distance of entry, which is not negative, in one number: nearer ones are smaller.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+struct Waiting(u64);
+
+impl Waiting {
+    #[inline(always)]
+    fn new(entry: f32, child: Child) -> Self {
+        Self(u64::from(entry.to_bits()) << 32 | u64::from(child.bits()))
+    }
+
+    #[inline(always)]
+    fn entry(self) -> f32 {
+        f32::from_bits((self.0 >> 32) as u32)
+    }
+
+    #[inline(always)]
+    fn child(self) -> Child {
+        Child(self.0 as u32)
+    }
+}
+
+/// Removes the lowest lane from `lanes`.
+#[inline(always)]
+fn take_lane(lanes: &mut u32) -> usize {
+    let lane = lanes.trailing_zeros() as usize % WIDTH;
+    *lanes &= *lanes - 1;
+    lane
 }
 
 /// Reports the tests of the children of `node`: `hits` are the lanes entered before the nearest hit, `in_all` those entered

@@ -2,72 +2,66 @@
 
 use arrayvec::ArrayVec;
 
-use crate::wide::tree::Child;
+use crate::wide::layout::WIDTH;
 
-/// Number of entries held without heap allocation: enough for all but degenerate trees.
-const INLINE: usize = 128;
+/// Number of entries that are held without heap allocation, beyond the children of one node: enough for all but degenerate
+/// trees.
+const INLINE: usize = 64;
 
-/// A child to visit.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct StackEntry {
-    /// Distance of entry.
-    pub(crate) entry: f32,
-    pub(crate) child: Child,
-    /// The groups of a packet that enter the child; unused for single rays.
-    pub(crate) groups: u32,
+/// A traversal stack that grows without limit. Its inline entries are not initialised until used.
+#[derive(Debug)]
+pub(crate) struct Stack<T> {
+    /// The top of the stack.
+    top: ArrayVec<T, { INLINE + WIDTH }>,
+    /// The entries below, for which there was no space.
+    bottom: Vec<T>,
 }
 
-/// A traversal stack whose first [`INLINE`] entries live in place, uninitialised until used.
-#[derive(Debug, Default)]
-pub(crate) struct Stack {
-    inline: ArrayVec<StackEntry, INLINE>,
-    spilled: Vec<StackEntry>,
-}
-
-impl Stack {
+impl<T: Copy> Stack<T> {
+    /// An empty stack.
     #[inline(always)]
-    pub(crate) fn push(&mut self, waiting: StackEntry) {
-        if self.inline.try_push(waiting).is_err() {
-            self.spill(waiting);
+    pub(crate) fn new() -> Self {
+        Self { top: ArrayVec::new(), bottom: Vec::new() }
+    }
+
+    /// Makes space for the children of a node. Returns the position of the first, for [`Stack::sort_last`].
+    #[inline(always)]
+    pub(crate) fn reserve(&mut self) -> usize {
+        if self.top.len() > INLINE {
+            self.spill();
         }
+        self.top.len()
     }
 
     #[cold]
-    fn spill(&mut self, waiting: StackEntry) {
-        self.spilled.push(waiting);
+    #[inline(never)]
+    fn spill(&mut self) {
+        self.bottom.extend_from_slice(&self.top);
+        self.top.clear();
+    }
+
+    /// Pushes one of up to eight entries after [`Stack::reserve`].
+    #[inline(always)]
+    pub(crate) fn push(&mut self, entry: T) {
+        self.top.push(entry);
     }
 
     #[inline(always)]
-    pub(crate) fn pop(&mut self) -> Option<StackEntry> {
-        if !self.spilled.is_empty() {
-            return self.spilled.pop();
-        }
-        self.inline.pop()
+    pub(crate) fn pop(&mut self) -> Option<T> {
+        self.top.pop().or_else(|| self.bottom.pop())
     }
 
-    /// The last `count` entries, the top of the stack last.
-    pub(crate) fn last(&self, count: usize) -> impl Iterator<Item = &StackEntry> {
-        let skipped = self.inline.len() + self.spilled.len() - count;
-        self.inline.iter().chain(&self.spilled).skip(skipped)
+    /// The entries since `mark`, which [`Stack::reserve`] returned, the top of the stack last.
+    pub(crate) fn since(&self, mark: usize) -> &[T] {
+        &self.top[mark..]
     }
 
-    /// Position before the children of a node are pushed, for [`Stack::sort_last`].
+    /// Moves the last entry to its position among those pushed since `mark`, so that none is `before` the one above it.
     #[inline(always)]
-    pub(crate) fn mark(&self) -> usize {
-        self.inline.len()
-    }
-
-    /// Moves the last entry to its position among those pushed since `mark`, the nearest on top. Spilled entries are
-    /// left unsorted.
-    #[inline(always)]
-    pub(crate) fn sort_last(&mut self, mark: usize) {
-        let mut at = self.inline.len();
-        if at <= mark + 1 {
-            return;
-        }
-        at -= 1;
-        while at > mark && self.inline[at - 1].entry < self.inline[at].entry {
-            self.inline.swap(at - 1, at);
+    pub(crate) fn sort_last(&mut self, mark: usize, before: impl Fn(T, T) -> bool) {
+        let mut at = self.top.len().saturating_sub(1);
+        while at > mark && before(self.top[at - 1], self.top[at]) {
+            self.top.swap(at - 1, at);
             at -= 1;
         }
     }
