@@ -60,7 +60,7 @@ headless:
 docs:
 	RUSTDOCFLAGS="-D warnings" cargo doc --workspace --no-deps --lib --examples
 
-# The window anew in assets/screenshots/sheet, with which a test compares it: three models, both themes, four modes. Look at all.
+# The window anew in assets/screenshots/sheet and /lab, with which tests compare it: models, themes, modes, and the tour of the laboratory. Look at all.
 screenshots: deps-test
 	UPDATE_SCREENSHOTS=1 cargo test --test window screenshots
 

@@ -98,6 +98,7 @@ pub fn run(command: &MergesCommand, context: &mut Context<'_>) -> Result<Finishe
             coarseness: 1.0,
             count_tests: false,
             hidden: None,
+            clusters: None,
         };
         let frame = crate::render::render(&request, token, &|_| ())?;
         progress.set_label("Drawing frames");

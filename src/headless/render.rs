@@ -123,6 +123,7 @@ pub fn run(command: &RenderCommand, context: &mut Context<'_>) -> Result<Finishe
             coarseness: 1.0,
             count_tests: command.json,
             hidden: visibility.map(|visibility| Arc::clone(&visibility.triangles)),
+            clusters: None,
         };
         let (frame, radiance) = if command.writes_radiance() {
             crate::render::render_radiance(&request, token)?

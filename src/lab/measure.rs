@@ -176,6 +176,7 @@ fn request(accel: &Arc<Accel>, view: &TraceView) -> RenderRequest {
         coarseness: 1.0,
         count_tests: false,
         hidden: None,
+        clusters: None,
     }
 }
 

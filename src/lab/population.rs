@@ -209,6 +209,7 @@ impl ViewRays {
             coarseness: 1.0,
             count_tests: false,
             hidden: None,
+            clusters: None,
         };
         rays_of_picture(&picture, kind, token)
     }

@@ -19,8 +19,8 @@ pub const LEAST_SHOWN: f64 = 1.0;
 const WORST: usize = 12;
 /// Measured over predicted visits from which a node is bad.
 const BAD: f32 = 1.5;
-/// What of the height the nodes take that no ray visits, which a logarithm has no place for.
-const NEVER_SHARE: f64 = 0.06;
+/// What of the height the nodes take that no ray visits.
+const NEVER_SHARE: f64 = 0.1;
 
 /// A node in the scatter.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -57,6 +57,8 @@ pub struct VisitScatter {
     pub worst: Vec<ScatterNode>,
     /// Number of nodes in the scatter.
     pub shown: usize,
+    /// Number of those that no ray visits.
+    pub never: usize,
     /// Number of nodes of fewer than [`LEAST_SHOWN`] predicted visits.
     pub left_out: usize,
     /// For each cell, row by row from below, its index in `cells` and 1 more; 0 for none.
@@ -74,13 +76,13 @@ impl VisitScatter {
         let values = NodeValues { accel, visits: Some(&visits.0) };
         let sums = MeasuredRays::new(population, accel, &visits.0, token)?;
         let high = f64::from(sums.root_hits).max(LEAST_SHOWN * 10.0);
-        let low_of_never = high.powf(-NEVER_SHARE / (1.0 - NEVER_SHARE));
         let mut scatter = Self {
             sums,
-            axes: [LEAST_SHOWN, low_of_never].map(|low| Axis { low, high, is_log: true }),
+            axes: [Axis { low: LEAST_SHOWN, high, is_log: true, has_never: false }, Axis::of_counts(high, NEVER_SHARE)],
             cells: Vec::new(),
             worst: Vec::new(),
             shown: 0,
+            never: 0,
             left_out: 0,
             index: vec![0; CELLS[0] * CELLS[1]],
         };
@@ -105,6 +107,7 @@ impl VisitScatter {
             return;
         }
         self.shown += 1;
+        self.never += usize::from(node.measured == 0);
         let [x, y] = self.position(&node);
         let cell = |position: f64, cells: usize| ((position * cells as f64) as usize).min(cells - 1);
         let [column, row] = [cell(x, CELLS[0]), cell(y, CELLS[1])];
@@ -116,18 +119,13 @@ impl VisitScatter {
         self.cells[*index as usize - 1].count += 1;
     }
 
-    /// Where a number of measured visits is drawn: 0 in a band of its own below 1.
-    fn drawn(&self, measured: u32) -> f64 {
-        if measured == 0 { self.axes[1].low.sqrt() } else { f64::from(measured) }
-    }
-
     /// Where a node is from the left and from below, each 0 to 1; `None` where it is left out.
     pub fn place(&self, node: &ScatterNode) -> Option<[f64; 2]> {
         (node.predicted >= LEAST_SHOWN).then(|| self.position(node))
     }
 
     fn position(&self, node: &ScatterNode) -> [f64; 2] {
-        [self.axes[0].at(node.predicted), self.axes[1].at(self.drawn(node.measured))].map(|at| at.clamp(0.0, 1.0))
+        [self.axes[0].at(node.predicted), self.axes[1].at(f64::from(node.measured))].map(|at| at.clamp(0.0, 1.0))
     }
 
     /// The middle of a cell, from the left and from below, each 0 to 1.
@@ -214,6 +212,10 @@ mod tests {
         assert_eq!(counts.iter().sum::<u32>() as usize, scatter.shown);
         assert!(scatter.cells.iter().zip(&counts).all(|(cell, &count)| cell.count == count));
         assert_eq!(left_out, scatter.left_out);
+        let all = (0..accel.tree.node_count() as u32).filter_map(|node| node_in(&values, node));
+        let never: Vec<_> = all.filter(|node| node.measured == 0).filter_map(|node| scatter.place(&node)).collect();
+        assert!(never.len() == scatter.never && !never.is_empty());
+        assert!(never.iter().all(|place| place[1] == scatter.axes[1].at(0.0)), "on the line labelled so");
         assert!(scatter.shown > 100 && left_out > 100, "{} {left_out}", scatter.shown);
         assert_eq!(scatter.place(&node_in(&values, 0).unwrap()), Some([1.0, 1.0]), "the root is where both are most");
     }

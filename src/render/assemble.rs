@@ -101,6 +101,7 @@ pub(super) fn assemble(
         is_adapted,
         camera: request.camera,
         settings,
+        clusters: request.clusters.clone(),
         stats,
     };
     if settings.shading.has_values() {

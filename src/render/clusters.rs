@@ -1,41 +1,16 @@
-//! Cluster colours: each surface in the colour of its ancestor node at a chosen depth.
+//! Cluster colours: each surface in the colour of its ancestor node at a chosen depth, or of the node of a cut that holds it.
 
 use glam::Vec3;
 
+use super::cluster_cut::cluster_of_primitives;
+use super::request::RenderRequest;
 use super::shade::{Shade, Shaded};
 use super::trace_context::TraceContext;
 use bvhscope_engine::cancel::{CancelToken, Cancelled};
 use bvhscope_engine::geometry::{Hit, Ray};
+use bvhscope_engine::tree::Container;
 use bvhscope_engine::tree::traverse::TestCounts;
-use bvhscope_engine::tree::{Container, Tree};
-
-/// Poll for cancellation every this many nodes.
-const CHECK_EVERY: usize = 1 << 16;
-
-/// The ancestor at `depth` of each primitive, or its leaf if that lies above; the root for a primitive that no leaf holds.
-pub fn cluster_of_primitives<C: Container>(
-    tree: &Tree<C>,
-    depth: u32,
-    token: &CancelToken,
-) -> Result<Vec<u32>, Cancelled> {
-    let count = tree.primitive_indices.iter().max().map_or(0, |&last| last as usize + 1);
-    let mut of_primitive = vec![0; count];
-    // Parents come before their children, so one forward pass propagates depth and cluster.
-    let mut of_node = vec![(0_u32, 0_u32); tree.nodes.len()];
-    for (index, node) in tree.nodes.iter().enumerate() {
-        if index % CHECK_EVERY == 0 {
-            token.check()?;
-        }
-        let (own_depth, cluster) = of_node[index];
-        for &primitive in &tree.primitive_indices[node.slots()] {
-            of_primitive[primitive as usize] = cluster;
-        }
-        for child in node.children() {
-            of_node[child as usize] = (own_depth + 1, if own_depth < depth { child } else { cluster });
-        }
-    }
-    Ok(of_primitive)
-}
+use bvhscope_engine::with_tree;
 
 /// The linear colour of a cluster: hues a golden angle apart at three lightnesses, so that siblings differ most.
 pub fn cluster_color(node_index: u32) -> Vec3 {
@@ -66,8 +41,13 @@ pub(super) struct Clusters {
 }
 
 impl Clusters {
-    pub(super) fn new<C: Container>(tree: &Tree<C>, depth: u32, token: &CancelToken) -> Result<Self, Cancelled> {
-        Ok(Self { of_primitive: cluster_of_primitives(tree, depth, token)? })
+    pub(super) fn new(request: &RenderRequest, token: &CancelToken) -> Result<Self, Cancelled> {
+        let tree = &request.accel.tree;
+        let of_primitive = match &request.clusters {
+            Some(cut) => cut.of_primitives(tree, token)?,
+            None => with_tree!(tree, tree => cluster_of_primitives(tree, request.settings.cluster_depth, token))?,
+        };
+        Ok(Self { of_primitive })
     }
 }
 
@@ -84,7 +64,9 @@ impl<C: Container> Shade<C> for Clusters {
         _blocked: &[bool],
     ) -> Shaded {
         let facing = context.orientation(ray, hit).smooth.dot(-ray.direction).max(0.0);
-        let color = cluster_color(self.of_primitive[hit.primitive_index as usize]);
+        // The tree of a construction may lack what the traced one holds.
+        let cluster = self.of_primitive.get(hit.primitive_index as usize).copied().unwrap_or(0);
+        let color = cluster_color(cluster);
         Shaded::color(color * (0.35 + 0.65 * facing))
     }
 }
@@ -92,30 +74,6 @@ impl<C: Container> Shade<C> for Clusters {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use bvhscope_engine::geometry::Aabb;
-    use bvhscope_engine::tree::Node;
-
-    /// A root with a leaf and an interior node, which has two leaves; primitives in no particular order.
-    fn tree() -> Tree<Aabb> {
-        let node = |first, count| Node { container: Aabb::EMPTY, first, count };
-        Tree {
-            nodes: vec![node(1, 0), node(0, 2), node(3, 0), node(2, 1), node(3, 1)],
-            primitive_indices: vec![3, 0, 1, 2],
-            max_depth: 2,
-        }
-    }
-
-    #[test]
-    fn each_primitive_gets_its_ancestor_at_the_depth_or_its_leaf_above() {
-        let token = CancelToken::new();
-        let at = |depth| cluster_of_primitives(&tree(), depth, &token).unwrap_or_default();
-        assert_eq!(at(0), [0, 0, 0, 0]);
-        assert_eq!(at(1), [1, 2, 2, 1]);
-        assert_eq!(at(2), [1, 3, 4, 1]);
-        assert_eq!(at(u32::MAX), at(2));
-        token.cancel();
-        assert_eq!(cluster_of_primitives(&tree(), 0, &token), Err(Cancelled));
-    }
 
     #[test]
     fn neighbors_in_number_differ_in_color() {

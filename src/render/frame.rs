@@ -5,6 +5,7 @@ use std::time::Duration;
 use glam::Vec3;
 
 use super::adaptation::Metered;
+use super::cluster_cut::ClusterCut;
 use super::settings::RenderSettings;
 use crate::camera::Camera;
 
@@ -43,6 +44,8 @@ pub struct Frame {
     pub camera: Camera,
     /// The settings of the picture.
     pub settings: RenderSettings,
+    /// The cut whose nodes cluster colours show; `None` for those at [`RenderSettings::cluster_depth`].
+    pub clusters: Option<ClusterCut>,
     /// Measurements of the newest pass.
     pub stats: FrameStats,
 }

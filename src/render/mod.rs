@@ -41,6 +41,7 @@ mod tone;
 
 mod ambient_occlusion;
 
+pub mod cluster_cut;
 pub mod clusters;
 
 pub mod primary;

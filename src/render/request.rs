@@ -7,6 +7,7 @@ use crate::camera::Camera;
 use crate::visibility::TriangleSet;
 use bvhscope_engine::geometry::{Hit, Ray};
 
+use super::cluster_cut::ClusterCut;
 use super::settings::RenderSettings;
 
 /// A picture to be traced. Equal requests give equal pictures.
@@ -28,6 +29,8 @@ pub struct RenderRequest {
     pub count_tests: bool,
     /// Triangles that rays pass through; `None` for none.
     pub hidden: Option<Arc<TriangleSet>>,
+    /// The cut whose nodes cluster colours show; `None` for the nodes at [`RenderSettings::cluster_depth`].
+    pub clusters: Option<ClusterCut>,
 }
 
 impl RenderRequest {

@@ -186,7 +186,7 @@ pub struct RenderSettings {
     /// Catches the model's shadow on a ground below it, in lit shading.
     #[serde(default)]
     pub ground: bool,
-    /// Depth of the nodes that cluster colours show; leaves above keep their own colour.
+    /// Depth of the nodes that cluster colours show where no cut is given; leaves above keep their own colour.
     pub cluster_depth: u32,
     /// Traversal order wherever tests are counted.
     pub traversal: Traversal,

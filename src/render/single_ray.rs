@@ -253,6 +253,7 @@ mod tests {
             coarseness: 1.0,
             count_tests: false,
             hidden: None,
+            clusters: None,
         }
     }
 

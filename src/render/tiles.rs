@@ -121,7 +121,7 @@ fn trace(
             Shading::Depth => passes(&context, &Depth, output, token),
             Shading::AmbientOcclusion => passes(&context, &AmbientOcclusion, output, token),
             Shading::Clusters => {
-                let clusters = Clusters::new(tree, request.settings.cluster_depth, token)?;
+                let clusters = Clusters::new(request, token)?;
                 passes(&context, &clusters, output, token)
             }
             Shading::Heat(kind) => passes(&context, &Heat(kind), output, token),

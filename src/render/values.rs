@@ -139,6 +139,7 @@ mod tests {
             is_adapted: true,
             camera: Camera::framing(&Aabb::EMPTY, glam::Vec3::Y),
             settings: RenderSettings { shading, ..RenderSettings::default() },
+            clusters: None,
             stats: FrameStats::default(),
         }
     }

@@ -23,6 +23,29 @@ impl TriangleSet {
         Self { bits: vec![0; count.div_ceil(64)] }
     }
 
+    /// The triangles of these ranges, each with both ends, that are in a scene of `count`.
+    pub fn from_ranges(ranges: &[[u32; 2]], count: usize) -> Self {
+        let mut set = Self::none(count);
+        for &[first, last] in ranges {
+            (first..=last)
+                .take_while(|&triangle| (triangle as usize) < count)
+                .for_each(|triangle| set.insert(triangle));
+        }
+        set
+    }
+
+    /// The triangles in it as ranges, each with both ends, in ascending order.
+    pub fn ranges(&self) -> Vec<[u32; 2]> {
+        let mut ranges: Vec<[u32; 2]> = Vec::new();
+        for triangle in self.iter() {
+            match ranges.last_mut() {
+                Some([_, last]) if *last + 1 == triangle => *last = triangle,
+                _ => ranges.push([triangle; 2]),
+            }
+        }
+        ranges
+    }
+
     /// Adds a triangle, which must be of the scene.
     pub fn insert(&mut self, triangle: u32) {
         self.bits[triangle as usize / 64] |= 1 << (triangle % 64);
@@ -230,5 +253,18 @@ mod tests {
         assert_eq!((set.len(), set.is_empty()), (3, false));
         assert_eq!(set.iter().collect::<Vec<_>>(), [0, 64, 129]);
         assert!(set.contains(129) && !set.contains(63) && !set.contains(5_000));
+    }
+
+    #[test]
+    fn ranges_give_the_set_back() {
+        let mut set = TriangleSet::none(130);
+        for triangle in [0, 62, 63, 64, 128, 129] {
+            set.insert(triangle);
+        }
+        assert_eq!(set.ranges(), [[0, 0], [62, 64], [128, 129]]);
+        assert_eq!(TriangleSet::from_ranges(&set.ranges(), 130), set);
+        let fewer = TriangleSet::from_ranges(&[[3, 3], [120, u32::MAX], [9, 8]], 122);
+        assert_eq!(fewer.iter().collect::<Vec<_>>(), [3, 120, 121], "none are beyond the scene");
+        assert_eq!(TriangleSet::none(130).ranges(), Vec::<[u32; 2]>::new());
     }
 }

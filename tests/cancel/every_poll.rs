@@ -286,6 +286,7 @@ fn tracing_stops_at_every_poll() {
             coarseness: 1.0,
             count_tests: true,
             hidden: None,
+            clusters: None,
         };
         at_every_poll(shading.name(), |token| pool.install(|| render(&request, token, &|_| ())).is_err());
     }
@@ -314,6 +315,7 @@ fn writing_pictures_stops_at_every_poll() {
         coarseness: 1.0,
         count_tests: true,
         hidden: None,
+        clusters: None,
     };
     let frame = render(&request, &CancelToken::new(), &|_| ()).unwrap();
     at_every_poll("EXR", |token| {

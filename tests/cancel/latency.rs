@@ -308,6 +308,7 @@ fn pictures() {
         coarseness: 1.0,
         count_tests: true,
         hidden: None,
+        clusters: None,
     };
     let sizes = [[320, 200], [320 * 2, 200 * GROWTH / 2]];
     // Cached by the first picture.

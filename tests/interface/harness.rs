@@ -95,6 +95,16 @@ pub fn copied(harness: &mut Window, button: &str) -> String {
     panic!("{button} copies nothing")
 }
 
+/// Clicks at a place of the window.
+pub fn click(harness: &mut Window, at: Pos2) {
+    harness.hover_at(at);
+    harness.run_steps(1);
+    for pressed in [true, false] {
+        send(harness, button(at, PointerButton::Primary, pressed));
+    }
+    settle(harness);
+}
+
 /// Sends both clicks in one frame, because a frame of the harness takes longer than a double click may.
 pub fn double_click(harness: &mut Window, at: Pos2) {
     harness.hover_at(at);

@@ -21,6 +21,7 @@ mod nodes;
 mod panels;
 mod plots;
 mod rays;
+mod shared_state;
 mod shortcuts;
 mod tree_files;
 mod two_trees;

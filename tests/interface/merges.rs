@@ -1,12 +1,15 @@
 //! The view "Merges": scrubbing, playing, cuts, and why clusters were merged.
 
+use std::collections::HashSet;
 use std::sync::Arc;
 
 use bvhscope::app::commands::Action;
 use bvhscope::app::state::Standing;
 use bvhscope::app::state::dock::DockView;
 use bvhscope::app::state::lab::merges::{CutKind, MergePage, MergeStudy};
+use bvhscope::render::Shading;
 use bvhscope_engine::Preset;
+use bvhscope_engine::cancel::CancelToken;
 use bvhscope_engine::construction::MergeOrder;
 use bvhscope_engine::settings::{BuildSettings, BuilderKind};
 use bvhscope_engine::tree::ContainerKind;
@@ -141,6 +144,51 @@ fn cuts_need_no_step() {
     let triangles: u32 = clusters.nodes.iter().map(|&node| shown.table.primitives(node)).sum();
     assert_eq!(triangles as usize, shown.accel.scene.triangles.len(), "each triangle is in one cluster");
     assert!(clusters.nodes.iter().all(|&node| shown.table.primitives(node) <= 50));
+}
+
+#[test]
+fn cluster_colours_show_the_clusters_that_are_drawn() {
+    let mut harness = open();
+    harness.state_mut().state.wanted.render.shading = Shading::Clusters;
+    settle(&mut harness);
+    let by_depth = presented(&harness).frame;
+    assert!(by_depth.clusters.is_none());
+    for (kind, left, passes) in [
+        (CutKind::Step, 20, false),
+        (CutKind::Area, 20, false),
+        (CutKind::Triangles, 20, false),
+        (CutKind::Triangles, 20, true),
+        (CutKind::Step, 20, true),
+    ] {
+        let preset = if passes { Preset::Best } else { Preset::Fast };
+        harness.state_mut().state.wanted.build = BuildSettings::preset(preset, ContainerKind::Aabb);
+        let merges = &mut harness.state_mut().state.lab.merges;
+        (merges.left, merges.cut_kind) = (Some(left), kind);
+        (merges.cut_area, merges.cut_triangles) = (0.02, 50);
+        settle(&mut harness);
+        let (shown, clusters) = (presented(&harness), standing(&harness));
+        let cut = shown.frame.clusters.clone().expect("the picture is of the cut");
+        let of = cut.of_primitives(&shown.accel.tree, &CancelToken::new()).unwrap();
+        let seen: HashSet<u32> =
+            shown.frame.primitive.iter().filter(|&&hit| hit != u32::MAX).map(|&hit| of[hit as usize]).collect();
+        assert!(seen.len() > 4, "{kind:?} shows {} clusters", seen.len());
+        assert!(seen.iter().all(|&node| clusters.stands(node)), "{kind:?} with passes: {passes}");
+        let text = match kind {
+            CutKind::Step => "clusters that stand",
+            CutKind::Area => "nodes of at most 2.00 % of the area",
+            CutKind::Triangles => "nodes of at most 50 triangles",
+        };
+        assert!(harness.query_by_label_contains(&format!("Legend. Picture: {text}")).is_some(), "{text}");
+        assert!(harness.query_by_label("those of Merges").is_some(), "the depth is not what counts");
+        assert_ne!(shown.frame.rgba, by_depth.rgba);
+    }
+    harness.state_mut().state.wanted.build = BuildSettings::default();
+    harness.state_mut().state.lab.merges.clear();
+    settle(&mut harness);
+    assert_eq!(presented(&harness).frame.rgba, by_depth.rgba, "the depth again");
+    harness.state_mut().state.lab.merges.cut_kind = CutKind::Area;
+    press(&mut harness, Modifiers::NONE, Key::F6);
+    assert!(presented(&harness).frame.clusters.is_none(), "a closed view changes nothing");
 }
 
 #[test]

@@ -65,6 +65,7 @@ pub fn present(state: &mut AppState, scene: &Arc<Scene>) {
         coarseness: 1.0,
         count_tests: true,
         hidden: None,
+        clusters: None,
     };
     let frame = Arc::new(render(&request, &token, &|_| {}).unwrap());
     let table = Arc::new(NodeTable::new(&accel));

@@ -151,6 +151,46 @@ fn trees_of_the_session_are_plotted_and_built_again_by_a_click() {
 }
 
 #[test]
+fn trees_without_a_measured_cost_are_named_with_the_way_to_one() {
+    let mut harness = app();
+    for threshold in [4, 20] {
+        state(&mut harness).wanted.build.threshold = threshold;
+        settle(&mut harness);
+    }
+    press(&mut harness, Modifiers::NONE, Key::F10);
+    for kind in [PlotKind::Speed, PlotKind::Prediction] {
+        state(&mut harness).lab.plots.kind = kind;
+        settle(&mut harness);
+        assert!(harness.query_by_label_contains("2 trees are not plotted: no measured cost").is_some(), "{kind:?}");
+    }
+    state(&mut harness).wanted.build.threshold = 4;
+    settle(&mut harness);
+    assert!(harness.query_by_label_contains("1 tree is not plotted").is_some(), "showing one measures it");
+    state(&mut harness).lab.plots.kind = PlotKind::Speed;
+    state(&mut harness).lab.plots.quality = TreeQuality::SahCost;
+    settle(&mut harness);
+    assert!(harness.query_by_label_contains("not plotted").is_none(), "the SAH cost of all is known");
+}
+
+#[test]
+fn nodes_that_no_ray_visits_are_on_a_line_of_their_own() {
+    let mut harness = open();
+    state(&mut harness).lab.population = Population::Bounce;
+    settle(&mut harness);
+    let found = scatter(&harness);
+    assert!(found.never > 0);
+    let text = format!("{} never visited", bvhscope::app::format::counted(found.never as u64, "node"));
+    assert!(harness.query_by_label_contains(&text).is_some(), "{text}");
+    let never = found.cells.iter().map(|cell| cell.first).find(|node| node.measured == 0).expect("a node");
+    harness.hover_at(at(&harness, found.place(&never).expect("in the plot")));
+    harness.run_steps(3);
+    let hovered = harness.state().state.selection.nodes.hovered.expect("a node lights up");
+    let accel = presented(&harness).accel;
+    let visits = harness.state().state.lab.known_visits(&accel).expect("measured").0;
+    assert_eq!(visits.counts[hovered as usize], 0);
+}
+
+#[test]
 fn builders_that_were_measured_are_plotted_with_their_front() {
     let mut harness = open();
     let plan = &mut state(&mut harness).preferences.paper;

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use crate::harness::{Window, app, drag, presented, press, send, settle, viewport};
+use crate::harness::{Window, app, click, drag, pixel, presented, press, send, settle, viewport};
 use bvhscope::app::commands::{Action, CompareStep};
 use bvhscope::app::state::comparison::{Comparison, Quantity, Verdict};
 use bvhscope::app::state::{AppState, CompareView, Presented, TreeSide};
@@ -188,4 +188,102 @@ fn a_second_tree_that_cannot_be_built_leaves_the_first() {
     let told =
         harness.state().state.messages.history.iter().any(|message| message.text.contains("Tree B cannot be built"));
     assert!(told);
+}
+
+/// The triangle that the second picture shows at a place of the window.
+fn triangle_of_second(harness: &Window, at: egui::Pos2) -> u32 {
+    let [x, y] = pixel(harness, at);
+    let frame = second(harness).frame;
+    frame.primitive[frame.index_of(x, y)]
+}
+
+#[test]
+fn the_pointer_is_in_the_tree_whose_picture_it_is_over() {
+    let mut harness = with_second(CompareView::Split);
+    state(&mut harness).wanted.render.shading = Shading::Heat(HeatKind::Both);
+    // Down to the leaves, of which both trees have some.
+    state(&mut harness).wanted.overlay.depth = Some([4, 40]);
+    settle(&mut harness);
+    let survival = Arc::clone(harness.state().state.survival().unwrap());
+    let center = viewport(&harness).center();
+    let mut common = 0;
+    // Not at the seam, which is a control.
+    for step in 4..15 {
+        let at = center + vec2(6.0 * step as f32, 2.0 * step as f32);
+        harness.hover_at(at);
+        harness.run_steps(3);
+        let (a, b) = (presented(&harness), second(&harness));
+        let selection = harness.state().state.selection.clone();
+        let [x, y] = pixel(&harness, at);
+        let hover = selection.hover.expect("over the picture");
+        assert_eq!(hover.value, Some(b.frame.values[b.frame.index_of(x, y)]), "the tests of B");
+        let path = b.accel.path_to(triangle_of_second(&harness, at));
+        let [first, last] = b.table.drawn_depths(&harness.state().state.wanted.overlay);
+        let drawn = path.iter().take(last as usize + 1).skip(first as usize).last();
+        assert_eq!(selection.second.hovered.as_ref(), drawn, "the deepest container that is drawn of B");
+        let Some(node) = selection.second.hovered else { continue };
+        // The same triangles are lit up in A, where it has such a node.
+        match selection.nodes.hovered {
+            Some(same) => assert_eq!(a.table.triangles_below(same), b.table.triangles_below(node)),
+            None => assert!(!survival[1].survives(node)),
+        }
+        common += usize::from(selection.nodes.hovered.is_some());
+    }
+    assert!(common > 0, "no node was of both trees");
+    let at = center - vec2(30.0, 0.0);
+    harness.hover_at(at);
+    harness.run_steps(3);
+    let selection = &harness.state().state.selection;
+    let a = presented(&harness);
+    let node = selection.nodes.hovered.expect("a container of A");
+    let [x, y] = pixel(&harness, at);
+    assert!(a.accel.path_to(a.frame.primitive[a.frame.index_of(x, y)]).contains(&node));
+    assert_eq!(selection.second.hovered.is_some(), survival[0].survives(node));
+}
+
+#[test]
+fn a_node_of_the_second_tree_is_selected_walked_from_and_kept() {
+    let mut harness = with_second(CompareView::Split);
+    let at = viewport(&harness).center() + vec2(30.0, 10.0);
+    let triangle = triangle_of_second(&harness, at);
+    click(&mut harness, at);
+    let b = second(&harness);
+    let path = b.accel.path_to(triangle);
+    let selected = |harness: &Window| harness.state().state.selection.second.selected;
+    assert_eq!(selected(&harness), path.last().copied());
+    let of_a = presented(&harness).accel.path_to(triangle).last().copied();
+    assert_eq!(harness.state().state.selection.nodes.selected, of_a, "A's leaf of the same triangle");
+    assert!(harness.query_by_label("leaf of B").is_some(), "the panel says whose node it is");
+
+    for up in (1..path.len()).rev().take(3) {
+        press(&mut harness, Modifiers::ALT, Key::ArrowUp);
+        assert_eq!(selected(&harness), Some(path[up - 1]), "Alt+Up walks in B");
+    }
+    press(&mut harness, Modifiers::ALT, Key::ArrowDown);
+    let node = path[path.len() - 3];
+    assert_eq!(selected(&harness), Some(node), "and down to the triangle again");
+    let before = harness.state().state.wanted.camera;
+    press(&mut harness, Modifiers::NONE, Key::F);
+    assert_ne!(harness.state().state.wanted.camera, before, "it is framed");
+
+    // Another builder of A leaves what is selected in B; the same tree built again has it too.
+    state(&mut harness).wanted.build.threshold = 17;
+    settle(&mut harness);
+    assert_eq!((selected(&harness), harness.state().state.selection.side), (Some(node), TreeSide::B));
+    state(&mut harness).wanted.second.as_mut().unwrap().build.builder = BuilderKind::BinnedSah;
+    settle(&mut harness);
+    let other = second(&harness);
+    let found = selected(&harness).expect("the same node or the triangle's leaf");
+    assert!(other.accel.path_to(triangle).contains(&found));
+
+    press(&mut harness, Modifiers::NONE, Key::Escape);
+    assert_eq!(selected(&harness), None);
+    assert!(harness.state().state.selection.nodes.selected.is_none());
+
+    // What another view selects is of A, and lights up in B where that has it.
+    state(&mut harness).select_node(0);
+    settle(&mut harness);
+    assert_eq!((selected(&harness), harness.state().state.selection.side), (Some(0), TreeSide::A));
+    perform(&mut harness, CompareStep::Toggle);
+    assert_eq!(selected(&harness), None, "there is no second tree");
 }

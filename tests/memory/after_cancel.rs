@@ -88,6 +88,7 @@ fn cancelled_jobs_free_their_memory() {
         coarseness: 1.0,
         count_tests: true,
         hidden: None,
+        clusters: None,
     };
     for shading in Shading::ALL {
         let request = request(shading);

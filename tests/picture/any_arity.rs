@@ -9,7 +9,7 @@ use bvhscope::camera::Camera;
 use bvhscope::lab::icicle::{Icicle, IcicleWidth, subtree_sums};
 use bvhscope::lab::ray::{RayMethod, RayRecord, RayRequest, Step, record};
 use bvhscope::overlay::{NodeTable, OverlaySettings, Role, Selection, highlighted};
-use bvhscope::render::clusters::cluster_of_primitives;
+use bvhscope::render::cluster_cut::cluster_of_primitives;
 use bvhscope::render::{HeatKind, RayKind, RayStart, RenderRequest, RenderSettings, Shading, render};
 use bvhscope::scene::{LoadOptions, SceneSource, load};
 use bvhscope::visibility::{NodeIdentity, TriangleSet};
@@ -200,6 +200,7 @@ fn picture(accel: &Arc<Accel>, settings: RenderSettings) -> RenderRequest {
         coarseness: 1.0,
         count_tests: false,
         hidden: None,
+        clusters: None,
     }
 }
 

@@ -54,6 +54,7 @@ fn request(scene: &Arc<Scene>, shading: Shading, count_tests: bool) -> RenderReq
         coarseness: 1.0,
         count_tests,
         hidden: None,
+        clusters: None,
     }
 }
 

@@ -39,6 +39,7 @@ fn request(accel: &Arc<Accel>, shading: Shading, section: Option<SectionPlane>) 
         coarseness: 1.0,
         count_tests: false,
         hidden: None,
+        clusters: None,
     }
 }
 

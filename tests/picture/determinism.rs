@@ -116,6 +116,7 @@ fn pictures_do_not_depend_on_the_number_of_threads() {
                 coarseness: 1.0,
                 count_tests: true,
                 hidden: None,
+                clusters: None,
             };
             render(&request, &CancelToken::new(), &|_| ()).unwrap()
         })
@@ -148,6 +149,7 @@ fn a_coarse_picture_does_not_depend_on_the_wide_tree() {
                     coarseness: 3.0,
                     count_tests: false,
                     hidden: None,
+                    clusters: None,
                 };
                 (render(&request, &CancelToken::new(), &|_| ()).unwrap(), accel)
             };

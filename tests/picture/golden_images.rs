@@ -54,6 +54,7 @@ fn picture(scene: &str, container: ContainerKind, settings: RenderSettings, proj
         coarseness: 1.0,
         count_tests: false,
         hidden: None,
+        clusters: None,
     };
     render(&request, &token, &|_| {}).unwrap()
 }
@@ -217,6 +218,7 @@ fn heat_of_boxes() {
     check("heat-both-box", &teapot(Shading::Heat(HeatKind::Both)), &TREE);
     check("heat-containers-box", &teapot(Shading::Heat(HeatKind::Containers)), &TREE);
     check("heat-primitives-box", &teapot(Shading::Heat(HeatKind::Primitives)), &TREE);
+    check("heat-whole-ray-box", &teapot(Shading::Heat(HeatKind::WholeRay)), &TREE);
 }
 
 #[test]

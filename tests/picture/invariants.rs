@@ -34,6 +34,7 @@ fn nan_samples_are_counted_and_black() {
             coarseness: 1.0,
             count_tests: false,
             hidden: None,
+            clusters: None,
         };
         render(&request, &CancelToken::new(), &|_| ()).unwrap()
     };
@@ -70,6 +71,7 @@ fn a_closed_room_is_exposed_more_and_all_passes_of_a_view_alike() {
             coarseness,
             count_tests: false,
             hidden: None,
+            clusters: None,
         };
         render_adapting(&request, adaptation, &CancelToken::new(), &|_| ()).unwrap()
     };

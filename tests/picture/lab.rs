@@ -56,6 +56,7 @@ fn the_wide_tree_hits_what_the_binary_one_hits() {
                     coarseness: 1.0,
                     count_tests: false,
                     hidden: None,
+                    clusters: None,
                 };
                 let binary = trace_primary(&request, Traversal::Ordered, &CancelToken::new()).unwrap();
                 let wide = trace_primary_wide(&request, &CancelToken::new()).unwrap();

@@ -75,6 +75,7 @@ fn heat(accel: &Arc<Accel>, request: &RayRequest) -> Vec<f32> {
         coarseness: 1.0,
         count_tests: false,
         hidden: request.hidden.clone(),
+        clusters: None,
     };
     render(&picture, &CancelToken::new(), &|_| ()).unwrap().values
 }

@@ -121,6 +121,7 @@ fn picture(scene: Scene, panels: u32) -> Frame {
         coarseness: 1.0,
         count_tests: false,
         hidden: None,
+        clusters: None,
     };
     render(&request, &CancelToken::new(), &|_| ()).unwrap()
 }

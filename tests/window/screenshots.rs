@@ -1,11 +1,19 @@
-//! The sheet of screenshots: three models, both themes, four modes, from the real window. `make screenshots` takes them anew.
+//! Screenshots of the real window: the sheet with three models, both themes and four modes, and the tour of the laboratory.
+//! `make screenshots` takes them anew.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
-use bvhscope::app::state::{Preferences, Theme, Wanted};
+use bvhscope::app::state::dock::DockView;
+use bvhscope::app::state::{CompareView, Preferences, SecondTree, SharedLab, SharedState, Theme, Wanted};
+use bvhscope::lab::ray::RayMethod;
+use bvhscope::render::{HeatKind, RayKind, Shading};
 use bvhscope::scene::SceneSource;
-use image::RgbImage;
-use image::imageops::{FilterType, resize};
+use bvhscope_engine::construction::Cut;
+use bvhscope_engine::settings::{BuildSettings, BuilderKind};
+use bvhscope_engine::tree::traverse::Traversal;
+use image::codecs::png::{CompressionType, FilterType as RowFilter, PngEncoder};
+use image::imageops::{FilterType, crop_imm, resize};
+use image::{ImageEncoder as _, RgbImage};
 
 use crate::desktop::Desktop;
 use crate::screen::{Screenshot, VIEWPORT, Window};
@@ -24,15 +32,41 @@ const TOLERANCE: i32 = 28;
 /// Part of the squares that may differ by more.
 const DIFFERENT: f64 = 0.03;
 
-fn folder() -> std::path::PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("assets/screenshots/sheet")
+fn folder(name: &str) -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("assets/screenshots").join(name)
+}
+
+fn image_of(screen: &Screenshot) -> RgbImage {
+    let height = screen.pixels.len() / screen.width;
+    let bytes = screen.pixels.iter().flat_map(|pixel| pixel.to_be_bytes().into_iter().skip(1)).collect();
+    RgbImage::from_raw(screen.width as u32, height as u32, bytes).unwrap()
 }
 
 fn kept(screen: &Screenshot) -> RgbImage {
-    let height = screen.pixels.len() / screen.width;
-    let bytes = screen.pixels.iter().flat_map(|pixel| pixel.to_be_bytes().into_iter().skip(1)).collect();
-    let image = RgbImage::from_raw(screen.width as u32, height as u32, bytes).unwrap();
-    resize(&image, KEPT[0], KEPT[1], FilterType::Triangle)
+    resize(&image_of(screen), KEPT[0], KEPT[1], FilterType::Triangle)
+}
+
+/// Saves a picture as the smallest file.
+fn save(image: &RgbImage, file: &Path) {
+    std::fs::create_dir_all(file.parent().unwrap()).unwrap();
+    let writer = std::io::BufWriter::new(std::fs::File::create(file).unwrap());
+    let encoder = PngEncoder::new_with_quality(writer, CompressionType::Best, RowFilter::NoFilter);
+    encoder.write_image(image, image.width(), image.height(), image::ExtendedColorType::Rgb8).unwrap();
+}
+
+/// What is different in a picture from the one that is kept in `file`, which it replaces where pictures are taken anew.
+fn complaint(image: &RgbImage, file: &Path) -> Option<String> {
+    if std::env::var_os("UPDATE_SCREENSHOTS").is_some() {
+        save(image, file);
+    }
+    let expected = image::open(file).unwrap_or_else(|error| panic!("{}: {error}", file.display()));
+    let part = difference(image, &expected.to_rgb8());
+    if part <= DIFFERENT {
+        return None;
+    }
+    let seen = std::env::temp_dir().join(format!("bvhscope-{}", file.file_name().unwrap().display()));
+    image.save(&seen).unwrap();
+    Some(format!("{:.1} % of {} differs from {}", part * 100.0, seen.display(), file.display()))
 }
 
 /// Part of the squares of two screenshots that differ.
@@ -90,30 +124,81 @@ fn shots(source: &str, theme: Theme) -> Vec<RgbImage> {
 
 #[test]
 fn the_window_looks_as_the_sheet_shows_it() {
-    let update = std::env::var_os("UPDATE_SCREENSHOTS").is_some();
     let mut different = Vec::new();
     for (model, source) in MODELS {
         for (name, theme) in THEMES {
             for (image, (mode, _)) in shots(source, theme).iter().zip(MODES) {
-                let file = folder().join(format!("{model}-{name}-{mode}.png"));
-                if update {
-                    std::fs::create_dir_all(folder()).unwrap();
-                    image.save(&file).unwrap();
-                }
-                let expected = image::open(&file).unwrap_or_else(|error| panic!("{}: {error}", file.display()));
-                let part = difference(image, &expected.to_rgb8());
-                if part > DIFFERENT {
-                    let seen = std::env::temp_dir().join(format!("bvhscope-{model}-{name}-{mode}.png"));
-                    image.save(&seen).unwrap();
-                    different.push(format!(
-                        "{:.1} % of {} differs from {}",
-                        part * 100.0,
-                        seen.display(),
-                        file.display()
-                    ));
-                }
+                different.extend(complaint(image, &folder("sheet").join(format!("{model}-{name}-{mode}.png"))));
             }
         }
+    }
+    assert!(different.is_empty(), "{}\n'make screenshots' takes all anew", different.join("\n"));
+}
+
+/// Size of the window in the tour of the laboratory, and height of what is kept of it: without the line of speeds.
+const TOUR: [u32; 2] = [1080, 640];
+const TOUR_KEPT: u32 = 608;
+
+/// The states of the tour, by the name of their picture.
+fn tour() -> Vec<(&'static str, SharedState)> {
+    let plain = || {
+        let wanted = Wanted::new(SceneSource::parse("builtin:teapot".as_ref()).unwrap());
+        SharedState { wanted, ..SharedState::default() }
+    };
+    let dock = |view: DockView| SharedState { dock: Some(view), ..plain() };
+    let shaded = |shading: Shading| {
+        let mut state = SharedState { show_containers: false, ..plain() };
+        state.wanted.render.shading = shading;
+        state
+    };
+    let mut merges = dock(DockView::Merges);
+    merges.lab.clusters_left = Some(60);
+    let mut cut = dock(DockView::Merges);
+    cut.wanted.render.shading = Shading::Clusters;
+    cut.lab.cut = Some(Cut::Primitives(200));
+    let mut ray = dock(DockView::Ray);
+    let start = serde_json::json!({ "ray": { "origin": [-6.0, 3.4, 3.0], "direction": [1.0, -0.27, -0.42] } });
+    let method = RayMethod::Binary(Traversal::Ordered);
+    let shared = serde_json::json!({ "start": start, "kind": RayKind::Primary, "method": method, "step": 40 });
+    ray.lab = SharedLab { ray: Some(serde_json::from_value(shared).unwrap()), ..SharedLab::default() };
+    let mut difference = plain();
+    let build = BuildSettings { builder: BuilderKind::Lbvh, ..BuildSettings::default() };
+    difference.wanted.second = Some(SecondTree { view: CompareView::Difference, ..SecondTree::new(build) });
+    difference.show_containers = false;
+    let mut split = difference.clone();
+    split.wanted.second = Some(SecondTree { view: CompareView::Split, ..SecondTree::new(build) });
+    split.show_containers = true;
+    vec![
+        ("merges", merges),
+        ("cut", cut),
+        ("icicle", dock(DockView::Icicle)),
+        ("ray", ray),
+        ("nodes", dock(DockView::Nodes)),
+        ("plots", dock(DockView::Plots)),
+        ("whole-ray", shaded(Shading::Heat(HeatKind::WholeRay))),
+        ("split", split),
+        ("difference", difference),
+    ]
+}
+
+#[test]
+fn the_laboratory_looks_as_the_tour_shows_it() {
+    let mut different = Vec::new();
+    for (name, state) in tour() {
+        let desktop = Desktop::with_screen(&format!("{}x{}x24", TOUR[0], TOUR[1]));
+        let preferences =
+            Preferences { greeted: true, toured: true, left_open: false, right_open: false, ..Preferences::default() };
+        let wanted = Wanted::new(SceneSource::parse("builtin:cornell".as_ref()).unwrap());
+        desktop.write_settings(&serde_json::json!({ "wanted": wanted, "preferences": preferences }).to_string());
+        let mut window = Window::open_on(desktop, &["--state", &state.line()]);
+        let [width, height] = TOUR.map(|side| side.to_string());
+        window.desktop.xdotool(&["windowsize", "--sync", &window.id, &width, &height]);
+        window.move_to([TOUR[0] as i32 - 1, TOUR[1] as i32 - 1]);
+        window.program.wait_for("picture at full resolution");
+        let all_samples = state.wanted.traced().wanted_samples() > 1;
+        let screen = window.once_complete(all_samples, |_| true);
+        let image = crop_imm(&image_of(&screen), 0, 0, TOUR[0], TOUR_KEPT).to_image();
+        different.extend(complaint(&image, &folder("lab").join(format!("{name}.png"))));
     }
     assert!(different.is_empty(), "{}\n'make screenshots' takes all anew", different.join("\n"));
 }

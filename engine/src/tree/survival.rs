@@ -9,14 +9,14 @@ use super::node::Tree;
 
 /// Nodes, slots or steps between two polls for cancellation.
 const STEPS_BETWEEN_CHECKS: usize = 1 << 14;
-/// Nodes per word of a bit set.
-const WORD: usize = u64::BITS as usize;
+/// Stands for no node.
+const NO_NODE: u32 = u32::MAX;
 
 /// The nodes of a tree that survive in another.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct Survival {
-    /// One bit per node.
-    words: Vec<u64>,
+    /// For each node the one of the other tree with the same set, or [`NO_NODE`].
+    partners: Vec<u32>,
     /// Number of nodes that survive, leaves included.
     pub nodes: usize,
     /// Number of interior nodes that survive. Leaves of one primitive do so in nearly every tree and tell little.
@@ -26,7 +26,12 @@ pub struct Survival {
 impl Survival {
     /// Whether `node` of the first tree survives in the second; `false` for indices beyond the tree.
     pub fn survives(&self, node: u32) -> bool {
-        self.words.get(node as usize / WORD).is_some_and(|word| word >> (node as usize % WORD) & 1 != 0)
+        self.partner(node).is_some()
+    }
+
+    /// The node of the second tree with the same set of primitives, of several one of them; `None` where there is none.
+    pub fn partner(&self, node: u32) -> Option<u32> {
+        self.partners.get(node as usize).copied().filter(|&partner| partner != NO_NODE)
     }
 }
 
@@ -44,13 +49,11 @@ pub fn surviving_nodes<A: Container, B: Container>(
 ) -> Result<Survival, Cancelled> {
     let sets = primitive_sets(tree, token)?;
     let others = SetTable::new(primitive_sets(other, token)?, token)?;
-    let is_found = |node: usize| node < sets.len() && others.contains(sets[node]);
-    let chunk = STEPS_BETWEEN_CHECKS / WORD;
-    let words = par_collect_in_chunks(sets.len().div_ceil(WORD), chunk, token, |word| {
-        (0..WORD).fold(0, |bits, bit| bits | u64::from(is_found(word * WORD + bit)) << bit)
+    let partners = par_collect_in_chunks(sets.len(), STEPS_BETWEEN_CHECKS, token, |node| {
+        others.find(sets[node]).unwrap_or(NO_NODE)
     })?;
     others.free(token)?;
-    let mut survival = Survival { words, ..Survival::default() };
+    let mut survival = Survival { partners, ..Survival::default() };
     for (index, node) in tree.nodes.iter().enumerate() {
         if index.is_multiple_of(STEPS_BETWEEN_CHECKS) {
             token.check()?;
@@ -165,10 +168,17 @@ fn leaf_of_slots<C: Container>(tree: &Tree<C>, token: &CancelToken) -> Result<Ve
 /// Slots of a [`SetTable`] that are allocated together: giving megabytes back at once takes milliseconds without a check.
 const SLOTS_PER_PART: usize = 1 << 14;
 
+/// The set of a node.
+#[derive(Debug, Clone, Copy, bytemuck::Zeroable)]
+struct NodeSet {
+    set: PrimitiveSet,
+    node: u32,
+}
+
 /// A hash table of sets with open addressing.
 struct SetTable {
     /// The slots in parts of [`SLOTS_PER_PART`]. Empty ones hold the empty set, which no node has.
-    parts: Vec<Vec<PrimitiveSet>>,
+    parts: Vec<Vec<NodeSet>>,
 }
 
 impl SetTable {
@@ -181,7 +191,7 @@ impl SetTable {
                 token.check()?;
             }
             let slot = table.slot_of(set);
-            table.parts[slot / SLOTS_PER_PART][slot % SLOTS_PER_PART] = set;
+            table.parts[slot / SLOTS_PER_PART][slot % SLOTS_PER_PART] = NodeSet { set, node: index as u32 };
         }
         Ok(table)
     }
@@ -195,19 +205,21 @@ impl SetTable {
         Ok(())
     }
 
-    fn at(&self, slot: usize) -> PrimitiveSet {
+    fn at(&self, slot: usize) -> NodeSet {
         self.parts[slot / SLOTS_PER_PART][slot % SLOTS_PER_PART]
     }
 
-    fn contains(&self, set: PrimitiveSet) -> bool {
-        self.at(self.slot_of(set)) == set
+    /// A node of this set.
+    fn find(&self, set: PrimitiveSet) -> Option<u32> {
+        let found = self.at(self.slot_of(set));
+        (found.set == set).then_some(found.node)
     }
 
     /// The slot that holds `set`, or the empty one where it belongs.
     fn slot_of(&self, set: PrimitiveSet) -> usize {
         let mask = self.parts.len() * SLOTS_PER_PART - 1;
         let mut slot = set.hash as usize & mask;
-        while self.at(slot).count != 0 && self.at(slot) != set {
+        while self.at(slot).set.count != 0 && self.at(slot).set != set {
             slot = (slot + 1) & mask;
         }
         slot

@@ -27,12 +27,15 @@ fn sets<C: Container>(tree: &Tree<C>) -> Vec<BTreeSet<u32>> {
 /// The survival of the nodes of `a` in `b`, which must be what the sets say.
 pub fn checked(name: &str, a: &AnyTree, b: &AnyTree) -> Survival {
     with_tree!(a, a => with_tree!(b, b => {
-        let others: BTreeSet<_> = sets(b).into_iter().collect();
+        let sets_of_b = sets(b);
+        let others: BTreeSet<_> = sets_of_b.iter().cloned().collect();
         let survival = surviving_nodes(a, b, &CancelToken::new()).unwrap();
         let (mut nodes, mut interior) = (0, 0);
         for (index, set) in sets(a).iter().enumerate() {
             let survives = others.contains(set);
             assert_eq!(survival.survives(index as u32), survives, "{name}: node {index}, {set:?}");
+            let partner = survival.partner(index as u32).map(|partner| &sets_of_b[partner as usize]);
+            assert_eq!(partner, survives.then_some(set), "{name}: the other node of node {index}");
             nodes += usize::from(survives);
             interior += usize::from(survives && !a.nodes[index].is_leaf());
         }

@@ -104,10 +104,7 @@ pub(super) fn toggle_up(state: &mut AppState) {
 
 /// Moves the camera so that the selected node, or the model, fills the picture.
 pub(super) fn frame_selection(state: &mut AppState) {
-    let selected = state.selection.nodes.selected.and_then(|node| {
-        let shown = state.model.presented.as_ref()?;
-        shown.table.bounds(node)
-    });
+    let selected = state.selected().and_then(|(shown, node)| shown.table.bounds(node));
     if let Some(bounds) = selected.or_else(|| state.model.bounds()) {
         orbit::frame_all(&mut state.wanted.camera, &bounds);
     }

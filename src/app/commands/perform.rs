@@ -10,7 +10,7 @@ use super::statistics_text::{node_text, statistics_text};
 use super::{camera, compare, lesson, section, walk};
 use crate::app::state::bookmarks;
 use crate::app::state::dock::DockView;
-use crate::app::state::{AppState, HelpPage, Navigation, Request, Side, Wanted};
+use crate::app::state::{AppState, HelpPage, Navigation, Request, Side, TreeSide, Wanted};
 use crate::app::viewport::ZOOM_STEP;
 use crate::camera::Projection;
 use crate::overlay::OverlaySettings;
@@ -118,7 +118,11 @@ impl Action {
             | Self::SelectNextSibling
             | Self::SelectPreviousSibling => {
                 if let Some(node) = walk::target(self, state) {
-                    state.selection.nodes.selected = Some(node);
+                    let selection = &mut state.selection;
+                    match selection.side {
+                        TreeSide::A => selection.nodes.selected = Some(node),
+                        TreeSide::B => selection.second.selected = Some(node),
+                    }
                 }
             }
             Self::HideSelected => hide_selected(state),
@@ -230,9 +234,8 @@ fn cancel(state: &mut AppState) {
         state.requests.push(Request::CancelMeasuring);
     } else if state.lab.job().is_some() {
         state.lab.stop();
-    } else if state.selection.nodes.selected.is_some() || state.selection.picked.is_some() {
-        state.selection.nodes.selected = None;
-        state.selection.picked = None;
+    } else if state.selection.is_some() {
+        state.selection.clear();
     } else if state.selection.nodes.isolated.is_some() || state.selection.nodes.only.is_some() {
         state.selection.nodes.isolated = None;
         state.selection.nodes.only = None;

@@ -25,6 +25,7 @@ pub fn shared_state(state: &AppState) -> SharedState {
             triangle: state.selection.picked.as_ref().map(|picked| picked.primitive),
             hidden: nodes.hidden.iter().copied().collect::<BTreeSet<_>>(),
             isolated: nodes.isolated,
+            only: nodes.only.as_ref().map(|only| only.ranges()),
         },
         lab: state.lab.shared(),
     }

@@ -118,9 +118,8 @@ fn second_text(second: &Presented) -> String {
 
 /// The numbers of the selected node, one per line as name and value separated by a tab; `None` where none is selected.
 pub fn node_text(state: &AppState) -> Option<String> {
-    let shown = state.model.presented.as_ref()?;
+    let (shown, node) = state.selected()?;
     let table = &shown.table;
-    let node = state.selection.nodes.selected.filter(|&node| (node as usize) < table.len())?;
     let mut text = String::new();
     let mut line = |name: &str, value: String| {
         let _ = writeln!(text, "{name}\t{value}");

@@ -24,7 +24,8 @@ impl Action {
             // Only AAC has a threshold.
             Self::RaiseThreshold | Self::LowerThreshold => state.edited_build().builder == BuilderKind::Aac,
             Self::Compare(step) => compare::is_enabled(state, step),
-            Self::HideSelected | Self::IsolateSelected | Self::CopyNode => selected,
+            Self::HideSelected | Self::IsolateSelected => selected,
+            Self::CopyNode => state.selected().is_some(),
             Self::ShowAll => state.selection.nodes.hides_any() || !state.selection.hidden.is_empty(),
             Self::Section(step) => match step {
                 SectionStep::Snap => section.is_some_and(|plane| plane.axis().is_none()),
@@ -46,7 +47,7 @@ impl Action {
             Self::Cancel => {
                 state.activity.has_jobs()
                     || state.lab.job().is_some()
-                    || selected
+                    || state.selection.is_some()
                     || state.selection.nodes.isolated.is_some()
                     || state.selection.nodes.only.is_some()
             }

@@ -1,21 +1,26 @@
 //! Walking the tree: from the selected node to parent, child or sibling.
 
 use super::action::Action;
-use crate::app::state::AppState;
+use crate::app::state::{AppState, TreeSide};
 
 /// Index of the node that a walking action selects; `None` where there is no such node.
 pub(crate) fn target(action: Action, state: &AppState) -> Option<u32> {
-    let table = &state.model.presented.as_ref()?.table;
-    let Some(node) = state.selection.nodes.selected.filter(|&node| (node as usize) < table.len()) else {
+    let Some((shown, node)) = state.selected() else {
+        let table = &state.model.presented.as_ref()?.table;
         return (action == Action::SelectChild && !table.is_empty()).then_some(0);
     };
+    let table = &shown.table;
     match action {
         Action::SelectParent => table.parent(node),
         Action::SelectChild => {
             // Prefer the child on the path to the picked triangle, so that walking up and down again ends where it started.
             let picked = state.selection.picked.as_ref().and_then(|picked| {
-                let here = picked.path.iter().position(|&step| step == node)?;
-                picked.path.get(here + 1).copied()
+                let path = match state.selection.side {
+                    TreeSide::A => picked.path.clone(),
+                    TreeSide::B => shown.accel.path_to(picked.primitive),
+                };
+                let here = path.iter().position(|&step| step == node)?;
+                path.get(here + 1).copied()
             });
             picked.or_else(|| table.children(node).next())
         }

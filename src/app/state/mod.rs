@@ -40,7 +40,7 @@ pub use path_field::{FolderEntry, Listing, PathField};
 pub use preferences::{Navigation, Preferences, Theme};
 pub use request::Request;
 pub use second_tree::{CompareView, SecondTree, TreeSide};
-pub use selection::{HoveredPixel, PickedTriangle, SelectionState};
+pub use selection::{HoveredPixel, PickedTriangle, SecondNodes, SelectionState};
 pub use shared_lab::{SharedLab, SharedRay};
 pub use state_line::{SharedNodes, SharedState};
 pub use study::Study;
@@ -55,6 +55,8 @@ use self::lesson::{Lesson, Reading};
 use crate::accel::Accel;
 use crate::lab::population::{Population, ViewRays};
 use crate::lab::ray::RayRequest;
+use crate::render::Shading;
+use crate::render::cluster_cut::ClusterCut;
 use crate::visibility::TriangleSet;
 use bvhscope_engine::settings::BuildSettings;
 use bvhscope_engine::tree::ContainerKind;
@@ -158,9 +160,19 @@ impl AppState {
         }
     }
 
+    /// The selected node, with the tree in which it was chosen.
+    pub fn selected(&self) -> Option<(&Presented, u32)> {
+        let node = match self.selection.side {
+            TreeSide::A => self.selection.nodes.selected,
+            TreeSide::B => self.selection.second.selected,
+        };
+        let shown = self.shown_tree(self.selection.side)?;
+        node.filter(|&node| (node as usize) < shown.table.len()).map(|node| (shown, node))
+    }
+
     /// Selects a node of the presented tree. The picked triangle stays where it lies below the node.
     pub fn select_node(&mut self, node: u32) {
-        self.selection.nodes.selected = Some(node);
+        (self.selection.nodes.selected, self.selection.side) = (Some(node), TreeSide::A);
         self.selection.picked.take_if(|picked| !picked.path.contains(&node));
     }
 
@@ -232,7 +244,7 @@ impl AppState {
         if !self.is_wanted(accel, TreeSide::A) || accel.scene.source != self.wanted.source {
             return;
         }
-        let Some(SharedNodes { selected, triangle, hidden, isolated }) = self.shared_nodes.take() else { return };
+        let Some(SharedNodes { selected, triangle, hidden, isolated, only }) = self.shared_nodes.take() else { return };
         let exists = |node: &u32| (*node as usize) < shown.table.len();
         let picked = triangle.map(|primitive| PickedTriangle { primitive, path: accel.path_to(primitive) });
         self.selection.picked = picked.filter(|picked| !picked.path.is_empty());
@@ -240,10 +252,20 @@ impl AppState {
         nodes.selected = selected.filter(exists);
         nodes.hidden = hidden.into_iter().filter(exists).collect();
         nodes.isolated = isolated.filter(exists);
+        let only = only.map(|ranges| TriangleSet::from_ranges(&ranges, accel.scene.triangles.len()));
+        nodes.only = only.filter(|only| !only.is_empty()).map(Arc::new);
         if nodes.selected != selected || nodes.isolated != isolated {
             let text = "Some nodes of the pasted state do not exist in this tree: the model is not the same";
             self.messages.notify(Severity::Warning, text);
         }
+    }
+
+    /// The cut through `accel`, or through a tree that is not there yet, whose nodes cluster colours show: that of the open view
+    /// "Merges". `None` where they show the nodes at a depth.
+    pub fn cluster_cut(&self, accel: Option<&Arc<Accel>>) -> Option<ClusterCut> {
+        let is_wanted =
+            self.preferences.dock.open == Some(DockView::Merges) && self.wanted.render.shading == Shading::Clusters;
+        if is_wanted { self.lab.merges.cluster_cut(accel) } else { None }
     }
 
     /// Tracing speed in Mray/s: of the picture at rest the median of its passes, otherwise that of the last second.

@@ -1,6 +1,7 @@
 //! Selected, hidden and hovered parts of the tree and the picture.
 
 use crate::app::state::hidden_nodes::HiddenNodes;
+use crate::app::state::second_tree::TreeSide;
 use crate::overlay::Selection;
 
 /// The triangle that was clicked.
@@ -27,11 +28,26 @@ pub struct HoveredPixel {
     pub value: Option<f32>,
 }
 
+/// The nodes of the second tree that are lit up. Nodes of both trees with the same triangles are lit up together.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct SecondNodes {
+    /// The hovered node.
+    pub hovered: Option<u32>,
+    /// The selected node.
+    pub selected: Option<u32>,
+    /// The node of the first tree that was selected with it; another one there has been chosen since.
+    pub with: Option<u32>,
+}
+
 /// What the user points at.
 #[derive(Debug, Clone, Default)]
 pub struct SelectionState {
     /// Nodes that the overlay highlights or omits.
     pub nodes: Selection,
+    /// The same of the second tree.
+    pub second: SecondNodes,
+    /// The tree in which the selected node was chosen: keys walk through this one.
+    pub side: TreeSide,
     /// The node at which the pointer is in a view other than the picture, in this UI frame.
     pub pointed: Option<u32>,
     /// The same in the UI frame before.
@@ -51,6 +67,17 @@ impl SelectionState {
     pub const fn point_at(&mut self, node: u32) {
         self.pointed = Some(node);
         self.nodes.hovered = Some(node);
+    }
+
+    /// Selects nothing.
+    pub fn clear(&mut self) {
+        (self.picked, self.nodes.selected) = (None, None);
+        (self.second, self.side) = (SecondNodes::default(), TreeSide::A);
+    }
+
+    /// Whether anything is selected.
+    pub const fn is_some(&self) -> bool {
+        self.nodes.selected.is_some() || self.second.selected.is_some() || self.picked.is_some()
     }
 
     /// Shows all nodes.

@@ -8,7 +8,7 @@ use crate::camera::Camera;
 use crate::lab::population::Population;
 use crate::lab::ray::RayMethod;
 use crate::render::{RayKind, RayStart};
-use bvhscope_engine::construction::MergeOrder;
+use bvhscope_engine::construction::{Cut, MergeOrder};
 use bvhscope_engine::geometry::{Aabb, Ray};
 
 /// What the views of the dock show.
@@ -22,6 +22,8 @@ pub struct SharedLab {
     pub merge_order: MergeOrder,
     /// Number of clusters left at the present merge.
     pub clusters_left: Option<u32>,
+    /// The cut that is shown instead of a merge.
+    pub cut: Option<Cut>,
 }
 
 /// A ray and the step that is looked at.
@@ -74,13 +76,14 @@ impl LabState {
             step: view.cursor,
         });
         let (merge_order, clusters_left) = (self.merges.order, self.merges.left);
-        SharedLab { population: self.population, ray, merge_order, clusters_left }
+        SharedLab { population: self.population, ray, merge_order, clusters_left, cut: self.merges.wanted_cut() }
     }
 
     /// Shows what another window showed.
     pub fn show_shared(&mut self, shared: SharedLab) {
         self.population = shared.population;
         (self.merges.order, self.merges.left, self.merges.playing) = (shared.merge_order, shared.clusters_left, None);
+        self.merges.show_cut(shared.cut);
         self.ray.source = shared.ray.as_ref().and_then(SharedRay::source);
         self.ray.restart();
         if let Some(ray) = shared.ray {
@@ -93,6 +96,7 @@ impl LabState {
 #[allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 mod tests {
     use super::*;
+    use crate::app::state::lab::merges::MergesState;
     use bvhscope_engine::tree::traverse::Traversal;
 
     #[test]
@@ -112,6 +116,21 @@ mod tests {
             assert_eq!(other.shared(), lab.shared(), "{text}");
             let start = |lab: &LabState| lab.ray.source.map(|source| source.start);
             assert_eq!((start(&other), other.ray.cursor), (Some(start(&lab).unwrap()), 17));
+        }
+    }
+
+    #[test]
+    fn a_cut_that_was_shared_is_shown_within_its_limits() {
+        for (shared, shown) in [
+            (None, None),
+            (Some(Cut::Area(0.25)), Some(Cut::Area(0.25))),
+            (Some(Cut::Area(-3.0)), Some(Cut::Area(MergesState::CUT_AREA[0]))),
+            (Some(Cut::Primitives(0)), Some(Cut::Primitives(1))),
+            (Some(Cut::Step { order: MergeOrder::Built, step: 3 }), None),
+        ] {
+            let mut lab = LabState::default();
+            lab.show_shared(SharedLab { cut: shared, ..SharedLab::default() });
+            assert_eq!(lab.shared().cut, shown);
         }
     }
 

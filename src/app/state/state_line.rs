@@ -48,6 +48,8 @@ pub struct SharedNodes {
     pub hidden: BTreeSet<u32>,
     /// The node outside of whose subtree everything is hidden.
     pub isolated: Option<u32>,
+    /// The triangles all others of which are hidden, as ranges with both ends.
+    pub only: Option<Vec<[u32; 2]>>,
 }
 
 impl Default for SharedState {
@@ -144,7 +146,8 @@ mod tests {
         state.wanted.camera.eye = glam::Vec3::new(0.1, -2.5, 1e-7);
         state.wanted.render.shading = Shading::ALL.into_iter().last().unwrap();
         state.wanted.overlay.depth = Some([3, 9]);
-        state.nodes = SharedNodes { selected: Some(12), hidden: [4, 9].into(), ..SharedNodes::default() };
+        let only = Some(vec![[0, 3], [7, 7]]);
+        state.nodes = SharedNodes { selected: Some(12), hidden: [4, 9].into(), only, ..SharedNodes::default() };
         state.dock = Some(DockView::Nodes);
         state.lab.clusters_left = Some(40);
         let line = state.line();

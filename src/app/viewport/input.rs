@@ -4,8 +4,9 @@ use egui::{CursorIcon, EventFilter, PointerButton, Response};
 use glam::Vec2;
 
 use super::pixel::{pixel_at, point_at};
+use super::sides::side_at;
 use super::{fly, orbit, picking};
-use crate::app::state::{AppState, Navigation};
+use crate::app::state::{AppState, Navigation, TreeSide};
 use crate::view::NamedView;
 
 /// Zoom factor of one wheel line or one press of the key +.
@@ -89,8 +90,12 @@ fn click(ui: &egui::Ui, response: &Response, state: &mut AppState) {
     } else if response.clicked_by(PointerButton::Primary) && state.picks_rays() {
         state.take_ray([x, y]);
     } else if response.clicked_by(PointerButton::Primary) {
-        let primitive = state.model.presented.as_ref().and_then(|shown| picking::primitive_at(&shown.frame, x, y));
-        picking::pick(state, primitive);
+        let side = side_at(state, at, response.rect);
+        let primitive = state.shown_tree(side).and_then(|shown| picking::primitive_at(&shown.frame, x, y));
+        match side {
+            TreeSide::A => picking::pick(state, primitive),
+            TreeSide::B => picking::pick_in_second(state, primitive),
+        }
     } else if response.clicked_by(PointerButton::Secondary) {
         let primitive = state.model.presented.as_ref().and_then(|shown| picking::primitive_at(&shown.frame, x, y));
         picking::pick_for_menu(state, primitive);

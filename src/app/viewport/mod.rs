@@ -5,6 +5,7 @@ mod view;
 
 mod choice;
 mod common_nodes;
+mod counterparts;
 mod draw;
 mod fallback;
 mod sides;

@@ -2,7 +2,8 @@
 
 use glam::Vec3;
 
-use crate::app::state::{AppState, PickedTriangle};
+use crate::app::state::{AppState, PickedTriangle, Presented, SecondNodes, TreeSide};
+use crate::overlay::OverlaySettings;
 use crate::render::Frame;
 
 /// The surface point at pixel (x, y), at full resolution, of `frame`; `None` on the background.
@@ -24,12 +25,25 @@ pub fn primitive_at(frame: &Frame, x_px: u32, y_px: u32) -> Option<u32> {
 
 /// Selects a triangle and the leaf that holds it; `None` clears the selection.
 pub fn pick(state: &mut AppState, primitive: Option<u32>) {
-    state.selection.picked = None;
-    state.selection.nodes.selected = None;
+    state.selection.clear();
     let (Some(primitive), Some(presented)) = (primitive, &state.model.presented) else { return };
     let path = presented.accel.path_to(primitive);
     state.selection.nodes.selected = path.last().copied();
     state.selection.picked = (!path.is_empty()).then_some(PickedTriangle { primitive, path });
+}
+
+/// Selects a triangle and the leaf of the second tree that holds it; `None` clears the selection.
+pub fn pick_in_second(state: &mut AppState, primitive: Option<u32>) {
+    pick(state, primitive);
+    let leaf = primitive.zip(state.model.second.as_ref()).and_then(|(primitive, second)| leaf_of(second, primitive));
+    let with = state.selection.nodes.selected;
+    state.selection.second = SecondNodes { selected: leaf, with, ..state.selection.second };
+    state.selection.side = if leaf.is_some() { TreeSide::B } else { TreeSide::A };
+}
+
+/// The leaf that holds a triangle.
+pub(super) fn leaf_of(shown: &Presented, primitive: u32) -> Option<u32> {
+    shown.accel.path_to(primitive).last().copied()
 }
 
 /// Selects what a menu at a triangle acts on: the selected node if it holds the triangle, else the container drawn around it.
@@ -72,7 +86,10 @@ pub(crate) fn portable_selection(state: &AppState) -> PortableSelection {
 /// Restores a selection in the presented tree: the same triangle, and in place of the selected node the ancestor of its triangle
 /// at the same depth, or the triangle's leaf where that depth is not reached.
 pub(crate) fn restore_selection(state: &mut AppState, selection: PortableSelection) {
+    // What is selected in the second tree stays.
+    let of_second = (state.selection.second, state.selection.side);
     pick(state, selection.picked);
+    (state.selection.second, state.selection.side) = of_second;
     let Some((primitive, depth)) = selection.node else {
         state.selection.nodes.selected = None;
         return;
@@ -90,6 +107,17 @@ pub fn drawn_node_of(state: &AppState, primitive: u32) -> Option<u32> {
     if let Some(standing) = &state.graphics.standing {
         return path.into_iter().find(|&node| standing.table().is_none() && standing.stands(node));
     }
-    let [first, last] = presented.table.drawn_depths(&state.wanted.overlay);
+    drawn_on(&path, presented, &state.wanted.overlay)
+}
+
+/// The deepest node of the second tree within its drawn range of depths that holds the triangle.
+pub(super) fn drawn_node_of_second(state: &AppState, primitive: u32) -> Option<u32> {
+    let second = state.model.second.as_ref()?;
+    drawn_on(&second.accel.path_to(primitive), second, &state.wanted.overlay)
+}
+
+/// The deepest node on a path from the root that is within the drawn range of depths.
+fn drawn_on(path: &[u32], shown: &Presented, overlay: &OverlaySettings) -> Option<u32> {
+    let [first, last] = shown.table.drawn_depths(overlay);
     path.get(first as usize..path.len().min(last as usize + 1))?.last().copied()
 }

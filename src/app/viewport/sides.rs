@@ -2,12 +2,12 @@
 
 use std::sync::Arc;
 
-use egui::Rect;
+use egui::{Pos2, Rect};
 
 use super::choice::{drawable, drawn_selection, drawn_table};
 use super::draw::OverlayCallback;
 use super::tint::Tinted;
-use crate::app::state::{AppState, CompareView, Preferences, Presented, TreeSide};
+use crate::app::state::{AppState, CompareView, Preferences, Presented, SecondNodes, TreeSide};
 use crate::overlay::{Selection, Shown};
 
 /// The draws of the viewport, each with the part of `rect` that it covers. `tinted` is the first tree's picture with the selected
@@ -45,6 +45,18 @@ pub(crate) fn split(rect: Rect, seam: f32) -> [Rect; 2] {
     [left, right]
 }
 
+/// The tree whose picture is at a point of `rect`, the viewport's rectangle.
+pub(super) fn side_at(state: &AppState, at: Pos2, rect: Rect) -> TreeSide {
+    match state.shown_view() {
+        CompareView::A | CompareView::Difference => TreeSide::A,
+        CompareView::B => TreeSide::B,
+        CompareView::Split => {
+            let [_, right] = split(rect, state.wanted.second.map_or(0.5, |second| second.seam));
+            if right.x_range().contains(at.x) { TreeSide::B } else { TreeSide::A }
+        }
+    }
+}
+
 /// The draw of a picture with the containers of its tree `side`, by the GPU objects `slot`.
 fn callback(
     state: &AppState,
@@ -56,8 +68,12 @@ fn callback(
     let Preferences { show_geometry, show_containers, .. } = state.preferences;
     let (nodes, table, selection) = match side {
         TreeSide::A => (&state.graphics.shown, drawn_table(state, shown), drawn_selection(state)),
-        // Nodes are selected, and merges shown, in the first tree.
-        TreeSide::B => (&state.graphics.second_shown, &shown.table, Selection::default()),
+        // Merges are shown in the first tree.
+        TreeSide::B => {
+            let SecondNodes { hovered, selected, .. } = state.selection.second;
+            let selection = Selection { hovered, selected, ..Selection::default() };
+            (&state.graphics.second_shown, &shown.table, selection)
+        }
     };
     OverlayCallback {
         frame: Arc::clone(&shown.frame),

@@ -18,11 +18,21 @@ pub(crate) struct Tinted {
 /// Set in the ids of tinted pictures, which plain ones do not have.
 const TINTED: u64 = 1 << 63;
 
+/// Nodes whose triangles are collected in one UI frame.
+const NODES_PER_FRAME: usize = 100_000;
+
+/// Triangles below a node, as far as they are collected.
+struct Collected {
+    triangles: TriangleSet,
+    /// The nodes that are still to be visited.
+    open: Vec<u32>,
+}
+
 /// The picture tinted last, and what it was made from.
 #[derive(Default)]
 pub(crate) struct Tint {
     /// Table and node, and the triangles below the node.
-    selected: Option<((u64, u32), TriangleSet)>,
+    selected: Option<((u64, u32), Collected)>,
     /// Picture, table and node.
     last: Option<((u64, u64, u32), Tinted)>,
     count: u64,
@@ -33,24 +43,38 @@ impl Tint {
     /// is everything, and where colours stand for values.
     pub(crate) fn update(&mut self, state: &AppState, presented: &Presented) -> Option<Tinted> {
         let exists = |node: &u32| (1..presented.table.len() as u32).contains(node);
-        let node = state.selection.nodes.selected.filter(exists)?;
-        if presented.frame.settings.shading.is_coded() {
+        let is_coded = presented.frame.settings.shading.is_coded();
+        let Some(node) = state.selection.nodes.selected.filter(|node| exists(node) && !is_coded) else {
+            self.selected = None;
             return None;
-        }
+        };
         let table = presented.table.id;
         let key = (presented.frame_id, table, node);
         if let Some((_, tinted)) = self.last.as_ref().filter(|(last, _)| *last == key) {
             return Some(tinted.clone());
         }
-        let selected = match self.selected.take().filter(|(last, _)| *last == (table, node)) {
-            Some((_, triangles)) => triangles,
-            None => presented.table.triangles_below(node),
+        let mut selected = match self.selected.take().filter(|(last, _)| *last == (table, node)) {
+            Some((_, collected)) => collected,
+            None => {
+                let triangles = TriangleSet::none(presented.accel.scene.triangles.len());
+                Collected { triangles, open: vec![node] }
+            }
         };
-        self.count += 1;
-        let rgba = Arc::new(tinted(&presented.frame.rgba, &presented.frame.primitive, &selected));
-        let tinted = Tinted { id: TINTED | self.count, rgba };
+        presented.table.collect_triangles(&mut selected.open, &mut selected.triangles, NODES_PER_FRAME);
+        let Collected { triangles, open } = &selected;
+        let tinted = open.is_empty().then(|| {
+            self.count += 1;
+            let rgba = Arc::new(tinted(&presented.frame.rgba, &presented.frame.primitive, triangles));
+            Tinted { id: TINTED | self.count, rgba }
+        });
         self.selected = Some(((table, node), selected));
+        let tinted = tinted?;
         self.last = Some((key, tinted.clone()));
         Some(tinted)
+    }
+
+    /// Whether the triangles of the selected node are still being collected.
+    pub(crate) fn is_collecting(&self) -> bool {
+        self.selected.as_ref().is_some_and(|(_, collected)| !collected.open.is_empty())
     }
 }

@@ -7,8 +7,10 @@ use egui_wgpu::Callback;
 
 use super::choice::{self, Choice};
 use super::common_nodes::CommonNodes;
+use super::counterparts::{Counterparts, counterpart};
 use super::fallback::FallbackTexture;
 use super::pixel::{pixel_at, rect_px};
+use super::sides::side_at;
 use super::tint::Tint;
 use super::{input, picking, sides};
 use crate::app::state::dock::DockView;
@@ -28,6 +30,7 @@ pub struct Viewport {
     /// For the first and for the second tree.
     common: [CommonNodes; 2],
     tint: Tint,
+    counterparts: Counterparts,
     /// Identifies the widget, once it has been shown.
     id: Option<Id>,
     /// The keyboard focus has been requested, once at start.
@@ -52,12 +55,19 @@ impl Viewport {
         (state.layout.viewport_px, state.layout.pixels_per_point) = ([width, height], scale);
 
         input::handle(ui, &response, state);
+        self.counterparts.follow(state);
         self.id = Some(response.id);
         self.choose_containers(ui, state);
 
         match &state.model.presented {
             Some(presented) if has_pipeline && !state.graphics.failed => {
-                let tinted = if state.graphics.standing.is_some() { None } else { self.tint.update(state, presented) };
+                let mut tinted = None;
+                if state.graphics.standing.is_none() {
+                    tinted = self.tint.update(state, presented);
+                    if self.tint.is_collecting() {
+                        ui.ctx().request_repaint();
+                    }
+                }
                 for (clip, callback) in sides::callbacks(state, presented, tinted, rect) {
                     let painter = ui.painter().with_clip_rect(clip.intersect(ui.clip_rect()));
                     painter.add(Callback::new_paint_callback(rect, callback));
@@ -86,9 +96,13 @@ impl Viewport {
         let pointed = state.selection.pointed.take();
         state.selection.pointed_before = pointed;
         let hovered = std::mem::replace(&mut state.selection.nodes.hovered, pointed);
+        let hovered_second = state.selection.second.hovered.take();
         let Some(response) = self.id.and_then(|id| ctx.read_response(id)) else { return };
-        let (Some(pointer), Some(presented)) = (response.hover_pos(), &state.model.presented) else { return };
+        let Some(pointer) = response.hover_pos() else { return };
+        let side = side_at(state, pointer, response.rect);
+        let Some(presented) = state.shown_tree(side) else { return };
         if response.dragged() {
+            state.selection.second.hovered = hovered_second;
             state.selection.nodes.hovered = hovered;
             return;
         }
@@ -103,7 +117,17 @@ impl Viewport {
             distance: frame.distance.get(index).copied().unwrap_or(f32::INFINITY),
             value: frame.values.get(index).copied(),
         });
-        state.selection.nodes.hovered = primitive.and_then(|primitive| picking::drawn_node_of(state, primitive));
+        match side {
+            TreeSide::A => {
+                state.selection.nodes.hovered =
+                    primitive.and_then(|primitive| picking::drawn_node_of(state, primitive));
+            }
+            TreeSide::B => {
+                let node = primitive.and_then(|primitive| picking::drawn_node_of_second(state, primitive));
+                state.selection.second.hovered = node;
+                state.selection.nodes.hovered = node.and_then(|node| counterpart(state, TreeSide::B, node));
+            }
+        }
     }
 
     /// Stores which containers are drawn.

@@ -13,6 +13,7 @@ use crate::app::work::render_job::{RenderKey, Rendered};
 use crate::camera::Camera;
 use crate::overlay::{NodeTable, OverlaySettings, Selection};
 use crate::render::RenderSettings;
+use crate::render::cluster_cut::ClusterCut;
 use crate::scene::{LoadError, Scene};
 use crate::visibility::TriangleSet;
 use crate::worker::Worker;
@@ -85,15 +86,17 @@ pub(crate) struct FirstView {
     pub coarseness: f32,
     /// The nodes whose triangles are left out.
     pub hidden: HiddenNodes,
+    /// The cut whose nodes cluster colours show.
+    pub clusters: Option<ClusterCut>,
 }
 
 impl FirstView {
     /// Traces this view of `accel`, whose overlay table is `table`.
     fn trace(mut self, accel: &Arc<Accel>, table: &NodeTable, token: &CancelToken) -> Result<Rendered, Cancelled> {
         let hidden = hidden_triangles(accel, table, &mut self.hidden);
-        let Self { camera, settings, size_px, coarseness, .. } = self;
+        let Self { camera, settings, size_px, coarseness, clusters, .. } = self;
         let accel = Arc::clone(accel);
-        let key = RenderKey { accel, camera, settings, size_px, hidden, second: None, difference: false };
+        let key = RenderKey { accel, camera, settings, size_px, hidden, clusters, second: None, difference: false };
         let frame = Arc::new(key.trace(coarseness, None, false, token, &|_| {})?);
         Ok(Rendered { key, frame, second: None, difference: None, complete: [false; 2], last: false })
     }

@@ -46,10 +46,14 @@ impl DerivedWorker {
         let Some(presented) = state.model.presented.as_ref().filter(|_| !self.worker.is_busy()) else { return };
         let (table, wanted) = (&presented.table, state.wanted.overlay);
         let overlay = (state.preferences.show_containers && table.lacks(&wanted)).then_some(wanted);
-        let selected = state.selection.nodes.selected.filter(|&node| idle && (node as usize) < table.len());
         let listed = idle && state.preferences.dock.open == Some(DockView::Nodes);
-        let lacks_count = selected.is_some_and(|node| table.known_primitives(node).is_none())
-            || listed && presented.accel.known_ancestry().is_none();
+        let lacking = state.selected().filter(|(shown, node)| idle && shown.table.known_primitives(*node).is_none());
+        let table = match lacking {
+            // Of one of two trees.
+            Some((shown, _)) if overlay.is_none() => &shown.table,
+            _ => table,
+        };
+        let lacks_count = lacking.is_some() || listed && presented.accel.known_ancestry().is_none();
         let request = Some((table.id, overlay));
         if (overlay.is_some() || lacks_count) && self.requested != request {
             self.requested = request;

@@ -2,7 +2,8 @@
 
 use std::time::{Duration, Instant};
 
-use crate::app::state::Wanted;
+use crate::app::state::{AppState, Wanted};
+use crate::render::cluster_cut::ClusterCut;
 
 /// Time without a change after which the settings are at rest and the picture is refined.
 pub(crate) const REST_DELAY: Duration = Duration::from_millis(160);
@@ -11,6 +12,8 @@ pub(crate) const REST_DELAY: Duration = Duration::from_millis(160);
 #[derive(Default)]
 pub(crate) struct Motion {
     last: Option<Wanted>,
+    /// The cut that was shown in cluster colours.
+    clusters: Option<ClusterCut>,
     changed_at: Option<Instant>,
     disabled: bool,
 }
@@ -22,7 +25,9 @@ impl Motion {
     }
 
     /// Compares the settings with those of the last UI frame. Returns whether they are changing.
-    pub(crate) fn observe(&mut self, wanted: &Wanted, now: Instant) -> bool {
+    pub(crate) fn observe(&mut self, state: &AppState, now: Instant) -> bool {
+        let wanted = &state.wanted;
+        let clusters = state.cluster_cut(state.model.presented.as_ref().map(|shown| &shown.accel));
         let same = self.last.as_ref().is_some_and(|last| {
             let second = |wanted: &Wanted| wanted.second.map(|second| second.build);
             last.camera == wanted.camera
@@ -30,12 +35,13 @@ impl Motion {
                 && last.tree_files == wanted.tree_files
                 && second(last) == second(wanted)
                 && last.render == wanted.render
+                && self.clusters == clusters
         });
         if !same {
             if self.last.is_some() {
                 self.changed_at = Some(now);
             }
-            self.last = Some(wanted.clone());
+            (self.last, self.clusters) = (Some(wanted.clone()), clusters);
         }
         self.is_moving(now)
     }

@@ -171,7 +171,7 @@ impl Reconciler {
 
     /// Requests whatever is stale. Returns the delay after which this is to be called again even if nothing arrives.
     pub(crate) fn reconcile(&mut self, state: &mut AppState, now: Instant) -> Option<Duration> {
-        let moving = self.motion.observe(&state.wanted, now);
+        let moving = self.motion.observe(state, now);
         self.load.request(&state.wanted.source, now);
         self.request_tree(state, moving, now);
         // The first tree comes first: both are built on the same cores.
@@ -211,6 +211,7 @@ impl Reconciler {
             size_px,
             coarseness,
             hidden: nodes_to_leave_out(state),
+            clusters: state.cluster_cut(None),
         });
         let overlay = state.preferences.show_containers.then_some(state.wanted.overlay);
         let file = state.wanted.tree_file(TreeSide::A).map(Path::to_path_buf);
@@ -239,7 +240,8 @@ impl Reconciler {
         };
         let second = self.second.newest(&accel, state);
         let difference = second.is_some() && state.wanted.shows_difference();
-        let key = RenderKey { accel, camera, settings: state.wanted.traced(), size_px, hidden, second, difference };
+        let (settings, clusters) = (state.wanted.traced(), state.cluster_cut(Some(&accel)));
+        let key = RenderKey { accel, camera, settings, size_px, hidden, clusters, second, difference };
         self.render.request(key, state.wanted.threads, moving, stale, now);
     }
 
@@ -252,6 +254,7 @@ impl Reconciler {
                     key.camera == wanted.camera
                         && key.settings == wanted.render
                         && key.size_px == state.layout.viewport_px
+                        && key.clusters == state.cluster_cut(None)
                         && same_triangles(key.hidden.as_ref(), hidden_in(&tree, state).as_ref())
                 };
                 match built.picture.filter(fits) {

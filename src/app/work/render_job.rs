@@ -6,6 +6,7 @@ use crate::accel::Accel;
 use crate::app::work::pool::WorkerPool;
 use crate::camera::Camera;
 use crate::lab::diff::DifferenceMap;
+use crate::render::cluster_cut::ClusterCut;
 use crate::render::{Adaptation, Frame, RenderRequest, RenderSettings, render_adapting};
 use crate::visibility::TriangleSet;
 use crate::worker::Worker;
@@ -24,6 +25,8 @@ pub(crate) struct RenderKey {
     pub size_px: [u32; 2],
     /// Triangles that rays pass through, compared by identity.
     pub hidden: Option<Arc<TriangleSet>>,
+    /// The cut through the first tree whose nodes cluster colours show.
+    pub clusters: Option<ClusterCut>,
     /// The second tree, which is traced after the first one in the same view; compared by identity.
     pub second: Option<Arc<Accel>>,
     /// Whether the difference of the two pictures is wanted.
@@ -45,13 +48,16 @@ impl RenderKey {
         self.camera == other.camera
             && self.settings == other.settings
             && self.size_px == other.size_px
+            && self.clusters == other.clusters
             && self.hidden.as_ref().map(Arc::as_ptr) == other.hidden.as_ref().map(Arc::as_ptr)
     }
 
     /// The inputs of the picture through the first tree (0) or the second (1) alone.
     fn through(&self, tree: usize) -> Option<Self> {
         let accel = if tree == 0 { Arc::clone(&self.accel) } else { Arc::clone(self.second.as_ref()?) };
-        Some(Self { accel, second: None, difference: false, hidden: self.hidden.clone(), ..*self })
+        // Merges are shown in the first tree.
+        let clusters = self.clusters.clone().filter(|_| tree == 0);
+        Some(Self { accel, second: None, difference: false, hidden: self.hidden.clone(), clusters, ..*self })
     }
 
     /// Traces one picture through the first tree in which `coarseness`² pixels share a ray, and whose exposure
@@ -73,6 +79,7 @@ impl RenderKey {
             coarseness,
             count_tests,
             hidden: self.hidden.clone(),
+            clusters: self.clusters.clone(),
         };
         render_adapting(&request, adaptation, token, deliver)
     }

@@ -136,6 +136,7 @@ fn traced(source: &SceneSource, token: &CancelToken) -> Option<Thumbnail> {
         coarseness: 1.0,
         count_tests: false,
         hidden: None,
+        clusters: None,
     };
     let frame = render(&request, token, &|_| {}).ok()?;
     Some(Thumbnail { rgba: frame.rgba })

@@ -24,7 +24,9 @@ use crate::render::{RayStart, RenderSettings};
 use crate::scene::SceneSource;
 #[cfg(feature = "gui")]
 use crate::text::quoted;
-use crate::view::{CameraChoice, NamedView};
+#[cfg(feature = "gui")]
+use crate::view::CameraChoice;
+use crate::view::NamedView;
 use bvhscope_engine::geometry::Ray;
 
 pub use measure::{diff, measure, setups, sweep};

@@ -101,6 +101,7 @@ mod tests {
             is_adapted: true,
             camera: Camera::framing(&Aabb::EMPTY, glam::Vec3::Y),
             settings: RenderSettings { shading: Shading::Heat(HeatKind::Both), ..RenderSettings::default() },
+            clusters: None,
             stats: FrameStats::default(),
         })
     }

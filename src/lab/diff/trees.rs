@@ -75,6 +75,7 @@ fn heat(accel: &Arc<Accel>, view: &TraceView, token: &CancelToken) -> Result<Arc
         coarseness: 1.0,
         count_tests: false,
         hidden: None,
+        clusters: None,
     };
     Ok(Arc::new(render(&request, token, &|_| ())?))
 }

@@ -35,7 +35,7 @@ pub struct Merges {
     /// The construction, which all orders share.
     pub history: Arc<History>,
     /// Which clusters stand at which step.
-    pub timeline: Timeline,
+    pub timeline: Arc<Timeline>,
     /// log2 of the area of what each step makes, relative to the root's: that of step k at k − 1.
     pub log_areas: Vec<f32>,
     /// Where among all steps and areas the merges are.
@@ -60,6 +60,7 @@ impl Merges {
             Some(construction) => construction.timeline(order, token)?,
             None => Timeline::by_distance(tree, token)?,
         };
+        let timeline = Arc::new(timeline);
         let merged = timeline.merged();
         let log_areas = with_tree!(tree, tree => {
             let area = |node: u32| {

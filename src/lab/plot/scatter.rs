@@ -67,6 +67,9 @@ impl Ranged for Axis {
 
 impl ValueFormatter<f64> for Axis {
     fn format_ext(&self, value: &f64) -> String {
+        if self.is_never(*value) {
+            return "never".to_owned();
+        }
         let text = number(*value);
         if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.').to_owned() } else { text }
     }
@@ -101,7 +104,7 @@ fn draw_one<B: DrawingBackend>(
     builder.caption(&scatter.title, (FONT, 21).into_font().color(&BLACK));
     let [x, y] = scatter.axes;
     let mut chart = builder.build_cartesian_2d(x, y)?;
-    let label = |value: &f64| Axis::linear(std::iter::once(*value)).format_ext(value);
+    let [x_label, y_label] = [x, y].map(|axis| move |value: &f64| axis.format_ext(value));
     chart
         .configure_mesh()
         .light_line_style(TRANSPARENT)
@@ -111,8 +114,8 @@ fn draw_one<B: DrawingBackend>(
         .axis_desc_style((FONT, 21).into_font().color(&BLACK))
         .x_labels(8)
         .y_labels(8)
-        .x_label_formatter(&label)
-        .y_label_formatter(&label)
+        .x_label_formatter(&x_label)
+        .y_label_formatter(&y_label)
         .x_desc(&scatter.labels[0])
         .y_desc(&scatter.labels[1])
         .draw()?;
@@ -150,7 +153,7 @@ mod tests {
 
     #[test]
     fn dots_are_drawn_where_their_values_are() {
-        let axis = Axis { low: 1.0, high: 100.0, is_log: true };
+        let axis = Axis { low: 1.0, high: 100.0, is_log: true, has_never: false };
         let series = |look, points| ScatterSeries { name: "trees".to_owned(), look, points };
         let scatter = |points| Scatter {
             title: "Trees".to_owned(),
@@ -174,5 +177,7 @@ mod tests {
         assert!(x.abs_diff(middle[0]) < 6 && y.abs_diff(middle[1]) < 12, "{x} {y} {middle:?}");
         assert_eq!(axis.format_ext(&2.5), "2.5");
         assert_eq!(axis.format_ext(&2000.0), "2,000");
+        let [never, once] = [0.0, 1.0].map(|count| Axis::of_counts(100.0, 0.1).format_ext(&count));
+        assert_eq!([never.as_str(), once.as_str(), axis.format_ext(&0.0).as_str()], ["never", "1", "0"]);
     }
 }

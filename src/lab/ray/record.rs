@@ -36,6 +36,7 @@ pub fn record(
         coarseness: 1.0,
         count_tests: false,
         hidden: request.hidden.clone(),
+        clusters: None,
     };
     let ray = match single_ray(&picture, request.start, request.kind, token)? {
         Ok(ray) => picture.cut(ray),

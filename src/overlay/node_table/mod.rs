@@ -4,5 +4,7 @@ mod table;
 
 mod shown;
 
+mod collecting;
+
 pub use shown::Shown;
 pub use table::NodeTable;

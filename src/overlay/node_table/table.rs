@@ -107,13 +107,7 @@ impl NodeTable {
     /// The triangles in the subtree of `node`, none for indices beyond the tree.
     pub fn triangles_below(&self, node: u32) -> TriangleSet {
         let mut triangles = TriangleSet::none(self.accel.scene.triangles.len());
-        let mut open = vec![node];
-        with_tree!(&self.accel.tree, tree => {
-            while let Some(node) = open.pop().and_then(|node| tree.nodes.get(node as usize)) {
-                tree.primitive_indices[node.slots()].iter().for_each(|&triangle| triangles.insert(triangle));
-                open.extend(node.children());
-            }
-        });
+        self.collect_triangles(&mut vec![node], &mut triangles, usize::MAX);
         triangles
     }
 

@@ -10,8 +10,9 @@ use crate::app::{format, theme};
 use crate::lab::diff::{DifferenceMap, diverging};
 use crate::overlay::{self, Role};
 use crate::render::{Frame, HeatKind, Shading};
+use bvhscope_engine::construction::Cut;
 
-/// Largest width of a legend in points.
+/// Width of a legend in points, unless its title needs more.
 const WIDTH: f32 = 208.0;
 /// Largest share of the viewport that legends may take.
 const MAX_SHARE: f32 = 0.18;
@@ -69,7 +70,9 @@ pub(crate) fn show(ui: &mut Ui, rect: Rect, state: &AppState) {
     let mut free_area = rect.area() * MAX_SHARE;
     for legend in [picture_legend(state), overlay_legend(state)].into_iter().flatten() {
         let height = TITLE_HEIGHT + legend.parts.iter().map(Part::height).sum::<f32>() + 4.0;
-        let size = vec2(WIDTH.min(rect.width() - 24.0), height);
+        let font = FontId::proportional(theme::HEADING_SIZE);
+        let title = ui.painter().layout_no_wrap(legend.title.clone(), font, Color32::PLACEHOLDER);
+        let size = vec2(WIDTH.max(title.size().x + 16.0).min(rect.width() - 24.0), height);
         let place = Rect::from_min_size(pos2(rect.left() + 12.0, bottom - size.y), size);
         // In a small viewport the picture comes first.
         free_area -= size.x * size.y;
@@ -184,14 +187,23 @@ fn picture_legend(state: &AppState) -> Option<Legend> {
             let stops = vec![(0.0, "occluded".to_owned()), (1.0, "open".to_owned())];
             ("Picture: ambient occlusion".to_owned(), Part::Ramp { stops, used: None, color: Box::new(grey) })
         }
-        Shading::Clusters => {
-            let depth = frame.settings.cluster_depth;
-            (format!("Picture: containers at depth {depth}"), Part::Text("one colour each".to_owned()))
-        }
+        Shading::Clusters => (format!("Picture: {}", clusters(frame)), Part::Text("one colour each".to_owned())),
         Shading::Heat(kind) => (format!("Picture: {} per pixel", kind.counted()), values_ramp(frame)),
         Shading::Depth => ("Picture: depth".to_owned(), values_ramp(frame)),
     };
     Some(Legend { title, parts: std::iter::once(part).chain(lines).collect() })
+}
+
+/// The nodes that cluster colours show.
+fn clusters(frame: &Frame) -> String {
+    match frame.clusters.as_ref().map(|clusters| clusters.cut) {
+        None => format!("containers at depth {}", frame.settings.cluster_depth),
+        Some(Cut::Area(share)) => format!("nodes of at most {} of the area", format::percent(f64::from(share))),
+        Some(Cut::Primitives(most)) => {
+            format!("nodes of at most {}", format::counted(u64::from(most), "triangle"))
+        }
+        Some(Cut::Clusters(_) | Cut::Step { .. }) => "clusters that stand".to_owned(),
+    }
 }
 
 /// Legend of the difference of two trees.

@@ -32,7 +32,12 @@ pub(crate) fn show(ui: &mut Ui, state: &mut AppState) {
             row(ui, "Ground", tip, |ui| ui.checkbox(&mut state.wanted.render.ground, "Shadow"));
         }
         if state.wanted.render.shading == Shading::Clusters {
-            cluster_depth(ui, state);
+            if state.cluster_cut(state.model.presented.as_ref().map(|shown| &shown.accel)).is_some() {
+                let tip = "Surfaces have the colours of the clusters that the view Merges shows; close it (F6) to choose a depth";
+                row(ui, "Clusters", tip, |ui| ui.label("those of Merges"));
+            } else {
+                cluster_depth(ui, state);
+            }
         }
         let render = &mut state.wanted.render;
         if heat {

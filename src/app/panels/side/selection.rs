@@ -6,17 +6,19 @@ use egui::Ui;
 use crate::app::commands::{Action, entries};
 use crate::app::glossary::Term;
 use crate::app::panels::widgets::{Statistic, Tip as _, check, statistic};
-use crate::app::state::{AppState, Presented};
+use crate::app::state::{AppState, Presented, TreeSide};
 use crate::app::{format, theme};
 use crate::lab::node_values::{NodeMetric, NodeValues};
 
 /// Shows the section.
 pub(crate) fn show(ui: &mut Ui, state: &mut AppState) {
-    let Some(shown) = state.model.presented.clone() else { return };
+    let Some(first) = state.model.presented.clone() else { return };
+    let selected = state.selected().map(|(shown, node)| (shown.clone(), node));
     ui.spacing_mut().item_spacing.y = 2.0;
-    heading(ui, state, &shown);
-    if let Some(node) = state.selection.nodes.selected.filter(|&node| (node as usize) < shown.table.len()) {
-        node_rows(ui, state, &shown, node);
+    heading(ui, state, selected.as_ref());
+    if let Some((shown, node)) = &selected {
+        node_rows(ui, state, shown, *node);
+        other_row(ui, state);
     } else {
         let color = crate::app::theme::palette(ui).dim;
         let text = "Click the model to select a triangle with its leaf, or Alt+Down for the root";
@@ -24,22 +26,40 @@ pub(crate) fn show(ui: &mut Ui, state: &mut AppState) {
     }
     ui.add_space(4.0);
     buttons(ui, state);
-    hidden_rows(ui, state, &shown);
-    if let Some(node) = state.selection.nodes.selected.filter(|&node| (node as usize) < shown.table.len()) {
+    hidden_rows(ui, state, &first);
+    if let Some((shown, node)) = &selected {
         ui.add_space(4.0);
-        place_rows(ui, state, &shown, node);
+        place_rows(ui, state, shown, *node);
     }
 }
 
+/// The node of the other of two trees that is lit up with the selected one.
+fn other_row(ui: &mut Ui, state: &mut AppState) {
+    if state.model.second.is_none() {
+        return;
+    }
+    let selection = &state.selection;
+    let (name, node) = match selection.side {
+        TreeSide::A => ("In tree B", selection.second.selected),
+        TreeSide::B => ("In tree A", selection.nodes.selected),
+    };
+    let text =
+        node.map_or_else(|| "no such node".to_owned(), |node| format!("node {}", format::count(u64::from(node))));
+    let tip =
+        "The node of the other tree with the same triangles, or its leaf of the picked triangle; it is lit up too";
+    statistic(ui, state, &Statistic::new(name, text).tip(tip));
+}
+
 /// The dock's title with the selected node.
-fn heading(ui: &mut Ui, state: &AppState, shown: &Presented) {
+fn heading(ui: &mut Ui, state: &AppState, selected: Option<&(Presented, u32)>) {
     let palette = theme::palette(ui);
     ui.horizontal(|ui| {
         ui.label(egui::RichText::new("SELECTION").heading().color(palette.dim));
-        let Some(node) = state.selection.nodes.selected.filter(|&node| (node as usize) < shown.table.len()) else {
-            return;
-        };
-        let kind = if shown.table.is_leaf(node) { "leaf" } else { "interior node" };
+        let Some((shown, node)) = selected else { return };
+        let kind = if shown.table.is_leaf(*node) { "leaf" } else { "interior node" };
+        let tree =
+            if state.model.second.is_some() { format!(" of {}", state.selection.side.name()) } else { String::new() };
+        let kind = format!("{kind}{tree}");
         ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
             ui.label(egui::RichText::new(kind).color(palette.warm));
         });

@@ -164,7 +164,8 @@ fn drawn(ui: &mut Ui, merges: &mut MergesState) {
         CutKind::Area => {
             let mut percent = f64::from(merges.cut_area) * 100.0;
             let speed = (percent * 0.02).max(1e-4);
-            let field = DragValue::new(&mut percent).range(1e-4..=100.0).speed(speed).max_decimals(4).suffix(" %");
+            let [least, most] = MergesState::CUT_AREA.map(|share| f64::from(share) * 100.0);
+            let field = DragValue::new(&mut percent).range(least..=most).speed(speed).max_decimals(4).suffix(" %");
             let response = ui.add(field);
             named(ui, &response, percent, "Largest area");
             if response.changed() {

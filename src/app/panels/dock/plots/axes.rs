@@ -9,6 +9,8 @@ use crate::lab::plot::Axis;
 const MARGINS: [f32; 4] = [46.0, 18.0, 10.0, 30.0];
 /// Distance in points from one label to the next: across, and up.
 const LABEL_STEP: [f32; 2] = [52.0, 22.0];
+/// Height of a label in points.
+const LABEL_HEIGHT: f32 = 12.0;
 
 /// A pair of axes in a rectangle of the screen.
 pub(super) struct Axes {
@@ -34,15 +36,24 @@ impl Axes {
             let at = pos2(x, plot.bottom() + 2.0);
             painter.text(at, Align2::CENTER_TOP, format::significant(value), font.clone(), palette.dim);
         }
+        let mut free_from = plot.bottom() + LABEL_HEIGHT;
         for value in axes[1].ticks(most(plot.height(), LABEL_STEP[1])) {
-            // Below 1 there are no visits: there are the nodes without any.
-            if axes[1].is_log && axes[1].low < 1.0 && value < 1.0 && axes[0].low >= 1.0 {
-                continue;
-            }
             let y = this.at([axes[0].low, value]).y;
-            painter.hline(plot.x_range(), y, grid);
-            let at = pos2(plot.left() - 4.0, y);
-            painter.text(at, Align2::RIGHT_CENTER, format::significant(value), font.clone(), palette.dim);
+            let is_never = axes[1].is_never(value);
+            if is_never {
+                let top = this.at([axes[0].low, 1.0]).y;
+                let band = Rect::from_x_y_ranges(plot.x_range(), top..=plot.bottom());
+                painter.rect_filled(band, 0.0, palette.line.gamma_multiply(0.5));
+            } else {
+                painter.hline(plot.x_range(), y, grid);
+            }
+            // In a low plot the band for never leaves no room for the label of 1.
+            if y + LABEL_HEIGHT * 0.5 <= free_from {
+                let text = if is_never { "never".to_owned() } else { format::significant(value) };
+                let at = pos2(plot.left() - 4.0, y);
+                painter.text(at, Align2::RIGHT_CENTER, text, font.clone(), palette.dim);
+                free_from = y - LABEL_HEIGHT * 0.5;
+            }
         }
         painter.rect_stroke(plot, 0.0, grid, egui::StrokeKind::Outside);
         let below = pos2(plot.center().x, rect.bottom());

@@ -49,12 +49,13 @@ fn counts(ui: &mut Ui, scatter: &VisitScatter, shown: &Presented) {
     let [rays, entering] = [sums.rays, sums.root_hits].map(|count| format::count(u64::from(count)));
     let each = |visits: f64| format::significant(visits / f64::from(sums.root_hits.max(1)));
     let text = format!(
-        "{}: {entering} of {rays} rays enter the root · {} visits each, {} predicted · cost {}, SAH {}",
+        "{}: {entering} of {rays} rays enter the root · {} visits each, {} predicted · cost {}, SAH {} · {} never visited",
         sums.population.label(),
         each(sums.visits as f64),
         each(sums.predicted_visits),
         format::significant(sums.cost),
         format::significant(f64::from(shown.accel.report.stats.sah_cost)),
+        format::counted(scatter.never as u64, "node"),
     );
     let tip = format!(
         "{}. Cost: what the tests of a ray that enters the root cost, in the unit of the SAH cost, which predicts it. {} with less than one predicted visit are not drawn",

@@ -4,7 +4,7 @@ use egui::{self, Color32, CursorIcon, Rect, Role, Sense, Shape, Stroke, Ui, Widg
 
 use super::axes::{Axes, rest};
 use crate::app::panels::dock::controls;
-use crate::app::panels::widgets::empty_view;
+use crate::app::panels::widgets::{Tip as _, empty_view};
 use crate::app::state::lab::{PlottedTree, TreeQuality, TreeSet};
 use crate::app::state::{AppState, Presented};
 use crate::app::{format, theme};
@@ -91,6 +91,7 @@ pub(super) fn show_predictions(ui: &mut Ui, state: &mut AppState, shown: &Presen
     } else {
         ui.weak("From three different trees on there is a correlation: change the settings, or measure the builders");
     }
+    unmeasured(ui, state, shown);
     let whole = rest(ui);
     let size = vec2((whole.x - 8.0) * 0.5, whole.y);
     ui.horizontal_top(|ui| {
@@ -110,10 +111,31 @@ pub(super) fn show_speed(ui: &mut Ui, state: &mut AppState, shown: &Presented) {
     if missing(ui, state, shown, dots.len()) {
         return;
     }
+    if state.lab.plots.quality == TreeQuality::Cost {
+        unmeasured(ui, state, shown);
+    }
     let size = rest(ui);
     let title = format!("{}, {} on the front", format::counted(dots.len() as u64, "tree"), front.len());
     let labels = ["Build time (ms)", state.lab.plots.quality.label()];
     plot(ui, state, shown, size, (&dots, axes, &front), &title, labels);
+}
+
+/// Says which trees are left out because what rays cost in them is not known, and how to get it.
+fn unmeasured(ui: &mut Ui, state: &AppState, shown: &Presented) {
+    let count = plotted(state, shown).iter().filter(|tree| tree.cost.is_none()).count();
+    if count == 0 {
+        return;
+    }
+    let trees = format::counted(count as u64, "tree");
+    let [is, it] = if count == 1 { ["is", "it"] } else { ["are", "them"] };
+    let text = match state.lab.plots.set {
+        TreeSet::Session => format!(
+            "{trees} {is} not plotted: no measured cost, because this view was closed or measured by other rays. Show {it} again while it is open"
+        ),
+        TreeSet::Measured(_) => format!("{trees} {is} not plotted: measured without these rays. Measure again"),
+    };
+    let tip = "The cost of a tree is counted while it is shown and this view is open; a closed view computes nothing";
+    ui.add(egui::Label::new(egui::RichText::new(text).color(theme::palette(ui).dim)).truncate()).tip(tip);
 }
 
 /// Says why there is nothing to plot, where that is so.

@@ -51,7 +51,7 @@ pub(super) fn show(ui: &mut Ui, state: &mut AppState) {
         }
         Ok(record) => {
             replay(ui, state, record);
-            transport::show(ui, state, record);
+            transport::show(ui, state, &shown, record);
             totals::show(ui, state, &shown, record);
             ui.add_enabled_ui(is_of_tree, |ui| columns(ui, state, record));
             if is_of_tree {

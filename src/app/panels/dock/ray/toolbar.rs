@@ -5,12 +5,14 @@ use egui::{self, Button, Key, Response, RichText, Role, TextEdit, Ui, WidgetInfo
 use crate::app::panels::widgets::{Tip as _, chip};
 use crate::app::state::{AppState, Presented};
 use crate::app::theme;
-use crate::lab::ray::{RayMethod, ray_table};
+use crate::lab::ray::RayMethod;
 use crate::render::RayKind;
 use bvhscope_engine::tree::traverse::Traversal;
 
-/// Width of a field for a typed vector in points.
-const FIELD_WIDTH: f32 = 124.0;
+/// Width of a field for a typed vector in points: in a window that is wide, room for seven digits of each number.
+const FIELD_WIDTHS: [f32; 2] = [124.0, 196.0];
+/// Width of the view from which its fields are wide.
+const WIDE: f32 = 1180.0;
 
 /// Shows it.
 pub(super) fn show(ui: &mut Ui, state: &mut AppState, shown: &Presented) {
@@ -24,8 +26,6 @@ pub(super) fn show(ui: &mut Ui, state: &mut AppState, shown: &Presented) {
         methods(ui, state);
         ui.separator();
         typed(ui, state, shown);
-        ui.separator();
-        outcome(ui, state, shown);
     });
 }
 
@@ -75,11 +75,11 @@ fn methods(ui: &mut Ui, state: &mut AppState) {
 /// Origin and direction as text, taken by Enter or the button.
 fn typed(ui: &mut Ui, state: &mut AppState, shown: &Presented) {
     let palette = theme::palette(ui);
+    let width = FIELD_WIDTHS[usize::from(ui.max_rect().width() >= WIDE)];
     let mut entered = false;
     for (index, name) in ["Origin", "Direction"].into_iter().enumerate() {
         ui.label(RichText::new(name).color(palette.dim));
-        let field =
-            TextEdit::singleline(&mut state.lab.ray.typed[index]).desired_width(FIELD_WIDTH).hint_text("x, y, z");
+        let field = TextEdit::singleline(&mut state.lab.ray.typed[index]).desired_width(width).hint_text("x, y, z");
         let response = ui.add(field);
         let text = state.lab.ray.typed[index].clone();
         response.widget_info(|| {
@@ -103,29 +103,4 @@ fn tip_of(response: Response, index: usize) {
         "Where it goes, of any length but zero; distances are in the model's unit"
     };
     response.tip(tip);
-}
-
-/// Looking at the ray from the side, and copying its steps.
-fn outcome(ui: &mut Ui, state: &mut AppState, shown: &Presented) {
-    let shown_record = state.lab.ray.shown().cloned();
-    let record = shown_record.as_deref().and_then(|outcome| outcome.as_ref().ok());
-    let tip = "Turn the view so that the ray crosses it from left to right: a ray from the eye is seen as a point";
-    if ui.add_enabled(record.is_some(), Button::new("Side view")).tip(tip).clicked()
-        && let Some(record) = record
-    {
-        let (bounds, up) = (shown.accel.scene.bounds, state.model.up());
-        let direction = record.ray.direction.normalize_or(glam::Vec3::X);
-        let side = direction.cross(up).try_normalize().unwrap_or_else(|| direction.any_orthonormal_vector());
-        let camera = &mut state.wanted.camera;
-        (camera.up, camera.target) = (up, bounds.center());
-        camera.eye = bounds.center() + (side + up * 0.25).normalize();
-        camera.frame(&bounds);
-    }
-    let tip = "Copy all steps as a table for spreadsheets";
-    if ui.add_enabled(record.is_some(), Button::new("Copy steps")).tip(tip).clicked()
-        && let Some(record) = record
-    {
-        let text = ray_table(String::new(), record).tab_separated();
-        state.copy(text, "The steps of the ray copied");
-    }
 }

@@ -1,12 +1,13 @@
-//! Stepping through a record: first, back, play, step, next hit, the slider over all steps, and the speed.
+//! Stepping through a record: first, back, play, step, next hit, the slider over all steps, and the speed. Looking at it from the
+//! side, and copying it.
 
 use egui::{self, Button, Response, RichText, Slider, Ui, WidgetInfo};
 
 use super::keys;
 use crate::app::panels::widgets::Tip as _;
-use crate::app::state::{AppState, SPEEDS};
+use crate::app::state::{AppState, Presented, SPEEDS};
 use crate::app::{format, theme};
-use crate::lab::ray::RayRecord;
+use crate::lab::ray::{RayRecord, ray_table};
 
 /// Width of the slider over the steps in points.
 const SLIDER_WIDTH: f32 = 220.0;
@@ -14,7 +15,7 @@ const SLIDER_WIDTH: f32 = 220.0;
 const SPEED_WIDTH: f32 = 80.0;
 
 /// Shows it.
-pub(super) fn show(ui: &mut Ui, state: &mut AppState, record: &RayRecord) {
+pub(super) fn show(ui: &mut Ui, state: &mut AppState, shown: &Presented, record: &RayRecord) {
     let steps = record.steps.len();
     ui.horizontal_wrapped(|ui| {
         ui.spacing_mut().item_spacing.x = 4.0;
@@ -42,6 +43,9 @@ pub(super) fn show(ui: &mut Ui, state: &mut AppState, record: &RayRecord) {
         scrub(ui, state, steps);
         ui.add_space(8.0);
         speed(ui, state);
+        ui.separator();
+        side_view(ui, state, shown, record);
+        copy(ui, state, record);
     });
 }
 
@@ -74,4 +78,25 @@ fn speed(ui: &mut Ui, state: &mut AppState) {
     response.tip("Speed of the replay in steps a second");
     let text = if value < 10.0 { format!("{value:.1}/s") } else { format!("{value:.0}/s") };
     ui.label(RichText::new(text).color(theme::palette(ui).dim));
+}
+
+/// Looks at the ray from the side.
+fn side_view(ui: &mut Ui, state: &mut AppState, shown: &Presented, record: &RayRecord) {
+    let tip = "Turn the view so that the ray crosses it from left to right: a ray from the eye is seen as a point";
+    if button(ui, "Side view", true, tip).clicked() {
+        let (bounds, up) = (shown.accel.scene.bounds, state.model.up());
+        let direction = record.ray.direction.normalize_or(glam::Vec3::X);
+        let side = direction.cross(up).try_normalize().unwrap_or_else(|| direction.any_orthonormal_vector());
+        let camera = &mut state.wanted.camera;
+        (camera.up, camera.target) = (up, bounds.center());
+        camera.eye = bounds.center() + (side + up * 0.25).normalize();
+        camera.frame(&bounds);
+    }
+}
+
+fn copy(ui: &mut Ui, state: &mut AppState, record: &RayRecord) {
+    if button(ui, "Copy steps", true, "Copy all steps as a table for spreadsheets").clicked() {
+        let text = ray_table(String::new(), record).tab_separated();
+        state.copy(text, "The steps of the ray copied");
+    }
 }

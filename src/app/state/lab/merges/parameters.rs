@@ -8,7 +8,8 @@ use crate::accel::Accel;
 use crate::app::state::activity::JobStatus;
 use crate::app::state::model::Presented;
 use crate::app::state::study::Study;
-use crate::lab::merges::Merges;
+use crate::lab::merges::{Merges, TreeOfRecord};
+use crate::render::cluster_cut::ClusterCut;
 use bvhscope_engine::construction::{Cut, ExactComparison, MergeChoice, MergeOrder};
 
 /// Merges a second at which a construction plays at first.
@@ -99,6 +100,9 @@ impl Default for MergesState {
 }
 
 impl MergesState {
+    /// Least and largest area of a cut, as fractions of the root's.
+    pub const CUT_AREA: [f32; 2] = [1e-6, 1.0];
+
     /// The merges of this tree, in whatever order they are known.
     pub fn known(&self, accel: &Arc<Accel>) -> Option<Arc<Result<MergeStudy, String>>> {
         self.study.of_tree(accel).cloned()
@@ -172,6 +176,38 @@ impl MergesState {
             CutKind::Area => Some(Cut::Area(self.cut_area)),
             CutKind::Triangles => Some(Cut::Primitives(self.cut_triangles)),
         }
+    }
+
+    /// Shows a cut by area or by number of triangles, or the step where it is none of these.
+    pub fn show_cut(&mut self, cut: Option<Cut>) {
+        self.cut_kind = match cut {
+            Some(Cut::Area(share)) => {
+                let [least, most] = Self::CUT_AREA;
+                // A minimum and a maximum that are numbers leave one of NaN too.
+                self.cut_area = share.max(least).min(most);
+                CutKind::Area
+            }
+            Some(Cut::Primitives(most)) => {
+                self.cut_triangles = most.max(1);
+                CutKind::Triangles
+            }
+            _ => CutKind::Step,
+        };
+    }
+
+    /// What cluster colours show: that cut, or the clusters of the present step of the merges of `accel`, where they are known.
+    pub fn cluster_cut(&self, accel: Option<&Arc<Accel>>) -> Option<ClusterCut> {
+        if let Some(cut) = self.wanted_cut() {
+            return Some(ClusterCut { cut, merges: None });
+        }
+        let (accel, known) = (accel?, self.known(accel?)?);
+        let merges = &known.as_ref().as_ref().ok()?.merges;
+        let cut = Cut::Step { order: merges.order(), step: self.step(merges)? };
+        let accel = match &merges.history.of {
+            TreeOfRecord::Same => Arc::clone(accel),
+            TreeOfRecord::Before(before) => Arc::clone(before),
+        };
+        Some(ClusterCut { cut, merges: Some((accel, Arc::clone(&merges.timeline))) })
     }
 
     /// The merge that the present step shows, to be explained; `None` while playing.

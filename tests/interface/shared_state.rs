@@ -1,0 +1,75 @@
+//! The line that Ctrl+L copies, pasted over another window.
+
+use std::sync::Arc;
+
+use bvhscope::app::state::SharedState;
+use bvhscope::app::state::dock::DockView;
+use bvhscope::app::state::lab::merges::CutKind;
+use bvhscope::visibility::TriangleSet;
+use bvhscope_engine::construction::Cut;
+use egui::{Event, Key, Modifiers};
+
+use crate::harness::{Window, app, presented, send, settle};
+
+/// The line that the window copies.
+fn line(harness: &mut Window) -> String {
+    let (key, modifiers) = (Key::L, Modifiers::COMMAND);
+    send(harness, Event::Key { key, physical_key: None, pressed: true, repeat: false, modifiers });
+    for _ in 0..4 {
+        for command in &harness.output().platform_output.commands {
+            if let egui::OutputCommand::CopyText(text) = command {
+                return text.clone();
+            }
+        }
+        harness.run_steps(1);
+    }
+    panic!("nothing is copied")
+}
+
+/// Another window in which the line was pasted.
+fn pasted(line: &str) -> Window {
+    let mut harness = app();
+    send(&mut harness, Event::Paste(line.to_owned()));
+    settle(&mut harness);
+    harness
+}
+
+#[test]
+fn triangles_that_are_shown_alone_are_so_in_the_other_window() {
+    let mut first = app();
+    let count = presented(&first).accel.scene.triangles.len();
+    let only = TriangleSet::from_ranges(&[[5, 9], [40, 40]], count);
+    first.state_mut().state.selection.nodes.only = Some(Arc::new(only.clone()));
+    first.state_mut().state.wanted.overlay.hide_triangles = true;
+    settle(&mut first);
+    let line = line(&mut first);
+    let mut second = pasted(&line);
+    let state = &second.state().state;
+    assert_eq!(state.selection.nodes.only.as_deref(), Some(&only));
+    assert_eq!(state.hidden_triangles().expect("all others").len(), count - 6);
+    let seen = |harness: &Window| presented(harness).frame.primitive.clone();
+    assert!(seen(&second).iter().all(|&hit| hit == u32::MAX || only.contains(hit)));
+    assert_eq!(seen(&second), seen(&first));
+
+    // The line of a window without shows all again.
+    let all = self::line(&mut app());
+    send(&mut second, Event::Paste(all));
+    settle(&mut second);
+    assert!(second.state().state.selection.nodes.only.is_none());
+}
+
+#[test]
+fn a_cut_is_shown_in_the_other_window() {
+    let mut first = app();
+    first.state_mut().state.preferences.dock.open = Some(DockView::Merges);
+    let merges = &mut first.state_mut().state.lab.merges;
+    (merges.cut_kind, merges.cut_triangles) = (CutKind::Triangles, 33);
+    settle(&mut first);
+    let line = line(&mut first);
+    assert_eq!(SharedState::parse(&line).unwrap().lab.cut, Some(Cut::Primitives(33)));
+    let second = pasted(&line);
+    let state = &second.state().state;
+    assert_eq!(state.lab.merges.wanted_cut(), Some(Cut::Primitives(33)));
+    let nodes = |harness: &Window| harness.state().state.graphics.standing.clone().expect("clusters").nodes.clone();
+    assert_eq!(nodes(&second), nodes(&first));
+}
