@@ -46,7 +46,9 @@ impl ClusterCut {
             Err(CutError::NeedsTimeline) => Vec::new(),
         };
         let mut is_cut = vec![false; tree.node_count()];
-        nodes.iter().for_each(|&node| is_cut[node as usize] = true);
+        for node in nodes {
+            is_cut[node as usize] = true;
+        }
         with_tree!(tree, tree => highest_of_primitives(tree, |node, _| is_cut[node as usize], token))
     }
 }

@@ -71,7 +71,7 @@ fn callback(
         // Merges are shown in the first tree.
         TreeSide::B => {
             let SecondNodes { hovered, selected, .. } = state.selection.second;
-            let selection = Selection { hovered, selected, ..Selection::default() };
+            let selection = Selection { selected, hovered, ..Selection::default() };
             (&state.graphics.second_shown, &shown.table, selection)
         }
     };

@@ -53,12 +53,13 @@ impl Tint {
         if let Some((_, tinted)) = self.last.as_ref().filter(|(last, _)| *last == key) {
             return Some(tinted.clone());
         }
-        let mut selected = match self.selected.take().filter(|(last, _)| *last == (table, node)) {
-            Some((_, collected)) => collected,
-            None => {
-                let triangles = TriangleSet::none(presented.accel.scene.triangles.len());
-                Collected { triangles, open: vec![node] }
-            }
+        let mut selected = if let Some((last, collected)) = self.selected.take()
+            && last == (table, node)
+        {
+            collected
+        } else {
+            let triangles = TriangleSet::none(presented.accel.scene.triangles.len());
+            Collected { triangles, open: vec![node] }
         };
         presented.table.collect_triangles(&mut selected.open, &mut selected.triangles, NODES_PER_FRAME);
         let Collected { triangles, open } = &selected;

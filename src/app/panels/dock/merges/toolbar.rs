@@ -195,8 +195,15 @@ fn window(ui: &mut Ui, merges: &mut MergesState, study: &MergeStudy) {
     }
 }
 
+/// Room for the label of a drop-down list in points.
+const LABEL_ROOM: f32 = 64.0;
+
 /// A labelled drop-down list.
 fn choice<T: Copy + PartialEq>(ui: &mut Ui, name: &str, tip: &str, width: f32, value: &mut T, choices: &[(T, String)]) {
+    // The label stays beside its list where the controls take several rows.
+    if ui.available_size_before_wrap().x < width + LABEL_ROOM {
+        ui.end_row();
+    }
     ui.label(RichText::new(name).color(theme::palette(ui).dim)).tip(tip);
     let selected = choices.iter().find(|(choice, _)| choice == value).map_or("", |(_, text)| text);
     let response = ComboBox::from_id_salt(("merges", name))

@@ -11,6 +11,8 @@ use bvhscope_engine::tree::traverse::Traversal;
 
 /// Width of a field for a typed vector in points: in a window that is wide, room for seven digits of each number.
 const FIELD_WIDTHS: [f32; 2] = [124.0, 196.0];
+/// Room for the label of a field in points.
+const LABEL_ROOM: f32 = 72.0;
 /// Width of the view from which its fields are wide.
 const WIDE: f32 = 1180.0;
 
@@ -78,6 +80,10 @@ fn typed(ui: &mut Ui, state: &mut AppState, shown: &Presented) {
     let width = FIELD_WIDTHS[usize::from(ui.max_rect().width() >= WIDE)];
     let mut entered = false;
     for (index, name) in ["Origin", "Direction"].into_iter().enumerate() {
+        // The label stays beside its field where the controls take several rows.
+        if ui.available_size_before_wrap().x < width + LABEL_ROOM {
+            ui.end_row();
+        }
         ui.label(RichText::new(name).color(palette.dim));
         let field = TextEdit::singleline(&mut state.lab.ray.typed[index]).desired_width(width).hint_text("x, y, z");
         let response = ui.add(field);
