@@ -37,13 +37,18 @@ pub(crate) struct BuildKey {
     pub settings: BuildSettings,
     /// The file that holds the tree.
     pub file: Option<PathBuf>,
+    /// How many times the file was seen to be written anew.
+    pub revision: u32,
     /// Number of threads; 0 for all.
     pub threads: usize,
 }
 
 impl PartialEq for BuildKey {
     fn eq(&self, other: &Self) -> bool {
-        let same_tree = self.file == other.file && (self.file.is_some() || self.settings == other.settings);
+        let same_tree = match (&self.file, &other.file) {
+            (None, None) => self.settings == other.settings,
+            (file, of_other) => file == of_other && self.revision == other.revision,
+        };
         Arc::ptr_eq(&self.scene, &other.scene) && same_tree && self.threads == other.threads
     }
 }

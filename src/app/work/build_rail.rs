@@ -21,8 +21,9 @@ pub(crate) struct BuildRail {
     pending: Option<BuiltTree>,
     /// The file of the newest tree, as it was before it was read.
     file: Option<WatchedFile>,
-    /// The file has changed, so the tree is to be read again.
-    is_outdated: bool,
+    /// How many times the file was seen to be written anew, and how many of these the newest tree was read after, or given up.
+    revision: u32,
+    read_revision: u32,
     /// Since when the presented tree differs from the wanted one.
     stale_since: Option<Instant>,
 }
@@ -36,7 +37,8 @@ impl BuildRail {
             queued: None,
             pending: None,
             file: None,
-            is_outdated: false,
+            revision: 0,
+            read_revision: 0,
             stale_since: None,
         })
     }
@@ -49,7 +51,7 @@ impl BuildRail {
     /// Returns the reason where the settings do not suit the scene.
     pub(crate) fn request(&mut self, job: BuildJob, presented: Option<&Presented>, now: Instant) -> Result<(), String> {
         let BuildJob { ref key, moving, .. } = job;
-        if self.has_built(key, presented) && !self.is_outdated {
+        if self.has_built(key, presented) {
             if self.pending.is_none() {
                 self.stale_since = None;
             }
@@ -63,7 +65,7 @@ impl BuildRail {
             None => key.settings.refusal(key.scene.triangles.len()),
             Some(_) => None,
         };
-        if let Some(current) = self.in_flight.as_ref().filter(|_| !self.is_outdated) {
+        if let Some(current) = &self.in_flight {
             let same_scene = Arc::ptr_eq(&current.key.scene, &key.scene);
             if current.key == *key || (moving && same_scene) {
                 let newest = self.queued.as_ref().unwrap_or(current);
@@ -83,7 +85,6 @@ impl BuildRail {
         let token = self.worker.request(job);
         self.queued = None;
         self.in_flight = Some(InFlight { key, token, since: now });
-        self.is_outdated = false;
         Ok(())
     }
 
@@ -96,7 +97,8 @@ impl BuildRail {
         };
         newest.is_some_and(|(accel, threads)| {
             let file = accel.file.as_ref().map(|file| file.path.clone());
-            *key == BuildKey { scene: Arc::clone(&accel.scene), settings: accel.settings, file, threads }
+            let (scene, revision) = (Arc::clone(&accel.scene), self.read_revision);
+            *key == BuildKey { scene, settings: accel.settings, file, revision, threads }
         })
     }
 
@@ -112,6 +114,7 @@ impl BuildRail {
             Polled::Result(built) => {
                 self.in_flight = self.queued.take().filter(|job| job.key != built.key);
                 self.file.clone_from(&built.file);
+                self.read_revision = built.key.revision;
             }
             Polled::Failed(_) => {
                 self.stop();
@@ -125,13 +128,19 @@ impl BuildRail {
         self.file.as_ref()
     }
 
+    /// How many times the file was seen to be written anew.
+    pub(crate) const fn revision(&self) -> u32 {
+        self.revision
+    }
+
     /// Makes the tree stale, so that its file is read again.
     pub(crate) const fn read_again(&mut self) {
-        self.is_outdated = true;
+        self.revision += 1;
     }
 
     /// Cancels building. Returns whether anything was being built.
     pub(crate) fn stop(&mut self) -> bool {
+        self.read_revision = self.revision;
         self.queued = None;
         let was_building = self.in_flight.take().is_some();
         if was_building {
@@ -186,5 +195,71 @@ impl BuildRail {
     /// The job in flight, for the job strip, with what it does in words.
     pub(crate) fn status(&self, label: &str) -> Option<JobStatus> {
         self.in_flight.as_ref().map(|job| job.status(label.to_owned()))
+    }
+}
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used, reason = "a failure here is a failed test")]
+mod tests {
+    use bvhscope_engine::settings::BuildSettings;
+
+    use super::*;
+    use crate::app::work::build_job::BuildJob;
+    use crate::scene::{LoadOptions, SceneSource, load};
+    use bvhscope_engine::cancel::CancelToken;
+
+    /// Waits for the tree that was requested.
+    fn built(rail: &mut BuildRail) -> BuiltTree {
+        let give_up = Instant::now() + Duration::from_mins(2);
+        loop {
+            match rail.poll() {
+                Polled::Result(built) => return built.result.unwrap(),
+                Polled::Failed(panic) => unreachable!("{panic:?}"),
+                Polled::Running => assert!(rail.is_busy() && Instant::now() < give_up, "no tree"),
+            }
+            std::thread::sleep(Duration::from_millis(1));
+        }
+    }
+
+    #[test]
+    fn reading_a_file_again_is_not_given_up_for_the_tree_that_it_held_before() {
+        let source = SceneSource::default_builtin();
+        let scene = Arc::new(load(&source, &LoadOptions::default(), &CancelToken::new()).unwrap());
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.bvh");
+        let tree = Accel::build(&scene, &BuildSettings::default(), &CancelToken::new()).unwrap();
+        let mut bytes = Vec::new();
+        let header = tree.file_header(false);
+        bvhscope_engine::tree_file::write_tree(&tree.tree, &header, None, &mut bytes, &CancelToken::new()).unwrap();
+        std::fs::write(&path, bytes).unwrap();
+
+        let mut rail = BuildRail::new(|| {}).unwrap();
+        let request = |rail: &mut BuildRail| {
+            let (scene, file) = (Arc::clone(&scene), Some(path.clone()));
+            let settings = BuildSettings::default();
+            let key = BuildKey { scene, settings, file, revision: rail.revision(), threads: 0 };
+            rail.request(BuildJob { key, view: None, overlay: None, moving: false }, None, Instant::now()).unwrap();
+        };
+        request(&mut rail);
+        let first = built(&mut rail);
+        rail.set_pending(first, false);
+        request(&mut rail);
+        assert!(!rail.is_busy(), "it was read");
+        rail.read_again();
+        // In each UI frame until the file is read.
+        for _ in 0..3 {
+            request(&mut rail);
+            assert!(rail.is_busy());
+        }
+        let second = built(&mut rail);
+        rail.set_pending(second, false);
+        request(&mut rail);
+        assert!(!rail.is_busy(), "once");
+        // What was given up is not tried again by itself.
+        rail.read_again();
+        request(&mut rail);
+        assert!(rail.stop());
+        request(&mut rail);
+        assert!(!rail.is_busy());
     }
 }

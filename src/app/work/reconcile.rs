@@ -215,7 +215,8 @@ impl Reconciler {
         });
         let overlay = state.preferences.show_containers.then_some(state.wanted.overlay);
         let file = state.wanted.tree_file(TreeSide::A).map(Path::to_path_buf);
-        let key = BuildKey { scene, settings: state.wanted.build, file, threads: state.wanted.threads };
+        let (revision, threads) = (self.build.revision(), state.wanted.threads);
+        let key = BuildKey { scene, settings: state.wanted.build, file, revision, threads };
         if let Err(reason) = self.build.request(BuildJob { key, view, overlay, moving }, presented, now) {
             self.refuse_tree(&reason, state);
         }

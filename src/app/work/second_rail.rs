@@ -79,7 +79,8 @@ impl SecondRail {
         };
         let overlay = state.preferences.show_containers.then_some(state.wanted.overlay);
         let file = state.wanted.tree_file(TreeSide::B).map(Path::to_path_buf);
-        let key = BuildKey { scene, settings: second.build, file, threads: state.wanted.threads };
+        let (revision, threads) = (build.revision(), state.wanted.threads);
+        let key = BuildKey { scene, settings: second.build, file, revision, threads };
         let job = BuildJob { key, view: None, overlay, moving };
         if let Err(reason) = build.request(job, state.model.second.as_ref(), now) {
             refuse(&reason, state);
