@@ -66,19 +66,6 @@ impl TriangleBlock {
     }
 }
 
-/// The axes of the shear for rays in direction `d`, as chosen by [`Shear::new`]; the one along which rays are sheared
-/// comes last.
-pub(crate) fn permuted_axes(d: Vec3) -> [usize; 3] {
-    let size = d.abs();
-    if size.x >= size.y && size.x >= size.z {
-        [1, 2, 0]
-    } else if size.y >= size.z {
-        [2, 0, 1]
-    } else {
-        [0, 1, 2]
-    }
-}
-
 /// A ray prepared for tests against blocks.
 pub(crate) struct BlockRay<'a, S: Simd, const N: usize> {
     rays: &'a RayLanes<N>,

@@ -1,15 +1,28 @@
 //! Rays in structure-of-arrays layout, prepared for the tests of wide trees.
 
 use fearless_simd::{Select, Simd, SimdBase, SimdFloat, SimdMask, f32x8, u32x8};
+use glam::Vec3;
 
 use crate::geometry::{PARALLEL_PAD, PreparedRay, Ray};
 use crate::kernel::each;
 use crate::tree::{Container, ContainerKind};
-use crate::wide::block::permuted_axes;
 use crate::wide::layout::{BLOCK, WIDTH};
 
 /// Number of rays that are prepared at a time.
 pub(crate) const RAY_LANES: usize = 8;
+
+/// The axes of the shear for rays in direction `d`, as chosen by [`Shear::new`](crate::geometry::Shear::new); the one along which rays are sheared
+/// comes last.
+pub(crate) fn permuted_axes(d: Vec3) -> [usize; 3] {
+    let size = d.abs();
+    if size.x >= size.y && size.x >= size.z {
+        [1, 2, 0]
+    } else if size.y >= size.z {
+        [2, 0, 1]
+    } else {
+        [0, 1, 2]
+    }
+}
 
 /// `N` rays, one or a multiple of [`RAY_LANES`], with the values of [`PreparedRay`](crate::geometry::PreparedRay) and
 /// [`Shear`](crate::geometry::Shear), rounded alike.

@@ -57,6 +57,7 @@ use crate::lab::population::{Population, ViewRays};
 use crate::lab::ray::RayRequest;
 use crate::render::Shading;
 use crate::render::cluster_cut::ClusterCut;
+use crate::scene::Scene;
 use crate::visibility::TriangleSet;
 use bvhscope_engine::settings::BuildSettings;
 use bvhscope_engine::tree::ContainerKind;
@@ -344,6 +345,19 @@ impl AppState {
             TreeSide::A => self.model.presented.as_ref(),
             TreeSide::B => self.model.second.as_ref(),
         }
+    }
+
+    /// The shown trees of `scene` that files hold, each once.
+    pub fn trees_from_files(&self, scene: &Arc<Scene>) -> Vec<Arc<Accel>> {
+        let shown = TreeSide::ALL.into_iter().filter_map(|side| self.shown_tree(side)).map(|shown| &shown.accel);
+        let mut trees: Vec<Arc<Accel>> = Vec::new();
+        for accel in shown.filter(|accel| Arc::ptr_eq(&accel.scene, scene)) {
+            let path = |accel: &Arc<Accel>| accel.file.as_ref().map(|file| file.path.clone());
+            if accel.file.is_some() && trees.iter().all(|other| path(other) != path(accel)) {
+                trees.push(Arc::clone(accel));
+            }
+        }
+        trees
     }
 
     /// Whether a tree is the wanted one.

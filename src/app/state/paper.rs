@@ -5,8 +5,6 @@ use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
 
-use crate::accel::Accel;
-use crate::app::state::AppState;
 use crate::app::state::second_tree::TreeSide;
 use crate::app::state::wanted::Wanted;
 use crate::camera::Camera;
@@ -291,19 +289,6 @@ impl PaperResult {
         let command = self.rows.first().map_or("rows", |row| row.command.as_str());
         format!("{stem}-{command}")
     }
-}
-
-/// The shown trees of the scene that files hold, each once.
-pub fn trees_from_files(state: &AppState, scene: &Arc<Scene>) -> Vec<Arc<Accel>> {
-    let shown = TreeSide::ALL.into_iter().filter_map(|side| state.shown_tree(side)).map(|shown| &shown.accel);
-    let mut trees: Vec<Arc<Accel>> = Vec::new();
-    for accel in shown.filter(|accel| Arc::ptr_eq(&accel.scene, scene)) {
-        let path = |accel: &Arc<Accel>| accel.file.as_ref().map(|file| file.path.clone());
-        if accel.file.is_some() && trees.iter().all(|other| path(other) != path(accel)) {
-            trees.push(Arc::clone(accel));
-        }
-    }
-    trees
 }
 
 /// The settings a row was measured with; `None` where its builder is unknown and where a file holds its tree.

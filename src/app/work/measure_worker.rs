@@ -4,7 +4,7 @@
 use std::sync::Arc;
 use std::time::Instant;
 
-use crate::app::state::paper::{Experiment, PaperResult, trees_from_files};
+use crate::app::state::paper::{Experiment, PaperResult};
 use crate::app::state::{AppState, JobStatus, Severity};
 use crate::app::work::in_flight::{Polled, poll};
 use crate::console::note;
@@ -93,7 +93,7 @@ impl MeasureWorker {
             subject: Subject {
                 model: scene.source.to_string(),
                 scene: Arc::clone(&scene),
-                trees: trees_from_files(state, &scene),
+                trees: state.trees_from_files(&scene),
             },
             job: plan.job(&state.wanted),
             view: plan.view(&scene, &state.wanted),

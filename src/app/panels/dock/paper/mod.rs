@@ -9,7 +9,7 @@ use std::sync::Arc;
 use egui::{self, RichText, ScrollArea, Ui};
 
 use crate::app::state::AppState;
-use crate::app::state::paper::{Display, Experiment, trees_from_files};
+use crate::app::state::paper::{Display, Experiment};
 use crate::app::{format, theme};
 
 /// Shows the view.
@@ -62,7 +62,7 @@ fn nothing_yet(ui: &mut Ui, state: &AppState) {
             };
             let files = match plan.experiment {
                 Experiment::Threads => Vec::new(),
-                _ => trees_from_files(state, scene),
+                _ => state.trees_from_files(scene),
             };
             let names = files.iter().filter_map(|accel| accel.file.as_ref()).map(|file| format!(", {}", file.name()));
             format!(
