@@ -40,6 +40,11 @@ pub fn shown_path(path: &Path) -> String {
     printable(&path.to_string_lossy()).into_owned()
 }
 
+/// Name of a file without its folder; the whole path where it ends in none.
+pub fn file_name(path: &Path) -> Cow<'_, str> {
+    path.file_name().unwrap_or(path.as_os_str()).to_string_lossy()
+}
+
 /// A name or number from a file in single quotes, without its rest where it is long.
 ///
 /// ```

@@ -34,7 +34,7 @@ pub fn dump(subject: &Subject, plan: &Plan, folder: &Path) -> anyhow::Result<Vec
         write(OWN, &name, "wide", &|| {
             let binary = engine::tree(triangles, &settings);
             let wide = engine::wide(&binary, triangles).to_tree(&binary, &CancelToken::new());
-            wide.expect("nobody cancels").expect("made from this tree")
+            wide.expect("the token is never cancelled").expect("made from this tree")
         })?;
     }
     let device = embree::Device::new(0);

@@ -312,13 +312,13 @@ pub fn builders<'a>(device: &'a Device, mesh: &'a Mesh, threads: usize, slow: bo
         engine: NAME,
         name: quality.name().to_owned(),
         threads,
-        // What is committed is what rays go through; the binary tree is never there as a whole.
+        // Rays are traced through what is committed; Embree hands out no binary tree of it.
         build: Box::new(move || BuildTimes { binary: None, ready: timed(|| commit(device, mesh, quality)) }),
     };
     qualities(slow).iter().map(builder).collect()
 }
 
-/// What is there to be judged: the binary tree of the builder of the same quality, and the bytes of the scene. Trees with spatial
+/// The tree to be measured: the binary tree of the builder of the same quality, and the bytes of the scene. Trees with spatial
 /// splits are written by `--dump`, and not judged.
 pub fn judged(device: &Device, triangles: &[Triangle], mesh: &Mesh, slow: bool) -> Vec<Judged> {
     let judge = |&quality: &Quality| {

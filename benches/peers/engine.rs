@@ -78,7 +78,7 @@ pub fn ready(triangles: &[Triangle]) -> Vec<Ready> {
         .collect()
 }
 
-/// What is there to be judged.
+/// The tree to be measured.
 pub fn judged(ready: &Ready) -> Judged {
     let bytes = ready.wide.node_bytes() + ready.wide.triangle_bytes();
     Judged {
@@ -172,7 +172,7 @@ fn distance(hit: Option<Hit>) -> f32 {
 
 /// The binary tree.
 pub fn tree(triangles: &[Triangle], settings: &BuildSettings) -> AnyTree {
-    build_binary(triangles, settings, &CancelToken::new()).expect("nothing to refuse, nobody cancels").0
+    build_binary(triangles, settings, &CancelToken::new()).expect("nothing to refuse, the token is never cancelled").0
 }
 
 fn in_leaf_order(tree: &AnyTree, triangles: &[Triangle]) -> Vec<Triangle> {
@@ -181,5 +181,5 @@ fn in_leaf_order(tree: &AnyTree, triangles: &[Triangle]) -> Vec<Triangle> {
 
 /// The eight-wide tree.
 pub fn wide(tree: &AnyTree, triangles: &[Triangle]) -> AnyWideTree {
-    with_tree!(tree, tree => collapse(tree, triangles, &CancelToken::new()).expect("nobody cancels").into())
+    with_tree!(tree, tree => collapse(tree, triangles, &CancelToken::new()).expect("the token is never cancelled").into())
 }

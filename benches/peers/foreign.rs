@@ -3,7 +3,7 @@
 use bvhscope_engine::geometry::Aabb;
 use bvhscope_engine::tree::{Node, Tree};
 
-/// What is below a node of another library.
+/// The children or primitives of a node of another library.
 pub enum Below<'a, K> {
     /// The primitives of a leaf.
     Primitives(&'a [u32]),

@@ -232,7 +232,7 @@ fn tree_rows(judged: Vec<Judged>, triangles: &[Triangle], works: &[Workload]) ->
             overlap: judged.tree.map(|tree| {
                 let tree = AnyTree::Aabb(tree);
                 let overlap = end_point_overlap(&tree, triangles, OVERLAP_SAMPLES, &CancelToken::new());
-                overlap.expect("nobody cancels").value.into()
+                overlap.expect("the token is never cancelled").value.into()
             }),
         }
     };

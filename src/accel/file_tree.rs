@@ -3,6 +3,7 @@
 use std::borrow::Cow;
 use std::path::PathBuf;
 
+use crate::text::file_name;
 use bvhscope_engine::tree_file::{Fault, Header};
 
 /// What a file says of the tree that it holds, and what is wrong with it.
@@ -23,7 +24,7 @@ pub struct FileTree {
 impl FileTree {
     /// Name of the file without its folder.
     pub fn name(&self) -> Cow<'_, str> {
-        self.path.file_name().map_or_else(|| self.path.to_string_lossy(), |name| name.to_string_lossy())
+        file_name(&self.path)
     }
 
     /// The name of its builder, or of the file where that is not known.

@@ -7,6 +7,7 @@ use std::time::Duration;
 use serde::{Deserialize, Deserializer, Serialize};
 
 use super::population::MeasuredRays;
+use crate::text::file_name;
 use bvhscope_engine::settings::{Curve, Passes};
 use bvhscope_engine::tree::ContainerKind;
 
@@ -197,8 +198,7 @@ impl Measurement {
 
 /// Name of a tree from a file: "mine.bvh (embree)".
 pub fn file_and_builder(path: &Path, builder: &str) -> String {
-    let name = path.file_name().map_or_else(|| path.to_string_lossy(), |name| name.to_string_lossy());
-    format!("{name} ({builder})")
+    format!("{} ({builder})", file_name(path))
 }
 
 /// A duration in milliseconds.

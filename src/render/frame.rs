@@ -96,3 +96,30 @@ impl Frame {
         (y * self.width_px + x) as usize
     }
 }
+
+#[cfg(test)]
+impl Frame {
+    /// A row of black pixels with these values, for tests.
+    pub(crate) fn of_values(settings: RenderSettings, values: Vec<f32>) -> Self {
+        let count = values.len();
+        Self {
+            width_px: count as u32,
+            height_px: 1,
+            coarseness: 1.0,
+            rgba: vec![[0, 0, 0, 255]; count],
+            depth: vec![1.0; count],
+            distance: vec![1.0; count],
+            primitive: vec![0; count],
+            values,
+            value_range: [0.0, 1.0],
+            samples: 1,
+            exposure_stops: 0.0,
+            openness: Vec3::ONE,
+            is_adapted: true,
+            camera: Camera::framing(&bvhscope_engine::geometry::Aabb::EMPTY, Vec3::Y),
+            settings,
+            clusters: None,
+            stats: FrameStats::default(),
+        }
+    }
+}

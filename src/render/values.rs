@@ -115,33 +115,12 @@ pub(crate) fn nth_smallest(values: &[f32], mut rank: usize, token: &CancelToken)
 #[allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 mod tests {
     use super::*;
-    use crate::camera::Camera;
     use crate::render::Background;
-    use crate::render::frame::FrameStats;
     use crate::render::settings::{HeatKind, RenderSettings};
-    use bvhscope_engine::geometry::Aabb;
 
     fn frame(shading: Shading, values: Vec<f32>) -> Frame {
-        let count = values.len();
-        Frame {
-            width_px: count as u32,
-            height_px: 1,
-            coarseness: 1.0,
-            rgba: vec![[1, 2, 3, 255]; count],
-            depth: vec![1.0; count],
-            distance: vec![1.0; count],
-            primitive: vec![0; count],
-            values,
-            value_range: [0.0, 1.0],
-            samples: 1,
-            exposure_stops: 0.0,
-            openness: glam::Vec3::ONE,
-            is_adapted: true,
-            camera: Camera::framing(&Aabb::EMPTY, glam::Vec3::Y),
-            settings: RenderSettings { shading, ..RenderSettings::default() },
-            clusters: None,
-            stats: FrameStats::default(),
-        }
+        let rgba = vec![[1, 2, 3, 255]; values.len()];
+        Frame { rgba, ..Frame::of_values(RenderSettings { shading, ..RenderSettings::default() }, values) }
     }
 
     #[test]

@@ -21,8 +21,9 @@ pub(crate) struct BuildRail {
     pending: Option<BuiltTree>,
     /// The file of the newest tree, as it was before it was read.
     file: Option<WatchedFile>,
-    /// How many times the file was seen to be written anew, and how many of these the newest tree was read after, or given up.
+    /// How many times the file was seen to be written anew.
     revision: u32,
+    /// The revision that the newest tree was read from, or whose reading was given up.
     read_revision: u32,
     /// Since when the presented tree differs from the wanted one.
     stale_since: Option<Instant>,

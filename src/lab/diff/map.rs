@@ -79,31 +79,11 @@ fn shows_same_rays(a: &Frame, b: &Frame) -> bool {
 #[allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 mod tests {
     use super::*;
-    use crate::camera::Camera;
-    use crate::render::{FrameStats, HeatKind};
-    use bvhscope_engine::geometry::Aabb;
+    use crate::render::HeatKind;
 
     fn heat(values: Vec<f32>) -> Arc<Frame> {
-        let count = values.len();
-        Arc::new(Frame {
-            width_px: count as u32,
-            height_px: 1,
-            coarseness: 1.0,
-            rgba: vec![[0, 0, 0, 255]; count],
-            depth: vec![1.0; count],
-            distance: vec![1.0; count],
-            primitive: vec![0; count],
-            values,
-            value_range: [0.0, 1.0],
-            samples: 1,
-            exposure_stops: 0.0,
-            openness: glam::Vec3::ONE,
-            is_adapted: true,
-            camera: Camera::framing(&Aabb::EMPTY, glam::Vec3::Y),
-            settings: RenderSettings { shading: Shading::Heat(HeatKind::Both), ..RenderSettings::default() },
-            clusters: None,
-            stats: FrameStats::default(),
-        })
+        let settings = RenderSettings { shading: Shading::Heat(HeatKind::Both), ..RenderSettings::default() };
+        Arc::new(Frame::of_values(settings, values))
     }
 
     fn map(a: &Arc<Frame>, b: &Arc<Frame>) -> Option<DifferenceMap> {

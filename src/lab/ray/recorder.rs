@@ -32,13 +32,6 @@ impl Recorder {
         }
     }
 
-    fn event(&mut self, event: RayEvent) {
-        // The containers of siblings are tested at once, and told one after the other.
-        self.told.containers += u64::from(matches!(event, RayEvent::Enter { .. } | RayEvent::Miss { .. }));
-        self.told.primitives += u64::from(matches!(event, RayEvent::Triangle { .. }));
-        self.keep(Step::Event(event));
-    }
-
     fn keep(&mut self, step: Step) {
         if self.steps.len() < MAX_STEPS {
             self.steps.push((step, if self.is_wide { self.counts } else { self.told }));
@@ -57,28 +50,10 @@ impl Probe for Recorder {
     fn primitive_test(&mut self) {
         self.counts.primitive_test();
     }
-    fn visited(&mut self, node: u32) {
-        self.event(RayEvent::Visit { node });
-    }
-    fn entered(&mut self, node: u32, t: f32) {
-        self.event(RayEvent::Enter { node, t });
-    }
-    fn missed(&mut self, node: u32) {
-        self.event(RayEvent::Miss { node });
-    }
-    fn culled(&mut self, node: u32, t: f32) {
-        self.event(RayEvent::Cull { node, t });
-    }
-    fn pushed(&mut self, node: u32) {
-        self.event(RayEvent::Push { node });
-    }
-    fn popped(&mut self, node: u32) {
-        self.event(RayEvent::Pop { node });
-    }
-    fn tested(&mut self, primitive_index: u32, t: Option<f32>) {
-        self.event(RayEvent::Triangle { index: primitive_index, t });
-    }
-    fn nearer(&mut self, t: f32) {
-        self.event(RayEvent::Nearer { t });
+    fn event(&mut self, event: RayEvent) {
+        // The containers of siblings are tested at once, and told one after the other.
+        self.told.containers += u64::from(matches!(event, RayEvent::Enter { .. } | RayEvent::Miss { .. }));
+        self.told.primitives += u64::from(matches!(event, RayEvent::Triangle { .. }));
+        self.keep(Step::Event(event));
     }
 }

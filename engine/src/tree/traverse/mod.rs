@@ -15,13 +15,15 @@ use crate::tree::node::Tree;
 mod leaf_triangles;
 mod nearest;
 mod probe;
+mod ray_event;
 mod ray_log;
 mod walk;
 
 pub use leaf_triangles::{IndexedTriangles, LeafTriangles};
 pub(crate) use nearest::Nearest;
 pub use probe::{NoProbe, Probe, TestCounts};
-pub use ray_log::{RayEvent, RayLog};
+pub use ray_event::RayEvent;
+pub use ray_log::RayLog;
 pub use walk::{StackEntry, new_stack};
 use walk::{walk, with_stack};
 

@@ -1,5 +1,7 @@
 //! Observers of a traversal.
 
+use super::ray_event::RayEvent;
+
 /// Observer of the traversal of one ray: told of each test and, if it asks for events, of all that the traversal does. A probe
 /// that does nothing costs nothing.
 ///
@@ -27,46 +29,51 @@ pub trait Probe {
     fn container_test(&mut self);
     /// Called for each primitive test. In a wide tree one test is that of a block of up to four primitives at once.
     fn primitive_test(&mut self);
+    /// Called with each of what follows, unless that is overridden.
+    #[inline(always)]
+    fn event(&mut self, event: RayEvent) {
+        let _ = event;
+    }
     /// The traversal goes into `node`.
     #[inline(always)]
     fn visited(&mut self, node: u32) {
-        let _ = node;
+        self.event(RayEvent::Visit { node });
     }
     /// The ray enters the container of `node` at distance `t`, before its own `t_max`.
     #[inline(always)]
     fn entered(&mut self, node: u32, t: f32) {
-        let _ = (node, t);
+        self.event(RayEvent::Enter { node, t });
     }
     /// The ray misses the container of `node`.
     #[inline(always)]
     fn missed(&mut self, node: u32) {
-        let _ = node;
+        self.event(RayEvent::Miss { node });
     }
     /// `node`, entered at `t`, is skipped: it begins behind the nearest hit so far.
     #[inline(always)]
     fn culled(&mut self, node: u32, t: f32) {
-        let _ = (node, t);
+        self.event(RayEvent::Cull { node, t });
     }
     /// `node` is put on the stack, to be visited later.
     #[inline(always)]
     fn pushed(&mut self, node: u32) {
-        let _ = node;
+        self.event(RayEvent::Push { node });
     }
     /// `node` is taken from the stack.
     #[inline(always)]
     fn popped(&mut self, node: u32) {
-        let _ = node;
+        self.event(RayEvent::Pop { node });
     }
     /// The primitive `primitive_index` (in the list that the tree was built from) was tested: the distance of its hit, `None`
     /// where the ray misses it or hits it behind the nearest hit.
     #[inline(always)]
     fn tested(&mut self, primitive_index: u32, t: Option<f32>) {
-        let _ = (primitive_index, t);
+        self.event(RayEvent::Triangle { index: primitive_index, t });
     }
     /// The nearest hit is now at `t`. A block of primitives tells the nearest of its hits.
     #[inline(always)]
     fn nearer(&mut self, t: f32) {
-        let _ = t;
+        self.event(RayEvent::Nearer { t });
     }
 }
 

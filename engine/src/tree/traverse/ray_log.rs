@@ -1,57 +1,7 @@
 //! All that a traversal did for one ray, in order.
 
 use super::probe::{Probe, TestCounts};
-
-/// One step of a traversal; see [`Probe`] for the meaning and order of the steps.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum RayEvent {
-    /// The container of `node` was tested: the ray enters it at distance `t`.
-    Enter {
-        /// Index of the node.
-        node: u32,
-        /// Distance of entry.
-        t: f32,
-    },
-    /// The container of `node` was tested: the ray misses it.
-    Miss {
-        /// Index of the node.
-        node: u32,
-    },
-    /// `node`, entered at `t`, was skipped, because it begins behind the nearest hit.
-    Cull {
-        /// Index of the node.
-        node: u32,
-        /// Distance of entry.
-        t: f32,
-    },
-    /// `node` was put on the stack.
-    Push {
-        /// Index of the node.
-        node: u32,
-    },
-    /// `node` was taken from the stack.
-    Pop {
-        /// Index of the node.
-        node: u32,
-    },
-    /// The traversal went into `node`: what follows up to the next visit are tests of its children or of its primitives.
-    Visit {
-        /// Index of the node.
-        node: u32,
-    },
-    /// A triangle was tested.
-    Triangle {
-        /// Index of the triangle in the list that the tree was built from.
-        index: u32,
-        /// Distance of its hit; `None` where it was missed or lies behind the nearest hit.
-        t: Option<f32>,
-    },
-    /// A hit became the nearest.
-    Nearer {
-        /// Distance of the hit.
-        t: f32,
-    },
-}
+use super::ray_event::RayEvent;
 
 /// Records the steps of the traversal of one ray, and counts the tests.
 ///
@@ -111,28 +61,7 @@ impl Probe for RayLog {
     fn primitive_test(&mut self) {
         self.counts.primitive_test();
     }
-    fn visited(&mut self, node: u32) {
-        self.events.push(RayEvent::Visit { node });
-    }
-    fn entered(&mut self, node: u32, t: f32) {
-        self.events.push(RayEvent::Enter { node, t });
-    }
-    fn missed(&mut self, node: u32) {
-        self.events.push(RayEvent::Miss { node });
-    }
-    fn culled(&mut self, node: u32, t: f32) {
-        self.events.push(RayEvent::Cull { node, t });
-    }
-    fn pushed(&mut self, node: u32) {
-        self.events.push(RayEvent::Push { node });
-    }
-    fn popped(&mut self, node: u32) {
-        self.events.push(RayEvent::Pop { node });
-    }
-    fn tested(&mut self, primitive_index: u32, t: Option<f32>) {
-        self.events.push(RayEvent::Triangle { index: primitive_index, t });
-    }
-    fn nearer(&mut self, t: f32) {
-        self.events.push(RayEvent::Nearer { t });
+    fn event(&mut self, event: RayEvent) {
+        self.events.push(event);
     }
 }

@@ -14,6 +14,7 @@ use self::list::List;
 use crate::app::commands::action::Action;
 use crate::app::commands::entry::{Category, Entry};
 use crate::app::state::AppState;
+use crate::text::file_name;
 
 /// All entries except recent files and trees, bookmarks and lessons, in the order of the menus.
 pub fn entries() -> &'static [Entry] {
@@ -33,7 +34,7 @@ pub fn entries() -> &'static [Entry] {
 pub fn entries_for(state: &AppState) -> Vec<Entry> {
     let recent = state.preferences.recent.iter().enumerate().map(|(index, path)| Entry {
         action: Action::OpenRecent(index),
-        label: format!("Open {}", path.file_name().unwrap_or(path.as_os_str()).to_string_lossy()),
+        label: format!("Open {}", file_name(path)),
         description: path.display().to_string(),
         category: Category::File,
         shortcuts: Vec::new(),
@@ -42,7 +43,7 @@ pub fn entries_for(state: &AppState) -> Vec<Entry> {
     });
     let recent_trees = state.preferences.recent_trees.iter().enumerate().map(|(index, path)| Entry {
         action: Action::OpenRecentTree(index),
-        label: format!("Open tree {}", path.file_name().unwrap_or(path.as_os_str()).to_string_lossy()),
+        label: format!("Open tree {}", file_name(path)),
         description: path.display().to_string(),
         category: Category::File,
         shortcuts: Vec::new(),

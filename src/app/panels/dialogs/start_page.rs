@@ -8,6 +8,7 @@ use crate::app::panels::widgets::Tip as _;
 use crate::app::state::{AppState, Request};
 use crate::app::{format, theme};
 use crate::scene::{BUILTIN_SCENES, SceneSource, format_names};
+use crate::text::file_name;
 
 /// Smallest width of a card in points.
 const MIN_CARD_WIDTH: f32 = 132.0;
@@ -49,7 +50,7 @@ fn content(ui: &mut Ui, state: &AppState, chosen: &mut Option<Action>) {
         heading(ui, "RECENT");
         let recent = state.preferences.recent.iter().enumerate().map(|(index, path)| Card {
             source: SceneSource::File(path.clone()),
-            name: path.file_name().unwrap_or(path.as_os_str()).to_string_lossy().into_owned(),
+            name: file_name(path).into_owned(),
             tip: format!("Open {}; the present scene stays until the new one is built", path.display()),
             action: Action::OpenRecent(index),
         });

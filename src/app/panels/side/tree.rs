@@ -10,6 +10,7 @@ use crate::app::commands::{Action, CompareStep, builder_description, is_preset};
 use crate::app::panels::widgets::{Header, SliderSpec, Tip as _, check, chip, combo, row, section, slider};
 use crate::app::state::{AppState, TreeSide};
 use crate::app::{format, theme};
+use crate::text::file_name;
 
 /// Shows the section.
 pub(crate) fn show(ui: &mut Ui, state: &mut AppState) {
@@ -89,7 +90,7 @@ fn tree_file(ui: &mut Ui, state: &mut AppState) {
             let tip = "Build the tree with the settings below instead";
             let remove = ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
                 let response = ui.button("Build instead").tip(tip);
-                let name = path.file_name().unwrap_or(path.as_os_str()).to_string_lossy();
+                let name = file_name(&path);
                 let name = format::elide_middle(&name, (ui.available_width() / 7.5) as usize);
                 ui.add(Label::new(RichText::new(name).strong()).truncate()).tip(path.display().to_string());
                 response
