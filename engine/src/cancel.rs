@@ -1,8 +1,9 @@
 //! Cancellation and progress. Every long computation takes a [`CancelToken`], polls it for cancellation at coarse intervals and
 //! reports its progress through it.
 
-use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU32, AtomicU64, Ordering};
+use std::sync::{Arc, Mutex, PoisonError};
+use std::time::Duration;
 
 /// Error of a computation whose token was cancelled. Not a failure: the result is no longer wanted.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
@@ -41,6 +42,7 @@ struct Shared {
     cancelled: AtomicBool,
     /// Progress in units of 1/10000.
     progress: AtomicU32,
+    costs: Mutex<Vec<(Duration, f64)>>,
     watch: Option<Watch>,
 }
 
@@ -108,6 +110,16 @@ impl CancelToken {
     /// Finished fraction, 0 to 1, of the whole computation as last reported.
     pub fn progress(&self) -> f32 {
         self.shared.progress.load(Ordering::Relaxed) as f32 / 10_000.0
+    }
+
+    /// Reports the cost of the result so far, of which less is better, with the time since the beginning.
+    pub fn report_cost(&self, point: (Duration, f64)) {
+        self.shared.costs.lock().unwrap_or_else(PoisonError::into_inner).push(point);
+    }
+
+    /// The costs reported so far; empty for a computation that does not improve its result step by step.
+    pub fn costs(&self) -> Vec<(Duration, f64)> {
+        self.shared.costs.lock().unwrap_or_else(PoisonError::into_inner).clone()
     }
 }
 

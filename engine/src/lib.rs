@@ -34,7 +34,7 @@
 //! | `order` | Morton and Hilbert codes, radix sort, sorted primitives | clusters, trees | |
 //! | `aac` | approximate agglomerative clustering, by the figures of the paper | other builders | |
 //! | [`build_cache`] | what a build reuses of the one before | | [`build_cache::BuildCache`] |
-//! | `optimize` | passes over a finished tree: collapse, restructure, reinsert | which builder made it | |
+//! | `optimize` | passes over a finished tree: collapse, restructure, reinsert, anneal | which builder made it | |
 //! | [`builders`] | one entry for every builder; LBVH, binned SAH, exact clustering; triangle splitting | rays | [`builders::build_binary`] |
 //! | [`construction`] | a build as the record of its merges: standing clusters, cuts, why each pair was merged | rays | [`construction::Construction`] |
 //! | [`wide`] | the tree with eight children per node: collapse and SIMD traversal | builders | [`wide::AnyWideTree`] |

@@ -13,6 +13,8 @@ pub struct StageTimes {
     /// SAH cost of the tree before and after each pass over it, as in [`crate::tree::statistics::TreeStats::sah_cost`]: under "tree"
     /// as it was built, then under the name of each pass. Empty where no pass ran.
     pub costs: Vec<(&'static str, f64)>,
+    /// SAH cost before the first and after each round of annealing, with the time since its beginning. Empty where it did not run.
+    pub annealing: Vec<(Duration, f64)>,
 }
 
 impl StageTimes {

@@ -208,7 +208,7 @@ fn run_command(command: CommandArgs, token: CancelToken) -> Result<Finished, Fai
             measure(Job::Sweep(resolve::sweep(&args)), args.files.trees, args.measure, &mut context)
         }
         CommandArgs::Compare(args) => {
-            let job = Job::Compare { containers: args.container.0, threads };
+            let job = Job::Compare { containers: args.container.0, slow: args.slow, threads };
             measure(job, args.files.trees, args.measure, &mut context)
         }
     };

@@ -10,7 +10,7 @@ use bvhscope_engine::settings::{BuildSettings, Preset};
 use bvhscope_engine::tree::ContainerKind;
 
 /// The settings that can be given, in the order of the help.
-const NAMES: [&str; 7] = ["builder", "container", "preset", "threshold", "epsilon", "curve", "optimize"];
+const NAMES: [&str; 8] = ["builder", "container", "preset", "threshold", "epsilon", "curve", "optimize", "rounds"];
 /// Maximum edit distance between a mistyped name and the suggested one.
 const MAX_DISTANCE: usize = 3;
 
@@ -49,6 +49,7 @@ pub fn tree_settings(text: &str) -> Result<BuildSettings, String> {
         epsilon: value_of(&given, "epsilon", values::epsilon)?.unwrap_or(base.epsilon),
         curve: value_of(&given, "curve", named)?.unwrap_or(base.curve),
         optimize: value_of(&given, "optimize", passes)?.unwrap_or(base.optimize),
+        rounds: value_of(&given, "rounds", values::rounds)?.unwrap_or(base.rounds),
     };
     let names_passes = given.iter().any(|(name, _)| *name == "optimize") && container == ContainerKind::Sphere;
     if let Some(pass) = settings.optimize.iter().find(|pass| names_passes && pass.boxes_only()) {
@@ -90,13 +91,14 @@ mod tests {
         let hq = BuildSettings::preset(Preset::Hq, ContainerKind::Aabb);
         assert_eq!(tree_settings("preset=hq").unwrap(), hq);
         assert_eq!(tree_settings(" threshold=20  preset=hq ").unwrap(), BuildSettings { threshold: 20, ..hq });
-        let given = "builder=lbvh container=sphere epsilon=0.25 curve=hilbert optimize=collapse";
+        let given = "builder=lbvh container=sphere epsilon=0.25 curve=hilbert optimize=collapse rounds=7";
         let expected = BuildSettings {
             builder: BuilderKind::Lbvh,
             container: ContainerKind::Sphere,
             epsilon: 0.25,
             curve: Curve::Hilbert,
             optimize: Passes::NONE.with(Pass::Collapse),
+            rounds: 7,
             ..BuildSettings::default()
         };
         assert_eq!(tree_settings(given).unwrap(), expected);

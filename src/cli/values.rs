@@ -49,6 +49,10 @@ pub fn threshold(text: &str) -> Result<u32, String> {
     whole(text, BuildSettings::MIN_THRESHOLD, BuildSettings::MAX_THRESHOLD)
 }
 
+pub fn rounds(text: &str) -> Result<u32, String> {
+    whole(text, 1, BuildSettings::MAX_ROUNDS)
+}
+
 /// Parses thresholds: `6`, `2,4,8` or `2..=32` (`2..32` excludes the end, as in Rust).
 pub fn thresholds(text: &str) -> Result<Numbers, String> {
     if let Some((first, last)) = text.split_once("..") {

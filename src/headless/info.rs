@@ -187,6 +187,9 @@ fn print_settings(tree: &TreeNumbers, builder: BuilderKind, out: &mut dyn std::i
             parts.extend(cost("tree").map(|cost| format!("SAH cost from {cost}")));
             parts.extend(after.iter().filter_map(|pass| Some(format!("{} to {}", pass.name(), cost(pass.name())?))));
             line(out, "optimize", parts.join(", "))?;
+            if let Some(rounds) = settings.rounds {
+                line(out, "rounds", rounds.to_string())?;
+            }
         }
     }
     let stages: Vec<String> = tree.build_stages_ms.iter().map(|(name, ms)| format!("{name} {}", number(*ms))).collect();

@@ -70,6 +70,9 @@ pub struct SettingNumbers {
     pub epsilon: f32,
     pub curve: Curve,
     pub optimize: Passes,
+    /// Rounds of annealing, where that is one of them.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub rounds: Option<u32>,
 }
 
 /// What a tree file says of its tree, and what is wrong with that.
@@ -127,6 +130,7 @@ impl TreeNumbers {
                 epsilon: settings.epsilon,
                 curve: settings.curve,
                 optimize: settings.passes(),
+                rounds: settings.annealing_rounds(),
             }),
             file: accel.file.as_ref().map(FileNumbers::from),
             threads: report.threads,

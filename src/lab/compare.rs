@@ -13,15 +13,15 @@ const PASSES: [Passes; 5] = [
     Passes::NONE.with(Pass::Collapse),
     Passes::NONE.with(Pass::Collapse).with(Pass::Restructure),
     Passes::NONE.with(Pass::Collapse).with(Pass::Reinsert),
-    Passes::ALL,
+    Passes::FINISHED.with(Pass::Split),
 ];
 
 /// Setups of every builder that supports `primitive_count` primitives in each of `containers`: AAC by preset, by curve and, for
-/// boxes, by pass, then the other builders.
-pub fn compared_setups(containers: &[ContainerKind], primitive_count: usize, threads: usize) -> Vec<Setup> {
+/// boxes, by pass, then the other builders. The slow presets only if `slow`.
+pub fn compared_setups(containers: &[ContainerKind], primitive_count: usize, slow: bool, threads: usize) -> Vec<Setup> {
     let mut setups = Vec::new();
     for &container in containers {
-        for preset in Preset::ALL {
+        for preset in Preset::ALL.into_iter().filter(|preset| slow || !preset.is_slow()) {
             setups.push(Setup { build: BuildSettings::preset(preset, container), preset: Some(preset), threads });
         }
         let base = BuildSettings::preset(Preset::Fast, container);
@@ -53,11 +53,12 @@ pub fn compared_setups(containers: &[ContainerKind], primitive_count: usize, thr
 pub fn compare(
     subject: &Subject,
     containers: &[ContainerKind],
+    slow: bool,
     threads: usize,
     view: &TraceView,
     token: &CancelToken,
     rows: &mut dyn RowSink,
 ) -> Result<(), LabError> {
-    let setups = compared_setups(containers, subject.scene.triangles.len(), threads);
+    let setups = compared_setups(containers, subject.scene.triangles.len(), slow, threads);
     measure_contenders("compare", subject, &subject.contenders(&setups, threads), view, token, rows)
 }

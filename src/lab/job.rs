@@ -32,6 +32,8 @@ pub enum Job {
     Compare {
         /// Boxes, spheres or both.
         containers: Vec<ContainerKind>,
+        /// With the presets that take minutes.
+        slow: bool,
         /// Threads; 0 for all.
         threads: usize,
     },
@@ -78,7 +80,9 @@ impl Job {
     ) -> Result<(), LabError> {
         match self {
             Self::Bench { setups, no_bvh } => bench(subject, setups, view, *no_bvh, token, rows),
-            Self::Compare { containers, threads } => compare(subject, containers, *threads, view, token, rows),
+            Self::Compare { containers, slow, threads } => {
+                compare(subject, containers, *slow, *threads, view, token, rows)
+            }
             Self::Scaling { setups, max_threads } => {
                 for (index, setup) in setups.iter().enumerate() {
                     scaling(subject, setup, *max_threads, view, &token.part(index, setups.len()), rows)?;

@@ -42,6 +42,9 @@ pub struct Measurement {
     /// Optimisation passes.
     #[serde(default)]
     pub optimize: Passes,
+    /// Rounds of annealing, where that is one of them.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub rounds: Option<u32>,
     /// Traversal order, "ordered" or "paper".
     pub traversal: String,
     /// Number of threads for building and tracing.

@@ -7,7 +7,7 @@ use serde_json::Value;
 use super::measurement::Measurement;
 
 /// CSV columns: the JSON names that all commands share, then the conditions of the measurement.
-const COLUMNS: [&str; 55] = [
+const COLUMNS: [&str; 56] = [
     "command",
     "model",
     "triangles",
@@ -19,6 +19,7 @@ const COLUMNS: [&str; 55] = [
     "epsilon",
     "curve",
     "optimize",
+    "rounds",
     "threads",
     "build_ms",
     "build_ms_spread",

@@ -22,6 +22,7 @@ pub(super) fn sample() -> Measurement {
         epsilon: 0.25,
         curve: Curve::Hilbert,
         optimize: Passes::NONE.with(Pass::Collapse),
+        rounds: Some(13),
         traversal: "ordered".to_owned(),
         threads: 3,
         width_px: 101,

@@ -79,6 +79,7 @@ pub fn sweep(
                 epsilon: point.epsilon,
                 curve: Curve::Morton,
                 optimize: Passes::NONE,
+                rounds: BuildSettings::DEFAULT_ROUNDS,
             },
             preset: None,
             threads: plan.threads,

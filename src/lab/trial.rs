@@ -91,6 +91,7 @@ impl Trial {
             epsilon: setup.build.epsilon,
             curve: setup.build.curve,
             optimize: setup.build.passes(),
+            rounds: setup.build.annealing_rounds(),
             traversal: view.traversal.name().to_owned(),
             threads: first.threads,
             width_px: view.size[0],
@@ -260,6 +261,7 @@ mod tests {
             epsilon: 0.375,
             curve: Curve::Hilbert,
             optimize: Passes::NONE.with(Pass::Collapse),
+            rounds: 7,
         };
         let setup = Contender::from(Setup { build, preset: Some(Preset::Hq), threads: 83 });
         let camera =
@@ -285,6 +287,7 @@ mod tests {
             epsilon: 0.375,
             curve: Curve::Hilbert,
             optimize: Passes::NONE.with(Pass::Collapse),
+            rounds: None,
             traversal: "paper".to_owned(),
             threads: 3,
             width_px: 103,

@@ -176,6 +176,7 @@ fn builders() {
         })
         .collect();
     all.push(BuildSettings::preset(Preset::Best, ContainerKind::Aabb));
+    all.push(BuildSettings { rounds: 2, ..BuildSettings::preset(Preset::Finest, ContainerKind::Aabb) });
     let mut growing = Growing::default();
     for settings in all.into_iter().filter(|settings| settings.refusal(0).is_none()) {
         let name = format!("{} {} {}", settings.builder.name(), settings.container.name(), settings.optimize);

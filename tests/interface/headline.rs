@@ -102,6 +102,7 @@ fn numbers_are_marked_as_of_the_tree_before_while_a_rebuild_takes_long() {
         label: "Building".to_owned(),
         progress: 0.1,
         since: Instant::now().checked_sub(Duration::from_millis(age)).unwrap(),
+        costs: Vec::new(),
     };
     s.activity.build = Some(job(0));
     let mut h = harness(s);

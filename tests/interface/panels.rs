@@ -68,7 +68,12 @@ fn passes_are_toggled_and_disabled_for_spheres() {
     assert_eq!(h.state().wanted.build.optimize, Passes::FINISHED);
     h.get_by_role_and_label(Role::CheckBox, Pass::Split.label()).click();
     h.run_steps(3);
+    assert_eq!(h.state().wanted.build.optimize, Passes::FINISHED.with(Pass::Split));
+    assert!(h.query_by_role_and_label(Role::Slider, "Rounds").is_none(), "nothing anneals");
+    h.get_by_role_and_label(Role::CheckBox, Pass::Anneal.label()).click();
+    h.run_steps(3);
     assert_eq!(h.state().wanted.build.optimize, Passes::ALL);
+    assert!(h.query_by_role_and_label(Role::Slider, "Rounds").is_some());
     for pass in Pass::ALL {
         h.get_by_role_and_label(Role::CheckBox, pass.label()).click();
         h.run_steps(3);

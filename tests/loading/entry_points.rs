@@ -128,7 +128,7 @@ fn settings(choice: u8) -> BuildSettings {
     let optimize = [Passes::NONE, Passes::NONE.with(Pass::Collapse), moving, Passes::ALL]
         [usize::from(choice >> 7) * 2 + usize::from(choice >> 5) % 2];
     let curve = Curve::ALL[usize::from(choice) / 5 % Curve::ALL.len()];
-    BuildSettings { builder, container, threshold, curve, optimize, ..BuildSettings::default() }
+    BuildSettings { builder, container, threshold, curve, optimize, rounds: 6, ..BuildSettings::default() }
 }
 
 fn scene(triangles: Vec<Triangle>) -> Arc<Scene> {

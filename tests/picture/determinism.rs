@@ -27,7 +27,7 @@ fn the_build_cache_changes_no_later_tree() {
         (0, BuildSettings { container: ContainerKind::Sphere, curve: Curve::Hilbert, ..plain }),
         (1, BuildSettings { container: ContainerKind::Sphere, curve: Curve::Hilbert, ..plain }),
         (1, BuildSettings { container: ContainerKind::Sphere, curve: Curve::Hilbert, threshold: 3, ..plain }),
-        (0, BuildSettings { optimize: Passes::ALL, ..plain }),
+        (0, BuildSettings { optimize: Passes::ALL, rounds: 3, ..plain }),
         (0, plain),
         (0, BuildSettings { builder: BuilderKind::Lbvh, ..plain }),
         (0, BuildSettings { threshold: 9, ..plain }),

@@ -123,7 +123,7 @@ fn the_papers_traversal_never_takes_fewer_tests() {
 fn compared_builders_agree_on_hits() {
     let subject = subject("builtin:teapot:2");
     let view = view(&subject, Traversal::Ordered);
-    let rows = collect(|row| compare(&subject, &ContainerKind::ALL, 1, &view, &CancelToken::new(), row));
+    let rows = collect(|row| compare(&subject, &ContainerKind::ALL, false, 1, &view, &CancelToken::new(), row));
     // Five presets, two curves, LBVH and exact for both containers, binned SAH and five choices of passes for boxes.
     assert_eq!(rows.len(), 24);
     assert!(rows.iter().all(|row| row.hits == rows[0].hits));

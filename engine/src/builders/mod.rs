@@ -21,9 +21,9 @@ use crate::builders::depth_limit::limit_depth;
 use crate::builders::prepared::{MAX_PRIMITIVES, PreparedInput};
 use crate::cancel::{CancelToken, Cancelled};
 use crate::geometry::{Aabb, Sphere, Triangle};
-use crate::optimize::optimize;
-use crate::order::{InputBounds, input_bounds};
-use crate::settings::{BuildSettings, BuilderKind, Passes};
+use crate::optimize::{ANNEALING_PARTS, optimize};
+use crate::order::input_bounds;
+use crate::settings::{BuildSettings, BuilderKind, Pass, Passes};
 pub use crate::stage_times::StageTimes;
 use crate::tree::statistics::stats_of;
 use crate::tree::{AnyTree, ContainerKind, Tree};
@@ -106,30 +106,34 @@ where
     }
     let input = PreparedInput::new(triangles, bounds, settings, token, &mut times)?;
     let cache = if input.is_unchanged() { cache } else { None };
-    let mut tree = build_kind::<C>(&input.triangles, &input.bounds, settings, cache, token, &mut times)?;
+    let mut tree = build_kind::<C>(&input, settings, cache, token, &mut times)?;
     input.restore(&mut tree, triangles, token, &mut times)?;
     Ok((tree.into(), times))
 }
 
 /// Builds with the chosen builder and runs the chosen passes over the tree.
 fn build_kind<C: ClusterContainer>(
-    triangles: &[Triangle],
-    bounds: &InputBounds,
+    input: &PreparedInput,
     settings: &BuildSettings,
     mut cache: Option<&mut BuildCache>,
     token: &CancelToken,
     times: &mut StageTimes,
 ) -> Result<Tree<C>, Cancelled> {
     token.check()?;
+    let (triangles, bounds) = (&*input.triangles, &input.bounds);
+    let anneals = settings.passes().contains(Pass::Anneal);
+    // Beside annealing, nothing else takes long.
+    let building = if anneals { token.part(0, ANNEALING_PARTS) } else { token.clone() };
     let tree = match settings.builder {
-        BuilderKind::Aac => build_bvh(triangles, bounds, settings, cache.as_deref_mut(), token, times),
-        BuilderKind::Lbvh => lbvh::build(triangles, bounds, settings.curve, token, times),
-        BuilderKind::BinnedSah => binned_sah::build(triangles, token, times),
-        BuilderKind::Exact => exact::build(triangles, token, times),
-        BuilderKind::None => none::build(triangles, token, times),
+        BuilderKind::Aac => build_bvh(triangles, bounds, settings, cache.as_deref_mut(), &building, times),
+        BuilderKind::Lbvh => lbvh::build(triangles, bounds, settings.curve, &building, times),
+        BuilderKind::BinnedSah => binned_sah::build(triangles, &building, times),
+        BuilderKind::Exact => exact::build(triangles, &building, times),
+        BuilderKind::None => none::build(triangles, &building, times),
     }?;
-    let mut tree = optimize(tree, settings.passes(), token, times)?;
-    let limited = matches!(settings.builder, BuilderKind::Aac | BuilderKind::Exact) && limit_depth(&mut tree, token)?;
+    let mut tree = optimize(tree, settings, input.sources(), token, times)?;
+    let may_degenerate = anneals || matches!(settings.builder, BuilderKind::Aac | BuilderKind::Exact);
+    let limited = may_degenerate && limit_depth(&mut tree, token)?;
     if let Some(cache) = cache
         && (limited || settings.passes() != Passes::NONE)
     {

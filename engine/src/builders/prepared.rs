@@ -74,9 +74,14 @@ impl<'a> PreparedInput<'a> {
         if let Change::Scaled(factor) = self.change { factor } else { 1.0 }
     }
 
+    /// For each primitive the given triangle that it is a part of, where some are split.
+    pub fn sources(&self) -> Option<&[u32]> {
+        if let Change::Split(source_index) = &self.change { Some(source_index) } else { None }
+    }
+
     /// Index of the given triangle that the primitive `index` is, or is a part of.
     pub fn source_index(&self, index: u32) -> u32 {
-        if let Change::Split(source_index) = &self.change { source_index[index as usize] } else { index }
+        self.sources().map_or(index, |sources| sources[index as usize])
     }
 
     /// Makes `tree`, over these triangles, one over those given. Adds the stage "refit" where containers are computed again.

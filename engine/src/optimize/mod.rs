@@ -1,12 +1,16 @@
 //! Optional passes over a finished tree, whichever builder made it, that never raise its SAH cost: [`collapse`] makes
-//! leaves of several primitives, [`mod@restructure`] rebuilds treelets from the top, [`mod@reinsert`] moves subtrees.
+//! leaves of several primitives, [`mod@restructure`] rebuilds treelets from the top, [`mod@reinsert`] moves subtrees,
+//! [`mod@anneal`] does both for as long as it is given.
 
 #![allow(clippy::inline_always, reason = "kernels and what they call for each node")]
 
+mod move_search;
 pub(crate) mod partition;
 mod sah;
+mod simd_box;
 mod subtree_costs;
 
+mod anneal;
 mod collapse;
 mod reinsert;
 mod restructure;
@@ -14,6 +18,8 @@ mod restructure;
 use std::any::Any;
 use std::time::Instant;
 
+pub use anneal::ANNEALING_PARTS;
+use anneal::anneal;
 use collapse::collapse_in_order;
 use reinsert::reinsert;
 use restructure::restructure;
@@ -22,29 +28,33 @@ use subtree_costs::subtree_costs;
 use crate::aac::ClusterContainer;
 use crate::cancel::{CancelToken, Cancelled};
 use crate::geometry::Aabb;
-use crate::settings::{Pass, Passes};
+use crate::settings::{BuildSettings, Pass, Passes};
 use crate::stage_times::StageTimes;
 use crate::tree::Tree;
 use crate::tree::statistics::normalized_cost;
 
-/// Runs those of `passes` that apply to finished trees, in the order of [`Pass::ALL`]. Adds a stage and a cost for
-/// each, and a stage "layout" for writing the nodes in order. Passes for boxes leave a tree of spheres unchanged. The
-/// result is the same for any number of threads.
+/// Runs those of the passes of `settings` that apply to finished trees, in the order of [`Pass::ALL`], except that trees to anneal
+/// are collapsed at the end: subtrees can be moved only while they are there. `sources` are the triangles that primitives are
+/// parts of, where some are split; annealing can leave parts out. Adds a stage and a cost for each pass, and a stage "layout"
+/// for writing the nodes in order. Passes for boxes leave a tree of spheres unchanged. The result is the same for any number of
+/// threads.
 pub fn optimize<C: ClusterContainer>(
     mut tree: Tree<C>,
-    passes: Passes,
+    settings: &BuildSettings,
+    sources: Option<&[u32]>,
     token: &CancelToken,
     times: &mut StageTimes,
 ) -> Result<Tree<C>, Cancelled> {
-    let passes = passes.without(Pass::Split);
+    let passes = settings.passes().without(Pass::Split);
     if tree.nodes.len() < 2 || passes == Passes::NONE {
         return Ok(tree);
     }
     let root_area = f64::from(tree.nodes[0].container.relative_area());
     let primitives = tree.primitive_indices.len();
     let collapses = passes.contains(Pass::Collapse);
+    let collapses_first = collapses && !passes.contains(Pass::Anneal);
     let mut start = Instant::now();
-    let (costs, initial_cost) = subtree_costs(&mut tree.nodes, collapses, token)?;
+    let (costs, initial_cost) = subtree_costs(&mut tree.nodes, collapses_first, token)?;
     let mut cost = f64::from(costs[0].cost);
     times.costs.push(("tree", normalized_cost(initial_cost, root_area)));
     let mut finish_pass = |pass: Pass, cost: f64| {
@@ -53,17 +63,21 @@ pub fn optimize<C: ClusterContainer>(
         start = Instant::now();
         token.check()
     };
-    if collapses {
+    if collapses_first {
         finish_pass(Pass::Collapse, cost)?;
     }
     if let Some(box_tree) = (&mut tree as &mut dyn Any).downcast_mut::<Tree<Aabb>>() {
         if passes.contains(Pass::Restructure) {
-            cost -= f64::from(restructure(box_tree, costs, collapses, token)?);
+            cost -= f64::from(restructure(box_tree, costs, collapses_first, token)?);
             finish_pass(Pass::Restructure, cost)?;
         }
         if passes.contains(Pass::Reinsert) {
             cost -= reinsert(&mut box_tree.nodes, primitives, cost, token)?;
             finish_pass(Pass::Reinsert, cost)?;
+        }
+        if passes.contains(Pass::Anneal) {
+            (cost, times.annealing) = anneal(box_tree, sources, settings.rounds, collapses, token)?;
+            finish_pass(Pass::Anneal, cost)?;
         }
     }
     let start = Instant::now();

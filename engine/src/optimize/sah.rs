@@ -6,7 +6,7 @@
 use crate::tree::statistics::{INTERSECTION_COST, TRAVERSAL_COST};
 
 /// Maximum number of primitives in a collapsed leaf: flat or coincident triangles would collapse without limit.
-const MAX_LEAF_SIZE: u32 = 32;
+pub const MAX_LEAF_SIZE: u32 = 32;
 
 /// SAH cost of a leaf of `primitives`, not normalised.
 #[inline(always)]

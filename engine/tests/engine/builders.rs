@@ -37,7 +37,7 @@ fn all_settings(count: usize) -> Vec<BuildSettings> {
             all.push(BuildSettings { builder, ..BuildSettings::preset(Preset::Fast, container) });
         }
         for preset in [Preset::Hq, Preset::AacFast, Preset::AacHq] {
-            all.push(BuildSettings::preset(preset, container));
+            all.push(BuildSettings { rounds: 6, ..BuildSettings::preset(preset, container) });
         }
         for (builder, curve) in [BuilderKind::Aac, BuilderKind::Lbvh]
             .into_iter()
@@ -185,7 +185,7 @@ fn equal_triangles_do_not_make_a_list() {
     let limit = 2 * triangles.len().ilog2() + 16;
     for container in ContainerKind::ALL {
         for preset in Preset::ALL {
-            let settings = BuildSettings::preset(preset, container);
+            let settings = BuildSettings { rounds: 6, ..BuildSettings::preset(preset, container) };
             let (tree, _) = build_binary(&triangles, &settings, &CancelToken::new()).unwrap();
             assert!(tree.max_depth() <= limit, "{settings:?}: depth {} of {limit}", tree.max_depth());
         }

@@ -136,7 +136,7 @@ fn cuts_hold_each_primitive_once_in_any_tree() {
         [(BuilderKind::Aac, Passes::NONE), (BuilderKind::Aac, Passes::ALL), (BuilderKind::Lbvh, Passes::NONE)];
     for (builder, optimize) in builders {
         for container in ContainerKind::ALL {
-            let settings = BuildSettings { builder, optimize, container, ..BuildSettings::default() };
+            let settings = BuildSettings { builder, optimize, container, rounds: 6, ..BuildSettings::default() };
             let (tree, _) = build_binary(&triangles, &settings, &CancelToken::new()).unwrap();
             let leaves = tree.node_count() as u32 / 2 + 1;
             check_cuts(&tree, leaves, &format!("{settings:?}"));

@@ -114,9 +114,10 @@ fn the_tree_follows_the_triangles_not_the_pool_it_was_built_in_before() {
 fn all_settings(count: usize) -> Vec<BuildSettings> {
     let mut settings = Vec::new();
     for container in ContainerKind::ALL {
-        let plain = BuildSettings { container, ..BuildSettings::default() };
+        let plain = BuildSettings { container, rounds: 6, ..BuildSettings::default() };
         settings.extend(BuilderKind::ALL.map(|builder| BuildSettings { builder, ..plain }));
-        settings.extend(Preset::ALL.map(|preset| BuildSettings::preset(preset, container)));
+        settings
+            .extend(Preset::ALL.map(|preset| BuildSettings { rounds: 6, ..BuildSettings::preset(preset, container) }));
         settings.extend([2, 64].map(|threshold| BuildSettings { threshold, ..plain }));
         settings.extend(Curve::ALL.map(|curve| BuildSettings { curve, ..plain }));
         settings.extend(Pass::ALL.map(|pass| BuildSettings { optimize: Passes::NONE.with(pass), ..plain }));

@@ -68,7 +68,8 @@ fn ties_search_hardly_more_than_random_triangles() {
     scenes.push(("pairs", (0..COUNT).map(|i| random[i / 2]).collect()));
     scenes.push(("hundreds", (0..COUNT).map(|i| random[i / 100]).collect()));
     for container in ContainerKind::ALL {
-        let [fast, hq] = [Preset::Fast, Preset::Hq].map(|preset| BuildSettings::preset(preset, container));
+        let [fast, hq] = [Preset::Fast, Preset::Hq]
+            .map(|preset| BuildSettings { rounds: 6, ..BuildSettings::preset(preset, container) });
         for settings in [fast, hq, BuildSettings { threshold: BuildSettings::MAX_THRESHOLD, ..hq }] {
             let usual = polls(&random, &settings);
             for (name, triangles) in &scenes {
@@ -87,7 +88,7 @@ fn no_ties_make_a_list() {
     for (name, triangles) in ties(&random) {
         for container in ContainerKind::ALL {
             for preset in Preset::ALL {
-                let settings = BuildSettings::preset(preset, container);
+                let settings = BuildSettings { rounds: 6, ..BuildSettings::preset(preset, container) };
                 let (tree, _) = build_binary(&triangles, &settings, &CancelToken::new()).unwrap();
                 assert!(tree.max_depth() <= limit, "{name}, {settings:?}: depth {} of {limit}", tree.max_depth());
             }
@@ -101,7 +102,7 @@ fn a_far_outlier_costs_the_others_no_precision() {
     let random = trees::soup(COUNT, 0.01, 77);
     for container in ContainerKind::ALL {
         for preset in [Preset::Fast, Preset::Hq] {
-            let settings = BuildSettings::preset(preset, container);
+            let settings = BuildSettings { rounds: 6, ..BuildSettings::preset(preset, container) };
             // The first is built as it is, the others over scaled coordinates.
             let shapes = [1e14, 1e16, 1e17].map(|distance| {
                 let mut triangles = random.clone();

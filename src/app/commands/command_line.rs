@@ -65,6 +65,9 @@ fn settings_text(build: &BuildSettings) -> String {
     if build.passes() != Passes::NONE {
         let _ = write!(text, " optimize={}", build.passes());
     }
+    if let Some(rounds) = build.annealing_rounds() {
+        let _ = write!(text, " rounds={rounds}");
+    }
     text
 }
 
@@ -100,6 +103,9 @@ fn render_line(state: &AppState, side: TreeSide) -> String {
             }
             if build.passes() != Passes::NONE {
                 flag("--optimize", build.passes().to_string());
+            }
+            if let Some(rounds) = build.annealing_rounds() {
+                flag("--rounds", rounds.to_string());
             }
         }
     }

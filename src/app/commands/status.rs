@@ -124,7 +124,7 @@ fn is_built(state: &AppState) -> bool {
     state.wanted.tree_file(state.edited_side()).is_none()
 }
 
-/// Whether builder, threshold, ε, curve and passes are those of `preset`.
+/// Whether builder, threshold, ε, curve, passes and rounds are those of `preset`.
 pub fn is_preset(state: &AppState, preset: Preset) -> bool {
     let (threshold, epsilon) = preset.parameters();
     let build = state.edited_build();
@@ -134,4 +134,5 @@ pub fn is_preset(state: &AppState, preset: Preset) -> bool {
         && (build.epsilon - epsilon).abs() < 1e-4
         && build.curve == Curve::Morton
         && build.optimize == preset.passes()
+        && (!preset.is_slow() || build.rounds == BuildSettings::DEFAULT_ROUNDS)
 }

@@ -61,6 +61,8 @@ pub struct CliOverrides {
     pub curve: Option<Curve>,
     /// Optimization passes over the finished tree.
     pub optimize: Option<Passes>,
+    /// Rounds of annealing.
+    pub rounds: Option<u32>,
     /// Number of threads for building and tracing; 0 for all.
     pub threads: Option<usize>,
     /// Shading mode.
@@ -154,6 +156,7 @@ impl CliOverrides {
         set(self.epsilon, &mut build.epsilon);
         set(self.curve, &mut build.curve);
         set(self.optimize, &mut build.optimize);
+        set(self.rounds, &mut build.rounds);
         // Where builder and container exclude each other, the one that was not given is replaced.
         if build.refusal(0).is_some() {
             match (self.builder, self.container) {

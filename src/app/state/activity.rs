@@ -17,6 +17,8 @@ pub struct JobStatus {
     pub progress: f32,
     /// When it was requested.
     pub since: Instant,
+    /// SAH cost after each round of annealing, with the time since its beginning.
+    pub costs: Vec<(Duration, f64)>,
 }
 
 impl JobStatus {
@@ -59,7 +61,7 @@ mod tests {
     #[test]
     fn the_time_left_follows_from_the_pace() {
         let since = Instant::now();
-        let job = |progress| JobStatus { label: String::new(), progress, since };
+        let job = |progress| JobStatus { label: String::new(), progress, since, costs: Vec::new() };
         let after =
             |progress, secs| job(progress).time_left(since + Duration::from_secs(secs)).map(|left| left.as_secs());
         assert_eq!(after(0.25, 10), Some(30));

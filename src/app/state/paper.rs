@@ -216,7 +216,9 @@ impl PaperPlan {
             Experiment::Threads => {
                 Job::Scaling { setups: setups(), max_threads: crate::threads::count(wanted.threads) }
             }
-            Experiment::Builders => Job::Compare { containers: self.containers.clone(), threads: wanted.threads },
+            Experiment::Builders => {
+                Job::Compare { containers: self.containers.clone(), slow: false, threads: wanted.threads }
+            }
         }
     }
 
@@ -297,8 +299,9 @@ pub fn settings_of(row: &Measurement) -> Option<BuildSettings> {
         return None;
     }
     let builder = BuilderKind::ALL.into_iter().find(|builder| builder.name() == row.builder)?;
-    let &Measurement { container, threshold, epsilon, curve, optimize, .. } = row;
-    Some(BuildSettings { builder, container, threshold, epsilon, curve, optimize })
+    let &Measurement { container, threshold, epsilon, curve, optimize, rounds, .. } = row;
+    let rounds = rounds.unwrap_or(BuildSettings::DEFAULT_ROUNDS);
+    Some(BuildSettings { builder, container, threshold, epsilon, curve, optimize, rounds })
 }
 
 /// Sets `wanted` to the tree of a row: its file, or the settings it was measured with.

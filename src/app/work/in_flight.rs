@@ -20,7 +20,7 @@ pub(crate) struct InFlight<K> {
 impl<K> InFlight<K> {
     /// The job as the job strip shows it.
     pub(crate) fn status(&self, label: String) -> JobStatus {
-        JobStatus { label, progress: self.token.progress(), since: self.since }
+        JobStatus { label, progress: self.token.progress(), since: self.since, costs: self.token.costs() }
     }
 }
 

@@ -137,6 +137,7 @@ impl MeasureWorker {
             label: current.label.clone(),
             progress: current.token.progress(),
             since: current.since,
+            costs: Vec::new(),
         });
     }
 

@@ -20,7 +20,7 @@ use crate::scene::{LoadOptions, SceneSource};
 use crate::view::CameraChoice;
 use crate::visibility::TriangleSet;
 use bvhscope_engine::builders::BuildError;
-use bvhscope_engine::settings::BuildSettings;
+use bvhscope_engine::settings::{BuildSettings, Pass};
 
 /// Interval between two updates of the progress bars.
 const PROGRESS_INTERVAL: Duration = Duration::from_millis(100);
@@ -216,7 +216,12 @@ impl Reconciler {
         let overlay = state.preferences.show_containers.then_some(state.wanted.overlay);
         let file = state.wanted.tree_file(TreeSide::A).map(Path::to_path_buf);
         let (revision, threads) = (self.build.revision(), state.wanted.threads);
-        let key = BuildKey { scene, settings: state.wanted.build, file, revision, threads };
+        let mut settings = state.wanted.build;
+        if !is_on_screen {
+            // Annealing takes minutes: a new model is seen with its tree as it is before that.
+            settings.optimize = settings.optimize.without(Pass::Anneal);
+        }
+        let key = BuildKey { scene, settings, file, revision, threads };
         if let Err(reason) = self.build.request(BuildJob { key, view, overlay, moving }, presented, now) {
             self.refuse_tree(&reason, state);
         }
@@ -234,7 +239,9 @@ impl Reconciler {
             return;
         }
         let camera = self.load.next_camera().filter(|_| pending.is_some()).unwrap_or(state.wanted.camera);
-        let stale = self.build.is_busy() && pending.is_none();
+        // Annealing takes minutes, on one thread.
+        let anneals = state.wanted.build.annealing_rounds().is_some();
+        let stale = self.build.is_busy() && pending.is_none() && !anneals;
         let hidden = match pending {
             Some(tree) => hidden_in(tree, state),
             None => state.hidden_triangles(),

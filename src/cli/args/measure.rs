@@ -142,6 +142,9 @@ pub struct CompareArgs {
     #[arg(long, value_name = "KIND", value_parser = containers, default_value = "box",
           help = containers_help("What the trees are made of: ", ""))]
     pub container: Containers,
+    /// With the preset finest, which takes minutes
+    #[arg(long)]
+    pub slow: bool,
     #[command(flatten)]
     pub files: TreesFromFilesArgs,
     #[command(flatten)]
@@ -156,7 +159,7 @@ pub struct CompareArgs {
   bvhscope diff bunny.obj --b mine.bvh
 
 A FILE that ends in .bvh holds the tree. SETTINGS are the tree flags of the other commands without their dashes, separated by blanks: builder=, container=, preset=,
-threshold=, epsilon=, curve= and optimize=. What is not given has its default.
+threshold=, epsilon=, curve=, optimize= and rounds=. What is not given has its default.
 
 The picture has the tests of B minus those of A in each pixel: blue where B takes fewer, grey where both take as many,
 orange where B takes more.")]

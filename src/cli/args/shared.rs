@@ -19,14 +19,17 @@ pub struct ShapeArgs {
     /// AAC: exponent of the reduction function, 0 to 0.5 [default: 0.2]
     #[arg(long, value_name = "X", value_parser = values::epsilon)]
     pub epsilon: Option<f32>,
-    /// AAC: threshold and ε by name: fast (6, 0.2), hq (12, 0.1), aac-fast (4, 0.2), aac-hq (20, 0.1), best (6, 0.2 and every
-    /// pass but split)
+    /// AAC: threshold and ε by name: fast (6, 0.2), hq (12, 0.1), aac-fast (4, 0.2), aac-hq (20, 0.1), best (6, 0.2 and
+    /// collapse, restructure, reinsert), finest (6, 0.2 and every pass: takes minutes)
     #[arg(long, value_name = "NAME", value_parser = named::<Preset>)]
     pub preset: Option<Preset>,
-    /// Optimisation passes, separated by commas: split (large triangles, boxes only), collapse, restructure and reinsert (boxes
-    /// only); or all, none [default: none]
+    /// Optimisation passes, separated by commas: split (large triangles, boxes only), collapse, restructure, reinsert and
+    /// anneal (boxes only; anneal takes minutes); or all, none [default: none]
     #[arg(long, value_name = "LIST", value_parser = passes)]
     pub optimize: Option<Passes>,
+    /// The pass anneal: number of rounds, 1 to 4096; more give a better tree in proportionally more time [default: 200]
+    #[arg(long, value_name = "N", value_parser = values::rounds)]
+    pub rounds: Option<u32>,
     /// AAC and LBVH: the curve along which triangles are sorted: morton, hilbert or extended (Morton and size) [default:
     /// morton]
     #[arg(long, value_name = "NAME", value_parser = named::<Curve>)]
@@ -39,7 +42,7 @@ pub struct ShapeArgs {
 pub struct TreeFileArgs {
     /// Take the tree that this file holds, of any builder, instead of building one; docs/tree-file.md says how it is written
     #[arg(long, value_name = "FILE.bvh",
-          conflicts_with_all = ["builder", "container", "threshold", "epsilon", "preset", "optimize", "curve"])]
+          conflicts_with_all = ["builder", "container", "threshold", "epsilon", "preset", "optimize", "rounds", "curve"])]
     pub tree: Option<PathBuf>,
 }
 

@@ -15,8 +15,9 @@ use bvhscope_engine::tree::ContainerKind;
 pub fn setups(tree: &OneTreeArgs, measure: &MeasureArgs, containers: &[ContainerKind]) -> Vec<Setup> {
     let containers = tree.container.as_ref().map_or(containers, |given| &given.0);
     // Flags beside the preset make the settings differ from it, so its name is dropped.
-    let ShapeArgs { threshold, epsilon, preset, optimize, curve } = &tree.shape;
-    let is_modified = threshold.is_some() || epsilon.is_some() || optimize.is_some() || curve.is_some();
+    let ShapeArgs { threshold, epsilon, preset, optimize, rounds, curve } = &tree.shape;
+    let is_modified =
+        threshold.is_some() || epsilon.is_some() || optimize.is_some() || rounds.is_some() || curve.is_some();
     let preset = preset.filter(|_| !is_modified);
     let setup = |&container| Setup {
         build: build_settings(tree.builder, container, &tree.shape),

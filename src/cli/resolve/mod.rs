@@ -141,8 +141,9 @@ pub fn tree(args: TreeArgs) -> TreeCommand {
 /// Where the tree comes from: the file that is named, else settings if any is given, else the model's own file if it holds one.
 fn tree_origin(build: &BuildArgs, file: Option<PathBuf>) -> TreeOrigin {
     let BuildArgs { builder, container, shape, threads: _ } = build;
-    let ShapeArgs { threshold, epsilon, preset, optimize, curve } = shape;
-    let is_set = builder.is_some() || container.is_some() || threshold.is_some() || epsilon.is_some();
+    let ShapeArgs { threshold, epsilon, preset, optimize, rounds, curve } = shape;
+    let is_set =
+        builder.is_some() || container.is_some() || threshold.is_some() || epsilon.is_some() || rounds.is_some();
     match file {
         Some(path) => TreeOrigin::File(path),
         None if is_set || preset.is_some() || optimize.is_some() || curve.is_some() => TreeOrigin::Built,
@@ -191,6 +192,7 @@ fn overrides(build: &BuildArgs, picture: &PictureArgs, overlay: &OverlayArgs) ->
         epsilon: build.shape.epsilon,
         curve: build.shape.curve,
         optimize: build.shape.optimize,
+        rounds: build.shape.rounds,
         threads: build.threads,
         shading: picture.shading,
         light: picture.light,

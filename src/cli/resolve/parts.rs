@@ -45,6 +45,7 @@ pub fn build_settings(builder: Option<BuilderKind>, container: ContainerKind, sh
         epsilon: shape.epsilon.unwrap_or(base.epsilon),
         curve: shape.curve.unwrap_or(base.curve),
         optimize: shape.optimize.unwrap_or(base.optimize),
+        rounds: shape.rounds.unwrap_or(base.rounds),
     }
 }
 

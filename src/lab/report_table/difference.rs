@@ -75,6 +75,7 @@ fn settings(row: &Measurement) -> String {
         words.push(format!("curve={}", row.curve.name()));
     }
     words.push(format!("optimize={}", row.optimize));
+    words.extend(row.rounds.map(|rounds| format!("rounds={rounds}")));
     words.join(" ")
 }
 
@@ -94,7 +95,8 @@ mod tests {
         assert_eq!(row("SAH cost").as_deref(), Some("67.30 67.31 +0.010 +0.0 same"));
         assert_eq!(row("nodes").as_deref(), Some("14,001 12,001 -2,000 -14.3 other"));
         assert_eq!(row("depth").as_deref(), Some("31 31 +0 +0.0 same"));
-        let settings = "A: builder=aac container=box threshold=11 epsilon=0.25 curve=hilbert optimize=collapse";
+        let settings =
+            "A: builder=aac container=box threshold=11 epsilon=0.25 curve=hilbert optimize=collapse rounds=13";
         assert_eq!(table.notes[0], settings);
     }
 

@@ -5,6 +5,7 @@ use std::collections::VecDeque;
 use rayon::prelude::*;
 
 use crate::cancel::{CancelToken, Cancelled};
+use crate::optimize::move_search::LinkedNodes;
 use crate::optimize::reinsert::linked_tree::LinkedTree;
 
 /// Number of nodes that are scored sequentially before the subtrees below are scored in parallel.

@@ -2,17 +2,16 @@
 
 use std::sync::atomic::{AtomicU32, Ordering};
 
-use glam::Vec3A;
 use rayon::prelude::*;
 
 use crate::cancel::{CancelToken, Cancelled};
 use crate::geometry::Aabb;
+use crate::optimize::move_search::{LinkedNodes, NONE};
+use crate::optimize::simd_box::SimdBox;
 use crate::tree::Node;
 
 /// Poll for cancellation every 65536 nodes.
 const NODES_BETWEEN_CHECKS: usize = 1 << 16;
-/// No node.
-pub const NONE: u32 = u32::MAX;
 
 /// A tree with parent links.
 pub struct LinkedTree<'a> {
@@ -35,17 +34,6 @@ impl<'a> LinkedTree<'a> {
             Ok(())
         })?;
         Ok(Self { nodes, parents })
-    }
-
-    /// The parent of `node`; [`NONE`] for the root.
-    #[inline(always)]
-    pub fn parent(&self, node: u32) -> u32 {
-        if node == 0 { NONE } else { self.parents[(node as usize - 1) / 2].load(Ordering::Relaxed) }
-    }
-
-    #[inline(always)]
-    pub fn bounds(&self, node: u32) -> SimdBox {
-        SimdBox::new(&self.nodes[node as usize].container)
     }
 
     /// Whether `node` is `descendant` or one of its ancestors.
@@ -113,37 +101,31 @@ impl<'a> LinkedTree<'a> {
     }
 }
 
+impl LinkedNodes for LinkedTree<'_> {
+    #[inline(always)]
+    fn parent(&self, node: u32) -> u32 {
+        if node == 0 { NONE } else { self.parents[(node as usize - 1) / 2].load(Ordering::Relaxed) }
+    }
+
+    #[inline(always)]
+    fn sibling(&self, node: u32) -> u32 {
+        sibling(node)
+    }
+
+    #[inline(always)]
+    fn children(&self, node: u32) -> Option<[u32; 2]> {
+        let node = &self.nodes[node as usize];
+        (!node.is_leaf()).then(|| [node.first, node.first + 1])
+    }
+
+    #[inline(always)]
+    fn bounds(&self, node: u32) -> SimdBox {
+        SimdBox::new(&self.nodes[node as usize].container)
+    }
+}
+
 /// The other child of the parent: pairs begin at odd indices.
 #[inline(always)]
 pub fn sibling(node: u32) -> u32 {
     ((node - 1) ^ 1) + 1
-}
-
-/// A box in SIMD registers.
-#[derive(Debug, Clone, Copy)]
-pub struct SimdBox {
-    min: Vec3A,
-    max: Vec3A,
-}
-
-impl SimdBox {
-    /// The empty box.
-    pub const EMPTY: Self = Self { min: Vec3A::INFINITY, max: Vec3A::NEG_INFINITY };
-
-    #[inline(always)]
-    pub fn new(container: &Aabb) -> Self {
-        Self { min: container.min.into(), max: container.max.into() }
-    }
-
-    #[inline(always)]
-    pub fn union(&self, other: &Self) -> Self {
-        Self { min: self.min.min(other.min), max: self.max.max(other.max) }
-    }
-
-    /// Half the surface area; the box must not be empty.
-    #[inline(always)]
-    pub fn half_area(&self) -> f32 {
-        let d = self.max - self.min;
-        d.x * d.y + d.y * d.z + d.z * d.x
-    }
 }

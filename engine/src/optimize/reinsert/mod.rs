@@ -5,7 +5,6 @@
 
 mod candidates;
 mod linked_tree;
-mod search;
 
 use std::collections::HashSet;
 
@@ -13,8 +12,8 @@ use rayon::prelude::*;
 
 use crate::cancel::{CancelToken, Cancelled};
 use crate::geometry::Aabb;
+use crate::optimize::move_search::{LinkedNodes, Move, find_move};
 use crate::optimize::reinsert::linked_tree::{LinkedTree, sibling};
-use crate::optimize::reinsert::search::Move;
 use crate::tree::Node;
 use crate::tree::statistics::TRAVERSAL_COST;
 
@@ -27,6 +26,8 @@ const PRIMITIVES_PER_CANDIDATE: usize = 40;
 /// Number of eligible subtrees per candidate of a round. They are selected once, because moves change few scores, and
 /// scoring all subtrees again takes longer than the search.
 const ELIGIBLE_PER_CANDIDATE: usize = 2;
+/// Maximum number of nodes that one search visits. On architecture, from median splits, the longest visits some hundred.
+const MAX_VISITS: u32 = 1 << 10;
 /// Poll for cancellation every 256 candidates or moves.
 const CANDIDATES_BETWEEN_CHECKS: usize = 256;
 
@@ -50,7 +51,7 @@ pub fn reinsert(nodes: &mut [Node<Aabb>], primitives: usize, cost: f64, token: &
             .map(|batch| {
                 token.check()?;
                 let mut stack = Vec::new();
-                Ok(batch.iter().filter_map(|&node| tree.find_move(node, &mut stack)).collect())
+                Ok(batch.iter().filter_map(|&node| find_move(&tree, node, 0.0, MAX_VISITS, &mut stack)).collect())
             })
             .collect::<Result<_, _>>()?;
         let mut moves: Vec<Move> = found.into_iter().flatten().collect();

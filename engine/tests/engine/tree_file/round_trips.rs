@@ -37,7 +37,8 @@ fn trees_of_every_builder_come_back_node_for_node() {
         for builder in BuilderKind::ALL {
             for container in ContainerKind::ALL {
                 for optimize in [Passes::NONE, Passes::ALL] {
-                    let settings = BuildSettings { builder, container, optimize, ..BuildSettings::default() };
+                    let settings =
+                        BuildSettings { builder, container, optimize, rounds: 6, ..BuildSettings::default() };
                     if settings.refusal(triangles.len()).is_some() {
                         continue;
                     }

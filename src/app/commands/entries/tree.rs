@@ -1,6 +1,6 @@
 //! Entries of the menu "Tree".
 
-use bvhscope_engine::settings::{BuilderKind, Passes, Preset};
+use bvhscope_engine::settings::{BuilderKind, Preset};
 use bvhscope_engine::tree::ContainerKind;
 use egui::{Key, Modifiers};
 
@@ -16,7 +16,11 @@ pub(super) fn add(list: &mut List) {
     for preset in Preset::ALL {
         let (threshold, epsilon) = preset.parameters();
         let label = format!("Preset: {}", preset.label());
-        let passes = if preset.passes() == Passes::NONE { "" } else { ", every pass over the finished tree" };
+        let passes = match preset {
+            Preset::Fast | Preset::Hq | Preset::AacFast | Preset::AacHq => "",
+            Preset::Best => ", then collapse, restructure and reinsert",
+            Preset::Finest => ", and every pass: takes minutes",
+        };
         let description = format!("Threshold {threshold}, ε {epsilon}{passes}");
         list.add(place(0), Action::Preset(preset), &label, &description, &[]);
     }

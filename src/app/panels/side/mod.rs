@@ -1,5 +1,6 @@
 //! The sections of the side panels. Left: headline, statistics and selection. Right: settings of tree, containers and picture.
 
+mod annealing;
 pub(super) mod containers;
 mod curve;
 mod findings;

@@ -8,7 +8,7 @@ use egui::{self, CornerRadius, Rect, Role, Sense, Ui, WidgetInfo, pos2, vec2};
 use crate::accel::FileTree;
 use crate::app::glossary::Term;
 use crate::app::panels::side::recent_changes::recent_change;
-use crate::app::panels::side::{findings, memory};
+use crate::app::panels::side::{annealing, findings, memory};
 use crate::app::panels::widgets::{Header, Statistic, Tip as _, section, statistic, value_text};
 use crate::app::state::comparison::Quantity;
 use crate::app::state::{AppState, Presented};
@@ -23,13 +23,19 @@ pub(crate) fn show(ui: &mut Ui, state: &mut AppState) {
         None => nothing_yet(ui, "No model loaded yet"),
     });
     let Some(shown) = state.model.presented.clone() else {
-        section(ui, "BUILD", Header::default(), |ui| nothing_yet(ui, "No tree built yet"));
+        section(ui, "BUILD", Header::default(), |ui| {
+            nothing_yet(ui, "No tree built yet");
+            annealing::running(ui, state);
+        });
         return;
     };
     let summary = shown.accel.build_ms().map_or_else(String::new, |_| format::duration(shown.accel.report.build_time));
-    section(ui, "BUILD", Header { summary: &summary, ..Header::default() }, |ui| match &shown.accel.file {
-        Some(file) => file_rows(ui, state, file),
-        None => build_rows(ui, state, &shown),
+    section(ui, "BUILD", Header { summary: &summary, ..Header::default() }, |ui| {
+        annealing::running(ui, state);
+        match &shown.accel.file {
+            Some(file) => file_rows(ui, state, file),
+            None => build_rows(ui, state, &shown),
+        }
     });
     section(ui, "TREE", Header::default(), |ui| tree_rows(ui, state, &shown));
     let (number, unit) = format::duration_parts(shown.frame.stats.trace_time);
@@ -111,6 +117,7 @@ fn build_rows(ui: &mut Ui, state: &mut AppState, shown: &Presented) {
         let costs = report.stages.cost_change(name);
         stage_row(ui, name, Some(*time), time.as_secs_f64() / longest.as_secs_f64().max(1e-12), costs);
     }
+    annealing::finished(ui, state, &report.stages.annealing);
     let rate = report.mtriangles_per_s();
     let tip = "Triangles built per second, in millions";
     statistic(ui, state, &Statistic::new("Speed", format::significant(rate)).unit("Mtri/s").tip(tip));

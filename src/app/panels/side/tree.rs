@@ -31,6 +31,7 @@ pub(crate) fn show(ui: &mut Ui, state: &mut AppState) {
         let sorts = matches!(state.edited_build().builder, BuilderKind::Aac | BuilderKind::Lbvh);
         ui.add_enabled_ui(sorts, |ui| curve(ui, state));
         passes(ui, state);
+        rounds(ui, state);
         threads(ui, state);
     });
     if reset {
@@ -153,23 +154,25 @@ fn threshold(ui: &mut Ui, state: &mut AppState) {
 }
 
 fn presets(ui: &mut Ui, state: &mut AppState) {
-    ui.horizontal_wrapped(|ui| {
-        // Spacing at which all five fit into one row of the narrowest panel.
-        ui.spacing_mut().item_spacing.x = 3.0;
-        ui.spacing_mut().button_padding.x = 5.0;
-        for preset in Preset::ALL {
-            let (threshold, epsilon) = preset.parameters();
-            let source = match preset {
-                Preset::Fast | Preset::Hq => "Mahmuda, Yuniarti, Nurul K.",
-                Preset::AacFast | Preset::AacHq => "Gu et al. 2013",
-                Preset::Best => "and every pass below but the split",
-            };
-            let tip = format!("Threshold {threshold}, ε {epsilon} ({source})");
-            if chip(ui, preset.label(), is_preset(state, preset), &tip) {
-                Action::Preset(preset).perform(state);
+    // All six do not fit into one row of the narrowest panel.
+    for three in Preset::ALL.chunks(3) {
+        ui.horizontal(|ui| {
+            ui.spacing_mut().item_spacing.x = 3.0;
+            for &preset in three {
+                let (threshold, epsilon) = preset.parameters();
+                let source = match preset {
+                    Preset::Fast | Preset::Hq => "Mahmuda, Yuniarti, Nurul K.",
+                    Preset::AacFast | Preset::AacHq => "Gu et al. 2013",
+                    Preset::Best => "then collapse, restructure and reinsert",
+                    Preset::Finest => "and every pass below: takes minutes",
+                };
+                let tip = format!("Threshold {threshold}, ε {epsilon} ({source})");
+                if chip(ui, preset.label(), is_preset(state, preset), &tip) {
+                    Action::Preset(preset).perform(state);
+                }
             }
-        }
-    });
+        });
+    }
 }
 
 fn epsilon(ui: &mut Ui, state: &mut AppState) {
@@ -221,6 +224,10 @@ fn passes(ui: &mut Ui, state: &mut AppState) {
                         }
                         Pass::Reinsert => "Moves subtrees to where they cost less (Meister and Bittner 2018)",
                         Pass::Collapse => "Makes leaves of several triangles where that is cheaper: fewer nodes",
+                        Pass::Anneal => {
+                            "Moves every subtree again and again, at first even where that costs more: hundreds of times \
+                         as slow as all others, and the best tree there is"
+                        }
                     };
                     let response = ui.add_enabled(usable, Checkbox::new(&mut on, pass.label()));
                     let response =
@@ -235,6 +242,25 @@ fn passes(ui: &mut Ui, state: &mut AppState) {
             })
             .response
     });
+}
+
+fn rounds(ui: &mut Ui, state: &mut AppState) {
+    if state.edited_build().annealing_rounds().is_none() {
+        return;
+    }
+    let mut value = f64::from(state.edited_build().rounds);
+    let spec = SliderSpec {
+        label: "Rounds",
+        tip: "Rounds of annealing. More give a better tree in proportionally more time",
+        range: 1.0..=f64::from(BuildSettings::MAX_ROUNDS),
+        default: f64::from(BuildSettings::DEFAULT_ROUNDS),
+        logarithmic: true,
+        decimals: 0,
+        zero: "",
+    };
+    if slider(ui, &mut value, &spec) {
+        state.edited_build_mut().rounds = value as u32;
+    }
 }
 
 fn threads(ui: &mut Ui, state: &mut AppState) {
