@@ -100,7 +100,7 @@ const VERSION: c_uint = 0;
 /// The libraries of this machine. Says once which they are, and which are missing.
 pub fn libraries() -> &'static [Library] {
     static LIBRARIES: OnceLock<Vec<Library>> = OnceLock::new();
-    LIBRARIES.get_or_init(|| VERSIONS.into_iter().filter_map(|version| found(version)).collect())
+    LIBRARIES.get_or_init(|| VERSIONS.into_iter().filter_map(found).collect())
 }
 
 /// The file that the variable names, or the one that the system has by that name.

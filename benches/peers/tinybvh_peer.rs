@@ -94,16 +94,15 @@ pub fn binary(vertices: &[Vertex], quality: Quality) -> Tree<Aabb> {
     })
 }
 
-/// The trees before they become wide. Those with spatial splits are written by `--dump`, and not judged.
+/// The trees before they become wide.
 pub fn judged(triangles: &[Triangle], vertices: &[Vertex], ready: &[Ready]) -> Vec<Judged> {
     let judge = |&(name, quality): &(&'static str, Quality)| {
-        let tree = (quality == Quality::Default).then(|| binary(vertices, quality));
-        let indices = tree.as_ref().map_or(&[][..], |tree| &tree.primitive_indices[..]);
+        let tree = binary(vertices, quality);
         Judged {
             engine: NAME,
             name: name.to_owned(),
-            leaf_triangles: indices.iter().map(|&index| triangles[index as usize]).collect(),
-            tree,
+            leaf_triangles: tree.primitive_indices.iter().map(|&index| triangles[index as usize]).collect(),
+            tree: Some(tree),
             bytes: ready.iter().find(|ready| ready.name == name).map(|ready| ready.wide.bytes),
         }
     };
