@@ -64,7 +64,7 @@ docs:
 screenshots: deps-test
 	UPDATE_SCREENSHOTS=1 cargo test --test window screenshots
 
-# This engine beside Embree and obvhs. The rows are added to docs/performance.jsonl, of which `make tables` makes the tables.
+# This engine beside Embree, obvhs and tinybvh. The rows are added to docs/performance.jsonl, of which `make tables` makes the tables.
 peers: deps-peers
 	cargo run --release --no-default-features --features peers --bin peers -- --append docs/performance.jsonl $(PEERS)
 
@@ -118,7 +118,7 @@ deps-test:
 	@bash tests/install_packages.sh $(TEST_PACKAGES)
 
 deps-peers:
-	@bash tests/install_packages.sh libembree-dev
+	@bash tests/install_packages.sh libembree-dev g++
 
 deps-deb:
 	@bash tests/install_packages.sh dpkg-dev

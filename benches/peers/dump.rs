@@ -8,11 +8,12 @@ use bvhscope_engine::cancel::CancelToken;
 use bvhscope_engine::tree::AnyTree;
 use bvhscope_engine::tree_file::{Header, write_tree};
 
+use crate::embree_library::libraries;
 use crate::embree_tree::{self, Shape};
 use crate::measure::Plan;
 use crate::peer::OWN;
 use crate::scenes::Subject;
-use crate::{embree, engine, obvhs_peer, obvhs_tree};
+use crate::{embree, engine, obvhs_peer, obvhs_tree, tinybvh_library, tinybvh_peer};
 
 /// Writes every tree that the plan names into `folder`, binary and wide, and returns the files. Embree's come from the builders
 /// of its scenes, whose own trees cannot be read.
@@ -37,11 +38,13 @@ pub fn dump(subject: &Subject, plan: &Plan, folder: &Path) -> anyhow::Result<Vec
             wide.expect("the token is never cancelled").expect("made from this tree")
         })?;
     }
-    let device = embree::Device::new(0);
-    for &quality in embree::qualities(plan.slow) {
-        for (kind, shape) in [("binary", Shape::Binary), ("wide", Shape::Wide)] {
-            let build = || embree_tree::build(&device, triangles, quality, shape).into();
-            write(embree::NAME, quality.name(), kind, &build)?;
+    for library in libraries() {
+        let device = embree::Device::new(library, 0);
+        for &quality in embree::qualities(plan.slow) {
+            for (kind, shape) in [("binary", Shape::Binary), ("wide", Shape::Wide)] {
+                let build = || embree_tree::build(&device, triangles, quality, shape).into();
+                write(library.name, quality.name(), kind, &build)?;
+            }
         }
     }
     let converted = obvhs_peer::converted(triangles);
@@ -50,6 +53,10 @@ pub fn dump(subject: &Subject, plan: &Plan, folder: &Path) -> anyhow::Result<Vec
         write(obvhs_peer::NAME, name, "binary", &binary)?;
         let wide = || obvhs_tree::wide(&obvhs_peer::wide(&converted, parameters)).into();
         write(obvhs_peer::NAME, name, "wide", &wide)?;
+    }
+    let vertices = tinybvh_library::vertices(triangles);
+    for &(name, quality) in tinybvh_peer::settings() {
+        write(tinybvh_peer::NAME, name, "binary", &|| tinybvh_peer::binary(&vertices, quality).into())?;
     }
     Ok(files)
 }

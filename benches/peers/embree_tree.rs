@@ -1,7 +1,7 @@
 //! The trees of Embree's builders. Those inside its scenes cannot be read; `rtcBuildBVH` runs the same builders and hands the
 //! nodes to callbacks (<https://www.embree.org/api.html#rtcbuildbvh>).
 
-#![allow(unsafe_code, reason = "Embree is a C library; only this file and embree.rs touch it")]
+#![allow(unsafe_code, reason = "Embree is a C library; only the embree*.rs files touch it")]
 
 use std::ffi::{c_uint, c_void};
 use std::ptr;
@@ -28,14 +28,6 @@ pub enum Shape {
     Wide,
 }
 
-#[link(name = "embree3")]
-unsafe extern "C" {
-    fn rtcNewBVH(device: *mut c_void) -> *mut c_void;
-    fn rtcReleaseBVH(bvh: *mut c_void);
-    fn rtcBuildBVH(arguments: *const BuildArguments) -> *mut c_void;
-    fn rtcThreadLocalAlloc(allocator: *mut c_void, bytes: usize, align: usize) -> *mut c_void;
-}
-
 #[derive(Clone)]
 #[repr(C, align(32))]
 struct BuildPrimitive {
@@ -52,8 +44,9 @@ struct Bounds {
     upper: [f32; 4],
 }
 
+/// `RTCBuildArguments`.
 #[repr(C)]
-struct BuildArguments {
+pub struct BuildArguments {
     byte_size: usize,
     quality: c_uint,
     flags: c_uint,
@@ -89,6 +82,12 @@ struct BuiltNode {
     children: [*mut Self; MOST_CHILDREN],
 }
 
+/// What the callbacks are handed.
+struct Build {
+    triangles: *const Triangle,
+    allocate: unsafe extern "C" fn(*mut c_void, usize, usize) -> *mut c_void,
+}
+
 /// Builds a tree of a quality; [`Quality::High`] splits triangles.
 pub fn build(device: &Device, triangles: &[Triangle], quality: Quality, shape: Shape) -> Tree<Aabb> {
     if triangles.is_empty() {
@@ -107,8 +106,10 @@ pub fn build(device: &Device, triangles: &[Triangle], quality: Quality, shape: S
         Shape::Binary => (2, 1, 1),
         Shape::Wide => (MOST_CHILDREN as c_uint, BLOCK, BLOCK * MOST_BLOCKS),
     };
+    let functions = &device.library.common;
+    let mut build = Build { triangles: triangles.as_ptr(), allocate: functions.allocate };
     // SAFETY: the device is alive.
-    let bvh = unsafe { rtcNewBVH(device.handle()) };
+    let bvh = unsafe { (functions.new_bvh)(device.handle()) };
     let arguments = BuildArguments {
         byte_size: size_of::<BuildArguments>(),
         quality: quality as c_uint,
@@ -130,10 +131,10 @@ pub fn build(device: &Device, triangles: &[Triangle], quality: Quality, shape: S
         create_leaf,
         split: (quality == Quality::High).then_some(split),
         progress: ptr::null(),
-        user: triangles.as_ptr().cast_mut().cast(),
+        user: (&raw mut build).cast(),
     };
     // SAFETY: the arguments point to live memory, the callbacks have the signatures that Embree asks for.
-    let root: *const BuiltNode = unsafe { rtcBuildBVH(&raw const arguments) }.cast();
+    let root: *const BuiltNode = unsafe { (functions.build_bvh)(&raw const arguments) }.cast();
     device.check();
     assert!(!root.is_null(), "Embree built no tree");
     let tree = tree_below(root, |&node| {
@@ -150,11 +151,11 @@ pub fn build(device: &Device, triangles: &[Triangle], quality: Quality, shape: S
         (node.bounds, Below::Primitives(unsafe { std::slice::from_raw_parts(node.primitives, count) }))
     });
     // SAFETY: released once; no node is read after this.
-    unsafe { rtcReleaseBVH(bvh) };
+    unsafe { (functions.release_bvh)(bvh) };
     tree
 }
 
-fn new_node(allocator: *mut c_void, count: u32) -> *mut BuiltNode {
+fn new_node(allocator: *mut c_void, count: u32, build: &Build) -> *mut BuiltNode {
     let node = BuiltNode {
         bounds: Aabb::EMPTY,
         count,
@@ -163,27 +164,31 @@ fn new_node(allocator: *mut c_void, count: u32) -> *mut BuiltNode {
     };
     // SAFETY: Embree's allocator gives memory of this size and alignment that nobody else uses.
     unsafe {
-        let place: *mut BuiltNode = rtcThreadLocalAlloc(allocator, size_of::<BuiltNode>(), 16).cast();
+        let place: *mut BuiltNode = (build.allocate)(allocator, size_of::<BuiltNode>(), 16).cast();
         place.write(node);
         place
     }
 }
 
-extern "C" fn create_node(allocator: *mut c_void, count: c_uint, _: *mut c_void) -> *mut c_void {
-    new_node(allocator, count).cast()
+extern "C" fn create_node(allocator: *mut c_void, count: c_uint, build: *mut c_void) -> *mut c_void {
+    // SAFETY: Embree hands over the pointer that it was given, which lives until the tree is built.
+    let build = unsafe { &*build.cast::<Build>() };
+    new_node(allocator, count, build).cast()
 }
 
 extern "C" fn create_leaf(
     allocator: *mut c_void,
     primitives: *const BuildPrimitive,
     count: usize,
-    _: *mut c_void,
+    build: *mut c_void,
 ) -> *mut c_void {
-    let leaf = new_node(allocator, count as u32);
+    // SAFETY: as above.
+    let build = unsafe { &*build.cast::<Build>() };
+    let leaf = new_node(allocator, count as u32, build);
     // SAFETY: Embree hands over `count` primitives and allocates as many numbers; the leaf is not known to anyone yet.
     unsafe {
         let primitives = std::slice::from_raw_parts(primitives, count);
-        let place: *mut u32 = rtcThreadLocalAlloc(allocator, count * size_of::<u32>(), 16).cast();
+        let place: *mut u32 = (build.allocate)(allocator, count * size_of::<u32>(), 16).cast();
         for (slot, primitive) in primitives.iter().enumerate() {
             let bounds = Aabb { min: primitive.lower.into(), max: primitive.upper.into() };
             (*leaf).bounds = (*leaf).bounds.union(&bounds);
@@ -220,12 +225,12 @@ extern "C" fn split(
     position: f32,
     left: *mut Bounds,
     right: *mut Bounds,
-    triangles: *mut c_void,
+    build: *mut c_void,
 ) {
-    // SAFETY: Embree hands over a primitive of its list, and the pointer to the triangles that the list was made from.
+    // SAFETY: Embree hands over a primitive of its list, and with the pointer the triangles that the list was made from.
     let (primitive, triangle) = unsafe {
         let primitive = &*primitive;
-        (primitive, *triangles.cast::<Triangle>().add(primitive.primitive as usize))
+        (primitive, *(*build.cast::<Build>()).triangles.add(primitive.primitive as usize))
     };
     let axis = axis as usize;
     let mut sides = [Aabb::EMPTY; 2];

@@ -1,4 +1,4 @@
-//! This engine beside Embree and obvhs, in one process and interleaved, on identical triangles and rays: `make peers`, or
+//! This engine beside Embree, obvhs and tinybvh, in one process and interleaved, on identical triangles and rays: `make peers`, or
 //! `cargo run --release --no-default-features --features peers --bin peers -- [FLAGS]`.
 //!
 //! Measures by threads the time until the binary tree is there and until rays can be traced at full speed, SAH cost, end-point
@@ -9,6 +9,8 @@
 
 mod dump;
 mod embree;
+mod embree_library;
+mod embree_rays;
 mod embree_tree;
 mod engine;
 mod foreign;
@@ -21,6 +23,8 @@ mod rays;
 mod record;
 mod report;
 mod scenes;
+mod tinybvh_library;
+mod tinybvh_peer;
 
 use std::path::PathBuf;
 use std::process::ExitCode;

@@ -12,12 +12,15 @@ use bvhscope_engine::tree::statistics::collapsed_cost_of;
 use bvhscope_engine::tree::traverse::{TestCounts, Traversal, any_hit_with, closest_hit};
 use bvhscope_engine::tree::{AnyTree, Tree};
 
-use crate::embree;
+use crate::embree::{self, Device, Scene};
+use crate::embree_library::libraries;
+use crate::embree_rays;
 use crate::engine;
 use crate::obvhs_peer;
 use crate::peer::{Builder, Interface, Judged, OWN, Run};
 use crate::rays::{OCCLUSION_RAYS, Query, Tally, Workload, in_parts, workloads};
 use crate::scenes::Subject;
+use crate::{tinybvh_library, tinybvh_peer};
 
 /// What can be measured of a scene. "picture" is the sum of a build and of rays, where both are measured.
 pub const PARTS: [&str; 6] = ["build", "tree", "primary", "ao", "diffuse", "picture"];
@@ -138,13 +141,16 @@ pub fn measure(subject: &Subject, plan: &Plan) -> Outcome {
         disagreements: Vec::new(),
     };
     let (mesh, converted) = (embree::Mesh::new(triangles), obvhs_peer::converted(triangles));
+    let vertices = tinybvh_library::vertices(triangles);
     if plan.wants("build") {
-        let devices: Vec<_> = plan.threads.iter().map(|&threads| (threads, embree::Device::new(threads))).collect();
+        let devices = |&threads: &usize| (threads, devices(threads));
+        let devices: Vec<(usize, Vec<Device>)> = plan.threads.iter().map(devices).collect();
         let mut builders = Vec::new();
-        for (threads, device) in &devices {
+        for (threads, devices) in &devices {
             builders.extend(engine::builders(triangles, *threads));
-            builders.extend(embree::builders(device, &mesh, *threads, plan.slow));
+            builders.extend(devices.iter().flat_map(|device| embree::builders(device, &mesh, *threads, plan.slow)));
             builders.extend(obvhs_peer::builders(&converted, *threads, plan.slow));
+            builders.extend(tinybvh_peer::builders(&vertices, *threads));
         }
         builders.retain(|builder| plan.names(builder.engine, &builder.name));
         outcome.builds = build_rows(&builders, plan.repeat);
@@ -153,25 +159,29 @@ pub fn measure(subject: &Subject, plan: &Plan) -> Outcome {
     if !(plan.wants("tree") || traced) {
         return outcome;
     }
-    let device = embree::Device::new(0);
+    let devices = devices(0);
     let ready = engine::ready(triangles);
     let obvhs_ready = obvhs_peer::ready(&converted, plan.slow);
+    let tinybvh_ready = tinybvh_peer::ready(&vertices);
     let works = workloads(&ready[0].tree, triangles, &subject.bounds, &subject.camera, plan.size);
     if plan.wants("tree") {
         let mut judged: Vec<Judged> = ready.iter().map(engine::judged).collect();
-        judged.extend(embree::judged(&device, triangles, &mesh, plan.slow));
+        judged.extend(devices.iter().flat_map(|device| embree::judged(device, triangles, &mesh, plan.slow)));
         judged.extend(obvhs_peer::judged(triangles, &converted, &obvhs_ready, plan.slow));
+        judged.extend(tinybvh_peer::judged(triangles, &vertices, &tinybvh_ready));
         judged.retain(|judged| plan.names(judged.engine, &judged.name));
         outcome.trees = tree_rows(judged, triangles, &works);
     }
     if traced {
-        let qualities = embree::qualities(plan.slow).iter();
-        let scenes: Vec<_> = qualities.map(|&quality| (quality, embree::commit(&device, &mesh, quality))).collect();
+        let (mesh, qualities) = (&mesh, embree::qualities(plan.slow));
+        let scenes = |device| qualities.iter().map(move |&quality| embree::commit(device, mesh, quality));
+        let scenes: Vec<Scene> = devices.iter().flat_map(scenes).collect();
         for &threads in &plan.threads {
             let parts = works.each_ref().map(|work| in_parts(work, threads));
             let mut interfaces: Vec<Interface> = ready.iter().flat_map(engine::interfaces).collect();
-            interfaces.extend(scenes.iter().flat_map(|(quality, scene)| embree::interfaces(scene, *quality)));
+            interfaces.extend(scenes.iter().flat_map(embree_rays::interfaces));
             interfaces.extend(obvhs_ready.iter().map(obvhs_peer::interfaces));
+            interfaces.extend(tinybvh_ready.iter().map(tinybvh_peer::interfaces));
             for parts in parts.iter().filter(|parts| plan.wants(parts[0].name)) {
                 let (rows, disagreements) = trace_rows(&interfaces, parts, plan);
                 outcome.traces.extend(rows);
@@ -183,6 +193,11 @@ pub fn measure(subject: &Subject, plan: &Plan) -> Outcome {
         outcome.pictures = picture_rows(&outcome.builds, &outcome.traces);
     }
     outcome
+}
+
+/// Each Embree that is there, with a number of threads.
+fn devices(threads: usize) -> Vec<Device> {
+    libraries().iter().map(|library| Device::new(library, threads)).collect()
 }
 
 fn build_rows(builders: &[Builder], repeat: usize) -> Vec<BuildRow> {
@@ -314,27 +329,27 @@ fn trace_rows<'a>(interfaces: &[Interface<'a>], parts: &'a [Workload], plan: &Pl
     (rows, disagreements)
 }
 
-/// Runs all parts at once, each on a thread of its own, or the only one on this thread; the time from a common start to the last
+/// Runs all parts at once, each on a thread of its own, or the only one on this thread; the time from the first start to the last
 /// end.
 fn run(parts: &mut [Run]) -> (Tally, Duration) {
     if let [only] = parts {
         let start = Instant::now();
         return (only(), start.elapsed());
     }
-    let barrier = Barrier::new(parts.len() + 1);
+    let barrier = Barrier::new(parts.len());
     let barrier = &barrier;
     thread::scope(|scope| {
         let start_part = |part| {
             scope.spawn(move || {
                 barrier.wait();
-                Run::as_mut(part)()
+                let start = Instant::now();
+                (Run::as_mut(part)(), start, Instant::now())
             })
         };
         let threads: Vec<_> = parts.iter_mut().map(start_part).collect();
-        barrier.wait();
-        let start = Instant::now();
-        let tallies = threads.into_iter().map(|thread| thread.join().expect("tracing does not panic"));
-        (tallies.fold(Tally::default(), Tally::plus), start.elapsed())
+        let results = threads.into_iter().map(|thread| thread.join().expect("tracing does not panic"));
+        let together = results.reduce(|(a, first, last), (b, start, end)| (a.plus(b), first.min(start), last.max(end)));
+        together.map_or_else(Default::default, |(tally, first, last)| (tally, last - first))
     })
 }
 

@@ -5,10 +5,10 @@ use serde_json::Value;
 use super::rows::{Rows, source};
 
 /// Every table.
-pub const NAMES: [&str; 7] = ["ready", "ready-one", "trees", "rays", "single", "picture", "paper"];
+pub const NAMES: [&str; 8] = ["ready", "ready-one", "trees", "rays", "single", "engines", "picture", "paper"];
 
 /// Settings with their names in tables, and the peer's setting that each is compared with.
-const SETTINGS: [(&str, &str, &str); 9] = [
+const SETTINGS: [(&str, &str, &str); 14] = [
     ("bvhscope", "box fast", "Fast"),
     ("bvhscope", "box hq", "HQ"),
     ("bvhscope", "box best", "Best"),
@@ -16,8 +16,13 @@ const SETTINGS: [(&str, &str, &str); 9] = [
     ("embree", "low", "Embree LOW"),
     ("embree", "medium", "Embree MEDIUM"),
     ("embree", "high", "Embree HIGH"),
+    ("embree 4", "low", "Embree 4 LOW"),
+    ("embree 4", "medium", "Embree 4 MEDIUM"),
+    ("embree 4", "high", "Embree 4 HIGH"),
     ("obvhs", "fastest", "obvhs fastest"),
     ("obvhs", "medium", "obvhs medium"),
+    ("tinybvh", "default", "tinybvh"),
+    ("tinybvh", "hq", "tinybvh HQ"),
 ];
 const COMPARED: [(&str, &str); 3] = [("Fast", "LOW"), ("HQ", "MEDIUM"), ("Best", "MEDIUM")];
 const KINDS: [(&str, &str); 3] = [("primary", "primary"), ("ao", "ambient occlusion"), ("diffuse", "diffuse")];
@@ -37,6 +42,7 @@ pub fn table(name: &str, rows: &Rows) -> Result<Option<String>, String> {
         "trees" => ("tree", |rows, _, _| trees(rows)),
         "rays" => ("primary", |rows, all, simd| rays(rows, all, simd, "")),
         "single" => ("primary", |rows, all, simd| rays(rows, all, simd, "single")),
+        "engines" => ("primary", engines),
         "picture" => ("picture", |rows, _, _| pictures(rows)),
         "paper" => ("paper", |rows, _, _| paper(rows)),
         _ => return Err(format!("'{name}' is no table")),
@@ -82,6 +88,9 @@ fn what(name: &str, rows: &[&Value]) -> String {
         ),
         "single" => format!(
             "Million rays per second on one thread{repeat}, one ray at a time, of Embree's single rays, and the ratio."
+        ),
+        "engines" => format!(
+            "Million rays per second on one thread{repeat}, one ray at a time: primary, ambient occlusion, diffuse."
         ),
         "picture" => format!(
             "Milliseconds from triangles to a picture with {} threads{repeat}: until ready to trace, primary rays, and 1, 16 and \
@@ -220,6 +229,35 @@ fn rays(rows: &[&Value], all: &Rows, simd: Option<&str>, interface: &str) -> Lin
     }
     if models.len() > 1 {
         lines.push(["median".to_owned()].into_iter().chain(ratios.into_iter().map(median)).collect());
+    }
+    lines
+}
+
+/// Single rays through the tree of every setting, in the run of `rows`.
+fn engines(rows: &[&Value], all: &Rows, simd: Option<&str>) -> Lines {
+    let by_kind = KINDS.map(|(kind, _)| all.newest(kind, simd));
+    let rate = |rows: &[&Value], model: &str, (engine, setting, _): &(&str, &str, &str)| {
+        let is_it = |row: &&&Value| {
+            row["model"] == model
+                && row["engine"] == *engine
+                && row["setting"] == *setting
+                && row["threads"] == 1
+                && row["interface"] == "single"
+        };
+        rows.iter().find(is_it).and_then(|row| row["mrays_per_s"].as_f64())
+    };
+    let models = models(rows);
+    let is_measured = |setting: &_| models.iter().any(|(model, _)| rate(rows, model, setting).is_some());
+    let settings: Vec<_> = SETTINGS.into_iter().filter(is_measured).collect();
+    let mut lines = vec![vec!["scene, triangles".to_owned()]];
+    lines[0].extend(settings.iter().map(|setting| setting.2.to_owned()));
+    for (model, label) in &models {
+        let mut line = vec![label.clone()];
+        line.extend(settings.iter().map(|setting| {
+            let rates = by_kind.iter().map(|rows| rate(rows, model, setting));
+            rates.map(|rate| rate.map_or("–".to_owned(), |rate| format!("{rate:.1}"))).collect::<Vec<_>>().join(", ")
+        }));
+        lines.push(line);
     }
     lines
 }
