@@ -54,7 +54,7 @@ fn scan(subject: &scenes::Subject, work: &Workload) -> Tally {
 fn every_measured_interface_finds_the_same_hits() {
     for name in ["builtin:teapot:4", "builtin:cornell", "builtin:sphereflake:2", "builtin:terrain:3000"] {
         let subject = scenes::Subject::load(name, Path::new("."), &CancelToken::new()).expect("a built-in scene");
-        let ready = engine::ready(&subject.triangles);
+        let ready = engine::ready(&subject.triangles, false);
         let works = workloads(&ready[0].tree, &subject.triangles, &subject.bounds, &subject.camera, SIZE);
         assert_eq!(works[0].rays.len(), (SIZE * SIZE) as usize);
         for work in works {
@@ -81,7 +81,7 @@ fn every_measured_interface_finds_the_same_hits() {
 #[test]
 fn every_measured_setting_builds() {
     let subject = scenes::Subject::load("builtin:cornell", Path::new("."), &CancelToken::new()).expect("built in");
-    for builder in engine::builders(&subject.triangles, 2) {
+    for builder in engine::builders(&subject.triangles, 2, false) {
         let times = (builder.build)();
         let binary = times.binary.expect("this engine has a binary tree");
         assert!(binary.as_nanos() > 0 && binary < times.ready, "{} {}: {times:?}", builder.name, builder.threads);
@@ -92,7 +92,7 @@ fn every_measured_setting_builds() {
 fn a_divided_workload_has_the_same_hits() {
     let subject =
         scenes::Subject::load("builtin:sphereflake:2", Path::new("."), &CancelToken::new()).expect("built in");
-    let ready = engine::ready(&subject.triangles);
+    let ready = engine::ready(&subject.triangles, false);
     // More rays than a tile holds.
     let works = workloads(&ready[0].tree, &subject.triangles, &subject.bounds, &subject.camera, 128);
     let many = |work: &Workload| {
@@ -117,7 +117,7 @@ fn the_trees_of_obvhs_find_the_same_hits() {
     for name in ["builtin:teapot:4", "builtin:cornell", "builtin:terrain:3000"] {
         let subject = scenes::Subject::load(name, Path::new("."), &CancelToken::new()).expect("a built-in scene");
         let triangles = &subject.triangles[..];
-        let ready = engine::ready(triangles);
+        let ready = engine::ready(triangles, false);
         let [primary, ..] = workloads(&ready[0].tree, triangles, &subject.bounds, &subject.camera, SIZE);
         let sample = Workload { rays: primary.rays.iter().copied().step_by(SCANNED / 4).collect(), ..primary };
         let expected = scan(&subject, &sample);

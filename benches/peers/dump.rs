@@ -30,7 +30,7 @@ pub fn dump(subject: &Subject, plan: &Plan, folder: &Path) -> anyhow::Result<Vec
     };
 
     let triangles = &subject.triangles[..];
-    for (name, settings) in engine::settings() {
+    for (name, settings) in engine::settings(plan.slow) {
         write(OWN, &name, "binary", &|| engine::tree(triangles, &settings))?;
         write(OWN, &name, "wide", &|| {
             let binary = engine::tree(triangles, &settings);

@@ -17,21 +17,23 @@ use rayon::prelude::*;
 use crate::peer::{BuildTimes, Builder, Interface, Judged, OWN, Run};
 use crate::rays::{Query, Tally, Workload};
 
-/// Settings that are measured, by name.
-pub fn settings() -> Vec<(String, BuildSettings)> {
+/// Settings that are measured, by name; if `slow`, also those that take minutes.
+pub fn settings(slow: bool) -> Vec<(String, BuildSettings)> {
     let setting = |preset: Preset, container: ContainerKind| {
         (format!("{} {}", container.name(), preset.name()), BuildSettings::preset(preset, container))
     };
-    vec![
+    let mut settings = vec![
         setting(Preset::Fast, ContainerKind::Aabb),
         setting(Preset::Hq, ContainerKind::Aabb),
         setting(Preset::Best, ContainerKind::Aabb),
         setting(Preset::Fast, ContainerKind::Sphere),
-    ]
+    ];
+    settings.extend(slow.then(|| setting(Preset::Finest, ContainerKind::Aabb)));
+    settings
 }
 
 /// Every build: the binary tree, then the wide one with its triangles.
-pub fn builders(triangles: &[Triangle], threads: usize) -> Vec<Builder<'_>> {
+pub fn builders(triangles: &[Triangle], threads: usize, slow: bool) -> Vec<Builder<'_>> {
     let builder = |(name, settings): (String, BuildSettings)| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("threads can be started");
         let build = move || {
@@ -47,7 +49,7 @@ pub fn builders(triangles: &[Triangle], threads: usize) -> Vec<Builder<'_>> {
         };
         Builder { engine: OWN, name, threads, build: Box::new(build) }
     };
-    settings().into_iter().map(builder).collect()
+    settings(slow).into_iter().map(builder).collect()
 }
 
 /// A tree of boxes, ready to be traced.
@@ -63,8 +65,8 @@ pub struct Ready {
 }
 
 /// The trees of boxes.
-pub fn ready(triangles: &[Triangle]) -> Vec<Ready> {
-    let boxes = settings().into_iter().filter(|(_, settings)| settings.container == ContainerKind::Aabb);
+pub fn ready(triangles: &[Triangle], slow: bool) -> Vec<Ready> {
+    let boxes = settings(slow).into_iter().filter(|(_, settings)| settings.container == ContainerKind::Aabb);
     boxes
         .filter_map(|(name, settings)| {
             let tree = tree(triangles, &settings);

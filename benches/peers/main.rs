@@ -54,7 +54,7 @@ struct Flags {
     /// Only engines and interfaces whose name contains one of these
     #[arg(long, value_delimiter = ',')]
     only: Vec<String>,
-    /// Also Embree's high quality and obvhs's slow settings
+    /// Also the preset Finest, which takes minutes, Embree's high quality and obvhs's slow settings
     #[arg(long)]
     slow: bool,
     /// Measured rounds; medians are shown

@@ -147,7 +147,7 @@ pub fn measure(subject: &Subject, plan: &Plan) -> Outcome {
         let devices: Vec<(usize, Vec<Device>)> = plan.threads.iter().map(devices).collect();
         let mut builders = Vec::new();
         for (threads, devices) in &devices {
-            builders.extend(engine::builders(triangles, *threads));
+            builders.extend(engine::builders(triangles, *threads, plan.slow));
             builders.extend(devices.iter().flat_map(|device| embree::builders(device, &mesh, *threads, plan.slow)));
             builders.extend(obvhs_peer::builders(&converted, *threads, plan.slow));
             builders.extend(tinybvh_peer::builders(&vertices, *threads));
@@ -160,7 +160,7 @@ pub fn measure(subject: &Subject, plan: &Plan) -> Outcome {
         return outcome;
     }
     let devices = devices(0);
-    let ready = engine::ready(triangles);
+    let ready = engine::ready(triangles, plan.slow);
     let obvhs_ready = obvhs_peer::ready(&converted, plan.slow);
     let tinybvh_ready = tinybvh_peer::ready(&vertices);
     let works = workloads(&ready[0].tree, triangles, &subject.bounds, &subject.camera, plan.size);
