@@ -13,9 +13,9 @@ use std::time::{Duration, Instant};
 pub struct TaskRecord {
     /// The stage of the computation that it belongs to.
     pub stage: &'static str,
-    /// When it began, from the beginning of the log.
+    /// When it began, by the clock of the log.
     pub start: Duration,
-    /// When it ended.
+    /// When it ended, by the same clock on the same thread.
     pub end: Duration,
     /// Indices of the pieces that it waits for, all lower than its own.
     pub waits_for: Vec<u32>,
@@ -26,7 +26,7 @@ pub struct TaskRecord {
 }
 
 impl TaskRecord {
-    /// Wall-clock time of the piece.
+    /// Time that the piece took.
     pub fn duration(&self) -> Duration {
         self.end.saturating_sub(self.start)
     }
@@ -35,14 +35,19 @@ impl TaskRecord {
 /// The pieces of a computation, in the order in which they ended.
 #[derive(Debug)]
 pub struct TaskLog {
-    origin: Instant,
+    clock: Clock,
     records: Mutex<Vec<TaskRecord>>,
 }
 
 impl TaskLog {
-    /// An empty log, which begins now.
+    /// An empty log of wall-clock times, which begin now.
     pub fn new() -> Arc<Self> {
-        Arc::new(Self { origin: Instant::now(), records: Mutex::default() })
+        Arc::new(Self { clock: Clock::Wall(Instant::now()), records: Mutex::default() })
+    }
+
+    /// An empty log of the times that `clock` tells the thread that asks it, such as that for which the thread was running.
+    pub fn with_clock(clock: fn() -> Duration) -> Arc<Self> {
+        Arc::new(Self { clock: Clock::Given(clock), records: Mutex::default() })
     }
 
     /// The pieces so far.
@@ -53,10 +58,26 @@ impl TaskLog {
     /// Adds a piece that ends now and returns its index.
     fn record(&self, piece: Current, depth: u32, parts: u32) -> u32 {
         let Current { stage, start, waits_for } = piece;
-        let end = self.origin.elapsed();
+        let end = self.clock.now();
         let mut records = lock(&self.records);
         records.push(TaskRecord { stage, start, end, waits_for, depth, parts });
         records.len() as u32 - 1
+    }
+}
+
+/// What pieces are timed by.
+#[derive(Debug, Clone, Copy)]
+enum Clock {
+    Wall(Instant),
+    Given(fn() -> Duration),
+}
+
+impl Clock {
+    fn now(self) -> Duration {
+        match self {
+            Self::Wall(origin) => origin.elapsed(),
+            Self::Given(clock) => clock(),
+        }
     }
 }
 
@@ -79,14 +100,14 @@ pub(crate) struct Strand {
 impl Strand {
     /// The strand of a whole computation, which begins now.
     pub fn new(log: &Arc<TaskLog>) -> Self {
-        let current = Current { stage: "start", start: log.origin.elapsed(), waits_for: Vec::new() };
+        let current = Current { stage: "start", start: log.clock.now(), waits_for: Vec::new() };
         Self { log: Arc::clone(log), depth: 0, current: Mutex::new(current) }
     }
 
     /// The strand of a task that waits for the piece `after` of this one, and begins now.
     pub fn child(&self, after: u32) -> Self {
         let stage = lock(&self.current).stage;
-        let current = Current { stage, start: self.log.origin.elapsed(), waits_for: vec![after] };
+        let current = Current { stage, start: self.log.clock.now(), waits_for: vec![after] };
         Self { log: Arc::clone(&self.log), depth: self.depth + 1, current: Mutex::new(current) }
     }
 
@@ -95,7 +116,7 @@ impl Strand {
         let mut current = lock(&self.current);
         let stage = current.stage;
         let index = self.log.record(std::mem::take(&mut *current), self.depth, parts);
-        *current = Current { stage, start: self.log.origin.elapsed(), waits_for: vec![index] };
+        *current = Current { stage, start: self.log.clock.now(), waits_for: vec![index] };
         index
     }
 
@@ -108,7 +129,7 @@ impl Strand {
     /// Begins a piece now that waits for `waits_for` alone; what passed since the last one ended is no work of this strand.
     pub fn resume(&self, waits_for: Vec<u32>) {
         let mut current = lock(&self.current);
-        (current.start, current.waits_for) = (self.log.origin.elapsed(), waits_for);
+        (current.start, current.waits_for) = (self.log.clock.now(), waits_for);
     }
 }
 

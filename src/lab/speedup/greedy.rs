@@ -23,9 +23,6 @@ pub struct Costs<'a> {
 }
 
 impl Costs<'_> {
-    /// Nothing costs anything.
-    pub const NONE: Self = Self { fork: 0.0, steal: [0.0; 2], inflation: &[], growth: Growth::None };
-
     /// Time of a task of `stage` while `busy` cores work, over that while one does.
     fn slowdown(&self, stage: usize, busy: usize) -> f64 {
         let at_two = self.inflation.get(stage).map_or(0.0, |inflation| inflation - 1.0);
@@ -130,8 +127,11 @@ mod tests {
     use crate::lab::speedup::graph::Task;
     use crate::lab::speedup::made::{chain, fork_join, independent};
 
+    /// Nothing costs anything.
+    const FREE: Costs<'_> = Costs { fork: 0.0, steal: [0.0; 2], inflation: &[], growth: Growth::None };
+
     fn time(graph: &TaskGraph, cores: usize) -> f64 {
-        (makespan(graph, cores, &Costs::NONE) * 1e9).round() / 1e9
+        (makespan(graph, cores, &FREE) * 1e9).round() / 1e9
     }
 
     #[test]
@@ -194,10 +194,10 @@ mod tests {
     #[test]
     fn costs_are_added_where_they_arise() {
         let graph = fork_join(1.0, &[2.0, 2.0], 1.0);
-        let fork = Costs { fork: 0.5, ..Costs::NONE };
+        let fork = Costs { fork: 0.5, ..FREE };
         assert_eq!([1, 2].map(|cores| makespan(&graph, cores, &fork)), [7.0, 4.5]);
         // The second core slept; what follows the join waits for a task of another core.
-        let steal = Costs { steal: [0.25, 0.5], ..Costs::NONE };
+        let steal = Costs { steal: [0.25, 0.5], ..FREE };
         assert_eq!(makespan(&graph, 1, &steal), 6.0);
         assert_eq!(makespan(&graph, 2, &steal), 1.0 + 2.5 + 0.25 + 1.0);
     }
@@ -205,7 +205,7 @@ mod tests {
     #[test]
     fn busy_cores_slow_each_other_down() {
         let graph = independent(&[1.0; 4]);
-        let time = |growth, cores| makespan(&graph, cores, &Costs { inflation: &[1.5], growth, ..Costs::NONE });
+        let time = |growth, cores| makespan(&graph, cores, &Costs { inflation: &[1.5], growth, ..FREE });
         for growth in [Growth::None, Growth::Doubling, Growth::Linear] {
             assert_eq!((time(growth, 1), time(growth, 2)), (4.0, 3.0), "{growth:?}");
         }
@@ -214,7 +214,7 @@ mod tests {
         assert_eq!(time(Growth::Linear, 4), 2.5);
         // One task alone is not slowed down.
         let uneven = independent(&[1.0, 3.0]);
-        let inflation = Costs { inflation: &[2.0], growth: Growth::Linear, ..Costs::NONE };
+        let inflation = Costs { inflation: &[2.0], growth: Growth::Linear, ..FREE };
         assert_eq!(makespan(&uneven, 2, &inflation), 2.0 + 2.0);
     }
 }

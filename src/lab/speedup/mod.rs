@@ -8,6 +8,7 @@
 mod graph;
 mod greedy;
 
+mod clock;
 pub mod prediction;
 mod prices;
 mod runs;

@@ -1,7 +1,9 @@
 //! Runs a build and a trace on one thread and on two, with their tasks logged.
 
 use std::sync::Arc;
+use std::time::{Duration, Instant};
 
+use super::clock::thread_time;
 use super::prediction::ScalingPrediction;
 use super::prices::{fork_price, steal_prices};
 use super::runs::{Prices, Runs};
@@ -34,8 +36,8 @@ pub fn predict(
         for (index, pool) in pools.iter().enumerate() {
             let token = token.part(round * pools.len() + index, rounds * pools.len());
             let [built, traced] = pool.install(|| run_once(subject, setup, view, &token))?;
-            build.add(index + 1, &built);
-            trace.add(index + 1, &traced);
+            build.add(index + 1, &built.tasks, built.elapsed);
+            trace.add(index + 1, &traced.tasks, traced.elapsed);
         }
     }
     let prices = Prices { fork: fork_price(&pools[0]), steal: pools.get(1).and_then(steal_prices) };
@@ -48,30 +50,40 @@ pub fn predict(
     })
 }
 
-/// The tasks of one build and of one trace.
-fn run_once(
-    subject: &Subject,
-    setup: &Setup,
-    view: &TraceView,
-    token: &CancelToken,
-) -> Result<[Vec<TaskRecord>; 2], LabError> {
-    let triangles = &subject.scene.triangles;
-    let log = TaskLog::new();
-    let logged = token.part(0, 2).logged(&log);
-    let (tree, _) = build_binary(triangles, &setup.build, &logged)?;
-    let wide = WideBvh::new(&tree, triangles, &logged)?;
-    logged.end_task();
-    let built = log.records();
-    drop(wide);
+/// A computation that was run with its tasks logged.
+struct Logged {
+    tasks: Vec<TaskRecord>,
+    /// Wall-clock time.
+    elapsed: Duration,
+}
 
+/// Runs `work` with a token that logs its tasks.
+fn logged<T, E>(token: &CancelToken, work: impl FnOnce(&CancelToken) -> Result<T, E>) -> Result<(T, Logged), E> {
+    let log = TaskLog::with_clock(thread_time);
+    let start = Instant::now();
+    let token = token.logged(&log);
+    let result = work(&token)?;
+    token.end_task();
+    Ok((result, Logged { elapsed: start.elapsed(), tasks: log.records() }))
+}
+
+/// One build and one trace.
+fn run_once(subject: &Subject, setup: &Setup, view: &TraceView, token: &CancelToken) -> Result<[Logged; 2], LabError> {
+    let triangles = &subject.scene.triangles;
+    let build = |token: &CancelToken| -> Result<_, LabError> {
+        let (tree, _) = build_binary(triangles, &setup.build, token)?;
+        let wide = WideBvh::new(&tree, triangles, token)?;
+        Ok((tree, wide))
+    };
+    let ((tree, wide), built) = logged(&token.part(0, 2), build)?;
+    drop(wide);
     let accel = Arc::new(Accel::with_tree(&subject.scene, &setup.build, tree, token)?);
     accel.compute_leaf_triangles(token)?;
-    let log = TaskLog::new();
-    let logged = token.part(1, 2).logged(&log);
-    logged.begin_stage("trace");
-    trace_primary(&request(&accel, view), view.traversal, &logged)?;
-    logged.end_task();
-    Ok([built, log.records()])
+    let (_, traced) = logged(&token.part(1, 2), |token| {
+        token.begin_stage("trace");
+        trace_primary(&request(&accel, view), view.traversal, token)
+    })?;
+    Ok([built, traced])
 }
 
 #[cfg(test)]

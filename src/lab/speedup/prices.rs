@@ -9,7 +9,7 @@ use rayon::ThreadPool;
 const FORKS: u32 = 1 << 12;
 /// Repetitions, of which the fastest counts.
 const REPETITIONS: usize = 16;
-/// Steals of each kind, of which the median counts.
+/// Steals of each kind, of which the lower quartile counts: other programs delay some.
 const STEALS: usize = 64;
 /// Time within which another thread takes a task, or is kept from it by other programs.
 const STEAL_LIMIT: Duration = Duration::from_millis(5);
@@ -31,7 +31,7 @@ pub fn fork_price(pool: &ThreadPool) -> f64 {
 /// Times in seconds until another thread of `pool`, which has two, has begun a task: where it was idle for a moment, and where it
 /// slept. `None` where other programs kept it from that.
 pub fn steal_prices(pool: &ThreadPool) -> Option<[f64; 2]> {
-    let median = |rest: Option<Duration>| {
+    let quartile = |rest: Option<Duration>| {
         let mut latencies: Vec<f64> = (0..STEALS)
             .filter_map(|_| {
                 if let Some(rest) = rest {
@@ -41,9 +41,9 @@ pub fn steal_prices(pool: &ThreadPool) -> Option<[f64; 2]> {
             })
             .collect();
         latencies.sort_by(f64::total_cmp);
-        latencies.get(latencies.len() / 2).copied()
+        latencies.get(latencies.len() / 4).copied()
     };
-    let prices = [median(None)?, median(Some(REST))?];
+    let prices = [quartile(None)?, quartile(Some(REST))?];
     Some([prices[0].min(prices[1]), prices[1]])
 }
 

@@ -1,5 +1,7 @@
 //! Runs of a computation with all its tasks logged, and what follows from them.
 
+use std::time::Duration;
+
 use super::graph::TaskGraph;
 use super::greedy::{Costs, Growth, makespan};
 use super::prediction::{PredictedScaling, PredictedSpeedup, StageWork};
@@ -33,12 +35,6 @@ pub struct Prices {
 }
 
 impl Run {
-    fn new(records: &[TaskRecord]) -> Self {
-        let start = records.iter().map(|record| record.start).min().unwrap_or_default();
-        let end = records.iter().map(|record| record.end).max().unwrap_or_default();
-        Self { graph: TaskGraph::new(records), elapsed: (end - start).as_secs_f64() }
-    }
-
     /// Time of the parallel tasks of a stage.
     fn parallel_work(&self, stage: &str) -> f64 {
         let index = self.graph.stages.iter().position(|name| *name == stage);
@@ -47,9 +43,10 @@ impl Run {
 }
 
 impl Runs {
-    /// Adds a run on `threads`, 1 or 2.
-    pub fn add(&mut self, threads: usize, records: &[TaskRecord]) {
-        if threads == 1 { &mut self.one } else { &mut self.two }.push(Run::new(records));
+    /// Adds a run on `threads`, 1 or 2, and its wall-clock time.
+    pub fn add(&mut self, threads: usize, records: &[TaskRecord], elapsed: Duration) {
+        let run = Run { graph: TaskGraph::new(records), elapsed: elapsed.as_secs_f64() };
+        if threads == 1 { &mut self.one } else { &mut self.two }.push(run);
     }
 
     /// Work, span and speed-ups that follow from the runs and the `prices`.
@@ -115,32 +112,35 @@ fn fastest(runs: &[Run]) -> Option<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use std::time::Duration;
 
     /// A run of 10 ms, then `tasks` beside each other, then 10 ms.
-    fn records(tasks: u32, millis: u64, wall: u64) -> Vec<TaskRecord> {
-        let record = |start: u64, millis, waits_for: Vec<u32>, depth| TaskRecord {
+    fn records(tasks: u32, millis: u64) -> Vec<TaskRecord> {
+        let record = |millis, waits_for: Vec<u32>, depth| TaskRecord {
             stage: "made",
-            start: Duration::from_millis(start),
-            end: Duration::from_millis(start + millis),
+            start: Duration::from_millis(5),
+            end: Duration::from_millis(5 + millis),
             waits_for,
             depth,
             parts: 1,
         };
-        let mut records = vec![record(0, 10, Vec::new(), 0)];
-        records.extend((0..tasks).map(|_| record(10, millis, vec![0], 1)));
-        records.push(record(wall - 10, 10, (1..=tasks).collect(), 0));
+        let mut records = vec![record(10, Vec::new(), 0)];
+        records.extend((0..tasks).map(|_| record(millis, vec![0], 1)));
+        records.push(record(10, (1..=tasks).collect(), 0));
         records
+    }
+
+    const fn ms(millis: u64) -> Duration {
+        Duration::from_millis(millis)
     }
 
     #[test]
     fn the_curve_follows_from_work_and_inflation() {
         let mut runs = Runs::default();
         // 20 ms serial and 8 · 10 ms parallel; with two cores each task takes 11 ms.
-        runs.add(1, &records(8, 10, 100));
-        runs.add(1, &records(8, 20, 180));
-        runs.add(2, &records(8, 11, 64));
-        runs.add(2, &records(8, 22, 200));
+        runs.add(1, &records(8, 10), ms(100));
+        runs.add(1, &records(8, 20), ms(180));
+        runs.add(2, &records(8, 11), ms(64));
+        runs.add(2, &records(8, 22), ms(200));
         let found = runs.predict(&Prices { fork: 0.0, steal: Some([0.0; 2]) });
         let near = |a: f64, b: f64| (a - b).abs() < 1e-6 * b;
         assert!(near(found.work_ms, 100.0) && near(found.span_ms, 30.0) && near(found.serial_share, 0.2));
@@ -156,7 +156,7 @@ mod tests {
     #[test]
     fn one_thread_alone_gives_work_and_span() {
         let mut runs = Runs::default();
-        runs.add(1, &records(4, 20, 100));
+        runs.add(1, &records(4, 20), ms(100));
         let found = runs.predict(&Prices { fork: 0.0, steal: None });
         assert_eq!((found.measured_at_two, found.difference_at_two(), found.stages[0].inflation), (None, None, None));
         assert!(found.at(4).is_some_and(|point| (point.speedup - 2.5).abs() < 1e-6 && point.lower == point.upper));
