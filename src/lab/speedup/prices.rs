@@ -9,8 +9,8 @@ use rayon::ThreadPool;
 const FORKS: u32 = 1 << 12;
 /// Repetitions, of which the fastest counts.
 const REPETITIONS: usize = 16;
-/// Steals of each kind, of which the lower quartile counts: other programs delay some.
-const STEALS: usize = 64;
+/// Steals of each kind, of which the fastest counts, because other programs delay the others.
+const STEALS: usize = 128;
 /// Time within which another thread takes a task, or is kept from it by other programs.
 const STEAL_LIMIT: Duration = Duration::from_millis(5);
 /// Time after which the threads of a pool sleep surely.
@@ -31,19 +31,16 @@ pub fn fork_price(pool: &ThreadPool) -> f64 {
 /// Times in seconds until another thread of `pool`, which has two, has begun a task: where it was idle for a moment, and where it
 /// slept. `None` where other programs kept it from that.
 pub fn steal_prices(pool: &ThreadPool) -> Option<[f64; 2]> {
-    let quartile = |rest: Option<Duration>| {
-        let mut latencies: Vec<f64> = (0..STEALS)
-            .filter_map(|_| {
-                if let Some(rest) = rest {
-                    std::thread::sleep(rest);
-                }
-                pool.install(steal)
-            })
-            .collect();
-        latencies.sort_by(f64::total_cmp);
-        latencies.get(latencies.len() / 4).copied()
+    let fastest = |rest: Option<Duration>| {
+        let latencies = (0..STEALS).filter_map(|_| {
+            if let Some(rest) = rest {
+                std::thread::sleep(rest);
+            }
+            pool.install(steal)
+        });
+        latencies.reduce(f64::min)
     };
-    let prices = [quartile(None)?, quartile(Some(REST))?];
+    let prices = [fastest(None)?, fastest(Some(REST))?];
     Some([prices[0].min(prices[1]), prices[1]])
 }
 
