@@ -144,7 +144,7 @@ mod tests {
         assert_eq!(log.records()[1].waits_for, [0]);
         let silent = CancelToken::new();
         let fork = silent.fork();
-        assert_eq!(fork.task(|token| token.is_cancelled()), false);
+        assert!(!fork.task(CancelToken::is_cancelled));
         fork.join();
     }
 }

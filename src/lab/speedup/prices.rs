@@ -58,5 +58,5 @@ fn steal() -> Option<f64> {
         start.elapsed()
     };
     let ((), latency) = rayon::join(wait, take);
-    (latency < STEAL_LIMIT).then(|| latency.as_secs_f64())
+    (latency < STEAL_LIMIT).then_some(latency.as_secs_f64())
 }
