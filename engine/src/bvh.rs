@@ -326,6 +326,7 @@ impl WideBvh {
     /// Collapses `tree` over `triangles` into a wide one, in the calling thread's rayon pool. A tree that is not binary is made
     /// so before, see [`binarize`]: the wide tree has the same leaves or larger ones, but its own nodes above them.
     pub fn new(tree: &AnyTree, triangles: &[Triangle], token: &CancelToken) -> Result<Self, Cancelled> {
+        token.begin_stage("wide");
         let start = Instant::now();
         let tree = with_tree!(tree, tree => collapse(&*binarize(tree, token)?, triangles, token)?.into());
         Ok(Self { tree, collapse_time: start.elapsed(), triangle_count: triangles.len() })

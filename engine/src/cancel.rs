@@ -5,6 +5,8 @@ use std::sync::atomic::{AtomicBool, AtomicU32, AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 
+use crate::task_log::{Strand, TaskLog};
+
 /// Error of a computation whose token was cancelled. Not a failure: the result is no longer wanted.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 #[error("cancelled")]
@@ -29,11 +31,13 @@ pub struct CancelToken {
     start: f32,
     /// Fraction of the whole work that this part is.
     span: f32,
+    /// The piece of work that is logged, where a log is wanted.
+    strand: Option<Arc<Strand>>,
 }
 
 impl Default for CancelToken {
     fn default() -> Self {
-        Self { shared: Arc::default(), start: 0.0, span: 1.0 }
+        Self { shared: Arc::default(), start: 0.0, span: 1.0, strand: None }
     }
 }
 
@@ -72,6 +76,27 @@ impl CancelToken {
         Self { shared: Arc::new(Shared { watch, ..Shared::default() }), ..Self::default() }
     }
 
+    /// A token of a computation whose tasks are logged in `log`.
+    pub fn logging(log: &Arc<TaskLog>) -> Self {
+        Self::new().logged(log)
+    }
+
+    /// This token for a computation whose tasks are logged in `log`.
+    #[must_use]
+    pub fn logged(&self, log: &Arc<TaskLog>) -> Self {
+        self.on_strand(&Arc::new(Strand::new(log)))
+    }
+
+    /// This token for a task whose pieces are logged by `strand`.
+    pub(crate) fn on_strand(&self, strand: &Arc<Strand>) -> Self {
+        Self { strand: Some(Arc::clone(strand)), ..self.clone() }
+    }
+
+    /// What logs the task of this token, if it is logged.
+    pub(crate) fn strand(&self) -> Option<&Arc<Strand>> {
+        self.strand.as_ref()
+    }
+
     /// Requests that the computation stops at its next cancellation check.
     pub fn cancel(&self) {
         self.shared.cancelled.store(true, Ordering::Relaxed);
@@ -97,7 +122,7 @@ impl CancelToken {
     #[must_use]
     pub fn part(&self, index: usize, count: usize) -> Self {
         let span = self.span / count.max(1) as f32;
-        Self { shared: Arc::clone(&self.shared), start: self.start + span * index as f32, span }
+        Self { start: self.start + span * index as f32, span, ..self.clone() }
     }
 
     /// Reports the finished fraction, 0 to 1, of the computation or of this token's part of it.

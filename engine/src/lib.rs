@@ -26,8 +26,9 @@
 //! | module | what it does | what it must not know | start at |
 //! |---|---|---|---|
 //! | [`geometry`] | boxes, spheres, triangles, rays and their intersection | trees | [`Triangle`], [`Ray`] |
+//! | [`task_log`] | what each piece of a computation took and waited for | what is computed | [`task_log::TaskLog`] |
 //! | [`cancel`] | cancellation and progress | what is cancelled | [`CancelToken`] |
-//! | [`kernel`] | SIMD levels, parallel collect, prefetch, bit sets | trees, rays | [`SimdLevel`] |
+//! | [`kernel`] | SIMD levels, forks, parallel collect, prefetch, bit sets | trees, rays | [`SimdLevel`] |
 //! | [`tree`] | the tree, of any arity: nodes, ancestry, validation, statistics, metrics and visits of nodes, traversal | builders, the wide tree | [`tree::Tree`] |
 //! | [`settings`] | builder, container, parameters, passes, presets | how they are carried out | [`BuildSettings`] |
 //! | [`stage_times`] | duration of each stage of a build | | [`stage_times::StageTimes`] |
@@ -46,6 +47,8 @@
 //! calling thread, rays on the calling thread.
 
 pub mod geometry;
+
+pub mod task_log;
 
 pub mod cancel;
 

@@ -202,7 +202,8 @@ fn run_command(command: CommandArgs, token: CancelToken) -> Result<Finished, Fai
         }
         CommandArgs::Scaling(args) => {
             let setups = resolve::setups(&args.tree, &args.measure, &[ContainerKind::Aabb]);
-            measure(Job::Scaling { setups, max_threads: threads }, Vec::new(), args.measure, &mut context)
+            let job = Job::Scaling { setups, max_threads: threads, predict: args.predict };
+            measure(job, Vec::new(), args.measure, &mut context)
         }
         CommandArgs::Sweep(args) => {
             measure(Job::Sweep(resolve::sweep(&args)), args.files.trees, args.measure, &mut context)

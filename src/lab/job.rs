@@ -3,10 +3,11 @@
 use super::bench::bench;
 use super::compare::compare;
 use super::measure::{LabError, RowSink};
-use super::scaling::scaling;
+use super::scaling::{predicted_scaling, scaling};
 use super::setup::{Setup, Subject, TraceView};
 use super::sweep::{SweepPlan, sweep, sweep_files};
 use bvhscope_engine::cancel::CancelToken;
+use bvhscope_engine::settings::Passes;
 use bvhscope_engine::tree::ContainerKind;
 
 /// A measuring job.
@@ -27,6 +28,8 @@ pub enum Job {
         setups: Vec<Setup>,
         /// Maximum number of threads.
         max_threads: usize,
+        /// Also predict the speed-up on more cores.
+        predict: bool,
     },
     /// Every builder.
     Compare {
@@ -53,6 +56,13 @@ impl Job {
     /// The reason why the settings are invalid for any scene, if they are.
     pub fn refusal(&self) -> Option<String> {
         match self {
+            Self::Scaling { setups, predict: true, .. }
+                if setups.iter().any(|setup| setup.build.passes() != Passes::NONE) =>
+            {
+                Some(
+                    "--predict: passes over the finished tree do not log their tasks: choose a tree without".to_owned(),
+                )
+            }
             Self::Bench { setups, .. } | Self::Scaling { setups, .. } => {
                 setups.iter().find_map(|setup| setup.build.refusal(0))
             }
@@ -83,7 +93,8 @@ impl Job {
             Self::Compare { containers, slow, threads } => {
                 compare(subject, containers, *slow, *threads, view, token, rows)
             }
-            Self::Scaling { setups, max_threads } => {
+            Self::Scaling { setups, max_threads, predict } => {
+                let scaling = if *predict { predicted_scaling } else { scaling };
                 for (index, setup) in setups.iter().enumerate() {
                     scaling(subject, setup, *max_threads, view, &token.part(index, setups.len()), rows)?;
                 }

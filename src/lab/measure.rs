@@ -166,7 +166,8 @@ fn populations(accel: &Arc<Accel>, view: &TraceView, token: &CancelToken) -> Res
     view.populations.iter().map(of).collect()
 }
 
-fn request(accel: &Arc<Accel>, view: &TraceView) -> RenderRequest {
+/// The picture whose rays are traced.
+pub(super) fn request(accel: &Arc<Accel>, view: &TraceView) -> RenderRequest {
     RenderRequest {
         accel: Arc::clone(accel),
         camera: view.camera,

@@ -7,6 +7,7 @@ use std::time::Duration;
 use serde::{Deserialize, Deserializer, Serialize};
 
 use super::population::MeasuredRays;
+use super::speedup::prediction::ScalingPrediction;
 use crate::text::file_name;
 use bvhscope_engine::settings::{Curve, Passes};
 use bvhscope_engine::tree::ContainerKind;
@@ -153,6 +154,9 @@ pub struct Measurement {
     /// Scaling: trace time with one thread divided by this one.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub trace_speedup: Option<f64>,
+    /// Scaling: the speed-up predicted for more cores, in the row of one thread, where that was asked for.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub predicted_scaling: Option<ScalingPrediction>,
     /// What rays of each population cost, where that was measured.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub populations: Vec<MeasuredRays>,

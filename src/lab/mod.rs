@@ -14,6 +14,7 @@ mod bench;
 mod compare;
 pub mod diff;
 mod scaling;
+pub mod speedup;
 mod sweep;
 
 mod job;

@@ -7,7 +7,7 @@ use serde_json::Value;
 use super::measurement::Measurement;
 
 /// CSV columns: the JSON names that all commands share, then the conditions of the measurement.
-const COLUMNS: [&str; 56] = [
+const COLUMNS: [&str; 57] = [
     "command",
     "model",
     "triangles",
@@ -58,6 +58,7 @@ const COLUMNS: [&str; 56] = [
     "overlay_bytes",
     "speedup",
     "trace_speedup",
+    "predicted_scaling",
     "traversal",
     "width_px",
     "height_px",
@@ -154,6 +155,13 @@ mod tests {
                 "build_stages_ms" => "sort=2.5 tree=13.5".to_owned(),
                 "populations" => {
                     "cost=1.25 population=ao predicted_visits=2.5 rays=19 root_hits=17 visits=13".to_owned()
+                }
+                "predicted_scaling" => {
+                    assert!(
+                        cell.starts_with("build=curve=cores=1 lower=1.0 speedup=1.0 upper=1.0; cores=2 "),
+                        "{cell}"
+                    );
+                    cell.clone()
                 }
                 "warnings" => "2 faces skipped; 1 texture missing".to_owned(),
                 _ => row[name].as_str().map_or_else(|| row[name].to_string(), str::to_owned),

@@ -5,6 +5,7 @@ use serde_json::Value;
 
 use super::measurement::Measurement;
 use super::population::{MeasuredRays, Population};
+use super::speedup::prediction::{PredictedScaling, PredictedSpeedup, ScalingPrediction, StageWork};
 use bvhscope_engine::settings::{Curve, Pass, Passes};
 use bvhscope_engine::tree::ContainerKind;
 
@@ -65,6 +66,7 @@ pub(super) fn sample() -> Measurement {
         overlay_bytes: Some(56_003),
         speedup: Some(2.75),
         trace_speedup: Some(1.25),
+        predicted_scaling: Some(prediction()),
         populations: vec![MeasuredRays {
             population: Population::AmbientOcclusion,
             rays: 19,
@@ -75,6 +77,30 @@ pub(super) fn sample() -> Measurement {
         }],
         warnings: vec!["2 faces skipped".to_owned(), "1 texture missing".to_owned()],
     }
+}
+
+/// A prediction in which every number is another.
+fn prediction() -> ScalingPrediction {
+    let scaling = |work_ms: f64, tasks| PredictedScaling {
+        tasks,
+        work_ms,
+        span_ms: work_ms / 32.0,
+        serial_share: 0.015_625,
+        stages: vec![StageWork {
+            stage: "sort".to_owned(),
+            work_ms: work_ms / 4.0,
+            serial_ms: work_ms / 64.0,
+            inflation: Some(1.125),
+        }],
+        curve: vec![
+            PredictedSpeedup { cores: 1, speedup: 1.0, lower: 1.0, upper: 1.0 },
+            PredictedSpeedup { cores: 2, speedup: 1.75, lower: 1.5, upper: 1.875 },
+            PredictedSpeedup { cores: 8, speedup: 5.5, lower: 3.5, upper: 7.25 },
+        ],
+        measured_at_two: Some(1.625),
+    };
+    let (build, trace) = (scaling(64.0, 71), scaling(128.0, 73));
+    ScalingPrediction { runs: 7, fork_us: 0.0625, steal_us: Some([0.5, 11.0]), build, trace }
 }
 
 /// Fails with the names of the columns in which two rows differ. Numbers may differ by the rounding of another order of

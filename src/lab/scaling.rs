@@ -3,6 +3,7 @@
 use super::measure::{LabError, RowSink, measure};
 use super::measurement::Measurement;
 use super::setup::{Setup, Subject, TraceView};
+use super::speedup;
 use crate::threads;
 use bvhscope_engine::cancel::CancelToken;
 
@@ -16,16 +17,51 @@ pub fn scaling(
     token: &CancelToken,
     rows: &mut dyn RowSink,
 ) -> Result<(), LabError> {
-    let setups: Vec<Setup> =
-        (1..=threads::count(max_threads.max(1))).map(|threads| Setup { threads, ..*setup }).collect();
-    let mut with_speedups = WithSpeedups { measured: Vec::new(), rows };
-    let outcome = measure("scaling", subject, &setups, view, token, &mut with_speedups);
-    let WithSpeedups { mut measured, rows } = with_speedups;
-    add_speedups(&mut measured);
+    let (measured, outcome) = measure_threads(subject, setup, max_threads, view, token, rows);
     for row in measured {
         rows.row(row);
     }
     outcome
+}
+
+/// [`scaling`] whose first row also has the speed-up that is predicted for more cores.
+pub fn predicted_scaling(
+    subject: &Subject,
+    setup: &Setup,
+    max_threads: usize,
+    view: &TraceView,
+    token: &CancelToken,
+    rows: &mut dyn RowSink,
+) -> Result<(), LabError> {
+    let (mut measured, mut outcome) = measure_threads(subject, setup, max_threads, view, &token.part(0, 2), rows);
+    if let Some(first) = measured.first_mut().filter(|_| outcome.is_ok()) {
+        match speedup::predict(subject, setup, view, &token.part(1, 2)) {
+            Ok(prediction) => first.predicted_scaling = Some(prediction),
+            Err(error) => outcome = Err(error),
+        }
+    }
+    for row in measured {
+        rows.row(row);
+    }
+    outcome
+}
+
+/// The rows of [`scaling`], those of the completed repetitions where it ended early.
+fn measure_threads(
+    subject: &Subject,
+    setup: &Setup,
+    max_threads: usize,
+    view: &TraceView,
+    token: &CancelToken,
+    rows: &mut dyn RowSink,
+) -> (Vec<Measurement>, Result<(), LabError>) {
+    let setups: Vec<Setup> =
+        (1..=threads::count(max_threads.max(1))).map(|threads| Setup { threads, ..*setup }).collect();
+    let mut with_speedups = WithSpeedups { measured: Vec::new(), rows };
+    let outcome = measure("scaling", subject, &setups, view, token, &mut with_speedups);
+    let mut measured = with_speedups.measured;
+    add_speedups(&mut measured);
+    (measured, outcome)
 }
 
 /// Keeps the rows until all are measured, since each needs the first.

@@ -134,6 +134,7 @@ impl Trial {
             overlay_bytes: Some(Levels::bytes(stats.nodes)),
             speedup: None,
             trace_speedup: None,
+            predicted_scaling: None,
             populations: first.populations.clone(),
             warnings: subject.scene.warnings.entries.iter().map(ToString::to_string).collect(),
         }
@@ -335,6 +336,7 @@ mod tests {
             overlay_bytes: Some(52),
             speedup: None,
             trace_speedup: None,
+            predicted_scaling: None,
             populations: sample().populations,
             warnings: vec![subject.scene.warnings.entries[0].to_string()],
         };

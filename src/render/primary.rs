@@ -79,20 +79,23 @@ pub fn trace_primary_wide(request: &RenderRequest, token: &CancelToken) -> Resul
     let grid = Grid::new(request);
     let camera = request.camera.for_size(request.width_px, request.height_px);
     let level = request.settings.simd.level();
+    let trace_tile = |tile: u32, token: &CancelToken| {
+        token.check()?;
+        let mut rays = ArrayVec::<Ray, TILE_AREA>::new();
+        grid.for_each_pixel(tile, |x, y, _| {
+            let point = grid.point(x, y, Vec2::splat(0.5));
+            rays.push(camera.ray(point.x, point.y));
+        });
+        let mut hits = [None; TILE_AREA];
+        wide.closest_hits(level, &rays, &mut hits);
+        Ok(hits.iter().flatten().count() as u64)
+    };
+    let fork = token.fork();
     let hits = (0..grid.tile_count)
         .into_par_iter()
-        .map(|tile| {
-            token.check()?;
-            let mut rays = ArrayVec::<Ray, TILE_AREA>::new();
-            grid.for_each_pixel(tile, |x, y, _| {
-                let point = grid.point(x, y, Vec2::splat(0.5));
-                rays.push(camera.ray(point.x, point.y));
-            });
-            let mut hits = [None; TILE_AREA];
-            wide.closest_hits(level, &rays, &mut hits);
-            Ok(hits.iter().flatten().count() as u64)
-        })
+        .map(|tile| fork.task(|token| trace_tile(tile, token)))
         .try_reduce(|| 0, |a, b| Ok(a + b))?;
+    fork.join();
     let rays = u64::from(grid.width) * u64::from(grid.height);
     Ok(PrimaryTrace { rays, hits, trace_time: start.elapsed() })
 }
@@ -108,28 +111,31 @@ fn trace<C: Container, P: Probe + Default + Send>(
     let camera = request.camera.for_size(request.width_px, request.height_px);
     let triangles = request.accel.compute_leaf_triangles(token)?;
     let level = request.settings.simd.plain_loop_level();
+    let trace_tile = |tile: u32, token: &CancelToken| {
+        token.check()?;
+        let mut stack = new_stack(tree.max_depth);
+        let (mut hits, mut probe) = (0, P::default());
+        dispatch!(level, simd => grid.for_each_pixel(
+            tile,
+            #[inline(always)]
+            |x, y, _| {
+                let point = grid.point(x, y, Vec2::splat(0.5));
+                let hit = request.first_visible(
+                    camera.ray(point.x, point.y),
+                    #[inline(always)]
+                    |ray| closest_hit_with(simd, tree, triangles, ray, traversal, &mut stack, &mut probe),
+                );
+                hits += u64::from(hit.is_some());
+            },
+        ));
+        Ok((hits, probe))
+    };
+    let fork = token.fork();
     let tiles: Vec<(u64, P)> = (0..grid.tile_count)
         .into_par_iter()
-        .map(|tile| {
-            token.check()?;
-            let mut stack = new_stack(tree.max_depth);
-            let (mut hits, mut probe) = (0, P::default());
-            dispatch!(level, simd => grid.for_each_pixel(
-                tile,
-                #[inline(always)]
-                |x, y, _| {
-                    let point = grid.point(x, y, Vec2::splat(0.5));
-                    let hit = request.first_visible(
-                        camera.ray(point.x, point.y),
-                        #[inline(always)]
-                        |ray| closest_hit_with(simd, tree, triangles, ray, traversal, &mut stack, &mut probe),
-                    );
-                    hits += u64::from(hit.is_some());
-                },
-            ));
-            Ok((hits, probe))
-        })
+        .map(|tile| fork.task(|token| trace_tile(tile, token)))
         .collect::<Result<_, Cancelled>>()?;
+    fork.join();
     let hits = tiles.iter().map(|(hits, _)| hits).sum();
     let rays = u64::from(grid.width) * u64::from(grid.height);
     Ok((rays, hits, tiles.into_iter().map(|(_, probe)| probe).collect()))

@@ -18,6 +18,7 @@ mod merges;
 mod overwriting;
 mod populations;
 mod rays;
+mod scaling;
 #[cfg(target_os = "linux")]
 mod streams;
 #[cfg(target_os = "linux")]

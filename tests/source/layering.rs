@@ -16,7 +16,8 @@ const ENGINE: Plan = Plan {
     source: "engine/src",
     rooms: &[
         ("geometry", &[]),
-        ("cancel", &["*"]),
+        ("task_log", &["*"]),
+        ("cancel", &["geometry"]),
         ("kernel", &["geometry"]),
         ("tree", &[]),
         ("settings", &["geometry", "cancel", "kernel"]),

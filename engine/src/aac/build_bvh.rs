@@ -87,6 +87,7 @@ fn cluster<C: ClusterContainer>(
     token: &CancelToken,
     times: &mut StageTimes,
 ) -> Result<Tree<C>, Cancelled> {
+    token.begin_stage("tree");
     let start = Instant::now();
     let reduction = Reduction::new(settings.threshold, settings.epsilon);
     let level = SimdLevel::of_builds().level();
@@ -95,8 +96,8 @@ fn cluster<C: ClusterContainer>(
 
     // C = build_tree(P)
     let (root, mut last_pairs, slots) = NodeSlots::whole(&plan, &mut *top, task_nodes);
-    let builder = TreeBuilder::new(triangles, input, &reduction, level, token);
-    let Forest { mut clusters, mut tasks } = builder.build_tree(&plan, slots)?;
+    let builder = TreeBuilder::new(triangles, input, &reduction, level);
+    let Forest { mut clusters, mut tasks } = builder.build_tree(&plan, slots, token)?;
 
     // return combine_clusters(C, 1)
     dispatch!(level, simd => {
@@ -106,6 +107,7 @@ fn cluster<C: ClusterContainer>(
     times.stages.push(("tree", start.elapsed()));
     token.check()?;
 
+    token.begin_stage("flatten");
     let start = Instant::now();
     let (primitive_indices, max_depth) = order_leaves(top, &mut tasks, triangles.len(), sums, token)?;
     times.stages.push(("flatten", start.elapsed()));

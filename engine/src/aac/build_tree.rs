@@ -42,7 +42,6 @@ pub struct TreeBuilder<'a, C: ClusterContainer> {
     input: &'a SortedPrimitives<C>,
     reduction: &'a Reduction,
     level: Level,
-    token: &'a CancelToken,
     /// Number of primitives in finished tasks.
     finished: AtomicUsize,
 }
@@ -60,37 +59,51 @@ impl<'a, C: ClusterContainer> TreeBuilder<'a, C> {
         input: &'a SortedPrimitives<C>,
         reduction: &'a Reduction,
         level: Level,
-        token: &'a CancelToken,
     ) -> Self {
-        Self { triangles, input, reduction, level, token, finished: AtomicUsize::new(0) }
+        Self { triangles, input, reduction, level, finished: AtomicUsize::new(0) }
     }
 
     /// `build_tree` of the range `plan`, both sides in parallel; nodes are written to `slots`.
-    pub fn build_tree<'n>(&self, plan: &TaskPlan, slots: NodeSlots<'_, 'n, C>) -> Result<Forest<'n, C>, Cancelled> {
-        self.token.check()?;
+    pub fn build_tree<'n>(
+        &self,
+        plan: &TaskPlan,
+        slots: NodeSlots<'_, 'n, C>,
+        token: &CancelToken,
+    ) -> Result<Forest<'n, C>, Cancelled> {
+        token.check()?;
         // (P_left, P_right) = make_partition(P): the plan has it, or leaves the range to one task.
-        let Some(sides) = &plan.sides else { return self.build_task(plan.range.clone(), slots) };
+        let Some(sides) = &plan.sides else { return self.build_task(plan.range.clone(), slots, token) };
         let (mut pairs, [left_slots, right_slots]) = slots.split(plan, sides);
         // C = build_tree(P_left) ∪ build_tree(P_right)
         let [left, right] = &**sides;
-        let (left, right) = rayon::join(|| self.build_tree(left, left_slots), || self.build_tree(right, right_slots));
+        let fork = token.fork();
+        let (left, right) = rayon::join(
+            || fork.task(|token| self.build_tree(left, left_slots, token)),
+            || fork.task(|token| self.build_tree(right, right_slots, token)),
+        );
+        fork.join();
         let (Forest { mut clusters, mut tasks }, mut right) = (left?, right?);
         clusters.append::<C>(&right.clusters, 0, right.clusters.len);
         tasks.append(&mut right.tasks);
         // return combine_clusters(C, f(|P|))
         let target = plan.reduced_count;
         dispatch!(self.level, simd => {
-            combine_clusters(simd, &mut clusters, &mut Scratch::default(), 0, target, &mut pairs, self.token)
+            combine_clusters(simd, &mut clusters, &mut Scratch::default(), 0, target, &mut pairs, token)
         })?;
         Ok(Forest { clusters, tasks })
     }
 
     /// `build_tree` of the primitives at the positions `range` by one thread.
-    fn build_task<'n>(&self, range: Range<usize>, slots: NodeSlots<'_, 'n, C>) -> Result<Forest<'n, C>, Cancelled> {
+    fn build_task<'n>(
+        &self,
+        range: Range<usize>,
+        slots: NodeSlots<'_, 'n, C>,
+        token: &CancelToken,
+    ) -> Result<Forest<'n, C>, Cancelled> {
         let count = range.len();
         let mut pairs = PairWriter::new(&mut *slots.tasks, slots.tasks_offset);
         let mut clusters = dispatch!(self.level, simd => {
-            build_tree_in_task(simd, self.triangles, self.input, self.reduction, range, &mut pairs, self.token)
+            build_tree_in_task(simd, self.triangles, self.input, self.reduction, range, &mut pairs, token)
         })?;
         // From here on a cluster refers to its nodes by an index that stands for this task's root.
         let mut roots = Vec::with_capacity(clusters.len);
@@ -101,7 +114,7 @@ impl<'a, C: ClusterContainer> TreeBuilder<'a, C> {
             }
         }
         let finished = self.finished.fetch_add(count, Ordering::Relaxed) + count;
-        self.token.set_progress(0.1 + 0.8 * finished as f32 / self.input.len() as f32);
+        token.set_progress(0.1 + 0.8 * finished as f32 / self.input.len() as f32);
         Ok(Forest { clusters, tasks: vec![TaskNodes { nodes: slots.tasks, offset: slots.tasks_offset, roots }] })
     }
 }

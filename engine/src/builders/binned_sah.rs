@@ -36,6 +36,7 @@ pub fn build<C: ClusterContainer>(
     token: &CancelToken,
     times: &mut StageTimes,
 ) -> Result<Tree<C>, Cancelled> {
+    token.begin_stage("tree");
     let start = Instant::now();
     let mut primitives = Vec::with_capacity(triangles.len());
     for batch in triangles.chunks(TRIANGLES_BETWEEN_CHECKS) {
@@ -49,6 +50,7 @@ pub fn build<C: ClusterContainer>(
     let root = split(&mut primitives, &mut slots, 0, 0, token)?;
     times.stages.push(("tree", start.elapsed()));
     token.check()?;
+    token.begin_stage("flatten");
     let start = Instant::now();
     let tree = flatten(root, &slots, |position| primitives[position].index, token)?;
     times.stages.push(("flatten", start.elapsed()));
@@ -73,9 +75,10 @@ fn split<C: ClusterContainer>(
     let (left_slots, right_slots) = slots.split_at_mut(middle);
     let (left, right) = if forks {
         token.check()?;
+        let fork = token.fork();
         rayon::join(
-            || split(left_primitives, left_slots, offset, depth + 1, token),
-            || split(right_primitives, right_slots, offset + middle, depth + 1, token),
+            || fork.task(|token| split(left_primitives, left_slots, offset, depth + 1, token)),
+            || fork.task(|token| split(right_primitives, right_slots, offset + middle, depth + 1, token)),
         )
     } else {
         (

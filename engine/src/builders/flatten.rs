@@ -95,13 +95,17 @@ pub fn flatten<C: ClusterContainer>(
         skipped = (task.first_node + task.nodes_below()) as usize;
         outputs.push((task, task_nodes, task_primitives));
     }
+    let fork = token.fork();
     let max_depth = outputs
         .into_par_iter()
         .map(|(task, nodes, primitives)| {
-            token.check()?;
-            Ok(write_subtree(task, slots, &primitive_at, nodes, primitives))
+            fork.task(|token| {
+                token.check()?;
+                Ok(write_subtree(task, slots, &primitive_at, nodes, primitives))
+            })
         })
         .try_reduce(|| 0, |a, b| Ok(a.max(b)))?;
+    fork.join();
     Ok(Tree { nodes, primitive_indices, max_depth })
 }
 

@@ -26,11 +26,13 @@ pub fn build<C: ClusterContainer>(
     times: &mut StageTimes,
 ) -> Result<Tree<C>, Cancelled> {
     let sorted = sort_primitives::<C>(triangles, bounds, curve, token, times)?;
+    token.begin_stage("tree");
     let start = Instant::now();
     let mut slots: Vec<ChildPair<C>> = zeros(triangles.len(), token)?;
     let root = split(triangles, &sorted, 0..triangles.len(), &mut slots, 0, token)?;
     times.stages.push(("tree", start.elapsed()));
     token.check()?;
+    token.begin_stage("flatten");
     let start = Instant::now();
     let tree = flatten(root, &slots, |position| sorted.primitive(position), token)?;
     times.stages.push(("flatten", start.elapsed()));
@@ -56,9 +58,10 @@ fn split<C: ClusterContainer>(
     let (left_slots, right_slots) = slots.split_at_mut(middle - offset);
     let (left, right) = if range.len() > FORK_ABOVE {
         token.check()?;
+        let fork = token.fork();
         rayon::join(
-            || split(triangles, sorted, range.start..middle, left_slots, offset, token),
-            || split(triangles, sorted, middle..range.end, right_slots, middle, token),
+            || fork.task(|token| split(triangles, sorted, range.start..middle, left_slots, offset, token)),
+            || fork.task(|token| split(triangles, sorted, middle..range.end, right_slots, middle, token)),
         )
     } else {
         (

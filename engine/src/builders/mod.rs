@@ -96,6 +96,7 @@ where
         times.reused.push("bounds");
         bounds
     } else {
+        token.begin_stage("bounds");
         let start = Instant::now();
         let bounds = input_bounds(triangles, token)?;
         times.stages.push(("bounds", start.elapsed()));

@@ -1,8 +1,9 @@
-//! Low-level helpers of the whole engine: SIMD levels and lanes, bit sets, parallel collection, prefetching. Knows nothing of
+//! Low-level helpers of the whole engine: SIMD levels and lanes, bit sets, forks, parallel collection, prefetching. Knows nothing of
 //! trees and rays.
 
 pub(crate) mod bits;
 mod each;
+pub mod fork;
 pub(crate) mod lanes;
 pub(crate) mod mix;
 pub(crate) mod par_collect;

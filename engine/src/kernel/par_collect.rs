@@ -8,6 +8,9 @@ use crate::cancel::{CancelToken, Cancelled};
 /// Number of items between two cancellation checks: some megabytes of the largest ones.
 const CHUNK: usize = 1 << 16;
 
+/// Items that a logged part of a loop is at most divided into: fewer would not pay.
+const MIN_ITEMS_PER_PART: usize = 256;
+
 /// Collects `item(index)` for each `index` below `count`, in order.
 pub fn par_collect<T: Send>(
     count: usize,
@@ -29,7 +32,10 @@ pub fn par_collect_in_chunks<T: Send>(
         token.check()?;
         let first = list.len();
         let end = count.min(first + chunk);
-        list.par_extend((first..end).into_par_iter().map(&item));
+        let fork = token.fork();
+        let parts = (end - first).div_ceil(MIN_ITEMS_PER_PART);
+        list.par_extend((first..end).into_par_iter().map_init(|| fork.part_of_loop(parts), |_, index| item(index)));
+        fork.join();
     }
     Ok(list)
 }

@@ -27,13 +27,17 @@ pub struct InputBounds {
 pub fn input_bounds(triangles: &[Triangle], token: &CancelToken) -> Result<InputBounds, Cancelled> {
     let level = plain_loop_level();
     let empty = || [Aabb::EMPTY; 2];
+    let fork = token.fork();
     let [corners, sums] = triangles
         .par_chunks(BATCH)
         .map(|batch| {
-            token.check()?;
-            Ok(dispatch!(level, simd => bounds_of_batch(simd, batch)))
+            fork.task(|token| {
+                token.check()?;
+                Ok(dispatch!(level, simd => bounds_of_batch(simd, batch)))
+            })
         })
         .try_reduce(empty, |a, b| Ok([a[0].union(&b[0]), a[1].union(&b[1])]))?;
+    fork.join();
     Ok(InputBounds {
         centroids: Aabb { min: sums.min * 0.5, max: sums.max * 0.5 },
         max_coordinate: corners.min.abs().max(corners.max.abs()).max_element(),

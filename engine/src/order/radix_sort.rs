@@ -22,6 +22,9 @@ const MAX_LOCAL: usize = 1 << 15;
 const MAX_COMPARED: usize = 64;
 /// Minimum number of keys per chunk, below which a thread of its own does not pay.
 const MIN_CHUNK: usize = 1 << 14;
+/// Maximum number of chunks that a range is scattered from. More are scattered faster, but one thread divides the output among them:
+/// with 32 that takes 1 % of a build (dragon), as long as it saves.
+const MAX_CHUNKS: usize = 16;
 /// Keys between two cancellation checks.
 const KEYS_PER_CHECK: usize = 1 << 17;
 
@@ -60,20 +63,23 @@ fn sort_range(
     let buckets = 1_usize << digit_bits;
     let digit = |key: u64| (key >> shift) as usize & (buckets - 1);
     // Histogram: how often each digit occurs in each chunk.
-    let chunk_len = keys.len().div_ceil(rayon::current_num_threads()).max(MIN_CHUNK);
+    let chunk_len = keys.len().div_ceil(MAX_CHUNKS).max(MIN_CHUNK);
+    let fork = token.fork();
+    let histogram_of = |chunk: &[u64], token: &CancelToken| {
+        let mut histogram = vec![0; buckets];
+        for keys in chunk.chunks(KEYS_PER_CHECK) {
+            token.check()?;
+            for &key in keys {
+                histogram[digit(key)] += 1;
+            }
+        }
+        Ok(histogram)
+    };
     let histograms: Vec<Vec<usize>> = keys
         .par_chunks(chunk_len)
-        .map(|chunk| {
-            let mut histogram = vec![0; buckets];
-            for keys in chunk.chunks(KEYS_PER_CHECK) {
-                token.check()?;
-                for &key in keys {
-                    histogram[digit(key)] += 1;
-                }
-            }
-            Ok(histogram)
-        })
+        .map(|chunk| fork.task(|token| histogram_of(chunk, token)))
         .collect::<Result<_, Cancelled>>()?;
+    fork.join();
     let sizes: Vec<usize> =
         (0..buckets).map(|bucket| histograms.iter().map(|histogram| histogram[bucket]).sum()).collect();
     // All keys have the same digit: nothing moves.
@@ -92,7 +98,8 @@ fn sort_range(
         }
     }
     // Scatter: each chunk writes its keys to its own part of each bucket.
-    keys.par_chunks(chunk_len).zip(outputs).try_for_each(|(chunk, mut output)| {
+    let fork = token.fork();
+    let scatter = |chunk: &[u64], mut output: Vec<IterMut<u64>>, token: &CancelToken| {
         for keys in chunk.chunks(KEYS_PER_CHECK) {
             token.check()?;
             for &key in keys {
@@ -102,7 +109,10 @@ fn sort_range(
             }
         }
         Ok(())
-    })?;
+    };
+    let chunks = keys.par_chunks(chunk_len).zip(outputs);
+    chunks.try_for_each(|(chunk, output)| fork.task(|token| scatter(chunk, output, token)))?;
+    fork.join();
     // Sort each bucket by the remaining bits.
     let (mut keys, mut scratch) = (keys, scratch);
     let mut parts = Vec::with_capacity(buckets);
@@ -112,7 +122,10 @@ fn sort_range(
         (own_scratch, scratch) = scratch.split_at_mut(size);
         parts.push((own_scratch, own_keys));
     }
-    parts.into_par_iter().try_for_each(|(keys, scratch)| sort_range(keys, scratch, shift, !to_scratch, token))
+    let fork = token.fork();
+    parts
+        .into_par_iter()
+        .try_for_each(|(keys, scratch)| fork.task(|token| sort_range(keys, scratch, shift, !to_scratch, token)))
 }
 
 /// [`sort_range`] by one thread, in place.

@@ -52,6 +52,7 @@ pub fn sort_primitives<C: PrimitiveContainer>(
     times: &mut StageTimes,
 ) -> Result<SortedPrimitives<C>, Cancelled> {
     token.check()?;
+    token.begin_stage("codes");
     let start = Instant::now();
     let grid = CurveGrid::new(&bounds.centroids, curve);
     let index_bits = usize::BITS - (triangles.len() - 1).leading_zeros();
@@ -59,27 +60,32 @@ pub fn sort_primitives<C: PrimitiveContainer>(
     let mut cached: Vec<C::CachedBounds> = bytemuck::zeroed_vec(triangles.len());
     let mut keys = vec![0; triangles.len()];
     let level = plain_loop_level();
+    let fork = token.fork();
     triangles
         .par_chunks(BATCH)
         .zip(cached.par_chunks_mut(BATCH))
         .zip(keys.par_chunks_mut(BATCH))
         .enumerate()
         .try_for_each(|(batch, ((triangles, cached), keys))| {
-            token.check()?;
-            dispatch!(level, simd => codes_of_batch::<C, _>(simd, &grid, triangles, cached, keys));
-            for (key, index) in keys.iter_mut().zip(batch * BATCH..) {
-                *key = (*key >> code_shift) << index_bits | index as u64;
-            }
-            Ok(())
+            fork.task(|token| {
+                token.check()?;
+                dispatch!(level, simd => codes_of_batch::<C, _>(simd, &grid, triangles, cached, keys));
+                for (key, index) in keys.iter_mut().zip(batch * BATCH..) {
+                    *key = (*key >> code_shift) << index_bits | index as u64;
+                }
+                Ok(())
+            })
         })?;
+    fork.join();
     times.stages.push(("codes", start.elapsed()));
     token.check()?;
 
+    token.begin_stage("sort");
     let start = Instant::now();
     radix_sort(&mut keys, u64::BITS.min(CODE_BITS + index_bits), token)?;
     token.check()?;
     let mut order = SortedPrimitives { cached, keys, index_bits, code_shift, crowded: Vec::new() };
-    let crowded = order.crowded_cells();
+    let crowded = order.crowded_cells(token);
     if !crowded.is_empty() {
         order.sort_crowded_cells(&crowded, triangles, &grid, token)?;
     }
@@ -182,17 +188,19 @@ impl<C: PrimitiveContainer> SortedPrimitives<C> {
     }
 
     /// Ranges of more than [`MAX_CELL_PRIMITIVES`] primitives with the same packed code, in order.
-    fn crowded_cells(&self) -> Vec<Range<usize>> {
+    fn crowded_cells(&self, token: &CancelToken) -> Vec<Range<usize>> {
         let code = |position: usize| self.keys[position] >> self.index_bits;
         // Samples half a crowd apart cannot both miss one.
         let step = MAX_CELL_PRIMITIVES / 2;
         let samples = self.keys.len().saturating_sub(1) / step;
+        let fork = token.fork();
         let hits: Vec<usize> = (0..samples)
             .into_par_iter()
             .with_min_len(BATCH)
-            .map(|sample| sample * step)
+            .map_init(|| fork.part_of_loop(samples / BATCH), |_, sample| sample * step)
             .filter(|&position| code(position) == code(position + step))
             .collect();
+        fork.join();
         let mut cells: Vec<Range<usize>> = Vec::new();
         for position in hits {
             if cells.last().is_none_or(|last| last.end <= position) {
@@ -226,21 +234,35 @@ impl<C: PrimitiveContainer> SortedPrimitives<C> {
             passed = cell.end;
             cells.push((own_keys, own_codes));
         }
-        cells.into_par_iter().try_for_each(|(keys, codes)| {
+        let fork = token.fork();
+        let sort_cell = |keys: &mut [u64], codes: &mut [u64], token: &CancelToken| {
             token.check()?;
             let cell = keys[0] & !index_mask;
             // Keys of the same primitives with the trailing instead of the leading bits of their codes.
-            keys.par_iter_mut().with_min_len(BATCH).for_each(|key| {
-                let primitive = (*key & index_mask) as usize;
-                let triangle = &triangles[primitive];
-                let code = grid.code(C::from_cached(&cached[primitive], triangle).centroid(), triangle);
-                *key = (code & !(u64::MAX << code_shift)) << index_bits | primitive as u64;
-            });
+            let parts = keys.len() / BATCH;
+            let codes_fork = token.fork();
+            keys.par_iter_mut().with_min_len(BATCH).for_each_init(
+                || codes_fork.part_of_loop(parts),
+                |_, key| {
+                    let primitive = (*key & index_mask) as usize;
+                    let triangle = &triangles[primitive];
+                    let code = grid.code(C::from_cached(&cached[primitive], triangle).centroid(), triangle);
+                    *key = (code & !(u64::MAX << code_shift)) << index_bits | primitive as u64;
+                },
+            );
+            codes_fork.join();
             radix_sort_with(keys, codes, code_shift + index_bits, token)?;
-            keys.par_iter_mut().zip(codes).with_min_len(BATCH).for_each(|(key, code)| {
-                (*code, *key) = (*key >> index_bits, cell | *key & index_mask);
-            });
+            let keys_fork = token.fork();
+            let pairs = keys.par_iter_mut().zip(codes).with_min_len(BATCH);
+            pairs.for_each_init(
+                || keys_fork.part_of_loop(parts),
+                |_, (key, code)| {
+                    (*code, *key) = (*key >> index_bits, cell | *key & index_mask);
+                },
+            );
+            keys_fork.join();
             Ok(())
-        })
+        };
+        cells.into_par_iter().try_for_each(|(keys, codes)| fork.task(|token| sort_cell(keys, codes, token)))
     }
 }

@@ -179,13 +179,16 @@ impl<C: Container> Tree<C> {
 
     /// Whether each interior node has two children. Takes a pass over the tree, on all threads.
     pub fn is_binary(&self, token: &CancelToken) -> Result<bool, Cancelled> {
-        let has_other_arity = |nodes: &[Node<C>]| -> Result<bool, Cancelled> {
+        let has_other_arity = |nodes: &[Node<C>], token: &CancelToken| -> Result<bool, Cancelled> {
             token.check()?;
             // Without branches: leaves have their number of primitives, interior nodes with two children 0.
             Ok(nodes.iter().fold(0, |bits, node| bits | node.count) & OTHER_ARITY != 0)
         };
-        let chunks = self.nodes.par_chunks(NODES_BETWEEN_CHECKS).map(has_other_arity);
+        let fork = token.fork();
+        let chunks = self.nodes.par_chunks(NODES_BETWEEN_CHECKS);
+        let chunks = chunks.map(|nodes| fork.task(|token| has_other_arity(nodes, token)));
         let other = chunks.find_any(|chunk| !matches!(chunk, Ok(false)));
+        fork.join();
         other.unwrap_or(Ok(false)).map(|has_other_arity| !has_other_arity)
     }
 

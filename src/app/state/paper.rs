@@ -214,7 +214,7 @@ impl PaperPlan {
                 shard: (1, 1),
             }),
             Experiment::Threads => {
-                Job::Scaling { setups: setups(), max_threads: crate::threads::count(wanted.threads) }
+                Job::Scaling { setups: setups(), max_threads: crate::threads::count(wanted.threads), predict: false }
             }
             Experiment::Builders => {
                 Job::Compare { containers: self.containers.clone(), slow: false, threads: wanted.threads }

@@ -124,10 +124,16 @@ pub struct SweepArgs {
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
   bvhscope scaling bunny.obj --plot scaling.svg
-  bvhscope scaling bunny.obj --threads 8 --container both   1 to 8 threads")]
+  bvhscope scaling bunny.obj --threads 8 --container both   1 to 8 threads
+  bvhscope scaling bunny.obj --predict --repeat 15          and what 1 to 64 cores would gain")]
 pub struct ScalingArgs {
     #[command(flatten)]
     pub tree: OneTreeArgs,
+    /// Also predict the speed-up on 1 to 64 cores: a greedy schedule of all tasks of the build, until rays can be traced at full
+    /// speed, and of the trace. Their times and the price of a fork are measured on one thread and on two; the bounds are what
+    /// sharing the memory may cost at worst and at best. Not for trees with passes over them
+    #[arg(long)]
+    pub predict: bool,
     #[command(flatten)]
     pub measure: MeasureArgs,
 }

@@ -18,7 +18,7 @@ pub struct Point {
     pub x: f64,
     /// Vertical coordinate.
     pub y: f64,
-    /// Fastest and slowest repetition if `y` is a median of times.
+    /// Fastest and slowest repetition if `y` is a median of times; the bounds of a prediction.
     pub spread: Option<[f64; 2]>,
     /// Index of the measurement that it comes from; `None` for a reference.
     pub row: Option<usize>,

@@ -3,6 +3,7 @@
 use super::panel::{Panel, PlotCurve, Point};
 use crate::lab::measurement::Measurement;
 use crate::lab::report_table::{models, name_among};
+use crate::lab::speedup::prediction::PredictedScaling;
 
 /// A quantity: its label with unit, its value, and the spread of the repetitions if it is a time.
 type Quantity = (&'static str, fn(&Measurement) -> f64, Option<fn(&Measurement) -> [f64; 2]>);
@@ -166,18 +167,21 @@ fn relative_panel(rows: &[Measurement], series: &PlotCurve) -> Option<Panel> {
 type Speedup = fn(&Measurement) -> Option<f64>;
 
 fn scaling_panels(rows: &[Measurement]) -> Vec<Panel> {
-    let most = rows.iter().map(|row| row.threads).max().unwrap_or(1) as f64;
+    let predicted_cores = rows.iter().filter_map(|row| row.predicted_scaling.as_ref()?.build.curve.last());
+    let most = rows.iter().map(|row| row.threads).chain(predicted_cores.map(|point| point.cores)).max();
+    let most = most.unwrap_or(1) as f64;
     let point = |x, y| Point { x, y, spread: None, row: None };
-    let both = |scale: &dyn Fn(&Measurement) -> f64, ideal: Vec<Point>| {
+    let both = |scale: &dyn Fn(usize) -> f64, ideal: Vec<Point>| {
         let speedups: [(&str, Speedup); 2] = [("build", |row| row.speedup), ("trace", |row| row.trace_speedup)];
         let mut list = Vec::new();
         for (what, speedup) in speedups {
             list.extend(curves(
                 rows,
                 |row| format!("{what}, {}", series_name(row, rows)),
-                |row| Some((row.threads as f64, speedup(row)? * scale(row), None)),
+                |row| Some((row.threads as f64, speedup(row)? * scale(row.threads), None)),
             ));
         }
+        list.extend(predicted_curves(rows, scale));
         list.push(PlotCurve { name: "ideal".to_owned(), points: ideal, reference: true });
         list
     };
@@ -192,9 +196,31 @@ fn scaling_panels(rows: &[Measurement]) -> Vec<Panel> {
         panel("Speed-up over one thread (×)", both(&|_| 1.0, vec![point(1.0, 1.0), point(most, most)])),
         panel(
             "Parallel efficiency (%)",
-            both(&|row| 100.0 / row.threads.max(1) as f64, vec![point(1.0, 100.0), point(most, 100.0)]),
+            both(&|threads| 100.0 / threads.max(1) as f64, vec![point(1.0, 100.0), point(most, 100.0)]),
         ),
     ]
+}
+
+/// The predicted speed-ups with their bounds, multiplied by the `scale` of the number of cores.
+fn predicted_curves(rows: &[Measurement], scale: &dyn Fn(usize) -> f64) -> Vec<PlotCurve> {
+    let of_row = |(index, row): (usize, &Measurement)| {
+        let prediction = row.predicted_scaling.as_ref()?;
+        let curve = |what: &str, scaling: &PredictedScaling| PlotCurve {
+            name: format!("{what} predicted, {}", series_name(row, rows)),
+            points: scaling
+                .curve
+                .iter()
+                .map(|point| {
+                    let [y, lower, upper] =
+                        [point.speedup, point.lower, point.upper].map(|speedup| speedup * scale(point.cores));
+                    Point { x: point.cores as f64, y, spread: Some([lower, upper]), row: Some(index) }
+                })
+                .collect(),
+            reference: false,
+        };
+        Some([curve("build", &prediction.build), curve("trace", &prediction.trace)])
+    };
+    rows.iter().enumerate().filter_map(of_row).flatten().collect()
 }
 
 /// One panel per quantity, over categories.
@@ -281,6 +307,7 @@ mod tests {
             threads,
             speedup: Some(speedup),
             trace_speedup,
+            predicted_scaling: None,
             ..sample()
         };
         let all = panels(&[row(1, 1.0, Some(1.0)), row(2, 1.5, Some(1.75)), row(4, 3.0, None)]).unwrap();
@@ -298,6 +325,21 @@ mod tests {
             ("ideal", vec![(1.0, 100.0), (4.0, 100.0)]),
         ];
         assert_eq!(values(efficiencies), expected);
+    }
+
+    #[test]
+    fn a_prediction_is_drawn_with_its_bounds() {
+        let row = |threads| Measurement { command: "scaling".to_owned(), threads, ..sample() };
+        let all = panels(&[row(1), Measurement { predicted_scaling: None, ..row(2) }]).unwrap();
+        let [speedups, efficiencies] = &all[..] else { unreachable!("{all:?}") };
+        let names: Vec<&str> = speedups.curves.iter().map(|curve| curve.name.as_str()).collect();
+        let series =
+            ["build", "trace", "build predicted", "trace predicted"].map(|what| format!("{what}, thing.obj, box"));
+        assert_eq!(names, [&series[..], &["ideal".to_owned()]].concat());
+        assert_eq!(values(speedups)[2].1, [(1.0, 1.0), (2.0, 1.75), (8.0, 5.5)]);
+        assert_eq!(values(speedups)[4].1, [(1.0, 1.0), (8.0, 8.0)], "the ideal reaches as far");
+        assert_eq!(speedups.curves[2].points[2].spread, Some([3.5, 7.25]));
+        assert_eq!(values(efficiencies)[3].1, [(1.0, 100.0), (2.0, 87.5), (8.0, 68.75)]);
     }
 
     #[test]

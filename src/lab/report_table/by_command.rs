@@ -1,7 +1,7 @@
 //! Which tables each measuring command prints.
 
 use super::aligned::ReportTable;
-use super::{lists, pairs, predictions};
+use super::{lists, pairs, predictions, speedups};
 use crate::lab::measurement::Measurement;
 
 /// The tables of the measurements of one command.
@@ -12,6 +12,7 @@ pub fn tables(command: &str, rows: &[Measurement]) -> Vec<ReportTable> {
         "compare" => vec![lists::list_table("Builders", rows)],
         _ => vec![lists::list_table("Sweep", rows)],
     };
+    tables.extend(speedups::speedup_tables(rows));
     tables.extend(predictions::prediction_tables(rows));
     tables
 }

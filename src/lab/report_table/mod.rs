@@ -7,6 +7,7 @@ mod difference;
 mod lists;
 mod pairs;
 mod predictions;
+mod speedups;
 
 mod by_command;
 mod summary;

@@ -55,12 +55,16 @@ pub fn collapse<C: WideContainer>(
     if tree.nodes.is_empty() {
         return Ok(WideTree { root: None, nodes: Vec::new(), blocks: Vec::new() });
     }
+    token.begin_stage("wide costs");
     let decisions = optimal_decisions(tree, token)?;
+    token.begin_stage("wide plan");
     let emitter = Emitter { tree, decisions: &decisions };
     let (top, tasks) = emitter.top((tree.nodes.len() / TASK_NODES).min(MAX_TOP_NODES));
     let top_nodes = top.nodes.len();
-    let segments = tasks.par_iter().map(|&root| emitter.segment(root, token));
+    let fork = token.fork();
+    let segments = tasks.par_iter().map(|&root| fork.task(|token| emitter.segment(root, token)));
     let segments: Vec<Segment> = segments.collect::<Result<_, Cancelled>>()?;
+    fork.join();
     let segments: Vec<Segment> = std::iter::once(top).chain(segments).collect();
 
     // Segments follow one another.
@@ -73,6 +77,7 @@ pub fn collapse<C: WideContainer>(
         unreachable!("the top is a segment")
     };
 
+    token.begin_stage("wide write");
     // All threads write in place: obtaining fresh memory takes as long as filling it, and so that work is shared too.
     let nodes = par_write(node_count, NODES_BETWEEN_CHECKS, token, |segment, index| {
         if index < top_nodes {
@@ -115,11 +120,15 @@ fn par_write<T: Send>(
 ) -> Result<Vec<T>, Cancelled> {
     let mut list = Vec::with_capacity(count);
     let round = writes_between_checks * rayon::current_num_threads();
+    let parts = round / MIN_WRITES_PER_TASK;
+    let fork = token.fork();
     for start in (0..count).step_by(round) {
         token.check()?;
         let range = start..count.min(start + round);
-        list.par_extend(range.into_par_iter().with_min_len(MIN_WRITES_PER_TASK).map_init(|| 0, &write));
+        let range = range.into_par_iter().with_min_len(MIN_WRITES_PER_TASK);
+        list.par_extend(range.map_init(|| (0, fork.part_of_loop(parts)), |(segment, _), index| write(segment, index)));
     }
+    fork.join();
     Ok(list)
 }
 

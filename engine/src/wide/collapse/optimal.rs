@@ -31,11 +31,13 @@ pub(crate) fn optimal_decisions<C: WideContainer>(tree: &Tree<C>, token: &Cancel
     let level = plain_loop_level();
     let group = (chunk_count / MIN_GROUPS).clamp(1, MAX_GROUP_CHUNKS);
     let groups = chunks.par_chunks_mut(group).enumerate();
+    let fork = token.fork();
     let boundaries = groups.map_init(Scratch::default, |scratch, (index, chunks)| {
         let mut range = ChunkRange { tree, first_chunk: group * index, chunks };
-        dispatch!(level, simd => range.decide(simd, scratch, token))
+        fork.task(|token| dispatch!(level, simd => range.decide(simd, scratch, token)))
     });
     let boundaries: Vec<Boundary> = boundaries.collect::<Result<_, Cancelled>>()?;
+    fork.join();
     let root = NodeCost::leaf(&tree.nodes[0]);
     if tree.nodes[0].is_leaf() {
         return Ok(Decisions { chunks, root: DecidedNode::new(0, root.decision, root.count) });
