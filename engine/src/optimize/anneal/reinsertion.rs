@@ -16,8 +16,8 @@ const MEAN_STEP: f64 = 2.0 / 3.0;
 /// Poll for cancellation every 256 subtrees.
 const SUBTREES_BETWEEN_CHECKS: usize = 256;
 
-/// Moves subtrees of `tree`. With each move the cost may rise by a random amount of the mean `temperature`, times the square root of
-/// the subtree's area over that of the average one; at temperature 0 it falls. `random` is the state of the generator.
+/// Moves subtrees of `tree`. With each move the cost may rise by a random amount of the mean `temperature`, times the fourth root
+/// of the subtree's area over that of the average one; at temperature 0 it falls. `random` is the state of the generator.
 pub fn reinsertion_round(
     tree: &mut FreeTree,
     temperature: f64,
@@ -40,7 +40,7 @@ pub fn reinsertion_round(
             continue;
         }
         let allowance = if temperature > 0.0 {
-            temperature * (f64::from(area) / average_area).sqrt() * exponential(random)
+            temperature * (f64::from(area) / average_area).sqrt().sqrt() * exponential(random)
         } else {
             0.0
         };
