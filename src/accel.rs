@@ -39,6 +39,19 @@ const OPTIMIZE_BYTES_PER_TRIANGLE: u64 = 100;
 /// Additional peak of splitting: 1.1 references per triangle of 40 bytes each, held twice while they are joined into one list,
 /// and a larger tree.
 const SPLIT_BYTES_PER_TRIANGLE: u64 = 120;
+/// Additional peak of annealing, which takes 1.1 times two nodes of 64 bytes a triangle: with splitting and the other passes, 376
+/// bytes per triangle were measured in all.
+const ANNEAL_BYTES_PER_TRIANGLE: u64 = 80;
+
+/// Peak memory per triangle of a build with `settings` and of what is derived from its tree.
+pub fn peak_bytes_per_triangle(settings: &BuildSettings) -> u64 {
+    let passes = settings.passes();
+    let of_pass = |is_wanted: bool, bytes: u64| if is_wanted { bytes } else { 0 };
+    BUILD_BYTES_PER_TRIANGLE
+        + of_pass(passes.contains(Pass::Split), SPLIT_BYTES_PER_TRIANGLE)
+        + of_pass(passes.without(Pass::Split) != Passes::NONE, OPTIMIZE_BYTES_PER_TRIANGLE)
+        + of_pass(passes.contains(Pass::Anneal), ANNEAL_BYTES_PER_TRIANGLE)
+}
 
 /// Interval at which a thread checks whether another has made the wide tree.
 const WIDENING_POLL_INTERVAL: Duration = Duration::from_millis(1);
@@ -113,10 +126,7 @@ impl Accel {
         mut session: Option<&mut BuildSession>,
         token: &CancelToken,
     ) -> Result<Self, BuildError> {
-        let passes = settings.passes();
-        let split_bytes = if passes.contains(Pass::Split) { SPLIT_BYTES_PER_TRIANGLE } else { 0 };
-        let optimize_bytes = if passes.without(Pass::Split) == Passes::NONE { 0 } else { OPTIMIZE_BYTES_PER_TRIANGLE };
-        let bytes = scene.triangles.len() as u64 * (BUILD_BYTES_PER_TRIANGLE + split_bytes + optimize_bytes);
+        let bytes = scene.triangles.len() as u64 * peak_bytes_per_triangle(settings);
         let mut within_budget = Budget::of_process().check("the tree", bytes);
         if let (Err(_), Some(session)) = (&within_budget, &mut session) {
             // The cache of earlier builds may hold the memory that is missing.

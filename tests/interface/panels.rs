@@ -148,6 +148,9 @@ fn unavailable_settings_are_disabled() {
 #[test]
 fn the_list_of_shadings_chooses_one() {
     let mut h = harness(state(Shading::Lit));
+    // Below the settings of the tree, which take up most of the panel.
+    h.get_by_role_and_label(Role::ComboBox, "Shading").scroll_to_me();
+    h.run_steps(4);
     h.get_by_role_and_label(Role::ComboBox, "Shading").click();
     h.run_steps(4);
     press(&mut h, Shading::Clusters.label());

@@ -59,8 +59,9 @@ impl FreeTree {
                 }
             }
         }
-        for &index in order.iter().rev() {
-            free.refit(index);
+        for nodes in order.rchunks(NODES_BETWEEN_CHECKS) {
+            token.check()?;
+            nodes.iter().rev().for_each(|&index| free.refit(index));
         }
         Ok(free)
     }
@@ -109,17 +110,20 @@ impl FreeTree {
     }
 
     /// The indices of all nodes, children before their parents.
-    pub fn bottom_up(&self) -> Vec<u32> {
+    pub fn bottom_up(&self, token: &CancelToken) -> Result<Vec<u32>, Cancelled> {
         let mut order = vec![0];
         let mut next = 0;
         while let Some(&index) = order.get(next) {
+            if next % NODES_BETWEEN_CHECKS == 0 {
+                token.check()?;
+            }
             if !self.is_leaf(index) {
                 order.extend(self.nodes[index as usize].children);
             }
             next += 1;
         }
         order.reverse();
-        order
+        Ok(order)
     }
 
     /// Computes bounds, size and cost of `index` from its children; a leaf stays as it is.

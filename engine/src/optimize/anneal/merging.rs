@@ -3,6 +3,7 @@
 use crate::cancel::{CancelToken, Cancelled};
 use crate::optimize::anneal::free_tree::{FreeTree, leaf_cost};
 use crate::optimize::move_search::{LinkedNodes, NONE};
+use crate::order::radix_sort;
 
 /// Number of pairs that are tried for each triangle, those first whose common box grows least.
 const MAX_PAIRS: usize = 8;
@@ -20,18 +21,27 @@ impl References {
         sources: &[u32],
         token: &CancelToken,
     ) -> Result<Self, Cancelled> {
-        let mut leaves: Vec<(u32, u32)> = Vec::new();
+        let mut leaves: Vec<u64> = Vec::new();
         for (index, node) in (0..).zip(&tree.nodes) {
             if index % (1 << 16) == 0 {
                 token.check()?;
             }
             if node.count == 1 && tree.is_leaf(index) {
-                leaves.push((sources[primitive_indices[node.children[1] as usize] as usize], index));
+                let triangle = sources[primitive_indices[node.children[1] as usize] as usize];
+                leaves.push(u64::from(triangle) << 32 | u64::from(index));
             }
         }
-        leaves.sort_unstable();
-        let lists = leaves.chunk_by(|a, b| a.0 == b.0).filter(|list| list.len() > 1);
-        Ok(Self(lists.map(|list| list.iter().map(|&(_, leaf)| leaf).collect()).collect()))
+        radix_sort(&mut leaves, u64::BITS, token)?;
+        let mut lists = Vec::new();
+        for (at, list) in leaves.chunk_by(|a, b| a >> 32 == b >> 32).enumerate() {
+            if at % TRIANGLES_BETWEEN_CHECKS == 0 {
+                token.check()?;
+            }
+            if list.len() > 1 {
+                lists.push(list.iter().map(|&key| key as u32).collect());
+            }
+        }
+        Ok(Self(lists))
     }
 }
 

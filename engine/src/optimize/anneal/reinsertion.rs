@@ -1,11 +1,10 @@
 //! One round of reinsertion: every subtree, by falling area, to its best position, even where that costs a little more.
 
-use rayon::prelude::*;
-
 use crate::cancel::{CancelToken, Cancelled};
 use crate::kernel::mix::next_unit;
 use crate::optimize::anneal::free_tree::FreeTree;
 use crate::optimize::move_search::{LinkedNodes, Move, NONE, find_move};
+use crate::order::radix_sort;
 
 /// Maximum number of nodes that one search visits.
 const MAX_VISITS: u32 = 1 << 12;
@@ -13,6 +12,8 @@ const MAX_VISITS: u32 = 1 << 12;
 const MIN_GAIN: f32 = 1e-7;
 /// The mean of a geometric number of steps and a uniform part of one is 3/2.
 const MEAN_STEP: f64 = 2.0 / 3.0;
+/// Poll for cancellation every 65536 nodes that are listed.
+const NODES_BETWEEN_CHECKS: u32 = 1 << 16;
 /// Poll for cancellation every 256 subtrees.
 const SUBTREES_BETWEEN_CHECKS: usize = 256;
 
@@ -24,14 +25,9 @@ pub fn reinsertion_round(
     random: &mut u64,
     token: &CancelToken,
 ) -> Result<(), Cancelled> {
-    let mut order: Vec<(f32, u32)> = (0..tree.nodes.len() as u32)
-        .filter(|&index| tree.is_movable(index))
-        .map(|index| (tree.bounds(index).half_area(), index))
-        .collect();
-    order.par_sort_unstable_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
-    let average_area = order.iter().map(|&(area, _)| f64::from(area)).sum::<f64>() / order.len() as f64;
+    let (order, average_area) = by_falling_area(tree, token)?;
     let mut stack = Vec::new();
-    for (at, &(area, node)) in order.iter().enumerate() {
+    for (at, &node) in order.iter().enumerate() {
         if at % SUBTREES_BETWEEN_CHECKS == 0 {
             token.check()?;
         }
@@ -39,6 +35,7 @@ pub fn reinsertion_round(
         if !tree.is_movable(node) {
             continue;
         }
+        let area = tree.bounds(node).half_area();
         let allowance = if temperature > 0.0 {
             temperature * (f64::from(area) / average_area).sqrt().sqrt() * exponential(random)
         } else {
@@ -50,6 +47,30 @@ pub fn reinsertion_round(
         }
     }
     Ok(())
+}
+
+/// The nodes that can be moved, by falling area, and their average area.
+fn by_falling_area(tree: &FreeTree, token: &CancelToken) -> Result<(Vec<u32>, f64), Cancelled> {
+    let (mut keys, mut sum) = (Vec::with_capacity(tree.nodes.len()), 0.0);
+    for index in 0..tree.nodes.len() as u32 {
+        if index % NODES_BETWEEN_CHECKS == 0 {
+            token.check()?;
+        }
+        if tree.is_movable(index) {
+            let area = tree.bounds(index).half_area();
+            sum += f64::from(area);
+            // The bits of positive numbers are in their order.
+            keys.push(u64::from(!area.to_bits()) << 32 | u64::from(index));
+        }
+    }
+    radix_sort(&mut keys, u64::BITS, token)?;
+    let average = sum / keys.len() as f64;
+    let mut order = Vec::with_capacity(keys.len());
+    for keys in keys.chunks(NODES_BETWEEN_CHECKS as usize) {
+        token.check()?;
+        order.extend(keys.iter().map(|&key| key as u32));
+    }
+    Ok((order, average))
 }
 
 /// Moves the node, unless the cost of the tree would rise by `allowance` or more.
@@ -153,7 +174,7 @@ mod tests {
                 assert!(reinsertion_round(&mut tree, temperature, &mut random, &CancelToken::new()).is_ok());
             }
             assert!(temperature > 0.0 || tree.cost() < 0.98 * before, "{before} to {}", tree.cost());
-            let order = tree.bottom_up();
+            let Ok(order) = tree.bottom_up(&CancelToken::new()) else { panic!("never cancelled") };
             assert_eq!(order.len(), tree.nodes.len(), "each node is reached once");
             let nodes = tree.nodes.clone();
             for index in order {

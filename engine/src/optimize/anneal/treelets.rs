@@ -28,7 +28,7 @@ struct Best {
 /// Replaces treelets of `tree` by their best topologies where that lowers the cost.
 pub fn treelet_round(tree: &mut FreeTree, token: &CancelToken) -> Result<(), Cancelled> {
     let mut best = [Best { bounds: SimdBox::EMPTY, cost: 0.0, count: 0, part: 0 }; SUBSETS];
-    for (at, &root) in tree.bottom_up().iter().enumerate() {
+    for (at, &root) in tree.bottom_up(token)?.iter().enumerate() {
         if at % TREELETS_BETWEEN_CHECKS == 0 {
             token.check()?;
         }

@@ -154,25 +154,24 @@ fn threshold(ui: &mut Ui, state: &mut AppState) {
 }
 
 fn presets(ui: &mut Ui, state: &mut AppState) {
-    // All six do not fit into one row of the narrowest panel.
-    for three in Preset::ALL.chunks(3) {
-        ui.horizontal(|ui| {
-            ui.spacing_mut().item_spacing.x = 3.0;
-            for &preset in three {
-                let (threshold, epsilon) = preset.parameters();
-                let source = match preset {
-                    Preset::Fast | Preset::Hq => "Mahmuda, Yuniarti, Nurul K.",
-                    Preset::AacFast | Preset::AacHq => "Gu et al. 2013",
-                    Preset::Best => "then collapse, restructure and reinsert",
-                    Preset::Finest => "and every pass below: takes minutes",
-                };
-                let tip = format!("Threshold {threshold}, ε {epsilon} ({source})");
-                if chip(ui, preset.label(), is_preset(state, preset), &tip) {
-                    Action::Preset(preset).perform(state);
-                }
+    ui.horizontal_wrapped(|ui| {
+        // Spacing at which all six fit into one row of the narrowest panel.
+        ui.spacing_mut().item_spacing.x = 2.0;
+        ui.spacing_mut().button_padding.x = 3.0;
+        for preset in Preset::ALL {
+            let (threshold, epsilon) = preset.parameters();
+            let source = match preset {
+                Preset::Fast | Preset::Hq => "Mahmuda, Yuniarti, Nurul K.",
+                Preset::AacFast | Preset::AacHq => "Gu et al. 2013",
+                Preset::Best => "then collapse, restructure and reinsert",
+                Preset::Finest => "and every pass below: takes minutes",
+            };
+            let tip = format!("Threshold {threshold}, ε {epsilon} ({source})");
+            if chip(ui, preset.label(), is_preset(state, preset), &tip) {
+                Action::Preset(preset).perform(state);
             }
-        });
-    }
+        }
+    });
 }
 
 fn epsilon(ui: &mut Ui, state: &mut AppState) {
