@@ -24,7 +24,7 @@ const ENGINE: Plan = Plan {
         ("stage_times", &["*"]),
         ("order", &[]),
         ("aac", &[]),
-        ("optimize", &["order"]),
+        ("optimize", &[]),
         ("builders", &[]),
         ("construction", &["optimize"]),
         ("wide", &["settings", "stage_times", "order", "aac", "optimize", "builders", "construction"]),
