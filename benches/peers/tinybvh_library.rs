@@ -133,7 +133,7 @@ struct Object {
     destroy: unsafe extern "C" fn(*mut c_void),
 }
 
-// SAFETY: the library's objects belong to no thread, and what is read of them at the same time is not written.
+// SAFETY: the library's objects have no thread affinity, and calls from several threads only read them.
 unsafe impl Send for Object {}
 // SAFETY: as above.
 unsafe impl Sync for Object {}
@@ -210,7 +210,7 @@ impl<'a> BinaryTree<'a> {
         let binary = self.object;
         let collapsed = Object::new(new_collapsed, destroy_collapsed);
         let wide = Object::new(new_wide, destroy_wide);
-        // SAFETY: the objects are alive. What is converted copies what rays need of the tree before and of the vertices.
+        // SAFETY: the objects are alive. Each conversion copies the data that rays need from the previous tree and the vertices.
         let nodes = unsafe {
             prepare_for_wide(binary.pointer);
             compact(binary.pointer);

@@ -44,7 +44,7 @@ pub fn builders(vertices: &[Vertex], threads: usize) -> Vec<Builder<'_>> {
     settings().iter().map(builder).collect()
 }
 
-/// Lets this thread, and those that it starts, run on so many processors only.
+/// Restricts this thread, and those that it starts, to `threads` processors.
 #[cfg(target_os = "linux")]
 fn run_on(threads: usize) {
     use rustix::thread::{CpuSet, sched_getaffinity, sched_setaffinity};

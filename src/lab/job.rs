@@ -3,7 +3,7 @@
 use super::bench::bench;
 use super::compare::compare;
 use super::measure::{LabError, RowSink};
-use super::scaling::{predicted_scaling, scaling};
+use super::scaling::scaling;
 use super::setup::{Setup, Subject, TraceView};
 use super::sweep::{SweepPlan, sweep, sweep_files};
 use bvhscope_engine::cancel::CancelToken;
@@ -94,9 +94,8 @@ impl Job {
                 compare(subject, containers, *slow, *threads, view, token, rows)
             }
             Self::Scaling { setups, max_threads, predict } => {
-                let scaling = if *predict { predicted_scaling } else { scaling };
                 for (index, setup) in setups.iter().enumerate() {
-                    scaling(subject, setup, *max_threads, view, &token.part(index, setups.len()), rows)?;
+                    scaling(subject, setup, *max_threads, *predict, view, &token.part(index, setups.len()), rows)?;
                 }
                 Ok(())
             }

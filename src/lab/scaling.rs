@@ -8,34 +8,21 @@ use crate::threads;
 use bvhscope_engine::cancel::CancelToken;
 
 /// Measures `setup` with 1 to `max_threads` threads, at most as many as there are cores to use, one row each with the speed-up over one thread. `setup.threads` is ignored.
-/// The thread counts are measured interleaved, so all rows are passed at the end.
+/// If `predict`, the first row also has the speed-up that is predicted for more cores. The thread counts are measured interleaved,
+/// so all rows are passed at the end.
 pub fn scaling(
     subject: &Subject,
     setup: &Setup,
     max_threads: usize,
+    predict: bool,
     view: &TraceView,
     token: &CancelToken,
     rows: &mut dyn RowSink,
 ) -> Result<(), LabError> {
-    let (measured, outcome) = measure_threads(subject, setup, max_threads, view, token, rows);
-    for row in measured {
-        rows.row(row);
-    }
-    outcome
-}
-
-/// [`scaling`] whose first row also has the speed-up that is predicted for more cores.
-pub fn predicted_scaling(
-    subject: &Subject,
-    setup: &Setup,
-    max_threads: usize,
-    view: &TraceView,
-    token: &CancelToken,
-    rows: &mut dyn RowSink,
-) -> Result<(), LabError> {
-    let (mut measured, mut outcome) = measure_threads(subject, setup, max_threads, view, &token.part(0, 2), rows);
-    if let Some(first) = measured.first_mut().filter(|_| outcome.is_ok()) {
-        match speedup::predict(subject, setup, view, &token.part(1, 2)) {
+    let parts = 1 + usize::from(predict);
+    let (mut measured, mut outcome) = measure_threads(subject, setup, max_threads, view, &token.part(0, parts), rows);
+    if let Some(first) = measured.first_mut().filter(|_| predict && outcome.is_ok()) {
+        match speedup::predict(subject, setup, view, &token.part(1, parts)) {
             Ok(prediction) => first.predicted_scaling = Some(prediction),
             Err(error) => outcome = Err(error),
         }

@@ -147,7 +147,7 @@ fn compared_builders_agree_on_hits() {
 fn scaling_starts_at_one() {
     let subject = subject("builtin:teapot:2");
     let view = view(&subject, Traversal::Ordered);
-    let rows = collect(|row| scaling(&subject, &both()[0], 3, &view, &CancelToken::new(), row));
+    let rows = collect(|row| scaling(&subject, &both()[0], 3, false, &view, &CancelToken::new(), row));
     let most = bvhscope::threads::available_threads().min(3);
     assert_eq!(rows.iter().map(|row| row.threads).collect::<Vec<_>>(), (1..=most).collect::<Vec<_>>());
     assert_eq!((rows[0].speedup, rows[0].trace_speedup), (Some(1.0), Some(1.0)));
@@ -227,7 +227,7 @@ fn a_cancelled_group_reports_finished_repetitions() {
             }
             token.cancel();
         });
-        scaling(&subject, &both()[0], 2, &endless, &token, &mut |row| rows.push(row))
+        scaling(&subject, &both()[0], 2, false, &endless, &token, &mut |row| rows.push(row))
     });
     assert!(matches!(outcome, Err(LabError::Cancelled(_))));
     let [one, two] = &rows[..] else { panic!("{} rows", rows.len()) };

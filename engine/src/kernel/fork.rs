@@ -28,7 +28,7 @@ pub struct Fork<'a> {
     log: Option<ForkLog>,
 }
 
-/// What is logged of a fork.
+/// The log entries of a fork.
 struct ForkLog {
     strand: Arc<Strand>,
     /// Index of the piece that all tasks wait for.
