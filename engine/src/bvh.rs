@@ -11,12 +11,11 @@ use crate::geometry::{Hit, Ray, Triangle};
 use crate::settings::BuildSettings;
 use crate::stage_times::StageTimes;
 use crate::tree::AnyTree;
-use crate::tree::binarize::binarize;
 use crate::tree::overlap::{EndPointOverlap, end_point_overlap};
 use crate::tree::statistics::{TreeStats, tree_stats};
 use crate::tree::traverse::{self, IndexedTriangles, TestCounts, Traversal};
 use crate::tree::validate::validate;
-use crate::wide::{AnyWideTree, collapse};
+use crate::wide::{AnyWideTree, NodeForm};
 use crate::with_tree;
 
 /// A bounding volume hierarchy over a list of triangles, ready to be traced. Made by [`build`]; immutable, `Send` and `Sync`.
@@ -53,7 +52,7 @@ pub struct BinaryBvh {
 /// The wide tree of a [`Bvh`], traced with the best SIMD level of this machine. [`AnyWideTree`] offers the others.
 #[derive(Debug)]
 pub struct WideBvh {
-    /// Nodes and triangle blocks.
+    /// Nodes and leaves.
     pub tree: AnyWideTree,
     /// Wall-clock time of the collapse; not part of [`BuildReport::build_time`], which is the paper's.
     pub collapse_time: Duration,
@@ -323,12 +322,12 @@ impl Bvh {
 }
 
 impl WideBvh {
-    /// Collapses `tree` over `triangles` into a wide one, in the calling thread's rayon pool. A tree that is not binary is made
-    /// so before, see [`binarize`]: the wide tree has the same leaves or larger ones, but its own nodes above them.
+    /// Collapses `tree` over `triangles` into a wide one, in the calling thread's rayon pool; see [`AnyWideTree::new`]. Boxes are
+    /// stored in the form that suits the number of triangles.
     pub fn new(tree: &AnyTree, triangles: &[Triangle], token: &CancelToken) -> Result<Self, Cancelled> {
         token.begin_stage("wide");
         let start = Instant::now();
-        let tree = with_tree!(tree, tree => collapse(&*binarize(tree, token)?, triangles, token)?.into());
+        let tree = AnyWideTree::new(tree, triangles, NodeForm::for_triangles(triangles.len()), token)?;
         Ok(Self { tree, collapse_time: start.elapsed(), triangle_count: triangles.len() })
     }
 
@@ -354,9 +353,9 @@ impl WideBvh {
         self.tree.any_hits(Level::new(), rays, blocked);
     }
 
-    /// Bytes of nodes and triangle blocks for each triangle.
+    /// Bytes of nodes and leaves for each triangle.
     pub fn bytes_per_triangle(&self) -> f64 {
-        (self.tree.node_bytes() + self.tree.triangle_bytes()) as f64 / self.triangle_count.max(1) as f64
+        (self.tree.node_bytes() + self.tree.leaf_bytes()) as f64 / self.triangle_count.max(1) as f64
     }
 }
 

@@ -7,7 +7,7 @@ use crate::geometry::Triangle;
 use crate::kernel::mix::mix64;
 use crate::kernel::par_collect::par_collect_in_chunks;
 use crate::tree::{AnyTree, Node};
-use crate::wide::{AnyWideTree, WideContainer, WideNode, WideTree};
+use crate::wide::{AnyWideTree, NodeBounds, WideNode, WideTree};
 use crate::{with_tree, with_wide_tree};
 
 /// Items that are hashed together; the hash depends on it.
@@ -39,7 +39,7 @@ pub fn of_tree(tree: &AnyTree, token: &CancelToken) -> Result<u64, Cancelled> {
     })
 }
 
-/// [`of_tree`] of a wide tree: nodes, references, and the blocks of triangles.
+/// [`of_tree`] of a wide tree: nodes, references, and the triangles of the leaves.
 pub fn of_wide_tree(tree: &AnyWideTree, token: &CancelToken) -> Result<u64, Cancelled> {
     with_wide_tree!(tree, tree => of_wide(tree, token))
 }
@@ -49,14 +49,15 @@ pub fn of_triangles(triangles: &[Triangle], token: &CancelToken) -> Result<u64, 
     of_list(triangles, token, |hash, triangle| hash_bytes(hash, bytes_of(triangle)))
 }
 
-fn of_wide<C: WideContainer>(tree: &WideTree<C>, token: &CancelToken) -> Result<u64, Cancelled> {
-    let hash_node = |hash, node: &WideNode<C::Bounds>| {
-        hash_bytes(hash_bytes(hash, bytes_of(&node.bounds)), cast_slice(&node.children))
-    };
+fn of_wide<B: NodeBounds>(tree: &WideTree<B>, token: &CancelToken) -> Result<u64, Cancelled> {
+    let hash_node =
+        |hash, node: &WideNode<B>| hash_bytes(hash_bytes(hash, bytes_of(&node.bounds)), cast_slice(&node.children));
     let nodes = of_list(&tree.nodes, token, hash_node)?;
-    let blocks = of_list(&tree.blocks, token, |hash, block| hash_bytes(hash, bytes_of(block)))?;
+    let coordinates = of_list(&tree.leaves.coordinates, token, |hash, value| join(hash, value.to_bits().into()))?;
+    let indices = of_list(&tree.leaves.primitive_indices, token, |hash, index| join(hash, u64::from(*index)))?;
+    let leaves = join(coordinates, indices);
     let root = tree.root.map_or(u64::MAX, |root| root.bits().into());
-    Ok(join(join(nodes, blocks), root))
+    Ok(join(join(nodes, leaves), root))
 }
 
 /// Hash of a list, batch by batch on all threads.

@@ -1,6 +1,5 @@
-//! Blocks of four triangles, intersected side by side with the same result as [`Triangle::intersect`].
+//! Blocks of up to four triangles, intersected side by side with the same result as [`Triangle::intersect`].
 
-use bytemuck::{Pod, Zeroable};
 use fearless_simd::{Simd, SimdBase, SimdMask, f32x4, mask32x4};
 use glam::Vec3;
 
@@ -10,59 +9,57 @@ use crate::tree::traverse::Nearest;
 use crate::wide::layout::BLOCK;
 use crate::wide::ray_lanes::RayLanes;
 
-/// Up to four triangles, one per lane; unused lanes repeat the last triangle.
-#[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
-#[repr(C, align(32))]
-pub struct TriangleBlock {
-    /// Vertex coordinates by corner, axis and lane.
-    pub(crate) corners: [[[f32; BLOCK]; 3]; 3],
-    /// For each lane the triangle's index in the list that the tree was built from. The highest bit of the first marks
-    /// the last block of a leaf.
-    indices: [u32; BLOCK],
+/// Coordinates that a block can be read from: what its own are followed by is read too, and ignored.
+pub(crate) const WINDOW: usize = 64 + BLOCK;
+
+/// One to four triangles of a leaf, which are tested side by side.
+#[derive(Debug, Clone, Copy)]
+pub struct TriangleBlock<'a> {
+    /// For each axis and corner the coordinate of each triangle, and what follows.
+    pub(crate) window: &'a [f32; WINDOW],
+    /// For each triangle its index in the list that the tree was built from.
+    pub(crate) primitive_indices: &'a [u32],
 }
 
-/// Bit that marks the last block of a leaf.
-const LAST: u32 = 1 << 31;
-
-impl TriangleBlock {
-    /// The block of the triangles with the given indices, one to four of them.
-    #[inline]
-    pub(crate) fn new(triangles: &[Triangle], indices: &[u32], is_last: bool) -> Self {
-        let last = indices.len() - 1;
-        let indices = [indices[0], indices[last.min(1)], indices[last.min(2)], indices[last]];
-        let triangle = |lane: usize| &triangles[indices[lane] as usize];
-        let (a, b, c, d) = (triangle(0), triangle(1), triangle(2), triangle(3));
-        let row = |corner: fn(&Triangle) -> Vec3, axis: usize| {
-            [corner(a)[axis], corner(b)[axis], corner(c)[axis], corner(d)[axis]]
-        };
-        let mark = if is_last { LAST } else { 0 };
-        Self {
-            corners: [
-                each!(axis => row(|triangle| triangle.a, axis)),
-                each!(axis => row(|triangle| triangle.b, axis)),
-                each!(axis => row(|triangle| triangle.c, axis)),
-            ],
-            indices: [indices[0] | mark, indices[1], indices[2], indices[3]],
-        }
+impl TriangleBlock<'_> {
+    /// Number of triangles, one to four.
+    #[inline(always)]
+    pub fn count(&self) -> usize {
+        self.primitive_indices.len() & 7
     }
 
-    /// Whether this is the last block of its leaf.
+    /// One bit for each triangle.
     #[inline(always)]
-    pub(crate) fn is_last(&self) -> bool {
-        self.indices[0] & LAST != 0
+    fn lanes(&self) -> u32 {
+        (1 << self.count()) - 1
     }
 
     /// Index of a lane's triangle in the list that the tree was built from.
     #[inline(always)]
     pub fn primitive_index(&self, lane: usize) -> u32 {
-        self.indices[lane % BLOCK] & !LAST
+        self.primitive_indices[lane]
+    }
+
+    /// A coordinate of the triangle in a lane.
+    #[inline(always)]
+    pub(crate) fn coordinate(&self, corner: usize, axis: usize, lane: usize) -> f32 {
+        self.window[self.count() * (3 * axis + corner) + lane & 63]
     }
 
     /// The triangle in a lane.
     #[inline]
     pub fn triangle(&self, lane: usize) -> Triangle {
-        let corner = |corner: usize| Vec3::from_array(self.corners[corner].map(|axis| axis[lane % BLOCK]));
+        let corner = |corner: usize| Vec3::from_array(each!(axis => self.coordinate(corner, axis, lane)));
         Triangle { a: corner(0), b: corner(1), c: corner(2) }
+    }
+
+    /// Coordinates of the three corners on an axis, whose `row` is three times its number.
+    #[inline(always)]
+    fn corners<S: Simd>(&self, simd: S, row: usize) -> [f32x4<S>; 3] {
+        let count = self.count();
+        // At most 24; the mask tells the compiler that the window is never left.
+        let start = row * count & 31;
+        each!(corner => f32x4::from_slice(simd, &self.window[start + corner * count..][..BLOCK]))
     }
 }
 
@@ -71,7 +68,7 @@ pub(crate) struct BlockRay<'a, S: Simd, const N: usize> {
     rays: &'a RayLanes<N>,
     /// Index of the ray in `rays`.
     index: usize,
-    /// For each axis of the shear the offset of its coordinates within a corner.
+    /// For each axis of the shear three times its number: the first of its rows.
     axes: [usize; 3],
     origin: [f32x4<S>; 3],
     /// Factors of the rows of [`Shear`].
@@ -96,13 +93,15 @@ impl<'a, S: Simd, const N: usize> BlockRay<'a, S, N> {
 
     /// Offers the hit with each triangle of `block` to `nearest`. `ray` is the ray that `self` was prepared from.
     #[inline(always)]
-    pub(crate) fn closest_hit(&self, simd: S, block: &TriangleBlock, ray: &Ray, nearest: &mut Nearest) {
+    pub(crate) fn closest_hit(&self, simd: S, block: TriangleBlock<'_>, ray: &Ray, nearest: &mut Nearest) {
         let t_max = nearest.t();
         let Some(plane_hits) = self.intersect_planes(simd, block, t_max) else { return };
-        let (entered, entry) = self.intersect_bounds(simd, block, t_max);
-        let mut hits = (plane_hits.is_hit & entered).to_bitmask() as u32;
-        let mut uncertain = plane_hits.is_uncertain.to_bitmask() as u32;
+        let mut hits = plane_hits.is_hit.to_bitmask() as u32 & block.lanes();
+        let mut uncertain = plane_hits.is_uncertain.to_bitmask() as u32 & block.lanes();
+        // Mostly the plane is met beyond the nearest hit, or behind the ray.
         if hits != 0 {
+            let (entered, entry) = self.intersect_bounds(simd, block, t_max);
+            hits &= entered.to_bitmask() as u32;
             let t = plane_hits.t.max(entry).to_array();
             let [u, v] = [plane_hits.barycentrics[1].to_array(), plane_hits.barycentrics[2].to_array()];
             while hits != 0 {
@@ -122,32 +121,33 @@ impl<'a, S: Simd, const N: usize> BlockRay<'a, S, N> {
 
     /// Whether the ray hits any triangle of `block` up to `t_max`. `ray` is the ray that `self` was prepared from.
     #[inline(always)]
-    pub(crate) fn any_hit(&self, simd: S, block: &TriangleBlock, ray: &Ray, t_max: f32) -> bool {
+    pub(crate) fn any_hit(&self, simd: S, block: TriangleBlock<'_>, ray: &Ray, t_max: f32) -> bool {
         let Some(plane_hits) = self.intersect_planes(simd, block, t_max) else { return false };
-        if (plane_hits.is_hit & self.intersect_bounds(simd, block, t_max).0).any_true() {
+        let hits = plane_hits.is_hit.to_bitmask() as u32 & block.lanes();
+        // Mostly the plane is met behind the ray.
+        if hits != 0 && hits & self.intersect_bounds(simd, block, t_max).0.to_bitmask() as u32 != 0 {
             return true;
         }
-        let uncertain = plane_hits.is_uncertain.to_bitmask() as u32;
+        let uncertain = plane_hits.is_uncertain.to_bitmask() as u32 & block.lanes();
         uncertain != 0
             && (0..BLOCK).any(|lane| uncertain >> lane & 1 != 0 && exact_hit(block, lane, ray, t_max).is_some())
     }
 
     /// Intersects the planes of the triangles; `None` if the ray misses all triangles.
     #[inline(always)]
-    fn intersect_planes(&self, simd: S, block: &TriangleBlock, t_max: f32) -> Option<PlaneHits<S>> {
+    fn intersect_planes(&self, simd: S, block: TriangleBlock<'_>, t_max: f32) -> Option<PlaneHits<S>> {
         let splat = |value| f32x4::splat(simd, value);
-        let coordinates: &[f32; 10 * BLOCK] = bytemuck::cast_ref(block);
-        let [x, y, z] = each!(part => each!(corner => {
-            let start = 3 * BLOCK * corner + (self.axes[part] & (3 * BLOCK));
-            f32x4::from_slice(simd, &coordinates[start..][..BLOCK]) - self.origin[part]
-        }));
+        let [x, y, z] = each!(part => {
+            let corners = block.corners(simd, self.axes[part]);
+            each!(corner => corners[corner] - self.origin[part])
+        });
         let x = each!(corner => z[corner] * self.factors[0] + x[corner]);
         let y = each!(corner => z[corner] * self.factors[1] + y[corner]);
         let edges = [x[1] * y[2] - x[2] * y[1], x[2] * y[0] - x[0] * y[2], x[0] * y[1] - x[1] * y[0]];
         let min_edge = edges[0].min(edges[1]).min(edges[2]);
         let max_edge = edges[0].max(edges[1]).max(edges[2]);
-        let candidates = !(min_edge.simd_lt(splat(0.0)) & max_edge.simd_gt(splat(0.0)));
-        if !candidates.any_true() {
+        let missed = min_edge.simd_lt(splat(0.0)) & max_edge.simd_gt(splat(0.0));
+        if !(missed.to_bitmask() as u32) & block.lanes() == 0 {
             return None;
         }
         let size = each!(corner => edges[corner].abs());
@@ -159,21 +159,21 @@ impl<'a, S: Simd, const N: usize> BlockRay<'a, S, N> {
         let depth = each!(corner => z[corner] * self.factors[2]);
         let t = barycentrics[0] * depth[0] + barycentrics[1] * depth[1] + barycentrics[2] * depth[2];
         let within = t.simd_ge(self.t_min) & t.simd_le(splat(t_max));
-        Some(PlaneHits { t, barycentrics, is_hit: candidates & exact & within, is_uncertain: candidates & !exact })
+        Some(PlaneHits { t, barycentrics, is_hit: exact & within & !missed, is_uncertain: !(missed | exact) })
     }
 
     /// Intersects the bounding box of each triangle up to `t_max`, as [`Triangle::hit_in_box`] does: whether and where
     /// the ray enters.
     #[inline(always)]
-    fn intersect_bounds(&self, simd: S, block: &TriangleBlock, t_max: f32) -> (mask32x4<S>, f32x4<S>) {
+    fn intersect_bounds(&self, simd: S, block: TriangleBlock<'_>, t_max: f32) -> (mask32x4<S>, f32x4<S>) {
         let splat = |value| f32x4::splat(simd, value);
-        let corner = |corner: usize, axis: usize| f32x4::load_array_ref(simd, &block.corners[corner][axis]);
+        let corners = each!(axis => block.corners(simd, 3 * axis));
         let low = each!(axis => {
-            let low_plane = corner(0, axis).min(corner(1, axis)).min(corner(2, axis));
+            let low_plane = corners[axis][0].min(corners[axis][1]).min(corners[axis][2]);
             (splat(self.rays.origin_low[axis][self.index]) - low_plane) * splat(self.rays.negative_inverse[axis][self.index])
         });
         let high = each!(axis => {
-            let high_plane = corner(0, axis).max(corner(1, axis)).max(corner(2, axis));
+            let high_plane = corners[axis][0].max(corners[axis][1]).max(corners[axis][2]);
             (splat(self.rays.origin_high[axis][self.index]) - high_plane) * splat(self.rays.negative_inverse[axis][self.index])
         });
         let near = each!(axis => low[axis].min(high[axis]));
@@ -199,6 +199,6 @@ struct PlaneHits<S: Simd> {
 /// Intersection with a single triangle in double precision.
 #[cold]
 #[inline(never)]
-fn exact_hit(block: &TriangleBlock, lane: usize, ray: &Ray, t_max: f32) -> Option<TriangleHit> {
+fn exact_hit(block: TriangleBlock<'_>, lane: usize, ray: &Ray, t_max: f32) -> Option<TriangleHit> {
     block.triangle(lane).intersect(&PreparedRay::new(*ray), &Shear::new(ray.direction), t_max)
 }

@@ -51,6 +51,60 @@ pub trait WideContainer: Container {
     }
 }
 
+/// How a wide node stores the containers of its children.
+pub trait NodeBounds: Pod + Send + Sync + PartialEq + Debug {
+    /// What contains a child.
+    type Container: WideContainer;
+
+    /// Stores the first `count` of eight containers, one to eight; the others are empty.
+    fn pack(lanes: &Lanes8<Self>, count: usize) -> Self;
+    /// The containers as rays are tested against them; `space` is where they can be put.
+    fn unpack<'a, S: Simd>(&'a self, simd: S, space: &'a mut Lanes8<Self>) -> &'a Lanes8<Self>;
+    /// The container in a lane: that which was stored, or one that encloses it.
+    fn load(&self, lane: usize) -> Self::Container;
+    /// Whether a lane was made from `container`, as far as can be told.
+    fn holds(&self, lane: usize, container: &Self::Container) -> bool;
+    /// What `container`, which was loaded, and its parent's have in common, where what is stored is not exact.
+    fn within(container: Self::Container, parent: &Self::Container) -> Self::Container;
+}
+
+/// Eight containers as rays are tested against them.
+type Lanes8<B> = <<B as NodeBounds>::Container as WideContainer>::Bounds;
+
+/// Lanes that are stored as they are.
+macro_rules! store_exactly {
+    ($lanes:ty, $container:ty) => {
+        impl NodeBounds for $lanes {
+            type Container = $container;
+
+            #[inline(always)]
+            fn pack(lanes: &Self, _: usize) -> Self {
+                *lanes
+            }
+
+            #[inline(always)]
+            fn unpack<'a, S: Simd>(&'a self, _: S, _: &'a mut Self) -> &'a Self {
+                self
+            }
+
+            fn load(&self, lane: usize) -> $container {
+                <$container>::load(self, lane)
+            }
+
+            fn holds(&self, lane: usize, container: &$container) -> bool {
+                self.load(lane) == *container
+            }
+
+            fn within(container: $container, _: &$container) -> $container {
+                container
+            }
+        }
+    };
+}
+
+store_exactly!(BoxLanes, Aabb);
+store_exactly!(SphereLanes, Sphere);
+
 /// Eight boxes: the lower and the upper planes of each axis.
 #[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
 #[repr(C)]

@@ -10,6 +10,8 @@ pub(crate) mod ray_lanes;
 
 pub mod block;
 pub mod bounds;
+pub mod compact;
+pub mod leaves;
 pub mod tree;
 
 mod collapse;
@@ -17,6 +19,7 @@ mod to_tree;
 pub mod trace;
 
 pub use block::TriangleBlock;
-pub use bounds::WideContainer;
+pub use bounds::{NodeBounds, WideContainer};
 pub use collapse::collapse;
-pub use tree::{AnyWideTree, Child, WideNode, WideTree};
+pub use leaves::Leaves;
+pub use tree::{AnyWideTree, Child, NodeForm, WideNode, WideTree};

@@ -6,7 +6,7 @@ use glam::Vec3;
 use crate::geometry::{PARALLEL_PAD, PreparedRay, Ray};
 use crate::kernel::each;
 use crate::tree::{Container, ContainerKind};
-use crate::wide::layout::{BLOCK, WIDTH};
+use crate::wide::layout::WIDTH;
 
 /// Number of rays that are prepared at a time.
 pub(crate) const RAY_LANES: usize = 8;
@@ -38,7 +38,7 @@ pub(crate) struct RayLanes<const N: usize> {
     pub(crate) t_min: [f32; N],
     /// Factors of the rows of the shear.
     pub(crate) factors: [[f32; N]; 3],
-    /// Offsets of the axes of the shear within a corner's coordinates; the longest axis comes last.
+    /// Three times the axes of the shear, which are the first of their rows in a block; the longest axis comes last.
     pub(crate) axes: [[u32; N]; 3],
     /// Origin in the order of these axes.
     pub(crate) sheared_origin: [[f32; N]; 3],
@@ -66,7 +66,7 @@ impl RayLanes<1> {
             near: each!(axis => [if inverse[axis] < 0.0 { WIDTH as u32 } else { 0 }]),
             t_min: [prepared.ray.t_min],
             factors: [[-x / z], [-y / z], [1.0 / z]],
-            axes: axes.map(|axis| [(axis * BLOCK) as u32]),
+            axes: axes.map(|axis| [3 * axis as u32]),
             sheared_origin: axes.map(|axis| [o[axis]]),
             origin: each!(axis => [o[axis]]),
             unit_direction: each!(axis => [prepared.unit_direction[axis]]),
@@ -132,7 +132,7 @@ impl<const N: usize> RayLanes<N> {
         let [x, y, z] = permuted(d);
         let factors = [(zero - x) / z, (zero - y) / z, one / z];
         let sheared_origin = permuted(o);
-        let row = |axis: usize| u32x8::splat(simd, (axis * BLOCK) as u32);
+        let row = |axis: usize| u32x8::splat(simd, 3 * axis as u32);
         let axes = [
             x_is_longest.select(row(1), y_before_z.select(row(2), row(0))),
             x_is_longest.select(row(2), y_before_z.select(row(0), row(1))),

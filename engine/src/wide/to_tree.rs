@@ -1,22 +1,22 @@
 //! The wide tree as a [`Tree`] of nodes with up to eight children, by which it is shown, written and measured like any other.
 
-use super::block::TriangleBlock;
-use super::bounds::WideContainer;
+use super::bounds::NodeBounds;
 use super::tree::{AnyWideTree, Child, WideTree};
 use crate::cancel::{CancelToken, Cancelled};
 use crate::tree::{AnyTree, Node, Tree};
 
-/// Nodes and blocks between two polls for cancellation.
+/// Nodes and triangles between two polls for cancellation.
 const STEPS_BETWEEN_CHECKS: usize = 1 << 14;
 
-impl<C: WideContainer> WideTree<C> {
-    /// The same hierarchy with the same leaves, numbered depth first, siblings together. `root` is the container of the whole
-    /// tree, which a wide tree does not store. A triangle that a leaf holds twice, as splitting may leave it, is there once.
-    pub fn to_tree(&self, root: C, token: &CancelToken) -> Result<Tree<C>, Cancelled> {
+impl<B: NodeBounds> WideTree<B> {
+    /// The same hierarchy with the same leaves, numbered depth first, siblings together. `binary` is the tree that it was made
+    /// from: a wide tree does not store the container of its root. A triangle that a leaf holds twice, as splitting may leave it, is
+    /// there once.
+    pub fn to_tree(&self, binary: &Tree<B::Container>, token: &CancelToken) -> Result<Tree<B::Container>, Cancelled> {
         token.check()?;
-        let Some(first) = self.root else { return Ok(Tree::EMPTY) };
-        let mut nodes = vec![Node { container: root, first: 0, count: 0 }];
-        let mut primitive_indices = Vec::with_capacity(self.blocks.len());
+        let (Some(first), Some(root)) = (self.root, binary.nodes.first()) else { return Ok(Tree::EMPTY) };
+        let mut nodes = vec![Node { container: root.container, first: 0, count: 0 }];
+        let mut primitive_indices = Vec::with_capacity(self.leaves.primitive_indices.len());
         let (mut steps, mut max_depth) = (0_usize, 0);
         // What is still to be written: the reference, its number and its depth.
         let mut open = vec![(first, 0, 0_u32)];
@@ -29,14 +29,12 @@ impl<C: WideContainer> WideTree<C> {
             let container = nodes[number].container;
             if child.is_leaf() {
                 let first = primitive_indices.len();
-                for block in &self.blocks[child.index()..] {
-                    steps += 1;
-                    if steps.is_multiple_of(STEPS_BETWEEN_CHECKS) {
-                        token.check()?;
-                    }
-                    primitive_indices.extend(distinct(block));
-                    if block.is_last() {
-                        break;
+                for indices in self.leaves.primitive_indices(child).chunks(STEPS_BETWEEN_CHECKS) {
+                    token.check()?;
+                    for &index in indices {
+                        if primitive_indices[first..].last() != Some(&index) {
+                            primitive_indices.push(index);
+                        }
                     }
                 }
                 let count = (primitive_indices.len() - first) as u32;
@@ -44,12 +42,13 @@ impl<C: WideContainer> WideTree<C> {
                 continue;
             }
             let first = nodes.len();
-            for (_, container) in self.children_of(child.index()) {
-                nodes.push(Node { container, first: 0, count: 0 });
+            let bounds = &self.nodes[child.index()].bounds;
+            for (lane, _) in self.children_of(child.index()).enumerate() {
+                nodes.push(Node { container: B::within(bounds.load(lane), &container), first: 0, count: 0 });
             }
             nodes[number] = Node::interior(container, first as u32, (nodes.len() - first) as u32);
             let numbers = first..nodes.len();
-            let children = self.children_of(child.index()).map(|(child, _)| child);
+            let children = self.children_of(child.index());
             let before = open.len();
             open.extend(children.zip(numbers).map(|(child, number): (Child, usize)| (child, number, depth + 1)));
             open[before..].reverse();
@@ -58,31 +57,15 @@ impl<C: WideContainer> WideTree<C> {
     }
 }
 
-/// The triangles of a block without those that fill its unused lanes: repetitions of the last.
-fn distinct(block: &TriangleBlock) -> impl Iterator<Item = u32> {
-    (0..crate::wide::layout::BLOCK)
-        .filter(|&lane| lane == 0 || block.primitive_index(lane) != block.primitive_index(lane - 1))
-        .map(|lane| block.primitive_index(lane))
-}
-
 impl AnyWideTree {
     /// The same hierarchy as a tree of nodes with up to eight children; see [`WideTree::to_tree`]. `binary` is the tree that it
     /// was made from; `None` where that is one of the other container.
     pub fn to_tree(&self, binary: &AnyTree, token: &CancelToken) -> Result<Option<AnyTree>, Cancelled> {
-        match (self, binary) {
-            (Self::Aabb(wide), AnyTree::Aabb(binary)) => {
-                let Some(root) = binary.nodes.first() else {
-                    return Ok(Some(Tree::<crate::geometry::Aabb>::EMPTY.into()));
-                };
-                wide.to_tree(root.container, token).map(|tree| Some(tree.into()))
-            }
-            (Self::Sphere(wide), AnyTree::Sphere(binary)) => {
-                let Some(root) = binary.nodes.first() else {
-                    return Ok(Some(Tree::<crate::geometry::Sphere>::EMPTY.into()));
-                };
-                wide.to_tree(root.container, token).map(|tree| Some(tree.into()))
-            }
-            _ => Ok(None),
-        }
+        Ok(match (self, binary) {
+            (Self::Aabb(wide), AnyTree::Aabb(binary)) => Some(wide.to_tree(binary, token)?.into()),
+            (Self::Compact(wide), AnyTree::Aabb(binary)) => Some(wide.to_tree(binary, token)?.into()),
+            (Self::Sphere(wide), AnyTree::Sphere(binary)) => Some(wide.to_tree(binary, token)?.into()),
+            _ => None,
+        })
     }
 }

@@ -9,8 +9,9 @@ use bvhscope_engine::settings::{BuildSettings, BuilderKind, Curve, Preset};
 use bvhscope_engine::tree::traverse::{NoProbe, Traversal, any_hit, closest_hit};
 use bvhscope_engine::tree::validate::validate;
 use bvhscope_engine::tree::{AnyTree, Container, ContainerKind, Node, Tree};
-use bvhscope_engine::wide::collapse;
-use bvhscope_engine::{WideBvh, with_tree};
+use bvhscope_engine::wide::bounds::BoxLanes;
+use bvhscope_engine::wide::{AnyWideTree, NodeForm, WideTree, collapse};
+use bvhscope_engine::with_tree;
 use glam::Vec3;
 use proptest::prelude::*;
 
@@ -40,7 +41,13 @@ fn levels() -> impl Iterator<Item = SimdLevel> {
 
 /// Requires the same hits from the wide tree at every SIMD level, ray by ray and all together.
 fn check_wide(name: &str, triangles: &[Triangle], tree: &AnyTree, rays: &[Ray], expected: &[Option<Hit>]) {
-    let WideBvh { tree: wide, .. } = WideBvh::new(tree, triangles, &CancelToken::new()).expect("never cancelled");
+    for form in [NodeForm::Full, NodeForm::Compact] {
+        let wide = AnyWideTree::new(tree, triangles, form, &CancelToken::new()).expect("never cancelled");
+        check_form(&format!("{name}, {form:?}"), &wide, rays, expected);
+    }
+}
+
+fn check_form(name: &str, wide: &AnyWideTree, rays: &[Ray], expected: &[Option<Hit>]) {
     for simd in levels() {
         for (ray, expected) in rays.iter().zip(expected) {
             assert_eq!(wide.closest_hit(simd.level(), ray), *expected, "{name}, wide, {simd:?}, {ray:?}");
@@ -125,23 +132,24 @@ fn a_wide_tree_holds_every_triangle_once_within_its_bytes() {
         let settings = BuildSettings { builder, ..BuildSettings::preset(Preset::Fast, ContainerKind::Aabb) };
         let (tree, _) = build_binary(&triangles, &settings, &CancelToken::new()).expect("nothing to refuse");
         let AnyTree::Aabb(tree) = tree else { panic!("spheres instead of boxes") };
-        let wide = collapse(&tree, &triangles, &CancelToken::new()).expect("never cancelled");
-        let mut seen: Vec<u32> = wide
-            .blocks
-            .iter()
-            .flat_map(|block| {
-                let mut indices = [0, 1, 2, 3].map(|lane| block.primitive_index(lane)).to_vec();
-                for (lane, &index) in indices.iter().enumerate() {
+        let wide: WideTree<BoxLanes> = collapse(&tree, &triangles, &CancelToken::new()).expect("never cancelled");
+        let leaves = (0..wide.nodes.len()).flat_map(|node| wide.children_of(node));
+        let leaves = wide.root.into_iter().chain(leaves).filter(|child| child.is_leaf());
+        let mut seen = Vec::new();
+        for leaf in leaves {
+            for block in wide.leaves.blocks(leaf) {
+                assert!((1..=4).contains(&block.count()));
+                for lane in 0..block.count() {
+                    let index = block.primitive_index(lane);
                     assert_eq!(block.triangle(lane), triangles[index as usize]);
+                    seen.push(index);
                 }
-                indices.dedup();
-                indices
-            })
-            .collect();
+            }
+        }
         seen.sort_unstable();
         assert!(seen.iter().copied().eq(0..triangles.len() as u32), "{builder:?}");
-        let bytes = (wide.node_bytes() + wide.block_bytes()) / triangles.len();
-        assert!(bytes <= 100, "{builder:?}: {bytes} bytes per triangle");
+        let bytes = (wide.node_bytes() + wide.leaf_bytes()) / triangles.len();
+        assert!(bytes <= 60, "{builder:?}: {bytes} bytes per triangle");
     }
 }
 

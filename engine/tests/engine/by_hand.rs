@@ -191,9 +191,9 @@ fn bytes_are_those_of_nodes_and_indices() {
         assert_eq!(bvh.report().triangle_bytes, 7 * 36, "{container:?}");
         assert_eq!(bvh.report().bytes_per_triangle(), (13 * node + 7 * 4) as f64 / 7.0 + 36.0, "{container:?}");
         let wide = bvh.wide();
-        let bytes = (wide.tree.node_bytes() + wide.tree.triangle_bytes()) as f64;
+        let bytes = (wide.tree.node_bytes() + wide.tree.leaf_bytes()) as f64;
         assert_eq!(wide.bytes_per_triangle(), bytes / 7.0, "{container:?}");
         // Four triangles to a block: their corners, and the index of each.
-        assert!(wide.tree.triangle_bytes() >= 2 * 4 * 40 && wide.tree.node_bytes() > 0, "{container:?}");
+        assert!(wide.tree.leaf_bytes() >= 2 * 4 * 40 && wide.tree.node_bytes() > 0, "{container:?}");
     }
 }

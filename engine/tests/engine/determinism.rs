@@ -10,9 +10,8 @@ use bvhscope_engine::kernel::SimdLevel;
 use bvhscope_engine::settings::{BuildSettings, BuilderKind, Curve, Pass, Passes, Preset};
 use bvhscope_engine::tree::statistics::{TreeStats, tree_stats};
 use bvhscope_engine::tree::{AnyTree, ContainerKind};
-use bvhscope_engine::wide::collapse;
+use bvhscope_engine::wide::NodeForm;
 use bvhscope_engine::wide::tree::AnyWideTree;
-use bvhscope_engine::with_tree;
 use glam::Vec3;
 
 /// A bumpy sheet of `2 · side²` triangles, in no helpful order, every tenth one twice.
@@ -39,9 +38,11 @@ fn build_with_threads(triangles: &[Triangle], settings: &BuildSettings, threads:
     pool.install(|| build_binary(triangles, settings, &CancelToken::new())).unwrap().0
 }
 
-fn widen_with_threads(triangles: &[Triangle], tree: &AnyTree, threads: usize) -> AnyWideTree {
+/// The wide tree in both forms.
+fn widen_with_threads(triangles: &[Triangle], tree: &AnyTree, threads: usize) -> [AnyWideTree; 2] {
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-    with_tree!(tree, tree => pool.install(|| collapse(tree, triangles, &CancelToken::new()).unwrap().into()))
+    [NodeForm::Full, NodeForm::Compact]
+        .map(|form| pool.install(|| AnyWideTree::new(tree, triangles, form, &CancelToken::new()).unwrap()))
 }
 
 #[test]
@@ -150,14 +151,14 @@ fn trees_do_not_depend_on_the_simd_level() {
     let levels: Vec<SimdLevel> = SimdLevel::ALL.into_iter().filter(|level| level.is_available()).collect();
     for (name, triangles) in [("sheet", sheet(80)), ("soup", soup), ("askew", askew)] {
         for settings in all_settings(triangles.len()) {
-            let mut expected: Option<(AnyTree, u64, AnyWideTree, u64)> = None;
+            let mut expected: Option<(AnyTree, u64, [AnyWideTree; 2], [u64; 2])> = None;
             for &level in &levels {
                 SimdLevel::limit_builds(Some(level));
                 assert_eq!(SimdLevel::of_builds(), level);
                 let tree = build_with_threads(&triangles, &settings, 2);
                 let wide = widen_with_threads(&triangles, &tree, 2);
                 let of_tree = fingerprint::of_tree(&tree, &token).unwrap();
-                let of_wide = fingerprint::of_wide_tree(&wide, &token).unwrap();
+                let of_wide = wide.each_ref().map(|wide| fingerprint::of_wide_tree(wide, &token).unwrap());
                 let (first, first_hash, first_wide, first_wide_hash) =
                     expected.get_or_insert_with(|| (tree.clone(), of_tree, wide.clone(), of_wide));
                 let what = format!("{name} at {} and {}: {settings:?}", levels[0].name(), level.name());

@@ -238,8 +238,8 @@ fn the_wide_tree_tells_the_same_steps() {
 }
 
 /// Replays the steps in a wide tree, where the children of a visited node are tested at once. Returns the number of children tested.
-fn replay_wide<C: bvhscope_engine::wide::WideContainer>(
-    tree: &bvhscope_engine::wide::WideTree<C>,
+fn replay_wide<B: bvhscope_engine::wide::NodeBounds>(
+    tree: &bvhscope_engine::wide::WideTree<B>,
     any: bool,
     nearest_in_all: Option<f32>,
     events: &[RayEvent],

@@ -4,7 +4,8 @@ use crate::cancel::{CancelToken, Cancelled};
 use crate::tree::Tree;
 use crate::wide::bounds::WideContainer;
 use crate::wide::collapse::decision::{DecidedNode, DecisionRef, Decisions};
-use crate::wide::layout::{BLOCK, WIDTH};
+use crate::wide::layout::WIDTH;
+use crate::wide::leaves::LeafRange;
 use crate::wide::tree::Child;
 
 /// Poll for cancellation every 4096 wide nodes.
@@ -29,26 +30,10 @@ impl PlannedChild {
 pub(crate) struct Segment {
     /// Nodes, parents first; unused lanes come last.
     pub(crate) nodes: Vec<[PlannedChild; WIDTH]>,
-    /// Blocks, leaf by leaf.
-    pub(crate) blocks: Vec<PlannedBlock>,
-}
-
-/// A planned block.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct PlannedBlock {
-    /// Slot of its first triangle in leaf order.
-    first: u32,
-    /// Number of its triangles.
-    count: u8,
-    /// Whether it is the last block of its leaf.
-    pub(crate) is_last: bool,
-}
-
-impl PlannedBlock {
-    /// The slots of its triangles.
-    pub(crate) fn slots(self) -> std::ops::Range<usize> {
-        self.first as usize..self.first as usize + usize::from(self.count)
-    }
+    /// Leaves in the order of the nodes.
+    pub(crate) leaves: Vec<LeafRange>,
+    /// Those of them that a [`Child`] cannot describe by itself.
+    pub(crate) long: Vec<LeafRange>,
 }
 
 /// The binary tree and the decisions for its nodes.
@@ -106,10 +91,11 @@ impl<C: WideContainer> Emitter<'_, C> {
         segment.nodes.push(lanes);
     }
 
-    /// Appends the blocks of a leaf.
+    /// Appends a leaf.
     #[inline(always)]
     fn leaf(self, segment: &mut Segment, node: DecidedNode) -> Child {
-        segment.leaf(node.decision.first(), node.primitives(|node| self.tree.nodes[node as usize].count))
+        let first = node.decision.first();
+        segment.leaf(LeafRange { first, count: node.primitives(|node| self.tree.nodes[node as usize].count) })
     }
 
     /// Plans up to `max_nodes` wide nodes from the root, breadth first. Also returns the binary nodes that are to be
@@ -132,6 +118,14 @@ impl<C: WideContainer> Emitter<'_, C> {
         }
         roots.drain(..segment.nodes.len());
         (segment, roots)
+    }
+
+    /// Slot of the first triangle below a node.
+    pub(crate) fn first_slot(self, mut decision: DecisionRef) -> u32 {
+        while !decision.is_leaf() {
+            decision = self.decisions.get(decision).children()[0].decision;
+        }
+        decision.first()
     }
 
     /// Plans the wide node that replaces a binary one and everything below it, depth first.
@@ -162,17 +156,11 @@ impl<C: WideContainer> Emitter<'_, C> {
 
 impl Segment {
     #[inline(always)]
-    fn leaf(&mut self, first: u32, count: u32) -> Child {
-        let leaf = Child::leaf(self.blocks.len());
-        let mut at = 0;
-        loop {
-            let remaining = count - at;
-            let is_last = remaining <= BLOCK as u32;
-            self.blocks.push(PlannedBlock { first: first + at, count: remaining.min(BLOCK as u32) as u8, is_last });
-            at += BLOCK as u32;
-            if is_last {
-                return leaf;
-            }
-        }
+    fn leaf(&mut self, range: LeafRange) -> Child {
+        self.leaves.push(range);
+        Child::leaf(range).unwrap_or_else(|| {
+            self.long.push(range);
+            Child::long_leaf(self.long.len() - 1)
+        })
     }
 }

@@ -15,17 +15,20 @@ mod optimal;
 
 mod emit;
 
+use fearless_simd::{Simd, dispatch};
 use rayon::prelude::*;
 
 use crate::cancel::{CancelToken, Cancelled};
 use crate::geometry::Triangle;
+use crate::kernel::par_collect::{par_collect, zeros};
 use crate::kernel::prefetch::prefetch;
+use crate::kernel::simd::plain_loop_level;
 use crate::tree::Tree;
-use crate::wide::block::TriangleBlock;
-use crate::wide::bounds::WideContainer;
+use crate::wide::bounds::{NodeBounds, WideContainer};
 use crate::wide::collapse::emit::{Emitter, PlannedChild, Segment};
 use crate::wide::collapse::optimal::optimal_decisions;
-use crate::wide::layout::WIDTH;
+use crate::wide::layout::{BLOCK, WIDTH};
+use crate::wide::leaves::{COORDINATES, LeafRange, Leaves, PADDING, write_leaf};
 use crate::wide::tree::{Child, WideNode, WideTree};
 
 /// Binary nodes for each wide node of the sequentially made top of the tree. Each such wide node yields about four
@@ -34,52 +37,152 @@ const TASK_NODES: usize = 16_384;
 /// Maximum number of wide nodes in the top.
 const MAX_TOP_NODES: usize = 512;
 
-/// Nodes and blocks that each thread writes between polls for cancellation: 20 ms where the triangles are scattered in
-/// memory.
+/// Nodes, and triangles, that each thread writes between polls for cancellation: 20 ms where these are scattered in memory.
 const NODES_BETWEEN_CHECKS: usize = 1 << 12;
-const BLOCKS_BETWEEN_CHECKS: usize = 1 << 14;
-/// Minimum number of nodes or blocks in a task, so that stealing work pays.
+const TRIANGLES_BETWEEN_CHECKS: usize = 1 << 16;
+/// Minimum number of nodes in a task, so that stealing work pays.
 const MIN_WRITES_PER_TASK: usize = 256;
-/// Distance, in blocks, at which triangles are prefetched.
-const BLOCKS_AHEAD: usize = 8;
+/// Distance, in slots, at which triangles are prefetched.
+const SLOTS_AHEAD: usize = 32;
 /// Distance, in nodes, at which containers are prefetched.
 const NODES_AHEAD: usize = 4;
 
 /// The wide tree of the binary `tree` over `triangles`, see [`Tree::is_binary`]; the same for any number of threads. Leaves may
 /// have any size; those of up to 16 primitives may be joined.
-pub fn collapse<C: WideContainer>(
-    tree: &Tree<C>,
+pub fn collapse<B: NodeBounds>(
+    tree: &Tree<B::Container>,
     triangles: &[Triangle],
     token: &CancelToken,
-) -> Result<WideTree<C>, Cancelled> {
+) -> Result<WideTree<B>, Cancelled> {
     if tree.nodes.is_empty() {
-        return Ok(WideTree { root: None, nodes: Vec::new(), blocks: Vec::new() });
+        return Ok(WideTree { root: None, nodes: Vec::new(), leaves: Leaves::default() });
     }
     token.begin_stage("wide costs");
     let decisions = optimal_decisions(tree, token)?;
     token.begin_stage("wide plan");
     let emitter = Emitter { tree, decisions: &decisions };
     let (top, tasks) = emitter.top((tree.nodes.len() / TASK_NODES).min(MAX_TOP_NODES));
-    let top_nodes = top.nodes.len();
+    let mut coordinates = zeros(COORDINATES * tree.primitive_indices.len() + PADDING, token)?;
+    let sources = Sources { triangles, primitive_indices: &tree.primitive_indices };
+    let first_slots: Vec<u32> = tasks.iter().map(|&root| emitter.first_slot(root)).collect();
+    let (top_parts, task_parts) = parts(&mut coordinates, &top.leaves, &first_slots);
+    for (leaf, part) in top.leaves.iter().zip(top_parts) {
+        sources.write(std::slice::from_ref(leaf), leaf.first, part, token)?;
+    }
     let fork = token.fork();
-    let segments = tasks.par_iter().map(|&root| fork.task(|token| emitter.segment(root, token)));
+    let segments = tasks.par_iter().zip(&first_slots).zip(task_parts).map(|((&root, &first), part)| {
+        fork.task(|token| {
+            let segment = emitter.segment(root, token)?;
+            sources.write(&segment.leaves, first, part, token)?;
+            Ok(segment)
+        })
+    });
     let segments: Vec<Segment> = segments.collect::<Result<_, Cancelled>>()?;
     fork.join();
     let segments: Vec<Segment> = std::iter::once(top).chain(segments).collect();
-
-    // Segments follow one another.
-    let mut starts = vec![SegmentStart { node: 0, block: 0 }];
-    for (segment, before) in segments.iter().zip(0..) {
-        let SegmentStart { node, block } = starts[before];
-        starts.push(SegmentStart { node: node + segment.nodes.len(), block: block + segment.blocks.len() });
-    }
-    let [.., SegmentStart { node: node_count, block: block_count }] = starts[..] else {
-        unreachable!("the top is a segment")
+    let nodes = write_nodes(tree, &segments, token)?;
+    let root = match (&nodes[..], &segments[0].leaves[..]) {
+        ([], [leaf]) => Child::leaf(*leaf).unwrap_or(Child::long_leaf(0)),
+        _ => Child::ROOT,
     };
+    let long = segments.into_iter().flat_map(|segment| segment.long).collect();
+    let leaves = Leaves {
+        coordinates,
+        primitive_indices: par_collect(tree.primitive_indices.len(), token, |slot| tree.primitive_indices[slot])?,
+        long,
+    };
+    token.check()?;
+    Ok(WideTree { root: Some(root), nodes, leaves })
+}
 
+/// Cuts `coordinates`, where all triangles go in leaf order, into the parts of the `leaves` and those of the subtrees that begin at
+/// `first_slots`.
+fn parts<'a>(
+    mut coordinates: &'a mut [f32],
+    leaves: &[LeafRange],
+    first_slots: &[u32],
+) -> (Vec<&'a mut [f32]>, Vec<&'a mut [f32]>) {
+    let starts: Vec<u32> = leaves.iter().map(|leaf| leaf.first).chain(first_slots.iter().copied()).collect();
+    let mut order: Vec<usize> = (0..starts.len()).collect();
+    order.sort_unstable_by_key(|&at| starts[at]);
+    let mut parts: Vec<&mut [f32]> = starts.iter().map(|_| &mut [][..]).collect();
+    for (at, &part) in order.iter().enumerate() {
+        let after =
+            order.get(at + 1).map_or(coordinates.len(), |&next| COORDINATES * (starts[next] - starts[part]) as usize);
+        let (own, others) = coordinates.split_at_mut(after);
+        (parts[part], coordinates) = (own, others);
+    }
+    let of_tasks = parts.split_off(leaves.len());
+    (parts, of_tasks)
+}
+
+/// What leaves are made of.
+#[derive(Clone, Copy)]
+struct Sources<'a> {
+    triangles: &'a [Triangle],
+    primitive_indices: &'a [u32],
+}
+
+impl Sources<'_> {
+    /// Writes the coordinates of `leaves`, which begin with slot `first` and leave no gap, to `part`.
+    fn write(self, leaves: &[LeafRange], first: u32, part: &mut [f32], token: &CancelToken) -> Result<(), Cancelled> {
+        dispatch!(plain_loop_level(), simd => self.write_with(simd, leaves, first, part, token))
+    }
+
+    #[inline(always)]
+    fn write_with<S: Simd>(
+        self,
+        simd: S,
+        leaves: &[LeafRange],
+        first: u32,
+        part: &mut [f32],
+        token: &CancelToken,
+    ) -> Result<(), Cancelled> {
+        // In the order of memory, so that a leaf may write beyond its end.
+        let mut sizes = vec![0; leaves.iter().map(|leaf| leaf.count as usize).sum()];
+        for leaf in leaves {
+            sizes[(leaf.first - first) as usize] = leaf.count as usize;
+        }
+        let (mut at, mut unchecked) = (0, 0);
+        while let Some(&size) = sizes.get(at) {
+            let slot = first as usize + at;
+            for ahead in 0..BLOCK {
+                if let Some(&index) = self.primitive_indices.get(slot + SLOTS_AHEAD + ahead) {
+                    prefetch(self.triangles, index as usize);
+                }
+            }
+            for piece in (at..at + size).step_by(TRIANGLES_BETWEEN_CHECKS) {
+                let end = (piece + TRIANGLES_BETWEEN_CHECKS).min(at + size);
+                let indices = &self.primitive_indices[first as usize + piece..first as usize + end];
+                write_leaf(simd, self.triangles, indices, &mut part[COORDINATES * piece..]);
+                unchecked += end - piece;
+                if unchecked >= TRIANGLES_BETWEEN_CHECKS {
+                    token.check()?;
+                    unchecked = 0;
+                }
+            }
+            at += size;
+        }
+        Ok(())
+    }
+}
+
+/// The nodes of all segments, which follow one another; the first segment is the top of the tree.
+fn write_nodes<B: NodeBounds>(
+    tree: &Tree<B::Container>,
+    segments: &[Segment],
+    token: &CancelToken,
+) -> Result<Vec<WideNode<B>>, Cancelled> {
+    let mut starts = vec![SegmentStart { node: 0, long: 0 }];
+    for (segment, before) in segments.iter().zip(0..) {
+        let SegmentStart { node, long } = starts[before];
+        starts.push(SegmentStart { node: node + segment.nodes.len(), long: long + segment.long.len() });
+    }
+    let node_count = starts[segments.len()].node;
+    let top_nodes = segments[0].nodes.len();
     token.begin_stage("wide write");
     // All threads write in place: obtaining fresh memory takes as long as filling it, and so that work is shared too.
-    let nodes = par_write(node_count, NODES_BETWEEN_CHECKS, token, |segment, index| {
+    par_write(node_count, NODES_BETWEEN_CHECKS, token, |segment, index| {
         if index < top_nodes {
             let relocate = |child: Child| match child.index().checked_sub(top_nodes) {
                 Some(task) if !child.is_leaf() => Child::node(starts[task + 1].node),
@@ -87,7 +190,7 @@ pub fn collapse<C: WideContainer>(
             };
             return wide_node(tree, &segments[0].nodes[index], relocate);
         }
-        let start = SegmentStart::find(&starts, segment, |start| start.node, index);
+        let start = SegmentStart::find(&starts, segment, index);
         let plans = &segments[*segment].nodes[index - start.node..];
         if let Some(ahead) = plans.get(NODES_AHEAD) {
             for lane in ahead {
@@ -95,18 +198,7 @@ pub fn collapse<C: WideContainer>(
             }
         }
         wide_node(tree, &plans[0], |child| start.relocate(child))
-    })?;
-    let blocks = par_write(block_count, BLOCKS_BETWEEN_CHECKS, token, |segment, index| {
-        let start = SegmentStart::find(&starts, segment, |start| start.block, index);
-        let plans = &segments[*segment].blocks[index - start.block..];
-        if let Some(ahead) = plans.get(BLOCKS_AHEAD) {
-            ahead.slots().for_each(|slot| prefetch(triangles, tree.primitive_indices[slot] as usize));
-        }
-        TriangleBlock::new(triangles, &tree.primitive_indices[plans[0].slots()], plans[0].is_last)
-    })?;
-    let root = if node_count == 0 { Child::leaf(0) } else { Child::node(0) };
-    token.check()?;
-    Ok(WideTree { root: Some(root), nodes, blocks })
+    })
 }
 
 /// The list of `write(_, index)` for each index below `count`, written by all threads, which poll for cancellation
@@ -132,42 +224,52 @@ fn par_write<T: Send>(
     Ok(list)
 }
 
-/// Indices of the first node and the first block of a segment.
+/// Indices of the first node and the first long leaf of a segment.
 #[derive(Clone, Copy)]
 struct SegmentStart {
     node: usize,
-    block: usize,
+    long: usize,
 }
 
 impl SegmentStart {
-    /// Start of the segment that contains element `index`, counted by `offset`. `segment` caches the last result.
+    /// Start of the segment that contains the node `index`. `segment` caches the last result.
     #[inline(always)]
-    fn find(starts: &[Self], segment: &mut usize, offset: impl Fn(&Self) -> usize, index: usize) -> Self {
-        if !(offset(&starts[*segment])..offset(&starts[*segment + 1])).contains(&index) {
-            *segment = starts.partition_point(|start| offset(start) <= index) - 1;
+    fn find(starts: &[Self], segment: &mut usize, index: usize) -> Self {
+        if !(starts[*segment].node..starts[*segment + 1].node).contains(&index) {
+            *segment = starts.partition_point(|start| start.node <= index) - 1;
         }
         starts[*segment]
     }
 
+    #[inline(always)]
     fn relocate(self, child: Child) -> Child {
-        if child.is_leaf() { Child::leaf(child.index() + self.block) } else { Child::node(child.index() + self.node) }
+        if !child.is_leaf() {
+            Child::node(child.index() + self.node)
+        } else if child.short_leaf().is_some() {
+            child
+        } else {
+            Child::long_leaf(child.index() + self.long)
+        }
     }
 }
 
 /// The wide node of the planned `lanes`, with the references to children relocated.
 #[inline(always)]
-fn wide_node<C: WideContainer>(
-    tree: &Tree<C>,
+fn wide_node<B: NodeBounds>(
+    tree: &Tree<B::Container>,
     lanes: &[PlannedChild; WIDTH],
     relocate: impl Fn(Child) -> Child,
-) -> WideNode<C::Bounds> {
-    let mut node = WideNode { bounds: C::EMPTY_BOUNDS, children: [Child::node(0); WIDTH] };
+) -> WideNode<B> {
+    let mut bounds = B::Container::EMPTY_BOUNDS;
+    let mut children = [Child::ROOT; WIDTH];
+    let mut count = 0;
     for (lane, &PlannedChild { node: binary_node, child }) in lanes.iter().enumerate() {
         if binary_node == PlannedChild::NONE.node {
             break;
         }
-        tree.nodes[binary_node as usize].container.store(&mut node.bounds, lane);
-        node.children[lane] = relocate(child);
+        tree.nodes[binary_node as usize].container.store(&mut bounds, lane);
+        children[lane] = relocate(child);
+        count = lane + 1;
     }
-    node
+    WideNode { bounds: B::pack(&bounds, count), children }
 }

@@ -13,7 +13,8 @@ use crate::geometry::{EDGE_MAX, EDGE_MIN, FAR_SLACK, Hit, PreparedRay, Ray, Shea
 use crate::kernel::bits::bits;
 use crate::kernel::each;
 use crate::wide::block::TriangleBlock;
-use crate::wide::layout::{BLOCK, WIDTH};
+use crate::wide::bounds::NodeBounds;
+use crate::wide::layout::WIDTH;
 use crate::wide::ray_lanes::{RAY_LANES, permuted_axes, transposed};
 use crate::wide::trace::beam::{Beam, BeamContainer, GROUP, GROUPS};
 use crate::wide::trace::stack::Stack;
@@ -43,7 +44,12 @@ const NONE: u32 = u32::MAX;
 /// # Panics
 ///
 /// If `hits` is shorter than `rays`.
-pub fn closest_hits<C: BeamContainer>(level: Level, tree: &WideTree<C>, rays: &[Ray], hits: &mut [Option<Hit>]) {
+pub fn closest_hits<B: NodeBounds<Container: BeamContainer>>(
+    level: Level,
+    tree: &WideTree<B>,
+    rays: &[Ray],
+    hits: &mut [Option<Hit>],
+) {
     assert!(hits.len() >= rays.len(), "{} hits for {} rays", hits.len(), rays.len());
     // Consecutive incoherent rays are collected, because streams get faster with more rays.
     let mut traced = 0;
@@ -61,13 +67,13 @@ pub fn closest_hits<C: BeamContainer>(level: Level, tree: &WideTree<C>, rays: &[
 
 /// Traces `rays` as a packet; `false` if they are not coherent enough.
 #[inline(always)]
-fn closest_hits_of_packet<S: Simd, C: BeamContainer>(
+fn closest_hits_of_packet<S: Simd, B: NodeBounds<Container: BeamContainer>>(
     simd: S,
-    tree: &WideTree<C>,
+    tree: &WideTree<B>,
     rays: &[Ray],
     hits: &mut [Option<Hit>],
 ) -> bool {
-    let Some(mut packet) = Packet::<C>::new(simd, rays) else { return false };
+    let Some(mut packet) = Packet::<B::Container>::new(simd, rays) else { return false };
     packet.trace(simd, tree, rays);
     for (index, hit) in hits.iter_mut().enumerate() {
         *hit = packet.hits.hit(index);
@@ -204,7 +210,7 @@ impl<C: BeamContainer> Packet<C> {
     }
 
     #[inline(always)]
-    fn trace<S: Simd>(&mut self, simd: S, tree: &WideTree<C>, rays: &[Ray]) {
+    fn trace<S: Simd, B: NodeBounds<Container = C>>(&mut self, simd: S, tree: &WideTree<B>, rays: &[Ray]) {
         let Some(root) = tree.root else { return };
         let mut stack = Stack::new();
         stack.push(Waiting { entry: self.beam.t_min, child: root, groups: self.all_groups });
@@ -219,16 +225,15 @@ impl<C: BeamContainer> Packet<C> {
             }
             let t_max = open.select(group_t_max, f32x16::splat(simd, f32::NEG_INFINITY)).reduce_max();
             if child.is_leaf() {
-                for block in &tree.blocks[child.index()..] {
+                for block in tree.leaves.blocks(child) {
                     self.test_block(simd, block, active, rays);
-                    if block.is_last() {
-                        break;
-                    }
                 }
                 continue;
             }
             let node = &tree.nodes[child.index()];
-            let beam_hits = C::intersect_beam(simd, &node.bounds, &self.beam, &self.frustum, t_max);
+            let mut space = C::EMPTY_BOUNDS;
+            let bounds = node.bounds.unpack(simd, &mut space);
+            let beam_hits = C::intersect_beam(simd, bounds, &self.beam, &self.frustum, t_max);
             let mark = stack.reserve();
             for lane in bits(u64::from(beam_hits.some)) {
                 let lane = lane % WIDTH;
@@ -261,17 +266,11 @@ impl<C: BeamContainer> Packet<C> {
 
     /// Tests the triangles of a block against the `active` groups.
     #[inline(always)]
-    fn test_block<S: Simd>(&mut self, simd: S, block: &TriangleBlock, active: u32, rays: &[Ray]) {
-        for lane in 0..BLOCK {
-            let primitive = block.primitive_index(lane);
-            // Skip repeated triangles: they fill the last block of a leaf, and proxies of a split triangle can be
-            // neighbours.
-            if lane > 0 && primitive == block.primitive_index(lane - 1) {
-                continue;
-            }
+    fn test_block<S: Simd>(&mut self, simd: S, block: TriangleBlock<'_>, active: u32, rays: &[Ray]) {
+        for lane in 0..block.count() {
             let [corner_x, corner_y, corner_z] = each!(index => each!(corner => {
                 let axis = self.axes[index];
-                f32x16::splat(simd, block.corners[corner][axis][lane] - self.beam.origin[axis])
+                f32x16::splat(simd, block.coordinate(corner, axis, lane) - self.beam.origin[axis])
             }));
             for group in bits(u64::from(active)) {
                 let group = group % GROUPS;
@@ -298,7 +297,7 @@ impl<C: BeamContainer> Packet<C> {
     fn accept_hits<S: Simd>(
         &mut self,
         simd: S,
-        block: &TriangleBlock,
+        block: TriangleBlock<'_>,
         lane: usize,
         group: usize,
         edges: [f32x16<S>; 3],
@@ -358,7 +357,7 @@ impl<C: BeamContainer> Packet<C> {
 
     /// Tests in double precision the rays that pass too close to an edge for single precision.
     #[cold]
-    fn accept_uncertain(&mut self, block: &TriangleBlock, lane: usize, group: usize, uncertain: u32, rays: &[Ray]) {
+    fn accept_uncertain(&mut self, block: TriangleBlock<'_>, lane: usize, group: usize, uncertain: u32, rays: &[Ray]) {
         let (triangle, primitive) = (block.triangle(lane), block.primitive_index(lane));
         for ray_lane in bits(u64::from(uncertain)) {
             let ray = rays[(group * GROUP + ray_lane).min(rays.len() - 1)];

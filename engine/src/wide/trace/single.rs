@@ -5,8 +5,8 @@ use fearless_simd::Simd;
 use crate::geometry::{Hit, PreparedRay, Ray, Shear};
 use crate::tree::traverse::{Nearest, Probe};
 use crate::wide::block::{BlockRay, TriangleBlock};
-use crate::wide::bounds::WideContainer;
-use crate::wide::layout::{BLOCK, WIDTH};
+use crate::wide::bounds::{NodeBounds, WideContainer};
+use crate::wide::layout::WIDTH;
 use crate::wide::ray_lanes::RayLanes;
 use crate::wide::trace::stack::Stack;
 use crate::wide::tree::{Child, WideNode, WideTree};
@@ -14,39 +14,39 @@ use crate::wide::tree::{Child, WideNode, WideTree};
 /// The closest hit of `ray`: exactly that of the binary tree. `probe` is told of each node whose children are tested as one
 /// container test and of each block as one primitive test, and of the events of [`Probe`].
 #[inline(always)]
-pub fn closest_hit<S: Simd, C: WideContainer, P: Probe>(
+pub fn closest_hit<S: Simd, B: NodeBounds, P: Probe>(
     simd: S,
-    tree: &WideTree<C>,
+    tree: &WideTree<B>,
     ray: &Ray,
     probe: &mut P,
 ) -> Option<Hit> {
-    nearest::<S, C, P, false>(simd, tree, ray, probe).hit()
+    nearest::<S, B, P, false>(simd, tree, ray, probe).hit()
 }
 
 /// Whether anything lies on `ray` between its `t_min` and `t_max`.
 #[inline(always)]
-pub fn any_hit<S: Simd, C: WideContainer, P: Probe>(simd: S, tree: &WideTree<C>, ray: &Ray, probe: &mut P) -> bool {
-    nearest::<S, C, P, true>(simd, tree, ray, probe).found()
+pub fn any_hit<S: Simd, B: NodeBounds, P: Probe>(simd: S, tree: &WideTree<B>, ray: &Ray, probe: &mut P) -> bool {
+    nearest::<S, B, P, true>(simd, tree, ray, probe).found()
 }
 
 /// The closest hit; with `ANY` the first one found.
 #[inline(always)]
-pub(crate) fn nearest<S: Simd, C: WideContainer, P: Probe, const ANY: bool>(
+pub(crate) fn nearest<S: Simd, B: NodeBounds, P: Probe, const ANY: bool>(
     simd: S,
-    tree: &WideTree<C>,
+    tree: &WideTree<B>,
     ray: &Ray,
     probe: &mut P,
 ) -> Nearest {
     let mut nearest = Nearest::new(ray.t_max);
     let Some(mut current) = tree.root else { return nearest };
     let Some(lanes) = RayLanes::single(ray) else { return nearest };
-    let container_ray = C::prepare(simd, &lanes, 0);
+    let container_ray = B::Container::prepare(simd, &lanes, 0);
     let block_ray = BlockRay::new(simd, &lanes, 0);
     let mut stack = Stack::new();
     loop {
         probe.visited(current.bits());
         if current.is_leaf() {
-            for block in &tree.blocks[current.index()..] {
+            for block in tree.leaves.blocks(current) {
                 probe.primitive_test();
                 if P::EVENTS {
                     report_block(block, ray, nearest, probe);
@@ -56,17 +56,16 @@ pub(crate) fn nearest<S: Simd, C: WideContainer, P: Probe, const ANY: bool>(
                 } else if block_ray.any_hit(simd, block, ray, nearest.t()) {
                     return Nearest::ANYTHING;
                 }
-                if block.is_last() {
-                    break;
-                }
             }
         } else {
             probe.container_test();
             let node = &tree.nodes[current.index()];
-            let (mut hits, entries) = C::intersect_mask(simd, &node.bounds, &container_ray, nearest.t());
+            let mut space = B::Container::EMPTY_BOUNDS;
+            let bounds = node.bounds.unpack(simd, &mut space);
+            let (mut hits, entries) = B::Container::intersect_mask(simd, bounds, &container_ray, nearest.t());
             if P::EVENTS {
                 let (in_all, entries) =
-                    C::intersect_mask(simd, &node.bounds, &container_ray, Nearest::new(ray.t_max).t());
+                    B::Container::intersect_mask(simd, bounds, &container_ray, Nearest::new(ray.t_max).t());
                 report_children(node, hits, in_all, &entries, probe);
             }
             if hits != 0 {
@@ -166,15 +165,11 @@ fn report_children<B, P: Probe>(node: &WideNode<B>, hits: u32, in_all: u32, entr
 
 /// Reports the test of `block`, one triangle at a time: that has the same results. `nearest` is the nearest hit before the test.
 #[cold]
-fn report_block<P: Probe>(block: &TriangleBlock, ray: &Ray, mut nearest: Nearest, probe: &mut P) {
+fn report_block<P: Probe>(block: TriangleBlock<'_>, ray: &Ray, mut nearest: Nearest, probe: &mut P) {
     let t_max = nearest.t();
     let (prepared, shear) = (PreparedRay::new(*ray), Shear::new(ray.direction));
     let mut is_nearer = false;
-    for lane in 0..BLOCK {
-        // Unused lanes repeat the last triangle.
-        if lane > 0 && (lane..BLOCK).all(|rest| block.primitive_index(rest) == block.primitive_index(lane - 1)) {
-            break;
-        }
+    for lane in 0..block.count() {
         let hit = block.triangle(lane).intersect(&prepared, &shear, t_max);
         probe.tested(block.primitive_index(lane), hit.map(|hit| hit.t));
         is_nearer |= hit.is_some_and(|hit| nearest.offer(hit, block.primitive_index(lane)));

@@ -14,7 +14,7 @@ use crate::geometry::{Hit, Ray};
 use crate::kernel::bits::bits;
 use crate::tree::traverse::{Nearest, NoProbe};
 use crate::wide::block::BlockRay;
-use crate::wide::bounds::WideContainer;
+use crate::wide::bounds::{NodeBounds, WideContainer};
 use crate::wide::layout::WIDTH;
 use crate::wide::ray_lanes::{RAY_LANES, RayLanes};
 use crate::wide::trace::single;
@@ -69,26 +69,26 @@ impl<const RAYS: usize, const WORDS: usize> Query<RAYS, WORDS> for ClosestHit {
 
 /// For each of `rays` whether anything lies on it, written to the first elements of `blocked`.
 #[inline(always)]
-pub(crate) fn any_hits<S: Simd, C: WideContainer>(simd: S, tree: &WideTree<C>, rays: &[Ray], blocked: &mut [bool]) {
+pub(crate) fn any_hits<S: Simd, B: NodeBounds>(simd: S, tree: &WideTree<B>, rays: &[Ray], blocked: &mut [bool]) {
     // The numbers of rays per stream, here and for closest hits, were found by experiment.
-    trace::<S, C, AnyHit, 64, 2>(simd, tree, rays, blocked);
+    trace::<S, B, AnyHit, 64, 2>(simd, tree, rays, blocked);
 }
 
 /// The closest hits of `rays`, written to the first elements of `hits`.
 #[inline(always)]
-pub(crate) fn closest_hits<S: Simd, C: WideContainer>(
+pub(crate) fn closest_hits<S: Simd, B: NodeBounds>(
     simd: S,
-    tree: &WideTree<C>,
+    tree: &WideTree<B>,
     rays: &[Ray],
     hits: &mut [Option<Hit>],
 ) {
-    trace::<S, C, ClosestHit, 32, 1>(simd, tree, rays, hits);
+    trace::<S, B, ClosestHit, 32, 1>(simd, tree, rays, hits);
 }
 
 #[inline(always)]
-fn trace<S: Simd, C: WideContainer, Q: Query<RAYS, WORDS>, const RAYS: usize, const WORDS: usize>(
+fn trace<S: Simd, B: NodeBounds, Q: Query<RAYS, WORDS>, const RAYS: usize, const WORDS: usize>(
     simd: S,
-    tree: &WideTree<C>,
+    tree: &WideTree<B>,
     rays: &[Ray],
     outputs: &mut [Q::Output],
 ) {
@@ -111,18 +111,18 @@ fn trace<S: Simd, C: WideContainer, Q: Query<RAYS, WORDS>, const RAYS: usize, co
                 }
                 (traced, blocked) = (traced + stream.count, blocked + stream.blocked.count_ones() as usize);
                 let batch = &rays[next..rays.len().min(next + RAYS)];
-                stream.start::<S, C, Q>(simd, root, next, batch);
+                stream.start::<S, B, Q>(simd, root, next, batch);
                 next += batch.len();
             }
             is_busy |= stream.count > 0;
             if stream.top > STACK {
-                stream.finish_single::<S, C, Q>(simd, tree, rays);
+                stream.finish_single::<S, B, Q>(simd, tree, rays);
             } else if !Q::ANY {
-                stream.step::<S, C, false, false>(simd, tree, rays);
+                stream.step::<S, B, false, false>(simd, tree, rays);
             } else if traced <= 2 * blocked {
-                stream.step::<S, C, true, true>(simd, tree, rays);
+                stream.step::<S, B, true, true>(simd, tree, rays);
             } else {
-                stream.step::<S, C, true, false>(simd, tree, rays);
+                stream.step::<S, B, true, false>(simd, tree, rays);
             }
         }
         if !is_busy {
@@ -173,7 +173,7 @@ impl<const RAYS: usize, const WORDS: usize> Stream<RAYS, WORDS> {
     /// Starts up to `RAYS` rays, the first of which has index `first`. Not inlined, because the surrounding loop would
     /// run out of registers.
     #[inline(never)]
-    fn start<S: Simd, C: WideContainer, Q: Query<RAYS, WORDS>>(
+    fn start<S: Simd, B: NodeBounds, Q: Query<RAYS, WORDS>>(
         &mut self,
         simd: S,
         root: Child,
@@ -186,7 +186,7 @@ impl<const RAYS: usize, const WORDS: usize> Stream<RAYS, WORDS> {
             let at = group * RAY_LANES % RAYS;
             let able = simd.vectorize(
                 #[inline(always)]
-                || self.rays.set::<S, C>(simd, at, rays),
+                || self.rays.set::<S, B::Container>(simd, at, rays),
             );
             self.active |= u64::from(able) << at;
             for (t, ray) in self.t[at..].iter_mut().zip(rays) {
@@ -232,10 +232,10 @@ impl<const RAYS: usize, const WORDS: usize> Stream<RAYS, WORDS> {
 
     /// Visits the next child.
     #[inline(always)]
-    fn step<S: Simd, C: WideContainer, const ANY: bool, const FARTHEST: bool>(
+    fn step<S: Simd, B: NodeBounds, const ANY: bool, const FARTHEST: bool>(
         &mut self,
         simd: S,
-        tree: &WideTree<C>,
+        tree: &WideTree<B>,
         rays: &[Ray],
     ) {
         let Some((child, set)) = self.next::<S, ANY>(simd) else { return };
@@ -244,22 +244,22 @@ impl<const RAYS: usize, const WORDS: usize> Stream<RAYS, WORDS> {
             if !ANY {
                 tree.prefetch_any(self.children[self.top.saturating_sub(2)]);
             }
-            self.test_leaf::<S, C, ANY>(simd, tree, child, set, rays);
+            self.test_leaf::<S, B, ANY>(simd, tree, child, set, rays);
         } else {
-            self.enter::<S, C, ANY, FARTHEST>(simd, tree, child, set);
+            self.enter::<S, B, ANY, FARTHEST>(simd, tree, child, set);
         }
     }
 
     #[inline(always)]
-    fn test_leaf<S: Simd, C: WideContainer, const ANY: bool>(
+    fn test_leaf<S: Simd, B: NodeBounds, const ANY: bool>(
         &mut self,
         simd: S,
-        tree: &WideTree<C>,
+        tree: &WideTree<B>,
         leaf: Child,
         set: u64,
         rays: &[Ray],
     ) {
-        for block in &tree.blocks[leaf.index()..] {
+        for block in tree.leaves.blocks(leaf) {
             for index in bits(set & self.active) {
                 let index = index % RAYS;
                 let ray = &rays[self.first + index];
@@ -274,28 +274,27 @@ impl<const RAYS: usize, const WORDS: usize> Stream<RAYS, WORDS> {
                     self.t[index] = nearest.t();
                 }
             }
-            if block.is_last() {
-                break;
-            }
         }
     }
 
     #[inline(always)]
-    fn enter<S: Simd, C: WideContainer, const ANY: bool, const FARTHEST: bool>(
+    fn enter<S: Simd, B: NodeBounds, const ANY: bool, const FARTHEST: bool>(
         &mut self,
         simd: S,
-        tree: &WideTree<C>,
+        tree: &WideTree<B>,
         node: Child,
         set: u64,
     ) {
         let node = &tree.nodes[node.index()];
+        let mut space = B::Container::EMPTY_BOUNDS;
+        let bounds = node.bounds.unpack(simd, &mut space);
         let none = u32x8::splat(simd, 0);
         let mut sets = [none; WORDS];
         let mut entries = f32x8::splat(simd, if FARTHEST { -1.0 } else { f32::INFINITY });
         for index in bits(set) {
             let index = index % RAYS;
-            let ray = C::prepare(simd, &self.rays, index);
-            let (enters, entry) = C::intersect(simd, &node.bounds, &ray, self.t[index]);
+            let ray = B::Container::prepare(simd, &self.rays, index);
+            let (enters, entry) = B::Container::intersect(simd, bounds, &ray, self.t[index]);
             for (word, set) in sets.iter_mut().enumerate() {
                 *set |= enters.select(u32x8::splat(simd, word_of(1 << index, word)), none);
             }
@@ -344,10 +343,10 @@ impl<const RAYS: usize, const WORDS: usize> Stream<RAYS, WORDS> {
     /// Restarts the active rays from the root, each by itself with a growing stack.
     #[cold]
     #[inline(never)]
-    fn finish_single<S: Simd, C: WideContainer, Q: Query<RAYS, WORDS>>(
+    fn finish_single<S: Simd, B: NodeBounds, Q: Query<RAYS, WORDS>>(
         &mut self,
         simd: S,
-        tree: &WideTree<C>,
+        tree: &WideTree<B>,
         rays: &[Ray],
     ) {
         for index in bits(self.active) {
@@ -360,7 +359,7 @@ impl<const RAYS: usize, const WORDS: usize> Stream<RAYS, WORDS> {
                         let blocked = single::any_hit(simd, tree, ray, &mut NoProbe);
                         self.blocked |= u64::from(blocked) << index;
                     } else {
-                        self.nearest[index] = single::nearest::<S, C, NoProbe, false>(simd, tree, ray, &mut NoProbe);
+                        self.nearest[index] = single::nearest::<S, B, NoProbe, false>(simd, tree, ray, &mut NoProbe);
                     }
                 },
             );

@@ -1,0 +1,248 @@
+//! Eight boxes in a third of the memory: the planes in eight bits each, as multiples of a power of two from the lowest corner, rounded
+//! outwards (after Ylitie, Karras, Laine, *Efficient Incoherent Ray Traversal on GPUs Through Compressed Wide BVHs*, 2017,
+//! section 3). Rays may enter such a box where they would miss the exact one, and never the other way round: hits stay the same,
+//! since a hit is decided by the triangle.
+
+#![allow(clippy::inline_always, reason = "SIMD kernels must land in the caller that enables the instructions")]
+
+use bytemuck::{Pod, Zeroable};
+use fearless_simd::{Bytes, Select, Simd, SimdBase, SimdCvtFloat, f32x8, i32x8, u32x4, u32x8};
+
+use crate::geometry::Aabb;
+use crate::kernel::each;
+use crate::wide::bounds::{BoxLanes, NodeBounds, WideContainer};
+use crate::wide::layout::WIDTH;
+
+/// Largest multiple.
+const MOST: i32 = 255;
+/// Largest exponent, of a scale of 2¹²⁷.
+const LARGEST_EXPONENT: u8 = 254;
+/// Bits of a float's fraction.
+const FRACTION_BITS: u8 = 23;
+
+/// Eight boxes with planes of eight bits.
+#[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
+#[repr(C)]
+pub struct CompactBoxes {
+    /// The lowest corner of all boxes.
+    origin: [f32; 3],
+    /// For each axis the exponent of the scale, biased as in a float.
+    exponents: [u8; 3],
+    /// Number of boxes.
+    count: u8,
+    /// For each lane, from the lowest byte: lower and upper plane on the first and on the second axis.
+    planes: [u32; WIDTH],
+    /// Lower and upper plane on the third axis: of each of the first four lanes in the lower half, of the others in the upper half.
+    last_planes: [u32; WIDTH / 2],
+}
+
+/// The multiples on one axis: of the lower planes, and of the upper ones.
+type Multiples = [[u8; WIDTH]; 2];
+
+impl CompactBoxes {
+    /// The scale of an axis.
+    #[inline(always)]
+    fn scale(&self, axis: usize) -> f32 {
+        scale(self.exponents[axis])
+    }
+
+    /// The multiples on each axis.
+    fn multiples(&self) -> [Multiples; 3] {
+        let [x, y] = [0, 16].map(|shift| [0, 8].map(|side| self.planes.map(|word| (word >> (shift + side)) as u8)));
+        let z = [0, 8]
+            .map(|side| std::array::from_fn(|lane| (self.last_planes[lane % 4] >> (lane / 4 * 16) >> side) as u8));
+        [x, y, z]
+    }
+}
+
+fn scale(exponent: u8) -> f32 {
+    f32::from_bits(u32::from(exponent) << FRACTION_BITS)
+}
+
+/// The biased exponent of a number: that of the largest power of two which is not larger.
+fn exponent_of(value: f32) -> u8 {
+    (value.abs().to_bits() >> FRACTION_BITS) as u8
+}
+
+/// Multiples of the scale with the given exponent that enclose the planes of the first `count` boxes on an axis; `None` where eight
+/// bits do not suffice.
+fn enclose(planes: &[[f32; WIDTH]; 2], count: usize, origin: f32, exponent: u8) -> Option<Multiples> {
+    let scale = scale(exponent);
+    let mut found: Multiples = [[0; WIDTH]; 2];
+    let mut fits = true;
+    for lane in 0..count.min(WIDTH) {
+        let [low, high] = [planes[0][lane], planes[1][lane]];
+        let plane = |multiple: i32| origin + multiple as f32 * scale;
+        let down = ((low - origin) / scale) as i32;
+        let down = down - i32::from(plane(down) > low);
+        let up = ((high - origin) / scale) as i32;
+        let up = up.saturating_add(i32::from(plane(up) < high));
+        fits &= (0..=MOST).contains(&down) & (up <= MOST) & (plane(down) <= low) & (plane(up) >= high);
+        (found[0][lane], found[1][lane]) = (down as u8, up as u8);
+    }
+    fits.then_some(found)
+}
+
+/// [`enclose`] with the smallest scale that suffices, and its exponent.
+fn enclose_closely(planes: &[[f32; WIDTH]; 2], count: usize, origin: f32) -> (u8, Multiples) {
+    let highest = planes[1][..count].iter().copied().fold(origin, f32::max);
+    // Finer steps than those of floats would be lost in the sum; a quarter of the eight bits are enough for the first attempt.
+    let finest = exponent_of(origin.abs().max(highest.abs())).saturating_sub(FRACTION_BITS);
+    let coarsest_needed = exponent_of(highest - origin).saturating_sub(7);
+    let first = finest.max(coarsest_needed).clamp(1, LARGEST_EXPONENT);
+    (first..=LARGEST_EXPONENT)
+        .find_map(|exponent| Some((exponent, enclose(planes, count, origin, exponent)?)))
+        // From the lowest number to beyond the largest.
+        .unwrap_or((LARGEST_EXPONENT, [[0; WIDTH], [u8::MAX; WIDTH]]))
+}
+
+impl NodeBounds for CompactBoxes {
+    type Container = Aabb;
+
+    fn pack(lanes: &BoxLanes, count: usize) -> Self {
+        let lowest = |axis: usize| lanes.0[axis][0][..count].iter().copied().fold(f32::INFINITY, f32::min);
+        let origin = each!(axis => lowest(axis));
+        let [(ex, x), (ey, y), (ez, z)] = each!(axis => enclose_closely(&lanes.0[axis], count, origin[axis]));
+        let [x, y, z] = [x, y, z].map(|[low, high]| -> [u32; WIDTH] {
+            std::array::from_fn(|lane| u32::from(low[lane]) | u32::from(high[lane]) << 8)
+        });
+        Self {
+            origin,
+            exponents: [ex, ey, ez],
+            count: count as u8,
+            planes: std::array::from_fn(|lane| x[lane] | y[lane] << 16),
+            last_planes: std::array::from_fn(|lane| z[lane] | z[lane + 4] << 16),
+        }
+    }
+
+    #[inline(always)]
+    fn unpack<'a, S: Simd>(&'a self, simd: S, space: &'a mut BoxLanes) -> &'a BoxLanes {
+        let byte = |word: u32x8<S>, shift: u32| -> i32x8<S> { ((word >> shift) & 255).bitcast() };
+        let words = u32x8::load_array_ref(simd, &self.planes);
+        let last = u32x4::load_array_ref(simd, &self.last_planes);
+        let last = simd.combine_u32x4(last & 0xffff, last >> 16);
+        let multiples =
+            [[byte(words, 0), byte(words, 8)], [byte(words, 16), byte(words, 24)], [byte(last, 0), byte(last, 8)]];
+        let lanes = u32x8::from_slice(simd, &[0, 1, 2, 3, 4, 5, 6, 7]);
+        let is_used = lanes.simd_lt(u32x8::splat(simd, self.count.into()));
+        let unused = [f32::INFINITY, f32::NEG_INFINITY].map(|plane| f32x8::splat(simd, plane));
+        for axis in 0..3 {
+            let (origin, scale) = (f32x8::splat(simd, self.origin[axis]), f32x8::splat(simd, self.scale(axis)));
+            for side in 0..2 {
+                // The product is exact, so that every level rounds alike.
+                let plane = origin + f32x8::float_from(multiples[axis][side]) * scale;
+                // One axis suffices to keep every ray out of an unused lane.
+                let plane = if axis == 0 { is_used.select(plane, unused[side]) } else { plane };
+                space.0[axis][side] = plane.to_array();
+            }
+        }
+        space
+    }
+
+    fn load(&self, lane: usize) -> Aabb {
+        let multiples = self.multiples();
+        let plane =
+            |axis: usize, side: usize| self.origin[axis] + f32::from(multiples[axis][side][lane]) * self.scale(axis);
+        Aabb { min: each!(axis => plane(axis, 0)).into(), max: each!(axis => plane(axis, 1)).into() }
+    }
+
+    fn holds(&self, lane: usize, container: &Aabb) -> bool {
+        let mut lanes = Aabb::EMPTY_BOUNDS;
+        container.store(&mut lanes, 0);
+        let multiples = self.multiples();
+        (0..3).all(|axis| {
+            enclose(&lanes.0[axis], 1, self.origin[axis], self.exponents[axis])
+                .is_some_and(|found| [0, 1].map(|side| multiples[axis][side][lane]) == [found[0][0], found[1][0]])
+        })
+    }
+
+    fn within(container: Aabb, parent: &Aabb) -> Aabb {
+        Aabb { min: container.min.max(parent.min), max: container.max.min(parent.max) }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use fearless_simd::dispatch;
+    use glam::Vec3;
+
+    use super::*;
+    use crate::kernel::SimdLevel;
+
+    fn packed(boxes: &[Aabb]) -> CompactBoxes {
+        let mut lanes = Aabb::EMPTY_BOUNDS;
+        for (lane, container) in boxes.iter().enumerate() {
+            container.store(&mut lanes, lane);
+        }
+        CompactBoxes::pack(&lanes, boxes.len())
+    }
+
+    fn unpacked(compact: &CompactBoxes, level: SimdLevel) -> BoxLanes {
+        let mut space = Aabb::EMPTY_BOUNDS;
+        dispatch!(level.level(), simd => *compact.unpack(simd, &mut space))
+    }
+
+    /// Boxes of very different sizes and places, flat ones, and the largest that there are.
+    fn boxes() -> Vec<Vec<Aabb>> {
+        let mut state = 1_u32;
+        let mut random = || {
+            state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+            (state >> 8) as f32 / (1 << 24) as f32
+        };
+        let mut sets = Vec::new();
+        for place in [0.0, 1.0, -1e4, 3e7, 1e30, 3.4e38] {
+            for size in [0.0, 1e-42, 1e-20, 1e-3, 1.0, 1e9, 3.4e38] {
+                for count in [1, 2, 5, 8] {
+                    let mut corner =
+                        |from: Vec3| (from + Vec3::new(random(), random(), random()) * size).min(Vec3::MAX);
+                    let mut one = || {
+                        let a = corner(Vec3::splat(place).with_y(-place));
+                        let b = corner(Vec3::splat(place).with_y(-place));
+                        Aabb { min: a.min(b), max: a.max(b) }
+                    };
+                    sets.push((0..count).map(|_| one()).collect());
+                }
+            }
+        }
+        sets.push(vec![Aabb { min: Vec3::MIN, max: Vec3::MAX }, Aabb { min: Vec3::ZERO, max: Vec3::ONE }]);
+        sets
+    }
+
+    #[test]
+    fn compact_boxes_enclose_the_exact_ones_and_hardly_more() {
+        for boxes in boxes() {
+            let compact = packed(&boxes);
+            let around = boxes.iter().fold(Aabb::EMPTY, |all, one| all.union(one));
+            for (lane, exact) in boxes.iter().enumerate() {
+                let found = compact.load(lane);
+                assert!(found.min.cmple(exact.min).all() && found.max.cmpge(exact.max).all(), "{exact:?} in {found:?}");
+                let size = (around.max - around.min).min(Vec3::MAX).max(around.max.abs().max(around.min.abs()) * 1e-5);
+                let slack = size / 100.0 + f32::MIN_POSITIVE * 4.0;
+                assert!(
+                    size.max_element() > 1e38
+                        || (exact.min - found.min).cmple(slack).all() && (found.max - exact.max).cmple(slack).all(),
+                    "{exact:?} in {found:?} of {around:?}"
+                );
+                assert!(compact.holds(lane, exact));
+                let other = Aabb { min: exact.min - size / 3.0, max: exact.max };
+                assert!(size.max_element() > 1e38 || size.max_element() < 1e-30 || !compact.holds(lane, &other));
+            }
+        }
+    }
+
+    #[test]
+    fn every_simd_level_unpacks_the_same_planes() {
+        for boxes in boxes() {
+            let compact = packed(&boxes);
+            for level in SimdLevel::ALL.into_iter().filter(|level| level.is_available()) {
+                let lanes = unpacked(&compact, level);
+                for lane in 0..boxes.len() {
+                    assert_eq!(Aabb::load(&lanes, lane), compact.load(lane), "{level:?}");
+                }
+                for lane in boxes.len()..WIDTH {
+                    assert_eq!([lanes.0[0][0][lane], lanes.0[0][1][lane]], [f32::INFINITY, f32::NEG_INFINITY]);
+                }
+            }
+        }
+    }
+}

@@ -1,0 +1,128 @@
+//! The leaves of a wide tree: their triangles one after the other in leaf order, without gaps.
+//!
+//! A leaf is cut into blocks of four triangles; the last one holds what is left. The coordinates of a block of `n` triangles are
+//! nine rows of `n` numbers, so that the same coordinate of all its triangles is read at once: by axis, then by corner.
+
+#![allow(clippy::inline_always, reason = "SIMD kernels must land in the caller that enables the instructions")]
+
+use fearless_simd::{Simd, SimdBase, f32x4};
+
+use crate::geometry::Triangle;
+use crate::kernel::prefetch::prefetch_four_lines;
+use crate::wide::block::{TriangleBlock, WINDOW};
+use crate::wide::layout::BLOCK;
+use crate::wide::tree::Child;
+
+/// Coordinates of a triangle.
+pub(crate) const COORDINATES: usize = 9;
+/// Coordinates after the last triangle, which make the window of every block whole.
+pub(crate) const PADDING: usize = WINDOW - COORDINATES;
+
+/// A range of triangles in leaf order.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) struct LeafRange {
+    /// Slot of the first.
+    pub(crate) first: u32,
+    pub(crate) count: u32,
+}
+
+/// The triangles of all leaves.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Leaves {
+    /// Coordinates of the triangles in leaf order, block by block, and [`PADDING`].
+    pub(crate) coordinates: Vec<f32>,
+    /// For each slot the index of its triangle in the list that the tree was built from.
+    pub(crate) primitive_indices: Vec<u32>,
+    /// Leaves that a [`Child`] cannot describe by itself.
+    pub(crate) long: Vec<LeafRange>,
+}
+
+impl Leaves {
+    /// The triangles of a leaf.
+    #[inline(always)]
+    pub(crate) fn range(&self, leaf: Child) -> LeafRange {
+        match leaf.short_leaf() {
+            Some(range) => range,
+            None => self.long_range(leaf),
+        }
+    }
+
+    #[cold]
+    #[inline(never)]
+    fn long_range(&self, leaf: Child) -> LeafRange {
+        self.long[leaf.index()]
+    }
+
+    /// The blocks of a leaf.
+    #[inline(always)]
+    pub fn blocks(&self, leaf: Child) -> impl Iterator<Item = TriangleBlock<'_>> {
+        let LeafRange { first, count } = self.range(leaf);
+        let end = first as usize + count as usize;
+        (first as usize..end).step_by(BLOCK).map(move |slot| self.block(slot, (end - slot).min(BLOCK)))
+    }
+
+    /// The block of `count` triangles from `slot` on.
+    #[inline(always)]
+    fn block(&self, slot: usize, count: usize) -> TriangleBlock<'_> {
+        let Some(window) = self.coordinates[COORDINATES * slot..].first_chunk() else {
+            unreachable!("the padding makes every window whole")
+        };
+        TriangleBlock { window, primitive_indices: &self.primitive_indices[slot..][..count] }
+    }
+
+    /// Indices of the triangles of a leaf in the list that the tree was built from.
+    pub fn primitive_indices(&self, leaf: Child) -> &[u32] {
+        let LeafRange { first, count } = self.range(leaf);
+        &self.primitive_indices[first as usize..][..count as usize]
+    }
+
+    /// Prefetches a leaf, which need not exist.
+    #[inline(always)]
+    pub(crate) fn prefetch(&self, leaf: Child) {
+        let bytes = size_of::<[f32; COORDINATES]>();
+        prefetch_four_lines(self.coordinates.as_ptr().cast::<u8>().wrapping_add(leaf.index() * bytes), BLOCK * bytes);
+    }
+
+    /// Size in bytes.
+    pub fn bytes(&self) -> usize {
+        size_of_val(&self.coordinates[..]) + size_of_val(&self.primitive_indices[..]) + size_of_val(&self.long[..])
+    }
+}
+
+/// Writes the coordinates of the triangles with the given indices, which are a leaf, to the beginning of `coordinates`. What
+/// follows there may be overwritten.
+#[inline(always)]
+pub(crate) fn write_leaf<S: Simd>(simd: S, triangles: &[Triangle], indices: &[u32], coordinates: &mut [f32]) {
+    for (indices, at) in indices.chunks(BLOCK).zip((0..).step_by(BLOCK * COORDINATES)) {
+        write_block(simd, triangles, indices, &mut coordinates[at..]);
+    }
+}
+
+/// Without branches on the number of triangles, which could not be predicted: every row is written with four, the last one repeated,
+/// and the next row overwrites what is too much.
+#[inline(always)]
+fn write_block<S: Simd>(simd: S, triangles: &[Triangle], indices: &[u32], coordinates: &mut [f32]) {
+    let last = indices.len() - 1;
+    let triangle =
+        |lane: usize| -> &[f32; COORDINATES] { bytemuck::cast_ref(&triangles[indices[last.min(lane)] as usize]) };
+    let triangles = [triangle(0), triangle(1), triangle(2), triangle(3)];
+    // Four coordinates of each triangle from the given one on, by coordinate.
+    let rows = |first: usize| {
+        let load = |lane: usize| f32x4::from_slice(simd, &triangles[lane][first..][..BLOCK]);
+        let (even, odd) = (load(0).interleave(load(2)), load(1).interleave(load(3)));
+        let ((a, b), (c, d)) = (even.0.interleave(odd.0), even.1.interleave(odd.1));
+        [a, b, c, d]
+    };
+    let ([ax, ay, az, bx], [by, bz, cx, cy], [_, _, _, cz]) = (rows(0), rows(4), rows(5));
+    let rows = [ax, bx, cx, ay, by, cy, az, bz, cz];
+    let count = last % BLOCK + 1;
+    if let Some(window) = coordinates.first_chunk_mut::<{ BLOCK * COORDINATES }>() {
+        for (at, row) in rows.iter().enumerate() {
+            window[at * count..][..BLOCK].copy_from_slice(row.as_slice());
+        }
+    } else {
+        for (row, to) in rows.iter().zip(coordinates.chunks_exact_mut(count)) {
+            to.copy_from_slice(&row.as_slice()[..count]);
+        }
+    }
+}
