@@ -10,6 +10,7 @@ use crate::geometry::{SPHERE_ENTRY_ERROR, SPHERE_SQUARE_ERROR, SPHERE_T_ERROR, S
 use crate::kernel::each;
 use crate::kernel::lanes::Lanes;
 use crate::tree::Container;
+use crate::wide::fused_box::FusedBoxRay;
 use crate::wide::layout::WIDTH;
 use crate::wide::ray_lanes::RayLanes;
 
@@ -21,7 +22,9 @@ pub trait WideContainer: Container {
     /// Eight empty containers, which no ray enters.
     const EMPTY_BOUNDS: Self::Bounds;
     /// A ray prepared for tests against eight containers.
-    type Prepared<S: Simd>;
+    type Prepared<S: Simd>: LaneTest<S, Self::Bounds>;
+    /// A single ray prepared for tests that take fewer steps and may also enter what [`WideContainer::intersect`] just misses.
+    type Fused<S: Simd>: LaneTest<S, Self::Bounds>;
 
     /// [`Container::relative_area`] of a container that is not empty, without checking.
     fn nonempty_area(&self) -> f32;
@@ -31,6 +34,8 @@ pub trait WideContainer: Container {
     fn load(bounds: &Self::Bounds, lane: usize) -> Self;
     /// Prepares ray `at` of `rays`.
     fn prepare<S: Simd, const N: usize>(simd: S, rays: &RayLanes<N>, at: usize) -> Self::Prepared<S>;
+    /// Prepares a single ray for the shorter test; `None` where only [`WideContainer::prepare`] will do.
+    fn prepare_fused<S: Simd>(simd: S, ray: &RayLanes<1>) -> Option<Self::Fused<S>>;
     /// The lanes whose containers the ray enters up to `t_max`, and the distances of entry; see [`Container::entry`].
     fn intersect<S: Simd>(
         simd: S,
@@ -38,17 +43,15 @@ pub trait WideContainer: Container {
         ray: &Self::Prepared<S>,
         t_max: f32,
     ) -> (mask32x8<S>, f32x8<S>);
-    /// [`WideContainer::intersect`] with one bit per lane.
-    #[inline(always)]
-    fn intersect_mask<S: Simd>(
-        simd: S,
-        bounds: &Self::Bounds,
-        ray: &Self::Prepared<S>,
-        t_max: f32,
-    ) -> (u32, [f32; WIDTH]) {
-        let (entered, entry) = Self::intersect(simd, bounds, ray, t_max);
-        (entered.to_bitmask() as u32, entry.to_array())
-    }
+}
+
+/// A ray that is tested against the eight containers of `B`.
+pub trait LaneTest<S: Simd, B> {
+    /// Whether it enters the same containers as [`WideContainer::intersect`].
+    const EXACT: bool = true;
+
+    /// The lanes whose containers the ray enters up to `t_max`, one bit each, and the distances of entry.
+    fn intersect(&self, simd: S, bounds: &B, t_max: f32) -> (u32, [f32; WIDTH]);
 }
 
 /// Eight boxes: the lower and the upper planes of each axis.
@@ -67,11 +70,20 @@ pub struct BoxRay<S: Simd> {
     t_min: f32x8<S>,
 }
 
+impl<S: Simd> LaneTest<S, BoxLanes> for BoxRay<S> {
+    #[inline(always)]
+    fn intersect(&self, simd: S, bounds: &BoxLanes, t_max: f32) -> (u32, [f32; WIDTH]) {
+        let (entered, entry) = Aabb::intersect(simd, bounds, self, t_max);
+        (entered.to_bitmask() as u32, entry.to_array())
+    }
+}
+
 #[allow(private_interfaces, reason = "only the kernels of wide trees prepare rays")]
 impl WideContainer for Aabb {
     type Bounds = BoxLanes;
     const EMPTY_BOUNDS: BoxLanes = BoxLanes([[[f32::INFINITY; WIDTH], [f32::NEG_INFINITY; WIDTH]]; 3]);
     type Prepared<S: Simd> = BoxRay<S>;
+    type Fused<S: Simd> = FusedBoxRay<S>;
 
     #[inline(always)]
     fn nonempty_area(&self) -> f32 {
@@ -102,6 +114,11 @@ impl WideContainer for Aabb {
             negative_inverse: each!(axis => f32x8::splat(simd, rays.negative_inverse[axis][at % N])),
             t_min: f32x8::splat(simd, rays.t_min[at % N]),
         }
+    }
+
+    #[inline(always)]
+    fn prepare_fused<S: Simd>(simd: S, ray: &RayLanes<1>) -> Option<FusedBoxRay<S>> {
+        FusedBoxRay::new(simd, ray)
     }
 
     #[inline(always)]
@@ -138,11 +155,20 @@ pub struct SphereRay<S: Simd> {
     t_min: f32x8<S>,
 }
 
+impl<S: Simd> LaneTest<S, SphereLanes> for SphereRay<S> {
+    #[inline(always)]
+    fn intersect(&self, simd: S, bounds: &SphereLanes, t_max: f32) -> (u32, [f32; WIDTH]) {
+        let (entered, entry) = Sphere::intersect(simd, bounds, self, t_max);
+        (entered.to_bitmask() as u32, entry.to_array())
+    }
+}
+
 #[allow(private_interfaces, reason = "only the kernels of wide trees prepare rays")]
 impl WideContainer for Sphere {
     type Bounds = SphereLanes;
     const EMPTY_BOUNDS: SphereLanes = SphereLanes { center: [[0.0; WIDTH]; 3], radius: [-1.0; WIDTH] };
     type Prepared<S: Simd> = SphereRay<S>;
+    type Fused<S: Simd> = SphereRay<S>;
 
     #[inline(always)]
     fn nonempty_area(&self) -> f32 {
@@ -169,6 +195,11 @@ impl WideContainer for Sphere {
             inverse_length: f32x8::splat(simd, rays.inverse_length[at % N]),
             t_min: f32x8::splat(simd, rays.t_min[at % N]),
         }
+    }
+
+    #[inline(always)]
+    fn prepare_fused<S: Simd>(_: S, _: &RayLanes<1>) -> Option<SphereRay<S>> {
+        None
     }
 
     #[inline(always)]
