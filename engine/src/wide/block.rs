@@ -95,21 +95,7 @@ impl<'a, S: Simd, const N: usize> BlockRay<'a, S, N> {
     #[inline(always)]
     pub(crate) fn closest_hit(&self, simd: S, block: TriangleBlock<'_>, ray: &Ray, nearest: &mut Nearest) {
         let t_max = nearest.t();
-        let Some(plane_hits) = self.intersect_planes(simd, block, t_max) else { return };
-        let mut hits = plane_hits.is_hit.to_bitmask() as u32 & block.lanes();
-        let mut uncertain = plane_hits.is_uncertain.to_bitmask() as u32 & block.lanes();
-        // Mostly the plane is met beyond the nearest hit, or behind the ray.
-        if hits != 0 {
-            let (entered, entry) = self.intersect_bounds(simd, block, t_max);
-            hits &= entered.to_bitmask() as u32;
-            let t = plane_hits.t.max(entry).to_array();
-            let [u, v] = [plane_hits.barycentrics[1].to_array(), plane_hits.barycentrics[2].to_array()];
-            while hits != 0 {
-                let lane = hits.trailing_zeros() as usize % BLOCK;
-                hits &= hits - 1;
-                nearest.offer(TriangleHit { t: t[lane], u: u[lane], v: v[lane] }, block.primitive_index(lane));
-            }
-        }
+        let mut uncertain = self.closest_certain_hit(simd, block, nearest);
         while uncertain != 0 {
             let lane = uncertain.trailing_zeros() as usize % BLOCK;
             uncertain &= uncertain - 1;
@@ -119,18 +105,40 @@ impl<'a, S: Simd, const N: usize> BlockRay<'a, S, N> {
         }
     }
 
+    /// [`BlockRay::closest_hit`] without the triangles that take double precision, which it returns, one bit each.
+    #[inline(always)]
+    pub(crate) fn closest_certain_hit(&self, simd: S, block: TriangleBlock<'_>, nearest: &mut Nearest) -> u32 {
+        let t_max = nearest.t();
+        let Some(plane_hits) = self.intersect_planes(simd, block, t_max) else { return 0 };
+        let (entered, entry) = self.intersect_bounds(simd, block, t_max);
+        let mut hits = plane_hits.hits & entered.to_bitmask() as u32;
+        if hits != 0 {
+            let t = plane_hits.t.max(entry).to_array();
+            let [u, v] = [plane_hits.barycentrics[1].to_array(), plane_hits.barycentrics[2].to_array()];
+            while hits != 0 {
+                let lane = hits.trailing_zeros() as usize % BLOCK;
+                hits &= hits - 1;
+                nearest.offer(TriangleHit { t: t[lane], u: u[lane], v: v[lane] }, block.primitive_index(lane));
+            }
+        }
+        plane_hits.uncertain
+    }
+
     /// Whether the ray hits any triangle of `block` up to `t_max`. `ray` is the ray that `self` was prepared from.
     #[inline(always)]
     pub(crate) fn any_hit(&self, simd: S, block: TriangleBlock<'_>, ray: &Ray, t_max: f32) -> bool {
-        let Some(plane_hits) = self.intersect_planes(simd, block, t_max) else { return false };
-        let hits = plane_hits.is_hit.to_bitmask() as u32 & block.lanes();
-        // Mostly the plane is met behind the ray.
-        if hits != 0 && hits & self.intersect_bounds(simd, block, t_max).0.to_bitmask() as u32 != 0 {
-            return true;
-        }
-        let uncertain = plane_hits.is_uncertain.to_bitmask() as u32 & block.lanes();
-        uncertain != 0
-            && (0..BLOCK).any(|lane| uncertain >> lane & 1 != 0 && exact_hit(block, lane, ray, t_max).is_some())
+        let (is_hit, uncertain) = self.any_certain_hit(simd, block, t_max);
+        is_hit
+            || uncertain != 0
+                && (0..BLOCK).any(|lane| uncertain >> lane & 1 != 0 && exact_hit(block, lane, ray, t_max).is_some())
+    }
+
+    /// [`BlockRay::any_hit`] without the triangles that take double precision, which it returns, one bit each.
+    #[inline(always)]
+    pub(crate) fn any_certain_hit(&self, simd: S, block: TriangleBlock<'_>, t_max: f32) -> (bool, u32) {
+        let Some(plane_hits) = self.intersect_planes(simd, block, t_max) else { return (false, 0) };
+        let entered = self.intersect_bounds(simd, block, t_max).0.to_bitmask() as u32;
+        (plane_hits.hits & entered != 0, plane_hits.uncertain)
     }
 
     /// Intersects the planes of the triangles; `None` if the ray misses all triangles.
@@ -150,16 +158,23 @@ impl<'a, S: Simd, const N: usize> BlockRay<'a, S, N> {
         if !(missed.to_bitmask() as u32) & block.lanes() == 0 {
             return None;
         }
-        let size = each!(corner => edges[corner].abs());
-        let smallest = size[0].min(size[1]).min(size[2]);
-        let largest = size[0].max(size[1]).max(size[2]);
+        // The edges of a candidate have the same sign, so that the smallest and the largest are also those by absolute value.
+        let (smallest, largest) = (min_edge.abs().min(max_edge.abs()), min_edge.abs().max(max_edge.abs()));
         let exact = smallest.simd_gt(splat(EDGE_MIN)) & largest.simd_lt(splat(EDGE_MAX));
         let scale = splat(1.0) / (edges[0] + edges[1] + edges[2]);
         let barycentrics = each!(corner => edges[corner] * scale);
         let depth = each!(corner => z[corner] * self.factors[2]);
         let t = barycentrics[0] * depth[0] + barycentrics[1] * depth[1] + barycentrics[2] * depth[2];
         let within = t.simd_ge(self.t_min) & t.simd_le(splat(t_max));
-        Some(PlaneHits { t, barycentrics, is_hit: exact & within & !missed, is_uncertain: !(missed | exact) })
+        // Of half the blocks that get here (bunny) no plane is hit within the interval: they need no test of their boxes.
+        let missed = missed | exact & !within;
+        let candidates = !(missed.to_bitmask() as u32) & block.lanes();
+        (candidates != 0).then(|| PlaneHits {
+            t,
+            barycentrics,
+            hits: candidates & exact.to_bitmask() as u32,
+            uncertain: candidates & !(exact.to_bitmask() as u32),
+        })
     }
 
     /// Intersects the bounding box of each triangle up to `t_max`, as [`Triangle::hit_in_box`] does: whether and where
@@ -190,10 +205,10 @@ struct PlaneHits<S: Simd> {
     t: f32x4<S>,
     /// Barycentric coordinates, one for each corner.
     barycentrics: [f32x4<S>; 3],
-    /// Whether the ray hits the triangle between `t_min` and `t_max`.
-    is_hit: mask32x4<S>,
-    /// Whether single precision cannot decide: the ray passes too close to an edge.
-    is_uncertain: mask32x4<S>,
+    /// One bit for each triangle that the ray hits between `t_min` and `t_max`.
+    hits: u32,
+    /// One bit for each that single precision cannot decide: the ray passes too close to an edge.
+    uncertain: u32,
 }
 
 /// Intersection with a single triangle in double precision.

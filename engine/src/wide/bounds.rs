@@ -8,8 +8,9 @@ use fearless_simd::{Select, Simd, SimdBase, SimdMask, f32x8, mask32x8};
 use crate::geometry::{Aabb, FAR_SLACK, Sphere};
 use crate::geometry::{SPHERE_ENTRY_ERROR, SPHERE_SQUARE_ERROR, SPHERE_T_ERROR, SPHERE_TINY_RADIUS};
 use crate::kernel::each;
-use crate::kernel::lanes::Lanes;
+use crate::kernel::lanes;
 use crate::tree::Container;
+use crate::wide::fused_box::FusedBoxRay;
 use crate::wide::layout::WIDTH;
 use crate::wide::ray_lanes::RayLanes;
 
@@ -21,7 +22,9 @@ pub trait WideContainer: Container {
     /// Eight empty containers, which no ray enters.
     const EMPTY_BOUNDS: Self::Bounds;
     /// A ray prepared for tests against eight containers.
-    type Prepared<S: Simd>;
+    type Prepared<S: Simd>: LaneTest<S, Self::Bounds>;
+    /// A single ray prepared for tests that take fewer steps and may also enter what [`WideContainer::intersect`] just misses.
+    type Fused<S: Simd>: LaneTest<S, Self::Bounds>;
 
     /// [`Container::relative_area`] of a container that is not empty, without checking.
     fn nonempty_area(&self) -> f32;
@@ -31,6 +34,8 @@ pub trait WideContainer: Container {
     fn load(bounds: &Self::Bounds, lane: usize) -> Self;
     /// Prepares ray `at` of `rays`.
     fn prepare<S: Simd, const N: usize>(simd: S, rays: &RayLanes<N>, at: usize) -> Self::Prepared<S>;
+    /// Prepares a single ray for the shorter test; `None` where only [`WideContainer::prepare`] will do.
+    fn prepare_fused<S: Simd>(simd: S, ray: &RayLanes<1>) -> Option<Self::Fused<S>>;
     /// The lanes whose containers the ray enters up to `t_max`, and the distances of entry; see [`Container::entry`].
     fn intersect<S: Simd>(
         simd: S,
@@ -38,17 +43,15 @@ pub trait WideContainer: Container {
         ray: &Self::Prepared<S>,
         t_max: f32,
     ) -> (mask32x8<S>, f32x8<S>);
-    /// [`WideContainer::intersect`] with one bit per lane.
-    #[inline(always)]
-    fn intersect_mask<S: Simd>(
-        simd: S,
-        bounds: &Self::Bounds,
-        ray: &Self::Prepared<S>,
-        t_max: f32,
-    ) -> (u32, [f32; WIDTH]) {
-        let (entered, entry) = Self::intersect(simd, bounds, ray, t_max);
-        (entered.to_bitmask() as u32, entry.to_array())
-    }
+}
+
+/// A ray that is tested against the eight containers of `B`.
+pub trait LaneTest<S: Simd, B> {
+    /// Whether it enters the same containers as [`WideContainer::intersect`].
+    const EXACT: bool = true;
+
+    /// The lanes whose containers the ray enters up to `t_max`, one bit each, and the distances of entry.
+    fn intersect(&self, simd: S, bounds: &B, t_max: f32) -> (u32, [f32; WIDTH]);
 }
 
 /// How a wide node stores the containers of its children.
@@ -57,9 +60,9 @@ pub trait NodeBounds: Pod + Send + Sync + PartialEq + Debug {
     type Container: WideContainer;
 
     /// Stores the first `count` of eight containers, one to eight; the others are empty.
-    fn pack(lanes: &Lanes8<Self>, count: usize) -> Self;
+    fn pack(lanes: &Lanes<Self>, count: usize) -> Self;
     /// The containers as rays are tested against them; `space` is where they can be put.
-    fn unpack<'a, S: Simd>(&'a self, simd: S, space: &'a mut Lanes8<Self>) -> &'a Lanes8<Self>;
+    fn unpack<'a, S: Simd>(&'a self, simd: S, space: &'a mut Lanes<Self>) -> &'a Lanes<Self>;
     /// The container in a lane: that which was stored, or one that encloses it.
     fn load(&self, lane: usize) -> Self::Container;
     /// Whether a lane was made from `container`, as far as can be told.
@@ -69,7 +72,7 @@ pub trait NodeBounds: Pod + Send + Sync + PartialEq + Debug {
 }
 
 /// Eight containers as rays are tested against them.
-type Lanes8<B> = <<B as NodeBounds>::Container as WideContainer>::Bounds;
+pub(crate) type Lanes<B> = <<B as NodeBounds>::Container as WideContainer>::Bounds;
 
 /// Lanes that are stored as they are.
 macro_rules! store_exactly {
@@ -121,11 +124,20 @@ pub struct BoxRay<S: Simd> {
     t_min: f32x8<S>,
 }
 
+impl<S: Simd> LaneTest<S, BoxLanes> for BoxRay<S> {
+    #[inline(always)]
+    fn intersect(&self, simd: S, bounds: &BoxLanes, t_max: f32) -> (u32, [f32; WIDTH]) {
+        let (entered, entry) = Aabb::intersect(simd, bounds, self, t_max);
+        (entered.to_bitmask() as u32, entry.to_array())
+    }
+}
+
 #[allow(private_interfaces, reason = "only the kernels of wide trees prepare rays")]
 impl WideContainer for Aabb {
     type Bounds = BoxLanes;
     const EMPTY_BOUNDS: BoxLanes = BoxLanes([[[f32::INFINITY; WIDTH], [f32::NEG_INFINITY; WIDTH]]; 3]);
     type Prepared<S: Simd> = BoxRay<S>;
+    type Fused<S: Simd> = FusedBoxRay<S>;
 
     #[inline(always)]
     fn nonempty_area(&self) -> f32 {
@@ -156,6 +168,11 @@ impl WideContainer for Aabb {
             negative_inverse: each!(axis => f32x8::splat(simd, rays.negative_inverse[axis][at % N])),
             t_min: f32x8::splat(simd, rays.t_min[at % N]),
         }
+    }
+
+    #[inline(always)]
+    fn prepare_fused<S: Simd>(simd: S, ray: &RayLanes<1>) -> Option<FusedBoxRay<S>> {
+        FusedBoxRay::new(simd, ray)
     }
 
     #[inline(always)]
@@ -192,11 +209,20 @@ pub struct SphereRay<S: Simd> {
     t_min: f32x8<S>,
 }
 
+impl<S: Simd> LaneTest<S, SphereLanes> for SphereRay<S> {
+    #[inline(always)]
+    fn intersect(&self, simd: S, bounds: &SphereLanes, t_max: f32) -> (u32, [f32; WIDTH]) {
+        let (entered, entry) = Sphere::intersect(simd, bounds, self, t_max);
+        (entered.to_bitmask() as u32, entry.to_array())
+    }
+}
+
 #[allow(private_interfaces, reason = "only the kernels of wide trees prepare rays")]
 impl WideContainer for Sphere {
     type Bounds = SphereLanes;
     const EMPTY_BOUNDS: SphereLanes = SphereLanes { center: [[0.0; WIDTH]; 3], radius: [-1.0; WIDTH] };
     type Prepared<S: Simd> = SphereRay<S>;
+    type Fused<S: Simd> = SphereRay<S>;
 
     #[inline(always)]
     fn nonempty_area(&self) -> f32 {
@@ -223,6 +249,11 @@ impl WideContainer for Sphere {
             inverse_length: f32x8::splat(simd, rays.inverse_length[at % N]),
             t_min: f32x8::splat(simd, rays.t_min[at % N]),
         }
+    }
+
+    #[inline(always)]
+    fn prepare_fused<S: Simd>(_: S, _: &RayLanes<1>) -> Option<SphereRay<S>> {
+        None
     }
 
     #[inline(always)]
@@ -257,7 +288,7 @@ impl<V> Chord<V> {
     #[inline(always)]
     pub(crate) fn new<S: Simd>(simd: S, to: [V; 3], reach: V, unit_direction: [V; 3], inverse_length: V) -> Self
     where
-        V: Lanes<S>,
+        V: lanes::Lanes<S>,
     {
         let along = dot(to, unit_direction);
         let nearest = each!(axis => to[axis] - unit_direction[axis] * along);
@@ -271,6 +302,6 @@ impl<V> Chord<V> {
 }
 
 #[inline(always)]
-pub(crate) fn dot<S: Simd, V: Lanes<S>>(a: [V; 3], b: [V; 3]) -> V {
+pub(crate) fn dot<S: Simd, V: lanes::Lanes<S>>(a: [V; 3], b: [V; 3]) -> V {
     a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }

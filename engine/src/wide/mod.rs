@@ -6,6 +6,7 @@
 
 pub mod layout;
 
+pub(crate) mod fused_box;
 pub(crate) mod ray_lanes;
 
 pub mod block;

@@ -1,15 +1,18 @@
 //! Rays in structure-of-arrays layout, prepared for the tests of wide trees.
 
-use fearless_simd::{Select, Simd, SimdBase, SimdFloat, SimdMask, f32x8, u32x8};
+use fearless_simd::{Select, Simd, SimdBase, SimdFloat, SimdMask, f32x4, f32x8, u32x8};
 use glam::Vec3;
 
-use crate::geometry::{PARALLEL_PAD, PreparedRay, Ray};
+use crate::geometry::{PARALLEL_PAD, Ray};
 use crate::kernel::each;
 use crate::tree::{Container, ContainerKind};
 use crate::wide::layout::WIDTH;
 
 /// Number of rays that are prepared at a time.
 pub(crate) const RAY_LANES: usize = 8;
+
+/// The bits of three axes.
+const AXES: u64 = 0b111;
 
 /// The axes of the shear for rays in direction `d`, as chosen by [`Shear::new`](crate::geometry::Shear::new); the one along which rays are sheared
 /// comes last.
@@ -22,6 +25,16 @@ pub(crate) fn permuted_axes(d: Vec3) -> [usize; 3] {
     } else {
         [0, 1, 2]
     }
+}
+
+/// The same axes as [`permuted_axes`], for rays that are so different from each other that the processor predicts no branch.
+#[inline(always)]
+fn permuted_axes_without_branches(d: Vec3) -> [usize; 3] {
+    let size = d.abs();
+    let other = usize::from(size.x < size.y) | usize::from(size.x < size.z);
+    let longest = other << (other & usize::from(size.y < size.z));
+    // Two bits each: the axes after 0, 1 and 2, and those before.
+    [0b00_10_01 >> (2 * longest) & 3, 0b01_00_10 >> (2 * longest) & 3, longest]
 }
 
 /// `N` rays, one or a multiple of [`RAY_LANES`], with the values of [`PreparedRay`](crate::geometry::PreparedRay) and
@@ -51,27 +64,52 @@ pub(crate) struct RayLanes<const N: usize> {
 impl RayLanes<1> {
     /// A single ray; `None` if it cannot hit anything.
     #[inline(always)]
-    pub(crate) fn single(ray: &Ray) -> Option<Self> {
-        let prepared = PreparedRay::new(*ray);
-        if !prepared.can_hit() {
+    pub(crate) fn single<S: Simd>(simd: S, ray: &Ray) -> Option<Self> {
+        let splat = |value| f32x4::splat(simd, value);
+        let (zero, one, largest) = (splat(0.0), splat(1.0), splat(f32::MAX));
+        // Three lanes of each are used.
+        let fields: &[f32; 8] = bytemuck::cast_ref(ray);
+        let (Some(o), Some(d)) = (fields.first_chunk(), fields[3..].first_chunk()) else { return None };
+        let (o, d) = (f32x4::load_array_ref(simd, o), f32x4::load_array_ref(simd, d));
+        let t_min = ray.t_min.max(0.0);
+        let squared = ray.direction.length_squared();
+        let origin_is_finite = o.abs().simd_le(largest).to_bitmask() & AXES == AXES;
+        // NaN fails each comparison.
+        if !(squared.is_normal() && origin_is_finite && t_min <= ray.t_max && t_min <= f32::MAX) {
             return None;
         }
-        let (o, d, inverse) = (ray.origin, ray.direction, prepared.inverse_direction);
-        let axes = permuted_axes(d);
-        let [x, y, z] = axes.map(|axis| d[axis]);
+        let inverse = one / d;
+        let crosses = inverse.abs().simd_le(largest);
+        let pad = crosses.select(zero, o.abs() * splat(2.0 * f32::EPSILON) + splat(PARALLEL_PAD));
+        let inverse = crosses.select(inverse, largest);
+        let inverse_length = squared.sqrt().recip();
+        let is_negative = inverse.simd_lt(zero).to_bitmask() as u32;
+        let axes = permuted_axes_without_branches(ray.direction);
+        let [x, y, z] = axes.map(|axis| fields[3 + axis % 4]);
+        let [factor_x, factor_y, factor_z, _] =
+            (f32x4::load_array_ref(simd, &[-x, -y, 1.0, 1.0]) / splat(z)).to_array();
+        let column = |vector: f32x4<S>| each!(axis => [vector.to_array()[axis]]);
         Some(Self {
-            origin_low: each!(axis => [prepared.origin_low[axis]]),
-            origin_high: each!(axis => [prepared.origin_high[axis]]),
-            negative_inverse: each!(axis => [-inverse[axis]]),
-            near: each!(axis => [if inverse[axis] < 0.0 { WIDTH as u32 } else { 0 }]),
-            t_min: [prepared.ray.t_min],
-            factors: [[-x / z], [-y / z], [1.0 / z]],
+            origin_low: column(o + pad),
+            origin_high: column(o - pad),
+            negative_inverse: column(-inverse),
+            near: each!(axis => [(is_negative >> axis & 1) * WIDTH as u32]),
+            t_min: [t_min],
+            factors: [[factor_x], [factor_y], [factor_z]],
             axes: axes.map(|axis| [3 * axis as u32]),
-            sheared_origin: axes.map(|axis| [o[axis]]),
-            origin: each!(axis => [o[axis]]),
-            unit_direction: each!(axis => [prepared.unit_direction[axis]]),
-            inverse_length: [prepared.inverse_length],
+            sheared_origin: axes.map(|axis| [fields[axis % 4]]),
+            origin: column(o),
+            unit_direction: column(d * splat(inverse_length)),
+            inverse_length: [inverse_length],
         })
+    }
+
+    /// The same ray, if it is not parallel to any axis's planes: then its three origins are equal.
+    #[inline(always)]
+    pub(crate) fn oblique(&self) -> Self {
+        // Never -0, like a sum with a pad of zero.
+        let origin = each!(axis => [self.origin[axis][0] + 0.0]);
+        Self { origin_low: origin, origin_high: origin, ..*self }
     }
 }
 

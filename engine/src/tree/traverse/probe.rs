@@ -24,6 +24,8 @@ pub trait Probe {
     /// [`primitive_test`](Self::primitive_test) and [`visited`](Self::visited) are called, and the traversal omits what it would
     /// compute only for the others.
     const EVENTS: bool = false;
+    /// Whether it is to be told of anything at all. Where this is `false`, traversals may take a shorter way to the same hit.
+    const ACTIVE: bool = true;
 
     /// Called for each container test. In a [`wide`](crate::wide) tree one test is that of all children of a node at once.
     fn container_test(&mut self);
@@ -82,6 +84,8 @@ pub trait Probe {
 pub struct NoProbe;
 
 impl Probe for NoProbe {
+    const ACTIVE: bool = false;
+
     #[inline(always)]
     fn container_test(&mut self) {}
     #[inline(always)]

@@ -1,11 +1,16 @@
 //! Traversal of a single ray.
 
-use fearless_simd::Simd;
+use std::hint::black_box;
+use std::mem::discriminant;
+use std::ops::ControlFlow;
+
+use fearless_simd::{Level, Simd};
 
 use crate::geometry::{Hit, PreparedRay, Ray, Shear};
 use crate::tree::traverse::{Nearest, Probe};
+use crate::tree::{Container, ContainerKind};
 use crate::wide::block::{BlockRay, TriangleBlock};
-use crate::wide::bounds::{NodeBounds, WideContainer};
+use crate::wide::bounds::{LaneTest, Lanes, NodeBounds, WideContainer};
 use crate::wide::layout::WIDTH;
 use crate::wide::ray_lanes::RayLanes;
 use crate::wide::trace::stack::Stack;
@@ -20,13 +25,38 @@ pub fn closest_hit<S: Simd, B: NodeBounds, P: Probe>(
     ray: &Ray,
     probe: &mut P,
 ) -> Option<Hit> {
-    nearest::<S, B, P, false>(simd, tree, ray, probe).hit()
+    nearest_by_level::<S, B, P, false>(simd, tree, ray, probe).hit()
 }
 
 /// Whether anything lies on `ray` between its `t_min` and `t_max`.
 #[inline(always)]
 pub fn any_hit<S: Simd, B: NodeBounds, P: Probe>(simd: S, tree: &WideTree<B>, ray: &Ray, probe: &mut P) -> bool {
-    nearest::<S, B, P, true>(simd, tree, ray, probe).found()
+    nearest_by_level::<S, B, P, true>(simd, tree, ray, probe).found()
+}
+
+/// [`nearest`], in a function of its own also at the level that every machine has. It would else become part of the function
+/// that chooses the level, and every ray would pay for its large stack frame.
+#[inline(always)]
+fn nearest_by_level<S: Simd, B: NodeBounds, P: Probe, const ANY: bool>(
+    simd: S,
+    tree: &WideTree<B>,
+    ray: &Ray,
+    probe: &mut P,
+) -> Nearest {
+    #[inline(never)]
+    fn outlined<S: Simd, B: NodeBounds, P: Probe, const ANY: bool>(
+        simd: S,
+        tree: &WideTree<B>,
+        ray: &Ray,
+        probe: &mut P,
+    ) -> Nearest {
+        nearest::<S, B, P, ANY>(simd, tree, ray, probe)
+    }
+    if discriminant(&simd.level()) == discriminant(&Level::baseline()) {
+        outlined::<S, B, P, ANY>(simd, tree, ray, probe)
+    } else {
+        nearest::<S, B, P, ANY>(simd, tree, ray, probe)
+    }
 }
 
 /// The closest hit; with `ANY` the first one found.
@@ -37,71 +67,100 @@ pub(crate) fn nearest<S: Simd, B: NodeBounds, P: Probe, const ANY: bool>(
     ray: &Ray,
     probe: &mut P,
 ) -> Nearest {
+    // Probes are told of the exact tests.
+    if P::ACTIVE || B::Container::KIND == ContainerKind::Sphere {
+        return nearest_exactly::<S, B, P, ANY>(simd, tree, ray, probe);
+    }
+    let (Some(root), Some(lanes)) = (tree.root, RayLanes::single(simd, ray)) else { return Nearest::new(ray.t_max) };
+    if let Some(container_ray) = B::Container::prepare_fused(simd, &lanes)
+        && let Some(nearest) = walk::<S, B, _, P, ANY>(simd, tree, root, ray, &lanes.oblique(), &container_ray, probe)
+    {
+        return nearest;
+    }
+    nearest_outlined::<S, B, P, ANY>(simd, tree, ray, probe)
+}
+
+/// [`nearest_exactly`] for the few rays that nothing shorter can decide. Apart, so that the loop for all others calls no
+/// function: the compiler would keep in memory what it needs after the call.
+#[cold]
+#[inline(never)]
+fn nearest_outlined<S: Simd, B: NodeBounds, P: Probe, const ANY: bool>(
+    simd: S,
+    tree: &WideTree<B>,
+    ray: &Ray,
+    probe: &mut P,
+) -> Nearest {
+    simd.vectorize(
+        #[inline(always)]
+        || nearest_exactly::<S, B, P, ANY>(simd, tree, ray, probe),
+    )
+}
+
+/// [`nearest`] by exact tests of containers.
+#[inline(always)]
+fn nearest_exactly<S: Simd, B: NodeBounds, P: Probe, const ANY: bool>(
+    simd: S,
+    tree: &WideTree<B>,
+    ray: &Ray,
+    probe: &mut P,
+) -> Nearest {
+    let (Some(root), Some(lanes)) = (tree.root, RayLanes::single(simd, ray)) else { return Nearest::new(ray.t_max) };
+    walk::<S, B, _, P, ANY>(simd, tree, root, ray, &lanes, &B::Container::prepare(simd, &lanes, 0), probe)
+        .unwrap_or_else(|| unreachable!("exact tests decide every ray"))
+}
+
+/// [`nearest`] from `root` on, for a ray that was prepared as `lanes` and `container_ray`. `None` where a test that is not exact
+/// meets a triangle that takes double precision, or more nodes than the stack holds without heap allocation.
+#[inline(always)]
+fn walk<S: Simd, B: NodeBounds, T: LaneTest<S, Lanes<B>>, P: Probe, const ANY: bool>(
+    simd: S,
+    tree: &WideTree<B>,
+    root: Child,
+    ray: &Ray,
+    lanes: &RayLanes<1>,
+    container_ray: &T,
+    probe: &mut P,
+) -> Option<Nearest> {
     let mut nearest = Nearest::new(ray.t_max);
-    let Some(mut current) = tree.root else { return nearest };
-    let Some(lanes) = RayLanes::single(ray) else { return nearest };
-    let container_ray = B::Container::prepare(simd, &lanes, 0);
-    let block_ray = BlockRay::new(simd, &lanes, 0);
+    let block_ray = BlockRay::new(simd, lanes, 0);
+    let mut current = root;
     let mut stack = Stack::new();
     loop {
         probe.visited(current.bits());
         if current.is_leaf() {
-            for block in tree.leaves.blocks(current) {
-                probe.primitive_test();
-                if P::EVENTS {
-                    report_block(block, ray, nearest, probe);
-                }
-                if !ANY {
-                    block_ray.closest_hit(simd, block, ray, &mut nearest);
-                } else if block_ray.any_hit(simd, block, ray, nearest.t()) {
-                    return Nearest::ANYTHING;
-                }
+            let blocks = tree.leaves.blocks(current);
+            if let ControlFlow::Break(end) =
+                visit_leaf::<S, B, T, P, ANY>(simd, blocks, &block_ray, ray, &mut nearest, probe)
+            {
+                return end;
             }
         } else {
             probe.container_test();
             let node = &tree.nodes[current.index()];
             let mut space = B::Container::EMPTY_BOUNDS;
             let bounds = node.bounds.unpack(simd, &mut space);
-            let (mut hits, entries) = B::Container::intersect_mask(simd, bounds, &container_ray, nearest.t());
+            let (mut hits, entries) = container_ray.intersect(simd, bounds, nearest.t());
             if P::EVENTS {
-                let (in_all, entries) =
-                    B::Container::intersect_mask(simd, bounds, &container_ray, Nearest::new(ray.t_max).t());
+                let (in_all, entries) = container_ray.intersect(simd, bounds, Nearest::new(ray.t_max).t());
                 report_children(node, hits, in_all, &entries, probe);
             }
             if hits != 0 {
-                let mark = stack.reserve();
                 // Branches for one, two and more children: the processor predicts which comes next and starts to load it.
                 let first = take_lane(&mut hits);
-                if hits == 0 {
-                    current = node.children[first];
-                    continue;
+                if hits != 0 && !T::EXACT && stack.is_full() {
+                    return None;
                 }
-                let waiting = |lane: usize| Waiting::new(entries[lane], node.children[lane]);
-                let (first, second) = (waiting(first), waiting(take_lane(&mut hits)));
-                let (mut next, mut other) = if (first < second) == ANY { (second, first) } else { (first, second) };
-                tree.prefetch_any(other.child());
-                stack.push(other);
-                while hits != 0 {
-                    other = waiting(take_lane(&mut hits));
-                    // For any hit, visit the farthest child first: what a ray starts from rarely blocks it.
-                    if (other < next) != ANY {
-                        std::mem::swap(&mut other, &mut next);
-                    }
-                    tree.prefetch_any(other.child());
-                    stack.push(other);
-                    if !ANY {
-                        stack.sort_last(mark, |a, b| a < b);
-                    }
-                }
-                if P::EVENTS {
-                    stack.since(mark).iter().for_each(|waiting| probe.pushed(waiting.child().bits()));
-                }
-                current = next.child();
+                let next = if hits == 0 {
+                    first
+                } else {
+                    push_all_but_next::<_, _, ANY>(tree, node, &entries, first, hits, &mut stack, probe)
+                };
+                current = node.children[predicted(next) % WIDTH];
                 continue;
             }
         }
         current = loop {
-            let Some(waiting) = stack.pop() else { return nearest };
+            let Some(waiting) = stack.pop() else { return Some(nearest) };
             let (child, entry) = (waiting.child(), waiting.entry());
             if P::EVENTS {
                 probe.popped(child.bits());
@@ -114,6 +173,77 @@ pub(crate) fn nearest<S: Simd, B: NodeBounds, P: Probe, const ANY: bool>(
             }
         };
     }
+}
+
+/// Tests the blocks of a leaf. Breaks with the result of [`walk`].
+#[inline(always)]
+fn visit_leaf<'a, S: Simd, B: NodeBounds, T: LaneTest<S, Lanes<B>>, P: Probe, const ANY: bool>(
+    simd: S,
+    blocks: impl Iterator<Item = TriangleBlock<'a>>,
+    block_ray: &BlockRay<S, 1>,
+    ray: &Ray,
+    nearest: &mut Nearest,
+    probe: &mut P,
+) -> ControlFlow<Option<Nearest>> {
+    for block in blocks {
+        probe.primitive_test();
+        if P::EVENTS {
+            report_block(block, ray, *nearest, probe);
+        }
+        if !T::EXACT {
+            let (is_hit, uncertain) = if ANY {
+                block_ray.any_certain_hit(simd, block, nearest.t())
+            } else {
+                (false, block_ray.closest_certain_hit(simd, block, nearest))
+            };
+            if is_hit || uncertain != 0 {
+                return ControlFlow::Break(is_hit.then_some(Nearest::ANYTHING));
+            }
+        } else if !ANY {
+            block_ray.closest_hit(simd, block, ray, nearest);
+        } else if block_ray.any_hit(simd, block, ray, nearest.t()) {
+            return ControlFlow::Break(Some(Nearest::ANYTHING));
+        }
+    }
+    ControlFlow::Continue(())
+}
+
+/// Pushes the children of `node` in the lane `first` and in the lanes of `hits`, at least one, but for the one to visit next.
+/// Returns that one's lane.
+#[inline(always)]
+fn push_all_but_next<B: NodeBounds, P: Probe, const ANY: bool>(
+    tree: &WideTree<B>,
+    node: &WideNode<B>,
+    entries: &[f32; WIDTH],
+    first: usize,
+    mut hits: u32,
+    stack: &mut Stack<Waiting>,
+    probe: &mut P,
+) -> usize {
+    let mark = stack.reserve();
+    let waiting = |lane: usize| Waiting::new(entries[lane], node.children[lane]);
+    let (mut next, mut next_lane) = (waiting(first), first);
+    loop {
+        let lane = take_lane(&mut hits);
+        let mut other = waiting(lane);
+        // For any hit, visit the farthest child first: what a ray starts from rarely blocks it.
+        if (other < next) != ANY {
+            std::mem::swap(&mut other, &mut next);
+            next_lane = lane;
+        }
+        tree.prefetch_any(other.child());
+        stack.push(other);
+        if !ANY {
+            stack.sort_last(mark, |a, b| a < b);
+        }
+        if hits == 0 {
+            break;
+        }
+    }
+    if P::EVENTS {
+        stack.since(mark).iter().for_each(|waiting| probe.pushed(waiting.child().bits()));
+    }
+    next_lane
 }
 
 /// A child to visit and its distance of entry, which is not negative, in one number: nearer ones are smaller.
@@ -134,6 +264,22 @@ impl Waiting {
     #[inline(always)]
     fn child(self) -> Child {
         Child(self.0 as u32)
+    }
+}
+
+/// `lane`, from a branch for each value: the processor predicts it and loads the child before the containers are tested.
+#[inline(always)]
+fn predicted(lane: usize) -> usize {
+    // Without the black boxes the compiler would make one of all branches.
+    match lane {
+        0 => black_box(0),
+        1 => black_box(1),
+        2 => black_box(2),
+        3 => black_box(3),
+        4 => black_box(4),
+        5 => black_box(5),
+        6 => black_box(6),
+        _ => black_box(7),
     }
 }
 

@@ -27,10 +27,16 @@ impl<T: Copy> Stack<T> {
     /// Makes space for the children of a node. Returns the position of the first, for [`Stack::sort_last`].
     #[inline(always)]
     pub(crate) fn reserve(&mut self) -> usize {
-        if self.top.len() > INLINE {
+        if self.is_full() {
             self.spill();
         }
         self.top.len()
+    }
+
+    /// Whether the inline entries may not suffice for the children of a node.
+    #[inline(always)]
+    pub(crate) fn is_full(&self) -> bool {
+        self.top.len() > INLINE
     }
 
     #[cold]
