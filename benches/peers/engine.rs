@@ -9,9 +9,8 @@ use bvhscope_engine::kernel::SimdLevel;
 use bvhscope_engine::settings::{BuildSettings, Preset};
 use bvhscope_engine::tree::traverse::{NoProbe, Traversal, any_hit, closest_hit};
 use bvhscope_engine::tree::{AnyTree, ContainerKind, Tree};
-use bvhscope_engine::wide::collapse;
+use bvhscope_engine::wide::NodeForm;
 use bvhscope_engine::wide::tree::AnyWideTree;
-use bvhscope_engine::with_tree;
 use rayon::prelude::*;
 
 use crate::peer::{BuildTimes, Builder, Interface, Judged, OWN, Run};
@@ -183,5 +182,6 @@ fn in_leaf_order(tree: &AnyTree, triangles: &[Triangle]) -> Vec<Triangle> {
 
 /// The eight-wide tree.
 pub fn wide(tree: &AnyTree, triangles: &[Triangle]) -> AnyWideTree {
-    with_tree!(tree, tree => collapse(tree, triangles, &CancelToken::new()).expect("the token is never cancelled").into())
+    let form = NodeForm::for_triangles(triangles.len());
+    AnyWideTree::new(tree, triangles, form, &CancelToken::new()).expect("the token is never cancelled")
 }

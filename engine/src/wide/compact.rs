@@ -77,7 +77,10 @@ fn enclose(planes: &[[f32; WIDTH]; 2], count: usize, origin: f32, exponent: u8) 
         let down = down - i32::from(plane(down) > low);
         let up = ((high - origin) / scale) as i32;
         let up = up.saturating_add(i32::from(plane(up) < high));
-        fits &= (0..=MOST).contains(&down) & (up <= MOST) & (plane(down) <= low) & (plane(up) >= high);
+        let lane_fits = (0..=MOST).contains(&down) & (up <= MOST) & (plane(down) <= low) & (plane(up) >= high);
+        // At last from the lowest number to beyond the largest.
+        let (down, up) = if lane_fits || exponent < LARGEST_EXPONENT { (down, up) } else { (0, MOST) };
+        fits &= lane_fits | (exponent == LARGEST_EXPONENT);
         (found[0][lane], found[1][lane]) = (down as u8, up as u8);
     }
     fits.then_some(found)
@@ -86,14 +89,13 @@ fn enclose(planes: &[[f32; WIDTH]; 2], count: usize, origin: f32, exponent: u8) 
 /// [`enclose`] with the smallest scale that suffices, and its exponent.
 fn enclose_closely(planes: &[[f32; WIDTH]; 2], count: usize, origin: f32) -> (u8, Multiples) {
     let highest = planes[1][..count].iter().copied().fold(origin, f32::max);
-    // Finer steps than those of floats would be lost in the sum; a quarter of the eight bits are enough for the first attempt.
+    // Finer steps than those of floats would be lost in the sum.
     let finest = exponent_of(origin.abs().max(highest.abs())).saturating_sub(FRACTION_BITS);
     let coarsest_needed = exponent_of(highest - origin).saturating_sub(7);
     let first = finest.max(coarsest_needed).clamp(1, LARGEST_EXPONENT);
     (first..=LARGEST_EXPONENT)
         .find_map(|exponent| Some((exponent, enclose(planes, count, origin, exponent)?)))
-        // From the lowest number to beyond the largest.
-        .unwrap_or((LARGEST_EXPONENT, [[0; WIDTH], [u8::MAX; WIDTH]]))
+        .unwrap_or_else(|| unreachable!("the largest scale always suffices"))
 }
 
 impl NodeBounds for CompactBoxes {

@@ -85,7 +85,8 @@ impl Child {
 pub struct WideNode<B> {
     /// Containers of the children, one per lane.
     pub bounds: B,
-    /// The children, one per lane.
+    /// The children, one per lane: nodes by ascending surface area, then leaves likewise, so that the last one is the likeliest to be
+    /// hit at the least cost.
     pub children: [Child; WIDTH],
 }
 

@@ -253,23 +253,43 @@ impl SegmentStart {
     }
 }
 
-/// The wide node of the planned `lanes`, with the references to children relocated.
+/// The wide node of the planned `lanes`, with the references to children relocated, in the order of [`ranks`].
 #[inline(always)]
 fn wide_node<B: NodeBounds>(
     tree: &Tree<B::Container>,
     lanes: &[PlannedChild; WIDTH],
     relocate: impl Fn(Child) -> Child,
 ) -> WideNode<B> {
+    let used = lanes.iter().take_while(|lane| lane.node != PlannedChild::NONE.node);
     let mut bounds = B::Container::EMPTY_BOUNDS;
     let mut children = [Child::ROOT; WIDTH];
+    let mut keys = [u32::MAX; WIDTH];
+    for (key, lane) in keys.iter_mut().zip(used.clone()) {
+        // Of positive numbers the larger one has the larger bits.
+        let area = tree.nodes[lane.node as usize].container.nonempty_area().min(f32::MAX).to_bits();
+        *key = area | u32::from(lane.child.is_leaf()) << 31;
+    }
+    let ranks = ranks(&keys);
     let mut count = 0;
-    for (lane, &PlannedChild { node: binary_node, child }) in lanes.iter().enumerate() {
-        if binary_node == PlannedChild::NONE.node {
-            break;
-        }
-        tree.nodes[binary_node as usize].container.store(&mut bounds, lane);
-        children[lane] = relocate(child);
-        count = lane + 1;
+    for (lane, rank) in used.zip(ranks) {
+        let at = rank as usize % WIDTH;
+        tree.nodes[lane.node as usize].container.store(&mut bounds, at);
+        children[at] = relocate(lane.child);
+        count += 1;
     }
     WideNode { bounds: B::pack(&bounds, count), children }
+}
+
+/// The order of lanes in which rays that look for any hit visit them from the last to the first: leaves before nodes, as they cost
+/// least, then the largest, since they are most likely to be hit.
+#[inline(always)]
+fn ranks(keys: &[u32; WIDTH]) -> [u32; WIDTH] {
+    let mut ranks = [0; WIDTH];
+    for other in 0..WIDTH {
+        for lane in 0..WIDTH {
+            let is_before = keys[other] < keys[lane] || keys[other] == keys[lane] && other < lane;
+            ranks[lane] += u32::from(is_before);
+        }
+    }
+    ranks
 }
