@@ -10,7 +10,7 @@ use crate::tree::binarize::binarize;
 use crate::wide::bounds::{BoxLanes, NodeBounds, SphereLanes};
 use crate::wide::collapse::collapse;
 use crate::wide::compact::CompactBoxes;
-use crate::wide::layout::{BLOCK, WIDTH};
+use crate::wide::layout::WIDTH;
 use crate::wide::leaves::{COORDINATES, LeafRange, Leaves};
 
 /// Reference to a child: the index of a node, or the triangles of a leaf.
@@ -118,10 +118,9 @@ impl<B: NodeBounds> WideTree<B> {
         let list = usize::from(child.is_leaf());
         let address = [self.nodes.as_ptr().cast::<u8>(), self.leaves.coordinates.as_ptr().cast()][list];
         let size = [size_of::<WideNode<B>>(), size_of::<[f32; COORDINATES]>()][list];
-        prefetch::prefetch_four_lines(
-            address.wrapping_add(child.index() * size),
-            BLOCK * size_of::<[f32; COORDINATES]>(),
-        );
+        // A block of 144 bytes, which begins anywhere in a line, mostly lies in three.
+        let bytes = size_of::<WideNode<B>>().max(160);
+        prefetch::prefetch_four_lines(address.wrapping_add(child.index() * size), bytes);
     }
 
     /// The children of the node `index`; none for an index beyond the nodes.

@@ -226,8 +226,8 @@ fn push_all_but_next<B: NodeBounds, P: Probe, const ANY: bool>(
     loop {
         let lane = take_lane(&mut hits);
         let mut other = waiting(lane);
-        // For any hit the last lane comes first.
-        if ANY || other < next {
+        // For any hit, visit the farthest child first: what a ray starts from rarely blocks it.
+        if (other < next) != ANY {
             std::mem::swap(&mut other, &mut next);
             next_lane = lane;
         }
