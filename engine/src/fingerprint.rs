@@ -53,9 +53,7 @@ fn of_wide<B: NodeBounds>(tree: &WideTree<B>, token: &CancelToken) -> Result<u64
     let hash_node =
         |hash, node: &WideNode<B>| hash_bytes(hash_bytes(hash, bytes_of(&node.bounds)), cast_slice(&node.children));
     let nodes = of_list(&tree.nodes, token, hash_node)?;
-    let coordinates = of_list(&tree.leaves.coordinates, token, |hash, value| join(hash, value.to_bits().into()))?;
-    let indices = of_list(&tree.leaves.primitive_indices, token, |hash, index| join(hash, u64::from(*index)))?;
-    let leaves = join(coordinates, indices);
+    let leaves = of_list(&tree.leaves.values, token, |hash, value| join(hash, value.to_bits().into()))?;
     let root = tree.root.map_or(u64::MAX, |root| root.bits().into());
     Ok(join(join(nodes, leaves), root))
 }

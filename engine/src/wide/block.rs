@@ -7,25 +7,26 @@ use crate::geometry::{EDGE_MAX, EDGE_MIN, FAR_SLACK, PreparedRay, Ray, Shear, Tr
 use crate::kernel::each;
 use crate::tree::traverse::Nearest;
 use crate::wide::layout::BLOCK;
+use crate::wide::leaves::{COORDINATES, INDEX_MARK};
 use crate::wide::ray_lanes::RayLanes;
 
-/// Coordinates that a block can be read from: what its own are followed by is read too, and ignored.
+/// Values that a block can be read from: what its own are followed by is read too, and ignored.
 pub(crate) const WINDOW: usize = 64 + BLOCK;
 
 /// One to four triangles of a leaf, which are tested side by side.
 #[derive(Debug, Clone, Copy)]
 pub struct TriangleBlock<'a> {
-    /// For each axis and corner the coordinate of each triangle, and what follows.
+    /// For each axis and corner the coordinate of each triangle, then the indices of the triangles, and what follows.
     pub(crate) window: &'a [f32; WINDOW],
-    /// For each triangle its index in the list that the tree was built from.
-    pub(crate) primitive_indices: &'a [u32],
+    /// Number of triangles.
+    pub(crate) count: usize,
 }
 
 impl TriangleBlock<'_> {
     /// Number of triangles, one to four.
     #[inline(always)]
     pub fn count(&self) -> usize {
-        self.primitive_indices.len() & 7
+        self.count & 7
     }
 
     /// One bit for each triangle.
@@ -37,7 +38,7 @@ impl TriangleBlock<'_> {
     /// Index of a lane's triangle in the list that the tree was built from.
     #[inline(always)]
     pub fn primitive_index(&self, lane: usize) -> u32 {
-        self.primitive_indices[lane]
+        self.window[self.count() * COORDINATES + lane & 63].to_bits() & !INDEX_MARK
     }
 
     /// A coordinate of the triangle in a lane.

@@ -1,7 +1,7 @@
 //! The leaves of a wide tree: their triangles one after the other in leaf order, without gaps.
 //!
-//! A leaf is cut into blocks of four triangles; the last one holds what is left. The coordinates of a block of `n` triangles are
-//! nine rows of `n` numbers, so that the same coordinate of all its triangles is read at once: by axis, then by corner.
+//! A leaf is cut into blocks of four triangles; the last one holds what is left. A block of `n` triangles is ten rows of `n` numbers,
+//! so that the same coordinate of all its triangles is read at once: by axis, then by corner, and last their indices.
 
 #![allow(clippy::inline_always, reason = "SIMD kernels must land in the caller that enables the instructions")]
 
@@ -15,8 +15,15 @@ use crate::wide::tree::Child;
 
 /// Coordinates of a triangle.
 pub(crate) const COORDINATES: usize = 9;
-/// Coordinates after the last triangle, which make the window of every block whole.
-pub(crate) const PADDING: usize = WINDOW - COORDINATES;
+/// Values of a triangle: coordinates and index.
+pub(crate) const VALUES: usize = COORDINATES + 1;
+/// Values after the last triangle, which make the window of every block whole.
+pub(crate) const PADDING: usize = WINDOW - VALUES;
+/// Maximum number of triangles.
+pub(crate) const MAX_TRIANGLES: usize = INDEX_MARK as usize;
+/// Set in every index, because a small integer would be a subnormal number, which makes arithmetic slow: what is read of the next
+/// row is calculated with as well.
+pub(crate) const INDEX_MARK: u32 = 1 << 30;
 
 /// A range of triangles in leaf order.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -29,10 +36,8 @@ pub(crate) struct LeafRange {
 /// The triangles of all leaves.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Leaves {
-    /// Coordinates of the triangles in leaf order, block by block, and [`PADDING`].
-    pub(crate) coordinates: Vec<f32>,
-    /// For each slot the index of its triangle in the list that the tree was built from.
-    pub(crate) primitive_indices: Vec<u32>,
+    /// Rows of the triangles in leaf order, block by block, and [`PADDING`].
+    pub(crate) values: Vec<f32>,
     /// Leaves that a [`Child`] cannot describe by itself.
     pub(crate) long: Vec<LeafRange>,
 }
@@ -64,44 +69,43 @@ impl Leaves {
     /// The block of `count` triangles from `slot` on.
     #[inline(always)]
     fn block(&self, slot: usize, count: usize) -> TriangleBlock<'_> {
-        let Some(window) = self.coordinates[COORDINATES * slot..].first_chunk() else {
+        let Some(window) = self.values[VALUES * slot..].first_chunk() else {
             unreachable!("the padding makes every window whole")
         };
-        TriangleBlock { window, primitive_indices: &self.primitive_indices[slot..][..count] }
+        TriangleBlock { window, count }
     }
 
-    /// Indices of the triangles of a leaf in the list that the tree was built from.
-    pub fn primitive_indices(&self, leaf: Child) -> &[u32] {
-        let LeafRange { first, count } = self.range(leaf);
-        &self.primitive_indices[first as usize..][..count as usize]
+    /// Number of triangles.
+    pub fn triangle_count(&self) -> usize {
+        self.values.len().saturating_sub(PADDING) / VALUES
     }
 
     /// Prefetches a leaf, which need not exist.
     #[inline(always)]
     pub(crate) fn prefetch(&self, leaf: Child) {
-        let bytes = size_of::<[f32; COORDINATES]>();
-        prefetch_four_lines(self.coordinates.as_ptr().cast::<u8>().wrapping_add(leaf.index() * bytes), BLOCK * bytes);
+        let bytes = size_of::<[f32; VALUES]>();
+        prefetch_four_lines(self.values.as_ptr().cast::<u8>().wrapping_add(leaf.index() * bytes), BLOCK * bytes);
     }
 
     /// Size in bytes.
     pub fn bytes(&self) -> usize {
-        size_of_val(&self.coordinates[..]) + size_of_val(&self.primitive_indices[..]) + size_of_val(&self.long[..])
+        size_of_val(&self.values[..]) + size_of_val(&self.long[..])
     }
 }
 
-/// Writes the coordinates of the triangles with the given indices, which are a leaf, to the beginning of `coordinates`. What
-/// follows there may be overwritten.
+/// Writes the triangles with the given indices, which are a leaf, to the beginning of `values`. What follows there may be
+/// overwritten.
 #[inline(always)]
-pub(crate) fn write_leaf<S: Simd>(simd: S, triangles: &[Triangle], indices: &[u32], coordinates: &mut [f32]) {
-    for (indices, at) in indices.chunks(BLOCK).zip((0..).step_by(BLOCK * COORDINATES)) {
-        write_block(simd, triangles, indices, &mut coordinates[at..]);
+pub(crate) fn write_leaf<S: Simd>(simd: S, triangles: &[Triangle], indices: &[u32], values: &mut [f32]) {
+    for (indices, at) in indices.chunks(BLOCK).zip((0..).step_by(BLOCK * VALUES)) {
+        write_block(simd, triangles, indices, &mut values[at..]);
     }
 }
 
 /// Without branches on the number of triangles, which could not be predicted: every row is written with four, the last one repeated,
 /// and the next row overwrites what is too much.
 #[inline(always)]
-fn write_block<S: Simd>(simd: S, triangles: &[Triangle], indices: &[u32], coordinates: &mut [f32]) {
+fn write_block<S: Simd>(simd: S, triangles: &[Triangle], indices: &[u32], values: &mut [f32]) {
     let last = indices.len() - 1;
     let triangle =
         |lane: usize| -> &[f32; COORDINATES] { bytemuck::cast_ref(&triangles[indices[last.min(lane)] as usize]) };
@@ -114,14 +118,16 @@ fn write_block<S: Simd>(simd: S, triangles: &[Triangle], indices: &[u32], coordi
         [a, b, c, d]
     };
     let ([ax, ay, az, bx], [by, bz, cx, cy], [_, _, _, cz]) = (rows(0), rows(4), rows(5));
-    let rows = [ax, bx, cx, ay, by, cy, az, bz, cz];
+    let marked = |lane: usize| f32::from_bits(indices[last.min(lane)] | INDEX_MARK);
+    let marked = f32x4::load_array(simd, [marked(0), marked(1), marked(2), marked(3)]);
+    let rows = [ax, bx, cx, ay, by, cy, az, bz, cz, marked];
     let count = last % BLOCK + 1;
-    if let Some(window) = coordinates.first_chunk_mut::<{ BLOCK * COORDINATES }>() {
+    if let Some(window) = values.first_chunk_mut::<{ BLOCK * VALUES }>() {
         for (at, row) in rows.iter().enumerate() {
             window[at * count..][..BLOCK].copy_from_slice(row.as_slice());
         }
     } else {
-        for (row, to) in rows.iter().zip(coordinates.chunks_exact_mut(count)) {
+        for (row, to) in rows.iter().zip(values.chunks_exact_mut(count)) {
             to.copy_from_slice(&row.as_slice()[..count]);
         }
     }

@@ -5,7 +5,7 @@ use super::tree::{AnyWideTree, Child, WideTree};
 use crate::cancel::{CancelToken, Cancelled};
 use crate::tree::{AnyTree, Node, Tree};
 
-/// Nodes and triangles between two polls for cancellation.
+/// Nodes and blocks between two polls for cancellation.
 const STEPS_BETWEEN_CHECKS: usize = 1 << 14;
 
 impl<B: NodeBounds> WideTree<B> {
@@ -16,7 +16,7 @@ impl<B: NodeBounds> WideTree<B> {
         token.check()?;
         let (Some(first), Some(root)) = (self.root, binary.nodes.first()) else { return Ok(Tree::EMPTY) };
         let mut nodes = vec![Node { container: root.container, first: 0, count: 0 }];
-        let mut primitive_indices = Vec::with_capacity(self.leaves.primitive_indices.len());
+        let mut primitive_indices = Vec::with_capacity(self.leaves.triangle_count());
         let (mut steps, mut max_depth) = (0_usize, 0);
         // What is still to be written: the reference, its number and its depth.
         let mut open = vec![(first, 0, 0_u32)];
@@ -29,9 +29,12 @@ impl<B: NodeBounds> WideTree<B> {
             let container = nodes[number].container;
             if child.is_leaf() {
                 let first = primitive_indices.len();
-                for indices in self.leaves.primitive_indices(child).chunks(STEPS_BETWEEN_CHECKS) {
-                    token.check()?;
-                    for &index in indices {
+                for block in self.leaves.blocks(child) {
+                    steps += 1;
+                    if steps.is_multiple_of(STEPS_BETWEEN_CHECKS) {
+                        token.check()?;
+                    }
+                    for index in (0..block.count()).map(|lane| block.primitive_index(lane)) {
                         if primitive_indices[first..].last() != Some(&index) {
                             primitive_indices.push(index);
                         }

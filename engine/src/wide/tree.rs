@@ -11,7 +11,7 @@ use crate::wide::bounds::{BoxLanes, NodeBounds, SphereLanes};
 use crate::wide::collapse::collapse;
 use crate::wide::compact::CompactBoxes;
 use crate::wide::layout::WIDTH;
-use crate::wide::leaves::{COORDINATES, LeafRange, Leaves};
+use crate::wide::leaves::{LeafRange, Leaves, VALUES};
 
 /// Reference to a child: the index of a node, or the triangles of a leaf.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Pod, Zeroable)]
@@ -116,9 +116,9 @@ impl<B: NodeBounds> WideTree<B> {
     #[inline(always)]
     pub(crate) fn prefetch_any(&self, child: Child) {
         let list = usize::from(child.is_leaf());
-        let address = [self.nodes.as_ptr().cast::<u8>(), self.leaves.coordinates.as_ptr().cast()][list];
-        let size = [size_of::<WideNode<B>>(), size_of::<[f32; COORDINATES]>()][list];
-        // A block of 144 bytes, which begins anywhere in a line, mostly lies in three.
+        let address = [self.nodes.as_ptr().cast::<u8>(), self.leaves.values.as_ptr().cast()][list];
+        let size = [size_of::<WideNode<B>>(), size_of::<[f32; VALUES]>()][list];
+        // A block of 160 bytes, which begins anywhere in a line, lies in three or four.
         let bytes = size_of::<WideNode<B>>().max(160);
         prefetch::prefetch_four_lines(address.wrapping_add(child.index() * size), bytes);
     }

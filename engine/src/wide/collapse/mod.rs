@@ -20,7 +20,7 @@ use rayon::prelude::*;
 
 use crate::cancel::{CancelToken, Cancelled};
 use crate::geometry::Triangle;
-use crate::kernel::par_collect::{par_collect, zeros};
+use crate::kernel::par_collect::zeros;
 use crate::kernel::prefetch::prefetch;
 use crate::kernel::simd::plain_loop_level;
 use crate::tree::Tree;
@@ -28,7 +28,7 @@ use crate::wide::bounds::{NodeBounds, WideContainer};
 use crate::wide::collapse::emit::{Emitter, PlannedChild, Segment};
 use crate::wide::collapse::optimal::optimal_decisions;
 use crate::wide::layout::{BLOCK, WIDTH};
-use crate::wide::leaves::{COORDINATES, LeafRange, Leaves, PADDING, write_leaf};
+use crate::wide::leaves::{LeafRange, Leaves, MAX_TRIANGLES, PADDING, VALUES, write_leaf};
 use crate::wide::tree::{Child, WideNode, WideTree};
 
 /// Binary nodes for each wide node of the sequentially made top of the tree. Each such wide node yields about four
@@ -49,11 +49,16 @@ const NODES_AHEAD: usize = 4;
 
 /// The wide tree of the binary `tree` over `triangles`, see [`Tree::is_binary`]; the same for any number of threads. Leaves may
 /// have any size; those of up to 16 primitives may be joined.
+///
+/// # Panics
+///
+/// Where there are more than 2³⁰ triangles.
 pub fn collapse<B: NodeBounds>(
     tree: &Tree<B::Container>,
     triangles: &[Triangle],
     token: &CancelToken,
 ) -> Result<WideTree<B>, Cancelled> {
+    assert!(triangles.len() <= MAX_TRIANGLES, "{} triangles", triangles.len());
     if tree.nodes.is_empty() {
         return Ok(WideTree { root: None, nodes: Vec::new(), leaves: Leaves::default() });
     }
@@ -62,10 +67,10 @@ pub fn collapse<B: NodeBounds>(
     token.begin_stage("wide plan");
     let emitter = Emitter { tree, decisions: &decisions };
     let (top, tasks) = emitter.top((tree.nodes.len() / TASK_NODES).min(MAX_TOP_NODES));
-    let mut coordinates = zeros(COORDINATES * tree.primitive_indices.len() + PADDING, token)?;
+    let mut values = zeros(VALUES * tree.primitive_indices.len() + PADDING, token)?;
     let sources = Sources { triangles, primitive_indices: &tree.primitive_indices };
     let first_slots: Vec<u32> = tasks.iter().map(|&root| emitter.first_slot(root)).collect();
-    let (top_parts, task_parts) = parts(&mut coordinates, &top.leaves, &first_slots);
+    let (top_parts, task_parts) = parts(&mut values, &top.leaves, &first_slots);
     for (leaf, part) in top.leaves.iter().zip(top_parts) {
         sources.write(std::slice::from_ref(leaf), leaf.first, part, token)?;
     }
@@ -86,19 +91,15 @@ pub fn collapse<B: NodeBounds>(
         _ => Child::ROOT,
     };
     let long = segments.into_iter().flat_map(|segment| segment.long).collect();
-    let leaves = Leaves {
-        coordinates,
-        primitive_indices: par_collect(tree.primitive_indices.len(), token, |slot| tree.primitive_indices[slot])?,
-        long,
-    };
+    let leaves = Leaves { values, long };
     token.check()?;
     Ok(WideTree { root: Some(root), nodes, leaves })
 }
 
-/// Cuts `coordinates`, where all triangles go in leaf order, into the parts of the `leaves` and those of the subtrees that begin at
+/// Cuts `values`, where all triangles go in leaf order, into the parts of the `leaves` and those of the subtrees that begin at
 /// `first_slots`.
 fn parts<'a>(
-    mut coordinates: &'a mut [f32],
+    mut values: &'a mut [f32],
     leaves: &[LeafRange],
     first_slots: &[u32],
 ) -> (Vec<&'a mut [f32]>, Vec<&'a mut [f32]>) {
@@ -107,10 +108,9 @@ fn parts<'a>(
     order.sort_unstable_by_key(|&at| starts[at]);
     let mut parts: Vec<&mut [f32]> = starts.iter().map(|_| &mut [][..]).collect();
     for (at, &part) in order.iter().enumerate() {
-        let after =
-            order.get(at + 1).map_or(coordinates.len(), |&next| COORDINATES * (starts[next] - starts[part]) as usize);
-        let (own, others) = coordinates.split_at_mut(after);
-        (parts[part], coordinates) = (own, others);
+        let after = order.get(at + 1).map_or(values.len(), |&next| VALUES * (starts[next] - starts[part]) as usize);
+        let (own, others) = values.split_at_mut(after);
+        (parts[part], values) = (own, others);
     }
     let of_tasks = parts.split_off(leaves.len());
     (parts, of_tasks)
@@ -124,7 +124,7 @@ struct Sources<'a> {
 }
 
 impl Sources<'_> {
-    /// Writes the coordinates of `leaves`, which begin with slot `first` and leave no gap, to `part`.
+    /// Writes `leaves`, which begin with slot `first` and leave no gap, to `part`.
     fn write(self, leaves: &[LeafRange], first: u32, part: &mut [f32], token: &CancelToken) -> Result<(), Cancelled> {
         dispatch!(plain_loop_level(), simd => self.write_with(simd, leaves, first, part, token))
     }
@@ -154,7 +154,7 @@ impl Sources<'_> {
             for piece in (at..at + size).step_by(TRIANGLES_BETWEEN_CHECKS) {
                 let end = (piece + TRIANGLES_BETWEEN_CHECKS).min(at + size);
                 let indices = &self.primitive_indices[first as usize + piece..first as usize + end];
-                write_leaf(simd, self.triangles, indices, &mut part[COORDINATES * piece..]);
+                write_leaf(simd, self.triangles, indices, &mut part[VALUES * piece..]);
                 unchecked += end - piece;
                 if unchecked >= TRIANGLES_BETWEEN_CHECKS {
                     token.check()?;

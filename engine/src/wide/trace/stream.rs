@@ -143,7 +143,7 @@ struct Order {
 
 impl Order {
     /// Streams that try either order in turn.
-    const TRIALS: usize = 8;
+    const TRIALS: usize = 4;
     /// Price of a test with the farthest child first, where children must be sorted, in percent of one by cost. Found by experiment.
     const FARTHEST_PERCENT: u64 = 130;
 
