@@ -51,7 +51,7 @@ pub(crate) struct RayLanes<const N: usize> {
     pub(crate) t_min: [f32; N],
     /// Factors of the rows of the shear.
     pub(crate) factors: [[f32; N]; 3],
-    /// Three times the axes of the shear, which are the first of their rows in a block; the longest axis comes last.
+    /// Eight times the axes of the shear; the longest axis comes last.
     pub(crate) axes: [[u32; N]; 3],
     /// Origin in the order of these axes.
     pub(crate) sheared_origin: [[f32; N]; 3],
@@ -96,7 +96,7 @@ impl RayLanes<1> {
             near: each!(axis => [(is_negative >> axis & 1) * WIDTH as u32]),
             t_min: [t_min],
             factors: [[factor_x], [factor_y], [factor_z]],
-            axes: axes.map(|axis| [3 * axis as u32]),
+            axes: axes.map(|axis| [8 * axis as u32]),
             sheared_origin: axes.map(|axis| [fields[axis % 4]]),
             origin: column(o),
             unit_direction: column(d * splat(inverse_length)),
@@ -170,7 +170,7 @@ impl<const N: usize> RayLanes<N> {
         let [x, y, z] = permuted(d);
         let factors = [(zero - x) / z, (zero - y) / z, one / z];
         let sheared_origin = permuted(o);
-        let row = |axis: usize| u32x8::splat(simd, 3 * axis as u32);
+        let row = |axis: usize| u32x8::splat(simd, 8 * axis as u32);
         let axes = [
             x_is_longest.select(row(1), y_before_z.select(row(2), row(0))),
             x_is_longest.select(row(2), y_before_z.select(row(0), row(1))),

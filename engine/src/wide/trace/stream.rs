@@ -142,8 +142,6 @@ struct Order {
 }
 
 impl Order {
-    /// Streams that try either order in turn.
-    const TRIALS: usize = 4;
     /// Price of a test with the farthest child first, where children must be sorted, in percent of one by cost. Found by experiment.
     const FARTHEST_PERCENT: u64 = 130;
 
@@ -152,11 +150,11 @@ impl Order {
         self.tests[usize::from(farthest_first)] += u64::from(tests);
     }
 
-    /// The order for the next stream.
+    /// The order for the next stream. Of the first ones, which begin together, one tries the order by cost.
     fn is_farthest_first(&mut self) -> bool {
         self.begun += 1;
-        if self.begun <= Self::TRIALS {
-            return self.begun.is_multiple_of(2);
+        if self.begun <= STREAMS {
+            return self.begun > 1;
         }
         let [by_cost, farthest] = [self.tests[0] * self.rays[1], self.tests[1] * self.rays[0]];
         farthest * Self::FARTHEST_PERCENT < by_cost * 100
