@@ -10,13 +10,14 @@ use crate::optimize::reinsert::linked_tree::LinkedTree;
 
 /// Number of nodes that are scored sequentially before the subtrees below are scored in parallel.
 const TOP_NODES: usize = 256;
-/// Number of scores sampled to estimate the threshold of the best.
+/// Number of scores or areas sampled to estimate the threshold of the best.
 const SAMPLES: usize = 4096;
 
 impl LinkedTree<'_> {
     /// The `max_count` nodes with the most inefficient parents, out of those whose parents have an area of at least
-    /// `min_area`.
+    /// `min_area`, and are roughly among the `max_count` largest.
     pub fn eligible(&self, max_count: usize, min_area: f32, token: &CancelToken) -> Result<Vec<u32>, Cancelled> {
+        let min_area = min_area.max(self.area_of_rank(max_count));
         // The root's children could only move below each other.
         let root = &self.nodes[0];
         let mut queue = VecDeque::from(if root.is_leaf() { Vec::new() } else { vec![root.first, root.first + 1] });
@@ -42,10 +43,23 @@ impl LinkedTree<'_> {
         Ok(best(prefilter(&lists, max_count), max_count))
     }
 
-    /// The `max_count` of `eligible` whose parents are the most inefficient now.
-    pub fn candidates(&self, eligible: &[u32], max_count: usize) -> Vec<u32> {
-        let scored = eligible.par_iter().map(|&node| (self.inefficiency(self.parent(node)), node)).collect();
+    /// The positions in `eligible` of the `max_count` nodes whose parents are the most inefficient now, times `weights`.
+    pub fn candidates(&self, eligible: &[u32], weights: &[f32], max_count: usize) -> Vec<u32> {
+        let scored = eligible.par_iter().zip(weights).zip(0..eligible.len() as u32);
+        let scored = scored.map(|((&node, weight), at)| (self.inefficiency(self.parent(node)) * weight, at)).collect();
         best(scored, max_count)
+    }
+
+    /// The area of the interior node that `rank` others exceed, estimated from a sample; 0 if there are fewer.
+    fn area_of_rank(&self, rank: usize) -> f32 {
+        let step = (self.nodes.len() / SAMPLES).max(1);
+        let interior = self.nodes.iter().step_by(step).filter(|node| !node.is_leaf());
+        let mut areas: Vec<f32> = interior.map(|node| node.container.half_area()).collect();
+        let rank = rank / step;
+        if rank >= areas.len() {
+            return 0.0;
+        }
+        *areas.select_nth_unstable_by(rank, |a, b| b.total_cmp(a)).1
     }
 
     /// Scores the children of node `index`, if its area is large enough, and returns them.
@@ -96,7 +110,7 @@ fn prefilter(lists: &[Vec<(f32, u32)>], max_count: usize) -> Vec<(f32, u32)> {
     lists.concat()
 }
 
-/// The nodes with the `max_count` largest scores, sorted by index, because neighbours search the same nodes.
+/// The nodes, or positions, with the `max_count` largest scores, sorted, because neighbours search the same nodes.
 fn best(mut scored: Vec<(f32, u32)>, max_count: usize) -> Vec<u32> {
     if scored.len() > max_count {
         scored.select_nth_unstable_by(max_count, |a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));

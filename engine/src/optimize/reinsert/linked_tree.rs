@@ -93,7 +93,8 @@ impl<'a> LinkedTree<'a> {
         growth
     }
 
-    fn set(&mut self, index: u32, node: Node<Aabb>) {
+    /// Writes `node` to slot `index`.
+    pub fn set(&mut self, index: u32, node: Node<Aabb>) {
         self.nodes[index as usize] = node;
         if !node.is_leaf() {
             *self.parents[node.first as usize / 2].get_mut() = index;

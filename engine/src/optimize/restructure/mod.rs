@@ -28,6 +28,8 @@ use crate::tree::{Node, Tree};
 const SAMPLE_COUNT: usize = 20;
 /// Minimum number of treelets that a sample stands for.
 const MIN_GROUP_TREELETS: usize = 8;
+/// One in this number of samples is taken first: where each gains, as on scans, the others are not needed.
+const GROUPS_PER_FIRST_SAMPLE: usize = 4;
 /// Minimum gain of a sample, as a fraction of its cost, for the treelets that it stands for to be rebuilt.
 const MIN_SAMPLE_GAIN: f32 = 0.01;
 /// The whole tree is rebuilt if at most one in this number of samples fails to gain: at most one in five does on scans,
@@ -51,17 +53,12 @@ pub fn restructure(
     }
     let whole = Subtree { root: 0, cost: costs[0] };
     let treelets = treelets(&tree.nodes, &costs);
-    // Frees as much memory as the leaves of the whole tree need.
-    drop(costs);
     let restructuring = Restructuring { nodes: &tree.nodes, builder: Builder::new(collapses, token) };
     let group_size = treelets.len().div_ceil(SAMPLE_COUNT).max(MIN_GROUP_TREELETS);
-    let samples = treelets.par_chunks(group_size).map(|group| {
-        let old = &group[group.len() / 2];
-        Ok([old.cost.cost, restructuring.rebuild_subtree(old)?.map_or(old.cost.cost, |new| new.cost)])
-    });
-    let samples: Vec<[f32; 2]> = samples.collect::<Result<_, _>>()?;
-    let is_gain = |[old, new]: [f32; 2], min_gain: f32| new < old * (1.0 - min_gain);
-    let failed_count = samples.iter().filter(|&&sample| !is_gain(sample, MIN_SAMPLE_GAIN)).count();
+    let samples = restructuring.samples(&treelets, group_size, &costs)?;
+    // Frees as much memory as the leaves of the whole tree need.
+    drop(costs);
+    let failed_count = samples.iter().flatten().filter(|&&sample| !is_gain(sample, MIN_SAMPLE_GAIN)).count();
     if failed_count <= samples.len() / SAMPLES_PER_FAILURE
         && let Some((nodes, cost)) = restructuring.rebuild_tree(&whole, &treelets)?
         && is_gain([whole.cost.cost, cost], MIN_GAIN)
@@ -70,7 +67,8 @@ pub fn restructure(
         return Ok(whole.cost.cost - cost);
     }
 
-    let is_worthwhile = |index: usize| is_gain(samples[index / group_size], MIN_SAMPLE_GAIN);
+    let is_worthwhile =
+        |index: usize| samples[index / group_size].is_some_and(|sample| is_gain(sample, MIN_SAMPLE_GAIN));
     let selected: Vec<&Subtree> =
         treelets.iter().enumerate().filter(|&(index, _)| is_worthwhile(index)).map(|(_, old)| old).collect();
     let rebuilt = selected.par_iter().map(|old| {
@@ -87,6 +85,11 @@ pub fn restructure(
         }
     }
     Ok(gain)
+}
+
+/// Whether the new of two costs is less by at least this fraction of the old one.
+fn is_gain([old, new]: [f32; 2], min_gain: f32) -> bool {
+    new < old * (1.0 - min_gain)
 }
 
 /// A rebuilt subtree.
@@ -120,6 +123,30 @@ struct Restructuring<'a> {
 }
 
 impl Restructuring<'_> {
+    /// For each group of `group_size` treelets the old and new cost of a part of the middle one; `None` if the first samples
+    /// suffice.
+    fn samples(
+        &self,
+        treelets: &[Subtree],
+        group_size: usize,
+        costs: &[SubtreeCost],
+    ) -> Result<Vec<Option<[f32; 2]>>, Cancelled> {
+        let sample = |group: &[Subtree]| {
+            let old = group[group.len() / 2].sample(self.nodes, costs);
+            Ok([old.cost.cost, self.rebuild_subtree(&old)?.map_or(old.cost.cost, |new| new.cost)])
+        };
+        let groups: Vec<&[Subtree]> = treelets.chunks(group_size).collect();
+        let first = groups.par_iter().step_by(GROUPS_PER_FIRST_SAMPLE).map(|group| sample(group));
+        let first: Vec<[f32; 2]> = first.collect::<Result<_, _>>()?;
+        let is_clear = first.iter().all(|&sample| is_gain(sample, MIN_SAMPLE_GAIN));
+        let samples = groups.par_iter().enumerate().map(|(index, group)| match index % GROUPS_PER_FIRST_SAMPLE {
+            0 => Ok(Some(first[index / GROUPS_PER_FIRST_SAMPLE])),
+            _ if is_clear => Ok(None),
+            _ => sample(group).map(Some),
+        });
+        samples.collect()
+    }
+
     /// Rebuilds the subtree `old`; `None` if there is only one tree over its leaves.
     fn rebuild_subtree(&self, old: &Subtree) -> Result<Option<RebuiltSubtree>, Cancelled> {
         let leaves = old.cost.leaves as usize;

@@ -20,10 +20,22 @@ pub struct Subtree {
     pub cost: SubtreeCost,
 }
 
+impl Subtree {
+    /// A subtree of about half of the size of a treelet that stands for this one: down by the larger sides.
+    pub fn sample(mut self, nodes: &[Node<Aabb>], costs: &[SubtreeCost]) -> Self {
+        let max = treelet_size(costs) / 2;
+        while self.cost.count > max && !nodes[self.root as usize].is_leaf() {
+            let first = nodes[self.root as usize].first;
+            let pair = [first, first + 1].map(|root| Self { root, cost: costs[root as usize] });
+            self = pair[usize::from(pair[1].cost.count > pair[0].cost.count)];
+        }
+        self
+    }
+}
+
 /// Divides a tree into treelets, from left to right.
 pub fn treelets(nodes: &[Node<Aabb>], costs: &[SubtreeCost]) -> Vec<Subtree> {
-    let [min, max] = TREELET_SIZE_RANGE;
-    let size = (costs[0].count / TARGET_TREELETS).clamp(min, max);
+    let size = treelet_size(costs);
     let (mut treelets, mut stack) = (Vec::new(), vec![0]);
     while let Some(root) = stack.pop() {
         let (node, cost) = (&nodes[root as usize], costs[root as usize]);
@@ -34,6 +46,12 @@ pub fn treelets(nodes: &[Node<Aabb>], costs: &[SubtreeCost]) -> Vec<Subtree> {
         }
     }
     treelets
+}
+
+/// Maximum number of primitives in a treelet of the tree with these `costs`.
+fn treelet_size(costs: &[SubtreeCost]) -> u32 {
+    let [min, max] = TREELET_SIZE_RANGE;
+    (costs[0].count / TARGET_TREELETS).clamp(min, max)
 }
 
 /// Writes the leaves below `root` to `items`, as many as there are, and the indices of all pairs of siblings to
