@@ -81,7 +81,7 @@ pub fn ready(triangles: &[Triangle], slow: bool) -> Vec<Ready> {
 
 /// The tree to be measured.
 pub fn judged(ready: &Ready) -> Judged {
-    let bytes = ready.wide.node_bytes() + ready.wide.triangle_bytes();
+    let bytes = ready.wide.node_bytes() + ready.wide.leaf_bytes();
     Judged {
         engine: OWN,
         name: ready.name.clone(),

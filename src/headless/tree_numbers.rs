@@ -155,7 +155,7 @@ impl TreeNumbers {
             tree_bytes: report.tree_bytes,
             triangle_bytes: report.triangle_bytes,
             wide_node_bytes: wide.tree.node_bytes(),
-            wide_triangle_bytes: wide.tree.triangle_bytes(),
+            wide_triangle_bytes: wide.tree.leaf_bytes(),
             overlay_bytes: Levels::bytes(stats.nodes),
             bytes_per_triangle: report.bytes_per_triangle(),
             wide_bytes_per_triangle: wide.bytes_per_triangle(),

@@ -138,7 +138,7 @@ fn try_once(
             epo: accel.epo(token)?,
             hashes: [fingerprint::of_tree(&accel.tree, token)?, fingerprint::of_wide_tree(&accel.wide().tree, token)?],
             wide_node_bytes: accel.wide().tree.node_bytes(),
-            wide_triangle_bytes: accel.wide().tree.triangle_bytes(),
+            wide_triangle_bytes: accel.wide().tree.leaf_bytes(),
             wide_bytes_per_triangle: accel.wide().bytes_per_triangle(),
             populations: populations(&accel, view, token)?,
         })

@@ -27,7 +27,7 @@ use bvhscope_engine::tree::overlap::end_point_overlap;
 use bvhscope_engine::tree::statistics::tree_stats;
 use bvhscope_engine::tree::survival::surviving_nodes;
 use bvhscope_engine::tree_file::{Header, TreeFile, write_nodes_csv, write_tree};
-use bvhscope_engine::wide::collapse;
+use bvhscope_engine::wide::{AnyWideTree, NodeForm};
 use bvhscope_engine::with_tree;
 
 /// Size of the large input in that of the small one.
@@ -210,10 +210,11 @@ fn derived_data() {
         check("ancestry", &|accel, token| {
             with_tree!(&accel.tree, tree => drop(Ancestry::new(tree, token).unwrap()));
         });
-        check("wide tree", &|accel, token| {
-            let triangles = &accel.scene.triangles;
-            with_tree!(&accel.tree, tree => drop(collapse(tree, triangles, token).unwrap()));
-        });
+        for form in [NodeForm::Full, NodeForm::Compact] {
+            check("wide tree", &|accel, token| {
+                drop(AnyWideTree::new(&accel.tree, &accel.scene.triangles, form, token).unwrap());
+            });
+        }
         check("shares of cost and largest nodes", &|accel, token| {
             with_tree!(&accel.tree, tree => {
                 drop(subtree_sah_shares(tree, token).unwrap());

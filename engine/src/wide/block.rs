@@ -38,7 +38,7 @@ impl TriangleBlock<'_> {
     /// Index of a lane's triangle in the list that the tree was built from.
     #[inline(always)]
     pub fn primitive_index(&self, lane: usize) -> u32 {
-        self.window[self.count() * COORDINATES + lane & 63].to_bits() & !INDEX_MARK
+        self.window[(self.count() * COORDINATES + lane) & 63].to_bits() & !INDEX_MARK
     }
 
     /// The first row of each axis, one in each byte.
@@ -50,7 +50,7 @@ impl TriangleBlock<'_> {
     /// A coordinate of the triangle in a lane.
     #[inline(always)]
     pub(crate) fn coordinate(&self, corner: usize, axis: usize, lane: usize) -> f32 {
-        self.window[self.count() * (3 * axis + corner) + lane & 63]
+        self.window[(self.count() * (3 * axis + corner) + lane) & 63]
     }
 
     /// The triangle in a lane.

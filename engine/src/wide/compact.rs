@@ -74,13 +74,13 @@ fn enclose(planes: &[[f32; WIDTH]; 2], count: usize, origin: f32, exponent: u8) 
         let [low, high] = [planes[0][lane], planes[1][lane]];
         let plane = |multiple: i32| origin + multiple as f32 * scale;
         let down = ((low - origin) / scale) as i32;
-        let down = down - i32::from(plane(down) > low);
+        let down = down.saturating_sub(i32::from(plane(down) > low));
         let up = ((high - origin) / scale) as i32;
         let up = up.saturating_add(i32::from(plane(up) < high));
-        let lane_fits = (0..=MOST).contains(&down) & (up <= MOST) & (plane(down) <= low) & (plane(up) >= high);
+        let lane_fits = (0..=MOST).contains(&down) && up <= MOST && plane(down) <= low && plane(up) >= high;
         // At last from the lowest number to beyond the largest.
         let (down, up) = if lane_fits || exponent < LARGEST_EXPONENT { (down, up) } else { (0, MOST) };
-        fits &= lane_fits | (exponent == LARGEST_EXPONENT);
+        fits &= lane_fits || exponent == LARGEST_EXPONENT;
         (found[0][lane], found[1][lane]) = (down as u8, up as u8);
     }
     fits.then_some(found)
@@ -128,11 +128,11 @@ impl NodeBounds for CompactBoxes {
         let lanes = u32x8::from_slice(simd, &[0, 1, 2, 3, 4, 5, 6, 7]);
         let is_used = lanes.simd_lt(u32x8::splat(simd, self.count.into()));
         let unused = [f32::INFINITY, f32::NEG_INFINITY].map(|plane| f32x8::splat(simd, plane));
-        for axis in 0..3 {
+        for (axis, multiples) in multiples.into_iter().enumerate() {
             let (origin, scale) = (f32x8::splat(simd, self.origin[axis]), f32x8::splat(simd, self.scale(axis)));
-            for side in 0..2 {
+            for (side, multiples) in multiples.into_iter().enumerate() {
                 // The product is exact, so that every level rounds alike.
-                let plane = origin + f32x8::float_from(multiples[axis][side]) * scale;
+                let plane = origin + f32x8::float_from(multiples) * scale;
                 // One axis suffices to keep every ray out of an unused lane.
                 let plane = if axis == 0 { is_used.select(plane, unused[side]) } else { plane };
                 space.0[axis][side] = plane.to_array();

@@ -65,7 +65,7 @@ pub fn statistics_text(state: &AppState) -> Option<String> {
     let wide = shown.accel.known_wide();
     if let Some(wide) = wide {
         line("Wide tree memory", format::bytes(wide.tree.node_bytes()));
-        line("Wide triangle memory", format::bytes(wide.tree.triangle_bytes()));
+        line("Wide triangle memory", format::bytes(wide.tree.leaf_bytes()));
     }
     line("Overlay memory", format::bytes(Levels::bytes(stats.nodes)));
     let bytes = report.bytes_per_triangle() + wide.map_or(0.0, WideBvh::bytes_per_triangle);

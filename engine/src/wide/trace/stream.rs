@@ -17,6 +17,7 @@ use crate::wide::block::BlockRay;
 use crate::wide::bounds::{NodeBounds, WideContainer};
 use crate::wide::layout::WIDTH;
 use crate::wide::ray_lanes::{RAY_LANES, RayLanes};
+use crate::wide::trace::order::Order;
 use crate::wide::trace::single;
 use crate::wide::tree::{Child, WideTree};
 
@@ -100,7 +101,7 @@ fn trace<S: Simd, B: NodeBounds, Q: Query<RAYS, WORDS>, const RAYS: usize, const
     #[allow(clippy::large_stack_arrays, reason = "42 KiB, a part of the smallest stack of any thread")]
     let mut streams = [const { Stream::<RAYS, WORDS>::EMPTY }; STREAMS];
     let mut next = 0;
-    let mut order = Order::default();
+    let mut order = Order::of_trials(STREAMS);
     loop {
         let mut is_busy = false;
         for stream in &mut streams {
@@ -128,36 +129,6 @@ fn trace<S: Simd, B: NodeBounds, Q: Query<RAYS, WORDS>, const RAYS: usize, const
         if !is_busy {
             return;
         }
-    }
-}
-
-/// The order of children for any-hit queries, chosen by the tests that the first rays take.
-#[derive(Default)]
-struct Order {
-    /// Number of streams begun.
-    begun: usize,
-    /// Rays of finished streams, and their tests: by cost, then the farthest child first.
-    rays: [u64; 2],
-    tests: [u64; 2],
-}
-
-impl Order {
-    /// Price of a test with the farthest child first, where children must be sorted, in percent of one by cost. Found by experiment.
-    const FARTHEST_PERCENT: u64 = 130;
-
-    fn add(&mut self, farthest_first: bool, rays: usize, tests: u32) {
-        self.rays[usize::from(farthest_first)] += rays as u64;
-        self.tests[usize::from(farthest_first)] += u64::from(tests);
-    }
-
-    /// The order for the next stream. Of the first ones, which begin together, one tries the order by cost.
-    fn is_farthest_first(&mut self) -> bool {
-        self.begun += 1;
-        if self.begun <= STREAMS {
-            return self.begun > 1;
-        }
-        let [by_cost, farthest] = [self.tests[0] * self.rays[1], self.tests[1] * self.rays[0]];
-        farthest * Self::FARTHEST_PERCENT < by_cost * 100
     }
 }
 

@@ -30,7 +30,7 @@ fn rows(ui: &mut Ui, state: &mut AppState, shown: &Presented) {
             wide.map(|wide| wide.tree.node_bytes()),
             "Nodes with up to eight children, which camera rays traverse",
         ),
-        ("Wide leaves", wide.map(|wide| wide.tree.leaf_bytes()), "Triangles in the order of the leaves"),
+        ("Wide triangles", wide.map(|wide| wide.tree.leaf_bytes()), "Triangles in leaf order, without gaps"),
         ("Overlay", Some(Levels::bytes(report.stats.nodes)), "Indices of the nodes at each depth, for the overlay"),
     ] {
         let Some(bytes) = bytes else {
