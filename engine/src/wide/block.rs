@@ -6,12 +6,8 @@ use glam::Vec3;
 use crate::geometry::{EDGE_MAX, EDGE_MIN, FAR_SLACK, PreparedRay, Ray, Shear, Triangle, TriangleHit};
 use crate::kernel::each;
 use crate::tree::traverse::Nearest;
-use crate::wide::layout::BLOCK;
-use crate::wide::leaves::{COORDINATES, INDEX_MARK};
+use crate::wide::layout::{BLOCK, COORDINATES, INDEX_MARK, WINDOW};
 use crate::wide::ray_lanes::RayLanes;
-
-/// Values that a block can be read from: what its own are followed by is read too, and ignored.
-pub(crate) const WINDOW: usize = 64 + BLOCK;
 
 /// One to four triangles of a leaf, which are tested side by side.
 #[derive(Debug, Clone, Copy)]

@@ -10,6 +10,7 @@ use crate::geometry::{SPHERE_ENTRY_ERROR, SPHERE_SQUARE_ERROR, SPHERE_T_ERROR, S
 use crate::kernel::each;
 use crate::kernel::lanes;
 use crate::tree::Container;
+use crate::wide::box_lanes::{BoxLanes, LaneTest};
 use crate::wide::fused_box::FusedBoxRay;
 use crate::wide::layout::WIDTH;
 use crate::wide::ray_lanes::RayLanes;
@@ -43,15 +44,6 @@ pub trait WideContainer: Container {
         ray: &Self::Prepared<S>,
         t_max: f32,
     ) -> (mask32x8<S>, f32x8<S>);
-}
-
-/// A ray that is tested against the eight containers of `B`.
-pub trait LaneTest<S: Simd, B> {
-    /// Whether it enters the same containers as [`WideContainer::intersect`].
-    const EXACT: bool = true;
-
-    /// The lanes whose containers the ray enters up to `t_max`, one bit each, and the distances of entry.
-    fn intersect(&self, simd: S, bounds: &B, t_max: f32) -> (u32, [f32; WIDTH]);
 }
 
 /// How a wide node stores the containers of its children.
@@ -107,11 +99,6 @@ macro_rules! store_exactly {
 
 store_exactly!(BoxLanes, Aabb);
 store_exactly!(SphereLanes, Sphere);
-
-/// Eight boxes: the lower and the upper planes of each axis.
-#[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
-#[repr(C)]
-pub struct BoxLanes(pub(crate) [[[f32; WIDTH]; 2]; 3]);
 
 /// A ray prepared for tests against eight boxes. The signs of the direction tell which planes are near, so that none
 /// are compared.

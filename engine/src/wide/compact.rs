@@ -10,7 +10,8 @@ use fearless_simd::{Bytes, Select, Simd, SimdBase, SimdCvtFloat, f32x8, i32x8, u
 
 use crate::geometry::Aabb;
 use crate::kernel::each;
-use crate::wide::bounds::{BoxLanes, NodeBounds, WideContainer};
+use crate::wide::bounds::{NodeBounds, WideContainer};
+use crate::wide::box_lanes::BoxLanes;
 use crate::wide::layout::WIDTH;
 
 /// Largest multiple.

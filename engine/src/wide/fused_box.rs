@@ -8,7 +8,7 @@
 use fearless_simd::{Simd, SimdBase, SimdFloat, SimdMask, f32x4, f32x8};
 
 use crate::kernel::each;
-use crate::wide::bounds::{BoxLanes, LaneTest};
+use crate::wide::box_lanes::{BoxLanes, LaneTest};
 use crate::wide::layout::WIDTH;
 use crate::wide::ray_lanes::RayLanes;
 

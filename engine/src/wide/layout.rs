@@ -1,7 +1,19 @@
-//! Widths of nodes and blocks.
+//! Widths of nodes and blocks, and what a triangle takes.
 
 /// Number of children per node.
 pub const WIDTH: usize = 8;
 
 /// Number of triangles per block.
 pub const BLOCK: usize = 4;
+
+/// Coordinates of a triangle.
+pub(crate) const COORDINATES: usize = 9;
+/// Values of a triangle in a leaf: coordinates and index.
+pub(crate) const VALUES: usize = COORDINATES + 1;
+/// Values that a block can be read from: what its own are followed by is read too, and ignored.
+pub(crate) const WINDOW: usize = 64 + BLOCK;
+/// Set in the index of every triangle, because a small integer would be a subnormal number, which makes arithmetic slow: what is
+/// read of the next row is calculated with as well.
+pub(crate) const INDEX_MARK: u32 = 1 << 30;
+/// Maximum number of triangles.
+pub(crate) const MAX_TRIANGLES: usize = INDEX_MARK as usize;

@@ -9,30 +9,12 @@ use fearless_simd::{Simd, SimdBase, f32x4};
 
 use crate::geometry::Triangle;
 use crate::kernel::prefetch::prefetch_four_lines;
-use crate::wide::block::{TriangleBlock, WINDOW};
-use crate::wide::layout::BLOCK;
-use crate::wide::tree::Child;
+use crate::wide::block::TriangleBlock;
+use crate::wide::child::{Child, LeafRange};
+use crate::wide::layout::{BLOCK, COORDINATES, INDEX_MARK, VALUES, WINDOW};
 
-/// Coordinates of a triangle.
-pub(crate) const COORDINATES: usize = 9;
-/// Values of a triangle: coordinates and index.
-pub(crate) const VALUES: usize = COORDINATES + 1;
 /// Values after the last triangle, which make the window of every block whole.
 pub(crate) const PADDING: usize = WINDOW - VALUES;
-/// Maximum number of triangles.
-pub(crate) const MAX_TRIANGLES: usize = INDEX_MARK as usize;
-/// Set in every index, because a small integer would be a subnormal number, which makes arithmetic slow: what is read of the next
-/// row is calculated with as well.
-pub(crate) const INDEX_MARK: u32 = 1 << 30;
-
-/// A range of triangles in leaf order.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) struct LeafRange {
-    /// Slot of the first.
-    pub(crate) first: u32,
-    pub(crate) count: u32,
-}
-
 /// The triangles of all leaves.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Leaves {

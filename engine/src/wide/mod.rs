@@ -11,6 +11,8 @@ pub(crate) mod ray_lanes;
 
 pub mod block;
 pub mod bounds;
+pub mod box_lanes;
+pub mod child;
 pub mod compact;
 pub mod leaves;
 pub mod tree;
@@ -21,6 +23,7 @@ pub mod trace;
 
 pub use block::TriangleBlock;
 pub use bounds::{NodeBounds, WideContainer};
+pub use child::Child;
 pub use collapse::collapse;
 pub use leaves::Leaves;
-pub use tree::{AnyWideTree, Child, NodeForm, WideNode, WideTree};
+pub use tree::{AnyWideTree, NodeForm, WideNode, WideTree};

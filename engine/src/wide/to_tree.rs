@@ -1,7 +1,8 @@
 //! The wide tree as a [`Tree`] of nodes with up to eight children, by which it is shown, written and measured like any other.
 
 use super::bounds::NodeBounds;
-use super::tree::{AnyWideTree, Child, WideTree};
+use super::child::Child;
+use super::tree::{AnyWideTree, WideTree};
 use crate::cancel::{CancelToken, Cancelled};
 use crate::tree::{AnyTree, Node, Tree};
 

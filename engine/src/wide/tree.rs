@@ -1,82 +1,14 @@
 //! Layout of the wide tree.
 
-use bytemuck::{Pod, Zeroable};
+use bytemuck::Zeroable;
 
-use crate::cancel::{CancelToken, Cancelled};
-use crate::geometry::Triangle;
 use crate::kernel::prefetch;
-use crate::tree::AnyTree;
-use crate::tree::binarize::binarize;
-use crate::wide::bounds::{BoxLanes, NodeBounds, SphereLanes};
-use crate::wide::collapse::collapse;
+use crate::wide::bounds::{NodeBounds, SphereLanes};
+use crate::wide::box_lanes::BoxLanes;
+use crate::wide::child::Child;
 use crate::wide::compact::CompactBoxes;
-use crate::wide::layout::WIDTH;
-use crate::wide::leaves::{LeafRange, Leaves, VALUES};
-
-/// Reference to a child: the index of a node, or the triangles of a leaf.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Pod, Zeroable)]
-#[repr(transparent)]
-pub struct Child(pub(crate) u32);
-
-impl Child {
-    /// Bit that marks a leaf. Below it are [`Child::COUNT_BITS`] bits for its number of triangles less one, and the slot of the
-    /// first.
-    pub(crate) const LEAF: u32 = 1 << 31;
-    const COUNT_BITS: u32 = 4;
-    const SLOT_BITS: u32 = 31 - Self::COUNT_BITS;
-    /// Instead of a number of triangles: what follows is an index in [`Leaves::long`].
-    const LONG: u32 = (1 << Self::COUNT_BITS) - 1;
-    /// The first node.
-    pub(crate) const ROOT: Self = Self(0);
-
-    pub(crate) fn node(index: usize) -> Self {
-        Self(index as u32)
-    }
-
-    /// The leaf of the triangles in `range`; `None` where it has too many or they come too late in the list.
-    #[inline(always)]
-    pub(crate) fn leaf(range: LeafRange) -> Option<Self> {
-        let LeafRange { first, count } = range;
-        let fits = first >> Self::SLOT_BITS == 0 && (1..=Self::LONG).contains(&count);
-        fits.then(|| Self(Self::LEAF | (count - 1) << Self::SLOT_BITS | first))
-    }
-
-    /// The leaf of [`Leaves::long`] with the given index.
-    pub(crate) fn long_leaf(index: usize) -> Self {
-        Self(Self::LEAF | Self::LONG << Self::SLOT_BITS | index as u32)
-    }
-
-    /// The triangles of a leaf; `None` for one of [`Leaves::long`].
-    #[inline(always)]
-    pub(crate) fn short_leaf(self) -> Option<LeafRange> {
-        let count = self.0 >> Self::SLOT_BITS & Self::LONG;
-        (count != Self::LONG).then(|| LeafRange { first: self.index() as u32, count: count + 1 })
-    }
-
-    /// The reference as one number, by which a [`Probe`](crate::tree::traverse::Probe) is told of nodes and leaves.
-    #[inline(always)]
-    pub fn bits(self) -> u32 {
-        self.0
-    }
-
-    /// The reference whose [`Child::bits`] these are.
-    pub fn from_bits(bits: u32) -> Self {
-        Self(bits)
-    }
-
-    /// Whether the child is a leaf.
-    #[inline(always)]
-    pub fn is_leaf(self) -> bool {
-        self.0 & Self::LEAF != 0
-    }
-
-    /// Index of the node, or the slot of the leaf's first triangle, or its index in [`Leaves::long`].
-    #[inline(always)]
-    pub fn index(self) -> usize {
-        let is_leaf = self.0 >> 31;
-        (self.0 & (u32::MAX >> (1 + Self::COUNT_BITS * is_leaf))) as usize
-    }
-}
+use crate::wide::layout::{VALUES, WIDTH};
+use crate::wide::leaves::Leaves;
 
 /// A node with up to eight children. `B` holds their containers, one per lane; unused lanes hold an empty container,
 /// which no ray enters.
@@ -184,18 +116,6 @@ macro_rules! with_wide_tree {
 }
 
 impl AnyWideTree {
-    /// The wide tree of a `tree` over `triangles`, see [`collapse`]; spheres have one form only. A tree that is not binary is made so
-    /// before, see [`binarize`]: the wide tree has the same leaves or larger ones, but its own nodes above them.
-    pub fn new(tree: &AnyTree, triangles: &[Triangle], form: NodeForm, token: &CancelToken) -> Result<Self, Cancelled> {
-        Ok(match (tree, form) {
-            (AnyTree::Aabb(tree), NodeForm::Full) => Self::Aabb(collapse(&*binarize(tree, token)?, triangles, token)?),
-            (AnyTree::Aabb(tree), NodeForm::Compact) => {
-                Self::Compact(collapse(&*binarize(tree, token)?, triangles, token)?)
-            }
-            (AnyTree::Sphere(tree), _) => Self::Sphere(collapse(&*binarize(tree, token)?, triangles, token)?),
-        })
-    }
-
     /// Size of the nodes in bytes.
     pub fn node_bytes(&self) -> usize {
         with_wide_tree!(self, tree => tree.node_bytes())

@@ -9,7 +9,7 @@ use bvhscope_engine::settings::{BuildSettings, BuilderKind, Curve, Preset};
 use bvhscope_engine::tree::traverse::{NoProbe, Traversal, any_hit, closest_hit};
 use bvhscope_engine::tree::validate::validate;
 use bvhscope_engine::tree::{AnyTree, Container, ContainerKind, Node, Tree};
-use bvhscope_engine::wide::bounds::BoxLanes;
+use bvhscope_engine::wide::box_lanes::BoxLanes;
 use bvhscope_engine::wide::{AnyWideTree, NodeForm, WideTree, collapse};
 use bvhscope_engine::with_tree;
 use glam::Vec3;

@@ -3,10 +3,9 @@
 use crate::cancel::{CancelToken, Cancelled};
 use crate::tree::Tree;
 use crate::wide::bounds::WideContainer;
+use crate::wide::child::{Child, LeafRange};
 use crate::wide::collapse::decision::{DecidedNode, DecisionRef, Decisions};
 use crate::wide::layout::WIDTH;
-use crate::wide::leaves::LeafRange;
-use crate::wide::tree::Child;
 
 /// Poll for cancellation every 4096 wide nodes.
 const NODES_BETWEEN_CHECKS: usize = 1 << 12;

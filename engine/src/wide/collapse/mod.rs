@@ -23,13 +23,15 @@ use crate::geometry::Triangle;
 use crate::kernel::par_collect::zeros;
 use crate::kernel::prefetch::prefetch;
 use crate::kernel::simd::plain_loop_level;
-use crate::tree::Tree;
+use crate::tree::binarize::binarize;
+use crate::tree::{AnyTree, Tree};
 use crate::wide::bounds::{NodeBounds, WideContainer};
+use crate::wide::child::{Child, LeafRange};
 use crate::wide::collapse::emit::{Emitter, PlannedChild, Segment};
 use crate::wide::collapse::optimal::optimal_decisions;
-use crate::wide::layout::{BLOCK, WIDTH};
-use crate::wide::leaves::{LeafRange, Leaves, MAX_TRIANGLES, PADDING, VALUES, write_leaf};
-use crate::wide::tree::{Child, WideNode, WideTree};
+use crate::wide::layout::{BLOCK, MAX_TRIANGLES, VALUES, WIDTH};
+use crate::wide::leaves::{Leaves, PADDING, write_leaf};
+use crate::wide::tree::{AnyWideTree, NodeForm, WideNode, WideTree};
 
 /// Binary nodes for each wide node of the sequentially made top of the tree. Each such wide node yields about four
 /// tasks.
@@ -94,6 +96,20 @@ pub fn collapse<B: NodeBounds>(
     let leaves = Leaves { values, long };
     token.check()?;
     Ok(WideTree { root: Some(root), nodes, leaves })
+}
+
+impl AnyWideTree {
+    /// The wide tree of a `tree` over `triangles`, see [`collapse`]; spheres have one form only. A tree that is not binary is made so
+    /// before, see [`binarize`]: the wide tree has the same leaves or larger ones, but its own nodes above them.
+    pub fn new(tree: &AnyTree, triangles: &[Triangle], form: NodeForm, token: &CancelToken) -> Result<Self, Cancelled> {
+        Ok(match (tree, form) {
+            (AnyTree::Aabb(tree), NodeForm::Full) => Self::Aabb(collapse(&*binarize(tree, token)?, triangles, token)?),
+            (AnyTree::Aabb(tree), NodeForm::Compact) => {
+                Self::Compact(collapse(&*binarize(tree, token)?, triangles, token)?)
+            }
+            (AnyTree::Sphere(tree), _) => Self::Sphere(collapse(&*binarize(tree, token)?, triangles, token)?),
+        })
+    }
 }
 
 /// Cuts `values`, where all triangles go in leaf order, into the parts of the `leaves` and those of the subtrees that begin at

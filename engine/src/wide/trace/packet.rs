@@ -14,12 +14,13 @@ use crate::kernel::bits::bits;
 use crate::kernel::each;
 use crate::wide::block::TriangleBlock;
 use crate::wide::bounds::NodeBounds;
+use crate::wide::child::Child;
 use crate::wide::layout::WIDTH;
 use crate::wide::ray_lanes::{RAY_LANES, permuted_axes, transposed};
 use crate::wide::trace::beam::{Beam, BeamContainer, GROUP, GROUPS};
 use crate::wide::trace::stack::Stack;
 use crate::wide::trace::stream;
-use crate::wide::tree::{Child, WideTree};
+use crate::wide::tree::WideTree;
 
 /// Maximum number of rays in a packet.
 pub const MAX_RAYS: usize = GROUP * GROUPS;

@@ -10,11 +10,13 @@ use crate::geometry::{Hit, PreparedRay, Ray, Shear};
 use crate::tree::traverse::{Nearest, Probe};
 use crate::tree::{Container, ContainerKind};
 use crate::wide::block::{BlockRay, TriangleBlock};
-use crate::wide::bounds::{LaneTest, Lanes, NodeBounds, WideContainer};
+use crate::wide::bounds::{Lanes, NodeBounds, WideContainer};
+use crate::wide::box_lanes::LaneTest;
+use crate::wide::child::Child;
 use crate::wide::layout::WIDTH;
 use crate::wide::ray_lanes::RayLanes;
 use crate::wide::trace::stack::Stack;
-use crate::wide::tree::{Child, WideNode, WideTree};
+use crate::wide::tree::{WideNode, WideTree};
 
 /// The closest hit of `ray`: exactly that of the binary tree. `probe` is told of each node whose children are tested as one
 /// container test and of each block as one primitive test, and of the events of [`Probe`].

@@ -15,11 +15,12 @@ use crate::kernel::bits::bits;
 use crate::tree::traverse::{Nearest, NoProbe};
 use crate::wide::block::BlockRay;
 use crate::wide::bounds::{NodeBounds, WideContainer};
+use crate::wide::child::Child;
 use crate::wide::layout::WIDTH;
 use crate::wide::ray_lanes::{RAY_LANES, RayLanes};
 use crate::wide::trace::order::Order;
 use crate::wide::trace::single;
-use crate::wide::tree::{Child, WideTree};
+use crate::wide::tree::WideTree;
 
 /// Number of rays in a word of a ray set, one bit each.
 const WORD: usize = 32;
