@@ -7,7 +7,7 @@ use crate::wide::layout::WIDTH;
 
 /// A ray that is tested against the eight containers of `B`.
 pub trait LaneTest<S: Simd, B> {
-    /// Whether it enters the same containers as [`WideContainer::intersect`].
+    /// Whether it enters the same containers as `WideContainer::intersect`.
     const EXACT: bool = true;
 
     /// The lanes whose containers the ray enters up to `t_max`, one bit each, and the distances of entry.
