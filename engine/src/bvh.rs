@@ -322,12 +322,11 @@ impl Bvh {
 }
 
 impl WideBvh {
-    /// Collapses `tree` over `triangles` into a wide one, in the calling thread's rayon pool; see [`AnyWideTree::new`]. Boxes are
-    /// stored in the form that suits the number of triangles.
+    /// Collapses `tree` over `triangles` into a wide one, in the calling thread's rayon pool; see [`AnyWideTree::new`].
     pub fn new(tree: &AnyTree, triangles: &[Triangle], token: &CancelToken) -> Result<Self, Cancelled> {
         token.begin_stage("wide");
         let start = Instant::now();
-        let tree = AnyWideTree::new(tree, triangles, NodeForm::for_triangles(triangles.len()), token)?;
+        let tree = AnyWideTree::new(tree, triangles, NodeForm::Full, token)?;
         Ok(Self { tree, collapse_time: start.elapsed(), triangle_count: triangles.len() })
     }
 

@@ -89,18 +89,8 @@ pub enum AnyWideTree {
 pub enum NodeForm {
     /// As they are: less work for each ray.
     Full,
-    /// With planes of eight bits, rounded outwards: less memory.
+    /// With planes of eight bits, rounded outwards: less memory. Slower where rays begin near faces of large boxes, as in San Miguel.
     Compact,
-}
-
-impl NodeForm {
-    /// Where trees no longer fit any cache, rays wait for memory.
-    const COMPACT_FROM: usize = 2_000_000;
-
-    /// The form with which rays are faster in a scene of so many triangles.
-    pub fn for_triangles(count: usize) -> Self {
-        if count < Self::COMPACT_FROM { Self::Full } else { Self::Compact }
-    }
 }
 
 /// Evaluates an expression for the wide tree of either kind: `with_wide_tree!(any, tree => expression)`.
