@@ -1,7 +1,8 @@
 //! The leaves of a wide tree: their triangles one after the other in leaf order, without gaps.
 //!
-//! A leaf is cut into blocks of four triangles; the last one holds what is left. A block of `n` triangles is ten rows of `n` numbers,
-//! so that the same coordinate of all its triangles is read at once: by axis, then by corner, and last their indices.
+//! A leaf is cut into blocks of four triangles; the last one holds what is left. A block of `n` triangles is a structure of
+//! arrays with a stride of `n`: nine arrays of coordinates, by axis, then by corner, and one of primitive indices. A SIMD load reads one
+//! array of the block, and beyond it where `n` is less than four; those lanes are masked.
 
 #![allow(clippy::inline_always, reason = "SIMD kernels must land in the caller that enables the instructions")]
 
@@ -15,6 +16,7 @@ use crate::wide::layout::{BLOCK, COORDINATES, INDEX_MARK, VALUES, WINDOW};
 
 /// Values after the last triangle, which make the window of every block whole.
 pub(crate) const PADDING: usize = WINDOW - VALUES;
+
 /// The triangles of all leaves.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Leaves {
