@@ -53,13 +53,16 @@ impl Window {
         loop {
             std::thread::sleep(Duration::from_millis(700));
             let (screen, now) = (self.screenshot(), self.program.progress());
-            let settled = now.0 == progress.0 && (now.1 || !all_samples) && screen.changed(&before, VIEWPORT) < 0.001;
-            if settled && expected(&screen) {
+            let changed = screen.changed(&before, VIEWPORT);
+            let settled = now.0 == progress.0 && (now.1 || !all_samples) && changed < 0.001;
+            let is_expected = expected(&screen);
+            if settled && is_expected {
                 return screen;
             }
             assert!(
                 Instant::now() < give_up,
-                "the screen never shows what is expected; log lines and completeness: {now:?}"
+                "the screen never shows what is expected; log lines and completeness: {now:?}; changed by {changed}; \
+                as expected: {is_expected}"
             );
             (before, progress) = (screen, now);
         }

@@ -12,6 +12,7 @@ mod subtree_costs;
 
 mod anneal;
 mod collapse;
+mod divisions;
 mod reinsert;
 mod restructure;
 

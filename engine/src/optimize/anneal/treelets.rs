@@ -3,6 +3,7 @@
 
 use crate::cancel::{CancelToken, Cancelled};
 use crate::optimize::anneal::free_tree::FreeTree;
+use crate::optimize::divisions::cheapest_division;
 use crate::optimize::move_search::LinkedNodes;
 use crate::optimize::simd_box::SimdBox;
 
@@ -93,16 +94,7 @@ fn best_of(tree: &FreeTree, leaves: &[u32], set: usize, best: &[Best; SUBSETS]) 
     }
     let bounds = best[rest].bounds.union(&first.bounds);
     let count = best[rest].count + first.count;
-    let (mut least, mut part) = (f32::INFINITY, rest);
-    // All divisions, each once: the part without the first.
-    let mut other = rest;
-    while other > 0 {
-        let cost = best[other].cost + best[set & !other].cost;
-        if cost < least {
-            (least, part) = (cost, other);
-        }
-        other = (other - 1) & rest;
-    }
+    let (least, part) = cheapest_division(set, |part| best[part].cost);
     Best { bounds, cost: tree.subtree_cost(&bounds, count, f64::from(least)) as f32, count, part }
 }
 

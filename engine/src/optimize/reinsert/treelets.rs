@@ -6,6 +6,7 @@ use rayon::prelude::*;
 
 use crate::cancel::{CancelToken, Cancelled};
 use crate::geometry::Aabb;
+use crate::optimize::divisions::cheapest_division;
 use crate::optimize::move_search::LinkedNodes;
 use crate::optimize::reinsert::linked_tree::LinkedTree;
 use crate::optimize::simd_box::SimdBox;
@@ -143,16 +144,7 @@ fn best_of(leaves: &[Node<Aabb>], set: usize, best: &[Best; SUBSETS]) -> Best {
         return Best { bounds: first, area: 0.0, part: 0 };
     }
     let bounds = best[rest].bounds.union(&first);
-    let (mut least, mut part) = (f32::INFINITY, rest);
-    // All divisions, each once: the part without the first.
-    let mut other = rest;
-    while other > 0 {
-        let area = best[other].area + best[set & !other].area;
-        if area < least {
-            (least, part) = (area, other);
-        }
-        other = (other - 1) & rest;
-    }
+    let (least, part) = cheapest_division(set, |part| best[part].area);
     Best { bounds, area: bounds.half_area() + least, part }
 }
 
