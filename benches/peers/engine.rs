@@ -182,5 +182,6 @@ fn in_leaf_order(tree: &AnyTree, triangles: &[Triangle]) -> Vec<Triangle> {
 
 /// The eight-wide tree.
 pub fn wide(tree: &AnyTree, triangles: &[Triangle]) -> AnyWideTree {
-    AnyWideTree::new(tree, triangles, NodeForm::Full, &CancelToken::new()).expect("the token is never cancelled")
+    let form = NodeForm::for_triangles(triangles.len());
+    AnyWideTree::new(tree, triangles, form, &CancelToken::new()).expect("the token is never cancelled")
 }

@@ -322,11 +322,12 @@ impl Bvh {
 }
 
 impl WideBvh {
-    /// Collapses `tree` over `triangles` into a wide one, in the calling thread's rayon pool; see [`AnyWideTree::new`].
+    /// Collapses `tree` over `triangles` into a wide one, in the calling thread's rayon pool, with nodes of the form that suits their
+    /// number; see [`AnyWideTree::new`].
     pub fn new(tree: &AnyTree, triangles: &[Triangle], token: &CancelToken) -> Result<Self, Cancelled> {
         token.begin_stage("wide");
         let start = Instant::now();
-        let tree = AnyWideTree::new(tree, triangles, NodeForm::Full, token)?;
+        let tree = AnyWideTree::new(tree, triangles, NodeForm::for_triangles(triangles.len()), token)?;
         Ok(Self { tree, collapse_time: start.elapsed(), triangle_count: triangles.len() })
     }
 

@@ -7,7 +7,7 @@ use crate::geometry::Triangle;
 use crate::kernel::mix::mix64;
 use crate::kernel::par_collect::par_collect_in_chunks;
 use crate::tree::{AnyTree, Node};
-use crate::wide::{AnyWideTree, NodeBounds, WideNode, WideTree};
+use crate::wide::{AnyWideTree, WideContainer, WideNode, WideTree};
 use crate::{with_tree, with_wide_tree};
 
 /// Items that are hashed together; the hash depends on it.
@@ -49,13 +49,16 @@ pub fn of_triangles(triangles: &[Triangle], token: &CancelToken) -> Result<u64, 
     of_list(triangles, token, |hash, triangle| hash_bytes(hash, bytes_of(triangle)))
 }
 
-fn of_wide<B: NodeBounds>(tree: &WideTree<B>, token: &CancelToken) -> Result<u64, Cancelled> {
-    let hash_node =
-        |hash, node: &WideNode<B>| hash_bytes(hash_bytes(hash, bytes_of(&node.bounds)), cast_slice(&node.children));
-    let nodes = of_list(&tree.nodes, token, hash_node)?;
+fn of_wide<C: WideContainer>(tree: &WideTree<C>, token: &CancelToken) -> Result<u64, Cancelled> {
+    let nodes = of_list(&tree.nodes, token, hash_wide_node)?;
+    let compact_nodes = of_list(&tree.compact_nodes, token, hash_wide_node)?;
     let leaves = of_list(&tree.leaves.values, token, |hash, value| join(hash, value.to_bits().into()))?;
     let root = tree.root.map_or(u64::MAX, |root| root.bits().into());
-    Ok(join(join(nodes, leaves), root))
+    Ok(join(join(join(nodes, compact_nodes), leaves), root))
+}
+
+fn hash_wide_node<B: Pod>(hash: u64, node: &WideNode<B>) -> u64 {
+    hash_bytes(hash_bytes(hash, bytes_of(&node.bounds)), cast_slice(&node.children))
 }
 
 /// Hash of a list, batch by batch on all threads.

@@ -19,15 +19,23 @@ impl Child {
     /// Bit that marks a leaf. Below it are [`Child::COUNT_BITS`] bits for its number of triangles less one, and the slot of the
     /// first.
     pub(crate) const LEAF: u32 = 1 << 31;
+    /// Bit that marks a compact node.
+    const COMPACT: u32 = 1 << 30;
     const COUNT_BITS: u32 = 4;
     const SLOT_BITS: u32 = 31 - Self::COUNT_BITS;
     /// Instead of a number of triangles: what follows is an index in [`Leaves::long`](crate::wide::leaves::Leaves).
     const LONG: u32 = (1 << Self::COUNT_BITS) - 1;
-    /// The first node.
+    /// The first node, which is not compact.
     pub(crate) const ROOT: Self = Self(0);
 
-    pub(crate) fn node(index: usize) -> Self {
-        Self(index as u32)
+    /// A node in the list of full or in that of compact ones.
+    pub(crate) fn node(index: usize, is_compact: bool) -> Self {
+        Self(index as u32 | if is_compact { Self::COMPACT } else { 0 })
+    }
+
+    /// The node `count` places behind this one, which is a node too, in the same list.
+    pub(crate) fn node_after(self, count: usize) -> Self {
+        Self(self.0 + count as u32)
     }
 
     /// The leaf of the triangles in `range`; `None` where it has too many or they come too late in the list.
@@ -67,10 +75,23 @@ impl Child {
         self.0 & Self::LEAF != 0
     }
 
-    /// Index of the node, or the slot of the leaf's first triangle, or its index in [`Leaves::long`](crate::wide::leaves::Leaves).
+    /// Whether the child is a node with compact containers.
+    #[inline(always)]
+    pub fn is_compact(self) -> bool {
+        self.0 & (Self::LEAF | Self::COMPACT) == Self::COMPACT
+    }
+
+    /// 0 for a full node, 1 for a compact one, 2 or 3 for a leaf.
+    #[inline(always)]
+    pub(crate) fn kind(self) -> usize {
+        (self.0 >> 30) as usize
+    }
+
+    /// Index of the node among those of its form, or the slot of the leaf's first triangle, or its index in
+    /// [`Leaves::long`](crate::wide::leaves::Leaves).
     #[inline(always)]
     pub fn index(self) -> usize {
         let is_leaf = self.0 >> 31;
-        (self.0 & (u32::MAX >> (1 + Self::COUNT_BITS * is_leaf))) as usize
+        (self.0 & (u32::MAX >> (2 + (Self::COUNT_BITS - 1) * is_leaf))) as usize
     }
 }

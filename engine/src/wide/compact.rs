@@ -10,7 +10,7 @@ use fearless_simd::{Bytes, Select, Simd, SimdBase, SimdCvtFloat, f32x8, i32x8, u
 
 use crate::geometry::Aabb;
 use crate::kernel::each;
-use crate::wide::bounds::{NodeBounds, WideContainer};
+use crate::wide::bounds::{CompactBounds, WideContainer};
 use crate::wide::box_lanes::BoxLanes;
 use crate::wide::layout::WIDTH;
 
@@ -99,9 +99,7 @@ fn enclose_closely(planes: &[[f32; WIDTH]; 2], count: usize, origin: f32) -> (u8
         .unwrap_or_else(|| unreachable!("the largest scale always suffices"))
 }
 
-impl NodeBounds for CompactBoxes {
-    type Container = Aabb;
-
+impl CompactBounds<Aabb> for CompactBoxes {
     fn pack(lanes: &BoxLanes, count: usize) -> Self {
         let lowest = |axis: usize| lanes.0[axis][0][..count].iter().copied().fold(f32::INFINITY, f32::min);
         let origin = each!(axis => lowest(axis));
@@ -119,15 +117,16 @@ impl NodeBounds for CompactBoxes {
     }
 
     #[inline(always)]
-    fn unpack<'a, S: Simd>(&'a self, simd: S, space: &'a mut BoxLanes) -> &'a BoxLanes {
+    fn unpack<S: Simd>(&self, simd: S) -> BoxLanes {
+        let mut lanes = Aabb::EMPTY_BOUNDS;
         let byte = |word: u32x8<S>, shift: u32| -> i32x8<S> { ((word >> shift) & 255).bitcast() };
         let words = u32x8::load_array_ref(simd, &self.planes);
         let last = u32x4::load_array_ref(simd, &self.last_planes);
         let last = simd.combine_u32x4(last & 0xffff, last >> 16);
         let multiples =
             [[byte(words, 0), byte(words, 8)], [byte(words, 16), byte(words, 24)], [byte(last, 0), byte(last, 8)]];
-        let lanes = u32x8::from_slice(simd, &[0, 1, 2, 3, 4, 5, 6, 7]);
-        let is_used = lanes.simd_lt(u32x8::splat(simd, self.count.into()));
+        let numbers = u32x8::from_slice(simd, &[0, 1, 2, 3, 4, 5, 6, 7]);
+        let is_used = numbers.simd_lt(u32x8::splat(simd, self.count.into()));
         let unused = [f32::INFINITY, f32::NEG_INFINITY].map(|plane| f32x8::splat(simd, plane));
         for (axis, multiples) in multiples.into_iter().enumerate() {
             let (origin, scale) = (f32x8::splat(simd, self.origin[axis]), f32x8::splat(simd, self.scale(axis)));
@@ -136,10 +135,10 @@ impl NodeBounds for CompactBoxes {
                 let plane = origin + f32x8::float_from(multiples) * scale;
                 // One axis suffices to keep every ray out of an unused lane.
                 let plane = if axis == 0 { is_used.select(plane, unused[side]) } else { plane };
-                space.0[axis][side] = plane.to_array();
+                lanes.0[axis][side] = plane.to_array();
             }
         }
-        space
+        lanes
     }
 
     fn load(&self, lane: usize) -> Aabb {
@@ -181,8 +180,7 @@ mod tests {
     }
 
     fn unpacked(compact: &CompactBoxes, level: SimdLevel) -> BoxLanes {
-        let mut space = Aabb::EMPTY_BOUNDS;
-        dispatch!(level.level(), simd => *compact.unpack(simd, &mut space))
+        dispatch!(level.level(), simd => compact.unpack(simd))
     }
 
     /// Boxes of very different sizes and places, flat ones, and the largest that there are.

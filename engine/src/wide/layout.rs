@@ -6,6 +6,14 @@ pub const WIDTH: usize = 8;
 /// Number of triangles per block.
 pub const BLOCK: usize = 4;
 
+/// Area below which nodes are compact, in multiples of the root's over the number of binary nodes: 97 of 100 nodes in San Miguel. The
+/// share of the root's area is how likely a ray is to enter what eight bits add to a box: there it makes 0.1 % more container tests.
+pub const COMPACT_AREA: f32 = 150.0;
+
+/// Number of triangles from which nodes are compact unless another form is asked for: the tree is larger than the cache of most
+/// processors, so that less memory pays for what each compact node takes to unpack.
+pub const COMPACT_TRIANGLES: usize = 1 << 21;
+
 /// Coordinates of a triangle.
 pub(crate) const COORDINATES: usize = 9;
 /// Values of a triangle in a leaf: coordinates and index.

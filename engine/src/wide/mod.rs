@@ -11,10 +11,12 @@ pub(crate) mod ray_lanes;
 
 pub mod block;
 pub mod bounds;
+pub mod box_bounds;
 pub mod box_lanes;
 pub mod child;
 pub mod compact;
 pub mod leaves;
+pub mod sphere_bounds;
 pub mod tree;
 
 mod collapse;
@@ -22,8 +24,8 @@ mod to_tree;
 pub mod trace;
 
 pub use block::TriangleBlock;
-pub use bounds::{NodeBounds, WideContainer};
+pub use bounds::{CompactBounds, WideContainer};
 pub use child::Child;
 pub use collapse::collapse;
 pub use leaves::Leaves;
-pub use tree::{AnyWideTree, NodeForm, WideNode, WideTree};
+pub use tree::{AnyWideTree, NodeForm, NodeRef, WideNode, WideTree};

@@ -1,6 +1,6 @@
 //! The wide tree as a [`Tree`] of nodes with up to eight children, by which it is shown, written and measured like any other.
 
-use super::bounds::NodeBounds;
+use super::bounds::WideContainer;
 use super::child::Child;
 use super::tree::{AnyWideTree, WideTree};
 use crate::cancel::{CancelToken, Cancelled};
@@ -9,11 +9,11 @@ use crate::tree::{AnyTree, Node, Tree};
 /// Nodes and blocks between two polls for cancellation.
 const STEPS_BETWEEN_CHECKS: usize = 1 << 14;
 
-impl<B: NodeBounds> WideTree<B> {
+impl<C: WideContainer> WideTree<C> {
     /// The same hierarchy with the same leaves, numbered depth first, siblings together. `binary` is the tree that it was made
     /// from: a wide tree does not store the container of its root. A triangle that a leaf holds twice, as splitting may leave it, is
     /// there once.
-    pub fn to_tree(&self, binary: &Tree<B::Container>, token: &CancelToken) -> Result<Tree<B::Container>, Cancelled> {
+    pub fn to_tree(&self, binary: &Tree<C>, token: &CancelToken) -> Result<Tree<C>, Cancelled> {
         token.check()?;
         let (Some(first), Some(root)) = (self.root, binary.nodes.first()) else { return Ok(Tree::EMPTY) };
         let mut nodes = vec![Node { container: root.container, first: 0, count: 0 }];
@@ -46,13 +46,13 @@ impl<B: NodeBounds> WideTree<B> {
                 continue;
             }
             let first = nodes.len();
-            let bounds = &self.nodes[child.index()].bounds;
-            for (lane, _) in self.children_of(child.index()).enumerate() {
-                nodes.push(Node { container: B::within(bounds.load(lane), &container), first: 0, count: 0 });
+            let node = self.node(child);
+            for (lane, _) in self.children_of(child).enumerate() {
+                nodes.push(Node { container: node.load_within(lane, &container), first: 0, count: 0 });
             }
             nodes[number] = Node::interior(container, first as u32, (nodes.len() - first) as u32);
             let numbers = first..nodes.len();
-            let children = self.children_of(child.index());
+            let children = self.children_of(child);
             let before = open.len();
             open.extend(children.zip(numbers).map(|(child, number): (Child, usize)| (child, number, depth + 1)));
             open[before..].reverse();
@@ -67,7 +67,6 @@ impl AnyWideTree {
     pub fn to_tree(&self, binary: &AnyTree, token: &CancelToken) -> Result<Option<AnyTree>, Cancelled> {
         Ok(match (self, binary) {
             (Self::Aabb(wide), AnyTree::Aabb(binary)) => Some(wide.to_tree(binary, token)?.into()),
-            (Self::Compact(wide), AnyTree::Aabb(binary)) => Some(wide.to_tree(binary, token)?.into()),
             (Self::Sphere(wide), AnyTree::Sphere(binary)) => Some(wide.to_tree(binary, token)?.into()),
             _ => None,
         })

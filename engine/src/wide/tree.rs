@@ -1,13 +1,13 @@
 //! Layout of the wide tree.
 
 use bytemuck::Zeroable;
+use fearless_simd::Simd;
 
+use crate::geometry::{Aabb, Sphere};
 use crate::kernel::prefetch;
-use crate::wide::bounds::{NodeBounds, SphereLanes};
-use crate::wide::box_lanes::BoxLanes;
+use crate::wide::bounds::{CompactBounds, WideContainer};
 use crate::wide::child::Child;
-use crate::wide::compact::CompactBoxes;
-use crate::wide::layout::{VALUES, WIDTH};
+use crate::wide::layout::{COMPACT_TRIANGLES, VALUES, WIDTH};
 use crate::wide::leaves::Leaves;
 
 /// A node with up to eight children. `B` holds their containers, one per lane; unused lanes hold an empty container,
@@ -24,21 +24,102 @@ pub struct WideNode<B> {
 
 /// A bounding volume hierarchy of wide nodes.
 #[derive(Debug, Clone, PartialEq)]
-pub struct WideTree<B: NodeBounds> {
+pub struct WideTree<C: WideContainer> {
     /// The root; `None` for a tree without primitives.
     pub root: Option<Child>,
-    /// All nodes; parents precede their children.
-    pub nodes: Vec<WideNode<B>>,
+    /// The nodes that hold containers as they are; parents precede their children.
+    pub nodes: Vec<WideNode<C::Bounds>>,
+    /// The nodes that hold them in less memory, see [`NodeForm::Compact`]; parents precede their children.
+    pub compact_nodes: Vec<WideNode<C::Compact>>,
     /// The triangles of the leaves.
     pub leaves: Leaves,
 }
 
-impl<B: NodeBounds> WideTree<B> {
+/// A node in either form.
+#[derive(Debug)]
+pub enum NodeRef<'a, C: WideContainer> {
+    /// With containers as they are.
+    Full(&'a WideNode<C::Bounds>),
+    /// With containers in less memory.
+    Compact(&'a WideNode<C::Compact>),
+}
+
+impl<'a, C: WideContainer> NodeRef<'a, C> {
+    /// The lanes for children, of which the used ones come first.
+    #[inline(always)]
+    pub(crate) fn lanes(self) -> &'a [Child; WIDTH] {
+        match self {
+            Self::Full(node) => &node.children,
+            Self::Compact(node) => &node.children,
+        }
+    }
+
+    /// The containers as rays are tested against them, and the children; `space` is where containers can be put.
+    #[inline(always)]
+    pub(crate) fn unpack<S: Simd>(
+        self,
+        simd: S,
+        space: &'a mut Option<C::Bounds>,
+    ) -> (&'a C::Bounds, &'a [Child; WIDTH]) {
+        match self {
+            Self::Full(node) => (&node.bounds, &node.children),
+            Self::Compact(node) => (space.insert(node.bounds.unpack(simd)), &node.children),
+        }
+    }
+
+    /// The container in a lane: that which was stored, or in a compact node one that encloses it.
+    pub fn load(&self, lane: usize) -> C {
+        match self {
+            Self::Full(node) => C::load(&node.bounds, lane),
+            Self::Compact(node) => node.bounds.load(lane),
+        }
+    }
+
+    /// Whether a lane was made from `container`, as far as can be told.
+    pub fn holds(&self, lane: usize, container: &C) -> bool {
+        match self {
+            Self::Full(node) => C::load(&node.bounds, lane) == *container,
+            Self::Compact(node) => node.bounds.holds(lane, container),
+        }
+    }
+
+    /// [`NodeRef::load`], in a compact node no more than lies within the node's own container.
+    pub fn load_within(&self, lane: usize, own: &C) -> C {
+        match self {
+            Self::Full(_) => self.load(lane),
+            Self::Compact(_) => C::Compact::within(self.load(lane), own),
+        }
+    }
+}
+
+impl<C: WideContainer> WideTree<C> {
+    /// The node that `child`, which must not be a leaf, refers to.
+    ///
+    /// # Panics
+    ///
+    /// If the tree has no such node.
+    #[inline(always)]
+    pub fn node(&self, child: Child) -> NodeRef<'_, C> {
+        if C::HAS_COMPACT && child.is_compact() {
+            NodeRef::Compact(&self.compact_nodes[child.index()])
+        } else {
+            NodeRef::Full(&self.nodes[child.index()])
+        }
+    }
+
+    /// References to all nodes.
+    pub fn all_nodes(&self) -> impl Iterator<Item = Child> + use<C> {
+        let compact = (0..self.compact_nodes.len()).map(|index| Child::node(index, true));
+        (0..self.nodes.len()).map(|index| Child::node(index, false)).chain(compact)
+    }
+
     /// Prefetches a child, which need not exist.
     #[inline(always)]
     pub(crate) fn prefetch(&self, child: Child) {
         if child.is_leaf() {
             self.leaves.prefetch(child);
+        } else if C::HAS_COMPACT && child.is_compact() {
+            prefetch::prefetch(&self.compact_nodes, child.index());
         } else {
             prefetch::prefetch(&self.nodes, child.index());
         }
@@ -47,24 +128,25 @@ impl<B: NodeBounds> WideTree<B> {
     /// [`WideTree::prefetch`] without a branch.
     #[inline(always)]
     pub(crate) fn prefetch_any(&self, child: Child) {
-        let list = usize::from(child.is_leaf());
-        let address = [self.nodes.as_ptr().cast::<u8>(), self.leaves.values.as_ptr().cast()][list];
-        let size = [size_of::<WideNode<B>>(), size_of::<[f32; VALUES]>()][list];
+        let leaves = (self.leaves.values.as_ptr().cast::<u8>(), size_of::<[f32; VALUES]>());
+        let full = (self.nodes.as_ptr().cast(), size_of::<WideNode<C::Bounds>>());
+        let compact = (self.compact_nodes.as_ptr().cast(), size_of::<WideNode<C::Compact>>());
+        let (address, size) = [full, compact, leaves, leaves][child.kind()];
         // A block of 160 bytes, which begins anywhere in a line, lies in three or four.
-        let bytes = size_of::<WideNode<B>>().max(160);
+        let bytes = size_of::<WideNode<C::Bounds>>().max(160);
         prefetch::prefetch_four_lines(address.wrapping_add(child.index() * size), bytes);
     }
 
-    /// The children of the node `index`; none for an index beyond the nodes.
-    pub fn children_of(&self, index: usize) -> impl Iterator<Item = Child> {
+    /// The children of the node `child`; none where it is a leaf.
+    pub fn children_of(&self, child: Child) -> impl Iterator<Item = Child> {
         // Unused lanes come last and refer to the root, which is nobody's child.
-        let lanes = self.nodes.get(index).map_or(&[][..], |node| &node.children);
+        let lanes = if child.is_leaf() { &[][..] } else { self.node(child).lanes() };
         lanes.iter().copied().take_while(|child| *child != Child::ROOT)
     }
 
     /// Size of the nodes in bytes.
     pub fn node_bytes(&self) -> usize {
-        size_of_val(&self.nodes[..])
+        size_of_val(&self.nodes[..]) + size_of_val(&self.compact_nodes[..])
     }
 
     /// Size of the leaves in bytes.
@@ -77,20 +159,26 @@ impl<B: NodeBounds> WideTree<B> {
 #[derive(Debug, Clone, PartialEq)]
 pub enum AnyWideTree {
     /// A tree of boxes.
-    Aabb(WideTree<BoxLanes>),
-    /// A tree of boxes with compact nodes.
-    Compact(WideTree<CompactBoxes>),
+    Aabb(WideTree<Aabb>),
     /// A tree of spheres.
-    Sphere(WideTree<SphereLanes>),
+    Sphere(WideTree<Sphere>),
 }
 
 /// How the nodes of a wide tree of boxes store them. Hits are the same.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum NodeForm {
-    /// As they are: less work for each ray.
+    /// As they are.
     Full,
-    /// With planes of eight bits, rounded outwards: less memory. Slower where rays begin near faces of large boxes, as in San Miguel.
+    /// The many small nodes at the bottom with planes of eight bits, rounded outwards: a seventh less memory for the whole tree. In a
+    /// large box such steps are long, and many rays pass it: nodes above [`COMPACT_AREA`](super::layout::COMPACT_AREA) are full.
     Compact,
+}
+
+impl NodeForm {
+    /// The form that is chosen for a number of triangles, see [`COMPACT_TRIANGLES`].
+    pub fn for_triangles(count: usize) -> Self {
+        if count < COMPACT_TRIANGLES { Self::Full } else { Self::Compact }
+    }
 }
 
 /// Evaluates an expression for the wide tree of either kind: `with_wide_tree!(any, tree => expression)`.
@@ -99,7 +187,6 @@ macro_rules! with_wide_tree {
     ($any:expr, $tree:ident => $body:expr) => {
         match $any {
             $crate::wide::AnyWideTree::Aabb($tree) => $body,
-            $crate::wide::AnyWideTree::Compact($tree) => $body,
             $crate::wide::AnyWideTree::Sphere($tree) => $body,
         }
     };

@@ -1,6 +1,7 @@
 //! Every builder, container and traversal against a plain linear scan over all triangles, which an oracle in double precision
 //! judges.
 
+use bvhscope_engine::WideBvh;
 use bvhscope_engine::builders::build_binary;
 use bvhscope_engine::cancel::CancelToken;
 use bvhscope_engine::geometry::{Aabb, Hit, Ray, Sphere, Triangle};
@@ -9,8 +10,7 @@ use bvhscope_engine::settings::{BuildSettings, BuilderKind, Curve, Preset};
 use bvhscope_engine::tree::traverse::{NoProbe, Traversal, any_hit, closest_hit};
 use bvhscope_engine::tree::validate::validate;
 use bvhscope_engine::tree::{AnyTree, Container, ContainerKind, Node, Tree};
-use bvhscope_engine::wide::box_lanes::BoxLanes;
-use bvhscope_engine::wide::{AnyWideTree, NodeForm, WideTree, collapse};
+use bvhscope_engine::wide::{AnyWideTree, NodeForm, collapse};
 use bvhscope_engine::with_tree;
 use glam::Vec3;
 use proptest::prelude::*;
@@ -128,12 +128,17 @@ fn rays_end_at_finite_distances() {
 #[test]
 fn a_wide_tree_holds_every_triangle_once_within_its_bytes() {
     let triangles = trees::ball(Vec3::ONE, 2.0, 64);
-    for builder in [BuilderKind::Aac, BuilderKind::BinnedSah, BuilderKind::None] {
+    let builders = [BuilderKind::Aac, BuilderKind::BinnedSah, BuilderKind::None];
+    let forms = [(NodeForm::Full, 60), (NodeForm::Compact, 52)];
+    for (builder, (form, most_bytes)) in builders.into_iter().flat_map(|builder| forms.map(|form| (builder, form))) {
         let settings = BuildSettings { builder, ..BuildSettings::preset(Preset::Fast, ContainerKind::Aabb) };
         let (tree, _) = build_binary(&triangles, &settings, &CancelToken::new()).expect("nothing to refuse");
         let AnyTree::Aabb(tree) = tree else { panic!("spheres instead of boxes") };
-        let wide: WideTree<BoxLanes> = collapse(&tree, &triangles, &CancelToken::new()).expect("never cancelled");
-        let leaves = (0..wide.nodes.len()).flat_map(|node| wide.children_of(node));
+        let wide = collapse(&tree, &triangles, form, &CancelToken::new()).expect("never cancelled");
+        let is_compact = form == NodeForm::Compact && builder != BuilderKind::None;
+        assert_eq!(!wide.compact_nodes.is_empty(), is_compact, "{builder:?}, {form:?}");
+        assert_eq!(!wide.nodes.is_empty(), builder != BuilderKind::None, "{builder:?}, {form:?}");
+        let leaves = wide.all_nodes().flat_map(|node| wide.children_of(node));
         let leaves = wide.root.into_iter().chain(leaves).filter(|child| child.is_leaf());
         let mut seen = Vec::new();
         for leaf in leaves {
@@ -147,10 +152,37 @@ fn a_wide_tree_holds_every_triangle_once_within_its_bytes() {
             }
         }
         seen.sort_unstable();
-        assert!(seen.iter().copied().eq(0..triangles.len() as u32), "{builder:?}");
+        assert!(seen.iter().copied().eq(0..triangles.len() as u32), "{builder:?}, {form:?}");
         let bytes = (wide.node_bytes() + wide.leaf_bytes()) / triangles.len();
-        assert!(bytes <= 60, "{builder:?}: {bytes} bytes per triangle");
+        assert!(bytes <= most_bytes, "{builder:?}, {form:?}: {bytes} bytes per triangle");
     }
+}
+
+#[test]
+fn a_large_tree_takes_less_memory_and_hits_the_same() {
+    let edge = 1_100;
+    let point = |x: usize, z: usize| Vec3::new(x as f32, ((x * 7919 + z * 104_729) % 13) as f32 / 9.0, z as f32);
+    let cell = |(x, z): (usize, usize)| {
+        let [a, b, c, d] = [point(x, z), point(x, z + 1), point(x + 1, z), point(x + 1, z + 1)];
+        [Triangle { a, b, c }, Triangle { a: d, b: c, c: b }]
+    };
+    let triangles: Vec<Triangle> = (0..edge).flat_map(|x| (0..edge).map(move |z| (x, z))).flat_map(cell).collect();
+    let settings =
+        BuildSettings { builder: BuilderKind::Lbvh, ..BuildSettings::preset(Preset::Fast, ContainerKind::Aabb) };
+    let (tree, _) = build_binary(&triangles, &settings, &CancelToken::new()).expect("nothing to refuse");
+    let chosen = WideBvh::new(&tree, &triangles, &CancelToken::new()).expect("never cancelled").tree;
+    let full = AnyWideTree::new(&tree, &triangles, NodeForm::Full, &CancelToken::new()).expect("never cancelled");
+    assert_eq!(chosen.leaf_bytes(), full.leaf_bytes());
+    let [bytes, full_bytes] = [&chosen, &full].map(|wide| wide.node_bytes() as f64);
+    assert!((0.43..0.7).contains(&(bytes / full_bytes)), "{bytes} bytes of nodes instead of {full_bytes}");
+    let rays = trees::rays(&triangles[edge * edge..][..2_000], 3_000, 9);
+    let level = SimdLevel::of_builds().level();
+    let mut hits = [vec![None; rays.len()], vec![None; rays.len()]];
+    for (wide, hits) in [&chosen, &full].into_iter().zip(&mut hits) {
+        wide.closest_hits(level, &rays, hits);
+    }
+    assert_eq!(hits[0], hits[1]);
+    assert!(hits[0].iter().flatten().count() > 100);
 }
 
 fn check_hand_made<C: Container>(name: &str, triangles: &[Triangle], rays: &[Ray], expected: &[Option<Hit>])

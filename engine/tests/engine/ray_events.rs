@@ -238,8 +238,8 @@ fn the_wide_tree_tells_the_same_steps() {
 }
 
 /// Replays the steps in a wide tree, where the children of a visited node are tested at once. Returns the number of children tested.
-fn replay_wide<B: bvhscope_engine::wide::NodeBounds>(
-    tree: &bvhscope_engine::wide::WideTree<B>,
+fn replay_wide<C: bvhscope_engine::wide::WideContainer>(
+    tree: &bvhscope_engine::wide::WideTree<C>,
     any: bool,
     nearest_in_all: Option<f32>,
     events: &[RayEvent],
@@ -270,8 +270,7 @@ fn replay_wide<B: bvhscope_engine::wide::NodeBounds>(
                 let child = Child::from_bits(node);
                 if !child.is_leaf() {
                     // The first lane is popped first.
-                    let lanes = &tree.nodes[child.index()].children;
-                    untested = lanes.iter().map(|lane| lane.bits()).take_while(|&bits| bits != 0).collect();
+                    untested = tree.children_of(child).map(Child::bits).collect();
                     assert!(untested.len() >= 2);
                     untested.reverse();
                 }

@@ -4,7 +4,7 @@ use std::collections::HashMap;
 
 use crate::accel::Accel;
 use bvhscope_engine::tree::{Node, Tree};
-use bvhscope_engine::wide::{AnyWideTree, Child, NodeBounds, WideTree};
+use bvhscope_engine::wide::{AnyWideTree, Child, WideContainer, WideTree};
 use bvhscope_engine::{AnyTree, with_tree};
 
 /// Levels of the tree that a wide node can span: of eight children one may hang on a chain of seven nodes.
@@ -47,7 +47,6 @@ impl<'a> TreeNodes<'a> {
         let root = self.of(node);
         let found = match (wide, &self.accel.tree) {
             (AnyWideTree::Aabb(wide), AnyTree::Aabb(tree)) => children(wide, child, tree, root),
-            (AnyWideTree::Compact(wide), AnyTree::Aabb(tree)) => children(wide, child, tree, root),
             (AnyWideTree::Sphere(wide), AnyTree::Sphere(tree)) => children(wide, child, tree, root),
             _ => Vec::new(),
         };
@@ -57,9 +56,9 @@ impl<'a> TreeNodes<'a> {
 
 /// The children of a wide node that replaces the node `root`, each with the node whose container it holds. What stands for some
 /// of the many children of a node has no node of its own: that one is named instead.
-fn children<B: NodeBounds>(wide: &WideTree<B>, node: Child, tree: &Tree<B::Container>, root: u32) -> Vec<(u32, u32)> {
-    let bounds = &wide.nodes[node.index()].bounds;
-    let mut unnamed: Vec<(usize, Child)> = wide.children_of(node.index()).enumerate().collect();
+fn children<C: WideContainer>(wide: &WideTree<C>, node: Child, tree: &Tree<C>, root: u32) -> Vec<(u32, u32)> {
+    let wide_node = wide.node(node);
+    let mut unnamed: Vec<(usize, Child)> = wide.children_of(node).enumerate().collect();
     let mut found = Vec::new();
     let mut level = vec![root];
     for _ in 0..LEVELS {
@@ -69,7 +68,7 @@ fn children<B: NodeBounds>(wide: &WideTree<B>, node: Child, tree: &Tree<B::Conta
         }
         level.retain(|&node| {
             let container = tree.nodes[node as usize].container;
-            let named = unnamed.iter().position(|&(lane, _)| bounds.holds(lane, &container));
+            let named = unnamed.iter().position(|&(lane, _)| wide_node.holds(lane, &container));
             if let Some(at) = named {
                 found.push((unnamed.swap_remove(at).1.bits(), node));
             }

@@ -58,7 +58,8 @@ impl Default for Scratch {
 }
 
 impl Scratch {
-    /// Costs and decisions of `nodes`, which are chunk number `chunk`; the decisions go to `list`. Hardly any branch depends on
+    /// Costs and decisions of `nodes`, which are chunk number `chunk`; the decisions go to `list`. Smaller nodes than `compact_area`
+    /// become compact. Hardly any branch depends on
     /// the tree, because such branches could not be predicted.
     #[inline(always)]
     #[allow(clippy::needless_bitwise_bool, reason = "without branches")]
@@ -66,6 +67,7 @@ impl Scratch {
         &mut self,
         simd: S,
         nodes: &[Node<C>],
+        compact_area: f32,
         chunk: usize,
         list: &mut Vec<Decision>,
     ) -> Boundary {
@@ -135,7 +137,7 @@ impl Scratch {
             let children =
                 [decision_of(index[first], primitives[first]), decision_of(index[first + 1], primitives[first + 1])];
             let counts = [primitives[first].count, primitives[first + 1].count];
-            decisions[used] = Decision::new(first_child, collapsed.lanes, children, counts);
+            decisions[used] = Decision::new(first_child, collapsed.lanes, children, counts, cost[at] < compact_area);
             collapsed.costs.store_slice(&mut lane_costs[used]);
             cost[at] = collapsed.cost;
             index[at] = if collapsed.is_leaf { LEAF } else { used as u32 };

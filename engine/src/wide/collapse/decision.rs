@@ -19,10 +19,12 @@ pub(crate) struct Decision {
     pub(crate) first_child: u32,
     /// For each number of lanes that the node may take, two to eight, [`LANE_BITS`] bits: the number of lanes for its
     /// left child, 0 where the node takes a single lane. Above them [`COUNT_BITS`] bits for each child: its number of
-    /// primitives.
+    /// primitives. Above these [`COMPACT`].
     lanes: u32,
 }
 
+/// Bit for a node that is compact where it becomes one of the wide tree.
+const COMPACT: u32 = 1 << 31;
 /// Bits for the left child's lanes.
 pub(crate) const LANE_BITS: u32 = 3;
 /// Position of the children's primitive counts.
@@ -34,11 +36,24 @@ const COUNT_OVERFLOW: u32 = (1 << COUNT_BITS) - 1;
 
 impl Decision {
     /// The decision for the parent of `first_child`, with the `lanes` of
-    /// [`crate::wide::collapse::cost::collapse_cost`], the decisions for both children, and their primitive counts.
+    /// [`crate::wide::collapse::cost::collapse_cost`], the decisions for both children, their primitive counts, and whether it is compact.
     #[inline(always)]
-    pub(crate) fn new(first_child: u32, lanes: u32, children: [DecisionRef; 2], counts: [u32; 2]) -> Self {
+    pub(crate) fn new(
+        first_child: u32,
+        lanes: u32,
+        children: [DecisionRef; 2],
+        counts: [u32; 2],
+        is_compact: bool,
+    ) -> Self {
         let [left, right] = counts.map(|count| count.min(COUNT_OVERFLOW));
-        Self { children, first_child, lanes: lanes | left << COUNT_SHIFT | right << (COUNT_SHIFT + COUNT_BITS) }
+        let form = if is_compact { COMPACT } else { 0 };
+        Self { children, first_child, lanes: lanes | left << COUNT_SHIFT | right << (COUNT_SHIFT + COUNT_BITS) | form }
+    }
+
+    /// Whether the node is compact where it becomes one of the wide tree.
+    #[inline(always)]
+    pub(crate) fn is_compact(self) -> bool {
+        self.lanes & COMPACT != 0
     }
 
     /// Number of lanes for the left child out of `lanes`, one to eight; 0 where the node takes a single lane.

@@ -24,11 +24,16 @@ impl PlannedChild {
     pub(crate) const NONE: Self = Self { node: 0, child: Child(0) };
 }
 
+/// A planned wide node; unused lanes come last.
+pub(crate) type PlannedNode = [PlannedChild; WIDTH];
+
 /// A planned segment of the wide tree; indices are relative to its start.
 #[derive(Debug, Default)]
 pub(crate) struct Segment {
-    /// Nodes, parents first; unused lanes come last.
-    pub(crate) nodes: Vec<[PlannedChild; WIDTH]>,
+    /// Full nodes and compact ones, in each list parents first.
+    pub(crate) nodes: [Vec<PlannedNode>; 2],
+    /// The first node; any other value where the segment is a leaf.
+    pub(crate) root: Child,
     /// Leaves in the order of the nodes.
     pub(crate) leaves: Vec<LeafRange>,
     /// Those of them that a [`Child`] cannot describe by itself.
@@ -79,15 +84,20 @@ impl<C: WideContainer> Emitter<'_, C> {
         (children, count)
     }
 
-    /// Appends a node; `child` gives the reference to a child that is a node.
+    /// Plans a node, whose leaves are appended; `child` gives the reference to a child that is a node.
     #[inline(always)]
-    fn push(self, segment: &mut Segment, children: &[DecidedNode], mut child: impl FnMut(DecisionRef) -> Child) {
+    fn plan(
+        self,
+        segment: &mut Segment,
+        children: &[DecidedNode],
+        mut child: impl FnMut(DecisionRef) -> Child,
+    ) -> PlannedNode {
         let mut lanes = [PlannedChild::NONE; WIDTH];
         for (lane, node) in lanes.iter_mut().zip(children) {
             let child = if node.decision.is_leaf() { self.leaf(segment, *node) } else { child(node.decision) };
             *lane = PlannedChild { node: node.node, child };
         }
-        segment.nodes.push(lanes);
+        lanes
     }
 
     /// Appends a leaf.
@@ -97,7 +107,7 @@ impl<C: WideContainer> Emitter<'_, C> {
         segment.leaf(LeafRange { first, count: node.primitives(|node| self.tree.nodes[node as usize].count) })
     }
 
-    /// Plans up to `max_nodes` wide nodes from the root, breadth first. Also returns the binary nodes that are to be
+    /// Plans up to `max_nodes` wide nodes from the root, breadth first, all of them full. Also returns the binary nodes that are to be
     /// replaced by further wide nodes; references to these count on from the planned nodes.
     pub(crate) fn top(self, max_nodes: usize) -> (Segment, Vec<DecisionRef>) {
         let mut segment = Segment::default();
@@ -107,15 +117,17 @@ impl<C: WideContainer> Emitter<'_, C> {
             return (segment, Vec::new());
         }
         let mut roots = vec![root.decision];
-        while segment.nodes.len() < max_nodes.min(roots.len()) {
-            let (children, count) = self.children_of(roots[segment.nodes.len()]);
+        let mut nodes = Vec::new();
+        while nodes.len() < max_nodes.min(roots.len()) {
+            let (children, count) = self.children_of(roots[nodes.len()]);
             let node = |decision: DecisionRef| {
                 roots.push(decision);
-                Child::node(roots.len() - 1)
+                Child::node(roots.len() - 1, false)
             };
-            self.push(&mut segment, &children[..count], node);
+            nodes.push(self.plan(&mut segment, &children[..count], node));
         }
-        roots.drain(..segment.nodes.len());
+        roots.drain(..nodes.len());
+        segment.nodes[0] = nodes;
         (segment, roots)
     }
 
@@ -131,21 +143,27 @@ impl<C: WideContainer> Emitter<'_, C> {
     pub(crate) fn segment(self, root: DecisionRef, token: &CancelToken) -> Result<Segment, Cancelled> {
         let mut segment = Segment::default();
         // Stack of binary nodes to replace, with the node and lane that refer to each.
-        let mut open: Vec<(DecisionRef, usize, usize)> = vec![(root, usize::MAX, 0)];
+        let mut open: Vec<(DecisionRef, Option<Child>, usize)> = vec![(root, None, 0)];
+        let mut count_down = 0_usize;
         while let Some((root, parent, lane)) = open.pop() {
-            let at = segment.nodes.len();
-            if at.is_multiple_of(NODES_BETWEEN_CHECKS) {
+            if count_down == 0 {
                 token.check()?;
+                count_down = NODES_BETWEEN_CHECKS;
             }
-            if let Some(lanes) = segment.nodes.get_mut(parent) {
-                lanes[lane].child = Child::node(at);
+            count_down -= 1;
+            let form = usize::from(self.decisions.get(root).is_compact());
+            let at = Child::node(segment.nodes[form].len(), form == 1);
+            match parent {
+                Some(parent) => segment.nodes[usize::from(parent.is_compact())][parent.index()][lane].child = at,
+                None => segment.root = at,
             }
             let (children, count) = self.children_of(root);
-            self.push(&mut segment, &children[..count], |_| Child::node(0));
+            let lanes = self.plan(&mut segment, &children[..count], |_| Child::ROOT);
+            segment.nodes[form].push(lanes);
             for (lane, child) in children[..count].iter().enumerate().rev() {
                 if !child.decision.is_leaf() {
                     self.decisions.prefetch(child.decision);
-                    open.push((child.decision, at, lane));
+                    open.push((child.decision, Some(at), lane));
                 }
             }
         }

@@ -25,11 +25,11 @@ use crate::kernel::prefetch::prefetch;
 use crate::kernel::simd::plain_loop_level;
 use crate::tree::binarize::binarize;
 use crate::tree::{AnyTree, Tree};
-use crate::wide::bounds::{NodeBounds, WideContainer};
+use crate::wide::bounds::{CompactBounds, WideContainer};
 use crate::wide::child::{Child, LeafRange};
-use crate::wide::collapse::emit::{Emitter, PlannedChild, Segment};
+use crate::wide::collapse::emit::{Emitter, PlannedChild, PlannedNode, Segment};
 use crate::wide::collapse::optimal::optimal_decisions;
-use crate::wide::layout::{BLOCK, MAX_TRIANGLES, VALUES, WIDTH};
+use crate::wide::layout::{BLOCK, COMPACT_AREA, MAX_TRIANGLES, VALUES, WIDTH};
 use crate::wide::leaves::{Leaves, PADDING, write_leaf};
 use crate::wide::tree::{AnyWideTree, NodeForm, WideNode, WideTree};
 
@@ -49,23 +49,25 @@ const SLOTS_AHEAD: usize = 32;
 /// Distance, in nodes, at which containers are prefetched.
 const NODES_AHEAD: usize = 4;
 
-/// The wide tree of the binary `tree` over `triangles`, see [`Tree::is_binary`]; the same for any number of threads. Leaves may
-/// have any size; those of up to 16 primitives may be joined.
+/// The wide tree of the binary `tree` over `triangles`, see [`Tree::is_binary`], with nodes of the given `form`; the same for any number
+/// of threads. Leaves may have any size; those of up to 16 primitives may be joined.
 ///
 /// # Panics
 ///
 /// Where there are more than 2³⁰ triangles.
-pub fn collapse<B: NodeBounds>(
-    tree: &Tree<B::Container>,
+pub fn collapse<C: WideContainer>(
+    tree: &Tree<C>,
     triangles: &[Triangle],
+    form: NodeForm,
     token: &CancelToken,
-) -> Result<WideTree<B>, Cancelled> {
+) -> Result<WideTree<C>, Cancelled> {
     assert!(triangles.len() <= MAX_TRIANGLES, "{} triangles", triangles.len());
     if tree.nodes.is_empty() {
-        return Ok(WideTree { root: None, nodes: Vec::new(), leaves: Leaves::default() });
+        let (nodes, compact_nodes) = (Vec::new(), Vec::new());
+        return Ok(WideTree { root: None, nodes, compact_nodes, leaves: Leaves::default() });
     }
     token.begin_stage("wide costs");
-    let decisions = optimal_decisions(tree, token)?;
+    let decisions = optimal_decisions(tree, compact_area(tree, form), token)?;
     token.begin_stage("wide plan");
     let emitter = Emitter { tree, decisions: &decisions };
     let (top, tasks) = emitter.top((tree.nodes.len() / TASK_NODES).min(MAX_TOP_NODES));
@@ -87,7 +89,12 @@ pub fn collapse<B: NodeBounds>(
     let segments: Vec<Segment> = segments.collect::<Result<_, Cancelled>>()?;
     fork.join();
     let segments: Vec<Segment> = std::iter::once(top).chain(segments).collect();
-    let nodes = write_nodes(tree, &segments, token)?;
+    token.begin_stage("wide write");
+    let starts = SegmentStart::of_all(&segments);
+    let full = |bounds: C::Bounds, _, children| WideNode { bounds, children };
+    let nodes = write_nodes::<_, _, FULL>(tree, &segments, &starts, full, token)?;
+    let compact = |bounds: C::Bounds, count, children| WideNode { bounds: C::Compact::pack(&bounds, count), children };
+    let compact_nodes = write_nodes::<_, _, COMPACT>(tree, &segments, &starts, compact, token)?;
     let root = match (&nodes[..], &segments[0].leaves[..]) {
         ([], [leaf]) => Child::leaf(*leaf).unwrap_or(Child::long_leaf(0)),
         _ => Child::ROOT,
@@ -95,19 +102,24 @@ pub fn collapse<B: NodeBounds>(
     let long = segments.into_iter().flat_map(|segment| segment.long).collect();
     let leaves = Leaves { values, long };
     token.check()?;
-    Ok(WideTree { root: Some(root), nodes, leaves })
+    Ok(WideTree { root: Some(root), nodes, compact_nodes, leaves })
+}
+
+/// Area below which nodes of `tree` are compact: less than that of the root, which is full.
+fn compact_area<C: WideContainer>(tree: &Tree<C>, form: NodeForm) -> f32 {
+    if form == NodeForm::Full || !C::HAS_COMPACT {
+        return 0.0;
+    }
+    tree.nodes[0].container.nonempty_area() * (COMPACT_AREA / tree.nodes.len() as f32).min(1.0)
 }
 
 impl AnyWideTree {
     /// The wide tree of a `tree` over `triangles`, see [`collapse`]; spheres have one form only. A tree that is not binary is made so
     /// before, see [`binarize`]: the wide tree has the same leaves or larger ones, but its own nodes above them.
     pub fn new(tree: &AnyTree, triangles: &[Triangle], form: NodeForm, token: &CancelToken) -> Result<Self, Cancelled> {
-        Ok(match (tree, form) {
-            (AnyTree::Aabb(tree), NodeForm::Full) => Self::Aabb(collapse(&*binarize(tree, token)?, triangles, token)?),
-            (AnyTree::Aabb(tree), NodeForm::Compact) => {
-                Self::Compact(collapse(&*binarize(tree, token)?, triangles, token)?)
-            }
-            (AnyTree::Sphere(tree), _) => Self::Sphere(collapse(&*binarize(tree, token)?, triangles, token)?),
+        Ok(match tree {
+            AnyTree::Aabb(tree) => Self::Aabb(collapse(&*binarize(tree, token)?, triangles, form, token)?),
+            AnyTree::Sphere(tree) => Self::Sphere(collapse(&*binarize(tree, token)?, triangles, form, token)?),
         })
     }
 }
@@ -183,37 +195,35 @@ impl Sources<'_> {
     }
 }
 
-/// The nodes of all segments, which follow one another; the first segment is the top of the tree.
-fn write_nodes<B: NodeBounds>(
-    tree: &Tree<B::Container>,
+/// The full or the compact nodes of all segments, which follow one another; the first segment is the top of the tree. `make` makes
+/// them of their containers, their number and the children.
+fn write_nodes<C: WideContainer, B: Send, const FORM: usize>(
+    tree: &Tree<C>,
     segments: &[Segment],
+    starts: &[SegmentStart],
+    make: impl Fn(C::Bounds, usize, [Child; WIDTH]) -> WideNode<B> + Sync,
     token: &CancelToken,
 ) -> Result<Vec<WideNode<B>>, Cancelled> {
-    let mut starts = vec![SegmentStart { node: 0, long: 0 }];
-    for (segment, before) in segments.iter().zip(0..) {
-        let SegmentStart { node, long } = starts[before];
-        starts.push(SegmentStart { node: node + segment.nodes.len(), long: long + segment.long.len() });
-    }
-    let node_count = starts[segments.len()].node;
-    let top_nodes = segments[0].nodes.len();
-    token.begin_stage("wide write");
+    let node_count = starts[segments.len()].nodes[FORM];
+    let top_nodes = segments[0].nodes[FULL].len();
     // All threads write in place: obtaining fresh memory takes as long as filling it, and so that work is shared too.
     par_write(node_count, NODES_BETWEEN_CHECKS, token, |segment, index| {
-        if index < top_nodes {
-            let relocate = |child: Child| match child.index().checked_sub(top_nodes) {
-                Some(task) if !child.is_leaf() => Child::node(starts[task + 1].node),
+        let start = SegmentStart::find::<FORM>(starts, segment, index);
+        let plans = &segments[*segment].nodes[FORM][index - start.nodes[FORM]..];
+        let (bounds, count, children) = if *segment == 0 {
+            wide_node(tree, &plans[0], |child| match child.index().checked_sub(top_nodes) {
+                Some(task) if !child.is_leaf() => starts[task + 1].relocate(segments[task + 1].root),
                 _ => child,
-            };
-            return wide_node(tree, &segments[0].nodes[index], relocate);
-        }
-        let start = SegmentStart::find(&starts, segment, index);
-        let plans = &segments[*segment].nodes[index - start.node..];
-        if let Some(ahead) = plans.get(NODES_AHEAD) {
-            for lane in ahead {
-                prefetch(&tree.nodes, lane.node as usize);
+            })
+        } else {
+            if let Some(ahead) = plans.get(NODES_AHEAD) {
+                for lane in ahead {
+                    prefetch(&tree.nodes, lane.node as usize);
+                }
             }
-        }
-        wide_node(tree, &plans[0], |child| start.relocate(child))
+            wide_node(tree, &plans[0], |child| start.relocate(child))
+        };
+        make(bounds, count, children)
     })
 }
 
@@ -240,19 +250,38 @@ fn par_write<T: Send>(
     Ok(list)
 }
 
-/// Indices of the first node and the first long leaf of a segment.
+/// Index of the full nodes among the lists of both forms.
+const FULL: usize = 0;
+/// Index of the compact nodes.
+const COMPACT: usize = 1;
+
+/// Indices of the first nodes of either form and the first long leaf of a segment.
 #[derive(Clone, Copy)]
 struct SegmentStart {
-    node: usize,
+    nodes: [usize; 2],
     long: usize,
 }
 
 impl SegmentStart {
-    /// Start of the segment that contains the node `index`. `segment` caches the last result.
+    /// Where each segment starts, and the end.
+    fn of_all(segments: &[Segment]) -> Vec<Self> {
+        let mut start = Self { nodes: [0; 2], long: 0 };
+        let mut starts = vec![start];
+        for segment in segments {
+            for (start, nodes) in start.nodes.iter_mut().zip(&segment.nodes) {
+                *start += nodes.len();
+            }
+            start.long += segment.long.len();
+            starts.push(start);
+        }
+        starts
+    }
+
+    /// Start of the segment that contains the node `index` of a form. `segment` caches the last result.
     #[inline(always)]
-    fn find(starts: &[Self], segment: &mut usize, index: usize) -> Self {
-        if !(starts[*segment].node..starts[*segment + 1].node).contains(&index) {
-            *segment = starts.partition_point(|start| start.node <= index) - 1;
+    fn find<const FORM: usize>(starts: &[Self], segment: &mut usize, index: usize) -> Self {
+        if !(starts[*segment].nodes[FORM]..starts[*segment + 1].nodes[FORM]).contains(&index) {
+            *segment = starts.partition_point(|start| start.nodes[FORM] <= index) - 1;
         }
         starts[*segment]
     }
@@ -260,7 +289,7 @@ impl SegmentStart {
     #[inline(always)]
     fn relocate(self, child: Child) -> Child {
         if !child.is_leaf() {
-            Child::node(child.index() + self.node)
+            child.node_after(self.nodes[usize::from(child.is_compact())])
         } else if child.short_leaf().is_some() {
             child
         } else {
@@ -269,15 +298,15 @@ impl SegmentStart {
     }
 }
 
-/// The wide node of the planned `lanes`, with the references to children relocated, in the order of [`ranks`].
+/// The containers of the planned `lanes`, their number, and the references to children, relocated, in the order of [`ranks`].
 #[inline(always)]
-fn wide_node<B: NodeBounds>(
-    tree: &Tree<B::Container>,
-    lanes: &[PlannedChild; WIDTH],
+fn wide_node<C: WideContainer>(
+    tree: &Tree<C>,
+    lanes: &PlannedNode,
     relocate: impl Fn(Child) -> Child,
-) -> WideNode<B> {
+) -> (C::Bounds, usize, [Child; WIDTH]) {
     let used = lanes.iter().take_while(|lane| lane.node != PlannedChild::NONE.node);
-    let mut bounds = B::Container::EMPTY_BOUNDS;
+    let mut bounds = C::EMPTY_BOUNDS;
     let mut children = [Child::ROOT; WIDTH];
     let mut keys = [u32::MAX; WIDTH];
     for (key, lane) in keys.iter_mut().zip(used.clone()) {
@@ -293,7 +322,7 @@ fn wide_node<B: NodeBounds>(
         children[at] = relocate(lane.child);
         count += 1;
     }
-    WideNode { bounds: B::pack(&bounds, count), children }
+    (bounds, count, children)
 }
 
 /// The order of lanes in which rays that look for any hit visit them from the last to the first: leaves before nodes, as they cost

@@ -24,8 +24,12 @@ const MIN_GROUPS: usize = 32;
 /// While one thread joins chunks, poll for cancellation every 4096 nodes.
 const NODES_BETWEEN_CHECKS: usize = 1 << 12;
 
-/// The optimal decisions for a tree, which must not be empty.
-pub(crate) fn optimal_decisions<C: WideContainer>(tree: &Tree<C>, token: &CancelToken) -> Result<Decisions, Cancelled> {
+/// The optimal decisions for a tree, which must not be empty. Nodes of less than `compact_area` become compact.
+pub(crate) fn optimal_decisions<C: WideContainer>(
+    tree: &Tree<C>,
+    compact_area: f32,
+    token: &CancelToken,
+) -> Result<Decisions, Cancelled> {
     let chunk_count = (tree.nodes.len() / 2).div_ceil(CHUNK_PAIRS);
     let mut chunks = vec![Vec::new(); chunk_count];
     let level = plain_loop_level();
@@ -33,7 +37,7 @@ pub(crate) fn optimal_decisions<C: WideContainer>(tree: &Tree<C>, token: &Cancel
     let groups = chunks.par_chunks_mut(group).enumerate();
     let fork = token.fork();
     let boundaries = groups.map_init(Scratch::default, |scratch, (index, chunks)| {
-        let mut range = ChunkRange { tree, first_chunk: group * index, chunks };
+        let mut range = ChunkRange { tree, compact_area, first_chunk: group * index, chunks };
         fork.task(|token| dispatch!(level, simd => range.decide(simd, scratch, token)))
     });
     let boundaries: Vec<Boundary> = boundaries.collect::<Result<_, Cancelled>>()?;
@@ -42,7 +46,7 @@ pub(crate) fn optimal_decisions<C: WideContainer>(tree: &Tree<C>, token: &Cancel
     if tree.nodes[0].is_leaf() {
         return Ok(Decisions { chunks, root: DecidedNode::new(0, root.decision, root.count) });
     }
-    let mut whole = ChunkRange { tree, first_chunk: 0, chunks: &mut chunks };
+    let mut whole = ChunkRange { tree, compact_area, first_chunk: 0, chunks: &mut chunks };
     let boundary = dispatch!(level, simd => whole.join(simd, &boundaries, Some(0), token))?;
     let [(0, root), ..] = boundary.roots[..] else { unreachable!("the root has no parent and the lowest index") };
     Ok(Decisions { chunks, root: DecidedNode::new(0, root.decision, root.count) })
@@ -51,6 +55,8 @@ pub(crate) fn optimal_decisions<C: WideContainer>(tree: &Tree<C>, token: &Cancel
 /// Consecutive chunks of nodes, and the decisions of their pairs' parents, chunk by chunk.
 struct ChunkRange<'a, C> {
     tree: &'a Tree<C>,
+    /// Area below which nodes become compact.
+    compact_area: f32,
     first_chunk: usize,
     chunks: &'a mut [Vec<Decision>],
 }
@@ -65,7 +71,7 @@ impl<C: WideContainer> ChunkRange<'_, C> {
             token.check()?;
             let first = 2 * CHUNK_PAIRS * chunk;
             let chunk_nodes = &nodes[first..nodes.len().min(first + 2 * CHUNK_PAIRS)];
-            boundaries.push(scratch.decide(simd, chunk_nodes, chunk, list));
+            boundaries.push(scratch.decide(simd, chunk_nodes, self.compact_area, chunk, list));
         }
         if let [_] = boundaries[..] { Ok(boundaries.remove(0)) } else { self.join(simd, &boundaries, None, token) }
     }
@@ -134,7 +140,7 @@ impl<C: WideContainer> ChunkRange<'_, C> {
                 node.lane_costs = lane_costs.len() as u32;
                 node.decision = DecisionRef::decision(self.first_chunk + chunk, list.len());
                 let (children, counts) = ([left.decision, right.decision], [left.count, right.count]);
-                list.push(Decision::new(first, collapsed.lanes, children, counts));
+                list.push(Decision::new(first, collapsed.lanes, children, counts, area < self.compact_area));
                 lane_costs.push(collapsed.costs.to_array());
             }
             if at == 0 {
@@ -166,6 +172,8 @@ struct CostedNode {
 
 #[cfg(test)]
 mod tests {
+    use std::collections::HashMap;
+
     use glam::Vec3;
 
     use super::*;
@@ -265,7 +273,14 @@ mod tests {
             [(1, true), (2, true), (9, false), (4 * CHUNK_PAIRS, true), (9 * CHUNK_PAIRS + 5, false)]
         {
             let tree = tree(leaves, breadth_first);
-            let decisions = optimal_decisions(&tree, &CancelToken::new()).unwrap_or_else(|_| panic!("not cancelled"));
+            let compact_area = tree.nodes[0].container.half_area() / 100.0;
+            let decisions = optimal_decisions(&tree, compact_area, &CancelToken::new()).expect("never cancelled");
+            let interior = tree.nodes.iter().filter(|node| !node.is_leaf());
+            let areas: HashMap<u32, f32> = interior.map(|node| (node.first, node.container.half_area())).collect();
+            for decision in decisions.chunks.iter().flatten() {
+                let area = areas[&decision.first_child];
+                assert_eq!(decision.is_compact(), area < compact_area, "{decision:?} of area {area}");
+            }
             for (lanes, cost) in (1..).zip(least_costs(&tree, 0).0) {
                 let decided = decided_cost(&tree, &decisions, decisions.root, lanes);
                 assert!(

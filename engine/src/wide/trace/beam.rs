@@ -8,9 +8,10 @@ use fearless_simd::{Select, Simd, SimdBase, SimdFloat, SimdMask, f32x8, f32x16, 
 use crate::geometry::{Aabb, FAR_SLACK, Sphere};
 use crate::geometry::{SPHERE_ENTRY_ERROR, SPHERE_T_ERROR, SPHERE_TINY_RADIUS};
 use crate::kernel::each;
-use crate::wide::bounds::{Chord, SphereLanes, WideContainer, dot};
+use crate::wide::bounds::WideContainer;
 use crate::wide::box_lanes::BoxLanes;
 use crate::wide::layout::WIDTH;
+use crate::wide::sphere_bounds::{Chord, SphereLanes, dot};
 
 /// Number of rays in a group, which are tested side by side.
 pub const GROUP: usize = 16;

@@ -13,7 +13,6 @@ use crate::geometry::{EDGE_MAX, EDGE_MIN, FAR_SLACK, Hit, PreparedRay, Ray, Shea
 use crate::kernel::bits::bits;
 use crate::kernel::each;
 use crate::wide::block::TriangleBlock;
-use crate::wide::bounds::NodeBounds;
 use crate::wide::child::Child;
 use crate::wide::layout::WIDTH;
 use crate::wide::ray_lanes::{RAY_LANES, permuted_axes, transposed};
@@ -45,12 +44,7 @@ const NONE: u32 = u32::MAX;
 /// # Panics
 ///
 /// If `hits` is shorter than `rays`.
-pub fn closest_hits<B: NodeBounds<Container: BeamContainer>>(
-    level: Level,
-    tree: &WideTree<B>,
-    rays: &[Ray],
-    hits: &mut [Option<Hit>],
-) {
+pub fn closest_hits<C: BeamContainer>(level: Level, tree: &WideTree<C>, rays: &[Ray], hits: &mut [Option<Hit>]) {
     assert!(hits.len() >= rays.len(), "{} hits for {} rays", hits.len(), rays.len());
     // Consecutive incoherent rays are collected, because streams get faster with more rays.
     let mut traced = 0;
@@ -68,13 +62,13 @@ pub fn closest_hits<B: NodeBounds<Container: BeamContainer>>(
 
 /// Traces `rays` as a packet; `false` if they are not coherent enough.
 #[inline(always)]
-fn closest_hits_of_packet<S: Simd, B: NodeBounds<Container: BeamContainer>>(
+fn closest_hits_of_packet<S: Simd, C: BeamContainer>(
     simd: S,
-    tree: &WideTree<B>,
+    tree: &WideTree<C>,
     rays: &[Ray],
     hits: &mut [Option<Hit>],
 ) -> bool {
-    let Some(mut packet) = Packet::<B::Container>::new(simd, rays) else { return false };
+    let Some(mut packet) = Packet::<C>::new(simd, rays) else { return false };
     packet.trace(simd, tree, rays);
     for (index, hit) in hits.iter_mut().enumerate() {
         *hit = packet.hits.hit(index);
@@ -211,7 +205,7 @@ impl<C: BeamContainer> Packet<C> {
     }
 
     #[inline(always)]
-    fn trace<S: Simd, B: NodeBounds<Container = C>>(&mut self, simd: S, tree: &WideTree<B>, rays: &[Ray]) {
+    fn trace<S: Simd>(&mut self, simd: S, tree: &WideTree<C>, rays: &[Ray]) {
         let Some(root) = tree.root else { return };
         let mut stack = Stack::new();
         stack.push(Waiting { entry: self.beam.t_min, child: root, groups: self.all_groups });
@@ -231,9 +225,8 @@ impl<C: BeamContainer> Packet<C> {
                 }
                 continue;
             }
-            let node = &tree.nodes[child.index()];
-            let mut space = C::EMPTY_BOUNDS;
-            let bounds = node.bounds.unpack(simd, &mut space);
+            let mut space = None;
+            let (bounds, children) = tree.node(child).unpack(simd, &mut space);
             let beam_hits = C::intersect_beam(simd, bounds, &self.beam, &self.frustum, t_max);
             let mark = stack.reserve();
             for lane in bits(u64::from(beam_hits.some)) {
@@ -244,8 +237,8 @@ impl<C: BeamContainer> Packet<C> {
                     self.entering_groups(simd, &beam_hits.offsets, lane, active)
                 };
                 if groups != 0 {
-                    tree.prefetch(node.children[lane]);
-                    stack.push(Waiting { entry: beam_hits.entry[lane], child: node.children[lane], groups });
+                    tree.prefetch(children[lane]);
+                    stack.push(Waiting { entry: beam_hits.entry[lane], child: children[lane], groups });
                     stack.sort_last(mark, |a, b| a.entry < b.entry);
                 }
             }

@@ -7,116 +7,116 @@ use std::ops::ControlFlow;
 use fearless_simd::{Level, Simd};
 
 use crate::geometry::{Hit, PreparedRay, Ray, Shear};
+use crate::tree::ContainerKind;
 use crate::tree::traverse::{Nearest, Probe};
-use crate::tree::{Container, ContainerKind};
 use crate::wide::block::{BlockRay, TriangleBlock};
-use crate::wide::bounds::{Lanes, NodeBounds, WideContainer};
+use crate::wide::bounds::WideContainer;
 use crate::wide::box_lanes::LaneTest;
 use crate::wide::child::Child;
 use crate::wide::layout::WIDTH;
 use crate::wide::ray_lanes::RayLanes;
 use crate::wide::trace::stack::Stack;
-use crate::wide::tree::{WideNode, WideTree};
+use crate::wide::tree::WideTree;
 
 /// The closest hit of `ray`: exactly that of the binary tree. `probe` is told of each node whose children are tested as one
 /// container test and of each block as one primitive test, and of the events of [`Probe`].
 #[inline(always)]
-pub fn closest_hit<S: Simd, B: NodeBounds, P: Probe>(
+pub fn closest_hit<S: Simd, C: WideContainer, P: Probe>(
     simd: S,
-    tree: &WideTree<B>,
+    tree: &WideTree<C>,
     ray: &Ray,
     probe: &mut P,
 ) -> Option<Hit> {
-    nearest_by_level::<S, B, P, false>(simd, tree, ray, probe).hit()
+    nearest_by_level::<S, C, P, false>(simd, tree, ray, probe).hit()
 }
 
 /// Whether anything lies on `ray` between its `t_min` and `t_max`.
 #[inline(always)]
-pub fn any_hit<S: Simd, B: NodeBounds, P: Probe>(simd: S, tree: &WideTree<B>, ray: &Ray, probe: &mut P) -> bool {
-    nearest_by_level::<S, B, P, true>(simd, tree, ray, probe).found()
+pub fn any_hit<S: Simd, C: WideContainer, P: Probe>(simd: S, tree: &WideTree<C>, ray: &Ray, probe: &mut P) -> bool {
+    nearest_by_level::<S, C, P, true>(simd, tree, ray, probe).found()
 }
 
 /// [`nearest`], in a function of its own also at the level that every machine has. It would else become part of the function
 /// that chooses the level, and every ray would pay for its large stack frame.
 #[inline(always)]
-fn nearest_by_level<S: Simd, B: NodeBounds, P: Probe, const ANY: bool>(
+fn nearest_by_level<S: Simd, C: WideContainer, P: Probe, const ANY: bool>(
     simd: S,
-    tree: &WideTree<B>,
+    tree: &WideTree<C>,
     ray: &Ray,
     probe: &mut P,
 ) -> Nearest {
     #[inline(never)]
-    fn outlined<S: Simd, B: NodeBounds, P: Probe, const ANY: bool>(
+    fn outlined<S: Simd, C: WideContainer, P: Probe, const ANY: bool>(
         simd: S,
-        tree: &WideTree<B>,
+        tree: &WideTree<C>,
         ray: &Ray,
         probe: &mut P,
     ) -> Nearest {
-        nearest::<S, B, P, ANY>(simd, tree, ray, probe)
+        nearest::<S, C, P, ANY>(simd, tree, ray, probe)
     }
     if discriminant(&simd.level()) == discriminant(&Level::baseline()) {
-        outlined::<S, B, P, ANY>(simd, tree, ray, probe)
+        outlined::<S, C, P, ANY>(simd, tree, ray, probe)
     } else {
-        nearest::<S, B, P, ANY>(simd, tree, ray, probe)
+        nearest::<S, C, P, ANY>(simd, tree, ray, probe)
     }
 }
 
 /// The closest hit; with `ANY` the first one found.
 #[inline(always)]
-pub(crate) fn nearest<S: Simd, B: NodeBounds, P: Probe, const ANY: bool>(
+pub(crate) fn nearest<S: Simd, C: WideContainer, P: Probe, const ANY: bool>(
     simd: S,
-    tree: &WideTree<B>,
+    tree: &WideTree<C>,
     ray: &Ray,
     probe: &mut P,
 ) -> Nearest {
     // Probes are told of the exact tests.
-    if P::ACTIVE || B::Container::KIND == ContainerKind::Sphere {
-        return nearest_exactly::<S, B, P, ANY>(simd, tree, ray, probe);
+    if P::ACTIVE || C::KIND == ContainerKind::Sphere {
+        return nearest_exactly::<S, C, P, ANY>(simd, tree, ray, probe);
     }
     let (Some(root), Some(lanes)) = (tree.root, RayLanes::single(simd, ray)) else { return Nearest::new(ray.t_max) };
-    if let Some(container_ray) = B::Container::prepare_fused(simd, &lanes)
-        && let Some(nearest) = walk::<S, B, _, P, ANY>(simd, tree, root, ray, &lanes.oblique(), &container_ray, probe)
+    if let Some(container_ray) = C::prepare_fused(simd, &lanes)
+        && let Some(nearest) = walk::<S, C, _, P, ANY>(simd, tree, root, ray, &lanes.oblique(), &container_ray, probe)
     {
         return nearest;
     }
-    nearest_outlined::<S, B, P, ANY>(simd, tree, ray, probe)
+    nearest_outlined::<S, C, P, ANY>(simd, tree, ray, probe)
 }
 
 /// [`nearest_exactly`] for the few rays that nothing shorter can decide. Apart, so that the loop for all others calls no
 /// function: the compiler would keep in memory what it needs after the call.
 #[cold]
 #[inline(never)]
-fn nearest_outlined<S: Simd, B: NodeBounds, P: Probe, const ANY: bool>(
+fn nearest_outlined<S: Simd, C: WideContainer, P: Probe, const ANY: bool>(
     simd: S,
-    tree: &WideTree<B>,
+    tree: &WideTree<C>,
     ray: &Ray,
     probe: &mut P,
 ) -> Nearest {
     simd.vectorize(
         #[inline(always)]
-        || nearest_exactly::<S, B, P, ANY>(simd, tree, ray, probe),
+        || nearest_exactly::<S, C, P, ANY>(simd, tree, ray, probe),
     )
 }
 
 /// [`nearest`] by exact tests of containers.
 #[inline(always)]
-fn nearest_exactly<S: Simd, B: NodeBounds, P: Probe, const ANY: bool>(
+fn nearest_exactly<S: Simd, C: WideContainer, P: Probe, const ANY: bool>(
     simd: S,
-    tree: &WideTree<B>,
+    tree: &WideTree<C>,
     ray: &Ray,
     probe: &mut P,
 ) -> Nearest {
     let (Some(root), Some(lanes)) = (tree.root, RayLanes::single(simd, ray)) else { return Nearest::new(ray.t_max) };
-    walk::<S, B, _, P, ANY>(simd, tree, root, ray, &lanes, &B::Container::prepare(simd, &lanes, 0), probe)
+    walk::<S, C, _, P, ANY>(simd, tree, root, ray, &lanes, &C::prepare(simd, &lanes, 0), probe)
         .unwrap_or_else(|| unreachable!("exact tests decide every ray"))
 }
 
 /// [`nearest`] from `root` on, for a ray that was prepared as `lanes` and `container_ray`. `None` where a test that is not exact
 /// meets a triangle that takes double precision, or more nodes than the stack holds without heap allocation.
 #[inline(always)]
-fn walk<S: Simd, B: NodeBounds, T: LaneTest<S, Lanes<B>>, P: Probe, const ANY: bool>(
+fn walk<S: Simd, C: WideContainer, T: LaneTest<S, C::Bounds>, P: Probe, const ANY: bool>(
     simd: S,
-    tree: &WideTree<B>,
+    tree: &WideTree<C>,
     root: Child,
     ray: &Ray,
     lanes: &RayLanes<1>,
@@ -132,19 +132,18 @@ fn walk<S: Simd, B: NodeBounds, T: LaneTest<S, Lanes<B>>, P: Probe, const ANY: b
         if current.is_leaf() {
             let blocks = tree.leaves.blocks(current);
             if let ControlFlow::Break(end) =
-                visit_leaf::<S, B, T, P, ANY>(simd, blocks, &block_ray, ray, &mut nearest, probe)
+                visit_leaf::<S, C, T, P, ANY>(simd, blocks, &block_ray, ray, &mut nearest, probe)
             {
                 return end;
             }
         } else {
             probe.container_test();
-            let node = &tree.nodes[current.index()];
-            let mut space = B::Container::EMPTY_BOUNDS;
-            let bounds = node.bounds.unpack(simd, &mut space);
+            let mut space = None;
+            let (bounds, children) = tree.node(current).unpack(simd, &mut space);
             let (mut hits, entries) = container_ray.intersect(simd, bounds, nearest.t());
             if P::EVENTS {
                 let (in_all, entries) = container_ray.intersect(simd, bounds, Nearest::new(ray.t_max).t());
-                report_children(node, hits, in_all, &entries, probe);
+                report_children(children, hits, in_all, &entries, probe);
             }
             if hits != 0 {
                 // Branches for one, two and more children: the processor predicts which comes next and starts to load it.
@@ -155,9 +154,9 @@ fn walk<S: Simd, B: NodeBounds, T: LaneTest<S, Lanes<B>>, P: Probe, const ANY: b
                 let next = if hits == 0 {
                     first
                 } else {
-                    push_all_but_next::<_, _, ANY>(tree, node, &entries, first, hits, &mut stack, probe)
+                    push_all_but_next::<_, _, ANY>(tree, children, &entries, first, hits, &mut stack, probe)
                 };
-                current = node.children[predicted(next) % WIDTH];
+                current = children[predicted(next) % WIDTH];
                 continue;
             }
         }
@@ -179,7 +178,7 @@ fn walk<S: Simd, B: NodeBounds, T: LaneTest<S, Lanes<B>>, P: Probe, const ANY: b
 
 /// Tests the blocks of a leaf. Breaks with the result of [`walk`].
 #[inline(always)]
-fn visit_leaf<'a, S: Simd, B: NodeBounds, T: LaneTest<S, Lanes<B>>, P: Probe, const ANY: bool>(
+fn visit_leaf<'a, S: Simd, C: WideContainer, T: LaneTest<S, C::Bounds>, P: Probe, const ANY: bool>(
     simd: S,
     blocks: impl Iterator<Item = TriangleBlock<'a>>,
     block_ray: &BlockRay<S, 1>,
@@ -210,12 +209,12 @@ fn visit_leaf<'a, S: Simd, B: NodeBounds, T: LaneTest<S, Lanes<B>>, P: Probe, co
     ControlFlow::Continue(())
 }
 
-/// Pushes the children of `node` in the lane `first` and in the lanes of `hits`, at least one, but for the one to visit next.
+/// Pushes those of `children` in the lane `first` and in the lanes of `hits`, at least one, but for the one to visit next.
 /// Returns that one's lane.
 #[inline(always)]
-fn push_all_but_next<B: NodeBounds, P: Probe, const ANY: bool>(
-    tree: &WideTree<B>,
-    node: &WideNode<B>,
+fn push_all_but_next<C: WideContainer, P: Probe, const ANY: bool>(
+    tree: &WideTree<C>,
+    children: &[Child; WIDTH],
     entries: &[f32; WIDTH],
     first: usize,
     mut hits: u32,
@@ -223,7 +222,7 @@ fn push_all_but_next<B: NodeBounds, P: Probe, const ANY: bool>(
     probe: &mut P,
 ) -> usize {
     let mark = stack.reserve();
-    let waiting = |lane: usize| Waiting::new(entries[lane], node.children[lane]);
+    let waiting = |lane: usize| Waiting::new(entries[lane], children[lane]);
     let (mut next, mut next_lane) = (waiting(first), first);
     loop {
         let lane = take_lane(&mut hits);
@@ -293,12 +292,12 @@ fn take_lane(lanes: &mut u32) -> usize {
     lane
 }
 
-/// Reports the tests of the children of `node`: `hits` are the lanes entered before the nearest hit, `in_all` those entered
+/// Reports the tests of a node's `children`: `hits` are the lanes entered before the nearest hit, `in_all` those entered
 /// anywhere on the ray, at `entries`.
 #[cold]
-fn report_children<B, P: Probe>(node: &WideNode<B>, hits: u32, in_all: u32, entries: &[f32; WIDTH], probe: &mut P) {
+fn report_children<P: Probe>(children: &[Child; WIDTH], hits: u32, in_all: u32, entries: &[f32; WIDTH], probe: &mut P) {
     // Unused lanes come last and refer to the root, which is nobody's child.
-    let used = node.children.iter().take_while(|child| **child != Child::ROOT);
+    let used = children.iter().take_while(|child| **child != Child::ROOT);
     for (lane, child) in used.enumerate() {
         if in_all >> lane & 1 == 0 {
             probe.missed(child.bits());

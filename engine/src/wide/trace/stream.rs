@@ -14,7 +14,7 @@ use crate::geometry::{Hit, Ray};
 use crate::kernel::bits::bits;
 use crate::tree::traverse::{Nearest, NoProbe};
 use crate::wide::block::BlockRay;
-use crate::wide::bounds::{NodeBounds, WideContainer};
+use crate::wide::bounds::WideContainer;
 use crate::wide::child::Child;
 use crate::wide::layout::WIDTH;
 use crate::wide::ray_lanes::{RAY_LANES, RayLanes};
@@ -71,26 +71,26 @@ impl<const RAYS: usize, const WORDS: usize> Query<RAYS, WORDS> for ClosestHit {
 
 /// For each of `rays` whether anything lies on it, written to the first elements of `blocked`.
 #[inline(always)]
-pub(crate) fn any_hits<S: Simd, B: NodeBounds>(simd: S, tree: &WideTree<B>, rays: &[Ray], blocked: &mut [bool]) {
+pub(crate) fn any_hits<S: Simd, C: WideContainer>(simd: S, tree: &WideTree<C>, rays: &[Ray], blocked: &mut [bool]) {
     // The numbers of rays per stream, here and for closest hits, were found by experiment.
-    trace::<S, B, AnyHit, 64, 2>(simd, tree, rays, blocked);
+    trace::<S, C, AnyHit, 64, 2>(simd, tree, rays, blocked);
 }
 
 /// The closest hits of `rays`, written to the first elements of `hits`.
 #[inline(always)]
-pub(crate) fn closest_hits<S: Simd, B: NodeBounds>(
+pub(crate) fn closest_hits<S: Simd, C: WideContainer>(
     simd: S,
-    tree: &WideTree<B>,
+    tree: &WideTree<C>,
     rays: &[Ray],
     hits: &mut [Option<Hit>],
 ) {
-    trace::<S, B, ClosestHit, 32, 1>(simd, tree, rays, hits);
+    trace::<S, C, ClosestHit, 32, 1>(simd, tree, rays, hits);
 }
 
 #[inline(always)]
-fn trace<S: Simd, B: NodeBounds, Q: Query<RAYS, WORDS>, const RAYS: usize, const WORDS: usize>(
+fn trace<S: Simd, C: WideContainer, Q: Query<RAYS, WORDS>, const RAYS: usize, const WORDS: usize>(
     simd: S,
-    tree: &WideTree<B>,
+    tree: &WideTree<C>,
     rays: &[Ray],
     outputs: &mut [Q::Output],
 ) {
@@ -112,19 +112,19 @@ fn trace<S: Simd, B: NodeBounds, Q: Query<RAYS, WORDS>, const RAYS: usize, const
                 }
                 order.add(stream.farthest_first, stream.count, stream.tests);
                 let batch = &rays[next..rays.len().min(next + RAYS)];
-                stream.start::<S, B, Q>(simd, root, next, batch);
+                stream.start::<S, C, Q>(simd, root, next, batch);
                 stream.farthest_first = order.is_farthest_first();
                 next += batch.len();
             }
             is_busy |= stream.count > 0;
             if stream.top > STACK {
-                stream.finish_single::<S, B, Q>(simd, tree, rays);
+                stream.finish_single::<S, C, Q>(simd, tree, rays);
             } else if !Q::ANY {
-                stream.step::<S, B, false, false>(simd, tree, rays);
+                stream.step::<S, C, false, false>(simd, tree, rays);
             } else if stream.farthest_first {
-                stream.step::<S, B, true, true>(simd, tree, rays);
+                stream.step::<S, C, true, true>(simd, tree, rays);
             } else {
-                stream.step::<S, B, true, false>(simd, tree, rays);
+                stream.step::<S, C, true, false>(simd, tree, rays);
             }
         }
         if !is_busy {
@@ -181,7 +181,7 @@ impl<const RAYS: usize, const WORDS: usize> Stream<RAYS, WORDS> {
     /// Starts up to `RAYS` rays, the first of which has index `first`. Not inlined, because the surrounding loop would
     /// run out of registers.
     #[inline(never)]
-    fn start<S: Simd, B: NodeBounds, Q: Query<RAYS, WORDS>>(
+    fn start<S: Simd, C: WideContainer, Q: Query<RAYS, WORDS>>(
         &mut self,
         simd: S,
         root: Child,
@@ -194,7 +194,7 @@ impl<const RAYS: usize, const WORDS: usize> Stream<RAYS, WORDS> {
             let at = group * RAY_LANES % RAYS;
             let able = simd.vectorize(
                 #[inline(always)]
-                || self.rays.set::<S, B::Container>(simd, at, rays),
+                || self.rays.set::<S, C>(simd, at, rays),
             );
             self.active |= u64::from(able) << at;
             for (t, ray) in self.t[at..].iter_mut().zip(rays) {
@@ -240,10 +240,10 @@ impl<const RAYS: usize, const WORDS: usize> Stream<RAYS, WORDS> {
 
     /// Visits the next child.
     #[inline(always)]
-    fn step<S: Simd, B: NodeBounds, const ANY: bool, const FARTHEST: bool>(
+    fn step<S: Simd, C: WideContainer, const ANY: bool, const FARTHEST: bool>(
         &mut self,
         simd: S,
-        tree: &WideTree<B>,
+        tree: &WideTree<C>,
         rays: &[Ray],
     ) {
         let Some((child, set)) = self.next::<S, ANY>(simd) else { return };
@@ -255,17 +255,17 @@ impl<const RAYS: usize, const WORDS: usize> Stream<RAYS, WORDS> {
             if !ANY {
                 tree.prefetch_any(self.children[self.top.saturating_sub(2)]);
             }
-            self.test_leaf::<S, B, ANY>(simd, tree, child, set, rays);
+            self.test_leaf::<S, C, ANY>(simd, tree, child, set, rays);
         } else {
-            self.enter::<S, B, ANY, FARTHEST>(simd, tree, child, set);
+            self.enter::<S, C, ANY, FARTHEST>(simd, tree, child, set);
         }
     }
 
     #[inline(always)]
-    fn test_leaf<S: Simd, B: NodeBounds, const ANY: bool>(
+    fn test_leaf<S: Simd, C: WideContainer, const ANY: bool>(
         &mut self,
         simd: S,
-        tree: &WideTree<B>,
+        tree: &WideTree<C>,
         leaf: Child,
         set: u64,
         rays: &[Ray],
@@ -289,23 +289,22 @@ impl<const RAYS: usize, const WORDS: usize> Stream<RAYS, WORDS> {
     }
 
     #[inline(always)]
-    fn enter<S: Simd, B: NodeBounds, const ANY: bool, const FARTHEST: bool>(
+    fn enter<S: Simd, C: WideContainer, const ANY: bool, const FARTHEST: bool>(
         &mut self,
         simd: S,
-        tree: &WideTree<B>,
+        tree: &WideTree<C>,
         node: Child,
         set: u64,
     ) {
-        let node = &tree.nodes[node.index()];
-        let mut space = B::Container::EMPTY_BOUNDS;
-        let bounds = node.bounds.unpack(simd, &mut space);
+        let mut space = None;
+        let (bounds, children) = tree.node(node).unpack(simd, &mut space);
         let none = u32x8::splat(simd, 0);
         let mut sets = [none; WORDS];
         let mut entries = f32x8::splat(simd, if FARTHEST { -1.0 } else { f32::INFINITY });
         for index in bits(set) {
             let index = index % RAYS;
-            let ray = B::Container::prepare(simd, &self.rays, index);
-            let (enters, entry) = B::Container::intersect(simd, bounds, &ray, self.t[index]);
+            let ray = C::prepare(simd, &self.rays, index);
+            let (enters, entry) = C::intersect(simd, bounds, &ray, self.t[index]);
             for (word, set) in sets.iter_mut().enumerate() {
                 *set |= enters.select(u32x8::splat(simd, word_of(1 << index, word)), none);
             }
@@ -324,7 +323,7 @@ impl<const RAYS: usize, const WORDS: usize> Stream<RAYS, WORDS> {
         let slots = self.top % (STACK + 1)..self.top % (STACK + 1) + WIDTH;
         let stack_children = &mut self.children[slots.clone()];
         if ANY && !FARTHEST {
-            let children = u32x8::load_array_ref(simd, bytemuck::cast_ref(&node.children)).compress(entered);
+            let children = u32x8::load_array_ref(simd, bytemuck::cast_ref(children)).compress(entered);
             stack_children.copy_from_slice(bytemuck::cast_slice(children.as_slice()));
             for (stack_set, set) in self.sets.iter_mut().zip(&sets) {
                 stack_set[slots.clone()].copy_from_slice(set.compress(entered).as_slice());
@@ -334,7 +333,7 @@ impl<const RAYS: usize, const WORDS: usize> Stream<RAYS, WORDS> {
             let stack_entries = &mut self.entries[slots.clone()];
             for lane in 0..WIDTH {
                 let slot = slot_of_lane[lane] as usize % WIDTH;
-                stack_children[slot] = node.children[lane];
+                stack_children[slot] = children[lane];
                 stack_entries[slot] = entries[lane];
             }
             for (stack_set, set) in self.sets.iter_mut().zip(&sets) {
@@ -354,10 +353,10 @@ impl<const RAYS: usize, const WORDS: usize> Stream<RAYS, WORDS> {
     /// Restarts the active rays from the root, each by itself with a growing stack.
     #[cold]
     #[inline(never)]
-    fn finish_single<S: Simd, B: NodeBounds, Q: Query<RAYS, WORDS>>(
+    fn finish_single<S: Simd, C: WideContainer, Q: Query<RAYS, WORDS>>(
         &mut self,
         simd: S,
-        tree: &WideTree<B>,
+        tree: &WideTree<C>,
         rays: &[Ray],
     ) {
         for index in bits(self.active) {
@@ -370,7 +369,7 @@ impl<const RAYS: usize, const WORDS: usize> Stream<RAYS, WORDS> {
                         let blocked = single::any_hit(simd, tree, ray, &mut NoProbe);
                         self.blocked |= u64::from(blocked) << index;
                     } else {
-                        self.nearest[index] = single::nearest::<S, B, NoProbe, false>(simd, tree, ray, &mut NoProbe);
+                        self.nearest[index] = single::nearest::<S, C, NoProbe, false>(simd, tree, ray, &mut NoProbe);
                     }
                 },
             );

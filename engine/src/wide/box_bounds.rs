@@ -1,0 +1,95 @@
+//! Eight boxes side by side, intersected with the same rounding as single ones.
+
+#![allow(clippy::inline_always, reason = "SIMD kernels must land in the caller that enables the instructions")]
+
+use fearless_simd::{Simd, SimdBase, SimdMask, f32x8, mask32x8};
+
+use crate::geometry::{Aabb, FAR_SLACK};
+use crate::kernel::each;
+use crate::wide::bounds::WideContainer;
+use crate::wide::box_lanes::{BoxLanes, LaneTest};
+use crate::wide::compact::CompactBoxes;
+use crate::wide::fused_box::FusedBoxRay;
+use crate::wide::layout::WIDTH;
+use crate::wide::ray_lanes::RayLanes;
+
+/// A ray prepared for tests against eight boxes. The signs of the direction tell which planes are near, so that none
+/// are compared.
+pub struct BoxRay<S: Simd> {
+    /// For each axis the offset of the near planes: 0 for the lower ones, [`WIDTH`] for the upper ones.
+    near: [usize; 3],
+    near_origin: [f32x8<S>; 3],
+    far_origin: [f32x8<S>; 3],
+    negative_inverse: [f32x8<S>; 3],
+    t_min: f32x8<S>,
+}
+
+impl<S: Simd> LaneTest<S, BoxLanes> for BoxRay<S> {
+    #[inline(always)]
+    fn intersect(&self, simd: S, bounds: &BoxLanes, t_max: f32) -> (u32, [f32; WIDTH]) {
+        let (entered, entry) = Aabb::intersect(simd, bounds, self, t_max);
+        (entered.to_bitmask() as u32, entry.to_array())
+    }
+}
+
+#[allow(private_interfaces, reason = "only the kernels of wide trees prepare rays")]
+impl WideContainer for Aabb {
+    type Bounds = BoxLanes;
+    const EMPTY_BOUNDS: BoxLanes = BoxLanes([[[f32::INFINITY; WIDTH], [f32::NEG_INFINITY; WIDTH]]; 3]);
+    type Prepared<S: Simd> = BoxRay<S>;
+    type Fused<S: Simd> = FusedBoxRay<S>;
+    type Compact = CompactBoxes;
+    const HAS_COMPACT: bool = true;
+
+    #[inline(always)]
+    fn nonempty_area(&self) -> f32 {
+        let [x, y, z] = each!(axis => self.max[axis] - self.min[axis]);
+        x * (y + z) + y * z
+    }
+
+    #[inline(always)]
+    fn store(&self, bounds: &mut BoxLanes, lane: usize) {
+        for axis in 0..3 {
+            bounds.0[axis][0][lane] = self.min[axis];
+            bounds.0[axis][1][lane] = self.max[axis];
+        }
+    }
+
+    fn load(bounds: &BoxLanes, lane: usize) -> Self {
+        let [min, max] = [0, 1].map(|side| each!(axis => bounds.0[axis][side][lane]).into());
+        Self { min, max }
+    }
+
+    #[inline(always)]
+    fn prepare<S: Simd, const N: usize>(simd: S, rays: &RayLanes<N>, at: usize) -> BoxRay<S> {
+        // Where the ray is parallel to an axis's planes the two origins differ, and the lower plane counts as near.
+        BoxRay {
+            near: each!(axis => rays.near[axis][at % N] as usize),
+            near_origin: each!(axis => f32x8::splat(simd, rays.origin_low[axis][at % N])),
+            far_origin: each!(axis => f32x8::splat(simd, rays.origin_high[axis][at % N])),
+            negative_inverse: each!(axis => f32x8::splat(simd, rays.negative_inverse[axis][at % N])),
+            t_min: f32x8::splat(simd, rays.t_min[at % N]),
+        }
+    }
+
+    #[inline(always)]
+    fn prepare_fused<S: Simd>(simd: S, ray: &RayLanes<1>) -> Option<FusedBoxRay<S>> {
+        FusedBoxRay::new(simd, ray)
+    }
+
+    #[inline(always)]
+    fn intersect<S: Simd>(simd: S, bounds: &BoxLanes, ray: &BoxRay<S>, t_max: f32) -> (mask32x8<S>, f32x8<S>) {
+        let coordinates: &[f32; 6 * WIDTH] = bytemuck::cast_ref(&bounds.0);
+        let planes =
+            |axis: usize, side: usize| f32x8::from_slice(simd, &coordinates[2 * WIDTH * axis + side..][..WIDTH]);
+        let near = each!(axis => {
+            (ray.near_origin[axis] - planes(axis, ray.near[axis] & WIDTH)) * ray.negative_inverse[axis]
+        });
+        let far = each!(axis => {
+            (ray.far_origin[axis] - planes(axis, ray.near[axis] & WIDTH ^ WIDTH)) * ray.negative_inverse[axis]
+        });
+        let entry = near[0].max(near[1]).max(near[2].max(ray.t_min));
+        let exit = far[0].min(far[1]).min(far[2]) * FAR_SLACK;
+        (entry.simd_le(exit.min(f32x8::splat(simd, t_max))), entry)
+    }
+}
