@@ -143,17 +143,16 @@ pub fn measure(subject: &Subject, plan: &Plan) -> Outcome {
     let (mesh, converted) = (embree::Mesh::new(triangles), obvhs_peer::converted(triangles));
     let vertices = tinybvh_library::vertices(triangles);
     if plan.wants("build") {
-        let devices = |&threads: &usize| (threads, devices(threads));
-        let devices: Vec<(usize, Vec<Device>)> = plan.threads.iter().map(devices).collect();
-        let mut builders = Vec::new();
-        for (threads, devices) in &devices {
-            builders.extend(engine::builders(triangles, *threads, plan.slow));
-            builders.extend(devices.iter().flat_map(|device| embree::builders(device, &mesh, *threads, plan.slow)));
-            builders.extend(obvhs_peer::builders(&converted, *threads, plan.slow));
-            builders.extend(tinybvh_peer::builders(&vertices, *threads));
+        for &threads in &plan.threads {
+            // Embree builds with the threads of that device which has the most: there must be no other.
+            let devices = devices(threads);
+            let mut builders = engine::builders(triangles, threads, plan.slow);
+            builders.extend(devices.iter().flat_map(|device| embree::builders(device, &mesh, threads, plan.slow)));
+            builders.extend(obvhs_peer::builders(&converted, threads, plan.slow));
+            builders.extend(tinybvh_peer::builders(&vertices, threads));
+            builders.retain(|builder| plan.names(builder.engine, &builder.name));
+            outcome.builds.extend(build_rows(&builders, plan.repeat));
         }
-        builders.retain(|builder| plan.names(builder.engine, &builder.name));
-        outcome.builds = build_rows(&builders, plan.repeat);
     }
     let traced = PARTS[2..5].iter().any(|part| plan.wants(part));
     if !(plan.wants("tree") || traced) {

@@ -13,7 +13,7 @@ use glam::Vec3;
 pub const DEFAULT: [&str; 8] = ["bunny", "sponza", "conference", "car", "buddha", "dragon", "san-miguel", "terrain"];
 
 /// Name, source below the folder of models, and eye and target for scenes that are seen from inside.
-const SCENES: [(&str, &str, Option<[Vec3; 2]>); 8] = [
+const SCENES: [(&str, &str, Option<[Vec3; 2]>); 9] = [
     ("bunny", "bunny/bun_zipper.ply", None),
     ("sponza", "sponza-crytek/sponza.obj", Some([Vec3::new(-1100.0, 250.0, 60.0), Vec3::new(1000.0, 300.0, -60.0)])),
     (
@@ -26,6 +26,12 @@ const SCENES: [(&str, &str, Option<[Vec3; 2]>); 8] = [
     ("dragon", "dragon/dragon.ply", None),
     // The courtyard, with tree and tables.
     ("san-miguel", "san-miguel/san-miguel-instanced.glb", Some([Vec3::new(22.0, 3.5, 9.0), Vec3::new(8.0, 2.0, 0.0)])),
+    // A blank wall there, from the middle of the scene's box: what rays begin on is what they must get away from.
+    (
+        "san-miguel-wall",
+        "san-miguel/san-miguel-instanced.glb",
+        Some([Vec3::new(4.4, 26.53, 0.0), Vec3::new(5.4, 26.53, 0.0)]),
+    ),
     ("terrain", "builtin:terrain:10000000", None),
 ];
 
