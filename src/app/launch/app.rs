@@ -39,6 +39,10 @@ const MOTION_FRAME_INTERVAL: Duration = Duration::from_millis(33);
 /// Interval between two updates of a measurement's progress.
 const PROGRESS_INTERVAL: Duration = Duration::from_millis(100);
 
+/// A button that is up again after this long was not clicked: longer than a frame takes on a busy machine that draws in software,
+/// which sees both only in the next one.
+const MAX_CLICK_SECONDS: f64 = 2.5;
+
 /// The program with its window.
 pub struct App {
     /// The state that panels show and edit.
@@ -132,6 +136,7 @@ impl App {
     fn with_state(context: &eframe::CreationContext<'_>, mut state: AppState) -> std::io::Result<Self> {
         let ctx = context.egui_ctx.clone();
         theme::apply(&ctx, &state.preferences);
+        ctx.options_mut(|options| options.input_options.max_click_duration = MAX_CLICK_SECONDS);
         let device = Device::default();
         if let Some(render_state) = &context.wgpu_render_state {
             let info = render_state.adapter.get_info();

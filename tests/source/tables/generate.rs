@@ -2,7 +2,7 @@
 
 use serde_json::Value;
 
-use super::rows::{Rows, source};
+use super::rows::{Rows, Shown, source};
 
 /// Every table.
 pub const NAMES: [&str; 8] = ["ready", "ready-one", "trees", "rays", "single", "engines", "picture", "paper"];
@@ -29,29 +29,29 @@ const KINDS: [(&str, &str); 3] = [("primary", "primary"), ("ao", "ambient occlus
 
 /// Lines of cells; the first is the header, and after an empty line the next table begins.
 type Lines = Vec<Vec<String>>;
-/// Makes a table's lines of its newest rows, of all rows, and of the SIMD level asked for.
-type Maker = fn(&[&Value], &Rows, Option<&str>) -> Lines;
+/// Makes a table's lines of its newest rows, of all rows, and of what is to be shown of them.
+type Maker = fn(&[&Value], &Rows, Shown<'_>) -> Lines;
 
-/// The table of that name with the sentence that says where it is from; `None` where nothing of it was measured; a message where
+/// The table that a marker names with the sentence that says where it is from; `None` where nothing of it was measured; a message where
 /// there is no such table.
-pub fn table(name: &str, rows: &Rows) -> Result<Option<String>, String> {
-    let (name, simd) = name.split_once(" simd=").map_or((name, None), |(name, level)| (name, Some(level)));
+pub fn table(marker: &str, rows: &Rows) -> Result<Option<String>, String> {
+    let (name, shown) = Shown::parse(marker);
     let (part, lines): (&str, Maker) = match name {
         "ready" => ("build", |rows, _, _| ready(rows, most_threads(rows))),
         "ready-one" => ("build", |rows, _, _| ready(rows, 1)),
         "trees" => ("tree", |rows, _, _| trees(rows)),
-        "rays" => ("primary", |rows, all, simd| rays(rows, all, simd, "")),
-        "single" => ("primary", |rows, all, simd| rays(rows, all, simd, "single")),
+        "rays" => ("primary", |rows, all, shown| rays(rows, all, shown, "")),
+        "single" => ("primary", |rows, all, shown| rays(rows, all, shown, "single")),
         "engines" => ("primary", engines),
         "picture" => ("picture", |rows, _, _| pictures(rows)),
         "paper" => ("paper", |rows, _, _| paper(rows)),
         _ => return Err(format!("'{name}' is no table")),
     };
-    let newest = rows.newest(part, simd);
+    let newest = rows.newest(part, shown);
     if newest.is_empty() {
         return Ok(None);
     }
-    let lines = lines(&newest, rows, simd);
+    let lines = lines(&newest, rows, shown);
     let mut text = format!("{} {}.\n\n", what(name, &newest), source(&newest));
     let mut is_header = true;
     for line in lines {
@@ -197,10 +197,10 @@ fn trees(rows: &[&Value]) -> Lines {
 }
 
 /// This engine's Best beside Embree, in the run of `rows`; all interfaces, or the one that is named.
-fn rays(rows: &[&Value], all: &Rows, simd: Option<&str>, interface: &str) -> Lines {
+fn rays(rows: &[&Value], all: &Rows, shown: Shown<'_>, interface: &str) -> Lines {
     let mut lines = vec![vec!["scene, triangles".to_owned()]];
     lines[0].extend(KINDS.map(|kind| kind.1.to_owned()));
-    let by_kind = KINDS.map(|(kind, _)| all.newest(kind, simd));
+    let by_kind = KINDS.map(|(kind, _)| all.newest(kind, shown));
     let mut ratios = vec![Vec::new(); KINDS.len()];
     let models = models(rows);
     for (model, label) in &models {
@@ -234,8 +234,8 @@ fn rays(rows: &[&Value], all: &Rows, simd: Option<&str>, interface: &str) -> Lin
 }
 
 /// Single rays through the tree of every setting, in the run of `rows`.
-fn engines(rows: &[&Value], all: &Rows, simd: Option<&str>) -> Lines {
-    let by_kind = KINDS.map(|(kind, _)| all.newest(kind, simd));
+fn engines(rows: &[&Value], all: &Rows, shown: Shown<'_>) -> Lines {
+    let by_kind = KINDS.map(|(kind, _)| all.newest(kind, shown));
     let rate = |rows: &[&Value], model: &str, (engine, setting, _): &(&str, &str, &str)| {
         let is_it = |row: &&&Value| {
             row["model"] == model

@@ -1,8 +1,9 @@
 //! The tables of measurements in the documentation are those that `docs/performance.jsonl` gives: no figure is typed.
 //!
 //! `make tables` (`UPDATE_TABLES=1 cargo test --workspace --test source tables`) writes them anew. A table stands between the lines
-//! `<!-- table: NAME -->` and `<!-- end of table -->`, where NAME may be followed by `simd=LEVEL`: then only runs with that limit
-//! count, otherwise only those without any. Each table comes from the newest run that measured what it shows; before there is one,
+//! `<!-- table: NAME -->` and `<!-- end of table -->`, where NAME may be followed by `large`: then it shows scenes of 2 million
+//! triangles and more, otherwise the others; and by `simd=LEVEL`: then only runs with that limit count, otherwise only those without
+//! any. Each table comes from the newest run that measured what it shows; before there is one,
 //! the text between the lines stays as it is.
 
 mod generate;
@@ -11,7 +12,7 @@ mod rows;
 use std::path::Path;
 
 use generate::table;
-use rows::Rows;
+use rows::{Rows, Shown};
 
 /// What may hold tables.
 const DOCUMENTS: [&str; 3] = ["README.md", "docs/performance.md", "docs/paper.md"];
@@ -75,7 +76,7 @@ fn tables_of_the_documentation_come_from_the_measured_rows() {
 fn the_papers_tables_are_of_the_trees_that_are_built_now() {
     let rows = Rows::parse(&text_of(ROWS)).unwrap();
     let pinned = text_of(PINNED);
-    for row in rows.newest("paper", None) {
+    for row in rows.newest("paper", Shown::default()) {
         let (file, container) = (row["file"].as_str().unwrap(), row["container"].as_str().unwrap());
         let hash = row["tree_hash"].as_str().unwrap();
         let found = pinned.lines().find(|line| {
@@ -98,24 +99,28 @@ const SAMPLE: &str = r#"
 {"part":"build","date":"2026-01-03T03:04Z","machine":"B, 2 threads","commit":"abcdef0123","flags":"--repeat 9","model":"bunny","triangles":69451,"engine":"embree","setting":"low","threads":2,"build_ms":null,"ready_ms":4.0,"repeat":9}
 {"part":"build","date":"2026-01-03T03:04Z","machine":"B, 2 threads","commit":"abcdef0123","flags":"--repeat 9","model":"dragon","triangles":871198,"engine":"bvhscope","setting":"box fast","threads":2,"build_ms":50.0,"ready_ms":90.0,"repeat":9}
 {"part":"build","date":"2026-01-03T03:04Z","machine":"B, 2 threads","commit":"abcdef0123","flags":"--repeat 9","model":"dragon","triangles":871198,"engine":"embree","setting":"low","threads":2,"build_ms":null,"ready_ms":63.0,"repeat":9}
+{"part":"build","date":"2026-01-03T04:04Z","machine":"C, 2 threads","commit":"abcdef0123","flags":"--scenes terrain","model":"terrain","triangles":9999392,"engine":"embree","setting":"low","threads":2,"build_ms":null,"ready_ms":700.0,"repeat":9}
 {"part":"build","date":"2026-01-04T03:04Z","machine":"B, 2 threads","simd":"avx2","commit":"abcdef0123","flags":"--simd avx2","model":"bunny","triangles":69451,"engine":"embree","setting":"low","threads":2,"build_ms":null,"ready_ms":6.0,"repeat":9}
 "#;
 
 #[test]
 fn a_table_shows_the_newest_run_without_and_with_a_limit() {
     let rows = Rows::parse(SAMPLE).unwrap();
-    let document =
-        format!("before\n{BEGIN}ready -->\nstale\n{END}\nbetween\n{BEGIN}ready simd=avx2 -->\n{END}\nafter\n");
+    let document = format!(
+        "before\n{BEGIN}ready -->\nstale\n{END}\nbetween\n{BEGIN}ready simd=avx2 -->\n{END}\nafter\n\
+                {BEGIN}ready large -->\n{END}\n"
+    );
     let (text, tables) = with_tables(&document, &rows).unwrap();
-    assert_eq!(tables, 2);
+    assert_eq!(tables, 3);
     let lines: Vec<&str> = text.lines().filter(|line| line.starts_with('|')).collect();
     assert_eq!(lines[0], "| scene, triangles | Fast | Embree LOW | Fast of LOW |");
     assert_eq!(lines[2], "| bunny 69,451 | 5.0 / **8.0** | – / **4.0** | 0.50 |");
     assert_eq!(lines[3], "| dragon 871,198 | 50 / **90** | – / **63** | 0.70 |");
     assert_eq!(lines[4], "| median | | | 0.60 |");
     assert_eq!(lines[5], "| scene, triangles | Embree LOW |", "the run with a limit");
+    assert_eq!(lines[8..], ["| scene, triangles | Embree LOW |", "|---|---|", "| terrain 9,999,392 | – / **700** |"]);
     assert!(text.contains("B, 2 threads, 2026-01-03, commit abcdef0123, `make peers PEERS=\"--repeat 9\"`"), "{text}");
-    assert!(text.starts_with("before\n") && text.contains("\nbetween\n") && text.ends_with("\nafter\n"), "{text}");
+    assert!(text.starts_with("before\n") && text.contains("\nbetween\n") && text.contains("\nafter\n"), "{text}");
     assert!(!text.contains("stale") && !text.contains("old"), "{text}");
     // As the documents' test does: what was written compares equal, and a changed figure does not.
     assert_eq!(with_tables(&text, &rows).unwrap().0, text);

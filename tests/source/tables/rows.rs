@@ -5,6 +5,27 @@ use serde_json::Value;
 /// What every row says of its run.
 const RUN: [&str; 4] = ["date", "machine", "commit", "flags"];
 
+/// Triangles from which a scene counts as large.
+const LARGE: u64 = 2_000_000;
+
+/// Which runs and scenes a table shows.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Shown<'a> {
+    /// Runs limited to this SIMD level; where there is none, runs without a limit.
+    pub simd: Option<&'a str>,
+    /// Large scenes instead of all others.
+    pub large: bool,
+}
+
+impl<'a> Shown<'a> {
+    /// A table's name and what it shows, of what a marker says.
+    pub fn parse(marker: &'a str) -> (&'a str, Self) {
+        let (marker, simd) = marker.split_once(" simd=").map_or((marker, None), |(name, level)| (name, Some(level)));
+        let name = marker.strip_suffix(" large");
+        (name.unwrap_or(marker), Self { simd, large: name.is_some() })
+    }
+}
+
 /// All rows of the file, in order.
 #[derive(Debug)]
 pub struct Rows(Vec<Value>);
@@ -23,12 +44,13 @@ impl Rows {
         Ok(Self(rows))
     }
 
-    /// The rows of `part` of the newest run that has any; of runs limited to the level `simd`, or without a limit.
-    pub fn newest(&self, part: &str, simd: Option<&str>) -> Vec<&Value> {
+    /// The rows of `part` to be shown, of the newest run that has any.
+    pub fn newest(&self, part: &str, shown: Shown<'_>) -> Vec<&Value> {
         let is_wanted = |row: &&Value| {
             let is_limited = row["flags"].as_str().is_some_and(|flags| flags.contains("--simd"));
-            let fits = simd.map_or(!is_limited, |level| is_limited && row["simd"] == level);
-            row["part"] == part && fits
+            let fits = shown.simd.map_or(!is_limited, |level| is_limited && row["simd"] == level);
+            let is_large = row["triangles"].as_u64().is_some_and(|triangles| triangles >= LARGE);
+            row["part"] == part && fits && is_large == shown.large
         };
         let wanted: Vec<&Value> = self.0.iter().filter(is_wanted).collect();
         let run_of = |row: &Value| RUN.map(|name| row[name].as_str().unwrap_or_default().to_owned());
