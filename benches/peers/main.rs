@@ -45,7 +45,8 @@ static ALLOCATOR: MiMalloc = MiMalloc;
 #[derive(Debug, Parser)]
 #[command(name = "peers")]
 struct Flags {
-    /// Scenes: bunny, sponza, conference, car, buddha, dragon, san-miguel, san-miguel-wall, terrain, a file, or builtin:NAME[:SIZE]
+    /// Scenes: bunny, sponza, conference, car, buddha, dragon, san-miguel, san-miguel-wall, terrain, a file, or
+    /// builtin:NAME[:SIZE]
     #[arg(long, value_delimiter = ',', default_values_t = scenes::DEFAULT.map(str::to_owned))]
     scenes: Vec<String>,
     /// What is measured: build, tree, primary, ao, diffuse, picture (where builds and rays are)

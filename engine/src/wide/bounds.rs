@@ -54,6 +54,4 @@ pub trait CompactBounds<C: WideContainer>: Pod + Send + Sync + PartialEq + Debug
     fn load(&self, lane: usize) -> C;
     /// Whether a lane was made from `container`, as far as can be told.
     fn holds(&self, lane: usize, container: &C) -> bool;
-    /// What `container`, which was loaded, and its parent's have in common.
-    fn within(container: C, parent: &C) -> C;
 }

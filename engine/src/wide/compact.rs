@@ -157,10 +157,6 @@ impl CompactBounds<Aabb> for CompactBoxes {
                 .is_some_and(|found| [0, 1].map(|side| multiples[axis][side][lane]) == [found[0][0], found[1][0]])
         })
     }
-
-    fn within(container: Aabb, parent: &Aabb) -> Aabb {
-        Aabb { min: container.min.max(parent.min), max: container.max.min(parent.max) }
-    }
 }
 
 #[cfg(test)]
@@ -170,6 +166,7 @@ mod tests {
 
     use super::*;
     use crate::kernel::SimdLevel;
+    use crate::kernel::mix::next_unit;
 
     fn packed(boxes: &[Aabb]) -> CompactBoxes {
         let mut lanes = Aabb::EMPTY_BOUNDS;
@@ -185,11 +182,8 @@ mod tests {
 
     /// Boxes of very different sizes and places, flat ones, and the largest that there are.
     fn boxes() -> Vec<Vec<Aabb>> {
-        let mut state = 1_u32;
-        let mut random = || {
-            state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
-            (state >> 8) as f32 / (1 << 24) as f32
-        };
+        let mut state = 1;
+        let mut random = || next_unit(&mut state) as f32;
         let mut sets = Vec::new();
         for place in [0.0, 1.0, -1e4, 3e7, 1e30, 3.4e38] {
             for size in [0.0, 1e-42, 1e-20, 1e-3, 1.0, 1e9, 3.4e38] {

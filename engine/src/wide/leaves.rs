@@ -1,8 +1,8 @@
 //! The leaves of a wide tree: their triangles one after the other in leaf order, without gaps.
 //!
-//! A leaf is cut into blocks of four triangles; the last one holds what is left. A block of `n` triangles is a structure of
-//! arrays with a stride of `n`: nine arrays of coordinates, by axis, then by corner, and one of primitive indices. A SIMD load reads one
-//! array of the block, and beyond it where `n` is less than four; those lanes are masked.
+//! A leaf is divided into blocks of four triangles, and the remainder forms the last block. A block of `n` triangles is a
+//! structure of arrays with a stride of `n`: nine arrays of coordinates, by axis, then by corner, and one of primitive indices. A SIMD
+//! load reads one array of the block, and beyond it where `n` is less than four; those lanes are masked.
 
 #![allow(clippy::inline_always, reason = "SIMD kernels must land in the caller that enables the instructions")]
 

@@ -40,10 +40,6 @@ impl CompactBounds<Sphere> for SphereLanes {
     fn holds(&self, lane: usize, container: &Sphere) -> bool {
         Sphere::load(self, lane) == *container
     }
-
-    fn within(container: Sphere, _: &Sphere) -> Sphere {
-        container
-    }
 }
 
 /// A ray prepared for tests against eight spheres.

@@ -87,7 +87,7 @@ impl<'a, C: WideContainer> NodeRef<'a, C> {
     pub fn load_within(&self, lane: usize, own: &C) -> C {
         match self {
             Self::Full(_) => self.load(lane),
-            Self::Compact(_) => C::Compact::within(self.load(lane), own),
+            Self::Compact(_) => self.load(lane).intersection_bounds(own),
         }
     }
 }

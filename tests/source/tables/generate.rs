@@ -29,7 +29,7 @@ const KINDS: [(&str, &str); 3] = [("primary", "primary"), ("ao", "ambient occlus
 
 /// Lines of cells; the first is the header, and after an empty line the next table begins.
 type Lines = Vec<Vec<String>>;
-/// Makes a table's lines of its newest rows, of all rows, and of what is to be shown of them.
+/// Makes a table's lines from its newest rows. The other arguments are all rows, and which of them to show.
 type Maker = fn(&[&Value], &Rows, Shown<'_>) -> Lines;
 
 /// The table that a marker names with the sentence that says where it is from; `None` where nothing of it was measured; a message where
