@@ -7,7 +7,7 @@ use crate::geometry::{EDGE_MAX, EDGE_MIN, FAR_SLACK, PreparedRay, Ray, Shear, Tr
 use crate::kernel::each;
 use crate::tree::traverse::Nearest;
 use crate::wide::layout::{BLOCK, COORDINATES, INDEX_MARK, WINDOW};
-use crate::wide::ray_lanes::RayLanes;
+use crate::wide::ray_lanes::TriangleLanes;
 
 /// One to four triangles of a leaf, which are tested side by side.
 #[derive(Debug, Clone, Copy)]
@@ -67,36 +67,29 @@ impl TriangleBlock<'_> {
 }
 
 /// A ray prepared for tests against blocks.
-pub(crate) struct BlockRay<'a, S: Simd, const N: usize> {
-    rays: &'a RayLanes<N>,
+#[derive(Clone, Copy)]
+pub(crate) struct BlockRay<'a, const N: usize> {
+    rays: &'a TriangleLanes<N>,
     /// Index of the ray in `rays`.
     index: usize,
-    /// For each axis of the shear eight times its number.
-    axes: [u32; 3],
-    origin: [f32x4<S>; 3],
-    /// Factors of the rows of [`Shear`].
-    factors: [f32x4<S>; 3],
-    t_min: f32x4<S>,
 }
 
-impl<'a, S: Simd, const N: usize> BlockRay<'a, S, N> {
-    /// Prepares ray `index` of `rays`.
+impl<'a, const N: usize> BlockRay<'a, N> {
+    /// Ray `index` of `rays`.
     #[inline(always)]
-    pub(crate) fn new(simd: S, rays: &'a RayLanes<N>, index: usize) -> Self {
-        let index = index % N;
-        Self {
-            rays,
-            index,
-            axes: each!(part => rays.axes[part][index]),
-            origin: each!(part => f32x4::splat(simd, rays.sheared_origin[part][index])),
-            factors: each!(part => f32x4::splat(simd, rays.factors[part][index])),
-            t_min: f32x4::splat(simd, rays.t_min[index]),
-        }
+    pub(crate) fn new(rays: &'a TriangleLanes<N>, index: usize) -> Self {
+        Self { rays, index: index % N }
+    }
+
+    /// The ray's number in a row of `rays`, in all lanes.
+    #[inline(always)]
+    fn splat<S: Simd>(self, simd: S, row: &[f32; N]) -> f32x4<S> {
+        f32x4::splat(simd, row[self.index])
     }
 
     /// Offers the hit with each triangle of `block` to `nearest`. `ray` is the ray that `self` was prepared from.
     #[inline(always)]
-    pub(crate) fn closest_hit(&self, simd: S, block: TriangleBlock<'_>, ray: &Ray, nearest: &mut Nearest) {
+    pub(crate) fn closest_hit<S: Simd>(self, simd: S, block: TriangleBlock<'_>, ray: &Ray, nearest: &mut Nearest) {
         let t_max = nearest.t();
         let mut uncertain = self.closest_certain_hit(simd, block, nearest);
         while uncertain != 0 {
@@ -110,7 +103,7 @@ impl<'a, S: Simd, const N: usize> BlockRay<'a, S, N> {
 
     /// [`BlockRay::closest_hit`] without the triangles that take double precision, which it returns, one bit each.
     #[inline(always)]
-    pub(crate) fn closest_certain_hit(&self, simd: S, block: TriangleBlock<'_>, nearest: &mut Nearest) -> u32 {
+    pub(crate) fn closest_certain_hit<S: Simd>(self, simd: S, block: TriangleBlock<'_>, nearest: &mut Nearest) -> u32 {
         let t_max = nearest.t();
         let Some(plane_hits) = self.intersect_planes(simd, block, t_max) else { return 0 };
         let (entered, entry) = self.intersect_bounds(simd, block, t_max);
@@ -129,7 +122,7 @@ impl<'a, S: Simd, const N: usize> BlockRay<'a, S, N> {
 
     /// Whether the ray hits any triangle of `block` up to `t_max`. `ray` is the ray that `self` was prepared from.
     #[inline(always)]
-    pub(crate) fn any_hit(&self, simd: S, block: TriangleBlock<'_>, ray: &Ray, t_max: f32) -> bool {
+    pub(crate) fn any_hit<S: Simd>(self, simd: S, block: TriangleBlock<'_>, ray: &Ray, t_max: f32) -> bool {
         let (is_hit, uncertain) = self.any_certain_hit(simd, block, t_max);
         is_hit
             || uncertain != 0
@@ -138,7 +131,7 @@ impl<'a, S: Simd, const N: usize> BlockRay<'a, S, N> {
 
     /// [`BlockRay::any_hit`] without the triangles that take double precision, which it returns, one bit each.
     #[inline(always)]
-    pub(crate) fn any_certain_hit(&self, simd: S, block: TriangleBlock<'_>, t_max: f32) -> (bool, u32) {
+    pub(crate) fn any_certain_hit<S: Simd>(self, simd: S, block: TriangleBlock<'_>, t_max: f32) -> (bool, u32) {
         let Some(plane_hits) = self.intersect_planes(simd, block, t_max) else { return (false, 0) };
         let entered = self.intersect_bounds(simd, block, t_max).0.to_bitmask() as u32;
         (plane_hits.hits & entered != 0, plane_hits.uncertain)
@@ -146,14 +139,16 @@ impl<'a, S: Simd, const N: usize> BlockRay<'a, S, N> {
 
     /// Intersects the planes of the triangles; `None` if the ray misses all triangles.
     #[inline(always)]
-    fn intersect_planes(&self, simd: S, block: TriangleBlock<'_>, t_max: f32) -> Option<PlaneHits<S>> {
+    fn intersect_planes<S: Simd>(self, simd: S, block: TriangleBlock<'_>, t_max: f32) -> Option<PlaneHits<S>> {
         let splat = |value| f32x4::splat(simd, value);
         let [x, y, z] = each!(part => {
-            let corners = block.corners(simd, self.axes[part]);
-            each!(corner => corners[corner] - self.origin[part])
+            let corners = block.corners(simd, self.rays.axes[part][self.index]);
+            let origin = self.splat(simd, &self.rays.sheared_origin[part]);
+            each!(corner => corners[corner] - origin)
         });
-        let x = each!(corner => z[corner] * self.factors[0] + x[corner]);
-        let y = each!(corner => z[corner] * self.factors[1] + y[corner]);
+        let factors = each!(part => self.splat(simd, &self.rays.factors[part]));
+        let x = each!(corner => z[corner] * factors[0] + x[corner]);
+        let y = each!(corner => z[corner] * factors[1] + y[corner]);
         let edges = [x[1] * y[2] - x[2] * y[1], x[2] * y[0] - x[0] * y[2], x[0] * y[1] - x[1] * y[0]];
         let min_edge = edges[0].min(edges[1]).min(edges[2]);
         let max_edge = edges[0].max(edges[1]).max(edges[2]);
@@ -166,9 +161,9 @@ impl<'a, S: Simd, const N: usize> BlockRay<'a, S, N> {
         let exact = smallest.simd_gt(splat(EDGE_MIN)) & largest.simd_lt(splat(EDGE_MAX));
         let scale = splat(1.0) / (edges[0] + edges[1] + edges[2]);
         let barycentrics = each!(corner => edges[corner] * scale);
-        let depth = each!(corner => z[corner] * self.factors[2]);
+        let depth = each!(corner => z[corner] * factors[2]);
         let t = barycentrics[0] * depth[0] + barycentrics[1] * depth[1] + barycentrics[2] * depth[2];
-        let within = t.simd_ge(self.t_min) & t.simd_le(splat(t_max));
+        let within = t.simd_ge(self.splat(simd, &self.rays.t_min)) & t.simd_le(splat(t_max));
         // Of half the blocks that get here (bunny) no plane is hit within the interval: they need no test of their boxes.
         let missed = missed | exact & !within;
         let candidates = !(missed.to_bitmask() as u32) & block.lanes();
@@ -183,20 +178,20 @@ impl<'a, S: Simd, const N: usize> BlockRay<'a, S, N> {
     /// Intersects the bounding box of each triangle up to `t_max`, as [`Triangle::hit_in_box`] does: whether and where
     /// the ray enters.
     #[inline(always)]
-    fn intersect_bounds(&self, simd: S, block: TriangleBlock<'_>, t_max: f32) -> (mask32x4<S>, f32x4<S>) {
+    fn intersect_bounds<S: Simd>(self, simd: S, block: TriangleBlock<'_>, t_max: f32) -> (mask32x4<S>, f32x4<S>) {
         let splat = |value| f32x4::splat(simd, value);
         let corners = each!(axis => block.corners(simd, 8 * axis as u32));
         let low = each!(axis => {
             let low_plane = corners[axis][0].min(corners[axis][1]).min(corners[axis][2]);
-            (splat(self.rays.origin_low[axis][self.index]) - low_plane) * splat(self.rays.negative_inverse[axis][self.index])
+            (self.splat(simd, &self.rays.origin_low[axis]) - low_plane) * self.splat(simd, &self.rays.negative_inverse[axis])
         });
         let high = each!(axis => {
             let high_plane = corners[axis][0].max(corners[axis][1]).max(corners[axis][2]);
-            (splat(self.rays.origin_high[axis][self.index]) - high_plane) * splat(self.rays.negative_inverse[axis][self.index])
+            (self.splat(simd, &self.rays.origin_high[axis]) - high_plane) * self.splat(simd, &self.rays.negative_inverse[axis])
         });
         let near = each!(axis => low[axis].min(high[axis]));
         let far = each!(axis => low[axis].max(high[axis]));
-        let entry = near[0].max(near[1]).max(near[2].max(self.t_min));
+        let entry = near[0].max(near[1]).max(near[2].max(self.splat(simd, &self.rays.t_min)));
         let exit = far[0].min(far[1]).min(far[2]) * FAR_SLACK;
         (entry.simd_le(exit.min(splat(t_max))), entry)
     }

@@ -5,9 +5,10 @@ use std::fmt::Debug;
 use bytemuck::Pod;
 use fearless_simd::{Simd, f32x8, mask32x8};
 
+use crate::geometry::Ray;
 use crate::tree::Container;
 use crate::wide::box_lanes::LaneTest;
-use crate::wide::ray_lanes::RayLanes;
+use crate::wide::ray_lanes::{RayLanes, TriangleLanes};
 
 /// A container of which wide trees are made.
 #[allow(private_interfaces, reason = "only the kernels of wide trees prepare rays")]
@@ -33,8 +34,8 @@ pub trait WideContainer: Container {
     fn load(bounds: &Self::Bounds, lane: usize) -> Self;
     /// Prepares ray `at` of `rays`.
     fn prepare<S: Simd, const N: usize>(simd: S, rays: &RayLanes<N>, at: usize) -> Self::Prepared<S>;
-    /// Prepares a single ray for the shorter test; `None` where only [`WideContainer::prepare`] will do.
-    fn prepare_fused<S: Simd>(simd: S, ray: &RayLanes<1>) -> Option<Self::Fused<S>>;
+    /// Prepares a single ray for the shorter test, and for triangles; `None` where only [`WideContainer::prepare`] will do.
+    fn prepare_fused<S: Simd>(simd: S, ray: &Ray) -> Option<(Self::Fused<S>, TriangleLanes<1>)>;
     /// The lanes whose containers the ray enters up to `t_max`, and the distances of entry; see [`Container::entry`].
     fn intersect<S: Simd>(
         simd: S,

@@ -4,14 +4,14 @@
 
 use fearless_simd::{Simd, SimdBase, SimdMask, f32x8, mask32x8};
 
-use crate::geometry::{Aabb, FAR_SLACK};
+use crate::geometry::{Aabb, FAR_SLACK, Ray};
 use crate::kernel::each;
 use crate::wide::bounds::WideContainer;
 use crate::wide::box_lanes::{BoxLanes, LaneTest};
 use crate::wide::compact::CompactBoxes;
 use crate::wide::fused_box::FusedBoxRay;
 use crate::wide::layout::WIDTH;
-use crate::wide::ray_lanes::RayLanes;
+use crate::wide::ray_lanes::{RayLanes, TriangleLanes};
 
 /// A ray prepared for tests against eight boxes. The signs of the direction tell which planes are near, so that none
 /// are compared.
@@ -37,7 +37,7 @@ impl WideContainer for Aabb {
     type Bounds = BoxLanes;
     const EMPTY_BOUNDS: BoxLanes = BoxLanes([[[f32::INFINITY; WIDTH], [f32::NEG_INFINITY; WIDTH]]; 3]);
     type Prepared<S: Simd> = BoxRay<S>;
-    type Fused<S: Simd> = FusedBoxRay<S>;
+    type Fused<S: Simd> = FusedBoxRay;
     type Compact = CompactBoxes;
     const HAS_COMPACT: bool = true;
 
@@ -65,15 +65,15 @@ impl WideContainer for Aabb {
         // Where the ray is parallel to an axis's planes the two origins differ, and the lower plane counts as near.
         BoxRay {
             near: each!(axis => rays.near[axis][at % N] as usize),
-            near_origin: each!(axis => f32x8::splat(simd, rays.origin_low[axis][at % N])),
-            far_origin: each!(axis => f32x8::splat(simd, rays.origin_high[axis][at % N])),
-            negative_inverse: each!(axis => f32x8::splat(simd, rays.negative_inverse[axis][at % N])),
-            t_min: f32x8::splat(simd, rays.t_min[at % N]),
+            near_origin: each!(axis => f32x8::splat(simd, rays.triangles.origin_low[axis][at % N])),
+            far_origin: each!(axis => f32x8::splat(simd, rays.triangles.origin_high[axis][at % N])),
+            negative_inverse: each!(axis => f32x8::splat(simd, rays.triangles.negative_inverse[axis][at % N])),
+            t_min: f32x8::splat(simd, rays.triangles.t_min[at % N]),
         }
     }
 
     #[inline(always)]
-    fn prepare_fused<S: Simd>(simd: S, ray: &RayLanes<1>) -> Option<FusedBoxRay<S>> {
+    fn prepare_fused<S: Simd>(simd: S, ray: &Ray) -> Option<(FusedBoxRay, TriangleLanes<1>)> {
         FusedBoxRay::new(simd, ray)
     }
 

@@ -9,6 +9,8 @@ use crate::wide::layout::WIDTH;
 pub trait LaneTest<S: Simd, B> {
     /// Whether it enters the same containers as `WideContainer::intersect`.
     const EXACT: bool = true;
+    /// Factor on the distance up to which containers are entered: distances of entry come out larger by no more than that.
+    const SLACK: f32 = 1.0;
 
     /// The lanes whose containers the ray enters up to `t_max`, one bit each, and the distances of entry.
     fn intersect(&self, simd: S, bounds: &B, t_max: f32) -> (u32, [f32; WIDTH]);

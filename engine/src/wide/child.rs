@@ -81,12 +81,6 @@ impl Child {
         self.0 & (Self::LEAF | Self::COMPACT) == Self::COMPACT
     }
 
-    /// 0 for a full node, 1 for a compact one, 2 or 3 for a leaf.
-    #[inline(always)]
-    pub(crate) fn kind(self) -> usize {
-        (self.0 >> 30) as usize
-    }
-
     /// Index of the node among those of its form, or the slot of the leaf's first triangle, or its index in
     /// [`Leaves::long`](crate::wide::leaves::Leaves).
     #[inline(always)]

@@ -46,8 +46,14 @@ impl Leaves {
     #[inline(always)]
     pub fn blocks(&self, leaf: Child) -> impl Iterator<Item = TriangleBlock<'_>> {
         let LeafRange { first, count } = self.range(leaf);
-        let end = first as usize + count as usize;
-        (first as usize..end).step_by(BLOCK).map(move |slot| self.block(slot, (end - slot).min(BLOCK)))
+        let (mut slot, mut remaining) = (first as usize, count as usize);
+        std::iter::from_fn(move || {
+            let count = remaining.min(BLOCK);
+            let block = (count > 0).then(|| self.block(slot, count));
+            slot += count;
+            remaining -= count;
+            block
+        })
     }
 
     /// The block of `count` triangles from `slot` on.

@@ -27,27 +27,33 @@ pub(crate) fn permuted_axes(d: Vec3) -> [usize; 3] {
     }
 }
 
-/// The same axes as [`permuted_axes`], for rays that are so different from each other that the processor predicts no branch.
+/// The same axes as [`permuted_axes`] of a direction, times eight, for rays that are so different from each other that the processor
+/// predicts no branch. The fourth lane does not matter.
 #[inline(always)]
-fn permuted_axes_without_branches(d: Vec3) -> [usize; 3] {
-    let size = d.abs();
-    let other = usize::from(size.x < size.y) | usize::from(size.x < size.z);
-    let longest = other << (other & usize::from(size.y < size.z));
-    // Two bits each: the axes after 0, 1 and 2, and those before.
-    [0b00_10_01 >> (2 * longest) & 3, 0b01_00_10 >> (2 * longest) & 3, longest]
+fn shear_axes<S: Simd>(direction: f32x4<S>) -> [u32; 3] {
+    /// The axes by the comparisons x >= y, y >= z and x >= z, the lowest bit first.
+    const AXES: [[u8; 4]; 8] = {
+        const X: [u8; 4] = [8, 16, 0, 0];
+        const Y: [u8; 4] = [16, 0, 8, 0];
+        const Z: [u8; 4] = [0, 8, 16, 0];
+        [Z, Z, Y, Y, Z, X, Y, X]
+    };
+    let size = direction.abs();
+    let [next, last] = [size.slide::<1>(size), size.slide::<2>(size)];
+    let comparisons = size.simd_ge(next).to_bitmask() & 3 | (size.simd_ge(last).to_bitmask() & 1) << 2;
+    let axes = AXES[comparisons as usize % 8];
+    each!(part => u32::from(axes[part]))
 }
 
-/// `N` rays, one or a multiple of [`RAY_LANES`], with the values of [`PreparedRay`](crate::geometry::PreparedRay) and
+/// `N` rays as tests against triangles need them, with the values of [`PreparedRay`](crate::geometry::PreparedRay) and
 /// [`Shear`](crate::geometry::Shear), rounded alike.
 #[derive(Debug, Clone, Copy)]
-#[repr(C, align(64))]
-pub(crate) struct RayLanes<const N: usize> {
+#[repr(C)]
+pub(crate) struct TriangleLanes<const N: usize> {
     pub(crate) origin_low: [[f32; N]; 3],
     pub(crate) origin_high: [[f32; N]; 3],
     /// Times origin - plane it is the distance of a plane: that order lets x86 load and subtract the plane in one instruction.
     pub(crate) negative_inverse: [[f32; N]; 3],
-    /// For each axis the offset of the near planes: 0 for the lower ones, [`WIDTH`] for the upper ones.
-    pub(crate) near: [[u32; N]; 3],
     pub(crate) t_min: [f32; N],
     /// Factors of the rows of the shear.
     pub(crate) factors: [[f32; N]; 3],
@@ -55,6 +61,15 @@ pub(crate) struct RayLanes<const N: usize> {
     pub(crate) axes: [[u32; N]; 3],
     /// Origin in the order of these axes.
     pub(crate) sheared_origin: [[f32; N]; 3],
+}
+
+/// `N` rays, one or a multiple of [`RAY_LANES`], prepared for all tests.
+#[derive(Debug, Clone, Copy)]
+#[repr(C, align(64))]
+pub(crate) struct RayLanes<const N: usize> {
+    pub(crate) triangles: TriangleLanes<N>,
+    /// For each axis the offset of the near planes: 0 for the lower ones, [`WIDTH`] for the upper ones.
+    pub(crate) near: [[u32; N]; 3],
     /// From here on used by spheres only.
     pub(crate) origin: [[f32; N]; 3],
     pub(crate) unit_direction: [[f32; N]; 3],
@@ -84,46 +99,68 @@ impl RayLanes<1> {
         let inverse = crosses.select(inverse, largest);
         let inverse_length = squared.sqrt().recip();
         let is_negative = inverse.simd_lt(zero).to_bitmask() as u32;
-        let axes = permuted_axes_without_branches(ray.direction);
-        let [x, y, z] = axes.map(|axis| fields[3 + axis % 4]);
-        let [factor_x, factor_y, factor_z, _] =
-            (f32x4::load_array_ref(simd, &[-x, -y, 1.0, 1.0]) / splat(z)).to_array();
-        let column = |vector: f32x4<S>| each!(axis => [vector.to_array()[axis]]);
         Some(Self {
-            origin_low: column(o + pad),
-            origin_high: column(o - pad),
-            negative_inverse: column(-inverse),
+            triangles: TriangleLanes::new(simd, fields, d, [o + pad, o - pad], inverse, t_min),
             near: each!(axis => [(is_negative >> axis & 1) * WIDTH as u32]),
-            t_min: [t_min],
-            factors: [[factor_x], [factor_y], [factor_z]],
-            axes: axes.map(|axis| [8 * axis as u32]),
-            sheared_origin: axes.map(|axis| [fields[axis % 4]]),
             origin: column(o),
             unit_direction: column(d * splat(inverse_length)),
             inverse_length: [inverse_length],
         })
     }
+}
 
-    /// The same ray, if it is not parallel to any axis's planes: then its three origins are equal.
+/// The first three lanes.
+#[inline(always)]
+fn column<S: Simd>(vector: f32x4<S>) -> [[f32; 1]; 3] {
+    let lanes = vector.to_array();
+    each!(axis => [lanes[axis]])
+}
+
+impl TriangleLanes<1> {
+    /// A single ray. `fields` are those of [`Ray`], `direction` its direction with the reciprocals `inverse`, `origins` its origin for
+    /// tests against lower and upper planes.
     #[inline(always)]
-    pub(crate) fn oblique(&self) -> Self {
-        // Never -0, like a sum with a pad of zero.
-        let origin = each!(axis => [self.origin[axis][0] + 0.0]);
-        Self { origin_low: origin, origin_high: origin, ..*self }
+    pub(crate) fn new<S: Simd>(
+        simd: S,
+        fields: &[f32; 8],
+        direction: f32x4<S>,
+        origins: [f32x4<S>; 2],
+        inverse: f32x4<S>,
+        t_min: f32,
+    ) -> Self {
+        let axes = shear_axes(direction);
+        let [x, y, z] = axes.map(|axis| fields[3 + axis as usize / 8 % 4]);
+        let numerators = f32x4::load_array_ref(simd, &[-x, -y, 1.0, 1.0]);
+        Self {
+            origin_low: column(origins[0]),
+            origin_high: column(origins[1]),
+            negative_inverse: column(-inverse),
+            t_min: [t_min],
+            factors: column(numerators / f32x4::splat(simd, z)),
+            axes: axes.map(|axis| [axis]),
+            sheared_origin: axes.map(|axis| [fields[axis as usize / 8 % 4]]),
+        }
     }
+}
+
+impl<const N: usize> TriangleLanes<N> {
+    /// No rays.
+    const EMPTY: Self = Self {
+        origin_low: [[0.0; N]; 3],
+        origin_high: [[0.0; N]; 3],
+        negative_inverse: [[0.0; N]; 3],
+        t_min: [0.0; N],
+        factors: [[0.0; N]; 3],
+        axes: [[0; N]; 3],
+        sheared_origin: [[0.0; N]; 3],
+    };
 }
 
 impl<const N: usize> RayLanes<N> {
     /// No rays.
     pub(crate) const EMPTY: Self = Self {
-        origin_low: [[0.0; N]; 3],
-        origin_high: [[0.0; N]; 3],
-        negative_inverse: [[0.0; N]; 3],
+        triangles: TriangleLanes::EMPTY,
         near: [[0; N]; 3],
-        t_min: [0.0; N],
-        factors: [[0.0; N]; 3],
-        axes: [[0; N]; 3],
-        sheared_origin: [[0.0; N]; 3],
         origin: [[0.0; N]; 3],
         unit_direction: [[0.0; N]; 3],
         inverse_length: [0.0; N],
@@ -182,20 +219,20 @@ impl<const N: usize> RayLanes<N> {
             list[first..][..RAY_LANES].copy_from_slice(values.as_slice());
         };
         for axis in 0..3 {
-            put(&mut self.origin_low[axis], o[axis] + pad[axis]);
-            put(&mut self.origin_high[axis], o[axis] - pad[axis]);
-            put(&mut self.negative_inverse[axis], -inverse[axis]);
-            put(&mut self.factors[axis], factors[axis]);
-            put(&mut self.sheared_origin[axis], sheared_origin[axis]);
+            put(&mut self.triangles.origin_low[axis], o[axis] + pad[axis]);
+            put(&mut self.triangles.origin_high[axis], o[axis] - pad[axis]);
+            put(&mut self.triangles.negative_inverse[axis], -inverse[axis]);
+            put(&mut self.triangles.factors[axis], factors[axis]);
+            put(&mut self.triangles.sheared_origin[axis], sheared_origin[axis]);
             if C::KIND == ContainerKind::Sphere {
                 put(&mut self.origin[axis], o[axis]);
                 put(&mut self.unit_direction[axis], d[axis] * inverse_length);
             }
             let near = inverse[axis].simd_lt(zero).select(high_side, low_side);
             self.near[axis][first..][..RAY_LANES].copy_from_slice(near.as_slice());
-            self.axes[axis][first..][..RAY_LANES].copy_from_slice(axes[axis].as_slice());
+            self.triangles.axes[axis][first..][..RAY_LANES].copy_from_slice(axes[axis].as_slice());
         }
-        put(&mut self.t_min, t_min);
+        put(&mut self.triangles.t_min, t_min);
         if C::KIND == ContainerKind::Sphere {
             put(&mut self.inverse_length, inverse_length);
         }

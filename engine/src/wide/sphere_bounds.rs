@@ -5,13 +5,13 @@
 use bytemuck::{Pod, Zeroable};
 use fearless_simd::{Select, Simd, SimdBase, SimdMask, f32x8, mask32x8};
 
-use crate::geometry::{SPHERE_ENTRY_ERROR, SPHERE_SQUARE_ERROR, SPHERE_T_ERROR, SPHERE_TINY_RADIUS, Sphere};
+use crate::geometry::{Ray, SPHERE_ENTRY_ERROR, SPHERE_SQUARE_ERROR, SPHERE_T_ERROR, SPHERE_TINY_RADIUS, Sphere};
 use crate::kernel::each;
 use crate::kernel::lanes;
 use crate::wide::bounds::{CompactBounds, WideContainer};
 use crate::wide::box_lanes::LaneTest;
 use crate::wide::layout::WIDTH;
-use crate::wide::ray_lanes::RayLanes;
+use crate::wide::ray_lanes::{RayLanes, TriangleLanes};
 
 /// Eight spheres.
 #[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
@@ -90,12 +90,12 @@ impl WideContainer for Sphere {
             origin: each!(axis => f32x8::splat(simd, rays.origin[axis][at % N])),
             unit_direction: each!(axis => f32x8::splat(simd, rays.unit_direction[axis][at % N])),
             inverse_length: f32x8::splat(simd, rays.inverse_length[at % N]),
-            t_min: f32x8::splat(simd, rays.t_min[at % N]),
+            t_min: f32x8::splat(simd, rays.triangles.t_min[at % N]),
         }
     }
 
     #[inline(always)]
-    fn prepare_fused<S: Simd>(_: S, _: &RayLanes<1>) -> Option<SphereRay<S>> {
+    fn prepare_fused<S: Simd>(_: S, _: &Ray) -> Option<(SphereRay<S>, TriangleLanes<1>)> {
         None
     }
 

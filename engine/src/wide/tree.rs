@@ -1,5 +1,7 @@
 //! Layout of the wide tree.
 
+use std::hint::select_unpredictable;
+
 use bytemuck::Zeroable;
 use fearless_simd::Simd;
 
@@ -128,13 +130,17 @@ impl<C: WideContainer> WideTree<C> {
     /// [`WideTree::prefetch`] without a branch.
     #[inline(always)]
     pub(crate) fn prefetch_any(&self, child: Child) {
-        let leaves = (self.leaves.values.as_ptr().cast::<u8>(), size_of::<[f32; VALUES]>());
-        let full = (self.nodes.as_ptr().cast(), size_of::<WideNode<C::Bounds>>());
-        let compact = (self.compact_nodes.as_ptr().cast(), size_of::<WideNode<C::Compact>>());
-        let (address, size) = [full, compact, leaves, leaves][child.kind()];
+        let choose = |leaf: usize, full: usize, compact: usize| {
+            let node = if C::HAS_COMPACT { select_unpredictable(child.is_compact(), compact, full) } else { full };
+            select_unpredictable(child.is_leaf(), leaf, node)
+        };
+        let leaves: *const u8 = self.leaves.values.as_ptr().cast();
+        let address = choose(leaves.addr(), self.nodes.as_ptr().addr(), self.compact_nodes.as_ptr().addr());
+        let sizes = [size_of::<[f32; VALUES]>(), size_of::<WideNode<C::Bounds>>(), size_of::<WideNode<C::Compact>>()];
+        let size = choose(sizes[0], sizes[1], sizes[2]);
         // A block of 160 bytes, which begins anywhere in a line, lies in three or four.
         let bytes = size_of::<WideNode<C::Bounds>>().max(160);
-        prefetch::prefetch_four_lines(address.wrapping_add(child.index() * size), bytes);
+        prefetch::prefetch_four_lines(leaves.with_addr(address.wrapping_add(child.index() * size)), bytes);
     }
 
     /// The children of the node `child`; none where it is a leaf.

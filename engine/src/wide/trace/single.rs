@@ -14,7 +14,7 @@ use crate::wide::bounds::WideContainer;
 use crate::wide::box_lanes::LaneTest;
 use crate::wide::child::Child;
 use crate::wide::layout::WIDTH;
-use crate::wide::ray_lanes::RayLanes;
+use crate::wide::ray_lanes::{RayLanes, TriangleLanes};
 use crate::wide::trace::stack::Stack;
 use crate::wide::tree::WideTree;
 
@@ -73,11 +73,14 @@ pub(crate) fn nearest<S: Simd, C: WideContainer, P: Probe, const ANY: bool>(
     if P::ACTIVE || C::KIND == ContainerKind::Sphere {
         return nearest_exactly::<S, C, P, ANY>(simd, tree, ray, probe);
     }
-    let (Some(root), Some(lanes)) = (tree.root, RayLanes::single(simd, ray)) else { return Nearest::new(ray.t_max) };
-    if let Some(container_ray) = C::prepare_fused(simd, &lanes)
-        && let Some(nearest) = walk::<S, C, _, P, ANY>(simd, tree, root, ray, &lanes.oblique(), &container_ray, probe)
+    if let Some(root) = tree.root
+        && let Some((container_ray, lanes)) = C::prepare_fused(simd, ray)
     {
-        return nearest;
+        // Read from memory, so that the compiler does not keep each number in all lanes of a vector, which it would have to store.
+        let (container_ray, lanes) = black_box((&container_ray, &lanes));
+        if let Some(nearest) = walk::<S, C, _, P, ANY>(simd, tree, root, ray, lanes, container_ray, probe) {
+            return nearest;
+        }
     }
     nearest_outlined::<S, C, P, ANY>(simd, tree, ray, probe)
 }
@@ -107,7 +110,7 @@ fn nearest_exactly<S: Simd, C: WideContainer, P: Probe, const ANY: bool>(
     probe: &mut P,
 ) -> Nearest {
     let (Some(root), Some(lanes)) = (tree.root, RayLanes::single(simd, ray)) else { return Nearest::new(ray.t_max) };
-    walk::<S, C, _, P, ANY>(simd, tree, root, ray, &lanes, &C::prepare(simd, &lanes, 0), probe)
+    walk::<S, C, _, P, ANY>(simd, tree, root, ray, &lanes.triangles, &C::prepare(simd, &lanes, 0), probe)
         .unwrap_or_else(|| unreachable!("exact tests decide every ray"))
 }
 
@@ -119,12 +122,12 @@ fn walk<S: Simd, C: WideContainer, T: LaneTest<S, C::Bounds>, P: Probe, const AN
     tree: &WideTree<C>,
     root: Child,
     ray: &Ray,
-    lanes: &RayLanes<1>,
+    lanes: &TriangleLanes<1>,
     container_ray: &T,
     probe: &mut P,
 ) -> Option<Nearest> {
     let mut nearest = Nearest::new(ray.t_max);
-    let block_ray = BlockRay::new(simd, lanes, 0);
+    let block_ray = BlockRay::new(lanes, 0);
     let mut current = root;
     let mut stack = Stack::new();
     loop {
@@ -132,7 +135,7 @@ fn walk<S: Simd, C: WideContainer, T: LaneTest<S, C::Bounds>, P: Probe, const AN
         if current.is_leaf() {
             let blocks = tree.leaves.blocks(current);
             if let ControlFlow::Break(end) =
-                visit_leaf::<S, C, T, P, ANY>(simd, blocks, &block_ray, ray, &mut nearest, probe)
+                visit_leaf::<S, C, T, P, ANY>(simd, blocks, block_ray, ray, &mut nearest, probe)
             {
                 return end;
             }
@@ -156,7 +159,7 @@ fn walk<S: Simd, C: WideContainer, T: LaneTest<S, C::Bounds>, P: Probe, const AN
                 } else {
                     push_all_but_next::<_, _, ANY>(tree, children, &entries, first, hits, &mut stack, probe)
                 };
-                current = children[predicted(next) % WIDTH];
+                current = predicted(children, next);
                 continue;
             }
         }
@@ -166,7 +169,7 @@ fn walk<S: Simd, C: WideContainer, T: LaneTest<S, C::Bounds>, P: Probe, const AN
             if P::EVENTS {
                 probe.popped(child.bits());
             }
-            if ANY || entry <= nearest.t() {
+            if ANY || entry <= nearest.t() * T::SLACK {
                 break child;
             }
             if P::EVENTS {
@@ -181,7 +184,7 @@ fn walk<S: Simd, C: WideContainer, T: LaneTest<S, C::Bounds>, P: Probe, const AN
 fn visit_leaf<'a, S: Simd, C: WideContainer, T: LaneTest<S, C::Bounds>, P: Probe, const ANY: bool>(
     simd: S,
     blocks: impl Iterator<Item = TriangleBlock<'a>>,
-    block_ray: &BlockRay<S, 1>,
+    block_ray: BlockRay<'_, 1>,
     ray: &Ray,
     nearest: &mut Nearest,
     probe: &mut P,
@@ -268,20 +271,23 @@ impl Waiting {
     }
 }
 
-/// `lane`, from a branch for each value: the processor predicts it and loads the child before the containers are tested.
+/// The child in a `lane`, from a branch for each: the processor predicts it and loads the child before the containers are tested.
 #[inline(always)]
-fn predicted(lane: usize) -> usize {
-    // Without the black boxes the compiler would make one of all branches.
-    match lane {
-        0 => black_box(0),
-        1 => black_box(1),
-        2 => black_box(2),
-        3 => black_box(3),
-        4 => black_box(4),
-        5 => black_box(5),
-        6 => black_box(6),
-        _ => black_box(7),
+fn predicted(children: &[Child; WIDTH], lane: usize) -> Child {
+    // Without a black box for each lane, of another number each, the compiler would make one of all branches.
+    macro_rules! branches {
+        ($($lane:literal),*) => {
+            match lane {
+                $($lane => {
+                    let child = children[$lane];
+                    black_box($lane);
+                    child
+                })*
+                _ => children[WIDTH - 1],
+            }
+        };
     }
+    branches!(0, 1, 2, 3, 4, 5, 6)
 }
 
 /// Removes the lowest lane from `lanes`.

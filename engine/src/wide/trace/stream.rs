@@ -274,7 +274,7 @@ impl<const RAYS: usize, const WORDS: usize> Stream<RAYS, WORDS> {
             for index in bits(set & self.active) {
                 let index = index % RAYS;
                 let ray = &rays[self.first + index];
-                let block_ray = BlockRay::new(simd, &self.rays, index);
+                let block_ray = BlockRay::new(&self.rays.triangles, index);
                 if ANY {
                     let meets = u64::from(block_ray.any_hit(simd, block, ray, self.t[index])) << index;
                     self.blocked |= meets;
