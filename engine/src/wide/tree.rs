@@ -19,8 +19,7 @@ use crate::wide::leaves::Leaves;
 pub struct WideNode<B> {
     /// Containers of the children, one per lane.
     pub bounds: B,
-    /// The children, one per lane: nodes by ascending surface area, then leaves likewise, so that the last one is the likeliest to be
-    /// hit at the least cost.
+    /// The children, one per lane, by rising estimate of hits per cost: rays that look for any hit visit the last one first.
     pub children: [Child; WIDTH],
 }
 

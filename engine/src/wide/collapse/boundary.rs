@@ -8,6 +8,7 @@ use crate::tree::Node;
 use crate::wide::bounds::WideContainer;
 use crate::wide::collapse::cost::{LaneCosts, block_count};
 use crate::wide::collapse::decision::DecisionRef;
+use crate::wide::collapse::visit_order::leaf_hits;
 use crate::wide::layout::WIDTH;
 
 /// Index for the lane costs of a leaf, whose cost is the same for any number of lanes.
@@ -18,6 +19,8 @@ pub(crate) const LEAF: u32 = u32::MAX;
 pub(crate) struct NodeCost {
     /// Surface area times cost, summed over the subtree, where it takes one lane.
     pub(crate) cost: f32,
+    /// Surface area times the share of rays that hit something, see [`node_hits`](super::visit_order::node_hits).
+    pub(crate) hits: f32,
     /// Slot of the first primitive below.
     pub(crate) first: u32,
     /// Number of primitives below.
@@ -31,8 +34,9 @@ impl NodeCost {
     /// Cost of a leaf of the binary tree.
     pub(crate) fn leaf<C: WideContainer>(node: &Node<C>) -> Self {
         let Node { container, first, count } = node;
-        let cost = container.nonempty_area() * block_count(*count);
-        Self { cost, first: *first, count: *count, lane_costs: LEAF, decision: DecisionRef::leaf(*first) }
+        let area = container.nonempty_area();
+        let (cost, hits) = (area * block_count(*count), leaf_hits(area, *count));
+        Self { cost, hits, first: *first, count: *count, lane_costs: LEAF, decision: DecisionRef::leaf(*first) }
     }
 
     /// Cost with at most one to eight lanes; `list` holds the lane costs.

@@ -9,6 +9,7 @@ use crate::wide::bounds::WideContainer;
 use crate::wide::collapse::boundary::{Boundary, LEAF, NodeCost};
 use crate::wide::collapse::cost::{LaneCosts, NODE_COST, block_count, collapse_cost};
 use crate::wide::collapse::decision::{CHUNK_DECISIONS, Decision, DecisionRef};
+use crate::wide::collapse::visit_order::{hits_per_cost, leaf_hits, node_hits};
 use crate::wide::layout::{BLOCK, WIDTH};
 
 /// Pairs of siblings in a chunk: each has a parent, which makes one decision.
@@ -20,6 +21,8 @@ const PENDING: u32 = u32::MAX;
 pub(crate) struct Scratch {
     /// For each node [`NodeCost::cost`]; the area of an interior node whose cost is not known yet.
     cost: Vec<f32>,
+    /// For each node of known cost [`NodeCost::hits`].
+    hits: Vec<f32>,
     primitives: Vec<PrimitiveRange>,
     /// For each node the index of its lane costs and its decision, or [`LEAF`].
     index: Vec<u32>,
@@ -45,6 +48,7 @@ impl Default for Scratch {
         const NODES: usize = 2 * CHUNK_PAIRS;
         Self {
             cost: vec![0.0; NODES],
+            hits: vec![0.0; NODES],
             primitives: vec![PrimitiveRange::default(); NODES],
             index: vec![LEAF; NODES],
             interior: vec![0; NODES],
@@ -74,9 +78,9 @@ impl Scratch {
         // Node 0 is the root.
         let offset = 1 + 2 * CHUNK_PAIRS * chunk;
         let mut boundary = Boundary::default();
-        let Self { cost, primitives, index, interior, undecided, lane_costs, decisions, has_parent } = self;
-        let (cost, primitives, index) =
-            (&mut cost[..nodes.len()], &mut primitives[..nodes.len()], &mut index[..nodes.len()]);
+        let Self { cost, hits, primitives, index, interior, undecided, lane_costs, decisions, has_parent } = self;
+        let (cost, hits) = (&mut cost[..nodes.len()], &mut hits[..nodes.len()]);
+        let (primitives, index) = (&mut primitives[..nodes.len()], &mut index[..nodes.len()]);
         index.fill(LEAF);
         has_parent.fill(false);
 
@@ -84,7 +88,9 @@ impl Scratch {
         let mut count = 0;
         for at in 0..nodes.len() {
             let node = &nodes[at];
-            cost[at] = node.container.nonempty_area() * block_count(node.count.max(1));
+            let area = node.container.nonempty_area();
+            cost[at] = area * block_count(node.count.max(1));
+            hits[at] = leaf_hits(area, node.count);
             primitives[at] = PrimitiveRange { first: node.first, count: node.count };
             interior[count] = at as u16;
             count += usize::from(!node.is_leaf());
@@ -109,6 +115,7 @@ impl Scratch {
             let are_leaves = index[first] & index[first + 1] == LEAF;
             let is_block = are_leaves & (sum <= BLOCK as u32) & (cost[at] <= split);
             index[at] = if is_block { LEAF } else { 0 };
+            hits[at] = leaf_hits(cost[at], sum);
             undecided[undecided_count] = at as u16;
             undecided_count += usize::from(!is_block);
         }
@@ -133,11 +140,16 @@ impl Scratch {
             };
             let are_leaves = [index[first] == LEAF, index[first + 1] == LEAF];
             let children_costs = [costs_of(first), costs_of(first + 1)];
-            let collapsed = collapse_cost(simd, cost[at], primitives[at].count, children_costs, are_leaves);
+            let (area, count) = (cost[at], primitives[at].count);
+            let collapsed = collapse_cost(simd, area, count, children_costs, are_leaves);
             let children =
                 [decision_of(index[first], primitives[first]), decision_of(index[first + 1], primitives[first + 1])];
             let counts = [primitives[first].count, primitives[first + 1].count];
-            decisions[used] = Decision::new(first_child, collapsed.lanes, children, counts, cost[at] < compact_area);
+            let hits_per_cost = [first, first + 1].map(|child| hits_per_cost(hits[child], cost[child]));
+            decisions[used] =
+                Decision::new(first_child, collapsed.lanes, children, counts, hits_per_cost, area < compact_area);
+            let as_node = node_hits(area, [hits[first], hits[first + 1]]);
+            hits[at] = if collapsed.is_leaf { leaf_hits(area, count) } else { as_node };
             collapsed.costs.store_slice(&mut lane_costs[used]);
             cost[at] = collapsed.cost;
             index[at] = if collapsed.is_leaf { LEAF } else { used as u32 };
@@ -153,7 +165,8 @@ impl Scratch {
                 let PrimitiveRange { first, count } = primitives[at];
                 if !nodes[at].is_leaf() && count != PENDING {
                     let decision = decision_of(index[at], primitives[at]);
-                    let node = NodeCost { cost: cost[at], first, count, lane_costs: index[at], decision };
+                    let node =
+                        NodeCost { cost: cost[at], hits: hits[at], first, count, lane_costs: index[at], decision };
                     boundary.add((offset + at) as u32, node, lane_costs);
                 }
             }

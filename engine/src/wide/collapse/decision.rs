@@ -21,6 +21,8 @@ pub(crate) struct Decision {
     /// left child, 0 where the node takes a single lane. Above them [`COUNT_BITS`] bits for each child: its number of
     /// primitives. Above these [`COMPACT`].
     lanes: u32,
+    /// [`hits_per_cost`](crate::wide::collapse::visit_order::hits_per_cost) of the children.
+    hits_per_cost: [u16; 2],
 }
 
 /// Bit for a node that is compact where it becomes one of the wide tree.
@@ -36,18 +38,21 @@ const COUNT_OVERFLOW: u32 = (1 << COUNT_BITS) - 1;
 
 impl Decision {
     /// The decision for the parent of `first_child`, with the `lanes` of
-    /// [`crate::wide::collapse::cost::collapse_cost`], the decisions for both children, their primitive counts, and whether it is compact.
+    /// [`crate::wide::collapse::cost::collapse_cost`], the decisions for both children, their primitive counts and hits per cost, and whether it is
+    /// compact.
     #[inline(always)]
     pub(crate) fn new(
         first_child: u32,
         lanes: u32,
         children: [DecisionRef; 2],
         counts: [u32; 2],
+        hits_per_cost: [u16; 2],
         is_compact: bool,
     ) -> Self {
         let [left, right] = counts.map(|count| count.min(COUNT_OVERFLOW));
         let form = if is_compact { COMPACT } else { 0 };
-        Self { children, first_child, lanes: lanes | left << COUNT_SHIFT | right << (COUNT_SHIFT + COUNT_BITS) | form }
+        let lanes = lanes | left << COUNT_SHIFT | right << (COUNT_SHIFT + COUNT_BITS) | form;
+        Self { children, first_child, lanes, hits_per_cost }
     }
 
     /// Whether the node is compact where it becomes one of the wide tree.
@@ -71,6 +76,7 @@ impl Decision {
             node: self.first_child + side,
             decision: self.children[side as usize],
             count: count(side),
+            hits_per_cost: self.hits_per_cost[side as usize],
         })
     }
 }
@@ -112,11 +118,13 @@ pub(crate) struct DecidedNode {
     pub(crate) decision: DecisionRef,
     /// Number of primitives of a leaf, if less than [`COUNT_OVERFLOW`].
     count: u32,
+    /// [`hits_per_cost`](crate::wide::collapse::visit_order::hits_per_cost); 0 for the root.
+    pub(crate) hits_per_cost: u16,
 }
 
 impl DecidedNode {
     pub(crate) fn new(node: u32, decision: DecisionRef, count: u32) -> Self {
-        Self { node, decision, count: count.min(COUNT_OVERFLOW) }
+        Self { node, decision, count: count.min(COUNT_OVERFLOW), hits_per_cost: 0 }
     }
 
     /// Number of primitives of the leaf that the node becomes; `binary_count` looks up that of a binary leaf.

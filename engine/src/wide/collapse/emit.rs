@@ -5,6 +5,7 @@ use crate::tree::Tree;
 use crate::wide::bounds::WideContainer;
 use crate::wide::child::{Child, LeafRange};
 use crate::wide::collapse::decision::{DecidedNode, DecisionRef, Decisions};
+use crate::wide::collapse::visit_order::lanes_by;
 use crate::wide::layout::WIDTH;
 
 /// Poll for cancellation every 4096 wide nodes.
@@ -55,9 +56,9 @@ struct OpenNode {
 }
 
 impl<C: WideContainer> Emitter<'_, C> {
-    /// The children of the wide node that replaces a binary one, and their number.
+    /// The children of the wide node that replaces a binary one, from left to right, their number, and their lanes.
     #[inline(always)]
-    fn children_of(self, root: DecisionRef) -> ([DecidedNode; WIDTH], usize) {
+    fn children_of(self, root: DecisionRef) -> ([DecidedNode; WIDTH], usize, [u32; WIDTH]) {
         let mut children = [DecidedNode::default(); WIDTH];
         let mut count = 0;
         // A stack, left child on top.
@@ -81,7 +82,11 @@ impl<C: WideContainer> Emitter<'_, C> {
             children[count % WIDTH] = node;
             count += 1;
         }
-        (children, count)
+        let mut order = [u32::MAX; WIDTH];
+        for (order, child) in order.iter_mut().zip(&children[..count % (WIDTH + 1)]) {
+            *order = child.hits_per_cost.into();
+        }
+        (children, count, lanes_by(&order))
     }
 
     /// Plans a node, whose leaves are appended; `child` gives the reference to a child that is a node.
@@ -90,14 +95,15 @@ impl<C: WideContainer> Emitter<'_, C> {
         self,
         segment: &mut Segment,
         children: &[DecidedNode],
+        lanes: &[u32; WIDTH],
         mut child: impl FnMut(DecisionRef) -> Child,
     ) -> PlannedNode {
-        let mut lanes = [PlannedChild::NONE; WIDTH];
-        for (lane, node) in lanes.iter_mut().zip(children) {
+        let mut planned = [PlannedChild::NONE; WIDTH];
+        for (node, lane) in children.iter().zip(lanes) {
             let child = if node.decision.is_leaf() { self.leaf(segment, *node) } else { child(node.decision) };
-            *lane = PlannedChild { node: node.node, child };
+            planned[*lane as usize % WIDTH] = PlannedChild { node: node.node, child };
         }
-        lanes
+        planned
     }
 
     /// Appends a leaf.
@@ -119,12 +125,12 @@ impl<C: WideContainer> Emitter<'_, C> {
         let mut roots = vec![root.decision];
         let mut nodes = Vec::new();
         while nodes.len() < max_nodes.min(roots.len()) {
-            let (children, count) = self.children_of(roots[nodes.len()]);
+            let (children, count, lanes) = self.children_of(roots[nodes.len()]);
             let node = |decision: DecisionRef| {
                 roots.push(decision);
                 Child::node(roots.len() - 1, false)
             };
-            nodes.push(self.plan(&mut segment, &children[..count], node));
+            nodes.push(self.plan(&mut segment, &children[..count], &lanes, node));
         }
         roots.drain(..nodes.len());
         segment.nodes[0] = nodes;
@@ -155,13 +161,13 @@ impl<C: WideContainer> Emitter<'_, C> {
                 Some(parent) => segment.nodes[usize::from(parent.is_compact())][parent.index()][lane].child = at,
                 None => segment.root = at,
             }
-            let (children, count) = self.children_of(root);
-            let lanes = self.plan(&mut segment, &children[..count], |_| Child::ROOT);
-            segment.nodes[form].push(lanes);
-            for (lane, child) in children[..count].iter().enumerate().rev() {
+            let (children, count, lanes) = self.children_of(root);
+            let planned = self.plan(&mut segment, &children[..count], &lanes, |_| Child::ROOT);
+            segment.nodes[form].push(planned);
+            for (child, lane) in children[..count].iter().zip(lanes).rev() {
                 if !child.decision.is_leaf() {
                     self.decisions.prefetch(child.decision);
-                    open.push((child.decision, Some(at), lane));
+                    open.push((child.decision, Some(at), lane as usize % WIDTH));
                 }
             }
         }

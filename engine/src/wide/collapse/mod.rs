@@ -2,12 +2,13 @@
 //! Compressed Wide BVHs*, 2017, section 3).
 //!
 //! Bottom-up, [`optimal`] computes the least cost of each subtree by the surface area heuristic, as a leaf or under at
-//! most one to eight roots. Top-down, [`emit`] gives each wide node the cheapest eight roots of its subtree. Each of
-//! its tasks plans a subtree, the same ones for any number of threads; once the sizes are known, all nodes and blocks
-//! are written in parallel.
+//! most one to eight roots. Top-down, [`emit`] gives each wide node the cheapest eight roots of its subtree, in the order
+//! of [`visit_order`]. Each of its tasks plans a subtree, the same ones for any number of threads; once the sizes are
+//! known, all nodes and blocks are written in parallel.
 
 mod cost;
 mod decision;
+mod visit_order;
 
 mod boundary;
 mod chunk;
@@ -298,7 +299,7 @@ impl SegmentStart {
     }
 }
 
-/// The containers of the planned `lanes`, their number, and the references to children, relocated, in the order of [`ranks`].
+/// The containers of the planned `lanes`, their number, and the references to children, relocated.
 #[inline(always)]
 fn wide_node<C: WideContainer>(
     tree: &Tree<C>,
@@ -308,16 +309,8 @@ fn wide_node<C: WideContainer>(
     let used = lanes.iter().take_while(|lane| lane.node != PlannedChild::NONE.node);
     let mut bounds = C::EMPTY_BOUNDS;
     let mut children = [Child::ROOT; WIDTH];
-    let mut keys = [u32::MAX; WIDTH];
-    for (key, lane) in keys.iter_mut().zip(used.clone()) {
-        // Of positive numbers the larger one has the larger bits.
-        let area = tree.nodes[lane.node as usize].container.nonempty_area().min(f32::MAX).to_bits();
-        *key = area | u32::from(lane.child.is_leaf()) << 31;
-    }
-    let ranks = ranks(&keys);
     let mut count = 0;
-    for (lane, rank) in used.zip(ranks) {
-        let at = rank as usize % WIDTH;
+    for (at, lane) in used.enumerate() {
         tree.nodes[lane.node as usize].container.store(&mut bounds, at);
         children[at] = relocate(lane.child);
         count += 1;
@@ -325,16 +318,54 @@ fn wide_node<C: WideContainer>(
     (bounds, count, children)
 }
 
-/// The order of lanes in which rays that look for any hit visit them from the last to the first: leaves before nodes, as they cost
-/// least, then the largest, since they are most likely to be hit.
-#[inline(always)]
-fn ranks(keys: &[u32; WIDTH]) -> [u32; WIDTH] {
-    let mut ranks = [0; WIDTH];
-    for other in 0..WIDTH {
-        for lane in 0..WIDTH {
-            let is_before = keys[other] < keys[lane] || keys[other] == keys[lane] && other < lane;
-            ranks[lane] += u32::from(is_before);
+#[cfg(test)]
+mod tests {
+    use glam::Vec3;
+
+    use super::*;
+    use crate::geometry::{Aabb, Ray};
+    use crate::kernel::SimdLevel;
+    use crate::tree::Node;
+    use crate::tree::traverse::TestCounts;
+
+    /// A root with a leaf of one triangle beside a node of two leaves, of 20 and of 4 triangles, all around the origin in boxes of
+    /// `half_sizes`, and the slot of the first of those 4.
+    fn three_leaves(half_sizes: [f32; 3], one_is_left: bool) -> (Tree<Aabb>, usize) {
+        let boxes = half_sizes.map(|half| Aabb { min: Vec3::splat(-half), max: Vec3::splat(half) });
+        let both = Node { container: boxes[0].union(&boxes[1]), first: 3, count: 0 };
+        let root = Node { container: both.container.union(&boxes[2]), first: 1, count: 0 };
+        let firsts = if one_is_left { [1, 21, 0] } else { [0, 20, 24] };
+        let leaf = |at: usize, count| Node { container: boxes[at], first: firsts[at], count };
+        let children = if one_is_left { [leaf(2, 1), both] } else { [both, leaf(2, 1)] };
+        let nodes = [&[root][..], &children, &[leaf(0, 20), leaf(1, 4)]].concat();
+        (Tree { nodes, primitive_indices: (0..25).collect(), max_depth: 2 }, firsts[1] as usize)
+    }
+
+    #[test]
+    fn any_hit_rays_visit_children_by_hits_per_cost() {
+        let triangle = |y: f32| Triangle {
+            a: Vec3::new(1.0, y - 1.0, -1.0),
+            b: Vec3::new(1.0, y + 1.0, -1.0),
+            c: Vec3::new(1.0, y, 1.0),
+        };
+        for half_sizes in [[9.0, 9.0, 9.0], [9.0, 7.0, 8.0], [8.0, 7.0, 9.0]] {
+            for one_is_left in [false, true] {
+                let (tree, four) = three_leaves(half_sizes, one_is_left);
+                // The ray below hits the triangles of the leaf of four alone.
+                let is_hit = |index| (four..four + 4).contains(&index);
+                let triangles: Vec<Triangle> =
+                    (0..25).map(|index| triangle(if is_hit(index) { 0.0 } else { 5.0 })).collect();
+                let wide = collapse(&tree, &triangles, NodeForm::Full, &CancelToken::new())
+                    .expect("the token is not cancelled");
+                let children = wide.children_of(Child::ROOT);
+                let counts: Vec<u32> = children.map(|child| wide.leaves.range(child).count).collect();
+                assert_eq!(counts, [20, 1, 4], "{half_sizes:?}, {one_is_left}");
+
+                let mut tests = TestCounts::default();
+                let ray = Ray::new(Vec3::ZERO, Vec3::X);
+                assert!(AnyWideTree::Aabb(wide).any_hit_with(SimdLevel::of_builds().level(), &ray, &mut tests));
+                assert_eq!(tests, TestCounts { containers: 1, primitives: 1 }, "{half_sizes:?}, {one_is_left}");
+            }
         }
     }
-    ranks
 }

@@ -16,6 +16,7 @@ use crate::wide::collapse::boundary::{Boundary, LEAF, NodeCost};
 use crate::wide::collapse::chunk::{CHUNK_PAIRS, Scratch};
 use crate::wide::collapse::cost::{LaneCosts, collapse_cost};
 use crate::wide::collapse::decision::{DecidedNode, Decision, DecisionRef, Decisions};
+use crate::wide::collapse::visit_order::{hits_per_cost, leaf_hits, node_hits};
 
 /// Maximum number of chunks that one thread joins into a group: enough to leave little for the last, sequential join.
 const MAX_GROUP_CHUNKS: usize = 16;
@@ -133,14 +134,18 @@ impl<C: WideContainer> ChunkRange<'_, C> {
             let are_leaves = [left.lane_costs == LEAF, right.lane_costs == LEAF];
             let collapsed = collapse_cost(simd, area, primitives, children_costs, are_leaves);
             let decision = DecisionRef::leaf(left.first);
-            let mut node =
-                NodeCost { cost: collapsed.cost, first: left.first, count: primitives, lane_costs: LEAF, decision };
+            let hits =
+                if collapsed.is_leaf { leaf_hits(area, primitives) } else { node_hits(area, [left.hits, right.hits]) };
+            let (cost, first_slot) = (collapsed.cost, left.first);
+            let mut node = NodeCost { cost, hits, first: first_slot, count: primitives, lane_costs: LEAF, decision };
             if !collapsed.is_leaf {
                 let list = &mut self.chunks[chunk];
                 node.lane_costs = lane_costs.len() as u32;
                 node.decision = DecisionRef::decision(self.first_chunk + chunk, list.len());
                 let (children, counts) = ([left.decision, right.decision], [left.count, right.count]);
-                list.push(Decision::new(first, collapsed.lanes, children, counts, area < self.compact_area));
+                let hits_per_cost = [left, right].map(|child| hits_per_cost(child.hits, child.cost));
+                let is_compact = area < self.compact_area;
+                list.push(Decision::new(first, collapsed.lanes, children, counts, hits_per_cost, is_compact));
                 lane_costs.push(collapsed.costs.to_array());
             }
             if at == 0 {
@@ -267,6 +272,24 @@ mod tests {
         (first, left + right)
     }
 
+    /// Area times share of rays that hit something below a node, by definition. Asserts for each node below that its hits per cost
+    /// are known to its parent, within what 16 bits hold.
+    fn expected_hits(tree: &Tree<Aabb>, decisions: &Decisions, decided: DecidedNode) -> f32 {
+        let area = tree.nodes[decided.node as usize].container.half_area();
+        if decided.decision.is_leaf() {
+            let count = primitives(tree, decided.node).1 as f32;
+            return area * count / (count + 2.0);
+        }
+        let shares = decisions.get(decided.decision).children().map(|child| {
+            let hits = expected_hits(tree, decisions, child);
+            let expected = hits / decided_cost(tree, decisions, child, 1);
+            let known = f32::from_bits(u32::from(child.hits_per_cost) << 16);
+            assert!((known - expected).abs() <= expected * 0.01, "{known}, not {expected}");
+            hits / area
+        });
+        area * (1.0 - (1.0 - shares[0]) * (1.0 - shares[1]))
+    }
+
     #[test]
     fn decisions_are_optimal_in_any_node_order() {
         for (leaves, breadth_first) in
@@ -281,6 +304,8 @@ mod tests {
                 let area = areas[&decision.first_child];
                 assert_eq!(decision.is_compact(), area < compact_area, "{decision:?} of area {area}");
             }
+            let hits = expected_hits(&tree, &decisions, decisions.root);
+            assert!(hits <= tree.nodes[0].container.half_area());
             for (lanes, cost) in (1..).zip(least_costs(&tree, 0).0) {
                 let decided = decided_cost(&tree, &decisions, decisions.root, lanes);
                 assert!(

@@ -2,7 +2,6 @@
 //! find the same hits.
 
 pub(crate) mod beam;
-pub(crate) mod order;
 pub mod packet;
 pub(crate) mod single;
 pub(crate) mod stack;

@@ -230,8 +230,10 @@ fn push_all_but_next<C: WideContainer, P: Probe, const ANY: bool>(
     loop {
         let lane = take_lane(&mut hits);
         let mut other = waiting(lane);
-        // For any hit, visit the farthest child first: what a ray starts from rarely blocks it.
-        if (other < next) != ANY {
+        // For any hit, visit the farthest child first: what a ray starts from rarely blocks it. Of several that it starts in, visit
+        // the last lane, that of the most hits per cost.
+        let is_sooner = if ANY { other.enters_no_sooner_than(next) } else { other < next };
+        if is_sooner {
             std::mem::swap(&mut other, &mut next);
             next_lane = lane;
         }
@@ -263,6 +265,12 @@ impl Waiting {
     #[inline(always)]
     fn entry(self) -> f32 {
         f32::from_bits((self.0 >> 32) as u32)
+    }
+
+    /// Whether its distance of entry is at least that of `other`, whatever the children.
+    #[inline(always)]
+    fn enters_no_sooner_than(self, other: Self) -> bool {
+        self.0 | u64::from(u32::MAX) >= other.0
     }
 
     #[inline(always)]

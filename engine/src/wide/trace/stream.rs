@@ -4,9 +4,8 @@
 //! all memory latency. Several streams are interleaved step by step, so that the prefetches of one complete while the
 //! others run.
 //!
-//! For any-hit queries children are visited either in the order of their lanes, by cost, or the farthest first: rays rarely hit what
-//! they start from. Which one finds occluders sooner depends on the tree as well as on the scene, so the first streams try both.
-//! Unblocked rays visit the same nodes in any order.
+//! For any-hit queries children are visited in the order of their lanes, by hits per cost, which the node has from the build: nothing
+//! is sorted. Unblocked rays visit the same nodes in any order.
 
 use fearless_simd::{Bytes, Select, Simd, SimdBase, SimdMask, f32x8, mask32x8, u32x8};
 
@@ -18,7 +17,6 @@ use crate::wide::bounds::WideContainer;
 use crate::wide::child::Child;
 use crate::wide::layout::WIDTH;
 use crate::wide::ray_lanes::{RAY_LANES, RayLanes};
-use crate::wide::trace::order::Order;
 use crate::wide::trace::single;
 use crate::wide::tree::WideTree;
 
@@ -102,7 +100,6 @@ fn trace<S: Simd, C: WideContainer, Q: Query<RAYS, WORDS>, const RAYS: usize, co
     #[allow(clippy::large_stack_arrays, reason = "42 KiB, a part of the smallest stack of any thread")]
     let mut streams = [const { Stream::<RAYS, WORDS>::EMPTY }; STREAMS];
     let mut next = 0;
-    let mut order = Order::of_trials(STREAMS);
     loop {
         let mut is_busy = false;
         for stream in &mut streams {
@@ -110,21 +107,17 @@ fn trace<S: Simd, C: WideContainer, Q: Query<RAYS, WORDS>, const RAYS: usize, co
                 for (index, output) in outputs[stream.first..][..stream.count].iter_mut().enumerate() {
                     *output = Q::output(stream, index % RAYS);
                 }
-                order.add(stream.farthest_first, stream.count, stream.tests);
                 let batch = &rays[next..rays.len().min(next + RAYS)];
                 stream.start::<S, C, Q>(simd, root, next, batch);
-                stream.farthest_first = order.is_farthest_first();
                 next += batch.len();
             }
             is_busy |= stream.count > 0;
             if stream.top > STACK {
                 stream.finish_single::<S, C, Q>(simd, tree, rays);
-            } else if !Q::ANY {
-                stream.step::<S, C, false, false>(simd, tree, rays);
-            } else if stream.farthest_first {
-                stream.step::<S, C, true, true>(simd, tree, rays);
+            } else if Q::ANY {
+                stream.step::<S, C, true>(simd, tree, rays);
             } else {
-                stream.step::<S, C, true, false>(simd, tree, rays);
+                stream.step::<S, C, false>(simd, tree, rays);
             }
         }
         if !is_busy {
@@ -148,16 +141,12 @@ struct Stream<const RAYS: usize, const WORDS: usize> {
     nearest: [Nearest; RAYS],
     /// One bit for each ray that still needs to be traced.
     active: u64,
-    /// Whether any-hit queries visit the farthest child first.
-    farthest_first: bool,
-    /// Tests of rays against the children of a node or a block, for any-hit queries.
-    tests: u32,
     /// Number of stack entries. The stack has space for all children of one more node.
     top: usize,
     children: [Child; STACK + WIDTH],
     /// The rays to visit each child with, word by word.
     sets: [[u32; STACK + WIDTH]; WORDS],
-    /// Distance at which the first ray enters each child; the last one if the farthest child is visited first.
+    /// For closest-hit queries the distance at which the first ray enters each child.
     entries: [f32; STACK + WIDTH],
 }
 
@@ -170,8 +159,6 @@ impl<const RAYS: usize, const WORDS: usize> Stream<RAYS, WORDS> {
         blocked: 0,
         nearest: [Nearest::NOTHING; RAYS],
         active: 0,
-        farthest_first: false,
-        tests: 0,
         top: 0,
         children: [Child::ROOT; STACK + WIDTH],
         sets: [[0; STACK + WIDTH]; WORDS],
@@ -189,7 +176,7 @@ impl<const RAYS: usize, const WORDS: usize> Stream<RAYS, WORDS> {
         rays: &[Ray],
     ) {
         (self.first, self.count) = (first, rays.len());
-        (self.active, self.blocked, self.tests) = (0, 0, 0);
+        (self.active, self.blocked) = (0, 0);
         for (group, rays) in rays.chunks(RAY_LANES).enumerate() {
             let at = group * RAY_LANES % RAYS;
             let able = simd.vectorize(
@@ -240,16 +227,8 @@ impl<const RAYS: usize, const WORDS: usize> Stream<RAYS, WORDS> {
 
     /// Visits the next child.
     #[inline(always)]
-    fn step<S: Simd, C: WideContainer, const ANY: bool, const FARTHEST: bool>(
-        &mut self,
-        simd: S,
-        tree: &WideTree<C>,
-        rays: &[Ray],
-    ) {
+    fn step<S: Simd, C: WideContainer, const ANY: bool>(&mut self, simd: S, tree: &WideTree<C>, rays: &[Ray]) {
         let Some((child, set)) = self.next::<S, ANY>(simd) else { return };
-        if ANY {
-            self.tests = self.tests.saturating_add(set.count_ones());
-        }
         if child.is_leaf() {
             // The next child was prefetched with its siblings. Any-hit rays rarely get as far as the one after it.
             if !ANY {
@@ -257,7 +236,7 @@ impl<const RAYS: usize, const WORDS: usize> Stream<RAYS, WORDS> {
             }
             self.test_leaf::<S, C, ANY>(simd, tree, child, set, rays);
         } else {
-            self.enter::<S, C, ANY, FARTHEST>(simd, tree, child, set);
+            self.enter::<S, C, ANY>(simd, tree, child, set);
         }
     }
 
@@ -289,7 +268,7 @@ impl<const RAYS: usize, const WORDS: usize> Stream<RAYS, WORDS> {
     }
 
     #[inline(always)]
-    fn enter<S: Simd, C: WideContainer, const ANY: bool, const FARTHEST: bool>(
+    fn enter<S: Simd, C: WideContainer, const ANY: bool>(
         &mut self,
         simd: S,
         tree: &WideTree<C>,
@@ -300,7 +279,7 @@ impl<const RAYS: usize, const WORDS: usize> Stream<RAYS, WORDS> {
         let (bounds, children) = tree.node(node).unpack(simd, &mut space);
         let none = u32x8::splat(simd, 0);
         let mut sets = [none; WORDS];
-        let mut entries = f32x8::splat(simd, if FARTHEST { -1.0 } else { f32::INFINITY });
+        let mut entries = f32x8::splat(simd, f32::INFINITY);
         for index in bits(set) {
             let index = index % RAYS;
             let ray = C::prepare(simd, &self.rays, index);
@@ -308,9 +287,7 @@ impl<const RAYS: usize, const WORDS: usize> Stream<RAYS, WORDS> {
             for (word, set) in sets.iter_mut().enumerate() {
                 *set |= enters.select(u32x8::splat(simd, word_of(1 << index, word)), none);
             }
-            if FARTHEST {
-                entries = enters.select(entry.max(entries), entries);
-            } else if !ANY {
+            if !ANY {
                 entries = enters.select(entry.min(entries), entries);
             }
         }
@@ -322,14 +299,14 @@ impl<const RAYS: usize, const WORDS: usize> Stream<RAYS, WORDS> {
         let new_top = self.top + entered.to_bitmask().count_ones() as usize;
         let slots = self.top % (STACK + 1)..self.top % (STACK + 1) + WIDTH;
         let stack_children = &mut self.children[slots.clone()];
-        if ANY && !FARTHEST {
+        if ANY {
             let children = u32x8::load_array_ref(simd, bytemuck::cast_ref(children)).compress(entered);
             stack_children.copy_from_slice(bytemuck::cast_slice(children.as_slice()));
             for (stack_set, set) in self.sets.iter_mut().zip(&sets) {
                 stack_set[slots.clone()].copy_from_slice(set.compress(entered).as_slice());
             }
         } else {
-            let slot_of_lane = stack_slots::<S, FARTHEST>(simd, entered, entries);
+            let slot_of_lane = stack_slots(simd, entered, entries);
             let stack_entries = &mut self.entries[slots.clone()];
             for lane in 0..WIDTH {
                 let slot = slot_of_lane[lane] as usize % WIDTH;
@@ -378,22 +355,20 @@ impl<const RAYS: usize, const WORDS: usize> Stream<RAYS, WORDS> {
     }
 }
 
-/// Stack slots of the entered children, so that the first to visit comes last; all other lanes get the slot after
-/// these. Counted instead of sorted, because the branches of a sort could not be predicted.
+/// Stack slots of the entered children, so that the nearest comes last; all other lanes get the slot after these. Counted instead of
+/// sorted, because the branches of a sort could not be predicted.
 #[inline(always)]
-fn stack_slots<S: Simd, const FARTHEST: bool>(simd: S, entered: mask32x8<S>, entries: f32x8<S>) -> [u32; WIDTH] {
+fn stack_slots<S: Simd>(simd: S, entered: mask32x8<S>, entries: f32x8<S>) -> [u32; WIDTH] {
     // The lane in the lowest bits breaks ties.
     let finite = entries.min(f32x8::splat(simd, f32::MAX));
     let lanes = u32x8::from_slice(simd, &[0, 1, 2, 3, 4, 5, 6, 7]);
     let tagged: f32x8<S> = (finite.bitcast::<u32x8<S>>() & !7 | lanes).bitcast();
-    let outside = f32x8::splat(simd, if FARTHEST { f32::INFINITY } else { -1.0 });
-    let keys = entered.select(tagged, outside);
+    let keys = entered.select(tagged, f32x8::splat(simd, -1.0));
     let one = u32x8::splat(simd, 1);
     let mut slot_of_lane = u32x8::splat(simd, 0);
     for key in keys.to_array() {
         let key = f32x8::splat(simd, key);
-        let is_below = if FARTHEST { key.simd_lt(keys) } else { key.simd_gt(keys) };
-        slot_of_lane = is_below.select(slot_of_lane + one, slot_of_lane);
+        slot_of_lane = key.simd_gt(keys).select(slot_of_lane + one, slot_of_lane);
     }
     slot_of_lane.to_array()
 }
