@@ -11,7 +11,7 @@ use crate::geometry::Ray;
 use crate::kernel::each;
 use crate::wide::box_lanes::{BoxLanes, LaneTest};
 use crate::wide::layout::WIDTH;
-use crate::wide::ray_lanes::TriangleLanes;
+use crate::wide::ray_lanes::{AXES, TriangleLanes, origin_and_direction};
 
 /// Part of origin · inverse by which distances are padded, more than its own rounding and that of plane · inverse.
 const PRODUCT_PAD: f32 = 4.0 * f32::EPSILON;
@@ -19,9 +19,6 @@ const PRODUCT_PAD: f32 = 4.0 * f32::EPSILON;
 /// Limits of inverse and origin · inverse: coordinates up to 1e18, for which triangles are watertight, cannot overflow.
 const INVERSE_MAX: f32 = 1e18;
 const PRODUCT_MAX: f32 = 1e37;
-
-/// The bits of three axes.
-const AXES: u64 = 0b111;
 
 /// A single ray prepared for tests against eight boxes. The fourth of each four numbers is not used.
 #[derive(Debug, Clone, Copy)]
@@ -43,10 +40,7 @@ impl FusedBoxRay {
     #[inline(always)]
     pub(crate) fn new<S: Simd>(simd: S, ray: &Ray) -> Option<(Self, TriangleLanes<1>)> {
         let splat = |value| f32x4::splat(simd, value);
-        // Three lanes of each are used.
-        let fields: &[f32; 8] = bytemuck::cast_ref(ray);
-        let (Some(origin), Some(direction)) = (fields.first_chunk(), fields[3..].first_chunk()) else { return None };
-        let (origin, direction) = (f32x4::load_array_ref(simd, origin), f32x4::load_array_ref(simd, direction));
+        let [origin, direction] = origin_and_direction(simd, ray);
         let inverse = splat(1.0) / direction;
         let product = origin * inverse;
         // NaN fails each comparison, and so does an origin that is not finite.
@@ -71,7 +65,7 @@ impl FusedBoxRay {
             t_min,
             near: each!(axis => (is_negative >> axis & 1) * WIDTH as u32),
         };
-        Some((boxes, TriangleLanes::new(simd, fields, direction, [origin; 2], inverse, t_min)))
+        Some((boxes, TriangleLanes::new(simd, ray, direction, [origin; 2], inverse, t_min)))
     }
 }
 

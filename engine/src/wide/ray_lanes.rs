@@ -12,7 +12,7 @@ use crate::wide::layout::WIDTH;
 pub(crate) const RAY_LANES: usize = 8;
 
 /// The bits of three axes.
-const AXES: u64 = 0b111;
+pub(crate) const AXES: u64 = 0b111;
 
 /// The axes of the shear for rays in direction `d`, as chosen by [`Shear::new`](crate::geometry::Shear::new); the one along which rays are sheared
 /// comes last.
@@ -32,7 +32,7 @@ pub(crate) fn permuted_axes(d: Vec3) -> [usize; 3] {
 #[inline(always)]
 fn shear_axes<S: Simd>(direction: f32x4<S>) -> [u32; 3] {
     /// The axes by the comparisons x >= y, y >= z and x >= z, the lowest bit first.
-    const AXES: [[u8; 4]; 8] = {
+    const BY_COMPARISONS: [[u8; 4]; 8] = {
         const X: [u8; 4] = [8, 16, 0, 0];
         const Y: [u8; 4] = [16, 0, 8, 0];
         const Z: [u8; 4] = [0, 8, 16, 0];
@@ -41,7 +41,7 @@ fn shear_axes<S: Simd>(direction: f32x4<S>) -> [u32; 3] {
     let size = direction.abs();
     let [next, last] = [size.slide::<1>(size), size.slide::<2>(size)];
     let comparisons = size.simd_ge(next).to_bitmask() & 3 | (size.simd_ge(last).to_bitmask() & 1) << 2;
-    let axes = AXES[comparisons as usize % 8];
+    let axes = BY_COMPARISONS[comparisons as usize % 8];
     each!(part => u32::from(axes[part]))
 }
 
@@ -82,10 +82,7 @@ impl RayLanes<1> {
     pub(crate) fn single<S: Simd>(simd: S, ray: &Ray) -> Option<Self> {
         let splat = |value| f32x4::splat(simd, value);
         let (zero, one, largest) = (splat(0.0), splat(1.0), splat(f32::MAX));
-        // Three lanes of each are used.
-        let fields: &[f32; 8] = bytemuck::cast_ref(ray);
-        let (Some(o), Some(d)) = (fields.first_chunk(), fields[3..].first_chunk()) else { return None };
-        let (o, d) = (f32x4::load_array_ref(simd, o), f32x4::load_array_ref(simd, d));
+        let [o, d] = origin_and_direction(simd, ray);
         let t_min = ray.t_min.max(0.0);
         let squared = ray.direction.length_squared();
         let origin_is_finite = o.abs().simd_le(largest).to_bitmask() & AXES == AXES;
@@ -100,13 +97,20 @@ impl RayLanes<1> {
         let inverse_length = squared.sqrt().recip();
         let is_negative = inverse.simd_lt(zero).to_bitmask() as u32;
         Some(Self {
-            triangles: TriangleLanes::new(simd, fields, d, [o + pad, o - pad], inverse, t_min),
+            triangles: TriangleLanes::new(simd, ray, d, [o + pad, o - pad], inverse, t_min),
             near: each!(axis => [(is_negative >> axis & 1) * WIDTH as u32]),
             origin: column(o),
             unit_direction: column(d * splat(inverse_length)),
             inverse_length: [inverse_length],
         })
     }
+}
+
+/// Origin and direction of `ray` in the first three lanes of a vector each; the fourth is not used.
+#[inline(always)]
+pub(crate) fn origin_and_direction<S: Simd>(simd: S, ray: &Ray) -> [f32x4<S>; 2] {
+    let fields: &[f32; 8] = bytemuck::cast_ref(ray);
+    [f32x4::from_slice(simd, &fields[..4]), f32x4::from_slice(simd, &fields[3..7])]
 }
 
 /// The first three lanes.
@@ -117,17 +121,17 @@ fn column<S: Simd>(vector: f32x4<S>) -> [[f32; 1]; 3] {
 }
 
 impl TriangleLanes<1> {
-    /// A single ray. `fields` are those of [`Ray`], `direction` its direction with the reciprocals `inverse`, `origins` its origin for
-    /// tests against lower and upper planes.
+    /// A single `ray`, `inverse` being the reciprocals of its `direction`, `origins` its origin for tests against lower and upper planes.
     #[inline(always)]
     pub(crate) fn new<S: Simd>(
         simd: S,
-        fields: &[f32; 8],
+        ray: &Ray,
         direction: f32x4<S>,
         origins: [f32x4<S>; 2],
         inverse: f32x4<S>,
         t_min: f32,
     ) -> Self {
+        let fields: &[f32; 8] = bytemuck::cast_ref(ray);
         let axes = shear_axes(direction);
         let [x, y, z] = axes.map(|axis| fields[3 + axis as usize / 8 % 4]);
         let numerators = f32x4::load_array_ref(simd, &[-x, -y, 1.0, 1.0]);
