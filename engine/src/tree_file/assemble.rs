@@ -28,6 +28,8 @@ pub(super) fn assemble<C: FileContainer>(
         let triangles = arrays.triangles;
         return if triangles == 0 {
             Ok(Assembled { tree: Tree::EMPTY, numbers: None })
+        } else if arrays.nodes == 0 {
+            Err(TreeFileError::NoNodes { triangles })
         } else {
             Err(TreeFileError::NoLeaves { triangles })
         };

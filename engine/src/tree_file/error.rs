@@ -10,6 +10,15 @@ pub enum TreeFileError {
     /// Reading was cancelled.
     #[error(transparent)]
     Cancelled(#[from] Cancelled),
+    /// There are no bytes.
+    #[error("the file is empty")]
+    Empty,
+    /// All bytes are zero.
+    #[error("the file holds only zero bytes")]
+    Zeros,
+    /// The first line ends in a carriage return and a line feed.
+    #[error("was written in text mode: the first line ends in CR LF")]
+    TextMode,
     /// The first line is another.
     #[error("does not begin with the line 'bvhscope tree {VERSION}'")]
     NotATreeFile,
@@ -171,6 +180,12 @@ pub enum TreeFileError {
         /// The coordinate.
         number: f32,
     },
+    /// There are triangles and no nodes.
+    #[error("has no nodes, and there are {triangles} triangles")]
+    NoNodes {
+        /// Number of triangles.
+        triangles: u32,
+    },
     /// The triangles are asked for and not there.
     #[error("is a tree without its triangles: it has no array 'corners'")]
     NoCorners,
@@ -187,6 +202,8 @@ impl TreeFileError {
     pub const fn advice(&self) -> &'static str {
         match self {
             Self::Cancelled(_) => "read it again",
+            Self::Empty | Self::Zeros => "write the file again",
+            Self::TextMode => "open it in binary mode (\"wb\")",
             Self::NotATreeFile => "write the two lines of docs/tree-file.md before the arrays, in binary mode",
             Self::Version(_) => "take a newer bvhscope, or write version 1",
             Self::HeaderEnd => "end the header with a line feed, and write it in one line",
@@ -211,6 +228,7 @@ impl TreeFileError {
             Self::Bounds { .. } => "write bounds for every node: min x, y, z, max x, y, z, or center x, y, z, radius",
             Self::Corner { .. } => "write three corners of finite numbers for each triangle",
             Self::NoCorners => "name the mesh, and this file with --tree",
+            Self::NoNodes { .. } => "write the root as node 0, and the number of nodes in the header",
             Self::NoLeaves { .. } => "write the number of its indices for each leaf",
         }
     }

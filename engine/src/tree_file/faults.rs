@@ -2,8 +2,9 @@
 
 use rayon::prelude::*;
 
-use super::arrays::Arrays;
-use super::bounds::FileContainer;
+use super::arrays::{Arrays, Rows};
+use super::bounds::{FileContainer, is_usable};
+use super::error::TreeFileError;
 use super::links::{Links, STEPS_BETWEEN_CHECKS, Set, Steps};
 use crate::cancel::{CancelToken, Cancelled};
 use crate::geometry::{Aabb, Triangle};
@@ -122,7 +123,7 @@ pub(super) fn find<C: FileContainer>(
     links: &Links,
     triangles: Option<&[Triangle]>,
     token: &CancelToken,
-) -> Result<Vec<Fault>, Cancelled> {
+) -> Result<Vec<Fault>, TreeFileError> {
     let slack = f64::from(containment_slack(tree));
     let mut faults = Vec::new();
     let mut outside = in_chunks(tree, &token.part(0, 3), |number, found, _| {
@@ -297,13 +298,13 @@ fn moved(
     arrays: &Arrays<'_>,
     triangles: Option<&[Triangle]>,
     token: &CancelToken,
-) -> Result<Option<(u32, u64, f32)>, Cancelled> {
+) -> Result<Option<(u32, u64, f32)>, TreeFileError> {
     let (Some(corners), Some(triangles)) = (arrays.corners, triangles) else { return Ok(None) };
     let (mut first, mut count, mut largest) = (None, 0_u64, 0.0_f32);
     let mut steps = Steps::silent(token);
     for (number, triangle) in (0..).zip(triangles) {
         steps.step()?;
-        let written: [f32; 9] = corners.floats(number);
+        let written = corners_of(corners, number)?;
         let coordinates: &[f32; 9] = bytemuck::cast_ref(triangle);
         if written != *coordinates {
             first = first.or(Some(number));
@@ -313,6 +314,13 @@ fn moved(
         }
     }
     Ok(first.map(|first| (first, count, largest)))
+}
+
+/// The corners of a triangle, where all their coordinates are usable.
+pub(super) fn corners_of(corners: Rows<'_>, triangle: u32) -> Result<[f32; 9], TreeFileError> {
+    let numbers: [f32; 9] = corners.floats(triangle);
+    let unusable = numbers.iter().find(|number| !is_usable(**number));
+    unusable.map_or(Ok(numbers), |&number| Err(TreeFileError::Corner { triangle, number }))
 }
 
 /// Peak of finding faults for each triangle, where all are in several leaves.

@@ -9,6 +9,9 @@ use crate::tree::ContainerKind;
 /// Maximum length of the version in the first line.
 const MAX_VERSION: usize = 20;
 
+/// Most characters of a builder's name.
+const MAX_NAME: usize = 1000;
+
 /// Characters of a value that messages show.
 const SHOWN: usize = 40;
 
@@ -65,8 +68,17 @@ fn line(bytes: &[u8], most: usize) -> Option<(&[u8], &[u8])> {
 
 /// Reads both lines.
 pub(super) fn parse(bytes: &[u8]) -> Result<Parsed<'_>, TreeFileError> {
+    if bytes.is_empty() {
+        return Err(TreeFileError::Empty);
+    }
+    if bytes.iter().all(|&byte| byte == 0) {
+        return Err(TreeFileError::Zeros);
+    }
     let rest = bytes.strip_prefix(MAGIC).ok_or(TreeFileError::NotATreeFile)?;
     let (version, rest) = line(rest, MAX_VERSION).ok_or(TreeFileError::NotATreeFile)?;
+    if version.ends_with(b"\r") {
+        return Err(TreeFileError::TextMode);
+    }
     if version != VERSION.to_string().as_bytes() {
         return Err(TreeFileError::Version(String::from_utf8_lossy(version).escape_debug().to_string()));
     }
@@ -86,8 +98,8 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Parsed<'_>, TreeFileError> {
     };
     let builder = match optional(&mut fields, "builder") {
         None => None,
-        Some(Value::String(name)) => Some(name),
-        Some(other) => return Err(wrong("builder", &other, "a text")),
+        Some(Value::String(name)) if name.chars().nth(MAX_NAME).is_none() => Some(name),
+        Some(other) => return Err(wrong("builder", &other, "a text of at most 1000 characters")),
     };
     let settings = match optional(&mut fields, "settings") {
         None => None,

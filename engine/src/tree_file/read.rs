@@ -2,7 +2,7 @@
 
 use super::arrays::{Arrays, Rows};
 use super::assemble::{Assembled, assemble};
-use super::bounds::{FileContainer, is_usable};
+use super::bounds::FileContainer;
 use super::error::TreeFileError;
 use super::faults::{self, Fault};
 use super::header::{Header, Parsed, parse};
@@ -119,11 +119,7 @@ fn triangles(corners: Rows<'_>, count: u32, token: &CancelToken) -> Result<Vec<T
     let mut steps = Steps::new(token, u64::from(count));
     for triangle in 0..count {
         steps.step()?;
-        let numbers: [f32; 9] = corners.floats(triangle);
-        if let Some(&number) = numbers.iter().find(|number| !is_usable(**number)) {
-            return Err(TreeFileError::Corner { triangle, number });
-        }
-        list.push(bytemuck::cast(numbers));
+        list.push(bytemuck::cast(faults::corners_of(corners, triangle)?));
     }
     Ok(list)
 }
