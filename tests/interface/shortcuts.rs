@@ -1,6 +1,7 @@
 //! Shortcuts and the command palette without a window: each action does what its name says.
 
-use std::collections::{BTreeSet, HashSet};
+use std::collections::HashSet;
+use std::fmt::Write as _;
 
 use crate::panel::{harness, state};
 use bvhscope::app::commands;
@@ -57,16 +58,22 @@ fn every_action_is_named_and_no_key_means_two() {
     assert!(keys.len() > 20);
 }
 
+/// `UPDATE_KEYS=1 cargo test --test interface keys` writes the page again.
 #[test]
-fn the_readme_lists_the_keys_of_all_actions() {
-    let readme = include_str!("../../README.md");
-    let rows =
-        readme.split_once("| keys and mouse |").unwrap().1.lines().skip(1).take_while(|line| line.starts_with('|'));
-    let keys = rows.skip(1).filter_map(|row| row.split('|').nth(1));
-    let listed: BTreeSet<&str> = keys.flat_map(|cell| cell.split('`').skip(1).step_by(2)).collect();
-    let actions = commands::entries().iter().flat_map(|entry| entry.shortcuts.iter().map(shortcut_text));
-    let actions: BTreeSet<String> = actions.collect();
-    assert_eq!(listed, actions.iter().map(String::as_str).collect());
+fn the_page_of_keys_is_up_to_date() {
+    let mut page = "# Keys and mouse\n\nIn the window `F1` lists them, and `Ctrl+P` finds any command by typing. The keys of a\ncommand stand beside it in its menu.\n".to_owned();
+    for (heading, rows) in commands::keys() {
+        write!(page, "\n## {heading}\n\n| keys | effect |\n|---|---|\n").unwrap();
+        for (keys, effect) in rows {
+            writeln!(page, "| {keys} | {effect} |").unwrap();
+        }
+    }
+    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/docs/keys.md");
+    if std::env::var_os("UPDATE_KEYS").is_some() {
+        std::fs::write(path, &page).unwrap();
+    }
+    let written = std::fs::read_to_string(path).unwrap_or_default();
+    assert!(written == page, "docs/keys.md is out of date: UPDATE_KEYS=1 writes it again");
 }
 
 #[test]

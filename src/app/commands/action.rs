@@ -222,6 +222,11 @@ pub enum SectionStep {
     Flip,
 }
 
+impl SectionStep {
+    /// All steps, in the order of the menu.
+    pub const ALL: [Self; 7] = [Self::Toggle, Self::X, Self::Y, Self::Z, Self::Facing, Self::Snap, Self::Flip];
+}
+
 /// Direction of an orbit step.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum OrbitStep {
@@ -233,6 +238,11 @@ pub enum OrbitStep {
     Up,
     /// Under the bottom.
     Down,
+}
+
+impl OrbitStep {
+    /// All steps, in the order of the menu.
+    pub const ALL: [Self; 4] = [Self::Left, Self::Right, Self::Up, Self::Down];
 }
 
 /// Side of the model from which it is viewed.
@@ -250,4 +260,9 @@ pub enum ViewDirection {
     Top,
     /// The bottom.
     Bottom,
+}
+
+impl ViewDirection {
+    /// All directions, in the order of the menu.
+    pub const ALL: [Self; 6] = [Self::Front, Self::Back, Self::Right, Self::Left, Self::Top, Self::Bottom];
 }

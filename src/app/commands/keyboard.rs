@@ -3,8 +3,7 @@
 use egui::{self, Event, Key, Modifiers};
 
 use super::action::Action;
-use super::entries::entries;
-use super::entry::Entry;
+use super::row::{Entry, entries};
 use super::share::paste_state;
 use crate::app::state::AppState;
 
@@ -23,7 +22,7 @@ pub fn handle_shortcuts(ctx: &egui::Context, state: &mut AppState) {
             }
             let Event::Key { key, pressed: true, modifiers, repeat, .. } = event else { return true };
             let Some(entry) = entry_of(*key, *modifiers) else { return true };
-            if entry.in_viewport && !state.layout.viewport_focused {
+            if entry.row.in_viewport && !state.layout.viewport_focused {
                 return true;
             }
             let action = entry.action;
@@ -36,7 +35,7 @@ pub fn handle_shortcuts(ctx: &egui::Context, state: &mut AppState) {
             if (typing || state.layout.palette.is_some()) && !opens_dialog && !closes_dialog {
                 return true;
             }
-            if !repeat || repeats(action) {
+            if !repeat || entry.row.repeats {
                 actions.push(action);
             }
             false
@@ -63,28 +62,6 @@ fn entry_of(key: Key, modifiers: Modifiers) -> Option<&'static Entry> {
             && wanted.modifiers.command == (modifiers.command || modifiers.ctrl)
     };
     entries().iter().find(|entry| entry.shortcuts.iter().any(matches))
-}
-
-/// Whether the action repeats while its key is held.
-fn repeats(action: Action) -> bool {
-    matches!(
-        action,
-        Action::RaiseThreshold
-            | Action::LowerThreshold
-            | Action::Deeper
-            | Action::Shallower
-            | Action::SelectParent
-            | Action::SelectChild
-            | Action::SelectSecondChild
-            | Action::SelectNextSibling
-            | Action::SelectPreviousSibling
-            | Action::StepRanking(_)
-            | Action::Orbit(_)
-            | Action::ZoomIn
-            | Action::ZoomOut
-            | Action::Undo
-            | Action::Redo
-    )
 }
 
 /// Whether a dialog is open.

@@ -2,7 +2,7 @@
 
 use std::cmp::Reverse;
 
-use super::entry::Entry;
+use super::row::Entry;
 
 /// Score of a letter that follows the previous one directly.
 const CONSECUTIVE: i32 = 8;

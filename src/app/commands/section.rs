@@ -28,3 +28,26 @@ pub(super) fn perform(state: &mut AppState, step: SectionStep) {
     // The cut is seen in the picture.
     state.preferences.show_geometry |= state.wanted.render.section.is_some();
 }
+
+/// Whether a step can be performed now.
+pub(super) fn is_enabled(state: &AppState, step: SectionStep) -> bool {
+    let section = state.wanted.render.section;
+    match step {
+        SectionStep::Snap => section.is_some_and(|plane| plane.axis().is_none()),
+        SectionStep::Flip => section.is_some(),
+        _ => state.model.presented.is_some(),
+    }
+}
+
+/// Whether a switch or choice is on; `None` for other steps.
+pub(super) fn is_on(state: &AppState, step: SectionStep) -> Option<bool> {
+    let axis = state.wanted.render.section.map(|plane| plane.axis());
+    match step {
+        SectionStep::Toggle => Some(axis.is_some()),
+        SectionStep::X => Some(axis == Some(Some(0))),
+        SectionStep::Y => Some(axis == Some(Some(1))),
+        SectionStep::Z => Some(axis == Some(Some(2))),
+        SectionStep::Facing => Some(axis == Some(None)),
+        SectionStep::Snap | SectionStep::Flip => None,
+    }
+}

@@ -2,27 +2,12 @@
 
 use egui::{self, Grid, Label, RichText, ScrollArea, TextEdit, Ui, vec2};
 
-use crate::app::commands::{Category, entries};
+use crate::app::commands::keys;
 use crate::app::glossary::Term;
 use crate::app::panels::dialogs::frame;
 use crate::app::panels::widgets::chip;
 use crate::app::state::{AppState, Help, HelpPage};
 use crate::app::theme;
-
-/// Mouse gestures, each with its effect.
-const GESTURES: [(&str, &str); 11] = [
-    ("Left drag", "Orbit around the target"),
-    ("Wheel", "Zoom to the point under the pointer"),
-    ("Right drag, middle drag, Shift+left drag", "Pan"),
-    ("Click", "Select the triangle, its leaf and the path to the root"),
-    ("Double click", "Focus on the point; on the background reset the view"),
-    ("W A S D, Q E", "Fly, in fly mode; Shift is faster"),
-    ("Drop a file", "Open it; the camera stays if the model is still in view"),
-    ("Drag on the depth bar", "Choose depths; Shift moves the range, double click shows all"),
-    ("Double click on a slider", "Back to its default"),
-    ("Click on a number", "Copy it"),
-    ("Right click on a number", "Copy it with its name, or explain it"),
-];
 
 /// Largest width of the left column in points.
 const KEYS_WIDTH: f32 = 264.0;
@@ -79,12 +64,9 @@ fn shortcuts(ui: &mut Ui, filter: &str) {
     let fits = |keys: &str, what: &str| {
         filter.is_empty() || keys.to_lowercase().contains(&filter) || what.to_lowercase().contains(&filter)
     };
-    let mouse = GESTURES.iter().filter(|(keys, what)| fits(keys, what));
-    let mut groups = vec![("Mouse", mouse.map(|(keys, what)| ((*keys).to_owned(), *what)).collect::<Vec<_>>())];
-    for category in Category::ALL {
-        let with_keys = entries().iter().filter(|entry| entry.category == category && !entry.shortcuts.is_empty());
-        let rows = with_keys.map(|entry| (entry.keys(), entry.label.as_str()));
-        groups.push((category.label(), rows.filter(|(keys, what)| fits(keys, what)).collect()));
+    let mut groups = keys();
+    for (_, rows) in &mut groups {
+        rows.retain(|(keys, what)| fits(keys, what));
     }
     groups.retain(|(_, rows)| !rows.is_empty());
     if groups.is_empty() {

@@ -1,0 +1,292 @@
+//! A row of the table of actions, and the entries that menus, palette, keys and help make of it.
+
+use std::sync::LazyLock;
+
+use egui::{Key, KeyboardShortcut, Modifiers};
+
+use super::action::Action;
+use super::rows;
+use crate::app::state::AppState;
+
+pub(super) type Keys = &'static [(Modifiers, Key)];
+
+/// Menu of an action.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum Category {
+    /// Models, screenshots, clipboard.
+    File,
+    /// Camera, picture, window.
+    View,
+    /// The tree and its nodes.
+    Tree,
+    /// Measuring.
+    Lab,
+    /// Command palette, keys, messages.
+    Help,
+}
+
+impl Category {
+    /// All menus, in the order of the menu bar.
+    pub const ALL: [Self; 5] = [Self::File, Self::View, Self::Tree, Self::Lab, Self::Help];
+
+    /// The name in the menu bar.
+    pub const fn label(self) -> &'static str {
+        match self {
+            Self::File => "File",
+            Self::View => "View",
+            Self::Tree => "Tree",
+            Self::Lab => "Lab",
+            Self::Help => "Help",
+        }
+    }
+
+    /// The rows of the menu in their groups, which lines separate.
+    const fn groups(self) -> &'static [&'static [Row]] {
+        match self {
+            Self::File => rows::FILE,
+            Self::View => rows::VIEW,
+            Self::Tree => rows::TREE,
+            Self::Lab => rows::LAB,
+            Self::Help => rows::HELP,
+        }
+    }
+}
+
+/// Everything about one action, or about a family of actions that differ by an index.
+#[derive(Clone, Copy)]
+pub(super) struct Row {
+    items: Items,
+    /// Whether it can be performed now. The index is that of the item; 0 for a single action.
+    pub(super) enabled: fn(&AppState, usize) -> bool,
+    /// Whether a switch or choice is on; `None` for other actions.
+    pub(super) on: fn(&AppState, usize) -> Option<bool>,
+    pub(super) perform: fn(&mut AppState, usize),
+    /// Whether the action repeats while its key is held.
+    pub(super) repeats: bool,
+    /// Whether its keys act only while the viewport has the focus; elsewhere they belong to the focused widget.
+    pub(super) in_viewport: bool,
+}
+
+/// The actions of a row.
+#[derive(Clone, Copy)]
+enum Items {
+    One {
+        action: Action,
+        label: &'static str,
+        tip: &'static str,
+        keys: Keys,
+    },
+    /// The same in every state.
+    Fixed(fn() -> Vec<Item>),
+    /// Of the present state: recent files, bookmarks, lessons.
+    Current(fn(&AppState) -> Vec<Item>),
+}
+
+/// An action of a family.
+pub(super) struct Item {
+    pub(super) action: Action,
+    pub(super) label: String,
+    /// The effect, in one sentence.
+    pub(super) tip: String,
+    pub(super) key: Option<(Modifiers, Key)>,
+}
+
+/// An action of a family without a key.
+pub(super) fn item(action: Action, label: impl Into<String>, tip: impl Into<String>) -> Item {
+    Item { action, label: label.into(), tip: tip.into(), key: None }
+}
+
+/// A row of one action that can always be performed.
+pub(super) const fn one(
+    action: Action,
+    label: &'static str,
+    tip: &'static str,
+    keys: Keys,
+    perform: fn(&mut AppState, usize),
+) -> Row {
+    Row { items: Items::One { action, label, tip, keys }, ..many(Vec::new, perform) }
+}
+
+/// A row of a family whose actions can always be performed. `perform` takes the index in the list.
+pub(super) const fn many(items: fn() -> Vec<Item>, perform: fn(&mut AppState, usize)) -> Row {
+    Row {
+        items: Items::Fixed(items),
+        enabled: |_, _| true,
+        on: |_, _| None,
+        perform,
+        repeats: false,
+        in_viewport: false,
+    }
+}
+
+/// A row of a family that depends on the state.
+pub(super) const fn current(items: fn(&AppState) -> Vec<Item>, perform: fn(&mut AppState, usize)) -> Row {
+    Row { items: Items::Current(items), ..many(Vec::new, perform) }
+}
+
+impl Row {
+    /// With the condition under which it can be performed.
+    pub(super) const fn when(self, enabled: fn(&AppState, usize) -> bool) -> Self {
+        Self { enabled, ..self }
+    }
+
+    /// As a switch or choice that is on or off.
+    pub(super) const fn switch(self, on: fn(&AppState, usize) -> Option<bool>) -> Self {
+        Self { on, ..self }
+    }
+
+    /// Repeated while its key is held.
+    pub(super) const fn repeated(self) -> Self {
+        Self { repeats: true, ..self }
+    }
+
+    /// With keys that act only while the viewport has the focus.
+    pub(super) const fn in_viewport(self) -> Self {
+        Self { in_viewport: true, ..self }
+    }
+
+    /// The entries of a row whose actions do not depend on the state; none for other rows.
+    fn entries(&'static self, category: Category, group: usize) -> Vec<Entry> {
+        match self.items {
+            Items::One { action, label, tip, keys } => {
+                let item = item(action, label, tip);
+                vec![Entry { shortcuts: shortcuts(keys), ..self.entry(category, group, 0, item) }]
+            }
+            Items::Fixed(items) => self.family(category, group, items()),
+            Items::Current(_) => Vec::new(),
+        }
+    }
+
+    fn family(&'static self, category: Category, group: usize, items: Vec<Item>) -> Vec<Entry> {
+        items.into_iter().enumerate().map(|(index, item)| self.entry(category, group, index, item)).collect()
+    }
+
+    fn entry(&'static self, category: Category, group: usize, index: usize, item: Item) -> Entry {
+        let Item { action, label, tip, key } = item;
+        Entry {
+            action,
+            label,
+            description: tip,
+            category,
+            shortcuts: shortcuts(key.as_slice()),
+            group,
+            row: self,
+            index,
+        }
+    }
+}
+
+fn shortcuts(keys: &[(Modifiers, Key)]) -> Vec<KeyboardShortcut> {
+    keys.iter().map(|&(modifiers, key)| KeyboardShortcut::new(modifiers, key)).collect()
+}
+
+/// An action as menus and lists show it.
+#[derive(Clone)]
+pub struct Entry {
+    /// The action.
+    pub action: Action,
+    /// Its label.
+    pub label: String,
+    /// Its tooltip: the effect, in one sentence.
+    pub description: String,
+    /// Its menu.
+    pub category: Category,
+    /// Its keys; menus show the first.
+    pub shortcuts: Vec<KeyboardShortcut>,
+    /// Its group within the menu; groups are separated by lines.
+    pub group: usize,
+    pub(super) row: &'static Row,
+    index: usize,
+}
+
+/// All entries except recent files and trees, bookmarks and lessons, in the order of the menus.
+pub fn entries() -> &'static [Entry] {
+    static ENTRIES: LazyLock<Vec<Entry>> =
+        LazyLock::new(|| all_rows().flat_map(|(category, group, row)| row.entries(category, group)).collect());
+    &ENTRIES
+}
+
+/// All entries including the recent files and trees, bookmarks and lessons of `state`.
+pub fn entries_for(state: &AppState) -> Vec<Entry> {
+    entries().iter().cloned().chain(current_entries(state)).collect()
+}
+
+fn current_entries(state: &AppState) -> impl Iterator<Item = Entry> {
+    all_rows().flat_map(move |(category, group, row)| match row.items {
+        Items::Current(items) => row.family(category, group, items(state)),
+        _ => Vec::new(),
+    })
+}
+
+fn all_rows() -> impl Iterator<Item = (Category, usize, &'static Row)> {
+    Category::ALL.into_iter().flat_map(|category| {
+        let groups = category.groups().iter().enumerate();
+        groups.flat_map(move |(group, rows)| rows.iter().map(move |row| (category, group, row)))
+    })
+}
+
+impl Action {
+    /// The row of the action and its index in it. `None` where its recent file, bookmark or lesson does not exist.
+    fn row(self, state: &AppState) -> Option<(&'static Row, usize)> {
+        let fixed = entries().iter().find(|entry| entry.action == self).map(|entry| (entry.row, entry.index));
+        fixed
+            .or_else(|| current_entries(state).find(|entry| entry.action == self).map(|entry| (entry.row, entry.index)))
+    }
+
+    /// Whether the action can be performed now.
+    pub fn is_enabled(self, state: &AppState) -> bool {
+        self.row(state).is_some_and(|(row, index)| (row.enabled)(state, index))
+    }
+
+    /// Whether a switch or choice is on; `None` for other actions.
+    pub fn is_on(self, state: &AppState) -> Option<bool> {
+        self.row(state).and_then(|(row, index)| (row.on)(state, index))
+    }
+
+    /// Performs the action.
+    pub fn perform(self, state: &mut AppState) {
+        if let Some((row, index)) = self.row(state) {
+            (row.perform)(state, index);
+        }
+    }
+}
+
+impl Entry {
+    /// All keys as text: `Ctrl+Shift+Z, Ctrl+Y`; empty if there are none.
+    pub fn keys(&self) -> String {
+        self.shortcuts.iter().map(shortcut_text).collect::<Vec<_>>().join(", ")
+    }
+
+    /// The first key as text; empty if there is none.
+    pub fn first_key(&self) -> String {
+        self.shortcuts.first().map(shortcut_text).unwrap_or_default()
+    }
+}
+
+/// A key with its modifiers as text: `Ctrl+Shift+Z`.
+pub fn shortcut_text(shortcut: &KeyboardShortcut) -> String {
+    let Modifiers { alt, ctrl, shift, command, .. } = shortcut.modifiers;
+    let mut text = String::new();
+    for (held, name) in [(ctrl || command, "Ctrl+"), (alt, "Alt+"), (shift, "Shift+")] {
+        if held {
+            text.push_str(name);
+        }
+    }
+    let key = match shortcut.logical_key {
+        Key::Questionmark => "?",
+        Key::OpenBracket => "[",
+        Key::CloseBracket => "]",
+        Key::ArrowUp => "Up",
+        Key::ArrowDown => "Down",
+        Key::ArrowLeft => "Left",
+        Key::ArrowRight => "Right",
+        Key::Escape => "Esc",
+        Key::Plus => "+",
+        Key::Equals => "=",
+        Key::Minus => "-",
+        Key::Period => ".",
+        Key::Comma => ",",
+        key => key.name(),
+    };
+    text + key
+}

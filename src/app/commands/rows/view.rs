@@ -1,0 +1,310 @@
+//! Actions of the menu "View".
+
+use bvhscope_engine::cancel::CancelToken;
+use egui::Key;
+
+use super::{ALT, CTRL, NONE, SHIFT, flip, is_presented};
+use crate::app::commands::action::{Action, OrbitStep, SectionStep, ViewDirection};
+use crate::app::commands::row::{Item, Row, current, item, many, one};
+use crate::app::commands::{camera, section};
+use crate::app::state::{AppState, Navigation, Side, Theme, bookmarks};
+use crate::app::viewport::ZOOM_STEP;
+use crate::camera::Projection;
+use crate::render::{Exposure, HeatKind, Shading};
+use crate::view::NamedView;
+
+pub(in crate::app::commands) static ROWS: &[&[Row]] = &[
+    &[many(directions, |state, index| camera::view_from(state, ViewDirection::ALL[index]))],
+    CAMERA,
+    PICTURE,
+    &[many(shadings, |state, index| state.wanted.render.shading = Shading::ALL[index])
+        .switch(|state, index| Some(state.wanted.render.shading == Shading::ALL[index]))],
+    &[
+        one(Action::ToggleLeftPanel, "Left panel", "Show scene and statistics", &[(NONE, Key::F3)], |state, _| {
+            state.toggle_panel(Side::Left);
+        })
+        .switch(|state, _| Some(state.shows_panel(Side::Left))),
+        one(Action::ToggleRightPanel, "Right panel", "Show the settings", &[(NONE, Key::F4)], |state, _| {
+            state.toggle_panel(Side::Right);
+        })
+        .switch(|state, _| Some(state.shows_panel(Side::Right))),
+    ],
+    &[many(themes, |state, index| state.preferences.theme = THEMES[index].0)
+        .switch(|state, index| Some(state.preferences.theme == THEMES[index].0))],
+];
+
+const CAMERA: &[Row] = &[
+    one(
+        Action::ToggleOrthographic,
+        "Orthographic",
+        "Parallel rays instead of perspective",
+        &[(NONE, Key::Num5)],
+        |state, _| {
+            let projection = &mut state.wanted.camera.projection;
+            *projection = match projection {
+                Projection::Perspective => Projection::Orthographic,
+                Projection::Orthographic => Projection::Perspective,
+            };
+        },
+    )
+    .switch(|state, _| Some(state.wanted.camera.projection == Projection::Orthographic)),
+    one(Action::ToggleUpAxis, "Switch up axis", "Let y or z point up", &[(NONE, Key::U)], |state, _| {
+        camera::toggle_up(state);
+    }),
+    one(
+        Action::ToggleFly,
+        "Fly mode",
+        "Move with W, A, S, D, Q and E instead of orbiting; Shift is faster",
+        &[(NONE, Key::V)],
+        |state, _| {
+            let navigation = &mut state.preferences.navigation;
+            *navigation = match navigation {
+                Navigation::Orbit => Navigation::Fly,
+                Navigation::Fly => Navigation::Orbit,
+            };
+        },
+    )
+    .switch(|state, _| Some(state.preferences.navigation == Navigation::Fly)),
+    one(
+        Action::ResetView,
+        "Reset view",
+        "Go back to the default view: inside a model that encloses its centre, as a room does, otherwise outside",
+        &[(NONE, Key::R)],
+        |state, _| camera::reset(state, NamedView::Default),
+    )
+    .when(is_presented),
+    one(
+        Action::ViewOutside,
+        "View from outside",
+        "Look at the whole model from outside, also at a room",
+        &[(SHIFT, Key::R)],
+        |state, _| camera::reset(state, NamedView::Outside),
+    ),
+    one(
+        Action::FrameSelection,
+        "Frame selection",
+        "Fill the view with the selected node, or with the whole model",
+        &[(NONE, Key::F)],
+        |state, _| camera::frame_selection(state),
+    )
+    .when(is_presented),
+    one(Action::AddBookmark, "Add bookmark", "Keep this camera, to come back to it", &[(CTRL, Key::D)], |state, _| {
+        camera::add_bookmark(state);
+    }),
+    one(
+        Action::NextBookmark,
+        "Next bookmark",
+        "Go to the next camera that was kept for this model",
+        &[(NONE, Key::J)],
+        |state, _| {
+            let (source, here) = (&state.wanted.source, &state.wanted.camera);
+            if let Some(index) = bookmarks::next(&state.preferences.bookmarks, source, here) {
+                camera::go_to_bookmark(state, index);
+            }
+        },
+    )
+    .when(|state, _| bookmarks::own(&state.preferences.bookmarks, &state.wanted.source).next().is_some()),
+    one(Action::RemoveBookmark, "Remove bookmark", "Forget the bookmark that the camera is at", &[], |state, _| {
+        camera::remove_bookmark(state);
+    })
+    .when(|state, _| camera::bookmark_here(state).is_some()),
+    current(kept_cameras, camera::go_to_bookmark)
+        .switch(|state, index| Some(camera::bookmark_here(state) == Some(index))),
+    many(orbit_steps, |state, index| camera::orbit_step(state, OrbitStep::ALL[index])).repeated().in_viewport(),
+    one(
+        Action::ZoomIn,
+        "Zoom in",
+        "Move closer to the point under the pointer",
+        &[(NONE, Key::Plus), (NONE, Key::Equals)],
+        |state, _| camera::zoom(state, ZOOM_STEP),
+    )
+    .repeated(),
+    one(
+        Action::ZoomOut,
+        "Zoom out",
+        "Move away from the point under the pointer",
+        &[(NONE, Key::Minus)],
+        |state, _| camera::zoom(state, 1.0 / ZOOM_STEP),
+    )
+    .repeated(),
+];
+
+const PICTURE: &[Row] = &[
+    one(Action::ToggleContainers, "Containers", "Draw containers over the picture", &[(NONE, Key::B)], |state, _| {
+        flip(&mut state.preferences.show_containers);
+    })
+    .switch(|state, _| Some(state.preferences.show_containers)),
+    one(Action::ToggleGeometry, "Geometry", "Show the traced picture", &[(NONE, Key::N)], |state, _| {
+        flip(&mut state.preferences.show_geometry);
+    })
+    .switch(|state, _| Some(state.preferences.show_geometry)),
+    one(
+        Action::ToggleMeshEdges,
+        "Mesh edges",
+        "Draw the edges of the triangles over the picture",
+        &[(NONE, Key::M)],
+        |state, _| {
+            flip(&mut state.wanted.render.mesh_edges);
+            // Edges are drawn into the picture, so it must be shown.
+            state.preferences.show_geometry |= state.wanted.render.mesh_edges;
+        },
+    )
+    .switch(|state, _| Some(state.wanted.render.mesh_edges)),
+    one(
+        Action::ToggleGround,
+        "Ground shadow",
+        "Let the model's shadow fall on a ground below it, so that it does not float",
+        &[],
+        |state, _| flip(&mut state.wanted.render.ground),
+    )
+    .when(is_lit)
+    .switch(|state, _| Some(state.wanted.render.ground)),
+    one(
+        Action::LockExposure,
+        "Lock exposure",
+        "Keep the brightness of this view while the camera moves; again to meter it anew",
+        &[(NONE, Key::K)],
+        |state, _| lock_exposure(state),
+    )
+    .when(is_lit)
+    .switch(|state, _| Some(state.wanted.render.exposure != Exposure::Auto)),
+    one(
+        Action::FitHeatRange,
+        "Fit heat range",
+        "Spread the colours of the heat map over the counts of this picture; the range then stays",
+        &[(NONE, Key::C)],
+        |state, _| fit_heat_range(state),
+    )
+    .when(|state, _| state.model.presented.as_ref().is_some_and(|shown| !shown.frame.values.is_empty())),
+    many(sections, |state, index| section::perform(state, SectionStep::ALL[index]))
+        .when(|state, index| section::is_enabled(state, SectionStep::ALL[index]))
+        .switch(|state, index| section::is_on(state, SectionStep::ALL[index])),
+];
+
+/// Themes of the window, each with its name and tip.
+const THEMES: [(Theme, &str, &str); 3] = [
+    (Theme::Dark, "dark", "Light text on dark grey"),
+    (Theme::Light, "light", "Dark text on light grey"),
+    (Theme::System, "system", "Follow the desktop"),
+];
+
+fn themes() -> Vec<Item> {
+    THEMES.map(|(theme, name, tip)| item(Action::Theme(theme), format!("Theme: {name}"), tip)).into()
+}
+
+fn directions() -> Vec<Item> {
+    let direction = |direction| {
+        let (name, key) = match direction {
+            ViewDirection::Front => ("Front", (NONE, Key::Num1)),
+            ViewDirection::Back => ("Back", (CTRL, Key::Num1)),
+            ViewDirection::Right => ("Right", (NONE, Key::Num3)),
+            ViewDirection::Left => ("Left", (CTRL, Key::Num3)),
+            ViewDirection::Top => ("Top", (NONE, Key::Num7)),
+            ViewDirection::Bottom => ("Bottom", (CTRL, Key::Num7)),
+        };
+        let tip = format!("Look at the model from the {}", name.to_lowercase());
+        Item { key: Some(key), ..item(Action::View(direction), format!("{name} view"), tip) }
+    };
+    ViewDirection::ALL.map(direction).into()
+}
+
+fn orbit_steps() -> Vec<Item> {
+    let step = |step| {
+        let (name, key) = match step {
+            OrbitStep::Left => ("left", Key::ArrowLeft),
+            OrbitStep::Right => ("right", Key::ArrowRight),
+            OrbitStep::Up => ("up", Key::ArrowUp),
+            OrbitStep::Down => ("down", Key::ArrowDown),
+        };
+        let tip = "Orbit by 5 degrees; the key works while the picture has the focus";
+        Item { key: Some((NONE, key)), ..item(Action::Orbit(step), format!("Orbit {name}"), tip) }
+    };
+    OrbitStep::ALL.map(step).into()
+}
+
+fn kept_cameras(state: &AppState) -> Vec<Item> {
+    let source = state.wanted.source.absolute();
+    let kept = state.preferences.bookmarks.iter().enumerate();
+    kept.map(|(index, known)| {
+        let model = if known.source == source { String::new() } else { format!(" of {}", known.source.label()) };
+        let label = format!("Go to {}{model}", known.name);
+        item(Action::GoToBookmark(index), label, format!("A camera kept for {}", known.source))
+    })
+    .collect()
+}
+
+fn sections() -> Vec<Item> {
+    let step = |step| {
+        let (label, tip, key) = match step {
+            SectionStep::Toggle => {
+                ("Section", "Cut model and containers open by a plane, or close them", Some((NONE, Key::X)))
+            }
+            SectionStep::X => ("Section: across x", "Cut across the x axis; drag the handle to move the plane", None),
+            SectionStep::Y => ("Section: across y", "Cut across the y axis; drag the handle to move the plane", None),
+            SectionStep::Z => ("Section: across z", "Cut across the z axis; drag the handle to move the plane", None),
+            SectionStep::Facing => {
+                ("Section: facing", "Cut parallel to the picture, through the middle of the model", None)
+            }
+            SectionStep::Snap => ("Section: snap to axis", "Turn the section plane to the nearest axis", None),
+            SectionStep::Flip => ("Section: flip", "Keep the other half", Some((SHIFT, Key::X))),
+        };
+        Item { key, ..item(Action::Section(step), label, tip) }
+    };
+    SectionStep::ALL.map(step).into()
+}
+
+fn shadings() -> Vec<Item> {
+    let digits = [Key::Num1, Key::Num2, Key::Num3, Key::Num4, Key::Num5, Key::Num6, Key::Num7, Key::Num8, Key::Num9];
+    let shadings = Shading::ALL.into_iter().enumerate();
+    shadings
+        .map(|(index, shading)| {
+            let label = format!("Shading: {}", shading.label());
+            // Modes beyond the ninth have no key.
+            let key = digits.get(index).map(|&key| (ALT, key));
+            Item { key, ..item(Action::Shade(shading), label, shading_description(shading)) }
+        })
+        .collect()
+}
+
+/// Description of a shading mode.
+pub(in crate::app) fn shading_description(shading: Shading) -> &'static str {
+    match shading {
+        Shading::Lit => "Light, materials and textures",
+        Shading::Normals => "The direction of the surface as a colour",
+        Shading::Depth => "Distance along the view direction",
+        Shading::AmbientOcclusion => "How open the surface is to its surroundings",
+        Shading::Clusters => "Each surface in the colour of the container, at the cluster depth, that holds it",
+        Shading::Heat(HeatKind::Both) => "Container and triangle tests that each pixel cost",
+        Shading::Heat(HeatKind::Containers) => "Container tests that each pixel cost",
+        Shading::Heat(HeatKind::Primitives) => "Triangle tests that each pixel cost",
+        Shading::Heat(HeatKind::Steps) => {
+            "Nodes and blocks of the eight-wide tree, which makes the pictures, that each pixel cost"
+        }
+        Shading::Heat(HeatKind::WholeRay) => {
+            "Containers that the ray of each pixel enters from one end to the other, as if no surface stopped it: how much they overlap"
+        }
+    }
+}
+
+fn is_lit(state: &AppState, _: usize) -> bool {
+    state.wanted.render.shading == Shading::Lit
+}
+
+/// Sets the heat map's range to the one that fits the presented picture.
+fn fit_heat_range(state: &mut AppState) {
+    let Some(shown) = &state.model.presented else { return };
+    if matches!(state.wanted.render.shading, Shading::Heat(_)) && !shown.frame.values.is_empty() {
+        state.wanted.render.heat_range = shown.frame.fitted_range(&CancelToken::new()).ok();
+    }
+}
+
+/// Fixes the exposure at that of the presented picture, or lets it be metered again.
+fn lock_exposure(state: &mut AppState) {
+    let shown = state.model.presented.as_ref().map_or(0.0, |shown| shown.frame.exposure_stops);
+    let exposure = &mut state.wanted.render.exposure;
+    *exposure = match exposure {
+        // Rounded, as the slider and the command line show it.
+        Exposure::Auto => Exposure::Fixed((shown * 100.0).round() / 100.0),
+        Exposure::Fixed(_) => Exposure::Auto,
+    };
+}
