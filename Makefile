@@ -9,6 +9,7 @@
 # What they need of the system they install first, where it is missing. Everything else is plain cargo.
 
 SHELL := /bin/bash
+.SHELLFLAGS := -o pipefail -c
 
 # What the window and the overlay load at run time (nothing is needed to compile beyond a C linker).
 RUN_PACKAGES := mesa-vulkan-drivers libx11-6 libx11-xcb1 libxcursor1 libxi6 libxkbcommon-x11-0
@@ -18,21 +19,25 @@ TEST_PACKAGES := $(RUN_PACKAGES) xvfb xdotool x11-apps python3-xlib
 # Where tests list what they could not check here, and what may be missing in continuous integration (tests/support/skip.rs).
 export BVHSCOPE_SKIPPED := $(CURDIR)/target/skipped.log
 export BVHSCOPE_MAY_SKIP ?= models tools
-LIST_SKIPPED = if [ -s "$$BVHSCOPE_SKIPPED" ]; then echo "Not checked here:"; sort "$$BVHSCOPE_SKIPPED"; else echo "No test was skipped."; fi
+LIST_SKIPPED = if [ -s "$$BVHSCOPE_SKIPPED" ]; then echo "Not checked here:"; sort "$$BVHSCOPE_SKIPPED"; fi
+# The output of all tests, whose results are added up at the end.
+TEST_LOG := target/tests.log
 
 .PHONY: run test format lint unit docs headless peers tables screenshots dist install deb deps-run deps-test deps-peers deps-deb
 
 run: deps-run
 	cargo build --release
 	@if [ -n "$$DISPLAY$$WAYLAND_DISPLAY" ]; then \
-		cargo run --release -- $(MODEL); \
+		target/release/bvhscope $(MODEL); \
 	else \
-		echo "There is no display here: drawing the built-in scene with its containers into teapot.png instead."; \
-		cargo run --release -- render builtin:teapot --overlay box --depth 4..6 --size 1280x800 -o teapot.png; \
+		echo "There is no display here, so the built-in scene is drawn into a file."; \
+		XDG_RUNTIME_DIR="$${XDG_RUNTIME_DIR:-/tmp}" target/release/bvhscope render builtin:teapot --overlay box --depth 4..6 \
+			--size 1280x800 -o teapot.png && echo "The picture is teapot.png."; \
 	fi
 
 test: deps-test format lint unit headless docs
 	@$(LIST_SKIPPED)
+	@echo "Passed: format, lints, $$(awk '/^test result:/ { n += $$4 } END { print n }' $(TEST_LOG)) tests, documentation."
 
 format:
 	cargo fmt --check
@@ -44,12 +49,11 @@ lint:
 # Not the examples, which lint has compiled. The tests of the real window mostly wait for it, so they run beside all others.
 unit:
 	cargo test --workspace --lib --test '*' --no-run
-	@mkdir -p target && rm -f "$$BVHSCOPE_SKIPPED"
-	@log=$$(mktemp); trap 'rm -f "$$log"' EXIT; \
-	cargo test --workspace --no-fail-fast --test window >"$$log" 2>&1 & \
-	cargo test --workspace --no-fail-fast --lib --test '[!w]*'; others=$$?; \
-	wait $$!; window=$$?; cat "$$log"; [ $$((others | window)) = 0 ] || { $(LIST_SKIPPED); exit 1; }
-	cargo test --workspace --doc
+	@rm -f "$$BVHSCOPE_SKIPPED"; window_log=$$(mktemp); trap 'rm -f "$$window_log"' EXIT; \
+	cargo test --workspace --no-fail-fast --test window >"$$window_log" 2>&1 & \
+	cargo test --workspace --no-fail-fast --lib --test '[!w]*' 2>&1 | tee $(TEST_LOG); others=$$?; \
+	wait $$!; window=$$?; tee -a $(TEST_LOG) <"$$window_log"; [ $$((others | window)) = 0 ] || { $(LIST_SKIPPED); exit 1; }
+	cargo test --workspace --doc 2>&1 | tee -a $(TEST_LOG)
 
 # The program for servers, without window and overlay, what writes the man pages, and the engine as others use it. The tests need the window.
 headless:
@@ -64,11 +68,11 @@ docs:
 screenshots: deps-test
 	UPDATE_SCREENSHOTS=1 cargo test --test window screenshots
 
-# This engine beside Embree, obvhs and tinybvh. The rows are added to docs/performance.jsonl, of which `make tables` makes the tables.
+# This engine beside Embree, obvhs and tinybvh. The rows replace older ones of the same machine and flags in docs/performance.jsonl.
 peers: deps-peers
 	cargo run --release --no-default-features --features peers --bin peers -- --append docs/performance.jsonl $(PEERS)
 
-# The tables between marker comments in README.md and docs/, anew from docs/performance.jsonl. A test compares them.
+# The tables between marker comments in docs/, anew from docs/performance.jsonl. A test compares them.
 tables:
 	UPDATE_TABLES=1 cargo test --workspace --test source tables
 

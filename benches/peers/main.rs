@@ -17,6 +17,7 @@ mod foreign;
 mod measure;
 mod obvhs_peer;
 mod obvhs_tree;
+mod packed;
 mod paper;
 mod peer;
 mod rays;
@@ -83,7 +84,7 @@ struct Flags {
     /// Print one JSON object a line instead of tables
     #[arg(long)]
     json: bool,
-    /// Add the rows to this file too, with machine, date and commit
+    /// Add the rows to this file too, with machine, date and commit, in place of an older run with the same flags
     #[arg(long)]
     append: Option<PathBuf>,
 }
@@ -157,6 +158,9 @@ fn main() -> ExitCode {
                 agreed = false;
             }
         }
+    }
+    if let Some(path) = &flags.append {
+        agreed &= record::keep_newest(path).inspect_err(|error| eprintln!("{error:#}")).is_ok();
     }
     if agreed { ExitCode::SUCCESS } else { ExitCode::FAILURE }
 }

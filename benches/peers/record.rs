@@ -1,5 +1,6 @@
 //! Rows kept in a file, each with the machine, the day and the commit that it was measured with.
 
+use std::collections::BTreeMap;
 use std::fs::OpenOptions;
 use std::io::Write as _;
 use std::path::Path;
@@ -10,11 +11,13 @@ use anyhow::Context as _;
 use bvhscope_engine::kernel::SimdLevel;
 use serde_json::{Value, json};
 
-/// What every row of this run says beside its numbers.
+use crate::packed::pack;
+
+/// Machine, date, commit and flags of this run, which every row has beside its numbers.
 pub struct Provenance(Value);
 
 impl Provenance {
-    /// Asks machine, clock and repository.
+    /// Reads them from machine, clock and repository.
     pub fn of_this_run() -> Self {
         let flags: Vec<String> = std::env::args().skip(1).collect();
         let seconds = SystemTime::now().duration_since(UNIX_EPOCH).map_or(0, |since| since.as_secs());
@@ -33,15 +36,35 @@ impl Provenance {
     }
 }
 
-/// Adds rows at the end of a file, one JSON object a line.
+/// Adds rows at the end of a file, packed.
 pub fn append(rows: &[Value], path: &Path) -> anyhow::Result<()> {
-    let text: String = rows.iter().map(|row| format!("{row}\n")).collect();
+    let text: String = pack(rows).iter().map(|line| format!("{line}\n")).collect();
     let name = || format!("--append {}", path.display());
     let mut file = OpenOptions::new().create(true).append(true).open(path).with_context(name)?;
     file.write_all(text.as_bytes()).with_context(name)
 }
 
-/// Name of the processor, with the number of threads that it runs at once.
+/// Removes the rows of a file that the same machine has measured again with the same flags.
+pub fn keep_newest(path: &Path) -> anyhow::Result<()> {
+    let name = || format!("--append {}", path.display());
+    let text = std::fs::read_to_string(path).with_context(name)?;
+    let mut newest: BTreeMap<[String; 2], String> = BTreeMap::new();
+    let mut lines = Vec::new();
+    for line in text.lines() {
+        let run: Value = serde_json::from_str(line).with_context(name)?;
+        let [machine, flags, date] =
+            ["machine", "flags", "date"].map(|name| run[name].as_str().unwrap_or_default().to_owned());
+        let key = [machine, flags];
+        let known = newest.entry(key.clone()).or_default();
+        *known = date.clone().max(std::mem::take(known));
+        lines.push((line, key, date));
+    }
+    let kept = lines.iter().filter(|(_, key, date)| newest.get(key) == Some(date));
+    let text: String = kept.map(|(line, ..)| format!("{line}\n")).collect();
+    std::fs::write(path, text).with_context(name)
+}
+
+/// Name and hardware threads of the processor.
 fn machine() -> String {
     let info = std::fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
     let value = |name: &str| {

@@ -2,7 +2,7 @@
 
 use serde_json::Value;
 
-use super::rows::{Rows, Shown, source};
+use super::rows::{Rows, Shown, rate, source};
 
 /// Every table.
 pub const NAMES: [&str; 8] = ["ready", "ready-one", "trees", "rays", "single", "engines", "picture", "paper"];
@@ -52,7 +52,7 @@ pub fn table(marker: &str, rows: &Rows) -> Result<Option<String>, String> {
         return Ok(None);
     }
     let lines = lines(&newest, rows, shown);
-    let mut text = format!("{} {}.\n\n", what(name, &newest), source(&newest));
+    let mut text = format!("{} {}.\n\n", contents(name, &newest), source(&newest));
     let mut is_header = true;
     for line in lines {
         if line.is_empty() {
@@ -69,8 +69,8 @@ pub fn table(marker: &str, rows: &Rows) -> Result<Option<String>, String> {
     Ok(Some(text))
 }
 
-/// What a table shows, in which unit.
-fn what(name: &str, rows: &[&Value]) -> String {
+/// Contents and unit of a table.
+fn contents(name: &str, rows: &[&Value]) -> String {
     let repeat = rows[0]["repeat"].as_u64().map_or_else(String::new, |repeat| format!(", medians of {repeat} rounds"));
     match name {
         "ready" => format!(
@@ -80,15 +80,13 @@ fn what(name: &str, rows: &[&Value]) -> String {
         "ready-one" => format!(
             "Milliseconds with one thread{repeat}, binary tree / **ready to trace**, and rates until ready of Embree's."
         ),
-        "trees" => "SAH cost with the best leaves; end-point overlap; container + triangle tests per ray through the \
-                    binary tree (primary, ambient occlusion, diffuse); bytes per triangle, ready to trace."
-            .to_owned(),
-        "rays" => format!(
-            "Million rays per second on one thread{repeat}, of those of Embree's fastest tree and interface, and the ratio."
-        ),
-        "single" => format!(
-            "Million rays per second on one thread{repeat}, one ray at a time, of Embree's single rays, and the ratio."
-        ),
+        "trees" => {
+            "SAH cost with the best leaves; end-point overlap; container and triangle tests per ray through the binary \
+                    tree (primary, ambient occlusion, diffuse); bytes per triangle, ready to trace."
+                .to_owned()
+        }
+        "rays" => format!("Million rays per second on one thread{repeat}, beside Embree's fastest tree and interface."),
+        "single" => format!("Million rays per second on one thread{repeat}, one ray at a time, beside Embree's."),
         "engines" => format!(
             "Million rays per second on one thread{repeat}, one ray at a time: primary, ambient occlusion, diffuse."
         ),
@@ -168,7 +166,9 @@ fn trees(rows: &[&Value]) -> Lines {
     let is_measured = |engine: &str, setting: &str| {
         rows.iter().any(|row| row["engine"] == engine && row["setting"] == setting && row["sah_cost"].is_number())
     };
-    let settings: Vec<_> = SETTINGS.into_iter().filter(|(engine, setting, _)| is_measured(engine, setting)).collect();
+    // Embree 4 makes the trees of Embree 3.
+    let is_shown = |&(engine, setting, _): &(&str, &str, &str)| engine != "embree 4" && is_measured(engine, setting);
+    let settings: Vec<_> = SETTINGS.into_iter().filter(is_shown).collect();
     let mut lines = vec![vec!["scene, triangles".to_owned()]];
     lines[0].extend(settings.iter().map(|setting| setting.2.to_owned()));
     for (model, label) in models(rows) {
@@ -183,7 +183,7 @@ fn trees(rows: &[&Value]) -> Lines {
                 .iter()
                 .filter_map(|(kind, _)| {
                     let of = |what: &str| row[format!("{kind}_{what}_tests_per_ray")].as_f64();
-                    Some(format!("{:.1} + {:.1}", of("container")?, of("primitive")?))
+                    Some(format!("{:.1}", of("container")? + of("primitive")?))
                 })
                 .collect();
             let plain =
@@ -212,8 +212,7 @@ fn rays(rows: &[&Value], all: &Rows, shown: Shown<'_>, interface: &str) -> Lines
                     let fits = interface.is_empty() || row["interface"] == interface;
                     row["model"] == *model && row["engine"] == engine && row["threads"] == 1 && is_own && fits
                 });
-                let rates =
-                    of_engine.filter_map(|row| Some((row["mrays_per_s"].as_f64()?, row["interface"].as_str()?)));
+                let rates = of_engine.filter_map(|row| Some((rate(row)?, row["interface"].as_str()?)));
                 rates.max_by(|a, b| a.0.total_cmp(&b.0))
             };
             line.push(match (fastest("bvhscope"), fastest("embree")) {
@@ -236,7 +235,7 @@ fn rays(rows: &[&Value], all: &Rows, shown: Shown<'_>, interface: &str) -> Lines
 /// Single rays through the tree of every setting, in the run of `rows`.
 fn engines(rows: &[&Value], all: &Rows, shown: Shown<'_>) -> Lines {
     let by_kind = KINDS.map(|(kind, _)| all.newest(kind, shown));
-    let rate = |rows: &[&Value], model: &str, (engine, setting, _): &(&str, &str, &str)| {
+    let rate_of = |rows: &[&Value], model: &str, (engine, setting, _): &(&str, &str, &str)| {
         let is_it = |row: &&&Value| {
             row["model"] == model
                 && row["engine"] == *engine
@@ -244,17 +243,17 @@ fn engines(rows: &[&Value], all: &Rows, shown: Shown<'_>) -> Lines {
                 && row["threads"] == 1
                 && row["interface"] == "single"
         };
-        rows.iter().find(is_it).and_then(|row| row["mrays_per_s"].as_f64())
+        rows.iter().find(is_it).and_then(|row| rate(row))
     };
     let models = models(rows);
-    let is_measured = |setting: &_| models.iter().any(|(model, _)| rate(rows, model, setting).is_some());
+    let is_measured = |setting: &_| models.iter().any(|(model, _)| rate_of(rows, model, setting).is_some());
     let settings: Vec<_> = SETTINGS.into_iter().filter(is_measured).collect();
     let mut lines = vec![vec!["scene, triangles".to_owned()]];
     lines[0].extend(settings.iter().map(|setting| setting.2.to_owned()));
     for (model, label) in &models {
         let mut line = vec![label.clone()];
         line.extend(settings.iter().map(|setting| {
-            let rates = by_kind.iter().map(|rows| rate(rows, model, setting));
+            let rates = by_kind.iter().map(|rows| rate_of(rows, model, setting));
             rates.map(|rate| rate.map_or("–".to_owned(), |rate| format!("{rate:.1}"))).collect::<Vec<_>>().join(", ")
         }));
         lines.push(line);

@@ -1,4 +1,4 @@
-//! The tables of measurements in the documentation are those that `docs/performance.jsonl` gives: no figure is typed.
+//! The tables of measurements in the documentation are generated from `docs/performance.jsonl`: no figure is typed.
 //!
 //! `make tables` (`UPDATE_TABLES=1 cargo test --workspace --test source tables`) writes them anew. A table stands between the lines
 //! `<!-- table: NAME -->` and `<!-- end of table -->`, where NAME may be followed by `large`: then it shows scenes of 2 million
@@ -7,15 +7,18 @@
 //! the text between the lines stays as it is.
 
 mod generate;
+#[path = "../../../benches/peers/packed.rs"]
+mod packed;
 mod rows;
 
 use std::path::Path;
 
 use generate::table;
 use rows::{Rows, Shown};
+use serde_json::Value;
 
-/// What may hold tables.
-const DOCUMENTS: [&str; 3] = ["README.md", "docs/performance.md", "docs/paper.md"];
+/// Documents with tables.
+const DOCUMENTS: [&str; 2] = ["docs/performance.md", "docs/paper.md"];
 const ROWS: &str = "docs/performance.jsonl";
 const PINNED: &str = "tests/picture/pinned_trees.txt";
 const BEGIN: &str = "<!-- table: ";
@@ -119,7 +122,7 @@ fn a_table_shows_the_newest_run_without_and_with_a_limit() {
     assert_eq!(lines[4], "| median | | | 0.60 |");
     assert_eq!(lines[5], "| scene, triangles | Embree LOW |", "the run with a limit");
     assert_eq!(lines[8..], ["| scene, triangles | Embree LOW |", "|---|---|", "| terrain 9,999,392 | – / **700** |"]);
-    assert!(text.contains("B, 2 threads, 2026-01-03, commit abcdef0123, `make peers PEERS=\"--repeat 9\"`"), "{text}");
+    assert!(text.contains("B, 2 threads, 2026-01-03, commit abcdef0123."), "{text}");
     assert!(text.starts_with("before\n") && text.contains("\nbetween\n") && text.contains("\nafter\n"), "{text}");
     assert!(!text.contains("stale") && !text.contains("old"), "{text}");
     // As the documents' test does: what was written compares equal, and a changed figure does not.
@@ -129,7 +132,21 @@ fn a_table_shows_the_newest_run_without_and_with_a_limit() {
 }
 
 #[test]
-fn a_table_without_rows_keeps_its_text_and_a_wrong_marker_is_told() {
+fn rows_are_the_same_after_packing() {
+    let mut run = Rows::parse(SAMPLE).unwrap().0;
+    run.retain(|row| row["date"] == "2026-01-03T03:04Z");
+    let lines: String = packed::pack(&run).iter().map(|line| format!("{line}\n")).collect();
+    assert_eq!(lines.lines().count(), 1, "one part");
+    let mut unpacked = Rows::parse(&lines).unwrap().0;
+    for rows in [&mut run, &mut unpacked] {
+        rows.sort_by_key(Value::to_string);
+    }
+    assert_eq!(unpacked, run);
+    assert!(Rows::parse(&lines.replace("\"columns\":[", "\"columns\":[\"more\",")).unwrap_err().contains("do not fit"));
+}
+
+#[test]
+fn a_table_without_rows_keeps_its_text_and_a_wrong_marker_is_an_error() {
     let rows = Rows::parse("").unwrap();
     for name in generate::NAMES {
         let document = format!("{BEGIN}{name} -->\n| as it was |\n{END}\n");

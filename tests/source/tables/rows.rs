@@ -2,7 +2,9 @@
 
 use serde_json::Value;
 
-/// What every row says of its run.
+use super::packed::unpack;
+
+/// The columns that identify a run.
 const RUN: [&str; 4] = ["date", "machine", "commit", "flags"];
 
 /// Triangles from which a scene counts as large.
@@ -28,18 +30,22 @@ impl<'a> Shown<'a> {
 
 /// All rows of the file, in order.
 #[derive(Debug)]
-pub struct Rows(Vec<Value>);
+pub struct Rows(pub Vec<Value>);
 
 impl Rows {
-    /// Reads one JSON object a line; a message that names the line where one is not a row of a run.
+    /// Reads one JSON object a line, a row or packed rows; an error names the first line that is not of a run.
     pub fn parse(text: &str) -> Result<Self, String> {
         let mut rows = Vec::new();
         for (index, line) in text.lines().enumerate().filter(|(_, line)| !line.trim().is_empty()) {
-            let row: Value = serde_json::from_str(line).map_err(|error| format!("line {}: {error}", index + 1))?;
-            if let Some(name) = RUN.into_iter().chain(["part", "model"]).find(|name| !row[*name].is_string()) {
-                return Err(format!("line {}: no {name}", index + 1));
+            let line = serde_json::from_str(line).map_err(|error| format!("line {}: {error}", index + 1))?;
+            let unpacked =
+                unpack(line).ok_or_else(|| format!("line {}: rows that do not fit the columns", index + 1))?;
+            for row in unpacked {
+                if let Some(name) = RUN.into_iter().chain(["part", "model"]).find(|name| !row[*name].is_string()) {
+                    return Err(format!("line {}: no {name}", index + 1));
+                }
+                rows.push(row);
             }
-            rows.push(row);
         }
         Ok(Self(rows))
     }
@@ -59,13 +65,14 @@ impl Rows {
     }
 }
 
-/// The run of a table's rows as a sentence.
+/// The run of a table's rows, for its caption.
 pub fn source(rows: &[&Value]) -> String {
     let Some(row) = rows.first() else { return String::new() };
-    let [date, machine, commit, flags] = RUN.map(|name| row[name].as_str().unwrap_or_default());
-    let day = date.split('T').next().unwrap_or_default();
-    // `make peers` names the file itself.
-    let flags = flags.strip_prefix("--append docs/performance.jsonl").unwrap_or(flags).trim();
-    let command = if flags.is_empty() { "make peers".to_owned() } else { format!("make peers PEERS=\"{flags}\"") };
-    format!("{machine}, {day}, commit {commit}, `{command}`")
+    let [date, machine, commit, _] = RUN.map(|name| row[name].as_str().unwrap_or_default());
+    format!("{machine}, {}, commit {commit}", date.split('T').next().unwrap_or_default())
+}
+
+/// Millions of rays a second.
+pub fn rate(row: &Value) -> Option<f64> {
+    Some(row["rays"].as_f64()? / row["trace_ms"].as_f64()? / 1e3)
 }
