@@ -1,5 +1,5 @@
-//! What writes tree files in other languages: the C header, the Python module, the lines of the README, and the small builders
-//! in `examples/tree_file/`. Each is compiled or run, and its trees are traced.
+//! Writers of tree files in other languages: the C header, the Python module, the lines of `docs/tree-file.md`, and the small
+//! builders in `examples/tree_file/`. Each is compiled or run, and its trees are traced.
 
 use std::path::Path;
 use std::process::Command;
@@ -57,13 +57,13 @@ fn the_header_writes_every_field_as_c_and_as_cpp() {
     }
 }
 
-/// The lines of C in the README, within a program that has the arrays of a small tree.
+/// The lines of C in `docs/tree-file.md`, within a program that has the arrays of a small tree.
 #[test]
-fn the_lines_of_the_readme_write_a_tree() {
-    let readme = std::fs::read_to_string(repository("README.md")).unwrap();
-    let lines = readme.split("```c\n").nth(1).and_then(|rest| rest.split("```").next()).expect("C in the README");
+fn the_documented_lines_of_c_write_a_tree() {
+    let document = std::fs::read_to_string(repository("docs/tree-file.md")).unwrap();
+    let lines = document.split("```c\n").nth(1).and_then(|rest| rest.split("```").next()).expect("lines of C");
     let folder = tempfile::tempdir().unwrap();
-    let source = folder.path().join("readme.c");
+    let source = folder.path().join("write.c");
     let program = format!(
         "#include <stdint.h>\n#include <stdio.h>\nint main(void) {{\n\
          float bounds[18] = {{1, 0, 0, 11, 1, 1, 1, 0, 0, 2, 1, 1, 11, 0, 0, 11, 1, 1}};\n\
@@ -71,7 +71,7 @@ fn the_lines_of_the_readme_write_a_tree() {
          uint32_t nodes = 3, indices = 3, triangles = 3;\n{lines}\nreturn 0;\n}}\n"
     );
     std::fs::write(&source, program).unwrap();
-    let program = folder.path().join("readme");
+    let program = folder.path().join("write");
     let Some(()) = compiled("cc", &["-std=c99"], &source, &program, &[]) else { return };
     run_tool(Command::new(&program).current_dir(folder.path())).unwrap();
     let file = checked(&folder.path().join("mine.bvh"), &row());
@@ -121,7 +121,7 @@ fn python(folder: &Path, with_numpy: bool) -> Command {
     command
 }
 
-/// Whether NumPy is there for tests that want it: its absence is said aloud.
+/// False where a test wants NumPy and it is missing, which is recorded as skipped.
 fn can_run(folder: &Path, with_numpy: bool) -> bool {
     let script = "try:\n    import numpy\n    print('numpy')\nexcept ImportError:\n    print('none')\n";
     let Some(found) = run_tool(python(folder, with_numpy).args(["-c", script])) else { return false };
@@ -194,7 +194,7 @@ fn the_python_module_reads_and_writes_the_same_tree() {
     }
 }
 
-/// What the module refuses, with what it says.
+/// Refused arguments, each with its message.
 #[test]
 fn the_python_module_says_what_does_not_fit() {
     let folder = tempfile::tempdir().unwrap();
