@@ -67,8 +67,11 @@ struct Info {
     has_normals: bool,
     has_uvs: bool,
     has_colors: bool,
-    bounds_min: [f32; 3],
-    bounds_max: [f32; 3],
+    /// In the coordinates of the file.
+    bounds_min: [f64; 3],
+    bounds_max: [f64; 3],
+    /// Subtracted from the coordinates of the file: those of trees, cameras and rays are less by it.
+    offset: [f64; 3],
     up: [f32; 3],
     scene_bytes: usize,
     #[serde(flatten)]
@@ -132,8 +135,9 @@ pub fn run(command: &InfoCommand, context: &mut Context<'_>) -> Result<Finished,
         has_normals: attributes.is_some_and(|attributes| !attributes.normals.is_empty()),
         has_uvs: attributes.is_some_and(|attributes| !attributes.uvs.is_empty()),
         has_colors: attributes.is_some_and(|attributes| !attributes.colors.is_empty()),
-        bounds_min: scene.bounds.min.to_array(),
-        bounds_max: scene.bounds.max.to_array(),
+        bounds_min: scene.in_file(scene.bounds.min).to_array(),
+        bounds_max: scene.in_file(scene.bounds.max).to_array(),
+        offset: scene.offset.to_array(),
         up: scene.up.to_array(),
         scene_bytes: scene.bytes(),
         tree: TreeNumbers::new(&accel, epo),
@@ -208,7 +212,7 @@ fn print_text(
     epo: EndPointOverlap,
     out: &mut dyn std::io::Write,
 ) -> std::io::Result<()> {
-    let vector = |[x, y, z]: [f32; 3]| format!("{x} {y} {z}");
+    let vector = |[x, y, z]: [f64; 3]| format!("{x} {y} {z}");
     let megabytes = |bytes: usize| format!("{} MB", number(bytes as f64 / 1e6));
     writeln!(out, "{}", info.model)?;
     line(out, "triangles", info.triangles.to_string())?;
@@ -221,7 +225,10 @@ fn print_text(
             .collect();
     line(out, "vertices", if attributes.is_empty() { "positions only".to_owned() } else { attributes.join(", ") })?;
     line(out, "bounds", format!("{} to {}", vector(info.bounds_min), vector(info.bounds_max)))?;
-    line(out, "up", vector(info.up))?;
+    if info.offset != [0.0; 3] {
+        line(out, "offset", format!("{}, subtracted from all coordinates", vector(info.offset)))?;
+    }
+    line(out, "up", vector(info.up.map(f64::from)))?;
     line(out, "memory", megabytes(info.scene_bytes))?;
     let tree = &info.tree;
     let label = if tree.file.is_some() { &tree.builder } else { builder.label() };

@@ -10,7 +10,7 @@ use serde::Serialize;
 
 use crate::accel::Accel;
 use crate::budget::Budget;
-use crate::scene::Scene;
+use crate::scene::{Extent, Scene};
 use crate::visibility::TriangleSet;
 use bvhscope_engine::cancel::{CancelToken, Cancelled};
 use bvhscope_engine::geometry::Triangle;
@@ -25,7 +25,7 @@ const BATCH: usize = 1 << 14;
 /// A problem that makes tracing slow or a picture wrong.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Finding {
-    /// Kind of problem: "deep-tree", "duplicates", "not-examined", "degenerate", "slivers", "huge-triangles", "large-leaf", "overlap".
+    /// Kind of problem: "deep-tree", "duplicates", "not-examined", "degenerate", "slivers", "huge-triangles", "coarse", "large-leaf", "overlap".
     pub kind: &'static str,
     /// Number of triangles, nodes or levels concerned.
     pub count: usize,
@@ -90,6 +90,12 @@ fn diagnose_within(budget: Budget, scene: &Scene, token: &CancelToken) -> Result
                  as large, and most rays test them"
             )
         });
+    }
+    let corners = [scene.bounds.min, scene.bounds.max].map(glam::Vec3::as_dvec3);
+    if Extent::around(corners).offset() != glam::DVec3::ZERO {
+        let text = "the coordinates are so far from the origin that single precision rounds them by more than a millionth of the \
+                    model's size: export the model nearer to the origin, or with double precision";
+        findings.push(Finding { kind: "coarse", count: total, text: text.to_owned(), place: Place::Scene });
     }
     if let Some(text) = not_examined.filter(|_| total > 0) {
         findings.insert(0, Finding { kind: "not-examined", count: total, text, place: Place::Scene });

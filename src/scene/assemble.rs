@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use glam::{Vec2, Vec3};
+use glam::{DVec3, Vec2, Vec3};
 
 use super::error::{FileLocation, LoadError, Warnings};
 use super::material::{Material, Texture};
@@ -73,6 +73,8 @@ pub(super) struct Assembly {
     pub(super) materials: Vec<Material>,
     /// The textures that materials refer to by index.
     pub(super) textures: Vec<Texture>,
+    /// Subtracted from the coordinates of the file, see [`Extent::offset`](super::offset::Extent::offset).
+    pub(super) offset: DVec3,
     /// Number of meshes, objects or solids so far.
     pub(super) mesh_count: usize,
     /// Whether the file holds a tree of its triangles.
@@ -109,6 +111,7 @@ impl Assembly {
             material_indices: Vec::new(),
             materials: Vec::new(),
             textures: Vec::new(),
+            offset: DVec3::ZERO,
             mesh_count: 0,
             has_tree: false,
             files_read: Vec::new(),
@@ -264,6 +267,7 @@ impl Assembly {
             source: source.clone(),
             triangles: self.triangles,
             bounds,
+            offset: self.offset,
             up,
             interior: None,
             attributes,

@@ -27,6 +27,9 @@ mod interior;
 
 mod recognise;
 
+#[allow(clippy::arithmetic_side_effects, reason = "floats")]
+mod offset;
+
 mod assemble;
 
 #[allow(clippy::arithmetic_side_effects, reason = "indices of triangles that exist, and vectors")]
@@ -57,6 +60,7 @@ pub use interior::Interior;
 pub use load::{load, load_bytes};
 pub use material::{Material, Texture, WrapMode};
 pub use model::{Attributes, Scene};
+pub(crate) use offset::Extent;
 pub use options::LoadOptions;
 pub(crate) use read::read_file;
 pub use smooth::{CornerNormals, SmoothNormals};

@@ -4,7 +4,7 @@ use std::collections::HashSet;
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use glam::{Vec2, Vec3};
+use glam::{DVec3, Vec2, Vec3};
 
 use super::error::{FileLocation, Warnings};
 use super::interior::Interior;
@@ -14,7 +14,7 @@ use super::source::SceneSource;
 use bvhscope_engine::cancel::{CancelToken, Cancelled};
 use bvhscope_engine::geometry::{Aabb, Triangle};
 
-/// A loaded model: triangles in world space, with attributes and materials for shading. Has at least one triangle; all
+/// A loaded model: triangles in world space less `offset`, with attributes and materials for shading. Has at least one triangle; all
 /// coordinates are finite.
 #[derive(Debug)]
 pub struct Scene {
@@ -24,6 +24,8 @@ pub struct Scene {
     pub triangles: Vec<Triangle>,
     /// Bounding box of all triangles.
     pub bounds: Aabb,
+    /// Subtracted from the coordinates of the file, so that models far from the origin keep their decimals; mostly zero.
+    pub offset: DVec3,
     /// Up direction of the scene; a unit axis.
     pub up: Vec3,
     /// Where to stand inside a model that encloses the centre of `bounds`, as a room does; `None` for every other model.
@@ -71,6 +73,7 @@ impl Scene {
             source,
             triangles,
             bounds,
+            offset: DVec3::ZERO,
             up: Vec3::Y,
             interior: None,
             attributes: None,
@@ -83,6 +86,12 @@ impl Scene {
             files_read: Vec::new(),
             warnings: Warnings::default(),
         }
+    }
+
+    /// A point of the scene in the coordinates of its file, with no more decimals than single precision has.
+    pub fn in_file(&self, point: Vec3) -> DVec3 {
+        let decimal = |number: f32| number.to_string().parse().unwrap_or(f64::from(number));
+        DVec3::from_array(point.to_array().map(decimal)) + self.offset
     }
 
     /// The material of a triangle.
@@ -148,5 +157,18 @@ impl Scene {
         let own =
             [size_of_val(&self.triangles[..]), size_of_val(&self.material_indices[..]), self.smooth_normals.bytes()];
         own.into_iter().chain(attributes).chain(textures).sum()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn points_in_the_file_have_no_more_decimals_than_there_were() {
+        let mut scene = Scene::from_triangles(SceneSource::File("a.obj".into()), Vec::new());
+        assert_eq!(scene.in_file(Vec3::splat(0.1)), DVec3::splat(0.1));
+        scene.offset = DVec3::new(408_204.0, 4_080_928.0, 0.0);
+        assert_eq!(scene.in_file(Vec3::new(-2.42, 0.1, 2.5)), DVec3::new(408_201.58, 4_080_928.1, 2.5));
     }
 }

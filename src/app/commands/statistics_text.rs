@@ -135,7 +135,7 @@ pub fn node_text(state: &AppState) -> Option<String> {
     if let Some(triangles) = table.known_primitives(node) {
         line("Triangles", triangles.to_string());
     }
-    let vector = |v: glam::Vec3| format!("{},{},{}", v.x, v.y, v.z);
+    let vector = |v: glam::Vec3| shown.accel.scene.in_file(v).to_array().map(|number| number.to_string()).join(",");
     match table.container_kind() {
         ContainerKind::Aabb => {
             let bounds = table.node_box(node);

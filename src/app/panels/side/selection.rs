@@ -159,7 +159,8 @@ fn node_rows(ui: &mut Ui, state: &mut AppState, shown: &Presented, node: u32) {
 fn place_rows(ui: &mut Ui, state: &mut AppState, shown: &Presented, node: u32) {
     let table = &shown.table;
     let Some(bounds) = table.bounds(node) else { return };
-    let corner = |corner: glam::Vec3| corner.to_array().map(|side| format::significant(f64::from(side))).join(", ");
+    let scene = &shown.accel.scene;
+    let corner = |corner: glam::Vec3| scene.in_file(corner).to_array().map(format::significant).join(", ");
     let box_of = match table.container_kind() {
         ContainerKind::Aabb => "the box",
         ContainerKind::Sphere => "the box around the sphere",

@@ -63,6 +63,11 @@ fn scene_rows(ui: &mut Ui, state: &mut AppState, scene: &Scene) {
     let size = [extent.x, extent.y, extent.z].map(|side| format::significant(f64::from(side))).join(" × ");
     statistic(ui, state, &Statistic::new("Triangles", format::count(scene.triangles.len() as u64)));
     statistic(ui, state, &Statistic::new("Size", size).tip("Sides of the box around everything, in the file's unit"));
+    if scene.offset != glam::DVec3::ZERO {
+        let offset = scene.offset.to_array().map(|number| number.to_string()).join(", ");
+        let tip = "Subtracted from the coordinates of the file, which single precision would round; cameras and rays are less by it";
+        statistic(ui, state, &Statistic::new("Offset", offset).tip(tip));
+    }
     if scene.mesh_count > 1 {
         statistic(ui, state, &Statistic::new("Meshes", format::count(scene.mesh_count as u64)));
     }
