@@ -21,14 +21,14 @@ extern "C" {
 /* An empty slot among the children of a node. */
 #define BVHSCOPE_EMPTY UINT32_MAX
 
-/* What the numbers of a node in `bounds` are. */
+/* Meaning of a node's numbers in `bounds`. */
 enum bvhscope_container {
     BVHSCOPE_BOX = 0,   /* min x, y, z, max x, y, z */
     BVHSCOPE_SPHERE = 1 /* center x, y, z, radius */
 };
 
 /* A tree: counts, and pointers to arrays that stay yours. Begin with `bvhscope_tree tree = {0};` (in C++: `{}`), so that
- * whatever you do not set is left out. */
+ * fields that are not set are left out. */
 typedef struct bvhscope_tree {
     uint32_t arity;           /* most children of a node, 2 to 32 */
     enum bvhscope_container container;
@@ -45,8 +45,8 @@ typedef struct bvhscope_tree {
     double build_ms;          /* optional: milliseconds that the build took */
 } bvhscope_tree;
 
-/* Writes `tree` to the file `path`, by way of the file `path` + ".part", so that a file that is there stays whole until its
- * successor is. Returns NULL, or what went wrong in one line. Works on machines of either byte order. */
+/* Writes `tree` to the file `path`, through the file `path` + ".part", so that an existing file stays whole until its
+ * successor is complete. Returns NULL, or the error in one line. Works on machines of either byte order. */
 static inline const char *bvhscope_tree_write(const char *path, const bvhscope_tree *tree);
 
 /* Everything below is private. */
@@ -148,7 +148,7 @@ static inline const char *bvhscope_tree_write(const char *path, const bvhscope_t
             fault = "the file cannot be written; is the disk full?";
         } else {
 #ifdef _WIN32
-            /* Which renames onto no file that is there. */
+            /* Windows does not rename onto an existing file. */
             remove(path);
 #endif
             if (rename(part, path) != 0) fault = "the file cannot be given its name; is there a folder of that name?";

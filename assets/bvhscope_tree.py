@@ -33,7 +33,7 @@ _CODES = {"f": "f", "u": "I" if array.array("I").itemsize == 4 else "L"}
 
 
 class Tree:
-    """What `read` returns: the header as a dictionary, and the arrays `bounds`, `children`, `leaves`, `indices` and `corners`
+    """Result of `read`: the header as a dictionary, and the arrays `bounds`, `children`, `leaves`, `indices` and `corners`
     (None where the file has none). They are NumPy arrays in the shapes of docs/tree-file.md, or flat arrays of the standard
     library's module `array` where NumPy is not installed."""
 
@@ -115,8 +115,8 @@ def write(path, bounds, children, leaves, indices, *, triangles=None, corners=No
 
 
 def read(path):
-    """The `Tree` in the file `path`. Checks that the arrays are there and whole, not what they say: bvhscope does that.
-    ValueError says what is wrong."""
+    """The `Tree` in the file `path`. Checks that the arrays are complete, not their values: bvhscope does that.
+    Raises ValueError with the fault."""
     with open(path, "rb") as file:
         if file.readline(len(_MAGIC)) != _MAGIC:
             raise ValueError("%s: does not begin with 'bvhscope tree 1'" % path)

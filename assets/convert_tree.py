@@ -27,7 +27,7 @@ _TINY_OBJECT = 8
 _TINY_FIELDS = struct.Struct("<5I")
 _TINY_FIELDS_AT = 32
 _TINY_LAYOUT = 1
-#: Sizes of the object that are believed: 240 to 288 bytes have been seen.
+#: Accepted sizes of the object: 240 to 288 bytes have been seen.
 _TINY_OBJECTS = range(64, 4097)
 
 #: Format of a node of madmann91/bvh by the bytes of its numbers: bounds as min, max of x, y, z, then the index.
@@ -61,8 +61,8 @@ def from_tinybvh(data):
 
 
 def from_madmann91(data):
-    """Boxes, links and primitive indices of a tree that madmann91/bvh serialised, and its number of triangles as far as it is
-    known: the file does not say it."""
+    """Boxes, links and primitive indices of a tree that madmann91/bvh serialised, and a lower bound of its number of
+    triangles, which the file does not contain."""
     for size, layout in _MADMANN_NODES.items():
         word = {4: "I", 8: "Q"}[size]
         if len(data) < 2 * size:
@@ -76,7 +76,7 @@ def from_madmann91(data):
     boxes, links = [], []
     end = 2 * size + nodes * node.size
     for ax, bx, ay, by, az, bz, index in node.iter_unpack(data[2 * size:end]):
-        # Doubles are rounded to the nearest float: what is inside stays inside when it is rounded, too.
+        # Doubles are rounded to the nearest float, which keeps the order of numbers, so that children stay inside.
         boxes.append((ax, ay, az, bx, by, bz))
         links.append((index >> _COUNT_BITS, index & ((1 << _COUNT_BITS) - 1)))
     primitives = struct.unpack_from("<%d%s" % (indices, word), data, end)

@@ -126,7 +126,7 @@ impl Mesh {
 pub struct Scene<'a> {
     /// The library that it belongs to.
     pub library: &'static Library,
-    /// What it was built with.
+    /// Build quality.
     pub quality: Quality,
     scene: *mut c_void,
     /// Bytes of tree and triangles; the shared vertices are not counted.
@@ -164,7 +164,7 @@ pub fn commit<'a>(device: &Device, mesh: &'a Mesh, quality: Quality) -> Scene<'a
         ..
     } = device.library.common;
     // SAFETY: device, scene and geometry are alive; the shared buffers belong to `mesh`, which the result borrows, and
-    // have the counts, strides and padding that Embree asks for.
+    // have the counts, strides and padding that Embree requires.
     let scene = unsafe {
         let scene = new_scene(device.device);
         set_scene_quality(scene, quality as c_uint);

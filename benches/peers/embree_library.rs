@@ -33,7 +33,7 @@ macro_rules! functions {
 }
 
 functions! {
-    /// What is the same in both versions.
+    /// Functions that are the same in both versions.
     Common {
         new_device: rtcNewDevice(*const c_char) -> *mut c_void,
         release_device: rtcReleaseDevice(*mut c_void),

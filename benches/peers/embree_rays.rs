@@ -91,7 +91,7 @@ struct RayHits<const N: usize, const MORE: usize> {
     hits: Hits<N, MORE>,
 }
 
-/// What Embree 3 is handed with each query.
+/// Argument of each query of Embree 3.
 #[derive(Clone, Copy)]
 #[repr(C)]
 struct Context {
@@ -100,7 +100,7 @@ struct Context {
     instance: [u32; 1],
 }
 
-/// What Embree 4 is handed with each query.
+/// Arguments of each query of Embree 4.
 #[derive(Clone, Copy)]
 #[repr(C)]
 struct Arguments {

@@ -19,7 +19,7 @@ const MOST_CHILDREN: usize = 8;
 const BLOCK: c_uint = 4;
 const MOST_BLOCKS: c_uint = 7;
 
-/// What a tree is built as.
+/// Shape of a built tree.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Shape {
     /// Two children a node, single triangles in the leaves.
@@ -82,7 +82,7 @@ struct BuiltNode {
     children: [*mut Self; MOST_CHILDREN],
 }
 
-/// What the callbacks are handed.
+/// Data of the callbacks.
 struct Build {
     triangles: *const Triangle,
     allocate: unsafe extern "C" fn(*mut c_void, usize, usize) -> *mut c_void,
@@ -133,7 +133,7 @@ pub fn build(device: &Device, triangles: &[Triangle], quality: Quality, shape: S
         progress: ptr::null(),
         user: (&raw mut build).cast(),
     };
-    // SAFETY: the arguments point to live memory, the callbacks have the signatures that Embree asks for.
+    // SAFETY: the arguments point to live memory, the callbacks have the signatures that Embree requires.
     let root: *const BuiltNode = unsafe { (functions.build_bvh)(&raw const arguments) }.cast();
     device.check();
     assert!(!root.is_null(), "Embree built no tree");

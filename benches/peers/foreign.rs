@@ -11,7 +11,7 @@ pub enum Below<'a, K> {
     Children(Vec<K>),
 }
 
-/// The tree below `root`, where `read` says of each node what it is: siblings are neighbours behind their parent, and the
+/// The tree below `root`, whose nodes `read` returns: siblings are neighbours behind their parent, and the
 /// primitives below any node are contiguous.
 pub fn tree_below<'a, K>(root: K, read: impl Fn(&K) -> (Aabb, Below<'a, K>)) -> Tree<Aabb> {
     let unknown = Node { container: Aabb::EMPTY, first: 0, count: 0 };

@@ -50,7 +50,7 @@ struct Flags {
     /// builtin:NAME[:SIZE]
     #[arg(long, value_delimiter = ',', default_values_t = scenes::DEFAULT.map(str::to_owned))]
     scenes: Vec<String>,
-    /// What is measured: build, tree, primary, ao, diffuse, picture (where builds and rays are)
+    /// Parts to measure: build, tree, primary, ao, diffuse, picture (where builds and rays are)
     #[arg(long, value_delimiter = ',', default_values_t = measure::PARTS.map(str::to_owned))]
     parts: Vec<String>,
     /// Only engines and interfaces whose name contains one of these

@@ -22,16 +22,16 @@ use crate::rays::{OCCLUSION_RAYS, Query, Tally, Workload, in_parts, workloads};
 use crate::scenes::Subject;
 use crate::{tinybvh_library, tinybvh_peer};
 
-/// What can be measured of a scene. "picture" is the sum of a build and of rays, where both are measured.
+/// Parts of a scene's measurement. "picture" is the sum of a build and of rays, where both are measured.
 pub const PARTS: [&str; 6] = ["build", "tree", "primary", "ao", "diffuse", "picture"];
-/// Samples of ambient occlusion a pixel whose time to picture is told.
+/// Samples of ambient occlusion per pixel of the measured pictures.
 const PICTURES: [u32; 3] = [1, 16, 256];
 /// One ray in this many is counted through the binary trees.
 const COUNTED: usize = 16;
 /// Triangles from which the end-point overlap of a large scene is estimated.
 const OVERLAP_SAMPLES: usize = 2_000;
 
-/// What is measured, and how often.
+/// Parts to be measured, and repetitions.
 pub struct Plan {
     /// Some of [`PARTS`].
     pub parts: Vec<String>,
@@ -52,7 +52,7 @@ impl Plan {
         self.parts.iter().any(|wanted| wanted == part)
     }
 
-    /// Whether an engine's setting or interface is wanted.
+    /// True if an engine's setting or interface is to be measured.
     pub fn names(&self, engine: &str, name: &str) -> bool {
         let full = format!("{engine} {name}");
         self.only.is_empty() || self.only.iter().any(|wanted| full.contains(wanted.as_str()))
@@ -114,7 +114,7 @@ pub struct PictureRow {
     pub ratio: Option<f64>,
 }
 
-/// What came out on one scene.
+/// Results of one scene.
 pub struct Outcome {
     pub model: String,
     pub triangles: usize,

@@ -1,4 +1,4 @@
-//! What an engine brings to the benchmark.
+//! The interface between an engine and the benchmark.
 
 use std::time::{Duration, Instant};
 
@@ -16,7 +16,7 @@ pub struct BuildTimes {
     pub ready: Duration,
 }
 
-/// Builds once and says how long it took.
+/// Builds once and returns the time that it took.
 pub type Build<'a> = Box<dyn Fn() -> BuildTimes + 'a>;
 /// Traces all rays of a workload once.
 pub type Run<'a> = Box<dyn FnMut() -> Tally + Send + 'a>;

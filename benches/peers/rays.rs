@@ -9,12 +9,12 @@ use glam::Vec3;
 /// Rays that leave from each hit to measure ambient occlusion.
 pub const OCCLUSION_RAYS: u64 = 4;
 
-/// What is asked of an engine.
+/// Kind of query.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Query {
     /// The nearest hit.
     Closest,
-    /// Whether anything is hit.
+    /// Any hit.
     Any,
 }
 
@@ -22,20 +22,20 @@ pub enum Query {
 pub struct Workload {
     /// "primary", "ao" or "diffuse".
     pub name: &'static str,
-    /// What is asked.
+    /// Kind of query.
     pub query: Query,
-    /// Whether neighbours in the list run alike.
+    /// True if neighbours in the list run alike.
     pub coherent: bool,
     /// In the order in which they are traced.
     pub rays: Vec<Ray>,
 }
 
-/// What an engine found: the same for all of them.
+/// An engine's results, the same for all engines.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Tally {
     /// Rays that hit something.
     pub hits: u64,
-    /// Sum of the distances of the nearest hits; 0 where only [`Query::Any`] is asked.
+    /// Sum of the distances of the nearest hits; 0 where the query is [`Query::Any`].
     pub distance: f64,
 }
 

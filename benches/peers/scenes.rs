@@ -1,4 +1,4 @@
-//! What is measured: triangles, and where they are seen from.
+//! Measured scenes: triangles, and a camera.
 
 use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
@@ -37,7 +37,7 @@ const SCENES: [(&str, &str, Option<[Vec3; 2]>); 9] = [
 
 /// A scene, seen from somewhere.
 pub struct Subject {
-    /// As it was asked for.
+    /// Name from the command line.
     pub name: String,
     /// Its triangles, without those that have no area.
     pub triangles: Vec<Triangle>,

@@ -257,7 +257,7 @@ impl WideTree {
         unsafe { intersect(self.object.pointer, ray) };
     }
 
-    /// Whether anything is hit before `t`.
+    /// True if anything is hit before `t`.
     #[inline(always)]
     pub fn is_occluded(&self, ray: &Ray) -> bool {
         // SAFETY: as above.
@@ -265,7 +265,7 @@ impl WideTree {
     }
 }
 
-/// What the library takes for infinity.
+/// The library's infinity.
 pub const FAR: f32 = 1e30;
 
 impl Ray {

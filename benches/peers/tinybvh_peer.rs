@@ -15,7 +15,7 @@ use crate::tinybvh_library::{BinaryTree, FAR, Node, Quality, Ray, Vertex, WideTr
 /// Its name.
 pub const NAME: &str = "tinybvh";
 
-/// Settings that are measured, by name: the builder that its trees use unless told otherwise, and the one with spatial splits.
+/// Settings that are measured, by name: the default builder, and the one with spatial splits.
 /// Its nodes are traced with AVX2, so there are none below that level.
 pub fn settings() -> &'static [(&'static str, Quality)] {
     let is_there = matches!(SimdLevel::of_builds(), SimdLevel::Avx2 | SimdLevel::Avx512);

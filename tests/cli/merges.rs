@@ -13,7 +13,7 @@ fn merges(folder: &Path, args: &[&str]) -> (i32, String) {
     (output.status.code().unwrap(), String::from_utf8(output.stderr).unwrap())
 }
 
-/// Whether this machine draws clusters.
+/// True if this machine can draw clusters.
 fn draws() -> bool {
     Offscreen::new().map_err(|error| skip(Lack::Graphics, error)).is_ok()
 }

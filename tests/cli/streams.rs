@@ -12,7 +12,7 @@ use crate::support::process::{Running, Signal, wait_until};
 
 const PROGRAM: &str = env!("CARGO_BIN_EXE_bvhscope");
 
-/// What a stream of the program is.
+/// State of a standard stream of the program.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum State {
     Usable,

@@ -1,4 +1,4 @@
-//! What the tests of tree files from other programs share: tools that a machine may lack, and a tree against a test of every
+//! Shared by the tests of tree files from other programs: tools that a machine may lack, and a tree against a test of every
 //! triangle.
 
 use std::path::{Path, PathBuf};
@@ -32,7 +32,7 @@ pub fn write_triangles(triangles: &[Triangle], path: &Path) {
 }
 
 /// Runs a program to its end and returns what it prints; fails where the program does. `None` where it is not installed, which
-/// is said aloud.
+/// is recorded as a skip.
 pub fn run_tool(command: &mut Command) -> Option<String> {
     let output = match command.output() {
         Ok(output) => output,

@@ -12,7 +12,7 @@ fn run(folder: &Path, line: &str) -> Output {
     Command::new(PROGRAM).args(line.split_whitespace()).current_dir(folder).output().unwrap()
 }
 
-/// What a command that succeeds prints.
+/// Output of a command that succeeds.
 fn output(folder: &Path, line: &str) -> String {
     let output = run(folder, line);
     let error = String::from_utf8_lossy(&output.stderr);
@@ -136,7 +136,7 @@ fn measuring_commands_take_trees_of_files() {
     let table = output(at, &format!("compare {MODEL} --tree other.bvh --size 8x8 --repeat 1"));
     let line = table.lines().find(|line| line.contains(" other ")).unwrap_or_else(|| panic!("{table}"));
     assert_eq!(line.matches('–').count(), 4, "{line}: δ, ε, build time and its spread");
-    // What compare prints, plot reads.
+    // `plot` reads the output of `compare`.
     std::fs::write(at.join("rows.jsonl"), output(at, &format!("compare {MODEL} --tree other.bvh {small}"))).unwrap();
     output(at, "plot rows.jsonl -o plot.svg");
     assert!(std::fs::read_to_string(at.join("plot.svg")).unwrap().contains("other"));

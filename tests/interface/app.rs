@@ -1,4 +1,4 @@
-//! The whole app in a headless harness. Each frame waits until all background work is done, unless the test says otherwise.
+//! The whole app in a headless harness. Each frame waits until all background work is done, except where a test is about it.
 
 use bvhscope::app::App;
 use bvhscope::app::commands::Action;

@@ -302,7 +302,7 @@ fn a_camera_is_kept_found_again_and_removed() {
         assert_eq!(camera(&harness), expected);
         assert_eq!(presented(&harness).frame.camera, expected);
     }
-    // By the palette, from another model: it says so, and nothing is lost.
+    // By the palette, from another model: a message appears, and nothing is lost.
     harness.state_mut().state.preferences.bookmarks[1].source = SceneSource::File("/elsewhere/hall.obj".into());
     Action::GoToBookmark(1).perform(&mut harness.state_mut().state);
     settle(&mut harness);

@@ -427,7 +427,7 @@ fn the_exposure_is_locked_as_metered_and_metered_again() {
     assert!(!Action::LockExposure.is_enabled(&state(Shading::Depth)));
 }
 
-/// What is in a panel must not be wider than the panel, which would grow with it.
+/// The contents of a panel must not be wider than the panel, which would grow with them.
 #[test]
 fn the_side_panels_open_at_their_default_widths() {
     let harness = crate::harness::app();

@@ -145,7 +145,7 @@ fn every_traversal_and_kind_of_ray_has_a_button() {
         click(&mut harness, kind.label());
         assert_ne!(record(&harness).ray, primary, "{kind:?}");
     }
-    // A ray of the background leaves no surface: the view says so, and keeps running.
+    // A ray of the background leaves no surface: the view shows a message, and keeps running.
     let corner = viewport(&harness).left_top() + egui::vec2(40.0, 40.0);
     drag(&mut harness, PointerButton::Primary, corner, &[]);
     assert!(harness.query_by_label_contains("There is no such ray").is_some());

@@ -280,7 +280,7 @@ fn a_node_of_the_second_tree_is_selected_walked_from_and_kept() {
     assert_eq!(selected(&harness), None);
     assert!(harness.state().state.selection.nodes.selected.is_none());
 
-    // What another view selects is of A, and lights up in B where that has it.
+    // A node selected in another view is of A, and lights up in B where B has it.
     state(&mut harness).select_node(0);
     settle(&mut harness);
     assert_eq!((selected(&harness), harness.state().state.selection.side), (Some(0), TreeSide::A));

@@ -236,7 +236,7 @@ fn pictures_show_the_same_and_counters_say_how_many_children_were_tested() {
     }
 }
 
-/// After each visit of an interior node all its children are told, in order; what waits is on the stack; spans nest.
+/// After each visit of an interior node all its children are reported in order, waiting nodes are on the stack, and spans nest.
 fn check_record(table: &NodeTable, record: &RayRecord) {
     let mut told = Vec::new();
     let mut expected = Vec::new();

@@ -1,4 +1,4 @@
-//! Recorded rays: their steps are those of the rays that pictures and counters trace, and what is told of their visits is true.
+//! Recorded rays: their steps are those of the rays that pictures and counters trace, and their visits are counted right.
 
 use std::collections::HashSet;
 use std::sync::Arc;

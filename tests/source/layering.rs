@@ -103,7 +103,7 @@ struct Source {
 }
 
 impl Source {
-    /// Whether it only declares and re-exports: the crate's map, which is no room.
+    /// True for the crate's map, which only declares and re-exports.
     fn is_crate_root(&self) -> bool {
         self.module.is_empty()
     }

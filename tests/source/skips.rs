@@ -1,4 +1,4 @@
-//! Tests that are left out are said, listed, and errors in continuous integration.
+//! Skipped tests are printed and listed, and are errors in continuous integration.
 
 use std::path::Path;
 use std::process::{Command, Output};

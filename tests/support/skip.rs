@@ -1,11 +1,11 @@
-//! Tests that cannot run on a machine: none goes without a word, and none is left out in continuous integration.
+//! Tests that cannot run on a machine are reported, and fail in continuous integration.
 
 use std::env;
 use std::fmt::Display;
 use std::fs::OpenOptions;
 use std::io::Write as _;
 
-/// What a machine may lack for a test.
+/// Something that a test needs and a machine may lack.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[allow(dead_code, reason = "each test program uses its part")]
 pub enum Lack {
@@ -37,7 +37,7 @@ impl Lack {
     }
 }
 
-/// Says that the current test cannot run here, and why: on stderr, where it is shown for tests that pass too, unlike what `println!`
+/// Reports that the current test cannot run here, with the reason: on stderr, where it is shown for tests that pass too, unlike what `println!`
 /// and `eprintln!` write, and as a line at the end of the file that `BVHSCOPE_SKIPPED` names, which `make test` prints last.
 ///
 /// In continuous integration (`CI` is set) the test fails instead, unless `BVHSCOPE_MAY_SKIP` lists what is missing.
@@ -60,7 +60,7 @@ pub fn skip(lack: Lack, reason: impl Display) {
     }
 }
 
-/// Whether a test may be skipped, by the values of `CI` and `BVHSCOPE_MAY_SKIP`, names separated by spaces.
+/// True if a test may be skipped, by the values of `CI` and `BVHSCOPE_MAY_SKIP`, names separated by spaces.
 pub fn is_allowed(lack: Lack, ci: Option<&str>, may_skip: Option<&str>) -> bool {
     let is_ci = ci.is_some_and(|value| !matches!(value, "" | "0" | "false"));
     !is_ci || may_skip.is_some_and(|names| names.split_whitespace().any(|name| name == lack.name()))

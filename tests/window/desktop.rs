@@ -15,7 +15,7 @@ use crate::support::process::{PATIENCE, Running, Signal};
 /// The viewer.
 pub const PROGRAM: &str = env!("CARGO_BIN_EXE_bvhscope");
 
-/// What the viewer logs with the last sample of each pixel.
+/// The viewer's log line for the last sample of each pixel.
 pub const LAST_SAMPLE: &str = ", 16 samples a pixel";
 
 /// One window at a time: software rendering takes every core anyway.
@@ -38,7 +38,7 @@ pub struct Program {
     unread: VecDeque<String>,
     /// Number of log lines so far.
     line_count: usize,
-    /// Whether the last picture has all its samples.
+    /// True if the last picture has all its samples.
     picture_complete: bool,
 }
 
@@ -240,7 +240,7 @@ impl Program {
         }
     }
 
-    /// Whether no thread of the program is running or runnable.
+    /// True if no thread of the program is running or runnable.
     fn all_sleep(&self) -> bool {
         let threads = std::fs::read_dir(format!("/proc/{}/task", self.child.id())).into_iter().flatten().flatten();
         // The file of a thread that has just ended is gone.
@@ -276,7 +276,7 @@ impl Program {
         }
     }
 
-    /// Whether a line with `text` has been logged and not been waited for.
+    /// True if a line with `text` has been logged and not been waited for.
     pub fn has_logged(&mut self, text: &str) -> bool {
         self.read_log();
         self.unread.iter().any(|line| line.contains(text))

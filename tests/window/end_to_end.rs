@@ -1,5 +1,5 @@
-//! The program in an X11 window under Xvfb, driven by xdotool: open, drag, wheel, keys, slider, drop a file, close. The log
-//! tells when a change is done, screenshots are compared for what changed.
+//! The program in an X11 window under Xvfb, driven by xdotool: open, drag, wheel, keys, slider, drop a file, close. A line of
+//! the log marks the end of each change, and screenshots are compared for its effect.
 
 use std::path::Path;
 

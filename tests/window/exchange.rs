@@ -1,4 +1,4 @@
-//! What the window exchanges with other programs: a file chosen in the desktop's dialog, measured rows, plots.
+//! Exchange of the window with other programs: a file chosen in the desktop's dialog, measured rows, plots.
 
 use std::os::unix::fs::PermissionsExt as _;
 use std::path::{Path, PathBuf};
@@ -36,7 +36,7 @@ fn saved(window: &Window, extension: &str, button: [i32; 2]) -> PathBuf {
 }
 
 /// Puts a program in the place of zenity, which shows the dialogs of desktops without a portal: it chooses `path`. Returns the file
-/// to which it writes what it was asked.
+/// to which it writes its arguments.
 fn choose(desktop: &Desktop, path: &Path) -> PathBuf {
     std::fs::create_dir(desktop.programs()).unwrap();
     let dialog = desktop.programs().join("zenity");

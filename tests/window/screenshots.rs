@@ -58,7 +58,7 @@ fn save(image: &RgbImage, file: &Path) {
     std::fs::write(file, encoded.iter().min_by_key(|bytes| bytes.len()).unwrap()).unwrap();
 }
 
-/// What is different in a picture from the one that is kept in `file`, which it replaces where pictures are taken anew.
+/// The difference between a picture and the one kept in `file`, if any. With `UPDATE_SCREENSHOTS` it replaces that one.
 fn complaint(image: &RgbImage, file: &Path) -> Option<String> {
     if std::env::var_os("UPDATE_SCREENSHOTS").is_some() {
         save(image, file);
@@ -111,7 +111,7 @@ fn shots(source: &str, theme: Theme) -> Vec<RgbImage> {
                 window.once(|screen| screen.changed(&before, VIEWPORT) > 0.002);
             }
             _ => {
-                // What was selected is given up, and the pointer leaves the model.
+                // Clear the selection, and move the pointer off the model.
                 window.key("Escape");
                 window.program.unread_lines();
                 window.key(key);

@@ -1,5 +1,5 @@
 //! docs/messages.md: one sample of each refusal and warning of the loader and the command line, with the message that it gives.
-//! The page is compared with what the program says; `UPDATE_MESSAGES=1` writes it again.
+//! The page is compared with the program's messages; `UPDATE_MESSAGES=1` writes it again.
 
 mod samples;
 
@@ -14,7 +14,7 @@ use crate::support::process::output;
 
 /// A file, with others beside it, or a command line.
 pub struct Sample {
-    /// What is wrong, in a few words.
+    /// The fault, in a few words.
     what: String,
     /// Names and contents; the first file is loaded.
     files: Vec<(String, Vec<u8>)>,

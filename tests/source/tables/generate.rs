@@ -32,8 +32,8 @@ type Lines = Vec<Vec<String>>;
 /// Makes a table's lines from its newest rows. The other arguments are all rows, and which of them to show.
 type Maker = fn(&[&Value], &Rows, Shown<'_>) -> Lines;
 
-/// The table that a marker names with the sentence that says where it is from; `None` where nothing of it was measured; a message where
-/// there is no such table.
+/// The table that a marker names, below a caption with its source; `None` where nothing of it was measured; an error where there is no
+/// such table.
 pub fn table(marker: &str, rows: &Rows) -> Result<Option<String>, String> {
     let (name, shown) = Shown::parse(marker);
     let (part, lines): (&str, Maker) = match name {

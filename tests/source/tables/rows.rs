@@ -20,7 +20,7 @@ pub struct Shown<'a> {
 }
 
 impl<'a> Shown<'a> {
-    /// A table's name and what it shows, of what a marker says.
+    /// Parses a marker into a table's name and the rows to show.
     pub fn parse(marker: &'a str) -> (&'a str, Self) {
         let (marker, simd) = marker.split_once(" simd=").map_or((marker, None), |(name, level)| (name, Some(level)));
         let name = marker.strip_suffix(" large");
