@@ -1,6 +1,6 @@
 //! The window: the only room that owns threads and egui. Nothing here blocks the UI thread.
 //!
-//! Once a UI frame the panels edit the plain values of [`state`], `work` compares them with what is shown and in flight, and
+//! Once a UI frame the panels edit the plain values of [`state`], `shell` compares them with what is shown and in flight, and
 //! its workers are given what is stale.
 //!
 //! | Module | What it does | What it must not know |
@@ -11,11 +11,12 @@
 //! | [`theme`] | colours and sizes | what is shown |
 //! | [`viewport`] | picture and overlay, camera, picking, screenshots | panels, commands |
 //! | [`commands`] | the table of actions, shortcuts, what each does | panels |
-//! | [`panels`] | everything around and over the viewport | `work` |
-//! | `work` | threads that load, build, trace and measure | panels, commands |
-//! | `launch` | options, saved settings, graphics device, the [`App`] itself | – |
+//! | `widgets` | what panels and views are made of | what is shown |
+//! | `views` | the views of the dock, a folder each | each other |
+//! | [`panels`] | everything around and over the viewport | `shell` |
+//! | `shell` | options, saved settings, graphics device, the [`App`] itself; threads that load, build, trace and measure | – |
 //!
-//! Start reading at [`state::AppState`], then `launch/app.rs` and `work/reconcile.rs`.
+//! Start reading at [`state::AppState`], then `shell/app.rs` and `shell/reconcile.rs`.
 
 pub mod glossary;
 
@@ -24,20 +25,22 @@ pub mod state;
 pub mod format;
 pub mod theme;
 
+mod widgets;
+
 pub mod viewport;
 
 pub mod commands;
 
+mod views;
+
 pub mod panels;
 
-mod work;
+mod shell;
 
-mod launch;
-
-pub use launch::app::App;
-pub use launch::interrupt::{interrupt, was_interrupted};
-pub use launch::options::{CliOverrides, StartOptions};
-pub use launch::run::{AppError, run};
-pub use launch::settings::{SettingsUse, mark_clean_exit};
-pub use launch::storage::saved_bookmark;
+pub use shell::app::App;
+pub use shell::interrupt::{interrupt, was_interrupted};
+pub use shell::options::{CliOverrides, StartOptions};
+pub use shell::run::{AppError, run};
+pub use shell::settings::{SettingsUse, mark_clean_exit};
+pub use shell::storage::saved_bookmark;
 pub use state::SharedState;

@@ -2,11 +2,11 @@
 
 use egui::{self, Margin, Panel, Rect, Ui};
 
-use super::widgets::{note_panel, note_place, panel_frame, restore_sections, scroll, sections};
 use super::{bars, dialogs, dock, over, side};
 use crate::app::commands;
 use crate::app::state::{AppState, Side};
 use crate::app::theme;
+use crate::app::widgets::{note_panel, note_place, panel_frame, restore_sections, scroll, sections};
 
 /// Default width of the left panel in points.
 const LEFT_WIDTH: f32 = 248.0;

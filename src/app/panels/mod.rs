@@ -9,7 +9,6 @@
 //! | `dock` | the laboratory: one strip of tabs above the depth bar, one open view |
 //! | `over` | legends, axes gizmo, pixel facts and messages over the viewport |
 //! | `dialogs` | command palette, start page, shortcuts, message log |
-//! | `widgets` | what the panels are made of; knows none of them |
 
 mod layout;
 
@@ -18,7 +17,5 @@ mod dialogs;
 mod dock;
 mod over;
 mod side;
-
-mod widgets;
 
 pub use layout::around;

@@ -2,9 +2,9 @@
 
 use egui::{self, Align, CornerRadius, Layout, Rect, Role, Sense, Ui, WidgetInfo, vec2};
 
-use crate::app::panels::widgets::Icon;
-use crate::app::panels::widgets::icon_button;
 use crate::app::state::{AppState, JobStatus, PROGRESS_DELAY, Request};
+use crate::app::widgets::Icon;
+use crate::app::widgets::icon_button;
 use crate::app::{format, theme};
 
 /// Shows the bar.

@@ -5,9 +5,9 @@ use egui::{
 };
 
 use crate::app::commands::{Action, Category, Entry, entries_for};
-use crate::app::panels::widgets::Icon;
-use crate::app::panels::widgets::icon_button;
 use crate::app::state::{AppState, Side};
+use crate::app::widgets::Icon;
+use crate::app::widgets::icon_button;
 use crate::app::{format, theme};
 
 /// Shows the bar.

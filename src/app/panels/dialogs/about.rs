@@ -3,9 +3,9 @@
 use egui::{self, Button, Label, RichText, Ui};
 
 use crate::app::panels::dialogs::frame;
-use crate::app::panels::widgets::Tip as _;
 use crate::app::state::AppState;
 use crate::app::theme;
+use crate::app::widgets::Tip as _;
 use crate::budget::{Budget, format_bytes};
 
 /// Interval in seconds at which the used memory is asked for.

@@ -5,9 +5,9 @@ use egui::{self, Grid, Label, RichText, ScrollArea, TextEdit, Ui, vec2};
 use crate::app::commands::keys;
 use crate::app::glossary::Term;
 use crate::app::panels::dialogs::frame;
-use crate::app::panels::widgets::chip;
 use crate::app::state::{AppState, Help, HelpPage};
 use crate::app::theme;
+use crate::app::widgets::chip;
 
 /// Largest width of the left column in points.
 const KEYS_WIDTH: f32 = 264.0;

@@ -4,9 +4,9 @@ use std::path::PathBuf;
 
 use egui::{self, Button, EventFilter, Key, Modifiers, RichText, TextEdit, Ui, vec2};
 
-use crate::app::panels::widgets::Tip as _;
 use crate::app::state::{AppState, Request};
 use crate::app::theme;
+use crate::app::widgets::Tip as _;
 
 /// Shows the field and what is offered. Returns the path to open.
 pub(super) fn show(ui: &mut Ui, state: &mut AppState) -> Option<PathBuf> {

@@ -4,8 +4,8 @@ use egui::{self, RichText, ScrollArea, Ui, vec2};
 
 use crate::app::commands::Action;
 use crate::app::panels::dialogs::{frame, path_field, thumbnail};
-use crate::app::panels::widgets::Tip as _;
 use crate::app::state::{AppState, Request};
+use crate::app::widgets::Tip as _;
 use crate::app::{format, theme};
 use crate::scene::{BUILTIN_SCENES, SceneSource, format_names};
 use crate::text::file_name;

@@ -4,10 +4,10 @@ use egui::{Align2, Area, Button, FontId, Frame, Id, Margin, Order, Painter, Pos2
 
 use super::seam;
 use crate::app::commands::{Action, CompareStep, compare_description};
-use crate::app::panels::widgets::Tip as _;
 use crate::app::state::{AppState, CompareView};
 use crate::app::theme;
 use crate::app::theme::Palette;
+use crate::app::widgets::Tip as _;
 
 /// Distance of the switch and the letters from the viewport's upper edge in points.
 const TOP: f32 = 10.0;

@@ -3,10 +3,10 @@
 use egui::{self, Align2, Area, CornerRadius, Frame, Id, Label, Margin, Order, Rect, RichText, Stroke, Ui, pos2};
 
 use crate::app::commands::Action;
-use crate::app::panels::widgets::Tip as _;
 use crate::app::state::AppState;
 use crate::app::state::lesson::Reading;
 use crate::app::theme;
+use crate::app::widgets::Tip as _;
 
 /// Largest width of the card in points.
 const WIDTH: f32 = 400.0;

@@ -2,10 +2,10 @@
 
 use egui::{self, Align, Align2, Area, CornerRadius, Frame, Layout, Margin, Order, Rect, Stroke, Ui, vec2};
 
-use crate::app::panels::widgets::Icon;
-use crate::app::panels::widgets::icon_button;
 use crate::app::state::{AppState, Message, Navigation, Severity};
 use crate::app::theme;
+use crate::app::widgets::Icon;
+use crate::app::widgets::icon_button;
 
 /// Duration in seconds for which a note is shown.
 const NOTE_SECS: f32 = 4.0;

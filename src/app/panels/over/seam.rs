@@ -2,9 +2,9 @@
 
 use egui::{CornerRadius, CursorIcon, EventFilter, Key, Rect, Sense, Stroke, StrokeKind, Ui, WidgetInfo, pos2, vec2};
 
-use crate::app::panels::widgets::Tip as _;
 use crate::app::state::AppState;
 use crate::app::theme;
+use crate::app::widgets::Tip as _;
 
 /// Width of the strip along the seam that can be dragged, in points.
 const GRIP: f32 = 12.0;

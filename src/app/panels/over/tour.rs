@@ -6,9 +6,9 @@ use egui::{
     vec2,
 };
 
-use crate::app::panels::widgets::{Tip as _, place_of};
 use crate::app::state::{AppState, Severity, Side};
 use crate::app::theme;
+use crate::app::widgets::{Tip as _, place_of};
 
 /// Largest width of a card in points.
 const WIDTH: f32 = 280.0;

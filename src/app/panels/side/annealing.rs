@@ -4,8 +4,8 @@ use std::time::Duration;
 
 use egui::{Role, Sense, Shape, Stroke, Ui, WidgetInfo, pos2, vec2};
 
-use crate::app::panels::widgets::{Statistic, Tip as _, statistic};
 use crate::app::state::AppState;
+use crate::app::widgets::{Statistic, Tip as _, statistic};
 use crate::app::{format, theme};
 
 /// Height of the curve.

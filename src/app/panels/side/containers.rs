@@ -3,8 +3,8 @@
 use egui::{self, Ui};
 
 use crate::app::panels::side::curve;
-use crate::app::panels::widgets::{Header, SliderSpec, check, combo, row, section, slider};
 use crate::app::state::AppState;
+use crate::app::widgets::{Header, SliderSpec, check, combo, row, section, slider};
 use crate::app::{format, theme};
 use crate::overlay::{ColorBy, OverlaySettings};
 

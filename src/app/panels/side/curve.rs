@@ -2,9 +2,9 @@
 
 use egui::{self, Label, RichText, Ui};
 
-use crate::app::panels::widgets::{SliderSpec, check, row, slider};
 use crate::app::state::AppState;
 use crate::app::state::lab::CurveView;
+use crate::app::widgets::{SliderSpec, check, row, slider};
 use crate::app::{format, theme};
 
 /// Shows the rows.

@@ -3,9 +3,9 @@
 use egui::{self, Label, RichText, Role, Ui, WidgetInfo};
 
 use crate::app::commands::show_finding;
-use crate::app::panels::widgets::{Header, Tip as _, section};
 use crate::app::state::{AppState, Presented};
 use crate::app::theme;
+use crate::app::widgets::{Header, Tip as _, section};
 use crate::lab::diagnose::{Finding, Place};
 
 /// Shows the section, folded until the user unfolds it: only then the model is examined.

@@ -7,9 +7,9 @@ use bvhscope_engine::tree::ContainerKind;
 use bvhscope_engine::tree::statistics::{INTERSECTION_COST, TRAVERSAL_COST};
 
 use crate::app::glossary::Term;
-use crate::app::panels::widgets::{Tip as _, copies, difference, tip_with_hint};
 use crate::app::state::comparison::{Comparison, Quantity};
 use crate::app::state::{AppState, PROGRESS_DELAY, Presented};
+use crate::app::widgets::{Tip as _, copies, difference, tip_with_hint};
 use crate::app::{format, theme};
 
 /// Height of a tile in points.

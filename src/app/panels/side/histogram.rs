@@ -5,8 +5,8 @@ use std::sync::Arc;
 use egui::{self, Color32, CornerRadius, CursorIcon, Id, Rect, Role, Sense, Stroke, Ui, WidgetInfo, pos2, vec2};
 
 use crate::app::commands::Action;
-use crate::app::panels::widgets::{chip, row};
 use crate::app::state::AppState;
+use crate::app::widgets::{chip, row};
 use crate::app::{format, theme};
 use crate::render::{Frame, Shading};
 

@@ -5,8 +5,8 @@ use bvhscope_engine::tree::levels::Levels;
 use egui::Ui;
 
 use crate::app::format;
-use crate::app::panels::widgets::{Header, Statistic, section, statistic};
 use crate::app::state::{AppState, Presented};
+use crate::app::widgets::{Header, Statistic, section, statistic};
 
 /// Shows the section, collapsed until the user expands it.
 pub(super) fn show(ui: &mut Ui, state: &mut AppState, shown: &Presented) {

@@ -5,8 +5,8 @@ use egui::Ui;
 
 use crate::app::commands::shading_description;
 use crate::app::panels::side::histogram;
-use crate::app::panels::widgets::{Header, SliderSpec, combo, row, section, slider};
 use crate::app::state::AppState;
+use crate::app::widgets::{Header, SliderSpec, combo, row, section, slider};
 use crate::render::{ColorMap, Exposure, Light, NormalSource, RenderSettings, Shading};
 
 /// Shows the section.

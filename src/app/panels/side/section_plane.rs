@@ -3,8 +3,8 @@
 use egui::{self, Ui};
 
 use crate::app::commands::{Action, SectionStep};
-use crate::app::panels::widgets::{Header, SliderSpec, row, section, slider};
 use crate::app::state::AppState;
+use crate::app::widgets::{Header, SliderSpec, row, section, slider};
 
 /// Shows the section.
 pub(crate) fn show(ui: &mut Ui, state: &mut AppState) {

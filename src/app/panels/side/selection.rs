@@ -5,8 +5,8 @@ use egui::Ui;
 
 use crate::app::commands::{Action, entries};
 use crate::app::glossary::Term;
-use crate::app::panels::widgets::{Statistic, Tip as _, check, statistic};
 use crate::app::state::{AppState, Presented, TreeSide};
+use crate::app::widgets::{Statistic, Tip as _, check, statistic};
 use crate::app::{format, theme};
 use crate::lab::node_values::{NodeMetric, NodeValues};
 

@@ -9,9 +9,9 @@ use crate::accel::FileTree;
 use crate::app::glossary::Term;
 use crate::app::panels::side::recent_changes::recent_change;
 use crate::app::panels::side::{annealing, findings, memory};
-use crate::app::panels::widgets::{Header, Statistic, Tip as _, section, statistic, value_text};
 use crate::app::state::comparison::Quantity;
 use crate::app::state::{AppState, Presented};
+use crate::app::widgets::{Header, Statistic, Tip as _, section, statistic, value_text};
 use crate::app::{format, theme};
 use crate::scene::Scene;
 

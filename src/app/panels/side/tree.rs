@@ -7,8 +7,8 @@ use bvhscope_engine::tree::ContainerKind;
 use egui::{Align, Button, Checkbox, Grid, Label, Layout, RadioButton, RichText, Ui};
 
 use crate::app::commands::{Action, CompareStep, builder_description, is_preset};
-use crate::app::panels::widgets::{Header, SliderSpec, Tip as _, check, chip, combo, row, section, slider};
 use crate::app::state::{AppState, TreeSide};
+use crate::app::widgets::{Header, SliderSpec, Tip as _, check, chip, combo, row, section, slider};
 use crate::app::{format, theme};
 use crate::text::file_name;
 

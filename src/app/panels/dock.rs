@@ -1,0 +1,75 @@
+//! The dock above the depth bar: a strip of tabs and the open view.
+
+use egui::{self, Align, Button, Layout, Margin, Panel, Rect, Role, Sense, Ui, WidgetInfo, vec2};
+
+use crate::app::commands::{Action, Entry, entries};
+use crate::app::state::AppState;
+use crate::app::state::dock::DockView;
+use crate::app::theme;
+use crate::app::views::{icicle, merges, nodes, paper, plots, ray};
+use crate::app::widgets::{Icon, Tip as _, icon_button, note_place, panel_frame};
+
+/// Smallest height in points.
+const MIN_HEIGHT: f32 = 96.0;
+/// Share of the remaining height that the dock may take from the viewport.
+const MAX_SHARE: f32 = 0.66;
+
+/// Shows the dock if it is open.
+pub(super) fn show(ui: &mut Ui, state: &mut AppState) {
+    let Some(view) = state.preferences.dock.open else { return };
+    let most = (ui.available_height() * MAX_SHARE).max(MIN_HEIGHT);
+    let height = state.preferences.dock.height.clamp(MIN_HEIGHT, most);
+    let panel = Panel::bottom("dock").resizable(true).default_size(height).size_range(MIN_HEIGHT..=most);
+    let margin = Margin { left: 12, right: 12, top: 4, bottom: 4 };
+    let place = panel.frame(panel_frame(margin)).show(ui, |ui| {
+        tabs(ui, state, view);
+        ui.add_space(2.0);
+        // The dock keeps its height, however little a view shows.
+        ui.set_min_height(ui.available_height());
+        match view {
+            DockView::Ray => ray::show(ui, state),
+            DockView::Merges => merges::show(ui, state),
+            DockView::Icicle => icicle::show(ui, state),
+            DockView::Nodes => nodes::show(ui, state),
+            DockView::Plots => plots::show(ui, state),
+            DockView::Paper => paper::show(ui, state),
+        }
+    });
+    keep_height(ui, state, place.response.rect);
+    note_place(ui.ctx(), "Dock", place.response.rect);
+}
+
+/// Keeps a height that was dragged, for the next start. One that the window forces on the dock is not kept.
+fn keep_height(ui: &Ui, state: &mut AppState, rect: Rect) {
+    if ui.input(|input| input.pointer.any_down()) {
+        state.preferences.dock.height = rect.height().round();
+    }
+}
+
+/// The strip of tabs, with the button that closes the dock at its end.
+fn tabs(ui: &mut Ui, state: &mut AppState, open: DockView) {
+    ui.horizontal(|ui| {
+        ui.spacing_mut().item_spacing.x = 2.0;
+        for view in DockView::ALL {
+            let on = view == open;
+            let action = Action::ToggleDock(view);
+            let response = ui.add(Button::new(view.label()).selected(on).frame_when_inactive(on));
+            response.widget_info(|| WidgetInfo::selected(Role::Tab, true, on, view.label()));
+            if response.tip(format!("{} ({})", view.purpose(), key_of(action))).clicked() {
+                state.preferences.dock.open = Some(view);
+            }
+        }
+        ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
+            let (rect, _) = ui.allocate_exact_size(vec2(theme::ROW_HEIGHT, theme::ROW_HEIGHT), Sense::hover());
+            let tip = format!("Close the dock; what was measured stays ({})", key_of(Action::ToggleDock(open)));
+            if icon_button(ui, rect, Icon::Close, "Close dock").tip(tip).clicked() {
+                state.preferences.dock.open = None;
+            }
+        });
+    });
+}
+
+/// The first key of an action as text.
+fn key_of(action: Action) -> String {
+    entries().iter().find(|entry| entry.action == action).map_or_else(String::new, Entry::first_key)
+}

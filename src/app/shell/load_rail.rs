@@ -1,0 +1,263 @@
+//! Loading models: from a source to a scene.
+
+use std::path::Path;
+use std::sync::Arc;
+use std::time::Instant;
+
+use crate::app::shell::background_drop::drop_in_background;
+use crate::app::shell::file_watch::WatchedFile;
+use crate::app::shell::in_flight::{InFlight, Polled, poll, report_panic};
+use crate::app::shell::pool::WorkerPool;
+use crate::app::state::{AppState, JobStatus, Request, Severity, recent};
+use crate::app::viewport::orbit;
+use crate::camera::Camera;
+use crate::console::note;
+use crate::scene::{LoadError, LoadOptions, Scene, SceneSource, is_tree_alone, load};
+use crate::view::{CameraChoice, NamedView};
+use crate::worker::Worker;
+use bvhscope_engine::cancel::CancelToken;
+
+/// The inputs of a loaded scene.
+#[derive(Debug, Clone, PartialEq)]
+struct LoadKey {
+    source: SceneSource,
+    /// Incremented when the user reads the same source again.
+    generation: u64,
+}
+
+struct LoadJob {
+    key: LoadKey,
+    options: LoadOptions,
+}
+
+struct Loaded {
+    key: LoadKey,
+    /// The file as it was before it was read; `None` for built-in scenes.
+    file: Option<WatchedFile>,
+    result: Result<Arc<Scene>, LoadError>,
+    /// There is no scene, because the file holds a tree alone.
+    is_tree: bool,
+}
+
+/// Loads the wanted model.
+pub(crate) struct LoadRail {
+    worker: Worker<LoadJob, Loaded>,
+    in_flight: Option<InFlight<LoadKey>>,
+    /// The key of the newest loaded scene.
+    loaded: Option<LoadKey>,
+    /// A key that failed or was cancelled; it is not requested again until something else is.
+    refused: Option<LoadKey>,
+    /// The file of the newest loaded scene, as it was before it was read.
+    file: Option<WatchedFile>,
+    generation: u64,
+    options: LoadOptions,
+    /// The next scene keeps the present camera if the scene is in its view.
+    keep_camera: bool,
+    /// The camera that the command line sets for the first scene.
+    first_camera: Option<CameraChoice>,
+    /// The camera of the newest loaded scene until that is presented.
+    next_camera: Option<Camera>,
+}
+
+impl LoadRail {
+    /// Starts the worker; `wake` is called from its thread after each result.
+    pub(crate) fn new(wake: impl Fn() + Send + Sync + 'static) -> std::io::Result<Self> {
+        Ok(Self {
+            worker: start_worker(wake)?,
+            in_flight: None,
+            loaded: None,
+            refused: None,
+            file: None,
+            generation: 0,
+            options: LoadOptions::default(),
+            keep_camera: false,
+            first_camera: None,
+            next_camera: None,
+        })
+    }
+
+    /// Sets what loading may do, and the camera of the first scene.
+    pub(crate) fn set_options(&mut self, options: LoadOptions, first_camera: Option<CameraChoice>) {
+        self.options = options;
+        self.first_camera = first_camera;
+    }
+
+    /// Sets the camera of the next scene.
+    pub(crate) fn set_next_view(&mut self, camera: CameraChoice) {
+        self.first_camera = Some(camera);
+    }
+
+    /// Sets whether the next scene keeps the present camera if the scene is in its view.
+    pub(crate) const fn set_keep_camera(&mut self, keep_camera: bool) {
+        self.keep_camera = keep_camera;
+    }
+
+    /// Makes the loaded scene stale, so that its source is read again.
+    pub(crate) fn reload(&mut self) {
+        self.generation += 1;
+        self.refused = None;
+    }
+
+    /// Allows a request for what failed or was cancelled.
+    pub(crate) fn allow_retry(&mut self) {
+        self.refused = None;
+    }
+
+    /// Requests the wanted model unless it is loaded, in flight or refused.
+    pub(crate) fn request(&mut self, source: &SceneSource, now: Instant) {
+        let key = LoadKey { source: source.clone(), generation: self.generation };
+        if self.loaded.as_ref() == Some(&key) {
+            if self.in_flight.take().is_some() {
+                self.worker.cancel();
+            }
+            return;
+        }
+        let is_in_flight = self.in_flight.as_ref().is_some_and(|job| job.key == key);
+        if is_in_flight || self.refused.as_ref() == Some(&key) {
+            return;
+        }
+        let token = self.worker.request(LoadJob { key: key.clone(), options: self.options.clone() });
+        self.in_flight = Some(InFlight { key, token, since: now });
+    }
+
+    /// Takes a finished scene. Returns whether there was one.
+    pub(crate) fn poll(&mut self, state: &mut AppState) -> bool {
+        if self.in_flight.is_none() {
+            return false;
+        }
+        match poll(&self.worker) {
+            Polled::Running => false,
+            Polled::Result(loaded) => {
+                self.in_flight = None;
+                match loaded.result {
+                    Ok(scene) => {
+                        self.adopt(loaded.key, loaded.file, scene, state);
+                        true
+                    }
+                    Err(_) if loaded.is_tree && state.model.presented.is_some() => {
+                        // A tree of the present model.
+                        let path = loaded.key.source.path().map(Path::to_path_buf);
+                        self.revert(state);
+                        state.requests.extend(path.map(|path| Request::OpenTree(state.edited_side(), path)));
+                        false
+                    }
+                    Err(error) => {
+                        self.report_failure(loaded.key, &error, state);
+                        false
+                    }
+                }
+            }
+            Polled::Failed(panic) => {
+                self.refused = self.in_flight.take().map(|job| job.key);
+                if let Some(text) = panic {
+                    self.revert(state);
+                    report_panic(&mut state.messages, "Loading", &text);
+                }
+                false
+            }
+        }
+    }
+
+    fn adopt(&mut self, key: LoadKey, file: Option<WatchedFile>, scene: Arc<Scene>, state: &mut AppState) {
+        recent::remember(&mut state.preferences.recent, &scene.source);
+        let keep = self.keep_camera && orbit::still_sees(&state.wanted.camera, &scene.bounds);
+        self.next_camera = Some(match self.first_camera.take() {
+            Some(choice) => choice.camera(&scene),
+            None if keep => state.wanted.camera,
+            None => NamedView::Default.camera(&scene, scene.up),
+        });
+        self.keep_camera = false;
+        // A tree file with its triangles is model and tree in one, until another tree of the model is chosen.
+        if scene.has_tree && self.loaded.as_ref().is_none_or(|loaded| loaded.source != key.source) {
+            let path = scene.source.path().map(Path::to_path_buf);
+            state.wanted.tree_files[0] = state.wanted.tree_files[0].take().or(path);
+        }
+        self.loaded = Some(key);
+        self.file = file;
+        drop_in_background(state.model.loaded.replace(scene));
+    }
+
+    fn report_failure(&mut self, key: LoadKey, error: &LoadError, state: &mut AppState) {
+        note(format_args!("error: {error}"));
+        let remains = if state.model.presented.is_some() { ". The present scene stays" } else { "" };
+        state.messages.notify(Severity::Error, format!("{error}{remains}"));
+        self.refused = Some(key);
+        self.revert(state);
+        if state.model.presented.is_none() && state.model.loaded.is_none() {
+            // There is no scene to fall back on but a built-in one.
+            state.wanted.source = SceneSource::default_builtin();
+        }
+    }
+
+    /// Cancels loading and returns to the loaded model. Returns whether anything was being loaded.
+    pub(crate) fn cancel(&mut self, state: &mut AppState) -> bool {
+        let Some(job) = self.in_flight.take() else { return false };
+        self.worker.cancel();
+        self.refused = Some(job.key);
+        self.revert(state);
+        true
+    }
+
+    /// Sets the wanted model to the loaded one. Where none is loaded, it stays as it is and is not requested again.
+    fn revert(&mut self, state: &mut AppState) {
+        if let Some(scene) = &state.model.loaded {
+            state.wanted.source = scene.source.clone();
+            self.generation = self.loaded.as_ref().map_or(self.generation, |key| key.generation);
+        }
+    }
+
+    /// Returns to `scene`, which was loaded before the newest one.
+    pub(crate) fn return_to(&mut self, scene: &Scene) {
+        self.loaded = Some(LoadKey { source: scene.source.clone(), generation: self.generation });
+        self.next_camera = None;
+    }
+
+    /// Refuses the loaded model: its first tree was cancelled, and there is no other model to return to.
+    pub(crate) fn refuse_loaded(&mut self) {
+        self.refused.clone_from(&self.loaded);
+    }
+
+    /// Whether the loaded model was refused by [`LoadRail::refuse_loaded`] and no other one is being loaded.
+    pub(crate) fn has_refused_loaded(&self) -> bool {
+        self.in_flight.is_none() && self.refused.is_some() && self.refused == self.loaded
+    }
+
+    /// The camera of the newest loaded scene, while that has not been presented.
+    pub(crate) const fn next_camera(&self) -> Option<Camera> {
+        self.next_camera
+    }
+
+    /// Forgets the camera of [`LoadRail::next_camera`], because its scene is presented. Returns whether there was one.
+    pub(crate) fn take_next_camera(&mut self) -> bool {
+        self.next_camera.take().is_some()
+    }
+
+    /// The file of the newest loaded scene, as it was before it was read.
+    pub(crate) const fn file(&self) -> Option<&WatchedFile> {
+        self.file.as_ref()
+    }
+
+    /// When the job in flight was requested.
+    pub(crate) fn since(&self) -> Option<Instant> {
+        self.in_flight.as_ref().map(|job| job.since)
+    }
+
+    /// The job in flight, for the job strip.
+    pub(crate) fn status(&self) -> Option<JobStatus> {
+        self.in_flight.as_ref().map(|job| job.status(format!("Loading {}", job.key.source.label())))
+    }
+}
+
+fn start_worker(wake: impl Fn() + Send + Sync + 'static) -> std::io::Result<Worker<LoadJob, Loaded>> {
+    let pool = WorkerPool::default();
+    Worker::new("load", wake, move |job: LoadJob, token: &CancelToken, _| {
+        let file = job.key.source.path().and_then(WatchedFile::of);
+        match pool.run("load", 0, || load(&job.key.source, &job.options, token)) {
+            Err(LoadError::Cancelled(_)) => None,
+            result => {
+                let is_tree = result.is_err() && job.key.source.path().is_some_and(is_tree_alone);
+                Some(Loaded { key: job.key, file, result: result.map(Arc::new), is_tree })
+            }
+        }
+    })
+}

@@ -1,0 +1,54 @@
+//! How the window starts and ends, and the work behind it: threads that load, build, trace and measure, and what they exchange
+//! with the state.
+//!
+//! [`reconcile`] holds the three rails from a model to a picture. Each rail owns its worker, knows what is in flight, and
+//! does not request again what failed or was cancelled.
+
+mod lessons;
+pub mod options;
+pub mod settings;
+
+pub mod app;
+pub mod run;
+
+pub mod interrupt;
+
+mod device;
+mod files;
+pub mod storage;
+mod window_size;
+
+pub(crate) mod reconcile;
+
+mod build_rail;
+pub(crate) mod lab_rails;
+mod load_rail;
+mod merge_rails;
+mod render_rail;
+mod second_rail;
+mod study_rail;
+
+mod build_job;
+mod render_job;
+
+mod frame_pacing;
+mod motion;
+mod present;
+
+mod background_drop;
+mod in_flight;
+mod pool;
+
+pub(crate) mod derived_worker;
+pub(crate) mod measure_worker;
+pub(crate) mod thumbnail_cache;
+pub(crate) mod thumbnail_worker;
+
+mod folder_listing;
+
+pub(crate) mod clipboard_probe;
+pub(crate) mod file_watch;
+pub(crate) mod requests;
+mod tree_files;
+pub(crate) mod tree_watch;
+pub(crate) mod wake_signal;

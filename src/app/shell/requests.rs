@@ -1,0 +1,229 @@
+//! Performs the effects that plain values cannot express: opening and reloading models, measuring, saving files.
+
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::sync::mpsc::{Receiver, Sender, channel};
+use std::time::{Duration, Instant};
+
+use crate::app::shell::folder_listing::FolderListing;
+use crate::app::shell::measure_worker::MeasureWorker;
+use crate::app::shell::reconcile::Reconciler;
+use crate::app::shell::tree_files::{open_tree, save_tree};
+use crate::app::state::paper::{PaperResult, RowFormat};
+use crate::app::state::{AppState, Request, Severity, TreeSide};
+use crate::app::viewport::screenshot::{self, Screenshot};
+use crate::export::write_new;
+use crate::lab::plot::draw_scatters;
+use crate::scene::{FileFormat, SceneSource, model_extensions};
+
+/// A dialog that ends sooner without a file was never on the screen: nobody closes one this fast.
+const MIN_DIALOG_TIME: Duration = Duration::from_millis(700);
+
+/// What a file is chosen for.
+#[derive(Debug, Clone, Copy)]
+enum Chosen {
+    Model,
+    Tree(TreeSide),
+}
+
+/// How the file dialog ended.
+struct Answer {
+    /// What it was for.
+    of: Chosen,
+    /// The chosen file.
+    path: Option<PathBuf>,
+    /// Time since the dialog was requested.
+    after: Duration,
+}
+
+/// The file dialog and files being saved, each on a thread of its own.
+pub(crate) struct BackgroundTasks {
+    chosen: (Sender<Answer>, Receiver<Answer>),
+    dialog_open: bool,
+    folders: FolderListing,
+    saved: (Sender<screenshot::Outcome>, Receiver<screenshot::Outcome>),
+    wake: Arc<dyn Fn() + Send + Sync>,
+}
+
+impl BackgroundTasks {
+    /// No tasks yet; `wake` is called from their threads when they end.
+    pub(crate) fn new(wake: Arc<dyn Fn() + Send + Sync>) -> Self {
+        Self { chosen: channel(), dialog_open: false, folders: FolderListing::new(), saved: channel(), wake }
+    }
+
+    /// Takes the results of tasks that have ended.
+    pub(crate) fn poll(&mut self, reconciler: &mut Reconciler, state: &mut AppState) {
+        while let Ok(answer) = self.chosen.1.try_recv() {
+            self.dialog_open = false;
+            match (answer.path, answer.of) {
+                (Some(path), Chosen::Model) => open(SceneSource::File(path), false, reconciler, state),
+                (Some(path), Chosen::Tree(side)) => open_tree(side, path, state),
+                (None, _) if answer.after < MIN_DIALOG_TIME => ask_for_path(state),
+                (None, _) => {}
+            }
+        }
+        self.folders.poll(state);
+        while let Ok(outcome) = self.saved.1.try_recv() {
+            match outcome {
+                Ok((path, None)) => state.messages.notify(Severity::Info, format!("Saved {}", path.display())),
+                Ok((path, Some(complaint))) => {
+                    state.messages.notify(Severity::Warning, format!("Saved {}, but {complaint}", path.display()));
+                }
+                Err(error) => state.messages.notify(Severity::Error, error),
+            }
+        }
+    }
+
+    /// Performs the requests of this UI frame.
+    pub(crate) fn perform(
+        &mut self,
+        ctx: &egui::Context,
+        reconciler: &mut Reconciler,
+        measure_worker: &mut MeasureWorker,
+        state: &mut AppState,
+    ) {
+        for request in std::mem::take(&mut state.requests) {
+            match request {
+                Request::Open(source) => open(source, false, reconciler, state),
+                Request::OpenShared(source, tree_files, camera) => {
+                    if let Some(camera) = camera {
+                        reconciler.set_next_view(camera.into());
+                    }
+                    open(source, false, reconciler, state);
+                    state.wanted.tree_files = tree_files;
+                }
+                Request::OpenTree(side, path) => open_tree(side, path, state),
+                Request::OpenTreeDialog(side) => self.open_dialog(Chosen::Tree(side), state),
+                Request::SaveTree => save_tree(self.saved.0.clone(), Arc::clone(&self.wake), state),
+                Request::OpenDialog => self.open_dialog(Chosen::Model, state),
+                Request::ListFolder(folder) => self.folders.request(folder, Arc::clone(&self.wake)),
+                Request::Reload => reconciler.reload(),
+                Request::CancelJobs => reconciler.cancel(state),
+                Request::Measure => measure_worker.measure(state),
+                Request::CancelMeasuring => measure_worker.cancel(state),
+                Request::SaveRows(format) => self.save_rows(format, state),
+                Request::SavePlots(stem, plots) => self.save(state, "plot", move |folder| {
+                    let bytes = draw_scatters(&plots)?;
+                    write_new(folder, &stem, "png", &bytes).map_err(|error| error.to_string())
+                }),
+                Request::Screenshot => self.save_screenshot(ctx, state),
+                Request::Copy(text) => ctx.copy_text(text),
+                Request::Quit => ctx.send_viewport_cmd(egui::ViewportCommand::Close),
+            }
+        }
+    }
+
+    fn open_dialog(&mut self, of: Chosen, state: &mut AppState) {
+        if self.dialog_open {
+            return;
+        }
+        let dialog = rfd::AsyncFileDialog::new();
+        let (dialog, recent) = match of {
+            Chosen::Model => {
+                let dialog = dialog.set_title("Open a model").add_filter("Models", &model_extensions());
+                (dialog, &state.preferences.recent)
+            }
+            Chosen::Tree(_) => {
+                let dialog = dialog.set_title("Open a tree of this model").add_filter("Trees", &["bvh"]);
+                (dialog, &state.preferences.recent_trees)
+            }
+        };
+        let mut dialog = dialog.add_filter("All files", &["*"]);
+        if let Some(folder) = recent.first().and_then(|path| path.parent()) {
+            dialog = dialog.set_directory(folder);
+        }
+        // Some desktops require the dialog to be created on the main thread; only its answer is awaited elsewhere.
+        let opened = Instant::now();
+        let answer = dialog.pick_file();
+        let (chosen, wake) = (self.chosen.0.clone(), Arc::clone(&self.wake));
+        let thread = std::thread::Builder::new().name("file dialog".to_owned()).spawn(move || {
+            let path = pollster::block_on(answer).map(|file| file.path().to_owned());
+            let _ = chosen.send(Answer { of, path, after: opened.elapsed() });
+            wake();
+        });
+        match thread {
+            Ok(_) => self.dialog_open = true,
+            Err(error) => {
+                log::warn!("the file dialog could not be opened: {error}");
+                ask_for_path(state);
+            }
+        }
+    }
+
+    fn save_screenshot(&self, ctx: &egui::Context, state: &mut AppState) {
+        let Some(shot) = Screenshot::capture(state, ctx.pixels_per_point()) else {
+            state.messages.notify(Severity::Warning, "There is no picture to save yet");
+            return;
+        };
+        if let Err(error) = screenshot::save_in_background(shot, self.saved.0.clone(), Arc::clone(&self.wake)) {
+            state.messages.notify(Severity::Error, format!("The screenshot could not be taken: {error}"));
+        }
+    }
+
+    fn save_rows(&self, format: RowFormat, state: &mut AppState) {
+        let Some(result) = state.activity.measured.get(&state.preferences.paper.experiment).cloned() else {
+            state.messages.notify(Severity::Warning, "There are no rows to save yet");
+            return;
+        };
+        self.save(state, "table of rows", move |folder| write_rows(folder, &result, format));
+    }
+
+    /// Saves something by `write` into the current folder, on a thread of its own, because drawing a plot takes longer than a UI frame.
+    fn save(
+        &self,
+        state: &mut AppState,
+        what: &'static str,
+        write: impl FnOnce(&Path) -> Result<PathBuf, String> + Send + 'static,
+    ) {
+        let (saved, wake) = (self.saved.0.clone(), Arc::clone(&self.wake));
+        let thread = std::thread::Builder::new().name("save".to_owned()).spawn(move || {
+            let folder = std::env::current_dir().unwrap_or_else(|_| PathBuf::from("."));
+            let outcome =
+                write(&folder).map(|path| (path, None)).map_err(|error| format!("The {what} was not saved: {error}"));
+            // Sending fails where the window has been closed.
+            let _ = saved.send(outcome);
+            wake();
+        });
+        if let Err(error) = thread {
+            state.messages.notify(Severity::Error, format!("The {what} could not be saved: {error}"));
+        }
+    }
+}
+
+/// Writes the rows into a new file in `folder`.
+fn write_rows(folder: &Path, result: &PaperResult, format: RowFormat) -> Result<PathBuf, String> {
+    let bytes = result.file(format)?;
+    write_new(folder, &result.stem(), format.extension(), &bytes).map_err(|error| error.to_string())
+}
+
+/// Opens the start page at its path field, because there is no file dialog.
+fn ask_for_path(state: &mut AppState) {
+    let text = "There is no file dialog: the desktop offers none (neither a portal nor zenity). Type the path of the model, or drop the file on the window";
+    // The start page repeats it, and a message that stays would cover that.
+    state.messages.notify(Severity::Info, text);
+    state.layout.path_field.without_dialog = true;
+    state.layout.start_page_open = true;
+    state.layout.path_field.wants_focus = true;
+}
+
+/// Opens a model, or reads the wanted one again.
+fn open(source: SceneSource, keep_camera: bool, reconciler: &mut Reconciler, state: &mut AppState) {
+    state.layout.start_page_open = false;
+    reconciler.open(source, keep_camera, state);
+}
+
+/// Opens the first model among files dropped on the window. The camera stays if the model is in its view.
+pub(crate) fn take_dropped_files(ctx: &egui::Context, reconciler: &mut Reconciler, state: &mut AppState) {
+    let paths: Vec<PathBuf> =
+        ctx.input(|input| input.raw.dropped_files.iter().map(|file| file.path().to_owned()).collect());
+    let Some(first) = paths.iter().find(|path| is_model(path)).or(paths.first()) else { return };
+    if paths.len() > 1 {
+        let text = format!("{} files were dropped: {} is opened", paths.len(), first.display());
+        state.messages.notify(Severity::Info, text);
+    }
+    open(SceneSource::File(first.clone()), true, reconciler, state);
+}
+
+fn is_model(path: &Path) -> bool {
+    FileFormat::from_extension(path).is_some()
+}

@@ -1,0 +1,173 @@
+//! Makes and caches the thumbnails of the start page: of built-in scenes by tracing them once, of files from the picture that was
+//! shown, so that no file is read for its thumbnail.
+
+use std::collections::HashSet;
+use std::path::PathBuf;
+use std::sync::{Arc, Weak};
+
+use crate::accel::Accel;
+use crate::app::shell::in_flight::{Polled, poll};
+use crate::app::shell::pool::WorkerPool;
+use crate::app::shell::thumbnail_cache::{file_of, read, write};
+use crate::app::state::{AppState, Presented, THUMBNAIL_SIZE, Thumbnail};
+use crate::render::{Frame, RenderRequest, RenderSettings, Shading, render};
+use crate::scene::{BUILTIN_SCENES, LoadOptions, Scene, SceneSource, load};
+use crate::view::NamedView;
+use crate::worker::Worker;
+use bvhscope_engine::cancel::CancelToken;
+use bvhscope_engine::settings::BuildSettings;
+
+/// Samples per pixel of a traced thumbnail.
+const SAMPLES: u32 = 16;
+
+/// A thumbnail to find or to keep.
+enum Job {
+    /// Read it from the cache; trace it where it is not there and the scene is built in.
+    Find(SceneSource),
+    /// Make it from the picture of a model that was opened.
+    Keep(SceneSource, Arc<Frame>),
+}
+
+/// The outcome of a [`Job`].
+struct Found {
+    source: SceneSource,
+    thumbnail: Option<Thumbnail>,
+}
+
+/// Finds the thumbnails that the start page lacks, one after the other.
+pub(crate) struct ThumbnailWorker {
+    worker: Worker<Job, Found>,
+    busy: bool,
+    requested: HashSet<SceneSource>,
+    /// The scene whose picture was kept last.
+    kept: Weak<Scene>,
+}
+
+impl ThumbnailWorker {
+    /// Starts the thread, which caches in `folder`; `wake` is called from it after each result.
+    pub(crate) fn new(folder: Option<PathBuf>, wake: impl Fn() + Send + Sync + 'static) -> std::io::Result<Self> {
+        let pool = WorkerPool::default();
+        let worker = Worker::new("thumbnails", wake, move |job: Job, token: &CancelToken, _| {
+            let (Job::Find(source) | Job::Keep(source, _)) = &job;
+            let file = folder.as_ref().and_then(|folder| file_of(folder, source));
+            let thumbnail = match &job {
+                Job::Keep(_, frame) => reduced(frame).inspect(|thumbnail| save(file.as_ref(), thumbnail)),
+                Job::Find(source) => file.as_deref().and_then(read).or_else(|| {
+                    // One thread, so that the picture in the window keeps the others.
+                    let traced = pool.run("thumbnails", 1, || traced(source, token))?;
+                    save(file.as_ref(), &traced);
+                    Some(traced)
+                }),
+            };
+            Some(Found { source: source.clone(), thumbnail })
+        })?;
+        Ok(Self { worker, busy: false, requested: HashSet::new(), kept: Weak::new() })
+    }
+
+    /// Takes a thumbnail that was found, and requests the next one while the other workers are `idle`.
+    pub(crate) fn poll(&mut self, state: &mut AppState, idle: bool) {
+        if self.busy {
+            match poll(&self.worker) {
+                Polled::Running => return,
+                Polled::Result(Found { source, thumbnail }) => {
+                    if let Some(thumbnail) = thumbnail {
+                        state.thumbnails.insert(source, thumbnail);
+                    }
+                }
+                Polled::Failed(text) => log::warn!("a thumbnail was not made: {}", text.unwrap_or_default()),
+            }
+            self.busy = false;
+        }
+        if !idle {
+            return;
+        }
+        if let Some(job) = self.next_picture(state).or_else(|| self.next_model(state)) {
+            let (Job::Find(source) | Job::Keep(source, _)) = &job;
+            self.requested.insert(source.clone());
+            self.worker.request(job);
+            self.busy = true;
+        }
+    }
+
+    /// The picture of the presented file, once a scene.
+    fn next_picture(&mut self, state: &AppState) -> Option<Job> {
+        let Presented { accel, frame, .. } = state.model.presented.as_ref()?;
+        let scene = &accel.scene;
+        let is_new = self.kept.as_ptr() != Arc::as_ptr(scene);
+        let suits = frame.settings.shading == Shading::Lit && frame.stats.hits > 0 && scene.source.path().is_some();
+        if !is_new || !suits {
+            return None;
+        }
+        self.kept = Arc::downgrade(scene);
+        Some(Job::Keep(scene.source.clone(), Arc::clone(frame)))
+    }
+
+    /// The next model of the open start page without a thumbnail.
+    fn next_model(&self, state: &AppState) -> Option<Job> {
+        if !state.layout.start_page_open {
+            return None;
+        }
+        let recent = state.preferences.recent.iter().map(|path| SceneSource::File(path.clone()));
+        let builtin =
+            BUILTIN_SCENES.iter().map(|scene| SceneSource::Builtin { name: scene.name.to_owned(), size: None });
+        recent.chain(builtin).find(|source| !self.requested.contains(source)).map(Job::Find)
+    }
+}
+
+fn save(file: Option<&PathBuf>, thumbnail: &Thumbnail) {
+    if let Some(Err(error)) = file.map(|file| write(file, thumbnail)) {
+        log::warn!("a thumbnail was not saved: {error}");
+    }
+}
+
+/// Traces a built-in scene; `None` for files.
+fn traced(source: &SceneSource, token: &CancelToken) -> Option<Thumbnail> {
+    if source.path().is_some() {
+        return None;
+    }
+    let scene = Arc::new(load(source, &LoadOptions::default(), token).ok()?);
+    let accel = Arc::new(Accel::build(&scene, &BuildSettings::default(), token).ok()?);
+    let request = RenderRequest {
+        accel,
+        camera: NamedView::Default.camera(&scene, scene.up),
+        settings: RenderSettings { samples: SAMPLES, ..RenderSettings::default() },
+        width_px: THUMBNAIL_SIZE[0],
+        height_px: THUMBNAIL_SIZE[1],
+        coarseness: 1.0,
+        count_tests: false,
+        hidden: None,
+        clusters: None,
+    };
+    let frame = render(&request, token, &|_| {}).ok()?;
+    Some(Thumbnail { rgba: frame.rgba })
+}
+
+/// The middle of a picture in the size of a thumbnail.
+fn reduced(frame: &Frame) -> Option<Thumbnail> {
+    let picture = image::RgbaImage::from_raw(frame.width_px, frame.height_px, frame.rgba.as_flattened().to_vec())?;
+    let [width, height] = THUMBNAIL_SIZE;
+    // As much as fits of the picture with the proportions of a thumbnail.
+    let crop_width = frame.width_px.min(frame.height_px * width / height).max(1);
+    let crop_height = (crop_width * height / width).clamp(1, frame.height_px);
+    let [left, top] = [(frame.width_px - crop_width) / 2, (frame.height_px - crop_height) / 2];
+    let middle = image::imageops::crop_imm(&picture, left, top, crop_width, crop_height).to_image();
+    let small = image::imageops::thumbnail(&middle, width, height);
+    Some(Thumbnail { rgba: small.pixels().map(|pixel| pixel.0).collect() })
+}
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used, reason = "a test fails by panicking")]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_built_in_scene_is_traced_and_a_file_is_not_read() {
+        let token = CancelToken::new();
+        let source = SceneSource::Builtin { name: "teapot".to_owned(), size: Some(2) };
+        let thumbnail = traced(&source, &token).unwrap();
+        assert_eq!(thumbnail.rgba.len() as u32, THUMBNAIL_SIZE[0] * THUMBNAIL_SIZE[1]);
+        let (corner, middle) = (thumbnail.rgba[0], thumbnail.rgba[(60 * THUMBNAIL_SIZE[0] + 96) as usize]);
+        assert_ne!(corner, middle, "the teapot is in the middle");
+        assert_eq!(traced(&SceneSource::File("Cargo.toml".into()), &token), None);
+    }
+}

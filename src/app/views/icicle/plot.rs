@@ -1,0 +1,203 @@
+//! The icicle itself: painted cells, and what pointing, clicking and keys do in it.
+
+use std::fmt::Write as _;
+
+use egui::{
+    self, Align2, Color32, CornerRadius, EventFilter, Key, Mesh, Rect, Response, Role, Sense, Stroke, StrokeKind,
+    TextStyle, Ui, WidgetInfo, pos2, vec2,
+};
+
+use super::legend;
+use crate::app::commands::Action;
+use crate::app::state::{AppState, IcicleLayout, Presented};
+use crate::app::views::controls;
+use crate::app::{format, theme};
+use crate::lab::icicle::IcicleCell;
+use crate::lab::node_values::{NodeMetric, NodeValues};
+
+/// Least and largest height of a level in points.
+const LEVEL_HEIGHT: [f32; 2] = [4.0, 18.0];
+/// Least width and height of a cell in points that has its name in it.
+const NAMED_SIZE: [f32; 2] = [44.0, 13.0];
+
+/// Shows the icicle.
+pub(super) fn show(ui: &mut Ui, state: &mut AppState, shown: &Presented) {
+    let rect = ui.available_rect_before_wrap();
+    let scale = ui.ctx().pixels_per_point();
+    let columns = (rect.width() * scale).floor().max(1.0) as u32;
+    let levels = (rect.height() / LEVEL_HEIGHT[0]).floor().max(1.0) as u32;
+    let visits = state.lab.known_visits(&shown.accel);
+    let Some(layout) = state.lab.icicle.layout(&shown.accel, &shown.table, visits, [columns, levels]) else {
+        let is_cancelled = match state.lab.icicle_inputs(&shown.accel) {
+            Some(inputs) => state.lab.icicle.sums.is_cancelled(&shown.accel, &inputs),
+            None => state.lab.is_measuring_stopped(&shown.accel),
+        };
+        if controls::waiting(ui, is_cancelled, "Measuring the subtrees") {
+            state.lab.icicle.sums.resume();
+            state.lab.visits.resume();
+        }
+        return;
+    };
+    let response = ui.allocate_rect(rect, Sense::click());
+    let count = format::count(layout.icicle.cells.len() as u64);
+    let name = format!("Icicle of {count} nodes, widths by {}", state.lab.icicle.width.label());
+    response.widget_info(|| WidgetInfo::labeled(Role::Image, true, &name));
+    let height = (rect.height() / layout.icicle.level_count().max(1) as f32).clamp(LEVEL_HEIGHT[0], LEVEL_HEIGHT[1]);
+    let plot = Plot { layout: &layout, rect, column: 1.0 / scale, height };
+    plot.paint(ui);
+    plot.marks(ui, state, shown);
+    pointer(state, shown, &plot, &response);
+    keys(ui, state, shown, &response);
+}
+
+/// Where cells are on the screen.
+struct Plot<'a> {
+    layout: &'a IcicleLayout,
+    rect: Rect,
+    /// Width of a pixel column in points.
+    column: f32,
+    /// Height of a level in points.
+    height: f32,
+}
+
+impl Plot<'_> {
+    fn rect_of(&self, cell: &IcicleCell) -> Rect {
+        let x = |px: u32| self.rect.left() + px as f32 * self.column;
+        let top = self.rect.top() + cell.level as f32 * self.height;
+        // A line of the background between levels, and between cells that are wide enough.
+        let gap = if cell.right_px - cell.left_px > 3 { self.column } else { 0.0 };
+        let gap_below = if self.height > 6.0 { 1.0 } else { 0.0 };
+        Rect::from_min_max(pos2(x(cell.left_px), top), pos2(x(cell.right_px) - gap, top + self.height - gap_below))
+    }
+
+    fn cell_at(&self, at: egui::Pos2) -> Option<&IcicleCell> {
+        let offset = at - self.rect.min;
+        if offset.x < 0.0 || offset.y < 0.0 {
+            return None;
+        }
+        self.layout.icicle.at((offset.y / self.height) as u32, (offset.x / self.column) as u32)
+    }
+
+    /// Paints all cells as one mesh, and the names of those that have room.
+    fn paint(&self, ui: &Ui) {
+        let none = theme::palette(ui).rail;
+        let font = TextStyle::Small.resolve(ui.style());
+        let cells = &self.layout.icicle.cells;
+        let mut mesh = Mesh::default();
+        mesh.reserve_vertices(cells.len() * 4);
+        mesh.reserve_triangles(cells.len() * 2);
+        for (cell, position) in cells.iter().zip(&self.layout.positions) {
+            mesh.add_colored_rect(self.rect_of(cell), legend::color(*position, none));
+        }
+        ui.painter().add(mesh);
+        for (cell, position) in cells.iter().zip(&self.layout.positions) {
+            let rect = self.rect_of(cell);
+            if rect.width() < NAMED_SIZE[0] || rect.height() < NAMED_SIZE[1] {
+                continue;
+            }
+            let text = if cell.node == 0 { "root".to_owned() } else { format::count(u64::from(cell.node)) };
+            let fill = legend::color(*position, none);
+            let is_bright = u32::from(fill.r()) * 3 + u32::from(fill.g()) * 6 + u32::from(fill.b()) > 1_150;
+            let color = if is_bright { Color32::from_gray(0x16) } else { Color32::WHITE };
+            let painter = ui.painter().with_clip_rect(rect);
+            painter.text(rect.left_center() + vec2(4.0, 0.0), Align2::LEFT_CENTER, text, font.clone(), color);
+        }
+    }
+
+    /// Outlines the selected and the hovered node, or what is drawn of the nodes above them.
+    fn marks(&self, ui: &Ui, state: &AppState, shown: &Presented) {
+        let palette = theme::palette(ui);
+        let nodes = &state.selection.nodes;
+        let marks = [(nodes.selected, palette.warm, 2.0), (nodes.hovered, ui.visuals().strong_text_color(), 1.5)];
+        for (node, color, width) in marks {
+            let mut node = node.filter(|&node| (node as usize) < shown.table.len());
+            while let Some(at) = node {
+                if let Some(cell) = self.layout.icicle.cell_of(at) {
+                    // What is narrow is widened, so that the mark is seen.
+                    let rect = self.rect_of(cell).expand2(vec2(if cell.is_narrow { 1.0 } else { 0.0 }, 0.0));
+                    let stroke = Stroke::new(width, color);
+                    ui.painter().rect_stroke(rect, CornerRadius::same(1), stroke, StrokeKind::Inside);
+                    break;
+                }
+                node = shown.table.parent(at);
+            }
+        }
+    }
+}
+
+/// Lights up the node at the pointer with its numbers; a click selects it, a double click zooms to it and frames it.
+fn pointer(state: &mut AppState, shown: &Presented, plot: &Plot<'_>, response: &Response) {
+    let Some(cell) = response.hover_pos().and_then(|at| plot.cell_at(at)).copied() else { return };
+    state.selection.point_at(cell.node);
+    response.clone().on_hover_text_at_pointer(facts(state, shown, &cell));
+    if response.clicked() {
+        response.request_focus();
+        state.select_node(cell.node);
+    }
+    if response.double_clicked() {
+        state.lab.icicle.zoom_to(cell.node);
+        Action::FrameSelection.perform(state);
+    }
+}
+
+/// The numbers of a cell's node.
+fn facts(state: &AppState, shown: &Presented, cell: &IcicleCell) -> String {
+    let node = cell.node;
+    let visits = state.lab.known_visits(&shown.accel);
+    let values = NodeValues { accel: &shown.accel, visits: visits.as_ref().map(|visits| &*visits.0) };
+    let kind = if shown.table.is_leaf(node) { "Leaf" } else { "Node" };
+    let mut text = format!("{kind} {}", format::count(u64::from(node)));
+    let mut line = |name: &str, value: String| {
+        // Writing into a string cannot fail.
+        let _ = write!(text, "\n{name}: {value}");
+    };
+    if let Some(sums) = state.lab.icicle.sums.of_tree(&shown.accel)
+        && let (Some(&own), Some(&whole)) = (sums.get(node as usize), sums.first())
+        && whole > 0.0
+    {
+        let share = format::percent(f64::from(own / whole));
+        line(&format!("{} with all below", state.lab.icicle.width.label()), share);
+    }
+    for metric in NodeMetric::ALL {
+        if let Some(value) = values.get(metric, node) {
+            line(metric.label(), legend::text(metric, value));
+        }
+    }
+    if cell.is_narrow {
+        text.push_str("\nNarrower than a pixel: its neighbours are not drawn. Zoom in to see them");
+    }
+    text
+}
+
+/// While the icicle has the keyboard: arrows walk the tree, Enter zooms to the selected node, Backspace zooms out.
+fn keys(ui: &Ui, state: &mut AppState, shown: &Presented, response: &Response) {
+    if !response.has_focus() {
+        return;
+    }
+    let filter = EventFilter { horizontal_arrows: true, vertical_arrows: true, ..EventFilter::default() };
+    ui.memory_mut(|memory| memory.set_focus_lock_filter(response.id, filter));
+    let stroke = Stroke::new(1.0, theme::palette(ui).accent);
+    ui.painter().rect_stroke(response.rect, CornerRadius::same(2), stroke, StrokeKind::Inside);
+    let pressed = |key: Key| ui.input(|input| input.modifiers.is_none() && input.key_pressed(key));
+    let walks = [
+        (Key::ArrowUp, Action::SelectParent),
+        (Key::ArrowDown, Action::SelectChild),
+        (Key::ArrowLeft, Action::SelectPreviousSibling),
+        (Key::ArrowRight, Action::SelectNextSibling),
+    ];
+    for (key, action) in walks {
+        if pressed(key) && action.is_enabled(state) {
+            action.perform(state);
+        }
+    }
+    if pressed(Key::Enter)
+        && let Some(node) = state.selection.nodes.selected.filter(|&node| (node as usize) < shown.table.len())
+    {
+        state.lab.icicle.zoom_to(node);
+    }
+    if pressed(Key::Backspace)
+        && let Some(parent) = shown.table.parent(state.lab.icicle.top())
+    {
+        state.lab.icicle.zoom_to(parent);
+    }
+}

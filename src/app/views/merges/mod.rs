@@ -1,0 +1,134 @@
+//! The view "Merges": the construction of the tree merge by merge, and why each merge was made.
+
+mod density_image;
+mod plot;
+mod status;
+mod toolbar;
+
+mod price;
+mod reduction;
+mod why;
+
+use egui::{self, Button, RichText, ScrollArea, Ui, vec2};
+
+use crate::app::state::lab::merges::{MergePage, MergeStudy};
+use crate::app::state::{AppState, Presented};
+use crate::app::theme;
+use crate::app::widgets::{chip, empty_view};
+use bvhscope_engine::construction::MergeOrder;
+
+/// Share of the width that the part beside the plot takes, and its limits in points.
+const PAGE_SHARE: f32 = 0.36;
+const PAGE_WIDTH: [f32; 2] = [240.0, 460.0];
+/// Longest time in seconds by which playing advances at once.
+const LONGEST_FRAME: f32 = 0.1;
+
+/// Shows the view.
+pub(in crate::app) fn show(ui: &mut Ui, state: &mut AppState) {
+    let Some(shown) = state.model.presented.clone() else {
+        empty_view(ui, "Open a model to see how its tree is built, merge by merge");
+        return;
+    };
+    let Some(known) = state.lab.merges.known(&shown.accel) else {
+        waiting(ui, state, &shown);
+        return;
+    };
+    match known.as_ref() {
+        Err(reason) => empty_view(ui, &format!("The merges of this tree cannot be shown: {reason}")),
+        Ok(study) if study.merges.timeline.steps() == 0 => {
+            empty_view(
+                ui,
+                "This tree is a single leaf: nothing was merged. Another builder, or more triangles, make a tree",
+            );
+        }
+        Ok(study) => view(ui, state, &shown, study),
+    }
+}
+
+/// What is shown until the merges are known.
+fn waiting(ui: &mut Ui, state: &mut AppState, shown: &Presented) {
+    let study = &mut state.lab.merges.study;
+    let cancelled = MergeOrder::ALL.iter().any(|order| study.is_cancelled(&shown.accel, order));
+    if !cancelled {
+        empty_view(ui, "Building the tree once more to record its merges …");
+        return;
+    }
+    ui.vertical_centered(|ui| {
+        ui.add_space((ui.available_height() * 0.5 - 32.0).max(0.0));
+        ui.label(RichText::new("Recording the merges was cancelled").color(theme::palette(ui).dim));
+        if ui.add(Button::new("Record the merges")).clicked() {
+            study.resume();
+        }
+    });
+}
+
+fn view(ui: &mut Ui, state: &mut AppState, shown: &Presented, study: &MergeStudy) {
+    follow_selection(state, study);
+    if state.lab.merges.playing.is_some() {
+        let seconds = ui.input(|input| input.stable_dt).min(LONGEST_FRAME);
+        state.lab.merges.advance(&study.merges, f64::from(seconds));
+        ui.ctx().request_repaint();
+    }
+    toolbar::show(ui, state, shown, study);
+    let page = (ui.available_width() * PAGE_SHARE).clamp(PAGE_WIDTH[0], PAGE_WIDTH[1]);
+    let size = vec2((ui.available_width() - page - 16.0).max(160.0), ui.available_height());
+    ui.horizontal_top(|ui| {
+        ui.allocate_ui(size, |ui| {
+            ui.vertical(|ui| {
+                let height = (ui.available_height() - status::HEIGHT - ui.spacing().item_spacing.y).max(48.0);
+                plot::show(ui, state, study, vec2(size.x, height));
+                status::show(ui, state, shown, study);
+            });
+        });
+        ui.add_space(8.0);
+        ui.vertical(|ui| pages(ui, state, shown, study));
+    });
+}
+
+/// The part beside the plot.
+fn pages(ui: &mut Ui, state: &mut AppState, shown: &Presented, study: &MergeStudy) {
+    let page = &mut state.lab.merges.page;
+    ui.horizontal(|ui| {
+        ui.spacing_mut().item_spacing.x = 4.0;
+        let choices = [
+            (
+                MergePage::Why,
+                "Why these two?",
+                "The list that this merge chose from, with the distances that were compared",
+            ),
+            (
+                MergePage::Reduction,
+                "Reduction f(x)",
+                "How many clusters ranges of x primitives leave, and what the build really had",
+            ),
+            (MergePage::Price, "Price", "What the approximation costs: the selected subtree beside the exact one"),
+        ];
+        for (choice, label, tip) in choices {
+            if chip(ui, label, *page == choice, tip) {
+                *page = choice;
+            }
+        }
+    });
+    let page = *page;
+    ScrollArea::vertical().id_salt("merges page").auto_shrink(false).show(ui, |ui| match page {
+        MergePage::Why => why::show(ui, state, shown, study),
+        MergePage::Reduction => reduction::show(ui, state, study),
+        MergePage::Price => price::show(ui, state, shown),
+    });
+}
+
+/// Shows the merge that made a node when it is selected, wherever that was done.
+fn follow_selection(state: &mut AppState, study: &MergeStudy) {
+    let selected = state.selection.nodes.selected;
+    let changed = std::mem::replace(&mut state.lab.merges.followed, selected) != selected;
+    // Nodes of a tree before its passes are others.
+    if let Some(node) = selected.filter(|_| changed && study.table.is_none()) {
+        let made = study.merges.timeline.merged();
+        let exists = (node as usize) < 2 * made.len() + 1;
+        let step = if exists { study.merges.timeline.lifetime(node).start } else { 0 };
+        if step > 0 {
+            state.lab.merges.playing = None;
+            state.lab.merges.set_step(&study.merges, step);
+        }
+    }
+}

@@ -1,0 +1,114 @@
+//! The price of the approximation: a selected subtree beside the one that exact clustering makes of its leaves.
+
+use bvhscope_engine::construction::{ExactComparison, MAX_EXACT_LEAVES};
+use egui::{self, Grid, Label, RichText, Ui, vec2};
+
+use crate::app::state::{AppState, Presented};
+use crate::app::widgets::Tip as _;
+use crate::app::{format, theme};
+
+/// Shows the comparison of the selected node, or how to get one.
+pub(super) fn show(ui: &mut Ui, state: &mut AppState, shown: &Presented) {
+    let selected = state.selection.nodes.selected.filter(|&node| (node as usize) < shown.table.len());
+    match selected {
+        None => note(
+            ui,
+            "Select a node to compare its subtree with the one that exact clustering makes of the same leaves: click the model, then Alt+Up walks up",
+        ),
+        Some(node) => button(ui, state, shown, node),
+    }
+    let Some(node) = state.lab.merges.price_of else { return };
+    let price = &state.lab.merges.price;
+    match price.get(&shown.accel, &node).cloned().as_deref() {
+        Some(Ok(comparison)) => result(ui, state, node, comparison),
+        Some(Err(reason)) => note(ui, &format!("Node {node} cannot be compared: {reason}")),
+        None if price.is_cancelled(&shown.accel, &node) => note(ui, "The comparison was cancelled"),
+        None => note(ui, &format!("Clustering the leaves of node {node} exactly …")),
+    }
+}
+
+fn note(ui: &mut Ui, text: &str) {
+    ui.add(Label::new(RichText::new(text).color(theme::palette(ui).dim)).wrap());
+}
+
+/// The button that compares `node`.
+fn button(ui: &mut Ui, state: &mut AppState, shown: &Presented, node: u32) {
+    let triangles = shown.table.known_primitives(node);
+    // A leaf holds at least one triangle, so a subtree of so many has no more leaves.
+    let small = triangles.is_none_or(|count| count as usize <= MAX_EXACT_LEAVES);
+    let count = triangles.map_or_else(|| "…".to_owned(), |count| format::count(u64::from(count)));
+    let label = format!("Compare node {node} ({count} triangles)");
+    let tip = "Merges the leaves below it again, each time the closest pair of all, and compares both subtrees";
+    if ui.add_enabled(small, egui::Button::new(label)).tip(tip).clicked() {
+        state.lab.merges.price.resume();
+        state.lab.merges.price_of = Some(node);
+    }
+    if !small {
+        let most = format::count(MAX_EXACT_LEAVES as u64);
+        note(
+            ui,
+            &format!(
+                "Exact clustering takes quadratic time: select a node of at most {most} triangles. Alt+Down walks down"
+            ),
+        );
+    }
+}
+
+/// What the comparison found.
+fn result(ui: &mut Ui, state: &mut AppState, node: u32, comparison: &ExactComparison) {
+    let palette = theme::palette(ui);
+    let percent = format::percent((comparison.ratio() - 1.0).abs());
+    let verdict = if comparison.ratio() > 1.0 {
+        format!("The approximation costs {percent}")
+    } else if comparison.ratio() < 1.0 {
+        format!("The approximation is {percent} cheaper: always merging the closest pair is a heuristic, too")
+    } else {
+        "The approximation costs nothing here".to_owned()
+    };
+    ui.add(Label::new(RichText::new(verdict).color(palette.text)).wrap());
+    let first = comparison.first_difference.as_ref();
+    let merges = format::count(comparison.leaves.saturating_sub(1) as u64);
+    Grid::new("price").num_columns(2).spacing(vec2(12.0, 2.0)).show(ui, |ui| {
+        let mut row = |name: String, value: String, tip: &str| {
+            ui.label(RichText::new(name).color(palette.dim)).tip(tip);
+            ui.label(value);
+            ui.end_row();
+        };
+        let tip = "SAH cost of the subtree, relative to the area of its own root";
+        row(format!("SAH cost of node {node}"), format::significant(comparison.cost), tip);
+        row("SAH cost of the exact one".to_owned(), format::significant(comparison.exact_cost), tip);
+        row(
+            "Leaves".to_owned(),
+            format::count(comparison.leaves as u64),
+            "Leaves of both subtrees, which stay as they are",
+        );
+        let tip = "By distance, the first merge that groups triangles as no node of the exact subtree does";
+        let value = first.map_or_else(
+            || "none: both group the same triangles".to_owned(),
+            |first| {
+                let number = format::count(u64::from(first.merges_before) + 1);
+                format!("{number} of {merges}, area {} of the subtree's", format::percent(f64::from(first.area)))
+            },
+        );
+        row("First merge that differs".to_owned(), value, tip);
+    });
+    ui.horizontal(|ui| {
+        let tip = "Select the node that this merge makes, to see it in the picture";
+        if let Some(first) = first
+            && ui.button("Select that node").tip(tip).clicked()
+        {
+            state.select_node(first.node);
+        }
+        if ui.button("Copy comparison").tip("Copy these numbers as tab-separated text").clicked() {
+            let merge = first.map_or_else(String::new, |first| (first.merges_before + 1).to_string());
+            let text = format!(
+                "Node\tSAH cost\tExact\tRatio\tLeaves\tFirst merge that differs\n{node}\t{}\t{}\t{}\t{}\t{merge}\n",
+                comparison.cost,
+                comparison.exact_cost,
+                comparison.ratio(),
+                comparison.leaves
+            );
+            state.copy(text, "Comparison copied");
+        }
+    });
+}

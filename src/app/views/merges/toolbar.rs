@@ -1,0 +1,224 @@
+//! Controls of the view: order, play, speed, and which clusters are drawn.
+
+use egui::{self, ComboBox, DragValue, Response, RichText, Role, Sense, Slider, Ui, WidgetInfo, vec2};
+
+use crate::app::state::lab::merges::{CutKind, MergeStudy, MergesState};
+use crate::app::state::{AppState, Presented};
+use crate::app::widgets::{Icon, Tip as _, chip, icon_button};
+use crate::app::{format, theme};
+use crate::lab::merges::merges_clusters;
+use bvhscope_engine::construction::MergeOrder;
+
+/// Slowest and fastest playing in merges a second.
+const SPEEDS: [f64; 2] = [1.0, 1e6];
+/// Numbers of merges at the end that the plot can be limited to.
+const WINDOWS: [u32; 4] = [100_000, 10_000, 1_000, 100];
+
+/// Shows the controls.
+pub(super) fn show(ui: &mut Ui, state: &mut AppState, shown: &Presented, study: &MergeStudy) {
+    let containers = state.preferences.show_containers;
+    let merges = &mut state.lab.merges;
+    ui.horizontal_wrapped(|ui| {
+        ui.spacing_mut().item_spacing.x = 4.0;
+        if merges_clusters(&shown.accel) {
+            orders(ui, merges);
+            ui.add_space(8.0);
+        }
+        transport(ui, merges, study);
+        ui.add_space(4.0);
+        speed(ui, merges);
+        ui.add_space(8.0);
+        left(ui, merges, study);
+        ui.add_space(8.0);
+        drawn(ui, merges);
+        ui.add_space(8.0);
+        window(ui, merges, study);
+        if merges.left.is_some() || merges.cut_kind != CutKind::Step {
+            let tip = "Choose no step: the picture shows the chosen depths again";
+            if ui.button("Clear").tip(tip).clicked() {
+                merges.clear();
+            }
+        }
+        if !containers {
+            let text = RichText::new("Containers are off: B shows them").color(theme::palette(ui).warning);
+            ui.label(text);
+        }
+    });
+}
+
+/// The orders of the merges.
+fn orders(ui: &mut Ui, merges: &mut MergesState) {
+    for order in MergeOrder::ALL {
+        let tip = match order {
+            MergeOrder::Built => {
+                "As a build by one thread merges: the left side of each range, the right side, then both"
+            }
+            MergeOrder::Distance => {
+                "By the area of what is made, smallest first, as exact clustering would: read backwards, the last clusters standing"
+            }
+            MergeOrder::Level => {
+                "By level of the recursion, deepest first: all small ranges, then the ranges made of two of them"
+            }
+        };
+        if chip(ui, order.label(), merges.order == order, tip) && merges.order != order {
+            (merges.order, merges.playing) = (order, None);
+        }
+    }
+}
+
+/// Buttons that move in time.
+fn transport(ui: &mut Ui, merges: &mut MergesState, study: &MergeStudy) {
+    let study = &study.merges;
+    let step = merges.step(study);
+    let last = study.timeline.steps();
+    let to_key = |forward: bool| study.next_key_frame(step.unwrap_or(if forward { 0 } else { last }), forward);
+    let key_tip = |forward: bool, key: &str| {
+        let found = to_key(forward).map_or("none on this side", |frame| frame.label.as_str());
+        format!("To the {} key frame: {found} ({key})", if forward { "next" } else { "previous" })
+    };
+    if icon(ui, Icon::Jump(false), "Previous key frame", &key_tip(false, "Ctrl+Left, with the plot focused")).clicked()
+        && let Some(frame) = to_key(false)
+    {
+        merges.go(study, frame.step);
+    }
+    if icon(ui, Icon::Step(false), "Step back", "Undo one merge (Left arrow, with the plot focused)").clicked() {
+        merges.go(study, step.unwrap_or(last).saturating_sub(1));
+    }
+    let playing = merges.playing.is_some();
+    let (play, name) = if playing { (Icon::Pause, "Pause") } else { (Icon::Play, "Play") };
+    if icon(ui, play, name, "Play the construction, or pause (Space, with the plot focused)").clicked() {
+        merges.toggle_play(study);
+    }
+    if icon(ui, Icon::Step(true), "Step forward", "Do one merge (Right arrow, with the plot focused)").clicked() {
+        merges.go(study, step.map_or(1, |step| step.saturating_add(1)));
+    }
+    if icon(ui, Icon::Jump(true), "Next key frame", &key_tip(true, "Ctrl+Right, with the plot focused")).clicked()
+        && let Some(frame) = to_key(true)
+    {
+        merges.go(study, frame.step);
+    }
+}
+
+fn icon(ui: &mut Ui, icon: Icon, name: &str, tip: &str) -> Response {
+    let (rect, _) = ui.allocate_exact_size(vec2(theme::ROW_HEIGHT, theme::ROW_HEIGHT), Sense::hover());
+    icon_button(ui, rect, icon, name).tip(tip)
+}
+
+/// Speed of playing.
+fn speed(ui: &mut Ui, merges: &mut MergesState) {
+    ui.spacing_mut().slider_width = 72.0;
+    let slider = Slider::new(&mut merges.speed, SPEEDS[0]..=SPEEDS[1]).logarithmic(true).show_value(false);
+    let speed = ui.add(slider);
+    let current = merges.speed;
+    speed.widget_info(|| WidgetInfo::slider(ui.is_enabled(), current, "Merges a second"));
+    speed.tip("Speed of playing; slow for the end, where few large merges happen, fast for the beginning");
+    let text = format!("{}/s", format::count(merges.speed.round() as u64));
+    let (rect, _) = ui.allocate_exact_size(vec2(56.0, theme::ROW_HEIGHT), Sense::hover());
+    let font = egui::TextStyle::Body.resolve(ui.style());
+    ui.painter().text(rect.left_center(), egui::Align2::LEFT_CENTER, text, font, theme::palette(ui).dim);
+}
+
+/// Number of clusters that are left, which chooses the step too.
+fn left(ui: &mut Ui, merges: &mut MergesState, study: &MergeStudy) {
+    let tip =
+        "Number of clusters that stand at this step. By distance, these are the last so many: a cut through the tree";
+    let most = study.merges.timeline.steps() + 1;
+    ui.label(RichText::new("Standing").color(theme::palette(ui).dim)).tip(tip);
+    let mut left = merges.left.unwrap_or(most).clamp(1, most);
+    let speed = (f64::from(left) * 0.01).max(0.1);
+    let field = DragValue::new(&mut left).range(1..=most).speed(speed).suffix(" clusters");
+    let field = field.custom_formatter(|number, _| format::count(number as u64));
+    let field = field.custom_parser(|text| text.replace(',', "").trim().parse().ok());
+    let response = ui.add(field);
+    response.widget_info(|| {
+        let mut info = WidgetInfo::drag_value(ui.is_enabled(), f64::from(left));
+        info.label = Some("Clusters standing".to_owned());
+        info
+    });
+    if response.changed() {
+        merges.go(&study.merges, most - left);
+    }
+    response.tip(tip);
+}
+
+/// Which clusters are drawn over the picture.
+fn drawn(ui: &mut Ui, merges: &mut MergesState) {
+    let choices = [
+        (CutKind::Step, "at this step"),
+        (CutKind::Area, "of at most this area"),
+        (CutKind::Triangles, "of at most so many triangles"),
+    ];
+    let tip =
+        "Clusters over the picture: those that stand at this step, or the largest up to a size, whatever the step";
+    let list = choices.map(|(choice, text)| (choice, text.to_owned()));
+    choice(ui, "Clusters", tip, 120.0, &mut merges.cut_kind, &list);
+    let named = |ui: &Ui, response: &Response, value: f64, label: &str| {
+        response.widget_info(|| {
+            let mut info = WidgetInfo::drag_value(ui.is_enabled(), value);
+            info.label = Some(label.to_owned());
+            info
+        });
+    };
+    match merges.cut_kind {
+        CutKind::Step => {}
+        CutKind::Area => {
+            let mut percent = f64::from(merges.cut_area) * 100.0;
+            let speed = (percent * 0.02).max(1e-4);
+            let [least, most] = MergesState::CUT_AREA.map(|share| f64::from(share) * 100.0);
+            let field = DragValue::new(&mut percent).range(least..=most).speed(speed).max_decimals(4).suffix(" %");
+            let response = ui.add(field);
+            named(ui, &response, percent, "Largest area");
+            if response.changed() {
+                merges.cut_area = (percent / 100.0) as f32;
+            }
+            response.tip("Surface area of the largest clusters, as a share of the root's");
+        }
+        CutKind::Triangles => {
+            let speed = (f64::from(merges.cut_triangles) * 0.02).max(0.1);
+            let response = ui.add(DragValue::new(&mut merges.cut_triangles).range(1..=u32::MAX).speed(speed));
+            named(ui, &response, f64::from(merges.cut_triangles), "Most triangles");
+            response.tip("Number of triangles of the largest clusters");
+        }
+    }
+}
+
+/// How many of the last merges the plot shows.
+fn window(ui: &mut Ui, merges: &mut MergesState, study: &MergeStudy) {
+    let all = study.merges.timeline.steps();
+    let mut choices = vec![(None, "all merges".to_owned())];
+    choices.extend(WINDOWS.into_iter().filter(|&last| last < all).map(|last| {
+        let text = format!("last {}", format::count(u64::from(last)));
+        (Some(last), text)
+    }));
+    if choices.len() > 1 {
+        choice(ui, "Plot", "Merges that the plot shows", 88.0, &mut merges.window, &choices);
+    }
+}
+
+/// Room for the label of a drop-down list in points.
+const LABEL_ROOM: f32 = 64.0;
+
+/// A labelled drop-down list.
+fn choice<T: Copy + PartialEq>(ui: &mut Ui, name: &str, tip: &str, width: f32, value: &mut T, choices: &[(T, String)]) {
+    // The label stays beside its list where the controls take several rows.
+    if ui.available_size_before_wrap().x < width + LABEL_ROOM {
+        ui.end_row();
+    }
+    ui.label(RichText::new(name).color(theme::palette(ui).dim)).tip(tip);
+    let selected = choices.iter().find(|(choice, _)| choice == value).map_or("", |(_, text)| text);
+    let response = ComboBox::from_id_salt(("merges", name))
+        .width(width)
+        .selected_text(selected)
+        .show_ui(ui, |ui| {
+            for (choice, text) in choices {
+                ui.selectable_value(value, *choice, text.clone());
+            }
+        })
+        .response;
+    response.widget_info(|| {
+        let mut info = WidgetInfo::labeled(Role::ComboBox, ui.is_enabled(), format!("{name} shown"));
+        info.current_text_value = Some(selected.to_owned());
+        info
+    });
+    response.tip(tip);
+}

@@ -1,0 +1,11 @@
+//! The views of the dock, a folder each.
+
+mod controls;
+mod node_row;
+
+pub(crate) mod icicle;
+pub(crate) mod merges;
+pub(crate) mod nodes;
+pub(crate) mod paper;
+pub(crate) mod plots;
+pub(crate) mod ray;

@@ -1,0 +1,30 @@
+//! The view "Nodes": the outline of the tree, and beside it the worst nodes.
+
+mod outline;
+mod ranking;
+
+use egui::{Rect, Ui, UiBuilder, pos2};
+
+use crate::app::state::AppState;
+use crate::app::widgets::empty_view;
+
+/// Share of the width that the outline takes.
+const OUTLINE_SHARE: f32 = 0.4;
+/// Gap between outline and list in points.
+const GAP: f32 = 24.0;
+
+/// Shows the view.
+pub(in crate::app) fn show(ui: &mut Ui, state: &mut AppState) {
+    let Some(shown) = state.model.presented.clone() else {
+        empty_view(ui, "Open a model to see the nodes of its tree");
+        return;
+    };
+    let whole = ui.available_rect_before_wrap();
+    let split = whole.left() + whole.width() * OUTLINE_SHARE;
+    let left = Rect::from_min_max(whole.min, pos2(split - GAP * 0.5, whole.bottom()));
+    let right = Rect::from_min_max(pos2(split + GAP * 0.5, whole.top()), whole.max);
+    ui.painter().vline(split, whole.y_range(), ui.visuals().widgets.noninteractive.bg_stroke);
+    ui.scope_builder(UiBuilder::new().max_rect(left), |ui| outline::show(ui, state, &shown));
+    ui.scope_builder(UiBuilder::new().max_rect(right), |ui| ranking::show(ui, state, &shown));
+    ui.advance_cursor_after_rect(whole);
+}

@@ -1,0 +1,76 @@
+//! The outline: the tree as rows that unfold. Only the rows in view are laid out.
+
+use egui::{self, Rect, RichText, ScrollArea, Ui, pos2, vec2};
+
+use crate::app::state::{AppState, OutlineRow, Presented};
+use crate::app::views::node_row::{self, Cell};
+use crate::app::widgets::{Icon, icon_button};
+use crate::app::{format, theme};
+
+/// Indentation a level in points.
+const INDENT: f32 = 12.0;
+/// Width of the icon that folds and unfolds, in points.
+const FOLD: f32 = 16.0;
+/// Widths of the columns of triangles and area in points.
+const COLUMNS: [f32; 2] = [72.0, 56.0];
+
+/// Shows the outline.
+pub(super) fn show(ui: &mut Ui, state: &mut AppState, shown: &Presented) {
+    heading(ui);
+    let selected = state.selection.nodes.selected.filter(|&node| (node as usize) < shown.table.len());
+    let outline = &mut state.lab.outline;
+    outline.follow(&shown.accel, &shown.table);
+    let revealed = selected.and_then(|node| outline.reveal(node, &shown.table));
+    let rows = outline.rows().len();
+    ui.spacing_mut().item_spacing.y = 0.0;
+    let mut area = ScrollArea::vertical().id_salt("outline").auto_shrink(false);
+    if let Some(row) = revealed {
+        let middle = row as f32 * node_row::HEIGHT - ui.available_height() * 0.5;
+        area = area.vertical_scroll_offset(middle.max(0.0));
+    }
+    area.show_rows(ui, node_row::HEIGHT, rows, |ui, range| {
+        let visible = state.lab.outline.rows().get(range).unwrap_or_default().to_vec();
+        // A level deep in the tree would leave no room for its text.
+        let indents = (ui.available_width() * 0.4 / INDENT) as u32;
+        let first = visible.iter().map(|row| row.depth).max().unwrap_or(0).saturating_sub(indents);
+        for row in visible {
+            show_row(ui, state, shown, row, INDENT * row.depth.saturating_sub(first) as f32);
+        }
+    });
+}
+
+/// The names of the columns.
+fn heading(ui: &mut Ui) {
+    let palette = theme::palette(ui);
+    let text = |text: &str| RichText::new(text).color(palette.dim);
+    ui.horizontal(|ui| {
+        ui.label(text("Outline")).on_hover_text("The tree, node by node. Alt+arrows walk from the selected node");
+        ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
+            ui.add_space(16.0);
+            ui.label(text("area")).on_hover_text("Surface area relative to the root's");
+            ui.add_space(24.0);
+            ui.label(text("triangles")).on_hover_text("Triangles below the node");
+        });
+    });
+}
+
+fn show_row(ui: &mut Ui, state: &mut AppState, shown: &Presented, row: OutlineRow, indent: f32) {
+    let OutlineRow { node, .. } = row;
+    let table = &shown.table;
+    let leaf = table.is_leaf(node);
+    let name = format!("{} {}", if leaf { "leaf" } else { "node" }, format::count(u64::from(node)));
+    let triangles =
+        table.known_primitives(node).map_or_else(|| "…".to_owned(), |count| format::count(u64::from(count)));
+    let area = format::percent(f64::from(table.area_share(node)));
+    let cells = [Cell { text: &triangles, width: COLUMNS[0] }, Cell { text: &area, width: COLUMNS[1] }];
+    let response = node_row::show(ui, state, node, (&name, indent + FOLD), &cells);
+    if !leaf {
+        let min = pos2(response.rect.left() + indent, response.rect.top());
+        let rect = Rect::from_min_size(min, vec2(FOLD, response.rect.height()));
+        let unfolded = state.lab.outline.is_unfolded(node);
+        let label = format!("{} node {node}", if unfolded { "Fold" } else { "Unfold" });
+        if icon_button(ui, rect, Icon::Fold(unfolded), &label).clicked() {
+            state.lab.outline.toggle(node, table);
+        }
+    }
+}

@@ -1,0 +1,173 @@
+//! The list of worst nodes, sorted by a click on a column.
+
+use std::fmt::Write as _;
+
+use egui::{
+    self, Align, Align2, Layout, Rect, RichText, Role, ScrollArea, Sense, Shape, Stroke, TextStyle, Ui, WidgetInfo,
+    pos2, vec2,
+};
+
+use crate::app::commands::{Action, RankingStep};
+use crate::app::state::{AppState, Presented};
+use crate::app::views::controls;
+use crate::app::views::node_row::{self, Cell};
+use crate::app::widgets::Tip as _;
+use crate::app::{format, theme};
+use crate::lab::node_values::{NodeMetric, NodeValues};
+
+/// Width of a column in points.
+const COLUMN: f32 = 84.0;
+
+/// Shows the list.
+pub(super) fn show(ui: &mut Ui, state: &mut AppState, shown: &Presented) {
+    let ranked = state.lab.nodes.ranking.of_tree(&shown.accel).cloned();
+    let ranked = ranked.as_deref().map_or(&[][..], |ranked| &ranked[..]);
+    controls(ui, state, shown, ranked);
+    ui.spacing_mut().item_spacing.y = 0.0;
+    header(ui, state);
+    if ranked.is_empty() {
+        nothing(ui, state, shown);
+        return;
+    }
+    let mut area = ScrollArea::vertical().id_salt("ranking").auto_shrink(false);
+    let revealed = state.lab.nodes.reveal(state.selection.nodes.selected, ranked);
+    if let Some(row) = revealed {
+        let middle = row as f32 * node_row::HEIGHT - ui.available_height() * 0.5;
+        area = area.vertical_scroll_offset(middle.max(0.0));
+    }
+    let visits = state.lab.known_visits(&shown.accel);
+    let values = NodeValues { accel: &shown.accel, visits: visits.as_ref().map(|visits| &*visits.0) };
+    area.show_rows(ui, node_row::HEIGHT, ranked.len(), |ui, range| {
+        for &node in ranked.get(range).unwrap_or_default() {
+            let texts = NodeMetric::RANKED.map(|metric| value_text(metric, values.get(metric, node)));
+            let cells = texts.each_ref().map(|text| Cell { text, width: COLUMN });
+            node_row::show(ui, state, node, (&name(shown, node), 4.0), &cells);
+        }
+    });
+}
+
+/// What is said in place of an empty list.
+fn nothing(ui: &mut Ui, state: &mut AppState, shown: &Presented) {
+    let is_ranked = state.lab.nodes.ranking.of_tree(&shown.accel).is_some();
+    let is_cancelled = match state.lab.ranking_inputs(&shown.accel) {
+        Some(inputs) => state.lab.nodes.ranking.is_cancelled(&shown.accel, &inputs),
+        None => state.lab.is_measuring_stopped(&shown.accel),
+    };
+    let without_rays = controls::no_rays(state, shown).filter(|_| state.lab.nodes.order.metric.needs_visits());
+    let text = if is_ranked { "No node is that large and has this number" } else { "Ranking the nodes" };
+    let text = without_rays.unwrap_or(text);
+    if controls::waiting(ui, is_cancelled, text) {
+        state.lab.nodes.ranking.resume();
+        state.lab.visits.resume();
+    }
+}
+
+/// Title, filter and buttons.
+fn controls(ui: &mut Ui, state: &mut AppState, shown: &Presented, ranked: &[u32]) {
+    ui.horizontal(|ui| {
+        let title = RichText::new("Worst nodes").color(theme::palette(ui).dim);
+        let tip = "The 1,000 worst nodes of the tree. A click selects one, a double click looks at it";
+        ui.label(title).tip(tip);
+        let meaning = "Leave out nodes whose surface area is a smaller part of the root's: few rays meet them";
+        let choices =
+            [(0.0, "any", meaning), (1e-4, "0.01 %", meaning), (1e-3, "0.1 %", meaning), (1e-2, "1 %", meaning)];
+        controls::drop_down(ui, "Larger than", meaning, &mut state.lab.nodes.order.min_area, &choices);
+        ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
+            let copy = ui.add_enabled(!ranked.is_empty(), egui::Button::new("Copy"));
+            if copy.tip("Copy the list as tab-separated text").clicked() {
+                let text = tsv(state, shown, ranked);
+                state.copy(text, &format!("{} copied", format::counted(ranked.len() as u64, "node")));
+            }
+            for (step, label, key) in
+                [(RankingStep::Next, "Next", "Alt+."), (RankingStep::Previous, "Previous", "Alt+,")]
+            {
+                let tip = format!("Select the {} node of the list and look at it ({key})", label.to_lowercase());
+                if ui.add_enabled(!ranked.is_empty(), egui::Button::new(label)).tip(tip).clicked() {
+                    Action::StepRanking(step).perform(state);
+                }
+            }
+        });
+    });
+    ui.horizontal(|ui| controls::rays(ui, state, shown));
+}
+
+/// The names of the columns, which sort by a click.
+fn header(ui: &mut Ui, state: &mut AppState) {
+    let palette = theme::palette(ui);
+    let (rect, _) = ui.allocate_exact_size(vec2(ui.available_width(), node_row::HEIGHT), Sense::hover());
+    let order = state.lab.nodes.order;
+    let font = TextStyle::Body.resolve(ui.style());
+    ui.painter().text(rect.left_center() + vec2(4.0, 0.0), Align2::LEFT_CENTER, "node", font.clone(), palette.dim);
+    // The list beside its scroll bar has rows of this width.
+    let mut right = rect.right() - ui.spacing().scroll.allocated_width() - 4.0;
+    for metric in NodeMetric::RANKED.into_iter().rev() {
+        let place = Rect::from_min_max(pos2(right - COLUMN, rect.top()), pos2(right, rect.bottom()));
+        let response = ui.interact(place, ui.scope_id().with(("sort", metric)), Sense::click());
+        let name = format!("Sort by {}", metric.label());
+        response.widget_info(|| WidgetInfo::selected(Role::Button, true, order.metric == metric, &name));
+        let on = order.metric == metric;
+        let is_hot = response.hovered() || response.has_focus();
+        let color = if is_hot {
+            ui.visuals().strong_text_color()
+        } else if on {
+            palette.text
+        } else {
+            palette.dim
+        };
+        let text = ui.painter().text(place.right_center(), Align2::RIGHT_CENTER, metric.label(), font.clone(), color);
+        if on {
+            // Points down where the largest come first.
+            let tip = if order.ascending { -3.0 } else { 3.0 };
+            let middle = pos2(text.left() - 8.0, place.center().y);
+            let corners = [vec2(-3.5, -tip * 0.7), vec2(3.5, -tip * 0.7), vec2(0.0, tip)];
+            let points = corners.map(|offset| middle + offset).to_vec();
+            ui.painter().add(Shape::convex_polygon(points, color, Stroke::NONE));
+        }
+        if response
+            .tip(format!("{}. A click sorts by it, a second one the other way round", metric.meaning()))
+            .clicked()
+        {
+            state.lab.nodes.sort_by(metric);
+        }
+        right -= COLUMN + node_row::GAP;
+    }
+}
+
+/// The list with all columns, separated by tabs.
+fn tsv(state: &AppState, shown: &Presented, ranked: &[u32]) -> String {
+    let visits = state.lab.known_visits(&shown.accel);
+    let values = NodeValues { accel: &shown.accel, visits: visits.as_ref().map(|visits| &*visits.0) };
+    let mut text = String::from("Node\tKind");
+    for metric in NodeMetric::ALL {
+        text.push('\t');
+        text.push_str(metric.label());
+    }
+    for &node in ranked {
+        let kind = if shown.table.is_leaf(node) { "leaf" } else { "interior" };
+        // Writing into a string cannot fail.
+        let _ = write!(text, "\n{node}\t{kind}");
+        for metric in NodeMetric::ALL {
+            text.push('\t');
+            if let Some(value) = values.get(metric, node) {
+                let _ = write!(text, "{value}");
+            }
+        }
+    }
+    text.push('\n');
+    text
+}
+
+/// "leaf 12" or "node 3".
+fn name(shown: &Presented, node: u32) -> String {
+    format!("{} {}", if shown.table.is_leaf(node) { "leaf" } else { "node" }, format::count(u64::from(node)))
+}
+
+/// A value of a metric as text: a fraction in percent, visits as a factor.
+fn value_text(metric: NodeMetric, value: Option<f32>) -> String {
+    match (metric, value.map(f64::from)) {
+        (_, None) => "–".to_owned(),
+        (NodeMetric::VisitRatio, Some(value)) => format!("{} ×", format::significant(value)),
+        (NodeMetric::Primitives | NodeMetric::Depth, Some(value)) => format::count(value as u64),
+        (_, Some(value)) => format::percent(value),
+    }
+}

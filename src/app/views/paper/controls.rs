@@ -1,0 +1,201 @@
+//! Controls of the paper panel: the experiment and its settings, in two rows.
+
+use std::time::Instant;
+
+use bvhscope_engine::settings::BuildSettings;
+use bvhscope_engine::tree::ContainerKind;
+use bvhscope_engine::tree::traverse::Traversal;
+use egui::{self, Button, ComboBox, DragValue, RichText, Role, Ui, WidgetInfo, vec2};
+
+use crate::app::commands::Action;
+use crate::app::state::paper::{Display, Experiment, PaperPlan, RowFormat};
+use crate::app::state::{AppState, Request};
+use crate::app::widgets::{Tip as _, chip};
+use crate::app::{format, theme};
+
+/// Shows the controls.
+pub(crate) fn show(ui: &mut Ui, state: &mut AppState) {
+    ui.horizontal_wrapped(|ui| {
+        experiments(ui, state);
+        ui.add_space(8.0);
+        run(ui, state);
+        ui.add_space(8.0);
+        output(ui, state);
+    });
+    ui.horizontal_wrapped(|ui| settings(ui, state));
+}
+
+/// Buttons that choose the experiment.
+fn experiments(ui: &mut Ui, state: &mut AppState) {
+    for experiment in Experiment::ALL {
+        let on = state.preferences.paper.experiment == experiment;
+        let number = RichText::new(experiment.in_paper()).small().color(theme::palette(ui).dim);
+        let button = match experiment.in_paper() {
+            "" => Button::new(experiment.label()),
+            _ => Button::new((experiment.label(), number)),
+        };
+        let response = ui.add(button.selected(on)).tip(experiment.description());
+        response.widget_info(|| WidgetInfo::selected(Role::Button, true, on, experiment.label()));
+        if response.clicked() {
+            state.preferences.paper.choose(experiment);
+        }
+    }
+}
+
+/// The button that starts or cancels the measurement.
+fn run(ui: &mut Ui, state: &mut AppState) {
+    if state.activity.measure.is_some() {
+        if ui.button("Cancel measuring").on_hover_text("Stop and keep the finished rows (Esc)").clicked() {
+            state.requests.push(Request::CancelMeasuring);
+        }
+        let left = state.activity.measure.as_ref().and_then(|job| job.time_left(Instant::now()));
+        let text = left.map_or_else(|| "measuring".to_owned(), |left| format!("about {} left", format::age(left)));
+        ui.label(RichText::new(text).color(theme::palette(ui).dim));
+        return;
+    }
+    let label = RichText::new("Measure").color(ui.visuals().selection.stroke.color);
+    let button = Button::new(label).fill(ui.visuals().selection.bg_fill);
+    let tip = "Measure the open model as set below, in the background";
+    if ui.add_enabled(state.model.loaded.is_some(), button).on_hover_text(tip).clicked() {
+        state.requests.push(Request::Measure);
+    }
+}
+
+/// Buttons for tables or plots, and for saving what was measured.
+fn output(ui: &mut Ui, state: &mut AppState) {
+    let display = &mut state.preferences.paper.display;
+    for (value, label, tip) in
+        [(Display::Tables, "Tables", "Show the numbers"), (Display::Plots, "Plots", "Show the curves")]
+    {
+        if chip(ui, label, *display == value, tip) {
+            *display = value;
+        }
+    }
+    ui.add_space(8.0);
+    for format in RowFormat::ALL {
+        let action = Action::SaveRows(format);
+        let button = ui.add_enabled(action.is_enabled(state), Button::new(format.label()));
+        button.widget_info(|| WidgetInfo::labeled(Role::Button, ui.is_enabled(), format!("Save {}", format.label())));
+        let what = match format {
+            RowFormat::Csv => "rows as a table for spreadsheets",
+            RowFormat::Json => "rows as JSON lines, as on the command line",
+            RowFormat::Png => "plot as a picture",
+            RowFormat::Svg => "plot as vectors",
+        };
+        if button.on_hover_text(format!("Save the {what} in the current folder")).clicked() {
+            action.perform(state);
+        }
+    }
+}
+
+/// Settings of the experiment.
+fn settings(ui: &mut Ui, state: &mut AppState) {
+    let plan = &mut state.preferences.paper;
+    for kind in ContainerKind::ALL {
+        let mut on = plan.containers.contains(&kind);
+        let response = ui.checkbox(&mut on, kind.label()).on_hover_text("Container of the measured trees");
+        response.widget_info(|| {
+            WidgetInfo::selected(Role::CheckBox, true, on, format!("Measure {}", kind.label().to_lowercase()))
+        });
+        if response.changed() {
+            plan.containers = ContainerKind::ALL
+                .into_iter()
+                .filter(|other| if *other == kind { on } else { plan.containers.contains(other) })
+                .collect();
+            // At least one stays chosen.
+            if plan.containers.is_empty() {
+                plan.containers = ContainerKind::ALL.into_iter().filter(|other| *other != kind).collect();
+            }
+        }
+    }
+    match plan.experiment {
+        Experiment::Thresholds => thresholds(ui, plan),
+        Experiment::Tables => {
+            let tip = "Also test every triangle with a sample of the rays; the table names their number";
+            ui.checkbox(&mut plan.no_bvh, "No BVH").on_hover_text(tip);
+        }
+        Experiment::Threads | Experiment::Builders => {}
+    }
+    choice(
+        ui,
+        "Rays",
+        "Ordered: near child first, culled by distance. Paper: neither, as in its figure 2",
+        &mut plan.traversal,
+        &Traversal::ALL.map(|traversal| (traversal, traversal.name().to_owned())),
+    );
+    choice(
+        ui,
+        "Camera",
+        "The model's default camera, as on the command line, or this window's",
+        &mut plan.default_camera,
+        &[(true, "default".to_owned()), (false, "this view".to_owned())],
+    );
+    let sides = PaperPlan::SIDES_PX.map(|side| (side, format!("{side}×{side}")));
+    choice(ui, "Picture", "Traced pixels, a primary ray through the centre of each", &mut plan.side_px, &sides);
+    let tip = "Repetitions of each measurement: medians are shown";
+    number(ui, "Repeat", tip, &mut plan.repeat, 1..=PaperPlan::MAX_REPEAT);
+}
+
+/// Range of thresholds and choice of ε for the sweep.
+fn thresholds(ui: &mut Ui, plan: &mut PaperPlan) {
+    const LIMITS: [u32; 2] = [BuildSettings::MIN_THRESHOLD, BuildSettings::MAX_THRESHOLD];
+    let [first, last] = &mut plan.thresholds;
+    number(ui, "Thresholds", "The smallest threshold that is measured", first, LIMITS[0]..=*last);
+    number(ui, "to", "The largest threshold that is measured", last, *first..=LIMITS[1]);
+    ui.label(RichText::new("ε").color(theme::palette(ui).dim));
+    ui.spacing_mut().item_spacing.x = 4.0;
+    for epsilon in PaperPlan::EPSILONS {
+        let on = plan.epsilons.contains(&epsilon);
+        let response = ui.add(Button::new(epsilon.to_string()).selected(on));
+        response.widget_info(|| WidgetInfo::selected(Role::CheckBox, true, on, format!("Measure ε {epsilon}")));
+        let tip = "Curves for this ε: smaller keeps more clusters, slower and better";
+        if response.on_hover_text(tip).clicked() && (!on || plan.epsilons.len() > 1) {
+            plan.epsilons = PaperPlan::EPSILONS
+                .into_iter()
+                .filter(|other| plan.epsilons.contains(other) != (*other == epsilon))
+                .collect();
+        }
+    }
+    ui.spacing_mut().item_spacing.x = 8.0;
+}
+
+/// A labelled drop-down list.
+fn choice<T: Copy + PartialEq>(ui: &mut Ui, name: &str, tip: &str, value: &mut T, choices: &[(T, String)]) {
+    ui.label(RichText::new(name).color(theme::palette(ui).dim)).on_hover_text(tip);
+    let selected = choices.iter().find(|(choice, _)| choice == value).map_or("", |(_, text)| text);
+    let response = ComboBox::from_id_salt(("paper", name))
+        .width(60.0)
+        .selected_text(selected)
+        .show_ui(ui, |ui| {
+            for (choice, text) in choices {
+                ui.selectable_value(value, *choice, text.clone());
+            }
+        })
+        .response;
+    response.widget_info(|| {
+        let mut info =
+            WidgetInfo::labeled(Role::ComboBox, ui.is_enabled(), format!("Measured {}", name.to_lowercase()));
+        info.current_text_value = Some(selected.to_owned());
+        info
+    });
+    response.on_hover_text(tip);
+}
+
+/// A labelled number field.
+fn number<T: egui::emath::Numeric>(
+    ui: &mut Ui,
+    name: &str,
+    tip: &str,
+    value: &mut T,
+    range: std::ops::RangeInclusive<T>,
+) {
+    ui.label(RichText::new(name).color(theme::palette(ui).dim)).on_hover_text(tip);
+    let current = value.to_f64();
+    let response = ui.add_sized(vec2(36.0, theme::ROW_HEIGHT), DragValue::new(value).range(range).speed(0.1));
+    response.widget_info(|| {
+        let mut info = WidgetInfo::drag_value(ui.is_enabled(), current);
+        info.label = Some(format!("Measured {}", name.to_lowercase()));
+        info
+    });
+    response.on_hover_text(tip);
+}

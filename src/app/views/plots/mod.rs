@@ -1,0 +1,89 @@
+//! The view "Plots": predicted against measured visits of nodes, and what was predicted of trees against what was measured.
+
+mod axes;
+mod nodes;
+mod table;
+mod trees;
+
+use egui::{self, Align, Layout, Ui};
+
+use super::controls;
+use crate::app::commands::Action;
+use crate::app::state::lab::{PlotKind, TreeQuality, TreeSet};
+use crate::app::state::paper::Experiment;
+use crate::app::state::{AppState, Presented, Request};
+use crate::app::widgets::{Tip as _, chip, empty_view};
+
+/// Shows the view.
+pub(in crate::app) fn show(ui: &mut Ui, state: &mut AppState) {
+    let Some(shown) = state.model.presented.clone().filter(|shown| !shown.table.is_empty()) else {
+        empty_view(ui, "Open a model to plot its tree");
+        return;
+    };
+    ui.horizontal(|ui| {
+        for kind in PlotKind::ALL {
+            if chip(ui, kind.label(), state.lab.plots.kind == kind, kind.meaning()) {
+                state.lab.plots.kind = kind;
+            }
+        }
+        ui.with_layout(Layout::right_to_left(Align::Center), |ui| outputs(ui, state, &shown));
+    });
+    ui.horizontal(|ui| {
+        controls::rays(ui, state, &shown);
+        if state.lab.plots.kind != PlotKind::Nodes {
+            sets(ui, state);
+        }
+        if state.lab.plots.kind == PlotKind::Speed {
+            let tip = "The number by which trees are judged; less is better";
+            controls::drop_down(ui, "Quality", tip, &mut state.lab.plots.quality, &TreeQuality::ALL);
+        }
+    });
+    match state.lab.plots.kind {
+        PlotKind::Nodes => nodes::show(ui, state, &shown),
+        PlotKind::Prediction => trees::show_predictions(ui, state, &shown),
+        PlotKind::Speed => trees::show_speed(ui, state, &shown),
+    }
+}
+
+/// The list of trees to plot, and the button that measures the builders.
+fn sets(ui: &mut Ui, state: &mut AppState) {
+    let choices = TreeSet::ALL.map(|set| {
+        let [label, meaning] = set.texts();
+        (set, label, meaning)
+    });
+    controls::drop_down(ui, "Trees", "The trees that are plotted", &mut state.lab.plots.set, &choices);
+    let TreeSet::Measured(experiment) = state.lab.plots.set else { return };
+    if state.activity.measure.is_some() {
+        if ui.button("Cancel measuring").tip("Stop and keep the finished trees (Esc)").clicked() {
+            state.requests.push(Request::CancelMeasuring);
+        }
+        return;
+    }
+    let what = if experiment == Experiment::Thresholds { "thresholds" } else { "builders" };
+    let tip = format!("Measure the {what} on the open model in the background, as the view Paper is set");
+    if ui.add(egui::Button::new(format!("Measure {what}"))).tip(tip).clicked() {
+        let dock = state.preferences.dock.open;
+        Action::Measure(experiment).perform(state);
+        state.preferences.dock.open = dock;
+    }
+}
+
+/// The buttons that copy what is plotted as a table, and save the picture.
+fn outputs(ui: &mut Ui, state: &mut AppState, shown: &Presented) {
+    let has_any = match state.lab.plots.kind {
+        PlotKind::Nodes => state.lab.plots.scatter.of_tree(&shown.accel).is_some(),
+        PlotKind::Prediction | PlotKind::Speed => !trees::plotted(state, shown).is_empty(),
+    };
+    let save = ui.add_enabled(has_any, egui::Button::new("PNG"));
+    if save.tip("Save the plot as a picture in the current folder").clicked() {
+        let label = shown.accel.scene.source.label();
+        let stem = std::path::Path::new(&label).file_stem().map_or(label.clone(), |stem| stem.to_string_lossy().into());
+        let plots = table::scatters(state, shown);
+        state.requests.push(Request::SavePlots(format!("{stem}-{}", table::stem(state)), plots));
+    }
+    let copy = ui.add_enabled(has_any, egui::Button::new("Copy"));
+    if copy.tip("Copy what is plotted as tab-separated text").clicked() {
+        let (text, note) = table::tsv(state, shown);
+        state.copy(text, &note);
+    }
+}

@@ -1,0 +1,214 @@
+//! Plots of trees: SAH cost and EPO against measured cost, and build time against quality. A click on a tree builds it.
+
+use egui::{self, Color32, CursorIcon, Rect, Role, Sense, Shape, Stroke, Ui, WidgetInfo, vec2};
+
+use super::axes::{Axes, rest};
+use crate::app::state::lab::{PlottedTree, TreeQuality, TreeSet};
+use crate::app::state::{AppState, Presented};
+use crate::app::views::controls;
+use crate::app::widgets::{Tip as _, empty_view};
+use crate::app::{format, theme};
+use crate::lab::plot::Axis;
+use crate::lab::prediction::{PredictedTree, Prediction, pareto_front};
+
+/// Name and value of what predicts the cost of a tree, and how well it does.
+pub(super) type Predictor = (&'static str, fn(&PredictedTree) -> f64, Option<f64>);
+
+/// Size of what can be clicked of a tree in points.
+const TARGET: f32 = 12.0;
+
+/// A tree in a plot.
+pub(super) struct Dot {
+    /// The tree.
+    pub(super) tree: PlottedTree,
+    /// Its values across and up.
+    pub(super) at: [f64; 2],
+}
+
+/// The trees to be plotted.
+pub(super) fn plotted(state: &AppState, shown: &Presented) -> Vec<PlottedTree> {
+    state.lab.plotted_trees(&shown.accel, &state.activity.measured)
+}
+
+/// The trees whose measured cost and both predictions are known, of the kind of container of the presented tree: those of boxes and
+/// spheres do not compare.
+pub(super) fn predicted(state: &AppState, shown: &Presented) -> Vec<(PlottedTree, PredictedTree)> {
+    let container = shown.accel.settings.container;
+    let trees = plotted(state, shown).into_iter().filter(|tree| tree.build.container == container);
+    let known = trees.filter_map(|tree| {
+        let (sah_cost, epo, cost) = (tree.sah_cost, tree.epo?, tree.cost?);
+        Some((tree, PredictedTree { sah_cost, epo, cost }))
+    });
+    known.collect()
+}
+
+/// A plot of what one number predicts: its dots, its axes, and its title with the correlation.
+pub(super) fn prediction_plot(
+    trees: &[(PlottedTree, PredictedTree)],
+    predictor: fn(&PredictedTree) -> f64,
+    r: Option<f64>,
+) -> (Vec<Dot>, [Axis; 2], String) {
+    let dots: Vec<Dot> =
+        trees.iter().map(|(tree, known)| Dot { tree: tree.clone(), at: [predictor(known), known.cost] }).collect();
+    let axes = [0, 1].map(|axis| Axis::linear(dots.iter().map(|dot| dot.at[axis])));
+    let title = match r {
+        Some(r) => format!("r = {r:.3} over {}", format::counted(dots.len() as u64, "tree")),
+        None => format::counted(dots.len() as u64, "tree"),
+    };
+    (dots, axes, title)
+}
+
+/// The trees of the plot of speed and quality, with its axes, and the indices of those that no other beats.
+pub(super) fn speed_plot(state: &AppState, shown: &Presented) -> (Vec<Dot>, [Axis; 2], Vec<usize>) {
+    let quality = state.lab.plots.quality;
+    let container = shown.accel.settings.container;
+    let dot = |tree: PlottedTree| {
+        // Predictions of boxes and of spheres do not compare; counts do.
+        let compares = quality == TreeQuality::Cost || tree.build.container == container;
+        let at = [tree.build_ms?, tree.quality(quality).filter(|_| compares)?];
+        Some(Dot { tree, at })
+    };
+    let dots: Vec<Dot> = plotted(state, shown).into_iter().filter_map(dot).collect();
+    let axes = [Axis::logarithmic(dots.iter().map(|dot| dot.at[0])), Axis::linear(dots.iter().map(|dot| dot.at[1]))];
+    let front = pareto_front(&dots.iter().map(|dot| dot.at).collect::<Vec<_>>());
+    (dots, axes, front)
+}
+
+/// Shows what SAH cost and EPO predict, side by side.
+pub(super) fn show_predictions(ui: &mut Ui, state: &mut AppState, shown: &Presented) {
+    let trees = predicted(state, shown);
+    if missing(ui, state, shown, trees.len()) {
+        return;
+    }
+    let known: Vec<PredictedTree> = trees.iter().map(|(_, known)| *known).collect();
+    let prediction = Prediction::of(&known);
+    if let Some((alpha, r)) = prediction.both {
+        let text = format!(
+            "Both together predict best as {:.2} · SAH + {alpha:.2} · EPO: r = {r:.3} (Aila et al. 2013)",
+            1.0 - alpha
+        );
+        ui.add(egui::Label::new(egui::RichText::new(text).color(theme::palette(ui).dim)).truncate());
+    } else {
+        ui.weak("From three different trees on there is a correlation: change the settings, or measure the builders");
+    }
+    unmeasured(ui, state, shown);
+    let whole = rest(ui);
+    let size = vec2((whole.x - 8.0) * 0.5, whole.y);
+    ui.horizontal_top(|ui| {
+        ui.spacing_mut().item_spacing.x = 8.0;
+        let plots: [Predictor; 2] =
+            [("SAH cost", |tree| tree.sah_cost, prediction.sah), ("EPO", |tree| tree.epo, prediction.epo)];
+        for (label, predictor, r) in plots {
+            let (dots, axes, title) = prediction_plot(&trees, predictor, r);
+            plot(ui, state, shown, size, (&dots, axes, &[]), &title, [label, "Measured cost"]);
+        }
+    });
+}
+
+/// Shows build time against quality.
+pub(super) fn show_speed(ui: &mut Ui, state: &mut AppState, shown: &Presented) {
+    let (dots, axes, front) = speed_plot(state, shown);
+    if missing(ui, state, shown, dots.len()) {
+        return;
+    }
+    if state.lab.plots.quality == TreeQuality::Cost {
+        unmeasured(ui, state, shown);
+    }
+    let size = rest(ui);
+    let title = format!("{}, {} on the front", format::counted(dots.len() as u64, "tree"), front.len());
+    let labels = ["Build time (ms)", state.lab.plots.quality.label()];
+    plot(ui, state, shown, size, (&dots, axes, &front), &title, labels);
+}
+
+/// Says which trees are left out because what rays cost in them is not known, and how to get it.
+fn unmeasured(ui: &mut Ui, state: &AppState, shown: &Presented) {
+    let count = plotted(state, shown).iter().filter(|tree| tree.cost.is_none()).count();
+    if count == 0 {
+        return;
+    }
+    let trees = format::counted(count as u64, "tree");
+    let [is, it] = if count == 1 { ["is", "it"] } else { ["are", "them"] };
+    let text = match state.lab.plots.set {
+        TreeSet::Session => format!(
+            "{trees} {is} not plotted: no measured cost, because this view was closed or measured by other rays. Show {it} again while it is open"
+        ),
+        TreeSet::Measured(_) => format!("{trees} {is} not plotted: measured without these rays. Measure again"),
+    };
+    let tip = "The cost of a tree is counted while it is shown and this view is open; a closed view computes nothing";
+    ui.add(egui::Label::new(egui::RichText::new(text).color(theme::palette(ui).dim)).truncate()).tip(tip);
+}
+
+/// Says why there is nothing to plot, where that is so.
+fn missing(ui: &mut Ui, state: &AppState, shown: &Presented, count: usize) -> bool {
+    if count > 0 {
+        return false;
+    }
+    let of_rays = controls::no_rays(state, shown);
+    let text = match (state.lab.plots.set, &state.activity.measure) {
+        (TreeSet::Session, _) => of_rays.unwrap_or("Counting the visits"),
+        (_, Some(_)) => "Measuring: the first trees appear after the first repetition",
+        (_, None) => "These trees were not measured yet on this model",
+    };
+    empty_view(ui, text);
+    true
+}
+
+/// One plot, with the line along `front`.
+fn plot(
+    ui: &mut Ui,
+    state: &mut AppState,
+    shown: &Presented,
+    size: egui::Vec2,
+    (dots, range, front): (&[Dot], [Axis; 2], &[usize]),
+    title: &str,
+    labels: [&str; 2],
+) {
+    let (rect, response) = ui.allocate_exact_size(size, Sense::hover());
+    let name = format!("Plot of {} over {}: {title}", labels[1], labels[0]);
+    response.widget_info(|| WidgetInfo::labeled(Role::Image, true, &name));
+    let palette = theme::palette(ui);
+    let axes = Axes::paint(ui, rect, range, title, labels);
+    let painter = axes.painter(ui);
+    let line = front.iter().map(|&index| axes.at(dots[index].at)).collect();
+    painter.add(Shape::line(line, Stroke::new(1.5, palette.accent)));
+    let mut clicked = None;
+    for (index, dot) in dots.iter().enumerate() {
+        let at = axes.at(dot.at);
+        let is_shown = dot.tree.is(&shown.accel);
+        let fill = if is_shown { palette.warm } else { palette.accent };
+        let radius = if is_shown { 5.0 } else { 3.5 };
+        painter.circle(at, radius, fill.gamma_multiply(0.8), Stroke::new(1.0, Color32::from_black_alpha(90)));
+        let target = Rect::from_center_size(at, vec2(TARGET, TARGET));
+        let tree = ui.interact(target, response.id.with(index), Sense::CLICK);
+        let text = text_of(state, &dot.tree);
+        tree.widget_info(|| WidgetInfo::selected(Role::Button, true, is_shown, &text));
+        if tree.hovered() || tree.has_focus() {
+            painter.circle_stroke(at, 6.5, Stroke::new(1.5, palette.text));
+        }
+        let verb = if dot.tree.file.is_some() { "read" } else { "build" };
+        let tip = format!("{text}\nClick to {verb} this tree");
+        if tree.on_hover_cursor(CursorIcon::PointingHand).on_hover_text_at_pointer(tip).clicked() {
+            clicked = Some(dot.tree.clone());
+        }
+    }
+    if let Some(tree) = clicked {
+        let file = tree.file.map(|(path, _)| path);
+        if file.is_none() {
+            *state.edited_build_mut() = tree.build;
+        }
+        let side = state.edited_side();
+        state.wanted.set_tree_file(side, file);
+    }
+}
+
+/// A tree as text: "AAC δ 6 ε 0.2, box: built in 12 ms, SAH cost 30, EPO 2, measured cost 24 by Primary rays".
+fn text_of(state: &AppState, tree: &PlottedTree) -> String {
+    let built = tree.build_ms.map(|ms| format!("built in {} ms", format::significant(ms)));
+    let quality = |(quality, label, _)| Some(format!("{label} {}", format::significant(tree.quality(quality)?)));
+    let numbers: Vec<String> = built.into_iter().chain(TreeQuality::ALL.into_iter().filter_map(quality)).collect();
+    let mut text = format!("{}: {}", tree.name(), numbers.join(", "));
+    if tree.cost.is_some() {
+        text = format!("{text} by {}", state.lab.population.label().to_lowercase());
+    }
+    text
+}

@@ -1,0 +1,124 @@
+//! The view "Ray": one ray through the tree, step by step.
+
+mod events;
+mod keys;
+mod stack;
+mod strip;
+mod toolbar;
+mod totals;
+mod transport;
+
+use egui::{Layout, Rect, RichText, Ui, UiBuilder, vec2};
+
+use crate::app::state::AppState;
+use crate::app::theme;
+use crate::app::widgets::empty_view;
+use crate::lab::ray::{RayRecord, Step};
+
+/// Width of the list of steps in points.
+const EVENTS_WIDTH: f32 = 330.0;
+/// Width of the stack in points.
+const STACK_WIDTH: f32 = 150.0;
+/// Least width of the strip: below it the stack is left out, then the steps.
+const MIN_STRIP: f32 = 260.0;
+/// Gap between two columns in points.
+const GAP: f32 = 12.0;
+/// Largest number of waiting containers that are lit in the picture.
+const MOST_WAITING: usize = 64;
+
+/// Shows the view.
+pub(in crate::app) fn show(ui: &mut Ui, state: &mut AppState) {
+    let Some(shown) = state.model.presented.clone() else {
+        empty_view(ui, "Open a model to trace a ray through its tree");
+        return;
+    };
+    toolbar::show(ui, state, &shown);
+    let outcome = state.lab.ray.follow(&shown.accel);
+    remark(ui, state);
+    let Some((outcome, is_of_tree)) = outcome else {
+        let text = if state.lab.ray.source.is_some() {
+            "Tracing the ray…"
+        } else {
+            "Click the picture: the ray of that pixel is recorded step by step. Or type an origin and a direction above"
+        };
+        empty_view(ui, text);
+        return;
+    };
+    match &*outcome {
+        Err(reason) => empty_view(ui, &format!("There is no such ray: {reason}")),
+        Ok(record) if record.steps.is_empty() => {
+            empty_view(ui, "This ray tests nothing: nothing of it is left by the section plane, or there is no tree");
+        }
+        Ok(record) => {
+            replay(ui, state, record);
+            transport::show(ui, state, &shown, record);
+            totals::show(ui, state, &shown, record);
+            ui.add_enabled_ui(is_of_tree, |ui| columns(ui, state, record));
+            if is_of_tree {
+                light_up(state, record);
+            }
+        }
+    }
+}
+
+/// What was wrong with a typed ray, or happened to the record.
+fn remark(ui: &mut Ui, state: &AppState) {
+    let palette = theme::palette(ui);
+    let ray = &state.lab.ray;
+    if let Some(fault) = &ray.fault {
+        ui.label(RichText::new(format!("{fault}. The ray before stays")).color(palette.warning));
+    } else if let Some(remark) = ray.remark {
+        ui.label(RichText::new(remark).color(palette.dim));
+    }
+}
+
+/// Goes on with the replay.
+fn replay(ui: &Ui, state: &mut AppState, record: &RayRecord) {
+    if state.lab.ray.playing {
+        let seconds = ui.input(|input| input.stable_dt);
+        state.lab.ray.advance(f64::from(seconds), record.steps.len());
+        ui.ctx().request_repaint();
+    }
+}
+
+/// The strip, the steps and the stack side by side.
+fn columns(ui: &mut Ui, state: &mut AppState, record: &RayRecord) {
+    let all = ui.available_rect_before_wrap();
+    let with_events = all.width() >= MIN_STRIP + EVENTS_WIDTH + GAP;
+    let with_stack = all.width() >= MIN_STRIP + EVENTS_WIDTH + STACK_WIDTH + 2.0 * GAP;
+    let mut right = all.right();
+    let mut column = |width: f32| {
+        let rect = Rect::from_min_max(egui::pos2(right - width, all.top()), egui::pos2(right, all.bottom()));
+        right = rect.left() - GAP;
+        rect
+    };
+    let stack_rect = with_stack.then(|| column(STACK_WIDTH));
+    let events_rect = with_events.then(|| column(EVENTS_WIDTH));
+    let strip_rect = Rect::from_min_max(all.min, egui::pos2(right, all.bottom()));
+    within(ui, strip_rect, "ray strip", |ui| strip::show(ui, state, record));
+    if let Some(rect) = events_rect {
+        within(ui, rect, "ray steps", |ui| events::show(ui, state, record));
+    }
+    if let Some(rect) = stack_rect {
+        within(ui, rect, "ray stack", |ui| stack::show(ui, state, record));
+    }
+    ui.allocate_rect(all.intersect(ui.max_rect()), egui::Sense::hover());
+}
+
+fn within(ui: &mut Ui, rect: Rect, name: &str, show: impl FnOnce(&mut Ui)) {
+    let layout = Layout::top_down(egui::Align::Min);
+    let mut child = ui.new_child(UiBuilder::new().max_rect(rect).layout(layout).id_salt(name));
+    child.set_clip_rect(rect.expand2(vec2(2.0, 0.0)).intersect(ui.clip_rect()));
+    child.spacing_mut().item_spacing.y = 0.0;
+    show(&mut child);
+}
+
+/// Lights up the container of the present step and those on the stack.
+fn light_up(state: &mut AppState, record: &RayRecord) {
+    let cursor = state.lab.ray.cursor;
+    let nodes = &mut state.selection.nodes;
+    nodes.traced =
+        record.steps.get(cursor).filter(|step| !matches!(step.what, Step::Again { .. })).map(|step| step.tree_node);
+    let waiting = record.stack_after(cursor).into_iter().filter_map(|span| record.spans.get(span as usize));
+    nodes.waiting = waiting.map(|span| span.tree_node).take(MOST_WAITING).collect();
+}

@@ -1,0 +1,102 @@
+//! Stepping through a record: first, back, play, step, next hit, the slider over all steps, and the speed. Looking at it from the
+//! side, and copying it.
+
+use egui::{self, Button, Response, RichText, Slider, Ui, WidgetInfo};
+
+use super::keys;
+use crate::app::state::{AppState, Presented, SPEEDS};
+use crate::app::widgets::Tip as _;
+use crate::app::{format, theme};
+use crate::lab::ray::{RayRecord, ray_table};
+
+/// Width of the slider over the steps in points.
+const SLIDER_WIDTH: f32 = 220.0;
+/// Width of the slider of the speed in points.
+const SPEED_WIDTH: f32 = 80.0;
+
+/// Shows it.
+pub(super) fn show(ui: &mut Ui, state: &mut AppState, shown: &Presented, record: &RayRecord) {
+    let steps = record.steps.len();
+    ui.horizontal_wrapped(|ui| {
+        ui.spacing_mut().item_spacing.x = 4.0;
+        let ray = &mut state.lab.ray;
+        let (first, last) = (ray.cursor == 0, ray.cursor + 1 >= steps);
+        if button(ui, "First", !first, "Go to the first step (Home)").clicked() {
+            ray.go_to(0, steps);
+        }
+        if button(ui, "Back", !first, "One step back (Left)").clicked() {
+            ray.step(-1, steps);
+        }
+        let [name, tip] =
+            if ray.playing { ["Pause", "Stop the replay (Space)"] } else { ["Play", "Replay the steps (Space)"] };
+        if button(ui, name, steps > 1, tip).clicked() {
+            ray.toggle_play(steps);
+        }
+        if button(ui, "Step", !last, "One step on (Right)").clicked() {
+            ray.step(1, steps);
+        }
+        let next = record.next_hit(ray.cursor);
+        if button(ui, "Next hit", next.is_some(), "Go on to the next step that finds a nearer hit (Down)").clicked() {
+            keys::next_hit(ray, record);
+        }
+        ui.add_space(4.0);
+        scrub(ui, state, steps);
+        ui.add_space(8.0);
+        speed(ui, state);
+        ui.separator();
+        side_view(ui, state, shown, record);
+        copy(ui, state, record);
+    });
+}
+
+fn button(ui: &mut Ui, name: &str, enabled: bool, tip: &str) -> Response {
+    ui.add_enabled(enabled, Button::new(name)).tip(tip)
+}
+
+/// The slider over all steps, with the number of the present one.
+fn scrub(ui: &mut Ui, state: &mut AppState, steps: usize) {
+    let ray = &mut state.lab.ray;
+    ui.spacing_mut().slider_width = SLIDER_WIDTH.min(ui.available_width() * 0.5);
+    let mut step = ray.cursor + 1;
+    let response = ui.add(Slider::new(&mut step, 1..=steps.max(1)).show_value(false));
+    response.widget_info(|| WidgetInfo::slider(true, step as f64, "Ray step"));
+    if response.changed() {
+        ray.go_to(step - 1, steps);
+    }
+    response.tip("All steps of the ray in their order: drag to go through them");
+    let text = format!("step {} of {}", format::count(step as u64), format::count(steps as u64));
+    ui.label(RichText::new(text).color(theme::palette(ui).text));
+}
+
+fn speed(ui: &mut Ui, state: &mut AppState) {
+    let speed = &mut state.lab.ray.speed;
+    ui.spacing_mut().slider_width = SPEED_WIDTH;
+    ui.label(RichText::new("Speed").color(theme::palette(ui).dim));
+    let response = ui.add(Slider::new(speed, SPEEDS[0]..=SPEEDS[1]).logarithmic(true).show_value(false));
+    let value = *speed;
+    response.widget_info(|| WidgetInfo::slider(true, value, "Replay speed"));
+    response.tip("Speed of the replay in steps a second");
+    let text = if value < 10.0 { format!("{value:.1}/s") } else { format!("{value:.0}/s") };
+    ui.label(RichText::new(text).color(theme::palette(ui).dim));
+}
+
+/// Looks at the ray from the side.
+fn side_view(ui: &mut Ui, state: &mut AppState, shown: &Presented, record: &RayRecord) {
+    let tip = "Turn the view so that the ray crosses it from left to right: a ray from the eye is seen as a point";
+    if button(ui, "Side view", true, tip).clicked() {
+        let (bounds, up) = (shown.accel.scene.bounds, state.model.up());
+        let direction = record.ray.direction.normalize_or(glam::Vec3::X);
+        let side = direction.cross(up).try_normalize().unwrap_or_else(|| direction.any_orthonormal_vector());
+        let camera = &mut state.wanted.camera;
+        (camera.up, camera.target) = (up, bounds.center());
+        camera.eye = bounds.center() + (side + up * 0.25).normalize();
+        camera.frame(&bounds);
+    }
+}
+
+fn copy(ui: &mut Ui, state: &mut AppState, record: &RayRecord) {
+    if button(ui, "Copy steps", true, "Copy all steps as a table for spreadsheets").clicked() {
+        let text = ray_table(String::new(), record).tab_separated();
+        state.copy(text, "The steps of the ray copied");
+    }
+}
