@@ -33,7 +33,7 @@ impl Default for MemoryLimit {
     "{}; {}", self.shortage(), Self::ADVICE
 )]
 pub struct OverBudget {
-    /// What is allocated, as in "the tree".
+    /// Name of the allocation, as in "the tree".
     pub what: String,
     /// Bytes of the allocation.
     pub needed: u64,
@@ -44,10 +44,10 @@ pub struct OverBudget {
 }
 
 impl OverBudget {
-    /// What can be done about it.
+    /// Remedy.
     pub const ADVICE: &str = "take something smaller or raise --memory-limit";
 
-    /// What would need how much memory, and how much is left.
+    /// Message with the allocation, its size and the memory that is left.
     pub fn shortage(&self) -> String {
         let [needed, left, limit] = [self.needed, self.left, self.limit].map(format_bytes);
         format!("{} would need about {needed} of memory, but only {left} of {limit} may still be used", self.what)

@@ -105,7 +105,7 @@ impl Camera {
         (self.target - self.eye).length()
     }
 
-    /// Whether it looks anywhere: finite, the eye apart from the target, with an up direction and a sensible field of view.
+    /// True if it looks anywhere: finite, the eye apart from the target, with an up direction and a sensible field of view.
     pub fn is_usable(&self) -> bool {
         let finite = self.eye.is_finite() && self.target.is_finite() && self.up.is_finite();
         finite && self.distance() > 0.0 && self.up.length_squared() >= 1e-12 && (0.01..3.1).contains(&self.fov_y)

@@ -28,7 +28,7 @@ impl SectionPlane {
         Self { normal, offset: normal.dot(bounds.center()), flipped: false }
     }
 
-    /// Whether normal and offset are finite and the normal is a direction: what a file says may be anything.
+    /// True if normal and offset are finite and the normal is a direction: a file may hold anything.
     pub fn is_usable(&self) -> bool {
         self.offset.is_finite() && self.normal.is_normalized()
     }
@@ -38,7 +38,7 @@ impl SectionPlane {
         if self.flipped { (-self.normal, -self.offset) } else { (self.normal, self.offset) }
     }
 
-    /// Whether a point is in the kept half.
+    /// True if a point is in the kept half.
     pub fn keeps(&self, point: Vec3) -> bool {
         let (normal, offset) = self.outward();
         normal.dot(point) <= offset
@@ -72,13 +72,13 @@ impl SectionPlane {
         (outside > 0.0 && approach < 0.0).then(|| -outside / approach)
     }
 
-    /// Whether no point of `bounds` is in the kept half.
+    /// True if no point of `bounds` is in the kept half.
     pub fn cuts_away(&self, bounds: &Aabb) -> bool {
         let [low, high] = self.reach(bounds);
         if self.flipped { high < self.offset } else { low > self.offset }
     }
 
-    /// Whether no point of `sphere` is in the kept half.
+    /// True if no point of `sphere` is in the kept half.
     pub fn cuts_away_sphere(&self, sphere: &Sphere) -> bool {
         let (normal, offset) = self.outward();
         normal.dot(sphere.center) - sphere.radius > offset
@@ -146,7 +146,7 @@ impl fmt::Display for SectionPlane {
     }
 }
 
-/// A section plane as it is asked for, before the model is known.
+/// A requested section plane, before the model is loaded.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SectionChoice {
     /// Unit normal.

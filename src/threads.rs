@@ -1,6 +1,6 @@
 //! How many threads the program works with, and rayon's pools of them.
 //!
-//! Every pool is asked for a number of threads, never for rayon's default: that is an environment variable, which may name
+//! Every pool gets an explicit number of threads, never rayon's default: that is an environment variable, which may name
 //! more than the machine can bear.
 
 use std::sync::mpsc::{Sender, channel};
@@ -12,7 +12,7 @@ pub fn available_threads() -> usize {
     std::thread::available_parallelism().map_or(1, std::num::NonZero::get)
 }
 
-/// The number of threads to work with where `requested` are asked for (0 for all): more than there are cores would only take
+/// The number of threads to work with if `requested` are wanted (0 for all): more than there are cores would only take
 /// turns.
 pub fn count(requested: usize) -> usize {
     let available = available_threads();

@@ -130,7 +130,7 @@ impl<Q: Send + 'static, R: Send + 'static> Worker<Q, R> {
         self.shared.lock().outbox.take()
     }
 
-    /// Whether a job waits, or runs and is not cancelled.
+    /// True if a job waits, or runs and is not cancelled.
     pub fn is_busy(&self) -> bool {
         let slots = self.shared.lock();
         slots.inbox.is_some() || slots.running.as_ref().is_some_and(|token| !token.is_cancelled())

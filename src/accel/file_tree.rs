@@ -1,4 +1,4 @@
-//! What a file says of the tree that it holds.
+//! Header and faults of a tree file.
 
 use std::borrow::Cow;
 use std::path::PathBuf;
@@ -6,14 +6,14 @@ use std::path::PathBuf;
 use crate::text::file_name;
 use bvhscope_engine::tree_file::{Fault, Header};
 
-/// What a file says of the tree that it holds, and what is wrong with it.
+/// Header and faults of a tree that was read from a file.
 #[derive(Debug, Clone, PartialEq)]
 pub struct FileTree {
     /// The file.
     pub path: PathBuf,
-    /// What it says of the tree.
+    /// The file's header.
     pub header: Header,
-    /// What is wrong with the tree.
+    /// Faults of the tree.
     pub faults: Vec<Fault>,
     /// Number of nodes that were left out because they are empty.
     pub empty_nodes: u32,

@@ -62,13 +62,13 @@ impl Accel {
         }
     }
 
-    /// What is wrong with a tree that was read; nothing for one that was built here.
+    /// Faults of a tree that was read; none for one that was built here.
     pub fn faults(&self) -> &[Fault] {
         self.file.as_ref().map_or(&[], |file| &file.faults)
     }
 
-    /// What a file says of this tree, or of the wide tree that is made from it: as the file says that it was read from, or builder,
-    /// settings and time of the build.
+    /// The header for a file of this tree or of its wide tree: that of the file it was read from, or builder, settings
+    /// and time of the build.
     pub fn file_header(&self, wide: bool) -> Header {
         if let Some(file) = &self.file {
             // The tree that was made from it is another.
@@ -77,7 +77,7 @@ impl Accel {
         }
         let mut settings = to_value(self.settings).unwrap_or_default();
         if let Value::Object(fields) = &mut settings {
-            // These two stand in the header already.
+            // These two are in the header already.
             fields.remove("builder");
             fields.remove("container");
             if wide {

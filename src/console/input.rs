@@ -49,7 +49,7 @@ impl<S: std::os::fd::AsFd> Read for Waiting<'_, S> {
             let mut descriptors = [PollFd::new(&self.source, PollFlags::IN)];
             match poll(&mut descriptors, Some(&look)) {
                 Ok(0) | Err(Errno::INTR) => continue,
-                // What cannot be asked is tried.
+                // A stream that cannot be polled is tried.
                 _ => {}
             }
             match rustix::io::read(&self.source, &mut *buffer) {

@@ -23,7 +23,7 @@ fn locked(stream: &'static Mutex<Stream>) -> MutexGuard<'static, Stream> {
     stream.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// Prints a line on stderr, its control characters escaped; line breaks stay. What cannot be written is lost without a word:
+/// Prints a line on stderr, its control characters escaped; line breaks stay. A failure to write is ignored:
 /// there is nobody to tell.
 pub fn note(text: impl Display) {
     let mut error = locked(&ERROR);
@@ -52,7 +52,7 @@ fn write_the_rest() {
     }
 }
 
-/// Whether stderr takes text now, so that drawing on it does not wait.
+/// True if stderr takes text now, so that drawing on it does not wait.
 pub fn is_error_ready() -> bool {
     let mut error = locked(&ERROR);
     error.write_some().is_ok() && error.is_empty() && error.is_ready()

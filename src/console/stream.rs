@@ -25,7 +25,7 @@ pub(super) struct Stream {
     left_out: u64,
     /// Why the stream takes nothing any more.
     failure: Option<io::ErrorKind>,
-    /// The failure as the system told it.
+    /// The error as the operating system reported it.
     reason: String,
 }
 
@@ -81,7 +81,7 @@ impl Stream {
         self.check()
     }
 
-    /// Whether the stream takes text, or fails, without waiting.
+    /// True if the stream takes text, or fails, without waiting.
     pub(super) fn is_ready(&self) -> bool {
         is_ready(self.kind, Duration::ZERO)
     }

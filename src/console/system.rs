@@ -27,7 +27,7 @@ pub(super) fn is_ready(kind: Kind, wait: Duration) -> bool {
     match poll(&mut descriptors, Some(&wait)) {
         Ok(count) => count > 0,
         Err(rustix::io::Errno::INTR) => false,
-        // What cannot be asked is tried.
+        // A stream that cannot be polled is tried.
         Err(_) => true,
     }
 }

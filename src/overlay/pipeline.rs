@@ -42,7 +42,7 @@ pub struct OverlayPipeline {
     quads: wgpu::Buffer,
     sampler: wgpu::Sampler,
     picture: PictureTextures,
-    /// Whether the picture has fewer pixels than the viewport.
+    /// True if the picture has fewer pixels than the viewport.
     smooth: bool,
     key: Option<(Key, Arc<Shown>)>,
     /// Nodes chosen by the settings, and how many of them are drawn with lines.
@@ -50,16 +50,16 @@ pub struct OverlayPipeline {
     outlined: u32,
     /// Highlighted nodes, in a buffer of their own because they change with each movement of the pointer.
     marked: Instances,
-    /// What the children of the selected node have in common, and whether that is a sphere.
+    /// The overlap of the selected node's children, and true if it is a sphere.
     overlap: Instances,
     overlap_is_sphere: bool,
-    /// Whether boxes and whether spheres are drawn of the shown and of the highlighted nodes.
+    /// For the shown and for the highlighted nodes: drawn as boxes, as spheres, or both.
     shown_kinds: [bool; 2],
     marked_kinds: [bool; 2],
     /// Circles drawn of each shown sphere: 1 for the outline alone, 4 with three great circles.
     shown_circles: u32,
     circle_segments: u32,
-    /// Whether faces are filled.
+    /// True if faces are filled.
     faces: bool,
 }
 

@@ -25,12 +25,12 @@ pub struct Selection {
 }
 
 impl Selection {
-    /// Whether a recorded ray marks nodes.
+    /// True if a recorded ray marks nodes.
     pub fn has_ray(&self) -> bool {
         self.traced.is_some() || !self.waiting.is_empty()
     }
 
-    /// Whether anything is left out.
+    /// True if anything is left out.
     pub fn hides_any(&self) -> bool {
         !self.hidden.is_empty() || self.isolated.is_some() || self.only.is_some()
     }

@@ -70,7 +70,7 @@ impl OverlayKinds {
         }
     }
 
-    /// Whether boxes and whether spheres are drawn.
+    /// True for boxes, true for spheres if they are drawn.
     pub const fn shown(self) -> [bool; 2] {
         [matches!(self, Self::Box | Self::Both), matches!(self, Self::Sphere | Self::Both)]
     }
@@ -141,7 +141,7 @@ impl OverlaySettings {
         self.budget.unwrap_or(Self::BUDGET)
     }
 
-    /// Whether boxes and whether spheres are drawn of a tree of `kind`.
+    /// For a tree of `kind`: true for boxes, true for spheres if they are drawn.
     pub fn kinds(&self, kind: ContainerKind) -> [bool; 2] {
         if self.follows_tree {
             [kind == ContainerKind::Aabb, kind == ContainerKind::Sphere]

@@ -6,7 +6,7 @@ use crate::camera::{Camera, Projection};
 use crate::section::SectionPlane;
 use bvhscope_engine::geometry::Aabb;
 
-/// What is seen: a camera, the size of its picture, and the section plane.
+/// A camera, the size of its picture, and the section plane.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Viewpoint {
     /// The camera.
@@ -22,7 +22,7 @@ pub struct Viewpoint {
 pub(super) struct Extent {
     /// Diameter of the sphere around it in pixels.
     pub(super) diameter_px: f32,
-    /// Whether it may be in the picture.
+    /// True if it may be in the picture.
     pub(super) is_inside: bool,
 }
 

@@ -7,7 +7,7 @@ use super::settings::Exposure;
 /// Largest difference in stops, and in openness, between two pictures that nobody notices.
 const UNNOTICED: [f32; 2] = [0.02, 0.01];
 
-/// What the meter measured in a view.
+/// Measurements of the light meter in a view.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Metered {
     /// Exposure in stops.
@@ -17,7 +17,7 @@ pub struct Metered {
 }
 
 impl Metered {
-    /// What is measured where nothing takes light.
+    /// Of a view in which nothing takes light.
     pub(super) const NOTHING: Self = Self { stops: 0.0, openness: Vec3::ONE };
 }
 
@@ -25,14 +25,14 @@ impl Metered {
 /// its shadows flicker.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Adaptation {
-    /// What the picture before was shown with.
+    /// Values of the previous picture.
     pub from: Metered,
     /// How far it goes from there to what is measured in its own view, 0 to 1.
     pub fraction: f32,
 }
 
 impl Adaptation {
-    /// What a picture is shown with in whose view `metered` was measured, and whether that is as good as `metered`.
+    /// Values for a picture in whose view `metered` was measured; true if they have reached `metered`.
     pub(super) fn towards(&self, metered: Metered, exposure: Exposure) -> (Metered, bool) {
         let Self { from, fraction } = *self;
         let follow = |from: f32, to: f32| from + (to - from) * fraction;

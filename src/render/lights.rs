@@ -44,7 +44,7 @@ impl Lights {
         let height = direction.dot(self.up);
         let half_width = 0.06 + 0.94 * roughness;
         let above = (0.5 + 0.5 * height / half_width).clamp(0.0, 1.0);
-        // What smooth surfaces mirror is brighter overhead, and darkest just below the horizon.
+        // The surroundings that smooth surfaces mirror are brighter overhead, and darkest just below the horizon.
         let zenith = 1.0 + (1.0 - roughness) * 0.9 * height.max(0.0);
         GROUND.lerp(SKY * zenith, above)
     }

@@ -230,7 +230,7 @@ impl<C: Container> Shade<C> for Lit {
         let view = -ray.direction;
         let (sees_sun, ambient) = point.resolve(blocked, self.mean_openness);
         let mirrored = reflectance.mirrored(normal.dot(view));
-        // What blocks the sky blocks its reflection as well.
+        // Surfaces that block the sky block its reflection as well.
         let openness = ambient / point.sky;
         let direction = (normal * (2.0 * normal.dot(view)) - view).normalize_or(normal);
         let mut radiance = reflectance.diffuse * (1.0 - mirrored.max_element()) * ambient

@@ -25,7 +25,7 @@ pub struct RenderRequest {
     pub height_px: u32,
     /// Edge in pixels of the square that shares one ray; 1 is full resolution.
     pub coarseness: f32,
-    /// Whether tests per ray are counted at full resolution, in a pass of their own unless the shading counts them anyway.
+    /// True if tests per ray are counted at full resolution, in a pass of their own unless the shading counts them anyway.
     pub count_tests: bool,
     /// Triangles that rays pass through; `None` for none.
     pub hidden: Option<Arc<TriangleSet>>,

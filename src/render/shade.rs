@@ -16,7 +16,7 @@ use bvhscope_engine::tree::traverse::TestCounts;
 pub(super) struct Shaded {
     /// Linear RGB; unused in modes that colour their values afterwards.
     pub(super) color: Vec3,
-    /// Whether the colour is radiance, to be exposed and tone mapped, rather than what is shown.
+    /// True if the colour is radiance, to be exposed and tone mapped, rather than a display colour.
     pub(super) is_radiance: bool,
     /// The value that the colour encodes, in modes that have one.
     pub(super) value: f32,
@@ -39,7 +39,7 @@ impl Shaded {
     }
 }
 
-/// What is counted of a primary ray.
+/// Counted tests of a primary ray.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Counting {
     /// Tests in the binary tree, in the order of the settings.
@@ -52,15 +52,15 @@ pub(super) enum Counting {
 
 /// A shading mode.
 pub(super) trait Shade<C: Container>: Sync {
-    /// Whether the mode counts tests while tracing primary rays.
+    /// True if the mode counts tests while tracing primary rays.
     const COUNTS: bool = false;
 
-    /// What is counted, where [`Shade::COUNTS`].
+    /// Kind of count, if [`Shade::COUNTS`].
     fn counting(&self) -> Counting {
         Counting::Tests
     }
 
-    /// What is worked out about a hit before its other rays are traced.
+    /// Values computed for a hit before its other rays are traced.
     type Point: Copy + Default;
 
     /// Works out what the other methods need, and appends to `rays` those whose closest hits [`Shade::occlusion_rays`] needs.

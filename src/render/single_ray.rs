@@ -18,15 +18,15 @@ use bvhscope_engine::geometry::{Hit, Ray};
 use bvhscope_engine::tree::{Container, Tree};
 use bvhscope_engine::with_tree;
 
-/// What a ray is traced for.
+/// Purpose of a ray.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum RayKind {
-    /// What is seen.
+    /// The visible surface.
     Primary,
-    /// Whether the sun reaches the surface that is seen.
+    /// Sunlight on the visible surface.
     Shadow,
-    /// Whether something near hides the sky from it: the first occlusion ray of the ambient occlusion mode.
+    /// Occlusion of its sky by something near: the first ray of the ambient occlusion mode.
     AmbientOcclusion,
     /// Where its light comes from: the first ray into its hemisphere in the lit mode, which the second sample traces.
     Bounce,
@@ -56,7 +56,7 @@ impl RayKind {
         }
     }
 
-    /// Whether only matters that something is hit, not what is nearest.
+    /// True if any hit will do, not only the nearest.
     pub const fn ends_at_any_hit(self) -> bool {
         matches!(self, Self::Shadow | Self::AmbientOcclusion)
     }
@@ -109,7 +109,7 @@ impl fmt::Display for NoRay {
 ///
 /// # Errors
 ///
-/// Fails if cancelled. The inner result says why there is no such ray.
+/// Fails if cancelled. The inner error is the reason why there is no such ray.
 pub fn single_ray(
     request: &RenderRequest,
     start: RayStart,

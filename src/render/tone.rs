@@ -4,7 +4,7 @@ use glam::Vec3;
 
 /// Radiance above which highlights are compressed.
 const START_COMPRESSION: f32 = 0.8 - F90_OFFSET;
-/// What a dielectric reflects on top of its base colour, and the tone mapper subtracts again.
+/// Reflectance of a dielectric on top of its base colour, which the tone mapper subtracts again.
 const F90_OFFSET: f32 = 0.04;
 /// Speed with which compressed colours lose their saturation.
 const DESATURATION: f32 = 0.15;

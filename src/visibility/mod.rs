@@ -69,7 +69,7 @@ impl TriangleSet {
         }
     }
 
-    /// Whether it holds the triangle.
+    /// True if it holds the triangle.
     #[inline]
     pub fn contains(&self, triangle: u32) -> bool {
         self.bits.get(triangle as usize / 64).is_some_and(|bits| bits >> (triangle % 64) & 1 == 1)
@@ -92,7 +92,7 @@ impl TriangleSet {
         self.bits.iter().map(|bits| bits.count_ones() as usize).sum()
     }
 
-    /// Whether it holds no triangle.
+    /// True if it holds no triangle.
     pub fn is_empty(&self) -> bool {
         self.bits.iter().all(|&bits| bits == 0)
     }
@@ -125,13 +125,13 @@ impl Visibility {
         })
     }
 
-    /// Whether a node is hidden; `false` for indices beyond the tree.
+    /// True if a node is hidden; `false` for indices beyond the tree.
     pub fn hides(&self, node: u32) -> bool {
         self.is_hidden.get(node as usize).copied().unwrap_or(false)
     }
 }
 
-/// Whether each node is hidden: itself or by an ancestor, or outside of the isolated subtree.
+/// True if each node is hidden: itself or by an ancestor, or outside of the isolated subtree.
 fn hidden_nodes<C>(tree: &Tree<C>, hidden: &HashSet<u32>, isolated: Option<u32>) -> Vec<bool> {
     let mut roots: Vec<u32> = hidden.iter().copied().collect();
     roots.sort_unstable();

@@ -15,7 +15,7 @@ const SMALL: f32 = 0.04;
 /// Triangles between two checks of the token.
 const CHUNK: usize = 1 << 14;
 
-/// What is seen in the direction of a cell.
+/// The surface visible in the direction of a cell.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Cell {
     /// Distance in world units; infinite where nothing is seen.
@@ -27,7 +27,7 @@ pub(super) struct Cell {
 impl Cell {
     const NOTHING: Self = Self { distance: f32::INFINITY, normal: Vec3::ZERO };
 
-    /// Whether the surface, seen in `direction`, shows its front.
+    /// True if the surface, seen in `direction`, shows its front.
     pub(super) fn is_front(&self, direction: Vec3) -> bool {
         self.normal.dot(direction) < 0.0
     }
@@ -148,7 +148,7 @@ fn draw(triangle: &Triangle, center: Vec3, map: &mut [Cell]) {
     }
 }
 
-/// Whether the ray from the origin along `direction` passes the triangle on the same side of its three edges.
+/// True if the ray from the origin along `direction` passes the triangle on the same side of its three edges.
 fn covers(corners: &[Vec3; 3], direction: Vec3) -> bool {
     let [a, b, c] = *corners;
     let sides = [a.cross(b), b.cross(c), c.cross(a)].map(|edge| edge.dot(direction));

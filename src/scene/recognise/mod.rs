@@ -1,4 +1,4 @@
-//! What a file is by its content: one of the model formats, or something else, which the refusal names.
+//! Recognises a file by its content, as a model format or as something else, which the refusal names.
 
 mod foreign;
 mod zip;
@@ -69,7 +69,7 @@ pub(super) fn recognise(path: &Path, bytes: &[u8]) -> Result<FileFormat, LoadErr
     })
 }
 
-/// What a file that gave no triangles as OBJ seems to be: "text that begins with 'hello'"; `None` if it looks like OBJ. Where
+/// Likely kind of a file that gave no triangles as OBJ: "text that begins with 'hello'"; `None` if it looks like OBJ. Where
 /// its reader has `refused` a line of text, that says more.
 pub(super) fn unlike_obj(bytes: &[u8], refused: bool) -> Option<String> {
     let searched = bytes.get(..SEARCHED).unwrap_or(bytes);
@@ -106,7 +106,7 @@ pub(super) fn wide_encoding(bytes: &[u8]) -> Option<&'static str> {
     (fits(2, 0) || fits(2, 1)).then_some(utf16)
 }
 
-/// Whether the first line is "ply".
+/// True if the first line is "ply".
 fn is_ply(bytes: &[u8]) -> bool {
     let bytes = bytes.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(bytes);
     bytes.strip_prefix(b"ply").is_some_and(|rest| {
@@ -126,7 +126,7 @@ fn first_statements(text: &[u8]) -> impl Iterator<Item = &[u8]> {
     lines_of(text.get(..4096).unwrap_or(text)).take(3)
 }
 
-/// Whether a line is a statement of OBJ.
+/// True if a line is a statement of OBJ.
 fn is_statement(line: &[u8]) -> bool {
     const KEYWORDS: [&[u8]; 14] =
         [b"v", b"vt", b"vn", b"vp", b"f", b"fo", b"l", b"p", b"o", b"g", b"s", b"usemtl", b"mtllib", b"cstype"];
@@ -134,7 +134,7 @@ fn is_statement(line: &[u8]) -> bool {
     KEYWORDS.contains(&word)
 }
 
-/// What bytes of no known format are, in words: "text that begins with 'hello'".
+/// Description of bytes of no known format: "text that begins with 'hello'".
 fn describe(bytes: &[u8]) -> String {
     let text = beginning(bytes);
     if bytes.is_empty() {

@@ -14,7 +14,7 @@ const END_RECORD: usize = 22;
 /// Bytes of an entry in the directory before its name.
 const ENTRY: usize = 46;
 
-/// What an archive is, and what to do with it.
+/// Kind of an archive, and advice.
 pub(super) fn describe(bytes: &[u8]) -> (&'static str, String) {
     let names = names(bytes);
     let entries: Vec<String> = names.iter().map(|name| name.to_ascii_lowercase()).collect();
@@ -35,7 +35,7 @@ pub(super) fn describe(bytes: &[u8]) -> (&'static str, String) {
     (what, EXPORT.to_owned())
 }
 
-/// What follows the last dot of a name.
+/// The part of a name after its last dot.
 fn extension(name: &str) -> &str {
     name.rsplit_once('.').map_or("", |(_, extension)| extension)
 }
