@@ -6,17 +6,17 @@
 #   make deb      builds a Debian package of the same files in target/debian/
 #   make peers    measures beside other engines, with flags as in PEERS="--scenes bunny,dragon --json",
 #                 or writes their trees as files: PEERS="--scenes bunny --dump trees"
-# What they need of the system they install first, where it is missing. Everything else is plain cargo.
+# Each installs missing system packages first. Everything else is plain cargo.
 
 SHELL := /bin/bash
 .SHELLFLAGS := -o pipefail -c
 
-# What the window and the overlay load at run time (nothing is needed to compile beyond a C linker).
+# Loaded by the window and the overlay at run time; compiling needs a C linker only.
 RUN_PACKAGES := mesa-vulkan-drivers libx11-6 libx11-xcb1 libxcursor1 libxi6 libxkbcommon-x11-0
-# What the tests of the real window need on top.
+# Further packages for the tests of the real window.
 TEST_PACKAGES := $(RUN_PACKAGES) xvfb xdotool x11-apps python3-xlib
 
-# Where tests list what they could not check here, and what may be missing in continuous integration (tests/support/skip.rs).
+# Where tests list what they could not check here, and the needs that continuous integration may lack (tests/support/skip.rs).
 export BVHSCOPE_SKIPPED := $(CURDIR)/target/skipped.log
 export BVHSCOPE_MAY_SKIP ?= models tools
 LIST_SKIPPED = if [ -s "$$BVHSCOPE_SKIPPED" ]; then echo "Not checked here:"; sort "$$BVHSCOPE_SKIPPED"; fi
@@ -28,11 +28,11 @@ TEST_LOG := target/tests.log
 run: deps-run
 	cargo build --release
 	@if [ -n "$$DISPLAY$$WAYLAND_DISPLAY" ]; then \
-		target/release/bvhscope $(MODEL); \
+		cargo run -q --release -- $(MODEL); \
 	else \
 		echo "There is no display here, so the built-in scene is drawn into a file."; \
-		XDG_RUNTIME_DIR="$${XDG_RUNTIME_DIR:-/tmp}" target/release/bvhscope render builtin:teapot --overlay box --depth 4..6 \
-			--size 1280x800 -o teapot.png && echo "The picture is teapot.png."; \
+		XDG_RUNTIME_DIR="$${XDG_RUNTIME_DIR:-/tmp}" cargo run -q --release -- \
+			render builtin:teapot --overlay box --depth 4..6 --size 1280x800 -o teapot.png && echo "The picture is teapot.png."; \
 	fi
 
 test: deps-test format lint unit headless docs
@@ -42,7 +42,7 @@ test: deps-test format lint unit headless docs
 format:
 	cargo fmt --check
 
-# No second time in release: whatever depends on debug assertions asks `cfg!(debug_assertions)`, which is compiled either way.
+# No second time in release: debug assertions are switched by `cfg!(debug_assertions)`, which is compiled either way.
 lint:
 	cargo clippy --workspace --all-targets -- -D warnings
 
@@ -55,16 +55,17 @@ unit:
 	wait $$!; window=$$?; tee -a $(TEST_LOG) <"$$window_log"; [ $$((others | window)) = 0 ] || { $(LIST_SKIPPED); exit 1; }
 	cargo test --workspace --doc 2>&1 | tee -a $(TEST_LOG)
 
-# The program for servers, without window and overlay, what writes the man pages, and the engine as others use it. The tests need the window.
+# The program for servers, without window and overlay, the one that writes man pages, and the engine as others use it. The tests need
+# the window. With the examples, of which there are none, because the development dependencies leave fewer crates to check again.
 headless:
-	cargo clippy --no-default-features --features dist --lib --bins -- -D warnings
+	cargo clippy --no-default-features --features dist --lib --bins --examples -- -D warnings
 	cargo clippy -p bvhscope-engine --no-default-features --lib -- -D warnings
 
 # With the examples, because their dependencies make it the same set of features that lint has checked already.
 docs:
 	RUSTDOCFLAGS="-D warnings" cargo doc --workspace --no-deps --lib --examples
 
-# The window anew in assets/screenshots/sheet and /lab, with which tests compare it: models, themes, modes, and the tour of the laboratory. Look at all.
+# Takes the screenshots in assets/screenshots/sheet and /lab again, with which tests compare the window. Look at all of them.
 screenshots: deps-test
 	UPDATE_SCREENSHOTS=1 cargo test --test window screenshots
 
@@ -72,7 +73,7 @@ screenshots: deps-test
 peers: deps-peers
 	cargo run --release --no-default-features --features peers --bin peers -- --append docs/performance.jsonl $(PEERS)
 
-# The tables between marker comments in docs/, anew from docs/performance.jsonl. A test compares them.
+# Writes the tables between marker comments in docs/ from docs/performance.jsonl. A test compares them.
 tables:
 	UPDATE_TABLES=1 cargo test --workspace --test source tables
 
@@ -81,7 +82,7 @@ PREFIX ?= /usr/local
 DESTDIR ?=
 INSTALLED := $(DESTDIR)$(PREFIX)
 
-# The program, with support for screen readers, and what packages install beside it. Without cargo, as often under sudo, an earlier build is taken.
+# The program, with support for screen readers, and the other files of packages. Without cargo, as often under sudo, takes an earlier build.
 dist:
 	@if command -v cargo >/dev/null; then \
 		set -x; rm -rf target/dist; \
