@@ -198,8 +198,9 @@ fn imported_paths(code: &str, module: &[String]) -> Vec<Vec<String>> {
     let mut paths = Vec::new();
     for start in ["crate", "super", "self"] {
         for (at, _) in code.match_indices(&format!("{start}::")) {
-            // `$crate::` in a macro, longer names and later parts of a path are no beginnings.
-            if code[..at].ends_with(|before: char| is_name(before) || before == '$' || before == ':') {
+            // `$crate::` in a macro, longer names and later parts of a path are no beginnings; a visibility imports nothing.
+            let before = &code[..at];
+            if before.ends_with(|c: char| is_name(c) || c == '$' || c == ':') || before.ends_with("(in ") {
                 continue;
             }
             let rest = &code[at..];
@@ -398,7 +399,7 @@ fn the_engine_knows_nothing_of_the_viewer() {
 fn the_reader_understands_every_form_of_import() {
     let text = "use crate::scene::{Scene, load};\nuse crate::{tree::{Node, Tree}, with_tree,\n    camera as eye};\n\
                 use super::super::a::b;\nuse self::c;\nfn f() { crate::accel::x(); super::y() } // crate::render\n\
-                $crate::lab::y; mycrate::app::z; std::path::self_other::q";
+                $crate::lab::y; mycrate::app::z; std::path::self_other::q; pub(in crate::app) fn g()";
     let module = ["app", "panels", "side"].map(str::to_owned);
     let found: BTreeSet<String> = imported_paths(&code(text), &module).iter().map(|path| path.join("::")).collect();
     let expected = [
