@@ -12,6 +12,7 @@
 //! | module | what it does | must not know | start reading at |
 //! | --- | --- | --- | --- |
 //! | [`text`] | names from outside as messages show them | everything else | [`text::printable`] |
+//! | [`catalog`] | settings of a tree, one row each: flags, sliders, limits and texts follow | everything else | [`catalog::settings`] |
 //! | [`console`] | standard streams that may be full, closed, slow or without a reader | everything else | [`console::note`] |
 //! | [`threads`] | how many threads the program works with, and pools of them | everything else | [`threads::count`] |
 //! | [`budget`] | memory limit of the process, checked before large allocations | everything else | [`budget::Budget`] |
@@ -55,6 +56,8 @@
 #![deny(clippy::print_stderr, clippy::print_stdout)]
 
 pub mod text;
+
+pub mod catalog;
 
 pub mod console;
 

@@ -157,12 +157,23 @@ pub fn parse_vector(text: &str) -> Result<Vec3, String> {
 /// Fails as [`parse_vector`], and for a direction without a length.
 pub fn parse_direction(text: &str) -> Result<Vec3, String> {
     let value = parse_vector(text)?;
-    value.try_normalize().ok_or_else(|| format!("the direction {},{},{} points nowhere", value.x, value.y, value.z))
+    // Divided first, since the square of a long or short direction is no number.
+    let scaled = (value / value.abs().max_element()).try_normalize();
+    scaled.ok_or_else(|| format!("the direction {},{},{} points nowhere", value.x, value.y, value.z))
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_direction_of_any_length_is_scaled() {
+        let diagonal = Vec3::ONE.normalize();
+        for text in ["1e38,1e38,1e38", "1e-40,1e-40,1e-40", "3,3,3"] {
+            assert!(parse_direction(text).is_ok_and(|direction| direction.distance(diagonal) < 1e-6), "{text}");
+        }
+        assert!(parse_direction("0,0,-0").is_err());
+    }
 
     #[test]
     fn one_thing_is_named_in_the_singular() {

@@ -76,7 +76,7 @@ impl Curve {
         match self {
             Self::Morton => "Morton",
             Self::Hilbert => "Hilbert",
-            Self::Extended => "Morton and size",
+            Self::Extended => "Extended Morton",
         }
     }
 }

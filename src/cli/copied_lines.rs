@@ -10,6 +10,7 @@ mod tests {
     use super::super::resolve;
     use crate::app::commands::command_line;
     use crate::app::state::{AppState, CompareView, Preferences, SecondTree, Wanted};
+    use crate::catalog::settings::{SETTINGS, Value};
     use crate::headless::diff::DiffTree;
     use crate::scene::SceneSource;
     use bvhscope_engine::settings::{BuildSettings, Pass, Passes};
@@ -18,13 +19,18 @@ mod tests {
     #[test]
     fn two_trees_in_view_are_copied_as_a_comparison() {
         let mut wanted = Wanted::new(SceneSource::default_builtin());
-        let b = BuildSettings {
+        let mut b = BuildSettings {
             container: ContainerKind::Sphere,
-            threshold: 17,
-            epsilon: 0.3,
             optimize: Passes::NONE.with(Pass::Collapse),
             ..wanted.build
         };
+        for row in SETTINGS {
+            if let Value::Number(number) = &row.value
+                && (row.applies)(&b)
+            {
+                (number.set)(&mut b, number.range[1]);
+            }
+        }
         let mut state = AppState::new(wanted.clone(), Preferences::default());
         state.layout.viewport_px = [640, 360];
         for view in CompareView::ALL {
@@ -41,9 +47,9 @@ mod tests {
                     assert_eq!(job.camera.eye, Some(wanted.camera.eye));
                 }
                 (CompareView::A, Some(CommandArgs::Render(args))) => {
-                    assert_eq!(resolve::build(&args.build), wanted.build);
+                    assert_eq!(args.build.settings.0.settings(), wanted.build);
                 }
-                (CompareView::B, Some(CommandArgs::Render(args))) => assert_eq!(resolve::build(&args.build), b),
+                (CompareView::B, Some(CommandArgs::Render(args))) => assert_eq!(args.build.settings.0.settings(), b),
                 (view, other) => panic!("{view:?}: {line} is {other:?}"),
             }
         }

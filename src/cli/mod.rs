@@ -131,21 +131,22 @@ fn simd(cli: &Cli) -> Option<SimdLevel> {
         Some(CommandArgs::Scaling(args)) => args.measure.simd,
         Some(CommandArgs::Compare(args)) => args.measure.simd,
         Some(CommandArgs::Diff(args)) => args.simd,
-        Some(
-            CommandArgs::Info(_)
-            | CommandArgs::Ray(_)
-            | CommandArgs::Merges(_)
-            | CommandArgs::Plot(_)
-            | CommandArgs::Tree(_),
-        ) => None,
+        Some(CommandArgs::Info(args)) => args.simd,
+        Some(CommandArgs::Ray(args)) => args.simd,
+        Some(CommandArgs::Tree(args)) => args.simd,
+        Some(CommandArgs::Merges(args)) => args.picture.simd,
+        Some(CommandArgs::Plot(_)) => None,
     }
 }
 
 /// The error message for an invalid combination of flags, if it is one.
 fn invalid_combination(cli: &Cli) -> Option<String> {
-    let one = |args: &BuildArgs| resolve::invalid_passes(args.shape.optimize, args.container.as_slice());
+    let one = |args: &BuildArgs| {
+        let given = &args.settings.0;
+        resolve::invalid_passes(given, &[given.settings().container])
+    };
     let several = |args: &OneTreeArgs, default: &[ContainerKind]| {
-        resolve::invalid_passes(args.shape.optimize, args.container.as_ref().map_or(default, |given| &given.0))
+        resolve::invalid_passes(&args.shape.0, args.container.as_ref().map_or(default, |given| &given.0))
     };
     let of_one_model = |files: &TreesFromFilesArgs, args: &MeasureArgs| {
         let models = args.models.len();

@@ -6,7 +6,7 @@ use crate::render::{Background, ColorMap, Light, NormalSource, RayKind, Shading}
 use crate::view::NamedView;
 use bvhscope_engine::construction::MergeOrder;
 use bvhscope_engine::kernel::SimdLevel;
-use bvhscope_engine::settings::{BuilderKind, Curve, Pass, Passes, Preset};
+use bvhscope_engine::settings::BuilderKind;
 use bvhscope_engine::tree::ContainerKind;
 use bvhscope_engine::tree::traverse::Traversal;
 
@@ -34,9 +34,6 @@ macro_rules! named {
 named!(
     BuilderKind,
     ContainerKind,
-    Preset,
-    Curve,
-    Pass,
     NamedView,
     Shading,
     Light,
@@ -118,15 +115,6 @@ pub fn containers_help(before: &str, after: &str) -> String {
     format!("{before}{}{after}", any_of(&all))
 }
 
-/// Parses a comma-separated list of passes, `none` or `all`.
-pub fn passes(text: &str) -> Result<Passes, String> {
-    match text {
-        "none" => Ok(Passes::NONE),
-        "all" => Ok(Passes::ALL),
-        _ => text.split(',').try_fold(Passes::NONE, |passes, name| Ok(passes.with(named(name)?))),
-    }
-}
-
 /// Parses a comma-separated list of populations of rays, `none` or `all`.
 pub fn populations(text: &str) -> Result<Populations, String> {
     match text {
@@ -171,11 +159,6 @@ mod tests {
 
     #[test]
     fn help_texts_name_every_value() {
-        assert_help_names::<BuilderKind>("render", "builder");
-        assert_help_names::<ContainerKind>("render", "container");
-        assert_help_names::<Preset>("render", "preset");
-        assert_help_names::<Pass>("render", "optimize");
-        assert_help_names::<Curve>("render", "curve");
         assert_help_names::<NamedView>("render", "camera");
         assert_help_names::<Shading>("render", "shading");
         assert_help_names::<Light>("render", "light");

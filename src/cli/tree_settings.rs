@@ -3,14 +3,12 @@
 
 use std::path::Path;
 
-use super::named::{named, passes, tree_builder};
-use super::values;
+use super::named::tree_builder;
+use crate::catalog::settings::{BUILDER, Given, SETTINGS};
 use crate::headless::diff::DiffTree;
-use bvhscope_engine::settings::{BuildSettings, Preset};
+use bvhscope_engine::settings::BuildSettings;
 use bvhscope_engine::tree::ContainerKind;
 
-/// The settings that can be given, in the order of the help.
-const NAMES: [&str; 8] = ["builder", "container", "preset", "threshold", "epsilon", "curve", "optimize", "rounds"];
 /// Maximum edit distance between a mistyped name and the suggested one.
 const MAX_DISTANCE: usize = 3;
 
@@ -25,55 +23,36 @@ pub fn diff_tree(text: &str) -> Result<DiffTree, String> {
 
 /// Parses settings `NAME=VALUE`, separated by blanks; what is not given has its default.
 pub fn tree_settings(text: &str) -> Result<BuildSettings, String> {
-    let mut given: Vec<(&str, &str)> = Vec::new();
+    let mut given = Given::default();
     for word in text.split_whitespace() {
-        let setting = word
+        let (name, value) = word
             .split_once('=')
-            .ok_or_else(|| format!("'{word}' is no setting NAME=VALUE, with NAME one of {}", NAMES.join(", ")))?;
-        if !NAMES.contains(&setting.0) {
-            return Err(unknown(setting.0));
+            .ok_or_else(|| format!("'{word}' is no setting NAME=VALUE, with NAME one of {}", names().join(", ")))?;
+        let setting = SETTINGS.into_iter().find(|row| row.key == name).ok_or_else(|| unknown(name))?;
+        if given.get(setting).is_some() {
+            return Err(format!("'{name}' is set twice"));
         }
-        if given.iter().any(|(name, _)| *name == setting.0) {
-            return Err(format!("'{}' is set twice", setting.0));
-        }
-        given.push(setting);
+        // Without a tree there is nothing to compare.
+        let is_tree = if name == BUILDER.key { tree_builder(value).map(|_| ()) } else { Ok(()) };
+        is_tree.and_then(|()| given.insert(setting, value)).map_err(|error| format!("in '{word}': {error}"))?;
     }
-    // The preset is the base of the others, wherever it stands.
-    let preset = value_of(&given, "preset", named)?.unwrap_or(Preset::Fast);
-    let container = value_of(&given, "container", named)?.unwrap_or(ContainerKind::Aabb);
-    let base = BuildSettings::preset(preset, container);
-    let settings = BuildSettings {
-        builder: value_of(&given, "builder", tree_builder)?.unwrap_or(base.builder),
-        container,
-        threshold: value_of(&given, "threshold", values::threshold)?.unwrap_or(base.threshold),
-        epsilon: value_of(&given, "epsilon", values::epsilon)?.unwrap_or(base.epsilon),
-        curve: value_of(&given, "curve", named)?.unwrap_or(base.curve),
-        optimize: value_of(&given, "optimize", passes)?.unwrap_or(base.optimize),
-        rounds: value_of(&given, "rounds", values::rounds)?.unwrap_or(base.rounds),
-    };
-    let names_passes = given.iter().any(|(name, _)| *name == "optimize") && container == ContainerKind::Sphere;
-    if let Some(pass) = settings.optimize.iter().find(|pass| names_passes && pass.boxes_only()) {
+    let settings = given.settings();
+    if let Some(pass) = given.pass_for_boxes().filter(|_| settings.container == ContainerKind::Sphere) {
         return Err(format!("the pass '{}' works on boxes only: choose container=box or another pass", pass.name()));
     }
     settings.refusal(0).map_or(Ok(settings), Err)
 }
 
-/// The parsed value of a setting, if it is given.
-fn value_of<T>(
-    given: &[(&str, &str)],
-    name: &str,
-    parse: impl Fn(&str) -> Result<T, String>,
-) -> Result<Option<T>, String> {
-    let Some((_, value)) = given.iter().find(|(known, _)| *known == name) else { return Ok(None) };
-    parse(value).map(Some).map_err(|error| format!("in '{name}={value}': {error}"))
+fn names() -> [&'static str; SETTINGS.len()] {
+    SETTINGS.map(|row| row.key)
 }
 
 /// The message for a setting that does not exist.
 fn unknown(name: &str) -> String {
-    let meant = NAMES.into_iter().map(|known| (strsim::damerau_levenshtein(name, known), known)).min();
+    let meant = names().into_iter().map(|known| (strsim::damerau_levenshtein(name, known), known)).min();
     match meant.filter(|&(distance, known)| distance <= MAX_DISTANCE && distance < known.len()) {
         Some((_, known)) => format!("there is no setting '{name}'; did you mean '{known}'?"),
-        None => format!("there is no setting '{name}': one of {} is expected", NAMES.join(", ")),
+        None => format!("there is no setting '{name}': one of {} is expected", names().join(", ")),
     }
 }
 
@@ -81,7 +60,7 @@ fn unknown(name: &str) -> String {
 mod tests {
     #![allow(clippy::unwrap_used, reason = "a failure here is a failed test")]
 
-    use bvhscope_engine::settings::{BuilderKind, Curve, Pass, Passes};
+    use bvhscope_engine::settings::{BuilderKind, Curve, Pass, Passes, Preset};
 
     use super::*;
 
@@ -91,11 +70,10 @@ mod tests {
         let hq = BuildSettings::preset(Preset::Hq, ContainerKind::Aabb);
         assert_eq!(tree_settings("preset=hq").unwrap(), hq);
         assert_eq!(tree_settings(" threshold=20  preset=hq ").unwrap(), BuildSettings { threshold: 20, ..hq });
-        let given = "builder=lbvh container=sphere epsilon=0.25 curve=hilbert optimize=collapse rounds=7";
+        let given = "builder=lbvh container=sphere curve=hilbert optimize=collapse rounds=7";
         let expected = BuildSettings {
             builder: BuilderKind::Lbvh,
             container: ContainerKind::Sphere,
-            epsilon: 0.25,
             curve: Curve::Hilbert,
             optimize: Passes::NONE.with(Pass::Collapse),
             rounds: 7,

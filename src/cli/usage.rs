@@ -10,6 +10,7 @@ use crate::text::printable;
 /// Prints `error`, which may also be the help or the version that was asked for, and returns the exit code.
 pub fn print(mut error: clap::Error) -> u8 {
     escape(&mut error);
+    drop_tip_about_values(&mut error);
     let code = u8::try_from(error.exit_code()).unwrap_or(2);
     if error.use_stderr() {
         // Only on a terminal it has colours, and no reader that may be slow.
@@ -35,6 +36,14 @@ pub fn print(mut error: clap::Error) -> u8 {
 /// An error with a message of our own, as clap shows it.
 pub fn error(mut command: clap::Command, kind: clap::error::ErrorKind, text: &str) -> clap::Error {
     command.error(kind, console::printable_lines(text))
+}
+
+/// Drops the tip to pass an unknown flag as a value behind `--`: no value here begins with a dash.
+fn drop_tip_about_values(error: &mut clap::Error) {
+    if let Some(ContextValue::StyledStrs(tips)) = error.get(ContextKind::Suggested) {
+        let kept = tips.iter().filter(|tip| !tip.to_string().starts_with("to pass ")).cloned().collect();
+        error.insert(ContextKind::Suggested, ContextValue::StyledStrs(kept));
+    }
 }
 
 /// Escapes what was given on the command line, and may drive the terminal that it is shown on.

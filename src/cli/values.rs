@@ -5,9 +5,9 @@ pub use crate::text::{parse_direction as direction, parse_vector as vector};
 #[cfg(feature = "gui")]
 use crate::app::SharedState;
 use crate::budget::MemoryLimit;
+use crate::catalog::settings::{EPSILON, Setting, THRESHOLD, Value};
 use crate::render::Exposure;
 use crate::scene::SceneSource;
-use bvhscope_engine::settings::BuildSettings;
 
 /// Maximum width and height of a picture in pixels.
 pub const MAX_SIDE: u32 = 16_384;
@@ -22,9 +22,9 @@ pub const MAX_REPEAT: usize = 1000;
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Numbers(pub Vec<u32>);
 
-/// A list of reduction exponents ε.
+/// A list of numbers.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Epsilons(pub Vec<f32>);
+pub struct Decimals(pub Vec<f32>);
 
 /// Parses an integer in `low..=high`.
 pub fn whole<T>(text: &str, low: T, high: T) -> Result<T, String>
@@ -45,38 +45,30 @@ pub fn decimal(text: &str, low: f32, high: f32) -> Result<f32, String> {
     }
 }
 
-pub fn threshold(text: &str) -> Result<u32, String> {
-    whole(text, BuildSettings::MIN_THRESHOLD, BuildSettings::MAX_THRESHOLD)
-}
-
-pub fn rounds(text: &str) -> Result<u32, String> {
-    whole(text, 1, BuildSettings::MAX_ROUNDS)
-}
-
-/// Parses thresholds: `6`, `2,4,8` or `2..=32` (`2..32` excludes the end, as in Rust).
+/// Parses thresholds: `6`, `2,4,8`, or `2..32` or `2..=32` with both ends.
 pub fn thresholds(text: &str) -> Result<Numbers, String> {
-    if let Some((first, last)) = text.split_once("..") {
-        let (last, inclusive) = last.strip_prefix('=').map_or((last, false), |last| (last, true));
-        let (first, last) = (threshold(first)?, threshold(last)?);
-        let values: Vec<u32> = if inclusive { (first..=last).collect() } else { (first..last).collect() };
-        if values.is_empty() {
-            return Err("the range is empty: write it as SMALLEST..=LARGEST".to_owned());
-        }
-        return Ok(Numbers(values));
-    }
-    let mut values = text.split(',').map(threshold).collect::<Result<Vec<_>, _>>()?;
+    let mut values: Vec<u32> = numbers(&THRESHOLD, text)?.into_iter().map(|value| value as u32).collect();
     values.sort_unstable();
     values.dedup();
     Ok(Numbers(values))
 }
 
-pub fn epsilon(text: &str) -> Result<f32, String> {
-    decimal(text, 0.0, BuildSettings::MAX_EPSILON)
+/// Parses each ε: `0.1` or `0.1,0.2`.
+pub fn reductions(text: &str) -> Result<Decimals, String> {
+    numbers(&EPSILON, text).map(Decimals)
 }
 
-/// Parses `0.1` or `0.1,0.2`.
-pub fn epsilons(text: &str) -> Result<Epsilons, String> {
-    text.split(',').map(epsilon).collect::<Result<Vec<_>, _>>().map(Epsilons)
+/// Parses a list of values of a setting, or where it has whole numbers, a range with both ends.
+fn numbers(setting: &Setting, text: &str) -> Result<Vec<f32>, String> {
+    let Value::Number(number) = &setting.value else { return Err("a number is expected".to_owned()) };
+    if let Some((first, last)) = text.split_once("..").filter(|_| number.decimals == 0) {
+        let (first, last) = (number.parse(first)?, number.parse(last.strip_prefix('=').unwrap_or(last))?);
+        if first > last {
+            return Err("the range is empty: write it as SMALLEST..LARGEST".to_owned());
+        }
+        return Ok((first as u32..=last as u32).map(|value| value as f32).collect());
+    }
+    text.split(',').map(|text| number.parse(text)).collect()
 }
 
 pub fn threads(text: &str) -> Result<usize, String> {
@@ -219,9 +211,10 @@ mod tests {
     use super::*;
 
     #[test]
-    fn ranges_are_parsed_as_in_rust() {
+    fn ranges_include_both_ends() {
         assert_eq!(thresholds("2..=5").unwrap().0, [2, 3, 4, 5]);
-        assert_eq!(thresholds("2..5").unwrap().0, [2, 3, 4]);
+        assert_eq!(thresholds("2..5").unwrap().0, [2, 3, 4, 5]);
+        assert_eq!(thresholds("4..4").unwrap().0, [4]);
         assert_eq!(thresholds("8,2,8").unwrap().0, [2, 8]);
         for bad in ["", "1", "65", "5..=2", "2..", "a..b", "2..=1e9"] {
             assert!(thresholds(bad).is_err(), "{bad}");
@@ -235,7 +228,7 @@ mod tests {
         }
         assert_eq!(size("640x480").unwrap(), [640, 480]);
         for bad in ["nan", "inf", "-0.1", "0.6", ""] {
-            assert!(epsilon(bad).is_err(), "{bad}");
+            assert!(reductions(bad).is_err(), "{bad}");
         }
         for bad in ["1,2", "1,2,NaN", "1,2,inf", "a,b,c", "1,2,3,4"] {
             assert!(vector(bad).is_err(), "{bad}");

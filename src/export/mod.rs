@@ -80,6 +80,12 @@ pub fn cannot_be_written(error: &std::io::Error) -> String {
     format!("cannot be written: {error}{advice}")
 }
 
+/// The first of `folders` in which files can be written; the current one where there is none.
+pub fn first_writable(folders: &[PathBuf]) -> PathBuf {
+    let is_writable = |folder: &&PathBuf| Temporary::new(folder, std::ffi::OsStr::new("bvhscope")).is_ok();
+    folders.iter().find(is_writable).cloned().unwrap_or_else(|| PathBuf::from("."))
+}
+
 /// Writes `bytes` to a new file in `folder`, named `STEM-NNN.EXTENSION` with the first free number from 001, and returns its path.
 /// Characters of `stem` that are not portable in file names become hyphens.
 pub fn write_new(folder: &Path, stem: &str, extension: &str, bytes: &[u8]) -> Result<PathBuf, ExportError> {

@@ -56,25 +56,33 @@ fn diagnose_within(budget: Budget, scene: &Scene, token: &CancelToken) -> Result
     let triangles = &scene.triangles;
     let total = triangles.len();
     let mut findings = Vec::new();
-    let mut add = |kind, set: TriangleSet, text: &dyn Fn(usize) -> String| {
+    let grouped = |count: usize| crate::text::count(count as u64);
+    let mut add = |kind, set: TriangleSet, text: &dyn Fn(&str, &str) -> String| {
         let count = set.len();
         if count > 0 {
-            findings.push(Finding { kind, count, text: text(count), place: Place::Triangles(Arc::new(set)) });
+            findings.push(Finding {
+                kind,
+                count,
+                text: text(&grouped(count), &grouped(total)),
+                place: Place::Triangles(Arc::new(set)),
+            });
         }
     };
     let mut not_examined = None;
     match budget.check("the search for equal triangles", BYTES_PER_TRIANGLE * total as u64) {
-        Ok(()) => add("duplicates", duplicates(triangles, token)?, &|count| {
+        Ok(()) => add("duplicates", duplicates(triangles, token)?, &|count, total| {
             format!("{count} of {total} triangles lie exactly on another one: each is tested for nothing")
         }),
         Err(error) => not_examined = Some(format!("not everything was examined: {error}")),
     }
     let degenerate = those(triangles, token, |triangle| triangle.scaled_normal().length_squared() == 0.0)?;
-    add("degenerate", degenerate, &|count| format!("{count} of {total} triangles have no area: no ray ever hits them"));
+    add("degenerate", degenerate, &|count, total| {
+        format!("{count} of {total} triangles have no area: no ray ever hits them")
+    });
     let slivers = those(triangles, token, is_sliver)?;
     // Every model has a few slivers; from a twentieth of the triangles on they affect the tree.
     if slivers.len() * 20 >= total {
-        add("slivers", slivers, &|count| {
+        add("slivers", slivers, &|count, total| {
             format!(
                 "{count} of {total} triangles are more than {SLIVER_ASPECT} times as long as high: their containers are \
                  mostly empty and overlap; remeshing or splitting them helps"
@@ -84,7 +92,7 @@ fn diagnose_within(budget: Budget, scene: &Scene, token: &CancelToken) -> Result
     let half_diagonal = scene.bounds.extent().length() * 0.5;
     if total > 1000 {
         let huge = those(triangles, token, |triangle| triangle.bounds().extent().length() > half_diagonal)?;
-        add("huge-triangles", huge, &|count| {
+        add("huge-triangles", huge, &|count, total| {
             format!(
                 "{count} of {total} triangles are more than half as large as the whole scene: every container above them is \
                  as large, and most rays test them"

@@ -39,7 +39,7 @@ fn every_command_has_help_with_examples_and_the_program_a_version() {
 
 #[test]
 fn wrong_flags_name_flag_value_and_range() {
-    let cases: [(&[&str], &[&str]); 52] = [
+    let cases: [(&[&str], &[&str]); 54] = [
         (&["rendr"], &["'rendr'", "neither a command nor a file", "'render'", "--help"]),
         (&["swep", "builtin:teapot", "--csv", "x.csv"], &["'swep'", "'sweep'"]),
         (&["bench", "--treshold", "3"], &["--treshold", "--threshold"]),
@@ -65,7 +65,7 @@ fn wrong_flags_name_flag_value_and_range() {
         (&["info", "--container", "sphere", "--optimize", "reinsert"], &["'reinsert'", "boxes only"]),
         (&["--strict"], &["--strict"]),
         (&["--container", "sphere", "--optimize", "reinsert,collapse"], &["'reinsert'", "boxes only"]),
-        (&["bench", "--builder", "binned-sah"], &["binned SAH", "box"]),
+        (&["bench", "--builder", "binned-sah", "--container", "both"], &["binned SAH", "box"]),
         (&["bench", "--plot", "x.jpg"], &["x.jpg", ".png or .svg"]),
         (&["render", "-o", "x.png", "--fov", "0"], &["--fov", "1 to 170"]),
         (&["render", "-o", "x.png", "--depth", "6..4"], &["--depth", "6..4"]),
@@ -84,6 +84,8 @@ fn wrong_flags_name_flag_value_and_range() {
         (&["scaling", "--threads", "0"], &["--threads", "1 to 1024"]),
         (&["scaling", "--builder", "binned-sah", "--container", "both"], &["binned SAH", "box"]),
         (&["compare", "--threshold", "3"], &["--threshold"]),
+        (&["render", "-o", "x.png", "--size", "-1x1"], &["--size", "-1x1", "WIDTHxHEIGHT"]),
+        (&["render", "-o", "x.png", "--depth", "-1..2"], &["--depth", "-1..2", "A..B"]),
         (&["diff"], &["--b"]),
         (&["diff", "--a", "fast", "--b", "preset=hq"], &["--a", "'fast'", "NAME=VALUE"]),
         (&["diff", "--b", "treshold=7"], &["--b", "did you mean 'threshold'?"]),
@@ -100,6 +102,7 @@ fn wrong_flags_name_flag_value_and_range() {
         for part in parts {
             assert!(error.contains(part), "{args:?}: '{part}' is missing in: {error}");
         }
+        assert!(!error.contains("use '-- "), "{args:?}: no value begins with a dash: {error}");
     }
 }
 

@@ -196,7 +196,7 @@ fn rays_of_pixels_leave_the_surface() {
 #[test]
 fn wrong_rays_are_usage_errors() {
     let cases: [(&[&str], &[&str]); 12] = [
-        (&[], &["--pixel"]),
+        (&[], &["--pixel", "--origin"]),
         (&["--pixel", "5"], &["--pixel", "X,Y"]),
         (&["--pixel", "-1,5"], &["-1"]),
         (&["--pixel", "1280,5"], &["1280,5", "1280x720", "1279,719"]),

@@ -154,9 +154,9 @@ fn menus_stay_in_low_windows_and_tick_what_is_on() {
             assert!(!tops.is_empty() && tops.iter().all(|right| *right <= screen.right()), "{}", category.label());
         }
     }
-    let mut h = sized(state(Shading::Lit), 640.0, 480.0, 1.0);
+    let mut h = sized(state(Shading::Lit), 640.0, 300.0, 1.0);
     press(&mut h, "View");
-    let last = |h: &Harness<'static, AppState>| h.get_by_label("Theme: system").rect();
+    let last = |h: &Harness<'static, AppState>| h.get_by_label("Right panel").rect();
     let below = last(&h).bottom();
     h.hover_at(egui::pos2(100.0, 200.0));
     h.run_steps(2);
@@ -170,7 +170,7 @@ fn menus_stay_in_low_windows_and_tick_what_is_on() {
         });
         h.run_steps(4);
     }
-    assert!(below > 480.0 && last(&h).bottom() <= 480.0, "{below} became {}", last(&h).bottom());
+    assert!(below > 300.0 && last(&h).bottom() <= 300.0, "{below} became {}", last(&h).bottom());
 }
 
 #[test]

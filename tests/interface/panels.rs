@@ -55,7 +55,7 @@ fn the_paper_panel_switches_between_tables_and_plots() {
 fn presets_set_threshold_and_epsilon() {
     let mut h = harness(state(Shading::Lit));
     for preset in Preset::ALL.into_iter().rev() {
-        press(&mut h, preset.label());
+        choose(&mut h, "Preset", preset.label());
         let build = h.state().wanted.build;
         assert_eq!((build.threshold, build.epsilon), preset.parameters(), "{}", preset.label());
     }
@@ -64,7 +64,7 @@ fn presets_set_threshold_and_epsilon() {
 #[test]
 fn passes_are_toggled_and_disabled_for_spheres() {
     let mut h = harness(state(Shading::Lit));
-    press(&mut h, Preset::Best.label());
+    choose(&mut h, "Preset", Preset::Best.label());
     assert_eq!(h.state().wanted.build.optimize, Passes::FINISHED);
     h.get_by_role_and_label(Role::CheckBox, Pass::Split.label()).click();
     h.run_steps(3);
@@ -89,7 +89,7 @@ fn passes_are_toggled_and_disabled_for_spheres() {
         assert_eq!(disabled, pass.boxes_only(), "{}", pass.label());
     }
     assert_eq!(h.state().wanted.build.passes(), Passes::NONE.with(Pass::Collapse));
-    press(&mut h, Preset::Fast.label());
+    choose(&mut h, "Preset", Preset::Fast.label());
     assert_eq!(h.state().wanted.build.optimize, Passes::NONE, "the paper's tree stays as it is");
 }
 
@@ -130,6 +130,40 @@ fn the_radio_chooses_the_container() {
     }
 }
 
+/// Opens a drop-down list and chooses a value.
+fn choose(h: &mut Harness<'static, AppState>, list: &str, value: &str) {
+    h.get_by_role_and_label(Role::ComboBox, list).click();
+    h.run_steps(4);
+    press(h, value);
+}
+
+#[test]
+fn a_list_closes_by_return_and_by_a_press_beside_it() {
+    let mut h = harness(state(Shading::Lit));
+    let is_open = |h: &Harness<'static, AppState>| h.query_by_label(BuilderKind::Exact.label()).is_some();
+    h.get_by_role_and_label(Role::ComboBox, "Builder").click();
+    h.run_steps(4);
+    assert!(is_open(&h));
+    h.get_by_label(BuilderKind::Lbvh.label()).focus();
+    h.run_steps(2);
+    h.key_press(Key::Enter);
+    h.run_steps(4);
+    assert_eq!((h.state().wanted.build.builder, is_open(&h)), (BuilderKind::Lbvh, false));
+    h.get_by_role_and_label(Role::ComboBox, "Builder").click();
+    h.run_steps(4);
+    assert!(is_open(&h));
+    let pos = egui::pos2(500.0, 300.0);
+    let press = egui::Event::PointerButton {
+        pos,
+        button: egui::PointerButton::Primary,
+        pressed: true,
+        modifiers: Modifiers::NONE,
+    };
+    h.input_mut().events.push(press);
+    h.run_steps(4);
+    assert!(!is_open(&h));
+}
+
 #[test]
 fn unavailable_settings_are_disabled() {
     let mut s = state(Shading::Lit);
@@ -151,9 +185,7 @@ fn the_list_of_shadings_chooses_one() {
     // Below the settings of the tree, which take up most of the panel.
     h.get_by_role_and_label(Role::ComboBox, "Shading").scroll_to_me();
     h.run_steps(4);
-    h.get_by_role_and_label(Role::ComboBox, "Shading").click();
-    h.run_steps(4);
-    press(&mut h, Shading::Clusters.label());
+    choose(&mut h, "Shading", Shading::Clusters.label());
     assert_eq!(h.state().wanted.render.shading, Shading::Clusters);
     assert!(h.query_by_role_and_label(Role::Slider, "Cluster depth").is_some());
 }

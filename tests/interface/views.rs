@@ -71,6 +71,8 @@ fn fly_keys_move_whatever_has_the_focus_and_the_mouse_looks_around() {
     press(&mut harness, Modifiers::NONE, Key::V);
     assert_eq!(harness.state().state.preferences.navigation, Navigation::Fly);
     // A slider has the focus.
+    harness.get_by_label("More of containers").click();
+    harness.run_steps(4);
     harness.get_by_role_and_label(Role::Slider, "Hidden lines").focus();
     harness.run_steps(2);
     let hold = |harness: &mut Window, key: Key, modifiers: Modifiers| {

@@ -41,7 +41,8 @@ const VIEWER: Plan = Plan {
     source: "src",
     rooms: &[
         ("text", &[]),
-        ("console", &[]),
+        ("catalog", &["*"]),
+        ("console", &["catalog"]),
         ("threads", &["*"]),
         ("budget", &["*"]),
         ("worker", &["*"]),

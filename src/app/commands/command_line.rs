@@ -4,11 +4,12 @@ use std::collections::BTreeSet;
 use std::fmt::Write as _;
 
 use bvhscope_engine::kernel::SimdLevel;
-use bvhscope_engine::settings::{BuildSettings, BuilderKind, Curve, Passes};
+use bvhscope_engine::settings::{BuildSettings, BuilderKind};
 use bvhscope_engine::tree::traverse::Traversal;
 
 use crate::app::state::{AppState, CompareView, TreeSide, Wanted};
 use crate::camera::{Camera, Projection};
+use crate::catalog::settings;
 use crate::overlay::{OverlayKinds, Selection};
 use crate::render::{Background, Exposure, Light, NormalSource, RenderSettings, Shading};
 use crate::text::quote;
@@ -23,158 +24,122 @@ pub fn command_line(state: &AppState) -> String {
     }
 }
 
+/// A command line that grows by flags.
+struct Line(String);
+
+impl Line {
+    /// Adds a flag where it has a value.
+    fn flag(&mut self, name: &str, value: impl Into<Option<String>>) {
+        if let Some(value) = value.into() {
+            let _ = write!(self.0, " {name} {value}");
+        }
+    }
+
+    /// Adds a flag without a value where it is on.
+    fn switch(&mut self, name: &str, on: bool) {
+        if on {
+            let _ = write!(self.0, " {name}");
+        }
+    }
+
+    fn threads_and_size(&mut self, state: &AppState) {
+        let threads = state.wanted.threads;
+        self.flag("--threads", (threads > 0).then(|| threads.to_string()));
+        let [width, height] = state.layout.viewport_px;
+        self.flag("--size", (width > 0 && height > 0).then(|| format!("{width}x{height}")));
+    }
+
+    /// Place and direction of the camera.
+    fn camera(&mut self, camera: &Camera) {
+        let vector = |v: glam::Vec3| format!("{},{},{}", v.x, v.y, v.z);
+        self.flag("--eye", vector(camera.eye));
+        self.flag("--target", vector(camera.target));
+        self.flag("--up", vector(camera.up));
+        // Rounded, because the conversion between degrees and radians is not exact.
+        self.flag("--fov", ((camera.fov_y.to_degrees() * 1e3).round() / 1e3).to_string());
+    }
+
+    fn traversal(&mut self, traversal: Traversal) {
+        self.flag("--traversal", (traversal == Traversal::Paper).then(|| traversal.name().to_owned()));
+    }
+
+    /// The flags that both commands end with.
+    fn end(mut self, state: &AppState) -> String {
+        self.switch("--orthographic", state.wanted.camera.projection == Projection::Orthographic);
+        self.switch("--allow-outside", state.model.allow_outside);
+        self.0
+    }
+}
+
 /// The `bvhscope diff` command that compares two trees in the present view.
 fn diff_line(state: &AppState) -> String {
-    let Wanted { source, threads, camera, render, .. } = &state.wanted;
-    let mut line = format!("bvhscope diff {} -o difference.png", quote(&source.to_string()));
-    let mut flag = |name: &str, value: String| {
-        let _ = write!(line, " {name} {value}");
-    };
+    let Wanted { source, camera, render, .. } = &state.wanted;
+    let mut line = Line(format!("bvhscope diff {} -o difference.png", quote(&source.to_string())));
     for (name, side) in ["--a", "--b"].into_iter().zip(TreeSide::ALL) {
         let file = state.wanted.tree_file(side).map(|file| file.display().to_string());
-        flag(name, quote(&file.unwrap_or_else(|| settings_text(state.wanted.build_of(side)))));
+        line.flag(name, quote(&file.unwrap_or_else(|| settings_text(state.wanted.build_of(side)))));
     }
-    if *threads > 0 {
-        flag("--threads", threads.to_string());
-    }
-    let [width, height] = state.layout.viewport_px;
-    if width > 0 && height > 0 {
-        flag("--size", format!("{width}x{height}"));
-    }
-    if render.traversal == Traversal::Paper {
-        flag("--traversal", render.traversal.name().to_owned());
-    }
-    camera_flags(camera, &mut flag);
-    if camera.projection == Projection::Orthographic {
-        line.push_str(" --orthographic");
-    }
-    if state.model.allow_outside {
-        line.push_str(" --allow-outside");
-    }
-    line
+    line.threads_and_size(state);
+    line.traversal(render.traversal);
+    line.camera(camera);
+    line.end(state)
 }
 
 /// The settings of a tree as an argument of `bvhscope diff`. Without a tree there is nothing to compare: AAC takes its place.
 fn settings_text(build: &BuildSettings) -> String {
     let builder = if build.builder == BuilderKind::None { BuilderKind::Aac } else { build.builder };
-    let mut text = format!("builder={} container={}", builder.name(), build.container.name());
-    let _ = write!(text, " threshold={} epsilon={}", build.threshold, build.epsilon);
-    if build.curve != Curve::Morton {
-        let _ = write!(text, " curve={}", build.curve.name());
-    }
-    if build.passes() != Passes::NONE {
-        let _ = write!(text, " optimize={}", build.passes());
-    }
-    if let Some(rounds) = build.annealing_rounds() {
-        let _ = write!(text, " rounds={rounds}");
-    }
-    text
-}
-
-/// Where the camera is and looks.
-fn camera_flags(camera: &Camera, flag: &mut impl FnMut(&str, String)) {
-    let vector = |v: glam::Vec3| format!("{},{},{}", v.x, v.y, v.z);
-    flag("--eye", vector(camera.eye));
-    flag("--target", vector(camera.target));
-    flag("--up", vector(camera.up));
-    // Rounded, because the conversion between degrees and radians is not exact.
-    flag("--fov", ((camera.fov_y.to_degrees() * 1e3).round() / 1e3).to_string());
+    let built = BuildSettings { builder, ..*build };
+    let words = settings::written(&built).map(|(key, value)| format!("{key}={value}"));
+    words.collect::<Vec<_>>().join(" ")
 }
 
 /// The `bvhscope render` command that renders the present picture with one of the trees.
 fn render_line(state: &AppState, side: TreeSide) -> String {
-    let Wanted { source, threads, camera, render, .. } = &state.wanted;
-    let build = state.wanted.build_of(side);
-    let mut line = format!("bvhscope render {} -o bvhscope.png", quote(&source.to_string()));
-    let mut flag = |name: &str, value: String| {
-        let _ = write!(line, " {name} {value}");
-    };
+    let Wanted { source, camera, render, overlay, .. } = &state.wanted;
+    let mut line = Line(format!("bvhscope render {} -o bvhscope.png", quote(&source.to_string())));
     match state.wanted.tree_file(side) {
         // The file of the model itself needs no flag.
         Some(file) if source.path() == Some(file) => {}
-        Some(file) => flag("--tree", quote(&file.display().to_string())),
-        None => {
-            flag("--builder", build.builder.name().to_owned());
-            flag("--container", build.container.name().to_owned());
-            flag("--threshold", build.threshold.to_string());
-            flag("--epsilon", build.epsilon.to_string());
-            if build.curve != Curve::Morton {
-                flag("--curve", build.curve.name().to_owned());
-            }
-            if build.passes() != Passes::NONE {
-                flag("--optimize", build.passes().to_string());
-            }
-            if let Some(rounds) = build.annealing_rounds() {
-                flag("--rounds", rounds.to_string());
-            }
-        }
+        Some(file) => line.flag("--tree", quote(&file.display().to_string())),
+        None => settings::written(state.wanted.build_of(side))
+            .for_each(|(key, value)| line.flag(&format!("--{key}"), value)),
     }
-    if *threads > 0 {
-        flag("--threads", threads.to_string());
-    }
-    let [width, height] = state.layout.viewport_px;
-    if width > 0 && height > 0 {
-        flag("--size", format!("{width}x{height}"));
-    }
-    camera_flags(camera, &mut flag);
-    flag("--shading", render.shading.name().to_owned());
-    flag("--samples", render.samples.to_string());
-    flag("--color-map", render.color_map.name().to_owned());
-    if render.shading == Shading::Clusters {
-        flag("--cluster-depth", render.cluster_depth.to_string());
-    }
-    if let Some(plane) = render.section {
-        flag("--section", plane.to_string());
-    }
-    if let Some([low, high]) = render.heat_range {
-        flag("--heat-range", format!("{low}..{high}"));
-    }
-    if render.traversal == Traversal::Paper {
-        flag("--traversal", render.traversal.name().to_owned());
-    }
-    if render.simd != SimdLevel::best() {
-        flag("--simd", render.simd.name().to_owned());
-    }
-    if render.light == Light::Headlight {
-        flag("--light", render.light.name().to_owned());
-    }
-    if render.background == Background::Light {
-        flag("--background", render.background.name().to_owned());
-    }
-    if let Exposure::Fixed(stops) = render.exposure {
-        flag("--exposure", stops.to_string());
-    }
-    if render.normals != NormalSource::File {
-        flag("--normals", render.normals.name().to_owned());
-    }
-    if render.crease_degrees != RenderSettings::default().crease_degrees {
-        flag("--crease", render.crease_degrees.to_string());
-    }
+    line.threads_and_size(state);
+    line.camera(camera);
+    picture_flags(render, &mut line);
     let Selection { hidden, isolated, .. } = &state.selection.nodes;
-    if !hidden.is_empty() {
-        let hidden: BTreeSet<u32> = hidden.iter().copied().collect();
-        flag("--hide", hidden.iter().map(u32::to_string).collect::<Vec<_>>().join(","));
-    }
-    if let Some(node) = isolated {
-        flag("--isolate", node.to_string());
-    }
+    let hidden: BTreeSet<u32> = hidden.iter().copied().collect();
+    let list = || hidden.iter().map(u32::to_string).collect::<Vec<_>>().join(",");
+    line.flag("--hide", (!hidden.is_empty()).then(list));
+    line.flag("--isolate", isolated.map(|node| node.to_string()));
     if uses_overlay(state) {
         overlay_flags(state, &mut line);
     }
-    let orthographic = camera.projection == Projection::Orthographic;
-    let switches = [
-        (state.selection.nodes.hides_any() && !state.wanted.overlay.hide_triangles, " --keep-triangles"),
-        (render.mesh_edges, " --mesh-edges"),
-        (render.ground, " --ground"),
-        (orthographic, " --orthographic"),
-        (state.model.allow_outside, " --allow-outside"),
-    ];
-    for (on, name) in switches {
-        if on {
-            line.push_str(name);
-        }
+    line.switch("--keep-triangles", state.selection.nodes.hides_any() && !overlay.hide_triangles);
+    line.switch("--mesh-edges", render.mesh_edges);
+    line.switch("--ground", render.ground);
+    line.end(state)
+}
+
+/// The flags of the picture. Those that rarely differ from their defaults are left out where they do not.
+fn picture_flags(render: &RenderSettings, line: &mut Line) {
+    line.flag("--shading", render.shading.name().to_owned());
+    line.flag("--samples", render.samples.to_string());
+    line.flag("--color-map", render.color_map.name().to_owned());
+    line.flag("--cluster-depth", (render.shading == Shading::Clusters).then(|| render.cluster_depth.to_string()));
+    line.flag("--section", render.section.map(|plane| plane.to_string()));
+    line.flag("--heat-range", render.heat_range.map(|[low, high]| format!("{low}..{high}")));
+    line.traversal(render.traversal);
+    let named = |differs: bool, name: &str| differs.then(|| name.to_owned());
+    line.flag("--simd", named(render.simd != SimdLevel::best(), render.simd.name()));
+    line.flag("--light", named(render.light == Light::Headlight, render.light.name()));
+    line.flag("--background", named(render.background == Background::Light, render.background.name()));
+    if let Exposure::Fixed(stops) = render.exposure {
+        line.flag("--exposure", stops.to_string());
     }
-    line
+    line.flag("--normals", named(render.normals != NormalSource::File, render.normals.name()));
+    let crease = render.crease_degrees;
+    line.flag("--crease", (crease != RenderSettings::default().crease_degrees).then(|| crease.to_string()));
 }
 
 /// Whether the overlay draws anything or hides the picture, so that its flags are needed.
@@ -185,40 +150,23 @@ fn uses_overlay(state: &AppState) -> bool {
 }
 
 /// Appends the flags of the overlay.
-fn overlay_flags(state: &AppState, line: &mut String) {
+fn overlay_flags(state: &AppState, line: &mut Line) {
     let overlay = &state.wanted.overlay;
-    let mut flag = |name: &str, value: String| {
-        let _ = write!(line, " {name} {value}");
-    };
     let drawn = state.preferences.show_containers;
     let kinds = overlay.kinds(state.container_kind());
     let kind = OverlayKinds::ALL.into_iter().find(|kind| kind.shown() == kinds);
-    flag("--overlay", kind.filter(|_| drawn).unwrap_or(OverlayKinds::None).name().to_owned());
+    line.flag("--overlay", kind.filter(|_| drawn).unwrap_or(OverlayKinds::None).name().to_owned());
     if drawn {
-        if let Some([first, last]) = overlay.depth {
-            flag("--depth", format!("{first}..{last}"));
-        }
-        flag("--color-by", overlay.color_by.name().to_owned());
-        flag("--hidden-lines", overlay.hidden_alpha.to_string());
-        flag("--line-width", (overlay.line_width * state.layout.pixels_per_point).to_string());
-        if let Some(budget) = overlay.budget {
-            flag("--at-most", budget.to_string());
-        }
-        if let Some(node) = state.selection.nodes.selected {
-            flag("--select", node.to_string());
-        }
+        line.flag("--depth", overlay.depth.map(|[first, last]| format!("{first}..{last}")));
+        line.flag("--color-by", overlay.color_by.name().to_owned());
+        line.flag("--hidden-lines", overlay.hidden_alpha.to_string());
+        line.flag("--line-width", (overlay.line_width * state.layout.pixels_per_point).to_string());
+        line.flag("--at-most", overlay.budget.map(|budget| budget.to_string()));
+        line.flag("--select", state.selection.nodes.selected.map(|node| node.to_string()));
     }
-
-    let switches = [
-        (overlay.leaves_only && drawn, " --leaves"),
-        (overlay.parents && drawn, " --parents"),
-        (overlay.faces && drawn, " --faces"),
-        (overlay.overlap && state.selection.nodes.selected.is_some(), " --overlap"),
-        (!state.preferences.show_geometry, " --no-geometry"),
-    ];
-    for (on, name) in switches {
-        if on {
-            line.push_str(name);
-        }
-    }
+    line.switch("--leaves", overlay.leaves_only && drawn);
+    line.switch("--parents", overlay.parents && drawn);
+    line.switch("--faces", overlay.faces && drawn);
+    line.switch("--overlap", overlay.overlap && state.selection.nodes.selected.is_some());
+    line.switch("--no-geometry", !state.preferences.show_geometry);
 }

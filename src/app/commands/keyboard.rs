@@ -32,6 +32,11 @@ pub fn handle_shortcuts(ctx: &egui::Context, state: &mut AppState) {
             let opens_dialog =
                 matches!(action, Action::Palette | Action::Shortcuts | Action::Glossary) && *key != Key::Questionmark;
             let closes_dialog = action == Action::Cancel && dialogs_open(state);
+            // A letter typed at a window in front is meant for its field, even before that has the focus.
+            let is_letter = !(modifiers.any() || key.name().len() > 1 && key.name().starts_with('F'));
+            if is_letter && state.layout.has_dialog() && !closes_dialog {
+                return true;
+            }
             if (typing || state.layout.palette.is_some()) && !opens_dialog && !closes_dialog {
                 return true;
             }

@@ -28,7 +28,7 @@ pub use keyboard::handle_shortcuts;
 pub use keys::{KeyList, keys};
 pub(crate) use nodes::show_finding;
 pub use row::{Category, Entry, entries, entries_for, shortcut_text};
-pub(in crate::app) use rows::{builder_description, compare_description, is_preset, shading_description};
+pub(in crate::app) use rows::{compare_description, shading_description};
 pub use search::search;
 pub use share::{paste_state, shared_state, show_state};
 pub use statistics_text::statistics_text;

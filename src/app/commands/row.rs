@@ -13,11 +13,13 @@ pub(super) type Keys = &'static [(Modifiers, Key)];
 /// Menu of an action.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Category {
-    /// Models, screenshots, clipboard.
+    /// Models, tree files, screenshots.
     File,
+    /// Undo, the selection, the clipboard.
+    Edit,
     /// Camera, picture, window.
     View,
-    /// The tree and its nodes.
+    /// How the tree is built and which of its nodes are drawn.
     Tree,
     /// Measuring.
     Lab,
@@ -27,12 +29,13 @@ pub enum Category {
 
 impl Category {
     /// All menus, in the order of the menu bar.
-    pub const ALL: [Self; 5] = [Self::File, Self::View, Self::Tree, Self::Lab, Self::Help];
+    pub const ALL: [Self; 6] = [Self::File, Self::Edit, Self::View, Self::Tree, Self::Lab, Self::Help];
 
     /// The name in the menu bar.
     pub const fn label(self) -> &'static str {
         match self {
             Self::File => "File",
+            Self::Edit => "Edit",
             Self::View => "View",
             Self::Tree => "Tree",
             Self::Lab => "Lab",
@@ -44,6 +47,7 @@ impl Category {
     const fn groups(self) -> &'static [&'static [Row]] {
         match self {
             Self::File => rows::FILE,
+            Self::Edit => rows::EDIT,
             Self::View => rows::VIEW,
             Self::Tree => rows::TREE,
             Self::Lab => rows::LAB,
@@ -56,6 +60,8 @@ impl Category {
 #[derive(Clone, Copy)]
 pub(super) struct Row {
     items: Items,
+    /// The submenu that it is in; empty for none.
+    submenu: &'static str,
     /// Whether it can be performed now. The index is that of the item; 0 for a single action.
     pub(super) enabled: fn(&AppState, usize) -> bool,
     /// Whether a switch or choice is on; `None` for other actions.
@@ -111,6 +117,7 @@ pub(super) const fn one(
 pub(super) const fn many(items: fn() -> Vec<Item>, perform: fn(&mut AppState, usize)) -> Row {
     Row {
         items: Items::Fixed(items),
+        submenu: "",
         enabled: |_, _| true,
         on: |_, _| None,
         perform,
@@ -125,6 +132,11 @@ pub(super) const fn current(items: fn(&AppState) -> Vec<Item>, perform: fn(&mut 
 }
 
 impl Row {
+    /// In a submenu, which holds all rows beside each other that name it.
+    pub(super) const fn within(self, submenu: &'static str) -> Self {
+        Self { submenu, ..self }
+    }
+
     /// With the condition under which it can be performed.
     pub(super) const fn when(self, enabled: fn(&AppState, usize) -> bool) -> Self {
         Self { enabled, ..self }
@@ -145,7 +157,7 @@ impl Row {
         Self { in_viewport: true, ..self }
     }
 
-    /// The entries of a row whose actions do not depend on the state; none for other rows.
+    /// The entries whose actions do not depend on the state.
     fn entries(&'static self, category: Category, group: usize) -> Vec<Entry> {
         match self.items {
             Items::One { action, label, tip, keys } => {
@@ -170,6 +182,7 @@ impl Row {
             category,
             shortcuts: shortcuts(key.as_slice()),
             group,
+            submenu: self.submenu,
             row: self,
             index,
         }
@@ -195,6 +208,8 @@ pub struct Entry {
     pub shortcuts: Vec<KeyboardShortcut>,
     /// Its group within the menu; groups are separated by lines.
     pub group: usize,
+    /// Its submenu; empty for none.
+    pub submenu: &'static str,
     pub(super) row: &'static Row,
     index: usize,
 }
@@ -206,9 +221,13 @@ pub fn entries() -> &'static [Entry] {
     &ENTRIES
 }
 
-/// All entries including the recent files and trees, bookmarks and lessons of `state`.
+/// All entries including the recent files and trees, bookmarks and lessons of `state`, in the order of the menus.
 pub fn entries_for(state: &AppState) -> Vec<Entry> {
-    entries().iter().cloned().chain(current_entries(state)).collect()
+    let entries = all_rows().flat_map(|(category, group, row)| match row.items {
+        Items::Current(items) => row.family(category, group, items(state)),
+        _ => row.entries(category, group),
+    });
+    entries.collect()
 }
 
 fn current_entries(state: &AppState) -> impl Iterator<Item = Entry> {

@@ -10,6 +10,7 @@ use bvhscope_engine::tree::statistics::{INTERSECTION_COST, TRAVERSAL_COST};
 use crate::app::format;
 use crate::app::state::comparison::Quantity;
 use crate::app::state::{AppState, Presented};
+use crate::catalog::settings::used;
 
 /// All statistics, one per line as name and value separated by a tab; `None` before the first picture.
 pub fn statistics_text(state: &AppState) -> Option<String> {
@@ -23,11 +24,9 @@ pub fn statistics_text(state: &AppState) -> Option<String> {
     let number = |value: f32| format::significant(f64::from(value));
     line("Model", scene.source.to_string());
     line("Triangles", format::count(scene.triangles.len() as u64));
-    line("Builder", settings.builder.label().to_owned());
-    line("Container", settings.container.label().to_owned());
-    line("Threshold", settings.threshold.to_string());
-    line("Reduction ε", settings.epsilon.to_string());
-    line("Optimize", settings.passes().to_string());
+    for (name, value) in used(settings) {
+        line(name, value);
+    }
     line("Threads", report.threads.to_string());
     line("Build time", format::duration(report.build_time));
     if let Some(wide) = shown.accel.known_wide() {
@@ -77,7 +76,7 @@ pub fn statistics_text(state: &AppState) -> Option<String> {
     if let Some([containers, primitives]) = shown.tests_per_ray {
         line("Tests per ray", number(containers + primitives));
         line("Container tests per ray", number(containers));
-        line("Primitive tests per ray", number(primitives));
+        line("Triangle tests per ray", number(primitives));
     }
     if let Some(second) = &state.model.second {
         text.push_str(&second_text(second));
@@ -88,14 +87,10 @@ pub fn statistics_text(state: &AppState) -> Option<String> {
 /// The numbers of the second tree, in the same form.
 fn second_text(second: &Presented) -> String {
     let (settings, numbers) = (&second.accel.settings, second.numbers());
-    let mut text = format!(
-        "B: Builder\t{}\nB: Container\t{}\nB: Threshold\t{}\nB: Reduction ε\t{}\nB: Optimize\t{}\n",
-        settings.builder.label(),
-        settings.container.label(),
-        settings.threshold,
-        settings.epsilon,
-        settings.passes()
-    );
+    let mut text = String::new();
+    for (name, value) in used(settings) {
+        let _ = writeln!(text, "B: {name}\t{value}");
+    }
     let build_time = second.accel.report.build_time;
     let _ = writeln!(text, "B: Build time\t{}", format::duration(build_time));
     for (name, quantity) in [
@@ -107,7 +102,7 @@ fn second_text(second: &Presented) -> String {
         ("Mray/s", Quantity::Speed),
         ("Tests per ray", Quantity::TestsPerRay),
         ("Container tests per ray", Quantity::ContainerTests),
-        ("Primitive tests per ray", Quantity::TriangleTests),
+        ("Triangle tests per ray", Quantity::TriangleTests),
     ] {
         if let Some(value) = numbers.value(quantity) {
             let _ = writeln!(text, "B: {name}\t{}", format::significant(value));

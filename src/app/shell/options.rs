@@ -4,13 +4,12 @@ use std::path::PathBuf;
 
 use crate::app::shell::settings::SettingsUse;
 use crate::app::state::{Preferences, SharedState, Wanted};
+use crate::catalog::settings::Given;
 use crate::overlay::ColorBy;
 use crate::render::{ColorMap, Exposure, Light, NormalSource, Shading};
 use crate::scene::{LoadOptions, SceneSource};
 use crate::view::CameraChoice;
 use bvhscope_engine::kernel::SimdLevel;
-use bvhscope_engine::settings::{BuildSettings, BuilderKind, Curve, Passes, Preset};
-use bvhscope_engine::tree::ContainerKind;
 use bvhscope_engine::tree::traverse::Traversal;
 
 /// Options of the window. What is `None` stays as the last run left it.
@@ -47,22 +46,8 @@ pub struct StartOptions {
 /// Settings given on the command line; `None` where a flag was not given.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct CliOverrides {
-    /// Builder, threshold, ε and passes by one name; a setting given by itself overrides it.
-    pub preset: Option<Preset>,
-    /// The builder.
-    pub builder: Option<BuilderKind>,
-    /// Container of the tree.
-    pub container: Option<ContainerKind>,
-    /// Threshold δ of AAC.
-    pub threshold: Option<u32>,
-    /// Reduction exponent ε of AAC.
-    pub epsilon: Option<f32>,
-    /// Space-filling curve along which triangles are sorted.
-    pub curve: Option<Curve>,
-    /// Optimization passes over the finished tree.
-    pub optimize: Option<Passes>,
-    /// Rounds of annealing.
-    pub rounds: Option<u32>,
+    /// Settings of the tree.
+    pub build: Given,
     /// Number of threads for building and tracing; 0 for all.
     pub threads: Option<usize>,
     /// Shading mode.
@@ -112,7 +97,7 @@ pub struct CliOverrides {
 impl CliOverrides {
     /// Overrides the settings of the last run. Geometry or containers are shown where a setting concerns them.
     pub fn apply(&self, wanted: &mut Wanted, preferences: &mut Preferences) {
-        self.apply_to_build(&mut wanted.build);
+        self.build.apply(&mut wanted.build);
         set(self.threads, &mut wanted.threads);
         let render = &mut wanted.render;
         set(self.shading, &mut render.shading);
@@ -141,30 +126,6 @@ impl CliOverrides {
         set(self.hidden_alpha, &mut overlay.hidden_alpha);
         set(self.line_width, &mut overlay.line_width);
         set(self.budget.map(Some), &mut overlay.budget);
-    }
-
-    fn apply_to_build(&self, build: &mut BuildSettings) {
-        set(self.container, &mut build.container);
-        if let Some(preset) = self.preset {
-            *build = BuildSettings::preset(preset, build.container);
-        } else if self.threshold.is_some() || self.epsilon.is_some() {
-            // Only AAC has these settings.
-            build.builder = BuilderKind::Aac;
-        }
-        set(self.builder, &mut build.builder);
-        set(self.threshold, &mut build.threshold);
-        set(self.epsilon, &mut build.epsilon);
-        set(self.curve, &mut build.curve);
-        set(self.optimize, &mut build.optimize);
-        set(self.rounds, &mut build.rounds);
-        // Where builder and container exclude each other, the one that was not given is replaced.
-        if build.refusal(0).is_some() {
-            match (self.builder, self.container) {
-                (Some(_), None) => build.container = ContainerKind::Aabb,
-                (None, Some(_)) => build.builder = BuilderKind::Aac,
-                _ => {}
-            }
-        }
     }
 }
 

@@ -12,7 +12,7 @@ use crate::app::shell::tree_files::{open_tree, save_tree};
 use crate::app::state::paper::{PaperResult, RowFormat};
 use crate::app::state::{AppState, Request, Severity, TreeSide};
 use crate::app::viewport::screenshot::{self, Screenshot};
-use crate::export::write_new;
+use crate::export::{first_writable, write_new};
 use crate::lab::plot::draw_scatters;
 use crate::scene::{FileFormat, SceneSource, model_extensions};
 
@@ -58,7 +58,7 @@ impl BackgroundTasks {
             match (answer.path, answer.of) {
                 (Some(path), Chosen::Model) => open(SceneSource::File(path), false, reconciler, state),
                 (Some(path), Chosen::Tree(side)) => open_tree(side, path, state),
-                (None, _) if answer.after < MIN_DIALOG_TIME => ask_for_path(state),
+                (None, of) if answer.after < MIN_DIALOG_TIME => ask_for_path(of, state),
                 (None, _) => {}
             }
         }
@@ -145,7 +145,7 @@ impl BackgroundTasks {
             Ok(_) => self.dialog_open = true,
             Err(error) => {
                 log::warn!("the file dialog could not be opened: {error}");
-                ask_for_path(state);
+                ask_for_path(of, state);
             }
         }
     }
@@ -155,7 +155,12 @@ impl BackgroundTasks {
             state.messages.notify(Severity::Warning, "There is no picture to save yet");
             return;
         };
-        if let Err(error) = screenshot::save_in_background(shot, self.saved.0.clone(), Arc::clone(&self.wake)) {
+        if let Err(error) = screenshot::save_in_background(
+            shot,
+            state.wanted.save_folders(),
+            self.saved.0.clone(),
+            Arc::clone(&self.wake),
+        ) {
             state.messages.notify(Severity::Error, format!("The screenshot could not be taken: {error}"));
         }
     }
@@ -168,16 +173,16 @@ impl BackgroundTasks {
         self.save(state, "table of rows", move |folder| write_rows(folder, &result, format));
     }
 
-    /// Saves something by `write` into the current folder, on a thread of its own, because drawing a plot takes longer than a UI frame.
+    /// Saves something by `write` beside the model, on a thread of its own, because drawing a plot takes longer than a UI frame.
     fn save(
         &self,
         state: &mut AppState,
         what: &'static str,
         write: impl FnOnce(&Path) -> Result<PathBuf, String> + Send + 'static,
     ) {
-        let (saved, wake) = (self.saved.0.clone(), Arc::clone(&self.wake));
+        let (saved, wake, folders) = (self.saved.0.clone(), Arc::clone(&self.wake), state.wanted.save_folders());
         let thread = std::thread::Builder::new().name("save".to_owned()).spawn(move || {
-            let folder = std::env::current_dir().unwrap_or_else(|_| PathBuf::from("."));
+            let folder = first_writable(&folders);
             let outcome =
                 write(&folder).map(|path| (path, None)).map_err(|error| format!("The {what} was not saved: {error}"));
             // Sending fails where the window has been closed.
@@ -197,11 +202,19 @@ fn write_rows(folder: &Path, result: &PaperResult, format: RowFormat) -> Result<
 }
 
 /// Opens the start page at its path field, because there is no file dialog.
-fn ask_for_path(state: &mut AppState) {
-    let text = "There is no file dialog: the desktop offers none (neither a portal nor zenity). Type the path of the model, or drop the file on the window";
+fn ask_for_path(of: Chosen, state: &mut AppState) {
+    let text = "There is no file dialog: the desktop offers none (neither a portal nor zenity). Type the path, or drop the file on the window";
     // The start page repeats it, and a message that stays would cover that.
     state.messages.notify(Severity::Info, text);
-    state.layout.path_field.without_dialog = true;
+    let field = &mut state.layout.path_field;
+    field.without_dialog = true;
+    field.tree = match of {
+        Chosen::Model => None,
+        Chosen::Tree(side) => Some(side),
+    };
+    if field.tree.is_some() {
+        field.text.clear();
+    }
     state.layout.start_page_open = true;
     state.layout.path_field.wants_focus = true;
 }

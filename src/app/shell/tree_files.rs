@@ -1,6 +1,6 @@
 //! Opening and saving trees as files.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::mpsc::Sender;
 
@@ -8,7 +8,7 @@ use crate::accel::Accel;
 use crate::app::state::{AppState, SecondTree, Severity, TreeSide, recent};
 use crate::app::viewport::screenshot::Outcome;
 use crate::budget::Budget;
-use crate::export::{cannot_be_written, write_new_with};
+use crate::export::{cannot_be_written, first_writable, write_new_with};
 use bvhscope_engine::cancel::CancelToken;
 use bvhscope_engine::tree_file::write_tree;
 
@@ -28,16 +28,18 @@ pub(crate) fn open_tree(side: TreeSide, path: PathBuf, state: &mut AppState) {
     state.wanted.set_tree_file(side, Some(path));
 }
 
-/// Saves the presented tree in the current folder, on a thread of its own.
+/// Saves the presented tree beside the model, on a thread of its own.
 pub(crate) fn save_tree(saved: Sender<Outcome>, wake: Arc<dyn Fn() + Send + Sync>, state: &mut AppState) {
     let Some(shown) = state.shown_tree(state.edited_side()) else {
         state.messages.notify(Severity::Warning, "There is no tree to save yet");
         return;
     };
     let accel = Arc::clone(&shown.accel);
+    let folders = state.wanted.save_folders();
     let thread = std::thread::Builder::new().name("save tree".to_owned()).spawn(move || {
-        let outcome =
-            write(&accel).map(|path| (path, None)).map_err(|error| format!("The tree was not saved: {error}"));
+        let outcome = write(&accel, &first_writable(&folders))
+            .map(|path| (path, None))
+            .map_err(|error| format!("The tree was not saved: {error}"));
         // Sending fails where the window has been closed.
         let _ = saved.send(outcome);
         wake();
@@ -47,10 +49,9 @@ pub(crate) fn save_tree(saved: Sender<Outcome>, wake: Arc<dyn Fn() + Send + Sync
     }
 }
 
-fn write(accel: &Accel) -> Result<PathBuf, String> {
+fn write(accel: &Accel, folder: &Path) -> Result<PathBuf, String> {
     // Arrays are made whole before they are written.
     Budget::of_process().check("the file", accel.tree.bytes() as u64).map_err(|error| error.to_string())?;
-    let folder = std::env::current_dir().unwrap_or_else(|_| PathBuf::from("."));
     let label = accel.scene.source.label();
     let name =
         std::path::Path::new(&label).file_stem().map_or_else(|| label.clone(), |stem| stem.to_string_lossy().into());
@@ -60,5 +61,5 @@ fn write(accel: &Accel) -> Result<PathBuf, String> {
         write_tree(&accel.tree, &accel.file_header(false), None, &mut writer, &token)
             .map_err(|error| cannot_be_written(&error))
     };
-    write_new_with(&folder, &stem, "bvh", write).map_err(|error| error.to_string())
+    write_new_with(folder, &stem, "bvh", write).map_err(|error| error.to_string())
 }

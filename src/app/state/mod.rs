@@ -276,20 +276,18 @@ impl AppState {
         self.model.presented.as_ref().and_then(at_rest).unwrap_or(self.activity.mrays_per_s)
     }
 
-    /// Restores settings and hidden nodes as before the last change. Returns whether there was one.
-    pub fn undo(&mut self) -> bool {
+    /// Restores settings and hidden nodes as before the last change.
+    pub fn undo(&mut self) {
         self.record_hidden();
-        let undone = self.undo.undo(&mut self.wanted, &mut self.selection.hidden);
+        self.undo.undo(&mut self.wanted, &mut self.selection.hidden);
         self.restore_hidden();
-        undone
     }
 
-    /// Restores what was last undone. Returns whether there was anything.
-    pub fn redo(&mut self) -> bool {
+    /// Restores what was last undone.
+    pub fn redo(&mut self) {
         self.record_hidden();
-        let redone = self.undo.redo(&mut self.wanted, &mut self.selection.hidden);
+        self.undo.redo(&mut self.wanted, &mut self.selection.hidden);
         self.restore_hidden();
-        redone
     }
 
     /// Records a step that can be undone where settings or hidden nodes have changed; called once a UI frame. All changes while

@@ -2,6 +2,8 @@
 
 use std::path::{Path, PathBuf};
 
+use super::TreeSide;
+
 /// Maximum number of completions that are offered.
 const MAX_OFFERED: usize = 8;
 
@@ -12,6 +14,8 @@ pub struct PathField {
     pub text: String,
     /// The desktop offers no file dialog, so this field is the way.
     pub without_dialog: bool,
+    /// The tree that is read from the path; `None` where it is that of a model.
+    pub tree: Option<TreeSide>,
     /// The field is to take the keyboard focus.
     pub wants_focus: bool,
     /// Index of the chosen one of [`PathField::offered`].
@@ -68,8 +72,11 @@ impl PathField {
             return Vec::new();
         };
         let name = self.split().1.to_lowercase();
+        let is_tree = |name: &str| name.to_lowercase().ends_with(".bvh");
         let fits = |entry: &&FolderEntry| {
-            entry.name.to_lowercase().starts_with(&name) && (name.starts_with('.') || !entry.name.starts_with('.'))
+            (self.tree.is_none() || entry.is_folder || is_tree(&entry.name))
+                && entry.name.to_lowercase().starts_with(&name)
+                && (name.starts_with('.') || !entry.name.starts_with('.'))
         };
         listing.entries.iter().filter(fits).take(MAX_OFFERED).cloned().collect()
     }
@@ -170,6 +177,14 @@ mod tests {
         assert_eq!(completed("/data/xyz"), "/data/xyz");
         let offered = |text: &str| field(text, &names).offered().len();
         assert_eq!([offered("/data/"), offered("/data/."), offered("b")], [3, 1, 2]);
+    }
+
+    #[test]
+    fn only_trees_are_offered_for_a_tree() {
+        let names = ["a/", "bunny.obj", "bunny.BVH"];
+        let field = PathField { tree: Some(TreeSide::A), ..field("/data/", &names) };
+        let offered: Vec<String> = field.offered().iter().map(FolderEntry::shown).collect();
+        assert_eq!(offered, ["a/", "bunny.BVH"]);
     }
 
     #[test]

@@ -1,4 +1,7 @@
 //! Undo and redo of settings and hidden nodes. Camera moves and the choice of a model are not undone.
+//!
+//! `egui::util::undoer` does not serve here: it begins a step once nothing has changed for a second, where one drag is one step; and
+//! its steps cannot be edited, where the nodes that are hidden in them belong to the model on the screen.
 
 use crate::app::state::hidden_nodes::HiddenNodes;
 use crate::app::state::wanted::Wanted;
@@ -27,26 +30,23 @@ impl UndoStack {
     /// Records a step where settings or hidden nodes have changed; called once a UI frame. All changes while `dragging` make one
     /// step.
     pub fn observe(&mut self, wanted: &Wanted, hidden: &HiddenNodes, dragging: bool) {
-        let Some(settled) = &mut self.settled else {
-            self.settled = Some(Step { wanted: wanted.clone(), hidden: hidden.clone() });
-            return;
-        };
-        if dragging {
-            return;
-        }
-        if !settled.is_same(wanted, hidden) {
-            let now = Step { wanted: wanted.clone(), hidden: hidden.clone() };
-            self.past.push(std::mem::replace(settled, now));
-            if self.past.len() > MAX_STEPS {
-                self.past.remove(0);
+        match &mut self.settled {
+            None => self.settled = Some(Step::new(wanted, hidden)),
+            Some(settled) if !dragging && !settled.is_same(wanted, hidden) => {
+                self.past.push(std::mem::replace(settled, Step::new(wanted, hidden)));
+                if self.past.len() > MAX_STEPS {
+                    self.past.remove(0);
+                }
+                self.future.clear();
             }
-            self.future.clear();
+            Some(_) => {}
         }
     }
 
     /// Adopts the settings of a new scene without recording a step: the program itself has changed them. Hidden nodes of the old
     /// scene are forgotten.
     pub fn settle(&mut self, wanted: &Wanted) {
+        let now = Step::new(wanted, &HiddenNodes::default());
         for steps in [&mut self.past, &mut self.future] {
             for step in steps.iter_mut() {
                 step.hidden = HiddenNodes::default();
@@ -54,27 +54,27 @@ impl UndoStack {
             }
             steps.dedup_by(|a, b| a.is_same(&b.wanted, &b.hidden));
             // A step that only hid nodes would now change nothing.
-            while steps.last().is_some_and(|step| step.is_same(wanted, &HiddenNodes::default())) {
+            while steps.last().is_some_and(|step| step.is_same(&now.wanted, &now.hidden)) {
                 steps.pop();
             }
         }
-        self.settled = Some(Step { wanted: wanted.clone(), hidden: HiddenNodes::default() });
+        self.settled = Some(now);
     }
 
-    /// Goes back one step. Returns whether there was one.
-    pub fn undo(&mut self, wanted: &mut Wanted, hidden: &mut HiddenNodes) -> bool {
-        let Some(earlier) = self.past.pop() else { return false };
-        self.future.push(Step { wanted: wanted.clone(), hidden: hidden.clone() });
-        self.apply(earlier, wanted, hidden);
-        true
+    /// Goes back one step, if there is one.
+    pub fn undo(&mut self, wanted: &mut Wanted, hidden: &mut HiddenNodes) {
+        if let Some(earlier) = self.past.pop() {
+            self.future.push(Step::new(wanted, hidden));
+            self.adopt(&earlier, wanted, hidden);
+        }
     }
 
-    /// Goes forward one step that was undone. Returns whether there was one.
-    pub fn redo(&mut self, wanted: &mut Wanted, hidden: &mut HiddenNodes) -> bool {
-        let Some(later) = self.future.pop() else { return false };
-        self.past.push(Step { wanted: wanted.clone(), hidden: hidden.clone() });
-        self.apply(later, wanted, hidden);
-        true
+    /// Goes forward one step that was undone, if there is one.
+    pub fn redo(&mut self, wanted: &mut Wanted, hidden: &mut HiddenNodes) {
+        if let Some(later) = self.future.pop() {
+            self.past.push(Step::new(wanted, hidden));
+            self.adopt(&later, wanted, hidden);
+        }
     }
 
     /// Whether there is a step to undo.
@@ -87,32 +87,31 @@ impl UndoStack {
         !self.future.is_empty()
     }
 
-    fn apply(&mut self, step: Step, to: &mut Wanted, hidden: &mut HiddenNodes) {
-        let from = &step.wanted;
-        to.build = from.build;
-        to.threads = from.threads;
-        // The background is the theme's.
-        to.render = RenderSettings { background: to.render.background, ..from.render };
-        to.overlay = from.overlay;
-        to.second = from.second;
-        to.tree_files.clone_from(&from.tree_files);
-        *hidden = step.hidden.clone();
-        self.settled = Some(Step { wanted: to.clone(), hidden: step.hidden });
+    fn adopt(&mut self, step: &Step, wanted: &mut Wanted, hidden: &mut HiddenNodes) {
+        *wanted = step.over(wanted);
+        hidden.clone_from(&step.hidden);
+        self.settled = Some(Step::new(wanted, hidden));
     }
 }
 
 impl Step {
+    fn new(wanted: &Wanted, hidden: &HiddenNodes) -> Self {
+        Self { wanted: wanted.clone(), hidden: hidden.clone() }
+    }
+
+    /// The settings of the step, but what is not undone as in `now`. The background is the theme's.
+    fn over(&self, now: &Wanted) -> Wanted {
+        Wanted {
+            source: now.source.clone(),
+            camera: now.camera,
+            render: RenderSettings { background: now.render.background, ..self.wanted.render },
+            ..self.wanted.clone()
+        }
+    }
+
     /// Whether all that undo restores is equal.
     fn is_same(&self, wanted: &Wanted, hidden: &HiddenNodes) -> bool {
-        let a = &self.wanted;
-        let render = RenderSettings { background: a.render.background, ..wanted.render };
-        a.build == wanted.build
-            && a.tree_files == wanted.tree_files
-            && a.threads == wanted.threads
-            && a.render == render
-            && a.overlay == wanted.overlay
-            && a.second == wanted.second
-            && self.hidden == *hidden
+        self.hidden == *hidden && self.over(wanted) == *wanted
     }
 }
 
@@ -132,10 +131,10 @@ mod tests {
             undo.observe(&wanted, &HiddenNodes::default(), true);
         }
         undo.observe(&wanted, &HiddenNodes::default(), false);
-        assert!(undo.undo(&mut wanted, &mut HiddenNodes::default()));
+        undo.undo(&mut wanted, &mut HiddenNodes::default());
         assert_eq!(wanted, before);
         assert!(!undo.can_undo());
-        assert!(undo.redo(&mut wanted, &mut HiddenNodes::default()));
+        undo.redo(&mut wanted, &mut HiddenNodes::default());
         assert_eq!(wanted.build.threshold, 19);
         assert!(!undo.can_redo());
     }
@@ -147,7 +146,7 @@ mod tests {
         undo.observe(&wanted, &HiddenNodes::default(), false);
         wanted.threads = 3;
         undo.observe(&wanted, &HiddenNodes::default(), false);
-        assert!(undo.undo(&mut wanted, &mut HiddenNodes::default()));
+        undo.undo(&mut wanted, &mut HiddenNodes::default());
         wanted.threads = 4;
         undo.observe(&wanted, &HiddenNodes::default(), false);
         assert!(!undo.can_redo());

@@ -7,6 +7,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::app::state::second_tree::{CompareView, SecondTree, TreeSide};
 use crate::camera::Camera;
+use crate::catalog::settings;
 use crate::overlay::OverlaySettings;
 use crate::render::{HeatKind, RenderSettings, Shading};
 use crate::scene::SceneSource;
@@ -60,8 +61,7 @@ impl Wanted {
             &mut second.build
         });
         for build in std::iter::once(&mut self.build).chain(second) {
-            build.threshold = build.threshold.clamp(BuildSettings::MIN_THRESHOLD, BuildSettings::MAX_THRESHOLD);
-            build.epsilon = build.epsilon.clamp(0.0, BuildSettings::MAX_EPSILON);
+            settings::limit(build);
         }
         self.threads = self.threads.min(1024);
         self.render.samples = self.render.samples.clamp(1, 1024);
@@ -73,6 +73,18 @@ impl Wanted {
             self.camera = Self::new(self.source.clone()).camera;
         }
         self
+    }
+
+    /// The folders in which files are saved, the first that can be written: the model's, the current one unless it is the root, in
+    /// which a desktop starts programs, and the home folder.
+    pub fn save_folders(&self) -> Vec<PathBuf> {
+        let of_model = self
+            .source
+            .path()
+            .and_then(Path::parent)
+            .map(|folder| if folder.as_os_str().is_empty() { PathBuf::from(".") } else { folder.to_owned() });
+        let current = std::env::current_dir().ok().filter(|folder| folder.parent().is_some());
+        [of_model, current, std::env::home_dir()].into_iter().flatten().collect()
     }
 
     /// The file that holds a tree; `None` where it is built.

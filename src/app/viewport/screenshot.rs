@@ -8,7 +8,7 @@ use crate::app::state::{AppState, CompareView, Preferences, Presented};
 use crate::app::viewport::choice::{drawn_selection, drawn_table};
 use crate::app::viewport::draw::picture_input;
 use crate::app::viewport::tint::Tint;
-use crate::export::write_new;
+use crate::export::{first_writable, write_new};
 use crate::overlay::{DrawInput, NodeTable, OverlaySettings, Selection, Shown, draw_offscreen};
 use crate::render::Background;
 
@@ -146,20 +146,21 @@ fn write_png(folder: &Path, name: &str, size_px: [u32; 2], pixels: &[[u8; 4]]) -
 /// Path of the written file and, where the containers could not be drawn, the reason; or an error message.
 pub type Outcome = Result<(PathBuf, Option<String>), String>;
 
-/// Saves `screenshot` in the current folder on a thread of its own, sends the outcome, then calls `wake`.
+/// Saves `screenshot` in the first of `folders` that can be written, on a thread of its own, sends the outcome, then calls `wake`.
 ///
 /// # Errors
 ///
 /// Fails where the thread cannot be started.
 pub fn save_in_background(
     screenshot: Screenshot,
+    folders: Vec<PathBuf>,
     outcome: std::sync::mpsc::Sender<Outcome>,
     wake: Arc<dyn Fn() + Send + Sync>,
 ) -> std::io::Result<()> {
     let pending = PendingScreenshot::begin();
     std::thread::Builder::new().name("screenshot".to_owned()).spawn(move || {
         let _pending = pending;
-        let folder = std::env::current_dir().unwrap_or_else(|_| PathBuf::from("."));
+        let folder = first_writable(&folders);
         // Sending fails where the window was closed meanwhile, which is fine.
         let _ = outcome.send(screenshot.save(&folder));
         wake();

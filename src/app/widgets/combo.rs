@@ -1,9 +1,11 @@
 //! A labelled drop-down list.
 
-use egui::{self, Role, Ui, WidgetInfo};
+use egui::text::LayoutJob;
+use egui::{self, Role, TextFormat, TextStyle, Ui, WidgetInfo, WidgetText};
 
 use super::row::row;
 use super::tip::Tip as _;
+use crate::app::theme;
 
 /// A drop-down list of values, each with its name and tooltip. Values for which `refusal` returns a reason cannot be chosen.
 /// Returns whether the value changed.
@@ -15,28 +17,73 @@ pub(crate) fn combo<T: Copy + PartialEq>(
     choices: &[(T, &str, &str)],
     refusal: impl Fn(T) -> Option<String>,
 ) -> bool {
+    show(ui, label, tip, value, choices, refusal, |_, name, _| name.into())
+}
+
+/// The same, with each value's sentence below its name.
+pub(crate) fn explained_combo<T: Copy + PartialEq>(
+    ui: &mut Ui,
+    label: &str,
+    tip: &str,
+    value: &mut T,
+    choices: &[(T, &str, &str)],
+    refusal: impl Fn(T) -> Option<String>,
+) -> bool {
+    show(ui, label, tip, value, choices, refusal, |ui, name, sentence| {
+        let [large, small] = [TextStyle::Button, TextStyle::Small].map(|style| style.resolve(ui.style()));
+        let mut job =
+            LayoutJob::single_section(format!("{name}\n"), TextFormat::simple(large, ui.visuals().text_color()));
+        job.append(sentence, 0.0, TextFormat::simple(small, theme::palette(ui).dim));
+        job.into()
+    })
+}
+
+fn show<T: Copy + PartialEq>(
+    ui: &mut Ui,
+    label: &str,
+    tip: &str,
+    value: &mut T,
+    choices: &[(T, &str, &str)],
+    refusal: impl Fn(T) -> Option<String>,
+    entry: impl Fn(&Ui, &str, &str) -> WidgetText,
+) -> bool {
     let before = *value;
     row(ui, label, tip, |ui| {
         let selected = choices.iter().find(|(choice, ..)| choice == value).map_or("", |(_, name, _)| name);
+        let mut list = None;
         let response = egui::ComboBox::from_id_salt(label)
             .width(ui.available_width())
+            .height(360.0)
             .selected_text(selected)
             .truncate()
             .show_ui(ui, |ui| {
+                list = ui.memory(|memory| memory.area_rect(ui.layer_id().id));
                 for &(choice, name, meaning) in choices {
                     let refused = refusal(choice);
-                    let button = egui::Button::selectable(*value == choice, name);
-                    let response = ui.add_enabled(refused.is_none() || *value == choice, button).tip(meaning);
+                    let on = *value == choice;
+                    let button = egui::Button::selectable(on, entry(ui, name, meaning));
+                    let response = ui.add_enabled(refused.is_none() || on, button).tip(meaning);
+                    response.widget_info(|| WidgetInfo::selected(Role::Button, ui.is_enabled(), on, name));
                     let response = match refused {
                         Some(reason) => response.disabled_tip(reason),
                         None => response,
                     };
                     if response.clicked() {
                         *value = choice;
+                        // A key closes no list by itself.
+                        ui.close();
                     }
                 }
             })
             .response;
+        // Egui closes it after a click only, not where a drag begins.
+        let pressed = ui.input(|input| input.pointer.press_origin().filter(|_| input.pointer.any_pressed()));
+        if let (Some(list), Some(at)) = (list, pressed)
+            && !list.contains(at)
+            && !response.rect.contains(at)
+        {
+            egui::Popup::close_all(ui.ctx());
+        }
         response.widget_info(|| {
             let mut info = WidgetInfo::labeled(Role::ComboBox, ui.is_enabled(), label);
             info.current_text_value = Some(selected.to_owned());

@@ -11,12 +11,12 @@ mod slider;
 mod statistic;
 mod tip;
 
-pub(crate) use combo::combo;
+pub(crate) use combo::{combo, explained_combo};
 pub(crate) use empty_view::empty_view;
 pub(crate) use icon::{Icon, icon_button};
 pub(crate) use panel::{panel_frame, scroll};
 pub(crate) use row::{check, chip, note_place, place_of, row};
-pub(crate) use section::{Header, restore_sections, section, sections};
+pub(crate) use section::{Header, more, restore_sections, section, sections};
 pub(crate) use slider::{SliderSpec, slider};
 pub(crate) use statistic::{Statistic, copies, statistic, tip_with_hint, value_text};
 pub(crate) use tip::{Tip, note_panel};

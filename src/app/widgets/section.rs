@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use egui::collapsing_header::{CollapsingState, paint_default_icon};
-use egui::{Align2, Context, Id, Rect, Role, Sense, Stroke, TextStyle, Ui, WidgetInfo, pos2, vec2};
+use egui::{Align2, Button, Context, Id, Rect, RichText, Role, Sense, Stroke, TextStyle, Ui, WidgetInfo, pos2, vec2};
 
 use super::icon::{Icon, icon_button};
 use super::tip::Tip as _;
@@ -65,6 +65,21 @@ pub(crate) fn section(ui: &mut Ui, title: &str, header: Header<'_>, body: impl F
     let (line, _) = ui.allocate_exact_size(vec2(ui.available_width(), 1.0), Sense::hover());
     ui.painter().hline(line.x_range(), line.center().y, Stroke::new(1.0, palette.line));
     reset_pressed
+}
+
+/// Rows that are rarely needed, folded below a button "More". `name` tells them apart from those of other sections.
+pub(crate) fn more(ui: &mut Ui, name: &str, body: impl FnOnce(&mut Ui)) {
+    let name = format!("More of {name}");
+    let mut state = CollapsingState::load_with_default_open(ui.ctx(), section_id(&name), false);
+    let open = state.is_open();
+    let text = RichText::new(if open { "Less" } else { "More" }).color(theme::palette(ui).dim);
+    let response = ui.add(Button::new(text).frame_when_inactive(false));
+    response.widget_info(|| WidgetInfo::selected(Role::DisclosureTriangle, true, open, &name));
+    if response.tip("Settings that are rarely needed").clicked() {
+        state.toggle(ui);
+    }
+    note_section(ui.ctx(), &name, state.is_open());
+    state.show_body_unindented(ui, body);
 }
 
 fn sentence_case(title: &str) -> String {

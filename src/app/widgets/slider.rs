@@ -5,8 +5,8 @@ use std::ops::RangeInclusive;
 use egui::{self, Rect, Stroke, Ui, WidgetInfo, vec2};
 
 use super::row::row;
-use crate::app::theme;
 use crate::app::theme::ROW_HEIGHT;
+use crate::app::{format, theme};
 
 /// Smallest width of the number field in points.
 const NUMBER_WIDTH: f32 = 52.0;
@@ -72,10 +72,16 @@ pub(crate) fn slider(ui: &mut Ui, value: &mut f64, spec: &SliderSpec<'_>) -> boo
             .clamp_existing_to_range(false)
             .speed(step * 0.25)
             .fixed_decimals(shown);
-        if !spec.zero.is_empty() {
+        if spec.decimals == 0 {
+            let is_zero = |text: &str| !spec.zero.is_empty() && text.trim() == spec.zero;
             drag = drag
-                .custom_formatter(|number, _| if number == 0.0 { spec.zero.to_owned() } else { format!("{number:.0}") })
-                .custom_parser(|text| if text.trim() == spec.zero { Some(0.0) } else { text.trim().parse().ok() });
+                .custom_formatter(|number, _| match number.max(0.0).round() as u64 {
+                    0 if !spec.zero.is_empty() => spec.zero.to_owned(),
+                    whole => format::count(whole),
+                })
+                .custom_parser(
+                    move |text| if is_zero(text) { Some(0.0) } else { text.replace([',', ' '], "").parse().ok() },
+                );
         }
         let number = ui.add_sized(vec2(number_width, ROW_HEIGHT), drag);
         number.widget_info(|| {

@@ -1,9 +1,13 @@
-//! Tooltips: beside the panel that a widget is in, so that they cover none of its rows, and none while a button is held.
+//! Tooltips: beside the panel, menu or list that a widget is in, so that they cover none of its rows, and none while a button is
+//! held.
 
 use egui::containers::Tooltip;
-use egui::{Context, Id, Label, Order, Rect, RectAlign, Response, WidgetText, pos2};
+use egui::{Context, Id, Label, Order, Rect, RectAlign, Response, WidgetText, pos2, vec2};
 
 use crate::app::state::Side;
+
+/// Width beside the items of a menu, with its scroll bar, in points.
+const MENU_MARGIN: f32 = 18.0;
 
 /// Adds tooltips to a widget.
 pub(crate) trait Tip {
@@ -34,6 +38,9 @@ fn show(mut tooltip: Tooltip<'_>, response: &Response, text: WidgetText) {
         let anchor = Rect::from_min_max(pos2(panel.left(), rows.min), pos2(panel.right(), rows.max));
         let align = if side == Side::Left { RectAlign::RIGHT_START } else { RectAlign::LEFT_START };
         tooltip.popup = tooltip.popup.anchor(anchor).align(align);
+    } else if response.layer_id.order == Order::Foreground {
+        let anchor = response.rect.expand2(vec2(MENU_MARGIN, 0.0));
+        tooltip.popup = tooltip.popup.anchor(anchor).align(RectAlign::RIGHT_START);
     }
     tooltip.show(|ui| {
         ui.set_max_width(ui.spacing().tooltip_width);

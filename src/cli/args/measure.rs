@@ -5,13 +5,14 @@ use std::path::PathBuf;
 use clap::Args;
 
 use super::picture::CameraArgs;
-use super::shared::{ShapeArgs, StrictLoadArgs};
+use super::shared::StrictLoadArgs;
+use super::tree_flags::ShapeFlags;
 use crate::cli::named::{
     Containers, containers, containers_help, named, populations, populations_help, simd, tree_builder,
     tree_builder_help,
 };
 use crate::cli::tree_settings::diff_tree;
-use crate::cli::values::{self, Epsilons, ModelParser, Numbers};
+use crate::cli::values::{self, Decimals, ModelParser, Numbers};
 use crate::headless::diff::DiffTree;
 use crate::lab::population::Populations;
 use crate::scene::SceneSource;
@@ -26,7 +27,7 @@ pub struct MeasureArgs {
     #[arg(value_name = "MODEL", value_parser = ModelParser)]
     pub models: Vec<SceneSource>,
     /// Size of the traced picture in pixels
-    #[arg(long, value_name = "WxH", value_parser = values::size, default_value = "1024x1024")]
+    #[arg(long, value_name = "WxH", value_parser = values::size, allow_hyphen_values = true, default_value = "1024x1024")]
     pub size: [u32; 2],
     /// Repetitions of each measurement; medians are shown
     #[arg(long, value_name = "N", value_parser = values::repeat, default_value = "3")]
@@ -75,7 +76,7 @@ pub struct OneTreeArgs {
           help = containers_help("What the tree is made of: ", " [default: both for bench, box for scaling]"))]
     pub container: Option<Containers>,
     #[command(flatten)]
-    pub shape: ShapeArgs,
+    pub shape: ShapeFlags,
 }
 
 #[derive(Debug, Args)]
@@ -103,12 +104,12 @@ pub struct BenchArgs {
   bvhscope sweep bunny.obj --tree mine.bvh --plot sweep.svg   with the tree of a file as a line across
   bvhscope sweep bunny.obj --shard 2/8 --json > part2.jsonl")]
 pub struct SweepArgs {
-    /// Thresholds: N, A,B,C or A..=B, within 2 to 64
+    /// Thresholds: N, A,B,C or A..B with both ends, within 2 to 64
     #[arg(long, value_name = "RANGE", value_parser = values::thresholds, default_value = "2..=32")]
     pub threshold: Numbers,
     /// Each ε, 0 to 0.5, separated by commas
-    #[arg(long, value_name = "X,…", value_parser = values::epsilons, default_value = "0.2")]
-    pub epsilon: Epsilons,
+    #[arg(long, value_name = "X,…", value_parser = values::reductions, default_value = "0.2")]
+    pub epsilon: Decimals,
     #[arg(long, value_name = "KIND", value_parser = containers, default_value = "box",
           help = containers_help("What the trees are made of: ", ""))]
     pub container: Containers,
@@ -183,7 +184,7 @@ pub struct DiffArgs {
     #[arg(short, long, value_name = "FILE.png")]
     pub output: Option<PathBuf>,
     /// Size of the traced picture in pixels
-    #[arg(long, value_name = "WxH", value_parser = values::size, default_value = "1024x1024")]
+    #[arg(long, value_name = "WxH", value_parser = values::size, allow_hyphen_values = true, default_value = "1024x1024")]
     pub size: [u32; 2],
     /// Repetitions of each measurement; medians are shown
     #[arg(long, value_name = "N", value_parser = values::repeat, default_value = "3")]

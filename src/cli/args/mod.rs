@@ -4,6 +4,7 @@ mod measure;
 mod picture;
 mod ray;
 mod shared;
+mod tree_flags;
 
 use std::path::PathBuf;
 
@@ -14,9 +15,9 @@ pub use measure::{
 };
 pub use picture::{CameraArgs, NodeArgs, OverlayArgs, PictureArgs};
 pub use ray::RayArgs;
-pub use shared::{BuildArgs, LoadArgs, ShapeArgs, StrictLoadArgs, TreeFileArgs};
+pub use shared::{BuildArgs, LoadArgs, StrictLoadArgs, TreeFileArgs};
 
-use super::named::{help, named, populations, populations_help};
+use super::named::{help, named, populations, populations_help, simd};
 use super::values::{self, ModelParser};
 #[cfg(feature = "gui")]
 use crate::app::SharedState;
@@ -25,6 +26,7 @@ use crate::render::Background;
 use crate::scene::{BUILTIN_SCENES, SceneSource, format_names};
 use crate::section::SectionChoice;
 use bvhscope_engine::construction::MergeOrder;
+use bvhscope_engine::kernel::SimdLevel;
 
 /// The end of `bvhscope --help`.
 fn after_help() -> String {
@@ -149,7 +151,7 @@ pub struct RenderArgs {
     #[arg(long, value_name = "FILE.exr")]
     pub depth_image: Option<PathBuf>,
     /// Size of the picture in pixels
-    #[arg(long, value_name = "WxH", value_parser = values::size, default_value = "1280x720")]
+    #[arg(long, value_name = "WxH", value_parser = values::size, allow_hyphen_values = true, default_value = "1280x720")]
     pub size: [u32; 2],
     /// Print what was measured as one JSON object
     #[arg(long)]
@@ -202,6 +204,9 @@ pub struct InfoArgs {
     /// Also write the triangles, nine f32 each, little-endian, in the order in which tree files count them
     #[arg(long, value_name = "FILE")]
     pub triangles: Option<PathBuf>,
+    /// Vector instructions of the build: sse2, sse4, avx2, avx512 or neon, where this machine has them [default: the best]
+    #[arg(long, value_name = "LEVEL", value_parser = simd)]
+    pub simd: Option<SimdLevel>,
     #[command(flatten)]
     pub build: BuildArgs,
     #[command(flatten)]
@@ -232,6 +237,9 @@ pub struct TreeArgs {
     /// Write the triangles too, so that the file is a model of its own
     #[arg(long)]
     pub with_triangles: bool,
+    /// Vector instructions of the build: sse2, sse4, avx2, avx512 or neon, where this machine has them [default: the best]
+    #[arg(long, value_name = "LEVEL", value_parser = simd)]
+    pub simd: Option<SimdLevel>,
     #[command(flatten)]
     pub build: BuildArgs,
     #[command(flatten)]
@@ -262,7 +270,7 @@ pub struct MergesArgs {
     #[arg(long, value_name = "N", value_parser = |text: &str| values::whole::<u32>(text, 1, 50), default_value = "12")]
     pub rate: u32,
     /// Size of the film in pixels
-    #[arg(long, value_name = "WxH", value_parser = values::size, default_value = "800x600")]
+    #[arg(long, value_name = "WxH", value_parser = values::size, allow_hyphen_values = true, default_value = "800x600")]
     pub size: [u32; 2],
     /// Maximum number of clusters that are drawn, the largest first, 1 to 4096
     #[arg(long, value_name = "N", value_parser = |text: &str| values::whole::<u32>(text, 1, 4096), default_value = "4096",

@@ -57,7 +57,7 @@ pub struct PictureArgs {
     #[arg(long, value_name = "NAME", value_parser = named::<Traversal>)]
     pub traversal: Option<Traversal>,
     /// Test counts at the two ends of the heat map [default: fitted to the picture]
-    #[arg(long, value_name = "A..B", value_parser = values::heat_range)]
+    #[arg(long, value_name = "A..B", value_parser = values::heat_range, allow_hyphen_values = true)]
     pub heat_range: Option<[f32; 2]>,
     #[arg(long, value_name = "NAME", value_parser = named::<ColorMap>,
           help = help::<ColorMap>("Colours of depth and heat maps: ", " [default: inferno]"))]
@@ -86,7 +86,7 @@ pub struct OverlayArgs {
     #[arg(long, value_name = "KIND", value_parser = named::<OverlayKinds>)]
     pub overlay: Option<OverlayKinds>,
     /// Tree levels that are drawn, root 0, both ends included [default: those that hold 100 to 200 nodes]
-    #[arg(long, value_name = "A..B", value_parser = values::depths)]
+    #[arg(long, value_name = "A..B", value_parser = values::depths, allow_hyphen_values = true)]
     pub depth: Option<[u32; 2]>,
     /// Draw only leaves
     #[arg(long)]

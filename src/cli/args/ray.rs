@@ -1,19 +1,20 @@
 //! Flags of `ray`.
 
-use clap::Args;
+use clap::{ArgGroup, Args};
 use glam::Vec3;
 
 use super::picture::CameraArgs;
 use super::shared::{BuildArgs, StrictLoadArgs, TreeFileArgs};
-use crate::cli::named::{help, named};
+use crate::cli::named::{help, named, simd};
 use crate::cli::values::{self, ModelParser};
 use crate::render::{Light, RayKind};
 use crate::scene::SceneSource;
 use crate::section::SectionChoice;
+use bvhscope_engine::kernel::SimdLevel;
 use bvhscope_engine::tree::traverse::Traversal;
 
 #[derive(Debug, Args)]
-#[command(after_help = "Examples:
+#[command(group = ArgGroup::new("which").required(true).args(["pixel", "origin"]), after_help = "Examples:
   bvhscope ray bunny.obj --pixel 640,360
   bvhscope ray bunny.obj --pixel 640,360 --kind shadow --container sphere
   bvhscope ray bunny.obj --pixel 640,360 --wide --json
@@ -26,11 +27,10 @@ pub struct RayArgs {
     #[arg(value_name = "MODEL", value_parser = ModelParser)]
     pub model: Option<SceneSource>,
     /// The ray through this pixel of the picture, 0,0 at its upper left
-    #[arg(long, value_name = "X,Y", value_parser = values::pixel, required_unless_present = "origin",
-          conflicts_with_all = ["origin", "direction"])]
+    #[arg(long, value_name = "X,Y", value_parser = values::pixel, conflicts_with_all = ["origin", "direction"])]
     pub pixel: Option<[u32; 2]>,
     /// Size of the picture in pixels
-    #[arg(long, value_name = "WxH", value_parser = values::size, default_value = "1280x720")]
+    #[arg(long, value_name = "WxH", value_parser = values::size, allow_hyphen_values = true, default_value = "1280x720")]
     pub size: [u32; 2],
     /// The ray from this point
     #[arg(long, value_name = "X,Y,Z", value_parser = values::vector, allow_hyphen_values = true, requires = "direction")]
@@ -47,6 +47,9 @@ pub struct RayArgs {
     /// How it visits the nodes of the binary tree: ordered (near child first, culled by distance), or paper (neither)
     #[arg(long, value_name = "NAME", value_parser = named::<Traversal>, default_value = "ordered")]
     pub traversal: Traversal,
+    /// Vector instructions of the build: sse2, sse4, avx2, avx512 or neon, where this machine has them [default: the best]
+    #[arg(long, value_name = "LEVEL", value_parser = simd)]
+    pub simd: Option<SimdLevel>,
     /// The wide tree instead, which pictures are traced through; its nodes have up to eight children
     #[arg(long, conflicts_with = "traversal")]
     pub wide: bool,

@@ -2,29 +2,31 @@
 
 use std::path::PathBuf;
 
-use super::parts::{build_settings, camera, threads};
-use crate::cli::args::{DiffArgs, MeasureArgs, OneTreeArgs, ShapeArgs, SweepArgs};
+use super::parts::{camera, threads};
+use crate::cli::args::{DiffArgs, MeasureArgs, OneTreeArgs, SweepArgs};
 use crate::headless::diff::DiffCommand;
 use crate::headless::measure::{MeasureCommand, Output};
 use crate::lab::{Job, Setup, SweepPlan};
 use crate::scene::SceneSource;
 use crate::view::NamedView;
+use bvhscope_engine::settings::{BuildSettings, BuilderKind};
 use bvhscope_engine::tree::ContainerKind;
 
-/// One setup per container given on the command line, or per default container in `containers`.
+/// One setup per container given on the command line, or per container in `containers` of which the builder makes trees.
 pub fn setups(tree: &OneTreeArgs, measure: &MeasureArgs, containers: &[ContainerKind]) -> Vec<Setup> {
-    let containers = tree.container.as_ref().map_or(containers, |given| &given.0);
+    let shape = &tree.shape.0;
     // Flags beside the preset make the settings differ from it, so its name is dropped.
-    let ShapeArgs { threshold, epsilon, preset, optimize, rounds, curve } = &tree.shape;
-    let is_modified =
-        threshold.is_some() || epsilon.is_some() || optimize.is_some() || rounds.is_some() || curve.is_some();
-    let preset = preset.filter(|_| !is_modified);
-    let setup = |&container| Setup {
-        build: build_settings(tree.builder, container, &tree.shape),
-        preset,
-        threads: threads(measure.threads),
+    let preset = shape.only_preset();
+    let build = |&container: &ContainerKind| BuildSettings {
+        builder: tree.builder.unwrap_or(BuilderKind::Aac),
+        container,
+        ..shape.settings()
     };
-    containers.iter().map(setup).collect()
+    let builds: Vec<BuildSettings> = match &tree.container {
+        Some(given) => given.0.iter().map(build).collect(),
+        None => containers.iter().map(build).filter(|build| build.refusal(0).is_none()).collect(),
+    };
+    builds.into_iter().map(|build| Setup { build, preset, threads: threads(measure.threads) }).collect()
 }
 
 pub fn sweep(args: &SweepArgs) -> SweepPlan {

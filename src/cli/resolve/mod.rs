@@ -7,7 +7,7 @@ use std::path::PathBuf;
 
 use parts::{overlay, picture};
 
-use super::args::{BuildArgs, InfoArgs, MergesArgs, RayArgs, RenderArgs, ShapeArgs, TreeArgs};
+use super::args::{BuildArgs, InfoArgs, MergesArgs, RayArgs, RenderArgs, TreeArgs};
 #[cfg(feature = "gui")]
 use super::args::{OverlayArgs, PictureArgs, ViewerArgs};
 #[cfg(feature = "gui")]
@@ -30,7 +30,7 @@ use crate::view::NamedView;
 use bvhscope_engine::geometry::Ray;
 
 pub use measure::{diff, measure, setups, sweep};
-pub use parts::{build, camera, invalid_passes, load, threads};
+pub use parts::{camera, invalid_passes, load, threads};
 
 #[cfg(feature = "gui")]
 pub fn viewer(args: ViewerArgs) -> StartOptions {
@@ -63,7 +63,7 @@ pub fn render(args: RenderArgs) -> Result<RenderCommand, Failure> {
     };
     Ok(RenderCommand {
         source,
-        build: build(&args.build),
+        build: args.build.settings.0.settings(),
         tree: tree_origin(&args.build, args.tree.tree),
         camera,
         settings: RenderSettings { background: args.background.unwrap_or_default(), ..picture(&args.picture) },
@@ -103,7 +103,7 @@ fn bookmark(name: &str, source: &SceneSource) -> Result<CameraChoice, Failure> {
 pub fn merges(args: MergesArgs) -> MergesCommand {
     MergesCommand {
         source: args.model.unwrap_or_else(SceneSource::default_builtin),
-        build: build(&args.build),
+        build: args.build.settings.0.settings(),
         camera: camera(&args.camera, NamedView::Default),
         settings: RenderSettings { background: args.background.unwrap_or_default(), ..picture(&args.picture) },
         overlay: OverlaySettings { budget: Some(args.at_most), ..OverlaySettings::default() },
@@ -118,7 +118,7 @@ pub fn merges(args: MergesArgs) -> MergesCommand {
 pub fn info(args: InfoArgs) -> InfoCommand {
     InfoCommand {
         source: args.model.unwrap_or_else(SceneSource::default_builtin),
-        build: build(&args.build),
+        build: args.build.settings.0.settings(),
         tree: tree_origin(&args.build, args.tree.tree),
         triangles: args.triangles,
         rays: args.rays.unwrap_or_default(),
@@ -130,7 +130,7 @@ pub fn info(args: InfoArgs) -> InfoCommand {
 pub fn tree(args: TreeArgs) -> TreeCommand {
     TreeCommand {
         source: args.model.unwrap_or_else(SceneSource::default_builtin),
-        build: build(&args.build),
+        build: args.build.settings.0.settings(),
         tree: tree_origin(&args.build, args.tree.tree),
         wide: args.wide,
         with_triangles: args.with_triangles,
@@ -140,14 +140,10 @@ pub fn tree(args: TreeArgs) -> TreeCommand {
 
 /// Where the tree comes from: the file that is named, else settings if any is given, else the model's own file if it holds one.
 fn tree_origin(build: &BuildArgs, file: Option<PathBuf>) -> TreeOrigin {
-    let BuildArgs { builder, container, shape, threads: _ } = build;
-    let ShapeArgs { threshold, epsilon, preset, optimize, rounds, curve } = shape;
-    let is_set =
-        builder.is_some() || container.is_some() || threshold.is_some() || epsilon.is_some() || rounds.is_some();
     match file {
         Some(path) => TreeOrigin::File(path),
-        None if is_set || preset.is_some() || optimize.is_some() || curve.is_some() => TreeOrigin::Built,
-        None => TreeOrigin::OfModel,
+        None if build.settings.0.is_empty() => TreeOrigin::OfModel,
+        None => TreeOrigin::Built,
     }
 }
 
@@ -168,7 +164,7 @@ pub fn ray(args: RayArgs) -> Result<RayCommand, Failure> {
     let base = RenderSettings::default();
     Ok(RayCommand {
         source: args.model.unwrap_or_else(SceneSource::default_builtin),
-        build: build(&args.build),
+        build: args.build.settings.0.settings(),
         tree: tree_origin(&args.build, args.tree.tree),
         camera: camera(&args.camera, NamedView::Default),
         size: args.size,
@@ -185,14 +181,7 @@ pub fn ray(args: RayArgs) -> Result<RayCommand, Failure> {
 #[cfg(feature = "gui")]
 fn overrides(build: &BuildArgs, picture: &PictureArgs, overlay: &OverlayArgs) -> CliOverrides {
     CliOverrides {
-        preset: build.shape.preset,
-        builder: build.builder,
-        container: build.container,
-        threshold: build.shape.threshold,
-        epsilon: build.shape.epsilon,
-        curve: build.shape.curve,
-        optimize: build.shape.optimize,
-        rounds: build.shape.rounds,
+        build: build.settings.0.clone(),
         threads: build.threads,
         shading: picture.shading,
         light: picture.light,
@@ -306,7 +295,7 @@ mod tests {
     #[test]
     fn a_flag_overrides_only_its_own_setting_of_the_last_run() {
         let mut last = Wanted::new(SceneSource::default_builtin());
-        last.build = BuildSettings { container: ContainerKind::Sphere, threshold: 30, epsilon: 0.4, ..last.build };
+        last.build = BuildSettings { container: ContainerKind::Sphere, threshold: 30, ..last.build };
         last.render = RenderSettings {
             shading: Shading::Normals,
             light: Light::Headlight,

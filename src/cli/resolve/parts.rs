@@ -1,11 +1,12 @@
-//! What several commands have: threads, build settings, camera, picture and overlay.
+//! Parts of several commands: threads, loading, passes, camera, picture and overlay.
 
-use crate::cli::args::{BuildArgs, CameraArgs, LoadArgs, OverlayArgs, PictureArgs, ShapeArgs};
+use crate::catalog::settings::Given;
+use crate::cli::args::{CameraArgs, LoadArgs, OverlayArgs, PictureArgs};
 use crate::overlay::OverlaySettings;
 use crate::render::RenderSettings;
 use crate::scene::LoadOptions;
 use crate::view::{CameraChoice, NamedView};
-use bvhscope_engine::settings::{BuildSettings, BuilderKind, Pass, Passes, Preset};
+use bvhscope_engine::settings::Pass;
 use bvhscope_engine::tree::ContainerKind;
 
 /// The number of threads to work with: those asked for or all, never more than can run at once.
@@ -17,15 +18,9 @@ pub fn load(args: &LoadArgs) -> LoadOptions {
     LoadOptions { allow_outside: args.allow_outside }
 }
 
-/// The preset, or the default settings, with the other flags applied.
-pub fn build(args: &BuildArgs) -> BuildSettings {
-    let container = args.container.unwrap_or(ContainerKind::Aabb);
-    build_settings(args.builder, container, &args.shape)
-}
-
 /// The error message for passes that do not support one of the containers, if there are any.
-pub fn invalid_passes(optimize: Option<Passes>, containers: &[ContainerKind]) -> Option<String> {
-    let only_boxes = optimize?.iter().find(|pass| pass.boxes_only())?;
+pub fn invalid_passes(given: &Given, containers: &[ContainerKind]) -> Option<String> {
+    let only_boxes = given.pass_for_boxes()?;
     containers.contains(&ContainerKind::Sphere).then(|| {
         format!(
             "the pass '{}' works on boxes only: choose '--container box', or '--optimize {}' for spheres",
@@ -33,20 +28,6 @@ pub fn invalid_passes(optimize: Option<Passes>, containers: &[ContainerKind]) ->
             Pass::Collapse.name()
         )
     })
-}
-
-/// The preset, or the default settings, with the other flags of a tree applied.
-pub fn build_settings(builder: Option<BuilderKind>, container: ContainerKind, shape: &ShapeArgs) -> BuildSettings {
-    let base = BuildSettings::preset(shape.preset.unwrap_or(Preset::Fast), container);
-    BuildSettings {
-        builder: builder.unwrap_or(base.builder),
-        container,
-        threshold: shape.threshold.unwrap_or(base.threshold),
-        epsilon: shape.epsilon.unwrap_or(base.epsilon),
-        curve: shape.curve.unwrap_or(base.curve),
-        optimize: shape.optimize.unwrap_or(base.optimize),
-        rounds: shape.rounds.unwrap_or(base.rounds),
-    }
 }
 
 /// The camera; `view` where none is named.

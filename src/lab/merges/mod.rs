@@ -14,7 +14,7 @@ pub use density::{Density, area_axis};
 pub use history::{History, TreeOfRecord, merges_clusters};
 pub use key_frames::{KeyFrame, ReductionStop};
 pub use pacing::paced_steps;
-pub use reduction_handles::{epsilon_through, threshold_at};
+pub use reduction_handles::{reduction_through, threshold_at};
 
 use crate::accel::Accel;
 use bvhscope_engine::cancel::{CancelToken, Cancelled};

@@ -10,7 +10,7 @@ pub fn threshold_at(x: f64) -> u32 {
 
 /// The ε whose curve of `threshold` passes through (`x`, `y`), in steps of 0.01 within the limits of the setting; `None` at x = δ,
 /// through which the curves of all ε pass.
-pub fn epsilon_through(threshold: u32, [x, y]: [f64; 2]) -> Option<f32> {
+pub fn reduction_through(threshold: u32, [x, y]: [f64; 2]) -> Option<f32> {
     let (delta, log_x) = (f64::from(threshold).ln(), x.ln());
     let epsilon = (0.5 * (delta + log_x) - (2.0 * y).ln()) / (log_x - delta);
     let limited = epsilon.clamp(0.0, f64::from(BuildSettings::MAX_EPSILON));
@@ -27,11 +27,11 @@ mod tests {
     fn a_point_of_the_curve_gives_its_parameters() {
         for (threshold, epsilon) in [(6, 0.2), (12, 0.1), (20, 0.37), (4, 0.0)] {
             let y = Reduction::new(threshold, epsilon).value(50_000.0);
-            assert_eq!(epsilon_through(threshold, [50_000.0, y]), Some(epsilon));
+            assert_eq!(reduction_through(threshold, [50_000.0, y]), Some(epsilon));
         }
-        assert_eq!(epsilon_through(6, [6.0, 3.0]), None);
-        assert_eq!(epsilon_through(6, [1000.0, 1e9]), Some(0.0));
-        assert_eq!(epsilon_through(6, [1000.0, 0.5]), Some(0.5));
+        assert_eq!(reduction_through(6, [6.0, 3.0]), None);
+        assert_eq!(reduction_through(6, [1000.0, 1e9]), Some(0.0));
+        assert_eq!(reduction_through(6, [1000.0, 0.5]), Some(0.5));
     }
 
     #[test]

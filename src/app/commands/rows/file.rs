@@ -2,12 +2,9 @@
 
 use egui::Key;
 
-use super::{CTRL, NONE, SHIFT, copy, is_presented};
+use super::{CTRL, NONE, SHIFT, is_presented};
 use crate::app::commands::action::Action;
-use crate::app::commands::command_line::command_line;
 use crate::app::commands::row::{Item, Row, current, item, many, one};
-use crate::app::commands::share::shared_state;
-use crate::app::commands::statistics_text::statistics_text;
 use crate::app::state::{AppState, Request};
 use crate::scene::{BUILTIN_SCENES, SceneSource, format_names};
 use crate::text::file_name;
@@ -26,14 +23,15 @@ pub(in crate::app::commands) static ROWS: &[&[Row]] = &[
         }),
         one(Action::StartPage, "Start page", "Show built-in scenes and recent files", &[(CTRL, Key::N)], |state, _| {
             state.layout.start_page_open = !state.layout.start_page_open;
+            state.layout.path_field.wants_focus = state.layout.start_page_open;
+            state.layout.path_field.tree = None;
         }),
-    ],
-    &[
-        many(builtin_scenes, open_builtin),
+        many(builtin_scenes, open_builtin).within("Open built-in"),
         current(recent_files, |state, index| {
             let path = state.preferences.recent[index].clone();
             state.requests.push(Request::Open(SceneSource::File(path)));
-        }),
+        })
+        .within("Open recent"),
     ],
     &[
         one(
@@ -48,6 +46,7 @@ pub(in crate::app::commands) static ROWS: &[&[Row]] = &[
             let path = state.preferences.recent_trees[index].clone();
             state.requests.push(Request::OpenTree(state.edited_side(), path));
         })
+        .within("Open recent tree")
         .when(|state, _| state.model.loaded.is_some()),
         one(
             Action::BuildTree,
@@ -60,44 +59,20 @@ pub(in crate::app::commands) static ROWS: &[&[Row]] = &[
         one(
             Action::SaveTree,
             "Save tree",
-            "Save the tree as a tree file in the current folder",
+            "Save the tree as a tree file beside the model",
             &[(CTRL.plus(SHIFT), Key::S)],
             |state, _| state.requests.push(Request::SaveTree),
         )
         .when(is_presented),
     ],
-    &[
-        one(
-            Action::Screenshot,
-            "Save screenshot",
-            "Save the viewport as a PNG in the current folder",
-            &[(NONE, Key::F12)],
-            |state, _| state.requests.push(Request::Screenshot),
-        )
-        .when(is_presented),
-        one(
-            Action::CopyCommandLine,
-            "Copy render command",
-            "Copy the command that renders this picture without a window",
-            &[(CTRL.plus(SHIFT), Key::L)],
-            |state, _| copy(state, Some(command_line(state)), "The render command"),
-        ),
-        one(
-            Action::CopyState,
-            "Copy state",
-            "Copy everything that this window shows as one line: Ctrl+V over another window, or a terminal, shows the same",
-            &[(CTRL, Key::L)],
-            |state, _| copy(state, Some(shared_state(state).line()), "The state"),
-        ),
-        one(
-            Action::CopyStatistics,
-            "Copy statistics",
-            "Copy all numbers of scene, build, tree and trace as text",
-            &[(CTRL, Key::I)],
-            |state, _| copy(state, statistics_text(state), "All numbers"),
-        )
-        .when(is_presented),
-    ],
+    &[one(
+        Action::Screenshot,
+        "Save screenshot",
+        "Save the viewport as a PNG beside the model",
+        &[(NONE, Key::F12)],
+        |state, _| state.requests.push(Request::Screenshot),
+    )
+    .when(is_presented)],
     &[one(Action::Quit, "Quit", "Close the program; settings are saved", &[(CTRL, Key::Q)], |state, _| {
         state.requests.push(Request::Quit);
     })],

@@ -32,18 +32,6 @@ pub(in crate::app::commands) static ROWS: &[&[Row]] = &[
             state.layout.close_dialogs();
             state.layout.tour = Some(0);
         }),
-        one(Action::LessonNext, "Next step", "Go on in the lesson", &[(NONE, Key::PageDown)], |state, _| {
-            lesson::next(state);
-        })
-        .when(|state, _| state.lesson.is_some()),
-        one(Action::LessonBack, "Step before", "Go back in the lesson", &[(NONE, Key::PageUp)], |state, _| {
-            lesson::back(state);
-        })
-        .when(|state, _| state.lesson.as_ref().is_some_and(|reading| reading.step > 0)),
-        one(Action::LeaveLesson, "Leave lesson", "End the lesson; your own settings come back", &[], |state, _| {
-            lesson::leave(state);
-        })
-        .when(|state, _| state.lesson.is_some()),
         one(
             Action::Messages,
             "Messages",
@@ -52,6 +40,24 @@ pub(in crate::app::commands) static ROWS: &[&[Row]] = &[
             |state, _| flip(&mut state.layout.messages_open),
         ),
     ],
+    &[
+        current(lessons, lesson::begin).within("Lessons"),
+        one(Action::LessonNext, "Next step", "Go on in the lesson", &[(NONE, Key::PageDown)], |state, _| {
+            lesson::next(state);
+        })
+        .when(|state, _| state.lesson.is_some())
+        .within("Lessons"),
+        one(Action::LessonBack, "Step before", "Go back in the lesson", &[(NONE, Key::PageUp)], |state, _| {
+            lesson::back(state);
+        })
+        .when(|state, _| state.lesson.as_ref().is_some_and(|reading| reading.step > 0))
+        .within("Lessons"),
+        one(Action::LeaveLesson, "Leave lesson", "End the lesson; your own settings come back", &[], |state, _| {
+            lesson::leave(state);
+        })
+        .when(|state, _| state.lesson.is_some())
+        .within("Lessons"),
+    ],
     &[one(
         Action::About,
         "About bvhscope",
@@ -59,7 +65,6 @@ pub(in crate::app::commands) static ROWS: &[&[Row]] = &[
         &[],
         |state, _| flip(&mut state.layout.about_open),
     )],
-    &[current(lessons, lesson::begin)],
 ];
 
 fn lessons(state: &AppState) -> Vec<Item> {

@@ -33,8 +33,12 @@ pub(in crate::app::commands) static ROWS: &[&[Row]] = &[
         .when(is_presented)
         .repeated(),
     ],
-    &[many(experiments, measure).when(|state, _| state.model.loaded.is_some())],
-    &[many(files, |state, index| state.requests.push(Request::SaveRows(RowFormat::ALL[index]))).when(can_save)],
+    &[
+        many(experiments, measure).when(|state, _| state.model.loaded.is_some()).within("Measure"),
+        many(files, |state, index| state.requests.push(Request::SaveRows(RowFormat::ALL[index])))
+            .when(can_save)
+            .within("Save measured"),
+    ],
 ];
 
 /// One action per view of the dock.
@@ -77,7 +81,7 @@ fn files() -> Vec<Item> {
             RowFormat::Png | RowFormat::Svg => "plot",
         };
         let label = format!("Save measured {what} as {}", format.label());
-        item(Action::SaveRows(format), label, "Save a file in the current folder")
+        item(Action::SaveRows(format), label, "Save a file beside the model")
     };
     RowFormat::ALL.map(file).into()
 }

@@ -1,38 +1,29 @@
 //! Actions of the menu "Tree".
 
-use bvhscope_engine::settings::{BuildSettings, BuilderKind, Preset};
+use bvhscope_engine::settings::{BuilderKind, Preset};
 use bvhscope_engine::tree::ContainerKind;
 use egui::Key;
 
-use super::{ALT, CTRL, NONE, SHIFT, copy, flip};
+use super::{CTRL, NONE, flip};
 use crate::app::commands::action::{Action, CompareStep};
+use crate::app::commands::compare;
 use crate::app::commands::row::{Item, Row, item, many, one};
-use crate::app::commands::statistics_text::node_text;
-use crate::app::commands::{compare, nodes};
-use crate::app::state::{AppState, CompareView, Request};
-use crate::overlay::OverlaySettings;
-use crate::render::RenderSettings;
+use crate::app::state::{AppState, CompareView};
+use crate::catalog::settings::{self, BUILDER, CONTAINER, Choice, PRESET, Setting, THRESHOLD, Value};
 
 pub(in crate::app::commands) static ROWS: &[&[Row]] = &[
-    &[many(presets, |state, index| {
-        let build = state.edited_build_mut();
-        *build = BuildSettings::preset(Preset::ALL[index], build.container);
-    })
-    .switch(|state, index| Some(is_preset(state, Preset::ALL[index])))],
-    &[many(builders, |state, index| state.edited_build_mut().builder = BuilderKind::ALL[index])
-        .when(|state, index| {
-            let build = BuildSettings { builder: BuilderKind::ALL[index], ..*state.edited_build() };
-            build.refusal(state.model.loaded.as_ref().map_or(0, |scene| scene.triangles.len())).is_none()
-        })
-        .switch(|state, index| Some(is_built(state) && state.edited_build().builder == BuilderKind::ALL[index]))],
     &[
-        many(containers, |state, index| state.edited_build_mut().container = ContainerKind::ALL[index])
-            .when(|state, index| {
-                BuildSettings { container: ContainerKind::ALL[index], ..*state.edited_build() }.refusal(0).is_none()
-            })
-            .switch(|state, index| {
-                Some(is_built(state) && state.edited_build().container == ContainerKind::ALL[index])
-            }),
+        many(presets, |state, index| set_value(state, &PRESET, index))
+            .switch(|state, index| Some(is_value(state, &PRESET, index)))
+            .within("Preset"),
+        many(builders, |state, index| set_value(state, &BUILDER, index))
+            .when(|state, index| can_set(state, &BUILDER, index))
+            .switch(|state, index| Some(is_value(state, &BUILDER, index)))
+            .within("Builder"),
+        many(containers, |state, index| set_value(state, &CONTAINER, index))
+            .when(|state, index| can_set(state, &CONTAINER, index))
+            .switch(|state, index| Some(is_value(state, &CONTAINER, index)))
+            .within("Container"),
         one(
             Action::RaiseThreshold,
             "Raise threshold",
@@ -54,49 +45,9 @@ pub(in crate::app::commands) static ROWS: &[&[Row]] = &[
     ],
     &[many(comparisons, |state, index| compare::perform(state, COMPARISONS[index]))
         .when(|state, index| compare::is_enabled(state, COMPARISONS[index]))
-        .switch(|state, index| compare::is_on(state, COMPARISONS[index]))],
+        .switch(|state, index| compare::is_on(state, COMPARISONS[index]))
+        .within("Two trees")],
     DRAWN,
-    WALKING,
-    HIDING,
-    &[
-        one(Action::Undo, "Undo", "Undo the last change of settings or hidden nodes", &[(CTRL, Key::Z)], |state, _| {
-            state.undo();
-        })
-        .when(|state, _| state.undo.can_undo())
-        .repeated(),
-        one(
-            Action::Redo,
-            "Redo",
-            "Redo the change that was undone last",
-            &[(CTRL.plus(SHIFT), Key::Z), (CTRL, Key::Y)],
-            |state, _| {
-                state.redo();
-            },
-        )
-        .when(|state, _| state.undo.can_redo())
-        .repeated(),
-        one(
-            Action::ResetSettings,
-            "Reset all settings",
-            "Reset tree, containers and picture to their defaults",
-            &[],
-            |state, _| reset(state),
-        ),
-    ],
-    &[one(
-        Action::Cancel,
-        "Cancel",
-        "Cancel the running job, or clear the selection if none runs",
-        &[(NONE, Key::Escape)],
-        |state, _| cancel(state),
-    )
-    .when(|state, _| {
-        state.activity.has_jobs()
-            || state.lab.job().is_some()
-            || state.selection.is_some()
-            || state.selection.nodes.isolated.is_some()
-            || state.selection.nodes.only.is_some()
-    })],
 ];
 
 const DRAWN: &[Row] = &[
@@ -146,126 +97,44 @@ const DRAWN: &[Row] = &[
     .switch(|state, _| Some(state.lab.curve.shown)),
 ];
 
-const WALKING: &[Row] = &[
-    one(Action::SelectParent, "Select parent", "Walk up from the selected node", &[(ALT, Key::ArrowUp)], |state, _| {
-        nodes::select(state, nodes::parent);
-    })
-    .when(|state, _| nodes::parent(state).is_some())
-    .repeated(),
-    one(
-        Action::SelectChild,
-        "Select child",
-        "Walk down to the first child, or select the root where nothing is selected",
-        &[(ALT, Key::ArrowDown)],
-        |state, _| nodes::select(state, nodes::first_child),
-    )
-    .when(|state, _| nodes::first_child(state).is_some())
-    .repeated(),
-    one(
-        Action::SelectSecondChild,
-        "Select second child",
-        "Walk down to the second child",
-        &[(ALT.plus(SHIFT), Key::ArrowDown)],
-        |state, _| nodes::select(state, nodes::second_child),
-    )
-    .when(|state, _| nodes::second_child(state).is_some())
-    .repeated(),
-    one(
-        Action::SelectNextSibling,
-        "Select next sibling",
-        "Walk to the next child of the same parent, from the last to the first",
-        &[(ALT, Key::ArrowRight)],
-        |state, _| nodes::select(state, |state| nodes::sibling(state, 1)),
-    )
-    .when(|state, _| nodes::sibling(state, 1).is_some())
-    .repeated(),
-    one(
-        Action::SelectPreviousSibling,
-        "Select previous sibling",
-        "Walk to the previous child of the same parent, from the first to the last",
-        &[(ALT, Key::ArrowLeft)],
-        |state, _| nodes::select(state, |state| nodes::sibling(state, -1)),
-    )
-    .when(|state, _| nodes::sibling(state, -1).is_some())
-    .repeated(),
-];
-
-const HIDING: &[Row] = &[
-    one(
-        Action::HideSelected,
-        "Hide selected",
-        "Leave out the selected node, everything below it and its triangles",
-        &[(NONE, Key::H)],
-        |state, _| nodes::hide_selected(state),
-    )
-    .when(is_selected),
-    one(
-        Action::IsolateSelected,
-        "Isolate selected",
-        "Leave out everything but the selected node and what is below it",
-        &[(NONE, Key::I), (SHIFT, Key::H)],
-        |state, _| nodes::isolate_selected(state),
-    )
-    .when(is_selected),
-    one(Action::ShowAll, "Show all", "Show all hidden nodes again", &[(ALT, Key::H)], |state, _| {
-        state.selection.show_all();
-    })
-    .when(|state, _| state.selection.nodes.hides_any() || !state.selection.hidden.is_empty()),
-    one(
-        Action::ToggleHideTriangles,
-        "Hide with triangles",
-        "Hiding a node also leaves its triangles out of the picture",
-        &[],
-        |state, _| flip(&mut state.wanted.overlay.hide_triangles),
-    )
-    .switch(|state, _| Some(state.wanted.overlay.hide_triangles)),
-    one(Action::CopyNode, "Copy node", "Copy the numbers of the selected node as text", &[], |state, _| {
-        copy(state, node_text(state), "The node");
-    })
-    .when(|state, _| state.selected().is_some()),
-];
-
 fn presets() -> Vec<Item> {
-    let preset = |preset: Preset| {
-        let (threshold, epsilon) = preset.parameters();
-        let passes = match preset {
-            Preset::Fast | Preset::Hq | Preset::AacFast | Preset::AacHq => "",
-            Preset::Best => ", then collapse, restructure and reinsert",
-            Preset::Finest => ", and every pass: takes minutes",
-        };
-        let tip = format!("Threshold {threshold}, ε {epsilon}{passes}");
-        item(Action::Preset(preset), format!("Preset: {}", preset.label()), tip)
-    };
-    Preset::ALL.map(preset).into()
+    values(&PRESET, &Preset::ALL.map(Action::Preset))
 }
 
 fn builders() -> Vec<Item> {
-    let builder = |kind: BuilderKind| {
-        item(Action::Builder(kind), format!("Builder: {}", kind.label()), builder_description(kind))
-    };
-    BuilderKind::ALL.map(builder).into()
-}
-
-/// Description of a builder.
-pub(in crate::app) fn builder_description(builder: BuilderKind) -> &'static str {
-    match builder {
-        BuilderKind::Aac => "Approximate agglomerative clustering (Gu et al. 2013)",
-        BuilderKind::Lbvh => "Median split by Morton code (Lauterbach et al. 2009): fastest build, worst tree",
-        BuilderKind::BinnedSah => "Top-down splits by the surface area heuristic (Wald 2007), boxes only",
-        BuilderKind::Exact => "Always merges the closest pair (Walter et al. 2008); small scenes only",
-        BuilderKind::None => "No tree: every ray tests every triangle",
-    }
+    values(&BUILDER, &BuilderKind::ALL.map(Action::Builder))
 }
 
 fn containers() -> Vec<Item> {
-    let container = |kind: ContainerKind| {
-        let tip = match kind {
-            ContainerKind::Aabb => "Build and trace the tree with axis-aligned boxes",
-            ContainerKind::Sphere => "Build and trace the tree with spheres",
-        };
-        item(Action::Container(kind), format!("Container: {}", kind.label()), tip)
-    };
-    ContainerKind::ALL.map(container).into()
+    values(&CONTAINER, &ContainerKind::ALL.map(Action::Container))
+}
+
+/// One action for each named value of a setting.
+fn values(setting: &Setting, actions: &[Action]) -> Vec<Item> {
+    let Value::One { options, .. } = &setting.value else { return Vec::new() };
+    let value =
+        |(&action, option): (&Action, Choice)| item(action, format!("{}: {}", setting.label, option.label), option.tip);
+    actions.iter().zip(options()).map(value).collect()
+}
+
+fn set_value(state: &mut AppState, setting: &Setting, index: usize) {
+    if let Value::One { set, .. } = &setting.value {
+        set(state.edited_build_mut(), index);
+    }
+}
+
+/// Whether a tree of the model can be built with this value.
+fn can_set(state: &AppState, setting: &Setting, index: usize) -> bool {
+    let Value::One { set, .. } = &setting.value else { return false };
+    let mut build = *state.edited_build();
+    set(&mut build, index);
+    build.refusal(state.model.loaded.as_ref().map_or(0, |scene| scene.triangles.len())).is_none()
+}
+
+/// Whether the tree is built, not read from a file, with this value.
+fn is_value(state: &AppState, setting: &Setting, index: usize) -> bool {
+    let Value::One { get, .. } = &setting.value else { return false };
+    state.wanted.tree_file(state.edited_side()).is_none() && get(state.edited_build()) == Some(index)
 }
 
 /// Actions on the second tree, in the order of the menu.
@@ -329,31 +198,16 @@ pub(in crate::app) const fn compare_description(view: CompareView) -> &'static s
     }
 }
 
-/// Whether the tree whose settings are shown is built, not read from a file.
-fn is_built(state: &AppState) -> bool {
-    state.wanted.tree_file(state.edited_side()).is_none()
-}
-
-/// Whether builder, threshold, ε, curve, passes and rounds are those of `preset`.
-pub(in crate::app) fn is_preset(state: &AppState, preset: Preset) -> bool {
-    let build = state.edited_build();
-    let mut named = BuildSettings::preset(preset, build.container);
-    if !preset.is_slow() {
-        named.rounds = build.rounds;
-    }
-    is_built(state) && *build == named
-}
-
 /// Only AAC has a threshold.
 fn has_threshold(state: &AppState, _: usize) -> bool {
-    state.edited_build().builder == BuilderKind::Aac
+    (THRESHOLD.applies)(state.edited_build())
 }
 
 /// Changes the threshold by `step` within its limits.
 fn step_threshold(state: &mut AppState, step: i32) {
     let build = state.edited_build_mut();
-    build.threshold =
-        build.threshold.saturating_add_signed(step).clamp(BuildSettings::MIN_THRESHOLD, BuildSettings::MAX_THRESHOLD);
+    build.threshold = build.threshold.saturating_add_signed(step);
+    settings::limit(build);
 }
 
 /// Moves the range of drawn depths by `step` within the tree, keeping its length.
@@ -363,46 +217,5 @@ fn step_depth(state: &mut AppState, step: i32) {
     let fits = if step > 0 { to < max_depth } else { from > 0 };
     if fits {
         state.wanted.overlay.depth = Some([from.saturating_add_signed(step), to.saturating_add_signed(step)]);
-    }
-}
-
-fn is_selected(state: &AppState, _: usize) -> bool {
-    state.selection.nodes.selected.is_some()
-}
-
-/// Resets all that undo restores, apart from hidden nodes.
-fn reset(state: &mut AppState) {
-    let wanted = &mut state.wanted;
-    wanted.build = BuildSettings::default();
-    wanted.threads = 0;
-    wanted.render = RenderSettings::default();
-    wanted.overlay = OverlaySettings::default();
-    wanted.second = None;
-    wanted.tree_files = [None, None];
-}
-
-/// Closes open dialogs, else cancels running jobs, else clears the selection. Refinement of the picture is cancelled last, because
-/// it runs after every change.
-fn cancel(state: &mut AppState) {
-    if state.layout.palette.take().is_some() || state.layout.node_menu.take().is_some() {
-        return;
-    }
-    if state.layout.has_dialog() {
-        state.layout.close_dialogs();
-    } else if state.layout.tour.take().is_some() {
-        // Shown once more from the menu only.
-    } else if state.activity.load.is_some() || state.activity.build.is_some() {
-        state.requests.push(Request::CancelJobs);
-    } else if state.activity.measure.is_some() {
-        state.requests.push(Request::CancelMeasuring);
-    } else if state.lab.job().is_some() {
-        state.lab.stop();
-    } else if state.selection.is_some() {
-        state.selection.clear();
-    } else if state.selection.nodes.isolated.is_some() || state.selection.nodes.only.is_some() {
-        state.selection.nodes.isolated = None;
-        state.selection.nodes.only = None;
-    } else if state.activity.render.is_some() {
-        state.requests.push(Request::CancelJobs);
     }
 }

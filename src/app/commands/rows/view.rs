@@ -14,11 +14,8 @@ use crate::render::{Exposure, HeatKind, Shading};
 use crate::view::NamedView;
 
 pub(in crate::app::commands) static ROWS: &[&[Row]] = &[
-    &[many(directions, |state, index| camera::view_from(state, ViewDirection::ALL[index]))],
     CAMERA,
     PICTURE,
-    &[many(shadings, |state, index| state.wanted.render.shading = Shading::ALL[index])
-        .switch(|state, index| Some(state.wanted.render.shading == Shading::ALL[index]))],
     &[
         one(Action::ToggleLeftPanel, "Left panel", "Show scene and statistics", &[(NONE, Key::F3)], |state, _| {
             state.toggle_panel(Side::Left);
@@ -28,12 +25,14 @@ pub(in crate::app::commands) static ROWS: &[&[Row]] = &[
             state.toggle_panel(Side::Right);
         })
         .switch(|state, _| Some(state.shows_panel(Side::Right))),
+        many(themes, |state, index| state.preferences.theme = THEMES[index].0)
+            .switch(|state, index| Some(state.preferences.theme == THEMES[index].0))
+            .within("Theme"),
     ],
-    &[many(themes, |state, index| state.preferences.theme = THEMES[index].0)
-        .switch(|state, index| Some(state.preferences.theme == THEMES[index].0))],
 ];
 
 const CAMERA: &[Row] = &[
+    many(directions, |state, index| camera::view_from(state, ViewDirection::ALL[index])).within("View from"),
     one(
         Action::ToggleOrthographic,
         "Orthographic",
@@ -103,14 +102,20 @@ const CAMERA: &[Row] = &[
             }
         },
     )
-    .when(|state, _| bookmarks::own(&state.preferences.bookmarks, &state.wanted.source).next().is_some()),
+    .when(|state, _| bookmarks::own(&state.preferences.bookmarks, &state.wanted.source).next().is_some())
+    .within("Bookmarks"),
     one(Action::RemoveBookmark, "Remove bookmark", "Forget the bookmark that the camera is at", &[], |state, _| {
         camera::remove_bookmark(state);
     })
-    .when(|state, _| camera::bookmark_here(state).is_some()),
+    .when(|state, _| camera::bookmark_here(state).is_some())
+    .within("Bookmarks"),
     current(kept_cameras, camera::go_to_bookmark)
-        .switch(|state, index| Some(camera::bookmark_here(state) == Some(index))),
-    many(orbit_steps, |state, index| camera::orbit_step(state, OrbitStep::ALL[index])).repeated().in_viewport(),
+        .switch(|state, index| Some(camera::bookmark_here(state) == Some(index)))
+        .within("Bookmarks"),
+    many(orbit_steps, |state, index| camera::orbit_step(state, OrbitStep::ALL[index]))
+        .repeated()
+        .in_viewport()
+        .within("Orbit and zoom"),
     one(
         Action::ZoomIn,
         "Zoom in",
@@ -118,7 +123,8 @@ const CAMERA: &[Row] = &[
         &[(NONE, Key::Plus), (NONE, Key::Equals)],
         |state, _| camera::zoom(state, ZOOM_STEP),
     )
-    .repeated(),
+    .repeated()
+    .within("Orbit and zoom"),
     one(
         Action::ZoomOut,
         "Zoom out",
@@ -126,7 +132,8 @@ const CAMERA: &[Row] = &[
         &[(NONE, Key::Minus)],
         |state, _| camera::zoom(state, 1.0 / ZOOM_STEP),
     )
-    .repeated(),
+    .repeated()
+    .within("Orbit and zoom"),
 ];
 
 const PICTURE: &[Row] = &[
@@ -178,7 +185,11 @@ const PICTURE: &[Row] = &[
     .when(|state, _| state.model.presented.as_ref().is_some_and(|shown| !shown.frame.values.is_empty())),
     many(sections, |state, index| section::perform(state, SectionStep::ALL[index]))
         .when(|state, index| section::is_enabled(state, SectionStep::ALL[index]))
-        .switch(|state, index| section::is_on(state, SectionStep::ALL[index])),
+        .switch(|state, index| section::is_on(state, SectionStep::ALL[index]))
+        .within("Section"),
+    many(shadings, |state, index| state.wanted.render.shading = Shading::ALL[index])
+        .switch(|state, index| Some(state.wanted.render.shading == Shading::ALL[index]))
+        .within("Shading"),
 ];
 
 /// Themes of the window, each with its name and tip.

@@ -6,8 +6,7 @@ use egui::{
 
 use crate::app::commands::{Action, Category, Entry, entries_for};
 use crate::app::state::{AppState, Side};
-use crate::app::widgets::Icon;
-use crate::app::widgets::icon_button;
+use crate::app::widgets::{Icon, Tip as _, icon_button};
 use crate::app::{format, theme};
 
 /// Shows the bar.
@@ -53,18 +52,34 @@ const SUBMENU_WIDTH: f32 = 300.0;
 /// Size of the place in front of each item for its tick, in points.
 const TICK: f32 = 12.0;
 
-/// One menu, its groups separated by lines. Recent files, built-in scenes and camera steps go into submenus. Scrolls where the
-/// window is too low.
+/// One menu, its groups separated by lines. Scrolls where the window is too low.
 fn menu(ui: &mut Ui, state: &mut AppState, category: Category, entries: &[Entry]) {
     let height = ui.ctx().content_rect().bottom() - ui.max_rect().top() - 12.0;
-    within(ui, MENU_WIDTH, height, |ui| items(ui, state, category, entries));
+    within(ui, MENU_WIDTH, height, |ui| {
+        let entries: Vec<&Entry> = entries.iter().filter(|entry| entry.category == category).collect();
+        let place = |entry: &Entry| (entry.group, entry.submenu);
+        let mut group = None;
+        for run in entries.chunk_by(|a, b| place(a) == place(b)) {
+            if group.replace(run[0].group).is_some_and(|before| before != run[0].group) {
+                ui.separator();
+            }
+            if run[0].submenu.is_empty() {
+                for entry in run {
+                    item(ui, state, entry, &entry.label);
+                }
+            } else {
+                submenu(ui, state, run);
+            }
+        }
+    });
 }
 
 /// Content of a menu of a certain width that scrolls where it is higher than `height`.
 fn within(ui: &mut Ui, width: f32, height: f32, content: impl FnOnce(&mut Ui)) {
     let height = height.max(80.0);
     ui.set_width(width);
-    ui.spacing_mut().scroll.floating_allocated_width = 0.0;
+    // Beside the keys, not over them.
+    ui.spacing_mut().scroll.floating_allocated_width = 10.0;
     // Menus offer less height than the window has.
     ScrollArea::vertical().max_height(height).min_scrolled_height(height).show(ui, |ui| {
         ui.spacing_mut().item_spacing.y = 1.0;
@@ -72,51 +87,23 @@ fn within(ui: &mut Ui, width: f32, height: f32, content: impl FnOnce(&mut Ui)) {
     });
 }
 
-fn items(ui: &mut Ui, state: &mut AppState, category: Category, entries: &[Entry]) {
-    let mut group = None;
-    for entry in entries.iter().filter(|entry| entry.category == category) {
-        let camera_step = |action| matches!(action, Action::Orbit(_) | Action::ZoomIn | Action::ZoomOut);
-        let bookmark =
-            |action| matches!(action, Action::NextBookmark | Action::RemoveBookmark | Action::GoToBookmark(_));
-        let in_submenu =
-            matches!(entry.action, Action::OpenBuiltin(_) | Action::OpenRecent(_) | Action::OpenRecentTree(_));
-        if in_submenu || camera_step(entry.action) || bookmark(entry.action) {
-            continue;
-        }
-        if group.is_some_and(|group| group != entry.group) {
-            ui.separator();
-        }
-        group = Some(entry.group);
-        item(ui, state, entry, &entry.label);
-        if entry.action == Action::FrameSelection {
-            submenu(ui, state, "Orbit and zoom", entries, camera_step);
-        }
-        if entry.action == Action::AddBookmark {
-            submenu(ui, state, "Bookmarks", entries, bookmark);
-        }
-        if entry.action == Action::OpenTree && !state.preferences.recent_trees.is_empty() {
-            submenu(ui, state, "Open recent tree", entries, |action| matches!(action, Action::OpenRecentTree(_)));
-        }
-        if entry.action == Action::StartPage {
-            submenu(ui, state, "Open built-in", entries, |action| matches!(action, Action::OpenBuiltin(_)));
-            if !state.preferences.recent.is_empty() {
-                submenu(ui, state, "Open recent", entries, |action| matches!(action, Action::OpenRecent(_)));
-            }
-        }
-    }
-}
-
-fn submenu(ui: &mut Ui, state: &mut AppState, name: &str, entries: &[Entry], belongs: impl Fn(Action) -> bool) {
-    ui.menu_button((Atom::default().atom_size(vec2(TICK, 0.0)), name), |ui| {
+/// The entries of a submenu. Its name is left out of their labels.
+fn submenu(ui: &mut Ui, state: &mut AppState, entries: &[&Entry]) {
+    ui.menu_button((Atom::default().atom_size(vec2(TICK, 0.0)), entries[0].submenu), |ui| {
         let height = ui.ctx().content_rect().height() - 24.0;
         within(ui, SUBMENU_WIDTH, height, |ui| {
-            for entry in entries.iter().filter(|entry| belongs(entry.action)) {
+            for entry in entries {
                 let label = ["Open tree ", "Open "].iter().find_map(|prefix| entry.label.strip_prefix(prefix));
-                let label = label.unwrap_or(&entry.label);
-                item(ui, state, entry, &format::elide_middle(label, 40));
+                let label = label.or_else(|| Some(entry.label.split_once(": ")?.1)).unwrap_or(&entry.label);
+                item(ui, state, entry, &format::elide_middle(&capitalized(label), 40));
             }
         });
     });
+}
+
+fn capitalized(text: &str) -> String {
+    let mut letters = text.chars();
+    letters.next().map_or_else(String::new, |first| first.to_uppercase().chain(letters).collect())
 }
 
 /// An item with a place for its tick in front, so that all labels are aligned.
@@ -126,7 +113,7 @@ fn item(ui: &mut Ui, state: &mut AppState, entry: &Entry, label: &str) {
     let space = Atom::default().atom_size(vec2(TICK, 0.0));
     let button = Button::new((space, label.to_owned())).shortcut_text(entry.first_key()).frame_when_inactive(false);
     let response = ui.add_enabled(enabled, button.min_size(vec2(ui.available_width(), 0.0)));
-    let response = response.on_hover_text(&entry.description);
+    let response = response.tip(&entry.description);
     if on == Some(true) {
         let color = if enabled { theme::palette(ui).accent } else { theme::palette(ui).dim };
         let center = response.rect.left_center() + vec2(ui.spacing().button_padding.x + TICK * 0.5, 0.0);

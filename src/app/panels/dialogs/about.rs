@@ -23,7 +23,7 @@ pub(crate) fn show(ctx: &egui::Context, state: &mut AppState) {
     state.layout.about_open = open;
     if copy {
         let lines: Vec<String> = facts.iter().map(|(name, value)| format!("{name}: {value}")).collect();
-        state.copy(format!("bvhscope {}\n{}", env!("CARGO_PKG_VERSION"), lines.join("\n")), "These facts copied");
+        state.copy(format!("bvhscope {}\n{}", env!("CARGO_PKG_VERSION"), lines.join("\n")), "Copied these facts");
     }
     ctx.request_repaint_after_secs(MEMORY_INTERVAL_SECS as f32);
 }

@@ -26,7 +26,10 @@ pub(super) fn show(ui: &mut Ui, state: &mut AppState) -> Option<PathBuf> {
         let width = (ui.available_width() - 64.0).max(80.0);
         let edit = TextEdit::singleline(&mut field.text)
             .id(id)
-            .hint_text("Path of a model, as in ~/models/bunny.obj")
+            .hint_text(match field.tree {
+                Some(_) => "Path of a tree file, as in ~/models/bunny.bvh",
+                None => "Path of a model, as in ~/models/bunny.obj, or builtin:NAME",
+            })
             .desired_width(width)
             .lock_focus(true);
         let response = ui.add(edit);

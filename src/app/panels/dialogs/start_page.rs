@@ -1,10 +1,10 @@
-//! Dialog "Open a model": built-in scenes, recent files, and the file dialog.
+//! Dialog "Open a model": built-in scenes, recent files, and the file dialog. For a tree file, the field for its path alone.
 
 use egui::{self, RichText, ScrollArea, Ui, vec2};
 
 use crate::app::commands::Action;
 use crate::app::panels::dialogs::{frame, path_field, thumbnail};
-use crate::app::state::{AppState, Request};
+use crate::app::state::{AppState, Request, Severity};
 use crate::app::widgets::Tip as _;
 use crate::app::{format, theme};
 use crate::scene::{BUILTIN_SCENES, SceneSource, format_names};
@@ -21,15 +21,33 @@ pub(crate) fn show(ctx: &egui::Context, state: &mut AppState) {
     let mut open = true;
     let mut chosen = None;
     let mut path = None;
-    frame::show(ctx, "Open a model", [620.0, 560.0], &mut open, |ui| {
+    let tree = state.layout.path_field.tree;
+    let title = match tree {
+        Some(_) => format!("Open a tree of {}", state.wanted.source.label()),
+        None => "Open a model".to_owned(),
+    };
+    frame::show(ctx, &title, [620.0, 560.0], &mut open, |ui| {
         path = path_field::show(ui, state);
+        if tree.is_some() {
+            return;
+        }
         ui.add_space(4.0);
         ScrollArea::vertical().auto_shrink([false, true]).show(ui, |ui| content(ui, state, &mut chosen));
     });
     state.layout.start_page_open = open;
     if let Some(path) = path {
         state.layout.start_page_open = false;
-        state.requests.push(Request::Open(SceneSource::File(path)));
+        match tree {
+            Some(side) => state.requests.push(Request::OpenTree(side, path)),
+            // The same names as on the command line.
+            None => match SceneSource::parse(path.as_os_str()) {
+                Ok(source) => state.requests.push(Request::Open(source)),
+                Err(error) => state.messages.notify(Severity::Error, error),
+            },
+        }
+    }
+    if !state.layout.start_page_open {
+        state.layout.path_field.tree = None;
     }
     if let Some(action) = chosen {
         state.layout.start_page_open = false;

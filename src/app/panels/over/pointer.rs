@@ -22,7 +22,12 @@ pub(crate) fn show(ui: &Ui, rect: Rect, state: &AppState) {
             None => facts.push(text),
         }
     } else if let (Some(value), Some(Shading::Heat(kind))) = (hover.value, shading) {
-        let text = format!("{} {}", format::count(value.max(0.0).round() as u64), kind.counted());
+        let count = value.max(0.0).round() as u64;
+        let text = if count == 1 {
+            crate::text::counted(1, kind.counted())
+        } else {
+            format!("{} {}", format::count(count), kind.counted())
+        };
         match pointer {
             Some(pointer) => note(ui, rect, pointer + vec2(16.0, 16.0), &text),
             None => facts.push(text),

@@ -4,7 +4,7 @@ use egui::{self, Ui};
 
 use crate::app::panels::side::curve;
 use crate::app::state::AppState;
-use crate::app::widgets::{Header, SliderSpec, check, combo, row, section, slider};
+use crate::app::widgets::{Header, SliderSpec, check, combo, more, row, section, slider};
 use crate::app::{format, theme};
 use crate::overlay::{ColorBy, OverlaySettings};
 
@@ -34,8 +34,10 @@ pub(crate) fn show(ui: &mut Ui, state: &mut AppState) {
         });
         let tip = "What the colour of a container means; the legend has the numbers";
         combo(ui, "Colour by", tip, &mut overlay.color_by, &choices, |_| None);
-        line_style(ui, overlay, state.graphics.automatic_budget());
-        curve::show(ui, state);
+        more(ui, "containers", |ui| {
+            line_style(ui, &mut state.wanted.overlay, state.graphics.automatic_budget());
+            curve::show(ui, state);
+        });
         let shown = state.drawn_kinds() != [false; 2];
         let (drawn, wanted) = state.graphics.overlay_counts;
         let color = theme::palette(ui);

@@ -19,17 +19,7 @@ pub(crate) fn show(ui: &mut Ui, state: &mut AppState) {
         combo(ui, "Shading", &tip, &mut render.shading, &shadings, |_| None);
         let heat = matches!(render.shading, Shading::Heat(_));
         if render.shading == Shading::Lit {
-            let mut lights = Light::ALL.map(|light| match light {
-                Light::Headlight => (light, "Headlight", "From the camera, without shadows: faster"),
-                Light::Sun => (light, "Sun", "From high above, with shadows"),
-            });
-            lights.reverse();
-            let tip = "Where the light comes from";
-            combo(ui, "Light", tip, &mut render.light, &lights, |_| None);
-            exposure(ui, state);
-            let tip = "Let the model's shadow fall on a ground below it, so that it does not float. The tree and all counts \
-                       stay as they are";
-            row(ui, "Ground", tip, |ui| ui.checkbox(&mut state.wanted.render.ground, "Shadow"));
+            light(ui, state);
         }
         if state.wanted.render.shading == Shading::Clusters {
             if state.cluster_cut(state.model.presented.as_ref().map(|shown| &shown.accel)).is_some() {
@@ -39,32 +29,8 @@ pub(crate) fn show(ui: &mut Ui, state: &mut AppState) {
                 cluster_depth(ui, state);
             }
         }
-        let render = &mut state.wanted.render;
-        if heat {
-            let orders = Traversal::ALL.map(|traversal| match traversal {
-                Traversal::Ordered => (traversal, "Ordered", "Near child first, culled by distance"),
-                Traversal::Paper => (traversal, "Paper", "Unordered and not culled, as printed: many more tests"),
-            });
-            let tip = "How rays visit nodes while tests are counted";
-            combo(ui, "Traversal", tip, &mut render.traversal, &orders, |_| None);
-        }
-        if heat || render.shading == Shading::Depth {
-            let maps = ColorMap::ALL.map(|map| {
-                let meaning = match map {
-                    ColorMap::Viridis => "Violet over green to yellow: even steps, also for the colour-blind",
-                    ColorMap::Inferno => "Black over red to pale yellow: even steps, darkest start",
-                    ColorMap::Turbo => "Blue over green to red: the most distinguishable colours",
-                };
-                (map, map.label(), meaning)
-            });
-            combo(
-                ui,
-                "Colour map",
-                "Colours from the smallest to the largest value",
-                &mut render.color_map,
-                &maps,
-                |_| None,
-            );
+        if heat || state.wanted.render.shading == Shading::Depth {
+            scale(ui, &mut state.wanted.render, heat);
         }
         if heat {
             histogram::show(ui, state);
@@ -77,6 +43,42 @@ pub(crate) fn show(ui: &mut Ui, state: &mut AppState) {
     if reset {
         state.wanted.render = RenderSettings::default();
     }
+}
+
+/// Light, exposure and ground.
+fn light(ui: &mut Ui, state: &mut AppState) {
+    let mut lights = Light::ALL.map(|light| match light {
+        Light::Headlight => (light, "Headlight", "From the camera, without shadows: faster"),
+        Light::Sun => (light, "Sun", "From high above, with shadows"),
+    });
+    lights.reverse();
+    let tip = "Where the light comes from";
+    combo(ui, "Light", tip, &mut state.wanted.render.light, &lights, |_| None);
+    exposure(ui, state);
+    let tip = "Let the model's shadow fall on a ground below it, so that it does not float. The tree and all counts \
+               stay as they are";
+    row(ui, "Ground", tip, |ui| ui.checkbox(&mut state.wanted.render.ground, "Shadow"));
+}
+
+/// The colours of numbers, and how rays visit nodes while tests are counted.
+fn scale(ui: &mut Ui, render: &mut RenderSettings, heat: bool) {
+    if heat {
+        let orders = Traversal::ALL.map(|traversal| match traversal {
+            Traversal::Ordered => (traversal, "Ordered", "Near child first, culled by distance"),
+            Traversal::Paper => (traversal, "Paper", "Unordered and not culled, as printed: many more tests"),
+        });
+        let tip = "How rays visit nodes while tests are counted";
+        combo(ui, "Traversal", tip, &mut render.traversal, &orders, |_| None);
+    }
+    let maps = ColorMap::ALL.map(|map| {
+        let meaning = match map {
+            ColorMap::Viridis => "Violet over green to yellow: even steps, also for the colour-blind",
+            ColorMap::Inferno => "Black over red to pale yellow: even steps, darkest start",
+            ColorMap::Turbo => "Blue over green to red: the most distinguishable colours",
+        };
+        (map, map.label(), meaning)
+    });
+    combo(ui, "Colour map", "Colours from the smallest to the largest value", &mut render.color_map, &maps, |_| None);
 }
 
 /// The exposure: metered, or fixed by the slider.

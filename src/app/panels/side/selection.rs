@@ -179,8 +179,9 @@ fn place_rows(ui: &mut Ui, state: &mut AppState, shown: &Presented, node: u32) {
     statistic(ui, state, &Statistic::new("Path", format::elide_middle(&path, 26)).tip(tip));
 }
 
-/// Buttons that walk the tree, hide nodes and frame the selection.
+/// Buttons that walk the tree, hide nodes and frame the selection. Without one, the button that shows hidden nodes, if any.
 fn buttons(ui: &mut Ui, state: &mut AppState) {
+    let selected = state.selected().is_some();
     ui.horizontal_wrapped(|ui| {
         ui.spacing_mut().item_spacing.x = 4.0;
         for (action, label) in [
@@ -193,7 +194,9 @@ fn buttons(ui: &mut Ui, state: &mut AppState) {
             (Action::ShowAll, "Show all"),
             (Action::FrameSelection, "Frame"),
         ] {
-            button(ui, state, action, label);
+            if selected || (action == Action::ShowAll && action.is_enabled(state)) {
+                button(ui, state, action, label);
+            }
         }
     });
 }

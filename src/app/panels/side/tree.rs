@@ -2,36 +2,31 @@
 
 use std::path::Path;
 
-use bvhscope_engine::settings::{BuildSettings, BuilderKind, Curve, Pass, Preset};
-use bvhscope_engine::tree::ContainerKind;
+use bvhscope_engine::settings::BuildSettings;
 use egui::{Align, Button, Checkbox, Grid, Label, Layout, RadioButton, RichText, Ui};
 
-use crate::app::commands::{Action, CompareStep, builder_description, is_preset};
+use crate::app::commands::{Action, CompareStep};
 use crate::app::state::{AppState, TreeSide};
-use crate::app::widgets::{Header, SliderSpec, Tip as _, check, chip, combo, row, section, slider};
+use crate::app::widgets::{Header, SliderSpec, Tip as _, check, chip, explained_combo, row, section, slider};
 use crate::app::{format, theme};
+use crate::catalog::settings::{Choice, Number, SETTINGS, Setting, Value};
 use crate::text::file_name;
+
+/// Index of the present value of a setting.
+type Get = fn(&BuildSettings) -> Option<usize>;
+/// Sets the value with an index.
+type Set = fn(&mut BuildSettings, usize);
 
 /// Shows the section.
 pub(crate) fn show(ui: &mut Ui, state: &mut AppState) {
-    let tip = "Reset builder, container, threshold, ε, curve, passes and threads";
+    let tip = "Reset everything below to its default";
     let header = Header { name: "Tree settings", reset: Some(tip), ..Header::default() };
     let reset = section(ui, "TREE", header, |ui| {
         second_tree(ui, state);
         tree_file(ui, state);
-        let triangles = state.model.loaded.as_ref().map_or(0, |scene| scene.triangles.len());
-        builder(ui, state, triangles);
-        container(ui, state, triangles);
-        let aac = state.edited_build().builder == BuilderKind::Aac;
-        ui.add_enabled_ui(aac, |ui| {
-            threshold(ui, state);
-            presets(ui, state);
-            epsilon(ui, state);
-        });
-        let sorts = matches!(state.edited_build().builder, BuilderKind::Aac | BuilderKind::Lbvh);
-        ui.add_enabled_ui(sorts, |ui| curve(ui, state));
-        passes(ui, state);
-        rounds(ui, state);
+        for row in SETTINGS {
+            setting(ui, state, row);
+        }
         threads(ui, state);
     });
     if reset {
@@ -70,8 +65,7 @@ fn second_tree(ui: &mut Ui, state: &mut AppState) {
             (CompareStep::Toggle, "Remove B", "Remove tree B and free its memory (Ctrl+2)"),
         ] {
             let action = Action::Compare(step);
-            let button = ui.add_enabled(action.is_enabled(state), Button::new(label)).tip(tip);
-            if button.disabled_tip("Both trees have the same settings").clicked() {
+            if action.is_enabled(state) && ui.button(label).tip(tip).clicked() {
                 action.perform(state);
             }
         }
@@ -106,30 +100,66 @@ fn tree_file(ui: &mut Ui, state: &mut AppState) {
     ui.add(Label::new(RichText::new("A change below builds the tree here instead").small().color(dim)).wrap());
 }
 
-fn builder(ui: &mut Ui, state: &mut AppState, triangles: usize) {
-    let build = *state.edited_build();
-    let tip = "The algorithm that builds the tree. Compare SAH cost and tests per ray after a change";
-    let choices = BuilderKind::ALL.map(|kind| (kind, kind.label(), builder_description(kind)));
-    combo(ui, "Builder", tip, &mut state.edited_build_mut().builder, &choices, |builder| {
-        BuildSettings { builder, ..build }.refusal(triangles)
-    });
+/// The control of a setting; nothing where the builder does not use it.
+fn setting(ui: &mut Ui, state: &mut AppState, setting: &Setting) {
+    if !(setting.applies)(state.edited_build()) {
+        return;
+    }
+    match &setting.value {
+        Value::Number(number) => self::number(ui, state, setting, number),
+        Value::One { options, get, set } if options().len() == 2 => radio(ui, state, setting, &options(), *get, *set),
+        Value::One { options, get, set } => list(ui, state, setting, &options(), *get, *set),
+        Value::Any { .. } => checks(ui, state, setting),
+    }
 }
 
-fn container(ui: &mut Ui, state: &mut AppState, triangles: usize) {
-    let build = *state.edited_build();
-    let tip = "Bounding volume of each node. Boxes are tighter: faster to build and fewer tests per ray";
-    row(ui, "Container", tip, |ui| {
+fn number(ui: &mut Ui, state: &mut AppState, setting: &Setting, number: &Number) {
+    let [low, high] = number.range.map(f64::from);
+    let mut value = f64::from((number.get)(state.edited_build()));
+    let spec = SliderSpec {
+        label: setting.label,
+        tip: setting.tip,
+        range: low..=high,
+        default: f64::from((number.get)(&BuildSettings::default())),
+        logarithmic: number.logarithmic,
+        decimals: number.decimals,
+        zero: "",
+    };
+    if slider(ui, &mut value, &spec) {
+        (number.set)(state.edited_build_mut(), value as f32);
+    }
+}
+
+/// Why no tree of the model can be built with the value that `set` sets.
+fn refusal(state: &AppState, set: impl Fn(&mut BuildSettings)) -> Option<String> {
+    let mut build = *state.edited_build();
+    set(&mut build);
+    build.refusal(state.model.loaded.as_ref().map_or(0, |scene| scene.triangles.len()))
+}
+
+fn list(ui: &mut Ui, state: &mut AppState, setting: &Setting, options: &[Choice], get: Get, set: Set) {
+    let mut index = get(state.edited_build());
+    let unnamed = index.is_none().then_some((None, "Custom", "Values that have no name"));
+    let named = options.iter().enumerate().map(|(index, option)| (Some(index), option.label, option.tip.as_str()));
+    let choices: Vec<_> = unnamed.into_iter().chain(named).collect();
+    let refused = |index: Option<usize>| index.and_then(|index| refusal(state, |build| set(build, index)));
+    if explained_combo(ui, setting.label, setting.tip, &mut index, &choices, refused)
+        && let Some(index) = index
+    {
+        set(state.edited_build_mut(), index);
+    }
+}
+
+fn radio(ui: &mut Ui, state: &mut AppState, setting: &Setting, options: &[Choice], get: Get, set: Set) {
+    row(ui, setting.label, setting.tip, |ui| {
         ui.horizontal(|ui| {
-            for kind in ContainerKind::ALL {
-                let refusal = BuildSettings { container: kind, ..build }.refusal(triangles);
-                let radio = RadioButton::new(build.container == kind, kind.label());
-                let response = ui.add_enabled(refusal.is_none(), radio);
-                let response = match refusal {
-                    Some(reason) => response.on_disabled_hover_text(reason),
-                    None => response,
-                };
+            for (index, option) in options.iter().enumerate() {
+                let refusal = refusal(state, |build| set(build, index));
+                let button = RadioButton::new(get(state.edited_build()) == Some(index), option.label);
+                let response = ui.add_enabled(refusal.is_none(), button);
+                let response = response.on_disabled_hover_text(refusal.unwrap_or_default());
                 if response.clicked() {
-                    state.edited_build_mut().container = kind;
+                    set(state.edited_build_mut(), index);
                 }
             }
         })
@@ -137,129 +167,26 @@ fn container(ui: &mut Ui, state: &mut AppState, triangles: usize) {
     });
 }
 
-fn threshold(ui: &mut Ui, state: &mut AppState) {
-    let mut value = f64::from(state.edited_build().threshold);
-    let spec = SliderSpec {
-        label: "Threshold",
-        tip: "Groups of fewer triangles are clustered rather than split (δ). Higher: slower build, fewer tests per ray. 6 fast, 12 good ([ and ])",
-        range: f64::from(BuildSettings::MIN_THRESHOLD)..=f64::from(BuildSettings::MAX_THRESHOLD),
-        default: f64::from(BuildSettings::default().threshold),
-        logarithmic: true,
-        decimals: 0,
-        zero: "",
-    };
-    if slider(ui, &mut value, &spec) {
-        state.edited_build_mut().threshold = value as u32;
-    }
-}
-
-fn presets(ui: &mut Ui, state: &mut AppState) {
-    ui.horizontal_wrapped(|ui| {
-        // Spacing at which all six fit into one row of the narrowest panel.
-        ui.spacing_mut().item_spacing.x = 2.0;
-        ui.spacing_mut().button_padding.x = 3.0;
-        for preset in Preset::ALL {
-            let (threshold, epsilon) = preset.parameters();
-            let source = match preset {
-                Preset::Fast | Preset::Hq => "Mahmuda, Yuniarti, Nurul K.",
-                Preset::AacFast | Preset::AacHq => "Gu et al. 2013",
-                Preset::Best => "then collapse, restructure and reinsert",
-                Preset::Finest => "and every pass below: takes minutes",
-            };
-            let tip = format!("Threshold {threshold}, ε {epsilon} ({source})");
-            if chip(ui, preset.label(), is_preset(state, preset), &tip) {
-                Action::Preset(preset).perform(state);
-            }
-        }
-    });
-}
-
-fn epsilon(ui: &mut Ui, state: &mut AppState) {
-    let mut value = f64::from(state.edited_build().epsilon);
-    let spec = SliderSpec {
-        label: "Reduction ε",
-        tip: "How strongly clusters are reduced on the way up. Smaller: more clusters kept, slower build, better tree",
-        range: 0.0..=f64::from(BuildSettings::MAX_EPSILON),
-        default: f64::from(BuildSettings::default().epsilon),
-        logarithmic: false,
-        decimals: 2,
-        zero: "",
-    };
-    if slider(ui, &mut value, &spec) {
-        state.edited_build_mut().epsilon = value as f32;
-    }
-}
-
-fn curve(ui: &mut Ui, state: &mut AppState) {
-    let tip = "Space-filling curve along which triangles are sorted before they are clustered";
-    let choices = Curve::ALL.map(|curve| {
-        let meaning = match curve {
-            Curve::Morton => "The bits of x, y and z in turn: the paper's, and the fastest",
-            Curve::Hilbert => "Neighbours on it always touch. Helps spheres most",
-            Curve::Extended => "With the triangles' size as a fourth axis (Vinkler et al. 2017)",
-        };
-        (curve, curve.label(), meaning)
-    });
-    combo(ui, "Curve", tip, &mut state.edited_build_mut().curve, &choices, |_| None);
-}
-
-fn passes(ui: &mut Ui, state: &mut AppState) {
-    let tip = "Passes before and after the builder that improve the tree. Each takes time";
-    row(ui, "Optimize", tip, |ui| {
-        Grid::new("passes")
-            .num_columns(2)
-            .show(ui, |ui| {
-                for (index, pass) in Pass::ALL.into_iter().enumerate() {
-                    let build = state.edited_build_mut();
-                    let mut on = build.optimize.contains(pass);
-                    let usable = build.container == ContainerKind::Aabb || !pass.boxes_only();
-                    let tip = match pass {
-                        Pass::Split => {
-                            "Puts large triangles into several boxes before the tree is built (Karras and Aila 2013). \
-                         Helps walls and beams that are not axis-aligned, takes more memory"
-                        }
-                        Pass::Restructure => {
-                            "Builds treelets again from the top by SAH and keeps what is cheaper. Helps scans most"
-                        }
-                        Pass::Reinsert => "Moves subtrees to where they cost less (Meister and Bittner 2018)",
-                        Pass::Collapse => "Makes leaves of several triangles where that is cheaper: fewer nodes",
-                        Pass::Anneal => {
-                            "Moves every subtree again and again, at first even where that costs more: hundreds of times \
-                         as slow as all others, and the best tree there is"
-                        }
-                    };
-                    let response = ui.add_enabled(usable, Checkbox::new(&mut on, pass.label()));
-                    let response =
-                        response.on_hover_text(tip).on_disabled_hover_text("For boxes only: choose the box container");
-                    if response.changed() {
-                        build.optimize = if on { build.optimize.with(pass) } else { build.optimize.without(pass) };
-                    }
-                    if index % 2 == 1 {
-                        ui.end_row();
-                    }
+fn checks(ui: &mut Ui, state: &mut AppState, setting: &Setting) {
+    let Value::Any { options, get, set, refusal } = &setting.value else { return };
+    row(ui, setting.label, setting.tip, |ui| {
+        let checks = |ui: &mut Ui| {
+            for (index, option) in options().iter().enumerate() {
+                let build = state.edited_build_mut();
+                let mut on = get(build, index);
+                let refused = refusal(build, index);
+                let response = ui.add_enabled(refused.is_none(), Checkbox::new(&mut on, option.label));
+                let response = response.on_hover_text(&option.tip).on_disabled_hover_text(refused.unwrap_or_default());
+                if response.changed() {
+                    set(build, index, on);
                 }
-            })
-            .response
+                if index % 2 == 1 {
+                    ui.end_row();
+                }
+            }
+        };
+        Grid::new(setting.key).num_columns(2).show(ui, checks).response
     });
-}
-
-fn rounds(ui: &mut Ui, state: &mut AppState) {
-    if state.edited_build().annealing_rounds().is_none() {
-        return;
-    }
-    let mut value = f64::from(state.edited_build().rounds);
-    let spec = SliderSpec {
-        label: "Rounds",
-        tip: "Rounds of annealing. More give a better tree in proportionally more time",
-        range: 1.0..=f64::from(BuildSettings::MAX_ROUNDS),
-        default: f64::from(BuildSettings::DEFAULT_ROUNDS),
-        logarithmic: true,
-        decimals: 0,
-        zero: "",
-    };
-    if slider(ui, &mut value, &spec) {
-        state.edited_build_mut().rounds = value as u32;
-    }
 }
 
 fn threads(ui: &mut Ui, state: &mut AppState) {

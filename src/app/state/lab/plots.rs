@@ -7,6 +7,7 @@ use std::sync::{Arc, Weak};
 use crate::accel::Accel;
 use crate::app::state::paper::{Experiment, PaperResult, settings_of};
 use crate::app::state::study::Study;
+use crate::catalog::settings::by_symbol;
 use crate::lab::node_values::KnownVisits;
 use crate::lab::population::{Population, ViewRays};
 use crate::lab::visit_scatter::VisitScatter;
@@ -154,11 +155,9 @@ impl PlottedTree {
         if let Some((path, builder)) = &self.file {
             return format!("{}, {}", file_and_builder(path, builder), self.build.container.name());
         }
-        let BuildSettings { builder, container, threshold, epsilon, curve, .. } = self.build;
-        let mut parts = vec![match builder {
-            BuilderKind::Aac => format!("{} δ {threshold} ε {epsilon}", builder.label()),
-            _ => builder.label().to_owned(),
-        }];
+        let BuildSettings { builder, container, curve, .. } = self.build;
+        let numbers = by_symbol(&self.build).into_iter().fold(String::new(), |all, number| format!("{all} {number}"));
+        let mut parts = vec![format!("{}{numbers}", builder.label())];
         parts.push(container.name().to_owned());
         if curve != Curve::Morton {
             parts.push(curve.name().to_owned());

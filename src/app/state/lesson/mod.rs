@@ -18,7 +18,7 @@ pub use text::Lesson;
 pub const LESSONS: [&str; 6] = [
     include_str!("../../../../assets/lessons/1-what-a-tree-saves.txt"),
     include_str!("../../../../assets/lessons/2-two-phases.txt"),
-    include_str!("../../../../assets/lessons/3-threshold-and-epsilon.txt"),
+    include_str!("../../../../assets/lessons/3-threshold-and-reduction.txt"),
     include_str!("../../../../assets/lessons/4-box-or-sphere.txt"),
     include_str!("../../../../assets/lessons/5-when-sah-lies.txt"),
     include_str!("../../../../assets/lessons/6-why-here.txt"),

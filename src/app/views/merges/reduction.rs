@@ -13,7 +13,7 @@ use crate::app::state::AppState;
 use crate::app::state::lab::merges::MergeStudy;
 use crate::app::widgets::Tip as _;
 use crate::app::{format, theme};
-use crate::lab::merges::{epsilon_through, threshold_at};
+use crate::lab::merges::{reduction_through, threshold_at};
 
 /// Room for labels to the left and below in points.
 const MARGINS: [f32; 2] = [36.0, 28.0];
@@ -149,7 +149,8 @@ fn handles(ui: &mut Ui, state: &mut AppState, axes: &Axes, painter: &Painter, en
     let epsilon = f64::from(build.epsilon);
     let (dragged, by_key) =
         drag("Reduction on the curve", axes.at(end[0], end[1]), epsilon, tip, CursorIcon::ResizeVertical);
-    if let Some(epsilon) = dragged.and_then(|place| epsilon_through(build.threshold, [end[0], axes.values(place)[1]])) {
+    if let Some(epsilon) = dragged.and_then(|place| reduction_through(build.threshold, [end[0], axes.values(place)[1]]))
+    {
         state.wanted.build.epsilon = epsilon;
     } else if by_key != 0 {
         // Up is more clusters, which is a lower ε.

@@ -11,6 +11,7 @@ use egui::{self, RichText, ScrollArea, Ui};
 use crate::app::state::AppState;
 use crate::app::state::paper::{Display, Experiment};
 use crate::app::{format, theme};
+use crate::catalog::settings::by_symbol;
 
 /// Shows the view.
 pub(in crate::app) fn show(ui: &mut Ui, state: &mut AppState) {
@@ -56,7 +57,7 @@ fn nothing_yet(ui: &mut Ui, state: &AppState) {
         (None, Some(scene)) => {
             let settings = match plan.experiment {
                 Experiment::Tables | Experiment::Threads => {
-                    format!(" (threshold {}, ε {})", state.wanted.build.threshold, state.wanted.build.epsilon)
+                    format!(" ({})", by_symbol(&state.wanted.build).join(", "))
                 }
                 _ => String::new(),
             };

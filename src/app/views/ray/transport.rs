@@ -97,6 +97,6 @@ fn side_view(ui: &mut Ui, state: &mut AppState, shown: &Presented, record: &RayR
 fn copy(ui: &mut Ui, state: &mut AppState, record: &RayRecord) {
     if button(ui, "Copy steps", true, "Copy all steps as a table for spreadsheets").clicked() {
         let text = ray_table(String::new(), record).tab_separated();
-        state.copy(text, "The steps of the ray copied");
+        state.copy(text, "Copied the steps of the ray");
     }
 }

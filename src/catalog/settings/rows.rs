@@ -1,0 +1,233 @@
+//! The rows of the settings.
+
+use bvhscope_engine::settings::{BuildSettings, BuilderKind, Curve, Pass, Passes, Preset};
+use bvhscope_engine::tree::ContainerKind;
+
+use super::{Choice, Number, Setting, Value};
+
+/// All settings, in the order in which window and copied command lines have them.
+pub static SETTINGS: [&Setting; 8] = [&BUILDER, &CONTAINER, &PRESET, &THRESHOLD, &EPSILON, &CURVE, &OPTIMIZE, &ROUNDS];
+
+/// The algorithm.
+pub static BUILDER: Setting = Setting {
+    key: "builder",
+    value_name: "NAME",
+    help: "The algorithm: {}",
+    label: "Builder",
+    tip: "The algorithm that builds the tree. Compare SAH cost and tests per ray after a change",
+    value: Value::One {
+        options: || BuilderKind::ALL.map(|kind| choice(kind.name(), kind.label(), builder_sentence(kind))).into(),
+        get: |build| BuilderKind::ALL.iter().position(|kind| *kind == build.builder),
+        set: |build, index| build.builder = BuilderKind::ALL[index],
+    },
+    applies: |_| true,
+    is_written: |_| true,
+};
+
+const fn builder_sentence(kind: BuilderKind) -> &'static str {
+    match kind {
+        BuilderKind::Aac => "Approximate agglomerative clustering (Gu et al. 2013)",
+        BuilderKind::Lbvh => "Median split by Morton code (Lauterbach et al. 2009): fastest build, worst tree",
+        BuilderKind::BinnedSah => "Top-down splits by the surface area heuristic (Wald 2007), boxes only",
+        BuilderKind::Exact => "Always merges the closest pair (Walter et al. 2008); small scenes only",
+        BuilderKind::None => "No tree: every ray tests every triangle",
+    }
+}
+
+/// Boxes or spheres.
+pub static CONTAINER: Setting = Setting {
+    key: "container",
+    value_name: "KIND",
+    help: "What the tree is made of: {}",
+    label: "Container",
+    tip: "Bounding volume of each node. Boxes are tighter: faster to build and fewer tests per ray",
+    value: Value::One {
+        options: || ContainerKind::ALL.map(|kind| choice(kind.name(), kind.label(), container_sentence(kind))).into(),
+        get: |build| ContainerKind::ALL.iter().position(|kind| *kind == build.container),
+        set: |build, index| build.container = ContainerKind::ALL[index],
+    },
+    applies: |_| true,
+    is_written: |_| true,
+};
+
+const fn container_sentence(kind: ContainerKind) -> &'static str {
+    match kind {
+        ContainerKind::Aabb => "Build and trace the tree with axis-aligned boxes",
+        ContainerKind::Sphere => "Build and trace the tree with spheres",
+    }
+}
+
+/// Several settings by one name; the container stays.
+pub static PRESET: Setting = Setting {
+    key: "preset",
+    value_name: "NAME",
+    help: "AAC: threshold and ε by name: fast (6, 0.2), hq (12, 0.1), aac-fast (4, 0.2), aac-hq (20, 0.1), best (6, 0.2 and \
+           collapse, restructure, reinsert), finest (6, 0.2 and every pass: takes minutes)",
+    label: "Preset",
+    tip: "AAC with named values of the settings below",
+    value: Value::One {
+        options: || Preset::ALL.map(|preset| choice(preset.name(), preset.label(), preset_sentence(preset))).into(),
+        get: preset_of,
+        set: |build, index| *build = BuildSettings::preset(Preset::ALL[index], build.container),
+    },
+    applies: |_| true,
+    is_written: |_| false,
+};
+
+fn preset_sentence(preset: Preset) -> String {
+    let (threshold, epsilon) = preset.parameters();
+    let purpose = match preset {
+        Preset::Fast => "the fast setting of Mahmuda, Yuniarti and Nurul K.",
+        Preset::Hq => "their better tree, in a slower build",
+        Preset::AacFast => "the fast setting of Gu et al. 2013",
+        Preset::AacHq => "the better tree of Gu et al. 2013, in a slower build",
+        Preset::Best => "then collapse, restructure and reinsert, for scenes that do not move",
+        Preset::Finest => "and every pass: the best tree, in minutes",
+    };
+    format!("Threshold {threshold}, ε {epsilon}: {purpose}")
+}
+
+/// Index of the preset with these settings. Presets without annealing have any number of rounds.
+fn preset_of(build: &BuildSettings) -> Option<usize> {
+    Preset::ALL.into_iter().position(|preset| {
+        let named = BuildSettings::preset(preset, build.container);
+        *build == if preset.is_slow() { named } else { BuildSettings { rounds: build.rounds, ..named } }
+    })
+}
+
+/// The traversal stopping threshold δ.
+pub static THRESHOLD: Setting = Setting {
+    key: "threshold",
+    value_name: "N",
+    help: "AAC: fewer primitives than this are clustered, not split, {}",
+    label: "Threshold",
+    tip: "Groups of fewer triangles are clustered rather than split (δ). Higher: slower build, fewer tests per ray. 6 fast, 12 \
+          good ([ and ])",
+    value: Value::Number(Number {
+        symbol: "δ",
+        range: [BuildSettings::MIN_THRESHOLD as f32, BuildSettings::MAX_THRESHOLD as f32],
+        decimals: 0,
+        logarithmic: true,
+        get: |build| build.threshold as f32,
+        set: |build, value| build.threshold = value as u32,
+    }),
+    applies: is_aac,
+    is_written: |_| true,
+};
+
+/// The exponent ε of the reduction function.
+pub static EPSILON: Setting = Setting {
+    key: "epsilon",
+    value_name: "X",
+    help: "AAC: exponent of the reduction function, {}",
+    label: "Reduction ε",
+    tip: "How strongly clusters are reduced on the way up. Smaller: more clusters kept, slower build, better tree",
+    value: Value::Number(Number {
+        symbol: "ε",
+        range: [0.0, BuildSettings::MAX_EPSILON],
+        decimals: 2,
+        logarithmic: false,
+        get: |build| build.epsilon,
+        set: |build, value| build.epsilon = value,
+    }),
+    applies: is_aac,
+    is_written: |_| true,
+};
+
+fn is_aac(build: &BuildSettings) -> bool {
+    build.builder == BuilderKind::Aac
+}
+
+/// The space-filling curve.
+pub static CURVE: Setting = Setting {
+    key: "curve",
+    value_name: "NAME",
+    help: "AAC and LBVH: the curve along which triangles are sorted: {} (Morton and size)",
+    label: "Curve",
+    tip: "Space-filling curve along which triangles are sorted before they are clustered",
+    value: Value::One {
+        options: || Curve::ALL.map(|curve| choice(curve.name(), curve.label(), curve_sentence(curve))).into(),
+        get: |build| Curve::ALL.iter().position(|curve| *curve == build.curve),
+        set: |build, index| build.curve = Curve::ALL[index],
+    },
+    applies: |build| matches!(build.builder, BuilderKind::Aac | BuilderKind::Lbvh),
+    is_written: |build| build.curve != Curve::default(),
+};
+
+const fn curve_sentence(curve: Curve) -> &'static str {
+    match curve {
+        Curve::Morton => "The bits of x, y and z in turn: the paper's, and the fastest",
+        Curve::Hilbert => "Neighbours on it always touch. Helps spheres most",
+        Curve::Extended => "With the triangles' size as a fourth axis (Vinkler et al. 2017)",
+    }
+}
+
+/// Passes beside the builder's own work.
+pub static OPTIMIZE: Setting = Setting {
+    key: "optimize",
+    value_name: "LIST",
+    help: "Optimisation passes, separated by commas: split (large triangles, boxes only), collapse, restructure, reinsert and \
+           anneal (boxes only; anneal takes minutes); or all, none",
+    label: "Optimize",
+    tip: "Passes before and after the builder that improve the tree. Each takes time",
+    value: Value::Any {
+        options: || Pass::ALL.map(|pass| choice(pass.name(), pass.label(), pass_sentence(pass))).into(),
+        get: |build, index| build.optimize.contains(Pass::ALL[index]),
+        set: |build, index, on| {
+            let pass = Pass::ALL[index];
+            build.optimize = if on { build.optimize.with(pass) } else { build.optimize.without(pass) };
+        },
+        refusal: |build, index| {
+            let pass = Pass::ALL[index];
+            let wanted = BuildSettings { optimize: Passes::NONE.with(pass), ..*build };
+            if wanted.passes().contains(pass) {
+                None
+            } else if pass.boxes_only() && build.container == ContainerKind::Sphere {
+                Some("For boxes only: choose the box container")
+            } else {
+                Some("Not with this builder")
+            }
+        },
+    },
+    applies: |_| true,
+    is_written: |build| build.passes() != Passes::NONE,
+};
+
+const fn pass_sentence(pass: Pass) -> &'static str {
+    match pass {
+        Pass::Split => {
+            "Puts large triangles into several boxes before the tree is built (Karras and Aila 2013). Helps walls and beams that \
+             are not axis-aligned, takes more memory"
+        }
+        Pass::Collapse => "Makes leaves of several triangles where that is cheaper: fewer nodes",
+        Pass::Restructure => "Builds treelets again from the top by SAH and keeps what is cheaper. Helps scans most",
+        Pass::Reinsert => "Moves subtrees to where they cost less (Meister and Bittner 2018)",
+        Pass::Anneal => {
+            "Moves every subtree again and again, at first even where that costs more: hundreds of times as slow as all others, \
+             and the best tree there is"
+        }
+    }
+}
+
+/// Rounds of annealing.
+pub static ROUNDS: Setting = Setting {
+    key: "rounds",
+    value_name: "N",
+    help: "The pass anneal: number of rounds, {}; more give a better tree in proportionally more time",
+    label: "Rounds",
+    tip: "Rounds of annealing. More give a better tree in proportionally more time",
+    value: Value::Number(Number {
+        symbol: "",
+        range: [1.0, BuildSettings::MAX_ROUNDS as f32],
+        decimals: 0,
+        logarithmic: true,
+        get: |build| build.rounds as f32,
+        set: |build, value| build.rounds = value as u32,
+    }),
+    applies: |build| build.annealing_rounds().is_some(),
+    is_written: |build| build.annealing_rounds().is_some(),
+};
+
+fn choice(name: &'static str, label: &'static str, tip: impl Into<String>) -> Choice {
+    Choice { name, label, tip: tip.into() }
+}
