@@ -38,9 +38,13 @@ pub const FILE_FORMATS: [FormatInfo; 5] = [
 ];
 
 impl FileFormat {
-    /// The format that the extension of `path` names, in upper or lower case.
+    /// The format that the extension of `path` names, in upper or lower case; before "gz", that of a packed file.
     pub fn from_extension(path: &Path) -> Option<Self> {
-        let extension = path.extension()?.to_string_lossy().to_ascii_lowercase();
+        let lower = |path: &Path| Some(path.extension()?.to_string_lossy().to_ascii_lowercase());
+        let mut extension = lower(path)?;
+        if extension == PACKED {
+            extension = lower(Path::new(path.file_stem()?))?;
+        }
         FILE_FORMATS.iter().find(|row| row.extensions.contains(&extension.as_str())).map(|row| row.format)
     }
 
@@ -50,9 +54,12 @@ impl FileFormat {
     }
 }
 
-/// The extensions of all model files, in lower case without the dot.
+/// Extension of a model that gzip has packed, after its own: "a.ply.gz".
+const PACKED: &str = "gz";
+
+/// The extensions of all model files, in lower case without the dot, and that of packed ones.
 pub fn model_extensions() -> Vec<&'static str> {
-    FILE_FORMATS.iter().flat_map(|row| row.extensions).copied().collect()
+    FILE_FORMATS.iter().flat_map(|row| row.extensions).copied().chain([PACKED]).collect()
 }
 
 /// The names of all formats as a phrase: "OBJ, glTF, GLB, PLY, STL or BVH" where `last` is "or".
@@ -78,7 +85,16 @@ mod tests {
                 }
             }
         }
-        assert_eq!(FileFormat::from_extension(Path::new("obj")), None);
+        for (name, format) in [
+            ("obj", None),
+            ("a.gz", None),
+            ("a.tar.gz", None),
+            ("a.gz.gz", None),
+            (".obj.gz", None),
+            ("a.ply.GZ", Some(FileFormat::Ply)),
+        ] {
+            assert_eq!(FileFormat::from_extension(Path::new(name)), format, "{name}");
+        }
         assert_eq!(format_names("or"), "OBJ, glTF, GLB, PLY, STL or BVH");
     }
 

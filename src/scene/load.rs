@@ -1,5 +1,6 @@
 //! Loading: recognises the format of a file and dispatches to its loader.
 
+use std::borrow::Cow;
 use std::path::Path;
 
 use glam::Vec3;
@@ -7,6 +8,7 @@ use glam::Vec3;
 use super::assemble::Assembly;
 use super::error::{FileLocation, LoadError};
 use super::format::FileFormat;
+use super::gzip::unpacked;
 use super::model::Scene;
 use super::options::LoadOptions;
 use super::read::read_model;
@@ -44,7 +46,7 @@ fn load_file(
     options: &LoadOptions,
     token: &CancelToken,
 ) -> Result<Scene, LoadError> {
-    let bytes = read_model(path, token)?;
+    let bytes = unpacked(path, Cow::Owned(read_model(path, token)?), token)?;
     let (mut assembly, up) = read_bytes(path, &bytes, options, token)?;
     drop(bytes);
     assembly.files_read.insert(0, path.to_path_buf());
@@ -55,7 +57,8 @@ fn load_file(
 
 /// Loads a model from `bytes` as if they were the contents of a file at `path`, whose extension and folder are used.
 pub fn load_bytes(path: &Path, bytes: &[u8], options: &LoadOptions, token: &CancelToken) -> Result<Scene, LoadError> {
-    let (assembly, up) = read_bytes(path, bytes, options, token)?;
+    let bytes = unpacked(path, Cow::Borrowed(bytes), token)?;
+    let (assembly, up) = read_bytes(path, &bytes, options, token)?;
     assembly.finish(&SceneSource::File(path.to_path_buf()), up, token)
 }
 

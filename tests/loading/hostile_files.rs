@@ -250,6 +250,7 @@ fn memory_for_a_file_is_checked_before_it_is_read() {
     let stl = folder.write("a.stl", format!("solid\n{}", facet.repeat(count)));
     let json = folder
         .write("a.gltf", format!("{{\"asset\":{{\"version\":\"2.0\"}},\"nodes\":[{}{{}}]}}", "{},".repeat(count)));
+    let bomb = folder.write("bomb.obj.gz", crate::packed::packed(&vec![b' '; 200 << 20]));
     let text = "A".repeat(64 << 20);
     let uri = folder.write(
         "uri.gltf",
@@ -263,6 +264,7 @@ fn memory_for_a_file_is_checked_before_it_is_read() {
         (faces, "60MB", "the faces would need"),
         (fan, "60MB", "the faces would need"),
         (stl, "50MB", "the triangles would need"),
+        (bomb, "100MB", "the unpacked file would need"),
         (json, "200MB", "the JSON would need"),
         (uri, "130MB", "the JSON would need"),
     ] {

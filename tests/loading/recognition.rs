@@ -52,7 +52,7 @@ pub fn foreign_files() -> Vec<(&'static str, Vec<u8>)> {
         ("a web page (HTML)", text("<!-- saved --><HTML lang=en>")),
         ("a Git LFS pointer", text("version https://git-lfs.github.com/spec/v1\noid sha256:4d7a\nsize 12345\n")),
         ("a git-annex pointer", text("/annex/objects/SHA256E-s12345--4d7a.obj\n")),
-        ("a gzip archive", at(0, b"\x1F\x8B\x08\0")),
+        ("a file packed twice by gzip", crate::packed::packed(&crate::packed::packed(b"v 0 0 0\n"))),
         ("a bzip2 archive", at(0, b"BZh91AY&SY")),
         ("an xz archive", at(0, b"\xFD7zXZ\0")),
         ("a 7-Zip archive", at(0, b"7z\xBC\xAF\x27\x1C")),

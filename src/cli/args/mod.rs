@@ -39,7 +39,7 @@ fn after_help() -> String {
   bvhscope bench bunny.obj                 box and sphere compared, as in the paper
   bvhscope COMMAND --help                  the flags of a command
 
-MODEL is an {} file, or builtin:NAME[:SIZE] with NAME one of
+MODEL is an {} file, which gzip may have packed (a.ply.gz), or builtin:NAME[:SIZE] with NAME one of
 {}.
 
 Exit codes: 0 done, 1 failed, 2 wrong usage, 3 done with warnings under --strict, 130 interrupted.",
