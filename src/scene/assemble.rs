@@ -121,11 +121,6 @@ impl Assembly {
         }
     }
 
-    /// Number of triangles so far.
-    pub(super) fn len(&self) -> usize {
-        self.triangles.len()
-    }
-
     /// Whether there is no triangle so far.
     pub(super) fn is_empty(&self) -> bool {
         self.triangles.is_empty()
@@ -165,19 +160,8 @@ impl Assembly {
         Ok(u32::try_from(first).ok())
     }
 
-    /// Appends a vertex with the attributes that it has and returns its index; `None` where indices would exceed 32 bits.
-    pub(super) fn add_vertex(&mut self, normal: Option<Vec3>, uv: Option<Vec2>, color: Option<Vec3>) -> Option<u32> {
-        let index = self.vertex_count;
-        let next = index.checked_add(1).filter(|&next| u32::try_from(next).is_ok())?;
-        put(&mut self.normals, index, normal, Vec3::ZERO);
-        put(&mut self.uvs, index, uv, Vec2::ZERO);
-        put(&mut self.colors, index, color, Vec3::ONE);
-        self.vertex_count = next;
-        u32::try_from(index).ok()
-    }
-
     /// Appends a triangle unless its coordinates are unusable; returns whether it was appended. `corners` are indices of
-    /// vertices from [`Assembly::add_vertices`] or [`Assembly::add_vertex`], `None` for a triangle without attributes.
+    /// vertices from [`Assembly::add_vertices`], `None` for a triangle without attributes.
     pub(super) fn push(
         &mut self,
         triangle: Triangle,
@@ -287,14 +271,6 @@ impl Assembly {
 fn reserve_initial<T>(list: &mut Vec<T>, count: usize) {
     if list.capacity() == 0 {
         let _ = list.try_reserve_exact(count);
-    }
-}
-
-/// Writes `value`, if there is one, to `all[index]`, filling the gap before with `default`.
-fn put<T: Copy>(all: &mut Vec<T>, index: usize, value: Option<T>, default: T) {
-    if let Some(value) = value {
-        all.resize(index, default);
-        all.push(value);
     }
 }
 

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use serde::Serialize;
 
 use crate::budget::{Budget, OverBudget};
-use crate::text::{counted, printable, shown_path};
+use crate::text::{counted, printable, quoted, shown_path};
 use bvhscope_engine::tree_file::TreeFileError;
 
 /// A location in a file.
@@ -149,6 +149,26 @@ impl Warnings {
         }
     }
 
+    /// Counts an occurrence of a kind that names one of its objects: `[before, after]` stand before and after the name in quotes.
+    /// Occurrences with other names share the entry of the first.
+    pub(super) fn add_named(
+        &mut self,
+        [before, after]: [&str; 2],
+        name: impl AsRef<[u8]>,
+        location: impl FnOnce() -> FileLocation,
+    ) {
+        let what = format!("{before}{}{after}", quoted(name));
+        let first = self.entries.iter_mut().find_map(|entry| {
+            let name = entry.what.strip_prefix(before)?.strip_suffix(after)?.trim_end_matches(" …").to_owned();
+            Some((entry, name))
+        });
+        let Some((entry, name)) = first else { return self.add(&what, location) };
+        entry.count = entry.count.saturating_add(1);
+        if entry.what != what {
+            entry.what = format!("{before}{name} …{after}");
+        }
+    }
+
     /// Adds the counts of another list.
     pub fn append(&mut self, other: Self) {
         for Warning { what, count, first } in other.entries {
@@ -200,6 +220,20 @@ mod tests {
         assert_eq!(last.to_string(), "3601 warnings of other kinds (first at line 200)");
         let one = Warning { what: "vertices without a normal".to_owned(), count: 1, first: FileLocation::Byte(7) };
         assert_eq!(one.to_string(), "1 vertex without a normal (first at byte 7)");
+    }
+
+    #[test]
+    fn names_share_an_entry_that_has_the_first() {
+        let mut warnings = Warnings::default();
+        let kinds =
+            [["images left out: ", ": gone"], ["images left out: ", ": broken"], ["libraries ", " left out: gone"]];
+        for (kind, name) in [(0, "a"), (1, "a"), (2, "a"), (0, "a"), (1, "b"), (1, "a"), (1, "c")] {
+            warnings.add_named(kinds[kind], name, || FileLocation::File);
+        }
+        let found: Vec<String> = warnings.entries.iter().map(ToString::to_string).collect();
+        let expected =
+            ["2 images left out: 'a': gone", "4 images left out: 'a' …: broken", "1 library 'a' left out: gone"];
+        assert_eq!(found, expected);
     }
 
     #[test]

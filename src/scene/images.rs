@@ -16,8 +16,7 @@ use super::material::{Texture, WrapMode};
 use super::options::LoadOptions;
 use super::read::read_file;
 use crate::budget::{Budget, format_bytes};
-use crate::text::quoted;
-use bvhscope_engine::cancel::CancelToken;
+use bvhscope_engine::cancel::{CancelToken, Cancelled};
 
 /// Maximum width and height of an image in pixels.
 const MAX_SIDE: u32 = 16_384;
@@ -184,7 +183,7 @@ impl<'a> Images<'a> {
                 None
             }
             Err(reason) => {
-                self.warn_at(&format!("images left out: {}: {reason}", quoted(name)), location);
+                self.warnings.add_named(["images left out: ", &format!(": {reason}")], name, location);
                 None
             }
         }
@@ -219,7 +218,8 @@ impl<'a> Images<'a> {
         self.warnings.add(what, location);
     }
 
-    /// Resolves a file name of the model to a path inside its folder, ignoring case and accepting either slash.
+    /// Resolves a file name of the model to a path inside its folder, ignoring case and accepting either slash. Where a path does
+    /// not exist, as one of another machine, its file may lie beside the model.
     pub(super) fn resolve(&self, name: &str) -> Result<PathBuf, String> {
         if name.contains("://") && !name.starts_with("file:") {
             return Err("not fetched: this program never uses the network".to_owned());
@@ -229,9 +229,13 @@ impl<'a> Images<'a> {
         }
         let name = name.replace('\\', "/");
         let relative = Path::new(&name);
-        let direct = self.folder.join(relative);
-        let path = if direct.exists() { direct } else { self.find_ignoring_case(relative).unwrap_or(direct) };
-        let path = path.canonicalize().map_err(|_| "there is no such file".to_owned())?;
+        let beside = relative.file_name().map(Path::new).filter(|beside| *beside != relative);
+        let found = |relative: &Path| {
+            let direct = self.folder.join(relative);
+            let path = if direct.exists() { direct } else { self.find_ignoring_case(relative).unwrap_or(direct) };
+            path.canonicalize().ok()
+        };
+        let path = found(relative).or_else(|| beside.and_then(found)).ok_or("there is no such file")?;
         let folder = || self.folder.canonicalize().map_err(|error| error.to_string());
         let folder = self.true_folder.get_or_init(folder).as_ref().map_err(Clone::clone)?;
         if self.options.allow_outside || path.starts_with(folder) {
@@ -281,32 +285,29 @@ fn decode_on_thread(bytes: Vec<u8>, budget: u64, token: &CancelToken) -> Option<
     if bytes.len() < SMALL_FILE {
         return Some(decode(&bytes, budget));
     }
-    let bytes = std::sync::Arc::new(bytes);
-    let thread_bytes = std::sync::Arc::clone(&bytes);
-    run_on_thread(move || decode(&thread_bytes, budget), token, || decode(&bytes, budget))
+    let decoded = run_on_thread(move || decode(&bytes, budget), token).ok()?;
+    Some(decoded.unwrap_or_else(|| Err("its decoder failed".to_owned())))
 }
 
-/// Runs `work`, which takes long and cannot be interrupted, on a thread of its own. Returns `None` once `token` is cancelled;
-/// the thread then frees its memory when it is done. If no thread can be started, runs `fallback` on this one.
-fn run_on_thread(
-    work: impl FnOnce() -> Decoded + Send + 'static,
+/// Runs `work`, which takes long and cannot be interrupted, on a thread of its own; `None` if it panics. Once `token` is
+/// cancelled the thread is left alone, and frees its memory when it is done. If no thread can be started, it runs on this one.
+pub(super) fn run_on_thread<T: Send + 'static>(
+    work: impl Fn() -> T + Send + Sync + 'static,
     token: &CancelToken,
-    fallback: impl FnOnce() -> Decoded,
-) -> Option<Decoded> {
+) -> Result<Option<T>, Cancelled> {
     let (sender, receiver) = std::sync::mpsc::channel();
+    let work = std::sync::Arc::new(work);
+    let shared_work = std::sync::Arc::clone(&work);
     // The receiver may be gone after a cancellation.
-    let work = move || drop(sender.send(work()));
-    if std::thread::Builder::new().name("picture".to_owned()).spawn(work).is_err() {
-        return Some(fallback());
+    let run = move || drop(sender.send(shared_work()));
+    if std::thread::Builder::new().name("long work".to_owned()).spawn(run).is_err() {
+        return Ok(Some(work()));
     }
     loop {
         match receiver.recv_timeout(std::time::Duration::from_millis(10)) {
-            Ok(decoded) => return Some(decoded),
-            Err(std::sync::mpsc::RecvTimeoutError::Timeout) if token.is_cancelled() => return None,
-            Err(std::sync::mpsc::RecvTimeoutError::Timeout) => {}
-            Err(std::sync::mpsc::RecvTimeoutError::Disconnected) => {
-                return Some(Err("its decoder failed".to_owned()));
-            }
+            Ok(done) => return Ok(Some(done)),
+            Err(std::sync::mpsc::RecvTimeoutError::Timeout) => token.check()?,
+            Err(std::sync::mpsc::RecvTimeoutError::Disconnected) => return Ok(None),
         }
     }
 }
@@ -392,18 +393,12 @@ mod tests {
     #[test]
     fn cancelling_does_not_wait_for_a_decoder() {
         let (let_go, held) = std::sync::mpsc::channel::<()>();
-        let endless = move || {
-            assert!(held.recv().is_err());
-            Err(String::new())
-        };
+        let held = std::sync::Mutex::new(held);
         let token = CancelToken::watched(|poll| poll == 3);
-        assert_eq!(run_on_thread(endless, &token, || panic!("a thread is to be had")), None);
+        assert!(run_on_thread(move || held.lock().unwrap().recv().is_err(), &token).is_err());
         assert!(token.is_cancelled());
         drop(let_go);
-        let done = run_on_thread(|| Ok((0, 0, Vec::new())), &CancelToken::new(), || panic!("a thread is to be had"));
-        assert_eq!(done, Some(Ok((0, 0, Vec::new()))));
-        let broken =
-            run_on_thread(|| panic!("a decoder that fails"), &CancelToken::new(), || panic!("and here as well"));
-        assert!(broken.unwrap().is_err());
+        assert_eq!(run_on_thread(|| 7, &CancelToken::new()), Ok(Some(7)));
+        assert_eq!(run_on_thread(|| -> u8 { panic!("a decoder that fails") }, &CancelToken::new()), Ok(None));
     }
 }

@@ -16,6 +16,8 @@ mod model;
 
 mod format;
 
+mod gzip;
+
 mod options;
 
 mod load;
@@ -39,7 +41,13 @@ mod images;
 
 #[allow(clippy::arithmetic_side_effects, reason = "sizes of an image that was decoded, and floats")]
 mod bump;
+
+#[allow(clippy::arithmetic_side_effects, reason = "vectors, and indices of corners that exist")]
+mod polygon;
+
 mod exponents;
+
+mod numbers;
 
 mod obj;
 

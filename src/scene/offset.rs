@@ -49,6 +49,11 @@ impl Extent {
     }
 }
 
+/// A point less the offset of the model.
+pub(super) fn moved(point: DVec3, offset: DVec3) -> DVec3 {
+    point - offset
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

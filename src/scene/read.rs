@@ -12,6 +12,9 @@ use bvhscope_engine::cancel::CancelToken;
 /// Fraction of the loading progress that reading the file accounts for.
 pub(super) const READ_PROGRESS: f32 = 0.2;
 
+/// The mark of UTF-8 at the beginning of a text, and within one that was put together from several.
+pub(super) const BYTE_ORDER_MARK: &[u8] = b"\xEF\xBB\xBF";
+
 /// Bytes between two cancellation checks.
 const CHUNK_SIZE: usize = 1 << 22;
 
@@ -27,7 +30,7 @@ pub(super) const TEXT_SAMPLE: usize = 512;
 /// The beginning of a text without byte order mark and leading white space.
 pub(super) fn beginning(bytes: &[u8]) -> &[u8] {
     let bytes = bytes.get(..MAX_PREFIX).unwrap_or(bytes);
-    bytes.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(bytes).trim_ascii_start()
+    bytes.strip_prefix(BYTE_ORDER_MARK).unwrap_or(bytes).trim_ascii_start()
 }
 
 /// Whether the beginning has no control characters but white space: text of one byte a character, or UTF-8.

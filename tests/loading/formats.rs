@@ -8,12 +8,12 @@ use bvhscope_engine::cancel::CancelToken;
 
 use crate::support::{Lack, models, skip};
 
-fn load_path(path: &Path) -> Result<Scene, LoadError> {
+pub fn load_path(path: &Path) -> Result<Scene, LoadError> {
     load(&SceneSource::File(path.to_path_buf()), &LoadOptions::default(), &CancelToken::new())
 }
 
 /// Writes a file into a fresh folder and loads it.
-fn load_bytes(name: &str, bytes: &[u8]) -> Result<Scene, LoadError> {
+pub fn load_bytes(name: &str, bytes: &[u8]) -> Result<Scene, LoadError> {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join(name);
     std::fs::write(&path, bytes).unwrap();
@@ -60,7 +60,9 @@ fn check_manifest(extensions: &[&str]) {
             continue;
         }
         let scene = result.unwrap();
-        assert_eq!(scene.triangles.len(), triangles, "{file}");
+        // Of a concave polygon with two corners in one place, a triangle without area is left out: four in Crytek Sponza.
+        let left_out = if file.ends_with("sponza-crytek/sponza.obj") { 4 } else { 0 };
+        assert_eq!(scene.triangles.len(), triangles - left_out, "{file}");
         let found = [scene.bounds.min.to_array(), scene.bounds.max.to_array()].concat();
         let size = scene.bounds.extent().max_element();
         let bounds = TRUE_BOUNDS.iter().find(|(name, _)| file.ends_with(name)).map_or(bounds, |row| row.1);
@@ -157,53 +159,6 @@ fn ply_counts_are_not_trusted() {
     let points = b"ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float y\nproperty float z\nend_header\n0 0 0\n";
     let message = load_bytes("a.ply", points).unwrap_err().to_string();
     assert!(message.contains("contains 1 point but no triangles"), "{message}");
-}
-
-#[test]
-fn obj_traps_do_not_stop_loading() {
-    let text = b"\xEF\xBB\xBFmtllib /dev/zero\nmtllib missing.mtl\n# caf\xE9\r\nv 0 0 0\rv 1 0 0 0.5\nv 1 1 0 1 0 0\nv 0 1 0\n\
-        v nan 0 0\nusemtl\tred\nl 1 2 3\np 1\nf 1 2 \\\n 3 4\nf 1 2 9\nf 0 1 2\nf 1 2\nf -4 -3 -5\nf 1 2 5\nf 1 2 3";
-    let scene = load_bytes("traps.obj", text).unwrap();
-    assert_eq!(scene.triangles.len(), 4, "{:?}", scene.warnings);
-    let colors = &scene.attributes.as_ref().unwrap().colors;
-    assert!(colors.contains(&glam::Vec3::X) && colors.contains(&glam::Vec3::ONE));
-    let warned = |what: &str| scene.warnings.entries.iter().find(|entry| entry.what.contains(what)).unwrap().count;
-    assert_eq!(warned("does not exist"), 2);
-    assert_eq!((warned("lines not"), warned("points not")), (1, 1));
-    assert_eq!(warned("not numbers"), 1);
-    assert_eq!(warned("fewer than 3"), 1);
-    assert_eq!(warned("missing.mtl"), 1);
-    assert_eq!(warned("/dev/zero"), 1);
-}
-
-#[test]
-fn obj_faults_name_their_line() {
-    let message = load_bytes("a.obj", b"v 0 0 0\nv 0 x1 0\n").unwrap_err().to_string();
-    assert!(message.contains("a.obj:2:5: 'x1' is not a number; "), "{message}");
-    for word in ["0x10", "1,5", "--1"] {
-        let message = load_bytes("a.obj", format!("v 0 0 0\n  v\t0 {word} 0\n").as_bytes()).unwrap_err().to_string();
-        assert!(message.contains(&format!("a.obj:2:7: '{word}' is not a number; ")), "{message}");
-    }
-    let message = load_bytes("a.obj", b"v 0 0 0\nv 0 1 0\n").unwrap_err().to_string();
-    assert!(message.contains("contains 2 points but no triangles"), "{message}");
-    let message = load_bytes("a.obj", b"\xFF\xFEv\0").unwrap_err().to_string();
-    assert!(message.contains("UTF-16"), "{message}");
-}
-
-#[test]
-fn materials_and_textures_are_found_beside_the_model() {
-    let folder = tempfile::tempdir().unwrap();
-    let at = |name: &str| folder.path().join(name);
-    std::fs::create_dir(at("tex")).unwrap();
-    image::RgbaImage::from_pixel(2, 2, image::Rgba([255, 0, 0, 255])).save(at("tex/Red.PNG")).unwrap();
-    std::fs::write(at("m.mtl"), "newmtl a\nKd 0.5\nnewmtl b\nKd 1 1 1\nmap_Kd -s 1 1 1 TEX\\red.png\n").unwrap();
-    let text = "mtllib m.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nusemtl a\nf 1 2 3\nusemtl b\nf 1/1 2/1 3/1\nusemtl c\nf 1 2 3";
-    std::fs::write(at("m.obj"), text).unwrap();
-    let scene = load_path(&at("m.obj")).unwrap();
-    assert_eq!(scene.material(0).base_color, glam::Vec3::splat(0.5));
-    assert_eq!(scene.material(2).name, "", "{:?}", scene.materials);
-    let texture = &scene.textures[scene.material(1).base_color_texture.unwrap() as usize];
-    assert_eq!(texture.sample(glam::Vec2::splat(0.3)), glam::Vec4::new(1.0, 0.0, 0.0, 1.0));
 }
 
 #[test]
@@ -337,61 +292,4 @@ fn formats_are_recognised_by_content() {
     }
     let message = load_bytes("a.txt", b"hello").unwrap_err().to_string();
     assert!(message.contains("neither OBJ, glTF, GLB, PLY, STL nor BVH"), "{message}");
-}
-
-#[test]
-fn obj_of_every_kind_loads() {
-    let square = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\n";
-    let load = |rest: &str| load_bytes("a.obj", format!("{square}{rest}").as_bytes()).unwrap();
-    // Old line ends, and bytes that are not UTF-8.
-    let text = format!("# a\0b\n{square}f 1 2 3\n").replace('\n', "\r");
-    assert_eq!(load_bytes("a.obj", text.as_bytes()).unwrap().triangles.len(), 1);
-    // Indices at and beyond both ends.
-    for index in ["0", "5", "-5", "9223372036854775808", "-9223372036854775808", "18446744073709551616", "x", "1.0"] {
-        let scene = load(&format!("f 1 2 3\nf 1 2 {index}\n"));
-        assert_eq!((scene.triangles.len(), scene.warnings.entries.len()), (1, 1), "{index}");
-    }
-    // Faces with any number of corners, and with equal corners.
-    let corners: String = (0..100_000).map(|k| format!(" {}", 1 + k % 4)).collect();
-    let scene = load(&format!("f 1\nf 1 2\nf{corners}\nf 1 1 2\n"));
-    assert_eq!(scene.triangles.len(), 99_999, "{:?}", scene.warnings);
-    assert_eq!(scene.warnings.entries[0].count, 2);
-    // Attributes on some corners.
-    let scene = load("vt 0 0\nvn 0 0 1\nf 1/1/1 2/1/1 3/1/1\nf 1 2 3\nf 1/1 2 3//1\nf 1//1 2//1 3//1\n");
-    let attributes = scene.attributes.as_ref().unwrap();
-    assert_eq!((scene.triangles.len(), attributes.corners.len()), (4, 4));
-    // A name with spaces is one library if it exists, else several; files outside the folder are not read.
-    let folder = tempfile::tempdir().unwrap();
-    let inside = folder.path().join("inside");
-    std::fs::create_dir(&inside).unwrap();
-    for place in ["inside/my colours.mtl", "inside/b.mtl", "outside.mtl"] {
-        std::fs::write(folder.path().join(place), format!("newmtl {}\nKd 1 0 0\n", place.len())).unwrap();
-    }
-    for (libraries, material, warnings) in
-        [("my colours.mtl", 21, 0), ("missing.mtl b.mtl", 12, 1), ("../outside.mtl", 11, 2)]
-    {
-        let text = format!("mtllib {libraries}\n{square}usemtl {material}\nf 1 2 3\n");
-        std::fs::write(inside.join("a.obj"), text).unwrap();
-        let scene = load_path(&inside.join("a.obj")).unwrap();
-        let found = scene.material(0).base_color == glam::Vec3::X;
-        assert_eq!(found, !libraries.starts_with(".."), "{libraries}");
-        assert_eq!(scene.warnings.entries.len(), warnings, "{libraries}: {:?}", scene.warnings);
-    }
-}
-
-#[test]
-fn an_endless_material_library_is_limited() {
-    let folder = tempfile::tempdir().unwrap();
-    let library: String = (0..70_000).map(|k| format!("newmtl m{k}\nKd 1 0 0\n")).collect();
-    std::fs::write(folder.path().join("m.mtl"), library).unwrap();
-    let model = folder.path().join("m.obj");
-    let square = "v 0 0 0\nv 1 0 0\nv 0 1 0\n";
-    std::fs::write(&model, format!("mtllib m.mtl\n{square}usemtl m65535\nf 1 2 3\nusemtl m65536\nf 3 2 1\n")).unwrap();
-    let scene = load_path(&model).unwrap();
-    let material = |triangle: usize| &scene.materials[scene.material_indices[triangle] as usize];
-    assert_eq!((material(0).name.as_str(), material(0).base_color.to_array()), ("m65535", [1.0, 0.0, 0.0]));
-    assert_ne!(material(1).name, "m65536", "one too many");
-    assert!(scene.materials.len() <= 65_537, "{}", scene.materials.len());
-    let warnings: Vec<String> = scene.warnings.entries.iter().map(ToString::to_string).collect();
-    assert!(warnings.iter().any(|warning| warning.contains("beyond 65536 left out")), "{warnings:?}");
 }

@@ -24,10 +24,10 @@ mod interiors;
 #[cfg(target_os = "linux")]
 mod messages;
 mod mutations;
-mod obj_exact;
-mod obj_generator;
-mod obj_oracle;
-mod obj_warnings;
+mod obj;
+mod packed;
 mod ply_values;
+mod polygons;
 mod recognition;
 mod scan_warnings;
+mod text_forms;

@@ -8,8 +8,21 @@ use super::super::error::FileLocation;
 use super::super::images::Images;
 use super::super::material::Material;
 use super::library;
+use super::library_values::{unquoted, without_comment};
 use super::statement::Statement;
 use crate::text::quoted;
+
+/// A material that was used before it was defined.
+struct Undefined {
+    material: u32,
+    /// Line of its first use.
+    line: u64,
+}
+
+/// The material that a statement names, which may have a comment after the name or quotes around it.
+fn find(by_name: &HashMap<Vec<u8>, u32>, name: &[u8]) -> Option<u32> {
+    by_name.get(name).or_else(|| by_name.get(unquoted(without_comment(name)))).copied()
+}
 
 /// The materials defined so far and the current one.
 pub(super) struct Materials<'a> {
@@ -20,10 +33,8 @@ pub(super) struct Materials<'a> {
     names: HashSet<Vec<u8>>,
     /// The files that these name.
     files: HashSet<PathBuf>,
-    /// Names used without a definition.
-    undefined: HashSet<Vec<u8>>,
-    /// The warning about undefined materials, which names the first of them.
-    undefined_warning: String,
+    /// Names that no library has defined when they were used first. Each has a material of its own, which is clay until the end.
+    undefined: HashMap<Vec<u8>, Undefined>,
     /// The material of the next face; `None` for the default one.
     current: Option<u32>,
     /// The default material, once a face needed it.
@@ -37,15 +48,28 @@ impl<'a> Materials<'a> {
             by_name: HashMap::new(),
             names: HashSet::new(),
             files: HashSet::new(),
-            undefined: HashSet::new(),
-            undefined_warning: String::new(),
+            undefined: HashMap::new(),
             current: None,
             default: None,
         }
     }
 
-    /// Moves what was read with the materials into `assembly`.
+    /// Gives materials that were used before their library was named their definition, and moves what was read with the
+    /// materials into `assembly`.
     pub(super) fn finish(self, assembly: &mut Assembly) {
+        let mut missing: Vec<(u64, &[u8])> = Vec::new();
+        for (name, undefined) in &self.undefined {
+            let slot = undefined.material as usize;
+            match find(&self.by_name, name).and_then(|index| assembly.materials.get(index as usize)).cloned() {
+                Some(material) if slot < assembly.materials.len() => assembly.materials[slot] = material,
+                _ => missing.push((undefined.line, name)),
+            }
+        }
+        missing.sort_unstable();
+        if let Some((line, first)) = missing.first() {
+            let what = format!("materials that no library defines, {} being the first, shown as clay", quoted(first));
+            assembly.warnings.add_many(missing.len() as u64, &what, || FileLocation::Line(*line));
+        }
         self.images.finish(assembly);
     }
 
@@ -66,15 +90,17 @@ impl<'a> Materials<'a> {
             assembly.warnings.add("statements 'usemtl' without a name", || FileLocation::Line(statement.line));
             return;
         }
-        self.current = self.by_name.get(name).copied();
-        if self.current.is_none() && !self.undefined.contains(name) {
-            if self.undefined.is_empty() {
-                let name = quoted(name);
-                self.undefined_warning =
-                    format!("materials that no library defines, {name} being the first, shown as clay");
-            }
-            self.undefined.insert(name.to_vec());
-            assembly.warnings.add(&self.undefined_warning, || FileLocation::Line(statement.line));
+        let known = self.undefined.get(name).map(|undefined| undefined.material);
+        self.current = find(&self.by_name, name).or(known);
+        if self.current.is_none() {
+            let material = if self.undefined.len() < library::MAX_MATERIALS {
+                assembly.materials.push(Material::clay());
+                (assembly.materials.len() as u32).saturating_sub(1)
+            } else {
+                self.current(assembly)
+            };
+            self.undefined.insert(name.to_vec(), Undefined { material, line: statement.line });
+            self.current = Some(material);
         }
     }
 
@@ -85,12 +111,15 @@ impl<'a> Materials<'a> {
             assembly.warnings.add("statements 'mtllib' without a name", || FileLocation::Line(statement.line));
             return;
         }
-        let several = whole.iter().any(u8::is_ascii_whitespace);
+        let bare = unquoted(without_comment(whole));
+        let exists = |name: &[u8]| self.images.resolve(&String::from_utf8_lossy(name)).is_ok();
+        let whole = if !exists(whole) && exists(bare) { bare } else { whole };
         // Where no file has the name with spaces, its words are names.
+        let several = whole.iter().any(u8::is_ascii_whitespace);
         if !several || self.images.resolve(&String::from_utf8_lossy(whole)).is_ok() {
             return self.add_library(whole, statement.line, assembly);
         }
-        for name in statement.words() {
+        for name in statement.words().map(unquoted) {
             if self.images.token.is_cancelled() {
                 return;
             }
@@ -111,8 +140,8 @@ impl<'a> Materials<'a> {
         match file.and_then(|_| self.images.read_relative(&text)) {
             Ok(bytes) => library::read(&bytes, &text, &mut self.images, &mut self.by_name, assembly),
             Err(reason) => {
-                let what = format!("libraries {} not used: {reason}", quoted(name));
-                assembly.warnings.add(&what, || FileLocation::Line(line));
+                let kind = ["libraries ", &format!(" not used: {reason}")];
+                assembly.warnings.add_named(kind, name, || FileLocation::Line(line));
             }
         }
     }

@@ -1,6 +1,9 @@
 //! The statements of an OBJ file: physical lines of any ending, continued lines joined, and the words and numbers in them.
 
-use super::super::read::MAX_LINE;
+use std::ops::Range;
+
+use super::super::numbers::{advice_about, number};
+use super::super::read::{BYTE_ORDER_MARK, MAX_LINE};
 use crate::text::{counted, quoted};
 
 /// An error in a statement, at a byte offset in the line if a single word is at fault.
@@ -21,6 +24,8 @@ pub(super) struct Statement<'a> {
     pub(super) line: u64,
     /// Byte offset of `rest` in the line; `None` where lines were joined.
     start: Option<usize>,
+    /// The line is the statement and nothing else: no comment follows, no byte order mark stands before it.
+    pub(super) is_plain: bool,
 }
 
 /// Splits a text into statements.
@@ -30,13 +35,14 @@ pub(super) struct Statements<'a> {
     pub(super) at: usize,
     /// Number of the line last read, from 1.
     pub(super) line: u64,
+    /// The line last read, with its ending.
+    pub(super) span: Range<usize>,
     joined: Vec<u8>,
 }
 
 impl<'a> Statements<'a> {
     pub(super) fn new(text: &'a [u8]) -> Self {
-        let text = text.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(text);
-        Self { text, at: 0, line: 0, joined: Vec::new() }
+        Self { text, at: 0, line: 0, span: 0..0, joined: Vec::new() }
     }
 
     /// The next physical line without its ending.
@@ -46,7 +52,9 @@ impl<'a> Statements<'a> {
         let start = rest.get(..=MAX_LINE).unwrap_or(rest);
         let end = start.iter().position(|&byte| byte == b'\n' || byte == b'\r').unwrap_or(start.len());
         let ending = if rest[end..].starts_with(b"\r\n") { 2 } else { 1 };
+        let start = self.at;
         self.at = self.at.saturating_add(end).saturating_add(ending);
+        self.span = start..self.at.min(self.text.len());
         self.line = self.line.saturating_add(1);
         Some(&rest[..end])
     }
@@ -72,11 +80,14 @@ impl<'a> Statements<'a> {
             check_length(line)?;
         }
         let line = if is_joined { &self.joined } else { line };
-        let statement = line.trim_ascii();
+        let whole = line.trim_ascii();
+        // Texts that were put together have a mark where each begins.
+        let statement = whole.strip_prefix(BYTE_ORDER_MARK).unwrap_or(whole);
         let end = statement.iter().position(u8::is_ascii_whitespace).unwrap_or(statement.len());
         let (keyword, rest) = statement.split_at(end);
         let start = (!is_joined).then(|| line.trim_ascii_end().len().saturating_sub(rest.len()));
-        Ok(Some(Statement { keyword, rest, line: number, start }))
+        let is_plain = !is_joined && whole.len() == statement.len() && !rest.contains(&b'#');
+        Ok(Some(Statement { keyword, rest, line: number, start, is_plain }))
     }
 }
 
@@ -117,7 +128,7 @@ impl<'a> Statement<'a> {
 
     /// Reads up to `N` numbers into an array of zeros; returns it with the number of words there are. Fewer than `least` are
     /// an error that names what lacks them.
-    pub(super) fn numbers<const N: usize>(&self, what: &str, least: usize) -> Result<([f32; N], usize), Fault> {
+    pub(super) fn numbers<const N: usize>(&self, what: &str, least: usize) -> Result<([f64; N], usize), Fault> {
         let mut values = [0.0; N];
         let mut count = 0_usize;
         for (at, word) in self.words_at() {
@@ -135,23 +146,6 @@ impl<'a> Statement<'a> {
             return Err(Fault { problem, advice: "add what is missing or export the model again", column: None });
         }
         Ok((values, count))
-    }
-}
-
-/// A word as a number.
-pub(super) fn number(word: &[u8]) -> Option<f32> {
-    std::str::from_utf8(word).ok()?.parse().ok()
-}
-
-/// What to do about a word that is not a number.
-fn advice_about(word: &[u8]) -> &'static str {
-    let digits = word.strip_prefix(b"-").unwrap_or(word);
-    if word.contains(&b',') && word.iter().all(|byte| b"0123456789+-.,eE".contains(byte)) {
-        "write decimals with a point, or export the model with an English number format"
-    } else if digits.starts_with(b"0x") || digits.starts_with(b"0X") {
-        "write it in decimal digits"
-    } else {
-        "correct the line or export the model again"
     }
 }
 

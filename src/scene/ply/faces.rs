@@ -1,20 +1,39 @@
 //! The faces and triangle strips of a PLY file.
 
+use glam::{DVec3, Vec3};
+
 use super::element::{Element, Number, Property};
 use super::values::Source;
-use crate::scene::assemble::BYTES_PER_TRIANGLE;
+use crate::scene::assemble::{BATCH_SIZE, BYTES_PER_TRIANGLE};
 use crate::scene::error::{FileLocation, LoadError};
+use crate::scene::polygon::PolygonCutter;
+use bvhscope_engine::cancel::{CancelToken, Cancelled};
 
 /// An index that stands for none: indices in a file are below it, since so many vertices cannot be.
 const NONE: u32 = u32::MAX;
 
+/// A polygon of more than three corners among the triangles.
+pub(super) struct Polygon {
+    /// Index of the first triangle of its fan.
+    pub(super) first: usize,
+    /// Number of its corners, two more than that of the triangles.
+    pub(super) corners: usize,
+    /// Its line, or its byte in a binary file.
+    pub(super) place: u64,
+}
+
 /// Triangles read so far, each with indices below the number of vertices.
 pub(super) struct Faces {
     pub(super) corners: Vec<[u32; 3]>,
+    /// The fans among the triangles; vertices may come after the faces, so polygons are cut once everything is read.
+    pub(super) polygons: Vec<Polygon>,
     vertex_count: u64,
     /// The number of triangles for which memory was checked.
     checked: u64,
 }
+
+/// Bytes of a corner of the polygon being read, and cut.
+const BYTES_PER_CORNER: u64 = 2 * (size_of::<u32>() + size_of::<DVec3>()) as u64;
 
 /// Whether a property lists the corners of a face or strip.
 fn is_corners(property: &Property) -> bool {
@@ -23,7 +42,7 @@ fn is_corners(property: &Property) -> bool {
 
 impl Faces {
     pub(super) fn new(vertex_count: u64) -> Self {
-        Self { corners: Vec::new(), vertex_count, checked: 0 }
+        Self { corners: Vec::new(), polygons: Vec::new(), vertex_count, checked: 0 }
     }
 
     /// Reads all faces or strips.
@@ -57,13 +76,22 @@ impl Faces {
         Ok(())
     }
 
-    /// Checks that `more` triangles fit into memory, which are then in the list and in the scene; the list doubles as it grows.
+    /// Checks that `more` triangles fit into memory, which are then in the list and in the scene. A list that outgrows what was
+    /// checked doubles, and its old part is there until it is copied.
     fn check_memory(&mut self, source: &Source, more: u64) -> Result<(), LoadError> {
-        const BYTES_PER_FACE: u64 = 2 * size_of::<[u32; 3]>() as u64 + BYTES_PER_TRIANGLE;
+        const LISTED: u64 = size_of::<[u32; 3]>() as u64;
+        const POLYGON: u64 = 2 * size_of::<Polygon>() as u64;
         let wanted = more.saturating_add(self.corners.len() as u64);
         if wanted > self.checked {
-            self.checked = if self.checked == 0 { wanted } else { wanted.saturating_mul(2) };
-            source.check_memory("the faces", self.checked.saturating_mul(BYTES_PER_FACE))?;
+            let is_first = self.checked == 0;
+            self.checked = if is_first { wanted } else { wanted.saturating_mul(2) };
+            let each = BYTES_PER_TRIANGLE.saturating_add(if is_first { LISTED } else { 2 * LISTED });
+            let polygons = (self.polygons.len() as u64).saturating_mul(POLYGON);
+            source.check_memory("the faces", self.checked.saturating_mul(each).saturating_add(polygons))?;
+            if is_first {
+                // Where that fails the list grows as it is filled.
+                let _ = self.corners.try_reserve_exact(usize::try_from(wanted).unwrap_or(usize::MAX));
+            }
         }
         Ok(())
     }
@@ -77,7 +105,9 @@ impl Faces {
         polygon: &mut Vec<u32>,
     ) -> Result<(), LoadError> {
         let length = property.list.map_or(Ok(0), |count| source.list_length(count))?;
-        self.check_memory(source, length)?;
+        // A polygon has two triangles less than corners, a strip as many at most.
+        self.check_memory(source, length.saturating_sub(2))?;
+        source.check_memory("the faces", length.saturating_mul(BYTES_PER_CORNER))?;
         polygon.clear();
         let restart = match property.number {
             Number::U8 => 255.0,
@@ -103,11 +133,15 @@ impl Faces {
         Ok(())
     }
 
-    /// A fan from the first corner.
+    /// A fan from the first corner; one that misses no vertex is cut later.
     fn add_face(&mut self, source: &mut Source, polygon: &[u32], place: &FileLocation) {
         let Some((&first, rest)) = polygon.split_first().filter(|(_, rest)| rest.len() >= 2) else {
             return source.warn("faces with fewer than 3 corners skipped", place.clone());
         };
+        if polygon.len() > 3 && !polygon.contains(&NONE) {
+            let (FileLocation::Line(place) | FileLocation::Byte(place)) = *place else { return };
+            self.polygons.push(Polygon { first: self.corners.len(), corners: polygon.len(), place });
+        }
         let triangles = rest.windows(2).map(|pair| [first, pair[0], pair[1]]);
         self.corners.extend(triangles.filter(|corners| !corners.contains(&NONE)));
     }
@@ -125,5 +159,42 @@ impl Faces {
                 }
             }
         }
+    }
+
+    /// Cuts the polygons among the triangles; in place of those that this makes fewer, [`NONE`] is left.
+    pub(super) fn cut_polygons(
+        &mut self,
+        positions: &[Vec3],
+        token: &CancelToken,
+        mut warn_of_overlap: impl FnMut(u64),
+    ) -> Result<(), Cancelled> {
+        let mut cutter = PolygonCutter::default();
+        let (mut indices, mut points) = (Vec::new(), Vec::new());
+        for (index, polygon) in self.polygons.iter().enumerate() {
+            if index.is_multiple_of(BATCH_SIZE) {
+                token.check()?;
+            }
+            let end = polygon.first.saturating_add(polygon.corners).saturating_sub(2);
+            let Some(fan) = self.corners.get_mut(polygon.first..end) else { continue };
+            indices.clear();
+            indices.extend(fan.first().into_iter().flat_map(|first| &first[..2]));
+            indices.extend(fan.iter().map(|triangle| triangle[2]));
+            points.clear();
+            points.extend(indices.iter().filter_map(|&k| positions.get(k as usize)).map(|point| point.as_dvec3()));
+            if points.len() < indices.len() || !points.iter().all(|point| point.is_finite()) {
+                continue;
+            }
+            let cut = cutter.cut(&points, token)?;
+            if cut.overlap {
+                warn_of_overlap(polygon.place);
+            }
+            if let Some(ears) = cut.ears {
+                fan.fill([NONE; 3]);
+                for (triangle, ear) in fan.iter_mut().zip(ears) {
+                    *triangle = ear.map(|corner| indices.get(corner as usize).copied().unwrap_or(NONE));
+                }
+            }
+        }
+        Ok(())
     }
 }

@@ -12,25 +12,60 @@ mod vertices;
 
 use std::path::Path;
 
+use glam::DVec3;
+
 use super::assemble::{Assembly, offset_corners};
-use super::error::{FileLocation, LoadError};
+use super::error::{FileLocation, LoadError, Warnings};
+use super::polygon::OVERLAP;
 use crate::text::{counted, quoted};
 use bvhscope_engine::cancel::CancelToken;
 use bvhscope_engine::geometry::Triangle;
-use element::Element;
+use element::{Element, Encoding};
 use faces::Faces;
 use values::Source;
 use vertices::Vertices;
 
-/// Loads a PLY file from memory.
+/// Loads a PLY file from memory; a second time with an offset where the vertices turn out to need one.
 pub(super) fn load(path: &Path, bytes: &[u8], assembly: &mut Assembly, token: &CancelToken) -> Result<(), LoadError> {
+    let mut read = read(path, bytes, DVec3::ZERO, token)?;
+    let offset = read.vertices.extent.offset();
+    if offset != DVec3::ZERO {
+        drop(read);
+        read = self::read(path, bytes, offset, token)?;
+        assembly.offset = offset;
+    }
+    let Contents { vertices, mut faces, others, warnings, is_text } = read;
+    assembly.other_contents.extend(others.into_iter().take(3));
+    assembly.point_count = vertices.positions.len() as u64;
+    assembly.mesh_count = 1;
+    assembly.warnings.append(warnings);
+    faces.cut_polygons(&vertices.positions, token, |place| {
+        let location = || if is_text { FileLocation::Line(place) } else { FileLocation::Byte(place) };
+        assembly.warnings.add(OVERLAP, location);
+    })?;
+    add(path, &vertices, &faces, assembly, token)
+}
+
+/// What a file holds.
+struct Contents {
+    vertices: Vertices,
+    faces: Faces,
+    /// Elements of other kinds, as in "3 elements 'edge'".
+    others: Vec<String>,
+    warnings: Warnings,
+    is_text: bool,
+}
+
+/// Reads all elements, positions less `offset`.
+fn read(path: &Path, bytes: &[u8], offset: DVec3, token: &CancelToken) -> Result<Contents, LoadError> {
     let mut source = Source::new(path, bytes, token);
     let elements = header::read(&mut source)?;
     let of_kind = |name: &str| elements.iter().position(|element| element.name == name);
     let vertex_element = of_kind("vertex");
     let vertex_count = vertex_element.and_then(|at| elements.get(at)).map_or(0, |element| element.count);
-    let mut vertices = Vertices::default();
+    let mut vertices = Vertices::new(offset);
     let mut faces = Faces::new(vertex_count);
+    let mut others = Vec::new();
     for (at, element) in elements.iter().enumerate() {
         check_count(&source, element)?;
         match element.name.as_str() {
@@ -41,18 +76,15 @@ pub(super) fn load(path: &Path, bytes: &[u8], assembly: &mut Assembly, token: &C
                 source.warnings.add_many(element.count, &what, || FileLocation::Line(element.line));
                 if element.count > 0 {
                     let held = format!("elements {}", quoted(name));
-                    assembly.other_contents.push(counted(element.count, &held));
+                    others.push(counted(element.count, &held));
                 }
                 source.skip(element)?;
             }
         }
     }
     source.check_end()?;
-    assembly.other_contents.truncate(3);
-    assembly.point_count = vertices.positions.len() as u64;
-    assembly.mesh_count = 1;
-    assembly.warnings.append(source.warnings);
-    add(path, &vertices, &faces, assembly, token)
+    let is_text = source.encoding == Encoding::Text;
+    Ok(Contents { vertices, faces, others, warnings: source.warnings, is_text })
 }
 
 /// Checks the number of an element against the bytes that follow, before memory is requested for it.

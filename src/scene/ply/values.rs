@@ -5,6 +5,7 @@ use std::path::Path;
 use super::element::{Element, Encoding, Number, Property};
 use crate::budget::Budget;
 use crate::scene::error::{FileLocation, LoadError, Warnings};
+use crate::scene::numbers::{advice_about, number};
 use crate::scene::read::READ_PROGRESS;
 use crate::text::quoted;
 use bvhscope_engine::cancel::CancelToken;
@@ -142,9 +143,8 @@ impl<'a> Source<'a> {
             return Err(self.fault("the file ends where a number is expected"));
         }
         let word = &rest[..end];
-        let parsed = std::str::from_utf8(word).ok().and_then(|word| word.parse().ok());
-        let Some(value) = parsed else {
-            return Err(self.fault(format!("{} is not a number", quoted(word))));
+        let Some(value) = number(word) else {
+            return Err(self.fault_with(format!("{} is not a number", quoted(word)), advice_about(word)));
         };
         self.advance(end);
         Ok(value)

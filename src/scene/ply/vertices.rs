@@ -1,12 +1,13 @@
 //! The vertices of a PLY file: positions, normals and colours.
 
-use glam::Vec3;
+use glam::{DVec3, Vec3};
 
-use super::element::{Element, Number, Property};
+use super::element::{Element, Encoding, Number, Property};
 use super::values::Source;
 use crate::scene::assemble::{BYTES_PER_VERTEX, VertexLists};
 use crate::scene::error::LoadError;
 use crate::scene::material::linear_from_srgb;
+use crate::scene::offset::{Extent, moved};
 
 /// Names of the properties that make a vertex. The names of colours have two older spellings.
 const NAMES: [&[&str]; 10] = [
@@ -27,10 +28,13 @@ const MEASURES: [&str; 8] =
     ["confidence", "intensity", "quality", "flags", "curvature", "radius", "value", "scalar_Scalar_field"];
 
 /// The vertices read so far.
-#[derive(Default)]
 pub(super) struct Vertices {
     pub(super) positions: Vec<Vec3>,
     pub(super) lists: VertexLists,
+    /// Subtracted from all coordinates.
+    pub(super) offset: DVec3,
+    /// The box around the positions, unless they were written in single precision.
+    pub(super) extent: Extent,
 }
 
 /// The place of a property in [`NAMES`].
@@ -49,6 +53,11 @@ fn color_scale(number: Number) -> f64 {
 }
 
 impl Vertices {
+    /// None, with an offset for those to come.
+    pub(super) fn new(offset: DVec3) -> Self {
+        Self { positions: Vec::new(), lists: VertexLists::default(), offset, extent: Extent::EMPTY }
+    }
+
     /// Reads all vertices.
     pub(super) fn read(&mut self, source: &mut Source, element: &Element) -> Result<(), LoadError> {
         for name in ["x", "y", "z"] {
@@ -67,6 +76,8 @@ impl Vertices {
             None => MEASURES.contains(&property.name.as_str()),
         });
         source.check_memory("the vertices", element.count.saturating_mul(BYTES_PER_VERTEX))?;
+        let is_exact = |name| element.scalar(name).is_some_and(|property| property.number == Number::F32);
+        let is_single = source.encoding != Encoding::Text && ["x", "y", "z"].into_iter().all(is_exact);
         for index in 0..element.count {
             source.poll(index)?;
             let place = source.place();
@@ -79,8 +90,13 @@ impl Vertices {
                 }
             }
             let [_, _, _, _, _, _, color @ .., alpha] = values;
-            let [x, y, z, nx, ny, nz, r, g, b, _] = values.map(|value| value as f32);
-            self.positions.push(Vec3::new(x, y, z));
+            let [x, y, z, ..] = values;
+            let position = DVec3::new(x, y, z);
+            if !is_single {
+                self.extent.add(position);
+            }
+            self.positions.push(moved(position, self.offset).as_vec3());
+            let [_, _, _, nx, ny, nz, r, g, b, _] = values.map(|value| value as f32);
             if has_normals {
                 self.lists.normals.push(Vec3::new(nx, ny, nz).normalize_or_zero());
             }

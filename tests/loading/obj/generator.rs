@@ -35,7 +35,7 @@ pub fn valid_obj(below: &mut dyn FnMut(usize) -> usize) -> String {
                 2 => text.push_str("\n  # a comment\n"),
                 _ => {}
             }
-            write_face(&mut text, &form, counts, below);
+            write_face(&mut text, &form, &mut counts, below);
         }
     }
     text
@@ -71,18 +71,27 @@ fn write_vertices(text: &mut String, form: &Form, counts: &mut [usize; 3], below
     }
 }
 
-fn write_face(text: &mut String, form: &Form, counts: [usize; 3], below: &mut dyn FnMut(usize) -> usize) {
+fn write_face(text: &mut String, form: &Form, counts: &mut [usize; 3], below: &mut dyn FnMut(usize) -> usize) {
     let with = [true, form.texcoords > 0, form.normals > 0];
-    let corners = [3, 3, 4, 4, 5, 9][below(6)];
+    let corners = [3, 3, 4, 5, 9][below(5)];
+    if corners > 3 {
+        // A convex polygon of its own vertices, which are the last: a fan from any corner.
+        for k in 0..corners {
+            let (sin, cos) = (k as f32 / corners as f32 * std::f32::consts::TAU).sin_cos();
+            let color = if form.colored { " 1 0.5 0.25" } else { "" };
+            writeln!(text, "v {cos} {sin} {}{color}", cos + sin).unwrap();
+        }
+        counts[0] += corners;
+    }
     text.push('f');
-    for _ in 0..corners {
-        for (kind, count) in counts.into_iter().enumerate() {
+    for corner in 0..corners {
+        for (kind, count) in counts.iter().copied().enumerate() {
             if kind > 0 && (with[kind] || with[2] && kind == 1) {
                 text.push('/');
             }
             if with[kind] {
                 // From the start or from the end.
-                let index = below(count);
+                let index = if kind == 0 && corners > 3 { count - corners + corner } else { below(count) };
                 let index = if below(3) == 0 { index as i64 - count as i64 } else { index as i64 + 1 };
                 let space = if kind == 0 { " " } else { "" };
                 write!(text, "{space}{index}").unwrap();

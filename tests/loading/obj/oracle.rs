@@ -5,9 +5,9 @@ use std::path::Path;
 
 use bvhscope::scene::{LoadOptions, Scene, load_bytes};
 use bvhscope_engine::cancel::CancelToken;
-use glam::{Vec2, Vec3};
+use glam::{DVec3, Vec2, Vec3};
 
-use super::obj_generator::LIBRARY;
+use super::generator::LIBRARY;
 
 /// A corner as both readers give it: position, colour in linear RGB, texture coordinates with v down, unit normal.
 type Corner = (Vec3, Vec3, Vec2, Vec3);
@@ -20,15 +20,15 @@ fn read_plainly(text: &str) -> Vec<([Corner; 3], f32)> {
     let materials = materials.unwrap();
     let mut triangles = Vec::new();
     for mesh in models.into_iter().map(|model| model.mesh) {
-        let red = mesh.material_id.map_or(-1.0, |id| materials[id].diffuse.unwrap()[0]);
-        let three = |list: &[f32], at: u32| Vec3::from_slice(&list[3 * at as usize..]);
+        let red = mesh.material_id.map_or(-1.0, |id| materials[id].diffuse.unwrap()[0] as f32);
+        let three = |list: &[f64], at: u32| DVec3::from_slice(&list[3 * at as usize..]).as_vec3();
         let corner = |at: u32| {
             let color = if mesh.vertex_color.is_empty() { Vec3::ONE } else { three(&mesh.vertex_color, at) };
             let uv = if mesh.texcoords.is_empty() {
                 Vec2::ZERO
             } else {
-                let uv = Vec2::from_slice(&mesh.texcoords[2 * at as usize..]);
-                Vec2::new(uv.x, 1.0 - uv.y)
+                let uv = &mesh.texcoords[2 * at as usize..];
+                Vec2::new(uv[0] as f32, (1.0 - uv[1]) as f32)
             };
             let normal =
                 if mesh.normals.is_empty() { Vec3::ZERO } else { three(&mesh.normals, at).normalize_or_zero() };

@@ -1,0 +1,99 @@
+//! STL loader, binary and text. Normals in the file are ignored: they are often wrong and never smooth.
+//!
+//! Not based on stl_io 0.11, whose text reader rejects upper case, a bare `solid`, Latin-1 names and any NaN without naming the
+//! line, and stops after the first of several solids. Working around that would mean rewriting every line first.
+
+mod text;
+
+use std::path::Path;
+
+use glam::Vec3;
+
+use super::assemble::Assembly;
+use super::error::{FileLocation, LoadError};
+use super::read::{READ_PROGRESS, beginning, is_plain_text};
+use bvhscope_engine::cancel::CancelToken;
+use bvhscope_engine::geometry::Triangle;
+
+/// Bytes of a triangle in the binary form.
+const RECORD: usize = 50;
+/// Bytes before the first triangle in the binary form.
+const HEADER: usize = 84;
+/// The bit of a record's last two bytes that says whether they are a colour; VisCAM sets it, Magics leaves it out.
+const COLOR_BIT: u16 = 1 << 15;
+
+/// Number of triangles that the header of a binary file declares.
+fn declared_count(bytes: &[u8]) -> Option<u64> {
+    let count: [u8; 4] = bytes.get(80..HEADER)?.try_into().ok()?;
+    Some(u64::from(u32::from_le_bytes(count)))
+}
+
+/// Size in bytes that the header of a binary file implies.
+pub(super) fn binary_size(bytes: &[u8]) -> Option<u64> {
+    declared_count(bytes)?.checked_mul(RECORD as u64)?.checked_add(HEADER as u64)
+}
+
+/// Whether the content is the text form. Headers of binary files may begin with "solid" too, but have control characters.
+pub(super) fn is_text(bytes: &[u8]) -> bool {
+    let start = beginning(bytes);
+    let begins = |word: &[u8]| start.get(..word.len()).is_some_and(|start| start.eq_ignore_ascii_case(word));
+    let after = |word: &[u8]| start.get(word.len()).is_none_or(u8::is_ascii_whitespace);
+    (begins(b"solid") && after(b"solid") || begins(b"facet") && after(b"facet")) && is_plain_text(start)
+}
+
+/// Loads an STL file from memory.
+pub(super) fn load(path: &Path, bytes: &[u8], assembly: &mut Assembly, token: &CancelToken) -> Result<(), LoadError> {
+    if is_text(bytes) && binary_size(bytes) != Some(bytes.len() as u64) {
+        return text::load(path, bytes, assembly, token);
+    }
+    let Some(declared) = declared_count(bytes) else {
+        let location = FileLocation::Byte(bytes.len() as u64);
+        let problem = format!("the file ends in the header of {HEADER} bytes");
+        return Err(LoadError::at(path, location, problem, "it may be cut off: export or copy it again"));
+    };
+    let records = whole_records(bytes, declared, assembly);
+    assembly.mesh_count = 1;
+    if records.is_empty() {
+        assembly.other_contents.push("a header".to_owned());
+    }
+    assembly.reserve(records.len()).map_err(|error| error.in_file(path))?;
+    let is_magics = bytes[..80].windows(6).any(|word| word == b"COLOR=");
+    for (index, record) in records.iter().enumerate() {
+        if index % 65_536 == 0 {
+            token.check()?;
+            token.set_progress(READ_PROGRESS + (1.0 - READ_PROGRESS) * index as f32 / records.len() as f32);
+        }
+        // The normal, three corners, and two bytes for attributes.
+        let (vectors, attributes) = record.as_chunks::<12>();
+        let corner = |k: usize| {
+            Vec3::from_array(bytemuck::pod_read_unaligned::<[[u8; 4]; 3]>(&vectors[k]).map(f32::from_le_bytes))
+        };
+        let triangle = Triangle { a: corner(1), b: corner(2), c: corner(3) };
+        let location = || FileLocation::Byte(index.saturating_mul(RECORD).saturating_add(HEADER) as u64);
+        assembly.push(triangle, None, 0, location);
+        let color = u16::from_le_bytes([attributes[0], attributes[1]]);
+        if color != 0 && (color & COLOR_BIT == 0) == is_magics {
+            assembly.warnings.add("triangles with a colour, which is not shown", location);
+        }
+    }
+    Ok(())
+}
+
+/// The records of a binary file: as many as are there, with a warning where the header declares another number.
+fn whole_records<'a>(bytes: &'a [u8], declared: u64, assembly: &mut Assembly) -> &'a [[u8; RECORD]] {
+    let (records, rest) = bytes.get(HEADER..).unwrap_or_default().as_chunks::<RECORD>();
+    let found = records.len() as u64;
+    let missing = format!("triangles of {declared} declared missing at the end");
+    assembly.warnings.add_many(declared.saturating_sub(found), &missing, || FileLocation::Byte(bytes.len() as u64));
+    // Beyond the declared number, only what is nothing but records is taken for more of them.
+    let count = if rest.is_empty() { found } else { found.min(declared) };
+    let end = count.saturating_mul(RECORD as u64).saturating_add(HEADER as u64);
+    let extra = format!("triangles beyond the {declared} that the header declares, shown too");
+    let first_extra = declared.saturating_mul(RECORD as u64).saturating_add(HEADER as u64);
+    assembly.warnings.add_many(count.saturating_sub(declared), &extra, || FileLocation::Byte(first_extra));
+    if declared <= found {
+        let left = (bytes.len() as u64).saturating_sub(end);
+        assembly.warnings.add_many(left, "bytes after the last triangle not read", || FileLocation::Byte(end));
+    }
+    records.get(..usize::try_from(count).unwrap_or(usize::MAX)).unwrap_or(records)
+}
