@@ -22,10 +22,13 @@ struct View {
     color_by: u32,
     circle_segments: u32,
     show_picture: u32,
-    // Whether lines are white with a dark edge, over colours that stand for values.
+    // 1 where lines are white with a dark edge, over colours that stand for values.
     neutral: u32,
     // Opacity of containers that are not highlighted.
     strength: f32,
+    // First and last depth of the drawn nodes, which differ in width and lightness.
+    levels: vec2f,
+    padding: vec2f,
     // The section plane in view space: what `dot(xyz, point) + w` is positive for is cut off. Zero normal: none.
     section: vec4f,
     background: vec4f,
@@ -35,7 +38,7 @@ struct View {
 
 @group(0) @binding(0) var<uniform> view: View;
 
-// Whether the target encodes linear colours as sRGB. A pipeline constant: with a software driver, computing the powers per
+// The target encodes linear colours as sRGB. A pipeline constant: with a software driver, computing the powers per
 // pixel took most of a frame.
 override LINEAR_TARGET: bool = false;
 

@@ -122,7 +122,7 @@ fn line_vertex(before: vec3f, a: vec3f, b: vec3f, after: vec3f, corner: u32, cur
     let clip = mix(clip_a, clip_b, select(range.x, range.y, at_end));
     let role = (node.flags >> ROLE_SHIFT) & ROLE_MASK;
     let strength = strength_of(size, role);
-    let half_width = view.half_width_px * width_of(role) * mix(0.6, 1.0, min(1.0, size / FULL_SIZE_PX));
+    let half_width = view.half_width_px * width_of(role) * level_width(node.depth, role) * mix(0.6, 1.0, min(1.0, size / FULL_SIZE_PX));
     // Includes the antialiased edge.
     let reach = half_width + 0.5 + select(0.0, EDGE_PX, view.neutral != 0u);
 
@@ -151,10 +151,31 @@ fn line_vertex(before: vec3f, a: vec3f, b: vec3f, after: vec3f, corner: u32, cur
 
 fn width_of(role: u32) -> f32 {
     switch role {
-        case ROLE_SELECTED, ROLE_TRACED: { return 2.0; }
-        case ROLE_FIRST_CHILD, ROLE_SECOND_CHILD, ROLE_HOVERED, ROLE_FAULTY: { return 1.5; }
+        case ROLE_SELECTED: { return SELECTED_WIDTH; }
+        case ROLE_TRACED: { return TRACED_WIDTH; }
+        case ROLE_FIRST_CHILD: { return FIRST_CHILD_WIDTH; }
+        case ROLE_SECOND_CHILD: { return SECOND_CHILD_WIDTH; }
+        case ROLE_HOVERED: { return HOVERED_WIDTH; }
+        case ROLE_FAULTY: { return FAULTY_WIDTH; }
         default: { return 1.0; }
     }
+}
+
+// Place of a depth among the drawn levels: 0 for the first, 1 for the last, 0.5 where there is one level.
+fn level_of(depth: u32) -> f32 {
+    let count = view.levels.y - view.levels.x;
+    return select(clamp((f32(depth) - view.levels.x) / count, 0.0, 1.0), 0.5, count < 1.0);
+}
+
+// Levels above are wider.
+fn level_width(depth: u32, role: u32) -> f32 {
+    return select(1.0, mix(WIDEST_LEVEL, NARROWEST_LEVEL, level_of(depth)), role == ROLE_SHOWN);
+}
+
+// Levels above are lighter.
+fn level_color(color: vec3f, depth: u32) -> vec3f {
+    let level = level_of(depth) * 2.0 - 1.0;
+    return select(mix(color, vec3f(1.0), -level * LIGHTEST_LEVEL), color * (1.0 - level * DARKEST_LEVEL), level > 0.0);
 }
 
 fn color_of(node: Node, role: u32) -> vec4f {
@@ -182,10 +203,11 @@ fn color_of(node: Node, role: u32) -> vec4f {
     }
     let t = clamp((value - view.scale_low) / (view.scale_high - view.scale_low), 0.0, 1.0) * f32(RAMP_STOPS - 1u);
     let stop = min(u32(t), RAMP_STOPS - 2u);
-    return vec4f(mix(view.ramp[stop].rgb, view.ramp[stop + 1u].rgb, t - f32(stop)), view.hidden_alpha);
+    let color = mix(view.ramp[stop].rgb, view.ramp[stop + 1u].rgb, t - f32(stop));
+    return vec4f(select(color, level_color(color, node.depth), view.color_by == COLOR_BY_DEPTH), view.hidden_alpha);
 }
 
-// Whether something at a view depth is in front of the surface at a pixel.
+// True where a view depth is in front of the surface at a pixel.
 fn is_in_front(position: vec2f, depth: f32) -> bool {
     // `position` is in pixels of the render target, not of the viewport.
     let uv = (position - view.viewport.xy) / view.covered;
@@ -201,7 +223,7 @@ fn is_in_front(position: vec2f, depth: f32) -> bool {
 fn fs_line(in: LineVertex) -> @location(0) vec4f {
     let distance = abs(in.offset_w / in.w);
     let coverage = clamp(in.half_width + 0.5 - distance, 0.0, min(1.0, 2.0 * in.half_width));
-    // What is behind the surface fades twice with the size.
+    // Lines behind the surface fade twice with the size.
     let opacity = in.strength * select(in.color.a * in.strength, 1.0, is_in_front(in.position.xy, in.depth));
     let edge = clamp(in.half_width + 0.5 + EDGE_PX - distance, 0.0, 1.0) * EDGE_ALPHA * f32(view.neutral);
     return vec4f(to_target(in.color.rgb) * coverage, max(coverage, edge)) * opacity;

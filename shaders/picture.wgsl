@@ -10,18 +10,19 @@ fn vs_picture(@builtin(vertex_index) index: u32) -> @builtin(position) vec4f {
     return vec4f(corner * 2.0 - 1.0, 0.5, 1.0);
 }
 
-// Whether the picture has fewer pixels than the viewport.
+// The picture has fewer pixels than the viewport.
 override SMOOTH: bool = false;
 
 @fragment
 fn fs_picture(@builtin(position) position: vec4f) -> @location(0) vec4f {
     let pixel = position.xy - view.viewport.xy;
-    var color: vec3f;
+    var color: vec4f;
     if SMOOTH {
-        color = textureSampleLevel(picture, smooth_sampler, pixel / view.covered, 0.0).rgb;
+        color = textureSampleLevel(picture, smooth_sampler, pixel / view.covered, 0.0);
     } else {
         // Same size: the bytes unchanged.
-        color = textureLoad(picture, vec2i(pixel), 0).rgb;
+        color = textureLoad(picture, vec2i(pixel), 0);
     }
-    return vec4f(to_target(select(color, view.background.rgb, view.show_picture == 0u)), 1.0);
+    color = select(vec4f(color.rgb * color.a, color.a), view.background, view.show_picture == 0u);
+    return vec4f(to_target(color.rgb), color.a);
 }

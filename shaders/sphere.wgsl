@@ -1,4 +1,5 @@
-// A sphere: its silhouette as seen by the camera, then three great circles.
+// A sphere: its silhouette as seen by the camera, then three great circles, which only highlighted spheres have: those of many
+// spheres cover each other.
 
 @vertex
 fn vs_sphere(@builtin(vertex_index) index: u32, node: Node) -> LineVertex {
@@ -15,11 +16,12 @@ fn vs_sphere(@builtin(vertex_index) index: u32, node: Node) -> LineVertex {
     } else if which == 3u {
         circle = Circle(center, vec3f(r, 0.0, 0.0), vec3f(0.0, 0.0, r), true);
     }
-    if !circle.exists || r < 0.0 {
+    let role = (node.flags >> ROLE_SHIFT) & ROLE_MASK;
+    if !circle.exists || r < 0.0 || (which > 0u && role == ROLE_SHOWN) {
         return nowhere();
     }
     let part = 1.0 / f32(view.circle_segments);
-    return line_vertex(
+    var out = line_vertex(
         circle_point(circle, (step - 1.0) * part),
         circle_point(circle, step * part),
         circle_point(circle, (step + 1.0) * part),
@@ -29,4 +31,7 @@ fn vs_sphere(@builtin(vertex_index) index: u32, node: Node) -> LineVertex {
         size_px(to_view(center), r),
         node,
     );
+    // Silhouettes behind the surface say little about where a sphere is.
+    out.color.a *= select(1.0, HIDDEN_SILHOUETTE, role == ROLE_SHOWN);
+    return out;
 }

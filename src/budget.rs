@@ -115,7 +115,7 @@ impl Budget {
         self.limit
     }
 
-    /// Resident memory of this process in bytes; 0 where the system does not say.
+    /// Resident memory of this process in bytes; 0 where the system does not report it.
     pub fn used() -> u64 {
         used()
     }

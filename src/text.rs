@@ -60,10 +60,21 @@ pub fn quoted(name: impl AsRef<[u8]>) -> String {
     // A character has at most 4 bytes, so nothing beyond is looked at.
     let start = bytes.get(..4 * (MAX_QUOTED + 1)).unwrap_or(bytes);
     let text = String::from_utf8_lossy(start);
-    let mut characters = text.chars();
-    let kept: String = characters.by_ref().take(MAX_QUOTED).collect();
-    let rest = if characters.next().is_some() { "…" } else { "" };
-    format!("'{}{rest}'", printable(&kept))
+    let kept = cut(&text, MAX_QUOTED + 1);
+    format!("'{}'", printable(&kept))
+}
+
+/// `text`, ended by an ellipsis after `most` - 1 characters where it has more than `most`.
+///
+/// ```
+/// assert_eq!(bvhscope::text::cut("needle", 6), "needle");
+/// assert_eq!(bvhscope::text::cut("needles", 6), "needl…");
+/// ```
+pub fn cut(text: &str, most: usize) -> Cow<'_, str> {
+    match text.char_indices().nth(most) {
+        None => Cow::Borrowed(text),
+        Some(_) => Cow::Owned(text.chars().take(most.saturating_sub(1)).chain(['…']).collect()),
+    }
 }
 
 /// `text` as one word of a POSIX shell.

@@ -51,7 +51,7 @@ impl NamedView {
 
     /// The camera of this view of `scene`, whose up direction the user may have changed to `up`.
     pub fn camera(self, scene: &Scene, up: Vec3) -> Camera {
-        let bounds = &scene.bounds;
+        let bounds = &scene.subject;
         let mut camera = Camera::framing(bounds, up);
         let front = if up.y.abs() > 0.5 { Vec3::Z } else { Vec3::NEG_Y };
         let right = up.cross(front).normalize_or(Vec3::X);
@@ -114,7 +114,7 @@ impl CameraChoice {
         if let Some(fov_y) = self.fov_y {
             camera.fov_y = fov_y;
             if self.view != NamedView::Default || scene.interior.is_none() {
-                camera.frame(&scene.bounds);
+                camera.frame(&scene.subject);
             }
         }
         if let Some(up) = self.up {

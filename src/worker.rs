@@ -1,5 +1,5 @@
 //! A worker thread that serves the newest request: a one-slot inbox, a one-slot outbox and a cancel token. Of the engine it
-//! knows only the token.
+//! receives only the token.
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};

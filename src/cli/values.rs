@@ -37,6 +37,15 @@ where
     }
 }
 
+/// Parses `on` or `off`.
+pub fn on_or_off(text: &str) -> Result<bool, String> {
+    match text {
+        "on" => Ok(true),
+        "off" => Ok(false),
+        _ => Err("on or off is expected".to_owned()),
+    }
+}
+
 /// Parses a decimal number in `low..=high`.
 pub fn decimal(text: &str, low: f32, high: f32) -> Result<f32, String> {
     match text.parse::<f32>() {

@@ -5,7 +5,7 @@ use log::{Log, Metadata, Record};
 
 use super::output::note;
 
-/// The lines of the window's libraries that are shown unless `RUST_LOG` says otherwise: graphics drivers log errors only.
+/// The lines of the window's libraries that are shown unless `RUST_LOG` is set: graphics drivers log errors only.
 const DEFAULT_FILTER: &str = "warn,wgpu_hal=error,winit=error";
 
 struct Logger {
@@ -26,7 +26,7 @@ impl Log for Logger {
     fn flush(&self) {}
 }
 
-/// Shows log lines on stderr: those that `RUST_LOG` asks for (`RUST_LOG=bvhscope=info` for the events of the window), else
+/// Shows log lines on stderr: those that `RUST_LOG` selects (`RUST_LOG=bvhscope=info` for the events of the window), else
 /// warnings.
 pub fn start_log() {
     let wanted = std::env::var("RUST_LOG").unwrap_or_else(|_| DEFAULT_FILTER.to_owned());

@@ -1,5 +1,5 @@
-//! Atomic file output: data goes into a temporary file beside the target, which is flushed and then renamed. Nothing that was
-//! read is written over, see [`Protected`].
+//! Atomic file output: data goes into a temporary file beside the target, which is flushed and then renamed. Files that were
+//! read are not written over, see [`Protected`].
 //!
 //! Knows no file format; callers encode.
 
@@ -11,18 +11,27 @@ use std::io::{BufWriter, Write};
 use std::path::{Path, PathBuf};
 
 use crate::text::shown_path;
-use temporary::{Temporary, folder_of};
+use temporary::{Temporary, destination, folder_of};
 
 pub use error::ExportError;
 pub use protected::{Protected, is_same_file};
 pub use temporary::remove_incomplete;
 
 /// Checks that `path` can be written, before work is spent on its contents: its folder exists and is writable, and it is
-/// neither a folder, a device nor one of the `protected` files.
+/// neither a folder, a device nor one of the `protected` files. A symbolic link stands for the place that it leads to.
 pub fn check_target(path: &Path, protected: &Protected) -> Result<(), ExportError> {
-    let Some(name) = path.file_name() else {
+    checked_place(path, protected).map(drop)
+}
+
+/// The place where `path` is written, checked as in [`check_target`].
+fn checked_place(path: &Path, protected: &Protected) -> Result<PathBuf, ExportError> {
+    if path.file_name().is_none() {
         return Err(ExportError::new(path, "this is not a file name"));
-    };
+    }
+    let place = destination(path).map_err(|error| match error.kind() {
+        std::io::ErrorKind::InvalidFilename => ExportError::new(path, "the name is longer than 255 bytes"),
+        _ => ExportError::new(path, cannot_be_written(&error)),
+    })?;
     if path.is_dir() {
         return Err(ExportError::new(
             path,
@@ -32,7 +41,7 @@ pub fn check_target(path: &Path, protected: &Protected) -> Result<(), ExportErro
     if path.exists() && !path.is_file() {
         return Err(ExportError::new(path, "is not a regular file; it will not be replaced"));
     }
-    let folder = folder_of(path);
+    let folder = folder_of(&place);
     if !folder.is_dir() {
         return Err(ExportError::new(
             path,
@@ -40,9 +49,10 @@ pub fn check_target(path: &Path, protected: &Protected) -> Result<(), ExportErro
         ));
     }
     protected.check(path)?;
-    Temporary::new(folder, name)
-        .map(drop)
-        .map_err(|error| ExportError::new(path, format!("the folder '{}' takes no files: {error}", shown_path(folder))))
+    Temporary::new(folder).map_err(|error| {
+        ExportError::new(path, format!("the folder '{}' takes no files: {error}", shown_path(folder)))
+    })?;
+    Ok(place)
 }
 
 /// Writes `path`, which is none of the `protected` files, through `fill`. On failure an existing file of that name is left
@@ -52,17 +62,16 @@ pub fn write_file(
     protected: &Protected,
     fill: impl FnOnce(&mut dyn Write) -> Result<(), String>,
 ) -> Result<(), ExportError> {
-    check_target(path, protected)?;
+    let place = checked_place(path, protected)?;
     let failed = |error: std::io::Error| ExportError::new(path, cannot_be_written(&error));
-    let name = path.file_name().unwrap_or_default();
-    let mut file = Temporary::new(folder_of(path), name).map_err(failed)?;
+    let mut file = Temporary::new(folder_of(&place)).map_err(failed)?;
     {
         let mut writer = BufWriter::new(&mut file);
         fill(&mut writer).map_err(|reason| ExportError::new(path, reason))?;
         writer.flush().map_err(failed)?;
     }
     file.sync().map_err(failed)?;
-    file.replace(path).map_err(failed)
+    file.replace(&place).map_err(failed)
 }
 
 /// Writes `bytes` to `path`, which is none of the `protected` files, atomically.
@@ -82,7 +91,7 @@ pub fn cannot_be_written(error: &std::io::Error) -> String {
 
 /// The first of `folders` in which files can be written; the current one where there is none.
 pub fn first_writable(folders: &[PathBuf]) -> PathBuf {
-    let is_writable = |folder: &&PathBuf| Temporary::new(folder, std::ffi::OsStr::new("bvhscope")).is_ok();
+    let is_writable = |folder: &&PathBuf| Temporary::new(folder).is_ok();
     folders.iter().find(is_writable).cloned().unwrap_or_else(|| PathBuf::from("."))
 }
 
@@ -92,7 +101,7 @@ pub fn write_new(folder: &Path, stem: &str, extension: &str, bytes: &[u8]) -> Re
     write_new_with(folder, stem, extension, |writer| writer.write_all(bytes).map_err(|error| cannot_be_written(&error)))
 }
 
-/// [`write_new`] with what `fill` writes.
+/// [`write_new`] with the bytes that `fill` writes.
 pub fn write_new_with(
     folder: &Path,
     stem: &str,
@@ -103,7 +112,7 @@ pub fn write_new_with(
     let failed = |error: std::io::Error| {
         ExportError::new(folder, format!("takes no files: {error}. Start the program in another folder"))
     };
-    let mut file = Temporary::new(folder, std::ffi::OsStr::new(&stem)).map_err(failed)?;
+    let mut file = Temporary::new(folder).map_err(failed)?;
     {
         let mut writer = BufWriter::new(&mut file);
         fill(&mut writer).map_err(|text| ExportError::new(folder, text))?;
@@ -139,6 +148,43 @@ mod tests {
         assert!(error.to_string().contains("disk on fire"), "{error}");
         assert_eq!(std::fs::read(&path).unwrap(), b"old");
         assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 1);
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn a_link_is_written_through() {
+        let folder = tempfile::tempdir().unwrap();
+        let at = |name: &str| folder.path().join(name);
+        std::fs::create_dir(at("sub")).unwrap();
+        std::fs::write(at("sub/real"), "old").unwrap();
+        for (link, target) in
+            [("link", "sub/real"), ("sub/dangling", "new"), ("twice", "link"), ("round", "trip"), ("trip", "round")]
+        {
+            std::os::unix::fs::symlink(target, at(link)).unwrap();
+        }
+        let none = Protected::default();
+        for (name, place) in [("twice", "sub/real"), ("sub/dangling", "sub/new")] {
+            write_bytes(&at(name), &none, name.as_bytes()).unwrap();
+            assert_eq!(std::fs::read_to_string(at(place)).unwrap(), name);
+            assert!(at(name).is_symlink() && !at(place).is_symlink(), "{name}");
+        }
+        let error = write_bytes(&at("round"), &none, b"").unwrap_err();
+        assert!(error.reason.contains("in a circle"), "{error}");
+        // Two names of one place are one output, also where there is no file yet.
+        std::os::unix::fs::symlink("later", at("a")).unwrap();
+        let mut written = Protected::default();
+        written.add_output(&at("a"));
+        assert!(written.check(&at("later")).is_err());
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn names_are_as_long_as_the_folder_takes() {
+        let folder = tempfile::tempdir().unwrap();
+        let none = Protected::default();
+        write_bytes(&folder.path().join("o".repeat(255)), &none, b"").unwrap();
+        let error = write_bytes(&folder.path().join("o".repeat(256)), &none, b"").unwrap_err();
+        assert!(error.reason.contains("longer than 255 bytes"), "{error}");
     }
 
     #[test]

@@ -4,7 +4,7 @@ use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 
 use super::error::ExportError;
-use super::temporary::{folder_of, is_case_insensitive};
+use super::temporary::{destination, folder_of, is_case_insensitive};
 use crate::text::shown_path;
 
 /// A set of files that no output may replace, however it names them: through links, another spelling of the path, or in other
@@ -23,7 +23,7 @@ struct File {
     place: Option<Place>,
 }
 
-/// What two paths to the same file have in common.
+/// Identity of an existing file, the same for all paths to it.
 #[cfg(unix)]
 type Identity = (u64, u64);
 #[cfg(not(unix))]
@@ -44,13 +44,14 @@ fn identity(path: &Path) -> Option<Identity> {
 }
 
 fn place(path: &Path) -> Option<Place> {
-    let folder = folder_of(path);
+    let path = destination(path).ok()?;
+    let folder = folder_of(&path);
     let name = path.file_name()?;
     let name = if is_case_insensitive(folder) { name.to_string_lossy().to_lowercase().into() } else { name.to_owned() };
     Some((identity(folder)?, name))
 }
 
-/// Whether both paths lead to the same existing file.
+/// Both paths lead to the same existing file.
 pub fn is_same_file(a: &Path, b: &Path) -> bool {
     identity(a).is_some_and(|found| identity(b) == Some(found))
 }
@@ -60,7 +61,7 @@ impl Protected {
     pub fn add_read<P: AsRef<Path>>(&mut self, paths: impl IntoIterator<Item = P>) {
         for path in paths {
             let path = path.as_ref();
-            // What does not exist is not read either.
+            // A file that does not exist is not read either.
             if let Some(identity) = identity(path) {
                 self.files.push(File { path: path.to_owned(), identity: Some(identity), place: None });
             }
@@ -91,7 +92,7 @@ impl Protected {
         self.files.push(File { path: path.to_owned(), identity: None, place: place(path) });
     }
 
-    /// Fails where `target` is one of the files.
+    /// Fails if `target` is one of the files.
     pub fn check(&self, target: &Path) -> Result<(), ExportError> {
         let (identity, place) = (identity(target), place(target));
         let found = self.files.iter().find(|file| {

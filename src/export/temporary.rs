@@ -1,7 +1,6 @@
-//! Files that are not complete yet: beside their targets, under a name of their own, and gone whenever the process ends.
+//! Incomplete files: beside their targets, under names of their own, and gone whenever the process ends.
 
-use std::ffi::OsStr;
-use std::io::ErrorKind::{PermissionDenied, QuotaExceeded, ReadOnlyFilesystem, StorageFull};
+use std::io::ErrorKind::{NotFound, PermissionDenied, QuotaExceeded, ReadOnlyFilesystem, StorageFull};
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, MutexGuard, PoisonError, TryLockError};
@@ -17,6 +16,26 @@ pub(super) fn folder_of(path: &Path) -> &Path {
     }
 }
 
+/// Longest chain of links that is followed, as on Linux.
+const MAX_LINKS: usize = 40;
+
+/// The place where `path` is written: where its symbolic links lead, whether there is a file or not.
+pub(super) fn destination(path: &Path) -> io::Result<PathBuf> {
+    let mut place = path.to_owned();
+    for _ in 0..MAX_LINKS {
+        match std::fs::symlink_metadata(&place) {
+            Ok(found) if found.is_symlink() => {
+                let target = std::fs::read_link(&place)?;
+                place = folder_of(&place).join(target);
+            }
+            Ok(_) => return Ok(place),
+            Err(error) if error.kind() == NotFound => return Ok(place),
+            Err(error) => return Err(error),
+        }
+    }
+    Err(io::Error::other("its symbolic links lead round in a circle"))
+}
+
 /// The incomplete files of this process.
 static INCOMPLETE: Mutex<Vec<PathBuf>> = Mutex::new(Vec::new());
 
@@ -24,7 +43,7 @@ fn incomplete() -> MutexGuard<'static, Vec<PathBuf>> {
     INCOMPLETE.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// Deletes the incomplete files of this process, and makes no more: before it ends at once, so that nothing else would.
+/// Deletes the incomplete files of this process and makes no more. Called before the process ends without running destructors.
 pub fn remove_incomplete() {
     // The lock is held while a file is made, which may take long on a disk that does not answer.
     for _ in 0..10 {
@@ -54,12 +73,11 @@ pub(super) struct Temporary {
 }
 
 impl Temporary {
-    /// A file in `folder`, named after `name`, with the permissions of an ordinary new file.
-    pub(super) fn new(folder: &Path, name: &OsStr) -> io::Result<Self> {
-        let mut prefix = std::ffi::OsString::from(".");
-        prefix.push(name);
+    /// A file in `folder`, with the permissions of an ordinary new file. Its name is short, so that any name that the folder
+    /// takes can be that of the complete file.
+    pub(super) fn new(folder: &Path) -> io::Result<Self> {
         let mut builder = tempfile::Builder::new();
-        builder.prefix(&prefix).suffix(".part");
+        builder.prefix(".").suffix(".part");
         #[cfg(unix)]
         {
             use std::os::unix::fs::PermissionsExt as _;
@@ -119,9 +137,9 @@ impl Drop for Temporary {
     }
 }
 
-/// Whether upper and lower case make no difference in `folder`; `false` where no file can be made there.
+/// Upper and lower case make no difference in `folder`. `false` where no file can be made there.
 pub(super) fn is_case_insensitive(folder: &Path) -> bool {
-    let Ok(probe) = Temporary::new(folder, OsStr::new("case")) else { return false };
+    let Ok(probe) = Temporary::new(folder) else { return false };
     // Files appear as long as the probe exists; its random part is no other file's.
     let name = probe.path().file_name().unwrap_or_default().to_string_lossy().into_owned();
     probe.path().with_file_name(name.replace(".part", ".PART")).exists()
@@ -138,14 +156,13 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let files = || std::fs::read_dir(folder.path()).unwrap().count();
         let known = || incomplete().iter().filter(|path| path.starts_with(folder.path())).count();
-        let [complete, new, dropped, removed] =
-            [(); 4].map(|()| Temporary::new(folder.path(), OsStr::new("a")).unwrap());
+        let [complete, new, dropped, removed] = [(); 4].map(|()| Temporary::new(folder.path()).unwrap());
         assert_eq!((known(), files()), (4, 4));
         complete.replace(&folder.path().join("complete")).unwrap();
         assert!(new.become_new(&folder.path().join("new")).is_ok());
         drop(dropped);
         assert_eq!((known(), files()), (1, 3));
         remove([removed.path().to_owned()].iter());
-        assert_eq!(files(), 2, "only what is complete stays");
+        assert_eq!(files(), 2, "complete files stay");
     }
 }

@@ -1,14 +1,20 @@
-//! Draws the clusters that stand at a step of a construction over a picture.
+//! Draws the active clusters of a step of a construction over a picture.
 
 use std::sync::Arc;
 
 use super::context::Failure;
+use super::legend::{self, Key};
+use super::picture::picture_input;
 use crate::accel::Accel;
 use crate::lab::merges::{Merges, TreeOfRecord};
-use crate::overlay::{DrawInput, NodeTable, Offscreen, OverlaySettings, PictureInput, Selection, Viewpoint};
-use crate::render::{Background, Frame};
+use crate::overlay::{DrawInput, NodeTable, Offscreen, OverlaySettings, Selection, Viewpoint};
+use crate::render::Frame;
+use crate::text::count;
 use bvhscope_engine::cancel::CancelToken;
 use bvhscope_engine::construction::Timeline;
+
+/// Number of rows of the legend.
+pub(super) const KEYS: usize = 2;
 
 /// Draws pictures of a construction, all with the same device and over the same traced picture.
 pub(super) struct Artist<'a> {
@@ -18,6 +24,7 @@ pub(super) struct Artist<'a> {
     frame: &'a Frame,
     settings: OverlaySettings,
     viewpoint: Viewpoint,
+    has_legend: bool,
 }
 
 impl<'a> Artist<'a> {
@@ -27,6 +34,7 @@ impl<'a> Artist<'a> {
         merges: &'a Merges,
         frame: &'a Frame,
         settings: OverlaySettings,
+        has_legend: bool,
         token: &CancelToken,
     ) -> Result<Self, Failure> {
         let table = match &merges.history.of {
@@ -38,10 +46,11 @@ impl<'a> Artist<'a> {
         let offscreen = Offscreen::new().map_err(|error| Failure::Failed(error.to_string()))?;
         let size_px = [frame.width_px, frame.height_px];
         let viewpoint = Viewpoint { camera: frame.camera, size_px, section: None };
-        Ok(Self { offscreen, table: Arc::new(table), merges, frame, settings, viewpoint })
+        Ok(Self { offscreen, table: Arc::new(table), merges, frame, settings, viewpoint, has_legend })
     }
 
-    /// The picture after `step` merges, sRGB RGBA: the clusters that stand, and the last merge lit up.
+    /// The picture after `step` merges, sRGB RGBA: the active clusters, and the last merge highlighted. With a legend, it is
+    /// higher than the frame.
     pub(super) fn draw(&mut self, step: u32) -> Result<Vec<[u8; 4]>, Failure> {
         let timeline = &self.merges.timeline;
         let most = (self.settings.at_most() as usize).min(Timeline::MAX_LARGEST);
@@ -51,14 +60,7 @@ impl<'a> Artist<'a> {
         let shown = self.table.shown_of(&nodes, all, &self.settings, &selection, Some(&self.viewpoint));
         let frame = self.frame;
         let input = DrawInput {
-            picture: PictureInput {
-                id: 1,
-                width_px: frame.width_px,
-                height_px: frame.height_px,
-                coarseness: 1.0,
-                rgba: &frame.rgba,
-                depth: &frame.depth,
-            },
+            picture: picture_input(frame, &frame.rgba),
             camera: frame.camera,
             table: Some(&self.table),
             shown: &Arc::new(shown),
@@ -67,10 +69,24 @@ impl<'a> Artist<'a> {
             show_picture: true,
             section: None,
             neutral_lines: frame.settings.shading.is_coded(),
-            light_background: frame.settings.background == Background::Light,
+            backdrop: frame.settings.background.backdrop(),
             viewport_px: [0, 0, frame.width_px, frame.height_px],
             pixels_per_point: 1.0,
         };
-        self.offscreen.draw(&input).map_err(|error| Failure::Failed(error.to_string()))
+        let mut rgba = self.offscreen.draw(&input).map_err(|error| Failure::Failed(error.to_string()))?;
+        if self.has_legend {
+            let keys = self.keys(step, &input);
+            legend::append(&mut rgba, [frame.width_px, frame.height_px], &keys, frame.settings.background);
+        }
+        Ok(rgba)
+    }
+
+    /// The number of the merge, what it lights up, and the colours of the other clusters.
+    fn keys(&self, step: u32, input: &DrawInput<'_>) -> [Key; KEYS] {
+        let timeline = &self.merges.timeline;
+        let [step_text, steps, left] = [step as usize, timeline.steps() as usize, timeline.standing(step) as usize]
+            .map(|number| count(number as u64));
+        let title = format!("Merge {step_text} of {steps}, {left} clusters left");
+        [legend::of_merge(title), legend::of_containers(&self.settings, &self.table, input.shown)]
     }
 }

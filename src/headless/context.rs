@@ -6,6 +6,7 @@ use std::sync::Arc;
 use super::progress::Progress;
 use crate::console::note;
 use crate::export::ExportError;
+use crate::lab::LabError;
 use crate::scene::{LoadError, LoadOptions, Scene, SceneSource, load};
 use crate::text::printable;
 use bvhscope_engine::builders::BuildError;
@@ -37,6 +38,15 @@ impl Failure {
         match error {
             BuildError::Cancelled(_) => Self::Interrupted,
             BuildError::Refused(text) => Self::Failed(format!("{}: {text}", printable(&source.to_string()))),
+        }
+    }
+}
+
+impl From<LabError> for Failure {
+    fn from(error: LabError) -> Self {
+        match error {
+            LabError::Cancelled(_) => Self::Interrupted,
+            LabError::Refused(text) => Self::Failed(text),
         }
     }
 }

@@ -7,9 +7,10 @@ use std::sync::Arc;
 use serde::Serialize;
 
 use super::context::{Context, Failure, Finished, ignore_missing_reader, in_pool};
+use super::legend;
 use super::measure::of_job;
+use super::picture::{check_written, note_written, write_png};
 use super::progress::Progress;
-use super::render::{check_written, write_png};
 use super::tree_origin::note_faults;
 use crate::accel::Accel;
 use crate::budget::Budget;
@@ -19,9 +20,11 @@ use crate::lab::diff::{TreeDifference, diff};
 use crate::lab::population::Populations;
 use crate::lab::report_table::{difference_table, number};
 use crate::lab::{Contender, Measurement, Quantity, Setup, Subject, TraceView};
-use crate::scene::SceneSource;
+use crate::render::Background;
+use crate::scene::{Scene, SceneSource};
 use crate::text::shown_path;
 use crate::view::CameraChoice;
+use bvhscope_engine::cancel::CancelToken;
 use bvhscope_engine::kernel::SimdLevel;
 use bvhscope_engine::settings::BuildSettings;
 use bvhscope_engine::tree::traverse::Traversal;
@@ -73,6 +76,8 @@ pub struct DiffCommand {
     pub repeat: usize,
     /// The PNG of the difference to write.
     pub output: Option<PathBuf>,
+    /// Draw a legend below the picture; `None` where it is wide enough.
+    pub legend: Option<bool>,
     /// Print one JSON object instead of the table.
     pub json: bool,
 }
@@ -109,12 +114,49 @@ pub fn run(command: &DiffCommand, context: &mut Context<'_>) -> Result<Finished,
     read.add_read(command.source.path());
     read.add_read(files);
     read.add_standard_streams();
+    check(command, &read)?;
+    let scene = context.load(&command.source)?;
+    // Again, as only now it is known what else was read: buffers, textures, material libraries.
+    read.add_read(&scene.files_read);
+    if let Some(path) = &command.output {
+        check_target(path, &read)?;
+    }
+    let view = TraceView {
+        camera: command.camera.camera(&scene),
+        size: command.size,
+        traversal: command.traversal,
+        simd: command.simd,
+        repeat: command.repeat,
+        populations: Populations::NONE,
+    };
+    let (trees, has_faults) = contenders(command, &scene, &context.token)?;
+    let warned = has_faults || !scene.warnings.is_empty();
+    let subject = Subject { model: command.source.to_string(), scene, trees: Vec::new() };
+    let progress = Progress::new(&format!("Comparing trees of {}", command.source.label()), &context.token);
+    let found = diff(&subject, &trees, &view, &context.token).map_err(|error| of_job(error, &command.source))?;
+    drop(progress);
+    if let Some(path) = &command.output {
+        write_picture(path, command, &found, &read, &context.token)?;
+    }
+    if command.json {
+        let text = serde_json::to_string(&summary(command, &subject, &found))
+            .map_err(|error| Failure::Failed(error.to_string()))?;
+        ignore_missing_reader(writeln!(context.out, "{}", printable_json(&text)))?;
+    } else {
+        let text = printable_lines(&text(&found));
+        ignore_missing_reader(context.out.write_all(text.as_bytes()))?;
+    }
+    Ok(Finished { warned })
+}
+
+/// Checks what can be checked before the model is loaded.
+fn check(command: &DiffCommand, read: &Protected) -> Result<(), Failure> {
     if let Some(path) = &command.output {
         if !path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("png")) {
             let text = "the file must end in .png: no other format is written here";
             return Err(Failure::Usage(format!("{}: {text}", shown_path(path))));
         }
-        check_target(path, &read)?;
+        check_target(path, read)?;
     }
     for tree in &command.trees {
         if let DiffTree::Built(build) = tree
@@ -126,53 +168,48 @@ pub fn run(command: &DiffCommand, context: &mut Context<'_>) -> Result<Finished,
     let [width, height] = command.size.map(u64::from);
     Budget::of_process()
         .check(&format!("a picture of {width}x{height} pixels"), width * height * BYTES_A_PIXEL)
-        .map_err(|error| Failure::Failed(error.to_string()))?;
-    let scene = context.load(&command.source)?;
-    // Again, as only now it is known what else was read: buffers, textures, material libraries.
-    read.add_read(&scene.files_read);
-    if let Some(path) = &command.output {
-        check_target(path, &read)?;
-    }
-    let warned = !scene.warnings.is_empty();
-    let view = TraceView {
-        camera: command.camera.camera(&scene),
-        size: command.size,
-        traversal: command.traversal,
-        simd: command.simd,
-        repeat: command.repeat,
-        populations: Populations::NONE,
-    };
-    let (mut warned, mut contenders) = (warned, Vec::with_capacity(2));
-    for tree in &command.trees {
-        contenders.push(match tree {
+        .map_err(|error| Failure::Failed(error.to_string()))
+}
+
+/// The two trees to measure, and `true` where a file holds one with faults.
+fn contenders(
+    command: &DiffCommand,
+    scene: &Arc<Scene>,
+    token: &CancelToken,
+) -> Result<([Contender; 2], bool), Failure> {
+    let mut has_faults = false;
+    let mut contender = |tree: &DiffTree| -> Result<Contender, Failure> {
+        Ok(match tree {
             &DiffTree::Built(build) => Setup { build, preset: None, threads: command.threads }.into(),
             DiffTree::File(path) => {
-                let token = &context.token;
-                let accel = Arc::new(in_pool(|| Accel::read(&scene, path, token))?);
-                warned |= note_faults(&accel);
+                let accel = Arc::new(in_pool(|| Accel::read(scene, path, token))?);
+                has_faults |= note_faults(&accel);
                 Contender::of_file(&accel, command.threads)
             }
-        });
+        })
+    };
+    let [a, b] = &command.trees;
+    let trees = [contender(a)?, contender(b)?];
+    Ok((trees, has_faults))
+}
+
+/// Writes the picture of the difference with its legend.
+fn write_picture(
+    path: &Path,
+    command: &DiffCommand,
+    found: &TreeDifference,
+    read: &Protected,
+    token: &CancelToken,
+) -> Result<(), Failure> {
+    let mut rgba = found.map.rgba.to_vec();
+    let [width, mut height] = command.size;
+    let key = legend::of_difference(found.map.limit);
+    if legend::is_wanted(command.legend, width) {
+        height = legend::append(&mut rgba, command.size, std::slice::from_ref(&key), Background::White);
     }
-    let trees =
-        <[Contender; 2]>::try_from(contenders).map_err(|_| Failure::Failed("two trees are compared".to_owned()))?;
-    let subject = Subject { model: command.source.to_string(), scene, trees: Vec::new() };
-    let progress = Progress::new(&format!("Comparing trees of {}", command.source.label()), &context.token);
-    let found = diff(&subject, &trees, &view, &context.token).map_err(|error| of_job(error, &command.source))?;
-    drop(progress);
-    if let Some(path) = &command.output {
-        let written = write_png(path, &read, command.size, &found.map.rgba, &context.token);
-        check_written(written, &context.token)?;
-    }
-    if command.json {
-        let text = serde_json::to_string(&summary(command, &subject, &found))
-            .map_err(|error| Failure::Failed(error.to_string()))?;
-        ignore_missing_reader(writeln!(context.out, "{}", printable_json(&text)))?;
-    } else {
-        let text = printable_lines(&text(&found));
-        ignore_missing_reader(context.out.write_all(text.as_bytes()))?;
-    }
-    Ok(Finished { warned })
+    check_written(write_png(path, read, [width, height], &rgba, token), token)?;
+    note_written(path, &format!("{width}×{height} pixels; {}", key.title()));
+    Ok(())
 }
 
 fn summary<'a>(command: &'a DiffCommand, subject: &'a Subject, found: &'a TreeDifference) -> DiffSummary<'a> {

@@ -6,8 +6,8 @@ use std::sync::Arc;
 use serde::Serialize;
 
 use super::context::{Context, Failure, Finished, ignore_missing_reader, in_pool};
+use super::picture::check_written;
 use super::progress::Progress;
-use super::render::check_written;
 use super::tree_numbers::TreeNumbers;
 use super::tree_origin::{TreeOrigin, note_faults};
 use crate::console::{printable_json, printable_lines};
@@ -173,7 +173,7 @@ fn print_settings(tree: &TreeNumbers, builder: BuilderKind, out: &mut dyn std::i
             0 => String::new(),
             count => format!(", {} left out", counted(count.into(), "empty nodes")),
         };
-        return line(out, "children", format!("up to {} of a node{empty}", file.arity));
+        return line(out, "children", format!("up to {} of a node{empty}", file.max_arity));
     }
     if let Some(settings) = &tree.settings {
         if builder == BuilderKind::Aac {

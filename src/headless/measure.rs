@@ -9,7 +9,7 @@ use super::tree_origin::note_faults;
 use crate::accel::Accel;
 use crate::console::{note, printable_json, printable_lines};
 use crate::export::{Protected, check_target, write_bytes, write_file};
-use crate::lab::plot::{PlotFormat, draw, panels};
+use crate::lab::plot::{Figure, PlotFormat, draw};
 use crate::lab::population::Populations;
 use crate::lab::report_table::{summary, tables};
 use crate::lab::rows::write_csv;
@@ -17,6 +17,7 @@ use crate::lab::{Job, LabError, Measurement, Subject, TraceView};
 use crate::scene::{Scene, SceneSource};
 use crate::text::printable;
 use crate::view::CameraChoice;
+use bvhscope_engine::cancel::CancelToken;
 use bvhscope_engine::kernel::SimdLevel;
 use bvhscope_engine::tree::traverse::Traversal;
 
@@ -128,7 +129,8 @@ fn write_files(output: &Output, rows: &[Measurement], ended_early: bool, read: &
     }
     if let Some(path) = output.plot.as_ref().filter(|_| !rows.is_empty()) {
         let format = PlotFormat::of(path).map_err(Failure::Usage)?;
-        let picture = panels(rows).and_then(|panels| draw(&panels, format)).map_err(Failure::Failed)?;
+        // Also drawn of an interrupted measurement, whose token is cancelled.
+        let picture = draw(&Figure::of_rows(rows).map_err(Failure::Failed)?, format, &CancelToken::new())?;
         written = written.and(write_bytes(path, &protected, &picture).map_err(Failure::from));
     }
     written

@@ -4,10 +4,11 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 #[cfg(feature = "gui")]
-use super::cluster_artist::Artist;
+use super::cluster_artist::{Artist, KEYS};
 use super::context::{Context, Failure, Finished, in_pool};
+use super::legend;
+use super::picture::{check_written, note_written, write_png};
 use super::progress::Progress;
-use super::render::{check_written, write_png};
 use crate::accel::Accel;
 use crate::console::note;
 use crate::export::{Protected, check_target, write_file};
@@ -49,6 +50,8 @@ pub struct MergesCommand {
     pub rate: u32,
     /// Width and height in pixels, at most 65,535 each.
     pub size: [u32; 2],
+    /// Draw a legend below the pictures; `None` where they are wide enough.
+    pub legend: Option<bool>,
     /// A file that ends in .gif, or the folder of the PNGs, which is made where it does not exist.
     pub output: PathBuf,
 }
@@ -76,7 +79,6 @@ pub fn run(command: &MergesCommand, context: &mut Context<'_>) -> Result<Finishe
     let scene = context.load(&command.source)?;
     read.add_read(&scene.files_read);
     check_output(command, &read)?;
-    let [width_px, height_px] = command.size;
     let token = &context.token;
     in_pool(|| {
         let progress = Progress::new("Building", token);
@@ -89,17 +91,7 @@ pub fn run(command: &MergesCommand, context: &mut Context<'_>) -> Result<Finishe
             note(format_args!("bvhscope: {remark}"));
         }
         progress.set_label("Tracing");
-        let request = RenderRequest {
-            accel: Arc::clone(&accel),
-            camera: command.camera.camera(&scene),
-            settings: command.settings,
-            width_px,
-            height_px,
-            coarseness: 1.0,
-            count_tests: false,
-            hidden: None,
-            clusters: None,
-        };
+        let request = RenderRequest::new(&accel, command.camera.camera(&scene), command.settings, command.size);
         let frame = crate::render::render(&request, token, &|_| ())?;
         progress.set_label("Drawing frames");
         write_film(command, &read, &accel, &merges, &frame, token)
@@ -139,7 +131,10 @@ fn write_film(
     frame: &Frame,
     token: &CancelToken,
 ) -> Result<(), Failure> {
-    let mut artist = Artist::new(accel, merges, frame, command.overlay, token)?;
+    let has_legend = legend::is_wanted(command.legend, command.size[0]);
+    let mut artist = Artist::new(accel, merges, frame, command.overlay, has_legend, token)?;
+    let legend_px = if has_legend { legend::height_px(command.size[0], KEYS) } else { 0 };
+    let size = [command.size[0], command.size[1] + legend_px];
     let steps = paced_steps(merges.timeline.steps(), command.frames, &merges.key_frames);
     let count = steps.len();
     let mut drawn = steps.iter().enumerate().map(|(at, &step)| {
@@ -148,10 +143,12 @@ fn write_film(
         artist.draw(step)
     });
     if command.writes_gif() {
-        write_gif(command, read, count, &mut drawn, token)
+        write_gif(command, size, read, count, &mut drawn, token)?;
     } else {
-        write_folder(command, read, &mut drawn, token)
+        write_folder(command, size, read, &mut drawn, token)?;
     }
+    note_written(&command.output, &format!("{count} frames of {}×{} pixels", size[0], size[1]));
+    Ok(())
 }
 
 #[cfg(not(feature = "gui"))]
@@ -170,12 +167,13 @@ fn write_film(
 #[cfg_attr(not(feature = "gui"), expect(dead_code, reason = "frames are drawn by the feature gui"))]
 fn write_gif(
     command: &MergesCommand,
+    size: [u32; 2],
     read: &Protected,
     count: usize,
     frames: &mut dyn Iterator<Item = Result<Vec<[u8; 4]>, Failure>>,
     token: &CancelToken,
 ) -> Result<(), Failure> {
-    let [width, height] = command.size.map(|side| side as u16);
+    let [width, height] = size.map(|side| side as u16);
     let delay = (100 / command.rate.max(1)) as u16;
     let mut failure = None;
     let written = write_file(&command.output, read, |writer| {
@@ -204,6 +202,7 @@ fn write_gif(
 #[cfg_attr(not(feature = "gui"), expect(dead_code, reason = "frames are drawn by the feature gui"))]
 fn write_folder(
     command: &MergesCommand,
+    size: [u32; 2],
     read: &Protected,
     frames: &mut dyn Iterator<Item = Result<Vec<[u8; 4]>, Failure>>,
     token: &CancelToken,
@@ -214,7 +213,7 @@ fn write_folder(
     for (number, pixels) in (1..).zip(frames) {
         let path = folder.join(format!("frame-{number:04}.png"));
         check_target(&path, read)?;
-        check_written(write_png(&path, read, command.size, &pixels?, token), token)?;
+        check_written(write_png(&path, read, size, &pixels?, token), token)?;
     }
     Ok(())
 }

@@ -5,6 +5,10 @@ mod context;
 
 pub mod render;
 
+mod legend;
+pub mod picture;
+mod svg;
+
 pub mod info;
 
 #[cfg(feature = "gui")]

@@ -3,15 +3,20 @@
 use std::io::{BufRead, BufReader, Read};
 use std::path::{Path, PathBuf};
 
+use serde_json::Value;
+
 use super::context::{Context, Failure, Finished};
 use crate::console::{open_input, standard_input};
 use crate::export::{Protected, check_target, write_bytes};
 use crate::lab::Measurement;
-use crate::lab::plot::{PlotFormat, draw, panels};
-use crate::text::shown_path;
+use crate::lab::plot::{Figure, PlotFormat, draw};
+use crate::text::{quoted, shown_path};
 
 /// Maximum length of a line in bytes; a row has about a thousand.
 const MAX_LINE: u64 = 1 << 20;
+
+/// Magnitudes of the numbers of a row, but for 0: no measurement is beyond, and axes could not be divided.
+const MAGNITUDES: std::ops::RangeInclusive<f64> = 1e-30..=1e30;
 
 /// Settings of `plot`.
 #[derive(Debug, Clone, PartialEq)]
@@ -44,7 +49,7 @@ pub fn run(command: &PlotCommand, context: &mut Context<'_>) -> Result<Finished,
         token.check()?;
         appended?;
     }
-    let picture = panels(&rows).and_then(|panels| draw(&panels, format)).map_err(Failure::Failed)?;
+    let picture = draw(&Figure::of_rows(&rows).map_err(Failure::Failed)?, format, token)?;
     write_bytes(&command.output, &read, &picture)?;
     Ok(Finished::default())
 }
@@ -64,10 +69,37 @@ fn read_rows(path: &Path, file: impl Read, rows: &mut Vec<Measurement>) -> Resul
             return Err(at("this line is too long to be a row"));
         }
         if !line.trim().is_empty() {
-            let row = serde_json::from_str(&line)
-                .map_err(|error| at(&format!("not a row of bench, sweep, scaling or compare: {error}")))?;
-            rows.push(row);
+            rows.push(row(&line).map_err(|reason| at(&reason))?);
         }
     }
     Ok(())
+}
+
+/// The row in `line`. Refuses numbers that nothing could have been measured as.
+fn row(line: &str) -> Result<Measurement, String> {
+    let not_a_row = |error| format!("not a row of bench, sweep, scaling or compare: {error}");
+    let fields: Value = serde_json::from_str(line).map_err(not_a_row)?;
+    let command = fields.get("command").and_then(Value::as_str);
+    if let Some(command) = command.filter(|command| ["diff", "info", "render"].contains(command)) {
+        return Err(format!(
+            "a row of {command}, of which there is no plot: plots show bench, sweep, scaling and compare"
+        ));
+    }
+    if let Some((name, number)) = fields.as_object().into_iter().flatten().find_map(|(name, value)| {
+        let number = number_beyond(value)?;
+        Some((name, number))
+    }) {
+        return Err(format!("{} is {number:e}, beyond 1e-30 to 1e30", quoted(name)));
+    }
+    serde_json::from_value(fields).map_err(not_a_row)
+}
+
+/// A number in `value` that is out of range.
+fn number_beyond(value: &Value) -> Option<f64> {
+    match value {
+        Value::Number(number) => number.as_f64().filter(|number| *number != 0.0 && !MAGNITUDES.contains(&number.abs())),
+        Value::Array(values) => values.iter().find_map(number_beyond),
+        Value::Object(fields) => fields.values().find_map(number_beyond),
+        _ => None,
+    }
 }

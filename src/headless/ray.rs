@@ -36,7 +36,7 @@ pub struct RayCommand {
     pub section: Option<SectionChoice>,
     /// Where the ray comes from.
     pub start: RayStart,
-    /// What it is traced for.
+    /// Its purpose.
     pub kind: RayKind,
     /// The traversal.
     pub method: RayMethod,

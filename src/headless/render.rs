@@ -1,24 +1,24 @@
-//! `render`: traces one frame and writes it as a PNG, with or without overlay, or its linear radiance as an EXR; and its hit
-//! distances as an EXR.
+//! `render`: traces one frame and writes it as a PNG or SVG, with or without overlay, or its linear radiance as an EXR; and its
+//! hit distances as an EXR.
 
-use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use serde::Serialize;
 
 use super::context::{Context, Failure, Finished, ignore_missing_reader, in_pool};
-use super::exr::{write_distances, write_exr};
+use super::exr::write_distances;
+use super::picture::{Picture, PictureChoice, check_written, note_written};
 use super::progress::Progress;
 use super::tree_numbers::TreeNumbers;
 use super::tree_origin::{TreeOrigin, note_faults};
 use crate::accel::Accel;
 use crate::budget::Budget;
 use crate::console::printable_json;
-use crate::export::{ExportError, Protected, cannot_be_written, check_target, write_file};
+use crate::export::{Protected, check_target};
 use crate::overlay::{NodeTable, OverlaySettings, Selection};
 use crate::render::{Frame, RenderRequest, RenderSettings};
-use crate::scene::SceneSource;
+use crate::scene::{Scene, SceneSource};
 use crate::section::SectionChoice;
 use crate::text::shown_path;
 use crate::view::CameraChoice;
@@ -51,10 +51,12 @@ pub struct RenderCommand {
     pub geometry: bool,
     /// Width and height in pixels.
     pub size: [u32; 2],
-    /// File to write: a PNG of what the window shows, or an EXR of linear radiance.
+    /// File to write: a PNG or SVG of what the window shows, or an EXR of linear radiance.
     pub output: Option<PathBuf>,
     /// EXR file of hit distances to write.
     pub depth_image: Option<PathBuf>,
+    /// Draw a legend below a picture whose colours stand for numbers; `None` where it is wide enough.
+    pub legend: Option<bool>,
     /// Print the measurements as JSON.
     pub json: bool,
 }
@@ -77,80 +79,35 @@ struct RenderSummary<'a> {
     width_px: u32,
     height_px: u32,
     samples: u32,
+    /// Values at the two ends of the colours, in modes whose colours stand for values.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    color_range: Option<[f32; 2]>,
     output: Option<&'a Path>,
     warnings: Vec<String>,
 }
 
 /// Renders the frame, writes the files and prints the measurements.
 pub fn run(command: &RenderCommand, context: &mut Context<'_>) -> Result<Finished, Failure> {
-    check_extensions(command)?;
     let mut read = Protected::default();
     read.add_read(command.source.path().into_iter().chain(command.tree.path()));
     read.add_standard_streams();
-    check_outputs(command, &read)?;
-    if let Some(text) = command.build.refusal(0) {
-        return Err(Failure::Usage(text));
-    }
-    if command.overlay.is_some() && !cfg!(feature = "gui") {
-        return Err(Failure::Failed(
-            "--overlay needs the feature 'gui', which this program was built without: leave --overlay out".to_owned(),
-        ));
-    }
-    check_memory(command)?;
+    check(command, &read)?;
     let scene = context.load(&command.source)?;
     // Again, as only now it is known what else was read: buffers, textures, material libraries.
     read.add_read(&scene.files_read);
     check_outputs(command, &read)?;
-    let [width_px, height_px] = command.size;
     let token = &context.token;
-    let (accel, picture, frame) = in_pool(|| {
-        let progress = Progress::new("Building", token);
-        let accel = Arc::new(command.tree.accel(&scene, &command.source, &command.build, token)?);
-        accel.widen(token)?;
-        progress.set_label("Tracing");
-        let table = NodeTable::new(&accel);
-        check_nodes(&command.selection, &table)?;
-        let visibility = table.visibility(&command.selection).filter(|_| command.hide_triangles);
-        let request = RenderRequest {
-            accel: Arc::clone(&accel),
-            camera: command.camera.camera(&scene),
-            settings: RenderSettings {
-                section: command.section.map(|choice| choice.plane(&scene.bounds)),
-                ..command.settings
-            },
-            width_px,
-            height_px,
-            coarseness: 1.0,
-            count_tests: command.json,
-            hidden: visibility.map(|visibility| Arc::clone(&visibility.triangles)),
-            clusters: None,
-        };
-        let (frame, radiance) = if command.writes_radiance() {
-            crate::render::render_radiance(&request, token)?
-        } else {
-            (crate::render::render(&request, token, &|_| ())?, Vec::new())
-        };
-        drop(progress);
-        let picture = match &command.overlay {
-            _ if command.writes_radiance() => Picture::Linear(radiance),
-            Some(overlay) => Picture::Screen(draw_overlay(&accel, &frame, command, overlay, token)?),
-            None => Picture::Screen(frame.rgba.clone()),
-        };
-        Ok::<_, Failure>((accel, picture, frame))
-    })?;
+    let (accel, picture, frame) = in_pool(|| trace(command, &scene, token))?;
     token.check()?;
     let has_faults = note_faults(&accel);
     if let Some(path) = &command.output {
-        let size_px = [width_px, height_px];
-        let written = match &picture {
-            Picture::Screen(rgba) => write_png(path, &read, size_px, rgba, token),
-            Picture::Linear(radiance) => write_exr(path, &read, size_px, radiance.as_flattened().to_vec(), token),
-        };
-        check_written(written, token)?;
+        check_written(picture.write(path, &read, token), token)?;
+        note_written(path, &picture.description());
         read.add_read([path]);
     }
     if let Some(path) = &command.depth_image {
         check_written(write_distances(path, &read, &frame, token), token)?;
+        note_written(path, "hit distances");
     }
     if command.json {
         let epo = in_pool(|| accel.epo(token))?;
@@ -161,18 +118,55 @@ pub fn run(command: &RenderCommand, context: &mut Context<'_>) -> Result<Finishe
     Ok(Finished { warned: has_faults || !scene.warnings.is_empty() })
 }
 
-/// A picture to be written.
-enum Picture {
-    /// sRGB with alpha, as the window shows it.
-    Screen(Vec<[u8; 4]>),
-    /// Linear radiance in sRGB's primaries.
-    Linear(Vec<[f32; 3]>),
+/// Builds the tree, traces the frame and makes the picture of it.
+fn trace(
+    command: &RenderCommand,
+    scene: &Arc<Scene>,
+    token: &CancelToken,
+) -> Result<(Arc<Accel>, Picture, Frame), Failure> {
+    let progress = Progress::new("Building", token);
+    let accel = Arc::new(command.tree.accel(scene, &command.source, &command.build, token)?);
+    accel.widen(token)?;
+    progress.set_label("Tracing");
+    let table = Arc::new(NodeTable::new(&accel));
+    check_nodes(&command.selection, &table)?;
+    let visibility = table.visibility(&command.selection).filter(|_| command.hide_triangles);
+    let section = command.section.map(|choice| choice.plane(&scene.bounds));
+    let settings = RenderSettings { section, ..command.settings };
+    let request = RenderRequest {
+        count_tests: command.json,
+        hidden: visibility.map(|visibility| Arc::clone(&visibility.triangles)),
+        ..RenderRequest::new(&accel, command.camera.camera(scene), settings, command.size)
+    };
+    let (frame, radiance) = if command.writes("exr") {
+        crate::render::render_radiance(&request, token)?
+    } else {
+        (crate::render::render(&request, token, &|_| ())?, Vec::new())
+    };
+    drop(progress);
+    let picture = if command.writes("exr") {
+        Picture::Linear { size_px: command.size, radiance }
+    } else {
+        Picture::of_frame(&frame, &command.choice(), &table, token)?
+    };
+    Ok((accel, picture, frame))
 }
 
 impl RenderCommand {
-    /// Whether the picture is written as linear radiance.
-    fn writes_radiance(&self) -> bool {
-        self.output.as_deref().is_some_and(|path| ends_in(path, "exr"))
+    fn choice(&self) -> PictureChoice<'_> {
+        PictureChoice {
+            overlay: self.overlay,
+            selection: &self.selection,
+            geometry: self.geometry,
+            size: self.size,
+            legend: self.legend,
+            is_vector: self.writes("svg"),
+        }
+    }
+
+    /// The picture is written as a file with this extension.
+    fn writes(&self, extension: &str) -> bool {
+        self.output.as_deref().is_some_and(|path| ends_in(path, extension))
     }
 }
 
@@ -180,9 +174,25 @@ fn ends_in(path: &Path, extension: &str) -> bool {
     path.extension().is_some_and(|found| found.eq_ignore_ascii_case(extension))
 }
 
-/// Checks that the outputs have extensions that are written, and hold what is asked for.
+/// Checks what can be checked before the model is loaded.
+fn check(command: &RenderCommand, read: &Protected) -> Result<(), Failure> {
+    check_extensions(command)?;
+    check_outputs(command, read)?;
+    if let Some(text) = command.build.refusal(0) {
+        return Err(Failure::Usage(text));
+    }
+    if command.overlay.is_some() && !command.writes("svg") && !cfg!(feature = "gui") {
+        return Err(Failure::Failed(
+            "--overlay needs the feature 'gui', which this program was built without: leave --overlay out, or write an .svg"
+                .to_owned(),
+        ));
+    }
+    check_memory(command)
+}
+
+/// Checks that the outputs have extensions that are written, and can hold the requested content.
 fn check_extensions(command: &RenderCommand) -> Result<(), Failure> {
-    for (path, extensions) in [(&command.output, &["png", "exr"][..]), (&command.depth_image, &["exr"])] {
+    for (path, extensions) in [(&command.output, &["png", "svg", "exr"][..]), (&command.depth_image, &["exr"])] {
         let Some(path) = path else { continue };
         if !extensions.iter().any(|extension| ends_in(path, extension)) {
             return Err(Failure::Usage(format!(
@@ -192,19 +202,24 @@ fn check_extensions(command: &RenderCommand) -> Result<(), Failure> {
             )));
         }
     }
-    if command.writes_radiance() && command.overlay.is_some() {
+    if command.writes("exr") && command.overlay.is_some() {
         return Err(Failure::Usage(
             "--overlay: containers are drawn on what a screen shows, and an .exr holds linear radiance: \
              write a .png, or leave --overlay out"
                 .to_owned(),
         ));
     }
-    if command.writes_radiance() && command.settings.shading.has_values() {
+    if command.writes("exr") && command.settings.shading.has_values() {
         return Err(Failure::Usage(format!(
             "--shading {}: its colours stand for numbers, and an .exr holds linear radiance: write a .png, or take \
              --depth-image for distances",
             command.settings.shading.name()
         )));
+    }
+    if command.writes("svg") && command.overlay.is_some_and(|overlay| overlay.faces || overlay.overlap) {
+        return Err(Failure::Usage(
+            "--faces and --overlap: an .svg holds lines of containers only: write a .png, or leave them out".to_owned(),
+        ));
     }
     Ok(())
 }
@@ -238,7 +253,7 @@ fn check_memory(command: &RenderCommand) -> Result<(), Failure> {
     // radiance as three channels and as an encoded file.
     let bytes_a_pixel = 68
         + if command.overlay.is_some() { 24 } else { 0 }
-        + if command.depth_image.is_some() || command.writes_radiance() { 40 } else { 0 };
+        + if command.depth_image.is_some() || command.writes("exr") { 40 } else { 0 };
     Budget::of_process()
         .check(&format!("a picture of {width}x{height} pixels"), width * height * bytes_a_pixel)
         .map_err(|error| Failure::Failed(error.to_string()))
@@ -264,106 +279,8 @@ fn summary<'a>(command: &'a RenderCommand, accel: &Accel, epo: EndPointOverlap, 
         width_px: frame.width_px,
         height_px: frame.height_px,
         samples: frame.samples,
+        color_range: frame.settings.shading.has_values().then_some(frame.value_range),
         output: command.output.as_deref(),
         warnings: accel.scene.warnings.entries.iter().map(ToString::to_string).collect(),
     }
-}
-
-/// Draws the overlay over the frame offscreen, with the same pass as the window.
-#[cfg(feature = "gui")]
-fn draw_overlay(
-    accel: &Arc<Accel>,
-    frame: &Frame,
-    command: &RenderCommand,
-    settings: &OverlaySettings,
-    token: &CancelToken,
-) -> Result<Vec<[u8; 4]>, Failure> {
-    use crate::console::note;
-    use crate::overlay::{DrawInput, PictureInput, Viewpoint, draw_offscreen, tinted};
-    let table = Arc::new(NodeTable::new(accel));
-    let selection = &command.selection;
-    let tint = selection.selected.filter(|&node| node > 0 && !frame.settings.shading.is_coded());
-    let tinted = tint.map(|node| tinted(&frame.rgba, &frame.primitive, &table.triangles_below(node)));
-    let picture = PictureInput {
-        id: 1,
-        width_px: frame.width_px,
-        height_px: frame.height_px,
-        coarseness: 1.0,
-        rgba: tinted.as_ref().unwrap_or(&frame.rgba),
-        depth: &frame.depth,
-    };
-    table.prepare(settings, token)?;
-    let viewpoint = Viewpoint { camera: frame.camera, size_px: command.size, section: frame.settings.section };
-    let shown = Arc::new(table.shown(settings, selection, Some(&viewpoint)));
-    if shown.wanted > shown.nodes.len() {
-        note(format_args!(
-            "bvhscope: the chosen levels hold {} containers; the {} largest on screen are drawn",
-            shown.wanted,
-            shown.nodes.len()
-        ));
-    }
-    draw_offscreen(&DrawInput {
-        picture,
-        camera: frame.camera,
-        table: Some(&table),
-        shown: &shown,
-        settings: *settings,
-        selection,
-        show_picture: command.geometry,
-        section: frame.settings.section,
-        neutral_lines: frame.settings.shading.is_coded(),
-        light_background: frame.settings.background == crate::render::Background::Light,
-        viewport_px: [0, 0, frame.width_px, frame.height_px],
-        pixels_per_point: 1.0,
-    })
-    .map_err(|error| Failure::Failed(format!("{error}\nwithout --overlay the picture needs no graphics driver")))
-}
-
-#[cfg(not(feature = "gui"))]
-fn draw_overlay(
-    _: &Arc<Accel>,
-    _: &Frame,
-    _: &RenderCommand,
-    _: &OverlaySettings,
-    _: &CancelToken,
-) -> Result<Vec<[u8; 4]>, Failure> {
-    Err(Failure::Failed("this program was built without the feature `gui`, which draws the overlay".to_owned()))
-}
-
-/// Converts a write error into a failure, or into an interruption if the token was cancelled.
-pub(super) fn check_written(written: Result<(), ExportError>, token: &CancelToken) -> Result<(), Failure> {
-    written.or_else(|error| {
-        token.check()?;
-        Err(error.into())
-    })
-}
-
-/// Writes sRGB pixels as a PNG, which is none of the `protected` files; fails when cancelled.
-pub fn write_png(
-    path: &Path,
-    protected: &Protected,
-    size_px: [u32; 2],
-    rgba: &[[u8; 4]],
-    token: &CancelToken,
-) -> Result<(), ExportError> {
-    let encode = |writer: &mut dyn Write| -> Result<(), png::EncodingError> {
-        let mut encoder = png::Encoder::new(writer, size_px[0], size_px[1]);
-        encoder.set_color(png::ColorType::Rgba);
-        encoder.set_depth(png::BitDepth::Eight);
-        encoder.set_compression(png::Compression::Fast);
-        let mut header = encoder.write_header()?;
-        let mut stream = header.stream_writer_with_size(1 << 16)?;
-        for chunk in rgba.chunks(1 << 16) {
-            token.check().map_err(std::io::Error::other)?;
-            stream.write_all(chunk.as_flattened())?;
-        }
-        stream.finish()?;
-        header.finish()
-    };
-    write_file(path, protected, |writer| {
-        encode(writer).map_err(|error| match error {
-            png::EncodingError::IoError(error) => cannot_be_written(&error),
-            error => format!("cannot be encoded: {error}"),
-        })
-    })
 }

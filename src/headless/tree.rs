@@ -4,8 +4,8 @@ use std::io::Write;
 use std::path::PathBuf;
 
 use super::context::{Context, Failure, Finished, in_pool};
+use super::picture::check_written;
 use super::progress::Progress;
-use super::render::check_written;
 use super::tree_origin::{TreeOrigin, note_faults};
 use crate::export::{Protected, cannot_be_written, check_target, write_file};
 use crate::scene::SceneSource;

@@ -79,7 +79,8 @@ pub struct SettingNumbers {
 #[derive(Debug, Serialize)]
 pub struct FileNumbers {
     pub tree: String,
-    pub arity: u32,
+    /// Most children of a node, as the file states it.
+    pub max_arity: u32,
     pub builder_settings: Option<String>,
     pub empty_nodes: u32,
     pub faults: Vec<FaultNumbers>,
@@ -108,7 +109,7 @@ impl From<&FileTree> for FileNumbers {
     fn from(file: &FileTree) -> Self {
         Self {
             tree: file.path.display().to_string(),
-            arity: file.header.arity,
+            max_arity: file.header.arity,
             builder_settings: file.header.settings_text(),
             empty_nodes: file.empty_nodes,
             faults: file.faults.iter().map(FaultNumbers::from).collect(),

@@ -239,7 +239,7 @@ fn duplicates(triangles: &[Triangle], token: &CancelToken) -> Result<TriangleSet
     Ok(set)
 }
 
-/// Whether the longest edge is much longer than the height on it; degenerate triangles do not count.
+/// The longest edge is much longer than the height on it; degenerate triangles do not count.
 fn is_sliver(triangle: &Triangle) -> bool {
     let edges = [triangle.b - triangle.a, triangle.c - triangle.b, triangle.a - triangle.c];
     let longest_squared = edges.iter().map(|edge| edge.length_squared()).fold(0.0, f32::max);

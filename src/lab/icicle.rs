@@ -14,7 +14,7 @@ use crate::lab::node_values::KnownVisits;
 /// Nodes between two polls for cancellation.
 const NODES_BETWEEN_CHECKS: usize = 1 << 16;
 
-/// What the width of a node stands for: the sum of a number over it and all nodes below it.
+/// Meaning of a node's width: the sum of a number over it and all nodes below it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum IcicleWidth {
     /// SAH cost.
@@ -41,7 +41,7 @@ impl IcicleWidth {
         }
     }
 
-    /// What it means, in one sentence.
+    /// Its meaning, in one sentence.
     pub const fn meaning(self) -> &'static str {
         match self {
             Self::Cost => "SAH cost of the node and all nodes below it: where the tree is expensive",

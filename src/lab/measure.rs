@@ -168,17 +168,8 @@ fn populations(accel: &Arc<Accel>, view: &TraceView, token: &CancelToken) -> Res
 
 /// The picture whose rays are traced.
 pub(super) fn request(accel: &Arc<Accel>, view: &TraceView) -> RenderRequest {
-    RenderRequest {
-        accel: Arc::clone(accel),
-        camera: view.camera,
-        settings: RenderSettings { traversal: view.traversal, simd: view.simd, ..RenderSettings::default() },
-        width_px: view.size[0],
-        height_px: view.size[1],
-        coarseness: 1.0,
-        count_tests: false,
-        hidden: None,
-        clusters: None,
-    }
+    let settings = RenderSettings { traversal: view.traversal, simd: view.simd, ..RenderSettings::default() };
+    RenderRequest::new(accel, view.camera, settings, view.size)
 }
 
 #[cfg(test)]

@@ -60,7 +60,7 @@ impl Population {
         }
     }
 
-    /// What it is, in one sentence.
+    /// Definition, in one sentence.
     pub const fn meaning(self) -> &'static str {
         match self {
             Self::Primary => "Rays from the eye through the picture, up to the first surface",
@@ -94,12 +94,12 @@ impl Population {
         }
     }
 
-    /// What of a node's visit counts: a surface that stops rays, in this order of visiting, or nothing.
+    /// The visits that count: those until a surface stops the ray, in this order of visiting, or nothing.
     const fn query(self, traversal: Traversal) -> RayQuery {
         match (self, traversal) {
             // Nothing is culled in the paper's order, so that each line visits whatever it enters.
             (Self::Random, _) => RayQuery::ClosestHit(Traversal::Paper),
-            // The paper's order knows no end at any hit.
+            // The paper's order does not end at any hit.
             (Self::Shadow | Self::AmbientOcclusion, Traversal::Ordered) => RayQuery::AnyHit,
             _ => RayQuery::ClosestHit(traversal),
         }
@@ -144,7 +144,7 @@ pub struct ViewRays {
     camera: Camera,
     columns: u32,
     rows: u32,
-    /// What of the picture's settings decides its rays.
+    /// The settings of the picture that decide its rays.
     settings: RenderSettings,
     traversal: Traversal,
 }
@@ -200,17 +200,7 @@ impl ViewRays {
                 None => Vec::new(),
             }));
         };
-        let picture = RenderRequest {
-            accel: Arc::clone(accel),
-            camera: self.camera,
-            settings: self.settings,
-            width_px: self.columns,
-            height_px: self.rows,
-            coarseness: 1.0,
-            count_tests: false,
-            hidden: None,
-            clusters: None,
-        };
+        let picture = RenderRequest::new(accel, self.camera, self.settings, [self.columns, self.rows]);
         rays_of_picture(&picture, kind, token)
     }
 
@@ -225,7 +215,7 @@ impl ViewRays {
     }
 }
 
-/// What rays of a population do in a tree. Field names are the JSON names.
+/// Counts of the rays of a population in a tree. Field names are the JSON names.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct MeasuredRays {
     /// The population.
@@ -287,7 +277,7 @@ mod tests {
         }
     }
 
-    /// What the heuristic assumes comes true of random lines, and of no others.
+    /// The heuristic's assumption holds for random lines, and for no others.
     #[test]
     fn random_lines_cost_what_the_sah_predicts() {
         for container in ContainerKind::ALL {

@@ -8,7 +8,7 @@ use bvhscope_engine::with_tree;
 
 use crate::accel::Accel;
 use crate::lab::node_values::{KnownVisits, LEAST_PREDICTED_VISITS, NodeMetric, NodeValues};
-use crate::lab::plot::Axis;
+use crate::lab::plot::{Axis, Scale};
 use crate::lab::population::{MeasuredRays, Population};
 
 /// Cells across and up.
@@ -78,7 +78,7 @@ impl VisitScatter {
         let high = f64::from(sums.root_hits).max(LEAST_SHOWN * 10.0);
         let mut scatter = Self {
             sums,
-            axes: [Axis { low: LEAST_SHOWN, high, is_log: true, has_never: false }, Axis::of_counts(high, NEVER_SHARE)],
+            axes: [Axis { low: LEAST_SHOWN, high, scale: Scale::Log }, Axis::of_counts(high, NEVER_SHARE)],
             cells: Vec::new(),
             worst: Vec::new(),
             shown: 0,

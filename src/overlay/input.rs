@@ -39,9 +39,9 @@ pub struct DrawInput<'a> {
     pub settings: OverlaySettings,
     /// Selected, hovered and hidden nodes.
     pub selection: &'a Selection,
-    /// The background of the picture and of what is drawn instead of it is light rather than dark.
-    pub light_background: bool,
-    /// `false` draws a neutral background instead of the picture and hides no lines behind surfaces.
+    /// Colour that is drawn instead of the picture: sRGB, premultiplied by the opacity.
+    pub backdrop: [f32; 4],
+    /// `false` draws the backdrop instead of the picture and hides no lines behind surfaces.
     pub show_picture: bool,
     /// The plane that the picture is cut by, which cuts the containers too.
     pub section: Option<SectionPlane>,

@@ -5,6 +5,7 @@
 //! triangles would be 139 MB for each of the many trees a second that a dragged threshold builds. Choosing the nodes of such a
 //! tree takes up to 10 ms, and 40 ms for the leaves of all depths.
 
+mod level;
 mod node;
 mod selection;
 mod settings;
@@ -15,6 +16,8 @@ mod node_table;
 mod highlight;
 mod ramp;
 mod tint;
+
+mod vector;
 
 #[cfg(feature = "gui")]
 mod enlarge;
@@ -38,6 +41,7 @@ mod offscreen;
 pub use highlight::highlighted;
 #[cfg(feature = "gui")]
 pub use input::{DrawInput, PictureInput};
+pub use level::{level_color, level_width};
 pub use node::{OverlayNode, Role};
 pub use node_table::{NodeTable, Shown};
 #[cfg(feature = "gui")]
@@ -54,4 +58,5 @@ pub use shaders::sources as shader_sources;
 pub use tint::tinted;
 #[cfg(feature = "gui")]
 pub use uniforms::ViewUniforms;
+pub use vector::{VectorInput, VectorLines, vector_lines};
 pub use viewpoint::Viewpoint;

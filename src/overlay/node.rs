@@ -44,7 +44,7 @@ pub enum Role {
     Traced = 5,
     /// A container on the stack of that ray.
     Waiting = 6,
-    /// What the children of the selected node have in common.
+    /// The volume that children of the selected node have in common.
     Overlap = 7,
     /// A node of a tree that was read, out of whose parent it sticks, or out of which its triangles do.
     Faulty = 8,
@@ -80,6 +80,15 @@ impl Role {
             Self::Waiting => "WAITING",
             Self::Overlap => "OVERLAP",
             Self::Faulty => "FAULTY",
+        }
+    }
+
+    /// Width of its lines relative to the chosen one.
+    pub const fn width(self) -> f32 {
+        match self {
+            Self::Selected | Self::Traced => 2.0,
+            Self::FirstChild | Self::SecondChild | Self::Hovered | Self::Faulty => 1.5,
+            Self::Shown | Self::Waiting | Self::Overlap => 1.0,
         }
     }
 

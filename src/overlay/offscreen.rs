@@ -6,7 +6,7 @@ use crate::overlay::pipeline::OverlayPipeline;
 /// Why the overlay could not be drawn.
 #[derive(Debug, thiserror::Error)]
 pub enum OffscreenError {
-    /// No Vulkan or GL driver; the text says what to install.
+    /// No Vulkan or GL driver; the text names the package to install.
     #[error("{0}")]
     NoAdapter(String),
     /// The driver failed.
@@ -160,6 +160,13 @@ fn draw(
     read(device, &readback, row_bytes, width)
 }
 
+/// A pixel whose colour is multiplied by its opacity, without that.
+fn straight([r, g, b, a]: [u8; 4]) -> [u8; 4] {
+    let divided =
+        |channel: u8| (u32::from(channel) * 255 + u32::from(a) / 2).checked_div(a.into()).unwrap_or(0).min(255) as u8;
+    if a == 255 { [r, g, b, a] } else { [divided(r), divided(g), divided(b), a] }
+}
+
 /// Waits for the copy and removes the padding of its rows.
 fn read(
     device: &wgpu::Device,
@@ -178,6 +185,6 @@ fn read(
     let mapped = readback.get_mapped_range(..).map_err(|error| failed(&error))?;
     Ok(mapped
         .chunks_exact(row_bytes as usize)
-        .flat_map(|row| bytemuck::cast_slice::<u8, [u8; 4]>(&row[..width as usize * 4]).iter().copied())
+        .flat_map(|row| bytemuck::cast_slice::<u8, [u8; 4]>(&row[..width as usize * 4]).iter().copied().map(straight))
         .collect())
 }

@@ -1,5 +1,6 @@
 //! The colour scale of containers: its range, its ramp and its legend, shared by shader and window.
 
+use crate::overlay::node::OverlayNode;
 use crate::overlay::node_table::{NodeTable, Shown};
 use crate::overlay::settings::{ColorBy, OverlaySettings};
 
@@ -58,6 +59,17 @@ pub fn ramp(position: f32) -> [u8; 3] {
         let [a, b] = [stop, stop + 1].map(|stop| f32::from(VIRIDIS[stop][channel]));
         (a + (b - a) * blend).round() as u8
     })
+}
+
+/// Position of a node on the ramp. The shaders compute the same.
+pub(super) fn position(node: &OverlayNode, color_by: ColorBy, [low, high]: [f32; 2]) -> f32 {
+    let value = match color_by {
+        ColorBy::Depth => (node.depth as f32).sqrt(),
+        ColorBy::Size => node.area_share.max(1e-12).log2(),
+        ColorBy::Overlap => node.overlap,
+        ColorBy::Primitives => (node.primitives.max(1) as f32).log2(),
+    };
+    ((value - low) / (high - low)).clamp(0.0, 1.0)
 }
 
 /// The ramp's colours for the shader, sRGB RGBA, 0 to 1.

@@ -104,7 +104,7 @@ pub struct OverlaySettings {
     pub hide_triangles: bool,
     /// Fills the sides of containers that face the viewer, faintly.
     pub faces: bool,
-    /// Fills what the children of the selected node have in common, seen through the surface.
+    /// Fills the volume that children of the selected node have in common, visible through the surface.
     pub overlap: bool,
     /// Maximum number of containers drawn of each kind; the largest are kept. `None` for what the graphics adapter bears.
     pub budget: Option<u32>,

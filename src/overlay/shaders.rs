@@ -3,6 +3,7 @@
 
 use std::fmt::Write;
 
+use crate::overlay::level;
 use crate::overlay::node::Role;
 use crate::overlay::ramp::RAMP_STOPS;
 use crate::overlay::settings::ColorBy;
@@ -32,18 +33,28 @@ pub fn sources() -> [String; 6] {
     files.map(|files| format!("{constants}{COMMON}{}", files.concat()))
 }
 
-/// WGSL constants of roles, colour meanings and the ramp.
+/// WGSL constants of roles, levels, colour meanings and the ramp.
 fn constants() -> String {
     let mut text = format!("const RAMP_STOPS: u32 = {RAMP_STOPS}u;\n");
     let mut define = |name: &str, kind: &str, value: &str| {
         // Writing into a string cannot fail.
         let _ = writeln!(text, "const {name}: {kind} = {value};");
     };
+    for (name, value) in [
+        ("WIDEST_LEVEL", level::WIDEST),
+        ("NARROWEST_LEVEL", level::NARROWEST),
+        ("LIGHTEST_LEVEL", level::LIGHTEST),
+        ("DARKEST_LEVEL", level::DARKEST),
+        ("HIDDEN_SILHOUETTE", level::HIDDEN_SILHOUETTE),
+    ] {
+        define(name, "f32", &format!("{value:?}"));
+    }
     define("ROLE_SHIFT", "u32", &format!("{}u", Role::SHIFT));
     define("ROLE_MASK", "u32", &format!("{}u", Role::MASK));
     for role in Role::ALL {
         let name = role.shader_name();
         define(&format!("ROLE_{name}"), "u32", &format!("{}u", role as u32));
+        define(&format!("{name}_WIDTH"), "f32", &format!("{:?}", role.width()));
         if let Some(color) = role.color() {
             let [r, g, b] = color.map(|channel| f32::from(channel) / 255.0);
             define(&format!("{name}_COLOR"), "vec3f", &format!("vec3f({r:.3}, {g:.3}, {b:.3})"));

@@ -4,6 +4,7 @@ use glam::Vec3;
 
 use crate::camera::Projection;
 use crate::overlay::input::DrawInput;
+use crate::overlay::level::DIMMED;
 use crate::overlay::ramp::{RAMP_STOPS, shader_ramp};
 
 /// The uniform buffer; the struct `View` in `common.wgsl` has the same layout.
@@ -30,16 +31,12 @@ pub struct ViewUniforms {
     pub show_picture: u32,
     pub neutral: u32,
     pub strength: f32,
+    pub levels: [f32; 2],
+    pub padding: [f32; 2],
     pub section: [f32; 4],
     pub background: [f32; 4],
     pub ramp: [[f32; 4]; RAMP_STOPS],
 }
-
-/// Background behind the lines while the picture is off, sRGB RGBA: dark and light.
-const BACKGROUNDS: [[f32; 4]; 2] = [[0.105, 0.11, 0.12, 1.0], [0.84, 0.845, 0.85, 1.0]];
-
-/// Opacity of the other lines while a node is selected.
-const DIMMED: f32 = 0.45;
 
 impl ViewUniforms {
     /// The uniforms of one draw.
@@ -77,8 +74,10 @@ impl ViewUniforms {
             show_picture: u32::from(input.show_picture),
             neutral: u32::from(input.neutral_lines && input.show_picture),
             strength: if input.selection.selected.is_some() { DIMMED } else { 1.0 },
+            levels: input.shown.levels.map(|level| level as f32),
+            padding: [0.0; 2],
             section: section(input, [right, up, forward]),
-            background: BACKGROUNDS[usize::from(input.light_background)],
+            background: input.backdrop,
             ramp: shader_ramp(),
         }
     }

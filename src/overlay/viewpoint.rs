@@ -1,4 +1,4 @@
-//! How large a container looks: what the choice of containers depends on besides the tree.
+//! Size of a container on screen, by which containers are chosen.
 
 use glam::{Vec2, Vec3};
 

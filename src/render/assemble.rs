@@ -25,6 +25,8 @@ pub(super) struct Pixel {
     pub(super) radiance: Vec3,
     /// Number of samples in `radiance`.
     pub(super) radiance_samples: u32,
+    /// Number of samples that show nothing; a shadow on the ground counts in part.
+    pub(super) clear: f32,
     pub(super) depth: f32,
     pub(super) distance: f32,
     pub(super) primitive: u32,
@@ -37,21 +39,27 @@ impl Pixel {
         shown: Vec3::ZERO,
         radiance: Vec3::ZERO,
         radiance_samples: 0,
+        clear: 0.0,
         depth: Frame::NO_HIT,
         distance: f32::INFINITY,
         primitive: u32::MAX,
         value: 0.0,
     };
 
-    /// The mean linear colour of `samples` samples on a screen: radiance times `exposure` is tone mapped, the rest covers its
-    /// part of the pixel unchanged.
-    fn on_screen(&self, samples: u32, exposure: f32) -> Vec3 {
-        let shown = self.shown / samples as f32;
-        if self.radiance_samples == 0 {
-            return shown;
+    /// The mean colour of `samples` samples on a screen as sRGB and opacity: radiance times `exposure` is tone mapped, the rest
+    /// covers its part of the pixel unchanged.
+    fn on_screen(&self, samples: u32, exposure: f32, encoder: Encoder) -> [u8; 4] {
+        let covered = samples as f32 - self.clear;
+        if covered <= 0.0 {
+            return [0; 4];
         }
-        let count = self.radiance_samples as f32;
-        shown + tone_map(self.radiance * (exposure / count)) * (count / samples as f32)
+        let mut color = self.shown / covered;
+        if self.radiance_samples > 0 {
+            let count = self.radiance_samples as f32;
+            color += tone_map(self.radiance * (exposure / count)) * (count / covered);
+        }
+        let [r, g, b, _] = encoder.rgba(color);
+        [r, g, b, (covered / samples as f32 * 255.0 + 0.5) as u8]
     }
 
     /// The mean linear radiance of `samples` samples.
@@ -89,7 +97,7 @@ pub(super) fn assemble(
         width_px: grid.width,
         height_px: grid.height,
         coarseness: grid.coarseness,
-        rgba: rows.list(|pixel| encoder.rgba(pixel.on_screen(samples, exposure)))?,
+        rgba: rows.list(|pixel| pixel.on_screen(samples, exposure, encoder))?,
         depth: rows.list(|pixel| pixel.depth)?,
         distance: rows.list(|pixel| pixel.distance)?,
         primitive: rows.list(|pixel| pixel.primitive)?,

@@ -78,7 +78,7 @@ impl Frame {
     /// View depth of the background.
     pub const NO_HIT: f32 = 1e30;
 
-    /// What the picture is shown with.
+    /// Exposure and openness with which the picture is shown.
     pub const fn metered(&self) -> Metered {
         Metered { stops: self.exposure_stops, openness: self.openness }
     }

@@ -33,6 +33,11 @@ impl Grid {
         Self { width, height, coarseness, tiles_x, tile_count: tiles_x * height.div_ceil(TILE) }
     }
 
+    /// Number of traced pixels.
+    pub(super) fn ray_count(&self) -> u64 {
+        u64::from(self.width) * u64::from(self.height)
+    }
+
     /// Calls `visit(x, y, index)` for each pixel of a tile in Z order (Morton order), which keeps neighbours together; `index`
     /// is the position within the full tile.
     #[inline(always)]

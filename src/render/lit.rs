@@ -28,7 +28,7 @@ const MAX_BOUNCED: f32 = 0.6;
 const MAX_MEAN_WEIGHT: f32 = 0.5;
 /// How far bounced light is mixed with grey of the same mean.
 const BOUNCE_PALENESS: f32 = 0.5;
-/// Part of the headlight that surfaces out of view reflect: nothing is known of what lies between.
+/// Part of the headlight that surfaces out of view reflect; obstacles between are not traced.
 const BOUNCED_HEADLIGHT: f32 = 0.5;
 
 /// Lit shading with materials and textures.

@@ -9,6 +9,7 @@ mod request;
 mod values;
 
 mod assemble;
+mod tile;
 mod tiles;
 
 mod grid;

@@ -34,6 +34,21 @@ pub struct RenderRequest {
 }
 
 impl RenderRequest {
+    /// A whole picture at full resolution of this width and height in pixels.
+    pub fn new(accel: &Arc<Accel>, camera: Camera, settings: RenderSettings, [width_px, height_px]: [u32; 2]) -> Self {
+        Self {
+            accel: Arc::clone(accel),
+            camera,
+            settings,
+            width_px,
+            height_px,
+            coarseness: 1.0,
+            count_tests: false,
+            hidden: None,
+            clusters: None,
+        }
+    }
+
     /// The part of a ray that the section plane leaves.
     #[inline]
     pub fn cut(&self, ray: Ray) -> Ray {
@@ -41,7 +56,7 @@ impl RenderRequest {
     }
 
     /// The first hit of `closest` that is not hidden, in the part of a ray that the section plane leaves. Behind a hidden triangle
-    /// the ray is traced again, and what is counted then counts too.
+    /// the ray is traced again, and its tests count too.
     #[inline(always)]
     pub fn first_visible(&self, ray: Ray, mut closest: impl FnMut(&Ray) -> Option<Hit>) -> Option<Hit> {
         let mut rest = self.cut(ray);

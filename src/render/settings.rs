@@ -9,7 +9,7 @@ use crate::section::SectionPlane;
 use bvhscope_engine::kernel::SimdLevel;
 use bvhscope_engine::tree::traverse::Traversal;
 
-/// A shading mode: what a pixel's colour shows.
+/// A shading mode: the meaning of a pixel's colour.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Shading {
@@ -134,34 +134,56 @@ impl Exposure {
     pub const MAX_FIXED: f32 = 8.0;
 }
 
-/// What is seen where no surface is, in modes that show surfaces.
+/// The colour where no surface is, in modes that show surfaces.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Background {
     /// Dark grey, lighter at the top.
     #[default]
     Dark,
-    /// Light grey, lighter at the top: for paper and the light theme.
+    /// Light grey, lighter at the top: for the light theme.
     Light,
+    /// White: for paper.
+    White,
+    /// Nothing: pixels are as opaque as the surfaces cover them.
+    Transparent,
 }
 
 impl Background {
     /// All backgrounds.
-    pub const ALL: [Self; 2] = [Self::Dark, Self::Light];
+    pub const ALL: [Self; 4] = [Self::Dark, Self::Light, Self::White, Self::Transparent];
 
     /// The name on the command line.
     pub const fn name(self) -> &'static str {
         match self {
             Self::Dark => "dark",
             Self::Light => "light",
+            Self::White => "white",
+            Self::Transparent => "transparent",
         }
     }
 
-    /// Linear colour at `y`, from 0 at the upper edge of the picture to 1 at the lower.
+    /// The colour that is drawn where the picture is left out: sRGB, premultiplied by the opacity.
+    pub const fn backdrop(self) -> [f32; 4] {
+        match self {
+            Self::Dark => [0.105, 0.11, 0.12, 1.0],
+            Self::Light => [0.84, 0.845, 0.85, 1.0],
+            Self::White => [1.0; 4],
+            Self::Transparent => [0.0; 4],
+        }
+    }
+
+    /// Text over it is light.
+    pub const fn is_dark(self) -> bool {
+        matches!(self, Self::Dark)
+    }
+
+    /// Linear colour at `y`, from 0 at the upper edge of the picture to 1 at the lower. Of a transparent one, how clear it is.
     pub(super) fn color(self, y: f32) -> Vec3 {
         let [top, bottom] = match self {
             Self::Dark => [Vec3::new(0.052, 0.055, 0.062), Vec3::new(0.016, 0.017, 0.019)],
             Self::Light => [Vec3::new(0.78, 0.79, 0.80), Vec3::new(0.52, 0.53, 0.55)],
+            Self::White | Self::Transparent => return Vec3::ONE,
         };
         top.lerp(bottom, y.clamp(0.0, 1.0))
     }
@@ -170,7 +192,7 @@ impl Background {
 /// Everything that decides a picture beside scene, tree, camera and size.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct RenderSettings {
-    /// A shading mode: what a pixel's colour shows.
+    /// A shading mode: the meaning of a pixel's colour.
     pub shading: Shading,
     /// The key light of lit shading.
     pub light: Light,
@@ -194,7 +216,7 @@ pub struct RenderSettings {
     pub heat_range: Option<[f32; 2]>,
     /// Colour map of depth and heat maps.
     pub color_map: ColorMap,
-    /// What is seen where no surface is. The window sets it by its theme.
+    /// The colour where no surface is. The window sets it by its theme.
     #[serde(default)]
     pub background: Background,
     /// Draws the triangles' edges over the surface.
@@ -243,7 +265,7 @@ impl RenderSettings {
         if self.shading.has_values() { 1 } else { self.samples.max(1) }
     }
 
-    /// What of the settings decides a picture's rays: the light, the normals, the section plane and the SIMD level; the rest as by
+    /// The settings that decide a picture's rays: the light, the normals, the section plane and the SIMD level; the rest as by
     /// default.
     #[must_use]
     pub fn of_rays(&self) -> Self {
@@ -253,12 +275,12 @@ impl RenderSettings {
 }
 
 impl Shading {
-    /// Whether colours encode numbers, so that [`Frame::values`](super::Frame::values) is filled and there is a legend.
+    /// Colours encode numbers, so that [`Frame::values`](super::Frame::values) is filled and there is a legend.
     pub const fn has_values(self) -> bool {
         matches!(self, Self::Depth | Self::Heat(_))
     }
 
-    /// Whether colours stand for numbers or nodes, so that coloured lines over them would be mistaken for more of these.
+    /// Colours stand for numbers or nodes, so that coloured lines over them would be mistaken for more of these.
     pub const fn is_coded(self) -> bool {
         self.has_values() || matches!(self, Self::Clusters)
     }

@@ -244,17 +244,8 @@ mod tests {
         let source = SceneSource::Builtin { name: "teapot".to_owned(), size: Some(3) };
         let scene = Arc::new(load(&source, &LoadOptions::default(), &token).unwrap());
         let accel = Arc::new(Accel::build(&scene, &BuildSettings::default(), &token).unwrap());
-        RenderRequest {
-            camera: Camera::framing(&scene.bounds, scene.up),
-            accel,
-            settings: RenderSettings { light, ..RenderSettings::default() },
-            width_px: 24,
-            height_px: 16,
-            coarseness: 1.0,
-            count_tests: false,
-            hidden: None,
-            clusters: None,
-        }
+        let settings = RenderSettings { light, ..RenderSettings::default() };
+        RenderRequest::new(&accel, Camera::framing(&scene.bounds, scene.up), settings, [24, 16])
     }
 
     /// The rays that a shading mode traces for a sample of a pixel: those whose closest hits it needs, and occlusion rays.

@@ -204,7 +204,7 @@ const MIN_FACING: f32 = 0.02;
 /// the second and third corner less those of the first.
 fn tangents(triangle: &Triangle, uv_b: Vec2, uv_c: Vec2, normal: Vec3) -> Option<(Vec3, Vec3)> {
     let (ab, ac) = (triangle.b - triangle.a, triangle.c - triangle.a);
-    // The sign of the area tells mirrored textures; its size does not matter for directions.
+    // The area is negative where textures are mirrored; its size does not matter for directions.
     let sign = uv_b.perp_dot(uv_c).signum();
     let along_u = (ab * uv_c.y - ac * uv_b.y) * sign;
     let along_v = (ac * uv_b.x - ab * uv_c.x) * sign;

@@ -31,7 +31,7 @@ enum Tracer<'a> {
     Binary(IndexedTriangles<'a>),
 }
 
-/// What shading modes may use.
+/// Tree, scene, camera and rays for the shading modes.
 pub(super) struct TraceContext<'a, C> {
     pub(super) tree: &'a Tree<C>,
     accel: &'a Accel,
@@ -43,7 +43,7 @@ pub(super) struct TraceContext<'a, C> {
     /// Height of the picture in requested pixels.
     pub(super) height_px: f32,
     normals: Normals,
-    /// Whether any material has alpha cut-outs.
+    /// Some material has alpha cut-outs.
     has_holes: bool,
     /// Triangles that rays pass through.
     hidden: Option<&'a TriangleSet>,
@@ -84,7 +84,7 @@ impl<'a, C: Container> TraceContext<'a, C> {
         surface::orientation(self.scene, &self.normals, ray, hit)
     }
 
-    /// Whether rays pass through some triangles.
+    /// Rays pass through some triangles.
     fn has_gaps(&self) -> bool {
         self.has_holes || self.hidden.is_some()
     }
@@ -154,7 +154,7 @@ impl<'a, C: Container> TraceContext<'a, C> {
         }
     }
 
-    /// Whether a ray that has passed `holes` cut-outs passes through the triangle at a hit; then the number of them behind it.
+    /// The number of cut-outs that a ray has passed behind the triangle at a hit, if it passes through; it passed `holes` before.
     fn gap(&self, hit: &Hit, holes: u32) -> Option<u32> {
         if self.hidden.is_some_and(|hidden| hidden.contains(hit.primitive_index)) {
             return Some(holes);
@@ -165,7 +165,7 @@ impl<'a, C: Container> TraceContext<'a, C> {
     }
 
     /// The cut surface at the hit of a primary ray, as its linear colour; `None` where the ray did not enter solid matter at the
-    /// section plane. That it did is told by the back of a triangle behind it, so it needs triangles that face outwards.
+    /// section plane. Recognised by the back of a triangle behind it, so triangles must face outwards.
     pub(super) fn cut_surface(&self, ray: &Ray, hit: &Hit) -> Option<Vec3> {
         let section = self.section.as_ref()?;
         let entry = section.plane.entry(ray)?;
@@ -240,6 +240,11 @@ impl<'a, C: Container> TraceContext<'a, C> {
         let mut ray = Ray::new(position + geometric_normal * offset, direction);
         ray.t_max = t_max;
         ray
+    }
+
+    /// Samples that hit nothing leave their pixel clear.
+    pub(super) fn is_clear(&self) -> bool {
+        self.background == Background::Transparent
     }
 
     /// Linear background colour at `y_px` from the upper edge.

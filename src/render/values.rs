@@ -4,7 +4,7 @@ use rayon::prelude::*;
 
 use super::color_map::ColorMap;
 use super::frame::Frame;
-use super::settings::Shading;
+use super::settings::{Background, Shading};
 use super::srgb::Encoder;
 use bvhscope_engine::cancel::{CancelToken, Cancelled};
 
@@ -67,7 +67,10 @@ impl Frame {
         self.rgba.par_chunks_mut(width).zip(values.par_chunks(width)).enumerate().try_for_each(|(y, (rgba, values))| {
             token.check()?;
             // The background has no depth and keeps its colour.
-            let behind = encoder.rgba(settings.background.color((y as f32 + 0.5) / height));
+            let behind = match settings.background {
+                Background::Transparent => [0; 4],
+                background => encoder.rgba(background.color((y as f32 + 0.5) / height)),
+            };
             let keeps_background = settings.shading == Shading::Depth;
             for (pixel, &value) in rgba.iter_mut().zip(values) {
                 *pixel = if keeps_background && value >= Self::NO_HIT {
@@ -115,7 +118,6 @@ pub(crate) fn nth_smallest(values: &[f32], mut rank: usize, token: &CancelToken)
 #[allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 mod tests {
     use super::*;
-    use crate::render::Background;
     use crate::render::settings::{HeatKind, RenderSettings};
 
     fn frame(shading: Shading, values: Vec<f32>) -> Frame {

@@ -252,6 +252,7 @@ impl Assembly {
             triangles: self.triangles,
             bounds,
             offset: self.offset,
+            subject: bounds,
             up,
             interior: None,
             attributes,

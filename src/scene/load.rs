@@ -14,7 +14,7 @@ use super::options::LoadOptions;
 use super::read::read_model;
 use super::recognise::{recognise, unlike_obj};
 use super::source::SceneSource;
-use super::{builtin, gltf, interior, obj, ply, stl, tree_file};
+use super::{builtin, gltf, interior, obj, ply, stl, subject, tree_file};
 use bvhscope_engine::cancel::CancelToken;
 
 /// Loads a scene from a file or makes a built-in one. `token` cancels it and receives the progress.
@@ -35,7 +35,8 @@ pub fn load(source: &SceneSource, options: &LoadOptions, token: &CancelToken) ->
         SceneSource::Builtin { name, size } => builtin::build(name, *size, source, token)?,
         SceneSource::File(path) => load_file(path, source, options, token)?,
     };
-    scene.interior = interior::find(&scene.triangles, &scene.bounds, scene.up, token)?;
+    scene.subject = subject::subject(&scene.triangles, &scene.bounds, token)?;
+    scene.interior = interior::find(&scene.triangles, &scene.subject, scene.up, token)?;
     scene.prepare_normals(token)?;
     Ok(scene)
 }

@@ -26,6 +26,7 @@ mod read;
 
 #[allow(clippy::arithmetic_side_effects, reason = "indices of a map of fixed size, and floats")]
 mod interior;
+mod subject;
 
 mod recognise;
 

@@ -26,6 +26,8 @@ pub struct Scene {
     pub bounds: Aabb,
     /// Subtracted from the coordinates of the file, so that models far from the origin keep their decimals; mostly zero.
     pub offset: DVec3,
+    /// Bounding box that cameras frame: of all but the few triangles far from all others.
+    pub subject: Aabb,
     /// Up direction of the scene; a unit axis.
     pub up: Vec3,
     /// Where to stand inside a model that encloses the centre of `bounds`, as a room does; `None` for every other model.
@@ -74,6 +76,7 @@ impl Scene {
             triangles,
             bounds,
             offset: DVec3::ZERO,
+            subject: bounds,
             up: Vec3::Y,
             interior: None,
             attributes: None,

@@ -10,7 +10,7 @@ use bvhscope::accel::Accel;
 use bvhscope::camera::Camera;
 use bvhscope::export::Protected;
 use bvhscope::headless::exr::write_distances;
-use bvhscope::headless::render::write_png;
+use bvhscope::headless::picture::write_png;
 use bvhscope::lab::diagnose::diagnose_scene;
 use bvhscope::overlay::NodeTable;
 use bvhscope::render::{RenderRequest, RenderSettings, Shading, render};

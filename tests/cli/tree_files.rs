@@ -232,6 +232,83 @@ fn nodes_are_written_as_tables_and_as_the_wide_tree() {
     );
 }
 
+/// A JSON object whose keys are all different, however deep.
+struct DistinctKeys;
+
+impl<'de> serde::Deserialize<'de> for DistinctKeys {
+    fn deserialize<D: serde::Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        deserializer.deserialize_any(Self)
+    }
+}
+
+impl<'de> serde::de::Visitor<'de> for DistinctKeys {
+    type Value = Self;
+
+    fn expecting(&self, text: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        text.write_str("JSON")
+    }
+
+    fn visit_map<A: serde::de::MapAccess<'de>>(self, mut map: A) -> Result<Self, A::Error> {
+        let mut keys = std::collections::BTreeSet::new();
+        while let Some((key, Self)) = map.next_entry::<String, Self>()? {
+            if let Some(key) = keys.replace(key) {
+                return Err(serde::de::Error::custom(format!("the key '{key}' is there twice")));
+            }
+        }
+        Ok(self)
+    }
+
+    fn visit_seq<A: serde::de::SeqAccess<'de>>(self, mut items: A) -> Result<Self, A::Error> {
+        while items.next_element::<Self>()?.is_some() {}
+        Ok(self)
+    }
+
+    fn visit_bool<E>(self, _: bool) -> Result<Self, E> {
+        Ok(self)
+    }
+
+    fn visit_u64<E>(self, _: u64) -> Result<Self, E> {
+        Ok(self)
+    }
+
+    fn visit_i64<E>(self, _: i64) -> Result<Self, E> {
+        Ok(self)
+    }
+
+    fn visit_f64<E>(self, _: f64) -> Result<Self, E> {
+        Ok(self)
+    }
+
+    fn visit_str<E>(self, _: &str) -> Result<Self, E> {
+        Ok(self)
+    }
+
+    fn visit_unit<E>(self) -> Result<Self, E> {
+        Ok(self)
+    }
+}
+
+#[test]
+fn json_has_each_key_once() {
+    let folder = folder();
+    let at = folder.path();
+    output(at, &format!("tree {MODEL} -o wide.bvh --wide"));
+    let view = "--size 8x8 --repeat 1 --json";
+    for line in [
+        format!("info {MODEL} --tree wide.bvh --json --rays primary"),
+        format!("render {MODEL} --tree wide.bvh -o a.png --size 8x8 --json"),
+        format!("ray {MODEL} --tree wide.bvh --pixel 4,4 --size 8x8 --json"),
+        format!("bench {MODEL} --tree wide.bvh {view}"),
+        format!("diff {MODEL} --b wide.bvh {view}"),
+        format!("scaling {MODEL} --threads 1 {view}"),
+    ] {
+        for object in output(at, &line).lines() {
+            let read: Result<DistinctKeys, _> = serde_json::from_str(object);
+            assert!(read.is_ok(), "{line}: {}", read.err().unwrap());
+        }
+    }
+}
+
 #[test]
 fn unusable_files_fail_with_one_line() {
     let folder = folder();

@@ -6,10 +6,11 @@ use bvhscope::app::state::dock::DockView;
 use bvhscope::app::state::lab::{PlotKind, TreeQuality, TreeSet};
 use bvhscope::app::state::paper::Experiment;
 use bvhscope::app::state::{AppState, Request};
-use bvhscope::lab::plot::draw_scatters;
+use bvhscope::lab::plot::{PlotFormat, draw};
 use bvhscope::lab::population::Population;
 use bvhscope::lab::visit_scatter::VisitScatter;
 use bvhscope::render::{Light, Shading};
+use bvhscope_engine::cancel::CancelToken;
 use egui::accesskit::Role;
 use egui::{Key, Modifiers, Pos2, Rect, pos2};
 use egui_kittest::kittest::{NodeT as _, Queryable as _};
@@ -229,8 +230,8 @@ fn what_is_plotted_is_saved_as_a_picture() {
         panic!("{requests:?}")
     };
     assert!(stem.ends_with("-prediction"), "{stem}");
-    let titles: Vec<&str> = plots.iter().map(|plot| plot.title.as_str()).collect();
+    let titles: Vec<&str> = plots.charts.iter().map(|plot| plot.title.as_str()).collect();
     assert!(titles.len() == 2 && titles.iter().all(|title| title.contains(" tree")), "{titles:?}");
-    let picture = image::load_from_memory(&draw_scatters(plots).unwrap()).unwrap();
-    assert_eq!((picture.width(), picture.height()), (1400, 560));
+    let picture = image::load_from_memory(&draw(plots, PlotFormat::Png, &CancelToken::new()).unwrap()).unwrap();
+    assert_eq!(picture.width(), 1280);
 }

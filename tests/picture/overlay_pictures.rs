@@ -74,7 +74,7 @@ fn draw(
         show_picture: true,
         section: picture.section,
         neutral_lines: picture.is_coded,
-        light_background: false,
+        backdrop: [0.105, 0.11, 0.12, 1.0],
         viewport_px: [0, 0, picture.size[0], picture.size[1]],
         pixels_per_point: 1.0,
     };
@@ -134,7 +134,7 @@ fn a_coarse_picture_is_enlarged_smoothly() {
             show_picture: true,
             section: None,
             neutral_lines: false,
-            light_background: false,
+            backdrop: [0.105, 0.11, 0.12, 1.0],
             viewport_px: [0, 0, size[0], size[1]],
             pixels_per_point: 1.0,
         };
@@ -294,7 +294,7 @@ fn a_picture_beyond_the_driver_is_an_error() {
         show_picture: true,
         section: None,
         neutral_lines: false,
-        light_background: false,
+        backdrop: [0.105, 0.11, 0.12, 1.0],
         viewport_px: [0, 0, 4_000_000, 1],
         pixels_per_point: 1.0,
     };

@@ -133,7 +133,7 @@ fn picture_flags(render: &RenderSettings, line: &mut Line) {
     let named = |differs: bool, name: &str| differs.then(|| name.to_owned());
     line.flag("--simd", named(render.simd != SimdLevel::best(), render.simd.name()));
     line.flag("--light", named(render.light == Light::Headlight, render.light.name()));
-    line.flag("--background", named(render.background == Background::Light, render.background.name()));
+    line.flag("--background", named(render.background != Background::Dark, render.background.name()));
     if let Exposure::Fixed(stops) = render.exposure {
         line.flag("--exposure", stops.to_string());
     }

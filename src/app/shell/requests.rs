@@ -13,8 +13,9 @@ use crate::app::state::paper::{PaperResult, RowFormat};
 use crate::app::state::{AppState, Request, Severity, TreeSide};
 use crate::app::viewport::screenshot::{self, Screenshot};
 use crate::export::{first_writable, write_new};
-use crate::lab::plot::draw_scatters;
+use crate::lab::plot::{PlotFormat, draw};
 use crate::scene::{FileFormat, SceneSource, model_extensions};
+use bvhscope_engine::cancel::CancelToken;
 
 /// A dialog that ends sooner without a file was never on the screen: nobody closes one this fast.
 const MIN_DIALOG_TIME: Duration = Duration::from_millis(700);
@@ -102,8 +103,9 @@ impl BackgroundTasks {
                 Request::Measure => measure_worker.measure(state),
                 Request::CancelMeasuring => measure_worker.cancel(state),
                 Request::SaveRows(format) => self.save_rows(format, state),
-                Request::SavePlots(stem, plots) => self.save(state, "plot", move |folder| {
-                    let bytes = draw_scatters(&plots)?;
+                Request::SavePlots(stem, figure) => self.save(state, "plot", move |folder| {
+                    let bytes =
+                        draw(&figure, PlotFormat::Png, &CancelToken::new()).map_err(|error| error.to_string())?;
                     write_new(folder, &stem, "png", &bytes).map_err(|error| error.to_string())
                 }),
                 Request::Screenshot => self.save_screenshot(ctx, state),

@@ -127,17 +127,9 @@ fn traced(source: &SceneSource, token: &CancelToken) -> Option<Thumbnail> {
     }
     let scene = Arc::new(load(source, &LoadOptions::default(), token).ok()?);
     let accel = Arc::new(Accel::build(&scene, &BuildSettings::default(), token).ok()?);
-    let request = RenderRequest {
-        accel,
-        camera: NamedView::Default.camera(&scene, scene.up),
-        settings: RenderSettings { samples: SAMPLES, ..RenderSettings::default() },
-        width_px: THUMBNAIL_SIZE[0],
-        height_px: THUMBNAIL_SIZE[1],
-        coarseness: 1.0,
-        count_tests: false,
-        hidden: None,
-        clusters: None,
-    };
+    let settings = RenderSettings { samples: SAMPLES, ..RenderSettings::default() };
+    let camera = NamedView::Default.camera(&scene, scene.up);
+    let request = RenderRequest::new(&accel, camera, settings, THUMBNAIL_SIZE);
     let frame = render(&request, token, &|_| {}).ok()?;
     Some(Thumbnail { rgba: frame.rgba })
 }

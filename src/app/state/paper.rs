@@ -8,12 +8,13 @@ use serde::{Deserialize, Serialize};
 use crate::app::state::second_tree::TreeSide;
 use crate::app::state::wanted::Wanted;
 use crate::camera::Camera;
-use crate::lab::plot::{Panel, PlotFormat, draw, panels};
+use crate::lab::plot::{Figure, PlotFormat, draw};
 use crate::lab::population::Populations;
 use crate::lab::report_table::{ReportTable, tables};
 use crate::lab::rows::{write_csv, write_json_lines};
 use crate::lab::{Job, Measurement, Setup, SweepPlan, TraceView};
 use crate::scene::Scene;
+use bvhscope_engine::cancel::CancelToken;
 use bvhscope_engine::settings::{BuildSettings, BuilderKind};
 use bvhscope_engine::tree::ContainerKind;
 use bvhscope_engine::tree::traverse::Traversal;
@@ -230,7 +231,7 @@ impl PaperPlan {
     /// Camera, size and traversal of the traced picture.
     pub fn view(&self, scene: &Scene, wanted: &Wanted) -> TraceView {
         TraceView {
-            camera: if self.default_camera { Camera::framing(&scene.bounds, scene.up) } else { wanted.camera },
+            camera: if self.default_camera { Camera::framing(&scene.subject, scene.up) } else { wanted.camera },
             size: [self.side_px; 2],
             traversal: self.traversal,
             repeat: self.repeat,
@@ -251,8 +252,8 @@ pub struct PaperResult {
     pub rows: Arc<Vec<Measurement>>,
     /// The rows as tables.
     pub tables: Vec<ReportTable>,
-    /// The rows as plots; empty where there is nothing to plot.
-    pub panels: Vec<Panel>,
+    /// The rows as plots; without charts where there is nothing to plot.
+    pub figure: Figure,
     /// All rows are measured.
     pub finished: bool,
 }
@@ -265,7 +266,7 @@ impl PaperResult {
             experiment,
             scene,
             tables: if rows.is_empty() { Vec::new() } else { tables(command, &rows) },
-            panels: panels(&rows).unwrap_or_default(),
+            figure: Figure::of_rows(&rows).unwrap_or_default(),
             rows: Arc::new(rows),
             finished,
         }
@@ -277,10 +278,14 @@ impl PaperResult {
         match format {
             RowFormat::Csv => write_csv(&self.rows, &mut bytes)?,
             RowFormat::Json => write_json_lines(&self.rows, &mut bytes)?,
-            RowFormat::Png => bytes = draw(&self.panels, PlotFormat::Png)?,
-            RowFormat::Svg => bytes = draw(&self.panels, PlotFormat::Svg)?,
+            RowFormat::Png => bytes = self.drawn(PlotFormat::Png)?,
+            RowFormat::Svg => bytes = self.drawn(PlotFormat::Svg)?,
         }
         Ok(bytes)
+    }
+
+    fn drawn(&self, format: PlotFormat) -> Result<Vec<u8>, String> {
+        draw(&self.figure, format, &CancelToken::new()).map_err(|error| error.to_string())
     }
 
     /// Name of its files without number and extension: `teapot-sweep`.

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use crate::app::state::paper::RowFormat;
 use crate::app::state::second_tree::TreeSide;
 use crate::camera::Camera;
-use crate::lab::plot::Scatter;
+use crate::lab::plot::Figure;
 use crate::scene::SceneSource;
 
 /// An effect that plain values cannot express; performed after the panels of the UI frame have been drawn.
@@ -36,7 +36,7 @@ pub enum Request {
     /// Save the measured rows in the current folder; a message names the file.
     SaveRows(RowFormat),
     /// Save these plots as a PNG in the current folder, under a name that begins with this; a message names the file.
-    SavePlots(String, Vec<Scatter>),
+    SavePlots(String, Figure),
     /// Save the viewport as a PNG in the current folder (F12); a message names the file.
     Screenshot,
     /// Copy this text to the clipboard.

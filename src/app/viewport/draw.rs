@@ -9,7 +9,7 @@ use super::pixel::rect_px;
 use super::tint::Tinted;
 use crate::app::state::TreeSide;
 use crate::overlay::{DrawInput, NodeTable, OverlayPipeline, OverlaySettings, PictureInput, Selection, Shown};
-use crate::render::{Background, Frame};
+use crate::render::Frame;
 
 /// Data of one draw; owned, because egui paints after the UI code of the frame has run.
 pub(crate) struct OverlayCallback {
@@ -88,7 +88,7 @@ impl CallbackTrait for OverlayCallback {
                     show_picture: self.show_picture,
                     section: self.frame.settings.section,
                     neutral_lines: self.frame.settings.shading.is_coded(),
-                    light_background: self.frame.settings.background == Background::Light,
+                    backdrop: self.frame.settings.background.backdrop(),
                     viewport_px,
                     pixels_per_point: screen.pixels_per_point,
                 },

@@ -10,7 +10,6 @@ use crate::app::viewport::draw::picture_input;
 use crate::app::viewport::tint::Tint;
 use crate::export::{first_writable, write_new};
 use crate::overlay::{DrawInput, NodeTable, OverlaySettings, Selection, Shown, draw_offscreen};
-use crate::render::Background;
 
 /// Everything that a screenshot shows, captured so that later changes in the window do not affect it.
 pub struct Screenshot {
@@ -88,7 +87,7 @@ impl Screenshot {
             show_picture: self.show_geometry,
             section: frame.settings.section,
             neutral_lines: frame.settings.shading.is_coded(),
-            light_background: frame.settings.background == Background::Light,
+            backdrop: frame.settings.background.backdrop(),
             viewport_px: [0, 0, frame.width_px, frame.height_px],
             pixels_per_point: self.pixels_per_point,
         };

@@ -1,5 +1,6 @@
 //! The views of the dock, a folder each.
 
+mod axes;
 mod controls;
 mod node_row;
 

@@ -183,6 +183,9 @@ pub struct DiffArgs {
     /// Write a picture of the difference
     #[arg(short, long, value_name = "FILE.png")]
     pub output: Option<PathBuf>,
+    /// Legend below the picture: on or off [default: on, from 240 pixels of width]
+    #[arg(long, value_name = "on|off", value_parser = values::on_or_off)]
+    pub legend: Option<bool>,
     /// Size of the traced picture in pixels
     #[arg(long, value_name = "WxH", value_parser = values::size, allow_hyphen_values = true, default_value = "1024x1024")]
     pub size: [u32; 2],

@@ -139,12 +139,14 @@ pub struct ViewerArgs {
   bvhscope render bunny.obj -o boxes.png --overlay box --depth 5..7 --camera front
   bvhscope render bunny.obj -o heat.png --shading heat --heat-range 0..80
   bvhscope render bunny.obj -o bunny.exr
+  bvhscope render bunny.obj --overlay box --background white -o bunny.svg
   bvhscope render bunny.obj -o bunny.png --depth-image bunny-depth.exr")]
 pub struct RenderArgs {
     /// The model: a file, or builtin:NAME[:SIZE] [default: builtin:teapot]
     #[arg(value_name = "MODEL", value_parser = ModelParser)]
     pub model: Option<SceneSource>,
-    /// The picture that is written: a PNG, or an EXR of linear radiance, neither exposed nor tone mapped
+    /// The picture that is written: a PNG, an SVG with containers as lines, or an EXR of linear radiance, neither exposed nor
+    /// tone mapped
     #[arg(short, long, value_name = "FILE", required_unless_present = "depth_image")]
     pub output: Option<PathBuf>,
     /// Also write each pixel's hit distance along its unit ray, infinity where nothing is hit
@@ -164,9 +166,12 @@ pub struct RenderArgs {
     pub load: StrictLoadArgs,
     #[command(flatten)]
     pub camera: CameraArgs,
-    /// Background where no surface is: dark or light [default: dark]
+    /// Background where no surface is: dark, light, white or transparent [default: dark]
     #[arg(long, value_name = "NAME", value_parser = named::<Background>, help_heading = "Picture")]
     pub background: Option<Background>,
+    /// Legend below a picture whose colours stand for numbers or nodes: on or off [default: on, from 240 pixels of width]
+    #[arg(long, value_name = "on|off", value_parser = values::on_or_off, help_heading = "Picture")]
+    pub legend: Option<bool>,
     /// A camera kept in the window (Ctrl+D), by its name
     #[cfg(feature = "gui")]
     #[arg(long, value_name = "NAME", help_heading = "Camera",
@@ -282,9 +287,12 @@ pub struct MergesArgs {
     pub load: StrictLoadArgs,
     #[command(flatten)]
     pub camera: CameraArgs,
-    /// Background where no surface is: dark or light [default: dark]
+    /// Background where no surface is: dark, light, white or transparent [default: dark]
     #[arg(long, value_name = "NAME", value_parser = named::<Background>, help_heading = "Picture")]
     pub background: Option<Background>,
+    /// Legend below a picture whose colours stand for numbers or nodes: on or off [default: on, from 240 pixels of width]
+    #[arg(long, value_name = "on|off", value_parser = values::on_or_off, help_heading = "Picture")]
+    pub legend: Option<bool>,
     #[command(flatten)]
     pub picture: PictureArgs,
 }

@@ -68,6 +68,7 @@ pub fn diff(args: DiffArgs) -> DiffCommand {
         simd: args.simd.unwrap_or_default(),
         repeat: args.repeat,
         output: args.output,
+        legend: args.legend,
         json: args.json,
     }
 }

@@ -80,6 +80,7 @@ pub fn render(args: RenderArgs) -> Result<RenderCommand, Failure> {
         size: args.size,
         output: args.output,
         depth_image: args.depth_image,
+        legend: args.legend,
         json: args.json,
     })
 }
@@ -110,6 +111,7 @@ pub fn merges(args: MergesArgs) -> MergesCommand {
         order: args.order,
         frames: args.frames,
         rate: args.rate,
+        legend: args.legend,
         size: args.size,
         output: args.output,
     }

@@ -1,7 +1,7 @@
 //! The diverging colour map of differences.
 
 /// Colours of −1, −0.5, 0, 0.5 and 1 in sRGB: blue over neutral grey to orange. Blue and orange differ for every kind of colour
-/// vision, and luminance rises from one end to the other, so that a grey print tells the signs apart too.
+/// vision, and luminance rises from one end to the other, so that signs differ in a grey print too.
 const STOPS: [[u8; 3]; 5] =
     [[0x08, 0x30, 0x6b], [0x2b, 0x6c, 0xb0], [0x8a, 0x8a, 0x8a], [0xe9, 0x9a, 0x3c], [0xff, 0xd0, 0x7a]];
 

@@ -64,7 +64,7 @@ impl DifferenceMap {
     }
 }
 
-/// Whether two pictures are of the same rays and show the same quantity.
+/// Two pictures are of the same rays and show the same quantity.
 fn shows_same_rays(a: &Frame, b: &Frame) -> bool {
     // These decide only how values are coloured.
     let compared = |frame: &Frame| RenderSettings { heat_range: None, color_map: ColorMap::Inferno, ..frame.settings };

@@ -4,10 +4,10 @@ use std::sync::Arc;
 
 use super::map::DifferenceMap;
 use crate::accel::Accel;
-use crate::lab::measure::{LabError, measure_contenders};
+use crate::lab::measure::{LabError, measure_contenders, request};
 use crate::lab::measurement::{Measurement, pool};
 use crate::lab::setup::{Contender, Subject, TraceView};
-use crate::render::{HeatKind, RenderRequest, RenderSettings, Shading, render};
+use crate::render::{HeatKind, Shading, render};
 use bvhscope_engine::cancel::{CancelToken, Cancelled};
 use bvhscope_engine::tree::survival::{Survival, surviving_nodes};
 use bvhscope_engine::with_tree;
@@ -60,22 +60,7 @@ fn build(subject: &Subject, tree: &Contender, token: &CancelToken) -> Result<Arc
 }
 
 fn heat(accel: &Arc<Accel>, view: &TraceView, token: &CancelToken) -> Result<Arc<crate::render::Frame>, LabError> {
-    let settings = RenderSettings {
-        shading: Shading::Heat(HeatKind::Both),
-        traversal: view.traversal,
-        simd: view.simd,
-        ..RenderSettings::default()
-    };
-    let request = RenderRequest {
-        accel: Arc::clone(accel),
-        camera: view.camera,
-        settings,
-        width_px: view.size[0],
-        height_px: view.size[1],
-        coarseness: 1.0,
-        count_tests: false,
-        hidden: None,
-        clusters: None,
-    };
+    let mut request = request(accel, view);
+    request.settings.shading = Shading::Heat(HeatKind::Both);
     Ok(Arc::new(render(&request, token, &|_| ())?))
 }

@@ -16,7 +16,7 @@ const RECORD_BYTES_PER_TRIANGLE: u64 = 200;
 /// The tree that a record of merges is about.
 #[derive(Debug, Clone)]
 pub enum TreeOfRecord {
-    /// The tree that the history was asked for.
+    /// The tree of the request.
     Same,
     /// The tree before passes over it, or before it was balanced.
     Before(Arc<Accel>),
@@ -27,13 +27,13 @@ pub enum TreeOfRecord {
 pub struct History {
     /// The recorded merges; `None` where the builder merges nothing.
     pub construction: Option<Construction>,
-    /// The tree that they are about. It is held only where it is another than the one asked for.
+    /// The tree that they are about. Held only where it is not the tree of the request.
     pub of: TreeOfRecord,
     /// The reduction that the build had, by level of the recursion.
     pub levels: Vec<ReductionLevel>,
 }
 
-/// Whether a tree was made here by merging clusters.
+/// A tree was made here by merging clusters.
 pub fn merges_clusters(accel: &Accel) -> bool {
     accel.file.is_none() && matches!(accel.settings.builder, BuilderKind::Aac | BuilderKind::Exact)
 }
@@ -60,7 +60,7 @@ impl History {
         Ok(Self { construction: Some(construction), of, levels })
     }
 
-    /// The tree whose nodes the merges make. `accel` is the tree that this history was asked for.
+    /// The tree whose nodes the merges make. `accel` is the tree of the request.
     pub fn tree<'a>(&'a self, accel: &'a Accel) -> &'a AnyTree {
         match &self.of {
             TreeOfRecord::Same => &accel.tree,

@@ -14,7 +14,7 @@ const MAX_STOPS: usize = 512;
 pub struct KeyFrame {
     /// The step.
     pub step: u32,
-    /// What is there to see, in a few words.
+    /// Description in a few words.
     pub label: String,
 }
 
@@ -45,7 +45,7 @@ pub(super) fn key_frames(history: &History, timeline: &Timeline) -> Vec<KeyFrame
         frames.push(frame(timeline.steps() + 1 - left, format!("The last {left} clusters stand")));
     }
     frames.push(frame(timeline.steps(), "The root stands alone".to_owned()));
-    // The first of several at a step tells more.
+    // The first of several at a step is the more specific one.
     frames.sort_by_key(|frame| frame.step);
     frames.dedup_by_key(|frame| frame.step);
     frames

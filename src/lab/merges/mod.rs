@@ -1,6 +1,6 @@
 //! The construction of a tree merge by merge, prepared for a view of it: history, density over time, key frames, pacing.
 //!
-//! Start at [`Merges`]. The record itself, and what is asked of it, is [`bvhscope_engine::construction`].
+//! Start at [`Merges`]. The record itself and its queries are [`bvhscope_engine::construction`].
 
 mod density;
 mod history;
@@ -34,7 +34,7 @@ const SMALLEST_SHARE: f32 = 1e-12;
 pub struct Merges {
     /// The construction, which all orders share.
     pub history: Arc<History>,
-    /// Which clusters stand at which step.
+    /// The active clusters at each step.
     pub timeline: Arc<Timeline>,
     /// log2 of the area of what each step makes, relative to the root's: that of step k at k − 1.
     pub log_areas: Vec<f32>,

@@ -1,18 +1,16 @@
-//! Plots of measurements: panels with axes, units and curves, drawn into files by [`draw()`] and on the screen by the window.
+//! Plots of measurements: charts with axes, units and curves, drawn into files by [`draw()`] and on the screen by the window.
 
 mod axis;
-mod panel;
-mod scatter;
+mod chart;
 
-mod panels;
+mod charts;
+mod notes;
 
-mod format;
+mod figure;
 
 mod draw;
 
-pub use axis::Axis;
-pub use draw::{COLORS, draw};
-pub use format::PlotFormat;
-pub use panel::{Panel, PlotCurve, Point};
-pub use panels::panels;
-pub use scatter::{Scatter, ScatterSeries, SeriesLook, draw_scatters};
+pub use axis::{Axis, Scale};
+pub use chart::{Chart, Curve, Look, Point, tick_text};
+pub use draw::{COLORS, font, text_width, with_fallback_fonts};
+pub use figure::{Figure, PlotFormat, draw};

@@ -1,5 +1,5 @@
 //! One ray through a tree, step by step: which containers it enters and misses, what it puts on the stack, what it tests, and what
-//! of this was in vain.
+//! of this was wasted.
 //!
 //! The steps are those of the traversals that trace pictures, which tell them to a probe; nothing here traverses a tree. Start at
 //! [`record()`].

@@ -21,22 +21,15 @@ const STEPS_BETWEEN_CHECKS: usize = 1 << 12;
 ///
 /// # Errors
 ///
-/// Fails if cancelled. The inner result says why there is no such ray.
+/// Fails if cancelled. The inner error is the reason why there is no such ray.
 pub fn record(
     accel: &Arc<Accel>,
     request: &RayRequest,
     token: &CancelToken,
 ) -> Result<Result<RayRecord, NoRay>, Cancelled> {
     let picture = RenderRequest {
-        accel: Arc::clone(accel),
-        camera: request.camera,
-        settings: request.settings,
-        width_px: request.size_px[0],
-        height_px: request.size_px[1],
-        coarseness: 1.0,
-        count_tests: false,
         hidden: request.hidden.clone(),
-        clusters: None,
+        ..RenderRequest::new(accel, request.camera, request.settings, request.size_px)
     };
     let ray = match single_ray(&picture, request.start, request.kind, token)? {
         Ok(ray) => picture.cut(ray),

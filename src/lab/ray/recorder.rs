@@ -15,14 +15,14 @@ pub(super) struct Recorder {
     pub(super) omitted: u64,
     /// Tests as the traversal counts them.
     pub(super) counts: TestCounts,
-    /// Tests as the steps tell them, where each is one test: not in the wide tree.
-    told: TestCounts,
+    /// Tests of the steps so far, where each is one test: not in the wide tree.
+    of_steps: TestCounts,
     is_wide: bool,
 }
 
 impl Recorder {
     pub(super) fn new(is_wide: bool) -> Self {
-        Self { steps: Vec::new(), omitted: 0, counts: TestCounts::default(), told: TestCounts::default(), is_wide }
+        Self { steps: Vec::new(), omitted: 0, counts: TestCounts::default(), of_steps: TestCounts::default(), is_wide }
     }
 
     /// The ray is traced from `t` on: again, if it was before.
@@ -34,7 +34,7 @@ impl Recorder {
 
     fn keep(&mut self, step: Step) {
         if self.steps.len() < MAX_STEPS {
-            self.steps.push((step, if self.is_wide { self.counts } else { self.told }));
+            self.steps.push((step, if self.is_wide { self.counts } else { self.of_steps }));
         } else {
             self.omitted += 1;
         }
@@ -51,9 +51,9 @@ impl Probe for Recorder {
         self.counts.primitive_test();
     }
     fn event(&mut self, event: RayEvent) {
-        // The containers of siblings are tested at once, and told one after the other.
-        self.told.containers += u64::from(matches!(event, RayEvent::Enter { .. } | RayEvent::Miss { .. }));
-        self.told.primitives += u64::from(matches!(event, RayEvent::Triangle { .. }));
+        // The containers of siblings are tested at once, but are steps one after the other.
+        self.of_steps.containers += u64::from(matches!(event, RayEvent::Enter { .. } | RayEvent::Miss { .. }));
+        self.of_steps.primitives += u64::from(matches!(event, RayEvent::Triangle { .. }));
         self.keep(Step::Event(event));
     }
 }

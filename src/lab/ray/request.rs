@@ -13,7 +13,7 @@ use bvhscope_engine::tree::traverse::Traversal;
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum RayMethod {
-    /// The tree as it was built, in this order. Any hit ends an occlusion ray, but not in the paper's order, which knows no
+    /// The tree as it was built, in this order. Any hit ends an occlusion ray, but not in the paper's order, which has no
     /// such end.
     Binary(Traversal),
     /// The wide tree, which pictures are traced through.
@@ -47,7 +47,7 @@ impl RayMethod {
 pub struct RayRequest {
     /// Where it comes from.
     pub start: RayStart,
-    /// What it is traced for.
+    /// Its purpose.
     pub kind: RayKind,
     /// The traversal.
     pub method: RayMethod,
@@ -62,7 +62,7 @@ pub struct RayRequest {
 }
 
 impl RayRequest {
-    /// Whether the first hit ends the ray. Behind hidden triangles pictures look for the nearest.
+    /// The first hit ends the ray. Behind hidden triangles pictures look for the nearest.
     pub(super) fn ends_at_any_hit(&self) -> bool {
         self.kind.ends_at_any_hit() && self.method != RayMethod::Binary(Traversal::Paper) && self.hidden.is_none()
     }

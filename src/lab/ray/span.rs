@@ -9,12 +9,12 @@ use crate::accel::Accel;
 use bvhscope_engine::geometry::Ray;
 use bvhscope_engine::tree::traverse::{RayEvent, TestCounts};
 
-/// What became of a container that a ray enters.
+/// Fate of a container that a ray enters.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Visit {
     /// Visited, and a hit that was the nearest until then was found in it.
     Useful,
-    /// Visited in vain: nothing nearer was found in it.
+    /// Visited without finding anything nearer.
     Wasted,
     /// Never visited: it begins behind a hit that was found before, or a hit ended the ray.
     Skipped,
@@ -36,9 +36,9 @@ impl Visit {
 pub struct Span {
     /// The node of the traversed tree, as [`RayEvent`] names it.
     pub node: u32,
-    /// The node of the tree that it stands for.
+    /// The node of the tree whose container it is.
     pub tree_node: u32,
-    /// Whether it is a leaf of the traversed tree.
+    /// It is a leaf of the traversed tree.
     pub is_leaf: bool,
     /// Depth in the traversed tree, root 0.
     pub depth: u32,
@@ -48,7 +48,7 @@ pub struct Span {
     pub entered: usize,
     /// Index of the step in which it was visited.
     pub visited: Option<usize>,
-    /// What became of it.
+    /// Its fate.
     pub visit: Visit,
     /// The span of its parent.
     parent: Option<usize>,

@@ -5,7 +5,7 @@ use bvhscope_engine::tree::traverse::{RayEvent, TestCounts};
 /// A step of the traversal.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Step {
-    /// What the traversal did. Nodes are those of the tree that was traversed, as [`RayEvent`] names them.
+    /// A step of the traversal. Nodes are those of the tree that was traversed, as [`RayEvent`] names them.
     Event(RayEvent),
     /// The nearest hit was on a hidden triangle: the ray is traced again from `t` on.
     Again {
@@ -62,7 +62,7 @@ impl Step {
         }
     }
 
-    /// Whether it is about a node rather than a triangle or a hit.
+    /// It is about a node rather than a triangle or a hit.
     pub const fn is_about_node(self) -> bool {
         !matches!(self, Self::Event(RayEvent::Triangle { .. } | RayEvent::Nearer { .. }) | Self::Again { .. })
     }

@@ -39,7 +39,7 @@ pub fn ray_table(title: String, record: &RayRecord) -> ReportTable {
     }
 }
 
-/// What is found, and what it took.
+/// The hit, and the number of tests.
 fn notes(record: &RayRecord) -> Vec<String> {
     let [visited, wasted, skipped] = record.visits();
     let TestCounts { containers, primitives } = record.counts;

@@ -30,7 +30,7 @@ impl<'a> TreeNodes<'a> {
         if self.wide.is_some() { self.known.get(&node).copied().unwrap_or(0) } else { node }
     }
 
-    /// Whether `node` is a leaf of the traversed tree.
+    /// `node` is a leaf of the traversed tree.
     pub(super) fn is_leaf(&self, node: u32) -> bool {
         match self.wide {
             Some(_) => Child::from_bits(node).is_leaf(),
@@ -72,7 +72,7 @@ fn children<C: WideContainer>(wide: &WideTree<C>, node: Child, tree: &Tree<C>, r
             if let Some(at) = named {
                 found.push((unnamed.swap_remove(at).1.bits(), node));
             }
-            // What is below a child belongs to it.
+            // Descendants of a child belong to it.
             named.is_none()
         });
     }

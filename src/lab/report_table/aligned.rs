@@ -1,6 +1,12 @@
 //! A table as aligned text: units in the head, numbers right-aligned.
 
+use std::borrow::Cow;
 use std::fmt;
+
+use crate::text::cut;
+
+/// Most characters of a cell; longer ones are cut.
+const MAX_CELL: usize = 60;
 
 /// A table with a title line, a head of one or two lines, and notes below.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -35,8 +41,10 @@ impl ReportTable {
 
 impl fmt::Display for ReportTable {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let rows: Vec<Vec<Cow<'_, str>>> =
+            self.rows.iter().map(|row| row.iter().map(|cell| cut(cell, MAX_CELL)).collect()).collect();
         let width = |index: usize| {
-            let cells = self.rows.iter().filter_map(|row| row.get(index)).map(|cell| cell.chars().count());
+            let cells = rows.iter().filter_map(|row| row.get(index)).map(|cell| cell.chars().count());
             let (name, unit) = &self.columns[index];
             cells.chain([name.chars().count(), unit.chars().count()]).max().unwrap_or(0)
         };
@@ -57,12 +65,26 @@ impl fmt::Display for ReportTable {
         if has_units {
             line(&mut self.columns.iter().map(|(_, unit)| unit.as_str()))?;
         }
-        for row in &self.rows {
-            line(&mut row.iter().map(String::as_str))?;
+        for row in &rows {
+            line(&mut row.iter().map(AsRef::as_ref))?;
         }
         for note in &self.notes {
             writeln!(f, "{note}")?;
         }
         Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn long_cells_are_cut() {
+        let rows = vec![vec!["n".repeat(70_000), "1".to_owned()], vec!["short".to_owned()]];
+        let table = ReportTable { rows, ..ReportTable::new("", &[("builder", ""), ("value", "")]) };
+        let text = table.to_string();
+        assert!(text.lines().all(|line| line.chars().count() <= MAX_CELL + 7), "{text}");
+        assert!(text.contains("n…") && text.contains("short"), "{text}");
     }
 }

@@ -35,7 +35,7 @@ pub(super) fn conditions(rows: &[Measurement]) -> String {
 }
 
 /// [`conditions`] with the number of threads if it is the same for all rows.
-pub(super) fn conditions_and_threads(rows: &[Measurement]) -> String {
+pub fn conditions_and_threads(rows: &[Measurement]) -> String {
     let same = rows.first().filter(|first| rows.iter().all(|row| row.threads == first.threads));
     match same {
         Some(row) => format!("{}, {}", conditions(rows), threads(row.threads)),

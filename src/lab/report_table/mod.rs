@@ -15,5 +15,6 @@ mod summary;
 pub use aligned::ReportTable;
 pub use by_command::tables;
 pub use difference::difference_table;
+pub(super) use format::conditions_and_threads;
 pub use format::{models, name_among, number, short};
 pub use summary::summary;

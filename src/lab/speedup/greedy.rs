@@ -9,7 +9,7 @@ use super::graph::TaskGraph;
 /// Time after which an idle thread sleeps: rayon's yield some thirty times before, each of which takes about a microsecond.
 const DOZES_AFTER: f64 = 3e-5;
 
-/// What cores cost each other; times in seconds.
+/// Overheads of cores; times in seconds.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Costs<'a> {
     /// Time that each task of a fork takes in addition.

@@ -36,8 +36,10 @@ pub struct Shown {
     pub wanted: usize,
     /// Number of nodes drawn with lines.
     pub outlined: usize,
-    /// Whether another viewpoint may choose other nodes, or draw others as dots.
+    /// Another viewpoint may choose other nodes, or draw others as dots.
     pub depends_on_view: bool,
+    /// Smallest and largest of `depths`: levels between them are told apart by width and lightness.
+    pub levels: [u32; 2],
     /// Smallest and largest value of the colour scale, in the unit of [`ColorBy`]'s shader: the square root of the depth, log2 of
     /// the relative area, overlap as a fraction, log2 of the primitive count. The second is always larger.
     pub scale: [f32; 2],
@@ -51,6 +53,7 @@ impl Shown {
         wanted: 0,
         outlined: 0,
         depends_on_view: false,
+        levels: [0; 2],
         scale: [0.0, 1.0],
     };
 }
@@ -62,7 +65,7 @@ impl NodeTable {
         nodes.map(|(&node, &depth)| self.instance(node, depth, settings)).collect()
     }
 
-    /// Whether the budget is so small a part of the nodes in the depth range that a best-first walk from the first depth finds
+    /// The budget is so small a part of the nodes in the depth range that a best-first walk from the first depth finds
     /// them faster.
     pub(super) fn is_cut_from_the_top(&self, settings: &OverlaySettings) -> bool {
         let (_, [from, last]) = self.depths(settings);
@@ -118,7 +121,7 @@ impl NodeTable {
         self.finish(settings, nodes, depths, wanted, measure.as_ref())
     }
 
-    /// Whether the plane cuts away all that is drawn of a node.
+    /// The plane cuts away everything that is drawn of a node.
     fn is_cut_away(&self, node: u32, plane: &SectionPlane, settings: &OverlaySettings) -> bool {
         let own = self.container_kind();
         let [boxes, spheres] = settings.kinds(own);
@@ -159,7 +162,9 @@ impl NodeTable {
     ) -> Shown {
         let scale = self.scale(settings, &nodes);
         let outlined = nodes.len();
-        let mut shown = Shown { nodes, depths, wanted, outlined, depends_on_view: false, scale };
+        let [first, last] = [depths.iter().min(), depths.iter().max()].map(|depth| depth.copied().unwrap_or(0));
+        let levels = [first, last];
+        let mut shown = Shown { nodes, depths, wanted, outlined, depends_on_view: false, levels, scale };
         let Some(measure) = measure.filter(|_| wanted > FEW_LINES) else { return shown };
         let sizes: Vec<f32> = with_tree!(&self.accel.tree, tree => {
             let size = |&node: &u32| measure.extent(&tree.nodes[node as usize].container.bounds()).diameter_px;
@@ -243,7 +248,7 @@ impl NodeTable {
     }
 }
 
-/// What the budget prefers: size on screen, or area where nobody looks.
+/// Rank of a node in the budget: its size on screen, or its area where there is no viewpoint.
 fn rank<C: Container>(tree: &Tree<C>, node: u32, measure: Option<&Measure>) -> f32 {
     let Some(measure) = measure else { return area(tree, node) };
     let extent = measure.extent(&tree.nodes[node as usize].container.bounds());

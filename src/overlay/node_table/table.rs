@@ -31,7 +31,7 @@ pub struct NodeTable {
     pub(super) accel: Arc<Accel>,
     boxes: OnceLock<Vec<Aabb>>,
     spheres: OnceLock<Vec<Sphere>>,
-    /// What [`NodeTable::visibility`] returned last, with the selection's hidden and isolated nodes.
+    /// The last result of [`NodeTable::visibility`], with the selection's hidden and isolated nodes.
     visibility: Mutex<Option<LastVisibility>>,
 }
 
@@ -76,7 +76,7 @@ impl NodeTable {
         self.accel.tree.node_count()
     }
 
-    /// Whether the tree has no nodes.
+    /// The tree has no nodes.
     pub fn is_empty(&self) -> bool {
         self.len() == 0
     }
@@ -86,7 +86,7 @@ impl NodeTable {
         self.levels.ranges.len().saturating_sub(1) as u32
     }
 
-    /// What `selection` hides; `None` for nothing. The same as the last time as long as the same nodes are hidden, so that it can
+    /// The nodes and triangles that `selection` hides; `None` for none. The same as the last time as long as the same nodes are hidden, so that it can
     /// be compared by identity. Takes a pass over the tree otherwise.
     pub fn visibility(&self, selection: &Selection) -> Option<Arc<Visibility>> {
         if !selection.hides_any() {
@@ -111,16 +111,19 @@ impl NodeTable {
         triangles
     }
 
-    /// First and last depth that suit the tree: the deepest level above the first one of more than 200 nodes, and as many above it
-    /// as make 200 nodes in all. About 100 to 200 containers can be told apart on a screen.
+    /// First and last depth that suit the tree: the deepest level above the first one of too many nodes, and as many above it
+    /// as together are not too many. About 100 to 200 boxes, and 40 to 60 spheres, can be told apart on a screen.
     pub fn depth_range(&self) -> [u32; 2] {
-        const MOST: usize = 200;
+        let most = match self.container_kind() {
+            ContainerKind::Aabb => 200,
+            ContainerKind::Sphere => 60,
+        };
         let counts = || self.levels.ranges.iter().map(ExactSizeIterator::len);
-        let last = counts().take_while(|&count| count <= MOST).count().saturating_sub(1);
+        let last = counts().take_while(|&count| count <= most).count().saturating_sub(1);
         let mut in_all = 0;
         let fits = |&count: &usize| {
             in_all += count;
-            in_all <= MOST
+            in_all <= most
         };
         let above: Vec<usize> = counts().take(last + 1).collect();
         let levels = above.into_iter().rev().take_while(fits).count();
@@ -148,7 +151,7 @@ impl NodeTable {
         self.accel.faults().iter().flat_map(|fault| fault.nodes.iter().copied())
     }
 
-    /// Whether `node` is a leaf.
+    /// `node` is a leaf.
     pub fn is_leaf(&self, node: u32) -> bool {
         with_tree!(&self.accel.tree, tree => tree.nodes[node as usize].is_leaf())
     }
@@ -255,7 +258,7 @@ impl NodeTable {
         Ok(())
     }
 
-    /// Whether [`NodeTable::drawable`] leaves out something of `settings`.
+    /// [`NodeTable::drawable`] leaves out something of `settings`.
     pub fn lacks(&self, settings: &OverlaySettings) -> bool {
         let whole = settings.spelt_out(self.container_kind());
         self.drawable(settings) != OverlaySettings { depth: Some(self.drawn_depths(settings)), ..whole }
@@ -308,7 +311,7 @@ impl NodeTable {
         with_tree!(&self.accel.tree, tree => node_metrics::area_share(tree, node))
     }
 
-    /// What the node alone adds to the SAH cost of the tree, 0 to 1.
+    /// Share of the node alone in the SAH cost of the tree, 0 to 1.
     pub fn sah_share(&self, node: u32) -> f32 {
         with_tree!(&self.accel.tree, tree => node_metrics::sah_share(tree, node, &self.accel.report.stats))
     }
@@ -319,7 +322,7 @@ impl NodeTable {
         with_tree!(&self.accel.tree, tree => node_metrics::overlap(tree, node))
     }
 
-    /// What each two of the children of `node` have in common, as instance data of the tree's own kind of container: the box
+    /// The common volume of each two of the children of `node`, as instance data of the tree's own kind of container: the box
     /// itself, of spheres the smallest sphere around it. None for a leaf and where no two have anything in common.
     pub fn overlap_instances(&self, node: u32) -> Vec<OverlayNode> {
         if self.is_leaf(node) {

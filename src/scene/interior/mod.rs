@@ -1,4 +1,4 @@
-//! Models that are looked at from within: whether a model encloses its centre as a room does, and where to stand in it.
+//! Models that are looked at from within: those that enclose their centre as a room does, and where to stand in them.
 //!
 //! Decided without a tree, by small cube maps of what is seen from a few points. A room shows the fronts of its surfaces, a
 //! solid object their backs; it has walls at right angles, and is free for much of its length, as a car is not.
@@ -36,8 +36,14 @@ const AZIMUTHS: usize = 48;
 const SPACIOUS: f32 = 0.05;
 /// Half the opening of the cone, in radians, of which most is free along a way.
 const WAY: f32 = 0.25;
-/// Part of the free way behind that is gone backwards.
-const STEP_BACK: f32 = 0.75;
+/// Parts of the free way behind that are gone backwards, to look for a place without something hanging in the view.
+const STEPS_BACK: [f32; 3] = [0.75, 0.4, 0.0];
+/// Number of the most spacious points around which places are looked for.
+const WIDEST: usize = 3;
+/// Half the opening in radians of the middle third of the picture.
+const MIDDLE: f32 = 0.2;
+/// Nearest surface in the middle of the picture over the diagonal of the model.
+const NEAR: f32 = 0.05;
 /// Part of the way to the nearest surface at which one orbits.
 const FREE_AROUND: f32 = 0.75;
 /// Points above, below and along the model's length beside the centre that are tried, as fractions of the bounding box: the centre
@@ -86,19 +92,61 @@ pub(super) fn find(
         points.truncate(1);
     }
     let maps = around(&points, triangles, token)?;
-    let mut best = None;
-    let mut widest = 0.0_f32;
+    let mut ways = Vec::new();
     for (&point, map) in points.iter().zip(&maps) {
-        let clearance = clearance(map);
-        let way = longest_way(map, up);
-        if clearance > widest.max(SPACIOUS * longest) && is_room(map, up) && way.length >= FREE * longest {
-            widest = clearance;
-            let eye = point - way.forward * (way.behind * STEP_BACK);
-            let radius = (clearance * FREE_AROUND).min(way.behind * STEP_BACK);
-            best = Some(Interior { eye, target: eye + way.forward * radius });
+        let (clearance, way) = (clearance(map), longest_way(map, up));
+        if clearance > SPACIOUS * longest && is_room(map, up) && way.length >= FREE * longest {
+            ways.push((point, clearance, way));
         }
     }
+    ways.sort_by(|a, b| b.1.total_cmp(&a.1));
+    let near = bounds.extent().length() * NEAR;
+    let mut best = None;
+    for (point, clearance, way) in ways.iter().take(WIDEST) {
+        let places = STEPS_BACK.map(|step| {
+            let eye = *point - way.forward * (way.behind * step);
+            let radius = clearance * FREE_AROUND;
+            let target = eye + way.forward * if step > 0.0 { radius.min(way.behind * step) } else { radius };
+            Interior { eye, target }
+        });
+        let (is_free, place) = clearest(&places, way.forward, near, triangles, token)?;
+        if is_free {
+            return Ok(Some(place));
+        }
+        best = best.or(Some(place));
+    }
     Ok(best)
+}
+
+/// The place from which half of the middle of the picture is farther away than from the others, and `true` if nothing in it is
+/// nearer than `near`. Such places go before others.
+fn clearest(
+    places: &[Interior; STEPS_BACK.len()],
+    forward: Vec3,
+    near: f32,
+    triangles: &[Triangle],
+    token: &CancelToken,
+) -> Result<(bool, Interior), Cancelled> {
+    let maps = around(&places.map(|place| place.eye), triangles, token)?;
+    let mut best = (false, 0.0, places[0]);
+    for (place, map) in places.iter().zip(&maps) {
+        let [nearest, median] = distances(map, forward, MIDDLE);
+        let is_free = nearest >= near;
+        // By a little more, so that rounding does not choose.
+        if (is_free, median) > (best.0, best.1 * 1.001) {
+            best = (is_free, median, *place);
+        }
+    }
+    Ok((best.0, best.2))
+}
+
+/// Nearest and median distance in the cone around `along`; nothing is gone towards an opening, where the way ends nowhere.
+fn distances(map: &[Cell], along: Vec3, half_angle: f32) -> [f32; 2] {
+    let cone = cells(map).filter(|(direction, _, _)| direction.dot(along) > half_angle.cos());
+    let mut distances: Vec<f32> = cone.map(|(_, _, cell)| cell.distance).collect();
+    distances.sort_by(f32::total_cmp);
+    [0, distances.len() / 2]
+        .map(|index| distances.get(index).copied().filter(|distance| distance.is_finite()).unwrap_or(0.0))
 }
 
 /// Distance to the nearest surface.
@@ -106,7 +154,7 @@ fn clearance(map: &[Cell]) -> f32 {
     map.iter().map(|cell| cell.distance).fold(f32::INFINITY, f32::min)
 }
 
-/// Whether what is seen surrounds the point as a room does.
+/// The surfaces in view surround the point as a room does.
 fn is_room(map: &[Cell], up: Vec3) -> bool {
     let [mut all, mut seen, mut fronts, mut around, mut seen_around] = [0.0; 5];
     let mut walls = [0.0; WALL_CLASSES];
@@ -139,20 +187,13 @@ fn is_room(map: &[Cell], up: Vec3) -> bool {
 fn longest_way(map: &[Cell], up: Vec3) -> Way {
     let right = up.any_orthonormal_vector();
     let front = right.cross(up);
-    // Nearest and median distance in the cone; nothing is gone towards an opening, where the way ends nowhere.
-    let free = |along: Vec3| {
-        let cone = cells(map).filter(|(direction, _, _)| direction.dot(along) > WAY.cos());
-        let mut distances: Vec<f32> = cone.map(|(_, _, cell)| cell.distance).collect();
-        distances.sort_by(f32::total_cmp);
-        let at = |index: usize| distances.get(index).copied().filter(|distance| distance.is_finite()).unwrap_or(0.0);
-        (at(0), at(distances.len() / 2))
-    };
     let mut best = Way { forward: front, behind: 0.0, length: 0.0 };
     let mut longest = 0.0;
     for step in 0..AZIMUTHS {
         let angle = step as f32 * TAU / AZIMUTHS as f32;
         let forward = front * angle.cos() + right * angle.sin();
-        let ((behind, median_behind), (ahead, median_ahead)) = (free(-forward), free(forward));
+        let [[behind, median_behind], [ahead, median_ahead]] =
+            [-forward, forward].map(|along| distances(map, along, WAY));
         // Along the way that is free as far as possible; by a little more, so that rounding does not choose.
         if behind + ahead > longest * 1.001 {
             longest = behind + ahead;
@@ -203,7 +244,7 @@ mod tests {
         assert!((interior.target - eye).dot(center - eye) > 0.0);
         assert!((eye.y - center.y).abs() < 1e-4 && (eye.z - center.z).abs() < 0.5, "{eye}");
         // Six units are free on either side of the centre.
-        assert!(((eye.x - center.x).abs() - 6.0 * STEP_BACK).abs() < 0.2, "{eye}");
+        assert!(((eye.x - center.x).abs() - 6.0 * STEPS_BACK[0]).abs() < 0.2, "{eye}");
     }
 
     #[test]

@@ -90,6 +90,6 @@ fn can_save(state: &AppState, index: usize) -> bool {
     let result = state.activity.measured.get(&state.preferences.paper.experiment);
     result.is_some_and(|result| match RowFormat::ALL[index] {
         RowFormat::Csv | RowFormat::Json => !result.rows.is_empty(),
-        RowFormat::Png | RowFormat::Svg => !result.panels.is_empty(),
+        RowFormat::Png | RowFormat::Svg => !result.figure.charts.is_empty(),
     })
 }

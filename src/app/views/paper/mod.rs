@@ -40,7 +40,7 @@ fn body(ui: &mut Ui, state: &mut AppState) {
         ui.label(RichText::new(remarks.join(" ")).color(palette.warning));
     }
     match state.preferences.paper.display {
-        Display::Plots if !result.panels.is_empty() => plots::show(ui, state, &result),
+        Display::Plots if !result.figure.charts.is_empty() => plots::show(ui, state, &result),
         _ => tables::show(ui, state, &result),
     }
 }

@@ -1,6 +1,5 @@
 //! The view "Plots": predicted against measured visits of nodes, and what was predicted of trees against what was measured.
 
-mod axes;
 mod nodes;
 mod table;
 mod trees;
@@ -78,7 +77,7 @@ fn outputs(ui: &mut Ui, state: &mut AppState, shown: &Presented) {
     if save.tip("Save the plot as a picture in the current folder").clicked() {
         let label = shown.accel.scene.source.label();
         let stem = std::path::Path::new(&label).file_stem().map_or(label.clone(), |stem| stem.to_string_lossy().into());
-        let plots = table::scatters(state, shown);
+        let plots = table::figure(state, shown);
         state.requests.push(Request::SavePlots(format!("{stem}-{}", table::stem(state)), plots));
     }
     let copy = ui.add_enabled(has_any, egui::Button::new("Copy"));

@@ -4,9 +4,9 @@ use std::sync::Arc;
 
 use egui::{self, Color32, Mesh, Rect, RichText, Role, Sense, Stroke, Ui, WidgetInfo};
 
-use super::axes::{Axes, rest};
 use crate::app::commands::Action;
 use crate::app::state::{AppState, Presented};
+use crate::app::views::axes::{Axes, Lettering, rest};
 use crate::app::views::controls;
 use crate::app::widgets::Tip as _;
 use crate::app::{format, theme};
@@ -71,8 +71,9 @@ fn plot(ui: &mut Ui, state: &mut AppState, shown: &Presented, scatter: &Arc<Visi
     let (rect, response) = ui.allocate_exact_size(rest(ui), Sense::click());
     let name = format!("Plot of measured against predicted visits, {}", format::counted(scatter.shown as u64, "node"));
     response.widget_info(|| WidgetInfo::labeled(Role::Image, true, &name));
-    let title = format!("{}, worst ringed", format::counted(scatter.shown as u64, "node"));
-    let axes = Axes::paint(ui, rect, scatter.axes, &title, LABELS);
+    let heading = format!("{} · {}, worst ringed", LABELS[1], format::counted(scatter.shown as u64, "node"));
+    let lettering = Lettering { heading: &heading, across: LABELS[0], ..Lettering::default() };
+    let axes = Axes::paint(ui, rect, scatter.axes, &lettering);
     axes.diagonal(ui, theme::palette(ui).dim);
     cells(ui, &axes, scatter);
     marks(ui, state, shown, &axes, scatter);

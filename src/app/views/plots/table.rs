@@ -8,7 +8,7 @@ use crate::app::format;
 use crate::app::state::lab::PlotKind;
 use crate::app::state::{AppState, Presented};
 use crate::lab::node_values::NodeValues;
-use crate::lab::plot::{Scatter, ScatterSeries, SeriesLook};
+use crate::lab::plot::{Chart, Curve, Figure, Look, Point};
 use crate::lab::prediction::Prediction;
 use crate::lab::visit_scatter::{LEAST_SHOWN, ScatterNode, node_in};
 
@@ -58,60 +58,66 @@ fn nodes_tsv(state: &AppState, shown: &Presented) -> (String, usize) {
     (text, count)
 }
 
-/// What is plotted, to be drawn into a file.
-pub(super) fn scatters(state: &AppState, shown: &Presented) -> Vec<Scatter> {
-    match state.lab.plots.kind {
-        PlotKind::Nodes => node_scatter(state, shown).into_iter().collect(),
+/// The plots as a figure.
+pub(super) fn figure(state: &AppState, shown: &Presented) -> Figure {
+    let charts = match state.lab.plots.kind {
+        PlotKind::Nodes => node_chart(state, shown).into_iter().collect(),
         PlotKind::Prediction => {
             let trees = predicted(state, shown);
             let prediction = Prediction::of(&trees.iter().map(|(_, known)| *known).collect::<Vec<_>>());
             let plots: [Predictor; 2] =
                 [("SAH cost", |tree| tree.sah_cost, prediction.sah), ("EPO", |tree| tree.epo, prediction.epo)];
-            let scatter = |(label, predictor, r): Predictor| {
+            let chart = |(label, predictor, r): Predictor| {
                 let (dots, axes, title) = prediction_plot(&trees, predictor, r);
-                let cost = format!("Measured cost ({})", state.lab.population.name());
-                let labels = [label.to_owned(), cost];
-                Scatter { title, labels, axes, series: vec![series("trees", SeriesLook::Dots, points(&dots))] }
+                let labels = [label.to_owned(), format!("Measured cost ({})", state.lab.population.name())];
+                Chart {
+                    title,
+                    labels,
+                    axes,
+                    curves: vec![curve("trees", 0, Look::Dots, points(&dots))],
+                    rows: Vec::new(),
+                }
             };
-            plots.map(scatter).into()
+            plots.map(chart).into()
         }
         PlotKind::Speed => {
             let (dots, axes, front) = speed_plot(state, shown);
-            let line = front.iter().map(|&index| dots[index].at).collect();
-            vec![Scatter {
-                title: shown.accel.scene.source.label(),
+            let line = front.iter().map(|&index| dots[index].at);
+            vec![Chart {
+                title: String::new(),
                 labels: ["Build time (ms)".to_owned(), state.lab.plots.quality.label().to_owned()],
                 axes,
-                series: vec![
-                    series("trees", SeriesLook::Dots, points(&dots)),
-                    series("not beaten", SeriesLook::Line, line),
-                ],
+                curves: vec![curve("trees", 0, Look::Dots, points(&dots)), curve("not beaten", 1, Look::Line, line)],
+                rows: Vec::new(),
             }]
         }
-    }
+    };
+    let scene = &shown.accel.scene;
+    let note = format!("{}, {}.", scene.source.label(), format::counted(scene.triangles.len() as u64, "triangle"));
+    Figure { notes: vec![note], charts }
 }
 
-fn node_scatter(state: &AppState, shown: &Presented) -> Option<Scatter> {
+fn node_chart(state: &AppState, shown: &Presented) -> Option<Chart> {
     let scatter = state.lab.plots.scatter.of_tree(&shown.accel)?;
     let drawn = |node: &ScatterNode| [node.predicted, f64::from(node.measured)];
-    let nodes = scatter.cells.iter().map(|cell| drawn(&cell.first)).collect();
     let equal = [1.0, scatter.axes[0].high].map(|end| [end; 2]);
-    Some(Scatter {
-        title: format!("{}, {} rays", shown.accel.scene.source.label(), scatter.sums.population.name()),
+    Some(Chart {
+        title: format!("{} rays", scatter.sums.population.name()),
         labels: nodes::LABELS.map(str::to_owned),
         axes: scatter.axes,
-        series: vec![
-            series("nodes", SeriesLook::Dots, nodes),
-            series("the worst", SeriesLook::Rings, scatter.worst.iter().map(drawn).collect()),
-            series("as predicted", SeriesLook::Line, equal.to_vec()),
+        curves: vec![
+            curve("nodes", 0, Look::Dots, scatter.cells.iter().map(|cell| drawn(&cell.first))),
+            curve("the worst", 1, Look::Rings, scatter.worst.iter().map(drawn)),
+            curve("as predicted", 2, Look::Line, equal),
         ],
+        rows: Vec::new(),
     })
 }
 
-fn points(dots: &[Dot]) -> Vec<[f64; 2]> {
-    dots.iter().map(|dot| dot.at).collect()
+fn points(dots: &[Dot]) -> impl Iterator<Item = [f64; 2]> {
+    dots.iter().map(|dot| dot.at)
 }
 
-fn series(name: &str, look: SeriesLook, points: Vec<[f64; 2]>) -> ScatterSeries {
-    ScatterSeries { name: name.to_owned(), look, points }
+fn curve(name: &str, color: usize, look: Look, points: impl IntoIterator<Item = [f64; 2]>) -> Curve {
+    Curve { name: name.to_owned(), color, look, points: points.into_iter().map(Point::of).collect() }
 }

@@ -2,9 +2,9 @@
 
 use egui::{self, Color32, CursorIcon, Rect, Role, Sense, Shape, Stroke, Ui, WidgetInfo, vec2};
 
-use super::axes::{Axes, rest};
 use crate::app::state::lab::{PlottedTree, TreeQuality, TreeSet};
 use crate::app::state::{AppState, Presented};
+use crate::app::views::axes::{Axes, Lettering, rest};
 use crate::app::views::controls;
 use crate::app::widgets::{Tip as _, empty_view};
 use crate::app::{format, theme};
@@ -167,7 +167,9 @@ fn plot(
     let name = format!("Plot of {} over {}: {title}", labels[1], labels[0]);
     response.widget_info(|| WidgetInfo::labeled(Role::Image, true, &name));
     let palette = theme::palette(ui);
-    let axes = Axes::paint(ui, rect, range, title, labels);
+    let heading = format!("{} · {title}", labels[1]);
+    let lettering = Lettering { heading: &heading, across: labels[0], ..Lettering::default() };
+    let axes = Axes::paint(ui, rect, range, &lettering);
     let painter = axes.painter(ui);
     let line = front.iter().map(|&index| axes.at(dots[index].at)).collect();
     painter.add(Shape::line(line, Stroke::new(1.5, palette.accent)));

@@ -1,0 +1,208 @@
+//! Legends below pictures whose colours stand for numbers: quantity, unit and range.
+
+use plotters::coord::Shift;
+use plotters::prelude::*;
+
+use crate::lab::diff::diverging;
+use crate::lab::plot::{Axis, Scale, font, text_width, tick_text};
+use crate::overlay::{self, ColorBy, NodeTable, OverlaySettings, Role, Shown};
+use crate::render::{Background, Frame, Shading};
+
+/// Narrowest picture that has a legend unless one is asked for, in pixels.
+const NARROWEST: u32 = 240;
+/// Number of colours of a bar.
+const COLORS: usize = 256;
+/// Most levels that have a colour each in the legend of depths.
+const MAX_LEVELS: u32 = 12;
+/// Margin in units of the legend.
+const MARGIN: i32 = 12;
+/// Height of a key in units of the legend.
+const HEIGHT: u32 = 58;
+/// Size of the font in units of the legend.
+const FONT_SIZE: u32 = 14;
+
+/// A row of a legend.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Key {
+    /// The quantity with its unit and range.
+    title: String,
+    colors: Colors,
+}
+
+#[derive(Debug, Clone, PartialEq)]
+enum Colors {
+    /// A bar of colours, and labels at places from 0 to 1 along it.
+    Bar(Vec<[u8; 3]>, Vec<(f32, String)>),
+    /// Single colours with names.
+    Named(Vec<([u8; 3], String)>),
+}
+
+/// The legend of a picture in a mode whose colours stand for numbers.
+pub(super) fn of_values(frame: &Frame) -> Option<Key> {
+    let [low, high] = frame.value_range;
+    let quantity = match frame.settings.shading {
+        Shading::Heat(kind) => format!("{} of each ray", capitalized(kind.counted())),
+        Shading::Depth => "Distance from the observer, in units of the model".to_owned(),
+        _ => return None,
+    };
+    let color = |at: f32| frame.settings.color_map.srgb(at);
+    Some(numbers(&quantity, [low, high], color))
+}
+
+/// The legend of the difference of two heat maps, whose colours span `limit` in both directions.
+pub(super) fn of_difference(limit: f32) -> Key {
+    numbers("Tests of each ray: B minus A", [-limit, limit], |at| diverging(at * 2.0 - 1.0))
+}
+
+/// The legend of the containers `shown` of `table`.
+pub(super) fn of_containers(settings: &OverlaySettings, table: &NodeTable, shown: &Shown) -> Key {
+    let legend = overlay::legend(settings, table, shown);
+    let [first, last] = shown.levels;
+    if settings.color_by == ColorBy::Depth && last - first < MAX_LEVELS {
+        let [low, high] = shown.scale;
+        let color = |depth: u32| {
+            let color = overlay::ramp(((depth as f32).sqrt() - low) / (high - low));
+            (overlay::level_color(color, depth, shown.levels), depth.to_string())
+        };
+        let title = format!("Depth of the containers; the tree reaches {}", table.max_depth());
+        return Key { title, colors: Colors::Named((first..=last).map(color).collect()) };
+    }
+    let colors = (0..COLORS).map(|step| legend.color(step as f32 / (COLORS - 1) as f32)).collect();
+    Key { title: legend.title.to_owned(), colors: Colors::Bar(colors, legend.stops) }
+}
+
+/// The legend of what lights up at a step of a construction.
+#[cfg(feature = "gui")]
+pub(super) fn of_merge(title: String) -> Key {
+    let named =
+        [(Role::Selected, "made by this merge"), (Role::FirstChild, "merged, first"), (Role::SecondChild, "second")];
+    let named = named.into_iter().filter_map(|(role, name)| Some((role.color()?, name.to_owned())));
+    Key { title, colors: Colors::Named(named.collect()) }
+}
+
+/// A bar for numbers from `low` to `high`.
+fn numbers(quantity: &str, [low, high]: [f32; 2], color: impl Fn(f32) -> [u8; 3]) -> Key {
+    let axis = Axis { low: f64::from(low), high: f64::from(high.max(low + f32::MIN_POSITIVE)), scale: Scale::Linear };
+    let labels = axis.ticks(9).into_iter().map(|value| (axis.at(value) as f32, tick_text(&axis, value))).collect();
+    let [from, to] = [axis.low, axis.high].map(|end| tick_text(&axis, end));
+    let colors = (0..COLORS).map(|step| color(step as f32 / (COLORS - 1) as f32)).collect();
+    Key { title: format!("{quantity}, colours from {from} to {to}"), colors: Colors::Bar(colors, labels) }
+}
+
+fn capitalized(text: &str) -> String {
+    let mut characters = text.chars();
+    characters.next().map_or_else(String::new, |first| first.to_uppercase().chain(characters).collect())
+}
+
+impl Key {
+    /// The quantity with its unit and range.
+    pub(super) fn title(&self) -> &str {
+        &self.title
+    }
+}
+
+/// Whether a picture has a legend: as `asked` for, by default where it is wide enough.
+pub(super) fn is_wanted(asked: Option<bool>, width_px: u32) -> bool {
+    asked.unwrap_or(width_px >= NARROWEST)
+}
+
+/// Pixels in a unit of the legend: larger pictures have larger letters.
+fn unit(width_px: u32) -> u32 {
+    (width_px / 800).clamp(1, 4)
+}
+
+/// Height in pixels of a legend of `count` keys below a picture.
+pub(super) fn height_px(width_px: u32, count: usize) -> u32 {
+    HEIGHT * unit(width_px) * count as u32
+}
+
+/// Appends a legend below the pixels of a picture, and returns the new height.
+pub(super) fn append(rgba: &mut Vec<[u8; 4]>, [width, height]: [u32; 2], keys: &[Key], background: Background) -> u32 {
+    let added = height_px(width, keys.len());
+    let mut pixels = vec![0_u8; (width * added * 3) as usize];
+    let area = BitMapBackend::with_buffer(&mut pixels, (width, added)).into_drawing_area();
+    // Drawing into memory does not fail.
+    let _ = draw(&area, width, keys, background);
+    drop(area);
+    rgba.extend(pixels.as_chunks::<3>().0.iter().map(|&[r, g, b]| [r, g, b, 255]));
+    height + added
+}
+
+/// Draws the keys below each other.
+pub(super) fn draw<B: DrawingBackend>(
+    area: &DrawingArea<B, Shift>,
+    width_px: u32,
+    keys: &[Key],
+    background: Background,
+) -> Result<(), DrawingAreaErrorKind<B::ErrorType>> {
+    let (paper, ink) = if background.is_dark() { (RGBColor(24, 26, 29), WHITE) } else { (WHITE, BLACK) };
+    area.fill(&paper)?;
+    let unit = unit(width_px) as i32;
+    let style = (font(), FONT_SIZE * unit as u32).into_font().color(&ink);
+    let text_height = FONT_SIZE as i32 * unit;
+    let (left, right) = (MARGIN * unit, width_px as i32 - MARGIN * unit);
+    for (index, key) in keys.iter().enumerate() {
+        let top = (HEIGHT as i32 * index as i32 + 5) * unit;
+        area.draw(&Text::new(key.title.clone(), (left, top), style.clone()))?;
+        let [bar_top, bar_bottom] = [top + 19 * unit, top + 31 * unit];
+        match &key.colors {
+            Colors::Bar(colors, labels) => {
+                let x_of = |part: f32| left + ((right - left) as f32 * part) as i32;
+                for (step, &[r, g, b]) in colors.iter().enumerate() {
+                    let [from, to] = [step, step + 1].map(|step| x_of(step as f32 / colors.len() as f32));
+                    area.draw(&Rectangle::new([(from, bar_top), (to, bar_bottom)], RGBColor(r, g, b).filled()))?;
+                }
+                let mut free_from = 0;
+                for (part, text) in labels {
+                    let width = text_width(text, text_height as u32);
+                    let x = (x_of(*part) - width / 2).clamp(0, (width_px as i32 - width).max(0));
+                    if x >= free_from {
+                        area.draw(&Text::new(text.clone(), (x, bar_bottom + 3 * unit), style.clone()))?;
+                        free_from = x + width + 6 * unit;
+                    }
+                }
+            }
+            Colors::Named(named) => {
+                let mut x = left;
+                for ([r, g, b], name) in named {
+                    let swatch = [(x, bar_top), (x + 26 * unit, bar_bottom)];
+                    area.draw(&Rectangle::new(swatch, RGBColor(*r, *g, *b).filled()))?;
+                    area.draw(&Text::new(name.clone(), (x + 31 * unit, bar_top - unit), style.clone()))?;
+                    x += 31 * unit + text_width(name, text_height as u32) + 16 * unit;
+                }
+            }
+        }
+    }
+    area.present()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_bar_has_its_colors_in_order_and_says_its_range() {
+        let key = of_difference(62.0);
+        assert_eq!(key.title(), "Tests of each ray: B minus A, colours from -62 to 62");
+        let mut pixels = vec![[1, 2, 3, 4]; 800 * 2];
+        let height = append(&mut pixels, [800, 2], std::slice::from_ref(&key), Background::White);
+        assert_eq!((pixels.len(), height), (800 * (2 + HEIGHT as usize), 2 + HEIGHT));
+        assert_eq!(pixels[..1600], [[1, 2, 3, 4]; 1600], "the picture stays");
+        // In the middle of the bar.
+        let row = &pixels[800 * (2 + 5 + 25)..][..800];
+        let at = |x: usize| [row[x][0], row[x][1], row[x][2]];
+        for (x, value) in [(14, -1.0), (400, 0.0), (785, 1.0)] {
+            let expected = diverging(value);
+            assert!(at(x).iter().zip(expected).all(|(a, b)| a.abs_diff(b) < 6), "{x}: {:?} {expected:?}", at(x));
+        }
+    }
+
+    #[test]
+    fn narrow_pictures_have_a_legend_only_on_request() {
+        assert_eq!(
+            [(None, 100), (None, 800), (Some(true), 100), (Some(false), 800)]
+                .map(|(asked, width)| { is_wanted(asked, width) }),
+            [false, true, true, false]
+        );
+    }
+}

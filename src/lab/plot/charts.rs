@@ -1,0 +1,482 @@
+//! Measurements to charts: the plots of each command.
+
+use super::axis::Axis;
+use super::chart::{Chart, Curve, Look, Point};
+use crate::lab::measurement::Measurement;
+use crate::lab::report_table::{models, name_among};
+use crate::lab::speedup::prediction::PredictedScaling;
+use bvhscope_engine::tree::ContainerKind;
+
+/// A measured quantity.
+struct Reading {
+    /// Label with unit.
+    label: &'static str,
+    /// The value of a row.
+    value: fn(&Measurement) -> f64,
+    /// Fastest and slowest repetition, of a time.
+    spread: Option<fn(&Measurement) -> [f64; 2]>,
+    /// Values of boxes and of spheres do not compare.
+    by_container: bool,
+}
+
+const READINGS: [Reading; 4] = [
+    Reading {
+        label: "Build time (ms)",
+        value: |row| row.build_ms,
+        spread: Some(|row| row.build_ms_spread),
+        by_container: false,
+    },
+    Reading {
+        label: "Trace time, binary tree (ms)",
+        value: |row| row.trace_ms,
+        spread: Some(|row| row.trace_ms_spread),
+        by_container: false,
+    },
+    Reading { label: "Tests per ray", value: |row| row.tests_per_ray, spread: None, by_container: false },
+    Reading { label: "SAH cost", value: |row| row.sah_cost, spread: None, by_container: true },
+];
+
+/// Threshold at which relative curves are 1, if it was measured: the paper's fast setting.
+const BASE_THRESHOLD: u32 = 6;
+/// Maximum number of series with relative charts: the number of scenes in the paper. More would make the plot too long.
+const MAX_RELATIVE: usize = 6;
+/// Colour of the first relative curve. They are other quantities than those of other charts, so their colours differ.
+const RELATIVE_COLOR: usize = 3;
+
+/// The charts of the measurements of one command. A sweep shows the paper's three relative curves and each quantity against the
+/// threshold, with trees from files as lines across; scaling shows speed-up and efficiency; the others show each quantity by
+/// scene or by builder, a row each.
+pub fn charts(rows: &[Measurement]) -> Result<Vec<Chart>, String> {
+    let Some(first) = rows.first() else { return Err("there are no rows to draw".to_owned()) };
+    if let Some(other) = rows.iter().find(|row| row.command != first.command) {
+        return Err(format!("rows of '{}' and of '{}' do not go into one plot", first.command, other.command));
+    }
+    let models = models(rows);
+    let name = |row: &Measurement| name_among(&row.model, &models);
+    match first.command.as_str() {
+        "sweep" => Ok(sweep_charts(rows)),
+        "scaling" => Ok(scaling_charts(rows)),
+        "bench" => {
+            Ok(row_charts(rows, false, name, |row| row.file_name().unwrap_or_else(|| row.container.name().to_owned())))
+        }
+        "compare" => Ok(row_charts(rows, true, Measurement::builder_name, |row| series_name(row, rows))),
+        other => Err(format!("there is no plot of '{other}'")),
+    }
+}
+
+/// Scene, container and ε, each only if the rows differ in it.
+fn series_name(row: &Measurement, rows: &[Measurement]) -> String {
+    let mut parts = Vec::new();
+    let models = models(rows);
+    if models.len() > 1 {
+        parts.push(name_among(&row.model, &models));
+    }
+    if rows.iter().any(|other| other.container != row.container) {
+        parts.push(row.container.name().to_owned());
+    }
+    if row.command == "sweep" && rows.iter().any(|other| other.epsilon != row.epsilon) {
+        parts.push(format!("ε = {}", row.epsilon));
+    }
+    if parts.is_empty() {
+        parts.push(format!("{}, {}", name_among(&row.model, &models), row.container.name()));
+    }
+    parts.join(", ")
+}
+
+/// Groups rows into curves by name, in order of appearance, which also gives them their colours.
+fn curves(
+    rows: &[Measurement],
+    name: impl Fn(&Measurement) -> String,
+    point: impl Fn(&Measurement) -> Option<Point>,
+) -> Vec<Curve> {
+    let mut curves: Vec<Curve> = Vec::new();
+    for (index, row) in rows.iter().enumerate() {
+        let name = name(row);
+        let position = curves.iter().position(|curve| curve.name == name).unwrap_or_else(|| {
+            curves.push(Curve { name, color: curves.len(), look: Look::Measured, points: Vec::new() });
+            curves.len() - 1
+        });
+        curves[position].points.extend(point(row).map(|point| Point { row: Some(index), ..point }));
+    }
+    curves.retain(|curve| !curve.points.is_empty());
+    for curve in &mut curves {
+        curve.points.sort_by(|a, b| a.x.total_cmp(&b.x));
+    }
+    curves
+}
+
+/// The readings with the rows that each chart of them shows: of a reading that does not compare across containers, one chart each.
+fn readings(rows: &[Measurement]) -> Vec<(&'static Reading, String, Option<ContainerKind>)> {
+    let kinds: Vec<ContainerKind> =
+        ContainerKind::ALL.into_iter().filter(|kind| rows.iter().any(|row| row.container == *kind)).collect();
+    let of_reading = |reading: &'static Reading| {
+        let chart = |kind: &ContainerKind| (reading, format!("{}, {}", reading.label, kind.name()), Some(*kind));
+        if reading.by_container && kinds.len() > 1 {
+            kinds.iter().map(chart).collect()
+        } else {
+            vec![(reading, reading.label.to_owned(), None)]
+        }
+    };
+    READINGS.iter().flat_map(of_reading).collect()
+}
+
+/// Value and spread of a row, if both are known and the row is of the container, if any.
+fn read(row: &Measurement, reading: &Reading, container: Option<ContainerKind>) -> Option<(f64, Option<[f64; 2]>)> {
+    let value = (reading.value)(row);
+    (!value.is_nan() && container.is_none_or(|container| row.container == container))
+        .then(|| (value, reading.spread.map(|spread| spread(row))))
+}
+
+/// An axis on which all measured values and their spreads are.
+fn value_axis(curves: &[Curve], value: impl Fn(&Point) -> f64 + Copy) -> Axis {
+    let points = curves.iter().flat_map(|curve| &curve.points);
+    Axis::fitted(points.flat_map(move |point| point.spread.into_iter().flatten().chain([value(point)])))
+}
+
+/// An axis on which all values across are.
+fn across(curves: &[Curve]) -> Axis {
+    Axis::whole(curves.iter().flat_map(|curve| &curve.points).map(|point| point.x))
+}
+
+const THRESHOLD: &str = "Threshold δ (primitives)";
+
+fn sweep_charts(rows: &[Measurement]) -> Vec<Chart> {
+    let series = |row: &Measurement| row.file_name().unwrap_or_else(|| series_name(row, rows));
+    let absolute = readings(rows).into_iter().map(|(reading, label, container)| {
+        let mut curves = curves(rows, series, |row| {
+            let (y, spread) = read(row, reading, container)?;
+            Some(Point { x: f64::from(row.threshold), y, spread, row: None })
+        });
+        let ends = threshold_ends(rows);
+        for curve in &mut curves {
+            widen_files(curve, rows, ends);
+        }
+        let axes = [across(&curves), value_axis(&curves, |point| point.y)];
+        Chart { title: String::new(), labels: [THRESHOLD.to_owned(), label], axes, curves, rows: Vec::new() }
+    });
+    let absolute: Vec<Chart> = absolute.collect();
+    let is_measured = |curve: &&Curve| curve.points.iter().any(|point| row_of(rows, point).is_some_and(is_built));
+    let all: Vec<&Curve> = absolute[0].curves.iter().filter(is_measured).collect();
+    let relative: Vec<Chart> = if all.len() <= MAX_RELATIVE {
+        all.into_iter().filter_map(|series| relative_chart(rows, series)).collect()
+    } else {
+        Vec::new()
+    };
+    relative.into_iter().chain(absolute).collect()
+}
+
+fn is_built(row: &Measurement) -> bool {
+    row.tree.is_none()
+}
+
+fn row_of<'a>(rows: &'a [Measurement], point: &Point) -> Option<&'a Measurement> {
+    rows.get(point.row?)
+}
+
+/// The smallest and the largest threshold; the paper's fast setting where none was measured.
+fn threshold_ends(rows: &[Measurement]) -> [f64; 2] {
+    let thresholds = || rows.iter().filter(|row| is_built(row)).map(|row| f64::from(row.threshold));
+    let [low, high] = [thresholds().fold(f64::INFINITY, f64::min), thresholds().fold(f64::NEG_INFINITY, f64::max)];
+    if low <= high { [low, high] } else { [BASE_THRESHOLD.into(); 2] }
+}
+
+/// Makes the curve of a tree from a file, on which thresholds have no influence, a line across all thresholds.
+fn widen_files(curve: &mut Curve, rows: &[Measurement], ends: [f64; 2]) {
+    if let Some(point) = curve.points.first().copied().filter(|point| !row_of(rows, point).is_some_and(is_built)) {
+        curve.points = ends.map(|x| Point { x, ..point }).to_vec();
+    }
+}
+
+/// The paper's figures 9 and 10: build time, trace time and tests per ray of one series against the threshold, in one pair of
+/// axes. Their units differ, so each is relative to its value at the paper's fast setting.
+fn relative_chart(rows: &[Measurement], series: &Curve) -> Option<Chart> {
+    let row_of = |point: &Point| row_of(rows, point);
+    let base = series.points.iter().filter_map(row_of).find(|row| row.threshold == BASE_THRESHOLD);
+    let base = base.or_else(|| series.points.first().and_then(row_of))?;
+    if series.points.len() < 2 {
+        return None;
+    }
+    let curve = |(index, Reading { label, value, .. }): (usize, &Reading)| Curve {
+        name: label.split([',', '(']).next().unwrap_or(label).trim_end().to_owned(),
+        color: RELATIVE_COLOR + index,
+        look: Look::Measured,
+        points: series
+            .points
+            .iter()
+            .filter(|_| value(base) > 0.0)
+            .filter_map(|point| Some(Point { y: value(row_of(point)?) / value(base), spread: None, ..*point }))
+            .collect(),
+    };
+    let curves: Vec<Curve> = READINGS[..3].iter().enumerate().map(curve).collect();
+    Some(Chart {
+        title: series.name.clone(),
+        labels: [THRESHOLD.to_owned(), format!("Relative to δ = {}", base.threshold)],
+        axes: [across(&curves), value_axis(&curves, |point| point.y)],
+        curves,
+        rows: Vec::new(),
+    })
+}
+
+type Speedup = fn(&Measurement) -> Option<f64>;
+
+fn scaling_charts(rows: &[Measurement]) -> Vec<Chart> {
+    let speedups = speedup_curves(rows);
+    let points = speedups.iter().flat_map(|curve| &curve.points);
+    let most = points.map(|point| point.x).fold(1.0, f64::max);
+    let ideal = |ends: [[f64; 2]; 2]| Curve {
+        name: "ideal".to_owned(),
+        color: 0,
+        look: Look::Reference,
+        points: ends.map(Point::of).to_vec(),
+    };
+    let chart = |label: &str, reference: Curve, measured: Vec<Curve>, up: fn(&[Curve]) -> Axis| {
+        let curves: Vec<Curve> = std::iter::once(reference).chain(measured).collect();
+        Chart {
+            title: String::new(),
+            labels: ["Threads".to_owned(), label.to_owned()],
+            axes: [Axis::doublings(most), up(&curves)],
+            curves,
+            rows: Vec::new(),
+        }
+    };
+    let mut efficiencies = speedups.clone();
+    for point in efficiencies.iter_mut().flat_map(|curve| &mut curve.points) {
+        let percent = 100.0 / point.x.max(1.0);
+        point.y *= percent;
+        point.spread = point.spread.map(|spread| spread.map(|end| end * percent));
+    }
+    let from_zero = |curves: &[Curve]| Axis { low: 0.0, ..value_axis(curves, |point| point.y) };
+    let as_doublings = |curves: &[Curve]| {
+        let fitted = Axis::logarithmic(curves.iter().flat_map(|curve| &curve.points).map(|point| point.y));
+        Axis { scale: super::axis::Scale::Doublings, ..fitted }
+    };
+    vec![
+        chart("Speed-up over one thread (×)", ideal([[1.0; 2], [most; 2]]), speedups, as_doublings),
+        chart("Parallel efficiency (%)", ideal([[1.0, 100.0], [most, 100.0]]), efficiencies, from_zero),
+    ]
+}
+
+/// The predicted speed-ups, and above them those that were measured, in the same colours.
+fn speedup_curves(rows: &[Measurement]) -> Vec<Curve> {
+    let quantities: [(&str, Speedup); 2] = [("build", |row| row.speedup), ("trace", |row| row.trace_speedup)];
+    let mut measured = Vec::new();
+    for (what, speedup) in quantities {
+        let name = |row: &Measurement| format!("{what}, {}", series_name(row, rows));
+        let point = |row: &Measurement| Some(Point::of([row.threads as f64, speedup(row)?]));
+        measured.extend(curves(rows, name, point).into_iter().map(|curve| (what, curve)));
+    }
+    for (color, (_, curve)) in measured.iter_mut().enumerate() {
+        curve.color = color;
+    }
+    let color_of =
+        |name: &str| measured.iter().find(|(_, curve)| curve.name == name).map_or(0, |(_, curve)| curve.color);
+    let predicted = predicted_curves(rows, color_of);
+    predicted.into_iter().chain(measured.into_iter().map(|(_, curve)| curve)).collect()
+}
+
+/// The predicted speed-ups with their bounds. `color_of` is the colour of the measured curve of a name.
+fn predicted_curves(rows: &[Measurement], color_of: impl Fn(&str) -> usize) -> Vec<Curve> {
+    let mut curves = Vec::new();
+    for (index, row) in rows.iter().enumerate() {
+        let Some(prediction) = &row.predicted_scaling else { continue };
+        let parts: [(&str, &str, &PredictedScaling); 2] =
+            [("build", "ready to trace", &prediction.build), ("trace", "trace", &prediction.trace)];
+        for (measured, what, scaling) in parts {
+            let series = series_name(row, rows);
+            let point = |point: &crate::lab::speedup::prediction::PredictedSpeedup| Point {
+                x: point.cores as f64,
+                y: point.speedup,
+                spread: Some([point.lower, point.upper]),
+                row: Some(index),
+            };
+            curves.push(Curve {
+                name: format!("{what} predicted, {series}"),
+                color: color_of(&format!("{measured}, {series}")),
+                look: Look::Line,
+                points: scaling.curve.iter().map(point).collect(),
+            });
+        }
+    }
+    curves
+}
+
+/// One chart per quantity, with a row for each name. If `sorted`, the fastest build is on top.
+fn row_charts(
+    rows: &[Measurement],
+    sorted: bool,
+    name: impl Fn(&Measurement) -> String,
+    series: impl Fn(&Measurement) -> String,
+) -> Vec<Chart> {
+    let has_tree = |row: &&Measurement| row.builder != "none";
+    let mut names: Vec<(String, f64)> = Vec::new();
+    for row in rows.iter().filter(has_tree) {
+        let (name, build_ms) = (name(row), if row.build_ms.is_nan() { f64::INFINITY } else { row.build_ms });
+        match names.iter_mut().find(|(other, _)| *other == name) {
+            Some((_, least)) => *least = least.min(build_ms),
+            None => names.push((name, build_ms)),
+        }
+    }
+    if sorted {
+        names.sort_by(|a, b| a.1.total_cmp(&b.1));
+    }
+    // The first is on top.
+    let names: Vec<String> = names.into_iter().rev().map(|(name, _)| name).collect();
+    let chart = |(reading, label, container): (&'static Reading, String, Option<ContainerKind>)| {
+        let curves = curves(rows, &series, |row| {
+            let (x, spread) = read(Some(row).filter(has_tree)?, reading, container)?;
+            let name = name(row);
+            let y = names.iter().position(|other| *other == name)? as f64;
+            Some(Point { x, y, spread, row: None })
+        });
+        let axes = [value_axis(&curves, |point| point.x), Axis::of_rows(names.len())];
+        Chart { title: String::new(), labels: [label, String::new()], axes, curves, rows: names.clone() }
+    };
+    readings(rows).into_iter().map(chart).collect()
+}
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used, reason = "a test fails by panicking")]
+mod tests {
+    use super::*;
+    use crate::lab::sample::sample;
+    use bvhscope_engine::settings::{Curve as SpaceFillingCurve, Passes};
+
+    /// Name of each curve, and its values from left to right.
+    fn values(panel: &Chart) -> Vec<(&str, Vec<(f64, f64)>)> {
+        let curve = |curve: &Curve| curve.points.iter().map(|point| (point.x, point.y)).collect();
+        panel.curves.iter().map(|one| (one.name.as_str(), curve(one))).collect()
+    }
+
+    #[test]
+    fn relative_curves_are_one_at_the_papers_fast_setting() {
+        let row = |threshold, build_ms, trace_ms, tests_per_ray| Measurement {
+            command: "sweep".to_owned(),
+            threshold,
+            build_ms,
+            trace_ms,
+            tests_per_ray,
+            ..sample()
+        };
+        let rows = [row(8, 10.0, 75.0, 14.0), row(4, 30.0, 25.0, 56.0), row(6, 20.0, 50.0, 28.0)];
+        let all = charts(&rows).unwrap();
+        let [relative, build, trace, tests, cost] = &all[..] else { unreachable!("{all:?}") };
+        assert_eq!(relative.labels[1], "Relative to δ = 6");
+        let expected = [
+            ("Build time", vec![(4.0, 1.5), (6.0, 1.0), (8.0, 0.5)]),
+            ("Trace time", vec![(4.0, 0.5), (6.0, 1.0), (8.0, 1.5)]),
+            ("Tests per ray", vec![(4.0, 2.0), (6.0, 1.0), (8.0, 0.5)]),
+        ];
+        assert_eq!(values(relative), expected);
+        let series = "thing.obj, box";
+        assert_eq!(values(build), [(series, vec![(4.0, 30.0), (6.0, 20.0), (8.0, 10.0)])]);
+        assert_eq!(values(trace), [(series, vec![(4.0, 25.0), (6.0, 50.0), (8.0, 75.0)])]);
+        assert_eq!(values(tests), [(series, vec![(4.0, 56.0), (6.0, 28.0), (8.0, 14.0)])]);
+        assert_eq!(values(cost), [(series, vec![(4.0, 67.3), (6.0, 67.3), (8.0, 67.3)])]);
+        let spreads = |panel: &Chart| panel.curves[0].points[0].spread;
+        assert_eq!([build, trace, tests, cost].map(spreads), [Some([17.0, 23.0]), Some([47.0, 61.0]), None, None]);
+        let labels = [build, trace, tests, cost].map(|panel| panel.labels[1].as_str());
+        assert_eq!(labels, ["Build time (ms)", "Trace time, binary tree (ms)", "Tests per ray", "SAH cost"]);
+        assert_eq!(build.curves[0].points[0].row, Some(1), "the second row has the smallest threshold");
+    }
+
+    #[test]
+    fn a_tree_from_a_file_is_a_line_across_a_sweep() {
+        let row = |threshold, build_ms| Measurement { command: "sweep".to_owned(), threshold, build_ms, ..sample() };
+        let file = Measurement { tree: Some("a/mine.bvh".to_owned()), tests_per_ray: 9.0, ..row(6, f64::NAN) };
+        let all = charts(&[row(2, 10.0), file, row(8, 30.0)]).unwrap();
+        let [relative, build, _, tests, _] = &all[..] else { unreachable!("{all:?}") };
+        assert_eq!(relative.curves.len(), 3);
+        assert_eq!(values(build), [("thing.obj, box", vec![(2.0, 10.0), (8.0, 30.0)])], "its time is not known");
+        assert_eq!(values(tests)[1], ("mine.bvh (aac)", vec![(2.0, 9.0), (8.0, 9.0)]));
+        assert_eq!(tests.curves[1].points[0].row, Some(1));
+    }
+
+    #[test]
+    fn efficiency_is_the_speed_up_for_each_thread() {
+        let row = |threads, speedup, trace_speedup| Measurement {
+            command: "scaling".to_owned(),
+            threads,
+            speedup: Some(speedup),
+            trace_speedup,
+            predicted_scaling: None,
+            ..sample()
+        };
+        let all = charts(&[row(1, 1.0, Some(1.0)), row(2, 1.5, Some(1.75)), row(4, 3.0, None)]).unwrap();
+        let [speedups, efficiencies] = &all[..] else { unreachable!("{all:?}") };
+        let (build, trace) = ("build, thing.obj, box", "trace, thing.obj, box");
+        let expected = [
+            ("ideal", vec![(1.0, 1.0), (4.0, 4.0)]),
+            (build, vec![(1.0, 1.0), (2.0, 1.5), (4.0, 3.0)]),
+            (trace, vec![(1.0, 1.0), (2.0, 1.75)]),
+        ];
+        assert_eq!(values(speedups), expected);
+        let expected = [
+            ("ideal", vec![(1.0, 100.0), (4.0, 100.0)]),
+            (build, vec![(1.0, 100.0), (2.0, 75.0), (4.0, 75.0)]),
+            (trace, vec![(1.0, 100.0), (2.0, 87.5)]),
+        ];
+        assert_eq!(values(efficiencies), expected);
+    }
+
+    #[test]
+    fn a_prediction_is_drawn_with_its_bounds() {
+        let row = |threads| Measurement { command: "scaling".to_owned(), threads, ..sample() };
+        let all = charts(&[row(1), Measurement { predicted_scaling: None, ..row(2) }]).unwrap();
+        let [speedups, efficiencies] = &all[..] else { unreachable!("{all:?}") };
+        let names: Vec<&str> = speedups.curves.iter().map(|curve| curve.name.as_str()).collect();
+        let series = ["ready to trace predicted", "trace predicted", "build", "trace"]
+            .map(|what| format!("{what}, thing.obj, box"));
+        assert_eq!(names, [&["ideal".to_owned()], &series[..]].concat());
+        assert_eq!(speedups.curves[1].color, speedups.curves[3].color, "as the build that was measured");
+        assert_eq!(values(speedups)[1].1, [(1.0, 1.0), (2.0, 1.75), (8.0, 5.5)]);
+        assert_eq!(values(speedups)[0].1, [(1.0, 1.0), (8.0, 8.0)], "the ideal reaches as far");
+        assert_eq!(speedups.curves[1].points[2].spread, Some([3.5, 7.25]));
+        assert_eq!(values(efficiencies)[2].1, [(1.0, 100.0), (2.0, 87.5), (8.0, 68.75)]);
+    }
+
+    #[test]
+    fn compared_builders_are_sorted_by_build_time() {
+        let row = |builder: &str, build_ms| Measurement {
+            command: "compare".to_owned(),
+            builder: builder.to_owned(),
+            preset: None,
+            curve: SpaceFillingCurve::Morton,
+            optimize: Passes::NONE,
+            build_ms,
+            ..sample()
+        };
+        let build = &charts(&[row("aac", 9.0), row("lbvh", 1.0), row("unknown", f64::NAN)]).unwrap()[0];
+        assert_eq!(build.rows, ["unknown", "aac", "lbvh"], "from below");
+        let figure = crate::lab::plot::Figure::of_rows(&[row("aac", 9.0)]).unwrap();
+        assert!(figure.notes[0].starts_with("thing.obj, 7,001 triangles."), "{:?}", figure.notes);
+        assert_eq!(figure.notes[1], "Thin lines run from the fastest to the slowest repetition.");
+    }
+
+    #[test]
+    fn a_bench_has_a_point_for_each_scene_that_has_a_tree() {
+        let row = |model: &str, container, build_ms, builder: &str| Measurement {
+            model: model.to_owned(),
+            container,
+            build_ms,
+            builder: builder.to_owned(),
+            ..sample()
+        };
+        let (boxes, spheres) = (ContainerKind::Aabb, ContainerKind::Sphere);
+        let rows = [
+            row("a.obj", boxes, 3.0, "aac"),
+            row("a.obj", boxes, 5.0, "none"),
+            row("b.obj", boxes, 7.0, "aac"),
+            row("b.obj", spheres, 11.0, "aac"),
+        ];
+        let all = charts(&rows).unwrap();
+        let [build, _, _, boxes, spheres] = &all[..] else { panic!("{all:?}") };
+        assert_eq!(build.rows, ["b.obj", "a.obj"], "the first is on top");
+        assert_eq!(values(build), [("box", vec![(3.0, 1.0), (7.0, 0.0)]), ("sphere", vec![(11.0, 0.0)])]);
+        // SAH costs of boxes and spheres do not compare, so no axis has both.
+        assert_eq!([&boxes.labels[0], &spheres.labels[0]], ["SAH cost, box", "SAH cost, sphere"]);
+        assert_eq!([boxes, spheres].map(|chart| chart.curves.len()), [1, 1]);
+        assert_eq!(spheres.curves[0].color, build.curves[1].color);
+        let mixed = [rows[0].clone(), Measurement { command: "sweep".to_owned(), ..sample() }];
+        assert!(charts(&mixed).is_err() && charts(&[]).is_err());
+    }
+}

@@ -1,0 +1,49 @@
+//! The notes over the charts of a figure: the models, how they were measured, and how to read the charts.
+
+use super::chart::{Chart, Look};
+use crate::lab::measurement::Measurement;
+use crate::lab::report_table::{conditions_and_threads, models, name_among};
+use crate::text::count;
+
+/// Most models that are named one by one.
+const MAX_NAMED: usize = 3;
+
+/// The notes over `charts` of `rows`.
+pub fn notes(rows: &[Measurement], charts: &[Chart]) -> Vec<String> {
+    let mut notes = vec![format!("{}. {}.", scenes(rows), capitalized(&conditions_and_threads(rows)))];
+    let has_spread = |look: &dyn Fn(Look) -> bool| {
+        let curves = charts.iter().flat_map(|chart| chart.curves.iter().map(move |curve| (chart, curve)));
+        curves
+            .filter(|(_, curve)| look(curve.look))
+            .any(|(chart, curve)| curve.points.iter().any(|point| chart.whisker(point).is_some()))
+    };
+    if has_spread(&|look| look != Look::Line) {
+        notes.push("Thin lines run from the fastest to the slowest repetition.".to_owned());
+    }
+    if has_spread(&|look| look == Look::Line) {
+        notes.push("Thin lines of predictions run from the worst to the best case.".to_owned());
+    }
+    let spans_containers = rows.iter().any(|row| row.container != rows[0].container);
+    if spans_containers && charts.iter().any(|chart| chart.labels.iter().any(|label| label.starts_with("SAH cost"))) {
+        notes.push("SAH costs of boxes and of spheres do not compare.".to_owned());
+    }
+    notes
+}
+
+/// The models with their sizes.
+fn scenes(rows: &[Measurement]) -> String {
+    let models = models(rows);
+    if models.len() > MAX_NAMED {
+        return format!("{} models", models.len());
+    }
+    let scene = |model: &&str| {
+        let triangles = rows.iter().find(|row| row.model == *model).map_or(0, |row| row.triangles);
+        format!("{}, {} triangles", name_among(model, &models), count(triangles as u64))
+    };
+    models.iter().map(scene).collect::<Vec<_>>().join("; ")
+}
+
+fn capitalized(text: &str) -> String {
+    let mut characters = text.chars();
+    characters.next().map_or_else(String::new, |first| first.to_uppercase().chain(characters).collect())
+}
