@@ -33,7 +33,7 @@ fn the_readers_calculate_without_overflow() {
     let text = sources("scene").next().unwrap();
     let exempted = text.split("#[allow(clippy::arithmetic_side_effects").skip(1);
     let modules: Vec<&str> = exempted.map(|after| after.lines().nth(1).unwrap()).collect();
-    assert_eq!(modules, ["mod interior;", "mod smooth;", "mod bump;", "mod polygon;", "mod builtin;"]);
+    assert_eq!(modules, ["mod interior;", "mod offset;", "mod smooth;", "mod bump;", "mod polygon;", "mod builtin;"]);
 }
 
 #[test]
