@@ -169,11 +169,9 @@ impl<C: ClusterContainer> Cells<'_, C> {
             let whole = self.bounds(&self.grid.cells_of_prefix(0, CODE_BITS));
             cells.push(self.cell(0..self.sorted.len(), 0, whole));
         }
-        let mut at = 0;
+        let (mut at, mut poll) = (0, token.every(CELLS_BETWEEN_CHECKS));
         while at < cells.len() && cells.len() + 2 <= limits.count {
-            if at.is_multiple_of(CELLS_BETWEEN_CHECKS) {
-                token.check()?;
-            }
+            poll.step()?;
             let cell: &CurveCell = &cells[at];
             if let Some(split) = cell.split
                 && cell.level < limits.level

@@ -7,9 +7,6 @@ use crate::with_tree;
 
 use super::timeline::{MergeOrder, Timeline};
 
-/// Nodes between two polls for cancellation.
-const NODES_BETWEEN_CHECKS: usize = 1 << 16;
-
 /// A cut through a binary tree: nodes none of which is below another and that together hold every primitive. A plain value, which can be
 /// stored; [`Cut::nodes`] finds its nodes in any tree.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -108,12 +105,9 @@ fn antichain<C: Container>(
 ) -> Result<Vec<u32>, Cancelled> {
     let mut cut = Vec::new();
     let mut open: Vec<u32> = (0..tree.nodes.len().min(1) as u32).collect();
-    let mut visited = 0_usize;
+    let mut poll = token.poll();
     while let Some(index) = open.pop() {
-        if visited.is_multiple_of(NODES_BETWEEN_CHECKS) {
-            token.check()?;
-        }
-        visited += 1;
+        poll.step()?;
         let node = &tree.nodes[index as usize];
         if node.is_leaf() || included(index) {
             cut.push(index);

@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use rayon::prelude::*;
 
-use crate::cancel::{CancelToken, Cancelled};
+use crate::cancel::{CancelToken, Cancelled, PolledIterator as _};
 use crate::geometry::{Aabb, Sphere, Triangle};
 use crate::kernel::par_collect::{par_collect, zeros};
 
@@ -137,10 +137,8 @@ impl<C: Container> Tree<C> {
     /// Depth of each node, in the order of [`Tree::nodes`]; the root has 0.
     pub fn depths(&self, token: &CancelToken) -> Result<Vec<u32>, Cancelled> {
         let mut depths = zeros::<u32>(self.nodes.len(), token)?;
-        for (index, node) in self.nodes.iter().enumerate() {
-            if index.is_multiple_of(NODES_BETWEEN_CHECKS) {
-                token.check()?;
-            }
+        for item in self.nodes.iter().enumerate().polled(token) {
+            let (index, node) = item?;
             for child in node.children() {
                 depths[child as usize] = depths[index] + 1;
             }
@@ -151,10 +149,8 @@ impl<C: Container> Tree<C> {
     /// Index of each node's parent, in the order of [`Tree::nodes`]; the root has its own.
     pub fn parents(&self, token: &CancelToken) -> Result<Vec<u32>, Cancelled> {
         let mut parents = zeros(self.nodes.len(), token)?;
-        for (index, node) in self.nodes.iter().enumerate() {
-            if index.is_multiple_of(NODES_BETWEEN_CHECKS) {
-                token.check()?;
-            }
+        for item in self.nodes.iter().enumerate().polled(token) {
+            let (index, node) = item?;
             for child in node.children() {
                 parents[child as usize] = index as u32;
             }

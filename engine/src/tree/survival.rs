@@ -1,6 +1,6 @@
 //! Which nodes of a tree another tree has as well: those that hold the same set of primitives.
 
-use crate::cancel::{CancelToken, Cancelled};
+use crate::cancel::{CancelToken, Cancelled, PolledIterator as _};
 use crate::kernel::mix::mix64;
 use crate::kernel::par_collect::{par_collect_in_chunks, zeros};
 
@@ -54,10 +54,8 @@ pub fn surviving_nodes<A: Container, B: Container>(
     })?;
     others.free(token)?;
     let mut survival = Survival { partners, ..Survival::default() };
-    for (index, node) in tree.nodes.iter().enumerate() {
-        if index.is_multiple_of(STEPS_BETWEEN_CHECKS) {
-            token.check()?;
-        }
+    for item in tree.nodes.iter().enumerate().polled(token) {
+        let (index, node) = item?;
         let survives = survival.survives(index as u32);
         survival.nodes += usize::from(survives);
         survival.interior += usize::from(survives && !node.is_leaf());
@@ -119,11 +117,9 @@ fn subtract_repetitions<C: Container>(
     let mut last_slot: Vec<u32> = Vec::new();
     // Made only for trees with repetitions.
     let mut parents_and_leaves: Option<(Vec<u32>, Vec<u32>)> = None;
-    let mut steps = 0_usize;
-    for (slot, &primitive) in slots.iter().enumerate() {
-        if slot.is_multiple_of(STEPS_BETWEEN_CHECKS) {
-            token.check()?;
-        }
+    let mut poll = token.poll();
+    for item in slots.iter().enumerate().polled(token) {
+        let (slot, &primitive) = item?;
         if primitive as usize >= last_slot.len() {
             last_slot.resize((primitive as usize + 1).max(slots.len().min(2 * last_slot.len())), NONE);
         }
@@ -138,10 +134,7 @@ fn subtract_repetitions<C: Container>(
         // A parent has a lower index than its children, so the larger of two indices is never that of a node above the other.
         let [mut a, mut b] = [previous as usize, slot].map(|slot| leaves[slot]);
         while a != b {
-            steps += 1;
-            if steps.is_multiple_of(STEPS_BETWEEN_CHECKS) {
-                token.check()?;
-            }
+            poll.step()?;
             if a > b {
                 a = parents[a as usize];
             } else {
@@ -156,10 +149,8 @@ fn subtract_repetitions<C: Container>(
 /// Index of the leaf of each slot of [`Tree::primitive_indices`].
 fn leaf_of_slots<C: Container>(tree: &Tree<C>, token: &CancelToken) -> Result<Vec<u32>, Cancelled> {
     let mut leaves = zeros::<u32>(tree.primitive_indices.len(), token)?;
-    for (index, node) in tree.nodes.iter().enumerate() {
-        if index.is_multiple_of(STEPS_BETWEEN_CHECKS) {
-            token.check()?;
-        }
+    for item in tree.nodes.iter().enumerate().polled(token) {
+        let (index, node) = item?;
         leaves[node.slots()].fill(index as u32);
     }
     Ok(leaves)
@@ -186,10 +177,8 @@ impl SetTable {
         let slots = (2 * sets.len()).next_power_of_two().max(SLOTS_PER_PART);
         let part = |_| zeros(SLOTS_PER_PART, token);
         let mut table = Self { parts: (0..slots / SLOTS_PER_PART).map(part).collect::<Result<_, _>>()? };
-        for (index, set) in sets.into_iter().enumerate() {
-            if index.is_multiple_of(STEPS_BETWEEN_CHECKS) {
-                token.check()?;
-            }
+        for item in sets.into_iter().enumerate().polled(token) {
+            let (index, set) = item?;
             let slot = table.slot_of(set);
             table.parts[slot / SLOTS_PER_PART][slot % SLOTS_PER_PART] = NodeSet { set, node: index as u32 };
         }

@@ -4,7 +4,7 @@ use std::sync::atomic::{AtomicU32, AtomicU64, Ordering};
 
 use rayon::prelude::*;
 
-use crate::cancel::{CancelToken, Cancelled};
+use crate::cancel::{CancelToken, Cancelled, PolledIterator as _};
 use crate::geometry::Ray;
 use crate::kernel::par_collect;
 
@@ -51,10 +51,8 @@ impl Visits {
     /// Number of visits of all nodes, measured and as [`Visits::predicted`] says. Takes a pass over the tree.
     pub fn sums<C: Container>(&self, tree: &Tree<C>, token: &CancelToken) -> Result<(u64, f64), Cancelled> {
         let (mut measured, mut predicted) = (0, 0.0);
-        for (node, &count) in self.counts.iter().enumerate() {
-            if node.is_multiple_of(NODES_BETWEEN_CHECKS) {
-                token.check()?;
-            }
+        for item in self.counts.iter().enumerate().polled(token) {
+            let (node, &count) = item?;
             measured += u64::from(count);
             predicted += self.predicted(tree, node as u32);
         }
@@ -66,18 +64,13 @@ impl Visits {
     /// cost just that. 0 where no ray enters the root. Takes a pass over the tree.
     pub fn cost<C: Container>(&self, tree: &Tree<C>, token: &CancelToken) -> Result<f64, Cancelled> {
         let mut cost = 0.0;
-        for (index, (node, &count)) in tree.nodes.iter().zip(&self.counts).enumerate() {
-            if index.is_multiple_of(NODES_BETWEEN_CHECKS) {
-                token.check()?;
-            }
+        for item in tree.nodes.iter().zip(&self.counts).polled(token) {
+            let (node, &count) = item?;
             cost += f64::from(count) * visit_cost(node);
         }
         Ok(if self.root_hits() > 0 { cost / f64::from(self.root_hits()) } else { 0.0 })
     }
 }
-
-/// Nodes between two polls for cancellation.
-const NODES_BETWEEN_CHECKS: usize = 1 << 16;
 
 /// Rays per task and between two polls for cancellation.
 const RAYS_PER_TASK: u32 = 1 << 10;

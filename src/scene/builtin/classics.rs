@@ -86,9 +86,9 @@ pub(super) fn flake(levels: u32, assembly: &mut Assembly, token: &CancelToken) -
 pub(super) fn slivers(count: u32, assembly: &mut Assembly, token: &CancelToken) -> Result<(), Cancelled> {
     add_palette(assembly);
     let mut random = Random(1);
+    let mut poll = token.poll();
     for index in 0..count {
-        if index % 16_384 == 0 {
-            token.check()?;
+        if poll.step()? {
             token.set_progress(index as f32 / count as f32);
         }
         let center = random.cube();

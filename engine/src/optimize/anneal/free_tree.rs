@@ -39,11 +39,9 @@ impl FreeTree {
         let unreachable = FreeNode { bounds: SimdBox::EMPTY, cost: 0.0, children: [NONE; 2], parent: NONE, count: 0 };
         let mut free = Self { nodes: vec![unreachable; tree.nodes.len()], collapses };
         let mut order = vec![0];
-        let mut next = 0;
+        let (mut next, mut poll) = (0, token.poll());
         while let Some(&index) = order.get(next) {
-            if next % NODES_BETWEEN_CHECKS == 0 {
-                token.check()?;
-            }
+            poll.step()?;
             next += 1;
             let node = &tree.nodes[index as usize];
             let bounds = SimdBox::new(&node.container);
@@ -69,11 +67,9 @@ impl FreeTree {
     /// The tree with its nodes in depth-first order and its leaves' `primitive_indices` from left to right.
     pub fn to_tree(&self, primitive_indices: &[u32], token: &CancelToken) -> Result<Tree<Aabb>, Cancelled> {
         let mut tree = Tree { nodes: vec![EMPTY_NODE], primitive_indices: Vec::new(), max_depth: 0 };
-        let mut stack = vec![(0, 0, 0)];
+        let (mut stack, mut poll) = (vec![(0, 0, 0)], token.poll());
         while let Some((index, slot, depth)) = stack.pop() {
-            if tree.nodes.len() % NODES_BETWEEN_CHECKS < 2 {
-                token.check()?;
-            }
+            poll.step()?;
             let FreeNode { bounds, children: [left, right], count, .. } = self.nodes[index as usize];
             let node = &mut tree.nodes[slot];
             node.container = Aabb { min: bounds.min.into(), max: bounds.max.into() };
@@ -112,11 +108,9 @@ impl FreeTree {
     /// The indices of all nodes, children before their parents.
     pub fn bottom_up(&self, token: &CancelToken) -> Result<Vec<u32>, Cancelled> {
         let mut order = vec![0];
-        let mut next = 0;
+        let (mut next, mut poll) = (0, token.poll());
         while let Some(&index) = order.get(next) {
-            if next % NODES_BETWEEN_CHECKS == 0 {
-                token.check()?;
-            }
+            poll.step()?;
             if !self.is_leaf(index) {
                 order.extend(self.nodes[index as usize].children);
             }

@@ -1,7 +1,7 @@
 //! One round of treelet restructuring: the best of all topologies over the few largest subtrees below each node, bottom-up
 //! (Karras, Aila, *Fast Parallel Construction of High-Quality Bounding Volume Hierarchies*, 2013, section 3).
 
-use crate::cancel::{CancelToken, Cancelled};
+use crate::cancel::{CancelToken, Cancelled, PolledIterator as _};
 use crate::optimize::anneal::free_tree::FreeTree;
 use crate::optimize::divisions::cheapest_division;
 use crate::optimize::move_search::LinkedNodes;
@@ -29,10 +29,8 @@ struct Best {
 /// Replaces treelets of `tree` by their best topologies where that lowers the cost.
 pub fn treelet_round(tree: &mut FreeTree, token: &CancelToken) -> Result<(), Cancelled> {
     let mut best = [Best { bounds: SimdBox::EMPTY, cost: 0.0, count: 0, part: 0 }; SUBSETS];
-    for (at, &root) in tree.bottom_up(token)?.iter().enumerate() {
-        if at % TREELETS_BETWEEN_CHECKS == 0 {
-            token.check()?;
-        }
+    for item in tree.bottom_up(token)?.iter().polled_every(TREELETS_BETWEEN_CHECKS, token) {
+        let &root = item?;
         // Those below may have changed.
         tree.refit(root);
         restructure(tree, root, &mut best);

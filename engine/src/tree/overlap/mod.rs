@@ -2,7 +2,7 @@
 
 use rayon::prelude::*;
 
-use crate::cancel::{CancelToken, Cancelled};
+use crate::cancel::{CancelToken, Cancelled, PolledIterator as _};
 use crate::geometry::Triangle;
 use crate::kernel::par_collect::par_collect;
 use crate::tree::container::Container;
@@ -179,10 +179,8 @@ fn choose_samples(
     let mut samples = Vec::with_capacity(max_samples);
     let mut area_so_far = 0.0;
     let mut next = step * 0.5;
-    for (slot, &area) in areas.iter().enumerate() {
-        if slot.is_multiple_of(BATCH) {
-            token.check()?;
-        }
+    for item in areas.iter().enumerate().polled(token) {
+        let (slot, &area) = item?;
         area_so_far += area;
         if area_so_far > next {
             let steps = ((area_so_far - next) / step).floor() + 1.0;
@@ -230,10 +228,8 @@ fn leaves_of_slots<C: Container>(
     token: &CancelToken,
 ) -> Result<Vec<u32>, Cancelled> {
     let mut leaves = vec![0; slots.len()];
-    for (index, node) in tree.nodes.iter().enumerate() {
-        if index.is_multiple_of(BATCH) {
-            token.check()?;
-        }
+    for item in tree.nodes.iter().enumerate().polled(token) {
+        let (index, node) = item?;
         if node.is_leaf() {
             let begin = slots.partition_point(|slot| slot.slot < node.first);
             let count = slots[begin..].iter().take_while(|slot| slot.slot < node.first + node.count).count();
@@ -264,12 +260,10 @@ fn foreign_cost<C: Clip>(
     let children = own.iter().flat_map(|&node| tree.nodes[node as usize].children());
     let mut stack: Vec<u32> = children.filter(|child| own.binary_search(child).is_err()).collect();
     // Where all triangles coincide, all nodes are visited.
-    let mut visited = 0;
+    let (mut visited, mut poll) = (0, token.poll());
     while let Some(index) = stack.pop() {
         visited += 1;
-        if visited % BATCH as u64 == 0 {
-            token.check()?;
-        }
+        poll.step()?;
         let node = &tree.nodes[index as usize];
         let area = node.container.clipped_area(triangle, &bounds);
         if area <= 0.0 {

@@ -8,7 +8,7 @@
 use fearless_simd::{Simd, SimdBase, dispatch};
 use rayon::prelude::*;
 
-use crate::cancel::{CancelToken, Cancelled};
+use crate::cancel::{CancelToken, Cancelled, PolledIterator as _};
 use crate::kernel::simd::plain_loop_level;
 use crate::tree::Tree;
 use crate::wide::bounds::WideContainer;
@@ -104,10 +104,8 @@ impl<C: WideContainer> ChunkRange<'_, C> {
         let root_counts: Vec<usize> = costed.iter().map(Vec::len).collect();
         let mut joined = Boundary::default();
         let pending = boundaries.iter().rev().flat_map(|boundary| boundary.pending.iter().copied()).chain(root);
-        for (count, at) in pending.enumerate() {
-            if count.is_multiple_of(NODES_BETWEEN_CHECKS) {
-                token.check()?;
-            }
+        for item in pending.polled_every(NODES_BETWEEN_CHECKS, token) {
+            let at = item?;
             let first = nodes[at as usize].first;
             let in_range =
                 (first as usize / 2).checked_sub(first_pair).is_some_and(|pair| pair < CHUNK_PAIRS * costed.len());
