@@ -25,17 +25,10 @@ pub(super) fn assemble<C: FileContainer>(
 ) -> Result<Assembled<C>, TreeFileError> {
     let count = links.order.len().saturating_sub(links.empty as usize);
     if count == 0 {
-        let triangles = arrays.triangles;
-        return if triangles == 0 {
-            Ok(Assembled { tree: Tree::EMPTY, numbers: None })
-        } else if arrays.nodes == 0 {
-            Err(TreeFileError::NoNodes { triangles })
-        } else {
-            Err(TreeFileError::NoLeaves { triangles })
-        };
+        return empty_tree(arrays);
     }
     let in_order = is_in_order(arrays, links, token)?;
-    // Of each node of the file its number in the tree.
+    // For each node of the file its number in the tree.
     let mut numbers: Vec<u32> = if in_order {
         par_collect(arrays.nodes as usize, token, |node| node as u32)?
     } else {
@@ -81,6 +74,15 @@ pub(super) fn assemble<C: FileContainer>(
     token.check()?;
     let tree = Tree { nodes, primitive_indices, max_depth };
     Ok(Assembled { tree, numbers: (!in_order).then_some(file_numbers) })
+}
+
+/// The tree of a file without used nodes.
+fn empty_tree<C: FileContainer>(arrays: &Arrays<'_>) -> Result<Assembled<C>, TreeFileError> {
+    match (arrays.triangles, arrays.nodes) {
+        (0, _) => Ok(Assembled { tree: Tree::EMPTY, numbers: None }),
+        (triangles, 0) => Err(TreeFileError::NoNodes { triangles }),
+        (triangles, _) => Err(TreeFileError::NoLeaves { triangles }),
+    }
 }
 
 /// Whether the tree of the file is in our order, every node and every index part of it.

@@ -152,36 +152,7 @@ pub fn cheapest_plane<S: Simd, const N: usize>(
     counts: &BinCounts<N>,
     grid: &Grid,
 ) -> Option<(SplitPlane, [Item; 2])> {
-    let empty = f32x8::splat(simd, f32::INFINITY);
-    let bin_counts = |bin: usize| i32x4::from_slice(simd, &counts[bin]);
-    // Costs of all bins from each one on, then of all bins before it, one axis per lane. An empty side costs NaN, which
-    // is never less.
-    let mut right_costs = [f32x4::splat(simd, 0.0); N];
-    let (mut bounds, mut count) = ([empty; 3], i32x4::splat(simd, 0));
-    for bin in (1..N).rev() {
-        for axis in 0..3 {
-            bounds[axis] = bounds[axis].min(boxes[bin][axis]);
-        }
-        count += bin_counts(bin);
-        right_costs[bin] = half_areas(simd, &bounds) * count.to_float::<f32x4<S>>();
-    }
-    let (mut best_cost, mut best_bin) = (f32x4::splat(simd, f32::INFINITY), i32x4::splat(simd, 0));
-    let mut best_left_count = best_bin;
-    (bounds, count) = ([empty; 3], i32x4::splat(simd, 0));
-    for bin in 1..N {
-        for axis in 0..3 {
-            bounds[axis] = bounds[axis].min(boxes[bin - 1][axis]);
-        }
-        count += bin_counts(bin - 1);
-        let cost = half_areas(simd, &bounds) * count.to_float::<f32x4<S>>() + right_costs[bin];
-        let is_less = cost.simd_lt(best_cost);
-        best_cost = is_less.select(cost, best_cost);
-        best_bin = is_less.select(i32x4::splat(simd, bin as i32), best_bin);
-        best_left_count = is_less.select(count, best_left_count);
-    }
-    let (mut costs, mut bins) = ([0.0; 4], [0; 4]);
-    best_cost.store_slice(&mut costs);
-    best_bin.store_slice(&mut bins);
+    let Planes { costs, bins, left_counts, all } = Planes::of_bins(simd, boxes, counts);
     let mut best = (f32::INFINITY, 0, 0);
     for axis in 0..3 {
         let (cost, bin) = (costs[axis], bins[axis]);
@@ -200,12 +171,61 @@ pub fn cheapest_plane<S: Simd, const N: usize>(
         left = left.min(boxes[bin.min(split_bin - 1)][axis]);
         right = right.min(boxes[(N - 1 - bin).max(split_bin)][axis]);
     }
-    let (mut left_counts, mut all) = ([0; 4], [0; 4]);
-    best_left_count.store_slice(&mut left_counts);
-    (count + bin_counts(N - 1)).store_slice(&mut all);
     let [left_count, all] = [left_counts[axis] as u32, all[axis] as u32];
     let sides = [Item::from_bounds(left, left_count, 0), Item::from_bounds(right, all - left_count, 0)];
     Some((SplitPlane { axis, bin: split_bin, start: grid.start[axis], bins_per_unit: grid.bins_per_unit[axis] }, sides))
+}
+
+/// The cheapest plane along each axis.
+struct Planes {
+    /// Infinity along an axis where all items are in one bin.
+    costs: [f32; 4],
+    /// The first bin behind each.
+    bins: [i32; 4],
+    /// Number of primitives before each.
+    left_counts: [i32; 4],
+    /// Number of primitives on both sides.
+    all: [i32; 4],
+}
+
+impl Planes {
+    /// Costs of all bins from each one on, then of all bins before it, one axis per lane. An empty side costs NaN, which is never
+    /// less.
+    #[inline(always)]
+    fn of_bins<S: Simd, const N: usize>(simd: S, boxes: &BinBoxes<S, N>, counts: &BinCounts<N>) -> Self {
+        let empty = f32x8::splat(simd, f32::INFINITY);
+        let bin_counts = |bin: usize| i32x4::from_slice(simd, &counts[bin]);
+        let mut right_costs = [f32x4::splat(simd, 0.0); N];
+        let (mut bounds, mut count) = ([empty; 3], i32x4::splat(simd, 0));
+        for bin in (1..N).rev() {
+            for axis in 0..3 {
+                bounds[axis] = bounds[axis].min(boxes[bin][axis]);
+            }
+            count += bin_counts(bin);
+            right_costs[bin] = half_areas(simd, &bounds) * count.to_float::<f32x4<S>>();
+        }
+        let (mut best_cost, mut best_bin) = (f32x4::splat(simd, f32::INFINITY), i32x4::splat(simd, 0));
+        let mut best_left_count = best_bin;
+        (bounds, count) = ([empty; 3], i32x4::splat(simd, 0));
+        for bin in 1..N {
+            for axis in 0..3 {
+                bounds[axis] = bounds[axis].min(boxes[bin - 1][axis]);
+            }
+            count += bin_counts(bin - 1);
+            let cost = half_areas(simd, &bounds) * count.to_float::<f32x4<S>>() + right_costs[bin];
+            let is_less = cost.simd_lt(best_cost);
+            best_cost = is_less.select(cost, best_cost);
+            best_bin = is_less.select(i32x4::splat(simd, bin as i32), best_bin);
+            best_left_count = is_less.select(count, best_left_count);
+        }
+        let all = count + bin_counts(N - 1);
+        Self {
+            costs: best_cost.to_array(),
+            bins: best_bin.to_array(),
+            left_counts: best_left_count.to_array(),
+            all: all.to_array(),
+        }
+    }
 }
 
 /// Splits `items` into halves in their present order.

@@ -94,22 +94,7 @@ fn overlap_of<C: Clip>(
     max_samples: usize,
     token: &CancelToken,
 ) -> Result<EndPointOverlap, Cancelled> {
-    let mut areas = par_collect(tree.primitive_indices.len(), token, |slot| {
-        f64::from(triangles[tree.primitive_indices[slot] as usize].scaled_normal().length()) * 0.5
-    })?;
-    let is_split = tree.primitive_indices.len() > triangles.len();
-    if is_split {
-        // Only the first slot of each triangle counts.
-        let mut seen = vec![false; triangles.len()];
-        for (areas, indices) in areas.chunks_mut(BATCH).zip(tree.primitive_indices.chunks(BATCH)) {
-            token.check()?;
-            for (area, &index) in areas.iter_mut().zip(indices) {
-                if std::mem::replace(&mut seen[index as usize], true) {
-                    *area = 0.0;
-                }
-            }
-        }
-    }
+    let areas = slot_areas(tree, triangles, token)?;
     let (mut total, mut with_area) = (0.0, 0);
     for batch in areas.chunks(BATCH) {
         token.check()?;
@@ -121,26 +106,14 @@ fn overlap_of<C: Clip>(
         return Ok(overlap);
     }
     let samples = choose_samples(&areas, total, max_samples.max(1), token)?;
-    let parents = tree.parents(token)?;
-    let slots = if is_split { all_slots(tree, triangles.len(), &samples, token)? } else { first_slots(&samples) };
-    let leaves = leaves_of_slots(tree, &slots, token)?;
-    let mut sample_leaves: Vec<(u32, u32)> = slots.iter().zip(leaves).map(|(slot, leaf)| (slot.sample, leaf)).collect();
-    sample_leaves.sort_unstable();
+    let nodes_above = NodesAbove::new(tree, triangles.len(), &samples, token)?;
     let foreign_of = |&sample_index: &u32| {
         token.check()?;
-        let sample = &samples[sample_index as usize];
-        let first = sample_leaves.partition_point(|entry| entry.0 < sample_index);
-        let mut own = Vec::new();
-        for &(_, leaf) in sample_leaves[first..].iter().take_while(|entry| entry.0 == sample_index) {
-            own.extend(std::iter::successors(Some(leaf), |&node| (node != 0).then(|| parents[node as usize])));
-        }
-        let climbed = own.len() as u64;
-        own.sort_unstable();
-        own.dedup();
-        let slot = sample.slot as usize;
-        let triangle = &triangles[tree.primitive_indices[slot] as usize];
+        let Sample { slot, weight } = samples[sample_index as usize];
+        let (own, climbed) = nodes_above.of_sample(sample_index);
+        let triangle = &triangles[tree.primitive_indices[slot as usize] as usize];
         let Foreign { cost, visited } = foreign_cost(tree, triangle, &own, token)?;
-        Ok(Foreign { cost: sample.weight * cost / areas[slot], visited: visited + climbed })
+        Ok(Foreign { cost: weight * cost / areas[slot as usize], visited: visited + climbed })
     };
     // Any first part of this order is spread over the whole list.
     let mut order: Vec<u32> = (0..samples.len() as u32).collect();
@@ -162,6 +135,66 @@ fn overlap_of<C: Clip>(
     overlap.value = if value.is_finite() { value } else { 0.0 };
     overlap.sampled = parts.len();
     Ok(overlap)
+}
+
+/// For each slot the area of its triangle, or 0 if an earlier slot holds the same triangle.
+fn slot_areas<C: Clip>(tree: &Tree<C>, triangles: &[Triangle], token: &CancelToken) -> Result<Vec<f64>, Cancelled> {
+    let indices = &tree.primitive_indices;
+    let mut areas = par_collect(indices.len(), token, |slot| {
+        f64::from(triangles[indices[slot] as usize].scaled_normal().length()) * 0.5
+    })?;
+    if is_split(tree, triangles.len()) {
+        let mut seen = vec![false; triangles.len()];
+        for item in areas.iter_mut().zip(indices).polled(token) {
+            let (area, &index) = item?;
+            if std::mem::replace(&mut seen[index as usize], true) {
+                *area = 0.0;
+            }
+        }
+    }
+    Ok(areas)
+}
+
+/// Whether a leaf of `tree` may hold a part of one of the `triangles` triangles.
+fn is_split<C>(tree: &Tree<C>, triangles: usize) -> bool {
+    tree.primitive_indices.len() > triangles
+}
+
+/// The nodes that hold the triangle of a sample.
+struct NodesAbove {
+    /// Pairs of a sample and a leaf that holds its triangle, in ascending order.
+    leaves: Vec<(u32, u32)>,
+    parents: Vec<u32>,
+}
+
+impl NodesAbove {
+    fn new<C: Clip>(
+        tree: &Tree<C>,
+        triangles: usize,
+        samples: &[Sample],
+        token: &CancelToken,
+    ) -> Result<Self, Cancelled> {
+        let parents = tree.parents(token)?;
+        let slots =
+            if is_split(tree, triangles) { all_slots(tree, triangles, samples, token)? } else { first_slots(samples) };
+        let leaves = leaves_of_slots(tree, &slots, token)?;
+        let mut leaves: Vec<(u32, u32)> = slots.iter().zip(leaves).map(|(slot, leaf)| (slot.sample, leaf)).collect();
+        leaves.sort_unstable();
+        Ok(Self { leaves, parents })
+    }
+
+    /// The nodes that hold the triangle of `sample`, ascending, and the number of steps that finding them took.
+    fn of_sample(&self, sample: u32) -> (Vec<u32>, u64) {
+        let first = self.leaves.partition_point(|entry| entry.0 < sample);
+        let mut nodes = Vec::new();
+        for &(_, leaf) in self.leaves[first..].iter().take_while(|entry| entry.0 == sample) {
+            nodes.extend(std::iter::successors(Some(leaf), |&node| (node != 0).then(|| self.parents[node as usize])));
+        }
+        let climbed = nodes.len() as u64;
+        nodes.sort_unstable();
+        nodes.dedup();
+        (nodes, climbed)
+    }
 }
 
 /// All triangles with an area, or those at `max_samples` steps of equal area through the list.

@@ -163,19 +163,27 @@ fn walk<S: Simd, C: WideContainer, T: LaneTest<S, C::Bounds>, P: Probe, const AN
                 continue;
             }
         }
-        current = loop {
-            let Some(waiting) = stack.pop() else { return Some(nearest) };
-            let (child, entry) = (waiting.child(), waiting.entry());
-            if P::EVENTS {
-                probe.popped(child.bits());
-            }
-            if ANY || entry <= nearest.t() * T::SLACK {
-                break child;
-            }
-            if P::EVENTS {
-                probe.culled(child.bits(), entry);
-            }
-        };
+        let t_max = nearest.t() * T::SLACK;
+        let Some(child) = next_waiting::<P, ANY>(&mut stack, t_max, probe) else { return Some(nearest) };
+        current = child;
+    }
+}
+
+/// Removes children from `stack` until one is entered at `t_max` or before; with `ANY` the first will do. Returns it.
+#[inline(always)]
+fn next_waiting<P: Probe, const ANY: bool>(stack: &mut Stack<Waiting>, t_max: f32, probe: &mut P) -> Option<Child> {
+    loop {
+        let waiting = stack.pop()?;
+        let (child, entry) = (waiting.child(), waiting.entry());
+        if P::EVENTS {
+            probe.popped(child.bits());
+        }
+        if ANY || entry <= t_max {
+            return Some(child);
+        }
+        if P::EVENTS {
+            probe.culled(child.bits(), entry);
+        }
     }
 }
 
