@@ -11,7 +11,7 @@ pub use poll::{Poll, PolledIterator};
 
 use crate::task_log::{Strand, TaskLog};
 
-/// Error of a computation whose token was cancelled. Not a failure: the result is no longer wanted.
+/// Error of a computation whose token was cancelled. Not a failure: the result is no longer needed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 #[error("cancelled")]
 pub struct Cancelled;
@@ -35,7 +35,7 @@ pub struct CancelToken {
     start: f32,
     /// Fraction of the whole work that this part is.
     span: f32,
-    /// The piece of work that is logged, where a log is wanted.
+    /// The piece of work that is logged; `None` without a log.
     strand: Option<Arc<Strand>>,
 }
 
@@ -96,7 +96,7 @@ impl CancelToken {
         Self { strand: Some(Arc::clone(strand)), ..self.clone() }
     }
 
-    /// What logs the task of this token, if it is logged.
+    /// The log of this token's task, if it is logged.
     pub(crate) fn strand(&self) -> Option<&Arc<Strand>> {
         self.strand.as_ref()
     }

@@ -13,22 +13,44 @@ pub struct Poll<'a> {
     steps: usize,
     /// Steps until the next check.
     left: usize,
+    progress: Option<Progress>,
+}
+
+#[derive(Debug)]
+struct Progress {
+    /// Steps at the last check.
+    done: u64,
+    /// Number of all steps.
+    all: u64,
 }
 
 impl<'a> Poll<'a> {
     pub(super) fn new(token: &'a CancelToken, steps: usize) -> Self {
-        Self { token, steps: steps.max(1), left: 1 }
+        Self { token, steps: steps.max(1), left: 1, progress: None }
     }
 
-    /// Counts a step and, if a check is due, checks for cancellation. Returns whether a check was due: the time to report progress.
+    /// This poll, which also reports the finished fraction of `all` steps at each check.
+    #[must_use]
+    pub fn reporting(self, all: u64) -> Self {
+        Self { progress: Some(Progress { done: 0, all: all.max(1) }), ..self }
+    }
+
+    /// Counts a step and, if a check is due, checks for cancellation. Returns whether a check was due: the time to report progress of
+    /// other units than steps.
     #[inline]
     pub fn step(&mut self) -> Result<bool, Cancelled> {
         self.left -= 1;
-        if self.left > 0 {
-            return Ok(false);
-        }
+        if self.left == 0 { self.check() } else { Ok(false) }
+    }
+
+    #[cold]
+    fn check(&mut self) -> Result<bool, Cancelled> {
         self.left = self.steps;
         self.token.check()?;
+        if let Some(Progress { done, all }) = &mut self.progress {
+            self.token.set_progress((*done as f64 / *all as f64) as f32);
+            *done = done.saturating_add(self.steps as u64);
+        }
         Ok(true)
     }
 }

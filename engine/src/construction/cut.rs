@@ -34,7 +34,7 @@ pub enum CutError {
     /// The computation was cancelled.
     #[error(transparent)]
     Cancelled(#[from] Cancelled),
-    /// The cut is at a step of an order that only a [`super::Construction`] knows, and its timeline was not given.
+    /// The cut is at a step of an order that only a [`super::Construction`] holds, and its timeline was not given.
     #[error("a cut at a step needs the timeline of its order")]
     NeedsTimeline,
 }

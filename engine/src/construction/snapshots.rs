@@ -5,9 +5,9 @@ use crate::cancel::{CancelToken, Cancelled, PolledIterator as _};
 use crate::kernel::par_collect::{par_collect, zeros};
 use crate::order::radix_sort;
 
-/// Maximum number of clusters that are asked for.
+/// Maximum number of clusters in a query.
 pub const MAX_LARGEST: usize = 4096;
-/// Number of steps between two snapshots: with as many as are asked for, snapshots take 12 bytes per primitive and a query reads at most
+/// Number of steps between two snapshots: with this maximum, snapshots take 12 bytes per primitive and a query reads at most
 /// four times as many clusters as it returns.
 const STEPS_BETWEEN: usize = MAX_LARGEST;
 /// Number of clusters per snapshot: each step up to the next takes two of them away.

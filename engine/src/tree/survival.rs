@@ -19,7 +19,7 @@ pub struct Survival {
     partners: Vec<u32>,
     /// Number of nodes that survive, leaves included.
     pub nodes: usize,
-    /// Number of interior nodes that survive. Leaves of one primitive do so in nearly every tree and tell little.
+    /// Number of interior nodes that survive. Leaves of one primitive do so in nearly every tree and mean little.
     pub interior: usize,
 }
 

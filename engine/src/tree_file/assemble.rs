@@ -4,7 +4,7 @@
 use super::arrays::Arrays;
 use super::bounds::FileContainer;
 use super::error::TreeFileError;
-use super::links::{Links, Steps};
+use super::links::Links;
 use crate::cancel::{CancelToken, Cancelled};
 use crate::kernel::par_collect::{par_collect, zeros};
 use crate::tree::{Node, Tree};
@@ -39,7 +39,7 @@ pub(super) fn assemble<C: FileContainer>(
     let mut nodes: Vec<Node<C>> = zeros(count, token)?;
     let mut primitive_indices = Vec::with_capacity(arrays.indices as usize);
     let (mut next, mut max_depth) = (1_u32, 0);
-    let mut steps = Steps::new(token, u64::from(arrays.nodes).saturating_add(u64::from(arrays.indices)));
+    let mut steps = token.poll().reporting(u64::from(arrays.nodes).saturating_add(u64::from(arrays.indices)));
     for &node in links.order.iter().filter(|&&node| links.kept.contains(node)) {
         steps.step()?;
         let container = C::read(arrays.bounds, node).map_err(|problem| TreeFileError::Bounds { node, problem })?;
@@ -91,7 +91,7 @@ fn is_in_order(arrays: &Arrays<'_>, links: &Links, token: &CancelToken) -> Resul
         return Ok(false);
     }
     let mut next_index = 0_u32;
-    let mut steps = Steps::silent(token);
+    let mut steps = token.poll();
     for &node in &links.order {
         steps.step()?;
         let [first, count] = arrays.leaf(node);

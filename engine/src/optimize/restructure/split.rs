@@ -53,7 +53,7 @@ pub fn split<S: Simd>(simd: S, items: &mut [Item], root: &Item, depth: u32) -> (
 /// The best split between bins over a `range` of doubled centres; `None` if all items are in one bin.
 #[inline(always)]
 fn binned<S: Simd, const N: usize>(simd: S, items: &mut [Item], range: [f32x4<S>; 2]) -> Option<(usize, [Item; 2])> {
-    let grid = Grid::new::<S, N>(simd, range);
+    let grid = BinGrid::new::<S, N>(simd, range);
     let (boxes, counts) = count_in_bins::<S, N>(simd, items, &grid);
     let (plane, sides) = cheapest_plane(simd, &boxes, &counts, &grid)?;
     Some((plane.partition(items), sides))
@@ -61,12 +61,12 @@ fn binned<S: Simd, const N: usize>(simd: S, items: &mut [Item], range: [f32x4<S>
 
 /// Positions of the bins.
 #[derive(Debug, Clone, Copy)]
-pub struct Grid {
+pub struct BinGrid {
     start: [f32; 4],
     bins_per_unit: [f32; 4],
 }
 
-impl Grid {
+impl BinGrid {
     /// `N` bins along each axis between the corners `min` and `max` of a box around doubled centres.
     #[inline(always)]
     pub fn new<S: Simd, const N: usize>(_: S, [min, max]: [f32x4<S>; 2]) -> Self {
@@ -120,7 +120,11 @@ pub type BinCounts<const N: usize> = [[i32; 4]; N];
 
 /// Counts `items` in the `N` bins of `grid` along each axis.
 #[inline(always)]
-pub fn count_in_bins<S: Simd, const N: usize>(simd: S, items: &[Item], grid: &Grid) -> (BinBoxes<S, N>, BinCounts<N>) {
+pub fn count_in_bins<S: Simd, const N: usize>(
+    simd: S,
+    items: &[Item],
+    grid: &BinGrid,
+) -> (BinBoxes<S, N>, BinCounts<N>) {
     let start = f32x4::from_slice(simd, &grid.start);
     let bins_per_unit = f32x4::from_slice(simd, &grid.bins_per_unit);
     let mut boxes = [[f32x8::splat(simd, f32::INFINITY); 3]; N];
@@ -150,7 +154,7 @@ pub fn cheapest_plane<S: Simd, const N: usize>(
     simd: S,
     boxes: &BinBoxes<S, N>,
     counts: &BinCounts<N>,
-    grid: &Grid,
+    grid: &BinGrid,
 ) -> Option<(SplitPlane, [Item; 2])> {
     let Planes { costs, bins, left_counts, all } = Planes::of_bins(simd, boxes, counts);
     let mut best = (f32::INFINITY, 0, 0);

@@ -22,7 +22,7 @@ const VISITS_PER_SAMPLE: u64 = 1 << 12;
 /// Minimum number of samples that are looked at together, where each visits every node: enough for all threads, and bounded.
 const MIN_SAMPLES_AT_ONCE: u64 = 16;
 
-/// End-point overlap of a tree, and the share of the scene that it is known from.
+/// End-point overlap of a tree, and the share of the scene that was sampled for it.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub struct EndPointOverlap {
@@ -42,7 +42,7 @@ impl EndPointOverlap {
         self.sampled == self.triangles
     }
 
-    /// What an estimate is made from, in words; `None` where the value is exact.
+    /// Basis of an estimate, in words; `None` where the value is exact.
     ///
     /// ```
     /// use bvhscope_engine::tree::overlap::EndPointOverlap;
@@ -62,7 +62,7 @@ impl EndPointOverlap {
 ///
 /// Exact for up to `max_samples` triangles. Beyond, estimated from that many triangles, evenly spread over the total surface.
 /// Where triangles coincide, each lies in nearly every node: once the samples have visited some thousand nodes each on average,
-/// the rest of them is left out, and the overlap is estimated from fewer. The result tells how many there were; it is the same
+/// the rest of them is left out, and the overlap is estimated from fewer. The result holds their number; it is the same
 /// on any number of threads.
 ///
 /// A triangle in several leaves counts once, and is held by all of them and the nodes above them. 0 for a tree without overlap
@@ -272,7 +272,7 @@ fn leaves_of_slots<C: Container>(
     Ok(leaves)
 }
 
-/// What a triangle costs in the nodes that do not hold it.
+/// Cost of a triangle in the nodes that do not hold it.
 struct Foreign {
     /// Σ cost · area of the triangle inside the node, over these nodes.
     cost: f64,

@@ -1,4 +1,4 @@
-//! What a traversal tells of a ray.
+//! The events of a traversal.
 
 /// One step of a traversal; see [`Probe`](super::Probe) for the meaning and order of the steps.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -47,7 +47,7 @@ pub(super) fn walk<S: Simd, C: Container, P: Probe, const ORDERED: bool, const F
     let Some(mut node) = nodes.first().filter(|root| ray.can_hit() && enters_root(root, ray, probe)) else { return };
     let mut t_max = ray.ray.t_max;
     let mut shear = None;
-    let mut waiting = Waiting { stack, overflow: Vec::new(), top: 0 };
+    let mut waiting = NodeStack { stack, overflow: Vec::new(), top: 0 };
     loop {
         probe.visited(index_of(nodes, node));
         let next = if node.is_leaf() {
@@ -93,7 +93,7 @@ fn visit_children<'a, C: Container, P: Probe, const ORDERED: bool, const FARTHES
     node: &Node<C>,
     ray: &PreparedRay,
     t_max: f32,
-    waiting: &mut Waiting<'_>,
+    waiting: &mut NodeStack<'_>,
     probe: &mut P,
 ) -> Option<&'a Node<C>> {
     let children = &nodes[node.first as usize..][..node.arity() as usize];
@@ -125,7 +125,7 @@ fn visit_pair<'a, S: Simd, C: Container, P: Probe, const ORDERED: bool, const FA
     node: &Node<C>,
     ray: &PreparedRay,
     t_max: f32,
-    waiting: &mut Waiting<'_>,
+    waiting: &mut NodeStack<'_>,
     probe: &mut P,
 ) -> Option<&'a Node<C>> {
     let first = node.first as usize;
@@ -162,7 +162,7 @@ fn visit_pair<'a, S: Simd, C: Container, P: Probe, const ORDERED: bool, const FA
 }
 
 /// The nodes still to be visited, the next one on top.
-struct Waiting<'a> {
+struct NodeStack<'a> {
     stack: &'a mut [StackEntry],
     /// The entries for which the stack has no room: none in a binary tree.
     overflow: Vec<StackEntry>,
@@ -170,7 +170,7 @@ struct Waiting<'a> {
     top: usize,
 }
 
-impl Waiting<'_> {
+impl NodeStack<'_> {
     #[inline(always)]
     fn push(&mut self, entry: StackEntry) {
         if let Some(slot) = self.stack.get_mut(self.top) {
@@ -272,8 +272,8 @@ fn index_of<C>(nodes: &[Node<C>], node: &Node<C>) -> u32 {
     nodes.element_offset(node).unwrap_or_default() as u32
 }
 
-/// Reports the test of the container of `node`, which gave `entry`, to a probe that wants events. A test up to the nearest hit does
-/// not tell a container behind it from one that is missed: up to the end of the ray it does.
+/// Reports the test of the container of `node`, which gave `entry`, to a probe with events. A test that ends at
+/// the nearest hit has the same result for a container behind it and one that is missed; a test to the end of the ray separates them.
 #[inline(always)]
 fn report_test<C: Container, P: Probe>(container: &C, node: u32, ray: &PreparedRay, entry: Option<f32>, probe: &mut P) {
     if !P::EVENTS {

@@ -13,7 +13,7 @@ use crate::kernel::simd::plain_loop_level;
 use crate::tree::{Node, Tree};
 use crate::wide::bounds::WideContainer;
 use crate::wide::collapse::boundary::{Boundary, LEAF, NodeCost};
-use crate::wide::collapse::chunk::{CHUNK_PAIRS, Scratch};
+use crate::wide::collapse::chunk::{CHUNK_PAIRS, ChunkCosts};
 use crate::wide::collapse::cost::{LaneCosts, collapse_cost};
 use crate::wide::collapse::decision::{DecidedNode, Decision, DecisionRef, Decisions};
 use crate::wide::collapse::visit_order::{hits_per_cost, leaf_hits, node_hits};
@@ -37,9 +37,9 @@ pub(crate) fn optimal_decisions<C: WideContainer>(
     let group = (chunk_count / MIN_GROUPS).clamp(1, MAX_GROUP_CHUNKS);
     let groups = chunks.par_chunks_mut(group).enumerate();
     let fork = token.fork();
-    let boundaries = groups.map_init(Scratch::default, |scratch, (index, chunks)| {
+    let boundaries = groups.map_init(ChunkCosts::default, |costs, (index, chunks)| {
         let mut range = ChunkRange { tree, compact_area, first_chunk: group * index, chunks };
-        fork.task(|token| dispatch!(level, simd => range.decide(simd, scratch, token)))
+        fork.task(|token| dispatch!(level, simd => range.decide(simd, costs, token)))
     });
     let boundaries: Vec<Boundary> = boundaries.collect::<Result<_, Cancelled>>()?;
     fork.join();
@@ -65,14 +65,14 @@ struct ChunkRange<'a, C> {
 impl<C: WideContainer> ChunkRange<'_, C> {
     /// Decides all nodes whose descendants lie in the range.
     #[inline(always)]
-    fn decide<S: Simd>(&mut self, simd: S, scratch: &mut Scratch, token: &CancelToken) -> Result<Boundary, Cancelled> {
+    fn decide<S: Simd>(&mut self, simd: S, costs: &mut ChunkCosts, token: &CancelToken) -> Result<Boundary, Cancelled> {
         let mut boundaries = Vec::with_capacity(MAX_GROUP_CHUNKS);
         let nodes = &self.tree.nodes[1..];
         for (list, chunk) in self.chunks.iter_mut().zip(self.first_chunk..) {
             token.check()?;
             let first = 2 * CHUNK_PAIRS * chunk;
             let chunk_nodes = &nodes[first..nodes.len().min(first + 2 * CHUNK_PAIRS)];
-            boundaries.push(scratch.decide(simd, chunk_nodes, self.compact_area, chunk, list));
+            boundaries.push(costs.decide(simd, chunk_nodes, self.compact_area, chunk, list));
         }
         if let [_] = boundaries[..] { Ok(boundaries.remove(0)) } else { self.join(simd, &boundaries, None, token) }
     }

@@ -25,7 +25,7 @@ use crate::wide::tree::WideTree;
 pub const MAX_RAYS: usize = GROUP * GROUPS;
 /// A child to visit.
 #[derive(Debug, Clone, Copy)]
-struct Waiting {
+struct WaitingGroups {
     /// Distance of entry.
     entry: f32,
     child: Child,
@@ -234,8 +234,8 @@ impl<C: BeamContainer> Packet<C> {
     fn trace<S: Simd>(&mut self, simd: S, tree: &WideTree<C>, rays: &[Ray]) {
         let Some(root) = tree.root else { return };
         let mut stack = Stack::new();
-        stack.push(Waiting { entry: self.beam.t_min, child: root, groups: self.all_groups });
-        while let Some(Waiting { entry, child, groups }) = stack.pop() {
+        stack.push(WaitingGroups { entry: self.beam.t_min, child: root, groups: self.all_groups });
+        while let Some(WaitingGroups { entry, child, groups }) = stack.pop() {
             // Skip groups in which every ray has a closer hit.
             let group_t_max = f32x16::load_array_ref(simd, &self.hits.group_t_max);
             let open =
@@ -264,7 +264,7 @@ impl<C: BeamContainer> Packet<C> {
                 };
                 if groups != 0 {
                     tree.prefetch(children[lane]);
-                    stack.push(Waiting { entry: beam_hits.entry[lane], child: children[lane], groups });
+                    stack.push(WaitingGroups { entry: beam_hits.entry[lane], child: children[lane], groups });
                     stack.sort_last(mark, |a, b| a.entry < b.entry);
                 }
             }

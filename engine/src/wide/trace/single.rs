@@ -18,8 +18,8 @@ use crate::wide::ray_lanes::{RayLanes, TriangleLanes};
 use crate::wide::trace::stack::Stack;
 use crate::wide::tree::WideTree;
 
-/// The closest hit of `ray`: exactly that of the binary tree. `probe` is told of each node whose children are tested as one
-/// container test and of each block as one primitive test, and of the events of [`Probe`].
+/// The closest hit of `ray`: exactly that of the binary tree. `probe` receives each node whose children are tested as one
+/// container test, each block as one primitive test, and the events of [`Probe`].
 #[inline(always)]
 pub fn closest_hit<S: Simd, C: WideContainer, P: Probe>(
     simd: S,
@@ -69,7 +69,7 @@ pub(crate) fn nearest<S: Simd, C: WideContainer, P: Probe, const ANY: bool>(
     ray: &Ray,
     probe: &mut P,
 ) -> Nearest {
-    // Probes are told of the exact tests.
+    // Probes receive the exact tests.
     if P::ACTIVE || C::KIND == ContainerKind::Sphere {
         return nearest_exactly::<S, C, P, ANY>(simd, tree, ray, probe);
     }
