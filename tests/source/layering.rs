@@ -94,6 +94,9 @@ const VIEWER: Plan = Plan {
     ],
 };
 
+/// The benchmark beside other engines: a flat list of modules, whose only rule is that there is no circle.
+const PEERS: Plan = Plan { source: "benches/peers", rooms: &[] };
+
 /// Crates that only the window and the overlay's wgpu pass know.
 const WINDOW_CRATES: &[&str] = &["egui", "eframe", "egui_wgpu", "egui_plot", "egui_extras", "wgpu", "rfd"];
 
@@ -368,6 +371,11 @@ fn no_modules_of_the_engine_import_each_other_in_a_circle() {
 #[test]
 fn no_modules_of_the_viewer_import_each_other_in_a_circle() {
     check_circles(&VIEWER);
+}
+
+#[test]
+fn no_modules_of_the_benchmark_import_each_other_in_a_circle() {
+    check_circles(&PEERS);
 }
 
 #[test]

@@ -1,9 +1,9 @@
 //! Polling for cancellation once every so many steps.
 
-use super::{CancelToken, Cancelled};
+use super::token::{CancelToken, Cancelled};
 
 /// Steps between two checks where a step takes nanoseconds: checks are too rare to cost time, and less than a millisecond apart.
-pub(super) const CHEAP_STEPS: usize = 1 << 14;
+const CHEAP_STEPS: usize = 1 << 14;
 
 /// Checks a token for cancellation at the first step, then once every so many. From [`CancelToken::poll`] or
 /// [`CancelToken::every`].
@@ -24,11 +24,19 @@ struct Progress {
     all: u64,
 }
 
-impl<'a> Poll<'a> {
-    pub(super) fn new(token: &'a CancelToken, steps: usize) -> Self {
-        Self { token, steps: steps.max(1), left: 1, progress: None }
+impl CancelToken {
+    /// A poll for cancellation in a loop whose steps take nanoseconds: once every 2¹⁴ steps.
+    pub fn poll(&self) -> Poll<'_> {
+        self.every(CHEAP_STEPS)
     }
 
+    /// A poll for cancellation once every `steps` steps.
+    pub fn every(&self, steps: usize) -> Poll<'_> {
+        Poll { token: self, steps: steps.max(1), left: 1, progress: None }
+    }
+}
+
+impl Poll<'_> {
     /// This poll, which also reports the finished fraction of `all` steps at each check.
     #[must_use]
     pub fn reporting(self, all: u64) -> Self {

@@ -1,13 +1,8 @@
-//! Cancellation and progress. Every long computation takes a [`CancelToken`], polls it for cancellation at coarse intervals
-//! ([`PolledIterator`] in a loop over a list, [`Poll`] in any other) and reports its progress through it.
-
-mod poll;
+//! The token of a computation.
 
 use std::sync::atomic::{AtomicBool, AtomicU32, AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
-
-pub use poll::{Poll, PolledIterator};
 
 use crate::task_log::{Strand, TaskLog};
 
@@ -119,16 +114,6 @@ impl CancelToken {
     /// Polls for cancellation: `Err(Cancelled)` once the token is cancelled, for use with `?`.
     pub fn check(&self) -> Result<(), Cancelled> {
         if self.is_cancelled() { Err(Cancelled) } else { Ok(()) }
-    }
-
-    /// A poll for cancellation in a loop whose steps take nanoseconds: once every 2¹⁴ steps.
-    pub fn poll(&self) -> Poll<'_> {
-        self.every(poll::CHEAP_STEPS)
-    }
-
-    /// A poll for cancellation once every `steps` steps.
-    pub fn every(&self, steps: usize) -> Poll<'_> {
-        Poll::new(self, steps)
     }
 
     /// A token for the `index`-th of `count` equal parts of the computation: progress reported through it is progress within that
