@@ -3,7 +3,8 @@
 use egui::{self, Event, Key, Modifiers};
 
 use super::action::Action;
-use super::row::{Entry, entries};
+use super::entries::entries;
+use super::row::Entry;
 use super::share::paste_state;
 use crate::app::state::AppState;
 

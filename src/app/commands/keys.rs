@@ -1,6 +1,7 @@
 //! All keys and mouse gestures, for the help dialog and `docs/keys.md`.
 
-use super::row::{Category, entries};
+use super::entries::entries;
+use super::row::Category;
 
 /// Mouse gestures, each with its effect.
 const GESTURES: [(&str, &str); 11] = [

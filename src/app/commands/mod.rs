@@ -8,6 +8,8 @@ mod action;
 mod row;
 mod rows;
 
+mod entries;
+
 mod camera;
 mod compare;
 mod lesson;
@@ -24,10 +26,11 @@ mod statistics_text;
 
 pub use action::{Action, CompareStep, OrbitStep, RankingStep, SectionStep, ViewDirection};
 pub use command_line::command_line;
+pub use entries::{entries, entries_for};
 pub use keyboard::handle_shortcuts;
 pub use keys::{KeyList, keys};
 pub(crate) use nodes::show_finding;
-pub use row::{Category, Entry, entries, entries_for, shortcut_text};
+pub use row::{Category, Entry, shortcut_text};
 pub(in crate::app) use rows::{compare_description, shading_description};
 pub use search::search;
 pub use share::{paste_state, shared_state, show_state};

@@ -1,11 +1,8 @@
-//! A row of the table of actions, and the entries that menus, palette, keys and help make of it.
-
-use std::sync::LazyLock;
+//! A row of the table of actions, and an entry of it in menus, palette, keys and help.
 
 use egui::{Key, KeyboardShortcut, Modifiers};
 
 use super::action::Action;
-use super::rows;
 use crate::app::state::AppState;
 
 pub(super) type Keys = &'static [(Modifiers, Key)];
@@ -42,24 +39,12 @@ impl Category {
             Self::Help => "Help",
         }
     }
-
-    /// The rows of the menu in their groups, which lines separate.
-    const fn groups(self) -> &'static [&'static [Row]] {
-        match self {
-            Self::File => rows::FILE,
-            Self::Edit => rows::EDIT,
-            Self::View => rows::VIEW,
-            Self::Tree => rows::TREE,
-            Self::Lab => rows::LAB,
-            Self::Help => rows::HELP,
-        }
-    }
 }
 
 /// Everything about one action, or about a family of actions that differ by an index.
 #[derive(Clone, Copy)]
 pub(super) struct Row {
-    items: Items,
+    pub(super) items: Items,
     /// The submenu that it is in; empty for none.
     submenu: &'static str,
     /// Whether it can be performed now. The index is that of the item; 0 for a single action.
@@ -75,7 +60,7 @@ pub(super) struct Row {
 
 /// The actions of a row.
 #[derive(Clone, Copy)]
-enum Items {
+pub(super) enum Items {
     One {
         action: Action,
         label: &'static str,
@@ -158,7 +143,7 @@ impl Row {
     }
 
     /// The entries whose actions do not depend on the state.
-    fn entries(&'static self, category: Category, group: usize) -> Vec<Entry> {
+    pub(super) fn entries(&'static self, category: Category, group: usize) -> Vec<Entry> {
         match self.items {
             Items::One { action, label, tip, keys } => {
                 let item = item(action, label, tip);
@@ -169,7 +154,7 @@ impl Row {
         }
     }
 
-    fn family(&'static self, category: Category, group: usize, items: Vec<Item>) -> Vec<Entry> {
+    pub(super) fn family(&'static self, category: Category, group: usize, items: Vec<Item>) -> Vec<Entry> {
         items.into_iter().enumerate().map(|(index, item)| self.entry(category, group, index, item)).collect()
     }
 
@@ -211,63 +196,7 @@ pub struct Entry {
     /// Its submenu; empty for none.
     pub submenu: &'static str,
     pub(super) row: &'static Row,
-    index: usize,
-}
-
-/// All entries except recent files and trees, bookmarks and lessons, in the order of the menus.
-pub fn entries() -> &'static [Entry] {
-    static ENTRIES: LazyLock<Vec<Entry>> =
-        LazyLock::new(|| all_rows().flat_map(|(category, group, row)| row.entries(category, group)).collect());
-    &ENTRIES
-}
-
-/// All entries including the recent files and trees, bookmarks and lessons of `state`, in the order of the menus.
-pub fn entries_for(state: &AppState) -> Vec<Entry> {
-    let entries = all_rows().flat_map(|(category, group, row)| match row.items {
-        Items::Current(items) => row.family(category, group, items(state)),
-        _ => row.entries(category, group),
-    });
-    entries.collect()
-}
-
-fn current_entries(state: &AppState) -> impl Iterator<Item = Entry> {
-    all_rows().flat_map(move |(category, group, row)| match row.items {
-        Items::Current(items) => row.family(category, group, items(state)),
-        _ => Vec::new(),
-    })
-}
-
-fn all_rows() -> impl Iterator<Item = (Category, usize, &'static Row)> {
-    Category::ALL.into_iter().flat_map(|category| {
-        let groups = category.groups().iter().enumerate();
-        groups.flat_map(move |(group, rows)| rows.iter().map(move |row| (category, group, row)))
-    })
-}
-
-impl Action {
-    /// The row of the action and its index in it. `None` where its recent file, bookmark or lesson does not exist.
-    fn row(self, state: &AppState) -> Option<(&'static Row, usize)> {
-        let fixed = entries().iter().find(|entry| entry.action == self).map(|entry| (entry.row, entry.index));
-        fixed
-            .or_else(|| current_entries(state).find(|entry| entry.action == self).map(|entry| (entry.row, entry.index)))
-    }
-
-    /// Whether the action can be performed now.
-    pub fn is_enabled(self, state: &AppState) -> bool {
-        self.row(state).is_some_and(|(row, index)| (row.enabled)(state, index))
-    }
-
-    /// Whether a switch or choice is on; `None` for other actions.
-    pub fn is_on(self, state: &AppState) -> Option<bool> {
-        self.row(state).and_then(|(row, index)| (row.on)(state, index))
-    }
-
-    /// Performs the action.
-    pub fn perform(self, state: &mut AppState) {
-        if let Some((row, index)) = self.row(state) {
-            (row.perform)(state, index);
-        }
-    }
+    pub(super) index: usize,
 }
 
 impl Entry {

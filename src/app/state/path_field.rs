@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use super::TreeSide;
+use super::second_tree::TreeSide;
 
 /// Maximum number of completions that are offered.
 const MAX_OFFERED: usize = 8;

@@ -3,7 +3,8 @@
 use bvhscope_engine::settings::{BuildSettings, BuilderKind, Pass, Preset};
 use bvhscope_engine::tree::ContainerKind;
 
-use super::{BUILDER, CONTAINER, OPTIMIZE, PRESET, SETTINGS, Setting};
+use super::rows::{BUILDER, CONTAINER, OPTIMIZE, PRESET, SETTINGS};
+use super::setting::Setting;
 
 /// Values of some settings, as flags or `NAME=VALUE`.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]

@@ -3,7 +3,7 @@
 use bvhscope_engine::settings::{BuildSettings, BuilderKind, Curve, Pass, Passes, Preset};
 use bvhscope_engine::tree::ContainerKind;
 
-use super::{Choice, Number, Setting, Value};
+use super::setting::{Choice, Number, Setting, Value};
 
 /// All settings, in the order in which window and copied command lines have them.
 pub static SETTINGS: [&Setting; 8] = [&BUILDER, &CONTAINER, &PRESET, &THRESHOLD, &EPSILON, &CURVE, &OPTIMIZE, &ROUNDS];

@@ -4,7 +4,7 @@ use bvhscope_engine::settings::{BuilderKind, Preset};
 use bvhscope_engine::tree::ContainerKind;
 use egui::Key;
 
-use super::{CTRL, NONE, flip};
+use super::parts::{CTRL, NONE, flip};
 use crate::app::commands::action::{Action, CompareStep};
 use crate::app::commands::compare;
 use crate::app::commands::row::{Item, Row, item, many, one};
