@@ -8,7 +8,6 @@ use bvhscope_engine::cancel::CancelToken;
 use bvhscope_engine::tree::AnyTree;
 use bvhscope_engine::tree_file::{Header, write_tree};
 
-use crate::embree_device::Device;
 use crate::embree_library::libraries;
 use crate::embree_tree::{self, Shape};
 use crate::measure::Plan;
@@ -40,7 +39,7 @@ pub fn dump(subject: &Subject, plan: &Plan, folder: &Path) -> anyhow::Result<Vec
         })?;
     }
     for library in libraries() {
-        let device = Device::new(library, 0);
+        let device = embree::Device::new(library, 0);
         for &quality in embree::qualities(plan.slow) {
             for (kind, shape) in [("binary", Shape::Binary), ("wide", Shape::Wide)] {
                 let build = || embree_tree::build(&device, triangles, quality, shape).into();

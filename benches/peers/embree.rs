@@ -1,14 +1,16 @@
-//! Embree's scenes and builds.
+//! Embree's devices, scenes and builds.
 
 #![allow(unsafe_code, reason = "Embree is a C library; only the embree*.rs files touch it")]
 
 use std::collections::HashMap;
-use std::ffi::{c_uint, c_void};
+use std::ffi::{CString, c_uint, c_void};
+use std::ptr;
+use std::sync::atomic::{AtomicIsize, Ordering};
 
 use bvhscope_engine::geometry::Triangle;
+use bvhscope_engine::kernel::SimdLevel;
 use glam::Vec3;
 
-use crate::embree_device::{Device, Quality, held_bytes};
 use crate::embree_library::{Common, Library};
 use crate::embree_tree::{self, Shape};
 use crate::peer::{BuildTimes, Builder, Judged, timed};
@@ -19,7 +21,84 @@ const BUFFER_INDEX: c_uint = 0;
 const BUFFER_VERTEX: c_uint = 1;
 const GEOMETRY_TRIANGLE: c_uint = 0;
 
-/// Triangles with shared vertices, in Embree's layout.
+/// How carefully Embree builds.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[repr(u32)]
+pub enum Quality {
+    /// Its Morton builder.
+    Low = 0,
+    /// Binned SAH.
+    Medium = 1,
+    /// SAH with spatial splits.
+    High = 2,
+}
+
+impl Quality {
+    /// Its name in tables.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Low => "low",
+            Self::Medium => "medium",
+            Self::High => "high",
+        }
+    }
+}
+
+/// Bytes that Embree holds.
+static HELD_BYTES: AtomicIsize = AtomicIsize::new(0);
+
+extern "C" fn monitor(_: *mut c_void, bytes: isize, _: bool) -> bool {
+    HELD_BYTES.fetch_add(bytes, Ordering::Relaxed);
+    true
+}
+
+/// Embree with a number of threads.
+pub struct Device {
+    /// The library that it belongs to.
+    pub library: &'static Library,
+    device: *mut c_void,
+}
+
+impl Device {
+    /// Starts it.
+    pub fn new(library: &'static Library, threads: usize) -> Self {
+        // Up to the level that this engine is limited to.
+        let isa = match SimdLevel::of_builds() {
+            SimdLevel::Sse2 => ",isa=sse2",
+            SimdLevel::Sse4 => ",isa=sse4.2",
+            SimdLevel::Avx2 => ",isa=avx2",
+            SimdLevel::Avx512 | SimdLevel::Neon => "",
+        };
+        let config = CString::new(format!("threads={threads},set_affinity=0{isa}")).expect("no zero in it");
+        // SAFETY: the text outlives the call; a null device is refused below.
+        let device = unsafe { (library.common.new_device)(config.as_ptr()) };
+        assert!(!device.is_null(), "Embree does not start");
+        // SAFETY: the device is alive; the monitor is a static function that ignores its user pointer.
+        unsafe { (library.common.set_monitor)(device, Some(monitor), ptr::null_mut()) };
+        Self { library, device }
+    }
+
+    /// The device as Embree's functions want it.
+    pub fn handle(&self) -> *mut c_void {
+        self.device
+    }
+
+    /// Fails where Embree has reported an error.
+    pub fn check(&self) {
+        // SAFETY: the device is alive.
+        let error = unsafe { (self.library.common.device_error)(self.device) };
+        assert!(error == 0, "{} reports error {error}", self.library.name);
+    }
+}
+
+impl Drop for Device {
+    fn drop(&mut self) {
+        // SAFETY: released once; scenes hold references of their own.
+        unsafe { (self.library.common.release_device)(self.device) };
+    }
+}
+
+/// Triangles with shared vertices, as Embree wants them.
 pub struct Mesh {
     vertices: Vec<[f32; 3]>,
     indices: Vec<[u32; 3]>,
@@ -71,7 +150,7 @@ impl Drop for Scene<'_> {
 
 /// Builds.
 pub fn commit<'a>(device: &Device, mesh: &'a Mesh, quality: Quality) -> Scene<'a> {
-    let before = held_bytes();
+    let before = HELD_BYTES.load(Ordering::Relaxed);
     let Common {
         new_scene,
         set_scene_quality,
@@ -87,9 +166,9 @@ pub fn commit<'a>(device: &Device, mesh: &'a Mesh, quality: Quality) -> Scene<'a
     // SAFETY: device, scene and geometry are alive; the shared buffers belong to `mesh`, which the result borrows, and
     // have the counts, strides and padding that Embree requires.
     let scene = unsafe {
-        let scene = new_scene(device.handle());
+        let scene = new_scene(device.device);
         set_scene_quality(scene, quality as c_uint);
-        let geometry = new_geometry(device.handle(), GEOMETRY_TRIANGLE);
+        let geometry = new_geometry(device.device, GEOMETRY_TRIANGLE);
         set_geometry_quality(geometry, quality as c_uint);
         let (vertices, indices) = (mesh.vertices.as_ptr().cast(), mesh.indices.as_ptr().cast());
         let count = mesh.vertices.len() - 1;
@@ -102,7 +181,7 @@ pub fn commit<'a>(device: &Device, mesh: &'a Mesh, quality: Quality) -> Scene<'a
         scene
     };
     device.check();
-    let bytes = (held_bytes() - before).max(0) as usize;
+    let bytes = (HELD_BYTES.load(Ordering::Relaxed) - before).max(0) as usize;
     Scene { library: device.library, quality, scene, bytes, mesh: std::marker::PhantomData }
 }
 

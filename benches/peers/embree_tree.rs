@@ -10,7 +10,7 @@ use bvhscope_engine::geometry::{Aabb, Triangle};
 use bvhscope_engine::tree::Tree;
 use glam::Vec3;
 
-use crate::embree_device::{Device, Quality};
+use crate::embree::{Device, Quality};
 use crate::foreign::{Below, tree_below};
 
 /// Most children of a node, which is the width of Embree's own nodes on processors with AVX.
@@ -134,7 +134,7 @@ pub fn build(device: &Device, triangles: &[Triangle], quality: Quality, shape: S
         user: (&raw mut build).cast(),
     };
     // SAFETY: the arguments point to live memory, the callbacks have the signatures that Embree requires.
-    let root: *const BuiltNode = unsafe { (functions.build_bvh)((&raw const arguments).cast()) }.cast();
+    let root: *const BuiltNode = unsafe { (functions.build_bvh)(&raw const arguments) }.cast();
     device.check();
     assert!(!root.is_null(), "Embree built no tree");
     let tree = tree_below(root, |&node| {

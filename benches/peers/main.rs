@@ -9,7 +9,6 @@
 
 mod dump;
 mod embree;
-mod embree_device;
 mod embree_library;
 mod embree_rays;
 mod embree_tree;

@@ -12,8 +12,7 @@ use bvhscope_engine::tree::statistics::collapsed_cost_of;
 use bvhscope_engine::tree::traverse::{TestCounts, Traversal, any_hit_with, closest_hit};
 use bvhscope_engine::tree::{AnyTree, Tree};
 
-use crate::embree::{self, Scene};
-use crate::embree_device::Device;
+use crate::embree::{self, Device, Scene};
 use crate::embree_library::libraries;
 use crate::embree_rays;
 use crate::engine;

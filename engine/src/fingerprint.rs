@@ -44,7 +44,7 @@ pub fn of_wide_tree(tree: &AnyWideTree, token: &CancelToken) -> Result<u64, Canc
     with_wide_tree!(tree, tree => of_wide(tree, token))
 }
 
-/// Hash of the exact bits of a list of triangles: two machines can verify that they loaded the same scene.
+/// Hash of the exact bits of a list of triangles: two machines that load the same scene can tell whether they did.
 pub fn of_triangles(triangles: &[Triangle], token: &CancelToken) -> Result<u64, Cancelled> {
     of_list(triangles, token, |hash, triangle| hash_bytes(hash, bytes_of(triangle)))
 }

@@ -209,7 +209,7 @@ pub struct BuildSettings {
     /// The curve along which primitives are sorted. AAC and LBVH only.
     #[cfg_attr(feature = "serde", serde(default))]
     pub curve: Curve,
-    /// The passes requested; those that run are [`BuildSettings::passes`].
+    /// The passes wanted; those that run are [`BuildSettings::passes`].
     #[cfg_attr(feature = "serde", serde(default))]
     pub optimize: Passes,
     /// The number of rounds of the pass Anneal. 1 to 4096; more rounds give a better tree in proportionally more time.

@@ -45,7 +45,7 @@ impl TaskLog {
         Arc::new(Self { clock: Clock::Wall(Instant::now()), records: Mutex::default() })
     }
 
-    /// An empty log with a per-thread `clock`, such as CPU time.
+    /// An empty log of the times that `clock` tells the thread that asks it, such as that for which the thread was running.
     pub fn with_clock(clock: fn() -> Duration) -> Arc<Self> {
         Arc::new(Self { clock: Clock::Given(clock), records: Mutex::default() })
     }
@@ -65,7 +65,7 @@ impl TaskLog {
     }
 }
 
-/// The clock of all pieces.
+/// What pieces are timed by.
 #[derive(Debug, Clone, Copy)]
 enum Clock {
     Wall(Instant),

@@ -8,7 +8,7 @@ use std::time::Duration;
 use super::file_tree::FileTree;
 use super::{Accel, BUILD_BYTES_PER_TRIANGLE};
 use crate::budget::Budget;
-use crate::scene::{LoadError, Scene, read_file, unpacked};
+use crate::scene::{LoadError, Scene, read_file};
 use bvhscope_engine::build_cache::NodeRecycler;
 use bvhscope_engine::builders::StageTimes;
 use bvhscope_engine::tree::statistics::tree_stats;
@@ -24,7 +24,7 @@ impl Accel {
     ///
     /// Where the file cannot be read, is no tree of this scene, or does not fit into the memory budget.
     pub fn read(scene: &Arc<Scene>, path: &Path, token: &CancelToken) -> Result<Self, LoadError> {
-        let bytes = unpacked(path, Cow::Owned(read_file(path, None, token)?), token)?;
+        let bytes = read_file(path, None, token)?;
         let budget = Budget::of_process();
         let file = TreeFile::read(&bytes, Some(&scene.triangles), budget.allowance(), token)
             .map_err(|error| LoadError::of_tree_file(path, &error))?;

@@ -10,9 +10,10 @@
 //! | [`mod@format`] | numbers as text | state |
 //! | [`theme`] | colours and sizes | what is shown |
 //! | [`viewport`] | picture and overlay, camera, picking, screenshots | panels, commands |
-//! | [`commands`] | the table of actions, shortcuts, what each does | panels |
 //! | `widgets` | what panels and views are made of | what is shown |
-//! | `views` | the views of the dock, a folder each | each other |
+//! | `studies` | values derived from the presented tree in the background, in one list | views |
+//! | `views` | the views of the dock, a folder each, in one list | each other, commands |
+//! | [`commands`] | the table of actions, shortcuts, what each does | panels |
 //! | [`panels`] | everything around and over the viewport | `shell` |
 //! | `shell` | options, saved settings, graphics device, the [`App`] itself; threads that load, build, trace and measure | – |
 //!
@@ -29,9 +30,11 @@ mod widgets;
 
 pub mod viewport;
 
-pub mod commands;
+mod studies;
 
 mod views;
+
+pub mod commands;
 
 pub mod panels;
 

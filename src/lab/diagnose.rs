@@ -12,7 +12,6 @@ use crate::accel::Accel;
 use crate::budget::Budget;
 use crate::scene::{Extent, Scene};
 use crate::visibility::TriangleSet;
-use bvhscope_engine::cancel::PolledIterator as _;
 use bvhscope_engine::cancel::{CancelToken, Cancelled};
 use bvhscope_engine::geometry::Triangle;
 use bvhscope_engine::tree::overlap::EndPointOverlap;
@@ -20,6 +19,9 @@ use bvhscope_engine::with_tree;
 
 /// Ratio of the longest edge to the height on it above which a triangle counts as a sliver.
 const SLIVER_ASPECT: f32 = 100.0;
+/// Triangles between two cancellation checks.
+const BATCH: usize = 1 << 14;
+
 /// A problem that makes tracing slow or a picture wrong.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Finding {
@@ -181,8 +183,10 @@ fn those(
     mut predicate: impl FnMut(&Triangle) -> bool,
 ) -> Result<TriangleSet, Cancelled> {
     let mut set = TriangleSet::none(triangles.len());
-    for item in triangles.iter().enumerate().polled(token) {
-        let (index, triangle) = item?;
+    for (index, triangle) in triangles.iter().enumerate() {
+        if index.is_multiple_of(BATCH) {
+            token.check()?;
+        }
         if predicate(triangle) {
             set.insert(index as u32);
         }
@@ -224,8 +228,10 @@ impl Hash for Corners<'_> {
 fn duplicates(triangles: &[Triangle], token: &CancelToken) -> Result<TriangleSet, Cancelled> {
     let mut seen = HashSet::with_capacity(triangles.len());
     let mut set = TriangleSet::none(triangles.len());
-    for item in triangles.iter().enumerate().polled(token) {
-        let (index, triangle) = item?;
+    for (index, triangle) in triangles.iter().enumerate() {
+        if index.is_multiple_of(BATCH) {
+            token.check()?;
+        }
         if !seen.insert(Corners(triangle)) {
             set.insert(index as u32);
         }

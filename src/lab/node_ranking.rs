@@ -1,5 +1,7 @@
 //! The worst nodes of a tree by a metric.
 
+use serde::{Deserialize, Serialize};
+
 use bvhscope_engine::cancel::{CancelToken, Cancelled};
 use bvhscope_engine::tree::largest::largest_nodes;
 
@@ -9,7 +11,7 @@ use crate::lab::node_values::{NodeMetric, NodeValues};
 pub const RANKED_NODES: usize = 1_000;
 
 /// Which nodes are ranked, and how.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct NodeOrder {
     /// The metric.
     pub metric: NodeMetric,

@@ -2,6 +2,8 @@
 
 use std::sync::Arc;
 
+use serde::{Deserialize, Serialize};
+
 use bvhscope_engine::tree::node_metrics;
 use bvhscope_engine::tree::visits::Visits;
 use bvhscope_engine::with_tree;
@@ -12,7 +14,7 @@ use crate::accel::Accel;
 pub const LEAST_PREDICTED_VISITS: f64 = 16.0;
 
 /// A number of a node.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
 pub enum NodeMetric {
     /// What the node alone adds to the SAH cost of the tree, 0 to 1; see [`node_metrics::sah_share`].
     Cost,

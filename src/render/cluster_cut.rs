@@ -3,11 +3,13 @@
 use std::sync::Arc;
 
 use crate::accel::Accel;
-use bvhscope_engine::cancel::PolledIterator as _;
 use bvhscope_engine::cancel::{CancelToken, Cancelled};
 use bvhscope_engine::construction::{Cut, CutError, Timeline};
 use bvhscope_engine::tree::{AnyTree, Container, Tree};
 use bvhscope_engine::with_tree;
+
+/// Poll for cancellation every this many nodes.
+const CHECK_EVERY: usize = 1 << 16;
 
 /// A cut through a tree whose nodes give surfaces their colours, in place of the nodes at a depth.
 #[derive(Debug, Clone)]
@@ -70,8 +72,10 @@ fn highest_of_primitives<C: Container>(
     let mut of_primitive = vec![0; count];
     // Parents come before their children, so one forward pass propagates depth and the cluster, once it is reached.
     let mut of_node = vec![(0_u32, None); tree.nodes.len()];
-    for item in tree.nodes.iter().enumerate().polled(token) {
-        let (index, node) = item?;
+    for (index, node) in tree.nodes.iter().enumerate() {
+        if index % CHECK_EVERY == 0 {
+            token.check()?;
+        }
         let (depth, above) = of_node[index];
         let own = index as u32;
         let reached = above.or_else(|| is_cluster(own, depth).then_some(own));

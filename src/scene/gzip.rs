@@ -17,7 +17,7 @@ const CHUNK: u64 = 1 << 22;
 
 /// The bytes of a model; those of a packed one as they were before, without the packed ones. A few kilobytes may become gigabytes:
 /// before each growth, which doubles the memory, the budget is asked.
-pub(crate) fn unpacked<'a>(path: &Path, bytes: Cow<'a, [u8]>, token: &CancelToken) -> Result<Cow<'a, [u8]>, LoadError> {
+pub(super) fn unpacked<'a>(path: &Path, bytes: Cow<'a, [u8]>, token: &CancelToken) -> Result<Cow<'a, [u8]>, LoadError> {
     if !bytes.starts_with(MAGIC) {
         return Ok(bytes);
     }

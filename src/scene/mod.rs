@@ -65,7 +65,6 @@ mod builtin;
 
 pub use error::{FileLocation, LoadError, Warning, Warnings};
 pub use format::{FILE_FORMATS, FileFormat, FormatInfo, format_names, model_extensions};
-pub(crate) use gzip::unpacked;
 pub use interior::Interior;
 pub use load::{load, load_bytes};
 pub use material::{Material, Texture, WrapMode};

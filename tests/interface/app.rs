@@ -2,7 +2,6 @@
 
 use bvhscope::app::App;
 use bvhscope::app::commands::Action;
-use bvhscope::app::state::dock::DockView;
 use bvhscope::app::state::paper::{Experiment, RowFormat};
 use bvhscope::app::state::{PickedTriangle, Request, Severity, Wanted};
 use bvhscope::lab::Subject;
@@ -67,7 +66,7 @@ fn starts_with_a_picture_of_the_wanted_model() {
     assert_eq!([presented.frame.width_px, presented.frame.height_px], state.layout.viewport_px);
     assert_eq!(presented.frame.coarseness, 1.0);
     assert!(presented.frame.stats.hits > 0, "the teapot is seen");
-    assert!(state.graphics.overlay_counts.0 > 0, "containers lie over it");
+    assert!(state.layout.graphics.overlay_counts.0 > 0, "containers lie over it");
     assert!(!harness.state().is_busy());
 }
 
@@ -142,11 +141,11 @@ fn the_depth_changes_what_is_shown_but_not_the_picture() {
     harness.state_mut().state.wanted.overlay.depth = Some([0, 0]);
     settle(&mut harness);
     let frame = harness.state().state.model.presented.as_ref().unwrap().frame_id;
-    assert_eq!(harness.state().state.graphics.overlay_counts, (1, 1));
+    assert_eq!(harness.state().state.layout.graphics.overlay_counts, (1, 1));
     harness.state_mut().state.wanted.overlay.depth = Some([1, 2]);
     settle(&mut harness);
     let state = &harness.state().state;
-    assert_eq!(state.graphics.overlay_counts, (6, 6));
+    assert_eq!(state.layout.graphics.overlay_counts, (6, 6));
     assert_eq!(state.model.presented.as_ref().unwrap().frame_id, frame);
 }
 
@@ -155,7 +154,7 @@ fn the_wanted_depths_survive_a_smaller_model() {
     let mut harness = app();
     let open = |harness: &mut Harness<'static, App>, name: &str| {
         let source = SceneSource::Builtin { name: name.to_owned(), size: None };
-        harness.state_mut().state.requests.push(Request::Open(source));
+        harness.state_mut().state.activity.requests.push(Request::Open(source));
         settle(harness);
     };
     harness.state_mut().state.wanted.overlay.depth = Some([5, 90]);
@@ -165,7 +164,7 @@ fn the_wanted_depths_survive_a_smaller_model() {
     assert_eq!(harness.state().state.wanted.overlay.depth, Some([5, 90]));
     Action::AutomaticDepths.perform(&mut harness.state_mut().state);
     settle(&mut harness);
-    let (drawn, wanted) = harness.state().state.graphics.overlay_counts;
+    let (drawn, wanted) = harness.state().state.layout.graphics.overlay_counts;
     assert!(drawn == wanted && drawn <= 200);
     assert!(harness.query_by_label("Automatic depth range").is_some());
 }
@@ -189,7 +188,7 @@ fn an_unusable_file_is_reported_and_nothing_is_lost() {
     let before = harness.state().state.model.presented.as_ref().unwrap().frame_id;
     let source = harness.state().state.wanted.source.clone();
     let missing = SceneSource::File("does-not-exist.obj".into());
-    harness.state_mut().state.requests.push(Request::Open(missing));
+    harness.state_mut().state.activity.requests.push(Request::Open(missing));
     settle(&mut harness);
     let state = &harness.state().state;
     assert_eq!(state.model.presented.as_ref().unwrap().frame_id, before);
@@ -223,7 +222,7 @@ fn a_long_load_is_cancelled_by_its_button_and_the_scene_stays() {
     wait_for(&mut harness, &|app| app.state.model.presented.is_some() && !app.is_busy());
     let before = harness.state().state.model.presented.clone().unwrap();
     let large = SceneSource::Builtin { name: "terrain".to_owned(), size: Some(10_000_000) };
-    harness.state_mut().state.requests.push(Request::Open(large));
+    harness.state_mut().state.activity.requests.push(Request::Open(large));
     wait_for(&mut harness, &|app| app.state.activity.load.is_some());
     harness.run_steps(2);
     assert!(harness.query_by_label("Loading terrain 10000000").is_some(), "what runs has a bar");
@@ -377,7 +376,7 @@ fn the_paper_panel_shows_the_numbers_of_the_command_line() {
     plan_little(&mut harness);
     harness.key_press(egui::Key::F11);
     settle(&mut harness);
-    assert_eq!(harness.state().state.preferences.dock.open, Some(DockView::Paper));
+    assert_eq!(harness.state().state.preferences.dock.open.as_deref(), Some("Paper"));
     press(&mut harness, "Measure");
     let state = &harness.state().state;
     let shown = state.activity.measured[&Experiment::Tables].clone();

@@ -1,7 +1,6 @@
 //! The dock: its tabs, the outline of the tree, and findings.
 
 use bvhscope::app::commands::{Action, shared_state};
-use bvhscope::app::state::dock::DockView;
 use bvhscope::lab::population::Population;
 use egui::accesskit::Role;
 use egui::{Event, Key, Modifiers, vec2};
@@ -21,7 +20,7 @@ fn row<'a>(harness: &'a Window, start: &str) -> Option<egui_kittest::Node<'a>> {
 fn one_view_is_open_at_a_time() {
     let mut harness = app();
     press(&mut harness, Modifiers::NONE, Key::F9);
-    assert_eq!(harness.state().state.preferences.dock.open, Some(DockView::Nodes));
+    assert_eq!(harness.state().state.preferences.dock.open.as_deref(), Some("Nodes"));
     assert!(harness.query_by_label("Outline").is_some());
     harness.get_by_role_and_label(Role::Tab, "Paper").click();
     settle(&mut harness);
@@ -69,13 +68,13 @@ fn findings_are_examined_when_asked_for() {
 fn the_numbers_of_the_lessons_are_true() {
     let mut harness = app();
     let own = harness.state().state.wanted.clone();
-    for index in 0..harness.state().state.lessons.len() {
+    for index in 0..harness.state().state.layout.lessons.len() {
         Action::Lesson(index).perform(&mut harness.state_mut().state);
-        let lesson = harness.state().state.lessons[index].clone();
+        let lesson = harness.state().state.layout.lessons[index].clone();
         for (step, content) in lesson.steps.iter().enumerate() {
             settle(&mut harness);
             settle(&mut harness);
-            let reading = harness.state().state.lesson.as_ref().unwrap();
+            let reading = harness.state().state.layout.lesson.as_ref().unwrap();
             let place = format!("{}, step {}: {}", lesson.title, step + 1, reading.caption());
             assert_eq!(reading.step, step);
             let (Some(now), before) = reading.numbers() else { panic!("{place}: nothing was measured") };
@@ -87,7 +86,7 @@ fn the_numbers_of_the_lessons_are_true() {
             Action::LessonNext.perform(&mut harness.state_mut().state);
         }
         settle(&mut harness);
-        assert!(harness.state().state.lesson.is_none());
+        assert!(harness.state().state.layout.lesson.is_none());
         assert_eq!(harness.state().state.wanted, own, "the reader's own settings come back");
     }
 }
@@ -103,7 +102,7 @@ fn a_copied_state_shows_the_same_in_another_window() {
     let state = &mut harness.state_mut().state;
     state.select_node(first);
     state.selection.nodes.hidden.insert(second);
-    state.preferences.dock.open = Some(DockView::Nodes);
+    state.preferences.dock.show("Nodes");
     let viewport_px = state.layout.viewport_px;
     state.take_ray(viewport_px.map(|side| side / 2));
     (state.lab.population, state.lab.merges.left) = (Population::Bounce, Some(12));
@@ -116,7 +115,7 @@ fn a_copied_state_shows_the_same_in_another_window() {
     settle(&mut other);
     let state = &other.state().state;
     assert_eq!(state.wanted, wanted);
-    assert_eq!(state.preferences.dock.open, Some(DockView::Nodes));
+    assert_eq!(state.preferences.dock.open.as_deref(), Some("Nodes"));
     assert_eq!(state.lab.shared(), lab, "the ray, the merge and the kind of rays");
     assert!(lab.ray.is_some());
     assert_eq!((state.selection.nodes.selected, state.selection.nodes.hidden.contains(&second)), (Some(first), true));

@@ -23,11 +23,11 @@ fn typed(text: &str) -> Harness<'static, AppState> {
     h.get_by_label("Path").type_text(text);
     h.run_steps(3);
     let folder = h.state().layout.path_field.requested.clone().unwrap();
-    assert!(h.state().requests.contains(&Request::ListFolder(folder.clone())));
+    assert!(h.state().activity.requests.contains(&Request::ListFolder(folder.clone())));
     let entry = |name: &str, is_folder| FolderEntry { name: name.to_owned(), is_folder };
     let entries = vec![entry("box", true), entry("bunny.obj", false), entry("bunny.ply", false)];
     h.state_mut().layout.path_field.listing = Some(Listing { folder, entries });
-    h.state_mut().requests.clear();
+    h.state_mut().activity.requests.clear();
     h.run_steps(2);
     h
 }
@@ -49,7 +49,7 @@ fn a_typed_path_is_completed_and_opened() {
     h.run_steps(3);
     h.key_press(Key::Enter);
     h.run_steps(3);
-    assert_eq!(h.state().requests, opened("/data/bunny.ply"));
+    assert_eq!(h.state().activity.requests, opened("/data/bunny.ply"));
     assert!(!h.state().layout.start_page_open);
 }
 
@@ -62,7 +62,7 @@ fn arrow_keys_and_clicks_choose_what_is_offered() {
     h.run_steps(2);
     h.key_press(Key::Enter);
     h.run_steps(3);
-    assert_eq!(h.state().requests, opened("/data/bunny.obj"));
+    assert_eq!(h.state().activity.requests, opened("/data/bunny.obj"));
     let mut h = typed("/data/b");
     press(&mut h, "box/");
     assert_eq!(h.state().layout.path_field.text, "/data/box/", "a folder is entered");
@@ -73,7 +73,7 @@ fn arrow_keys_and_clicks_choose_what_is_offered() {
 fn copying_without_a_clipboard_says_so() {
     for (fault, severity) in [(None, Severity::Info), (Some("no display".to_owned()), Severity::Warning)] {
         let mut s = state(Shading::Lit);
-        s.clipboard_fault = fault.clone();
+        s.layout.clipboard_fault = fault.clone();
         let mut h = harness(s);
         h.key_press_modifiers(egui::Modifiers::COMMAND, Key::I);
         h.run_steps(2);

@@ -77,7 +77,7 @@ fn the_tour_waits_until_an_error_was_read() {
 fn the_start_page_shows_recent_models_before_the_built_in_ones() {
     let mut s = state(Shading::Lit);
     s.preferences.recent = vec!["/models/conference.obj".into()];
-    s.thumbnails.insert(
+    s.layout.thumbnails.insert(
         SceneSource::File("/models/conference.obj".into()),
         Thumbnail { rgba: vec![[200, 90, 10, 255]; (THUMBNAIL_SIZE[0] * THUMBNAIL_SIZE[1]) as usize] },
     );
@@ -86,7 +86,7 @@ fn the_start_page_shows_recent_models_before_the_built_in_ones() {
     let (recent, builtin) = (h.get_by_label("conference.obj").rect(), h.get_by_label("Utah teapot").rect());
     assert!(recent.top() < builtin.top() && recent.size() == builtin.size());
     press(&mut h, "conference.obj");
-    assert_eq!(h.state().requests, [Request::Open(SceneSource::File("/models/conference.obj".into()))]);
+    assert_eq!(h.state().activity.requests, [Request::Open(SceneSource::File("/models/conference.obj".into()))]);
 }
 
 #[test]
@@ -126,11 +126,11 @@ fn help_filters_both_pages() {
 #[test]
 fn the_dialog_about_the_program_copies_what_it_shows() {
     let mut s = state(Shading::Lit);
-    (s.graphics.adapter_name, s.graphics.backend) = ("llvmpipe".to_owned(), "Vulkan".to_owned());
+    (s.layout.graphics.adapter_name, s.layout.graphics.backend) = ("llvmpipe".to_owned(), "Vulkan".to_owned());
     s.layout.about_open = true;
     let mut h = harness(s);
     press(&mut h, "Copy");
-    let [Request::Copy(text)] = &h.state().requests[..] else { panic!("{:?}", h.state().requests) };
+    let [Request::Copy(text)] = &h.state().activity.requests[..] else { panic!("{:?}", h.state().activity.requests) };
     for part in
         [env!("CARGO_PKG_VERSION"), "llvmpipe, Vulkan", "SIMD level: ", "Threads: ", "Memory: ", "MIT or Apache"]
     {

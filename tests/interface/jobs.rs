@@ -94,7 +94,7 @@ fn the_newest_of_several_models_is_shown_whole() {
     settle(&mut harness);
     let newest = SceneSource::Builtin { name: "cornell".to_owned(), size: None };
     for source in [builtin("terrain", 900_000), builtin("slivers", 300_000), newest.clone()] {
-        harness.state_mut().state.requests.push(Request::Open(source));
+        harness.state_mut().state.activity.requests.push(Request::Open(source));
         harness.run_steps(2);
     }
     settle(&mut harness);

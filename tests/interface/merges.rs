@@ -5,7 +5,6 @@ use std::sync::Arc;
 
 use bvhscope::app::commands::Action;
 use bvhscope::app::state::Standing;
-use bvhscope::app::state::dock::DockView;
 use bvhscope::app::state::lab::merges::{CutKind, MergePage, MergeStudy};
 use bvhscope::render::Shading;
 use bvhscope_engine::Preset;
@@ -22,7 +21,7 @@ use crate::harness::{Window, app, copied, drag, presented, press, settle, two};
 fn open() -> Window {
     let mut harness = app();
     press(&mut harness, Modifiers::NONE, Key::F6);
-    assert_eq!(harness.state().state.preferences.dock.open, Some(DockView::Merges));
+    assert_eq!(harness.state().state.preferences.dock.open.as_deref(), Some("Merges"));
     harness
 }
 
@@ -36,7 +35,7 @@ fn step(harness: &Window) -> Option<u32> {
 }
 
 fn standing(harness: &Window) -> Arc<Standing> {
-    harness.state().state.graphics.standing.clone().expect("clusters are drawn")
+    harness.state().state.layout.graphics.standing.clone().expect("clusters are drawn")
 }
 
 fn steps(harness: &Window) -> u32 {
@@ -48,7 +47,7 @@ fn keys_walk_through_the_merges_and_the_overlay_follows() {
     let mut harness = open();
     let leaves = presented(&harness).accel.report.stats.leaves as u32;
     assert_eq!(steps(&harness) + 1, leaves);
-    assert!(harness.state().state.graphics.standing.is_none(), "depths are drawn until a step is chosen");
+    assert!(harness.state().state.layout.graphics.standing.is_none(), "depths are drawn until a step is chosen");
     harness.get_by_label("Merge").focus();
     settle(&mut harness);
     press(&mut harness, Modifiers::NONE, Key::ArrowRight);
@@ -58,7 +57,7 @@ fn keys_walk_through_the_merges_and_the_overlay_follows() {
     let made = clusters.made.expect("something was merged");
     let [first, second] = two(presented(&harness).table.children(made));
     assert!(clusters.stands(made) && !clusters.stands(first) && !clusters.stands(second));
-    assert_eq!(harness.state().state.graphics.overlay_counts.1, clusters.all);
+    assert_eq!(harness.state().state.layout.graphics.overlay_counts.1, clusters.all);
     assert!(harness.query_by_label_contains("Merge 1 of").is_some(), "the line below says it");
 
     press(&mut harness, Modifiers::NONE, Key::End);
@@ -70,8 +69,8 @@ fn keys_walk_through_the_merges_and_the_overlay_follows() {
 
     harness.get_by_label("Clear").click();
     settle(&mut harness);
-    assert!(harness.state().state.graphics.standing.is_none(), "the depths are drawn again");
-    Action::ToggleDock(DockView::Merges).perform(&mut harness.state_mut().state);
+    assert!(harness.state().state.layout.graphics.standing.is_none(), "the depths are drawn again");
+    Action::ToggleDock("Merges").perform(&mut harness.state_mut().state);
     settle(&mut harness);
     assert!(harness.query_by_label("Merge").is_none());
 }

@@ -1,16 +1,15 @@
 //! The views of nodes in the dock: the list of worst nodes and the icicle.
 
 use crate::harness::{Window, app, camera, double_click, presented, press, settle};
-use bvhscope::app::state::dock::DockView;
 use bvhscope::lab::icicle::IcicleWidth;
 use bvhscope::lab::node_values::NodeMetric;
 use egui::accesskit::Role;
 use egui::{Key, Modifiers, pos2};
 use egui_kittest::kittest::{NodeT as _, Queryable as _};
 
-fn open(view: DockView) -> Window {
+fn open(view: &str) -> Window {
     let mut harness = app();
-    harness.state_mut().state.preferences.dock.open = Some(view);
+    harness.state_mut().state.preferences.dock.show(view);
     settle(&mut harness);
     harness
 }
@@ -41,7 +40,7 @@ fn row<'a>(harness: &'a Window, node: u32) -> egui_kittest::Node<'a> {
 
 #[test]
 fn the_worst_nodes_are_sorted_selected_and_stepped_through() {
-    let mut harness = open(DockView::Nodes);
+    let mut harness = open("Nodes");
     let table = presented(&harness).table;
     let by_cost = ranked(&harness);
     assert!(by_cost.is_sorted_by(|&a, &b| table.sah_share(a) >= table.sah_share(b)));
@@ -80,7 +79,7 @@ fn the_worst_nodes_are_sorted_selected_and_stepped_through() {
 
 #[test]
 fn a_node_under_the_pointer_lights_up_everywhere_and_no_longer() {
-    let mut harness = open(DockView::Nodes);
+    let mut harness = open("Nodes");
     let node = ranked(&harness)[2];
     let at = row(&harness, node).rect().center();
     harness.hover_at(at);
@@ -94,7 +93,7 @@ fn a_node_under_the_pointer_lights_up_everywhere_and_no_longer() {
 
 #[test]
 fn the_icicle_lights_up_selects_zooms_and_is_walked_by_keys() {
-    let mut harness = open(DockView::Icicle);
+    let mut harness = open("Icicle");
     let accel = presented(&harness).accel;
     let table = presented(&harness).table;
     let layout = harness.state().state.lab.icicle.last_layout(&accel).expect("laid out").clone();
@@ -137,7 +136,7 @@ fn a_closed_view_derives_nothing_and_an_open_one_what_it_shows() {
         ]
     };
     assert_eq!(known(&harness), [false; 3]);
-    harness.state_mut().state.preferences.dock.open = Some(DockView::Icicle);
+    harness.state_mut().state.preferences.dock.show("Icicle");
     settle(&mut harness);
     assert_eq!(known(&harness), [false, false, true], "shares of cost need no rays");
     harness.state_mut().state.lab.icicle.width = IcicleWidth::Visits;

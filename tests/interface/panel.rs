@@ -7,7 +7,6 @@ use std::sync::Arc;
 
 use bvhscope::accel::Accel;
 use bvhscope::app::panels;
-use bvhscope::app::state::dock::DockView;
 use bvhscope::app::state::paper::{Experiment, PaperResult};
 use bvhscope::app::state::{AppState, Preferences, Presented, Wanted};
 use bvhscope::camera::Camera;
@@ -76,7 +75,7 @@ pub fn present(state: &mut AppState, scene: &Arc<Scene>) {
     state.model.loaded = Some(Arc::clone(scene));
     state.layout.viewport_px = [800, 500];
     let shown = table.shown(&state.wanted.overlay, &state.selection.nodes, None);
-    state.graphics.shown = Some(Arc::new(shown));
+    state.layout.graphics.shown = Some(Arc::new(shown));
     state.activity.mrays_per_s = 24.1;
 }
 
@@ -119,6 +118,6 @@ pub fn with_rows(state: &mut AppState, experiment: Experiment) {
     let mut rows = Vec::new();
     let job = plan.job(&state.wanted);
     job.run(&subject, (0, 1), &view, &CancelToken::new(), &mut |row| rows.push(row)).unwrap();
-    state.preferences.dock.open = Some(DockView::Paper);
+    state.preferences.dock.show("Paper");
     state.activity.measured.insert(experiment, PaperResult::new(experiment, scene, rows, true));
 }

@@ -206,8 +206,8 @@ fn the_job_strip_counts_the_passes_that_a_mode_takes() {
 fn software_rendering_is_reported_once() {
     for (software, times) in [(true, 1), (false, 0)] {
         let mut state = state(Shading::Lit);
-        state.graphics.adapter_name = "llvmpipe".to_owned();
-        state.graphics.is_software = software;
+        state.layout.graphics.adapter_name = "llvmpipe".to_owned();
+        state.layout.graphics.is_software = software;
         let harness = harness(state);
         assert_eq!(harness.query_all_by_label_contains("software rendering").count(), times);
     }
@@ -355,7 +355,7 @@ fn messages_can_be_read_again() {
     h.run_steps(3);
     assert!(h.query_by_label("broken.obj:12: not a face").is_some());
     press(&mut h, "Copy all");
-    assert_eq!(h.state().requests, [Request::Copy("Error: broken.obj:12: not a face".to_owned())]);
+    assert_eq!(h.state().activity.requests, [Request::Copy("Error: broken.obj:12: not a face".to_owned())]);
     h.key_press(Key::Escape);
     h.run_steps(3);
     assert!(!h.state().layout.messages_open);
@@ -377,7 +377,7 @@ fn messages_are_copied_and_closed_by_name() {
     s.messages.notify(Severity::Error, "broken.obj:12: not a face");
     let mut h = harness(s);
     press(&mut h, "Copy message");
-    assert_eq!(h.state().requests, [Request::Copy("broken.obj:12: not a face".to_owned())]);
+    assert_eq!(h.state().activity.requests, [Request::Copy("broken.obj:12: not a face".to_owned())]);
     press(&mut h, "Close message");
     assert!(h.state().messages.open.is_empty());
 }

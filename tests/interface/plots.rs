@@ -2,7 +2,6 @@
 
 use crate::harness::{Window, app, copied, double_click, presented, press, settle};
 use crate::panel;
-use bvhscope::app::state::dock::DockView;
 use bvhscope::app::state::lab::{PlotKind, TreeQuality, TreeSet};
 use bvhscope::app::state::paper::Experiment;
 use bvhscope::app::state::{AppState, Request};
@@ -52,7 +51,7 @@ fn its_key_opens_and_closes_it_and_only_an_open_one_measures() {
     assert!(harness.state().state.lab.visits.of_tree(&accel).is_none());
     press(&mut harness, Modifiers::NONE, Key::F10);
     settle(&mut harness);
-    assert_eq!(harness.state().state.preferences.dock.open, Some(DockView::Plots));
+    assert_eq!(harness.state().state.preferences.dock.open.as_deref(), Some("Plots"));
     assert!(scatter(&harness).shown > 50);
     assert!(harness.query_by_label_contains("rays enter the root").is_some(), "the counts are on the screen");
     press(&mut harness, Modifiers::NONE, Key::F10);
@@ -202,7 +201,7 @@ fn builders_that_were_measured_are_plotted_with_their_front() {
     assert!(harness.query_by_label_contains("were not measured yet").is_some());
     harness.get_by_label("Measure builders").click();
     settle(&mut harness);
-    assert_eq!(harness.state().state.preferences.dock.open, Some(DockView::Plots), "the view stays");
+    assert_eq!(harness.state().state.preferences.dock.open.as_deref(), Some("Plots"), "the view stays");
     let all = trees(&harness).len();
     let rows = harness.state().state.activity.measured[&Experiment::Builders].rows.len();
     assert!(all > 10 && all == rows, "{all} of {rows}");
@@ -220,12 +219,12 @@ fn builders_that_were_measured_are_plotted_with_their_front() {
 fn what_is_plotted_is_saved_as_a_picture() {
     let mut state = panel::state(Shading::Lit);
     panel::with_rows(&mut state, Experiment::Builders);
-    state.preferences.dock.open = Some(DockView::Plots);
+    state.preferences.dock.show("Plots");
     let plots = &mut state.lab.plots;
     (plots.kind, plots.set) = (PlotKind::Prediction, TreeSet::Measured(Experiment::Builders));
     let mut harness = panel::sized(state, 1280.0, 900.0, 1.0);
     panel::press(&mut harness, "PNG");
-    let requests = &harness.state().requests;
+    let requests = &harness.state().activity.requests;
     let Some(Request::SavePlots(stem, plots)) = requests.iter().find(|r| matches!(r, Request::SavePlots(..))) else {
         panic!("{requests:?}")
     };

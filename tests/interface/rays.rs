@@ -1,6 +1,5 @@
 //! The view "Ray" in the whole app: a ray is picked or typed, stepped through, and survives what happens to the tree.
 
-use bvhscope::app::state::dock::DockView;
 use bvhscope::lab::ray::{RayMethod, RayRecord, Step};
 use bvhscope::render::{RayKind, RayStart};
 use bvhscope_engine::tree::traverse::{RayEvent, TestCounts, Traversal};
@@ -14,7 +13,7 @@ use crate::harness::{Window, app, drag, presented, press, settle, viewport};
 fn app_with_ray() -> Window {
     let mut harness = app();
     press(&mut harness, Modifiers::NONE, Key::F8);
-    assert_eq!(harness.state().state.preferences.dock.open, Some(DockView::Ray));
+    assert_eq!(harness.state().state.preferences.dock.open.as_deref(), Some("Ray"));
     let middle = viewport(&harness).center();
     drag(&mut harness, PointerButton::Primary, middle, &[]);
     harness

@@ -2,9 +2,10 @@
 
 use std::sync::Arc;
 
+use bvhscope::app::commands::shared_state;
 use bvhscope::app::state::SharedState;
-use bvhscope::app::state::dock::DockView;
 use bvhscope::app::state::lab::merges::CutKind;
+use bvhscope::app::state::paper::Experiment;
 use bvhscope::visibility::TriangleSet;
 use bvhscope_engine::construction::Cut;
 use egui::{Event, Key, Modifiers};
@@ -35,6 +36,24 @@ fn pasted(line: &str) -> Window {
 }
 
 #[test]
+fn zoom_unfolded_nodes_and_experiment_are_shown_in_the_other_window() {
+    let mut first = app();
+    let shown = presented(&first);
+    let state = &mut first.state_mut().state;
+    state.lab.icicle.zoom_in_tree(&shown.accel, 2);
+    state.lab.outline.unfold(&shown.accel, &shown.table, [0, 1, 2].into());
+    state.preferences.paper.choose(Experiment::Threads);
+    (state.preferences.paper.repeat, state.preferences.paper.side_px) = (5, 256);
+    settle(&mut first);
+    let line = line(&mut first);
+    let second = pasted(&line);
+    let state = &second.state().state;
+    assert_eq!(state.lab.icicle.top(), 2);
+    assert_eq!(shared_state(state).nodes.unfolded, [0, 1, 2].into());
+    assert_eq!(shared_state(state), shared_state(&first.state().state), "{line}");
+}
+
+#[test]
 fn triangles_that_are_shown_alone_are_so_in_the_other_window() {
     let mut first = app();
     let count = presented(&first).accel.scene.triangles.len();
@@ -61,7 +80,7 @@ fn triangles_that_are_shown_alone_are_so_in_the_other_window() {
 #[test]
 fn a_cut_is_shown_in_the_other_window() {
     let mut first = app();
-    first.state_mut().state.preferences.dock.open = Some(DockView::Merges);
+    first.state_mut().state.preferences.dock.show("Merges");
     let merges = &mut first.state_mut().state.lab.merges;
     (merges.cut_kind, merges.cut_triangles) = (CutKind::Triangles, 33);
     settle(&mut first);
@@ -70,6 +89,7 @@ fn a_cut_is_shown_in_the_other_window() {
     let second = pasted(&line);
     let state = &second.state().state;
     assert_eq!(state.lab.merges.wanted_cut(), Some(Cut::Primitives(33)));
-    let nodes = |harness: &Window| harness.state().state.graphics.standing.clone().expect("clusters").nodes.clone();
+    let nodes =
+        |harness: &Window| harness.state().state.layout.graphics.standing.clone().expect("clusters").nodes.clone();
     assert_eq!(nodes(&second), nodes(&first));
 }

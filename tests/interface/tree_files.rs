@@ -50,7 +50,7 @@ fn with_tree_file() -> (Window, TempDir, PathBuf) {
     let path = folder.path().join("mine.bvh");
     let other = lbvh(&harness);
     write(&path, &other.tree, other.scene.triangles.len(), None);
-    state(&mut harness).requests.push(Request::OpenTree(TreeSide::A, path.clone()));
+    state(&mut harness).activity.requests.push(Request::OpenTree(TreeSide::A, path.clone()));
     settle(&mut harness);
     assert_eq!(presented(&harness).accel.tree, other.tree);
     (harness, folder, path)
@@ -87,7 +87,7 @@ fn what_sticks_out_is_told_and_drawn() {
     let Aabb { min, max } = tree.nodes[0].container;
     tree.nodes[0].container = Aabb { min, max: (min + max) * 0.5 };
     write(&path, &other.tree, triangles, None);
-    state(&mut harness).requests.push(Request::OpenTree(TreeSide::A, path));
+    state(&mut harness).activity.requests.push(Request::OpenTree(TreeSide::A, path));
     settle(&mut harness);
     let shown = presented(&harness);
     assert!(shown.table.faulty().count() > 0);
@@ -104,7 +104,7 @@ fn a_file_with_its_triangles_is_model_and_tree() {
     let other = lbvh(&harness);
     let triangles = &other.scene.triangles;
     write(&path, &other.tree, triangles.len(), Some(triangles));
-    state(&mut harness).requests.push(Request::Open(SceneSource::File(path.clone())));
+    state(&mut harness).activity.requests.push(Request::Open(SceneSource::File(path.clone())));
     settle(&mut harness);
     let shown = presented(&harness).accel;
     assert_eq!((shown.scene.source.path(), &shown.tree), (Some(path.as_path()), &other.tree));
@@ -122,7 +122,7 @@ fn a_tree_alone_that_is_opened_is_one_of_the_model_on_the_screen() {
     let other = lbvh(&harness);
     write(&path, &other.tree, other.scene.triangles.len(), None);
     let source = harness.state().state.wanted.source.clone();
-    state(&mut harness).requests.push(Request::Open(SceneSource::File(path.clone())));
+    state(&mut harness).activity.requests.push(Request::Open(SceneSource::File(path.clone())));
     settle(&mut harness);
     settle(&mut harness);
     let shown = presented(&harness).accel;
@@ -140,7 +140,7 @@ fn the_second_tree_may_be_that_of_a_file() {
     let other = lbvh(&harness);
     write(&path, &other.tree, other.scene.triangles.len(), None);
     let first = presented(&harness).accel;
-    state(&mut harness).requests.push(Request::OpenTree(TreeSide::B, path.clone()));
+    state(&mut harness).activity.requests.push(Request::OpenTree(TreeSide::B, path.clone()));
     settle(&mut harness);
     let second = harness.state().state.model.second.clone().unwrap().accel;
     assert_eq!((&presented(&harness).accel.tree, &second.tree), (&first.tree, &other.tree));
@@ -239,7 +239,7 @@ fn a_wide_node_has_all_its_children_in_every_view() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("wide.bvh");
     write(&path, &wide, accel.scene.triangles.len(), None);
-    state(&mut harness).requests.push(Request::OpenTree(TreeSide::A, path));
+    state(&mut harness).activity.requests.push(Request::OpenTree(TreeSide::A, path));
     press(&mut harness, Modifiers::NONE, Key::F9);
     let table = presented(&harness).table;
     let children: Vec<u32> = table.children(0).collect();

@@ -151,7 +151,7 @@ fn numbers_of_both_trees_stand_side_by_side() {
     // The other way round as many: the same sets.
     assert_eq!(survival[0].nodes, survival[1].nodes);
 
-    let drawn = |harness: &Window| harness.state().state.graphics.shown.clone().unwrap().nodes.clone();
+    let drawn = |harness: &Window| harness.state().state.layout.graphics.shown.clone().unwrap().nodes.clone();
     let all = drawn(&harness);
     perform(&mut harness, CompareStep::OnlyCommon);
     let common: Vec<u32> = all.into_iter().filter(|&node| survival[0].survives(node)).collect();

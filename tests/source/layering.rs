@@ -83,8 +83,9 @@ const VIEWER: Plan = Plan {
         ("app::theme", &["worker", "headless", "lab"]),
         ("app::widgets", &["worker", "headless", "lab"]),
         ("app::viewport", &["worker", "headless", "lab"]),
-        ("app::commands", &["worker", "headless"]),
+        ("app::studies", &["headless"]),
         ("app::views", &["worker", "headless"]),
+        ("app::commands", &["worker", "headless"]),
         ("app::panels", &["worker", "headless"]),
         ("app::shell", &["headless"]),
         ("app", &["accel", "headless", "lab", "overlay", "render", "scene", "worker"]),
@@ -93,9 +94,6 @@ const VIEWER: Plan = Plan {
         ("bin", &["main", "app*", "accel", "headless", "lab", "overlay", "render", "scene"]),
     ],
 };
-
-/// The benchmark beside other engines: a flat list of modules, whose only rule is that there is no circle.
-const PEERS: Plan = Plan { source: "benches/peers", rooms: &[] };
 
 /// Crates that only the window and the overlay's wgpu pass know.
 const WINDOW_CRATES: &[&str] = &["egui", "eframe", "egui_wgpu", "egui_plot", "egui_extras", "wgpu", "rfd"];
@@ -363,6 +361,26 @@ fn no_arrow_of_the_viewer_runs_the_wrong_way() {
     check_rooms(&VIEWER);
 }
 
+/// The folder of a view of the dock that a module lies in.
+fn view_of(module: &[String]) -> Option<&String> {
+    const SHARED: [&str; 4] = ["axes", "controls", "node_row", "view"];
+    let inside = module.strip_prefix(&["app".to_owned(), "views".to_owned()][..])?;
+    inside.first().filter(|name| !SHARED.contains(&name.as_str()))
+}
+
+#[test]
+fn views_import_nothing_of_each_other() {
+    let arrows = arrows(&sources(&VIEWER));
+    let views: BTreeSet<&String> = arrows.keys().filter_map(|module| view_of(module)).collect();
+    assert!(views.len() >= 6, "only {views:?} were found");
+    for (module, targets) in &arrows {
+        let Some(view) = view_of(module) else { continue };
+        let others: Vec<_> =
+            targets.iter().filter(|target| view_of(target).is_some_and(|other| other != view)).collect();
+        assert!(others.is_empty(), "{} imports {others:?}", module.join("::"));
+    }
+}
+
 #[test]
 fn no_modules_of_the_engine_import_each_other_in_a_circle() {
     check_circles(&ENGINE);
@@ -371,11 +389,6 @@ fn no_modules_of_the_engine_import_each_other_in_a_circle() {
 #[test]
 fn no_modules_of_the_viewer_import_each_other_in_a_circle() {
     check_circles(&VIEWER);
-}
-
-#[test]
-fn no_modules_of_the_benchmark_import_each_other_in_a_circle() {
-    check_circles(&PEERS);
 }
 
 #[test]

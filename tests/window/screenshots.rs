@@ -3,7 +3,6 @@
 
 use std::path::{Path, PathBuf};
 
-use bvhscope::app::state::dock::DockView;
 use bvhscope::app::state::{CompareView, Preferences, SecondTree, SharedLab, SharedState, Theme, Wanted};
 use bvhscope::lab::ray::RayMethod;
 use bvhscope::render::{HeatKind, RayKind, Shading};
@@ -153,18 +152,18 @@ fn tour() -> Vec<(&'static str, SharedState)> {
         let wanted = Wanted::new(SceneSource::parse("builtin:teapot".as_ref()).unwrap());
         SharedState { wanted, ..SharedState::default() }
     };
-    let dock = |view: DockView| SharedState { dock: Some(view), ..plain() };
+    let dock = |view: &str| SharedState { dock: Some(view.to_owned()), ..plain() };
     let shaded = |shading: Shading| {
         let mut state = SharedState { show_containers: false, ..plain() };
         state.wanted.render.shading = shading;
         state
     };
-    let mut merges = dock(DockView::Merges);
+    let mut merges = dock("Merges");
     merges.lab.clusters_left = Some(60);
-    let mut cut = dock(DockView::Merges);
+    let mut cut = dock("Merges");
     cut.wanted.render.shading = Shading::Clusters;
     cut.lab.cut = Some(Cut::Primitives(200));
-    let mut ray = dock(DockView::Ray);
+    let mut ray = dock("Ray");
     let start = serde_json::json!({ "ray": { "origin": [-6.0, 3.4, 3.0], "direction": [1.0, -0.27, -0.42] } });
     let method = RayMethod::Binary(Traversal::Ordered);
     let shared = serde_json::json!({ "start": start, "kind": RayKind::Primary, "method": method, "step": 40 });
@@ -179,10 +178,10 @@ fn tour() -> Vec<(&'static str, SharedState)> {
     vec![
         ("merges", merges),
         ("cut", cut),
-        ("icicle", dock(DockView::Icicle)),
+        ("icicle", dock("Icicle")),
         ("ray", ray),
-        ("nodes", dock(DockView::Nodes)),
-        ("plots", dock(DockView::Plots)),
+        ("nodes", dock("Nodes")),
+        ("plots", dock("Plots")),
         ("whole-ray", shaded(Shading::Heat(HeatKind::WholeRay))),
         ("split", split),
         ("difference", difference),

@@ -16,7 +16,7 @@ use crate::aac::build_cache::BuildCache;
 use crate::aac::build_tree::{Forest, TreeBuilder};
 use crate::aac::cluster_container::ClusterContainer;
 use crate::aac::combine::combine_clusters;
-use crate::aac::combine_long::CombineBuffers;
+use crate::aac::combine_long::Scratch;
 use crate::aac::leaf_order::order_leaves;
 use crate::aac::recursion::{Recursion, recursion_of};
 use crate::aac::reduction::Reduction;
@@ -101,7 +101,7 @@ fn cluster<C: ClusterContainer>(
 
     // return combine_clusters(C, 1)
     dispatch!(level, simd => {
-        combine_clusters(simd, &mut clusters, &mut CombineBuffers::default(), 0, 1, &mut last_pairs, token)
+        combine_clusters(simd, &mut clusters, &mut Scratch::default(), 0, 1, &mut last_pairs, token)
     })?;
     *root = clusters.items[0].node();
     times.stages.push(("tree", start.elapsed()));

@@ -1,4 +1,4 @@
-//! Values kept from one build for the next of the same triangles: while a slider is dragged, primitives are sorted once and the
+//! What a build leaves for the next build of the same triangles: while a slider is dragged, primitives are sorted once and the
 //! nodes of discarded trees are overwritten instead of allocated anew.
 
 use std::any::Any;

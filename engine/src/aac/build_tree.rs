@@ -24,7 +24,7 @@ use fearless_simd::{Level, Simd, dispatch};
 use crate::aac::cluster::{Cluster, ClusterStack};
 use crate::aac::cluster_container::ClusterContainer;
 use crate::aac::combine::combine_clusters;
-use crate::aac::combine_long::CombineBuffers;
+use crate::aac::combine_long::Scratch;
 use crate::aac::leaf_order::TaskNodes;
 use crate::aac::pair_writer::PairWriter;
 use crate::aac::reduction::Reduction;
@@ -46,7 +46,7 @@ pub struct TreeBuilder<'a, C: ClusterContainer> {
     finished: AtomicUsize,
 }
 
-/// Result of `build_tree`: the clusters that are left of a range, and the nodes below them.
+/// What `build_tree` returns: the clusters that are left of a range, and the nodes below them.
 pub struct Forest<'a, C> {
     pub clusters: ClusterStack,
     pub tasks: Vec<TaskNodes<'a, C>>,
@@ -88,7 +88,7 @@ impl<'a, C: ClusterContainer> TreeBuilder<'a, C> {
         // return combine_clusters(C, f(|P|))
         let target = plan.reduced_count;
         dispatch!(self.level, simd => {
-            combine_clusters(simd, &mut clusters, &mut CombineBuffers::default(), 0, target, &mut pairs, token)
+            combine_clusters(simd, &mut clusters, &mut Scratch::default(), 0, target, &mut pairs, token)
         })?;
         Ok(Forest { clusters, tasks })
     }
@@ -140,7 +140,7 @@ fn build_tree_in_task<C: ClusterContainer, S: Simd>(
     token: &CancelToken,
 ) -> Result<ClusterStack, Cancelled> {
     let mut stack = ClusterStack::with_capacity(LOADED);
-    let mut scratch = CombineBuffers::default();
+    let mut scratch = Scratch::default();
     let mut loaded = ClusterStack::with_capacity(LOADED);
     let mut loaded_range = 0..0;
     let mut prefetched_to = 0;

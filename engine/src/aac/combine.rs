@@ -22,7 +22,7 @@ use fearless_simd::{Simd, f32x8, f32x16};
 
 use crate::aac::cluster::ClusterStack;
 use crate::aac::cluster_container::ClusterContainer;
-use crate::aac::combine_long::{CombineBuffers, combine_long};
+use crate::aac::combine_long::{Scratch, combine_long};
 use crate::aac::combine_short::combine_short;
 use crate::aac::pair_writer::PairWriter;
 use crate::cancel::{CancelToken, Cancelled};
@@ -33,7 +33,7 @@ use crate::cancel::{CancelToken, Cancelled};
 pub fn combine_clusters<C: ClusterContainer, S: Simd>(
     simd: S,
     list: &mut ClusterStack,
-    scratch: &mut CombineBuffers,
+    scratch: &mut Scratch,
     base: usize,
     target: usize,
     pairs: &mut PairWriter<C>,
@@ -97,7 +97,7 @@ mod tests {
         let mut nodes: Vec<Node<C>> = bytemuck::zeroed_vec(2 * (count - target));
         let mut list = clusters::<C>(count, seed);
         let (mut pairs, mut scratch, token) =
-            (PairWriter::new(&mut nodes, 100), CombineBuffers::default(), CancelToken::new());
+            (PairWriter::new(&mut nodes, 100), Scratch::default(), CancelToken::new());
         let result = dispatch!(level.level(), simd => {
             if long {
                 combine_long(simd, &mut list, &mut scratch, 0, target, &mut pairs, &token)
@@ -124,7 +124,7 @@ mod tests {
         nodes
     }
 
-    /// Merging as in the paper, without SIMD.
+    /// Merging as the paper says it, without the code that does it in lanes.
     trait Plain: ClusterContainer {
         fn distance(&self, other: &Self) -> f32;
         fn around(&self, other: &Self) -> Self;

@@ -33,7 +33,7 @@ const MAX_TIE_SEARCHES: usize = 32;
 
 /// Working memory of [`combine_long`], reused from list to list.
 #[derive(Debug, Default)]
-pub struct CombineBuffers {
+pub struct Scratch {
     rows: Vec<Row>,
     /// Indices of the clusters with the smallest bound.
     tied: Vec<usize>,
@@ -45,7 +45,7 @@ pub struct CombineBuffers {
 pub fn combine_long<C: ClusterContainer, S: Simd>(
     simd: S,
     list: &mut ClusterStack,
-    scratch: &mut CombineBuffers,
+    scratch: &mut Scratch,
     base: usize,
     target: usize,
     pairs: &mut PairWriter<C>,
@@ -55,7 +55,7 @@ pub fn combine_long<C: ClusterContainer, S: Simd>(
         #[inline(always)]
         || {
             let len = list.len - base;
-            let CombineBuffers { rows, tied } = scratch;
+            let Scratch { rows, tied } = scratch;
             rows.clear();
             rows.extend((base..list.len).step_by(WIDTH).map(|at| Row::new::<C>(list, at, list.len)));
             let items = &mut list.items[base..base + len];

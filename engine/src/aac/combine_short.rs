@@ -21,8 +21,6 @@ struct Matrix<const N: usize>([[f32; N]; N]);
 
 /// Merges the closest pair of the clusters from `base` on until `target` are left. There must be more than `target` and at most
 /// `N` clusters, the lanes of `W` vectors.
-///
-/// Longer than other functions, because the figure of the paper stays in one piece here, with its lines as comments.
 #[inline(always)]
 pub fn combine_short<C: ClusterContainer, S: Simd, V: Lanes<S>, const W: usize, const N: usize>(
     simd: S,
@@ -42,14 +40,36 @@ pub fn combine_short<C: ClusterContainer, S: Simd, V: Lanes<S>, const W: usize, 
     let mut occupied = (1_u64 << len) - 1;
     // for each c in C: its distances to all others, and the minimum of each column
     let mut matrix = Matrix([[f32::INFINITY; N]; N]);
-    let mut nearest = matrix.fill::<C, S, V, W>(simd, items, &fields, len);
+    let mut nearest = [infinity; W];
+    for at in 0..len {
+        let own = splat_fields::<C, S, V>(simd, &items[at % N].fields);
+        let none = lanes::<S, V, W>(simd, !occupied | 1 << at);
+        for w in 0..W {
+            let distances = none[w].select(infinity, C::merge_distances(&own, &fields[w]));
+            distances.store_slice(&mut matrix.0[at % N][w * V::LEN..(w + 1) * V::LEN]);
+            nearest[w] = nearest[w].min(distances);
+        }
+    }
     // Distances of the latest union, which is at `low`; not included in `nearest`.
     let mut union_distances = [infinity; W];
     let mut low = 0;
     loop {
         // (left, right) = the pair with the smallest distance: among the other clusters, or with the latest union
+        let mut smallest = nearest[0].min(union_distances[0]);
+        for w in 1..W {
+            smallest = smallest.min(nearest[w]).min(union_distances[w]);
+        }
+        let smallest = V::splat(simd, smallest.reduce_min());
+        let others = bits_of::<S, V, W>(&nearest, smallest);
+        let with_union = bits_of::<S, V, W>(&union_distances, smallest);
+        let candidates = others | with_union | u32::from(with_union != 0) << low;
         let high;
-        (low, high) = matrix.closest_pair::<S, V, W>(simd, &nearest, &union_distances, low, occupied as u32, items);
+        if candidates.count_ones() == 2 {
+            low = candidates.trailing_zeros() as usize % N;
+            high = candidates.ilog2() as usize % N;
+        } else {
+            (low, high) = matrix.break_tie::<S, V, W>(simd, smallest, candidates & occupied as u32, items);
+        }
 
         // C = C − {left, right} + the cluster of both, in the place of the first
         let pair = [items[low], items[high]];
@@ -74,9 +94,19 @@ pub fn combine_short<C: ClusterContainer, S: Simd, V: Lanes<S>, const W: usize, 
         }
         matrix.0[low] = [f32::INFINITY; N];
         matrix.0[high] = [f32::INFINITY; N];
-        let minima = matrix.minima::<S, V, W>(simd, quads);
+        // Four independent minima, to break the dependency chain.
+        let mut minima = [[infinity; W]; 4];
+        for rows in matrix.0.as_chunks::<4>().0.iter().take(quads) {
+            for at in 0..4 {
+                let row = row_of::<S, V, W, N>(simd, &rows[at]);
+                for w in 0..W {
+                    minima[at][w] = minima[at][w].min(row[w]);
+                }
+            }
+        }
         for w in 0..W {
-            nearest[w] = none[w].select(infinity, minima[w]);
+            let minimum = minima[0][w].min(minima[1][w]).min(minima[2][w].min(minima[3][w]));
+            nearest[w] = none[w].select(infinity, minimum);
             union_distances[w].store_slice(&mut matrix.0[low][w * V::LEN..(w + 1) * V::LEN]);
         }
         // Scalar stores: for whole rows with one lane selected the compiler emits masked stores, which are slow on AMD under AVX2.
@@ -92,12 +122,7 @@ pub fn combine_short<C: ClusterContainer, S: Simd, V: Lanes<S>, const W: usize, 
         }
     }
     list.len = base + len;
-    close_gaps::<C>(list, base, occupied, len);
-}
-
-/// Moves the last clusters from `base` on to empty places, of which `occupied` has no bit, so that the first `len` places are full.
-#[inline(always)]
-fn close_gaps<C: ClusterContainer>(list: &mut ClusterStack, base: usize, mut occupied: u64, len: usize) {
+    // Move the last clusters to the empty places.
     let mut behind = occupied & (u64::MAX << len);
     while behind != 0 {
         let (from, to) = (behind.ilog2() as usize, occupied.trailing_ones() as usize);
@@ -108,73 +133,6 @@ fn close_gaps<C: ClusterContainer>(list: &mut ClusterStack, base: usize, mut occ
 }
 
 impl<const N: usize> Matrix<N> {
-    /// Fills in the distances of the first `len` of `items`, whose containers are `fields`. Returns the minimum of each column.
-    #[inline(always)]
-    fn fill<C: ClusterContainer, S: Simd, V: Lanes<S>, const W: usize>(
-        &mut self,
-        simd: S,
-        items: &[Cluster; N],
-        fields: &[[V; FIELDS]; W],
-        len: usize,
-    ) -> [V; W] {
-        let infinity = V::splat(simd, f32::INFINITY);
-        let empty = u64::MAX << len;
-        let mut nearest = [infinity; W];
-        for at in 0..len {
-            let own = splat_fields::<C, S, V>(simd, &items[at % N].fields);
-            let none = lanes::<S, V, W>(simd, empty | 1 << at);
-            for w in 0..W {
-                let distances = none[w].select(infinity, C::merge_distances(&own, &fields[w]));
-                distances.store_slice(&mut self.0[at % N][w * V::LEN..(w + 1) * V::LEN]);
-                nearest[w] = nearest[w].min(distances);
-            }
-        }
-        nearest
-    }
-
-    /// The places of the pair with the smallest distance: of the columns' minima `nearest`, or of the cluster at `low`, whose
-    /// `union_distances` they do not include.
-    #[inline(always)]
-    fn closest_pair<S: Simd, V: Lanes<S>, const W: usize>(
-        &self,
-        simd: S,
-        nearest: &[V; W],
-        union_distances: &[V; W],
-        low: usize,
-        occupied: u32,
-        items: &[Cluster; N],
-    ) -> (usize, usize) {
-        let mut smallest = nearest[0].min(union_distances[0]);
-        for w in 1..W {
-            smallest = smallest.min(nearest[w]).min(union_distances[w]);
-        }
-        let smallest = V::splat(simd, smallest.reduce_min());
-        let others = bits_of::<S, V, W>(nearest, smallest);
-        let with_union = bits_of::<S, V, W>(union_distances, smallest);
-        let candidates = others | with_union | u32::from(with_union != 0) << low;
-        if candidates.count_ones() == 2 {
-            (candidates.trailing_zeros() as usize % N, candidates.ilog2() as usize % N)
-        } else {
-            self.break_tie::<S, V, W>(simd, smallest, candidates & occupied, items)
-        }
-    }
-
-    /// The minimum of each column in the first `quads` × 4 rows.
-    #[inline(always)]
-    fn minima<S: Simd, V: Lanes<S>, const W: usize>(&self, simd: S, quads: usize) -> [V; W] {
-        // Four independent minima, to break the dependency chain.
-        let mut minima = [[V::splat(simd, f32::INFINITY); W]; 4];
-        for rows in self.0.as_chunks::<4>().0.iter().take(quads) {
-            for at in 0..4 {
-                let row = row_of::<S, V, W, N>(simd, &rows[at]);
-                for w in 0..W {
-                    minima[at][w] = minima[at][w].min(row[w]);
-                }
-            }
-        }
-        std::array::from_fn(|w| minima[0][w].min(minima[1][w]).min(minima[2][w].min(minima[3][w])))
-    }
-
     /// Of the pairs whose distance is `smallest`, all among the `candidates`, the one with the fewest primitives, then with the
     /// lowest places.
     #[inline(always)]

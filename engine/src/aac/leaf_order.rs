@@ -44,7 +44,34 @@ pub fn order_leaves<C: Container>(
     let roots: Vec<u32> = tasks.iter().flat_map(|task| &task.roots).copied().collect();
     let mut root_leaves: Vec<RootLeaves> = roots.iter().map(|_| RootLeaves::default()).collect();
 
-    let max_depth = order_top(top, &roots, &mut root_leaves, &mut primitive_indices, sums.as_deref_mut());
+    // The nodes above the tasks, from left to right.
+    let (mut max_depth, mut first_leaf, mut remaining) = (0, 0, &mut primitive_indices[..]);
+    let top_len = top.len();
+    let mut stack = vec![(0, 0)];
+    while let Some((index, depth)) = stack.pop() {
+        let node = &mut top[index];
+        max_depth = max_depth.max(depth);
+        if let Some(sums) = &mut sums {
+            sums.add_nodes(std::slice::from_ref(node), depth);
+        }
+        if node.count > 1 && (node.first as usize) < top_len {
+            let first = node.first as usize;
+            node.count = 0;
+            stack.extend([(first + 1, depth + 1), (first, depth + 1)]);
+            continue;
+        }
+        let primitives;
+        (primitives, remaining) = remaining.split_at_mut(node.count as usize);
+        let leaf = first_leaf;
+        first_leaf += node.count;
+        if node.count == 1 {
+            primitives[0] = std::mem::replace(&mut node.first, leaf);
+        } else {
+            let root = node.first as usize - top_len;
+            (node.first, node.count) = (roots[root], 0);
+            root_leaves[root] = RootLeaves { depth, first_leaf: leaf, primitives };
+        }
+    }
 
     // The nodes of the tasks, in parallel.
     let mut parts = Vec::with_capacity(tasks.len());
@@ -74,46 +101,7 @@ pub fn order_leaves<C: Container>(
     Ok((primitive_indices, max_depth))
 }
 
-/// Orders the leaves among the nodes above the tasks, and divides `primitives` among the `roots` of the tasks. Returns the maximum
-/// depth of a node.
-fn order_top<'a, C: Container>(
-    top: &mut [Node<C>],
-    roots: &[u32],
-    root_leaves: &mut [RootLeaves<'a>],
-    mut primitives: &'a mut [u32],
-    mut sums: Option<&mut Sums>,
-) -> u32 {
-    let (mut max_depth, mut first_leaf) = (0, 0);
-    let top_len = top.len();
-    let mut stack = vec![(0, 0)];
-    while let Some((index, depth)) = stack.pop() {
-        let node = &mut top[index];
-        max_depth = max_depth.max(depth);
-        if let Some(sums) = &mut sums {
-            sums.add_nodes(std::slice::from_ref(node), depth);
-        }
-        if node.count > 1 && (node.first as usize) < top_len {
-            let first = node.first as usize;
-            node.count = 0;
-            stack.extend([(first + 1, depth + 1), (first, depth + 1)]);
-            continue;
-        }
-        let own;
-        (own, primitives) = primitives.split_at_mut(node.count as usize);
-        let leaf = first_leaf;
-        first_leaf += node.count;
-        if node.count == 1 {
-            own[0] = std::mem::replace(&mut node.first, leaf);
-        } else {
-            let root = node.first as usize - top_len;
-            (node.first, node.count) = (roots[root], 0);
-            root_leaves[root] = RootLeaves { depth, first_leaf: leaf, primitives: own };
-        }
-    }
-    max_depth
-}
-
-/// Leaves and depth that a pair of siblings inherits from its parent.
+/// What a pair of siblings inherits from its parent.
 #[derive(Clone, Copy, Default)]
 struct PairLeaves {
     /// Index of the first leaf below the pair, within the task.

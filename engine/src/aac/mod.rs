@@ -9,7 +9,7 @@
 //! | 7 | [`combine_clusters`]: upward, merge the closest clusters | `combine.rs`, by length of the list: `combine_short.rs`, `combine_long.rs` |
 //! | – | f(x), the reduction function | `reduction.rs` |
 //!
-//! `recursion.rs` lists the steps of the recursion afterwards. A tree is then made ready for rays by `leaf_order.rs`, and [`build_cache`] holds what one build reuses of the last.
+//! What the recursion did is listed afterwards by `recursion.rs`. A tree is then made ready for rays by `leaf_order.rs`, and [`build_cache`] holds what one build reuses of the last.
 
 mod build_bvh;
 
@@ -37,7 +37,7 @@ pub(crate) use build_bvh::{build_bvh, build_bvh_with_recursion};
 pub(crate) use cluster::{Cluster, ClusterStack};
 pub(crate) use cluster_container::{ClusterContainer, splat_fields};
 pub(crate) use combine::combine_clusters;
-pub(crate) use combine_long::CombineBuffers;
+pub(crate) use combine_long::Scratch;
 pub(crate) use combine_short::combine_short;
 pub(crate) use leaf_order::order_leaves;
 pub(crate) use pair_writer::PairWriter;

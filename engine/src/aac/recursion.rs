@@ -7,11 +7,14 @@ use crate::aac::cluster_container::ClusterContainer;
 use crate::aac::pair_writer::PairWriter;
 use crate::aac::reduction::Reduction;
 use crate::aac::tasks::{NodeSlots, TaskPlan};
-use crate::cancel::{CancelToken, Cancelled, Poll, PolledIterator as _};
+use crate::cancel::{CancelToken, Cancelled};
 use crate::kernel::par_collect::zeros;
 use crate::order::SortedPrimitives;
 use crate::settings::BuildSettings;
 use crate::tree::Node;
+
+/// Steps or primitives between two polls for cancellation.
+const STEPS_BETWEEN_CHECKS: usize = 1 << 13;
 
 /// One call of `combine_clusters` (figure 7), which reduces the clusters of a range of primitives.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -44,7 +47,7 @@ impl ReductionStep {
     }
 }
 
-/// The steps of a build by one thread, in order: left side, right side, then the range itself.
+/// What a build by one thread would do, in order: left side, right side, then the range itself.
 pub struct Recursion {
     /// The calls of `combine_clusters` in order; the last is `combine_clusters(C, 1)` of figure 5.
     pub steps: Vec<ReductionStep>,
@@ -65,14 +68,15 @@ pub fn recursion_of<C: ClusterContainer>(
     let plan = TaskPlan::new(input, &reduction, 0..input.len());
     let merge_of_pair = zeros(nodes.len() / 2, token)?;
     let mut positions = zeros(input.len(), token)?;
-    for position in (0..input.len()).polled(token) {
-        let position = position?;
+    for position in 0..input.len() {
+        if position.is_multiple_of(STEPS_BETWEEN_CHECKS) {
+            token.check()?;
+        }
         positions[input.primitive(position) as usize] = position as u32;
     }
     let (top, tasks) = nodes.split_at_mut(plan.top_len());
     let (_, mut last_pairs, slots) = NodeSlots::whole(&plan, top, tasks);
-    let mut walk =
-        Walk { input, reduction: &reduction, steps: Vec::new(), merge_of_pair, merges: 0, poll: token.poll() };
+    let mut walk = Walk { input, reduction: &reduction, steps: Vec::new(), merge_of_pair, merges: 0, token };
     walk.plan(&plan, slots, 0)?;
     walk.step(plan.range.clone(), 0, plan.reduced_count, 1, 0, &mut last_pairs)?;
     Ok(Recursion { steps: walk.steps, merge_of_pair: walk.merge_of_pair, positions })
@@ -86,7 +90,7 @@ struct Walk<'a, C: ClusterContainer> {
     merge_of_pair: Vec<u32>,
     /// Number of merges so far.
     merges: u32,
-    poll: Poll<'a>,
+    token: &'a CancelToken,
 }
 
 impl<C: ClusterContainer> Walk<'_, C> {
@@ -130,7 +134,9 @@ impl<C: ClusterContainer> Walk<'_, C> {
         first_step: usize,
         pairs: &mut PairWriter<C>,
     ) -> Result<(), Cancelled> {
-        self.poll.step()?;
+        if self.steps.len().is_multiple_of(STEPS_BETWEEN_CHECKS) {
+            self.token.check()?;
+        }
         self.steps.push(ReductionStep {
             level,
             first_primitive: range.start as u32,

@@ -125,8 +125,28 @@ fn best_split<C: ClusterContainer>(
             }
         }
     }
-    let usable = [0, 1, 2].map(|axis| extent[axis] > 0.0);
-    let Some((axis, bin)) = cheapest_plane(&containers, &counts, usable) else { return Ok(primitives.len() / 2) };
+    let mut best: Option<(f32, usize, usize)> = None;
+    for axis in (0..3).filter(|&axis| extent[axis] > 0.0) {
+        // Costs of all bins from each one on, then of all bins before it.
+        let mut right_costs = [0.0; BINS];
+        let (mut container, mut count) = (C::EMPTY, 0);
+        for bin in (1..BINS).rev() {
+            container = container.union(&containers[axis][bin]);
+            count += counts[axis][bin];
+            right_costs[bin] = container.relative_area() * count as f32;
+        }
+        (container, count) = (C::EMPTY, 0);
+        for bin in 1..BINS {
+            container = container.union(&containers[axis][bin - 1]);
+            count += counts[axis][bin - 1];
+            let cost = container.relative_area() * count as f32 + right_costs[bin];
+            let splits = count > 0 && (count as usize) < primitives.len();
+            if splits && best.is_none_or(|best| cost < best.0) {
+                best = Some((cost, axis, bin));
+            }
+        }
+    }
+    let Some((_, axis, bin)) = best else { return Ok(primitives.len() / 2) };
     // Unstable but deterministic: the swaps depend on the primitives only.
     let mut middle = 0;
     for start in (0..primitives.len()).step_by(TRIANGLES_BETWEEN_CHECKS) {
@@ -139,33 +159,4 @@ fn best_split<C: ClusterContainer>(
         }
     }
     Ok(middle)
-}
-
-/// The axis and the bin before which the cheapest plane lies, of the `usable` axes; `None` if all primitives are in one bin.
-fn cheapest_plane<C: ClusterContainer>(
-    containers: &[[C; BINS]; 3],
-    counts: &[[u32; BINS]; 3],
-    usable: [bool; 3],
-) -> Option<(usize, usize)> {
-    let mut best: Option<(f32, usize, usize)> = None;
-    for axis in (0..3).filter(|&axis| usable[axis]) {
-        // Costs of all bins from each one on, then of all bins before it.
-        let (mut right_costs, mut right_counts) = ([0.0; BINS], [0; BINS]);
-        let (mut container, mut count) = (C::EMPTY, 0);
-        for bin in (1..BINS).rev() {
-            container = container.union(&containers[axis][bin]);
-            count += counts[axis][bin];
-            (right_costs[bin], right_counts[bin]) = (container.relative_area() * count as f32, count);
-        }
-        (container, count) = (C::EMPTY, 0);
-        for bin in 1..BINS {
-            container = container.union(&containers[axis][bin - 1]);
-            count += counts[axis][bin - 1];
-            let cost = container.relative_area() * count as f32 + right_costs[bin];
-            if count > 0 && right_counts[bin] > 0 && best.is_none_or(|best| cost < best.0) {
-                best = Some((cost, axis, bin));
-            }
-        }
-    }
-    best.map(|(_, axis, bin)| (axis, bin))
 }

@@ -5,7 +5,7 @@ use std::time::Instant;
 
 use fearless_simd::dispatch;
 
-use crate::aac::{Cluster, ClusterContainer, ClusterStack, CombineBuffers, PairWriter, combine_clusters, order_leaves};
+use crate::aac::{Cluster, ClusterContainer, ClusterStack, PairWriter, Scratch, combine_clusters, order_leaves};
 use crate::cancel::{CancelToken, Cancelled};
 use crate::geometry::Triangle;
 use crate::kernel::SimdLevel;
@@ -46,7 +46,7 @@ pub(crate) fn agglomerate<C: ClusterContainer>(
     let (root, others) = nodes.split_at_mut(1);
     let mut pairs = PairWriter::new(others, 1);
     dispatch!(SimdLevel::of_builds().level(), simd => {
-        combine_clusters(simd, &mut clusters, &mut CombineBuffers::default(), 0, 1, &mut pairs, token)
+        combine_clusters(simd, &mut clusters, &mut Scratch::default(), 0, 1, &mut pairs, token)
     })?;
     root[0] = clusters.items[0].node();
     let (primitive_indices, max_depth) = order_leaves(&mut nodes, &mut [], count, None, token)?;

@@ -29,7 +29,7 @@ struct FlattenTask<C> {
 }
 
 impl<C: Container> FlattenTask<C> {
-    /// The root in the form that is written.
+    /// The root as it is written.
     fn flat_node(&self) -> Node<C> {
         if self.node.count == 1 {
             Node { container: self.node.container, first: self.first_primitive, count: 1 }

@@ -1,6 +1,6 @@
 //! The builders, behind one function. A new one is a module of its own, a [`BuilderKind`] and an arm in `build_kind`.
 //!
-//! AAC is a module of its own. Builders depend on triangles and settings, and neither on the wide tree nor on tracing.
+//! AAC lives in a room of its own. Builders know triangles and settings, and neither the wide tree nor what traces it.
 
 mod binned_sah;
 pub(crate) mod exact;
@@ -34,7 +34,7 @@ pub enum BuildError {
     /// The build was cancelled.
     #[error(transparent)]
     Cancelled(#[from] Cancelled),
-    /// The settings do not allow these triangles; the text gives the reason and a remedy.
+    /// The settings do not allow these triangles; the text says why, and what to do.
     #[error("{0}")]
     Refused(String),
 }

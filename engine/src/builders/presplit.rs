@@ -39,7 +39,7 @@ pub fn presplit(triangles: &[Triangle], token: &CancelToken) -> Result<Option<Pr
             Ok(batch.iter().fold(Aabb::EMPTY, |all, triangle| all.union(&triangle.bounds())))
         })
         .try_reduce(|| Aabb::EMPTY, |a, b| Ok(a.union(&b)))?;
-    let grid = SplitGrid::new(&boxes);
+    let grid = Grid::new(&boxes);
     let priorities: Vec<Vec<f32>> = triangles
         .par_chunks(BATCH_TRIANGLES)
         .map(|batch| token.check().map(|()| batch.iter().map(|triangle| grid.priority(triangle)).collect()))
@@ -99,7 +99,7 @@ fn split_factor(priorities: &[Vec<f32>], budget: u64, token: &CancelToken) -> Re
 }
 
 /// Grid over the scene, at whose planes triangles are split.
-struct SplitGrid {
+struct Grid {
     origin: [f64; 3],
     /// Cells per unit of length.
     scale: f64,
@@ -115,7 +115,7 @@ struct Plane {
     level: u32,
 }
 
-impl SplitGrid {
+impl Grid {
     fn new(bounds: &Aabb) -> Self {
         let extent = f64::from(bounds.extent().max_element());
         let largest = f64::from(bounds.min.abs().max(bounds.max.abs()).max_element());

@@ -1,7 +1,7 @@
 //! Scaling of scenes whose areas would overflow or vanish in `f32`. Scaling by a power of two is exact, and so is the shape
 //! of the tree; its containers are then recomputed from the original triangles.
 
-use crate::cancel::{CancelToken, Cancelled, PolledIterator as _};
+use crate::cancel::{CancelToken, Cancelled};
 use crate::geometry::Triangle;
 use crate::tree::{Container, Tree};
 
@@ -37,8 +37,10 @@ pub fn scaled(triangles: &[Triangle], scale: f32, token: &CancelToken) -> Result
 
 /// Recomputes the containers of `tree`, bottom-up, for other coordinates of its triangles.
 pub fn refit<C: Container>(tree: &mut Tree<C>, triangles: &[Triangle], token: &CancelToken) -> Result<(), Cancelled> {
-    for index in (0..tree.nodes.len()).rev().polled(token) {
-        let index = index?;
+    for index in (0..tree.nodes.len()).rev() {
+        if index.is_multiple_of(BATCH) {
+            token.check()?;
+        }
         let node = tree.nodes[index];
         let first = node.first as usize;
         tree.nodes[index].container = if node.is_leaf() {

@@ -68,7 +68,7 @@ fn compare<C: ClusterContainer>(tree: &Tree<C>, root: u32, token: &CancelToken) 
 where
     AnyTree: From<Tree<C>>,
 {
-    let ExtractedSubtree { tree: own, source } = ExtractedSubtree::new(tree, root, token)?;
+    let Subtree { tree: own, source } = Subtree::new(tree, root, token)?;
     let mut leaves: Vec<usize> = (0..own.nodes.len()).filter(|&node| own.nodes[node].is_leaf()).collect();
     // In the order of the input, as the exact builder gets them.
     leaves.sort_by_key(|&leaf| own.primitive_indices[own.nodes[leaf].first as usize]);
@@ -96,13 +96,13 @@ where
 }
 
 /// A part of a tree as a tree of its own.
-struct ExtractedSubtree<C> {
+struct Subtree<C> {
     tree: Tree<C>,
     /// Index of each node in the whole tree.
     source: Vec<u32>,
 }
 
-impl<C: ClusterContainer> ExtractedSubtree<C> {
+impl<C: ClusterContainer> Subtree<C> {
     /// Copies everything below the node `root`; refused above [`MAX_EXACT_LEAVES`] leaves.
     fn new(whole: &Tree<C>, root: u32, token: &CancelToken) -> Result<Self, BuildError> {
         token.check()?;

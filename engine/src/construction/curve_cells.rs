@@ -55,11 +55,11 @@ pub struct CurveCell {
 pub struct CellSplit {
     /// Position of the second part's first primitive in sorted order.
     pub position: u32,
-    /// The difference between the parts.
+    /// What the parts differ by.
     pub kind: CellSplitKind,
 }
 
-/// The difference between the two parts of a cell.
+/// What the two parts of a cell differ by.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum CellSplitKind {
     /// A plane across an axis (0 for x, 1 for y, 2 for z) at this coordinate. The first part can be on either side along a Hilbert curve.
@@ -71,7 +71,7 @@ pub enum CellSplitKind {
     },
     /// The size of the primitives, in extended Morton codes: both parts are in the same box.
     Size,
-    /// Their number alone: all have the same code, to the sorted number of bits.
+    /// Their number alone: all have the same code, as far as it is sorted by.
     HalfWay,
 }
 
@@ -147,7 +147,7 @@ fn bounds_of(points: &[Vec3], token: &CancelToken) -> Result<Aabb, Cancelled> {
     Ok(bounds)
 }
 
-/// Source of the cells.
+/// What cells are made of.
 struct Cells<'a, C: ClusterContainer> {
     sorted: &'a SortedPrimitives<C>,
     /// The triangles that were sorted.
@@ -169,9 +169,11 @@ impl<C: ClusterContainer> Cells<'_, C> {
             let whole = self.bounds(&self.grid.cells_of_prefix(0, CODE_BITS));
             cells.push(self.cell(0..self.sorted.len(), 0, whole));
         }
-        let (mut at, mut poll) = (0, token.every(CELLS_BETWEEN_CHECKS));
+        let mut at = 0;
         while at < cells.len() && cells.len() + 2 <= limits.count {
-            poll.step()?;
+            if at.is_multiple_of(CELLS_BETWEEN_CHECKS) {
+                token.check()?;
+            }
             let cell: &CurveCell = &cells[at];
             if let Some(split) = cell.split
                 && cell.level < limits.level

@@ -7,6 +7,9 @@ use crate::with_tree;
 
 use super::timeline::{MergeOrder, Timeline};
 
+/// Nodes between two polls for cancellation.
+const NODES_BETWEEN_CHECKS: usize = 1 << 16;
+
 /// A cut through a binary tree: nodes none of which is below another and that together hold every primitive. A plain value, which can be
 /// stored; [`Cut::nodes`] finds its nodes in any tree.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -34,7 +37,7 @@ pub enum CutError {
     /// The computation was cancelled.
     #[error(transparent)]
     Cancelled(#[from] Cancelled),
-    /// The cut is at a step of an order that only a [`super::Construction`] holds, and its timeline was not given.
+    /// The cut is at a step of an order that only a [`super::Construction`] knows, and its timeline was not given.
     #[error("a cut at a step needs the timeline of its order")]
     NeedsTimeline,
 }
@@ -105,9 +108,12 @@ fn antichain<C: Container>(
 ) -> Result<Vec<u32>, Cancelled> {
     let mut cut = Vec::new();
     let mut open: Vec<u32> = (0..tree.nodes.len().min(1) as u32).collect();
-    let mut poll = token.poll();
+    let mut visited = 0_usize;
     while let Some(index) = open.pop() {
-        poll.step()?;
+        if visited.is_multiple_of(NODES_BETWEEN_CHECKS) {
+            token.check()?;
+        }
+        visited += 1;
         let node = &tree.nodes[index as usize];
         if node.is_leaf() || included(index) {
             cut.push(index);

@@ -30,7 +30,7 @@ pub struct ClusterPair {
 }
 
 impl ClusterPair {
-    /// Sort key of a pair in the builder: distance, then number of primitives. It then takes the one at the lower places of its list, of
+    /// What the builder sorts pairs by: distance, then number of primitives. It then takes the one at the lower places of its list, of
     /// which nothing is recorded; the nodes only make this order definite.
     fn key(&self) -> (u32, u32, [u32; 2]) {
         (self.distance.max(0.0).to_bits(), self.primitives, self.nodes)
@@ -251,7 +251,7 @@ fn distances_to<C: ClusterContainer, S: Simd>(simd: S, clusters: &ClusterStack, 
     row.truncate(clusters.len);
 }
 
-/// Number of primitives below `node`: leaves are in order, so the first and the last suffice.
+/// Number of primitives below `node`: leaves are in order, so that those at both ends tell.
 fn primitive_count<C>(tree: &Tree<C>, node: &Node<C>) -> u32 {
     let (mut first, mut last) = (node, node);
     while !first.is_leaf() {

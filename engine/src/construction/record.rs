@@ -3,9 +3,12 @@
 use std::ops::Range;
 
 use crate::aac::{Recursion, ReductionStep};
-use crate::cancel::{CancelToken, Cancelled, PolledIterator as _};
+use crate::cancel::{CancelToken, Cancelled};
 use crate::kernel::par_collect::{par_collect, zeros};
 use crate::tree::{Container, Tree};
+
+/// Nodes between two polls for cancellation.
+const NODES_BETWEEN_CHECKS: usize = 1 << 16;
 
 /// The merges of a construction, numbered from 0 in the order of a build by one thread: everything in the left side of a range,
 /// everything in its right side, then the range itself. A tree of n leaves has n − 1 merges. Takes some 20 bytes per primitive.
@@ -63,8 +66,10 @@ impl MergeRecord {
             if node.is_leaf() { 0 } else { 1 + merge_of_pair(node.first as usize / 2) }
         })?;
         let mut nodes = zeros::<u32>(births.len() / 2, token)?;
-        for item in births.iter().enumerate().polled(token) {
-            let (index, &birth) = item?;
+        for (index, &birth) in births.iter().enumerate() {
+            if index.is_multiple_of(NODES_BETWEEN_CHECKS) {
+                token.check()?;
+            }
             if birth > 0 {
                 nodes[birth as usize - 1] = index as u32;
             }

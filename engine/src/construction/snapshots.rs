@@ -1,13 +1,13 @@
 //! The largest clusters at any step without a pass over the tree: every [`STEPS_BETWEEN`] steps, the largest clusters that stand are
 //! stored. Those of a step in between are among the stored ones and those made since.
 
-use crate::cancel::{CancelToken, Cancelled, PolledIterator as _};
+use crate::cancel::{CancelToken, Cancelled};
 use crate::kernel::par_collect::{par_collect, zeros};
 use crate::order::radix_sort;
 
-/// Maximum number of clusters in a query.
+/// Maximum number of clusters that are asked for.
 pub const MAX_LARGEST: usize = 4096;
-/// Number of steps between two snapshots: with this maximum, snapshots take 12 bytes per primitive and a query reads at most
+/// Number of steps between two snapshots: with as many as are asked for, snapshots take 12 bytes per primitive and a query reads at most
 /// four times as many clusters as it returns.
 const STEPS_BETWEEN: usize = MAX_LARGEST;
 /// Number of clusters per snapshot: each step up to the next takes two of them away.
@@ -40,8 +40,10 @@ impl Snapshots {
             par_collect(areas.len(), token, |node| u64::from(!ordered_bits(areas[node])) << 32 | node as u64)?;
         radix_sort(&mut keys, u64::BITS, token)?;
         // The largest first: a snapshot that is full takes no more.
-        for key in keys.into_iter().polled_every(NODES_BETWEEN_CHECKS, token) {
-            let key = key?;
+        for (at, key) in keys.into_iter().enumerate() {
+            if at.is_multiple_of(NODES_BETWEEN_CHECKS) {
+                token.check()?;
+            }
             let node = key as u32;
             let first = (births[node as usize] as usize).div_ceil(STEPS_BETWEEN);
             let end = (deaths[node as usize] as usize).div_ceil(STEPS_BETWEEN).min(count);

@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use crate::cancel::{CancelToken, Cancelled, PolledIterator as _};
+use crate::cancel::{CancelToken, Cancelled};
 use crate::kernel::par_collect::{par_collect, zeros};
 use crate::order::radix_sort;
 use crate::tree::{AnyTree, Container, Tree};
@@ -11,6 +11,9 @@ use crate::with_tree;
 use super::construct::Construction;
 use super::record::MergeRecord;
 use super::snapshots::{Snapshots, ordered_bits};
+
+/// Nodes between two polls for cancellation.
+const NODES_BETWEEN_CHECKS: usize = 1 << 16;
 
 /// An order in which the merges of a tree are shown. In each of them children come before their parents.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
@@ -95,8 +98,10 @@ impl Timeline {
         if let Some(root) = deaths.first_mut() {
             *root = u32::MAX;
         }
-        for item in (1..).zip(&merged).polled(token) {
-            let (step, &node) = item?;
+        for (step, &node) in (1..).zip(&merged) {
+            if (step as usize).is_multiple_of(NODES_BETWEEN_CHECKS) {
+                token.check()?;
+            }
             births[node as usize] = step;
             let first = tree.nodes[node as usize].first as usize;
             deaths[first..first + 2].fill(step);
@@ -152,8 +157,10 @@ impl Timeline {
 pub(super) fn merges_by_distance<C: Container>(tree: &Tree<C>, token: &CancelToken) -> Result<Vec<u32>, Cancelled> {
     let mut largest = zeros::<u32>(tree.nodes.len(), token)?;
     let mut keys = Vec::with_capacity(tree.nodes.len() / 2);
-    for item in tree.nodes.iter().enumerate().rev().polled(token) {
-        let (index, node) = item?;
+    for (index, node) in tree.nodes.iter().enumerate().rev() {
+        if index.is_multiple_of(NODES_BETWEEN_CHECKS) {
+            token.check()?;
+        }
         // A leaf's own area merges nothing.
         if !node.is_leaf() {
             let first = node.first as usize;
@@ -170,8 +177,10 @@ pub(super) fn merges_by_distance<C: Container>(tree: &Tree<C>, token: &CancelTok
 fn by_level(record: &MergeRecord, token: &CancelToken) -> Result<Vec<u32>, Cancelled> {
     let deepest = record.steps().iter().map(|step| step.level).max().unwrap_or(0);
     let mut keys = Vec::with_capacity(record.len());
-    for step in record.steps().iter().polled(token) {
-        let step = step?;
+    for (index, step) in record.steps().iter().enumerate() {
+        if index.is_multiple_of(NODES_BETWEEN_CHECKS) {
+            token.check()?;
+        }
         keys.extend(step.merges().map(|merge| u64::from(deepest - step.level) << 32 | u64::from(merge)));
     }
     radix_sort(&mut keys, u64::BITS - u64::from(deepest).leading_zeros() + 32, token)?;

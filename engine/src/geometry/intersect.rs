@@ -137,7 +137,7 @@ impl Triangle {
     }
 }
 
-/// t, u and v where single precision cannot decide on which side of an edge the ray passes: products of two floats are exact in
+/// t, u and v where single precision cannot tell on which side of an edge the ray passes: products of two floats are exact in
 /// double precision.
 #[cold]
 fn edge_case(px: Vec3, py: Vec3, pz: Vec3) -> Option<(f32, f32, f32)> {

@@ -12,7 +12,7 @@
 //! fork.join();
 //! token.end_task();
 //! assert_eq!(halves, [10, 20]);
-//! // Work before the stage, before the fork, in both halves, and after it.
+//! // What came before the stage, before the fork, both halves, and what comes after.
 //! let waits_for: Vec<Vec<u32>> = log.records().into_iter().map(|task| task.waits_for).collect();
 //! assert_eq!(waits_for, [vec![], vec![0], vec![1], vec![1], vec![2, 3]]);
 //! ```

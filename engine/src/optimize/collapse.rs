@@ -171,11 +171,51 @@ fn assemble<C: ClusterContainer>(
     subtrees: &[CollapsedSubtree<C>],
     token: &CancelToken,
 ) -> Result<(), Cancelled> {
-    let Placement { top, placed, node_count, max_depth } = Placement::new(partition, subtrees);
+    let mut top = vec![(0, Node { container: C::EMPTY, first: 0, count: 0 })];
+    // Subtrees in order, with their first node relative to the end of the top, their first primitive, and whether their
+    // nodes remain.
+    let mut placed = Vec::with_capacity(subtrees.len());
+    let (mut first_node, mut first_primitive, mut max_depth) = (0, 0, 0);
+    // Index in the partition, output slot or none inside a collapsed leaf, depth.
+    let mut stack = vec![(0_usize, Some(0_usize), 0)];
+    while let Some((index, slot, depth)) = stack.pop() {
+        let (task, subtree) = (partition[index], &subtrees[index]);
+        let Some(&(mut root)) = subtree.nodes.first() else { continue };
+        let mut children_slot = None;
+        if task.children > 0 {
+            if let Some(slot) = slot {
+                if root.count == 0 {
+                    root.first = top.len() as u32;
+                    children_slot = Some(top.len());
+                    top.extend([(0, root), (0, root)]);
+                } else {
+                    root.first = first_primitive;
+                }
+                top[slot] = (0, root);
+                max_depth = max_depth.max(depth);
+            }
+            let child = task.children as usize;
+            stack.extend([
+                (child + 1, children_slot.map(|children_slot| children_slot + 1), depth + 1),
+                (child, children_slot, depth + 1),
+            ]);
+            continue;
+        }
+        if let Some(slot) = slot {
+            // Relative to the end of the top, whose length is not known yet; the root itself belongs to the top.
+            root.first = if root.count > 0 { first_primitive } else { first_node };
+            top[slot] = (u32::from(root.count == 0), root);
+            max_depth = max_depth.max(depth + subtree.depth);
+        }
+        placed.push((subtree, first_node, first_primitive, slot.is_some()));
+        first_primitive += subtree.count;
+        first_node += if slot.is_some() { subtree.nodes.len() as u32 - 1 } else { 0 };
+    }
+
     let top_len = top.len() as u32;
     // Overwrite the old nodes, which saves allocating fresh memory.
     let Tree { nodes, primitive_indices, .. } = tree;
-    nodes.truncate((top_len + node_count) as usize);
+    nodes.truncate((top_len + first_node) as usize);
     nodes.shrink_to_fit();
     let (top_nodes, mut remaining_nodes) = nodes.split_at_mut(top.len());
     for (slot, (is_shifted, node)) in top_nodes.iter_mut().zip(top) {
@@ -183,7 +223,7 @@ fn assemble<C: ClusterContainer>(
     }
     let mut outputs = Vec::with_capacity(placed.len());
     let mut remaining_primitives = &mut primitive_indices[..];
-    for PlacedSubtree { subtree, first_node, first_primitive, keeps_nodes } in placed {
+    for (subtree, first_node, first_primitive, keeps_nodes) in placed {
         let (own_nodes, other_nodes) =
             remaining_nodes.split_at_mut(if keeps_nodes { subtree.nodes.len() - 1 } else { 0 });
         let (own_primitives, other_primitives) = remaining_primitives.split_at_mut(subtree.count as usize);
@@ -200,68 +240,4 @@ fn assemble<C: ClusterContainer>(
     })?;
     tree.max_depth = max_depth;
     Ok(())
-}
-
-/// Where the rewritten subtrees go.
-struct Placement<'a, C> {
-    /// The nodes above the subtrees and their roots. `first` is relative to the end of the top where it is paired with 1.
-    top: Vec<(u32, Node<C>)>,
-    /// The subtrees from left to right.
-    placed: Vec<PlacedSubtree<'a, C>>,
-    /// Number of nodes of all subtrees, without their roots.
-    node_count: u32,
-    max_depth: u32,
-}
-
-struct PlacedSubtree<'a, C> {
-    subtree: &'a CollapsedSubtree<C>,
-    /// Index of its first node below the root, relative to the end of the top.
-    first_node: u32,
-    first_primitive: u32,
-    /// Whether its nodes remain; they do not inside a collapsed leaf.
-    keeps_nodes: bool,
-}
-
-impl<'a, C: ClusterContainer> Placement<'a, C> {
-    /// Goes through the top depth first.
-    fn new(partition: &[PartitionNode], subtrees: &'a [CollapsedSubtree<C>]) -> Self {
-        let mut top = vec![(0, Node { container: C::EMPTY, first: 0, count: 0 })];
-        let mut placed = Vec::with_capacity(subtrees.len());
-        let (mut first_node, mut first_primitive, mut max_depth) = (0, 0, 0);
-        // Index in the partition, output slot or none inside a collapsed leaf, depth.
-        let mut stack = vec![(0_usize, Some(0_usize), 0)];
-        while let Some((index, slot, depth)) = stack.pop() {
-            let (task, subtree) = (partition[index], &subtrees[index]);
-            let Some(&(mut root)) = subtree.nodes.first() else { continue };
-            let mut children_slot = None;
-            if task.children > 0 {
-                if let Some(slot) = slot {
-                    if root.count == 0 {
-                        root.first = top.len() as u32;
-                        children_slot = Some(top.len());
-                        top.extend([(0, root), (0, root)]);
-                    } else {
-                        root.first = first_primitive;
-                    }
-                    top[slot] = (0, root);
-                    max_depth = max_depth.max(depth);
-                }
-                let child = task.children as usize;
-                stack.extend([
-                    (child + 1, children_slot.map(|children_slot| children_slot + 1), depth + 1),
-                    (child, children_slot, depth + 1),
-                ]);
-                continue;
-            }
-            if let Some(slot) = slot {
-                root.first = if root.count > 0 { first_primitive } else { first_node };
-                top[slot] = (u32::from(root.count == 0), root);
-                max_depth = max_depth.max(depth + subtree.depth);
-            }
-            placed.push(PlacedSubtree { subtree, first_node, first_primitive, keeps_nodes: slot.is_some() });
-            first_primitive += subtree.count;
-            first_node += if slot.is_some() { subtree.nodes.len() as u32 - 1 } else { 0 };
-        }
-        Self { top, placed, node_count: first_node, max_depth }
-    }
 }

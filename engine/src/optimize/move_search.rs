@@ -6,7 +6,7 @@ use crate::optimize::simd_box::SimdBox;
 /// No node.
 pub const NONE: u32 = u32::MAX;
 
-/// A binary tree of boxes with links to parents.
+/// A binary tree of boxes, the nodes of which know their parents.
 pub trait LinkedNodes {
     /// The parent of `node`; [`NONE`] for the root.
     fn parent(&self, node: u32) -> u32;

@@ -59,20 +59,63 @@ fn sort_range(
         return Ok(());
     }
     let digit_bits = (keys.len().ilog2() - BUCKET_SIZE_BITS).min(MAX_LEADING_DIGIT_BITS).min(bits);
-    let digit = LeadingDigit { shift: bits - digit_bits, buckets: 1 << digit_bits };
+    let shift = bits - digit_bits;
+    let buckets = 1_usize << digit_bits;
+    let digit = |key: u64| (key >> shift) as usize & (buckets - 1);
+    // Histogram: how often each digit occurs in each chunk.
     let chunk_len = keys.len().div_ceil(MAX_CHUNKS).max(MIN_CHUNK);
-    let histograms = digit.histograms(keys, chunk_len, token)?;
+    let fork = token.fork();
+    let histogram_of = |chunk: &[u64], token: &CancelToken| {
+        let mut histogram = vec![0; buckets];
+        for keys in chunk.chunks(KEYS_PER_CHECK) {
+            token.check()?;
+            for &key in keys {
+                histogram[digit(key)] += 1;
+            }
+        }
+        Ok(histogram)
+    };
+    let histograms: Vec<Vec<usize>> = keys
+        .par_chunks(chunk_len)
+        .map(|chunk| fork.task(|token| histogram_of(chunk, token)))
+        .collect::<Result<_, Cancelled>>()?;
+    fork.join();
     let sizes: Vec<usize> =
-        (0..digit.buckets).map(|bucket| histograms.iter().map(|histogram| histogram[bucket]).sum()).collect();
+        (0..buckets).map(|bucket| histograms.iter().map(|histogram| histogram[bucket]).sum()).collect();
     // All keys have the same digit: nothing moves.
     if sizes.contains(&keys.len()) {
-        return sort_range(keys, scratch, digit.shift, to_scratch, token);
+        return sort_range(keys, scratch, shift, to_scratch, token);
     }
     token.check()?;
-    digit.scatter(keys, scratch, chunk_len, &histograms, token)?;
+    // Divide the output: bucket by bucket, and within each bucket chunk by chunk.
+    let mut remaining = &mut scratch[..];
+    let mut outputs: Vec<Vec<IterMut<u64>>> = histograms.iter().map(|_| Vec::with_capacity(buckets)).collect();
+    for bucket in 0..buckets {
+        for (histogram, output) in histograms.iter().zip(&mut outputs) {
+            let (own, others) = remaining.split_at_mut(histogram[bucket]);
+            output.push(own.iter_mut());
+            remaining = others;
+        }
+    }
+    // Scatter: each chunk writes its keys to its own part of each bucket.
+    let fork = token.fork();
+    let scatter = |chunk: &[u64], mut output: Vec<IterMut<u64>>, token: &CancelToken| {
+        for keys in chunk.chunks(KEYS_PER_CHECK) {
+            token.check()?;
+            for &key in keys {
+                if let Some(slot) = output[digit(key)].next() {
+                    *slot = key;
+                }
+            }
+        }
+        Ok(())
+    };
+    let chunks = keys.par_chunks(chunk_len).zip(outputs);
+    chunks.try_for_each(|(chunk, output)| fork.task(|token| scatter(chunk, output, token)))?;
+    fork.join();
     // Sort each bucket by the remaining bits.
     let (mut keys, mut scratch) = (keys, scratch);
-    let mut parts = Vec::with_capacity(digit.buckets);
+    let mut parts = Vec::with_capacity(buckets);
     for size in sizes.into_iter().filter(|&size| size > 0) {
         let (own_keys, own_scratch);
         (own_keys, keys) = keys.split_at_mut(size);
@@ -82,79 +125,7 @@ fn sort_range(
     let fork = token.fork();
     parts
         .into_par_iter()
-        .try_for_each(|(keys, scratch)| fork.task(|token| sort_range(keys, scratch, digit.shift, !to_scratch, token)))
-}
-
-/// The highest bits that keys differ in.
-#[derive(Clone, Copy)]
-struct LeadingDigit {
-    /// Number of bits below it.
-    shift: u32,
-    /// Number of its values, a power of two.
-    buckets: usize,
-}
-
-impl LeadingDigit {
-    #[inline]
-    fn of(self, key: u64) -> usize {
-        (key >> self.shift) as usize & (self.buckets - 1)
-    }
-
-    /// How often each digit occurs in each chunk of `keys`.
-    fn histograms(self, keys: &[u64], chunk_len: usize, token: &CancelToken) -> Result<Vec<Vec<usize>>, Cancelled> {
-        let fork = token.fork();
-        let histogram_of = |chunk: &[u64], token: &CancelToken| {
-            let mut histogram = vec![0; self.buckets];
-            for keys in chunk.chunks(KEYS_PER_CHECK) {
-                token.check()?;
-                for &key in keys {
-                    histogram[self.of(key)] += 1;
-                }
-            }
-            Ok(histogram)
-        };
-        let histograms = keys.par_chunks(chunk_len).map(|chunk| fork.task(|token| histogram_of(chunk, token)));
-        let histograms = histograms.collect::<Result<_, Cancelled>>()?;
-        fork.join();
-        Ok(histograms)
-    }
-
-    /// Sorts `keys` into buckets in `sorted`: each chunk writes its keys to its own part of each bucket.
-    fn scatter(
-        self,
-        keys: &[u64],
-        sorted: &mut [u64],
-        chunk_len: usize,
-        histograms: &[Vec<usize>],
-        token: &CancelToken,
-    ) -> Result<(), Cancelled> {
-        // Bucket by bucket, and within each bucket chunk by chunk.
-        let mut remaining = sorted;
-        let mut outputs: Vec<Vec<IterMut<u64>>> = histograms.iter().map(|_| Vec::with_capacity(self.buckets)).collect();
-        for bucket in 0..self.buckets {
-            for (histogram, output) in histograms.iter().zip(&mut outputs) {
-                let (own, others) = remaining.split_at_mut(histogram[bucket]);
-                output.push(own.iter_mut());
-                remaining = others;
-            }
-        }
-        let fork = token.fork();
-        let scatter = |chunk: &[u64], mut output: Vec<IterMut<u64>>, token: &CancelToken| {
-            for keys in chunk.chunks(KEYS_PER_CHECK) {
-                token.check()?;
-                for &key in keys {
-                    if let Some(slot) = output[self.of(key)].next() {
-                        *slot = key;
-                    }
-                }
-            }
-            Ok(())
-        };
-        let chunks = keys.par_chunks(chunk_len).zip(outputs);
-        chunks.try_for_each(|(chunk, output)| fork.task(|token| scatter(chunk, output, token)))?;
-        fork.join();
-        Ok(())
-    }
+        .try_for_each(|(keys, scratch)| fork.task(|token| sort_range(keys, scratch, shift, !to_scratch, token)))
 }
 
 /// [`sort_range`] by one thread, in place.

@@ -1,12 +1,15 @@
 //! Parents and primitive counts of all nodes, and the path from the root to a primitive.
 
-use crate::cancel::{CancelToken, Cancelled, PolledIterator as _};
+use crate::cancel::{CancelToken, Cancelled};
 use crate::geometry::Triangle;
 use crate::kernel::par_collect::zeros;
 
 use super::container::Container;
 use super::node::{Node, Tree};
 use super::validate::containment_slack;
+
+/// Nodes between two polls for cancellation.
+const NODES_BETWEEN_CHECKS: usize = 1 << 16;
 
 /// Parent and number of primitives of every node. Takes two passes over the tree.
 #[derive(Debug, Clone, PartialEq)]
@@ -22,8 +25,10 @@ impl Ancestry {
     pub fn new<C: Container>(tree: &Tree<C>, token: &CancelToken) -> Result<Self, Cancelled> {
         let mut primitive_counts = zeros(tree.nodes.len(), token)?;
         // Backwards, so that children are counted before their parents.
-        for item in tree.nodes.iter().enumerate().rev().polled(token) {
-            let (index, node) = item?;
+        for (index, node) in tree.nodes.iter().enumerate().rev() {
+            if index.is_multiple_of(NODES_BETWEEN_CHECKS) {
+                token.check()?;
+            }
             let below = |child: u32| primitive_counts[child as usize];
             primitive_counts[index] = if node.is_leaf() { node.count } else { node.children().map(below).sum() };
         }

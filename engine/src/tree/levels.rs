@@ -3,10 +3,13 @@
 use std::ops::Range;
 use std::sync::OnceLock;
 
-use crate::cancel::{CancelToken, Cancelled, PolledIterator as _};
+use crate::cancel::{CancelToken, Cancelled};
 
 use super::container::Container;
 use super::node::Tree;
+
+/// Nodes between two polls for cancellation.
+const NODES_BETWEEN_CHECKS: usize = 1 << 16;
 
 /// Maximum number of nodes that [`Levels::new`] lists, in whole depths. Few, because every rebuild lists them again, and yet more
 /// than can be told apart on a screen.
@@ -77,8 +80,10 @@ impl Levels {
         let depths = tree.depths(token)?;
         let mut next: Vec<u32> = self.ranges.iter().map(|range| range.start).collect();
         let mut nodes = vec![0; depths.len()];
-        for item in depths.iter().enumerate().polled(token) {
-            let (index, &depth) = item?;
+        for (index, &depth) in depths.iter().enumerate() {
+            if index.is_multiple_of(NODES_BETWEEN_CHECKS) {
+                token.check()?;
+            }
             let slot = &mut next[depth as usize];
             nodes[*slot as usize] = index as u32;
             *slot += 1;

@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use rayon::prelude::*;
 
-use crate::cancel::{CancelToken, Cancelled, PolledIterator as _};
+use crate::cancel::{CancelToken, Cancelled};
 use crate::geometry::{Aabb, Sphere, Triangle};
 use crate::kernel::par_collect::{par_collect, zeros};
 
@@ -77,7 +77,7 @@ impl<C> Node<C> {
 /// no nodes.
 ///
 /// All builders of this crate make binary trees: each interior node has two children. A tree from elsewhere may have 1 to 32
-/// children for each, and everything in [`tree`](crate::tree) takes it unchanged; functions that need a binary tree document it, and
+/// children for each, and everything in [`tree`](crate::tree) takes it as it is; what needs a binary one says so, and
 /// [`binarize`](super::binarize::binarize) makes it.
 ///
 /// Where the root is a leaf there is no container to test: a traversal tests its primitives directly.
@@ -137,8 +137,10 @@ impl<C: Container> Tree<C> {
     /// Depth of each node, in the order of [`Tree::nodes`]; the root has 0.
     pub fn depths(&self, token: &CancelToken) -> Result<Vec<u32>, Cancelled> {
         let mut depths = zeros::<u32>(self.nodes.len(), token)?;
-        for item in self.nodes.iter().enumerate().polled(token) {
-            let (index, node) = item?;
+        for (index, node) in self.nodes.iter().enumerate() {
+            if index.is_multiple_of(NODES_BETWEEN_CHECKS) {
+                token.check()?;
+            }
             for child in node.children() {
                 depths[child as usize] = depths[index] + 1;
             }
@@ -149,8 +151,10 @@ impl<C: Container> Tree<C> {
     /// Index of each node's parent, in the order of [`Tree::nodes`]; the root has its own.
     pub fn parents(&self, token: &CancelToken) -> Result<Vec<u32>, Cancelled> {
         let mut parents = zeros(self.nodes.len(), token)?;
-        for item in self.nodes.iter().enumerate().polled(token) {
-            let (index, node) = item?;
+        for (index, node) in self.nodes.iter().enumerate() {
+            if index.is_multiple_of(NODES_BETWEEN_CHECKS) {
+                token.check()?;
+            }
             for child in node.children() {
                 parents[child as usize] = index as u32;
             }

@@ -92,7 +92,7 @@ pub(crate) struct Sums {
     leaf_sizes: Vec<u32>,
     /// Number of interior nodes by number of children; empty where these are two each.
     arities: Vec<u32>,
-    /// Set by [`Sums::add_depth`]: a node has another number of children than two, so that the sums are of no use.
+    /// Set by [`Sums::add_depth`]: a node has another number of children than two, so that the sums say nothing.
     has_other_arity: bool,
 }
 

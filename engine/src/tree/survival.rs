@@ -1,6 +1,6 @@
 //! Which nodes of a tree another tree has as well: those that hold the same set of primitives.
 
-use crate::cancel::{CancelToken, Cancelled, PolledIterator as _};
+use crate::cancel::{CancelToken, Cancelled};
 use crate::kernel::mix::mix64;
 use crate::kernel::par_collect::{par_collect_in_chunks, zeros};
 
@@ -19,7 +19,7 @@ pub struct Survival {
     partners: Vec<u32>,
     /// Number of nodes that survive, leaves included.
     pub nodes: usize,
-    /// Number of interior nodes that survive. Leaves of one primitive do so in nearly every tree and mean little.
+    /// Number of interior nodes that survive. Leaves of one primitive do so in nearly every tree and tell little.
     pub interior: usize,
 }
 
@@ -54,8 +54,10 @@ pub fn surviving_nodes<A: Container, B: Container>(
     })?;
     others.free(token)?;
     let mut survival = Survival { partners, ..Survival::default() };
-    for item in tree.nodes.iter().enumerate().polled(token) {
-        let (index, node) = item?;
+    for (index, node) in tree.nodes.iter().enumerate() {
+        if index.is_multiple_of(STEPS_BETWEEN_CHECKS) {
+            token.check()?;
+        }
         let survives = survival.survives(index as u32);
         survival.nodes += usize::from(survives);
         survival.interior += usize::from(survives && !node.is_leaf());
@@ -117,9 +119,11 @@ fn subtract_repetitions<C: Container>(
     let mut last_slot: Vec<u32> = Vec::new();
     // Made only for trees with repetitions.
     let mut parents_and_leaves: Option<(Vec<u32>, Vec<u32>)> = None;
-    let mut poll = token.poll();
-    for item in slots.iter().enumerate().polled(token) {
-        let (slot, &primitive) = item?;
+    let mut steps = 0_usize;
+    for (slot, &primitive) in slots.iter().enumerate() {
+        if slot.is_multiple_of(STEPS_BETWEEN_CHECKS) {
+            token.check()?;
+        }
         if primitive as usize >= last_slot.len() {
             last_slot.resize((primitive as usize + 1).max(slots.len().min(2 * last_slot.len())), NONE);
         }
@@ -134,7 +138,10 @@ fn subtract_repetitions<C: Container>(
         // A parent has a lower index than its children, so the larger of two indices is never that of a node above the other.
         let [mut a, mut b] = [previous as usize, slot].map(|slot| leaves[slot]);
         while a != b {
-            poll.step()?;
+            steps += 1;
+            if steps.is_multiple_of(STEPS_BETWEEN_CHECKS) {
+                token.check()?;
+            }
             if a > b {
                 a = parents[a as usize];
             } else {
@@ -149,8 +156,10 @@ fn subtract_repetitions<C: Container>(
 /// Index of the leaf of each slot of [`Tree::primitive_indices`].
 fn leaf_of_slots<C: Container>(tree: &Tree<C>, token: &CancelToken) -> Result<Vec<u32>, Cancelled> {
     let mut leaves = zeros::<u32>(tree.primitive_indices.len(), token)?;
-    for item in tree.nodes.iter().enumerate().polled(token) {
-        let (index, node) = item?;
+    for (index, node) in tree.nodes.iter().enumerate() {
+        if index.is_multiple_of(STEPS_BETWEEN_CHECKS) {
+            token.check()?;
+        }
         leaves[node.slots()].fill(index as u32);
     }
     Ok(leaves)
@@ -177,8 +186,10 @@ impl SetTable {
         let slots = (2 * sets.len()).next_power_of_two().max(SLOTS_PER_PART);
         let part = |_| zeros(SLOTS_PER_PART, token);
         let mut table = Self { parts: (0..slots / SLOTS_PER_PART).map(part).collect::<Result<_, _>>()? };
-        for item in sets.into_iter().enumerate().polled(token) {
-            let (index, set) = item?;
+        for (index, set) in sets.into_iter().enumerate() {
+            if index.is_multiple_of(STEPS_BETWEEN_CHECKS) {
+                token.check()?;
+            }
             let slot = table.slot_of(set);
             table.parts[slot / SLOTS_PER_PART][slot % SLOTS_PER_PART] = NodeSet { set, node: index as u32 };
         }

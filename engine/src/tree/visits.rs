@@ -4,7 +4,7 @@ use std::sync::atomic::{AtomicU32, AtomicU64, Ordering};
 
 use rayon::prelude::*;
 
-use crate::cancel::{CancelToken, Cancelled, PolledIterator as _};
+use crate::cancel::{CancelToken, Cancelled};
 use crate::geometry::Ray;
 use crate::kernel::par_collect;
 
@@ -13,7 +13,7 @@ use super::node::Tree;
 use super::node_metrics::{area_share, visit_cost};
 use super::traverse::{LeafTriangles, Probe, Traversal, any_hit_with, closest_hit};
 
-/// Purpose of rays.
+/// What rays are traced for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum RayQuery {
     /// The closest hit, as rays from a camera.
@@ -43,34 +43,41 @@ impl Visits {
 
     /// Number of visits of `node` that the surface area heuristic predicts: area(node) / area(root) · rays that enter the root
     /// (Goldsmith and Salmon: *Automatic Creation of Object Hierarchies*, 1987). It holds for lines that are equally likely to come
-    /// from everywhere and that nothing stops; it does not account for occlusion or for the directions of real rays.
+    /// from everywhere and that nothing stops; what measured visits differ by, it does not know.
     pub fn predicted<C: Container>(&self, tree: &Tree<C>, node: u32) -> f64 {
         f64::from(area_share(tree, node)) * f64::from(self.root_hits())
     }
 
-    /// Number of visits of all nodes, measured and by [`Visits::predicted`]. Takes a pass over the tree.
+    /// Number of visits of all nodes, measured and as [`Visits::predicted`] says. Takes a pass over the tree.
     pub fn sums<C: Container>(&self, tree: &Tree<C>, token: &CancelToken) -> Result<(u64, f64), Cancelled> {
         let (mut measured, mut predicted) = (0, 0.0);
-        for item in self.counts.iter().enumerate().polled(token) {
-            let (node, &count) = item?;
+        for (node, &count) in self.counts.iter().enumerate() {
+            if node.is_multiple_of(NODES_BETWEEN_CHECKS) {
+                token.check()?;
+            }
             measured += u64::from(count);
             predicted += self.predicted(tree, node as u32);
         }
         Ok((measured, predicted))
     }
 
-    /// Mean cost of the tests of a ray that enters the root, in the unit of
+    /// What the tests of a ray that enters the root cost on average, in the unit of
     /// [`TreeStats::sah_cost`](super::statistics::TreeStats::sah_cost): visits that are as the surface area heuristic predicts them
     /// cost just that. 0 where no ray enters the root. Takes a pass over the tree.
     pub fn cost<C: Container>(&self, tree: &Tree<C>, token: &CancelToken) -> Result<f64, Cancelled> {
         let mut cost = 0.0;
-        for item in tree.nodes.iter().zip(&self.counts).polled(token) {
-            let (node, &count) = item?;
+        for (index, (node, &count)) in tree.nodes.iter().zip(&self.counts).enumerate() {
+            if index.is_multiple_of(NODES_BETWEEN_CHECKS) {
+                token.check()?;
+            }
             cost += f64::from(count) * visit_cost(node);
         }
         Ok(if self.root_hits() > 0 { cost / f64::from(self.root_hits()) } else { 0.0 })
     }
 }
+
+/// Nodes between two polls for cancellation.
+const NODES_BETWEEN_CHECKS: usize = 1 << 16;
 
 /// Rays per task and between two polls for cancellation.
 const RAYS_PER_TASK: u32 = 1 << 10;

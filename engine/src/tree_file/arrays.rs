@@ -149,14 +149,14 @@ impl<'a> Arrays<'a> {
         self.children.whole(node).filter(|&child| child != EMPTY_SLOT)
     }
 
-    /// The value at a position of `indices`.
+    /// What stands at a position of `indices`.
     #[inline(always)]
     pub fn triangle_at(&self, index: u32) -> u32 {
         self.indices_rows.whole(index).next().unwrap_or(0)
     }
 }
 
-/// Where an array begins, in bytes from the start of the data; `None` where the header lacks it.
+/// Where an array begins, in bytes from the start of the data; `None` where the header does not say.
 fn begin_of(arrays: &Map<String, Value>, array: ArrayName) -> Result<Option<u64>, TreeFileError> {
     let Some(value) = arrays.get(array.name()).filter(|value| !value.is_null()) else { return Ok(None) };
     let begin = value.as_u64().ok_or_else(|| TreeFileError::ArrayBegin { array, found: shown(value) });

@@ -4,7 +4,7 @@
 use super::arrays::Arrays;
 use super::bounds::FileContainer;
 use super::error::TreeFileError;
-use super::links::Links;
+use super::links::{Links, Steps};
 use crate::cancel::{CancelToken, Cancelled};
 use crate::kernel::par_collect::{par_collect, zeros};
 use crate::tree::{Node, Tree};
@@ -25,10 +25,17 @@ pub(super) fn assemble<C: FileContainer>(
 ) -> Result<Assembled<C>, TreeFileError> {
     let count = links.order.len().saturating_sub(links.empty as usize);
     if count == 0 {
-        return empty_tree(arrays);
+        let triangles = arrays.triangles;
+        return if triangles == 0 {
+            Ok(Assembled { tree: Tree::EMPTY, numbers: None })
+        } else if arrays.nodes == 0 {
+            Err(TreeFileError::NoNodes { triangles })
+        } else {
+            Err(TreeFileError::NoLeaves { triangles })
+        };
     }
     let in_order = is_in_order(arrays, links, token)?;
-    // For each node of the file its number in the tree.
+    // Of each node of the file its number in the tree.
     let mut numbers: Vec<u32> = if in_order {
         par_collect(arrays.nodes as usize, token, |node| node as u32)?
     } else {
@@ -39,7 +46,7 @@ pub(super) fn assemble<C: FileContainer>(
     let mut nodes: Vec<Node<C>> = zeros(count, token)?;
     let mut primitive_indices = Vec::with_capacity(arrays.indices as usize);
     let (mut next, mut max_depth) = (1_u32, 0);
-    let mut steps = token.poll().reporting(u64::from(arrays.nodes).saturating_add(u64::from(arrays.indices)));
+    let mut steps = Steps::new(token, u64::from(arrays.nodes).saturating_add(u64::from(arrays.indices)));
     for &node in links.order.iter().filter(|&&node| links.kept.contains(node)) {
         steps.step()?;
         let container = C::read(arrays.bounds, node).map_err(|problem| TreeFileError::Bounds { node, problem })?;
@@ -76,22 +83,13 @@ pub(super) fn assemble<C: FileContainer>(
     Ok(Assembled { tree, numbers: (!in_order).then_some(file_numbers) })
 }
 
-/// The tree of a file without used nodes.
-fn empty_tree<C: FileContainer>(arrays: &Arrays<'_>) -> Result<Assembled<C>, TreeFileError> {
-    match (arrays.triangles, arrays.nodes) {
-        (0, _) => Ok(Assembled { tree: Tree::EMPTY, numbers: None }),
-        (triangles, 0) => Err(TreeFileError::NoNodes { triangles }),
-        (triangles, _) => Err(TreeFileError::NoLeaves { triangles }),
-    }
-}
-
 /// Whether the tree of the file is in our order, every node and every index part of it.
 fn is_in_order(arrays: &Arrays<'_>, links: &Links, token: &CancelToken) -> Result<bool, Cancelled> {
     if links.order.len() != arrays.nodes as usize || links.empty > 0 {
         return Ok(false);
     }
     let mut next_index = 0_u32;
-    let mut steps = token.poll();
+    let mut steps = Steps::silent(token);
     for &node in &links.order {
         steps.step()?;
         let [first, count] = arrays.leaf(node);

@@ -1,6 +1,6 @@
 //! Bounds that no tree can have.
 
-/// A problem of the bounds of a node.
+/// What is wrong with the bounds of a node.
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
 pub enum BoundsProblem {
     /// A number is NaN, infinite or too large.

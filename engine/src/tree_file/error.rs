@@ -22,7 +22,7 @@ pub enum TreeFileError {
     /// The first line is another.
     #[error("does not begin with the line 'bvhscope tree {VERSION}'")]
     NotATreeFile,
-    /// The first line names another version, which is the value.
+    /// The first line names another version; holds what it says.
     #[error("is a tree file of version '{0}', not {VERSION}")]
     Version(String),
     /// The second line has no end.
@@ -41,13 +41,13 @@ pub enum TreeFileError {
         field: &'static str,
         /// Its value as JSON, shortened.
         found: String,
-        /// The values allowed.
+        /// What it may be.
         expected: &'static str,
     },
-    /// The header lacks the offset of an array.
+    /// The header does not say where an array begins.
     #[error("'arrays' in the header has no '{0}'")]
     NoArray(ArrayName),
-    /// The header lacks the offset of an array.
+    /// The header does not say where an array begins.
     #[error("'arrays' in the header has {found} as '{array}' where bytes from the start of the data are expected")]
     ArrayBegin {
         /// The array.
@@ -84,7 +84,7 @@ pub enum TreeFileError {
     Memory {
         /// Estimated peak in bytes.
         needed: u64,
-        /// The limit set by the caller.
+        /// What the caller allows.
         allowed: u64,
     },
     /// The mesh has another number of triangles.
@@ -159,7 +159,7 @@ pub enum TreeFileError {
         node: u32,
         /// Position in `indices`.
         index: u32,
-        /// The value there.
+        /// What stands there.
         triangle: u32,
         /// Number of triangles.
         triangles: u32,
@@ -169,7 +169,7 @@ pub enum TreeFileError {
     Bounds {
         /// The node.
         node: u32,
-        /// The problem.
+        /// What is wrong.
         problem: BoundsProblem,
     },
     /// A corner that is not finite or too far away.
@@ -186,7 +186,7 @@ pub enum TreeFileError {
         /// Number of triangles.
         triangles: u32,
     },
-    /// The triangles are required but missing.
+    /// The triangles are asked for and not there.
     #[error("is a tree without its triangles: it has no array 'corners'")]
     NoCorners,
     /// There are triangles and no leaf.
@@ -198,7 +198,7 @@ pub enum TreeFileError {
 }
 
 impl TreeFileError {
-    /// Advice for the writer of the file, in a few words.
+    /// What whoever wrote the file can do, in a few words.
     pub const fn advice(&self) -> &'static str {
         match self {
             Self::Cancelled(_) => "read it again",

@@ -1,12 +1,12 @@
-//! Faults of a tree that can be shown all the same.
+//! What is wrong with a tree that can be shown all the same.
 
 use rayon::prelude::*;
 
 use super::arrays::{Arrays, Rows};
 use super::bounds::{FileContainer, is_usable};
 use super::error::TreeFileError;
-use super::links::{Links, STEPS_BETWEEN_CHECKS, Set};
-use crate::cancel::{CancelToken, Cancelled, Poll};
+use super::links::{Links, STEPS_BETWEEN_CHECKS, Set, Steps};
+use crate::cancel::{CancelToken, Cancelled};
 use crate::geometry::{Aabb, Triangle};
 use crate::kernel::par_collect::par_collect;
 use crate::order::radix_sort;
@@ -165,13 +165,13 @@ pub(super) fn find<C: FileContainer>(
 fn in_chunks<C: FileContainer>(
     tree: &Tree<C>,
     token: &CancelToken,
-    look: impl Fn(u32, &mut Found, &mut Poll<'_>) -> Result<(), Cancelled> + Sync,
+    look: impl Fn(u32, &mut Found, &mut Steps<'_>) -> Result<(), Cancelled> + Sync,
 ) -> Result<Found, Cancelled> {
     let count = tree.nodes.len() as u32;
     let chunks = count.div_ceil(STEPS_BETWEEN_CHECKS);
     let parts = (0..chunks).into_par_iter().map(|chunk| {
         token.check()?;
-        let (mut found, mut steps) = (Found::default(), token.poll());
+        let (mut found, mut steps) = (Found::default(), Steps::silent(token));
         let first = chunk.saturating_mul(STEPS_BETWEEN_CHECKS);
         (first..first.saturating_add(STEPS_BETWEEN_CHECKS).min(count))
             .try_for_each(|node| look(node, &mut found, &mut steps))?;
@@ -202,7 +202,7 @@ impl Uses {
     fn count(primitives: &[u32], triangles: u32, token: &CancelToken) -> Result<Self, Cancelled> {
         let (mut once, mut several) = (Set::new(triangles, token)?, Set::new(triangles, token)?);
         let (mut has_several, mut used) = (false, 0_u32);
-        let mut steps = token.poll().reporting(primitives.len() as u64);
+        let mut steps = Steps::new(token, primitives.len() as u64);
         for &triangle in primitives {
             steps.step()?;
             if once.insert(triangle) {
@@ -230,7 +230,7 @@ impl Uses {
         let mut indices = par_collect(primitives.len(), token, |slot| u64::from(primitives[slot]))?;
         radix_sort(&mut indices, u32::BITS, token)?;
         let (mut used, mut first) = (0_u32, None);
-        let mut steps = token.poll();
+        let mut steps = Steps::silent(token);
         let mut before = None;
         for index in indices.into_iter().map(|index| index as u32) {
             steps.step()?;
@@ -256,11 +256,11 @@ fn outside_leaves<C: FileContainer>(
     slack: f64,
     token: &CancelToken,
 ) -> Result<Found, Cancelled> {
-    // For each triangle in several leaves, the box around them.
+    // Of each triangle in several leaves the box around these.
     let mut around = Vec::new();
     if uses.has_several {
         around = par_collect(triangles.len(), token, |_| Aabb::EMPTY)?;
-        let mut steps = token.poll();
+        let mut steps = Steps::silent(token);
         for leaf in tree.nodes.iter().filter(|node| node.is_leaf()) {
             steps.step()?;
             let bounds = leaf.container.bounds();
@@ -301,7 +301,7 @@ fn moved(
 ) -> Result<Option<(u32, u64, f32)>, TreeFileError> {
     let (Some(corners), Some(triangles)) = (arrays.corners, triangles) else { return Ok(None) };
     let (mut first, mut count, mut largest) = (None, 0_u64, 0.0_f32);
-    let mut steps = token.poll();
+    let mut steps = Steps::silent(token);
     for (number, triangle) in (0..).zip(triangles) {
         steps.step()?;
         let written = corners_of(corners, number)?;

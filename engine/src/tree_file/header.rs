@@ -15,7 +15,7 @@ const MAX_NAME: usize = 1000;
 /// Characters of a value that messages show.
 const SHOWN: usize = 40;
 
-/// Description of the tree in a tree file, beside the arrays.
+/// What a tree file says of its tree beside the arrays.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Header {
     /// Most children of a node, 2 to 32. What is written has at least the arity of the tree.
@@ -28,12 +28,12 @@ pub struct Header {
     pub settings: Option<Value>,
     /// Wall-clock time of the build in milliseconds.
     pub build_ms: Option<f64>,
-    /// All fields that this version does not read.
+    /// All fields that this version does not know.
     pub other: Map<String, Value>,
 }
 
 impl Header {
-    /// The header of a binary tree over `triangles` triangles, whose builder is unknown.
+    /// The header of a binary tree over `triangles` triangles, whose builder is not known.
     pub fn new(triangles: usize) -> Self {
         let triangles = u32::try_from(triangles).unwrap_or(u32::MAX);
         Self { arity: 2, triangles, builder: None, settings: None, build_ms: None, other: Map::new() }

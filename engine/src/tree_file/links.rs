@@ -2,7 +2,7 @@
 
 use super::arrays::Arrays;
 use super::error::TreeFileError;
-use crate::cancel::{CancelToken, Cancelled, Poll};
+use crate::cancel::{CancelToken, Cancelled};
 use crate::kernel::par_collect::{par_collect, zeros};
 
 /// Steps between two polls for cancellation: nodes and indices of leaves.
@@ -36,7 +36,46 @@ impl Set {
     }
 }
 
-/// The hierarchy that the links describe. Numbers of nodes are those of the file.
+/// Counts steps, and polls for cancellation every [`STEPS_BETWEEN_CHECKS`] of them.
+pub(super) struct Steps<'a> {
+    token: &'a CancelToken,
+    since: u32,
+    done: u64,
+    /// Number of all steps, where progress is reported.
+    all: Option<u64>,
+}
+
+impl<'a> Steps<'a> {
+    /// No step of `all` done; reports progress.
+    pub fn new(token: &'a CancelToken, all: u64) -> Self {
+        Self { token, since: STEPS_BETWEEN_CHECKS, done: 0, all: Some(all.max(1)) }
+    }
+
+    /// Steps that report no progress.
+    pub fn silent(token: &'a CancelToken) -> Self {
+        Self { token, since: STEPS_BETWEEN_CHECKS, done: 0, all: None }
+    }
+
+    /// One more step.
+    #[inline(always)]
+    pub fn step(&mut self) -> Result<(), Cancelled> {
+        self.since = self.since.saturating_add(1);
+        if self.since >= STEPS_BETWEEN_CHECKS { self.poll() } else { Ok(()) }
+    }
+
+    #[cold]
+    fn poll(&mut self) -> Result<(), Cancelled> {
+        self.token.check()?;
+        if let Some(all) = self.all {
+            self.token.set_progress((self.done as f64 / all as f64) as f32);
+        }
+        self.done = self.done.saturating_add(u64::from(STEPS_BETWEEN_CHECKS));
+        self.since = 0;
+        Ok(())
+    }
+}
+
+/// What follows from the links. Numbers of nodes are those of the file.
 pub(super) struct Links {
     /// The nodes that the root reaches, in depth-first order.
     pub order: Vec<u32>,
@@ -55,7 +94,7 @@ impl Links {
         let mut parents = par_collect(nodes as usize, token, |_| NONE)?;
         let mut slots = Set::new(arrays.indices, token)?;
         let mut order: Vec<u32> = Vec::with_capacity(nodes as usize);
-        let mut steps = token.poll().reporting(u64::from(nodes).saturating_add(u64::from(arrays.indices)));
+        let mut steps = Steps::new(token, u64::from(nodes).saturating_add(u64::from(arrays.indices)));
         let mut stack = Vec::new();
         if let Some(parent) = parents.first_mut() {
             *parent = 0;
@@ -99,7 +138,7 @@ fn check_leaf(
     node: u32,
     [first, count]: [u32; 2],
     slots: &mut Set,
-    steps: &mut Poll<'_>,
+    steps: &mut Steps<'_>,
 ) -> Result<(), TreeFileError> {
     let indices = arrays.indices;
     let end = first.checked_add(count).filter(|&end| end <= indices);
@@ -138,7 +177,7 @@ fn reached_twice(parents: &[u32], node: u32, parent: u32) -> TreeFileError {
 fn kept(arrays: &Arrays<'_>, parents: &[u32], order: &[u32], token: &CancelToken) -> Result<(Set, u32), TreeFileError> {
     let mut kept = Set::new(arrays.nodes, token)?;
     let mut count = 0_u32;
-    let mut steps = token.poll();
+    let mut steps = Steps::silent(token);
     // Backwards, so that children come before their parents.
     for &node in order.iter().rev() {
         steps.step()?;

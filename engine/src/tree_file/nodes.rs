@@ -7,6 +7,7 @@ use serde_json::{Value, json};
 
 use super::bounds::FileContainer;
 use super::header::Header;
+use super::links::Steps;
 use crate::cancel::CancelToken;
 use crate::kernel::par_collect::zeros;
 use crate::tree::{AnyTree, ContainerKind, Tree};
@@ -79,7 +80,7 @@ pub fn write_nodes_json(
         write!(writer, "]")
     }))?;
     write!(writer, "],\n\"indices\":[")?;
-    let mut steps = token.poll();
+    let mut steps = Steps::silent(token);
     for (index, primitive) in tree.primitive_indices().iter().enumerate() {
         steps.step().map_err(io::Error::other)?;
         write!(writer, "{}{primitive}", if index > 0 { "," } else { "" })?;
@@ -96,7 +97,7 @@ fn for_each_row<C: FileContainer>(
     let nodes = &tree.nodes;
     let list = || zeros::<u32>(nodes.len(), token).map_err(io::Error::other);
     let (mut parents, mut depths, mut firsts, mut counts) = (list()?, list()?, list()?, list()?);
-    let mut steps = token.poll();
+    let mut steps = Steps::silent(token);
     for (number, node) in nodes.iter().enumerate() {
         steps.step().map_err(io::Error::other)?;
         for child in node.children() {
@@ -115,7 +116,7 @@ fn for_each_row<C: FileContainer>(
             counts[number] = sum;
         }
     }
-    let mut steps = token.poll().reporting(nodes.len() as u64);
+    let mut steps = Steps::new(token, nodes.len() as u64);
     for (index, node) in nodes.iter().enumerate() {
         steps.step().map_err(io::Error::other)?;
         let parent = (index > 0).then_some(parents[index]);

@@ -7,15 +7,15 @@ use super::error::TreeFileError;
 use super::faults::{self, Fault};
 use super::header::{Header, Parsed, parse};
 use super::layout::MAGIC;
-use super::links::Links;
+use super::links::{Links, Steps};
 use crate::cancel::CancelToken;
 use crate::geometry::{Aabb, Sphere, Triangle};
 use crate::tree::{AnyTree, ContainerKind, Node, Tree};
 
-/// The contents of a tree file.
+/// What is read from a tree file.
 #[derive(Debug, Clone, PartialEq)]
 pub struct TreeFile {
-    /// The header of the file.
+    /// What the file says of its tree.
     pub header: Header,
     /// The tree. Nodes have 1 to [`Header::arity`] children, leaves any number of primitives.
     pub tree: AnyTree,
@@ -25,7 +25,7 @@ pub struct TreeFile {
     pub empty_nodes: u32,
     /// The number that each node of the tree has in the file; `None` where all have the same.
     pub numbers: Option<Vec<u32>>,
-    /// Faults of the tree; one entry per kind, in the order of [`FaultKind::ALL`](super::FaultKind::ALL).
+    /// What is wrong with the tree; one entry per kind, in the order of [`FaultKind::ALL`](super::FaultKind::ALL).
     pub faults: Vec<Fault>,
 }
 
@@ -65,13 +65,13 @@ pub fn read_corners(bytes: &[u8], max_bytes: u64, token: &CancelToken) -> Result
 }
 
 impl TreeFile {
-    /// Reads a file in memory. `mesh` are the triangles of the tree, if given; otherwise those of the file
+    /// Reads a file in memory. `mesh` are the triangles that the tree is of, where they are known; otherwise those of the file
     /// are taken, if it has them. `max_bytes` is the memory that may be allocated; nothing is before the sizes in the header
     /// are found to fit the file. Runs in the calling thread's rayon pool, and reports progress through `token`.
     ///
     /// # Errors
     ///
-    /// [`TreeFileError`] if the tree cannot be shown. Faults of a tree that can be shown are in [`TreeFile::faults`].
+    /// What cannot be shown: see [`TreeFileError`]. What can be shown and is wrong is in [`TreeFile::faults`].
     pub fn read(
         bytes: &[u8],
         mesh: Option<&[Triangle]>,
@@ -116,7 +116,7 @@ where
 /// The triangles in the array `corners`.
 fn triangles(corners: Rows<'_>, count: u32, token: &CancelToken) -> Result<Vec<Triangle>, TreeFileError> {
     let mut list = Vec::with_capacity(count as usize);
-    let mut steps = token.poll().reporting(u64::from(count));
+    let mut steps = Steps::new(token, u64::from(count));
     for triangle in 0..count {
         steps.step()?;
         list.push(bytemuck::cast(faults::corners_of(corners, triangle)?));

@@ -1,4 +1,4 @@
-//! The containers of wide trees, and tests of eight of them side by side.
+//! What containers wide trees are made of, and how eight of them are tested side by side.
 
 use std::fmt::Debug;
 
@@ -53,6 +53,6 @@ pub trait CompactBounds<C: WideContainer>: Pod + Send + Sync + PartialEq + Debug
     fn unpack<S: Simd>(&self, simd: S) -> C::Bounds;
     /// The container in a lane.
     fn load(&self, lane: usize) -> C;
-    /// Whether a lane may hold `container`; rounding can give false positives.
+    /// Whether a lane was made from `container`, as far as can be told.
     fn holds(&self, lane: usize, container: &C) -> bool;
 }

@@ -13,7 +13,7 @@ use crate::wide::fused_box::FusedBoxRay;
 use crate::wide::layout::WIDTH;
 use crate::wide::ray_lanes::{RayLanes, TriangleLanes};
 
-/// A ray prepared for tests against eight boxes. The signs of the direction determine which planes are near, so that none
+/// A ray prepared for tests against eight boxes. The signs of the direction tell which planes are near, so that none
 /// are compared.
 pub struct BoxRay<S: Simd> {
     /// For each axis the offset of the near planes: 0 for the lower ones, [`WIDTH`] for the upper ones.

@@ -1,4 +1,4 @@
-//! Eight boxes side by side, and the interface of a test of one ray against eight containers.
+//! Eight boxes side by side, and what it means to test a ray against eight containers.
 
 use bytemuck::{Pod, Zeroable};
 use fearless_simd::Simd;

@@ -1,4 +1,4 @@
-//! Widths of nodes and blocks, and the size of a triangle.
+//! Widths of nodes and blocks, and what a triangle takes.
 
 /// Number of children per node.
 pub const WIDTH: usize = 8;

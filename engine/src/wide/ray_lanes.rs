@@ -1,6 +1,6 @@
 //! Rays in structure-of-arrays layout, prepared for the tests of wide trees.
 
-use fearless_simd::{Select, Simd, SimdBase, SimdFloat, SimdMask, f32x4, f32x8, mask32x8, u32x8};
+use fearless_simd::{Select, Simd, SimdBase, SimdFloat, SimdMask, f32x4, f32x8, u32x8};
 use glam::Vec3;
 
 use crate::geometry::{PARALLEL_PAD, Ray};
@@ -183,7 +183,13 @@ impl<const N: usize> RayLanes<N> {
         let (o, d) = ([ox, oy, oz], [dx, dy, dz]);
         let t_min = given_t_min.simd_gt(zero).select(given_t_min, zero);
         let squared = d[0] * d[0] + d[1] * d[1] + d[2] * d[2];
-        let can_hit = can_hit(simd, o, squared, t_min, t_max);
+        let can_hit = squared.simd_ge(splat(f32::MIN_POSITIVE))
+            & squared.simd_le(largest)
+            & o[0].abs().simd_le(largest)
+            & o[1].abs().simd_le(largest)
+            & o[2].abs().simd_le(largest)
+            & t_min.simd_le(t_max)
+            & t_min.simd_le(largest);
         let inverse_length = one / squared.sqrt();
         let inverse = each!(axis => one / d[axis]);
         let crosses = each!(axis => inverse[axis].abs().simd_le(largest));
@@ -192,14 +198,25 @@ impl<const N: usize> RayLanes<N> {
         });
         let inverse = each!(axis => crosses[axis].select(inverse[axis], largest));
         let size = each!(axis => d[axis].abs());
-        let longest = LongestAxis {
-            is_x: size[0].simd_ge(size[1]) & size[0].simd_ge(size[2]),
-            y_before_z: size[1].simd_ge(size[2]),
+        let x_is_longest = size[0].simd_ge(size[1]) & size[0].simd_ge(size[2]);
+        let y_before_z = size[1].simd_ge(size[2]);
+        // The same choice as in `permuted_axes`.
+        let permuted = |v: [f32x8<S>; 3]| {
+            [
+                x_is_longest.select(v[1], y_before_z.select(v[2], v[0])),
+                x_is_longest.select(v[2], y_before_z.select(v[0], v[1])),
+                x_is_longest.select(v[0], y_before_z.select(v[1], v[2])),
+            ]
         };
-        let [x, y, z] = longest.last(d);
+        let [x, y, z] = permuted(d);
         let factors = [(zero - x) / z, (zero - y) / z, one / z];
-        let sheared_origin = longest.last(o);
-        let axes = longest.last(each!(axis => u32x8::splat(simd, 8 * axis as u32)));
+        let sheared_origin = permuted(o);
+        let row = |axis: usize| u32x8::splat(simd, 8 * axis as u32);
+        let axes = [
+            x_is_longest.select(row(1), y_before_z.select(row(2), row(0))),
+            x_is_longest.select(row(2), y_before_z.select(row(0), row(1))),
+            x_is_longest.select(row(0), y_before_z.select(row(1), row(2))),
+        ];
         let (low_side, high_side) = (u32x8::splat(simd, 0), u32x8::splat(simd, WIDTH as u32));
         let first = first % N;
         let put = |list: &mut [f32; N], values: f32x8<S>| {
@@ -224,47 +241,6 @@ impl<const N: usize> RayLanes<N> {
             put(&mut self.inverse_length, inverse_length);
         }
         can_hit.to_bitmask() as u32 & !(u32::MAX << rays.len().min(RAY_LANES))
-    }
-}
-
-/// The rays with a finite origin, a direction whose length squared is a finite number above zero, and a part between `t_min` and
-/// `t_max`.
-#[inline(always)]
-fn can_hit<S: Simd>(
-    simd: S,
-    origin: [f32x8<S>; 3],
-    squared: f32x8<S>,
-    t_min: f32x8<S>,
-    t_max: f32x8<S>,
-) -> mask32x8<S> {
-    let largest = f32x8::splat(simd, f32::MAX);
-    let finite = each!(axis => origin[axis].abs().simd_le(largest));
-    squared.simd_ge(f32x8::splat(simd, f32::MIN_POSITIVE))
-        & squared.simd_le(largest)
-        & finite[0]
-        & finite[1]
-        & finite[2]
-        & t_min.simd_le(t_max)
-        & t_min.simd_le(largest)
-}
-
-/// The longest axis of eight directions.
-#[derive(Clone, Copy)]
-struct LongestAxis<M> {
-    is_x: M,
-    /// Where it is not x: whether it is y.
-    y_before_z: M,
-}
-
-impl<M: Copy> LongestAxis<M> {
-    /// The rows of `v` in cyclic order with that of the longest axis last, as in [`permuted_axes`].
-    #[inline(always)]
-    fn last<S: Simd, V: SimdBase<S>>(self, v: [V; 3]) -> [V; 3]
-    where
-        M: Select<V>,
-    {
-        let row = |x, y, z| self.is_x.select(x, self.y_before_z.select(y, z));
-        [row(v[1], v[2], v[0]), row(v[2], v[0], v[1]), row(v[0], v[1], v[2])]
     }
 }
 

@@ -6,25 +6,35 @@ use super::tree::{AnyWideTree, WideTree};
 use crate::cancel::{CancelToken, Cancelled};
 use crate::tree::{AnyTree, Node, Tree};
 
+/// Nodes and blocks between two polls for cancellation.
+const STEPS_BETWEEN_CHECKS: usize = 1 << 14;
+
 impl<C: WideContainer> WideTree<C> {
     /// The same hierarchy with the same leaves, numbered depth first, siblings together. `binary` is the tree that it was made
     /// from: a wide tree does not store the container of its root. A triangle that a leaf holds twice, as splitting may leave it, is
     /// there once.
     pub fn to_tree(&self, binary: &Tree<C>, token: &CancelToken) -> Result<Tree<C>, Cancelled> {
+        token.check()?;
         let (Some(first), Some(root)) = (self.root, binary.nodes.first()) else { return Ok(Tree::EMPTY) };
         let mut nodes = vec![Node { container: root.container, first: 0, count: 0 }];
         let mut primitive_indices = Vec::with_capacity(self.leaves.triangle_count());
-        let (mut poll, mut max_depth) = (token.poll(), 0);
-        // Nodes still to be written: the reference, its number and its depth.
+        let (mut steps, mut max_depth) = (0_usize, 0);
+        // What is still to be written: the reference, its number and its depth.
         let mut open = vec![(first, 0, 0_u32)];
         while let Some((child, number, depth)) = open.pop() {
-            poll.step()?;
+            steps += 1;
+            if steps.is_multiple_of(STEPS_BETWEEN_CHECKS) {
+                token.check()?;
+            }
             max_depth = depth.max(max_depth);
             let container = nodes[number].container;
             if child.is_leaf() {
                 let first = primitive_indices.len();
                 for block in self.leaves.blocks(child) {
-                    poll.step()?;
+                    steps += 1;
+                    if steps.is_multiple_of(STEPS_BETWEEN_CHECKS) {
+                        token.check()?;
+                    }
                     for index in (0..block.count()).map(|lane| block.primitive_index(lane)) {
                         if primitive_indices[first..].last() != Some(&index) {
                             primitive_indices.push(index);

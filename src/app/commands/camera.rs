@@ -2,7 +2,7 @@
 
 use glam::{Quat, Vec3};
 
-use super::action::{OrbitStep, ViewDirection};
+use crate::app::state::action::{OrbitStep, ViewDirection};
 use crate::app::state::bookmarks::{self, Bookmark};
 use crate::app::state::{AppState, Severity};
 use crate::app::viewport::{orbit, pixel};

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use super::action::CompareStep;
+use crate::app::state::action::CompareStep;
 use crate::app::state::{AppState, SecondTree, TreeSide};
 
 /// Performs a step.

@@ -2,10 +2,10 @@
 
 use std::sync::LazyLock;
 
-use super::action::Action;
 use super::row::{Category, Entry, Items, Row};
 use super::rows;
 use crate::app::state::AppState;
+use crate::app::state::action::Action;
 
 /// All entries except recent files and trees, bookmarks and lessons, in the order of the menus.
 pub fn entries() -> &'static [Entry] {

@@ -2,11 +2,11 @@
 
 use egui::{self, Event, Key, Modifiers};
 
-use super::action::Action;
 use super::entries::entries;
 use super::row::Entry;
 use super::share::paste_state;
 use crate::app::state::AppState;
+use crate::app::state::action::Action;
 
 /// Performs the actions whose keys were pressed. A focused text field keeps its keys; so does the open palette, except for
 /// Ctrl+P, F1 and Esc.

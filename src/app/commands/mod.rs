@@ -2,9 +2,8 @@
 //! [`AppState`](crate::app::state::AppState) or push a [`Request`](crate::app::state::Request); they start no work and paint
 //! nothing.
 //!
-//! To add an action: a variant in `action`, its row in `rows`.
+//! To add an action: a variant in `state::action`, its row in `rows`.
 
-mod action;
 mod row;
 mod rows;
 
@@ -24,7 +23,7 @@ mod search;
 mod command_line;
 mod statistics_text;
 
-pub use action::{Action, CompareStep, OrbitStep, RankingStep, SectionStep, ViewDirection};
+pub use crate::app::state::action::{Action, CompareStep, OrbitStep, RankingStep, SectionStep, ViewDirection};
 pub use command_line::command_line;
 pub use entries::{entries, entries_for};
 pub use keyboard::handle_shortcuts;

@@ -2,9 +2,9 @@
 
 use std::sync::Arc;
 
-use super::action::{Action, RankingStep};
 use super::camera;
-use crate::app::state::dock::DockView;
+use crate::app::state::action::{Action, RankingStep};
+use crate::app::state::lab::NodesState;
 use crate::app::state::{AppState, TreeSide};
 use crate::app::viewport::{orbit, picking};
 use crate::lab::diagnose::{Finding, Place};
@@ -75,7 +75,7 @@ pub(super) fn isolate_selected(state: &mut AppState) {
 pub(super) fn step_ranking(state: &mut AppState, step: RankingStep) {
     let Some(accel) = state.model.presented.as_ref().map(|shown| &shown.accel) else { return };
     if state.lab.nodes.ranking.of_tree(accel).is_none() {
-        state.preferences.dock.open = Some(DockView::Nodes);
+        state.preferences.dock.show(NodesState::VIEW);
         return;
     }
     let step = match step {

@@ -2,8 +2,8 @@
 
 use egui::{Key, KeyboardShortcut, Modifiers};
 
-use super::action::Action;
 use crate::app::state::AppState;
+use crate::app::state::action::Action;
 
 pub(super) type Keys = &'static [(Modifiers, Key)];
 

@@ -2,8 +2,8 @@
 
 use glam::Vec3;
 
-use super::action::SectionStep;
 use crate::app::state::AppState;
+use crate::app::state::action::SectionStep;
 use crate::section::SectionPlane;
 
 /// Changes the section plane of the presented model.

@@ -15,19 +15,23 @@ pub fn shared_state(state: &AppState) -> SharedState {
     for file in wanted.tree_files.iter_mut().flatten() {
         *file = std::path::absolute(&*file).unwrap_or_else(|_| file.clone());
     }
+    let tree = state.presented_tree();
     SharedState {
         wanted,
         show_geometry: state.preferences.show_geometry,
         show_containers: state.preferences.show_containers,
-        dock: state.preferences.dock.open,
+        dock: state.preferences.dock.open.clone(),
         nodes: SharedNodes {
             selected: nodes.selected,
             triangle: state.selection.picked.as_ref().map(|picked| picked.primitive),
             hidden: nodes.hidden.iter().copied().collect::<BTreeSet<_>>(),
             isolated: nodes.isolated,
             only: nodes.only.as_ref().map(|only| only.ranges()),
+            topmost: tree.as_ref().map_or(0, |tree| state.lab.icicle.top_of(tree)),
+            unfolded: tree.as_ref().map_or_else(|| BTreeSet::from([0]), |tree| state.lab.outline.unfolded(tree)),
         },
         lab: state.lab.shared(),
+        paper: state.preferences.paper.clone(),
     }
 }
 
@@ -64,7 +68,7 @@ fn with_model_here(state: &AppState, mut shared: SharedState) -> Result<(SharedS
 /// Shows a state. What it selects is selected once its tree is there.
 pub fn show_state(state: &mut AppState, shared: SharedState) {
     let own_view = shared.has_own_view();
-    let SharedState { wanted, show_geometry, show_containers, dock, nodes, lab } = shared;
+    let SharedState { wanted, show_geometry, show_containers, dock, nodes, lab, paper } = shared;
     let before = std::mem::replace(&mut state.wanted, wanted);
     let new = std::mem::replace(&mut state.wanted.source, before.source);
     let is_open = is_same(&new, &state.wanted.source);
@@ -76,14 +80,15 @@ pub fn show_state(state: &mut AppState, shared: SharedState) {
         (true, false) => {}
         (false, own_view) => {
             let camera = (!own_view).then_some(state.wanted.camera);
-            state.requests.push(Request::OpenShared(new, state.wanted.tree_files.clone(), camera));
+            state.activity.requests.push(Request::OpenShared(new, state.wanted.tree_files.clone(), camera));
         }
     }
     state.preferences.show_geometry = show_geometry;
     state.preferences.show_containers = show_containers;
     state.preferences.dock.open = dock;
-    state.shared_nodes = Some(nodes);
+    state.selection.pasted = Some(nodes);
     state.lab.show_shared(lab);
+    state.preferences.paper = paper;
 }
 
 fn is_same(a: &SceneSource, b: &SceneSource) -> bool {

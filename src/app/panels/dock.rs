@@ -4,9 +4,9 @@ use egui::{self, Align, Button, Layout, Margin, Panel, Rect, Role, Sense, Ui, Wi
 
 use crate::app::commands::{Action, Entry, entries};
 use crate::app::state::AppState;
-use crate::app::state::dock::DockView;
 use crate::app::theme;
-use crate::app::views::{icicle, merges, nodes, paper, plots, ray};
+use crate::app::views::view::View;
+use crate::app::views::{VIEWS, open_view};
 use crate::app::widgets::{Icon, Tip as _, icon_button, note_place, panel_frame};
 
 /// Smallest height in points.
@@ -16,7 +16,7 @@ const MAX_SHARE: f32 = 0.66;
 
 /// Shows the dock if it is open.
 pub(super) fn show(ui: &mut Ui, state: &mut AppState) {
-    let Some(view) = state.preferences.dock.open else { return };
+    let Some(view) = open_view(state) else { return };
     let most = (ui.available_height() * MAX_SHARE).max(MIN_HEIGHT);
     let height = state.preferences.dock.height.clamp(MIN_HEIGHT, most);
     let panel = Panel::bottom("dock").resizable(true).default_size(height).size_range(MIN_HEIGHT..=most);
@@ -26,14 +26,7 @@ pub(super) fn show(ui: &mut Ui, state: &mut AppState) {
         ui.add_space(2.0);
         // The dock keeps its height, however little a view shows.
         ui.set_min_height(ui.available_height());
-        match view {
-            DockView::Ray => ray::show(ui, state),
-            DockView::Merges => merges::show(ui, state),
-            DockView::Icicle => icicle::show(ui, state),
-            DockView::Nodes => nodes::show(ui, state),
-            DockView::Plots => plots::show(ui, state),
-            DockView::Paper => paper::show(ui, state),
-        }
+        view.ui(ui, state);
     });
     keep_height(ui, state, place.response.rect);
     note_place(ui.ctx(), "Dock", place.response.rect);
@@ -47,21 +40,21 @@ fn keep_height(ui: &Ui, state: &mut AppState, rect: Rect) {
 }
 
 /// The strip of tabs, with the button that closes the dock at its end.
-fn tabs(ui: &mut Ui, state: &mut AppState, open: DockView) {
+fn tabs(ui: &mut Ui, state: &mut AppState, open: &dyn View) {
     ui.horizontal(|ui| {
         ui.spacing_mut().item_spacing.x = 2.0;
-        for view in DockView::ALL {
-            let on = view == open;
-            let action = Action::ToggleDock(view);
-            let response = ui.add(Button::new(view.label()).selected(on).frame_when_inactive(on));
-            response.widget_info(|| WidgetInfo::selected(Role::Tab, true, on, view.label()));
+        for view in VIEWS {
+            let on = view.name() == open.name();
+            let action = Action::ToggleDock(view.name());
+            let response = ui.add(Button::new(view.name()).selected(on).frame_when_inactive(on));
+            response.widget_info(|| WidgetInfo::selected(Role::Tab, true, on, view.name()));
             if response.tip(format!("{} ({})", view.purpose(), key_of(action))).clicked() {
-                state.preferences.dock.open = Some(view);
+                state.preferences.dock.show(view.name());
             }
         }
         ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
             let (rect, _) = ui.allocate_exact_size(vec2(theme::ROW_HEIGHT, theme::ROW_HEIGHT), Sense::hover());
-            let tip = format!("Close the dock; what was measured stays ({})", key_of(Action::ToggleDock(open)));
+            let tip = format!("Close the dock; what was measured stays ({})", key_of(Action::ToggleDock(open.name())));
             if icon_button(ui, rect, Icon::Close, "Close dock").tip(tip).clicked() {
                 state.preferences.dock.open = None;
             }

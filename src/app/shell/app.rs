@@ -11,7 +11,6 @@ use super::{interrupt, lessons, storage, window_size};
 use crate::app::shell::clipboard_probe::ClipboardProbe;
 use crate::app::shell::derived_worker::DerivedWorker;
 use crate::app::shell::file_watch::{FileChange, FileWatch};
-use crate::app::shell::lab_rails::LabRails;
 use crate::app::shell::measure_worker::MeasureWorker;
 use crate::app::shell::reconcile::Reconciler;
 use crate::app::shell::requests::{BackgroundTasks, take_dropped_files};
@@ -20,8 +19,9 @@ use crate::app::shell::thumbnail_worker::ThumbnailWorker;
 use crate::app::shell::tree_watch::TreeWatch;
 use crate::app::shell::wake_signal::WakeSignal;
 use crate::app::state::{AppState, Preferences, Request, Severity, TreeSide, Wanted};
+use crate::app::studies::Studies;
 use crate::app::viewport::Viewport;
-use crate::app::{commands, panels, theme};
+use crate::app::{commands, panels, studies, theme, views};
 use crate::console::note;
 use crate::overlay::OverlayPipeline;
 use crate::render::Background;
@@ -50,7 +50,7 @@ pub struct App {
     reconciler: Reconciler,
     measure_worker: MeasureWorker,
     derived_worker: DerivedWorker,
-    lab_rails: LabRails,
+    studies: Studies,
     background_tasks: BackgroundTasks,
     clipboard_probe: Option<ClipboardProbe>,
     thumbnail_worker: Option<ThumbnailWorker>,
@@ -94,7 +94,7 @@ impl App {
         state.model.allow_outside = options.load.allow_outside;
         for folder in options.lessons {
             let (lessons, warnings) = lessons::read_folder(&folder);
-            state.lessons.extend(lessons);
+            state.layout.lessons.extend(lessons);
             for warning in warnings {
                 note(format_args!("warning: {warning}"));
                 state.messages.notify(Severity::Warning, warning);
@@ -110,7 +110,7 @@ impl App {
         app.settings_autosave = SettingsAutosave::new(options.settings_file);
         app.reconciler.set_load_options(options.load, camera, same_model);
         app.device.inject_faults(options.lose_device, options.refuse_buffer);
-        app.throttles_frames = app.state.graphics.is_software;
+        app.throttles_frames = app.state.layout.graphics.is_software;
         // A run that saves no settings leaves nothing in the cache either.
         let cache = if options.settings.none { None } else { thumbnail_cache::default_folder() };
         let ctx = context.egui_ctx.clone();
@@ -140,9 +140,9 @@ impl App {
         let device = Device::default();
         if let Some(render_state) = &context.wgpu_render_state {
             let info = render_state.adapter.get_info();
-            state.graphics.adapter_name = info.name;
-            backend_name(info.backend).clone_into(&mut state.graphics.backend);
-            state.graphics.is_software = info.device_type == wgpu::DeviceType::Cpu;
+            state.layout.graphics.adapter_name = info.name;
+            backend_name(info.backend).clone_into(&mut state.layout.graphics.backend);
+            state.layout.graphics.is_software = info.device_type == wgpu::DeviceType::Cpu;
             device.watch(&render_state.device, &ctx);
             let pipeline = OverlayPipeline::new(&render_state.device, render_state.target_format);
             render_state.renderer.write().callback_resources.insert(pipeline);
@@ -155,12 +155,15 @@ impl App {
                 ctx.request_repaint();
             }
         };
+        let mut studies = Studies::new(wake.clone());
+        studies::shared::add(&mut studies)?;
+        views::add_studies(&mut studies)?;
         Ok(Self {
             state,
             reconciler: Reconciler::new(wake.clone())?,
             measure_worker: MeasureWorker::new(wake.clone())?,
             derived_worker: DerivedWorker::new(wake.clone())?,
-            lab_rails: LabRails::new(wake.clone())?,
+            studies,
             file_watch: FileWatch::new(wake.clone())?,
             tree_watch: TreeWatch::new(wake.clone()),
             background_tasks: BackgroundTasks::new(Arc::new(wake)),
@@ -201,7 +204,7 @@ impl App {
         self.reconciler.is_busy()
             || self.measure_worker.is_busy()
             || self.derived_worker.is_busy()
-            || self.lab_rails.is_busy()
+            || self.studies.is_busy()
     }
 
     /// Polls the workers that start once the rails are idle.
@@ -209,7 +212,7 @@ impl App {
         let idle = !self.reconciler.is_busy();
         self.measure_worker.poll(&mut self.state, idle);
         self.derived_worker.request_missing(&self.state, idle);
-        self.lab_rails.follow(&mut self.state, idle);
+        self.studies.follow(&mut self.state, idle);
         if let Some(worker) = &mut self.thumbnail_worker {
             worker.poll(&mut self.state, idle);
         }
@@ -218,8 +221,8 @@ impl App {
     fn report_device_errors(&mut self) {
         while let Some(error) = self.device.take_error() {
             note(format_args!("error: the graphics driver failed: {error}"));
-            if !self.state.graphics.failed {
-                self.state.graphics.failed = true;
+            if !self.state.layout.graphics.failed {
+                self.state.layout.graphics.failed = true;
                 self.state.messages.notify(
                     Severity::Error,
                     format!("The graphics driver failed, so containers are no longer drawn: {error}. Update the driver or start with fewer containers"),
@@ -241,7 +244,7 @@ impl App {
             match change {
                 FileChange::Modified => {
                     messages.notify(Severity::Info, format!("{name} was saved: it is read again"));
-                    self.state.requests.push(Request::Reload);
+                    self.state.activity.requests.push(Request::Reload);
                 }
                 FileChange::Removed => {
                     messages.notify(Severity::Warning, format!("{name} is gone; what is shown stays"));
@@ -365,7 +368,7 @@ impl eframe::App for App {
         self.report_device_errors();
         window_size::correct_on_first_frame(ctx);
         if let Some(fault) = self.clipboard_probe.as_ref().and_then(ClipboardProbe::fault) {
-            self.state.clipboard_fault = Some(fault);
+            self.state.layout.clipboard_fault = Some(fault);
         }
         self.background_tasks.poll(&mut self.reconciler, &mut self.state);
         self.reconciler.poll(&mut self.state, Instant::now());

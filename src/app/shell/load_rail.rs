@@ -6,9 +6,9 @@ use std::time::Instant;
 
 use crate::app::shell::background_drop::drop_in_background;
 use crate::app::shell::file_watch::WatchedFile;
-use crate::app::shell::in_flight::{InFlight, Polled, poll, report_panic};
-use crate::app::shell::pool::WorkerPool;
 use crate::app::state::{AppState, JobStatus, Request, Severity, recent};
+use crate::app::studies::in_flight::{InFlight, Polled, poll, report_panic};
+use crate::app::studies::pool::WorkerPool;
 use crate::app::viewport::orbit;
 use crate::camera::Camera;
 use crate::console::note;
@@ -138,7 +138,7 @@ impl LoadRail {
                         // A tree of the present model.
                         let path = loaded.key.source.path().map(Path::to_path_buf);
                         self.revert(state);
-                        state.requests.extend(path.map(|path| Request::OpenTree(state.edited_side(), path)));
+                        state.activity.requests.extend(path.map(|path| Request::OpenTree(state.edited_side(), path)));
                         false
                     }
                     Err(error) => {

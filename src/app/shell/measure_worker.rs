@@ -4,9 +4,9 @@
 use std::sync::Arc;
 use std::time::Instant;
 
-use crate::app::shell::in_flight::{Polled, poll};
 use crate::app::state::paper::{Experiment, PaperResult};
 use crate::app::state::{AppState, JobStatus, Severity};
+use crate::app::studies::in_flight::{Polled, poll};
 use crate::console::note;
 use crate::lab::{Job, LabError, Measurement, RowSink, Subject, TraceView};
 use crate::scene::Scene;

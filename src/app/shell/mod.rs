@@ -21,12 +21,9 @@ mod window_size;
 pub(crate) mod reconcile;
 
 mod build_rail;
-pub(crate) mod lab_rails;
 mod load_rail;
-mod merge_rails;
 mod render_rail;
 mod second_rail;
-mod study_rail;
 
 mod build_job;
 mod render_job;
@@ -36,8 +33,6 @@ mod motion;
 mod present;
 
 mod background_drop;
-mod in_flight;
-mod pool;
 
 pub(crate) mod derived_worker;
 pub(crate) mod measure_worker;

@@ -5,9 +5,9 @@ use std::time::{Duration, Instant};
 
 use crate::app::shell::background_drop::drop_in_background;
 use crate::app::shell::frame_pacing::FramePacing;
-use crate::app::shell::in_flight::{InFlight, Polled, poll, report_panic};
 use crate::app::shell::render_job::{RenderJob, RenderKey, Rendered, start_worker};
 use crate::app::state::{JobStatus, MessageLog};
+use crate::app::studies::in_flight::{InFlight, Polled, poll, report_panic};
 use crate::render::{Adaptation, Frame, Metered};
 use crate::worker::Worker;
 

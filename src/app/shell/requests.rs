@@ -83,7 +83,8 @@ impl BackgroundTasks {
         measure_worker: &mut MeasureWorker,
         state: &mut AppState,
     ) {
-        for request in std::mem::take(&mut state.requests) {
+        perform_actions(state);
+        for request in std::mem::take(&mut state.activity.requests) {
             match request {
                 Request::Open(source) => open(source, false, reconciler, state),
                 Request::OpenShared(source, tree_files, camera) => {
@@ -109,6 +110,7 @@ impl BackgroundTasks {
                     write_new(folder, &stem, "png", &bytes).map_err(|error| error.to_string())
                 }),
                 Request::Screenshot => self.save_screenshot(ctx, state),
+                Request::Perform(_) => {}
                 Request::Copy(text) => ctx.copy_text(text),
                 Request::Quit => ctx.send_viewport_cmd(egui::ViewportCommand::Close),
             }
@@ -201,6 +203,17 @@ impl BackgroundTasks {
 fn write_rows(folder: &Path, result: &PaperResult, format: RowFormat) -> Result<PathBuf, String> {
     let bytes = result.file(format)?;
     write_new(folder, &result.stem(), format.extension(), &bytes).map_err(|error| error.to_string())
+}
+
+/// Performs the requested actions. Requests that these make take their place.
+fn perform_actions(state: &mut AppState) {
+    for request in std::mem::take(&mut state.activity.requests) {
+        match request {
+            Request::Perform(action) if action.is_enabled(state) => action.perform(state),
+            Request::Perform(_) => {}
+            other => state.activity.requests.push(other),
+        }
+    }
 }
 
 /// Opens the start page at its path field, because there is no file dialog.

@@ -6,10 +6,10 @@ use std::path::PathBuf;
 use std::sync::{Arc, Weak};
 
 use crate::accel::Accel;
-use crate::app::shell::in_flight::{Polled, poll};
-use crate::app::shell::pool::WorkerPool;
 use crate::app::shell::thumbnail_cache::{file_of, read, write};
 use crate::app::state::{AppState, Presented, THUMBNAIL_SIZE, Thumbnail};
+use crate::app::studies::in_flight::{Polled, poll};
+use crate::app::studies::pool::WorkerPool;
 use crate::render::{Frame, RenderRequest, RenderSettings, Shading, render};
 use crate::scene::{BUILTIN_SCENES, LoadOptions, Scene, SceneSource, load};
 use crate::view::NamedView;
@@ -71,7 +71,7 @@ impl ThumbnailWorker {
                 Polled::Running => return,
                 Polled::Result(Found { source, thumbnail }) => {
                     if let Some(thumbnail) = thumbnail {
-                        state.thumbnails.insert(source, thumbnail);
+                        state.layout.thumbnails.insert(source, thumbnail);
                     }
                 }
                 Polled::Failed(text) => log::warn!("a thumbnail was not made: {}", text.unwrap_or_default()),

@@ -4,6 +4,7 @@ use std::collections::HashMap;
 use std::time::{Duration, Instant};
 
 use crate::app::state::paper::{Experiment, PaperResult};
+use crate::app::state::request::Request;
 
 /// Delay after a job's request before its progress is shown.
 pub const PROGRESS_DELAY: Duration = Duration::from_millis(400);
@@ -43,6 +44,12 @@ pub struct Activity {
     pub measure: Option<JobStatus>,
     /// What the view "Paper" has measured, by experiment.
     pub measured: HashMap<Experiment, PaperResult>,
+    /// The first running background study.
+    pub study: Option<JobStatus>,
+    /// The running studies are to be stopped.
+    pub stop_study: bool,
+    /// Effects to perform after this UI frame.
+    pub requests: Vec<Request>,
     /// Median tracing speed of the last second in Mray/s.
     pub mrays_per_s: f64,
 }
@@ -50,7 +57,11 @@ pub struct Activity {
 impl Activity {
     /// Whether any job runs or waits.
     pub const fn has_jobs(&self) -> bool {
-        self.load.is_some() || self.build.is_some() || self.render.is_some() || self.measure.is_some()
+        self.load.is_some()
+            || self.build.is_some()
+            || self.render.is_some()
+            || self.measure.is_some()
+            || self.study.is_some()
     }
 }
 

@@ -1,8 +1,13 @@
 //! What of the window is open, its size and its focus.
 
+use std::sync::Arc;
+
 use crate::app::glossary::Term;
+use crate::app::state::graphics::Graphics;
+use crate::app::state::lesson::{LESSONS, Lesson, Reading};
 use crate::app::state::path_field::PathField;
 use crate::app::state::second_tree::TreeSide;
+use crate::app::state::thumbnails::Thumbnails;
 
 /// A side panel.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -64,6 +69,16 @@ pub struct Layout {
     pub pixels_per_point: f32,
     /// The viewport has the keyboard focus.
     pub viewport_focused: bool,
+    /// The graphics adapter.
+    pub graphics: Graphics,
+    /// Why nothing can be copied to other programs, where that is so.
+    pub clipboard_fault: Option<String>,
+    /// Small pictures of models, for the start page.
+    pub thumbnails: Thumbnails,
+    /// The lessons that can be read, built-in ones first.
+    pub lessons: Vec<Arc<Lesson>>,
+    /// The lesson that is being read.
+    pub lesson: Option<Reading>,
 }
 
 impl Default for Layout {
@@ -83,6 +98,11 @@ impl Default for Layout {
             viewport_px: [0, 0],
             pixels_per_point: 1.0,
             viewport_focused: false,
+            graphics: Graphics::default(),
+            clipboard_fault: None,
+            thumbnails: Thumbnails::default(),
+            lessons: LESSONS.into_iter().filter_map(|text| Lesson::parse(text).ok()).map(Arc::new).collect(),
+            lesson: None,
         }
     }
 }

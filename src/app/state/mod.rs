@@ -2,6 +2,7 @@
 
 mod wanted;
 
+pub mod action;
 mod activity;
 pub mod bookmarks;
 pub mod comparison;
@@ -32,7 +33,9 @@ pub use activity::{Activity, JobStatus, PROGRESS_DELAY};
 pub use graphics::Graphics;
 pub use heat_basis::HeatBasis;
 pub use hidden_nodes::HiddenNodes;
-pub use lab::{IcicleLayout, LabState, OtherTree, OutlineRow, RayOutcome, RaySource, RayView, SPEEDS, Standing};
+pub use lab::{
+    IcicleLayout, LabState, MergesState, OtherTree, OutlineRow, RayOutcome, RaySource, RayState, SPEEDS, Standing,
+};
 pub use layout::{Help, HelpPage, Layout, Side};
 pub use messages::{Message, MessageLog, Severity};
 pub use model::{Difference, Model, Presented};
@@ -50,8 +53,7 @@ pub use wanted::Wanted;
 
 use std::sync::Arc;
 
-use self::dock::DockView;
-use self::lesson::{Lesson, Reading};
+use self::paper::RowFormat;
 use crate::accel::Accel;
 use crate::lab::population::{Population, ViewRays};
 use crate::lab::ray::RayRequest;
@@ -79,26 +81,10 @@ pub struct AppState {
     pub messages: MessageLog,
     /// Open dialogs, size and focus of the window.
     pub layout: Layout,
-    /// The graphics adapter.
-    pub graphics: Graphics,
     /// Settings saved between runs, apart from `wanted`.
     pub preferences: Preferences,
     /// Earlier and later values of `wanted`.
     pub undo: UndoStack,
-    /// Effects to perform after this UI frame.
-    pub requests: Vec<Request>,
-    /// Why nothing can be copied to other programs, where that is so.
-    pub clipboard_fault: Option<String>,
-    /// Small pictures of models, for the start page.
-    pub thumbnails: Thumbnails,
-    /// The lessons that can be read, built-in ones first.
-    pub lessons: Vec<Arc<Lesson>>,
-    /// The lesson that is being read.
-    pub lesson: Option<Reading>,
-    /// What of a pasted state is selected and hidden once its tree is there.
-    pub shared_nodes: Option<SharedNodes>,
-    /// What the fixed range of the heat map was fitted to.
-    pub heat_basis: Option<HeatBasis>,
 }
 
 impl AppState {
@@ -112,16 +98,8 @@ impl AppState {
             lab: LabState::default(),
             messages: MessageLog::default(),
             layout: Layout::default(),
-            graphics: Graphics::default(),
             preferences,
             undo: UndoStack::default(),
-            requests: Vec::new(),
-            clipboard_fault: None,
-            thumbnails: Thumbnails::default(),
-            lessons: lesson::LESSONS.into_iter().filter_map(|text| Lesson::parse(text).ok()).map(Arc::new).collect(),
-            lesson: None,
-            shared_nodes: None,
-            heat_basis: None,
         }
     }
 
@@ -184,9 +162,28 @@ impl AppState {
         Some(Arc::clone(&visibility.triangles)).filter(|triangles| !triangles.is_empty())
     }
 
+    /// The presented tree.
+    pub fn presented_tree(&self) -> Option<Arc<Accel>> {
+        self.model.presented.as_ref().map(|shown| Arc::clone(&shown.accel))
+    }
+
+    /// The presented tree while the view of this name is open.
+    pub fn tree_of_view(&self, view: &str) -> Option<Arc<Accel>> {
+        self.presented_tree().filter(|_| self.preferences.dock.shows(view))
+    }
+
+    /// Whether the chosen experiment has measured what a file of this format holds.
+    pub fn can_save_rows(&self, format: RowFormat) -> bool {
+        let result = self.activity.measured.get(&self.preferences.paper.experiment);
+        result.is_some_and(|result| match format {
+            RowFormat::Csv | RowFormat::Json => !result.rows.is_empty(),
+            RowFormat::Png | RowFormat::Svg => !result.figure.charts.is_empty(),
+        })
+    }
+
     /// Whether the view "Ray" is open.
     pub fn shows_ray(&self) -> bool {
-        self.preferences.dock.open == Some(DockView::Ray)
+        self.preferences.dock.shows(RayState::VIEW)
     }
 
     /// Whether a click on the picture takes the ray of its pixel.
@@ -217,7 +214,7 @@ impl AppState {
     /// Copies a text to the clipboard and posts the `note` that it was, unless that is empty; where there is no clipboard, posts
     /// that instead.
     pub fn copy(&mut self, text: String, note: &str) {
-        match &self.clipboard_fault {
+        match &self.layout.clipboard_fault {
             None if note.is_empty() => {}
             None => self.messages.notify(Severity::Info, note),
             Some(reason) => {
@@ -225,13 +222,13 @@ impl AppState {
                 self.messages.notify(Severity::Warning, text);
             }
         }
-        self.requests.push(Request::Copy(text));
+        self.activity.requests.push(Request::Copy(text));
     }
 
     /// Fits the heat map to every picture again, with a message, where its fixed range belongs to another model, shading or
     /// traversal; called once a UI frame.
     pub fn follow_heat_range(&mut self) {
-        if heat_basis::follow(&mut self.heat_basis, &mut self.wanted) {
+        if heat_basis::follow(&mut self.model.heat_basis, &mut self.wanted) {
             let text =
                 "The heat range is fitted to every picture again: the fixed one was for other counts (C fixes it)";
             self.messages.notify(Severity::Info, text);
@@ -245,8 +242,13 @@ impl AppState {
         if !self.is_wanted(accel, TreeSide::A) || accel.scene.source != self.wanted.source {
             return;
         }
-        let Some(SharedNodes { selected, triangle, hidden, isolated, only }) = self.shared_nodes.take() else { return };
+        let Some(nodes) = self.selection.pasted.take() else { return };
+        let SharedNodes { selected, triangle, hidden, isolated, only, topmost, unfolded } = nodes;
         let exists = |node: &u32| (*node as usize) < shown.table.len();
+        if exists(&topmost) {
+            self.lab.icicle.zoom_in_tree(accel, topmost);
+        }
+        self.lab.outline.unfold(accel, &shown.table, unfolded.into_iter().filter(exists).collect());
         let picked = triangle.map(|primitive| PickedTriangle { primitive, path: accel.path_to(primitive) });
         self.selection.picked = picked.filter(|picked| !picked.path.is_empty());
         let nodes = &mut self.selection.nodes;
@@ -265,7 +267,7 @@ impl AppState {
     /// "Merges". `None` where they show the nodes at a depth.
     pub fn cluster_cut(&self, accel: Option<&Arc<Accel>>) -> Option<ClusterCut> {
         let is_wanted =
-            self.preferences.dock.open == Some(DockView::Merges) && self.wanted.render.shading == Shading::Clusters;
+            self.preferences.dock.shows(MergesState::VIEW) && self.wanted.render.shading == Shading::Clusters;
         if is_wanted { self.lab.merges.cluster_cut(accel) } else { None }
     }
 

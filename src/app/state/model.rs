@@ -6,6 +6,7 @@ use glam::Vec3;
 
 use crate::accel::Accel;
 use crate::app::state::comparison::{Comparison, Counted, Quantity, TreeNumbers};
+use crate::app::state::heat_basis::HeatBasis;
 use crate::lab::diff::DifferenceMap;
 use crate::overlay::NodeTable;
 use crate::render::Frame;
@@ -94,6 +95,8 @@ pub struct Model {
     pub file_missing: bool,
     /// Models may refer to files outside their own folder.
     pub allow_outside: bool,
+    /// Model and counts that the fixed range of the heat map was fitted to.
+    pub heat_basis: Option<HeatBasis>,
 }
 
 impl Model {

@@ -163,6 +163,8 @@ impl Default for PaperPlan {
 }
 
 impl PaperPlan {
+    /// Name of its view.
+    pub const VIEW: &str = "Paper";
     /// Offered values of `side_px`.
     pub const SIDES_PX: [u32; 4] = [256, 512, 1024, 2048];
     /// Maximum of `repeat`.

@@ -2,6 +2,7 @@
 
 use std::path::PathBuf;
 
+use crate::app::state::action::Action;
 use crate::app::state::paper::RowFormat;
 use crate::app::state::second_tree::TreeSide;
 use crate::camera::Camera;
@@ -39,6 +40,8 @@ pub enum Request {
     SavePlots(String, Figure),
     /// Save the viewport as a PNG in the current folder (F12); a message names the file.
     Screenshot,
+    /// Perform an action of a menu, if it is enabled.
+    Perform(Action),
     /// Copy this text to the clipboard.
     Copy(String),
     /// Close the window.

@@ -2,6 +2,7 @@
 
 use crate::app::state::hidden_nodes::HiddenNodes;
 use crate::app::state::second_tree::TreeSide;
+use crate::app::state::state_line::SharedNodes;
 use crate::overlay::Selection;
 
 /// The triangle that was clicked.
@@ -56,6 +57,8 @@ pub struct SelectionState {
     pub picked: Option<PickedTriangle>,
     /// The pixel under the pointer.
     pub hover: Option<HoveredPixel>,
+    /// Selected and hidden nodes of a pasted state, applied when its tree is ready.
+    pub pasted: Option<SharedNodes>,
     /// The hidden and isolated nodes of `nodes` for other trees of the same scene; up to date at the end of each UI frame.
     pub hidden: HiddenNodes,
     /// Number of hidden nodes of which the user was last told that the present tree lacks them.

@@ -3,8 +3,11 @@
 use glam::Vec3;
 use serde::{Deserialize, Serialize};
 
-use crate::app::state::lab::{LabState, RaySource};
+use crate::app::state::lab::{
+    LabState, RaySource, SharedCurve, SharedIcicle, SharedMerges, SharedPlots, SharedRayView,
+};
 use crate::camera::Camera;
+use crate::lab::node_ranking::NodeOrder;
 use crate::lab::population::Population;
 use crate::lab::ray::RayMethod;
 use crate::render::{RayKind, RayStart};
@@ -12,7 +15,7 @@ use bvhscope_engine::construction::{Cut, MergeOrder};
 use bvhscope_engine::geometry::{Aabb, Ray};
 
 /// What the views of the dock show.
-#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct SharedLab {
     /// The kind of rays that visits are measured by.
     pub population: Population,
@@ -24,6 +27,24 @@ pub struct SharedLab {
     pub clusters_left: Option<u32>,
     /// The cut that is shown instead of a merge.
     pub cut: Option<Cut>,
+    /// The rest of the view "Merges".
+    pub merges: SharedMerges,
+    /// The view "Icicle".
+    pub icicle: SharedIcicle,
+    /// The rest of the view "Ray".
+    pub ray_view: SharedRayView,
+    /// The order of the view "Nodes".
+    pub nodes: NodeOrder,
+    /// The view "Plots".
+    pub plots: SharedPlots,
+    /// The curve over the picture.
+    pub curve: SharedCurve,
+}
+
+impl Default for SharedLab {
+    fn default() -> Self {
+        LabState::default().shared()
+    }
 }
 
 /// A ray and the step that is looked at.
@@ -65,7 +86,14 @@ impl SharedRay {
 impl LabState {
     /// What of it another window needs to show the same.
     pub fn shared(&self) -> SharedLab {
-        let view = &self.ray;
+        #[rustfmt::skip]
+        let Self {
+            population, ray: view, nodes, icicle, plots, merges, curve,
+            // Its unfolded nodes are shared with the selected and hidden ones.
+            outline: _,
+            // Derived from the tree.
+            findings: _, survival: _, visits: _, rays: _,
+        } = self;
         let ray = view.source.map(|RaySource { start, camera, size_px }| SharedRay {
             start: match start {
                 RayStart::Pixel(pixel) => SharedStart::Pixel { pixel, camera, size_px },
@@ -75,18 +103,39 @@ impl LabState {
             method: view.method,
             step: view.cursor,
         });
-        let (merge_order, clusters_left) = (self.merges.order, self.merges.left);
-        SharedLab { population: self.population, ray, merge_order, clusters_left, cut: self.merges.wanted_cut() }
+        SharedLab {
+            population: *population,
+            ray,
+            merge_order: merges.order,
+            clusters_left: merges.left,
+            cut: merges.wanted_cut(),
+            merges: merges.shared(),
+            icicle: icicle.shared(),
+            ray_view: view.shared(),
+            nodes: nodes.shared(),
+            plots: plots.shared(),
+            curve: curve.shared(),
+        }
     }
 
     /// Shows what another window showed.
     pub fn show_shared(&mut self, shared: SharedLab) {
-        self.population = shared.population;
-        (self.merges.order, self.merges.left, self.merges.playing) = (shared.merge_order, shared.clusters_left, None);
-        self.merges.show_cut(shared.cut);
-        self.ray.source = shared.ray.as_ref().and_then(SharedRay::source);
+        #[rustfmt::skip]
+        let SharedLab {
+            population, ray, merge_order, clusters_left, cut, merges, icicle, ray_view, nodes, plots, curve,
+        } = shared;
+        self.population = population;
+        (self.merges.order, self.merges.left, self.merges.playing) = (merge_order, clusters_left, None);
+        self.merges.show_shared(merges);
+        self.merges.show_cut(cut);
+        self.icicle.show_shared(icicle);
+        self.nodes.show_shared(nodes);
+        self.plots.show_shared(plots);
+        self.curve.show_shared(curve);
+        self.ray.source = ray.as_ref().and_then(SharedRay::source);
         self.ray.restart();
-        if let Some(ray) = shared.ray {
+        self.ray.show_shared(ray_view);
+        if let Some(ray) = ray {
             (self.ray.kind, self.ray.method, self.ray.cursor) = (ray.kind, ray.method, ray.step);
         }
     }
@@ -96,27 +145,66 @@ impl LabState {
 #[allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 mod tests {
     use super::*;
-    use crate::app::state::lab::merges::MergesState;
+    use crate::app::state::lab::merges::{CutKind, MergePage, MergesState};
+    use crate::app::state::lab::{PlotKind, TreeQuality, TreeSet};
+    use crate::app::state::paper::Experiment;
+    use crate::lab::icicle::IcicleWidth;
+    use crate::lab::node_values::NodeMetric;
     use bvhscope_engine::tree::traverse::Traversal;
+    use serde_json::Value;
+
+    /// A state in which each control of each view has another value than at the start.
+    fn all_changed() -> LabState {
+        let mut lab = LabState::default();
+        lab.population = Population::Bounce;
+        let camera = Camera::framing(&Aabb { min: Vec3::ZERO, max: Vec3::ONE }, Vec3::Y);
+        lab.ray.source = Some(RaySource { start: RayStart::Pixel([3, 4]), camera, size_px: [20, 10] });
+        (lab.ray.kind, lab.ray.method, lab.ray.cursor) = (RayKind::Shadow, RayMethod::Binary(Traversal::Paper), 17);
+        (lab.ray.picks, lab.ray.speed, lab.ray.zoom) = (false, 20.0, Some([1.0, 2.0]));
+        lab.ray.typed = ["1,2,3".to_owned(), "0,0,1".to_owned()];
+        let merges = &mut lab.merges;
+        (merges.order, merges.left, merges.speed, merges.window) = (MergeOrder::Level, Some(9), 30.0, Some(100));
+        (merges.cut_area, merges.cut_triangles, merges.cut_kind) = (0.25, 7, CutKind::Triangles);
+        (merges.page, merges.price_of) = (MergePage::Price, Some(5));
+        (lab.icicle.width, lab.icicle.color) = (IcicleWidth::Visits, NodeMetric::Depth);
+        lab.nodes.order = NodeOrder { metric: NodeMetric::Overlap, ascending: true, min_area: 0.01 };
+        let plots = &mut lab.plots;
+        (plots.kind, plots.quality) = (PlotKind::Speed, TreeQuality::Epo);
+        plots.set = TreeSet::Measured(Experiment::Builders);
+        (lab.curve.shown, lab.curve.level) = (true, 7);
+        lab
+    }
+
+    /// The members of `value` that are as in `default`.
+    fn unchanged(default: &Value, value: &Value, name: &str) -> Vec<String> {
+        match (default, value) {
+            (Value::Object(default), Value::Object(value)) if default.keys().eq(value.keys()) => {
+                value.iter().flat_map(|(member, value)| unchanged(&default[member], value, member)).collect()
+            }
+            _ if default == value => vec![name.to_owned()],
+            _ => Vec::new(),
+        }
+    }
 
     #[test]
-    fn what_was_shared_is_shown() {
-        let camera = Camera::framing(&Aabb { min: Vec3::ZERO, max: Vec3::ONE }, Vec3::Y);
-        let given = RayStart::Given(Ray::new(Vec3::new(1.0, 2.0, 3.0), Vec3::NEG_Z));
-        for start in [RayStart::Pixel([3, 4]), given] {
-            let mut lab = LabState::default();
-            lab.population = Population::Bounce;
-            lab.ray.source = Some(RaySource { start, camera, size_px: [20, 10] });
-            (lab.ray.kind, lab.ray.method) = (RayKind::Shadow, RayMethod::Binary(Traversal::Paper));
-            lab.ray.cursor = 17;
-            (lab.merges.order, lab.merges.left) = (MergeOrder::Level, Some(9));
-            let text = serde_json::to_string(&lab.shared()).unwrap();
-            let mut other = LabState::default();
-            other.show_shared(serde_json::from_str(&text).unwrap());
-            assert_eq!(other.shared(), lab.shared(), "{text}");
-            let start = |lab: &LabState| lab.ray.source.map(|source| source.start);
-            assert_eq!((start(&other), other.ray.cursor), (Some(start(&lab).unwrap()), 17));
-        }
+    fn every_control_of_every_view_is_shared_and_shown() {
+        let lab = all_changed();
+        let value = serde_json::to_value(lab.shared()).unwrap();
+        let default = serde_json::to_value(SharedLab::default()).unwrap();
+        assert_eq!(unchanged(&default, &value, ""), [""; 0], "not changed by this test");
+        let mut other = LabState::default();
+        other.show_shared(serde_json::from_value(value).unwrap());
+        assert_eq!(other.shared(), lab.shared());
+    }
+
+    #[test]
+    fn a_typed_ray_is_shared_and_shown() {
+        let mut lab = all_changed();
+        let start = RayStart::Given(Ray::new(Vec3::new(1.0, 2.0, 3.0), Vec3::NEG_Z));
+        lab.ray.source = lab.ray.source.map(|source| RaySource { start, ..source });
+        let mut other = LabState::default();
+        other.show_shared(lab.shared());
+        assert_eq!((other.ray.source.map(|source| source.start), other.ray.cursor), (Some(start), 17));
     }
 
     #[test]

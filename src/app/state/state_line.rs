@@ -9,7 +9,7 @@ use std::collections::BTreeSet;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
-use crate::app::state::dock::DockView;
+use crate::app::state::paper::PaperPlan;
 use crate::app::state::shared_lab::SharedLab;
 use crate::app::state::wanted::Wanted;
 use crate::scene::SceneSource;
@@ -29,16 +29,18 @@ pub struct SharedState {
     pub show_geometry: bool,
     /// Containers are drawn.
     pub show_containers: bool,
-    /// The open view of the dock.
-    pub dock: Option<DockView>,
+    /// Name of the open view of the dock.
+    pub dock: Option<String>,
     /// What is selected and hidden.
     pub nodes: SharedNodes,
     /// What the views of the dock show.
     pub lab: SharedLab,
+    /// What the view "Paper" measures and how it shows that.
+    pub paper: PaperPlan,
 }
 
 /// Selected and hidden nodes, by their indices: a tree is the same wherever it is built.
-#[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct SharedNodes {
     /// The selected node.
     pub selected: Option<u32>,
@@ -50,6 +52,24 @@ pub struct SharedNodes {
     pub isolated: Option<u32>,
     /// The triangles all others of which are hidden, as ranges with both ends.
     pub only: Option<Vec<[u32; 2]>>,
+    /// The topmost node of the icicle.
+    pub topmost: u32,
+    /// The unfolded nodes of the outline.
+    pub unfolded: BTreeSet<u32>,
+}
+
+impl Default for SharedNodes {
+    fn default() -> Self {
+        Self {
+            selected: None,
+            triangle: None,
+            hidden: BTreeSet::new(),
+            isolated: None,
+            only: None,
+            topmost: 0,
+            unfolded: BTreeSet::from([0]),
+        }
+    }
 }
 
 impl Default for SharedState {
@@ -61,6 +81,7 @@ impl Default for SharedState {
             dock: None,
             nodes: SharedNodes::default(),
             lab: SharedLab::default(),
+            paper: PaperPlan::default(),
         }
     }
 }
@@ -99,7 +120,9 @@ impl SharedState {
         let mut value = serde_json::to_value(Self::default()).map_err(broken)?;
         merge(&mut value, serde_json::from_str(json).map_err(broken)?);
         let state: Self = serde_json::from_value(value).map_err(broken)?;
-        Ok(Self { wanted: state.wanted.within_limits(), ..state })
+        let mut paper = state.paper;
+        paper.limit();
+        Ok(Self { wanted: state.wanted.within_limits(), paper, ..state })
     }
 }
 
@@ -135,6 +158,9 @@ fn merge(value: &mut Value, difference: Value) {
 #[allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 mod tests {
     use super::*;
+    use crate::app::state::lab::LabState;
+    use crate::lab::ray::RayMethod;
+    use crate::render::RayKind;
     use crate::render::Shading;
 
     #[test]
@@ -148,12 +174,22 @@ mod tests {
         state.wanted.overlay.depth = Some([3, 9]);
         let only = Some(vec![[0, 3], [7, 7]]);
         state.nodes = SharedNodes { selected: Some(12), hidden: [4, 9].into(), only, ..SharedNodes::default() };
-        state.dock = Some(DockView::Nodes);
+        state.dock = Some("Nodes".to_owned());
         state.lab.clusters_left = Some(40);
         let line = state.line();
         assert_eq!(SharedState::parse(&line).unwrap(), state, "{line}");
         let word = unquote(line.strip_prefix(COMMAND).unwrap());
         assert_eq!(SharedState::parse(&word).unwrap(), state, "as the shell hands it over: {word}");
+    }
+
+    #[test]
+    fn lines_of_earlier_versions_are_read() {
+        let line = r#"1 {"dock":"Ray","lab":{"merge_order":"Level","ray":{"start":{"ray":{"origin":[0,0,0],"direction":[0,0,1]}},"kind":"shadow","method":"wide","step":3}},"nodes":{"selected":4}}"#;
+        let state = SharedState::parse(line).unwrap();
+        assert_eq!((state.dock.as_deref(), state.nodes.selected), (Some("Ray"), Some(4)));
+        let mut lab = LabState::default();
+        lab.show_shared(state.lab);
+        assert_eq!((lab.ray.kind, lab.ray.method, lab.ray.cursor), (RayKind::Shadow, RayMethod::Wide, 3));
     }
 
     #[test]

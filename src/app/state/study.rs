@@ -3,16 +3,11 @@
 use std::sync::{Arc, Weak};
 
 use crate::accel::Accel;
-use crate::app::state::activity::JobStatus;
 
 /// A value of type `V` that is derived from a tree and parameters `K`, or on its way. Kept until tree or parameters change.
 #[derive(Debug)]
 pub struct Study<K, V> {
     known: Option<Known<K, V>>,
-    /// The job that derives the next value.
-    pub job: Option<JobStatus>,
-    /// The user has stopped the job.
-    stop: bool,
     /// What was cancelled, which is not derived again until the user wants it after all.
     cancelled: Option<(Weak<Accel>, K)>,
 }
@@ -26,7 +21,7 @@ struct Known<K, V> {
 
 impl<K, V> Default for Study<K, V> {
     fn default() -> Self {
-        Self { known: None, job: None, stop: false, cancelled: None }
+        Self { known: None, cancelled: None }
     }
 }
 
@@ -45,16 +40,6 @@ impl<K: PartialEq, V> Study<K, V> {
     /// Stores a value that was derived.
     pub fn set(&mut self, accel: &Arc<Accel>, parameters: K, value: V) {
         self.known = Some(Known { tree: Arc::downgrade(accel), parameters, value: Arc::new(value) });
-    }
-
-    /// Stops the job, whose value is not derived again until [`Study::resume`].
-    pub fn stop(&mut self) {
-        self.stop = self.job.is_some();
-    }
-
-    /// Whether the job is to be stopped; once.
-    pub(crate) fn take_stop(&mut self) -> bool {
-        std::mem::take(&mut self.stop)
     }
 
     /// Notes that the value of this tree with these parameters is not to be derived until [`Study::resume`].

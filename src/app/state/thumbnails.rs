@@ -16,7 +16,7 @@ pub struct Thumbnail {
 }
 
 /// The thumbnails known so far.
-#[derive(Debug, Default)]
+#[derive(Debug, Clone, Default)]
 pub struct Thumbnails {
     known: HashMap<SceneSource, Arc<Thumbnail>>,
 }

@@ -94,17 +94,17 @@ pub(crate) fn drawable(state: &AppState, table: &NodeTable) -> OverlaySettings {
 
 /// Maximum number of containers that this adapter draws.
 pub(crate) fn budget(state: &AppState) -> u32 {
-    state.wanted.overlay.budget.unwrap_or_else(|| state.graphics.automatic_budget())
+    state.wanted.overlay.budget.unwrap_or_else(|| state.layout.graphics.automatic_budget())
 }
 
 /// The table of the tree whose containers are drawn: the presented one, or that of the merges on show.
 pub(crate) fn drawn_table<'a>(state: &'a AppState, presented: &'a Presented) -> &'a Arc<NodeTable> {
-    state.graphics.standing.as_ref().and_then(|standing| standing.table()).unwrap_or(&presented.table)
+    state.layout.graphics.standing.as_ref().and_then(|standing| standing.table()).unwrap_or(&presented.table)
 }
 
 /// The selection that the overlay shows: while merges are on show, the one just made, whose children are lit up too.
 pub(crate) fn drawn_selection(state: &AppState) -> Selection {
-    let Some(standing) = &state.graphics.standing else { return state.selection.nodes.clone() };
+    let Some(standing) = &state.layout.graphics.standing else { return state.selection.nodes.clone() };
     // Nodes that were hidden or pointed at are those of the presented tree.
     let own = if standing.table().is_some() { Selection::default() } else { state.selection.nodes.clone() };
     Selection { selected: standing.made.or(own.selected), ..own }

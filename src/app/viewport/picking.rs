@@ -104,7 +104,7 @@ pub(crate) fn restore_selection(state: &mut AppState, selection: PortableSelecti
 pub fn drawn_node_of(state: &AppState, primitive: u32) -> Option<u32> {
     let presented = state.model.presented.as_ref()?;
     let path = presented.accel.path_to(primitive);
-    if let Some(standing) = &state.graphics.standing {
+    if let Some(standing) = &state.layout.graphics.standing {
         return path.into_iter().find(|&node| standing.table().is_none() && standing.stands(node));
     }
     drawn_on(&path, presented, &state.wanted.overlay)

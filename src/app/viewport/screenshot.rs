@@ -104,7 +104,7 @@ impl Screenshot {
 /// The picture through the first tree, or the difference of the two where that is shown.
 fn first_picture(state: &AppState) -> Option<Picture> {
     let mut presented = state.model.presented.clone()?;
-    let shows_merges = state.graphics.standing.is_some();
+    let shows_merges = state.layout.graphics.standing.is_some();
     let tinted = if shows_merges { None } else { Tint::default().update(state, &presented) };
     let mut colors = tinted.map(|tinted| tinted.rgba);
     let table = Arc::clone(drawn_table(state, &presented));
@@ -112,7 +112,7 @@ fn first_picture(state: &AppState) -> Option<Picture> {
         presented.frame = Arc::clone(&difference.map.frames[0]);
         colors = Some(Arc::clone(&difference.map.rgba));
     }
-    let shown = state.graphics.shown.clone().unwrap_or_else(|| Arc::new(Shown::NOTHING));
+    let shown = state.layout.graphics.shown.clone().unwrap_or_else(|| Arc::new(Shown::NOTHING));
     let selection = drawn_selection(state);
     Some(Picture { presented, table, overlay: state.wanted.overlay, shown, selection, colors })
 }
@@ -120,7 +120,7 @@ fn first_picture(state: &AppState) -> Option<Picture> {
 /// The picture through the second tree.
 fn second_picture(state: &AppState) -> Option<Picture> {
     let presented = state.model.second.clone()?;
-    let shown = state.graphics.second_shown.clone().unwrap_or_else(|| Arc::new(Shown::NOTHING));
+    let shown = state.layout.graphics.second_shown.clone().unwrap_or_else(|| Arc::new(Shown::NOTHING));
     let (overlay, selection) = (state.wanted.overlay, Selection::default());
     let table = Arc::clone(&presented.table);
     Some(Picture { presented, table, overlay, shown, selection, colors: None })

@@ -67,12 +67,12 @@ fn callback(
 ) -> OverlayCallback {
     let Preferences { show_geometry, show_containers, .. } = state.preferences;
     let (nodes, table, selection) = match side {
-        TreeSide::A => (&state.graphics.shown, drawn_table(state, shown), drawn_selection(state)),
+        TreeSide::A => (&state.layout.graphics.shown, drawn_table(state, shown), drawn_selection(state)),
         // Merges are shown in the first tree.
         TreeSide::B => {
             let SecondNodes { hovered, selected, .. } = state.selection.second;
             let selection = Selection { selected, hovered, ..Selection::default() };
-            (&state.graphics.second_shown, &shown.table, selection)
+            (&state.layout.graphics.second_shown, &shown.table, selection)
         }
     };
     OverlayCallback {

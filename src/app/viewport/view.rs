@@ -13,7 +13,7 @@ use super::pixel::{pixel_at, rect_px};
 use super::sides::side_at;
 use super::tint::Tint;
 use super::{input, picking, sides};
-use crate::app::state::dock::DockView;
+use crate::app::state::lab::MergesState;
 use crate::app::state::{AppState, HoveredPixel, Standing, TreeSide};
 use crate::app::theme;
 
@@ -60,9 +60,9 @@ impl Viewport {
         self.choose_containers(ui, state);
 
         match &state.model.presented {
-            Some(presented) if has_pipeline && !state.graphics.failed => {
+            Some(presented) if has_pipeline && !state.layout.graphics.failed => {
                 let mut tinted = None;
-                if state.graphics.standing.is_none() {
+                if state.layout.graphics.standing.is_none() {
                     tinted = self.tint.update(state, presented);
                     if self.tint.is_collecting() {
                         ui.ctx().request_repaint();
@@ -132,10 +132,10 @@ impl Viewport {
 
     /// Stores which containers are drawn.
     fn choose_containers(&mut self, ui: &Ui, state: &mut AppState) {
-        (state.graphics.shown, state.graphics.second_shown) = (None, None);
-        state.graphics.standing = standing(state);
+        (state.layout.graphics.shown, state.layout.graphics.second_shown) = (None, None);
+        state.layout.graphics.standing = standing(state);
         if let Some(presented) = state.model.presented.as_ref().filter(|_| state.preferences.show_containers) {
-            let standing = state.graphics.standing.as_ref();
+            let standing = state.layout.graphics.standing.as_ref();
             let (shown, again) = self.choice.update(state, presented, standing, &choice::drawn_selection(state));
             let second = state.model.second.as_ref().filter(|_| state.shown_view().shows(TreeSide::B)).map(|second| {
                 let (shown, again) =
@@ -143,26 +143,26 @@ impl Viewport {
                 (self.common[1].update(state, TreeSide::B, shown), again)
             });
             // Merges on show may be those of another tree.
-            let all = state.graphics.standing.is_some();
+            let all = state.layout.graphics.standing.is_some();
             let shown = if all { shown } else { self.common[0].update(state, TreeSide::A, shown) };
-            state.graphics.shown = Some(shown);
+            state.layout.graphics.shown = Some(shown);
             let mut delay = again;
             if let Some((shown, again)) = second {
-                state.graphics.second_shown = Some(shown);
+                state.layout.graphics.second_shown = Some(shown);
                 delay = delay.into_iter().chain(again).min();
             }
             if let Some(delay) = delay {
                 ui.ctx().request_repaint_after(delay);
             }
         }
-        let shown = state.graphics.shown.as_deref();
-        state.graphics.overlay_counts = shown.map_or((0, 0), |shown| (shown.nodes.len(), shown.wanted));
+        let shown = state.layout.graphics.shown.as_deref();
+        state.layout.graphics.overlay_counts = shown.map_or((0, 0), |shown| (shown.nodes.len(), shown.wanted));
     }
 }
 
 /// The clusters that are drawn in place of the chosen depths: those of the step that the open view "Merges" shows.
 fn standing(state: &mut AppState) -> Option<Arc<Standing>> {
-    let wanted = state.preferences.show_containers && state.preferences.dock.open == Some(DockView::Merges);
+    let wanted = state.preferences.show_containers && state.preferences.dock.shows(MergesState::VIEW);
     let budget = choice::budget(state) as usize;
     let presented = state.model.presented.as_ref().filter(|_| wanted)?;
     state.lab.merges.standing(presented, budget)

@@ -2,8 +2,8 @@
 
 use egui::{self, Align2, Color32, CornerRadius, Rect, Response, Role, Sense, TextStyle, Ui, WidgetInfo, pos2, vec2};
 
-use crate::app::commands::Action;
-use crate::app::state::AppState;
+use crate::app::state::action::Action;
+use crate::app::state::{AppState, Request};
 use crate::app::theme;
 
 /// Height of a row in points.
@@ -58,7 +58,7 @@ pub(super) fn show(
         state.select_node(node);
     }
     if response.double_clicked() {
-        Action::FrameSelection.perform(state);
+        state.activity.requests.push(Request::Perform(Action::FrameSelection));
     }
     response
 }

@@ -9,7 +9,6 @@ use super::span::Spans;
 use super::step::{RayStep, Step};
 use crate::accel::Accel;
 use crate::render::{NoRay, RenderRequest, single_ray};
-use bvhscope_engine::cancel::PolledIterator as _;
 use bvhscope_engine::cancel::{CancelToken, Cancelled};
 use bvhscope_engine::geometry::{Hit, Ray};
 use bvhscope_engine::tree::traverse::RayEvent;
@@ -45,8 +44,10 @@ pub fn record(
     let (recorder, nearest) = traced(&picture, request, ray);
     let mut spans = Spans::new(accel, &ray, is_wide);
     let mut steps: Vec<RayStep> = Vec::with_capacity(recorder.steps.len());
-    for item in recorder.steps.iter().enumerate().polled_every(STEPS_BETWEEN_CHECKS, token) {
-        let (index, &(what, counts)) = item?;
+    for (index, &(what, counts)) in recorder.steps.iter().enumerate() {
+        if index.is_multiple_of(STEPS_BETWEEN_CHECKS) {
+            token.check()?;
+        }
         steps.push(spans.follow(index, what, counts));
     }
     let nearest = nearest.map(|hit| (hit.t, hit.primitive_index));

@@ -10,7 +10,6 @@ use crate::overlay::node::{OverlayNode, Role};
 use crate::overlay::selection::Selection;
 use crate::overlay::settings::{ColorBy, OverlaySettings};
 use crate::visibility::{TriangleSet, Visibility};
-use bvhscope_engine::cancel::PolledIterator as _;
 use bvhscope_engine::cancel::{CancelToken, Cancelled};
 use bvhscope_engine::geometry::{Aabb, Sphere, Triangle};
 use bvhscope_engine::kernel::par_collect;
@@ -373,6 +372,9 @@ impl NodeTable {
     }
 }
 
+/// Poll for cancellation every 16,384 nodes.
+const NODES_PER_CHECK: usize = 1 << 14;
+
 pub(super) fn area<C: Container>(tree: &Tree<C>, node: u32) -> f32 {
     tree.nodes[node as usize].container.relative_area().max(0.0)
 }
@@ -388,8 +390,10 @@ fn containers<K: Container, C: Container>(
         own.iter().fold(C::EMPTY, |all, &index| all.union(&C::of_triangle(&triangles[index as usize])))
     };
     let mut all = par_collect(tree.nodes.len(), token, |at| of_leaf(&tree.nodes[at]))?;
-    for item in tree.nodes.iter().enumerate().rev().polled(token) {
-        let (index, node) = item?;
+    for (index, node) in tree.nodes.iter().enumerate().rev() {
+        if index.is_multiple_of(NODES_PER_CHECK) {
+            token.check()?;
+        }
         all[index] = node.children().fold(all[index], |around, child| around.union(&all[child as usize]));
     }
     Ok(all)

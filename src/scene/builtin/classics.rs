@@ -86,9 +86,11 @@ pub(super) fn flake(levels: u32, assembly: &mut Assembly, token: &CancelToken) -
 pub(super) fn slivers(count: u32, assembly: &mut Assembly, token: &CancelToken) -> Result<(), Cancelled> {
     add_palette(assembly);
     let mut random = Random(1);
-    let mut poll = token.poll().reporting(count.into());
     for index in 0..count {
-        poll.step()?;
+        if index % 16_384 == 0 {
+            token.check()?;
+            token.set_progress(index as f32 / count as f32);
+        }
         let center = random.cube();
         let along = random.direction() * (0.1 + 0.3 * random.unit());
         let across = along.cross(random.direction()).normalize_or(Vec3::X) * along.length() * 0.01;

@@ -7,6 +7,7 @@ use std::collections::HashMap;
 use super::document::{BEYOND_THE_END, Document, Fault, NO_SUCH_ENTRY, entry};
 use super::json::Whole;
 use super::schema::{Accessor as JsonAccessor, Sparse as JsonSparse};
+use crate::scene::assemble::BATCH_SIZE;
 use bvhscope_engine::cancel::{CancelToken, Cancelled};
 
 /// The reason why an accessor was not read.
@@ -268,9 +269,10 @@ impl<'a> Accessors<'a> {
         let key = (indices.bytes.as_ptr().addr(), indices.stride, index_type.size());
         let (mut known, mut broken) = self.ascending.borrow().get(&key).copied().unwrap_or_default();
         let target = |k: usize| index_type.index(indices.at(k));
-        let mut poll = token.poll();
         while known < changes && !broken {
-            poll.step()?;
+            if known.is_multiple_of(BATCH_SIZE) {
+                token.check()?;
+            }
             let Some(left) = self.checks_left.get().checked_sub(1) else {
                 let detail = "shares parts of its indices with too many others; export the model again";
                 return Err(Fault::new("sparse changes left out, since their lists overlap", detail).into());

@@ -34,7 +34,6 @@ use super::images::Images;
 use super::options::LoadOptions;
 use super::read::READ_PROGRESS;
 use crate::text::counted;
-use bvhscope_engine::cancel::PolledIterator as _;
 use bvhscope_engine::cancel::{CancelToken, Cancelled};
 use bvhscope_engine::geometry::Triangle;
 
@@ -214,8 +213,10 @@ fn add_primitive(
         colors: collect_cancellable(primitive.colors.len(), primitive.colors.iter().copied(), token)?,
     };
     let first = assembly.add_vertices(positions.len(), &lists, token)?;
-    for item in primitive.triangles.iter().polled_every(BATCH_SIZE, token) {
-        let &[a, b, c] = item?;
+    for (at, &[a, b, c]) in primitive.triangles.iter().enumerate() {
+        if at.is_multiple_of(BATCH_SIZE) {
+            token.check()?;
+        }
         let corners = if mirrored { [a, c, b] } else { [a, b, c] };
         let [a, b, c] = corners.map(|corner| positions[corner as usize]);
         let corners = offset_corners(corners, first);

@@ -1,8 +1,5 @@
 //! The text of an OBJ file on its way to the crate tobj, which ends at the first line that it does not understand and loses its
 //! number: good lines pass as they are, the others as the rules leave them.
-//!
-//! Two readers cost time: faces take about twice that of one (Buddha, conference; Crytek Sponza 1.15 times), because each index is
-//! parsed here and there, and tobj copies each line, splits it at Unicode white space and finds each corner in a table.
 
 use std::io::{BufRead, Read};
 use std::path::Path;

@@ -19,7 +19,6 @@ use super::error::{FileLocation, LoadError, Warnings};
 use super::polygon::OVERLAP;
 use crate::text::{counted, quoted};
 use bvhscope_engine::cancel::CancelToken;
-use bvhscope_engine::cancel::PolledIterator as _;
 use bvhscope_engine::geometry::Triangle;
 use element::{Element, Encoding};
 use faces::Faces;
@@ -114,8 +113,10 @@ fn add(
 ) -> Result<(), LoadError> {
     let first = assembly.add_vertices(vertices.positions.len(), &vertices.lists, token)?;
     assembly.reserve(faces.corners.len()).map_err(|error| error.in_file(path))?;
-    for item in faces.corners.iter().enumerate().polled(token) {
-        let (index, &corners) = item?;
+    for (index, &corners) in faces.corners.iter().enumerate() {
+        if index % 65_536 == 0 {
+            token.check()?;
+        }
         // Indices were compared with the declared number, and as many vertices were read.
         let corner = |k: usize| vertices.positions.get(corners[k] as usize).copied();
         if let (Some(a), Some(b), Some(c)) = (corner(0), corner(1), corner(2)) {

@@ -9,7 +9,6 @@ use crate::scene::numbers::{advice_about, number};
 use crate::scene::read::READ_PROGRESS;
 use crate::text::quoted;
 use bvhscope_engine::cancel::CancelToken;
-use bvhscope_engine::cancel::PolledIterator as _;
 
 /// Maximum number of bytes of a number in text.
 const MAX_WORD: usize = 1 << 12;
@@ -225,8 +224,10 @@ impl<'a> Source<'a> {
         self.skip_white_space(false)?;
         let place = self.place();
         let mut lines = 0_u64;
-        for part in self.rest().split(|&byte| byte == b'\n' || byte == b'\r').polled(self.token) {
-            let part = part?;
+        for part in self.rest().split(|&byte| byte == b'\n' || byte == b'\r') {
+            if lines.is_multiple_of(POLL_INTERVAL) {
+                self.token.check()?;
+            }
             lines = lines.saturating_add(u64::from(!part.trim_ascii().is_empty()));
         }
         self.warnings.add_many(lines, "lines after the last element not read", || place);

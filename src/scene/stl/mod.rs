@@ -58,9 +58,9 @@ pub(super) fn load(path: &Path, bytes: &[u8], assembly: &mut Assembly, token: &C
     }
     assembly.reserve(records.len()).map_err(|error| error.in_file(path))?;
     let is_magics = bytes[..80].windows(6).any(|word| word == b"COLOR=");
-    let mut poll = token.poll();
     for (index, record) in records.iter().enumerate() {
-        if poll.step()? {
+        if index % 65_536 == 0 {
+            token.check()?;
             token.set_progress(READ_PROGRESS + (1.0 - READ_PROGRESS) * index as f32 / records.len() as f32);
         }
         // The normal, three corners, and two bytes for attributes.

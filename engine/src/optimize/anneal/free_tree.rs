@@ -39,9 +39,11 @@ impl FreeTree {
         let unreachable = FreeNode { bounds: SimdBox::EMPTY, cost: 0.0, children: [NONE; 2], parent: NONE, count: 0 };
         let mut free = Self { nodes: vec![unreachable; tree.nodes.len()], collapses };
         let mut order = vec![0];
-        let (mut next, mut poll) = (0, token.poll());
+        let mut next = 0;
         while let Some(&index) = order.get(next) {
-            poll.step()?;
+            if next % NODES_BETWEEN_CHECKS == 0 {
+                token.check()?;
+            }
             next += 1;
             let node = &tree.nodes[index as usize];
             let bounds = SimdBox::new(&node.container);
@@ -67,9 +69,11 @@ impl FreeTree {
     /// The tree with its nodes in depth-first order and its leaves' `primitive_indices` from left to right.
     pub fn to_tree(&self, primitive_indices: &[u32], token: &CancelToken) -> Result<Tree<Aabb>, Cancelled> {
         let mut tree = Tree { nodes: vec![EMPTY_NODE], primitive_indices: Vec::new(), max_depth: 0 };
-        let (mut stack, mut poll) = (vec![(0, 0, 0)], token.poll());
+        let mut stack = vec![(0, 0, 0)];
         while let Some((index, slot, depth)) = stack.pop() {
-            poll.step()?;
+            if tree.nodes.len() % NODES_BETWEEN_CHECKS < 2 {
+                token.check()?;
+            }
             let FreeNode { bounds, children: [left, right], count, .. } = self.nodes[index as usize];
             let node = &mut tree.nodes[slot];
             node.container = Aabb { min: bounds.min.into(), max: bounds.max.into() };
@@ -108,9 +112,11 @@ impl FreeTree {
     /// The indices of all nodes, children before their parents.
     pub fn bottom_up(&self, token: &CancelToken) -> Result<Vec<u32>, Cancelled> {
         let mut order = vec![0];
-        let (mut next, mut poll) = (0, token.poll());
+        let mut next = 0;
         while let Some(&index) = order.get(next) {
-            poll.step()?;
+            if next % NODES_BETWEEN_CHECKS == 0 {
+                token.check()?;
+            }
             if !self.is_leaf(index) {
                 order.extend(self.nodes[index as usize].children);
             }
@@ -190,9 +196,9 @@ pub struct Detached {
     pub node: u32,
     /// Its parent.
     pub parent: u32,
-    /// Its former sibling.
+    /// What was its sibling.
     pub sibling: u32,
-    /// The former grandparent, now the sibling's parent.
+    /// What was the parent of its parent, and is that of its sibling.
     pub above: u32,
 }
 

@@ -1,6 +1,6 @@
 //! One round of merging: references of the same triangle, which was split before the build, become one where that is cheaper.
 
-use crate::cancel::{CancelToken, Cancelled, PolledIterator as _};
+use crate::cancel::{CancelToken, Cancelled};
 use crate::optimize::anneal::free_tree::{FreeTree, leaf_cost};
 use crate::optimize::move_search::{LinkedNodes, NONE};
 use crate::order::radix_sort;
@@ -22,8 +22,10 @@ impl References {
         token: &CancelToken,
     ) -> Result<Self, Cancelled> {
         let mut leaves: Vec<u64> = Vec::new();
-        for item in (0..).zip(&tree.nodes).polled(token) {
-            let (index, node) = item?;
+        for (index, node) in (0..).zip(&tree.nodes) {
+            if index % (1 << 16) == 0 {
+                token.check()?;
+            }
             if node.count == 1 && tree.is_leaf(index) {
                 let triangle = sources[primitive_indices[node.children[1] as usize] as usize];
                 leaves.push(u64::from(triangle) << 32 | u64::from(index));
@@ -31,8 +33,10 @@ impl References {
         }
         radix_sort(&mut leaves, u64::BITS, token)?;
         let mut lists = Vec::new();
-        for list in leaves.chunk_by(|a, b| a >> 32 == b >> 32).polled_every(TRIANGLES_BETWEEN_CHECKS, token) {
-            let list = list?;
+        for (at, list) in leaves.chunk_by(|a, b| a >> 32 == b >> 32).enumerate() {
+            if at % TRIANGLES_BETWEEN_CHECKS == 0 {
+                token.check()?;
+            }
             if list.len() > 1 {
                 lists.push(list.iter().map(|&key| key as u32).collect());
             }
@@ -43,8 +47,10 @@ impl References {
 
 /// Merges references where that lowers the cost of `tree`: one leaf grows around both, the other is removed.
 pub fn merging_round(tree: &mut FreeTree, references: &mut References, token: &CancelToken) -> Result<(), Cancelled> {
-    for leaves in references.0.iter_mut().polled_every(TRIANGLES_BETWEEN_CHECKS, token) {
-        let leaves = leaves?;
+    for (at, leaves) in references.0.iter_mut().enumerate() {
+        if at % TRIANGLES_BETWEEN_CHECKS == 0 {
+            token.check()?;
+        }
         while let Some(merged) = closest_pairs(tree, leaves).into_iter().find(|pair| merge(tree, *pair)) {
             leaves.retain(|&leaf| leaf != merged[1]);
         }

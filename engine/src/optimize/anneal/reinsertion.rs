@@ -1,6 +1,6 @@
 //! One round of reinsertion: every subtree, by falling area, to its best position, even where that costs a little more.
 
-use crate::cancel::{CancelToken, Cancelled, PolledIterator as _};
+use crate::cancel::{CancelToken, Cancelled};
 use crate::kernel::mix::next_unit;
 use crate::optimize::anneal::free_tree::FreeTree;
 use crate::optimize::move_search::{LinkedNodes, Move, NONE, find_move};
@@ -27,8 +27,10 @@ pub fn reinsertion_round(
 ) -> Result<(), Cancelled> {
     let (order, average_area) = by_falling_area(tree, token)?;
     let mut stack = Vec::new();
-    for item in order.iter().polled_every(SUBTREES_BETWEEN_CHECKS, token) {
-        let &node = item?;
+    for (at, &node) in order.iter().enumerate() {
+        if at % SUBTREES_BETWEEN_CHECKS == 0 {
+            token.check()?;
+        }
         // An earlier move may have put it below the root.
         if !tree.is_movable(node) {
             continue;
@@ -50,8 +52,10 @@ pub fn reinsertion_round(
 /// The nodes that can be moved, by falling area, and their average area.
 fn by_falling_area(tree: &FreeTree, token: &CancelToken) -> Result<(Vec<u32>, f64), Cancelled> {
     let (mut keys, mut sum) = (Vec::with_capacity(tree.nodes.len()), 0.0);
-    for index in (0..tree.nodes.len() as u32).polled(token) {
-        let index = index?;
+    for index in 0..tree.nodes.len() as u32 {
+        if index % NODES_BETWEEN_CHECKS == 0 {
+            token.check()?;
+        }
         if tree.is_movable(index) {
             let area = tree.bounds(index).half_area();
             sum += f64::from(area);

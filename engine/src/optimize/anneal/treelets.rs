@@ -1,7 +1,7 @@
 //! One round of treelet restructuring: the best of all topologies over the few largest subtrees below each node, bottom-up
 //! (Karras, Aila, *Fast Parallel Construction of High-Quality Bounding Volume Hierarchies*, 2013, section 3).
 
-use crate::cancel::{CancelToken, Cancelled, PolledIterator as _};
+use crate::cancel::{CancelToken, Cancelled};
 use crate::optimize::anneal::free_tree::FreeTree;
 use crate::optimize::divisions::cheapest_division;
 use crate::optimize::move_search::LinkedNodes;
@@ -18,7 +18,7 @@ const TREELETS_BETWEEN_CHECKS: usize = 256;
 
 /// The best subtree over a set of a treelet's leaves.
 #[derive(Clone, Copy)]
-struct CheapestSubtree {
+struct Best {
     bounds: SimdBox,
     cost: f32,
     count: u32,
@@ -28,9 +28,11 @@ struct CheapestSubtree {
 
 /// Replaces treelets of `tree` by their best topologies where that lowers the cost.
 pub fn treelet_round(tree: &mut FreeTree, token: &CancelToken) -> Result<(), Cancelled> {
-    let mut best = [CheapestSubtree { bounds: SimdBox::EMPTY, cost: 0.0, count: 0, part: 0 }; SUBSETS];
-    for item in tree.bottom_up(token)?.iter().polled_every(TREELETS_BETWEEN_CHECKS, token) {
-        let &root = item?;
+    let mut best = [Best { bounds: SimdBox::EMPTY, cost: 0.0, count: 0, part: 0 }; SUBSETS];
+    for (at, &root) in tree.bottom_up(token)?.iter().enumerate() {
+        if at % TREELETS_BETWEEN_CHECKS == 0 {
+            token.check()?;
+        }
         // Those below may have changed.
         tree.refit(root);
         restructure(tree, root, &mut best);
@@ -39,7 +41,7 @@ pub fn treelet_round(tree: &mut FreeTree, token: &CancelToken) -> Result<(), Can
 }
 
 /// Gives the treelet under `root` its best topology.
-fn restructure(tree: &mut FreeTree, root: u32, best: &mut [CheapestSubtree; SUBSETS]) {
+fn restructure(tree: &mut FreeTree, root: u32, best: &mut [Best; SUBSETS]) {
     let Some(pair) = tree.children(root) else { return };
     let (mut leaves, mut interior) = (pair.to_vec(), Vec::new());
     while leaves.len() < TREELET_LEAVES {
@@ -83,17 +85,17 @@ fn restructure(tree: &mut FreeTree, root: u32, best: &mut [CheapestSubtree; SUBS
 
 /// The best subtree over the `leaves` in `set`, from those over its subsets.
 #[inline(always)]
-fn best_of(tree: &FreeTree, leaves: &[u32], set: usize, best: &[CheapestSubtree; SUBSETS]) -> CheapestSubtree {
+fn best_of(tree: &FreeTree, leaves: &[u32], set: usize, best: &[Best; SUBSETS]) -> Best {
     let first = &tree.nodes[leaves[set.trailing_zeros() as usize] as usize];
     // All but the first.
     let rest = set & (set - 1);
     if rest == 0 {
-        return CheapestSubtree { bounds: first.bounds, cost: first.cost as f32, count: first.count, part: 0 };
+        return Best { bounds: first.bounds, cost: first.cost as f32, count: first.count, part: 0 };
     }
     let bounds = best[rest].bounds.union(&first.bounds);
     let count = best[rest].count + first.count;
     let (least, part) = cheapest_division(set, |part| best[part].cost);
-    CheapestSubtree { bounds, cost: tree.subtree_cost(&bounds, count, f64::from(least)) as f32, count, part }
+    Best { bounds, cost: tree.subtree_cost(&bounds, count, f64::from(least)) as f32, count, part }
 }
 
 #[cfg(test)]

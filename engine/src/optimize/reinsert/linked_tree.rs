@@ -1,4 +1,4 @@
-//! A tree with links to parents, so that subtrees can be moved.
+//! A tree whose nodes know their parents, so that subtrees can be moved.
 
 use std::sync::atomic::{AtomicU32, Ordering};
 

@@ -12,7 +12,7 @@ use std::collections::HashSet;
 
 use rayon::prelude::*;
 
-use crate::cancel::{CancelToken, Cancelled, PolledIterator as _};
+use crate::cancel::{CancelToken, Cancelled};
 use crate::geometry::Aabb;
 use crate::optimize::move_search::{LinkedNodes, Move, find_move};
 use crate::optimize::reinsert::linked_tree::{LinkedTree, sibling};
@@ -90,8 +90,10 @@ fn find_moves(
 fn apply_moves(tree: &mut LinkedTree, mut moves: Vec<Move>, token: &CancelToken) -> Result<f64, Cancelled> {
     moves.sort_unstable_by(|a, b| b.gain.total_cmp(&a.gain).then(a.node.cmp(&b.node)));
     let (mut changed, mut undo, mut gain) = (HashSet::new(), Vec::new(), 0.0);
-    for item in moves.into_iter().polled_every(CANDIDATES_BETWEEN_CHECKS, token) {
-        let Move { node, target, .. } = item?;
+    for (at, Move { node, target, .. }) in moves.into_iter().enumerate() {
+        if at % CANDIDATES_BETWEEN_CHECKS == 0 {
+            token.check()?;
+        }
         let touched = [tree.parent(node), node, sibling(node), target];
         let is_stale = touched.iter().any(|index| changed.contains(index));
         // An earlier move may have put one below the other.

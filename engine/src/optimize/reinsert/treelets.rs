@@ -26,7 +26,7 @@ const BATCH: usize = 128;
 
 /// The best subtree over a set of a treelet's leaves.
 #[derive(Clone, Copy)]
-struct SmallestSubtree {
+struct Best {
     bounds: SimdBox,
     /// Summed area of its interior nodes.
     area: f32,
@@ -90,7 +90,7 @@ impl LinkedTree<'_> {
     /// The best topology of the treelet under `root`; `None` if it has that.
     fn best_topology(&self, root: u32) -> Option<Improvement> {
         let (leaves, pairs, old_area) = self.treelet(root)?;
-        let mut best = [SmallestSubtree { bounds: SimdBox::EMPTY, area: 0.0, part: 0 }; SUBSETS];
+        let mut best = [Best { bounds: SimdBox::EMPTY, area: 0.0, part: 0 }; SUBSETS];
         let all = (1 << leaves.len()) - 1;
         for set in 1..=all {
             best[set] = best_of(&leaves, set, &best);
@@ -102,7 +102,7 @@ impl LinkedTree<'_> {
         let (mut stack, mut nodes) = (vec![(all, root)], Vec::with_capacity(2 * leaves.len()));
         for &first in &pairs {
             let (set, slot) = stack.pop()?;
-            let SmallestSubtree { bounds, part, .. } = best[set];
+            let Best { bounds, part, .. } = best[set];
             let container = Aabb { min: bounds.min.into(), max: bounds.max.into() };
             nodes.push((slot, Node { container, first, count: 0 }));
             for (part, slot) in [part, set & !part].into_iter().zip(first..) {
@@ -136,16 +136,16 @@ impl LinkedTree<'_> {
 
 /// The best subtree over the `leaves` in `set`, from those over its subsets.
 #[inline(always)]
-fn best_of(leaves: &[Node<Aabb>], set: usize, best: &[SmallestSubtree; SUBSETS]) -> SmallestSubtree {
+fn best_of(leaves: &[Node<Aabb>], set: usize, best: &[Best; SUBSETS]) -> Best {
     let first = SimdBox::new(&leaves[set.trailing_zeros() as usize].container);
     // All but the first.
     let rest = set & (set - 1);
     if rest == 0 {
-        return SmallestSubtree { bounds: first, area: 0.0, part: 0 };
+        return Best { bounds: first, area: 0.0, part: 0 };
     }
     let bounds = best[rest].bounds.union(&first);
     let (least, part) = cheapest_division(set, |part| best[part].area);
-    SmallestSubtree { bounds, area: bounds.half_area() + least, part }
+    Best { bounds, area: bounds.half_area() + least, part }
 }
 
 #[cfg(test)]

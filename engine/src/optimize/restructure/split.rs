@@ -53,7 +53,7 @@ pub fn split<S: Simd>(simd: S, items: &mut [Item], root: &Item, depth: u32) -> (
 /// The best split between bins over a `range` of doubled centres; `None` if all items are in one bin.
 #[inline(always)]
 fn binned<S: Simd, const N: usize>(simd: S, items: &mut [Item], range: [f32x4<S>; 2]) -> Option<(usize, [Item; 2])> {
-    let grid = BinGrid::new::<S, N>(simd, range);
+    let grid = Grid::new::<S, N>(simd, range);
     let (boxes, counts) = count_in_bins::<S, N>(simd, items, &grid);
     let (plane, sides) = cheapest_plane(simd, &boxes, &counts, &grid)?;
     Some((plane.partition(items), sides))
@@ -61,12 +61,12 @@ fn binned<S: Simd, const N: usize>(simd: S, items: &mut [Item], range: [f32x4<S>
 
 /// Positions of the bins.
 #[derive(Debug, Clone, Copy)]
-pub struct BinGrid {
+pub struct Grid {
     start: [f32; 4],
     bins_per_unit: [f32; 4],
 }
 
-impl BinGrid {
+impl Grid {
     /// `N` bins along each axis between the corners `min` and `max` of a box around doubled centres.
     #[inline(always)]
     pub fn new<S: Simd, const N: usize>(_: S, [min, max]: [f32x4<S>; 2]) -> Self {
@@ -120,11 +120,7 @@ pub type BinCounts<const N: usize> = [[i32; 4]; N];
 
 /// Counts `items` in the `N` bins of `grid` along each axis.
 #[inline(always)]
-pub fn count_in_bins<S: Simd, const N: usize>(
-    simd: S,
-    items: &[Item],
-    grid: &BinGrid,
-) -> (BinBoxes<S, N>, BinCounts<N>) {
+pub fn count_in_bins<S: Simd, const N: usize>(simd: S, items: &[Item], grid: &Grid) -> (BinBoxes<S, N>, BinCounts<N>) {
     let start = f32x4::from_slice(simd, &grid.start);
     let bins_per_unit = f32x4::from_slice(simd, &grid.bins_per_unit);
     let mut boxes = [[f32x8::splat(simd, f32::INFINITY); 3]; N];
@@ -154,9 +150,38 @@ pub fn cheapest_plane<S: Simd, const N: usize>(
     simd: S,
     boxes: &BinBoxes<S, N>,
     counts: &BinCounts<N>,
-    grid: &BinGrid,
+    grid: &Grid,
 ) -> Option<(SplitPlane, [Item; 2])> {
-    let Planes { costs, bins, left_counts, all } = Planes::of_bins(simd, boxes, counts);
+    let empty = f32x8::splat(simd, f32::INFINITY);
+    let bin_counts = |bin: usize| i32x4::from_slice(simd, &counts[bin]);
+    // Costs of all bins from each one on, then of all bins before it, one axis per lane. An empty side costs NaN, which
+    // is never less.
+    let mut right_costs = [f32x4::splat(simd, 0.0); N];
+    let (mut bounds, mut count) = ([empty; 3], i32x4::splat(simd, 0));
+    for bin in (1..N).rev() {
+        for axis in 0..3 {
+            bounds[axis] = bounds[axis].min(boxes[bin][axis]);
+        }
+        count += bin_counts(bin);
+        right_costs[bin] = half_areas(simd, &bounds) * count.to_float::<f32x4<S>>();
+    }
+    let (mut best_cost, mut best_bin) = (f32x4::splat(simd, f32::INFINITY), i32x4::splat(simd, 0));
+    let mut best_left_count = best_bin;
+    (bounds, count) = ([empty; 3], i32x4::splat(simd, 0));
+    for bin in 1..N {
+        for axis in 0..3 {
+            bounds[axis] = bounds[axis].min(boxes[bin - 1][axis]);
+        }
+        count += bin_counts(bin - 1);
+        let cost = half_areas(simd, &bounds) * count.to_float::<f32x4<S>>() + right_costs[bin];
+        let is_less = cost.simd_lt(best_cost);
+        best_cost = is_less.select(cost, best_cost);
+        best_bin = is_less.select(i32x4::splat(simd, bin as i32), best_bin);
+        best_left_count = is_less.select(count, best_left_count);
+    }
+    let (mut costs, mut bins) = ([0.0; 4], [0; 4]);
+    best_cost.store_slice(&mut costs);
+    best_bin.store_slice(&mut bins);
     let mut best = (f32::INFINITY, 0, 0);
     for axis in 0..3 {
         let (cost, bin) = (costs[axis], bins[axis]);
@@ -175,61 +200,12 @@ pub fn cheapest_plane<S: Simd, const N: usize>(
         left = left.min(boxes[bin.min(split_bin - 1)][axis]);
         right = right.min(boxes[(N - 1 - bin).max(split_bin)][axis]);
     }
+    let (mut left_counts, mut all) = ([0; 4], [0; 4]);
+    best_left_count.store_slice(&mut left_counts);
+    (count + bin_counts(N - 1)).store_slice(&mut all);
     let [left_count, all] = [left_counts[axis] as u32, all[axis] as u32];
     let sides = [Item::from_bounds(left, left_count, 0), Item::from_bounds(right, all - left_count, 0)];
     Some((SplitPlane { axis, bin: split_bin, start: grid.start[axis], bins_per_unit: grid.bins_per_unit[axis] }, sides))
-}
-
-/// The cheapest plane along each axis.
-struct Planes {
-    /// Infinity along an axis where all items are in one bin.
-    costs: [f32; 4],
-    /// The first bin behind each.
-    bins: [i32; 4],
-    /// Number of primitives before each.
-    left_counts: [i32; 4],
-    /// Number of primitives on both sides.
-    all: [i32; 4],
-}
-
-impl Planes {
-    /// Costs of all bins from each one on, then of all bins before it, one axis per lane. An empty side costs NaN, which is never
-    /// less.
-    #[inline(always)]
-    fn of_bins<S: Simd, const N: usize>(simd: S, boxes: &BinBoxes<S, N>, counts: &BinCounts<N>) -> Self {
-        let empty = f32x8::splat(simd, f32::INFINITY);
-        let bin_counts = |bin: usize| i32x4::from_slice(simd, &counts[bin]);
-        let mut right_costs = [f32x4::splat(simd, 0.0); N];
-        let (mut bounds, mut count) = ([empty; 3], i32x4::splat(simd, 0));
-        for bin in (1..N).rev() {
-            for axis in 0..3 {
-                bounds[axis] = bounds[axis].min(boxes[bin][axis]);
-            }
-            count += bin_counts(bin);
-            right_costs[bin] = half_areas(simd, &bounds) * count.to_float::<f32x4<S>>();
-        }
-        let (mut best_cost, mut best_bin) = (f32x4::splat(simd, f32::INFINITY), i32x4::splat(simd, 0));
-        let mut best_left_count = best_bin;
-        (bounds, count) = ([empty; 3], i32x4::splat(simd, 0));
-        for bin in 1..N {
-            for axis in 0..3 {
-                bounds[axis] = bounds[axis].min(boxes[bin - 1][axis]);
-            }
-            count += bin_counts(bin - 1);
-            let cost = half_areas(simd, &bounds) * count.to_float::<f32x4<S>>() + right_costs[bin];
-            let is_less = cost.simd_lt(best_cost);
-            best_cost = is_less.select(cost, best_cost);
-            best_bin = is_less.select(i32x4::splat(simd, bin as i32), best_bin);
-            best_left_count = is_less.select(count, best_left_count);
-        }
-        let all = count + bin_counts(N - 1);
-        Self {
-            costs: best_cost.to_array(),
-            bins: best_bin.to_array(),
-            left_counts: best_left_count.to_array(),
-            all: all.to_array(),
-        }
-    }
 }
 
 /// Splits `items` into halves in their present order.

@@ -7,7 +7,7 @@ use rayon::prelude::*;
 
 use crate::cancel::{CancelToken, Cancelled};
 use crate::optimize::restructure::item::Item;
-use crate::optimize::restructure::split::{BINS, BinCounts, BinGrid, SplitPlane, cheapest_plane, count_in_bins, split};
+use crate::optimize::restructure::split::{BINS, BinCounts, Grid, SplitPlane, cheapest_plane, count_in_bins, split};
 
 /// Number of items from which on several threads pay.
 pub const MIN_LARGE: usize = 1 << 14;
@@ -30,7 +30,7 @@ pub fn split_large(
 ) -> Result<(usize, [Item; 2]), Cancelled> {
     let grid = dispatch!(level, simd => {
         let (min, neg_max) = root.bounds(simd).split();
-        BinGrid::new::<_, BINS>(simd, [min + min, -(neg_max + neg_max)])
+        Grid::new::<_, BINS>(simd, [min + min, -(neg_max + neg_max)])
     });
     let chunks = items.par_chunks(CHUNK_ITEMS).map(|items| {
         token.check()?;
@@ -90,7 +90,7 @@ fn subslices(
 
 /// Bins of the `items` of a chunk.
 #[inline(always)]
-fn count_chunk<S: Simd>(simd: S, items: &[Item], grid: &BinGrid) -> ChunkBins {
+fn count_chunk<S: Simd>(simd: S, items: &[Item], grid: &Grid) -> ChunkBins {
     let (boxes, counts) = count_in_bins::<S, BINS>(simd, items, grid);
     let mut chunk = ChunkBins { boxes: [[[0.0; 8]; 3]; BINS], counts };
     for (to, from) in chunk.boxes.as_flattened_mut().iter_mut().zip(boxes.as_flattened()) {
@@ -101,7 +101,7 @@ fn count_chunk<S: Simd>(simd: S, items: &[Item], grid: &BinGrid) -> ChunkBins {
 
 /// [`cheapest_plane`] for the bins of all chunks together.
 #[inline(always)]
-fn cheapest_plane_of_chunks<S: Simd>(simd: S, chunks: &[ChunkBins], grid: &BinGrid) -> Option<(SplitPlane, [Item; 2])> {
+fn cheapest_plane_of_chunks<S: Simd>(simd: S, chunks: &[ChunkBins], grid: &Grid) -> Option<(SplitPlane, [Item; 2])> {
     let (mut boxes, mut counts) = count_in_bins::<S, BINS>(simd, &[], grid);
     for chunk in chunks {
         for (sum, part) in boxes.as_flattened_mut().iter_mut().zip(chunk.boxes.as_flattened()) {

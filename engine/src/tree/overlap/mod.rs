@@ -2,7 +2,7 @@
 
 use rayon::prelude::*;
 
-use crate::cancel::{CancelToken, Cancelled, PolledIterator as _};
+use crate::cancel::{CancelToken, Cancelled};
 use crate::geometry::Triangle;
 use crate::kernel::par_collect::par_collect;
 use crate::tree::container::Container;
@@ -22,7 +22,7 @@ const VISITS_PER_SAMPLE: u64 = 1 << 12;
 /// Minimum number of samples that are looked at together, where each visits every node: enough for all threads, and bounded.
 const MIN_SAMPLES_AT_ONCE: u64 = 16;
 
-/// End-point overlap of a tree, and the share of the scene that was sampled for it.
+/// End-point overlap of a tree, and the share of the scene that it is known from.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub struct EndPointOverlap {
@@ -42,7 +42,7 @@ impl EndPointOverlap {
         self.sampled == self.triangles
     }
 
-    /// Basis of an estimate, in words; `None` where the value is exact.
+    /// What an estimate is made from, in words; `None` where the value is exact.
     ///
     /// ```
     /// use bvhscope_engine::tree::overlap::EndPointOverlap;
@@ -62,7 +62,7 @@ impl EndPointOverlap {
 ///
 /// Exact for up to `max_samples` triangles. Beyond, estimated from that many triangles, evenly spread over the total surface.
 /// Where triangles coincide, each lies in nearly every node: once the samples have visited some thousand nodes each on average,
-/// the rest of them is left out, and the overlap is estimated from fewer. The result holds their number; it is the same
+/// the rest of them is left out, and the overlap is estimated from fewer. The result tells how many there were; it is the same
 /// on any number of threads.
 ///
 /// A triangle in several leaves counts once, and is held by all of them and the nodes above them. 0 for a tree without overlap
@@ -94,7 +94,22 @@ fn overlap_of<C: Clip>(
     max_samples: usize,
     token: &CancelToken,
 ) -> Result<EndPointOverlap, Cancelled> {
-    let areas = slot_areas(tree, triangles, token)?;
+    let mut areas = par_collect(tree.primitive_indices.len(), token, |slot| {
+        f64::from(triangles[tree.primitive_indices[slot] as usize].scaled_normal().length()) * 0.5
+    })?;
+    let is_split = tree.primitive_indices.len() > triangles.len();
+    if is_split {
+        // Only the first slot of each triangle counts.
+        let mut seen = vec![false; triangles.len()];
+        for (areas, indices) in areas.chunks_mut(BATCH).zip(tree.primitive_indices.chunks(BATCH)) {
+            token.check()?;
+            for (area, &index) in areas.iter_mut().zip(indices) {
+                if std::mem::replace(&mut seen[index as usize], true) {
+                    *area = 0.0;
+                }
+            }
+        }
+    }
     let (mut total, mut with_area) = (0.0, 0);
     for batch in areas.chunks(BATCH) {
         token.check()?;
@@ -106,14 +121,26 @@ fn overlap_of<C: Clip>(
         return Ok(overlap);
     }
     let samples = choose_samples(&areas, total, max_samples.max(1), token)?;
-    let nodes_above = NodesAbove::new(tree, triangles.len(), &samples, token)?;
+    let parents = tree.parents(token)?;
+    let slots = if is_split { all_slots(tree, triangles.len(), &samples, token)? } else { first_slots(&samples) };
+    let leaves = leaves_of_slots(tree, &slots, token)?;
+    let mut sample_leaves: Vec<(u32, u32)> = slots.iter().zip(leaves).map(|(slot, leaf)| (slot.sample, leaf)).collect();
+    sample_leaves.sort_unstable();
     let foreign_of = |&sample_index: &u32| {
         token.check()?;
-        let Sample { slot, weight } = samples[sample_index as usize];
-        let (own, climbed) = nodes_above.of_sample(sample_index);
-        let triangle = &triangles[tree.primitive_indices[slot as usize] as usize];
+        let sample = &samples[sample_index as usize];
+        let first = sample_leaves.partition_point(|entry| entry.0 < sample_index);
+        let mut own = Vec::new();
+        for &(_, leaf) in sample_leaves[first..].iter().take_while(|entry| entry.0 == sample_index) {
+            own.extend(std::iter::successors(Some(leaf), |&node| (node != 0).then(|| parents[node as usize])));
+        }
+        let climbed = own.len() as u64;
+        own.sort_unstable();
+        own.dedup();
+        let slot = sample.slot as usize;
+        let triangle = &triangles[tree.primitive_indices[slot] as usize];
         let Foreign { cost, visited } = foreign_cost(tree, triangle, &own, token)?;
-        Ok(Foreign { cost: weight * cost / areas[slot as usize], visited: visited + climbed })
+        Ok(Foreign { cost: sample.weight * cost / areas[slot], visited: visited + climbed })
     };
     // Any first part of this order is spread over the whole list.
     let mut order: Vec<u32> = (0..samples.len() as u32).collect();
@@ -137,66 +164,6 @@ fn overlap_of<C: Clip>(
     Ok(overlap)
 }
 
-/// For each slot the area of its triangle, or 0 if an earlier slot holds the same triangle.
-fn slot_areas<C: Clip>(tree: &Tree<C>, triangles: &[Triangle], token: &CancelToken) -> Result<Vec<f64>, Cancelled> {
-    let indices = &tree.primitive_indices;
-    let mut areas = par_collect(indices.len(), token, |slot| {
-        f64::from(triangles[indices[slot] as usize].scaled_normal().length()) * 0.5
-    })?;
-    if is_split(tree, triangles.len()) {
-        let mut seen = vec![false; triangles.len()];
-        for item in areas.iter_mut().zip(indices).polled(token) {
-            let (area, &index) = item?;
-            if std::mem::replace(&mut seen[index as usize], true) {
-                *area = 0.0;
-            }
-        }
-    }
-    Ok(areas)
-}
-
-/// Whether a leaf of `tree` may hold a part of one of the `triangles` triangles.
-fn is_split<C>(tree: &Tree<C>, triangles: usize) -> bool {
-    tree.primitive_indices.len() > triangles
-}
-
-/// The nodes that hold the triangle of a sample.
-struct NodesAbove {
-    /// Pairs of a sample and a leaf that holds its triangle, in ascending order.
-    leaves: Vec<(u32, u32)>,
-    parents: Vec<u32>,
-}
-
-impl NodesAbove {
-    fn new<C: Clip>(
-        tree: &Tree<C>,
-        triangles: usize,
-        samples: &[Sample],
-        token: &CancelToken,
-    ) -> Result<Self, Cancelled> {
-        let parents = tree.parents(token)?;
-        let slots =
-            if is_split(tree, triangles) { all_slots(tree, triangles, samples, token)? } else { first_slots(samples) };
-        let leaves = leaves_of_slots(tree, &slots, token)?;
-        let mut leaves: Vec<(u32, u32)> = slots.iter().zip(leaves).map(|(slot, leaf)| (slot.sample, leaf)).collect();
-        leaves.sort_unstable();
-        Ok(Self { leaves, parents })
-    }
-
-    /// The nodes that hold the triangle of `sample`, ascending, and the number of steps that finding them took.
-    fn of_sample(&self, sample: u32) -> (Vec<u32>, u64) {
-        let first = self.leaves.partition_point(|entry| entry.0 < sample);
-        let mut nodes = Vec::new();
-        for &(_, leaf) in self.leaves[first..].iter().take_while(|entry| entry.0 == sample) {
-            nodes.extend(std::iter::successors(Some(leaf), |&node| (node != 0).then(|| self.parents[node as usize])));
-        }
-        let climbed = nodes.len() as u64;
-        nodes.sort_unstable();
-        nodes.dedup();
-        (nodes, climbed)
-    }
-}
-
 /// All triangles with an area, or those at `max_samples` steps of equal area through the list.
 fn choose_samples(
     areas: &[f64],
@@ -212,8 +179,10 @@ fn choose_samples(
     let mut samples = Vec::with_capacity(max_samples);
     let mut area_so_far = 0.0;
     let mut next = step * 0.5;
-    for item in areas.iter().enumerate().polled(token) {
-        let (slot, &area) = item?;
+    for (slot, &area) in areas.iter().enumerate() {
+        if slot.is_multiple_of(BATCH) {
+            token.check()?;
+        }
         area_so_far += area;
         if area_so_far > next {
             let steps = ((area_so_far - next) / step).floor() + 1.0;
@@ -261,8 +230,10 @@ fn leaves_of_slots<C: Container>(
     token: &CancelToken,
 ) -> Result<Vec<u32>, Cancelled> {
     let mut leaves = vec![0; slots.len()];
-    for item in tree.nodes.iter().enumerate().polled(token) {
-        let (index, node) = item?;
+    for (index, node) in tree.nodes.iter().enumerate() {
+        if index.is_multiple_of(BATCH) {
+            token.check()?;
+        }
         if node.is_leaf() {
             let begin = slots.partition_point(|slot| slot.slot < node.first);
             let count = slots[begin..].iter().take_while(|slot| slot.slot < node.first + node.count).count();
@@ -272,7 +243,7 @@ fn leaves_of_slots<C: Container>(
     Ok(leaves)
 }
 
-/// Cost of a triangle in the nodes that do not hold it.
+/// What a triangle costs in the nodes that do not hold it.
 struct Foreign {
     /// Σ cost · area of the triangle inside the node, over these nodes.
     cost: f64,
@@ -293,10 +264,12 @@ fn foreign_cost<C: Clip>(
     let children = own.iter().flat_map(|&node| tree.nodes[node as usize].children());
     let mut stack: Vec<u32> = children.filter(|child| own.binary_search(child).is_err()).collect();
     // Where all triangles coincide, all nodes are visited.
-    let (mut visited, mut poll) = (0, token.poll());
+    let mut visited = 0;
     while let Some(index) = stack.pop() {
         visited += 1;
-        poll.step()?;
+        if visited % BATCH as u64 == 0 {
+            token.check()?;
+        }
         let node = &tree.nodes[index as usize];
         let area = node.container.clipped_area(triangle, &bounds);
         if area <= 0.0 {

@@ -15,7 +15,7 @@ impl Nearest {
     /// No hit, and no hit will be accepted.
     pub(crate) const NOTHING: Self = Self { t: 0.0, u: 0.0, v: 0.0, primitive_index: u32::MAX };
 
-    /// Some hit, of unknown distance and triangle.
+    /// A hit of which nothing is known but that there is one.
     pub(crate) const ANYTHING: Self = Self { t: 0.0, u: 0.0, v: 0.0, primitive_index: 0 };
 
     /// No hit yet within `t_max`, which is made finite. The largest primitive index means none: it loses every tie.

@@ -2,7 +2,7 @@
 
 use super::ray_event::RayEvent;
 
-/// Observer of the traversal of one ray: it receives each test and, with [`Probe::EVENTS`], each step. A probe
+/// Observer of the traversal of one ray: told of each test and, if it asks for events, of all that the traversal does. A probe
 /// that does nothing costs nothing.
 ///
 /// `node` is the index of a node of a [`Tree`](crate::tree::Tree), of any arity. In a [`wide`](crate::wide) tree it is
@@ -20,11 +20,11 @@ use super::ray_event::RayEvent;
 ///
 /// [`Child::bits`]: crate::wide::Child::bits
 pub trait Probe {
-    /// Whether the probe receives events. Where this is `false`, only [`container_test`](Self::container_test),
+    /// Whether events are wanted. Where this is `false`, only [`container_test`](Self::container_test),
     /// [`primitive_test`](Self::primitive_test) and [`visited`](Self::visited) are called, and the traversal omits what it would
     /// compute only for the others.
     const EVENTS: bool = false;
-    /// Whether the probe receives anything at all. Where this is `false`, traversals may take a shorter way to the same hit.
+    /// Whether it is to be told of anything at all. Where this is `false`, traversals may take a shorter way to the same hit.
     const ACTIVE: bool = true;
 
     /// Called for each container test. In a [`wide`](crate::wide) tree one test is that of all children of a node at once.
@@ -72,7 +72,7 @@ pub trait Probe {
     fn tested(&mut self, primitive_index: u32, t: Option<f32>) {
         self.event(RayEvent::Triangle { index: primitive_index, t });
     }
-    /// The nearest hit is now at `t`. A block of primitives reports the nearest of its hits.
+    /// The nearest hit is now at `t`. A block of primitives tells the nearest of its hits.
     #[inline(always)]
     fn nearer(&mut self, t: f32) {
         self.event(RayEvent::Nearer { t });

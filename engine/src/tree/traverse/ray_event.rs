@@ -1,4 +1,4 @@
-//! The events of a traversal.
+//! What a traversal tells of a ray.
 
 /// One step of a traversal; see [`Probe`](super::Probe) for the meaning and order of the steps.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -44,174 +44,133 @@ pub(super) fn walk<S: Simd, C: Container, P: Probe, const ORDERED: bool, const F
     mut leaf: impl FnMut(Range<usize>, &Shear, &mut P) -> ControlFlow<(), f32>,
 ) {
     let nodes = &tree.nodes[..];
-    let Some(mut node) = nodes.first().filter(|root| ray.can_hit() && enters_root(root, ray, probe)) else { return };
-    let mut t_max = ray.ray.t_max;
+    let Some(root) = nodes.first() else { return };
+    if !ray.can_hit() {
+        return;
+    }
+    let (t_min, mut t_max) = (ray.ray.t_min, ray.ray.t_max);
+    // A root that is a leaf is not tested: its primitives are, directly.
+    if !root.is_leaf() {
+        probe.container_test();
+        let entry = root.container.entry(ray, t_min, t_max);
+        report_test(&root.container, 0, ray, entry, probe);
+        if entry.is_none() {
+            return;
+        }
+    }
     let mut shear = None;
-    let mut waiting = NodeStack { stack, overflow: Vec::new(), top: 0 };
+    let mut node = root;
+    let mut top = 0;
+    // What the stack has no room for: nothing in a binary tree.
+    let mut overflow: Vec<StackEntry> = Vec::new();
     loop {
         probe.visited(index_of(nodes, node));
-        let next = if node.is_leaf() {
+        if node.is_leaf() {
             let first = node.first as usize;
             let shear = shear.get_or_insert_with(|| Shear::new(ray.ray.direction));
             match leaf(first..first + node.count as usize, shear, probe) {
                 ControlFlow::Break(()) => return,
                 ControlFlow::Continue(new_t_max) => t_max = new_t_max,
             }
-            None
         } else if node.count != 0 {
-            visit_children::<C, P, ORDERED, FARTHEST_FIRST>(nodes, node, ray, t_max, &mut waiting, probe)
-        } else {
-            visit_pair::<S, C, P, ORDERED, FARTHEST_FIRST>(simd, nodes, node, ray, t_max, &mut waiting, probe)
-        };
-        node = match next {
-            Some(child) => child,
-            None => match waiting.pop::<P, ORDERED>(t_max, probe) {
-                Some(index) => &nodes[index as usize],
-                None => return,
-            },
-        };
-    }
-}
-
-/// Tests the container of the root. A root that is a leaf is not tested: its primitives are, directly.
-#[inline(always)]
-fn enters_root<C: Container, P: Probe>(root: &Node<C>, ray: &PreparedRay, probe: &mut P) -> bool {
-    if root.is_leaf() {
-        return true;
-    }
-    probe.container_test();
-    let entry = root.container.entry(ray, ray.ray.t_min, ray.ray.t_max);
-    report_test(&root.container, 0, ray, entry, probe);
-    entry.is_some()
-}
-
-/// Tests the children of `node`, which has their number as its count. Returns the one to visit next; the others that the ray enters
-/// wait.
-#[inline(always)]
-fn visit_children<'a, C: Container, P: Probe, const ORDERED: bool, const FARTHEST_FIRST: bool>(
-    nodes: &'a [Node<C>],
-    node: &Node<C>,
-    ray: &PreparedRay,
-    t_max: f32,
-    waiting: &mut NodeStack<'_>,
-    probe: &mut P,
-) -> Option<&'a Node<C>> {
-    let children = &nodes[node.first as usize..][..node.arity() as usize];
-    (0..children.len()).for_each(|_| probe.container_test());
-    let mut entered = Entered::new(children, node.first, ray, ray.ray.t_min, t_max);
-    if P::EVENTS {
-        for (child, index) in children.iter().zip(node.first..) {
-            report_test(&child.container, index, ray, entered.distance_of(index), probe);
-        }
-    }
-    if ORDERED {
-        entered.sort(FARTHEST_FIRST);
-    }
-    let (next, others) = entered.list().split_first()?;
-    for &entry in others.iter().rev() {
-        waiting.push_overflowing(entry);
-        if P::EVENTS {
-            probe.pushed(entry.node);
-        }
-    }
-    Some(&nodes[next.node as usize])
-}
-
-/// [`visit_children`] of a `node` with two children, in SIMD.
-#[inline(always)]
-fn visit_pair<'a, S: Simd, C: Container, P: Probe, const ORDERED: bool, const FARTHEST_FIRST: bool>(
-    simd: S,
-    nodes: &'a [Node<C>],
-    node: &Node<C>,
-    ray: &PreparedRay,
-    t_max: f32,
-    waiting: &mut NodeStack<'_>,
-    probe: &mut P,
-) -> Option<&'a Node<C>> {
-    let first = node.first as usize;
-    let [left, right] = nodes.get(first..first + 2)? else { return None };
-    probe.container_test();
-    probe.container_test();
-    let pair = C::entry_pair(simd, [&left.container, &right.container], ray, ray.ray.t_min, t_max);
-    if P::EVENTS {
-        for (side, child) in [left, right].into_iter().enumerate() {
-            let entry = (pair.hits >> side & 1 != 0).then_some(pair.entry[side]);
-            report_test(&child.container, node.first + side as u32, ray, entry, probe);
-        }
-    }
-    match pair.hits {
-        0 => None,
-        1 => Some(left),
-        2 => Some(right),
-        _ => {
-            let [left_entry, right_entry] = pair.entry;
-            let right_first = if FARTHEST_FIRST { right_entry > left_entry } else { right_entry < left_entry };
-            let swap = ORDERED && right_first;
-            let entry = if swap {
-                StackEntry { node: first as u32, distance: left_entry }
-            } else {
-                StackEntry { node: first as u32 + 1, distance: right_entry }
-            };
-            waiting.push(entry);
+            let children = &nodes[node.first as usize..][..node.arity() as usize];
+            (0..children.len()).for_each(|_| probe.container_test());
+            let mut entered = Entered::new(children, node.first, ray, t_min, t_max);
             if P::EVENTS {
-                probe.pushed(entry.node);
+                for (child, index) in children.iter().zip(node.first..) {
+                    report_test(&child.container, index, ray, entered.distance_of(index), probe);
+                }
             }
-            Some(if swap { right } else { left })
-        }
-    }
-}
-
-/// The nodes still to be visited, the next one on top.
-struct NodeStack<'a> {
-    stack: &'a mut [StackEntry],
-    /// The entries for which the stack has no room: none in a binary tree.
-    overflow: Vec<StackEntry>,
-    /// Number of entries.
-    top: usize,
-}
-
-impl NodeStack<'_> {
-    #[inline(always)]
-    fn push(&mut self, entry: StackEntry) {
-        if let Some(slot) = self.stack.get_mut(self.top) {
-            *slot = entry;
-            self.top += 1;
+            if ORDERED {
+                entered.sort(FARTHEST_FIRST);
+            }
+            if let [next, others @ ..] = entered.list() {
+                for &entry in others.iter().rev() {
+                    push(stack, &mut overflow, top, entry);
+                    if P::EVENTS {
+                        probe.pushed(entry.node);
+                    }
+                    top += 1;
+                }
+                node = &nodes[next.node as usize];
+                continue;
+            }
         } else {
-            self.push_overflowing(entry);
+            let first = node.first as usize;
+            let [left, right] = &nodes[first..first + 2] else { return };
+            probe.container_test();
+            probe.container_test();
+            let pair = C::entry_pair(simd, [&left.container, &right.container], ray, t_min, t_max);
+            if P::EVENTS {
+                for (side, child) in [left, right].into_iter().enumerate() {
+                    let entry = (pair.hits >> side & 1 != 0).then_some(pair.entry[side]);
+                    report_test(&child.container, node.first + side as u32, ray, entry, probe);
+                }
+            }
+            match pair.hits {
+                0 => {}
+                1 => {
+                    node = left;
+                    continue;
+                }
+                2 => {
+                    node = right;
+                    continue;
+                }
+                _ => {
+                    let [left_entry, right_entry] = pair.entry;
+                    let right_first = if FARTHEST_FIRST { right_entry > left_entry } else { right_entry < left_entry };
+                    let swap = ORDERED && right_first;
+                    let entry = if swap {
+                        StackEntry { node: first as u32, distance: left_entry }
+                    } else {
+                        StackEntry { node: first as u32 + 1, distance: right_entry }
+                    };
+                    match stack.get_mut(top) {
+                        Some(slot) => *slot = entry,
+                        None => push(stack, &mut overflow, top, entry),
+                    }
+                    if P::EVENTS {
+                        probe.pushed(entry.node);
+                    }
+                    top += 1;
+                    node = if swap { right } else { left };
+                    continue;
+                }
+            }
         }
-    }
-
-    #[cold]
-    #[inline(never)]
-    fn push_overflowing(&mut self, entry: StackEntry) {
-        if let Some(slot) = self.stack.get_mut(self.top) {
-            *slot = entry;
-        } else {
-            self.overflow.truncate(self.top - self.stack.len());
-            self.overflow.push(entry);
-        }
-        self.top += 1;
-    }
-
-    /// Removes nodes until one is entered before the nearest hit, at `t_max`. Returns it.
-    #[inline(always)]
-    fn pop<P: Probe, const ORDERED: bool>(&mut self, t_max: f32, probe: &mut P) -> Option<u32> {
-        loop {
-            self.top = self.top.checked_sub(1)?;
-            let entry = match self.stack.get(self.top) {
+        // Pop the last node that is entered before the nearest hit.
+        node = loop {
+            if top == 0 {
+                return;
+            }
+            top -= 1;
+            let entry = match stack.get(top) {
                 Some(entry) => *entry,
-                None => self.overflow[self.top - self.stack.len()],
+                None => overflow[top - stack.len()],
             };
             if P::EVENTS {
                 probe.popped(entry.node);
             }
             if !ORDERED || entry.distance <= t_max {
-                return Some(entry.node);
+                break &nodes[entry.node as usize];
             }
             if P::EVENTS {
                 probe.culled(entry.node, entry.distance);
             }
-        }
+        };
+    }
+}
+
+/// Puts `entry` at `top` of the stack, which is full up to there.
+#[cold]
+#[inline(never)]
+fn push(stack: &mut [StackEntry], overflow: &mut Vec<StackEntry>, top: usize, entry: StackEntry) {
+    if let Some(slot) = stack.get_mut(top) {
+        *slot = entry;
+    } else {
+        overflow.truncate(top - stack.len());
+        overflow.push(entry);
     }
 }
 
@@ -272,8 +231,8 @@ fn index_of<C>(nodes: &[Node<C>], node: &Node<C>) -> u32 {
     nodes.element_offset(node).unwrap_or_default() as u32
 }
 
-/// Reports the test of the container of `node`, which gave `entry`, to a probe with events. A test that ends at
-/// the nearest hit has the same result for a container behind it and one that is missed; a test to the end of the ray separates them.
+/// Reports the test of the container of `node`, which gave `entry`, to a probe that wants events. A test up to the nearest hit does
+/// not tell a container behind it from one that is missed: up to the end of the ray it does.
 #[inline(always)]
 fn report_test<C: Container, P: Probe>(container: &C, node: u32, ray: &PreparedRay, entry: Option<f32>, probe: &mut P) {
     if !P::EVENTS {

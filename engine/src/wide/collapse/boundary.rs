@@ -1,4 +1,4 @@
-//! Costs of single binary nodes, and the results that one range of chunks hands to the next stage of the bottom-up pass.
+//! Costs of single binary nodes, and what one range of chunks hands to the next stage of the bottom-up pass.
 
 #![allow(clippy::inline_always, reason = "SIMD kernels must land in the caller that enables the instructions")]
 

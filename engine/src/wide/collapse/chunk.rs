@@ -18,7 +18,7 @@ pub(crate) const CHUNK_PAIRS: usize = CHUNK_DECISIONS;
 const PENDING: u32 = u32::MAX;
 
 /// Working memory of a thread for one chunk.
-pub(crate) struct ChunkCosts {
+pub(crate) struct Scratch {
     /// For each node [`NodeCost::cost`]; the area of an interior node whose cost is not known yet.
     cost: Vec<f32>,
     /// For each node of known cost [`NodeCost::hits`].
@@ -43,7 +43,7 @@ struct PrimitiveRange {
     count: u32,
 }
 
-impl Default for ChunkCosts {
+impl Default for Scratch {
     fn default() -> Self {
         const NODES: usize = 2 * CHUNK_PAIRS;
         Self {
@@ -61,10 +61,12 @@ impl Default for ChunkCosts {
     }
 }
 
-impl ChunkCosts {
+impl Scratch {
     /// Costs and decisions of `nodes`, which are chunk number `chunk`; the decisions go to `list`. Smaller nodes than `compact_area`
-    /// become compact. Hardly any branch depends on the tree, because such branches could not be predicted.
+    /// become compact. Hardly any branch depends on
+    /// the tree, because such branches could not be predicted.
     #[inline(always)]
+    #[allow(clippy::needless_bitwise_bool, reason = "without branches")]
     pub(crate) fn decide<C: WideContainer, S: Simd>(
         &mut self,
         simd: S,
@@ -73,26 +75,16 @@ impl ChunkCosts {
         chunk: usize,
         list: &mut Vec<Decision>,
     ) -> Boundary {
-        let chunk = Chunk { nodes, number: chunk, offset: 1 + 2 * CHUNK_PAIRS * chunk };
+        // Node 0 is the root.
+        let offset = 1 + 2 * CHUNK_PAIRS * chunk;
         let mut boundary = Boundary::default();
-        let interior = self.list_interior(chunk);
-        let undecided = self.find_block_leaves(chunk, interior, &mut boundary);
-        let used = self.choose_nodes_and_leaves(simd, chunk, undecided, compact_area);
-        let orphans = self.hand_on_roots(chunk, &mut boundary);
-        // With capacity for the decisions of their parents.
-        list.reserve_exact(used + orphans);
-        list.extend_from_slice(&self.decisions[..used]);
-        boundary
-    }
-
-    /// Lists the interior nodes and fills in the values that depend on one node alone. Returns the length of the list.
-    #[inline(always)]
-    fn list_interior<C: WideContainer>(&mut self, Chunk { nodes, .. }: Chunk<'_, C>) -> usize {
-        let Self { cost, hits, primitives, index, interior, has_parent, .. } = self;
+        let Self { cost, hits, primitives, index, interior, undecided, lane_costs, decisions, has_parent } = self;
         let (cost, hits) = (&mut cost[..nodes.len()], &mut hits[..nodes.len()]);
-        let primitives = &mut primitives[..nodes.len()];
-        index[..nodes.len()].fill(LEAF);
+        let (primitives, index) = (&mut primitives[..nodes.len()], &mut index[..nodes.len()]);
+        index.fill(LEAF);
         has_parent.fill(false);
+
+        // List the interior nodes.
         let mut count = 0;
         for at in 0..nodes.len() {
             let node = &nodes[at];
@@ -103,22 +95,8 @@ impl ChunkCosts {
             interior[count] = at as u16;
             count += usize::from(!node.is_leaf());
         }
-        count
-    }
 
-    /// Bottom-up, makes a leaf of every node whose primitives fit one block where that is cheaper; it mostly is. Nodes with
-    /// descendants outside the chunk become pending. Lists the others and returns their number.
-    #[inline(always)]
-    #[allow(clippy::needless_bitwise_bool, reason = "without branches")]
-    fn find_block_leaves<C: WideContainer>(
-        &mut self,
-        Chunk { nodes, offset, .. }: Chunk<'_, C>,
-        count: usize,
-        boundary: &mut Boundary,
-    ) -> usize {
-        let Self { cost, hits, primitives, index, interior, undecided, has_parent, .. } = self;
-        let (cost, hits) = (&mut cost[..nodes.len()], &mut hits[..nodes.len()]);
-        let (primitives, index) = (&mut primitives[..nodes.len()], &mut index[..nodes.len()]);
+        // Bottom-up, make a leaf of every node whose primitives fit one block where that is cheaper; it mostly is.
         let mut undecided_count = 0;
         for &at in interior[..count].iter().rev() {
             let at = usize::from(at);
@@ -141,25 +119,17 @@ impl ChunkCosts {
             undecided[undecided_count] = at as u16;
             undecided_count += usize::from(!is_block);
         }
-        undecided_count
-    }
 
-    /// Bottom-up, computes the lane costs of the `count` undecided nodes and decides between node and leaf. Returns the number of
-    /// decisions.
-    #[inline(always)]
-    fn choose_nodes_and_leaves<C: WideContainer, S: Simd>(
-        &mut self,
-        simd: S,
-        chunk: Chunk<'_, C>,
-        count: usize,
-        compact_area: f32,
-    ) -> usize {
-        let Chunk { nodes, offset, .. } = chunk;
-        let Self { cost, hits, primitives, index, undecided, lane_costs, decisions, .. } = self;
-        let (cost, hits) = (&mut cost[..nodes.len()], &mut hits[..nodes.len()]);
-        let (primitives, index) = (&mut primitives[..nodes.len()], &mut index[..nodes.len()]);
+        // Bottom-up, compute the lane costs of the others and decide between node and leaf.
+        let decision_of = |index: u32, primitives: PrimitiveRange| {
+            if index == LEAF {
+                DecisionRef::leaf(primitives.first)
+            } else {
+                DecisionRef::decision(chunk, index as usize)
+            }
+        };
         let mut used = 0;
-        for &at in &undecided[..count] {
+        for &at in &undecided[..undecided_count] {
             let at = usize::from(at);
             let first_child = nodes[at].first;
             let first = (first_child as usize).wrapping_sub(offset);
@@ -172,7 +142,8 @@ impl ChunkCosts {
             let children_costs = [costs_of(first), costs_of(first + 1)];
             let (area, count) = (cost[at], primitives[at].count);
             let collapsed = collapse_cost(simd, area, count, children_costs, are_leaves);
-            let children = [first, first + 1].map(|child| chunk.decision(index[child], primitives[child]));
+            let children =
+                [decision_of(index[first], primitives[first]), decision_of(index[first + 1], primitives[first + 1])];
             let counts = [primitives[first].count, primitives[first + 1].count];
             let hits_per_cost = [first, first + 1].map(|child| hits_per_cost(hits[child], cost[child]));
             decisions[used] =
@@ -184,49 +155,25 @@ impl ChunkCosts {
             index[at] = if collapsed.is_leaf { LEAF } else { used as u32 };
             used += usize::from(!collapsed.is_leaf);
         }
-        used
-    }
 
-    /// Hands on the decided nodes whose parents lie in other chunks. Returns the number of pairs with such parents.
-    #[inline(always)]
-    fn hand_on_roots<C: WideContainer>(&self, chunk: Chunk<'_, C>, boundary: &mut Boundary) -> usize {
-        let nodes = chunk.nodes;
-        let has_parent = &self.has_parent[..nodes.len() / 2];
+        // Hand on the pairs whose parents lie in other chunks.
+        let without_parent = has_parent[..nodes.len() / 2].iter().enumerate().filter(|(_, has_parent)| !**has_parent);
         let mut orphans = 0;
-        for (pair, _) in has_parent.iter().enumerate().filter(|(_, has_parent)| !**has_parent) {
+        for (pair, _) in without_parent {
             orphans += 1;
             for at in [2 * pair, 2 * pair + 1] {
-                let PrimitiveRange { first, count } = self.primitives[at];
+                let PrimitiveRange { first, count } = primitives[at];
                 if !nodes[at].is_leaf() && count != PENDING {
-                    let (cost, hits, lane_costs) = (self.cost[at], self.hits[at], self.index[at]);
-                    let decision = chunk.decision(lane_costs, self.primitives[at]);
-                    let node = NodeCost { cost, hits, first, count, lane_costs, decision };
-                    boundary.add((chunk.offset + at) as u32, node, &self.lane_costs);
+                    let decision = decision_of(index[at], primitives[at]);
+                    let node =
+                        NodeCost { cost: cost[at], hits: hits[at], first, count, lane_costs: index[at], decision };
+                    boundary.add((offset + at) as u32, node, lane_costs);
                 }
             }
         }
-        orphans
-    }
-}
-
-/// The nodes of a chunk.
-#[derive(Clone, Copy)]
-struct Chunk<'a, C> {
-    nodes: &'a [Node<C>],
-    /// Its number among all chunks.
-    number: usize,
-    /// Index of its first node in the tree, where node 0 is the root.
-    offset: usize,
-}
-
-impl<C> Chunk<'_, C> {
-    /// The decision with the given `index` in the chunk, or the leaf of `primitives`.
-    #[inline(always)]
-    fn decision(&self, index: u32, primitives: PrimitiveRange) -> DecisionRef {
-        if index == LEAF {
-            DecisionRef::leaf(primitives.first)
-        } else {
-            DecisionRef::decision(self.number, index as usize)
-        }
+        // With capacity for the decisions of their parents.
+        list.reserve_exact(used + orphans);
+        list.extend_from_slice(&decisions[..used]);
+        boundary
     }
 }

@@ -150,9 +150,11 @@ impl<C: WideContainer> Emitter<'_, C> {
         let mut segment = Segment::default();
         // Stack of binary nodes to replace, with the node and lane that refer to each.
         let mut open: Vec<(DecisionRef, Option<Child>, usize)> = vec![(root, None, 0)];
-        let mut poll = token.every(NODES_BETWEEN_CHECKS);
         while let Some((root, parent, lane)) = open.pop() {
-            poll.step()?;
+            let [full, compact] = segment.nodes.each_ref().map(Vec::len);
+            if (full + compact).is_multiple_of(NODES_BETWEEN_CHECKS) {
+                token.check()?;
+            }
             let form = usize::from(self.decisions.get(root).is_compact());
             let at = Child::node(segment.nodes[form].len(), form == 1);
             match parent {

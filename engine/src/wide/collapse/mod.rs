@@ -145,7 +145,7 @@ fn parts<'a>(
     (parts, of_tasks)
 }
 
-/// Source of the leaves.
+/// What leaves are made of.
 #[derive(Clone, Copy)]
 struct Sources<'a> {
     triangles: &'a [Triangle],

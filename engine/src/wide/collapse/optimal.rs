@@ -8,12 +8,12 @@
 use fearless_simd::{Simd, SimdBase, dispatch};
 use rayon::prelude::*;
 
-use crate::cancel::{CancelToken, Cancelled, PolledIterator as _};
+use crate::cancel::{CancelToken, Cancelled};
 use crate::kernel::simd::plain_loop_level;
-use crate::tree::{Node, Tree};
+use crate::tree::Tree;
 use crate::wide::bounds::WideContainer;
 use crate::wide::collapse::boundary::{Boundary, LEAF, NodeCost};
-use crate::wide::collapse::chunk::{CHUNK_PAIRS, ChunkCosts};
+use crate::wide::collapse::chunk::{CHUNK_PAIRS, Scratch};
 use crate::wide::collapse::cost::{LaneCosts, collapse_cost};
 use crate::wide::collapse::decision::{DecidedNode, Decision, DecisionRef, Decisions};
 use crate::wide::collapse::visit_order::{hits_per_cost, leaf_hits, node_hits};
@@ -37,9 +37,9 @@ pub(crate) fn optimal_decisions<C: WideContainer>(
     let group = (chunk_count / MIN_GROUPS).clamp(1, MAX_GROUP_CHUNKS);
     let groups = chunks.par_chunks_mut(group).enumerate();
     let fork = token.fork();
-    let boundaries = groups.map_init(ChunkCosts::default, |costs, (index, chunks)| {
+    let boundaries = groups.map_init(Scratch::default, |scratch, (index, chunks)| {
         let mut range = ChunkRange { tree, compact_area, first_chunk: group * index, chunks };
-        fork.task(|token| dispatch!(level, simd => range.decide(simd, costs, token)))
+        fork.task(|token| dispatch!(level, simd => range.decide(simd, scratch, token)))
     });
     let boundaries: Vec<Boundary> = boundaries.collect::<Result<_, Cancelled>>()?;
     fork.join();
@@ -65,14 +65,14 @@ struct ChunkRange<'a, C> {
 impl<C: WideContainer> ChunkRange<'_, C> {
     /// Decides all nodes whose descendants lie in the range.
     #[inline(always)]
-    fn decide<S: Simd>(&mut self, simd: S, costs: &mut ChunkCosts, token: &CancelToken) -> Result<Boundary, Cancelled> {
+    fn decide<S: Simd>(&mut self, simd: S, scratch: &mut Scratch, token: &CancelToken) -> Result<Boundary, Cancelled> {
         let mut boundaries = Vec::with_capacity(MAX_GROUP_CHUNKS);
         let nodes = &self.tree.nodes[1..];
         for (list, chunk) in self.chunks.iter_mut().zip(self.first_chunk..) {
             token.check()?;
             let first = 2 * CHUNK_PAIRS * chunk;
             let chunk_nodes = &nodes[first..nodes.len().min(first + 2 * CHUNK_PAIRS)];
-            boundaries.push(costs.decide(simd, chunk_nodes, self.compact_area, chunk, list));
+            boundaries.push(scratch.decide(simd, chunk_nodes, self.compact_area, chunk, list));
         }
         if let [_] = boundaries[..] { Ok(boundaries.remove(0)) } else { self.join(simd, &boundaries, None, token) }
     }
@@ -86,67 +86,84 @@ impl<C: WideContainer> ChunkRange<'_, C> {
         root: Option<u32>,
         token: &CancelToken,
     ) -> Result<Boundary, Cancelled> {
-        let mut costed = CostedNodes::new(boundaries, self.first_chunk, self.chunks.len(), token)?;
+        let nodes = &self.tree.nodes;
+        let mut lane_costs: Vec<LaneCosts> = Vec::new();
+        let first_pair = self.first_chunk * CHUNK_PAIRS;
+        let chunk_of = |node: u32| (node as usize - 1) / 2 / CHUNK_PAIRS - self.first_chunk;
+        // For each chunk in descending order: the roots of the boundaries, then the nodes decided here.
+        let mut costed: Vec<Vec<CostedNode>> = vec![Vec::new(); self.chunks.len()];
+        for boundary in boundaries {
+            token.check()?;
+            let before = lane_costs.len() as u32;
+            lane_costs.extend_from_slice(&boundary.lane_costs);
+            for &(node, cost) in boundary.roots.iter().rev() {
+                let lane_costs = cost.lane_costs.saturating_add(before);
+                costed[chunk_of(node)].push(CostedNode { node, cost: NodeCost { lane_costs, ..cost }, is_root: true });
+            }
+        }
+        let root_counts: Vec<usize> = costed.iter().map(Vec::len).collect();
         let mut joined = Boundary::default();
         let pending = boundaries.iter().rev().flat_map(|boundary| boundary.pending.iter().copied()).chain(root);
-        for item in pending.polled_every(NODES_BETWEEN_CHECKS, token) {
-            let at = item?;
-            let Some(children) = costed.take_children(&self.tree.nodes, at) else {
+        for (count, at) in pending.enumerate() {
+            if count.is_multiple_of(NODES_BETWEEN_CHECKS) {
+                token.check()?;
+            }
+            let first = nodes[at as usize].first;
+            let in_range =
+                (first as usize / 2).checked_sub(first_pair).is_some_and(|pair| pair < CHUNK_PAIRS * costed.len());
+            let chunk = if in_range { chunk_of(first) } else { costed.len() };
+            let position = |node: u32| {
+                let (roots, decided) = costed[chunk].split_at(root_counts[chunk]);
+                let find = |list: &[CostedNode]| list.binary_search_by(|costed| node.cmp(&costed.node)).ok();
+                find(roots).or_else(|| find(decided).map(|position| roots.len() + position))
+            };
+            let child = |node: u32| match &nodes[node as usize] {
+                _ if !in_range => None,
+                leaf if leaf.is_leaf() => Some((NodeCost::leaf(leaf), None)),
+                _ => position(node).map(|position| (costed[chunk][position].cost, Some(position))),
+            };
+            let (Some((left, left_position)), Some((right, right_position))) = (child(first), child(first + 1)) else {
                 joined.pending.push(at);
                 continue;
             };
-            let cost = self.node_cost(simd, at, children, &mut costed);
+            for position in [left_position, right_position].into_iter().flatten() {
+                costed[chunk][position].is_root = false;
+            }
+            let (area, primitives) = (nodes[at as usize].container.nonempty_area(), left.count + right.count);
+            let children_costs = [left.lane_costs(simd, &lane_costs), right.lane_costs(simd, &lane_costs)];
+            let are_leaves = [left.lane_costs == LEAF, right.lane_costs == LEAF];
+            let collapsed = collapse_cost(simd, area, primitives, children_costs, are_leaves);
+            let decision = DecisionRef::leaf(left.first);
+            let hits =
+                if collapsed.is_leaf { leaf_hits(area, primitives) } else { node_hits(area, [left.hits, right.hits]) };
+            let (cost, first_slot) = (collapsed.cost, left.first);
+            let mut node = NodeCost { cost, hits, first: first_slot, count: primitives, lane_costs: LEAF, decision };
+            if !collapsed.is_leaf {
+                let list = &mut self.chunks[chunk];
+                node.lane_costs = lane_costs.len() as u32;
+                node.decision = DecisionRef::decision(self.first_chunk + chunk, list.len());
+                let (children, counts) = ([left.decision, right.decision], [left.count, right.count]);
+                let hits_per_cost = [left, right].map(|child| hits_per_cost(child.hits, child.cost));
+                let is_compact = area < self.compact_area;
+                list.push(Decision::new(first, collapsed.lanes, children, counts, hits_per_cost, is_compact));
+                lane_costs.push(collapsed.costs.to_array());
+            }
             if at == 0 {
-                joined.add(at, cost, &costed.lane_costs);
+                joined.add(at, node, &lane_costs);
             } else {
-                costed.push(CostedNode { node: at, cost, is_root: true });
+                costed[chunk_of(at)].push(CostedNode { node: at, cost: node, is_root: true });
             }
         }
-        costed.add_roots(&mut joined, token)?;
+        for mut chunk in costed {
+            token.check()?;
+            chunk.retain(|costed| costed.is_root);
+            chunk.sort_unstable_by_key(|costed| costed.node);
+            for CostedNode { node, cost, .. } in chunk {
+                joined.add(node, cost, &lane_costs);
+            }
+        }
         Ok(joined)
     }
-
-    /// Decides between node and leaf for the node number `at`, whose children have the given costs.
-    #[inline(always)]
-    fn node_cost<S: Simd>(
-        &mut self,
-        simd: S,
-        at: u32,
-        [left, right]: [NodeCost; 2],
-        costed: &mut CostedNodes,
-    ) -> NodeCost {
-        let node = &self.tree.nodes[at as usize];
-        let (area, count) = (node.container.nonempty_area(), left.count + right.count);
-        let children_costs = [left, right].map(|child| child.lane_costs(simd, &costed.lane_costs));
-        let are_leaves = [left, right].map(|child| child.lane_costs == LEAF);
-        let collapsed = collapse_cost(simd, area, count, children_costs, are_leaves);
-        let (cost, first) = (collapsed.cost, left.first);
-        if collapsed.is_leaf {
-            let (hits, decision) = (leaf_hits(area, count), DecisionRef::leaf(first));
-            return NodeCost { cost, hits, first, count, lane_costs: LEAF, decision };
-        }
-        let chunk = costed.chunk_of(node.first);
-        let list = &mut self.chunks[chunk];
-        let decision = DecisionRef::decision(self.first_chunk + chunk, list.len());
-        let (children, counts) = ([left.decision, right.decision], [left.count, right.count]);
-        let hits_per_cost = [left, right].map(|child| hits_per_cost(child.hits, child.cost));
-        let is_compact = area < self.compact_area;
-        list.push(Decision::new(node.first, collapsed.lanes, children, counts, hits_per_cost, is_compact));
-        costed.lane_costs.push(collapsed.costs.to_array());
-        let (hits, lane_costs) = (node_hits(area, [left.hits, right.hits]), costed.lane_costs.len() as u32 - 1);
-        NodeCost { cost, hits, first, count, lane_costs, decision }
-    }
-}
-
-/// The nodes of known cost while chunks are joined.
-struct CostedNodes {
-    /// For each chunk in descending order: the roots of the boundaries, then the nodes decided since.
-    chunks: Vec<Vec<CostedNode>>,
-    /// For each chunk the number of roots of the boundaries.
-    root_counts: Vec<usize>,
-    lane_costs: Vec<LaneCosts>,
-    /// Number of the first chunk.
-    first_chunk: usize,
 }
 
 /// A node of known cost while chunks are joined.
@@ -156,70 +173,6 @@ struct CostedNode {
     cost: NodeCost,
     /// Whether its parent is still undecided.
     is_root: bool,
-}
-
-impl CostedNodes {
-    /// The roots of `boundaries`, which lie in `chunks` chunks from `first_chunk` on.
-    fn new(boundaries: &[Boundary], first_chunk: usize, chunks: usize, token: &CancelToken) -> Result<Self, Cancelled> {
-        let (chunks, root_counts) = (vec![Vec::new(); chunks], Vec::new());
-        let mut costed = Self { chunks, root_counts, lane_costs: Vec::new(), first_chunk };
-        for boundary in boundaries {
-            token.check()?;
-            let before = costed.lane_costs.len() as u32;
-            costed.lane_costs.extend_from_slice(&boundary.lane_costs);
-            for &(node, cost) in boundary.roots.iter().rev() {
-                let lane_costs = cost.lane_costs.saturating_add(before);
-                costed.push(CostedNode { node, cost: NodeCost { lane_costs, ..cost }, is_root: true });
-            }
-        }
-        costed.root_counts = costed.chunks.iter().map(Vec::len).collect();
-        Ok(costed)
-    }
-
-    fn push(&mut self, node: CostedNode) {
-        let chunk = self.chunk_of(node.node);
-        self.chunks[chunk].push(node);
-    }
-
-    /// The chunk of `node`, counted from the first. Past the end for a node in a later one.
-    fn chunk_of(&self, node: u32) -> usize {
-        (node as usize - 1) / 2 / CHUNK_PAIRS - self.first_chunk
-    }
-
-    /// The costs of the children of the node number `at`, which are no roots afterwards; `None` while one of them is unknown.
-    fn take_children<C: WideContainer>(&mut self, nodes: &[Node<C>], at: u32) -> Option<[NodeCost; 2]> {
-        let first = nodes[at as usize].first;
-        let first_pair = self.first_chunk * CHUNK_PAIRS;
-        let pair = (first as usize / 2).checked_sub(first_pair)?;
-        let (chunk, roots) = (self.chunks.get(pair / CHUNK_PAIRS)?, *self.root_counts.get(pair / CHUNK_PAIRS)?);
-        let position = |node: u32| {
-            let (roots, decided) = chunk.split_at(roots);
-            let find = |list: &[CostedNode]| list.binary_search_by(|costed| node.cmp(&costed.node)).ok();
-            find(roots).or_else(|| find(decided).map(|position| roots.len() + position))
-        };
-        let child = |node: u32| match &nodes[node as usize] {
-            leaf if leaf.is_leaf() => Some((NodeCost::leaf(leaf), None)),
-            _ => position(node).map(|position| (chunk[position].cost, Some(position))),
-        };
-        let ((left, left_position), (right, right_position)) = (child(first)?, child(first + 1)?);
-        for position in [left_position, right_position].into_iter().flatten() {
-            self.chunks[pair / CHUNK_PAIRS][position].is_root = false;
-        }
-        Some([left, right])
-    }
-
-    /// Adds the nodes whose parents are undecided to `joined`.
-    fn add_roots(self, joined: &mut Boundary, token: &CancelToken) -> Result<(), Cancelled> {
-        for mut chunk in self.chunks {
-            token.check()?;
-            chunk.retain(|costed| costed.is_root);
-            chunk.sort_unstable_by_key(|costed| costed.node);
-            for CostedNode { node, cost, .. } in chunk {
-                joined.add(node, cost, &self.lane_costs);
-            }
-        }
-        Ok(())
-    }
 }
 
 #[cfg(test)]

@@ -48,7 +48,7 @@ pub struct BeamHits<O> {
 /// A container that packets are tested against. The tests are conservative: they never reject a ray that
 /// [`WideContainer::intersect`] accepts and that hits something inside.
 pub trait BeamContainer: WideContainer {
-    /// Bounds of the rays and further data of the tests besides the [`Beam`].
+    /// Bounds of the rays, and what else the tests need besides the [`Beam`].
     type Frustum;
     /// Offsets from the origin to eight containers.
     type Offsets;

@@ -25,7 +25,7 @@ use crate::wide::tree::WideTree;
 pub const MAX_RAYS: usize = GROUP * GROUPS;
 /// A child to visit.
 #[derive(Debug, Clone, Copy)]
-struct WaitingGroups {
+struct Waiting {
     /// Distance of entry.
     entry: f32,
     child: Child,
@@ -117,18 +117,24 @@ impl<C: BeamContainer> Packet<C> {
     /// Prepares rays; `None` if they are not coherent enough.
     #[inline(always)]
     fn new<S: Simd>(simd: S, rays: &[Ray]) -> Option<Self> {
-        let first = rays.first().filter(|ray| ray.origin.is_finite())?;
+        let first = rays.first()?;
+        let near = each!(axis => usize::from(first.direction[axis] < 0.0));
+        let axes = permuted_axes(first.direction);
+        let t_min = first.t_min.max(0.0);
+        if !first.origin.is_finite() {
+            return None;
+        }
         let groups = rays.len().div_ceil(GROUP);
         let mut packet = Self {
             beam: Beam {
                 origin: first.origin.to_array(),
-                t_min: first.t_min.max(0.0),
-                near: each!(axis => usize::from(first.direction[axis] < 0.0)),
+                t_min,
+                near,
                 range: [[f32::INFINITY, f32::NEG_INFINITY]; 3],
                 inverse: [[[0.0; GROUP]; 3]; GROUPS],
             },
             frustum: C::EMPTY_FRUSTUM,
-            axes: permuted_axes(first.direction),
+            axes,
             all_groups: u32::MAX >> (GROUPS - groups),
             factors: [[[0.0; GROUP]; 3]; GROUPS],
             hits: PacketHits {
@@ -139,6 +145,8 @@ impl<C: BeamContainer> Packet<C> {
                 group_t_max: [0.0; GROUPS],
             },
         };
+        let zero = f32x16::splat(simd, 0.0);
+        let one = f32x16::splat(simd, 1.0);
         let mut lowest = [f32x16::splat(simd, f32::INFINITY); 3];
         let mut highest = [f32x16::splat(simd, f32::NEG_INFINITY); 3];
         for group in 0..groups {
@@ -146,96 +154,62 @@ impl<C: BeamContainer> Packet<C> {
             let rays = &rays[group * GROUP..];
             let others = if rays.len() > RAY_LANES { &rays[RAY_LANES..] } else { &rays[rays.len() - 1..] };
             let (rays, others) = (transposed(simd, rays), transposed(simd, others));
-            let [ox, oy, oz, dx, dy, dz, t_min, t_max] =
-                std::array::from_fn(|row| simd.combine_f32x8(rays[row], others[row]));
-            let d = [dx, dy, dz];
-            let inverse = each!(axis => f32x16::splat(simd, 1.0) / d[axis]);
-            let is_coherent =
-                packet.is_same_origin(simd, [ox, oy, oz], t_min, t_max) & packet.is_same_octant(simd, d, inverse);
-            if !is_coherent.all_true() {
-                return None;
-            }
-            packet.set_group(simd, group, d, inverse, t_max);
+            let row = |index: usize| simd.combine_f32x8(rays[index], others[index]);
+            let d = each!(axis => row(3 + axis));
+            let (given_t_min, t_max) = (row(6), row(7));
+            let same_t_min = if t_min > 0.0 {
+                given_t_min.simd_eq(f32x16::splat(simd, t_min))
+            } else {
+                // NaN counts as 0.
+                !given_t_min.simd_gt(zero)
+            };
+            let same_origin = row(0).simd_eq(f32x16::splat(simd, first.origin.x))
+                & row(1).simd_eq(f32x16::splat(simd, first.origin.y))
+                & row(2).simd_eq(f32x16::splat(simd, first.origin.z))
+                & same_t_min
+                & t_max.simd_ge(f32x16::splat(simd, t_min));
+            let inverse = each!(axis => one / d[axis]);
+            let along = d[axes[2]];
+            let longest = along.abs();
+            // Of equal axes the first counts as the longest.
+            let is_longest = each!(axis => {
+                let other = d[axis].abs();
+                if axis < axes[2] { longest.simd_gt(other) } else { longest.simd_ge(other) }
+            });
+            let squared = d[0] * d[0] + d[1] * d[1] + d[2] * d[2];
+            let mut same_octant = is_longest[axes[0]]
+                & is_longest[axes[1]]
+                & squared.simd_ge(f32x16::splat(simd, f32::MIN_POSITIVE))
+                & squared.simd_le(f32x16::splat(simd, f32::MAX));
             for axis in 0..3 {
+                // The same sign as the first ray, not zero, and large enough for a finite inverse.
+                let same = if near[axis] == 1 { d[axis].simd_lt(zero) } else { d[axis].simd_gt(zero) };
+                same_octant = same_octant & same & inverse[axis].abs().simd_le(f32x16::splat(simd, f32::MAX));
                 lowest[axis] = lowest[axis].min(inverse[axis]);
                 highest[axis] = highest[axis].max(inverse[axis]);
+                packet.beam.inverse[group][axis] = inverse[axis].to_array();
             }
+            if !(same_origin & same_octant).all_true() {
+                return None;
+            }
+            C::add_group(simd, &mut packet.frustum, group, d, axes);
+            let factors = [(zero - d[axes[0]]) / along, (zero - d[axes[1]]) / along, inverse[axes[2]]];
+            packet.factors[group] = each!(index => factors[index].to_array());
+            let t_max = t_max.min(f32x16::splat(simd, f32::MAX));
+            packet.hits.t[group] = t_max.to_array();
+            packet.hits.group_t_max[group] = t_max.reduce_max();
         }
-        C::finish(&mut packet.frustum, &packet.beam, packet.axes);
+        C::finish(&mut packet.frustum, &packet.beam, axes);
         packet.beam.range = each!(axis => [lowest[axis].reduce_min(), highest[axis].reduce_max()]);
         Some(packet)
-    }
-
-    /// The rays that start at the packet's origin and `t_min` and do not end before.
-    #[inline(always)]
-    fn is_same_origin<S: Simd>(
-        &self,
-        simd: S,
-        origin: [f32x16<S>; 3],
-        given_t_min: f32x16<S>,
-        t_max: f32x16<S>,
-    ) -> mask32x16<S> {
-        let t_min = f32x16::splat(simd, self.beam.t_min);
-        let same_t_min = if self.beam.t_min > 0.0 {
-            given_t_min.simd_eq(t_min)
-        } else {
-            // NaN counts as 0.
-            !given_t_min.simd_gt(f32x16::splat(simd, 0.0))
-        };
-        let same = each!(axis => origin[axis].simd_eq(f32x16::splat(simd, self.beam.origin[axis])));
-        same[0] & same[1] & same[2] & same_t_min & t_max.simd_ge(t_min)
-    }
-
-    /// The rays whose direction `d` has the packet's longest axis and signs, and a finite `inverse`.
-    #[inline(always)]
-    fn is_same_octant<S: Simd>(&self, simd: S, d: [f32x16<S>; 3], inverse: [f32x16<S>; 3]) -> mask32x16<S> {
-        let axes = self.axes;
-        let (zero, largest) = (f32x16::splat(simd, 0.0), f32x16::splat(simd, f32::MAX));
-        let longest = d[axes[2]].abs();
-        // Of equal axes the first counts as the longest.
-        let is_longest = each!(axis => {
-            let other = d[axis].abs();
-            if axis < axes[2] { longest.simd_gt(other) } else { longest.simd_ge(other) }
-        });
-        let squared = d[0] * d[0] + d[1] * d[1] + d[2] * d[2];
-        let mut same_octant = is_longest[axes[0]]
-            & is_longest[axes[1]]
-            & squared.simd_ge(f32x16::splat(simd, f32::MIN_POSITIVE))
-            & squared.simd_le(largest);
-        for axis in 0..3 {
-            let same_sign = if self.beam.near[axis] == 1 { d[axis].simd_lt(zero) } else { d[axis].simd_gt(zero) };
-            same_octant = same_octant & same_sign & inverse[axis].abs().simd_le(largest);
-        }
-        same_octant
-    }
-
-    /// Stores the directions `d` of a group's rays, their reciprocals and their ends.
-    #[inline(always)]
-    fn set_group<S: Simd>(
-        &mut self,
-        simd: S,
-        group: usize,
-        d: [f32x16<S>; 3],
-        inverse: [f32x16<S>; 3],
-        t_max: f32x16<S>,
-    ) {
-        let axes = self.axes;
-        let (zero, along) = (f32x16::splat(simd, 0.0), d[axes[2]]);
-        C::add_group(simd, &mut self.frustum, group, d, axes);
-        self.beam.inverse[group] = each!(axis => inverse[axis].to_array());
-        let factors = [(zero - d[axes[0]]) / along, (zero - d[axes[1]]) / along, inverse[axes[2]]];
-        self.factors[group] = each!(index => factors[index].to_array());
-        let t_max = t_max.min(f32x16::splat(simd, f32::MAX));
-        self.hits.t[group] = t_max.to_array();
-        self.hits.group_t_max[group] = t_max.reduce_max();
     }
 
     #[inline(always)]
     fn trace<S: Simd>(&mut self, simd: S, tree: &WideTree<C>, rays: &[Ray]) {
         let Some(root) = tree.root else { return };
         let mut stack = Stack::new();
-        stack.push(WaitingGroups { entry: self.beam.t_min, child: root, groups: self.all_groups });
-        while let Some(WaitingGroups { entry, child, groups }) = stack.pop() {
+        stack.push(Waiting { entry: self.beam.t_min, child: root, groups: self.all_groups });
+        while let Some(Waiting { entry, child, groups }) = stack.pop() {
             // Skip groups in which every ray has a closer hit.
             let group_t_max = f32x16::load_array_ref(simd, &self.hits.group_t_max);
             let open =
@@ -264,7 +238,7 @@ impl<C: BeamContainer> Packet<C> {
                 };
                 if groups != 0 {
                     tree.prefetch(children[lane]);
-                    stack.push(WaitingGroups { entry: beam_hits.entry[lane], child: children[lane], groups });
+                    stack.push(Waiting { entry: beam_hits.entry[lane], child: children[lane], groups });
                     stack.sort_last(mark, |a, b| a.entry < b.entry);
                 }
             }

@@ -18,8 +18,8 @@ use crate::wide::ray_lanes::{RayLanes, TriangleLanes};
 use crate::wide::trace::stack::Stack;
 use crate::wide::tree::WideTree;
 
-/// The closest hit of `ray`: exactly that of the binary tree. `probe` receives each node whose children are tested as one
-/// container test, each block as one primitive test, and the events of [`Probe`].
+/// The closest hit of `ray`: exactly that of the binary tree. `probe` is told of each node whose children are tested as one
+/// container test and of each block as one primitive test, and of the events of [`Probe`].
 #[inline(always)]
 pub fn closest_hit<S: Simd, C: WideContainer, P: Probe>(
     simd: S,
@@ -69,7 +69,7 @@ pub(crate) fn nearest<S: Simd, C: WideContainer, P: Probe, const ANY: bool>(
     ray: &Ray,
     probe: &mut P,
 ) -> Nearest {
-    // Probes receive the exact tests.
+    // Probes are told of the exact tests.
     if P::ACTIVE || C::KIND == ContainerKind::Sphere {
         return nearest_exactly::<S, C, P, ANY>(simd, tree, ray, probe);
     }
@@ -163,27 +163,19 @@ fn walk<S: Simd, C: WideContainer, T: LaneTest<S, C::Bounds>, P: Probe, const AN
                 continue;
             }
         }
-        let t_max = nearest.t() * T::SLACK;
-        let Some(child) = next_waiting::<P, ANY>(&mut stack, t_max, probe) else { return Some(nearest) };
-        current = child;
-    }
-}
-
-/// Removes children from `stack` until one is entered at `t_max` or before; with `ANY` the first will do. Returns it.
-#[inline(always)]
-fn next_waiting<P: Probe, const ANY: bool>(stack: &mut Stack<Waiting>, t_max: f32, probe: &mut P) -> Option<Child> {
-    loop {
-        let waiting = stack.pop()?;
-        let (child, entry) = (waiting.child(), waiting.entry());
-        if P::EVENTS {
-            probe.popped(child.bits());
-        }
-        if ANY || entry <= t_max {
-            return Some(child);
-        }
-        if P::EVENTS {
-            probe.culled(child.bits(), entry);
-        }
+        current = loop {
+            let Some(waiting) = stack.pop() else { return Some(nearest) };
+            let (child, entry) = (waiting.child(), waiting.entry());
+            if P::EVENTS {
+                probe.popped(child.bits());
+            }
+            if ANY || entry <= nearest.t() * T::SLACK {
+                break child;
+            }
+            if P::EVENTS {
+                probe.culled(child.bits(), entry);
+            }
+        };
     }
 }
 

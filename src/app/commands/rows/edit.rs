@@ -4,12 +4,12 @@ use bvhscope_engine::settings::BuildSettings;
 use egui::Key;
 
 use super::parts::{ALT, CTRL, NONE, SHIFT, copy, flip, is_presented};
-use crate::app::commands::action::Action;
 use crate::app::commands::command_line::command_line;
 use crate::app::commands::nodes;
 use crate::app::commands::row::{Row, one};
 use crate::app::commands::share::shared_state;
 use crate::app::commands::statistics_text::{node_text, statistics_text};
+use crate::app::state::action::Action;
 use crate::app::state::{AppState, Request};
 use crate::overlay::OverlaySettings;
 use crate::render::RenderSettings;
@@ -79,7 +79,6 @@ pub(in crate::app::commands) static ROWS: &[&[Row]] = &[
     )
     .when(|state, _| {
         state.activity.has_jobs()
-            || state.lab.job().is_some()
             || state.selection.is_some()
             || state.selection.nodes.isolated.is_some()
             || state.selection.nodes.only.is_some()
@@ -192,17 +191,17 @@ fn cancel(state: &mut AppState) {
     } else if state.layout.tour.take().is_some() {
         // Shown once more from the menu only.
     } else if state.activity.load.is_some() || state.activity.build.is_some() {
-        state.requests.push(Request::CancelJobs);
+        state.activity.requests.push(Request::CancelJobs);
     } else if state.activity.measure.is_some() {
-        state.requests.push(Request::CancelMeasuring);
-    } else if state.lab.job().is_some() {
-        state.lab.stop();
+        state.activity.requests.push(Request::CancelMeasuring);
+    } else if state.activity.study.is_some() {
+        state.activity.stop_study = true;
     } else if state.selection.is_some() {
         state.selection.clear();
     } else if state.selection.nodes.isolated.is_some() || state.selection.nodes.only.is_some() {
         state.selection.nodes.isolated = None;
         state.selection.nodes.only = None;
     } else if state.activity.render.is_some() {
-        state.requests.push(Request::CancelJobs);
+        state.activity.requests.push(Request::CancelJobs);
     }
 }

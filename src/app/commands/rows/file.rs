@@ -3,8 +3,8 @@
 use egui::Key;
 
 use super::parts::{CTRL, NONE, SHIFT, is_presented};
-use crate::app::commands::action::Action;
 use crate::app::commands::row::{Item, Row, current, item, many, one};
+use crate::app::state::action::Action;
 use crate::app::state::{AppState, Request};
 use crate::scene::{BUILTIN_SCENES, SceneSource, format_names};
 use crate::text::file_name;
@@ -16,10 +16,10 @@ pub(in crate::app::commands) static ROWS: &[&[Row]] = &[
                 let tip = format!("Open an {} file", format_names("or"));
                 vec![Item { key: Some((CTRL, Key::O)), ..item(Action::Open, "Open…", tip) }]
             },
-            |state, _| state.requests.push(Request::OpenDialog),
+            |state, _| state.activity.requests.push(Request::OpenDialog),
         ),
         one(Action::Reload, "Reload", "Read the model from its file again", &[(NONE, Key::F5)], |state, _| {
-            state.requests.push(Request::Reload);
+            state.activity.requests.push(Request::Reload);
         }),
         one(Action::StartPage, "Start page", "Show built-in scenes and recent files", &[(CTRL, Key::N)], |state, _| {
             state.layout.start_page_open = !state.layout.start_page_open;
@@ -29,7 +29,7 @@ pub(in crate::app::commands) static ROWS: &[&[Row]] = &[
         many(builtin_scenes, open_builtin).within("Open built-in"),
         current(recent_files, |state, index| {
             let path = state.preferences.recent[index].clone();
-            state.requests.push(Request::Open(SceneSource::File(path)));
+            state.activity.requests.push(Request::Open(SceneSource::File(path)));
         })
         .within("Open recent"),
     ],
@@ -39,12 +39,12 @@ pub(in crate::app::commands) static ROWS: &[&[Row]] = &[
             "Open tree…",
             "Read the tree of this model from a tree file of any builder (docs/tree-file.md)",
             &[(CTRL.plus(SHIFT), Key::O)],
-            |state, _| state.requests.push(Request::OpenTreeDialog(state.edited_side())),
+            |state, _| state.activity.requests.push(Request::OpenTreeDialog(state.edited_side())),
         )
         .when(|state, _| state.model.loaded.is_some()),
         current(recent_trees, |state, index| {
             let path = state.preferences.recent_trees[index].clone();
-            state.requests.push(Request::OpenTree(state.edited_side(), path));
+            state.activity.requests.push(Request::OpenTree(state.edited_side(), path));
         })
         .within("Open recent tree")
         .when(|state, _| state.model.loaded.is_some()),
@@ -61,7 +61,7 @@ pub(in crate::app::commands) static ROWS: &[&[Row]] = &[
             "Save tree",
             "Save the tree as a tree file beside the model",
             &[(CTRL.plus(SHIFT), Key::S)],
-            |state, _| state.requests.push(Request::SaveTree),
+            |state, _| state.activity.requests.push(Request::SaveTree),
         )
         .when(is_presented),
     ],
@@ -70,11 +70,11 @@ pub(in crate::app::commands) static ROWS: &[&[Row]] = &[
         "Save screenshot",
         "Save the viewport as a PNG beside the model",
         &[(NONE, Key::F12)],
-        |state, _| state.requests.push(Request::Screenshot),
+        |state, _| state.activity.requests.push(Request::Screenshot),
     )
     .when(is_presented)],
     &[one(Action::Quit, "Quit", "Close the program; settings are saved", &[(CTRL, Key::Q)], |state, _| {
-        state.requests.push(Request::Quit);
+        state.activity.requests.push(Request::Quit);
     })],
 ];
 
@@ -85,7 +85,7 @@ fn builtin_scenes() -> Vec<Item> {
 
 fn open_builtin(state: &mut AppState, index: usize) {
     let source = SceneSource::Builtin { name: BUILTIN_SCENES[index].name.to_owned(), size: None };
-    state.requests.push(Request::Open(source));
+    state.activity.requests.push(Request::Open(source));
 }
 
 fn recent_files(state: &AppState) -> Vec<Item> {

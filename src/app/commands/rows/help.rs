@@ -3,9 +3,9 @@
 use egui::Key;
 
 use super::parts::{CTRL, NONE, SHIFT, flip};
-use crate::app::commands::action::Action;
 use crate::app::commands::lesson;
 use crate::app::commands::row::{Item, Row, current, item, one};
+use crate::app::state::action::Action;
 use crate::app::state::{AppState, HelpPage};
 
 pub(in crate::app::commands) static ROWS: &[&[Row]] = &[
@@ -45,17 +45,17 @@ pub(in crate::app::commands) static ROWS: &[&[Row]] = &[
         one(Action::LessonNext, "Next step", "Go on in the lesson", &[(NONE, Key::PageDown)], |state, _| {
             lesson::next(state);
         })
-        .when(|state, _| state.lesson.is_some())
+        .when(|state, _| state.layout.lesson.is_some())
         .within("Lessons"),
         one(Action::LessonBack, "Step before", "Go back in the lesson", &[(NONE, Key::PageUp)], |state, _| {
             lesson::back(state);
         })
-        .when(|state, _| state.lesson.as_ref().is_some_and(|reading| reading.step > 0))
+        .when(|state, _| state.layout.lesson.as_ref().is_some_and(|reading| reading.step > 0))
         .within("Lessons"),
         one(Action::LeaveLesson, "Leave lesson", "End the lesson; your own settings come back", &[], |state, _| {
             lesson::leave(state);
         })
-        .when(|state, _| state.lesson.is_some())
+        .when(|state, _| state.layout.lesson.is_some())
         .within("Lessons"),
     ],
     &[one(
@@ -68,6 +68,6 @@ pub(in crate::app::commands) static ROWS: &[&[Row]] = &[
 ];
 
 fn lessons(state: &AppState) -> Vec<Item> {
-    let lessons = state.lessons.iter().enumerate();
+    let lessons = state.layout.lessons.iter().enumerate();
     lessons.map(|(i, lesson)| item(Action::Lesson(i), format!("Lesson: {}", lesson.title), &*lesson.about)).collect()
 }

@@ -3,17 +3,18 @@
 use egui::Key;
 
 use super::parts::{ALT, NONE, is_presented};
-use crate::app::commands::action::{Action, RankingStep};
 use crate::app::commands::nodes;
 use crate::app::commands::row::{Item, Row, item, many, one};
-use crate::app::state::dock::DockView;
-use crate::app::state::paper::{Experiment, RowFormat};
+use crate::app::state::action::{Action, RankingStep};
+use crate::app::state::paper::{Experiment, PaperPlan, RowFormat};
 use crate::app::state::{AppState, Request};
+use crate::app::views::VIEWS;
+use crate::app::views::view::View;
 
 pub(in crate::app::commands) static ROWS: &[&[Row]] = &[
     &[
-        many(views, |state, index| state.preferences.dock.toggle(DockView::ALL[index]))
-            .switch(|state, index| Some(state.preferences.dock.open == Some(DockView::ALL[index]))),
+        many(views, |state, index| state.preferences.dock.toggle(VIEWS[index].name()))
+            .switch(|state, index| Some(state.preferences.dock.shows(VIEWS[index].name()))),
         one(
             Action::StepRanking(RankingStep::Next),
             "Next worst node",
@@ -35,26 +36,19 @@ pub(in crate::app::commands) static ROWS: &[&[Row]] = &[
     ],
     &[
         many(experiments, measure).when(|state, _| state.model.loaded.is_some()).within("Measure"),
-        many(files, |state, index| state.requests.push(Request::SaveRows(RowFormat::ALL[index])))
-            .when(can_save)
+        many(files, |state, index| state.activity.requests.push(Request::SaveRows(RowFormat::ALL[index])))
+            .when(|state, index| state.can_save_rows(RowFormat::ALL[index]))
             .within("Save measured"),
     ],
 ];
 
 /// One action per view of the dock.
 fn views() -> Vec<Item> {
-    let view = |view: DockView| {
-        let key = match view {
-            DockView::Merges => Key::F6,
-            DockView::Icicle => Key::F7,
-            DockView::Ray => Key::F8,
-            DockView::Nodes => Key::F9,
-            DockView::Plots => Key::F10,
-            DockView::Paper => Key::F11,
-        };
-        Item { key: Some((NONE, key)), ..item(Action::ToggleDock(view), view.label(), view.purpose()) }
+    let item_of = |view: &&dyn View| Item {
+        key: Some((NONE, view.key())),
+        ..item(Action::ToggleDock(view.name()), view.name(), view.purpose())
     };
-    DockView::ALL.map(view).into()
+    VIEWS.iter().map(item_of).collect()
 }
 
 fn experiments() -> Vec<Item> {
@@ -70,8 +64,8 @@ fn experiments() -> Vec<Item> {
 
 fn measure(state: &mut AppState, index: usize) {
     state.preferences.paper.choose(Experiment::ALL[index]);
-    state.preferences.dock.open = Some(DockView::Paper);
-    state.requests.push(Request::Measure);
+    state.preferences.dock.show(PaperPlan::VIEW);
+    state.activity.requests.push(Request::Measure);
 }
 
 fn files() -> Vec<Item> {
@@ -84,12 +78,4 @@ fn files() -> Vec<Item> {
         item(Action::SaveRows(format), label, "Save a file beside the model")
     };
     RowFormat::ALL.map(file).into()
-}
-
-fn can_save(state: &AppState, index: usize) -> bool {
-    let result = state.activity.measured.get(&state.preferences.paper.experiment);
-    result.is_some_and(|result| match RowFormat::ALL[index] {
-        RowFormat::Csv | RowFormat::Json => !result.rows.is_empty(),
-        RowFormat::Png | RowFormat::Svg => !result.figure.charts.is_empty(),
-    })
 }

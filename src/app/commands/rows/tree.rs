@@ -5,9 +5,9 @@ use bvhscope_engine::tree::ContainerKind;
 use egui::Key;
 
 use super::parts::{CTRL, NONE, flip};
-use crate::app::commands::action::{Action, CompareStep};
 use crate::app::commands::compare;
 use crate::app::commands::row::{Item, Row, item, many, one};
+use crate::app::state::action::{Action, CompareStep};
 use crate::app::state::{AppState, CompareView};
 use crate::catalog::settings::{self, BUILDER, CONTAINER, Choice, PRESET, Setting, THRESHOLD, Value};
 

@@ -4,9 +4,9 @@ use bvhscope_engine::cancel::CancelToken;
 use egui::Key;
 
 use super::parts::{ALT, CTRL, NONE, SHIFT, flip, is_presented};
-use crate::app::commands::action::{Action, OrbitStep, SectionStep, ViewDirection};
 use crate::app::commands::row::{Item, Row, current, item, many, one};
 use crate::app::commands::{camera, section};
+use crate::app::state::action::{Action, OrbitStep, SectionStep, ViewDirection};
 use crate::app::state::{AppState, Navigation, Side, Theme, bookmarks};
 use crate::app::viewport::ZOOM_STEP;
 use crate::camera::Projection;

@@ -93,14 +93,14 @@ fn summary(state: &AppState, counts: &[u32], [from, to]: [u32; 2]) -> String {
     if state.drawn_kinds() == [false; 2] {
         return format!("depth {range} · containers off");
     }
-    if state.graphics.standing.is_some() {
-        let (drawn, wanted) = state.graphics.overlay_counts;
+    if state.layout.graphics.standing.is_some() {
+        let (drawn, wanted) = state.layout.graphics.overlay_counts;
         let [drawn, wanted] = [drawn, wanted].map(|count| format::count(count as u64));
         let of = if drawn == wanted { wanted } else { format!("{drawn} of {wanted}") };
         return format!("shown: {of} clusters of Merges");
     }
     let in_range: u64 = counts.iter().take(to as usize + 1).skip(from as usize).map(|&count| u64::from(count)).sum();
-    let (drawn, wanted) = state.graphics.overlay_counts;
+    let (drawn, wanted) = state.layout.graphics.overlay_counts;
     if drawn < wanted {
         return format!("shown: {range} · {} of {}", format::count(drawn as u64), format::count(wanted as u64));
     }

@@ -17,13 +17,13 @@ pub(crate) fn show(ui: &mut Ui, state: &mut AppState) {
             ui.with_layout(Layout::left_to_right(Align::Center), |ui| {
                 let text = egui::RichText::new(facts(state)).color(palette.dim);
                 let label = ui.add(egui::Label::new(text).truncate());
-                if state.graphics.is_software {
+                if state.layout.graphics.is_software {
                     label.on_hover_text(format!(
                         "Containers are drawn by the software adapter {}; a graphics driver is much faster",
-                        state.graphics.adapter_name
+                        state.layout.graphics.adapter_name
                     ));
-                } else if !state.graphics.adapter_name.is_empty() {
-                    label.on_hover_text(format!("Containers are drawn by {}", state.graphics.adapter_name));
+                } else if !state.layout.graphics.adapter_name.is_empty() {
+                    label.on_hover_text(format!("Containers are drawn by {}", state.layout.graphics.adapter_name));
                 }
             });
         });
@@ -46,9 +46,9 @@ fn facts(state: &AppState) -> String {
         let threads = shown.accel.report.threads;
         parts.push(format!("{threads} {}", if threads == 1 { "thread" } else { "threads" }));
     }
-    if state.graphics.failed {
+    if state.layout.graphics.failed {
         parts.push("graphics driver failed: no containers".to_owned());
-    } else if state.graphics.is_software {
+    } else if state.layout.graphics.is_software {
         parts.push("software rendering".to_owned());
     }
     parts.join(" · ")
@@ -59,8 +59,8 @@ fn running(ui: &mut Ui, state: &mut AppState) {
     let jobs = &state.activity;
     let stale = jobs.load.as_ref().or(jobs.build.as_ref());
     let measuring = stale.is_none() && jobs.measure.is_some();
-    let studying = stale.is_none() && !measuring && state.lab.job().is_some();
-    let job = stale.or(jobs.measure.as_ref()).or(state.lab.job()).or(jobs.render.as_ref());
+    let studying = stale.is_none() && !measuring && jobs.study.is_some();
+    let job = stale.or(jobs.measure.as_ref()).or(jobs.study.as_ref()).or(jobs.render.as_ref());
     let Some(job) = job.cloned() else { return };
     // Short jobs are not shown: text that flashes distracts, and painting it takes time from the job.
     if jobs.load.is_none() && job.since.elapsed() < PROGRESS_DELAY {
@@ -69,9 +69,9 @@ fn running(ui: &mut Ui, state: &mut AppState) {
     let (rect, _) = ui.allocate_exact_size(vec2(theme::ROW_HEIGHT, theme::ROW_HEIGHT), Sense::hover());
     if icon_button(ui, rect, Icon::Close, "Cancel").on_hover_text("Cancel it and keep what is shown (Esc)").clicked() {
         if studying {
-            state.lab.stop();
+            state.activity.stop_study = true;
         } else {
-            state.requests.push(if measuring { Request::CancelMeasuring } else { Request::CancelJobs });
+            state.activity.requests.push(if measuring { Request::CancelMeasuring } else { Request::CancelJobs });
         }
     }
     progress(ui, &job);

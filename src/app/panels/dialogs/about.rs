@@ -47,7 +47,7 @@ fn content(ui: &mut Ui, facts: &[(&str, String)]) -> bool {
 
 /// Names and values of what the dialog shows.
 fn facts(state: &AppState, used: u64) -> Vec<(&'static str, String)> {
-    let graphics = &state.graphics;
+    let graphics = &state.layout.graphics;
     let mut adapter = match graphics.adapter_name.as_str() {
         "" => "none: containers are not drawn".to_owned(),
         name => format!("{name}, {}", graphics.backend),

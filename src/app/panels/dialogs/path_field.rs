@@ -63,7 +63,7 @@ fn request_listing(state: &mut AppState) {
     let folder = field.folder();
     if !field.text.is_empty() && field.requested.as_ref() != Some(&folder) {
         field.requested = Some(folder.clone());
-        state.requests.push(Request::ListFolder(folder));
+        state.activity.requests.push(Request::ListFolder(folder));
     }
 }
 

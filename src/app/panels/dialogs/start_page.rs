@@ -38,10 +38,10 @@ pub(crate) fn show(ctx: &egui::Context, state: &mut AppState) {
     if let Some(path) = path {
         state.layout.start_page_open = false;
         match tree {
-            Some(side) => state.requests.push(Request::OpenTree(side, path)),
+            Some(side) => state.activity.requests.push(Request::OpenTree(side, path)),
             // The same names as on the command line.
             None => match SceneSource::parse(path.as_os_str()) {
-                Ok(source) => state.requests.push(Request::Open(source)),
+                Ok(source) => state.activity.requests.push(Request::Open(source)),
                 Err(error) => state.messages.notify(Severity::Error, error),
             },
         }
@@ -102,7 +102,7 @@ fn cards(ui: &mut Ui, state: &AppState, cards: Vec<Card>, chosen: &mut Option<Ac
         ui.horizontal_top(|ui| {
             for Card { source, name, tip, action } in row {
                 let shown = format::elide_middle(name, (width / 7.0) as usize);
-                let thumbnail = state.thumbnails.get(source);
+                let thumbnail = state.layout.thumbnails.get(source);
                 if thumbnail::card(ui, width, &source.to_string(), &shown, thumbnail).tip(tip).clicked() {
                     *chosen = Some(*action);
                 }

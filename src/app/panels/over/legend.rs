@@ -87,11 +87,11 @@ pub(crate) fn show(ui: &mut Ui, rect: Rect, state: &AppState) {
 fn overlay_legend(state: &AppState) -> Option<Legend> {
     let shown = state.model.presented.as_ref()?;
     let settings = &state.wanted.overlay;
-    if state.drawn_kinds() == [false; 2] || state.graphics.failed {
+    if state.drawn_kinds() == [false; 2] || state.layout.graphics.failed {
         return None;
     }
-    let nodes = state.graphics.shown.as_ref()?;
-    let standing = state.graphics.standing.as_ref();
+    let nodes = state.layout.graphics.shown.as_ref()?;
+    let standing = state.layout.graphics.standing.as_ref();
     let table = standing.and_then(|standing| standing.table()).unwrap_or(&shown.table);
     let mut legend = overlay::legend(&table.drawable(settings), table, nodes);
     // Listed even while no container is hovered, so that the legend's height stays the same.

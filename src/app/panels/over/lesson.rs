@@ -15,7 +15,7 @@ const SIDES: [f32; 2] = [232.0, 108.0];
 
 /// Shows the card within `rect`, the viewport's rectangle.
 pub(crate) fn show(ui: &Ui, rect: Rect, state: &mut AppState) {
-    let Some(mut reading) = state.lesson.take() else { return };
+    let Some(mut reading) = state.layout.lesson.take() else { return };
     if let Some(shown) = &state.model.presented {
         reading.measure(shown, &state.wanted.camera);
     }
@@ -29,7 +29,7 @@ pub(crate) fn show(ui: &Ui, rect: Rect, state: &mut AppState) {
         .accessible_name("Lesson");
     let mut next = None;
     card.show(ui.ctx(), |ui| next = content(ui, &reading, WIDTH.min(width)));
-    state.lesson = Some(reading);
+    state.layout.lesson = Some(reading);
     if let Some(action) = next {
         action.perform(state);
     }

@@ -41,8 +41,8 @@ pub(crate) fn show(ui: &mut Ui, rect: Rect, state: &mut AppState) {
 /// The message, the label of the link and what it does; `None` where containers are drawn or switched off.
 fn message(state: &AppState) -> Option<(String, &'static str, WayOut)> {
     let shown = state.model.presented.as_ref()?;
-    let nothing = state.graphics.shown.as_ref().is_some_and(|shown| shown.wanted == 0);
-    if !nothing || state.graphics.standing.is_some() || state.drawn_kinds() == [false; 2] {
+    let nothing = state.layout.graphics.shown.as_ref().is_some_and(|shown| shown.wanted == 0);
+    if !nothing || state.layout.graphics.standing.is_some() || state.drawn_kinds() == [false; 2] {
         return None;
     }
     if state.selection.nodes.hides_any() {

@@ -35,11 +35,11 @@ pub(crate) fn show(ui: &mut Ui, state: &mut AppState) {
         let tip = "What the colour of a container means; the legend has the numbers";
         combo(ui, "Colour by", tip, &mut overlay.color_by, &choices, |_| None);
         more(ui, "containers", |ui| {
-            line_style(ui, &mut state.wanted.overlay, state.graphics.automatic_budget());
+            line_style(ui, &mut state.wanted.overlay, state.layout.graphics.automatic_budget());
             curve::show(ui, state);
         });
         let shown = state.drawn_kinds() != [false; 2];
-        let (drawn, wanted) = state.graphics.overlay_counts;
+        let (drawn, wanted) = state.layout.graphics.overlay_counts;
         let color = theme::palette(ui);
         let (text, color) = if !state.preferences.show_containers {
             ("Containers are off: B shows them".to_owned(), color.dim)

@@ -3,7 +3,7 @@
 use egui::{self, Label, RichText, Ui};
 
 use crate::app::state::AppState;
-use crate::app::state::lab::CurveView;
+use crate::app::state::lab::CurveState;
 use crate::app::widgets::{SliderSpec, check, row, slider};
 use crate::app::{format, theme};
 
@@ -20,8 +20,8 @@ pub(super) fn show(ui: &mut Ui, state: &mut AppState) {
     let spec = SliderSpec {
         label: "Split level",
         tip: "The cells at which the recursion has split the triangles after so many levels; 0 is the whole model",
-        range: 0.0..=f64::from(CurveView::MAX_LEVEL),
-        default: f64::from(CurveView::default().level),
+        range: 0.0..=f64::from(CurveState::MAX_LEVEL),
+        default: f64::from(CurveState::default().level),
         logarithmic: false,
         decimals: 0,
         zero: "all",

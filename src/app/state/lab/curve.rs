@@ -1,11 +1,13 @@
 //! The curve through the primitives' centres, as it is drawn over the picture.
 
+use serde::{Deserialize, Serialize};
+
 use crate::app::state::study::Study;
 use crate::lab::scaffold::Scaffold;
 
 /// What is drawn of the curve, by level of the recursion.
 #[derive(Debug)]
-pub struct CurveView {
+pub struct CurveState {
     /// Whether it is drawn.
     pub shown: bool,
     /// The level of the recursion whose cells are drawn; 0 is the whole model.
@@ -14,12 +16,36 @@ pub struct CurveView {
     pub scaffold: Study<u32, Result<Scaffold, String>>,
 }
 
-impl CurveView {
+impl CurveState {
     /// The deepest level that can be chosen: cells of deeper ones are too small and too many to be told apart.
     pub const MAX_LEVEL: u32 = 10;
+
+    /// Its part of a shared state.
+    pub fn shared(&self) -> SharedCurve {
+        let Self { shown, level, scaffold: _ } = self;
+        SharedCurve { shown: *shown, level: *level }
+    }
+
+    /// Shows what another window showed.
+    pub fn show_shared(&mut self, SharedCurve { shown, level }: SharedCurve) {
+        (self.shown, self.level) = (shown, level.min(Self::MAX_LEVEL));
+    }
 }
 
-impl Default for CurveView {
+/// The curve's part of a shared state.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct SharedCurve {
+    shown: bool,
+    level: u32,
+}
+
+impl Default for SharedCurve {
+    fn default() -> Self {
+        CurveState::default().shared()
+    }
+}
+
+impl Default for CurveState {
     fn default() -> Self {
         Self { shown: false, level: 4, scaffold: Study::default() }
     }

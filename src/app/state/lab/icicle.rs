@@ -2,6 +2,8 @@
 
 use std::sync::{Arc, Weak};
 
+use serde::{Deserialize, Serialize};
+
 use crate::accel::Accel;
 use crate::app::state::study::Study;
 use crate::lab::icicle::{Icicle, IcicleWidth};
@@ -19,7 +21,7 @@ pub struct IcicleInputs {
 
 /// The icicle of the presented tree.
 #[derive(Debug)]
-pub struct IcicleView {
+pub struct IcicleState {
     /// What widths stand for.
     pub width: IcicleWidth,
     /// What colours stand for.
@@ -29,6 +31,19 @@ pub struct IcicleView {
     tree: Weak<Accel>,
     top: u32,
     layout: Option<(LayoutKey, Arc<IcicleLayout>)>,
+}
+
+/// The icicle's part of a shared state. The topmost node is shared with the other nodes.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct SharedIcicle {
+    width: IcicleWidth,
+    color: NodeMetric,
+}
+
+impl Default for SharedIcicle {
+    fn default() -> Self {
+        IcicleState::default().shared()
+    }
 }
 
 /// An icicle with its colours.
@@ -62,7 +77,7 @@ impl PartialEq for LayoutKey {
     }
 }
 
-impl Default for IcicleView {
+impl Default for IcicleState {
     fn default() -> Self {
         Self {
             width: IcicleWidth::Cost,
@@ -75,7 +90,7 @@ impl Default for IcicleView {
     }
 }
 
-impl IcicleView {
+impl IcicleState {
     /// Puts the root on top where the tree is another one than the last time.
     pub fn follow(&mut self, accel: &Arc<Accel>) {
         if !std::ptr::eq(self.tree.as_ptr(), Arc::as_ptr(accel)) {
@@ -83,9 +98,31 @@ impl IcicleView {
         }
     }
 
+    /// Its part of a shared state.
+    pub fn shared(&self) -> SharedIcicle {
+        let Self { width, color, sums: _, tree: _, top: _, layout: _ } = self;
+        SharedIcicle { width: *width, color: *color }
+    }
+
+    /// Shows what another window showed.
+    pub fn show_shared(&mut self, SharedIcicle { width, color }: SharedIcicle) {
+        (self.width, self.color) = (width, color);
+    }
+
+    /// Zooms to a node of `accel`, which is presented.
+    pub fn zoom_in_tree(&mut self, accel: &Arc<Accel>, node: u32) {
+        self.follow(accel);
+        self.top = node;
+    }
+
     /// The topmost node.
     pub const fn top(&self) -> u32 {
         self.top
+    }
+
+    /// The topmost node of `accel`: the root where another tree was shown.
+    pub fn top_of(&self, accel: &Arc<Accel>) -> u32 {
+        if std::ptr::eq(self.tree.as_ptr(), Arc::as_ptr(accel)) { self.top } else { 0 }
     }
 
     /// Zooms to `node` and all below it.

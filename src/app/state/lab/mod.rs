@@ -9,20 +9,19 @@ mod outline;
 mod plots;
 mod ray;
 
-pub use curve::CurveView;
-pub use icicle::{IcicleInputs, IcicleLayout, IcicleView};
-pub use merges::{MergesState, Standing};
-pub use nodes::{NodesView, RankingInputs};
+pub use curve::{CurveState, SharedCurve};
+pub use icicle::{IcicleInputs, IcicleLayout, IcicleState, SharedIcicle};
+pub use merges::{MergesState, SharedMerges, Standing};
+pub use nodes::{NodesState, RankingInputs};
 pub use other_tree::OtherTree;
 pub use outline::{Outline, OutlineRow};
-pub use plots::{PlotKind, PlotsView, PlottedTree, ScatterInputs, TreeQuality, TreeSet};
-pub use ray::{RayOutcome, RaySource, RayView, SPEEDS};
+pub use plots::{PlotKind, PlotsState, PlottedTree, ScatterInputs, SharedPlots, TreeQuality, TreeSet};
+pub use ray::{RayOutcome, RaySource, RayState, SPEEDS, SharedRayView};
 
 use std::collections::HashMap;
 use std::sync::{Arc, Weak};
 
 use crate::accel::Accel;
-use crate::app::state::activity::JobStatus;
 use crate::app::state::paper::{Experiment, PaperResult};
 use crate::app::state::study::Study;
 use crate::lab::diagnose::Finding;
@@ -39,46 +38,31 @@ pub struct LabState {
     /// The outline of the tree in the view "Nodes".
     pub outline: Outline,
     /// The curve that the primitives are sorted along.
-    pub curve: CurveView,
+    pub curve: CurveState,
     /// What in the model or its tree makes rays slow.
     pub findings: Study<(), Vec<Finding>>,
     /// The nodes of the first tree that the second has too, and the other way round.
     pub survival: Study<OtherTree, [Survival; 2]>,
     /// The ray in the view "Ray".
-    pub ray: RayView,
+    pub ray: RayState,
     /// The kind of rays that visits are measured by.
     pub population: Population,
     /// How often the chosen rays visit each node.
     pub visits: Study<ViewRays, Visits>,
     /// The primary rays by whose view visits are measured, and their scene: the view when visits were first wanted, so that numbers stay
     /// the same while the user looks at nodes from elsewhere, and can be compared from tree to tree.
-    rays: Option<(Weak<Scene>, ViewRays)>,
+    pub(in crate::app::state) rays: Option<(Weak<Scene>, ViewRays)>,
     /// The list of worst nodes.
-    pub nodes: NodesView,
+    pub nodes: NodesState,
     /// The icicle.
-    pub icicle: IcicleView,
+    pub icicle: IcicleState,
     /// The view "Plots".
-    pub plots: PlotsView,
+    pub plots: PlotsState,
     /// The view "Merges".
     pub merges: MergesState,
 }
 
 impl LabState {
-    /// The job that derives what the open view lacks.
-    pub fn job(&self) -> Option<&JobStatus> {
-        let jobs = [
-            &self.findings.job,
-            &self.curve.scaffold.job,
-            &self.visits.job,
-            &self.nodes.ranking.job,
-            &self.icicle.sums.job,
-            &self.plots.scatter.job,
-            &self.survival.job,
-            &self.ray.record.job,
-        ];
-        self.merges.job().or(jobs.into_iter().find_map(Option::as_ref))
-    }
-
     /// The rays of the chosen population by which visits in `scene` are measured, if that was begun.
     pub fn rays(&self, scene: &Arc<Scene>) -> Option<ViewRays> {
         let (_, rays) = self.rays.as_ref().filter(|(of, _)| std::ptr::eq(of.as_ptr(), Arc::as_ptr(scene)))?;
@@ -124,7 +108,7 @@ impl LabState {
         }
     }
 
-    /// The trees of the scene of `accel` to be plotted; see [`PlotsView::trees`].
+    /// The trees of the scene of `accel` to be plotted; see [`PlotsState::trees`].
     pub fn plotted_trees(&self, accel: &Accel, measured: &HashMap<Experiment, PaperResult>) -> Vec<PlottedTree> {
         self.plots.trees(accel, self.rays(&accel.scene), self.population, measured)
     }
@@ -142,18 +126,5 @@ impl LabState {
     /// The visits of `accel` that were measured last, by whichever rays.
     pub fn known_visits(&self, accel: &Arc<Accel>) -> Option<KnownVisits> {
         self.visits.of_tree(accel).map(|visits| KnownVisits(Arc::clone(visits)))
-    }
-
-    /// Stops that job.
-    pub fn stop(&mut self) {
-        self.merges.stop();
-        self.findings.stop();
-        self.curve.scaffold.stop();
-        self.survival.stop();
-        self.ray.record.stop();
-        self.visits.stop();
-        self.nodes.ranking.stop();
-        self.icicle.sums.stop();
-        self.plots.scatter.stop();
     }
 }

@@ -18,7 +18,7 @@ pub struct RankingInputs {
 
 /// The list of worst nodes.
 #[derive(Debug)]
-pub struct NodesView {
+pub struct NodesState {
     /// How it is sorted.
     pub order: NodeOrder,
     /// The listed nodes, the worst first.
@@ -27,14 +27,29 @@ pub struct NodesView {
     revealed: Option<u32>,
 }
 
-impl Default for NodesView {
+impl Default for NodesState {
     fn default() -> Self {
         let order = NodeOrder { metric: NodeMetric::Cost, ascending: false, min_area: 0.001 };
         Self { order, ranking: Study::default(), revealed: None }
     }
 }
 
-impl NodesView {
+impl NodesState {
+    /// Its part of a shared state.
+    pub fn shared(&self) -> NodeOrder {
+        let Self { order, ranking: _, revealed: _ } = self;
+        *order
+    }
+
+    /// Sorts as another window did.
+    pub fn show_shared(&mut self, order: NodeOrder) {
+        let min_area = if order.min_area.is_finite() { order.min_area.clamp(0.0, 1.0) } else { 0.0 };
+        (self.order, self.revealed) = (NodeOrder { min_area, ..order }, None);
+    }
+
+    /// Name of its view.
+    pub const VIEW: &str = "Nodes";
+
     /// Sorts by `metric`, the largest first; by the metric that it is sorted by already, the other way round.
     pub fn sort_by(&mut self, metric: NodeMetric) {
         let ascending = self.order.metric == metric && !self.order.ascending;

@@ -1,6 +1,6 @@
 //! The outline of a tree: which of its nodes are unfolded, and the rows that this makes.
 
-use std::collections::HashSet;
+use std::collections::{BTreeSet, HashSet};
 use std::sync::{Arc, Weak};
 
 use crate::accel::Accel;
@@ -33,6 +33,19 @@ impl Outline {
             *self = Self { tree: Arc::downgrade(accel), unfolded: HashSet::from([0]), ..Self::default() };
             self.list(table);
         }
+    }
+
+    /// The unfolded nodes of `accel`; the root alone where another tree is listed.
+    pub fn unfolded(&self, accel: &Arc<Accel>) -> BTreeSet<u32> {
+        let is_same = std::ptr::eq(self.tree.as_ptr(), Arc::as_ptr(accel));
+        if is_same { self.unfolded.iter().copied().collect() } else { BTreeSet::from([0]) }
+    }
+
+    /// Unfolds nodes of `accel`, and folds all others.
+    pub fn unfold(&mut self, accel: &Arc<Accel>, table: &NodeTable, nodes: BTreeSet<u32>) {
+        self.follow(accel, table);
+        self.unfolded = nodes.into_iter().collect();
+        self.list(table);
     }
 
     /// The listed nodes, parents before their children.

@@ -4,6 +4,8 @@ use std::collections::HashMap;
 use std::path::PathBuf;
 use std::sync::{Arc, Weak};
 
+use serde::{Deserialize, Serialize};
+
 use crate::accel::Accel;
 use crate::app::state::paper::{Experiment, PaperResult, settings_of};
 use crate::app::state::study::Study;
@@ -19,7 +21,7 @@ use bvhscope_engine::settings::{BuildSettings, BuilderKind, Curve, Passes, Prese
 const MOST_TREES: usize = 512;
 
 /// What is plotted.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default, Serialize, Deserialize)]
 pub enum PlotKind {
     /// Predicted against measured visits; a dot is a node.
     #[default]
@@ -56,7 +58,7 @@ impl PlotKind {
 }
 
 /// Which trees are plotted.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default, Serialize, Deserialize)]
 pub enum TreeSet {
     /// Those that were shown in this session.
     #[default]
@@ -85,7 +87,7 @@ impl TreeSet {
 }
 
 /// The number by which trees are judged.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default, Serialize, Deserialize)]
 pub enum TreeQuality {
     /// Measured cost of the chosen rays.
     #[default]
@@ -243,7 +245,7 @@ pub struct ScatterInputs {
 
 /// The view "Plots".
 #[derive(Debug, Default)]
-pub struct PlotsView {
+pub struct PlotsState {
     /// What is plotted.
     pub kind: PlotKind,
     /// Which trees.
@@ -256,7 +258,27 @@ pub struct PlotsView {
     pub session: SessionTrees,
 }
 
-impl PlotsView {
+/// The plots' part of a shared state.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
+pub struct SharedPlots {
+    kind: PlotKind,
+    set: TreeSet,
+    quality: TreeQuality,
+}
+
+impl PlotsState {
+    /// Its part of a shared state.
+    pub fn shared(&self) -> SharedPlots {
+        let Self { kind, set, quality, scatter: _, session: _ } = self;
+        SharedPlots { kind: *kind, set: *set, quality: *quality }
+    }
+
+    /// Shows what another window showed.
+    pub fn show_shared(&mut self, SharedPlots { kind, set, quality }: SharedPlots) {
+        (self.kind, self.quality) = (kind, quality);
+        self.set = if TreeSet::ALL.contains(&set) { set } else { TreeSet::Session };
+    }
+
     /// The trees of the scene of `accel` to be plotted: `rays` are the chosen ones, by which those of the session were measured, and
     /// `measured` what the view "Paper" has.
     pub fn trees(

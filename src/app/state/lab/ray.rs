@@ -3,6 +3,7 @@
 use std::sync::{Arc, Weak};
 
 use glam::Vec3;
+use serde::{Deserialize, Serialize};
 
 use crate::accel::Accel;
 use crate::app::state::study::Study;
@@ -33,7 +34,7 @@ pub struct RaySource {
 
 /// State of the view "Ray".
 #[derive(Debug)]
-pub struct RayView {
+pub struct RayState {
     /// Where the ray comes from; `None` until the user has chosen one.
     pub source: Option<RaySource>,
     /// What it is traced for.
@@ -68,7 +69,24 @@ pub struct RayView {
     shown: Option<(Weak<Accel>, Arc<RayOutcome>)>,
 }
 
-impl Default for RayView {
+/// The part of the view in a shared state. Its ray is shared beside it.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct SharedRayView {
+    kind: RayKind,
+    method: RayMethod,
+    picks: bool,
+    typed: [String; 2],
+    speed: f64,
+    zoom: Option<[f32; 2]>,
+}
+
+impl Default for SharedRayView {
+    fn default() -> Self {
+        RayState::default().shared()
+    }
+}
+
+impl Default for RayState {
     fn default() -> Self {
         Self {
             source: None,
@@ -91,7 +109,32 @@ impl Default for RayView {
     }
 }
 
-impl RayView {
+impl RayState {
+    /// Name of its view.
+    pub const VIEW: &str = "Ray";
+
+    /// Its part of a shared state.
+    pub fn shared(&self) -> SharedRayView {
+        #[rustfmt::skip]
+        let Self {
+            kind, method, picks, typed, speed, zoom,
+            // In the shared state beside this part, as in earlier versions.
+            source: _, cursor: _,
+            // Derived, or of the moment.
+            fault: _, remark: _, record: _, playing: _, wants_focus: _, elapsed: _, revealed: _, shown: _,
+        } = self;
+        let (kind, method, picks) = (*kind, *method, *picks);
+        SharedRayView { kind, method, picks, typed: typed.clone(), speed: *speed, zoom: *zoom }
+    }
+
+    /// Shows what another window showed.
+    pub fn show_shared(&mut self, shared: SharedRayView) {
+        let SharedRayView { kind, method, picks, typed, speed, zoom } = shared;
+        (self.kind, self.method, self.picks, self.typed) = (kind, method, picks, typed);
+        self.speed = speed.max(SPEEDS[0]).min(SPEEDS[1]);
+        self.zoom = zoom.filter(|[first, last]| first < last);
+    }
+
     /// Takes the ray of a pixel.
     pub fn take_pixel(&mut self, pixel: [u32; 2], camera: Camera, size_px: [u32; 2]) {
         self.take(RaySource { start: RayStart::Pixel(pixel), camera, size_px });
@@ -151,7 +194,7 @@ impl RayView {
         Some((Arc::clone(shown), std::ptr::eq(tree.as_ptr(), Arc::as_ptr(accel))))
     }
 
-    /// What [`RayView::follow`] returned last.
+    /// What [`RayState::follow`] returned last.
     pub fn shown(&self) -> Option<&Arc<RayOutcome>> {
         self.source?;
         self.shown.as_ref().map(|(_, shown)| shown)
@@ -219,7 +262,7 @@ mod tests {
 
     #[test]
     fn a_typed_ray_that_points_nowhere_keeps_the_one_before() {
-        let mut view = RayView::default();
+        let mut view = RayState::default();
         view.take_pixel([3, 4], camera(), [10, 10]);
         let before = view.source;
         for (typed, part) in [
@@ -243,7 +286,7 @@ mod tests {
 
     #[test]
     fn the_replay_ends_at_the_last_step_and_begins_again_from_there() {
-        let mut view = RayView { speed: 10.0, ..RayView::default() };
+        let mut view = RayState { speed: 10.0, ..RayState::default() };
         view.toggle_play(5);
         view.advance(0.05, 5);
         assert_eq!((view.cursor, view.playing), (0, true));

@@ -3,11 +3,15 @@
 mod image;
 mod legend;
 mod plot;
+mod studies;
 
-use egui::{self, Align, Layout, RichText, Ui};
+use egui::{self, Align, Key, Layout, RichText, Ui};
 
+use crate::app::state::lab::IcicleState;
 use crate::app::state::{AppState, Presented, Severity};
+use crate::app::studies::Studies;
 use crate::app::views::controls;
+use crate::app::views::view::View;
 use crate::app::widgets::{Tip as _, empty_view};
 use crate::app::{format, theme};
 use crate::lab::icicle::IcicleWidth;
@@ -16,8 +20,37 @@ use crate::lab::node_values::NodeMetric;
 /// Most nodes that the line of nodes above the topmost one names.
 const NAMED: usize = 5;
 
-/// Shows the view.
-pub(in crate::app) fn show(ui: &mut Ui, state: &mut AppState) {
+/// The tree from the root downwards.
+pub(super) struct IcicleView;
+
+impl View for IcicleView {
+    fn name(&self) -> &'static str {
+        "Icicle"
+    }
+
+    fn purpose(&self) -> &'static str {
+        "The whole tree at a glance: each node below its parent, as wide as its share of cost, visits or triangles"
+    }
+
+    fn key(&self) -> Key {
+        Key::F7
+    }
+
+    fn ui(&self, ui: &mut Ui, state: &mut AppState) {
+        show(ui, state);
+    }
+
+    fn add_studies(&self, studies: &mut Studies) -> std::io::Result<()> {
+        studies::add(studies)
+    }
+
+    fn needs_visits(&self, state: &AppState) -> bool {
+        let IcicleState { width, color, .. } = state.lab.icicle;
+        width == IcicleWidth::Visits || color.needs_visits()
+    }
+}
+
+fn show(ui: &mut Ui, state: &mut AppState) {
     let Some(shown) = state.model.presented.clone().filter(|shown| !shown.table.is_empty()) else {
         empty_view(ui, "Open a model to see its tree as an icicle");
         return;
@@ -52,7 +85,7 @@ fn copy(ui: &mut Ui, state: &mut AppState, shown: &Presented) {
     let layout = state.lab.icicle.last_layout(&shown.accel).cloned();
     let response = ui.add_enabled(layout.is_some(), egui::Button::new("Copy")).tip("Copy the icicle as an image");
     let Some(layout) = layout.filter(|_| response.clicked()) else { return };
-    if let Some(reason) = &state.clipboard_fault {
+    if let Some(reason) = &state.layout.clipboard_fault {
         let text = format!("Nothing was copied, because there is no clipboard to copy to: {reason}");
         state.messages.notify(Severity::Warning, text);
         return;

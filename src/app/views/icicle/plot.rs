@@ -8,8 +8,8 @@ use egui::{
 };
 
 use super::legend;
-use crate::app::commands::Action;
-use crate::app::state::{AppState, IcicleLayout, Presented};
+use crate::app::state::action::Action;
+use crate::app::state::{AppState, IcicleLayout, Presented, Request};
 use crate::app::views::controls;
 use crate::app::{format, theme};
 use crate::lab::icicle::IcicleCell;
@@ -136,7 +136,7 @@ fn pointer(state: &mut AppState, shown: &Presented, plot: &Plot<'_>, response: &
     }
     if response.double_clicked() {
         state.lab.icicle.zoom_to(cell.node);
-        Action::FrameSelection.perform(state);
+        state.activity.requests.push(Request::Perform(Action::FrameSelection));
     }
 }
 
@@ -186,8 +186,8 @@ fn keys(ui: &Ui, state: &mut AppState, shown: &Presented, response: &Response) {
         (Key::ArrowRight, Action::SelectNextSibling),
     ];
     for (key, action) in walks {
-        if pressed(key) && action.is_enabled(state) {
-            action.perform(state);
+        if pressed(key) {
+            state.activity.requests.push(Request::Perform(action));
         }
     }
     if pressed(Key::Enter)

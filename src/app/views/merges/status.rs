@@ -34,7 +34,8 @@ fn present(state: &AppState, study: &MergeStudy) -> String {
     let merges = &study.merges;
     let steps = format::count(u64::from(merges.timeline.steps()));
     if state.lab.merges.cut_kind != CutKind::Step {
-        let all = state.graphics.standing.as_ref().map_or_else(|| "…".to_owned(), |cut| format::count(cut.all as u64));
+        let all =
+            state.layout.graphics.standing.as_ref().map_or_else(|| "…".to_owned(), |cut| format::count(cut.all as u64));
         return format!("Cut through the tree: {all} clusters");
     }
     let Some(step) = state.lab.merges.step(merges) else { return format!("{steps} merges; no step chosen") };

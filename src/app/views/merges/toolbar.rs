@@ -9,8 +9,6 @@ use crate::app::{format, theme};
 use crate::lab::merges::merges_clusters;
 use bvhscope_engine::construction::MergeOrder;
 
-/// Slowest and fastest playing in merges a second.
-const SPEEDS: [f64; 2] = [1.0, 1e6];
 /// Numbers of merges at the end that the plot can be limited to.
 const WINDOWS: [u32; 4] = [100_000, 10_000, 1_000, 100];
 
@@ -107,7 +105,9 @@ fn icon(ui: &mut Ui, icon: Icon, name: &str, tip: &str) -> Response {
 /// Speed of playing.
 fn speed(ui: &mut Ui, merges: &mut MergesState) {
     ui.spacing_mut().slider_width = 72.0;
-    let slider = Slider::new(&mut merges.speed, SPEEDS[0]..=SPEEDS[1]).logarithmic(true).show_value(false);
+    let slider = Slider::new(&mut merges.speed, MergesState::SPEEDS[0]..=MergesState::SPEEDS[1])
+        .logarithmic(true)
+        .show_value(false);
     let speed = ui.add(slider);
     let current = merges.speed;
     speed.widget_info(|| WidgetInfo::slider(ui.is_enabled(), current, "Merges a second"));

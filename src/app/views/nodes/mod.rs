@@ -2,10 +2,14 @@
 
 mod outline;
 mod ranking;
+mod studies;
 
-use egui::{Rect, Ui, UiBuilder, pos2};
+use egui::{Key, Rect, Ui, UiBuilder, pos2};
 
 use crate::app::state::AppState;
+use crate::app::state::lab::NodesState;
+use crate::app::studies::Studies;
+use crate::app::views::view::View;
 use crate::app::widgets::empty_view;
 
 /// Share of the width that the outline takes.
@@ -13,8 +17,40 @@ const OUTLINE_SHARE: f32 = 0.4;
 /// Gap between outline and list in points.
 const GAP: f32 = 24.0;
 
-/// Shows the view.
-pub(in crate::app) fn show(ui: &mut Ui, state: &mut AppState) {
+/// The nodes that cost most.
+pub(super) struct NodesView;
+
+impl View for NodesView {
+    fn name(&self) -> &'static str {
+        NodesState::VIEW
+    }
+
+    fn purpose(&self) -> &'static str {
+        "Which nodes make rays slow: the worst by cost, overlap, empty space or measured visits"
+    }
+
+    fn key(&self) -> Key {
+        Key::F9
+    }
+
+    fn ui(&self, ui: &mut Ui, state: &mut AppState) {
+        show(ui, state);
+    }
+
+    fn add_studies(&self, studies: &mut Studies) -> std::io::Result<()> {
+        studies::add(studies)
+    }
+
+    fn needs_visits(&self, _state: &AppState) -> bool {
+        true
+    }
+
+    fn needs_counts(&self) -> bool {
+        true
+    }
+}
+
+fn show(ui: &mut Ui, state: &mut AppState) {
     let Some(shown) = state.model.presented.clone() else {
         empty_view(ui, "Open a model to see the nodes of its tree");
         return;

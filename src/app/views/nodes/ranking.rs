@@ -7,8 +7,8 @@ use egui::{
     pos2, vec2,
 };
 
-use crate::app::commands::{Action, RankingStep};
-use crate::app::state::{AppState, Presented};
+use crate::app::state::action::{Action, RankingStep};
+use crate::app::state::{AppState, Presented, Request};
 use crate::app::views::controls;
 use crate::app::views::node_row::{self, Cell};
 use crate::app::widgets::Tip as _;
@@ -83,7 +83,7 @@ fn controls(ui: &mut Ui, state: &mut AppState, shown: &Presented, ranked: &[u32]
             {
                 let tip = format!("Select the {} node of the list and look at it ({key})", label.to_lowercase());
                 if ui.add_enabled(!ranked.is_empty(), egui::Button::new(label)).tip(tip).clicked() {
-                    Action::StepRanking(step).perform(state);
+                    state.activity.requests.push(Request::Perform(Action::StepRanking(step)));
                 }
             }
         });

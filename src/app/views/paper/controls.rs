@@ -7,7 +7,6 @@ use bvhscope_engine::tree::ContainerKind;
 use bvhscope_engine::tree::traverse::Traversal;
 use egui::{self, Button, ComboBox, DragValue, RichText, Role, Ui, WidgetInfo, vec2};
 
-use crate::app::commands::Action;
 use crate::app::state::paper::{Display, Experiment, PaperPlan, RowFormat};
 use crate::app::state::{AppState, Request};
 use crate::app::widgets::{Tip as _, chip};
@@ -46,7 +45,7 @@ fn experiments(ui: &mut Ui, state: &mut AppState) {
 fn run(ui: &mut Ui, state: &mut AppState) {
     if state.activity.measure.is_some() {
         if ui.button("Cancel measuring").on_hover_text("Stop and keep the finished rows (Esc)").clicked() {
-            state.requests.push(Request::CancelMeasuring);
+            state.activity.requests.push(Request::CancelMeasuring);
         }
         let left = state.activity.measure.as_ref().and_then(|job| job.time_left(Instant::now()));
         let text = left.map_or_else(|| "measuring".to_owned(), |left| format!("about {} left", format::age(left)));
@@ -57,7 +56,7 @@ fn run(ui: &mut Ui, state: &mut AppState) {
     let button = Button::new(label).fill(ui.visuals().selection.bg_fill);
     let tip = "Measure the open model as set below, in the background";
     if ui.add_enabled(state.model.loaded.is_some(), button).on_hover_text(tip).clicked() {
-        state.requests.push(Request::Measure);
+        state.activity.requests.push(Request::Measure);
     }
 }
 
@@ -73,8 +72,7 @@ fn output(ui: &mut Ui, state: &mut AppState) {
     }
     ui.add_space(8.0);
     for format in RowFormat::ALL {
-        let action = Action::SaveRows(format);
-        let button = ui.add_enabled(action.is_enabled(state), Button::new(format.label()));
+        let button = ui.add_enabled(state.can_save_rows(format), Button::new(format.label()));
         button.widget_info(|| WidgetInfo::labeled(Role::Button, ui.is_enabled(), format!("Save {}", format.label())));
         let what = match format {
             RowFormat::Csv => "rows as a table for spreadsheets",
@@ -83,7 +81,7 @@ fn output(ui: &mut Ui, state: &mut AppState) {
             RowFormat::Svg => "plot as vectors",
         };
         if button.on_hover_text(format!("Save the {what} in the current folder")).clicked() {
-            action.perform(state);
+            state.activity.requests.push(Request::SaveRows(format));
         }
     }
 }

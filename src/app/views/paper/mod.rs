@@ -6,15 +6,36 @@ mod tables;
 
 use std::sync::Arc;
 
-use egui::{self, RichText, ScrollArea, Ui};
+use egui::{self, Key, RichText, ScrollArea, Ui};
 
 use crate::app::state::AppState;
-use crate::app::state::paper::{Display, Experiment};
+use crate::app::state::paper::{Display, Experiment, PaperPlan};
+use crate::app::views::view::View;
 use crate::app::{format, theme};
 use crate::catalog::settings::by_symbol;
 
-/// Shows the view.
-pub(in crate::app) fn show(ui: &mut Ui, state: &mut AppState) {
+/// The paper's tables and figures.
+pub(super) struct PaperView;
+
+impl View for PaperView {
+    fn name(&self) -> &'static str {
+        PaperPlan::VIEW
+    }
+
+    fn purpose(&self) -> &'static str {
+        "Measure the paper's tables and figures on the open model"
+    }
+
+    fn key(&self) -> Key {
+        Key::F11
+    }
+
+    fn ui(&self, ui: &mut Ui, state: &mut AppState) {
+        show(ui, state);
+    }
+}
+
+fn show(ui: &mut Ui, state: &mut AppState) {
     controls::show(ui, state);
     ui.add_space(4.0);
     ScrollArea::vertical().id_salt("paper scroll").auto_shrink(false).show(ui, |ui| body(ui, state));

@@ -1,20 +1,50 @@
 //! The view "Plots": predicted against measured visits of nodes, and what was predicted of trees against what was measured.
 
 mod nodes;
+mod studies;
 mod table;
 mod trees;
 
-use egui::{self, Align, Layout, Ui};
+use egui::{self, Align, Key, Layout, Ui};
 
 use super::controls;
-use crate::app::commands::Action;
 use crate::app::state::lab::{PlotKind, TreeQuality, TreeSet};
 use crate::app::state::paper::Experiment;
 use crate::app::state::{AppState, Presented, Request};
+use crate::app::studies::Studies;
+use crate::app::views::view::View;
 use crate::app::widgets::{Tip as _, chip, empty_view};
 
-/// Shows the view.
-pub(in crate::app) fn show(ui: &mut Ui, state: &mut AppState) {
+/// Nodes and trees as plots.
+pub(super) struct PlotsView;
+
+impl View for PlotsView {
+    fn name(&self) -> &'static str {
+        "Plots"
+    }
+
+    fn purpose(&self) -> &'static str {
+        "What the SAH predicts against what rays really do: visits of nodes, cost of trees, and what quality takes to build"
+    }
+
+    fn key(&self) -> Key {
+        Key::F10
+    }
+
+    fn ui(&self, ui: &mut Ui, state: &mut AppState) {
+        show(ui, state);
+    }
+
+    fn add_studies(&self, studies: &mut Studies) -> std::io::Result<()> {
+        studies::add(studies)
+    }
+
+    fn needs_visits(&self, _state: &AppState) -> bool {
+        true
+    }
+}
+
+fn show(ui: &mut Ui, state: &mut AppState) {
     let Some(shown) = state.model.presented.clone().filter(|shown| !shown.table.is_empty()) else {
         empty_view(ui, "Open a model to plot its tree");
         return;
@@ -54,16 +84,15 @@ fn sets(ui: &mut Ui, state: &mut AppState) {
     let TreeSet::Measured(experiment) = state.lab.plots.set else { return };
     if state.activity.measure.is_some() {
         if ui.button("Cancel measuring").tip("Stop and keep the finished trees (Esc)").clicked() {
-            state.requests.push(Request::CancelMeasuring);
+            state.activity.requests.push(Request::CancelMeasuring);
         }
         return;
     }
     let what = if experiment == Experiment::Thresholds { "thresholds" } else { "builders" };
     let tip = format!("Measure the {what} on the open model in the background, as the view Paper is set");
     if ui.add(egui::Button::new(format!("Measure {what}"))).tip(tip).clicked() {
-        let dock = state.preferences.dock.open;
-        Action::Measure(experiment).perform(state);
-        state.preferences.dock.open = dock;
+        state.preferences.paper.choose(experiment);
+        state.activity.requests.push(Request::Measure);
     }
 }
 
@@ -78,7 +107,7 @@ fn outputs(ui: &mut Ui, state: &mut AppState, shown: &Presented) {
         let label = shown.accel.scene.source.label();
         let stem = std::path::Path::new(&label).file_stem().map_or(label.clone(), |stem| stem.to_string_lossy().into());
         let plots = table::figure(state, shown);
-        state.requests.push(Request::SavePlots(format!("{stem}-{}", table::stem(state)), plots));
+        state.activity.requests.push(Request::SavePlots(format!("{stem}-{}", table::stem(state)), plots));
     }
     let copy = ui.add_enabled(has_any, egui::Button::new("Copy"));
     if copy.tip("Copy what is plotted as tab-separated text").clicked() {

@@ -4,8 +4,8 @@ use std::sync::Arc;
 
 use egui::{self, Color32, Mesh, Rect, RichText, Role, Sense, Stroke, Ui, WidgetInfo};
 
-use crate::app::commands::Action;
-use crate::app::state::{AppState, Presented};
+use crate::app::state::action::Action;
+use crate::app::state::{AppState, Presented, Request};
 use crate::app::views::axes::{Axes, Lettering, rest};
 use crate::app::views::controls;
 use crate::app::widgets::Tip as _;
@@ -86,7 +86,7 @@ fn plot(ui: &mut Ui, state: &mut AppState, shown: &Presented, scatter: &Arc<Visi
             state.select_node(node.node);
         }
         if response.double_clicked() {
-            Action::FrameSelection.perform(state);
+            state.activity.requests.push(Request::Perform(Action::FrameSelection));
         }
         response.on_hover_text_at_pointer(text_of(shown, &node, count));
     }

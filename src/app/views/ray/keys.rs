@@ -2,11 +2,11 @@
 
 use egui::{EventFilter, Key, Modifiers, Response, Ui};
 
-use crate::app::state::RayView;
+use crate::app::state::RayState;
 use crate::lab::ray::RayRecord;
 
 /// Applies the keys to the present step, while `response` has the focus.
-pub(super) fn handle(ui: &Ui, response: &Response, ray: &mut RayView, record: &RayRecord) {
+pub(super) fn handle(ui: &Ui, response: &Response, ray: &mut RayState, record: &RayRecord) {
     if !response.has_focus() {
         return;
     }
@@ -33,7 +33,7 @@ pub(super) fn handle(ui: &Ui, response: &Response, ray: &mut RayView, record: &R
 }
 
 /// Goes to the next step that finds a nearer hit, if there is one.
-pub(super) fn next_hit(ray: &mut RayView, record: &RayRecord) {
+pub(super) fn next_hit(ray: &mut RayState, record: &RayRecord) {
     if let Some(step) = record.next_hit(ray.cursor) {
         ray.go_to(step, record.steps.len());
     }

@@ -4,14 +4,18 @@ mod events;
 mod keys;
 mod stack;
 mod strip;
+mod studies;
 mod toolbar;
 mod totals;
 mod transport;
 
-use egui::{Layout, Rect, RichText, Ui, UiBuilder, vec2};
+use egui::{Key, Layout, Rect, RichText, Ui, UiBuilder, vec2};
 
 use crate::app::state::AppState;
+use crate::app::state::lab::RayState;
+use crate::app::studies::Studies;
 use crate::app::theme;
+use crate::app::views::view::View;
 use crate::app::widgets::empty_view;
 use crate::lab::ray::{RayRecord, Step};
 
@@ -26,8 +30,32 @@ const GAP: f32 = 12.0;
 /// Largest number of waiting containers that are lit in the picture.
 const MOST_WAITING: usize = 64;
 
-/// Shows the view.
-pub(in crate::app) fn show(ui: &mut Ui, state: &mut AppState) {
+/// One ray through the tree.
+pub(super) struct RayView;
+
+impl View for RayView {
+    fn name(&self) -> &'static str {
+        RayState::VIEW
+    }
+
+    fn purpose(&self) -> &'static str {
+        "What one ray does in the tree, step by step: what it enters, skips and tests, and what was in vain"
+    }
+
+    fn key(&self) -> Key {
+        Key::F8
+    }
+
+    fn ui(&self, ui: &mut Ui, state: &mut AppState) {
+        show(ui, state);
+    }
+
+    fn add_studies(&self, studies: &mut Studies) -> std::io::Result<()> {
+        studies::add(studies)
+    }
+}
+
+fn show(ui: &mut Ui, state: &mut AppState) {
     let Some(shown) = state.model.presented.clone() else {
         empty_view(ui, "Open a model to trace a ray through its tree");
         return;

@@ -6,8 +6,8 @@ use egui::{
 };
 
 use super::keys;
-use crate::app::commands::Action;
-use crate::app::state::AppState;
+use crate::app::state::action::Action;
+use crate::app::state::{AppState, Request};
 use crate::app::theme::Palette;
 use crate::app::widgets::Tip as _;
 use crate::app::{format, theme};
@@ -101,7 +101,7 @@ pub(super) fn show(ui: &mut Ui, state: &mut AppState, record: &RayRecord) {
     }
     if response.double_clicked() {
         if pointed.is_some() {
-            Action::FrameSelection.perform(state);
+            state.activity.requests.push(Request::Perform(Action::FrameSelection));
         } else {
             state.lab.ray.zoom = None;
         }

@@ -6,6 +6,6 @@ mod standing;
 
 mod parameters;
 
-pub use parameters::{CutKind, MergePage, MergesState};
+pub use parameters::{CutKind, MergePage, MergesState, SharedMerges};
 pub use standing::{CutNodes, Standing};
 pub use study::{ChoiceOf, MergeStudy};

@@ -2,10 +2,11 @@
 
 use std::sync::Arc;
 
+use serde::{Deserialize, Serialize};
+
 use super::standing::{CutNodes, Standing};
 use super::study::{ChoiceOf, MergeStudy};
 use crate::accel::Accel;
-use crate::app::state::activity::JobStatus;
 use crate::app::state::model::Presented;
 use crate::app::state::study::Study;
 use crate::lab::merges::{Merges, TreeOfRecord};
@@ -16,7 +17,7 @@ use bvhscope_engine::construction::{Cut, ExactComparison, MergeChoice, MergeOrde
 const SPEED: f64 = 20.0;
 
 /// What the overlay draws while the view is open.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub enum CutKind {
     /// The clusters that stand at the step.
     #[default]
@@ -28,7 +29,7 @@ pub enum CutKind {
 }
 
 /// The part of the plot beside the merges.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub enum MergePage {
     /// The list that the merge chose from.
     #[default]
@@ -76,6 +77,23 @@ pub struct MergesState {
     standing: Option<Arc<Standing>>,
 }
 
+/// The part of the view in a shared state. Earlier versions share order, step and cut beside it.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct SharedMerges {
+    speed: f64,
+    window: Option<u32>,
+    cut_area: f32,
+    cut_triangles: u32,
+    page: MergePage,
+    price_of: Option<u32>,
+}
+
+impl Default for SharedMerges {
+    fn default() -> Self {
+        MergesState::default().shared()
+    }
+}
+
 impl Default for MergesState {
     fn default() -> Self {
         Self {
@@ -100,26 +118,39 @@ impl Default for MergesState {
 }
 
 impl MergesState {
+    /// Name of its view.
+    pub const VIEW: &str = "Merges";
+    /// Slowest and fastest playing in merges a second.
+    pub const SPEEDS: [f64; 2] = [1.0, 1e6];
     /// Least and largest area of a cut, as fractions of the root's.
     pub const CUT_AREA: [f32; 2] = [1e-6, 1.0];
+
+    /// Its part of a shared state.
+    pub fn shared(&self) -> SharedMerges {
+        #[rustfmt::skip]
+        let Self {
+            speed, window, cut_area, cut_triangles, page, price_of,
+            // In the shared state beside this part, as in earlier versions.
+            order: _, left: _, cut_kind: _,
+            // Derived, or of the moment.
+            study: _, choice: _, cut: _, price: _, followed: _, standing: _, playing: _,
+        } = self;
+        let (speed, window, cut_area, cut_triangles) = (*speed, *window, *cut_area, *cut_triangles);
+        SharedMerges { speed, window, cut_area, cut_triangles, page: *page, price_of: *price_of }
+    }
+
+    /// Shows what another window showed.
+    pub fn show_shared(&mut self, shared: SharedMerges) {
+        let SharedMerges { speed, window, cut_area, cut_triangles, page, price_of } = shared;
+        let [least, most] = Self::CUT_AREA;
+        self.speed = speed.max(Self::SPEEDS[0]).min(Self::SPEEDS[1]);
+        (self.window, self.page, self.price_of) = (window, page, price_of);
+        (self.cut_area, self.cut_triangles) = (cut_area.max(least).min(most), cut_triangles.max(1));
+    }
 
     /// The merges of this tree, in whatever order they are known.
     pub fn known(&self, accel: &Arc<Accel>) -> Option<Arc<Result<MergeStudy, String>>> {
         self.study.of_tree(accel).cloned()
-    }
-
-    /// The job that derives what the view lacks.
-    pub fn job(&self) -> Option<&JobStatus> {
-        let jobs = [&self.study.job, &self.choice.job, &self.cut.job, &self.price.job];
-        jobs.into_iter().find_map(Option::as_ref)
-    }
-
-    /// Stops that job.
-    pub fn stop(&mut self) {
-        self.study.stop();
-        self.choice.stop();
-        self.cut.stop();
-        self.price.stop();
     }
 
     /// The present step of `merges`; `None` where none is chosen.

@@ -3,9 +3,9 @@
 use bvhscope_engine::settings::{BuilderKind, Preset};
 use bvhscope_engine::tree::ContainerKind;
 
-use crate::app::state::dock::DockView;
 use crate::app::state::paper::{Experiment, RowFormat};
-use crate::app::state::{CompareView, Theme};
+use crate::app::state::preferences::Theme;
+use crate::app::state::second_tree::CompareView;
 use crate::render::Shading;
 
 /// An action of the user, by menu, key, command palette or button.
@@ -135,8 +135,8 @@ pub enum Action {
     CopyNode,
     /// Cut the model open, or close it.
     Section(SectionStep),
-    /// Show a view in the dock, or close the dock.
-    ToggleDock(DockView),
+    /// Show the view of this name in the dock, or close the dock.
+    ToggleDock(&'static str),
     /// Select and frame another of the worst nodes.
     StepRanking(RankingStep),
     /// Measure one of the paper's tables or figures.

@@ -1,4 +1,5 @@
-//! The token of a computation.
+//! Cancellation and progress. Every long computation takes a [`CancelToken`], polls it for cancellation at coarse intervals and
+//! reports its progress through it.
 
 use std::sync::atomic::{AtomicBool, AtomicU32, AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
@@ -6,7 +7,7 @@ use std::time::Duration;
 
 use crate::task_log::{Strand, TaskLog};
 
-/// Error of a computation whose token was cancelled. Not a failure: the result is no longer needed.
+/// Error of a computation whose token was cancelled. Not a failure: the result is no longer wanted.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 #[error("cancelled")]
 pub struct Cancelled;
@@ -30,7 +31,7 @@ pub struct CancelToken {
     start: f32,
     /// Fraction of the whole work that this part is.
     span: f32,
-    /// The piece of work that is logged; `None` without a log.
+    /// The piece of work that is logged, where a log is wanted.
     strand: Option<Arc<Strand>>,
 }
 
@@ -91,7 +92,7 @@ impl CancelToken {
         Self { strand: Some(Arc::clone(strand)), ..self.clone() }
     }
 
-    /// The log of this token's task, if it is logged.
+    /// What logs the task of this token, if it is logged.
     pub(crate) fn strand(&self) -> Option<&Arc<Strand>> {
         self.strand.as_ref()
     }
