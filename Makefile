@@ -95,7 +95,7 @@ dist:
 	fi
 
 install: dist
-	install -s -Dm755 target/release/bvhscope "$(INSTALLED)/bin/bvhscope"
+	install -Dm755 target/release/bvhscope "$(INSTALLED)/bin/bvhscope"
 	install -Dm644 assets/bvhscope.desktop "$(INSTALLED)/share/applications/bvhscope.desktop"
 	install -Dm644 assets/bvhscope.metainfo.xml "$(INSTALLED)/share/metainfo/local.bvhscope.bvhscope.metainfo.xml"
 	install -Dm644 assets/icon.svg "$(INSTALLED)/share/icons/hicolor/scalable/apps/bvhscope.svg"
