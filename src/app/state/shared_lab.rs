@@ -155,8 +155,7 @@ mod tests {
 
     /// A state in which each control of each view has another value than at the start.
     fn all_changed() -> LabState {
-        let mut lab = LabState::default();
-        lab.population = Population::Bounce;
+        let mut lab = LabState { population: Population::Bounce, ..LabState::default() };
         let camera = Camera::framing(&Aabb { min: Vec3::ZERO, max: Vec3::ONE }, Vec3::Y);
         lab.ray.source = Some(RaySource { start: RayStart::Pixel([3, 4]), camera, size_px: [20, 10] });
         (lab.ray.kind, lab.ray.method, lab.ray.cursor) = (RayKind::Shadow, RayMethod::Binary(Traversal::Paper), 17);

@@ -12,7 +12,7 @@ mod paper;
 mod plots;
 mod ray;
 
-use self::view::View;
+pub(crate) use self::view::View;
 use crate::app::state::AppState;
 use crate::app::studies::{Studies, StudyPlan};
 use crate::lab::population::ViewRays;

@@ -131,7 +131,7 @@ impl RayState {
     pub fn show_shared(&mut self, shared: SharedRayView) {
         let SharedRayView { kind, method, picks, typed, speed, zoom } = shared;
         (self.kind, self.method, self.picks, self.typed) = (kind, method, picks, typed);
-        self.speed = speed.max(SPEEDS[0]).min(SPEEDS[1]);
+        self.speed = speed.clamp(SPEEDS[0], SPEEDS[1]);
         self.zoom = zoom.filter(|[first, last]| first < last);
     }
 

@@ -143,7 +143,7 @@ impl MergesState {
     pub fn show_shared(&mut self, shared: SharedMerges) {
         let SharedMerges { speed, window, cut_area, cut_triangles, page, price_of } = shared;
         let [least, most] = Self::CUT_AREA;
-        self.speed = speed.max(Self::SPEEDS[0]).min(Self::SPEEDS[1]);
+        self.speed = speed.clamp(Self::SPEEDS[0], Self::SPEEDS[1]);
         (self.window, self.page, self.price_of) = (window, page, price_of);
         (self.cut_area, self.cut_triangles) = (cut_area.max(least).min(most), cut_triangles.max(1));
     }
