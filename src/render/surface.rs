@@ -1,5 +1,6 @@
 //! The surface at a hit: position, normals and colour.
 
+use std::ops::{Add, Mul};
 use std::sync::Arc;
 
 use glam::{Vec2, Vec3, Vec4};
@@ -68,7 +69,10 @@ impl Normals {
 }
 
 /// Interpolates the values of the corners at the hit.
-fn interpolate(values: &[Vec3], corners: [u32; 3], hit: &Hit) -> Vec3 {
+fn interpolate<T>(values: &[T], corners: [u32; 3], hit: &Hit) -> T
+where
+    T: Copy + Add<Output = T> + Mul<f32, Output = T>,
+{
     let [a, b, c] = corners.map(|corner| values[corner as usize]);
     a * (1.0 - hit.u - hit.v) + b * hit.u + c * hit.v
 }
@@ -131,9 +135,16 @@ fn sample(scene: &Scene, texture: u32, hit: &Hit) -> Vec4 {
     texture.sample(uv)
 }
 
-/// Alpha of the base colour texture at a hit; 1 without texture.
+/// Opacity at a hit: of material, texture and vertices.
 pub(super) fn alpha(scene: &Scene, material: &Material, hit: &Hit) -> f32 {
-    material.base_color_texture.map_or(1.0, |texture| sample(scene, texture, hit).w)
+    let of_texture = material.base_color_texture.map_or(1.0, |texture| sample(scene, texture, hit).w);
+    let of_vertices = match &scene.attributes {
+        Some(Attributes { corners, alphas, .. }) if !alphas.is_empty() => {
+            interpolate(alphas, corners[hit.primitive_index as usize], hit)
+        }
+        _ => 1.0,
+    };
+    material.alpha * of_texture * of_vertices
 }
 
 /// Linear light that a surface emits at a hit.

@@ -268,5 +268,5 @@ impl Probe for Entered<'_> {
 }
 
 fn has_holes(material: &Material) -> bool {
-    material.alpha_cutoff > 0.0 && material.base_color_texture.is_some()
+    material.alpha_cutoff > 0.0
 }

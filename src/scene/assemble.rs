@@ -68,6 +68,7 @@ pub(super) struct Assembly {
     uvs: Vec<Vec2>,
     uvs2: Vec<Vec2>,
     colors: Vec<Vec3>,
+    alphas: Vec<f32>,
     material_indices: Vec<u32>,
     /// The materials; [`Material::clay`] is added where there are none.
     pub(super) materials: Vec<Material>,
@@ -96,6 +97,7 @@ pub(super) struct VertexLists {
     pub(super) uvs: Vec<Vec2>,
     pub(super) uvs2: Vec<Vec2>,
     pub(super) colors: Vec<Vec3>,
+    pub(super) alphas: Vec<f32>,
 }
 
 impl Assembly {
@@ -108,6 +110,7 @@ impl Assembly {
             uvs: Vec::new(),
             uvs2: Vec::new(),
             colors: Vec::new(),
+            alphas: Vec::new(),
             material_indices: Vec::new(),
             materials: Vec::new(),
             textures: Vec::new(),
@@ -156,6 +159,7 @@ impl Assembly {
         append(&mut self.uvs, first, end, &lists.uvs, Vec2::ZERO, token)?;
         append(&mut self.uvs2, first, end, &lists.uvs2, Vec2::ZERO, token)?;
         append(&mut self.colors, first, end, &lists.colors, Vec3::ONE, token)?;
+        append(&mut self.alphas, first, end, &lists.alphas, 1.0, token)?;
         self.vertex_count = end;
         Ok(u32::try_from(first).ok())
     }
@@ -236,12 +240,14 @@ impl Assembly {
             pad(&mut self.uvs, end, Vec2::ZERO);
             pad(&mut self.uvs2, end, Vec2::ZERO);
             pad(&mut self.colors, end, Vec3::ONE);
+            pad(&mut self.alphas, end, 1.0);
             Attributes {
                 corners: self.corners,
                 normals: self.normals,
                 uvs: self.uvs,
                 uvs2: self.uvs2,
                 colors: self.colors,
+                alphas: self.alphas,
             }
         });
         if self.materials.is_empty() {

@@ -1,6 +1,7 @@
 //! Loading errors with their location in the file, and warnings about what was skipped or repaired.
 
 use std::borrow::Cow;
+use std::fmt::Display;
 use std::path::{Path, PathBuf};
 
 use serde::Serialize;
@@ -24,6 +25,14 @@ pub enum FileLocation {
     Byte(u64),
     /// A path into a JSON document, as in `accessors[3].count`.
     Json(String),
+}
+
+impl FileLocation {
+    /// A place in a JSON document, with the fault there if it is not empty.
+    pub(super) fn in_json(path: impl Into<String>, detail: impl Display) -> Self {
+        let (path, detail) = (path.into(), detail.to_string());
+        Self::Json(if detail.is_empty() { path } else { format!("{path}: {detail}") })
+    }
 }
 
 /// The reason why loading ended without a scene.
@@ -182,7 +191,7 @@ impl Warnings {
     }
 }
 
-impl std::fmt::Display for Warning {
+impl Display for Warning {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         f.write_str(&printable(&counted(self.count, &self.what)))?;
         match &self.first {

@@ -318,7 +318,7 @@ fn decode(bytes: &[u8], budget: u64) -> Decoded {
     let mut reader =
         image::ImageReader::new(std::io::Cursor::new(bytes)).with_guessed_format().map_err(|error| damaged(&error))?;
     if reader.format().is_none_or(|format| !format.reading_enabled()) {
-        return Err("it is neither PNG nor JPEG; convert it".to_owned());
+        return Err("it is neither PNG, JPEG nor WebP; convert it".to_owned());
     }
     let mut limits = image::Limits::default();
     limits.max_image_width = Some(MAX_SIDE);

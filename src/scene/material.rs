@@ -11,8 +11,10 @@ pub struct Material {
     pub name: String,
     /// Linear RGB reflectance.
     pub base_color: Vec3,
-    /// Multiplies `base_color`.
+    /// Multiplies `base_color`, and `alpha` by its alpha.
     pub base_color_texture: Option<u32>,
+    /// Opacity, which only decides about holes.
+    pub alpha: f32,
     /// Part of the surface that is metal, 0 to 1.
     pub metallic: f32,
     /// Multiplies `metallic` by its blue channel.
@@ -37,7 +39,7 @@ pub struct Material {
     pub emissive: Vec3,
     /// Multiplies `emissive`.
     pub emissive_texture: Option<u32>,
-    /// Texture alpha below which the surface is cut out; 0 for none.
+    /// Opacity below which the surface is cut out; 0 for none.
     pub alpha_cutoff: f32,
     /// Shows the base colour unlit.
     pub unlit: bool,
@@ -67,6 +69,7 @@ impl Material {
             name: String::new(),
             base_color: Vec3::new(0.62, 0.42, 0.32),
             base_color_texture: None,
+            alpha: 1.0,
             metallic: 0.0,
             metallic_texture: None,
             roughness: 1.0,

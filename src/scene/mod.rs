@@ -30,7 +30,6 @@ mod subject;
 
 mod recognise;
 
-#[allow(clippy::arithmetic_side_effects, reason = "floats")]
 mod offset;
 
 mod assemble;

@@ -65,6 +65,8 @@ pub struct Attributes {
     pub uvs2: Vec<Vec2>,
     /// Linear RGB colours that multiply the material's; empty if the file has none.
     pub colors: Vec<Vec3>,
+    /// Opacities that multiply the material's; empty if the file has none or no surface has holes.
+    pub alphas: Vec<f32>,
 }
 
 impl Scene {
@@ -151,6 +153,7 @@ impl Scene {
                 size_of_val(&a.uvs[..]),
                 size_of_val(&a.uvs2[..]),
                 size_of_val(&a.colors[..]),
+                size_of_val(&a.alphas[..]),
             ]
         });
         // Textures of one image share its texels.

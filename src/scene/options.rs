@@ -1,8 +1,10 @@
-//! What a loader is allowed to do.
+//! Options of loading.
 
-/// Permissions for loading.
+/// What a loader may read, and which part of a file.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct LoadOptions {
     /// Allows files outside the model's folder to be read.
     pub allow_outside: bool,
+    /// The scene of a glTF file, counted from 0; `None` for the file's default. Other files have one scene.
+    pub scene: Option<usize>,
 }

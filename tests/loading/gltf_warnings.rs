@@ -63,7 +63,7 @@ fn each_kind_is_counted_with_its_first_place() {
             second,
             1,
             "primitives left out: something named that does not exist",
-            "meshes[0].primitives[1]: accessors[9]",
+            "meshes[0].primitives[1].attributes.POSITION: accessors[9]",
         ),
         (
             changed("/meshes/0/primitives/0/material", json!(3)),

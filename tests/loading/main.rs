@@ -13,8 +13,11 @@ mod support;
 mod builtin_scenes;
 mod entry_points;
 mod formats;
+mod gltf_compressed;
+mod gltf_fields;
 mod gltf_geometry;
 mod gltf_oracle;
+mod gltf_places;
 mod gltf_second_opinion;
 mod gltf_warnings;
 #[cfg(target_os = "linux")]

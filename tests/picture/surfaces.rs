@@ -288,7 +288,7 @@ fn gltf_surfaces_have_the_colors_of_their_materials() {
         [1.0, 0.0],
         false,
         json!({
-            "pbrMetallicRoughness": {"baseColorTexture": {"index": 1}}, "alphaMode": "MASK", "extensions": unlit
+            "pbrMetallicRoughness": {"baseColorTexture": {"index": 1}, "baseColorFactor": [1, 1, 1, 0.5]}, "alphaMode": "MASK", "alphaCutoff": 0.25, "extensions": unlit
         }),
     );
     // Behind the holes.

@@ -66,7 +66,8 @@ impl Line {
     /// The flags that both commands end with.
     fn end(mut self, state: &AppState) -> String {
         self.switch("--orthographic", state.wanted.camera.projection == Projection::Orthographic);
-        self.switch("--allow-outside", state.model.allow_outside);
+        self.flag("--scene", state.model.load_options.scene.map(|scene| scene.to_string()));
+        self.switch("--allow-outside", state.model.load_options.allow_outside);
         self.0
     }
 }

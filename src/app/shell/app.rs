@@ -91,7 +91,7 @@ impl App {
             note(format_args!("warning: {warning}"));
             state.messages.notify(Severity::Warning, warning);
         }
-        state.model.allow_outside = options.load.allow_outside;
+        state.model.load_options = options.load.clone();
         for folder in options.lessons {
             let (lessons, warnings) = lessons::read_folder(&folder);
             state.layout.lessons.extend(lessons);

@@ -110,9 +110,9 @@ fn restart_arguments(given: impl Iterator<Item = OsString>, has_settings: bool) 
     let mut arguments = vec![OsString::from("--restore")];
     while let Some(argument) = given.next() {
         let text = argument.to_string_lossy();
-        if text == "--allow-outside" || text.starts_with("--memory-limit=") {
+        if text == "--allow-outside" || text.starts_with("--memory-limit=") || text.starts_with("--scene=") {
             arguments.push(argument);
-        } else if text == "--memory-limit" {
+        } else if text == "--memory-limit" || text == "--scene" {
             arguments.push(argument);
             arguments.extend(given.next());
         }
@@ -198,12 +198,12 @@ mod tests {
 
     #[test]
     fn a_restart_repeats_arguments_that_are_not_in_the_settings() {
-        let given = "model.obj --shading depth --memory-limit 4GB --allow-outside --lose-device";
-        assert_eq!(arguments(given, true), "--restore --memory-limit 4GB --allow-outside");
+        let given = "model.obj --shading depth --memory-limit 4GB --scene 1 --allow-outside --lose-device";
+        assert_eq!(arguments(given, true), "--restore --memory-limit 4GB --scene 1 --allow-outside");
         assert_eq!(arguments("--memory-limit=50%", true), "--restore --memory-limit=50%");
         assert_eq!(
             arguments(&format!("{given} --no-config"), false),
-            "model.obj --shading depth --memory-limit 4GB --allow-outside --no-config"
+            "model.obj --shading depth --memory-limit 4GB --scene 1 --allow-outside --no-config"
         );
     }
 }

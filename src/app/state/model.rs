@@ -10,7 +10,7 @@ use crate::app::state::heat_basis::HeatBasis;
 use crate::lab::diff::DifferenceMap;
 use crate::overlay::NodeTable;
 use crate::render::Frame;
-use crate::scene::{Scene, SceneSource};
+use crate::scene::{LoadOptions, Scene, SceneSource};
 use bvhscope_engine::geometry::Aabb;
 
 /// What is on the screen. Tree and picture are swapped as a unit, so that picture, overlay and numbers always agree.
@@ -93,8 +93,8 @@ pub struct Model {
     pub up_override: Option<(SceneSource, Vec3)>,
     /// The file of the scene no longer exists.
     pub file_missing: bool,
-    /// Models may refer to files outside their own folder.
-    pub allow_outside: bool,
+    /// The options that models are loaded with.
+    pub load_options: LoadOptions,
     /// Model and counts that the fixed range of the heat map was fitted to.
     pub heat_basis: Option<HeatBasis>,
 }

@@ -26,6 +26,9 @@ pub struct LoadArgs {
     /// Let a model read files outside of its own folder (materials, textures, buffers)
     #[arg(long)]
     pub allow_outside: bool,
+    /// Scene of a glTF file that has several, counted from 0 [default: the one that the file names]
+    #[arg(long, value_name = "N")]
+    pub scene: Option<usize>,
     /// Memory that the program may use, as 4GB, 500MB or 50% of what is available [default: 75%]
     #[arg(long, value_name = "SIZE|PERCENT", value_parser = values::memory)]
     pub memory_limit: Option<MemoryLimit>,

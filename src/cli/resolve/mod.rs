@@ -222,6 +222,7 @@ mod tests {
     use crate::camera::Projection;
     use crate::overlay::ColorBy;
     use crate::render::{Background, ColorMap, Exposure, HeatKind, Light, NormalSource, Shading};
+    use crate::scene::LoadOptions;
     use crate::section::SectionPlane;
     use bvhscope_engine::settings::{BuildSettings, BuilderKind, Curve, Pass, Passes, Preset};
     use bvhscope_engine::tree::ContainerKind;
@@ -267,11 +268,12 @@ mod tests {
         state.selection.nodes.hidden.extend([3, 8]);
         state.selection.nodes.isolated = Some(2);
         state.preferences.show_geometry = false;
-        state.model.allow_outside = true;
+        state.model.load_options = LoadOptions { allow_outside: true, scene: Some(1) };
         let line = command_line(&state);
         let cli = Cli::try_parse_from(line.split(' ')).unwrap_or_else(|error| panic!("{line}\n{error}"));
         let Some(CommandArgs::Render(args)) = cli.command else { panic!("{line} does not render") };
-        assert_eq!((args.build.threads, args.load.any.allow_outside), (Some(2), true));
+        assert_eq!(args.build.threads, Some(2));
+        assert_eq!(parts::load(&args.load.any), state.model.load_options);
         let job = render(args).unwrap();
         // Passes for boxes only are dropped for spheres.
         let built = BuildSettings { optimize: Passes::NONE.with(Pass::Collapse), ..wanted.build };

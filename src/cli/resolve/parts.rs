@@ -15,7 +15,7 @@ pub fn threads(requested: Option<usize>) -> usize {
 }
 
 pub fn load(args: &LoadArgs) -> LoadOptions {
-    LoadOptions { allow_outside: args.allow_outside }
+    LoadOptions { allow_outside: args.allow_outside, scene: args.scene }
 }
 
 /// The error message for passes that do not support one of the containers, if there are any.

@@ -1,12 +1,17 @@
-//! Accessors: elements of any component type, normalised, interleaved and sparse ones included, read one by one from the bytes of
-//! the file. Opening an accessor checks all that reading it relies on.
+//! Accessors: elements of any component type, normalised, interleaved and sparse ones included. Opening an accessor checks all that
+//! reading it relies on.
+//!
+//! The readers of the crate go through accessors from the start and know no quantised positions. Here elements are read one by one,
+//! so that the work is bounded by the number of elements in use, also where many primitives share one long accessor.
 
 use std::cell::{Cell, RefCell};
 use std::collections::HashMap;
 
-use super::document::{BEYOND_THE_END, Document, Fault, NO_SUCH_ENTRY, entry};
-use super::json::Whole;
-use super::schema::{Accessor as JsonAccessor, Sparse as JsonSparse};
+use gltf::accessor::{DataType, Dimensions, Item};
+use gltf::buffer::View;
+
+use super::document::{BEYOND_THE_END, Document, Fault};
+use super::draco;
 use crate::scene::assemble::BATCH_SIZE;
 use bvhscope_engine::cancel::{CancelToken, Cancelled};
 
@@ -30,77 +35,37 @@ impl From<Fault> for AccessorError {
     }
 }
 
-/// Type of a component.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Component {
-    I8,
-    U8,
-    I16,
-    U16,
-    U32,
-    F32,
-}
-
-impl Component {
-    fn from_code(code: u64) -> Option<Self> {
-        Some(match code {
-            5120 => Self::I8,
-            5121 => Self::U8,
-            5122 => Self::I16,
-            5123 => Self::U16,
-            5125 => Self::U32,
-            5126 => Self::F32,
-            _ => return None,
-        })
-    }
-
-    /// Bytes of a component.
-    pub(super) fn size(self) -> usize {
-        match self {
-            Self::I8 | Self::U8 => 1,
-            Self::I16 | Self::U16 => 2,
-            Self::U32 | Self::F32 => 4,
-        }
-    }
-
-    /// Whether vertex indices may have this type.
-    fn is_index(self) -> bool {
-        matches!(self, Self::U8 | Self::U16 | Self::U32)
-    }
-
-    /// The number at the start of `bytes`.
-    fn number(self, bytes: &[u8], normalized: bool) -> f32 {
-        let scaled = |number: f32, max: f32| if normalized { (number / max).max(-1.0) } else { number };
-        let [a, b, c, d] = first(bytes);
-        match self {
-            Self::I8 => scaled(f32::from(a.cast_signed()), 127.0),
-            Self::U8 => scaled(f32::from(a), 255.0),
-            Self::I16 => scaled(f32::from(i16::from_le_bytes([a, b])), 32_767.0),
-            Self::U16 => scaled(f32::from(u16::from_le_bytes([a, b])), 65_535.0),
-            Self::U32 => u32::from_le_bytes([a, b, c, d]) as f32,
-            Self::F32 => f32::from_le_bytes([a, b, c, d]),
-        }
-    }
-
-    /// The index at the start of `bytes`.
-    fn index(self, bytes: &[u8]) -> u32 {
-        let [a, b, c, d] = first(bytes);
-        match self {
-            Self::U8 => u32::from(a),
-            Self::U16 => u32::from(u16::from_le_bytes([a, b])),
-            _ => u32::from_le_bytes([a, b, c, d]),
-        }
+/// The number that `bytes`, which are those of one component, hold.
+fn number(component: DataType, bytes: &[u8]) -> f32 {
+    match component {
+        DataType::I8 => i8::from_slice(bytes).into(),
+        DataType::U8 => u8::from_slice(bytes).into(),
+        DataType::I16 => i16::from_slice(bytes).into(),
+        DataType::U16 => u16::from_slice(bytes).into(),
+        DataType::U32 => u32::from_slice(bytes) as f32,
+        DataType::F32 => f32::from_slice(bytes),
     }
 }
 
-/// The first four bytes, followed by zeros where there are fewer.
-fn first(bytes: &[u8]) -> [u8; 4] {
-    if let Some(word) = bytes.first_chunk::<4>() {
-        return *word;
+/// A number of a normalised component as a fraction.
+pub(super) fn normalized(component: DataType, number: f32) -> f32 {
+    let most = match component {
+        DataType::I8 => 127.0,
+        DataType::U8 => 255.0,
+        DataType::I16 => 32_767.0,
+        DataType::U16 => 65_535.0,
+        DataType::U32 | DataType::F32 => return number,
+    };
+    (number / most).max(-1.0)
+}
+
+/// The index at the start of `bytes`, which hold at least one component.
+fn index(component: DataType, bytes: &[u8]) -> u32 {
+    match component {
+        DataType::U8 => u8::from_slice(bytes).into(),
+        DataType::U16 => u16::from_slice(bytes).into(),
+        _ => u32::from_slice(bytes),
     }
-    let mut word = [0; 4];
-    word.iter_mut().zip(bytes).for_each(|(byte, &from)| *byte = from);
-    word
 }
 
 /// Equally spaced elements in a buffer view.
@@ -122,7 +87,7 @@ struct Sparse<'a> {
     count: usize,
     /// In ascending order.
     indices: Span<'a>,
-    index_type: Component,
+    index_type: DataType,
     values: Span<'a>,
 }
 
@@ -132,7 +97,7 @@ pub(super) struct Accessor<'a> {
     pub(super) count: usize,
     /// Components per element.
     pub(super) width: usize,
-    pub(super) component: Component,
+    pub(super) component: DataType,
     pub(super) normalized: bool,
     /// Without it, all elements are zero.
     base: Option<Span<'a>>,
@@ -141,36 +106,37 @@ pub(super) struct Accessor<'a> {
 
 impl Accessor<'_> {
     /// The bytes from element `index` on; `None` for zeros.
-    fn bytes(&self, index: usize) -> Option<&[u8]> {
+    fn bytes(&self, index_of_element: usize) -> Option<&[u8]> {
         if let Some(sparse) = &self.sparse {
             let (mut low, mut high) = (0, sparse.count);
             while low < high {
                 let middle = low.midpoint(high);
-                match (sparse.index_type.index(sparse.indices.at(middle)) as usize).cmp(&index) {
+                match (index(sparse.index_type, sparse.indices.at(middle)) as usize).cmp(&index_of_element) {
                     std::cmp::Ordering::Equal => return Some(sparse.values.at(middle)),
                     std::cmp::Ordering::Less => low = middle.saturating_add(1),
                     std::cmp::Ordering::Greater => high = middle,
                 }
             }
         }
-        self.base.map(|base| base.at(index))
+        self.base.map(|base| base.at(index_of_element))
     }
 
     /// Element `index`, which is less than `count`; components that it lacks are 0.
-    pub(super) fn element(&self, index: usize) -> [f32; 4] {
-        let mut numbers = [0.0; 4];
+    pub(super) fn element<const N: usize>(&self, index: usize) -> [f32; N] {
+        let mut numbers = [0.0; N];
         if let Some(bytes) = self.bytes(index) {
-            let parts = bytes.chunks(self.component.size());
-            for (number, part) in numbers.iter_mut().take(self.width).zip(parts) {
-                *number = self.component.number(part, self.normalized);
+            let parts = bytes.chunks_exact(self.component.size());
+            for (result, part) in numbers.iter_mut().take(self.width).zip(parts) {
+                let number = number(self.component, part);
+                *result = if self.normalized { normalized(self.component, number) } else { number };
             }
         }
         numbers
     }
 
-    /// The vertex index at `index`, which is less than `count`.
-    pub(super) fn vertex_index(&self, index: usize) -> u32 {
-        self.bytes(index).map_or(0, |bytes| self.component.index(bytes))
+    /// The vertex index at `place`, which is less than `count`.
+    pub(super) fn vertex_index(&self, place: usize) -> u32 {
+        self.bytes(place).map_or(0, |bytes| index(self.component, bytes))
     }
 }
 
@@ -194,81 +160,103 @@ impl<'a> Accessors<'a> {
         Self { document, ascending: RefCell::default(), checks_left }
     }
 
-    /// The number of elements that accessor `index` declares.
-    pub(super) fn declared(&self, index: usize) -> u64 {
-        self.document.root.accessors.get(index).map_or(0, |accessor| accessor.count.0)
+    /// The number of elements that an accessor declares.
+    pub(super) fn declared(&self, json: &gltf::Accessor) -> u64 {
+        self.document.gltf.as_json().accessors.get(json.index()).map_or(0, |accessor| accessor.count.0)
     }
 
     /// Opens an accessor of vertex indices.
-    pub(super) fn open_indices(&self, index: usize, token: &CancelToken) -> Result<Accessor<'a>, AccessorError> {
-        let accessor = self.open(index, token)?;
+    pub(super) fn open_indices(
+        &self,
+        json: &gltf::Accessor<'a>,
+        token: &CancelToken,
+    ) -> Result<Accessor<'a>, AccessorError> {
+        let accessor = self.open(json, token)?;
         let fault =
-            |detail: &str| Fault::new(WRONG_TYPE, format!("accessors[{index}]: {detail}, which are no indices"));
+            |detail| Fault::new(WRONG_TYPE, format!("accessors[{}]: {detail}, which are no indices", json.index()));
         match accessor.component {
             _ if accessor.width != 1 => Err(fault("holds vectors").into()),
-            component if component.is_index() && !accessor.normalized => Ok(accessor),
+            DataType::U8 | DataType::U16 | DataType::U32 if !accessor.normalized => Ok(accessor),
             _ => Err(fault("holds numbers that are not unsigned integers").into()),
         }
     }
 
-    /// Opens an accessor.
-    pub(super) fn open(&self, index: usize, token: &CancelToken) -> Result<Accessor<'a>, AccessorError> {
-        let fault = |kind, what: &str| Fault::new(kind, format!("accessors[{index}]: {what}"));
-        let about = |Fault { kind, detail }: Fault| fault(kind, &detail);
-        let json: &JsonAccessor = entry(&self.document.root.accessors, "accessors", index)?;
-        let code = json.component_type.unwrap_or_default().0;
-        let Some(component) = Component::from_code(code) else {
-            return Err(fault(WRONG_TYPE, &format!("has the unknown componentType {code}")).into());
-        };
-        let width = match json.shape.as_deref() {
-            Some("SCALAR") => 1,
-            Some("VEC2") => 2,
-            Some("VEC3") => 3,
-            Some("VEC4") => 4,
-            _ => return Err(fault(WRONG_TYPE, "has a type that no attribute has").into()),
-        };
+    /// Opens an accessor of numbers or vectors.
+    pub(super) fn open(&self, json: &gltf::Accessor<'a>, token: &CancelToken) -> Result<Accessor<'a>, AccessorError> {
+        match json.dimensions() {
+            Dimensions::Scalar | Dimensions::Vec2 | Dimensions::Vec3 | Dimensions::Vec4 => self.open_any(json, token),
+            _ => {
+                let detail = format!("accessors[{}]: has a type that no attribute has", json.index());
+                Err(Fault::new(WRONG_TYPE, detail).into())
+            }
+        }
+    }
+
+    /// Opens an accessor of any type. The columns of matrices must have a multiple of four bytes.
+    pub(super) fn open_any(
+        &self,
+        json: &gltf::Accessor<'a>,
+        token: &CancelToken,
+    ) -> Result<Accessor<'a>, AccessorError> {
+        let fault = |kind, what: &str| Fault::new(kind, format!("accessors[{}]: {what}", json.index()));
+        let (component, width) = (json.data_type(), json.dimensions().multiplicity());
         let size = component.size().saturating_mul(width);
-        let count = match u32::try_from(json.count.0) {
+        let declared = self.declared(json);
+        let count = match u32::try_from(declared) {
             Ok(0) => return Err(fault("no elements", "has no elements").into()),
             Ok(count) => count as usize,
             Err(_) => {
-                let detail = format!("needs {} elements, more than 32 bits can count", json.count.0);
+                let detail = format!("needs {declared} elements, more than 32 bits can count");
                 return Err(fault(BEYOND_THE_END, &detail).into());
             }
         };
-        let span = |view, offset, size, count| self.span(view, offset, size, count);
-        let base = json.buffer_view.map(|view| span(view, json.byte_offset, size, count).map_err(about)).transpose()?;
-        let sparse = json.sparse.as_deref().map(|sparse| self.open_sparse(sparse, size, count, token)).transpose();
+        if let Some(decoded) = self.document.decoded.get(&json.index()) {
+            let data = decoded.as_ref().map_err(|reason| fault(draco::DAMAGED, reason))?;
+            if data.count != count {
+                let detail = format!("declares {count} elements, {} were decoded", data.count);
+                return Err(fault(draco::DAMAGED, &detail).into());
+            }
+            let base = Some(Span { bytes: &data.bytes, stride: data.component.size().saturating_mul(width) });
+            return Ok(Accessor { count, width, component: data.component, normalized: false, base, sparse: None });
+        }
+        let offset = self.document.gltf.as_json().accessors.get(json.index()).and_then(|accessor| accessor.byte_offset);
+        let base = json.view().map(|view| self.span(&view, offset.unwrap_or_default().0, size, count)).transpose();
+        let base = base.map_err(|Fault { kind, detail }| fault(kind, &detail))?;
+        let sparse = json.sparse().map(|_| self.open_sparse(json, size, count, token)).transpose();
         let sparse = sparse.map_err(|error| match error {
             AccessorError::Unreadable(Fault { kind, detail }) => fault(kind, &format!("(sparse) {detail}")).into(),
             cancelled @ AccessorError::Cancelled(_) => cancelled,
         })?;
-        Ok(Accessor { count, width, component, normalized: json.normalized.0, base, sparse })
+        Ok(Accessor { count, width, component, normalized: json.normalized(), base, sparse })
     }
 
     fn open_sparse(
         &self,
-        json: &JsonSparse,
+        json: &gltf::Accessor<'a>,
         size: usize,
         count: usize,
         token: &CancelToken,
     ) -> Result<Sparse<'a>, AccessorError> {
-        let changes = json.count.get();
+        let accessors = &self.document.gltf.as_json().accessors;
+        let numbers = accessors.get(json.index()).and_then(|accessor| accessor.sparse.as_ref());
+        let (Some(numbers), Some(sparse)) = (numbers, json.sparse()) else {
+            return Err(Fault::new(BAD_SPARSE, "has no changes").into());
+        };
+        let changes = usize::try_from(numbers.count.0).unwrap_or(usize::MAX);
         if !(1..=count).contains(&changes) {
-            return Err(Fault::new(BAD_SPARSE, format!("changes {} of {count} elements", json.count.0)).into());
+            return Err(Fault::new(BAD_SPARSE, format!("changes {} of {count} elements", numbers.count.0)).into());
         }
-        let code = json.indices.component_type.unwrap_or_default().0;
-        let Some(index_type) = Component::from_code(code).filter(|component| component.is_index()) else {
-            return Err(Fault::new(WRONG_TYPE, format!("has indices of the unknown componentType {code}")).into());
+        let index_type = match sparse.indices().index_type() {
+            gltf::accessor::sparse::IndexType::U8 => DataType::U8,
+            gltf::accessor::sparse::IndexType::U16 => DataType::U16,
+            gltf::accessor::sparse::IndexType::U32 => DataType::U32,
         };
-        let (Some(index_view), Some(value_view)) = (json.indices.buffer_view, json.values.buffer_view) else {
-            return Err(Fault::new(NO_SUCH_ENTRY, "names no bufferView for its indices or values").into());
-        };
-        let indices = self.span(index_view, json.indices.byte_offset, index_type.size(), changes)?;
-        let values = self.span(value_view, json.values.byte_offset, size, changes)?;
+        let (index_view, value_view) = (sparse.indices().view(), sparse.values().view());
+        let indices = self.span(&index_view, numbers.indices.byte_offset.0, index_type.size(), changes)?;
+        let values = self.span(&value_view, numbers.values.byte_offset.0, size, changes)?;
         let key = (indices.bytes.as_ptr().addr(), indices.stride, index_type.size());
         let (mut known, mut broken) = self.ascending.borrow().get(&key).copied().unwrap_or_default();
-        let target = |k: usize| index_type.index(indices.at(k));
+        let target = |k: usize| index(index_type, indices.at(k));
         while known < changes && !broken {
             if known.is_multiple_of(BATCH_SIZE) {
                 token.check()?;
@@ -292,13 +280,11 @@ impl<'a> Accessors<'a> {
     }
 
     /// The `count` elements of `size` bytes from `offset` of a view.
-    fn span(&self, view: Whole, offset: Whole, size: usize, count: usize) -> Result<Span<'a>, Fault> {
-        let (view, offset) = (view.get(), offset.0);
+    fn span(&self, view: &View<'a>, offset: u64, size: usize, count: usize) -> Result<Span<'a>, Fault> {
         let bytes = self.document.view(view)?;
-        let stride = entry(&self.document.root.buffer_views, "bufferViews", view)?.byte_stride.map_or(0, Whole::get);
-        let stride = if stride == 0 { size } else { stride };
+        let (index, stride) = (view.index(), view.stride().unwrap_or(size));
         if stride < size {
-            let detail = format!("has elements of {size} bytes every {stride} bytes in bufferViews[{view}]");
+            let detail = format!("has elements of {size} bytes every {stride} bytes in bufferViews[{index}]");
             return Err(Fault::new("elements that overlap", detail));
         }
         let start = usize::try_from(offset).ok();
@@ -307,7 +293,7 @@ impl<'a> Accessors<'a> {
         let bytes = range.ok_or_else(|| {
             let has = bytes.len();
             let detail = format!(
-                "needs {count} elements of {size} bytes every {stride} bytes from {offset}, bufferViews[{view}] has {has} bytes"
+                "needs {count} elements of {size} bytes every {stride} bytes from {offset}, bufferViews[{index}] has {has} bytes"
             );
             Fault::new(BEYOND_THE_END, detail)
         })?;

@@ -1,13 +1,23 @@
-//! What a file says about itself: its version, the extensions that it requires, and what it announces that no scene here holds.
+//! The version and the extensions that a file announces, and contents that no scene here holds.
 
 use std::path::Path;
 
-use super::advice::{UNPACK, UPGRADE};
-use super::place::place;
-use super::schema::{Asset, Root};
+use gltf::material::AlphaMode;
+use serde_json::{Map, Value};
+
+use super::table::extension;
 use crate::scene::error::{FileLocation, LoadError, Warnings};
 use crate::text::quoted;
 use bvhscope_engine::cancel::{CancelToken, Cancelled};
+
+/// What to do about unknown extensions.
+const UNPACK: &str = "convert the file with 'gltf-transform optimize --compress false --texture-compress false IN OUT'";
+
+/// What to do about glTF 1.0.
+pub(super) const UPGRADE: &str = "convert it with 'gltf-pipeline -i IN -o OUT', or export the model as glTF 2.0";
+
+/// What to do about textures in KTX2 files.
+pub(super) const UNPACK_TEXTURES: &str = "convert them with 'gltf-transform ktxdecompress IN OUT'";
 
 /// A version "major.minor".
 fn version(text: &str) -> Option<(u32, u32)> {
@@ -16,56 +26,63 @@ fn version(text: &str) -> Option<(u32, u32)> {
 }
 
 /// Refuses versions that cannot be read as glTF 2.0.
-pub(super) fn check_version(path: &Path, asset: &Asset, warnings: &mut Warnings) -> Result<(), LoadError> {
+pub(super) fn check_version(
+    path: &Path,
+    document: &Map<String, Value>,
+    warnings: &mut Warnings,
+) -> Result<(), LoadError> {
     let refuse = |field: &str, problem: String, advice: &str| {
         Err(LoadError::at(path, FileLocation::Json(format!("asset.{field}")), problem, advice))
     };
-    let Some(label) = &asset.version else {
+    let asset = document.get("asset");
+    let text = |field: &str| asset.and_then(|asset| asset.get(field)?.as_str());
+    let Some(label) = text("version") else {
         let problem = "is missing, so this is not glTF 2.0".to_owned();
         return refuse("version", problem, "export the model as glTF 2.0");
     };
     let too_new = "export the model as glTF 2.0, or look for a newer version of this program";
-    let is_too_new = |version: (u32, u32)| version > (2, 0);
-    let minimum = asset.min_version.as_ref().and_then(|label| version(&label.0).map(|version| (version, label)));
+    let minimum = text("minVersion").and_then(|label| Some((version(label)?, label)));
     if let Some((needed, label)) = minimum
-        && is_too_new(needed)
+        && needed > (2, 0)
     {
-        let problem =
-            format!("is {}: a reader of at least that version is needed, this one reads 2.0", quoted(&label.0));
+        let problem = format!("is {}: a reader of at least that version is needed, this one reads 2.0", quoted(label));
         return refuse("minVersion", problem, too_new);
     }
-    match version(&label.0) {
+    match version(label) {
         Some((2, 0)) => {}
         Some((0 | 1, _)) => {
-            let problem = format!("is {}, only glTF 2.0 is read", quoted(&label.0));
+            let problem = format!("is {}, only glTF 2.0 is read", quoted(label));
             return refuse("version", problem, UPGRADE);
         }
         Some(found) if found.0 > 2 && minimum.is_none() => {
-            let problem = format!("is {}, only glTF 2.0 is read", quoted(&label.0));
+            let problem = format!("is {}, only glTF 2.0 is read", quoted(label));
             return refuse("version", problem, too_new);
         }
-        _ => {
-            let place = place("asset.version", &quoted(&label.0));
-            warnings.add("versions other than 2.0 read as 2.0", || place);
-        }
+        _ => warnings
+            .add("versions other than 2.0 read as 2.0", || FileLocation::in_json("asset.version", quoted(label))),
     }
     Ok(())
 }
 
 /// Checks that every required extension is supported.
-pub(super) fn check_extensions(path: &Path, root: &Root) -> Result<(), LoadError> {
-    const SUPPORTED: [&str; 4] =
-        ["KHR_mesh_quantization", "KHR_texture_transform", "EXT_mesh_gpu_instancing", "KHR_lights_punctual"];
-    for (index, name) in root.extensions_required.iter().enumerate() {
-        let name = &**name;
+pub(super) fn check_extensions(path: &Path, document: &Map<String, Value>) -> Result<(), LoadError> {
+    const SUPPORTED: [&str; 8] = [
+        "KHR_mesh_quantization",
+        extension::TRANSFORM,
+        extension::INSTANCING,
+        extension::LIGHTS,
+        extension::WEBP,
+        extension::DRACO,
+        extension::MESHOPT[0],
+        extension::MESHOPT[1],
+    ];
+    let required = document.get("extensionsRequired").and_then(Value::as_array);
+    for (index, name) in required.into_iter().flatten().filter_map(Value::as_str).enumerate() {
         if SUPPORTED.contains(&name) || name.starts_with("KHR_materials_") {
             continue;
         }
         let (what, advice) = match name {
-            "KHR_draco_mesh_compression" => ("meshes compressed by Draco", UNPACK),
-            "EXT_meshopt_compression" | "KHR_meshopt_compression" => ("data compressed by meshopt", UNPACK),
-            "KHR_texture_basisu" => ("KTX2 textures", UNPACK_TEXTURES),
-            "EXT_texture_webp" => ("WebP textures", "convert them with 'gltf-transform png IN OUT'"),
+            extension::BASISU => ("KTX2 textures", UNPACK_TEXTURES),
             "EXT_texture_avif" => ("AVIF textures", "convert them with 'gltf-transform png IN OUT'"),
             _ => ("something unknown to this program", UNPACK),
         };
@@ -75,40 +92,32 @@ pub(super) fn check_extensions(path: &Path, root: &Root) -> Result<(), LoadError
     Ok(())
 }
 
-/// What to do about textures in KTX2 files.
-pub(super) const UNPACK_TEXTURES: &str = "convert them with 'gltf-transform ktxdecompress IN OUT'";
-
 /// Counts what the file announces and no scene here holds.
-pub(super) fn warn(root: &Root, warnings: &mut Warnings, token: &CancelToken) -> Result<(), Cancelled> {
-    let first = |list: &'static str| move || FileLocation::Json(format!("{list}[0]"));
-    warnings.add_many(root.animations.len() as u64, "animations not played", first("animations"));
-    warnings.add_many(root.cameras.len() as u64, "cameras not used", first("cameras"));
-    let lights = "extensions.KHR_lights_punctual.lights";
-    warnings.add_many(root.extensions.lights.lights.len() as u64, "lights not used", first(lights));
-    for (index, mesh) in root.meshes.iter().enumerate() {
+pub(super) fn warn(document: &gltf::Document, warnings: &mut Warnings, token: &CancelToken) -> Result<(), Cancelled> {
+    let lights =
+        document.extension_value(extension::LIGHTS).and_then(|value| Some(value.get("lights")?.as_array()?.len()));
+    warnings.add_many(lights.unwrap_or(0) as u64, "lights not used", || {
+        FileLocation::Json("extensions.KHR_lights_punctual.lights[0]".to_owned())
+    });
+    for mesh in document.meshes() {
         token.check()?;
-        if let Some(k) = mesh.primitives.iter().position(|primitive| !primitive.targets.is_empty()) {
-            let what = "meshes with morph targets shown in the basic form";
-            warnings.add(what, || FileLocation::Json(format!("meshes[{index}].primitives[{k}].targets")));
+        if let Some(primitive) = mesh.primitives().find(|primitive| primitive.morph_targets().len() > 0) {
+            let (index, k) = (mesh.index(), primitive.index());
+            warnings.add("meshes with morph targets shown in the basic form", || {
+                FileLocation::Json(format!("meshes[{index}].primitives[{k}].targets"))
+            });
         }
     }
-    for (index, material) in root.materials.iter().enumerate() {
+    for (index, material) in document.materials().enumerate() {
         token.check()?;
         let place = |field: &str| FileLocation::Json(format!("materials[{index}].{field}"));
-        match material.alpha_mode.as_deref() {
-            None | Some("OPAQUE" | "MASK") => {}
-            Some("BLEND") => warnings.add("materials with transparency shown opaque", || place("alphaMode")),
-            Some(other) => {
-                let detail = quoted(other);
-                warnings.add("materials with an unknown alphaMode shown opaque", || {
-                    super::place::place(format!("materials[{index}].alphaMode"), &detail)
-                });
-            }
+        if material.alpha_mode() == AlphaMode::Blend {
+            warnings.add("materials with transparency shown opaque", || place("alphaMode"));
         }
-        let surface = &material.pbr_metallic_roughness;
-        if material.extensions.specular_glossiness.is_some()
-            && surface.base_color_factor.is_none()
-            && surface.base_color_texture.is_none()
+        let surface = material.pbr_metallic_roughness();
+        if material.extension_value(extension::SPECULAR_GLOSSINESS).is_some()
+            && surface.base_color_factor() == [1.0; 4]
+            && surface.base_color_texture().is_none()
         {
             warnings.add("materials of specular and glossiness shown without colours", || {
                 place("extensions.KHR_materials_pbrSpecularGlossiness")

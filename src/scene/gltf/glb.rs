@@ -31,7 +31,7 @@ pub(super) fn chunks(bytes: &[u8]) -> Result<Chunks<'_>, HeaderFault> {
     let word = |at: usize| array(at).map(|bytes| u32::from_le_bytes(bytes) as usize);
     match word(4)? {
         2 => {}
-        1 => return Err((4, "is GLB version 1, only version 2 is read".to_owned(), super::advice::UPGRADE)),
+        1 => return Err((4, "is GLB version 1, only version 2 is read".to_owned(), super::announced::UPGRADE)),
         version => return Err((4, format!("is GLB version {version}, only version 2 is read"), EXPORT)),
     }
     let length = word(8)?;

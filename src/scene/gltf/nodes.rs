@@ -2,11 +2,10 @@
 
 use std::path::Path;
 
-use glam::{Mat4, Quat, Vec3};
+use glam::{DMat4, DQuat, DVec3};
+use serde_json::Value;
 
-use super::json::Whole;
-use super::place::place;
-use super::schema::{Node, Root};
+use super::document::Document;
 use crate::scene::error::{FileLocation, LoadError, Warnings};
 use bvhscope_engine::cancel::CancelToken;
 
@@ -16,10 +15,17 @@ const SCENE: usize = usize::MAX;
 /// A mesh of the scene.
 pub(super) struct Placement {
     pub(super) node: usize,
-    /// An index into the meshes that exists.
     pub(super) mesh: usize,
     /// From mesh space to the world.
-    pub(super) transform: Mat4,
+    pub(super) transform: DMat4,
+}
+
+/// The nodes that the scene shows.
+pub(super) struct Hierarchy {
+    /// Every mesh, in the order of the hierarchy.
+    pub(super) placements: Vec<Placement>,
+    /// From the space of each node to the world; `None` for nodes outside the scene.
+    pub(super) worlds: Vec<Option<DMat4>>,
 }
 
 /// Where the hierarchy names a node: in the scene or, by its parent, among the children.
@@ -27,103 +33,86 @@ pub(super) struct Placement {
 struct Step {
     node: usize,
     parent: usize,
-    /// Position in the list that names it.
-    position: usize,
     /// From the parent's space to the world.
-    transform: Mat4,
+    transform: DMat4,
 }
 
-/// Every mesh that the nodes of the scene refer to, in the order of the hierarchy.
-pub(super) fn placements(
+/// Walks the nodes of a scene, the default one if none is wanted.
+pub(super) fn hierarchy(
     path: &Path,
-    root: &Root,
+    document: &Document,
+    scene: Option<usize>,
     warnings: &mut Warnings,
     token: &CancelToken,
-) -> Result<Vec<Placement>, LoadError> {
-    let nodes = &root.nodes;
-    let (list, mut stack) = starts(root, warnings);
+) -> Result<Hierarchy, LoadError> {
+    let nodes = &document.gltf.as_json().nodes;
+    let mut stack = starts(&document.gltf, scene, warnings);
     // The parent of each visited node.
     let mut parents: Vec<Option<usize>> = vec![None; nodes.len()];
-    let mut placements = Vec::new();
-    while let Some(Step { node: index, parent, position, transform }) = stack.pop() {
+    let (mut placements, mut worlds) = (Vec::new(), vec![None; nodes.len()]);
+    while let Some(Step { node: index, parent, transform }) = stack.pop() {
         token.check()?;
         let location = || FileLocation::Json(format!("nodes[{index}]"));
-        let Some(node) = nodes.get(index) else {
-            let list = if parent == SCENE { list.clone() } else { format!("nodes[{parent}].children") };
-            let detail = format!("nodes[{index}] does not exist, there are {}", nodes.len());
-            warnings.add("nodes out of range left out", || place(format!("{list}[{position}]"), &detail));
-            continue;
-        };
         if let Some(first) = parents[index] {
             let (problem, advice) = describe_second_parent(index, first, parent, &parents);
             return Err(LoadError::at(path, location(), problem, advice));
         }
         parents[index] = Some(parent);
-        let transform = transform * local_transform(node);
-        if !transform.is_finite() {
+        let transform = transform * document.local_transforms.get(index).copied().unwrap_or_default();
+        if !transform.as_mat4().is_finite() {
             warnings.add("nodes placed by numbers that are not finite left out", location);
             continue;
         }
-        let children = node.children.iter().enumerate().rev();
-        stack.extend(children.map(|(position, child)| Step { node: child.get(), parent: index, position, transform }));
-        let Some(mesh) = node.mesh.map(Whole::get) else { continue };
-        if mesh >= root.meshes.len() {
-            let detail = format!("meshes[{mesh}] does not exist, there are {}", root.meshes.len());
-            warnings
-                .add("nodes of a mesh that does not exist left out", || place(format!("nodes[{index}].mesh"), &detail));
-            continue;
+        worlds[index] = Some(transform);
+        let children = nodes[index].children.iter().flatten().rev();
+        stack.extend(children.map(|child| Step { node: child.value(), parent: index, transform }));
+        if let Some(mesh) = &nodes[index].mesh {
+            placements.push(Placement { node: index, mesh: mesh.value(), transform });
         }
-        if node.skin.is_some() {
-            let what = "meshes with a skeleton shown in rest pose";
-            warnings.add(what, || FileLocation::Json(format!("nodes[{index}].skin")));
-        }
-        placements.push(Placement { node: index, mesh, transform });
     }
-    if root.scenes.len() == 1 {
-        let lost = (0..nodes.len()).filter(|&index| parents[index].is_none() && nodes[index].mesh.is_some());
-        let (mut first, mut count) = (None, 0_u64);
-        for index in lost {
-            first = first.or(Some(index));
-            count = count.saturating_add(1);
+    if document.gltf.scenes().len() == 1 {
+        let lost = |&index: &usize| parents[index].is_none() && nodes[index].mesh.is_some();
+        let mut lost = (0..nodes.len()).filter(lost);
+        if let Some(first) = lost.next() {
+            let count = lost.count().saturating_add(1) as u64;
+            let what = "nodes with a mesh outside the scene left out";
+            warnings.add_many(count, what, || FileLocation::Json(format!("nodes[{first}]")));
         }
-        let what = "nodes with a mesh outside the scene left out";
-        warnings.add_many(count, what, || FileLocation::Json(format!("nodes[{}]", first.unwrap_or(0))));
     }
-    Ok(placements)
+    Ok(Hierarchy { placements, worlds })
 }
 
-/// The nodes of the scene to be shown, the last first, and the list that names them. Without scenes, the nodes that have no
-/// parent.
-fn starts(root: &Root, warnings: &mut Warnings) -> (String, Vec<Step>) {
-    let wanted = root.scene.map_or(0, Whole::get);
-    if wanted >= root.scenes.len() && root.scene.is_some() {
-        let detail = format!("scenes[{wanted}] does not exist, there are {}", root.scenes.len());
-        warnings.add("scenes out of range replaced by the first", || place("scene", &detail));
-    }
-    let start = |position: usize, node: usize| Step { node, parent: SCENE, position, transform: Mat4::IDENTITY };
-    let shown = if wanted < root.scenes.len() { wanted } else { 0 };
-    if let Some(scene) = root.scenes.get(shown) {
-        let others = root.scenes.len().saturating_sub(1) as u64;
-        let first = usize::from(shown == 0);
-        warnings.add_many(others, "scenes other than the default one not shown", || {
-            FileLocation::Json(format!("scenes[{first}]"))
+/// The nodes of the scene to be shown, the last first. Without scenes, the nodes that have no parent.
+fn starts(document: &gltf::Document, wanted: Option<usize>, warnings: &mut Warnings) -> Vec<Step> {
+    let start = |node: usize| Step { node, parent: SCENE, transform: DMat4::IDENTITY };
+    let chosen = wanted.and_then(|wanted| document.scenes().nth(wanted));
+    if let (Some(wanted), None) = (wanted, &chosen) {
+        let count = document.scenes().len();
+        warnings.add("scenes wanted that do not exist, the default one shown", || {
+            FileLocation::in_json("scenes", format_args!("scene {wanted} does not exist, there are {count}"))
         });
-        let steps = scene.nodes.iter().enumerate().rev().map(|(position, node)| start(position, node.get()));
-        return (format!("scenes[{shown}].nodes"), steps.collect());
     }
-    let mut is_root = vec![true; root.nodes.len()];
-    for child in root.nodes.iter().flat_map(|node| node.children.iter()) {
-        if let Some(is_root) = is_root.get_mut(child.get()) {
-            *is_root = false;
-        }
+    if let Some(scene) = chosen.or_else(|| document.default_scene()).or_else(|| document.scenes().next()) {
+        let others = document.scenes().len().saturating_sub(1) as u64;
+        let first = usize::from(scene.index() == 0);
+        let what =
+            if wanted.is_some() { "other scenes not shown" } else { "scenes other than the default one not shown" };
+        warnings.add_many(others, what, || FileLocation::Json(format!("scenes[{first}]")));
+        let mut steps: Vec<Step> = scene.nodes().map(|node| start(node.index())).collect();
+        steps.reverse();
+        return steps;
     }
-    let mut steps: Vec<Step> =
-        (0..is_root.len()).rev().filter(|&index| is_root[index]).map(|node| start(0, node)).collect();
-    if steps.is_empty() && !is_root.is_empty() {
+    let nodes = &document.as_json().nodes;
+    let mut is_root = vec![true; nodes.len()];
+    for child in nodes.iter().flat_map(|node| node.children.iter().flatten()) {
+        is_root[child.value()] = false;
+    }
+    let mut steps: Vec<Step> = (0..nodes.len()).rev().filter(|&index| is_root[index]).map(start).collect();
+    if steps.is_empty() && !nodes.is_empty() {
         // Every node has a parent, so there is a cycle, which is reported from any of its nodes.
-        steps.push(start(0, 0));
+        steps.push(start(0));
     }
-    ("nodes".to_owned(), steps)
+    steps
 }
 
 /// The error message about a node that was reached from parent `first` and again from parent `second`.
@@ -159,19 +148,27 @@ fn describe_second_parent(
     (format!("stands below itself: {text} is a loop"), "take it out of the children of one of them")
 }
 
-fn local_transform(node: &Node) -> Mat4 {
-    if let Some(matrix) = &node.matrix {
-        return Mat4::from_cols_array(&matrix.0);
+/// The transform of a node in repaired JSON, in double precision.
+pub(super) fn local_transform(node: &Value) -> DMat4 {
+    if let Some(matrix) = numbers(node.get("matrix")) {
+        return DMat4::from_cols_array(&matrix);
     }
-    let rotation = node.rotation.map_or(Quat::IDENTITY, |quaternion| rotation(quaternion.0));
-    let scale = node.scale.map_or(Vec3::ONE, |scale| Vec3::from_array(scale.0));
-    let translation = node.translation.map_or(Vec3::ZERO, |translation| Vec3::from_array(translation.0));
-    Mat4::from_scale_rotation_translation(scale, rotation, translation)
+    DMat4::from_scale_rotation_translation(
+        numbers(node.get("scale")).map_or(DVec3::ONE, DVec3::from_array),
+        numbers(node.get("rotation")).map_or(DQuat::IDENTITY, rotation),
+        numbers(node.get("translation")).map_or(DVec3::ZERO, DVec3::from_array),
+    )
+}
+
+/// The `N` numbers of a list.
+pub(super) fn numbers<const N: usize>(list: Option<&Value>) -> Option<[f64; N]> {
+    let numbers: Vec<f64> = list?.as_array()?.iter().filter_map(Value::as_f64).collect();
+    numbers.try_into().ok()
 }
 
 /// The rotation by a quaternion, which is normalised first; none if it has no direction.
-pub(super) fn rotation(numbers: [f32; 4]) -> Quat {
-    let quaternion = Quat::from_array(numbers);
+pub(super) fn rotation(numbers: [f64; 4]) -> DQuat {
+    let quaternion = DQuat::from_array(numbers);
     let length = quaternion.length();
-    if length > 0.0 && length.is_finite() { quaternion / length } else { Quat::IDENTITY }
+    if length > 0.0 && length.is_finite() { quaternion / length } else { DQuat::IDENTITY }
 }

@@ -4,24 +4,34 @@
 //! share one long list of vertices.
 
 use glam::{Vec2, Vec3};
+use gltf::Semantic;
+use gltf::accessor::DataType;
+use gltf::mesh::Mode;
 
-use super::accessor::{Accessor, AccessorError, Accessors, Component, WRONG_TYPE};
+use super::accessor::{Accessor, AccessorError, Accessors, WRONG_TYPE};
 use super::document::Fault;
-use super::json::Whole;
-use super::schema::Primitive as JsonPrimitive;
+use super::table::extension;
 use crate::budget::Budget;
 use crate::scene::assemble::{BATCH_SIZE, BYTES_PER_VERTEX, collect_cancellable};
 use bvhscope_engine::cancel::{CancelToken, Cancelled};
+use bvhscope_engine::geometry::Aabb;
 
 /// A decoded primitive in mesh space.
 #[derive(Default)]
 pub(super) struct Primitive {
     pub(super) positions: Vec<Vec3>,
+    /// The box around those of `positions` that are finite.
+    pub(super) bounds: [Vec3; 2],
     /// Normals; as the other attributes empty or as long as `positions`.
     pub(super) normals: Vec<Vec3>,
     pub(super) uvs: Vec<Vec2>,
     pub(super) uvs2: Vec<Vec2>,
     pub(super) colors: Vec<Vec3>,
+    /// Opacities, only of surfaces with holes.
+    pub(super) alphas: Vec<f32>,
+    /// Indices of up to four joints that hold each vertex, and their shares; empty without a skin.
+    pub(super) joints: Vec<[f32; 4]>,
+    pub(super) weights: Vec<[f32; 4]>,
     /// Vertex indices of each triangle, all in range.
     pub(super) triangles: Vec<[u32; 3]>,
     pub(super) material: usize,
@@ -29,30 +39,26 @@ pub(super) struct Primitive {
     pub(super) faults: Vec<(u64, String, String)>,
 }
 
-/// What a primitive needs to know of its material.
+/// How a primitive uses its material.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct MaterialUse {
     /// The set of texture coordinates.
-    pub(super) uv_set: u64,
+    pub(super) uv_set: u32,
     /// The set of its other textures, if there is a second one.
-    pub(super) second_uv_set: Option<u64>,
+    pub(super) second_uv_set: Option<u32>,
     pub(super) has_texture: bool,
+    /// The opacity of vertices decides about holes.
+    pub(super) is_cut_out: bool,
 }
 
-/// How corners form triangles.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Mode {
-    Triangles,
-    Strip,
-    Fan,
-}
-
-/// What a primitive consists of.
+/// The contents of a primitive.
 pub(super) enum Decoded {
     /// Triangles.
-    Surface(Primitive),
+    Surface(Box<Primitive>),
     /// Points or lines, this many vertices.
     Points(u64),
+    /// Nothing, which was counted before.
+    Lost,
 }
 
 impl Primitive {
@@ -63,67 +69,62 @@ impl Primitive {
 }
 
 /// Number of triangles that a primitive declares; 0 if its corners cannot be read.
-pub(super) fn declared_triangles(
-    json: &JsonPrimitive,
-    accessors: &Accessors,
+pub(super) fn declared_triangles<'a>(
+    json: &gltf::Primitive<'a>,
+    accessors: &Accessors<'a>,
     token: &CancelToken,
 ) -> Result<u64, Cancelled> {
-    let corners = json.indices.map(Whole::get).or_else(|| json.attributes.get("POSITION"));
-    let corners = match corners.map(|index| accessors.open(index, token)) {
+    let corners = json.indices().or_else(|| json.get(&Semantic::Positions));
+    let corners = match corners.map(|json| accessors.open(&json, token)) {
         Some(Ok(accessor)) => accessor.count as u64,
         Some(Err(AccessorError::Cancelled(cancelled))) => return Err(cancelled),
         Some(Err(AccessorError::Unreadable(_))) | None => 0,
     };
-    Ok(match json.mode.map_or(4, |mode| mode.0) {
-        4 => corners / 3,
-        5 | 6 => corners.saturating_sub(2),
+    Ok(match json.mode() {
+        Mode::Triangles => corners / 3,
+        Mode::TriangleStrip | Mode::TriangleFan => corners.saturating_sub(2),
         _ => 0,
     })
 }
 
 /// Decodes a primitive. The last of `materials` is the default one.
-pub(super) fn read(
-    json: &JsonPrimitive,
-    accessors: &Accessors,
+pub(super) fn read<'a>(
+    json: &gltf::Primitive<'a>,
+    accessors: &Accessors<'a>,
     materials: &[MaterialUse],
     token: &CancelToken,
 ) -> Result<Decoded, AccessorError> {
-    let position = json.attributes.get("POSITION");
-    let mode = match json.mode.map_or(4, |mode| mode.0) {
-        4 => Mode::Triangles,
-        5 => Mode::Strip,
-        6 => Mode::Fan,
-        0..=3 => return Ok(Decoded::Points(position.map_or(0, |index| accessors.declared(index)))),
-        mode => return Err(Fault::new("an unknown mode", format!("mode {mode} is none of 0 to 6")).into()),
-    };
+    if json.extension_value(extension::LOST).is_some() {
+        return Ok(Decoded::Lost);
+    }
+    let position = json.get(&Semantic::Positions);
+    let mode = json.mode();
+    if !matches!(mode, Mode::Triangles | Mode::TriangleStrip | Mode::TriangleFan) {
+        return Ok(Decoded::Points(position.map_or(0, |json| accessors.declared(&json))));
+    }
     let mut primitive = Primitive::default();
     let Some(position) = position else {
-        let detail = match json.extensions.draco {
-            Some(_) => format!("it is compressed by Draco; {}", super::advice::UNPACK),
-            None => "it has no POSITION".to_owned(),
-        };
-        return Err(Fault::new("no positions", detail).into());
+        return Err(Fault::new("no positions", "it has no POSITION").into());
     };
-    let positions = accessors.open(position, token)?;
-    let shape = |accessor: &Accessor| [accessor.width, accessor.component.size().saturating_mul(8)];
-    if positions.width != 3 || positions.component == Component::U32 {
-        let [width, bits] = shape(&positions);
+    let positions = accessors.open(&position, token)?;
+    if positions.width != 3 || positions.component == DataType::U32 {
+        let (width, bits) = (positions.width, positions.component.size().saturating_mul(8));
         let detail = format!("POSITION has {width} components of {bits} bits instead of 3 floats");
         return Err(Fault::new(WRONG_TYPE, detail).into());
     }
     let what = "the indices of one primitive";
-    let corners: Vec<u32> = if let Some(index) = json.indices {
-        let indices = accessors.open_indices(index.get(), token)?;
+    let corners: Vec<u32> = if let Some(indices) = json.indices() {
+        let indices = accessors.open_indices(&indices, token)?;
         reserve_memory(what, indices.count, size_of::<u32>() as u64)?;
         collect_cancellable(indices.count, (0..indices.count).map(|k| indices.vertex_index(k)), token)?
     } else {
         reserve_memory(what, positions.count, size_of::<u32>() as u64)?;
         collect_cancellable(positions.count, (0..positions.count).map(|k| k as u32), token)?
     };
-    let place = if json.indices.is_some() { "indices" } else { "attributes.POSITION" };
+    let place = if json.indices().is_some() { "indices" } else { "attributes.POSITION" };
     let left_over = match mode {
         Mode::Triangles => corners.len() % 3,
-        Mode::Strip | Mode::Fan => Some(corners.len()).filter(|&length| length < 3).unwrap_or(0),
+        _ => Some(corners.len()).filter(|&length| length < 3).unwrap_or(0),
     };
     if left_over > 0 {
         let detail = format!("{} of them", corners.len());
@@ -158,20 +159,12 @@ pub(super) fn read(
     primitive.triangles = triangles;
     let gather = Gather { used: used.as_deref(), count: positions.count, token };
     reserve_memory("the vertices of one primitive", gather.len(), BYTES_PER_VERTEX)?;
-    primitive.positions = gather.all(&positions, |[x, y, z, _]| Vec3::new(x, y, z))?;
-    let fallback = materials.len().saturating_sub(1);
-    primitive.material = json.material.map_or(fallback, Whole::get);
-    if primitive.material > fallback || (json.material.is_some() && primitive.material == fallback) {
-        let detail = format!("materials[{}] does not exist, there are {fallback}", primitive.material);
-        primitive.faults.push((
-            1,
-            "primitives whose material does not exist shown in clay".to_owned(),
-            at("material", &detail),
-        ));
-        primitive.material = fallback;
-    }
+    primitive.positions = gather.all(&positions, |[x, y, z]| Vec3::new(x, y, z))?;
+    let bounds = Aabb::around(primitive.positions.iter().copied().filter(|point| point.is_finite()));
+    primitive.bounds = [bounds.min, bounds.max];
+    primitive.material = json.material().index().unwrap_or(materials.len().saturating_sub(1));
     read_attributes(&mut primitive, json, accessors, materials, &gather)?;
-    Ok(Decoded::Surface(primitive))
+    Ok(Decoded::Surface(Box::new(primitive)))
 }
 
 /// A place in a primitive with what is wrong there.
@@ -189,12 +182,12 @@ fn triangles(mode: Mode, corners: &[u32], token: &CancelToken) -> Result<Vec<[u3
     reserve_memory("the triangles of one primitive", count, size_of::<[u32; 3]>() as u64)?;
     Ok(match mode {
         Mode::Triangles => collect_cancellable(count, corners.as_chunks().0.iter().copied(), token)?,
-        Mode::Strip => {
+        Mode::TriangleStrip => {
             // Every other triangle would show its back.
             let triangle = |(k, w): (usize, &[u32])| if k % 2 == 0 { [w[0], w[1], w[2]] } else { [w[1], w[0], w[2]] };
             collect_cancellable(count, corners.windows(3).enumerate().map(triangle), token)?
         }
-        Mode::Fan => {
+        _ => {
             let rim = corners.get(1..).unwrap_or_default();
             collect_cancellable(count, rim.windows(2).map(|w| [w[0], w[1], corners[0]]), token)?
         }
@@ -233,24 +226,29 @@ impl Gather<'_> {
         self.used.map_or(self.count, <[u32]>::len)
     }
 
-    fn all<T>(&self, accessor: &Accessor, convert: impl Fn([f32; 4]) -> T) -> Result<Vec<T>, Cancelled> {
+    fn all<T, const N: usize>(
+        &self,
+        accessor: &Accessor,
+        convert: impl Fn([f32; N]) -> T,
+    ) -> Result<Vec<T>, Cancelled> {
         let index = |k: usize| self.used.map_or(k, |used| used[k] as usize);
         collect_cancellable(self.len(), (0..self.len()).map(|k| convert(accessor.element(index(k)))), self.token)
     }
 }
 
-/// Reads normals, texture coordinates and colours; those that cannot be read are left out with a warning.
-fn read_attributes(
+/// Reads normals, texture coordinates, colours, joints and weights; those that cannot be read are left out with a warning.
+fn read_attributes<'a>(
     primitive: &mut Primitive,
-    json: &JsonPrimitive,
-    accessors: &Accessors,
+    json: &gltf::Primitive<'a>,
+    accessors: &Accessors<'a>,
     materials: &[MaterialUse],
     gather: &Gather,
 ) -> Result<(), Cancelled> {
     let mut faults = Vec::new();
-    let mut optional = |name: &str, what: &str, accepts: &dyn Fn(&Accessor) -> bool| {
-        let Some(index) = json.attributes.get(name) else { return Ok(None) };
-        let fault = match accessors.open(index, gather.token) {
+    let mut optional = |semantic: Semantic, what: &str, accepts: &dyn Fn(&Accessor) -> bool| {
+        let Some(attribute) = json.get(&semantic) else { return Ok(None) };
+        let (place, index) = (format!("attributes.{}", semantic.to_string()), attribute.index());
+        let fault = match accessors.open(&attribute, gather.token) {
             Err(AccessorError::Cancelled(cancelled)) => return Err(cancelled),
             Err(AccessorError::Unreadable(fault)) => fault,
             Ok(accessor) if !accepts(&accessor) => {
@@ -265,59 +263,54 @@ fn read_attributes(
             Ok(accessor) => {
                 if accessor.count > gather.count {
                     let detail = format!("{} for {} vertices", accessor.count, gather.count);
-                    let what = format!("primitives with more {what} than vertices");
-                    faults.push((1, what, at(&format!("attributes.{name}"), &detail)));
+                    faults.push((1, format!("primitives with more {what} than vertices"), at(&place, &detail)));
                 }
                 return Ok(Some(accessor));
             }
         };
-        let what = format!("primitives shown without {what}: {}", fault.kind);
-        faults.push((1, what, at(&format!("attributes.{name}"), &fault.detail)));
+        faults.push((1, format!("primitives shown without {what}: {}", fault.kind), at(&place, &fault.detail)));
         Ok(None)
     };
-    let is_float = |accessor: &Accessor| accessor.component == Component::F32;
-    let is_unit = |accessor: &Accessor| is_float(accessor) || accessor.normalized;
-    let normals = optional("NORMAL", "normals", &|accessor| accessor.width == 3 && is_unit(accessor))?;
+    let is_unit = |accessor: &Accessor| accessor.component == DataType::F32 || accessor.normalized;
+    let vector = |[x, y, z]: [f32; 3]| Vec3::new(x, y, z);
     let material = materials.get(primitive.material).copied().unwrap_or_default();
-    let uv_name = |set: u64| format!("TEXCOORD_{set}");
-    let is_uv = |accessor: &Accessor| accessor.width == 2 && accessor.component != Component::U32;
-    let uvs = optional(&uv_name(material.uv_set), "texture coordinates", &is_uv)?;
-    let uvs2 = match material.second_uv_set {
-        Some(set) => optional(&uv_name(set), "texture coordinates", &is_uv)?,
-        None => None,
-    };
-    let colors = optional("COLOR_0", "colours", &|accessor| matches!(accessor.width, 3 | 4) && is_unit(accessor))?;
-    let vector = |[x, y, z, _]: [f32; 4]| Vec3::new(x, y, z);
-    if let Some(accessor) = normals {
-        primitive.normals = gather.all(&accessor, vector)?;
+    if let Some(normals) = optional(Semantic::Normals, "normals", &|found| found.width == 3 && is_unit(found))? {
+        primitive.normals = gather.all(&normals, vector)?;
     }
-    if let Some(accessor) = uvs {
-        primitive.uvs = gather.all(&accessor, |[u, v, _, _]| Vec2::new(u, v))?;
+    let is_uv = |accessor: &Accessor| accessor.width == 2 && accessor.component != DataType::U32;
+    if let Some(uvs) = optional(Semantic::TexCoords(material.uv_set), "texture coordinates", &is_uv)? {
+        primitive.uvs = gather.all(&uvs, Vec2::from_array)?;
     }
-    if let Some(accessor) = uvs2 {
-        primitive.uvs2 = gather.all(&accessor, |[u, v, _, _]| Vec2::new(u, v))?;
+    if let Some(set) = material.second_uv_set
+        && let Some(uvs) = optional(Semantic::TexCoords(set), "texture coordinates", &is_uv)?
+    {
+        primitive.uvs2 = gather.all(&uvs, Vec2::from_array)?;
     }
-    if let Some(accessor) = colors {
-        primitive.colors = gather.all(&accessor, vector)?;
-    }
-    let sets = [material.has_texture.then_some(material.uv_set), material.second_uv_set];
-    for name in sets.into_iter().flatten().map(uv_name) {
-        if json.attributes.get(&name).is_none() {
-            let what = "primitives without the texture coordinates of their texture".to_owned();
-            faults.push((1, what, at("attributes", &format!("no {name}"))));
+    let is_color = |accessor: &Accessor| matches!(accessor.width, 3 | 4) && is_unit(accessor);
+    if let Some(colors) = optional(Semantic::Colors(0), "colours", &is_color)? {
+        primitive.colors = gather.all(&colors, vector)?;
+        if colors.width == 4 && material.is_cut_out {
+            primitive.alphas = gather.all(&colors, |[_, _, _, alpha]| alpha)?;
         }
     }
-    let unknown = |name: &&str| {
-        let stem = name.split_once('_').map_or(*name, |(stem, _)| stem);
-        let known = ["POSITION", "NORMAL", "TANGENT", "TEXCOORD", "COLOR", "JOINTS", "WEIGHTS"];
-        // Names of applications start with a line, those of extensions with their prefix and a colon.
-        !stem.is_empty() && !name.contains(':') && !known.contains(&stem)
+    let is_joint = |accessor: &Accessor| {
+        let is_whole = matches!(accessor.component, DataType::U8 | DataType::U16 | DataType::F32);
+        accessor.width == 4 && is_whole && !accessor.normalized
     };
-    let mut others = json.attributes.0.iter().map(|(name, _)| name.as_str()).filter(unknown);
-    if let Some(name) = others.next() {
-        let count = others.count().saturating_add(1) as u64;
-        let detail = crate::text::quoted(name);
-        faults.push((count, "attributes of unknown names ignored".to_owned(), at("attributes", &detail)));
+    let joints = optional(Semantic::Joints(0), "joints", &is_joint)?;
+    let weights = optional(Semantic::Weights(0), "weights", &|found| found.width == 4 && is_unit(found))?;
+    if let (Some(joints), Some(weights)) = (joints, weights) {
+        primitive.joints = gather.all(&joints, |joints| joints)?;
+        primitive.weights = gather.all(&weights, |weights| weights)?;
+        if json.get(&Semantic::Joints(1)).is_some() {
+            let what = "primitives whose joints beyond the first four of a vertex are ignored".to_owned();
+            faults.push((1, what, at("attributes.JOINTS_1", "")));
+        }
+    }
+    let sets = [material.has_texture.then_some(material.uv_set), material.second_uv_set];
+    for set in sets.into_iter().flatten().filter(|&set| json.get(&Semantic::TexCoords(set)).is_none()) {
+        let what = "primitives without the texture coordinates of their texture".to_owned();
+        faults.push((1, what, at("attributes", &format!("no TEXCOORD_{set}"))));
     }
     primitive.faults.append(&mut faults);
     Ok(())

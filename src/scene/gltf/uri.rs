@@ -3,26 +3,39 @@
 use base64::Engine as _;
 use base64::engine::{DecodePaddingMode, GeneralPurpose, GeneralPurposeConfig};
 
-use super::json::POLL_INTERVAL_BYTES;
 use crate::budget::Budget;
 use crate::scene::images::Images;
 use bvhscope_engine::cancel::CancelToken;
 
+/// Bytes between two cancellation checks.
+pub(super) const POLL_INTERVAL_BYTES: usize = 1 << 18;
+
+/// Whether a URI holds the data itself.
+pub(super) fn is_data(uri: &str) -> bool {
+    uri.get(..5).is_some_and(|scheme| scheme.eq_ignore_ascii_case("data:"))
+}
+
 /// The bytes of a `data:` URI, or of a file relative to the model.
 pub(super) fn read_uri(uri: &str, images: &Images) -> Result<Vec<u8>, String> {
-    let Some(data) = uri.strip_prefix("data:") else {
-        return images.read_relative(&file_name(uri, images.token)?);
+    let Some(data) = uri.get(5..).filter(|_| is_data(uri)) else {
+        return images.read_relative(&file_name(uri, images)?);
     };
-    match data.split_once(',') {
-        Some((kind, text)) if kind.ends_with(";base64") => base64(text, images.token),
-        Some((_, text)) => percent_decoded(text, images.token),
-        None => Err("the data URI has no comma".to_owned()),
+    let (kind, text) = data.split_once(',').ok_or("the data URI has no comma")?;
+    match kind.rsplit_once(';') {
+        Some((_, encoding)) if encoding.trim().eq_ignore_ascii_case("base64") => base64(text, images.token),
+        _ => percent_decoded(text, images.token),
     }
 }
 
-/// The file name in a URI.
-pub(super) fn file_name(uri: &str, token: &CancelToken) -> Result<String, String> {
-    String::from_utf8(percent_decoded(uri, token)?).map_err(|_| "the URI is not UTF-8".to_owned())
+/// The file name in a URI: the decoded one, or where that is no file the name as it stands, since exporters forget to encode it.
+pub(super) fn file_name(uri: &str, images: &Images) -> Result<String, String> {
+    let decoded = percent_decoded(uri, images.token)
+        .and_then(|bytes| String::from_utf8(bytes).map_err(|_| "the URI is not UTF-8".to_owned()));
+    let is_file = |name: &str| images.resolve(name).is_ok();
+    if uri.contains('%') && !decoded.as_ref().is_ok_and(|name| is_file(name)) && is_file(uri) {
+        return Ok(uri.to_owned());
+    }
+    decoded
 }
 
 fn percent_decoded(text: &str, token: &CancelToken) -> Result<Vec<u8>, String> {

@@ -159,9 +159,7 @@ fn gltf() -> Vec<Sample> {
         file(
             "a required extension",
             "a.gltf",
-            asset(
-                ",\"extensionsRequired\":[\"KHR_draco_mesh_compression\"],\"extensionsUsed\":[\"KHR_draco_mesh_compression\"]",
-            ),
+            asset(",\"extensionsRequired\":[\"KHR_texture_basisu\"],\"extensionsUsed\":[\"KHR_texture_basisu\"]"),
         ),
         file("glTF 1.0", "a.gltf", "{\"asset\":{\"version\":\"1.0\"}}"),
         file("a later version", "a.gltf", "{\"asset\":{\"version\":\"3.0\"}}"),
@@ -169,11 +167,9 @@ fn gltf() -> Vec<Sample> {
         file("a version that is none", "a.gltf", "{\"asset\":{\"version\":\"two\"}}"),
         file("a required extension that is unknown", "a.gltf", asset(",\"extensionsRequired\":[\"EXT_hair\"]")),
         file(
-            "compression by meshopt",
+            "pictures of an unknown format",
             "a.gltf",
-            asset(
-                ",\"extensionsRequired\":[\"EXT_meshopt_compression\"],\"extensionsUsed\":[\"EXT_meshopt_compression\"]",
-            ),
+            asset(",\"extensionsRequired\":[\"EXT_texture_avif\"],\"extensionsUsed\":[\"EXT_texture_avif\"]"),
         ),
         file("GLB of version 1", "a.glb", b"glTF\x01\0\0\0\x14\0\0\0\x00\0\0\0\x00\0\0\0"),
         file("GLB cut off in its header", "a.glb", b"glTF\x02\0\0\0"),
