@@ -10,6 +10,7 @@ mod support;
 mod bookmarks;
 mod commands;
 mod diff;
+mod golden;
 #[cfg(unix)]
 mod interrupting;
 #[cfg(feature = "gui")]
