@@ -3,12 +3,14 @@
 
 mod file_tree;
 mod read;
+mod reading;
 
 use std::sync::{Arc, Mutex, OnceLock, Weak};
 use std::time::Duration;
 
 use bvhscope_engine::build_cache::{BuildCache, NodeRecycler};
 use bvhscope_engine::builders::StageTimes;
+use bvhscope_engine::fingerprint;
 use bvhscope_engine::tree::Tree;
 use bvhscope_engine::tree::ancestry::{Ancestry, path_to_primitive};
 use bvhscope_engine::tree::overlap::{EndPointOverlap, end_point_overlap};
@@ -75,6 +77,7 @@ pub struct Accel {
     // Derived on request, because the first picture needs none of it.
     leaf_triangles: OnceLock<Vec<Triangle>>,
     epo: OnceLock<EndPointOverlap>,
+    hash: OnceLock<u64>,
     ancestry: OnceLock<Ancestry>,
     /// Takes the memory of the tree for the next build of the session.
     recycler: NodeRecycler,
@@ -175,6 +178,7 @@ impl Accel {
             widening: Mutex::new(()),
             leaf_triangles: OnceLock::new(),
             epo: OnceLock::new(),
+            hash: OnceLock::new(),
             ancestry: OnceLock::new(),
             recycler,
         }
@@ -235,9 +239,10 @@ impl Accel {
         Ok(self.leaf_triangles.get_or_init(|| triangles))
     }
 
-    /// Computes [`Accel::ancestry`] and [`Accel::epo`].
+    /// Computes [`Accel::ancestry`], [`Accel::hash`] and [`Accel::epo`].
     pub fn compute_derived(&self, token: &CancelToken) -> Result<(), Cancelled> {
         self.compute_ancestry(token)?;
+        self.hash(token)?;
         self.epo(token).map(|_| ())
     }
 
@@ -248,6 +253,20 @@ impl Accel {
         }
         let ancestry = with_tree!(&self.tree, tree => Ancestry::new(tree, token))?;
         Ok(self.ancestry.get_or_init(|| ancestry))
+    }
+
+    /// Hash of the binary tree, computed on the first request: the same on every machine.
+    pub fn hash(&self, token: &CancelToken) -> Result<u64, Cancelled> {
+        if let Some(hash) = self.known_hash() {
+            return Ok(hash);
+        }
+        let hash = fingerprint::of_tree(&self.tree, token)?;
+        Ok(*self.hash.get_or_init(|| hash))
+    }
+
+    /// The hash, if it has been computed.
+    pub fn known_hash(&self) -> Option<u64> {
+        self.hash.get().copied()
     }
 
     /// The nearest hit, through the wide tree at the best SIMD level of this machine; see [`Bvh::closest_hit`]. [`Accel::wide`]

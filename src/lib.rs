@@ -12,9 +12,10 @@
 //! | module | what it does | must not know | start reading at |
 //! | --- | --- | --- | --- |
 //! | [`text`] | names from outside as messages show them | everything else | [`text::printable`] |
-//! | [`catalog`] | settings of a tree, one row each: flags, sliders, limits and texts follow | everything else | [`catalog::settings`] |
+//! | [`catalog`] | what many places need, one row each: settings, numbers of a tree, metrics of a node, terms | egui, clap, files | [`catalog::numbers`] |
 //! | [`console`] | standard streams that may be full, closed, slow or without a reader | everything else | [`console::note`] |
 //! | [`threads`] | how many threads the program works with, and pools of them | everything else | [`threads::count`] |
+//! | [`provenance`] | machine, day and version of a measurement | everything else but [`threads`] | [`provenance::machine`] |
 //! | [`budget`] | memory limit of the process, checked before large allocations | everything else | [`budget::Budget`] |
 //! | [`export`] | atomic writing of files | file formats | [`export::write_file`] |
 //! | [`worker`] | a background thread of which only the latest request counts | what the work is | [`worker::Worker`] |
@@ -62,6 +63,8 @@ pub mod catalog;
 pub mod console;
 
 pub mod threads;
+
+pub mod provenance;
 
 pub mod budget;
 

@@ -119,6 +119,24 @@ pub fn count(value: u64) -> String {
     text
 }
 
+/// A number with about four digits: 0.123, 12.34, 123.4, 12,345; one that is not known as a dash.
+///
+/// ```
+/// assert_eq!([0.1234, 12.344, -12.344, 12_345.4].map(bvhscope::text::number), ["0.123", "12.34", "-12.34", "12,345"]);
+/// assert_eq!(bvhscope::text::number(f64::NAN), "–");
+/// ```
+pub fn number(value: f64) -> String {
+    match value.abs() {
+        size if size.is_nan() => "–".to_owned(),
+        size if size < 10.0 => format!("{value:.3}"),
+        size if size < 100.0 => format!("{value:.2}"),
+        size if size < 1000.0 => format!("{value:.1}"),
+        size if value < 0.0 => format!("-{}", count(size.round() as u64)),
+        size if size.is_finite() => count(size.round() as u64),
+        _ => format!("{value}"),
+    }
+}
+
 /// A number with a noun that stands in its plural, and in its singular where the number is 1. What follows the noun is kept, so
 /// it must not depend on the number: "triangles left out", not "triangles are left out".
 ///

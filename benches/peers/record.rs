@@ -5,9 +5,9 @@ use std::fs::OpenOptions;
 use std::io::Write as _;
 use std::path::Path;
 use std::process::Command;
-use std::time::{SystemTime, UNIX_EPOCH};
 
 use anyhow::Context as _;
+use bvhscope::provenance::{date, machine};
 use bvhscope_engine::kernel::SimdLevel;
 use serde_json::{Value, json};
 
@@ -20,9 +20,8 @@ impl Provenance {
     /// Reads them from machine, clock and repository.
     pub fn of_this_run() -> Self {
         let flags: Vec<String> = std::env::args().skip(1).collect();
-        let seconds = SystemTime::now().duration_since(UNIX_EPOCH).map_or(0, |since| since.as_secs());
         Self(json!({
-            "date": date(seconds), "machine": machine(), "simd": SimdLevel::of_builds().name(),
+            "date": date(), "machine": machine(), "simd": SimdLevel::of_builds().name(),
             "commit": commit(), "flags": flags.join(" "),
         }))
     }
@@ -64,19 +63,6 @@ pub fn keep_newest(path: &Path) -> anyhow::Result<()> {
     std::fs::write(path, text).with_context(name)
 }
 
-/// Name and hardware threads of the processor.
-fn machine() -> String {
-    let info = std::fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
-    let value = |name: &str| {
-        let line = info.lines().find(|line| line.starts_with(name))?;
-        Some(line.split_once(':')?.1.trim().to_owned())
-    };
-    // Names of virtual machines leave the generation out.
-    let family = value("cpu family").zip(value("model\t")).map_or_else(String::new, |(f, m)| format!(" {f}/{m}"));
-    let name = value("model name").unwrap_or_else(|| std::env::consts::ARCH.to_owned());
-    format!("{name}{family}, {} threads", bvhscope::threads::available_threads())
-}
-
 /// The commit, with "+" where files differ from it; "unknown" outside of a repository.
 fn commit() -> String {
     let git = |arguments: &[&str]| {
@@ -87,17 +73,4 @@ fn commit() -> String {
     // The file that is written here does not count.
     let changed = git(&["status", "--porcelain", "--untracked-files=no", "--", ":!docs/performance.jsonl"]);
     if changed.is_some_and(|changed| !changed.is_empty()) { commit + "+" } else { commit }
-}
-
-/// Day and minute in UTC, "2026-05-31T17:04Z" (Hinnant, *chrono-compatible low-level date algorithms*).
-fn date(seconds: u64) -> String {
-    let (days, minutes) = (seconds as i64 / 86_400 + 719_468, seconds % 86_400 / 60);
-    let (era, day_of_era) = (days / 146_097, days % 146_097);
-    let year_of_era = (day_of_era - day_of_era / 1_460 + day_of_era / 36_524 - day_of_era / 146_096) / 365;
-    let day_of_year = day_of_era - (365 * year_of_era + year_of_era / 4 - year_of_era / 100);
-    let month_from_march = (5 * day_of_year + 2) / 153;
-    let day = day_of_year - (153 * month_from_march + 2) / 5 + 1;
-    let month = if month_from_march < 10 { month_from_march + 3 } else { month_from_march - 9 };
-    let year = year_of_era + era * 400 + i64::from(month <= 2);
-    format!("{year}-{month:02}-{day:02}T{:02}:{:02}Z", minutes / 60, minutes % 60)
 }

@@ -12,7 +12,7 @@ use crate::scene::{LoadError, Scene, read_file};
 use bvhscope_engine::build_cache::NodeRecycler;
 use bvhscope_engine::builders::StageTimes;
 use bvhscope_engine::tree::statistics::tree_stats;
-use bvhscope_engine::tree_file::serde_json::{Value, to_value};
+use bvhscope_engine::tree_file::serde_json::{Value, from_str, to_string};
 use bvhscope_engine::tree_file::{Fault, Header, TreeFile};
 use bvhscope_engine::{BuildReport, BuildSettings, CancelToken, Preset};
 
@@ -75,7 +75,9 @@ impl Accel {
             let build_ms = file.header.build_ms.filter(|_| !wide);
             return Header { build_ms, ..file.header.clone() };
         }
-        let mut settings = to_value(self.settings).unwrap_or_default();
+        // Through the text, in which an f32 has the digits of its own precision: 0.2 and not 0.20000000298023224.
+        let text = to_string(&self.settings).unwrap_or_default();
+        let mut settings: Value = from_str(&text).unwrap_or_default();
         if let Value::Object(fields) = &mut settings {
             // These two are in the header already.
             fields.remove("builder");

@@ -2,6 +2,10 @@
 
 use std::time::Duration;
 
+use serde_json::Value;
+
+use crate::catalog::metrics::{Form, Metric};
+use crate::catalog::numbers::{Digits, Number};
 pub use crate::text::count;
 
 /// A count with its noun, in the plural unless it is 1: `1 triangle`, `69,451 triangles`.
@@ -55,6 +59,29 @@ pub fn duration_parts(value: Duration) -> (String, &'static str) {
         (significant(seconds * 1e3), "ms")
     } else {
         (significant(seconds * 1e6), "µs")
+    }
+}
+
+/// A number of the catalogue as the window writes it, without its unit; smallest, mean and largest between slashes.
+pub fn of_number(number: &Number, value: &Value) -> String {
+    let text = |value: f64| match number.digits {
+        Digits::Count => count(value as u64),
+        Digits::Bytes => bytes(value as usize),
+        // Least and most are whole numbers beside a mean.
+        _ if value.fract() == 0.0 && number.compared.is_none() => count(value as u64),
+        _ => significant(value),
+    };
+    let parts = value.as_array().map_or_else(|| std::slice::from_ref(value), Vec::as_slice);
+    let parts: Vec<String> = parts.iter().map(|part| part.as_f64().map_or_else(|| "–".to_owned(), text)).collect();
+    parts.join(" / ")
+}
+
+/// A metric of a node as text: a share in percent, visits as a factor.
+pub fn of_metric(metric: &Metric, value: f32) -> String {
+    match metric.form {
+        Form::Share => percent(f64::from(value)),
+        Form::Ratio => format!("{} ×", significant(f64::from(value))),
+        Form::Count => count(value as u64),
     }
 }
 

@@ -5,7 +5,6 @@
 //!
 //! | Module | What it does | What it must not know |
 //! |---|---|---|
-//! | [`glossary`] | the words of the window, explained | everything else |
 //! | [`state`] | plain values: what is wanted, shown, selected, running | egui, threads |
 //! | [`mod@format`] | numbers as text | state |
 //! | [`theme`] | colours and sizes | what is shown |
@@ -18,8 +17,6 @@
 //! | `shell` | options, saved settings, graphics device, the [`App`] itself; threads that load, build, trace and measure | – |
 //!
 //! Start reading at [`state::AppState`], then `shell/app.rs` and `shell/reconcile.rs`.
-
-pub mod glossary;
 
 pub mod state;
 

@@ -1,3 +1,16 @@
-//! Facts that many places need, each once, as plain tables of structs. Knows the engine only: no egui, no flags.
+//! What many places need and one states: plain tables of structs with function pointers, from which flags, panels, tables, rows
+//! and docs follow. Knows the engine, and neither egui nor clap.
 
 pub mod settings;
+
+pub mod terms;
+
+pub mod reading;
+
+pub mod numbers;
+
+pub mod metrics;
+
+pub mod fields;
+
+pub mod values;

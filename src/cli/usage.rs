@@ -61,4 +61,10 @@ fn escape(error: &mut clap::Error) {
     for (kind, value) in escaped {
         error.insert(kind, value);
     }
+    // "To pass '--builder' as a value, use '-- --builder'": no command takes such values.
+    if error.context().any(|(kind, value)| {
+        kind == ContextKind::Suggested && matches!(value, ContextValue::StyledStrs(tips) if tips.iter().any(|tip| tip.to_string().contains("as a value")))
+    }) {
+        error.remove(ContextKind::Suggested);
+    }
 }

@@ -14,12 +14,14 @@ use super::progress::Progress;
 use super::tree_origin::note_faults;
 use crate::accel::Accel;
 use crate::budget::Budget;
+use crate::catalog::numbers::NUMBERS;
+use crate::catalog::numbers::rows::{LEAVES, NODES};
 use crate::console::{printable_json, printable_lines};
 use crate::export::{Protected, check_target};
 use crate::lab::diff::{TreeDifference, diff};
 use crate::lab::population::Populations;
 use crate::lab::report_table::{difference_table, number};
-use crate::lab::{Contender, Measurement, Quantity, Setup, Subject, TraceView};
+use crate::lab::{Contender, Measurement, Setup, Subject, TraceView};
 use crate::render::Background;
 use crate::scene::{Scene, SceneSource};
 use crate::text::shown_path;
@@ -31,20 +33,6 @@ use bvhscope_engine::tree::traverse::Traversal;
 
 /// Bytes for each pixel: two heat maps, their difference and its picture.
 const BYTES_A_PIXEL: u64 = 160;
-
-/// The differences in the JSON object, by the names of the measurements.
-const DIFFERENCES: [(&str, Quantity); 10] = [
-    ("build_ms", Quantity::BuildTime),
-    ("mrays_per_s", Quantity::Speed),
-    ("container_tests_per_ray", Quantity::ContainerTests),
-    ("primitive_tests_per_ray", Quantity::TriangleTests),
-    ("tests_per_ray", Quantity::TestsPerRay),
-    ("sah_cost", Quantity::SahCost),
-    ("epo", Quantity::Epo),
-    ("nodes", Quantity::Nodes),
-    ("leaves", Quantity::Leaves),
-    ("max_depth", Quantity::Depth),
-];
 
 /// One of the two trees.
 #[derive(Debug, Clone, PartialEq)]
@@ -214,8 +202,9 @@ fn write_picture(
 
 fn summary<'a>(command: &'a DiffCommand, subject: &'a Subject, found: &'a TreeDifference) -> DiffSummary<'a> {
     let [a, b] = &found.rows;
-    let comparable =
-        DIFFERENCES.iter().filter(|(_, quantity)| a.container == b.container || quantity.compares_across_containers());
+    let comparable = NUMBERS.iter().filter(|number| {
+        number.compared.is_some_and(|compared| a.container == b.container || compared.across_containers)
+    });
     let [fewer, same, more] = found.map.pixels;
     let [nodes, interior] = shares(found);
     DiffSummary {
@@ -224,7 +213,7 @@ fn summary<'a>(command: &'a DiffCommand, subject: &'a Subject, found: &'a TreeDi
         triangles: a.triangles,
         a,
         b,
-        difference: comparable.map(|&(name, quantity)| (name, quantity.of(b) - quantity.of(a))).collect(),
+        difference: comparable.map(|number| (number.key, short(b.number(number) - a.number(number)))).collect(),
         survived_nodes: found.survival.nodes,
         survived_share: nodes,
         survived_interior: found.survival.interior,
@@ -237,10 +226,15 @@ fn summary<'a>(command: &'a DiffCommand, subject: &'a Subject, found: &'a TreeDi
     }
 }
 
+/// A difference with the digits of the numbers that it was made of, most of which are f32.
+fn short(difference: f64) -> f64 {
+    if difference.fract() == 0.0 { difference } else { (difference as f32).to_string().parse().unwrap_or(difference) }
+}
+
 /// The survivors as fractions of all nodes and of all interior nodes of A; 1 where A has none.
 fn shares(found: &TreeDifference) -> [f64; 2] {
-    let a = &found.rows[0];
-    [(found.survival.nodes, a.nodes), (found.survival.interior, a.nodes - a.leaves)]
+    let [nodes, leaves] = [NODES, LEAVES].map(|number| found.rows[0].values.count(number));
+    [(found.survival.nodes, nodes), (found.survival.interior, nodes - leaves)]
         .map(|(count, all)| if all == 0 { 1.0 } else { count as f64 / all as f64 })
 }
 
@@ -255,7 +249,7 @@ fn text(found: &TreeDifference) -> String {
          Pixels: B takes fewer tests in {} %, as many in {} %, more in {} %.\n",
         difference_table(&found.rows),
         found.survival.nodes,
-        found.rows[0].nodes,
+        found.rows[0].values.count(NODES),
         percent(fewer),
         percent(same),
         percent(more),

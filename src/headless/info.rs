@@ -10,6 +10,8 @@ use super::picture::check_written;
 use super::progress::Progress;
 use super::tree_numbers::TreeNumbers;
 use super::tree_origin::{TreeOrigin, note_faults};
+use crate::catalog::numbers::NUMBERS;
+use crate::catalog::reading::TreeReading;
 use crate::console::{printable_json, printable_lines};
 use crate::export::{Protected, cannot_be_written, check_target, write_file};
 use crate::lab::diagnose::{Finding, diagnose_scene, diagnose_tree};
@@ -20,8 +22,6 @@ use crate::scene::SceneSource;
 use crate::text::{count, counted};
 use crate::view::CameraChoice;
 use bvhscope_engine::settings::{BuildSettings, BuilderKind, Curve, Pass, Passes};
-use bvhscope_engine::tree::overlap::EndPointOverlap;
-use bvhscope_engine::tree::statistics::{INTERSECTION_COST, TRAVERSAL_COST};
 use bvhscope_engine::tree_file::write_corners;
 
 /// Settings of `info`.
@@ -105,7 +105,7 @@ pub fn run(command: &InfoCommand, context: &mut Context<'_>) -> Result<Finished,
     }
     let progress = Progress::new("Building", &context.token);
     let token = &context.token;
-    let (accel, epo, findings, populations) = in_pool(|| {
+    let (accel, findings, populations) = in_pool(|| {
         let accel = Arc::new(command.tree.accel(&scene, &command.source, &command.build, token)?);
         accel.widen(token)?;
         let epo = accel.epo(token)?;
@@ -119,7 +119,7 @@ pub fn run(command: &InfoCommand, context: &mut Context<'_>) -> Result<Finished,
             Ok(VisitNumbers { sums, node_visits: visits.counts })
         };
         let populations = command.rays.iter().map(visits_of).collect::<Result<Vec<_>, Failure>>()?;
-        Ok::<_, Failure>((accel, epo, findings, populations))
+        Ok::<_, Failure>((accel, findings, populations))
     })?;
     drop(progress);
     let has_faults = note_faults(&accel);
@@ -140,7 +140,7 @@ pub fn run(command: &InfoCommand, context: &mut Context<'_>) -> Result<Finished,
         offset: scene.offset.to_array(),
         up: scene.up.to_array(),
         scene_bytes: scene.bytes(),
-        tree: TreeNumbers::new(&accel, epo),
+        tree: TreeNumbers::new(&accel, &accel.reading()),
         populations,
         warnings: scene.warnings.entries.iter().map(ToString::to_string).collect(),
         findings,
@@ -150,7 +150,7 @@ pub fn run(command: &InfoCommand, context: &mut Context<'_>) -> Result<Finished,
         ignore_missing_reader(writeln!(context.out, "{}", printable_json(&text)))?;
     } else {
         let mut text = Vec::new();
-        print_text(&info, command.build.builder, epo, &mut text)?;
+        print_text(&info, command.build.builder, &accel.reading(), &mut text)?;
         let text = printable_lines(&String::from_utf8_lossy(&text));
         ignore_missing_reader(context.out.write_all(text.as_bytes()))?;
     }
@@ -158,17 +158,19 @@ pub fn run(command: &InfoCommand, context: &mut Context<'_>) -> Result<Finished,
 }
 
 /// How the tree was built, or what its file says of that.
-fn print_settings(tree: &TreeNumbers, builder: BuilderKind, out: &mut dyn std::io::Write) -> std::io::Result<()> {
+fn print_settings(
+    tree: &TreeNumbers,
+    builder: BuilderKind,
+    reading: &TreeReading<'_>,
+    out: &mut dyn std::io::Write,
+) -> std::io::Result<()> {
+    let build_ms = reading.build.map(|build| build.ms);
     if let Some(file) = &tree.file {
         line(out, "file", file.tree.clone())?;
         if let Some(settings) = &file.builder_settings {
             line(out, "settings", settings.clone())?;
         }
-        line(
-            out,
-            "build",
-            tree.build_ms.map_or_else(|| "–".to_owned(), |ms| format!("{} ms, says the file", number(ms))),
-        )?;
+        line(out, "build", build_ms.map_or_else(|| "–".to_owned(), |ms| format!("{} ms, says the file", number(ms))))?;
         let empty = match file.empty_nodes {
             0 => String::new(),
             count => format!(", {} left out", counted(count.into(), "empty nodes")),
@@ -183,7 +185,10 @@ fn print_settings(tree: &TreeNumbers, builder: BuilderKind, out: &mut dyn std::i
             line(out, "curve", settings.curve.name().to_owned())?;
         }
         if settings.optimize != Passes::NONE {
-            let cost = |name: &str| tree.optimize_sah_costs.get(name).map(|&cost| number(cost));
+            let cost = |name: &str| {
+                let costs = &reading.report.stages.costs;
+                costs.iter().find(|(pass, _)| *pass == name).map(|&(_, cost)| number(cost))
+            };
             // Passes that run before the builder have no cost of their own.
             let (after, before): (Vec<Pass>, Vec<Pass>) =
                 settings.optimize.iter().partition(|pass| cost(pass.name()).is_some());
@@ -196,8 +201,8 @@ fn print_settings(tree: &TreeNumbers, builder: BuilderKind, out: &mut dyn std::i
             }
         }
     }
-    let stages: Vec<String> = tree.build_stages_ms.iter().map(|(name, ms)| format!("{name} {}", number(*ms))).collect();
-    let ms = number(tree.build_ms.unwrap_or_default());
+    let stages: Vec<String> = reading.stages_ms.iter().map(|(name, ms)| format!("{name} {}", number(*ms))).collect();
+    let ms = number(build_ms.unwrap_or_default());
     line(out, "build", format!("{ms} ms with {} threads ({})", tree.threads, stages.join(", ")))
 }
 
@@ -209,7 +214,7 @@ fn line(out: &mut dyn std::io::Write, name: &str, value: String) -> std::io::Res
 fn print_text(
     info: &Info,
     builder: BuilderKind,
-    epo: EndPointOverlap,
+    reading: &TreeReading<'_>,
     out: &mut dyn std::io::Write,
 ) -> std::io::Result<()> {
     let vector = |[x, y, z]: [f64; 3]| format!("{x} {y} {z}");
@@ -233,46 +238,12 @@ fn print_text(
     let tree = &info.tree;
     let label = if tree.file.is_some() { &tree.builder } else { builder.label() };
     writeln!(out, "tree: {label}, {} containers", tree.container)?;
-    print_settings(tree, builder, out)?;
-    line(out, "nodes", format!("{}, leaves {}", tree.nodes, tree.leaves))?;
-    line(out, "depth", format!("{}, mean over leaves {:.1}", tree.max_depth, tree.mean_leaf_depth))?;
-    if let Some([min, mean, max]) = tree.arity {
-        line(out, "children", format!("{min} to {max} a node, mean {mean:.2}"))?;
+    print_settings(tree, builder, reading, out)?;
+    for (name, text) in NUMBERS.iter().filter_map(|number| number.info) {
+        if let Some(text) = text(reading) {
+            line(out, name, text)?;
+        }
     }
-    let [min, mean, max] = tree.leaf_size;
-    line(out, "leaf size", format!("{min} to {max} triangles, mean {mean:.2}"))?;
-    line(
-        out,
-        "SAH cost",
-        format!(
-            "{} (container test {TRAVERSAL_COST}, primitive test {INTERSECTION_COST})",
-            number(tree.sah_cost.into())
-        ),
-    )?;
-    let note = epo.estimate_note().map_or_else(String::new, |note| format!(" ({note})"));
-    line(out, "EPO", format!("{}{note}", number(epo.value.into())))?;
-    line(
-        out,
-        "memory",
-        format!(
-            "{} tree, {} triangles, {:.0} bytes a triangle",
-            megabytes(tree.tree_bytes),
-            megabytes(tree.triangle_bytes),
-            tree.bytes_per_triangle
-        ),
-    )?;
-    line(
-        out,
-        "wide tree",
-        format!(
-            "{} nodes, {} triangles, {:.0} bytes a triangle, made in {} ms{}",
-            megabytes(tree.wide_node_bytes),
-            megabytes(tree.wide_triangle_bytes),
-            tree.wide_bytes_per_triangle,
-            number(tree.collapse_ms),
-            tree.ready_ms.map_or_else(String::new, |ms| format!(", ready to trace after {} ms", number(ms)))
-        ),
-    )?;
     if let Some(file) = &tree.file {
         writeln!(out, "faults")?;
         if file.faults.is_empty() {

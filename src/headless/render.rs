@@ -14,6 +14,7 @@ use super::tree_numbers::TreeNumbers;
 use super::tree_origin::{TreeOrigin, note_faults};
 use crate::accel::Accel;
 use crate::budget::Budget;
+use crate::catalog::reading::TreeReading;
 use crate::console::printable_json;
 use crate::export::{Protected, check_target};
 use crate::overlay::{NodeTable, OverlaySettings, Selection};
@@ -24,7 +25,6 @@ use crate::text::shown_path;
 use crate::view::CameraChoice;
 use bvhscope_engine::cancel::CancelToken;
 use bvhscope_engine::settings::BuildSettings;
-use bvhscope_engine::tree::overlap::EndPointOverlap;
 
 /// Settings of `render`.
 #[derive(Debug, Clone)]
@@ -69,13 +69,6 @@ struct RenderSummary<'a> {
     triangles: usize,
     #[serde(flatten)]
     tree: TreeNumbers,
-    trace_ms: f64,
-    rays: u64,
-    hits: u64,
-    mrays_per_s: f64,
-    tests_per_ray: Option<f32>,
-    container_tests_per_ray: Option<f32>,
-    primitive_tests_per_ray: Option<f32>,
     width_px: u32,
     height_px: u32,
     samples: u32,
@@ -110,8 +103,8 @@ pub fn run(command: &RenderCommand, context: &mut Context<'_>) -> Result<Finishe
         note_written(path, "hit distances");
     }
     if command.json {
-        let epo = in_pool(|| accel.epo(token))?;
-        let line = summary(command, &accel, epo, &frame);
+        in_pool(|| accel.epo(token))?;
+        let line = summary(command, &accel, &frame);
         let text = serde_json::to_string(&line).map_err(|error| Failure::Failed(error.to_string()))?;
         ignore_missing_reader(writeln!(context.out, "{}", printable_json(&text)))?;
     }
@@ -259,23 +252,13 @@ fn check_memory(command: &RenderCommand) -> Result<(), Failure> {
         .map_err(|error| Failure::Failed(error.to_string()))
 }
 
-fn summary<'a>(command: &'a RenderCommand, accel: &Accel, epo: EndPointOverlap, frame: &Frame) -> RenderSummary<'a> {
+fn summary<'a>(command: &'a RenderCommand, accel: &Accel, frame: &Frame) -> RenderSummary<'a> {
+    let tree = TreeReading { trace: Some(frame.reading()), ..accel.reading() };
     RenderSummary {
         command: "render",
         model: command.source.to_string(),
         triangles: accel.scene.triangles.len(),
-        tree: TreeNumbers::new(accel, epo),
-        trace_ms: crate::lab::millis(frame.stats.trace_time),
-        rays: frame.stats.primary_rays,
-        hits: frame.stats.hits,
-        mrays_per_s: frame.mrays_per_s(),
-        tests_per_ray: frame
-            .stats
-            .container_tests_per_ray
-            .zip(frame.stats.primitive_tests_per_ray)
-            .map(|(containers, primitives)| containers + primitives),
-        container_tests_per_ray: frame.stats.container_tests_per_ray,
-        primitive_tests_per_ray: frame.stats.primitive_tests_per_ray,
+        tree: TreeNumbers::new(accel, &tree),
         width_px: frame.width_px,
         height_px: frame.height_px,
         samples: frame.samples,

@@ -1,15 +1,11 @@
-//! The tree statistics that `info` and `render` print with `--json`; the same numbers as in the window.
-
-use std::collections::BTreeMap;
+//! Tree, settings and numbers as `info` and `render` print them with `--json`.
 
 use serde::Serialize;
 
 use crate::accel::{Accel, FileTree};
-use crate::lab::millis;
+use crate::catalog::reading::TreeReading;
+use crate::catalog::values::Values;
 use bvhscope_engine::settings::{Curve, Passes};
-use bvhscope_engine::tree::levels::Levels;
-use bvhscope_engine::tree::overlap::EndPointOverlap;
-use bvhscope_engine::tree::statistics::{INTERSECTION_COST, TRAVERSAL_COST};
 use bvhscope_engine::tree_file::Fault;
 
 /// Statistics of a tree. Field names are the JSON names.
@@ -24,43 +20,9 @@ pub struct TreeNumbers {
     #[serde(flatten)]
     pub file: Option<FileNumbers>,
     pub threads: usize,
-    /// Milliseconds of the binary tree; null where the file does not say.
-    pub build_ms: Option<f64>,
-    /// Milliseconds until rays can be traced at full speed: binary and wide tree.
-    pub ready_ms: Option<f64>,
-    pub build_stages_ms: BTreeMap<&'static str, f64>,
-    pub mtriangles_per_s: Option<f64>,
-    pub collapse_ms: f64,
-    pub sah_cost: f32,
-    /// SAH cost before the optimisation passes, under "tree", and after each pass.
-    pub optimize_sah_costs: BTreeMap<&'static str, f64>,
-    pub traversal_cost: f32,
-    pub intersection_cost: f32,
-    pub epo: f32,
-    /// Number of triangles that `epo` was computed from; fewer than those of the model where it is an estimate.
-    pub epo_triangles: usize,
-    pub nodes: usize,
-    pub leaves: usize,
-    pub max_depth: u32,
-    pub mean_leaf_depth: f32,
-    /// Smallest, mean and largest number of children of an interior node; left out for a binary tree.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub arity: Option<[f32; 3]>,
-    /// Number of interior nodes by number of children; left out for a binary tree.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub nodes_per_arity: Option<Vec<u32>>,
-    /// Smallest, mean and largest number of primitives in a leaf.
-    pub leaf_size: [f32; 3],
-    pub tree_bytes: usize,
-    pub triangle_bytes: usize,
-    pub wide_node_bytes: usize,
-    pub wide_triangle_bytes: usize,
-    /// Bytes of the node table of the overlay.
-    pub overlay_bytes: usize,
-    /// Bytes of the tree and its triangles, per triangle.
-    pub bytes_per_triangle: f64,
-    /// Bytes of the wide tree and its triangles, per triangle.
-    pub wide_bytes_per_triangle: f64,
+    /// The numbers of the catalogue.
+    #[serde(flatten)]
+    pub values: Values,
 }
 
 /// The settings of a build.
@@ -118,11 +80,9 @@ impl From<&FileTree> for FileNumbers {
 }
 
 impl TreeNumbers {
-    /// The statistics of `accel`, whose end-point overlap is `epo`.
-    pub fn new(accel: &Accel, epo: EndPointOverlap) -> Self {
-        let (settings, report) = (&accel.settings, &accel.report);
-        let (stats, wide) = (&report.stats, accel.wide());
-        let is_wide = !stats.is_binary();
+    /// The numbers of `tree`, which was read from `accel`.
+    pub fn new(accel: &Accel, tree: &TreeReading<'_>) -> Self {
+        let settings = &accel.settings;
         Self {
             builder: accel.builder_name().into_owned(),
             container: settings.container.name(),
@@ -134,32 +94,8 @@ impl TreeNumbers {
                 rounds: settings.annealing_rounds(),
             }),
             file: accel.file.as_ref().map(FileNumbers::from),
-            threads: report.threads,
-            build_ms: accel.build_ms(),
-            ready_ms: accel.build_ms().map(|ms| ms + millis(wide.collapse_time)),
-            build_stages_ms: report.stages.stages.iter().map(|&(name, time)| (name, millis(time))).collect(),
-            mtriangles_per_s: accel.build_ms().map(|_| report.mtriangles_per_s()),
-            collapse_ms: millis(wide.collapse_time),
-            sah_cost: stats.sah_cost,
-            optimize_sah_costs: report.stages.costs.iter().copied().collect(),
-            traversal_cost: TRAVERSAL_COST,
-            intersection_cost: INTERSECTION_COST,
-            epo: epo.value,
-            epo_triangles: epo.sampled,
-            nodes: stats.nodes,
-            leaves: stats.leaves,
-            max_depth: stats.max_depth,
-            mean_leaf_depth: stats.mean_leaf_depth,
-            arity: is_wide.then(|| [stats.min_arity() as f32, stats.mean_arity, stats.max_arity as f32]),
-            nodes_per_arity: is_wide.then(|| stats.arity_histogram.clone()),
-            leaf_size: [stats.min_leaf_size as f32, stats.mean_leaf_size, stats.max_leaf_size as f32],
-            tree_bytes: report.tree_bytes,
-            triangle_bytes: report.triangle_bytes,
-            wide_node_bytes: wide.tree.node_bytes(),
-            wide_triangle_bytes: wide.tree.leaf_bytes(),
-            overlay_bytes: Levels::bytes(stats.nodes),
-            bytes_per_triangle: report.bytes_per_triangle(),
-            wide_bytes_per_triangle: wide.bytes_per_triangle(),
+            threads: accel.report.threads,
+            values: Values::of(tree),
         }
     }
 }

@@ -5,10 +5,15 @@ use std::sync::Arc;
 use rayon::prelude::*;
 
 use super::measure::{LabError, RowSink, measure, measure_contenders};
-use super::measurement::{Measurement, millions_per_second, millis, pool};
+use super::measurement::{Measurement, millis, pool};
 use super::population::Populations;
 use super::setup::{Setup, Subject, TraceView};
 use crate::accel::Accel;
+use crate::catalog::numbers::millions_per_second;
+use crate::catalog::numbers::rows::{
+    BINARY_MRAYS_PER_S, CONTAINER_TESTS_PER_RAY, HITS, MRAYS_PER_S, PRIMITIVE_TESTS_PER_RAY, RAYS, TESTS_PER_RAY,
+    TRACE_MS, WIDE_TRACE_MS,
+};
 use bvhscope_engine::cancel::{CancelToken, Cancelled};
 use bvhscope_engine::settings::{BuildSettings, BuilderKind};
 use bvhscope_engine::tree::ContainerKind;
@@ -96,21 +101,20 @@ fn on_a_sample(
     trace_ms: f64,
 ) -> Measurement {
     let per_ray = |count: u64| count as f64 / rays as f64;
-    Measurement {
-        width_px,
-        height_px,
-        trace_ms,
-        trace_ms_spread: [trace_ms; 2],
-        wide_trace_ms: None,
-        wide_mrays_per_s: None,
-        rays,
-        hits,
-        mrays_per_s: millions_per_second(rays, trace_ms),
-        container_tests_per_ray: per_ray(tests.containers),
-        primitive_tests_per_ray: per_ray(tests.primitives),
-        tests_per_ray: per_ray(tests.containers + tests.primitives),
-        ..row
-    }
+    let mut row = Measurement { width_px, height_px, ..row };
+    let values = &mut row.values;
+    values.set(TRACE_MS, trace_ms);
+    values.set_spread(TRACE_MS, None);
+    values.remove(WIDE_TRACE_MS);
+    values.remove(MRAYS_PER_S);
+    values.set_spread(MRAYS_PER_S, None);
+    values.set(RAYS, rays);
+    values.set(HITS, hits);
+    values.set(BINARY_MRAYS_PER_S, millions_per_second(rays, trace_ms));
+    values.set(CONTAINER_TESTS_PER_RAY, per_ray(tests.containers));
+    values.set(PRIMITIVE_TESTS_PER_RAY, per_ray(tests.primitives));
+    values.set(TESTS_PER_RAY, per_ray(tests.containers + tests.primitives));
+    row
 }
 
 #[cfg(test)]
@@ -123,22 +127,19 @@ mod tests {
         let row = sample();
         let tests = TestCounts { containers: 19, primitives: 1300 };
         let found = on_a_sample(row.clone(), [23, 29], 130, 31, tests, 5.0);
-        let expected = Measurement {
-            width_px: 23,
-            height_px: 29,
-            trace_ms: 5.0,
-            trace_ms_spread: [5.0, 5.0],
-            wide_trace_ms: None,
-            wide_mrays_per_s: None,
-            rays: 130,
-            hits: 31,
+        let mut expected = Measurement { width_px: 23, height_px: 29, ..row }
+            .with(TRACE_MS, 5.0)
+            .with(RAYS, 130)
+            .with(HITS, 31)
             // 130 rays in 5 ms are 26,000 a second.
-            mrays_per_s: 0.026,
-            container_tests_per_ray: 19.0 / 130.0,
-            primitive_tests_per_ray: 10.0,
-            tests_per_ray: 1319.0 / 130.0,
-            ..row
-        };
+            .with(BINARY_MRAYS_PER_S, 0.026)
+            .with(CONTAINER_TESTS_PER_RAY, 19.0 / 130.0)
+            .with(PRIMITIVE_TESTS_PER_RAY, 10.0)
+            .with(TESTS_PER_RAY, 1319.0 / 130.0);
+        expected.values.set_spread(TRACE_MS, None);
+        expected.values.remove(WIDE_TRACE_MS);
+        expected.values.remove(MRAYS_PER_S);
+        expected.values.set_spread(MRAYS_PER_S, None);
         crate::lab::sample::assert_same(&found, &expected);
     }
 }

@@ -8,6 +8,7 @@ use super::population::{MeasuredRays, ViewRays};
 use super::setup::{Contender, Setup, Subject, TraceView};
 use super::trial::{First, Trial};
 use crate::accel::Accel;
+use crate::catalog::reading::WideReading;
 use crate::render::{RenderRequest, RenderSettings, count_tests, trace_primary, trace_primary_wide};
 use bvhscope_engine::builders::BuildError;
 use bvhscope_engine::cancel::{CancelToken, Cancelled};
@@ -137,9 +138,7 @@ fn try_once(
             report: accel.report.clone(),
             epo: accel.epo(token)?,
             hashes: [fingerprint::of_tree(&accel.tree, token)?, fingerprint::of_wide_tree(&accel.wide().tree, token)?],
-            wide_node_bytes: accel.wide().tree.node_bytes(),
-            wide_triangle_bytes: accel.wide().tree.leaf_bytes(),
-            wide_bytes_per_triangle: accel.wide().bytes_per_triangle(),
+            wide: WideReading::of(accel.wide()),
             populations: populations(&accel, view, token)?,
         })
     } else {

@@ -3,6 +3,7 @@
 //! Knows no window, no wgpu and no files; the command line and the window show the same rows. Start at [`Job`], then read
 //! [`measure()`].
 
+mod conditions;
 mod measurement;
 mod quantity;
 mod setup;
@@ -43,10 +44,11 @@ pub mod rows;
 
 pub use bench::bench;
 pub use compare::{compare, compared_setups};
+pub use conditions::Conditions;
 pub use job::Job;
 pub use measure::{LabError, RowSink, measure, measure_contenders};
 pub use measurement::{Measurement, available_threads, file_and_builder, millis, pool};
-pub use quantity::{Quantity, Verdict};
+pub use quantity::{Reading, Verdict, verdict};
 pub use scaling::scaling;
 pub use setup::{Contender, Setup, Subject, TraceView};
 pub use sweep::{SweepPlan, SweepPoint, sweep};

@@ -5,7 +5,8 @@ use serde::{Deserialize, Serialize};
 use bvhscope_engine::cancel::{CancelToken, Cancelled};
 use bvhscope_engine::tree::largest::largest_nodes;
 
-use crate::lab::node_values::{NodeMetric, NodeValues};
+use crate::catalog::metrics::{self, Metric};
+use crate::lab::node_values::NodeValues;
 
 /// Most nodes in a ranking.
 pub const RANKED_NODES: usize = 1_000;
@@ -14,7 +15,7 @@ pub const RANKED_NODES: usize = 1_000;
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct NodeOrder {
     /// The metric.
-    pub metric: NodeMetric,
+    pub metric: &'static Metric,
     /// Nodes with the smallest values first, instead of those with the largest.
     pub ascending: bool,
     /// Nodes of a smaller area over the root's are left out.
@@ -25,7 +26,7 @@ pub struct NodeOrder {
 pub fn rank_nodes(values: &NodeValues<'_>, order: &NodeOrder, token: &CancelToken) -> Result<Vec<u32>, Cancelled> {
     let key = |node: u32| {
         let large_enough =
-            order.min_area <= 0.0 || values.get(NodeMetric::Area, node).is_some_and(|area| area >= order.min_area);
+            order.min_area <= 0.0 || values.get(metrics::AREA, node).is_some_and(|area| area >= order.min_area);
         let value = if large_enough { values.get(order.metric, node) } else { None };
         value.map_or(f32::NAN, |value| if order.ascending { -value } else { value })
     };
@@ -38,6 +39,7 @@ pub fn rank_nodes(values: &NodeValues<'_>, order: &NodeOrder, token: &CancelToke
 mod tests {
     use super::*;
     use crate::camera::Camera;
+    use crate::catalog::metrics::RANKED;
     use crate::lab::population::{Population, ViewRays};
     use crate::lab::sample::teapot;
     use crate::render::RenderSettings;
@@ -59,11 +61,11 @@ mod tests {
             let rays = ViewRays::new(Population::Primary, camera, [300, 200], &RenderSettings::default());
             let visits = rays.measure(&accel, &token).unwrap();
             let values = NodeValues { accel: &accel, visits: Some(&visits) };
-            for metric in NodeMetric::RANKED {
+            for metric in RANKED {
                 for (ascending, min_area) in [(false, 0.0), (true, 0.0), (false, 0.01)] {
                     let ranked = rank_nodes(&values, &NodeOrder { metric, ascending, min_area }, &token).unwrap();
                     let all = 0..accel.tree.node_count() as u32;
-                    let large = all.filter(|&node| values.get(NodeMetric::Area, node).unwrap() >= min_area);
+                    let large = all.filter(|&node| values.get(metrics::AREA, node).unwrap() >= min_area);
                     let mut sorted: Vec<(u32, f32)> =
                         large.filter_map(|node| Some((node, values.get(metric, node)?))).collect();
                     sorted.sort_by(|a, b| if ascending { a.1.total_cmp(&b.1) } else { b.1.total_cmp(&a.1) });
@@ -90,10 +92,10 @@ mod tests {
         let visits = visits([20, 20]);
         assert_eq!(visits.rays, 400);
         let values = NodeValues { accel: &accel, visits: Some(&visits) };
-        let of = |node| values.get(NodeMetric::VisitRatio, node);
+        let of = |node| values.get(metrics::VISIT_RATIO, node);
         assert_eq!(of(0), Some(1.0), "the root is what predictions begin with");
         let unknown = (0..accel.tree.node_count() as u32).filter(|&node| of(node).is_none()).count();
         assert!(unknown > 0, "a small leaf has no meaningful ratio");
-        assert_eq!(NodeValues { visits: None, ..values }.get(NodeMetric::VisitRatio, 0), None);
+        assert_eq!(NodeValues { visits: None, ..values }.get(metrics::VISIT_RATIO, 0), None);
     }
 }

@@ -5,6 +5,7 @@
 
 use super::measurement::Measurement;
 use super::population::Population;
+use crate::catalog::numbers::rows::{EPO, SAH_COST};
 use bvhscope_engine::tree::ContainerKind;
 
 /// Fewest trees of which a correlation says anything.
@@ -83,7 +84,7 @@ pub fn predicted_trees(
     let tree = |row: &Measurement| {
         let measured = row.populations.iter().find(|measured| measured.population == population)?;
         let is_one = row.container == container && row.builder != "none" && measured.root_hits > 0;
-        is_one.then_some(PredictedTree { sah_cost: row.sah_cost, epo: row.epo, cost: measured.cost })
+        is_one.then_some(PredictedTree { sah_cost: row.number(SAH_COST), epo: row.number(EPO), cost: measured.cost })
     };
     rows.iter().enumerate().filter_map(|(index, row)| Some((index, tree(row)?))).collect()
 }

@@ -1,103 +1,61 @@
-//! The numbers in which two trees are compared, and which way is better.
+//! The comparison of a number of two trees: which way is better, beyond noise.
 
-use super::measurement::Measurement;
+use crate::catalog::numbers::{Compared, Direction};
 
-/// Relative change of a time or speed below which it counts as noise.
-const TIME_NOISE: f64 = 0.05;
-/// Relative change of any other number below which it counts as none.
+/// Relative change of a count or cost below which it counts as none.
 const EQUAL: f64 = 0.0005;
 
-/// A number of a tree that is compared with that of another tree.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub enum Quantity {
-    /// Wall-clock time of the build.
-    BuildTime,
-    /// SAH cost.
-    SahCost,
-    /// End-point overlap.
-    Epo,
-    /// Number of nodes.
-    Nodes,
-    /// Number of leaves.
-    Leaves,
-    /// Depth of the deepest node.
-    Depth,
-    /// Container and triangle tests per primary ray.
-    TestsPerRay,
-    /// Container tests per primary ray.
-    ContainerTests,
-    /// Triangle tests per primary ray.
-    TriangleTests,
-    /// Primary rays in Mray/s.
-    Speed,
+/// A number with the spread of its repetitions.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Reading {
+    /// The number; NaN where it is not known.
+    pub value: f64,
+    /// Smallest and largest value of the repetitions, where there are several.
+    pub spread: Option<[f64; 2]>,
 }
 
-impl Quantity {
-    /// Whether a smaller value is better; `None` where neither direction is.
-    pub const fn smaller_is_better(self) -> Option<bool> {
-        match self {
-            Self::Nodes | Self::Leaves | Self::Depth => None,
-            Self::Speed => Some(false),
-            _ => Some(true),
-        }
-    }
-
-    /// Whether the value depends on camera, size and shading of the picture.
-    pub const fn depends_on_view(self) -> bool {
-        matches!(self, Self::TestsPerRay | Self::ContainerTests | Self::TriangleTests | Self::Speed)
-    }
-
-    /// Whether values of boxes and of spheres compare. Costs are relative to the root's container, and a box's surface is
-    /// another than a sphere's.
-    pub const fn compares_across_containers(self) -> bool {
-        !matches!(self, Self::SahCost | Self::Epo)
-    }
-
-    const fn noise(self) -> f64 {
-        if matches!(self, Self::BuildTime | Self::Speed) { TIME_NOISE } else { EQUAL }
-    }
-
-    /// The number of a measured tree; build times in milliseconds.
-    pub fn of(self, row: &Measurement) -> f64 {
-        match self {
-            Self::BuildTime => row.build_ms,
-            Self::SahCost => row.sah_cost,
-            Self::Epo => row.epo,
-            Self::Nodes => row.nodes as f64,
-            Self::Leaves => row.leaves as f64,
-            Self::Depth => f64::from(row.max_depth),
-            Self::TestsPerRay => row.tests_per_ray,
-            Self::ContainerTests => row.container_tests_per_ray,
-            Self::TriangleTests => row.primitive_tests_per_ray,
-            Self::Speed => row.mrays_per_s,
-        }
-    }
-
-    /// Which way the number went from `before` to `now`.
-    pub fn verdict(self, before: f64, now: f64) -> Verdict {
-        if before.is_nan() || now.is_nan() {
-            return Verdict::Different;
-        }
-        if (now - before).abs() <= before.abs() * self.noise() {
-            return Verdict::Same;
-        }
-        match self.smaller_is_better() {
-            None => Verdict::Different,
-            Some(smaller) if smaller == (now < before) => Verdict::Better,
-            Some(_) => Verdict::Worse,
-        }
+impl Reading {
+    fn width(self) -> Option<f64> {
+        self.spread.map(|[least, most]| most - least)
     }
 }
 
-/// Which way a number went.
+/// The direction in which a number went from one tree to another. A time or speed is judged only where the difference exceeds
+/// the spreads of both.
+pub fn verdict(compared: &Compared, before: Reading, now: Reading) -> Verdict {
+    let difference = (now.value - before.value).abs();
+    if difference.is_nan() {
+        return Verdict::Different;
+    }
+    if compared.is_timed {
+        match before.width().zip(now.width()) {
+            None => return Verdict::Once,
+            Some((a, b)) if difference <= a.max(b) => return Verdict::Noise,
+            Some(_) => {}
+        }
+    } else if difference <= before.value.abs() * EQUAL {
+        return Verdict::Same;
+    }
+    match compared.better {
+        None => Verdict::Different,
+        Some(better) if (better == Direction::Less) == (now.value < before.value) => Verdict::Better,
+        Some(_) => Verdict::Worse,
+    }
+}
+
+/// The direction in which a number went.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Verdict {
     /// The tree now is better.
     Better,
     /// The tree before was better.
     Worse,
-    /// No difference beyond noise.
+    /// No difference.
     Same,
+    /// The difference is smaller than the spread of the repetitions.
+    Noise,
+    /// One of the two was measured only once, so that chance cannot be told from difference.
+    Once,
     /// There is a difference, and neither direction is better; or one of the two is not known.
     Different,
 }
@@ -109,7 +67,33 @@ impl Verdict {
             Self::Better => "better",
             Self::Worse => "worse",
             Self::Same => "same",
-            Self::Different => "",
+            Self::Noise => "within noise",
+            Self::Once | Self::Different => "",
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::catalog::numbers::rows::{BUILD_MS, MRAYS_PER_S, NODES, SAH_COST};
+
+    #[test]
+    fn times_are_judged_beyond_both_spreads_alone() {
+        let reading = |value, spread| Reading { value, spread };
+        let of = |number: &crate::catalog::numbers::Number, before, now| {
+            number.compared.map(|compared| verdict(&compared, before, now))
+        };
+        let narrow = reading(20.0, Some([19.0, 21.0]));
+        assert_eq!(of(BUILD_MS, narrow, reading(17.0, Some([16.5, 18.0]))), Some(Verdict::Better));
+        assert_eq!(of(BUILD_MS, narrow, reading(23.0, Some([22.5, 23.5]))), Some(Verdict::Worse));
+        assert_eq!(of(BUILD_MS, narrow, reading(17.0, Some([16.0, 20.0]))), Some(Verdict::Noise), "a wide spread now");
+        assert_eq!(of(BUILD_MS, reading(17.0, Some([16.0, 20.0])), narrow), Some(Verdict::Noise), "and before");
+        assert_eq!(of(BUILD_MS, narrow, reading(1.0, None)), Some(Verdict::Once));
+        assert_eq!(of(MRAYS_PER_S, narrow, reading(25.0, Some([24.0, 26.0]))), Some(Verdict::Better));
+        assert_eq!(of(SAH_COST, reading(20.0, None), reading(20.005, None)), Some(Verdict::Same));
+        assert_eq!(of(SAH_COST, reading(20.0, None), reading(19.0, None)), Some(Verdict::Better));
+        assert_eq!(of(NODES, reading(20.0, None), reading(19.0, None)), Some(Verdict::Different));
+        assert_eq!(of(SAH_COST, reading(f64::NAN, None), reading(19.0, None)), Some(Verdict::Different));
     }
 }

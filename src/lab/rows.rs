@@ -5,67 +5,14 @@ use std::io::Write;
 use serde_json::Value;
 
 use super::measurement::Measurement;
+use crate::catalog::fields::{CONDITIONS, Field, TREE};
+use crate::catalog::values::keys;
 
-/// CSV columns: the JSON names that all commands share, then the conditions of the measurement.
-const COLUMNS: [&str; 57] = [
-    "command",
-    "model",
-    "triangles",
-    "builder",
-    "tree",
-    "preset",
-    "container",
-    "threshold",
-    "epsilon",
-    "curve",
-    "optimize",
-    "rounds",
-    "threads",
-    "build_ms",
-    "build_ms_spread",
-    "ready_ms",
-    "build_stages_ms",
-    "mtriangles_per_s",
-    "trace_ms",
-    "trace_ms_spread",
-    "rays",
-    "hits",
-    "mrays_per_s",
-    "tests_per_ray",
-    "container_tests_per_ray",
-    "primitive_tests_per_ray",
-    "sah_cost",
-    "traversal_cost",
-    "intersection_cost",
-    "epo",
-    "epo_triangles",
-    "nodes",
-    "leaves",
-    "max_depth",
-    "mean_leaf_depth",
-    "leaf_size",
-    "tree_hash",
-    "wide_tree_hash",
-    "tree_bytes",
-    "triangle_bytes",
-    "bytes_per_triangle",
-    "collapse_ms",
-    "wide_trace_ms",
-    "wide_mrays_per_s",
-    "wide_node_bytes",
-    "wide_triangle_bytes",
-    "wide_bytes_per_triangle",
-    "overlay_bytes",
-    "speedup",
-    "trace_speedup",
-    "predicted_scaling",
-    "traversal",
-    "width_px",
-    "height_px",
-    "repeat",
-    "populations",
-    "warnings",
-];
+/// All CSV columns in order.
+fn columns() -> Vec<&'static str> {
+    let keys_of = |fields: &[Field]| fields.iter().map(|(key, _)| *key).collect::<Vec<_>>();
+    keys_of(&TREE).into_iter().chain(keys()).chain(keys_of(&CONDITIONS)).collect()
+}
 
 /// Writes one JSON object per line, as the measuring commands do with `--json`.
 pub fn write_json_lines(rows: &[Measurement], writer: &mut dyn Write) -> Result<(), String> {
@@ -79,9 +26,12 @@ pub fn write_json_lines(rows: &[Measurement], writer: &mut dyn Write) -> Result<
 /// Writes CSV with the JSON names as columns; spreads and stages are joined into one cell each. Names that no row has are
 /// omitted.
 pub fn write_csv(rows: &[Measurement], writer: &mut dyn Write) -> Result<(), String> {
-    let rows =
-        rows.iter().map(serde_json::to_value).collect::<Result<Vec<_>, _>>().map_err(|error| error.to_string())?;
-    let names: Vec<&str> = COLUMNS.into_iter().filter(|name| rows.iter().any(|row| row.get(name).is_some())).collect();
+    // Through the text, in which each number has the digits of its own precision.
+    let value = |row: &Measurement| serde_json::from_str(&serde_json::to_string(row)?);
+    let rows: Vec<Value> =
+        rows.iter().map(value).collect::<Result<_, serde_json::Error>>().map_err(|error| error.to_string())?;
+    let names: Vec<&str> =
+        columns().into_iter().filter(|name| rows.iter().any(|row| row.get(name).is_some())).collect();
     let mut csv = csv::Writer::from_writer(writer);
     if !names.is_empty() {
         csv.write_record(&names).map_err(failed)?;
@@ -117,6 +67,7 @@ fn cell(value: &Value) -> String {
 #[allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 mod tests {
     use super::*;
+    use crate::catalog::numbers::rows::{BUILD_MS, SPEEDUP, TRACE_SPEEDUP};
     use crate::lab::sample::{assert_same, sample};
 
     fn csv(rows: &[Measurement]) -> Vec<Vec<String>> {
@@ -128,7 +79,7 @@ mod tests {
 
     #[test]
     fn json_lines_are_read_as_they_were_written() {
-        let rows = [sample(), Measurement { speedup: None, ..sample() }];
+        let rows = [sample(), sample().with(BUILD_MS, f64::NAN)];
         let mut text = Vec::new();
         write_json_lines(&rows, &mut text).unwrap();
         let lines: Vec<Measurement> =
@@ -142,14 +93,19 @@ mod tests {
         let sample = || Measurement { tree: Some("mine.bvh".to_owned()), ..sample() };
         let row = serde_json::to_value(sample()).unwrap();
         let mut unnamed: Vec<&String> = row.as_object().unwrap().keys().collect();
-        unnamed.retain(|name| !COLUMNS.contains(&name.as_str()));
+        unnamed.retain(|name| !columns().contains(&name.as_str()));
         assert!(unnamed.is_empty(), "{unnamed:?} are in no column");
         let table = csv(&[sample()]);
-        assert_eq!(table[0], COLUMNS);
+        let absent = ["optimize_sah_costs", "children_per_node", "nodes_per_arity"];
+        assert_eq!(table[0], columns().into_iter().filter(|name| !absent.contains(name)).collect::<Vec<_>>());
         for (name, cell) in table[0].iter().zip(&table[1]) {
             let expected = match name.as_str() {
                 "build_ms_spread" => "17.0 23.0".to_owned(),
                 "trace_ms_spread" => "47.0 61.0".to_owned(),
+                "mrays_per_s_spread" => "2.0 2.5".to_owned(),
+                "eye" => "1.25 2.25 3.25".to_owned(),
+                "target" => "4.25 5.25 6.25".to_owned(),
+                "up" => "0.0 0.0 1.0".to_owned(),
                 "leaf_size" => "1.0 2.5 7.0".to_owned(),
                 "optimize" => "collapse".to_owned(),
                 "build_stages_ms" => "sort=2.5 tree=13.5".to_owned(),
@@ -172,21 +128,24 @@ mod tests {
 
     #[test]
     fn a_build_time_that_is_not_known_is_no_number() {
-        let unknown = Measurement { build_ms: f64::NAN, build_ms_spread: [f64::NAN; 2], ..sample() };
+        let mut unknown = sample().with(BUILD_MS, f64::NAN);
+        unknown.values.set_spread(BUILD_MS, None);
         let mut text = Vec::new();
         write_json_lines(std::slice::from_ref(&unknown), &mut text).unwrap();
         let text = std::str::from_utf8(&text).unwrap();
-        assert!(text.contains("\"build_ms\":null,\"build_ms_spread\":[null,null]"), "{text}");
+        assert!(text.contains("\"build_ms\":null,\"ready_ms\""), "{text}");
         let read: Measurement = serde_json::from_str(text).unwrap();
-        assert!(read.build_ms.is_nan() && read.build_ms_spread.iter().all(|ms| ms.is_nan()));
+        assert!(read.number(BUILD_MS).is_nan());
         let table = csv(&[unknown]);
-        let cell = |name: &str| &table[1][table[0].iter().position(|column| column == name).unwrap()];
-        assert_eq!((cell("build_ms").as_str(), cell("build_ms_spread").as_str()), ("", ""));
+        let column = table[0].iter().position(|column| column == "build_ms").unwrap();
+        assert_eq!(table[1][column], "");
     }
 
     #[test]
     fn columns_that_no_row_has_are_left_out() {
-        let without = Measurement { speedup: None, trace_speedup: None, ..sample() };
+        let mut without = sample();
+        without.values.remove(SPEEDUP);
+        without.values.remove(TRACE_SPEEDUP);
         let table = csv(&[without.clone(), without.clone()]);
         assert!(!table[0].iter().any(|name| name.ends_with("speedup")), "{:?}", table[0]);
         let table = csv(&[without, sample()]);

@@ -3,9 +3,11 @@
 
 use serde_json::Value;
 
+use super::conditions::Conditions;
 use super::measurement::Measurement;
 use super::population::{MeasuredRays, Population};
 use super::speedup::prediction::{PredictedScaling, PredictedSpeedup, ScalingPrediction, StageWork};
+use crate::catalog::values::Values;
 use bvhscope_engine::settings::{Curve, Pass, Passes};
 use bvhscope_engine::tree::ContainerKind;
 
@@ -29,44 +31,20 @@ pub(super) fn sample() -> Measurement {
         width_px: 101,
         height_px: 103,
         repeat: 5,
-        build_ms: 20.0,
-        build_ms_spread: [17.0, 23.0],
-        ready_ms: Some(23.75),
-        build_stages_ms: [("sort".to_owned(), 2.5), ("tree".to_owned(), 13.5)].into(),
-        mtriangles_per_s: Some(0.375),
-        trace_ms: 50.0,
-        trace_ms_spread: [47.0, 61.0],
-        rays: 10_403,
-        hits: 5_003,
-        mrays_per_s: 0.208_06,
-        tests_per_ray: 29.5,
-        container_tests_per_ray: 26.25,
-        primitive_tests_per_ray: 3.25,
-        sah_cost: 67.3,
-        traversal_cost: Some(1.5),
-        intersection_cost: Some(1.75),
-        epo: 0.875,
-        epo_triangles: Some(2_003),
-        nodes: 14_001,
-        leaves: 7_013,
-        max_depth: 31,
-        mean_leaf_depth: Some(19.5),
-        leaf_size: Some([1.0, 2.5, 7.0]),
-        tree_hash: Some("00c0ffee12345678".to_owned()),
-        wide_tree_hash: Some("fedcba9876543210".to_owned()),
-        tree_bytes: Some(448_037),
-        triangle_bytes: Some(252_037),
-        bytes_per_triangle: 98.0,
-        collapse_ms: Some(3.5),
-        wide_trace_ms: Some(4.5),
-        wide_mrays_per_s: Some(2.3125),
-        wide_node_bytes: Some(96_001),
-        wide_triangle_bytes: Some(288_007),
-        wide_bytes_per_triangle: Some(54.5),
-        overlay_bytes: Some(56_003),
-        speedup: Some(2.75),
-        trace_speedup: Some(1.25),
+        values: values(),
         predicted_scaling: Some(prediction()),
+        conditions: Some(Conditions {
+            eye: [1.25, 2.25, 3.25],
+            target: [4.25, 5.25, 6.25],
+            up: [0.0, 0.0, 1.0],
+            fov: 47.5,
+            simd: "sse2".to_owned(),
+            version: "0.0.1".to_owned(),
+            commit: Some("c0ffee".to_owned()),
+            machine: "abacus".to_owned(),
+            date: "2026-05-31T17:04Z".to_owned(),
+            command_line: "bvhscope bench models/thing.obj".to_owned(),
+        }),
         populations: vec![MeasuredRays {
             population: Population::AmbientOcclusion,
             rays: 19,
@@ -77,6 +55,52 @@ pub(super) fn sample() -> Measurement {
         }],
         warnings: vec!["2 faces skipped".to_owned(), "1 texture missing".to_owned()],
     }
+}
+
+/// Every number of a tree that was built.
+#[allow(clippy::unwrap_used, reason = "a test fails by panicking")]
+fn values() -> Values {
+    let values = serde_json::json!({
+        "build_ms": 20.0,
+        "build_ms_spread": [17.0, 23.0],
+        "ready_ms": 23.75,
+        "build_stages_ms": {"sort": 2.5, "tree": 13.5},
+        "mtriangles_per_s": 0.375,
+        "trace_ms": 50.0,
+        "trace_ms_spread": [47.0, 61.0],
+        "rays": 10_403,
+        "hits": 5_003,
+        "binary_mrays_per_s": 0.208_06,
+        "tests_per_ray": 29.5,
+        "container_tests_per_ray": 26.25,
+        "primitive_tests_per_ray": 3.25,
+        "sah_cost": 67.3,
+        "traversal_cost": 1.5,
+        "intersection_cost": 1.75,
+        "epo": 0.875,
+        "epo_triangles": 2_003,
+        "nodes": 14_001,
+        "leaves": 7_013,
+        "max_depth": 31,
+        "mean_leaf_depth": 19.5,
+        "leaf_size": [1.0, 2.5, 7.0],
+        "tree_hash": "00c0ffee12345678",
+        "wide_tree_hash": "fedcba9876543210",
+        "tree_bytes": 448_037,
+        "triangle_bytes": 252_037,
+        "bytes_per_triangle": 98.0,
+        "collapse_ms": 3.5,
+        "wide_trace_ms": 4.5,
+        "mrays_per_s": 2.3125,
+        "mrays_per_s_spread": [2.0, 2.5],
+        "wide_node_bytes": 96_001,
+        "wide_triangle_bytes": 288_007,
+        "wide_bytes_per_triangle": 54.5,
+        "overlay_bytes": 56_003,
+        "speedup": 2.75,
+        "trace_speedup": 1.25,
+    });
+    serde_json::from_value(values).unwrap()
 }
 
 /// A prediction in which every number is another.

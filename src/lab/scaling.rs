@@ -4,6 +4,7 @@ use super::measure::{LabError, RowSink, measure};
 use super::measurement::Measurement;
 use super::setup::{Setup, Subject, TraceView};
 use super::speedup;
+use crate::catalog::numbers::rows::{BUILD_MS, SPEEDUP, TRACE_MS, TRACE_SPEEDUP};
 use crate::threads;
 use bvhscope_engine::cancel::CancelToken;
 
@@ -71,16 +72,14 @@ impl RowSink for WithSpeedups<'_> {
 /// Sets the speed-ups of `rows` over the first. One thread is measured first, so that rows completed before a cancellation have
 /// their reference.
 fn add_speedups(rows: &mut [Measurement]) {
-    let Some((build_ms, trace_ms)) = rows.first().map(|one| (one.build_ms, one.trace_ms)) else { return };
+    let Some(one) = rows.first().map(|row| row.values.clone()) else { return };
     for row in rows {
-        row.speedup = ratio(build_ms, row.build_ms);
-        row.trace_speedup = ratio(trace_ms, row.trace_ms);
+        for (speedup, time) in [(SPEEDUP, BUILD_MS), (TRACE_SPEEDUP, TRACE_MS)] {
+            // Null where the time of the row is 0.
+            let ratio = one.number(time) / row.number(time);
+            row.values.set(speedup, ratio);
+        }
     }
-}
-
-/// `a / b` if it is finite.
-fn ratio(a: f64, b: f64) -> Option<f64> {
-    Some(a / b).filter(|ratio| ratio.is_finite())
 }
 
 #[cfg(test)]
@@ -90,11 +89,10 @@ mod tests {
 
     #[test]
     fn speedups_are_the_time_of_one_thread_over_that_of_the_row() {
-        let row =
-            |build_ms, trace_ms| Measurement { build_ms, trace_ms, speedup: None, trace_speedup: None, ..sample() };
+        let row = |build_ms: f64, trace_ms: f64| sample().with(BUILD_MS, build_ms).with(TRACE_MS, trace_ms);
         let mut rows = [row(60.0, 14.0), row(20.0, 7.0), row(120.0, 3.5), row(0.0, 28.0)];
         add_speedups(&mut rows);
-        let speedups = rows.map(|row| (row.speedup, row.trace_speedup));
+        let speedups = rows.map(|row| (row.values.known(SPEEDUP), row.values.known(TRACE_SPEEDUP)));
         let expected = [
             (Some(1.0), Some(1.0)),
             (Some(3.0), Some(2.0)),

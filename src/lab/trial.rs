@@ -3,15 +3,17 @@
 use std::collections::BTreeMap;
 use std::time::Duration;
 
-use super::measurement::{Measurement, millions_per_second, millis};
+use super::conditions::Conditions;
+use super::measurement::{Measurement, millis};
 use super::population::MeasuredRays;
 use super::setup::{Contender, Subject, TraceView};
+use crate::accel::Accel;
+use crate::catalog::reading::{Times, TraceReading, TreeReading, WideReading};
+use crate::catalog::values::Values;
 use crate::render::{PrimaryTrace, TestSummary};
 use bvhscope_engine::BuildReport;
 use bvhscope_engine::stage_times::StageTimes;
-use bvhscope_engine::tree::levels::Levels;
 use bvhscope_engine::tree::overlap::EndPointOverlap;
-use bvhscope_engine::tree::statistics::{INTERSECTION_COST, TRAVERSAL_COST};
 
 /// The completed repetitions of one setup.
 #[derive(Default)]
@@ -31,9 +33,7 @@ pub(super) struct First {
     pub(super) epo: EndPointOverlap,
     /// Of the binary tree and of the wide one.
     pub(super) hashes: [u64; 2],
-    pub(super) wide_node_bytes: usize,
-    pub(super) wide_triangle_bytes: usize,
-    pub(super) wide_bytes_per_triangle: f64,
+    pub(super) wide: WideReading,
     pub(super) tests: TestSummary,
     pub(super) populations: Vec<MeasuredRays>,
 }
@@ -58,31 +58,15 @@ impl Trial {
         &self,
         command: &str,
         subject: &Subject,
-        Contender { setup, read }: &Contender,
+        contender: &Contender,
         view: &TraceView,
         first: &First,
     ) -> Measurement {
-        let (build_ms, build_ms_spread) = match read {
-            None => median(self.builds.iter().map(|stages| millis(stages.total()))),
-            Some(accel) => {
-                let ms = accel.build_ms().unwrap_or(f64::NAN);
-                (ms, [ms; 2])
-            }
-        };
-        let (trace_ms, trace_ms_spread) = median(self.traces_ms.iter().copied());
-        let ready =
-            self.builds.iter().zip(&self.collapses_ms).map(|(build, collapse)| millis(build.total()) + collapse);
-        let (ready_ms, _) = median(ready);
-        let (collapse_ms, _) = median(self.collapses_ms.iter().copied());
-        let (wide_trace_ms, _) = median(self.wide_traces_ms.iter().copied());
-        let First { report, tests, .. } = first;
-        let [tree_hash, wide_tree_hash] = first.hashes.map(|hash| Some(format!("{hash:016x}")));
-        let stats = &report.stats;
-        let triangles = subject.scene.triangles.len();
+        let Contender { setup, read } = contender;
         Measurement {
             command: command.to_owned(),
             model: subject.model.clone(),
-            triangles,
+            triangles: subject.scene.triangles.len(),
             builder: read.as_ref().map_or(setup.build.builder.name().into(), |accel| accel.builder_name()).into_owned(),
             tree: read.as_ref().and_then(|accel| accel.file.as_ref()).map(|file| file.path.display().to_string()),
             preset: setup.preset.map(|preset| preset.name().to_owned()),
@@ -97,48 +81,57 @@ impl Trial {
             width_px: view.size[0],
             height_px: view.size[1],
             repeat: self.builds.len(),
-            build_ms,
-            build_ms_spread,
-            ready_ms: Some(ready_ms),
-            build_stages_ms: stage_medians(&self.builds),
-            mtriangles_per_s: (build_ms >= 0.0).then(|| millions_per_second(triangles as u64, build_ms)),
-            trace_ms,
-            trace_ms_spread,
-            rays: tests.rays,
-            hits: tests.hits,
-            mrays_per_s: millions_per_second(tests.rays, trace_ms),
-            tests_per_ray: f64::from(tests.container_tests_per_ray) + f64::from(tests.primitive_tests_per_ray),
-            container_tests_per_ray: f64::from(tests.container_tests_per_ray),
-            primitive_tests_per_ray: f64::from(tests.primitive_tests_per_ray),
-            sah_cost: f64::from(stats.sah_cost),
-            traversal_cost: Some(TRAVERSAL_COST.into()),
-            intersection_cost: Some(INTERSECTION_COST.into()),
-            epo: f64::from(first.epo.value),
-            epo_triangles: Some(first.epo.sampled),
-            nodes: stats.nodes,
-            leaves: stats.leaves,
-            max_depth: stats.max_depth,
-            mean_leaf_depth: Some(stats.mean_leaf_depth.into()),
-            leaf_size: Some([stats.min_leaf_size.into(), stats.mean_leaf_size.into(), stats.max_leaf_size.into()]),
-            tree_hash,
-            wide_tree_hash,
-            tree_bytes: Some(report.tree_bytes),
-            triangle_bytes: Some(report.triangle_bytes),
-            bytes_per_triangle: report.bytes_per_triangle(),
-            collapse_ms: Some(collapse_ms),
-            wide_trace_ms: Some(wide_trace_ms),
-            wide_mrays_per_s: Some(millions_per_second(tests.rays, wide_trace_ms)),
-            wide_node_bytes: Some(first.wide_node_bytes),
-            wide_triangle_bytes: Some(first.wide_triangle_bytes),
-            wide_bytes_per_triangle: Some(first.wide_bytes_per_triangle),
-            overlay_bytes: Some(Levels::bytes(stats.nodes)),
-            speedup: None,
-            trace_speedup: None,
+            values: Values::of(&self.reading(subject, read.as_deref(), first)),
             predicted_scaling: None,
+            conditions: Some(Conditions::new(subject, contender, view, first.threads)),
             populations: first.populations.clone(),
             warnings: subject.scene.warnings.entries.iter().map(ToString::to_string).collect(),
         }
     }
+}
+
+impl Trial {
+    /// The source of the numbers of the repetitions so far.
+    fn reading<'a>(&self, subject: &Subject, read: Option<&Accel>, first: &'a First) -> TreeReading<'a> {
+        let (report, tests) = (&first.report, &first.tests);
+        let file_ms = read.and_then(Accel::build_ms);
+        let build = match read {
+            None => Some(times(self.builds.iter().map(|stages| millis(stages.total())))),
+            Some(_) => file_ms.map(Times::single),
+        };
+        let builds = self.builds.iter().map(|build| match read {
+            None => Some(millis(build.total())),
+            Some(_) => file_ms,
+        });
+        let ready = builds.zip(&self.collapses_ms).map(|(build, collapse)| Some(build? + collapse));
+        let ready: Option<Vec<f64>> = ready.collect();
+        TreeReading {
+            triangles: subject.scene.triangles.len(),
+            report,
+            build,
+            stages_ms: stage_medians(&self.builds),
+            ready_ms: ready.map(|ready| median(ready.into_iter()).0),
+            epo: Some(first.epo),
+            hashes: Some(first.hashes),
+            wide: Some(WideReading { collapse_ms: median(self.collapses_ms.iter().copied()).0, ..first.wide }),
+            trace: Some(TraceReading {
+                rays: tests.rays,
+                hits: tests.hits,
+                tests: Some([tests.container_tests_per_ray, tests.primitive_tests_per_ray]),
+                binary: Some(times(self.traces_ms.iter().copied())),
+                wide: Some(times(self.wide_traces_ms.iter().copied())),
+                picture_mrays_per_s: None,
+            }),
+        }
+    }
+}
+
+/// Median and spread; a single repetition has no spread.
+fn times(values: impl Iterator<Item = f64>) -> Times {
+    let values: Vec<f64> = values.collect();
+    let is_repeated = values.len() > 1;
+    let (ms, spread) = median(values.into_iter());
+    Times { ms, spread: is_repeated.then_some(spread) }
 }
 
 /// Median, and smallest and largest value; zeros for an empty iterator.
@@ -161,6 +154,7 @@ fn stage_medians(builds: &[StageTimes]) -> BTreeMap<String, f64> {
 }
 
 #[cfg(test)]
+#[allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 mod tests {
     use std::sync::Arc;
 
@@ -168,6 +162,7 @@ mod tests {
 
     use super::*;
     use crate::camera::{Camera, Projection};
+    use crate::catalog::numbers::rows::{BINARY_MRAYS_PER_S, MRAYS_PER_S, MTRIANGLES_PER_S};
     use crate::lab::population::Populations;
     use crate::lab::sample::{assert_same, sample};
     use crate::lab::setup::Setup;
@@ -176,7 +171,7 @@ mod tests {
     use bvhscope_engine::kernel::SimdLevel;
     use bvhscope_engine::settings::{BuildSettings, BuilderKind, Curve, Pass, Passes, Preset};
     use bvhscope_engine::tree::ContainerKind;
-    use bvhscope_engine::tree::statistics::TreeStats;
+    use bvhscope_engine::tree::statistics::{INTERSECTION_COST, TRAVERSAL_COST, TreeStats};
     use bvhscope_engine::tree::traverse::Traversal;
 
     #[test]
@@ -235,9 +230,7 @@ mod tests {
             epo: EndPointOverlap { value: 0.625, sampled: 5, triangles: 7, visited: 1013 },
             hashes: [0x3fb, 0xfeed_0000_0000_03fd],
             populations: sample().populations,
-            wide_node_bytes: 331,
-            wide_triangle_bytes: 337,
-            wide_bytes_per_triangle: 95.5,
+            wide: WideReading { collapse_ms: 991.0, node_bytes: 331, triangle_bytes: 337, bytes_per_triangle: 95.5 },
             tests: TestSummary {
                 rays: 101,
                 hits: 53,
@@ -246,6 +239,54 @@ mod tests {
                 trace_time: Duration::from_millis(997),
             },
         }
+    }
+
+    fn expected_values() -> Values {
+        let values = serde_json::json!({
+            // Of 13, 34 and 22.
+            "build_ms": 22.0,
+            "build_ms_spread": [13.0, 34.0],
+            // Of 13 + 79, 34 + 71 and 22 + 73.
+            "ready_ms": 95.0,
+            "build_stages_ms": {"tree": 17.0, "flatten": 3.0},
+            // 7 triangles in 22 ms.
+            "mtriangles_per_s": 7.0 / 22_000.0,
+            "trace_ms": 41.0,
+            "trace_ms_spread": [37.0, 43.0],
+            "rays": 101,
+            "hits": 53,
+            // 101 rays in 41 ms.
+            "binary_mrays_per_s": 101.0 / 41_000.0,
+            "tests_per_ray": 12.75,
+            "container_tests_per_ray": 11.25,
+            "primitive_tests_per_ray": 1.5,
+            "sah_cost": 67.5,
+            "traversal_cost": TRAVERSAL_COST,
+            "intersection_cost": INTERSECTION_COST,
+            "epo": 0.625,
+            "epo_triangles": 5,
+            "nodes": 13,
+            "leaves": 17,
+            "max_depth": 5,
+            "mean_leaf_depth": 2.75,
+            "leaf_size": [2.0, 3.5, 61.0],
+            "tree_hash": "00000000000003fb",
+            "wide_tree_hash": "feed0000000003fd",
+            "tree_bytes": 1009,
+            "triangle_bytes": 252,
+            "bytes_per_triangle": (1009.0 + 252.0) / 7.0,
+            "collapse_ms": 73.0,
+            "wide_trace_ms": 23.0,
+            "mrays_per_s": 101.0 / 23_000.0,
+            // In 29 and in 19 ms.
+            "mrays_per_s_spread": [101.0 / 29_000.0, 101.0 / 19_000.0],
+            "wide_node_bytes": 331,
+            "wide_triangle_bytes": 337,
+            "wide_bytes_per_triangle": 95.5,
+            // Four bytes a node.
+            "overlay_bytes": 52,
+        });
+        serde_json::from_value(values).unwrap()
     }
 
     #[test]
@@ -294,49 +335,24 @@ mod tests {
             width_px: 103,
             height_px: 107,
             repeat: 3,
-            // Of 13, 34 and 22.
-            build_ms: 22.0,
-            build_ms_spread: [13.0, 34.0],
-            // Of 13 + 79, 34 + 71 and 22 + 73.
-            ready_ms: Some(95.0),
-            build_stages_ms: [("tree".to_owned(), 17.0), ("flatten".to_owned(), 3.0)].into(),
-            // 7 triangles in 22 ms.
-            mtriangles_per_s: Some(7.0 / 22_000.0),
-            trace_ms: 41.0,
-            trace_ms_spread: [37.0, 43.0],
-            rays: 101,
-            hits: 53,
-            // 101 rays in 41 ms.
-            mrays_per_s: 101.0 / 41_000.0,
-            tests_per_ray: 12.75,
-            container_tests_per_ray: 11.25,
-            primitive_tests_per_ray: 1.5,
-            sah_cost: 67.5,
-            traversal_cost: Some(TRAVERSAL_COST.into()),
-            intersection_cost: Some(INTERSECTION_COST.into()),
-            epo: 0.625,
-            epo_triangles: Some(5),
-            nodes: 13,
-            leaves: 17,
-            max_depth: 5,
-            mean_leaf_depth: Some(2.75),
-            leaf_size: Some([2.0, 3.5, 61.0]),
-            tree_hash: Some("00000000000003fb".to_owned()),
-            wide_tree_hash: Some("feed0000000003fd".to_owned()),
-            tree_bytes: Some(1009),
-            triangle_bytes: Some(252),
-            bytes_per_triangle: (1009.0 + 252.0) / 7.0,
-            collapse_ms: Some(73.0),
-            wide_trace_ms: Some(23.0),
-            wide_mrays_per_s: Some(101.0 / 23_000.0),
-            wide_node_bytes: Some(331),
-            wide_triangle_bytes: Some(337),
-            wide_bytes_per_triangle: Some(95.5),
-            // Four bytes a node.
-            overlay_bytes: Some(52),
-            speedup: None,
-            trace_speedup: None,
+            values: expected_values(),
             predicted_scaling: None,
+            conditions: Some(Conditions {
+                eye: [0.0, 0.0, 1.0],
+                target: [0.0; 3],
+                up: [0.0, 1.0, 0.0],
+                fov: 57.296,
+                simd: SimdLevel::best().name().to_owned(),
+                version: crate::provenance::VERSION.to_owned(),
+                command_line: format!(
+                    "bvhscope bench a/model.obj --builder aac --threshold 47 --epsilon 0.375 --curve hilbert --optimize collapse \
+                     --container sphere --threads 3 --simd {} --size 103x107 --traversal paper --repeat 109 --eye '0,0,1' \
+                     --target '0,0,0' --up '0,1,0' --fov 57.296",
+                    SimdLevel::best().name()
+                ),
+                // Of this machine and this minute.
+                ..found.conditions.clone().unwrap()
+            }),
             populations: sample().populations,
             warnings: vec![subject.scene.warnings.entries[0].to_string()],
         };
@@ -360,6 +376,6 @@ mod tests {
             populations: Populations::NONE,
         };
         let row = trial.measurement("bench", &subject(), &setup, &view, &first());
-        assert_eq!((row.mrays_per_s, row.wide_mrays_per_s, row.mtriangles_per_s), (0.0, Some(0.0), Some(0.0)));
+        assert_eq!([MRAYS_PER_S, BINARY_MRAYS_PER_S, MTRIANGLES_PER_S].map(|rate| row.number(rate)), [0.0; 3]);
     }
 }

@@ -7,7 +7,8 @@ use bvhscope_engine::tree::largest::largest_nodes;
 use bvhscope_engine::with_tree;
 
 use crate::accel::Accel;
-use crate::lab::node_values::{KnownVisits, LEAST_PREDICTED_VISITS, NodeMetric, NodeValues};
+use crate::catalog::metrics::{self, LEAST_PREDICTED_VISITS};
+use crate::lab::node_values::{KnownVisits, NodeValues};
 use crate::lab::plot::{Axis, Scale};
 use crate::lab::population::{MeasuredRays, Population};
 
@@ -95,7 +96,7 @@ impl VisitScatter {
                 scatter.add(ScatterNode { node, predicted, measured });
             });
         }
-        let ratio = |node| values.get(NodeMetric::VisitRatio, node).filter(|&ratio| ratio >= BAD).unwrap_or(f32::NAN);
+        let ratio = |node| values.get(metrics::VISIT_RATIO, node).filter(|&ratio| ratio >= BAD).unwrap_or(f32::NAN);
         let worst = largest_nodes(count, WORST, ratio, token)?;
         scatter.worst = worst.into_iter().filter_map(|(node, _)| node_in(&values, node)).collect();
         Ok(scatter)

@@ -1,5 +1,6 @@
 //! A traced picture.
 
+use crate::catalog::reading::{Times, TraceReading};
 use std::time::Duration;
 
 use glam::Vec3;
@@ -87,6 +88,18 @@ impl Frame {
     pub fn mrays_per_s(&self) -> f64 {
         let seconds = self.stats.trace_time.as_secs_f64();
         if seconds > 0.0 { self.stats.primary_rays as f64 / seconds / 1e6 } else { 0.0 }
+    }
+
+    /// Its rays, as the source of the numbers of its tree.
+    pub fn reading(&self) -> TraceReading {
+        TraceReading {
+            rays: self.stats.primary_rays,
+            hits: self.stats.hits,
+            tests: self.stats.tests_per_ray(),
+            binary: Some(Times::single(self.stats.trace_time.as_secs_f64() * 1e3)),
+            wide: None,
+            picture_mrays_per_s: Some(self.mrays_per_s()),
+        }
     }
 
     /// Index of the traced pixel that covers the requested pixel (x, y).

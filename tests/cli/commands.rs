@@ -433,7 +433,7 @@ fn every_commands_rows_have_the_names_and_agree_on_hits() {
         "trace_ms",
         "rays",
         "hits",
-        "mrays_per_s",
+        "binary_mrays_per_s",
         "tests_per_ray",
         "container_tests_per_ray",
         "primitive_tests_per_ray",

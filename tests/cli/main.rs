@@ -19,6 +19,7 @@ mod merges;
 mod overwriting;
 mod populations;
 mod rays;
+mod rows;
 mod scaling;
 #[cfg(target_os = "linux")]
 mod streams;

@@ -115,6 +115,11 @@ fn measuring_commands_take_trees_of_files() {
     }
     let [of_bench, of_file] = [&read["build_ms"], &header["build_ms"]].map(|ms| ms.as_f64().unwrap());
     assert!((of_bench - of_file).abs() < 1e-9 && read["repeat"] == 2, "{read}");
+    let [ready, collapse] = ["ready_ms", "collapse_ms"].map(|name| read[name].as_f64().unwrap());
+    assert!(
+        (ready - of_file - collapse).abs() < 1e-9,
+        "ready once the file's build and the wide tree are done: {read}"
+    );
     // Once beside all points of a sweep, and in the first of its shards.
     let of_sweep = |shard: &str| -> Vec<bool> {
         let measured = rows(&format!("sweep {MODEL} --threshold 4,6,8 --tree mine.bvh {shard} {small}"));
@@ -132,10 +137,11 @@ fn measuring_commands_take_trees_of_files() {
     let read: Vec<&Value> = compared.iter().filter(|row| row.get("tree").is_some()).collect();
     assert_eq!(read.len(), 2);
     assert_eq!((&read[1]["builder"], &read[1]["build_ms"]), (&"other".into(), &Value::Null));
+    assert_eq!(read[1].get("ready_ms"), None);
     assert!(compared.len() > 10, "{} rows", compared.len());
-    let table = output(at, &format!("compare {MODEL} --tree other.bvh --size 8x8 --repeat 1"));
+    let table = output(at, &format!("compare {MODEL} --tree other.bvh --size 8x8 --repeat 2"));
     let line = table.lines().find(|line| line.contains(" other ")).unwrap_or_else(|| panic!("{table}"));
-    assert_eq!(line.matches('–').count(), 4, "{line}: δ, ε, build time and its spread");
+    assert_eq!(line.matches('–').count(), 5, "{line}: δ, ε, build time, its spread, and ready");
     // `plot` reads the output of `compare`.
     std::fs::write(at.join("rows.jsonl"), output(at, &format!("compare {MODEL} --tree other.bvh {small}"))).unwrap();
     output(at, "plot rows.jsonl -o plot.svg");

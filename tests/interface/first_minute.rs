@@ -4,8 +4,8 @@ use std::sync::Arc;
 
 use crate::panel::{harness, present, press, sized, state};
 use bvhscope::app::commands::{Action, Category};
-use bvhscope::app::glossary::Term;
 use bvhscope::app::state::{AppState, HelpPage, Request, Severity, THUMBNAIL_SIZE, Thumbnail};
+use bvhscope::catalog::terms;
 use bvhscope::render::{HeatKind, Shading};
 use bvhscope::scene::{Scene, SceneSource};
 use bvhscope_engine::geometry::Triangle;
@@ -102,8 +102,8 @@ fn a_number_leads_to_its_term() {
     }
     press(&mut h, "What is “SAH cost”?");
     let help = h.state().layout.help.clone().unwrap();
-    assert_eq!((help.page, help.term), (HelpPage::Glossary, Some(Term::SahCost)));
-    assert!(h.query_by_label(Term::SahCost.text()).is_some());
+    assert_eq!((help.page, help.term), (HelpPage::Glossary, Some(&terms::SAH_COST)));
+    assert!(h.query_by_label(terms::SAH_COST.text).is_some());
 }
 
 #[test]

@@ -4,8 +4,10 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use crate::panel::{harness, present, sized, state};
-use bvhscope::app::state::comparison::{Comparison, Counted, Quantity, Verdict};
+use bvhscope::app::state::comparison::{Comparison, Counted, Verdict};
 use bvhscope::app::state::{AppState, JobStatus, PickedTriangle};
+use bvhscope::catalog::numbers::Number;
+use bvhscope::catalog::numbers::rows::{MRAYS_PER_S, SAH_COST, TESTS_PER_RAY};
 use bvhscope::render::{HeatKind, Shading};
 use bvhscope_engine::settings::Preset;
 use bvhscope_engine::tree::ContainerKind;
@@ -19,7 +21,7 @@ fn again(s: &mut AppState) {
     present(s, &scene);
 }
 
-fn comparison(s: &AppState, quantity: Quantity) -> Comparison {
+fn comparison(s: &AppState, quantity: &'static Number) -> Comparison {
     s.model.presented.as_ref().unwrap().compare(quantity)
 }
 
@@ -32,13 +34,13 @@ fn tile(h: &Harness<'static, AppState>, name: &str) -> String {
 #[test]
 fn differences_to_the_tree_before_say_which_is_better() {
     let mut s = state(Shading::Lit);
-    assert_eq!(comparison(&s, Quantity::SahCost), Comparison::Unknown, "nothing came before");
+    assert_eq!(comparison(&s, SAH_COST), Comparison::Unknown, "nothing came before");
     s.wanted.build.threshold = 2;
     again(&mut s);
     let container = s.wanted.build.container;
     s.wanted.build = bvhscope_engine::settings::BuildSettings::preset(Preset::Best, container);
     again(&mut s);
-    for quantity in [Quantity::SahCost, Quantity::TestsPerRay] {
+    for quantity in [SAH_COST, TESTS_PER_RAY] {
         let Comparison::Change { before, now, verdict } = comparison(&s, quantity) else {
             panic!("{quantity:?} compares")
         };
@@ -61,15 +63,15 @@ fn another_view_size_or_mode_does_not_compare() {
         change(&mut s);
         s.wanted.build.threshold = 20;
         again(&mut s);
-        assert_eq!(comparison(&s, Quantity::TestsPerRay), Comparison::OtherView);
-        assert_eq!(comparison(&s, Quantity::Speed), Comparison::OtherView);
-        assert!(matches!(comparison(&s, Quantity::SahCost), Comparison::Change { .. }), "costs need no view");
+        assert_eq!(comparison(&s, TESTS_PER_RAY), Comparison::OtherView);
+        assert_eq!(comparison(&s, MRAYS_PER_S), Comparison::OtherView);
+        assert!(matches!(comparison(&s, SAH_COST), Comparison::Change { .. }), "costs need no view");
     }
     let mut s = state(Shading::Lit);
     s.wanted.render.heat_range = Some([0.0, 9.0]);
     s.wanted.build.threshold = 20;
     again(&mut s);
-    assert!(matches!(comparison(&s, Quantity::TestsPerRay), Comparison::Change { .. }), "colours change no count");
+    assert!(matches!(comparison(&s, TESTS_PER_RAY), Comparison::Change { .. }), "colours change no count");
 }
 
 #[test]
@@ -79,8 +81,8 @@ fn counts_with_hidden_triangles_do_not_compare() {
     Counted::observe(&mut shown.counted, &shown.frame, true);
     s.wanted.build.threshold = 20;
     again(&mut s);
-    assert_eq!(comparison(&s, Quantity::TestsPerRay), Comparison::OtherView);
-    assert!(matches!(comparison(&s, Quantity::SahCost), Comparison::Change { .. }));
+    assert_eq!(comparison(&s, TESTS_PER_RAY), Comparison::OtherView);
+    assert!(matches!(comparison(&s, SAH_COST), Comparison::Change { .. }));
 }
 
 #[test]
@@ -88,8 +90,8 @@ fn costs_of_boxes_and_spheres_do_not_compare() {
     let mut s = state(Shading::Lit);
     s.wanted.build.container = ContainerKind::Sphere;
     again(&mut s);
-    assert_eq!(comparison(&s, Quantity::SahCost), Comparison::OtherContainer);
-    assert!(matches!(comparison(&s, Quantity::TestsPerRay), Comparison::Change { verdict: Verdict::Worse, .. }));
+    assert_eq!(comparison(&s, SAH_COST), Comparison::OtherContainer);
+    assert!(matches!(comparison(&s, TESTS_PER_RAY), Comparison::Change { verdict: Verdict::Worse, .. }));
     let h = harness(s);
     assert!(tile(&h, "SAH cost ").ends_with("not comparable"));
     assert!(tile(&h, "Tests per ray ").ends_with("worse"));

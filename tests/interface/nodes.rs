@@ -1,8 +1,8 @@
 //! The views of nodes in the dock: the list of worst nodes and the icicle.
 
 use crate::harness::{Window, app, camera, double_click, presented, press, settle};
+use bvhscope::catalog::metrics;
 use bvhscope::lab::icicle::IcicleWidth;
-use bvhscope::lab::node_values::NodeMetric;
 use egui::accesskit::Role;
 use egui::{Key, Modifiers, pos2};
 use egui_kittest::kittest::{NodeT as _, Queryable as _};
@@ -140,7 +140,7 @@ fn a_closed_view_derives_nothing_and_an_open_one_what_it_shows() {
     settle(&mut harness);
     assert_eq!(known(&harness), [false, false, true], "shares of cost need no rays");
     harness.state_mut().state.lab.icicle.width = IcicleWidth::Visits;
-    harness.state_mut().state.lab.icicle.color = NodeMetric::VisitRatio;
+    harness.state_mut().state.lab.icicle.color = metrics::VISIT_RATIO;
     settle(&mut harness);
     assert_eq!(known(&harness), [true, false, true]);
     let visits = harness.state().state.lab.known_visits(&accel).expect("measured").0;

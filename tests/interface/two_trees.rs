@@ -4,8 +4,9 @@ use std::sync::Arc;
 
 use crate::harness::{Window, app, click, drag, pixel, presented, press, send, settle, viewport};
 use bvhscope::app::commands::{Action, CompareStep};
-use bvhscope::app::state::comparison::{Comparison, Quantity, Verdict};
+use bvhscope::app::state::comparison::{Comparison, Verdict};
 use bvhscope::app::state::{AppState, CompareView, Presented, TreeSide};
+use bvhscope::catalog::numbers::rows::SAH_COST;
 use bvhscope::render::{HeatKind, Shading};
 use bvhscope_engine::settings::{BuildSettings, BuilderKind};
 use egui::{Event, Key, Modifiers, PointerButton, vec2};
@@ -136,7 +137,7 @@ fn numbers_of_both_trees_stand_side_by_side() {
     let (a, b) = (presented(&harness), second(&harness));
     let sah = [&a, &b].map(|shown| f64::from(shown.accel.report.stats.sah_cost));
     assert!(sah[1] > sah[0], "LBVH is worse: {sah:?}");
-    let compared = harness.state().state.model.compare(Quantity::SahCost);
+    let compared = harness.state().state.model.compare(SAH_COST);
     assert!(matches!(compared, Comparison::Change { before, now, verdict: Verdict::Worse } if [before, now] == sah));
     let spoken = |name: &str| {
         let start = format!("{name} A ");

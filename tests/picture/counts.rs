@@ -5,6 +5,10 @@ use std::sync::Arc;
 
 use bvhscope::accel::Accel;
 use bvhscope::camera::{Camera, Projection};
+use bvhscope::catalog::numbers::rows::{
+    BYTES_PER_TRIANGLE, CONTAINER_TESTS_PER_RAY, EPO, HITS, LEAF_SIZE, LEAVES, MAX_DEPTH, MEAN_LEAF_DEPTH, NODES,
+    PRIMITIVE_TESTS_PER_RAY, RAYS, SAH_COST, TESTS_PER_RAY, TREE_BYTES, TRIANGLE_BYTES,
+};
 use bvhscope::lab::population::Populations;
 use bvhscope::lab::{Measurement, Setup, Subject, TraceView, measure};
 use bvhscope::render::{
@@ -171,21 +175,22 @@ fn measurements_of_a_known_tree_are_exact() {
     measure("bench", &subject, &setups, &view, &CancelToken::new(), &mut |row| rows.push(row)).unwrap();
     let row = &rows[0];
     assert_eq!((rows.len(), row.threads, row.repeat, row.triangles), (1, 2, 2, 4));
-    assert_eq!((row.rays, row.hits), (14, 4));
-    let tests = [row.container_tests_per_ray, row.primitive_tests_per_ray, row.tests_per_ray];
+    assert_eq!((row.number(RAYS), row.number(HITS)), (14.0, 4.0));
+    let tests = [row.number(CONTAINER_TESTS_PER_RAY), row.number(PRIMITIVE_TESTS_PER_RAY), row.number(TESTS_PER_RAY)];
     for (found, expected) in tests.into_iter().zip([46.0, 4.0, 50.0]) {
         assert!((found * 14.0 - expected).abs() < 1e-5, "{found} tests a ray instead of {expected} of 14 rays");
     }
-    assert_eq!((row.nodes, row.leaves, row.max_depth), (7, 4, 2));
-    assert_eq!((row.mean_leaf_depth, row.leaf_size), (Some(2.0), Some([1.0, 1.0, 1.0])));
+    assert_eq!((row.number(NODES), row.number(LEAVES), row.number(MAX_DEPTH)), (7.0, 4.0, 2.0));
+    assert_eq!(row.number(MEAN_LEAF_DEPTH), 2.0);
+    assert_eq!(row.values.value(LEAF_SIZE), Some(&serde_json::json!([1.0, 1.0, 1.0])));
     // Of boxes 0.9 high: the root is 11.8 wide, its children 1.8, the leaves 0.8. Every test costs 1.
     let cost = (11.8 + 2.0 * 1.8 + 4.0 * 0.8) / 11.8;
-    assert!((row.sah_cost - cost).abs() < 1e-6, "SAH cost {} instead of {cost}", row.sah_cost);
-    assert_eq!(row.epo, 0.0, "no triangle reaches into another's boxes");
+    assert!((row.number(SAH_COST) - cost).abs() < 1e-6, "SAH cost {} instead of {cost}", row.number(SAH_COST));
+    assert_eq!(row.number(EPO), 0.0, "no triangle reaches into another's boxes");
     // Nodes of 32 bytes, an index of 4 bytes and 36 bytes of coordinates for each triangle.
     assert_eq!(size_of::<Node<Aabb>>(), 32);
-    assert_eq!((row.tree_bytes, row.triangle_bytes), (Some(7 * 32 + 4 * 4), Some(4 * 36)));
-    assert_eq!(row.bytes_per_triangle, (7 * 32 + 4 * 4 + 4 * 36) as f64 / 4.0);
+    assert_eq!((row.number(TREE_BYTES), row.number(TRIANGLE_BYTES)), ((7 * 32 + 4 * 4) as f64, (4 * 36) as f64));
+    assert_eq!(row.number(BYTES_PER_TRIANGLE), (7 * 32 + 4 * 4 + 4 * 36) as f64 / 4.0);
 }
 
 #[test]

@@ -6,6 +6,11 @@ use std::sync::atomic::{AtomicU64, Ordering};
 
 use bvhscope::accel::Accel;
 use bvhscope::camera::Camera;
+use bvhscope::catalog::numbers::rows::{
+    BUILD_MS, COLLAPSE_MS, CONTAINER_TESTS_PER_RAY, EPO, HITS, LEAF_SIZE, LEAVES, MAX_DEPTH, MEAN_LEAF_DEPTH, NODES,
+    PRIMITIVE_TESTS_PER_RAY, RAYS, SAH_COST, SPEEDUP, TESTS_PER_RAY, TRACE_MS, TRACE_SPEEDUP, TREE_BYTES,
+    WIDE_TRACE_MS,
+};
 use bvhscope::lab::plot::Figure;
 use bvhscope::lab::population::Populations;
 use bvhscope::lab::report_table::{number, tables};
@@ -96,14 +101,16 @@ fn spheres_need_more_tests_for_the_same_hits() {
         let view = TraceView { size, ..view(&subject, Traversal::Ordered) };
         let rows = collect(|row| bench(&subject, &both(), &view, true, &CancelToken::new(), row));
         let [boxes, spheres, none] = &rows[..] else { panic!("{} rows", rows.len()) };
-        assert!(boxes.tests_per_ray < spheres.tests_per_ray, "{name}");
-        assert_eq!(boxes.hits, spheres.hits, "{name}");
-        assert!(boxes.hits > 0 && boxes.rays == u64::from(size[0] * size[1]), "{name}");
-        assert_eq!(none.tests_per_ray, none.triangles as f64, "{name}");
+        assert!(boxes.number(TESTS_PER_RAY) < spheres.number(TESTS_PER_RAY), "{name}");
+        assert_eq!(boxes.number(HITS), spheres.number(HITS), "{name}");
+        assert!(boxes.number(HITS) > 0.0 && boxes.number(RAYS) == f64::from(size[0] * size[1]), "{name}");
+        assert_eq!(none.number(TESTS_PER_RAY), none.triangles as f64, "{name}");
         // With so few triangles every pixel is in the sample.
-        assert_eq!((none.rays, none.hits), (boxes.rays, boxes.hits), "{name}");
-        assert_eq!(boxes.tests_per_ray, boxes.container_tests_per_ray + boxes.primitive_tests_per_ray);
-        assert!(boxes.build_ms_spread[0] <= boxes.build_ms && boxes.build_ms <= boxes.build_ms_spread[1]);
+        assert_eq!((none.number(RAYS), none.number(HITS)), (boxes.number(RAYS), boxes.number(HITS)), "{name}");
+        let sum = boxes.number(CONTAINER_TESTS_PER_RAY) + boxes.number(PRIMITIVE_TESTS_PER_RAY);
+        assert!((boxes.number(TESTS_PER_RAY) - sum).abs() < 1e-5 * sum, "{name}");
+        let [fastest, slowest] = boxes.values.spread(BUILD_MS).unwrap();
+        assert!(fastest <= boxes.number(BUILD_MS) && boxes.number(BUILD_MS) <= slowest);
     }
 }
 
@@ -114,8 +121,8 @@ fn the_papers_traversal_never_takes_fewer_tests() {
     let (paper, ordered) = (rows(Traversal::Paper), rows(Traversal::Ordered));
     assert_eq!((paper.len(), ordered.len()), (2, 2));
     for (paper, ordered) in paper.iter().zip(&ordered) {
-        assert!(paper.tests_per_ray >= ordered.tests_per_ray);
-        assert_eq!(paper.hits, ordered.hits);
+        assert!(paper.number(TESTS_PER_RAY) >= ordered.number(TESTS_PER_RAY));
+        assert_eq!(paper.number(HITS), ordered.number(HITS));
     }
 }
 
@@ -126,20 +133,23 @@ fn compared_builders_agree_on_hits() {
     let rows = collect(|row| compare(&subject, &ContainerKind::ALL, false, 1, &view, &CancelToken::new(), row));
     // Five presets, two curves, LBVH and exact for both containers, binned SAH and five choices of passes for boxes.
     assert_eq!(rows.len(), 24);
-    assert!(rows.iter().all(|row| row.hits == rows[0].hits));
+    assert!(rows.iter().all(|row| row.number(HITS) == rows[0].number(HITS)));
     for row in &rows {
         // A binary tree: each interior node adds one leaf.
-        assert_eq!(row.nodes, 2 * row.leaves - 1, "{}", row.builder_name());
-        let tree_bytes = row.tree_bytes.unwrap();
+        assert_eq!(row.number(NODES), 2.0 * row.number(LEAVES) - 1.0, "{}", row.builder_name());
+        let tree_bytes = row.number(TREE_BYTES) as usize;
         // Nodes of 32 bytes or, around spheres, 24; a reference of 4 bytes for each triangle, or more after splitting.
         let node_bytes = if row.container == ContainerKind::Aabb { 32 } else { 24 };
-        let references = (tree_bytes - row.nodes * node_bytes) / 4;
+        let references = (tree_bytes - row.number(NODES) as usize * node_bytes) / 4;
         let splits = row.optimize.contains(Pass::Split);
         assert!(references == row.triangles || splits && references > row.triangles, "{}", row.builder_name());
-        let [least, mean, most] = row.leaf_size.unwrap();
-        assert!((mean * row.leaves as f64 - references as f64).abs() < 0.01, "{}: {mean} a leaf", row.builder_name());
+        let sizes = row.values.value(LEAF_SIZE).and_then(|sizes| sizes.as_array()).unwrap();
+        let [least, mean, most] = [0, 1, 2].map(|index| sizes[index].as_f64().unwrap());
+        assert!((mean * row.number(LEAVES) - references as f64).abs() < 0.01, "{}: {mean} a leaf", row.builder_name());
         assert!(1.0 <= least && least <= mean && mean <= most, "{}", row.builder_name());
-        assert!(row.sah_cost > 1.0 && row.epo > 0.0 && row.mean_leaf_depth.unwrap() <= f64::from(row.max_depth));
+        assert!(
+            row.number(SAH_COST) > 1.0 && row.number(EPO) > 0.0 && row.number(MEAN_LEAF_DEPTH) <= row.number(MAX_DEPTH)
+        );
     }
 }
 
@@ -150,12 +160,20 @@ fn scaling_starts_at_one() {
     let rows = collect(|row| scaling(&subject, &both()[0], 3, false, &view, &CancelToken::new(), row));
     let most = bvhscope::threads::available_threads().min(3);
     assert_eq!(rows.iter().map(|row| row.threads).collect::<Vec<_>>(), (1..=most).collect::<Vec<_>>());
-    assert_eq!((rows[0].speedup, rows[0].trace_speedup), (Some(1.0), Some(1.0)));
+    assert_eq!((rows[0].number(SPEEDUP), rows[0].number(TRACE_SPEEDUP)), (1.0, 1.0));
     for row in &rows {
-        assert_eq!(row.speedup, Some(rows[0].build_ms / row.build_ms), "{} threads", row.threads);
-        assert_eq!(row.trace_speedup, Some(rows[0].trace_ms / row.trace_ms), "{} threads", row.threads);
+        assert_eq!(row.number(SPEEDUP), rows[0].number(BUILD_MS) / row.number(BUILD_MS), "{} threads", row.threads);
+        assert_eq!(
+            row.number(TRACE_SPEEDUP),
+            rows[0].number(TRACE_MS) / row.number(TRACE_MS),
+            "{} threads",
+            row.threads
+        );
     }
-    assert!(rows.iter().all(|row| row.nodes == rows[0].nodes && row.tests_per_ray == rows[0].tests_per_ray));
+    assert!(
+        rows.iter().all(|row| row.number(NODES) == rows[0].number(NODES)
+            && row.number(TESTS_PER_RAY) == rows[0].number(TESTS_PER_RAY))
+    );
 }
 
 #[test]
@@ -204,7 +222,7 @@ fn rows_survive_json_and_cancelled_jobs_stop() {
         assert!(text.contains(name), "{name} in {text}");
     }
     let read: Measurement = serde_json::from_str(&text).unwrap();
-    assert_eq!((read.model, read.threshold, read.hits), (row.model, row.threshold, row.hits));
+    assert_eq!((read.number(HITS), &read.model, read.threshold), (row.number(HITS), &row.model, row.threshold));
     let token = CancelToken::new();
     token.cancel();
     let mut rows = 0;
@@ -237,9 +255,10 @@ fn a_cancelled_group_reports_finished_repetitions() {
         one.repeat,
         two.repeat
     );
-    assert_eq!((one.speedup, one.trace_speedup), (Some(1.0), Some(1.0)));
-    assert_eq!(two.speedup, Some(one.build_ms / two.build_ms));
-    assert_eq!(two.trace_speedup, Some(one.trace_ms / two.trace_ms));
+    for (speedup, time) in [(SPEEDUP, BUILD_MS), (TRACE_SPEEDUP, TRACE_MS)] {
+        assert_eq!(one.number(speedup), 1.0);
+        assert_eq!(two.number(speedup), one.number(time) / two.number(time));
+    }
 }
 
 /// Cancelled at each of its polls, a measurement gives rows of whole repetitions: one that was cancelled before its last trace would
@@ -264,7 +283,7 @@ fn rows_are_of_complete_repetitions() {
     let mut repeats = Vec::new();
     for poll in 1..=polls {
         for row in run(poll) {
-            let times = [row.build_ms, row.trace_ms, row.collapse_ms.unwrap(), row.wide_trace_ms.unwrap()];
+            let times = [BUILD_MS, TRACE_MS, COLLAPSE_MS, WIDE_TRACE_MS].map(|time| row.number(time));
             assert!(
                 times.iter().all(|&ms| ms > 0.0),
                 "poll {poll} of {polls}: {} repetitions in {times:?} ms",
@@ -313,7 +332,7 @@ fn a_sweep_is_drawn_as_the_papers_three_curves_and_each_with_its_unit() {
     assert_eq!(tests.curves.iter().map(|curve| curve.name.as_str()).collect::<Vec<_>>(), ["box", "sphere"]);
     for point in tests.curves.iter().flat_map(|curve| &curve.points) {
         let row = &rows[point.row.unwrap()];
-        assert_eq!((point.x, point.y), (f64::from(row.threshold), row.tests_per_ray));
+        assert_eq!((point.x, point.y), (f64::from(row.threshold), row.number(TESTS_PER_RAY)));
     }
 }
 
@@ -341,11 +360,11 @@ fn tables_hold_the_numbers_of_the_rows() {
     let column = |name: &str| tests.columns.iter().position(|column| column.0 == name).unwrap();
     for row in &rows {
         let name = row.container.name();
-        assert_eq!(tests.rows[0][column(&format!("all {name}"))], number(row.tests_per_ray));
-        assert_eq!(tests.rows[0][column(&format!("containers {name}"))], number(row.container_tests_per_ray));
+        assert_eq!(tests.rows[0][column(&format!("all {name}"))], number(row.number(TESTS_PER_RAY)));
+        assert_eq!(tests.rows[0][column(&format!("containers {name}"))], number(row.number(CONTAINER_TESTS_PER_RAY)));
     }
     assert!(tests.rows[1][0].contains("the paper's teapot") && tests.rows[1].contains(&"49".to_owned()));
-    let sum: f64 = rows[0].build_stages_ms.values().sum();
-    assert!(rows[0].build_stages_ms.contains_key("codes") && sum > 0.0);
+    let sum: f64 = rows[0].stages_ms().values().sum();
+    assert!(rows[0].stages_ms().contains_key("codes") && sum > 0.0);
     assert_eq!(stages.rows[0].last().map(String::is_empty), Some(false));
 }

@@ -41,9 +41,10 @@ const VIEWER: Plan = Plan {
     source: "src",
     rooms: &[
         ("text", &[]),
-        ("catalog", &["*"]),
+        ("catalog", &[]),
         ("console", &["catalog"]),
         ("threads", &["*"]),
+        ("provenance", &["text", "console"]),
         ("budget", &["*"]),
         ("worker", &["*"]),
         ("export", &["console", "threads", "budget", "worker"]),
@@ -57,7 +58,6 @@ const VIEWER: Plan = Plan {
         ("overlay", &["console", "threads", "worker", "export", "view", "render"]),
         ("lab", &["console", "worker", "overlay"]),
         ("headless", &["worker"]),
-        ("app::glossary", &["*"]),
         (
             "app::format",
             &[

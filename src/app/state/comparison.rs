@@ -2,7 +2,11 @@
 
 use crate::accel::Accel;
 use crate::camera::Camera;
-pub use crate::lab::{Quantity, Verdict};
+use crate::catalog::numbers::rows::{BUILD_MS, MRAYS_PER_S};
+use crate::catalog::numbers::{NUMBERS, Number};
+use crate::catalog::reading::{TraceReading, TreeReading};
+pub use crate::lab::Verdict;
+use crate::lab::{Reading, verdict};
 use crate::render::{ColorMap, Frame, RenderSettings};
 use bvhscope_engine::tree::ContainerKind;
 
@@ -18,6 +22,8 @@ pub enum Comparison {
     OtherView,
     /// The tree before has containers of another kind, whose numbers do not compare with these.
     OtherContainer,
+    /// One of the two builds reused stages of an earlier build that the other one ran.
+    OtherStages,
     /// The numbers compare.
     Change {
         /// The number of the tree before.
@@ -77,6 +83,13 @@ impl Counted {
         (frame.coarseness == 1.0 && self.view == Some(View::of(frame))).then(|| self.mrays_per_s())
     }
 
+    /// Slowest and fastest pass, where there are several.
+    fn spread(&self) -> Option<[f64; 2]> {
+        let least = self.speeds.iter().copied().fold(f64::INFINITY, f64::min);
+        let most = self.speeds.iter().copied().fold(0.0, f64::max);
+        (self.speeds.len() > 1).then_some([least, most])
+    }
+
     fn mrays_per_s(&self) -> f64 {
         let mut speeds = self.speeds.clone();
         speeds.sort_by(f64::total_cmp);
@@ -88,63 +101,66 @@ impl Counted {
 #[derive(Debug, Clone, PartialEq)]
 pub struct TreeNumbers {
     container: ContainerKind,
-    /// `None` where the file of the tree does not say.
-    build_secs: Option<f64>,
-    sah_cost: f64,
-    epo: Option<f64>,
-    nodes: f64,
-    leaves: f64,
-    depth: f64,
-    counted: Option<Counted>,
+    /// The numbers by which trees are compared and that are known, by name.
+    values: Vec<(&'static str, Reading)>,
+    /// Hash of the tree, once it is known: trees with the same hash are the same, node for node.
+    hash: Option<u64>,
+    /// Names of the build stages whose results came from an earlier build.
+    reused: Vec<&'static str>,
+    /// The view of the counts.
+    view: Option<View>,
 }
 
 impl TreeNumbers {
     /// The numbers of a tree and of what was counted while it was shown.
-    pub fn new(accel: &Accel, counted: Option<Counted>) -> Self {
-        let stats = &accel.report.stats;
+    pub fn new(accel: &Accel, counted: Option<&Counted>) -> Self {
+        let trace = counted.map(|counted| TraceReading {
+            tests: Some(counted.tests_per_ray),
+            picture_mrays_per_s: Some(counted.mrays_per_s()),
+            ..TraceReading::default()
+        });
+        let reading = TreeReading { trace, ..accel.reading() };
+        let compared = NUMBERS.iter().filter(|number| number.compared.is_some());
+        let value = |number: &Number| {
+            let spread = number.spread.and_then(|(_, spread)| spread(&reading));
+            let spread = if number == MRAYS_PER_S { counted.and_then(Counted::spread) } else { spread };
+            Some((number.key, Reading { value: (number.get)(&reading)?.as_f64()?, spread }))
+        };
         Self {
             container: accel.settings.container,
-            build_secs: accel.build_ms().map(|ms| ms * 1e-3),
-            sah_cost: f64::from(stats.sah_cost),
-            epo: accel.known_epo().map(|epo| f64::from(epo.value)),
-            nodes: stats.nodes as f64,
-            leaves: stats.leaves as f64,
-            depth: f64::from(stats.max_depth),
-            counted,
+            values: compared.filter_map(value).collect(),
+            hash: accel.known_hash(),
+            reused: accel.report.stages.reused.clone(),
+            view: counted.and_then(|counted| counted.view),
         }
     }
 
     /// One of the numbers; `None` where it is not known.
-    pub fn value(&self, quantity: Quantity) -> Option<f64> {
-        let tests =
-            |select: fn([f32; 2]) -> f32| self.counted.as_ref().map(|counted| f64::from(select(counted.tests_per_ray)));
-        match quantity {
-            Quantity::BuildTime => self.build_secs,
-            Quantity::SahCost => Some(self.sah_cost),
-            Quantity::Epo => self.epo,
-            Quantity::Nodes => Some(self.nodes),
-            Quantity::Leaves => Some(self.leaves),
-            Quantity::Depth => Some(self.depth),
-            Quantity::TestsPerRay => tests(|[containers, triangles]| containers + triangles),
-            Quantity::ContainerTests => tests(|[containers, _]| containers),
-            Quantity::TriangleTests => tests(|[_, triangles]| triangles),
-            Quantity::Speed => self.counted.as_ref().map(Counted::mrays_per_s),
-        }
+    pub fn value(&self, number: &Number) -> Option<f64> {
+        self.reading(number).map(|reading| reading.value)
+    }
+
+    fn reading(&self, number: &Number) -> Option<Reading> {
+        self.values.iter().find(|(key, _)| *key == number.key).map(|&(_, reading)| reading)
     }
 
     /// How a number differs from that of the tree `before`.
-    pub fn compare(&self, before: Option<&Self>, quantity: Quantity) -> Comparison {
-        let Some(before) = before else { return Comparison::Unknown };
-        if self.container != before.container && !quantity.compares_across_containers() {
+    pub fn compare(&self, before: Option<&Self>, number: &Number) -> Comparison {
+        let (Some(before), Some(compared)) = (before, &number.compared) else { return Comparison::Unknown };
+        if self.container != before.container && !compared.across_containers {
             return Comparison::OtherContainer;
         }
-        let (Some(earlier), Some(now)) = (before.value(quantity), self.value(quantity)) else {
+        if number == BUILD_MS && self.reused != before.reused {
+            return Comparison::OtherStages;
+        }
+        let (Some(earlier), Some(now)) = (before.reading(number), self.reading(number)) else {
             return Comparison::Unknown;
         };
-        let view = |numbers: &Self| numbers.counted.as_ref().and_then(|counted| counted.view);
-        if quantity.depends_on_view() && (view(self).is_none() || view(self) != view(before)) {
+        if compared.depends_on_view && (self.view.is_none() || self.view != before.view) {
             return Comparison::OtherView;
         }
-        Comparison::Change { before: earlier, now, verdict: quantity.verdict(earlier, now) }
+        let is_same = self.hash.is_some() && self.hash == before.hash;
+        let verdict = if is_same { Verdict::Same } else { verdict(compared, earlier, now) };
+        Comparison::Change { before: earlier.value, now: now.value, verdict }
     }
 }

@@ -2,12 +2,12 @@
 
 use std::sync::Arc;
 
-use crate::app::glossary::Term;
 use crate::app::state::graphics::Graphics;
 use crate::app::state::lesson::{LESSONS, Lesson, Reading};
 use crate::app::state::path_field::PathField;
 use crate::app::state::second_tree::TreeSide;
 use crate::app::state::thumbnails::Thumbnails;
+use crate::catalog::terms::Term;
 
 /// A side panel.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -35,7 +35,7 @@ pub struct Help {
     /// Only what contains this text is listed.
     pub filter: String,
     /// The term that is marked in the glossary.
-    pub term: Option<Term>,
+    pub term: Option<&'static Term>,
 }
 
 /// Open dialogs, panels and the viewport's size. Nothing here outlives the run.
@@ -115,7 +115,7 @@ impl Layout {
     }
 
     /// Opens the glossary at a term.
-    pub fn explain(&mut self, term: Term) {
+    pub fn explain(&mut self, term: &'static Term) {
         self.help = Some(Help { page: HelpPage::Glossary, filter: String::new(), term: Some(term) });
     }
 

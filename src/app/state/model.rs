@@ -5,8 +5,10 @@ use std::sync::Arc;
 use glam::Vec3;
 
 use crate::accel::Accel;
-use crate::app::state::comparison::{Comparison, Counted, Quantity, TreeNumbers};
+use crate::app::state::comparison::{Comparison, Counted, TreeNumbers};
 use crate::app::state::heat_basis::HeatBasis;
+use crate::catalog::numbers::Number;
+use crate::catalog::reading::{TraceReading, TreeReading};
 use crate::lab::diff::DifferenceMap;
 use crate::overlay::NodeTable;
 use crate::render::Frame;
@@ -53,19 +55,25 @@ impl Presented {
     /// The tree to compare its successor with: this one where it came to rest, else the one before it.
     pub fn reference(&self) -> Option<Arc<TreeNumbers>> {
         match &self.counted {
-            Some(counted) => Some(Arc::new(TreeNumbers::new(&self.accel, Some(counted.clone())))),
+            Some(counted) => Some(Arc::new(TreeNumbers::new(&self.accel, Some(counted)))),
             None => self.before.clone(),
         }
     }
 
     /// How a number differs from that of the tree before.
-    pub fn compare(&self, quantity: Quantity) -> Comparison {
-        self.numbers().compare(self.before.as_deref(), quantity)
+    pub fn compare(&self, number: &Number) -> Comparison {
+        self.numbers().compare(self.before.as_deref(), number)
     }
 
     /// The numbers of this tree in its newest view at rest.
     pub fn numbers(&self) -> TreeNumbers {
-        TreeNumbers::new(&self.accel, self.counted.clone())
+        TreeNumbers::new(&self.accel, self.counted.as_ref())
+    }
+
+    /// The source of the numbers of this tree, with the counts of its newest picture that has any.
+    pub fn reading(&self) -> TreeReading<'_> {
+        let trace = TraceReading { tests: self.tests_per_ray, ..self.frame.reading() };
+        TreeReading { trace: Some(trace), ..self.accel.reading() }
     }
 }
 
@@ -102,10 +110,10 @@ pub struct Model {
 impl Model {
     /// How a number of the presented tree differs from that of the tree before, or while there is a second tree, how that one's
     /// differs from it.
-    pub fn compare(&self, quantity: Quantity) -> Comparison {
+    pub fn compare(&self, number: &Number) -> Comparison {
         match (&self.presented, &self.second) {
-            (Some(first), Some(second)) => second.numbers().compare(Some(&first.numbers()), quantity),
-            (Some(first), None) => first.compare(quantity),
+            (Some(first), Some(second)) => second.numbers().compare(Some(&first.numbers()), number),
+            (Some(first), None) => first.compare(number),
             (None, _) => Comparison::Unknown,
         }
     }

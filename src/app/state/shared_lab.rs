@@ -148,8 +148,8 @@ mod tests {
     use crate::app::state::lab::merges::{CutKind, MergePage, MergesState};
     use crate::app::state::lab::{PlotKind, TreeQuality, TreeSet};
     use crate::app::state::paper::Experiment;
+    use crate::catalog::metrics;
     use crate::lab::icicle::IcicleWidth;
-    use crate::lab::node_values::NodeMetric;
     use bvhscope_engine::tree::traverse::Traversal;
     use serde_json::Value;
 
@@ -165,8 +165,8 @@ mod tests {
         (merges.order, merges.left, merges.speed, merges.window) = (MergeOrder::Level, Some(9), 30.0, Some(100));
         (merges.cut_area, merges.cut_triangles, merges.cut_kind) = (0.25, 7, CutKind::Triangles);
         (merges.page, merges.price_of) = (MergePage::Price, Some(5));
-        (lab.icicle.width, lab.icicle.color) = (IcicleWidth::Visits, NodeMetric::Depth);
-        lab.nodes.order = NodeOrder { metric: NodeMetric::Overlap, ascending: true, min_area: 0.01 };
+        (lab.icicle.width, lab.icicle.color) = (IcicleWidth::Visits, metrics::DEPTH);
+        lab.nodes.order = NodeOrder { metric: metrics::OVERLAP, ascending: true, min_area: 0.01 };
         let plots = &mut lab.plots;
         (plots.kind, plots.quality) = (PlotKind::Speed, TreeQuality::Epo);
         plots.set = TreeSet::Measured(Experiment::Builders);

@@ -11,14 +11,14 @@ pub(crate) const fn verdict_color(verdict: Verdict, palette: &Palette) -> Color3
     match verdict {
         Verdict::Better => palette.better,
         Verdict::Worse => palette.worse,
-        Verdict::Same | Verdict::Different => palette.dim,
+        Verdict::Same | Verdict::Noise | Verdict::Once | Verdict::Different => palette.dim,
     }
 }
 
 /// Sign, percentage and word: "−12 % better"; "same" without a difference.
 pub(crate) fn verdict_text(before: f64, now: f64, verdict: Verdict) -> String {
     match verdict {
-        Verdict::Same => verdict.word().to_owned(),
+        Verdict::Same | Verdict::Noise => verdict.word().to_owned(),
         _ => format!("{} {}", format::change(before, now), verdict.word()).trim().to_owned(),
     }
 }
@@ -27,7 +27,7 @@ pub(crate) fn verdict_text(before: f64, now: f64, verdict: Verdict) -> String {
 /// same. The window's font has no arrows.
 pub(crate) fn paint_arrow(painter: &Painter, center: Pos2, comparison: Comparison, palette: &Palette) {
     let Comparison::Change { before, now, verdict } = comparison else { return };
-    if verdict == Verdict::Same {
+    if matches!(verdict, Verdict::Same | Verdict::Noise) {
         return;
     }
     let up = if now > before { -1.0 } else { 1.0 };
@@ -45,9 +45,12 @@ pub(crate) fn line(comparison: Comparison, two_trees: bool, palette: &Palette) -
             Some((verdict_text(before, now, verdict), verdict_color(verdict, palette)))
         }
         Comparison::OtherContainer => Some(("not comparable".to_owned(), palette.dim)),
-        Comparison::Unknown | Comparison::OtherView => None,
+        Comparison::Unknown | Comparison::OtherView | Comparison::OtherStages => None,
     }
 }
+
+const OTHER_STAGES: &str =
+    "Not compared: one of the two builds reused stages of an earlier build, and the other one ran them";
 
 /// The sentence in the tooltip: the number before, or why there is no difference. `text` formats a number.
 pub(crate) fn sentence(comparison: Comparison, two_trees: bool, text: impl Fn(f64) -> String) -> Option<String> {
@@ -63,6 +66,7 @@ pub(crate) fn sentence(comparison: Comparison, two_trees: bool, text: impl Fn(f6
         Comparison::OtherView => {
             Some("The tree before was counted in another view or shading, so no difference is shown".to_owned())
         }
+        Comparison::OtherStages => Some(OTHER_STAGES.to_owned()),
         Comparison::Unknown => None,
     }
 }
@@ -74,7 +78,9 @@ fn between_two(comparison: Comparison, text: impl Fn(f64) -> String) -> String {
             let verdict = match verdict {
                 Verdict::Better => "B is better",
                 Verdict::Worse => "A is better",
-                Verdict::Same => "no difference beyond noise",
+                Verdict::Same => "no difference",
+                Verdict::Noise => "the difference is within the spread of the repetitions",
+                Verdict::Once => "measured once, so that neither is called better",
                 Verdict::Different => "neither is better by this number alone",
             };
             format!("A: {}, B: {}; {verdict}", text(before), text(now))
@@ -83,6 +89,7 @@ fn between_two(comparison: Comparison, text: impl Fn(f64) -> String) -> String {
             "Not comparable, because the trees have different containers: costs are relative to the root's surface"
                 .to_owned()
         }
+        Comparison::OtherStages => OTHER_STAGES.to_owned(),
         Comparison::OtherView | Comparison::Unknown => {
             "Compared once both pictures are at rest, with no triangle hidden".to_owned()
         }

@@ -5,10 +5,10 @@ use egui::{self, Align2, Color32, CornerRadius, Rect, Response, Role, Sense, Tex
 use super::difference;
 use super::difference::{verdict_color, verdict_text};
 use super::tip::Tip as _;
-use crate::app::glossary::Term;
 use crate::app::state::AppState;
 use crate::app::state::comparison::{Comparison, Verdict};
 use crate::app::{format, theme};
+use crate::catalog::terms::Term;
 
 /// A named value in a list of statistics.
 #[derive(Debug, Clone)]
@@ -17,7 +17,7 @@ pub(crate) struct Statistic<'a> {
     value: String,
     unit: &'a str,
     tip: String,
-    term: Option<Term>,
+    term: Option<&'static Term>,
     change: Option<Change>,
     /// The value of the second tree, and how it compares.
     beside: Option<(String, Comparison)>,
@@ -48,7 +48,7 @@ impl<'a> Statistic<'a> {
     }
 
     /// Sets the glossary's term for the value.
-    pub(crate) fn term(self, term: Term) -> Self {
+    pub(crate) fn term(self, term: &'static Term) -> Self {
         Self { term: Some(term), ..self }
     }
 
@@ -111,7 +111,7 @@ pub(crate) fn copies(
     response: &Response,
     name: &str,
     (value, text): (&str, &str),
-    term: Option<Term>,
+    term: Option<&'static Term>,
 ) {
     let mut copy = response.clicked();
     response.context_menu(|ui| {
@@ -120,7 +120,7 @@ pub(crate) fn copies(
             state.copy(format!("{name}\t{text}"), &format!("{name} copied: {text}"));
         }
         if let Some(term) = term
-            && ui.button(format!("What is “{}”?", term.name())).clicked()
+            && ui.button(format!("What is “{}”?", term.name)).clicked()
         {
             state.layout.explain(term);
         }

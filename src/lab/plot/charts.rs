@@ -2,39 +2,17 @@
 
 use super::axis::Axis;
 use super::chart::{Chart, Curve, Look, Point};
+use crate::catalog::numbers::rows::{BUILD_MS, SPEEDUP, TRACE_SPEEDUP};
+use crate::catalog::numbers::{NUMBERS, Number};
 use crate::lab::measurement::Measurement;
 use crate::lab::report_table::{models, name_among};
 use crate::lab::speedup::prediction::PredictedScaling;
 use bvhscope_engine::tree::ContainerKind;
 
-/// A measured quantity.
-struct Reading {
-    /// Label with unit.
-    label: &'static str,
-    /// The value of a row.
-    value: fn(&Measurement) -> f64,
-    /// Fastest and slowest repetition, of a time.
-    spread: Option<fn(&Measurement) -> [f64; 2]>,
-    /// Values of boxes and of spheres do not compare.
-    by_container: bool,
+/// The numbers that have an axis, each with its label.
+fn quantities() -> impl Iterator<Item = (&'static Number, &'static str)> {
+    NUMBERS.iter().filter_map(|number| Some((number, number.axis?)))
 }
-
-const READINGS: [Reading; 4] = [
-    Reading {
-        label: "Build time (ms)",
-        value: |row| row.build_ms,
-        spread: Some(|row| row.build_ms_spread),
-        by_container: false,
-    },
-    Reading {
-        label: "Trace time, binary tree (ms)",
-        value: |row| row.trace_ms,
-        spread: Some(|row| row.trace_ms_spread),
-        by_container: false,
-    },
-    Reading { label: "Tests per ray", value: |row| row.tests_per_ray, spread: None, by_container: false },
-    Reading { label: "SAH cost", value: |row| row.sah_cost, spread: None, by_container: true },
-];
 
 /// Threshold at which relative curves are 1, if it was measured: the paper's fast setting.
 const BASE_THRESHOLD: u32 = 6;
@@ -106,25 +84,24 @@ fn curves(
 }
 
 /// The readings with the rows that each chart of them shows: of a reading that does not compare across containers, one chart each.
-fn readings(rows: &[Measurement]) -> Vec<(&'static Reading, String, Option<ContainerKind>)> {
+fn readings(rows: &[Measurement]) -> Vec<(&'static Number, String, Option<ContainerKind>)> {
     let kinds: Vec<ContainerKind> =
         ContainerKind::ALL.into_iter().filter(|kind| rows.iter().any(|row| row.container == *kind)).collect();
-    let of_reading = |reading: &'static Reading| {
-        let chart = |kind: &ContainerKind| (reading, format!("{}, {}", reading.label, kind.name()), Some(*kind));
-        if reading.by_container && kinds.len() > 1 {
+    let of_number = |(number, label): (&'static Number, &str)| {
+        let chart = |kind: &ContainerKind| (number, format!("{label}, {}", kind.name()), Some(*kind));
+        if number.compared.is_some_and(|compared| !compared.across_containers) && kinds.len() > 1 {
             kinds.iter().map(chart).collect()
         } else {
-            vec![(reading, reading.label.to_owned(), None)]
+            vec![(number, label.to_owned(), None)]
         }
     };
-    READINGS.iter().flat_map(of_reading).collect()
+    quantities().flat_map(of_number).collect()
 }
 
 /// Value and spread of a row, if both are known and the row is of the container, if any.
-fn read(row: &Measurement, reading: &Reading, container: Option<ContainerKind>) -> Option<(f64, Option<[f64; 2]>)> {
-    let value = (reading.value)(row);
-    (!value.is_nan() && container.is_none_or(|container| row.container == container))
-        .then(|| (value, reading.spread.map(|spread| spread(row))))
+fn read(row: &Measurement, number: &Number, container: Option<ContainerKind>) -> Option<(f64, Option<[f64; 2]>)> {
+    let value = row.values.known(number).filter(|_| container.is_none_or(|container| row.container == container))?;
+    Some((value, row.values.spread(number)))
 }
 
 /// An axis on which all measured values and their spreads are.
@@ -196,18 +173,21 @@ fn relative_chart(rows: &[Measurement], series: &Curve) -> Option<Chart> {
     if series.points.len() < 2 {
         return None;
     }
-    let curve = |(index, Reading { label, value, .. }): (usize, &Reading)| Curve {
+    let curve = |(index, (number, label)): (usize, (&'static Number, &str))| Curve {
         name: label.split([',', '(']).next().unwrap_or(label).trim_end().to_owned(),
         color: RELATIVE_COLOR + index,
         look: Look::Measured,
         points: series
             .points
             .iter()
-            .filter(|_| value(base) > 0.0)
-            .filter_map(|point| Some(Point { y: value(row_of(point)?) / value(base), spread: None, ..*point }))
+            .filter(|_| base.number(number) > 0.0)
+            .filter_map(|point| {
+                let y = row_of(point)?.number(number) / base.number(number);
+                Some(Point { y, spread: None, ..*point })
+            })
             .collect(),
     };
-    let curves: Vec<Curve> = READINGS[..3].iter().enumerate().map(curve).collect();
+    let curves: Vec<Curve> = quantities().take(3).enumerate().map(curve).collect();
     Some(Chart {
         title: series.name.clone(),
         labels: [THRESHOLD.to_owned(), format!("Relative to δ = {}", base.threshold)],
@@ -216,8 +196,6 @@ fn relative_chart(rows: &[Measurement], series: &Curve) -> Option<Chart> {
         rows: Vec::new(),
     })
 }
-
-type Speedup = fn(&Measurement) -> Option<f64>;
 
 fn scaling_charts(rows: &[Measurement]) -> Vec<Chart> {
     let speedups = speedup_curves(rows);
@@ -258,11 +236,11 @@ fn scaling_charts(rows: &[Measurement]) -> Vec<Chart> {
 
 /// The predicted speed-ups, and above them those that were measured, in the same colours.
 fn speedup_curves(rows: &[Measurement]) -> Vec<Curve> {
-    let quantities: [(&str, Speedup); 2] = [("build", |row| row.speedup), ("trace", |row| row.trace_speedup)];
+    let quantities = [("build", SPEEDUP), ("trace", TRACE_SPEEDUP)];
     let mut measured = Vec::new();
     for (what, speedup) in quantities {
         let name = |row: &Measurement| format!("{what}, {}", series_name(row, rows));
-        let point = |row: &Measurement| Some(Point::of([row.threads as f64, speedup(row)?]));
+        let point = |row: &Measurement| Some(Point::of([row.threads as f64, row.values.known(speedup)?]));
         measured.extend(curves(rows, name, point).into_iter().map(|curve| (what, curve)));
     }
     for (color, (_, curve)) in measured.iter_mut().enumerate() {
@@ -310,7 +288,7 @@ fn row_charts(
     let has_tree = |row: &&Measurement| row.builder != "none";
     let mut names: Vec<(String, f64)> = Vec::new();
     for row in rows.iter().filter(has_tree) {
-        let (name, build_ms) = (name(row), if row.build_ms.is_nan() { f64::INFINITY } else { row.build_ms });
+        let (name, build_ms) = (name(row), row.values.known(BUILD_MS).unwrap_or(f64::INFINITY));
         match names.iter_mut().find(|(other, _)| *other == name) {
             Some((_, least)) => *least = least.min(build_ms),
             None => names.push((name, build_ms)),
@@ -321,7 +299,7 @@ fn row_charts(
     }
     // The first is on top.
     let names: Vec<String> = names.into_iter().rev().map(|(name, _)| name).collect();
-    let chart = |(reading, label, container): (&'static Reading, String, Option<ContainerKind>)| {
+    let chart = |(reading, label, container): (&'static Number, String, Option<ContainerKind>)| {
         let curves = curves(rows, &series, |row| {
             let (x, spread) = read(Some(row).filter(has_tree)?, reading, container)?;
             let name = name(row);
@@ -338,6 +316,7 @@ fn row_charts(
 #[allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 mod tests {
     use super::*;
+    use crate::catalog::numbers::rows::{TESTS_PER_RAY, TRACE_MS};
     use crate::lab::sample::sample;
     use bvhscope_engine::settings::{Curve as SpaceFillingCurve, Passes};
 
@@ -349,13 +328,11 @@ mod tests {
 
     #[test]
     fn relative_curves_are_one_at_the_papers_fast_setting() {
-        let row = |threshold, build_ms, trace_ms, tests_per_ray| Measurement {
-            command: "sweep".to_owned(),
-            threshold,
-            build_ms,
-            trace_ms,
-            tests_per_ray,
-            ..sample()
+        let row = |threshold, build_ms: f64, trace_ms: f64, tests: f64| {
+            Measurement { command: "sweep".to_owned(), threshold, ..sample() }
+                .with(BUILD_MS, build_ms)
+                .with(TRACE_MS, trace_ms)
+                .with(TESTS_PER_RAY, tests)
         };
         let rows = [row(8, 10.0, 75.0, 14.0), row(4, 30.0, 25.0, 56.0), row(6, 20.0, 50.0, 28.0)];
         let all = charts(&rows).unwrap();
@@ -381,8 +358,10 @@ mod tests {
 
     #[test]
     fn a_tree_from_a_file_is_a_line_across_a_sweep() {
-        let row = |threshold, build_ms| Measurement { command: "sweep".to_owned(), threshold, build_ms, ..sample() };
-        let file = Measurement { tree: Some("a/mine.bvh".to_owned()), tests_per_ray: 9.0, ..row(6, f64::NAN) };
+        let row = |threshold, build_ms: f64| {
+            Measurement { command: "sweep".to_owned(), threshold, ..sample() }.with(BUILD_MS, build_ms)
+        };
+        let file = Measurement { tree: Some("a/mine.bvh".to_owned()), ..row(6, f64::NAN) }.with(TESTS_PER_RAY, 9.0);
         let all = charts(&[row(2, 10.0), file, row(8, 30.0)]).unwrap();
         let [relative, build, _, tests, _] = &all[..] else { unreachable!("{all:?}") };
         assert_eq!(relative.curves.len(), 3);
@@ -393,13 +372,10 @@ mod tests {
 
     #[test]
     fn efficiency_is_the_speed_up_for_each_thread() {
-        let row = |threads, speedup, trace_speedup| Measurement {
-            command: "scaling".to_owned(),
-            threads,
-            speedup: Some(speedup),
-            trace_speedup,
-            predicted_scaling: None,
-            ..sample()
+        let row = |threads, speedup: f64, trace_speedup: Option<f64>| {
+            Measurement { command: "scaling".to_owned(), threads, predicted_scaling: None, ..sample() }
+                .with(SPEEDUP, speedup)
+                .with(TRACE_SPEEDUP, trace_speedup.unwrap_or(f64::NAN))
         };
         let all = charts(&[row(1, 1.0, Some(1.0)), row(2, 1.5, Some(1.75)), row(4, 3.0, None)]).unwrap();
         let [speedups, efficiencies] = &all[..] else { unreachable!("{all:?}") };
@@ -436,14 +412,16 @@ mod tests {
 
     #[test]
     fn compared_builders_are_sorted_by_build_time() {
-        let row = |builder: &str, build_ms| Measurement {
-            command: "compare".to_owned(),
-            builder: builder.to_owned(),
-            preset: None,
-            curve: SpaceFillingCurve::Morton,
-            optimize: Passes::NONE,
-            build_ms,
-            ..sample()
+        let row = |builder: &str, build_ms: f64| {
+            let row = Measurement {
+                command: "compare".to_owned(),
+                builder: builder.to_owned(),
+                preset: None,
+                curve: SpaceFillingCurve::Morton,
+                optimize: Passes::NONE,
+                ..sample()
+            };
+            row.with(BUILD_MS, build_ms)
         };
         let build = &charts(&[row("aac", 9.0), row("lbvh", 1.0), row("unknown", f64::NAN)]).unwrap()[0];
         assert_eq!(build.rows, ["unknown", "aac", "lbvh"], "from below");
@@ -454,12 +432,9 @@ mod tests {
 
     #[test]
     fn a_bench_has_a_point_for_each_scene_that_has_a_tree() {
-        let row = |model: &str, container, build_ms, builder: &str| Measurement {
-            model: model.to_owned(),
-            container,
-            build_ms,
-            builder: builder.to_owned(),
-            ..sample()
+        let row = |model: &str, container, build_ms: f64, builder: &str| {
+            Measurement { model: model.to_owned(), container, builder: builder.to_owned(), ..sample() }
+                .with(BUILD_MS, build_ms)
         };
         let (boxes, spheres) = (ContainerKind::Aabb, ContainerKind::Sphere);
         let rows = [

@@ -9,7 +9,7 @@ pub fn tables(command: &str, rows: &[Measurement]) -> Vec<ReportTable> {
     let mut tables = match command {
         "bench" => pairs::bench_tables(rows),
         "scaling" => vec![lists::scaling_table(rows)],
-        "compare" => vec![lists::list_table("Builders", rows)],
+        "compare" => vec![lists::comparison_table(rows)],
         _ => vec![lists::list_table("Sweep", rows)],
     };
     tables.extend(speedups::speedup_tables(rows));

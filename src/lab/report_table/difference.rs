@@ -1,24 +1,11 @@
 //! The table of two trees side by side: each number of A, of B, and the difference with the word for its direction.
 
 use super::aligned::ReportTable;
-use super::format::{conditions_and_threads, costs, number, short};
+use super::format::{COSTS_DO_NOT_COMPARE, conditions_and_threads, costs, short};
+use crate::catalog::numbers::{Compared, NUMBERS, Number};
 use crate::lab::measurement::Measurement;
-use crate::lab::quantity::{Quantity, Verdict};
+use crate::lab::quantity::{Verdict, verdict};
 use crate::text::count;
-
-/// The rows of the table: name, unit and quantity.
-const ROWS: [(&str, Quantity); 10] = [
-    ("build ms", Quantity::BuildTime),
-    ("speed Mray/s", Quantity::Speed),
-    ("container tests/ray", Quantity::ContainerTests),
-    ("triangle tests/ray", Quantity::TriangleTests),
-    ("tests/ray", Quantity::TestsPerRay),
-    ("SAH cost", Quantity::SahCost),
-    ("EPO", Quantity::Epo),
-    ("nodes", Quantity::Nodes),
-    ("leaves", Quantity::Leaves),
-    ("depth", Quantity::Depth),
-];
 
 /// Both trees and their difference. The words say whether B is better than A.
 pub fn difference_table([a, b]: &[Measurement; 2]) -> ReportTable {
@@ -28,24 +15,21 @@ pub fn difference_table([a, b]: &[Measurement; 2]) -> ReportTable {
         format!("{title} ({})", conditions_and_threads(&rows)),
         &[("", ""), ("A", ""), ("B", ""), ("B - A", ""), ("%", ""), ("B is", "")],
     );
-    for (name, quantity) in ROWS {
-        table.rows.push(line(name, quantity, a, b));
-    }
+    let compared = NUMBERS.iter().filter_map(|number| Some((number, number.compared.as_ref()?)));
+    table.rows.extend(compared.map(|(number, compared)| line(number, compared, a, b)));
     table.notes = [("A", a), ("B", b)].map(|(name, row)| format!("{name}: {}", settings(row))).to_vec();
     table.notes.push(costs());
     if a.container != b.container {
-        let note = "Costs are relative to the root's surface, so those of boxes and of spheres do not compare.";
-        table.notes.push(note.to_owned());
+        table.notes.push(COSTS_DO_NOT_COMPARE.to_owned());
     }
     table
 }
 
-fn line(name: &str, quantity: Quantity, a: &Measurement, b: &Measurement) -> Vec<String> {
-    let [before, now] = [a, b].map(|row| quantity.of(row));
-    let is_count = matches!(quantity, Quantity::Nodes | Quantity::Leaves | Quantity::Depth);
-    let text = |value: f64| if is_count { count(value as u64) } else { number(value) };
-    let mut cells = vec![name.to_owned(), text(before), text(now)];
-    if a.container == b.container || quantity.compares_across_containers() {
+fn line(number: &Number, compared: &Compared, a: &Measurement, b: &Measurement) -> Vec<String> {
+    let [before, now] = [a, b].map(|row| row.number(number));
+    let text = |value: f64| number.digits.text(value);
+    let mut cells = vec![compared.name.to_owned(), text(before), text(now)];
+    if a.container == b.container || compared.across_containers {
         let difference = now - before;
         let sign = if difference < 0.0 { "-" } else { "+" };
         let percent = if before == 0.0 || difference.is_nan() {
@@ -53,10 +37,15 @@ fn line(name: &str, quantity: Quantity, a: &Measurement, b: &Measurement) -> Vec
         } else {
             format!("{:+.1}", difference / before * 100.0)
         };
-        let verdict = quantity.verdict(before, now);
-        let word = if verdict == Verdict::Different && !difference.is_nan() { "other" } else { verdict.word() };
+        let word = match verdict(compared, a.reading(number), b.reading(number)) {
+            // One tree is as good as itself, however long its builds took.
+            _ if a.has_tree_of(b) => "same",
+            Verdict::Different if !difference.is_nan() => "other",
+            Verdict::Once => "measured once",
+            verdict => verdict.word(),
+        };
         let difference =
-            if difference.is_nan() { number(difference) } else { format!("{sign}{}", text(difference.abs())) };
+            if difference.is_nan() { text(difference) } else { format!("{sign}{}", text(difference.abs())) };
         cells.extend([difference, percent, word.to_owned()]);
     }
     cells
@@ -82,16 +71,20 @@ fn settings(row: &Measurement) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::catalog::numbers::rows::{BUILD_MS, MRAYS_PER_S, NODES, SAH_COST, TREE_HASH};
     use crate::lab::sample::sample;
     use bvhscope_engine::tree::ContainerKind;
 
     #[test]
     fn each_row_has_sign_percentage_and_word() {
-        let b = Measurement { build_ms: 15.0, mrays_per_s: 0.416_12, nodes: 12_001, sah_cost: 67.31, ..sample() };
+        let mut b = sample().with(BUILD_MS, 9.0).with(MRAYS_PER_S, 4.625).with(NODES, 12_001).with(SAH_COST, 67.31);
+        b.values.set(TREE_HASH, "another");
+        b.values.set_spread(BUILD_MS, Some([8.0, 10.0]));
+        b.values.set_spread(MRAYS_PER_S, Some([4.0, 7.0]));
         let table = difference_table(&[sample(), b]);
         let row = |name: &str| table.rows.iter().find(|row| row[0] == name).map(|row| row[1..].join(" "));
-        assert_eq!(row("build ms").as_deref(), Some("20.00 15.00 -5.000 -25.0 better"));
-        assert_eq!(row("speed Mray/s").as_deref(), Some("0.208 0.416 +0.208 +100.0 better"));
+        assert_eq!(row("build ms").as_deref(), Some("20.00 9.000 -11.00 -55.0 better"));
+        assert_eq!(row("speed Mray/s").as_deref(), Some("2.312 4.625 +2.312 +100.0 within noise"));
         assert_eq!(row("SAH cost").as_deref(), Some("67.30 67.31 +0.010 +0.0 same"));
         assert_eq!(row("nodes").as_deref(), Some("14,001 12,001 -2,000 -14.3 other"));
         assert_eq!(row("depth").as_deref(), Some("31 31 +0 +0.0 same"));
@@ -100,14 +93,22 @@ mod tests {
         assert_eq!(table.notes[0], settings);
     }
 
+    /// However much the times of two builds of it differ.
+    #[test]
+    fn a_tree_is_never_better_or_worse_than_itself() {
+        let mut b = sample().with(BUILD_MS, 2.0).with(MRAYS_PER_S, 9.0);
+        b.values.set_spread(BUILD_MS, Some([1.9, 2.1]));
+        b.values.set_spread(MRAYS_PER_S, Some([8.9, 9.1]));
+        let table = difference_table(&[sample(), b]);
+        assert!(table.rows.iter().all(|row| row[5] == "same"), "{table}");
+    }
+
     #[test]
     fn a_tree_of_a_file_is_named_and_its_unknown_build_time_a_dash() {
         let b = Measurement {
             builder: "mine".to_owned(),
             tree: Some("a/mine.bvh".to_owned()),
-            build_ms: f64::NAN,
-            build_ms_spread: [f64::NAN; 2],
-            ..sample()
+            ..sample().with(BUILD_MS, f64::NAN).with(TREE_HASH, "another")
         };
         let table = difference_table(&[sample(), b]);
         assert_eq!(table.rows[0][1..].join(" "), "20.00 – – – ");

@@ -1,21 +1,9 @@
 //! Numbers, model names and measuring conditions as text.
 
+use crate::catalog::numbers::Number;
 use crate::lab::measurement::Measurement;
-use crate::text::count;
+pub use crate::text::number;
 use bvhscope_engine::tree::statistics::{INTERSECTION_COST, TRAVERSAL_COST};
-
-/// Formats a number with about four digits: 0.123, 12.34, 123.4, 12,345; one that is not known as a dash.
-pub fn number(value: f64) -> String {
-    match value.abs() {
-        size if size.is_nan() => "–".to_owned(),
-        size if size < 10.0 => format!("{value:.3}"),
-        size if size < 100.0 => format!("{value:.2}"),
-        size if size < 1000.0 => format!("{value:.1}"),
-        size if value < 0.0 => format!("-{}", count(size.round() as u64)),
-        size if size.is_finite() => count(size.round() as u64),
-        _ => format!("{value}"),
-    }
-}
 
 pub(super) fn threads(count: usize) -> String {
     format!("{count} {}", if count == 1 { "thread" } else { "threads" })
@@ -43,19 +31,30 @@ pub fn conditions_and_threads(rows: &[Measurement]) -> String {
     }
 }
 
-/// Slowest minus fastest as a percentage of the median.
-pub(super) fn spread(median: f64, [fastest, slowest]: [f64; 2]) -> String {
-    if median.is_nan() {
+/// Slowest minus fastest repetition of a time of `row`, as a percentage of the median.
+pub(super) fn spread(row: &Measurement, time: &Number) -> String {
+    let median = row.number(time);
+    let Some([fastest, slowest]) = row.values.spread(time).filter(|_| !median.is_nan()) else {
         return "–".to_owned();
-    }
+    };
     let percent = if median > 0.0 { (slowest - fastest) / median * 100.0 } else { 0.0 };
     format!("{percent:.0}")
 }
 
 pub(super) const SPREAD: &str = "Spread: slowest minus fastest repetition, over the median.";
 
+pub(super) const TRACE: &str = "Trace, binary tree: rays one by one, as in the paper. Speed in Mray/s: in packets through the \
+                                wide tree, as pictures are traced.";
+pub(super) const TESTS: &str =
+    "Tests: each container and each primitive that a ray is tested against; rays that miss count too.";
+pub(super) const COSTS_DO_NOT_COMPARE: &str =
+    "Costs are relative to the root's surface, so those of boxes and of spheres do not compare.";
+
 pub(super) fn costs() -> String {
-    format!("SAH cost with container test {TRAVERSAL_COST}, primitive test {INTERSECTION_COST}, over the root's area.")
+    format!(
+        "SAH cost with container test {TRAVERSAL_COST} for each interior node, primitive test {INTERSECTION_COST} for each \
+         triangle of a leaf, over the root's area."
+    )
 }
 
 /// The distinct models, in order of first appearance.
@@ -91,19 +90,19 @@ pub fn short(model: &str) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::catalog::numbers::rows::BUILD_MS;
     use crate::lab::sample::sample;
 
     #[test]
-    fn numbers_have_about_four_digits() {
-        let texts = [0.0, 0.1234, 9.0, 10.0, 12.344, 100.0, 123.44, 1000.0, 12_345.4, -12.344].map(number);
-        let expected = ["0.000", "0.123", "9.000", "10.00", "12.34", "100.0", "123.4", "1,000", "12,345", "-12.34"];
-        assert_eq!(texts, expected);
-    }
-
-    #[test]
     fn spreads_are_relative_to_the_median() {
-        assert_eq!(spread(50.0, [40.0, 75.0]), "70");
-        assert_eq!(spread(0.0, [0.0, 1.0]), "0");
+        let of = |median: f64, times| {
+            let mut row = sample().with(BUILD_MS, median);
+            row.values.set_spread(BUILD_MS, times);
+            spread(&row, BUILD_MS)
+        };
+        assert_eq!(of(50.0, Some([40.0, 75.0])), "70");
+        assert_eq!(of(0.0, Some([0.0, 1.0])), "0");
+        assert_eq!(of(50.0, None), "–");
     }
 
     #[test]

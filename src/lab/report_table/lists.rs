@@ -1,8 +1,13 @@
 //! Tables with one line per measurement: sweeps, builders, threads.
 
 use super::aligned::ReportTable;
-use super::format::{SPREAD, conditions, conditions_and_threads, costs, models, name_among, number, spread};
+use super::format::{
+    SPREAD, TESTS, TRACE, conditions, conditions_and_threads, costs, models, name_among, number, spread,
+};
+use crate::catalog::numbers::rows::{BUILD_MS, EPO_TRIANGLES, MRAYS_PER_S, SPEEDUP, TRACE_MS, TRACE_SPEEDUP};
+use crate::catalog::numbers::{NUMBERS, Number};
 use crate::lab::measurement::Measurement;
+use crate::lab::quantity::{Verdict, verdict};
 use crate::text::count;
 
 /// What the column "ready" adds to the one before it.
@@ -12,69 +17,97 @@ const READY: &str = "Ready: until rays can be traced at full speed, the binary t
 pub(super) fn list_table(title: &str, rows: &[Measurement]) -> ReportTable {
     let mut table = ReportTable::new(
         format!("{title} ({})", conditions_and_threads(rows)),
-        &[
-            ("scene", ""),
-            ("builder", ""),
-            ("container", ""),
-            ("δ", ""),
-            ("ε", ""),
-            ("binary tree", "ms"),
-            ("spread", "%"),
-            ("ready", "ms"),
-            ("trace", "ms"),
-            ("spread", "%"),
-            ("speed", "Mray/s"),
-            ("containers", "tests/ray"),
-            ("primitives", "tests/ray"),
-            ("all", "tests/ray"),
-            ("SAH cost", ""),
-            ("EPO", ""),
-            ("nodes", ""),
-            ("leaves", ""),
-            ("depth", ""),
-            ("memory", "B/tri"),
-            ("hits", ""),
-        ],
+        &[("scene", ""), ("builder", ""), ("container", ""), ("δ", ""), ("ε", "")],
     );
+    for (number, (name, unit)) in columns() {
+        table.columns.push((name.to_owned(), unit.to_owned()));
+        table.columns.extend(number.spread.map(|_| ("spread".to_owned(), "%".to_owned())));
+    }
     let models = models(rows);
     for row in rows {
-        let aac = row.is_aac();
-        table.rows.push(vec![
+        let of_aac = |text: String| if row.is_aac() { text } else { "–".to_owned() };
+        let mut line = vec![
             name_among(&row.model, &models),
             row.builder_name(),
             row.container.name().to_owned(),
-            if aac { row.threshold.to_string() } else { "–".to_owned() },
-            if aac { row.epsilon.to_string() } else { "–".to_owned() },
-            number(row.build_ms),
-            spread(row.build_ms, row.build_ms_spread),
-            row.ready_ms.map_or_else(|| "–".to_owned(), number),
-            number(row.trace_ms),
-            spread(row.trace_ms, row.trace_ms_spread),
-            number(row.mrays_per_s),
-            number(row.container_tests_per_ray),
-            number(row.primitive_tests_per_ray),
-            number(row.tests_per_ray),
-            number(row.sah_cost),
-            number(row.epo),
-            count(row.nodes as u64),
-            count(row.leaves as u64),
-            row.max_depth.to_string(),
-            format!("{:.0}", row.bytes_per_triangle),
-            count(row.hits),
-        ]);
+            of_aac(row.threshold.to_string()),
+            of_aac(row.epsilon.to_string()),
+        ];
+        for (number, _) in columns() {
+            line.push(number.digits.text(row.number(number)));
+            line.extend(number.spread.map(|_| spread(row, number)));
+        }
+        table.rows.push(line);
     }
-    table.notes.push(READY.to_owned());
+    table.notes.extend([READY, TRACE, TESTS].map(str::to_owned));
     table.notes.push(costs());
-    table.notes.extend(overlap_basis(rows));
+    table.notes.push(overlap_basis(rows));
     table.notes.push(SPREAD.to_owned());
     table
 }
 
-/// How many triangles the overlap was computed from, where they were not all.
-fn overlap_basis(rows: &[Measurement]) -> Option<String> {
-    let sampled = |row: &Measurement| row.epo_triangles.filter(|&count| count < row.triangles);
-    let least = rows.iter().filter_map(sampled).min()?;
-    Some(format!("EPO: end-point overlap, estimated from {} triangles or more of each scene.", count(least as u64)))
+/// The trees of each scene and kind of container, the fastest first, with a column for their speed over that of the preset Fast,
+/// or else of the first that was measured.
+pub(super) fn comparison_table(rows: &[Measurement]) -> ReportTable {
+    let is_like = |row: &Measurement, other: &Measurement| row.model == other.model && row.container == other.container;
+    let mut groups: Vec<Vec<Measurement>> = Vec::new();
+    for row in rows {
+        match groups.iter_mut().find(|group| is_like(&group[0], row)) {
+            Some(group) => group.push(row.clone()),
+            None => groups.push(vec![row.clone()]),
+        }
+    }
+    let (mut relative, mut notes) = (Vec::new(), Vec::new());
+    for group in &mut groups {
+        let base = group.iter().find(|row| row.preset.as_deref() == Some("fast")).unwrap_or(&group[0]).clone();
+        group.sort_by(|a, b| b.number(MRAYS_PER_S).total_cmp(&a.number(MRAYS_PER_S)));
+        relative.extend(group.iter().map(|row| row.number(MRAYS_PER_S) / base.number(MRAYS_PER_S)));
+        notes.push(best_of(group, &base, &models(rows)));
+    }
+    let mut table = list_table("Builders, the fastest to trace first", &groups.concat());
+    table.columns.push(("relative".to_owned(), "speed".to_owned()));
+    for (line, relative) in table.rows.iter_mut().zip(relative) {
+        line.push(if relative.is_finite() { format!("{relative:.2}") } else { "–".to_owned() });
+    }
+    table.notes.splice(0..0, notes);
+    table
+}
+
+/// "teapot, box: best traces 1.31 times as fast as fast, and is the fastest".
+fn best_of(group: &[Measurement], base: &Measurement, models: &[&str]) -> String {
+    let best = &group[0];
+    let which = format!("{}, {}", name_among(&best.model, models), best.container.name());
+    let (name, of) = (best.builder_name(), base.builder_name());
+    let compared =
+        MRAYS_PER_S.compared.map(|compared| verdict(&compared, base.reading(MRAYS_PER_S), best.reading(MRAYS_PER_S)));
+    let ratio = best.number(MRAYS_PER_S) / base.number(MRAYS_PER_S);
+    match compared {
+        _ if best == base => {
+            format!("{which}: no tree is traced faster than that of {of}, which the others are relative to.")
+        }
+        Some(Verdict::Noise) => {
+            format!("{which}: {name} is the fastest to trace, within noise of {of}, which all are relative to.")
+        }
+        _ => format!(
+            "{which}: {name} is the fastest to trace, {ratio:.2} times as fast as {of}, which all are relative to."
+        ),
+    }
+}
+
+/// The numbers that have a column, each with its head.
+fn columns() -> impl Iterator<Item = (&'static Number, (&'static str, &'static str))> {
+    NUMBERS.iter().filter_map(|number| Some((number, number.column?)))
+}
+
+/// The meaning of EPO, and how many triangles it was computed from, where they were not all.
+fn overlap_basis(rows: &[Measurement]) -> String {
+    let sampled =
+        |row: &Measurement| row.values.value(EPO_TRIANGLES)?.as_u64().filter(|&count| count < row.triangles as u64);
+    let estimate =
+        rows.iter().filter_map(sampled).min().map_or_else(String::new, |least| {
+            format!(", estimated from {} triangles or more of each scene", count(least))
+        });
+    format!("EPO: end-point overlap (Aila, Karras and Laine 2013), surface inside nodes that do not hold it{estimate}.")
 }
 
 /// Speed-up and parallel efficiency of building and tracing.
@@ -102,10 +135,10 @@ pub(super) fn scaling_table(rows: &[Measurement]) -> ReportTable {
             None => ["–".to_owned(), "–".to_owned()],
         };
         let mut line = vec![name_among(&row.model, &models), row.container.name().to_owned(), row.threads.to_string()];
-        line.extend([number(row.build_ms), spread(row.build_ms, row.build_ms_spread)]);
-        line.extend(parts(row.speedup));
-        line.extend([number(row.trace_ms), spread(row.trace_ms, row.trace_ms_spread)]);
-        line.extend(parts(row.trace_speedup));
+        for (time, speedup) in [(BUILD_MS, SPEEDUP), (TRACE_MS, TRACE_SPEEDUP)] {
+            line.extend([number(row.number(time)), spread(row, time)]);
+            line.extend(parts(row.values.known(speedup)));
+        }
         table.rows.push(line);
     }
     table.notes.push(SPREAD.to_owned());
@@ -138,10 +171,12 @@ mod tests {
             // From 17 to 23 ms.
             "spread %: 30",
             "ready ms: 23.75",
-            "trace ms: 50.00",
+            "binary trace ms: 50.00",
             // From 47 to 61 ms.
             "spread %: 28",
-            "speed Mray/s: 0.208",
+            "speed Mray/s: 2.312",
+            // From 2 to 2.5.
+            "spread %: 22",
             "containers tests/ray: 26.25",
             "primitives tests/ray: 3.250",
             "all tests/ray: 29.50",
@@ -154,10 +189,14 @@ mod tests {
             "hits: 5,003",
         ];
         assert_eq!(cells(&table, 0), expected);
-        assert_eq!(table.notes[2], "EPO: end-point overlap, estimated from 2,003 triangles or more of each scene.");
+        assert_eq!(
+            table.notes[4],
+            "EPO: end-point overlap (Aila, Karras and Laine 2013), surface inside nodes that do not hold it, estimated from 2,003 \
+             triangles or more of each scene."
+        );
         let table = list_table("Sweep", &[sample(), other]);
         assert_eq!(table.title, "Sweep (101×103 primary rays, ordered traversal, medians of 5)", "threads differ");
-        let read = Measurement { tree: Some("x.bvh".to_owned()), preset: None, build_ms: f64::NAN, ..sample() };
+        let read = Measurement { tree: Some("x.bvh".to_owned()), preset: None, ..sample().with(BUILD_MS, f64::NAN) };
         let of_file = list_table("", &[read]);
         assert_eq!(
             cells(&of_file, 0)[1..7],
@@ -167,8 +206,26 @@ mod tests {
     }
 
     #[test]
+    fn compared_builders_come_by_speed_relative_to_the_fast_preset() {
+        let row = |preset: &str, speed: f64| {
+            let mut row = Measurement { preset: Some(preset.to_owned()), ..sample().with(MRAYS_PER_S, speed) };
+            row.values.set_spread(MRAYS_PER_S, Some([speed - 0.1, speed + 0.1]));
+            row
+        };
+        let table = comparison_table(&[row("hq", 3.0), row("fast", 2.0), row("aac-fast", 1.0)]);
+        let ends: Vec<_> = table.rows.iter().map(|row| (row[1].as_str(), row[row.len() - 1].as_str())).collect();
+        assert_eq!(ends, [("hq", "1.50"), ("fast", "1.00"), ("aac-fast", "0.50")]);
+        assert_eq!(
+            table.notes[0],
+            "thing.obj, box: hq is the fastest to trace, 1.50 times as fast as fast, which all are relative to."
+        );
+        let alone = comparison_table(&[row("fast", 2.0)]);
+        assert!(alone.notes[0].starts_with("thing.obj, box: no tree is traced faster than that of fast"));
+    }
+
+    #[test]
     fn efficiency_is_the_speed_up_for_each_thread() {
-        let one = Measurement { threads: 1, speedup: None, trace_speedup: Some(1.0), ..sample() };
+        let one = Measurement { threads: 1, ..sample().with(SPEEDUP, f64::NAN).with(TRACE_SPEEDUP, 1.0) };
         let table = scaling_table(&[one, sample()]);
         let expected = [
             "scene: thing.obj",

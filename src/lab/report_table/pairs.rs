@@ -1,33 +1,40 @@
 //! The paper's tables 1 and 2: box and sphere side by side with their ratios, and the paper's own numbers below.
 
 use super::aligned::ReportTable;
-use super::format::{SPREAD, conditions_and_threads, models, name_among, number, spread};
+use super::format::{
+    COSTS_DO_NOT_COMPARE, SPREAD, TESTS, TRACE, conditions_and_threads, models, name_among, number, spread,
+};
 use super::lists::list_table;
+use crate::catalog::numbers::Number;
+use crate::catalog::numbers::rows::{
+    BUILD_MS, CONTAINER_TESTS_PER_RAY, MRAYS_PER_S, PRIMITIVE_TESTS_PER_RAY, RAYS, TESTS_PER_RAY, TRACE_MS,
+};
 use crate::lab::measurement::Measurement;
 use crate::lab::paper::{MEAN_RATIOS, PaperScene, scene_of};
+use crate::lab::quantity::{Verdict, verdict};
 use crate::text::count;
 use bvhscope_engine::tree::ContainerKind;
 
-/// Reads one column's value from a row.
-type Value = fn(&Measurement) -> f64;
+/// A number with the name and unit of its column.
+type Column = (&'static str, &'static str, &'static Number);
 
 /// Table 1, table 2, build times by stage, and tree statistics.
 pub(super) fn bench_tables(rows: &[Measurement]) -> Vec<ReportTable> {
-    let times: [(&str, &str, Value); 2] = [("build", "ms", |row| row.build_ms), ("trace", "ms", |row| row.trace_ms)];
-    let tests: [(&str, &str, Value); 3] = [
-        ("containers", "tests/ray", |row| row.container_tests_per_ray),
-        ("primitives", "tests/ray", |row| row.primitive_tests_per_ray),
-        ("all", "tests/ray", |row| row.tests_per_ray),
+    let times: [Column; 2] = [("build", "ms", BUILD_MS), ("trace", "ms", TRACE_MS)];
+    let tests: [Column; 3] = [
+        ("containers", "tests/ray", CONTAINER_TESTS_PER_RAY),
+        ("primitives", "tests/ray", PRIMITIVE_TESTS_PER_RAY),
+        ("all", "tests/ray", TESTS_PER_RAY),
     ];
     let papers_times = |paper: &PaperScene| vec![Some(paper.build_ms), Some(paper.trace_ms)];
     let papers_tests = |paper: &PaperScene| vec![None, None, Some(paper.tests_per_ray)];
     let [build, trace, all] = MEAN_RATIOS;
-    vec![
-        pairs_table("Build and trace time", rows, &times, &papers_times, &[Some(build), Some(trace)]),
-        pairs_table("Intersection tests per ray", rows, &tests, &papers_tests, &[None, None, Some(all)]),
-        stages_table(rows),
-        trees_table(rows),
-    ]
+    let mut of_times = pairs_table("Build and trace time", rows, &times, &papers_times, &[Some(build), Some(trace)]);
+    of_times.notes.push(TRACE.to_owned());
+    of_times.notes.extend(conclusions(rows));
+    let mut of_tests = pairs_table("Intersection tests per ray", rows, &tests, &papers_tests, &[None, None, Some(all)]);
+    of_tests.notes.push(TESTS.to_owned());
+    vec![of_times, of_tests, stages_table(rows), trees_table(rows)]
 }
 
 /// One line per model with box, sphere and their ratio for each value; below it its trees from files and the paper's numbers;
@@ -35,7 +42,7 @@ pub(super) fn bench_tables(rows: &[Measurement]) -> Vec<ReportTable> {
 fn pairs_table(
     title: &str,
     rows: &[Measurement],
-    values: &[(&str, &str, Value)],
+    values: &[Column],
     papers: &dyn Fn(&PaperScene) -> Vec<Option<[f64; 2]>>,
     papers_means: &[Option<f64>],
 ) -> ReportTable {
@@ -57,8 +64,8 @@ fn pairs_table(
         let pair = [row_of(ContainerKind::Aabb), row_of(ContainerKind::Sphere)];
         let triangles = pair.iter().flatten().next().map_or_else(String::new, |row| count(row.triangles as u64));
         let mut line = vec![name_among(model, &models), triangles];
-        for (index, (_, _, value)) in values.iter().enumerate() {
-            let numbers = pair.map(|row| row.map(value));
+        for (index, (_, _, column)) in values.iter().enumerate() {
+            let numbers = pair.map(|row| row.map(|row| row.number(column)));
             line.extend(numbers.iter().map(|value| value.map_or_else(String::new, number)));
             let ratio = match numbers {
                 [Some(a), Some(b)] if b > 0.0 => Some(a / b),
@@ -100,12 +107,42 @@ fn pairs_table(
     table
 }
 
+/// A sentence for each model: which container is better, by how much.
+fn conclusions(rows: &[Measurement]) -> Vec<String> {
+    let models = models(rows);
+    let sentence = |model: &&str| {
+        let built = |row: &&Measurement| row.model == *model && row.builder != "none" && row.tree.is_none();
+        let of = |kind| rows.iter().filter(built).find(|row| row.container == kind);
+        let (boxes, spheres) = (of(ContainerKind::Aabb)?, of(ContainerKind::Sphere)?);
+        let parts = [("build", BUILD_MS), ("speed of tracing", MRAYS_PER_S), ("tests per ray", TESTS_PER_RAY)];
+        let parts: Vec<String> =
+            parts.iter().filter_map(|(name, number)| better_container(name, number, boxes, spheres)).collect();
+        (!parts.is_empty()).then(|| format!("{}: {}.", name_among(model, &models), parts.join(", ")))
+    };
+    models.iter().filter_map(sentence).collect()
+}
+
+/// "tests per ray 2.86 times as good with boxes".
+fn better_container(name: &str, number: &Number, boxes: &Measurement, spheres: &Measurement) -> Option<String> {
+    let [of_boxes, of_spheres] = [boxes, spheres].map(|row| row.number(number));
+    let ratio = of_spheres.max(of_boxes) / of_spheres.min(of_boxes);
+    let better = match verdict(&number.compared?, spheres.reading(number), boxes.reading(number)) {
+        Verdict::Better => "boxes",
+        Verdict::Worse => "spheres",
+        Verdict::Once => return ratio.is_finite().then(|| format!("{name} measured once")),
+        Verdict::Same | Verdict::Noise => return Some(format!("{name} the same within noise")),
+        Verdict::Different => return None,
+    };
+    ratio.is_finite().then(|| format!("{name} {ratio:.2} times as good with {better}"))
+}
+
 /// The line of a tree from a file, under its kind of container; `None` for a tree that was built.
-fn file_line(row: &Measurement, values: &[(&str, &str, Value)]) -> Option<Vec<String>> {
+fn file_line(row: &Measurement, values: &[Column]) -> Option<Vec<String>> {
     let mut line = vec![format!("  {}", row.file_name()?), String::new()];
-    for (_, _, value) in values {
+    for (_, _, column) in values {
         line.extend(
-            ContainerKind::ALL.map(|kind| if row.container == kind { number(value(row)) } else { String::new() }),
+            ContainerKind::ALL
+                .map(|kind| if row.container == kind { number(row.number(column)) } else { String::new() }),
         );
         line.push(String::new());
     }
@@ -118,22 +155,21 @@ const STAGES: [&str; 5] = ["bounds", "codes", "sort", "tree", "flatten"];
 /// Build times by stage.
 fn stages_table(rows: &[Measurement]) -> ReportTable {
     let mut stages: Vec<&str> = STAGES.to_vec();
-    for name in rows.iter().flat_map(|row| row.build_stages_ms.keys()) {
-        if !stages.contains(&name.as_str()) {
+    for name in rows.iter().flat_map(|row| row.stages_ms().into_keys()) {
+        if !stages.contains(&name) {
             stages.push(name);
         }
     }
-    stages.retain(|name| rows.iter().any(|row| row.build_stages_ms.contains_key(*name)));
+    stages.retain(|name| rows.iter().any(|row| row.stages_ms().contains_key(*name)));
     let mut table = ReportTable::new("Build time by stage", &[("scene", ""), ("container", "")]);
     table.columns.extend(stages.iter().map(|name| ((*name).to_owned(), "ms".to_owned())));
     table.columns.extend([("build", "ms"), ("spread", "%")].map(|(name, unit)| (name.to_owned(), unit.to_owned())));
     let models = models(rows);
     for row in rows.iter().filter(|row| row.builder != "none" && row.tree.is_none()) {
         let mut line = vec![name_among(&row.model, &models), row.container.name().to_owned()];
-        line.extend(
-            stages.iter().map(|name| row.build_stages_ms.get(*name).map_or_else(String::new, |ms| number(*ms))),
-        );
-        line.extend([number(row.build_ms), spread(row.build_ms, row.build_ms_spread)]);
+        let times = row.stages_ms();
+        line.extend(stages.iter().map(|name| times.get(*name).map_or_else(String::new, |ms| number(*ms))));
+        line.extend([number(row.number(BUILD_MS)), spread(row, BUILD_MS)]);
         table.rows.push(line);
     }
     table.notes.push(format!("Each stage's own median. {SPREAD}"));
@@ -143,16 +179,19 @@ fn stages_table(rows: &[Measurement]) -> ReportTable {
 /// Tree statistics, with a note about the run without BVH.
 fn trees_table(rows: &[Measurement]) -> ReportTable {
     let mut table = ReportTable { title: "The trees".to_owned(), ..list_table("", rows) };
+    if ContainerKind::ALL.iter().all(|&kind| rows.iter().any(|row| row.container == kind)) {
+        table.notes.push(COSTS_DO_NOT_COMPARE.to_owned());
+    }
     let models = models(rows);
     for row in rows.iter().filter(|row| row.builder == "none") {
         let pixels = u64::from(row.width_px) * u64::from(row.height_px);
         table.notes.push(format!(
             "{} without BVH: {} of {} pixels, evenly spread, in {} ms; {} tests per ray.",
             name_among(&row.model, &models),
-            count(row.rays),
+            count(row.values.count(RAYS)),
             count(pixels),
-            number(row.trace_ms),
-            number(row.tests_per_ray)
+            number(row.number(TRACE_MS)),
+            number(row.number(TESTS_PER_RAY))
         ));
     }
     table
@@ -161,10 +200,14 @@ fn trees_table(rows: &[Measurement]) -> ReportTable {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::catalog::numbers::rows::BUILD_STAGES_MS;
     use crate::lab::sample::sample;
 
     fn row(model: &str, container: ContainerKind, build_ms: f64, trace_ms: f64, tests_per_ray: f64) -> Measurement {
-        Measurement { model: model.to_owned(), container, build_ms, trace_ms, tests_per_ray, ..sample() }
+        Measurement { model: model.to_owned(), container, ..sample() }
+            .with(BUILD_MS, build_ms)
+            .with(TRACE_MS, trace_ms)
+            .with(TESTS_PER_RAY, tests_per_ray)
     }
 
     fn rows() -> Vec<Measurement> {
@@ -174,7 +217,7 @@ mod tests {
             row("builtin:teapot", spheres, 40.0, 500.0, 120.0),
             row("thing.obj", spheres, 20.0, 40.0, 20.0),
             row("thing.obj", boxes, 30.0, 60.0, 35.0),
-            Measurement { builder: "none".to_owned(), rays: 211, ..row("thing.obj", boxes, 1.0, 7.5, 41.0) },
+            Measurement { builder: "none".to_owned(), ..row("thing.obj", boxes, 1.0, 7.5, 41.0) }.with(RAYS, 211),
         ]
     }
 
@@ -201,6 +244,22 @@ mod tests {
     }
 
     #[test]
+    fn a_sentence_names_the_better_container() {
+        let of = |container, build: [f64; 3], tests| {
+            let mut row = row("thing.obj", container, build[0], 50.0, tests);
+            row.values.set_spread(BUILD_MS, Some([build[1], build[2]]));
+            row
+        };
+        let rows =
+            [of(ContainerKind::Aabb, [30.0, 29.0, 31.0], 20.0), of(ContainerKind::Sphere, [15.0, 14.5, 15.5], 50.0)];
+        let expected = "thing.obj: build 2.00 times as good with spheres, speed of tracing the same within noise, tests per ray \
+                        2.50 times as good with boxes.";
+        assert_eq!(conclusions(&rows), [expected]);
+        assert!(trees_table(&rows).notes.iter().any(|note| note.contains("do not compare")));
+        assert_eq!(conclusions(&rows[..1]), Vec::<String>::new());
+    }
+
+    #[test]
     fn a_tree_from_a_file_has_a_line_below_its_scene_and_no_part_in_the_means() {
         let spheres = row("thing.obj", ContainerKind::Sphere, f64::NAN, 70.0, 25.0);
         let file = Measurement { tree: Some("a/mine.bvh".to_owned()), builder: "handmade".to_owned(), ..spheres };
@@ -215,8 +274,7 @@ mod tests {
 
     #[test]
     fn stages_stand_in_their_order_beside_the_whole_build() {
-        let passes = [("collapse", 1.5), ("tree", 13.5), ("sort", 2.5)].map(|(name, ms)| (name.to_owned(), ms));
-        let row = Measurement { build_stages_ms: passes.into(), ..sample() };
+        let row = sample().with(BUILD_STAGES_MS, serde_json::json!({"collapse": 1.5, "tree": 13.5, "sort": 2.5}));
         let without = Measurement { builder: "none".to_owned(), ..sample() };
         let table = stages_table(&[row, sample(), without]);
         let columns: Vec<&str> = table.columns.iter().map(|(name, _)| name.as_str()).collect();

@@ -2,6 +2,7 @@
 
 use super::aligned::ReportTable;
 use super::format::{models, name_among, number};
+use crate::catalog::numbers::rows::{EPO, SAH_COST};
 use crate::lab::measurement::Measurement;
 use crate::lab::population::Population;
 use crate::lab::prediction::{Prediction, predicted_trees};
@@ -29,8 +30,8 @@ pub(super) fn prediction_tables(rows: &[Measurement]) -> Vec<ReportTable> {
             row.builder_name(),
             row.container.name().to_owned(),
             threshold,
-            number(row.sah_cost),
-            number(row.epo),
+            number(row.number(SAH_COST)),
+            number(row.number(EPO)),
         ];
         line.extend(populations.iter().map(|&population| match of(row, population) {
             Some(rays) if rays.root_hits > 0 => number(rays.cost),
@@ -43,6 +44,11 @@ pub(super) fn prediction_tables(rows: &[Measurement]) -> Vec<ReportTable> {
         let [rays, entering] = [measured.rays, measured.root_hits].map(|rays| count(u64::from(rays)));
         Some(format!("{}: {rays} rays, of which {entering} enter the root of the first tree.", population.name()))
     }));
+    costs.notes.push(
+        "Cost: an interior node that is visited counts 1, whatever it holds, and so does each triangle tested. Tests per ray count \
+         each container tested instead, two for a visited node, and rays that miss the root."
+            .to_owned(),
+    );
     costs.notes.push("The SAH cost predicts the cost of random lines, which nothing stops.".to_owned());
     let mut tables = vec![costs];
     tables.extend(correlations(rows, &populations));
@@ -85,6 +91,10 @@ fn correlations(rows: &[Measurement], populations: &[Population]) -> Option<Repo
         }
     }
     table.notes.push("r: correlation over the trees (Pearson); 1 is a perfect prediction, 0 none.".to_owned());
+    table.notes.push(
+        "α (Aila, Karras and Laine 2013) is fitted to the same trees that it is judged by, so its r predicts nothing of others."
+            .to_owned(),
+    );
     (!table.rows.is_empty()).then_some(table)
 }
 
@@ -114,7 +124,7 @@ mod tests {
             },
         ];
         let builder = builder.to_owned();
-        Measurement { builder, preset: None, sah_cost, epo, populations, ..sample() }
+        Measurement { builder, preset: None, populations, ..sample().with(SAH_COST, sah_cost).with(EPO, epo) }
     }
 
     #[test]

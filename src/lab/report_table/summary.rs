@@ -1,6 +1,7 @@
 //! One measured row as a sentence.
 
 use super::format::{number, short, threads};
+use crate::catalog::numbers::rows::{BUILD_MS, TESTS_PER_RAY, TRACE_MS};
 use crate::lab::measurement::Measurement;
 use bvhscope_engine::settings::{Curve, Passes};
 
@@ -20,9 +21,9 @@ pub fn summary(row: &Measurement) -> String {
         "{}, {tree}, {}: build {} ms, trace {} ms, {} tests per ray",
         short(&row.model),
         threads(row.threads),
-        number(row.build_ms),
-        number(row.trace_ms),
-        number(row.tests_per_ray)
+        number(row.number(BUILD_MS)),
+        number(row.number(TRACE_MS)),
+        number(row.number(TESTS_PER_RAY))
     )
 }
 

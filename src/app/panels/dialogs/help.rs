@@ -3,11 +3,12 @@
 use egui::{self, Grid, Label, RichText, ScrollArea, TextEdit, Ui, vec2};
 
 use crate::app::commands::keys;
-use crate::app::glossary::Term;
 use crate::app::panels::dialogs::frame;
 use crate::app::state::{AppState, Help, HelpPage};
 use crate::app::theme;
 use crate::app::widgets::chip;
+use crate::catalog::numbers;
+use crate::catalog::terms::Term;
 
 /// Largest width of the left column in points.
 const KEYS_WIDTH: f32 = 264.0;
@@ -81,16 +82,16 @@ fn shortcuts(ui: &mut Ui, filter: &str) {
 fn glossary(ui: &mut Ui, help: &mut Help) {
     let palette = theme::palette(ui);
     let mut found = 0;
-    for term in Term::ALL.into_iter().filter(|term| term.matches(&help.filter)) {
+    for term in numbers::glossary().into_iter().filter(|term| term.matches(&help.filter)) {
         found += 1;
         let marked = help.term == Some(term);
         ui.add_space(8.0);
-        let name = RichText::new(term.name()).strong().color(if marked { palette.warm } else { palette.text });
+        let name = RichText::new(term.name).strong().color(if marked { palette.warm } else { palette.text });
         let name = ui.label(name);
-        let text = ui.add(Label::new(term.text()).wrap());
+        let text = ui.add(Label::new(term.text).wrap());
         let mut place = name.rect.union(text.rect);
-        if !term.source().is_empty() {
-            place |= ui.label(RichText::new(term.source()).small().color(palette.dim)).rect;
+        if !term.source.is_empty() {
+            place |= ui.label(RichText::new(term.source).small().color(palette.dim)).rect;
         }
         if marked && scrolls_to(ui, term) {
             ui.scroll_to_rect(place, Some(egui::Align::Center));
@@ -101,7 +102,7 @@ fn glossary(ui: &mut Ui, help: &mut Help) {
     }
     // The mark scrolls once a time that the dialog is opened at it.
     if help.term.is_none() {
-        ui.data_mut(|data| data.remove::<Option<Term>>(scrolled_id()));
+        ui.data_mut(|data| data.remove::<Option<&'static Term>>(scrolled_id()));
     }
 }
 
@@ -109,9 +110,9 @@ fn scrolled_id() -> egui::Id {
     egui::Id::unique("glossary scrolled to")
 }
 
-/// Whether the marked term has not been scrolled to yet.
-fn scrolls_to(ui: &Ui, term: Term) -> bool {
-    let before = ui.data_mut(|data| data.get_temp_mut_or_default::<Option<Term>>(scrolled_id()).replace(term));
+/// True if the marked term has not been scrolled to yet.
+fn scrolls_to(ui: &Ui, term: &'static Term) -> bool {
+    let before = ui.data_mut(|data| data.get_temp_mut_or_default::<Option<&'static Term>>(scrolled_id()).replace(term));
     before != Some(term)
 }
 

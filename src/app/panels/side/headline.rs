@@ -6,11 +6,13 @@ use bvhscope_engine::settings::BuilderKind;
 use bvhscope_engine::tree::ContainerKind;
 use bvhscope_engine::tree::statistics::{INTERSECTION_COST, TRAVERSAL_COST};
 
-use crate::app::glossary::Term;
-use crate::app::state::comparison::{Comparison, Quantity};
+use crate::app::state::comparison::Comparison;
 use crate::app::state::{AppState, PROGRESS_DELAY, Presented};
 use crate::app::widgets::{Tip as _, copies, difference, tip_with_hint};
 use crate::app::{format, theme};
+use crate::catalog::numbers::Number;
+use crate::catalog::numbers::rows::{BUILD_MS, MRAYS_PER_S, SAH_COST, TESTS_PER_RAY};
+use crate::catalog::terms::{self, Term};
 
 /// Height of a tile in points.
 const TILE_HEIGHT: f32 = 52.0;
@@ -23,14 +25,16 @@ const PAIR_SIZE: f32 = 14.0;
 
 /// One of the four numbers.
 struct Tile {
-    quantity: Quantity,
+    quantity: &'static Number,
     name: &'static str,
     number: String,
     /// The number of the second tree, where there is one.
     second: Option<String>,
     unit: &'static str,
+    /// Shown below the number where no difference is.
+    remark: Option<String>,
     tip: String,
-    term: Term,
+    term: &'static Term,
 }
 
 /// Shows the tiles, two in a row.
@@ -106,7 +110,15 @@ fn build_tip(shown: Option<&Presented>) -> String {
     let ready = ready.map_or_else(String::new, |ready| {
         format!(". Ready to trace, with the wide tree that rays go through: {}", format::duration(ready))
     });
-    format!("Wall-clock time of the binary tree: the sum of the stages that ran{ready}. Lower is better")
+    let reused = shown.and_then(reused_stages);
+    let reused = reused.map_or_else(String::new, |text| format!(". {text}: it is not the time of a whole build"));
+    format!("Wall-clock time of the binary tree: the sum of the stages that ran{reused}{ready}. Lower is better")
+}
+
+/// How many stages of its build came from an earlier one; `None` where all ran.
+fn reused_stages(shown: &Presented) -> Option<String> {
+    let count = shown.accel.report.stages.reused.len() as u64;
+    (count > 0).then(|| format!("{} reused", format::counted(count, "stage")))
 }
 
 fn tiles(state: &AppState, shown: Option<&Presented>) -> [Tile; 4] {
@@ -122,7 +134,7 @@ fn tiles(state: &AppState, shown: Option<&Presented>) -> [Tile; 4] {
     let speed = shown.map(|_| format::significant(state.mrays_per_s()));
     let unknown = || "…".to_owned();
     let other = state.model.second.as_ref();
-    let of_second = |quantity: Quantity| {
+    let of_second = |quantity: &'static Number| {
         other.map(|other| other.numbers().value(quantity).map_or_else(unknown, format::significant))
     };
     // Both times in the unit of the first.
@@ -132,51 +144,53 @@ fn tiles(state: &AppState, shown: Option<&Presented>) -> [Tile; 4] {
     });
     // The second picture has no speed of the last second, so both are those at rest.
     let speed = match (shown, other) {
-        (Some(shown), Some(_)) => {
-            Some(shown.numbers().value(Quantity::Speed).map_or_else(unknown, format::significant))
-        }
+        (Some(shown), Some(_)) => Some(shown.numbers().value(MRAYS_PER_S).map_or_else(unknown, format::significant)),
         _ => speed,
     };
     [
         Tile {
-            quantity: Quantity::BuildTime,
+            quantity: BUILD_MS,
             name: "Build time",
             number: build,
             second: second_build,
             unit,
+            remark: shown.and_then(reused_stages),
             tip: build_tip(shown),
-            term: Term::BuildTime,
+            term: &terms::BUILD_TIME,
         },
         Tile {
-            quantity: Quantity::SahCost,
+            quantity: SAH_COST,
             name: "SAH cost",
             number: sah.unwrap_or_else(unknown),
-            second: of_second(Quantity::SahCost),
+            second: of_second(SAH_COST),
             unit: "",
+            remark: None,
             tip: format!(
                 "Expected cost of a ray by the surface area heuristic: container test {TRAVERSAL_COST}, triangle test {INTERSECTION_COST}, over the root's area. Lower is better"
             ),
-            term: Term::SahCost,
+            term: &terms::SAH_COST,
         },
         Tile {
-            quantity: Quantity::TestsPerRay,
+            quantity: TESTS_PER_RAY,
             name: "Tests per ray",
             number: tests.map_or_else(unknown, |tests| format::significant(f64::from(tests))),
-            second: of_second(Quantity::TestsPerRay),
+            second: of_second(TESTS_PER_RAY),
             unit: "",
+            remark: None,
             tip: "Container and triangle tests of a primary ray, on average, counted once the picture is at rest. Lower is better"
                 .to_owned(),
-            term: Term::TestsPerRay,
+            term: &terms::TESTS_PER_RAY,
         },
         Tile {
-            quantity: Quantity::Speed,
+            quantity: MRAYS_PER_S,
             name: "Speed",
             number: speed.unwrap_or_else(unknown),
-            second: of_second(Quantity::Speed),
+            second: of_second(MRAYS_PER_S),
             unit: "Mray/s",
+            remark: None,
             tip: "Primary rays per second, in millions, shading included: the median of the passes. Higher is better"
                 .to_owned(),
-            term: Term::MraysPerSecond,
+            term: &terms::MRAYS_PER_SECOND,
         },
     ]
 }
@@ -190,7 +204,8 @@ fn show_tile(ui: &mut Ui, state: &mut AppState, tile: &Tile, comparison: Compari
     };
     let text = text.trim();
     let two_trees = tile.second.is_some();
-    let line = difference::line(comparison, two_trees, &palette).filter(|_| !stale);
+    let remark = || tile.remark.clone().map(|remark| (remark, palette.dim));
+    let line = difference::line(comparison, two_trees, &palette).or_else(remark).filter(|_| !stale);
     let spoken = line.as_ref().map_or_else(String::new, |(line, _)| format!(", {line}"));
     response.widget_info(|| WidgetInfo::labeled(Role::Label, true, format!("{} {text}{spoken}", tile.name)));
     let fill =
@@ -216,9 +231,12 @@ fn show_tile(ui: &mut Ui, state: &mut AppState, tile: &Tile, comparison: Compari
     }
     copies(state, &response, tile.name, (&tile.number, text), Some(tile.term));
     let unit = tile.unit;
-    let before = difference::sentence(comparison, two_trees, |value| match tile.quantity {
-        Quantity::BuildTime => format::duration(std::time::Duration::from_secs_f64(value)),
-        _ => format!("{} {unit}", format::significant(value)).trim().to_owned(),
+    let before = difference::sentence(comparison, two_trees, |value| {
+        if tile.quantity == BUILD_MS {
+            format::duration(std::time::Duration::from_secs_f64(value / 1e3))
+        } else {
+            format!("{} {unit}", format::significant(value)).trim().to_owned()
+        }
     });
     let tip = before.map_or_else(|| tile.tip.clone(), |before| format!("{}\n{before}", tile.tip));
     response.tip(tip_with_hint(&tip));

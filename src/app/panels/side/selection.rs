@@ -4,11 +4,12 @@ use bvhscope_engine::tree::ContainerKind;
 use egui::Ui;
 
 use crate::app::commands::{Action, entries};
-use crate::app::glossary::Term;
 use crate::app::state::{AppState, Presented, TreeSide};
 use crate::app::widgets::{Statistic, Tip as _, check, statistic};
 use crate::app::{format, theme};
-use crate::lab::node_values::{NodeMetric, NodeValues};
+use crate::catalog::metrics;
+use crate::catalog::terms;
+use crate::lab::node_values::NodeValues;
 
 /// Shows the section.
 pub(crate) fn show(ui: &mut Ui, state: &mut AppState) {
@@ -102,17 +103,17 @@ fn node_rows(ui: &mut Ui, state: &mut AppState, shown: &Presented, node: u32) {
         statistic(ui, state, &Statistic::new("Triangle", triangle).tip("Its index in the file, from 0"));
     }
     let index = Statistic::new("Node", format::count(u64::from(node))).tip("Its index in the tree");
-    statistic(ui, state, &index.term(Term::Node));
+    statistic(ui, state, &index.term(&terms::NODE));
     let depth = table.depth(node);
     statistic(
         ui,
         state,
-        &Statistic::new("Depth", depth.to_string()).tip("Levels below the root, which has depth 0").term(Term::Depth),
+        &Statistic::new("Depth", depth.to_string()).tip("Levels below the root, which has depth 0").term(&terms::DEPTH),
     );
     let children = table.children(node).len();
     if children > 0 && children != 2 {
         let tip = "Children of this node; a ray that visits it tests the container of each";
-        statistic(ui, state, &Statistic::new("Children", children.to_string()).tip(tip).term(Term::Node));
+        statistic(ui, state, &Statistic::new("Children", children.to_string()).tip(tip).term(&terms::NODE));
     }
     let primitives = table.known_primitives(node);
     let tip = "Triangles below this node";
@@ -131,18 +132,18 @@ fn node_rows(ui: &mut Ui, state: &mut AppState, shown: &Presented, node: u32) {
     }
     let area = f64::from(table.area_share(node));
     let tip = "Surface area relative to the root's: how likely a ray that hits the root hits it";
-    statistic(ui, state, &Statistic::new("Area share", format::percent(area)).tip(tip).term(Term::AreaShare));
+    statistic(ui, state, &Statistic::new("Area share", format::percent(area)).tip(tip).term(&terms::AREA_SHARE));
     if shown.accel.report.stats.sah_cost > 0.0 {
         let fraction = f64::from(table.sah_share(node));
         let tip = "What this node alone adds to the SAH cost of the tree";
-        statistic(ui, state, &Statistic::new("SAH share", format::percent(fraction)).tip(tip).term(Term::SahCost));
+        statistic(ui, state, &Statistic::new("SAH share", format::percent(fraction)).tip(tip).term(&terms::SAH_COST));
     }
     let visits = state.lab.known_visits(&shown.accel);
     let values = NodeValues { accel: &shown.accel, visits: visits.as_ref().map(|visits| &*visits.0) };
-    for (metric, term) in [(NodeMetric::Overlap, Some(Term::Overlap)), (NodeMetric::EmptySpace, None)] {
+    for metric in [metrics::OVERLAP, metrics::EMPTY_SPACE] {
         if let Some(value) = values.get(metric, node) {
-            let row = Statistic::new(metric.label(), format::percent(f64::from(value))).tip(metric.meaning());
-            statistic(ui, state, &if let Some(term) = term { row.term(term) } else { row });
+            let row = Statistic::new(metric.label, format::of_metric(metric, value)).tip(metric.meaning);
+            statistic(ui, state, &if let Some(term) = metric.term { row.term(term) } else { row });
         }
     }
     if let Some((measured, predicted)) = values.visits(node) {

@@ -2,17 +2,16 @@
 
 use std::time::Duration;
 
-use bvhscope_engine::BuildReport;
 use egui::{self, CornerRadius, Rect, Role, Sense, Ui, WidgetInfo, pos2, vec2};
 
 use crate::accel::FileTree;
-use crate::app::glossary::Term;
 use crate::app::panels::side::recent_changes::recent_change;
 use crate::app::panels::side::{annealing, findings, memory};
-use crate::app::state::comparison::Quantity;
 use crate::app::state::{AppState, Presented};
 use crate::app::widgets::{Header, Statistic, Tip as _, section, statistic, value_text};
 use crate::app::{format, theme};
+use crate::catalog::numbers::{Direction, NUMBERS, Number, Section};
+use crate::catalog::terms;
 use crate::scene::Scene;
 
 /// Shows the sections.
@@ -123,9 +122,7 @@ fn build_rows(ui: &mut Ui, state: &mut AppState, shown: &Presented) {
         stage_row(ui, name, Some(*time), time.as_secs_f64() / longest.as_secs_f64().max(1e-12), costs);
     }
     annealing::finished(ui, state, &report.stages.annealing);
-    let rate = report.mtriangles_per_s();
-    let tip = "Triangles built per second, in millions";
-    statistic(ui, state, &Statistic::new("Speed", format::significant(rate)).unit("Mtri/s").tip(tip));
+    numbers(ui, state, shown, Section::Build);
     statistic(ui, state, &Statistic::new("Threads", report.threads.to_string()).tip("Threads that built the tree"));
 }
 
@@ -165,37 +162,32 @@ fn stage_row(ui: &mut Ui, name: &str, time: Option<Duration>, fraction: f64, cos
 
 /// Statistics of the tree, besides the SAH cost in the headline.
 fn tree_rows(ui: &mut Ui, state: &mut AppState, shown: &Presented) {
-    let report: &BuildReport = &shown.accel.report;
-    let stats = &report.stats;
-    let significant = |value: f32| format::significant(f64::from(value));
-    let epo = shown.accel.known_epo();
-    let epo_note = epo.and_then(|epo| epo.estimate_note()).map_or_else(String::new, |note| format!("; {note}"));
-    let epo_tip = format!(
-        "End-point overlap (Aila et al. 2013): surface inside nodes that do not contain it{epo_note}. Lower is better"
-    );
-    let value = epo.map_or_else(|| "…".to_owned(), |epo| significant(epo.value));
-    changing(ui, state, shown, Quantity::Epo, Statistic::new("EPO", value).tip(epo_tip).term(Term::Epo));
-    let nodes = Statistic::new("Nodes", format::count(stats.nodes as u64)).tip("Interior nodes and leaves");
-    changing(ui, state, shown, Quantity::Nodes, nodes.term(Term::Node));
-    let leaves = Statistic::new("Leaves", format::count(stats.leaves as u64)).tip("Nodes that hold triangles");
-    changing(ui, state, shown, Quantity::Leaves, leaves.term(Term::Leaf));
-    let tip =
-        format!("Depth of the deepest node, root 0; leaves lie at {} on average", significant(stats.mean_leaf_depth));
-    let depth = Statistic::new("Depth", stats.max_depth.to_string()).tip(tip);
-    changing(ui, state, shown, Quantity::Depth, depth.term(Term::Depth));
-    if !stats.is_binary() {
-        let numbers = |(arity, &nodes): (usize, &u32)| {
-            (nodes > 0).then(|| format!("{arity}: {}", format::count(u64::from(nodes))))
+    numbers(ui, state, shown, Section::Tree);
+    common_nodes(ui, state, shown.accel.report.stats.nodes);
+}
+
+/// The catalogue's numbers of one section.
+fn numbers(ui: &mut Ui, state: &mut AppState, shown: &Presented, section: Section) {
+    let reading = shown.reading();
+    for number in NUMBERS.iter().filter(|number| number.panel == Some(section)) {
+        let value = match (number.get)(&reading) {
+            Some(value) => format::of_number(number, &value),
+            None if number.compared.is_some() => "…".to_owned(),
+            None => continue,
         };
-        let list: Vec<String> = stats.arity_histogram.iter().enumerate().filter_map(numbers).collect();
-        let tip = format!("Children of an interior node: fewest, mean, most. Nodes by children: {}", list.join(", "));
-        let children = format!("{} / {} / {}", stats.min_arity(), significant(stats.mean_arity), stats.max_arity);
-        statistic(ui, state, &Statistic::new("Children", children).tip(tip).term(Term::Node));
+        let note = number.note.and_then(|note| note(&reading)).map_or_else(String::new, |note| format!("; {note}"));
+        let better = match number.compared.and_then(|compared| compared.better) {
+            Some(Direction::Less) => ". Lower is better",
+            Some(Direction::More) => ". Higher is better",
+            None => "",
+        };
+        let mut row =
+            Statistic::new(number.label, value).unit(number.unit).tip(format!("{}{note}{better}", number.meaning));
+        if let Some(term) = number.term {
+            row = row.term(term);
+        }
+        changing(ui, state, shown, number, row);
     }
-    common_nodes(ui, state, stats.nodes);
-    let leaf = format!("{} / {} / {}", stats.min_leaf_size, significant(stats.mean_leaf_size), stats.max_leaf_size);
-    let tip = "Triangles in a leaf: smallest, mean, largest";
-    statistic(ui, state, &Statistic::new("Leaf size", leaf).tip(tip).term(Term::Leaf));
 }
 
 /// How many of the first tree's nodes the second has too.
@@ -215,18 +207,18 @@ fn common_nodes(ui: &mut Ui, state: &mut AppState, nodes: usize) {
         }
         None => Statistic::new("In both trees", "…".to_owned()).tip(tip),
     };
-    statistic(ui, state, &row.term(Term::Node));
+    statistic(ui, state, &row.term(&terms::NODE));
 }
 
 /// A row that shows for a while how its value differs from that of the tree before.
-fn changing(ui: &mut Ui, state: &mut AppState, shown: &Presented, quantity: Quantity, row: Statistic<'_>) {
+fn changing(ui: &mut Ui, state: &mut AppState, shown: &Presented, number: &Number, row: Statistic<'_>) {
     let text = |value: f64| {
         if value.fract() == 0.0 && value >= 0.0 { format::count(value as u64) } else { format::significant(value) }
     };
     let row = if let Some(second) = &state.model.second {
-        let second = second.numbers().value(quantity).map_or_else(|| "…".to_owned(), text);
-        row.beside(second, state.model.compare(quantity))
-    } else if let Some((before, now, verdict)) = recent_change(ui, shown, quantity) {
+        let second = second.numbers().value(number).map_or_else(|| "…".to_owned(), text);
+        row.beside(second, state.model.compare(number))
+    } else if let Some((before, now, verdict)) = recent_change(ui, shown, number) {
         row.change(text(before), (before, now), verdict)
     } else {
         row
@@ -239,30 +231,10 @@ fn trace_rows(ui: &mut Ui, state: &mut AppState, shown: &Presented) {
     let stats = &shown.frame.stats;
     let (number, unit) = format::duration_parts(stats.trace_time);
     let tip = "Wall-clock time of the newest pass, shading included";
-    statistic(ui, state, &Statistic::new("Trace time", number).unit(unit).tip(tip).term(Term::Pass));
+    statistic(ui, state, &Statistic::new("Trace time", number).unit(unit).tip(tip).term(&terms::PASS));
     let hits = format::percent(stats.hits as f64 / stats.primary_rays.max(1) as f64);
     let tip =
         format!("{} of {} primary rays hit something", format::count(stats.hits), format::count(stats.primary_rays));
-    statistic(ui, state, &Statistic::new("Hits", hits).tip(tip).term(Term::PrimaryRay));
-    let tests = |select: fn([f32; 2]) -> f32| shown.tests_per_ray.map(select);
-    for (name, quantity, tests, tip) in [
-        (
-            "Container tests",
-            Quantity::ContainerTests,
-            tests(|[containers, _]| containers),
-            "Containers tested by a primary ray, on average",
-        ),
-        (
-            "Triangle tests",
-            Quantity::TriangleTests,
-            tests(|[_, triangles]| triangles),
-            "Triangles tested by a primary ray, on average",
-        ),
-    ] {
-        let row = match tests {
-            Some(tests) => Statistic::new(name, format::significant(f64::from(tests))).tip(tip),
-            None => Statistic::new(name, "…".to_owned()).tip(format!("{tip}. Counted once the picture is at rest")),
-        };
-        changing(ui, state, shown, quantity, row.term(Term::TestsPerRay));
-    }
+    statistic(ui, state, &Statistic::new("Hits", hits).tip(tip).term(&terms::PRIMARY_RAY));
+    numbers(ui, state, shown, Section::Trace);
 }

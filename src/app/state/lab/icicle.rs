@@ -6,8 +6,9 @@ use serde::{Deserialize, Serialize};
 
 use crate::accel::Accel;
 use crate::app::state::study::Study;
+use crate::catalog::metrics::{self, Metric};
 use crate::lab::icicle::{Icicle, IcicleWidth};
-use crate::lab::node_values::{KnownVisits, MetricScale, NodeMetric, NodeValues};
+use crate::lab::node_values::{KnownVisits, MetricScale, NodeValues};
 use crate::overlay::NodeTable;
 
 /// What the widths of an icicle are made from.
@@ -25,7 +26,7 @@ pub struct IcicleState {
     /// What widths stand for.
     pub width: IcicleWidth,
     /// What colours stand for.
-    pub color: NodeMetric,
+    pub color: &'static Metric,
     /// For each node what the width of all below it is made of.
     pub sums: Study<IcicleInputs, Vec<f32>>,
     tree: Weak<Accel>,
@@ -37,7 +38,7 @@ pub struct IcicleState {
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct SharedIcicle {
     width: IcicleWidth,
-    color: NodeMetric,
+    color: &'static Metric,
 }
 
 impl Default for SharedIcicle {
@@ -63,7 +64,7 @@ struct LayoutKey {
     sums: Arc<Vec<f32>>,
     visits: Option<KnownVisits>,
     top: u32,
-    color: NodeMetric,
+    color: &'static Metric,
     size: [u32; 2],
     /// Whether depths and counts of primitives are known.
     is_counted: bool,
@@ -81,7 +82,7 @@ impl Default for IcicleState {
     fn default() -> Self {
         Self {
             width: IcicleWidth::Cost,
-            color: NodeMetric::Overlap,
+            color: metrics::OVERLAP,
             sums: Study::default(),
             tree: Weak::new(),
             top: 0,
@@ -101,7 +102,7 @@ impl IcicleState {
     /// Its part of a shared state.
     pub fn shared(&self) -> SharedIcicle {
         let Self { width, color, sums: _, tree: _, top: _, layout: _ } = self;
-        SharedIcicle { width: *width, color: *color }
+        SharedIcicle { width: *width, color }
     }
 
     /// Shows what another window showed.
@@ -146,7 +147,7 @@ impl IcicleState {
         size: [u32; 2],
     ) -> Option<Arc<IcicleLayout>> {
         let sums = Arc::clone(self.sums.of_tree(accel)?);
-        let visits = visits.filter(|_| self.color.needs_visits());
+        let visits = visits.filter(|_| self.color.needs_visits);
         let is_counted = accel.known_ancestry().is_some();
         let key = LayoutKey { sums, visits, top: self.top, color: self.color, size, is_counted };
         if let Some((known, layout)) = &self.layout

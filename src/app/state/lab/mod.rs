@@ -78,7 +78,7 @@ impl LabState {
     /// What the list of worst nodes of `accel` is to be made from; `None` while visits are needed and not known.
     pub fn ranking_inputs(&self, accel: &Arc<Accel>) -> Option<RankingInputs> {
         let order = self.nodes.order;
-        let visits = self.needed_visits(accel, order.metric.needs_visits()).ok()?;
+        let visits = self.needed_visits(accel, order.metric.needs_visits).ok()?;
         Some(RankingInputs { order, visits })
     }
 

@@ -4,8 +4,9 @@ use std::sync::Arc;
 
 use crate::accel::Accel;
 use crate::app::state::study::Study;
+use crate::catalog::metrics::{self, Metric};
 use crate::lab::node_ranking::NodeOrder;
-use crate::lab::node_values::{KnownVisits, NodeMetric};
+use crate::lab::node_values::KnownVisits;
 
 /// What a ranking is made from.
 #[derive(Debug, Clone, PartialEq)]
@@ -29,7 +30,7 @@ pub struct NodesState {
 
 impl Default for NodesState {
     fn default() -> Self {
-        let order = NodeOrder { metric: NodeMetric::Cost, ascending: false, min_area: 0.001 };
+        let order = NodeOrder { metric: metrics::COST, ascending: false, min_area: 0.001 };
         Self { order, ranking: Study::default(), revealed: None }
     }
 }
@@ -51,7 +52,7 @@ impl NodesState {
     pub const VIEW: &str = "Nodes";
 
     /// Sorts by `metric`, the largest first; by the metric that it is sorted by already, the other way round.
-    pub fn sort_by(&mut self, metric: NodeMetric) {
+    pub fn sort_by(&mut self, metric: &'static Metric) {
         let ascending = self.order.metric == metric && !self.order.ascending;
         self.order = NodeOrder { metric, ascending, ..self.order };
         self.revealed = None;

@@ -9,6 +9,7 @@ use serde::{Deserialize, Serialize};
 use crate::accel::Accel;
 use crate::app::state::paper::{Experiment, PaperResult, settings_of};
 use crate::app::state::study::Study;
+use crate::catalog::numbers::rows::{BUILD_MS, EPO, SAH_COST};
 use crate::catalog::settings::by_symbol;
 use crate::lab::node_values::KnownVisits;
 use crate::lab::population::{Population, ViewRays};
@@ -300,9 +301,9 @@ impl PlotsState {
             Some(PlottedTree {
                 build: build.or_else(|| row.tree.as_ref().map(|_| of_file()))?,
                 file: row.tree.as_ref().map(|path| (path.into(), row.builder.clone())),
-                build_ms: Some(row.build_ms).filter(|ms| !ms.is_nan()),
-                sah_cost: row.sah_cost,
-                epo: Some(row.epo),
+                build_ms: row.values.known(BUILD_MS),
+                sah_cost: row.number(SAH_COST),
+                epo: row.values.known(EPO),
                 cost: cost(row),
             })
         };

@@ -5,7 +5,7 @@ use egui::{Align2, Color32, CornerRadius, Mesh, Rect, Role, Sense, TextStyle, Ui
 use crate::app::state::{AppState, Presented};
 use crate::app::widgets::Tip as _;
 use crate::app::{format, theme};
-use crate::lab::node_values::NodeMetric;
+use crate::catalog::metrics::Metric;
 use crate::overlay;
 
 /// Width of the gradient in points.
@@ -24,7 +24,7 @@ pub(super) fn show(ui: &mut Ui, state: &AppState, shown: &Presented) {
         [&low, &high].map(|text| ui.painter().layout_no_wrap(text.clone(), font.clone(), palette.dim).size().x);
     let size = vec2(galleys[0] + WIDTH + galleys[1] + 12.0, theme::ROW_HEIGHT);
     let (rect, response) = ui.allocate_exact_size(size, Sense::hover());
-    let name = format!("Colours: {} from {low} to {high}", metric.label());
+    let name = format!("Colours: {} from {low} to {high}", metric.label);
     response.widget_info(|| WidgetInfo::labeled(Role::Image, true, &name));
     ui.painter().text(rect.left_center(), Align2::LEFT_CENTER, &low, font.clone(), palette.dim);
     ui.painter().text(rect.right_center(), Align2::RIGHT_CENTER, &high, font, palette.dim);
@@ -43,7 +43,7 @@ pub(super) fn show(ui: &mut Ui, state: &AppState, shown: &Presented) {
         ui.visuals().widgets.noninteractive.bg_stroke,
         egui::StrokeKind::Outside,
     );
-    response.tip(format!("{}. Grey: none", metric.meaning()));
+    response.tip(format!("{}. Grey: none", metric.meaning));
 }
 
 /// The colour at a position on the scale, 0 to 1; `none` for a node without a value.
@@ -55,10 +55,6 @@ pub(super) fn color(position: Option<f32>, none: Color32) -> Color32 {
 }
 
 /// A value of a metric as text.
-pub(super) fn text(metric: NodeMetric, value: f32) -> String {
-    match metric {
-        NodeMetric::VisitRatio => format!("{} ×", format::significant(f64::from(value))),
-        NodeMetric::Primitives | NodeMetric::Depth => format::count(value as u64),
-        _ => format::percent(f64::from(value)),
-    }
+pub(super) fn text(metric: &'static Metric, value: f32) -> String {
+    format::of_metric(metric, value)
 }

@@ -14,9 +14,8 @@ use crate::app::views::controls;
 use crate::app::views::view::View;
 use crate::app::widgets::{Tip as _, empty_view};
 use crate::app::{format, theme};
+use crate::catalog::metrics::METRICS;
 use crate::lab::icicle::IcicleWidth;
-use crate::lab::node_values::NodeMetric;
-
 /// Most nodes that the line of nodes above the topmost one names.
 const NAMED: usize = 5;
 
@@ -46,7 +45,7 @@ impl View for IcicleView {
 
     fn needs_visits(&self, state: &AppState) -> bool {
         let IcicleState { width, color, .. } = state.lab.icicle;
-        width == IcicleWidth::Visits || color.needs_visits()
+        width == IcicleWidth::Visits || color.needs_visits
     }
 }
 
@@ -60,7 +59,7 @@ fn show(ui: &mut Ui, state: &mut AppState) {
         let view = &mut state.lab.icicle;
         let choices = IcicleWidth::ALL.map(|width| (width, width.label(), width.meaning()));
         controls::drop_down(ui, "Width", "What the width of a node stands for", &mut view.width, &choices);
-        let choices = NodeMetric::ALL.map(|metric| (metric, metric.label(), metric.meaning()));
+        let choices = METRICS.map(|metric| (metric, metric.label, metric.meaning));
         controls::drop_down(ui, "Colour", "What the colour of a node stands for", &mut view.color, &choices);
         legend::show(ui, state, &shown);
         ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
@@ -69,7 +68,7 @@ fn show(ui: &mut Ui, state: &mut AppState) {
         });
     });
     let view = &state.lab.icicle;
-    if view.width == IcicleWidth::Visits || view.color.needs_visits() {
+    if view.width == IcicleWidth::Visits || view.color.needs_visits {
         ui.horizontal(|ui| {
             controls::rays(ui, state, &shown);
             if let Some(reason) = controls::no_rays(state, &shown) {

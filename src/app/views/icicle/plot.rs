@@ -12,8 +12,9 @@ use crate::app::state::action::Action;
 use crate::app::state::{AppState, IcicleLayout, Presented, Request};
 use crate::app::views::controls;
 use crate::app::{format, theme};
+use crate::catalog::metrics::METRICS;
 use crate::lab::icicle::IcicleCell;
-use crate::lab::node_values::{NodeMetric, NodeValues};
+use crate::lab::node_values::NodeValues;
 
 /// Least and largest height of a level in points.
 const LEVEL_HEIGHT: [f32; 2] = [4.0, 18.0];
@@ -158,9 +159,9 @@ fn facts(state: &AppState, shown: &Presented, cell: &IcicleCell) -> String {
         let share = format::percent(f64::from(own / whole));
         line(&format!("{} with all below", state.lab.icicle.width.label()), share);
     }
-    for metric in NodeMetric::ALL {
+    for metric in METRICS {
         if let Some(value) = values.get(metric, node) {
-            line(metric.label(), legend::text(metric, value));
+            line(metric.label, legend::text(metric, value));
         }
     }
     if cell.is_narrow {

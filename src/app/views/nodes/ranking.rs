@@ -13,7 +13,8 @@ use crate::app::views::controls;
 use crate::app::views::node_row::{self, Cell};
 use crate::app::widgets::Tip as _;
 use crate::app::{format, theme};
-use crate::lab::node_values::{NodeMetric, NodeValues};
+use crate::catalog::metrics::{METRICS, Metric, RANKED};
+use crate::lab::node_values::NodeValues;
 
 /// Width of a column in points.
 const COLUMN: f32 = 84.0;
@@ -39,7 +40,7 @@ pub(super) fn show(ui: &mut Ui, state: &mut AppState, shown: &Presented) {
     let values = NodeValues { accel: &shown.accel, visits: visits.as_ref().map(|visits| &*visits.0) };
     area.show_rows(ui, node_row::HEIGHT, ranked.len(), |ui, range| {
         for &node in ranked.get(range).unwrap_or_default() {
-            let texts = NodeMetric::RANKED.map(|metric| value_text(metric, values.get(metric, node)));
+            let texts = RANKED.map(|metric| value_text(metric, values.get(metric, node)));
             let cells = texts.each_ref().map(|text| Cell { text, width: COLUMN });
             node_row::show(ui, state, node, (&name(shown, node), 4.0), &cells);
         }
@@ -53,7 +54,7 @@ fn nothing(ui: &mut Ui, state: &mut AppState, shown: &Presented) {
         Some(inputs) => state.lab.nodes.ranking.is_cancelled(&shown.accel, &inputs),
         None => state.lab.is_measuring_stopped(&shown.accel),
     };
-    let without_rays = controls::no_rays(state, shown).filter(|_| state.lab.nodes.order.metric.needs_visits());
+    let without_rays = controls::no_rays(state, shown).filter(|_| state.lab.nodes.order.metric.needs_visits);
     let text = if is_ranked { "No node is that large and has this number" } else { "Ranking the nodes" };
     let text = without_rays.unwrap_or(text);
     if controls::waiting(ui, is_cancelled, text) {
@@ -100,10 +101,10 @@ fn header(ui: &mut Ui, state: &mut AppState) {
     ui.painter().text(rect.left_center() + vec2(4.0, 0.0), Align2::LEFT_CENTER, "node", font.clone(), palette.dim);
     // The list beside its scroll bar has rows of this width.
     let mut right = rect.right() - ui.spacing().scroll.allocated_width() - 4.0;
-    for metric in NodeMetric::RANKED.into_iter().rev() {
+    for metric in RANKED.into_iter().rev() {
         let place = Rect::from_min_max(pos2(right - COLUMN, rect.top()), pos2(right, rect.bottom()));
         let response = ui.interact(place, ui.scope_id().with(("sort", metric)), Sense::click());
-        let name = format!("Sort by {}", metric.label());
+        let name = format!("Sort by {}", metric.label);
         response.widget_info(|| WidgetInfo::selected(Role::Button, true, order.metric == metric, &name));
         let on = order.metric == metric;
         let is_hot = response.hovered() || response.has_focus();
@@ -114,7 +115,7 @@ fn header(ui: &mut Ui, state: &mut AppState) {
         } else {
             palette.dim
         };
-        let text = ui.painter().text(place.right_center(), Align2::RIGHT_CENTER, metric.label(), font.clone(), color);
+        let text = ui.painter().text(place.right_center(), Align2::RIGHT_CENTER, metric.label, font.clone(), color);
         if on {
             // Points down where the largest come first.
             let tip = if order.ascending { -3.0 } else { 3.0 };
@@ -123,9 +124,7 @@ fn header(ui: &mut Ui, state: &mut AppState) {
             let points = corners.map(|offset| middle + offset).to_vec();
             ui.painter().add(Shape::convex_polygon(points, color, Stroke::NONE));
         }
-        if response
-            .tip(format!("{}. A click sorts by it, a second one the other way round", metric.meaning()))
-            .clicked()
+        if response.tip(format!("{}. A click sorts by it, a second one the other way round", metric.meaning)).clicked()
         {
             state.lab.nodes.sort_by(metric);
         }
@@ -138,15 +137,15 @@ fn tsv(state: &AppState, shown: &Presented, ranked: &[u32]) -> String {
     let visits = state.lab.known_visits(&shown.accel);
     let values = NodeValues { accel: &shown.accel, visits: visits.as_ref().map(|visits| &*visits.0) };
     let mut text = String::from("Node\tKind");
-    for metric in NodeMetric::ALL {
+    for metric in METRICS {
         text.push('\t');
-        text.push_str(metric.label());
+        text.push_str(metric.label);
     }
     for &node in ranked {
         let kind = if shown.table.is_leaf(node) { "leaf" } else { "interior" };
         // Writing into a string cannot fail.
         let _ = write!(text, "\n{node}\t{kind}");
-        for metric in NodeMetric::ALL {
+        for metric in METRICS {
             text.push('\t');
             if let Some(value) = values.get(metric, node) {
                 let _ = write!(text, "{value}");
@@ -163,11 +162,6 @@ fn name(shown: &Presented, node: u32) -> String {
 }
 
 /// A value of a metric as text: a fraction in percent, visits as a factor.
-fn value_text(metric: NodeMetric, value: Option<f32>) -> String {
-    match (metric, value.map(f64::from)) {
-        (_, None) => "–".to_owned(),
-        (NodeMetric::VisitRatio, Some(value)) => format!("{} ×", format::significant(value)),
-        (NodeMetric::Primitives | NodeMetric::Depth, Some(value)) => format::count(value as u64),
-        (_, Some(value)) => format::percent(value),
-    }
+fn value_text(metric: &'static Metric, value: Option<f32>) -> String {
+    value.map_or_else(|| "–".to_owned(), |value| format::of_metric(metric, value))
 }

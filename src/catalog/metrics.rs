@@ -1,0 +1,210 @@
+//! Each number of a single node, in one row: by these, views colour, rank, plot and describe nodes.
+
+use bvhscope_engine::tree::ancestry::Ancestry;
+use bvhscope_engine::tree::node_metrics;
+use bvhscope_engine::tree::statistics::TreeStats;
+use bvhscope_engine::tree::visits::Visits;
+use bvhscope_engine::{AnyTree, with_tree};
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
+
+use super::terms::{self, Term};
+
+/// Predicted visits below which the ratio of measured to predicted visits is left to chance.
+pub const LEAST_PREDICTED_VISITS: f64 = 16.0;
+
+/// The source of the metrics of a tree's nodes.
+#[derive(Debug, Clone, Copy)]
+pub struct NodeReading<'a> {
+    /// The tree.
+    pub tree: &'a AnyTree,
+    /// Its statistics.
+    pub stats: &'a TreeStats,
+    /// Depths and counts of its nodes, once they are known.
+    pub ancestry: Option<&'a Ancestry>,
+    /// Its visits, where they are measured.
+    pub visits: Option<&'a Visits>,
+}
+
+impl NodeReading<'_> {
+    /// Measured and predicted visits of `node`; `None` until they are measured.
+    pub fn visits(&self, node: u32) -> Option<(u32, f64)> {
+        let visits = self.visits?;
+        let measured = *visits.counts.get(node as usize)?;
+        Some((measured, with_tree!(self.tree, tree => visits.predicted(tree, node))))
+    }
+}
+
+/// A number of a node.
+#[derive(Debug, Clone, Copy)]
+pub struct Metric {
+    /// Name in shared state.
+    pub key: &'static str,
+    /// Name in the window.
+    pub label: &'static str,
+    /// Its meaning, in one sentence with its formula.
+    pub meaning: &'static str,
+    /// The glossary's term that explains it.
+    pub term: Option<&'static Term>,
+    /// How it is written.
+    pub form: Form,
+    /// It is known only once visits are measured.
+    pub needs_visits: bool,
+    /// Its values span several powers of ten, so that colours follow their logarithm.
+    pub is_logarithmic: bool,
+    /// Ends of its colour scale.
+    pub ends: Ends,
+    /// The value of a node; `None` where it has none, as a leaf has no overlap of children, or where it is not known.
+    pub get: fn(&NodeReading<'_>, u32) -> Option<f32>,
+}
+
+/// How a metric is written.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Form {
+    /// A fraction, in percent.
+    Share,
+    /// A ratio: "3.2 ×".
+    Ratio,
+    /// A whole number.
+    Count,
+}
+
+/// Ends of a colour scale.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Ends {
+    /// The same for every tree.
+    Fixed(f32, f32),
+    /// From 0 to the largest value, at least 1.
+    UpToLargest,
+    /// Smallest and largest value.
+    Fitting,
+}
+
+impl PartialEq for Metric {
+    fn eq(&self, other: &Self) -> bool {
+        self.key == other.key
+    }
+}
+
+impl Eq for Metric {}
+
+impl std::hash::Hash for Metric {
+    fn hash<H: std::hash::Hasher>(&self, state: &mut H) {
+        self.key.hash(state);
+    }
+}
+
+impl Serialize for Metric {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.serialize_str(self.key)
+    }
+}
+
+impl<'de> Deserialize<'de> for &'static Metric {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        let key = String::deserialize(deserializer)?;
+        let found = METRICS.into_iter().find(|metric| metric.key == key);
+        found.ok_or_else(|| serde::de::Error::custom(format!("no metric of nodes is named '{key}'")))
+    }
+}
+
+/// All metrics, in the order of menus.
+pub const METRICS: [&Metric; 7] = [COST, OVERLAP, EMPTY_SPACE, VISIT_RATIO, AREA, PRIMITIVES, DEPTH];
+/// The metrics by which a node can be bad.
+pub const RANKED: [&Metric; 4] = [COST, OVERLAP, EMPTY_SPACE, VISIT_RATIO];
+
+/// Contribution of the node to the SAH cost of the tree, 0 to 1; see [`node_metrics::sah_share`].
+pub const COST: &Metric = &Metric {
+    key: "cost",
+    label: "SAH cost",
+    meaning: "Contribution of the node alone to the SAH cost of the tree: area / root's area × (1 traversal step, or 1 test for \
+              each triangle of a leaf)",
+    term: Some(&terms::SAH_COST),
+    form: Form::Share,
+    needs_visits: false,
+    is_logarithmic: true,
+    ends: Ends::Fitting,
+    get: |nodes, node| with_tree!(nodes.tree, tree => Some(node_metrics::sah_share(tree, node, nodes.stats))),
+};
+
+/// Overlap of the children, of two 0 to 1; see [`node_metrics::overlap`].
+pub const OVERLAP: &Metric = &Metric {
+    key: "overlap",
+    label: "Overlap",
+    meaning: "Surface of what both children have in common, over the node's own: rays there must visit both. Of more than two, the \
+              sum over all pairs",
+    term: Some(&terms::OVERLAP),
+    is_logarithmic: false,
+    // Pairs of more than two children add up beyond 1.
+    ends: Ends::UpToLargest,
+    get: |nodes, node| with_tree!(nodes.tree, tree => node_metrics::overlap(tree, node)),
+    ..*COST
+};
+
+/// Part that the children leave empty, 0 to 1; see [`node_metrics::empty_space`].
+pub const EMPTY_SPACE: &Metric = &Metric {
+    key: "empty_space",
+    label: "Empty space",
+    meaning: "Part of the node that its children leave empty: 1 − (areas of the children) / (their number × own area)",
+    term: None,
+    is_logarithmic: false,
+    ends: Ends::Fixed(0.0, 1.0),
+    get: |nodes, node| with_tree!(nodes.tree, tree => node_metrics::empty_space(tree, node)),
+    ..*COST
+};
+
+/// Measured over predicted visits; see [`Visits::predicted`].
+pub const VISIT_RATIO: &Metric = &Metric {
+    key: "visit_ratio",
+    label: "Visits",
+    meaning: "Visits by the chosen rays, over those that its area predicts (area / root's area × rays that hit the root): the part \
+              that the SAH does not know",
+    term: None,
+    form: Form::Ratio,
+    needs_visits: true,
+    ends: Ends::Fixed(0.125, 8.0),
+    get: |nodes, node| {
+        let (measured, predicted) = nodes.visits(node)?;
+        (predicted >= LEAST_PREDICTED_VISITS).then(|| (f64::from(measured) / predicted) as f32)
+    },
+    ..*COST
+};
+
+/// Surface area over the root's, 0 to 1; see [`node_metrics::area_share`].
+pub const AREA: &Metric = &Metric {
+    key: "area",
+    label: "Area",
+    meaning: "Surface area over the root's: how likely a ray that hits the root hits the node",
+    term: Some(&terms::AREA_SHARE),
+    get: |nodes, node| with_tree!(nodes.tree, tree => Some(node_metrics::area_share(tree, node))),
+    ..*COST
+};
+
+/// Primitives below the node.
+pub const PRIMITIVES: &Metric = &Metric {
+    key: "primitives",
+    label: "Triangles",
+    meaning: "Triangles below the node: where the model is dense",
+    term: Some(&terms::NODE),
+    form: Form::Count,
+    get: |nodes, node| {
+        let leaf = with_tree!(nodes.tree, tree => {
+            let own = &tree.nodes[node as usize];
+            own.is_leaf().then_some(own.count)
+        });
+        let below = || Some(nodes.ancestry?.primitive_counts[node as usize]);
+        leaf.or_else(below).map(|count| count as f32)
+    },
+    ..*COST
+};
+
+/// Levels below the root.
+pub const DEPTH: &Metric = &Metric {
+    key: "depth",
+    label: "Depth",
+    meaning: "Levels below the root, which has depth 0",
+    term: Some(&terms::DEPTH),
+    form: Form::Count,
+    is_logarithmic: false,
+    get: |nodes, node| nodes.ancestry.map(|ancestry| ancestry.depth(node) as f32),
+    ..*COST
+};

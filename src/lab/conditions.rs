@@ -1,0 +1,107 @@
+//! The conditions of a measurement: all that is needed to make a row again, or to know that two rows do not compare.
+
+use std::fmt::Write as _;
+
+use glam::Vec3;
+use serde::{Deserialize, Serialize};
+
+use super::setup::{Contender, Subject, TraceView};
+use crate::camera::{Camera, Projection};
+use crate::provenance::{COMMIT, VERSION, date, machine};
+use crate::text::quote;
+use bvhscope_engine::settings::{Curve, Passes};
+
+/// Camera, program and machine of a measurement.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Conditions {
+    /// Position of the observer.
+    pub eye: [f32; 3],
+    /// The point at the centre of the picture.
+    pub target: [f32; 3],
+    /// The up direction of the picture.
+    pub up: [f32; 3],
+    /// Vertical field of view in degrees.
+    pub fov: f32,
+    /// Instructions of builds and rays.
+    pub simd: String,
+    /// Version of the program.
+    pub version: String,
+    /// Commit that the program was built from; absent where the build did not name it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub commit: Option<String>,
+    /// Name of the processor, with the number of threads that it runs at once.
+    pub machine: String,
+    /// Day and minute in UTC.
+    pub date: String,
+    /// The command that makes the row again, with the same counts.
+    pub command_line: String,
+}
+
+impl Conditions {
+    /// The conditions of measuring a tree of `subject` with rays of `view` on `threads` threads.
+    pub fn new(subject: &Subject, contender: &Contender, view: &TraceView, threads: usize) -> Self {
+        let Camera { eye, target, up, .. } = view.camera;
+        Self {
+            eye: eye.to_array(),
+            target: target.to_array(),
+            up: up.to_array(),
+            fov: degrees(&view.camera),
+            simd: view.simd.name().to_owned(),
+            version: VERSION.to_owned(),
+            commit: COMMIT.map(str::to_owned),
+            machine: machine().to_owned(),
+            date: date().to_owned(),
+            command_line: command_line(subject, contender, view, threads),
+        }
+    }
+}
+
+/// Rounded, because the conversion between degrees and radians is not exact.
+fn degrees(camera: &Camera) -> f32 {
+    (camera.fov_y.to_degrees() * 1e3).round() / 1e3
+}
+
+/// The `bvhscope bench` command that measures one tree with the same rays.
+fn command_line(subject: &Subject, contender: &Contender, view: &TraceView, threads: usize) -> String {
+    let mut line = format!("bvhscope bench {}", quote(&subject.model));
+    let mut flag = |name: &str, value: &str| {
+        // Writing into a string cannot fail.
+        let _ = write!(line, " {name} {}", quote(value));
+    };
+    let build = &contender.setup.build;
+    if let Some(file) = contender.read.as_ref().and_then(|accel| accel.file.as_ref()) {
+        flag("--tree", &file.path.to_string_lossy());
+    } else {
+        flag("--builder", build.builder.name());
+        flag("--threshold", &build.threshold.to_string());
+        flag("--epsilon", &build.epsilon.to_string());
+        if build.curve != Curve::Morton {
+            flag("--curve", build.curve.name());
+        }
+        if build.passes() != Passes::NONE {
+            flag("--optimize", &build.passes().to_string());
+        }
+        if let Some(rounds) = build.annealing_rounds() {
+            flag("--rounds", &rounds.to_string());
+        }
+    }
+    flag("--container", build.container.name());
+    flag("--threads", &threads.to_string());
+    flag("--simd", view.simd.name());
+    flag("--size", &format!("{}x{}", view.size[0], view.size[1]));
+    flag("--traversal", view.traversal.name());
+    flag("--repeat", &view.repeat.to_string());
+    let rays: Vec<&str> = view.populations.iter().map(super::population::Population::name).collect();
+    if !rays.is_empty() {
+        flag("--rays", &rays.join(","));
+    }
+    let vector = |v: Vec3| format!("{},{},{}", v.x, v.y, v.z);
+    flag("--eye", &vector(view.camera.eye));
+    flag("--target", &vector(view.camera.target));
+    flag("--up", &vector(view.camera.up));
+    flag("--fov", &degrees(&view.camera).to_string());
+    if view.camera.projection == Projection::Orthographic {
+        line.push_str(" --orthographic");
+    }
+    line
+}
