@@ -135,10 +135,11 @@ fn the_difference_is_of_the_two_pictures_on_the_screen() {
 fn numbers_of_both_trees_stand_side_by_side() {
     let mut harness = with_second(CompareView::Split);
     let (a, b) = (presented(&harness), second(&harness));
-    let sah = [&a, &b].map(|shown| f64::from(shown.accel.report.stats.sah_cost));
+    let sah = [&a, &b].map(|shown| shown.accel.report.stats.sah_cost);
     assert!(sah[1] > sah[0], "LBVH is worse: {sah:?}");
     let compared = harness.state().state.model.compare(SAH_COST);
-    assert!(matches!(compared, Comparison::Change { before, now, verdict: Verdict::Worse } if [before, now] == sah));
+    let Comparison::Change { before, now, verdict: Verdict::Worse } = compared else { panic!("{compared:?}") };
+    assert_eq!([before, now].map(|cost| cost as f32), sah);
     let spoken = |name: &str| {
         let start = format!("{name} A ");
         let node = harness.get_by(|node| node.value().is_some_and(|text| text.starts_with(&start)));
