@@ -35,7 +35,10 @@ pub(super) fn advice_about(word: &[u8]) -> &'static str {
     let digits = word.strip_prefix(b"-").unwrap_or(word);
     if word.strip_suffix(b",").is_some_and(is_number) || word.strip_prefix(b",").is_some_and(is_number) {
         "take out the commas between numbers"
-    } else if word.contains(&b',') && word.iter().all(|byte| b"0123456789+-.,eE".contains(byte)) {
+    } else if word.contains(&b',')
+        && word.iter().any(u8::is_ascii_digit)
+        && word.iter().all(|byte| b"0123456789+-.,eE".contains(byte))
+    {
         "write decimals with a point, or export the model with an English number format"
     } else if digits.starts_with(b"0x") || digits.starts_with(b"0X") {
         "write it in decimal digits"

@@ -45,7 +45,8 @@ fn a_bookmark_is_a_camera_of_render() {
     std::fs::write(folder.join("settings.json"), saved.to_string()).unwrap();
 
     let picture = |name: &str| std::fs::read(home.path().join(name)).unwrap();
-    assert_eq!(render(home.path(), "kept.png", &["--bookmark", "view 1"]), (String::new(), 0));
+    let written = "bvhscope: wrote kept.png: 48×32 pixels\n".to_owned();
+    assert_eq!(render(home.path(), "kept.png", &["--bookmark", "view 1"]), (written, 0));
     assert_eq!(render(home.path(), "typed.png", &["--eye", "3,4,5", "--target", "0,1,0"]).1, 0);
     assert_eq!(render(home.path(), "default.png", &[]).1, 0);
     assert_eq!(picture("kept.png"), picture("typed.png"));

@@ -45,7 +45,7 @@ fn wrong_flags_name_flag_value_and_range() {
         (&["bench", "--treshold", "3"], &["--treshold", "--threshold"]),
         (&["bench", "--threshold", "1"], &["--threshold", "'1'", "2 to 64"]),
         (&["bench", "--threshold", "65"], &["'65'", "2 to 64"]),
-        (&["sweep", "--threshold", "9..=2"], &["--threshold", "9..=2", "SMALLEST..=LARGEST"]),
+        (&["sweep", "--threshold", "9..=2"], &["--threshold", "9..=2", "SMALLEST..LARGEST"]),
         (&["sweep", "--epsilon", "0.1,0.7"], &["--epsilon", "0 to 0.5"]),
         (&["sweep", "--shard", "3/2"], &["--shard", "3/2", "I/N"]),
         (&["bench", "--epsilon", "NaN"], &["--epsilon", "NaN", "0 to 0.5"]),

@@ -201,9 +201,8 @@ fn thousands_of_missing_images_are_summarised() {
     let materials: String = (0..20_000).map(|k| format!("newmtl m{k}\nmap_Kd missing{k}.png\n")).collect();
     folder.write("a.mtl", materials);
     let warning = accepted(&folder.write("a.obj", format!("mtllib a.mtl\nusemtl m3\n{TRIANGLE}")));
-    assert!(warning.contains("image left out: 'missing7.png'"), "{warning}");
-    assert!(warning.contains("19800 warnings of other kinds"), "{warning}");
-    assert!(warning.lines().count() < 300, "{} lines", warning.lines().count());
+    assert!(warning.contains("20000 images left out: 'missing0.png' …"), "{warning}");
+    assert!(warning.lines().count() < 5, "{} lines", warning.lines().count());
 }
 
 #[test]

@@ -244,7 +244,9 @@ fn the_automatic_range_shows_up_to_two_hundred_nodes() {
         let settings = BuildSettings { container, ..BuildSettings::default() };
         let accel = Accel::build(&scene, &settings, &CancelToken::new()).unwrap();
         let table = NodeTable::new(&Arc::new(accel));
-        assert!((100..=200).contains(&count(&table)), "{container:?}: {} containers", count(&table));
+        // Spheres overlap more: fewer of them can be told apart.
+        let fitting = if container == ContainerKind::Aabb { 100..=200 } else { 20..=60 };
+        assert!(fitting.contains(&count(&table)), "{container:?}: {} containers", count(&table));
     }
 }
 

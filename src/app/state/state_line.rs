@@ -184,7 +184,7 @@ mod tests {
 
     #[test]
     fn lines_of_earlier_versions_are_read() {
-        let line = r#"1 {"dock":"Ray","lab":{"merge_order":"Level","ray":{"start":{"ray":{"origin":[0,0,0],"direction":[0,0,1]}},"kind":"shadow","method":"wide","step":3}},"nodes":{"selected":4}}"#;
+        let line = r#"1 {"dock":"Ray","lab":{"merge_order":"level","ray":{"start":{"ray":{"origin":[0,0,0],"direction":[0,0,1]}},"kind":"shadow","method":"wide","step":3}},"nodes":{"selected":4}}"#;
         let state = SharedState::parse(line).unwrap();
         assert_eq!((state.dock.as_deref(), state.nodes.selected), (Some("Ray"), Some(4)));
         let mut lab = LabState::default();

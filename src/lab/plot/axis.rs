@@ -152,7 +152,9 @@ impl Axis {
     }
 
     fn log_ticks(&self, most: usize) -> Vec<f64> {
-        let [first, last] = [self.low.log10().floor() as i32, self.high.log10().ceil() as i32];
+        // A few hundred decades at most, whatever the ends are.
+        let [low, high] = [self.low, self.high].map(|end| end.clamp(f64::MIN_POSITIVE, f64::MAX));
+        let [first, last] = [low.log10().floor() as i32, high.log10().ceil() as i32];
         let all = |digits: &'static [f64], decades: usize| -> Vec<f64> {
             let decades = (first..=last).filter(|decade| decade.rem_euclid(decades as i32) == 0);
             let values = decades.flat_map(|decade| digits.iter().map(move |digit| digit * 10.0_f64.powi(decade)));
@@ -195,6 +197,8 @@ mod tests {
     #[test]
     fn ticks_are_round_and_not_too_many() {
         let linear = |low, high, most| Axis { low, high, scale: Scale::Linear }.ticks(most);
+        let endless = Axis { low: 0.0, high: f64::INFINITY, scale: Scale::Log }.ticks(7);
+        assert!(endless.len() <= 7, "{endless:?}");
         assert_eq!(linear(0.0, 10.0, 6), [0.0, 2.0, 4.0, 6.0, 8.0, 10.0]);
         let fine = linear(12.3, 13.1, 4);
         assert!(

@@ -223,7 +223,10 @@ fn scaling_charts(rows: &[Measurement]) -> Vec<Chart> {
         point.y *= percent;
         point.spread = point.spread.map(|spread| spread.map(|end| end * percent));
     }
-    let from_zero = |curves: &[Curve]| Axis { low: 0.0, ..value_axis(curves, |point| point.y) };
+    let from_zero = |curves: &[Curve]| {
+        let values = curves.iter().flat_map(|curve| &curve.points).map(|point| point.y);
+        Axis { low: 0.0, ..Axis::linear(values) }
+    };
     let as_doublings = |curves: &[Curve]| {
         let fitted = Axis::logarithmic(curves.iter().flat_map(|curve| &curve.points).map(|point| point.y));
         Axis { scale: super::axis::Scale::Doublings, ..fitted }

@@ -11,9 +11,11 @@ use gltf::accessor::{DataType, Dimensions, Item};
 use gltf::buffer::View;
 
 use super::document::{BEYOND_THE_END, Document, Fault};
-use super::draco;
 use crate::scene::assemble::BATCH_SIZE;
 use bvhscope_engine::cancel::{CancelToken, Cancelled};
+
+/// Kind of a fault: data compressed by Draco that are damaged or of an unknown kind.
+pub(super) const DAMAGED_DRACO: &str = "data compressed by Draco that cannot be read";
 
 /// The reason why an accessor was not read.
 pub(super) enum AccessorError {
@@ -211,10 +213,10 @@ impl<'a> Accessors<'a> {
             }
         };
         if let Some(decoded) = self.document.decoded.get(&json.index()) {
-            let data = decoded.as_ref().map_err(|reason| fault(draco::DAMAGED, reason))?;
+            let data = decoded.as_ref().map_err(|reason| fault(DAMAGED_DRACO, reason))?;
             if data.count != count {
                 let detail = format!("declares {count} elements, {} were decoded", data.count);
-                return Err(fault(draco::DAMAGED, &detail).into());
+                return Err(fault(DAMAGED_DRACO, &detail).into());
             }
             let base = Some(Span { bytes: &data.bytes, stride: data.component.size().saturating_mul(width) });
             return Ok(Accessor { count, width, component: data.component, normalized: false, base, sparse: None });

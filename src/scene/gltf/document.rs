@@ -7,17 +7,17 @@ use std::path::Path;
 use std::rc::Rc;
 
 use glam::DMat4;
+use gltf::accessor::DataType;
 use gltf::json::Root;
 use serde::de::DeserializeOwned;
 use serde_json::{Map, Value};
 
 use super::announced::{check_extensions, check_version};
-use super::draco::{self, Decoded};
 use super::glb;
 use super::meshopt::{self, MeshoptError};
-use super::nodes::local_transform;
 use super::repair::repair;
 use super::table::extension;
+use super::transform::local_transform;
 use super::uri::{POLL_INTERVAL_BYTES, is_data, read_uri};
 use crate::budget::Budget;
 use crate::scene::error::{FileLocation, LoadError, Warnings};
@@ -43,6 +43,17 @@ pub(super) const BEYOND_THE_END: &str = "data beyond the end of what holds them"
 /// The bytes of a buffer, shared by all buffers of the same name, or the reason why they cannot be read.
 type Bytes<'a> = Result<Rc<Cow<'a, [u8]>>, String>;
 
+/// Tightly packed elements of an accessor: normalised floats, or indices of 32 bits.
+pub(super) struct DecodedData {
+    pub(super) bytes: Vec<u8>,
+    pub(super) component: DataType,
+    /// Number of elements.
+    pub(super) count: usize,
+}
+
+/// Data of accessors by index, or the reason why there are none.
+pub(super) type Decoded = HashMap<usize, Result<DecodedData, String>>;
+
 /// A parsed file with its buffers.
 pub(super) struct Document<'a> {
     pub(super) gltf: gltf::Document,
@@ -51,7 +62,7 @@ pub(super) struct Document<'a> {
     buffers: Vec<Bytes<'a>>,
     /// Data of buffer views compressed by meshopt.
     unpacked: HashMap<usize, Result<Vec<u8>, String>>,
-    /// Data of accessors compressed by Draco.
+    /// Data of accessors compressed by Draco, once they are decoded.
     pub(super) decoded: Decoded,
 }
 
@@ -82,7 +93,6 @@ impl<'a> Document<'a> {
         let (unpacked, decoded) = (HashMap::new(), Decoded::new());
         let mut document = Self { gltf, local_transforms, buffers, unpacked, decoded };
         document.unpack(token)?;
-        document.decoded = draco::decode_all(&document, token)?;
         Ok(document)
     }
 

@@ -1,33 +1,17 @@
 //! Meshes compressed by Draco (KHR_draco_mesh_compression), which are decoded into the data of their accessors.
 
-use std::collections::HashMap;
-
 use draco_core::{DecodeLimits, DecoderBuffer, Mesh, MeshDecoder};
 use gltf::accessor::DataType;
 use gltf::mesh::Mode;
 use serde_json::Value;
 
-use super::accessor::{AccessorError, normalized};
-use super::document::{Document, Fault};
+use super::accessor::{AccessorError, DAMAGED_DRACO, normalized};
+use super::document::{Decoded, DecodedData, Document, Fault};
 use super::table::extension;
 use crate::budget::Budget;
 use crate::scene::assemble::collect_cancellable;
 use crate::scene::images::run_on_thread;
 use bvhscope_engine::cancel::{CancelToken, Cancelled};
-
-/// Kind of a fault: compressed data that are damaged or of an unknown kind.
-pub(super) const DAMAGED: &str = "data compressed by Draco that cannot be read";
-
-/// Tightly packed elements of an accessor: normalised floats, or indices of 32 bits.
-pub(super) struct Data {
-    pub(super) bytes: Vec<u8>,
-    pub(super) component: DataType,
-    /// Number of elements.
-    pub(super) count: usize,
-}
-
-/// Data of accessors by index, or the reason why there are none.
-pub(super) type Decoded = HashMap<usize, Result<Data, String>>;
 
 /// Decodes every compressed primitive that has no uncompressed data.
 pub(super) fn decode_all(document: &Document, token: &CancelToken) -> Result<Decoded, Cancelled> {
@@ -63,7 +47,7 @@ fn decode(
     compressed: &Value,
     token: &CancelToken,
 ) -> Result<Mesh, AccessorError> {
-    let fault = |detail: &str| Fault::new(DAMAGED, detail);
+    let fault = |detail: &str| Fault::new(DAMAGED_DRACO, detail);
     let view = compressed.get("bufferView").and_then(Value::as_u64).and_then(|index| usize::try_from(index).ok());
     let view =
         view.and_then(|index| document.gltf.views().nth(index)).ok_or_else(|| fault("it names no bufferView"))?;
@@ -93,7 +77,7 @@ fn store(
     decoded: &mut Decoded,
     token: &CancelToken,
 ) -> Result<(), Cancelled> {
-    let mut put = |accessor: &gltf::Accessor, data: Result<Data, String>| {
+    let mut put = |accessor: &gltf::Accessor, data: Result<DecodedData, String>| {
         if accessor.view().is_none() {
             decoded.entry(accessor.index()).or_insert(data);
         }
@@ -102,7 +86,7 @@ fn store(
         let corners = mesh.faces().iter().flatten().flat_map(|point| point.0.to_le_bytes());
         let count = mesh.num_faces().saturating_mul(3);
         let bytes = collect_cancellable(count.saturating_mul(4), corners, token)?;
-        put(&indices, Ok(Data { bytes, component: DataType::U32, count }));
+        put(&indices, Ok(DecodedData { bytes, component: DataType::U32, count }));
     }
     for (semantic, accessor) in primitive.attributes() {
         let id = compressed.get("attributes").and_then(|ids| ids.get(semantic.to_string())?.as_u64());
@@ -116,7 +100,7 @@ fn store(
         let size = numbers.len().saturating_mul(4);
         let number = |number: f32| if accessor.normalized() { normalized(component, number) } else { number };
         let bytes = collect_cancellable(size, numbers.into_iter().flat_map(|x| number(x).to_le_bytes()), token)?;
-        put(&accessor, Ok(Data { bytes, component: DataType::F32, count }));
+        put(&accessor, Ok(DecodedData { bytes, component: DataType::F32, count }));
     }
     Ok(())
 }

@@ -5,8 +5,8 @@ use serde_json::Value;
 
 use super::accessor::{Accessor, AccessorError, Accessors, WRONG_TYPE};
 use super::document::Fault;
-use super::nodes::rotation;
 use super::table::extension;
+use super::transform::rotation;
 use crate::scene::error::{FileLocation, Warnings};
 use bvhscope_engine::cancel::{CancelToken, Cancelled};
 

@@ -11,9 +11,9 @@ use serde_json::Value;
 
 use super::announced::UNPACK_TEXTURES;
 use super::document::Document;
-use super::nodes::numbers;
 use super::primitive::MaterialUse;
 use super::table::{NO_IMAGE, extension};
+use super::transform::numbers;
 use super::uri::{file_name, is_data, read_uri};
 use crate::scene::error::FileLocation;
 use crate::scene::images::{Content, Images, TextureUse};

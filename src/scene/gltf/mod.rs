@@ -18,6 +18,7 @@ mod primitive;
 mod repair;
 mod skin;
 mod table;
+mod transform;
 mod uri;
 
 use std::path::Path;
@@ -46,7 +47,8 @@ pub(super) fn load(
     token: &CancelToken,
 ) -> Result<(), LoadError> {
     let mut images = Images::new(path, options, token);
-    let document = Document::parse(path, bytes, &images, &mut assembly.warnings, token)?;
+    let mut document = Document::parse(path, bytes, &images, &mut assembly.warnings, token)?;
+    document.decoded = draco::decode_all(&document, token)?;
     let hierarchy = nodes::hierarchy(path, &document, options.scene, &mut assembly.warnings, token)?;
     let accessors = Accessors::new(&document);
     let copies = plan(path, &document, &accessors, hierarchy, assembly, token)?;

@@ -2,8 +2,7 @@
 
 use std::path::Path;
 
-use glam::{DMat4, DQuat, DVec3};
-use serde_json::Value;
+use glam::DMat4;
 
 use super::document::Document;
 use crate::scene::error::{FileLocation, LoadError, Warnings};
@@ -146,29 +145,4 @@ fn describe_second_parent(
         format!("{} → … → {}", names[..4].join(" → "), names[names.len().saturating_sub(3)..].join(" → "))
     };
     (format!("stands below itself: {text} is a loop"), "take it out of the children of one of them")
-}
-
-/// The transform of a node in repaired JSON, in double precision.
-pub(super) fn local_transform(node: &Value) -> DMat4 {
-    if let Some(matrix) = numbers(node.get("matrix")) {
-        return DMat4::from_cols_array(&matrix);
-    }
-    DMat4::from_scale_rotation_translation(
-        numbers(node.get("scale")).map_or(DVec3::ONE, DVec3::from_array),
-        numbers(node.get("rotation")).map_or(DQuat::IDENTITY, rotation),
-        numbers(node.get("translation")).map_or(DVec3::ZERO, DVec3::from_array),
-    )
-}
-
-/// The `N` numbers of a list.
-pub(super) fn numbers<const N: usize>(list: Option<&Value>) -> Option<[f64; N]> {
-    let numbers: Vec<f64> = list?.as_array()?.iter().filter_map(Value::as_f64).collect();
-    numbers.try_into().ok()
-}
-
-/// The rotation by a quaternion, which is normalised first; none if it has no direction.
-pub(super) fn rotation(numbers: [f64; 4]) -> DQuat {
-    let quaternion = DQuat::from_array(numbers);
-    let length = quaternion.length();
-    if length > 0.0 && length.is_finite() { quaternion / length } else { DQuat::IDENTITY }
 }
