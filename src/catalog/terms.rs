@@ -12,7 +12,7 @@ pub struct Term {
 }
 
 impl Term {
-    /// Whether name, text or source contain `filter`, in whatever case.
+    /// Name, text or source contain `filter`, in whatever case.
     pub fn matches(&self, filter: &str) -> bool {
         let filter = filter.trim().to_lowercase();
         [self.name, self.text, self.source].iter().any(|part| part.to_lowercase().contains(&filter))

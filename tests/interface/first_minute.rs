@@ -11,6 +11,7 @@ use bvhscope::scene::{Scene, SceneSource};
 use bvhscope_engine::geometry::Triangle;
 use egui::accesskit::Role;
 use egui::{Key, Modifiers};
+use egui_kittest::Harness;
 use egui_kittest::kittest::{NodeT as _, Queryable as _};
 use glam::Vec3;
 
@@ -153,6 +154,23 @@ fn menus_stay_in_low_windows_and_tick_what_is_on() {
             assert!(!tops.is_empty() && tops.iter().all(|right| *right <= screen.right()), "{}", category.label());
         }
     }
+    let mut h = sized(state(Shading::Lit), 640.0, 300.0, 1.0);
+    press(&mut h, "View");
+    let last = |h: &Harness<'static, AppState>| h.get_by_label("Right panel").rect();
+    let below = last(&h).bottom();
+    h.hover_at(egui::pos2(last(&h).left() + 100.0, 200.0));
+    h.run_steps(2);
+    for _ in 0..20 {
+        h.input_mut().events.push(egui::Event::MouseWheel {
+            unit: egui::MouseWheelUnit::Line,
+            delta: egui::vec2(0.0, -20.0),
+            phase: egui::TouchPhase::Move,
+            source: egui::MouseWheelSource::Wheel,
+            modifiers: Modifiers::NONE,
+        });
+        h.run_steps(4);
+    }
+    assert!(below > 300.0 && last(&h).bottom() <= 300.0, "{below} became {}", last(&h).bottom());
 }
 
 #[test]

@@ -7,6 +7,7 @@ use std::time::{Duration, Instant};
 use crate::harness::{Window, app, camera, presented, press, settle};
 use bvhscope::accel::Accel;
 use bvhscope::app::commands::{Action, CompareStep};
+use bvhscope::app::state::lab::PlotKind;
 use bvhscope::app::state::paper::{Experiment, PaperPlan};
 use bvhscope::app::state::{AppState, Request, Severity, TreeSide};
 use bvhscope::overlay::{OverlaySettings, Selection};
@@ -205,15 +206,29 @@ fn the_papers_curves_and_the_plots_show_it_beside_ours() {
 
     harness.get_by_label("Build instead").click();
     settle(&mut harness);
-    let ends: Vec<_> = harness
-        .query_all_by_role(Role::Button)
-        .filter(|button| {
-            let name = button.accesskit_node().label().unwrap_or_default();
-            name.starts_with("SAH cost") && name.ends_with("mine.bvh (handmade)")
-        })
-        .collect();
+    let is_end = |button: &egui_kittest::Node<'_>| {
+        let name = button.accesskit_node().label().unwrap_or_default();
+        name.starts_with("SAH cost") && name.ends_with("mine.bvh (handmade)")
+    };
+    let ends: Vec<_> = harness.query_all_by_role(Role::Button).filter(is_end).collect();
     assert_eq!(ends.len(), 2, "a line from one end of the plot to the other");
     assert!((ends[0].rect().center().y - ends[1].rect().center().y).abs() < 0.5);
+    // The plots with units lie below the relative one.
+    ends[0].scroll_to_me();
+    settle(&mut harness);
+    harness.query_all_by_role(Role::Button).find(is_end).unwrap().click();
+    settle(&mut harness);
+    assert_eq!(presented(&harness).accel.file.as_ref().map(|file| &file.path), Some(&path));
+
+    press(&mut harness, Modifiers::NONE, Key::F10);
+    state(&mut harness).lab.plots.kind = PlotKind::Speed;
+    settle(&mut harness);
+    harness.get_by_label("Build instead").click();
+    settle(&mut harness);
+    assert!(presented(&harness).accel.file.is_none());
+    harness.get_by_label_contains("mine.bvh (handmade), box: built in 12.5 ms").click();
+    settle(&mut harness);
+    assert_eq!(presented(&harness).accel.file.as_ref().map(|file| &file.path), Some(&path));
 }
 
 #[test]

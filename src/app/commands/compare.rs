@@ -46,7 +46,7 @@ fn copy_file(state: &mut AppState) {
     state.wanted.set_tree_file(TreeSide::B, file);
 }
 
-/// Whether a step can be performed now.
+/// The step can be performed now.
 pub(super) fn is_enabled(state: &AppState, step: CompareStep) -> bool {
     match step {
         CompareStep::Toggle | CompareStep::NextView => state.model.presented.is_some(),
@@ -58,7 +58,7 @@ pub(super) fn is_enabled(state: &AppState, step: CompareStep) -> bool {
     }
 }
 
-/// Whether a switch or choice is on; `None` for other steps.
+/// State of a switch or choice; `None` for other steps.
 pub(super) fn is_on(state: &AppState, step: CompareStep) -> Option<bool> {
     let second = state.wanted.second;
     match step {

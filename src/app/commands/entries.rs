@@ -45,12 +45,12 @@ impl Action {
             .or_else(|| current_entries(state).find(|entry| entry.action == self).map(|entry| (entry.row, entry.index)))
     }
 
-    /// Whether the action can be performed now.
+    /// The action can be performed now.
     pub fn is_enabled(self, state: &AppState) -> bool {
         self.row(state).is_some_and(|(row, index)| (row.enabled)(state, index))
     }
 
-    /// Whether a switch or choice is on; `None` for other actions.
+    /// State of a switch or choice; `None` for other actions.
     pub fn is_on(self, state: &AppState) -> Option<bool> {
         self.row(state).and_then(|(row, index)| (row.on)(state, index))
     }

@@ -47,14 +47,14 @@ pub(super) struct Row {
     pub(super) items: Items,
     /// The submenu that it is in; empty for none.
     submenu: &'static str,
-    /// Whether it can be performed now. The index is that of the item; 0 for a single action.
+    /// It can be performed now. The index is that of the item; 0 for a single action.
     pub(super) enabled: fn(&AppState, usize) -> bool,
-    /// Whether a switch or choice is on; `None` for other actions.
+    /// State of a switch or choice; `None` for other actions.
     pub(super) on: fn(&AppState, usize) -> Option<bool>,
     pub(super) perform: fn(&mut AppState, usize),
-    /// Whether the action repeats while its key is held.
+    /// The action repeats while its key is held.
     pub(super) repeats: bool,
-    /// Whether its keys act only while the viewport has the focus; elsewhere they belong to the focused widget.
+    /// Its keys act only while the viewport has the focus; elsewhere they belong to the focused widget.
     pub(super) in_viewport: bool,
 }
 

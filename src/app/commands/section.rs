@@ -29,7 +29,7 @@ pub(super) fn perform(state: &mut AppState, step: SectionStep) {
     state.preferences.show_geometry |= state.wanted.render.section.is_some();
 }
 
-/// Whether a step can be performed now.
+/// The step can be performed now.
 pub(super) fn is_enabled(state: &AppState, step: SectionStep) -> bool {
     let section = state.wanted.render.section;
     match step {
@@ -39,7 +39,7 @@ pub(super) fn is_enabled(state: &AppState, step: SectionStep) -> bool {
     }
 }
 
-/// Whether a switch or choice is on; `None` for other steps.
+/// State of a switch or choice; `None` for other steps.
 pub(super) fn is_on(state: &AppState, step: SectionStep) -> Option<bool> {
     let axis = state.wanted.render.section.map(|plane| plane.axis());
     match step {

@@ -53,7 +53,7 @@ impl Studies {
         state.activity.study = self.rails.iter().find_map(|rail| rail.job());
     }
 
-    /// Whether anything is being derived.
+    /// A value is being derived.
     pub(crate) fn is_busy(&self) -> bool {
         self.rails.iter().any(|rail| rail.is_busy())
     }

@@ -37,7 +37,7 @@ pub(super) trait FollowsState {
     /// The job in flight.
     fn job(&self) -> Option<JobStatus>;
 
-    /// Whether a value is being derived.
+    /// A value is being derived.
     fn is_busy(&self) -> bool;
 }
 

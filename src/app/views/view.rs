@@ -24,12 +24,12 @@ pub(crate) trait View: Sync {
         Ok(())
     }
 
-    /// Whether it shows measured visits now.
+    /// It shows measured visits now.
     fn needs_visits(&self, _state: &AppState) -> bool {
         false
     }
 
-    /// Whether it shows how many primitives are below each node.
+    /// It shows how many primitives are below each node.
     fn needs_counts(&self) -> bool {
         false
     }

@@ -21,7 +21,7 @@ impl Given {
         Ok(())
     }
 
-    /// Whether nothing is given.
+    /// Nothing is given.
     pub fn is_empty(&self) -> bool {
         self.values.is_empty()
     }

@@ -16,9 +16,9 @@ pub struct Setting {
     pub tip: &'static str,
     /// Its values.
     pub value: Value,
-    /// Whether a build uses it.
+    /// A build uses it.
     pub applies: fn(&BuildSettings) -> bool,
-    /// Whether a copied command line names it.
+    /// A copied command line names it.
     pub is_written: fn(&BuildSettings) -> bool,
 }
 
@@ -39,7 +39,7 @@ pub enum Value {
     Any {
         /// The values in the order in which menus list them.
         options: fn() -> Vec<Choice>,
-        /// Whether the value with this index is wanted.
+        /// The value with this index is wanted.
         get: fn(&BuildSettings, usize) -> bool,
         /// Takes the index of a value and whether it is wanted.
         set: fn(&mut BuildSettings, usize, bool),
@@ -56,7 +56,7 @@ pub struct Number {
     pub range: [f32; 2],
     /// Decimals on the slider; 0 for whole numbers.
     pub decimals: usize,
-    /// Whether the slider is logarithmic.
+    /// The slider is logarithmic.
     pub logarithmic: bool,
     /// The present value.
     pub get: fn(&BuildSettings) -> f32,

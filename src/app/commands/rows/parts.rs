@@ -21,7 +21,7 @@ pub(super) fn copy(state: &mut AppState, text: Option<String>, what: &str) {
     }
 }
 
-/// Whether there is a picture with its tree.
+/// There is a picture with its tree.
 pub(super) fn is_presented(state: &AppState, _: usize) -> bool {
     state.model.presented.is_some()
 }

@@ -123,7 +123,7 @@ fn set_value(state: &mut AppState, setting: &Setting, index: usize) {
     }
 }
 
-/// Whether a tree of the model can be built with this value.
+/// A tree of the model can be built with this value.
 fn can_set(state: &AppState, setting: &Setting, index: usize) -> bool {
     let Value::One { set, .. } = &setting.value else { return false };
     let mut build = *state.edited_build();
@@ -131,7 +131,7 @@ fn can_set(state: &AppState, setting: &Setting, index: usize) -> bool {
     build.refusal(state.model.loaded.as_ref().map_or(0, |scene| scene.triangles.len())).is_none()
 }
 
-/// Whether the tree is built, not read from a file, with this value.
+/// The tree is built, not read from a file, with this value.
 fn is_value(state: &AppState, setting: &Setting, index: usize) -> bool {
     let Value::One { get, .. } = &setting.value else { return false };
     state.wanted.tree_file(state.edited_side()).is_none() && get(state.edited_build()) == Some(index)

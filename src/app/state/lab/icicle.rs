@@ -92,6 +92,9 @@ impl Default for IcicleState {
 }
 
 impl IcicleState {
+    /// Name of its view.
+    pub const VIEW: &str = "Icicle";
+
     /// Puts the root on top where the tree is another one than the last time.
     pub fn follow(&mut self, accel: &Arc<Accel>) {
         if !std::ptr::eq(self.tree.as_ptr(), Arc::as_ptr(accel)) {

@@ -268,6 +268,9 @@ pub struct SharedPlots {
 }
 
 impl PlotsState {
+    /// Name of its view.
+    pub const VIEW: &str = "Plots";
+
     /// Its part of a shared state.
     pub fn shared(&self) -> SharedPlots {
         let Self { kind, set, quality, scatter: _, session: _ } = self;

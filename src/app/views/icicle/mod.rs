@@ -24,7 +24,7 @@ pub(super) struct IcicleView;
 
 impl View for IcicleView {
     fn name(&self) -> &'static str {
-        "Icicle"
+        IcicleState::VIEW
     }
 
     fn purpose(&self) -> &'static str {

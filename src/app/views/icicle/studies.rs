@@ -1,6 +1,6 @@
 //! The width of each node, derived from all that is below it.
 
-use crate::app::state::lab::IcicleInputs;
+use crate::app::state::lab::{IcicleInputs, IcicleState};
 use crate::app::studies::{Studies, StudyPlan};
 use crate::lab::icicle::subtree_sums;
 
@@ -11,7 +11,7 @@ pub(super) fn add(studies: &mut Studies) -> std::io::Result<()> {
         at_once: false,
         study: |state| &mut state.lab.icicle.sums,
         wanted: |state, _| {
-            let accel = state.tree_of_view("Icicle")?;
+            let accel = state.tree_of_view(IcicleState::VIEW)?;
             let inputs = state.lab.icicle_inputs(&accel)?;
             Some((accel, inputs))
         },

@@ -8,7 +8,7 @@ mod trees;
 use egui::{self, Align, Key, Layout, Ui};
 
 use super::controls;
-use crate::app::state::lab::{PlotKind, TreeQuality, TreeSet};
+use crate::app::state::lab::{PlotKind, PlotsState, TreeQuality, TreeSet};
 use crate::app::state::paper::Experiment;
 use crate::app::state::{AppState, Presented, Request};
 use crate::app::studies::Studies;
@@ -20,7 +20,7 @@ pub(super) struct PlotsView;
 
 impl View for PlotsView {
     fn name(&self) -> &'static str {
-        "Plots"
+        PlotsState::VIEW
     }
 
     fn purpose(&self) -> &'static str {

@@ -1,6 +1,6 @@
 //! The scatter of nodes by predicted and measured visits.
 
-use crate::app::state::lab::ScatterInputs;
+use crate::app::state::lab::{PlotsState, ScatterInputs};
 use crate::app::studies::{Studies, StudyPlan};
 use crate::lab::visit_scatter::VisitScatter;
 
@@ -14,7 +14,7 @@ pub(super) fn add(studies: &mut Studies) -> std::io::Result<()> {
             // Trees of the session are noted while the view is closed, too.
             let trees = [&state.model.second, &state.model.presented];
             trees.into_iter().flatten().for_each(|shown| state.lab.note_tree(&shown.accel));
-            let accel = state.tree_of_view("Plots")?;
+            let accel = state.tree_of_view(PlotsState::VIEW)?;
             let inputs = state.lab.scatter_inputs(&accel)?;
             Some((accel, inputs))
         },
