@@ -89,11 +89,6 @@ pub fn collapse<C: WideContainer>(
     });
     let segments: Vec<Segment> = segments.collect::<Result<_, Cancelled>>()?;
     fork.join();
-    // They are as large as the tree: handing their memory back to the system takes time that grows with it.
-    for chunk in decisions.chunks {
-        drop(chunk);
-        token.check()?;
-    }
     let segments: Vec<Segment> = std::iter::once(top).chain(segments).collect();
     token.begin_stage("wide write");
     let starts = SegmentStart::of_all(&segments);
