@@ -1,9 +1,9 @@
 //! Controls that views of nodes share: small drop-down lists, and the button that measures visits from the present view.
 
-use egui::{self, ComboBox, Role, Ui, WidgetInfo};
+use egui::{self, ComboBox, Ui};
 
 use crate::app::state::{AppState, Presented};
-use crate::app::widgets::Tip as _;
+use crate::app::widgets::{Tip as _, plain_drop_down};
 use crate::lab::population::Population;
 
 /// A drop-down list beside its label. `choices` have a value, a name and what it means.
@@ -15,23 +15,7 @@ pub(super) fn drop_down<T: Copy + PartialEq>(
     choices: &[(T, &str, &str)],
 ) {
     ui.weak(label);
-    let selected = choices.iter().find(|(choice, ..)| choice == value).map_or("", |(_, name, _)| name);
-    let response = ComboBox::from_id_salt(label)
-        .selected_text(selected)
-        .show_ui(ui, |ui| {
-            for &(choice, name, meaning) in choices {
-                if ui.selectable_label(*value == choice, name).tip(meaning).clicked() {
-                    *value = choice;
-                }
-            }
-        })
-        .response;
-    response.widget_info(|| {
-        let mut info = WidgetInfo::labeled(Role::ComboBox, ui.is_enabled(), label);
-        info.current_text_value = Some(selected.to_owned());
-        info
-    });
-    response.tip(tip);
+    plain_drop_down(ui, ComboBox::from_id_salt(label), label, value, choices).tip(tip);
 }
 
 /// The button that measures visits by the rays of the present view.

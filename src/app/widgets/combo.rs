@@ -1,7 +1,7 @@
 //! A labelled drop-down list.
 
 use egui::text::LayoutJob;
-use egui::{self, Role, TextFormat, TextStyle, Ui, WidgetInfo, WidgetText};
+use egui::{self, ComboBox, Response, Role, TextFormat, TextStyle, Ui, WidgetInfo, WidgetText};
 
 use super::row::row;
 use super::tip::Tip as _;
@@ -49,47 +49,67 @@ fn show<T: Copy + PartialEq>(
 ) -> bool {
     let before = *value;
     row(ui, label, tip, |ui| {
-        let selected = choices.iter().find(|(choice, ..)| choice == value).map_or("", |(_, name, _)| name);
-        let mut list = None;
-        let response = egui::ComboBox::from_id_salt(label)
-            .width(ui.available_width())
-            .height(360.0)
-            .selected_text(selected)
-            .truncate()
-            .show_ui(ui, |ui| {
-                list = ui.memory(|memory| memory.area_rect(ui.layer_id().id));
-                for &(choice, name, meaning) in choices {
-                    let refused = refusal(choice);
-                    let on = *value == choice;
-                    let button = egui::Button::selectable(on, entry(ui, name, meaning));
-                    let response = ui.add_enabled(refused.is_none() || on, button).tip(meaning);
-                    response.widget_info(|| WidgetInfo::selected(Role::Button, ui.is_enabled(), on, name));
-                    let response = match refused {
-                        Some(reason) => response.disabled_tip(reason),
-                        None => response,
-                    };
-                    if response.clicked() {
-                        *value = choice;
-                        // A key closes no list by itself.
-                        ui.close();
-                    }
-                }
-            })
-            .response;
-        // Egui closes it after a click only, not where a drag begins.
-        let pressed = ui.input(|input| input.pointer.press_origin().filter(|_| input.pointer.any_pressed()));
-        if let (Some(list), Some(at)) = (list, pressed)
-            && !list.contains(at)
-            && !response.rect.contains(at)
-        {
-            egui::Popup::close_all(ui.ctx());
-        }
-        response.widget_info(|| {
-            let mut info = WidgetInfo::labeled(Role::ComboBox, ui.is_enabled(), label);
-            info.current_text_value = Some(selected.to_owned());
-            info
-        });
-        response
+        let list = ComboBox::from_id_salt(label).width(ui.available_width()).height(360.0).truncate();
+        drop_down(ui, list, label, value, choices, refusal, entry)
     });
     *value != before
+}
+
+/// A drop-down `list` without refusals, named `name` for screen readers.
+pub(crate) fn plain_drop_down<T: Copy + PartialEq>(
+    ui: &mut Ui,
+    list: ComboBox,
+    name: &str,
+    value: &mut T,
+    choices: &[(T, &str, &str)],
+) -> Response {
+    drop_down(ui, list, name, value, choices, |_| None, |_, name, _| name.into())
+}
+
+/// The list behind all of them: a key or a press outside closes it, too.
+fn drop_down<T: Copy + PartialEq>(
+    ui: &mut Ui,
+    list: ComboBox,
+    name: &str,
+    value: &mut T,
+    choices: &[(T, &str, &str)],
+    refusal: impl Fn(T) -> Option<String>,
+    entry: impl Fn(&Ui, &str, &str) -> WidgetText,
+) -> Response {
+    let selected = choices.iter().find(|(choice, ..)| choice == value).map_or("", |(_, name, _)| name);
+    let mut area = None;
+    let items = |ui: &mut Ui| {
+        area = ui.memory(|memory| memory.area_rect(ui.layer_id().id));
+        for &(choice, name, meaning) in choices {
+            let refused = refusal(choice);
+            let on = *value == choice;
+            let button = egui::Button::selectable(on, entry(ui, name, meaning));
+            let response = ui.add_enabled(refused.is_none() || on, button).tip(meaning);
+            response.widget_info(|| WidgetInfo::selected(Role::Button, ui.is_enabled(), on, name));
+            let response = match refused {
+                Some(reason) => response.disabled_tip(reason),
+                None => response,
+            };
+            if response.clicked() {
+                *value = choice;
+                // A key closes no list by itself.
+                ui.close();
+            }
+        }
+    };
+    let response = list.selected_text(selected).show_ui(ui, items).response;
+    // Egui closes it after a click only, not where a drag begins.
+    let pressed = ui.input(|input| input.pointer.press_origin().filter(|_| input.pointer.any_pressed()));
+    if let (Some(area), Some(at)) = (area, pressed)
+        && !area.contains(at)
+        && !response.rect.contains(at)
+    {
+        egui::Popup::close_all(ui.ctx());
+    }
+    response.widget_info(|| {
+        let mut info = WidgetInfo::labeled(Role::ComboBox, ui.is_enabled(), name);
+        info.current_text_value = Some(selected.to_owned());
+        info
+    });
+    response
 }

@@ -11,7 +11,7 @@ mod slider;
 mod statistic;
 mod tip;
 
-pub(crate) use combo::{combo, explained_combo};
+pub(crate) use combo::{combo, explained_combo, plain_drop_down};
 pub(crate) use empty_view::empty_view;
 pub(crate) use icon::{Icon, icon_button};
 pub(crate) use panel::{panel_frame, scroll};

@@ -1,10 +1,10 @@
 //! Controls of the view: order, play, speed, and which clusters are drawn.
 
-use egui::{self, ComboBox, DragValue, Response, RichText, Role, Sense, Slider, Ui, WidgetInfo, vec2};
+use egui::{self, ComboBox, DragValue, Response, RichText, Sense, Slider, Ui, WidgetInfo, vec2};
 
 use crate::app::state::lab::merges::{CutKind, MergeStudy, MergesState};
 use crate::app::state::{AppState, Presented};
-use crate::app::widgets::{Icon, Tip as _, chip, icon_button};
+use crate::app::widgets::{Icon, Tip as _, chip, icon_button, plain_drop_down};
 use crate::app::{format, theme};
 use crate::lab::merges::merges_clusters;
 use bvhscope_engine::construction::MergeOrder;
@@ -205,20 +205,7 @@ fn choice<T: Copy + PartialEq>(ui: &mut Ui, name: &str, tip: &str, width: f32, v
         ui.end_row();
     }
     ui.label(RichText::new(name).color(theme::palette(ui).dim)).tip(tip);
-    let selected = choices.iter().find(|(choice, _)| choice == value).map_or("", |(_, text)| text);
-    let response = ComboBox::from_id_salt(("merges", name))
-        .width(width)
-        .selected_text(selected)
-        .show_ui(ui, |ui| {
-            for (choice, text) in choices {
-                ui.selectable_value(value, *choice, text.clone());
-            }
-        })
-        .response;
-    response.widget_info(|| {
-        let mut info = WidgetInfo::labeled(Role::ComboBox, ui.is_enabled(), format!("{name} shown"));
-        info.current_text_value = Some(selected.to_owned());
-        info
-    });
-    response.tip(tip);
+    let choices: Vec<(T, &str, &str)> = choices.iter().map(|(choice, text)| (*choice, text.as_str(), "")).collect();
+    let list = ComboBox::from_id_salt(("merges", name)).width(width);
+    plain_drop_down(ui, list, &format!("{name} shown"), value, &choices).tip(tip);
 }

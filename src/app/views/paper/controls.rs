@@ -9,7 +9,7 @@ use egui::{self, Button, ComboBox, DragValue, RichText, Role, Ui, WidgetInfo, ve
 
 use crate::app::state::paper::{Display, Experiment, PaperPlan, RowFormat};
 use crate::app::state::{AppState, Request};
-use crate::app::widgets::{Tip as _, chip};
+use crate::app::widgets::{Tip as _, chip, plain_drop_down};
 use crate::app::{format, theme};
 
 /// Shows the controls.
@@ -160,23 +160,9 @@ fn thresholds(ui: &mut Ui, plan: &mut PaperPlan) {
 /// A labelled drop-down list.
 fn choice<T: Copy + PartialEq>(ui: &mut Ui, name: &str, tip: &str, value: &mut T, choices: &[(T, String)]) {
     ui.label(RichText::new(name).color(theme::palette(ui).dim)).on_hover_text(tip);
-    let selected = choices.iter().find(|(choice, _)| choice == value).map_or("", |(_, text)| text);
-    let response = ComboBox::from_id_salt(("paper", name))
-        .width(60.0)
-        .selected_text(selected)
-        .show_ui(ui, |ui| {
-            for (choice, text) in choices {
-                ui.selectable_value(value, *choice, text.clone());
-            }
-        })
-        .response;
-    response.widget_info(|| {
-        let mut info =
-            WidgetInfo::labeled(Role::ComboBox, ui.is_enabled(), format!("Measured {}", name.to_lowercase()));
-        info.current_text_value = Some(selected.to_owned());
-        info
-    });
-    response.on_hover_text(tip);
+    let choices: Vec<(T, &str, &str)> = choices.iter().map(|(choice, text)| (*choice, text.as_str(), "")).collect();
+    let list = ComboBox::from_id_salt(("paper", name)).width(60.0);
+    plain_drop_down(ui, list, &format!("Measured {}", name.to_lowercase()), value, &choices).on_hover_text(tip);
 }
 
 /// A labelled number field.
