@@ -63,7 +63,10 @@ fn the_first_row_has_the_curve_with_its_bounds() {
     assert!(drawn.success());
     for picture in [plot, again] {
         let text = std::fs::read_to_string(picture).unwrap();
-        assert!(text.contains("build predicted") && text.contains("trace predicted"), "{text}");
+        assert!(
+            text.contains("ready to trace predicted, builtin") && text.contains("trace predicted, builtin"),
+            "{text}"
+        );
     }
 }
 

@@ -435,7 +435,10 @@ fn a_missing_display_or_driver_is_explained() {
     let target = picture.to_str().unwrap();
     let args = ["render", "builtin:teapot:2", "--size", "40x30", "-o", target, "--overlay", "box"];
     let (code, error) = without(&args, &displays, &drivers);
-    assert!(code == 1 && error.contains("without --overlay the picture needs no graphics driver"), "{error}");
+    assert!(
+        code == 1 && error.contains("without --overlay, or as an .svg, the picture needs no graphics driver"),
+        "{error}"
+    );
     assert!(!picture.exists());
     assert_eq!(without(&args[..6], &displays, &drivers).0, 0, "the picture itself needs no driver");
     assert!(picture.exists());

@@ -10,9 +10,9 @@ use crate::support::process::wait_until;
 /// The viewport's upper left corner there.
 const CORNER: [u32; 2] = [248, 29];
 /// The threshold's handle at its default.
-const HANDLE_AT_6: [i32; 2] = [1134, 163];
+const HANDLE_AT_6: [i32; 2] = [1138, 163];
 /// Around the handle, which looks different while it is held.
-const HANDLE: [usize; 4] = [1124, 153, 1145, 174];
+const HANDLE: [usize; 4] = [1128, 153, 1149, 174];
 /// To the right of the slider, where it gives its largest value, and far below, so that no tip covers the number.
 const BEYOND_THE_SLIDER: [i32; 2] = [1253, 700];
 /// The number next to the slider.
