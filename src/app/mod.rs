@@ -38,9 +38,8 @@ pub mod panels;
 mod shell;
 
 pub use shell::app::App;
-pub use shell::interrupt::{interrupt, was_interrupted};
 pub use shell::options::{CliOverrides, StartOptions};
-pub use shell::run::{AppError, run};
+pub use shell::run::{AppError, interrupt, run, was_interrupted};
 pub use shell::settings::{SettingsUse, mark_clean_exit};
 pub use shell::storage::saved_bookmark;
 pub use state::SharedState;

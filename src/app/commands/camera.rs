@@ -1,11 +1,13 @@
-//! Camera commands: standard views, orbit and zoom steps, up axis, framing.
+//! Commands of the camera and of the section plane: standard views, orbit and zoom steps, up axis, framing; where the
+//! plane cuts.
 
 use glam::{Quat, Vec3};
 
-use crate::app::state::action::{OrbitStep, ViewDirection};
+use crate::app::state::action::{OrbitStep, SectionStep, ViewDirection};
 use crate::app::state::bookmarks::{self, Bookmark};
 use crate::app::state::{AppState, Severity};
-use crate::app::viewport::{orbit, pixel};
+use crate::app::viewport::{orbit, picking};
+use crate::section::SectionPlane;
 use crate::view::NamedView;
 
 /// Angle of one orbit step in radians: 5 degrees.
@@ -85,7 +87,7 @@ pub(super) fn orbit_step(state: &mut AppState, step: OrbitStep) {
 
 /// Zooms by `factor` towards the point under the pointer, or towards the target where the pointer is not over the viewport.
 pub(super) fn zoom(state: &mut AppState, factor: f32) {
-    let hovered = state.selection.hover.map(|hover| pixel::point_at([hover.x_px, hover.y_px], state));
+    let hovered = state.selection.hover.map(|hover| picking::point_at([hover.x_px, hover.y_px], state));
     let toward = hovered.unwrap_or(state.wanted.camera.target);
     orbit::zoom(&mut state.wanted.camera, factor, toward);
 }
@@ -107,5 +109,51 @@ pub(super) fn frame_selection(state: &mut AppState) {
     let selected = state.selected().and_then(|(shown, node)| shown.table.bounds(node));
     if let Some(bounds) = selected.or_else(|| state.model.bounds()) {
         orbit::frame_all(&mut state.wanted.camera, &bounds);
+    }
+}
+
+/// Changes the section plane of the presented model.
+pub(super) fn step_section(state: &mut AppState, step: SectionStep) {
+    let Some(bounds) = state.model.bounds() else { return };
+    let forward = state.wanted.camera.forward();
+    let section = &mut state.wanted.render.section;
+    // The half towards the viewer goes, so that the cut is seen.
+    let across = |normal: Vec3| {
+        let plane = SectionPlane::through(&bounds, normal);
+        SectionPlane { flipped: plane.normal.dot(forward) > 0.0, ..plane }
+    };
+    *section = match (step, *section) {
+        (SectionStep::Toggle, Some(_)) | (SectionStep::Snap | SectionStep::Flip, None) => None,
+        (SectionStep::Toggle | SectionStep::X, _) => Some(across(Vec3::X)),
+        (SectionStep::Y, _) => Some(across(Vec3::Y)),
+        (SectionStep::Z, _) => Some(across(Vec3::Z)),
+        (SectionStep::Facing, _) => Some(across(-forward)),
+        (SectionStep::Snap, Some(plane)) => Some(plane.snapped(&bounds)),
+        (SectionStep::Flip, Some(plane)) => Some(SectionPlane { flipped: !plane.flipped, ..plane }),
+    };
+    // The cut is seen in the picture.
+    state.preferences.show_geometry |= state.wanted.render.section.is_some();
+}
+
+/// The step can be performed now.
+pub(super) fn can_step_section(state: &AppState, step: SectionStep) -> bool {
+    let section = state.wanted.render.section;
+    match step {
+        SectionStep::Snap => section.is_some_and(|plane| plane.axis().is_none()),
+        SectionStep::Flip => section.is_some(),
+        _ => state.model.presented.is_some(),
+    }
+}
+
+/// State of a switch or choice; `None` for other steps.
+pub(super) fn is_section_on(state: &AppState, step: SectionStep) -> Option<bool> {
+    let axis = state.wanted.render.section.map(|plane| plane.axis());
+    match step {
+        SectionStep::Toggle => Some(axis.is_some()),
+        SectionStep::X => Some(axis == Some(Some(0))),
+        SectionStep::Y => Some(axis == Some(Some(1))),
+        SectionStep::Z => Some(axis == Some(Some(2))),
+        SectionStep::Facing => Some(axis == Some(None)),
+        SectionStep::Snap | SectionStep::Flip => None,
     }
 }

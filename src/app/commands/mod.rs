@@ -10,27 +10,18 @@ mod rows;
 mod entries;
 
 mod camera;
-mod compare;
-mod lesson;
 mod nodes;
-mod section;
-mod share;
 
 mod keyboard;
-mod keys;
-mod search;
 
+mod clipboard;
 mod command_line;
-mod statistics_text;
 
 pub use crate::app::state::action::{Action, CompareStep, OrbitStep, RankingStep, SectionStep, ViewDirection};
+pub use clipboard::{paste_state, shared_state, show_state, statistics_text};
 pub use command_line::command_line;
-pub use entries::{entries, entries_for};
-pub use keyboard::handle_shortcuts;
-pub use keys::{KeyList, keys};
+pub use entries::{entries, entries_for, search};
+pub use keyboard::{KeyList, handle_shortcuts, keys};
 pub(crate) use nodes::show_finding;
 pub use row::{Category, Entry, shortcut_text};
 pub(in crate::app) use rows::{compare_description, shading_description};
-pub use search::search;
-pub use share::{paste_state, shared_state, show_state};
-pub use statistics_text::statistics_text;

@@ -5,8 +5,7 @@ use egui::{self, Align, Button, Layout, Margin, Panel, Rect, Role, Sense, Ui, Wi
 use crate::app::commands::{Action, Entry, entries};
 use crate::app::state::AppState;
 use crate::app::theme;
-use crate::app::views::view::View;
-use crate::app::views::{VIEWS, open_view};
+use crate::app::views::{VIEWS, View, open_view};
 use crate::app::widgets::{Icon, Tip as _, icon_button, note_place, panel_frame};
 
 /// Smallest height in points.

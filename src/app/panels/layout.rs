@@ -2,11 +2,10 @@
 
 use egui::{self, Margin, Panel, Rect, Ui};
 
-use super::{bars, dialogs, dock, over, side};
-use crate::app::commands;
+use super::{depth_bar, dialogs, dock, job_strip, menu, over, side};
 use crate::app::state::{AppState, Side};
-use crate::app::theme;
 use crate::app::widgets::{note_panel, note_place, panel_frame, restore_sections, scroll, sections};
+use crate::app::{commands, theme};
 
 /// Default width of the left panel in points.
 const LEFT_WIDTH: f32 = 248.0;
@@ -46,7 +45,7 @@ pub fn around(ui: &mut Ui, state: &mut AppState, viewport: impl FnOnce(&mut Ui, 
 fn top(ui: &mut Ui, state: &mut AppState) {
     state.layout.narrow = ui.available_width() < NARROW_WIDTH;
     let frame = panel_frame(Margin::symmetric(8, 4));
-    Panel::top("menu bar").frame(frame).show(ui, |ui| bars::menu::show(ui, state));
+    Panel::top("menu bar").frame(frame).show(ui, |ui| menu::show(ui, state));
 }
 
 /// Left panel: headline at the top, selection at the bottom, statistics in between, so that neither of the two ever moves.
@@ -87,7 +86,7 @@ fn right(ui: &mut Ui, state: &mut AppState) {
             side::tree::show(ui, state);
             side::containers::show(ui, state);
             side::picture::show(ui, state);
-            side::section_plane::show(ui, state);
+            side::picture::section_plane(ui, state);
         });
     });
     note_panel(ui.ctx(), Side::Right, place.map(|place| place.response.rect));
@@ -99,36 +98,36 @@ fn right(ui: &mut Ui, state: &mut AppState) {
 /// From the bottom upwards: job strip, depth bar, dock.
 fn bottom(ui: &mut Ui, state: &mut AppState) {
     let frame = panel_frame(Margin::symmetric(12, 4));
-    Panel::bottom("job strip").frame(frame).show(ui, |ui| bars::job_strip::show(ui, state));
+    Panel::bottom("job strip").frame(frame).show(ui, |ui| job_strip::show(ui, state));
     let frame = panel_frame(Margin::symmetric(12, 4));
-    let bar = Panel::bottom("depth bar").frame(frame).show(ui, |ui| bars::depth_bar::show(ui, state));
+    let bar = Panel::bottom("depth bar").frame(frame).show(ui, |ui| depth_bar::show(ui, state));
     note_place(ui.ctx(), "Depth bar", bar.response.rect);
     dock::show(ui, state);
 }
 
 /// What is painted over the viewport's rectangle: legends, axes gizmo, facts of the hovered pixel, messages.
 fn over_viewport(ui: &mut Ui, rect: Rect, state: &mut AppState) {
-    over::scaffold::show(ui, rect, state);
-    over::ray_line::show(ui, rect, state);
+    over::lines::scaffold(ui, rect, state);
+    over::lines::ray(ui, rect, state);
     over::section_handle::show(ui, rect, state);
     over::compare::show(ui, rect, state);
-    over::empty_view::show(ui, rect, state);
+    over::hints::nothing_in_view(ui, rect, state);
     over::legend::show(ui, rect, state);
-    over::nothing_drawn::show(ui, rect, state);
+    over::hints::nothing_drawn(ui, rect, state);
     over::gizmo::show(ui, rect, state);
-    over::pointer::show(ui, rect, state);
+    over::pointer::facts(ui, rect, state);
     over::messages::show(ui, rect, state);
-    over::node_menu::show(ui, rect, state);
-    over::tour::show(ui, rect, state);
-    over::lesson::show(ui, rect, state);
-    over::drop_hint::show(ui, rect);
+    over::pointer::node_menu(ui, rect, state);
+    over::guides::tour(ui, rect, state);
+    over::guides::lesson(ui, rect, state);
+    over::hints::drop_hint(ui, rect);
 }
 
 /// The open dialogs; the command palette last, on top of the others.
 fn open_dialogs(ctx: &egui::Context, state: &mut AppState) {
     dialogs::start_page::show(ctx, state);
     dialogs::help::show(ctx, state);
-    dialogs::about::show(ctx, state);
+    dialogs::help::about(ctx, state);
     dialogs::message_log::show(ctx, state);
     dialogs::palette::show(ctx, state);
 }

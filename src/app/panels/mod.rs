@@ -5,16 +5,18 @@
 //! | --- | --- |
 //! | `layout` | places everything below around the viewport; start here |
 //! | `side` | sections of the side panels: statistics, selection, settings |
-//! | `bars` | menu, depth bar, job strip |
+//! | `menu`, `depth_bar`, `job_strip` | the bars across the window |
 //! | `dock` | the laboratory: one strip of tabs above the depth bar, one open view |
 //! | `over` | legends, axes gizmo, pixel facts and messages over the viewport |
-//! | `dialogs` | command palette, start page, shortcuts, message log |
+//! | `dialogs` | command palette, start page, help, message log, about |
 
 mod layout;
 
-mod bars;
+mod depth_bar;
 mod dialogs;
 mod dock;
+mod job_strip;
+mod menu;
 mod over;
 mod side;
 

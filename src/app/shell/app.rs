@@ -7,16 +7,15 @@ use std::time::{Duration, Instant};
 use super::device::Device;
 use super::options::StartOptions;
 use super::storage::SettingsAutosave;
-use super::{interrupt, lessons, storage, window_size};
+use super::{files, run, storage};
 use crate::app::shell::clipboard_probe::ClipboardProbe;
 use crate::app::shell::derived_worker::DerivedWorker;
-use crate::app::shell::file_watch::{FileChange, FileWatch};
+use crate::app::shell::file_watch::{FileChange, FileWatch, TreeWatch};
 use crate::app::shell::measure_worker::MeasureWorker;
 use crate::app::shell::reconcile::Reconciler;
 use crate::app::shell::requests::{BackgroundTasks, take_dropped_files};
-use crate::app::shell::thumbnail_cache;
-use crate::app::shell::thumbnail_worker::ThumbnailWorker;
-use crate::app::shell::tree_watch::TreeWatch;
+use crate::app::shell::thumbnails;
+use crate::app::shell::thumbnails::ThumbnailWorker;
 use crate::app::shell::wake_signal::WakeSignal;
 use crate::app::state::{AppState, Preferences, Request, Severity, TreeSide, Wanted};
 use crate::app::studies::Studies;
@@ -72,7 +71,7 @@ pub struct App {
 impl App {
     /// Creates the application of a real window.
     pub fn new(context: &eframe::CreationContext<'_>, options: StartOptions) -> std::io::Result<Self> {
-        interrupt::watch(&context.egui_ctx);
+        run::watch_interrupts(&context.egui_ctx);
         let restored = storage::restore(options.settings_file.as_deref());
         let last_source = || restored.wanted.as_ref().filter(|_| options.restore).map(|wanted| wanted.source.clone());
         let source = options.source.or_else(last_source).unwrap_or_else(SceneSource::default_builtin);
@@ -93,7 +92,7 @@ impl App {
         }
         state.model.load_options = options.load.clone();
         for folder in options.lessons {
-            let (lessons, warnings) = lessons::read_folder(&folder);
+            let (lessons, warnings) = files::read_lessons(&folder);
             state.layout.lessons.extend(lessons);
             for warning in warnings {
                 note(format_args!("warning: {warning}"));
@@ -112,7 +111,7 @@ impl App {
         app.device.inject_faults(options.lose_device, options.refuse_buffer);
         app.throttles_frames = app.state.layout.graphics.is_software;
         // A run that saves no settings leaves nothing in the cache either.
-        let cache = if options.settings.none { None } else { thumbnail_cache::default_folder() };
+        let cache = if options.settings.none { None } else { thumbnails::cache_folder() };
         let ctx = context.egui_ctx.clone();
         app.thumbnail_worker = Some(ThumbnailWorker::new(cache, move || ctx.request_repaint())?);
         let ctx = context.egui_ctx.clone();
@@ -351,7 +350,7 @@ impl eframe::App for App {
         let started = Instant::now();
         log::trace!("UI frame {:.1} ms after the last", started.duration_since(self.frame_started).as_secs_f64() * 1e3);
         self.frame_started = started;
-        if interrupt::was_interrupted() {
+        if run::was_interrupted() {
             ctx.send_viewport_cmd(egui::ViewportCommand::Close);
         }
         if let Some(render_state) = frame.wgpu_render_state()
@@ -366,7 +365,7 @@ impl eframe::App for App {
             return;
         }
         self.report_device_errors();
-        window_size::correct_on_first_frame(ctx);
+        run::correct_size_on_first_frame(ctx);
         if let Some(fault) = self.clipboard_probe.as_ref().and_then(ClipboardProbe::fault) {
             self.state.layout.clipboard_fault = Some(fault);
         }

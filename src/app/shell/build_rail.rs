@@ -4,9 +4,9 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use crate::accel::Accel;
-use crate::app::shell::background_drop::drop_in_background;
 use crate::app::shell::build_job::{BuildJob, BuildKey, Built, BuiltTree, start_worker};
 use crate::app::shell::file_watch::WatchedFile;
+use crate::app::shell::present::drop_in_background;
 use crate::app::state::{JobStatus, Presented};
 use crate::app::studies::in_flight::{InFlight, Polled, poll};
 use crate::worker::Worker;

@@ -1,10 +1,13 @@
-//! Watches the file of the loaded model for changes. A thread of its own polls size and modification time, because a file on
-//! a network may block; polling by path also works for programs that save by renaming, which system notifications may miss.
+//! Watches the files of the loaded model and of trees for changes. A thread of its own polls size and modification
+//! time, because a file on a network may block; polling by path also works for programs that save by renaming, which
+//! system notifications may miss.
 
 use std::path::{Path, PathBuf};
 use std::sync::mpsc::{Receiver, Sender, channel};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant, SystemTime};
+
+use crate::app::state::TreeSide;
 
 /// Interval between two polls.
 const POLL_INTERVAL: Duration = Duration::from_millis(250);
@@ -180,6 +183,39 @@ fn run(shared: &Shared, sender: &Sender<(PathBuf, FileChange)>, wake: &dyn Fn())
             }
             wake();
         }
+    }
+}
+
+/// Watches the file of each tree, on threads that exist only where there is one.
+pub(crate) struct TreeWatch {
+    wake: Box<dyn Fn() -> Box<dyn Fn() + Send>>,
+    watches: [Option<FileWatch>; 2],
+}
+
+impl TreeWatch {
+    /// Watches nothing yet; `wake` is called from other threads after each change.
+    pub(crate) fn new(wake: impl Fn() + Send + Clone + 'static) -> Self {
+        Self { wake: Box::new(move || Box::new(wake.clone())), watches: [None, None] }
+    }
+
+    /// Watches `files`, in the order of [`TreeSide::ALL`]; their changes since the last call, oldest first.
+    pub(crate) fn changes(&mut self, files: &[Option<WatchedFile>; 2]) -> Vec<(TreeSide, FileChange)> {
+        let mut changes = Vec::new();
+        for ((side, file), watch) in TreeSide::ALL.into_iter().zip(files).zip(&mut self.watches) {
+            if file.is_none() {
+                *watch = None;
+                continue;
+            }
+            if watch.is_none() {
+                // Where no thread can be started, the tree is not followed.
+                *watch = FileWatch::new((self.wake)()).ok();
+            }
+            if let Some(watch) = watch {
+                watch.watch(file.as_ref());
+                changes.extend(watch.changes().into_iter().map(|change| (side, change)));
+            }
+        }
+        changes
     }
 }
 

@@ -1,10 +1,13 @@
-//! Tracing speed, and how coarse a picture must be to follow a moving camera or slider.
+//! Tracing speed, and how coarse a picture must be to follow a moving camera or slider; whether the settings are
+//! changing.
 
 use std::cell::Cell;
 use std::collections::VecDeque;
 use std::time::{Duration, Instant};
 
+use crate::app::state::{AppState, Wanted};
 use crate::render::Frame;
+use crate::render::cluster_cut::ClusterCut;
 
 /// Maximum time from one picture to the next while the settings change, drawing included: 30 a second, and a little more, so that
 /// a screen with 60 frames a second, which shows each of them twice, is within it.
@@ -87,6 +90,53 @@ impl FramePacing {
         let mut speeds: Vec<f64> = self.speeds.iter().map(|(_, speed)| *speed).collect();
         speeds.sort_by(f64::total_cmp);
         speeds.get(speeds.len() / 2).copied().unwrap_or(0.0)
+    }
+}
+
+/// Time without a change after which the settings are at rest and the picture is refined.
+pub(crate) const REST_DELAY: Duration = Duration::from_millis(160);
+
+/// Watches the settings that decide the picture.
+#[derive(Default)]
+pub(crate) struct Motion {
+    last: Option<Wanted>,
+    /// The cut that was shown in cluster colours.
+    clusters: Option<ClusterCut>,
+    changed_at: Option<Instant>,
+    disabled: bool,
+}
+
+impl Motion {
+    /// Sets whether changes are ignored, so that nothing ever counts as moving.
+    pub(crate) const fn set_disabled(&mut self, disabled: bool) {
+        self.disabled = disabled;
+    }
+
+    /// Compares the settings with those of the last UI frame. Returns whether they are changing.
+    pub(crate) fn observe(&mut self, state: &AppState, now: Instant) -> bool {
+        let wanted = &state.wanted;
+        let clusters = state.cluster_cut(state.model.presented.as_ref().map(|shown| &shown.accel));
+        let same = self.last.as_ref().is_some_and(|last| {
+            let second = |wanted: &Wanted| wanted.second.map(|second| second.build);
+            last.camera == wanted.camera
+                && last.build == wanted.build
+                && last.tree_files == wanted.tree_files
+                && second(last) == second(wanted)
+                && last.render == wanted.render
+                && self.clusters == clusters
+        });
+        if !same {
+            if self.last.is_some() {
+                self.changed_at = Some(now);
+            }
+            (self.last, self.clusters) = (Some(wanted.clone()), clusters);
+        }
+        self.is_moving(now)
+    }
+
+    /// Whether a setting has changed within [`REST_DELAY`].
+    pub(crate) fn is_moving(&self, now: Instant) -> bool {
+        !self.disabled && self.changed_at.is_some_and(|then| now.duration_since(then) < REST_DELAY)
     }
 }
 

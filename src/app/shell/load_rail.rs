@@ -4,11 +4,10 @@ use std::path::Path;
 use std::sync::Arc;
 use std::time::Instant;
 
-use crate::app::shell::background_drop::drop_in_background;
 use crate::app::shell::file_watch::WatchedFile;
-use crate::app::state::{AppState, JobStatus, Request, Severity, recent};
-use crate::app::studies::in_flight::{InFlight, Polled, poll, report_panic};
-use crate::app::studies::pool::WorkerPool;
+use crate::app::shell::present::drop_in_background;
+use crate::app::state::{AppState, JobStatus, Request, Severity, preferences};
+use crate::app::studies::in_flight::{InFlight, Polled, WorkerPool, poll, report_panic};
 use crate::app::viewport::orbit;
 use crate::camera::Camera;
 use crate::console::note;
@@ -159,7 +158,7 @@ impl LoadRail {
     }
 
     fn adopt(&mut self, key: LoadKey, file: Option<WatchedFile>, scene: Arc<Scene>, state: &mut AppState) {
-        recent::remember(&mut state.preferences.recent, &scene.source);
+        preferences::remember(&mut state.preferences.recent, &scene.source);
         let keep = self.keep_camera && orbit::still_sees(&state.wanted.camera, &scene.bounds);
         self.next_camera = Some(match self.first_camera.take() {
             Some(choice) => choice.camera(&scene),

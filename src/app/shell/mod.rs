@@ -4,19 +4,15 @@
 //! [`reconcile`] holds the three rails from a model to a picture. Each rail owns its worker, knows what is in flight, and
 //! does not request again what failed or was cancelled.
 
-mod lessons;
 pub mod options;
 pub mod settings;
 
 pub mod app;
 pub mod run;
 
-pub mod interrupt;
-
 mod device;
 mod files;
 pub mod storage;
-mod window_size;
 
 pub(crate) mod reconcile;
 
@@ -29,21 +25,14 @@ mod build_job;
 mod render_job;
 
 mod frame_pacing;
-mod motion;
 mod present;
-
-mod background_drop;
 
 pub(crate) mod derived_worker;
 pub(crate) mod measure_worker;
-pub(crate) mod thumbnail_cache;
-pub(crate) mod thumbnail_worker;
-
-mod folder_listing;
 
 pub(crate) mod clipboard_probe;
 pub(crate) mod file_watch;
 pub(crate) mod requests;
+pub(crate) mod thumbnails;
 mod tree_files;
-pub(crate) mod tree_watch;
 pub(crate) mod wake_signal;

@@ -1,8 +1,8 @@
-//! Putting a tree on the screen: tree, overlay table, picture and numbers are swapped as a unit.
+//! Putting a tree on the screen: tree, overlay table, picture and numbers are swapped as a unit. Large values that this
+//! replaces are freed off the UI thread.
 
 use std::sync::Arc;
 
-use crate::app::shell::background_drop::drop_in_background;
 use crate::app::shell::build_job::BuiltTree;
 use crate::app::state::comparison::Counted;
 use crate::app::state::{AppState, Difference, Presented};
@@ -81,4 +81,10 @@ pub(crate) fn remove_second_tree(state: &mut AppState) {
     if state.model.second.is_some() || state.model.difference.is_some() {
         drop_in_background((state.model.second.take(), state.model.difference.take()));
     }
+}
+
+/// Drops `value` on a thread of its own: freeing a tree of hundreds of megabytes takes longer than a UI frame.
+pub(crate) fn drop_in_background(value: impl Send + 'static) {
+    // Where no thread can be started, the closure is dropped here, and the value with it.
+    let _ = std::thread::Builder::new().name("drop".to_owned()).spawn(move || drop(value));
 }

@@ -3,8 +3,8 @@
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use crate::app::shell::background_drop::drop_in_background;
 use crate::app::shell::frame_pacing::FramePacing;
+use crate::app::shell::present::drop_in_background;
 use crate::app::shell::render_job::{RenderJob, RenderKey, Rendered, start_worker};
 use crate::app::state::{JobStatus, MessageLog};
 use crate::app::studies::in_flight::{InFlight, Polled, poll, report_panic};

@@ -6,11 +6,10 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use crate::accel::Accel;
-use crate::app::shell::background_drop::drop_in_background;
 use crate::app::shell::build_job::{BuildJob, BuildKey, BuiltTree};
 use crate::app::shell::build_rail::BuildRail;
 use crate::app::shell::file_watch::WatchedFile;
-use crate::app::shell::present::remove_second_tree;
+use crate::app::shell::present::{drop_in_background, remove_second_tree};
 use crate::app::state::{AppState, JobStatus, Severity, TreeSide};
 use crate::app::studies::in_flight::{Polled, report_panic};
 use bvhscope_engine::builders::BuildError;

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use std::sync::mpsc::Sender;
 
 use crate::accel::Accel;
-use crate::app::state::{AppState, SecondTree, Severity, TreeSide, recent};
+use crate::app::state::{AppState, SecondTree, Severity, TreeSide, preferences};
 use crate::app::viewport::screenshot::Outcome;
 use crate::budget::Budget;
 use crate::export::{cannot_be_written, first_writable, write_new_with};
@@ -20,7 +20,7 @@ pub(crate) fn open_tree(side: TreeSide, path: PathBuf, state: &mut AppState) {
         state.messages.notify(Severity::Warning, text);
         return;
     }
-    recent::remember_file(&mut state.preferences.recent_trees, path.clone());
+    preferences::remember_file(&mut state.preferences.recent_trees, path.clone());
     if side == TreeSide::B && state.wanted.second.is_none() {
         state.wanted.second = Some(SecondTree::new(state.wanted.build));
     }

@@ -3,8 +3,8 @@
 use std::collections::HashMap;
 use std::time::{Duration, Instant};
 
+use crate::app::state::action::Request;
 use crate::app::state::paper::{Experiment, PaperResult};
-use crate::app::state::request::Request;
 
 /// Delay after a job's request before its progress is shown.
 pub const PROGRESS_DELAY: Duration = Duration::from_millis(400);

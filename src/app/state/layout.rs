@@ -1,13 +1,16 @@
-//! What of the window is open, its size and its focus.
+//! What of the window is open, its size and its focus; the dock; the graphics adapter.
 
 use std::sync::Arc;
 
-use crate::app::state::graphics::Graphics;
+use serde::{Deserialize, Deserializer, Serialize};
+
+use crate::app::state::lab::Standing;
 use crate::app::state::lesson::{LESSONS, Lesson, Reading};
-use crate::app::state::path_field::PathField;
+use crate::app::state::paper::PaperPlan;
 use crate::app::state::second_tree::TreeSide;
-use crate::app::state::thumbnails::Thumbnails;
+use crate::app::state::start_page::{PathField, Thumbnails};
 use crate::catalog::terms::Term;
+use crate::overlay::{OverlaySettings, Shown};
 
 /// A side panel.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -130,5 +133,80 @@ impl Layout {
         self.about_open = false;
         self.start_page_open = false;
         self.messages_open = false;
+    }
+}
+
+/// The dock, as saved between runs.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(default)]
+pub struct Dock {
+    /// Name of the open view; `None` while the dock is closed.
+    pub open: Option<String>,
+    /// Height in points that the user gave it.
+    pub height: f32,
+}
+
+impl Default for Dock {
+    fn default() -> Self {
+        Self { open: None, height: 288.0 }
+    }
+}
+
+impl Dock {
+    /// Opens a view, or closes the dock where it shows that view.
+    pub fn toggle(&mut self, view: &str) {
+        self.open = (!self.shows(view)).then(|| view.to_owned());
+    }
+
+    /// Opens a view.
+    pub fn show(&mut self, view: &str) {
+        self.open = Some(view.to_owned());
+    }
+
+    /// Whether a view is open.
+    pub fn shows(&self, view: &str) -> bool {
+        self.open.as_deref() == Some(view)
+    }
+}
+
+/// Reads a saved dock. Version 0.1 saved whether its paper panel was open.
+pub(super) fn dock_from_saved<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Dock, D::Error> {
+    #[derive(Deserialize)]
+    #[serde(untagged)]
+    enum Saved {
+        PaperOpen(bool),
+        Dock(Dock),
+    }
+    Ok(match Saved::deserialize(deserializer)? {
+        Saved::PaperOpen(open) => Dock { open: open.then(|| PaperPlan::VIEW.to_owned()), ..Dock::default() },
+        Saved::Dock(dock) => dock,
+    })
+}
+
+/// The graphics adapter and its state.
+#[derive(Debug, Clone, Default)]
+pub struct Graphics {
+    /// Name of the adapter; empty where there is none.
+    pub adapter_name: String,
+    /// Graphics interface through which the adapter is used: "Vulkan", "OpenGL".
+    pub backend: String,
+    /// The adapter renders in software.
+    pub is_software: bool,
+    /// The driver reported an error, so the overlay's pipeline is no longer used.
+    pub failed: bool,
+    /// The containers that are drawn; `None` while they are off.
+    pub shown: Option<Arc<Shown>>,
+    /// The containers of the second tree that are drawn; `None` while they are off or that tree is out of view.
+    pub second_shown: Option<Arc<Shown>>,
+    /// The clusters that are drawn in place of the chosen depths; `None` where the depths are.
+    pub standing: Option<Arc<Standing>>,
+    /// Number of containers drawn in the last UI frame, and number that the settings select.
+    pub overlay_counts: (usize, usize),
+}
+
+impl Graphics {
+    /// Number of containers that the adapter draws where no limit is set.
+    pub const fn automatic_budget(&self) -> u32 {
+        if self.is_software { OverlaySettings::SOFTWARE_BUDGET } else { OverlaySettings::BUDGET }
     }
 }

@@ -6,16 +6,11 @@ pub mod action;
 mod activity;
 pub mod bookmarks;
 pub mod comparison;
-pub mod dock;
-mod graphics;
-mod heat_basis;
-mod hidden_nodes;
 pub mod lab;
 mod layout;
 pub mod lesson;
 mod messages;
 mod model;
-mod path_field;
 mod second_tree;
 mod selection;
 mod shared_lab;
@@ -23,33 +18,25 @@ mod state_line;
 mod study;
 
 pub mod paper;
-mod preferences;
-pub mod recent;
-mod request;
-mod thumbnails;
+pub mod preferences;
+mod start_page;
 mod undo;
 
+pub use action::Request;
 pub use activity::{Activity, JobStatus, PROGRESS_DELAY};
-pub use graphics::Graphics;
-pub use heat_basis::HeatBasis;
-pub use hidden_nodes::HiddenNodes;
-pub use lab::{
-    IcicleLayout, LabState, MergesState, OtherTree, OutlineRow, RayOutcome, RaySource, RayState, SPEEDS, Standing,
-};
-pub use layout::{Help, HelpPage, Layout, Side};
+pub use lab::{IcicleLayout, LabState, MergesState, OutlineRow, RayOutcome, RaySource, RayState, SPEEDS, Standing};
+pub use layout::{Graphics, Help, HelpPage, Layout, Side};
 pub use messages::{Message, MessageLog, Severity};
 pub use model::{Difference, Model, Presented};
-pub use path_field::{FolderEntry, Listing, PathField};
 pub use preferences::{Navigation, Preferences, Theme};
-pub use request::Request;
 pub use second_tree::{CompareView, SecondTree, TreeSide};
-pub use selection::{HoveredPixel, PickedTriangle, SecondNodes, SelectionState};
+pub use selection::{HiddenNodes, HoveredPixel, PickedTriangle, SecondNodes, SelectionState};
 pub use shared_lab::{SharedLab, SharedRay};
+pub use start_page::{FolderEntry, Listing, PathField, THUMBNAIL_SIZE, Thumbnail, Thumbnails};
 pub use state_line::{SharedNodes, SharedState};
-pub use study::Study;
-pub use thumbnails::{THUMBNAIL_SIZE, Thumbnail, Thumbnails};
+pub use study::{OtherTree, Study};
 pub use undo::UndoStack;
-pub use wanted::Wanted;
+pub use wanted::{HeatBasis, Wanted};
 
 use std::sync::Arc;
 
@@ -228,7 +215,7 @@ impl AppState {
     /// Fits the heat map to every picture again, with a message, where its fixed range belongs to another model, shading or
     /// traversal; called once a UI frame.
     pub fn follow_heat_range(&mut self) {
-        if heat_basis::follow(&mut self.model.heat_basis, &mut self.wanted) {
+        if wanted::follow_heat_basis(&mut self.model.heat_basis, &mut self.wanted) {
             let text =
                 "The heat range is fitted to every picture again: the fixed one was for other counts (C fixes it)";
             self.messages.notify(Severity::Info, text);

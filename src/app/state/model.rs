@@ -6,7 +6,7 @@ use glam::Vec3;
 
 use crate::accel::Accel;
 use crate::app::state::comparison::{Comparison, Counted, TreeNumbers};
-use crate::app::state::heat_basis::HeatBasis;
+use crate::app::state::wanted::HeatBasis;
 use crate::catalog::numbers::Number;
 use crate::catalog::reading::{TraceReading, TreeReading};
 use crate::lab::diff::DifferenceMap;

@@ -1,4 +1,5 @@
-//! What a view of the laboratory derives from the presented tree, on a thread of its own.
+//! What a view of the laboratory derives from the presented tree, on a thread of its own; another tree as a parameter
+//! of it.
 
 use std::sync::{Arc, Weak};
 
@@ -65,4 +66,26 @@ impl<K: PartialEq, V> Study<K, V> {
 
 fn is(tree: &Weak<Accel>, accel: &Arc<Accel>) -> bool {
     std::ptr::eq(tree.as_ptr(), Arc::as_ptr(accel))
+}
+
+/// A tree by identity. Does not keep it in memory.
+#[derive(Debug, Clone)]
+pub struct OtherTree(Weak<Accel>);
+
+impl OtherTree {
+    /// Names `accel`.
+    pub fn new(accel: &Arc<Accel>) -> Self {
+        Self(Arc::downgrade(accel))
+    }
+
+    /// The tree, while it is there.
+    pub fn get(&self) -> Option<Arc<Accel>> {
+        self.0.upgrade()
+    }
+}
+
+impl PartialEq for OtherTree {
+    fn eq(&self, other: &Self) -> bool {
+        self.0.ptr_eq(&other.0)
+    }
 }

@@ -3,7 +3,7 @@
 //! `egui::util::undoer` does not serve here: it begins a step once nothing has changed for a second, where one drag is one step; and
 //! its steps cannot be edited, where the nodes that are hidden in them belong to the model on the screen.
 
-use crate::app::state::hidden_nodes::HiddenNodes;
+use crate::app::state::selection::HiddenNodes;
 use crate::app::state::wanted::Wanted;
 use crate::render::RenderSettings;
 

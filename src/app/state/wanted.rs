@@ -1,4 +1,4 @@
-//! The settings that decide what is shown.
+//! The settings that decide what is shown, and what a fixed range of the heat map was fitted to.
 
 use std::path::{Path, PathBuf};
 
@@ -14,6 +14,7 @@ use crate::scene::SceneSource;
 use crate::section::SectionPlane;
 use bvhscope_engine::geometry::Aabb;
 use bvhscope_engine::settings::BuildSettings;
+use bvhscope_engine::tree::traverse::Traversal;
 
 /// What the user wants to see. Panels edit it; the workers follow.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -133,4 +134,32 @@ impl Wanted {
         };
         RenderSettings { shading, ..self.render }
     }
+}
+
+/// Model and counts that a range was fitted to.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct HeatBasis {
+    source: SceneSource,
+    shading: Shading,
+    traversal: Traversal,
+}
+
+/// Gives a fixed range of the heat map up where model, shading or traversal are no longer those it was fixed for. Modes other than
+/// heat maps keep it. Returns whether it was given up.
+pub(super) fn follow_heat_basis(known: &mut Option<HeatBasis>, wanted: &mut Wanted) -> bool {
+    let render = &wanted.render;
+    if render.heat_range.is_none() {
+        *known = None;
+        return false;
+    }
+    if !matches!(render.shading, Shading::Heat(_)) {
+        return false;
+    }
+    let basis = HeatBasis { source: wanted.source.clone(), shading: render.shading, traversal: render.traversal };
+    let is_other = known.as_ref().is_some_and(|known| *known != basis);
+    *known = (!is_other).then_some(basis);
+    if is_other {
+        wanted.render.heat_range = None;
+    }
+    is_other
 }

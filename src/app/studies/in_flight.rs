@@ -1,9 +1,14 @@
-//! Jobs that a worker has not finished yet.
+//! What workers share: jobs that are not finished yet, and the thread pool that they run in.
 
+use std::cell::RefCell;
+use std::sync::Arc;
 use std::time::Instant;
+
+use rayon::ThreadPool;
 
 use crate::app::state::{JobStatus, MessageLog, Severity};
 use crate::console::note;
+use crate::threads::{count, pool_of_granted};
 use crate::worker::{Outcome, Worker};
 use bvhscope_engine::cancel::CancelToken;
 
@@ -53,4 +58,35 @@ pub(crate) fn report_panic(messages: &mut MessageLog, activity: &str, text: &str
         Severity::Error,
         format!("{activity} failed through a mistake in this program: {text}. What was on the screen stays"),
     );
+}
+
+/// A rayon thread pool that is reused until another number of threads is requested.
+#[derive(Default)]
+pub(crate) struct WorkerPool {
+    current: RefCell<Option<(usize, Arc<ThreadPool>)>>,
+}
+
+impl WorkerPool {
+    /// Runs `work` in a pool of `threads` threads (0 for all), no more than there are cores and than the system grants. The
+    /// threads are named after `name`.
+    pub(crate) fn run<R: Send>(&self, name: &'static str, threads: usize, work: impl FnOnce() -> R + Send) -> R {
+        let threads = count(threads);
+        let mut current = self.current.borrow_mut();
+        if current.as_ref().is_none_or(|(count, _)| *count != threads) {
+            let (pool, note) = pool_of_granted(name, threads);
+            if let Some(text) = note {
+                log::warn!("{text}");
+            }
+            // A thread that has become a pool itself cannot join another one, so the previous pool stays in use.
+            if let Some(pool) = pool {
+                *current = Some((threads, Arc::new(pool)));
+            }
+        }
+        let pool = current.as_ref().map(|(_, pool)| Arc::clone(pool));
+        drop(current);
+        match pool {
+            Some(pool) => pool.install(work),
+            None => work(),
+        }
+    }
 }

@@ -2,7 +2,6 @@
 //! jobs, stopping, following the tree and being busy are derived from it.
 
 pub(crate) mod in_flight;
-pub(crate) mod pool;
 
 mod rail;
 

@@ -3,8 +3,7 @@
 use std::sync::Arc;
 use std::time::Instant;
 
-use super::in_flight::{InFlight, Polled, poll, report_panic};
-use super::pool::WorkerPool;
+use super::in_flight::{InFlight, Polled, WorkerPool, poll, report_panic};
 use crate::accel::Accel;
 use crate::app::state::{AppState, JobStatus, Study};
 use crate::worker::Worker;

@@ -1,10 +1,12 @@
-//! Which containers are drawn: chosen again when tree, settings or hidden nodes change, and when the camera comes to rest.
+//! Which containers are drawn: chosen again when tree, settings or hidden nodes change, and when the camera comes to
+//! rest. Those that only one of two trees has are left out where the user wants to see what both have.
 
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use crate::app::state::{AppState, Presented, Standing};
+use crate::app::state::{AppState, Presented, Standing, TreeSide};
 use crate::overlay::{NodeTable, OverlaySettings, Selection, Shown, Viewpoint};
+use bvhscope_engine::tree::survival::Survival;
 
 /// Time without a camera move after which the containers are chosen for the new view.
 const REST_DELAY: Duration = Duration::from_millis(200);
@@ -115,5 +117,52 @@ fn same(a: Option<&Arc<Standing>>, b: Option<&Arc<Standing>>) -> bool {
         (Some(a), Some(b)) => Arc::ptr_eq(a, b),
         (None, None) => true,
         _ => false,
+    }
+}
+
+/// The containers chosen last that both trees have, and what they were chosen from.
+#[derive(Default)]
+pub(super) struct CommonNodes {
+    last: Option<CommonChoice>,
+}
+
+/// Containers, the nodes that both trees have, and which of the containers are among these.
+struct CommonChoice {
+    from: Arc<Shown>,
+    by: Arc<[Survival; 2]>,
+    common: Arc<Shown>,
+}
+
+impl CommonNodes {
+    /// The containers of `shown`, which are of the tree `side`, that the other tree has too, where only these are wanted and known.
+    pub(super) fn update(&mut self, state: &AppState, side: TreeSide, shown: Arc<Shown>) -> Arc<Shown> {
+        let wanted = state.wanted.second.is_some_and(|second| second.only_common);
+        let Some(survival) = state.survival().filter(|_| wanted) else {
+            self.last = None;
+            return shown;
+        };
+        if let Some(last) = &self.last
+            && Arc::ptr_eq(&last.from, &shown)
+            && Arc::ptr_eq(&last.by, survival)
+        {
+            return Arc::clone(&last.common);
+        }
+        let common = Arc::new(common(&shown, &survival[side as usize]));
+        self.last = Some(CommonChoice { from: shown, by: Arc::clone(survival), common: Arc::clone(&common) });
+        common
+    }
+}
+
+/// The nodes of `shown` that survive.
+fn common(shown: &Shown, survival: &Survival) -> Shown {
+    let kept = |range: std::ops::Range<usize>| range.filter(|&place| survival.survives(shown.nodes[place]));
+    let outlined: Vec<usize> = kept(0..shown.outlined).collect();
+    let places: Vec<usize> = outlined.iter().copied().chain(kept(shown.outlined..shown.nodes.len())).collect();
+    Shown {
+        nodes: places.iter().map(|&place| shown.nodes[place]).collect(),
+        depths: places.iter().map(|&place| shown.depths[place]).collect(),
+        wanted: places.len(),
+        outlined: outlined.len(),
+        ..*shown
     }
 }

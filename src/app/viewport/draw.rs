@@ -1,14 +1,17 @@
-//! Draws picture and containers with the overlay's own pipeline, inside egui's render pass.
+//! Draws picture and containers with the overlay's own pipeline, inside egui's render pass, or the picture as a texture
+//! of egui where that is not available.
 
 use std::sync::Arc;
 
-use egui::{PaintCallbackInfo, Rect};
+use egui::{ColorImage, Context, PaintCallbackInfo, Rect, TextureHandle, TextureId, TextureOptions};
 use egui_wgpu::{CallbackResources, CallbackTrait, ScreenDescriptor};
 
-use super::pixel::rect_px;
-use super::tint::Tinted;
+use super::picking::rect_px;
+use super::sides::Tinted;
 use crate::app::state::TreeSide;
-use crate::overlay::{DrawInput, NodeTable, OverlayPipeline, OverlaySettings, PictureInput, Selection, Shown};
+use crate::overlay::{
+    DrawInput, NodeTable, OverlayPipeline, OverlaySettings, PictureInput, Selection, Shown, step_within, thinned,
+};
 use crate::render::Frame;
 
 /// Data of one draw; owned, because egui paints after the UI code of the frame has run.
@@ -115,5 +118,32 @@ pub(crate) fn picture_input(frame: &Frame, id: u64) -> PictureInput<'_> {
         coarseness: frame.coarseness,
         rgba: &frame.rgba,
         depth: &frame.depth,
+    }
+}
+
+/// Texture of the newest picture; empty until it is needed.
+#[derive(Default)]
+pub(crate) struct FallbackTexture {
+    /// The picture's identity, and its texture.
+    cached: Option<(u64, TextureHandle)>,
+}
+
+impl FallbackTexture {
+    /// The texture of `frame`, uploaded once per picture. Rows and columns are skipped where the picture is larger than the
+    /// driver's textures.
+    pub(crate) fn id(&mut self, ctx: &Context, frame_id: u64, frame: &Frame) -> TextureId {
+        if let Some((id, texture)) = &self.cached
+            && *id == frame_id
+        {
+            return texture.id();
+        }
+        let size = [frame.width_px as usize, frame.height_px as usize];
+        let step = step_within(ctx.input(|input| input.max_texture_side), size);
+        let rgba = thinned(&frame.rgba, size[0].max(1), step);
+        let image = ColorImage::from_rgba_unmultiplied(size.map(|side| side.div_ceil(step)), rgba.as_flattened());
+        let texture = ctx.load_texture("picture", image, TextureOptions::LINEAR);
+        let texture_id = texture.id();
+        self.cached = Some((frame_id, texture));
+        texture_id
     }
 }

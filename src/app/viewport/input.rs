@@ -1,11 +1,11 @@
-//! Mouse and keys over the viewport: camera moves and picking.
+//! Mouse and keys over the viewport: camera moves, fly mode and picking.
 
-use egui::{CursorIcon, EventFilter, PointerButton, Response};
-use glam::Vec2;
+use egui::{CursorIcon, EventFilter, Key, PointerButton, Response};
+use glam::{Vec2, Vec3};
 
-use super::pixel::{pixel_at, point_at};
+use super::picking::{pixel_at, point_at};
 use super::sides::side_at;
-use super::{fly, orbit, picking};
+use super::{orbit, picking};
 use crate::app::state::{AppState, Navigation, TreeSide};
 use crate::view::NamedView;
 
@@ -33,7 +33,7 @@ pub(crate) fn handle(ui: &egui::Ui, response: &Response, state: &mut AppState) {
     // Wherever the focus is: the letter keys mean nothing else, except while typing.
     let typing = ui.ctx().text_edit_focused() || state.layout.palette.is_some();
     if !typing && state.preferences.navigation == Navigation::Fly {
-        fly::handle(ui, state);
+        fly(ui, state);
     }
 }
 
@@ -101,4 +101,36 @@ fn click(ui: &egui::Ui, response: &Response, state: &mut AppState) {
         picking::pick_for_menu(state, primitive);
         state.layout.node_menu = Some([at.x, at.y]);
     }
+}
+
+/// Speed in diagonals of the model's bounding box per second.
+const SPEED: f32 = 0.4;
+/// Factor of the speed while Shift is held.
+const FAST_FACTOR: f32 = 4.0;
+/// Longest time step in seconds, so that a delayed UI frame does not move the camera out of the scene.
+const MAX_STEP_SECS: f32 = 0.1;
+
+/// Moves the camera while keys are held.
+pub(crate) fn fly(ui: &egui::Ui, state: &mut AppState) {
+    let (direction, faster, seconds) = ui.input(|input| {
+        let modifiers = input.modifiers;
+        if modifiers.ctrl || modifiers.alt || modifiers.command {
+            return (Vec3::ZERO, false, 0.0);
+        }
+        let axis = |plus, minus| f32::from(input.key_down(plus)) - f32::from(input.key_down(minus));
+        let direction = Vec3::new(axis(Key::D, Key::A), axis(Key::E, Key::Q), axis(Key::W, Key::S));
+        (direction, modifiers.shift, input.stable_dt.min(MAX_STEP_SECS))
+    });
+    if direction == Vec3::ZERO {
+        return;
+    }
+    let Some(bounds) = state.model.bounds() else { return };
+    let up = state.model.up();
+    let camera = &mut state.wanted.camera;
+    let (right, _, forward) = camera.for_size(1, 1).axes();
+    let speed = bounds.extent().length() * SPEED * if faster { FAST_FACTOR } else { 1.0 };
+    let step = (right * direction.x + up * direction.y + forward * direction.z).normalize_or_zero() * speed * seconds;
+    camera.eye += step;
+    camera.target += step;
+    ui.ctx().request_repaint();
 }

@@ -4,18 +4,13 @@
 mod view;
 
 mod choice;
-mod common_nodes;
 mod counterparts;
 mod draw;
-mod fallback;
 mod sides;
-mod tint;
 
-mod fly;
 mod input;
 pub mod orbit;
 pub mod picking;
-pub(crate) mod pixel;
 
 pub(crate) mod screenshot;
 

@@ -5,13 +5,11 @@ use std::sync::Arc;
 use egui::{Color32, Context, Id, Label, Rect, RichText, Role, Sense, Ui, WidgetInfo, pos2};
 use egui_wgpu::Callback;
 
-use super::choice::{self, Choice};
-use super::common_nodes::CommonNodes;
+use super::choice::{self, Choice, CommonNodes};
 use super::counterparts::{Counterparts, counterpart};
-use super::fallback::FallbackTexture;
-use super::pixel::{pixel_at, rect_px};
-use super::sides::side_at;
-use super::tint::Tint;
+use super::draw::FallbackTexture;
+use super::picking::{pixel_at, rect_px};
+use super::sides::{Tint, side_at};
 use super::{input, picking, sides};
 use crate::app::state::lab::MergesState;
 use crate::app::state::{AppState, HoveredPixel, Standing, TreeSide};

@@ -1,9 +1,7 @@
 //! The views of the dock, a folder each: what it shows and what it derives. [`VIEWS`] is the only list of them.
 
 mod axes;
-mod controls;
-mod node_row;
-pub(crate) mod view;
+mod parts;
 
 mod icicle;
 mod merges;
@@ -12,7 +10,8 @@ mod paper;
 mod plots;
 mod ray;
 
-pub(crate) use self::view::View;
+use egui::{Key, Ui};
+
 use crate::app::state::AppState;
 use crate::app::studies::{Studies, StudyPlan};
 use crate::lab::population::ViewRays;
@@ -52,4 +51,34 @@ fn add_visits(studies: &mut Studies) -> std::io::Result<()> {
         },
     };
     studies.add(plan, |accel, rays: &ViewRays, token| rays.measure(accel, token))
+}
+
+/// A view of the dock as the window sees it.
+pub(crate) trait View: Sync {
+    /// The name on its tab, by which saved settings and shared lines name it too.
+    fn name(&self) -> &'static str;
+
+    /// Its purpose in one sentence.
+    fn purpose(&self) -> &'static str;
+
+    /// The key that opens and closes it.
+    fn key(&self) -> Key;
+
+    /// Shows it.
+    fn ui(&self, ui: &mut Ui, state: &mut AppState);
+
+    /// Adds its background studies.
+    fn add_studies(&self, _studies: &mut Studies) -> std::io::Result<()> {
+        Ok(())
+    }
+
+    /// It shows measured visits now.
+    fn needs_visits(&self, _state: &AppState) -> bool {
+        false
+    }
+
+    /// It shows how many primitives are below each node.
+    fn needs_counts(&self) -> bool {
+        false
+    }
 }

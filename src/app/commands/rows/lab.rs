@@ -2,14 +2,13 @@
 
 use egui::Key;
 
-use super::parts::{ALT, NONE, is_presented};
+use super::{ALT, NONE, is_presented};
 use crate::app::commands::nodes;
 use crate::app::commands::row::{Item, Row, item, many, one};
 use crate::app::state::action::{Action, RankingStep};
 use crate::app::state::paper::{Experiment, PaperPlan, RowFormat};
 use crate::app::state::{AppState, Request};
-use crate::app::views::VIEWS;
-use crate::app::views::view::View;
+use crate::app::views::{VIEWS, View};
 
 pub(in crate::app::commands) static ROWS: &[&[Row]] = &[
     &[

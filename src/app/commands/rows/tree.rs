@@ -1,15 +1,16 @@
-//! Actions of the menu "Tree".
+//! Actions of the menu "Tree", and what those of the second tree do.
 
-use bvhscope_engine::settings::{BuilderKind, Preset};
-use bvhscope_engine::tree::ContainerKind;
+use std::path::Path;
+
 use egui::Key;
 
-use super::parts::{CTRL, NONE, flip};
-use crate::app::commands::compare;
+use super::{CTRL, NONE, flip};
 use crate::app::commands::row::{Item, Row, item, many, one};
 use crate::app::state::action::{Action, CompareStep};
-use crate::app::state::{AppState, CompareView};
+use crate::app::state::{AppState, CompareView, SecondTree, TreeSide};
 use crate::catalog::settings::{self, BUILDER, CONTAINER, Choice, PRESET, Setting, THRESHOLD, Value};
+use bvhscope_engine::settings::{BuilderKind, Preset};
+use bvhscope_engine::tree::ContainerKind;
 
 pub(in crate::app::commands) static ROWS: &[&[Row]] = &[
     &[
@@ -43,9 +44,9 @@ pub(in crate::app::commands) static ROWS: &[&[Row]] = &[
         .when(has_threshold)
         .repeated(),
     ],
-    &[many(comparisons, |state, index| compare::perform(state, COMPARISONS[index]))
-        .when(|state, index| compare::is_enabled(state, COMPARISONS[index]))
-        .switch(|state, index| compare::is_on(state, COMPARISONS[index]))
+    &[many(comparisons, |state, index| compare(state, COMPARISONS[index]))
+        .when(|state, index| can_compare(state, COMPARISONS[index]))
+        .switch(|state, index| is_compared(state, COMPARISONS[index]))
         .within("Two trees")],
     DRAWN,
 ];
@@ -217,5 +218,69 @@ fn step_depth(state: &mut AppState, step: i32) {
     let fits = if step > 0 { to < max_depth } else { from > 0 };
     if fits {
         state.wanted.overlay.depth = Some([from.saturating_add_signed(step), to.saturating_add_signed(step)]);
+    }
+}
+
+/// Performs a step.
+pub(super) fn compare(state: &mut AppState, step: CompareStep) {
+    let Some(second) = &mut state.wanted.second else {
+        if matches!(step, CompareStep::Toggle | CompareStep::NextView) {
+            state.wanted.second = Some(SecondTree::new(state.wanted.build));
+            copy_file(state);
+            // Both are equal until the settings of B change.
+            state.layout.edited_tree = TreeSide::B;
+        }
+        return;
+    };
+    match step {
+        CompareStep::Toggle => {
+            state.wanted.second = None;
+            state.wanted.tree_files[1] = None;
+            state.layout.edited_tree = TreeSide::A;
+        }
+        CompareStep::EditOther => {
+            let edited = &mut state.layout.edited_tree;
+            *edited = if *edited == TreeSide::A { TreeSide::B } else { TreeSide::A };
+        }
+        CompareStep::Copy => {
+            second.build = state.wanted.build;
+            copy_file(state);
+        }
+        CompareStep::Swap => {
+            std::mem::swap(&mut second.build, &mut state.wanted.build);
+            state.wanted.tree_files.swap(0, 1);
+        }
+        CompareStep::View(view) => second.view = view,
+        CompareStep::NextView => second.view = second.view.next(),
+        CompareStep::OnlyCommon => second.only_common = !second.only_common,
+    }
+}
+
+/// Lets the second tree come from where the first one does.
+fn copy_file(state: &mut AppState) {
+    let file = state.wanted.tree_file(TreeSide::A).map(Path::to_path_buf);
+    state.wanted.set_tree_file(TreeSide::B, file);
+}
+
+/// The step can be performed now.
+pub(super) fn can_compare(state: &AppState, step: CompareStep) -> bool {
+    match step {
+        CompareStep::Toggle | CompareStep::NextView => state.model.presented.is_some(),
+        CompareStep::Copy | CompareStep::Swap => {
+            let [first, other] = &state.wanted.tree_files;
+            state.wanted.second.is_some_and(|second| second.build != state.wanted.build) || first != other
+        }
+        CompareStep::EditOther | CompareStep::View(_) | CompareStep::OnlyCommon => state.wanted.second.is_some(),
+    }
+}
+
+/// State of a switch or choice; `None` for other steps.
+pub(super) fn is_compared(state: &AppState, step: CompareStep) -> Option<bool> {
+    let second = state.wanted.second;
+    match step {
+        CompareStep::Toggle => Some(second.is_some()),
+        CompareStep::View(view) => Some(second.is_some_and(|second| second.view == view)),
+        CompareStep::OnlyCommon => Some(second.is_some_and(|second| second.only_common)),
+        CompareStep::EditOther | CompareStep::Copy | CompareStep::Swap | CompareStep::NextView => None,
     }
 }

@@ -3,9 +3,9 @@
 use bvhscope_engine::cancel::CancelToken;
 use egui::Key;
 
-use super::parts::{ALT, CTRL, NONE, SHIFT, flip, is_presented};
+use super::{ALT, CTRL, NONE, SHIFT, flip, is_presented};
+use crate::app::commands::camera;
 use crate::app::commands::row::{Item, Row, current, item, many, one};
-use crate::app::commands::{camera, section};
 use crate::app::state::action::{Action, OrbitStep, SectionStep, ViewDirection};
 use crate::app::state::{AppState, Navigation, Side, Theme, bookmarks};
 use crate::app::viewport::ZOOM_STEP;
@@ -183,9 +183,9 @@ const PICTURE: &[Row] = &[
         |state, _| fit_heat_range(state),
     )
     .when(|state, _| state.model.presented.as_ref().is_some_and(|shown| !shown.frame.values.is_empty())),
-    many(sections, |state, index| section::perform(state, SectionStep::ALL[index]))
-        .when(|state, index| section::is_enabled(state, SectionStep::ALL[index]))
-        .switch(|state, index| section::is_on(state, SectionStep::ALL[index]))
+    many(sections, |state, index| camera::step_section(state, SectionStep::ALL[index]))
+        .when(|state, index| camera::can_step_section(state, SectionStep::ALL[index]))
+        .switch(|state, index| camera::is_section_on(state, SectionStep::ALL[index]))
         .within("Section"),
     many(shadings, |state, index| state.wanted.render.shading = Shading::ALL[index])
         .switch(|state, index| Some(state.wanted.render.shading == Shading::ALL[index]))

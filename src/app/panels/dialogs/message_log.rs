@@ -1,10 +1,8 @@
 //! Dialog "Messages": all messages since the program started, newest first.
 
-use egui::{self, Align, Button, Label, Layout, RichText, ScrollArea, Ui, vec2};
-
-use crate::app::panels::dialogs::frame;
 use crate::app::state::{AppState, Message, Severity};
 use crate::app::{format, theme};
+use egui::{self, Align, Button, Label, Layout, RichText, ScrollArea, Ui, vec2};
 
 /// Shows the dialog while it is open.
 pub(crate) fn show(ctx: &egui::Context, state: &mut AppState) {
@@ -12,7 +10,7 @@ pub(crate) fn show(ctx: &egui::Context, state: &mut AppState) {
         return;
     }
     let mut copied = None;
-    frame::show(ctx, "Messages", [560.0, 400.0], &mut state.layout.messages_open, |ui| {
+    super::dialog(ctx, "Messages", [560.0, 400.0], &mut state.layout.messages_open, |ui| {
         if state.messages.history.is_empty() {
             ui.label(RichText::new("No messages yet").color(theme::palette(ui).dim));
             return;

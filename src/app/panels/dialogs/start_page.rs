@@ -1,10 +1,15 @@
 //! Dialog "Open a model": built-in scenes, recent files, and the file dialog. For a tree file, the field for its path alone.
 
-use egui::{self, RichText, ScrollArea, Ui, vec2};
+use std::sync::Arc;
+
+use egui::{
+    self, Align2, ColorImage, CornerRadius, FontId, Id, Rect, Response, RichText, Role, ScrollArea, Sense, Stroke,
+    StrokeKind, TextureHandle, TextureOptions, Ui, WidgetInfo, pos2, vec2,
+};
 
 use crate::app::commands::Action;
-use crate::app::panels::dialogs::{frame, path_field, thumbnail};
-use crate::app::state::{AppState, Request, Severity};
+use crate::app::panels::dialogs::path_field;
+use crate::app::state::{AppState, Request, Severity, THUMBNAIL_SIZE, Thumbnail};
 use crate::app::widgets::Tip as _;
 use crate::app::{format, theme};
 use crate::scene::{BUILTIN_SCENES, SceneSource, format_names};
@@ -26,7 +31,7 @@ pub(crate) fn show(ctx: &egui::Context, state: &mut AppState) {
         Some(_) => format!("Open a tree of {}", state.wanted.source.label()),
         None => "Open a model".to_owned(),
     };
-    frame::show(ctx, &title, [620.0, 560.0], &mut open, |ui| {
+    super::dialog(ctx, &title, [620.0, 560.0], &mut open, |ui| {
         path = path_field::show(ui, state);
         if tree.is_some() {
             return;
@@ -103,7 +108,7 @@ fn cards(ui: &mut Ui, state: &AppState, cards: Vec<Card>, chosen: &mut Option<Ac
             for Card { source, name, tip, action } in row {
                 let shown = format::elide_middle(name, (width / 7.0) as usize);
                 let thumbnail = state.layout.thumbnails.get(source);
-                if thumbnail::card(ui, width, &source.to_string(), &shown, thumbnail).tip(tip).clicked() {
+                if card(ui, width, &source.to_string(), &shown, thumbnail).tip(tip).clicked() {
                     *chosen = Some(*action);
                 }
             }
@@ -115,4 +120,48 @@ fn heading(ui: &mut Ui, text: &str) {
     ui.add_space(12.0);
     ui.label(RichText::new(text).heading().color(theme::palette(ui).dim));
     ui.add_space(4.0);
+}
+
+/// Height of the name below the picture in points.
+const NAME_HEIGHT: f32 = 22.0;
+
+/// A texture with the thumbnail that it was made of.
+type Loaded = (Arc<Thumbnail>, TextureHandle);
+
+/// Shows a card of a width in points. `key` identifies the model.
+pub(super) fn card(ui: &mut Ui, width: f32, key: &str, name: &str, thumbnail: Option<&Arc<Thumbnail>>) -> Response {
+    let palette = theme::palette(ui);
+    let [x, y] = THUMBNAIL_SIZE.map(|side| side as f32);
+    let picture_height = width * y / x;
+    let (rect, response) = ui.allocate_exact_size(vec2(width, picture_height + NAME_HEIGHT), Sense::click());
+    response.widget_info(|| WidgetInfo::labeled(Role::Button, ui.is_enabled(), name));
+    let picture = Rect::from_min_size(rect.min, vec2(width, picture_height));
+    ui.painter().rect_filled(picture, CornerRadius::same(4), ui.visuals().extreme_bg_color);
+    if let Some(thumbnail) = thumbnail {
+        let texture = texture(ui, key, thumbnail);
+        let uv = Rect::from_min_max(pos2(0.0, 0.0), pos2(1.0, 1.0));
+        ui.painter().image(texture.id(), picture, uv, egui::Color32::WHITE);
+    }
+    let hot = response.hovered() || response.has_focus();
+    let color = if hot { palette.accent } else { palette.line };
+    ui.painter().rect_stroke(picture, CornerRadius::same(4), Stroke::new(1.0, color), StrokeKind::Outside);
+    let text_color = if hot { ui.visuals().strong_text_color() } else { palette.text };
+    let painter = ui.painter().with_clip_rect(rect.intersect(ui.clip_rect()));
+    let at = pos2(rect.left(), picture.bottom() + NAME_HEIGHT * 0.5);
+    painter.text(at, Align2::LEFT_CENTER, name, FontId::proportional(theme::VALUE_SIZE), text_color);
+    response
+}
+
+/// The texture of a thumbnail, made once.
+fn texture(ui: &Ui, key: &str, thumbnail: &Arc<Thumbnail>) -> TextureHandle {
+    let id = Id::unique(("thumbnail", key));
+    let known: Option<Loaded> = ui.data(|data| data.get_temp(id));
+    if let Some((_, texture)) = known.filter(|(of, _)| Arc::ptr_eq(of, thumbnail)) {
+        return texture;
+    }
+    let size = THUMBNAIL_SIZE.map(|side| side as usize);
+    let image = ColorImage::from_rgba_unmultiplied(size, thumbnail.rgba.as_flattened());
+    let texture = ui.ctx().load_texture(key, image, TextureOptions::LINEAR);
+    ui.data_mut(|data| data.insert_temp(id, (Arc::clone(thumbnail), texture.clone())));
+    texture
 }

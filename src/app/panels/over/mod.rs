@@ -1,18 +1,49 @@
-//! What is painted over the viewport: legends, axes gizmo, facts of the hovered pixel, messages.
+//! What is painted over the viewport: legends, axes gizmo, facts of the hovered pixel, messages. [`View`] projects
+//! points of the scene to points of the window.
 
 pub(super) mod compare;
-pub(super) mod drop_hint;
-pub(super) mod empty_view;
 pub(super) mod gizmo;
+pub(super) mod guides;
+pub(super) mod hints;
 pub(super) mod legend;
-pub(super) mod lesson;
+pub(super) mod lines;
 pub(super) mod messages;
-pub(super) mod node_menu;
-pub(super) mod nothing_drawn;
 pub(super) mod pointer;
-mod projection;
-pub(super) mod ray_line;
-pub(super) mod scaffold;
-mod seam;
 pub(super) mod section_handle;
-pub(super) mod tour;
+
+use egui::{Pos2, Rect, vec2};
+use glam::Vec3;
+
+use crate::camera::{Camera, CameraFrame, Projection};
+
+/// The picture's camera over a rectangle of the window.
+struct View {
+    camera: Camera,
+    frame: CameraFrame,
+    rect: Rect,
+}
+
+impl View {
+    fn new(camera: Camera, rect: Rect) -> Self {
+        Self { camera, frame: camera.for_size(rect.width() as u32, rect.height() as u32), rect }
+    }
+
+    /// Where a point is; `None` behind the eye.
+    fn place(&self, point: Vec3) -> Option<Pos2> {
+        let clip = self.frame.clip_from_world() * point.extend(1.0);
+        let ahead = self.camera.projection == Projection::Orthographic || clip.w > self.camera.distance() * 1e-3;
+        let [x, y] = [clip.x / clip.w, clip.y / clip.w];
+        let at = self.rect.center() + vec2(x * self.rect.width(), -y * self.rect.height()) * 0.5;
+        (ahead && at.is_finite()).then_some(at)
+    }
+
+    /// Distance of a point from the eye along the view direction.
+    fn depth(&self, point: Vec3) -> f32 {
+        (point - self.camera.eye).dot(self.camera.forward())
+    }
+
+    /// Size of a point of the window at a point of the scene, in world units.
+    fn pixel_size(&self, point: Vec3) -> f32 {
+        self.frame.pixel_size(self.depth(point).max(1e-12))
+    }
+}

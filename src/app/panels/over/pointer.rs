@@ -1,13 +1,15 @@
-//! Facts about the pixel under the pointer, and the keys of fly mode.
+//! Facts about the pixel under the pointer, and the keys of fly mode. The menu of a node, opened by a click with the
+//! second button on the model.
 
-use egui::{CornerRadius, FontId, Pos2, Rect, Ui, pos2, vec2};
+use egui::{self, Button, CornerRadius, FontId, Id, Popup, PopupAnchor, Pos2, Rect, Ui, pos2, vec2};
 
+use crate::app::commands::{Action, entries};
 use crate::app::state::{AppState, CompareView, Navigation};
 use crate::app::{format, theme};
 use crate::render::Shading;
 
-/// Shows it within `rect`, the viewport's rectangle.
-pub(crate) fn show(ui: &Ui, rect: Rect, state: &AppState) {
+/// Shows the facts within `rect`, the viewport's rectangle.
+pub(crate) fn facts(ui: &Ui, rect: Rect, state: &AppState) {
     if state.preferences.navigation == Navigation::Fly {
         // Below the facts about the pixel.
         note(ui, rect, rect.min + vec2(12.0, 40.0), "flying: W A S D, Q E, drag to look · Shift faster · V ends");
@@ -69,4 +71,49 @@ fn note(ui: &Ui, rect: Rect, at: Pos2, text: &str) {
     let back = Rect::from_min_size(pos2(left, top), size);
     ui.painter().rect_filled(back, CornerRadius::same(6), palette.veil);
     ui.painter().galley(back.min + vec2(8.0, 4.0), galley, palette.text);
+}
+
+/// What the menu offers, in groups.
+const GROUPS: [&[(Action, &str)]; 3] = [
+    &[
+        (Action::SelectParent, "Select parent"),
+        (Action::SelectChild, "Select child"),
+        (Action::FrameSelection, "Frame"),
+    ],
+    &[(Action::HideSelected, "Hide"), (Action::IsolateSelected, "Isolate"), (Action::ShowAll, "Show all")],
+    &[(Action::CopyNode, "Copy as text")],
+];
+
+/// Shows the menu of a node while it is open, within `rect`, the viewport's rectangle.
+pub(crate) fn node_menu(ui: &mut Ui, rect: Rect, state: &mut AppState) {
+    let Some([x, y]) = state.layout.node_menu else { return };
+    let at = PopupAnchor::Position(rect.clamp(pos2(x, y)));
+    let mut open = true;
+    Popup::new(Id::unique("node menu"), ui.ctx().clone(), at, ui.layer_id()).open_bool(&mut open).show(|ui| {
+        ui.set_min_width(160.0);
+        if let Some(node) = state.selection.nodes.selected {
+            ui.label(egui::RichText::new(format!("Node {node}")).color(crate::app::theme::palette(ui).dim));
+        }
+        for (index, group) in GROUPS.into_iter().enumerate() {
+            if index > 0 {
+                ui.separator();
+            }
+            for &(action, label) in group {
+                item(ui, state, action, label);
+            }
+        }
+    });
+    if !open {
+        state.layout.node_menu = None;
+    }
+}
+
+fn item(ui: &mut Ui, state: &mut AppState, action: Action, label: &str) {
+    let Some(entry) = entries().iter().find(|entry| entry.action == action) else { return };
+    let button = Button::selectable(false, label).shortcut_text(entry.first_key());
+    let response = ui.add_enabled(action.is_enabled(state), button).on_hover_text(&entry.description);
+    if response.clicked() {
+        action.perform(state);
+        state.layout.node_menu = None;
+    }
 }

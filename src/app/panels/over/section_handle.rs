@@ -3,7 +3,7 @@
 use egui::{Color32, CursorIcon, Pos2, Rect, Role, Sense, Stroke, Ui, Vec2, WidgetInfo, pos2, vec2};
 use glam::Vec3;
 
-use super::projection::View;
+use super::View;
 use crate::app::commands::{Action, SectionStep};
 use crate::app::state::AppState;
 use crate::app::theme;

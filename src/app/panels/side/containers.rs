@@ -1,9 +1,9 @@
-//! Section "Containers": which containers the overlay draws, and how.
+//! Section "Containers": which containers the overlay draws, and how; the curve that the primitives are sorted along.
 
-use egui::{self, Ui};
+use egui::{self, Label, RichText, Ui};
 
-use crate::app::panels::side::curve;
 use crate::app::state::AppState;
+use crate::app::state::lab::CurveState;
 use crate::app::widgets::{Header, SliderSpec, check, combo, more, row, section, slider};
 use crate::app::{format, theme};
 use crate::overlay::{ColorBy, OverlaySettings};
@@ -36,7 +36,7 @@ pub(crate) fn show(ui: &mut Ui, state: &mut AppState) {
         combo(ui, "Colour by", tip, &mut overlay.color_by, &choices, |_| None);
         more(ui, "containers", |ui| {
             line_style(ui, &mut state.wanted.overlay, state.layout.graphics.automatic_budget());
-            curve::show(ui, state);
+            curve(ui, state);
         });
         let shown = state.drawn_kinds() != [false; 2];
         let (drawn, wanted) = state.layout.graphics.overlay_counts;
@@ -129,4 +129,45 @@ fn line_style(ui: &mut Ui, overlay: &mut OverlaySettings, automatic: u32) {
     if slider(ui, &mut budget, &spec) {
         overlay.budget = Some(budget as u32).filter(|&budget| budget != automatic);
     }
+}
+
+/// Shows the rows.
+pub(super) fn curve(ui: &mut Ui, state: &mut AppState) {
+    let tip = "Draw the curve along which AAC sorts the triangles: a line through their centres, from blue to orange";
+    row(ui, "Sorting", tip, |ui| {
+        ui.horizontal(|ui| check(ui, &mut state.lab.curve.shown, "Curve through centres", tip)).response
+    });
+    if !state.lab.curve.shown {
+        return;
+    }
+    let mut level = f64::from(state.lab.curve.level);
+    let spec = SliderSpec {
+        label: "Split level",
+        tip: "The cells at which the recursion has split the triangles after so many levels; 0 is the whole model",
+        range: 0.0..=f64::from(CurveState::MAX_LEVEL),
+        default: f64::from(CurveState::default().level),
+        logarithmic: false,
+        decimals: 0,
+        zero: "all",
+    };
+    if slider(ui, &mut level, &spec) {
+        state.lab.curve.level = level as u32;
+    }
+    let palette = theme::palette(ui);
+    let known = state.model.presented.as_ref().and_then(|shown| state.lab.curve.scaffold.of_tree(&shown.accel));
+    let (text, color) = match known.map(|known| (**known).as_ref()) {
+        None => ("Sorting along the curve".to_owned(), palette.dim),
+        Some(Err(reason)) => (reason.clone(), palette.warning),
+        Some(Ok(scaffold)) => {
+            let cells = format::counted(scaffold.cells.len() as u64, "cell");
+            let count = format::count(scaffold.primitives as u64);
+            let points = if scaffold.step == 1 {
+                format!("all {count} centres")
+            } else {
+                format!("one of {} of {count} centres", scaffold.step)
+            };
+            (format!("{cells}; the line goes through {points}"), palette.dim)
+        }
+    };
+    ui.add(Label::new(RichText::new(text).color(color)).wrap());
 }

@@ -1,12 +1,14 @@
-//! Sections "Scene", "Build", "Tree" and "Trace": the statistics of the left panel below its headline.
+//! Sections "Scene", "Build", "Tree" and "Trace": the statistics of the left panel below its headline. For three
+//! seconds after a new tree, a row shows the value of the tree before.
 
+use std::collections::HashMap;
 use std::time::Duration;
 
-use egui::{self, CornerRadius, Rect, Role, Sense, Ui, WidgetInfo, pos2, vec2};
+use egui::{self, CornerRadius, Id, Rect, Role, Sense, Ui, WidgetInfo, pos2, vec2};
 
 use crate::accel::FileTree;
-use crate::app::panels::side::recent_changes::recent_change;
-use crate::app::panels::side::{annealing, findings, memory};
+use crate::app::panels::side::{annealing, findings};
+use crate::app::state::comparison::{Comparison, Verdict};
 use crate::app::state::{AppState, Presented};
 use crate::app::widgets::{Header, Statistic, Tip as _, section, statistic, value_text};
 use crate::app::{format, theme};
@@ -41,7 +43,7 @@ pub(crate) fn show(ui: &mut Ui, state: &mut AppState) {
     let summary = format!("{number} {unit}");
     section(ui, "TRACE", Header { summary: &summary, ..Header::default() }, |ui| trace_rows(ui, state, &shown));
     findings::show(ui, state, &shown);
-    memory::show(ui, state, &shown);
+    findings::memory(ui, state, &shown);
 }
 
 fn nothing_yet(ui: &mut Ui, text: &str) {
@@ -237,4 +239,42 @@ fn trace_rows(ui: &mut Ui, state: &mut AppState, shown: &Presented) {
         format!("{} of {} primary rays hit something", format::count(stats.hits), format::count(stats.primary_rays));
     statistic(ui, state, &Statistic::new("Hits", hits).tip(tip).term(&terms::PRIMARY_RAY));
     numbers(ui, state, shown, Section::Trace);
+}
+
+/// Duration in seconds for which a change is shown.
+const SHOWN_SECS: f64 = 3.0;
+
+/// A comparison of two values, and the time at which it was first shown, in seconds.
+#[derive(Debug, Clone, Copy)]
+struct Seen {
+    values: (f64, f64),
+    since: f64,
+}
+
+/// Stored in egui's memory, because only the presentation depends on it.
+type SeenChanges = HashMap<&'static str, Seen>;
+
+/// The value of the tree before and the verdict, while a recent change is shown; `None` where the two trees' values do not
+/// compare.
+pub(super) fn recent_change(ui: &Ui, shown: &Presented, number: &Number) -> Option<(f64, f64, Verdict)> {
+    let id = Id::unique("recent changes");
+    let Comparison::Change { before, now, verdict } = shown.compare(number) else {
+        ui.data_mut(|data| data.get_temp_mut_or_default::<SeenChanges>(id).remove(number.key));
+        return None;
+    };
+    let time = ui.input(|input| input.time);
+    let since = ui.data_mut(|data| {
+        let seen = data.get_temp_mut_or_default::<SeenChanges>(id).entry(number.key);
+        let seen = seen.or_insert(Seen { values: (before, now), since: time });
+        if seen.values != (before, now) {
+            *seen = Seen { values: (before, now), since: time };
+        }
+        seen.since
+    });
+    let left = SHOWN_SECS - (time - since);
+    if left <= 0.0 || matches!(verdict, Verdict::Same | Verdict::Noise) {
+        return None;
+    }
+    ui.ctx().request_repaint_after_secs(left as f32 + 0.05);
+    Some((before, now, verdict))
 }

@@ -1,33 +1,31 @@
-//! What the views of the dock show: parameters that the user chose, and what was derived from the presented tree.
+//! What the views of the dock show: parameters that the user chose, and what was derived from the presented tree. The
+//! curve through the primitives' centres.
 
-mod curve;
 mod icicle;
 pub mod merges;
 mod nodes;
-mod other_tree;
-mod outline;
 mod plots;
 mod ray;
 
-pub use curve::{CurveState, SharedCurve};
 pub use icicle::{IcicleInputs, IcicleLayout, IcicleState, SharedIcicle};
 pub use merges::{MergesState, SharedMerges, Standing};
-pub use nodes::{NodesState, RankingInputs};
-pub use other_tree::OtherTree;
-pub use outline::{Outline, OutlineRow};
+pub use nodes::{NodesState, Outline, OutlineRow, RankingInputs};
 pub use plots::{PlotKind, PlotsState, PlottedTree, ScatterInputs, SharedPlots, TreeQuality, TreeSet};
 pub use ray::{RayOutcome, RaySource, RayState, SPEEDS, SharedRayView};
 
 use std::collections::HashMap;
 use std::sync::{Arc, Weak};
 
+use serde::{Deserialize, Serialize};
+
 use crate::accel::Accel;
 use crate::app::state::paper::{Experiment, PaperResult};
-use crate::app::state::study::Study;
+use crate::app::state::study::{OtherTree, Study};
 use crate::lab::diagnose::Finding;
 use crate::lab::icicle::IcicleWidth;
 use crate::lab::node_values::KnownVisits;
 use crate::lab::population::{Population, ViewRays};
+use crate::lab::scaffold::Scaffold;
 use crate::scene::Scene;
 use bvhscope_engine::tree::survival::Survival;
 use bvhscope_engine::tree::visits::Visits;
@@ -126,5 +124,51 @@ impl LabState {
     /// The visits of `accel` that were measured last, by whichever rays.
     pub fn known_visits(&self, accel: &Arc<Accel>) -> Option<KnownVisits> {
         self.visits.of_tree(accel).map(|visits| KnownVisits(Arc::clone(visits)))
+    }
+}
+
+/// What is drawn of the curve, by level of the recursion.
+#[derive(Debug)]
+pub struct CurveState {
+    /// Whether it is drawn.
+    pub shown: bool,
+    /// The level of the recursion whose cells are drawn; 0 is the whole model.
+    pub level: u32,
+    /// Curve and cells of the presented tree, or why it has none.
+    pub scaffold: Study<u32, Result<Scaffold, String>>,
+}
+
+impl CurveState {
+    /// The deepest level that can be chosen: cells of deeper ones are too small and too many to be told apart.
+    pub const MAX_LEVEL: u32 = 10;
+
+    /// Its part of a shared state.
+    pub fn shared(&self) -> SharedCurve {
+        let Self { shown, level, scaffold: _ } = self;
+        SharedCurve { shown: *shown, level: *level }
+    }
+
+    /// Shows what another window showed.
+    pub fn show_shared(&mut self, SharedCurve { shown, level }: SharedCurve) {
+        (self.shown, self.level) = (shown, level.min(Self::MAX_LEVEL));
+    }
+}
+
+/// The curve's part of a shared state.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct SharedCurve {
+    shown: bool,
+    level: u32,
+}
+
+impl Default for SharedCurve {
+    fn default() -> Self {
+        CurveState::default().shared()
+    }
+}
+
+impl Default for CurveState {
+    fn default() -> Self {
+        Self { shown: false, level: 4, scaffold: Study::default() }
     }
 }

@@ -1,12 +1,15 @@
-//! The list of worst nodes: how it is sorted, and what was ranked.
+//! The view "Nodes": which nodes of the outline are unfolded, and the rows that this makes; how the list of worst nodes
+//! is sorted, and what was ranked.
 
-use std::sync::Arc;
+use std::collections::{BTreeSet, HashSet};
+use std::sync::{Arc, Weak};
 
 use crate::accel::Accel;
 use crate::app::state::study::Study;
 use crate::catalog::metrics::{self, Metric};
 use crate::lab::node_ranking::NodeOrder;
 use crate::lab::node_values::KnownVisits;
+use crate::overlay::NodeTable;
 
 /// What a ranking is made from.
 #[derive(Debug, Clone, PartialEq)]
@@ -74,5 +77,95 @@ impl NodesState {
         let place = ranked.iter().position(|&node| Some(node) == selected);
         let target = place.map_or(Some(0), |place| place.checked_add_signed(step))?;
         ranked.get(target).copied()
+    }
+}
+
+/// A row of the outline.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct OutlineRow {
+    /// The node.
+    pub node: u32,
+    /// Its depth; the root's is 0.
+    pub depth: u32,
+}
+
+/// Unfolded nodes of the presented tree, with the rows in their order. Only unfolded nodes cost anything, so that a tree of
+/// millions can be walked.
+#[derive(Debug, Default)]
+pub struct Outline {
+    tree: Weak<Accel>,
+    unfolded: HashSet<u32>,
+    rows: Vec<OutlineRow>,
+    /// The node that was revealed last, so that the user can fold what is above a selected node.
+    revealed: Option<u32>,
+}
+
+impl Outline {
+    /// Lists the root and its children where the tree is another one than the last time.
+    pub fn follow(&mut self, accel: &Arc<Accel>, table: &NodeTable) {
+        if !std::ptr::eq(self.tree.as_ptr(), Arc::as_ptr(accel)) {
+            *self = Self { tree: Arc::downgrade(accel), unfolded: HashSet::from([0]), ..Self::default() };
+            self.list(table);
+        }
+    }
+
+    /// The unfolded nodes of `accel`; the root alone where another tree is listed.
+    pub fn unfolded(&self, accel: &Arc<Accel>) -> BTreeSet<u32> {
+        let is_same = std::ptr::eq(self.tree.as_ptr(), Arc::as_ptr(accel));
+        if is_same { self.unfolded.iter().copied().collect() } else { BTreeSet::from([0]) }
+    }
+
+    /// Unfolds nodes of `accel`, and folds all others.
+    pub fn unfold(&mut self, accel: &Arc<Accel>, table: &NodeTable, nodes: BTreeSet<u32>) {
+        self.follow(accel, table);
+        self.unfolded = nodes.into_iter().collect();
+        self.list(table);
+    }
+
+    /// The listed nodes, parents before their children.
+    pub fn rows(&self) -> &[OutlineRow] {
+        &self.rows
+    }
+
+    /// Whether the children of `node` are listed.
+    pub fn is_unfolded(&self, node: u32) -> bool {
+        self.unfolded.contains(&node)
+    }
+
+    /// Lists the children of `node`, or no longer.
+    pub fn toggle(&mut self, node: u32, table: &NodeTable) {
+        if !self.unfolded.remove(&node) {
+            self.unfolded.insert(node);
+        }
+        self.list(table);
+    }
+
+    /// Unfolds all nodes above `node`, once after each change of `node`. Returns its row where it was revealed just now.
+    pub fn reveal(&mut self, node: u32, table: &NodeTable) -> Option<usize> {
+        if self.revealed.replace(node) == Some(node) {
+            return None;
+        }
+        let mut above = table.parent(node);
+        let mut changed = false;
+        while let Some(node) = above {
+            changed |= self.unfolded.insert(node);
+            above = table.parent(node);
+        }
+        if changed {
+            self.list(table);
+        }
+        self.rows.iter().position(|row| row.node == node)
+    }
+
+    fn list(&mut self, table: &NodeTable) {
+        self.rows.clear();
+        let mut open = if table.is_empty() { Vec::new() } else { vec![OutlineRow { node: 0, depth: 0 }] };
+        while let Some(row) = open.pop() {
+            self.rows.push(row);
+            if self.unfolded.contains(&row.node) {
+                let depth = row.depth + 1;
+                open.extend(table.children(row.node).rev().map(|node| OutlineRow { node, depth }));
+            }
+        }
     }
 }

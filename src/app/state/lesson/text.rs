@@ -1,9 +1,7 @@
 //! The file of a lesson: lines of `name: value`, continued by indented lines. `title` and `about` come first; each `state` begins a
 //! step.
 
-use super::check::Check;
-use super::numbers::Numbers;
-use super::step::Step;
+use super::{Check, Numbers, Step};
 use crate::app::state::state_line::SharedState;
 
 /// A lesson.

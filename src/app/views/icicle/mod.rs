@@ -1,21 +1,22 @@
 //! The view "Icicle": the tree from the root downwards, each node as wide as its share.
 
-mod image;
-mod legend;
 mod plot;
-mod studies;
 
-use egui::{self, Align, Key, Layout, RichText, Ui};
+use egui::{
+    self, Align, Align2, Color32, CornerRadius, Key, Layout, Mesh, Rect, RichText, Role, Sense, TextStyle, Ui,
+    WidgetInfo, pos2, vec2,
+};
 
-use crate::app::state::lab::IcicleState;
+use crate::app::state::lab::{IcicleInputs, IcicleState};
 use crate::app::state::{AppState, Presented, Severity};
-use crate::app::studies::Studies;
-use crate::app::views::controls;
-use crate::app::views::view::View;
+use crate::app::studies::{Studies, StudyPlan};
+use crate::app::views::{View, parts};
 use crate::app::widgets::{Tip as _, empty_view};
 use crate::app::{format, theme};
-use crate::catalog::metrics::METRICS;
-use crate::lab::icicle::IcicleWidth;
+use crate::catalog::metrics::{METRICS, Metric};
+use crate::lab::icicle::{IcicleWidth, subtree_sums};
+use crate::overlay;
+
 /// Most nodes that the line of nodes above the topmost one names.
 const NAMED: usize = 5;
 
@@ -40,7 +41,7 @@ impl View for IcicleView {
     }
 
     fn add_studies(&self, studies: &mut Studies) -> std::io::Result<()> {
-        studies::add(studies)
+        add_widths(studies)
     }
 
     fn needs_visits(&self, state: &AppState) -> bool {
@@ -58,10 +59,10 @@ fn show(ui: &mut Ui, state: &mut AppState) {
     ui.horizontal(|ui| {
         let view = &mut state.lab.icicle;
         let choices = IcicleWidth::ALL.map(|width| (width, width.label(), width.meaning()));
-        controls::drop_down(ui, "Width", "What the width of a node stands for", &mut view.width, &choices);
+        parts::drop_down(ui, "Width", "What the width of a node stands for", &mut view.width, &choices);
         let choices = METRICS.map(|metric| (metric, metric.label, metric.meaning));
-        controls::drop_down(ui, "Colour", "What the colour of a node stands for", &mut view.color, &choices);
-        legend::show(ui, state, &shown);
+        parts::drop_down(ui, "Colour", "What the colour of a node stands for", &mut view.color, &choices);
+        legend(ui, state, &shown);
         ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
             copy(ui, state, &shown);
             breadcrumb(ui, state, &shown);
@@ -70,8 +71,8 @@ fn show(ui: &mut Ui, state: &mut AppState) {
     let view = &state.lab.icicle;
     if view.width == IcicleWidth::Visits || view.color.needs_visits {
         ui.horizontal(|ui| {
-            controls::rays(ui, state, &shown);
-            if let Some(reason) = controls::no_rays(state, &shown) {
+            parts::rays(ui, state, &shown);
+            if let Some(reason) = parts::no_rays(state, &shown) {
                 ui.weak(reason);
             }
         });
@@ -91,7 +92,7 @@ fn copy(ui: &mut Ui, state: &mut AppState, shown: &Presented) {
     }
     let columns = layout.icicle.cells.first().map_or(0, |cell| cell.right_px);
     let (background, none) = (ui.visuals().panel_fill, theme::palette(ui).rail);
-    ui.ctx().copy_image(image::image(&layout, columns, background, none));
+    ui.ctx().copy_image(plot::image(&layout, columns, background, none));
     state.messages.notify(Severity::Info, "The icicle was copied as an image");
 }
 
@@ -130,4 +131,74 @@ fn breadcrumb(ui: &mut Ui, state: &mut AppState, shown: &Presented) {
     if let Some(node) = chosen {
         state.lab.icicle.zoom_to(node);
     }
+}
+
+/// Adds the study: the width of each node, derived from all that is below it.
+fn add_widths(studies: &mut Studies) -> std::io::Result<()> {
+    let plan = StudyPlan {
+        name: "icicle",
+        label: "Measuring subtrees",
+        at_once: false,
+        study: |state| &mut state.lab.icicle.sums,
+        wanted: |state, _| {
+            let accel = state.tree_of_view(IcicleState::VIEW)?;
+            let inputs = state.lab.icicle_inputs(&accel)?;
+            Some((accel, inputs))
+        },
+    };
+    studies.add(plan, |accel, inputs: &IcicleInputs, token| {
+        accel.compute_ancestry(token)?;
+        subtree_sums(accel, inputs.width, inputs.visits.as_ref(), token)
+    })
+}
+
+/// Width of the gradient in points.
+const WIDTH: f32 = 72.0;
+/// Steps of the gradient.
+const STEPS: usize = 24;
+
+/// Shows the colours of the icicle for the icicle that was laid out last.
+fn legend(ui: &mut Ui, state: &AppState, shown: &Presented) {
+    let metric = state.lab.icicle.color;
+    let Some(layout) = state.lab.icicle.last_layout(&shown.accel) else { return };
+    let [low, high] = layout.scale.ends.map(|value| metric_text(metric, value));
+    let palette = theme::palette(ui);
+    let font = TextStyle::Small.resolve(ui.style());
+    let galleys =
+        [&low, &high].map(|text| ui.painter().layout_no_wrap(text.clone(), font.clone(), palette.dim).size().x);
+    let size = vec2(galleys[0] + WIDTH + galleys[1] + 12.0, theme::ROW_HEIGHT);
+    let (rect, response) = ui.allocate_exact_size(size, Sense::hover());
+    let name = format!("Colours: {} from {low} to {high}", metric.label);
+    response.widget_info(|| WidgetInfo::labeled(Role::Image, true, &name));
+    ui.painter().text(rect.left_center(), Align2::LEFT_CENTER, &low, font.clone(), palette.dim);
+    ui.painter().text(rect.right_center(), Align2::RIGHT_CENTER, &high, font, palette.dim);
+    let left = rect.left() + galleys[0] + 6.0;
+    let bar = Rect::from_min_size(pos2(left, rect.center().y - 4.0), vec2(WIDTH, 8.0));
+    let mut mesh = Mesh::default();
+    for step in 0..STEPS {
+        let at = |step: usize| bar.left() + bar.width() * step as f32 / STEPS as f32;
+        let place = Rect::from_x_y_ranges(at(step)..=at(step + 1), bar.y_range());
+        mesh.add_colored_rect(place, color(Some((step as f32 + 0.5) / STEPS as f32), palette.rail));
+    }
+    ui.painter().add(mesh);
+    ui.painter().rect_stroke(
+        bar,
+        CornerRadius::ZERO,
+        ui.visuals().widgets.noninteractive.bg_stroke,
+        egui::StrokeKind::Outside,
+    );
+    response.tip(format!("{}. Grey: none", metric.meaning));
+}
+
+/// The colour at a position on the scale, 0 to 1; `none` for a node without a value.
+fn color(position: Option<f32>, none: Color32) -> Color32 {
+    position.map_or(none, |position| {
+        let [r, g, b] = overlay::ramp(position);
+        Color32::from_rgb(r, g, b)
+    })
+}
+
+/// A value of a metric as text.
+fn metric_text(metric: &'static Metric, value: f32) -> String {
+    format::of_metric(metric, value)
 }

@@ -1,16 +1,15 @@
-//! The icicle itself: painted cells, and what pointing, clicking and keys do in it.
+//! The icicle itself: painted cells, what pointing, clicking and keys do in it, and its image for other programs.
 
 use std::fmt::Write as _;
 
 use egui::{
-    self, Align2, Color32, CornerRadius, EventFilter, Key, Mesh, Rect, Response, Role, Sense, Stroke, StrokeKind,
-    TextStyle, Ui, WidgetInfo, pos2, vec2,
+    self, Align2, Color32, ColorImage, CornerRadius, EventFilter, Key, Mesh, Rect, Response, Role, Sense, Stroke,
+    StrokeKind, TextStyle, Ui, WidgetInfo, pos2, vec2,
 };
 
-use super::legend;
 use crate::app::state::action::Action;
 use crate::app::state::{AppState, IcicleLayout, Presented, Request};
-use crate::app::views::controls;
+use crate::app::views::parts;
 use crate::app::{format, theme};
 use crate::catalog::metrics::METRICS;
 use crate::lab::icicle::IcicleCell;
@@ -33,7 +32,7 @@ pub(super) fn show(ui: &mut Ui, state: &mut AppState, shown: &Presented) {
             Some(inputs) => state.lab.icicle.sums.is_cancelled(&shown.accel, &inputs),
             None => state.lab.is_measuring_stopped(&shown.accel),
         };
-        if controls::waiting(ui, is_cancelled, "Measuring the subtrees") {
+        if parts::waiting(ui, is_cancelled, "Measuring the subtrees") {
             state.lab.icicle.sums.resume();
             state.lab.visits.resume();
         }
@@ -88,7 +87,7 @@ impl Plot<'_> {
         mesh.reserve_vertices(cells.len() * 4);
         mesh.reserve_triangles(cells.len() * 2);
         for (cell, position) in cells.iter().zip(&self.layout.positions) {
-            mesh.add_colored_rect(self.rect_of(cell), legend::color(*position, none));
+            mesh.add_colored_rect(self.rect_of(cell), super::color(*position, none));
         }
         ui.painter().add(mesh);
         for (cell, position) in cells.iter().zip(&self.layout.positions) {
@@ -97,7 +96,7 @@ impl Plot<'_> {
                 continue;
             }
             let text = if cell.node == 0 { "root".to_owned() } else { format::count(u64::from(cell.node)) };
-            let fill = legend::color(*position, none);
+            let fill = super::color(*position, none);
             let is_bright = u32::from(fill.r()) * 3 + u32::from(fill.g()) * 6 + u32::from(fill.b()) > 1_150;
             let color = if is_bright { Color32::from_gray(0x16) } else { Color32::WHITE };
             let painter = ui.painter().with_clip_rect(rect);
@@ -161,7 +160,7 @@ fn facts(state: &AppState, shown: &Presented, cell: &IcicleCell) -> String {
     }
     for metric in METRICS {
         if let Some(value) = values.get(metric, node) {
-            line(metric.label, legend::text(metric, value));
+            line(metric.label, super::metric_text(metric, value));
         }
     }
     if cell.is_narrow {
@@ -200,5 +199,48 @@ fn keys(ui: &Ui, state: &mut AppState, shown: &Presented, response: &Response) {
         && let Some(parent) = shown.table.parent(state.lab.icicle.top())
     {
         state.lab.icicle.zoom_to(parent);
+    }
+}
+
+/// Height of a level in pixels, the line below it included.
+const LEVEL_PX: usize = 12;
+
+/// The icicle with one pixel for each of its columns, on `background`; nodes without a value are `none`.
+pub(super) fn image(layout: &IcicleLayout, columns: u32, background: Color32, none: Color32) -> ColorImage {
+    let size = [columns as usize, layout.icicle.level_count() * LEVEL_PX];
+    let mut image = ColorImage::filled(size, background);
+    for (cell, position) in layout.icicle.cells.iter().zip(&layout.positions) {
+        let color = super::color(*position, none);
+        let (left, right) = (cell.left_px as usize, (cell.right_px as usize).min(size[0]));
+        // A line of the background between cells that are wide enough.
+        let right = if right - left > 3 { right - 1 } else { right };
+        let top = cell.level as usize * LEVEL_PX;
+        for row in top..top + LEVEL_PX - 1 {
+            image.pixels[row * size[0] + left..row * size[0] + right].fill(color);
+        }
+    }
+    image
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::catalog::metrics;
+    use crate::lab::icicle::Icicle;
+    use crate::lab::node_values::MetricScale;
+
+    #[test]
+    fn cells_are_where_the_layout_has_them() {
+        let children = |node: u32| if node == 0 { 1..3 } else { 0..0 };
+        let icicle = Icicle::new(children, &[4.0, 1.0, 2.0], 0, 16, 9);
+        let scale = MetricScale::fitting(metrics::OVERLAP, std::iter::empty());
+        let layout = IcicleLayout { icicle, positions: vec![Some(0.0), Some(1.0), None], scale };
+        let image = image(&layout, 16, Color32::BLACK, Color32::RED);
+        assert_eq!(image.size, [16, 2 * LEVEL_PX]);
+        let at = |x: usize, y: usize| image.pixels[y * 16 + x];
+        assert_eq!([at(0, 0), at(14, 0)], [super::super::color(Some(0.0), Color32::RED); 2]);
+        assert_eq!(at(0, LEVEL_PX - 1), Color32::BLACK, "a line between levels");
+        let of_children = [at(2, LEVEL_PX), at(4, LEVEL_PX), at(12, LEVEL_PX)];
+        assert_eq!(of_children, [super::super::color(Some(1.0), Color32::RED), Color32::RED, Color32::BLACK]);
     }
 }

@@ -1,8 +1,6 @@
 //! The view "Merges": the construction of the tree merge by merge, and why each merge was made.
 
-mod density_image;
 mod plot;
-mod status;
 mod studies;
 mod toolbar;
 
@@ -16,7 +14,7 @@ use crate::app::state::lab::merges::{MergePage, MergeStudy, MergesState};
 use crate::app::state::{AppState, Presented};
 use crate::app::studies::Studies;
 use crate::app::theme;
-use crate::app::views::view::View;
+use crate::app::views::View;
 use crate::app::widgets::{chip, empty_view};
 use bvhscope_engine::construction::MergeOrder;
 
@@ -102,9 +100,9 @@ fn view(ui: &mut Ui, state: &mut AppState, shown: &Presented, study: &MergeStudy
     ui.horizontal_top(|ui| {
         ui.allocate_ui(size, |ui| {
             ui.vertical(|ui| {
-                let height = (ui.available_height() - status::HEIGHT - ui.spacing().item_spacing.y).max(48.0);
+                let height = (ui.available_height() - toolbar::HEIGHT - ui.spacing().item_spacing.y).max(48.0);
                 plot::show(ui, state, study, vec2(size.x, height));
-                status::show(ui, state, shown, study);
+                toolbar::status(ui, state, shown, study);
             });
         });
         ui.add_space(8.0);

@@ -2,15 +2,16 @@
 
 mod outline;
 mod ranking;
-mod studies;
 
 use egui::{Key, Rect, Ui, UiBuilder, pos2};
 
 use crate::app::state::AppState;
-use crate::app::state::lab::NodesState;
-use crate::app::studies::Studies;
-use crate::app::views::view::View;
+use crate::app::state::lab::{NodesState, RankingInputs};
+use crate::app::studies::{Studies, StudyPlan};
+use crate::app::views::View;
 use crate::app::widgets::empty_view;
+use crate::lab::node_ranking::rank_nodes;
+use crate::lab::node_values::NodeValues;
 
 /// Share of the width that the outline takes.
 const OUTLINE_SHARE: f32 = 0.4;
@@ -38,7 +39,7 @@ impl View for NodesView {
     }
 
     fn add_studies(&self, studies: &mut Studies) -> std::io::Result<()> {
-        studies::add(studies)
+        add_ranking(studies)
     }
 
     fn needs_visits(&self, _state: &AppState) -> bool {
@@ -63,4 +64,23 @@ fn show(ui: &mut Ui, state: &mut AppState) {
     ui.scope_builder(UiBuilder::new().max_rect(left), |ui| outline::show(ui, state, &shown));
     ui.scope_builder(UiBuilder::new().max_rect(right), |ui| ranking::show(ui, state, &shown));
     ui.advance_cursor_after_rect(whole);
+}
+
+/// Adds the study: the ranking of the nodes.
+fn add_ranking(studies: &mut Studies) -> std::io::Result<()> {
+    let plan = StudyPlan {
+        name: "ranking",
+        label: "Ranking nodes",
+        at_once: false,
+        study: |state| &mut state.lab.nodes.ranking,
+        wanted: |state, _| {
+            let accel = state.tree_of_view(NodesState::VIEW)?;
+            let inputs = state.lab.ranking_inputs(&accel)?;
+            Some((accel, inputs))
+        },
+    };
+    studies.add(plan, |accel, inputs: &RankingInputs, token| {
+        let visits = inputs.visits.as_ref().map(|visits| &*visits.0);
+        rank_nodes(&NodeValues { accel, visits }, &inputs.order, token)
+    })
 }

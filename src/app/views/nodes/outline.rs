@@ -3,7 +3,7 @@
 use egui::{self, Rect, RichText, ScrollArea, Ui, pos2, vec2};
 
 use crate::app::state::{AppState, OutlineRow, Presented};
-use crate::app::views::node_row::{self, Cell};
+use crate::app::views::parts::{self, Cell};
 use crate::app::widgets::{Icon, icon_button};
 use crate::app::{format, theme};
 
@@ -25,10 +25,10 @@ pub(super) fn show(ui: &mut Ui, state: &mut AppState, shown: &Presented) {
     ui.spacing_mut().item_spacing.y = 0.0;
     let mut area = ScrollArea::vertical().id_salt("outline").auto_shrink(false);
     if let Some(row) = revealed {
-        let middle = row as f32 * node_row::HEIGHT - ui.available_height() * 0.5;
+        let middle = row as f32 * parts::ROW_HEIGHT - ui.available_height() * 0.5;
         area = area.vertical_scroll_offset(middle.max(0.0));
     }
-    area.show_rows(ui, node_row::HEIGHT, rows, |ui, range| {
+    area.show_rows(ui, parts::ROW_HEIGHT, rows, |ui, range| {
         let visible = state.lab.outline.rows().get(range).unwrap_or_default().to_vec();
         // A level deep in the tree would leave no room for its text.
         let indents = (ui.available_width() * 0.4 / INDENT) as u32;
@@ -63,7 +63,7 @@ fn show_row(ui: &mut Ui, state: &mut AppState, shown: &Presented, row: OutlineRo
         table.known_primitives(node).map_or_else(|| "…".to_owned(), |count| format::count(u64::from(count)));
     let area = format::percent(f64::from(table.area_share(node)));
     let cells = [Cell { text: &triangles, width: COLUMNS[0] }, Cell { text: &area, width: COLUMNS[1] }];
-    let response = node_row::show(ui, state, node, (&name, indent + FOLD), &cells);
+    let response = parts::node_row(ui, state, node, (&name, indent + FOLD), &cells);
     if !leaf {
         let min = pos2(response.rect.left() + indent, response.rect.top());
         let rect = Rect::from_min_size(min, vec2(FOLD, response.rect.height()));

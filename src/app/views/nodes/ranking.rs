@@ -9,8 +9,7 @@ use egui::{
 
 use crate::app::state::action::{Action, RankingStep};
 use crate::app::state::{AppState, Presented, Request};
-use crate::app::views::controls;
-use crate::app::views::node_row::{self, Cell};
+use crate::app::views::parts::{self, Cell};
 use crate::app::widgets::Tip as _;
 use crate::app::{format, theme};
 use crate::catalog::metrics::{METRICS, Metric, RANKED};
@@ -33,16 +32,16 @@ pub(super) fn show(ui: &mut Ui, state: &mut AppState, shown: &Presented) {
     let mut area = ScrollArea::vertical().id_salt("ranking").auto_shrink(false);
     let revealed = state.lab.nodes.reveal(state.selection.nodes.selected, ranked);
     if let Some(row) = revealed {
-        let middle = row as f32 * node_row::HEIGHT - ui.available_height() * 0.5;
+        let middle = row as f32 * parts::ROW_HEIGHT - ui.available_height() * 0.5;
         area = area.vertical_scroll_offset(middle.max(0.0));
     }
     let visits = state.lab.known_visits(&shown.accel);
     let values = NodeValues { accel: &shown.accel, visits: visits.as_ref().map(|visits| &*visits.0) };
-    area.show_rows(ui, node_row::HEIGHT, ranked.len(), |ui, range| {
+    area.show_rows(ui, parts::ROW_HEIGHT, ranked.len(), |ui, range| {
         for &node in ranked.get(range).unwrap_or_default() {
             let texts = RANKED.map(|metric| value_text(metric, values.get(metric, node)));
             let cells = texts.each_ref().map(|text| Cell { text, width: COLUMN });
-            node_row::show(ui, state, node, (&name(shown, node), 4.0), &cells);
+            parts::node_row(ui, state, node, (&name(shown, node), 4.0), &cells);
         }
     });
 }
@@ -54,10 +53,10 @@ fn nothing(ui: &mut Ui, state: &mut AppState, shown: &Presented) {
         Some(inputs) => state.lab.nodes.ranking.is_cancelled(&shown.accel, &inputs),
         None => state.lab.is_measuring_stopped(&shown.accel),
     };
-    let without_rays = controls::no_rays(state, shown).filter(|_| state.lab.nodes.order.metric.needs_visits);
+    let without_rays = parts::no_rays(state, shown).filter(|_| state.lab.nodes.order.metric.needs_visits);
     let text = if is_ranked { "No node is that large and has this number" } else { "Ranking the nodes" };
     let text = without_rays.unwrap_or(text);
-    if controls::waiting(ui, is_cancelled, text) {
+    if parts::waiting(ui, is_cancelled, text) {
         state.lab.nodes.ranking.resume();
         state.lab.visits.resume();
     }
@@ -72,7 +71,7 @@ fn controls(ui: &mut Ui, state: &mut AppState, shown: &Presented, ranked: &[u32]
         let meaning = "Leave out nodes whose surface area is a smaller part of the root's: few rays meet them";
         let choices =
             [(0.0, "any", meaning), (1e-4, "0.01 %", meaning), (1e-3, "0.1 %", meaning), (1e-2, "1 %", meaning)];
-        controls::drop_down(ui, "Larger than", meaning, &mut state.lab.nodes.order.min_area, &choices);
+        parts::drop_down(ui, "Larger than", meaning, &mut state.lab.nodes.order.min_area, &choices);
         ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
             let copy = ui.add_enabled(!ranked.is_empty(), egui::Button::new("Copy"));
             if copy.tip("Copy the list as tab-separated text").clicked() {
@@ -89,13 +88,13 @@ fn controls(ui: &mut Ui, state: &mut AppState, shown: &Presented, ranked: &[u32]
             }
         });
     });
-    ui.horizontal(|ui| controls::rays(ui, state, shown));
+    ui.horizontal(|ui| parts::rays(ui, state, shown));
 }
 
 /// The names of the columns, which sort by a click.
 fn header(ui: &mut Ui, state: &mut AppState) {
     let palette = theme::palette(ui);
-    let (rect, _) = ui.allocate_exact_size(vec2(ui.available_width(), node_row::HEIGHT), Sense::hover());
+    let (rect, _) = ui.allocate_exact_size(vec2(ui.available_width(), parts::ROW_HEIGHT), Sense::hover());
     let order = state.lab.nodes.order;
     let font = TextStyle::Body.resolve(ui.style());
     ui.painter().text(rect.left_center() + vec2(4.0, 0.0), Align2::LEFT_CENTER, "node", font.clone(), palette.dim);
@@ -128,7 +127,7 @@ fn header(ui: &mut Ui, state: &mut AppState) {
         {
             state.lab.nodes.sort_by(metric);
         }
-        right -= COLUMN + node_row::GAP;
+        right -= COLUMN + parts::GAP;
     }
 }
 

@@ -1,19 +1,19 @@
 //! The view "Plots": predicted against measured visits of nodes, and what was predicted of trees against what was measured.
 
 mod nodes;
-mod studies;
 mod table;
 mod trees;
 
 use egui::{self, Align, Key, Layout, Ui};
 
-use super::controls;
-use crate::app::state::lab::{PlotKind, PlotsState, TreeQuality, TreeSet};
+use super::parts;
+use crate::app::state::lab::{PlotKind, PlotsState, ScatterInputs, TreeQuality, TreeSet};
 use crate::app::state::paper::Experiment;
 use crate::app::state::{AppState, Presented, Request};
-use crate::app::studies::Studies;
-use crate::app::views::view::View;
+use crate::app::studies::{Studies, StudyPlan};
+use crate::app::views::View;
 use crate::app::widgets::{Tip as _, chip, empty_view};
+use crate::lab::visit_scatter::VisitScatter;
 
 /// Nodes and trees as plots.
 pub(super) struct PlotsView;
@@ -36,7 +36,7 @@ impl View for PlotsView {
     }
 
     fn add_studies(&self, studies: &mut Studies) -> std::io::Result<()> {
-        studies::add(studies)
+        add_scatter(studies)
     }
 
     fn needs_visits(&self, _state: &AppState) -> bool {
@@ -58,13 +58,13 @@ fn show(ui: &mut Ui, state: &mut AppState) {
         ui.with_layout(Layout::right_to_left(Align::Center), |ui| outputs(ui, state, &shown));
     });
     ui.horizontal(|ui| {
-        controls::rays(ui, state, &shown);
+        parts::rays(ui, state, &shown);
         if state.lab.plots.kind != PlotKind::Nodes {
             sets(ui, state);
         }
         if state.lab.plots.kind == PlotKind::Speed {
             let tip = "The number by which trees are judged; less is better";
-            controls::drop_down(ui, "Quality", tip, &mut state.lab.plots.quality, &TreeQuality::ALL);
+            parts::drop_down(ui, "Quality", tip, &mut state.lab.plots.quality, &TreeQuality::ALL);
         }
     });
     match state.lab.plots.kind {
@@ -80,7 +80,7 @@ fn sets(ui: &mut Ui, state: &mut AppState) {
         let [label, meaning] = set.texts();
         (set, label, meaning)
     });
-    controls::drop_down(ui, "Trees", "The trees that are plotted", &mut state.lab.plots.set, &choices);
+    parts::drop_down(ui, "Trees", "The trees that are plotted", &mut state.lab.plots.set, &choices);
     let TreeSet::Measured(experiment) = state.lab.plots.set else { return };
     if state.activity.measure.is_some() {
         if ui.button("Cancel measuring").tip("Stop and keep the finished trees (Esc)").clicked() {
@@ -114,4 +114,27 @@ fn outputs(ui: &mut Ui, state: &mut AppState, shown: &Presented) {
         let (text, note) = table::tsv(state, shown);
         state.copy(text, &note);
     }
+}
+
+/// Adds the study: the scatter of nodes by predicted and measured visits.
+fn add_scatter(studies: &mut Studies) -> std::io::Result<()> {
+    let plan = StudyPlan {
+        name: "scatter",
+        label: "Comparing visits",
+        at_once: false,
+        study: |state| &mut state.lab.plots.scatter,
+        wanted: |state, _| {
+            // Trees of the session are noted while the view is closed, too.
+            let trees = [&state.model.second, &state.model.presented];
+            trees.into_iter().flatten().for_each(|shown| state.lab.note_tree(&shown.accel));
+            let accel = state.tree_of_view(PlotsState::VIEW)?;
+            let inputs = state.lab.scatter_inputs(&accel)?;
+            Some((accel, inputs))
+        },
+    };
+    studies.add(plan, |accel, inputs: &ScatterInputs, token| {
+        // Plotted beside the measured cost.
+        accel.epo(token)?;
+        VisitScatter::new(accel, inputs.rays.population(), &inputs.visits, token)
+    })
 }

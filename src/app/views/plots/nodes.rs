@@ -7,7 +7,7 @@ use egui::{self, Color32, Mesh, Rect, RichText, Role, Sense, Stroke, Ui, WidgetI
 use crate::app::state::action::Action;
 use crate::app::state::{AppState, Presented, Request};
 use crate::app::views::axes::{Axes, Lettering, rest};
-use crate::app::views::controls;
+use crate::app::views::parts;
 use crate::app::widgets::Tip as _;
 use crate::app::{format, theme};
 use crate::lab::node_values::NodeValues;
@@ -24,8 +24,8 @@ pub(super) const LABELS: [&str; 2] = ["Predicted visits", "Measured visits"];
 
 /// Shows the plot with the counts below the controls.
 pub(super) fn show(ui: &mut Ui, state: &mut AppState, shown: &Presented) {
-    if let Some(reason) = controls::no_rays(state, shown) {
-        controls::waiting(ui, false, reason);
+    if let Some(reason) = parts::no_rays(state, shown) {
+        parts::waiting(ui, false, reason);
         return;
     }
     let Some(scatter) = state.lab.plots.scatter.of_tree(&shown.accel).cloned() else {
@@ -33,7 +33,7 @@ pub(super) fn show(ui: &mut Ui, state: &mut AppState, shown: &Presented) {
             Some(inputs) => state.lab.plots.scatter.is_cancelled(&shown.accel, &inputs),
             None => state.lab.is_measuring_stopped(&shown.accel),
         };
-        if controls::waiting(ui, is_cancelled, "Counting the visits") {
+        if parts::waiting(ui, is_cancelled, "Counting the visits") {
             state.lab.plots.scatter.resume();
             state.lab.visits.resume();
         }

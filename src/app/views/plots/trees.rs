@@ -5,7 +5,7 @@ use egui::{self, Color32, CursorIcon, Rect, Role, Sense, Shape, Stroke, Ui, Widg
 use crate::app::state::lab::{PlottedTree, TreeQuality, TreeSet};
 use crate::app::state::{AppState, Presented};
 use crate::app::views::axes::{Axes, Lettering, rest};
-use crate::app::views::controls;
+use crate::app::views::parts;
 use crate::app::widgets::{Tip as _, empty_view};
 use crate::app::{format, theme};
 use crate::lab::plot::Axis;
@@ -143,7 +143,7 @@ fn missing(ui: &mut Ui, state: &AppState, shown: &Presented, count: usize) -> bo
     if count > 0 {
         return false;
     }
-    let of_rays = controls::no_rays(state, shown);
+    let of_rays = parts::no_rays(state, shown);
     let text = match (state.lab.plots.set, &state.activity.measure) {
         (TreeSet::Session, _) => of_rays.unwrap_or("Counting the visits"),
         (_, Some(_)) => "Measuring: the first trees appear after the first repetition",

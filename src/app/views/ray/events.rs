@@ -1,9 +1,10 @@
-//! The steps as a list. Only the rows in view are laid out.
+//! The steps as a list, of which only the rows in view are laid out, and the stack after the present step, its top
+//! first.
 
 use egui::{self, CornerRadius, Rect, RichText, ScrollArea, Ui, vec2};
 
 use crate::app::state::AppState;
-use crate::app::views::node_row::{self, Cell};
+use crate::app::views::parts::{self, Cell};
 use crate::app::widgets::Tip as _;
 use crate::app::{format, theme};
 use crate::lab::ray::{RayRecord, RayStep, Step};
@@ -18,10 +19,10 @@ pub(super) fn show(ui: &mut Ui, state: &mut AppState, record: &RayRecord) {
     let cursor = state.lab.ray.cursor;
     let mut area = ScrollArea::vertical().id_salt("ray steps").auto_shrink(false);
     if state.lab.ray.reveal() {
-        let middle = cursor as f32 * node_row::HEIGHT - ui.available_height() * 0.5 + node_row::HEIGHT;
+        let middle = cursor as f32 * parts::ROW_HEIGHT - ui.available_height() * 0.5 + parts::ROW_HEIGHT;
         area = area.vertical_scroll_offset(middle.max(0.0));
     }
-    area.show_rows(ui, node_row::HEIGHT, record.steps.len(), |ui, range| {
+    area.show_rows(ui, parts::ROW_HEIGHT, record.steps.len(), |ui, range| {
         for index in range {
             let Some(step) = record.steps.get(index) else { continue };
             row(ui, state, record, index, step);
@@ -46,7 +47,7 @@ fn heading(ui: &mut Ui) {
 
 fn row(ui: &mut Ui, state: &mut AppState, record: &RayRecord, index: usize, step: &RayStep) {
     if index == state.lab.ray.cursor {
-        let rect = Rect::from_min_size(ui.cursor().min, vec2(ui.available_width(), node_row::HEIGHT));
+        let rect = Rect::from_min_size(ui.cursor().min, vec2(ui.available_width(), parts::ROW_HEIGHT));
         ui.painter().rect_filled(rect, CornerRadius::same(3), ui.visuals().selection.bg_fill.gamma_multiply(0.6));
     }
     let name = format!("{}  {}", index + 1, step_text(record, step));
@@ -57,7 +58,7 @@ fn row(ui: &mut Ui, state: &mut AppState, record: &RayRecord, index: usize, step
         Cell { text: &containers, width: COLUMNS[1] },
         Cell { text: &triangles, width: COLUMNS[2] },
     ];
-    if node_row::show(ui, state, step.tree_node, (&name, 6.0), &cells).clicked() {
+    if parts::node_row(ui, state, step.tree_node, (&name, 6.0), &cells).clicked() {
         state.lab.ray.choose(index, record.steps.len());
     }
 }
@@ -82,4 +83,27 @@ pub(super) fn step_text(record: &RayRecord, step: &RayStep) -> String {
             RayEvent::Nearer { .. } => "Nearest hit so far".to_owned(),
         },
     }
+}
+
+/// Shows the stack after the present step, its top first.
+pub(super) fn stack(ui: &mut Ui, state: &mut AppState, record: &RayRecord) {
+    let stack = record.stack_after(state.lab.ray.cursor);
+    let palette = theme::palette(ui);
+    let title = if stack.is_empty() { "Stack: empty".to_owned() } else { format!("Stack: {}", stack.len()) };
+    let tip = "Nodes that the ray enters and that wait to be visited, the next one first, with the distance of entry";
+    ui.horizontal(|ui| ui.label(RichText::new(title).color(palette.dim)).tip(tip));
+    ScrollArea::vertical().id_salt("ray stack").auto_shrink(false).show_rows(
+        ui,
+        parts::ROW_HEIGHT,
+        stack.len(),
+        |ui, range| {
+            for &span in stack.get(range).unwrap_or_default() {
+                let Some(span) = record.spans.get(span as usize) else { continue };
+                let kind = if span.is_leaf { "leaf" } else { "node" };
+                let name = format!("{kind} {}", format::count(span.tree_node.into()));
+                let entry = format::significant(span.t[0].into());
+                parts::node_row(ui, state, span.tree_node, (&name, 6.0), &[Cell { text: &entry, width: 50.0 }]);
+            }
+        },
+    );
 }

@@ -1,23 +1,19 @@
 //! The view "Ray": one ray through the tree, step by step.
 
 mod events;
-mod keys;
-mod stack;
 mod strip;
-mod studies;
 mod toolbar;
-mod totals;
 mod transport;
 
 use egui::{Key, Layout, Rect, RichText, Ui, UiBuilder, vec2};
 
 use crate::app::state::AppState;
 use crate::app::state::lab::RayState;
-use crate::app::studies::Studies;
+use crate::app::studies::{Studies, StudyPlan};
 use crate::app::theme;
-use crate::app::views::view::View;
+use crate::app::views::View;
 use crate::app::widgets::empty_view;
-use crate::lab::ray::{RayRecord, Step};
+use crate::lab::ray::{RayRecord, Step, record};
 
 /// Width of the list of steps in points.
 const EVENTS_WIDTH: f32 = 330.0;
@@ -51,7 +47,7 @@ impl View for RayView {
     }
 
     fn add_studies(&self, studies: &mut Studies) -> std::io::Result<()> {
-        studies::add(studies)
+        add_record(studies)
     }
 }
 
@@ -80,7 +76,7 @@ fn show(ui: &mut Ui, state: &mut AppState) {
         Ok(record) => {
             replay(ui, state, record);
             transport::show(ui, state, &shown, record);
-            totals::show(ui, state, &shown, record);
+            transport::totals(ui, state, &shown, record);
             ui.add_enabled_ui(is_of_tree, |ui| columns(ui, state, record));
             if is_of_tree {
                 light_up(state, record);
@@ -128,7 +124,7 @@ fn columns(ui: &mut Ui, state: &mut AppState, record: &RayRecord) {
         within(ui, rect, "ray steps", |ui| events::show(ui, state, record));
     }
     if let Some(rect) = stack_rect {
-        within(ui, rect, "ray stack", |ui| stack::show(ui, state, record));
+        within(ui, rect, "ray stack", |ui| events::stack(ui, state, record));
     }
     ui.allocate_rect(all.intersect(ui.max_rect()), egui::Sense::hover());
 }
@@ -149,4 +145,17 @@ fn light_up(state: &mut AppState, record: &RayRecord) {
         record.steps.get(cursor).filter(|step| !matches!(step.what, Step::Again { .. })).map(|step| step.tree_node);
     let waiting = record.stack_after(cursor).into_iter().filter_map(|span| record.spans.get(span as usize));
     nodes.waiting = waiting.map(|span| span.tree_node).take(MOST_WAITING).collect();
+}
+
+/// Adds the study: the record of the ray.
+fn add_record(studies: &mut Studies) -> std::io::Result<()> {
+    let plan = StudyPlan {
+        name: "ray",
+        label: "Recording the ray",
+        // A single ray takes no time from the picture, and does not wait until all of its samples are traced.
+        at_once: true,
+        study: |state| &mut state.lab.ray.record,
+        wanted: |state, _| state.wanted_ray(),
+    };
+    studies.add(plan, record)
 }

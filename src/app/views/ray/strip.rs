@@ -5,7 +5,7 @@ use egui::{
     Shape, Stroke, StrokeKind, Ui, WidgetInfo, pos2, vec2,
 };
 
-use super::keys;
+use super::transport;
 use crate::app::state::action::Action;
 use crate::app::state::{AppState, Request};
 use crate::app::theme::Palette;
@@ -76,7 +76,7 @@ pub(super) fn show(ui: &mut Ui, state: &mut AppState, record: &RayRecord) {
     if std::mem::take(&mut state.lab.ray.wants_focus) {
         response.request_focus();
     }
-    keys::handle(ui, &response, &mut state.lab.ray, record);
+    transport::keys(ui, &response, &mut state.lab.ray, record);
     zoom(ui, &response, &mut state.lab.ray.zoom, rect.shrink(1.0), record);
     let scale = Scale::new(rect.shrink(1.0), record, state.lab.ray.zoom);
     let palette = theme::palette(ui);

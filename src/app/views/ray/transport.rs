@@ -1,13 +1,16 @@
-//! Stepping through a record: first, back, play, step, next hit, the slider over all steps, and the speed. Looking at it from the
-//! side, and copying it.
+//! Stepping through a record: first, back, play, step, next hit, the slider over all steps, the speed, and the keys
+//! while the strip or a row of a list has the focus. Looking at it from the side, and copying it. The present step in
+//! words, and the totals of the ray beside those of the picture.
 
-use egui::{self, Button, Response, RichText, Slider, Ui, WidgetInfo};
+use egui::{self, Button, EventFilter, Key, Modifiers, Response, RichText, Slider, Ui, WidgetInfo};
 
-use super::keys;
-use crate::app::state::{AppState, Presented, SPEEDS};
+use super::events::step_text;
+use crate::app::state::{AppState, Presented, RaySource, RayState, SPEEDS};
 use crate::app::widgets::Tip as _;
 use crate::app::{format, theme};
 use crate::lab::ray::{RayRecord, ray_table};
+use crate::render::{RayKind, RayStart, Shading};
+use bvhscope_engine::tree::traverse::TestCounts;
 
 /// Width of the slider over the steps in points.
 const SLIDER_WIDTH: f32 = 220.0;
@@ -37,7 +40,7 @@ pub(super) fn show(ui: &mut Ui, state: &mut AppState, shown: &Presented, record:
         }
         let next = record.next_hit(ray.cursor);
         if button(ui, "Next hit", next.is_some(), "Go on to the next step that finds a nearer hit (Down)").clicked() {
-            keys::next_hit(ray, record);
+            next_hit(ray, record);
         }
         ui.add_space(4.0);
         scrub(ui, state, steps);
@@ -99,4 +102,83 @@ fn copy(ui: &mut Ui, state: &mut AppState, record: &RayRecord) {
         let text = ray_table(String::new(), record).tab_separated();
         state.copy(text, "Copied the steps of the ray");
     }
+}
+
+/// Applies the keys to the present step, while `response` has the focus.
+pub(super) fn keys(ui: &Ui, response: &Response, ray: &mut RayState, record: &RayRecord) {
+    if !response.has_focus() {
+        return;
+    }
+    let filter = EventFilter { horizontal_arrows: true, vertical_arrows: true, ..EventFilter::default() };
+    ui.memory_mut(|memory| memory.set_focus_lock_filter(response.id, filter));
+    let pressed = |key| ui.input_mut(|input| input.count_and_consume_key(Modifiers::NONE, key)) as isize;
+    let steps = record.steps.len();
+    let by = pressed(Key::ArrowRight) - pressed(Key::ArrowLeft);
+    if by != 0 {
+        ray.step(by, steps);
+    }
+    for _ in 0..pressed(Key::ArrowDown) {
+        next_hit(ray, record);
+    }
+    if pressed(Key::Home) > 0 {
+        ray.go_to(0, steps);
+    }
+    if pressed(Key::End) > 0 {
+        ray.go_to(steps, steps);
+    }
+    if pressed(Key::Space) > 0 {
+        ray.toggle_play(steps);
+    }
+}
+
+/// Goes to the next step that finds a nearer hit, if there is one.
+pub(super) fn next_hit(ray: &mut RayState, record: &RayRecord) {
+    if let Some(step) = record.next_hit(ray.cursor) {
+        ray.go_to(step, record.steps.len());
+    }
+}
+
+/// Shows the present step in words, and the totals of the ray beside those of the picture.
+pub(super) fn totals(ui: &mut Ui, state: &AppState, shown: &Presented, record: &RayRecord) {
+    let palette = theme::palette(ui);
+    let Some(step) = record.steps.get(state.lab.ray.cursor) else { return };
+    let now = format!("{} · {} so far", step_text(record, step), tests(step.counts));
+    let [visited, wasted, skipped] = record.visits();
+    let hit = record.hit.map_or_else(
+        || "hits nothing".to_owned(),
+        |(t, triangle)| {
+            format!("hits triangle {} at {}", format::count(triangle.into()), format::significant(t.into()))
+        },
+    );
+    let counts = tests(record.counts);
+    let all = format!("In all {counts}; {visited} visited, {wasted} in vain, {skipped} skipped; {hit}");
+    let all = match (heat_here(state, shown), shown.tests_per_ray) {
+        (Some(value), _) => format!("{all}. The heat map shows {} here", format::count(value.round() as u64)),
+        (None, Some(means)) => {
+            let [containers, triangles] = means.map(|mean| format::significant(mean.into()));
+            format!("{all}. Mean of the picture: {containers}, {triangles}")
+        }
+        (None, None) => all,
+    };
+    ui.horizontal_wrapped(|ui| {
+        ui.label(RichText::new(now).color(palette.text));
+        let tip = "Visited in vain: nothing nearer was found in the container. Skipped: it begins behind a hit found before, or a \
+                   hit ended the ray. The wide tree tests up to eight containers and four triangles at once and counts them as one";
+        ui.label(RichText::new(all).color(palette.dim)).tip(tip);
+    });
+}
+
+/// "27 container tests, 1 triangle test".
+fn tests(counts: TestCounts) -> String {
+    let TestCounts { containers, primitives } = counts;
+    format!("{}, {}", format::counted(containers, "container test"), format::counted(primitives, "triangle test"))
+}
+
+/// What the heat map shows for the pixel of the ray, where one is shown from the same camera.
+fn heat_here(state: &AppState, shown: &Presented) -> Option<f32> {
+    let RaySource { start: RayStart::Pixel([x, y]), camera, size_px } = state.lab.ray.source? else { return None };
+    let frame = &shown.frame;
+    let is_heat = matches!(frame.settings.shading, Shading::Heat(_)) && state.lab.ray.kind == RayKind::Primary;
+    let is_same = frame.camera == camera && size_px == [frame.width_px, frame.height_px];
+    frame.values.get(frame.index_of(x, y)).copied().filter(|_| is_heat && is_same)
 }

@@ -1,8 +1,12 @@
-//! The field in which a path is typed, with what the folder offers to complete it.
+//! The start page: small pictures of models, and the field in which a path is typed, with what the folder offers to
+//! complete it.
 
+use std::collections::HashMap;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use super::second_tree::TreeSide;
+use crate::scene::SceneSource;
 
 /// Maximum number of completions that are offered.
 const MAX_OFFERED: usize = 8;
@@ -136,6 +140,34 @@ fn expand(text: &str, home: Option<&Path>) -> PathBuf {
         (Some(""), Some(home)) => home.to_owned(),
         (Some(rest), Some(home)) if rest.starts_with(['/', '\\']) => home.join(&rest[1..]),
         _ => PathBuf::from(text),
+    }
+}
+
+/// Width and height of a thumbnail in pixels.
+pub const THUMBNAIL_SIZE: [u32; 2] = [192, 120];
+
+/// A small picture of a model.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Thumbnail {
+    /// sRGB RGBA, row by row from the top left, [`THUMBNAIL_SIZE`] pixels.
+    pub rgba: Vec<[u8; 4]>,
+}
+
+/// The thumbnails known so far.
+#[derive(Debug, Clone, Default)]
+pub struct Thumbnails {
+    known: HashMap<SceneSource, Arc<Thumbnail>>,
+}
+
+impl Thumbnails {
+    /// The thumbnail of a model, once it is known.
+    pub fn get(&self, source: &SceneSource) -> Option<&Arc<Thumbnail>> {
+        self.known.get(source)
+    }
+
+    /// Adds or replaces the thumbnail of a model.
+    pub fn insert(&mut self, source: SceneSource, thumbnail: Thumbnail) {
+        self.known.insert(source, Arc::new(thumbnail));
     }
 }
 

@@ -1,0 +1,131 @@
+//! Parts of views that list nodes: a row that stands for a node, with what pointing, clicking and double clicking do in
+//! every such list; small drop-down lists, and the button that measures visits from the present view.
+
+use egui::{
+    self, Align2, Color32, ComboBox, CornerRadius, Rect, Response, Role, Sense, TextStyle, Ui, WidgetInfo, pos2, vec2,
+};
+
+use crate::app::state::action::Action;
+use crate::app::state::{AppState, Presented, Request};
+use crate::app::theme;
+use crate::app::widgets::{Tip as _, plain_drop_down};
+use crate::lab::population::Population;
+
+/// Height of a row in points.
+pub(super) const ROW_HEIGHT: f32 = 18.0;
+/// Gap between two columns in points.
+pub(super) const GAP: f32 = 12.0;
+
+/// A text in a column.
+pub(super) struct Cell<'a> {
+    /// The text.
+    pub(super) text: &'a str,
+    /// Width of the column in points.
+    pub(super) width: f32,
+}
+
+/// Shows a row for `node`, which begins `indent` points from the left with `name`, and has `cells` at its right end. Lights the node up
+/// while it is pointed at, selects it by a click and frames it by a double click.
+pub(super) fn node_row(
+    ui: &mut Ui,
+    state: &mut AppState,
+    node: u32,
+    (name, indent): (&str, f32),
+    cells: &[Cell<'_>],
+) -> Response {
+    let palette = theme::palette(ui);
+    let (rect, response) = ui.allocate_exact_size(vec2(ui.available_width(), ROW_HEIGHT), Sense::click());
+    let selected = state.selection.nodes.selected == Some(node);
+    response.widget_info(|| {
+        let cells = cells.iter().map(|cell| cell.text).filter(|text| !text.is_empty());
+        let text = std::iter::once(name).chain(cells).collect::<Vec<_>>().join(", ");
+        WidgetInfo::selected(Role::ListItem, true, selected, text)
+    });
+    let pointed = state.selection.nodes.hovered == Some(node);
+    let fill =
+        if selected { Some(ui.visuals().selection.bg_fill) } else { pointed.then(|| ui.visuals().faint_bg_color) };
+    if let Some(fill) = fill {
+        ui.painter().rect_filled(rect, CornerRadius::same(3), fill);
+    }
+    let color = if selected { ui.visuals().selection.stroke.color } else { palette.text };
+    let right = texts_from_the_right(ui, rect, cells, if selected { color } else { palette.dim });
+    let left = Rect::from_min_max(pos2(rect.left() + indent, rect.top()), pos2(right, rect.bottom()));
+    let painter = ui.painter().with_clip_rect(left.intersect(ui.clip_rect()));
+    painter.text(left.left_center(), Align2::LEFT_CENTER, name, TextStyle::Body.resolve(ui.style()), color);
+    if response.has_focus() {
+        let stroke = egui::Stroke::new(1.0, palette.accent);
+        ui.painter().rect_stroke(rect, CornerRadius::same(3), stroke, egui::StrokeKind::Inside);
+    }
+    if response.hovered() {
+        state.selection.point_at(node);
+    }
+    if response.clicked() {
+        state.select_node(node);
+    }
+    if response.double_clicked() {
+        state.activity.requests.push(Request::Perform(Action::FrameSelection));
+    }
+    response
+}
+
+/// Paints `cells` right-aligned in their columns, the last at the right end. Returns where they begin.
+fn texts_from_the_right(ui: &Ui, rect: Rect, cells: &[Cell<'_>], color: Color32) -> f32 {
+    let font = TextStyle::Body.resolve(ui.style());
+    let mut right = rect.right() - 4.0;
+    for cell in cells.iter().rev() {
+        ui.painter().text(pos2(right, rect.center().y), Align2::RIGHT_CENTER, cell.text, font.clone(), color);
+        right -= cell.width + GAP;
+    }
+    right
+}
+
+/// A drop-down list beside its label. `choices` have a value, a name and what it means.
+pub(super) fn drop_down<T: Copy + PartialEq>(
+    ui: &mut Ui,
+    label: &str,
+    tip: &str,
+    value: &mut T,
+    choices: &[(T, &str, &str)],
+) {
+    ui.weak(label);
+    plain_drop_down(ui, ComboBox::from_id_salt(label), label, value, choices).tip(tip);
+}
+
+/// The button that measures visits by the rays of the present view.
+fn measure_here(ui: &mut Ui, state: &mut AppState, shown: &Presented) {
+    let scene = &shown.accel.scene;
+    let present = state.view_rays();
+    let can = state.lab.rays(scene).is_some_and(|rays| rays != present.of(state.lab.population));
+    let response = ui.add_enabled(can, egui::Button::new("Measure this view"));
+    let tip = "Count the visits again, by the rays of the view that you see now. Until then they stay those of an earlier view";
+    let response = response.tip(tip).disabled_tip("Visits are those of the view that you see");
+    if response.clicked() {
+        state.lab.measure_by(scene, present);
+    }
+}
+
+/// The list of the kinds of rays that visits are measured by, and the button that measures those of the present view.
+pub(super) fn rays(ui: &mut Ui, state: &mut AppState, shown: &Presented) {
+    let choices = Population::ALL.map(|population| (population, population.label(), population.meaning()));
+    drop_down(ui, "Rays", "The rays by which visits are measured", &mut state.lab.population, &choices);
+    measure_here(ui, state, shown);
+}
+
+/// Why no visits were measured, where the view has none of the chosen rays.
+pub(super) fn no_rays(state: &AppState, shown: &Presented) -> Option<&'static str> {
+    let rays = state.lab.rays(&shown.accel.scene)?;
+    let visits = state.lab.visits.get(&shown.accel, &rays)?;
+    (visits.rays == 0).then(|| rays.population().absence(rays.light()))
+}
+
+/// What is said while a view has nothing to show: that its job is running, waits, or was stopped, with a button to begin again.
+/// Returns whether to begin again.
+pub(super) fn waiting(ui: &mut Ui, is_cancelled: bool, text: &str) -> bool {
+    let mut again = false;
+    ui.vertical_centered(|ui| {
+        ui.add_space(ui.available_height() * 0.3);
+        ui.weak(if is_cancelled { "Stopped" } else { text });
+        again = is_cancelled && ui.button("Begin again").clicked();
+    });
+    again
+}
