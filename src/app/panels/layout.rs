@@ -109,12 +109,12 @@ fn bottom(ui: &mut Ui, state: &mut AppState) {
 fn over_viewport(ui: &mut Ui, rect: Rect, state: &mut AppState) {
     over::lines::scaffold(ui, rect, state);
     over::lines::ray(ui, rect, state);
-    over::section_handle::show(ui, rect, state);
+    over::handles::section(ui, rect, state);
     over::compare::show(ui, rect, state);
     over::hints::nothing_in_view(ui, rect, state);
     over::legend::show(ui, rect, state);
     over::hints::nothing_drawn(ui, rect, state);
-    over::gizmo::show(ui, rect, state);
+    over::handles::gizmo(ui, rect, state);
     over::pointer::facts(ui, rect, state);
     over::messages::show(ui, rect, state);
     over::pointer::node_menu(ui, rect, state);

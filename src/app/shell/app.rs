@@ -4,16 +4,16 @@ use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use super::device::Device;
 use super::options::StartOptions;
 use super::storage::SettingsAutosave;
+use super::system::Device;
 use super::{files, run, storage};
-use crate::app::shell::clipboard_probe::ClipboardProbe;
 use crate::app::shell::derived_worker::DerivedWorker;
 use crate::app::shell::file_watch::{FileChange, FileWatch, TreeWatch};
 use crate::app::shell::measure_worker::MeasureWorker;
 use crate::app::shell::reconcile::Reconciler;
 use crate::app::shell::requests::{BackgroundTasks, take_dropped_files};
+use crate::app::shell::system::ClipboardProbe;
 use crate::app::shell::thumbnails;
 use crate::app::shell::thumbnails::ThumbnailWorker;
 use crate::app::shell::wake_signal::WakeSignal;

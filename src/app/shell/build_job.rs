@@ -9,7 +9,7 @@ use crate::accel::{Accel, BuildSession};
 use crate::app::shell::file_watch::WatchedFile;
 use crate::app::shell::render_job::{RenderKey, Rendered};
 use crate::app::state::HiddenNodes;
-use crate::app::studies::in_flight::WorkerPool;
+use crate::app::studies::latest::WorkerPool;
 use crate::camera::Camera;
 use crate::overlay::{NodeTable, OverlaySettings, Selection};
 use crate::render::RenderSettings;

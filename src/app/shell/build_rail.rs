@@ -8,15 +8,11 @@ use crate::app::shell::build_job::{BuildJob, BuildKey, Built, BuiltTree, start_w
 use crate::app::shell::file_watch::WatchedFile;
 use crate::app::shell::present::drop_in_background;
 use crate::app::state::{JobStatus, Presented};
-use crate::app::studies::in_flight::{InFlight, Polled, poll};
-use crate::worker::Worker;
+use crate::app::studies::latest::{Latest, Polled};
 
 /// Builds the wanted tree.
 pub(crate) struct BuildRail {
-    worker: Worker<BuildJob, Built>,
-    in_flight: Option<InFlight<BuildKey>>,
-    /// The tree to build after the one in flight.
-    queued: Option<InFlight<BuildKey>>,
+    latest: Latest<BuildKey, BuildJob, Built>,
     /// A tree that has no picture yet.
     pending: Option<BuiltTree>,
     /// The file of the newest tree, as it was before it was read.
@@ -33,9 +29,7 @@ impl BuildRail {
     /// Starts the worker; `wake` is called from its thread after each result.
     pub(crate) fn new(wake: impl Fn() + Send + Sync + 'static) -> std::io::Result<Self> {
         Ok(Self {
-            worker: start_worker(wake)?,
-            in_flight: None,
-            queued: None,
+            latest: Latest::new(start_worker(wake)?),
             pending: None,
             file: None,
             revision: 0,
@@ -66,14 +60,11 @@ impl BuildRail {
             None => key.settings.refusal(key.scene.triangles.len()),
             Some(_) => None,
         };
-        if let Some(current) = &self.in_flight {
-            let same_scene = Arc::ptr_eq(&current.key.scene, &key.scene);
-            if current.key == *key || (moving && same_scene) {
-                let newest = self.queued.as_ref().unwrap_or(current);
-                if newest.key != *key && refusal.is_none() {
-                    let key = key.clone();
-                    let token = self.worker.queue(job);
-                    self.queued = Some(InFlight { key, token, since: now });
+        if let Some(current) = self.latest.key() {
+            let same_scene = Arc::ptr_eq(&current.scene, &key.scene);
+            if current == key || (moving && same_scene) {
+                if self.latest.newest() != Some(key) && refusal.is_none() {
+                    self.latest.queue(key.clone(), job, now);
                 }
                 return Ok(());
             }
@@ -82,10 +73,7 @@ impl BuildRail {
             return Err(reason);
         }
         self.stale_since.get_or_insert(now);
-        let key = key.clone();
-        let token = self.worker.request(job);
-        self.queued = None;
-        self.in_flight = Some(InFlight { key, token, since: now });
+        self.latest.request(key.clone(), job, now);
         Ok(())
     }
 
@@ -105,21 +93,15 @@ impl BuildRail {
 
     /// Takes the newest outcome of the job in flight. A job that failed is no longer in flight.
     pub(crate) fn poll(&mut self) -> Polled<Built> {
-        if self.in_flight.is_none() {
-            return Polled::Running;
-        }
-        let polled = poll(&self.worker);
+        let polled = self.latest.poll();
         match &polled {
             Polled::Running => {}
-            // The queued tree may have been built between two polls.
             Polled::Result(built) => {
-                self.in_flight = self.queued.take().filter(|job| job.key != built.key);
+                self.latest.finish(&built.key);
                 self.file.clone_from(&built.file);
                 self.read_revision = built.key.revision;
             }
-            Polled::Failed(_) => {
-                self.stop();
-            }
+            Polled::Failed(_) => self.read_revision = self.revision,
         }
         polled
     }
@@ -142,12 +124,7 @@ impl BuildRail {
     /// Cancels building. Returns whether anything was being built.
     pub(crate) fn stop(&mut self) -> bool {
         self.read_revision = self.revision;
-        self.queued = None;
-        let was_building = self.in_flight.take().is_some();
-        if was_building {
-            self.worker.cancel();
-        }
-        was_building
+        self.latest.stop().is_some()
     }
 
     /// Holds `tree` until it has a picture.
@@ -185,17 +162,17 @@ impl BuildRail {
 
     /// Whether a tree is being built.
     pub(crate) const fn is_busy(&self) -> bool {
-        self.in_flight.is_some()
+        self.latest.is_busy()
     }
 
     /// When the job in flight was requested.
     pub(crate) fn since(&self) -> Option<Instant> {
-        self.in_flight.as_ref().map(|job| job.since)
+        self.latest.since()
     }
 
     /// The job in flight, for the job strip, with what it does in words.
     pub(crate) fn status(&self, label: &str) -> Option<JobStatus> {
-        self.in_flight.as_ref().map(|job| job.status(label.to_owned()))
+        self.latest.status(label)
     }
 }
 

@@ -4,7 +4,7 @@
 use std::sync::Arc;
 
 use crate::app::state::AppState;
-use crate::app::studies::in_flight::WorkerPool;
+use crate::app::studies::latest::WorkerPool;
 use crate::app::views::{View, open_view};
 use crate::overlay::{NodeTable, OverlaySettings};
 use crate::worker::Worker;

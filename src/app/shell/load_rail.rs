@@ -7,7 +7,7 @@ use std::time::Instant;
 use crate::app::shell::file_watch::WatchedFile;
 use crate::app::shell::present::drop_in_background;
 use crate::app::state::{AppState, JobStatus, Request, Severity, preferences};
-use crate::app::studies::in_flight::{InFlight, Polled, WorkerPool, poll, report_panic};
+use crate::app::studies::latest::{Latest, Polled, WorkerPool, report_panic};
 use crate::app::viewport::orbit;
 use crate::camera::Camera;
 use crate::console::note;
@@ -40,12 +40,9 @@ struct Loaded {
 
 /// Loads the wanted model.
 pub(crate) struct LoadRail {
-    worker: Worker<LoadJob, Loaded>,
-    in_flight: Option<InFlight<LoadKey>>,
+    latest: Latest<LoadKey, LoadJob, Loaded>,
     /// The key of the newest loaded scene.
     loaded: Option<LoadKey>,
-    /// A key that failed or was cancelled; it is not requested again until something else is.
-    refused: Option<LoadKey>,
     /// The file of the newest loaded scene, as it was before it was read.
     file: Option<WatchedFile>,
     generation: u64,
@@ -62,10 +59,8 @@ impl LoadRail {
     /// Starts the worker; `wake` is called from its thread after each result.
     pub(crate) fn new(wake: impl Fn() + Send + Sync + 'static) -> std::io::Result<Self> {
         Ok(Self {
-            worker: start_worker(wake)?,
-            in_flight: None,
+            latest: Latest::new(start_worker(wake)?),
             loaded: None,
-            refused: None,
             file: None,
             generation: 0,
             options: LoadOptions::default(),
@@ -94,40 +89,31 @@ impl LoadRail {
     /// Makes the loaded scene stale, so that its source is read again.
     pub(crate) fn reload(&mut self) {
         self.generation += 1;
-        self.refused = None;
+        self.allow_retry();
     }
 
     /// Allows a request for what failed or was cancelled.
     pub(crate) fn allow_retry(&mut self) {
-        self.refused = None;
+        self.latest.refuse(None);
     }
 
     /// Requests the wanted model unless it is loaded, in flight or refused.
     pub(crate) fn request(&mut self, source: &SceneSource, now: Instant) {
         let key = LoadKey { source: source.clone(), generation: self.generation };
         if self.loaded.as_ref() == Some(&key) {
-            if self.in_flight.take().is_some() {
-                self.worker.cancel();
-            }
-            return;
+            self.latest.stop();
+        } else if ![self.latest.key(), self.latest.refused()].contains(&Some(&key)) {
+            let job = LoadJob { key: key.clone(), options: self.options.clone() };
+            self.latest.request(key, job, now);
         }
-        let is_in_flight = self.in_flight.as_ref().is_some_and(|job| job.key == key);
-        if is_in_flight || self.refused.as_ref() == Some(&key) {
-            return;
-        }
-        let token = self.worker.request(LoadJob { key: key.clone(), options: self.options.clone() });
-        self.in_flight = Some(InFlight { key, token, since: now });
     }
 
     /// Takes a finished scene. Returns whether there was one.
     pub(crate) fn poll(&mut self, state: &mut AppState) -> bool {
-        if self.in_flight.is_none() {
-            return false;
-        }
-        match poll(&self.worker) {
+        match self.latest.poll() {
             Polled::Running => false,
             Polled::Result(loaded) => {
-                self.in_flight = None;
+                self.latest.finish(&loaded.key);
                 match loaded.result {
                     Ok(scene) => {
                         self.adopt(loaded.key, loaded.file, scene, state);
@@ -147,7 +133,6 @@ impl LoadRail {
                 }
             }
             Polled::Failed(panic) => {
-                self.refused = self.in_flight.take().map(|job| job.key);
                 if let Some(text) = panic {
                     self.revert(state);
                     report_panic(&mut state.messages, "Loading", &text);
@@ -180,7 +165,7 @@ impl LoadRail {
         note(format_args!("error: {error}"));
         let remains = if state.model.presented.is_some() { ". The present scene stays" } else { "" };
         state.messages.notify(Severity::Error, format!("{error}{remains}"));
-        self.refused = Some(key);
+        self.latest.refuse(Some(key));
         self.revert(state);
         if state.model.presented.is_none() && state.model.loaded.is_none() {
             // There is no scene to fall back on but a built-in one.
@@ -190,11 +175,11 @@ impl LoadRail {
 
     /// Cancels loading and returns to the loaded model. Returns whether anything was being loaded.
     pub(crate) fn cancel(&mut self, state: &mut AppState) -> bool {
-        let Some(job) = self.in_flight.take() else { return false };
-        self.worker.cancel();
-        self.refused = Some(job.key);
-        self.revert(state);
-        true
+        let was_loading = self.latest.cancel();
+        if was_loading {
+            self.revert(state);
+        }
+        was_loading
     }
 
     /// Sets the wanted model to the loaded one. Where none is loaded, it stays as it is and is not requested again.
@@ -213,12 +198,12 @@ impl LoadRail {
 
     /// Refuses the loaded model: its first tree was cancelled, and there is no other model to return to.
     pub(crate) fn refuse_loaded(&mut self) {
-        self.refused.clone_from(&self.loaded);
+        self.latest.refuse(self.loaded.clone());
     }
 
     /// Whether the loaded model was refused by [`LoadRail::refuse_loaded`] and no other one is being loaded.
     pub(crate) fn has_refused_loaded(&self) -> bool {
-        self.in_flight.is_none() && self.refused.is_some() && self.refused == self.loaded
+        !self.latest.is_busy() && self.loaded.is_some() && self.latest.refused() == self.loaded.as_ref()
     }
 
     /// The camera of the newest loaded scene, while that has not been presented.
@@ -238,12 +223,12 @@ impl LoadRail {
 
     /// When the job in flight was requested.
     pub(crate) fn since(&self) -> Option<Instant> {
-        self.in_flight.as_ref().map(|job| job.since)
+        self.latest.since()
     }
 
     /// The job in flight, for the job strip.
     pub(crate) fn status(&self) -> Option<JobStatus> {
-        self.in_flight.as_ref().map(|job| job.status(format!("Loading {}", job.key.source.label())))
+        self.latest.status(format!("Loading {}", self.latest.key()?.source.label()))
     }
 }
 

@@ -6,7 +6,7 @@ use std::time::Instant;
 
 use crate::app::state::paper::{Experiment, PaperResult};
 use crate::app::state::{AppState, JobStatus, Severity};
-use crate::app::studies::in_flight::{Polled, poll};
+use crate::app::studies::latest::{Latest, Polled};
 use crate::console::note;
 use crate::lab::{Job, LabError, Measurement, RowSink, Subject, TraceView};
 use crate::scene::Scene;
@@ -48,9 +48,8 @@ impl RowSink for Delivered<'_> {
 struct Current {
     experiment: Experiment,
     scene: Arc<Scene>,
-    label: String,
+    /// When it was requested.
     since: Instant,
-    token: CancelToken,
     /// Number of rows measured so far.
     rows: usize,
     /// The job until it is started.
@@ -59,7 +58,7 @@ struct Current {
 
 /// Measures what the view "Paper" requests.
 pub(crate) struct MeasureWorker {
-    worker: Worker<MeasureJob, Measured>,
+    latest: Latest<(), MeasureJob, Measured>,
     current: Option<Current>,
 }
 
@@ -78,7 +77,7 @@ impl MeasureWorker {
                 };
                 Some(Measured { rows, end: Some(end) })
             })?;
-        Ok(Self { worker, current: None })
+        Ok(Self { latest: Latest::new(worker), current: None })
     }
 
     /// Requests what the panel's plan describes, on the loaded model. Replaces the current measurement.
@@ -98,15 +97,8 @@ impl MeasureWorker {
             job: plan.job(&state.wanted),
             view: plan.view(&scene, &state.wanted),
         };
-        self.current = Some(Current {
-            experiment: plan.experiment,
-            label: format!("Measuring {}", scene.source.label()),
-            scene,
-            since: Instant::now(),
-            token: CancelToken::new(),
-            rows: 0,
-            waiting: Some(job),
-        });
+        self.current =
+            Some(Current { experiment: plan.experiment, scene, since: Instant::now(), rows: 0, waiting: Some(job) });
     }
 
     /// Cancels the current measurement; finished rows remain.
@@ -129,15 +121,14 @@ impl MeasureWorker {
                 self.stop();
                 state.messages.notify(Severity::Info, "Measuring stopped: another model was opened");
             } else if idle && let Some(job) = current.waiting.take() {
-                current.token = self.worker.request(job);
-                current.since = Instant::now();
+                self.latest.request((), job, Instant::now());
             }
         }
-        state.activity.measure = self.current.as_ref().map(|current| JobStatus {
-            label: current.label.clone(),
-            progress: current.token.progress(),
-            since: current.since,
-            costs: Vec::new(),
+        state.activity.measure = self.current.as_ref().map(|Current { scene, since, .. }| {
+            let label = format!("Measuring {}", scene.source.label());
+            // Costs of annealing are those of the tree that is built for the screen.
+            let running = self.latest.status(label.clone()).map(|status| JobStatus { costs: Vec::new(), ..status });
+            running.unwrap_or(JobStatus { label, progress: 0.0, since: *since, costs: Vec::new() })
         });
     }
 
@@ -147,13 +138,13 @@ impl MeasureWorker {
     }
 
     fn stop(&mut self) {
-        self.worker.cancel();
+        self.latest.stop();
         self.current = None;
     }
 
     fn take_rows(&mut self, state: &mut AppState) {
-        let Some(current) = self.current.as_mut().filter(|current| current.waiting.is_none()) else { return };
-        match poll(&self.worker) {
+        let Some(current) = &mut self.current else { return };
+        match self.latest.poll() {
             Polled::Running => {}
             Polled::Result(Measured { rows, end }) => {
                 let finished = matches!(end, Some(Ok(())));
@@ -168,6 +159,7 @@ impl MeasureWorker {
                     state.messages.notify(Severity::Warning, format!("This cannot be measured: {reason}"));
                 }
                 if end.is_some() {
+                    self.latest.finish(&());
                     self.current = None;
                 }
             }

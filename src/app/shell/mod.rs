@@ -1,8 +1,9 @@
 //! How the window starts and ends, and the work behind it: threads that load, build, trace and measure, and what they exchange
 //! with the state.
 //!
-//! [`reconcile`] holds the three rails from a model to a picture. Each rail owns its worker, knows what is in flight, and
-//! does not request again what failed or was cancelled.
+//! [`reconcile`] holds the rails from a model to a picture: load, build, a second build, render. Each holds the latest request
+//! to its worker ([`Latest`](crate::app::studies::latest::Latest)), which does not request again what failed or was cancelled;
+//! so does measuring.
 
 pub mod options;
 pub mod settings;
@@ -10,7 +11,6 @@ pub mod settings;
 pub mod app;
 pub mod run;
 
-mod device;
 mod files;
 pub mod storage;
 
@@ -30,9 +30,9 @@ mod present;
 pub(crate) mod derived_worker;
 pub(crate) mod measure_worker;
 
-pub(crate) mod clipboard_probe;
 pub(crate) mod file_watch;
 pub(crate) mod requests;
+mod system;
 pub(crate) mod thumbnails;
 mod tree_files;
 pub(crate) mod wake_signal;

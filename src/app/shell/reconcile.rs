@@ -15,7 +15,7 @@ use crate::app::shell::render_job::{RenderKey, Rendered};
 use crate::app::shell::render_rail::RenderRail;
 use crate::app::shell::second_rail::SecondRail;
 use crate::app::state::{AppState, HiddenNodes, PROGRESS_DELAY, Severity, TreeSide};
-use crate::app::studies::in_flight::{Polled, report_panic};
+use crate::app::studies::latest::{Polled, report_panic};
 use crate::scene::{LoadOptions, SceneSource};
 use crate::view::CameraChoice;
 use crate::visibility::TriangleSet;

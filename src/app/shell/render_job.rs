@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use crate::accel::Accel;
-use crate::app::studies::in_flight::WorkerPool;
+use crate::app::studies::latest::WorkerPool;
 use crate::camera::Camera;
 use crate::lab::diff::DifferenceMap;
 use crate::render::cluster_cut::ClusterCut;

@@ -7,9 +7,8 @@ use crate::app::shell::frame_pacing::FramePacing;
 use crate::app::shell::present::drop_in_background;
 use crate::app::shell::render_job::{RenderJob, RenderKey, Rendered, start_worker};
 use crate::app::state::{JobStatus, MessageLog};
-use crate::app::studies::in_flight::{InFlight, Polled, poll, report_panic};
+use crate::app::studies::latest::{Latest, Polled, report_panic};
 use crate::render::{Adaptation, Frame, Metered};
-use crate::worker::Worker;
 
 /// Lower limit of the coarseness until the wide tree is built: few enough rays for the binary tree.
 const COARSENESS_BEFORE_WIDE: f32 = 3.0;
@@ -19,13 +18,6 @@ const COARSENESS_BEFORE_WIDE: f32 = 3.0;
 const ADAPTATION: [Duration; 2] = [Duration::from_millis(250), Duration::from_millis(100)];
 /// Longest time for which the exposure follows in one picture: after a rest it starts gently.
 const MAX_ADAPTATION_STEP: Duration = Duration::from_millis(60);
-
-/// A picture being traced.
-struct Tracing {
-    job: InFlight<RenderKey>,
-    /// A single coarse pass, which is soon finished and therefore never cancelled.
-    single_pass: bool,
-}
 
 /// The pictures on the screen.
 struct Shown {
@@ -72,10 +64,9 @@ impl Shown {
 
 /// Traces the wanted picture.
 pub(crate) struct RenderRail {
-    worker: Worker<RenderJob, Rendered>,
-    in_flight: Option<Tracing>,
-    /// A key that failed or was cancelled; it is not requested again until something else is.
-    refused: Option<RenderKey>,
+    latest: Latest<RenderKey, RenderJob, Rendered>,
+    /// The picture in flight is a single coarse pass, which is soon finished and therefore never cancelled.
+    single_pass: bool,
     shown: Option<Shown>,
     pacing: FramePacing,
     /// Number of pictures presented so far.
@@ -88,9 +79,8 @@ impl RenderRail {
     /// Starts the worker; `wake` is called from its thread after each result.
     pub(crate) fn new(wake: impl Fn() + Send + Sync + 'static) -> std::io::Result<Self> {
         Ok(Self {
-            worker: start_worker(wake)?,
-            in_flight: None,
-            refused: None,
+            latest: Latest::new(start_worker(wake)?),
+            single_pass: false,
             shown: None,
             pacing: FramePacing::default(),
             frame_count: 0,
@@ -105,7 +95,7 @@ impl RenderRail {
 
     /// Allows a request for what failed or was cancelled.
     pub(crate) fn allow_retry(&mut self) {
-        self.refused = None;
+        self.latest.refuse(None);
     }
 
     /// Coarseness of the first picture of a tree without a wide one; `None` where pictures are never coarse.
@@ -123,19 +113,17 @@ impl RenderRail {
         let (known, keep) = self.shown.as_ref().map_or_else(|| ([None, None], [false; 2]), |shown| shown.for_key(&key));
         let shown = self.shown.as_ref().filter(|shown| shown.key == key);
         let is_adapting = shown.is_some_and(|shown| !shown.is_adapted);
-        if shown.is_some_and(|shown| shown.finished || moving && !is_adapting) || self.refused.as_ref() == Some(&key) {
+        if shown.is_some_and(|shown| shown.finished || moving && !is_adapting) || self.latest.refused() == Some(&key) {
             return;
         }
         if stale && shown.is_some() {
             // The new tree is built on the same cores.
-            if self.in_flight.take_if(|tracing| !tracing.single_pass).is_some() {
-                self.worker.cancel();
+            if !self.single_pass {
+                self.latest.stop();
             }
             return;
         }
-        if let Some(tracing) = &self.in_flight
-            && (tracing.job.key == key || tracing.single_pass)
-        {
+        if self.latest.key() == Some(&key) || self.is_single_pass() {
             return;
         }
         let single_pass = moving || is_adapting;
@@ -153,30 +141,28 @@ impl RenderRail {
         // While settings change, both pictures of a difference are coarse alike; what stays as it is remains sharp otherwise.
         let keep = if single_pass && key.difference { [false; 2] } else { keep };
         let job = RenderJob { key: job_key, passes, adaptation, threads, count_tests: !single_pass, known, keep };
-        let token = self.worker.request(job);
-        self.refused = None;
-        self.in_flight = Some(Tracing { job: InFlight { key, token, since: now }, single_pass });
+        self.latest.request(key, job, now);
+        self.latest.refuse(None);
+        self.single_pass = single_pass;
     }
 
     /// Takes a traced picture, with the key that was requested: the picture's own key has fewer samples while the settings
     /// are changing.
     pub(crate) fn poll(&mut self, messages: &mut MessageLog, now: Instant) -> Option<(RenderKey, Rendered)> {
-        let tracing = self.in_flight.as_ref()?;
-        match poll(&self.worker) {
+        match self.latest.poll() {
             Polled::Running => None,
             Polled::Result(rendered) => {
-                let (key, since, tracing_single) = (tracing.job.key.clone(), tracing.job.since, tracing.single_pass);
+                let (key, since) = (self.latest.key()?.clone(), self.latest.since()?);
                 if rendered.last {
-                    self.in_flight = None;
+                    self.latest.finish(&key);
                 }
                 self.measure(&rendered.frame, now);
-                if tracing_single {
+                if self.single_pass {
                     self.pacing.record_arrival(rendered.frame.stats.trace_time, since, now);
                 }
                 Some((key, rendered))
             }
             Polled::Failed(panic) => {
-                self.refused = self.in_flight.take().map(|tracing| tracing.job.key);
                 if let Some(text) = panic {
                     report_panic(messages, "Tracing", &text);
                 }
@@ -187,14 +173,12 @@ impl RenderRail {
 
     /// Cancels tracing.
     pub(crate) fn stop(&mut self) {
-        if self.in_flight.take().is_some() {
-            self.worker.cancel();
-        }
+        self.latest.stop();
     }
 
     /// Lets go of the second tree and its picture.
     pub(crate) fn forget_second(&mut self) {
-        self.refused = None;
+        self.allow_retry();
         if let Some(shown) = &mut self.shown {
             let second = (shown.key.second.take(), shown.frames[1].take());
             (shown.key.difference, shown.finished) = (false, shown.finished && shown.complete[0]);
@@ -204,10 +188,7 @@ impl RenderRail {
 
     /// Cancels tracing; the same picture is not requested again until another one is.
     pub(crate) fn cancel(&mut self) {
-        if let Some(tracing) = self.in_flight.take() {
-            self.worker.cancel();
-            self.refused = Some(tracing.job.key);
-        }
+        self.latest.cancel();
     }
 
     /// Records the tracing speed of `frame`.
@@ -262,16 +243,16 @@ impl RenderRail {
 
     /// When the job in flight was requested.
     pub(crate) fn since(&self) -> Option<Instant> {
-        self.in_flight.as_ref().map(|tracing| tracing.job.since)
+        self.latest.since()
     }
 
     /// Whether a single coarse picture is in flight.
     pub(crate) fn is_single_pass(&self) -> bool {
-        self.in_flight.as_ref().is_some_and(|tracing| tracing.single_pass)
+        self.latest.is_busy() && self.single_pass
     }
 
     /// The job in flight, for the job strip.
     pub(crate) fn status(&self) -> Option<JobStatus> {
-        self.in_flight.as_ref().map(|tracing| tracing.job.status("Tracing".to_owned()))
+        self.latest.status("Tracing")
     }
 }

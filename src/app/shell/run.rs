@@ -12,10 +12,10 @@ use std::time::{Duration, SystemTime, UNIX_EPOCH};
 use egui_wgpu::{WgpuConfiguration, WgpuSetup, WgpuSetupCreateNew};
 
 use crate::app::shell::app::App;
-use crate::app::shell::device::was_lost;
 use crate::app::shell::options::StartOptions;
 use crate::app::shell::settings::{Startup, mark_clean_exit};
 use crate::app::shell::storage::APP_ID;
+use crate::app::shell::system::was_lost;
 use crate::app::viewport::screenshot;
 use crate::console::note;
 use crate::scene::SceneSource;

@@ -11,7 +11,7 @@ use crate::app::shell::build_rail::BuildRail;
 use crate::app::shell::file_watch::WatchedFile;
 use crate::app::shell::present::{drop_in_background, remove_second_tree};
 use crate::app::state::{AppState, JobStatus, Severity, TreeSide};
-use crate::app::studies::in_flight::{Polled, report_panic};
+use crate::app::studies::latest::{Polled, report_panic};
 use bvhscope_engine::builders::BuildError;
 
 /// Builds the wanted second tree.

@@ -7,12 +7,13 @@ use std::collections::HashSet;
 use std::hash::{DefaultHasher, Hash as _, Hasher as _};
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Weak};
+use std::time::Instant;
 
 use image::ImageFormat;
 
 use crate::accel::Accel;
 use crate::app::state::{AppState, Presented, THUMBNAIL_SIZE, Thumbnail};
-use crate::app::studies::in_flight::{Polled, WorkerPool, poll};
+use crate::app::studies::latest::{Latest, Polled, WorkerPool};
 use crate::export::{Protected, write_bytes};
 use crate::render::{Frame, RenderRequest, RenderSettings, Shading, render};
 use crate::scene::{BUILTIN_SCENES, LoadOptions, Scene, SceneSource, load};
@@ -40,8 +41,7 @@ struct Found {
 
 /// Finds the thumbnails that the start page lacks, one after the other.
 pub(crate) struct ThumbnailWorker {
-    worker: Worker<Job, Found>,
-    busy: bool,
+    latest: Latest<(), Job, Found>,
     requested: HashSet<SceneSource>,
     /// The scene whose picture was kept last.
     kept: Weak<Scene>,
@@ -65,31 +65,28 @@ impl ThumbnailWorker {
             };
             Some(Found { source: source.clone(), thumbnail })
         })?;
-        Ok(Self { worker, busy: false, requested: HashSet::new(), kept: Weak::new() })
+        Ok(Self { latest: Latest::new(worker), requested: HashSet::new(), kept: Weak::new() })
     }
 
     /// Takes a thumbnail that was found, and requests the next one while the other workers are `idle`.
     pub(crate) fn poll(&mut self, state: &mut AppState, idle: bool) {
-        if self.busy {
-            match poll(&self.worker) {
-                Polled::Running => return,
-                Polled::Result(Found { source, thumbnail }) => {
-                    if let Some(thumbnail) = thumbnail {
-                        state.layout.thumbnails.insert(source, thumbnail);
-                    }
+        match self.latest.poll() {
+            Polled::Running => {}
+            Polled::Result(Found { source, thumbnail }) => {
+                self.latest.finish(&());
+                if let Some(thumbnail) = thumbnail {
+                    state.layout.thumbnails.insert(source, thumbnail);
                 }
-                Polled::Failed(text) => log::warn!("a thumbnail was not made: {}", text.unwrap_or_default()),
             }
-            self.busy = false;
+            Polled::Failed(text) => log::warn!("a thumbnail was not made: {}", text.unwrap_or_default()),
         }
-        if !idle {
+        if !idle || self.latest.is_busy() {
             return;
         }
         if let Some(job) = self.next_picture(state).or_else(|| self.next_model(state)) {
             let (Job::Find(source) | Job::Keep(source, _)) = &job;
             self.requested.insert(source.clone());
-            self.worker.request(job);
-            self.busy = true;
+            self.latest.request((), job, Instant::now());
         }
     }
 

@@ -1,7 +1,7 @@
 //! Background studies: values derived from the presented tree, each on a thread of its own. [`Studies`] is the only list of them;
 //! jobs, stopping, following the tree and being busy are derived from it.
 
-pub(crate) mod in_flight;
+pub(crate) mod latest;
 
 mod rail;
 

@@ -3,14 +3,21 @@
 use std::sync::Arc;
 use std::time::Instant;
 
-use super::in_flight::{InFlight, Polled, WorkerPool, poll, report_panic};
+use super::latest::{Latest, Polled, WorkerPool, report_panic};
 use crate::accel::Accel;
 use crate::app::state::{AppState, JobStatus, Study};
 use crate::worker::Worker;
 use bvhscope_engine::cancel::{CancelToken, Cancelled};
 
 /// The tree and the parameters that a value is derived from.
-type Inputs<K> = (Arc<Accel>, K);
+#[derive(Clone)]
+struct Inputs<K>(Arc<Accel>, K);
+
+impl<K: PartialEq> PartialEq for Inputs<K> {
+    fn eq(&self, other: &Self) -> bool {
+        Arc::ptr_eq(&self.0, &other.0) && self.1 == other.1
+    }
+}
 
 /// A background study.
 pub(crate) struct StudyPlan<K, V> {
@@ -24,7 +31,7 @@ pub(crate) struct StudyPlan<K, V> {
     pub(crate) study: fn(&mut AppState) -> &mut Study<K, V>,
     /// Inputs of the value that is needed now; `None` while nothing on the screen needs one. The flag is set while building and
     /// tracing rest.
-    pub(crate) wanted: fn(&mut AppState, bool) -> Option<Inputs<K>>,
+    pub(crate) wanted: fn(&mut AppState, bool) -> Option<(Arc<Accel>, K)>,
 }
 
 /// A study of any type.
@@ -43,8 +50,7 @@ pub(super) trait FollowsState {
 /// The thread of a study.
 pub(super) struct StudyRail<K, V> {
     plan: StudyPlan<K, V>,
-    worker: Worker<Inputs<K>, V>,
-    in_flight: Option<InFlight<Inputs<K>>>,
+    latest: Latest<Inputs<K>, Inputs<K>, V>,
 }
 
 impl<K, V> StudyRail<K, V>
@@ -59,33 +65,33 @@ where
         derive: impl Fn(&Arc<Accel>, &K, &CancelToken) -> Result<V, Cancelled> + Send + Sync + 'static,
     ) -> std::io::Result<Self> {
         let (pool, name) = (WorkerPool::default(), plan.name);
-        let work = move |(accel, parameters): Inputs<K>, token: &CancelToken, _: &(dyn Fn(V) + Sync)| {
+        let work = move |Inputs(accel, parameters): Inputs<K>, token: &CancelToken, _: &(dyn Fn(V) + Sync)| {
             pool.run(name, 0, || derive(&accel, &parameters, token)).ok()
         };
-        Ok(Self { plan, worker: Worker::new(name, wake, work)?, in_flight: None })
+        Ok(Self { plan, latest: Latest::new(Worker::new(name, wake, work)?) })
     }
 
     fn take(&mut self, state: &mut AppState) {
-        let Some(job) = &self.in_flight else { return };
-        let (accel, parameters) = job.key.clone();
-        match poll(&self.worker) {
-            Polled::Running => return,
-            Polled::Result(value) => (self.plan.study)(state).set(&accel, parameters, value),
+        let Some(inputs) = self.latest.key().cloned() else { return };
+        match self.latest.poll() {
+            Polled::Running => {}
+            Polled::Result(value) => {
+                self.latest.finish(&inputs);
+                (self.plan.study)(state).set(&inputs.0, inputs.1, value);
+            }
             Polled::Failed(panic) => {
                 // Not again with the same inputs: it would fail again.
-                (self.plan.study)(state).cancel(&accel, parameters);
+                (self.plan.study)(state).cancel(&inputs.0, inputs.1);
                 if let Some(text) = panic {
                     report_panic(&mut state.messages, self.plan.label, &text);
                 }
             }
         }
-        self.in_flight = None;
     }
 
     fn stop(&mut self, state: &mut AppState) {
-        if let Some(job) = self.in_flight.take() {
-            self.worker.cancel();
-            (self.plan.study)(state).cancel(&job.key.0, job.key.1);
+        if let Some(Inputs(accel, parameters)) = self.latest.stop() {
+            (self.plan.study)(state).cancel(&accel, parameters);
         }
     }
 }
@@ -103,31 +109,23 @@ where
         }
         let wanted = (self.plan.wanted)(state, idle);
         let study = (self.plan.study)(state);
-        let wanted = wanted.filter(|(accel, parameters)| {
+        let wanted = wanted.map(|(accel, parameters)| Inputs(accel, parameters)).filter(|Inputs(accel, parameters)| {
             study.get(accel, parameters).is_none() && !study.is_cancelled(accel, parameters)
         });
-        let stale =
-            self.in_flight.as_ref().is_some_and(|job| wanted.as_ref().is_none_or(|wanted| !same(&job.key, wanted)));
-        if stale {
-            self.worker.cancel();
-            self.in_flight = None;
+        if self.latest.key() != wanted.as_ref() {
+            self.latest.stop();
         }
         let may_start = idle || self.plan.at_once;
-        if let Some(key) = wanted.filter(|_| may_start && self.in_flight.is_none()) {
-            let token = self.worker.request(key.clone());
-            self.in_flight = Some(InFlight { key, token, since: Instant::now() });
+        if let Some(inputs) = wanted.filter(|_| may_start && !self.latest.is_busy()) {
+            self.latest.request(inputs.clone(), inputs, Instant::now());
         }
     }
 
     fn job(&self) -> Option<JobStatus> {
-        self.in_flight.as_ref().map(|job| job.status(self.plan.label.to_owned()))
+        self.latest.status(self.plan.label)
     }
 
     fn is_busy(&self) -> bool {
-        self.in_flight.is_some()
+        self.latest.is_busy()
     }
-}
-
-fn same<K: PartialEq>(a: &Inputs<K>, b: &Inputs<K>) -> bool {
-    Arc::ptr_eq(&a.0, &b.0) && a.1 == b.1
 }

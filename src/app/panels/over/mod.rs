@@ -2,14 +2,13 @@
 //! points of the scene to points of the window.
 
 pub(super) mod compare;
-pub(super) mod gizmo;
 pub(super) mod guides;
+pub(super) mod handles;
 pub(super) mod hints;
 pub(super) mod legend;
 pub(super) mod lines;
 pub(super) mod messages;
 pub(super) mod pointer;
-pub(super) mod section_handle;
 
 use egui::{Pos2, Rect, vec2};
 use glam::Vec3;

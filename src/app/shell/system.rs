@@ -1,6 +1,8 @@
-//! Errors and loss of the graphics device.
+//! What the system fails to provide: errors and loss of the graphics device, and a clipboard that cannot be reached, which the
+//! window's library does not say. That is found out once at start.
 
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::mpsc::{Receiver, channel};
 use std::sync::{Arc, Mutex, PoisonError};
 
 /// The device of this process was lost while the window was open.
@@ -96,4 +98,41 @@ impl Device {
             }));
         }
     }
+}
+
+/// The answer of the probe, which runs on a thread of its own because the display may be slow.
+pub(crate) struct ClipboardProbe {
+    answer: Receiver<Option<String>>,
+}
+
+impl ClipboardProbe {
+    /// Starts the probe; `wake` is called when it has an answer.
+    pub(crate) fn start(wake: Arc<dyn Fn() + Send + Sync>) -> Self {
+        let (sender, answer) = channel();
+        let thread = std::thread::Builder::new().name("clipboard".to_owned()).spawn(move || {
+            let _ = sender.send(fault());
+            wake();
+        });
+        if let Err(error) = thread {
+            log::warn!("the clipboard is not probed: {error}");
+        }
+        Self { answer }
+    }
+
+    /// The reason why there is no clipboard, once the probe has found one.
+    pub(crate) fn fault(&self) -> Option<String> {
+        self.answer.try_recv().ok().flatten()
+    }
+}
+
+/// Why there is no clipboard, if so.
+fn fault() -> Option<String> {
+    // On Wayland the window's own connection is the clipboard.
+    let wayland = ["WAYLAND_DISPLAY", "WAYLAND_SOCKET"]
+        .iter()
+        .any(|name| std::env::var_os(name).is_some_and(|it| !it.is_empty()));
+    if cfg!(target_os = "linux") && wayland {
+        return None;
+    }
+    arboard::Clipboard::new().err().map(|error| error.to_string().trim_end_matches('.').to_owned())
 }
