@@ -7,7 +7,7 @@ use std::path::Path;
 use bvhscope_engine::cancel::CancelToken;
 
 /// A source that is waited for only as long as `token` is not cancelled; its end then is an error.
-struct Waiting<'a, S> {
+struct Cancellable<'a, S> {
     source: S,
     token: &'a CancelToken,
 }
@@ -15,9 +15,9 @@ struct Waiting<'a, S> {
 /// Standard input.
 pub fn standard_input(token: &CancelToken) -> impl Read {
     #[cfg(unix)]
-    return Waiting { source: rustix::stdio::stdin(), token };
+    return Cancellable { source: rustix::stdio::stdin(), token };
     #[cfg(not(unix))]
-    return Waiting { source: io::stdin(), token };
+    return Cancellable { source: io::stdin(), token };
 }
 
 /// A file, which may be a pipe: neither opening nor reading it waits longer than until `token` is cancelled.
@@ -28,7 +28,7 @@ pub fn open_input<'a>(path: &Path, token: &'a CancelToken) -> io::Result<impl Re
     #[cfg(unix)]
     std::os::unix::fs::OpenOptionsExt::custom_flags(&mut open, libc::O_NONBLOCK);
     let source: File = open.open(path)?;
-    Ok(Waiting { source, token })
+    Ok(Cancellable { source, token })
 }
 
 fn cancelled() -> io::Error {
@@ -37,7 +37,7 @@ fn cancelled() -> io::Error {
 }
 
 #[cfg(unix)]
-impl<S: std::os::fd::AsFd> Read for Waiting<'_, S> {
+impl<S: std::os::fd::AsFd> Read for Cancellable<'_, S> {
     fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
         use rustix::event::{PollFd, PollFlags, Timespec, poll};
         use rustix::io::Errno;
@@ -61,7 +61,7 @@ impl<S: std::os::fd::AsFd> Read for Waiting<'_, S> {
 }
 
 #[cfg(not(unix))]
-impl<S: Read> Read for Waiting<'_, S> {
+impl<S: Read> Read for Cancellable<'_, S> {
     fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
         if self.token.is_cancelled() {
             return Err(cancelled());

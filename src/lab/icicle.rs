@@ -119,7 +119,7 @@ impl Icicle {
     /// `sums` the sums of [`subtree_sums`]; what the children leave of their parent's width is its own and stays free on the right.
     pub fn new(children: impl Fn(u32) -> Range<u32>, sums: &[f32], top: u32, width_px: u32, max_levels: u32) -> Self {
         let mut icicle = Self::default();
-        let mut level = vec![Span { node: top, left: 0.0, right: f64::from(width_px), columns: 0..width_px }];
+        let mut level = vec![PlacedNode { node: top, left: 0.0, right: f64::from(width_px), columns: 0..width_px }];
         for depth in 0..max_levels {
             level.retain(|span| !span.columns.is_empty());
             if level.is_empty() {
@@ -153,7 +153,7 @@ impl Icicle {
 }
 
 /// A node with its exact place.
-struct Span {
+struct PlacedNode {
     node: u32,
     left: f64,
     right: f64,
@@ -161,7 +161,7 @@ struct Span {
     columns: Range<u32>,
 }
 
-impl Span {
+impl PlacedNode {
     fn cell(&self, level: u32) -> IcicleCell {
         let is_narrow = self.right - self.left < 1.0;
         let Range { start: left_px, end: right_px } = self.columns;

@@ -120,7 +120,7 @@ impl<'a, C: ClusterContainer> TreeBuilder<'a, C> {
 }
 
 /// A pending step of [`build_tree_in_task`].
-enum Step {
+enum Pending {
     /// Push the clusters of the primitives at these positions.
     Build(Range<usize>),
     /// Combine the topmost clusters of the stack, those of both sides of a partition: their number, and how many to leave.
@@ -144,12 +144,12 @@ fn build_tree_in_task<C: ClusterContainer, S: Simd>(
     let mut loaded = ClusterStack::with_capacity(LOADED);
     let mut loaded_range = 0..0;
     let mut prefetched_to = 0;
-    let mut steps = vec![Step::Build(range)];
+    let mut steps = vec![Pending::Build(range)];
     while let Some(step) = steps.pop() {
         let (base, target) = match step {
             // return combine_clusters(C, f(|P|))
-            Step::Combine(count, target) => (stack.len - count, target),
-            Step::Build(range) => {
+            Pending::Combine(count, target) => (stack.len - count, target),
+            Pending::Build(range) => {
                 if range.len() <= LOADED && range.start >= loaded_range.end {
                     token.check()?;
                     // Prefetch the primitives after these while these are clustered.
@@ -169,9 +169,9 @@ fn build_tree_in_task<C: ClusterContainer, S: Simd>(
                     let split = input.make_partition(&range);
                     let clusters =
                         reduction.reduced_count(split - range.start) + reduction.reduced_count(range.end - split);
-                    steps.push(Step::Combine(clusters, reduction.reduced_count(range.len())));
-                    steps.push(Step::Build(split..range.end));
-                    steps.push(Step::Build(range.start..split));
+                    steps.push(Pending::Combine(clusters, reduction.reduced_count(range.len())));
+                    steps.push(Pending::Build(split..range.end));
+                    steps.push(Pending::Build(range.start..split));
                     continue;
                 }
                 // if |P| < δ: one cluster for each primitive of P; return combine_clusters(C, f(δ))

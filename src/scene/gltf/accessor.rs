@@ -72,12 +72,12 @@ fn index(component: DataType, bytes: &[u8]) -> u32 {
 
 /// Equally spaced elements in a buffer view.
 #[derive(Clone, Copy)]
-struct Span<'a> {
+struct Elements<'a> {
     bytes: &'a [u8],
     stride: usize,
 }
 
-impl<'a> Span<'a> {
+impl<'a> Elements<'a> {
     /// The bytes from element `index` on; its existence was checked when the accessor was opened.
     fn at(self, index: usize) -> &'a [u8] {
         self.bytes.get(index.saturating_mul(self.stride)..).unwrap_or_default()
@@ -88,9 +88,9 @@ impl<'a> Span<'a> {
 struct Sparse<'a> {
     count: usize,
     /// In ascending order.
-    indices: Span<'a>,
+    indices: Elements<'a>,
     index_type: DataType,
-    values: Span<'a>,
+    values: Elements<'a>,
 }
 
 /// An accessor that has passed all checks.
@@ -102,7 +102,7 @@ pub(super) struct Accessor<'a> {
     pub(super) component: DataType,
     pub(super) normalized: bool,
     /// Without it, all elements are zero.
-    base: Option<Span<'a>>,
+    base: Option<Elements<'a>>,
     sparse: Option<Sparse<'a>>,
 }
 
@@ -218,11 +218,11 @@ impl<'a> Accessors<'a> {
                 let detail = format!("declares {count} elements, {} were decoded", data.count);
                 return Err(fault(DAMAGED_DRACO, &detail).into());
             }
-            let base = Some(Span { bytes: &data.bytes, stride: data.component.size().saturating_mul(width) });
+            let base = Some(Elements { bytes: &data.bytes, stride: data.component.size().saturating_mul(width) });
             return Ok(Accessor { count, width, component: data.component, normalized: false, base, sparse: None });
         }
         let offset = self.document.gltf.as_json().accessors.get(json.index()).and_then(|accessor| accessor.byte_offset);
-        let base = json.view().map(|view| self.span(&view, offset.unwrap_or_default().0, size, count)).transpose();
+        let base = json.view().map(|view| self.elements(&view, offset.unwrap_or_default().0, size, count)).transpose();
         let base = base.map_err(|Fault { kind, detail }| fault(kind, &detail))?;
         let sparse = json.sparse().map(|_| self.open_sparse(json, size, count, token)).transpose();
         let sparse = sparse.map_err(|error| match error {
@@ -254,8 +254,8 @@ impl<'a> Accessors<'a> {
             gltf::accessor::sparse::IndexType::U32 => DataType::U32,
         };
         let (index_view, value_view) = (sparse.indices().view(), sparse.values().view());
-        let indices = self.span(&index_view, numbers.indices.byte_offset.0, index_type.size(), changes)?;
-        let values = self.span(&value_view, numbers.values.byte_offset.0, size, changes)?;
+        let indices = self.elements(&index_view, numbers.indices.byte_offset.0, index_type.size(), changes)?;
+        let values = self.elements(&value_view, numbers.values.byte_offset.0, size, changes)?;
         let key = (indices.bytes.as_ptr().addr(), indices.stride, index_type.size());
         let (mut known, mut broken) = self.ascending.borrow().get(&key).copied().unwrap_or_default();
         let target = |k: usize| index(index_type, indices.at(k));
@@ -282,7 +282,7 @@ impl<'a> Accessors<'a> {
     }
 
     /// The `count` elements of `size` bytes from `offset` of a view.
-    fn span(&self, view: &View<'a>, offset: u64, size: usize, count: usize) -> Result<Span<'a>, Fault> {
+    fn elements(&self, view: &View<'a>, offset: u64, size: usize, count: usize) -> Result<Elements<'a>, Fault> {
         let bytes = self.document.view(view)?;
         let (index, stride) = (view.index(), view.stride().unwrap_or(size));
         if stride < size {
@@ -299,7 +299,7 @@ impl<'a> Accessors<'a> {
             );
             Fault::new(BEYOND_THE_END, detail)
         })?;
-        Ok(Span { bytes, stride })
+        Ok(Elements { bytes, stride })
     }
 }
 

@@ -29,7 +29,7 @@ pub(super) struct Hierarchy {
 
 /// Where the hierarchy names a node: in the scene or, by its parent, among the children.
 #[derive(Clone, Copy)]
-struct Step {
+struct Mention {
     node: usize,
     parent: usize,
     /// From the parent's space to the world.
@@ -49,7 +49,7 @@ pub(super) fn hierarchy(
     // The parent of each visited node.
     let mut parents: Vec<Option<usize>> = vec![None; nodes.len()];
     let (mut placements, mut worlds) = (Vec::new(), vec![None; nodes.len()]);
-    while let Some(Step { node: index, parent, transform }) = stack.pop() {
+    while let Some(Mention { node: index, parent, transform }) = stack.pop() {
         token.check()?;
         let location = || FileLocation::Json(format!("nodes[{index}]"));
         if let Some(first) = parents[index] {
@@ -64,7 +64,7 @@ pub(super) fn hierarchy(
         }
         worlds[index] = Some(transform);
         let children = nodes[index].children.iter().flatten().rev();
-        stack.extend(children.map(|child| Step { node: child.value(), parent: index, transform }));
+        stack.extend(children.map(|child| Mention { node: child.value(), parent: index, transform }));
         if let Some(mesh) = &nodes[index].mesh {
             placements.push(Placement { node: index, mesh: mesh.value(), transform });
         }
@@ -82,8 +82,8 @@ pub(super) fn hierarchy(
 }
 
 /// The nodes of the scene to be shown, the last first. Without scenes, the nodes that have no parent.
-fn starts(document: &gltf::Document, wanted: Option<usize>, warnings: &mut Warnings) -> Vec<Step> {
-    let start = |node: usize| Step { node, parent: SCENE, transform: DMat4::IDENTITY };
+fn starts(document: &gltf::Document, wanted: Option<usize>, warnings: &mut Warnings) -> Vec<Mention> {
+    let start = |node: usize| Mention { node, parent: SCENE, transform: DMat4::IDENTITY };
     let chosen = wanted.and_then(|wanted| document.scenes().nth(wanted));
     if let (Some(wanted), None) = (wanted, &chosen) {
         let count = document.scenes().len();
@@ -97,7 +97,7 @@ fn starts(document: &gltf::Document, wanted: Option<usize>, warnings: &mut Warni
         let what =
             if wanted.is_some() { "other scenes not shown" } else { "scenes other than the default one not shown" };
         warnings.add_many(others, what, || FileLocation::Json(format!("scenes[{first}]")));
-        let mut steps: Vec<Step> = scene.nodes().map(|node| start(node.index())).collect();
+        let mut steps: Vec<Mention> = scene.nodes().map(|node| start(node.index())).collect();
         steps.reverse();
         return steps;
     }
@@ -106,7 +106,7 @@ fn starts(document: &gltf::Document, wanted: Option<usize>, warnings: &mut Warni
     for child in nodes.iter().flat_map(|node| node.children.iter().flatten()) {
         is_root[child.value()] = false;
     }
-    let mut steps: Vec<Step> = (0..nodes.len()).rev().filter(|&index| is_root[index]).map(start).collect();
+    let mut steps: Vec<Mention> = (0..nodes.len()).rev().filter(|&index| is_root[index]).map(start).collect();
     if steps.is_empty() && !nodes.is_empty() {
         // Every node has a parent, so there is a cycle, which is reported from any of its nodes.
         steps.push(start(0));

@@ -67,7 +67,7 @@ enum Fate {
 }
 
 /// A step of the path to a value.
-enum Step {
+enum PathPart {
     Field(String),
     Item(usize),
 }
@@ -76,7 +76,7 @@ struct Walk<'a> {
     file: &'a Path,
     /// Number of entries of each top-level list.
     lengths: HashMap<&'static str, usize>,
-    path: Vec<Step>,
+    path: Vec<PathPart>,
     /// Number of values so far.
     visited: usize,
     warnings: &'a mut Warnings,
@@ -181,7 +181,7 @@ impl Walk<'_> {
     /// Counts a code or a word that the specification does not have.
     fn unknown(&mut self, lost: Lost, warning: &str, value: &dyn Display) -> Fate {
         let field = match self.path.last() {
-            Some(Step::Field(name)) => name.clone(),
+            Some(PathPart::Field(name)) => name.clone(),
             _ => String::new(),
         };
         self.warn(warning, format_args!("unknown {field} {value}"));
@@ -208,7 +208,7 @@ impl Walk<'_> {
 
     fn list(&mut self, rule: &Rule, items: &mut Vec<Value>) -> Result<Fate, LoadError> {
         let top = match &self.path[..] {
-            [Step::Field(name)] => Some(name.clone()),
+            [PathPart::Field(name)] => Some(name.clone()),
             _ => None,
         };
         let (mut index, mut result) = (0_usize, Ok(Fate::Kept));
@@ -216,7 +216,7 @@ impl Walk<'_> {
             if result != Ok(Fate::Kept) {
                 return true;
             }
-            self.path.push(Step::Item(index));
+            self.path.push(PathPart::Item(index));
             index = index.saturating_add(1);
             let fate = if item.is_null() && !matches!(rule, Rule::Present) {
                 Err(self.wrong(format!("is null instead of {}", expected(rule))))
@@ -254,7 +254,7 @@ impl Walk<'_> {
                 });
             }
             let Some(value) = fields.get_mut(*name) else { continue };
-            self.path.push(Step::Field((*name).to_owned()));
+            self.path.push(PathPart::Field((*name).to_owned()));
             let fate = self.value(rule, value);
             self.path.pop();
             match fate? {
@@ -279,7 +279,7 @@ impl Walk<'_> {
             if value.is_null() {
                 return false;
             }
-            self.path.push(Step::Field(name.clone()));
+            self.path.push(PathPart::Field(name.clone()));
             let rule = Rule::Index(if name == "POSITION" { POSITION } else { *target });
             let fate = self.value(&rule, value);
             self.path.pop();
@@ -294,13 +294,13 @@ impl Walk<'_> {
 }
 
 /// A path as in `nodes[3].mesh`.
-fn shown(path: &[Step]) -> String {
+fn shown(path: &[PathPart]) -> String {
     let mut text = String::new();
     for step in path {
         let _ = match step {
-            Step::Field(name) if text.is_empty() => write!(text, "{name}"),
-            Step::Field(name) => write!(text, ".{name}"),
-            Step::Item(index) => write!(text, "[{index}]"),
+            PathPart::Field(name) if text.is_empty() => write!(text, "{name}"),
+            PathPart::Field(name) => write!(text, ".{name}"),
+            PathPart::Item(index) => write!(text, "[{index}]"),
         };
     }
     text

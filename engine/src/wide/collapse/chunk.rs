@@ -18,7 +18,7 @@ pub(crate) const CHUNK_PAIRS: usize = CHUNK_DECISIONS;
 const PENDING: u32 = u32::MAX;
 
 /// Working memory of a thread for one chunk.
-pub(crate) struct Scratch {
+pub(crate) struct ChunkMemory {
     /// For each node [`NodeCost::cost`]; the area of an interior node whose cost is not known yet.
     cost: Vec<f32>,
     /// For each node of known cost [`NodeCost::hits`].
@@ -43,7 +43,7 @@ struct PrimitiveRange {
     count: u32,
 }
 
-impl Default for Scratch {
+impl Default for ChunkMemory {
     fn default() -> Self {
         const NODES: usize = 2 * CHUNK_PAIRS;
         Self {
@@ -61,7 +61,7 @@ impl Default for Scratch {
     }
 }
 
-impl Scratch {
+impl ChunkMemory {
     /// Costs and decisions of `nodes`, which are chunk number `chunk`; the decisions go to `list`. Smaller nodes than `compact_area`
     /// become compact. Hardly any branch depends on
     /// the tree, because such branches could not be predicted.

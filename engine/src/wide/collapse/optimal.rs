@@ -13,7 +13,7 @@ use crate::kernel::simd::plain_loop_level;
 use crate::tree::Tree;
 use crate::wide::bounds::WideContainer;
 use crate::wide::collapse::boundary::{Boundary, LEAF, NodeCost};
-use crate::wide::collapse::chunk::{CHUNK_PAIRS, Scratch};
+use crate::wide::collapse::chunk::{CHUNK_PAIRS, ChunkMemory};
 use crate::wide::collapse::cost::{LaneCosts, collapse_cost};
 use crate::wide::collapse::decision::{DecidedNode, Decision, DecisionRef, Decisions};
 use crate::wide::collapse::visit_order::{hits_per_cost, leaf_hits, node_hits};
@@ -37,7 +37,7 @@ pub(crate) fn optimal_decisions<C: WideContainer>(
     let group = (chunk_count / MIN_GROUPS).clamp(1, MAX_GROUP_CHUNKS);
     let groups = chunks.par_chunks_mut(group).enumerate();
     let fork = token.fork();
-    let boundaries = groups.map_init(Scratch::default, |scratch, (index, chunks)| {
+    let boundaries = groups.map_init(ChunkMemory::default, |scratch, (index, chunks)| {
         let mut range = ChunkRange { tree, compact_area, first_chunk: group * index, chunks };
         fork.task(|token| dispatch!(level, simd => range.decide(simd, scratch, token)))
     });
@@ -65,7 +65,12 @@ struct ChunkRange<'a, C> {
 impl<C: WideContainer> ChunkRange<'_, C> {
     /// Decides all nodes whose descendants lie in the range.
     #[inline(always)]
-    fn decide<S: Simd>(&mut self, simd: S, scratch: &mut Scratch, token: &CancelToken) -> Result<Boundary, Cancelled> {
+    fn decide<S: Simd>(
+        &mut self,
+        simd: S,
+        scratch: &mut ChunkMemory,
+        token: &CancelToken,
+    ) -> Result<Boundary, Cancelled> {
         let mut boundaries = Vec::with_capacity(MAX_GROUP_CHUNKS);
         let nodes = &self.tree.nodes[1..];
         for (list, chunk) in self.chunks.iter_mut().zip(self.first_chunk..) {
