@@ -43,8 +43,8 @@ mod tests {
                 (CompareView::Split | CompareView::Difference, Some(CommandArgs::Diff(args))) => {
                     let job = resolve::diff(args);
                     let trees = [wanted.build, b].map(DiffTree::Built);
-                    assert_eq!((job.trees, job.size), (trees, [640, 360]), "{line}");
-                    assert_eq!(job.camera.eye, Some(wanted.camera.eye));
+                    assert_eq!((job.trees, job.trace.size), (trees, [640, 360]), "{line}");
+                    assert_eq!(job.trace.camera.eye, Some(wanted.camera.eye));
                 }
                 (CompareView::A, Some(CommandArgs::Render(args))) => {
                     assert_eq!(args.build.settings.0.settings(), wanted.build);

@@ -8,7 +8,7 @@ use serde::Serialize;
 
 use super::context::{Context, Failure, Finished, ignore_missing_reader, in_pool};
 use super::legend;
-use super::measure::of_job;
+use super::measure::{TraceChoice, of_job};
 use super::picture::{check_written, note_written, write_png};
 use super::progress::Progress;
 use super::tree_origin::note_faults;
@@ -21,15 +21,12 @@ use crate::export::{Protected, check_target};
 use crate::lab::diff::{TreeDifference, diff};
 use crate::lab::population::Populations;
 use crate::lab::report_table::{difference_table, number};
-use crate::lab::{Contender, Measurement, Setup, Subject, TraceView};
+use crate::lab::{Contender, Measurement, Setup, Subject};
 use crate::render::Background;
 use crate::scene::{Scene, SceneSource};
 use crate::text::shown_path;
-use crate::view::CameraChoice;
 use bvhscope_engine::cancel::CancelToken;
-use bvhscope_engine::kernel::SimdLevel;
 use bvhscope_engine::settings::BuildSettings;
-use bvhscope_engine::tree::traverse::Traversal;
 
 /// Bytes for each pixel: two heat maps, their difference and its picture.
 const BYTES_A_PIXEL: u64 = 160;
@@ -52,16 +49,8 @@ pub struct DiffCommand {
     pub trees: [DiffTree; 2],
     /// Number of threads for building and tracing.
     pub threads: usize,
-    /// The camera.
-    pub camera: CameraChoice,
-    /// Width and height in pixels.
-    pub size: [u32; 2],
-    /// Traversal order.
-    pub traversal: Traversal,
-    /// SIMD level for tracing.
-    pub simd: SimdLevel,
-    /// Number of repetitions.
-    pub repeat: usize,
+    /// How the rays are traced.
+    pub trace: TraceChoice,
     /// The PNG of the difference to write.
     pub output: Option<PathBuf>,
     /// Draw a legend below the picture; `None` where it is wide enough.
@@ -109,14 +98,7 @@ pub fn run(command: &DiffCommand, context: &mut Context<'_>) -> Result<Finished,
     if let Some(path) = &command.output {
         check_target(path, &read)?;
     }
-    let view = TraceView {
-        camera: command.camera.camera(&scene),
-        size: command.size,
-        traversal: command.traversal,
-        simd: command.simd,
-        repeat: command.repeat,
-        populations: Populations::NONE,
-    };
+    let view = command.trace.view(&scene, Populations::NONE);
     let (trees, has_faults) = contenders(command, &scene, &context.token)?;
     let warned = has_faults || !scene.warnings.is_empty();
     let subject = Subject { model: command.source.to_string(), scene, trees: Vec::new() };
@@ -153,7 +135,7 @@ fn check(command: &DiffCommand, read: &Protected) -> Result<(), Failure> {
             return Err(Failure::Usage(text));
         }
     }
-    let [width, height] = command.size.map(u64::from);
+    let [width, height] = command.trace.size.map(u64::from);
     Budget::of_process()
         .check(&format!("a picture of {width}x{height} pixels"), width * height * BYTES_A_PIXEL)
         .map_err(|error| Failure::Failed(error.to_string()))
@@ -190,10 +172,10 @@ fn write_picture(
     token: &CancelToken,
 ) -> Result<(), Failure> {
     let mut rgba = found.map.rgba.to_vec();
-    let [width, mut height] = command.size;
+    let [width, mut height] = command.trace.size;
     let key = legend::of_difference(found.map.limit);
     if legend::is_wanted(command.legend, width) {
-        height = legend::append(&mut rgba, command.size, std::slice::from_ref(&key), Background::White);
+        height = legend::append(&mut rgba, command.trace.size, std::slice::from_ref(&key), Background::White);
     }
     check_written(write_png(path, read, [width, height], &rgba, token), token)?;
     note_written(path, &format!("{width}×{height} pixels; {}", key.title()));

@@ -32,15 +32,9 @@ pub struct Output {
     pub plot: Option<PathBuf>,
 }
 
-/// Settings of a measuring command.
+/// How rays are traced to be measured, in any model.
 #[derive(Debug, Clone)]
-pub struct MeasureCommand {
-    /// The models.
-    pub sources: Vec<SceneSource>,
-    /// The measuring job.
-    pub job: Job,
-    /// Files with trees of the model to measure beside those that are built.
-    pub trees: Vec<PathBuf>,
+pub struct TraceChoice {
     /// Camera for each model.
     pub camera: CameraChoice,
     /// Width and height in pixels.
@@ -51,6 +45,27 @@ pub struct MeasureCommand {
     pub simd: SimdLevel,
     /// Number of repetitions.
     pub repeat: usize,
+}
+
+impl TraceChoice {
+    /// The same for `scene`, with the rays of which `populations` are measured too.
+    pub(super) fn view(&self, scene: &Scene, populations: Populations) -> TraceView {
+        let Self { size, traversal, simd, repeat, .. } = *self;
+        TraceView { camera: self.camera.camera(scene), size, traversal, simd, repeat, populations }
+    }
+}
+
+/// Settings of a measuring command.
+#[derive(Debug, Clone)]
+pub struct MeasureCommand {
+    /// The models.
+    pub sources: Vec<SceneSource>,
+    /// The measuring job.
+    pub job: Job,
+    /// Files with trees of the model to measure beside those that are built.
+    pub trees: Vec<PathBuf>,
+    /// How the rays are traced.
+    pub trace: TraceChoice,
     /// Rays whose cost is measured too.
     pub populations: Populations,
     /// Output options.
@@ -184,14 +199,7 @@ impl Run<'_> {
         // Again, as only now it is known what else was read: buffers, textures, material libraries.
         self.read.add_read(&scene.files_read);
         check_outputs(&command.output, &self.read).map_err(ModelFailure::Of)?;
-        let view = TraceView {
-            camera: command.camera.camera(&scene),
-            size: command.size,
-            traversal: command.traversal,
-            simd: command.simd,
-            repeat: command.repeat,
-            populations: command.populations,
-        };
+        let view = command.trace.view(&scene, command.populations);
         let trees = self.read_trees(&scene, source, context)?;
         let subject = Subject { model: source.to_string(), scene, trees };
         let token = context.token.clone();

@@ -306,16 +306,7 @@ mod tests {
             rounds: 7,
         };
         let setup = Contender::from(Setup { build, preset: Some(Preset::Hq), threads: 83 });
-        let camera =
-            Camera { eye: Vec3::Z, target: Vec3::ZERO, up: Vec3::Y, fov_y: 1.0, projection: Projection::Perspective };
-        let view = TraceView {
-            camera,
-            size: [103, 107],
-            traversal: Traversal::Paper,
-            simd: SimdLevel::best(),
-            repeat: 109,
-            populations: Populations::NONE,
-        };
+        let view = TraceView { size: [103, 107], repeat: 109, ..view() };
         let found = trial.measurement("sweep", &subject, &setup, &view, &first());
         let expected = Measurement {
             command: "sweep".to_owned(),
@@ -359,23 +350,27 @@ mod tests {
         assert_same(&found, &expected);
     }
 
+    /// One ray, traced once as in the paper.
+    fn view() -> TraceView {
+        let camera =
+            Camera { eye: Vec3::Z, target: Vec3::ZERO, up: Vec3::Y, fov_y: 1.0, projection: Projection::Perspective };
+        TraceView {
+            camera,
+            size: [1, 1],
+            traversal: Traversal::Paper,
+            simd: SimdLevel::best(),
+            repeat: 1,
+            populations: Populations::NONE,
+        }
+    }
+
     #[test]
     fn a_time_of_zero_gives_no_infinite_rate() {
         let none = PrimaryTrace { rays: 0, hits: 0, trace_time: Duration::ZERO };
         let mut trial = Trial::default();
         trial.record(&StageTimes::default(), &none, Duration::ZERO, &none);
         let setup = Contender::from(Setup { build: BuildSettings::default(), preset: None, threads: 1 });
-        let camera =
-            Camera { eye: Vec3::Z, target: Vec3::ZERO, up: Vec3::Y, fov_y: 1.0, projection: Projection::Perspective };
-        let view = TraceView {
-            camera,
-            size: [1, 1],
-            traversal: Traversal::Ordered,
-            simd: SimdLevel::best(),
-            repeat: 1,
-            populations: Populations::NONE,
-        };
-        let row = trial.measurement("bench", &subject(), &setup, &view, &first());
+        let row = trial.measurement("bench", &subject(), &setup, &view(), &first());
         assert_eq!([MRAYS_PER_S, BINARY_MRAYS_PER_S, MTRIANGLES_PER_S].map(|rate| row.number(rate)), [0.0; 3]);
     }
 }

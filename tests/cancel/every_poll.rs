@@ -71,6 +71,15 @@ fn is_cancelled(result: Result<Scene, LoadError>) -> bool {
     }
 }
 
+/// Whether a build was cancelled; it must not fail otherwise.
+fn build_is_cancelled<T>(built: Result<T, BuildError>) -> bool {
+    match built {
+        Ok(_) => false,
+        Err(BuildError::Cancelled(_)) => true,
+        Err(error) => panic!("{error}"),
+    }
+}
+
 #[test]
 fn loading_stops_at_every_poll() {
     let folder = tempfile::tempdir().unwrap();
@@ -196,11 +205,7 @@ fn building_stops_at_every_poll() {
                 continue;
             }
             at_every_poll(&format!("{} {}", builder.name(), container.name()), |token| {
-                match pool.install(|| Accel::build(&scene, &settings, token)) {
-                    Ok(_) => false,
-                    Err(BuildError::Cancelled(_)) => true,
-                    Err(error) => panic!("{error}"),
-                }
+                build_is_cancelled(pool.install(|| Accel::build(&scene, &settings, token)))
             });
         }
     }
@@ -211,10 +216,8 @@ fn optimizing_stops_at_every_poll() {
     let pool = one_thread();
     let scene = terrain(40_000);
     let settings = BuildSettings::preset(Preset::Best, ContainerKind::Aabb);
-    at_every_poll("best", |token| match pool.install(|| build_binary(&scene.triangles, &settings, token)) {
-        Ok(_) => false,
-        Err(BuildError::Cancelled(_)) => true,
-        Err(error) => panic!("{error}"),
+    at_every_poll("best", |token| {
+        build_is_cancelled(pool.install(|| build_binary(&scene.triangles, &settings, token)))
     });
 }
 
@@ -271,23 +274,19 @@ fn deriving_from_a_tree_stops_at_every_poll() {
     });
 }
 
+/// A picture with counted tests.
+fn small_picture(accel: &Arc<Accel>, settings: RenderSettings) -> RenderRequest {
+    let camera = Camera::framing(&accel.scene.bounds, accel.scene.up);
+    RenderRequest { count_tests: true, ..RenderRequest::new(accel, camera, settings, [70, 50]) }
+}
+
 #[test]
 fn tracing_stops_at_every_poll() {
     let pool = one_thread();
     let scene = terrain(2_000);
     let accel = Arc::new(Accel::build(&scene, &BuildSettings::default(), &CancelToken::new()).unwrap());
     for shading in Shading::ALL {
-        let request = RenderRequest {
-            accel: Arc::clone(&accel),
-            camera: Camera::framing(&scene.bounds, scene.up),
-            settings: RenderSettings { shading, samples: 2, ..RenderSettings::default() },
-            width_px: 70,
-            height_px: 50,
-            coarseness: 1.0,
-            count_tests: true,
-            hidden: None,
-            clusters: None,
-        };
+        let request = small_picture(&accel, RenderSettings { shading, samples: 2, ..RenderSettings::default() });
         at_every_poll(shading.name(), |token| pool.install(|| render(&request, token, &|_| ())).is_err());
     }
 }
@@ -306,17 +305,8 @@ fn writing_pictures_stops_at_every_poll() {
     });
     assert_eq!(image::open(&png).unwrap().to_rgba8().into_raw(), pixels.as_flattened());
     let scene = terrain(2_000);
-    let request = RenderRequest {
-        accel: Arc::new(Accel::build(&scene, &BuildSettings::default(), &CancelToken::new()).unwrap()),
-        camera: Camera::framing(&scene.bounds, scene.up),
-        settings: RenderSettings { samples: 1, ..RenderSettings::default() },
-        width_px: 70,
-        height_px: 50,
-        coarseness: 1.0,
-        count_tests: true,
-        hidden: None,
-        clusters: None,
-    };
+    let accel = Arc::new(Accel::build(&scene, &BuildSettings::default(), &CancelToken::new()).unwrap());
+    let request = small_picture(&accel, RenderSettings { samples: 1, ..RenderSettings::default() });
     let frame = render(&request, &CancelToken::new(), &|_| ()).unwrap();
     at_every_poll("EXR", |token| {
         let _ = std::fs::remove_file(&exr);

@@ -304,15 +304,13 @@ fn pictures() {
     // Away from the model, so that the time of a pixel is not that of its ray.
     camera.target = camera.eye + (camera.eye - camera.target);
     let request = |shading: Shading, size: [u32; 2]| RenderRequest {
-        accel: Arc::clone(&accel),
-        camera,
-        settings: RenderSettings { shading, samples: 2, mesh_edges: true, ..RenderSettings::default() },
-        width_px: size[0],
-        height_px: size[1],
-        coarseness: 1.0,
         count_tests: true,
-        hidden: None,
-        clusters: None,
+        ..RenderRequest::new(
+            &accel,
+            camera,
+            RenderSettings { shading, samples: 2, mesh_edges: true, ..RenderSettings::default() },
+            size,
+        )
     };
     let sizes = [[320, 200], [320 * 2, 200 * GROWTH / 2]];
     // Cached by the first picture.

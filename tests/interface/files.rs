@@ -32,6 +32,11 @@ fn typed(text: &str) -> Harness<'static, AppState> {
     h
 }
 
+fn key(h: &mut Harness<AppState>, key: Key) {
+    h.key_press(key);
+    h.run_steps(3);
+}
+
 fn opened(path: &str) -> Vec<Request> {
     vec![Request::Open(SceneSource::File(PathBuf::from(path)))]
 }
@@ -40,15 +45,12 @@ fn opened(path: &str) -> Vec<Request> {
 fn a_typed_path_is_completed_and_opened() {
     let mut h = typed("/data/bun");
     assert!(h.query_by_label("bunny.ply").is_some() && h.query_by_label("box/").is_none());
-    h.key_press(Key::Tab);
-    h.run_steps(3);
+    key(&mut h, Key::Tab);
     assert_eq!(h.state().layout.path_field.text, "/data/bunny.");
     h.get_by_label("Path").type_text("p");
     h.run_steps(3);
-    h.key_press(Key::Tab);
-    h.run_steps(3);
-    h.key_press(Key::Enter);
-    h.run_steps(3);
+    key(&mut h, Key::Tab);
+    key(&mut h, Key::Enter);
     assert_eq!(h.state().activity.requests, opened("/data/bunny.ply"));
     assert!(!h.state().layout.start_page_open);
 }
@@ -56,12 +58,9 @@ fn a_typed_path_is_completed_and_opened() {
 #[test]
 fn arrow_keys_and_clicks_choose_what_is_offered() {
     let mut h = typed("/data/b");
-    h.key_press(Key::ArrowDown);
-    h.run_steps(2);
-    h.key_press(Key::ArrowDown);
-    h.run_steps(2);
-    h.key_press(Key::Enter);
-    h.run_steps(3);
+    key(&mut h, Key::ArrowDown);
+    key(&mut h, Key::ArrowDown);
+    key(&mut h, Key::Enter);
     assert_eq!(h.state().activity.requests, opened("/data/bunny.obj"));
     let mut h = typed("/data/b");
     press(&mut h, "box/");

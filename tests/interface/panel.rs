@@ -56,15 +56,8 @@ pub fn present(state: &mut AppState, scene: &Arc<Scene>) {
     let token = CancelToken::new();
     let accel = Arc::new(Accel::build(scene, &state.wanted.build, &token).unwrap());
     let request = RenderRequest {
-        accel: Arc::clone(&accel),
-        camera: state.wanted.camera,
-        settings: state.wanted.render,
-        width_px: 96,
-        height_px: 64,
-        coarseness: 1.0,
         count_tests: true,
-        hidden: None,
-        clusters: None,
+        ..RenderRequest::new(&accel, state.wanted.camera, state.wanted.render, [96, 64])
     };
     let frame = Arc::new(render(&request, &token, &|_| {}).unwrap());
     let table = Arc::new(NodeTable::new(&accel));

@@ -43,13 +43,19 @@ fn write(path: &Path, tree: &AnyTree, triangles: usize, corners: Option<&[Triang
     std::fs::rename(whole, path).unwrap();
 }
 
+/// The same in a file of a folder, which goes when it is dropped.
+fn lbvh_file(harness: &Window) -> (TempDir, PathBuf, Accel) {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("mine.bvh");
+    let other = lbvh(harness);
+    write(&path, &other.tree, other.scene.triangles.len(), None);
+    (folder, path, other)
+}
+
 /// The app with the LBVH of a file in place of its own tree.
 fn with_tree_file() -> (Window, TempDir, PathBuf) {
     let mut harness = app();
-    let folder = tempfile::tempdir().unwrap();
-    let path = folder.path().join("mine.bvh");
-    let other = lbvh(&harness);
-    write(&path, &other.tree, other.scene.triangles.len(), None);
+    let (folder, path, other) = lbvh_file(&harness);
     state(&mut harness).activity.requests.push(Request::OpenTree(TreeSide::A, path.clone()));
     settle(&mut harness);
     assert_eq!(presented(&harness).accel.tree, other.tree);
@@ -117,10 +123,7 @@ fn a_file_with_its_triangles_is_model_and_tree() {
 #[test]
 fn a_tree_alone_that_is_opened_is_one_of_the_model_on_the_screen() {
     let mut harness = app();
-    let folder = tempfile::tempdir().unwrap();
-    let path = folder.path().join("alone.bvh");
-    let other = lbvh(&harness);
-    write(&path, &other.tree, other.scene.triangles.len(), None);
+    let (_folder, path, _other) = lbvh_file(&harness);
     let source = harness.state().state.wanted.source.clone();
     state(&mut harness).activity.requests.push(Request::Open(SceneSource::File(path.clone())));
     settle(&mut harness);
@@ -135,10 +138,7 @@ fn a_tree_alone_that_is_opened_is_one_of_the_model_on_the_screen() {
 #[test]
 fn the_second_tree_may_be_that_of_a_file() {
     let mut harness = app();
-    let folder = tempfile::tempdir().unwrap();
-    let path = folder.path().join("mine.bvh");
-    let other = lbvh(&harness);
-    write(&path, &other.tree, other.scene.triangles.len(), None);
+    let (_folder, path, other) = lbvh_file(&harness);
     let first = presented(&harness).accel;
     state(&mut harness).activity.requests.push(Request::OpenTree(TreeSide::B, path.clone()));
     settle(&mut harness);

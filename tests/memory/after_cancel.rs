@@ -79,16 +79,10 @@ fn cancelled_jobs_free_their_memory() {
         table.list(None, token).and_then(|()| table.complete(token)).is_err()
     });
 
-    let request = |shading| RenderRequest {
-        accel: Arc::clone(&accel),
-        camera: Camera::framing(&scene.bounds, scene.up),
-        settings: RenderSettings { shading, samples: 2, ..RenderSettings::default() },
-        width_px: 200,
-        height_px: 150,
-        coarseness: 1.0,
-        count_tests: true,
-        hidden: None,
-        clusters: None,
+    let camera = Camera::framing(&scene.bounds, scene.up);
+    let request = |shading| {
+        let settings = RenderSettings { shading, samples: 2, ..RenderSettings::default() };
+        RenderRequest { count_tests: true, ..RenderRequest::new(&accel, camera, settings, [200, 150]) }
     };
     for shading in Shading::ALL {
         let request = request(shading);

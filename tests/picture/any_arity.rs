@@ -191,17 +191,7 @@ fn clusters_are_the_children_at_a_depth() {
 }
 
 fn picture(accel: &Arc<Accel>, settings: RenderSettings) -> RenderRequest {
-    RenderRequest {
-        accel: Arc::clone(accel),
-        camera: Camera::framing(&accel.scene.bounds, accel.scene.up),
-        settings,
-        width_px: SIZE[0],
-        height_px: SIZE[1],
-        coarseness: 1.0,
-        count_tests: false,
-        hidden: None,
-        clusters: None,
-    }
+    RenderRequest::new(accel, Camera::framing(&accel.scene.bounds, accel.scene.up), settings, SIZE)
 }
 
 #[test]

@@ -49,17 +49,8 @@ fn settings() -> BuildSettings {
 
 fn request(scene: &Arc<Scene>, shading: Shading, count_tests: bool) -> RenderRequest {
     let accel = Accel::build(scene, &settings(), &CancelToken::new()).unwrap();
-    RenderRequest {
-        accel: Arc::new(accel),
-        camera: camera(),
-        settings: RenderSettings { shading, samples: 1, ..RenderSettings::default() },
-        width_px: PIXELS[0],
-        height_px: PIXELS[1],
-        coarseness: 1.0,
-        count_tests,
-        hidden: None,
-        clusters: None,
-    }
+    let settings = RenderSettings { shading, samples: 1, ..RenderSettings::default() };
+    RenderRequest { count_tests, ..RenderRequest::new(&Arc::new(accel), camera(), settings, PIXELS) }
 }
 
 /// Container tests of each pixel. Beside the root: the root. Between the pairs: the root and its two children. Through a triangle:

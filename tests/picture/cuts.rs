@@ -30,17 +30,12 @@ fn accel(scene: &Arc<Scene>, container: ContainerKind) -> Arc<Accel> {
 }
 
 fn request(accel: &Arc<Accel>, shading: Shading, section: Option<SectionPlane>) -> RenderRequest {
-    RenderRequest {
-        accel: Arc::clone(accel),
-        camera: Camera::framing(&accel.scene.bounds, accel.scene.up),
-        settings: RenderSettings { shading, section, samples: 1, ..RenderSettings::default() },
-        width_px: SIZE[0],
-        height_px: SIZE[1],
-        coarseness: 1.0,
-        count_tests: false,
-        hidden: None,
-        clusters: None,
-    }
+    RenderRequest::new(
+        accel,
+        Camera::framing(&accel.scene.bounds, accel.scene.up),
+        RenderSettings { shading, section, samples: 1, ..RenderSettings::default() },
+        SIZE,
+    )
 }
 
 fn traced(request: &RenderRequest) -> Frame {

@@ -107,17 +107,9 @@ fn pictures_do_not_depend_on_the_number_of_threads() {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
         pool.install(|| {
             let accel = Arc::new(Accel::build(&scene, &BuildSettings::default(), &CancelToken::new()).unwrap());
-            let request = RenderRequest {
-                accel,
-                camera: Camera::framing(&scene.bounds, scene.up),
-                settings: RenderSettings { shading, samples: 2, ..RenderSettings::default() },
-                width_px: 90,
-                height_px: 70,
-                coarseness: 1.0,
-                count_tests: true,
-                hidden: None,
-                clusters: None,
-            };
+            let camera = Camera::framing(&scene.bounds, scene.up);
+            let settings = RenderSettings { shading, samples: 2, ..RenderSettings::default() };
+            let request = RenderRequest { count_tests: true, ..RenderRequest::new(&accel, camera, settings, [90, 70]) };
             render(&request, &CancelToken::new(), &|_| ()).unwrap()
         })
     };

@@ -45,17 +45,7 @@ fn picture(scene: &str, container: ContainerKind, settings: RenderSettings, proj
     let scene = Arc::new(load(&source, &LoadOptions::default(), &token).unwrap());
     let accel = Arc::new(Accel::build(&scene, &BuildSettings::preset(Preset::Fast, container), &token).unwrap());
     let camera = Camera { projection, ..Camera::framing(&scene.bounds, scene.up) };
-    let request = RenderRequest {
-        accel,
-        camera,
-        settings,
-        width_px: WIDTH,
-        height_px: HEIGHT,
-        coarseness: 1.0,
-        count_tests: false,
-        hidden: None,
-        clusters: None,
-    };
+    let request = RenderRequest::new(&accel, camera, settings, [WIDTH, HEIGHT]);
     render(&request, &token, &|_| {}).unwrap()
 }
 

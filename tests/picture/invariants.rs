@@ -25,17 +25,7 @@ fn nan_samples_are_counted_and_black() {
         let accel = Arc::new(Accel::build(&scene, &BuildSettings::default(), &CancelToken::new()).unwrap());
         let camera = Camera::framing(&scene.bounds, Vec3::Y);
         let settings = RenderSettings { samples: 1, ..RenderSettings::default() };
-        let request = RenderRequest {
-            accel,
-            camera,
-            settings,
-            width_px: 64,
-            height_px: 48,
-            coarseness: 1.0,
-            count_tests: false,
-            hidden: None,
-            clusters: None,
-        };
+        let request = RenderRequest::new(&accel, camera, settings, [64, 48]);
         render(&request, &CancelToken::new(), &|_| ()).unwrap()
     };
     let (sound, broken) = (picture(0.5), picture(f32::NAN));

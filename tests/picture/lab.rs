@@ -52,17 +52,12 @@ fn the_wide_tree_hits_what_the_binary_one_hits() {
         for Setup { build, .. } in both() {
             let accel = Arc::new(Accel::build(&subject.scene, &build, &CancelToken::new()).unwrap());
             for simd in SimdLevel::ALL.into_iter().filter(|level| level.is_available()) {
-                let request = RenderRequest {
-                    accel: Arc::clone(&accel),
-                    camera: Camera::framing(&subject.scene.bounds, subject.scene.up),
-                    settings: RenderSettings { simd, ..RenderSettings::default() },
-                    width_px: 77,
-                    height_px: 50,
-                    coarseness: 1.0,
-                    count_tests: false,
-                    hidden: None,
-                    clusters: None,
-                };
+                let request = RenderRequest::new(
+                    &accel,
+                    Camera::framing(&subject.scene.bounds, subject.scene.up),
+                    RenderSettings { simd, ..RenderSettings::default() },
+                    [77, 50],
+                );
                 let binary = trace_primary(&request, Traversal::Ordered, &CancelToken::new()).unwrap();
                 let wide = trace_primary_wide(&request, &CancelToken::new()).unwrap();
                 assert!(binary.hits > 100 && binary.hits < binary.rays, "{name}, {simd:?}");

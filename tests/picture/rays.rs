@@ -67,15 +67,13 @@ fn heat(accel: &Arc<Accel>, request: &RayRequest) -> Vec<f32> {
         RayMethod::Wide => (HeatKind::Steps, Traversal::Ordered),
     };
     let picture = RenderRequest {
-        accel: Arc::clone(accel),
-        camera: request.camera,
-        settings: RenderSettings { shading: Shading::Heat(kind), traversal, ..request.settings },
-        width_px: SIZE[0],
-        height_px: SIZE[1],
-        coarseness: 1.0,
-        count_tests: false,
         hidden: request.hidden.clone(),
-        clusters: None,
+        ..RenderRequest::new(
+            accel,
+            request.camera,
+            RenderSettings { shading: Shading::Heat(kind), traversal, ..request.settings },
+            SIZE,
+        )
     };
     render(&picture, &CancelToken::new(), &|_| ()).unwrap().values
 }

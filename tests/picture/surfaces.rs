@@ -106,23 +106,14 @@ fn picture(scene: Scene, panels: u32) -> Frame {
         fov_y: 2.0 * (0.5_f32 / 4.0).atan(),
         projection: Projection::Orthographic,
     };
-    let request = RenderRequest {
-        accel: Arc::new(accel),
-        camera,
-        settings: RenderSettings {
-            shading: Shading::Lit,
-            light: Light::Headlight,
-            exposure: Exposure::Fixed(0.0),
-            samples: 1,
-            ..Default::default()
-        },
-        width_px: panels * PIXELS,
-        height_px: PIXELS,
-        coarseness: 1.0,
-        count_tests: false,
-        hidden: None,
-        clusters: None,
+    let settings = RenderSettings {
+        shading: Shading::Lit,
+        light: Light::Headlight,
+        exposure: Exposure::Fixed(0.0),
+        samples: 1,
+        ..Default::default()
     };
+    let request = RenderRequest::new(&Arc::new(accel), camera, settings, [panels * PIXELS, PIXELS]);
     render(&request, &CancelToken::new(), &|_| ()).unwrap()
 }
 

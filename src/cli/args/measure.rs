@@ -20,12 +20,9 @@ use bvhscope_engine::kernel::SimdLevel;
 use bvhscope_engine::settings::BuilderKind;
 use bvhscope_engine::tree::traverse::Traversal;
 
-/// Flags of every measuring command.
+/// How trees are built and traced to be measured.
 #[derive(Debug, Args)]
-pub struct MeasureArgs {
-    /// The models: files, or builtin:NAME[:SIZE] [default: builtin:teapot]
-    #[arg(value_name = "MODEL", value_parser = ModelParser)]
-    pub models: Vec<SceneSource>,
+pub struct TraceArgs {
     /// Size of the traced picture in pixels
     #[arg(long, value_name = "WxH", value_parser = values::size, allow_hyphen_values = true, default_value = "1024x1024")]
     pub size: [u32; 2],
@@ -41,6 +38,16 @@ pub struct MeasureArgs {
     /// Vector instructions of builds and rays: sse2, sse4, avx2, avx512 or neon, where this machine has them [default: the best]
     #[arg(long, value_name = "LEVEL", value_parser = simd)]
     pub simd: Option<SimdLevel>,
+}
+
+/// Flags of every measuring command.
+#[derive(Debug, Args)]
+pub struct MeasureArgs {
+    /// The models: files, or builtin:NAME[:SIZE] [default: builtin:teapot]
+    #[arg(value_name = "MODEL", value_parser = ModelParser)]
+    pub models: Vec<SceneSource>,
+    #[command(flatten)]
+    pub trace: TraceArgs,
     #[arg(long, value_name = "LIST", value_parser = populations, help = populations_help("Also measure what such rays cost in each tree, and how well SAH cost and EPO predict it: "))]
     pub rays: Option<Populations>,
     /// Print one JSON object a line instead of the table
@@ -186,21 +193,8 @@ pub struct DiffArgs {
     /// Legend below the picture: on or off [default: on, from 240 pixels of width]
     #[arg(long, value_name = "on|off", value_parser = values::on_or_off)]
     pub legend: Option<bool>,
-    /// Size of the traced picture in pixels
-    #[arg(long, value_name = "WxH", value_parser = values::size, allow_hyphen_values = true, default_value = "1024x1024")]
-    pub size: [u32; 2],
-    /// Repetitions of each measurement; medians are shown
-    #[arg(long, value_name = "N", value_parser = values::repeat, default_value = "3")]
-    pub repeat: usize,
-    /// How rays visit nodes: ordered (near child first, culled by distance), or paper (neither)
-    #[arg(long, value_name = "NAME", value_parser = named::<Traversal>, default_value = "ordered")]
-    pub traversal: Traversal,
-    /// Threads for building and tracing, 1 to 1024, but no more than there are cores [default: all]
-    #[arg(long, value_name = "N", value_parser = values::threads)]
-    pub threads: Option<usize>,
-    /// Vector instructions of builds and rays: sse2, sse4, avx2, avx512 or neon, where this machine has them [default: the best]
-    #[arg(long, value_name = "LEVEL", value_parser = simd)]
-    pub simd: Option<SimdLevel>,
+    #[command(flatten)]
+    pub trace: TraceArgs,
     /// Print one JSON object instead of the table
     #[arg(long)]
     pub json: bool,

@@ -11,7 +11,8 @@ use std::path::PathBuf;
 use clap::{Args, Parser, Subcommand};
 
 pub use measure::{
-    BenchArgs, CompareArgs, DiffArgs, MeasureArgs, OneTreeArgs, PlotArgs, ScalingArgs, SweepArgs, TreesFromFilesArgs,
+    BenchArgs, CompareArgs, DiffArgs, MeasureArgs, OneTreeArgs, PlotArgs, ScalingArgs, SweepArgs, TraceArgs,
+    TreesFromFilesArgs,
 };
 pub use picture::{CameraArgs, NodeArgs, OverlayArgs, PictureArgs};
 pub use ray::RayArgs;
@@ -133,6 +134,17 @@ pub struct ViewerArgs {
     pub refuse_buffer: bool,
 }
 
+/// What is around the model in a picture that is written.
+#[derive(Debug, Args)]
+pub struct AroundArgs {
+    /// Background where no surface is: dark, light, white or transparent [default: dark]
+    #[arg(long, value_name = "NAME", value_parser = named::<Background>, help_heading = "Picture")]
+    pub background: Option<Background>,
+    /// Legend below a picture whose colours stand for numbers or nodes: on or off [default: on, from 240 pixels of width]
+    #[arg(long, value_name = "on|off", value_parser = values::on_or_off, help_heading = "Picture")]
+    pub legend: Option<bool>,
+}
+
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
   bvhscope render bunny.obj -o bunny.png --size 1920x1080 --samples 64
@@ -166,12 +178,8 @@ pub struct RenderArgs {
     pub load: StrictLoadArgs,
     #[command(flatten)]
     pub camera: CameraArgs,
-    /// Background where no surface is: dark, light, white or transparent [default: dark]
-    #[arg(long, value_name = "NAME", value_parser = named::<Background>, help_heading = "Picture")]
-    pub background: Option<Background>,
-    /// Legend below a picture whose colours stand for numbers or nodes: on or off [default: on, from 240 pixels of width]
-    #[arg(long, value_name = "on|off", value_parser = values::on_or_off, help_heading = "Picture")]
-    pub legend: Option<bool>,
+    #[command(flatten)]
+    pub around: AroundArgs,
     /// A camera kept in the window (Ctrl+D), by its name
     #[cfg(feature = "gui")]
     #[arg(long, value_name = "NAME", help_heading = "Camera",
@@ -287,12 +295,8 @@ pub struct MergesArgs {
     pub load: StrictLoadArgs,
     #[command(flatten)]
     pub camera: CameraArgs,
-    /// Background where no surface is: dark, light, white or transparent [default: dark]
-    #[arg(long, value_name = "NAME", value_parser = named::<Background>, help_heading = "Picture")]
-    pub background: Option<Background>,
-    /// Legend below a picture whose colours stand for numbers or nodes: on or off [default: on, from 240 pixels of width]
-    #[arg(long, value_name = "on|off", value_parser = values::on_or_off, help_heading = "Picture")]
-    pub legend: Option<bool>,
+    #[command(flatten)]
+    pub around: AroundArgs,
     #[command(flatten)]
     pub picture: PictureArgs,
 }

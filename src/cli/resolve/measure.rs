@@ -3,9 +3,9 @@
 use std::path::PathBuf;
 
 use super::parts::{camera, threads};
-use crate::cli::args::{DiffArgs, MeasureArgs, OneTreeArgs, SweepArgs};
+use crate::cli::args::{CameraArgs, DiffArgs, MeasureArgs, OneTreeArgs, SweepArgs, TraceArgs};
 use crate::headless::diff::DiffCommand;
-use crate::headless::measure::{MeasureCommand, Output};
+use crate::headless::measure::{MeasureCommand, Output, TraceChoice};
 use crate::lab::{Job, Setup, SweepPlan};
 use crate::scene::SceneSource;
 use crate::view::NamedView;
@@ -26,7 +26,7 @@ pub fn setups(tree: &OneTreeArgs, measure: &MeasureArgs, containers: &[Container
         Some(given) => given.0.iter().map(build).collect(),
         None => containers.iter().map(build).filter(|build| build.refusal(0).is_none()).collect(),
     };
-    builds.into_iter().map(|build| Setup { build, preset, threads: threads(measure.threads) }).collect()
+    builds.into_iter().map(|build| Setup { build, preset, threads: threads(measure.trace.threads) }).collect()
 }
 
 pub fn sweep(args: &SweepArgs) -> SweepPlan {
@@ -34,9 +34,16 @@ pub fn sweep(args: &SweepArgs) -> SweepPlan {
         thresholds: args.threshold.0.clone(),
         epsilons: args.epsilon.0.clone(),
         containers: args.container.0.clone(),
-        threads: threads(args.measure.threads),
+        threads: threads(args.measure.trace.threads),
         shard: args.shard.unwrap_or((1, 1)),
     }
+}
+
+fn trace(args: &TraceArgs, of_camera: &CameraArgs) -> TraceChoice {
+    let TraceArgs { size, repeat, traversal, simd, .. } = *args;
+    // The paper's scenes are looked at from outside.
+    let camera = camera(of_camera, NamedView::Outside);
+    TraceChoice { camera, size, traversal, simd: simd.unwrap_or_default(), repeat }
 }
 
 pub fn measure(job: Job, trees: Vec<PathBuf>, args: MeasureArgs) -> MeasureCommand {
@@ -45,12 +52,7 @@ pub fn measure(job: Job, trees: Vec<PathBuf>, args: MeasureArgs) -> MeasureComma
         sources,
         job,
         trees,
-        // The paper's scenes are looked at from outside.
-        camera: camera(&args.camera, NamedView::Outside),
-        size: args.size,
-        traversal: args.traversal,
-        simd: args.simd.unwrap_or_default(),
-        repeat: args.repeat,
+        trace: trace(&args.trace, &args.camera),
         populations: args.rays.unwrap_or_default(),
         output: Output { json: args.json, csv: args.csv, plot: args.plot },
     }
@@ -60,13 +62,8 @@ pub fn diff(args: DiffArgs) -> DiffCommand {
     DiffCommand {
         source: args.model.unwrap_or_else(SceneSource::default_builtin),
         trees: [args.a, args.b],
-        threads: threads(args.threads),
-        // As the other measuring commands.
-        camera: camera(&args.camera, NamedView::Outside),
-        size: args.size,
-        traversal: args.traversal,
-        simd: args.simd.unwrap_or_default(),
-        repeat: args.repeat,
+        threads: threads(args.trace.threads),
+        trace: trace(&args.trace, &args.camera),
         output: args.output,
         legend: args.legend,
         json: args.json,

@@ -66,7 +66,7 @@ pub fn render(args: RenderArgs) -> Result<RenderCommand, Failure> {
         build: args.build.settings.0.settings(),
         tree: tree_origin(&args.build, args.tree.tree),
         camera,
-        settings: RenderSettings { background: args.background.unwrap_or_default(), ..picture(&args.picture) },
+        settings: RenderSettings { background: args.around.background.unwrap_or_default(), ..picture(&args.picture) },
         overlay: overlay(&args.overlay),
         section: args.section,
         hide_triangles: !args.nodes.keep_triangles,
@@ -80,7 +80,7 @@ pub fn render(args: RenderArgs) -> Result<RenderCommand, Failure> {
         size: args.size,
         output: args.output,
         depth_image: args.depth_image,
-        legend: args.legend,
+        legend: args.around.legend,
         json: args.json,
     })
 }
@@ -106,12 +106,12 @@ pub fn merges(args: MergesArgs) -> MergesCommand {
         source: args.model.unwrap_or_else(SceneSource::default_builtin),
         build: args.build.settings.0.settings(),
         camera: camera(&args.camera, NamedView::Default),
-        settings: RenderSettings { background: args.background.unwrap_or_default(), ..picture(&args.picture) },
+        settings: RenderSettings { background: args.around.background.unwrap_or_default(), ..picture(&args.picture) },
         overlay: OverlaySettings { budget: Some(args.at_most), ..OverlaySettings::default() },
         order: args.order,
         frames: args.frames,
         rate: args.rate,
-        legend: args.legend,
+        legend: args.around.legend,
         size: args.size,
         output: args.output,
     }
