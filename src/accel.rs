@@ -94,11 +94,21 @@ pub struct BuildSession {
 impl BuildSession {
     /// The cache of the builds of `scene`, emptied first if the last build was of another scene.
     fn cache_for(&mut self, scene: &Arc<Scene>) -> &mut BuildCache {
-        if !std::ptr::eq(self.scene.as_ptr(), Arc::as_ptr(scene)) {
+        if !is_same(&self.scene, scene) {
             *self = Self { scene: Arc::downgrade(scene), cache: BuildCache::default() };
         }
         &mut self.cache
     }
+}
+
+/// Whether `known` remembers `current`. A value that is gone is the same as none.
+pub fn is_same<T>(known: &Weak<T>, current: &Arc<T>) -> bool {
+    std::ptr::eq(known.as_ptr(), Arc::as_ptr(current))
+}
+
+/// Whether both are the same value or none.
+pub fn are_same<T>(a: Option<&Arc<T>>, b: Option<&Arc<T>>) -> bool {
+    a.map(Arc::as_ptr) == b.map(Arc::as_ptr)
 }
 
 /// Gives the tree's memory to the next build of the session.

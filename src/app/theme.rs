@@ -2,10 +2,12 @@
 //! selection, red for errors only. All distances are multiples of 4 points.
 
 use egui::{
-    self, Color32, CornerRadius, FontFamily, FontId, Margin, Stroke, TextStyle, ThemePreference, Visuals, vec2,
+    self, Color32, CornerRadius, FontFamily, FontId, Margin, Mesh, Painter, Rect, Stroke, TextStyle, ThemePreference,
+    Visuals, vec2,
 };
 
 use crate::app::state::{Preferences, Theme};
+use crate::overlay;
 
 /// Font size of labels and values in points.
 pub const VALUE_SIZE: f32 = 13.0;
@@ -164,4 +166,22 @@ fn visuals(dark: bool) -> Visuals {
     widgets.hovered.bg_stroke = Stroke::new(1.0, grey(0x58, 0xb8));
     widgets.active.bg_stroke = Stroke::new(1.0, palette.accent);
     visuals
+}
+
+/// The colour at a position, 0 to 1, of the scale that stands for the numbers of nodes.
+pub fn scale_color(position: f32) -> Color32 {
+    let [r, g, b] = overlay::ramp(position);
+    Color32::from_rgb(r, g, b)
+}
+
+/// Paints a gradient from left to right in `bar`, in as many `steps` of one colour, that at its middle, 0 to 1.
+pub fn paint_gradient(painter: &Painter, bar: Rect, steps: u16, color: impl Fn(f32) -> Color32) {
+    let mut mesh = Mesh::default();
+    for step in 0..steps {
+        let at = |step: f32| bar.left() + bar.width() * step / f32::from(steps);
+        let step = f32::from(step);
+        let cell = Rect::from_x_y_ranges(at(step)..=at(step + 1.0), bar.y_range());
+        mesh.add_colored_rect(cell, color((step + 0.5) / f32::from(steps)));
+    }
+    painter.add(mesh);
 }

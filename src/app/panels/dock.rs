@@ -25,7 +25,7 @@ pub(super) fn show(ui: &mut Ui, state: &mut AppState) {
         ui.add_space(2.0);
         // The dock keeps its height, however little a view shows.
         ui.set_min_height(ui.available_height());
-        view.ui(ui, state);
+        (view.ui)(ui, state);
     });
     keep_height(ui, state, place.response.rect);
     note_place(ui.ctx(), "Dock", place.response.rect);
@@ -39,21 +39,21 @@ fn keep_height(ui: &Ui, state: &mut AppState, rect: Rect) {
 }
 
 /// The strip of tabs, with the button that closes the dock at its end.
-fn tabs(ui: &mut Ui, state: &mut AppState, open: &dyn View) {
+fn tabs(ui: &mut Ui, state: &mut AppState, open: &View) {
     ui.horizontal(|ui| {
         ui.spacing_mut().item_spacing.x = 2.0;
-        for view in VIEWS {
-            let on = view.name() == open.name();
-            let action = Action::ToggleDock(view.name());
-            let response = ui.add(Button::new(view.name()).selected(on).frame_when_inactive(on));
-            response.widget_info(|| WidgetInfo::selected(Role::Tab, true, on, view.name()));
-            if response.tip(format!("{} ({})", view.purpose(), key_of(action))).clicked() {
-                state.preferences.dock.show(view.name());
+        for view in &VIEWS {
+            let on = view.name == open.name;
+            let action = Action::ToggleDock(view.name);
+            let response = ui.add(Button::new(view.name).selected(on).frame_when_inactive(on));
+            response.widget_info(|| WidgetInfo::selected(Role::Tab, true, on, view.name));
+            if response.tip(format!("{} ({})", view.purpose, key_of(action))).clicked() {
+                state.preferences.dock.show(view.name);
             }
         }
         ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
             let (rect, _) = ui.allocate_exact_size(vec2(theme::ROW_HEIGHT, theme::ROW_HEIGHT), Sense::hover());
-            let tip = format!("Close the dock; what was measured stays ({})", key_of(Action::ToggleDock(open.name())));
+            let tip = format!("Close the dock; what was measured stays ({})", key_of(Action::ToggleDock(open.name)));
             if icon_button(ui, rect, Icon::Close, "Close dock").tip(tip).clicked() {
                 state.preferences.dock.open = None;
             }

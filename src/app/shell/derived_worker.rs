@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use crate::app::state::AppState;
 use crate::app::studies::latest::WorkerPool;
-use crate::app::views::{View, open_view};
+use crate::app::views::open_view;
 use crate::overlay::{NodeTable, OverlaySettings};
 use crate::worker::Worker;
 use bvhscope_engine::cancel::CancelToken;
@@ -46,7 +46,7 @@ impl DerivedWorker {
         let Some(presented) = state.model.presented.as_ref().filter(|_| !self.worker.is_busy()) else { return };
         let (table, wanted) = (&presented.table, state.wanted.overlay);
         let overlay = (state.preferences.show_containers && table.lacks(&wanted)).then_some(wanted);
-        let listed = idle && open_view(state).is_some_and(View::needs_counts);
+        let listed = idle && open_view(state).is_some_and(|view| view.needs_counts);
         let lacking = state.selected().filter(|(shown, node)| idle && shown.table.known_primitives(*node).is_none());
         let table = match lacking {
             // Of one of two trees.

@@ -5,6 +5,7 @@ use std::path::Path;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
+use crate::accel::are_same;
 use crate::app::shell::build_job::{BuildJob, BuildKey, Built, BuiltTree, FirstView, hidden_triangles};
 use crate::app::shell::build_rail::BuildRail;
 use crate::app::shell::file_watch::WatchedFile;
@@ -263,7 +264,7 @@ impl Reconciler {
                         && key.settings == wanted.render
                         && key.size_px == state.layout.viewport_px
                         && key.clusters == state.cluster_cut(None)
-                        && same_triangles(key.hidden.as_ref(), hidden_in(&tree, state).as_ref())
+                        && are_same(key.hidden.as_ref(), hidden_in(&tree, state).as_ref())
                 };
                 match built.picture.filter(fits) {
                     _ if !is_loaded => {}
@@ -397,9 +398,4 @@ fn hidden_in(tree: &BuiltTree, state: &AppState) -> Option<Arc<TriangleSet>> {
 /// The hidden nodes, if the picture leaves their triangles out.
 fn nodes_to_leave_out(state: &AppState) -> HiddenNodes {
     if state.wanted.overlay.hide_triangles { state.selection.hidden.clone() } else { HiddenNodes::default() }
-}
-
-/// Whether two sets of hidden triangles are identical.
-fn same_triangles(a: Option<&Arc<TriangleSet>>, b: Option<&Arc<TriangleSet>>) -> bool {
-    a.map(Arc::as_ptr) == b.map(Arc::as_ptr)
 }

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use crate::accel::Accel;
+use crate::accel::{Accel, are_same};
 use crate::app::studies::latest::WorkerPool;
 use crate::camera::Camera;
 use crate::lab::diff::DifferenceMap;
@@ -36,7 +36,7 @@ pub(crate) struct RenderKey {
 impl PartialEq for RenderKey {
     fn eq(&self, other: &Self) -> bool {
         Arc::ptr_eq(&self.accel, &other.accel)
-            && self.second.as_ref().map(Arc::as_ptr) == other.second.as_ref().map(Arc::as_ptr)
+            && are_same(self.second.as_ref(), other.second.as_ref())
             && self.difference == other.difference
             && self.is_same_view(other)
     }
@@ -49,7 +49,7 @@ impl RenderKey {
             && self.settings == other.settings
             && self.size_px == other.size_px
             && self.clusters == other.clusters
-            && self.hidden.as_ref().map(Arc::as_ptr) == other.hidden.as_ref().map(Arc::as_ptr)
+            && are_same(self.hidden.as_ref(), other.hidden.as_ref())
     }
 
     /// The inputs of the picture through the first tree (0) or the second (1) alone.

@@ -20,7 +20,7 @@ const ADAPTATION: [Duration; 2] = [Duration::from_millis(250), Duration::from_mi
 const MAX_ADAPTATION_STEP: Duration = Duration::from_millis(60);
 
 /// The pictures on the screen.
-struct Shown {
+struct ShownPictures {
     key: RenderKey,
     /// The pictures through the first and the second tree.
     frames: [Option<Arc<Frame>>; 2],
@@ -36,7 +36,7 @@ struct Shown {
     interval: Duration,
 }
 
-impl Shown {
+impl ShownPictures {
     /// The pictures that `key` asks for too, and whether each is complete.
     fn for_key(&self, key: &RenderKey) -> ([Option<Arc<Frame>>; 2], [bool; 2]) {
         let same_view = self.key.is_same_view(key);
@@ -67,7 +67,7 @@ pub(crate) struct RenderRail {
     latest: Latest<RenderKey, RenderJob, Rendered>,
     /// The picture in flight is a single coarse pass, which is soon finished and therefore never cancelled.
     single_pass: bool,
-    shown: Option<Shown>,
+    shown: Option<ShownPictures>,
     pacing: FramePacing,
     /// Number of pictures presented so far.
     frame_count: u64,
@@ -228,7 +228,7 @@ impl RenderRail {
             frame.stats.trace_time.as_secs_f64() * 1e3
         );
         let interval = self.shown.as_ref().map(|before| now.saturating_duration_since(before.since));
-        let shown = Shown {
+        let shown = ShownPictures {
             key,
             frames: [Some(Arc::clone(frame)), rendered.second.clone()],
             complete,

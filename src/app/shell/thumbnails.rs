@@ -11,7 +11,7 @@ use std::time::Instant;
 
 use image::ImageFormat;
 
-use crate::accel::Accel;
+use crate::accel::{Accel, is_same};
 use crate::app::state::{AppState, Presented, THUMBNAIL_SIZE, Thumbnail};
 use crate::app::studies::latest::{Latest, Polled, WorkerPool};
 use crate::export::{Protected, write_bytes};
@@ -94,7 +94,7 @@ impl ThumbnailWorker {
     fn next_picture(&mut self, state: &AppState) -> Option<Job> {
         let Presented { accel, frame, .. } = state.model.presented.as_ref()?;
         let scene = &accel.scene;
-        let is_new = self.kept.as_ptr() != Arc::as_ptr(scene);
+        let is_new = !is_same(&self.kept, scene);
         let suits = frame.settings.shading == Shading::Lit && frame.stats.hits > 0 && scene.source.path().is_some();
         if !is_new || !suits {
             return None;

@@ -37,13 +37,13 @@ pub enum Comparison {
 
 /// Everything beside the tree that its counts and its speed depend on.
 #[derive(Debug, Clone, Copy, PartialEq)]
-struct View {
+struct Circumstances {
     camera: Camera,
     size_px: [u32; 2],
     settings: RenderSettings,
 }
 
-impl View {
+impl Circumstances {
     fn of(frame: &Frame) -> Self {
         // Only the colours of the same counts, and how often the same ray is repeated.
         let settings = RenderSettings { heat_range: None, color_map: ColorMap::Inferno, samples: 1, ..frame.settings };
@@ -55,7 +55,7 @@ impl View {
 #[derive(Debug, Clone, PartialEq)]
 pub struct Counted {
     /// `None` where triangles were hidden: counts of such a picture compare with none.
-    view: Option<View>,
+    view: Option<Circumstances>,
     /// Container and triangle tests per primary ray.
     tests_per_ray: [f32; 2],
     /// Speed of each pass in Mray/s.
@@ -67,7 +67,7 @@ impl Counted {
     /// without counts change nothing. `hides` tells whether triangles of the picture are hidden.
     pub fn observe(counted: &mut Option<Self>, frame: &Frame, hides: bool) {
         let Some(tests_per_ray) = frame.stats.tests_per_ray().filter(|_| frame.coarseness == 1.0) else { return };
-        let view = (!hides).then(|| View::of(frame));
+        let view = (!hides).then(|| Circumstances::of(frame));
         if counted.as_ref().is_none_or(|counted| counted.view != view) {
             *counted = Some(Self { view, tests_per_ray, speeds: Vec::new() });
         }
@@ -80,7 +80,7 @@ impl Counted {
 
     /// Median speed of the passes in Mray/s, where they are those of `frame`.
     pub fn mrays_per_s_of(&self, frame: &Frame) -> Option<f64> {
-        (frame.coarseness == 1.0 && self.view == Some(View::of(frame))).then(|| self.mrays_per_s())
+        (frame.coarseness == 1.0 && self.view == Some(Circumstances::of(frame))).then(|| self.mrays_per_s())
     }
 
     /// Slowest and fastest pass, where there are several.
@@ -108,7 +108,7 @@ pub struct TreeNumbers {
     /// Names of the build stages whose results came from an earlier build.
     reused: Vec<&'static str>,
     /// The view of the counts.
-    view: Option<View>,
+    view: Option<Circumstances>,
 }
 
 impl TreeNumbers {

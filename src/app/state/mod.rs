@@ -159,6 +159,17 @@ impl AppState {
         self.presented_tree().filter(|_| self.preferences.dock.shows(view))
     }
 
+    /// The presented tree while the view of this name is open, with the inputs of a study of it, where they are known.
+    pub fn inputs_of_view<K>(
+        &self,
+        view: &str,
+        inputs: impl FnOnce(&LabState, &Arc<Accel>) -> Option<K>,
+    ) -> Option<(Arc<Accel>, K)> {
+        let accel = self.tree_of_view(view)?;
+        let inputs = inputs(&self.lab, &accel)?;
+        Some((accel, inputs))
+    }
+
     /// Whether the chosen experiment has measured what a file of this format holds.
     pub fn can_save_rows(&self, format: RowFormat) -> bool {
         let result = self.activity.measured.get(&self.preferences.paper.experiment);

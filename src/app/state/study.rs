@@ -3,7 +3,7 @@
 
 use std::sync::{Arc, Weak};
 
-use crate::accel::Accel;
+use crate::accel::{Accel, is_same};
 
 /// A value of type `V` that is derived from a tree and parameters `K`, or on its way. Kept until tree or parameters change.
 #[derive(Debug)]
@@ -29,12 +29,12 @@ impl<K, V> Default for Study<K, V> {
 impl<K: PartialEq, V> Study<K, V> {
     /// The value derived from this tree, whatever the parameters: while a view waits for others, it shows what it has.
     pub fn of_tree(&self, accel: &Arc<Accel>) -> Option<&Arc<V>> {
-        self.known.as_ref().filter(|known| is(&known.tree, accel)).map(|known| &known.value)
+        self.known.as_ref().filter(|known| is_same(&known.tree, accel)).map(|known| &known.value)
     }
 
     /// The value derived from this tree with these parameters.
     pub fn get(&self, accel: &Arc<Accel>, parameters: &K) -> Option<&Arc<V>> {
-        let known = self.known.as_ref().filter(|known| is(&known.tree, accel))?;
+        let known = self.known.as_ref().filter(|known| is_same(&known.tree, accel))?;
         (known.parameters == *parameters).then_some(&known.value)
     }
 
@@ -55,17 +55,13 @@ impl<K: PartialEq, V> Study<K, V> {
 
     /// Whether the user cancelled the value of this tree with these parameters.
     pub fn is_cancelled(&self, accel: &Arc<Accel>, parameters: &K) -> bool {
-        self.cancelled.as_ref().is_some_and(|(tree, cancelled)| is(tree, accel) && cancelled == parameters)
+        self.cancelled.as_ref().is_some_and(|(tree, cancelled)| is_same(tree, accel) && cancelled == parameters)
     }
 
     /// Gives up a value of a tree that is gone, so that its memory goes with the tree.
     pub fn forget_gone(&mut self) {
         self.known = self.known.take().filter(|known| known.tree.strong_count() > 0);
     }
-}
-
-fn is(tree: &Weak<Accel>, accel: &Arc<Accel>) -> bool {
-    std::ptr::eq(tree.as_ptr(), Arc::as_ptr(accel))
 }
 
 /// A tree by identity. Does not keep it in memory.

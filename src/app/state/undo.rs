@@ -13,15 +13,15 @@ const MAX_STEPS: usize = 200;
 /// Stacks of earlier and later states.
 #[derive(Debug, Clone, Default)]
 pub struct UndoStack {
-    past: Vec<Step>,
-    future: Vec<Step>,
+    past: Vec<Snapshot>,
+    future: Vec<Snapshot>,
     /// The state at the end of the last step.
-    settled: Option<Step>,
+    settled: Option<Snapshot>,
 }
 
 /// The state between two steps.
 #[derive(Debug, Clone)]
-struct Step {
+struct Snapshot {
     wanted: Wanted,
     hidden: HiddenNodes,
 }
@@ -31,9 +31,9 @@ impl UndoStack {
     /// step.
     pub fn observe(&mut self, wanted: &Wanted, hidden: &HiddenNodes, dragging: bool) {
         match &mut self.settled {
-            None => self.settled = Some(Step::new(wanted, hidden)),
+            None => self.settled = Some(Snapshot::new(wanted, hidden)),
             Some(settled) if !dragging && !settled.is_same(wanted, hidden) => {
-                self.past.push(std::mem::replace(settled, Step::new(wanted, hidden)));
+                self.past.push(std::mem::replace(settled, Snapshot::new(wanted, hidden)));
                 if self.past.len() > MAX_STEPS {
                     self.past.remove(0);
                 }
@@ -46,7 +46,7 @@ impl UndoStack {
     /// Adopts the settings of a new scene without recording a step: the program itself has changed them. Hidden nodes of the old
     /// scene are forgotten.
     pub fn settle(&mut self, wanted: &Wanted) {
-        let now = Step::new(wanted, &HiddenNodes::default());
+        let now = Snapshot::new(wanted, &HiddenNodes::default());
         for steps in [&mut self.past, &mut self.future] {
             for step in steps.iter_mut() {
                 step.hidden = HiddenNodes::default();
@@ -64,7 +64,7 @@ impl UndoStack {
     /// Goes back one step, if there is one.
     pub fn undo(&mut self, wanted: &mut Wanted, hidden: &mut HiddenNodes) {
         if let Some(earlier) = self.past.pop() {
-            self.future.push(Step::new(wanted, hidden));
+            self.future.push(Snapshot::new(wanted, hidden));
             self.adopt(&earlier, wanted, hidden);
         }
     }
@@ -72,7 +72,7 @@ impl UndoStack {
     /// Goes forward one step that was undone, if there is one.
     pub fn redo(&mut self, wanted: &mut Wanted, hidden: &mut HiddenNodes) {
         if let Some(later) = self.future.pop() {
-            self.past.push(Step::new(wanted, hidden));
+            self.past.push(Snapshot::new(wanted, hidden));
             self.adopt(&later, wanted, hidden);
         }
     }
@@ -87,14 +87,14 @@ impl UndoStack {
         !self.future.is_empty()
     }
 
-    fn adopt(&mut self, step: &Step, wanted: &mut Wanted, hidden: &mut HiddenNodes) {
+    fn adopt(&mut self, step: &Snapshot, wanted: &mut Wanted, hidden: &mut HiddenNodes) {
         *wanted = step.over(wanted);
         hidden.clone_from(&step.hidden);
-        self.settled = Some(Step::new(wanted, hidden));
+        self.settled = Some(Snapshot::new(wanted, hidden));
     }
 }
 
-impl Step {
+impl Snapshot {
     fn new(wanted: &Wanted, hidden: &HiddenNodes) -> Self {
         Self { wanted: wanted.clone(), hidden: hidden.clone() }
     }

@@ -9,7 +9,7 @@ use crate::app::state::{AppState, JobStatus, Study};
 use crate::worker::Worker;
 use bvhscope_engine::cancel::{CancelToken, Cancelled};
 
-/// The tree and the parameters that a value is derived from.
+/// The tree and the parameters that a value is derived from, compared as requests.
 #[derive(Clone)]
 struct Inputs<K>(Arc<Accel>, K);
 
@@ -18,6 +18,9 @@ impl<K: PartialEq> PartialEq for Inputs<K> {
         Arc::ptr_eq(&self.0, &other.0) && self.1 == other.1
     }
 }
+
+/// A tree and parameters.
+type OfTree<K> = (Arc<Accel>, K);
 
 /// A background study.
 pub(crate) struct StudyPlan<K, V> {
@@ -31,7 +34,19 @@ pub(crate) struct StudyPlan<K, V> {
     pub(crate) study: fn(&mut AppState) -> &mut Study<K, V>,
     /// Inputs of the value that is needed now; `None` while nothing on the screen needs one. The flag is set while building and
     /// tracing rest.
-    pub(crate) wanted: fn(&mut AppState, bool) -> Option<(Arc<Accel>, K)>,
+    pub(crate) wanted: fn(&mut AppState, bool) -> Option<OfTree<K>>,
+}
+
+impl<K, V> StudyPlan<K, V> {
+    /// A study that waits until building and tracing rest.
+    pub(crate) const fn new(
+        name: &'static str,
+        label: &'static str,
+        study: fn(&mut AppState) -> &mut Study<K, V>,
+        wanted: fn(&mut AppState, bool) -> Option<OfTree<K>>,
+    ) -> Self {
+        Self { name, label, at_once: false, study, wanted }
+    }
 }
 
 /// A study of any type.

@@ -3,7 +3,7 @@
 use std::sync::{Arc, Mutex, PoisonError, Weak};
 
 use super::{Studies, StudyPlan};
-use crate::accel::Accel;
+use crate::accel::{Accel, is_same};
 use crate::app::state::{OtherTree, Side};
 use crate::lab::diagnose::{Finding, diagnose_scene, diagnose_tree};
 use crate::lab::diff::survivors;
@@ -15,42 +15,39 @@ use bvhscope_engine::cancel::{CancelToken, Cancelled};
 pub(crate) fn add(studies: &mut Studies) -> std::io::Result<()> {
     let of_scene = Mutex::new((Weak::new(), Vec::new()));
     studies.add(
-        StudyPlan {
-            name: "findings",
-            label: "Examining",
-            at_once: false,
-            study: |state| &mut state.lab.findings,
-            wanted: |state, _| {
+        StudyPlan::new(
+            "findings",
+            "Examining",
+            |state| &mut state.lab.findings,
+            |state, _| {
                 let is_open = state.preferences.sections.get("Findings").copied().unwrap_or(false);
                 Some((state.presented_tree().filter(|_| is_open && state.shows_panel(Side::Left))?, ()))
             },
-        },
+        ),
         move |accel, (), token| findings(accel, &of_scene, token),
     )?;
     studies.add(
-        StudyPlan {
-            name: "curve",
-            label: "Sorting along the curve",
-            at_once: false,
-            study: |state| &mut state.lab.curve.scaffold,
-            wanted: |state, _| {
+        StudyPlan::new(
+            "curve",
+            "Sorting along the curve",
+            |state| &mut state.lab.curve.scaffold,
+            |state, _| {
                 let curve = &state.lab.curve;
                 Some((state.presented_tree().filter(|_| curve.shown)?, curve.level))
             },
-        },
+        ),
         |accel, level, token| scaffold(accel, *level, token),
     )?;
     studies.add(
-        StudyPlan {
-            name: "survival",
-            label: "Finding common nodes",
-            at_once: false,
-            study: |state| &mut state.lab.survival,
-            wanted: |state, _| {
+        StudyPlan::new(
+            "survival",
+            "Finding common nodes",
+            |state| &mut state.lab.survival,
+            |state, _| {
                 let second = state.model.second.as_ref()?;
                 Some((state.presented_tree()?, OtherTree::new(&second.accel)))
             },
-        },
+        ),
         |accel, other: &OtherTree, token| {
             let other = other.get().ok_or(Cancelled)?;
             Ok([survivors(accel, &other, token)?, survivors(&other, accel, token)?])
@@ -66,7 +63,7 @@ fn findings(
 ) -> Result<Vec<Finding>, Cancelled> {
     let epo = accel.epo(token)?;
     let mut kept = of_scene.lock().unwrap_or_else(PoisonError::into_inner);
-    if !std::ptr::eq(kept.0.as_ptr(), Arc::as_ptr(&accel.scene)) {
+    if !is_same(&kept.0, &accel.scene) {
         *kept = (Arc::downgrade(&accel.scene), diagnose_scene(&accel.scene, token)?);
     }
     let mut findings = kept.1.clone();

@@ -4,6 +4,7 @@
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
+use crate::accel::are_same;
 use crate::app::state::{AppState, Presented, Standing, TreeSide};
 use crate::overlay::{NodeTable, OverlaySettings, Selection, Shown, Viewpoint};
 use bvhscope_engine::tree::survival::Survival;
@@ -50,7 +51,7 @@ impl Choice {
         let now = Instant::now();
         if let Some(last) = self.last.as_mut().filter(|last| {
             last.table == table.id
-                && same(last.standing.as_ref(), standing)
+                && are_same(last.standing.as_ref(), standing)
                 && last.settings == compared
                 && (&last.selection.hidden, &last.selection.isolated, &last.selection.only) == (hidden, isolated, only)
         }) {
@@ -110,14 +111,6 @@ pub(crate) fn drawn_selection(state: &AppState) -> Selection {
     // Nodes that were hidden or pointed at are those of the presented tree.
     let own = if standing.table().is_some() { Selection::default() } else { state.selection.nodes.clone() };
     Selection { selected: standing.made.or(own.selected), ..own }
-}
-
-fn same(a: Option<&Arc<Standing>>, b: Option<&Arc<Standing>>) -> bool {
-    match (a, b) {
-        (Some(a), Some(b)) => Arc::ptr_eq(a, b),
-        (None, None) => true,
-        _ => false,
-    }
 }
 
 /// The containers chosen last that both trees have, and what they were chosen from.

@@ -4,7 +4,7 @@
 use std::sync::{Arc, Weak};
 
 use super::picking::leaf_of;
-use crate::accel::Accel;
+use crate::accel::{Accel, is_same};
 use crate::app::state::{AppState, Presented, SecondNodes, TreeSide};
 use crate::visibility::NodeIdentity;
 
@@ -46,10 +46,10 @@ impl Counterparts {
     fn follow_side(&mut self, state: &mut AppState, first: &Presented, second: &Presented) {
         let selection = &mut state.selection;
         // In a new first tree another node was found for the selection, which is no choice.
-        if selection.nodes.selected != selection.second.with && is(&self.trees[0], &first.accel) {
+        if selection.nodes.selected != selection.second.with && is_same(&self.trees[0], &first.accel) {
             selection.side = TreeSide::A;
         }
-        if selection.side == TreeSide::B && !is(&self.trees[1], &second.accel) {
+        if selection.side == TreeSide::B && !is_same(&self.trees[1], &second.accel) {
             let same = self.identity.take().and_then(|(_, identity)| identity.find(&second.accel));
             let picked = selection.picked.as_ref().map(|picked| picked.primitive);
             let leaf = || picked.and_then(|primitive| leaf_of(second, primitive));
@@ -87,9 +87,4 @@ impl Counterparts {
         }
         state.selection.second.with = state.selection.nodes.selected;
     }
-}
-
-/// Whether a tree is the one that was remembered.
-fn is(known: &Weak<Accel>, accel: &Arc<Accel>) -> bool {
-    std::ptr::eq(known.as_ptr(), Arc::as_ptr(accel))
 }

@@ -1,20 +1,50 @@
 //! Parts of views that list nodes: a row that stands for a node, with what pointing, clicking and double clicking do in
 //! every such list; small drop-down lists, and the button that measures visits from the present view.
 
+use std::sync::Arc;
+
 use egui::{
-    self, Align2, Color32, ComboBox, CornerRadius, Rect, Response, Role, Sense, TextStyle, Ui, WidgetInfo, pos2, vec2,
+    self, Align2, Color32, ComboBox, CornerRadius, Rect, Response, Role, ScrollArea, Sense, TextStyle, Ui, WidgetInfo,
+    pos2, vec2,
 };
 
+use crate::accel::Accel;
 use crate::app::state::action::Action;
-use crate::app::state::{AppState, Presented, Request};
+use crate::app::state::{AppState, LabState, Presented, Request, Study};
 use crate::app::theme;
-use crate::app::widgets::{Tip as _, plain_drop_down};
+use crate::app::widgets::{Tip as _, empty_view, plain_drop_down};
 use crate::lab::population::Population;
 
 /// Height of a row in points.
 pub(super) const ROW_HEIGHT: f32 = 18.0;
 /// Gap between two columns in points.
 pub(super) const GAP: f32 = 12.0;
+
+/// What is presented; says `otherwise` what to do where that is nothing.
+pub(super) fn presented(ui: &mut Ui, state: &AppState, otherwise: &str) -> Option<Presented> {
+    if state.model.presented.is_none() {
+        empty_view(ui, otherwise);
+    }
+    state.model.presented.clone()
+}
+
+/// The same where that has nodes.
+pub(super) fn presented_tree(ui: &mut Ui, state: &AppState, otherwise: &str) -> Option<Presented> {
+    let shown = state.model.presented.clone().filter(|shown| !shown.table.is_empty());
+    if shown.is_none() {
+        empty_view(ui, otherwise);
+    }
+    shown
+}
+
+/// The scroll area of a list of rows of [`ROW_HEIGHT`], scrolled so that the row `revealed` is in its middle.
+pub(super) fn list(ui: &Ui, id: &str, revealed: Option<usize>) -> ScrollArea {
+    let area = ScrollArea::vertical().id_salt(id).auto_shrink(false);
+    match revealed {
+        Some(row) => area.vertical_scroll_offset((row as f32 * ROW_HEIGHT - ui.available_height() * 0.5).max(0.0)),
+        None => area,
+    }
+}
 
 /// A text in a column.
 pub(super) struct Cell<'a> {
@@ -116,6 +146,26 @@ pub(super) fn no_rays(state: &AppState, shown: &Presented) -> Option<&'static st
     let rays = state.lab.rays(&shown.accel.scene)?;
     let visits = state.lab.visits.get(&shown.accel, &rays)?;
     (visits.rays == 0).then(|| rays.population().absence(rays.light()))
+}
+
+/// In place of what `study` of the tree `accel` derives from `inputs`: `text` until it is there, or the button that begins it again
+/// once it, or the measurement that it needs, was stopped.
+pub(super) fn wait_for<K: PartialEq, V>(
+    ui: &mut Ui,
+    lab: &mut LabState,
+    accel: &Arc<Accel>,
+    study: fn(&mut LabState) -> &mut Study<K, V>,
+    inputs: fn(&LabState, &Arc<Accel>) -> Option<K>,
+    text: &str,
+) {
+    let is_cancelled = match inputs(lab, accel) {
+        Some(inputs) => study(lab).is_cancelled(accel, &inputs),
+        None => lab.is_measuring_stopped(accel),
+    };
+    if waiting(ui, is_cancelled, text) {
+        study(lab).resume();
+        lab.visits.resume();
+    }
 }
 
 /// What is said while a view has nothing to show: that its job is running, waits, or was stopped, with a button to begin again.

@@ -50,20 +50,18 @@ pub(crate) fn chip(ui: &mut Ui, label: &str, on: bool, tip: &str) -> bool {
     ui.add(egui::Button::new(label).selected(on)).tip(tip).clicked()
 }
 
-/// A drop-down list of values, each with its name and tooltip. Values for which `refusal` returns a reason cannot be chosen.
-/// Returns whether the value changed.
+/// A drop-down list of values, each with its name and tooltip. Returns whether the value changed.
 pub(crate) fn combo<T: Copy + PartialEq>(
     ui: &mut Ui,
     label: &str,
     tip: &str,
     value: &mut T,
     choices: &[(T, &str, &str)],
-    refusal: impl Fn(T) -> Option<String>,
 ) -> bool {
-    labelled_drop_down(ui, label, tip, value, choices, refusal, |_, name, _| name.into())
+    labelled_drop_down(ui, label, tip, value, choices, |_| None, |_, name, _| name.into())
 }
 
-/// The same, with each value's sentence below its name.
+/// The same, with each value's sentence below its name. Values for which `refusal` returns a reason cannot be chosen.
 pub(crate) fn explained_combo<T: Copy + PartialEq>(
     ui: &mut Ui,
     label: &str,

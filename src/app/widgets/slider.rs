@@ -2,6 +2,7 @@
 
 use std::ops::RangeInclusive;
 
+use egui::emath::Numeric;
 use egui::{self, Rect, Stroke, Ui, WidgetInfo, vec2};
 
 use super::row::row;
@@ -34,9 +35,25 @@ pub(crate) struct SliderSpec<'a> {
     pub(crate) zero: &'a str,
 }
 
+impl<'a> SliderSpec<'a> {
+    /// A linear slider over whole numbers.
+    pub(crate) const fn new(label: &'a str, tip: &'a str, range: RangeInclusive<f64>, default: f64) -> Self {
+        Self { label, tip, range, default, logarithmic: false, decimals: 0, zero: "" }
+    }
+}
+
 /// A labelled slider with a number field. Returns whether the user changed the value. A value from the command line or the
 /// settings file that lies outside the range or between two steps stays as it is until then.
-pub(crate) fn slider(ui: &mut Ui, value: &mut f64, spec: &SliderSpec<'_>) -> bool {
+pub(crate) fn slider<T: Numeric>(ui: &mut Ui, value: &mut T, spec: &SliderSpec<'_>) -> bool {
+    let mut number = value.to_f64();
+    let changed = number_slider(ui, &mut number, spec);
+    if changed {
+        *value = T::from_f64(number);
+    }
+    changed
+}
+
+fn number_slider(ui: &mut Ui, value: &mut f64, spec: &SliderSpec<'_>) -> bool {
     let before = *value;
     let mut touched = false;
     row(ui, spec.label, spec.tip, |ui| {

@@ -12,8 +12,8 @@ use crate::app::views::{VIEWS, View};
 
 pub(in crate::app::commands) static ROWS: &[&[Row]] = &[
     &[
-        many(views, |state, index| state.preferences.dock.toggle(VIEWS[index].name()))
-            .switch(|state, index| Some(state.preferences.dock.shows(VIEWS[index].name()))),
+        many(views, |state, index| state.preferences.dock.toggle(VIEWS[index].name))
+            .switch(|state, index| Some(state.preferences.dock.shows(VIEWS[index].name))),
         one(
             Action::StepRanking(RankingStep::Next),
             "Next worst node",
@@ -43,9 +43,9 @@ pub(in crate::app::commands) static ROWS: &[&[Row]] = &[
 
 /// One action per view of the dock.
 fn views() -> Vec<Item> {
-    let item_of = |view: &&dyn View| Item {
-        key: Some((NONE, view.key())),
-        ..item(Action::ToggleDock(view.name()), view.name(), view.purpose())
+    let item_of = |view: &View| Item {
+        key: Some((NONE, view.key)),
+        ..item(Action::ToggleDock(view.name), view.name, view.purpose)
     };
     VIEWS.iter().map(item_of).collect()
 }

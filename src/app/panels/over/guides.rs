@@ -18,7 +18,7 @@ const WIDTH: f32 = 280.0;
 const GAP: f32 = 16.0;
 
 /// One card.
-struct Step {
+struct Card {
     title: &'static str,
     text: &'static str,
     /// Name of the place it points at; see [`place_of`].
@@ -27,20 +27,20 @@ struct Step {
     in_right_panel: bool,
 }
 
-const STEPS: [Step; 3] = [
-    Step {
+const CARDS: [Card; 3] = [
+    Card {
         title: "Look into the tree",
         text: "Containers lie within containers. Drag along this bar to choose the levels that are drawn over the model; depth 0 holds everything.",
         place: "Depth bar",
         in_right_panel: false,
     },
-    Step {
+    Card {
         title: "Change the tree",
         text: "Drag the threshold: the tree is built anew at once, and the numbers at the upper left say whether it became better or worse.",
         place: "Threshold",
         in_right_panel: true,
     },
-    Step {
+    Card {
         title: "See where rays are expensive",
         text: "Choose a heat map (Alt+6): bright pixels needed many tests. A good tree is dark nearly everywhere.",
         place: "Shading",
@@ -60,31 +60,31 @@ pub(crate) fn tour(ui: &Ui, rect: Rect, state: &mut AppState) {
         }
     }
     let Some(index) = state.layout.tour.filter(|_| ready) else { return };
-    let Some(step) = STEPS.get(index) else {
+    let Some(card) = CARDS.get(index) else {
         state.layout.tour = None;
         return;
     };
-    let visible = !step.in_right_panel || state.shows_panel(Side::Right);
-    let place = place_of(ui.ctx(), step.place).filter(|_| visible);
+    let visible = !card.in_right_panel || state.shows_panel(Side::Right);
+    let place = place_of(ui.ctx(), card.place).filter(|_| visible);
     let (at, pivot) = match place {
-        Some(place) if step.in_right_panel => (Pos2::new(rect.right() - GAP, place.center().y), Align2::RIGHT_CENTER),
+        Some(place) if card.in_right_panel => (Pos2::new(rect.right() - GAP, place.center().y), Align2::RIGHT_CENTER),
         Some(_) => (rect.center_bottom() - vec2(0.0, GAP), Align2::CENTER_BOTTOM),
         None => (rect.center(), Align2::CENTER_CENTER),
     };
-    let card = Area::new(Id::unique("tour"))
+    let area = Area::new(Id::unique("tour"))
         .order(Order::Foreground)
         .pivot(pivot)
         .fixed_pos(at)
         .constrain_to(rect.shrink(4.0))
         .accessible_name("Tour");
-    let shown = card.show(ui.ctx(), |ui| content(ui, state, index, step, rect.width() - 2.0 * GAP));
+    let shown = area.show(ui.ctx(), |ui| content(ui, state, index, card, rect.width() - 2.0 * GAP));
     if let Some(place) = place {
-        point_at(ui, shown.response.rect, place, step.in_right_panel);
+        point_at(ui, shown.response.rect, place, card.in_right_panel);
     }
 }
 
 /// Title, text and buttons of a card.
-fn content(ui: &mut Ui, state: &mut AppState, index: usize, step: &Step, available: f32) {
+fn content(ui: &mut Ui, state: &mut AppState, index: usize, card: &Card, available: f32) {
     let palette = theme::palette(ui);
     let frame = Frame::new()
         .fill(ui.visuals().window_fill)
@@ -94,13 +94,13 @@ fn content(ui: &mut Ui, state: &mut AppState, index: usize, step: &Step, availab
     frame.show(ui, |ui| {
         ui.set_width(WIDTH.min(available - 24.0).max(120.0));
         ui.horizontal(|ui| {
-            ui.label(RichText::new(step.title).strong().color(palette.text));
-            ui.label(RichText::new(format!("{} of {}", index + 1, STEPS.len())).small().color(palette.dim));
+            ui.label(RichText::new(card.title).strong().color(palette.text));
+            ui.label(RichText::new(format!("{} of {}", index + 1, CARDS.len())).small().color(palette.dim));
         });
-        ui.add(Label::new(step.text).wrap());
+        ui.add(Label::new(card.text).wrap());
         ui.add_space(4.0);
         ui.horizontal(|ui| {
-            let last = index + 1 == STEPS.len();
+            let last = index + 1 == CARDS.len();
             let (label, tip) = if last { ("Done", "End the tour") } else { ("Next", "Go to the next card") };
             let text = RichText::new(label).color(ui.visuals().selection.stroke.color);
             if ui.add(egui::Button::new(text).fill(ui.visuals().selection.bg_fill)).tip(tip).clicked() {

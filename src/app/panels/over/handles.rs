@@ -4,7 +4,7 @@
 use egui::{Align2, Color32, CursorIcon, FontId, Pos2, Rect, Role, Sense, Stroke, Ui, Vec2, WidgetInfo, pos2, vec2};
 use glam::Vec3;
 
-use super::View;
+use super::Projected;
 use crate::app::commands::{Action, SectionStep};
 use crate::app::state::AppState;
 use crate::app::theme;
@@ -19,7 +19,7 @@ const ARROW: f32 = 22.0;
 pub(crate) fn section(ui: &mut Ui, rect: Rect, state: &mut AppState) {
     let (Some(plane), Some(bounds)) = (state.wanted.render.section, state.model.bounds()) else { return };
     let Some(shown) = state.model.presented.as_ref().filter(|_| state.preferences.show_geometry) else { return };
-    let view = View::new(shown.frame.camera, rect);
+    let view = Projected::new(shown.frame.camera, rect);
     let outline = plane.outline(&bounds);
     let color = theme::palette(ui).accent;
     let painter = ui.painter().with_clip_rect(rect);

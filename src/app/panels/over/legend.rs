@@ -20,11 +20,13 @@ const MAX_SHARE: f32 = 0.18;
 const TITLE_HEIGHT: f32 = 20.0;
 /// Height of a gradient with its labels in points.
 const RAMP_HEIGHT: f32 = 28.0;
+/// Steps of a gradient.
+const STEPS: u16 = 48;
 /// Height of a row of swatches or of text in points.
 const LINE_HEIGHT: f32 = 18.0;
 
 /// Title and rows of a legend.
-struct Legend {
+struct LegendBox {
     title: String,
     parts: Vec<Part>,
 }
@@ -84,7 +86,7 @@ pub(crate) fn show(ui: &mut Ui, rect: Rect, state: &AppState) {
 }
 
 /// Legend of the containers.
-fn overlay_legend(state: &AppState) -> Option<Legend> {
+fn overlay_legend(state: &AppState) -> Option<LegendBox> {
     let shown = state.model.presented.as_ref()?;
     let settings = &state.wanted.overlay;
     if state.drawn_kinds() == [false; 2] || state.layout.graphics.failed {
@@ -153,7 +155,7 @@ fn overlay_legend(state: &AppState) -> Option<Legend> {
         Part::Text(format!("{drawn} of {wanted}: {largest}"))
     });
     let title = if standing.is_some() { title.replace("Containers", "Clusters") } else { title };
-    Some(Legend {
+    Some(LegendBox {
         title,
         parts: [colors, swatches(&marked)].into_iter().chain(filled).chain(of_ray).chain(cut).collect(),
     })
@@ -165,7 +167,7 @@ fn lower(text: &str) -> String {
 }
 
 /// Legend of the picture; `None` for shadings whose colours have no meaning.
-fn picture_legend(state: &AppState) -> Option<Legend> {
+fn picture_legend(state: &AppState) -> Option<LegendBox> {
     let shown = state.model.presented.as_ref()?;
     if !state.preferences.show_geometry {
         return None;
@@ -178,7 +180,7 @@ fn picture_legend(state: &AppState) -> Option<Legend> {
     let frame = &shown.frame;
     let lines = frame.settings.mesh_edges.then(|| Part::Text("lines: edges of triangles, from 2 px on".to_owned()));
     let (title, part) = match frame.settings.shading {
-        Shading::Lit => return lines.map(|lines| Legend { title: "Picture: mesh".to_owned(), parts: vec![lines] }),
+        Shading::Lit => return lines.map(|lines| LegendBox { title: "Picture: mesh".to_owned(), parts: vec![lines] }),
         Shading::Normals => {
             let axes = [("+x", [255, 128, 128]), ("+y", [128, 255, 128]), ("+z", [128, 128, 255])];
             let swatches = axes.map(|(name, color)| (vec![color], name.to_owned()));
@@ -193,7 +195,7 @@ fn picture_legend(state: &AppState) -> Option<Legend> {
         Shading::Heat(kind) => (format!("Picture: {} per pixel", kind.counted()), values_ramp(frame)),
         Shading::Depth => ("Picture: depth".to_owned(), values_ramp(frame)),
     };
-    Some(Legend { title, parts: std::iter::once(part).chain(lines).collect() })
+    Some(LegendBox { title, parts: std::iter::once(part).chain(lines).collect() })
 }
 
 /// The nodes that cluster colours show.
@@ -209,7 +211,7 @@ fn clusters(frame: &Frame) -> String {
 }
 
 /// Legend of the difference of two trees.
-fn difference_legend(map: &DifferenceMap) -> Legend {
+fn difference_legend(map: &DifferenceMap) -> LegendBox {
     let kind = match map.frames[0].settings.shading {
         Shading::Heat(kind) => kind,
         _ => HeatKind::Both,
@@ -222,7 +224,7 @@ fn difference_legend(map: &DifferenceMap) -> Legend {
     let percent = |count: u64| format::percent(count as f64 / all);
     let ends = [(-1.0, "fewer in B", fewer), (1.0, "more", more)];
     let swatches = ends.map(|(end, name, count)| (vec![diverging(end)], format!("{name}: {}", percent(count))));
-    Legend {
+    LegendBox {
         title: format!("B − A: {} per pixel", kind.counted()),
         parts: vec![ramp, Part::Swatches(swatches.to_vec())],
     }
@@ -241,7 +243,7 @@ fn values_ramp(frame: &Frame) -> Part {
     Part::Ramp { stops: stops.to_vec(), used: None, color: Box::new(move |position| map.srgb(position)) }
 }
 
-fn paint(ui: &mut Ui, rect: Rect, legend: &Legend) {
+fn paint(ui: &mut Ui, rect: Rect, legend: &LegendBox) {
     let palette = theme::palette(ui);
     let response = ui.interact(rect, ui.scope_id().with(&legend.title), Sense::hover());
     let parts: Vec<String> = legend.parts.iter().map(Part::text).collect();
@@ -291,18 +293,13 @@ fn paint_ramp(
 ) {
     let font = FontId::proportional(theme::HEADING_SIZE);
     let bar = Rect::from_min_size(place.min + vec2(0.0, 2.0), vec2(place.width(), 8.0));
-    let steps = 48;
-    for step in 0..steps {
-        let position = (step as f32 + 0.5) / steps as f32;
+    theme::paint_gradient(painter, bar, STEPS, |position| {
         let [r, g, b] = color(position);
-        let half_step = 0.5 / steps as f32;
+        let half_step = 0.5 / f32::from(STEPS);
         let is_used = used.is_none_or(|[from, to]| (from - half_step..=to + half_step).contains(&position));
-        let left = bar.left() + bar.width() * step as f32 / steps as f32;
-        let right = bar.left() + bar.width() * (step + 1) as f32 / steps as f32;
-        let cell = Rect::from_min_max(pos2(left, bar.top()), pos2(right, bar.bottom()));
         let color = Color32::from_rgb(r, g, b);
-        painter.rect_filled(cell, CornerRadius::ZERO, if is_used { color } else { color.gamma_multiply(0.3) });
-    }
+        if is_used { color } else { color.gamma_multiply(0.3) }
+    });
     let mut free_left = place.left() - 8.0;
     for (position, text) in stops {
         let galley = painter.layout_no_wrap(text.clone(), font.clone(), dim);

@@ -5,7 +5,7 @@
 use egui::{Color32, Painter, Pos2, Rect, Shape, Stroke, Ui, lerp};
 use glam::Vec3;
 
-use super::View;
+use super::Projected;
 use crate::app::state::{AppState, Presented};
 use crate::app::theme;
 use crate::lab::ray::{RayRecord, RayStep};
@@ -30,7 +30,7 @@ pub(crate) fn ray(ui: &Ui, rect: Rect, state: &AppState) {
     let painter = ui.painter().with_clip_rect(rect);
     let [r, g, b] = Role::Traced.color().unwrap_or([255; 3]);
     let drawing = Drawing {
-        view: View::new(shown.frame.camera, rect),
+        view: Projected::new(shown.frame.camera, rect),
         painter,
         rect,
         shown,
@@ -44,7 +44,7 @@ pub(crate) fn ray(ui: &Ui, rect: Rect, state: &AppState) {
 }
 
 struct Drawing<'a> {
-    view: View,
+    view: Projected,
     painter: Painter,
     rect: Rect,
     shown: &'a Presented,
@@ -128,7 +128,7 @@ pub(crate) fn scaffold(ui: &Ui, rect: Rect, state: &AppState) {
     let curve = &state.lab.curve;
     let Some(shown) = state.model.presented.as_ref().filter(|_| curve.shown) else { return };
     let Some(Ok(scaffold)) = curve.scaffold.of_tree(&shown.accel).map(|known| (**known).as_ref()) else { return };
-    let view = View::new(shown.frame.camera, rect);
+    let view = Projected::new(shown.frame.camera, rect);
     let palette = theme::palette(ui);
     let painter = ui.painter().with_clip_rect(rect);
     let mut shapes = Vec::new();

@@ -1,4 +1,4 @@
-//! What is painted over the viewport: legends, axes gizmo, facts of the hovered pixel, messages. [`View`] projects
+//! What is painted over the viewport: legends, axes gizmo, facts of the hovered pixel, messages. [`Projected`] projects
 //! points of the scene to points of the window.
 
 pub(super) mod compare;
@@ -16,13 +16,13 @@ use glam::Vec3;
 use crate::camera::{Camera, CameraFrame, Projection};
 
 /// The picture's camera over a rectangle of the window.
-struct View {
+struct Projected {
     camera: Camera,
     frame: CameraFrame,
     rect: Rect,
 }
 
-impl View {
+impl Projected {
     fn new(camera: Camera, rect: Rect) -> Self {
         Self { camera, frame: camera.for_size(rect.width() as u32, rect.height() as u32), rect }
     }

@@ -33,7 +33,7 @@ pub(crate) fn show(ui: &mut Ui, state: &mut AppState) {
             (choice, choice.label(), meaning)
         });
         let tip = "What the colour of a container means; the legend has the numbers";
-        combo(ui, "Colour by", tip, &mut overlay.color_by, &choices, |_| None);
+        combo(ui, "Colour by", tip, &mut overlay.color_by, &choices);
         more(ui, "containers", |ui| {
             line_style(ui, &mut state.wanted.overlay, state.layout.graphics.automatic_budget());
             curve(ui, state);
@@ -90,41 +90,23 @@ fn kinds(ui: &mut Ui, state: &mut AppState) {
 /// Sliders for hidden lines, line width and the most containers drawn.
 fn line_style(ui: &mut Ui, overlay: &mut OverlaySettings, automatic: u32) {
     let defaults = OverlaySettings::default();
-    let mut hidden = f64::from(overlay.hidden_alpha);
-    let spec = SliderSpec {
-        label: "Hidden lines",
-        tip: "How strong lines behind the surface are. 0 hides them, 1 draws them like those in front",
-        range: 0.0..=1.0,
-        default: f64::from(defaults.hidden_alpha),
-        logarithmic: false,
-        decimals: 2,
-        zero: "",
-    };
-    if slider(ui, &mut hidden, &spec) {
-        overlay.hidden_alpha = hidden as f32;
-    }
-    let mut width = f64::from(overlay.line_width);
-    let spec = SliderSpec {
-        label: "Line width",
-        tip: "Width of the lines in points, the same at any zoom",
-        range: 0.5..=4.0,
-        default: f64::from(defaults.line_width),
-        logarithmic: false,
-        decimals: 2,
-        zero: "",
-    };
-    if slider(ui, &mut width, &spec) {
-        overlay.line_width = width as f32;
+    let hidden = "How strong lines behind the surface are. 0 hides them, 1 draws them like those in front";
+    let width = "Width of the lines in points, the same at any zoom";
+    for (value, label, tip, range, default) in [
+        (&mut overlay.hidden_alpha, "Hidden lines", hidden, 0.0..=1.0, defaults.hidden_alpha),
+        (&mut overlay.line_width, "Line width", width, 0.5..=4.0, defaults.line_width),
+    ] {
+        slider(ui, value, &SliderSpec { decimals: 2, ..SliderSpec::new(label, tip, range, default.into()) });
     }
     let mut budget = f64::from(overlay.budget.unwrap_or(automatic));
     let spec = SliderSpec {
-        label: "At most",
-        tip: "Containers drawn of each kind; where the depths hold more, the largest on screen are shown. More is slower",
-        range: 100.0..=1_000_000.0,
-        default: f64::from(automatic),
         logarithmic: true,
-        decimals: 0,
-        zero: "",
+        ..SliderSpec::new(
+            "At most",
+            "Containers drawn of each kind; where the depths hold more, the largest on screen are shown. More is slower",
+            100.0..=1_000_000.0,
+            f64::from(automatic),
+        )
     };
     if slider(ui, &mut budget, &spec) {
         overlay.budget = Some(budget as u32).filter(|&budget| budget != automatic);
@@ -140,19 +122,16 @@ pub(super) fn curve(ui: &mut Ui, state: &mut AppState) {
     if !state.lab.curve.shown {
         return;
     }
-    let mut level = f64::from(state.lab.curve.level);
     let spec = SliderSpec {
-        label: "Split level",
-        tip: "The cells at which the recursion has split the triangles after so many levels; 0 is the whole model",
-        range: 0.0..=f64::from(CurveState::MAX_LEVEL),
-        default: f64::from(CurveState::default().level),
-        logarithmic: false,
-        decimals: 0,
         zero: "all",
+        ..SliderSpec::new(
+            "Split level",
+            "The cells at which the recursion has split the triangles after so many levels; 0 is the whole model",
+            0.0..=f64::from(CurveState::MAX_LEVEL),
+            f64::from(CurveState::default().level),
+        )
     };
-    if slider(ui, &mut level, &spec) {
-        state.lab.curve.level = level as u32;
-    }
+    slider(ui, &mut state.lab.curve.level, &spec);
     let palette = theme::palette(ui);
     let known = state.model.presented.as_ref().and_then(|shown| state.lab.curve.scaffold.of_tree(&shown.accel));
     let (text, color) = match known.map(|known| (**known).as_ref()) {

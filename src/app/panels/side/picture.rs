@@ -16,7 +16,7 @@ pub(crate) fn show(ui: &mut Ui, state: &mut AppState) {
         let render = &mut state.wanted.render;
         let shadings = Shading::ALL.map(|shading| (shading, shading.label(), shading_description(shading)));
         let tip = format!("What the colour of a pixel means (Alt+1 to Alt+{})", shadings.len());
-        combo(ui, "Shading", &tip, &mut render.shading, &shadings, |_| None);
+        combo(ui, "Shading", &tip, &mut render.shading, &shadings);
         let heat = matches!(render.shading, Shading::Heat(_));
         if render.shading == Shading::Lit {
             light(ui, state);
@@ -53,7 +53,7 @@ fn light(ui: &mut Ui, state: &mut AppState) {
     });
     lights.reverse();
     let tip = "Where the light comes from";
-    combo(ui, "Light", tip, &mut state.wanted.render.light, &lights, |_| None);
+    combo(ui, "Light", tip, &mut state.wanted.render.light, &lights);
     exposure(ui, state);
     let tip = "Let the model's shadow fall on a ground below it, so that it does not float. The tree and all counts \
                stay as they are";
@@ -68,7 +68,7 @@ fn scale(ui: &mut Ui, render: &mut RenderSettings, heat: bool) {
             Traversal::Paper => (traversal, "Paper", "Unordered and not culled, as printed: many more tests"),
         });
         let tip = "How rays visit nodes while tests are counted";
-        combo(ui, "Traversal", tip, &mut render.traversal, &orders, |_| None);
+        combo(ui, "Traversal", tip, &mut render.traversal, &orders);
     }
     let maps = ColorMap::ALL.map(|map| {
         let meaning = match map {
@@ -78,7 +78,7 @@ fn scale(ui: &mut Ui, render: &mut RenderSettings, heat: bool) {
         };
         (map, map.label(), meaning)
     });
-    combo(ui, "Colour map", "Colours from the smallest to the largest value", &mut render.color_map, &maps, |_| None);
+    combo(ui, "Colour map", "Colours from the smallest to the largest value", &mut render.color_map, &maps);
 }
 
 /// The exposure: metered, or fixed by the slider.
@@ -100,13 +100,13 @@ fn exposure(ui: &mut Ui, state: &mut AppState) {
         stops = 0.0;
     }
     let spec = SliderSpec {
-        label: "Stops",
-        tip: "Exposure in stops (EV): each doubles the light, 0 shows it as it is. Moving it switches the meter off",
-        range: -4.0..=4.0,
-        default: 0.0,
-        logarithmic: false,
         decimals: 1,
-        zero: "",
+        ..SliderSpec::new(
+            "Stops",
+            "Exposure in stops (EV): each doubles the light, 0 shows it as it is. Moving it switches the meter off",
+            -4.0..=4.0,
+            0.0,
+        )
     };
     if slider(ui, &mut stops, &spec) {
         *setting = Exposure::Fixed(stops as f32);
@@ -135,24 +135,17 @@ fn normals(ui: &mut Ui, state: &mut AppState) {
         "What makes surfaces look smooth; the triangles stay as they are",
         &mut render.normals,
         &sources,
-        |_| None,
     );
     if render.normals != NormalSource::Crease {
         return;
     }
-    let mut degrees = f64::from(render.crease_degrees);
-    let spec = SliderSpec {
-        label: "Crease angle",
-        tip: "Degrees between triangles up to which their edge is smooth. Higher: rounder; lower: more sharp edges",
-        range: 0.0..=180.0,
-        default: f64::from(RenderSettings::default().crease_degrees),
-        logarithmic: false,
-        decimals: 0,
-        zero: "",
-    };
-    if slider(ui, &mut degrees, &spec) {
-        render.crease_degrees = degrees as f32;
-    }
+    let spec = SliderSpec::new(
+        "Crease angle",
+        "Degrees between triangles up to which their edge is smooth. Higher: rounder; lower: more sharp edges",
+        0.0..=180.0,
+        f64::from(RenderSettings::default().crease_degrees),
+    );
+    slider(ui, &mut render.crease_degrees, &spec);
 }
 
 /// Hundredths of a stop.
@@ -163,34 +156,28 @@ fn round(stops: f32) -> f32 {
 fn cluster_depth(ui: &mut Ui, state: &mut AppState) {
     let max_depth = state.model.presented.as_ref().map_or(32, |shown| shown.accel.tree.max_depth()).max(1);
     let mut value = f64::from(state.wanted.render.cluster_depth.min(max_depth));
-    let spec = SliderSpec {
-        label: "Cluster depth",
-        tip: "The depth of the containers whose colours surfaces take. Deeper: smaller patches",
-        range: 0.0..=f64::from(max_depth),
-        default: f64::from(RenderSettings::default().cluster_depth.min(max_depth)),
-        logarithmic: false,
-        decimals: 0,
-        zero: "",
-    };
+    let spec = SliderSpec::new(
+        "Cluster depth",
+        "The depth of the containers whose colours surfaces take. Deeper: smaller patches",
+        0.0..=f64::from(max_depth),
+        f64::from(RenderSettings::default().cluster_depth.min(max_depth)),
+    );
     if slider(ui, &mut value, &spec) {
         state.wanted.render.cluster_depth = value as u32;
     }
 }
 
 fn samples(ui: &mut Ui, state: &mut AppState) {
-    let mut value = f64::from(state.wanted.render.samples);
     let spec = SliderSpec {
-        label: "Samples",
-        tip: "Samples per pixel once the picture is at rest. More: smoother edges and shadows, later",
-        range: 1.0..=256.0,
-        default: f64::from(RenderSettings::default().samples),
         logarithmic: true,
-        decimals: 0,
-        zero: "",
+        ..SliderSpec::new(
+            "Samples",
+            "Samples per pixel once the picture is at rest. More: smoother edges and shadows, later",
+            1.0..=256.0,
+            f64::from(RenderSettings::default().samples),
+        )
     };
-    if slider(ui, &mut value, &spec) {
-        state.wanted.render.samples = value as u32;
-    }
+    slider(ui, &mut state.wanted.render.samples, &spec);
 }
 
 /// Shows the section.
@@ -229,13 +216,13 @@ fn position(ui: &mut Ui, state: &mut AppState) {
     let size = (high - low).max(f32::MIN_POSITIVE);
     let mut percent = f64::from((plane.offset - low) / size * 100.0);
     let spec = SliderSpec {
-        label: "Position",
-        tip: "Where the plane is, in percent of the model\u{2019}s size along its normal; the handle in the picture moves it too",
-        range: 0.0..=100.0,
-        default: 50.0,
-        logarithmic: false,
         decimals: 1,
-        zero: "",
+        ..SliderSpec::new(
+            "Position",
+            "Where the plane is, in percent of the model\u{2019}s size along its normal; the handle in the picture moves it too",
+            0.0..=100.0,
+            50.0,
+        )
     };
     if slider(ui, &mut percent, &spec) {
         plane.offset = low + size * percent as f32 / 100.0;

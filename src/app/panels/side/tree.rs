@@ -117,13 +117,9 @@ fn number(ui: &mut Ui, state: &mut AppState, setting: &Setting, number: &Number)
     let [low, high] = number.range.map(f64::from);
     let mut value = f64::from((number.get)(state.edited_build()));
     let spec = SliderSpec {
-        label: setting.label,
-        tip: setting.tip,
-        range: low..=high,
-        default: f64::from((number.get)(&BuildSettings::default())),
         logarithmic: number.logarithmic,
         decimals: number.decimals,
-        zero: "",
+        ..SliderSpec::new(setting.label, setting.tip, low..=high, f64::from((number.get)(&BuildSettings::default())))
     };
     if slider(ui, &mut value, &spec) {
         (number.set)(state.edited_build_mut(), value as f32);
@@ -193,13 +189,13 @@ fn threads(ui: &mut Ui, state: &mut AppState) {
     let most = std::thread::available_parallelism().map_or(1, std::num::NonZero::get).max(2);
     let mut value = state.wanted.threads as f64;
     let spec = SliderSpec {
-        label: "Threads",
-        tip: "Threads that build and trace; 0 takes all. The tree is the same for any number",
-        range: 0.0..=most as f64,
-        default: 0.0,
-        logarithmic: false,
-        decimals: 0,
         zero: "all",
+        ..SliderSpec::new(
+            "Threads",
+            "Threads that build and trace; 0 takes all. The tree is the same for any number",
+            0.0..=most as f64,
+            0.0,
+        )
     };
     if slider(ui, &mut value, &spec) {
         state.wanted.threads = value as usize;

@@ -4,7 +4,7 @@ use std::sync::{Arc, Weak};
 
 use serde::{Deserialize, Serialize};
 
-use crate::accel::Accel;
+use crate::accel::{Accel, is_same};
 use crate::app::state::study::Study;
 use crate::catalog::metrics::{self, Metric};
 use crate::lab::icicle::{Icicle, IcicleWidth};
@@ -97,7 +97,7 @@ impl IcicleState {
 
     /// Puts the root on top where the tree is another one than the last time.
     pub fn follow(&mut self, accel: &Arc<Accel>) {
-        if !std::ptr::eq(self.tree.as_ptr(), Arc::as_ptr(accel)) {
+        if !is_same(&self.tree, accel) {
             (self.tree, self.top, self.layout) = (Arc::downgrade(accel), 0, None);
         }
     }
@@ -126,7 +126,7 @@ impl IcicleState {
 
     /// The topmost node of `accel`: the root where another tree was shown.
     pub fn top_of(&self, accel: &Arc<Accel>) -> u32 {
-        if std::ptr::eq(self.tree.as_ptr(), Arc::as_ptr(accel)) { self.top } else { 0 }
+        if is_same(&self.tree, accel) { self.top } else { 0 }
     }
 
     /// Zooms to `node` and all below it.
@@ -137,7 +137,7 @@ impl IcicleState {
     /// The layout of `accel` that was made last.
     pub fn last_layout(&self, accel: &Arc<Accel>) -> Option<&Arc<IcicleLayout>> {
         let (_, layout) = self.layout.as_ref()?;
-        std::ptr::eq(self.tree.as_ptr(), Arc::as_ptr(accel)).then_some(layout)
+        is_same(&self.tree, accel).then_some(layout)
     }
 
     /// The icicle of `table` in `size` columns and most levels, which is made anew only where something has changed; `None` while the

@@ -18,7 +18,7 @@ use std::sync::{Arc, Weak};
 
 use serde::{Deserialize, Serialize};
 
-use crate::accel::Accel;
+use crate::accel::{Accel, is_same};
 use crate::app::state::paper::{Experiment, PaperResult};
 use crate::app::state::study::{OtherTree, Study};
 use crate::lab::diagnose::Finding;
@@ -63,7 +63,7 @@ pub struct LabState {
 impl LabState {
     /// The rays of the chosen population by which visits in `scene` are measured, if that was begun.
     pub fn rays(&self, scene: &Arc<Scene>) -> Option<ViewRays> {
-        let (_, rays) = self.rays.as_ref().filter(|(of, _)| std::ptr::eq(of.as_ptr(), Arc::as_ptr(scene)))?;
+        let (_, rays) = self.rays.as_ref().filter(|(of, _)| is_same(of, scene))?;
         Some(rays.of(self.population))
     }
 

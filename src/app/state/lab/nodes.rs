@@ -4,7 +4,7 @@
 use std::collections::{BTreeSet, HashSet};
 use std::sync::{Arc, Weak};
 
-use crate::accel::Accel;
+use crate::accel::{Accel, is_same};
 use crate::app::state::study::Study;
 use crate::catalog::metrics::{self, Metric};
 use crate::lab::node_ranking::NodeOrder;
@@ -103,7 +103,7 @@ pub struct Outline {
 impl Outline {
     /// Lists the root and its children where the tree is another one than the last time.
     pub fn follow(&mut self, accel: &Arc<Accel>, table: &NodeTable) {
-        if !std::ptr::eq(self.tree.as_ptr(), Arc::as_ptr(accel)) {
+        if !is_same(&self.tree, accel) {
             *self = Self { tree: Arc::downgrade(accel), unfolded: HashSet::from([0]), ..Self::default() };
             self.list(table);
         }
@@ -111,8 +111,7 @@ impl Outline {
 
     /// The unfolded nodes of `accel`; the root alone where another tree is listed.
     pub fn unfolded(&self, accel: &Arc<Accel>) -> BTreeSet<u32> {
-        let is_same = std::ptr::eq(self.tree.as_ptr(), Arc::as_ptr(accel));
-        if is_same { self.unfolded.iter().copied().collect() } else { BTreeSet::from([0]) }
+        if is_same(&self.tree, accel) { self.unfolded.iter().copied().collect() } else { BTreeSet::from([0]) }
     }
 
     /// Unfolds nodes of `accel`, and folds all others.

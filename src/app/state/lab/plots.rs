@@ -6,7 +6,7 @@ use std::sync::{Arc, Weak};
 
 use serde::{Deserialize, Serialize};
 
-use crate::accel::Accel;
+use crate::accel::{Accel, is_same};
 use crate::app::state::paper::{Experiment, PaperResult, settings_of};
 use crate::app::state::study::Study;
 use crate::catalog::numbers::rows::{BUILD_MS, EPO, SAH_COST};
@@ -191,7 +191,7 @@ pub struct SessionTrees {
 impl SessionTrees {
     /// Notes the numbers of a tree that is shown; called each UI frame. A new scene begins anew.
     pub fn note(&mut self, accel: &Accel) {
-        if !std::ptr::eq(self.scene.as_ptr(), Arc::as_ptr(&accel.scene)) {
+        if !is_same(&self.scene, &accel.scene) {
             *self = Self { scene: Arc::downgrade(&accel.scene), trees: Vec::new() };
         }
         if accel.file.is_none() && accel.settings.builder == BuilderKind::None {

@@ -5,7 +5,7 @@ use std::sync::{Arc, Weak};
 use glam::Vec3;
 use serde::{Deserialize, Serialize};
 
-use crate::accel::Accel;
+use crate::accel::{Accel, is_same};
 use crate::app::state::study::Study;
 use crate::camera::Camera;
 use crate::lab::ray::{RayMethod, RayRecord, RayRequest};
@@ -178,8 +178,7 @@ impl RayState {
         if let Some(newest) = self.record.of_tree(accel) {
             let newest = Arc::clone(newest);
             if self.shown.as_ref().is_none_or(|(_, shown)| !Arc::ptr_eq(shown, &newest)) {
-                let other_tree =
-                    self.shown.as_ref().is_some_and(|(tree, _)| !std::ptr::eq(tree.as_ptr(), Arc::as_ptr(accel)));
+                let other_tree = self.shown.as_ref().is_some_and(|(tree, _)| !is_same(tree, accel));
                 if other_tree {
                     self.remark = Some("The tree has changed: this is the same ray through the new one");
                 }
@@ -191,7 +190,7 @@ impl RayState {
             }
         }
         let (tree, shown) = self.shown.as_ref()?;
-        Some((Arc::clone(shown), std::ptr::eq(tree.as_ptr(), Arc::as_ptr(accel))))
+        Some((Arc::clone(shown), is_same(tree, accel)))
     }
 
     /// What [`RayState::follow`] returned last.

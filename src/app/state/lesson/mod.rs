@@ -25,7 +25,7 @@ pub const LESSONS: [&str; 6] = [
 
 /// A step of a lesson.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Step {
+pub struct LessonStep {
     /// What the window shows.
     pub state: SharedState,
     /// Two or three sentences; `{name}` stands for a measured number.
@@ -178,7 +178,7 @@ impl Reading {
     }
 
     /// The step that is shown.
-    pub fn current(&self) -> &Step {
+    pub fn current(&self) -> &LessonStep {
         &self.lesson.steps[self.step]
     }
 

@@ -1,7 +1,7 @@
 //! The file of a lesson: lines of `name: value`, continued by indented lines. `title` and `about` come first; each `state` begins a
 //! step.
 
-use super::{Check, Numbers, Step};
+use super::{Check, LessonStep, Numbers};
 use crate::app::state::state_line::SharedState;
 
 /// A lesson.
@@ -12,7 +12,7 @@ pub struct Lesson {
     /// What one learns, in a sentence.
     pub about: String,
     /// Its steps; at least one.
-    pub steps: Vec<Step>,
+    pub steps: Vec<LessonStep>,
 }
 
 impl Lesson {
@@ -37,7 +37,12 @@ impl Lesson {
             ("about", None) => self.about = value,
             ("state", _) => {
                 let state = SharedState::parse(&value)?;
-                self.steps.push(Step { state, caption: String::new(), question: String::new(), checks: Vec::new() });
+                self.steps.push(LessonStep {
+                    state,
+                    caption: String::new(),
+                    question: String::new(),
+                    checks: Vec::new(),
+                });
             }
             ("caption", Some(step)) => {
                 unknown_number(&value).map_or(Ok(()), |name| Err(format!("there is no number {{{name}}}")))?;

@@ -3,58 +3,37 @@
 mod plot;
 
 use egui::{
-    self, Align, Align2, Color32, CornerRadius, Key, Layout, Mesh, Rect, RichText, Role, Sense, TextStyle, Ui,
-    WidgetInfo, pos2, vec2,
+    self, Align, Align2, Color32, CornerRadius, Key, Layout, Rect, RichText, Role, Sense, TextStyle, Ui, WidgetInfo,
+    pos2, vec2,
 };
 
 use crate::app::state::lab::{IcicleInputs, IcicleState};
-use crate::app::state::{AppState, Presented, Severity};
+use crate::app::state::{AppState, LabState, Presented, Severity};
 use crate::app::studies::{Studies, StudyPlan};
 use crate::app::views::{View, parts};
-use crate::app::widgets::{Tip as _, empty_view};
+use crate::app::widgets::Tip as _;
 use crate::app::{format, theme};
 use crate::catalog::metrics::{METRICS, Metric};
 use crate::lab::icicle::{IcicleWidth, subtree_sums};
-use crate::overlay;
 
 /// Most nodes that the line of nodes above the topmost one names.
 const NAMED: usize = 5;
 
+const PURPOSE: &str =
+    "The whole tree at a glance: each node below its parent, as wide as its share of cost, visits or triangles";
+
 /// The tree from the root downwards.
-pub(super) struct IcicleView;
-
-impl View for IcicleView {
-    fn name(&self) -> &'static str {
-        IcicleState::VIEW
-    }
-
-    fn purpose(&self) -> &'static str {
-        "The whole tree at a glance: each node below its parent, as wide as its share of cost, visits or triangles"
-    }
-
-    fn key(&self) -> Key {
-        Key::F7
-    }
-
-    fn ui(&self, ui: &mut Ui, state: &mut AppState) {
-        show(ui, state);
-    }
-
-    fn add_studies(&self, studies: &mut Studies) -> std::io::Result<()> {
-        add_widths(studies)
-    }
-
-    fn needs_visits(&self, state: &AppState) -> bool {
+pub(super) const VIEW: View = View {
+    add_studies: add_widths,
+    needs_visits: |state| {
         let IcicleState { width, color, .. } = state.lab.icicle;
         width == IcicleWidth::Visits || color.needs_visits
-    }
-}
+    },
+    ..View::new(IcicleState::VIEW, PURPOSE, Key::F7, show)
+};
 
 fn show(ui: &mut Ui, state: &mut AppState) {
-    let Some(shown) = state.model.presented.clone().filter(|shown| !shown.table.is_empty()) else {
-        empty_view(ui, "Open a model to see its tree as an icicle");
-        return;
-    };
+    let Some(shown) = parts::presented_tree(ui, state, "Open a model to see its tree as an icicle") else { return };
     state.lab.icicle.follow(&shown.accel);
     ui.horizontal(|ui| {
         let view = &mut state.lab.icicle;
@@ -135,17 +114,12 @@ fn breadcrumb(ui: &mut Ui, state: &mut AppState, shown: &Presented) {
 
 /// Adds the study: the width of each node, derived from all that is below it.
 fn add_widths(studies: &mut Studies) -> std::io::Result<()> {
-    let plan = StudyPlan {
-        name: "icicle",
-        label: "Measuring subtrees",
-        at_once: false,
-        study: |state| &mut state.lab.icicle.sums,
-        wanted: |state, _| {
-            let accel = state.tree_of_view(IcicleState::VIEW)?;
-            let inputs = state.lab.icicle_inputs(&accel)?;
-            Some((accel, inputs))
-        },
-    };
+    let plan = StudyPlan::new(
+        "icicle",
+        "Measuring subtrees",
+        |state| &mut state.lab.icicle.sums,
+        |state, _| state.inputs_of_view(IcicleState::VIEW, LabState::icicle_inputs),
+    );
     studies.add(plan, |accel, inputs: &IcicleInputs, token| {
         accel.compute_ancestry(token)?;
         subtree_sums(accel, inputs.width, inputs.visits.as_ref(), token)
@@ -155,7 +129,7 @@ fn add_widths(studies: &mut Studies) -> std::io::Result<()> {
 /// Width of the gradient in points.
 const WIDTH: f32 = 72.0;
 /// Steps of the gradient.
-const STEPS: usize = 24;
+const STEPS: u16 = 24;
 
 /// Shows the colours of the icicle for the icicle that was laid out last.
 fn legend(ui: &mut Ui, state: &AppState, shown: &Presented) {
@@ -174,13 +148,7 @@ fn legend(ui: &mut Ui, state: &AppState, shown: &Presented) {
     ui.painter().text(rect.right_center(), Align2::RIGHT_CENTER, &high, font, palette.dim);
     let left = rect.left() + galleys[0] + 6.0;
     let bar = Rect::from_min_size(pos2(left, rect.center().y - 4.0), vec2(WIDTH, 8.0));
-    let mut mesh = Mesh::default();
-    for step in 0..STEPS {
-        let at = |step: usize| bar.left() + bar.width() * step as f32 / STEPS as f32;
-        let place = Rect::from_x_y_ranges(at(step)..=at(step + 1), bar.y_range());
-        mesh.add_colored_rect(place, color(Some((step as f32 + 0.5) / STEPS as f32), palette.rail));
-    }
-    ui.painter().add(mesh);
+    theme::paint_gradient(ui.painter(), bar, STEPS, theme::scale_color);
     ui.painter().rect_stroke(
         bar,
         CornerRadius::ZERO,
@@ -192,10 +160,7 @@ fn legend(ui: &mut Ui, state: &AppState, shown: &Presented) {
 
 /// The colour at a position on the scale, 0 to 1; `none` for a node without a value.
 fn color(position: Option<f32>, none: Color32) -> Color32 {
-    position.map_or(none, |position| {
-        let [r, g, b] = overlay::ramp(position);
-        Color32::from_rgb(r, g, b)
-    })
+    position.map_or(none, theme::scale_color)
 }
 
 /// A value of a metric as text.

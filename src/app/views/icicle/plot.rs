@@ -8,7 +8,7 @@ use egui::{
 };
 
 use crate::app::state::action::Action;
-use crate::app::state::{AppState, IcicleLayout, Presented, Request};
+use crate::app::state::{AppState, IcicleLayout, LabState, Presented, Request};
 use crate::app::views::parts;
 use crate::app::{format, theme};
 use crate::catalog::metrics::METRICS;
@@ -28,14 +28,14 @@ pub(super) fn show(ui: &mut Ui, state: &mut AppState, shown: &Presented) {
     let levels = (rect.height() / LEVEL_HEIGHT[0]).floor().max(1.0) as u32;
     let visits = state.lab.known_visits(&shown.accel);
     let Some(layout) = state.lab.icicle.layout(&shown.accel, &shown.table, visits, [columns, levels]) else {
-        let is_cancelled = match state.lab.icicle_inputs(&shown.accel) {
-            Some(inputs) => state.lab.icicle.sums.is_cancelled(&shown.accel, &inputs),
-            None => state.lab.is_measuring_stopped(&shown.accel),
-        };
-        if parts::waiting(ui, is_cancelled, "Measuring the subtrees") {
-            state.lab.icicle.sums.resume();
-            state.lab.visits.resume();
-        }
+        parts::wait_for(
+            ui,
+            &mut state.lab,
+            &shown.accel,
+            |lab| &mut lab.icicle.sums,
+            LabState::icicle_inputs,
+            "Measuring the subtrees",
+        );
         return;
     };
     let response = ui.allocate_rect(rect, Sense::click());

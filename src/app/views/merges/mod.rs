@@ -12,9 +12,8 @@ use egui::{self, Button, Key, RichText, ScrollArea, Ui, vec2};
 
 use crate::app::state::lab::merges::{MergePage, MergeStudy, MergesState};
 use crate::app::state::{AppState, Presented};
-use crate::app::studies::Studies;
 use crate::app::theme;
-use crate::app::views::View;
+use crate::app::views::{View, parts};
 use crate::app::widgets::{chip, empty_view};
 use bvhscope_engine::construction::MergeOrder;
 
@@ -24,34 +23,14 @@ const PAGE_WIDTH: [f32; 2] = [240.0, 460.0];
 /// Longest time in seconds by which playing advances at once.
 const LONGEST_FRAME: f32 = 0.1;
 
+const PURPOSE: &str = "How the tree was built, merge by merge: scrub, play, and see why two clusters were merged";
+
 /// The construction of the tree, merge by merge.
-pub(super) struct MergesView;
-
-impl View for MergesView {
-    fn name(&self) -> &'static str {
-        MergesState::VIEW
-    }
-
-    fn purpose(&self) -> &'static str {
-        "How the tree was built, merge by merge: scrub, play, and see why two clusters were merged"
-    }
-
-    fn key(&self) -> Key {
-        Key::F6
-    }
-
-    fn ui(&self, ui: &mut Ui, state: &mut AppState) {
-        show(ui, state);
-    }
-
-    fn add_studies(&self, studies: &mut Studies) -> std::io::Result<()> {
-        studies::add(studies)
-    }
-}
+pub(super) const VIEW: View =
+    View { add_studies: studies::add, ..View::new(MergesState::VIEW, PURPOSE, Key::F6, show) };
 
 fn show(ui: &mut Ui, state: &mut AppState) {
-    let Some(shown) = state.model.presented.clone() else {
-        empty_view(ui, "Open a model to see how its tree is built, merge by merge");
+    let Some(shown) = parts::presented(ui, state, "Open a model to see how its tree is built, merge by merge") else {
         return;
     };
     let Some(known) = state.lab.merges.known(&shown.accel) else {

@@ -8,6 +8,7 @@ use egui::{
     Shape, Stroke, StrokeKind, TextureFilter, TextureHandle, TextureOptions, Ui, WidgetInfo, pos2, vec2,
 };
 
+use crate::accel::is_same;
 use crate::app::state::AppState;
 use crate::app::state::lab::merges::{MergeStudy, MergesState};
 use crate::app::{format, theme};
@@ -23,14 +24,14 @@ const STOP_STEP: f32 = 3.0;
 const REACH: f32 = 4.0;
 
 /// Where steps and areas are in the window.
-struct Axes {
+struct StepPlot {
     plot: Rect,
     first: f32,
     count: f32,
     range: [f32; 2],
 }
 
-impl Axes {
+impl StepPlot {
     fn x(&self, step: u32) -> f32 {
         self.plot.left() + (step as f32 - self.first + 0.5) / self.count * self.plot.width()
     }
@@ -59,7 +60,7 @@ pub(super) fn show(ui: &mut Ui, state: &mut AppState, study: &MergeStudy, size: 
     let [left, top, bottom] = MARGINS;
     let plot = Rect::from_min_max(rect.min + vec2(left, top), rect.max - vec2(4.0, bottom));
     let Density { steps: [first, count], range, .. } = *image.density;
-    let axes = Axes { plot, first: first as f32, count: count.max(1) as f32, range };
+    let axes = StepPlot { plot, first: first as f32, count: count.max(1) as f32, range };
 
     scrub(ui, &mut state.lab.merges, merges, &axes, &response);
     keys(ui, &mut state.lab.merges, merges, &response);
@@ -108,7 +109,7 @@ pub(super) fn show(ui: &mut Ui, state: &mut AppState, study: &MergeStudy, size: 
 }
 
 /// Chooses the step under the pointer while the button is held.
-fn scrub(ui: &Ui, state: &mut MergesState, merges: &Merges, axes: &Axes, response: &Response) {
+fn scrub(ui: &Ui, state: &mut MergesState, merges: &Merges, axes: &StepPlot, response: &Response) {
     let held = response.is_pointer_button_down_on() && ui.input(|input| input.pointer.primary_down());
     let held = held || response.clicked_by(egui::PointerButton::Primary);
     if let Some(pointer) = response.interact_pointer_pos().filter(|_| held) {
@@ -154,7 +155,7 @@ fn keys(ui: &Ui, state: &mut MergesState, merges: &Merges, response: &Response) 
 }
 
 /// The marks where ranges stop merging, with their places: those nearest to the root where there is no room for all.
-fn visible_stops(merges: &Merges, axes: &Axes) -> Vec<(f32, usize)> {
+fn visible_stops(merges: &Merges, axes: &StepPlot) -> Vec<(f32, usize)> {
     let mut by_level: Vec<usize> = (0..merges.stops.len()).filter(|&at| axes.shows(merges.stops[at].step)).collect();
     by_level.sort_by_key(|&at| merges.stops[at].level);
     let mut taken: Vec<(f32, usize)> = Vec::new();
@@ -170,7 +171,7 @@ fn visible_stops(merges: &Merges, axes: &Axes) -> Vec<(f32, usize)> {
 }
 
 /// The line through the present step, with a dot at what it makes.
-fn cursor(painter: &egui::Painter, axes: &Axes, merges: &Merges, step: u32, color: Color32) {
+fn cursor(painter: &egui::Painter, axes: &StepPlot, merges: &Merges, step: u32, color: Color32) {
     let x = axes.x(step).clamp(axes.plot.left(), axes.plot.right());
     painter.vline(x, axes.plot.top() - 4.0..=axes.plot.bottom(), Stroke::new(1.5, color));
     if let Some(&area) = (step as usize).checked_sub(1).and_then(|at| merges.log_areas.get(at)) {
@@ -179,7 +180,7 @@ fn cursor(painter: &egui::Painter, axes: &Axes, merges: &Merges, step: u32, colo
 }
 
 /// Labels of both axes.
-fn labels(painter: &egui::Painter, axes: &Axes, rect: Rect, steps: u32, color: Color32, line: Color32) {
+fn labels(painter: &egui::Painter, axes: &StepPlot, rect: Rect, steps: u32, color: Color32, line: Color32) {
     let font = FontId::proportional(theme::HEADING_SIZE);
     let text = |place, align, text: String| painter.text(place, align, text, font.clone(), color);
     let mut free = f32::INFINITY;
@@ -211,7 +212,7 @@ fn labels(painter: &egui::Painter, axes: &Axes, rect: Rect, steps: u32, color: C
 }
 
 /// What is under the pointer.
-fn tip(merges: &Merges, axes: &Axes, stops: &[(f32, usize)], pointer: egui::Pos2, steps: u32) -> String {
+fn tip(merges: &Merges, axes: &StepPlot, stops: &[(f32, usize)], pointer: egui::Pos2, steps: u32) -> String {
     let step = axes.step(pointer.x, steps);
     let mut lines = Vec::new();
     if pointer.y < axes.plot.top() {
@@ -260,10 +261,9 @@ pub(super) fn density_image(ui: &Ui, study: &MergeStudy, window: u32) -> Arc<Den
     let color = theme::palette(ui).accent;
     let whole = &study.merges.density;
     let known = ui.data(|data| data.get_temp::<Arc<DensityImage>>(id));
-    let is_same = |known: &Arc<DensityImage>| {
-        std::ptr::eq(known.study.as_ptr(), Arc::as_ptr(whole)) && known.window == window && known.color == color
-    };
-    if let Some(known) = known.filter(is_same) {
+    let is_wanted =
+        |known: &Arc<DensityImage>| is_same(&known.study, whole) && known.window == window && known.color == color;
+    if let Some(known) = known.filter(is_wanted) {
         return known;
     }
     let all = study.merges.log_areas.len();

@@ -25,13 +25,13 @@ const HANDLE: f32 = 16.0;
 const PIECES: u16 = 64;
 
 /// A plot with logarithmic axes from 1.
-struct Axes {
+struct LogPlot {
     plot: Rect,
     /// Largest number of primitives and of clusters.
     most: [f64; 2],
 }
 
-impl Axes {
+impl LogPlot {
     fn at(&self, x: f64, y: f64) -> Pos2 {
         let part = |value: f64, most: f64| (value.max(1.0).ln() / most.ln()) as f32;
         let [x, y] = [part(x, self.most[0]), part(y, self.most[1])];
@@ -68,7 +68,7 @@ pub(super) fn show(ui: &mut Ui, state: &mut AppState, study: &MergeStudy) {
     response.widget_info(|| WidgetInfo::labeled(egui::Role::Image, true, &text));
     let [left, bottom] = MARGINS;
     let axes =
-        Axes { plot: Rect::from_min_max(rect.min + vec2(left, 4.0), rect.max - vec2(8.0, bottom)), most: [x, y] };
+        LogPlot { plot: Rect::from_min_max(rect.min + vec2(left, 4.0), rect.max - vec2(8.0, bottom)), most: [x, y] };
     let painter = ui.painter_at(rect);
     painter.rect_filled(axes.plot, CornerRadius::same(2), ui.visuals().extreme_bg_color);
     labels(&painter, &axes, &palette);
@@ -115,7 +115,7 @@ fn tsv(levels: &[ReductionLevel], reduction: &Reduction) -> String {
 }
 
 /// The two points of the curve that can be dragged: where it begins, by δ, and its far end, by ε.
-fn handles(ui: &mut Ui, state: &mut AppState, axes: &Axes, painter: &Painter, end: [f64; 2]) {
+fn handles(ui: &mut Ui, state: &mut AppState, axes: &LogPlot, painter: &Painter, end: [f64; 2]) {
     let build = state.wanted.build;
     let delta = f64::from(build.threshold);
     let drag = |name: &str, place: Pos2, value: f64, tip: &str, cursor: CursorIcon| {
@@ -160,7 +160,7 @@ fn handles(ui: &mut Ui, state: &mut AppState, axes: &Axes, painter: &Painter, en
 }
 
 /// Powers of ten along both axes, and what they count.
-fn labels(painter: &Painter, axes: &Axes, palette: &theme::Palette) {
+fn labels(painter: &Painter, axes: &LogPlot, palette: &theme::Palette) {
     let font = FontId::proportional(theme::HEADING_SIZE);
     let text = |place, align, text: String| painter.text(place, align, text, font.clone(), palette.dim);
     let line = Stroke::new(1.0, palette.line);

@@ -2,7 +2,8 @@
 
 use std::sync::{Arc, Mutex, PoisonError, Weak};
 
-use crate::accel::Accel;
+use crate::accel::{Accel, is_same};
+use crate::app::state::LabState;
 use crate::app::state::lab::merges::{ChoiceOf, CutNodes, MergePage, MergeStudy, MergesState};
 use crate::app::studies::{Studies, StudyPlan};
 use crate::lab::merges::{History, Merges, TreeOfRecord, merges_clusters};
@@ -25,60 +26,49 @@ pub(super) fn add(studies: &mut Studies) -> std::io::Result<()> {
 
 fn add_merges(studies: &mut Studies) -> std::io::Result<()> {
     let last = LastHistory::default();
-    let plan = StudyPlan {
-        name: "merges",
-        label: "Recording merges",
-        at_once: false,
-        study: |state| &mut state.lab.merges.study,
-        wanted: |state, _| {
-            let accel = state.tree_of_view(MergesState::VIEW)?;
-            let order = order_of(&accel, state.lab.merges.order);
-            Some((accel, order))
-        },
-    };
+    let plan = StudyPlan::new(
+        "merges",
+        "Recording merges",
+        |state| &mut state.lab.merges.study,
+        |state, _| state.inputs_of_view(MergesState::VIEW, |lab, accel| Some(order_of(accel, lab.merges.order))),
+    );
     studies.add(plan, move |accel, &order, token| study(accel, order, &last, token))
 }
 
 fn add_choice(studies: &mut Studies) -> std::io::Result<()> {
-    let plan = StudyPlan {
-        name: "choice",
-        label: "Comparing clusters",
-        at_once: false,
-        study: |state| &mut state.lab.merges.choice,
-        wanted: |state, _| {
-            let accel = state.tree_of_view(MergesState::VIEW)?;
-            let choice = state.lab.merges.wanted_choice(&accel)?;
-            Some((accel, choice))
-        },
-    };
+    let plan = StudyPlan::new(
+        "choice",
+        "Comparing clusters",
+        |state| &mut state.lab.merges.choice,
+        |state, _| state.inputs_of_view(MergesState::VIEW, |lab, accel| lab.merges.wanted_choice(accel)),
+    );
     studies.add(plan, |_, of: &ChoiceOf, token| {
         of.history.construction.as_ref().map_or(Ok(None), |construction| construction.choice(of.merge, token))
     })
 }
 
 fn add_cut(studies: &mut Studies) -> std::io::Result<()> {
-    let plan = StudyPlan {
-        name: "cut",
-        label: "Cutting the tree",
-        at_once: false,
-        study: |state| &mut state.lab.merges.cut,
-        wanted: |state, _| Some((state.tree_of_view(MergesState::VIEW)?, state.lab.merges.wanted_cut()?)),
-    };
+    let plan = StudyPlan::new(
+        "cut",
+        "Cutting the tree",
+        |state| &mut state.lab.merges.cut,
+        |state, _| state.inputs_of_view(MergesState::VIEW, |lab, _| lab.merges.wanted_cut()),
+    );
     studies.add(plan, |accel, &cut, token| cut_nodes(accel, cut, token))
 }
 
 fn add_price(studies: &mut Studies) -> std::io::Result<()> {
-    let plan = StudyPlan {
-        name: "price",
-        label: "Clustering exactly",
-        at_once: false,
-        study: |state| &mut state.lab.merges.price,
-        wanted: |state, _| {
-            let (accel, merges) = (state.tree_of_view(MergesState::VIEW)?, &state.lab.merges);
-            let node = merges.price_of.filter(|_| merges.page == MergePage::Price)?;
-            ((node as usize) < accel.tree.node_count()).then_some((accel, node))
+    let plan = StudyPlan::new(
+        "price",
+        "Clustering exactly",
+        |state| &mut state.lab.merges.price,
+        |state, _| {
+            state.inputs_of_view(MergesState::VIEW, |LabState { merges, .. }, accel| {
+                let node = merges.price_of.filter(|_| merges.page == MergePage::Price)?;
+                ((node as usize) < accel.tree.node_count()).then_some(node)
+            })
         },
-    };
+    );
     studies.add(plan, |accel, &node, token| match compare_with_exact(&accel.tree, node, token) {
         Ok(comparison) => Ok(Ok(comparison)),
         Err(BuildError::Refused(text)) => Ok(Err(text)),
@@ -100,7 +90,7 @@ fn study(
 ) -> Result<Result<MergeStudy, String>, Cancelled> {
     let known = {
         let last = last.lock().unwrap_or_else(PoisonError::into_inner);
-        last.1.upgrade().filter(|_| std::ptr::eq(last.0.as_ptr(), Arc::as_ptr(accel)))
+        last.1.upgrade().filter(|_| is_same(&last.0, accel))
     };
     let history = match known.map_or_else(|| History::new(accel, token).map(Arc::new), Ok) {
         Ok(history) => history,

@@ -12,7 +12,6 @@ use crate::app::state::lab::merges::MergeStudy;
 use crate::app::state::{AppState, Presented};
 use crate::app::widgets::Tip as _;
 use crate::app::{format, theme};
-use crate::overlay::ramp;
 
 /// Largest number of clusters in the matrix.
 const MOST: usize = 24;
@@ -94,13 +93,9 @@ fn matrix(ui: &mut Ui, state: &mut AppState, study: &MergeStudy, choice: &MergeC
         for column in (0..places.len()).filter(|&column| column != row) {
             let far =
                 ((distance(row, column).max(f32::MIN_POSITIVE).ln() - low) / (high - low).max(1e-6)).clamp(0.0, 1.0);
-            let [r, g, b] = ramp(1.0 - far);
             let gap = if cell > 10.0 { 0.5 } else { 0.0 };
-            painter.rect_filled(
-                at(rect, cell, row, column).shrink(gap),
-                CornerRadius::ZERO,
-                Color32::from_rgb(r, g, b),
-            );
+            let place = at(rect, cell, row, column).shrink(gap);
+            painter.rect_filled(place, CornerRadius::ZERO, theme::scale_color(1.0 - far));
         }
     }
     let node = |place: usize| choice.clusters[places[place]].node;

@@ -5,11 +5,10 @@ mod ranking;
 
 use egui::{Key, Rect, Ui, UiBuilder, pos2};
 
-use crate::app::state::AppState;
 use crate::app::state::lab::{NodesState, RankingInputs};
+use crate::app::state::{AppState, LabState};
 use crate::app::studies::{Studies, StudyPlan};
-use crate::app::views::View;
-use crate::app::widgets::empty_view;
+use crate::app::views::{View, parts};
 use crate::lab::node_ranking::rank_nodes;
 use crate::lab::node_values::NodeValues;
 
@@ -18,44 +17,18 @@ const OUTLINE_SHARE: f32 = 0.4;
 /// Gap between outline and list in points.
 const GAP: f32 = 24.0;
 
+const PURPOSE: &str = "Which nodes make rays slow: the worst by cost, overlap, empty space or measured visits";
+
 /// The nodes that cost most.
-pub(super) struct NodesView;
-
-impl View for NodesView {
-    fn name(&self) -> &'static str {
-        NodesState::VIEW
-    }
-
-    fn purpose(&self) -> &'static str {
-        "Which nodes make rays slow: the worst by cost, overlap, empty space or measured visits"
-    }
-
-    fn key(&self) -> Key {
-        Key::F9
-    }
-
-    fn ui(&self, ui: &mut Ui, state: &mut AppState) {
-        show(ui, state);
-    }
-
-    fn add_studies(&self, studies: &mut Studies) -> std::io::Result<()> {
-        add_ranking(studies)
-    }
-
-    fn needs_visits(&self, _state: &AppState) -> bool {
-        true
-    }
-
-    fn needs_counts(&self) -> bool {
-        true
-    }
-}
+pub(super) const VIEW: View = View {
+    add_studies: add_ranking,
+    needs_visits: |_| true,
+    needs_counts: true,
+    ..View::new(NodesState::VIEW, PURPOSE, Key::F9, show)
+};
 
 fn show(ui: &mut Ui, state: &mut AppState) {
-    let Some(shown) = state.model.presented.clone() else {
-        empty_view(ui, "Open a model to see the nodes of its tree");
-        return;
-    };
+    let Some(shown) = parts::presented(ui, state, "Open a model to see the nodes of its tree") else { return };
     let whole = ui.available_rect_before_wrap();
     let split = whole.left() + whole.width() * OUTLINE_SHARE;
     let left = Rect::from_min_max(whole.min, pos2(split - GAP * 0.5, whole.bottom()));
@@ -68,17 +41,12 @@ fn show(ui: &mut Ui, state: &mut AppState) {
 
 /// Adds the study: the ranking of the nodes.
 fn add_ranking(studies: &mut Studies) -> std::io::Result<()> {
-    let plan = StudyPlan {
-        name: "ranking",
-        label: "Ranking nodes",
-        at_once: false,
-        study: |state| &mut state.lab.nodes.ranking,
-        wanted: |state, _| {
-            let accel = state.tree_of_view(NodesState::VIEW)?;
-            let inputs = state.lab.ranking_inputs(&accel)?;
-            Some((accel, inputs))
-        },
-    };
+    let plan = StudyPlan::new(
+        "ranking",
+        "Ranking nodes",
+        |state| &mut state.lab.nodes.ranking,
+        |state, _| state.inputs_of_view(NodesState::VIEW, LabState::ranking_inputs),
+    );
     studies.add(plan, |accel, inputs: &RankingInputs, token| {
         let visits = inputs.visits.as_ref().map(|visits| &*visits.0);
         rank_nodes(&NodeValues { accel, visits }, &inputs.order, token)

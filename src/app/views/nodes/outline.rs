@@ -1,6 +1,6 @@
 //! The outline: the tree as rows that unfold. Only the rows in view are laid out.
 
-use egui::{self, Rect, RichText, ScrollArea, Ui, pos2, vec2};
+use egui::{self, Rect, RichText, Ui, pos2, vec2};
 
 use crate::app::state::{AppState, OutlineRow, Presented};
 use crate::app::views::parts::{self, Cell};
@@ -23,11 +23,7 @@ pub(super) fn show(ui: &mut Ui, state: &mut AppState, shown: &Presented) {
     let revealed = selected.and_then(|node| outline.reveal(node, &shown.table));
     let rows = outline.rows().len();
     ui.spacing_mut().item_spacing.y = 0.0;
-    let mut area = ScrollArea::vertical().id_salt("outline").auto_shrink(false);
-    if let Some(row) = revealed {
-        let middle = row as f32 * parts::ROW_HEIGHT - ui.available_height() * 0.5;
-        area = area.vertical_scroll_offset(middle.max(0.0));
-    }
+    let area = parts::list(ui, "outline", revealed);
     area.show_rows(ui, parts::ROW_HEIGHT, rows, |ui, range| {
         let visible = state.lab.outline.rows().get(range).unwrap_or_default().to_vec();
         // A level deep in the tree would leave no room for its text.

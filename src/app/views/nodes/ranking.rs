@@ -3,12 +3,11 @@
 use std::fmt::Write as _;
 
 use egui::{
-    self, Align, Align2, Layout, Rect, RichText, Role, ScrollArea, Sense, Shape, Stroke, TextStyle, Ui, WidgetInfo,
-    pos2, vec2,
+    self, Align, Align2, Layout, Rect, RichText, Role, Sense, Shape, Stroke, TextStyle, Ui, WidgetInfo, pos2, vec2,
 };
 
 use crate::app::state::action::{Action, RankingStep};
-use crate::app::state::{AppState, Presented, Request};
+use crate::app::state::{AppState, LabState, Presented, Request};
 use crate::app::views::parts::{self, Cell};
 use crate::app::widgets::Tip as _;
 use crate::app::{format, theme};
@@ -29,12 +28,7 @@ pub(super) fn show(ui: &mut Ui, state: &mut AppState, shown: &Presented) {
         nothing(ui, state, shown);
         return;
     }
-    let mut area = ScrollArea::vertical().id_salt("ranking").auto_shrink(false);
-    let revealed = state.lab.nodes.reveal(state.selection.nodes.selected, ranked);
-    if let Some(row) = revealed {
-        let middle = row as f32 * parts::ROW_HEIGHT - ui.available_height() * 0.5;
-        area = area.vertical_scroll_offset(middle.max(0.0));
-    }
+    let area = parts::list(ui, "ranking", state.lab.nodes.reveal(state.selection.nodes.selected, ranked));
     let visits = state.lab.known_visits(&shown.accel);
     let values = NodeValues { accel: &shown.accel, visits: visits.as_ref().map(|visits| &*visits.0) };
     area.show_rows(ui, parts::ROW_HEIGHT, ranked.len(), |ui, range| {
@@ -49,17 +43,10 @@ pub(super) fn show(ui: &mut Ui, state: &mut AppState, shown: &Presented) {
 /// What is said in place of an empty list.
 fn nothing(ui: &mut Ui, state: &mut AppState, shown: &Presented) {
     let is_ranked = state.lab.nodes.ranking.of_tree(&shown.accel).is_some();
-    let is_cancelled = match state.lab.ranking_inputs(&shown.accel) {
-        Some(inputs) => state.lab.nodes.ranking.is_cancelled(&shown.accel, &inputs),
-        None => state.lab.is_measuring_stopped(&shown.accel),
-    };
     let without_rays = parts::no_rays(state, shown).filter(|_| state.lab.nodes.order.metric.needs_visits);
     let text = if is_ranked { "No node is that large and has this number" } else { "Ranking the nodes" };
     let text = without_rays.unwrap_or(text);
-    if parts::waiting(ui, is_cancelled, text) {
-        state.lab.nodes.ranking.resume();
-        state.lab.visits.resume();
-    }
+    parts::wait_for(ui, &mut state.lab, &shown.accel, |lab| &mut lab.nodes.ranking, LabState::ranking_inputs, text);
 }
 
 /// Title, filter and buttons.

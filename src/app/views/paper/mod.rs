@@ -15,26 +15,10 @@ use crate::app::{format, theme};
 use crate::catalog::settings::by_symbol;
 use crate::lab::report_table::ReportTable;
 
+const PURPOSE: &str = "Measure the paper's tables and figures on the open model";
+
 /// The paper's tables and figures.
-pub(super) struct PaperView;
-
-impl View for PaperView {
-    fn name(&self) -> &'static str {
-        PaperPlan::VIEW
-    }
-
-    fn purpose(&self) -> &'static str {
-        "Measure the paper's tables and figures on the open model"
-    }
-
-    fn key(&self) -> Key {
-        Key::F11
-    }
-
-    fn ui(&self, ui: &mut Ui, state: &mut AppState) {
-        show(ui, state);
-    }
-}
+pub(super) const VIEW: View = View::new(PaperPlan::VIEW, PURPOSE, Key::F11, show);
 
 fn show(ui: &mut Ui, state: &mut AppState) {
     controls::show(ui, state);

@@ -9,46 +9,20 @@ use egui::{self, Align, Key, Layout, Ui};
 use super::parts;
 use crate::app::state::lab::{PlotKind, PlotsState, ScatterInputs, TreeQuality, TreeSet};
 use crate::app::state::paper::Experiment;
-use crate::app::state::{AppState, Presented, Request};
+use crate::app::state::{AppState, LabState, Presented, Request};
 use crate::app::studies::{Studies, StudyPlan};
 use crate::app::views::View;
-use crate::app::widgets::{Tip as _, chip, empty_view};
+use crate::app::widgets::{Tip as _, chip};
 use crate::lab::visit_scatter::VisitScatter;
 
+const PURPOSE: &str = "What the SAH predicts against what rays really do: visits of nodes, cost of trees, and what quality takes to build";
+
 /// Nodes and trees as plots.
-pub(super) struct PlotsView;
-
-impl View for PlotsView {
-    fn name(&self) -> &'static str {
-        PlotsState::VIEW
-    }
-
-    fn purpose(&self) -> &'static str {
-        "What the SAH predicts against what rays really do: visits of nodes, cost of trees, and what quality takes to build"
-    }
-
-    fn key(&self) -> Key {
-        Key::F10
-    }
-
-    fn ui(&self, ui: &mut Ui, state: &mut AppState) {
-        show(ui, state);
-    }
-
-    fn add_studies(&self, studies: &mut Studies) -> std::io::Result<()> {
-        add_scatter(studies)
-    }
-
-    fn needs_visits(&self, _state: &AppState) -> bool {
-        true
-    }
-}
+pub(super) const VIEW: View =
+    View { add_studies: add_scatter, needs_visits: |_| true, ..View::new(PlotsState::VIEW, PURPOSE, Key::F10, show) };
 
 fn show(ui: &mut Ui, state: &mut AppState) {
-    let Some(shown) = state.model.presented.clone().filter(|shown| !shown.table.is_empty()) else {
-        empty_view(ui, "Open a model to plot its tree");
-        return;
-    };
+    let Some(shown) = parts::presented_tree(ui, state, "Open a model to plot its tree") else { return };
     ui.horizontal(|ui| {
         for kind in PlotKind::ALL {
             if chip(ui, kind.label(), state.lab.plots.kind == kind, kind.meaning()) {
@@ -118,20 +92,17 @@ fn outputs(ui: &mut Ui, state: &mut AppState, shown: &Presented) {
 
 /// Adds the study: the scatter of nodes by predicted and measured visits.
 fn add_scatter(studies: &mut Studies) -> std::io::Result<()> {
-    let plan = StudyPlan {
-        name: "scatter",
-        label: "Comparing visits",
-        at_once: false,
-        study: |state| &mut state.lab.plots.scatter,
-        wanted: |state, _| {
+    let plan = StudyPlan::new(
+        "scatter",
+        "Comparing visits",
+        |state| &mut state.lab.plots.scatter,
+        |state, _| {
             // Trees of the session are noted while the view is closed, too.
             let trees = [&state.model.second, &state.model.presented];
             trees.into_iter().flatten().for_each(|shown| state.lab.note_tree(&shown.accel));
-            let accel = state.tree_of_view(PlotsState::VIEW)?;
-            let inputs = state.lab.scatter_inputs(&accel)?;
-            Some((accel, inputs))
+            state.inputs_of_view(PlotsState::VIEW, LabState::scatter_inputs)
         },
-    };
+    );
     studies.add(plan, |accel, inputs: &ScatterInputs, token| {
         // Plotted beside the measured cost.
         accel.epo(token)?;

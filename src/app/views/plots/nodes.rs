@@ -2,17 +2,16 @@
 
 use std::sync::Arc;
 
-use egui::{self, Color32, Mesh, Rect, RichText, Role, Sense, Stroke, Ui, WidgetInfo};
+use egui::{self, Mesh, Rect, RichText, Role, Sense, Stroke, Ui, WidgetInfo};
 
 use crate::app::state::action::Action;
-use crate::app::state::{AppState, Presented, Request};
+use crate::app::state::{AppState, LabState, Presented, Request};
 use crate::app::views::axes::{Axes, Lettering, rest};
 use crate::app::views::parts;
 use crate::app::widgets::Tip as _;
 use crate::app::{format, theme};
 use crate::lab::node_values::NodeValues;
 use crate::lab::visit_scatter::{ScatterNode, VisitScatter, node_in};
-use crate::overlay;
 
 /// Distance in points within which the pointer is at a node.
 const REACH: f32 = 9.0;
@@ -29,14 +28,14 @@ pub(super) fn show(ui: &mut Ui, state: &mut AppState, shown: &Presented) {
         return;
     }
     let Some(scatter) = state.lab.plots.scatter.of_tree(&shown.accel).cloned() else {
-        let is_cancelled = match state.lab.scatter_inputs(&shown.accel) {
-            Some(inputs) => state.lab.plots.scatter.is_cancelled(&shown.accel, &inputs),
-            None => state.lab.is_measuring_stopped(&shown.accel),
-        };
-        if parts::waiting(ui, is_cancelled, "Counting the visits") {
-            state.lab.plots.scatter.resume();
-            state.lab.visits.resume();
-        }
+        parts::wait_for(
+            ui,
+            &mut state.lab,
+            &shown.accel,
+            |lab| &mut lab.plots.scatter,
+            LabState::scatter_inputs,
+            "Counting the visits",
+        );
         return;
     };
     counts(ui, &scatter, shown);
@@ -115,9 +114,9 @@ fn cells(ui: &Ui, axes: &Axes, scatter: &VisitScatter) {
     mesh.reserve_vertices(scatter.cells.len() * 4);
     mesh.reserve_triangles(scatter.cells.len() * 2);
     for cell in &scatter.cells {
-        let [r, g, b] = overlay::ramp(0.25 + 0.75 * (f64::from(cell.count).ln() / scale) as f32);
+        let color = theme::scale_color(0.25 + 0.75 * (f64::from(cell.count).ln() / scale) as f32);
         let place = Rect::from_center_size(axes.place(VisitScatter::center(cell)), size);
-        mesh.add_colored_rect(place, Color32::from_rgb(r, g, b));
+        mesh.add_colored_rect(place, color);
     }
     axes.painter(ui).add(mesh);
 }

@@ -16,13 +16,8 @@ const COLUMNS: [f32; 3] = [52.0, 34.0, 30.0];
 /// Shows it.
 pub(super) fn show(ui: &mut Ui, state: &mut AppState, record: &RayRecord) {
     heading(ui);
-    let cursor = state.lab.ray.cursor;
-    let mut area = ScrollArea::vertical().id_salt("ray steps").auto_shrink(false);
-    if state.lab.ray.reveal() {
-        let middle = cursor as f32 * parts::ROW_HEIGHT - ui.available_height() * 0.5 + parts::ROW_HEIGHT;
-        area = area.vertical_scroll_offset(middle.max(0.0));
-    }
-    area.show_rows(ui, parts::ROW_HEIGHT, record.steps.len(), |ui, range| {
+    let revealed = state.lab.ray.reveal().then_some(state.lab.ray.cursor + 1);
+    parts::list(ui, "ray steps", revealed).show_rows(ui, parts::ROW_HEIGHT, record.steps.len(), |ui, range| {
         for index in range {
             let Some(step) = record.steps.get(index) else { continue };
             row(ui, state, record, index, step);

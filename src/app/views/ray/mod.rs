@@ -11,7 +11,7 @@ use crate::app::state::AppState;
 use crate::app::state::lab::RayState;
 use crate::app::studies::{Studies, StudyPlan};
 use crate::app::theme;
-use crate::app::views::View;
+use crate::app::views::{View, parts};
 use crate::app::widgets::empty_view;
 use crate::lab::ray::{RayRecord, Step, record};
 
@@ -26,36 +26,14 @@ const GAP: f32 = 12.0;
 /// Largest number of waiting containers that are lit in the picture.
 const MOST_WAITING: usize = 64;
 
+const PURPOSE: &str =
+    "What one ray does in the tree, step by step: what it enters, skips and tests, and what was in vain";
+
 /// One ray through the tree.
-pub(super) struct RayView;
-
-impl View for RayView {
-    fn name(&self) -> &'static str {
-        RayState::VIEW
-    }
-
-    fn purpose(&self) -> &'static str {
-        "What one ray does in the tree, step by step: what it enters, skips and tests, and what was in vain"
-    }
-
-    fn key(&self) -> Key {
-        Key::F8
-    }
-
-    fn ui(&self, ui: &mut Ui, state: &mut AppState) {
-        show(ui, state);
-    }
-
-    fn add_studies(&self, studies: &mut Studies) -> std::io::Result<()> {
-        add_record(studies)
-    }
-}
+pub(super) const VIEW: View = View { add_studies: add_record, ..View::new(RayState::VIEW, PURPOSE, Key::F8, show) };
 
 fn show(ui: &mut Ui, state: &mut AppState) {
-    let Some(shown) = state.model.presented.clone() else {
-        empty_view(ui, "Open a model to trace a ray through its tree");
-        return;
-    };
+    let Some(shown) = parts::presented(ui, state, "Open a model to trace a ray through its tree") else { return };
     toolbar::show(ui, state, &shown);
     let outcome = state.lab.ray.follow(&shown.accel);
     remark(ui, state);
@@ -150,12 +128,9 @@ fn light_up(state: &mut AppState, record: &RayRecord) {
 /// Adds the study: the record of the ray.
 fn add_record(studies: &mut Studies) -> std::io::Result<()> {
     let plan = StudyPlan {
-        name: "ray",
-        label: "Recording the ray",
         // A single ray takes no time from the picture, and does not wait until all of its samples are traced.
         at_once: true,
-        study: |state| &mut state.lab.ray.record,
-        wanted: |state, _| state.wanted_ray(),
+        ..StudyPlan::new("ray", "Recording the ray", |state| &mut state.lab.ray.record, |state, _| state.wanted_ray())
     };
     studies.add(plan, record)
 }
