@@ -39,7 +39,8 @@ mod shell;
 
 pub use shell::app::App;
 pub use shell::options::{CliOverrides, StartOptions};
-pub use shell::run::{AppError, interrupt, run, was_interrupted};
+pub use shell::run::{AppError, run};
 pub use shell::settings::{SettingsUse, mark_clean_exit};
 pub use shell::storage::saved_bookmark;
+pub use shell::system::{interrupt, was_interrupted};
 pub use state::SharedState;

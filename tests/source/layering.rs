@@ -363,7 +363,7 @@ fn no_arrow_of_the_viewer_runs_the_wrong_way() {
 
 /// The folder of a view of the dock that a module lies in.
 fn view_of(module: &[String]) -> Option<&String> {
-    const SHARED: [&str; 4] = ["axes", "controls", "node_row", "view"];
+    const SHARED: [&str; 2] = ["axes", "parts"];
     let inside = module.strip_prefix(&["app".to_owned(), "views".to_owned()][..])?;
     inside.first().filter(|name| !SHARED.contains(&name.as_str()))
 }

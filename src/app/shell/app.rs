@@ -6,14 +6,13 @@ use std::time::{Duration, Instant};
 
 use super::options::StartOptions;
 use super::storage::SettingsAutosave;
-use super::system::Device;
-use super::{files, run, storage};
+use super::{files, storage, system};
 use crate::app::shell::derived_worker::DerivedWorker;
 use crate::app::shell::file_watch::{FileChange, FileWatch, TreeWatch};
 use crate::app::shell::measure_worker::MeasureWorker;
 use crate::app::shell::reconcile::Reconciler;
 use crate::app::shell::requests::{BackgroundTasks, take_dropped_files};
-use crate::app::shell::system::ClipboardProbe;
+use crate::app::shell::system::{ClipboardProbe, Device};
 use crate::app::shell::thumbnails;
 use crate::app::shell::thumbnails::ThumbnailWorker;
 use crate::app::shell::wake_signal::WakeSignal;
@@ -71,7 +70,7 @@ pub struct App {
 impl App {
     /// Creates the application of a real window.
     pub fn new(context: &eframe::CreationContext<'_>, options: StartOptions) -> std::io::Result<Self> {
-        run::watch_interrupts(&context.egui_ctx);
+        system::watch_interrupts(&context.egui_ctx);
         let restored = storage::restore(options.settings_file.as_deref());
         let last_source = || restored.wanted.as_ref().filter(|_| options.restore).map(|wanted| wanted.source.clone());
         let source = options.source.or_else(last_source).unwrap_or_else(SceneSource::default_builtin);
@@ -350,7 +349,7 @@ impl eframe::App for App {
         let started = Instant::now();
         log::trace!("UI frame {:.1} ms after the last", started.duration_since(self.frame_started).as_secs_f64() * 1e3);
         self.frame_started = started;
-        if run::was_interrupted() {
+        if system::was_interrupted() {
             ctx.send_viewport_cmd(egui::ViewportCommand::Close);
         }
         if let Some(render_state) = frame.wgpu_render_state()
@@ -365,7 +364,7 @@ impl eframe::App for App {
             return;
         }
         self.report_device_errors();
-        run::correct_size_on_first_frame(ctx);
+        system::correct_size_on_first_frame(ctx);
         if let Some(fault) = self.clipboard_probe.as_ref().and_then(ClipboardProbe::fault) {
             self.state.layout.clipboard_fault = Some(fault);
         }

@@ -32,7 +32,7 @@ pub(crate) mod measure_worker;
 
 pub(crate) mod file_watch;
 pub(crate) mod requests;
-mod system;
+pub mod system;
 pub(crate) mod thumbnails;
 mod tree_files;
 pub(crate) mod wake_signal;

@@ -1,12 +1,9 @@
-//! Opens the window, and reports in plain words why that failed. Ctrl-C and termination requests close it as its button
-//! does, because some graphics drivers crash where a process exits while their threads draw.
+//! Opens the window, and reports in plain words why that failed.
 
 use std::ffi::OsString;
 use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
 use std::path::PathBuf;
 use std::process::Command;
-use std::sync::OnceLock;
-use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
 use egui_wgpu::{WgpuConfiguration, WgpuSetup, WgpuSetupCreateNew};
@@ -15,7 +12,7 @@ use crate::app::shell::app::App;
 use crate::app::shell::options::StartOptions;
 use crate::app::shell::settings::{Startup, mark_clean_exit};
 use crate::app::shell::storage::APP_ID;
-use crate::app::shell::system::was_lost;
+use crate::app::shell::system::{DEFAULT_SIZE, MIN_SIZE, was_lost};
 use crate::app::viewport::screenshot;
 use crate::console::note;
 use crate::scene::SceneSource;
@@ -187,49 +184,6 @@ fn device_descriptor(adapter: &wgpu::Adapter) -> wgpu::DeviceDescriptor<'static>
         required_limits: adapter.limits(),
         ..wgpu::DeviceDescriptor::default()
     }
-}
-
-/// Minimum width and height of the window in points.
-pub(crate) const MIN_SIZE: [f32; 2] = [640.0, 400.0];
-/// Width and height of the window at first start in points.
-pub(crate) const DEFAULT_SIZE: [f32; 2] = [1280.0, 800.0];
-
-/// Corrects a restored size in the first UI frame. Not every desktop enforces the minimum size, and a window that is larger
-/// than the driver's largest texture cannot be drawn.
-pub(crate) fn correct_size_on_first_frame(ctx: &egui::Context) {
-    if ctx.cumulative_frame_nr() != 1 {
-        return;
-    }
-    let max_side = ctx.input(|input| input.max_texture_side) as f32 / ctx.pixels_per_point();
-    ctx.send_viewport_cmd(egui::ViewportCommand::MaxInnerSize(egui::Vec2::splat(max_side)));
-    let size = ctx.input(|input| input.viewport().inner_rect.map(|rect| rect.size()));
-    let too_small = size.is_some_and(|size| size.x < MIN_SIZE[0] * 0.5 || size.y < MIN_SIZE[1] * 0.5);
-    if too_small {
-        ctx.send_viewport_cmd(egui::ViewportCommand::InnerSize(egui::Vec2::from(DEFAULT_SIZE)));
-    }
-}
-
-/// The window of this process.
-static WINDOW: OnceLock<egui::Context> = OnceLock::new();
-static INTERRUPTED: AtomicBool = AtomicBool::new(false);
-
-/// Closes the open window. Returns `false` where there is none, or where a previous call has not closed it.
-pub fn interrupt() -> bool {
-    let Some(window) = WINDOW.get() else { return false };
-    let is_first = !INTERRUPTED.swap(true, Ordering::Relaxed);
-    window.request_repaint();
-    is_first
-}
-
-/// Whether [`interrupt`] was called.
-pub fn was_interrupted() -> bool {
-    INTERRUPTED.load(Ordering::Relaxed)
-}
-
-/// Sets the window that [`interrupt`] closes.
-pub(crate) fn watch_interrupts(ctx: &egui::Context) {
-    // A process opens only one window, so it is never set already.
-    let _ = WINDOW.set(ctx.clone());
 }
 
 #[cfg(test)]

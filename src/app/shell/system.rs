@@ -1,9 +1,10 @@
-//! What the system fails to provide: errors and loss of the graphics device, and a clipboard that cannot be reached, which the
-//! window's library does not say. That is found out once at start.
+//! What the window has to do with the system: errors and loss of the graphics device; a clipboard that cannot be reached, which is
+//! found out once at start because the window's library does not say so; its size at start; Ctrl-C and termination requests, which
+//! close it as its button does, because some graphics drivers crash where a process exits while their threads draw.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, channel};
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 
 /// The device of this process was lost while the window was open.
 static LOST: AtomicBool = AtomicBool::new(false);
@@ -135,4 +136,47 @@ fn fault() -> Option<String> {
         return None;
     }
     arboard::Clipboard::new().err().map(|error| error.to_string().trim_end_matches('.').to_owned())
+}
+
+/// Minimum width and height of the window in points.
+pub(crate) const MIN_SIZE: [f32; 2] = [640.0, 400.0];
+/// Width and height of the window at first start in points.
+pub(crate) const DEFAULT_SIZE: [f32; 2] = [1280.0, 800.0];
+
+/// Corrects a restored size in the first UI frame. Not every desktop enforces the minimum size, and a window that is larger
+/// than the driver's largest texture cannot be drawn.
+pub(crate) fn correct_size_on_first_frame(ctx: &egui::Context) {
+    if ctx.cumulative_frame_nr() != 1 {
+        return;
+    }
+    let max_side = ctx.input(|input| input.max_texture_side) as f32 / ctx.pixels_per_point();
+    ctx.send_viewport_cmd(egui::ViewportCommand::MaxInnerSize(egui::Vec2::splat(max_side)));
+    let size = ctx.input(|input| input.viewport().inner_rect.map(|rect| rect.size()));
+    let too_small = size.is_some_and(|size| size.x < MIN_SIZE[0] * 0.5 || size.y < MIN_SIZE[1] * 0.5);
+    if too_small {
+        ctx.send_viewport_cmd(egui::ViewportCommand::InnerSize(egui::Vec2::from(DEFAULT_SIZE)));
+    }
+}
+
+/// The window of this process.
+static WINDOW: OnceLock<egui::Context> = OnceLock::new();
+static INTERRUPTED: AtomicBool = AtomicBool::new(false);
+
+/// Closes the open window. Returns `false` where there is none, or where a previous call has not closed it.
+pub fn interrupt() -> bool {
+    let Some(window) = WINDOW.get() else { return false };
+    let is_first = !INTERRUPTED.swap(true, Ordering::Relaxed);
+    window.request_repaint();
+    is_first
+}
+
+/// Whether [`interrupt`] was called.
+pub fn was_interrupted() -> bool {
+    INTERRUPTED.load(Ordering::Relaxed)
+}
+
+/// Sets the window that [`interrupt`] closes.
+pub(crate) fn watch_interrupts(ctx: &egui::Context) {
+    // A process opens only one window, so it is never set already.
+    let _ = WINDOW.set(ctx.clone());
 }

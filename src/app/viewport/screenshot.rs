@@ -6,8 +6,8 @@ use std::time::Duration;
 
 use crate::app::state::{AppState, CompareView, Preferences, Presented};
 use crate::app::viewport::choice::{drawn_selection, drawn_table};
+use crate::app::viewport::draw::Tint;
 use crate::app::viewport::draw::picture_input;
-use crate::app::viewport::sides::Tint;
 use crate::export::{first_writable, write_new};
 use crate::overlay::{DrawInput, NodeTable, OverlaySettings, Selection, Shown, draw_offscreen};
 

@@ -7,9 +7,9 @@ use egui_wgpu::Callback;
 
 use super::choice::{self, Choice, CommonNodes};
 use super::counterparts::{Counterparts, counterpart};
-use super::draw::FallbackTexture;
+use super::draw::{FallbackTexture, Tint};
 use super::picking::{pixel_at, rect_px};
-use super::sides::{Tint, side_at};
+use super::sides::side_at;
 use super::{input, picking, sides};
 use crate::app::state::lab::MergesState;
 use crate::app::state::{AppState, HoveredPixel, Standing, TreeSide};

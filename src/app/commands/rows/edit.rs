@@ -3,7 +3,7 @@
 use bvhscope_engine::settings::BuildSettings;
 use egui::Key;
 
-use super::{ALT, CTRL, NONE, SHIFT, copy, flip, is_presented};
+use super::parts::{ALT, CTRL, NONE, SHIFT, copy, flip, is_presented};
 use crate::app::commands::clipboard::{node_text, shared_state, statistics_text};
 use crate::app::commands::command_line::command_line;
 use crate::app::commands::nodes;

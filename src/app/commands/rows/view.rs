@@ -3,7 +3,7 @@
 use bvhscope_engine::cancel::CancelToken;
 use egui::Key;
 
-use super::{ALT, CTRL, NONE, SHIFT, flip, is_presented};
+use super::parts::{ALT, CTRL, NONE, SHIFT, flip, is_presented};
 use crate::app::commands::camera;
 use crate::app::commands::row::{Item, Row, current, item, many, one};
 use crate::app::state::action::{Action, OrbitStep, SectionStep, ViewDirection};

@@ -1,14 +1,15 @@
 //! Lessons: guided tours in steps, each a state of the window with a caption whose numbers are measured, and the one
 //! that is being read.
 
+mod step;
+
 mod text;
 
+pub use step::{Check, LessonStep, Numbers};
 pub use text::Lesson;
 
-use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use crate::app::format;
 use crate::app::state::model::Presented;
 use crate::app::state::state_line::SharedState;
 use crate::camera::Camera;
@@ -22,140 +23,6 @@ pub const LESSONS: [&str; 6] = [
     include_str!("../../../../assets/lessons/5-when-sah-lies.txt"),
     include_str!("../../../../assets/lessons/6-why-here.txt"),
 ];
-
-/// A step of a lesson.
-#[derive(Debug, Clone, PartialEq)]
-pub struct LessonStep {
-    /// What the window shows.
-    pub state: SharedState,
-    /// Two or three sentences; `{name}` stands for a measured number.
-    pub caption: String,
-    /// A question that the next step answers; empty where there is none.
-    pub question: String,
-    /// What must be true of the measured numbers, so that the caption is.
-    pub checks: Vec<Check>,
-}
-
-/// A comparison of two products.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Check {
-    left: Product,
-    less: bool,
-    right: Product,
-    text: String,
-}
-
-/// A factor times a number, or the factor alone.
-#[derive(Debug, Clone, PartialEq)]
-struct Product {
-    factor: f64,
-    /// The number's name, and whether it is that of the step before.
-    number: Option<(String, bool)>,
-}
-
-impl Check {
-    /// Reads a check; `Err` says what is wrong with it.
-    pub fn parse(text: &str) -> Result<Self, String> {
-        let (less, (left, right)) = match (text.split_once('<'), text.split_once('>')) {
-            (Some(sides), None) => (true, sides),
-            (None, Some(sides)) => (false, sides),
-            _ => return Err(format!("a check compares with one < or >, which '{text}' does not")),
-        };
-        Ok(Self { left: Product::parse(left)?, less, right: Product::parse(right)?, text: text.trim().to_owned() })
-    }
-
-    /// Whether it holds; `None` where a number that it needs is not known.
-    pub fn holds(&self, now: &Numbers, before: Option<&Numbers>) -> Option<bool> {
-        let (left, right) = (self.left.value(now, before)?, self.right.value(now, before)?);
-        Some(if self.less { left < right } else { left > right })
-    }
-
-    /// The check as it was written.
-    pub fn text(&self) -> &str {
-        &self.text
-    }
-}
-
-impl Product {
-    fn parse(text: &str) -> Result<Self, String> {
-        let mut product = Self { factor: 1.0, number: None };
-        for word in text.split_whitespace() {
-            let (name, before) = word.strip_prefix("before.").map_or((word, false), |name| (name, true));
-            if let Ok(factor) = word.parse::<f64>() {
-                product.factor *= factor;
-            } else if Numbers::is_name(name) && product.number.is_none() {
-                product.number = Some((name.to_owned(), before));
-            } else {
-                return Err(format!("'{word}' is no measured number, and there may be one on each side"));
-            }
-        }
-        Ok(product)
-    }
-
-    fn value(&self, now: &Numbers, before: Option<&Numbers>) -> Option<f64> {
-        let number = match &self.number {
-            None => Some(1.0),
-            Some((name, true)) => before?.value(name),
-            Some((name, false)) => now.value(name),
-        };
-        Some(self.factor * number?)
-    }
-}
-
-/// Numbers of a presented tree and its picture, by name, with their text.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Numbers(BTreeMap<&'static str, (f64, String)>);
-
-impl Numbers {
-    /// Every name, with what it stands for.
-    pub const NAMES: [(&'static str, &'static str); 9] = [
-        ("triangles", "triangles of the model"),
-        ("nodes", "nodes of the tree"),
-        ("leaves", "leaves of the tree"),
-        ("levels", "depth of the deepest node"),
-        ("sah", "SAH cost of the tree"),
-        ("build", "build time"),
-        ("containers", "container tests per primary ray"),
-        ("primitives", "triangle tests per primary ray"),
-        ("tests", "container and triangle tests per primary ray"),
-    ];
-
-    /// The numbers of what is presented; `None` until its tests are counted.
-    pub fn of(shown: &Presented) -> Option<Self> {
-        let [containers, primitives] = shown.tests_per_ray?.map(f64::from);
-        let report = &shown.accel.report;
-        let stats = &report.stats;
-        let count = |value: u64| (value as f64, format::count(value));
-        let decimal = |value: f64| (value, format::significant(value));
-        let numbers = [
-            count(shown.accel.scene.triangles.len() as u64),
-            count(stats.nodes as u64),
-            count(stats.leaves as u64),
-            count(u64::from(stats.max_depth)),
-            decimal(f64::from(stats.sah_cost)),
-            (report.build_time.as_secs_f64(), format::duration(report.build_time)),
-            decimal(containers),
-            decimal(primitives),
-            decimal(containers + primitives),
-        ];
-        Some(Self(Self::NAMES.map(|(name, _)| name).into_iter().zip(numbers).collect()))
-    }
-
-    /// A number by its name.
-    pub fn value(&self, name: &str) -> Option<f64> {
-        self.0.get(name).map(|(value, _)| *value)
-    }
-
-    /// A number as text, by its name.
-    pub fn text(&self, name: &str) -> Option<&str> {
-        self.0.get(name).map(|(_, text)| &text[..])
-    }
-
-    /// Whether there is a number of this name.
-    pub fn is_name(name: &str) -> bool {
-        Self::NAMES.iter().any(|(known, _)| *known == name)
-    }
-}
 
 /// The lesson that is being read.
 #[derive(Debug, Clone)]

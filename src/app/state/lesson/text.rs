@@ -1,7 +1,7 @@
 //! The file of a lesson: lines of `name: value`, continued by indented lines. `title` and `about` come first; each `state` begins a
 //! step.
 
-use super::{Check, LessonStep, Numbers};
+use super::step::{Check, LessonStep, Numbers};
 use crate::app::state::state_line::SharedState;
 
 /// A lesson.
