@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use assert_cmd::Command;
-use bvhscope::app::state::{Preferences, Wanted, bookmarks};
+use bvhscope::app::state::{Preferences, Wanted, preferences};
 use bvhscope::camera::Camera;
 use bvhscope::scene::SceneSource;
 use glam::Vec3;
@@ -35,10 +35,10 @@ fn a_bookmark_is_a_camera_of_render() {
     let wanted = Wanted::new(teapot.clone());
     let camera = Camera { eye: Vec3::new(3.0, 4.0, 5.0), target: Vec3::Y, ..wanted.camera };
     let mut preferences = Preferences::default();
-    bookmarks::add(&mut preferences.bookmarks, &teapot, camera);
+    preferences::add_bookmark(&mut preferences.bookmarks, &teapot, camera);
     let other = Camera { eye: Vec3::new(-6.0, 2.0, 1.0), ..camera };
-    bookmarks::add(&mut preferences.bookmarks, &SceneSource::File("/elsewhere/hall.obj".into()), camera);
-    bookmarks::add(&mut preferences.bookmarks, &SceneSource::File("/elsewhere/hall.obj".into()), other);
+    preferences::add_bookmark(&mut preferences.bookmarks, &SceneSource::File("/elsewhere/hall.obj".into()), camera);
+    preferences::add_bookmark(&mut preferences.bookmarks, &SceneSource::File("/elsewhere/hall.obj".into()), other);
     let folder = home.path().join("bvhscope");
     std::fs::create_dir_all(&folder).unwrap();
     let saved = serde_json::json!({ "wanted": wanted, "preferences": preferences });

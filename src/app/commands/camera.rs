@@ -4,7 +4,7 @@
 use glam::{Quat, Vec3};
 
 use crate::app::state::action::{OrbitStep, SectionStep, ViewDirection};
-use crate::app::state::bookmarks::{self, Bookmark};
+use crate::app::state::preferences::{self, Bookmark};
 use crate::app::state::{AppState, Severity};
 use crate::app::viewport::{orbit, picking};
 use crate::section::SectionPlane;
@@ -42,14 +42,14 @@ pub(super) fn add_bookmark(state: &mut AppState) {
         format!("This camera is kept already as {}", state.preferences.bookmarks[index].name)
     } else {
         let (source, camera) = (&state.wanted.source, state.wanted.camera);
-        format!("Camera kept as {}", bookmarks::add(&mut state.preferences.bookmarks, source, camera))
+        format!("Camera kept as {}", preferences::add_bookmark(&mut state.preferences.bookmarks, source, camera))
     };
     state.messages.notify(Severity::Info, text);
 }
 
 /// Index of the model's bookmark that the camera is at.
 pub(super) fn bookmark_here(state: &AppState) -> Option<usize> {
-    let mut own = bookmarks::own(&state.preferences.bookmarks, &state.wanted.source);
+    let mut own = preferences::own_bookmarks(&state.preferences.bookmarks, &state.wanted.source);
     own.find(|(_, known)| known.camera == state.wanted.camera).map(|(index, _)| index)
 }
 

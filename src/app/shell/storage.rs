@@ -8,7 +8,7 @@ use std::time::{Duration, Instant};
 use serde::{Deserialize, Serialize};
 
 use crate::app::shell::files::{read_text, set_aside};
-use crate::app::state::bookmarks::{self, Bookmark};
+use crate::app::state::preferences::{self, Bookmark};
 use crate::app::state::{Preferences, Wanted};
 use crate::export::{Protected, write_bytes};
 use crate::scene::SceneSource;
@@ -149,9 +149,9 @@ pub fn saved_bookmark(name: &str, source: &SceneSource) -> Result<Bookmark, Vec<
     let file = eframe::storage_dir(APP_ID).map(|folder| folder.join(SETTINGS_FILE));
     let text = file.and_then(|file| read_text(&file).ok()).unwrap_or_default();
     let bookmarks = parse(&text).preferences.unwrap_or_default().bookmarks;
-    bookmarks::find(&bookmarks, name, source)
+    preferences::find_bookmark(&bookmarks, name, source)
         .cloned()
-        .ok_or_else(|| bookmarks::own(&bookmarks, source).map(|(_, known)| known.name.clone()).collect())
+        .ok_or_else(|| preferences::own_bookmarks(&bookmarks, source).map(|(_, known)| known.name.clone()).collect())
 }
 
 #[derive(Serialize)]

@@ -1,6 +1,6 @@
-//! Running jobs, tracing speed and the results of measurements.
+//! Running jobs, tracing speed, the results of measurements, and messages to the user.
 
-use std::collections::HashMap;
+use std::collections::{HashMap, VecDeque};
 use std::time::{Duration, Instant};
 
 use crate::app::state::action::Request;
@@ -62,6 +62,63 @@ impl Activity {
             || self.render.is_some()
             || self.measure.is_some()
             || self.study.is_some()
+    }
+}
+
+/// Maximum number of messages in the history.
+const MAX_HISTORY: usize = 200;
+
+/// Severity of a message.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Severity {
+    /// Good to know; fades by itself.
+    Info,
+    /// Something was skipped or limited.
+    Warning,
+    /// Something failed; stays until closed.
+    Error,
+}
+
+impl Severity {
+    /// The word in front of the text.
+    pub const fn label(self) -> &'static str {
+        match self {
+            Self::Info => "Note",
+            Self::Warning => "Warning",
+            Self::Error => "Error",
+        }
+    }
+}
+
+/// A message to the user.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Message {
+    /// How serious it is.
+    pub severity: Severity,
+    /// What happened, where, why, and what to do about it.
+    pub text: String,
+    /// When it was posted.
+    pub since: Instant,
+}
+
+/// All messages of this run.
+#[derive(Debug, Default)]
+pub struct MessageLog {
+    /// Messages that have neither faded nor been closed, oldest first.
+    pub open: Vec<Message>,
+    /// The newest messages, closed or not, oldest first.
+    pub history: VecDeque<Message>,
+}
+
+impl MessageLog {
+    /// Posts a message.
+    pub fn notify(&mut self, severity: Severity, text: impl Into<String>) {
+        let message = Message { severity, text: text.into(), since: Instant::now() };
+        if self.history.len() == MAX_HISTORY {
+            self.history.pop_front();
+        }
+        self.history.push_back(message.clone());
+        self.open.push(message);
     }
 }
 

@@ -4,12 +4,10 @@ mod wanted;
 
 pub mod action;
 mod activity;
-pub mod bookmarks;
 pub mod comparison;
 pub mod lab;
 mod layout;
 pub mod lesson;
-mod messages;
 mod model;
 mod second_tree;
 mod selection;
@@ -24,9 +22,9 @@ mod undo;
 
 pub use action::Request;
 pub use activity::{Activity, JobStatus, PROGRESS_DELAY};
+pub use activity::{Message, MessageLog, Severity};
 pub use lab::{IcicleLayout, LabState, MergesState, OutlineRow, RayOutcome, RaySource, RayState, SPEEDS, Standing};
 pub use layout::{Graphics, Help, HelpPage, Layout, Side};
-pub use messages::{Message, MessageLog, Severity};
 pub use model::{Difference, Model, Presented};
 pub use preferences::{Navigation, Preferences, Theme};
 pub use second_tree::{CompareView, SecondTree, TreeSide};

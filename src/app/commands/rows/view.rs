@@ -7,7 +7,7 @@ use super::parts::{ALT, CTRL, NONE, SHIFT, flip, is_presented};
 use crate::app::commands::camera;
 use crate::app::commands::row::{Item, Row, current, item, many, one};
 use crate::app::state::action::{Action, OrbitStep, SectionStep, ViewDirection};
-use crate::app::state::{AppState, Navigation, Side, Theme, bookmarks};
+use crate::app::state::{AppState, Navigation, Side, Theme, preferences};
 use crate::app::viewport::ZOOM_STEP;
 use crate::camera::Projection;
 use crate::render::{Exposure, HeatKind, Shading};
@@ -97,12 +97,12 @@ const CAMERA: &[Row] = &[
         &[(NONE, Key::J)],
         |state, _| {
             let (source, here) = (&state.wanted.source, &state.wanted.camera);
-            if let Some(index) = bookmarks::next(&state.preferences.bookmarks, source, here) {
+            if let Some(index) = preferences::next_bookmark(&state.preferences.bookmarks, source, here) {
                 camera::go_to_bookmark(state, index);
             }
         },
     )
-    .when(|state, _| bookmarks::own(&state.preferences.bookmarks, &state.wanted.source).next().is_some())
+    .when(|state, _| preferences::own_bookmarks(&state.preferences.bookmarks, &state.wanted.source).next().is_some())
     .within("Bookmarks"),
     one(Action::RemoveBookmark, "Remove bookmark", "Forget the bookmark that the camera is at", &[], |state, _| {
         camera::remove_bookmark(state);
