@@ -16,6 +16,9 @@ RUN_PACKAGES := mesa-vulkan-drivers libx11-6 libx11-xcb1 libxcursor1 libxi6 libx
 # Further packages for the tests of the real window.
 TEST_PACKAGES := $(RUN_PACKAGES) xvfb xdotool x11-apps python3-xlib
 
+# The commit that rows of measurements name; with "-dirty" where files were changed since. Empty without git or outside of a clone.
+export BVHSCOPE_COMMIT ?= $(shell git describe --always --abbrev=12 --dirty --exclude '*' 2>/dev/null)
+
 # Where tests list what they could not check here, and the needs that continuous integration may lack (tests/support/skip.rs).
 export BVHSCOPE_SKIPPED := $(CURDIR)/target/skipped.log
 export BVHSCOPE_MAY_SKIP ?= models tools

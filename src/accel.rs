@@ -24,6 +24,7 @@ use bvhscope_engine::{
 };
 
 use crate::budget::Budget;
+use crate::catalog::reading::Times;
 use crate::scene::Scene;
 
 pub use file_tree::FileTree;
@@ -78,6 +79,8 @@ pub struct Accel {
     leaf_triangles: OnceLock<Vec<Triangle>>,
     epo: OnceLock<EndPointOverlap>,
     hash: OnceLock<u64>,
+    whole_builds: OnceLock<Times>,
+    entering_tests: OnceLock<Option<f32>>,
     ancestry: OnceLock<Ancestry>,
     /// Takes the memory of the tree for the next build of the session.
     recycler: NodeRecycler,
@@ -189,6 +192,8 @@ impl Accel {
             leaf_triangles: OnceLock::new(),
             epo: OnceLock::new(),
             hash: OnceLock::new(),
+            whole_builds: OnceLock::new(),
+            entering_tests: OnceLock::new(),
             ancestry: OnceLock::new(),
             recycler,
         }
@@ -277,6 +282,26 @@ impl Accel {
     /// The hash, if it has been computed.
     pub fn known_hash(&self) -> Option<u64> {
         self.hash.get().copied()
+    }
+
+    /// Times of whole builds with its settings, none of which reused anything; `None` until they were measured.
+    pub fn whole_builds(&self) -> Option<Times> {
+        self.whole_builds.get().copied()
+    }
+
+    /// Keeps the times of whole builds with its settings. The first that are measured count.
+    pub fn keep_whole_builds(&self, times: Times) {
+        self.whole_builds.get_or_init(|| times);
+    }
+
+    /// Tests of a ray that enters the root in the measuring view; `None` until they were counted, and where no ray does.
+    pub fn entering_tests(&self) -> Option<f32> {
+        self.entering_tests.get().copied().flatten()
+    }
+
+    /// Keeps the tests of a ray that enters the root, `None` where no ray does. The first that are counted count.
+    pub fn keep_entering_tests(&self, tests: Option<f32>) {
+        self.entering_tests.get_or_init(|| tests);
     }
 
     /// The nearest hit, through the wide tree at the best SIMD level of this machine; see [`Bvh::closest_hit`]. [`Accel::wide`]

@@ -137,7 +137,7 @@ fn bytes_of(limit: MemoryLimit) -> u64 {
             // A control group may allow less than the machine has.
             let in_cgroup =
                 system.cgroup_limits().map_or(u64::MAX, |limits| limits.total_memory.saturating_sub(limits.rss));
-            let available = system.available_memory().min(in_cgroup).min(address_space_left());
+            let available = system.available_memory().min(in_cgroup).min(left_by_limits());
             if available == 0 { u64::MAX } else { (available.saturating_add(used()) as f64 * fraction) as u64 }
         }
     }
@@ -151,17 +151,19 @@ fn used() -> u64 {
     system.process(pid).map_or(0, sysinfo::Process::memory)
 }
 
-/// Bytes of address space that `ulimit -v` leaves; allocations beyond it fail although there is free memory.
-fn address_space_left() -> u64 {
+/// Bytes that `ulimit -v` and `ulimit -d` leave; allocations beyond them fail although there is free memory.
+fn left_by_limits() -> u64 {
     let field = |file: &str, start: &str, column: usize| -> Option<u64> {
         let text = std::fs::read_to_string(file).ok()?;
         let line = text.lines().find(|line| line.starts_with(start))?;
         line.split_whitespace().nth(column)?.parse().ok()
     };
     // An absent limit reads "unlimited"; systems other than Linux have no such files.
-    let limit = field("/proc/self/limits", "Max address space", 3);
-    let taken = field("/proc/self/status", "VmSize:", 1).unwrap_or(0).saturating_mul(1024);
-    limit.map_or(u64::MAX, |limit| limit.saturating_sub(taken))
+    let left = |limit: &str, taken: &str| {
+        let taken = field("/proc/self/status", taken, 1).unwrap_or(0).saturating_mul(1024);
+        field("/proc/self/limits", limit, 3).map_or(u64::MAX, |limit| limit.saturating_sub(taken))
+    };
+    left("Max address space", "VmSize:").min(left("Max data size", "VmData:"))
 }
 
 /// A number of bytes as text, in MB or GB (powers of 1000).

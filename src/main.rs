@@ -9,5 +9,6 @@ use mimalloc::MiMalloc;
 static ALLOCATOR: MiMalloc = MiMalloc;
 
 fn main() -> ExitCode {
+    bvhscope::provenance::set_commit(option_env!("BVHSCOPE_COMMIT"));
     bvhscope::cli::main()
 }

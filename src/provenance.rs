@@ -1,12 +1,33 @@
 //! Machine, day and version that a measurement was made with.
 
-use std::sync::LazyLock;
+use std::sync::{LazyLock, OnceLock};
 use std::time::{SystemTime, UNIX_EPOCH};
+
+use crate::text::quote;
 
 /// Version of the program.
 pub const VERSION: &str = env!("CARGO_PKG_VERSION");
+static COMMIT: OnceLock<&str> = OnceLock::new();
+
 /// Commit that the program was built from, where the build named it.
-pub const COMMIT: Option<&str> = option_env!("BVHSCOPE_COMMIT");
+pub fn commit() -> Option<&'static str> {
+    COMMIT.get().copied()
+}
+
+/// Sets what [`commit`] returns from then on. The program calls it with the variable of its build, not this crate, which would be
+/// compiled again for each commit.
+pub fn set_commit(commit: Option<&'static str>) {
+    if let Some(commit) = commit.filter(|commit| !commit.is_empty()) {
+        // The first call counts.
+        let _ = COMMIT.set(commit);
+    }
+}
+
+/// The command line of this process, ready to be pasted.
+pub fn command_line() -> String {
+    let given = std::env::args_os().skip(1).map(|word| quote(&word.to_string_lossy()));
+    std::iter::once("bvhscope".to_owned()).chain(given).collect::<Vec<_>>().join(" ")
+}
 
 /// Name of the processor, with the number of threads that it runs at once.
 pub fn machine() -> &'static str {

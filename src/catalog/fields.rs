@@ -3,44 +3,43 @@
 use std::fmt::Write as _;
 
 use super::numbers::NUMBERS;
+use super::settings::parameters;
+use super::values::keys;
 
 /// Name in JSON and CSV, and meaning in one sentence without a full stop.
 pub type Field = (&'static str, &'static str);
 
-/// The tree that a row measures; in CSV before the numbers.
-pub const TREE: [Field; 13] = [
-    ("command", "The command that made the row: bench, sweep, scaling, compare or diff"),
+/// The tree that a row measures; in CSV before its settings.
+pub const TREE: [Field; 7] = [
+    ("command", "The command that made the row"),
     ("model", "The model as the command line named it"),
     ("triangles", "Number of triangles of the model"),
     ("builder", "Name of the builder; of a tree from a file as the file states it"),
-    (
-        "tree",
-        "The file that holds the tree, where it was read: threshold, epsilon, curve and optimize then mean nothing",
-    ),
+    ("tree", "The file that holds the tree, where it was read; its settings are then absent"),
     ("preset", "Name of the preset that the settings come from, if any"),
     ("container", "box or sphere"),
-    ("threshold", "The threshold δ of AAC, in primitives"),
-    ("epsilon", "The reduction exponent ε of AAC"),
-    ("curve", "Space-filling curve along which the primitives were sorted: morton, hilbert or extended"),
-    ("optimize", "Optimisation passes, separated by commas"),
-    ("rounds", "Rounds of annealing, where that is one of the passes"),
-    ("threads", "Number of threads for building and tracing"),
 ];
 
-/// The conditions of the measurement; in CSV behind the numbers.
+/// Behind the settings.
+pub const THREADS: Field = ("threads", "Number of threads for building and tracing");
+
+/// The conditions of the row; in CSV behind the numbers.
 pub const CONDITIONS: [Field; 17] = [
     ("predicted_scaling", "Of `scaling --predict`: the speed-up predicted for more cores, in the row of one thread"),
     ("traversal", "How rays visit nodes of the binary tree: ordered or paper"),
     ("width_px", "Width of the traced picture in pixels"),
     ("height_px", "Height of the traced picture in pixels"),
     ("repeat", "Number of repetitions behind each median"),
-    ("eye", "Position of the camera, as x, y and z"),
+    ("eye", "Position of the camera, as x, y and z; the camera is absent where no ray starts from it"),
     ("target", "The point at the centre of the picture"),
     ("up", "The up direction of the picture"),
     ("fov", "Vertical field of view in degrees"),
     ("simd", "Instructions of builds and rays: sse2, sse4, avx2, avx512 or neon"),
     ("version", "Version of the program"),
-    ("commit", "Commit that the program was built from; absent where the build did not name it"),
+    (
+        "commit",
+        "Commit that the program was built from, with -dirty where files were changed since; absent where it was built without make",
+    ),
     ("machine", "Name of the processor, with the number of threads that it runs at once"),
     ("date", "Day and minute of the measurement in UTC"),
     ("command_line", "The command that makes the row again, with the same counts"),
@@ -48,16 +47,97 @@ pub const CONDITIONS: [Field; 17] = [
         "populations",
         "Of `--rays`, for each population: its name, number of rays, root_hits (rays that enter the root), visits and \
          predicted_visits of all nodes, and cost of a ray that enters the root, in which a visited interior node counts 1 and a \
-         tested triangle 1",
+         tested triangle 1; of `info` also node_visits, the visits of each node in the order of `tree -o FILE.csv`",
     ),
     ("warnings", "Warnings of loading the model"),
 ];
 
+/// Fields that single commands add in JSON.
+const OWN: [(&str, &[Field]); 5] = [
+    (
+        "Of `info`",
+        &[
+            ("meshes", "Number of meshes of the file"),
+            ("materials", "Number of materials"),
+            ("textures", "Number of images"),
+            ("has_normals", "The file has normals of vertices"),
+            ("has_uvs", "It has texture coordinates"),
+            ("has_colors", "It has colours of vertices"),
+            ("bounds_min", "Smallest coordinates, those of the file"),
+            ("bounds_max", "Largest coordinates, those of the file"),
+            ("offset", "Subtracted from the coordinates of the file: those of trees, cameras and rays are less by it"),
+            ("scene_up", "The up direction of the model"),
+            ("scene_bytes", "Bytes of the model in memory"),
+            ("findings", "Findings of the diagnosis"),
+        ],
+    ),
+    (
+        "Of a tree from a file",
+        &[
+            ("max_arity", "Most children of a node, as the file states it"),
+            ("builder_settings", "Settings of the builder, as the file states them"),
+            ("empty_nodes", "Number of nodes without triangles, which were left out"),
+            ("faults", "Faults of each kind, with their number, the first node and the largest excess"),
+        ],
+    ),
+    (
+        "Of `render`",
+        &[
+            ("samples", "Rays of each pixel"),
+            ("color_range", "Values at the two ends of the colours, where these stand for values"),
+            ("output", "The file that was written"),
+        ],
+    ),
+    (
+        "Of `ray`",
+        &[
+            ("kind", "Purpose of the ray: primary, shadow, ao or bounce"),
+            ("pixel", "The pixel that the ray is of"),
+            ("origin", "Where the ray starts"),
+            ("direction", "Its direction, of length 1"),
+            ("t_min", "Smallest distance of a hit"),
+            ("t_max", "Largest distance of a hit; null for infinity"),
+            ("hit", "Distance and triangle of the hit; null for a miss"),
+            ("container_tests", "Containers tested"),
+            ("primitive_tests", "Triangles tested"),
+            ("visited", "Nodes visited"),
+            ("wasted", "Nodes visited below which nothing is hit"),
+            ("skipped", "Nodes entered by the ray and not visited, because a nearer hit was known"),
+            ("omitted_events", "Number of events that were left out"),
+            ("events", "Each step, with the tests and the nodes on the stack after it"),
+            ("containers", "Each container that the ray enters, with the distances at which it enters and leaves it"),
+        ],
+    ),
+    (
+        "Of `diff`",
+        &[
+            ("a", "The row of tree A"),
+            ("b", "The row of tree B"),
+            ("difference", "Numbers of B minus those of A"),
+            ("survived_nodes", "Nodes of A that B has too, leaves included"),
+            ("survived_share", "The same as a fraction of all nodes of A"),
+            ("survived_interior", "Interior nodes of A that B has too"),
+            ("survived_interior_share", "The same as a fraction of all interior nodes of A"),
+            ("pixels_fewer", "Pixels with fewer tests in B"),
+            ("pixels_same", "Pixels with as many"),
+            ("pixels_more", "Pixels with more"),
+            ("difference_range", "Differences at the two ends of the picture's colours"),
+        ],
+    ),
+];
+
+/// All columns of CSV, in order.
+pub fn columns() -> Vec<&'static str> {
+    let key = |(key, _): &Field| *key;
+    let tree = TREE.iter().map(key).chain(parameters().map(|row| row.key)).chain([key(&THREADS)]);
+    tree.chain(keys()).chain(CONDITIONS.iter().map(key)).collect()
+}
+
 /// The page `docs/fields.md`.
 pub fn page() -> String {
-    let mut text = "# Fields of JSON and CSV\n\nThe rows of `bench`, `sweep`, `scaling`, `compare`, and `a` and `b` of `diff`. `info` \
-                    and `render` have the same numbers under the same names. Where a field does not apply it is absent; where it is \
-                    not known it is null, in CSV empty. Written from the program's own table; a test compares both.\n"
+    let mut text = "# Fields of JSON and CSV\n\nThe rows of `bench`, `sweep`, `scaling`, `compare`, `info`, `render`, `ray`, and `a` and \
+                    `b` of `diff`. Where a field does not apply it is absent; where it is not known it is null, in CSV empty. \
+                    Written from the program's own table; a test compares both.\n"
         .to_owned();
     let mut section = |title: &str, rows: &mut dyn Iterator<Item = (String, &str, String)>| {
         let _ = write!(text, "\n## {title}\n\n| field | unit | meaning |\n|---|---|---|\n");
@@ -66,7 +146,8 @@ pub fn page() -> String {
         });
     };
     let plain = |(key, meaning): &Field| (String::from(*key), "", String::from(*meaning));
-    section("The tree", &mut TREE.iter().map(plain));
+    let settings = parameters().map(|row| (row.key.to_owned(), "", format!("{}. {}", row.label, row.tip)));
+    section("The tree", &mut TREE.iter().map(plain).chain(settings).chain([plain(&THREADS)]));
     let numbers = NUMBERS.iter().flat_map(|number| {
         let own = (number.key.to_owned(), number.unit, number.meaning.to_owned());
         let spread = number.spread.map(|(key, _)| {
@@ -80,6 +161,9 @@ pub fn page() -> String {
     });
     section("Its numbers", &mut numbers.into_iter());
     section("The conditions", &mut CONDITIONS.iter().map(plain));
+    for (title, fields) in &OWN {
+        section(title, &mut fields.iter().map(plain));
+    }
     text
 }
 

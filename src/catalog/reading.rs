@@ -19,6 +19,19 @@ impl Times {
     pub const fn single(ms: f64) -> Self {
         Self { ms, spread: None }
     }
+
+    /// Median and spread of repetitions in milliseconds; a single one has no spread. Zero for none.
+    pub fn of(mut repetitions: Vec<f64>) -> Self {
+        repetitions.sort_by(f64::total_cmp);
+        let (Some(&first), Some(&last)) = (repetitions.first(), repetitions.last()) else { return Self::single(0.0) };
+        let middle = repetitions.len() / 2;
+        let ms = if repetitions.len() % 2 == 1 {
+            repetitions[middle]
+        } else {
+            (repetitions[middle - 1] + repetitions[middle]) * 0.5
+        };
+        Self { ms, spread: (repetitions.len() > 1).then_some([first, last]) }
+    }
 }
 
 /// Everything that the numbers of one tree are read from. What is not known yet, or was not measured, is `None`.
@@ -42,6 +55,8 @@ pub struct TreeReading<'a> {
     pub wide: Option<WideReading>,
     /// The traced rays.
     pub trace: Option<TraceReading>,
+    /// Container and triangle tests of a primary ray that enters the root.
+    pub entering_tests: Option<f32>,
 }
 
 /// Time and sizes of a wide tree.

@@ -5,7 +5,7 @@ pub use crate::text::{parse_direction as direction, parse_vector as vector};
 #[cfg(feature = "gui")]
 use crate::app::SharedState;
 use crate::budget::MemoryLimit;
-use crate::catalog::settings::{EPSILON, Setting, THRESHOLD, Value};
+use crate::catalog::settings::Number;
 use crate::render::Exposure;
 use crate::scene::SceneSource;
 
@@ -18,13 +18,9 @@ pub const MAX_SAMPLES: u32 = 1024;
 /// Maximum number of repetitions of a measurement.
 pub const MAX_REPEAT: usize = 1000;
 
-/// A list of integers, for `--threshold` of a sweep.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Numbers(pub Vec<u32>);
-
-/// A list of numbers.
+/// Values of a setting that is a number.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Decimals(pub Vec<f32>);
+pub struct Numbers(pub Vec<f32>);
 
 /// Parses an integer in `low..=high`.
 pub fn whole<T>(text: &str, low: T, high: T) -> Result<T, String>
@@ -54,30 +50,23 @@ pub fn decimal(text: &str, low: f32, high: f32) -> Result<f32, String> {
     }
 }
 
-/// Parses thresholds: `6`, `2,4,8`, or `2..32` or `2..=32` with both ends.
-pub fn thresholds(text: &str) -> Result<Numbers, String> {
-    let mut values: Vec<u32> = numbers(&THRESHOLD, text)?.into_iter().map(|value| value as u32).collect();
-    values.sort_unstable();
-    values.dedup();
-    Ok(Numbers(values))
-}
-
-/// Parses each ε: `0.1` or `0.1,0.2`.
-pub fn reductions(text: &str) -> Result<Decimals, String> {
-    numbers(&EPSILON, text).map(Decimals)
-}
-
-/// Parses a list of values of a setting, or where it has whole numbers, a range with both ends.
-fn numbers(setting: &Setting, text: &str) -> Result<Vec<f32>, String> {
-    let Value::Number(number) = &setting.value else { return Err("a number is expected".to_owned()) };
-    if let Some((first, last)) = text.split_once("..").filter(|_| number.decimals == 0) {
+/// Parses values of a setting, `6` or `2,4,8`, or where it has whole numbers, a range with both ends, `2..32` or `2..=32`. Whole
+/// numbers are sorted, each once.
+pub fn numbers(number: &Number, text: &str) -> Result<Numbers, String> {
+    let is_whole = number.decimals == 0;
+    if let Some((first, last)) = text.split_once("..").filter(|_| is_whole) {
         let (first, last) = (number.parse(first)?, number.parse(last.strip_prefix('=').unwrap_or(last))?);
         if first > last {
             return Err("the range is empty: write it as SMALLEST..LARGEST".to_owned());
         }
-        return Ok((first as u32..=last as u32).map(|value| value as f32).collect());
+        return Ok(Numbers((first as u32..=last as u32).map(|value| value as f32).collect()));
     }
-    text.split(',').map(|text| number.parse(text)).collect()
+    let mut values = text.split(',').map(|text| number.parse(text)).collect::<Result<Vec<_>, _>>()?;
+    if is_whole {
+        values.sort_by(f32::total_cmp);
+        values.dedup();
+    }
+    Ok(Numbers(values))
 }
 
 pub fn threads(text: &str) -> Result<usize, String> {
@@ -218,13 +207,20 @@ mod tests {
     #![allow(clippy::unwrap_used, reason = "a failure here is a failed test")]
 
     use super::*;
+    use crate::catalog::settings::{EPSILON, Setting, THRESHOLD, Value};
+
+    fn numbers_of(setting: &Setting, text: &str) -> Result<Vec<f32>, String> {
+        let Value::Number(number) = &setting.value else { return Err("it is no number".to_owned()) };
+        numbers(number, text).map(|numbers| numbers.0)
+    }
 
     #[test]
     fn ranges_include_both_ends() {
-        assert_eq!(thresholds("2..=5").unwrap().0, [2, 3, 4, 5]);
-        assert_eq!(thresholds("2..5").unwrap().0, [2, 3, 4, 5]);
-        assert_eq!(thresholds("4..4").unwrap().0, [4]);
-        assert_eq!(thresholds("8,2,8").unwrap().0, [2, 8]);
+        let thresholds = |text: &str| numbers_of(&THRESHOLD, text);
+        assert_eq!(thresholds("2..=5").unwrap(), [2.0, 3.0, 4.0, 5.0]);
+        assert_eq!(thresholds("2..5").unwrap(), [2.0, 3.0, 4.0, 5.0]);
+        assert_eq!(thresholds("4..4").unwrap(), [4.0]);
+        assert_eq!(thresholds("8,2,8").unwrap(), [2.0, 8.0]);
         for bad in ["", "1", "65", "5..=2", "2..", "a..b", "2..=1e9"] {
             assert!(thresholds(bad).is_err(), "{bad}");
         }
@@ -237,8 +233,9 @@ mod tests {
         }
         assert_eq!(size("640x480").unwrap(), [640, 480]);
         for bad in ["nan", "inf", "-0.1", "0.6", ""] {
-            assert!(reductions(bad).is_err(), "{bad}");
+            assert!(numbers_of(&EPSILON, bad).is_err(), "{bad}");
         }
+        assert_eq!(numbers_of(&EPSILON, "0.2,0.1").unwrap(), [0.2, 0.1]);
         for bad in ["1,2", "1,2,NaN", "1,2,inf", "a,b,c", "1,2,3,4"] {
             assert!(vector(bad).is_err(), "{bad}");
         }

@@ -22,6 +22,7 @@ use crate::lab::diff::{TreeDifference, diff};
 use crate::lab::population::Populations;
 use crate::lab::report_table::{difference_table, number};
 use crate::lab::{Contender, Measurement, Setup, Subject};
+use crate::provenance::command_line;
 use crate::render::Background;
 use crate::scene::{Scene, SceneSource};
 use crate::text::shown_path;
@@ -82,6 +83,7 @@ struct DiffSummary<'a> {
     /// Differences at the two ends of the picture's colours.
     difference_range: [f32; 2],
     output: Option<&'a Path>,
+    command_line: String,
 }
 
 /// Compares the trees, writes the picture and prints the numbers.
@@ -205,6 +207,7 @@ fn summary<'a>(command: &'a DiffCommand, subject: &'a Subject, found: &'a TreeDi
         pixels_more: more,
         difference_range: [-found.map.limit, found.map.limit],
         output: command.output.as_deref(),
+        command_line: command_line(),
     }
 }
 

@@ -12,8 +12,10 @@ use super::tree_numbers::TreeNumbers;
 use super::tree_origin::{TreeOrigin, note_faults};
 use crate::catalog::numbers::NUMBERS;
 use crate::catalog::reading::TreeReading;
+use crate::catalog::settings::{OPTIMIZE, Setting, Value};
 use crate::console::{printable_json, printable_lines};
 use crate::export::{Protected, cannot_be_written, check_target, write_file};
+use crate::lab::Conditions;
 use crate::lab::diagnose::{Finding, diagnose_scene, diagnose_tree};
 use crate::lab::population::{MeasuredRays, Populations, ViewRays};
 use crate::lab::report_table::number;
@@ -21,7 +23,7 @@ use crate::render::RenderSettings;
 use crate::scene::SceneSource;
 use crate::text::{count, counted};
 use crate::view::CameraChoice;
-use bvhscope_engine::settings::{BuildSettings, BuilderKind, Curve, Pass, Passes};
+use bvhscope_engine::settings::{BuildSettings, BuilderKind};
 use bvhscope_engine::tree_file::write_corners;
 
 /// Settings of `info`.
@@ -72,10 +74,18 @@ struct Info {
     bounds_max: [f64; 3],
     /// Subtracted from the coordinates of the file: those of trees, cameras and rays are less by it.
     offset: [f64; 3],
-    up: [f32; 3],
+    scene_up: [f32; 3],
     scene_bytes: usize,
     #[serde(flatten)]
     tree: TreeNumbers,
+    /// Size of the view of the populations.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    width_px: Option<u32>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    height_px: Option<u32>,
+    repeat: usize,
+    #[serde(flatten)]
+    conditions: Conditions,
     /// Visits by rays of each population that was asked for.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     populations: Vec<VisitNumbers>,
@@ -105,13 +115,14 @@ pub fn run(command: &InfoCommand, context: &mut Context<'_>) -> Result<Finished,
     }
     let progress = Progress::new("Building", &context.token);
     let token = &context.token;
+    let camera = command.camera.camera(&scene);
+    let has_rays = command.rays != Populations::NONE;
     let (accel, findings, populations) = in_pool(|| {
         let accel = Arc::new(command.tree.accel(&scene, &command.source, &command.build, token)?);
         accel.widen(token)?;
         let epo = accel.epo(token)?;
         let mut findings = diagnose_scene(&scene, token)?;
         findings.extend(diagnose_tree(&accel, epo));
-        let camera = command.camera.camera(&scene);
         let visits_of = |population| {
             let rays = ViewRays::new(population, camera, VIEW_PX, &RenderSettings::default());
             let visits = rays.measure(&accel, token)?;
@@ -138,9 +149,13 @@ pub fn run(command: &InfoCommand, context: &mut Context<'_>) -> Result<Finished,
         bounds_min: scene.in_file(scene.bounds.min).to_array(),
         bounds_max: scene.in_file(scene.bounds.max).to_array(),
         offset: scene.offset.to_array(),
-        up: scene.up.to_array(),
+        scene_up: scene.up.to_array(),
         scene_bytes: scene.bytes(),
         tree: TreeNumbers::new(&accel, &accel.reading()),
+        width_px: has_rays.then_some(VIEW_PX[0]),
+        height_px: has_rays.then_some(VIEW_PX[1]),
+        repeat: 1,
+        conditions: Conditions::of_process(has_rays.then_some(&camera), RenderSettings::default().simd),
         populations,
         warnings: scene.warnings.entries.iter().map(ToString::to_string).collect(),
         findings,
@@ -158,12 +173,7 @@ pub fn run(command: &InfoCommand, context: &mut Context<'_>) -> Result<Finished,
 }
 
 /// How the tree was built, or what its file says of that.
-fn print_settings(
-    tree: &TreeNumbers,
-    builder: BuilderKind,
-    reading: &TreeReading<'_>,
-    out: &mut dyn std::io::Write,
-) -> std::io::Result<()> {
+fn print_settings(tree: &TreeNumbers, reading: &TreeReading<'_>, out: &mut dyn std::io::Write) -> std::io::Result<()> {
     let build_ms = reading.build.map(|build| build.ms);
     if let Some(file) = &tree.file {
         line(out, "file", file.tree.clone())?;
@@ -177,33 +187,29 @@ fn print_settings(
         };
         return line(out, "children", format!("up to {} of a node{empty}", file.max_arity));
     }
-    if let Some(settings) = &tree.settings {
-        if builder == BuilderKind::Aac {
-            line(out, "settings", format!("threshold {}, ε {}", settings.threshold, settings.epsilon))?;
-        }
-        if settings.curve != Curve::Morton {
-            line(out, "curve", settings.curve.name().to_owned())?;
-        }
-        if settings.optimize != Passes::NONE {
-            let cost = |name: &str| {
-                let costs = &reading.report.stages.costs;
-                costs.iter().find(|(pass, _)| *pass == name).map(|&(_, cost)| number(cost))
-            };
-            // Passes that run before the builder have no cost of their own.
-            let (after, before): (Vec<Pass>, Vec<Pass>) =
-                settings.optimize.iter().partition(|pass| cost(pass.name()).is_some());
-            let mut parts: Vec<String> = before.iter().map(|pass| pass.name().to_owned()).collect();
-            parts.extend(cost("tree").map(|cost| format!("SAH cost from {cost}")));
-            parts.extend(after.iter().filter_map(|pass| Some(format!("{} to {}", pass.name(), cost(pass.name())?))));
-            line(out, "optimize", parts.join(", "))?;
-            if let Some(rounds) = settings.rounds {
-                line(out, "rounds", rounds.to_string())?;
-            }
-        }
+    let numbers = tree.settings.by_symbol();
+    if !numbers.is_empty() {
+        line(out, "settings", numbers.join(", "))?;
+    }
+    let defaults = BuildSettings::default();
+    let is_default =
+        |row: &Setting, text: &String| !matches!(row.value, Value::Number(_)) && *text == row.text(&defaults);
+    for (row, text) in tree.settings.all().filter(|(row, text)| row.symbol().is_none() && !is_default(row, text)) {
+        line(out, row.key, if row == &OPTIMIZE { passes(&text, &reading.report.stages.costs) } else { text })?;
     }
     let stages: Vec<String> = reading.stages_ms.iter().map(|(name, ms)| format!("{name} {}", number(*ms))).collect();
     let ms = number(build_ms.unwrap_or_default());
     line(out, "build", format!("{ms} ms with {} threads ({})", tree.threads, stages.join(", ")))
+}
+
+/// The passes `names`, in order, with the SAH cost after each. Passes that run before the builder have no cost of their own.
+fn passes(names: &str, costs: &[(&str, f64)]) -> String {
+    let cost = |name: &str| costs.iter().find(|(pass, _)| *pass == name).map(|&(_, cost)| number(cost));
+    let (after, before): (Vec<&str>, Vec<&str>) = names.split(',').partition(|name| cost(name).is_some());
+    let mut parts: Vec<String> = before.into_iter().map(str::to_owned).collect();
+    parts.extend(cost("tree").map(|cost| format!("SAH cost from {cost}")));
+    parts.extend(after.iter().filter_map(|pass| Some(format!("{pass} to {}", cost(pass)?))));
+    parts.join(", ")
 }
 
 /// A line of the text: a name and what stands for it.
@@ -233,12 +239,12 @@ fn print_text(
     if info.offset != [0.0; 3] {
         line(out, "offset", format!("{}, subtracted from all coordinates", vector(info.offset)))?;
     }
-    line(out, "up", vector(info.up.map(f64::from)))?;
+    line(out, "up", vector(info.scene_up.map(f64::from)))?;
     line(out, "memory", megabytes(info.scene_bytes))?;
     let tree = &info.tree;
     let label = if tree.file.is_some() { &tree.builder } else { builder.label() };
     writeln!(out, "tree: {label}, {} containers", tree.container)?;
-    print_settings(tree, builder, reading, out)?;
+    print_settings(tree, reading, out)?;
     for (name, text) in NUMBERS.iter().filter_map(|number| number.info) {
         if let Some(text) = text(reading) {
             line(out, name, text)?;

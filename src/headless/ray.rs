@@ -6,9 +6,12 @@ use serde::Serialize;
 
 use super::context::{Context, Failure, Finished, ignore_missing_reader, in_pool};
 use super::progress::Progress;
+use super::tree_numbers::TreeNumbers;
 use super::tree_origin::{TreeOrigin, note_faults};
 use crate::accel::Accel;
+use crate::camera::Camera;
 use crate::console::{printable_json, printable_lines};
+use crate::lab::Conditions;
 use crate::lab::ray::{RayMethod, RayRecord, RayRequest, RayStep, Span, ray_table, record};
 use crate::render::{RayKind, RayStart, RenderSettings};
 use crate::scene::SceneSource;
@@ -73,7 +76,7 @@ pub fn run(command: &RayCommand, context: &mut Context<'_>) -> Result<Finished, 
     let has_faults = note_faults(&accel);
     let record = record.map_err(|reason| Failure::Failed(format!("{}: {reason}", ray_name(command))))?;
     if command.json {
-        let summary = RaySummary::new(command, &accel, &record);
+        let summary = RaySummary::new(command, &accel, &request.camera, &record);
         let text = serde_json::to_string(&summary).map_err(|error| Failure::Failed(error.to_string()))?;
         ignore_missing_reader(writeln!(context.out, "{}", printable_json(&text)))?;
     } else {
@@ -116,11 +119,19 @@ fn title(command: &RayCommand, accel: &Accel, record: &RayRecord) -> String {
 struct RaySummary {
     command: &'static str,
     model: String,
-    builder: String,
-    container: &'static str,
+    triangles: usize,
+    #[serde(flatten)]
+    tree: TreeNumbers,
     kind: &'static str,
     traversal: &'static str,
     pixel: Option<[u32; 2]>,
+    /// Size of the picture that the pixel is of.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    width_px: Option<u32>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    height_px: Option<u32>,
+    #[serde(flatten)]
+    conditions: Conditions,
     origin: [f32; 3],
     direction: [f32; 3],
     /// Infinite distances are null.
@@ -172,16 +183,20 @@ struct SpanLine {
 }
 
 impl RaySummary {
-    fn new(command: &RayCommand, accel: &Accel, record: &RayRecord) -> Self {
+    fn new(command: &RayCommand, accel: &Accel, camera: &Camera, record: &RayRecord) -> Self {
+        let pixel = if let RayStart::Pixel(pixel) = command.start { Some(pixel) } else { None };
         let [visited, wasted, skipped] = record.visits();
         Self {
             command: "ray",
             model: command.source.to_string(),
-            builder: accel.builder_name().into_owned(),
-            container: accel.settings.container.name(),
+            triangles: accel.scene.triangles.len(),
+            tree: TreeNumbers::new(accel, &accel.reading()),
             kind: command.kind.name(),
             traversal: command.method.name(),
-            pixel: if let RayStart::Pixel(pixel) = command.start { Some(pixel) } else { None },
+            pixel,
+            width_px: pixel.map(|_| command.size[0]),
+            height_px: pixel.map(|_| command.size[1]),
+            conditions: Conditions::of_process(pixel.map(|_| camera), command.settings.simd),
             origin: record.ray.origin.to_array(),
             direction: record.ray.direction.to_array(),
             t_min: record.ray.t_min,

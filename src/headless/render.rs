@@ -17,6 +17,7 @@ use crate::budget::Budget;
 use crate::catalog::reading::TreeReading;
 use crate::console::printable_json;
 use crate::export::{Protected, check_target};
+use crate::lab::Conditions;
 use crate::overlay::{NodeTable, OverlaySettings, Selection};
 use crate::render::{Frame, RenderRequest, RenderSettings};
 use crate::scene::{Scene, SceneSource};
@@ -69,8 +70,12 @@ struct RenderSummary<'a> {
     triangles: usize,
     #[serde(flatten)]
     tree: TreeNumbers,
+    traversal: &'static str,
     width_px: u32,
     height_px: u32,
+    repeat: usize,
+    #[serde(flatten)]
+    conditions: Conditions,
     samples: u32,
     /// Values at the two ends of the colours, in modes whose colours stand for values.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -259,8 +264,11 @@ fn summary<'a>(command: &'a RenderCommand, accel: &Accel, frame: &Frame) -> Rend
         model: command.source.to_string(),
         triangles: accel.scene.triangles.len(),
         tree: TreeNumbers::new(accel, &tree),
+        traversal: frame.settings.traversal.name(),
         width_px: frame.width_px,
         height_px: frame.height_px,
+        repeat: 1,
+        conditions: Conditions::of_process(Some(&frame.camera), frame.settings.simd),
         samples: frame.samples,
         color_range: frame.settings.shading.has_values().then_some(frame.value_range),
         output: command.output.as_deref(),

@@ -1,21 +1,24 @@
-//! Tree, settings and numbers as `info` and `render` print them with `--json`.
+//! Tree, settings and numbers as `info`, `render` and `ray` print them with `--json`.
 
 use serde::Serialize;
 
 use crate::accel::{Accel, FileTree};
 use crate::catalog::reading::TreeReading;
+use crate::catalog::settings::{PRESET, Stated};
 use crate::catalog::values::Values;
-use bvhscope_engine::settings::{Curve, Passes};
 use bvhscope_engine::tree_file::Fault;
 
 /// Statistics of a tree. Field names are the JSON names.
 #[derive(Debug, Serialize)]
 pub struct TreeNumbers {
     pub builder: String,
+    /// Name of the preset that the settings are those of, if any.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub preset: Option<String>,
     pub container: &'static str,
-    /// The settings of the build; absent for a tree that was read.
+    /// The settings of the build.
     #[serde(flatten)]
-    pub settings: Option<SettingNumbers>,
+    pub settings: Stated,
     /// The file that holds the tree, what it says of its settings, and what is wrong with it; absent for a tree that was built.
     #[serde(flatten)]
     pub file: Option<FileNumbers>,
@@ -23,18 +26,6 @@ pub struct TreeNumbers {
     /// The numbers of the catalogue.
     #[serde(flatten)]
     pub values: Values,
-}
-
-/// The settings of a build.
-#[derive(Debug, Serialize)]
-pub struct SettingNumbers {
-    pub threshold: u32,
-    pub epsilon: f32,
-    pub curve: Curve,
-    pub optimize: Passes,
-    /// Rounds of annealing, where that is one of them.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub rounds: Option<u32>,
 }
 
 /// What a tree file says of its tree, and what is wrong with that.
@@ -85,14 +76,9 @@ impl TreeNumbers {
         let settings = &accel.settings;
         Self {
             builder: accel.builder_name().into_owned(),
+            preset: accel.file.is_none().then(|| PRESET.text(settings)).filter(|name| !name.is_empty()),
             container: settings.container.name(),
-            settings: accel.file.is_none().then(|| SettingNumbers {
-                threshold: settings.threshold,
-                epsilon: settings.epsilon,
-                curve: settings.curve,
-                optimize: settings.passes(),
-                rounds: settings.annealing_rounds(),
-            }),
+            settings: if accel.file.is_some() { Stated::default() } else { Stated::of(settings) },
             file: accel.file.as_ref().map(FileNumbers::from),
             threads: accel.report.threads,
             values: Values::of(tree),

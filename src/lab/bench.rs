@@ -11,8 +11,8 @@ use super::setup::{Setup, Subject, TraceView};
 use crate::accel::Accel;
 use crate::catalog::numbers::millions_per_second;
 use crate::catalog::numbers::rows::{
-    BINARY_MRAYS_PER_S, CONTAINER_TESTS_PER_RAY, HITS, MRAYS_PER_S, PRIMITIVE_TESTS_PER_RAY, RAYS, TESTS_PER_RAY,
-    TRACE_MS, WIDE_TRACE_MS,
+    BINARY_MRAYS_PER_S, CONTAINER_TESTS_PER_RAY, HITS, MRAYS_PER_S, PRIMITIVE_TESTS_PER_RAY, RAYS,
+    TESTS_PER_ENTERING_RAY, TESTS_PER_RAY, TRACE_MS, WIDE_TRACE_MS,
 };
 use bvhscope_engine::cancel::{CancelToken, Cancelled};
 use bvhscope_engine::settings::{BuildSettings, BuilderKind};
@@ -114,6 +114,8 @@ fn on_a_sample(
     values.set(CONTAINER_TESTS_PER_RAY, per_ray(tests.containers));
     values.set(PRIMITIVE_TESTS_PER_RAY, per_ray(tests.primitives));
     values.set(TESTS_PER_RAY, per_ray(tests.containers + tests.primitives));
+    // There is no root to miss.
+    values.set(TESTS_PER_ENTERING_RAY, per_ray(tests.containers + tests.primitives));
     row
 }
 
@@ -135,7 +137,8 @@ mod tests {
             .with(BINARY_MRAYS_PER_S, 0.026)
             .with(CONTAINER_TESTS_PER_RAY, 19.0 / 130.0)
             .with(PRIMITIVE_TESTS_PER_RAY, 10.0)
-            .with(TESTS_PER_RAY, 1319.0 / 130.0);
+            .with(TESTS_PER_RAY, 1319.0 / 130.0)
+            .with(TESTS_PER_ENTERING_RAY, 1319.0 / 130.0);
         expected.values.set_spread(TRACE_MS, None);
         expected.values.remove(WIDE_TRACE_MS);
         expected.values.remove(MRAYS_PER_S);

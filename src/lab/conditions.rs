@@ -7,21 +7,17 @@ use serde::{Deserialize, Serialize};
 
 use super::setup::{Contender, Subject, TraceView};
 use crate::camera::{Camera, Projection};
-use crate::provenance::{COMMIT, VERSION, date, machine};
+use crate::catalog::settings::written;
+use crate::provenance::{self, VERSION, commit, date, machine};
 use crate::text::quote;
-use bvhscope_engine::settings::{Curve, Passes};
+use bvhscope_engine::kernel::SimdLevel;
 
-/// Camera, program and machine of a measurement.
+/// Camera, program and machine of a row.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Conditions {
-    /// Position of the observer.
-    pub eye: [f32; 3],
-    /// The point at the centre of the picture.
-    pub target: [f32; 3],
-    /// The up direction of the picture.
-    pub up: [f32; 3],
-    /// Vertical field of view in degrees.
-    pub fov: f32,
+    /// The camera, where rays of a view were traced.
+    #[serde(flatten)]
+    pub view: Option<ViewConditions>,
     /// Instructions of builds and rays.
     pub simd: String,
     /// Version of the program.
@@ -37,22 +33,44 @@ pub struct Conditions {
     pub command_line: String,
 }
 
+/// The camera of a row.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct ViewConditions {
+    /// Position of the observer.
+    pub eye: [f32; 3],
+    /// The point at the centre of the picture.
+    pub target: [f32; 3],
+    /// The up direction of the picture.
+    pub up: [f32; 3],
+    /// Vertical field of view in degrees.
+    pub fov: f32,
+}
+
 impl Conditions {
     /// The conditions of measuring a tree of `subject` with rays of `view` on `threads` threads.
     pub fn new(subject: &Subject, contender: &Contender, view: &TraceView, threads: usize) -> Self {
-        let Camera { eye, target, up, .. } = view.camera;
+        let command_line = command_line(subject, contender, view, threads);
+        Self { command_line, ..Self::of_process(Some(&view.camera), view.simd) }
+    }
+
+    /// The conditions of a row that the command line of this process makes.
+    pub fn of_process(camera: Option<&Camera>, simd: SimdLevel) -> Self {
         Self {
-            eye: eye.to_array(),
-            target: target.to_array(),
-            up: up.to_array(),
-            fov: degrees(&view.camera),
-            simd: view.simd.name().to_owned(),
+            view: camera.map(ViewConditions::from),
+            simd: simd.name().to_owned(),
             version: VERSION.to_owned(),
-            commit: COMMIT.map(str::to_owned),
+            commit: commit().map(str::to_owned),
             machine: machine().to_owned(),
             date: date().to_owned(),
-            command_line: command_line(subject, contender, view, threads),
+            command_line: provenance::command_line(),
         }
+    }
+}
+
+impl From<&Camera> for ViewConditions {
+    fn from(camera: &Camera) -> Self {
+        let &Camera { eye, target, up, .. } = camera;
+        Self { eye: eye.to_array(), target: target.to_array(), up: up.to_array(), fov: degrees(camera) }
     }
 }
 
@@ -71,21 +89,10 @@ fn command_line(subject: &Subject, contender: &Contender, view: &TraceView, thre
     let build = &contender.setup.build;
     if let Some(file) = contender.read.as_ref().and_then(|accel| accel.file.as_ref()) {
         flag("--tree", &file.path.to_string_lossy());
+        flag("--container", build.container.name());
     } else {
-        flag("--builder", build.builder.name());
-        flag("--threshold", &build.threshold.to_string());
-        flag("--epsilon", &build.epsilon.to_string());
-        if build.curve != Curve::Morton {
-            flag("--curve", build.curve.name());
-        }
-        if build.passes() != Passes::NONE {
-            flag("--optimize", &build.passes().to_string());
-        }
-        if let Some(rounds) = build.annealing_rounds() {
-            flag("--rounds", &rounds.to_string());
-        }
+        written(build).for_each(|(key, text)| flag(&format!("--{key}"), &text));
     }
-    flag("--container", build.container.name());
     flag("--threads", &threads.to_string());
     flag("--simd", view.simd.name());
     flag("--size", &format!("{}x{}", view.size[0], view.size[1]));

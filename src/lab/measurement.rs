@@ -13,9 +13,9 @@ use super::quantity::Reading;
 use super::speedup::prediction::ScalingPrediction;
 use crate::catalog::numbers::Number;
 use crate::catalog::numbers::rows::{BUILD_STAGES_MS, TREE_HASH};
+use crate::catalog::settings::Stated;
 use crate::catalog::values::Values;
 use crate::text::file_name;
-use bvhscope_engine::settings::{Curve, Passes};
 use bvhscope_engine::tree::ContainerKind;
 
 pub use crate::threads::{available_threads, pool};
@@ -31,7 +31,7 @@ pub struct Measurement {
     pub triangles: usize,
     /// Name of the builder.
     pub builder: String,
-    /// The file that holds the tree, where it was read: threshold, ε, curve and passes then mean nothing.
+    /// The file that holds the tree, where it was read.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub tree: Option<String>,
     /// Name of the preset that the settings come from, if any.
@@ -39,19 +39,9 @@ pub struct Measurement {
     pub preset: Option<String>,
     /// Boxes or spheres.
     pub container: ContainerKind,
-    /// The threshold δ.
-    pub threshold: u32,
-    /// The reduction exponent ε.
-    pub epsilon: f32,
-    /// Space-filling curve along which the primitives were sorted.
-    #[serde(default)]
-    pub curve: Curve,
-    /// Optimisation passes.
-    #[serde(default)]
-    pub optimize: Passes,
-    /// Rounds of annealing, where that is one of them.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub rounds: Option<u32>,
+    /// The settings of the build.
+    #[serde(flatten)]
+    pub settings: Stated,
     /// Number of threads for building and tracing.
     pub threads: usize,
     /// The numbers of the catalogue.
@@ -109,11 +99,6 @@ impl Measurement {
         stages.into_iter().flatten().filter_map(|(name, ms)| Some((name.as_str(), ms.as_f64()?))).collect()
     }
 
-    /// True if the tree was built by AAC with the row's settings.
-    pub fn is_aac(&self) -> bool {
-        self.builder == "aac" && self.tree.is_none()
-    }
-
     /// Name of the file that holds the tree, with the builder: "mine.bvh (embree)"; `None` for a tree that was built.
     pub fn file_name(&self) -> Option<String> {
         Some(file_and_builder(self.tree.as_ref()?.as_ref(), &self.builder))
@@ -125,15 +110,7 @@ impl Measurement {
             return preset.clone();
         }
         let mut parts = vec![self.builder.clone()];
-        if self.tree.is_some() {
-            return parts.concat();
-        }
-        if self.curve != Curve::Morton {
-            parts.push(self.curve.name().to_owned());
-        }
-        if self.optimize != Passes::NONE {
-            parts.push(self.optimize.to_string());
-        }
+        parts.extend(self.settings.by_name());
         parts.join(" + ")
     }
 }

@@ -11,6 +11,8 @@ mod trial;
 
 mod measure;
 
+pub mod at_rest;
+
 mod bench;
 mod compare;
 pub mod diff;
@@ -44,7 +46,7 @@ pub mod rows;
 
 pub use bench::bench;
 pub use compare::{compare, compared_setups};
-pub use conditions::Conditions;
+pub use conditions::{Conditions, ViewConditions};
 pub use job::Job;
 pub use measure::{LabError, RowSink, measure, measure_contenders};
 pub use measurement::{Measurement, available_threads, file_and_builder, millis, pool};

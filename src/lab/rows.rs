@@ -5,14 +5,7 @@ use std::io::Write;
 use serde_json::Value;
 
 use super::measurement::Measurement;
-use crate::catalog::fields::{CONDITIONS, Field, TREE};
-use crate::catalog::values::keys;
-
-/// All CSV columns in order.
-fn columns() -> Vec<&'static str> {
-    let keys_of = |fields: &[Field]| fields.iter().map(|(key, _)| *key).collect::<Vec<_>>();
-    keys_of(&TREE).into_iter().chain(keys()).chain(keys_of(&CONDITIONS)).collect()
-}
+use crate::catalog::fields::columns;
 
 /// Writes one JSON object per line, as the measuring commands do with `--json`.
 pub fn write_json_lines(rows: &[Measurement], writer: &mut dyn Write) -> Result<(), String> {

@@ -3,12 +3,12 @@
 
 use serde_json::Value;
 
-use super::conditions::Conditions;
+use super::conditions::{Conditions, ViewConditions};
 use super::measurement::Measurement;
 use super::population::{MeasuredRays, Population};
 use super::speedup::prediction::{PredictedScaling, PredictedSpeedup, ScalingPrediction, StageWork};
+use crate::catalog::settings::{CURVE, EPSILON, OPTIMIZE, ROUNDS, Stated, THRESHOLD};
 use crate::catalog::values::Values;
-use bvhscope_engine::settings::{Curve, Pass, Passes};
 use bvhscope_engine::tree::ContainerKind;
 
 /// A row in which every column is set.
@@ -21,11 +21,7 @@ pub(super) fn sample() -> Measurement {
         tree: None,
         preset: Some("fast".to_owned()),
         container: ContainerKind::Aabb,
-        threshold: 11,
-        epsilon: 0.25,
-        curve: Curve::Hilbert,
-        optimize: Passes::NONE.with(Pass::Collapse),
-        rounds: Some(13),
+        settings: settings(),
         traversal: "ordered".to_owned(),
         threads: 3,
         width_px: 101,
@@ -34,10 +30,12 @@ pub(super) fn sample() -> Measurement {
         values: values(),
         predicted_scaling: Some(prediction()),
         conditions: Some(Conditions {
-            eye: [1.25, 2.25, 3.25],
-            target: [4.25, 5.25, 6.25],
-            up: [0.0, 0.0, 1.0],
-            fov: 47.5,
+            view: Some(ViewConditions {
+                eye: [1.25, 2.25, 3.25],
+                target: [4.25, 5.25, 6.25],
+                up: [0.0, 0.0, 1.0],
+                fov: 47.5,
+            }),
             simd: "sse2".to_owned(),
             version: "0.0.1".to_owned(),
             commit: Some("c0ffee".to_owned()),
@@ -57,6 +55,12 @@ pub(super) fn sample() -> Measurement {
     }
 }
 
+/// Every setting has another value than its default.
+fn settings() -> Stated {
+    let given = [(&THRESHOLD, "11"), (&EPSILON, "0.25"), (&CURVE, "hilbert"), (&OPTIMIZE, "collapse"), (&ROUNDS, "13")];
+    given.into_iter().fold(Stated::default(), |stated, (setting, text)| stated.with(setting, text))
+}
+
 /// Every number of a tree that was built.
 #[allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 fn values() -> Values {
@@ -74,6 +78,7 @@ fn values() -> Values {
         "tests_per_ray": 29.5,
         "container_tests_per_ray": 26.25,
         "primitive_tests_per_ray": 3.25,
+        "tests_per_entering_ray": 41.5,
         "sah_cost": 67.3,
         "traversal_cost": 1.5,
         "intersection_cost": 1.75,

@@ -2,17 +2,16 @@
 
 use super::measure::{LabError, RowSink, measure, measure_contenders};
 use super::setup::{Setup, Subject, TraceView};
+use crate::catalog::settings::Setting;
 use bvhscope_engine::cancel::CancelToken;
-use bvhscope_engine::settings::{BuildSettings, BuilderKind, Curve, Passes};
+use bvhscope_engine::settings::BuildSettings;
 use bvhscope_engine::tree::ContainerKind;
 
 /// The parameter ranges of a sweep.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SweepPlan {
-    /// Values of the threshold δ.
-    pub thresholds: Vec<u32>,
-    /// Values of the reduction exponent ε.
-    pub epsilons: Vec<f32>,
+    /// The numbers that vary, each with its values. The last varies fastest; all other settings have their defaults.
+    pub ranges: Vec<(&'static Setting, Vec<f32>)>,
     /// Boxes, spheres or both, measured interleaved.
     pub containers: Vec<ContainerKind>,
     /// Threads; 0 for all.
@@ -26,21 +25,20 @@ pub struct SweepPlan {
 pub struct SweepPoint {
     /// Index of the model.
     pub model: usize,
-    /// The reduction exponent ε.
-    pub epsilon: f32,
-    /// The threshold δ.
-    pub threshold: u32,
+    /// The settings, but for the container.
+    pub build: BuildSettings,
 }
 
 impl SweepPlan {
     /// The points of the plan's shard over `models` models. The shards of a sweep partition its points.
     pub fn points(&self, models: usize) -> Vec<SweepPoint> {
         let (index, count) = self.shard;
+        let all = self.ranges.iter().fold(vec![BuildSettings::default()], |all, (setting, values)| {
+            let with = |build: BuildSettings| values.iter().map(move |&value| setting.with_number(build, value));
+            all.into_iter().flat_map(with).collect()
+        });
         (0..models)
-            .flat_map(|model| self.epsilons.iter().map(move |&epsilon| (model, epsilon)))
-            .flat_map(|(model, epsilon)| {
-                self.thresholds.iter().map(move |&threshold| SweepPoint { model, epsilon, threshold })
-            })
+            .flat_map(|model| all.iter().map(move |&build| SweepPoint { model, build }))
             .enumerate()
             .filter(|(position, _)| position % count.max(1) == index.saturating_sub(1))
             .map(|(_, point)| point)
@@ -48,7 +46,7 @@ impl SweepPlan {
     }
 }
 
-/// Measures the subject's trees from files, which no threshold changes, one row each.
+/// Measures the subject's trees from files, which no setting changes, one row each.
 pub fn sweep_files(
     subject: &Subject,
     plan: &SweepPlan,
@@ -72,15 +70,7 @@ pub fn sweep(
         .containers
         .iter()
         .map(|&container| Setup {
-            build: BuildSettings {
-                builder: BuilderKind::Aac,
-                container,
-                threshold: point.threshold,
-                epsilon: point.epsilon,
-                curve: Curve::Morton,
-                optimize: Passes::NONE,
-                rounds: BuildSettings::DEFAULT_ROUNDS,
-            },
+            build: BuildSettings { container, ..point.build },
             preset: None,
             threads: plan.threads,
         })

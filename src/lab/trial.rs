@@ -9,6 +9,7 @@ use super::population::MeasuredRays;
 use super::setup::{Contender, Subject, TraceView};
 use crate::accel::Accel;
 use crate::catalog::reading::{Times, TraceReading, TreeReading, WideReading};
+use crate::catalog::settings::Stated;
 use crate::catalog::values::Values;
 use crate::render::{PrimaryTrace, TestSummary};
 use bvhscope_engine::BuildReport;
@@ -71,11 +72,7 @@ impl Trial {
             tree: read.as_ref().and_then(|accel| accel.file.as_ref()).map(|file| file.path.display().to_string()),
             preset: setup.preset.map(|preset| preset.name().to_owned()),
             container: setup.build.container,
-            threshold: setup.build.threshold,
-            epsilon: setup.build.epsilon,
-            curve: setup.build.curve,
-            optimize: setup.build.passes(),
-            rounds: setup.build.annealing_rounds(),
+            settings: if read.is_some() { Stated::default() } else { Stated::of(&setup.build) },
             traversal: view.traversal.name().to_owned(),
             threads: first.threads,
             width_px: view.size[0],
@@ -110,10 +107,10 @@ impl Trial {
             report,
             build,
             stages_ms: stage_medians(&self.builds),
-            ready_ms: ready.map(|ready| median(ready.into_iter()).0),
+            ready_ms: ready.map(|ready| median(ready.into_iter())),
             epo: Some(first.epo),
             hashes: Some(first.hashes),
-            wide: Some(WideReading { collapse_ms: median(self.collapses_ms.iter().copied()).0, ..first.wide }),
+            wide: Some(WideReading { collapse_ms: median(self.collapses_ms.iter().copied()), ..first.wide }),
             trace: Some(TraceReading {
                 rays: tests.rays,
                 hits: tests.hits,
@@ -122,26 +119,18 @@ impl Trial {
                 wide: Some(times(self.wide_traces_ms.iter().copied())),
                 picture_mrays_per_s: None,
             }),
+            entering_tests: tests.per_entering_ray(),
         }
     }
 }
 
 /// Median and spread; a single repetition has no spread.
 fn times(values: impl Iterator<Item = f64>) -> Times {
-    let values: Vec<f64> = values.collect();
-    let is_repeated = values.len() > 1;
-    let (ms, spread) = median(values.into_iter());
-    Times { ms, spread: is_repeated.then_some(spread) }
+    Times::of(values.collect())
 }
 
-/// Median, and smallest and largest value; zeros for an empty iterator.
-fn median(values: impl Iterator<Item = f64>) -> (f64, [f64; 2]) {
-    let mut values: Vec<f64> = values.collect();
-    values.sort_by(f64::total_cmp);
-    let (Some(&first), Some(&last)) = (values.first(), values.last()) else { return (0.0, [0.0, 0.0]) };
-    let middle = values.len() / 2;
-    let median = if values.len() % 2 == 1 { values[middle] } else { (values[middle - 1] + values[middle]) * 0.5 };
-    (median, [first, last])
+fn median(values: impl Iterator<Item = f64>) -> f64 {
+    times(values).ms
 }
 
 /// The median of each stage on its own; their sum is close to the median of the total, not equal to it.
@@ -150,7 +139,7 @@ fn stage_medians(builds: &[StageTimes]) -> BTreeMap<String, f64> {
     for (name, duration) in builds.iter().flat_map(|build| &build.stages) {
         by_stage.entry(name).or_default().push(millis(*duration));
     }
-    by_stage.into_iter().map(|(name, values)| (name.to_owned(), median(values.into_iter()).0)).collect()
+    by_stage.into_iter().map(|(name, values)| (name.to_owned(), median(values.into_iter()))).collect()
 }
 
 #[cfg(test)]
@@ -163,6 +152,7 @@ mod tests {
     use super::*;
     use crate::camera::{Camera, Projection};
     use crate::catalog::numbers::rows::{BINARY_MRAYS_PER_S, MRAYS_PER_S, MTRIANGLES_PER_S};
+    use crate::lab::conditions::ViewConditions;
     use crate::lab::population::Populations;
     use crate::lab::sample::{assert_same, sample};
     use crate::lab::setup::Setup;
@@ -176,9 +166,10 @@ mod tests {
 
     #[test]
     fn medians_of_odd_and_even_counts() {
-        assert_eq!(median([3.0, 1.0, 2.0].into_iter()), (2.0, [1.0, 3.0]));
-        assert_eq!(median([4.0, 1.0, 2.0, 3.0].into_iter()), (2.5, [1.0, 4.0]));
-        assert_eq!(median(std::iter::empty()), (0.0, [0.0, 0.0]));
+        let of = |values: &[f64]| times(values.iter().copied());
+        assert_eq!(of(&[3.0, 1.0, 2.0]), Times { ms: 2.0, spread: Some([1.0, 3.0]) });
+        assert_eq!(of(&[4.0, 1.0, 2.0, 3.0]), Times { ms: 2.5, spread: Some([1.0, 4.0]) });
+        assert_eq!((of(&[7.0]), of(&[])), (Times::single(7.0), Times::single(0.0)));
     }
 
     fn build([tree, flatten]: [u64; 2]) -> StageTimes {
@@ -236,6 +227,7 @@ mod tests {
                 hits: 53,
                 container_tests_per_ray: 11.25,
                 primitive_tests_per_ray: 1.5,
+                entering: 51,
                 trace_time: Duration::from_millis(997),
             },
         }
@@ -260,6 +252,8 @@ mod tests {
             "tests_per_ray": 12.75,
             "container_tests_per_ray": 11.25,
             "primitive_tests_per_ray": 1.5,
+            // 12.75 tests of 101 rays, of which 50 miss the root with one test each.
+            "tests_per_entering_ray": ((12.75_f64 * 101.0 - 50.0) / 51.0) as f32,
             "sah_cost": 67.5,
             "traversal_cost": TRAVERSAL_COST,
             "intersection_cost": INTERSECTION_COST,
@@ -303,7 +297,7 @@ mod tests {
             epsilon: 0.375,
             curve: Curve::Hilbert,
             optimize: Passes::NONE.with(Pass::Collapse),
-            rounds: 7,
+            ..BuildSettings::default()
         };
         let setup = Contender::from(Setup { build, preset: Some(Preset::Hq), threads: 83 });
         let view = TraceView { size: [103, 107], repeat: 109, ..view() };
@@ -316,11 +310,7 @@ mod tests {
             tree: None,
             preset: Some("hq".to_owned()),
             container: ContainerKind::Sphere,
-            threshold: 47,
-            epsilon: 0.375,
-            curve: Curve::Hilbert,
-            optimize: Passes::NONE.with(Pass::Collapse),
-            rounds: None,
+            settings: Stated::of(&build),
             traversal: "paper".to_owned(),
             threads: 3,
             width_px: 103,
@@ -329,15 +319,12 @@ mod tests {
             values: expected_values(),
             predicted_scaling: None,
             conditions: Some(Conditions {
-                eye: [0.0, 0.0, 1.0],
-                target: [0.0; 3],
-                up: [0.0, 1.0, 0.0],
-                fov: 57.296,
+                view: Some(ViewConditions { eye: [0.0, 0.0, 1.0], target: [0.0; 3], up: [0.0, 1.0, 0.0], fov: 57.296 }),
                 simd: SimdLevel::best().name().to_owned(),
                 version: crate::provenance::VERSION.to_owned(),
                 command_line: format!(
-                    "bvhscope bench a/model.obj --builder aac --threshold 47 --epsilon 0.375 --curve hilbert --optimize collapse \
-                     --container sphere --threads 3 --simd {} --size 103x107 --traversal paper --repeat 109 --eye '0,0,1' \
+                    "bvhscope bench a/model.obj --builder aac --container sphere --threshold 47 --epsilon 0.375 --curve hilbert \
+                     --optimize collapse --threads 3 --simd {} --size 103x107 --traversal paper --repeat 109 --eye '0,0,1' \
                      --target '0,0,0' --up '0,1,0' --fov 57.296",
                     SimdLevel::best().name()
                 ),

@@ -10,7 +10,7 @@ use rayon::prelude::*;
 use super::grid::{Grid, TILE_AREA};
 use super::request::RenderRequest;
 use bvhscope_engine::cancel::{CancelToken, Cancelled};
-use bvhscope_engine::geometry::Ray;
+use bvhscope_engine::geometry::{PreparedRay, Ray};
 use bvhscope_engine::tree::Container;
 use bvhscope_engine::tree::Tree;
 use bvhscope_engine::tree::traverse::{NoProbe, Probe, TestCounts, Traversal, closest_hit_with, new_stack};
@@ -27,8 +27,20 @@ pub struct TestSummary {
     pub container_tests_per_ray: f32,
     /// Average primitive tests per ray.
     pub primitive_tests_per_ray: f32,
+    /// Number of rays that enter the root.
+    pub entering: u64,
     /// Wall-clock time including the counting.
     pub trace_time: Duration,
+}
+
+impl TestSummary {
+    /// Average tests of a ray that enters the root, for which the root counts too; all others have one test each. `None` where no
+    /// ray enters it.
+    pub fn per_entering_ray(&self) -> Option<f32> {
+        let per_ray = f64::from(self.container_tests_per_ray) + f64::from(self.primitive_tests_per_ray);
+        let missing = (self.rays - self.entering) as f64;
+        (self.entering > 0).then(|| ((per_ray * self.rays as f64 - missing) / self.entering as f64) as f32)
+    }
 }
 
 /// Trace time of the primary rays through all pixel centres.
@@ -54,8 +66,28 @@ pub fn count_tests(request: &RenderRequest, token: &CancelToken) -> Result<TestS
         hits,
         container_tests_per_ray: per_ray(tests.iter().map(|counts| counts.containers).sum()),
         primitive_tests_per_ray: per_ray(tests.iter().map(|counts| counts.primitives).sum()),
+        entering: with_tree!(&request.accel.tree, tree => entering(tree, request, token)?),
         trace_time: start.elapsed(),
     })
+}
+
+/// Number of primary rays that enter the root. One that is a leaf is not tested, and all rays count as entering it.
+fn entering<C: Container>(tree: &Tree<C>, request: &RenderRequest, token: &CancelToken) -> Result<u64, Cancelled> {
+    let grid = Grid::new(request);
+    let camera = request.camera.for_size(request.width_px, request.height_px);
+    let Some(root) = tree.nodes.first() else { return Ok(0) };
+    let in_tile = |tile: u32| {
+        token.check()?;
+        let mut count = 0;
+        grid.for_each_pixel(tile, |x, y, _| {
+            let point = grid.point(x, y, Vec2::splat(0.5));
+            let ray = PreparedRay::new(camera.ray(point.x, point.y));
+            let enters = root.is_leaf() || root.container.entry(&ray, ray.ray.t_min, ray.ray.t_max).is_some();
+            count += u64::from(enters);
+        });
+        Ok::<_, Cancelled>(count)
+    };
+    (0..grid.tile_count).into_par_iter().map(in_tile).try_reduce(|| 0, |a, b| Ok(a + b))
 }
 
 /// Traces the primary rays through the binary tree without shading, in the calling thread's rayon pool.

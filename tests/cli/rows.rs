@@ -51,3 +51,68 @@ fn a_row_is_made_again_with_the_same_counts() {
         }
     }
 }
+
+/// The names of the outermost object of `json`, in order, those that stand there twice too.
+fn names(json: &str) -> Vec<String> {
+    struct Names(Vec<String>);
+    impl<'de> serde::Deserialize<'de> for Names {
+        fn deserialize<D: serde::Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+            struct Visitor;
+            impl<'de> serde::de::Visitor<'de> for Visitor {
+                type Value = Names;
+                fn expecting(&self, formatter: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+                    formatter.write_str("an object")
+                }
+                fn visit_map<A: serde::de::MapAccess<'de>>(self, mut map: A) -> Result<Names, A::Error> {
+                    let mut names = Vec::new();
+                    while let Some((name, _)) = map.next_entry::<String, serde::de::IgnoredAny>()? {
+                        names.push(name);
+                    }
+                    Ok(Names(names))
+                }
+            }
+            deserializer.deserialize_map(Visitor)
+        }
+    }
+    serde_json::from_str::<Names>(json).unwrap().0
+}
+
+#[test]
+fn each_command_states_its_conditions_once_under_names_of_the_list() {
+    let page = std::fs::read_to_string(concat!(env!("CARGO_MANIFEST_DIR"), "/docs/fields.md")).unwrap();
+    let model = "builtin:teapot:2";
+    let folder = tempfile::tempdir().unwrap();
+    let render = format!("render --size 8x8 -o {}", folder.path().join("x.png").display());
+    let view = ["eye", "target", "up", "fov", "width_px", "height_px"];
+    for (command, has_view) in [
+        ("info", false),
+        ("info --rays primary --camera front", true),
+        (render.as_str(), true),
+        ("ray --pixel 4,4 --size 8x8", true),
+        ("ray --origin 0,9,0 --direction 0,-1,0", false),
+        ("bench --container box --size 8x8 --repeat 1", true),
+        ("sweep --threshold 6 --size 8x8 --repeat 1", true),
+        ("scaling --threads 1 --size 8x8 --repeat 1", true),
+        ("diff --b preset=hq --size 8x8 --repeat 1", false),
+    ] {
+        let words = format!("{command} {model} --json");
+        let output = Command::cargo_bin("bvhscope").unwrap().args(words.split(' ')).output().unwrap();
+        let text = String::from_utf8(output.stdout).unwrap();
+        assert!(output.status.success(), "{command}: {}", String::from_utf8_lossy(&output.stderr));
+        let names = names(text.lines().next().unwrap());
+        for (index, name) in names.iter().enumerate() {
+            assert!(!names[..index].contains(name), "{command}: {name} stands there twice");
+            assert!(page.contains(&format!("| `{name}` |")), "{command}: {name} is not in docs/fields.md");
+        }
+        let has = |name: &str| names.iter().any(|known| known == name);
+        assert!(has("command_line"), "{command}");
+        if !command.starts_with("diff") {
+            for name in
+                ["threads", "simd", "version", "machine", "date", "builder", "container", "threshold", "sah_cost"]
+            {
+                assert!(has(name), "{command} lacks {name}");
+            }
+            view.iter().for_each(|name| assert_eq!(has(name), has_view, "{command}: {name}"));
+        }
+    }
+}

@@ -74,7 +74,8 @@ fn a_tree_that_was_written_has_the_same_statistics() {
             assert_eq!(read[name], built[name], "{settings}: {name}");
         }
         assert_eq!((&read["tree"], &read["faults"]), (&"t.bvh".into(), &Value::Array(Vec::new())), "{settings}");
-        assert!(built.get("faults").is_none() && read.get("threshold").is_none() && built.get("threshold").is_some());
+        assert!(built.get("faults").is_none() && read.get("optimize").is_none() && built.get("optimize").is_some());
+        assert_eq!(built.get("threshold").is_some(), built["builder"] == "aac", "{settings}");
         let (header, _) = parts(&folder.path().join("t.bvh"));
         let [of_info, of_file] = [&read["build_ms"], &header["build_ms"]].map(|ms| ms.as_f64().unwrap());
         assert!(of_file > 0.0 && (of_info - of_file).abs() < 1e-9, "{settings}: {of_info}, {of_file}");
@@ -155,7 +156,11 @@ fn a_ray_and_a_difference_go_through_trees_of_files() {
     let of = |tree: &str| json(at, &format!("ray {MODEL} --pixel 32,24 --size 64x48 --json {tree}"));
     let (mut read, built) = (of("--tree mine.bvh"), of(""));
     assert!(built["events"].as_array().is_some_and(|events| events.len() > 10));
-    assert_eq!(read, built);
+    for name in ["origin", "direction", "hit", "container_tests", "primitive_tests", "visited", "events", "containers"]
+    {
+        assert!(built.get(name).is_some(), "{name}");
+        assert_eq!(read[name], built[name], "{name}");
+    }
     output(at, &format!("tree {MODEL} -o sphere.bvh --container sphere"));
     read = of("--tree sphere.bvh");
     assert_eq!((&read["container"], &read["hit"]["triangle"]), (&"sphere".into(), &built["hit"]["triangle"]));

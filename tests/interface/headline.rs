@@ -3,12 +3,15 @@
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
+use crate::harness::{Window, app_of_size, presented, settle};
 use crate::panel::{harness, present, sized, state};
 use bvhscope::app::state::comparison::{Comparison, Counted, Verdict};
 use bvhscope::app::state::{AppState, JobStatus, PickedTriangle};
 use bvhscope::catalog::numbers::Number;
 use bvhscope::catalog::numbers::rows::{MRAYS_PER_S, SAH_COST, TESTS_PER_RAY};
+use bvhscope::lab::at_rest::measure_at_rest;
 use bvhscope::render::{HeatKind, Shading};
+use bvhscope_engine::cancel::CancelToken;
 use bvhscope_engine::settings::Preset;
 use bvhscope_engine::tree::ContainerKind;
 use bvhscope_engine::tree::traverse::Traversal;
@@ -19,6 +22,11 @@ use egui_kittest::kittest::{NodeT as _, Queryable as _};
 fn again(s: &mut AppState) {
     let scene = Arc::clone(s.model.loaded.as_ref().unwrap());
     present(s, &scene);
+}
+
+/// Takes the readings of the shown tree that the window takes at rest.
+fn measure(s: &AppState) {
+    measure_at_rest(&s.model.presented.as_ref().unwrap().accel, &CancelToken::new()).unwrap();
 }
 
 fn comparison(s: &AppState, quantity: &'static Number) -> Comparison {
@@ -88,8 +96,10 @@ fn counts_with_hidden_triangles_do_not_compare() {
 #[test]
 fn costs_of_boxes_and_spheres_do_not_compare() {
     let mut s = state(Shading::Lit);
+    measure(&s);
     s.wanted.build.container = ContainerKind::Sphere;
     again(&mut s);
+    measure(&s);
     assert_eq!(comparison(&s, SAH_COST), Comparison::OtherContainer);
     assert!(matches!(comparison(&s, TESTS_PER_RAY), Comparison::Change { verdict: Verdict::Worse, .. }));
     let h = harness(s);
@@ -159,4 +169,26 @@ fn a_scroll_bar_does_not_widen_the_right_panel() {
         h.get_by_role_and_label(egui::accesskit::Role::Slider, "Threshold").rect().x_range()
     };
     assert_eq!(width(500.0), width(1200.0));
+}
+
+#[test]
+fn the_headline_is_the_same_in_windows_of_three_sizes() {
+    let shown = [[1100.0, 760.0], [1300.0, 900.0], [1600.0, 1000.0]].map(|size| {
+        let mut window = app_of_size(size.into());
+        let text = |window: &Window, name: &str| {
+            let node = window.get_by(|node| node.value().is_some_and(|text| text.starts_with(name)));
+            node.accesskit_node().value().unwrap_or_default()
+        };
+        assert!(text(&window, "Tests per ray").starts_with("Tests per ray …"), "not counted yet");
+        window.state_mut().state.lab.at_rest.is_off = false;
+        settle(&mut window);
+        settle(&mut window);
+        let accel = presented(&window).accel;
+        let times = accel.whole_builds().unwrap();
+        let build = text(&window, "Build time");
+        assert!(times.spread.is_some() && build.contains(" to "), "the spread is shown: {build}");
+        (text(&window, "Tests per ray"), presented(&window).tests_per_ray.unwrap())
+    });
+    assert_eq!((&shown[0].0, &shown[1].0), (&shown[1].0, &shown[2].0));
+    assert!(shown[0].1 != shown[2].1, "the mean of the picture is another");
 }

@@ -40,7 +40,7 @@ fn a_dragged_threshold_rebuilds_the_tree_and_the_numbers_follow() {
     assert_eq!(displayed(&harness, "Nodes"), format::count(stats.nodes as u64));
     assert_eq!(displayed(&harness, "Depth"), stats.max_depth.to_string());
     let tests: f32 = shown.tests_per_ray.unwrap().iter().sum();
-    assert_eq!(displayed(&harness, "Tests per ray"), format::significant(f64::from(tests)));
+    assert_eq!(displayed(&harness, "Tests per pixel"), format::significant(f64::from(tests)));
 }
 
 #[test]

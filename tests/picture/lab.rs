@@ -11,6 +11,7 @@ use bvhscope::catalog::numbers::rows::{
     PRIMITIVE_TESTS_PER_RAY, RAYS, SAH_COST, SPEEDUP, TESTS_PER_RAY, TRACE_MS, TRACE_SPEEDUP, TREE_BYTES,
     WIDE_TRACE_MS,
 };
+use bvhscope::catalog::settings::{EPSILON, OPTIMIZE, THRESHOLD};
 use bvhscope::lab::plot::Figure;
 use bvhscope::lab::population::Populations;
 use bvhscope::lab::report_table::{number, tables};
@@ -21,7 +22,7 @@ use bvhscope::render::{RenderRequest, RenderSettings, trace_primary, trace_prima
 use bvhscope::scene::{LoadOptions, SceneSource, load};
 use bvhscope_engine::cancel::CancelToken;
 use bvhscope_engine::kernel::SimdLevel;
-use bvhscope_engine::settings::{BuildSettings, Pass, Preset};
+use bvhscope_engine::settings::{BuildSettings, Preset};
 use bvhscope_engine::tree::ContainerKind;
 use bvhscope_engine::tree::traverse::Traversal;
 
@@ -136,7 +137,7 @@ fn compared_builders_agree_on_hits() {
         // Nodes of 32 bytes or, around spheres, 24; a reference of 4 bytes for each triangle, or more after splitting.
         let node_bytes = if row.container == ContainerKind::Aabb { 32 } else { 24 };
         let references = (tree_bytes - row.number(NODES) as usize * node_bytes) / 4;
-        let splits = row.optimize.contains(Pass::Split);
+        let splits = row.settings.text(&OPTIMIZE).unwrap().contains("split");
         assert!(references == row.triangles || splits && references > row.triangles, "{}", row.builder_name());
         let sizes = row.values.value(LEAF_SIZE).and_then(|sizes| sizes.as_array()).unwrap();
         let [least, mean, most] = [0, 1, 2].map(|index| sizes[index].as_f64().unwrap());
@@ -174,15 +175,14 @@ fn scaling_starts_at_one() {
 #[test]
 fn shards_together_are_the_whole() {
     let plan = |shard| SweepPlan {
-        thresholds: vec![2, 4, 6, 8, 10],
-        epsilons: vec![0.1, 0.2],
+        ranges: vec![(&EPSILON, vec![0.1, 0.2]), (&THRESHOLD, vec![2.0, 4.0, 6.0, 8.0, 10.0])],
         containers: ContainerKind::ALL.to_vec(),
         threads: 1,
         shard,
     };
     let names = ["builtin:teapot:1", "builtin:cornell"];
     let subjects = names.map(subject);
-    let rows = |shard| -> Vec<(String, ContainerKind, u32, String)> {
+    let rows = |shard| -> Vec<(String, ContainerKind, Vec<String>)> {
         let plan = plan(shard);
         let points = plan.points(names.len());
         let mut settings = Vec::new();
@@ -190,12 +190,12 @@ fn shards_together_are_the_whole() {
             let subject = &subjects[point.model];
             let view = TraceView { size: [4, 4], repeat: 1, ..view(subject, Traversal::Ordered) };
             for row in collect(|row| sweep(subject, &plan, point, &view, &CancelToken::new(), row)) {
-                settings.push((row.model, row.container, row.threshold, row.epsilon.to_string()));
+                settings.push((row.model, row.container, row.settings.by_symbol()));
             }
         }
         settings
     };
-    let sorted = |mut rows: Vec<(String, ContainerKind, u32, String)>| {
+    let sorted = |mut rows: Vec<(String, ContainerKind, Vec<String>)>| {
         rows.sort_by_key(|row| format!("{row:?}"));
         rows
     };
@@ -217,7 +217,7 @@ fn rows_survive_json_and_cancelled_jobs_stop() {
         assert!(text.contains(name), "{name} in {text}");
     }
     let read: Measurement = serde_json::from_str(&text).unwrap();
-    assert_eq!((read.number(HITS), &read.model, read.threshold), (row.number(HITS), &row.model, row.threshold));
+    assert_eq!((read.number(HITS), &read.model, &read.settings), (row.number(HITS), &row.model, &row.settings));
     let token = CancelToken::new();
     token.cancel();
     let mut rows = 0;
@@ -297,8 +297,7 @@ fn rows_are_of_complete_repetitions() {
 fn sweep_rows(name: &str, epsilons: &[f32]) -> Vec<Measurement> {
     let subject = subject(name);
     let job = Job::Sweep(SweepPlan {
-        thresholds: vec![4, 6, 8],
-        epsilons: epsilons.to_vec(),
+        ranges: vec![(&EPSILON, epsilons.to_vec()), (&THRESHOLD, vec![4.0, 6.0, 8.0])],
         containers: ContainerKind::ALL.to_vec(),
         threads: 1,
         shard: (1, 1),
@@ -327,7 +326,7 @@ fn a_sweep_is_drawn_as_the_papers_three_curves_and_each_with_its_unit() {
     assert_eq!(tests.curves.iter().map(|curve| curve.name.as_str()).collect::<Vec<_>>(), ["box", "sphere"]);
     for point in tests.curves.iter().flat_map(|curve| &curve.points) {
         let row = &rows[point.row.unwrap()];
-        assert_eq!((point.x, point.y), (f64::from(row.threshold), row.number(TESTS_PER_RAY)));
+        assert_eq!((point.x, point.y), (row.settings.number(&THRESHOLD).unwrap(), row.number(TESTS_PER_RAY)));
     }
 }
 

@@ -44,7 +44,7 @@ const VIEWER: Plan = Plan {
         ("catalog", &[]),
         ("console", &["catalog"]),
         ("threads", &["*"]),
-        ("provenance", &["text", "console"]),
+        ("provenance", &["console"]),
         ("budget", &["*"]),
         ("worker", &["*"]),
         ("export", &["console", "threads", "budget", "worker"]),

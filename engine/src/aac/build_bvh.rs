@@ -89,7 +89,7 @@ fn cluster<C: ClusterContainer>(
 ) -> Result<Tree<C>, Cancelled> {
     token.begin_stage("tree");
     let start = Instant::now();
-    let reduction = Reduction::new(settings.threshold, settings.epsilon);
+    let reduction = Reduction::of(settings);
     let level = SimdLevel::of_builds().level();
     let plan = TaskPlan::new(input, &reduction, 0..triangles.len());
     let (top, task_nodes) = nodes.split_at_mut(plan.top_len());

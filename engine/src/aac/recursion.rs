@@ -64,7 +64,7 @@ pub fn recursion_of<C: ClusterContainer>(
     nodes: &mut [Node<C>],
     token: &CancelToken,
 ) -> Result<Recursion, Cancelled> {
-    let reduction = Reduction::new(settings.threshold, settings.epsilon);
+    let reduction = Reduction::of(settings);
     let plan = TaskPlan::new(input, &reduction, 0..input.len());
     let merge_of_pair = zeros(nodes.len() / 2, token)?;
     let mut positions = zeros(input.len(), token)?;

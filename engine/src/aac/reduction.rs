@@ -1,5 +1,7 @@
 //! The reduction function f: how many clusters `combine_clusters` leaves of a number of primitives (Gu et al., section 3).
 
+use crate::settings::BuildSettings;
+
 /// The reduction function f(x) = ½·δ^(½+ε)·x^(½−ε), rounded up: number of clusters that are left of x primitives.
 ///
 /// ```
@@ -33,6 +35,11 @@ impl Reduction {
         };
         reduction.table = (0..1024).map(|x| reduction.formula(x) as u32).collect();
         reduction
+    }
+
+    /// The reduction function of AAC with `settings`.
+    pub fn of(settings: &BuildSettings) -> Self {
+        Self::new(settings.threshold, settings.epsilon)
     }
 
     /// The traversal stopping threshold δ: fewer primitives are clustered, not partitioned.

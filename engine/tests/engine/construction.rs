@@ -124,7 +124,7 @@ fn lists_are_reduced_by_f() {
     let triangles = trees::soup(20_000, 0.02, 93);
     for settings in all_settings() {
         let record = construct(&triangles, &settings).record;
-        let f = Reduction::new(settings.threshold, settings.epsilon);
+        let f = Reduction::of(&settings);
         let (last, others) = record.steps().split_last().unwrap();
         assert_eq!((last.level, last.after, last.primitives), (0, 1, 20_000));
         assert_eq!(last.before as usize, f.reduced_count(20_000));

@@ -28,6 +28,8 @@ use crate::text::shown_path;
 
 /// Maximum time that [`App::run_until_idle`] waits.
 const IDLE_TIMEOUT: Duration = Duration::from_mins(2);
+/// Delay after the last input before a tree is measured at rest.
+const REST_DELAY: Duration = Duration::from_millis(300);
 /// Interval between two calls of [`App::run_until_idle`] to the workers.
 const IDLE_POLL: Duration = Duration::from_millis(1);
 /// Minimum interval between UI frames without a new result, where software rendering competes with a rebuild for the cores.
@@ -127,6 +129,8 @@ impl App {
     ) -> std::io::Result<Self> {
         let mut app = Self::with_state(context, AppState::new(wanted, Preferences::default()))?;
         app.waits_until_idle = waits_until_idle;
+        // Tests of these readings switch them on.
+        app.state.lab.at_rest.is_off = true;
         app.reconciler.set_always_at_rest(waits_until_idle);
         Ok(app)
     }
@@ -213,6 +217,15 @@ impl App {
         self.studies.follow(&mut self.state, idle);
         if let Some(worker) = &mut self.thumbnail_worker {
             worker.poll(&mut self.state, idle);
+        }
+    }
+
+    /// Any input stops what is measured at rest, until a moment without.
+    fn note_input(&mut self, ctx: &egui::Context) {
+        let rest = &mut self.state.lab.at_rest;
+        rest.is_disturbed = ctx.input(|input| !input.events.is_empty() || input.pointer.any_down());
+        if rest.is_disturbed && !rest.is_off {
+            ctx.request_repaint_after(REST_DELAY);
         }
     }
 
@@ -372,6 +385,7 @@ impl eframe::App for App {
         self.reconciler.poll(&mut self.state, Instant::now());
         self.follow_file_changes();
         self.follow_tree_files();
+        self.note_input(ctx);
         self.poll_idle_workers();
         self.update_title(ctx);
         // At the end of `ui` otherwise, which is not called while the window is hidden or covered.

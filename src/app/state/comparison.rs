@@ -22,7 +22,7 @@ pub enum Comparison {
     OtherView,
     /// The tree before has containers of another kind, whose numbers do not compare with these.
     OtherContainer,
-    /// One of the two builds reused stages of an earlier build that the other one ran.
+    /// One of the two builds was repeated as a whole and the other was not, or reused other stages of an earlier build.
     OtherStages,
     /// The numbers compare.
     Change {
@@ -107,6 +107,8 @@ pub struct TreeNumbers {
     hash: Option<u64>,
     /// Names of the build stages whose results came from an earlier build.
     reused: Vec<&'static str>,
+    /// The build time is that of whole builds, repeated.
+    is_whole: bool,
     /// The view of the counts.
     view: Option<Circumstances>,
 }
@@ -131,6 +133,7 @@ impl TreeNumbers {
             values: compared.filter_map(value).collect(),
             hash: accel.known_hash(),
             reused: accel.report.stages.reused.clone(),
+            is_whole: accel.whole_builds().is_some(),
             view: counted.and_then(|counted| counted.view),
         }
     }
@@ -150,8 +153,14 @@ impl TreeNumbers {
         if self.container != before.container && !compared.across_containers {
             return Comparison::OtherContainer;
         }
-        if number == BUILD_MS && self.reused != before.reused {
-            return Comparison::OtherStages;
+        if number == BUILD_MS && !(self.is_whole && before.is_whole) {
+            // A single build that ran all its stages may have been the first, which finds cold caches.
+            let is_like = self.is_whole == before.is_whole && self.reused == before.reused;
+            match (is_like, self.reused.is_empty()) {
+                (true, true) => return Comparison::Unknown,
+                (true, false) => {}
+                (false, _) => return Comparison::OtherStages,
+            }
         }
         let (Some(earlier), Some(now)) = (before.reading(number), self.reading(number)) else {
             return Comparison::Unknown;
@@ -162,5 +171,64 @@ impl TreeNumbers {
         let is_same = self.hash.is_some() && self.hash == before.hash;
         let verdict = if is_same { Verdict::Same } else { verdict(compared, earlier, now) };
         Comparison::Change { before: earlier.value, now: now.value, verdict }
+    }
+}
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used, reason = "a test fails by panicking")]
+mod tests {
+    use std::sync::Arc;
+
+    use super::*;
+    use crate::accel::BuildSession;
+    use crate::catalog::numbers::rows::SAH_COST;
+    use crate::catalog::reading::Times;
+    use crate::scene::{LoadOptions, SceneSource, load};
+    use bvhscope_engine::cancel::CancelToken;
+    use bvhscope_engine::settings::BuildSettings;
+
+    /// Trees of these thresholds in one session, of which each build reuses the sorted primitives of the one before.
+    fn trees(thresholds: [u32; 3]) -> [Accel; 3] {
+        let (source, token) = (SceneSource::Builtin { name: "teapot".to_owned(), size: Some(2) }, CancelToken::new());
+        let scene = Arc::new(load(&source, &LoadOptions::default(), &token).unwrap());
+        let mut session = BuildSession::default();
+        thresholds.map(|threshold| {
+            let build = BuildSettings { threshold, ..BuildSettings::default() };
+            Accel::build_with_session(&scene, &build, Some(&mut session), &token).unwrap()
+        })
+    }
+
+    fn compare(before: &Accel, now: &Accel, number: &Number) -> Comparison {
+        TreeNumbers::new(now, None).compare(Some(&TreeNumbers::new(before, None)), number)
+    }
+
+    #[test]
+    fn builds_compare_with_their_like_alone() {
+        let [cold, reusing, other] = trees([6, 12, 20]);
+        assert!(cold.report.stages.reused.is_empty() && !reusing.report.stages.reused.is_empty());
+        assert_eq!(compare(&cold, &reusing, BUILD_MS), Comparison::OtherStages);
+        assert!(matches!(compare(&reusing, &other, BUILD_MS), Comparison::Change { verdict: Verdict::Once, .. }));
+        assert_eq!(compare(&cold, &cold, BUILD_MS), Comparison::Unknown, "a single build may have been cold");
+        let whole = |ms: f64| Times { ms, spread: Some([ms - 0.1, ms + 0.1]) };
+        cold.keep_whole_builds(whole(2.0));
+        assert_eq!(compare(&cold, &reusing, BUILD_MS), Comparison::OtherStages);
+        reusing.keep_whole_builds(whole(3.0));
+        other.keep_whole_builds(whole(3.05));
+        let worse = Comparison::Change { before: 2.0, now: 3.0, verdict: Verdict::Worse };
+        assert_eq!(compare(&cold, &reusing, BUILD_MS), worse, "repeated as a whole, whatever was reused at first");
+        let noise = Comparison::Change { before: 3.0, now: 3.05, verdict: Verdict::Noise };
+        assert_eq!(compare(&reusing, &other, BUILD_MS), noise);
+    }
+
+    #[test]
+    fn a_tree_is_neither_better_nor_worse_than_itself() {
+        let [first, again, _] = trees([6, 6, 6]);
+        first.keep_whole_builds(Times { ms: 2.0, spread: Some([1.9, 2.1]) });
+        again.keep_whole_builds(Times { ms: 4.0, spread: Some([3.9, 4.1]) });
+        assert_eq!(first.hash(&CancelToken::new()), again.hash(&CancelToken::new()));
+        for number in [BUILD_MS, SAH_COST] {
+            let found = compare(&first, &again, number);
+            assert!(matches!(found, Comparison::Change { verdict: Verdict::Same, .. }), "{number:?}: {found:?}");
+        }
     }
 }

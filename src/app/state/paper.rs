@@ -8,6 +8,7 @@ use serde::{Deserialize, Serialize};
 use crate::app::state::second_tree::TreeSide;
 use crate::app::state::wanted::Wanted;
 use crate::camera::Camera;
+use crate::catalog::settings::{EPSILON, Setting, THRESHOLD};
 use crate::lab::plot::{Figure, PlotFormat, draw};
 use crate::lab::population::Populations;
 use crate::lab::report_table::{ReportTable, tables};
@@ -169,8 +170,24 @@ impl PaperPlan {
     pub const SIDES_PX: [u32; 4] = [256, 512, 1024, 2048];
     /// Maximum of `repeat`.
     pub const MAX_REPEAT: usize = 99;
-    /// Offered values of `epsilons`.
-    pub const EPSILONS: [f32; 5] = [0.0, 0.1, 0.2, 0.3, 0.4];
+    /// The setting of which each chosen value has a curve in the figures.
+    pub const CURVES: &Setting = &EPSILON;
+    /// Its values on offer.
+    pub const CURVE_VALUES: [f32; 5] = [0.0, 0.1, 0.2, 0.3, 0.4];
+
+    /// A value has a curve.
+    pub fn has_curve(&self, value: f32) -> bool {
+        self.epsilons.contains(&value)
+    }
+
+    /// Adds or removes a curve; the last one stays.
+    pub fn toggle_curve(&mut self, value: f32) {
+        let on = self.has_curve(value);
+        if !on || self.epsilons.len() > 1 {
+            let chosen = |other: &f32| self.has_curve(*other) != (*other == value);
+            self.epsilons = Self::CURVE_VALUES.into_iter().filter(chosen).collect();
+        }
+    }
 
     /// Selects an experiment, and the display that suits it best.
     pub fn choose(&mut self, experiment: Experiment) {
@@ -187,7 +204,7 @@ impl PaperPlan {
         let [first, last] =
             self.thresholds.map(|value| value.clamp(BuildSettings::MIN_THRESHOLD, BuildSettings::MAX_THRESHOLD));
         self.thresholds = [first.min(last), last];
-        self.epsilons.retain(|epsilon| Self::EPSILONS.contains(epsilon));
+        self.epsilons.retain(|epsilon| Self::CURVE_VALUES.contains(epsilon));
         if self.epsilons.is_empty() {
             self.epsilons = Self::default().epsilons;
         }
@@ -210,8 +227,10 @@ impl PaperPlan {
         match self.experiment {
             Experiment::Tables => Job::Bench { setups: setups(), no_bvh: self.no_bvh },
             Experiment::Thresholds => Job::Sweep(SweepPlan {
-                thresholds: (self.thresholds[0]..=self.thresholds[1]).collect(),
-                epsilons: self.epsilons.clone(),
+                ranges: vec![
+                    (Self::CURVES, self.epsilons.clone()),
+                    (&THRESHOLD, (self.thresholds[0]..=self.thresholds[1]).map(|value| value as f32).collect()),
+                ],
                 containers: self.containers.clone(),
                 threads: wanted.threads,
                 shard: (1, 1),
@@ -306,9 +325,9 @@ pub fn settings_of(row: &Measurement) -> Option<BuildSettings> {
         return None;
     }
     let builder = BuilderKind::ALL.into_iter().find(|builder| builder.name() == row.builder)?;
-    let &Measurement { container, threshold, epsilon, curve, optimize, rounds, .. } = row;
-    let rounds = rounds.unwrap_or(BuildSettings::DEFAULT_ROUNDS);
-    Some(BuildSettings { builder, container, threshold, epsilon, curve, optimize, rounds })
+    let mut build = BuildSettings { builder, container: row.container, ..BuildSettings::default() };
+    row.settings.apply(&mut build);
+    Some(build)
 }
 
 /// Sets `wanted` to the tree of a row: its file, or the settings it was measured with.

@@ -90,7 +90,7 @@ impl LabState {
         let Self {
             population, ray: view, nodes, icicle, plots, merges, curve,
             // Its unfolded nodes are shared with the selected and hidden ones.
-            outline: _,
+            outline: _, at_rest: _,
             // Derived from the tree.
             findings: _, survival: _, visits: _, rays: _,
         } = self;

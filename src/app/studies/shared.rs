@@ -1,18 +1,21 @@
-//! Studies that no view of the dock owns: findings, the curve over the picture, nodes that two trees have in common.
+//! Studies that no view of the dock owns: readings at rest, findings, the curve over the picture, nodes that two trees have in common.
 
 use std::sync::{Arc, Mutex, PoisonError, Weak};
 
 use super::{Studies, StudyPlan};
 use crate::accel::{Accel, is_same};
 use crate::app::state::{OtherTree, Side};
+use crate::lab::at_rest::measure_at_rest;
 use crate::lab::diagnose::{Finding, diagnose_scene, diagnose_tree};
 use crate::lab::diff::survivors;
+use crate::lab::pool;
 use crate::lab::scaffold::scaffold;
 use crate::scene::Scene;
 use bvhscope_engine::cancel::{CancelToken, Cancelled};
 
 /// Adds them.
 pub(crate) fn add(studies: &mut Studies) -> std::io::Result<()> {
+    add_readings(studies)?;
     let of_scene = Mutex::new((Weak::new(), Vec::new()));
     studies.add(
         StudyPlan::new(
@@ -52,6 +55,45 @@ pub(crate) fn add(studies: &mut Studies) -> std::io::Result<()> {
             let other = other.get().ok_or(Cancelled)?;
             Ok([survivors(accel, &other, token)?, survivors(&other, accel, token)?])
         },
+    )
+}
+
+/// Readings of both trees, which any input cancels.
+fn add_readings(studies: &mut Studies) -> std::io::Result<()> {
+    let derive = |accel: &Arc<Accel>, threads: &usize, token: &CancelToken| match pool(*threads) {
+        Ok(pool) => pool.install(|| measure_at_rest(accel, token)),
+        Err(_) => Err(Cancelled),
+    };
+    let name = "readings";
+    let label = "Measuring";
+    studies.add(
+        StudyPlan {
+            name,
+            label,
+            at_once: false,
+            study: |state| &mut state.lab.at_rest.first,
+            wanted: |state, idle| {
+                let shown = state.model.presented.as_ref().filter(|_| state.lab.at_rest.may_measure(idle))?;
+                Some((Arc::clone(&shown.accel), shown.threads))
+            },
+        },
+        derive,
+    )?;
+    studies.add(
+        StudyPlan {
+            name,
+            label,
+            at_once: false,
+            study: |state| &mut state.lab.at_rest.second,
+            wanted: |state, idle| {
+                let shown = state.model.second.as_ref().filter(|_| state.lab.at_rest.may_measure(idle))?;
+                // One after the other.
+                let first = state.model.presented.as_ref()?;
+                state.lab.at_rest.first.get(&first.accel, &first.threads)?;
+                Some((Arc::clone(&shown.accel), shown.threads))
+            },
+        },
+        derive,
     )
 }
 

@@ -50,7 +50,7 @@ pub(crate) fn line(comparison: Comparison, two_trees: bool, palette: &Palette) -
 }
 
 const OTHER_STAGES: &str =
-    "Not compared: one of the two builds reused stages of an earlier build, and the other one ran them";
+    "Not compared: one of the two builds was not repeated as a whole, or reused other stages of an earlier build";
 
 /// The sentence in the tooltip: the number before, or why there is no difference. `text` formats a number.
 pub(crate) fn sentence(comparison: Comparison, two_trees: bool, text: impl Fn(f64) -> String) -> Option<String> {

@@ -9,12 +9,15 @@ mod rows;
 
 mod given;
 
+mod stated;
+
 use bvhscope_engine::settings::BuildSettings;
 
 pub use given::Given;
 pub use rows::{BUILDER, CONTAINER, OPTIMIZE, PRESET, SETTINGS, THRESHOLD};
 pub use rows::{CURVE, EPSILON, ROUNDS};
 pub use setting::{Choice, Number, Setting, Value};
+pub use stated::{Stated, parameters};
 
 /// The keys and values by which a copied command line makes the same tree.
 pub fn written(build: &BuildSettings) -> impl Iterator<Item = (&'static str, String)> {
@@ -26,16 +29,6 @@ pub fn written(build: &BuildSettings) -> impl Iterator<Item = (&'static str, Str
 pub fn used(build: &BuildSettings) -> impl Iterator<Item = (&'static str, String)> {
     let rows = SETTINGS.into_iter().filter(|row| (row.applies)(build));
     rows.map(|row| (row.label, row.shown(build))).filter(|(_, value)| !value.is_empty())
-}
-
-/// The numbers with a symbol that a build uses: `δ 6`, `ε 0.2`.
-pub fn by_symbol(build: &BuildSettings) -> Vec<String> {
-    let rows = SETTINGS.into_iter().filter(|row| (row.applies)(build));
-    let named = rows.filter_map(|row| match &row.value {
-        Value::Number(Number { symbol, .. }) if !symbol.is_empty() => Some(format!("{symbol} {}", row.text(build))),
-        _ => None,
-    });
-    named.collect()
 }
 
 /// Clamps the numbers to their ranges.
@@ -57,13 +50,7 @@ mod tests {
     #[test]
     fn each_value_is_read_as_it_is_written() {
         for row in SETTINGS {
-            let options = match &row.value {
-                Value::Number(Number { range: [low, high], .. }) => vec![low.to_string(), high.to_string()],
-                Value::One { options, .. } | Value::Any { options, .. } => {
-                    options().iter().map(|choice| choice.name.to_owned()).collect()
-                }
-            };
-            for text in options {
+            for text in row.examples() {
                 let mut build = BuildSettings::default();
                 row.parse(&mut build, &text).unwrap();
                 assert_eq!(row.text(&build), text, "{}", row.key);

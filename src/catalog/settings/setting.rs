@@ -1,6 +1,7 @@
 //! A row of the table of settings.
 
 use bvhscope_engine::settings::BuildSettings;
+use serde_json::Value as Json;
 
 /// A setting of a builder, or a name for several of them.
 pub struct Setting {
@@ -74,6 +75,18 @@ pub struct Choice {
     pub tip: String,
 }
 
+impl PartialEq for Setting {
+    fn eq(&self, other: &Self) -> bool {
+        self.key == other.key
+    }
+}
+
+impl std::fmt::Debug for Setting {
+    fn fmt(&self, formatter: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        formatter.write_str(self.key)
+    }
+}
+
 impl Setting {
     /// Sets the value that `text` names, as flags and SETTINGS of `diff` do. Fails with the values that are expected.
     pub fn parse(&self, build: &mut BuildSettings, text: &str) -> Result<(), String> {
@@ -95,6 +108,27 @@ impl Setting {
         Ok(())
     }
 
+    /// `build` with another number within the range; unchanged where the setting is no number.
+    #[must_use]
+    pub fn with_number(&self, mut build: BuildSettings, value: f32) -> BuildSettings {
+        if let Value::Number(number) = &self.value {
+            (number.set)(&mut build, value);
+        }
+        build
+    }
+
+    /// `build` with its number `steps` of the slider's smallest steps higher, within the range.
+    #[must_use]
+    pub fn stepped(&self, build: BuildSettings, steps: i32) -> BuildSettings {
+        let Value::Number(Number { range: [low, high], decimals, get, .. }) = &self.value else { return build };
+        if steps == 0 {
+            return build;
+        }
+        let scale = 10_f32.powi(*decimals as i32);
+        let value = ((get(&build) * scale).round() + steps as f32) / scale;
+        self.with_number(build, value.clamp(*low, *high))
+    }
+
     /// The value as [`Setting::parse`] reads it. Empty where it has no name.
     pub fn text(&self, build: &BuildSettings) -> String {
         match &self.value {
@@ -108,6 +142,29 @@ impl Setting {
                 let names: Vec<_> = (0..options.len()).filter(takes_effect).map(|index| options[index].name).collect();
                 if names.is_empty() { "none".to_owned() } else { names.join(",") }
             }
+        }
+    }
+
+    /// The value in JSON: a number, a name or a list of names. Null where it has no name.
+    pub fn json(&self, build: &BuildSettings) -> Json {
+        match &self.value {
+            Value::Number(Number { decimals: 0, get, .. }) => (get(build) as u32).into(),
+            // An f32 with its own digits: 0.2 and not 0.20000000298023224.
+            Value::Number(_) => self.text(build).parse::<f64>().map_or(Json::Null, Json::from),
+            Value::One { get, .. } if get(build).is_none() => Json::Null,
+            Value::One { .. } => self.text(build).into(),
+            Value::Any { .. } => match self.text(build).as_str() {
+                "none" => Json::Array(Vec::new()),
+                names => names.split(',').collect(),
+            },
+        }
+    }
+
+    /// Symbol of a number in formulas and short names; `None` where it has none.
+    pub fn symbol(&self) -> Option<&'static str> {
+        match self.value {
+            Value::Number(Number { symbol, .. }) if !symbol.is_empty() => Some(symbol),
+            _ => None,
         }
     }
 
@@ -146,6 +203,19 @@ impl Number {
         };
         let number = number.filter(|number| (low..=high).contains(number));
         number.ok_or_else(|| format!("a {kind} from {low} to {high} is expected"))
+    }
+}
+
+#[cfg(test)]
+impl Setting {
+    /// Both ends of the range, or every name.
+    pub(super) fn examples(&self) -> Vec<String> {
+        match &self.value {
+            Value::Number(Number { range, .. }) => range.map(|end| end.to_string()).into(),
+            Value::One { options, .. } | Value::Any { options, .. } => {
+                options().iter().map(|choice| choice.name.to_owned()).collect()
+            }
+        }
     }
 }
 

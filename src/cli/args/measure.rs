@@ -6,13 +6,13 @@ use clap::Args;
 
 use super::picture::CameraArgs;
 use super::shared::StrictLoadArgs;
-use super::tree_flags::ShapeFlags;
+use super::tree_flags::{RangeFlags, ShapeFlags};
 use crate::cli::named::{
     Containers, containers, containers_help, named, populations, populations_help, simd, tree_builder,
     tree_builder_help,
 };
 use crate::cli::tree_settings::diff_tree;
-use crate::cli::values::{self, Decimals, ModelParser, Numbers};
+use crate::cli::values::{self, ModelParser};
 use crate::headless::diff::DiffTree;
 use crate::lab::population::Populations;
 use crate::scene::SceneSource;
@@ -111,12 +111,8 @@ pub struct BenchArgs {
   bvhscope sweep bunny.obj --tree mine.bvh --plot sweep.svg   with the tree of a file as a line across
   bvhscope sweep bunny.obj --shard 2/8 --json > part2.jsonl")]
 pub struct SweepArgs {
-    /// Thresholds: N, A,B,C or A..B with both ends, within 2 to 64
-    #[arg(long, value_name = "RANGE", value_parser = values::thresholds, default_value = "2..=32")]
-    pub threshold: Numbers,
-    /// Each ε, 0 to 0.5, separated by commas
-    #[arg(long, value_name = "X,…", value_parser = values::reductions, default_value = "0.2")]
-    pub epsilon: Decimals,
+    #[command(flatten)]
+    pub ranges: RangeFlags,
     #[arg(long, value_name = "KIND", value_parser = containers, default_value = "box",
           help = containers_help("What the trees are made of: ", ""))]
     pub container: Containers,

@@ -31,8 +31,7 @@ pub fn setups(tree: &OneTreeArgs, measure: &MeasureArgs, containers: &[Container
 
 pub fn sweep(args: &SweepArgs) -> SweepPlan {
     SweepPlan {
-        thresholds: args.threshold.0.clone(),
-        epsilons: args.epsilon.0.clone(),
+        ranges: args.ranges.0.clone(),
         containers: args.container.0.clone(),
         threads: threads(args.measure.trace.threads),
         shard: args.shard.unwrap_or((1, 1)),

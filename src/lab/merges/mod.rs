@@ -167,7 +167,7 @@ mod tests {
     fn ranges_stop_at_f_of_their_primitives() {
         let settings = BuildSettings::default();
         let accel = accel(settings);
-        let reduction = bvhscope_engine::construction::Reduction::new(settings.threshold, settings.epsilon);
+        let reduction = bvhscope_engine::construction::Reduction::of(&settings);
         let stops = merges(&accel, MergeOrder::Built).stops;
         assert!(stops.len() > 10 && stops.is_sorted_by_key(|stop| stop.step));
         assert!(stops.iter().all(|stop| stop.left as usize == reduction.reduced_count(stop.primitives as usize)));

@@ -4,6 +4,7 @@ use super::axis::Axis;
 use super::chart::{Chart, Curve, Look, Point};
 use crate::catalog::numbers::rows::{BUILD_MS, SPEEDUP, TRACE_SPEEDUP};
 use crate::catalog::numbers::{NUMBERS, Number};
+use crate::catalog::settings::THRESHOLD;
 use crate::lab::measurement::Measurement;
 use crate::lab::report_table::{models, name_among};
 use crate::lab::speedup::prediction::PredictedScaling;
@@ -15,7 +16,7 @@ fn quantities() -> impl Iterator<Item = (&'static Number, &'static str)> {
 }
 
 /// Threshold at which relative curves are 1, if it was measured: the paper's fast setting.
-const BASE_THRESHOLD: u32 = 6;
+const BASE_THRESHOLD: f64 = 6.0;
 /// Maximum number of series with relative charts: the number of scenes in the paper. More would make the plot too long.
 const MAX_RELATIVE: usize = 6;
 /// Colour of the first relative curve. They are other quantities than those of other charts, so their colours differ.
@@ -42,7 +43,7 @@ pub fn charts(rows: &[Measurement]) -> Result<Vec<Chart>, String> {
     }
 }
 
-/// Scene, container and ε, each only if the rows differ in it.
+/// Scene and container, and of a sweep the settings beside the threshold, each only if the rows differ in it.
 fn series_name(row: &Measurement, rows: &[Measurement]) -> String {
     let mut parts = Vec::new();
     let models = models(rows);
@@ -52,8 +53,12 @@ fn series_name(row: &Measurement, rows: &[Measurement]) -> String {
     if rows.iter().any(|other| other.container != row.container) {
         parts.push(row.container.name().to_owned());
     }
-    if row.command == "sweep" && rows.iter().any(|other| other.epsilon != row.epsilon) {
-        parts.push(format!("ε = {}", row.epsilon));
+    if row.command == "sweep" {
+        let others = row.settings.all().filter(|(setting, _)| *setting != &THRESHOLD);
+        let differs =
+            |setting, text: &String| rows.iter().filter_map(|row| row.settings.text(setting)).any(|t| t != *text);
+        let differing = others.filter(|(setting, text)| differs(setting, text));
+        parts.extend(differing.map(|(setting, text)| format!("{} = {text}", setting.symbol().unwrap_or(setting.key))));
     }
     if parts.is_empty() {
         parts.push(format!("{}, {}", name_among(&row.model, &models), row.container.name()));
@@ -115,21 +120,26 @@ fn across(curves: &[Curve]) -> Axis {
     Axis::whole(curves.iter().flat_map(|curve| &curve.points).map(|point| point.x))
 }
 
-const THRESHOLD: &str = "Threshold δ (primitives)";
+const THRESHOLD_LABEL: &str = "Threshold δ (primitives)";
+
+/// The threshold of a row; of one without, as of a tree from a file, that of the paper's fast setting.
+fn threshold(row: &Measurement) -> f64 {
+    row.settings.number(&THRESHOLD).unwrap_or(BASE_THRESHOLD)
+}
 
 fn sweep_charts(rows: &[Measurement]) -> Vec<Chart> {
     let series = |row: &Measurement| row.file_name().unwrap_or_else(|| series_name(row, rows));
     let absolute = readings(rows).into_iter().map(|(reading, label, container)| {
         let mut curves = curves(rows, series, |row| {
             let (y, spread) = read(row, reading, container)?;
-            Some(Point { x: f64::from(row.threshold), y, spread, row: None })
+            Some(Point { x: threshold(row), y, spread, row: None })
         });
         let ends = threshold_ends(rows);
         for curve in &mut curves {
             widen_files(curve, rows, ends);
         }
         let axes = [across(&curves), value_axis(&curves, |point| point.y)];
-        Chart { title: String::new(), labels: [THRESHOLD.to_owned(), label], axes, curves, rows: Vec::new() }
+        Chart { title: String::new(), labels: [THRESHOLD_LABEL.to_owned(), label], axes, curves, rows: Vec::new() }
     });
     let absolute: Vec<Chart> = absolute.collect();
     let is_measured = |curve: &&Curve| curve.points.iter().any(|point| row_of(rows, point).is_some_and(is_built));
@@ -152,9 +162,9 @@ fn row_of<'a>(rows: &'a [Measurement], point: &Point) -> Option<&'a Measurement>
 
 /// The smallest and the largest threshold; the paper's fast setting where none was measured.
 fn threshold_ends(rows: &[Measurement]) -> [f64; 2] {
-    let thresholds = || rows.iter().filter(|row| is_built(row)).map(|row| f64::from(row.threshold));
+    let thresholds = || rows.iter().filter(|row| is_built(row)).map(threshold);
     let [low, high] = [thresholds().fold(f64::INFINITY, f64::min), thresholds().fold(f64::NEG_INFINITY, f64::max)];
-    if low <= high { [low, high] } else { [BASE_THRESHOLD.into(); 2] }
+    if low <= high { [low, high] } else { [BASE_THRESHOLD; 2] }
 }
 
 /// Makes the curve of a tree from a file, on which thresholds have no influence, a line across all thresholds.
@@ -168,7 +178,8 @@ fn widen_files(curve: &mut Curve, rows: &[Measurement], ends: [f64; 2]) {
 /// axes. Their units differ, so each is relative to its value at the paper's fast setting.
 fn relative_chart(rows: &[Measurement], series: &Curve) -> Option<Chart> {
     let row_of = |point: &Point| row_of(rows, point);
-    let base = series.points.iter().filter_map(row_of).find(|row| row.threshold == BASE_THRESHOLD);
+    let base =
+        series.points.iter().filter_map(row_of).find(|row| row.settings.number(&THRESHOLD) == Some(BASE_THRESHOLD));
     let base = base.or_else(|| series.points.first().and_then(row_of))?;
     if series.points.len() < 2 {
         return None;
@@ -190,7 +201,7 @@ fn relative_chart(rows: &[Measurement], series: &Curve) -> Option<Chart> {
     let curves: Vec<Curve> = quantities().take(3).enumerate().map(curve).collect();
     Some(Chart {
         title: series.name.clone(),
-        labels: [THRESHOLD.to_owned(), format!("Relative to δ = {}", base.threshold)],
+        labels: [THRESHOLD_LABEL.to_owned(), format!("Relative to δ = {}", threshold(base))],
         axes: [across(&curves), value_axis(&curves, |point| point.y)],
         curves,
         rows: Vec::new(),
@@ -320,8 +331,8 @@ fn row_charts(
 mod tests {
     use super::*;
     use crate::catalog::numbers::rows::{TESTS_PER_RAY, TRACE_MS};
+    use crate::catalog::settings::Stated;
     use crate::lab::sample::sample;
-    use bvhscope_engine::settings::{Curve as SpaceFillingCurve, Passes};
 
     /// Name of each curve, and its values from left to right.
     fn values(panel: &Chart) -> Vec<(&str, Vec<(f64, f64)>)> {
@@ -329,13 +340,15 @@ mod tests {
         panel.curves.iter().map(|one| (one.name.as_str(), curve(one))).collect()
     }
 
+    fn of_threshold(threshold: u32) -> Measurement {
+        let settings = sample().settings.with(&THRESHOLD, &threshold.to_string());
+        Measurement { command: "sweep".to_owned(), settings, ..sample() }
+    }
+
     #[test]
     fn relative_curves_are_one_at_the_papers_fast_setting() {
         let row = |threshold, build_ms: f64, trace_ms: f64, tests: f64| {
-            Measurement { command: "sweep".to_owned(), threshold, ..sample() }
-                .with(BUILD_MS, build_ms)
-                .with(TRACE_MS, trace_ms)
-                .with(TESTS_PER_RAY, tests)
+            of_threshold(threshold).with(BUILD_MS, build_ms).with(TRACE_MS, trace_ms).with(TESTS_PER_RAY, tests)
         };
         let rows = [row(8, 10.0, 75.0, 14.0), row(4, 30.0, 25.0, 56.0), row(6, 20.0, 50.0, 28.0)];
         let all = charts(&rows).unwrap();
@@ -361,10 +374,9 @@ mod tests {
 
     #[test]
     fn a_tree_from_a_file_is_a_line_across_a_sweep() {
-        let row = |threshold, build_ms: f64| {
-            Measurement { command: "sweep".to_owned(), threshold, ..sample() }.with(BUILD_MS, build_ms)
-        };
-        let file = Measurement { tree: Some("a/mine.bvh".to_owned()), ..row(6, f64::NAN) }.with(TESTS_PER_RAY, 9.0);
+        let row = |threshold, build_ms: f64| of_threshold(threshold).with(BUILD_MS, build_ms);
+        let unknown = Measurement { settings: Stated::default(), ..row(6, f64::NAN) };
+        let file = Measurement { tree: Some("a/mine.bvh".to_owned()), ..unknown }.with(TESTS_PER_RAY, 9.0);
         let all = charts(&[row(2, 10.0), file, row(8, 30.0)]).unwrap();
         let [relative, build, _, tests, _] = &all[..] else { unreachable!("{all:?}") };
         assert_eq!(relative.curves.len(), 3);
@@ -420,8 +432,7 @@ mod tests {
                 command: "compare".to_owned(),
                 builder: builder.to_owned(),
                 preset: None,
-                curve: SpaceFillingCurve::Morton,
-                optimize: Passes::NONE,
+                settings: Stated::default(),
                 ..sample()
             };
             row.with(BUILD_MS, build_ms)
@@ -430,7 +441,8 @@ mod tests {
         assert_eq!(build.rows, ["unknown", "aac", "lbvh"], "from below");
         let figure = crate::lab::plot::Figure::of_rows(&[row("aac", 9.0)]).unwrap();
         assert!(figure.notes[0].starts_with("thing.obj, 7,001 triangles."), "{:?}", figure.notes);
-        assert_eq!(figure.notes[1], "Thin lines run from the fastest to the slowest repetition.");
+        assert_eq!(figure.notes[1], "On abacus, bvhscope 0.0.1.");
+        assert_eq!(figure.notes[2], "Thin lines run from the fastest to the slowest repetition.");
     }
 
     #[test]

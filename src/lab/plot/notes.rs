@@ -3,14 +3,17 @@
 use super::chart::{Chart, Look};
 use crate::lab::measurement::Measurement;
 use crate::lab::report_table::{conditions_and_threads, models, name_among};
-use crate::text::count;
+use crate::text::{count, cut};
 
+/// Most characters that name machines.
+const MAX_MACHINES: usize = 160;
 /// Most models that are named one by one.
 const MAX_NAMED: usize = 3;
 
 /// The notes over `charts` of `rows`.
 pub fn notes(rows: &[Measurement], charts: &[Chart]) -> Vec<String> {
     let mut notes = vec![format!("{}. {}.", scenes(rows), capitalized(&conditions_and_threads(rows)))];
+    notes.extend(machines(rows));
     let has_spread = |look: &dyn Fn(Look) -> bool| {
         let curves = charts.iter().flat_map(|chart| chart.curves.iter().map(move |curve| (chart, curve)));
         curves
@@ -28,6 +31,18 @@ pub fn notes(rows: &[Measurement], charts: &[Chart]) -> Vec<String> {
         notes.push("SAH costs of boxes and of spheres do not compare.".to_owned());
     }
     notes
+}
+
+/// The machines that the rows were measured on, with the version of the program; none of rows that do not name theirs.
+fn machines(rows: &[Measurement]) -> Option<String> {
+    let mut names: Vec<String> = Vec::new();
+    for conditions in rows.iter().filter_map(|row| row.conditions.as_ref()) {
+        let name = format!("{}, bvhscope {}", conditions.machine, conditions.version);
+        if !names.contains(&name) {
+            names.push(name);
+        }
+    }
+    (!names.is_empty()).then(|| format!("On {}.", cut(&names.join("; "), MAX_MACHINES)))
 }
 
 /// The models with their sizes.

@@ -57,14 +57,7 @@ fn settings(row: &Measurement) -> String {
         return format!("{tree}, {} of {}", row.container.name(), row.builder);
     }
     let mut words = vec![format!("builder={}", row.builder), format!("container={}", row.container.name())];
-    if row.builder == "aac" {
-        words.extend([format!("threshold={}", row.threshold), format!("epsilon={}", row.epsilon)]);
-    }
-    if matches!(row.builder.as_str(), "aac" | "lbvh") {
-        words.push(format!("curve={}", row.curve.name()));
-    }
-    words.push(format!("optimize={}", row.optimize));
-    words.extend(row.rounds.map(|rounds| format!("rounds={rounds}")));
+    words.extend(row.settings.all().map(|(setting, text)| format!("{}={text}", setting.key)));
     words.join(" ")
 }
 

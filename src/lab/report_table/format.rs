@@ -1,6 +1,7 @@
 //! Numbers, model names and measuring conditions as text.
 
 use crate::catalog::numbers::Number;
+use crate::catalog::settings::Setting;
 use crate::lab::measurement::Measurement;
 pub use crate::text::number;
 use bvhscope_engine::tree::statistics::{INTERSECTION_COST, TRAVERSAL_COST};
@@ -41,12 +42,17 @@ pub(super) fn spread(row: &Measurement, time: &Number) -> String {
     format!("{percent:.0}")
 }
 
+/// A setting of `row`; a dash where its build does not use it.
+pub(super) fn setting(row: &Measurement, setting: &Setting) -> String {
+    row.settings.text(setting).unwrap_or_else(|| "–".to_owned())
+}
+
 pub(super) const SPREAD: &str = "Spread: slowest minus fastest repetition, over the median.";
 
 pub(super) const TRACE: &str = "Trace, binary tree: rays one by one, as in the paper. Speed in Mray/s: in packets through the \
                                 wide tree, as pictures are traced.";
-pub(super) const TESTS: &str =
-    "Tests: each container and each primitive that a ray is tested against; rays that miss count too.";
+pub(super) const TESTS: &str = "Tests: each container and each primitive that a ray is tested against, two containers for each interior node that is visited. \
+     Entering: of the rays that enter the root, the headline; all others of all rays, those that miss it included.";
 pub(super) const COSTS_DO_NOT_COMPARE: &str =
     "Costs are relative to the root's surface, so those of boxes and of spheres do not compare.";
 

@@ -2,10 +2,11 @@
 
 use super::aligned::ReportTable;
 use super::format::{
-    SPREAD, TESTS, TRACE, conditions, conditions_and_threads, costs, models, name_among, number, spread,
+    SPREAD, TESTS, TRACE, conditions, conditions_and_threads, costs, models, name_among, number, setting, spread,
 };
 use crate::catalog::numbers::rows::{BUILD_MS, EPO_TRIANGLES, MRAYS_PER_S, SPEEDUP, TRACE_MS, TRACE_SPEEDUP};
 use crate::catalog::numbers::{NUMBERS, Number};
+use crate::catalog::settings::{Setting, parameters};
 use crate::lab::measurement::Measurement;
 use crate::lab::quantity::{Verdict, verdict};
 use crate::text::count;
@@ -17,22 +18,17 @@ const READY: &str = "Ready: until rays can be traced at full speed, the binary t
 pub(super) fn list_table(title: &str, rows: &[Measurement]) -> ReportTable {
     let mut table = ReportTable::new(
         format!("{title} ({})", conditions_and_threads(rows)),
-        &[("scene", ""), ("builder", ""), ("container", ""), ("δ", ""), ("ε", "")],
+        &[("scene", ""), ("builder", ""), ("container", "")],
     );
+    table.columns.extend(symbols().map(|(_, symbol)| (symbol.to_owned(), String::new())));
     for (number, (name, unit)) in columns() {
         table.columns.push((name.to_owned(), unit.to_owned()));
         table.columns.extend(number.spread.map(|_| ("spread".to_owned(), "%".to_owned())));
     }
     let models = models(rows);
     for row in rows {
-        let of_aac = |text: String| if row.is_aac() { text } else { "–".to_owned() };
-        let mut line = vec![
-            name_among(&row.model, &models),
-            row.builder_name(),
-            row.container.name().to_owned(),
-            of_aac(row.threshold.to_string()),
-            of_aac(row.epsilon.to_string()),
-        ];
+        let mut line = vec![name_among(&row.model, &models), row.builder_name(), row.container.name().to_owned()];
+        line.extend(symbols().map(|(parameter, _)| setting(row, parameter)));
         for (number, _) in columns() {
             line.push(number.digits.text(row.number(number)));
             line.extend(number.spread.map(|_| spread(row, number)));
@@ -99,6 +95,11 @@ fn columns() -> impl Iterator<Item = (&'static Number, (&'static str, &'static s
     NUMBERS.iter().filter_map(|number| Some((number, number.column?)))
 }
 
+/// The settings that have a column, each under its symbol.
+fn symbols() -> impl Iterator<Item = (&'static Setting, &'static str)> {
+    parameters().filter_map(|row| Some((row, row.symbol()?)))
+}
+
 /// The meaning of EPO, and how many triangles it was computed from, where they were not all.
 fn overlap_basis(rows: &[Measurement]) -> String {
     let sampled =
@@ -148,7 +149,9 @@ pub(super) fn scaling_table(rows: &[Measurement]) -> ReportTable {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::catalog::settings::{CURVE, OPTIMIZE, Stated};
     use crate::lab::sample::sample;
+    use bvhscope_engine::settings::{BuildSettings, BuilderKind};
 
     /// Each cell with the name and unit of its column.
     fn cells(table: &ReportTable, row: usize) -> Vec<String> {
@@ -158,7 +161,9 @@ mod tests {
 
     #[test]
     fn a_list_shows_each_column_of_its_row() {
-        let other = Measurement { builder: "lbvh".to_owned(), preset: None, threads: 4, ..sample() };
+        let lbvh = BuildSettings { builder: BuilderKind::Lbvh, ..BuildSettings::default() };
+        let settings = Stated::of(&lbvh).with(&CURVE, "hilbert").with(&OPTIMIZE, "collapse");
+        let other = Measurement { builder: "lbvh".to_owned(), settings, preset: None, threads: 4, ..sample() };
         let table = list_table("Sweep", &[sample()]);
         assert_eq!(table.title, "Sweep (101×103 primary rays, ordered traversal, medians of 5, 3 threads)");
         let expected = [
@@ -180,6 +185,7 @@ mod tests {
             "containers tests/ray: 26.25",
             "primitives tests/ray: 3.250",
             "all tests/ray: 29.50",
+            "entering tests/ray: 41.50",
             "SAH cost: 67.30",
             "EPO: 0.875",
             "nodes: 14,001",
@@ -196,7 +202,12 @@ mod tests {
         );
         let table = list_table("Sweep", &[sample(), other]);
         assert_eq!(table.title, "Sweep (101×103 primary rays, ordered traversal, medians of 5)", "threads differ");
-        let read = Measurement { tree: Some("x.bvh".to_owned()), preset: None, ..sample().with(BUILD_MS, f64::NAN) };
+        let read = Measurement {
+            tree: Some("x.bvh".to_owned()),
+            settings: Stated::default(),
+            preset: None,
+            ..sample().with(BUILD_MS, f64::NAN)
+        };
         let of_file = list_table("", &[read]);
         assert_eq!(
             cells(&of_file, 0)[1..7],

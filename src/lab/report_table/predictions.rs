@@ -1,8 +1,9 @@
 //! Tables of what rays of each population cost in each tree, and how well that was predicted.
 
 use super::aligned::ReportTable;
-use super::format::{models, name_among, number};
+use super::format::{models, name_among, number, setting};
 use crate::catalog::numbers::rows::{EPO, SAH_COST};
+use crate::catalog::settings::THRESHOLD;
 use crate::lab::measurement::Measurement;
 use crate::lab::population::Population;
 use crate::lab::prediction::{Prediction, predicted_trees};
@@ -24,12 +25,11 @@ pub(super) fn prediction_tables(rows: &[Measurement]) -> Vec<ReportTable> {
     let mut costs = ReportTable::new("Cost of a ray that enters the root, by what it is for".to_owned(), &columns);
     let names = models(rows);
     for row in rows.iter().filter(|row| !row.populations.is_empty()) {
-        let threshold = if row.builder == "aac" { row.threshold.to_string() } else { "–".to_owned() };
         let mut line = vec![
             name_among(&row.model, &names),
             row.builder_name(),
             row.container.name().to_owned(),
-            threshold,
+            setting(row, &THRESHOLD),
             number(row.number(SAH_COST)),
             number(row.number(EPO)),
         ];
@@ -101,6 +101,7 @@ fn correlations(rows: &[Measurement], populations: &[Population]) -> Option<Repo
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::catalog::settings::Stated;
     use crate::lab::population::MeasuredRays;
     use crate::lab::sample::sample;
 
@@ -123,8 +124,9 @@ mod tests {
                 cost: 0.0,
             },
         ];
+        let settings = if builder == "aac" { sample().settings } else { Stated::default() };
         let builder = builder.to_owned();
-        Measurement { builder, preset: None, populations, ..sample().with(SAH_COST, sah_cost).with(EPO, epo) }
+        Measurement { builder, settings, preset: None, populations, ..sample().with(SAH_COST, sah_cost).with(EPO, epo) }
     }
 
     #[test]

@@ -1,5 +1,7 @@
 //! The headline of the left panel: four numbers that say whether the tree is good, each with its difference from the tree before.
 
+use std::time::Duration;
+
 use egui::{self, Align2, Color32, CornerRadius, FontId, Rect, Role, Sense, Ui, WidgetInfo, vec2};
 
 use bvhscope_engine::settings::BuilderKind;
@@ -11,7 +13,8 @@ use crate::app::state::{AppState, PROGRESS_DELAY, Presented};
 use crate::app::widgets::{Tip as _, copies, difference, tip_with_hint};
 use crate::app::{format, theme};
 use crate::catalog::numbers::Number;
-use crate::catalog::numbers::rows::{BUILD_MS, MRAYS_PER_S, SAH_COST, TESTS_PER_RAY};
+use crate::catalog::numbers::rows::{BUILD_MS, MRAYS_PER_S, SAH_COST, TESTS_PER_ENTERING_RAY};
+use crate::catalog::reading::Times;
 use crate::catalog::terms::{self, Term};
 
 /// Height of a tile in points.
@@ -104,33 +107,60 @@ fn tree_name(shown: &Presented) -> String {
     format!("{text} · {containers}")
 }
 
-/// Both clocks of a build: the binary tree, whose time is the number, and all that rays need.
-fn build_tip(shown: Option<&Presented>) -> String {
-    let ready = shown.and_then(|shown| Some(shown.accel.report.build_time + shown.accel.known_wide()?.collapse_time));
-    let ready = ready.map_or_else(String::new, |ready| {
-        format!(". Ready to trace, with the wide tree that rays go through: {}", format::duration(ready))
-    });
-    let reused = shown.and_then(reused_stages);
-    let reused = reused.map_or_else(String::new, |text| format!(". {text}: it is not the time of a whole build"));
-    format!("Wall-clock time of the binary tree: the sum of the stages that ran{reused}{ready}. Lower is better")
+/// The time of a whole build, of which the number is the median, or of the only one; `None` where it is not known.
+fn build_times(shown: &Presented) -> Option<Times> {
+    shown.accel.reading().build
 }
 
-/// How many stages of its build came from an earlier one; `None` where all ran.
+/// Both clocks of a build: the binary tree, whose time is the number, and all that rays need.
+fn build_tip(shown: Option<&Presented>) -> String {
+    let ready = shown.and_then(|shown| shown.accel.reading().ready_ms);
+    let ready = ready.map_or_else(String::new, |ready| {
+        format!(". Ready to trace, with the wide tree that rays go through: {}", format::duration(milliseconds(ready)))
+    });
+    let of = match shown.and_then(reused_stages) {
+        Some(text) => format!("the sum of the stages that ran. {text}: it is not the time of a whole build"),
+        None if shown.is_some_and(|shown| shown.accel.whole_builds().is_some()) => {
+            "the median of whole builds, repeated at rest".to_owned()
+        }
+        None => "built once; repeated once all is at rest".to_owned(),
+    };
+    format!("Wall-clock time of the binary tree: {of}{ready}. Lower is better")
+}
+
+fn milliseconds(ms: f64) -> Duration {
+    Duration::from_secs_f64(ms.max(0.0) / 1e3)
+}
+
+/// What stands below the build time: fastest and slowest of the repetitions, or what was reused.
+fn build_remark(shown: &Presented) -> Option<String> {
+    let spread = shown.accel.whole_builds().and_then(|times| times.spread);
+    let spread = spread.map(|ends| {
+        let [fastest, slowest] = ends.map(|ms| format::duration(milliseconds(ms)));
+        format!("{fastest} to {slowest}")
+    });
+    spread.or_else(|| reused_stages(shown))
+}
+
+/// How many stages of its build came from an earlier one; `None` where all ran, and where whole builds were measured.
 fn reused_stages(shown: &Presented) -> Option<String> {
+    if shown.accel.whole_builds().is_some() {
+        return None;
+    }
     let count = shown.accel.report.stages.reused.len() as u64;
     (count > 0).then(|| format!("{} reused", format::counted(count, "stage")))
 }
 
 fn tiles(state: &AppState, shown: Option<&Presented>) -> [Tile; 4] {
     let report = shown.map(|shown| &shown.accel.report);
-    let known = |shown: &Presented| shown.accel.build_ms().map(|_| shown.accel.report.build_time);
-    let (build, unit) = match shown.map(known) {
+    let times = shown.map(build_times);
+    let (build, unit) = match times {
         None => ("…".to_owned(), ""),
         Some(None) => ("–".to_owned(), ""),
-        Some(Some(time)) => format::duration_parts(time),
+        Some(Some(times)) => format::duration_parts(milliseconds(times.ms)),
     };
     let sah = report.map(|report| format::significant(f64::from(report.stats.sah_cost)));
-    let tests = shown.and_then(|shown| shown.tests_per_ray).map(|[containers, triangles]| containers + triangles);
+    let tests = shown.and_then(|shown| shown.accel.entering_tests());
     let speed = shown.map(|_| format::significant(state.mrays_per_s()));
     let unknown = || "…".to_owned();
     let other = state.model.second.as_ref();
@@ -138,9 +168,9 @@ fn tiles(state: &AppState, shown: Option<&Presented>) -> [Tile; 4] {
         other.map(|other| other.numbers().value(quantity).map_or_else(unknown, format::significant))
     };
     // Both times in the unit of the first.
-    let second_build = other.zip(report).map(|(other, report)| {
-        let scale = format::duration_scale(report.build_time);
-        known(other).map_or_else(|| "–".to_owned(), |time| format::significant(time.as_secs_f64() * scale))
+    let second_build = other.zip(times.flatten()).map(|(other, first)| {
+        let scale = format::duration_scale(milliseconds(first.ms));
+        build_times(other).map_or_else(|| "–".to_owned(), |times| format::significant(times.ms / 1e3 * scale))
     });
     // The second picture has no speed of the last second, so both are those at rest.
     let speed = match (shown, other) {
@@ -154,7 +184,7 @@ fn tiles(state: &AppState, shown: Option<&Presented>) -> [Tile; 4] {
             number: build,
             second: second_build,
             unit,
-            remark: shown.and_then(reused_stages),
+            remark: shown.and_then(build_remark),
             tip: build_tip(shown),
             term: &terms::BUILD_TIME,
         },
@@ -171,13 +201,13 @@ fn tiles(state: &AppState, shown: Option<&Presented>) -> [Tile; 4] {
             term: &terms::SAH_COST,
         },
         Tile {
-            quantity: TESTS_PER_RAY,
+            quantity: TESTS_PER_ENTERING_RAY,
             name: "Tests per ray",
             number: tests.map_or_else(unknown, |tests| format::significant(f64::from(tests))),
-            second: of_second(TESTS_PER_RAY),
+            second: of_second(TESTS_PER_ENTERING_RAY),
             unit: "",
             remark: None,
-            tip: "Container and triangle tests of a primary ray, on average, counted once the picture is at rest. Lower is better"
+            tip: "Container and triangle tests of a primary ray that enters the root, on average, in a view of 1024×1024 pixels that frames the model: the same in every window. Section Trace has the mean of this picture. Lower is better"
                 .to_owned(),
             term: &terms::TESTS_PER_RAY,
         },
@@ -233,7 +263,7 @@ fn show_tile(ui: &mut Ui, state: &mut AppState, tile: &Tile, comparison: Compari
     let unit = tile.unit;
     let before = difference::sentence(comparison, two_trees, |value| {
         if tile.quantity == BUILD_MS {
-            format::duration(std::time::Duration::from_secs_f64(value / 1e3))
+            format::duration(milliseconds(value))
         } else {
             format!("{} {unit}", format::significant(value)).trim().to_owned()
         }

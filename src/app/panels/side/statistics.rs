@@ -30,7 +30,8 @@ pub(crate) fn show(ui: &mut Ui, state: &mut AppState) {
         });
         return;
     };
-    let summary = shown.accel.build_ms().map_or_else(String::new, |_| format::duration(shown.accel.report.build_time));
+    let build = shown.accel.reading().build;
+    let summary = build.map_or_else(String::new, |times| format::duration(Duration::from_secs_f64(times.ms / 1e3)));
     section(ui, "BUILD", Header { summary: &summary, ..Header::default() }, |ui| {
         annealing::running(ui, state);
         match &shown.accel.file {

@@ -41,6 +41,8 @@ pub struct LabState {
     pub findings: Study<(), Vec<Finding>>,
     /// The nodes of the first tree that the second has too, and the other way round.
     pub survival: Study<OtherTree, [Survival; 2]>,
+    /// Readings that are taken while nothing else happens.
+    pub at_rest: AtRestState,
     /// The ray in the view "Ray".
     pub ray: RayState,
     /// The kind of rays that visits are measured by.
@@ -124,6 +126,26 @@ impl LabState {
     /// The visits of `accel` that were measured last, by whichever rays.
     pub fn known_visits(&self, accel: &Arc<Accel>) -> Option<KnownVisits> {
         self.visits.of_tree(accel).map(|visits| KnownVisits(Arc::clone(visits)))
+    }
+}
+
+/// Readings of both trees that no window moves; see [`measure_at_rest`](crate::lab::at_rest::measure_at_rest). The trees keep them.
+#[derive(Debug, Default)]
+pub struct AtRestState {
+    /// Those of the first tree, by the number of threads.
+    pub first: Study<usize, ()>,
+    /// Those of the second.
+    pub second: Study<usize, ()>,
+    /// The user has just pressed or moved something.
+    pub is_disturbed: bool,
+    /// None are taken, for tests of other things.
+    pub is_off: bool,
+}
+
+impl AtRestState {
+    /// Readings may be taken now, where building and tracing are `idle`.
+    pub const fn may_measure(&self, idle: bool) -> bool {
+        idle && !self.is_disturbed && !self.is_off
     }
 }
 

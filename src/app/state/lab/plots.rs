@@ -10,7 +10,7 @@ use crate::accel::{Accel, is_same};
 use crate::app::state::paper::{Experiment, PaperResult, settings_of};
 use crate::app::state::study::Study;
 use crate::catalog::numbers::rows::{BUILD_MS, EPO, SAH_COST};
-use crate::catalog::settings::by_symbol;
+use crate::catalog::settings::Stated;
 use crate::lab::node_values::KnownVisits;
 use crate::lab::population::{Population, ViewRays};
 use crate::lab::visit_scatter::VisitScatter;
@@ -159,7 +159,10 @@ impl PlottedTree {
             return format!("{}, {}", file_and_builder(path, builder), self.build.container.name());
         }
         let BuildSettings { builder, container, curve, .. } = self.build;
-        let numbers = by_symbol(&self.build).into_iter().fold(String::new(), |all, number| format!("{all} {number}"));
+        let numbers = Stated::of(&self.build)
+            .by_symbol()
+            .into_iter()
+            .fold(String::new(), |all, number| format!("{all} {number}"));
         let mut parts = vec![format!("{}{numbers}", builder.label())];
         parts.push(container.name().to_owned());
         if curve != Curve::Morton {

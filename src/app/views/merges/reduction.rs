@@ -13,6 +13,7 @@ use crate::app::state::AppState;
 use crate::app::state::lab::merges::MergeStudy;
 use crate::app::widgets::Tip as _;
 use crate::app::{format, theme};
+use crate::catalog::settings::{EPSILON, Setting, Stated, THRESHOLD, Value};
 use crate::lab::merges::{reduction_through, threshold_at};
 
 /// Room for labels to the left and below in points.
@@ -58,13 +59,14 @@ pub(super) fn show(ui: &mut Ui, state: &mut AppState, study: &MergeStudy) {
     let primitives = history.levels.iter().map(|level| level.primitives.max).max().unwrap_or(2);
     let most_left = history.levels.iter().map(|level| level.after.max).max().unwrap_or(1);
     let build = state.wanted.build;
-    let reduction = Reduction::new(build.threshold, build.epsilon);
+    let reduction = Reduction::of(&build);
     let x = f64::from(primitives).max(f64::from(BuildSettings::MAX_THRESHOLD) * 2.0);
     // Room for the handles up to their limits.
     let y = reduction.value(x).max(f64::from(most_left)).max(f64::from(build.threshold)) * 4.0;
     let size = vec2(ui.available_width() - 4.0, (ui.available_height() - 26.0).max(MIN_HEIGHT));
     let (rect, response) = ui.allocate_exact_size(size, Sense::hover());
-    let text = format!("Reduction of δ {} and ε {:.2}", build.threshold, build.epsilon);
+    let numbers = Stated::of(&build).by_symbol().join(", ");
+    let text = format!("Reduction of {numbers}");
     response.widget_info(|| WidgetInfo::labeled(egui::Role::Image, true, &text));
     let [left, bottom] = MARGINS;
     let axes =
@@ -90,7 +92,7 @@ pub(super) fn show(ui: &mut Ui, state: &mut AppState, study: &MergeStudy) {
     handles(ui, state, &axes, &painter, end);
     let left = format::count(reduction.reduced_count(primitives as usize) as u64);
     let of = format::count(u64::from(primitives));
-    let text = format!("δ {}, ε {:.2}: f({of}) = {left}. Dots: what was built", build.threshold, build.epsilon);
+    let text = format!("{numbers}: f({of}) = {left}. Dots: what was built");
     let tip = "A dot is the median of the ranges of a level, its line their range from the smallest to the largest";
     ui.horizontal(|ui| {
         if ui.button("Copy curve").tip("Copy what the build really had, level by level, beside f(x)").clicked() {
@@ -118,45 +120,67 @@ fn tsv(levels: &[ReductionLevel], reduction: &Reduction) -> String {
 fn handles(ui: &mut Ui, state: &mut AppState, axes: &LogPlot, painter: &Painter, end: [f64; 2]) {
     let build = state.wanted.build;
     let delta = f64::from(build.threshold);
-    let drag = |name: &str, place: Pos2, value: f64, tip: &str, cursor: CursorIcon| {
-        let rect = Rect::from_center_size(place, vec2(HANDLE, HANDLE));
-        let response = ui.interact(rect, ui.scope_id().with(name), Sense::click_and_drag());
-        response.widget_info(|| WidgetInfo::slider(true, value, name));
-        let palette = theme::palette(ui);
-        let hot = response.hovered() || response.dragged() || response.has_focus();
-        painter.circle(place, if hot { 6.0 } else { 5.0 }, palette.warm, Stroke::new(1.5, palette.text));
-        let mut by_key = 0;
-        if response.has_focus() {
-            let filter = egui::EventFilter { horizontal_arrows: true, vertical_arrows: true, ..Default::default() };
-            ui.memory_mut(|memory| memory.set_focus_lock_filter(response.id, filter));
-            let pressed = |key| i32::from(ui.input(|input| input.key_pressed(key)));
-            by_key =
-                pressed(Key::ArrowRight) + pressed(Key::ArrowUp) - pressed(Key::ArrowLeft) - pressed(Key::ArrowDown);
-        }
-        let dragged = response.interact_pointer_pos().filter(|_| response.dragged());
-        response.on_hover_cursor(cursor).on_hover_text(tip);
-        (dragged, by_key)
-    };
+    let mut changed = build;
     let tip = "Threshold δ: ranges of fewer primitives are clustered whole. Drag sideways: the tree is built again";
-    let (dragged, by_key) =
-        drag("Threshold on the curve", axes.at(delta, delta * 0.5), delta, tip, CursorIcon::ResizeHorizontal);
-    if let Some(place) = dragged {
-        state.wanted.build.threshold = threshold_at(axes.values(place)[0]);
-    } else if by_key != 0 {
-        state.wanted.build.threshold = threshold_at(delta + f64::from(by_key));
+    let place = axes.at(delta, delta * 0.5);
+    let (dragged, steps) = handle(
+        ui,
+        painter,
+        "Threshold on the curve",
+        place,
+        number(&THRESHOLD, &build),
+        tip,
+        CursorIcon::ResizeHorizontal,
+    );
+    match dragged {
+        Some(place) => changed.threshold = threshold_at(axes.values(place)[0]),
+        None => changed = THRESHOLD.stepped(changed, steps),
     }
     let tip = "Reduction ε: how much the curve flattens. Drag up for more clusters: a better tree, and a slower build";
-    let epsilon = f64::from(build.epsilon);
-    let (dragged, by_key) =
-        drag("Reduction on the curve", axes.at(end[0], end[1]), epsilon, tip, CursorIcon::ResizeVertical);
-    if let Some(epsilon) = dragged.and_then(|place| reduction_through(build.threshold, [end[0], axes.values(place)[1]]))
-    {
-        state.wanted.build.epsilon = epsilon;
-    } else if by_key != 0 {
+    let place = axes.at(end[0], end[1]);
+    let (dragged, steps) =
+        handle(ui, painter, "Reduction on the curve", place, number(&EPSILON, &build), tip, CursorIcon::ResizeVertical);
+    match dragged.and_then(|place| reduction_through(build.threshold, [end[0], axes.values(place)[1]])) {
+        Some(value) => changed = EPSILON.with_number(changed, value),
         // Up is more clusters, which is a lower ε.
-        let epsilon = (epsilon * 100.0).round() - f64::from(by_key);
-        state.wanted.build.epsilon = (epsilon / 100.0).clamp(0.0, f64::from(BuildSettings::MAX_EPSILON)) as f32;
+        None => changed = EPSILON.stepped(changed, -steps),
     }
+    if changed != build {
+        state.wanted.build = changed;
+    }
+}
+
+fn number(setting: &Setting, build: &BuildSettings) -> f64 {
+    if let Value::Number(number) = &setting.value { f64::from((number.get)(build)) } else { f64::NAN }
+}
+
+/// A point that can be dragged. Returns the place that it is dragged to, and the number of steps by arrow keys, up and right
+/// counted positive.
+fn handle(
+    ui: &mut Ui,
+    painter: &Painter,
+    name: &str,
+    place: Pos2,
+    value: f64,
+    tip: &str,
+    cursor: CursorIcon,
+) -> (Option<Pos2>, i32) {
+    let rect = Rect::from_center_size(place, vec2(HANDLE, HANDLE));
+    let response = ui.interact(rect, ui.scope_id().with(name), Sense::click_and_drag());
+    response.widget_info(|| WidgetInfo::slider(true, value, name));
+    let palette = theme::palette(ui);
+    let hot = response.hovered() || response.dragged() || response.has_focus();
+    painter.circle(place, if hot { 6.0 } else { 5.0 }, palette.warm, Stroke::new(1.5, palette.text));
+    let mut steps = 0;
+    if response.has_focus() {
+        let filter = egui::EventFilter { horizontal_arrows: true, vertical_arrows: true, ..Default::default() };
+        ui.memory_mut(|memory| memory.set_focus_lock_filter(response.id, filter));
+        let pressed = |key| i32::from(ui.input(|input| input.key_pressed(key)));
+        steps = pressed(Key::ArrowRight) + pressed(Key::ArrowUp) - pressed(Key::ArrowLeft) - pressed(Key::ArrowDown);
+    }
+    let dragged = response.interact_pointer_pos().filter(|_| response.dragged());
+    response.on_hover_cursor(cursor).on_hover_text(tip);
+    (dragged, steps)
 }
 
 /// Powers of ten along both axes, and what they count.

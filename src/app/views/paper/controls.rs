@@ -134,24 +134,22 @@ fn settings(ui: &mut Ui, state: &mut AppState) {
     number(ui, "Repeat", tip, &mut plan.repeat, 1..=PaperPlan::MAX_REPEAT);
 }
 
-/// Range of thresholds and choice of ε for the sweep.
+/// Range of thresholds for the sweep, and the values of the other parameter that have a curve each.
 fn thresholds(ui: &mut Ui, plan: &mut PaperPlan) {
     const LIMITS: [u32; 2] = [BuildSettings::MIN_THRESHOLD, BuildSettings::MAX_THRESHOLD];
     let [first, last] = &mut plan.thresholds;
     number(ui, "Thresholds", "The smallest threshold that is measured", first, LIMITS[0]..=*last);
     number(ui, "to", "The largest threshold that is measured", last, *first..=LIMITS[1]);
-    ui.label(RichText::new("ε").color(theme::palette(ui).dim));
+    let symbol = PaperPlan::CURVES.symbol().unwrap_or_default();
+    ui.label(RichText::new(symbol).color(theme::palette(ui).dim));
     ui.spacing_mut().item_spacing.x = 4.0;
-    for epsilon in PaperPlan::EPSILONS {
-        let on = plan.epsilons.contains(&epsilon);
-        let response = ui.add(Button::new(epsilon.to_string()).selected(on));
-        response.widget_info(|| WidgetInfo::selected(Role::CheckBox, true, on, format!("Measure ε {epsilon}")));
-        let tip = "Curves for this ε: smaller keeps more clusters, slower and better";
-        if response.on_hover_text(tip).clicked() && (!on || plan.epsilons.len() > 1) {
-            plan.epsilons = PaperPlan::EPSILONS
-                .into_iter()
-                .filter(|other| plan.epsilons.contains(other) != (*other == epsilon))
-                .collect();
+    for value in PaperPlan::CURVE_VALUES {
+        let on = plan.has_curve(value);
+        let response = ui.add(Button::new(value.to_string()).selected(on));
+        response.widget_info(|| WidgetInfo::selected(Role::CheckBox, true, on, format!("Measure {symbol} {value}")));
+        let tip = format!("Curves for this {symbol}. {}", PaperPlan::CURVES.tip);
+        if response.on_hover_text(tip).clicked() {
+            plan.toggle_curve(value);
         }
     }
     ui.spacing_mut().item_spacing.x = 8.0;

@@ -12,7 +12,7 @@ use crate::app::state::AppState;
 use crate::app::state::paper::{Display, Experiment, PaperPlan, PaperResult};
 use crate::app::views::View;
 use crate::app::{format, theme};
-use crate::catalog::settings::by_symbol;
+use crate::catalog::settings::Stated;
 use crate::lab::report_table::ReportTable;
 
 const PURPOSE: &str = "Measure the paper's tables and figures on the open model";
@@ -63,7 +63,7 @@ fn nothing_yet(ui: &mut Ui, state: &AppState) {
         (None, Some(scene)) => {
             let settings = match plan.experiment {
                 Experiment::Tables | Experiment::Threads => {
-                    format!(" ({})", by_symbol(&state.wanted.build).join(", "))
+                    format!(" ({})", Stated::of(&state.wanted.build).by_symbol().join(", "))
                 }
                 _ => String::new(),
             };

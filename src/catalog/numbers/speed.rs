@@ -1,0 +1,144 @@
+//! Times, rates and tests: how fast a tree is built and traced.
+
+use serde_json::Value;
+
+use super::row::{LESS, OF_VIEW, ROW, known, millions_per_second, rate, single, tests};
+use super::{Compared, Direction, Number, Section};
+use crate::catalog::terms;
+
+/// The rows, in the order of JSON, CSV and tables.
+pub(super) const ROWS: &[Number] = &[
+    Number {
+        key: "build_ms",
+        unit: "ms",
+        label: "Build time",
+        meaning: "Wall-clock time of building the binary tree, as in the paper: the median of the repetitions; null where the \
+                  file of the tree does not state it",
+        term: Some(&terms::BUILD_TIME),
+        get: |tree| known(tree.build.map_or(f64::NAN, |build| build.ms)),
+        spread: Some(("build_ms_spread", |tree| tree.build?.spread)),
+        compared: Some(Compared { name: "build ms", is_timed: true, ..LESS }),
+        column: Some(("binary tree", "ms")),
+        axis: Some("Build time (ms)"),
+        ..ROW
+    },
+    Number {
+        key: "ready_ms",
+        unit: "ms",
+        label: "Ready to trace",
+        meaning: "Wall-clock time until rays can be traced at full speed: the binary tree and the wide one made from it; absent \
+                  where the file of the tree does not state its build time",
+        get: |tree| tree.ready_ms.map(Value::from),
+        column: Some(("ready", "ms")),
+        ..ROW
+    },
+    Number {
+        key: "build_stages_ms",
+        unit: "ms",
+        label: "Stages",
+        meaning: "Time of each stage of the build, each the median of its own repetitions",
+        get: |tree| serde_json::to_value(&tree.stages_ms).ok(),
+        ..ROW
+    },
+    Number {
+        key: "mtriangles_per_s",
+        unit: "Mtri/s",
+        label: "Speed",
+        meaning: "Triangles built per second, in millions",
+        get: |tree| known(millions_per_second(tree.triangles as u64, tree.build?.ms)),
+        panel: Some(Section::Build),
+        ..ROW
+    },
+    Number {
+        key: "trace_ms",
+        unit: "ms",
+        label: "Trace time",
+        meaning: "Wall-clock time of tracing the primary rays one by one through the binary tree without shading, as in the paper: \
+                  the median of the repetitions; of `render` the time of the whole picture",
+        get: |tree| known(tree.trace?.binary?.ms),
+        spread: Some(("trace_ms_spread", |tree| tree.trace?.binary?.spread)),
+        column: Some(("binary trace", "ms")),
+        axis: Some("Trace time, binary tree (ms)"),
+        ..ROW
+    },
+    Number {
+        key: "binary_mrays_per_s",
+        unit: "Mray/s",
+        meaning: "Primary rays per second through the binary tree, in millions, from `trace_ms`",
+        get: |tree| tree.trace?.wide.and_then(|_| known(rate(tree, tree.trace?.binary?.ms)?)),
+        ..ROW
+    },
+    Number {
+        key: "wide_trace_ms",
+        unit: "ms",
+        meaning: "Wall-clock time of tracing the same primary rays in packets through the wide tree, as pictures are traced: the \
+                  median of the repetitions",
+        get: |tree| known(tree.trace?.wide?.ms),
+        ..ROW
+    },
+    Number {
+        key: "mrays_per_s",
+        unit: "Mray/s",
+        label: "Speed",
+        meaning: "Primary rays per second through the wide tree, in millions, from `wide_trace_ms`; of `render` and in the window \
+                  with the shading of the picture",
+        term: Some(&terms::MRAYS_PER_SECOND),
+        get: |tree| match tree.trace?.wide {
+            Some(wide) => known(rate(tree, wide.ms)?),
+            None => tree.trace?.picture_mrays_per_s.map(Value::from),
+        },
+        spread: Some(("mrays_per_s_spread", |tree| {
+            let [fastest, slowest] = tree.trace?.wide?.spread?;
+            Some([rate(tree, slowest)?, rate(tree, fastest)?])
+        })),
+        compared: Some(Compared { name: "speed Mray/s", better: Some(Direction::More), is_timed: true, ..OF_VIEW }),
+        column: Some(("speed", "Mray/s")),
+        ..ROW
+    },
+    Number {
+        key: "container_tests_per_ray",
+        label: "Container tests",
+        meaning: "Containers tested by a primary ray, on average over all, those that miss the root included",
+        term: Some(&terms::TESTS_PER_RAY),
+        get: |tree| tests(tree, |[containers, _]| containers),
+        compared: Some(Compared { name: "container tests/ray", ..OF_VIEW }),
+        panel: Some(Section::Trace),
+        column: Some(("containers", "tests/ray")),
+        ..ROW
+    },
+    Number {
+        key: "primitive_tests_per_ray",
+        label: "Triangle tests",
+        meaning: "Triangles tested by a primary ray, on average over all, those that miss the root included",
+        term: Some(&terms::TESTS_PER_RAY),
+        get: |tree| tests(tree, |[_, primitives]| primitives),
+        compared: Some(Compared { name: "triangle tests/ray", ..OF_VIEW }),
+        panel: Some(Section::Trace),
+        column: Some(("primitives", "tests/ray")),
+        ..ROW
+    },
+    Number {
+        key: "tests_per_ray",
+        label: "Tests per pixel",
+        meaning: "Containers and triangles tested by a primary ray, on average over all, those that miss the root included",
+        term: Some(&terms::TESTS_PER_RAY),
+        get: |tree| tests(tree, |[containers, primitives]| containers + primitives),
+        compared: Some(Compared { name: "tests/ray", ..OF_VIEW }),
+        panel: Some(Section::Trace),
+        column: Some(("all", "tests/ray")),
+        axis: Some("Tests per ray"),
+        ..ROW
+    },
+    Number {
+        key: "tests_per_entering_ray",
+        label: "Tests per ray",
+        meaning: "Containers and triangles tested by a primary ray that enters the root's container, on average: each container \
+                  tested counts 1, two for each interior node that is visited, and so does each triangle tested. In the window of \
+                  the measuring view, 1024×1024 pixels from the camera that frames the model, whatever the window shows",
+        term: Some(&terms::TESTS_PER_RAY),
+        get: |tree| single(tree.entering_tests?),
+        compared: Some(Compared { name: "tests/entering ray", ..LESS }),
+        column: Some(("entering", "tests/ray")),
+        ..ROW
+    },
+];
