@@ -13,13 +13,11 @@ pub use nodes::{NodesState, Outline, OutlineRow, RankingInputs};
 pub use plots::{PlotKind, PlotsState, PlottedTree, ScatterInputs, SharedPlots, TreeQuality, TreeSet};
 pub use ray::{RayOutcome, RaySource, RayState, SPEEDS, SharedRayView};
 
-use std::collections::HashMap;
 use std::sync::{Arc, Weak};
 
 use serde::{Deserialize, Serialize};
 
 use crate::accel::{Accel, is_same};
-use crate::app::state::paper::{Experiment, PaperResult};
 use crate::app::state::study::{OtherTree, Study};
 use crate::lab::diagnose::Finding;
 use crate::lab::icicle::IcicleWidth;
@@ -106,11 +104,6 @@ impl LabState {
             let cost = scatter.sums.cost;
             self.plots.session.note_cost(accel, inputs.rays, cost);
         }
-    }
-
-    /// The trees of the scene of `accel` to be plotted; see [`PlotsState::trees`].
-    pub fn plotted_trees(&self, accel: &Accel, measured: &HashMap<Experiment, PaperResult>) -> Vec<PlottedTree> {
-        self.plots.trees(accel, self.rays(&accel.scene), self.population, measured)
     }
 
     /// Whether the user has stopped what measures the visits of `accel`.

@@ -1,22 +1,20 @@
 //! The view "Plots": what is plotted, and the trees of this session.
 
-use std::collections::HashMap;
 use std::path::PathBuf;
 use std::sync::{Arc, Weak};
 
 use serde::{Deserialize, Serialize};
 
 use crate::accel::{Accel, is_same};
-use crate::app::state::paper::{Experiment, PaperResult, settings_of};
+use crate::app::state::paper::Experiment;
 use crate::app::state::study::Study;
-use crate::catalog::numbers::rows::{BUILD_MS, EPO, SAH_COST};
 use crate::catalog::settings::Stated;
+use crate::lab::file_and_builder;
 use crate::lab::node_values::KnownVisits;
-use crate::lab::population::{Population, ViewRays};
+use crate::lab::population::ViewRays;
 use crate::lab::visit_scatter::VisitScatter;
-use crate::lab::{Measurement, file_and_builder};
 use crate::scene::Scene;
-use bvhscope_engine::settings::{BuildSettings, BuilderKind, Curve, Passes, Preset};
+use bvhscope_engine::settings::{BuildSettings, BuilderKind, Curve, Passes};
 
 /// Most trees of a session that are kept: those that were built last.
 const MOST_TREES: usize = 512;
@@ -232,7 +230,7 @@ impl SessionTrees {
     }
 
     /// The trees with what `rays` cost in them.
-    fn plotted(&self, rays: Option<ViewRays>) -> Vec<PlottedTree> {
+    pub fn plotted(&self, rays: Option<ViewRays>) -> Vec<PlottedTree> {
         let cost = |tree: &SessionTree| tree.costs.iter().find(|(of, _)| Some(*of) == rays).map(|(_, cost)| *cost);
         self.trees.iter().map(|tree| PlottedTree { cost: cost(tree), ..tree.tree.clone() }).collect()
     }
@@ -284,35 +282,5 @@ impl PlotsState {
     pub fn show_shared(&mut self, SharedPlots { kind, set, quality }: SharedPlots) {
         (self.kind, self.quality) = (kind, quality);
         self.set = if TreeSet::ALL.contains(&set) { set } else { TreeSet::Session };
-    }
-
-    /// The trees of the scene of `accel` to be plotted: `rays` are the chosen ones, by which those of the session were measured, and
-    /// `measured` what the view "Paper" has.
-    pub fn trees(
-        &self,
-        accel: &Accel,
-        rays: Option<ViewRays>,
-        population: Population,
-        measured: &HashMap<Experiment, PaperResult>,
-    ) -> Vec<PlottedTree> {
-        let TreeSet::Measured(experiment) = self.set else { return self.session.plotted(rays) };
-        let result = measured.get(&experiment).filter(|result| Arc::ptr_eq(&result.scene, &accel.scene));
-        let cost = |row: &Measurement| {
-            let rays = row.populations.iter().find(|measured| measured.population == population);
-            rays.filter(|rays| rays.root_hits > 0).map(|rays| rays.cost)
-        };
-        let tree = |row: &Measurement| {
-            let of_file = || BuildSettings::preset(Preset::Fast, row.container);
-            let build = settings_of(row).filter(|build| build.builder != BuilderKind::None);
-            Some(PlottedTree {
-                build: build.or_else(|| row.tree.as_ref().map(|_| of_file()))?,
-                file: row.tree.as_ref().map(|path| (path.into(), row.builder.clone())),
-                build_ms: row.values.known(BUILD_MS),
-                sah_cost: row.number(SAH_COST),
-                epo: row.values.known(EPO),
-                cost: cost(row),
-            })
-        };
-        result.into_iter().flat_map(|result| result.rows.iter()).filter_map(tree).collect()
     }
 }

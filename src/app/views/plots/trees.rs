@@ -1,15 +1,22 @@
 //! Plots of trees: SAH cost and EPO against measured cost, and build time against quality. A click on a tree builds it.
 
+use std::sync::Arc;
+
 use egui::{self, Color32, CursorIcon, Rect, Role, Sense, Shape, Stroke, Ui, WidgetInfo, vec2};
 
 use crate::app::state::lab::{PlottedTree, TreeQuality, TreeSet};
+use crate::app::state::paper::settings_of;
 use crate::app::state::{AppState, Presented};
 use crate::app::views::axes::{Axes, Lettering, rest};
 use crate::app::views::parts;
 use crate::app::widgets::{Tip as _, empty_view};
 use crate::app::{format, theme};
+use crate::catalog::numbers::rows::{BUILD_MS, EPO, SAH_COST};
+use crate::lab::Measurement;
 use crate::lab::plot::Axis;
+use crate::lab::population::Population;
 use crate::lab::prediction::{PredictedTree, Prediction, pareto_front};
+use bvhscope_engine::settings::{BuildSettings, BuilderKind, Preset};
 
 /// Name and value of what predicts the cost of a tree, and how well it does.
 pub(super) type Predictor = (&'static str, fn(&PredictedTree) -> f64, Option<f64>);
@@ -25,9 +32,28 @@ pub(super) struct Dot {
     pub(super) at: [f64; 2],
 }
 
-/// The trees to be plotted.
+/// The trees of the presented scene to be plotted.
 pub(super) fn plotted(state: &AppState, shown: &Presented) -> Vec<PlottedTree> {
-    state.lab.plotted_trees(&shown.accel, &state.activity.measured)
+    let (scene, plots) = (&shown.accel.scene, &state.lab.plots);
+    let TreeSet::Measured(experiment) = plots.set else { return plots.session.plotted(state.lab.rays(scene)) };
+    let result = state.activity.measured.get(&experiment).filter(|result| Arc::ptr_eq(&result.scene, scene));
+    let rows = result.into_iter().flat_map(|result| result.rows.iter());
+    rows.filter_map(|row| tree_of(row, state.lab.population)).collect()
+}
+
+/// The tree of a row that the view "Paper" has measured, with what rays of `population` cost in it; `None` where none was built.
+fn tree_of(row: &Measurement, population: Population) -> Option<PlottedTree> {
+    let of_file = || BuildSettings::preset(Preset::Fast, row.container);
+    let build = settings_of(row).filter(|build| build.builder != BuilderKind::None);
+    let rays = row.populations.iter().find(|measured| measured.population == population);
+    Some(PlottedTree {
+        build: build.or_else(|| row.tree.as_ref().map(|_| of_file()))?,
+        file: row.tree.as_ref().map(|path| (path.into(), row.builder.clone())),
+        build_ms: row.values.known(BUILD_MS),
+        sah_cost: row.number(SAH_COST),
+        epo: row.values.known(EPO),
+        cost: rays.filter(|rays| rays.root_hits > 0).map(|rays| rays.cost),
+    })
 }
 
 /// The trees whose measured cost and both predictions are known, of the kind of container of the presented tree: those of boxes and
