@@ -88,7 +88,7 @@ pub struct OverlaySettings {
     /// Draws spheres.
     pub show_spheres: bool,
     /// First and last depth drawn, root 0, as the user chose them; clamped to the tree only where it is drawn. `None` for the
-    /// range that suits the tree, see [`NodeTable::depth_range`](super::NodeTable::depth_range).
+    /// range that suits the tree, see [`NodeTable::automatic_depths`](super::NodeTable::automatic_depths).
     pub depth: Option<[u32; 2]>,
     /// Draws only the leaves of the depth range.
     pub leaves_only: bool,

@@ -194,7 +194,7 @@ fn an_unusable_file_is_reported_and_nothing_is_lost() {
     let state = &harness.state().state;
     assert_eq!(state.model.presented.as_ref().unwrap().frame_id, before);
     assert_eq!(state.wanted.source, source);
-    let errors: Vec<_> = state.messages.open.iter().filter(|message| message.severity == Severity::Error).collect();
+    let errors: Vec<_> = state.messages.history.iter().filter(|message| message.severity == Severity::Error).collect();
     assert_eq!(errors.len(), 1, "{errors:?}");
     assert!(errors[0].text.contains("does-not-exist.obj"), "{}", errors[0].text);
 }
@@ -279,7 +279,7 @@ fn every_builder_of_the_list_builds() {
         let shown = state.model.presented.as_ref().unwrap();
         assert_eq!((shown.accel.settings.builder, state.wanted.build.builder), (builder, builder));
         assert!(shown.frame.stats.hits > 0, "{}", builder.label());
-        assert!(state.messages.open.is_empty(), "{:?}", state.messages.open);
+        assert!(state.messages.history.is_empty(), "{:?}", state.messages.history);
     }
 }
 
@@ -294,7 +294,7 @@ fn refused_settings_leave_the_tree_alone() {
     let state = &harness.state().state;
     assert_eq!(state.model.presented.as_ref().unwrap().table.id, before);
     assert_eq!(state.wanted.build, state.model.presented.as_ref().unwrap().accel.settings);
-    assert!(state.messages.open.iter().any(|message| message.severity == Severity::Warning));
+    assert!(state.messages.history.iter().any(|message| message.severity == Severity::Warning));
 }
 
 #[test]
@@ -475,5 +475,5 @@ fn measuring_is_cancelled_and_keeps_its_rows() {
     let result = &state.activity.measured[&Experiment::Thresholds];
     assert!(!result.finished && !result.rows.is_empty() && result.rows.len() < 630);
     assert!(state.activity.measure.is_none());
-    assert!(state.messages.open.iter().any(|message| message.text.starts_with("Measuring cancelled")));
+    assert!(state.messages.history.iter().any(|message| message.text.starts_with("Measuring cancelled")));
 }

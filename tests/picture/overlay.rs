@@ -231,13 +231,17 @@ fn a_depth_keeps_its_color_and_sizes_are_fitted() {
 
 #[test]
 fn the_automatic_range_shows_up_to_two_hundred_nodes() {
-    let count = |table: &NodeTable| table.shown(&OverlaySettings::default(), &Selection::default(), None).nodes.len();
+    let drawn = |table: &NodeTable, leaves_only: bool| {
+        let settings = OverlaySettings { leaves_only, ..OverlaySettings::default() };
+        table.shown(&settings, &Selection::default(), None).nodes.len()
+    };
+    let count = |table: &NodeTable| drawn(table, false);
     for triangles in [1, 2, 60, 100] {
         let table = table::<Aabb>(row(triangles));
-        assert_eq!(table.depth_range(), [0, table.max_depth()], "a small tree is shown whole");
+        assert_eq!(table.automatic_depths(false), [0, table.max_depth()], "a small tree is shown whole");
     }
     let halving = table::<Aabb>(row(4_096));
-    assert_eq!((halving.depth_range(), count(&halving)), ([6, 7], 192));
+    assert_eq!((halving.automatic_depths(false), count(&halving)), ([6, 7], 192));
     let source = SceneSource::parse("builtin:terrain:20000".as_ref()).unwrap();
     let scene = Arc::new(load(&source, &LoadOptions::default(), &CancelToken::new()).unwrap());
     for container in ContainerKind::ALL {
@@ -247,6 +251,8 @@ fn the_automatic_range_shows_up_to_two_hundred_nodes() {
         // Spheres overlap more: fewer of them can be told apart.
         let fitting = if container == ContainerKind::Aabb { 100..=200 } else { 20..=60 };
         assert!(fitting.contains(&count(&table)), "{container:?}: {} containers", count(&table));
+        let leaves = drawn(&table, true);
+        assert!((1..=*fitting.end()).contains(&leaves), "{container:?}: {leaves} leaves");
     }
 }
 

@@ -7,7 +7,7 @@ use std::io::{BufRead, BufReader};
 use std::path::{Path, PathBuf};
 use std::process::{Command, ExitStatus, Stdio};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, channel};
-use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::sync::{LazyLock, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
 use crate::support::process::{PATIENCE, Running, Signal};
@@ -15,8 +15,12 @@ use crate::support::process::{PATIENCE, Running, Signal};
 /// The viewer.
 pub const PROGRAM: &str = env!("CARGO_BIN_EXE_bvhscope");
 
+/// Samples of each pixel: enough to compare pictures by, in a quarter of the time. Screenshots that are kept have as many as users see.
+static SAMPLES: LazyLock<&str> =
+    LazyLock::new(|| if std::env::var_os("UPDATE_SCREENSHOTS").is_some() { "16" } else { "4" });
+
 /// The viewer's log line for the last sample of each pixel.
-pub const LAST_SAMPLE: &str = ", 16 samples a pixel";
+pub static LAST_SAMPLE: LazyLock<String> = LazyLock::new(|| format!(", {} samples a pixel", *SAMPLES));
 
 /// One window at a time: software rendering takes every core anyway.
 static ONE_AT_A_TIME: Mutex<()> = Mutex::new(());
@@ -112,6 +116,9 @@ impl Desktop {
     pub fn command_as(&self, program: &[&str], arguments: &[&str]) -> Command {
         let mut command = self.command(program[0]);
         command.args(&program[1..]).args(arguments);
+        if program.contains(&PROGRAM) {
+            command.args(["--samples", *SAMPLES]);
+        }
         command
     }
 
@@ -198,7 +205,7 @@ impl Program {
     fn receive(&mut self, line: String) {
         self.line_count += 1;
         if line.contains("presented ") || line.contains("picture at full resolution") {
-            self.picture_complete = line.contains(LAST_SAMPLE);
+            self.picture_complete = line.contains(LAST_SAMPLE.as_str());
         }
         self.unread.push_back(line);
     }

@@ -68,7 +68,7 @@ fn the_dragged_threshold_changes_tree_lines_and_numbers_while_it_is_held() {
     window.glide(HANDLE_AT_6, BEYOND_THE_SLIDER);
     // Trees of thresholds on the way may be shown as well.
     window.program.wait_for("presented teapot 6 · δ 64");
-    window.program.wait_for(LAST_SAMPLE);
+    window.program.wait_for(&LAST_SAMPLE);
     // One digit may be all that changes.
     let held = window.once(|screen| screen.changed(&before, SAH_COST) > 0.001);
     assert!(held.changed(&before, THRESHOLD_NUMBER) > 0.001, "the number next to the slider");

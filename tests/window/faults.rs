@@ -69,7 +69,7 @@ fn a_lost_device_opens_the_window_again_with_what_was_shown() {
     assert!(before.starts_with("cornell · δ 9 · "), "{before}");
     program.wait_for("the window is opened again");
     assert_eq!(tree(program.wait_for("presented ")), before);
-    program.wait_for(LAST_SAMPLE);
+    program.wait_for(&LAST_SAMPLE);
     assert!(program.is_running());
 }
 
@@ -83,7 +83,7 @@ fn a_driver_error_removes_only_the_overlay() {
     // The program goes on: another model is loaded, built and traced.
     std::fs::write(desktop.home().join("one.obj"), "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\nf 3 2 1\n").unwrap();
     assert!(program.wait_for("presented one.obj").contains("2 triangles"));
-    program.wait_for(LAST_SAMPLE);
+    program.wait_for(&LAST_SAMPLE);
     assert!(program.is_running());
     program.signal(Signal::INT);
     assert_eq!(program.wait().code(), Some(130));
@@ -129,7 +129,7 @@ fn a_window_closed_while_it_writes_leaves_whole_files() {
     for moment in ["at once", "with a file", "with a picture"] {
         let mut program = desktop.start(&["builtin:teapot:2", "--no-config"]);
         let id = desktop.find_window(&mut program);
-        program.wait_for(LAST_SAMPLE);
+        program.wait_for(&LAST_SAMPLE);
         desktop.xdotool(&["windowfocus", "--sync", &id]);
         desktop.xdotool(&["key", "F12"]);
         let names = || std::fs::read_dir(desktop.home()).unwrap().map(|entry| entry.unwrap().file_name());
@@ -225,7 +225,7 @@ fn a_window_of_one_pixel_and_one_off_the_screen_come_back() {
     let desktop = Desktop::new();
     let mut program = desktop.start(&["builtin:teapot:2", "--no-config"]);
     let id = desktop.find_window(&mut program);
-    program.wait_for(LAST_SAMPLE);
+    program.wait_for(&LAST_SAMPLE);
     for (k, away) in [&["windowsize", &id, "1", "1"][..], &["windowsize", &id, "9", "700"], &["windowunmap", &id]]
         .into_iter()
         .enumerate()
@@ -235,7 +235,7 @@ fn a_window_of_one_pixel_and_one_off_the_screen_come_back() {
         desktop.xdotool(&["windowmap", &id]);
         // A different size each time, so that a new picture is traced.
         desktop.xdotool(&["windowsize", &id, &(900 + 10 * k).to_string(), "650"]);
-        program.wait_for(LAST_SAMPLE);
+        program.wait_for(&LAST_SAMPLE);
     }
     let lines = program.unread_lines();
     assert!(!lines.iter().any(|line| line.contains("error")), "{lines:?}");
@@ -250,9 +250,9 @@ fn a_window_larger_than_the_driver_draws_comes_back() {
     let desktop = Desktop::with_screen("17400x600x24");
     let mut program = desktop.start(&["builtin:teapot:2", "--no-config"]);
     let id = desktop.find_window(&mut program);
-    program.wait_for(LAST_SAMPLE);
+    program.wait_for(&LAST_SAMPLE);
     desktop.xdotool(&["windowsize", &id, "17000", "500"]);
-    let what = program.wait_for_either(&["error: the graphics driver failed", LAST_SAMPLE]);
+    let what = program.wait_for_either(&["error: the graphics driver failed", &LAST_SAMPLE]);
     assert!(what.is_some(), "the program ended");
     let mut complaints = 1;
     program.wait_until_idle(|program| {
@@ -260,7 +260,7 @@ fn a_window_larger_than_the_driver_draws_comes_back() {
         assert!(complaints <= 10, "reported {complaints} times");
     });
     desktop.xdotool(&["windowsize", &id, "900", "550"]);
-    program.wait_for(LAST_SAMPLE);
+    program.wait_for(&LAST_SAMPLE);
     assert!(program.is_running());
     desktop.xdotool(&["windowfocus", "--sync", &id, "key", "ctrl+q"]);
     assert!(program.wait().success());
@@ -326,7 +326,7 @@ fn changed_settings_survive_a_kill() {
     let desktop = Desktop::new();
     let mut program = desktop.start(&["builtin:teapot:2"]);
     let id = desktop.find_window(&mut program);
-    program.wait_for(LAST_SAMPLE);
+    program.wait_for(&LAST_SAMPLE);
     let is_saved = |what: &str| std::fs::read_to_string(desktop.settings()).is_ok_and(|text| text.contains(what));
     let wait_for = |what: &str| {
         let give_up = Instant::now() + PATIENCE;
@@ -392,7 +392,7 @@ fn a_covered_window_reads_a_saved_file_again() {
     let mut covered = desktop.start(&["one.obj", "--no-config"]);
     covered.wait_for("presented one.obj");
     let mut above = desktop.start(&["builtin:teapot:2", "--no-config"]);
-    above.wait_for(LAST_SAMPLE);
+    above.wait_for(&LAST_SAMPLE);
     let fresh = desktop.home().join("fresh.tmp");
     std::fs::write(&fresh, "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\nf 3 2 1\n").unwrap();
     std::fs::rename(&fresh, &model).unwrap();
@@ -403,7 +403,7 @@ fn a_covered_window_reads_a_saved_file_again() {
 fn an_idle_window_uses_no_processor_time() {
     let desktop = Desktop::new();
     let mut program = desktop.start(&["builtin:teapot:2"]);
-    program.wait_for(LAST_SAMPLE);
+    program.wait_for(&LAST_SAMPLE);
     program.wait_until_idle(|_| ());
     // Processor time, which other work on the machine does not lengthen.
     let before = program.spent();

@@ -36,7 +36,7 @@ impl Window {
 
     /// The screen after the last sample of a picture, when nothing more is drawn.
     pub fn at_rest(&mut self) -> Screenshot {
-        self.program.wait_for(LAST_SAMPLE);
+        self.program.wait_for(&LAST_SAMPLE);
         self.once(|_| true)
     }
 

@@ -15,6 +15,7 @@ pub(crate) fn show(ui: &mut Ui, state: &mut AppState) {
         ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
             running(ui, state);
             ui.with_layout(Layout::left_to_right(Align::Center), |ui| {
+                folded(ui, state);
                 let text = egui::RichText::new(facts(state)).color(palette.dim);
                 let label = ui.add(egui::Label::new(text).truncate());
                 if state.layout.graphics.is_software {
@@ -28,6 +29,21 @@ pub(crate) fn show(ui: &mut Ui, state: &mut AppState) {
             });
         });
     });
+}
+
+/// Numbers of warnings and errors that are no longer over the viewport; a click lists them.
+fn folded(ui: &mut Ui, state: &mut AppState) {
+    let palette = theme::palette(ui);
+    let [warnings, errors] = state.messages.folded;
+    for (count, noun, color) in [(errors, "error", palette.error), (warnings, "warning", palette.warning)] {
+        if count == 0 {
+            continue;
+        }
+        let text = egui::RichText::new(format::counted(count as u64, noun)).color(color);
+        if ui.add(egui::Button::new(text).frame(false)).on_hover_text("List all messages (F2)").clicked() {
+            state.layout.messages_open = true;
+        }
+    }
 }
 
 /// Facts about the presented frame: "1003×612 · pass 3 of 16 · 24.1 Mray/s · 2 threads".

@@ -144,6 +144,7 @@ impl LoadRail {
 
     fn adopt(&mut self, key: LoadKey, file: Option<WatchedFile>, scene: Arc<Scene>, state: &mut AppState) {
         preferences::remember(&mut state.preferences.recent, &scene.source);
+        state.messages.forget_errors();
         let keep = self.keep_camera && orbit::still_sees(&state.wanted.camera, &scene.bounds);
         self.next_camera = Some(match self.first_camera.take() {
             Some(choice) => choice.camera(&scene),

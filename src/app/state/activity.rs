@@ -73,13 +73,21 @@ const MAX_HISTORY: usize = 200;
 pub enum Severity {
     /// Good to know; fades by itself.
     Info,
-    /// Something was skipped or limited.
+    /// Something was skipped or limited; folds into the count of the status bar.
     Warning,
-    /// Something failed; stays until closed.
+    /// Something failed; folds as well.
     Error,
 }
 
 impl Severity {
+    /// Time for which a message is shown over the viewport.
+    pub const fn shown_for(self) -> Duration {
+        match self {
+            Self::Info => Duration::from_secs(4),
+            Self::Warning | Self::Error => Duration::from_secs(10),
+        }
+    }
+
     /// The word in front of the text.
     pub const fn label(self) -> &'static str {
         match self {
@@ -101,11 +109,20 @@ pub struct Message {
     pub since: Instant,
 }
 
+impl Message {
+    /// Time for which it remains over the viewport; zero when that is over.
+    pub fn left(&self) -> Duration {
+        self.severity.shown_for().saturating_sub(self.since.elapsed())
+    }
+}
+
 /// All messages of this run.
 #[derive(Debug, Default)]
 pub struct MessageLog {
-    /// Messages that have neither faded nor been closed, oldest first.
+    /// Messages that have neither faded, folded nor been closed, oldest first.
     pub open: Vec<Message>,
+    /// Numbers of warnings and errors that folded since the list of all messages was open.
+    pub folded: [usize; 2],
     /// The newest messages, closed or not, oldest first.
     pub history: VecDeque<Message>,
 }
@@ -119,6 +136,25 @@ impl MessageLog {
         }
         self.history.push_back(message.clone());
         self.open.push(message);
+    }
+
+    /// Takes down what was shown long enough. Notes vanish; warnings and errors are counted.
+    pub fn fold(&mut self) {
+        self.open.retain(|message| {
+            let remains = !message.left().is_zero();
+            match message.severity {
+                Severity::Info => {}
+                Severity::Warning => self.folded[0] += usize::from(!remains),
+                Severity::Error => self.folded[1] += usize::from(!remains),
+            }
+            remains
+        });
+    }
+
+    /// Takes down the errors, since what failed has succeeded.
+    pub fn forget_errors(&mut self) {
+        self.open.retain(|message| message.severity != Severity::Error);
+        self.folded[1] = 0;
     }
 }
 
@@ -134,5 +170,21 @@ mod tests {
             |progress, secs| job(progress).time_left(since + Duration::from_secs(secs)).map(|left| left.as_secs());
         assert_eq!(after(0.25, 10), Some(30));
         assert_eq!([after(0.001, 10), after(0.5, 0), after(1.0, 10)], [None; 3], "too early or too late to tell");
+    }
+
+    #[test]
+    fn what_was_shown_long_enough_is_counted_unless_it_was_a_note() {
+        let mut log = MessageLog::default();
+        for severity in [Severity::Info, Severity::Warning, Severity::Error, Severity::Error] {
+            log.notify(severity, "");
+        }
+        log.fold();
+        assert_eq!((log.open.len(), log.folded), (4, [0, 0]), "all are new");
+        let Some(before) = Instant::now().checked_sub(Duration::from_secs(11)) else { return };
+        log.open[..3].iter_mut().for_each(|message| message.since = before);
+        log.fold();
+        assert_eq!((log.open.len(), log.folded, log.history.len()), (1, [1, 1], 4));
+        log.forget_errors();
+        assert_eq!((log.open.len(), log.folded), (0, [1, 0]), "the warning is not about what succeeded");
     }
 }

@@ -88,6 +88,12 @@ impl AppState {
         }
     }
 
+    /// Ends the tour, which does not come back by itself.
+    pub fn end_tour(&mut self) {
+        self.layout.tour = None;
+        self.preferences.toured = true;
+    }
+
     /// The nodes of the first tree that the second has too, and the other way round, once they are known.
     pub fn survival(&self) -> Option<&Arc<[Survival; 2]>> {
         let (first, second) = (self.model.presented.as_ref()?, self.model.second.as_ref()?);

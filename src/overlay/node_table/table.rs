@@ -31,6 +31,7 @@ pub struct NodeTable {
     pub(super) accel: Arc<Accel>,
     boxes: OnceLock<Vec<Aabb>>,
     spheres: OnceLock<Vec<Sphere>>,
+    leaves_per_depth: OnceLock<Vec<usize>>,
     /// The last result of [`NodeTable::visibility`], with the selection's hidden and isolated nodes.
     visibility: Mutex<Option<LastVisibility>>,
 }
@@ -45,6 +46,7 @@ impl NodeTable {
             accel: Arc::clone(accel),
             boxes: OnceLock::new(),
             spheres: OnceLock::new(),
+            leaves_per_depth: OnceLock::new(),
             visibility: Mutex::new(None),
         }
     }
@@ -111,13 +113,39 @@ impl NodeTable {
         triangles
     }
 
-    /// First and last depth that suit the tree: the deepest level above the first one of too many nodes, and as many above it
-    /// as together are not too many. About 100 to 200 boxes, and 40 to 60 spheres, can be told apart on a screen.
-    pub fn depth_range(&self) -> [u32; 2] {
+    /// First and last depth that suit the tree where only leaves are drawn or all nodes, such that about 100 to 200 boxes, or 40 to 60
+    /// spheres, are drawn: more cannot be told apart on a screen.
+    pub fn automatic_depths(&self, leaves_only: bool) -> [u32; 2] {
         let most = match self.container_kind() {
             ContainerKind::Aabb => 200,
             ContainerKind::Sphere => 60,
         };
+        if leaves_only { self.first_leaves(most) } else { self.deepest_level(most) }
+    }
+
+    /// The first level with leaves, and the last above which no more than `most` leaves are.
+    fn first_leaves(&self, most: usize) -> [u32; 2] {
+        let Some([first, _]) = self.leaf_depths() else { return [0; 2] };
+        let counts = &self.leaves_per_depth()[first as usize..];
+        let mut in_all = 0;
+        let levels = counts.iter().take_while(|&&count| {
+            in_all += count;
+            in_all <= most
+        });
+        [first, first + levels.count().saturating_sub(1) as u32]
+    }
+
+    /// Number of leaves at each depth. The first call takes a pass over the tree.
+    fn leaves_per_depth(&self) -> &[usize] {
+        self.leaves_per_depth.get_or_init(|| {
+            let nodes = self.by_depth(self.len() as u32);
+            let levels = self.levels.ranges.iter().map(|range| &nodes[range.start as usize..range.end as usize]);
+            levels.map(|level| level.iter().filter(|&&node| self.is_leaf(node)).count()).collect()
+        })
+    }
+
+    /// The deepest level above the first one of more than `most` nodes, and as many above it as together have no more.
+    fn deepest_level(&self, most: usize) -> [u32; 2] {
         let counts = || self.levels.ranges.iter().map(ExactSizeIterator::len);
         let last = counts().take_while(|&count| count <= most).count().saturating_sub(1);
         let mut in_all = 0;
@@ -137,7 +165,10 @@ impl NodeTable {
 
     /// First and last depth of `settings` in this tree, in order and clamped; the levels above that "parents" adds not included.
     pub fn drawn_depths(&self, settings: &OverlaySettings) -> [u32; 2] {
-        let [a, b] = settings.depth.unwrap_or_else(|| self.depth_range()).map(|depth| depth.min(self.max_depth()));
+        let [a, b] = settings
+            .depth
+            .unwrap_or_else(|| self.automatic_depths(settings.leaves_only))
+            .map(|depth| depth.min(self.max_depth()));
         [a.min(b), a.max(b)]
     }
 

@@ -187,8 +187,8 @@ fn cancel(state: &mut AppState) {
     }
     if state.layout.has_dialog() {
         state.layout.close_dialogs();
-    } else if state.layout.tour.take().is_some() {
-        // Shown once more from the menu only.
+    } else if state.layout.tour.is_some() {
+        state.end_tour();
     } else if state.activity.load.is_some() || state.activity.build.is_some() {
         state.activity.requests.push(Request::CancelJobs);
     } else if state.activity.measure.is_some() {

@@ -78,7 +78,7 @@ pub(super) fn begin_lesson(state: &mut AppState, index: usize) {
     let Some(lesson) = state.layout.lessons.get(index).cloned() else { return };
     let put_aside = state.layout.lesson.take().map_or_else(|| shared_state(state), |reading| *reading.put_aside);
     state.layout.close_dialogs();
-    state.layout.tour = None;
+    state.end_tour();
     state.layout.lesson = Some(Reading::new(lesson, put_aside));
     show_step(state);
 }

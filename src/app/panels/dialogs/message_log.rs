@@ -9,6 +9,7 @@ pub(crate) fn show(ctx: &egui::Context, state: &mut AppState) {
     if !state.layout.messages_open {
         return;
     }
+    state.messages.folded = [0; 2];
     let mut copied = None;
     super::dialog(ctx, "Messages", [560.0, 400.0], &mut state.layout.messages_open, |ui| {
         if state.messages.history.is_empty() {

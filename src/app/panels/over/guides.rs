@@ -2,8 +2,8 @@
 //! can be skipped; and the lesson that is being read, with caption, question, and the way through its steps.
 
 use egui::{
-    self, Align2, Area, CornerRadius, Frame, Id, Label, Margin, Order, Pos2, Rect, RichText, Shape, Stroke, StrokeKind,
-    Ui, pos2, vec2,
+    self, Align2, Area, CornerRadius, Frame, Id, Key, Label, Margin, Order, Pos2, Rect, RichText, Shape, Stroke,
+    StrokeKind, Ui, pos2, vec2,
 };
 
 use crate::app::commands::Action;
@@ -11,6 +11,7 @@ use crate::app::state::lesson::Reading;
 use crate::app::state::{AppState, Severity, Side};
 use crate::app::theme;
 use crate::app::widgets::{Tip as _, place_of};
+use crate::render::{HeatKind, Shading};
 
 /// Largest width of a card in points.
 const WIDTH: f32 = 280.0;
@@ -42,7 +43,7 @@ const CARDS: [Card; 3] = [
     },
     Card {
         title: "See where rays are expensive",
-        text: "Choose a heat map (Alt+6): bright pixels needed many tests. A good tree is dark nearly everywhere.",
+        text: "Choose a heat map: bright pixels needed many tests. A good tree is dark nearly everywhere. Alt+1 brings the lit picture back.",
         place: "Shading",
         in_right_panel: true,
     },
@@ -53,17 +54,15 @@ pub(crate) fn tour(ui: &Ui, rect: Rect, state: &mut AppState) {
     // An error, for instance that the model cannot be read, comes before what the tour has to say.
     let failed = state.messages.open.iter().any(|message| message.severity == Severity::Error);
     let ready = state.model.presented.is_some() && !state.layout.has_dialog() && !failed;
-    if !state.preferences.toured && ready {
-        state.preferences.toured = true;
-        if !state.preferences.greeted {
+    if !state.preferences.toured && state.layout.tour.is_none() && ready {
+        if state.preferences.greeted {
+            state.preferences.toured = true;
+        } else {
             state.layout.tour = Some(0);
         }
     }
     let Some(index) = state.layout.tour.filter(|_| ready) else { return };
-    let Some(card) = CARDS.get(index) else {
-        state.layout.tour = None;
-        return;
-    };
+    let Some(card) = CARDS.get(index) else { return state.end_tour() };
     let visible = !card.in_right_panel || state.shows_panel(Side::Right);
     let place = place_of(ui.ctx(), card.place).filter(|_| visible);
     let (at, pivot) = match place {
@@ -101,19 +100,30 @@ fn content(ui: &mut Ui, state: &mut AppState, index: usize, card: &Card, availab
         ui.add_space(4.0);
         ui.horizontal(|ui| {
             let last = index + 1 == CARDS.len();
-            let (label, tip) = if last { ("Done", "End the tour") } else { ("Next", "Go to the next card") };
+            let (label, tip) = if last {
+                ("Show the heat map", "Choose it and end the tour (Enter)")
+            } else {
+                ("Next", "Go to the next card (Enter)")
+            };
             let text = RichText::new(label).color(ui.visuals().selection.stroke.color);
-            if ui.add(egui::Button::new(text).fill(ui.visuals().selection.bg_fill)).tip(tip).clicked() {
-                state.layout.tour = (!last).then_some(index + 1);
-                state.preferences.greeted |= last;
+            let next = ui.add(egui::Button::new(text).fill(ui.visuals().selection.bg_fill)).tip(tip);
+            let entered =
+                ui.memory(|memory| memory.focused().is_none()) && ui.input(|input| input.key_pressed(Key::Enter));
+            if next.clicked() || entered {
+                state.layout.tour = Some(index + 1);
+                if last {
+                    state.wanted.render.shading = Shading::Heat(HeatKind::Both);
+                    state.preferences.greeted = true;
+                    state.end_tour();
+                }
             }
             if !last && ui.button("Skip").tip("End the tour (Esc); Help → Tour starts it again").clicked() {
-                state.layout.tour = None;
+                state.end_tour();
             }
             if last && ui.button("Open a model…").tip("Built-in scenes, recent files and your own (Ctrl+N)").clicked()
             {
-                state.layout.tour = None;
                 state.preferences.greeted = true;
+                state.end_tour();
                 state.layout.start_page_open = true;
             }
         });

@@ -1,4 +1,4 @@
-//! Messages over the viewport: notes that fade, warnings and errors that stay until closed. Also the help at first start.
+//! Messages over the viewport: notes that fade, warnings and errors that fold into the status bar. Also the help at first start.
 
 use egui::{self, Align, Align2, Area, CornerRadius, Frame, Layout, Margin, Order, Rect, Stroke, Ui, vec2};
 
@@ -7,8 +7,6 @@ use crate::app::theme;
 use crate::app::widgets::Icon;
 use crate::app::widgets::icon_button;
 
-/// Duration in seconds for which a note is shown.
-const NOTE_SECS: f32 = 4.0;
 /// Duration of the fade at its end in seconds.
 const FADE_SECS: f32 = 0.4;
 /// Maximum number of messages shown at once: the newest.
@@ -18,7 +16,7 @@ const HELP: &str = "Drag to orbit, wheel to zoom. Drag the threshold on the righ
 
 /// Shows it within `rect`, the viewport's rectangle.
 pub(crate) fn show(ui: &Ui, rect: Rect, state: &mut AppState) {
-    state.messages.open.retain(|message| message.severity != Severity::Info || age(message) < NOTE_SECS);
+    state.messages.fold();
     let flying = state.preferences.navigation == Navigation::Fly;
     let touring = state.layout.tour.is_some() || !state.preferences.toured;
     if !state.preferences.greeted
@@ -37,7 +35,8 @@ pub(crate) fn show(ui: &Ui, rect: Rect, state: &mut AppState) {
     // Leaves the corner to the axes gizmo.
     let corner = rect.right_bottom() - vec2(12.0, 108.0);
     Area::new(egui::Id::unique("messages"))
-        .order(Order::Foreground)
+        // Below menus, which are read at the same time, and below dialogs that open later.
+        .order(Order::Middle)
         .pivot(Align2::RIGHT_BOTTOM)
         .fixed_pos(corner)
         .constrain_to(rect)
@@ -61,11 +60,6 @@ pub(crate) fn show(ui: &Ui, rect: Rect, state: &mut AppState) {
     }
 }
 
-/// Age of a message in seconds.
-fn age(message: &Message) -> f32 {
-    message.since.elapsed().as_secs_f32()
-}
-
 /// Button of a message that was clicked.
 enum Pressed {
     Close,
@@ -81,13 +75,9 @@ fn toast(ui: &mut Ui, index: usize, message: &Message) -> Option<Pressed> {
         Severity::Warning => palette.warning,
         Severity::Error => palette.error,
     };
-    if message.severity == Severity::Info {
-        let left = NOTE_SECS - age(message);
-        ui.set_opacity((left / FADE_SECS).clamp(0.0, 1.0));
-        ui.ctx().request_repaint_after_secs(if left > FADE_SECS { left - FADE_SECS } else { 0.03 });
-    } else {
-        ui.set_opacity(1.0);
-    }
+    let left = message.left().as_secs_f32();
+    ui.set_opacity((left / FADE_SECS).clamp(0.0, 1.0));
+    ui.ctx().request_repaint_after_secs(if left > FADE_SECS { left - FADE_SECS } else { 0.03 });
     let frame = Frame::new()
         .fill(ui.visuals().window_fill)
         .stroke(Stroke::new(1.0, ui.visuals().window_stroke.color))
