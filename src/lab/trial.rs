@@ -227,7 +227,7 @@ mod tests {
                 hits: 53,
                 container_tests_per_ray: 11.25,
                 primitive_tests_per_ray: 1.5,
-                entering: 51,
+                entering: 50,
                 trace_time: Duration::from_millis(997),
             },
         }
@@ -252,8 +252,8 @@ mod tests {
             "tests_per_ray": 12.75,
             "container_tests_per_ray": 11.25,
             "primitive_tests_per_ray": 1.5,
-            // 12.75 tests of 101 rays, of which 50 miss the root with one test each.
-            "tests_per_entering_ray": ((12.75_f64 * 101.0 - 50.0) / 51.0) as f32,
+            // 12.75 tests of 101 rays, of which 51 miss the root with one test each: 1,236.75 tests of 50 rays.
+            "tests_per_entering_ray": 24.735,
             "sah_cost": 67.5,
             "traversal_cost": TRAVERSAL_COST,
             "intersection_cost": INTERSECTION_COST,
