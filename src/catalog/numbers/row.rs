@@ -2,7 +2,7 @@
 
 use serde_json::Value;
 
-use super::{Compared, Digits, Direction, Number};
+use super::{Compared, Digits, Direction, Number, millions_per_second};
 use crate::catalog::reading::TreeReading;
 use crate::text::number;
 
@@ -67,9 +67,4 @@ pub(super) fn megabytes(bytes: usize) -> String {
 /// Rays of `tree` in millions a second where all took `ms` milliseconds.
 pub(super) fn rate(tree: &TreeReading<'_>, ms: f64) -> Option<f64> {
     Some(millions_per_second(tree.trace?.rays, ms))
-}
-
-/// Millions a second of `count` things that took `ms` milliseconds; 0 where no time was measured.
-pub fn millions_per_second(count: u64, ms: f64) -> f64 {
-    if ms > 0.0 { count as f64 / ms / 1e3 } else { 0.0 }
 }

@@ -2,8 +2,8 @@
 
 use serde_json::Value;
 
-use super::row::{LESS, OF_VIEW, ROW, known, millions_per_second, rate, single, tests};
-use super::{Compared, Direction, Number, Section};
+use super::row::{LESS, OF_VIEW, ROW, known, rate, single, tests};
+use super::{Compared, Direction, Number, Section, millions_per_second};
 use crate::catalog::terms;
 
 /// The rows, in the order of JSON, CSV and tables.
