@@ -6,6 +6,7 @@
 use glam::{Mat4, Vec2, Vec3};
 use serde::{Deserialize, Serialize};
 
+use crate::vectors::{direction, length};
 use bvhscope_engine::geometry::{Aabb, Ray};
 
 /// How points are projected onto the picture.
@@ -48,6 +49,9 @@ pub struct CameraFrame {
 /// Default vertical field of view in radians: 45 degrees.
 pub const DEFAULT_FOV_Y: f32 = std::f32::consts::FRAC_PI_4;
 
+/// Distance of the target, in an orthographic view, below which its reciprocal would leave the range of single precision.
+const LEAST_DISTANCE: f32 = 1e-31;
+
 impl Camera {
     /// The default camera of a model, in the window and on the command line: perspective with a field of view of 45°, looking
     /// at the centre of `bounds` from the direction (0.5, 0.35, 1) of a y-up world (rotated accordingly for another `up`), at
@@ -80,29 +84,32 @@ impl Camera {
         let usable = !bounds.is_empty() && bounds.extent().is_finite();
         let (center, half_extent) =
             if usable { (bounds.center(), bounds.extent() * 0.5) } else { (Vec3::ZERO, Vec3::ONE) };
-        let backward = (self.eye - self.target).normalize_or(Vec3::Z);
+        let backward = direction(self.eye - self.target).unwrap_or(Vec3::Z);
         let right = self.up.cross(backward).try_normalize().unwrap_or_else(|| backward.any_orthonormal_vector());
         let up = backward.cross(right);
         let tan = (self.fov_y.clamp(0.01, 3.0) * 0.5).tan() * 0.9;
         // Each corner must lie inside the four planes through the eye: |x| and |y| at most tan · depth.
-        let distance = (0..8).fold(1e-6_f32, |distance, corner| {
+        let distance = (0..8).fold(0.0_f32, |distance, corner| {
             let sign = |bit: u32| if corner >> bit & 1 == 0 { -1.0 } else { 1.0 };
             let corner = half_extent * Vec3::new(sign(0), sign(1), sign(2));
             let widest = corner.dot(right).abs().max(corner.dot(up).abs());
             distance.max(corner.dot(backward) + widest / tan)
         });
         self.target = center;
+        // A point is seen from where the eye can still be told from it.
+        let least = if distance > 0.0 { 0.0 } else { 1e-6 };
+        let distance = distance.max(center.abs().max_element() * 4.0 * f32::EPSILON).max(least);
         self.eye = center + backward * distance;
     }
 
     /// Unit vector of the view direction.
     pub fn forward(&self) -> Vec3 {
-        (self.target - self.eye).normalize_or(Vec3::NEG_Z)
+        direction(self.target - self.eye).unwrap_or(Vec3::NEG_Z)
     }
 
     /// Distance from the eye to the target.
     pub fn distance(&self) -> f32 {
-        (self.target - self.eye).length()
+        length(self.target - self.eye)
     }
 
     /// True if it looks anywhere: finite, the eye apart from the target, with an up direction and a sensible field of view.
@@ -124,7 +131,7 @@ impl Camera {
         let tan = (self.fov_y.clamp(0.001, 3.1) * 0.5).tan();
         let half_height = match self.projection {
             Projection::Perspective => tan,
-            Projection::Orthographic => tan * self.distance().max(1e-9),
+            Projection::Orthographic => tan * self.distance().max(LEAST_DISTANCE),
         };
         let half = Vec2::new(half_height * width_px / height_px, half_height);
         CameraFrame { camera: *self, right, up, forward, half, width_px, height_px }
@@ -167,7 +174,7 @@ impl CameraFrame {
     pub fn clip_from_world(&self) -> Mat4 {
         match self.camera.projection {
             Projection::Perspective => {
-                let near = (self.camera.distance() * 1e-4).max(1e-9);
+                let near = (self.camera.distance() * 1e-4).max(f32::MIN_POSITIVE);
                 let fov_y = self.camera.fov_y.clamp(0.001, 3.1);
                 glam::camera::rh::proj::directx::perspective_infinite_reverse(
                     fov_y,
@@ -176,7 +183,7 @@ impl CameraFrame {
                 ) * self.view_from_world()
             }
             Projection::Orthographic => {
-                let far = self.ortho_offset().max(1e-9);
+                let far = self.ortho_offset().max(LEAST_DISTANCE);
                 // Maps view z = +far (behind the eye) to 1 and z = -far to 0.
                 let scale = Mat4::from_cols(
                     glam::Vec4::new(1.0 / self.half.x, 0.0, 0.0, 0.0),
@@ -326,6 +333,30 @@ mod tests {
                 let pick = |axis: usize| if corner >> axis & 1 == 0 { bounds.min[axis] } else { bounds.max[axis] };
                 let pixel = project(&frame, Vec3::new(pick(0), pick(1), pick(2)), size);
                 assert!(pixel.x > 0.0 && pixel.y > 0.0 && pixel.x < 800.0 && pixel.y < 600.0, "{pixel}");
+            }
+        }
+    }
+
+    #[test]
+    fn models_of_any_size_are_framed_alike() {
+        let sized = |size: f32| {
+            let bounds = Aabb { min: Vec3::new(-1.0, -2.0, 3.0) * size, max: Vec3::new(4.0, 1.0, 5.0) * size };
+            Camera::framing(&bounds, Vec3::Y)
+        };
+        let expected = sized(1.0);
+        for size in [1e-30, 1e-20, 1e-9, 1e9, 1e18] {
+            let camera = sized(size);
+            assert!((camera.eye / size - expected.eye).length() < 1e-3, "{size}: {}", camera.eye / size);
+            assert!(
+                (camera.distance() / size / expected.distance() - 1.0).abs() < 1e-4 && camera.is_usable(),
+                "{size}"
+            );
+            for projection in [Projection::Perspective, Projection::Orthographic] {
+                let [own, other] = [camera, expected].map(|camera| Camera { projection, ..camera }.for_size(80, 60));
+                assert!((own.ray(5.0, 50.0).direction - other.ray(5.0, 50.0).direction).length() < 1e-5, "{size}");
+                assert!(own.clip_from_world().is_finite(), "{size}: {}", own.clip_from_world());
+                let [near, far] = [own.ray(0.0, 0.0).origin, own.ray(80.0, 60.0).origin];
+                assert!(near.is_finite() && (near != far || projection == Projection::Perspective), "{size}");
             }
         }
     }

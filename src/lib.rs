@@ -12,6 +12,7 @@
 //! | module | what it does | must not know | start reading at |
 //! | --- | --- | --- | --- |
 //! | [`text`] | names from outside as messages show them | everything else | [`text::printable`] |
+//! | [`vectors`] | lengths and directions of vectors of any size | everything else | [`vectors::length`] |
 //! | [`catalog`] | what many places need, one row each: settings, numbers of a tree, metrics of a node, terms | egui, clap, files | [`catalog::numbers`] |
 //! | [`console`] | standard streams that may be full, closed, slow or without a reader | everything else | [`console::note`] |
 //! | [`threads`] | how many threads the program works with, and pools of them | everything else | [`threads::count`] |
@@ -57,6 +58,8 @@
 #![deny(clippy::print_stderr, clippy::print_stdout)]
 
 pub mod text;
+
+pub mod vectors;
 
 pub mod catalog;
 

@@ -53,7 +53,7 @@ impl ViewUniforms {
             eye: input.camera.eye.to_array(),
             perspective: f32::from(u8::from(perspective)),
             right: right.to_array(),
-            near: if perspective { (distance * 1e-4).max(1e-9) } else { 0.0 },
+            near: if perspective { (distance * 1e-4).max(f32::MIN_POSITIVE) } else { 0.0 },
             up: up.to_array(),
             // Orthographic depths may be near zero, so a slack relative to the depth is not enough.
             depth_slack: if perspective { 0.0 } else { distance * 1e-3 },

@@ -7,6 +7,7 @@ use super::lights::Lights;
 use super::sampling::SampleId;
 use super::surface::Orientation;
 use super::trace_context::TraceContext;
+use crate::vectors::length;
 use bvhscope_engine::geometry::{Aabb, Ray};
 use bvhscope_engine::tree::Container;
 
@@ -38,7 +39,7 @@ impl Ground {
             return None;
         }
         let position = ray.origin + ray.direction * (above / falling);
-        let away = (position - self.center).length() / diagonal;
+        let away = length(position - self.center) / diagonal;
         let weight = ((FADE[1] - away) / (FADE[1] - FADE[0])).clamp(0.0, 1.0);
         (weight > 0.0).then_some((position, weight))
     }

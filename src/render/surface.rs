@@ -8,6 +8,7 @@ use glam::{Vec2, Vec3, Vec4};
 use super::brdf::Reflectance;
 use super::settings::{NormalSource, RenderSettings};
 use crate::scene::{Attributes, CornerNormals, Material, Scene};
+use crate::vectors::direction;
 use bvhscope_engine::cancel::{CancelToken, Cancelled};
 use bvhscope_engine::geometry::{Hit, Ray, Triangle};
 
@@ -88,11 +89,11 @@ pub(super) fn orientation(scene: &Scene, normals: &Normals, ray: &Ray, hit: &Hit
     let triangle = &scene.triangles[hit.primitive_index as usize];
     let towards = -ray.direction;
     let scaled = triangle.scaled_normal();
-    let mut geometric = if scaled.length_squared() > 1e-30 {
+    let mut geometric = if (1e-30..1e30).contains(&scaled.length_squared()) {
         scaled.normalize()
     } else {
-        // The cross product of two short edges may underflow although their directions are well defined.
-        let (ab, ac) = ((triangle.b - triangle.a).normalize_or_zero(), (triangle.c - triangle.a).normalize_or_zero());
+        // The cross product of two short or long edges may leave the range although their directions are well defined.
+        let [ab, ac] = [triangle.b, triangle.c].map(|corner| direction(corner - triangle.a).unwrap_or(Vec3::ZERO));
         ab.cross(ac).normalize_or(towards)
     };
     let is_behind = geometric.dot(towards) < 0.0;

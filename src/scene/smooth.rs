@@ -8,6 +8,7 @@ use glam::{Vec2, Vec3};
 use rayon::prelude::*;
 
 use crate::budget::{Budget, OverBudget};
+use crate::vectors::direction;
 use bvhscope_engine::cancel::{CancelToken, Cancelled};
 use bvhscope_engine::geometry::Triangle;
 
@@ -130,10 +131,11 @@ fn corner(triangles: &[Triangle], index: u32) -> Corner {
         1 => [b, c, a],
         _ => [c, a, b],
     };
-    let (to_next, to_last) = ((next - point).normalize_or_zero(), (last - point).normalize_or_zero());
+    let unit = |vector: Vec3| direction(vector).unwrap_or_default();
+    let (to_next, to_last) = (unit(next - point), unit(last - point));
     let angle = to_next.dot(to_last).clamp(-1.0, 1.0).acos();
     // From `a` for all corners, so that they agree to the last bit.
-    let normal = (b - a).normalize_or_zero().cross((c - a).normalize_or_zero()).normalize_or_zero();
+    let normal = unit(b - a).cross(unit(c - a)).normalize_or_zero();
     Corner { point, normal, angle }
 }
 

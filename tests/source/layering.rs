@@ -42,6 +42,7 @@ const VIEWER: Plan = Plan {
     rooms: &[
         ("text", &[]),
         ("catalog", &[]),
+        ("vectors", &["*"]),
         ("console", &["catalog"]),
         ("threads", &["*"]),
         ("provenance", &["console"]),

@@ -5,6 +5,7 @@ use glam::{Mat3, Quat, Vec2, Vec3};
 
 use crate::camera::Camera;
 use crate::scene::Scene;
+use crate::vectors::length;
 use crate::view::NamedView;
 
 /// Orbits around the target: by `yaw` around the scene's up axis, and by `pitch` around the picture's horizontal axis. The
@@ -30,7 +31,7 @@ pub fn zoom(camera: &mut Camera, factor: f32, toward: Vec3) {
         ..*camera
     };
     let distance = moved.distance();
-    if moved.eye.is_finite() && distance > 1e-7 && distance < 1e12 {
+    if moved.eye.is_finite() && distance > 0.0 && distance.is_finite() && distance > length(moved.target) * 1e-7 {
         *camera = moved;
     }
 }
@@ -95,10 +96,10 @@ pub fn look(camera: &mut Camera, up: Vec3, yaw: f32, pitch: f32) {
 
 /// Whether the centre of `bounds` is in view, and the model neither tiny nor far larger than the picture.
 pub fn still_sees(camera: &Camera, bounds: &Aabb) -> bool {
-    let radius = (bounds.extent().length() * 0.5).max(1e-9);
+    let radius = (length(bounds.extent()) * 0.5).max(f32::MIN_POSITIVE);
     let to_center = bounds.center() - camera.eye;
     let depth = to_center.dot(camera.forward());
-    let lateral = (to_center - camera.forward() * depth).length();
+    let lateral = length(to_center - camera.forward() * depth);
     let half_height = depth * (camera.fov_y * 0.5).tan();
     depth > 0.0 && lateral < half_height && radius > half_height * 0.1 && radius < half_height * 8.0
 }
