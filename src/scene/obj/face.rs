@@ -122,6 +122,11 @@ fn resolve(part: &[u8], count: usize) -> Index {
     if part.is_empty() {
         return Index::Absent;
     }
+    if let Some(index) = short_number(part).and_then(|number| number.checked_sub(1))
+        && (index as usize) < count
+    {
+        return Index::At(index);
+    }
     let Some(index) = std::str::from_utf8(part).ok().and_then(|text| text.parse::<i64>().ok()) else {
         let digits = part.strip_prefix(b"-").or_else(|| part.strip_prefix(b"+")).unwrap_or(part);
         let is_whole = !digits.is_empty() && digits.iter().all(u8::is_ascii_digit);
@@ -133,6 +138,15 @@ fn resolve(part: &[u8], count: usize) -> Index {
     };
     let found = from_start.and_then(|index| u32::try_from(index).ok()).filter(|&index| (index as usize) < count);
     found.map_or(Index::OutOfRange, Index::At)
+}
+
+/// A number of up to nine digits and nothing else, as nearly all indices are.
+fn short_number(digits: &[u8]) -> Option<u32> {
+    let add = |number: u32, &byte: &u8| {
+        let digit = byte.wrapping_sub(b'0');
+        (digit < 10).then(|| number.wrapping_mul(10).wrapping_add(u32::from(digit)))
+    };
+    if digits.len() < 10 { digits.iter().try_fold(0, add) } else { None }
 }
 
 #[cfg(test)]

@@ -1,140 +1,191 @@
 //! The text of an OBJ file on its way to the crate tobj, which ends at the first line that it does not understand and loses its
 //! number: good lines pass as they are, the others as the rules leave them.
+//!
+//! tobj takes longer for a line than the rules do, so that it reads on a thread of its own, some blocks behind.
 
+use std::borrow::Cow;
 use std::io::{BufRead, Read};
+use std::ops::Range;
 use std::path::Path;
+use std::sync::mpsc::{Receiver, channel, sync_channel};
 
-use super::super::assemble::Assembly;
 use super::super::error::{FileLocation, LoadError};
 use super::super::read::READ_PROGRESS;
-use super::materials::Materials;
+use super::SETTINGS;
 use super::mesh::MESH_PROGRESS;
 use super::rules::{Rules, Stop, Verdict};
 use super::statement::{Fault, Statements};
-use bvhscope_engine::cancel::CancelToken;
+use bvhscope_engine::cancel::{CancelToken, Cancelled};
 
 /// Bytes of the file between two cancellation checks.
 const POLL_INTERVAL_BYTES: usize = 1 << 16;
 /// Bytes of the file between two checks of the memory budget.
 const MEMORY_INTERVAL_BYTES: usize = 1 << 20;
+/// Bytes of a block, about; together, those that wait take tobj some milliseconds, which cancelling must wait for.
+const BLOCK_BYTES: usize = 1 << 16;
+/// Blocks that wait for tobj.
+const WAITING_BLOCKS: usize = 4;
+/// Bytes of unchanged text up to which it is copied behind repaired lines rather than made a block of its own.
+const COPIED_BYTES: usize = 1 << 10;
 
-/// The guarded text.
-pub(super) struct Guard<'a, 'b> {
+/// A part of the guarded text that ends with a line.
+type Block<'a> = Cow<'a, [u8]>;
+
+/// Reads the meshes of an OBJ file; `None` where the text is to be read again with a colour for each position.
+pub(super) fn read(
+    path: &Path,
+    text: &[u8],
+    rules: &mut Rules<'_, '_>,
+    token: &CancelToken,
+) -> Result<Option<Vec<tobj::Model>>, LoadError> {
+    // Libraries are read by the rules, whenever they are named.
+    let parse =
+        |blocks| tobj::load_obj_buf(&mut Guarded::new(blocks), &SETTINGS, |_| Err(tobj::LoadError::OpenFileFailed));
+    let mut guard =
+        Guard { path, text, statements: Statements::new(text), rules, copied: Vec::new(), passed: 0..0, token };
+    let (stopped, parsed) = std::thread::scope(|scope| {
+        let (sender, blocks) = sync_channel(WAITING_BLOCKS);
+        let thread = std::thread::Builder::new().name("tobj".to_owned()).spawn_scoped(scope, move || parse(blocks));
+        if let Ok(thread) = thread {
+            let stopped = guard.run(|block| sender.send(block).is_ok());
+            drop(sender);
+            (stopped, thread.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic)))
+        } else {
+            let (sender, blocks) = channel();
+            let stopped = guard.run(|block| sender.send(block).is_ok());
+            drop(sender);
+            (stopped, parse(blocks))
+        }
+    });
+    let in_line = |line: u64, fault: Fault| {
+        let column = fault.column.map(|at| (at as u64).saturating_add(1));
+        let location = column.map_or(FileLocation::Line(line), |column| FileLocation::Column(line, column));
+        LoadError::at(path, location, fault.problem, fault.advice)
+    };
+    token.check()?;
+    match (stopped, parsed) {
+        (Err(Stop::Colors), _) => Ok(None),
+        // tobj stands before the line at which the guard stopped.
+        (_, Err(error)) => Err(match first_fault(text, token)? {
+            Some((line, fault)) => in_line(line, fault),
+            None => LoadError::of_file(path, format!("cannot be read: {error}"), "export the model again"),
+        }),
+        (Err(Stop::Load(error)), _) => Err(error),
+        (Err(Stop::Fault(line, fault)), _) => Err(in_line(line, fault)),
+        (Ok(()), Ok((models, _))) => Ok(Some(models)),
+    }
+}
+
+/// Cuts the text into blocks.
+struct Guard<'a, 'r, 'm, 'b> {
     path: &'a Path,
     text: &'a [u8],
     statements: Statements<'a>,
-    pub(super) rules: Rules<'a, 'b>,
-    /// Bytes of [`Rules::made`] that were read.
-    made_at: usize,
-    /// What is left of a line that passes, behind what was made.
-    line: &'a [u8],
-    /// First line of the last statement.
-    statement_line: u64,
-    next_poll: usize,
-    next_memory_check: usize,
-    /// Set where reading failed.
-    stop: Option<Stop>,
+    rules: &'r mut Rules<'m, 'b>,
+    /// Repaired lines, with some that pass between them.
+    copied: Vec<u8>,
+    /// Lines that pass as they are, behind what was copied.
+    passed: Range<usize>,
     token: &'a CancelToken,
 }
 
-impl<'a, 'b> Guard<'a, 'b> {
-    pub(super) fn new(
-        path: &'a Path,
-        text: &'a [u8],
-        is_colored: bool,
-        materials: Materials<'b>,
-        assembly: &'a mut Assembly,
-        token: &'a CancelToken,
-    ) -> Self {
-        Self {
-            path,
-            text,
-            statements: Statements::new(text),
-            rules: Rules::new(is_colored, materials, assembly),
-            made_at: 0,
-            line: b"",
-            statement_line: 0,
-            next_poll: 0,
-            next_memory_check: MEMORY_INTERVAL_BYTES,
-            stop: None,
-            token,
-        }
-    }
-
-    /// The error for which tobj ended; `None` where the text is to be read again with colours.
-    pub(super) fn into_error(self, error: tobj::LoadError) -> Option<LoadError> {
-        let fault = match self.stop {
-            Some(Stop::Colors) => return None,
-            Some(Stop::Load(error)) => return Some(error),
-            Some(Stop::Fault(fault)) => fault,
-            // The line looked like numbers and was none.
-            None => last_fault(&self.text[self.statements.span]).unwrap_or_else(|| Fault {
-                problem: format!("cannot be read: {error}"),
-                advice: "correct the line or export the model again",
-                column: None,
-            }),
-        };
-        let line = self.statement_line;
-        let column = fault.column.map(|at| (at as u64).saturating_add(1));
-        let location = column.map_or(FileLocation::Line(line), |column| FileLocation::Column(line, column));
-        Some(LoadError::at(self.path, location, fault.problem, fault.advice))
-    }
-
-    /// Reads the next statement; returns whether there was one.
-    fn advance(&mut self) -> Result<bool, Stop> {
-        let at = self.statements.at;
-        if at >= self.next_poll {
-            self.token.check().map_err(|cancelled| Stop::Load(cancelled.into()))?;
-            let fraction = at as f32 / self.text.len().max(1) as f32;
-            self.token.set_progress(READ_PROGRESS + (MESH_PROGRESS - READ_PROGRESS) * fraction);
-            self.next_poll = at.saturating_add(POLL_INTERVAL_BYTES);
-        }
-        if at >= self.next_memory_check {
-            self.rules.check_memory(self.path)?;
-            self.next_memory_check = at.saturating_add(MEMORY_INTERVAL_BYTES);
-        }
-        self.statement_line = self.statements.line.saturating_add(1);
-        let Some(statement) = self.statements.next()? else { return Ok(false) };
-        if matches!(self.rules.read(&statement)?, Verdict::Pass) {
-            let line = &self.text[self.statements.span.clone()];
-            if line.ends_with(b"\n") {
-                self.line = line;
-            } else {
-                self.rules.made.extend_from_slice(line.trim_ascii_end());
-                self.rules.made.push(b'\n');
+impl<'a> Guard<'a, '_, '_, '_> {
+    /// Hands over all blocks to `emit`, until it returns false.
+    fn run(&mut self, mut emit: impl FnMut(Block<'a>) -> bool) -> Result<(), Stop> {
+        let (mut next_poll, mut next_memory_check) = (0, MEMORY_INTERVAL_BYTES);
+        loop {
+            let at = self.statements.at;
+            if at >= next_poll {
+                self.token.check().map_err(|cancelled| Stop::Load(cancelled.into()))?;
+                let fraction = at as f32 / self.text.len().max(1) as f32;
+                self.token.set_progress(READ_PROGRESS + (MESH_PROGRESS - READ_PROGRESS) * fraction);
+                next_poll = at.saturating_add(POLL_INTERVAL_BYTES);
             }
-        }
-        Ok(true)
-    }
-}
-
-impl BufRead for Guard<'_, '_> {
-    fn fill_buf(&mut self) -> std::io::Result<&[u8]> {
-        while self.made_at >= self.rules.made.len() && self.line.is_empty() {
-            self.rules.made.clear();
-            self.made_at = 0;
-            match self.advance() {
-                Ok(true) => {}
-                Ok(false) => break,
-                Err(stop) => {
-                    self.stop = Some(stop);
-                    return Err(std::io::Error::other("stopped"));
+            if at >= next_memory_check {
+                self.rules.check_memory(self.path)?;
+                next_memory_check = at.saturating_add(MEMORY_INTERVAL_BYTES);
+            }
+            let is_full = self.passed.len() >= BLOCK_BYTES || self.copied.len() >= BLOCK_BYTES;
+            if is_full && !self.flush(&mut emit) {
+                return Ok(());
+            }
+            let verdict = self.advance();
+            if !matches!(verdict, Ok(Some(_))) {
+                self.flush(&mut emit);
+                return verdict.map(|_| ());
+            }
+            let made = !self.rules.made.is_empty();
+            let passes = matches!(verdict, Ok(Some(Verdict::Pass)));
+            let span = self.statements.span.clone();
+            if made || passes && span.start != self.passed.end {
+                if self.passed.len() > COPIED_BYTES {
+                    if !self.flush(&mut emit) {
+                        return Ok(());
+                    }
+                } else {
+                    self.copied.extend_from_slice(&self.text[self.passed.clone()]);
+                }
+                self.copied.append(&mut self.rules.made);
+                self.passed = span.start..span.start;
+            }
+            if passes {
+                self.passed.end = span.end;
+                if !self.text[span.clone()].ends_with(b"\n") {
+                    self.copied.extend_from_slice(self.text[self.passed.clone()].trim_ascii_end());
+                    self.copied.push(b'\n');
+                    self.passed = span.end..span.end;
                 }
             }
         }
-        Ok(self.rules.made.get(self.made_at..).filter(|made| !made.is_empty()).unwrap_or(self.line))
     }
 
-    fn consume(&mut self, count: usize) {
-        if self.made_at < self.rules.made.len() {
-            self.made_at = self.made_at.saturating_add(count);
-        } else {
-            self.line = self.line.get(count..).unwrap_or_default();
-        }
+    /// Reads the next statement; `None` at the end.
+    fn advance(&mut self) -> Result<Option<Verdict>, Stop> {
+        let line = self.statements.line.saturating_add(1);
+        let in_line = |fault| Stop::Fault(line, fault);
+        let Some(statement) = self.statements.next().map_err(in_line)? else { return Ok(None) };
+        self.rules.read(&statement).map(Some)
+    }
+
+    /// Hands over what there is.
+    fn flush(&mut self, emit: &mut impl FnMut(Block<'a>) -> bool) -> bool {
+        let passed = &self.text[self.passed.clone()];
+        self.passed.start = self.passed.end;
+        (self.copied.is_empty() || emit(Cow::Owned(std::mem::take(&mut self.copied))))
+            && (passed.is_empty() || emit(Cow::Borrowed(passed)))
     }
 }
 
-impl Read for Guard<'_, '_> {
+/// The guarded text, as tobj reads it.
+struct Guarded<'a> {
+    blocks: Receiver<Block<'a>>,
+    block: Block<'a>,
+    /// Bytes of the block that were read.
+    at: usize,
+}
+
+impl<'a> Guarded<'a> {
+    fn new(blocks: Receiver<Block<'a>>) -> Self {
+        Self { blocks, block: Cow::Borrowed(b""), at: 0 }
+    }
+}
+
+impl BufRead for Guarded<'_> {
+    fn fill_buf(&mut self) -> std::io::Result<&[u8]> {
+        if self.at >= self.block.len()
+            && let Ok(block) = self.blocks.recv()
+        {
+            (self.block, self.at) = (block, 0);
+        }
+        Ok(self.block.get(self.at..).unwrap_or_default())
+    }
+
+    fn consume(&mut self, count: usize) {
+        self.at = self.at.saturating_add(count);
+    }
+}
+
+impl Read for Guarded<'_> {
     fn read(&mut self, buffer: &mut [u8]) -> std::io::Result<usize> {
         let count = self.fill_buf()?.read(buffer)?;
         self.consume(count);
@@ -142,9 +193,23 @@ impl Read for Guard<'_, '_> {
     }
 }
 
-/// The fault in a line of numbers.
-fn last_fault(line: &[u8]) -> Option<Fault> {
-    let mut statements = Statements::new(line);
-    let statement = statements.next().ok()??;
-    statement.numbers::<3>("a vertex", 0).err()
+/// The first line that looks like numbers and is none, which tobj refuses without its number.
+fn first_fault(text: &[u8], token: &CancelToken) -> Result<Option<(u64, Fault)>, Cancelled> {
+    let mut statements = Statements::new(text);
+    loop {
+        let line = statements.line.saturating_add(1);
+        if line.is_multiple_of(1 << 12) {
+            token.check()?;
+        }
+        let Ok(Some(statement)) = statements.next() else { return Ok(None) };
+        let numbers = match statement.keyword {
+            b"v" => statement.numbers::<3>("a vertex", 0).err(),
+            b"vt" => statement.numbers::<2>("a texture coordinate", 0).err(),
+            b"vn" => statement.numbers::<3>("a normal", 0).err(),
+            _ => None,
+        };
+        if let Some(fault) = numbers {
+            return Ok(Some((line, fault)));
+        }
+    }
 }

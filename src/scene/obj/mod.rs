@@ -18,8 +18,8 @@ use super::error::LoadError;
 use super::images::Images;
 use super::options::LoadOptions;
 use bvhscope_engine::cancel::CancelToken;
-use guard::Guard;
 use materials::Materials;
+use rules::Rules;
 
 /// Polygons stay whole, since tobj would make fans of concave ones; a vertex for each triple of indices.
 const SETTINGS: tobj::LoadOptions =
@@ -37,23 +37,14 @@ pub(super) fn load(
     let mut is_colored = false;
     loop {
         let materials = Materials::new(Images::new(path, options, token));
-        let mut guard = Guard::new(path, bytes, is_colored, materials, assembly, token);
-        // Libraries are read by the guard, whenever they are named.
-        let read = tobj::load_obj_buf(&mut guard, &SETTINGS, |_| Err(tobj::LoadError::OpenFileFailed));
-        match read {
-            Ok((models, _)) => {
-                token.check()?;
-                let rules = guard.rules;
-                rules.assembly.point_count = rules.counts[0] as u64;
-                rules.materials.finish(rules.assembly);
-                return mesh::add(path, models, &rules.parts, rules.assembly, token);
-            }
-            Err(error) => {
-                if let Some(error) = guard.into_error(error) {
-                    return Err(error);
-                }
-            }
+        let mut rules = Rules::new(is_colored, materials, assembly);
+        if let Some(models) = guard::read(path, bytes, &mut rules, token)? {
+            let Rules { counts, parts, materials, assembly, .. } = rules;
+            assembly.point_count = counts[0] as u64;
+            materials.finish(assembly);
+            return mesh::add(path, models, &parts, assembly, token);
         }
+        drop(rules);
         // tobj counts colours rather than the positions that have them, so once one has, all must.
         is_colored = true;
         *assembly = Assembly::new();

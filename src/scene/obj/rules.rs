@@ -79,16 +79,11 @@ pub(super) struct Parts {
 
 /// The reason why the text ends early.
 pub(super) enum Stop {
-    Fault(Fault),
+    /// A statement that cannot be read, with its line.
+    Fault(u64, Fault),
     Load(LoadError),
     /// A position has a colour and earlier ones have none: the text is to be read again with a colour for each.
     Colors,
-}
-
-impl From<Fault> for Stop {
-    fn from(fault: Fault) -> Self {
-        Self::Fault(fault)
-    }
 }
 
 /// Where a statement goes.
@@ -155,11 +150,12 @@ impl<'a, 'b> Rules<'a, 'b> {
 
     /// Reads a statement.
     pub(super) fn read(&mut self, statement: &Statement<'_>) -> Result<Verdict, Stop> {
+        let in_line = |fault| Stop::Fault(statement.line, fault);
         match statement.keyword {
             b"f" | b"fo" => return Ok(self.face(statement)),
             b"v" => return self.position(statement),
-            b"vt" => return Ok(self.texcoord(statement)?),
-            b"vn" => return Ok(self.normal(statement)?),
+            b"vt" => return self.texcoord(statement).map_err(in_line),
+            b"vn" => return self.normal(statement).map_err(in_line),
             b"o" | b"g" => self.object_open = true,
             b"usemtl" => self.materials.choose(statement, self.assembly),
             b"mtllib" => self.materials.add_libraries(statement, self.assembly),
@@ -184,12 +180,13 @@ impl<'a, 'b> Rules<'a, 'b> {
 
     /// A position: three coordinates, then nothing, a weight, or a colour with or without an alpha.
     fn position(&mut self, statement: &Statement<'_>) -> Result<Verdict, Stop> {
-        let index = self.count(0, "vertices")?;
+        let in_line = |fault| Stop::Fault(statement.line, fault);
+        let index = self.count(0, "vertices").map_err(in_line)?;
         let (count, is_short) = shape(statement.rest);
         if is_short && count == 3 && statement.is_plain && !self.is_colored {
             return Ok(Verdict::Pass);
         }
-        let (values, count) = statement.numbers::<7>("a vertex", 3)?;
+        let (values, count) = statement.numbers::<7>("a vertex", 3).map_err(in_line)?;
         let [x, y, z, mut r, mut g, mut b, alpha] = values;
         match count {
             4 if r == 1.0 => {}
