@@ -100,6 +100,7 @@ dist:
 install: dist
 	install -Dm755 target/release/bvhscope "$(INSTALLED)/bin/bvhscope"
 	install -Dm644 assets/bvhscope.desktop "$(INSTALLED)/share/applications/bvhscope.desktop"
+	install -Dm644 assets/bvhscope.mime.xml "$(INSTALLED)/share/mime/packages/bvhscope.xml"
 	install -Dm644 assets/bvhscope.metainfo.xml "$(INSTALLED)/share/metainfo/local.bvhscope.bvhscope.metainfo.xml"
 	install -Dm644 assets/icon.svg "$(INSTALLED)/share/icons/hicolor/scalable/apps/bvhscope.svg"
 	install -Dm644 assets/icon-256.png "$(INSTALLED)/share/icons/hicolor/256x256/apps/bvhscope.png"

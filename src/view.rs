@@ -3,7 +3,7 @@
 use glam::{Mat3, Vec3};
 
 use crate::camera::{Camera, Projection};
-use crate::scene::{Interior, Scene};
+use crate::scene::{FileCamera, Interior, Scene};
 
 /// Vertical field of view inside a model in radians: 60 degrees.
 const INSIDE_FOV_Y: f32 = std::f32::consts::FRAC_PI_3;
@@ -11,7 +11,8 @@ const INSIDE_FOV_Y: f32 = std::f32::consts::FRAC_PI_3;
 /// A standard view of a model.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum NamedView {
-    /// From inside where the model encloses its centre, as a room does ([`Scene::interior`]), otherwise from outside.
+    /// That of the file where it has one to start with ([`Scene::starts_at_camera`]); from inside where the model encloses its
+    /// centre, as a room does ([`Scene::interior`]); otherwise from outside.
     #[default]
     Default,
     /// The view of [`Camera::framing`]: the whole model from an oblique direction.
@@ -56,6 +57,7 @@ impl NamedView {
         let front = if up.y.abs() > 0.5 { Vec3::Z } else { Vec3::NEG_Y };
         let right = up.cross(front).normalize_or(Vec3::X);
         let [x, y, z] = match self {
+            Self::Default if scene.starts_at_camera && !scene.cameras.is_empty() => return of_file(&scene.cameras[0]),
             Self::Default => match scene.interior {
                 Some(Interior { eye, target }) => return Camera { eye, target, fov_y: INSIDE_FOV_Y, ..camera },
                 None => return camera,
@@ -79,11 +81,20 @@ impl NamedView {
     }
 }
 
+/// A camera of the scene's file.
+fn of_file(camera: &FileCamera) -> Camera {
+    let &FileCamera { eye, target, up, fov_y, orthographic, .. } = camera;
+    let projection = if orthographic { Projection::Orthographic } else { Projection::Perspective };
+    Camera { eye, target, up, fov_y, projection }
+}
+
 /// A named view with overrides for single components of the camera.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct CameraChoice {
     /// The view that supplies whatever is not overridden.
     pub view: NamedView,
+    /// The camera of the file in its place, counted from 0.
+    pub of_file: Option<usize>,
     /// Position of the observer in world units.
     pub eye: Option<Vec3>,
     /// The point at the centre of the picture.
@@ -103,17 +114,27 @@ impl From<Camera> for CameraChoice {
         let Camera { eye, target, up, fov_y, projection } = camera;
         let orthographic = projection == Projection::Orthographic;
         let view = NamedView::default();
-        Self { view, eye: Some(eye), target: Some(target), up: Some(up), fov_y: Some(fov_y), orthographic }
+        Self {
+            view,
+            of_file: None,
+            eye: Some(eye),
+            target: Some(target),
+            up: Some(up),
+            fov_y: Some(fov_y),
+            orthographic,
+        }
     }
 }
 
 impl CameraChoice {
     /// The camera for a scene.
     pub fn camera(&self, scene: &Scene) -> Camera {
-        let mut camera = self.view.camera(scene, scene.up);
+        let own = self.of_file.and_then(|index| scene.cameras.get(index));
+        let mut camera = own.map_or_else(|| self.view.camera(scene, scene.up), of_file);
         if let Some(fov_y) = self.fov_y {
             camera.fov_y = fov_y;
-            if self.view != NamedView::Default || scene.interior.is_none() {
+            let is_inside = self.view == NamedView::Default && (scene.interior.is_some() || scene.starts_at_camera);
+            if own.is_none() && !is_inside {
                 camera.frame(&scene.subject);
             }
         }

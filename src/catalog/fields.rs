@@ -67,6 +67,10 @@ const OWN: [(&str, &[Field]); 5] = [
             ("bounds_max", "Largest coordinates, those of the file"),
             ("offset", "Subtracted from the coordinates of the file: those of trees, cameras and rays are less by it"),
             ("scene_up", "The up direction of the model"),
+            (
+                "cameras",
+                "Names of the cameras of the file, which `--camera` takes by their numbers from 0; absent where it has none",
+            ),
             ("scene_bytes", "Bytes of the model in memory"),
             ("findings", "Findings of the diagnosis"),
         ],

@@ -2,6 +2,8 @@
 
 pub use crate::text::{parse_direction as direction, parse_vector as vector};
 
+use super::args::ViewArg;
+use super::named::named;
 #[cfg(feature = "gui")]
 use crate::app::SharedState;
 use crate::budget::MemoryLimit;
@@ -30,6 +32,14 @@ where
     match text.parse::<T>() {
         Ok(value) if low <= value && value <= high => Ok(value),
         _ => Err(format!("a whole number from {low} to {high} is expected")),
+    }
+}
+
+/// Parses the name of a view, or the number of a camera of the file.
+pub fn view(text: &str) -> Result<ViewArg, String> {
+    match text.parse() {
+        Ok(index) => Ok(ViewArg::OfFile(index)),
+        Err(_) => named(text).map(ViewArg::Named),
     }
 }
 

@@ -4,11 +4,13 @@ use std::io::Write;
 use std::sync::Arc;
 
 use super::progress::Progress;
+use crate::camera::Camera;
 use crate::console::note;
 use crate::export::ExportError;
 use crate::lab::LabError;
 use crate::scene::{LoadError, LoadOptions, Scene, SceneSource, load};
-use crate::text::printable;
+use crate::text::{counted, printable};
+use crate::view::CameraChoice;
 use bvhscope_engine::builders::BuildError;
 use bvhscope_engine::cancel::{CancelToken, Cancelled};
 
@@ -69,6 +71,19 @@ impl From<ExportError> for Failure {
 impl From<std::io::Error> for Failure {
     fn from(error: std::io::Error) -> Self {
         Self::Failed(format!("the results cannot be printed: {error}"))
+    }
+}
+
+/// The camera of a choice for `scene`; refuses a camera of the file that does not exist.
+pub(super) fn camera_of(choice: &CameraChoice, scene: &Scene) -> Result<Camera, Failure> {
+    match choice.of_file {
+        Some(index) if index >= scene.cameras.len() => {
+            let there_are = counted(scene.cameras.len() as u64, "cameras");
+            Err(Failure::Failed(format!(
+                "--camera {index}: the file has {there_are}, counted from 0; choose another view"
+            )))
+        }
+        _ => Ok(choice.camera(scene)),
     }
 }
 

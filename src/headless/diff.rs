@@ -100,7 +100,7 @@ pub fn run(command: &DiffCommand, context: &mut Context<'_>) -> Result<Finished,
     if let Some(path) = &command.output {
         check_target(path, &read)?;
     }
-    let view = command.trace.view(&scene, Populations::NONE);
+    let view = command.trace.view(&scene, Populations::NONE)?;
     let (trees, has_faults) = contenders(command, &scene, &context.token)?;
     let warned = has_faults || !scene.warnings.is_empty();
     let subject = Subject { model: command.source.to_string(), scene, trees: Vec::new() };

@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use serde::Serialize;
 
-use super::context::{Context, Failure, Finished, ignore_missing_reader, in_pool};
+use super::context::{Context, Failure, Finished, camera_of, ignore_missing_reader, in_pool};
 use super::picture::check_written;
 use super::progress::Progress;
 use super::tree_numbers::TreeNumbers;
@@ -75,6 +75,9 @@ struct Info {
     /// Subtracted from the coordinates of the file: those of trees, cameras and rays are less by it.
     offset: [f64; 3],
     scene_up: [f32; 3],
+    /// Names of the cameras of the file, which may be empty; `--camera` takes their numbers.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    cameras: Vec<String>,
     scene_bytes: usize,
     #[serde(flatten)]
     tree: TreeNumbers,
@@ -115,7 +118,7 @@ pub fn run(command: &InfoCommand, context: &mut Context<'_>) -> Result<Finished,
     }
     let progress = Progress::new("Building", &context.token);
     let token = &context.token;
-    let camera = command.camera.camera(&scene);
+    let camera = camera_of(&command.camera, &scene)?;
     let has_rays = command.rays != Populations::NONE;
     let (accel, findings, populations) = in_pool(|| {
         let accel = Arc::new(command.tree.accel(&scene, &command.source, &command.build, token)?);
@@ -150,6 +153,7 @@ pub fn run(command: &InfoCommand, context: &mut Context<'_>) -> Result<Finished,
         bounds_max: scene.in_file(scene.bounds.max).to_array(),
         offset: scene.offset.to_array(),
         scene_up: scene.up.to_array(),
+        cameras: scene.cameras.iter().map(|camera| camera.name.clone()).collect(),
         scene_bytes: scene.bytes(),
         tree: TreeNumbers::new(&accel, &accel.reading()),
         width_px: has_rays.then_some(VIEW_PX[0]),
@@ -236,6 +240,10 @@ fn print_text(
             .collect();
     line(out, "vertices", if attributes.is_empty() { "positions only".to_owned() } else { attributes.join(", ") })?;
     line(out, "bounds", format!("{} to {}", vector(info.bounds_min), vector(info.bounds_max)))?;
+    if !info.cameras.is_empty() {
+        let named = |(index, name): (usize, &String)| format!("{index} {name}").trim_end().to_owned();
+        line(out, "cameras", info.cameras.iter().enumerate().map(named).collect::<Vec<_>>().join(", "))?;
+    }
     if info.offset != [0.0; 3] {
         line(out, "offset", format!("{}, subtracted from all coordinates", vector(info.offset)))?;
     }

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use super::context::{Context, Failure, Finished, ignore_missing_reader, in_pool};
+use super::context::{Context, Failure, Finished, camera_of, ignore_missing_reader, in_pool};
 use super::progress::Progress;
 use super::tree_origin::note_faults;
 use crate::accel::Accel;
@@ -49,9 +49,10 @@ pub struct TraceChoice {
 
 impl TraceChoice {
     /// The same for `scene`, with the rays of which `populations` are measured too.
-    pub(super) fn view(&self, scene: &Scene, populations: Populations) -> TraceView {
+    pub(super) fn view(&self, scene: &Scene, populations: Populations) -> Result<TraceView, Failure> {
         let Self { size, traversal, simd, repeat, .. } = *self;
-        TraceView { camera: self.camera.camera(scene), size, traversal, simd, repeat, populations }
+        let camera = camera_of(&self.camera, scene)?;
+        Ok(TraceView { camera, size, traversal, simd, repeat, populations })
     }
 }
 
@@ -199,7 +200,7 @@ impl Run<'_> {
         // Again, as only now it is known what else was read: buffers, textures, material libraries.
         self.read.add_read(&scene.files_read);
         check_outputs(&command.output, &self.read).map_err(ModelFailure::Of)?;
-        let view = command.trace.view(&scene, command.populations);
+        let view = command.trace.view(&scene, command.populations).map_err(ModelFailure::Of)?;
         let trees = self.read_trees(&scene, source, context)?;
         let subject = Subject { model: source.to_string(), scene, trees };
         let token = context.token.clone();

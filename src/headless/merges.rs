@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 #[cfg(feature = "gui")]
 use super::cluster_artist::{Artist, KEYS};
-use super::context::{Context, Failure, Finished, in_pool};
+use super::context::{Context, Failure, Finished, camera_of, in_pool};
 use super::legend;
 use super::picture::{check_written, note_written, write_png};
 use super::progress::Progress;
@@ -91,7 +91,7 @@ pub fn run(command: &MergesCommand, context: &mut Context<'_>) -> Result<Finishe
             note(format_args!("bvhscope: {remark}"));
         }
         progress.set_label("Tracing");
-        let request = RenderRequest::new(&accel, command.camera.camera(&scene), command.settings, command.size);
+        let request = RenderRequest::new(&accel, camera_of(&command.camera, &scene)?, command.settings, command.size);
         let frame = crate::render::render(&request, token, &|_| ())?;
         progress.set_label("Drawing frames");
         write_film(command, &read, &accel, &merges, &frame, token)

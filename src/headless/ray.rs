@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use serde::Serialize;
 
-use super::context::{Context, Failure, Finished, ignore_missing_reader, in_pool};
+use super::context::{Context, Failure, Finished, camera_of, ignore_missing_reader, in_pool};
 use super::progress::Progress;
 use super::tree_numbers::TreeNumbers;
 use super::tree_origin::{TreeOrigin, note_faults};
@@ -57,7 +57,7 @@ pub fn run(command: &RayCommand, context: &mut Context<'_>) -> Result<Finished, 
         start: command.start,
         kind: command.kind,
         method: command.method,
-        camera: command.camera.camera(&scene),
+        camera: camera_of(&command.camera, &scene)?,
         size_px: command.size,
         settings: RenderSettings {
             section: command.section.map(|choice| choice.plane(&scene.bounds)),

@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use serde::Serialize;
 
-use super::context::{Context, Failure, Finished, ignore_missing_reader, in_pool};
+use super::context::{Context, Failure, Finished, camera_of, ignore_missing_reader, in_pool};
 use super::exr::write_distances;
 use super::picture::{Picture, PictureChoice, check_written, note_written};
 use super::progress::Progress;
@@ -134,7 +134,7 @@ fn trace(
     let request = RenderRequest {
         count_tests: command.json,
         hidden: visibility.map(|visibility| Arc::clone(&visibility.triangles)),
-        ..RenderRequest::new(&accel, command.camera.camera(scene), settings, command.size)
+        ..RenderRequest::new(&accel, camera_of(&command.camera, scene)?, settings, command.size)
     };
     let (frame, radiance) = if command.writes("exr") {
         crate::render::render_radiance(&request, token)?

@@ -9,6 +9,7 @@ use fearless_simd::Level;
 use crate::accel::Accel;
 use crate::camera::CameraFrame;
 use crate::scene::{Material, Scene};
+use crate::vectors::length;
 use crate::visibility::TriangleSet;
 use bvhscope_engine::geometry::{Hit, Ray};
 use bvhscope_engine::tree::traverse::{IndexedTriangles, NoProbe, Probe, Traversal, any_hit, closest_hit};
@@ -22,6 +23,9 @@ use super::surface::{self, Normals, Orientation};
 
 /// Maximum number of alpha cut-outs that a ray passes through before the next counts as solid.
 const MAX_HOLES: u32 = 32;
+/// Part of the rays that pass through clear thin glass; the others show its surface with its reflections, as panes reflect some 8 %
+/// of the light that falls on them straight and more at an angle.
+const THROUGH_GLASS: f32 = 0.88;
 
 /// The tree that uncounted rays are traced through. Both give the same hits.
 enum Tracer<'a> {
@@ -75,7 +79,7 @@ impl<'a, C: Container> TraceContext<'a, C> {
             has_holes: scene.materials.iter().any(has_holes),
             hidden: request.hidden.as_deref().filter(|hidden| !hidden.is_empty()),
             section: request.settings.section.map(|plane| Section::new(plane, scene)),
-            diagonal: scene.bounds.extent().length(),
+            diagonal: length(scene.bounds.extent()),
         }
     }
 
@@ -160,7 +164,8 @@ impl<'a, C: Container> TraceContext<'a, C> {
             return Some(holes);
         }
         let material = self.scene.material(hit.primitive_index);
-        let is_hole = has_holes(material) && surface::alpha(self.scene, material, hit) < material.alpha_cutoff;
+        let is_cut_out = || surface::alpha(self.scene, material, hit) < material.alpha_cutoff;
+        let is_hole = has_holes(material) && (is_cut_out() || chance(hit) < material.transmission * THROUGH_GLASS);
         (is_hole && holes < MAX_HOLES).then_some(holes + 1)
     }
 
@@ -268,5 +273,17 @@ impl Probe for Entered<'_> {
 }
 
 fn has_holes(material: &Material) -> bool {
-    material.alpha_cutoff > 0.0
+    material.alpha_cutoff > 0.0 || material.transmission > 0.0
+}
+
+/// A number from 0 to 1 that is another one for each hit, and the same for the same hit.
+fn chance(hit: &Hit) -> f32 {
+    // Mixed by the finaliser of MurmurHash3 (public domain).
+    let mut hash = hit.primitive_index;
+    for bits in [hit.u.to_bits(), hit.v.to_bits()] {
+        hash = (hash.rotate_left(13) ^ bits).wrapping_mul(0x85eb_ca6b);
+        hash = (hash ^ hash >> 13).wrapping_mul(0xc2b2_ae35);
+        hash ^= hash >> 16;
+    }
+    (hash >> 8) as f32 / (1_u32 << 24) as f32
 }

@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use glam::{DVec3, Vec2, Vec3};
 
 use super::error::{FileLocation, LoadError, Warnings};
+use super::file_camera::Lens;
 use super::material::{Material, Texture};
 use super::model::{Attributes, Scene};
 use super::smooth::SmoothNormals;
@@ -78,6 +79,10 @@ pub(super) struct Assembly {
     pub(super) offset: DVec3,
     /// Number of meshes, objects or solids so far.
     pub(super) mesh_count: usize,
+    /// The cameras of the file.
+    pub(super) lenses: Vec<Lens>,
+    /// The view that one starts with is that of the first camera.
+    pub(super) starts_at_camera: bool,
     /// Whether the file holds a tree of its triangles.
     pub(super) has_tree: bool,
     /// Every file that was opened so far, the model first.
@@ -116,6 +121,8 @@ impl Assembly {
             textures: Vec::new(),
             offset: DVec3::ZERO,
             mesh_count: 0,
+            lenses: Vec::new(),
+            starts_at_camera: false,
             has_tree: false,
             files_read: Vec::new(),
             warnings: Warnings::default(),
@@ -253,6 +260,8 @@ impl Assembly {
         if self.materials.is_empty() {
             self.materials.push(Material::clay());
         }
+        let offset = self.offset;
+        let cameras = self.lenses.into_iter().filter_map(|lens| lens.placed(&bounds, offset)).collect();
         Ok(Scene {
             source: source.clone(),
             triangles: self.triangles,
@@ -260,6 +269,8 @@ impl Assembly {
             offset: self.offset,
             subject: bounds,
             up,
+            cameras,
+            starts_at_camera: self.starts_at_camera,
             interior: None,
             attributes,
             material_indices: self.material_indices,

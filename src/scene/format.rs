@@ -13,6 +13,8 @@ pub enum FileFormat {
     Ply,
     /// Stereolithography, text or binary.
     Stl,
+    /// PBRT scene, of version 4 or 3.
+    Pbrt,
     /// A tree file with its triangles.
     Bvh,
 }
@@ -29,11 +31,12 @@ pub struct FormatInfo {
 }
 
 /// Every model file format, in the order in which help texts name them.
-pub const FILE_FORMATS: [FormatInfo; 5] = [
+pub const FILE_FORMATS: [FormatInfo; 6] = [
     FormatInfo { format: FileFormat::Obj, names: &["OBJ"], extensions: &["obj"] },
     FormatInfo { format: FileFormat::Gltf, names: &["glTF", "GLB"], extensions: &["gltf", "glb"] },
     FormatInfo { format: FileFormat::Ply, names: &["PLY"], extensions: &["ply"] },
     FormatInfo { format: FileFormat::Stl, names: &["STL"], extensions: &["stl"] },
+    FormatInfo { format: FileFormat::Pbrt, names: &["PBRT"], extensions: &["pbrt"] },
     FormatInfo { format: FileFormat::Bvh, names: &["BVH"], extensions: &["bvh"] },
 ];
 
@@ -62,7 +65,7 @@ pub fn model_extensions() -> Vec<&'static str> {
     FILE_FORMATS.iter().flat_map(|row| row.extensions).copied().chain([PACKED]).collect()
 }
 
-/// The names of all formats as a phrase: "OBJ, glTF, GLB, PLY, STL or BVH" where `last` is "or".
+/// The names of all formats as a phrase: "OBJ, glTF, GLB, PLY, STL, PBRT or BVH" where `last` is "or".
 pub fn format_names(last: &str) -> String {
     let names: Vec<&str> = FILE_FORMATS.iter().flat_map(|row| row.names).copied().collect();
     match names.split_last() {
@@ -95,12 +98,13 @@ mod tests {
         ] {
             assert_eq!(FileFormat::from_extension(Path::new(name)), format, "{name}");
         }
-        assert_eq!(format_names("or"), "OBJ, glTF, GLB, PLY, STL or BVH");
+        assert_eq!(format_names("or"), "OBJ, glTF, GLB, PLY, STL, PBRT or BVH");
     }
 
     #[test]
     fn every_format_has_one_row() {
-        for format in [FileFormat::Obj, FileFormat::Gltf, FileFormat::Ply, FileFormat::Stl, FileFormat::Bvh] {
+        use FileFormat::{Bvh, Gltf, Obj, Pbrt, Ply, Stl};
+        for format in [Obj, Gltf, Ply, Stl, Pbrt, Bvh] {
             assert_eq!(FILE_FORMATS.iter().filter(|row| row.format == format).count(), 1, "{format:?}");
         }
     }

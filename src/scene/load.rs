@@ -14,7 +14,7 @@ use super::options::LoadOptions;
 use super::read::read_model;
 use super::recognise::{recognise, unlike_obj};
 use super::source::SceneSource;
-use super::{builtin, gltf, interior, obj, ply, stl, subject, tree_file};
+use super::{builtin, gltf, interior, obj, pbrt, ply, stl, subject, tree_file};
 use bvhscope_engine::cancel::CancelToken;
 
 /// Loads a scene from a file or makes a built-in one. `token` cancels it and receives the progress.
@@ -84,6 +84,7 @@ fn read_bytes(
         FileFormat::Ply => ply::load(path, bytes, &mut assembly, token).map(|()| Vec3::Y),
         // Most STL files come from CAD programs, where z is up.
         FileFormat::Stl => stl::load(path, bytes, &mut assembly, token).map(|()| Vec3::Z),
+        FileFormat::Pbrt => pbrt::load(path, bytes, options, &mut assembly, token),
         FileFormat::Bvh => tree_file::load(path, bytes, &mut assembly, token).map(|()| Vec3::Y),
     };
     // An OBJ file is known by its name only, and its reader passes over what it does not know.

@@ -41,6 +41,8 @@ pub struct Material {
     pub emissive_texture: Option<u32>,
     /// Opacity below which the surface is cut out; 0 for none.
     pub alpha_cutoff: f32,
+    /// Part of the light that passes through the surface, as through thin glass, 0 to 1.
+    pub transmission: f32,
     /// Shows the base colour unlit.
     pub unlit: bool,
 }
@@ -83,6 +85,7 @@ impl Material {
             emissive: Vec3::ZERO,
             emissive_texture: None,
             alpha_cutoff: 0.0,
+            transmission: 0.0,
             unlit: false,
         }
     }

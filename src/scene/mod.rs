@@ -14,6 +14,8 @@ mod source;
 
 mod model;
 
+mod file_camera;
+
 mod format;
 
 mod gzip;
@@ -57,12 +59,15 @@ mod ply;
 
 mod stl;
 
+mod pbrt;
+
 mod tree_file;
 
 #[allow(clippy::arithmetic_side_effects, reason = "reads no file; sizes are clamped to the limits in BUILTIN_SCENES")]
 mod builtin;
 
 pub use error::{FileLocation, LoadError, Warning, Warnings};
+pub use file_camera::FileCamera;
 pub use format::{FILE_FORMATS, FileFormat, FormatInfo, format_names, model_extensions};
 pub use interior::Interior;
 pub use load::{load, load_bytes};

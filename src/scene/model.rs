@@ -7,6 +7,7 @@ use std::sync::Arc;
 use glam::{DVec3, Vec2, Vec3};
 
 use super::error::{FileLocation, Warnings};
+use super::file_camera::FileCamera;
 use super::interior::Interior;
 use super::material::{Material, Texture};
 use super::smooth::{CornerNormals, NoNormals, SmoothNormals};
@@ -30,6 +31,10 @@ pub struct Scene {
     pub subject: Aabb,
     /// Up direction of the scene; a unit axis.
     pub up: Vec3,
+    /// The cameras of the file.
+    pub cameras: Vec<FileCamera>,
+    /// The view that one starts with is that of the first camera, if there is one.
+    pub starts_at_camera: bool,
     /// Where to stand inside a model that encloses the centre of `bounds`, as a room does; `None` for every other model.
     pub interior: Option<Interior>,
     /// Vertex attributes; `None` if the file has neither normals, texture coordinates nor colours.
@@ -80,6 +85,8 @@ impl Scene {
             offset: DVec3::ZERO,
             subject: bounds,
             up: Vec3::Y,
+            cameras: Vec::new(),
+            starts_at_camera: false,
             interior: None,
             attributes: None,
             material_indices: Vec::new(),

@@ -116,7 +116,11 @@ fn loading_stops_at_every_poll() {
         roots.join(","),
         nodes.join(",")
     );
-    for (name, text) in [("a.obj", obj), ("a.ply", ply), ("a.stl", stl), ("a.gltf", gltf)] {
+    let mut pbrt = String::from("WorldBegin ObjectBegin \"a\" Shape \"sphere\" ObjectEnd\n");
+    for k in 0..400 {
+        pbrt += &format!("Translate {k} 0 0 ObjectInstance \"a\" Shape \"disk\"\n");
+    }
+    for (name, text) in [("a.pbrt", pbrt), ("a.obj", obj), ("a.ply", ply), ("a.stl", stl), ("a.gltf", gltf)] {
         let path = folder.path().join(name);
         std::fs::write(&path, text).unwrap();
         let source = SceneSource::File(path);

@@ -356,7 +356,11 @@ fn files(count: u32) -> Vec<(&'static str, Vec<u8>)> {
     let mut binary_stl = vec![0; 80];
     binary_stl.extend(count.to_le_bytes());
     let mut buffer = Vec::new();
+    let mut pbrt = String::from("WorldBegin\nShape \"trianglemesh\" \"point3 P\" [\n");
+    let mut indices = String::new();
     for k in 0..count {
+        pbrt += &format!("{}\n", vertex(k));
+        indices += &format!("{k} {} {}\n", (k + 1) % count, (k + 2) % count);
         obj += &format!("v {}\n", vertex(k));
         ply += &format!("{}\n", vertex(k));
         let corner = [k as f32, ((k % 1_000).pow(2) % 97) as f32, 0.0].map(f32::to_le_bytes);
@@ -379,6 +383,7 @@ fn files(count: u32) -> Vec<(&'static str, Vec<u8>)> {
         binary_ply.extend([a, b, c].map(u32::to_le_bytes).as_flattened());
         buffer.extend([a, b, c].map(u32::to_le_bytes).as_flattened());
     }
+    pbrt += &format!("] \"integer indices\" [\n{indices}]\n");
     let json = format!(
         "{{\"asset\":{{\"version\":\"2.0\"}},\"nodes\":[{{\"mesh\":0}}],\"buffers\":[{{\"byteLength\":{}}}],\
          \"bufferViews\":[{{\"buffer\":0,\"byteOffset\":0,\"byteLength\":{half}}},\
@@ -404,6 +409,7 @@ fn files(count: u32) -> Vec<(&'static str, Vec<u8>)> {
         ("binary.ply", binary_ply),
         ("text.stl", stl.into_bytes()),
         ("binary.stl", binary_stl),
+        ("text.pbrt", pbrt.into_bytes()),
         ("binary.glb", glb),
     ]
 }

@@ -71,6 +71,11 @@ pub fn stl(bytes: &[u8]) {
     load("a.stl", bytes);
 }
 
+/// A PBRT scene.
+pub fn pbrt(bytes: &[u8]) {
+    load("a.pbrt", bytes);
+}
+
 /// A tree file: as a model, and as a tree of unknown triangles, which then is written and read again.
 pub fn tree_file(bytes: &[u8]) {
     load("a.bvh", bytes);

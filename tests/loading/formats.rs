@@ -290,5 +290,5 @@ fn formats_are_recognised_by_content() {
         }
     }
     let message = load_bytes("a.txt", b"hello").unwrap_err().to_string();
-    assert!(message.contains("neither OBJ, glTF, GLB, PLY, STL nor BVH"), "{message}");
+    assert!(message.contains("neither OBJ, glTF, GLB, PLY, STL, PBRT nor BVH"), "{message}");
 }

@@ -211,3 +211,35 @@ fn webp_textures_are_read() {
         "{warnings:?}"
     );
 }
+
+#[test]
+fn cameras_stand_where_their_nodes_are() {
+    let mut document = triangle();
+    document["cameras"] = json!([
+        {"type": "perspective", "name": "door", "perspective": {"yfov": 0.75, "znear": 0.1, "aspectRatio": 1.5}},
+        {"type": "orthographic", "orthographic": {"xmag": 3.0, "ymag": 2.0, "znear": 0.0, "zfar": 9.0}}
+    ]);
+    document["nodes"] = json!([
+        {"mesh": 0, "children": [1]},
+        {"camera": 0, "translation": [0.0, 0.5, 4.0]},
+        // Turned by 90° around y: -z becomes -x.
+        {"camera": 1, "translation": [8.0, 0.0, 0.0], "rotation": [0.0, 0.5_f32.sqrt(), 0.0, 0.5_f32.sqrt()]},
+        {"camera": 0}
+    ]);
+    document["scenes"][0]["nodes"] = json!([0, 2]);
+    let scene = load(&document).unwrap();
+    assert!(scene.warnings.is_empty() && scene.cameras.len() == 2, "{:?} {:?}", scene.cameras, scene.warnings);
+    let [door, side] = [&scene.cameras[0], &scene.cameras[1]];
+    let toward = |camera: &bvhscope::scene::FileCamera| (camera.target - camera.eye).normalize();
+    assert_eq!(
+        (door.name.as_str(), door.eye, door.fov_y, door.orthographic),
+        ("door", Vec3::new(0.0, 0.5, 4.0), 0.75, false)
+    );
+    assert!((toward(door) - Vec3::NEG_Z).length() < 1e-6 && (toward(side) - Vec3::NEG_X).length() < 1e-6);
+    let half = (side.target - side.eye).length() * (side.fov_y * 0.5).tan();
+    assert!(side.orthographic && (half - 2.0).abs() < 1e-5 && (side.up - Vec3::Y).length() < 1e-6, "{side:?}");
+    let choice = bvhscope::view::CameraChoice { of_file: Some(0), ..Default::default() };
+    assert_eq!(choice.camera(&scene).eye, door.eye);
+    // Without one, the view is as it was.
+    assert_ne!(bvhscope::view::CameraChoice::default().camera(&scene).eye, door.eye);
+}

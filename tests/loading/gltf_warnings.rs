@@ -139,7 +139,22 @@ fn each_kind_is_counted_with_its_first_place() {
             "materials[0].emissiveTexture.index: textures[0] does not exist, there are 0",
         ),
         (changed("/animations", json!([{}, {}, {}])), 3, "animations not played", "animations[0]"),
-        (changed("/cameras", json!([{}])), 1, "cameras not used", "cameras[0]"),
+        (changed("/cameras", json!([{}])), 1, "cameras without a view or a place in the scene left out", "cameras[0]"),
+        (
+            changed(
+                "/materials",
+                json!([{"extensions": {"KHR_materials_transmission": {"transmissionTexture": {"index": 0}}}}]),
+            ),
+            1,
+            "materials shown as glass everywhere instead of by their texture",
+            "materials[0].extensions.KHR_materials_transmission.transmissionTexture",
+        ),
+        (
+            changed("/nodes/0/camera", json!(3)),
+            1,
+            "nodes with a camera that does not exist",
+            "nodes[0].camera: cameras[3]",
+        ),
         (
             changed("/extensions", json!({"KHR_lights_punctual": {"lights": [{}, {}]}})),
             2,

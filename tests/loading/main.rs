@@ -29,6 +29,7 @@ mod messages;
 mod mutations;
 mod obj;
 mod packed;
+mod pbrt;
 mod ply_values;
 mod polygons;
 mod recognition;

@@ -298,6 +298,22 @@ fn damaged_stl_files() {
     attack(&[bytes(open), colored], 1500, entry_points::stl);
 }
 
+#[test]
+fn damaged_pbrt_files() {
+    let scene = "# a\nScale -1 1 1\nLookAt 0 0 5 0 0 0 0 1 0\nCamera \"perspective\" \"float fov\" [60]\n\
+                 Film \"rgb\" \"integer xresolution\" 20\nWorldBegin\nMaterial \"conductor\" \"float roughness\" 0.1\n\
+                 Shape \"trianglemesh\" \"point3 P\" [0 0 0 1 0 0 0 1 0] \"integer indices\" [0 1 2] \"normal N\" [0 0 1 0 0 1 0 0 1]\n\
+                 AttributeBegin\nRotate 30 0 0 1\nShape \"sphere\" \"float radius\" 2 \"float phimax\" [90]\nAttributeEnd\n";
+    let objects = "ObjectBegin \"a\"\nConcatTransform [1 0 0 0 0 1 0 0 0 0 1 0 0 0 0 1]\nShape \"disk\"\nObjectEnd\n\
+                   ObjectInstance \"a\" CoordinateSystem \"b\" CoordSysTransform \"b\" ReverseOrientation\n\
+                   Texture \"t\" \"spectrum\" \"imagemap\" \"string filename\" \"a.png\"\n\
+                   MakeNamedMaterial \"m\" \"string type\" [\"diffuse\"] \"texture reflectance\" \"t\"\nNamedMaterial \"m\"\n\
+                   AreaLightSource \"diffuse\" \"rgb L\" [1 2 3]\nInclude \"a.pbrt\"\nImport \"b.pbrt\"\nTransformBegin\n\
+                   Shape \"bilinearmesh\" \"point3 P\" [0 0 0 1 0 0 0 1 0 1 1 1] \"bool x\" true\nTransformEnd\n\
+                   Shape \"plymesh\" \"string filename\" \"a.ply\"\nShape \"loopsubdiv\" \"integer levels\" 3\nLightSource \"point\"\n";
+    attack(&[bytes(scene), bytes(objects)], 2500, entry_points::pbrt);
+}
+
 /// Two tree files with their triangles: a binary tree of boxes and the wide tree of spheres.
 fn tree_file_seeds() -> [Vec<u8>; 2] {
     let token = CancelToken::new();

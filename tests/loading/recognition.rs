@@ -156,7 +156,7 @@ fn what_is_not_known_is_described() {
         ("a.obj", &[0; 3000], "holds nothing but zero bytes"),
         ("a.ply", &[0; 70], "holds nothing but zero bytes"),
         ("a.obj", b" \n\t\n", "holds nothing but white space"),
-        ("a", &[b'x'; 100_000], "xxx…', neither OBJ, glTF, GLB, PLY, STL nor BVH"),
+        ("a", &[b'x'; 100_000], "xxx…', neither OBJ, glTF, GLB, PLY, STL, PBRT nor BVH"),
     ] {
         let message = refusal(name, bytes);
         assert!(message.contains(part) && message.len() < 300, "{name}: {message}");

@@ -435,3 +435,26 @@ fn ply_surfaces_have_their_vertex_colors() {
         shown(lit(zip(interpolate(corners, x, y), base, |color, base| color * base)))
     })]);
 }
+
+#[test]
+fn what_is_behind_glass_is_seen_through_it() {
+    let pane = |factor: f32, behind: [f32; 2]| {
+        let mut wall = Wall::new();
+        let unlit = |color: [f32; 4], transmission: f32| {
+            json!({"pbrMetallicRoughness": {"baseColorFactor": color}, "extensions": {
+                "KHR_materials_unlit": {}, "KHR_materials_transmission": {"transmissionFactor": transmission}
+            }})
+        };
+        wall.panel([0.0, 0.0], false, unlit([1.0, 0.0, 0.0, 1.0], factor));
+        wall.panel(behind, false, unlit([0.0, 0.0, 1.0, 1.0], 0.0));
+        let frame = picture(wall.load(), 1);
+        frame.rgba.iter().filter(|color| color[2] == 255).count()
+    };
+    let all = (PIXELS * PIXELS) as usize;
+    assert_eq!(pane(0.0, [0.0, -1.0]), 0);
+    // Most rays pass, as many as chance has it.
+    let passed = pane(1.0, [0.0, -1.0]);
+    assert!((all * 3 / 5..=all).contains(&passed), "{passed} of {all}");
+    let half = pane(0.5, [0.0, -1.0]);
+    assert!((all / 8..passed).contains(&half), "{half} of {all}");
+}

@@ -17,7 +17,7 @@ fn sources(file: &str) -> impl Iterator<Item = String> {
 fn the_readers_calculate_without_overflow() {
     let scene = Path::new(env!("CARGO_MANIFEST_DIR")).join("src/scene");
     let (mut on, mut off) = (Vec::new(), Vec::new());
-    for entry in ["", "obj", "gltf", "ply", "stl", "recognise", "builtin"]
+    for entry in ["", "obj", "gltf", "ply", "stl", "pbrt", "recognise", "builtin"]
         .iter()
         .flat_map(|folder| std::fs::read_dir(scene.join(folder)).unwrap())
     {

@@ -11,13 +11,22 @@ use crate::view::NamedView;
 use bvhscope_engine::kernel::SimdLevel;
 use bvhscope_engine::tree::traverse::Traversal;
 
+/// What `--camera` names.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum ViewArg {
+    Named(NamedView),
+    /// A camera of the file, counted from 0.
+    OfFile(usize),
+}
+
 #[derive(Debug, Args)]
 #[command(next_help_heading = "Camera")]
 pub struct CameraArgs {
-    #[arg(long, value_name = "NAME", value_parser = named::<NamedView>,
-          help = help::<NamedView>("A view of the model: ", " (default: from inside where it encloses its centre, otherwise \
-                                    outside; measurements start outside)"))]
-    pub camera: Option<NamedView>,
+    #[arg(long, value_name = "NAME", value_parser = values::view,
+          help = help::<NamedView>("A view of the model: ", ", or the number of a camera of the file, from 0 (default: that of a \
+                                    PBRT scene; from inside where the model encloses its centre; otherwise outside; measurements \
+                                    start outside)"))]
+    pub camera: Option<ViewArg>,
     /// Position of the observer
     #[arg(long, value_name = "X,Y,Z", value_parser = values::vector, allow_hyphen_values = true)]
     pub eye: Option<Vec3>,

@@ -1,7 +1,7 @@
 //! Parts of several commands: threads, loading, passes, camera, picture and overlay.
 
 use crate::catalog::settings::Given;
-use crate::cli::args::{CameraArgs, LoadArgs, OverlayArgs, PictureArgs};
+use crate::cli::args::{CameraArgs, LoadArgs, OverlayArgs, PictureArgs, ViewArg};
 use crate::overlay::OverlaySettings;
 use crate::render::RenderSettings;
 use crate::scene::LoadOptions;
@@ -32,8 +32,14 @@ pub fn invalid_passes(given: &Given, containers: &[ContainerKind]) -> Option<Str
 
 /// The camera; `view` where none is named.
 pub fn camera(args: &CameraArgs, view: NamedView) -> CameraChoice {
+    let (view, of_file) = match args.camera {
+        Some(ViewArg::Named(view)) => (view, None),
+        Some(ViewArg::OfFile(index)) => (view, Some(index)),
+        None => (view, None),
+    };
     CameraChoice {
-        view: args.camera.unwrap_or(view),
+        view,
+        of_file,
         eye: args.eye,
         target: args.target,
         up: args.up,

@@ -111,6 +111,12 @@ pub(super) fn warn(document: &gltf::Document, warnings: &mut Warnings, token: &C
     for (index, material) in document.materials().enumerate() {
         token.check()?;
         let place = |field: &str| FileLocation::Json(format!("materials[{index}].{field}"));
+        let transmission = material.extension_value(extension::TRANSMISSION);
+        if transmission.is_some_and(|value| value.get("transmissionTexture").is_some()) {
+            warnings.add("materials shown as glass everywhere instead of by their texture", || {
+                place("extensions.KHR_materials_transmission.transmissionTexture")
+            });
+        }
         if material.alpha_mode() == AlphaMode::Blend {
             warnings.add("materials with transparency shown opaque", || place("alphaMode"));
         }

@@ -13,6 +13,7 @@ use serde::de::DeserializeOwned;
 use serde_json::{Map, Value};
 
 use super::announced::{check_extensions, check_version};
+use super::cameras::{self, Camera};
 use super::glb;
 use super::meshopt::{self, MeshoptError};
 use super::repair::repair;
@@ -59,6 +60,8 @@ pub(super) struct Document<'a> {
     pub(super) gltf: gltf::Document,
     /// Transform of each node into the space of its parent; the crate rounds it to single precision.
     pub(super) local_transforms: Vec<DMat4>,
+    /// The cameras, which the crate would not accept without all their fields.
+    pub(super) cameras: Vec<Camera>,
     buffers: Vec<Bytes<'a>>,
     /// Data of buffer views compressed by meshopt.
     unpacked: HashMap<usize, Result<Vec<u8>, String>>,
@@ -81,17 +84,16 @@ impl<'a> Document<'a> {
             check_version(path, fields, warnings).and_then(|()| check_extensions(path, fields))
         };
         repair(path, &mut fields, check, warnings, token)?;
-        for (list, what) in [("animations", "animations not played"), ("cameras", "cameras not used")] {
-            let count = fields.remove(list).and_then(|entries| Some(entries.as_array()?.len())).unwrap_or(0);
-            warnings.add_many(count as u64, what, || FileLocation::Json(format!("{list}[0]")));
-        }
+        let count = fields.remove("animations").and_then(|entries| Some(entries.as_array()?.len())).unwrap_or(0);
+        warnings.add_many(count as u64, "animations not played", || FileLocation::Json("animations[0]".to_owned()));
+        let cameras = cameras::take(&mut fields);
         let nodes = fields.get("nodes").and_then(Value::as_array);
         let local_transforms = nodes.into_iter().flatten().map(local_transform).collect();
         let root = root(path, fields, token)?;
         let gltf = gltf::Document::from_json_without_validation(root);
         let buffers = read_buffers(&gltf, binary, images, warnings, token)?;
         let (unpacked, decoded) = (HashMap::new(), Decoded::new());
-        let mut document = Self { gltf, local_transforms, buffers, unpacked, decoded };
+        let mut document = Self { gltf, local_transforms, cameras, buffers, unpacked, decoded };
         document.unpack(token)?;
         Ok(document)
     }

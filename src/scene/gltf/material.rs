@@ -107,6 +107,7 @@ impl Reader<'_, '_> {
             AlphaMode::Mask => json.alpha_cutoff().unwrap_or(0.5),
             AlphaMode::Opaque | AlphaMode::Blend => 0.0,
         };
+        let transmission = json.extension_value(extension::TRANSMISSION);
         let material = Material {
             name: json.name().unwrap_or_default().to_owned(),
             base_color: finite([r, g, b]).unwrap_or(Vec3::ONE).max(Vec3::ZERO),
@@ -125,6 +126,9 @@ impl Reader<'_, '_> {
             emissive: emissive.unwrap_or(Vec3::ZERO) * strength,
             emissive_texture,
             alpha_cutoff,
+            transmission: transmission
+                .and_then(|value| value.get("transmissionFactor")?.as_f64())
+                .map_or(0.0, |factor| fraction(factor as f32)),
             unlit: json.unlit(),
         };
         let set = |slot: usize| uv_sets.get(slot).copied();

@@ -87,6 +87,7 @@ pub(super) mod extension {
     pub(in super::super) const LIGHTS: &str = "KHR_lights_punctual";
     pub(in super::super) const MESHOPT: [&str; 2] = ["EXT_meshopt_compression", "KHR_meshopt_compression"];
     pub(in super::super) const SPECULAR_GLOSSINESS: &str = "KHR_materials_pbrSpecularGlossiness";
+    pub(in super::super) const TRANSMISSION: &str = "KHR_materials_transmission";
     pub(in super::super) const TRANSFORM: &str = "KHR_texture_transform";
     pub(in super::super) const WEBP: &str = "EXT_texture_webp";
     /// Ours: the mark of a primitive that was replaced by an empty one and counted.
@@ -113,7 +114,7 @@ pub(super) static DOCUMENT: [Row; 17] = [
     ("textures", List(&TEXTURE)),
     ("images", List(&IMAGE)),
     ("samplers", List(&SAMPLER)),
-    ("cameras", List(&Present)),
+    ("cameras", List(&CAMERA)),
     ("animations", List(&Present)),
     ("extensions", Extensions(&[(extension::LIGHTS, Object(&[("lights", List(&Present))]))])),
 ];
@@ -127,12 +128,19 @@ static SCENE: Rule = Object(&[("nodes", Needed(&List(&CHILD))), ("extensions", E
 static NODE: Rule = Object(&[
     ("children", List(&CHILD)),
     ("mesh", to("meshes", Field, "nodes of a mesh that does not exist left out")),
+    ("camera", to("cameras", Field, "nodes with a camera that does not exist placed without it")),
     ("skin", to("skins", Field, "meshes with a skeleton that does not exist placed by their node")),
     ("matrix", Numbers(16)),
     ("translation", Numbers(3)),
     ("rotation", Numbers(4)),
     ("scale", Numbers(3)),
     ("extensions", Extensions(&[(extension::INSTANCING, INSTANCING), (extension::LIGHTS, Present)])),
+]);
+
+static CAMERA: Rule = Object(&[
+    ("name", Label),
+    ("perspective", Object(&[("yfov", Number)])),
+    ("orthographic", Object(&[("ymag", Number)])),
 ]);
 
 const INSTANCING: Rule =
@@ -228,6 +236,7 @@ static MATERIAL: Rule = Object(&[
             ("KHR_materials_unlit", Present),
             ("KHR_materials_emissive_strength", Object(&[("emissiveStrength", Number)])),
             (extension::SPECULAR_GLOSSINESS, Present),
+            (extension::TRANSMISSION, Object(&[("transmissionFactor", Number), ("transmissionTexture", Present)])),
         ]),
     ),
 ]);

@@ -1,7 +1,11 @@
 //! The text of an OBJ file on its way to the crate tobj, which ends at the first line that it does not understand and loses its
 //! number: good lines pass as they are, the others as the rules leave them.
 //!
-//! tobj takes longer for a line than the rules do, so that it reads on a thread of its own, some blocks behind.
+//! tobj takes longer for a line than the rules do, so that it reads on a thread of its own, some blocks behind. Of the processor's
+//! time on the Happy Buddha (43 MB, positions and triangles only) a quarter is the guard's and two thirds tobj's: nearly half of that
+//! the system's clearing of pages for its lists (positions in double precision, 104 bytes a face, a table of vertices for each mesh),
+//! then faces (parse_face, add_vertex) and one string for each line. That is twice what a reader of our own took, and 1.5 times its
+//! elapsed time (median of interleaved runs on a loaded machine; 0.9 on the conference room, 0.7 on Crytek Sponza).
 
 use std::borrow::Cow;
 use std::io::{BufRead, Read};

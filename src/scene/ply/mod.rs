@@ -12,9 +12,9 @@ mod vertices;
 
 use std::path::Path;
 
-use glam::DVec3;
+use glam::{DVec3, Vec2, Vec3};
 
-use super::assemble::{Assembly, offset_corners};
+use super::assemble::{Assembly, VertexLists, offset_corners};
 use super::error::{FileLocation, LoadError, Warnings};
 use super::polygon::OVERLAP;
 use crate::text::{counted, quoted};
@@ -27,11 +27,11 @@ use vertices::Vertices;
 
 /// Loads a PLY file from memory; a second time with an offset where the vertices turn out to need one.
 pub(super) fn load(path: &Path, bytes: &[u8], assembly: &mut Assembly, token: &CancelToken) -> Result<(), LoadError> {
-    let mut read = read(path, bytes, DVec3::ZERO, token)?;
+    let mut read = read(path, bytes, DVec3::ZERO, false, token)?;
     let offset = read.vertices.extent.offset();
     if offset != DVec3::ZERO {
         drop(read);
-        read = self::read(path, bytes, offset, token)?;
+        read = self::read(path, bytes, offset, false, token)?;
         assembly.offset = offset;
     }
     let Contents { vertices, mut faces, others, warnings, is_text } = read;
@@ -46,6 +46,31 @@ pub(super) fn load(path: &Path, bytes: &[u8], assembly: &mut Assembly, token: &C
     add(path, &vertices, &faces, assembly, token)
 }
 
+/// The mesh of a file that another one names.
+pub(super) struct PlyMesh {
+    pub(super) positions: Vec<Vec3>,
+    /// Empty, or one for each position.
+    pub(super) normals: Vec<Vec3>,
+    /// Empty, or one for each position, v down.
+    pub(super) uvs: Vec<Vec2>,
+    /// Indices of positions.
+    pub(super) triangles: Vec<[u32; 3]>,
+    /// Number of polygons whose triangles overlap.
+    pub(super) overlaps: u64,
+    pub(super) warnings: Warnings,
+}
+
+/// Reads a mesh from memory, its positions in single precision.
+pub(super) fn read_mesh(path: &Path, bytes: &[u8], token: &CancelToken) -> Result<PlyMesh, LoadError> {
+    let Contents { vertices, mut faces, warnings, .. } = read(path, bytes, DVec3::ZERO, true, token)?;
+    let mut overlaps = 0_u64;
+    faces.cut_polygons(&vertices.positions, token, |_| overlaps = overlaps.saturating_add(1))?;
+    let count = vertices.positions.len();
+    faces.corners.retain(|corners| corners.iter().all(|&corner| (corner as usize) < count));
+    let Vertices { positions, lists: VertexLists { normals, uvs, .. }, .. } = vertices;
+    Ok(PlyMesh { positions, normals, uvs, triangles: faces.corners, overlaps, warnings })
+}
+
 /// What a file holds.
 struct Contents {
     vertices: Vertices,
@@ -56,14 +81,14 @@ struct Contents {
     is_text: bool,
 }
 
-/// Reads all elements, positions less `offset`.
-fn read(path: &Path, bytes: &[u8], offset: DVec3, token: &CancelToken) -> Result<Contents, LoadError> {
+/// Reads all elements, positions less `offset`, texture coordinates only where they are wanted.
+fn read(path: &Path, bytes: &[u8], offset: DVec3, wants_uvs: bool, token: &CancelToken) -> Result<Contents, LoadError> {
     let mut source = Source::new(path, bytes, token);
     let elements = header::read(&mut source)?;
     let of_kind = |name: &str| elements.iter().position(|element| element.name == name);
     let vertex_element = of_kind("vertex");
     let vertex_count = vertex_element.and_then(|at| elements.get(at)).map_or(0, |element| element.count);
-    let mut vertices = Vertices::new(offset);
+    let mut vertices = Vertices::new(offset, wants_uvs);
     let mut faces = Faces::new(vertex_count);
     let mut others = Vec::new();
     for (at, element) in elements.iter().enumerate() {

@@ -1,6 +1,6 @@
 //! The vertices of a PLY file: positions, normals and colours.
 
-use glam::{DVec3, Vec3};
+use glam::{DVec3, Vec2, Vec3};
 
 use super::element::{Element, Encoding, Number, Property};
 use super::values::Source;
@@ -10,7 +10,7 @@ use crate::scene::material::linear_from_srgb;
 use crate::scene::offset::{Extent, moved};
 
 /// Names of the properties that make a vertex. The names of colours have two older spellings.
-const NAMES: [&[&str]; 10] = [
+const NAMES: [&[&str]; 12] = [
     &["x"],
     &["y"],
     &["z"],
@@ -20,6 +20,8 @@ const NAMES: [&[&str]; 10] = [
     &["red", "r", "diffuse_red"],
     &["green", "g", "diffuse_green"],
     &["blue", "b", "diffuse_blue"],
+    &["u", "s", "texture_u", "texture_s"],
+    &["v", "t", "texture_v", "texture_t"],
     &["alpha"],
 ];
 
@@ -31,6 +33,8 @@ const MEASURES: [&str; 8] =
 pub(super) struct Vertices {
     pub(super) positions: Vec<Vec3>,
     pub(super) lists: VertexLists,
+    /// Whether texture coordinates are read: a PLY file alone has no textures.
+    wants_uvs: bool,
     /// Subtracted from all coordinates.
     pub(super) offset: DVec3,
     /// The box around the positions, unless they were written in single precision.
@@ -54,8 +58,8 @@ fn color_scale(number: Number) -> f64 {
 
 impl Vertices {
     /// None, with an offset for those to come.
-    pub(super) fn new(offset: DVec3) -> Self {
-        Self { positions: Vec::new(), lists: VertexLists::default(), offset, extent: Extent::EMPTY }
+    pub(super) fn new(offset: DVec3, wants_uvs: bool) -> Self {
+        Self { positions: Vec::new(), lists: VertexLists::default(), wants_uvs, offset, extent: Extent::EMPTY }
     }
 
     /// Reads all vertices.
@@ -68,10 +72,11 @@ impl Vertices {
         }
         let slots: Vec<Option<usize>> = element.properties.iter().map(slot).collect();
         let has = |range: std::ops::Range<usize>| range.into_iter().all(|wanted| slots.contains(&Some(wanted)));
-        let (has_normals, has_colors) = (has(3..6), has(6..9));
+        let (has_normals, has_colors, has_uvs) = (has(3..6), has(6..9), self.wants_uvs && has(9..11));
         source.warn_of_unused(element, |property| match slot(property) {
             Some(3..6) => has_normals,
             Some(6..9) => has_colors,
+            Some(9..11) => has_uvs,
             Some(_) => true,
             None => MEASURES.contains(&property.name.as_str()),
         });
@@ -81,24 +86,27 @@ impl Vertices {
         for index in 0..element.count {
             source.poll(index)?;
             let place = source.place();
-            let mut values = [0.0_f64, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0];
+            let mut values = [0.0_f64, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0];
             for (property, slot) in element.properties.iter().zip(&slots) {
                 match slot.and_then(|slot| values.get_mut(slot).zip(Some(slot))) {
-                    Some((value, 6..)) => *value = source.number(property.number)? * color_scale(property.number),
+                    Some((value, 6..9 | 11)) => *value = source.number(property.number)? * color_scale(property.number),
                     Some((value, _)) => *value = source.number(property.number)?,
                     None => source.skip_property(property)?,
                 }
             }
-            let [_, _, _, _, _, _, color @ .., alpha] = values;
+            let [_, _, _, _, _, _, color @ .., u, v, alpha] = values;
             let [x, y, z, ..] = values;
             let position = DVec3::new(x, y, z);
             if !is_single {
                 self.extent.add(position);
             }
             self.positions.push(moved(position, self.offset).as_vec3());
-            let [_, _, _, nx, ny, nz, r, g, b, _] = values.map(|value| value as f32);
+            let [_, _, _, nx, ny, nz, r, g, b, ..] = values.map(|value| value as f32);
             if has_normals {
                 self.lists.normals.push(Vec3::new(nx, ny, nz).normalize_or_zero());
+            }
+            if has_uvs {
+                self.lists.uvs.push(Vec2::new(u as f32, (1.0 - v) as f32));
             }
             if has_colors {
                 self.lists.colors.push(linear_from_srgb(Vec3::new(r, g, b)));

@@ -8,7 +8,7 @@ use std::path::Path;
 use super::error::LoadError;
 use super::format::{FileFormat, format_names};
 use super::read::{TEXT_SAMPLE, beginning, is_control, is_plain_text};
-use super::stl;
+use super::{pbrt, stl};
 use crate::text::quoted;
 use bvhscope_engine::tree_file::is_tree_file;
 
@@ -48,6 +48,9 @@ pub(super) fn recognise(path: &Path, bytes: &[u8]) -> Result<FileFormat, LoadErr
     }
     if stl::is_text(bytes) {
         return Ok(FileFormat::Stl);
+    }
+    if pbrt::is_pbrt(bytes) {
+        return Ok(FileFormat::Pbrt);
     }
     let named = FileFormat::from_extension(path);
     // A file with another name is OBJ only if its first statements are.

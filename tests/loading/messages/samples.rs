@@ -13,6 +13,7 @@ pub fn sections() -> Vec<(&'static str, Vec<Sample>)> {
         ("PLY", ply()),
         ("OBJ", obj()),
         ("glTF", gltf()),
+        ("PBRT", pbrt()),
         ("Tree files", tree_files()),
         ("Memory", memory()),
         ("Command line", command_line()),
@@ -130,6 +131,71 @@ fn ply() -> Vec<Sample> {
                 .replace("ascii", "binary_little_endian").as_bytes(),
             &[0, 0, 0, 1, 0, 0, 0, 1, 0, 3, 0, 1, 2, 3, 0, 1, 2],
         ].concat()),
+    ]
+}
+
+fn pbrt() -> Vec<Sample> {
+    const TRIANGLE: &str = "Shape \"trianglemesh\" \"point3 P\" [0 0 0 1 0 0 0 1 0]\n";
+    let broken = |what: &str, text: &str| file(what, "a.pbrt", text);
+    let counted = |what: &str, text: &str| file(what, "a.pbrt", format!("WorldBegin\n{text}\n{TRIANGLE}"));
+    vec![
+        broken("no shapes", "WorldBegin\n"),
+        broken("a statement that ends too early", "Shape"),
+        broken("a word where a text belongs", "Shape sphere"),
+        broken("a text without an end", "Shape \"sphere"),
+        broken("a list without an end", "Shape \"sphere\" \"float radius\" [1"),
+        broken("a word instead of a number", "Translate 1 2 x"),
+        broken("too many numbers", "Translate [1 2 3 4]"),
+        broken("blocks without end", &"AttributeBegin\n".repeat(5000)),
+        broken("too long a word", &format!("Shape {}", "x".repeat(1_100_000))),
+        counted("lights", "LightSource \"distant\""),
+        counted("an unknown statement", "Colour \"red\""),
+        counted("an unknown shape", "Shape \"curve\""),
+        counted("a shape without positions", "Shape \"trianglemesh\""),
+        counted("a shape without indices", "Shape \"trianglemesh\" \"point3 P\" [0 0 0 1 1 1]"),
+        counted(
+            "an index out of range",
+            "Shape \"loopsubdiv\" \"point3 P\" [0 0 0 1 0 0 0 1 0] \"integer indices\" [0 1 9 0]",
+        ),
+        counted(
+            "too few normals",
+            "Shape \"bilinearmesh\" \"point3 P\" [0 0 0 1 0 0 0 1 0 1 1 0] \"normal N\" [0 0 1] \"point2 uv\" [0 0]",
+        ),
+        counted("a mesh in a file that is missing", "Shape \"plymesh\" \"string filename\" \"a.ply\""),
+        counted("a mesh without the name of a file", "Shape \"plymesh\""),
+        counted("a file that includes itself", "Include \"a.pbrt\""),
+        counted(
+            "shapes that are not seen",
+            "Shape \"disk\" \"float alpha\" 0\nMaterial \"interface\"\nShape \"disk\"\nMaterial \"diffuse\"",
+        ),
+        counted("holes", "Shape \"disk\" \"texture alpha\" \"holes\""),
+        counted(
+            "materials of other kinds",
+            "Material \"hair\"\nMaterial \"dielectric\"\nMaterial \"mix\" \"string materials\" [\"a\" \"b\"]",
+        ),
+        counted(
+            "spectra",
+            "Material \"diffuse\" \"spectrum reflectance\" [400 0.5 700 0.5]\nAreaLightSource \"diffuse\" \"blackbody L\" 3000",
+        ),
+        counted(
+            "textures of other kinds",
+            "Texture \"a\" \"spectrum\" \"marble\"\nTexture \"a\" \"spectrum\" \"imagemap\"\nTexture \"a\" \"spectrum\" \"imagemap\" \"string wrap\" \"black\"",
+        ),
+        counted("copies of nothing", "ObjectInstance \"a\"\nCoordSysTransform \"a\""),
+        counted(
+            "objects within objects",
+            "ObjectBegin \"a\"\nObjectBegin \"b\"\nObjectEnd\nObjectInstance \"a\"\nObjectEnd",
+        ),
+        counted("blocks that do not match", "AttributeEnd\nAttributeBegin"),
+        counted("motion", "ActiveTransform EndTime\nTranslate 1 0 0\nActiveTransform All"),
+        counted(
+            "cameras",
+            "LookAt 1 1 1 1 1 1 0 1 0\nCamera \"spherical\"\nScale 0 0 0\nCamera \"perspective\"\nIdentity",
+        ),
+        counted(
+            "defaults of shapes, colours of another space",
+            "Attribute \"shape\" \"float radius\" 2\nColorSpace \"rec2020\"",
+        ),
     ]
 }
 
