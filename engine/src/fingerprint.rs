@@ -52,7 +52,9 @@ pub fn of_triangles(triangles: &[Triangle], token: &CancelToken) -> Result<u64, 
 fn of_wide<C: WideContainer>(tree: &WideTree<C>, token: &CancelToken) -> Result<u64, Cancelled> {
     let nodes = of_list(&tree.nodes, token, hash_wide_node)?;
     let compact_nodes = of_list(&tree.compact_nodes, token, hash_wide_node)?;
-    let leaves = of_list(&tree.leaves.values, token, |hash, value| join(hash, value.to_bits().into()))?;
+    let children = tree.all_nodes().flat_map(|node| tree.children_of(node)).chain(tree.root);
+    let values = tree.leaves.unmarked(children.filter(|child| child.is_leaf()), token)?;
+    let leaves = of_list(&values, token, |hash, value| join(hash, value.to_bits().into()))?;
     let root = tree.root.map_or(u64::MAX, |root| root.bits().into());
     Ok(join(join(join(nodes, compact_nodes), leaves), root))
 }

@@ -122,7 +122,13 @@ impl Triangle {
         } else {
             edge_case(px.into(), py.into(), pz.into())?
         };
-        if !(t >= ray.ray.t_min && t <= t_max) {
+        let depths = [pz.min_element(), pz.max_element()];
+        let is_within = |near: f32, far: f32| far >= ray.ray.t_min && near <= t_max;
+        if !is_within(t, t) && !is_within(depths[0], depths[1]) {
+            return None;
+        }
+        let t = if self.is_needle() { self.needle_distance(&ray.ray, t, depths) } else { t };
+        if !is_within(t, t) {
             return None;
         }
         self.hit_in_box(ray, TriangleHit { t, u, v }, t_max)

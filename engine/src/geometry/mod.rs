@@ -9,6 +9,7 @@ mod prepared_ray;
 mod ray;
 
 mod intersect;
+mod needle;
 mod ray_sphere;
 
 mod random_line;
@@ -17,6 +18,7 @@ pub use aabb::Aabb;
 pub(crate) use intersect::{EDGE_MAX, EDGE_MIN, FAR_SLACK};
 pub use intersect::{PairEntry, TriangleHit};
 pub use lens::Lens;
+pub(crate) use needle::{ExactPlane, NEEDLE_ASPECT};
 pub(crate) use prepared_ray::PARALLEL_PAD;
 pub use prepared_ray::{PreparedRay, Shear};
 pub use ray::{Hit, Ray};

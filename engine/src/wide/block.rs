@@ -1,12 +1,13 @@
 //! Blocks of up to four triangles, intersected side by side with the same result as [`Triangle::intersect`].
 
-use fearless_simd::{Simd, SimdBase, SimdMask, f32x4, mask32x4};
+use fearless_simd::{Select, Simd, SimdBase, SimdMask, f32x4, mask32x4};
 use glam::Vec3;
 
-use crate::geometry::{EDGE_MAX, EDGE_MIN, FAR_SLACK, PreparedRay, Ray, Shear, Triangle, TriangleHit};
+use crate::geometry::{EDGE_MAX, EDGE_MIN, ExactPlane, FAR_SLACK, PreparedRay, Ray, Shear, Triangle, TriangleHit};
+use crate::kernel::bits::bits;
 use crate::kernel::each;
 use crate::tree::traverse::Nearest;
-use crate::wide::layout::{BLOCK, COORDINATES, INDEX_MARK, WINDOW};
+use crate::wide::layout::{BLOCK, COORDINATES, INDEX_MARK, NEEDLE_MARK, WINDOW};
 use crate::wide::ray_lanes::TriangleLanes;
 
 /// One to four triangles of a leaf, which are tested side by side.
@@ -34,7 +35,28 @@ impl TriangleBlock<'_> {
     /// Index of a lane's triangle in the list that the tree was built from.
     #[inline(always)]
     pub fn primitive_index(&self, lane: usize) -> u32 {
-        self.window[(self.count() * COORDINATES + lane) & 63].to_bits() & !INDEX_MARK
+        self.window[(self.count() * COORDINATES + lane) & 63].to_bits() & !(INDEX_MARK | NEEDLE_MARK)
+    }
+
+    /// Whether a lane's triangle is so long and thin that distances of hits are taken from its plane.
+    #[inline(always)]
+    pub(crate) fn is_needle(&self, lane: usize) -> bool {
+        self.window[(self.count() * COORDINATES + lane) & 63].to_bits() & NEEDLE_MARK != 0
+    }
+
+    /// Replaces the distances in `lanes`, of needles, by those of the planes along `ray`.
+    #[inline(always)]
+    fn plane_distances(&self, lanes: u32, ray: &Ray, distances: &mut [f32; BLOCK]) {
+        for lane in bits(u64::from(lanes)) {
+            let distance = &mut distances[lane % BLOCK];
+            *distance = ExactPlane::new(&self.triangle(lane), ray.origin).distance(ray.direction, *distance);
+        }
+    }
+
+    /// A number for each triangle, above 1, or negative where it is a needle: its marked index.
+    #[inline(always)]
+    fn marks<S: Simd>(&self, simd: S) -> f32x4<S> {
+        f32x4::from_slice(simd, &self.window[(self.count() * COORDINATES) & 63..][..BLOCK])
     }
 
     /// The first row of each axis, one in each byte.
@@ -91,7 +113,7 @@ impl<'a, const N: usize> BlockRay<'a, N> {
     #[inline(always)]
     pub(crate) fn closest_hit<S: Simd>(self, simd: S, block: TriangleBlock<'_>, ray: &Ray, nearest: &mut Nearest) {
         let t_max = nearest.t();
-        let mut uncertain = self.closest_certain_hit(simd, block, nearest);
+        let mut uncertain = self.closest_certain_hit::<S, false>(simd, block, ray, nearest);
         while uncertain != 0 {
             let lane = uncertain.trailing_zeros() as usize % BLOCK;
             uncertain &= uncertain - 1;
@@ -103,9 +125,15 @@ impl<'a, const N: usize> BlockRay<'a, N> {
 
     /// [`BlockRay::closest_hit`] without the triangles that take double precision, which it returns, one bit each.
     #[inline(always)]
-    pub(crate) fn closest_certain_hit<S: Simd>(self, simd: S, block: TriangleBlock<'_>, nearest: &mut Nearest) -> u32 {
+    pub(crate) fn closest_certain_hit<S: Simd, const INLINE: bool>(
+        self,
+        simd: S,
+        block: TriangleBlock<'_>,
+        ray: &Ray,
+        nearest: &mut Nearest,
+    ) -> u32 {
         let t_max = nearest.t();
-        let Some(plane_hits) = self.intersect_planes(simd, block, t_max) else { return 0 };
+        let Some(plane_hits) = self.intersect_planes::<S, false, INLINE>(simd, block, ray, t_max) else { return 0 };
         let (entered, entry) = self.intersect_bounds(simd, block, t_max);
         let mut hits = plane_hits.hits & entered.to_bitmask() as u32;
         if hits != 0 {
@@ -123,7 +151,7 @@ impl<'a, const N: usize> BlockRay<'a, N> {
     /// Whether the ray hits any triangle of `block` up to `t_max`. `ray` is the ray that `self` was prepared from.
     #[inline(always)]
     pub(crate) fn any_hit<S: Simd>(self, simd: S, block: TriangleBlock<'_>, ray: &Ray, t_max: f32) -> bool {
-        let (is_hit, uncertain) = self.any_certain_hit(simd, block, t_max);
+        let (is_hit, uncertain) = self.any_certain_hit(simd, block, ray, t_max);
         is_hit
             || uncertain != 0
                 && (0..BLOCK).any(|lane| uncertain >> lane & 1 != 0 && exact_hit(block, lane, ray, t_max).is_some())
@@ -131,15 +159,29 @@ impl<'a, const N: usize> BlockRay<'a, N> {
 
     /// [`BlockRay::any_hit`] without the triangles that take double precision, which it returns, one bit each.
     #[inline(always)]
-    pub(crate) fn any_certain_hit<S: Simd>(self, simd: S, block: TriangleBlock<'_>, t_max: f32) -> (bool, u32) {
-        let Some(plane_hits) = self.intersect_planes(simd, block, t_max) else { return (false, 0) };
+    pub(crate) fn any_certain_hit<S: Simd>(
+        self,
+        simd: S,
+        block: TriangleBlock<'_>,
+        ray: &Ray,
+        t_max: f32,
+    ) -> (bool, u32) {
+        let Some(plane_hits) = self.intersect_planes::<S, true, false>(simd, block, ray, t_max) else {
+            return (false, 0);
+        };
         let entered = self.intersect_bounds(simd, block, t_max).0.to_bitmask() as u32;
         (plane_hits.hits & entered != 0, plane_hits.uncertain)
     }
 
     /// Intersects the planes of the triangles; `None` if the ray misses all triangles.
     #[inline(always)]
-    fn intersect_planes<S: Simd>(self, simd: S, block: TriangleBlock<'_>, t_max: f32) -> Option<PlaneHits<S>> {
+    fn intersect_planes<S: Simd, const ANY: bool, const INLINE: bool>(
+        self,
+        simd: S,
+        block: TriangleBlock<'_>,
+        ray: &Ray,
+        t_max: f32,
+    ) -> Option<PlaneHits<S>> {
         let splat = |value| f32x4::splat(simd, value);
         let [x, y, z] = each!(part => {
             let corners = block.corners(simd, self.rays.axes[part][self.index]);
@@ -158,12 +200,23 @@ impl<'a, const N: usize> BlockRay<'a, N> {
         }
         // The edges of a candidate have the same sign, so that the smallest and the largest are also those by absolute value.
         let (smallest, largest) = (min_edge.abs().min(max_edge.abs()), min_edge.abs().max(max_edge.abs()));
-        let exact = smallest.simd_gt(splat(EDGE_MIN)) & largest.simd_lt(splat(EDGE_MAX));
+        // Needles are told from all others by the same comparison.
+        let plain = smallest.min(block.marks(simd)).simd_gt(splat(EDGE_MIN)) & largest.simd_lt(splat(EDGE_MAX));
         let scale = splat(1.0) / (edges[0] + edges[1] + edges[2]);
         let barycentrics = each!(corner => edges[corner] * scale);
         let depth = each!(corner => z[corner] * factors[2]);
         let t = barycentrics[0] * depth[0] + barycentrics[1] * depth[1] + barycentrics[2] * depth[2];
-        let within = t.simd_ge(self.splat(simd, &self.rays.t_min)) & t.simd_le(splat(t_max));
+        let candidates = !(missed.to_bitmask() as u32) & block.lanes();
+        let t_min = self.splat(simd, &self.rays.t_min);
+        let (mut t, mut exact) = (t, plain);
+        if candidates & !(plain.to_bitmask() as u32) != 0 {
+            exact = smallest.simd_gt(splat(EDGE_MIN)) & largest.simd_lt(splat(EDGE_MAX));
+            let low = depth[0].min(depth[1]).min(depth[2]);
+            let high = depth[0].max(depth[1]).max(depth[2]);
+            let needles = exact & !plain & !missed;
+            t = self.needle_distances::<S, ANY, INLINE>(simd, block, ray, t_max, needles, [t, low, high]);
+        }
+        let within = t.simd_ge(t_min) & t.simd_le(splat(t_max));
         // Of half the blocks that get here (bunny) no plane is hit within the interval: they need no test of their boxes.
         let missed = missed | exact & !within;
         let candidates = !(missed.to_bitmask() as u32) & block.lanes();
@@ -173,6 +226,38 @@ impl<'a, const N: usize> BlockRay<'a, N> {
             hits: candidates & exact.to_bitmask() as u32,
             uncertain: candidates & !(exact.to_bitmask() as u32),
         })
+    }
+
+    /// The distances `t`, those of `needles` taken from their planes but no nearer than `low` and no farther than `high`. With `ANY`
+    /// only where that decides on a hit.
+    #[inline(always)]
+    fn needle_distances<S: Simd, const ANY: bool, const INLINE: bool>(
+        self,
+        simd: S,
+        block: TriangleBlock<'_>,
+        ray: &Ray,
+        t_max: f32,
+        needles: mask32x4<S>,
+        [t, low, high]: [f32x4<S>; 3],
+    ) -> f32x4<S> {
+        let (t_min, t_max) = (self.splat(simd, &self.rays.t_min), f32x4::splat(simd, t_max));
+        let mut open = needles & low.simd_le(t_max) & high.simd_ge(t_min);
+        if ANY {
+            // It is enough that all of the triangle lies within the interval.
+            open &= !(low.simd_ge(t_min) & high.simd_le(t_max));
+        }
+        let open = open.to_bitmask() as u32 & block.lanes();
+        let mut distances = t;
+        if open != 0 {
+            let mut lanes = t.to_array();
+            if INLINE {
+                block.plane_distances(open, ray, &mut lanes);
+            } else {
+                plane_distances_outlined(block, open, ray, &mut lanes);
+            }
+            distances = f32x4::load_array(simd, lanes);
+        }
+        needles.select(distances.max(low).min(high), t)
     }
 
     /// Intersects the bounding box of each triangle up to `t_max`, as [`Triangle::hit_in_box`] does: whether and where
@@ -207,6 +292,13 @@ struct PlaneHits<S: Simd> {
     hits: u32,
     /// One bit for each that single precision cannot decide: the ray passes too close to an edge.
     uncertain: u32,
+}
+
+/// [`TriangleBlock::plane_distances`] in a function of its own, where its registers would be missed in a loop.
+#[cold]
+#[inline(never)]
+fn plane_distances_outlined(block: TriangleBlock<'_>, lanes: u32, ray: &Ray, distances: &mut [f32; BLOCK]) {
+    block.plane_distances(lanes, ray, distances);
 }
 
 /// Intersection with a single triangle in double precision.

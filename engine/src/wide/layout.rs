@@ -23,5 +23,7 @@ pub(crate) const WINDOW: usize = 64 + BLOCK;
 /// Set in the index of every triangle, because a small integer would be a subnormal number, which makes arithmetic slow: what is
 /// read of the next row is calculated with as well.
 pub(crate) const INDEX_MARK: u32 = 1 << 30;
+/// Set in the index of a needle, which makes it a negative number; see [`geometry`](crate::geometry).
+pub(crate) const NEEDLE_MARK: u32 = 1 << 31;
 /// Maximum number of triangles.
 pub(crate) const MAX_TRIANGLES: usize = INDEX_MARK as usize;

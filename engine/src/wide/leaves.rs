@@ -6,9 +6,11 @@
 
 #![allow(clippy::inline_always, reason = "SIMD kernels must land in the caller that enables the instructions")]
 
-use fearless_simd::{Simd, SimdBase, f32x4};
+use fearless_simd::{Select, Simd, SimdBase, f32x4, mask32x4};
 
-use crate::geometry::Triangle;
+use crate::cancel::{CancelToken, Cancelled};
+use crate::geometry::{NEEDLE_ASPECT, Triangle};
+use crate::kernel::each;
 use crate::kernel::prefetch::prefetch_four_lines;
 use crate::wide::block::TriangleBlock;
 use crate::wide::child::{Child, LeafRange};
@@ -16,6 +18,9 @@ use crate::wide::layout::{BLOCK, COORDINATES, INDEX_MARK, VALUES, WINDOW};
 
 /// Values after the last triangle, which make the window of every block whole.
 pub(crate) const PADDING: usize = WINDOW - VALUES;
+
+/// Leaves between two polls for cancellation.
+const LEAVES_BETWEEN_CHECKS: usize = 1 << 14;
 
 /// The triangles of all leaves.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -65,6 +70,29 @@ impl Leaves {
         TriangleBlock { window, count }
     }
 
+    /// The values without the marks of needles, which follow from the corners: `leaves` are all that there are.
+    pub(crate) fn unmarked(
+        &self,
+        leaves: impl Iterator<Item = Child>,
+        token: &CancelToken,
+    ) -> Result<Vec<f32>, Cancelled> {
+        let mut values = self.values.clone();
+        for (at, leaf) in leaves.enumerate() {
+            if at.is_multiple_of(LEAVES_BETWEEN_CHECKS) {
+                token.check()?;
+            }
+            let LeafRange { first, count } = self.range(leaf);
+            for block in (0..count as usize).step_by(BLOCK) {
+                let size = BLOCK.min(count as usize - block);
+                let indices = VALUES * (first as usize + block) + COORDINATES * size;
+                values[indices..indices + size].iter_mut().for_each(|index| *index = index.abs());
+            }
+        }
+        // The last row of the last block may be followed by copies of its last index.
+        values[VALUES * self.triangle_count()..].iter_mut().for_each(|index| *index = index.abs());
+        Ok(values)
+    }
+
     /// Number of triangles.
     pub fn triangle_count(&self) -> usize {
         self.values.len().saturating_sub(PADDING) / VALUES
@@ -110,6 +138,8 @@ fn write_block<S: Simd>(simd: S, triangles: &[Triangle], indices: &[u32], values
     let ([ax, ay, az, bx], [by, bz, cx, cy], [_, _, _, cz]) = (rows(0), rows(4), rows(5));
     let marked = |lane: usize| f32::from_bits(indices[last.min(lane)] | INDEX_MARK);
     let marked = f32x4::load_array(simd, [marked(0), marked(1), marked(2), marked(3)]);
+    // The sign is the mark of needles.
+    let marked = are_needles(simd, [[ax, ay, az], [bx, by, bz], [cx, cy, cz]]).select(-marked, marked);
     let rows = [ax, bx, cx, ay, by, cy, az, bz, cz, marked];
     let count = last % BLOCK + 1;
     if let Some(window) = values.first_chunk_mut::<{ BLOCK * VALUES }>() {
@@ -121,4 +151,14 @@ fn write_block<S: Simd>(simd: S, triangles: &[Triangle], indices: &[u32], values
             to.copy_from_slice(&row.as_slice()[..count]);
         }
     }
+}
+
+/// [`Triangle::is_needle`] of four triangles.
+#[inline(always)]
+fn are_needles<S: Simd>(simd: S, [a, b, c]: [[f32x4<S>; 3]; 3]) -> mask32x4<S> {
+    let (ab, ac) = (each!(axis => b[axis] - a[axis]), each!(axis => c[axis] - a[axis]));
+    let normal = [ab[1] * ac[2] - ac[1] * ab[2], ab[2] * ac[0] - ac[2] * ab[0], ab[0] * ac[1] - ac[0] * ab[1]];
+    let size = normal[0].abs().max(normal[1].abs()).max(normal[2].abs());
+    let squared = |edge: [f32x4<S>; 3]| edge[0] * edge[0] + edge[1] * edge[1] + edge[2] * edge[2];
+    (size * f32x4::splat(simd, NEEDLE_ASPECT)).simd_lt(squared(ab).max(squared(ac)))
 }

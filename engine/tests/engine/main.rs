@@ -19,6 +19,7 @@ mod degenerate;
 mod determinism;
 mod invariants;
 mod merge_choices;
+mod needles;
 mod node_metrics;
 mod optimize;
 mod ray_events;

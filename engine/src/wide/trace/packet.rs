@@ -9,7 +9,7 @@
 use fearless_simd::{Level, Select, Simd, SimdBase, SimdMask, dispatch, f32x16, mask32x16, u32x16};
 use glam::Vec3;
 
-use crate::geometry::{EDGE_MAX, EDGE_MIN, FAR_SLACK, Hit, PreparedRay, Ray, Shear};
+use crate::geometry::{EDGE_MAX, EDGE_MIN, ExactPlane, FAR_SLACK, Hit, PreparedRay, Ray, Shear, Triangle};
 use crate::kernel::bits::bits;
 use crate::kernel::each;
 use crate::wide::block::TriangleBlock;
@@ -110,6 +110,8 @@ struct Packet<C: BeamContainer> {
     all_groups: u32,
     /// Factors of the rows of [`Shear`].
     factors: [[[f32; GROUP]; 3]; GROUPS],
+    /// Directions, for needles.
+    directions: [[[f32; GROUP]; 3]; GROUPS],
     hits: PacketHits,
 }
 
@@ -137,6 +139,7 @@ impl<C: BeamContainer> Packet<C> {
             axes,
             all_groups: u32::MAX >> (GROUPS - groups),
             factors: [[[0.0; GROUP]; 3]; GROUPS],
+            directions: [[[0.0; GROUP]; 3]; GROUPS],
             hits: PacketHits {
                 t: [[0.0; GROUP]; GROUPS],
                 u: [[0.0; GROUP]; GROUPS],
@@ -195,6 +198,7 @@ impl<C: BeamContainer> Packet<C> {
             C::add_group(simd, &mut packet.frustum, group, d, axes);
             let factors = [(zero - d[axes[0]]) / along, (zero - d[axes[1]]) / along, inverse[axes[2]]];
             packet.factors[group] = each!(index => factors[index].to_array());
+            packet.directions[group] = each!(axis => d[axis].to_array());
             let t_max = t_max.min(f32x16::splat(simd, f32::MAX));
             packet.hits.t[group] = t_max.to_array();
             packet.hits.group_t_max[group] = t_max.reduce_max();
@@ -307,6 +311,21 @@ impl<C: BeamContainer> Packet<C> {
         let t = barycentrics[0] * depth[0] + barycentrics[1] * depth[1] + barycentrics[2] * depth[2];
         let best = f32x16::load_array_ref(simd, &self.hits.t[group]);
         let t_min = f32x16::splat(simd, self.beam.t_min);
+        let t = if block.is_needle(lane) {
+            let low = depth[0].min(depth[1]).min(depth[2]);
+            let high = depth[0].max(depth[1]).max(depth[2]);
+            let reached = low.simd_le(best) & high.simd_ge(t_min);
+            let mut distances = t;
+            if candidates & reached.to_bitmask() as u32 != 0 {
+                let mut lanes = t.to_array();
+                let origin = Vec3::from_array(self.beam.origin);
+                plane_distances(simd, &block.triangle(lane), origin, &self.directions[group], &mut lanes);
+                distances = f32x16::load_array(simd, lanes);
+            }
+            distances.max(low).min(high)
+        } else {
+            t
+        };
         let within = exact & t.simd_ge(t_min) & t.simd_le(best);
         let uncertain = candidates & !(exact.to_bitmask() as u32);
         if candidates & within.to_bitmask() as u32 != 0 {
@@ -368,4 +387,24 @@ impl<C: BeamContainer> Packet<C> {
         }
         self.hits.group_t_max[group] = self.hits.t[group].into_iter().fold(f32::NEG_INFINITY, f32::max);
     }
+}
+
+/// Distances `t` of a needle along sixteen rays, taken from its plane. Apart, because few triangles are needles.
+#[cold]
+#[inline(never)]
+fn plane_distances<S: Simd>(
+    simd: S,
+    needle: &Triangle,
+    origin: Vec3,
+    directions: &[[f32; GROUP]; 3],
+    t: &mut [f32; GROUP],
+) {
+    simd.vectorize(
+        #[inline(always)]
+        || {
+            let directions = each!(axis => f32x16::load_array_ref(simd, &directions[axis]));
+            let approximate = f32x16::load_array_ref(simd, t);
+            *t = ExactPlane::new(needle, origin).distances(simd, directions, approximate).to_array();
+        },
+    );
 }

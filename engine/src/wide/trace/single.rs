@@ -196,9 +196,9 @@ fn visit_leaf<'a, S: Simd, C: WideContainer, T: LaneTest<S, C::Bounds>, P: Probe
         }
         if !T::EXACT {
             let (is_hit, uncertain) = if ANY {
-                block_ray.any_certain_hit(simd, block, nearest.t())
+                block_ray.any_certain_hit(simd, block, ray, nearest.t())
             } else {
-                (false, block_ray.closest_certain_hit(simd, block, nearest))
+                (false, block_ray.closest_certain_hit::<S, true>(simd, block, ray, nearest))
             };
             if is_hit || uncertain != 0 {
                 return ControlFlow::Break(is_hit.then_some(Nearest::ANYTHING));
